@@ -12,15 +12,17 @@
 
 namespace tractiond {
 
-/// Does work in the order given, on a thread of its own. In the simulated world (tests/simulation) the work is done at
-/// once, and the time that it takes passes later. Thread-bound: all functions are for the owner's thread.
+/// Does work in the order given, on a thread of its own. In the simulated world (tests/simulation) run() does the work
+/// at once, the time that it takes passes later, and `idle` is not signalled. Thread-bound: all functions are for the
+/// owner's thread.
 class BackgroundThread {
  public:
   /// Starts the thread. \param name at most 15 characters, of static storage: the thread reads it when it starts
   /// \param idle null: none; otherwise signalled, by the thread, each time all the work is done
   /// \throws std::system_error if no thread can be started
   explicit BackgroundThread(const char* name, std::shared_ptr<Event> idle = {});
-  /// Does not wait: the thread finishes the work that is left, and ends. The work must not refer to the owner.
+  /// Does not wait: the thread finishes the work that is left, and ends. Work that may be left then must not refer to
+  /// what is destroyed with the owner: see awaitIdle().
   ~BackgroundThread();
   BackgroundThread(const BackgroundThread&) = delete;
   BackgroundThread& operator=(const BackgroundThread&) = delete;
@@ -35,7 +37,7 @@ class BackgroundThread {
     run([task = std::move(task)] { (*task)(); });
     return result;
   }
-  /// Waits at most `patience`. Returns whether all the work is done.
+  /// Waits at most `patience`, which may be 0, until all the work is done. Returns whether it is; true without work.
   bool awaitIdle(std::chrono::milliseconds patience) const;
   /// Waits until all the work is done.
   void awaitIdle() const {

@@ -14,7 +14,7 @@ struct Error {
   std::string where = {};      ///< "tractiond.toml:12"; may be empty
   std::string remedy = {};     ///< "set it to 0 to use the interface's MTU"; may be empty
 
-  /// Returns one line: "where: what; remedy".
+  /// Returns one line: "where: what; remedy", without the parts that are empty.
   std::string message() const {
     return (where.empty() ? "" : where + ": ") + what + (remedy.empty() ? "" : "; " + remedy);
   }

@@ -5,11 +5,12 @@
 
 namespace tractiond {
 
-/// An eventfd of the operating system; in the simulated world (tests/simulation) a flag, with which no thread sleeps.
-/// signal() may be called by any thread and by a signal handler; a signal given before wait() is not lost. Thread-safe.
+/// An eventfd of the operating system; in the simulated world (tests/simulation) a flag: wait() does not wait, and fd()
+/// is no descriptor. signal() may be called by any thread and by a signal handler; a signal given before wait() is not
+/// lost. Thread-safe.
 class Event {
  public:
-  /// \throws std::system_error if the process has no file descriptor left
+  /// Makes an event that is not signalled. \throws std::system_error if the process has no file descriptor left
   Event();
   ~Event();
   Event(const Event&) = delete;

@@ -33,8 +33,8 @@ class Link {
  public:
   /// \param evicted counts evicted elements, on the producer's thread; must outlive the link \param blank copied into
   /// each slot, to size it
-  /// \param reclaimed called on the producer's thread with each slot that comes back, consumed or evicted, before it is
-  /// used again
+  /// \param reclaimed called with each slot that comes back, consumed, evicted or discarded, before it is used again:
+  /// by reclaim(), acquire() and discard()
   Link(
       WhenFull whenFull, Counter& evicted, const T& blank = {}, std::function<void(T&)> reclaimed = [](T&) {})
       : whenFull_(whenFull)
@@ -46,13 +46,14 @@ class Link {
 
   // --- called by the producer
 
-  /// Takes back every slot that the consumer has released.
+  /// Takes back every slot that the consumer has released. acquire() does it as well.
   void reclaim() {
     while (T* slot = free_.pop()) takeBack(slot);
   }
 
-  /// Returns a slot to fill, which holds an old element; push() or putBack() must follow. If none is free, evicts the
-  /// oldest waiting one, or, with kWait, returns nullptr: see waitForRoom(). Never waits.
+  /// Returns a slot to fill, which holds an old element or `blank`; push() or putBack() must follow before the next
+  /// acquire(). If no slot is free, evicts the oldest waiting element and returns its slot, or, with kWait, returns
+  /// nullptr: see waitForRoom(). Never waits.
   T* acquire() {
     for (;;) {
       reclaim();
@@ -73,7 +74,7 @@ class Link {
     filled_.signal();
   }
 
-  /// Returns an acquired slot unused.
+  /// Gives an acquired slot back without handing it to the consumer; `reclaimed` is not called with it.
   void putBack(T* slot) { spare_[spares_++] = slot; }
 
   /// Sleeps until the consumer releases a slot or the time is over; it may wake early. For kWait only.
@@ -81,7 +82,7 @@ class Link {
 
   /// States that nothing more will be pushed, and wakes the consumer, which still gets what waits.
   void close() {
-    // release: partner is the acquire in drained(). A thread that sees the end sees all that was pushed before.
+    // release: partner is the acquire in closed(). A thread that sees the end sees all that was pushed before.
     closed_.store(true, std::memory_order_release);
     filled_.signal();
   }
@@ -92,7 +93,7 @@ class Link {
   /// take().
   T* take() { return waiting_.pop(); }
 
-  /// Gives a taken slot back for reuse.
+  /// Gives a taken slot back for reuse, and with kWait wakes a producer in waitForRoom(). Does not wait.
   void release(T* slot) {
     [[maybe_unused]] const bool pushed = free_.push(slot);
     assert(pushed && "the ring has room for all slots");
@@ -102,9 +103,10 @@ class Link {
   /// Sleeps until something is pushed, the link is closed or the time is over; may wake early.
   void wait(std::chrono::milliseconds timeout) { filled_.wait(timeout); }
 
-  /// Returns a descriptor to poll for reading, for a consumer that waits for more than this link; awake() must be
-  /// called after it was readable, before take(). The link owns it.
+  /// Returns a descriptor that is readable when wait() would return, for a consumer that polls for more than this link.
+  /// The link owns it.
   int fd() const { return filled_.fd(); }
+  /// Makes fd() unreadable until the next push() or close(). Must be called after a poll of fd(), before take().
   void awake() { filled_.clear(); }
 
   /// Returns whether the producer has closed the link. If it is called before take(): true and then nullptr means that
@@ -113,7 +115,7 @@ class Link {
 
   // --- called when both threads have been joined
 
-  /// Takes back all slots that are still in the link. Returns how many elements had not been taken.
+  /// Takes back all slots that are still in the link. Returns the number of elements that the consumer has not taken.
   std::size_t discard() {
     reclaim();
     std::size_t count = 0;

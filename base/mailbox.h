@@ -28,7 +28,8 @@ class Mailbox {
     return true;
   }
 
-  /// Copies the value out of the slot and empties it. Returns false if the slot is empty, or being written.
+  /// Copies the value out of the slot and empties it. Returns false, and leaves `value` as it is, if the slot is empty,
+  /// or being written.
   bool take(T& value) {
     return empty([&] { value = slot_; });
   }

@@ -34,15 +34,15 @@ struct Range {
 /// one of them. Thread-bound.
 class TomlTable {
  public:
-  /// Parses `text`, which need not outlive the call. Fails if it is not TOML, or has a key of more than 100 parts.
-  /// Returns the root table. \param file names the file in errors
+  /// Parses `text`, which need not outlive the call. Fails if it is not TOML, or if a key, or the text of a line, has
+  /// more than 100 parts between dots. Returns the root table. \param file names the file in errors
   static tl::expected<TomlTable, FileError> parse(std::string_view text, const std::string& file);
   /// Parses the file at `path`, of at most 4 MiB. Fails as parse(), and with FileError::unreadable if it cannot be
   /// read.
   static tl::expected<TomlTable, FileError> load(const std::string& path);
 
   // Read the value of a key. A wrong type or a number that is not finite or not in its range is a fault, which leaves
-  // `value` unchanged; the elements of a list of numbers are then undefined. An int needs a number without a point.
+  // `value` unchanged, but a list of numbers undefined. An int needs a number without a point.
   void read(std::string_view key, double& value, const Range& range);
   void read(std::string_view key, int& value, const Range& range);
   void read(std::string_view key, bool& value);
@@ -59,7 +59,8 @@ class TomlTable {
   std::vector<TomlTable> tables(std::string_view key);
   /// A value of entries().
   using Scalar = std::variant<bool, std::int64_t, double, std::string>;
-  /// Returns all keys of this table with their values, in the order of the file. A value of another type is a fault.
+  /// Returns all keys of this table with their values, in the order of the file. A value of another type is a fault,
+  /// and is left out.
   std::vector<std::pair<std::string, Scalar>> entries();
   /// Counts a key as read, whatever its value is.
   void ignore(std::string_view key) { find(key); }
@@ -69,7 +70,8 @@ class TomlTable {
   /// Adds a fault that the caller found, at the line of a key, or of the table itself if it has no such key. Has no
   /// effect if there is a fault already. \param what completes a sentence that begins with the key: "must be even"
   void fail(std::string_view key, const std::string& what);
-  /// Fails with the first fault; if there is none, with the first key of the whole file that was not read.
+  /// Fails with the first fault; if there is none, with the first key of the whole file that was not read, an unknown
+  /// one. Must be called when all known keys have been read.
   tl::expected<void, FileError> finish();
 
  private:

@@ -39,15 +39,15 @@ struct Config {
   std::string logLevel = "info";
 };
 
-/// Returns the table of all keys, section by section, bound to the fields of `config`, which must outlive it. Parsing,
-/// checking and printing use it.
+/// Returns the table of all keys, section by section, bound to the fields of `config`, which must outlive it and stay
+/// where it is. Parsing, checking and printing use it.
 std::vector<Key> keysOf(Config& config);
 
-/// Lists the keys whose values differ, in the order of the table. Options of the command line are no keys.
+/// Lists the keys whose values differ, in the order of keysOf(). Options of the command line are no keys. Reentrant.
 std::vector<Change> changesBetween(const Config& before, const Config& after);
 
-/// Returns the text of a configuration file with every key and its meaning. parseConfig() restores `config` from it,
-/// except what the command line states (pictures from a file, recording).
+/// Returns the text of a configuration file with every key, its value and meaning. parseConfig() restores the values of
+/// all keys from it; fields that are no keys, as those from the command line, then have their defaults.
 std::string configText(const Config& config);
 
 }  // namespace tractiond

@@ -1,4 +1,4 @@
-// Reads a configuration file.
+// Reads a configuration file. Reentrant.
 #pragma once
 
 #include "base/error.h"
@@ -10,17 +10,18 @@
 
 namespace tractiond {
 
-/// Parses a configuration. Missing keys keep their defaults; the gel file's name stays as it is written. EX_CONFIG:
-/// wrong syntax, an unknown key (the error states the nearest known one), a key of an earlier version, a wrong type, a
-/// value out of its range.
+/// Parses a configuration, up to the end of `text`. Missing keys keep their defaults; the gel file's name stays as it
+/// is written. EX_CONFIG: wrong syntax, an unknown key (the error states the nearest known one), a key of an earlier
+/// version, a wrong type, a value out of its range.
 /// \param name of the file in errors: "name:line: what"; is not opened
 tl::expected<Config, Error> parseConfig(std::istream& text, const std::string& name);
 
 /// Does the same with the configuration that a recording holds: keys of earlier versions have no effect.
 tl::expected<Config, Error> parseRecordedConfig(std::istream& text, const std::string& name);
 
-/// Reads a configuration file. Resolves the gel file's name relative to the file's directory, except "none" (a file of
-/// that name is ./none). EX_NOINPUT: the file is missing or cannot be read. EX_CONFIG as parseConfig().
+/// Reads a configuration file; waits for the disk. Resolves the gel file's name relative to the file's directory,
+/// except "none" (a file of that name is ./none). EX_NOINPUT: the file is missing or cannot be read. EX_CONFIG as
+/// parseConfig().
 tl::expected<Config, Error> loadConfig(const std::string& path);
 
 }  // namespace tractiond

@@ -1,4 +1,4 @@
-// Reads the gel file of a configuration, and describes it for messages and recordings.
+// Reads the gel file of a configuration, and describes it for messages and recordings. Reentrant.
 #pragma once
 
 #include "base/error.h"
@@ -26,9 +26,9 @@ tl::expected<std::optional<sensor::Sensor>, Error> loadGel(const std::string& ge
 /// `calibrated_ns`, which only the solver that was made knows, as they are.
 void describeSensor(publish::Description& description, const sensor::Sensor& sensor, const solve::SolveOptions& solve);
 
-/// Copies the gel file and the influence file that it names, as they are on the disk, into `beginning`. They stay empty
-/// for the built-in gel, and if a file cannot be read, without an error. Waits for the disk. \param sensor of that gel
-/// file
+/// Copies the gel file and the influence file that it names, as they are on the disk, into `beginning`. Each is set
+/// empty if there is none (as for the built-in gel) or it cannot be read, without an error. Waits for the disk. \param
+/// sensor of that gel file
 void readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile, publish::Beginning& beginning);
 
 }  // namespace tractiond

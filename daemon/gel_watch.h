@@ -25,16 +25,18 @@ struct GelWatchOptions {
 /// Bound to the control thread, except for takeFrame().
 class GelWatch {
  public:
-  /// Sensor, tracker and status must outlive this. \param status receives what is to be published \param answer called
-  /// within turn() with the answer to askSnapshot()
+  /// Sensor, tracker and status must outlive this. \param status receives what is to be published; what comes while the
+  /// other thread takes it is dropped \param answer called within turn() with the answer to askSnapshot()
   GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<traction::v1::MarkerStatus>& status,
            std::function<void(const Snapshots::Result&)> answer, const GelWatchOptions& options = {});
 
-  /// Compares the gel file with a zero (calibrate::checkGel()), which takes tens of milliseconds. Changes nothing else;
-  /// see report(). Later pictures are not compared, as a load hides markers, too.
+  /// Compares the gel file with a zero, which takes tens of milliseconds, and returns the result of
+  /// calibrate::checkGel(). Does not publish it: report() does. Later pictures are not compared, as a load hides
+  /// markers, too.
   GelReport compare(const RestPose& zero);
 
-  /// Tells the tracker and the status what compare() has returned for a zero that comes into force.
+  /// Passes what compare() has returned for a zero that comes into force to the tracker, whose fields carry
+  /// kGelMismatch if the gel file does not fit, and to the status.
   void report(const RestPose& zero, GelReport report);
 
   /// Requests a snapshot of the next picture. A later turn() answers: with the snapshot, which is valid during the
@@ -45,13 +47,14 @@ class GelWatch {
   /// called in each turn of the control loop. Does not wait, but an examination of a picture takes up to a second.
   void turn();
 
-  /// Returns whether a zero is being taken: the control thread should then take short turns.
+  /// Returns whether frames are being averaged for a zero: the control thread should then take short turns.
   bool hurried() const {
     const track::ZeroState state = tracker_.zeroState();
     return state == track::ZeroState::kTaking || state == track::ZeroState::kTakingFirst;
   }
 
-  /// Copies the frame if a picture is wanted. For the tracking thread, after the frame was tracked. Allocates nothing.
+  /// Copies the frame and the places of its markers if a picture is wanted; a frame that is larger than the memory is
+  /// left out, and a later one copied. For the tracking thread, after the frame was tracked. Allocates nothing.
   void takeFrame(const Frame& frame);
 
  private:

@@ -9,7 +9,7 @@
 
 namespace tractiond {
 
-/// Thread-bound.
+/// Bound to the publishing thread.
 class InvalidFields {
  public:
   /// Copies what it needs of the options by which the fields were computed.
@@ -17,7 +17,7 @@ class InvalidFields {
       : minValidFraction_(track.minValidFraction)
       , solve_(solve) {}
 
-  /// Adds a field that is not valid, which need not outlive the call. Allocates nothing.
+  /// Notes a field that is not valid, in place of the one before; it need not outlive the call. Allocates nothing.
   void add(const TractionField& field);
 
   /// Returns the explanation of the newest field that was added since the last call, a sentence without a full stop;

@@ -40,12 +40,14 @@ class Measurement : public Processing {
   /// picture or its format does not fit the gel file. EX_UNAVAILABLE: it is not the camera of the first session.
   /// EX_NOINPUT, EX_DATAERR: the zero cannot be read, is damaged, or belongs to another sensor, picture or camera.
   tl::expected<void, Error> welcome(const capture::CameraInfo& info) override;
-  /// Finds the markers. Returns false while there is no rest pose, or the first one has not been judged. Waits for that
-  /// judgement if the pictures come from a file.
+  /// Finds the markers, and copies the frame for a snapshot and the recording. Returns false while there is no rest
+  /// pose, or the first one has not been compared with the gel file. Pictures from a file wait for that comparison, and
+  /// for the solver for the zero's places, unless the pipeline is stopping.
   bool track(const Frame& frame, MarkerField& markers) override;
-  /// Computes the forces.
+  /// Computes the forces, with the newest solver that is ready.
   void solve(const MarkerField& markers, TractionField& field) override;
-  /// Counts the field if it is not valid, by its reason; passes it to the recorder.
+  /// Counts a field that is not valid (Ledger::invalid) and notes the reason for measure(); passes every field to the
+  /// recorder, if there is one.
   void takeField(const TractionField& field) override;
   /// Sets the fields of the status that concern markers, zero and drift, and why fields are not valid.
   void measure(traction::v1::Status& status) override;
@@ -55,12 +57,13 @@ class Measurement : public Processing {
   void beginZero(const ZeroRequest& request) override { procedures_->beginZero(request); }
   void beginStep(const CalibrationStep& step) override { procedures_->beginStep(step); }
   void askSnapshot() override { gelWatch_->askSnapshot(); }
-  /// Does what is due in the procedures and in the checks of the gel file.
+  /// Does what is due in the procedures, in the checks of the gel file, and for the solver of a new zero.
   void turn() override;
   bool hurried() const override { return procedures_->hurried() || gelWatch_->hurried(); }
   bool isRecording() const override { return recorder_ != nullptr; }
   void recordTurn(std::chrono::milliseconds timeout) override { recorder_->turn(timeout); }
-  /// Closes the recording and logs its summary. Returns the error of the recording, if there was one.
+  /// Explains missing markers a last time, and closes the recording, if there is one. Logs its summary, or returns its
+  /// error.
   tl::expected<void, Error> finish() override;
 
  private:

@@ -20,7 +20,7 @@ struct NoGelLinks {
 /// Ledger::noGel.
 class NoGel : public Processing {
  public:
-  explicit NoGel(NoGelLinks links);
+  explicit NoGel(NoGelLinks links);  ///< \param links what they refer to must outlive this
 
   /// Text of the status that explains this to an operator.
   static const std::string_view kWhy;

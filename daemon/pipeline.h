@@ -60,21 +60,26 @@ class Pipeline {
   void start();
   /// Stops in two phases: first the source is no longer asked, and each stage in turn processes what waits before it
   /// and closes the link behind it; then the threads are joined, and what is still in a link is counted as discarded.
-  /// Blocks meanwhile; a stage that hangs hangs it as well. Has no effect if the threads do not run.
+  /// Blocks meanwhile; a stage that hangs hangs it as well. If the threads do not run, it is requestStop() alone.
   void stop();
-  /// Waits until the source ends by itself, then does the same as stop(). Returns at once if the threads do not run.
+  /// Waits until the source ends by itself or requestStop() is called, then does the same as stop(). Returns at once if
+  /// the threads do not run.
   void finish();
 
   /// Takes one turn of a stage and counts it for the watchdog, as the stage's thread does; for callers without threads.
   /// Sleeps at most `timeout` if there is nothing to do. Returns false if the stage has ended: it must not be called
-  /// again. Must not be mixed with start(); when all stages have ended, settle() must be called.
+  /// again. Must not be mixed with start(), nor used with WhenFull::kWait, which would wait for the stages of other
+  /// threads; when all stages have ended, settle() must be called.
   bool turn(Stage stage, std::chrono::milliseconds timeout);
-  /// Makes capture and control end with their next turns; the other stages follow. Thread-safe.
+  /// Makes capture and control end with their next turns, and previews and the recording; the other stages follow. Does
+  /// not wait. Thread-safe.
   void requestStop() { stopping_.store(true, std::memory_order_relaxed); }
-  /// Counts what is still in a link as discarded. finish() calls it when the threads are joined.
+  /// Counts what is still in a link as Ledger::discardedAtStop, and gives the memory of such frames back to the source.
+  /// finish() calls it when the threads are joined.
   void settle();
 
-  /// Returns whether the pipeline is stopping: a function that waits for another thread must give up. Thread-safe.
+  /// Returns whether the pipeline is stopping or has stopped: a function that waits for another thread must give up.
+  /// finish() sets this when the stages have processed what was left, stop() and requestStop() at once. Thread-safe.
   bool stopping() const { return stopping_.load(std::memory_order_relaxed); }
 
   /// Returns whether the source has ended by itself: there are no more frames, or it has failed. Frames may still be in
@@ -108,9 +113,9 @@ class Pipeline {
   std::thread captureThread_, trackThread_, solveThread_, publishThread_, controlThread_, previewThread_, recordThread_;
 };
 
-/// Runs the stages in the calling thread, one frame after the other, until the source ends. Calls only track,
-/// solve and publish. No frame is evicted, and the threads' other functions are not used. \param ledger counts
-/// published frames, and those that were not tracked
+/// Runs the stages in the calling thread, one frame after the other, until the source ends, and gives each frame back.
+/// Of the functions calls only track, solve and publish. No frame is evicted. \param ledger counts published frames,
+/// and those that were not tracked
 void runInline(const Stages& stages, const PipelineOptions& options, Ledger& ledger);
 
 /// Returns whether received = published + all losses. That must hold when no frame is in flight; while frames are, it

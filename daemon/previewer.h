@@ -15,8 +15,8 @@
 namespace tractiond {
 
 struct PreviewOptions {
-  double rate_Hz = 10.0;  ///< upper limit of the rate of previews
-  int width_px = 320;     ///< upper limit of their width
+  double rate_Hz = 10.0;  ///< upper limit of the rate of previews; above 0
+  int width_px = 320;     ///< upper limit of their width; above 0
 };
 
 /// Bound to its thread, except for takeFrame().
@@ -25,13 +25,14 @@ class Previewer {
   /// The publisher must outlive this. \param clock [ns]
   Previewer(publish::Publisher& publisher, const PreviewOptions& options, std::int64_t (*clock)() = monotonicNow);
 
-  /// Copies the frame if turn() has asked for one. For the tracking thread, after the frame was tracked. Allocates
+  /// Copies the frame if turn() has asked for one, and wakes turn(). A frame that is larger than the memory is left
+  /// out; turn() then enlarges it for a later one. For the tracking thread, after the frame was tracked. Allocates
   /// nothing. \param markers of the frame; nullptr: it has not been tracked
   void takeFrame(const Frame& frame, const MarkerField* markers);
 
   /// Hands a frame that was copied, reduced, to the publisher, and asks takeFrame() for the next one when that is due.
   /// Then sleeps until a frame is copied or one is due, at most `timeout`. Only sleeps while no client subscribes to
-  /// previews. A preview that the publisher cannot take is dropped. Allocates when pictures become larger.
+  /// previews. A preview that the publisher cannot take is dropped. Allocates.
   void turn(std::chrono::milliseconds timeout);
 
  private:

@@ -45,16 +45,18 @@ struct ProcedureLinks {
 };
 
 /// Answers each request once: a zero within Watched::zeroWithin_s, a calibration step within the time of
-/// CalibrationOptions plus twice kNoFrames_ns, and StepRunner::kWorkWithin_ns before and after it. A request for a zero
-/// that was answered with an error changes nothing later. Thread-bound.
+/// CalibrationOptions plus twice ZeroProcedure::kNoFrames_ns, and StepRunner::kWorkWithin_ns before and after it. A
+/// request for a zero that was answered with an error changes nothing later. Bound to the control thread.
 class Procedures {
  public:
-  /// The sensor in force must outlive this.
+  /// The sensor in force must outlive this. Reserves the memory of ProcedureLinks::markers by a put() and a take():
+  /// must be made before another thread uses that mailbox, on any thread.
   Procedures(const sensor::Sensor& sensor, ProcedureOptions options, ProcedureLinks links);
 
-  /// Takes the camera and the zeros of an earlier run. Must be called when the camera has been opened for the first
-  /// time. \param rate_Hz   of its frames; 0: not known \param restored  the zero of an earlier run, if there is one
-  /// \param before    the zero that it replaced \param isWritten  as for ZeroProcedure::welcome()
+  /// Takes over the camera and the zeros of an earlier run; see ZeroProcedure::welcome(). Must be called once, when the
+  /// camera has been opened for the first time. \param cameraId calibrate::cameraId() \param rate_Hz of its frames,
+  /// until it is measured; 0: not known \param restored the zero of an earlier run, if there is one \param before the
+  /// zero that it replaced, if there is one \param isWritten as for ZeroProcedure::welcome()
   void welcome(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored,
                const std::optional<RestPose>& before = {}, bool isWritten = true);
 
@@ -67,8 +69,8 @@ class Procedures {
   /// frames, with an error. Returns at once; a later turn() answers, rarely this call.
   void beginStep(const CalibrationStep& step);
 
-  /// Does what is due for zero, step and drift, and puts Watched. Called by the control thread in each turn of its
-  /// loop. Does not wait.
+  /// Does what is due for zero, step and drift, and puts Watched. Must be called in each turn of the control loop. Does
+  /// not wait, but a comparison of a zero with the gel file takes tens of milliseconds.
   void turn();
 
   /// Returns whether a step looks at frames, so that turn() should be called for every frame.

@@ -41,16 +41,16 @@ class Processing {
 
   // camera-keeper
 
-  /// Checks the camera of a session; called for each session before its first frame. An error in the first session ends
-  /// the instrument, which exits with its code; after one in a later session the camera is opened again. May wait for a
-  /// disk.
+  /// Checks the camera of a session, which lasts from its opening to its loss or the next opening; called for each
+  /// session before its first frame. An error in the first session ends the instrument, which exits with its code;
+  /// after one in a later session the camera is opened again. May wait for a disk.
   virtual tl::expected<void, Error> welcome(const capture::CameraInfo& info) = 0;
 
   // tr-track, tr-solve, tr-publish, each on its own thread; see Stages. They allocate and lock nothing.
 
-  /// Implements Stages::track: returns false if there is nothing to publish of this frame.
+  /// Implements Stages::track: fills `markers`, or returns false if there is nothing to publish of this frame.
   virtual bool track(const Frame& frame, MarkerField& markers) = 0;
-  /// Implements Stages::solve.
+  /// Implements Stages::solve: fills `field`.
   virtual void solve(const MarkerField& markers, TractionField& field) = 0;
   /// Called by tr-publish for each field that was published.
   virtual void takeField(const TractionField& field) = 0;
@@ -75,7 +75,8 @@ class Processing {
 
   /// Returns whether recordTurn() is to be called. Called before the pipeline is made.
   virtual bool isRecording() const = 0;
-  /// Implements Stages::record.
+  /// Implements Stages::record: waits at most `timeout` for what is to be recorded, and writes it. Must not be called
+  /// unless isRecording().
   virtual void recordTurn(std::chrono::milliseconds timeout) = 0;
 
   // main

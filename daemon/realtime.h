@@ -48,12 +48,13 @@ class Realtime {
   void enter();
   /// Removes the calling thread from the registered ones; its scheduling stays.
   void leave();
-  /// Applies the options to a library's thread that sends messages, with a priority one below the others, so that a
-  /// client that floods it does not delay frames. The thread must live as long as this.
+  /// Applies the options to a library's thread that sends messages, with a priority one below a requested one (but at
+  /// least 1), so that a client that floods it does not delay frames, and registers it as enter() does. The thread must
+  /// live as long as this.
   void adopt(int threadId);
 
-  /// Sets in `status` what was requested and what is in force now. Does not wait; allocates nothing once the message
-  /// has its memory. \return false: another thread is using this object, and nothing is set
+  /// Sets in `status` what was requested and what is in force now for the registered threads. Does not wait; allocates
+  /// nothing once the message has its memory. \return false: another thread is using this object, and nothing is set
   bool read(traction::v1::Scheduling& status);
 
   /// Logs one line about what was granted, and a warning with its remedy for each thing that was not. Logs nothing if
@@ -78,8 +79,8 @@ class Realtime {
   int memoryError_ = 0;
 };
 
-/// Returns the id of the thread of this process with that name; waits up to 100 ms for one that has just been started.
-/// Returns 0 if there is none.
+/// Returns the id of a thread of this process with that name, of at most 15 characters; waits up to 100 ms for one that
+/// has just been started. Returns 0 if there is none.
 int threadCalled(const std::string& name);
 
 }  // namespace tractiond

@@ -42,13 +42,14 @@ struct RecordLinks {
 /// logged. No other thread waits.
 class Recorder {
  public:
-  /// Creates the file. EX_CANTCREAT, also if the file exists. \param identity part of every message \param markers,
-  /// nodes number of markers and nodes of all frames and fields
+  /// Creates the file. EX_CANTCREAT, also if the file exists. \param identity part of every message; copied \param
+  /// markers, nodes number of markers and nodes of all frames and fields
   static tl::expected<std::unique_ptr<Recorder>, Error>
   open(const RecordOptions& options, const publish::Identity& identity, int markers, int nodes, RecordLinks links);
   ~Recorder();  ///< Removes a file that has neither a picture nor a field.
 
-  /// Records what is needed to compute the fields again. Must be called once, before the first frame. Any thread.
+  /// Records, with the next turn(), what is needed to compute the fields again. Must be called once, before the first
+  /// frame. Any thread.
   void begin(const publish::Beginning& beginning);
 
   /// Queues a copy of a frame, unless RecordOptions::rate_Hz leaves it out or the queue is full; the inputs are then
@@ -63,11 +64,12 @@ class Recorder {
   /// what is queued, and waits for the disk. An error is logged, and returned by close().
   void turn(std::chrono::milliseconds timeout);
 
-  /// Writes the rest and the end of the file. The other functions must not be called any more. Returns the first error
-  /// of the recording, if there was one.
+  /// Writes the rest and the end of the file. Must be called once, when no thread uses this any more; afterwards only
+  /// account() may be called. Returns the first error of the recording, if there was one: what was written before it is
+  /// in the file.
   tl::expected<void, Error> close();
 
-  /// Describes what is in the file, and what is missing in it, for an operator.
+  /// Describes for an operator how many pictures and fields are in the file, and how many are missing in it.
   std::string account() const;
 
  private:

@@ -19,12 +19,13 @@ struct Reread {
   Id calibration{};  ///< solve::calibrationId() of what its gel file holds; all zero without a gel
 };
 
-/// Reads the gel file of a completed configuration. May wait for a disk. EX_NOINPUT: a file cannot be read.
-/// EX_DATAERR: the influence file is damaged. EX_CONFIG: the gel file is wrong. Reentrant.
+/// Returns a completed configuration with the id of what its gel file holds, which it reads. May wait for a disk.
+/// EX_NOINPUT: a file cannot be read. EX_DATAERR: the influence file is damaged. EX_CONFIG: the gel file is wrong.
+/// Reentrant.
 tl::expected<Reread, Error> reread(Config completed);
 
-/// Applies the changes of a configuration, or none of them if one is wrong or needs a restart. If the camera refuses
-/// its changes, that is logged and the camera is opened as before. Thread-bound.
+/// Applies the changes of a configuration, or none of them if one needs a restart. If the camera refuses its changes,
+/// that is logged and the camera is opened as before. Thread-bound.
 class Reloader {
  public:
   struct Links {
@@ -36,9 +37,10 @@ class Reloader {
   /// \param calibration Reread::calibration of the gel in force
   Reloader(Config& inForce, const Id& calibration, Links links);
 
-  /// Applies what was read, sets the level of the log, and reopens the camera if its keys have changed, or if it
-  /// refused the last change. Fails with EX_CONFIG, and applies nothing, if a key or the contents of the gel file have
-  /// changed that need a restart. \return the changes: "camera.gain = 2 (was 1)"; empty: there are none
+  /// Applies what was read: sets the level of the log, and reopens the camera if its keys have changed, or if it
+  /// refused the last change. Fails with EX_CONFIG, and applies nothing, if a key that is not Key::live has changed,
+  /// the contents of the gel file, or, with pictures from a file, a key of the camera: they need a restart. \return the
+  /// changes, a line each: "camera.gain = 2 (was 1)"; empty: there are none
   tl::expected<std::vector<std::string>, Error> apply(const Reread& read);
 
   /// Returns ServiceHooks::reload, a function that reads, on any thread, and returns another one. That one applies what

@@ -48,7 +48,7 @@ class RestSolver {
   /// zero's is ready.
   void take(PlacedSolver& solver) { ready_.swap(solver); }
 
-  /// Returns whether no solver is being made or waits to be made.
+  /// Returns whether no solver is being made or waits to be made, as of the last turn().
   bool idle() const { return !next_ && !making_.valid(); }
 
   /// Returns the number of zeros whose solver was made or could not be made. A zero that a newer one has replaced

@@ -17,8 +17,9 @@ class Snapshots {
  public:
   using Result = tl::expected<const Snapshot*, std::string>;
 
-  /// \param answer          called in take() or turn() with the answer to ask(): the copy, or why there is none
-  /// \param longestWait_s   time after ask() without a frame after which the answer is an error
+  /// \param answer called in take() or turn() with the answer to ask(): the copy, which is valid during the call, or a
+  /// sentence that states why there is none \param longestWait_s time after ask() without a frame after which the
+  /// answer is an error \param clock [ns]
   explicit Snapshots(std::function<void(const Result&)> answer, double longestWait_s = 3.0,
                      std::int64_t (*clock)() = monotonicNow);
 
@@ -35,14 +36,14 @@ class Snapshots {
   const Snapshot* take();
 
   /// Asks the tracking thread for a copy of the next frame if a request is open or `isWanted`; answers a request that
-  /// has waited too long with an error. Does not wait.
+  /// has waited too long with an error. Does not wait. \param isWanted the caller itself wants what take() returns
   void turn(bool isWanted = false);
 
   // For the tracking thread.
 
-  /// Returns the memory for a copy of the frame; nullptr if none is wanted.
+  /// Returns the memory for a copy of the frame; nullptr if none is wanted. giveBack() must follow.
   Snapshot* lent() { return loan_.lent(); }
-  /// Hands the copy over to the control thread.
+  /// Hands the copy over to the control thread, also one that does not fit (FrameCopy::fits).
   void giveBack() { loan_.giveBack(); }
 
  private:

@@ -44,19 +44,22 @@ class Front {
   Front(const Front&) = delete;
   Front& operator=(const Front&) = delete;
 
-  /// Returns the socket of a way.
+  /// Returns the socket of a way: XPUB of stream and previews, PUB of latest, ROUTER of control. Valid as long as the
+  /// front exists.
   zmq::socket_t& operator[](Way way) { return sockets_[way]; }
-  /// Returns the endpoints with the port numbers in use.
+  /// Returns the endpoints of a way, with the port numbers in use; empty if it has none. Valid as long as the front
+  /// exists.
   const std::vector<std::string>& bound(Way way) const { return bound_[way]; }
 
-  /// Returns what the caller must poll besides the four sockets; serve() must be called when one is readable. Valid as
-  /// long as the front exists.
+  /// Returns what the caller must poll (zmq_poll) besides the four sockets: handshakes, and connections that come and
+  /// go. serve() must be called when one is readable. Valid as long as the front exists.
   std::vector<zmq_pollitem_t> others();
-  /// Answers pending handshakes and updates peers(), at most 64 handshakes and 1,024 events of each socket per call.
-  /// Ends connections beyond the limits. Never waits.
+  /// Answers pending handshakes and updates peers(), at most 64 handshakes and 1,024 events of each socket per call;
+  /// what is left stays readable for the next one. Ends connections beyond the limits. Never waits.
   void serve();
 
-  Peers& peers() { return peers_; }  ///< Returns the connections, as serve() has counted them.
+  /// Returns the connections, as serve() has counted them. Valid as long as the front exists.
+  Peers& peers() { return peers_; }
 
  private:
   Front(const Options& options, MayEnter mayEnter, Refused refused);

@@ -12,14 +12,15 @@
 
 namespace tractiond::gateway {
 
-/// Receives the next message whole and keeps its first four parts; elements of `parts` without a part are unchanged.
-/// Returns the number of its parts; 0: there is none, or it cannot be received.
+/// Receives the next message whole, without waiting, and keeps its first four parts; elements of `parts` without a part
+/// are unchanged. Returns the number of its parts, which may exceed four; 0: there is none, or it cannot be received.
 std::size_t receive(zmq::socket_t& socket, std::array<zmq::message_t, 4>& parts);
 
-/// Sends one part of a message; `part` is then empty. Returns false, and leaves `part` as it is, if there is no peer or
-/// its queue is full. A ROUTER or publisher returns true, and drops the message for the peers concerned.
-/// \param more true: further parts follow
+/// Queues one part of a message, without waiting; `part` is then empty. Returns whether it was queued: false, and
+/// `part` stays as it is, if a DEALER has no peer or its queue is full. A ROUTER or publisher returns true, and drops
+/// the message for the peers concerned. \param more true: further parts follow
 bool put(zmq::socket_t& socket, zmq::message_t& part, bool more);
+/// The same with a copy of `text`.
 bool put(zmq::socket_t& socket, std::string_view text, bool more);
 
 /// Returns a property of a message, such as "Peer-Address"; empty if it has none of this name.
@@ -34,7 +35,7 @@ struct Route {
   std::uint32_t generation = 0;  ///< opening of the front to which the connection belongs
 
   std::string text() const;  ///< Returns the route as bytes, from which of() restores it.
-  /// Restores a route. Returns nothing if the text is not one of text().
+  /// Restores a route. Returns nothing if the text has not the lengths that it states; nothing else is checked.
   static std::optional<Route> of(std::string_view text);
 };
 

@@ -16,9 +16,9 @@ class Peers {
       : most_(most)
       , mostPerAddress_(mostPerAddress) {}
 
-  /// Registers a connection that ZeroMQ accepted on a socket bound to `bound`. Closes it if it exceeds a limit; ignores
-  /// it if it has ended. \param fd file descriptor of the connection \param bound must outlive this object: its address
-  /// identifies the socket
+  /// Registers a connection that ZeroMQ accepted on a socket bound to `bound`. If it exceeds a limit, ends it and
+  /// counts it as refused instead; ignores it if it has ended. \param fd file descriptor of the connection \param bound
+  /// must outlive this object: its address identifies the socket
   void came(int fd, const std::vector<std::string>& bound);
   /// Removes a closed connection of that socket. Ignores `fd` if it is not registered, or belongs to another socket's
   /// connection by now.
@@ -30,7 +30,7 @@ class Peers {
   int count() const { return static_cast<int>(connections_.size()); }
   /// Returns the number of connections refused so far.
   std::uint64_t refused() const { return refused_; }
-  /// Returns the address of the last refused connection; empty: none was refused.
+  /// Returns the IP address of the last refused connection; empty: none was refused.
   const std::string& lastRefused() const { return lastRefused_; }
 
  private:

@@ -17,8 +17,8 @@ class RequestLimit {
       , mostEach_(mostEach) {}
 
   /// Counts a request of client `who`, unless it exceeds a limit. The counts begin anew with the first request that
-  /// comes a second or more after they began last. \param now_ns CLOCK_MONOTONIC \return 0, or the exceeded limit
-  /// [requests/s]
+  /// comes a second or more after they began last. \param now_ns CLOCK_MONOTONIC \return 0: the request may pass;
+  /// otherwise the exceeded limit [requests/s], that of the client before that of all
   int beyond(const std::string& who, std::int64_t now_ns) {
     constexpr std::int64_t kSecond_ns = 1'000'000'000;
     if (now_ns - since_ns_ >= kSecond_ns) {
@@ -43,7 +43,8 @@ class RequestLimit {
 /// Limits log lines of one kind to one per 5 s; the next line states how many were left out. Not thread-safe.
 class SeldomLine {
  public:
-  /// Returns the line to log, or an empty text if none is due. \param now_ns CLOCK_MONOTONIC
+  /// Returns the line to log: `line`, with the number left out since the last one if there are some; empty if none is
+  /// due. \param now_ns CLOCK_MONOTONIC
   std::string next(const std::string& line, std::int64_t now_ns) {
     constexpr std::int64_t kPause_ns = 5'000'000'000;
     if (said_ && now_ns - last_ns_ < kPause_ns) return ++unsaid_, "";

@@ -1,4 +1,5 @@
-// Relays between one instrument and peers on the network: published messages outwards, requests inwards.
+// Relays between one instrument, a tractiond on this host, and peers on the network: published messages outwards,
+// requests inwards.
 #pragma once
 
 #include "base/clock.h"
@@ -13,7 +14,8 @@
 
 namespace tractiond::gateway {
 
-/// Thread-bound except where noted. The instrument may start later, and restart.
+/// One gateway: its connection to the instrument, and its front. Thread-bound except where noted. The instrument may
+/// start later, and restart.
 class Relay {
  public:
   using Clock = std::int64_t (*)();
@@ -29,15 +31,17 @@ class Relay {
   /// Closes all connections.
   ~Relay();
 
-  /// Waits at most `timeout` for messages and relays those that have arrived; wakes early if a description is due.
-  /// Reads the keys again every 250 ms. If a key was revoked, closes all connections and opens the endpoints again, for
-  /// which it tries for about a second; if that fails, returns an error of open(), and must not be called again. \param
-  /// timeout negative: no limit
+  /// Waits at most `timeout` for messages, or 10 ms, whatever `timeout` is, if a description is due to a new
+  /// subscriber; relays a limited number of those that have arrived, the rest in the next call. Reads the keys again
+  /// every 250 ms, and at each handshake. If a key was revoked, renamed or has lost a permission, closes all
+  /// connections and opens the endpoints again, for which it tries for about a second; if that fails, returns an error
+  /// of open(), and must not be called again. \param timeout negative: no limit
   tl::expected<void, Error> turn(std::chrono::milliseconds timeout);
 
   /// Returns the endpoints of one socket, with the port numbers in use. Valid until the next turn().
   const std::vector<std::string>& bound(Way way) const;
-  int peers() const;  ///< Returns the number of connections, at most 250 ms old. Any thread.
+  /// Returns the number of connections, as turn() counts it every 250 ms; 0 before. Thread-safe.
+  int peers() const;
 
  private:
   struct Impl;

@@ -10,7 +10,7 @@ namespace tractiond::gateway {
 
 /// Returns the request (a traction.v1.Request as Protobuf bytes) with `asker` as its on_behalf_of field, whatever that
 /// field held. On failure returns a sentence for the client: the bytes are not a request, or the result has more than
-/// the 64 KiB that the instrument accepts. Reentrant; turns off Protobuf's own log for the process.
+/// the 64 KiB that the instrument accepts. Thread-safe; turns off Protobuf's own log for the process.
 tl::expected<std::string, std::string> signedRequest(std::string_view bytes, const std::string& asker);
 
 /// Returns the Protobuf bytes of a traction.v1.Reply with this error.

@@ -13,8 +13,9 @@ int failed(const Error& error);
 
 /// Serves until SIGTERM or SIGINT (on a terminal also SIGHUP; elsewhere that has no effect but a log line), or until
 /// the relay fails. Returns EX_OK if it was stopped. Otherwise logs the error and returns its exit code: EX_OSERR if
-/// too few file descriptors are allowed, or those of Relay::open(). Must be called by the main thread before this
-/// program starts its first thread. \param runtime directory of the instance's sockets
+/// too few file descriptors are allowed, or those of Relay::open(). The relay runs on a thread of its own. Must be
+/// called by the main thread before this program starts its first thread. \param runtime directory of the instance's
+/// sockets
 int serve(const Config& config, const std::filesystem::path& runtime);
 
 }  // namespace tractiond::gateway

@@ -14,7 +14,7 @@ struct Board {
   int columns = 9, rows = 6;  ///< number of squares along its sides, at least 4
   double square = 10e-3;      ///< side of a square [m]
 
-  int corners() const { return (columns - 1) * (rows - 1); }  ///< number of inner corners
+  int corners() const { return (columns - 1) * (rows - 1); }  ///< Returns the number of inner corners.
   /// Returns the place of an inner corner on the board [m]. They are counted row by row; the first one is the origin,
   /// x runs along a row, y across. \param index 0 to corners() - 1
   Eigen::Vector2d corner(int index) const;

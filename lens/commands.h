@@ -45,7 +45,7 @@ struct PoseOptions : PictureOptions {
 
 /// Estimates the camera's pose from one picture of the untouched gel and writes a gel file with camera, lens and the
 /// uncertainty of the pose. Errors: those of loadGel() and readPicture(); EX_DATAERR if the markers are not found, no
-/// pose fits, or the residual is too large; EX_CANTCREAT.
+/// pose fits, or the residual is too large, as with another aspect, which it then states; EX_CANTCREAT.
 Done pose(const PoseOptions& options);
 
 /// Draws the markers of the untouched gel into the picture, at twice its size: circles where they were found, crosses
@@ -72,7 +72,7 @@ struct CameraFile {
   sensor::Sensor sensor;
   bool hasWidth = false, hasHeight = false;
 };
-/// Reads a gel file as loadGel().
+/// Reads a gel file as loadGel(), with its errors. For an empty path neither size is stated.
 tl::expected<CameraFile, Faults> loadCamera(const std::string& path);
 
 /// Writes a gel file without a calibration, which no longer applies, and prints its path and that a calibration was

@@ -27,7 +27,7 @@ struct FirstPoseOptions {
 /// A few dots in one plane that do not lie exactly as described have several minima, because distortion, tilt and
 /// principal point can compensate each other. The fit is therefore made from several fixed starts. Returns the fit with
 /// the smallest residual, in which outliers count at their limit. All starts take 0.1 to 0.5 s for 70 to 80 dots.
-/// Outcome kDiverged: no fit converged. Reentrant.
+/// Outcome kDiverged: no fit converged, or no start was found; the rest has no meaning then. Reentrant.
 tractiond::calibrate::Geometry firstPose(const sensor::Sensor& sensor, const RestMarkers& markers,
                                          const FirstPoseOptions& options = {});
 

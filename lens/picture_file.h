@@ -12,7 +12,7 @@ namespace lens {
 
 /// Reads a PNG, TIFF or JPEG picture as 8 bits, grey or BGR, without applying a JPEG's orientation. Deeper samples are
 /// scaled so that the brightest becomes 255. The error names the file: EX_NOINPUT if it cannot be read, EX_DATAERR if
-/// it is damaged, of another type or larger than 16384 px. Reentrant.
+/// it is damaged, of another type or larger than 16384 px. Turns off OpenCV's log in this process. Reentrant.
 tl::expected<cv::Mat, tractiond::Error> readPicture(const std::string& path);
 
 /// Converts a BGR picture to grey, of the same depth. A grey picture is returned unchanged and shares its memory.

@@ -14,7 +14,7 @@ namespace lens {
 /// \param grey one channel of 8 bits
 /// \param radius_px radius of the pixels used; less than half a square
 /// \param blur_px start value of the blur, the standard deviation of the edges
-/// \param grid corners to refine, in place [px]
+/// \param grid corners to refine, in place [px]; at least 3 x 3
 void fitSaddles(const cv::Mat& grey, double radius_px, double blur_px, CornerGrid& grid);
 
 }  // namespace lens

@@ -33,8 +33,9 @@ struct Summary {
 /// A recording opened for reading. Thread-bound. Bytes that are appended after open() are not read.
 class Reader {
  public:
-  /// Opens a recording. Errors: EX_NOINPUT if it cannot be read, EX_DATAERR if it is empty, cut off within its first
-  /// bytes or not a recording, EX_PROTOCOL if it is of a newer version.
+  /// Opens a recording and reads its first bytes. Errors: EX_NOINPUT if it cannot be opened, EX_IOERR if it cannot be
+  /// read, EX_DATAERR if it is empty, cut off within its first bytes or not a recording, EX_PROTOCOL if it is of a
+  /// newer version.
   static tl::expected<Reader, Error> open(const std::filesystem::path& path);
 
   /// Called by read() for each message. The arguments are valid during the call only. What it throws ends the reading
@@ -44,12 +45,12 @@ class Reader {
   /// Reads from the beginning to the end, to a cut, to a damaged record outside the chunks, or to a record of more than
   /// 1 GiB, and visits all messages of intact chunks, and those outside of chunks, in the order of the file. Skips
   /// damaged chunks. A damaged or cut recording is no error: see Extent::trouble. Waits for the disk. Error: EX_IOERR.
-  /// \param since_ns skips chunks whose last log time is earlier [ns since 1970], if the recording has a summary; 0:
-  /// skips none
+  /// \param since_ns skips chunks whose last log time is earlier [ns since 1970], if the recording has a summary, and
+  /// does not count them; earlier messages of other chunks are visited. 0: skips none
   tl::expected<Extent, Error> read(const Visit& visit, std::uint64_t since_ns = 0) const;
 
-  /// Reads the summary, without the messages. Returns nothing if the recording was not closed or its summary is
-  /// damaged. Error: EX_IOERR.
+  /// Reads the summary, without the messages. Returns nothing, without an error, if the recording was not closed, has
+  /// no summary, or that is damaged or larger than 1 GiB. Error: EX_IOERR.
   tl::expected<std::optional<Summary>, Error> summary() const;
 
   const OldFile& file() const { return file_; }  ///< Returns the file that is read.
@@ -61,8 +62,9 @@ class Reader {
   OldFile file_;
 };
 
-/// Copies every readable message into a new, whole recording, and syncs it at the end. Returns how the reading went.
-/// Errors: EX_IOERR of reading, and those of `to`. \param to must be empty
+/// Copies every readable message, with its channel and schema, into a new, whole recording, and syncs it at the end.
+/// Returns how the reading went: damage of `from` is no error. Errors: EX_IOERR of reading, and those of `to`. \param
+/// to must be empty
 tl::expected<Extent, Error> recover(const Reader& from, Sink& to);
 
 }  // namespace recording

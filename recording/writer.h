@@ -23,7 +23,7 @@ struct WriterOptions {
 /// reserved if the sink can. The destructor does not close: what is not written is lost, and the file has no end.
 class Writer {
  public:
-  /// \param sink must be empty, and outlive the writer
+  /// Writes nothing yet. \param sink must be empty, and outlive the writer
   Writer(Sink& sink, WriterOptions options);
 
   /// Declares a schema and returns its id for channel(), from 1. It is written before the next chunk. Names are not
@@ -35,7 +35,8 @@ class Writer {
                         std::map<std::string, std::string> metadata = {});
 
   /// Adds a copy of a message to the current chunk. If that chunk is due or full, does flush() first, and so waits for
-  /// the disk. The message's channel must have been declared: it is not checked.
+  /// the disk; if that fails, the message is not added. The message's channel must have been declared: it is not
+  /// checked.
   tl::expected<void, Error> write(const Message& message);
   /// Returns the log time of the first message not written yet; nothing if all are written.
   std::optional<std::uint64_t> oldest_ns() const;

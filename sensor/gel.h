@@ -37,7 +37,7 @@ struct MarkerLayer {
   double diameter = 0.6e-3;                          ///< [m]
   bool darker = false;  ///< true: markers are darker than their surroundings in the light of `colour`
 
-  int count() const { return columns * rows; }  ///< number of markers
+  int count() const { return columns * rows; }  ///< Returns the number of markers.
   /// Returns the centre of a marker, gel frame [m]. Column and row count from 0; they are not checked.
   Eigen::Vector3d position(int column, int row) const;
 };
@@ -49,7 +49,7 @@ struct NodeGrid {
   double pitch = 3e-3;                               ///< distance between neighbours in x and in y [m]
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< of the grid, gel frame [m]
 
-  int count() const { return columns * rows; }  ///< number of nodes
+  int count() const { return columns * rows; }  ///< Returns the number of nodes.
   /// Returns the place of a node, gel frame [m], z = 0. Column and row count from 0; they are not checked.
   Eigen::Vector3d position(int column, int row) const;
 };

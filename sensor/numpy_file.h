@@ -36,8 +36,8 @@ class NumpyFile {
   /// \param name keyword of savez(), without ".npy"
   tl::expected<NumpyArray, FileError> numbers(const std::string& name) const;
 
-  /// Returns a string up to its first NUL. Fails (`isData`) if it is missing, not a single string, or not ASCII.
-  /// \param name as in numbers()
+  /// Returns a string (NumPy's types U, little endian, and S) up to its first NUL. Fails (`isData`) if it is missing,
+  /// not a single string, or not ASCII. \param name as in numbers()
   tl::expected<std::string, FileError> text(const std::string& name) const;
 
   /// Returns an error (`isData`) at the archive's path, with the text "name what", for checks of the caller. An empty

@@ -44,7 +44,8 @@ class GelFilm : public Film {
   GelFilm(const Scenario& scenario, std::uint32_t seed, const std::filesystem::path& cache,
           const sensor::elastic::Progress& progress = {});
 
-  /// Implements Film::draw. Resizes picture.pixels. The scenario repeats after Scenario::period_s.
+  /// Implements Film::draw. Resizes picture.pixels. The scenario repeats after Scenario::period_s; creep and the drift
+  /// of the light go on, so picture.time_s must not fall.
   void draw(Picture& picture, Truth& truth) override;
 
  private:

@@ -61,7 +61,7 @@ struct FormatTraits {
 /// Returns the traits of a format, in static storage.
 const FormatTraits& traitsOf(Format format);
 
-/// Returns all names: "RGB8, BGR8, ..."
+/// Returns all names as one text: "RGB8, BGR8, ..."
 std::string formatNames();
 /// Return the format with this name (exact case) or GenICam code, in static storage; null if there is none.
 const Format* formatByName(const std::string& name);

@@ -44,8 +44,8 @@ struct GvCameraOptions {
 /// picture is used. Thread-safe.
 class GvCamera {
  public:
-  /// Starts the camera. Errors: EX_USAGE for an invalid address, EX_UNAVAILABLE if no interface has exactly this
-  /// address or port 3956 is in use, EX_OSERR if the port cannot be bound.
+  /// Starts the camera. Errors: EX_USAGE for an invalid address, EX_UNAVAILABLE if no interface that is up has exactly
+  /// this address or port 3956 is in use on it or on 255.255.255.255, EX_OSERR if the port cannot be bound.
   static tl::expected<std::unique_ptr<GvCamera>, Failure> open(const GvCameraOptions& options);
   /// Blocks until Aravis's thread has ended. Pictures that are still queued are not touched any more.
   ~GvCamera();
@@ -62,9 +62,10 @@ class GvCamera {
   /// thread must queue. Sent pictures can still be taken back.
   void close();
 
-  Format format() const;          ///< format of the next picture: the client's choice, else the options'
-  double framePeriod_s() const;   ///< client's choice at the last picture, else 1 / rate_hz
-  const std::string& id() const;  ///< "VENDOR-SERIAL", by which a client finds this camera
+  /// Returns the format that queued pictures must have: the client's choice at the last picture, else the options'.
+  Format format() const;
+  double framePeriod_s() const;   ///< Returns the client's choice at the last picture, else 1 / rate_hz.
+  const std::string& id() const;  ///< Returns "VENDOR-SERIAL", by which a client finds this camera.
 
  private:
   class Impl;

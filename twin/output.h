@@ -19,8 +19,8 @@ tl::expected<void, Failure> serve(const Options& options, const Scenario& scenar
                                   const std::atomic<bool>& isStopping);
 
 /// Writes pictures as fast as they are read. Their ids count from 1, as the daemon counts them. They have only scenario
-/// times; other times in `truth` are 0. Blocks until `isStopping` or the end of `options.seconds`. Errors: those of
-/// PictureWriter. SIGPIPE must be ignored.
+/// times; other times in `truth` are 0. Blocks until `isStopping` or the end of `options.seconds`, in scenario time.
+/// Errors: those of PictureWriter. SIGPIPE must be ignored.
 tl::expected<void, Failure> writePictures(const Options& options, const Scenario& scenario, Film& film,
                                           TruthWriter& truth, const std::atomic<bool>& isStopping);
 

@@ -24,15 +24,18 @@ namespace twin {
 /// Draws pictures of one format and one set of optics. Thread-bound.
 class Renderer {
  public:
-  /// Prepares the markers' shapes and the background. The arguments need not outlive the object.
+  /// Prepares the markers' shapes and the background; takes the picture's size from the sensor's camera. The arguments
+  /// need not outlive the object. Without Variety, the radius of each layer's discs, stretched by the camera's aspect,
+  /// plus 4 blur_px must be below 31.5 px (asserted); with it, what lies beyond is cut off.
   Renderer(const sensor::Sensor& sensor, const Optics& optics, Format format);
 
-  std::size_t pictureSize() const { return twin::pictureSize(format_, width_, height_); }  ///< bytes
+  /// Returns the size of a picture [bytes].
+  std::size_t pictureSize() const { return twin::pictureSize(format_, width_, height_); }
 
   /// Draws a picture. Allocates nothing, except that markers with their own shapes allocate. \param markers_px (u, v)
   /// in the order of sensor::markerPositions, 2 x markers; a marker that is not finite is not drawn
-  /// \param seed of the noise
-  /// \param picture pictureSize() bytes, rows without padding
+  /// \param seed of the noise: the same seed gives the same noise
+  /// \param picture pictureSize() bytes (asserted), rows without padding
   /// \param brightness of the LED, relative to that of the optics
   void render(const Eigen::Matrix2Xd& markers_px, std::uint32_t seed, std::span<std::uint8_t> picture,
               double brightness = 1.0);

@@ -28,7 +28,8 @@ bool seesAccepts();
 /// Reports the connections that are refused after its construction. Thread-bound.
 class Report {
  public:
-  /// \param mostLookedAt largest number of file descriptors that look() examines for the peer with most connections
+  /// \param mostLookedAt largest number of file descriptors, above 0, that look() examines for the peer with most
+  /// connections; of more it examines every third, fifth ... one, and estimates
   explicit Report(std::size_t mostLookedAt = 512)
       : mostLookedAt_(mostLookedAt) {}
 

@@ -5,8 +5,6 @@
 
 #include <malloc.h>
 #include <sys/socket.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -30,6 +28,10 @@ struct Connection {
   Charge charge = Charge::kRequests;
   FrameMeter meter;
   std::uint64_t frames = 0, charged_bytes = 0;  ///< held by ZeroMQ
+  /// Messages of an earlier connection of this descriptor may wait, until the queues of `leftOver` were found empty so
+  /// often.
+  std::uint64_t leftUntil = 0;
+  Charge leftOver = Charge::kRequests;
 };
 
 struct Account {
@@ -49,20 +51,25 @@ std::atomic<std::uint64_t> endedCount{0};
 std::atomic<bool> seesReads{false}, isBypassed{false};
 // Charges of connections that have ended, by Charge: their messages wait until they are taken.
 std::array<std::atomic<std::uint64_t>, 2> left_bytes{};
+// How often queues were found empty, by Charge.
+std::array<std::atomic<std::uint64_t>, 2> emptied{};
 // NOLINTEND(*-avoid-non-const-global-variables)
-
-std::uint64_t cookieOf(int fd) {
-  std::uint64_t cookie = 0;
-  socklen_t size = sizeof cookie;
-  return getsockopt(fd, SOL_SOCKET, SO_COOKIE, &cookie, &size) == 0 ? cookie : 0;
-}
 
 std::atomic<std::uint64_t>& leftOf(Charge charge) {
   return left_bytes[static_cast<std::size_t>(charge)];
 }
 
-/// Removes the charge of a connection from its record; its messages may still wait.
+std::atomic<std::uint64_t>& emptiedOf(Charge charge) {
+  return emptied[static_cast<std::size_t>(charge)];
+}
+
+/// Removes the charge of a connection from its record; its messages may still wait. They have been taken when the
+/// queues are found empty twice: the first time may have been just before the last of them came.
 void writeOff(Connection& one) {
+  if (one.frames > 0) {
+    one.leftOver = one.charge;
+    one.leftUntil = emptiedOf(one.charge) + 2;
+  }
   account.charged_bytes -= one.charged_bytes;
   leftOf(one.charge) += std::exchange(one.charged_bytes, 0);
   one.frames = 0;
@@ -91,7 +98,16 @@ void endLargest() {
   if (largest == nullptr || account.charged_bytes <= kMostTogether_bytes) return;
   const int fd = static_cast<int>(largest - records.data());
   end(*largest, fd, "held most of the " + std::to_string(kMostTogether_bytes >> 10) + " KiB of all");
-  shutdown(fd, SHUT_RDWR);
+  shutDown(fd);
+}
+
+/// Forgets a connection, but for what it may have left in the queues.
+void startAnew(Connection& one) {
+  writeOff(one);
+  Connection next;
+  next.leftUntil = one.leftUntil;
+  next.leftOver = one.leftOver;
+  one = next;
 }
 
 /// Returns the record of a connection; a new one if its descriptor was used by another connection before.
@@ -99,8 +115,7 @@ Connection& find(int fd) {
   Connection& one = records[static_cast<std::size_t>(fd)];
   const std::uint64_t cookie = cookieOf(fd);
   if (one.cookie == cookie) return one;
-  writeOff(one);
-  one = {};
+  startAnew(one);
   one.cookie = cookie;
   account.highest = std::max(account.highest, static_cast<std::size_t>(fd));
   const auto at = account.endpoints.find(localEnd(fd));
@@ -150,9 +165,7 @@ bool allows(int fd, std::span<const std::uint8_t> bytes) {
 
 void forget(int fd) {
   const std::lock_guard lock(mutex);
-  Connection& one = records[static_cast<std::size_t>(fd)];
-  writeOff(one);
-  one = {};
+  startAnew(records[static_cast<std::size_t>(fd)]);
 }
 
 /// All reads of this program by recv(), ZeroMQ's among them, as the linker takes a program's own functions before those
@@ -160,9 +173,7 @@ void forget(int fd) {
 extern "C" __attribute__((visibility("default"), used)) ssize_t
 receiveWithinLimits(int fd, void* buffer, std::size_t size, int flags) __asm__("recv");
 extern "C" ssize_t receiveWithinLimits(int fd, void* buffer, std::size_t size, int flags) {
-  // Calls the kernel directly, as the thread sanitizer would report a call of the library from here as a write into
-  // memory whose owner, ZeroMQ, it does not follow.
-  const ssize_t count = syscall(SYS_recvfrom, fd, buffer, size, flags, nullptr, nullptr);
+  const ssize_t count = network::receive(fd, buffer, size, flags);
   if (watchedEndpoints.load(std::memory_order_relaxed) == 0 || (flags & MSG_PEEK) != 0 || size == 0) return count;
   const int error = errno;
   if (static_cast<std::size_t>(fd) >= records.size()) return count <= 0 || !isWatched(fd) ? count : 0;
@@ -207,8 +218,17 @@ void release(int fd, std::size_t parts) {
   account.charged_bytes -= cost_bytes;
 }
 
+std::optional<std::uint64_t> connectionOf(int fd) {
+  if (fd < 0 || static_cast<std::size_t>(fd) >= records.size()) return 0;
+  const std::lock_guard lock(mutex);
+  const Connection& one = records[static_cast<std::size_t>(fd)];
+  if (emptiedOf(one.leftOver) < one.leftUntil) return std::nullopt;
+  return one.cookie;
+}
+
 void releaseEnded(Charge charge) {
   leftOf(charge).store(0, std::memory_order_relaxed);  // an estimate: orders no other memory access
+  emptiedOf(charge).fetch_add(1, std::memory_order_relaxed);
 }
 
 std::uint64_t ended() {

@@ -7,6 +7,7 @@
 #include "base/network/frame_meter.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,21 +19,29 @@ inline constexpr std::uint64_t kMostTogether_bytes = 8 << 20;  ///< of all; abov
 // Every function is thread-safe.
 
 /// Applies the limits to the connections that are accepted at this endpoint (tcp://ADDRESS:PORT, ipc://PATH) from now
-/// on. An endpoint is identified by its port or path alone. Each call needs an unwatch() of its own.
+/// on: what each frame costs is charged to its connection until release(). An endpoint is identified by its port or
+/// path alone. Each call needs an unwatch() of its own.
 void watch(const std::string& endpoint, Charge charge);
 /// Ends one watch() of each endpoint; ignores endpoints that are not watched. When none is left, forgets all charges.
 void unwatch(const std::vector<std::string>& endpoints);
 
-/// Releases the charge of a connection for one message, which the caller has taken out of ZeroMQ's queues.
-/// \param fd of the connection, as ZeroMQ reports it; -1, or one without a charge, has no effect
-/// \param parts number of parts of the message
+/// Releases the charge of a connection for one message, which the caller has taken out of ZeroMQ's queues: the mean
+/// charge of its frames for each part. Notes if recv() or accept() was not seen, for Report.
+/// \param fd of the connection, as ZeroMQ reports it; -1, or one without a charge, releases nothing
+/// \param parts number of parts of the message that came over the connection
 void release(int fd, std::size_t parts);
 
-/// Releases the charges of connections that have ended. Must be called when ZeroMQ has no more messages of this kind in
-/// its queues.
+/// Returns a number of the connection over which a message came that has been taken out of ZeroMQ's queues; 0 if the
+/// connection was not seen to be read. Returns nothing if another connection had this descriptor before, and messages
+/// of it may still wait: the message may be one of them.
+std::optional<std::uint64_t> connectionOf(int fd);
+
+/// Releases the charges of connections that have ended, whose messages may still wait in ZeroMQ's queues. Must be
+/// called when ZeroMQ has no more messages of this kind there. Above kMostTogether_bytes of these charges, every
+/// connection of the kind is ended that sends another frame.
 void releaseEnded(Charge charge);
 
-/// Returns the number of connections that were ended since the start of the program.
+/// Returns the number of connections that were ended by these limits since the start of the program.
 std::uint64_t ended();
 
 /// Reports the connections that are ended after its construction, and once that the limits are not in force, if so.

@@ -1,5 +1,5 @@
 // Keys as files: the keys that may connect, and the secret keys of a gateway and of a client. Shared by the gateway,
-// tractionctl and the client library. Keys are CURVE keys, 40 characters of Z85.
+// tractionctl and the client library. Keys are CURVE keys, 40 characters of Z85. The functions are reentrant.
 #pragma once
 
 #include "base/error.h"
@@ -52,7 +52,8 @@ KeyPair newKeyPair();
 std::filesystem::path serverKeyFile(const std::filesystem::path& directory);
 
 /// Reads a key pair. Errors: EX_NOINPUT if it cannot be read, EX_CONFIG if it is not a valid pair (the public key must
-/// belong to the secret one), EX_NOPERM if others than its owner can read the file (for root's file: and its group).
+/// belong to the secret one), EX_NOPERM if the file's mode lets others than its owner read, write or execute it; the
+/// group of a file of root may read it.
 tl::expected<KeyPair, Error> loadKeyPair(const std::filesystem::path& path);
 
 /// Writes a new file with mode 0600 and creates its directory and that one's parents. Errors: EX_CANTCREAT if the file
@@ -68,8 +69,8 @@ tl::expected<void, Error> saveServerKey(const std::filesystem::path& directory, 
 /// saveKeyPair(), except for an existing file. \param key must be valid: name and key are not checked
 tl::expected<void, Error> allow(const std::filesystem::path& directory, const AllowedKey& key);
 
-/// Deletes NAME.key; a gateway notices it by itself. Errors: EX_NOINPUT if there is none; EX_NOPERM or EX_CANTCREAT if
-/// it cannot be deleted. \param name must be valid: it is not checked
+/// Deletes NAME.key; a gateway notices it by itself (KeyDirectory::refresh()). Errors: EX_NOINPUT if there is none;
+/// EX_NOPERM or EX_CANTCREAT if it cannot be deleted. \param name must be valid: it is not checked
 tl::expected<void, Error> revoke(const std::filesystem::path& directory, const std::string& name);
 
 /// The keys of a directory, as refresh() has read them last. Not thread-safe.
@@ -79,13 +80,15 @@ class KeyDirectory {
   explicit KeyDirectory(std::filesystem::path path)
       : path_(std::move(path)) {}
 
-  /// Reads the directory again if a file NAME.key has changed, appeared or gone. Returns whether the keys or the faults
-  /// have changed. A faulty file allows no key, nor does one with the key of a file before it in the order of names. No
-  /// key is allowed if the directory cannot be read, can be written by every user, or has more than 1,000 keys. If file
-  /// descriptors or memory are exhausted, everything stays as it was. Waits for the disk.
+  /// Reads the directory in the first call, and again if a file NAME.key has changed, appeared or gone, or could not be
+  /// read. Returns whether the keys or the faults have changed. A faulty file allows no key, nor does one with the key
+  /// of a file before it in the order of names. No key is allowed if the directory cannot be read, can be written by
+  /// every user, or has more than 1,000 keys. If it cannot be opened for lack of file descriptors or memory, everything
+  /// stays as it was. Waits for the disk.
   bool refresh();
 
-  const std::vector<AllowedKey>& keys() const { return keys_; }  ///< sorted by name
+  /// Returns the allowed keys, sorted by the names of their files. Valid until the next refresh().
+  const std::vector<AllowedKey>& keys() const { return keys_; }
   /// Returns the errors of single files or of the directory, at the last reading. Valid until the next refresh().
   const std::vector<Error>& faults() const { return faults_; }
   /// Returns the allowed key equal to `key`, or null. Valid until the next refresh().

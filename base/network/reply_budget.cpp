@@ -1,15 +1,14 @@
 #include "base/network/reply_budget.h"
 
-#include <linux/sockios.h>
-#include <sys/ioctl.h>
+#include "base/network/ends.h"
 
 #include <iterator>
 
 namespace tractiond::network {
 
 bool ReplyBudget::isUnread(int fd) {
-  int waiting = 0;
-  return ioctl(fd, SIOCOUTQ, &waiting) == 0 && waiting > 0;
+  const auto unread = unreadOf(fd);
+  return unread && unread->bytes > 0;
 }
 
 /// Forgets the replies of one connection that have been read. Returns the number of bytes that still wait.

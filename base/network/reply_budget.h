@@ -11,7 +11,7 @@
 
 namespace tractiond::network {
 
-/// Counts for each requester (a key, a user, an address) and for all together. Thread-bound.
+/// Counts the bytes that wait, for each requester (a key, a user, an address) and for all together. Thread-bound.
 class ReplyBudget {
  public:
   /// A reply that has not arrived yet.
@@ -22,7 +22,7 @@ class ReplyBudget {
 
   /// \param most_bytes limit of all requesters together \param mostEach_bytes of one
   /// \param hasUnread returns whether the kernel holds bytes of a connection that its peer has not read; called by
-  /// forgetRead()
+  /// forgetRead(); by default asks the kernel
   ReplyBudget(std::uint64_t most_bytes, std::uint64_t mostEach_bytes, std::function<bool(int fd)> hasUnread = isUnread)
       : most_bytes_(most_bytes)
       , mostEach_bytes_(mostEach_bytes)
@@ -32,12 +32,12 @@ class ReplyBudget {
   /// answer is true for any number of bytes, whatever waits for others.
   bool allows(const std::string& requester, std::uint64_t bytes) const;
 
-  /// Forgets the replies that ZeroMQ has freed and whose connections hold nothing unread. Makes a system call for each
-  /// connection: should be called once per turn, not for each request.
+  /// Forgets the replies that ZeroMQ has freed and whose connections hold nothing unread, or have ended: they do not
+  /// count any more. Makes a system call for each connection: should be called once per turn, not for each request.
   void forgetRead();
 
   /// Counts a reply until forgetRead() forgets it; does not check the limits. Returns what messageOf() needs, to state
-  /// when ZeroMQ has freed the reply. \param fd of its connection
+  /// when ZeroMQ has freed the reply. \param fd of its connection \param bytes size of the reply
   std::shared_ptr<Reply> add(const std::string& requester, int fd, std::uint64_t bytes);
 
  private:

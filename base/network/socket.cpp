@@ -176,16 +176,25 @@ bool cutOff(int fd, const std::vector<std::string>& bound) {
   // The peer may have gone and its descriptor been reused, but not by a connection to the camera.
   const std::string end = localEnd(fd);
   const auto isOurs = [&](const std::string& endpoint) { return endpoint.ends_with(end); };
-  return !end.empty() && std::ranges::any_of(bound, isOurs) && shutdown(fd, SHUT_RDWR) == 0;
+  return !end.empty() && std::ranges::any_of(bound, isOurs) && shutDown(fd);
 }
 
 void PeerLimit::count(zmq::message_t& message, const std::vector<std::string>& bound) {
   const int fd = sourceOf(message);
-  if (fd < 0 || static_cast<std::size_t>(fd) >= counts_.size()) return;
-  auto& count = counts_[static_cast<std::size_t>(fd)];
-  if (++count <= limit_) return;
-  count = 0;
+  if (fd < 0 || static_cast<std::size_t>(fd) >= connections::kMostDescriptors) return;
+  const auto connection = inflow::connectionOf(fd);
+  if (!connection) return;
+  const auto index = static_cast<std::size_t>(fd);
+  if (index >= counts_.size()) counts_.resize(index + 1);
+  Count& count = counts_[index];
+  if (count.connection != *connection) count = {.connection = *connection};
+  if (++count.messages <= limit_) return;
+  count.messages = 0;
   cutOff(fd, bound);
+}
+
+void PeerLimit::reset() {
+  for (Count& count : counts_) count.messages = 0;
 }
 
 }  // namespace tractiond::network

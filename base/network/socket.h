@@ -1,4 +1,5 @@
-// ZeroMQ sockets that any peer may connect to. Only the socket, publisher and control files include ZeroMQ.
+// ZeroMQ sockets that any peer may connect to. Functions with a socket are for that socket's thread, the others are
+// thread-safe.
 #pragma once
 
 #include "base/error.h"
@@ -8,7 +9,6 @@
 #include <tl/expected.hpp>
 #include <zmq.hpp>
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -17,7 +17,8 @@
 namespace tractiond::network {
 
 /// Sets the options that protect a socket from its peers, among them TCP keep-alive and a limit of 0.5 s for a
-/// handshake. Must be called before bind(). \throws zmq::error_t if the socket is not open
+/// handshake. The number of messages from peers is not limited: see bind(). Closing the socket's context then takes up
+/// to 0.1 s. Must be called before bind(). \throws zmq::error_t if the socket is not open
 /// \param highWaterMark messages queued for one slow peer; further ones are lost
 /// \param largestMessage bytes of one part from a peer; a peer that sends more is cut off
 void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage);
@@ -35,37 +36,43 @@ tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const 
 void release(const std::vector<std::string>& bound);
 
 /// Returns the sender of a message as text for the log: its address, or "uid 1000, pid 4711" for a process on this
-/// host, or "an unknown peer" if ZeroMQ does not know the address.
+/// host (ipc), or "an unknown peer" if ZeroMQ does not know the address.
 std::string peerName(zmq::message_t& message);
 
 /// Returns the file descriptor of the connection over which a message came; -1 if it is not known. The connection may
 /// have ended since, and its number be that of another file.
 int sourceOf(zmq::message_t& message);
 
-/// Returns a message that clears waiting->queued when ZeroMQ frees it: it and its copies were written, or their peers
-/// have gone. ZeroMQ's thread clears it.
+/// Returns a message of these bytes that clears waiting->queued when ZeroMQ frees it: it and its copies were written,
+/// or their peers have gone. ZeroMQ's thread clears it. \param waiting from ReplyBudget::add(); kept until then
 zmq::message_t messageOf(std::string bytes, std::shared_ptr<ReplyBudget::Reply> waiting);
 
-/// Ends a peer's connection, for both directions. Returns false if `fd` is no connection to one of these endpoints, or
-/// has ended.
-/// \param fd of the connection, as sourceOf() returned it
+/// Ends a peer's connection, for both directions. Returns whether it did: false if `fd` is no connection to one of
+/// these endpoints, or has ended. \param fd of the connection, as sourceOf() returned it \param bound as bind()
+/// returned it
 bool cutOff(int fd, const std::vector<std::string>& bound);
 
 /// Cuts off peers that send too many messages. Thread-bound.
 class PeerLimit {
  public:
-  /// \param messages allowed per connection between two calls of reset()
+  /// \param messages allowed per connection between two calls of reset(); below 65,535
   explicit PeerLimit(int messages)
       : limit_(messages) {}
 
-  /// Counts a message that came over a socket bound to these endpoints. Ends its connection if it exceeds the limit.
-  /// Has no effect if the connection is not known. \param bound as bind() returned it
+  /// Counts a message that came over a socket bound to these endpoints. Ends its connection (cutOff()) if it exceeds
+  /// the limit. Has no effect if the connection is not known, or the message may be of an earlier one with its
+  /// descriptor. Allocates where a descriptor is larger than all before. \param bound as bind() returned it
   void count(zmq::message_t& message, const std::vector<std::string>& bound);
-  void reset() { counts_.fill(0); }  ///< Sets the counts of all connections to 0.
+  void reset();  ///< Sets the counts of all connections to 0.
 
  private:
+  struct Count {
+    std::uint64_t connection = 0;  ///< the descriptor's number may become another one's
+    int messages = 0;
+  };
+
   int limit_;
-  std::array<std::uint16_t, connections::kMostDescriptors> counts_{};  ///< by file descriptor
+  std::vector<Count> counts_;  ///< by file descriptor
 };
 
 }  // namespace tractiond::network

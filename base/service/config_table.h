@@ -45,7 +45,7 @@ struct Key {
   bool live = false;                                       ///< whether the value may change while the program runs
 };
 
-/// Returns a choice that sets `value` to one of the words. `value` must outlive it.
+/// Returns a choice that sets `value` to one of the words. `value` must outlive it. Its `set` does not check the word.
 Choice choiceOf(std::string& value, std::vector<std::string> words);
 
 /// Returns a choice that sets `value` to the meaning of one of the words. `value` must outlive it. Its `get` returns an
@@ -75,26 +75,27 @@ bool isOnThisHost(std::string_view endpoint);
 /// Returns a text as a TOML string, with quotes; control characters, quotes and backslashes are escaped.
 std::string quoted(const std::string& text);
 
-/// Returns the text of a configuration file with every key, its value and meaning, after `introduction`. \param
-/// standards the same keys, in the same order, of a default configuration, whose values are stated as defaults
+/// Returns the text of a configuration file with every key, its value, meaning and limits, after `introduction`. A key
+/// without a value is commented out. \param keys keys of one section must follow each other \param standards the same
+/// keys, in the same order, of a default configuration, whose values are stated as defaults
 std::string tableText(const std::string& introduction, const std::vector<Key>& keys, const std::vector<Key>& standards);
 
 /// A key whose values differ in two configurations.
 struct Change {
   std::string key;            ///< "camera.exposure_us"
-  std::string before, after;  ///< values as in the file
+  std::string before, after;  ///< values as in the file; empty: none
   bool live = false;          ///< Key::live
 };
 
-/// Lists the keys whose values differ, in the order of the tables, which must have the same keys.
+/// Lists the keys whose values differ, in the order of the tables, which must have the same keys in the same order.
 std::vector<Change> changesBetween(const std::vector<Key>& before, const std::vector<Key>& after);
 
 /// Converts an error in a configuration file: EX_NOINPUT if the file cannot be read, else EX_CONFIG.
 Error asError(const FileError& error);
 
-/// Reads every key of the table from a file into the values that the keys point to; missing keys keep their values.
-/// Fails with EX_CONFIG for the first fault, also for an unknown key; some values are then changed already.
-/// \param root root table of the file
+/// Reads every key of the table from a file into the values that the keys point to; missing keys keep their values, and
+/// Entries are added to those that there are. Fails with EX_CONFIG for the first fault, also for an unknown key or a
+/// Key::fault of a section that the file has; some values are then changed already. \param root root table of the file
 tl::expected<void, Error> readTable(TomlTable& root, const std::vector<Key>& keys);
 
 }  // namespace tractiond

@@ -30,7 +30,8 @@ class LineWriter {
   /// Waits until the queued lines are written, at most for `patience`. Later lines are not written. Any thread.
   void drain();
 
-  /// Queues a line; does not wait. Any thread. \param line without its line end
+  /// Queues a line; does not wait. The line is lost if there is no room, or if the loss of an earlier one has not been
+  /// stated yet. Any thread. \param line without its line end
   void write(std::string_view line);
 
   /// Returns the number of lines lost since the start: no room, a full disk, or no reader. Lines that drain() leaves

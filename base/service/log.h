@@ -15,9 +15,10 @@ namespace tractiond {
 /// Adds no line end.
 std::string logLine(std::string_view program, spdlog::level::level_enum level, std::string_view text);
 
-/// Makes spdlog write lines of this level ("debug", "info", "warning", "error"; any other word: none) and above to
-/// standard error through the returned writer, so that no thread that logs waits for the reader. Replaces spdlog's
-/// default logger, which shares the writer. The caller should drain() the writer before the process ends.
+/// Makes spdlog write lines of this level ("debug", "info", "warning", "error"; a word that spdlog does not know: none)
+/// and above to standard error through the returned writer, so that no thread that logs waits for the reader. Each line
+/// is a logLine(). Replaces spdlog's default logger, which shares the writer. The caller should drain() the writer
+/// before the process ends.
 std::shared_ptr<LineWriter> startLog(const std::string& program, const std::string& level);
 
 }  // namespace tractiond

@@ -64,8 +64,8 @@ class StageWatch {
  public:
   /// \param loops counters of turns; must outlive the object
   explicit StageWatch(std::vector<const Counter*> loops);
-  /// Returns whether every loop has made a turn since this was true last, at first since the construction. Does not
-  /// wait.
+  /// Returns whether every loop has made a turn since this was true last. At first: since the construction if each had
+  /// made one by then, else since its start. True without loops. Does not wait.
   bool allAdvanced();
 
  private:
@@ -80,7 +80,7 @@ struct ServiceHooks {
   std::function<bool()> ended;              ///< returns whether the program has ended by itself
   std::function<std::string()> statusLine;  ///< returns the line for `systemctl status`
   /// Reads the configuration again, on a thread of its own, as a disk may take seconds. Returns what applies it, which
-  /// is called by run() itself. A stop does not wait for the reading: it must own what it uses.
+  /// is called by run() itself; may be empty. A stop does not wait for the reading: it must own what it uses.
   std::function<std::function<void()>()> reload = {};
   std::function<bool()> others = {};                ///< liveness check of library threads; must not wait; none: alive
   std::int64_t (*monotonicClock)() = monotonicNow;  ///< times the updates of the status line [ns]
@@ -94,8 +94,8 @@ class LivenessCheck {
       : hooks_(hooks)
       , watch_(hooks.loops) {}
 
-  /// Returns whether every loop has advanced since allAdvanced() was true last, and the library threads are alive. Does
-  /// not wait.
+  /// Returns whether the library threads are alive, and every loop has advanced since the last call in which all had.
+  /// Does not wait.
   bool isAlive() {
     const bool others = !hooks_.others || hooks_.others();
     return watch_.allAdvanced() && others;
@@ -117,11 +117,12 @@ class LivenessCheck {
 /// What run() does between two waits. Thread-bound.
 class ServiceLoop {
  public:
-  /// Tells systemd that the service is ready. The hooks must outlive this.
+  /// Tells systemd that the service is ready; turn() does if that notice is dropped. The hooks must outlive this.
   explicit ServiceLoop(const ServiceHooks& hooks);
 
-  /// Heeds the requests, tells the status, and feeds the watchdog while LivenessCheck::isAlive(). Does not wait.
-  /// Returns false if the service is to stop, or has ended by itself, which systemd is told.
+  /// Heeds the serviceRequests(): begins a reload, and applies what one has read. Tells systemd the status once a
+  /// second, and feeds the watchdog if LivenessCheck::isAlive(). Does not wait. Returns false, and tells systemd, if
+  /// the service is to stop or has ended by itself.
   bool turn();
   /// Returns after how long turn() is to be called again: at most 1 s, and 20 ms during a reload. If there is a
   /// request, the caller should call turn() at once, except for a reload during another one.

@@ -25,9 +25,10 @@ struct CalibrateOptions {
 std::optional<std::vector<double>> parseWeights(const std::string& text);
 
 /// Runs the steps, always in the order geometry, noise, weights, finish, and prints their reports on standard output,
-/// with `json` one line of JSON each. Waits for Enter before each step that needs the operator if standard input is a
-/// terminal. Blocks until they are done; a step that fails ends it, and keeps what the steps before it did. \throws
-/// Error; OutputError if standard output cannot be written
+/// with `json` one line of JSON each. The step weights reads each weight, and then estimates the stiffness. Waits for
+/// Enter before each action of the operator if standard input is a terminal and `options.yes` is false. Blocks until
+/// they are done; a step that fails ends it, and keeps what the steps before it did. \throws Error, kNoAnswer before
+/// the first instruction if no daemon answers; OutputError if standard output cannot be written
 void calibrate(const ControlOptions& control, const CalibrateOptions& options);
 
 }  // namespace traction::cli

@@ -2,6 +2,7 @@
 
 #include "client/cli/json.h"
 #include "client/cli/output.h"
+#include "client/src/printable.h"
 
 #include <algorithm>
 #include <charconv>
@@ -15,13 +16,6 @@ using Access = CameraFeature::Access;
 using Kind = CameraFeature::Kind;
 
 constexpr std::size_t kWidestValue = 28;
-
-/// Returns a camera's text without the characters that a terminal would execute.
-std::string plain(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
-  return text;
-}
 
 std::optional<double> asNumber(const std::string& text) {
   double number = 0.0;
@@ -47,7 +41,7 @@ std::string valueOf(const CameraFeature& feature) {
   if (feature.kind == Kind::kRegister) return "(bytes)";
   if (feature.access == Access::kNone) return "(not available)";
   if (feature.value.empty()) return feature.kind == Kind::kString ? "\"\"" : "(unreadable)";
-  return plain(feature.unit.empty() ? feature.value : feature.value + " " + feature.unit);
+  return printable(feature.unit.empty() ? feature.value : feature.value + " " + feature.unit);
 }
 
 const char* accessOf(const CameraFeature& feature) {
@@ -57,7 +51,7 @@ const char* accessOf(const CameraFeature& feature) {
 
 std::string rangeOf(const CameraFeature& feature) {
   std::string words;
-  for (const std::string& entry : feature.entries) words += (words.empty() ? "" : " | ") + plain(entry);
+  for (const std::string& entry : feature.entries) words += (words.empty() ? "" : " | ") + printable(entry);
   if (feature.minimum || feature.maximum) {
     words = (feature.minimum ? text(*feature.minimum) : "") + " to " + (feature.maximum ? text(*feature.maximum) : "");
     if (feature.increment && *feature.increment != 1.0) words += " by " + text(*feature.increment);
@@ -78,13 +72,13 @@ bool isChanged(const CameraFeature& feature) {
 }
 
 std::string changeOf(const CameraFeature& feature) {
-  if (!isAsConfigured(feature)) return "config: " + plain(feature.configured);
-  return isAsAtFirst(feature) ? "" : "was: " + plain(feature.first);
+  if (!isAsConfigured(feature)) return "config: " + printable(feature.configured);
+  return isAsAtFirst(feature) ? "" : "was: " + printable(feature.first);
 }
 
 std::string nameOf(const CameraFeature& feature) {
-  std::string name = plain(feature.name);
-  for (const std::string& choice : feature.selected) name += " [" + plain(choice) + "]";
+  std::string name = printable(feature.name);
+  for (const std::string& choice : feature.selected) name += " [" + printable(choice) + "]";
   return name;
 }
 
@@ -98,7 +92,7 @@ std::string padded(std::string text, std::size_t width) {
 std::string block(const CameraFeature& feature) {
   std::string lines;
   const auto line = [&](const char* name, const std::string& value) {
-    if (!value.empty()) lines += "  " + padded(name, 12) + plain(value) + "\n";
+    if (!value.empty()) lines += "  " + padded(name, 12) + printable(value) + "\n";
   };
   lines += (isChanged(feature) ? "* " : "") + nameOf(feature) + " = " + valueOf(feature) + "\n";
   line("is", feature.description);
@@ -133,7 +127,7 @@ void print(const CameraReport& report, bool json) {
     return;
   }
   std::string lines = table(report);
-  for (const std::string& remark : report.remarks) lines += "note: " + plain(remark) + "\n";
+  for (const std::string& remark : report.remarks) lines += "note: " + printable(remark) + "\n";
   if (!lines.empty()) printLine(lines.substr(0, lines.size() - 1));
 }
 
@@ -150,7 +144,7 @@ std::string table(const CameraReport& report) {
   for (const CameraFeature& feature : report.features) {
     if (feature.category != category) {
       category = feature.category;
-      lines += (lines.empty() ? "" : "\n") + plain(category) + "\n";
+      lines += (lines.empty() ? "" : "\n") + printable(category) + "\n";
     }
     std::string line = isChanged(feature) ? "* " : "  ";
     line += padded(nameOf(feature), nameWidth) + "  " + padded(valueOf(feature), valueWidth) + "  " + accessOf(feature);
@@ -215,7 +209,7 @@ void cameraSummary(const ControlOptions& control, bool json) {
   report.features.erase(std::remove_if(report.features.begin(), report.features.end(), isBoring),
                         report.features.end());
   if (json) return print(report, json);
-  printLine(plain(report.camera) + ": " + std::to_string(all) +
+  printLine(printable(report.camera) + ": " + std::to_string(all) +
             " features (tractionctl camera list); configured, changed or telling a temperature are");
   print(report, json);
 }
@@ -223,7 +217,7 @@ void cameraSummary(const ControlOptions& control, bool json) {
 void trigger(const ControlOptions& control) {
   CameraStep step;
   step.kind = CameraStep::Kind::kTrigger;
-  for (const std::string& remark : Control(control).camera(step).remarks) printLine("note: " + plain(remark));
+  for (const std::string& remark : Control(control).camera(step).remarks) printLine("note: " + printable(remark));
 }
 
 }  // namespace traction::cli

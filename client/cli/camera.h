@@ -9,16 +9,18 @@
 
 namespace traction::cli {
 
-/// Carries out the steps in order and prints their reports together, as a table or one line of JSON. If a step fails,
-/// prints the reports of the steps before it and throws its error, which names the step; later steps are not sent.
-/// \throws Error, OutputError
+/// Carries out the steps in order and prints their reports together, as a table or one line of JSON; of a feature that
+/// several report, only the last state. Without features and remarks, the text is "done", or that no feature matches.
+/// If a step fails, later steps are not sent: the reports of the steps before it are printed, and its error is thrown
+/// with the feature's name; the error of the first step is thrown as it is. \throws Error, OutputError
 void camera(const ControlOptions& control, const std::vector<CameraStep>& steps, bool json);
 
-/// Prints the features that the configuration sets or that were written, and the camera's temperature. \throws Error,
-/// OutputError
+/// Prints the features that the configuration sets or that were written, and the camera's temperatures: as a table
+/// below a line with the camera's name and its number of features, or as one line of JSON. \throws Error, OutputError
 void cameraSummary(const ControlOptions& control, bool json);
 
-/// Sends one software trigger, and prints the remarks of the answer. \throws Error, OutputError
+/// Sends one software trigger, and prints the remarks of the answer; nothing if there are none. \throws Error,
+/// OutputError
 void trigger(const ControlOptions& control);
 
 /// Parses "ExposureTime=4000" into a step that writes, split at the first '='. Returns nothing if there is no '=', or
@@ -26,12 +28,12 @@ void trigger(const ControlOptions& control);
 std::optional<CameraStep> parseWrite(const std::string& text);
 
 /// Joins words into the writes that were probably meant, for an error message: "Gain 3" -> "Gain=3", "Gain" ->
-/// "Gain=VALUE"; an example if that is not clear.
+/// "Gain=VALUE"; "ExposureTime=4000" if a word is empty or begins with '='; empty without words.
 std::string asWrites(const std::vector<std::string>& words);
 
-/// Returns a table: a block of lines for a single feature, one line per feature for several; empty without features.
-/// Marks with '*' values that differ from the configuration or from before the session's first write. Control
-/// characters become blanks.
+/// Returns a table whose lines end with a newline: a block of lines for a single feature, one line per feature for
+/// several, below the names of their categories; empty without features. Marks with '*' values that differ from the
+/// configuration or from before the session's first write. ASCII control characters become blanks.
 std::string table(const CameraReport& report);
 
 }  // namespace traction::cli

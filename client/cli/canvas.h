@@ -58,17 +58,18 @@ class Canvas {
     kKept,  ///< keeps the background; the text is darkened where the background is light
   };
 
-  /// Writes UTF-8 text and returns the column after it, also if that lies outside. Does not break lines. What is not
-  /// printable becomes '?'.
+  /// Writes UTF-8 text, one character per column, and returns the column after it, also if that lies outside. Does not
+  /// break lines. What is not printable becomes '?'.
   int text(int column, int row, std::string_view utf8, const Style& style = {}, Paper paper = Paper::kOfStyle);
   /// Fills a rectangle with spaces.
   void fill(int column, int row, int width, int height, const Style& style);
-  /// Draws the border of a rectangle with rounded corners; the inside stays as it is. Width and height are at least 2.
+  /// Draws the border of a rectangle with rounded corners; the inside stays as it is. \param width, height must be at
+  /// least 2: this is not checked
   void frame(int column, int row, int width, int height, const Style& style);
 
   /// Returns the page as a terminal needs it, from the top left corner: UTF-8 with escape sequences, without line ends.
   std::string render(Depth depth, Glyphs glyphs = Glyphs::kUnicode) const;
-  /// Returns only the characters, as UTF-8, one line per row, each with a line end.
+  /// Returns only the characters, without colours, as UTF-8, one line per row, each with a line end.
   std::string plain(Glyphs glyphs = Glyphs::kUnicode) const;
 
  private:
@@ -92,7 +93,7 @@ class Dots {
   int width() const { return 2 * columns_; }  ///< in dots
   int height() const { return 4 * rows_; }    ///< in dots
   void set(int x, int y);                     ///< Sets a dot; y points down.
-  /// Sets the dots of a line from (x0, y0) to (x1, y1), ends included.
+  /// Sets the dots nearest to a line from (x0, y0) to (x1, y1), ends included. The numbers must be finite.
   void line(double x0, double y0, double x1, double y1);
   /// Draws the characters that have dots onto the canvas, the top left one at (column, row).
   void paint(Canvas& canvas, int column, int row, const Style& style,

@@ -26,6 +26,7 @@ class Draft {
     if (file == nullptr) throw RecordingError(EX_CANTCREAT, path_ + " cannot be created: " + std::strerror(errno));
     std::fclose(file);
   }
+  /// Deletes the temporary file unless finish() has succeeded.
   ~Draft() {
     std::error_code unknown;
     if (!done_) std::filesystem::remove(part(), unknown);
@@ -35,8 +36,8 @@ class Draft {
 
   /// Returns the path of the temporary file.
   std::string part() const { return path_ + ".part"; }
-  /// Replaces the target, which need not exist. The temporary file must be closed. \throws RecordingError
-  /// (EX_CANTCREAT)
+  /// Replaces the target, which need not exist, by the temporary file, which must be closed. Called at most once.
+  /// \throws RecordingError (EX_CANTCREAT): the target is then as before
   void finish() {
     std::error_code error;
     std::filesystem::rename(part(), path_, error);

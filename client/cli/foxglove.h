@@ -43,9 +43,11 @@ class Drawing {
   explicit Drawing(std::string sensor)
       : sensor_(std::move(sensor)) {}
 
-  /// Returns the drawings of a message. It must be called with every message of the sensor, even if `wanted` omits its
-  /// drawings: forces are drawn with the last description, and the log reports changes since kLog was first wanted.
-  /// \param time_ns timestamp of the drawings [ns since 1970] \param wanted or-ed Drawings
+  /// Returns the drawings of a message; none if it has no drawing that is wanted. It must be called with every message
+  /// of the sensor, even if `wanted` omits its drawings: forces are drawn with the last description, and not without
+  /// one of the same number of nodes; the log has a line when a flag appears, fields become invalid or the camera's
+  /// state changes, and begins with what is so when kLog is wanted after a call without it. A body (influence file) has
+  /// neither grid nor gel. \param time_ns timestamp of the drawings [ns since 1970] \param wanted or-ed Drawings
   std::vector<Drawn> draw(const Message& message, std::uint64_t time_ns, unsigned wanted = kAllDrawings);
 
  private:

@@ -9,19 +9,19 @@
 
 namespace traction::cli {
 
-// These return a JSON object without a line end. Numbers that are not finite become null.
+// These return a JSON object without a line end. Numbers that are not finite become null. A Status must have a message.
 std::string toJson(const Message& message);
 std::string toJson(const Status& status);
 std::string toJson(const Description& description);
 std::string toJson(const ZeroResult& result);
-/// \param step name of the step, part of the object
+/// The figures are one object, by their names. \param step name of the step, part of the object
 std::string toJson(const std::string& step, const CalibrationReport& report);
 
-/// Writes each value as a number, true, false or text, by its kind; null if there is none.
+/// Each value is a number, true, false or text, by the kind of the feature; null if there is none.
 std::string toJson(const CameraReport& report);
 /// Returns 32 lower-case hexadecimal digits; empty if the id is all zero.
 std::string toHex(const Id& id);
 
-const char* nameOf(Colour colour);  ///< Returns "blue" and the like.
+const char* nameOf(Colour colour);  ///< Returns "unknown", "blue", "red", "green" or "grey".
 
 }  // namespace traction::cli

@@ -40,16 +40,19 @@ class Json {
     text_.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr);
     return *this;
   }
+  /// Writes true or false.
   Json& boolean(bool value) {
     separate();
     text_ += value ? "true" : "false";
     return *this;
   }
+  /// Writes a text in quotes; quotes, backslashes and control characters are escaped.
   Json& string(std::string_view value) {
     separate();
     quote(value);
     return *this;
   }
+  /// Writes null.
   Json& null() {
     separate();
     text_ += "null";
@@ -63,7 +66,7 @@ class Json {
     first_ = true;
     return *this;
   }
-  /// Closes the object with '}' or the array with ']' that was opened last.
+  /// Closes the object with '}' or the array with ']' that was opened last; whether it is that kind is not checked.
   Json& close(char bracket) {
     text_ += bracket;
     first_ = false;

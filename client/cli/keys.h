@@ -25,11 +25,14 @@ class KeyError : public std::runtime_error {
 /// that are not absolute paths count as not set.
 std::filesystem::path usualKeyFile();
 
-// All functions below throw KeyError: EX_USAGE for an invalid name or key, else the errors of base/network/keys.h.
-// Those that print do so on standard output, and throw OutputError if it cannot be written. `directory` is the
-// gateway's directory of keys. A name is 1 to 24 of A-Z, a-z, 0-9, _ and -; a key is 40 characters of Z85.
+// All functions below throw KeyError: EX_USAGE for an invalid name or key; EX_NOINPUT if a file does not exist or
+// cannot be read; EX_CONFIG if its content is not valid; EX_CANTCREAT if it cannot be written; EX_NOPERM without the
+// permission, or if a secret file can be read by others. Those that print do so on standard output, and throw
+// OutputError if it cannot be written. `directory` is the gateway's directory of keys. A name is 1 to 24 of A-Z, a-z,
+// 0-9, _ and -; a key is 40 characters of Z85.
 
-/// Writes a new key pair into a new file. Prints the command that allows its public key on the gateway's machine.
+/// Writes a new random key pair into a new file with mode 0600, and creates its directories. Prints the command that
+/// allows its public key under `name` on the gateway's machine. \throws KeyError EX_CANTCREAT also if the file exists
 void newKey(const std::string& name, const std::filesystem::path& file);
 /// Allows a key under a name: to read, or with `control` also to send requests. Replaces an earlier key of this name.
 /// Creates the gateway's own key pair if there is none. Prints the command with which a client connects. \throws
@@ -37,8 +40,8 @@ void newKey(const std::string& name, const std::filesystem::path& file);
 void allowKey(const std::filesystem::path& directory, const std::string& name, const std::string& key, bool control);
 /// Deletes the file of the key with this name; the gateway then closes its connections. Prints nothing.
 void revokeKey(const std::filesystem::path& directory, const std::string& name);
-/// Prints the gateway's public key, and the allowed keys with their permissions, as text or as JSON. \throws KeyError
-/// also after printing: the first faulty file, or the reason why the gateway's key cannot be read
+/// Prints the gateway's public key, and the allowed keys with their permissions, as text or as one line of JSON.
+/// \throws KeyError only after printing: the first faulty file, or else the reason why the gateway's key cannot be read
 void listKeys(const std::filesystem::path& directory, bool json);
 
 /// Returns the client's keys for a connection to a gateway; empty keys if neither argument is given and usualKeyFile()

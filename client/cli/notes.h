@@ -14,7 +14,7 @@ namespace traction::cli {
 /// Returns the header of a message of any type; it refers to the message.
 const Header& headerOf(const Message& message);
 
-/// Returns the error kNoAnswer that no publisher was found. \param endpoints for the message
+/// Returns, but does not throw, the error kNoAnswer that no publisher was found. \param endpoints for the message
 Error noPublisher(const std::string& endpoints);
 
 /// Reports connection, restarts, silence and losses of one subscriber. Not thread-safe.
@@ -22,13 +22,15 @@ class Notes {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// \param subscriber must outlive the object \param onSilence likely cause if a publisher sends nothing for 3 s
-  /// \param onLoss likely cause of losses; both are parts of sentences for the operator
+  /// The 3 s of look() begin. \param subscriber must outlive the object \param onSilence likely cause if a publisher
+  /// sends nothing in these 3 s \param onLoss likely cause of losses; both are parts of sentences for the operator
   Notes(const Subscriber& subscriber, std::string onSilence, std::string onLoss);
 
-  /// Prints what is to be noted on standard error. Must be called in every turn of the receiving loop. \throws Error
-  /// kNoAnswer if no publisher was found for 3 s
+  /// Prints on standard error that the connection is lost or back, that no message has come in the first 3 s although a
+  /// publisher is connected (once), and losses, at most once per second. Must be called in every turn of the receiving
+  /// loop. \throws Error kNoAnswer if no publisher is found in the first 3 s
   void look(bool isConnected, Clock::time_point now);
+  /// Prints on standard error that the daemon was started again, that it has no gel file (once per start), and losses.
   /// Must be called with every message received.
   void hear(const Message& message, Clock::time_point now);
 

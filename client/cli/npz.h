@@ -39,7 +39,8 @@ class NpzWriter {
   /// constructor's list \param row exactly rowBytes() bytes, little endian: this is not checked
   /// \throws NpzError
   void add(std::size_t array, std::string_view row);
-  /// Completes the file. All rows of all arrays must have been added. \throws NpzError
+  /// Completes and closes the file; nothing can be added afterwards. All rows of all arrays must have been added: this
+  /// is not checked. \throws NpzError
   void finish();
 
  private:

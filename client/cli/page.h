@@ -32,7 +32,7 @@ inline constexpr Style kAccent{{110, 190, 255}, kPaper, false};
   return text.data();
 }
 
-/// Puts an outdated number in brackets, which works without colours.
+/// Returns the number, in brackets if it is out of date, which works without colours.
 inline std::string inBrackets(const std::string& number, bool isOld) {
   return isOld ? "(" + number + ")" : number;
 }

@@ -15,7 +15,8 @@ inline constexpr Style kShear{{90, 255, 240}, kPaper, true};
 /// Returns the next 1, 2 or 5 times a power of ten that is not smaller. \param value above 0
 double roundUp(double value);
 
-/// Draws an arrow from (x, y) to (x + dx, y + dy) [dots, y down].
+/// Sets the dots of an arrow from (x, y) to its tip at (x + dx, y + dy) [dots, y down]; without a head if it is shorter
+/// than 2 dots.
 void drawArrow(Dots& dots, double x, double y, double dx, double dy);
 
 // ---- picture_field.cpp
@@ -28,7 +29,7 @@ struct Layout {
 };
 
 /// Returns the largest layout for a field of nodeColumns x nodeRows nodes that fits with its frame into a rectangle of
-/// width x height characters.
+/// width x height characters; at least 1 x 1 cells, even if these do not fit.
 Layout layoutFor(int nodeColumns, int nodeRows, int width, int height);
 
 struct DrawnField {
@@ -36,8 +37,9 @@ struct DrawnField {
   std::string untold;   ///< a text that did not fit
 };
 
-/// Draws the field in its frame, or writes why there is none. \param column, row top left corner of the frame
-/// \param now_ns CLOCK_MONOTONIC
+/// Draws the frame with warnings in its upper edge, and in it the field, grey if it is out of date, and why there are
+/// no current forces. \param column, row top left corner of the frame \param scale updated if the field is drawn \param
+/// now_ns CLOCK_MONOTONIC
 DrawnField drawField(Canvas& canvas, const Scene& scene, const Layout& layout, int column, int row, Scale& scale,
                      std::int64_t now_ns);
 
@@ -51,8 +53,9 @@ struct Rectangle {
   int column, row, width, height;
 };
 
-/// Writes the numbers beside the field. \param place in characters, from the top left corner
-/// \param now_ns CLOCK_MONOTONIC \param untold of DrawnField
+/// Writes the numbers beside the field, most important first; leaves out those for which there are no rows. \param
+/// place in characters, from the top left corner \param now_ns CLOCK_MONOTONIC \param untold of DrawnField, written
+/// first
 void drawPanel(Canvas& canvas, const Rectangle& place, const Scene& scene, std::int64_t now_ns,
                const std::string& untold);
 

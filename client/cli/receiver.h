@@ -16,7 +16,7 @@ using Clock = std::chrono::steady_clock;  ///< CLOCK_MONOTONIC, as the messages'
 /// Returns a time as nanoseconds of CLOCK_MONOTONIC.
 std::int64_t nanoseconds(Clock::time_point time);
 
-/// Receives on a thread of its own during its lifetime.
+/// Receives messages on a thread of its own during its lifetime, and collects them in a scene.
 class Receiver {
  public:
   /// Starts the thread. Does not wait for a publisher. \throws Error kBadEndpoint, kBadKeys
@@ -26,11 +26,11 @@ class Receiver {
   Receiver(const Receiver&) = delete;
   Receiver& operator=(const Receiver&) = delete;
 
-  /// Returns a copy of the current scene. Does not wait for messages. Thread-safe. Rethrows what receiving has thrown
-  /// (Error), after which nothing more is received.
+  /// Returns a copy of the current scene. Does not wait for messages. Thread-safe. If receiving has thrown an Error,
+  /// nothing more is received, and each call rethrows it.
   Scene scene();
 
-  /// Returns the endpoint that is subscribed to.
+  /// Returns the endpoint that is subscribed to, for messages. Valid as long as the object. Thread-safe.
   const std::string& endpoint() const { return subscriber_.endpoint(); }
 
  private:

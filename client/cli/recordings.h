@@ -20,38 +20,45 @@ class RecordingError : public std::runtime_error {
   int exitCode_;
 };
 
-// All functions below throw RecordingError: EX_NOINPUT, EX_DATAERR or EX_PROTOCOL if a recording cannot be read, is
-// none, is damaged or is of a newer version; EX_CANTCREAT or EX_IOERR if a file cannot be created or written; EX_USAGE.
-// They block until they are done, and print on standard output (OutputError if that cannot be written). A file that is
-// created must not exist yet, except where the comment says that it is replaced.
+// All functions below throw RecordingError: EX_NOINPUT if a recording cannot be read, EX_DATAERR if it is none or is
+// damaged, EX_PROTOCOL if it is of a newer version; EX_CANTCREAT if a file cannot be created; EX_IOERR if the disk
+// fails. They block until they are done, and throw OutputError if standard output cannot be written. A file that is
+// created must not exist yet (EX_CANTCREAT), except where the comment says that it is replaced, as a whole and only if
+// all of it could be written. What record() and replay() print last may remain in the buffer of stdio until
+// flushOutput().
 
-/// Records every message of the chosen topics into a new file until SIGINT, SIGTERM or SIGHUP, whose handlers it sets,
-/// or until the time is over. \throws Error kNoAnswer if no publisher was found for 3 s, and those of Subscriber
-/// \param truth endpoint of a traction-twin's true states; empty: none \param seconds duration; infinity: no limit
+/// Records every message of `options.topics` into a new file until SIGINT, SIGTERM or SIGHUP, whose handlers it sets,
+/// or until the time is over, and prints a summary. Reports on standard error what Notes reports. After an error the
+/// recording is closed with what came before; without messages the file is deleted. \param options whose queue is
+/// ignored \param truth endpoint of a traction-twin's true states; empty: none \param seconds duration; infinity: no
+/// limit \throws Error kNoAnswer if no publisher is found in the first 3 s, and those of Subscriber
 void record(const SubscriberOptions& options, const std::string& file, const std::string& truth, double seconds);
 
-/// Publishes the recorded stream (topics "traction/...") at `endpoint`, at `speed` times its own rate; starts when a
-/// client subscribes. Returns after the last message, or early on SIGINT, SIGTERM or SIGHUP, whose handlers it sets.
+/// Publishes the recorded stream (topics "traction/...") at `endpoint`, at `speed` times its own rate; prints where,
+/// and starts when a client subscribes. Returns after the last message, or early on SIGINT, SIGTERM or SIGHUP, whose
+/// handlers it sets, and prints how many messages were sent.
 /// \param speed larger than 0
 /// \throws Error kBadEndpoint; RecordingError also after sending, if the recording is cut off or damaged
 void replay(const std::string& file, const std::string& endpoint, double speed);
 
-/// Prints a summary of the recording, as text or as JSON. \throws OutputError; RecordingError also after printing, if
-/// it is cut off or damaged
+/// Reads the whole recording and prints a summary, as text or as one line of JSON: size, duration, and for each topic
+/// messages, rate and losses. \throws RecordingError also after printing, if it is cut off or damaged
 void info(const std::string& file, bool json);
 
-/// Writes a new recording of all readable messages, and prints how many chunks were copied and what was left out.
-/// Deletes `to` on failure.
+/// Writes a new recording of all intact chunks, and prints how many were copied and what was left out. That `from` is
+/// cut off or damaged is no error. If reading or writing fails, the new file is deleted.
 void recover(const std::string& from, const std::string& to);
 
-/// Exports the fields as CSV or NumPy arrays, or all as illustrate() does, by the file extension of `to`: .csv, .npz or
-/// .mcap; replaces `to`. \param sensor empty: the only one
-/// \throws RecordingError also after writing, if the recording is cut off or damaged
+/// Exports the fields of one sensor as CSV or NumPy arrays, or all as illustrate() does, by the file extension of `to`:
+/// .csv, .npz or .mcap; replaces `to`, and prints nothing. \param sensor empty: the only one; for .mcap all
+/// \throws RecordingError also EX_USAGE for another extension, or if a sensor must be named; EX_DATAERR if there are no
+/// fields of the sensor, or, for .npz, if their numbers of nodes differ; also after writing, if the recording is cut
+/// off or damaged
 void exportFields(const std::string& from, const std::string& to, const std::string& sensor);
 
-/// Writes a recording of all messages and of their drawings for Foxglove; replaces `to`, which must not be `from`.
-/// \param sensor whose drawings are added; empty: all
-/// \throws RecordingError also after writing, if the recording is cut off or damaged
+/// Writes a recording of all messages and of their drawings for Foxglove; replaces `to`, and prints nothing. \param
+/// sensor whose drawings are added; empty: all \throws RecordingError also EX_USAGE if `to` is `from`, EX_DATAERR if
+/// there is nothing to draw; also after writing, if the recording is cut off or damaged
 void illustrate(const std::string& from, const std::string& to, const std::string& sensor);
 
 }  // namespace traction::cli

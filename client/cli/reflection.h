@@ -39,19 +39,20 @@ inline bool isMessage(const FieldDescriptor& field) {
   return field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE;
 }
 
-/// Returns whether a field is not 0, false or empty; an optional one, whether it is present.
+/// Returns whether a field is not 0, false or empty; of an optional one or a message, whether it is present.
 bool isSet(const Reflected& message, const FieldDescriptor& field);
 
-/// Returns whether a message that may be absent is so (option null_if_absent).
+/// Returns whether a field has the option null_if_absent and its message is absent; false for all other fields.
 bool isAbsent(const Reflected& message, const FieldDescriptor& field);
 
-/// Returns the number as printf does in the locale C. \param pattern of the form %[+].Pf, e or g, which is not checked;
-/// empty: the shortest text that reads back as the same number
+/// Returns the number as printf does in the locale C. \param pattern "%.2f", "%+.2f" or the like: any number of digits
+/// up to 80, which must be there, and f, e or g; not checked. Empty: the shortest text that reads back as the same
+/// number
 std::string formatted(double number, std::string_view pattern);
 
 // NOLINTBEGIN(misc-no-recursion): as deep as the messages of the schema
-/// Calls visit(message, index of the element in its array or -1) for a message that is not absent, and for each
-/// element of an array of messages.
+/// Calls visit(message, index) within the call: for a field that is an array of messages, for each element in order,
+/// with its index from 0; for one that is a message, once with -1 unless isAbsent(). Requires isMessage(field).
 template <typename Visit>
 void forEachMessage(const Reflected& message, const FieldDescriptor& field, Visit&& visit) {
   const auto& access = *message.GetReflection();

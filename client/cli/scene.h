@@ -10,12 +10,13 @@
 
 namespace traction::cli {
 
-/// Not thread-safe. Times are CLOCK_MONOTONIC and passed in, as the messages' arrival times.
+/// Not thread-safe. Times are CLOCK_MONOTONIC [ns] and passed in, as Header::arrived_ns of the messages.
 class Scene {
  public:
-  /// Adds a message. A new start of the daemon discards field, description and status of the one before.
+  /// Adds a message. The first one of a new start of the daemon discards field, description and status of the one
+  /// before.
   void add(Message message);
-  /// Reports whether a publisher is connected, even if it has sent nothing yet.
+  /// States whether a publisher is connected, even if it has sent nothing yet; false before the first call.
   void setConnected(bool isConnected, std::int64_t now_ns);
 
   /// Why there is no current field. `what` stays the same as long as the reason does.
@@ -23,10 +24,12 @@ class Scene {
     std::string what;      ///< "the camera is lost"; empty: there is a current field
     double since_s = 0.0;  ///< duration; if there has been a field, its age
   };
-  /// Returns why there is no current field: the last one is older than three times the usual time between two, within
-  /// 0.4 s and 3 s. \param now_ns CLOCK_MONOTONIC, as in the functions below
+  /// Returns why there is no current field; an empty `what` if there is one, valid or not. A field is current for three
+  /// times the usual time between two, but for 0.4 s at least and 3 s at most. \param now_ns CLOCK_MONOTONIC, as in the
+  /// functions below
   Trouble trouble(std::int64_t now_ns) const;
-  /// Returns trouble() as a sentence: "the camera is lost, no field for 12.3 s".
+  /// Returns what trouble() has returned as a sentence: "the camera is lost, no field for 12.3 s". Its `what` must not
+  /// be empty.
   std::string sentence(const Trouble& trouble) const;
 
   std::optional<Field> field;
@@ -39,7 +42,7 @@ class Scene {
   std::int64_t restarted_ns = 0;                 ///< when a restart of the daemon was noticed; 0: never
   bool connected() const { return connected_; }  ///< Returns what setConnected() was told last.
 
-  /// Returns whether the status is out of date: there is none, no publisher is connected, the next one is late, or
+  /// Returns whether the status is out of date: there is none, no publisher is connected, it is older than 1.45 s, or
   /// fields that arrived when it was sent have stopped.
   bool isStatusOld(std::int64_t now_ns) const;
 
@@ -53,7 +56,7 @@ class Scene {
     double p50_ms, p99_ms;  ///< median and 99th percentile
   };
   /// Returns the latency of the fields of the last two seconds, from their arrival from the camera driver until
-  /// received here. Returns nothing if there are none, or if the daemon's clock is another one.
+  /// received here. Returns nothing if there are none, or if no description states that the daemon runs on this host.
   std::optional<Latency> latency(std::int64_t now_ns) const;
 
   /// Returns magnitudes of the resultant [N], one per quarter second in which a field came, newest last, at most 240; 0

@@ -14,7 +14,7 @@ class TruthListener {
  public:
   /// Starts to connect and returns at once. \throws Error kBadEndpoint
   explicit TruthListener(const std::string& endpoint);
-  ~TruthListener();
+  ~TruthListener();  ///< Disconnects; lines that wait are lost.
 
   /// Returns the next waiting line of JSON, without its line end and not checked; nothing if there is none. Never
   /// waits.
@@ -28,20 +28,22 @@ class TruthListener {
 /// Publishes recorded messages as tractiond publishes its stream. Thread-bound.
 class Repeater {
  public:
-  /// Binds the endpoint. \throws Error kBadEndpoint, also if it is in use
+  /// Binds the ZeroMQ endpoint, "tcp://ADDRESS:PORT" or "ipc:///PATH"; port * takes a free one. \throws Error
+  /// kBadEndpoint, also if it is in use
   explicit Repeater(const std::string& endpoint);
   /// Waits up to a second for slow readers.
   ~Repeater();
 
   /// Returns the endpoint, with the port in use.
   std::string endpoint() const;
-  /// Waits up to `time` for subscriptions, until the first one comes. For each one that has come, publishes the last
-  /// description of each sensor again, which all of its subscribers receive.
+  /// Waits up to `time` until subscriptions begin or end, or a signal comes. For each one that has begun, publishes the
+  /// last description of each sensor again, which all subscribers of descriptions receive. \param time 0 or more
   void listen(std::chrono::milliseconds time);
   /// Returns whether listen() has ever received a subscription.
   bool isHeard() const;
-  /// Sends a message, and keeps a copy if it is a description. Does not wait: a client that is too slow loses it.
-  /// \param time_s publish time of the recording, which goes with the message [s since 1970]
+  /// Sends a message, and keeps a copy if it is a description, for listen(). Does not wait: a client that is too slow
+  /// loses it. \param raw is copied \param time_s publish time of the recording, which goes with the message [s since
+  /// 1970]
   void send(const Raw& raw, double time_s);
 
  private:

@@ -7,10 +7,11 @@
 
 namespace traction::cli {
 
-/// Returns lines that end with a newline. What they say is in the options of proto/traction/v1/status.proto.
+/// Returns lines that end with a newline, with '?' for what is not printable: one about sensor, camera and uptime, then
+/// what the options in proto/traction/v1/status.proto say. \param status its message must not be null
 std::string statusText(const Status& status);
 
-/// Returns what the kernel grants: "priority 19 to 20 on 2-3, memory locked"; "off" if nothing.
+/// Returns what the kernel has granted for real time: "priority 19 to 20 on 2-3, memory locked"; "off" if nothing.
 std::string grantedOf(const v1::Status& status);
 
 }  // namespace traction::cli

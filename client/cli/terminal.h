@@ -9,10 +9,11 @@
 
 namespace traction::cli {
 
-/// Returns whether standard output is a terminal on which a page can be drawn.
+/// Returns whether standard output is a terminal on which a page can be drawn, by TERM: it is set, and not "dumb".
 bool isTerminal();
 
-/// Returns why a terminal has no live view; empty if it has one, or if standard output is not a terminal.
+/// Returns a sentence, without a full stop, why a terminal has no live view and that one line a second is printed
+/// instead, which the caller must do; empty if it has one, or if standard output is not a terminal.
 std::string viewHint();
 
 /// Owns the screen and the keyboard. Only one object may exist at a time.

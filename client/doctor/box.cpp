@@ -102,8 +102,10 @@ std::optional<Box::Ran> Box::run(const std::vector<std::string>& words) const {
   using Clock = std::chrono::steady_clock;
   constexpr auto kPatience = std::chrono::seconds(10);
   std::array<std::array<int, 2>, 2> pipes{};
-  for (auto& one : pipes) {
-    if (pipe2(one.data(), O_CLOEXEC) != 0) return std::nullopt;
+  if (pipe2(pipes[0].data(), O_CLOEXEC) != 0) return std::nullopt;
+  if (pipe2(pipes[1].data(), O_CLOEXEC) != 0) {
+    for (const int end : pipes[0]) close(end);
+    return std::nullopt;
   }
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);

@@ -12,7 +12,8 @@
 
 namespace traction::doctor {
 
-/// The examined machine. Reentrant. Paths are those of that machine, without the root: "/proc/net/route".
+/// The examined machine. Reentrant. Paths are those of that machine, without the root: "/proc/net/route"; they must
+/// name a file or directory below "/". What cannot be had is stated in the result.
 class Box {
  public:
   /// \param root directory under which the machine's files are; run(), status() and keepsTime() concern this machine,
@@ -28,11 +29,12 @@ class Box {
     int error = 0;     ///< errno; 0: none; ENOENT: there is no such file
     explicit operator bool() const { return error == 0; }
   };
-  /// Reads a file, about 1 MiB of it at most. Does not wait for a pipe or a device.
+  /// Reads a file, about 1 MiB of it at most; the rest is left out without an error. Does not wait for a pipe or a
+  /// device.
   Reading read(const std::string& path) const;
   /// Returns the first line without blanks at its ends; empty if the file is; nothing if it cannot be read.
   std::optional<std::string> line(const std::string& path) const;
-  /// Returns the number that the first line consists of; nothing if it is not a number.
+  /// Returns the number that the first line consists of; nothing if it is not a number, or cannot be read.
   std::optional<double> number(const std::string& path) const;
   /// Returns the names in a directory, sorted; none if it cannot be read.
   std::vector<std::string> list(const std::string& path) const;
@@ -45,7 +47,7 @@ class Box {
     int error = 0;                                ///< errno; 0: the rest is known
     std::uint32_t user = 0, group = 0, mode = 0;  ///< mode: permissions alone
   };
-  /// Returns owner, group and permissions of a file, with symbolic links followed.
+  /// Returns owner, group and permissions of a file or directory, with symbolic links followed.
   virtual Look look(const std::string& path) const;
 
   struct Space {
@@ -69,7 +71,7 @@ class Box {
     std::string why;                         ///< why there is no status
   };
   /// Asks the daemon of an instance for its status, on this machine whatever the root is. Waits up to 3 s for the
-  /// connection, and up to 3 s for the answer.
+  /// connection, and up to 3 s for the answer. Catches traction::Error, whose text is then `why`.
   virtual Answer status(const std::string& instance) const;
 
   /// Returns whether the kernel reports the time of day as synchronised; nothing if it does not tell.
@@ -92,7 +94,7 @@ std::vector<Process> processesOf(const Box& box);
 
 /// Splits a line at its blanks; no word is empty.
 std::vector<std::string> wordsOf(const std::string& line);
-/// Splits a text at its line ends; empty lines are kept, but none follows the last line end.
+/// Splits a text at its line ends, which are left out; empty lines are kept, but none follows the last line end.
 std::vector<std::string> linesOf(const std::string& text);
 
 }  // namespace traction::doctor

@@ -49,18 +49,19 @@ struct Patient {
 };
 
 /// Collects the processes and the instances with their settings. Runs `program` once for each instance, and waits for
-/// it. What cannot be found out is left empty: it has no errors. The box must outlive the result. \param program path
-/// of tractiond \param instance the only one to examine; empty: all
+/// it, 10 s at most. What cannot be found out is left empty: it has no errors. The box must outlive the result. \param
+/// program path of tractiond \param instance the only one to examine; empty: all that have a configuration file, an
+/// enabled unit or a running daemon, or "default" if there are none
 Patient admit(const Box& box, const std::string& program, const std::string& instance);
 
 /// Returns the id of a user or group from a file like /etc/passwd or /etc/group; nothing if the name is not in it or
 /// the file cannot be read.
 std::optional<std::uint32_t> idOf(const Box& box, const std::string& file, const std::string& name);
 
-/// Returns whether a camera.id is an IP or MAC address.
+/// Returns whether a camera.id is an IPv4 or a MAC address (six pairs of hexadecimal digits with colons).
 bool isAddress(const std::string& cameraId);
 
-/// Returns whether the machine has USB and some instance's camera is not given by an address.
+/// Returns whether the machine has USB and some instance's camera is not given by an address, or is not known.
 bool mayUseUsb(const Patient& patient);
 
 // The following append their findings, one or more for each check; they do not set Finding::instance. They have no
@@ -76,22 +77,25 @@ void checkAccess(const Patient& patient, std::vector<Finding>& findings);
 void checkCompetitors(const Patient& patient, std::vector<Finding>& findings);
 /// Checks configuration, systemd unit, state directory, limits and real-time scheduling of an instance.
 void checkService(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
-/// Asks the running daemon for its status, and reports its problems().
+/// Asks the running daemon for its status, as Box::status() does, and reports cli::problems() as one finding: kOk
+/// without one, kWarn if forces are doubtful, kFail if there are no valid forces, kUnknown if no daemon runs or
+/// answers.
 void checkMeasurement(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
 
-/// Carries out all checks, those of the machine first, then those of each instance, in order of their names. Blocks
-/// until they are done. \param box need not outlive the result \param program path of tractiond \param instance the
-/// only one to examine; empty: all
+/// Carries out all checks, those of the machine first, then those of each instance, in order of their names, and sets
+/// Finding::instance of the latter. Blocks until they are done. \param box need not outlive the result \param program
+/// path of tractiond \param instance the only one to examine; empty: all, as for admit()
 std::vector<Finding> examine(const Box& box, const std::string& program, const std::string& instance);
 
-/// Returns the report as text: one line per finding, in their order, followed by one with the command that corrects it,
-/// if there is one. Characters that are not printable become '?'.
+/// Returns the report as text: one line per finding, in their order, with the verdict (OK, ?, WARN, FAIL), the
+/// instance, the check and what was found, followed by one with the command that corrects it, if there is one. Each
+/// line ends with a newline. Characters that are not printable become '?'.
 std::string reportText(const std::vector<Finding>& findings);
 /// Returns the report as one line of JSON without a line end: an object with the array `checks`, of objects with check,
 /// instance, verdict ("ok", "unknown", "warn", "fail"), found and mend, and the number exit_code.
 std::string reportJson(const std::vector<Finding>& findings);
 
-/// Returns the program's exit code: 0 if nothing is wrong, 1 for warnings, 2 if a check fails.
+/// Returns the program's exit code: 2 if some verdict is kFail, else 1 if some is kWarn, else 0, also for kUnknown.
 int exitCodeOf(const std::vector<Finding>& findings);
 
 }  // namespace traction::doctor

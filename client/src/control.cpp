@@ -13,6 +13,7 @@
 #include <cerrno>
 #include <cmath>
 #include <filesystem>
+#include <span>
 
 namespace traction {
 
@@ -45,15 +46,24 @@ std::pair<std::uint16_t, std::uint32_t> nextEvent(zmq::socket_t& monitor) {
   return eventOf(event);
 }
 
+/// Waits until one of the sockets has something, at most until `end`; handlers of signals do not end it. Returns
+/// whether one has something.
+bool await(std::span<zmq_pollitem_t> items, std::chrono::steady_clock::time_point end) {
+  for (;;) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
+    const int ready = zmq_poll(items.data(), static_cast<int>(items.size()), std::max<long>(left.count(), 0));
+    if (ready >= 0 || zmq_errno() != EINTR) return ready > 0;
+  }
+}
+
 /// Waits until the handshake with a peer succeeds, for at most options.timeout. \throws Error kNoAnswer, kNotAllowed
 void expectPeer(zmq::socket_t& monitor, const ControlOptions& options) {
   const auto end = std::chrono::steady_clock::now() + options.timeout;
   bool isSomebody = false;
   Handshake handshake(options.endpoint, !options.keys.serverKey.empty(), 1);
   for (;;) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
     zmq_pollitem_t item{monitor.handle(), 0, ZMQ_POLLIN, 0};
-    if (zmq_poll(&item, 1, std::max<long>(left.count(), 0)) <= 0) break;
+    if (!await({&item, 1}, end)) break;
     const auto [what, value] = nextEvent(monitor);
     if (what == ZMQ_EVENT_HANDSHAKE_SUCCEEDED) return;
     if (const auto refused = handshake.take(what, value)) throw *refused;
@@ -72,9 +82,8 @@ std::string awaitReply(zmq::socket_t& socket, zmq::socket_t& monitor, const std:
   const auto end = std::chrono::steady_clock::now() + timeout;
   zmq::message_t reply;
   for (bool isGone = false;;) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
     std::array<zmq_pollitem_t, 2> items = {{{socket.handle(), 0, ZMQ_POLLIN, 0}, {monitor.handle(), 0, ZMQ_POLLIN, 0}}};
-    if (zmq_poll(items.data(), items.size(), isGone ? 0 : std::max<long>(left.count(), 0)) <= 0) {
+    if (!await(items, isGone ? std::chrono::steady_clock::time_point{} : end)) {
       if (isGone) throw Error(ErrorCode::kNoAnswer, "who was asked at " + endpoint + " has gone before the answer");
       break;
     }

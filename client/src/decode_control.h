@@ -8,9 +8,10 @@
 
 namespace traction {
 
-// The functions encode...() return a traction.v1.Request as Protobuf bytes. They check no values. All functions of this
-// file are reentrant.
+// The functions encode...() return a traction.v1.Request as Protobuf bytes. They check no values, and leave out
+// those that the kind of a step does not use. All functions of this file are reentrant.
 
+/// The requests without options.
 enum class Request { kStatus, kDescription, kSnapshot };
 std::string encodeRequest(Request request);
 
@@ -24,7 +25,8 @@ std::string encodeZero(const ZeroRequest& zero);
 std::string encodeCalibration(const CalibrationStep& step);
 std::string encodeCameraStep(const CameraStep& step);
 
-// Decode the Protobuf bytes of a reply to the request of the same name. They throw Error kMalformed, kVersion, and
+// Decode the Protobuf bytes of a reply to the request of the same name; the bytes need not outlive the call. They check
+// shapes, not that numbers are finite. They throw Error kMalformed, also for a reply to another request, kVersion, and
 // kRefused with the daemon's reason.
 Status decodeStatusReply(std::string_view bytes);
 Description decodeDescriptionReply(std::string_view bytes);

@@ -16,7 +16,8 @@ namespace traction {
 inline constexpr int kHandshakeEvents = ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
                                         ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
 
-/// Sets the keys on a socket that is not connected yet. Does nothing without a server key. \throws Error kBadKeys
+/// Sets the keys on a socket that is not connected yet. Does nothing without a server key. \throws Error kBadKeys if
+/// one of the three is not 40 characters of Z85
 void useKeys(zmq::socket_t& socket, const Keys& keys);
 
 /// Tells from a socket's monitor events why a connection fails. Not thread-safe.
@@ -32,8 +33,8 @@ class Handshake {
 
   /// Takes the next monitor event; ignores kinds other than kHandshakeEvents. \param value of the event
   /// \return kNotAllowed, once it is certain that no connection is possible: at once if the peer refuses the key, after
-  /// `strangers` mismatches, or after 5 (25 without keys) connections in a row that end without a reason before the
-  /// first success. Nothing otherwise.
+  /// `strangers` mismatches, or after 5 (25 without keys) connections that end without a reason, the latter only before
+  /// the first success; the count then begins anew. Nothing otherwise.
   std::optional<Error> take(std::uint16_t event, std::uint32_t value);
 
  private:
@@ -45,7 +46,7 @@ class Handshake {
   int failures_ = 0, mismatches_ = 0;
 };
 
-/// Returns the event and the value of a monitor message; both are 0 if the message is too short.
+/// Returns the event and the value in the first part of a monitor message; both are 0 if the part is too short.
 std::pair<std::uint16_t, std::uint32_t> eventOf(const zmq::message_t& message);
 
 }  // namespace traction

@@ -32,9 +32,10 @@ Parsed parse(std::string_view bytes) {
 Colour colourOf(pb::Colour colour);
 /// Converts a zero; fails if its positions and presences differ in number. Does not check that numbers are finite.
 Zero zeroOf(const pb::Zero& from);
-/// Converts a description and sets sameHost by comparing the daemon's host with this one.
+/// Converts a description, and sets sameHost if the daemon's host has the same boot id of the kernel as this one. Fails
+/// if arrays of the zero or the body differ in size. Does not check that numbers are finite.
 Description descriptionOf(const pb::Description& from);
-/// Takes over a status; fails if a histogram has another number of counts than its bounds need.
+/// Takes over a status and decodes its header; fails if a histogram has another number of counts than its bounds need.
 Status statusOf(pb::Status from);
 
 }  // namespace traction

@@ -23,8 +23,9 @@ class Commands {
   explicit Commands(CLI::App& app)
       : app_(app) {}
 
-  /// Adds a command, and returns it for its options; the result lives as long as the command line. The values of these
-  /// must live as long as `run`. \param name must differ from those of the other commands
+  /// Adds a command, and returns it for its options; the result lives as long as the command line. The variables that
+  /// the options fill must live as long as the command line. \param name must differ from those of the other commands
+  /// \param help one line for --help \param run called by run() if the command line names this command
   CLI::App& add(const std::string& name, const std::string& help, Run run) {
     commands_.push_back({app_.add_subcommand(name, help), std::move(run)});
     return *commands_.back().app;
@@ -46,20 +47,21 @@ class Commands {
   std::vector<Command> commands_;
 };
 
-// Each function adds the command of its name, with its options, to the command line.
-void addWatch(Commands& commands);
-void addTop(Commands& commands);
-void addEcho(Commands& commands);
-void addStatus(Commands& commands);
-void addMetrics(Commands& commands);
-void addSnapshot(Commands& commands);
-void addDescribe(Commands& commands);
-void addZero(Commands& commands);
-void addCalibrate(Commands& commands);
-void addCamera(Commands& commands);
-void addKeys(Commands& commands);
-void addRecordings(Commands& commands);  ///< adds record, replay, info, recover and export
-void addDoctor(Commands& commands);
-void addTrigger(Commands& commands);
+// Each function adds the command of its name, with its options, to the command line; the comment says what the command
+// does. Called once each, before the command line is parsed.
+void addWatch(Commands& commands);       ///< shows the forces live
+void addTop(Commands& commands);         ///< shows the state of instruments live
+void addEcho(Commands& commands);        ///< prints messages as JSON, one per line
+void addStatus(Commands& commands);      ///< prints the daemon's state and the ledger
+void addMetrics(Commands& commands);     ///< prints the state of daemons in Prometheus's format
+void addSnapshot(Commands& commands);    ///< writes the camera's next picture as a PNG file
+void addDescribe(Commands& commands);    ///< prints the description as JSON
+void addZero(Commands& commands);        ///< takes a zero, or restores the previous one
+void addCalibrate(Commands& commands);   ///< runs steps of a calibration
+void addCamera(Commands& commands);      ///< has subcommands that read and change the camera's features
+void addKeys(Commands& commands);        ///< has subcommands for files of keys: new, allow, revoke, list
+void addRecordings(Commands& commands);  ///< adds five commands: record, replay, info, recover and export
+void addDoctor(Commands& commands);      ///< examines this machine
+void addTrigger(Commands& commands);     ///< sends the camera one software trigger
 
 }  // namespace traction::cli

@@ -14,21 +14,24 @@ namespace traction::cli {
 /// The options that all commands share. Valid after the command line has been parsed.
 class Target {
  public:
-  /// Adds the options. `app` must outlive the object, which must outlive the parsing.
+  /// Adds the options --instance, --connect, --control, --host, --key and --server-key. `app` must outlive the object,
+  /// which must outlive the parsing.
   explicit Target(CLI::App& app);
 
-  /// Returns the options for a subscription. Reads the file of the client's key if --host, --key or --server-key is
-  /// given. \param latest only the newest field is wanted
+  /// Returns the options for a subscription: at --connect; else at the gateway of --host, the next port if `latest`;
+  /// else at the instance. Reads the file of the client's key if --host, --key or --server-key is given. \param latest
+  /// only the newest field is wanted: Mode::kLatest
   /// \throws Error kBadEndpoint if --host is not HOST or HOST:PORT, kBadKeys; KeyError if a key is missing
   SubscriberOptions subscription(bool latest = false) const;
-  /// Returns the options for requests. Reads and throws as subscription().
+  /// Returns the options for requests: at --control; else at the gateway of --host, two ports above that of its stream;
+  /// else at the instance. Reads the file of the key and throws as subscription().
   ControlOptions control() const;
 
   /// Returns the name of the instance; "default" if it was not given.
   const std::string& instance() const { return instance_; }
   /// Returns whether --instance was given.
   bool isInstanceNamed() const { return app_.count("--instance") != 0; }
-  /// Returns the file of the client's key; empty: the usual one.
+  /// Returns the file of the client's key as given; empty: not given, so that usualKeyFile() is used.
   const std::filesystem::path& keyFile() const { return keyFile_; }
 
  private:

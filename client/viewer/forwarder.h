@@ -18,12 +18,13 @@ class Forwarder {
       : deliver_(std::move(deliver)) {}
 
   /// Delivers the message as published; then kPlaces of a description, kSurface of a field and kPicture of a preview.
-  /// Delivers kPreview, kSurface and kPicture only once they are wanted; all other kinds always.
-  /// Calls `deliver` on this thread, before it returns. \param raw topic and bytes of `message`
+  /// Delivers kPreview, kSurface and kPicture only once they are wanted, and the latter two only if they can be
+  /// computed (Surface::displacement(), JpegEncoder::encode()); all other kinds always. Calls `deliver` on this thread,
+  /// before it returns. \param raw topic and bytes of `message`
   void pass(const Message& message, const Raw& raw);
 
   /// Adds kinds (or-ed) to those that are wanted; none can be taken back. Matters for kPreview, kSurface and kPicture
-  /// only. The matrix for kSurface takes seconds and memory. Thread-safe.
+  /// only. The matrix for kSurface takes seconds, in which no kSurface is delivered, and memory. Thread-safe.
   void want(unsigned kinds) { wanted_ |= kinds; }
 
  private:

@@ -76,8 +76,9 @@ class Converter {
   /// the gel of the scene are always made: they are rare, and lasting. Thread-safe.
   void want(unsigned kinds) { wanted_ = kinds; }
 
-  /// Calls `deliver` on this thread, before it returns, with each sample of the message: the message as published and
-  /// its drawings. Ignores a message whose sensor has an invalid name; draws for the first 64 sensors only.
+  /// Calls `deliver` on this thread, before it returns, with each sample of the message that is to be made: the message
+  /// as published, and its drawings. Must be called with every message, as Drawing::draw(). Ignores a message whose
+  /// sensor has an invalid name; draws for the first 64 sensors only.
   /// \param raw topic and bytes of `message`
   void pass(const Message& message, const Raw& raw);
 

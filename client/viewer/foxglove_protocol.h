@@ -59,7 +59,7 @@ std::string advertise(const std::vector<Channel>& channels);
 std::string status(Level level, const std::string& message, const std::string& id = "");
 
 inline constexpr std::size_t kDataHeaderSize = 13;
-/// Returns the bytes of the binary message MessageData that precede the payload.
+/// Returns the bytes of the binary message MessageData that precede the payload: 1, then both numbers, little endian.
 /// \param subscription Subscription::id of the client that receives them \param logTime_ns ns since 1970
 std::array<char, kDataHeaderSize> dataHeader(std::uint32_t subscription, std::uint64_t logTime_ns);
 

@@ -28,18 +28,18 @@ namespace traction::view {
 /// Thread-bound: runs on the context's single thread; sources have their own.
 class FoxgloveServer {
  public:
-  /// Listens, and connects to no source before a client has come.
-  /// \param context must outlive the server
+  /// Binds and listens; accepts no connection before start(), and connects to no source before a client has come.
+  /// \param context must outlive the server, and must no longer run when it is destroyed
   /// \param hostNames names of this host that requests may use besides IP addresses and localhost
   /// \throws ServerError if the address cannot be used
   FoxgloveServer(boost::asio::io_context& context, const FoxgloveOptions& options, std::vector<std::string> hostNames,
                  const std::vector<SourceOptions>& sources);
-  /// Waits for the threads of the sources.
+  /// Disconnects from the sources, and waits for their threads.
   ~FoxgloveServer();
   FoxgloveServer(const FoxgloveServer&) = delete;
   FoxgloveServer& operator=(const FoxgloveServer&) = delete;
 
-  /// Starts accepting clients, and returns at once; the context must run. Must be called once.
+  /// Starts accepting clients, and returns at once; they are served while the context runs. Must be called once.
   void start();
   /// Returns the URL that clients connect to, with the port in use: "ws://127.0.0.1:8765".
   std::string url() const { return "ws://" + listener_.authority(); }

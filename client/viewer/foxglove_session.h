@@ -29,6 +29,7 @@ namespace traction::view::foxglove {
 /// to 64 of them wait, then the oldest is dropped. Thread-bound: runs on the context's thread.
 class Session : public std::enable_shared_from_this<Session> {
  public:
+  /// All must be set.
   struct Handlers {
     /// Called when the client subscribes to a channel. Returns why it cannot; empty if it can.
     std::function<std::string(Session& session, std::uint32_t channel)> subscribed;
@@ -46,15 +47,18 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Accepts the handshake, and then reads and sends. Returns at once. Must be called once. \param request that asked
   /// for the WebSocket \param subprotocol of chooseSubprotocol() \param greeting text messages that are sent first
   void start(const Request& request, std::string_view subprotocol, std::deque<std::string> greeting);
-  /// Queues a text message, which is sent before all samples that wait. Closes the connection if 1,000 wait already.
+  /// Queues a text message, which is sent before all samples that wait, and after start()'s greeting. Closes the
+  /// connection instead if 1,000 wait already. Has no effect once it is closed.
   void tell(std::string message);
-  /// Queues a sample for a client that is subscribed to the channel; has no effect otherwise.
+  /// Queues a sample, as the class comment says, for a client that is subscribed to the channel; has no effect
+  /// otherwise.
   void offer(std::uint32_t channel, const Sample& sample);
-  /// Liveness check: closes the connection if, for kPatience, the client has acknowledged no bytes and answered no
-  /// ping, while a message or an unanswered ping was outstanding. Must be called about once a second: bytes that are
+  /// Liveness check: closes the connection if, for kPatience (15 s), the client has acknowledged no bytes and answered
+  /// no ping, while a message or an unanswered ping was outstanding. Must be called about once a second: bytes that are
   /// acknowledged between two calls count as progress. Has no effect before the end of the handshake.
   void closeIfUnresponsive();
-  /// Closes the connection at once and calls Handlers::closed. Has no effect on later calls.
+  /// Closes the connection at once and, within the call, calls Handlers::unsubscribed for each subscription and then
+  /// Handlers::closed. Further calls have no effect.
   void close();
 
  private:

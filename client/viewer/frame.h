@@ -33,12 +33,13 @@ inline constexpr unsigned kKindCount = 15;
 /// Returns the kind of a published message: its one bit of Topics.
 unsigned kindOf(const Message& message);
 
-/// Returns the name of an error code that clients in other languages use: "no_answer".
+/// Returns the name of an error code that clients in other languages use (docs/clients.md): "no_answer".
 const char* nameOf(ErrorCode code);
 /// Returns a frame of kErrors, with the error's code and sentence.
 Frame errorFrame(const Error& error);
 
-/// Returns `text` as a JSON string, quotes included; control characters become blanks.
+/// Returns `text` as a JSON string, quotes included; control characters become blanks. \param text must be UTF-8: this
+/// is not checked
 std::string jsonText(std::string_view text);
 
 /// Called on the thread of the part that delivers. \param kind one bit of Topics or Kinds

@@ -9,7 +9,7 @@
 
 namespace traction::view {
 
-/// Thread-bound.
+/// Judges a sensor by its newest messages. Thread-bound.
 class HealthFeed {
  public:
   /// \param deliver called by turn(), on its thread
@@ -19,7 +19,8 @@ class HealthFeed {
   /// Adds a message of the sensor to the state from which its health is told. Ignores markers and previews.
   void take(const Message& message);
 
-  /// Delivers kHealth if something has changed, at most four times a second. Must be called some times a second.
+  /// Delivers kHealth at the first call, and then if something has changed, at most four times a second. Must be called
+  /// some times a second, as time alone can change it.
   /// \param isConnected  to the publisher
   /// \param now_ns       CLOCK_MONOTONIC
   void turn(bool isConnected, std::int64_t now_ns);

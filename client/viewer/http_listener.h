@@ -34,8 +34,8 @@ struct ListenerOptions {
 
 class HttpConnection;
 
-/// Thread-bound: runs on the context's single thread. Closes a connection that sends no whole request for 10 s, or one
-/// with more than 8 KiB of header or with a body.
+/// Thread-bound: runs on the context's single thread. Closes a connection that sends no whole request, or reads no
+/// answer, for 10 s, and one with more than 8 KiB of header or with a body.
 class HttpListener {
  public:
   /// Returns the answer to a request. Returns nothing if it called `take`, which hands over the connection's socket.
@@ -43,23 +43,27 @@ class HttpListener {
   using Handler = std::function<std::optional<Response>(const Request& request,
                                                         const std::function<boost::asio::ip::tcp::socket()>& take)>;
 
-  /// Binds and listens. \param context must outlive the listener
-  /// \throws ServerError: EX_USAGE if the address is not an IP address, EX_UNAVAILABLE if it cannot be used
+  /// Binds and listens; accepts no connection before start(). \param context must outlive the listener, and must no
+  /// longer run when it is destroyed \throws ServerError: EX_USAGE if the address is not an IP address, EX_UNAVAILABLE
+  /// if it cannot be used
   HttpListener(boost::asio::io_context& context, const ListenerOptions& options, Handler handler);
   ~HttpListener();
   HttpListener(const HttpListener&) = delete;
   HttpListener& operator=(const HttpListener&) = delete;
 
-  /// Starts accepting connections, and returns at once; the context must run. Must be called once.
+  /// Starts accepting connections, and returns at once; they are served while the context runs. Must be called once.
   void start();
   /// Returns the address in URLs: "127.0.0.1:9880", "[::1]:9880"; "localhost:9880" if it listens at every address.
   std::string authority() const;
 
-  // For HttpConnection: calls the handler; forgets a connection that has ended.
+  // For HttpConnection.
+
+  /// Returns what the handler returns for the request.
   std::optional<Response> handle(const Request& request,
                                  const std::function<boost::asio::ip::tcp::socket()>& take) const {
     return handler_(request, take);
   }
+  /// Forgets a connection that has ended; has no effect if it is not known.
   void remove(const HttpConnection* connection);
 
  private:

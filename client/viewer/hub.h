@@ -21,10 +21,10 @@ namespace traction::view {
 
 /// One sensor and its sessions. Receives while there are sessions. Bound to the server's thread.
 struct Hub {
-  /// Offers a frame to all sessions, and keeps it for new ones if the daemon sends its kind rarely. \param kind one bit
-  /// of Topics or Kinds
+  /// Offers a frame to all sessions, and keeps it for new ones, in place of the one before, if its kind is sent rarely.
+  /// \param kind one bit of Topics or Kinds
   void deliver(unsigned kind, const Frame& frame) {
-    // Kept for new sessions, as the daemon sends these rarely.
+    // Sent rarely.
     constexpr unsigned kKept = unsigned{kDescription} | kStatus | kPlaces | kRecorder | kHealth;
     if ((kind & kKept) != 0) last[kind] = frame;
     for (const auto& session : sessions) session->offer(kind, frame);

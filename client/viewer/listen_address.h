@@ -27,16 +27,18 @@ struct ListenAddress {
   std::uint16_t port = 0;             ///< 0: any free port
 };
 
-/// Parses ADDRESS:PORT, ADDRESS, PORT or [IPV6]:PORT; the missing part is taken from `defaults`. Whether ADDRESS is an
-/// IP address is not checked. \return empty if the text is empty, or its port is not a number from 0 to 65535
+/// Parses ADDRESS:PORT, ADDRESS, PORT or [IPV6]:PORT; the part that is left out with its colon is taken from
+/// `defaults`. Whether ADDRESS is an IP address is not checked: in ":80" it is empty. \return empty if the text is
+/// empty, or its port is not a number from 0 to 65535
 std::optional<ListenAddress> parseListenAddress(const std::string& text, const ListenAddress& defaults);
 
 /// Returns whether `address` is an IPv4 address in 127.0.0.0/8 or ::1. False for any other text, also "localhost" and
 /// IPv4 addresses written as IPv6.
 bool isLoopback(const std::string& address);
 
-/// Returns whether a request's Host header names this server: an IP address, localhost, or one of `names`, with or
-/// without a port. Any other name could be an attacker's that resolves to this host (DNS rebinding).
+/// Returns whether a request's Host header may be meant for this server: any IP address (IPv6 in brackets), localhost,
+/// or one of `names`, compared letter by letter, with or without a port. Any other name could be an attacker's that
+/// resolves to this host (DNS rebinding).
 bool isAllowedHost(std::string_view host, const std::vector<std::string>& names);
 
 }  // namespace traction::view

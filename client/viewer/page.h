@@ -11,7 +11,8 @@ struct PageFile {
   std::string_view gzip;  ///< its content
 };
 
-/// Returns the file of a path; nullptr if there is none. The files live as long as the program.
+/// Returns the file of the path of a URL, without its query; nullptr if there is none. The files live as long as the
+/// program. Thread-safe.
 const PageFile* findPageFile(std::string_view path);
 
 }  // namespace traction::view

@@ -28,8 +28,9 @@ class Playing {
   Playing(const Playing&) = delete;
   Playing& operator=(const Playing&) = delete;
 
-  /// Continues at `from_s` after the beginning [s], limited to the recording, at `speed` times its pace; at speed 0 it
-  /// shows that moment and pauses. Returns at once; a later call replaces a request that has not begun. Thread-safe.
+  /// Continues at `from_s` after the beginning [s], limited to the recording, at `speed` times its pace; at speed 0 or
+  /// less it shows that moment and pauses. Returns at once; a later call replaces a request that has not begun.
+  /// Thread-safe. \param from_s finite
   void play(double from_s, double speed);
 
   /// Adds kinds (or-ed) to those that are wanted. Only kPreview, kSurface and kPicture must be: all other kinds are

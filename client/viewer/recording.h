@@ -29,16 +29,17 @@ std::string recordingName(const std::string& sensor);
 /// Records every message of a sensor, and its previews, on a thread of its own.
 class Recording {
  public:
-  /// Creates the file, which must not exist yet, and starts; does not wait for the daemon. \param options whose topics
-  /// and queue are ignored \throws cli::RecordingError, Error kBadEndpoint, kBadKeys
+  /// Creates the file, which must not exist yet, and starts; does not wait for the daemon. Messages that cannot be
+  /// decoded are left out. \param options whose topics and queue are ignored \throws cli::RecordingError, Error
+  /// kBadEndpoint, kBadKeys
   Recording(const SubscriberOptions& options, const std::filesystem::path& file);
-  /// Finishes the recording. Removes the file if it has no message.
+  /// Calls finish().
   ~Recording() { finish(); }
   Recording(const Recording&) = delete;
   Recording& operator=(const Recording&) = delete;
 
   struct State {
-    std::string account;               ///< size and losses, in words
+    std::string account;               ///< cli::Tape::account(); empty before the first turn of the thread
     std::optional<std::string> error;  ///< why the recording has ended by itself
   };
   /// Returns a copy of the state. Does not wait for the disk. Thread-safe.
@@ -47,8 +48,8 @@ class Recording {
   /// Returns the file's name, without its directory.
   const std::string& name() const { return name_; }
 
-  /// Ends the recording, waits for the disk, and returns the final state. Further calls return it again. Not
-  /// thread-safe.
+  /// Ends the recording, waits for the disk, removes the file if it has no message, and returns the final state.
+  /// Further calls return it again. Not thread-safe.
   State finish();
 
  private:

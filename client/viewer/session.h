@@ -33,6 +33,7 @@ SessionOptions parseSession(std::string_view query);
 /// Bound to the server's thread. It lives until the connection is closed.
 class Session : public std::enable_shared_from_this<Session> {
  public:
+  /// All must be set.
   struct Handlers {
     /// Called for "ask ID QUESTION". \param id 1 to 16 digits, which the answer repeats
     std::function<void(Session& from, const std::string& id, const std::string& question)> ask;
@@ -49,9 +50,10 @@ class Session : public std::enable_shared_from_this<Session> {
   /// for the WebSocket
   void start(const boost::beast::http::request<boost::beast::http::string_body>& request);
   /// Queues the frame as SessionOptions::newest says, if the client wants its kind; has no effect otherwise. In both
-  /// modes it waits for the handshake and while another frame is being written. \param kind one bit of Kinds
+  /// modes it waits for the handshake and while another frame is being written. \param kind one bit of Topics or Kinds
   void offer(unsigned kind, const Frame& frame);
-  /// Sends the frame before all that wait. Closes the connection of a client that leaves 16 answers unread.
+  /// Queues the frame, before all that wait except earlier answers. Closes the connection instead if 16 answers wait:
+  /// the client does not read.
   void answer(const Frame& frame);
   /// Liveness check: closes the connection if the client has read nothing for 15 s while a frame was outstanding: being
   /// written, or not acknowledged with "next". Has no effect before the end of the handshake.

@@ -20,20 +20,20 @@ struct SourceOptions {
 /// Receives from its construction to its destruction. Thread-bound.
 class Source {
  public:
-  /// Called on the source's thread.
+  /// Called on the source's thread. All must be set.
   struct Handlers {
     /// Called with each message; both arguments are valid during the call only.
     std::function<void(const Message& message, const Raw& raw)> pass;
     /// Called after each message, and at least every 0.1 s. \param isConnected to the publisher
     std::function<void(bool isConnected)> turn = [](bool) {};
-    /// Called with each error of Subscriber::receive(), after which receiving goes on. \param raw is the message that
-    /// could not be decoded; its bytes are empty if the error is not about a message
+    /// Called with each error of Subscriber::receive(), after which receiving goes on. \param raw for kMalformed, the
+    /// message that could not be decoded, valid during the call only; empty for all other errors
     std::function<void(const Error& error, const Raw& raw)> fail;
   };
 
   /// Starts the thread. Does not wait for a publisher. \throws Error kBadEndpoint, kBadKeys
   Source(const SubscriberOptions& options, Handlers handlers);
-  /// Waits for the thread: 0.1 s, and as long as a handler takes.
+  /// Waits for the thread: 0.1 s at most, and as long as a handler takes.
   ~Source();
   Source(const Source&) = delete;
   Source& operator=(const Source&) = delete;

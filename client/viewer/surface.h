@@ -18,8 +18,8 @@ class Surface {
   Surface(const Surface&) = delete;
   Surface& operator=(const Surface&) = delete;
 
-  /// Sets the sensor whose fields follow. Returns at once; if the gel or the nodes differ from those of the description
-  /// before, the matrix is computed anew.
+  /// Sets the sensor whose fields follow. Returns at once if gel and nodes are those of the description before.
+  /// Otherwise stops a computation that still runs, waits for its end, and starts to compute the new matrix.
   void describe(const Description& description);
 
   /// Returns the surface's displacement at the nodes under the field's forces [mm], 3 N: x, y, z of each node, in the

@@ -50,9 +50,10 @@ class Calibration {
   /// (kNoise, kWeight) and returns nothing: its frames go to add(). Drops a step that runs. The first weight takes
   /// seconds of work, the first stiffness twice as many, kFinish waits for the disk. The result is an error if there is
   /// no zero (except for kStiffness and kFinish), nothing to evaluate or write, something seems to touch and `anyway`
-  /// is false, or the sensor has an influence file (except for kNoise and kFinish). A new geometry discards the weights
-  /// read before. \param zero in force; nullptr: none yet; need not outlive the call \param camera see cameraId()
-  /// \param directory for the gel file, which never replaces another; at most 100 of them
+  /// is false, the fit fails or the weights contradict each other, the file cannot be written, or the sensor has an
+  /// influence file (except for kNoise and kFinish). A new geometry discards the weights read before. \param zero in
+  /// force; nullptr: none yet; need not outlive the call \param camera see cameraId() \param directory for the gel
+  /// file, which never replaces another; at most 100 of them
   std::optional<Result> begin(const CalibrationStep& step, const RestPose* zero, const std::string& camera,
                               const std::filesystem::path& directory);
 
@@ -65,8 +66,9 @@ class Calibration {
   /// Ends the step that runs without a result; what earlier steps measured stays.
   void drop() { running_.reset(); }
 
-  /// Gives a frame to the step that runs. Returns its result when it ends, else nothing, also if no step runs; see
-  /// nextTakesLong(). Frames with kFewMarkers only count for the time.
+  /// Gives a frame to the step that runs. Returns its result when it ends, else nothing, also if no step runs. The
+  /// result is an error if something touches (kNoise), no new weight came to rest (kWeight), or frames came too slowly
+  /// or with too few markers. See nextTakesLong(). Frames with kFewMarkers only count for the time.
   std::optional<Result> add(const MarkerField& field);
 
  private:

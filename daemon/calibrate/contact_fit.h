@@ -28,15 +28,16 @@ class ContactFit {
   /// use another camera pose than the sensor's. The sensor is copied. \param progress called meanwhile; may be empty
   explicit ContactFit(const sensor::Sensor& sensor, const sensor::elastic::Progress& progress = {});
 
-  /// Fits the contact. Returns nothing if no single contact with a radius of 0.5 to 15 mm explains the displacements,
-  /// or fewer than ten markers are valid. \param camera through which the displacements are seen \param motion
-  /// deviations of the picture's motion \param variance_px2 M, variance of each of a marker's coordinates; not above 0:
-  /// the marker is ignored
+  /// Fits the contact, with a radius limited to 0.5 to 15 mm and within the sides of the gel. Returns nothing if fewer
+  /// than ten markers are valid or the fit fails. A poor fit is returned: then residual_px is far above expected_px.
+  /// \param camera through which the displacements are seen \param motion deviations of the picture's motion \param
+  /// variance_px2 M, variance of each of a marker's coordinates; not above 0: the marker is ignored
   std::optional<ContactReading> operator()(const sensor::Camera& camera, const sensor::PictureMotion& motion,
                                            const Displacements& displacements,
                                            std::span<const float> variance_px2) const;
 
-  /// Returns the displacements by unit forces along x, y, z on a contact, 2 M x 3 [px/N]. \param shape x, y, radius [m]
+  /// Returns the displacements of all markers by unit forces along x, y, z on a contact, without motion of the picture,
+  /// 2 M x 3 [px/N]. \param shape x, y, radius [m]
   /// \param deeper depth of the markers beyond that of the gel file [m]
   Eigen::MatrixXd fields(const sensor::Camera& camera, const Eigen::Vector3d& shape, double deeper = 0.0) const {
     return unitFields(sensor::Projection(camera, sensor_.gel.size.z()), shape, false, deeper);

@@ -23,7 +23,7 @@ class DriftWatch {
   /// Starts anew when the zero changes. \param field of the sensor's markers; its `received_ns` is the time
   void add(const MarkerField& field);
 
-  /// Returns the means; seen_ns is 0 until a frame without a touch was added since the zero.
+  /// Returns the means, of which seen_ns is the time of the last frame that was used; 0: none since the zero.
   const RestDrift& drift() const { return drift_; }
 
   /// Returns whether the drift, at the edge of the picture, exceeds DriftOptions::largest deviations of the sensor's

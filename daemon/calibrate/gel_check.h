@@ -27,10 +27,11 @@ struct GelCheckOptions {
 };
 
 /// Fits the camera's pose and distortion, and the second layer's place and depth, to the markers' places, and compares
-/// them with the sensor's. If a large residual remains, tries another aspect (seenAspect). Takes tens of milliseconds.
-/// Reentrant. If no camera of any aspect explains the places, or too few markers are present, the report has no
-/// findings but those of `seen`, and a remark. \param place_px 2 M, as in RestPose \param present M; 0: the marker is
-/// ignored \param seen one per layer; empty: not known
+/// them with the sensor's. If a large residual remains, tries another aspect (seenAspect); if that explains the places,
+/// the report has its finding and those of `seen` alone. If no camera of any aspect explains the places, or fewer than
+/// 50 markers are present or agree, it has those of `seen` alone, and a remark. Takes tens of milliseconds. Reentrant.
+/// \param place_px 2 M, as in RestPose \param present M; 0: the marker is ignored \param seen one per layer; empty: not
+/// known
 GelReport checkGel(const sensor::Sensor& sensor, std::span<const float> place_px, std::span<const std::uint8_t> present,
                    std::span<const LatticeSeen> seen, const GelCheckOptions& options = {});
 

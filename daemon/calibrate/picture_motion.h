@@ -17,7 +17,7 @@ struct Displacements {
 };
 
 /// Motion of the whole picture: (u, v) moves by shift + scale (u, v) + roll (-v, u), where (u, v) is counted from the
-/// principal point (sensor::Projection::motionOf).
+/// principal point and the pixels are square; for other aspects see sensor::Projection::motionOf.
 struct PictureMotion {
   Eigen::Vector4d value = Eigen::Vector4d::Zero();       ///< shift u, v [px]; scale [1]; roll [rad], u towards v
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();  ///< of `value`, by the scatter of the residual

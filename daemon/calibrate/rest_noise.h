@@ -32,8 +32,8 @@ class RestNoiseMeter {
   /// Returns the number of frames used so far.
   int frames() const { return frames_; }
 
-  /// Evaluates the frames added so far; there must be at least two, and for a useful result options.fewestFrames.
-  /// Markers that were valid in fewer than two frames are left out.
+  /// Evaluates the frames added so far; there must be at least two (asserted), and for a useful result
+  /// options.fewestFrames. Markers that were valid in fewer than two frames are left out.
   RestNoise summary() const;
 
  private:

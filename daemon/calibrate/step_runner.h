@@ -28,8 +28,9 @@ class StepRunner {
   /// The sensor in force must outlive this.
   StepRunner(const sensor::Sensor& inForce, const CalibrationOptions& options, StepLinks links);
 
-  /// Begins a step; returns at once. It replaces a step that has not been answered, which is dropped without an answer;
-  /// if work is under way, the new step begins when that has ended. Parameters are those of Calibration::begin().
+  /// Begins a step; returns at once, and may call `answer` before. It replaces a step that has not been answered, also
+  /// one that waits, which is dropped without an answer; if work is under way, the new step begins when that has ended.
+  /// Parameters are those of Calibration::begin().
   void begin(const CalibrationStep& step, const std::optional<RestPose>& zero, const std::string& camera,
              const std::filesystem::path& directory);
 
@@ -45,7 +46,7 @@ class StepRunner {
   /// turn of the control loop.
   void turn();
 
-  /// Returns whether a step looks at frames.
+  /// Returns whether a step looks at frames now: not while work is under way.
   bool isLooking() const { return !work_ && calibration_.running(); }
 
   /// Work that takes longer is answered with an error, and its later result is dropped. A small machine needs a minute

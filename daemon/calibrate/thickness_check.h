@@ -30,7 +30,7 @@ class ThicknessCheck {
   ThicknessCheck(const sensor::Sensor& sensor, const ContactFit& fit, const sensor::elastic::Progress& progress = {});
 
   /// Estimates the thickness; parameters are those of ContactFit. Returns nothing if the displacements do not determine
-  /// it. \param reading that of ContactFit for the same displacements
+  /// it at all; else see `deviation`. \param reading that of ContactFit for the same displacements
   std::optional<ThicknessReading> operator()(const sensor::Camera& camera, const sensor::PictureMotion& motion,
                                              const Displacements& displacements, std::span<const float> variance_px2,
                                              const ContactReading& reading) const;

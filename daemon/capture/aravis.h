@@ -61,9 +61,11 @@ tl::unexpected<Error> failed(int exitCode, std::string what, std::string remedy 
 /// Copies a string that may come from a camera, with U+FFFD in place of what is not UTF-8; nullptr becomes an empty
 /// one.
 std::string text(const char* string);
-std::string number(double value);                           ///< Returns a number with up to 10 digits, as text.
+/// Returns a number as text ("%.10g").
+std::string number(double value);
 std::string joined(const std::vector<std::string>& items);  ///< Joins texts with ", ".
-/// Copies the strings of an array that Aravis has returned, and frees the array. \param names nullptr: no strings
+/// Copies the `count` strings of an array that Aravis has returned, each as text() does, and frees the array, but not
+/// the strings, which Aravis owns. \param names nullptr: no strings
 std::vector<std::string> taken(const char** names, guint count);
 
 /// Waits until a time of CLOCK_MONOTONIC [ns]; not at all if that has passed. Returns early when a stop is requested.
@@ -82,9 +84,12 @@ class ControlGuard {
   ControlGuard(const ControlGuard&) = delete;
   ControlGuard& operator=(const ControlGuard&) = delete;
   ~ControlGuard();
-  /// Guards the socket of a device that was opened since. Fails with EX_OSERR.
+  /// Guards the socket of a device that was opened since: lets the kernel pass only datagrams of controlFilter(),
+  /// discards those that came before, and calls armLastWill(). Fails with EX_OSERR: the socket was not found, or takes
+  /// no filter.
   tl::expected<void, Error> guard(ArvGvDevice* device);
-  /// Must be called before the device is closed: an aborting process then no longer gives the camera free.
+  /// Calls disarmLastWill(): an aborting process then no longer gives the camera free. The socket stays filtered. Must
+  /// be called before the device is closed; the destructor does it as well. Has no effect without a guarded device.
   void disarm();
   /// Returns the number of datagrams that the kernel rejected; 0 unless the device is guarded and open.
   std::uint64_t refused() const;
@@ -96,12 +101,13 @@ class ControlGuard {
 
 // ---- aravis_find.cpp
 
-/// Finds the camera that CameraOptions::id names and opens it, after CameraOptions::inspector has evaluated its
-/// description. For a GigE Vision camera, then also guards its control channel, takes control, and stops an acquisition
-/// that an earlier client left running. Blocks for seconds. EX_UNAVAILABLE: the camera is absent, does not answer, may
-/// not be opened, or has a faulty description. EX_TEMPFAIL: another client holds it and has not left within 8 s (a
-/// camera keeps to a dead client for 3 s by default), or a stop was requested meanwhile. EX_OSERR: the guard failed.
-/// \param opening `stop` ends the wait early, `say` is told of another client \param guard made before this call
+/// Finds the camera that CameraOptions::id names and opens it, after CameraOptions::inspector, if there is one, has
+/// evaluated its description (not with CameraOptions::fakeInterface). For a GigE Vision camera, then also guards its
+/// control channel, takes control, and stops an acquisition that an earlier client left running. Blocks for seconds.
+/// EX_UNAVAILABLE: the camera is absent, does not answer, may not be opened, or has a faulty description. EX_TEMPFAIL:
+/// another client holds it and has not left within 8 s (a camera keeps to a dead client for 3 s by default), or a stop
+/// was requested meanwhile. EX_OSERR: the guard failed. \param opening `stop` ends the wait early, `say` is told of
+/// another client \param guard made before this call
 tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, const Opening& opening,
                                                   ControlGuard& guard);
 
@@ -113,21 +119,28 @@ CameraName nameOf(ArvCamera* camera);
 // ---- aravis_feature.cpp
 
 /// Writes one feature and reads it back, or executes a command and waits up to 10 s until it is done. Returns the line
-/// for CameraInfo::settings. EX_CONFIG: the camera refuses; the error states what it allows. EX_UNAVAILABLE: no answer.
+/// for CameraInfo::settings: "Name = value" as read back, with "(asked: value)" if the camera has rounded a number, or
+/// "Name executed". EX_CONFIG: the camera lacks the feature or refuses, or a text or switch reads back differently; the
+/// error states what is allowed. EX_UNAVAILABLE: no answer, or the command is not done after 10 s.
 tl::expected<std::string, Error> writeFeature(ArvDevice* device, const Feature& feature);
-/// Returns a feature with its present value, which restores it when written. Returns nothing for a command and for a
-/// feature that is absent or cannot be both read and written now.
+/// Returns a feature with its present value, which restores it when written. Returns nothing for a command, a register,
+/// and a feature that is absent, not available now, read-only, or cannot be read. One that is locked now is returned.
 std::optional<Feature> standingAt(ArvDevice* device, const char* name);
 /// Returns whether the camera has the feature and it is available now.
 bool hasFeature(ArvDevice* device, const char* name);
 /// Returns the first of these names that hasFeature(); empty if the camera has none.
 std::string firstFeature(ArvDevice* device, std::initializer_list<const char*> names);
-/// Returns the text of the first element of this name within a node of the camera's description; empty without one.
+/// Returns the text of the first element of this name directly in a node of the camera's description; empty without
+/// one.
 std::string elementText(ArvGcNode* node, const char* element);
-/// Returns a feature's value as text; empty if the camera has no such feature or it cannot be read now.
+/// Returns a feature's value as text (of an enumeration the entry's name); empty if the camera has no such feature or
+/// it cannot be read now.
 std::string readFeature(ArvDevice* device, const std::string& name);
-/// Carries out an operator's request to the camera. The error is a sentence. \param configured what the configuration
-/// sets \param first values before the first write of this session, by name; receives that of a feature written now
+/// Carries out an operator's request to the camera, as CameraStep::Kind states, and reports the features that it
+/// concerned, as they are afterwards. The error is a sentence: nothing matches, the camera refuses or does not answer,
+/// or a write would change size or format of the picture. Waits up to 10 s for a command, 5 s for the white balance.
+/// \param configured what the configuration sets; is reported beside the values \param first values before the first
+/// write of this session, by name; receives that of a feature written now
 tl::expected<CameraReport, std::string> serveFeatures(ArvCamera* camera, const CameraStep& step,
                                                       const std::vector<Feature>& configured,
                                                       std::vector<std::pair<std::string, std::string>>& first);
@@ -138,19 +151,21 @@ struct Quantity {
   std::string feature;   ///< the first of its names that the camera has; empty: none
   double perUnit = 1.0;  ///< the camera's number for one unit: 1e-3 if it counts ms
 };
-Quantity exposureOf(ArvDevice* device);  ///< Finds ExposureTime, ExposureTimeAbs or ExposureTimeRaw.
-Quantity gainOf(ArvDevice* device);      ///< Finds Gain, GainRaw or GainAbs.
-/// Reads a quantity in its unit; returns nothing if the camera has none or it cannot be read.
+/// Finds ExposureTime, ExposureTimeAbs or ExposureTimeRaw, and its unit by the description (else us).
+Quantity exposureOf(ArvDevice* device);
+Quantity gainOf(ArvDevice* device);  ///< Finds Gain, GainRaw or GainAbs.
+/// Reads a quantity in its unit (exposure in us); returns nothing if the camera has none or it cannot be read.
 std::optional<double> readQuantity(ArvDevice* device, const Quantity& quantity);
 
 // ---- aravis_settings.cpp
 
-/// Makes every setting in the order of CameraOptions, until one fails. Adds the values read back to info.settings and
-/// deviations to info.warnings, and sets info.triggered. EX_CONFIG: the camera refuses or lacks a setting;
-/// EX_UNAVAILABLE: it does not answer.
-/// \param before values of the session before, restored where the configuration sets none; nullptr: no session before
-/// \param undo features are added to it, also on failure; written in reverse order they restore the camera, except what
-/// commands have done
+/// Makes every setting in the order of CameraOptions, until one fails. If they name no pixel format and this program
+/// cannot read the present one, sets the best that it can read (bestFirst()). Adds the values read back to
+/// info.settings and deviations of more than 1 % to info.warnings; sets info.triggered if a trigger is on, also on
+/// failure. EX_CONFIG: the camera refuses or lacks a setting; EX_UNAVAILABLE: it does not answer. \param before rate,
+/// exposure and gain of the session before, restored where the configuration sets none; a camera that refuses them is a
+/// warning; nullptr: no session before \param undo features are added to it, also on failure; written in reverse order
+/// they restore the camera, except what commands have done
 tl::expected<void, Error> applySettings(ArvCamera* camera, const CameraOptions& options, const Standing* before,
                                         CameraInfo& info, std::vector<Feature>& undo);
 
@@ -166,13 +181,16 @@ void bestFirst(std::vector<const PixelFormatTraits*>& formats);
 
 // ---- aravis_read.cpp
 
-/// Reads the format and size of the picture that the camera will send, and rate, exposure and gain, into `info`.
-/// EX_CONFIG: this program cannot read the format. EX_UNAVAILABLE: the camera does not tell, or claims a side of more
-/// than 65535 pixels.
+/// Reads the format and size of the picture that the camera will send into info.format and info.shape; rate, exposure
+/// and gain into info.standing (not those that the camera controls automatically), frameRate_Hz and exposure_s.
+/// info.triggered must be set: the rate of a triggered camera is 0. What the camera does not tell of the latter is left
+/// open without an error. EX_CONFIG: this program cannot read the format. EX_UNAVAILABLE: the camera does not tell
+/// format or size, or claims a side of more than 65535 pixels.
 tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info);
 
-/// Reads packet counters, which are added to those of `before`, PTP and temperature. Values that the camera lacks stay
-/// empty. Each register of a camera that is gone takes seconds: reads no further one once isLost() returns true.
+/// Reads packet counters of a GigE Vision stream, which are added to those of `before`, PTP and temperature. Values
+/// that the camera lacks stay empty. Each register of a camera that is gone takes seconds: reads no further one once
+/// isLost() returns true.
 CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& guard, const CameraLink& before,
                     const std::function<bool()>& isLost);
 
@@ -189,7 +207,8 @@ class AskedClock {
   /// result.
   static std::unique_ptr<AskedClock> open(ArvDevice* device);
 
-  /// Takes the newest readings. Returns false if there are none since the last call. For one thread; does not wait.
+  /// Copies the fit to all readings so far into `fit`. Returns false, and leaves `fit` as it is, if no reading was
+  /// added since the last call. For one thread; does not wait. The destructor waits for a reading that has begun.
   bool take(ClockFit& fit) { return fit_.take(fit); }
 
  private:
@@ -210,9 +229,11 @@ std::string byteOrderNote(ArvDevice* device);
 
 // ---- aravis_network.cpp
 
-/// Returns the packet sizes to try in turn [bytes with headers], from the largest that interface and camera carry to
-/// the safest; only CameraOptions::packetSize_bytes if that is set. EX_CONFIG if that exceeds the interface's MTU. For
-/// a GigE Vision camera.
+/// Returns the packet sizes to try in turn [bytes with headers]: the largest that interface and camera carry, at most
+/// 9000, or 1500 if the interface's MTU is not known, then 1500 and 576, as far as they are smaller. Looks for it with
+/// test packets, if the camera sends them, and then leaves the camera with another size: must be called without a
+/// stream, and a size be set afterwards. Only CameraOptions::packetSize_bytes if that is set. EX_CONFIG if that exceeds
+/// the MTU, as far as known. For a GigE Vision camera.
 tl::expected<std::vector<int>, Error> packetSizes(ArvCamera* camera, const CameraOptions& options);
 
 /// Sets the size of a GigE Vision stream's receive buffer. Returns the size that the kernel granted [bytes]; 0: not
@@ -223,7 +244,8 @@ int setReceiveBuffer(ArvStream* stream, int size_bytes);
 /// discards those that came before. Must be called before the stream has buffers: until then Aravis discards every
 /// packet. Fails with EX_OSERR.
 tl::expected<void, Error> guardStream(ArvStream* stream, const StreamShape& shape);
-/// Returns the number of packets that the kernel dropped: not the camera's, or the receive buffer was full.
+/// Returns the number of packets that the kernel has dropped since a GigE Vision stream was opened: not the camera's,
+/// or the receive buffer was full. 0 if it is not known.
 std::uint64_t packetsRefused(ArvStream* stream);
 
 /// Returns the memory of packets that the kernel has received and Aravis has not yet [bytes]; 0: none, or not known.

@@ -1,8 +1,8 @@
 // A camera as a source of frames, for any driver: rejects buffers that are not new and whole, tells when a picture was
 // taken, and survives the loss of the camera.
 //
-// The thread "camera-keeper" (keeper.h) opens the driver, watches it while it streams, and closes it; next() only pops,
-// judges and hands on.
+// A session lasts from an opening of the camera to its loss or closing. The thread "camera-keeper" (keeper.h) opens the
+// driver, watches it while it streams, and closes it; next() only pops, judges and hands on.
 #pragma once
 
 #include "daemon/capture/frame_source.h"
@@ -34,40 +34,50 @@ class Camera : public FrameSource {
   /// Takes one turn of the keeper, for a camera of withoutThread(). Returns when the next turn is due, by
   /// CameraRules::clock [ns]; Keeper::kNever: the keeper has ended. See Keeper::turn().
   std::int64_t keeperTurn() { return keeper_->turn(); }
-  /// Takes at most half a second, whatever the camera does. Every frame must have been recycled.
+  /// Takes at most half a second, whatever the camera does, and as long as a `say` or `welcome` that is being called.
+  /// Every frame must have been recycled.
   ~Camera() override;
 
-  /// Waits at most `timeout` for a frame. Returns kEnd when the source has ended or the awaited camera cannot be used:
-  /// see error(). Returns kTimeout at once when a camera is lost, and while none streams after `timeout`.
+  /// Waits at most `timeout` for a frame, once more for the first one of a session. Returns kRejected for a buffer that
+  /// is not a new and whole picture; it has been given back. Returns kEnd, now and from now on, when the source has
+  /// ended or the awaited camera cannot be used: see error(). Returns kTimeout after a quarter of a second or less if
+  /// nothing has arrived, at once when a camera is lost, and while none streams after `timeout`.
   Next next(Frame& frame, std::chrono::milliseconds timeout) override;
-  /// Gives the memory of a frame back, also if its camera has been lost or reopened meanwhile.
+  /// Gives the memory of a frame back, also if its camera has been lost or reopened meanwhile. Has no effect on a Frame
+  /// that was recycled before.
   void recycle(Frame& frame) override;
 
-  /// Returns the reason for kEnd; exit code EX_OK if the source delivered all its pictures.
+  /// Returns the reason for kEnd; exit code EX_OK if the source delivered all its pictures. Before kEnd it has no
+  /// meaning.
   const Error& error() const { return error_; }
 
-  /// Returns the description of the newest session, whose number counts from 1; nullptr if there was none. Thread-safe.
+  /// Returns the description of the newest session, also of one that has been lost; sessions count from 1. nullptr if
+  /// there was none. Thread-safe.
   std::shared_ptr<const CameraInfo> info() const { return keeper_->info(); }
 
-  CameraState state() const { return keeper_->state(); }  ///< Thread-safe.
+  /// Returns whether the camera is searched for, set up, streaming or lost. Thread-safe.
+  CameraState state() const { return keeper_->state(); }
 
-  /// Returns whether no camera streams and the keeper hangs. Thread-safe, does not wait.
+  /// Returns whether no camera streams and the keeper hangs, in a call of the driver for longer than
+  /// CameraRules::slowest: the watchdog is then not fed. Thread-safe, does not wait.
   bool isForsaken() const { return keeper_->isForsaken(); }
 
-  /// Takes the newest vitals. Returns false if they have not changed since the last call. For one thread; does not
-  /// wait.
+  /// Copies the newest state of the camera and of its link. Returns false, and leaves `vitals` as they are, if nothing
+  /// was read since the last call. For one thread; does not wait.
   bool takeVitals(CameraVitals& vitals) { return keeper_->takeVitals(vitals); }
 
-  /// Sets how the camera is opened from now on. A streaming camera is closed and opened again at once. If the camera
-  /// refuses the new settings, the keeper logs it and opens the camera as before. Thread-safe.
+  /// Sets how the camera is opened from now on. A streaming camera is closed by the following next() and opened again
+  /// at once. If the camera refuses the new settings, or its picture would differ, the keeper logs it and opens the
+  /// camera as before. Returns at once; of several calls the last counts. Thread-safe.
   void reopen(OpenDriver driver) { keeper_->reopen(std::move(driver)); }
 
-  /// Returns whether the camera refused the settings of the last reopen(). Thread-safe.
+  /// Returns whether the camera refused the settings of the last reopen(); false as long as they have not been tried.
+  /// Thread-safe.
   bool refusedLast() const { return keeper_->refusedLast(); }
 
-  /// Sends a request to the camera; takeAnswer() returns the answer once it is there, also if the camera is lost
-  /// meanwhile, and nothing before. Its error is a sentence for the client. One request at a time. Both functions are
-  /// for one thread and do not wait.
+  /// Sends a request to the camera; takeAnswer() returns the answer, once, as soon as it is there, and nothing before.
+  /// The answer is an error, a sentence for the client, if the camera refuses, is lost meanwhile, or none streams. One
+  /// request at a time. Both functions are for one thread and do not wait.
   void ask(const CameraStep& step) { keeper_->ask(step); }
   std::optional<tl::expected<CameraReport, std::string>> takeAnswer() { return keeper_->takeAnswer(); }
 

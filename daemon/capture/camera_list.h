@@ -9,7 +9,8 @@
 
 namespace tractiond::capture {
 
-/// Returns all cameras that answer. Blocks for about a second. \param withFake includes Aravis's in-process test camera
+/// Returns all cameras that answer; empty: none does. Blocks for about a second. \param withFake puts Aravis's
+/// in-process test camera first
 std::vector<CameraName> listCameras(bool withFake = false);
 
 struct CameraSight {
@@ -19,14 +20,15 @@ struct CameraSight {
   std::vector<std::string> notes;  ///< warnings, one sentence each
 };
 
-/// Returns the cameras of listCameras() and the USB cameras that this process may not open. Opens each camera for a
-/// moment to find its obstacle. Blocks for seconds. \param inspector CameraOptions::inspector \param withFake as for
-/// listCameras()
+/// Returns the cameras of listCameras() and the USB cameras that this process may not open or Aravis does not see.
+/// Opens each camera for a moment to find its obstacle. Notes shareAdvice() for network cameras at one interface.
+/// Blocks for seconds. \param inspector CameraOptions::inspector \param withFake as for listCameras()
 std::vector<CameraSight> inspectCameras(const std::string& inspector, bool withFake);
 
-/// Describes how several cameras can share a link, with the keys of the configuration to set, whose values use 90 % of
-/// it. Returns an empty text for fewer than two cameras, or if the rate of the link is 0 (not known). \param
-/// packet_bytes size of a packet with headers
+/// Describes how several cameras can share a link, with the keys of the configuration to set: each camera's equal part
+/// of 90 % of the rate, or the delay after a packet in which each of the others can send one. Returns an empty text for
+/// fewer than two cameras, or if the rate of the link is 0 (not known). \param packet_bytes size of a packet with
+/// headers
 std::string shareAdvice(int cameras, double link_bytes_per_s, int packet_bytes);
 
 /// A USB3 Vision camera in the kernel's tables.
@@ -35,8 +37,8 @@ struct UsbCamera {
   std::filesystem::path node;  ///< /dev/bus/usb/001/004
   bool permitted = false;      ///< whether this process may open it
 };
-/// Returns the USB3 Vision cameras, found by their interface class, without opening them; empty if there are none or
-/// the tables cannot be read. \param sys other than /sys, \param dev other than /dev in tests
+/// Returns the USB3 Vision cameras, found by their interface class, without opening them, sorted by `node`; empty if
+/// there are none or the tables cannot be read. \param sys other than /sys, \param dev other than /dev in tests
 std::vector<UsbCamera> usbCameras(const std::filesystem::path& sys = "/sys", const std::filesystem::path& dev = "/dev");
 
 }  // namespace tractiond::capture

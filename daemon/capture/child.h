@@ -34,8 +34,9 @@ struct ChildEnd {
 ChildEnd runChild(const std::vector<std::string>& arguments, const ChildOptions& options,
                   const std::stop_token& stop = {});
 
-/// Limits this process: 1 GiB of address space beyond the present size, 5 s of processor time, no core dump, no writing
-/// to files; the kernel ends the process when its parent ends. The child must call it first.
+/// Limits this process for good: 1 GiB of address space beyond the present size, 5 s of processor time, no core dump,
+/// no writing to files (pipes are none); the kernel ends the process when its parent ends. Limits that are lower
+/// already stay. The child must call it first.
 void limitChild();
 
 /// Returns why a child gave no answer, as the end of a sentence: "crashes what evaluates it (signal 11)"; empty for

@@ -1,4 +1,4 @@
-// Finds in a camera's description where the numbers lie in its chunks. Internal to this folder.
+// Finds in a camera's description (its GenICam XML) where the numbers lie in its chunks. Internal to this folder.
 #pragma once
 
 #include "daemon/capture/aravis.h"
@@ -15,7 +15,8 @@ struct ChunkDescription {
   std::vector<std::string> unread;  ///< features that the camera may send but that are computed, so cannot be read
 };
 
-/// Reads where the numbers lie from the camera's description. Without chunks all three lists are empty.
+/// Reads where the numbers lie from the camera's description, and what scales them: of an open camera it may read
+/// features. Knows exposure, gain, time stamp, frame id and line levels. Without chunks all three lists are empty.
 ChunkDescription describeChunks(ArvDevice* device);
 
 }  // namespace tractiond::capture

@@ -27,16 +27,20 @@ class ClockAsker {
       : counter_(std::move(counter))
       , rawNow_(std::move(rawNow)) {}
 
-  /// Reads the counter once and adds the reading to fit(), in nanoseconds. Returns false if there was no usable answer.
+  /// Reads the counter once and adds the reading to fit(), in nanoseconds. Returns false if the camera refused or did
+  /// not answer in time. Returns true but adds nothing if latching took more than 0.1 s: the command may have been
+  /// repeated.
   bool ask();
-  /// Returns how long to wait before the next ask() [ns]: see pauseAfter(); 1 s without an answer; 0 before the first.
+  /// Returns how long to wait before the next ask() [ns]: see pauseAfter(); 1 s if the last one returned false; 0
+  /// before the first.
   std::int64_t pause_ns() const { return pause_ns_; }
   /// Returns whether the camera refused three times in a row: its clock cannot be read. A camera that does not answer
   /// has not refused.
   bool isRefused() const { return refusals_ >= kRefusals; }
 
-  /// Returns how long to wait after readings that were taken [ns]: a small part of their span, so that a clock that was
-  /// set is soon known, and that readings of all ages are in use: the old ones show the rate, the new ones the time.
+  /// Returns how long to wait after readings that were taken [ns]: 1/80 of their span, between 5 and 62.5 ms, so that a
+  /// clock that was set is soon known, and that readings of all ages are in use: the old ones show the rate, the new
+  /// ones the time.
   static std::int64_t pauseAfter(const ClockFit& fit);
 
   const ClockFit& fit() const { return fit_; }  ///< Returns the fit to all readings so far.

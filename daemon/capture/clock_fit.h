@@ -37,16 +37,17 @@ class ClockFit {
   explicit ClockFit(const Options& options)
       : options_(options) {}
 
-  /// Adds the next reading. If it contradicts the readings before, the clock was set, and they are forgotten.
+  /// Adds the next reading. Forgets the readings before if it contradicts them or comes more than 30 s after the last
+  /// one: the clock was set. Of more than 128 the oldest is dropped.
   void add(const ClockReading& reading);
 
-  /// Returns when the clock showed `device_ns`. Returns nothing if that is more than 30 s from the newest reading, or
-  /// if there are fewer than two readings since the clock was set. \param resolution_ns rounding of `device_ns`, up or
-  /// down
+  /// Returns when the clock showed `device_ns`. Returns nothing if that is more than 30 s before or after the newest
+  /// reading, or if there are fewer than two readings since the clock was set. \param resolution_ns rounding of
+  /// `device_ns`, up or down
   std::optional<Span> at(std::int64_t device_ns, std::int64_t resolution_ns = 0) const;
 
   std::size_t readings() const { return count_; }  ///< Returns the number of readings in use, at most 128.
-  /// Returns the time between the oldest and the newest reading in use [ns].
+  /// Returns the time between the oldest and the newest reading in use [ns]; 0 for fewer than two.
   std::int64_t span_ns() const;
 
  private:

@@ -36,16 +36,18 @@ class DeviceClock {
   explicit DeviceClock(const Options& options)
       : options_(options) {}
 
-  /// Adds a frame and returns when it was taken. Must be called for every new frame in turn. \param device_ns its time
-  /// stamp \param host_ns its arrival \param step increase of its id since the frame before
+  /// Adds a frame and returns when it was taken, with the bound kLatest. Must be called for every new frame in turn.
+  /// \param device_ns its time stamp, any value \param host_ns its arrival, which never falls \param step increase of
+  /// its id since the frame before
   Moment add(std::int64_t device_ns, std::int64_t host_ns, std::uint64_t step = 1);
 
-  /// Forgets the frames so far: the camera's clock was set, or the camera is another one.
+  /// Forgets the frames so far, but not the last estimate, before which no later one lies: the camera's clock was set,
+  /// or the camera is another one.
   void restart() { *this = DeviceClock(options_, lastCaptured_ns_); }
 
   /// Returns the resolution of the stamps [ns]: their differences from an even pace are multiples of it; 0: not known.
   std::int64_t resolution() const { return resolution_ns_; }
-  /// Returns the seconds that the host's clock gains per second of the camera's; 0 until frames show it.
+  /// Returns the seconds that the host's clock gains on the camera's per second; 0 until four windows show it.
   double drift() const { return drift_; }
 
  private:
@@ -84,7 +86,8 @@ class DeviceClock {
 /// Thread-bound. Allocates nothing.
 class CaptureClock {
  public:
-  /// Sets the newest readings of the camera's clock. Without readings the clock is not used as one that can be read.
+  /// Sets the newest readings of the camera's clock, on CLOCK_MONOTONIC_RAW, in place of those before. Without readings
+  /// (a default ClockFit) the clock is not used as one that can be read.
   void learn(const ClockFit& fit) { fit_ = fit; }
 
   /// Adds a frame and returns when it was taken, on CLOCK_MONOTONIC. Must be called for every new frame in turn.

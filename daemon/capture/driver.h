@@ -23,7 +23,7 @@ namespace tractiond::capture {
 /// One buffer as the driver delivered it, intact or not.
 struct Buffer {
   Arrival arrival;
-  const std::uint8_t* data = nullptr;  ///< the picture; set if arrival.complete, valid until giveBack()
+  const std::uint8_t* data = nullptr;  ///< the picture, valid until giveBack(); null: incomplete, or no picture
   int stride = 0;                      ///< bytes from row to row
   FrameExtras extras;                  ///< what the camera sent beside the picture
   bool awaited = false;                ///< it came while pop() waited: nothing was queued before it
@@ -37,24 +37,26 @@ enum class Popped {
   kEnd,      ///< there will be no more buffers, as at the end of a file; see end()
 };
 
-/// An opened camera. The capture thread calls pop(), giveBack() and takeClock(); the thread "camera-calls" calls
-/// link(), serve() and the destructor, as they may take seconds if the camera is gone; the camera-keeper calls
-/// everything else, also while one of those calls lasts.
+/// An opened camera. The capture thread calls pop(), giveBack(), takeClock(), markSilent(), discard() and end(); the
+/// thread "camera-calls" calls link(), serve() and the destructor, as they may take seconds if the camera is gone; the
+/// camera-keeper calls doubt(), also while one of those calls lasts, and undo(), and destroys a driver that is never
+/// lent. info() is for any thread.
 class Driver {
  public:
   virtual ~Driver() = default;  ///< Closes the camera; may block for seconds if it does not answer.
 
-  /// Returns what was agreed upon when the camera was opened; it does not change.
+  /// Returns what was agreed upon when the camera was opened; it does not change. `session` is 0: the keeper counts.
   virtual const CameraInfo& info() const = 0;
 
-  /// Waits at most `timeout` for the next buffer. Fills `buffer` if it returns kBuffer; the caller must then give it
-  /// back. Allocates nothing, takes no lock of this program, logs nothing.
+  /// Waits at most `timeout` for the next buffer, intact or not. Fills `buffer` if it returns kBuffer; the caller must
+  /// then give it back; else its content has no meaning. Allocates nothing, takes no lock of this program, logs
+  /// nothing.
   virtual Popped pop(Buffer& buffer, std::chrono::milliseconds timeout) = 0;
   /// Gives a buffer back for reuse; each must be given back once, in any order. \param handle Buffer::handle
   virtual void giveBack(void* handle) = 0;
 
-  /// Takes the newest readings of the camera's clock. Returns false if there are none since the last call, or if the
-  /// clock cannot be read. Does not wait.
+  /// Copies the newest readings of the camera's clock into `fit`. Returns false, and leaves `fit` as it is, if there
+  /// are none since the last call, or if the clock cannot be read. Does not wait.
   virtual bool takeClock(ClockFit& /*fit*/) { return false; }
 
   /// Returns the function that frees a buffer whose driver has been destroyed.
@@ -64,8 +66,8 @@ class Driver {
   /// Returns the reason for kEnd; EX_OK: all pictures were delivered. Must only be called after kEnd.
   virtual Error end() const { return {.exitCode = EX_OK}; }
 
-  /// Liveness check, called if no picture comes. Returns why the camera is lost, as text; empty if it is alive or
-  /// cannot be asked. Takes at most 0.4 s.
+  /// Liveness check, called if no picture comes. Returns why the camera is lost, as the end of a sentence; empty if it
+  /// is alive or cannot be asked. Takes up to 0.4 s; 2.2 s if the thread that receives packets waits for a processor.
   virtual std::string doubt() { return ""; }
 
   /// Notes that the camera does not answer: the destructor then does not ask it to stop, and link() reads no further
@@ -79,7 +81,8 @@ class Driver {
   /// May block.
   virtual CameraLink link(const CameraLink& /*before*/) { return {}; }
 
-  /// Carries out an operator's request while the camera streams. The error is a sentence. May block.
+  /// Carries out an operator's request while the camera streams, as CameraStep::Kind states. The error is a sentence:
+  /// the camera refuses or does not answer. May block.
   virtual tl::expected<CameraReport, std::string> serve(const CameraStep& /*step*/) {
     return tl::unexpected<std::string>("this source of pictures has no features");
   }
@@ -99,8 +102,10 @@ struct Opening {
   std::function<void()> found = {};    ///< called when a camera is there, before it is set up; may be empty
 };
 
-/// Opens a driver; blocks. Exit codes of its errors: EX_UNAVAILABLE (the camera is absent or does not answer: another
-/// try may succeed), EX_OK (a stop was requested), all others (another try would fail as well).
+/// Opens a driver; blocks. Opening::stop ends its waits for the camera. Exit codes of its errors: EX_UNAVAILABLE (the
+/// camera is absent or does not answer: another try may succeed), EX_TEMPFAIL (another client holds it), all others
+/// (another try would fail as well). Before the first session any ends the source, EX_UNAVAILABLE only without
+/// CameraRules::wait; later the keeper tries again after each.
 using OpenDriver = std::function<tl::expected<std::unique_ptr<Driver>, Error>(const Opening&)>;
 
 }  // namespace tractiond::capture

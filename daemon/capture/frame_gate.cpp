@@ -23,6 +23,8 @@ namespace tractiond::capture {
 namespace {
 
 constexpr int kAgreeing = 3;
+/// Times between frames in the mean: of so many first ones each counts the same, as the very first may be any.
+constexpr int kMostPaces = 16;
 /// Frames of the previous track that would come within this time [frames] if that was the camera's; three raise the
 /// alarm.
 constexpr int kProof = 5;
@@ -64,7 +66,8 @@ FrameGate::Track FrameGate::begin(const Arrival& arrival) {
 void FrameGate::extend(Track& track, const Arrival& arrival, Fit fit) {
   const std::int64_t step = advance(track.id, arrival.id);
   const std::int64_t pace = (arrival.host_ns - track.host_ns) / step;
-  track.pace_ns = track.pace_ns == 0 ? pace : track.pace_ns + (pace - track.pace_ns) / 16;
+  track.paces = std::min(track.paces + 1, kMostPaces);
+  track.pace_ns += (pace - track.pace_ns) / track.paces;
   const std::int64_t offset = difference(arrival.host_ns, arrival.device_ns);
   if (fit == Fit::kByBothClocks) {
     const std::int64_t period = difference(arrival.device_ns, track.device_ns) / step;
@@ -124,10 +127,10 @@ void FrameGate::countSurplus(std::int64_t host_ns) {
   if (surplus_ > kMostSurplus) doubtUntil_ns_ = host_ns + options_.doubt_ns;
 }
 
-/// Returns the shortest time [ns] between two frames of the current track; 0: not known. A break of the network
+/// Returns the shortest time [ns] between two frames of a track; 0: not known. A break of the network
 /// lengthens the mean, not the period.
-std::int64_t FrameGate::frameTime() const {
-  return current_->period_ns > 0 ? std::min(current_->period_ns, current_->pace_ns) : current_->pace_ns;
+std::int64_t FrameGate::frameTime(const Track& track) {
+  return track.period_ns > 0 ? std::min(track.period_ns, track.pace_ns) : track.pace_ns;
 }
 
 void FrameGate::markArrived(const Arrival& arrival) {
@@ -276,7 +279,8 @@ Judgement FrameGate::judge(const Arrival& arrival) {
 
   // Frames reach the host less evenly than the camera takes them, hence one less than the candidate has. A current
   // track that is shorter than a candidate proves nothing.
-  const bool fellSilent = current_->length < kAgreeing || arrival.host_ns - heard_ns_ >= (kAgreeing - 1) * frameTime();
+  const bool fellSilent =
+      current_->length < kAgreeing || arrival.host_ns - heard_ns_ >= (kAgreeing - 1) * frameTime(*current_);
   if (reopened_ || (candidate_->length >= kAgreeing && fellSilent)) return acceptCandidate(arrival);
   const bool older = advance(current_->id, arrival.id) <= 0 ||
                      (current_->distrust == 0 && difference(arrival.device_ns, current_->device_ns) <= 0);
@@ -292,7 +296,7 @@ Judgement FrameGate::acceptNext(const Arrival& arrival, Fit fit) {
   // A clock that stands still has not jumped. A counter that started anew beside another host's pictures may have come
   // back to where it was, and its own pictures were held back until now.
   const bool cameBack =
-      heldBack_ >= kAgreeing && arrival.host_ns - current_->host_ns > (step + kAgreeing) * frameTime();
+      heldBack_ >= kAgreeing && arrival.host_ns - current_->host_ns > (step + kAgreeing) * frameTime(*current_);
   const bool jumped = cameBack || (believed && fit == Fit::kByTheHosts && arrival.device_ns != current_->device_ns);
   // Of a young timeline it is not known yet whose it is.
   const bool contested = heldBack_ > 0 && current_->timed < kPractised;
@@ -316,7 +320,9 @@ Judgement FrameGate::acceptCandidate(const Arrival& arrival) {
   previous_.reset();
   if (!reopened_) previous_ = current_;
   // More than this picture: others of another size came from a camera that was opened again.
-  if (!reopened_ || heldBack_ > 1) provedAt_ns_ = arrival.host_ns + kProof * frameTime();
+  // Of a current track of a single frame no time between frames is known.
+  const std::int64_t time_ns = current_->length > 1 ? frameTime(*current_) : frameTime(*candidate_);
+  if (!reopened_ || heldBack_ > 1) provedAt_ns_ = arrival.host_ns + kProof * time_ns;
   return accept(*candidate_, counts ? static_cast<std::uint64_t>(step) : 1, true, true);
 }
 

@@ -30,8 +30,9 @@ struct Arrival {
   bool repeated = false;     ///< duplicates or late packets that may be answers to our own resend requests
 };
 
-/// kNew: a new and whole picture, the only one that is used. kStale: it was seen before, or is older than the last new
-/// one. kImplausible: its id or time does not continue the camera's.
+/// kNew: a new and whole picture, the only one that is used. kIncomplete, kWrongSize, kWrongFormat: not whole, or not
+/// of the agreed shape, whatever its id. kStale: it was seen before, is older than the last new one, or has no id.
+/// kImplausible: its id or time does not continue the camera's.
 enum class Verdict { kNew, kIncomplete, kWrongSize, kWrongFormat, kStale, kImplausible };
 
 struct Judgement {
@@ -47,7 +48,7 @@ struct Judgement {
   bool doubted = false;           ///< the picture may come from another sender: kDoubtedOrigin
 };
 
-/// Thread-bound. Allocates nothing.
+/// Thread-bound. Allocates only in the constructor.
 class FrameGate {
  public:
   struct Options {
@@ -70,16 +71,21 @@ class FrameGate {
     std::size_t memory = 256;
   };
 
-  /// \param agreed shape that a picture must have, else it is kWrongSize or kWrongFormat
+  /// \param agreed shape that a picture must have, else it is kWrongSize or kWrongFormat \param options `memory` at
+  /// least 1
   FrameGate(const PictureShape& agreed, const Options& options)
       : agreed_(agreed)
       , options_(options)
       , history_(options.memory) {}
 
-  /// Judges the next buffer; must be called for every buffer in the order of arrival.
+  /// Judges the next buffer; must be called for every buffer in the order of arrival. Of the whole pictures of the
+  /// agreed shape that were not seen before, the first is new, and so is each whose id and time continue the last new
+  /// one. Others are held back as kStale or kImplausible, until three in a row continue each other and none that
+  /// continues the last new one has come meanwhile: the third is new, on a new timeline.
   Judgement judge(const Arrival& arrival);
 
-  /// Notes that the camera was opened again: the next whole picture that was not seen before begins a new timeline.
+  /// Notes that the camera was opened again: the next whole picture of the agreed shape that was not seen before is new
+  /// and begins a new timeline.
   void restart() {
     reopened_ = true;
     heldBack_ = 0;
@@ -93,6 +99,7 @@ class FrameGate {
     std::int64_t offset_ns = 0;  ///< smallest host - device seen, allowed to rise slowly
     std::int64_t period_ns = 0;  ///< shortest seen, allowed to rise slowly; 0: not known
     std::int64_t pace_ns = 0;    ///< mean time of the host between two ids; 0: not known
+    int paces = 0;               ///< number of times in the mean
     int length = 1;
     std::int64_t lag_ns = 0;  ///< mean of host - device above the smallest
     StampSchedule schedule;
@@ -110,7 +117,7 @@ class FrameGate {
   Fit follows(const Track& track, const Arrival& arrival) const;
   bool isNext(const Track& track, const Arrival& arrival) const;
   void countSurplus(std::int64_t host_ns);
-  std::int64_t frameTime() const;
+  static std::int64_t frameTime(const Track& track);
   std::uint64_t largestStep(std::int64_t period_ns, std::int64_t elapsed_ns) const;
   Judgement acceptNext(const Arrival& arrival, Fit fit);
   Judgement acceptCandidate(const Arrival& arrival);

@@ -19,8 +19,8 @@ class FrameSource {
  public:
   virtual ~FrameSource() = default;
 
-  /// Waits at most `timeout` for the next frame. Fills `frame` if it returns kFrame; its memory is borrowed until
-  /// recycle(). Allocates nothing, takes no lock of this program, logs nothing.
+  /// Waits for the next frame, about `timeout` at most; may return kTimeout earlier. Fills `frame` if it returns
+  /// kFrame; its memory is borrowed until recycle(). Allocates nothing, takes no lock of this program, logs nothing.
   virtual Next next(Frame& frame, std::chrono::milliseconds timeout) = 0;
 
   /// Gives the memory of a frame of next() back; must be called once for each kFrame, in any order.

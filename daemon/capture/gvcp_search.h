@@ -13,25 +13,26 @@ namespace tractiond::capture {
 /// Thread-bound.
 class GvcpSearch {
  public:
-  /// \param port of the cameras; another than the protocol's in tests
+  /// Opens a socket; if that fails, usable() is false. \param port of the cameras; another than the protocol's in tests
   explicit GvcpSearch(std::uint16_t port = 3956);
   ~GvcpSearch();
   GvcpSearch(const GvcpSearch&) = delete;
   GvcpSearch& operator=(const GvcpSearch&) = delete;
 
-  /// A camera's hardware address and serial number, which together are unique.
+  /// A camera's hardware address (6 bytes) and serial number (16 bytes), as sent: together they are unique. Not a text.
   using Identity = std::string;
 
-  /// Waits for the camera at an IPv4 address ("192.168.1.20") to answer, and returns its identity; empty if none
-  /// answers within `timeout`. Asks again at half the time.
+  /// Asks the camera at an IPv4 address ("192.168.1.20"), waits for its answer, and returns its identity; empty if it
+  /// does not answer within `timeout`. Asks again at half the time.
   Identity ask(const std::string& address, std::chrono::milliseconds timeout);
 
-  /// Waits until a camera answers, and returns its IPv4 address. Asks repeatedly at its last address, and once at all
-  /// others on this host's networks. Returns an empty text after the timeout, or within 50 ms when a stop is requested.
+  /// Waits until the camera of this identity answers, and returns its IPv4 address, which may be new. Asks every 50 ms
+  /// at its last address, and once, by broadcast, on all of this host's networks. Returns an empty text after the
+  /// timeout, or within 50 ms when a stop is requested.
   std::string locate(const Identity& camera, const std::string& lastAddress, std::chrono::milliseconds timeout,
                      const std::stop_token& stop);
 
-  /// Returns false if no socket could be opened; no camera is found then.
+  /// Returns whether there is a socket; without one, no camera is found.
   bool usable() const { return socket_ >= 0; }
 
  private:

@@ -1,5 +1,5 @@
-// Evaluates a camera's description in a child process before this process opens the camera: the description may crash
-// what evaluates it.
+// Evaluates a camera's description (its GenICam XML) in a child process before this process opens the camera: the
+// description may crash what evaluates it.
 #pragma once
 
 #include "daemon/capture/child.h"
@@ -25,17 +25,17 @@ struct Inspection {
 /// Aravis takes it, or "*" for the first camera
 int printInspection(const std::string& id);
 
-/// Lets a child process run printInspection(), and returns its result; kFault if the child does not start, is killed by
-/// the limits of `options` or by a stop, or ends by a signal. Blocks until the child has ended. Reentrant. \param id as
-/// Aravis takes it; empty: the first camera
+/// Lets a child process (`options.program --inspect ID`) run printInspection(), and returns its result; kFault if the
+/// child does not start, is killed by the limits of `options` or by a stop, ends by a signal, or prints nonsense.
+/// Blocks until the child has ended. Reentrant. \param id as Aravis takes it; empty: the first camera
 Inspection inspectApart(const std::string& id, const ChildOptions& options, const std::stop_token& stop = {});
 
-/// Returns the line that the child prints.
+/// Returns the line that the child prints, for decodeInspection(): the outcome in a word, the text, and a line feed.
 std::string encodeInspection(const Inspection& inspection);
 
 /// Decodes a line of encodeInspection(). Accepts any bytes, as the description may have taken over the child: returns
-/// kFault with a fixed sentence if they are malformed. Cuts the text to 500 characters, and replaces each that is not
-/// printable ASCII by '?'.
+/// kFault with a fixed sentence if they are malformed, which includes kHarmless without a hash. Cuts the text to 500
+/// characters, and replaces each that is not printable ASCII by '?'.
 Inspection decodeInspection(std::string_view bytes);
 
 /// Returns the SHA-256 of a description's text, as 64 hexadecimal digits.

@@ -19,9 +19,9 @@ class Intake {
   explicit Intake(Ledger& ledger)
       : ledger_(ledger) {}
 
-  /// Begins a session of the camera; must be called before judge(). Pictures must keep the shape of the first session,
-  /// and those of earlier sessions stay known. \param buffers number of buffers of the driver; used in the first
-  /// session
+  /// Begins a session of the camera, of the number info.session; must be called before judge(). Pictures must keep the
+  /// shape of the first session, and those of earlier sessions stay known: one that comes again is stale. \param
+  /// buffers number of buffers of the driver; used in the first session
   void begin(const CameraInfo& info, int buffers);
 
   /// Judges and counts a buffer of the session. Must be called for every buffer that Driver::pop() returned, in order

@@ -33,8 +33,9 @@ struct CameraRules {
   std::int64_t (*clock)() = monotonicNow;     ///< returns the time of arrivals [ns]; waits are in real time
 };
 
-/// Called by the keeper for each session, before its first frame. An error in the first session ends the source; after
-/// one in a later session, the keeper logs it and tries the camera again.
+/// Called by the keeper for each session, before its first frame. After an error the camera is closed: in the first
+/// session that ends the source (EX_UNAVAILABLE only without CameraRules::wait); in a later one, and while the camera
+/// is awaited, the keeper logs the error and tries the camera again.
 using Welcome = std::function<tl::expected<void, Error>(const CameraInfo&)>;
 
 /// Why a driver is given back. kReopened: reopen() was called. kOtherPictures: its pictures differ in size or format
@@ -55,19 +56,24 @@ class Keeper {
 
   /// Takes turns until stop() has been called and the driver has been given back.
   void run();
-  /// Takes one turn. It calls the driver at most once; a later turn handles the answer.
-  /// \return when the next turn is due [ns] unless an event asks for an earlier one; kNever: the keeper has ended
+  /// Takes one turn: opens the camera, looks after it, or closes it. It makes at most one call of the driver that can
+  /// take long, and a later turn handles the answer.
+  /// \return when the next turn is due, by CameraRules::clock [ns], unless an event asks for an earlier one; 0: at
+  /// once; kNever: the keeper has ended
   std::int64_t turn();
 
   // --- the capture thread; none of these locks, and only borrow() waits
 
-  /// Waits at most `timeout` for a driver. Returns nullptr if there is none. The driver is lent until giveBack().
+  /// Waits at most `timeout` for a driver. Returns nullptr if there is none, at once if the keeper has ended. The
+  /// driver is lent until giveBack() or stop().
   Driver* borrow(std::chrono::milliseconds timeout);
   /// Returns the session of the driver that was borrowed last.
   unsigned session() const { return session_.load(std::memory_order_relaxed); }
-  /// Returns the driver to the keeper, which then opens the camera again. The caller must not use it any more.
+  /// Returns the driver to the keeper, which then closes it and opens the camera again. The caller must not use it any
+  /// more. \param why for the log, and the error of a request that has no answer yet
   void giveBack(Loss why);
-  /// Requests a liveness check of the camera, as nothing has arrived since `arrival_ns`.
+  /// Requests a liveness check of the camera (Driver::doubt()), as nothing has arrived since `arrival_ns`, by
+  /// CameraRules::clock. A request during a check is dropped.
   void doubt(std::int64_t arrival_ns);
   /// Returns whether the camera has failed the liveness check that doubt(arrival_ns) requested.
   bool isUnanswered(std::int64_t arrival_ns) const { return unanswered_.load(std::memory_order_relaxed) == arrival_ns; }
@@ -77,34 +83,38 @@ class Keeper {
   /// Notes that a picture arrived at `at_ns`, by CameraRules::clock, which another host may have sent; the keeper
   /// warns.
   void noteForgery(std::int64_t at_ns) { forged_ns_.store(at_ns, std::memory_order_relaxed); }
-  /// Returns the error after which there is no further driver; nullptr if there is none.
+  /// Returns the error with which the keeper has ended; nullptr if it has not, or was stopped without one. Lives as
+  /// long as this.
   const Error* end() const;
 
-  // --- any thread. The functions of the same names of Camera (camera.h) call these. None of them waits for the driver
-  // or for a Welcome.
+  // --- any thread. The functions of the same names of Camera (camera.h) call these. Only awaitFirstTry(),
+  // stop() and awaitEnd() may wait for the driver or for a Welcome.
 
   std::shared_ptr<const CameraInfo> info() const;  ///< Returns the newest session; nullptr if there was none.
-  CameraState state() const { return state_.load(std::memory_order_relaxed); }
-  /// Returns whether no camera streams and the keeper hangs.
+  CameraState state() const { return state_.load(std::memory_order_relaxed); }  ///< Returns the camera's state.
+  /// Returns whether no camera streams and the keeper hangs: its next turn is overdue, as after a call of longer than
+  /// CameraRules::slowest and 1 s.
   bool isForsaken() const { return !lent_.load(std::memory_order_relaxed) && clock_() > due_ns_; }
-  /// Takes the newest vitals. Returns false if they have not changed since the last call. For one thread.
+  /// Copies the newest vitals. Returns false, and leaves them as they are, if none were put since the last call. For
+  /// one thread.
   bool takeVitals(CameraVitals& vitals) { return vitals_.take(vitals); }
-  /// Opens the camera with this driver from now on; a streaming camera is opened again at once.
+  /// Opens the camera with this driver from now on; a streaming camera is opened again once the capture thread has
+  /// given it back (isRenewing()).
   void reopen(OpenDriver driver);
   /// Returns whether the camera refused the settings of the last reopen().
   bool refusedLast() const { return refusedLast_; }
-  // Send a request to the camera; return its answer once it is there, nothing before. One request at a time; for one
-  // thread.
+  // Send a request to the camera; return its answer, once, as soon as it is there, and nothing before. Where none
+  // streams, the answer is an error at once. One request at a time; for one thread.
   void ask(const CameraStep& step);
   std::optional<tl::expected<CameraReport, std::string>> takeAnswer();
 
   /// Waits until the first try to open the camera has ended, however long that takes. Fails with the error that ended
   /// the keeper; succeeds while the camera is still awaited.
   tl::expected<void, Error> awaitFirstTry();
-  /// Requests the end of the keeper. Neither `say` nor `welcome` is called after it returns; waits for one that is
-  /// being called.
+  /// Requests the end of the keeper, and takes the driver from the capture thread, which must not use it any more.
+  /// Neither `say` nor `welcome` is called after it returns; waits for one that is being called.
   void stop();
-  /// Waits at most `patience` for the end of run(). Returns whether it has ended, or is about to.
+  /// Waits at most `patience` for the end of the keeper. Returns whether it has ended: run() returns, or is about to.
   bool awaitEnd(std::chrono::milliseconds patience);
 
  private:

@@ -7,9 +7,9 @@
 
 namespace tractiond::capture {
 
-/// Starts a process that gives the camera free when this one ends without notice, as by SIGKILL. Must be called once,
-/// before this program starts its first thread. The process ends with this one. \return 0, or an errno if it cannot be
-/// started; the camera then stays locked after such an end
+/// Starts a process that gives the camera of armLastWill() free when this one ends without notice, as by SIGKILL. Must
+/// be called once, before this program starts its first thread. The process ends with this one. \return 0, or an errno
+/// if it cannot be started; the camera then stays locked after such an end
 int startExecutor();
 
 /// Returns why the camera would stay locked if this process were killed now, as the beginning of a sentence: the

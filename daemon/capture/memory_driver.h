@@ -30,8 +30,8 @@ struct MemoryOptions {
 
 /// Returns a function that opens a driver for the pictures, and does not fail. Its buffers point to the pictures
 /// themselves, so any number of them may be out; the pictures must outlive the function and the driver. There must be
-/// at least one (asserted), all of one size. Ids count from 1; time stamps are those of `now`, but always increase.
-/// After the last loop pop() returns kEnd, with EX_OK.
+/// at least one (asserted), all of one size. Rows have no padding. Ids count from 1; time stamps are those of `now`,
+/// but always increase. After the last loop pop() returns kEnd, with EX_OK.
 OpenDriver fromMemory(const Pictures& pictures, const MemoryOptions& options = {});
 
 }  // namespace tractiond::capture

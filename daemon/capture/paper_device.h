@@ -7,9 +7,10 @@
 
 namespace tractiond::capture {
 
-/// Makes a device with this description. Its registers are 0 at first; all bits are 1 in those that report abilities of
-/// a camera. Returns nullptr and sets `failure` if the description is faulty. \param xml text of the description; is
-/// copied
+/// Makes a device with this description. Its registers are 0 at first; but read-only ones that report abilities of a
+/// camera (pIsImplemented, pIsAvailable) have all bits set, and those that give the largest value of a feature (pMax)
+/// hold 4096. It cannot stream. Returns nullptr and sets `failure` if the description is faulty: faultOfText(),
+/// faultOf(). \param xml text of the description; is copied
 Ref<ArvDevice> makePaperDevice(const std::string& xml, Failure& failure);
 
 }  // namespace tractiond::capture

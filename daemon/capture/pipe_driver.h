@@ -16,10 +16,12 @@ struct PipeOptions {
   double frameRate_Hz = 0.0;  ///< upper limit; 0: as fast as they are taken
 };
 
-/// Returns a function that opens a driver for the file. It fails with EX_CONFIG if size or format are missing, and with
-/// EX_NOINPUT if the file cannot be opened. Ids count from 1. The time stamp is 0, as it is not known; a picture
-/// arrives when it is whole and its time has come. Driver::end() is EX_OK if the file ends after a whole picture,
-/// EX_DATAERR if within one or before the first, EX_IOERR if it cannot be read.
+/// Returns a function that opens a driver for the file. It fails with EX_CONFIG if size or format are missing or the
+/// format is not known, and with EX_NOINPUT if the file cannot be opened; for a named pipe it waits until a writer
+/// opens that, whether or not a stop is requested. Ids count from 1. The time stamp is 0, as it is not known; a picture
+/// arrives when it is whole and its time has come. While all buffers are out, nothing is read and pop() returns
+/// kNothing. Driver::end() is EX_OK if the file ends after a whole picture, EX_DATAERR if within one or before the
+/// first, EX_IOERR if it cannot be read.
 OpenDriver fromPipe(const PipeOptions& options);
 
 }  // namespace tractiond::capture

@@ -20,8 +20,8 @@ struct StreamSigns {
   std::function<void()> pause;                  ///< sleeps 50 ms
 };
 
-/// Returns the cause. The thread hangs if, in five pauses, packets wait, it takes none of them, and it does not wait
-/// for a processor; or if it takes none in 40 pauses. The camera is gone if it does not answer, and none of its packets
+/// Returns the cause. The thread hangs if packets wait and it takes none of them in five pauses in which it does not
+/// wait for a processor, or in 40 pauses in all. The camera is gone if it does not answer, and none of its packets
 /// arrives meanwhile. Blocks for 40 pauses and one call of `answers` at most.
 Silence causeOfSilence(const StreamSigns& signs);
 

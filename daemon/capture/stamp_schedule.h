@@ -12,10 +12,11 @@ class StampSchedule {
   /// Adds the next frame's stamp [ns]; the first call does the same as restart(). \param step increase of its id since
   /// the frame before, at least 1
   void add(std::int64_t device_ns, std::int64_t step);
-  /// Begins with a frame: what was before it says nothing of the next one.
+  /// Forgets the frames so far and begins with one whose stamp is `device_ns`: after the camera's clock has jumped.
   void restart(std::int64_t device_ns);
 
-  /// Returns whether recent stamps came at an even pace. Those of a triggered camera do not.
+  /// Returns whether recent stamps came at an even pace: on average within 1/32 of it. False for fewer than two frames.
+  /// Those of a triggered camera do not.
   bool isEven() const { return frames_ > 1 && kTimes * uneven_ns_ <= quarter(); }
   /// Returns whether a next stamp [ns] is so much earlier than the schedule that it is hardly the camera's. False where
   /// stamps are not isEven(), and after a gap of more than four ids. \param step as in add()

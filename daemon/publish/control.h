@@ -37,9 +37,9 @@ struct ControlHandlers {
   std::function<void()> snapshot = {};
 };
 
-/// Thread-bound. A request that is malformed, too large (64 KiB) or unknown is answered with an error or dropped. So
-/// are requests of a client that does not read its answers. The connection of one that sends more than 1,000 requests
-/// in a second is ended.
+/// Thread-bound. A request that is malformed or unknown is answered with an error or dropped. So are requests of a
+/// client that does not read its answers, and a request for a zero, a picture or the camera for which 64 wait already.
+/// The connection of a client that sends a part of more than 64 KiB, or more than 1,000 requests in a second, is ended.
 class ControlServer {
  public:
   /// Binds to ZeroMQ endpoints: "ipc://PATH", whose directory must exist, or "tcp://ADDRESS:PORT", where port * takes a
@@ -47,7 +47,7 @@ class ControlServer {
   /// EX_CANTCREAT, EX_NOPERM: its file cannot be made. EX_OSERR: ZeroMQ cannot start.
   static tl::expected<std::unique_ptr<ControlServer>, Error> open(const std::vector<std::string>& endpoints,
                                                                   ControlHandlers handlers);
-  ~ControlServer();
+  ~ControlServer();  ///< Closes the socket and removes its files; clients that wait get no answer.
 
   /// Waits at most `timeout` for a request, and handles those that have arrived, a limited number in one call; the rest
   /// in the next one. Returns early when a signal arrives.
@@ -56,17 +56,18 @@ class ControlServer {
   // The following have no effect if no client waits for the answer, and do not wait: the answer to a client that has
   // gone or does not read is dropped. An error is a sentence.
 
-  /// Sends the zero to all clients that wait for one. \param remark why it may be wrong; empty: no reason is known
+  /// Sends the zero, or the error, to all clients that wait for one. \param remark why it may be wrong; empty: no
+  /// reason is known
   void answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark = "");
 
-  /// Sends the result of the last step to the client that requested it.
+  /// Sends the result of the last step, or the error, to the client that requested it.
   void answerCalibration(const tl::expected<CalibrationReport, std::string>& result);
 
-  /// Sends the camera's answer to the client whose request was passed on last.
+  /// Sends the camera's answer, or the error, to the client whose request was passed on last.
   void answerCamera(const tl::expected<CameraReport, std::string>& result);
 
-  /// Sends the picture to all clients that wait for one. Encodes it within the call, and reduces it if it is larger
-  /// than 16 MiB. \param layers layers of its markers; empty: there are none
+  /// Sends the picture, or the error, to all clients that wait for one. Encodes it within the call, and halves it until
+  /// it has at most 16 MiB. \param layers layers of its markers; empty: there are none
   void answerSnapshot(const tl::expected<const Snapshot*, std::string>& result,
                       const std::vector<sensor::MarkerLayer>& layers);
 

@@ -2,8 +2,6 @@
 // wait for each take memory.
 #pragma once
 
-#include <sys/types.h>
-
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -28,14 +26,14 @@ class FrozenPeers {
       , told_(std::move(told))
       , most_(mostAtOnce) {}
 
-  /// Ends the connections whose unread bytes in the kernel have not changed for 5 s, and returns the memory of the
-  /// messages that waited for them. A round over all file descriptors begins each second; with many descriptors it
-  /// takes several calls. \param now_ns time of the call on any clock that does not go back, from 1 s on
+  /// Ends the connections to the bound endpoints whose unread bytes in the kernel have not changed for 5 s, and returns
+  /// the memory of the messages that waited for them. A round over all file descriptors begins each second; with many
+  /// descriptors it takes several calls. \param now_ns time of the call on any clock that does not go back, from 1 s on
   void look(std::int64_t now_ns);
 
  private:
   struct Connection {
-    ino_t socket = 0;  ///< the descriptor's number may be another's by now
+    std::uint64_t socket = 0;  ///< the descriptor's number may be another's by now
     int waiting_bytes = 0;
     std::int64_t since_ns = 0;
   };

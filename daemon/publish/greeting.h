@@ -13,13 +13,13 @@ class Greeting {
   /// and neither is a path that is too long for a socket
   explicit Greeting(const std::string& endpoint);
   ~Greeting();
-  Greeting(Greeting&& other) noexcept;
+  Greeting(Greeting&& other) noexcept;  ///< Takes over the connection; `other` has none afterwards.
   Greeting(const Greeting&) = delete;
   Greeting& operator=(const Greeting&) = delete;
 
-  /// Returns whether the connection that an earlier call made has been greeted or closed, and if so makes the next one.
-  /// Returns true if there is no connection: in the first call, for endpoints that are not checked, and if the last one
-  /// was not accepted. Does not wait.
+  /// Returns whether the connection that an earlier call made has been greeted or closed, and if so makes the next one;
+  /// false: ZeroMQ's thread has not answered yet. Returns true if there is no connection: in the first call, for
+  /// endpoints that are not checked, and if the last one was not accepted. Does not wait.
   bool came();
 
  private:

@@ -50,10 +50,10 @@ class Publisher {
   /// the publishing thread before each status, and once within open(); must not wait; may be empty
   static tl::expected<std::unique_ptr<Publisher>, Error>
   open(const PublishOptions& options, const Description& description, const Ledger& ledger, Measure measure);
-  ~Publisher();
+  ~Publisher();  ///< Closes the sockets and removes their files.
 
-  /// Sends a field (stream and latest) and its markers (stream), and then what is due of description, status and
-  /// previews. Never waits: a slow subscriber loses messages.
+  /// Sends a field (stream and latest) and its markers (stream). Then heeds subscriptions, and sends what is due of
+  /// description, status and previews. Never waits: a slow subscriber loses messages.
   void publish(const TractionField& field);
 
   /// Waits until `fd` (-1: none) is readable, a subscription arrives, a description or status is due, or `timeout` is
@@ -68,9 +68,9 @@ class Publisher {
   /// Returns whether a subscription names previews; one to all topics of the sensor does not.
   bool previewWanted() const;
 
-  /// Takes a picture to be sent within the next serve() or publish(). Returns false if the previous one has not been
-  /// sent yet, or too many wait for slow subscribers; the picture is then dropped. Encodes it within the call, so it
-  /// need not outlive it. Allocates.
+  /// Takes a picture to be sent within the next serve() or publish(). Returns whether it was taken: false, and the
+  /// picture is dropped, if the previous one has not been sent yet, or 64 wait for slow subscribers. Encodes it within
+  /// the call, so it need not outlive it. Allocates.
   bool offerPreview(const Preview& preview);
 
   /// Returns the status that was sent last, as bytes of the message; rarely the one before it.

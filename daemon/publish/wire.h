@@ -31,8 +31,8 @@ struct Heading {
 /// A description that is encoded once and sent many times. Thread-bound.
 class DescriptionMessage {
  public:
-  /// Encodes the description; neither argument need outlive the call. \param topics names of all topics of the stream,
-  /// which the message lists
+  /// Encodes the description, except for the header that fill() sets; neither argument need outlive the call. \param
+  /// topics names of all topics of the stream, which the message lists
   DescriptionMessage(const Description& description, const std::vector<std::string>& topics);
   ~DescriptionMessage();
 

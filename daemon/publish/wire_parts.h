@@ -9,12 +9,12 @@
 
 namespace tractiond::publish {
 
-/// Sets the fields of a header that do not change.
+/// Sets the fields of a header that do not change: sensor, boot and calibration.
 void encode(const Identity& identity, traction::v1::Header& header);
-/// Sets the other fields of a header.
+/// Sets the other fields of a header, from all of the heading but `sentReal_ns`, which no header has.
 void encode(const Heading& heading, traction::v1::Header& header);
 
-/// Encodes id, time and requester of a zero, and places and presence of its markers.
+/// Encodes id, time and requester of a zero, and places and presence of its markers; replaces what `to` has of these.
 void encode(const RestPose& from, traction::v1::Zero& to);
 
 /// Returns the enumerator of a colour in messages.

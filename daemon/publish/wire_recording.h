@@ -41,7 +41,7 @@ struct Beginning {
 std::string encode(const Beginning& beginning);
 
 /// Decodes untrusted bytes. EX_DATAERR: damaged; EX_PROTOCOL: of a newer version. Checks that the sizes within the rest
-/// pose fit each other, but not its numbers (track::isSane).
+/// pose fit each other, but neither its numbers (track::isSane) nor the texts. Reentrant.
 tl::expected<Beginning, Error> decodeBeginning(std::string_view bytes);
 
 /// A picture that was tracked, and the tracker's inputs for it.

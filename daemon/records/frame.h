@@ -21,7 +21,7 @@ struct FrameTimes {
   std::int64_t device_ns = 0;         ///< the camera's own clock, as sent; the camera defines its epoch
   std::int64_t received_ns = 0;       ///< CLOCK_MONOTONIC when the frame was popped from the camera driver
   std::int64_t receivedReal_ns = 0;   ///< CLOCK_REALTIME at the same moment
-  std::int64_t captured_ns = 0;       ///< when the picture was taken, on CLOCK_MONOTONIC (CaptureClock)
+  std::int64_t captured_ns = 0;       ///< when the picture was taken, on CLOCK_MONOTONIC (capture::CaptureClock)
   std::int64_t capturedError_ns = 0;  ///< half width of the uncertainty of captured_ns
   CaptureBound capturedBound = CaptureBound::kNone;  ///< which bounds hold
   std::int64_t tracked_ns = 0;                       ///< CLOCK_MONOTONIC when tracking was done
@@ -56,7 +56,7 @@ struct Frame {
   int stride = 0;             ///< bytes from row to row; 0: rows begin within bytes, with no gaps
   PixelFormat format = PixelFormat::kRgb8;
   void* token = nullptr;  ///< the source's own handle of the memory
-  unsigned session = 0;   ///< session of the source in which the handle is valid
+  unsigned session = 0;   ///< session of the source, from its opening to the next, in which the handle is valid
 };
 
 }  // namespace tractiond

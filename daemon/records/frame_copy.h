@@ -15,8 +15,9 @@ struct FrameCopy {
   bool fits = false;                ///< false: `bytes` was too short for the last frame, which was not copied
   Frame frame;                      ///< its data is `bytes`; valid if `fits`
 
-  /// Copies a frame if `bytes` has room for it; else sets `fits` to false and notes the frame's size for makeRoom().
-  /// Allocates nothing. The copy refers to `bytes` alone: the source may be given back, and `token` is nullptr.
+  /// Copies a frame and sets `fits` if `bytes` has room for it; else sets `fits` to false and notes the frame's size
+  /// for makeRoom(). Allocates nothing. The copy refers to `bytes` alone: the source may be given back, and `token` is
+  /// nullptr. A copy of this struct still refers to these `bytes`.
   void take(const Frame& from) {
     frame = from;
     frame.data = bytes.data();

@@ -14,7 +14,8 @@ using Id = std::array<std::uint8_t, 16>;  ///< a 128-bit hash; all zero: none
 /// Bits of a message's flags, as on the wire. Each is a reason for caution.
 enum Flags : std::uint32_t {
   kZeroUnverified = 1U << 0,  ///< neither an operator nor an unloaded picture has confirmed the zero
-  kFewMarkers = 1U << 1,      ///< fewer than track.min_valid_fraction of the markers are valid: the field is not valid
+  kFewMarkers = 1U << 1,      ///< too few markers are valid, by track.min_valid_fraction, or in the flags of a field by
+                              ///< solve.max_missing_fraction: the field is not valid
   kDiscontinuity = 1U << 2,   ///< frames were lost, or a clock jumped, before this frame
   kReacquiring = 1U << 3,     ///< markers were labelled anew in this frame
   kTorn = 1U << 4,            ///< the picture is inconsistent: some rows are shifted or belong to another frame
@@ -58,7 +59,7 @@ struct MarkerField {
   Id places{};  ///< the zero for whose places of the markers the forces are to be solved; all zero: those of the gel
                 ///< file
 
-  void resize(int markers);  ///< Sizes the arrays for M markers, and sets their elements to 0.
+  void resize(int markers);  ///< Sizes the arrays for M markers, and sets their elements, but nothing else, to 0.
 };
 
 }  // namespace tractiond

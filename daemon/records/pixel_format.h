@@ -102,7 +102,8 @@ struct PixelFormatTraits {
   int bitsPerPixel;  ///< in the stream
   PixelPacking packing;
 
-  std::uint32_t code() const { return static_cast<std::uint32_t>(format); }  ///< Returns it as cameras send it.
+  std::uint32_t code() const { return static_cast<std::uint32_t>(format); }  ///< Returns the code that cameras send.
+  /// Returns whether the format is a colour mosaic.
   bool isBayer() const { return colours >= PixelColours::kBayerRG && colours <= PixelColours::kBayerBG; }
   int full() const { return (1 << bits) - 1; }  ///< Returns the brightest level, 255 for 8 bits.
 

@@ -34,16 +34,19 @@ struct PlainPicture {
 };
 
 /// Converts a frame of any format that can be read to a picture of the same size, for display: takes the high 8 bits;
-/// all four pixels of a cell of a mosaic get the cell's colour; YUV becomes RGB. Samples beyond Frame::size are black.
-/// The frame's data must be valid during the call only. Reentrant.
+/// all four pixels of a 2 x 2 cell of a mosaic get the cell's colour; YUV becomes RGB (ITU-R BT.601, full range). Only
+/// grey formats give one channel. Samples beyond Frame::size count as 0. The frame's data must be valid during the call
+/// only. Reentrant.
 PlainPicture plainPicture(const Frame& frame);
 
-/// Returns the picture at half the width and height, rounded down: means of 2 x 2 pixels of each channel. Reentrant.
+/// Returns the picture at half the width and height, rounded down: means of 2 x 2 pixels of each channel. A side of one
+/// pixel becomes 0. Reentrant.
 PlainPicture halved(const PlainPicture& picture);
 
 /// Writes plainPicture() reduced by `factor` to `to`: means of factor x factor pixels; incomplete blocks at the right
 /// and the bottom are dropped. Width and height are those of the frame, divided by `factor` and rounded down. Reuses
-/// the memory of `to`. Reentrant. \param factor from 1 to the smaller side of the frame
+/// the memory of `to`, and allocates that of two rows. Reentrant. \param factor from 1 to the smaller side of the frame
+/// (asserted)
 void reduce(const Frame& frame, int factor, PlainPicture& to);
 
 }  // namespace tractiond

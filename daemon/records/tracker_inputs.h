@@ -10,8 +10,9 @@ struct TrackerInputs {
   bool zeroBegun = false;    ///< a zero was requested: it is taken from this frame on
   bool zeroEnded = false;    ///< the request whose zero was being taken has been cancelled
   bool zeroForgone = false;  ///< it was cancelled while this frame was tracked, which would have completed the zero
-  bool adopted = false;      ///< `zero` comes into force: a requested one, or an earlier one
-  bool judged = false;       ///< the zero `judgedZero` was compared with the gel file
+  bool adopted = false;      ///< `zero` comes into force: a requested or an earlier one; or stays in force: the one
+                             ///< taken since is rejected
+  bool judged = false;       ///< the zero `judgedZero` was compared with the gel file, and is in force
   bool fits = false;         ///< result of that comparison
   Id judgedZero{};
   RestPose zero;
@@ -20,7 +21,7 @@ struct TrackerInputs {
   bool any() const { return zeroBegun || zeroEnded || zeroForgone || adopted || judged; }
 
   /// Merges the inputs of the next frame into these, whose frame is not recorded: both then belong to the next frame.
-  /// Of two zeros or judgements the later one remains. Allocates nothing if `zero` has room for the new one.
+  /// Of two zeros or comparisons the later one remains. Allocates nothing if `zero` has room for the new one.
   void add(const TrackerInputs& next) {
     zeroBegun = zeroBegun || next.zeroBegun;
     zeroEnded = zeroEnded || next.zeroEnded;

@@ -39,13 +39,13 @@ struct TractionField {
   WrenchCovariance systematic{};               ///< the part that does not: the gel file, force beyond the outer nodes
   std::array<double, 2> centreOfPressure_m{};  ///< of the normal forces
   bool centreOfPressureValid = false;          ///< false where the normal force is too small for a centre
-  double residual_px = 0.0;                    ///< root mean square over the valid markers' coordinates
+  double residual_px = 0.0;                    ///< root mean square over the coordinates of the markers used
   std::array<double, 4> pictureMotion{};       ///< of the picture since the zero: u, v [px], scale [1], roll [rad]
   std::array<Contact, kMaxContacts> contacts{};
   int contactCount = 0;
   std::uint32_t flags = 0;
 
-  /// Sizes the arrays, also those of `markers`, and sets their elements to 0.
+  /// Sizes the arrays, also those of `markers`, and sets their elements, but nothing else, to 0.
   void resize(int markerCount, int nodeCount);
 };
 

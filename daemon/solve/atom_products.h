@@ -37,6 +37,7 @@ class AtomProducts {
   /// have the indices 0 .. kMotions - 1.
   int indexOf(int atom) const { return index_[static_cast<std::size_t>(atom)]; }
   /// Returns the products of a component with all others, by their indices [px^2/N^2; with the motion px^2/N, px^2].
+  /// Valid until the next add() or begin().
   const double* row(int index) const { return products_.data() + static_cast<std::ptrdiff_t>(index) * stride_; }
   /// Returns the product of a component with the displacements [px^2/N; of the motion px^2].
   double withPicture(int index) const { return withPicture_[static_cast<std::size_t>(index)]; }

@@ -63,7 +63,9 @@ EvenField::EvenField(const Factors& factors, const Atoms& atoms, const ModelOpti
   coefficients_.reserve(part_.size());
 }
 
-bool EvenField::solve(const Displacements& picture, AtomProducts& products, std::span<const double> forces_N) {
+bool EvenField::solve(const Displacements& picture, AtomProducts& products, std::span<const double> forces_N,
+                      double degrees) {
+  fieldDegrees_ = degrees;
   draw(forces_N);
   setUnknowns(picture);
   if (!fit(picture, products, kFirst)) return false;
@@ -196,7 +198,8 @@ double EvenField::worth(int i) {
   std::array<double, static_cast<std::size_t>(kUnknowns * kUnknowns)> covariance{};
   posterior.extraCovariance(covariance);
   for (std::size_t k = 0; k < kUnknowns; ++k) degrees -= covariance[(kUnknowns + 1) * k];
-  return posterior.logEvidence() - kOptimism * degrees - std::log(static_cast<double>(kRoughness.size()));
+  return posterior.logEvidence() - kOptimism * std::max(degrees, fieldDegrees_) -
+         std::log(static_cast<double>(kRoughness.size()));
 }
 
 void EvenField::pointForces_N(int i, std::span<double> forces) {

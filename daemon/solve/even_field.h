@@ -29,8 +29,8 @@ class EvenField {
   /// Solves for the field. Returns false if equations could not be solved; the results then have no meaning. \param
   /// picture must last until the last call
   /// of the functions below \param products of the picture \param forces_N of the points (3P), from which the footprint
-  /// is drawn; not all 0
-  bool solve(const Displacements& picture, AtomProducts& products, std::span<const double> forces_N);
+  /// is drawn; not all 0 \param degrees of freedom that were used for them
+  bool solve(const Displacements& picture, AtomProducts& products, std::span<const double> forces_N, double degrees);
 
   int count() const { return count_; }  ///< number of the kRoughness that solve() has solved for, the first ones
 
@@ -38,8 +38,8 @@ class EvenField {
 
   /// Returns the posterior of the atoms and, as extra unknowns, of u and v. Valid until the next solve().
   Posterior& posterior(int i) { return solutions_[static_cast<std::size_t>(i)].posterior; }
-  /// Returns the log evidence, reduced for the choice of roughness and by kOptimism for each degree of freedom, as the
-  /// footprint was drawn from the picture.
+  /// Returns the log evidence, reduced for the choice of roughness and by kOptimism for each degree of freedom, but
+  /// for no fewer than the forces have that the footprint was drawn from.
   double logEvidence(int i) const { return logEvidence_[static_cast<std::size_t>(i)]; }
   /// Computes the forces of the points (3P [N]).
   void pointForces_N(int i, std::span<double> forces);
@@ -70,6 +70,7 @@ class EvenField {
   ExtraUnknowns extra_;
   // Of one frame.
   int count_ = 0;
+  double fieldDegrees_ = 0.0;  // of the forces that the footprint was drawn from first
   std::array<double, kRoughness.size()> logEvidence_{};
   std::vector<int> part_, open_;                  // P: the part of the footprint that a point belongs to, or -1
   Block omega_ = Block::Identity();               // directions of all atoms

@@ -1,5 +1,7 @@
 #include "daemon/solve/evidence.h"
 
+#include <Eigen/LU>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -14,6 +16,16 @@ using Eigen::Index;
 /// above what a gel bears.
 constexpr double kFirst = -12.0, kStep = 0.25;
 constexpr int kRatios = 51;
+
+/// Variance that is added along all axes, as a share of their sum, so that a covariance has an inverse.
+constexpr double kSingular = 1e-9;
+
+/// Returns the inverse of a covariance; 0 if the covariance is 0.
+Block inverseOf(const Block& covariance) {
+  const double trace = covariance.trace();
+  if (!(trace > 0.0)) return Block::Zero();
+  return (covariance + kSingular * trace * Block::Identity()).inverse();
+}
 
 }  // namespace
 
@@ -31,7 +43,7 @@ Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOption
     , unexplained_(factors.rank(), kRatios)
     , logarithms_(factors.rank(), kRatios)
     , known_(atoms.count(), kRatios)
-    , noise_(atoms.count(), kRatios)
+    , matched_(3 * static_cast<std::size_t>(atoms.count()))
     , everyPoint_(static_cast<std::size_t>(factors.right.rows()))
     , power_(static_cast<std::size_t>(factors.rank()))
     , filtered_(static_cast<std::size_t>(factors.right.stride()))
@@ -39,18 +51,6 @@ Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOption
     , coefficients_(everyPoint_.size()) {
   std::iota(everyPoint_.begin(), everyPoint_.end(), 0);
   const int rank = factors.rank();
-  Eigen::MatrixXd power = Eigen::MatrixXd::Zero(atoms.count(), rank);  // |v|^2 of each atom and mode
-  Eigen::MatrixXd row(3, rank);
-  for (int a = 0; a < atoms.count(); ++a) {
-    row.setZero();
-    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
-      for (int axis = 0; axis < 3; ++axis) {
-        const float* const v = factors.right.row(3 * static_cast<int>(it.row()) + axis);
-        row.row(axis) += it.value() * Eigen::RowVectorXf::Map(v, rank).cast<double>();
-      }
-    }
-    power.row(a) = row.colwise().squaredNorm();
-  }
   for (const double least : options.groups) {
     const auto isStrong = [&](double s) { return s > least * options.noise_px / factors.force_N; };
     const auto end = std::partition_point(factors.singularValues.begin(), factors.singularValues.end(), isStrong);
@@ -67,9 +67,49 @@ Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOption
     std::partial_sum(logarithms.begin(), logarithms.end(), logarithms_.col(i).data());
     unexplained_.col(i) = total.inverse();
     used_.push_back(ends_[static_cast<std::size_t>(lastVisible(i))]);
-    const Eigen::VectorXd gain = (1.0 - total.inverse()).head(used_.back());
-    known_.col(i) = power.leftCols(used_.back()) * gain;
-    noise_.col(i) = power.leftCols(used_.back()) * (gain.array().square() / s2.head(used_.back())).matrix();
+  }
+  tabulate();
+}
+
+/// Computes what depends on the ratio and the atom.
+void Evidence::tabulate() {
+  const int rank = factors_.rank(), strong = ends_.front();
+  const Eigen::ArrayXd s2 = Eigen::ArrayXd::Map(factors_.singularValues.data(), rank).square();
+  // Weights of the modes: of known, of the noise of each ratio, and of alone_.
+  Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(rank, 2 * kRatios + 1);
+  for (int i = 0; i < kRatios; ++i) {
+    const int used = used_[static_cast<std::size_t>(i)];
+    const Eigen::ArrayXd gain = 1.0 - unexplained_.col(i).head(used).array();
+    weights.col(i).head(used) = gain;
+    weights.col(kRatios + i).head(used) = gain.square() / s2.head(used);
+  }
+  weights.col(2 * kRatios).head(strong) = s2.head(strong);
+  precision_.assign(kRatios, std::vector<Block>(static_cast<std::size_t>(atoms_.count())));
+  Eigen::MatrixXd row(3, rank), products(6, rank);  // of the components of an atom's row of V
+  for (int a = 0; a < atoms_.count(); ++a) {
+    row.setZero();
+    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, a); it; ++it) {
+      for (int axis = 0; axis < 3; ++axis) {
+        const float* const v = factors_.right.row(3 * static_cast<int>(it.row()) + axis);
+        row.row(axis) += it.value() * Eigen::RowVectorXf::Map(v, rank).cast<double>();
+      }
+    }
+    for (int r = 0, at = 0; r < 3; ++r) {
+      for (int c = 0; c <= r; ++c) products.row(at++) = row.row(r).cwiseProduct(row.row(c));
+    }
+    const Eigen::MatrixXd sums = products * weights;
+    const auto block = [&](int i) {
+      Block sum;
+      for (int r = 0, at = 0; r < 3; ++r) {
+        for (int c = 0; c <= r; ++c) sum(r, c) = sum(c, r) = sums(at++, i);
+      }
+      return sum;
+    };
+    for (int i = 0; i < kRatios; ++i) {
+      known_(a, i) = block(i).trace();
+      precision_[static_cast<std::size_t>(i)][static_cast<std::size_t>(a)] = inverseOf(block(kRatios + i));
+    }
+    alone_.push_back(inverseOf(block(2 * kRatios)));
   }
 }
 
@@ -80,14 +120,14 @@ int Evidence::lastVisible(int ratio) const {
   return static_cast<int>(group);
 }
 
-int Evidence::modesToRead(std::span<const double> amplitudes, double noise_px) {
+int Evidence::modesToRead(std::span<const double> amplitudes, double noise_px, double least_N) {
   const auto count = static_cast<int>(amplitudes.size());
   if (count == 0) return ends_.front();
-  if (used_[likeliest(amplitudes, noise_px)] <= count) return count;
+  if (used_[likeliest(amplitudes, noise_px, least_N)] <= count) return count;
   return *std::upper_bound(ends_.begin(), ends_.end(), count);
 }
 
-int Evidence::likeliest(std::span<const double> amplitudes, double noise_px) {
+int Evidence::likeliest(std::span<const double> amplitudes, double noise_px, double least_N) {
   const auto count = static_cast<int>(amplitudes.size()), rank = factors_.rank();
   assert(count > 0 && count <= rank);
   for (int k = 0; k < count; ++k) power_[k] = square(amplitudes[k]);
@@ -101,28 +141,60 @@ int Evidence::likeliest(std::span<const double> amplitudes, double noise_px) {
       least = unlikely;
     }
   }
+  while (best + 1 < kRatios && ratios_[best] * noise_px < least_N) ++best;
   return best;
 }
 
 double Evidence::typicalForce_N(std::span<const double> amplitudes, double noise_px) {
-  return ratios_[likeliest(amplitudes, noise_px)] * noise_px;
+  return ratios_[likeliest(amplitudes, noise_px, 0.0)] * noise_px;
 }
 
-void Evidence::start(std::span<const double> amplitudes, double noise_px, AtomMoments& moments) {
-  const int best = likeliest(amplitudes, noise_px), used = std::min(used_[best], static_cast<int>(amplitudes.size()));
+SurestForce Evidence::surest(std::span<const double> amplitudes, double noise_px) {
+  const int used = ends_.front();
+  assert(std::ssize(amplitudes) >= used);
+  for (int k = 0; k < used; ++k) filtered_.data()[k] = factors_.singularValues[k] * amplitudes[k];
+  std::fill_n(filtered_.data() + used, padded(used) - used, 0.0);
+  multiplyFirst(factors_.right, everyPoint_, used, filtered_.data(), pointMean_.data());
+  meanOfAtoms(matched_);
+  SurestForce surest;
+  for (int a = 0; a < atoms_.count(); ++a) {
+    const auto matched = Eigen::Vector3d::Map(matched_.data() + 3 * static_cast<Index>(a));
+    const Eigen::Vector3d force = alone_[static_cast<std::size_t>(a)] * matched;
+    const double reduction = matched.dot(force) / square(noise_px);
+    if (reduction > surest.squaredDeviations) surest = {reduction, force.norm()};
+  }
+  return surest;
+}
+
+double Evidence::leastTypical_N(const SurestForce& force) const {
+  return force.force_N / std::sqrt(static_cast<double>(everyPoint_.size()));
+}
+
+/// Computes the means of all atoms from those of the points.
+void Evidence::meanOfAtoms(std::vector<double>& mean) const {
+  for (int a = 0; a < atoms_.count(); ++a) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, a); it; ++it) {
+      sum += it.value() * Eigen::Vector3d::Map(pointMean_.data() + 3 * it.row());
+    }
+    Eigen::Vector3d::Map(mean.data() + 3 * static_cast<Index>(a)) = sum;
+  }
+}
+
+void Evidence::start(std::span<const double> amplitudes, double noise_px, double least_N, AtomMoments& moments) {
+  const int best = likeliest(amplitudes, noise_px, least_N),
+            used = std::min(used_[best], static_cast<int>(amplitudes.size()));
   for (int k = 0; k < used; ++k) {
     filtered_.data()[k] = (1.0 - unexplained_(k, best)) / factors_.singularValues[k] * amplitudes[k];
   }
   std::fill_n(filtered_.data() + used, padded(used) - used, 0.0);
   multiplyFirst(factors_.right, everyPoint_, used, filtered_.data(), pointMean_.data());
+  meanOfAtoms(moments.mean_N);
   for (int a = 0; a < atoms_.count(); ++a) {
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, a); it; ++it) {
-      mean += it.value() * Eigen::Vector3d::Map(pointMean_.data() + 3 * it.row());
-    }
-    Eigen::Vector3d::Map(moments.mean_N.data() + 3 * static_cast<Index>(a)) = mean;
     moments.known[a] = known_(a, best);
-    moments.noise_N2[a] = square(noise_px) * noise_(a, best);
+    const auto mean = Eigen::Vector3d::Map(moments.mean_N.data() + 3 * static_cast<Index>(a));
+    const double precision = mean.dot(precision_[best][a] * mean);
+    moments.noise_N2[a] = precision > 0.0 ? 3.0 * square(noise_px) * mean.squaredNorm() / precision : 0.0;
   }
 }
 

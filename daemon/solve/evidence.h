@@ -34,6 +34,12 @@ inline double evident(const AtomMoments& moments, int atom, double surety) {
                            surety * surety * moments.noise_N2[static_cast<std::size_t>(atom)] / 3.0);
 }
 
+/// The force that alone explains a picture best: of one atom, by least squares.
+struct SurestForce {
+  double squaredDeviations = 0.0;  ///< by how much it reduces the squared residual [n^2]; chi^2 of 3 degrees by noise
+  double force_N = 0.0;            ///< its magnitude
+};
+
 /// Thread-bound. Allocates only when made.
 class Evidence {
  public:
@@ -41,36 +47,47 @@ class Evidence {
   Evidence(const Factors& factors, const Atoms& atoms, const ModelOptions& options);
 
   /// Returns how many modes a frame needs: as many as `amplitudes` has, or those of one more group; without amplitudes,
-  /// those of the first group. \param amplitudes c
-  /// of the modes that were read [px]
-  int modesToRead(std::span<const double> amplitudes, double noise_px);
+  /// those of the first group. \param amplitudes c of the modes that were read [px] \param least_N as in start()
+  int modesToRead(std::span<const double> amplitudes, double noise_px, double least_N);
+
+  /// Finds the surest force, by the modes of the first group. \param amplitudes c of these modes at least [px]
+  SurestForce surest(std::span<const double> amplitudes, double noise_px);
+
+  /// Returns the least typical force of a picture that shows this one: its square, shared by all components of all
+  /// points.
+  double leastTypical_N(const SurestForce& force) const;
 
   /// Returns tau, the typical force of this picture [N]. \param amplitudes c of the modes that were read [px], at least
   /// one
   double typicalForce_N(std::span<const double> amplitudes, double noise_px);
 
-  /// Computes the moments of all atoms from the amplitudes, with the prior of their typicalForce_N(). \param amplitudes
-  /// as many as modesToRead() asks for
-  void start(std::span<const double> amplitudes, double noise_px, AtomMoments& moments);
+  /// Computes the moments of all atoms from the amplitudes, with the prior of their typicalForce_N(), but at least of
+  /// `least_N`. \param amplitudes as many as modesToRead() asks for
+  void start(std::span<const double> amplitudes, double noise_px, double least_N, AtomMoments& moments);
 
   /// Subtracts from the amplitudes (r [px]) those that the forces of the points (3P) cause.
   void subtract(std::span<const double> forces_N, std::span<double> amplitudes);
 
  private:
-  int likeliest(std::span<const double> amplitudes, double noise_px);
+  int likeliest(std::span<const double> amplitudes, double noise_px, double least_N);
+  void meanOfAtoms(std::vector<double>& mean) const;
   int lastVisible(int ratio) const;
+  void tabulate();
 
   const Factors& factors_;
   const Atoms& atoms_;
   const double visible_;
   std::vector<int> ends_;  // of the groups of modes
   // For each tau / n: 1 / (s^2 tau^2 / n^2 + 1) of every mode, and the sum of the logarithms up to it; of every atom
-  // AtomMoments::known, and noise_N2 at 1 px, by the visible groups.
+  // AtomMoments::known, and the inverse covariance of the mean at 1 px of noise, by the visible groups.
   std::vector<double> ratios_;
   std::vector<int> used_;                     // modes of the visible groups
   Eigen::MatrixXd unexplained_, logarithms_;  // r x ratios
-  Eigen::MatrixXd known_, noise_;             // A x ratios
+  Eigen::MatrixXd known_;                     // A x ratios
+  std::vector<std::vector<Block>> precision_;  // ratios x A
+  std::vector<Block> alone_;                   // A: (H_a' W H_a)^-1 of the modes of the first group
   // Of one picture.
+  std::vector<double> matched_;      // 3A: H_a' W d
   std::vector<int> everyPoint_;      // 0 .. 3P-1
   std::vector<double> power_;        // r: squared amplitudes [px^2]
   LineArray<double> filtered_;       // of each mode [N], padded

@@ -100,8 +100,7 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
 
 /// Does the rounds; those of the second search, too, if the residual shows more.
 Model::Found Model::findField(const Displacements& picture, std::span<const float> displacement_px, int& rounds) {
-  look(picture, displacement_px, moments_);
-  if (!shows(moments_, options_.detection)) return Found::kNothing;
+  if (!look(picture, displacement_px, options_.detection, moments_)) return Found::kNothing;
   first_ = moments_.known;
   for (std::size_t time = 0; time < options_.most.size(); ++time) {
     const auto& most = options_.most[time];
@@ -115,31 +114,34 @@ Model::Found Model::findField(const Displacements& picture, std::span<const floa
   return Found::kAtoms;
 }
 
-/// Starts with all atoms alike.
-void Model::look(const Displacements& picture, std::span<const float> displacement_px, AtomMoments& moments) {
+/// Starts with all atoms alike. Returns false, without a start, if no force is as sure as `surety` says.
+bool Model::look(const Displacements& picture, std::span<const float> displacement_px, double surety,
+                 AtomMoments& moments) {
   amplitudes_.take(displacement_px, picture.missing);
+  double least_N = 0.0;
   const auto readMore = [&] {
-    const int modes = evidence_.modesToRead(amplitudes_.values(), picture.noise_px);
+    const int modes = evidence_.modesToRead(amplitudes_.values(), picture.noise_px, least_N);
     if (modes == std::ssize(amplitudes_.values())) return false;
     amplitudes_.read(modes);
     return true;
   };
+  const auto complete = [&] {
+    for (int i = 0; i < kCompletions && !picture.missing.empty(); ++i) {
+      amplitudes_.complete(evidence_.typicalForce_N(amplitudes_.values(), picture.noise_px), picture.noise_px);
+    }
+  };
+  readMore();
+  complete();
+  const SurestForce surest = evidence_.surest(amplitudes_.values(), picture.noise_px);
+  if (surest.squaredDeviations < square(surety)) return false;
+  least_N = evidence_.leastTypical_N(surest);
   while (readMore()) {
     while (readMore()) {
     }
-    if (picture.missing.empty()) break;
-    for (int i = 0; i < kCompletions; ++i) {
-      amplitudes_.complete(evidence_.typicalForce_N(amplitudes_.values(), picture.noise_px), picture.noise_px);
-    }
+    complete();
   }
-  evidence_.start(amplitudes_.values(), picture.noise_px, moments);
-}
-
-bool Model::shows(const AtomMoments& moments, double surety) const {
-  for (int a = 0; a < atoms_.count(); ++a) {
-    if (evident(moments, a, surety) > 0.0) return true;
-  }
-  return false;
+  evidence_.start(amplitudes_.values(), picture.noise_px, least_N, moments);
+  return true;
 }
 
 /// Does one round: prior, selection, posterior. Its moments are what the next round begins with.
@@ -193,8 +195,9 @@ bool Model::looksAgain(const Displacements& picture) {
   std::copy(amplitudes.begin(), amplitudes.end(), left_.begin());
   const std::span left(left_.data(), amplitudes.size());
   evidence_.subtract(pointForce_, left);
-  evidence_.start(left, picture.noise_px, rest_);
-  if (!shows(rest_, options_.surety)) return false;
+  const SurestForce surest = evidence_.surest(left, picture.noise_px);
+  if (surest.squaredDeviations < square(options_.surety)) return false;
+  evidence_.start(left, picture.noise_px, evidence_.leastTypical_N(surest), rest_);
 
   first_ = rest_.known;
   posterior_.noise_N2(noise_);
@@ -218,7 +221,7 @@ bool Model::findPatches(const Displacements& picture) {
   if (!(patches.misfit() - residual < kHopeless)) return false;
   patches.leave(left.data(), still.data());
   std::copy_n(still.data(), rounded.size(), rounded.begin());
-  look(picture, rounded, rest_);
+  if (!look(picture, rounded, options_.surety, rest_)) resize(rest_, atoms_.count());
   const double squares = dotProduct(left.data(), left.data(), static_cast<int>(rounded.size()));
   return around.solve({left.data(), picture.missing, squares, picture.noise_px}, products_, rest_, patches);
 }
@@ -226,7 +229,7 @@ bool Model::findPatches(const Displacements& picture) {
 /// Solves for an even contact. Where patches explain the picture nothing else needs to.
 void Model::addEvenField(const Displacements& picture) {
   EvenField& even = patched_->even;
-  if (!even.solve(picture, products_, pointForce_)) return;
+  if (!even.solve(picture, products_, pointForce_, degrees_)) return;
   for (int i = 0; i < even.count(); ++i) {
     even.pointForces_N(i, mixture_.add(even.posterior(i), even.logEvidence(i), even.posterior(i).wrench()));
   }

@@ -84,8 +84,7 @@ class Model {
   };
 
   Found findField(const Displacements& picture, std::span<const float> displacement_px, int& rounds);
-  void look(const Displacements& picture, std::span<const float> displacement_px, AtomMoments& moments);
-  bool shows(const AtomMoments& moments, double surety) const;
+  bool look(const Displacements& picture, std::span<const float> displacement_px, double surety, AtomMoments& moments);
   Found round(const Displacements& picture, int most, bool last);
   bool roughen(const Displacements& picture, int most);
   void keepMean();

@@ -33,7 +33,7 @@ struct ModelOptions {
 
   /// The same for the first of them: where no atom's force is so evident at the start, nothing touches. Sets the rate
   /// of false alarms.
-  double detection = 5.5;
+  double detection = 4.8;
 
   /// beta: reach over which neighbouring atoms of a level share their prior variance [distances of neighbours].
   double coupling = 0.5;

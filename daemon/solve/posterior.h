@@ -38,7 +38,7 @@ class Posterior {
   std::span<const double> forces_N() const { return {x_.data(), 3 * chosen_->atoms.size()}; }
   /// Computes the forces of all atoms (3A [N]): 0 for those that were not chosen.
   void allForces_N(std::span<double> forces) const;
-  /// Returns known_a of the chosen atoms, in their order. Valid until the next call.
+  /// Returns known_a of the chosen atoms, in their order. Valid until the next known(), keep() or fit().
   std::span<const double> known();
   /// Returns the values of the extra unknowns.
   std::span<const double> extra() const { return {x_.data() + 3 * chosen_->atoms.size(), extraCount()}; }

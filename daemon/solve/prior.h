@@ -32,9 +32,10 @@ class Prior {
   /// Returns gamma of all atoms (A), by the last follow().
   std::span<const double> gamma_N2() const { return gamma_; }
 
-  /// Sets the covariances of the chosen atoms to gamma_a Omega_a: Omega_a = (1 - epsilon) 3 C / tr C + epsilon,
-  /// C = sum_b exp(-r^2 / 2 l_a^2) e_b / |mean_b|^2 mean_b mean_b'. l_a is the depth of the markers. \param wide true:
-  /// l_a is at least half the distance between the atoms of the level
+  /// Sets the covariances of the chosen atoms to gamma_a Omega_a, with gamma_a of `chosen`, not of gamma_N2(): Omega_a
+  /// = (1 - epsilon) 3 C / tr C + epsilon, C = sum_b exp(-r^2 / 2 l_a^2) e_b / |mean_b|^2 mean_b mean_b', by the last
+  /// see() or follow(); 1 if C is 0. l_a is the depth of the markers. \param wide true: l_a is at least half the
+  /// distance between the atoms of the level
   void direct(Chosen& chosen, bool wide) const;
 
  private:

@@ -54,8 +54,9 @@ struct Loads {
 
 using Reading = Eigen::MatrixXd;  // 6 x 2M: from displacements to the wrench
 
-/// By all modes with the penalty lambda^2. `left`: as Factors::left; `wrenches`: those of the modes' forces, r x 6.
-Reading byModes(const RowMatrix& left, const std::vector<double>& singularValues, double lambda,
+/// By all modes with the penalty lambda^2. `left`: U from column `first` on; `wrenches`: those of the modes' forces, r
+/// x 6.
+Reading byModes(const RowMatrix& left, int first, const std::vector<double>& singularValues, double lambda,
                 Eigen::MatrixXd wrenches) {
   for (Eigen::Index k = 0; k < wrenches.rows(); ++k) {
     const double s = singularValues[static_cast<std::size_t>(k)];
@@ -63,8 +64,7 @@ Reading byModes(const RowMatrix& left, const std::vector<double>& singularValues
   }
   Reading reading(6, left.rows());
   for (int i = 0; i < left.rows(); ++i) {
-    reading.col(i) =
-        wrenches.transpose() * Eigen::VectorXf::Map(left.row(i) + kMotions, wrenches.rows()).cast<double>();
+    reading.col(i) = wrenches.transpose() * Eigen::VectorXf::Map(left.row(i) + first, wrenches.rows()).cast<double>();
   }
   return reading;
 }
@@ -298,11 +298,12 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
   }
   const Eigen::MatrixXd motion = transposed(factors.motion);
   const double lambda = options.noise_px / kAtomForce_N;
-  return errorsOf(sensor, options, byModes(factors.left, factors.singularValues, lambda, wrenches), [&](int node) {
-    return byNodesAround(
-        node, sensor, factors.influence, [&](int near) { return 3 * pointOf[static_cast<std::size_t>(near)]; }, motion,
-        options.noise_px);
-  });
+  return errorsOf(
+      sensor, options, byModes(factors.left, kMotions, factors.singularValues, lambda, wrenches), [&](int node) {
+        return byNodesAround(
+            node, sensor, factors.influence, [&](int near) { return 3 * pointOf[static_cast<std::size_t>(near)]; },
+            motion, options.noise_px);
+      });
 }
 
 WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const Eigen::Vector3d& at,

@@ -10,26 +10,28 @@
 namespace tractiond::track {
 
 /// Returns the template of a disc of radius `radius_px` with the blur, between 0.3 and 3 px, whose mean misfit at the
-/// spots at `places` is least. A few hundred places suffice. Allocates; takes some tens of milliseconds. \param
-/// radius_px in pixels of the camera, whatever the plane's scale
+/// spots at `places` is least; has no meaning if no marker is found there. A few hundred places suffice. Allocates;
+/// takes some tens of milliseconds. \param radius_px in pixels of the camera, whatever the plane's scale
 MarkerTemplate fittingTemplate(const Plane& plane, double radius_px, const CrossTalk& crossTalk,
                                std::span<const Guess> places);
 
 /// Templates of discs of several sizes, and which of them fits each place best.
 struct Sizes {
-  std::vector<MarkerTemplate> markers;  ///< the first is the typical one
+  std::vector<MarkerTemplate> markers;  ///< at least one; the first is the typical one
   std::vector<std::uint8_t> of;         ///< by place, index into `markers`
   double radius_px = 0.0;               ///< of the typical one
 };
 
-/// Does the same as fittingTemplate() for discs that differ from each other and from `radius_px`: from 0.4 to 1.8
-/// times, in steps of 5 %. The typical one is of the median size. Takes up to a second where sizes differ much. \param
-/// seen by place, 1: a disc was seen; these determine the median \param sample how many of them, at most, determine the
-/// blur
+/// Does the same as fittingTemplate() for discs that differ from each other and from `radius_px`, by 0.6 to 1.6 times
+/// and more. The typical one is of the median size; the others are 0.38 to 1.8 times as large, in steps of 5 %. Where
+/// no disc is found, or its size is far from most (dust), the typical one is used. Takes up to a second where sizes
+/// differ much. \param seen by place, 1: a disc was seen; these determine the median \param sample how many of them, at
+/// most and at least 1, determine the blur
 Sizes fittingSizes(const Plane& plane, double radius_px, const CrossTalk& crossTalk, std::span<const Guess> places,
                    std::span<const std::uint8_t> seen, std::size_t sample);
 
-/// Returns the template of a disc of radius `radius_px` with a typical blur, for spots whose blur is not known yet.
+/// Returns the template of a disc of radius `radius_px` [px of the camera] with a blur of 0.9 px, for spots whose blur
+/// is not known yet.
 MarkerTemplate roughTemplate(const Plane& plane, double radius_px);
 
 /// Estimates the share of a marker's amplitude in `own` that appears in `other` at the same place. Returns the median

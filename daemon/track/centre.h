@@ -17,7 +17,7 @@ struct Guess {
   float slopeU = 0.0F, slopeV = 0.0F;  ///< of the surroundings' brightness [levels / px]
 };
 
-/// Result of a fit.
+/// Result of a fit. If not found, only u, v and the amplitude of the last step have a meaning.
 struct Centre {
   float u = 0.0F, v = 0.0F;            ///< px; if not found, where the search ended
   float amplitude = 0.0F;              ///< levels above the surroundings; below them where the plane's markers are dark
@@ -38,8 +38,9 @@ struct CrossTalk {
 };
 
 /// Fits one centre per guess, each with the template that its `size` names. If the plane's markers are dark, amplitudes
-/// and slopes are those of its negative. A marker is found from about its own radius away. Reentrant; allocates
-/// nothing. \param crossTalk used for guesses that are `mixed` \param centres as many as guesses; all are written
+/// and slopes are those of its negative. A marker is found from about its own radius away. At the picture's border
+/// fitClippedCentre() continues. Reentrant; allocates nothing. \param crossTalk used for guesses that are `mixed`
+/// \param centres as many as guesses; all are written
 void fitCentres(const Plane& plane, std::span<const MarkerTemplate> markers, const CrossTalk& crossTalk,
                 std::span<const Guess> guesses, std::span<Centre> centres);
 
@@ -49,9 +50,9 @@ inline void fitCentres(const Plane& plane, const MarkerTemplate& marker, const C
   fitCentres(plane, {&marker, 1}, crossTalk, guesses, centres);
 }
 
-/// Returns the template's amplitude at exactly this place [px] in levels, without steps; below 0 where the place is on
-/// the wrong side of its surroundings for this plane's markers. Returns 0 if a part of the disc is outside the picture.
-/// Reentrant; allocates nothing.
+/// Returns the template's amplitude at this place [px, rounded to 1/8 sample] in levels, without steps, for
+/// surroundings without a slope; below 0 where the place is on the wrong side of its surroundings for this plane's
+/// markers. Returns 0 if a part of the disc is outside the picture. Reentrant; allocates nothing.
 float amplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, float v);
 
 }  // namespace tractiond::track

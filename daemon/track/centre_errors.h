@@ -23,20 +23,26 @@ class CentreErrors {
   /// Takes the noise and the markers' shapes from the zero in force, which must have as many markers and need not
   /// outlive the call.
   void adopt(const RestPose& pose);
-  float noise() const { return noise_; }  ///< Returns the standard deviation of a pixel [levels].
-  /// Sets the noise to that of a typical camera, unless adopt() was called. \param unit levels in 1/255 of the range
+  /// Returns the standard deviation of a pixel [levels]; until adopt() that of a typical camera.
+  float noise() const { return noise_; }
+  /// Sets the noise to that of a typical camera, 3 units, unless adopt() was called. \param unit levels in 1/255 of the
+  /// range
   void setUnit(float unit);
 
-  /// Learns the typical shape of this gel's markers from the present frame. \param valid 1: the marker was found
+  /// Learns the typical shape of this gel's markers from the present frame: three quarters of them have a smaller one,
+  /// but at most 0.15. Has no effect without valid markers. \param valid 1: the marker was found
   void learnShape(std::span<const Centre> centres, std::span<const std::uint8_t> valid);
   /// Sets the typical shape to the largest one that a marker may have, until learnShape() is called.
   void forgetShape();
-  /// Replaces the shape of each marker by that in the present frame. Used while a zero is taken, which will state it.
+  /// Replaces the shape of each valid marker by that in the present frame, at most 0.3. Used while a zero is taken,
+  /// which will state it.
   void learnOwnShapes(std::span<const Centre> centres, std::span<const std::uint8_t> valid);
   /// Restores the shape of each marker from the zero in force.
   void restoreOwnShapes();
 
-  /// Returns whether the misfit of a fitted centre is small enough for this marker.
+  /// Returns whether the misfit of a fitted centre is small enough for this marker: at most (2 noise)^2 + (a (shape +
+  /// 0.16))^2, a the amplitude, shape that of the marker, at least the typical one and at most twice that. \param
+  /// centre one that was found
   bool isMarker(int marker, const Centre& centre) const;
 
   /// Computes the variances of a layer's valid centres. A marker whose shape does not fit its strain (dust at its edge,
@@ -54,7 +60,7 @@ class CentreErrors {
 
   /// Time constant of the running means [frames]; they are as good as plain means of twice as many.
   static constexpr int kMemory = 8;
-  /// Returns the weight of the n-th frame, the newest, in such a mean, n from 1.
+  /// Returns the weight of the n-th frame, the newest, in such a mean: 1/n, at least 1/kMemory. \param n from 1
   static float weightOf(int n);
 
  private:

@@ -18,12 +18,14 @@ struct Spot {
 /// Thread-bound. Allocates only in the constructor.
 class Detector {
  public:
-  /// \param width_px, height_px size of the largest picture \param markers number of markers of a colour
+  /// \param width_px, height_px size of the largest picture \param markers expected number of markers in a plane, which
+  /// also limits the spots
   Detector(int width_px, int height_px, int markers);
 
-  /// Returns the spots of a plane, strongest first, at most four for each marker. Valid until the next call. Takes
-  /// milliseconds: for the start and after gaps. \param other plane in which spots of the colour are weaker; without
-  /// samples, no spot is rejected for its colour \param marker need only be about right
+  /// Returns the spots of a plane, those that stand out most first, at most four for each marker; empty: none. Valid
+  /// until the next call. Takes milliseconds: for the start and after gaps. \param own at most as large as the picture
+  /// of the constructor (asserted) \param other plane in which spots of the colour are weaker; without samples, no spot
+  /// is rejected for its colour \param marker need only be about right
   std::span<const Spot> find(const Plane& own, const Plane& other, const MarkerTemplate& marker);
 
   /// Returns the distance from the picture's border within which markers may be missed [px].

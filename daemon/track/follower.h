@@ -62,25 +62,28 @@ class Follower {
   void setCrossTalk(const RestPose& pose);
 
   /// Exchanges the appearance of the markers with `other`; allocates nothing. Forgets the learned deviations from
-  /// discs.
+  /// discs; the next look() learns them again.
   void exchangeAppearance(Appearance& other);
 
   /// Makes look() learn the appearance, with cross-talk and each marker's own shape, from the next picture in which
   /// markers are found. From now on also seeks the markers that the reference lacks.
   void learnAnew();
 
-  /// Learns from the last picture how far markers typically are from discs, by which spots that are no markers are
-  /// rejected later.
+  /// Learns from the markers found in the last picture how far markers typically are from discs
+  /// (CentreErrors::learnShape()), by which spots that are no markers are rejected later.
   void learnShape() { errors_.learnShape(centres_, valid_); }
 
   /// Finds the markers in the workspace's picture, which must have been read. \param discontinuity true: the picture
-  /// may be far from the one before, so the whole of it is searched \return whether the markers were labelled anew
+  /// may be far from the one before, so the whole of it is searched; that is also done while following() is false
+  /// or fewer than 60 % of the reference's markers are found, after a search that found few only in the fourth picture
+  /// \return whether the markers were labelled anew
   bool look(bool discontinuity);
 
   // Results of the last look(), by marker in the order of sensor::markerPositions. The spans stay in place. Only
   // place_px() and valid() have a meaning for markers that are not valid.
 
-  /// Returns the places; for a lost marker the place that its neighbours suggest.
+  /// Returns the places; for a lost marker the place that its neighbours suggest; before the first labelling
+  /// nominal_px().
   std::span<const Vector> place_px() const { return place_; }
   /// Returns the displacements from the reference's places; from the first labelled picture before there is a zero.
   std::span<const Vector> displacement_px() const { return displacement_; }
@@ -90,13 +93,14 @@ class Follower {
   std::span<const Centre> centres() const { return centres_; }
   /// Returns 1 for each marker that was found, else 0.
   std::span<const std::uint8_t> valid() const { return valid_; }
-  /// Returns whether enough markers were found for the next picture to be followed from this one.
+  /// Returns whether enough markers were found for the next picture to be followed from this one: a quarter of those
+  /// that the reference has.
   bool following() const { return following_; }
-  /// Returns whether the picture is torn: some rows are shifted or belong to another frame.
+  /// Returns whether the picture is torn: some rows are shifted or belong to another frame. False after a gap.
   bool torn() const { return torn_; }
 
-  /// Returns whether as many columns and rows were seen as the sensor has, when the markers were labelled last or in
-  /// this picture. True for a layer that was never labelled.
+  /// Returns whether each layer shows as many columns and rows as the sensor has, when the markers were labelled last
+  /// or in this picture. A layer that was never labelled counts as fitting.
   bool latticesFit() const;
 
   const Reference& reference() const { return reference_; }  ///< Returns the reference that is followed.

@@ -25,9 +25,10 @@ class Labeller {
 
   /// Labels the spots. The picture may be shifted, turned and scaled against the reference, and the gel deformed, as
   /// long as neighbours' displacements differ by less than about 0.4 of the spacing. Returns false, with undefined
-  /// outputs, if some layer shows fewer than options.least of its markers.
-  /// \param spots per layer, those of its colour \param reference_px expected places, by marker of all layers
-  /// \param place_px place of each labelled marker; the others stay as they are \param labelled 1: labelled, 0: not
+  /// outputs, if some layer shows fewer than options.least of its markers, or no connected group of spots with more
+  /// than half as many as it has markers. \param spots per layer, those of its colour \param reference_px expected
+  /// places, by marker of all layers \param place_px place of each labelled marker; the others stay as they are \param
+  /// labelled 1: labelled, 0: not
   bool label(std::span<const std::span<const Spot>> spots, std::span<const Vector> reference_px,
              const LabelOptions& options, std::span<Vector> place_px, std::span<std::uint8_t> labelled);
 

@@ -31,9 +31,9 @@ struct Lattice {
   bool has(int column, int row) const { return column >= 0 && column < columns && row >= 0 && row < rows; }
 };
 
-/// Returns `seen`, extended to the columns and rows between the first and the last of which half of the markers are
-/// `there`: they may have been hidden when the picture was labelled. Reentrant; allocates nothing.
-/// \param there by marker of all layers, 1: it is seen
+/// Returns `seen`, extended to the number of columns and rows from the first to the last of which at least half of the
+/// markers are `there`: they may have been hidden when the picture was labelled. Never fewer than `seen`. Reentrant;
+/// allocates nothing. \param there by marker of all layers, 1: it is seen
 LatticeSeen extentWith(const LatticeSeen& seen, const Lattice& lattice, std::span<const std::uint8_t> there);
 
 /// Returns the number of markers that are not `there` although at least four of the eight nodes around each of them
@@ -48,7 +48,8 @@ struct Expectation {
   int nodes = 0;  ///< valid ones among the eight nearest
 };
 /// Predicts the value of a smooth field at (column, row) from its neighbours: fits a plane to the valid nodes up to two
-/// steps away, with larger weights for near ones. Returns nothing if none of the eight nearest is valid. Reentrant.
+/// steps away, with larger weights for near ones. Returns nothing if none of the eight nearest is valid. Reentrant;
+/// allocates nothing.
 /// \param field, valid by marker of all layers; that of (column, row) itself is not used
 std::optional<Expectation> expectation(const Lattice& lattice, int column, int row, std::span<const Vector> field,
                                        std::span<const std::uint8_t> valid);
@@ -62,9 +63,10 @@ class Trust {
   /// \param spacing_px distance between neighbours of the lattice in the untouched gel
   Trust(const Lattice& lattice, float spacing_px);
 
-  /// Sets `valid` to 0 where the displacement contradicts its surroundings, and returns for how many markers. Considers
-  /// only this lattice's nodes. \param thorough true: looks for separate pieces even if no neighbours contradict each
-  /// other \param displacement, valid by marker of all layers
+  /// Sets `valid` to 0 where the displacement contradicts its surroundings, and returns for how many markers: outliers
+  /// of their row and column; all but the largest connected piece; both of two neighbours in it that contradict each
+  /// other. Considers only this lattice's nodes. \param thorough true: looks for separate pieces even if no neighbours
+  /// contradict each other \param displacement, valid by marker of all layers
   int prune(std::span<const Vector> displacement, std::span<std::uint8_t> valid, bool thorough);
 
  private:

@@ -42,28 +42,31 @@ class MarkerTemplate {
   /// Makes a template without a window, which must not be used for a fit.
   MarkerTemplate() = default;
 
-  /// `blur` is the standard deviation of the Gaussian, the sample's own width included. Radii above largestRadius() are
-  /// cut to it: the window does not grow further.
+  /// Computes the tables: allocates. \param radius above 0; cut to largestRadius() \param blur standard deviation of
+  /// the Gaussian, the sample's own width included, above 0; a wide one does not widen the window beyond kMaxHalf
   MarkerTemplate(double radius, double blur);
 
   /// Returns the largest radius that a template can have [samples].
   static double largestRadius() { return kMaxHalf - 3.0; }
 
   double radius() const { return radius_; }  ///< Returns the radius that is used [samples].
-  /// Returns half the width of the window, which spans floor(c) - half + 1 ... floor(c) + half in both directions.
+  /// Returns half the width of the window, 3 to kMaxHalf; it spans floor(c) - half + 1 ... floor(c) + half in both
+  /// directions.
   int half() const { return half_; }
   int chunks() const { return chunks_; }  ///< Returns the chunks of kLanes samples in a row of the window.
-  int samples() const { return 2 * half_ * chunks_ * kLanes; }  ///< Returns the window's size with padding, 16 k.
-  int used() const { return 4 * half_ * half_; }                ///< Returns the window's size without padding.
+  /// Returns the window's number of samples with padding, a multiple of 16.
+  int samples() const { return 2 * half_ * chunks_ * kLanes; }
+  int used() const { return 4 * half_ * half_; }  ///< Returns the window's number of samples without padding.
   /// Returns kLanes numbers for the last chunk of a row: 1 for a sample that is used, 0 for padding.
   const float* mask() const { return mask_.data(); }
   /// Returns the phase of a centre; valid as long as this. \param index (8ths of a sample down) * kPhases + (8ths of a
   /// sample across), each from 0 to kPhases - 1
   const Phase& phase(int index) const { return phases_[index]; }
-  /// Returns the weights of a phase: kRows rows of samples() numbers, each the window row by row with padding 0.
+  /// Returns the weights of a phase: kRows rows of samples() numbers, each the window row by row with padding 0. Valid
+  /// as long as this. \param index as for phase()
   const float* weights(int index) const { return weights_.front().lane + index * kRows * samples(); }
 
-  /// Returns T at distance r [samples]; 0 beyond the window.
+  /// Returns T at distance r, not below 0 [samples]: 1 within a large disc; 0 far outside the window.
   double at(double r) const;
 
   /// Returns the values of the constant, T, -dT/dx, -dT/dy, laplacian(T), x and y at (x, y) [samples] from the marker's

@@ -22,14 +22,16 @@ tl::expected<void, Error> trackable(const sensor::Sensor& sensor);
 /// colours tell apart, in a grey picture. Does not repeat the checks of trackable(sensor).
 tl::expected<void, Error> trackable(const sensor::Sensor& sensor, PixelFormat format);
 
-/// Returns the places of all markers of the untouched gel in the picture [px], in the order of sensor::markerPositions.
-/// They may lie outside the picture.
+/// Returns the places of all markers of the untouched gel in the picture [px] by the gel file, in the order of
+/// sensor::markerPositions. They may lie outside the picture.
 std::vector<Vector> nominalPlaces(const sensor::Sensor& sensor);
 
-/// Returns the radius of a layer's markers in the picture [px], for a marker in the middle of the layer.
+/// Returns the radius of a layer's markers in the picture [px]: of the circle with the area of a marker in the middle
+/// of the layer.
 double markerRadius(const sensor::Sensor& sensor, const sensor::MarkerLayer& layer);
 
-/// Returns the smallest of the lattices' mean distances between neighbours in their first row [px].
+/// Returns the smallest of the lattices' mean distances between neighbours in their first row [px]. \param places_px by
+/// marker of all layers \param lattices at least one, of two columns or more
 float smallestSpacing(std::span<const Vector> places_px, std::span<const Lattice> lattices);
 
 }  // namespace tractiond::track

@@ -18,15 +18,16 @@ class PixelNoise {
   /// Forgets the frames added so far.
   void start();
 
-  /// Adds one layer of one frame; each frame must add the same layers in the same order. Uses only pixels where the
-  /// picture is flat, so that a small motion does not count as noise.
+  /// Adds one layer of one frame; each frame must add the same layers in the same order. Compares the pixels at the
+  /// markers' centres and at bare gel with those of the frame before: the picture is flat there, so that a small motion
+  /// does not count as noise. Ignores pixels that are nearly black or saturated, and a layer with fewer than 30.
   /// \param first index of the layer's first marker \param place_px, valid of this layer's markers \param between
   /// offset from a marker to bare gel [px]
   void add(const Plane& plane, int first, std::span<const Vector> place_px, Vector between,
            std::span<const std::uint8_t> valid);
 
   /// Returns the increase of the variance of one of the camera's samples per level of brightness [levels]; 0 if it does
-  /// not grow, or if the frames do not determine it.
+  /// not grow, or if the frames do not determine it: fewer than two, or markers hardly brighter or darker than the gel.
   float perLevel() const;
 
  private:

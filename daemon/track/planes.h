@@ -22,8 +22,8 @@ class Planes {
   /// \param layers one or two, for which trackable() succeeds
   explicit Planes(std::span<const sensor::MarkerLayer> layers);
 
-  /// Makes the planes of a picture. They are valid until the next call, and as long as the frame's memory. \param frame
-  /// of any size and format that trackable() accepts
+  /// Makes the planes of a picture. They are valid until the next call, and no longer than the frame's memory. \param
+  /// frame of any size and format that trackable() accepts
   void read(const Frame& frame);
 
   /// Returns the plane in which the layer's markers stand out.
@@ -31,7 +31,8 @@ class Planes {
   /// Returns the plane in which they stand out less: the other layer's colour, or one in which glare would show. It has
   /// the sign of the layer itself. Its `first` is nullptr for grey markers and in a grey picture.
   const Plane& other(std::size_t layer) const { return layers_[layer].other; }
-  /// Returns whether two layers are told apart by their colours, so that cross-talk must be removed.
+  /// Returns whether two layers are told apart by their colours in the last picture, so that cross-talk must be
+  /// removed. False in a grey one.
   bool mixes() const { return mixes_; }
 
  private:

@@ -22,7 +22,7 @@ class TearFinder {
   bool torn(std::span<const Vector> displacement_px, std::span<const float> variance_px2,
             std::span<const std::uint8_t> valid);
 
-  /// Forgets the reference, after a gap: the next frame is not compared.
+  /// Forgets the reference, after a gap: the next frame is not compared, and not torn.
   void forget() { known_ = false; }
 
   // Return the displacements [px] in the last frame that was not torn, and which of them are valid, by marker. The

@@ -50,58 +50,61 @@ class Tracker {
   /// must have as many markers as the sensor.
   void restore(const RestPose& pose);
 
-  /// Finds the markers in a frame and fills `field` with their displacements from the zero in force and the flags.
-  /// \param frame of the size of the sensor's camera \param field resize()d for all markers
+  /// Finds the markers in a frame and fills `field`, whatever it returns, with their displacements from the zero in
+  /// force and the flags. Without a zero no marker of the field is valid. Takes the zero that is under way. \param
+  /// frame of the size of the sensor's camera \param field resize()d for all markers
   Outcome track(const Frame& frame, MarkerField& field);
 
   /// Requests a new zero from the next frames, at most 2 zeroFrames. The old one stays in force meanwhile; with
-  /// awaitsGelCheck until putInForce(). The appearance is learned anew for it, as the lens may have been refocused.
-  /// Thread-safe.
+  /// awaitsGelCheck until putInForce(). A requested zero that is being taken is begun again. The appearance is learned
+  /// anew for it, as the lens may have been refocused. Returns at once; zeroState() shows how it goes. Thread-safe.
   void requestZero() { zeroState_.store(ZeroState::kRequested, std::memory_order_relaxed); }
 
   /// Cancels a request. Returns false if there is none to cancel: the automatic first zero cannot be cancelled; nor can
   /// a requested one that has been taken, which takeRestPose() returns as soon as track() has returned. Thread-safe.
   bool cancelZero();
 
-  /// Returns the state of the last zero. Thread-safe.
+  /// Returns the state of the last zero; of a restored one kNone. Thread-safe.
   ZeroState zeroState() const { return zeroState_.load(std::memory_order_relaxed); }
 
   /// Returns the number of still frames that a zero averages. Thread-safe.
   int zeroFrames() const { return options_.zeroFrames; }
 
-  /// Takes the newest finished rest pose, once. Returns false if there is none since the last call. Does not wait.
-  /// Thread-safe, for one thread.
+  /// Copies the newest finished rest pose, requested or automatic, into `pose`. Returns false, and leaves it as it is,
+  /// if there is none since the last call. Does not wait. Thread-safe, for one thread.
   bool takeRestPose(RestPose& pose) { return finished_.take(pose); }
 
-  /// Puts a zero in force from the next frame on: the one that takeRestPose() returned last, or an earlier one. An
-  /// earlier one is verified if it was when it was replaced last, and the appearance of the markers is restored with
-  /// it. Called with the zero that is in force, it rejects the one that was taken since. \param fits as in setGelFits()
-  /// \return false: try again later. Thread-safe, for one thread.
+  /// Puts a zero in force from the next frame on: the one that takeRestPose() returned last, or an earlier one. The
+  /// former is verified; the one that was in force before this one is, if it was then; the markers' appearance changes
+  /// with both. Any other zero is not verified, and the appearance is kept. Called with the zero that is in force, it
+  /// rejects the one that was taken since. \param fits as in setGelFits() \return false: nothing has changed, as
+  /// track() is reading the last call; try again later. Thread-safe, for one thread.
   bool putInForce(const RestPose& pose, bool fits) { return decisions_.put({pose, fits}); }
 
   /// States whether the gel file fits the picture of this zero. If not, the fields carry kGelMismatch. Ignored unless
-  /// the zero is in force. Thread-safe, for one thread.
+  /// the zero is in force in the next frame. Waits for some instructions of track() at most. Thread-safe, for one
+  /// thread.
   void setGelFits(const Id& zero, bool fits);
 
-  /// Returns whether there is a zero, and none has been judged yet: track() would return kNoRestPose. For track()'s
-  /// thread.
+  /// Returns whether there is a zero, and none has been judged yet (setGelFits()): track() would return kNoRestPose.
+  /// False without awaitsGelCheck. For track()'s thread.
   bool awaitsFirstVerdict();
 
   /// Returns which of the calls above have taken effect with the last frame. Valid until the next frame. For track()'s
   /// thread.
   const TrackerInputs& inputs() const { return inputs_; }
-  /// Repeats what took effect with a recorded frame. Must be called before track(), while no other thread calls
-  /// anything.
+  /// Repeats what took effect with a recorded frame (inputs()). Must be called before track() of that frame, while no
+  /// other thread calls anything.
   void repeat(const TrackerInputs& inputs);
 
-  /// Takes what was seen in the newest frame, once. Returns false if there is none since the last call. Does not wait.
-  /// Thread-safe, for one thread.
+  /// Copies what was seen in the newest frame into `sight`. Returns false, and leaves it as it is, if there was no
+  /// frame since the last call. Does not wait. Thread-safe, for one thread.
   bool takeSight(MarkerSight& sight) { return sights_.take(sight); }
 
-  /// Allocates the room that show() needs. Reentrant.
+  /// Allocates the room that show() needs. Thread-safe.
   void prepare(Snapshot& snapshot) const;
-  /// Fills in the places of the markers in the last frame: all of a snapshot except the picture. Must follow prepare();
-  /// then allocates nothing. For track()'s thread.
+  /// Fills in the places and states of the markers and the spots in the last frame: all of a snapshot except the
+  /// picture. Must follow prepare(); then allocates nothing. For track()'s thread.
   void show(Snapshot& snapshot) const;
 
  private:

@@ -42,9 +42,9 @@ class ZeroTaker {
   /// Forgets the frames added so far. Must be called before the first add() after a result other than kTaking.
   void start();
 
-  /// Adds one frame. Returns kTaking until N were seen, then kTaken; or, as soon as it is known, kTooFew, or kMoving
-  /// from the tenth frame on: the next try can then begin with the first still frame. Arrays are by marker of all
-  /// layers.
+  /// Adds one frame. Returns kTaking until N were seen, then kTaken; or, as soon as it is known, kTooFew (this frame
+  /// has too few markers, and is not added), or kMoving from the tenth frame on, or the N-th if N is smaller: the next
+  /// try can then begin with the first still frame. Arrays are by marker of all layers.
   ZeroState add(std::span<const Vector> place_px, std::span<const Centre> centres, std::span<const std::uint8_t> valid);
 
   /// Returns the number of frames since start(); after kMoving, of those before the markers moved.
@@ -56,7 +56,7 @@ class ZeroTaker {
   /// noise, and hold earlier positions: a marker that was not seen or has dust on it becomes absent, and its earlier
   /// position is moved as its neighbours are.
   void finish(const Lattice& lattice, RestPose& pose);
-  float noise() const;  ///< Returns the standard deviation of a pixel [levels].
+  float noise() const;  ///< Returns the standard deviation of a pixel [levels], at least 0.3: that of rounding.
   float light() const;  ///< Returns the mean brightness at the markers' rims [levels].
 
  private:

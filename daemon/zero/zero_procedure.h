@@ -73,22 +73,24 @@ class ZeroProcedure {
   ZeroProcedure(const sensor::Sensor& sensor, int zeroFrames, std::int64_t (*clock)(), const Counter& frames,
                 ZeroLinks links, std::function<void()> onChange);
 
-  /// Takes over the zeros of an earlier run. Must be called when the camera has been opened for the first time.
-  /// Compares the restored zero with the gel file, warns in the log if it seems wrong, and publishes the description;
-  /// does nothing else without one. \param restored the zero of the earlier run, if there is one \param before the zero
-  /// that it replaced, if there is one: an undo restores it \param isWritten false: a loss of power may undo the file
-  /// of `restored`, so it is written again
+  /// Takes over the zeros of an earlier run. Must be called once, when the camera has been opened for the first time.
+  /// If there is a restored zero, compares it with the gel file, warns in the log if it seems wrong, and publishes the
+  /// description. \param restored the zero of the earlier run, if there is one \param before the zero that it replaced,
+  /// if there is one: an undo restores it \param isWritten false: a loss of power may undo the file of `restored`, so
+  /// it is written again
   void welcome(const std::optional<RestPose>& restored, const std::optional<RestPose>& before, bool isWritten = true);
 
   /// Handles a request. Must not be called while another request is open. Answers from within this call if the write of
   /// an earlier zero takes too long, and refuses an undo if a zero is being written or there is no previous one; else
-  /// answers in a later turn(). The zero comes into force when it has been written to the disk; until then the previous
-  /// one stays in force. A zero is refused if it cannot be written, or if something seems to touch and `anyway` is
-  /// false. The first zero comes into force at once, also if something seems to touch: the answer then has a remark.
+  /// answers in a later turn(), rarely an undo within this call. The zero comes into force when it has been written to
+  /// the disk; until then the previous one stays in force. A zero is refused if it cannot be written, or if something
+  /// seems to touch and `anyway` is false. The first zero comes into force at once, also if something seems to touch:
+  /// the answer then has a remark.
   void begin(const ZeroRequest& request);
 
-  /// Answers the open request, if there is one, with this error, unless its zero has been taken already: that is then
-  /// answered as usual. \param reason sentence for the client
+  /// Answers the open request with this error and gives its zero up, unless the tracker has taken it already, or it is
+  /// being written: that is then answered as usual. Has no effect without an open request. \param reason sentence for
+  /// the client
   void refuse(const std::string& reason);
 
   /// Does what is due: handles a zero that was taken or written, starts due writes, and ends a request that takes too

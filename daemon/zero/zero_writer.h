@@ -34,8 +34,8 @@ class ZeroWriter {
   void writeInForce(const RestPose& zero, const RestPose* before);
 
   /// Ends a write that is done; does not wait. Returns the outcome of the requested zero, once: success, the error of
-  /// the write, or kNotWritten if it was not done at `until_ns`. Else returns nothing. Must be called regularly. A
-  /// failed write of the zero in force is logged, and is due again 10 s later.
+  /// the write, or an error with the text kNotWritten if it was not done at `until_ns`. Else returns nothing. Must be
+  /// called regularly. A failed write of the zero in force is logged, and is due again 10 s later.
   std::optional<Written> turn();
 
   /// Returns whether a zero is being written, or the outcome of a write has not been heeded by turn() yet.

@@ -29,7 +29,8 @@ using Progress = std::function<void(double)>;
 /// of the BLAS. Immutable afterwards and reentrant.
 class BlockCorrection {
  public:
-  /// Takes seconds. The arguments need not outlive the object. \param targets 3 x T, gel frame [m], in the block
+  /// Takes seconds. The arguments need not outlive the object. Faulty BlockOptions::breaks are asserted. \param targets
+  /// 3 x T, gel frame [m], in the block
   BlockCorrection(const Gel& gel, const Points& targets, const BlockOptions& options = {},
                   const Progress& progress = {});
   ~BlockCorrection();
@@ -37,7 +38,8 @@ class BlockCorrection {
   BlockCorrection& operator=(BlockCorrection&&) noexcept;
 
   /// Returns w per unit force, 3T x 3S [m/N]: rows 3t.. are w at target t, columns 3s.. the unit forces along x, y, z
-  /// at source s. \param sources 3 x S, gel frame [m], z = 0, no nearer to a side than BlockOptions::clearance
+  /// at source s. \param sources 3 x S, gel frame [m], z = 0, no nearer to a side than BlockOptions::clearance: the
+  /// result is inexact there (not checked)
   Eigen::MatrixXd matrix(const Points& sources) const;
 
   /// Returns w under all forces together, 3 x T [m]. \param sources as in matrix()

@@ -16,21 +16,24 @@ class BoxMesh {
   /// \param planes element boundaries along each axis, ascending [m], at least two
   BoxMesh(int degree, std::array<std::vector<double>, 3> planes);
 
-  int degree() const { return degree_; }  ///< of the elements' polynomials
+  int degree() const { return degree_; }  ///< Returns the degree of the elements' polynomials.
   /// Returns the number of cells along an axis.
   int cells(int axis) const { return static_cast<int>(planes_[axis].size()) - 1; }
-  int last(int axis) const { return cells(axis) * degree_; }  ///< lattice position of the last node along an axis
-  int nodeCount() const { return static_cast<int>(lattice_.size()); }  ///< number of nodes with a number
+  /// Returns the lattice position of the last node along an axis.
+  int last(int axis) const { return cells(axis) * degree_; }
+  /// Returns the number of nodes with a number.
+  int nodeCount() const { return static_cast<int>(lattice_.size()); }
   /// Returns the number of the node at a lattice position; -1 for a node inside an element.
   int number(const Lattice& place) const { return numbers_[index(place)]; }
   /// Returns the lattice position of the node with this number.
   const Lattice& place(int number) const { return lattice_[number]; }
 
   // Cells count from 0 along each axis. Positions and cells outside the mesh are not checked.
-  Eigen::Vector3d position(const Lattice& place) const;  ///< of a node [m]
-  Eigen::Vector3d corner(const Lattice& cell) const;     ///< corner with the smallest coordinates [m]
-  Eigen::Vector3d size(const Lattice& cell) const;       ///< edge lengths [m]
-  Lattice cellAt(const Eigen::Vector3d& point) const;    ///< cell of a point [m], or the nearest one
+  Eigen::Vector3d position(const Lattice& place) const;  ///< Returns where the node at a lattice position is [m].
+  Eigen::Vector3d corner(const Lattice& cell) const;     ///< Returns a cell's corner of smallest coordinates [m].
+  Eigen::Vector3d size(const Lattice& cell) const;       ///< Returns a cell's edge lengths [m].
+  /// Returns the cell of a point [m], between two the one with larger coordinates; outside the box the nearest one.
+  Lattice cellAt(const Eigen::Vector3d& point) const;
 
  private:
   std::size_t index(const Lattice& place) const;
@@ -46,11 +49,13 @@ class BoxMesh {
 struct CellRange {
   Lattice first, last;
 
-  bool isCell() const { return first == last; }  ///< the range is a single cell
+  bool isCell() const { return first == last; }  ///< Returns whether the range is a single cell.
   /// Splits the range across its longest axis; returns the low half first. isCell() must be false.
   std::pair<CellRange, CellRange> halves() const;
-  std::vector<Lattice> cells() const;  ///< depth first through the tree of halves, low halves first
-  bool owns(const BoxMesh& mesh, const Lattice& place) const;  ///< true: no cell outside this range has the node
+  /// Returns all cells, depth first through the tree of halves, low halves first.
+  std::vector<Lattice> cells() const;
+  /// Returns whether no cell outside this range has the node at a lattice position.
+  bool owns(const BoxMesh& mesh, const Lattice& place) const;
 };
 
 }  // namespace sensor::elastic

@@ -24,7 +24,7 @@ Eigen::MatrixXd displacementMatrix(const Sensor& sensor, Model model, const Prog
 
 /// Projects displacements into the sensor's camera, 2 M x columns [px/N]: each pair of rows is the Jacobian of the
 /// projection at the marker's rest position times the marker's three rows. \param displacement 3 M x columns [m/N];
-/// with [m] the result is in [px]
+/// with [m] the result is in [px]; its rows must be those of the sensor's markers (not checked)
 Eigen::MatrixXd toImage(const Sensor& sensor, const Eigen::MatrixXd& displacement);
 
 /// Returns the influence matrix H, 2 M x 3 N [px/N]: rows 2m, 2m+1 are (u, v) of marker m, columns 3n..3n+2 the forces

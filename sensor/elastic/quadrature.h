@@ -22,7 +22,7 @@ Rule gaussLobatto(int count);
 /// They are exactly 0 or 1 at the nodes.
 Eigen::MatrixXd lagrange(const Eigen::VectorXd& nodes, const Eigen::VectorXd& at);
 
-/// Returns their derivatives in the same shape.
+/// Returns the derivatives of these polynomials at `at`, in the same shape.
 Eigen::MatrixXd lagrangeDerivative(const Eigen::VectorXd& nodes, const Eigen::VectorXd& at);
 
 }  // namespace sensor::elastic

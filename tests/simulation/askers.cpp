@@ -11,14 +11,8 @@ Askers::Askers(Zeros& zeros, const Starvation& starvation, Journal& journal)
     , starvation_(starvation)
     , journal_(journal) {}
 
-void Askers::askZero(Procedures& procedures, double within_s, bool undo, bool anyway) {
-  ++journal_.result.zerosAsked;
-  if (zeroAskers_ > 0) {
-    if (undo || anyway != anyway_) return;  // refused at once
-    ++zeroAskers_;
-    return;
-  }
-  zeroAskers_ = 1;
+void Askers::heedZero(double within_s, bool undo, bool anyway) {
+  journal_.law(!std::exchange(zeroAsked_, true), "one zero is asked for at a time", "another one is open");
   anyway_ = anyway;
   isUndo_ = undo;
   zeros_.heedAsked(undo);
@@ -27,13 +21,11 @@ void Askers::askZero(Procedures& procedures, double within_s, bool undo, bool an
   zeroUntil_ns_ = within_s > 0.0 ? now() + static_cast<std::int64_t>(1e9 * within_s) + 500 * kMs : kNever;
   zeroAskedStarved_ns_ = starvation_.total_ns();
   journal_.say(undo ? "asked: undo" : anyway ? "asked: zero, anyway" : "asked: zero");
-  procedures.beginZero({.anyway = anyway, .undo = undo, .asker = "somebody"});
 }
 
 void Askers::heedZeroAnswer(const tl::expected<RestPose, std::string>& answer) {
   journal_.say("answer: " + (answer ? "zero " + nameOf(answer->id) : answer.error()));
-  journal_.law(zeroAskers_ > 0, "each request gets one answer", "an answer to nobody");
-  zeroAskers_ = 0;
+  journal_.law(std::exchange(zeroAsked_, false), "each request gets one answer", "an answer to nobody");
   if (!answer) return;
   journal_.law(zeros_.inForce() == answer->id, "the zero that is answered is in force", nameOf(answer->id));
   constexpr double kPress_N = 2.0;  // a weaker one may look like noise
@@ -50,15 +42,13 @@ void Askers::heedZeroAnswer(const tl::expected<RestPose, std::string>& answer) {
   }
 }
 
-void Askers::askStep(Procedures& procedures, const CalibrationStep& step, std::int64_t within_ns) {
-  constexpr std::int64_t kSlack_ns = 11 * kSecond;
+void Askers::heedStep(const CalibrationStep& step, std::int64_t within_ns) {
   stepAsked_ = true;  // who asked before is answered by the control server
-  stepUntil_ns_ = now() + within_ns + kSlack_ns;
+  stepUntil_ns_ = now() + within_ns;
   stepAskedStarved_ns_ = starvation_.total_ns();
   journal_.say(step.kind == CalibrationStep::Kind::kNoise
                    ? fmt::format("asked: noise over {:.0f} ms", 1e3 * step.seconds)
                    : "asked: the calibrated gel file");
-  procedures.beginStep(step);
 }
 
 void Askers::heedStepAnswer(const calibrate::Result& answer) {
@@ -69,15 +59,14 @@ void Askers::heedStepAnswer(const calibrate::Result& answer) {
 
 void Askers::check() const {
   const std::int64_t starved_ns = starvation_.total_ns();
-  journal_.law(zeroAskers_ == 0 || zeroUntil_ns_ == kNever ||
-                   now() <= zeroUntil_ns_ + starved_ns - zeroAskedStarved_ns_,
+  journal_.law(!zeroAsked_ || zeroUntil_ns_ == kNever || now() <= zeroUntil_ns_ + starved_ns - zeroAskedStarved_ns_,
                "each request is answered in its time", "a zero or undo");
   journal_.law(!stepAsked_ || now() <= stepUntil_ns_ + starved_ns - stepAskedStarved_ns_,
                "each request is answered in its time", "a step of a calibration");
 }
 
 void Askers::die() {
-  zeroAskers_ = 0;
+  zeroAsked_ = false;
   stepAsked_ = false;
 }
 

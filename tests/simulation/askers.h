@@ -1,9 +1,7 @@
-// Clients that request zeros, undo and calibration steps, as the control server accepts them; and the laws of
-// answers.
+// Requests for zeros, undo and calibration steps, as the control server passes them on; and the laws of their answers.
 #pragma once
 
-#include "daemon/calibrate/calibration.h"
-#include "daemon/procedures.h"
+#include "daemon/calibrate/step_runner.h"
 #include "tests/simulation/ongoing.h"
 #include "tests/simulation/zeros.h"
 
@@ -16,11 +14,11 @@ class Askers {
   /// All references must outlive it.
   Askers(Zeros& zeros, const Starvation& starvation, Journal& journal);
 
-  /// Requests a zero, or an undo. \param within_s time within which the answer must come, as the status states; 0: none
-  void askZero(Procedures& procedures, double within_s, bool undo, bool anyway);
-  /// Requests a calibration step. \param within_ns longest time that it takes; it may end later if it waits for earlier
-  /// work
-  void askStep(Procedures& procedures, const CalibrationStep& step, std::int64_t within_ns);
+  /// Notes a request for a zero, or an undo. Law: none is open. \param within_s time within which the answer must
+  /// come, as the status states; 0: none
+  void heedZero(double within_s, bool undo, bool anyway);
+  /// Notes a request for a calibration step. \param within_ns time within which the answer must come
+  void heedStep(const CalibrationStep& step, std::int64_t within_ns);
   void heedZeroAnswer(const tl::expected<RestPose, std::string>& answer);
   void heedStepAnswer(const calibrate::Result& answer);
   /// Law: no client has waited too long for its answer. Throws Broken.
@@ -33,7 +31,7 @@ class Askers {
   const Starvation& starvation_;
   Journal& journal_;
 
-  int zeroAskers_ = 0;
+  bool zeroAsked_ = false;
   bool anyway_ = false, isUndo_ = false;
   std::optional<Id> askedWith_, expected_;  ///< in force, and before it, when it was asked
   std::int64_t zeroUntil_ns_ = kNever, zeroAskedStarved_ns_ = 0;

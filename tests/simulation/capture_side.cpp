@@ -11,8 +11,9 @@ CaptureSide::CaptureSide(Camera& camera, const capture::CameraOptions& options, 
     , connection_{camera}
     , camera_(capture::Camera::withoutThread(
           fromSimulation(connection_, options), {.buffers = kBuffers}, ledger,
-          [&journal](capture::LogLevel level, const std::string& line) {  // as Instrument does
-            journal.say((level == capture::LogLevel::kWarning ? "log: warning: " : "log: ") + line);
+          [this](capture::LogLevel level, const std::string& line) {  // as Instrument does
+            journal_.say((level == capture::LogLevel::kWarning ? "log: warning: " : "log: ") + line);
+            told_ += line + '\n';
           }))
     , looks_ns_(now())
     , came_ns_(now()) {}
@@ -31,6 +32,7 @@ std::int64_t CaptureSide::keeperTurn() {
   const int before = connection_.opened;
   spent_ns() = 0;
   keeperBegan_ns_ = now();
+  refused_ = connection_.refused;  // at a try that is over: this turn heeds it
   const std::int64_t next_ns = camera_->keeperTurn();
   keeperIsBusyUntil_ns_ = now() + spent_ns();
   if (connection_.opened != before) {
@@ -46,23 +48,28 @@ bool CaptureSide::isHanging() const {
          now() - keeperBegan_ns_ > kLongest_ns;
 }
 
-void CaptureSide::ask() {
-  if (asked_ns_ != kNever) return;  // one request at a time
+void CaptureSide::ask(const CameraStep& step) {
+  journal_.law(asked_ns_ == kNever, "the camera is asked one thing at a time", step.name);
   journal_.say("asked: a feature of the camera");
   asked_ns_ = now();
-  camera_->ask({.kind = CameraStep::Kind::kRead, .name = "Gain"});
+  camera_->ask(step);
+}
+
+std::optional<tl::expected<CameraReport, std::string>> CaptureSide::takeAnswer() {
+  auto answer = camera_->takeAnswer();
+  if (!answer) return std::nullopt;
+  journal_.say("answer: " + (*answer ? "the feature" : answer->error()));
+  journal_.law(asked_ns_ != kNever, "each request gets one answer", "an answer of the camera to nobody");
+  asked_ns_ = kNever;
+  return answer;
 }
 
 void CaptureSide::check() {
-  if (const auto answer = camera_->takeAnswer()) {
-    journal_.say("answer: " + (*answer ? "the feature" : answer->error()));
-    journal_.law(asked_ns_ != kNever, "each request gets one answer", "an answer of the camera to nobody");
-    asked_ns_ = kNever;
-  }
   constexpr std::int64_t kAnswered_ns = 7 * kSecond;  // two calls that fail, and a doubt
   journal_.law(asked_ns_ == kNever || now() - asked_ns_ - starvation_.since(asked_ns_) <= kAnswered_ns,
                "each request is answered in its time", "a feature of the camera");
   checkState();
+  checkTold();
   checkNoticed();
 }
 
@@ -73,7 +80,15 @@ void CaptureSide::checkState() const {
                       : state == CameraState::kLost || state == CameraState::kWaiting ? !isOpen
                                                                                       : connection_.open <= 1;
   journal_.law(isTrue, "the camera's state is true",
-               fmt::format("state {}, {} open", static_cast<int>(state), connection_.open));
+               [&] { return fmt::format("state {}, {} open", static_cast<int>(state), connection_.open); });
+}
+
+/// Why there is no camera is told once for each time that it is lost.
+void CaptureSide::checkTold() {
+  const CameraState state = camera_->state();
+  if (state == CameraState::kStreaming) told_.clear();
+  if (state != CameraState::kLost && state != CameraState::kWaiting) return;
+  journal_.law(told_.find(refused_) != std::string::npos, "the log tells why there is no camera", refused_);
 }
 
 /// A camera that only falls silent has two seconds; one that does not answer is given up earlier.
@@ -81,13 +96,14 @@ void CaptureSide::checkNoticed() const {
   if (camera_->state() != CameraState::kStreaming) return;
   constexpr std::int64_t kSilence_ns = 2500 * kMs, kGone_ns = 1750 * kMs;
   const std::int64_t silent_ns = now() - came_ns_ - starvation_.since(came_ns_);
-  journal_.law(silent_ns <= kSilence_ns, "silence is noticed in time", fmt::format("{} ms", silent_ns / kMs));
+  journal_.law(silent_ns <= kSilence_ns, "silence is noticed in time",
+               [&] { return fmt::format("{} ms", silent_ns / kMs); });
   const std::int64_t gone_ns = connection_.camera.goneSince_ns();
   if (gone_ns == kNever) return;
   const std::int64_t since_ns = std::max(gone_ns, came_ns_);
   const std::int64_t missing_ns = now() - since_ns - starvation_.since(since_ns);
   journal_.law(missing_ns <= kGone_ns, "a camera that is gone is noticed in time",
-               fmt::format("{} ms", missing_ns / kMs));
+               [&] { return fmt::format("{} ms", missing_ns / kMs); });
 }
 
 }  // namespace tractiond::simulation

@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
+#include <string>
 
 namespace tractiond::simulation {
 
@@ -39,19 +41,26 @@ class CaptureSide {
   bool isStreaming() const { return camera_->state() == CameraState::kStreaming; }
   /// Returns the options that the camera was opened with last.
   const capture::CameraOptions& opened() const { return connection_.options; }
-  /// Reads a feature, as a person asks for it.
-  void ask();
+  /// Passes a request on, as a person asks for it. Law: none is open.
+  void ask(const CameraStep& step);
+  /// Returns whether a request is open.
+  bool isAsked() const { return asked_ns_ != kNever; }
+  /// Takes the answer, if it has come. Law: a request is open.
+  std::optional<tl::expected<CameraReport, std::string>> takeAnswer();
 
-  /// Takes an answer. Laws: the camera's state is true, its loss is noticed in time, and a question is answered in
+  /// Laws: the camera's state is true, its loss is noticed in time, the log tells why, and a request is answered in
   /// time.
   void check();
 
  private:
   void checkState() const;
+  void checkTold();
   void checkNoticed() const;
 
   Journal& journal_;
   const Starvation& starvation_;
+  std::string told_;     ///< the log's lines since the camera streamed
+  std::string refused_;  ///< why the camera could not be opened, as far as the keeper knows
   Connection connection_;
   std::unique_ptr<capture::Camera> camera_;
   std::int64_t looks_ns_, came_ns_;

@@ -100,29 +100,36 @@ tl::unexpected<Error> refused(int code, std::string what, std::string remedy = {
   return tl::unexpected(Error{.exitCode = code, .what = std::move(what), .remedy = std::move(remedy)});
 }
 
+using Opened = tl::expected<std::unique_ptr<capture::Driver>, Error>;
+
+Opened open(Connection& connection, const capture::CameraOptions& options, const capture::Opening& opening) {
+  constexpr std::int64_t kSearch_ns = kSecond, kProof_ns = kSecond, kTakesControl_ns = 8 * kSecond;
+  constexpr int kSettings = 8;
+  const Camera& camera = connection.camera;
+  if (!ask(camera, kSearch_ns)) return refused(EX_UNAVAILABLE, "camera Simulated-1 does not answer", kAddress);
+  if (camera.isHeld()) {
+    const std::string held = fmt::format("camera Simulated-1 at {} is held by another client", kAddress);
+    opening.say(capture::LogLevel::kWarning, held);
+    spent_ns() += std::min(camera.heldFor_ns(), kTakesControl_ns);
+    if (camera.heldFor_ns() > kTakesControl_ns) return refused(EX_TEMPFAIL, held, "close that client");
+  }
+  opening.found();
+  spent_ns() += camera.hangsFor_ns();
+  for (int i = 0; i < kSettings; ++i) ask(camera, kRepeats_ns);
+  const std::int64_t streamsFrom_ns = now() + spent_ns();
+  if (!options.features.empty()) return refused(EX_CONFIG, "the camera has no feature NoSuchFeature");
+  spent_ns() += std::min(camera.silentFor_ns(), kProof_ns);  // a whole frame is awaited
+  connection.options = options;
+  return std::make_unique<SimulatedDriver>(connection, streamsFrom_ns);
+}
+
 }  // namespace
 
 capture::OpenDriver fromSimulation(Connection& connection, const capture::CameraOptions& options) {
-  using Opened = tl::expected<std::unique_ptr<capture::Driver>, Error>;
-  return [&connection, options](const capture::Opening& opening) -> Opened {
-    constexpr std::int64_t kSearch_ns = kSecond, kProof_ns = kSecond, kTakesControl_ns = 8 * kSecond;
-    constexpr int kSettings = 8;
-    const Camera& camera = connection.camera;
-    if (!ask(camera, kSearch_ns)) return refused(EX_UNAVAILABLE, "camera Simulated-1 does not answer", kAddress);
-    if (camera.isHeld()) {
-      const std::string held = fmt::format("camera Simulated-1 at {} is held by another client", kAddress);
-      opening.say(capture::LogLevel::kWarning, held);
-      spent_ns() += std::min(camera.heldFor_ns(), kTakesControl_ns);
-      if (camera.heldFor_ns() > kTakesControl_ns) return refused(EX_TEMPFAIL, held, "close that client");
-    }
-    opening.found();
-    spent_ns() += camera.hangsFor_ns();
-    for (int i = 0; i < kSettings; ++i) ask(camera, kRepeats_ns);
-    const std::int64_t streamsFrom_ns = now() + spent_ns();
-    if (!options.features.empty()) return refused(EX_CONFIG, "the camera has no feature NoSuchFeature");
-    spent_ns() += std::min(camera.silentFor_ns(), kProof_ns);  // a whole frame is awaited
-    connection.options = options;
-    return std::make_unique<SimulatedDriver>(connection, streamsFrom_ns);
+  return [&connection, options](const capture::Opening& opening) {
+    Opened opened = open(connection, options, opening);
+    connection.refused = opened ? "" : opened.error().what;
+    return opened;
   };
 }
 

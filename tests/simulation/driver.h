@@ -6,6 +6,7 @@
 #include "tests/simulation/camera.h"
 
 #include <array>
+#include <string>
 
 namespace tractiond::simulation {
 
@@ -14,6 +15,7 @@ struct Connection {
   Camera& camera;
   int open = 0, opened = 0;
   capture::CameraOptions options = {};           ///< that the camera was opened with last
+  std::string refused = {};                      ///< why it could not be opened; empty: it could, at the last try
   bool isPopped = false;                         ///< the capture stage has the driver
   std::chrono::milliseconds popWaits{100};       ///< as long as the last pop() would have waited
   static constexpr std::size_t kPictures = 256;  ///< more than are in flight

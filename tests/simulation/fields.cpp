@@ -34,7 +34,7 @@ void Fields::checkAge(const FrameInfo& info) const {
   constexpr std::int64_t kOldest_ns = 400 * kMs;
   const std::int64_t age_ns = now() - info.times.received_ns;
   journal_.law(age_ns <= kOldest_ns + starvation_.since(info.times.received_ns), "no field older than its bound",
-               fmt::format("{} ms", age_ns / kMs));
+               [&] { return fmt::format("{} ms", age_ns / kMs); });
 }
 
 void Fields::checkNumbers(const TractionField& field) const {
@@ -45,25 +45,26 @@ void Fields::checkNumbers(const TractionField& field) const {
   }
   const bool hasCovariance = field.noise[0] > 0.0 && field.noise[7] > 0.0 && field.noise[14] > 0.0;
   journal_.law(isFinite && (field.valid ? hasCovariance : isNothing), "validity and covariance agree",
-               fmt::format("valid {}, variance {}", field.valid, field.noise[14]));
+               [&] { return fmt::format("valid {}, variance {}", field.valid, field.noise[14]); });
   const auto& inForce = zeros_.inForce();
   const std::int64_t since_ns = now() - zeros_.describedAt_ns();
   journal_.law(since_ns < kSecond + starvation_.since(zeros_.describedAt_ns()) || inForce == field.markers.zero,
-               "fields rest on the zero that is described",
-               fmt::format("{}, not {}", nameOf(field.markers.zero), inForce ? nameOf(*inForce) : "none"));
+               "fields rest on the zero that is described", [&] {
+                 return fmt::format("{}, not {}", nameOf(field.markers.zero), inForce ? nameOf(*inForce) : "none");
+               });
   journal_.law(!field.valid || (field.flags & kFewMarkers) == 0, "few markers make a field not valid", "");
 }
 
 void Fields::checkOrigin(const TractionField& field, const Truth& truth) {
   const bool isDoubted = (field.flags & kDoubtedOrigin) != 0;
   journal_.law(truth.number > lastTruth_.number || isDoubted, "no stale picture without its flag",
-               fmt::format("picture {} after {}", truth.number, lastTruth_.number));
+               [&] { return fmt::format("picture {} after {}", truth.number, lastTruth_.number); });
   // One that is whole before the camera's own begins to come may be taken for that: the next field has the flag then.
   journal_.law(!truth.isForged || isDoubted || truth.isBefore || !camera_.canContradict(),
-               "no forged picture without its flag", fmt::format("picture {}", truth.number));
+               "no forged picture without its flag", [&] { return fmt::format("picture {}", truth.number); });
   journal_.law(!mustBeDoubted_ || isDoubted || !camera_.canContradict() || camera_.excusesLate(),
                "a forged picture or the field after it has its flag",
-               fmt::format("pictures {} and {}", lastTruth_.number, truth.number));
+               [&] { return fmt::format("pictures {} and {}", lastTruth_.number, truth.number); });
   mustBeDoubted_ = truth.isBefore && !isDoubted && camera_.canContradict();
 }
 
@@ -71,16 +72,18 @@ void Fields::checkOrigin(const TractionField& field, const Truth& truth) {
 void Fields::checkGap(const TractionField& field, const Truth& truth) const {
   if (lastTruth_.number == 0 || truth.isForged || lastTruth_.isForged) return;
   const bool isTold = (field.flags & kDiscontinuity) != 0 || field.markers.info.frameNumber > last_.frameNumber + 1;
-  journal_.law(truth.taken <= lastTruth_.taken + 1 || isTold, "a gap is told",
-               fmt::format("{} pictures before picture {}", truth.taken - lastTruth_.taken - 1, truth.number));
+  journal_.law(truth.taken <= lastTruth_.taken + 1 || isTold, "a gap is told", [&] {
+    return fmt::format("{} pictures before picture {}", truth.taken - lastTruth_.taken - 1, truth.number);
+  });
 }
 
 void Fields::checkOrder(const FrameInfo& info) {
   journal_.law(info.frameNumber > last_.frameNumber && info.times.received_ns >= last_.times.received_ns &&
                    info.times.captured_ns >= last_.times.captured_ns,
-               "numbers and times rise",
-               fmt::format("frame {} captured {} after {} captured {}", info.frameNumber, info.times.captured_ns,
-                           last_.frameNumber, last_.times.captured_ns));
+               "numbers and times rise", [&] {
+                 return fmt::format("frame {} captured {} after {} captured {}", info.frameNumber,
+                                    info.times.captured_ns, last_.frameNumber, last_.times.captured_ns);
+               });
   last_ = info;
 }
 

@@ -5,6 +5,7 @@
 #include "tests/simulation/account.h"
 #include "tests/simulation/world.h"
 
+#include <concepts>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -22,6 +23,7 @@ struct Result {
   std::string log;  ///< a line for each thing that happened
   Account account;
   std::uint64_t zerosAsked = 0, zerosTaken = 0, undone = 0, restarts = 0;
+  std::uint64_t answers = 0, delivered = 0, cutOff = 0;  ///< that clients and subscribers have read; connections ended
   std::int64_t reached_ms = 0;
 };
 
@@ -36,6 +38,11 @@ class Journal {
   void say(const std::string& line);
   /// Throws Broken with these texts unless `holds`.
   void law(bool holds, const char* name, const std::string& what) const;
+  /// The same, for a law that is checked for each frame: `what` returns the text.
+  template <std::invocable What>
+  void law(bool holds, const char* name, const What& what) const {
+    if (!holds) law(false, name, std::string(what()));
+  }
 
   Result result;
 

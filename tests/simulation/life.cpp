@@ -13,6 +13,13 @@ Life::Life(const Around& around)
     , tracker_(around.gel)
     , truths_(kNumbers)
     , camera_(around.camera, start_.config.camera, ledger_, around.journal, around.starvation)
+    , network_(around.gel, ledger_, camera_, around.subscribers, around.starvation, around.journal,
+               {.zero =
+                    [this](const ZeroRequest& request) {
+                      around_.askers.heedZero(zeroWithin_s(), request.undo, request.anyway);
+                      procedures_.beginZero(request);
+                    },
+                .calibrate = [this](const CalibrationStep& step) { beginStep(step); }})
     , pipeline_(stages(), {.markers = around.gel.sensor.markerCount(), .nodes = around.gel.sensor.nodes.count()},
                 ledger_, turns_)
     , reloader_(start_.config, start_.calibration,
@@ -47,13 +54,15 @@ Stages Life::stages() {
               },
           .publish =
               [this](const TractionField& field) {
+                network_.publish(field);
                 if (!field.valid) ledger_.invalid.add();
                 around_.fields.heed(field, truths_[field.markers.info.frameNumber % kNumbers]);
                 worked_ = true;
               },
-          .serveSubscribers = [](int, auto) {},
+          .serveSubscribers = [this](int, auto) { network_.serveSubscribers(); },
           .control =
               [this](auto) {
+                network_.control();
                 meetCamera();
                 procedures_.turn();
               }};
@@ -84,12 +93,24 @@ ProcedureLinks Life::links() {
                          return GelReport();
                        },
                    .report = [this](const RestPose& pose, const GelReport&) { tracker_.judge(pose.id); },
-                   .describe = [this](const RestPose& pose) { around_.zeros.describe(pose); },
+                   .describe =
+                       [this](const RestPose& pose) {
+                         around_.zeros.describe(pose);
+                         network_.describe(pose);
+                       },
                    .keep = [this](const RestPose& pose,
                                   const RestPose* before) { return around_.zeros.keep(pose, before); },
-                   .answer = [this](const auto& result, const std::string&) { around_.askers.heedZeroAnswer(result); }},
+                   .answer =
+                       [this](const auto& result, const std::string& remark) {
+                         around_.askers.heedZeroAnswer(result);
+                         network_.answerZero(result, remark);
+                       }},
           .startWork = [this](const calibrate::StepLinks::Work& work) { return around_.stepWork.begin(work); },
-          .answerCalibration = [this](const auto& result) { around_.askers.heedStepAnswer(result); }};
+          .answerCalibration =
+              [this](const auto& result) {
+                around_.askers.heedStepAnswer(result);
+                network_.answerStep(result);
+              }};
 }
 
 capture::Next Life::next(Frame& frame, std::chrono::milliseconds timeout) {
@@ -145,9 +166,9 @@ void Life::stop() {
 
 void Life::checkBalance(std::uint64_t inFlight) const {
   const std::uint64_t received = ledger_.received.get(), gone = ledger_.published.get() + ledger_.losses();
-  around_.journal.law(
-      gone <= received && received - gone <= inFlight, "received = published + named losses",
-      fmt::format("{} received, {} published, {} lost", received, ledger_.published.get(), ledger_.losses()));
+  around_.journal.law(gone <= received && received - gone <= inFlight, "received = published + named losses", [&] {
+    return fmt::format("{} received, {} published, {} lost", received, ledger_.published.get(), ledger_.losses());
+  });
 }
 
 void Life::checkEvictions(bool inBurst) {
@@ -156,7 +177,20 @@ void Life::checkEvictions(bool inBurst) {
       ledger_.evictedBeforeTrack.get() + ledger_.evictedBeforeSolve.get() + ledger_.evictedBeforePublish.get();
   if (std::exchange(evicted_, evicted) == evicted || inBurst) return;
   around_.journal.law(around_.starvation.since(now() - kLately_ns) > kBridged_ns, "links bridge a stall of 80 ms",
-                      fmt::format("{} evicted", evicted));
+                      [&] { return fmt::format("{} evicted", evicted); });
+}
+
+void Life::beginStep(const CalibrationStep& step) {
+  around_.askers.heedStep(step, stepWithin_ns(step));
+  procedures_.beginStep(step);
+}
+
+std::int64_t Life::stepWithin_ns(const CalibrationStep& step) const {
+  constexpr std::int64_t kSlack_ns = 11 * kSecond, kWork_ns = calibrate::StepRunner::kWorkWithin_ns;
+  const std::int64_t looks_ns =
+      static_cast<std::int64_t>(1e9 * (step.seconds + calibrate::CalibrationOptions{}.grace_s));
+  return kSlack_ns + (step.kind == CalibrationStep::Kind::kNoise ? looks_ns : kWork_ns) +
+         (around_.stepWork.isIdle() ? 0 : kWork_ns);  // it waits for earlier work
 }
 
 double Life::zeroWithin_s() {

@@ -8,6 +8,7 @@
 #include "tests/simulation/capture_side.h"
 #include "tests/simulation/fields.h"
 #include "tests/simulation/linear_solver.h"
+#include "tests/simulation/network_side.h"
 #include "tests/simulation/operator.h"
 #include "tests/simulation/supervisor.h"
 #include "tests/simulation/tracker.h"
@@ -27,6 +28,7 @@ struct Around {
   Askers& askers;
   Operator& person;
   Fields& fields;
+  Subscribers& subscribers;
   Journal& journal;
   Chance& chance;
   const Starvation& starvation;
@@ -52,8 +54,10 @@ class Life : public capture::FrameSource {
   /// Law: links evict nothing unless a stage had no processor for longer than they bridge, or frames came in a burst.
   void checkEvictions(bool inBurst);
 
-  Procedures& procedures() { return procedures_; }
+  const Procedures& procedures() const { return procedures_; }
   double zeroWithin_s();
+  /// Returns the time within which a calibration step that is asked for now is answered.
+  std::int64_t stepWithin_ns(const CalibrationStep& step) const;
   Supervisor& supervisor() { return supervisor_; }
   const Ledger& ledger() const { return ledger_; }
 
@@ -72,6 +76,7 @@ class Life : public capture::FrameSource {
   void meetCamera();
 
   ServiceHooks hooks();
+  void beginStep(const CalibrationStep& step);
 
   Around around_;
   Reread start_;  ///< its configuration is that in force
@@ -82,6 +87,7 @@ class Life : public capture::FrameSource {
   static constexpr std::size_t kNumbers = 4096;  // more than are in flight
   std::vector<Truth> truths_;                    ///< by numbers of frames
   CaptureSide camera_;
+  NetworkSide network_;
   Counter frames_;
   Mailbox<MarkerField> newest_;
   Mailbox<Watched> watched_;

@@ -21,14 +21,18 @@ Run::Run(const Gel& gel, const Story& story)
     , askers_(zeros_, starvation_, journal_)
     , person_(disk_, journal_)
     , stepWork_(disk_)
-    , fields_(camera_, zeros_, starvation_, journal_) {
+    , fields_(camera_, zeros_, starvation_, journal_)
+    , subscribers_(bus_, starvation_, journal_)
+    , clients_(bus_, starvation_, journal_) {
   disk_.condition = [this](std::int64_t at_ns) { return diskAt(at_ns); };
   disk() = &disk_;
+  bus() = &bus_;
 }
 
 Run::~Run() {
   life_.reset();
   disk() = nullptr;
+  bus() = nullptr;
 }
 
 Disk::Condition Run::diskAt(std::int64_t at) const {
@@ -46,6 +50,7 @@ Disk::Condition Run::diskAt(std::int64_t at) const {
 void Run::happen(const Happening& one) {
   ongoing_.begin(one);
   camera_.heed(one);
+  subscribers_.heed(one);
   disturb(one);
   switch (one.event) {
   case Event::kTimeSet:
@@ -61,9 +66,14 @@ void Run::happen(const Happening& one) {
   case Event::kZero:
   case Event::kZeroAnyway:
   case Event::kUndo:
-    if (life_)
-      askers_.askZero(life_->procedures(), life_->zeroWithin_s(), one.event == Event::kUndo,
-                      one.event == Event::kZeroAnyway);
+  case Event::kQuestion:
+  case Event::kNoise:
+  case Event::kFinish:
+  case Event::kRequests:
+  case Event::kUnreadRequests:
+  case Event::kOddRequest:
+  case Event::kSnapshot:
+    if (life_) ask(one);
     break;
   case Event::kReopen:
     person_.edit(static_cast<Edit>(one.amount));
@@ -74,30 +84,37 @@ void Run::happen(const Happening& one) {
   case Event::kRestart:
     if (life_) life_->supervisor().askStop();
     break;
-  case Event::kQuestion:
-    if (!life_) break;
-    life_->camera().ask();
-    keep();
-    break;
-  case Event::kNoise:
-  case Event::kFinish:
-    if (life_) askStep(one);
-    break;
   default:
     break;
   }
 }
 
-void Run::askStep(const Happening& one) {
-  const bool isNoise = one.event == Event::kNoise;
+/// Sends a request, which wakes the control thread.
+void Run::ask(const Happening& one) {
+  controlAt_ns_ = std::max(now(), busyUntil_ns_[kControl]);
   CalibrationStep step;
-  step.kind = isNoise ? CalibrationStep::Kind::kNoise : CalibrationStep::Kind::kFinish;
-  step.seconds = 1e-3 * static_cast<double>(one.amount);
-  std::int64_t within_ns =
-      isNoise ? one.amount * kMs + static_cast<std::int64_t>(1e9 * calibrate::CalibrationOptions{}.grace_s)
-              : calibrate::StepRunner::kWorkWithin_ns;
-  if (!stepWork_.isIdle()) within_ns += calibrate::StepRunner::kWorkWithin_ns;
-  askers_.askStep(life_->procedures(), step, within_ns);
+  switch (one.event) {
+  case Event::kZero:
+  case Event::kZeroAnyway:
+  case Event::kUndo: {
+    ++journal_.result.zerosAsked;
+    constexpr std::int64_t kSlack_ns = 700 * kMs;
+    const double within_s = life_->zeroWithin_s();
+    return clients_.askZero(one.event == Event::kUndo, one.event == Event::kZeroAnyway,
+                            within_s > 0.0 ? static_cast<std::int64_t>(1e9 * within_s) + kSlack_ns : kNever);
+  }
+  case Event::kQuestion:
+    return clients_.askCamera();
+  case Event::kNoise:
+    step.kind = CalibrationStep::Kind::kNoise;
+    step.seconds = 1e-3 * static_cast<double>(one.amount);
+    return clients_.askNoise(step.seconds, life_->stepWithin_ns(step) + kSecond);
+  case Event::kFinish:
+    step.kind = CalibrationStep::Kind::kFinish;
+    return clients_.askFinish(life_->stepWithin_ns(step) + kSecond);
+  default:
+    return clients_.heed(one);
+  }
 }
 
 /// Fields need not flow while the camera's pictures do not, or have just changed their order.
@@ -152,6 +169,7 @@ void Run::start() {
                                         .askers = askers_,
                                         .person = person_,
                                         .fields = fields_,
+                                        .subscribers = subscribers_,
                                         .journal = journal_,
                                         .chance = chance_,
                                         .starvation = starvation_,
@@ -174,6 +192,7 @@ void Run::die(const char* why, bool powerIsCut) {
   life_.reset();
   zeros_.die();
   askers_.die();
+  clients_.die();
   stepWork_.die();
   if (powerIsCut) {
     disk_.losePower(now(), chance_);
@@ -200,6 +219,7 @@ void Run::work() {
     std::array<std::size_t, kStages.size()> able{};
     std::size_t count = 0;
     ready_[0] = life_->wakes_ns() <= now();
+    ready_.back() = ready_.back() || bus_.hasSubscriptions();
     for (std::size_t i = 0; i < kStages.size(); ++i) {
       ready_[i] = ready_[i] || turned_ns_[i] + kIdleTurn_ns <= now();
       if (ready_[i] && busyUntil_ns_[i] <= now()) able[count++] = i;
@@ -234,21 +254,27 @@ void Run::leave() {
   stop();
   spent_ns() = 0;
   life_.reset();
-  journal_.law(spent_ns() < kSecond, "a stop waits for no reload", fmt::format("{} ms", spent_ns() / kMs));
+  journal_.law(spent_ns() < kSecond, "a stop waits for no reload",
+               [&] { return fmt::format("{} ms", spent_ns() / kMs); });
   askers_.die();
+  clients_.die();
   const std::int64_t idle_ns = std::max(zeros_.idle_ns(), stepWork_.idle_ns());
   startAt_ns_ = std::min(idle_ns, now() + Supervisor::kStopsWithin_ns) + kPause_ns;
   fields_.disturb(startAt_ns_);
 }
 
 void Run::control() {
+  const bool wasAsked = life_->camera().isAsked();
   life_->turn(Stage::kControl);
+  if (!wasAsked && life_->camera().isAsked()) keep();  // the keeper is woken
   journal_.law(disk_.waitedFor() == waited_ns_, "the control thread waits for no disk",
-               fmt::format("{} ms", (disk_.waitedFor() - waited_ns_) / kMs));
+               [&] { return fmt::format("{} ms", (disk_.waitedFor() - waited_ns_) / kMs); });
   const Disk::Condition disk = diskAt(now());
   zeros_.heedTurn(!disk.isFull && !disk.failsToSync && disk.sync_ns < kSecond);
   controlAt_ns_ = now() + (life_->procedures().hurried() ? 3 : chance_.between(20, 100)) * kMs;
   askers_.check();
+  clients_.check();
+  subscribers_.check();
   fields_.checkFlow();
   life_->checkConfiguration();
   life_->camera().check();
@@ -259,7 +285,8 @@ void Run::control() {
 }
 
 std::int64_t Run::nextMoment(std::size_t nextHappening) const {
-  std::int64_t next = std::min({camera_.next_ns(), zeros_.next_ns(), stepWork_.next_ns(), end_ns()});
+  std::int64_t next =
+      std::min({camera_.next_ns(), zeros_.next_ns(), stepWork_.next_ns(), subscribers_.next_ns(), end_ns()});
   if (nextHappening < story_.happenings.size()) next = std::min(next, at_ns(story_.happenings[nextHappening]));
   if (!life_) return std::min(next, startAt_ns_);
   next = std::min({next, controlAt_ns_, keeperAt_ns_, life_->supervisor().next_ns(),
@@ -285,6 +312,9 @@ void Run::go(const std::function<bool()>& goesOn) {
     camera_.turn();
     zeros_.turn();
     stepWork_.turn();
+    bus_.turn();
+    subscribers_.turn();
+    clients_.turn();
     if (!life_) start();
     if (life_) work();
     if (goesOn && now() - asked_ns >= kSecond) {
@@ -293,6 +323,7 @@ void Run::go(const std::function<bool()>& goesOn) {
     }
   }
   stop();
+  journal_.result.cutOff = bus_.cutOff();
   const Account& account = journal_.result.account;
   journal_.say(
       fmt::format("{} fields, {} of them valid, hash {:016x}", account.fields(), account.valid(), account.hash()));

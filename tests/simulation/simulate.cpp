@@ -19,6 +19,10 @@ constexpr std::int64_t kStory_ms = 600'000;
 
 volatile std::sig_atomic_t interrupted = 0;
 
+bool goesOn() {
+  return interrupted == 0;
+}
+
 int complain(int code, const std::string& what) {
   std::fprintf(stderr, "simulate: %s\n", what.c_str());
   return code;
@@ -33,7 +37,8 @@ int tellBroken(Simulation& simulation, const Story& story, const Broken& broken,
               1e-3 * static_cast<double>(broken.at_ms), broken.law.c_str(), broken.what.c_str());
   if (shrinks) {
     std::fflush(stdout);
-    const Story least = simulation.shrink(story, broken.law);
+    const Story least = simulation.shrink(story, broken.law, goesOn);
+    if (!goesOn()) std::printf("interrupted; a shorter story may break the law, too\n");
     std::printf("its shortest story, %zu of %zu happenings:\n\n%s\n", least.happenings.size(), story.happenings.size(),
                 toText(least).c_str());
     std::printf("%s", simulation.run(least).log.c_str());
@@ -65,7 +70,7 @@ int runSeeds(std::uint64_t seed, std::uint64_t hours, std::uint64_t minutes, boo
   std::uint64_t fields = 0, zeros = 0, undone = 0, restarts = 0;
   for (bool isLast = false; !isLast; ++seed) {
     const Story story = draw(seed, kStory_ms);
-    const Result result = simulation.run(story, [] { return interrupted == 0; });
+    const Result result = simulation.run(story, goesOn);
     done_ms += result.reached_ms;
     fields += result.account.fields();
     zeros += result.zerosTaken;

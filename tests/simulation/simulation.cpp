@@ -1,11 +1,13 @@
 #include "tests/simulation/simulation.h"
 
+#include "tests/simulation/assertion.h"
 #include "tests/simulation/run.h"
 
 #include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <exception>
 #include <optional>
 #include <utility>
 
@@ -28,6 +30,23 @@ class Log : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
   std::function<void(const std::string&)> say_;
 };
 
+void breakLaw(Journal& journal, const Broken& broken) {
+  journal.result.broken = broken;
+  journal.say("BROKEN: " + broken.law + ": " + broken.what);
+}
+
+/// Runs a story to its end, or until it breaks a law.
+void complete(Run& run, const std::function<bool()>& goesOn) {
+  Journal& journal = run.journal();
+  try {
+    run.go(goesOn);
+  } catch (const Broken& broken) {
+    breakLaw(journal, broken);
+  } catch (const std::exception& thrown) {
+    breakLaw(journal, {"no exception escapes", thrown.what(), journal.now_ms()});
+  }
+}
+
 }  // namespace
 
 Simulation::Simulation()
@@ -38,25 +57,24 @@ Simulation::~Simulation() = default;
 Result Simulation::run(const Story& story, const std::function<bool()>& goesOn) {
   clocks() = {1000 * kSecond, 1'700'000'000 * kSecond};
   forgetBackground();
-  Run run(*gel_, story);
-  Journal& journal = run.journal();
+  NetworkSide::forget();
+  auto run = std::make_unique<Run>(*gel_, story);
+  Journal& journal = run->journal();
   const auto before = spdlog::default_logger();
   spdlog::set_default_logger(std::make_shared<spdlog::logger>(
       "simulation", std::make_shared<Log>([&journal](const std::string& line) { journal.say(line); })));
-  try {
-    run.go(goesOn);
-  } catch (const Broken& broken) {
-    journal.result.broken = broken;
-    journal.say("BROKEN: " + broken.law + ": " + broken.what);
-  }
+  const auto assertion = failedAssertionOf([&run, &goesOn] { complete(*run, goesOn); });
   spdlog::set_default_logger(before);
+  if (assertion) breakLaw(journal, {"no assertion fails", *assertion, journal.now_ms()});
   journal.result.reached_ms = journal.now_ms();
-  return std::move(journal.result);
+  Result result = std::move(journal.result);
+  if (assertion) (void)run.release();  // it is in the middle of a call, in which its thread stays
+  return result;
 }
 
-Story Simulation::shrink(const Story& story, const std::string& law) {
+Story Simulation::shrink(const Story& story, const std::string& law, const std::function<bool()>& goesOn) {
   const auto breaks = [&](const Story& one) {
-    const Result result = run(one);
+    const Result result = run(one, goesOn);
     return result.broken && result.broken->law == law ? std::optional(result.broken->at_ms) : std::nullopt;
   };
   Story least = story;

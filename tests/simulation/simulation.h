@@ -18,12 +18,13 @@ class Simulation {
   Simulation();
   ~Simulation();
 
-  /// Runs a story. A broken law is in Result::broken. \param goesOn asked once for each simulated second; false ends
-  /// the run
+  /// Runs a story. A broken law is in Result::broken, and so is an assertion that failed or an exception that nobody
+  /// caught. \param goesOn asked once for each simulated second; false ends the run
   Result run(const Story& story, const std::function<bool()>& goesOn = {});
 
-  /// Returns the story with as few happenings as still break the same law.
-  Story shrink(const Story& story, const std::string& law);
+  /// Returns the story with as few happenings as still break the same law. \param goesOn as for run(); when it
+  /// returns false, the shortest story so far is returned
+  Story shrink(const Story& story, const std::string& law, const std::function<bool()>& goesOn = {});
 
  private:
   std::unique_ptr<const Gel> gel_;

@@ -1,11 +1,16 @@
+#include "tests/simulation/bus.h"
 #include "tests/simulation/simulation.h"
 #include "tests/support/places.h"
 
 #include <gtest/gtest.h>
+#include <zmq.hpp>
 
+#include <array>
+#include <cassert>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <stdexcept>
 
 namespace tractiond::simulation {
 namespace {
@@ -18,7 +23,7 @@ Simulation& simulation() {
 }
 
 TEST(Simulation, NoLawIsBroken) {
-  std::uint64_t fields = 0, zeros = 0, undone = 0, restarts = 0;
+  std::uint64_t fields = 0, zeros = 0, undone = 0, restarts = 0, answers = 0, delivered = 0, cutOff = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     const Story story = draw(seed, 10 * kMinute_ms);
     const Result result = simulation().run(story);
@@ -28,12 +33,18 @@ TEST(Simulation, NoLawIsBroken) {
     zeros += result.zerosTaken;
     undone += result.undone;
     restarts += result.restarts;
+    answers += result.answers;
+    delivered += result.delivered;
+    cutOff += result.cutOff;
   }
   // Something happened.
   EXPECT_GT(fields, 200'000U);
   EXPECT_GT(zeros, 50U);
   EXPECT_GT(undone, 10U);
   EXPECT_GT(restarts, 20U);
+  EXPECT_GT(answers, 1'000U);
+  EXPECT_GT(delivered, 1'000'000U);
+  EXPECT_GT(cutOff, 20U);
 }
 
 TEST(Simulation, TheSameSeedGivesTheSameLogAndFields) {
@@ -66,6 +77,101 @@ TEST(Simulation, WhatIsNoStoryIsRefusedWithItsLine) {
   EXPECT_FALSE(wholeNumber("12x", "--seed"));
   EXPECT_FALSE(wholeNumber("-1", "--seed"));
   EXPECT_EQ(wholeNumber("12", "--seed"), 12U);
+}
+
+TEST(Simulation, AnAssertionThatFailsIsABrokenLawWithAShrunkStory) {
+  // Only the time of day that the story sets makes it fail.
+  const auto goesOn = [] {
+    assert(clocks().realAhead_ns == 1'700'000'000 * kSecond);
+    return true;
+  };
+  const Story story = *fromText(
+      "tractiond simulation, version 1\nseed 1\nlasts 20000 ms\n1000 ms: zero\n2000 ms: time-set 5\n4000 ms: kill\n");
+  const Result whole = simulation().run(story);
+  ASSERT_FALSE(whole.broken);
+  const Result result = simulation().run(story, goesOn);
+  ASSERT_TRUE(result.broken);
+  EXPECT_EQ(result.broken->law, "no assertion fails");
+  EXPECT_NE(result.broken->what.find("simulation_test.cpp"), std::string::npos);
+  EXPECT_NE(result.broken->what.find("realAhead_ns"), std::string::npos);
+  EXPECT_EQ(result.broken->at_ms / 1000, 2);
+  EXPECT_NE(result.log.find("BROKEN: no assertion fails"), std::string::npos);
+  const Story least = simulation().shrink(story, result.broken->law, goesOn);
+  ASSERT_EQ(least.happenings.size(), 1U);
+  EXPECT_EQ(least.happenings[0].event, Event::kTimeSet);
+  EXPECT_EQ(simulation().run(story).log, whole.log) << "what failed is still there";
+}
+
+TEST(Simulation, AnExceptionThatNobodyCatchesIsABrokenLaw) {
+  const auto throws = []() -> bool { throw std::runtime_error("of a call"); };
+  const Result result = simulation().run(draw(3, kMinute_ms), throws);
+  ASSERT_TRUE(result.broken);
+  EXPECT_EQ(result.broken->law, "no exception escapes");
+  EXPECT_EQ(result.broken->what, "of a call");
+}
+
+TEST(Simulation, TheBusKeepsTheOrderAndTheLimitsOfItsSockets) {
+  struct Reader : Peer {
+    void heed(std::span<const std::string_view> parts, std::uint64_t /*number*/) override {
+      read.emplace_back(parts.back());
+    }
+    std::vector<std::string> read;
+  };
+  Bus own;
+  bus() = &own;
+  struct Reset {
+    ~Reset() { bus() = nullptr; }
+  } reset;
+  zmq::context_t context(1);
+  zmq::socket_t publisher(context, zmq::socket_type::xpub), router(context, zmq::socket_type::router);
+  publisher.set(zmq::sockopt::sndhwm, 4);
+  publisher.bind("tcp://127.0.0.1:1");
+  router.bind("tcp://127.0.0.1:2");
+  Reader atOnce, slow, other, one, two;
+  const int first = own.connect(1, atOnce, "a", kAtOnce), second = own.connect(1, slow, "b", 100'000);
+  const int third = own.connect(1, other, "c", kAtOnce);
+  const auto text = [](zmq::message_t& message) { return message.to_string(); };
+  // Subscriptions decide who is sent what, and are told in their order, cancellations too.
+  for (const int fd : {first, second}) own.send(fd, std::array<std::string, 1>{"\1x"});
+  own.send(third, std::array<std::string, 1>{"\1y"});
+  own.disconnect(third);
+  zmq::message_t message;
+  for (const char* expected : {"\1x", "\1x", "\1y"}) {
+    ASSERT_TRUE(publisher.recv(message));
+    EXPECT_EQ(text(message), expected);
+  }
+  ASSERT_TRUE(publisher.recv(message));
+  EXPECT_EQ(text(message), std::string("\0y", 2));
+  EXPECT_FALSE(publisher.recv(message));
+  // What neither the kernel nor the queue has room for is lost to the slow one alone.
+  const std::size_t before = Content::held_bytes();
+  for (int i = 0; i < 10; ++i) {
+    publisher.send(zmq::str_buffer("x"), zmq::send_flags::sndmore);
+    publisher.send(zmq::message_t(std::string(100'000, static_cast<char>('0' + i))), zmq::send_flags::none);
+  }
+  EXPECT_EQ(atOnce.read.size(), 10U);
+  EXPECT_TRUE(slow.read.empty());
+  EXPECT_EQ(Content::held_bytes() - before, 4 * 100'001U);
+  clocks().monotonic_ns += kSecond;
+  own.turn();
+  ASSERT_EQ(slow.read.size(), 6U) << "two of the kernel and four of the queue";
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(slow.read[i][0], static_cast<char>('0' + i));
+  // Requests are taken from the connections in turn; an answer reaches who asked, until it has gone.
+  const int flooder = own.connect(2, two, "d", kAtOnce), asker = own.connect(2, one, "e", kAtOnce);
+  for (int i = 0; i < 3; ++i) own.send(flooder, std::array<std::string, 2>{"", "f"});
+  own.send(asker, std::array<std::string, 2>{"", "a"});
+  std::string order;
+  std::array<zmq::message_t, 3> parts;
+  while (router.recv(parts[0])) {
+    EXPECT_EQ(zmq_msg_get(parts[0].handle(), ZMQ_SRCFD), order == "f" ? asker : flooder);
+    ASSERT_TRUE(parts[0].more() && router.recv(parts[1]) && parts[1].more() && router.recv(parts[2]));
+    order += text(parts[2]);
+    router.send(parts[0], zmq::send_flags::sndmore);
+    router.send(parts[2], zmq::send_flags::none);
+  }
+  EXPECT_EQ(order, "faff");
+  EXPECT_EQ(one.read, (std::vector<std::string>{"a"}));
+  EXPECT_EQ(two.read.size(), 3U);
 }
 
 /// Runs the stories of a folder beside this file, none of which may break a law.

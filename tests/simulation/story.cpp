@@ -52,11 +52,24 @@ constexpr std::array kSorts = {
     Sort{Event::kFinish, "finish", 3, 0, 0, 0},
     Sort{Event::kTouch, "touch", 6, 20, 4'000, 15'000},
     Sort{Event::kFewMarkers, "few-markers", 2, 0, 0, 60'000},
+    Sort{Event::kSubscribers, "subscribers", 2, 1, 2'000, 20'000},
+    Sort{Event::kSlowSubscriber, "slow-subscriber", 2, 1, 300, 40'000},
+    Sort{Event::kDeadSubscribers, "dead-subscribers", 2, 1, 100, 40'000},
+    Sort{Event::kSubscriptions, "subscriptions", 1, 1, 3'000, 0},
+    Sort{Event::kRequests, "requests", 2, 1, 3'000, 0},
+    Sort{Event::kUnreadRequests, "unread-requests", 1, 1, 3'000, 20'000},
+    Sort{Event::kOddRequest, "odd-request", 2, 0, 5, 0},
+    Sort{Event::kSnapshot, "snapshot", 2, 0, 0, 0},
+    Sort{Event::kPreviews, "previews", 2, 50, 500, 60'000},
 };
 static_assert(kSorts.size() == kEvents);
 
 const Sort& sortOf(Event event) {
   return *std::ranges::find(kSorts, event, &Sort::event);
+}
+
+bool isOfPrograms(Event event) {
+  return event >= Event::kSubscribers && event <= Event::kUnreadRequests;
 }
 
 bool isTime(std::int64_t ms) {
@@ -73,7 +86,7 @@ bool parse(const std::string& text, T& value) {
 }  // namespace
 
 Story draw(std::uint64_t seed, std::int64_t lasts_ms) {
-  constexpr std::int64_t kMeanPause_ms = 9'000, kCalm_ms = 15'000;
+  constexpr std::int64_t kMeanPause_ms = 9'000, kCalm_ms = 15'000, kFew = 70;
   Chance chance(seed ^ 0x5eed);
   Story story{seed, lasts_ms, {}};
   int weights = 0;
@@ -87,9 +100,12 @@ Story draw(std::uint64_t seed, std::int64_t lasts_ms) {
     for (; drawn >= sort->weight; ++sort) drawn -= sort->weight;
     std::int64_t high = sort->high;
     if (sort->event == Event::kSlowDisk && !chance.oneIn(4)) high = 6'000;
+    if (high > kFew && isOfPrograms(sort->event) && !chance.oneIn(8)) high = kFew;
     Happening one{at_ms, sort->event, chance.between(sort->low, high), 0};
     if (sort->longest_ms > 0)
       one.for_ms = chance.between(10, std::min(sort->longest_ms, lasts_ms - kCalm_ms - at_ms + 10));
+    // A stage often lacks the processor for about as long as the links bridge.
+    if (sort->event == Event::kStarved && chance.oneIn(3)) one.for_ms = chance.between(10, 120);
     story.happenings.push_back(one);
     // People ask at the worst moment.
     const auto askWithin = [&](std::int64_t most_ms, Event event, std::int64_t amount) {

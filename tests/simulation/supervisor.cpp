@@ -106,7 +106,7 @@ bool Supervisor::turn() {
   hasEnded_ = !loop_.turn();
   next_ns_ = now() + nanoseconds(loop_.patience());
   journal_.law(spent_ns() == 0 && disk()->waitedFor() == waited_ns, "who feeds the watchdog waits for nothing",
-               fmt::format("{} ms", (spent_ns() + disk()->waitedFor() - waited_ns) / kMs));
+               [&] { return fmt::format("{} ms", (spent_ns() + disk()->waitedFor() - waited_ns) / kMs); });
   if (hasEnded_) return true;
   journal_.law(!askedStop_ns_, "a stop is heeded at once", "it goes on");
   checkFeeding();
@@ -117,9 +117,10 @@ bool Supervisor::turn() {
 void Supervisor::checkFeeding() {
   const auto still = std::ranges::find(hasTurned_, false) - hasTurned_.begin();
   const bool advances = still == kStages && !camera_.isHanging();
-  journal_.law(isFed_ == advances, "the watchdog is fed if and only if every stage advances",
-               fmt::format("fed {}, stage {} stands still, the keeper hangs: {}; last fed {} ms ago", isFed_, still,
-                           camera_.isHanging(), (now() - fed_ns_) / kMs));
+  journal_.law(isFed_ == advances, "the watchdog is fed if and only if every stage advances", [&] {
+    return fmt::format("fed {}, stage {} stands still, the keeper hangs: {}; last fed {} ms ago", isFed_, still,
+                       camera_.isHanging(), (now() - fed_ns_) / kMs);
+  });
   if (isFed_) fed_ns_ = now();
   if (still == kStages) hasTurned_.fill(false);
 }
@@ -127,13 +128,15 @@ void Supervisor::checkFeeding() {
 /// From when it has been read, and systemd listens.
 void Supervisor::checkReload() const {
   journal_.law(loop_.isReloading() || now() - listens_ns_ <= kSoon_ns || told_ == Told::kReady,
-               "systemd knows that the service is ready", fmt::format("told {}", static_cast<int>(told_)));
+               "systemd knows that the service is ready",
+               [&] { return fmt::format("told {}", static_cast<int>(told_)); });
   if (loop_.isReloading()) {
     const std::int64_t over_ns = now() - std::max(person_.readUntil_ns(), listens_ns_);
-    journal_.law(over_ns <= kSoon_ns, "a reload ends in time", fmt::format("{} ms after it was read", over_ns / kMs));
+    journal_.law(over_ns <= kSoon_ns, "a reload ends in time",
+                 [&] { return fmt::format("{} ms after it was read", over_ns / kMs); });
   } else if (askedReload_ns_) {
     journal_.law(now() - *askedReload_ns_ <= kSoon_ns, "a reload begins in time",
-                 fmt::format("asked {} ms ago", (now() - *askedReload_ns_) / kMs));
+                 [&] { return fmt::format("asked {} ms ago", (now() - *askedReload_ns_) / kMs); });
   }
 }
 

@@ -8,6 +8,7 @@ import collections
 GATE, CAMERA, KEEPER = "daemon/capture/frame_gate.cpp", "daemon/capture/camera.cpp", "daemon/capture/keeper.cpp"
 ZERO, WRITER = "daemon/zero/zero_procedure.cpp", "daemon/zero/zero_writer.cpp"
 STORE = "daemon/zero/zero_store.cpp"
+PUBLISHER, CONTROL = "daemon/publish/publisher.cpp", "daemon/publish/control.cpp"
 SERVICE, RELOAD = "base/service/service_loop.cpp", "daemon/reload.cpp"
 CALIBRATION, STEPS = "daemon/calibrate/calibration.cpp", "daemon/calibrate/step_runner.cpp"
 
@@ -23,7 +24,7 @@ FAULTS = [Fault(*one) for one in [
     ("impostor", "1e77383", "who sends in the camera's own name is not noticed by packets that come twice", [
         (GATE, "if (twice_ > 0.0 || repeatedLately_ > kMostRepeated)", "if (repeatedLately_ > 1e9 * kMostRepeated)"),
         (GATE, "if (unexplained > broken_) doubtUntil_ns_ = host_ns + options_.doubt_ns;", ""),
-        (GATE, "return lag < -most || schedule.isEarly(", "return most < 0 && schedule.isEarly("),
+        (GATE, "return lag < -most || schedule.isEarly(", "return most < 0 && lag < 0 && schedule.isEarly("),
     ]),
     ("excused-impostor", "39bb523", "packets that come twice are excused by frames that were given up, and by time", [
         (GATE, "late_ += arrival.late;", "late_ += arrival.late + arrival.twice;"),
@@ -128,6 +129,25 @@ FAULTS = [Fault(*one) for one in [
          "  std::promise<std::optional<Result>> done;\n"
          "  done.set_value(work());\n"
          "  work_ = {.done = done.get_future(), .until_ns = links_.clock() + kWorkWithin_ns};"),
+    ]),
+    ("subscription-flood", "c32dbcc", "who floods the publisher with subscriptions is not cut off", [
+        (PUBLISHER, "subscribers.count(message, streamEndpoints);", ""),
+    ]),
+    ("frozen-subscribers", "b0cf395", "subscribers that read nothing keep their messages for ever", [
+        ("daemon/publish/frozen_peers.cpp", "now_ns - known->second.since_ns < kPatience_ns ||",
+         "now_ns - known->second.since_ns < 1000 * kPatience_ns ||"),
+    ]),
+    ("endless-message", "d9c9b74", "parts of a message that does not end fill the memory", [
+        ("base/network/inflow_limit.cpp", "} else if (one.charged_bytes > kMost_bytes) {",
+         "} else if (one.charged_bytes > 1000 * kMost_bytes) {"),
+        ("base/network/inflow_limit.cpp", "} else if (account.charged_bytes > kMostTogether_bytes) {",
+         "} else if (account.charged_bytes > 1000 * kMostTogether_bytes) {"),
+    ]),
+    ("taken-back", "4883720", "a client is charged for subscriptions that it has taken back", [
+        (PUBLISHER, "if (text.starts_with('\\0') || isOfOurs(text))", "if (isOfOurs(text))"),
+    ]),
+    ("passed-on", "8964da1", "a request that is passed on is not answered through who passed it on", [
+        (CONTROL, "if (!route.beyond.empty()) put(route.beyond, ZMQ_SNDMORE);", ""),
     ]),
     ("short-links", "795f824", "links are too short for a stall of 80 ms", [
         ("daemon/pipeline.h", "Link<MarkerField, kSlots> markers_;", "Link<MarkerField, 4> markers_;"),

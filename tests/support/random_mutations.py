@@ -10,7 +10,7 @@ SOURCE = pathlib.Path(__file__).resolve().parents[2]
 
 # File: the unit tests of the part: a program of the release build, and GoogleTest's filter.
 CAPTURE, PROCEDURES = ("capture", "-ClockSimulation.*:GvcpSearch.*"), ("procedures", "-*WhateverHappens*")
-POSES = ("track", "RestPoseFile.*")
+POSES, PUBLISH = ("track", "RestPoseFile.*"), ("publish", "*")
 PARTS = {
     "daemon/capture/camera.cpp": CAPTURE,
     "daemon/capture/keeper.cpp": CAPTURE,
@@ -18,6 +18,12 @@ PARTS = {
     "daemon/capture/intake.cpp": CAPTURE,
     "daemon/capture/device_clock.cpp": CAPTURE,
     "daemon/pipeline.cpp": ("pipeline", "*"),
+    "daemon/publish/publisher.cpp": PUBLISH,
+    "daemon/publish/control.cpp": PUBLISH,
+    "daemon/publish/frozen_peers.cpp": PUBLISH,
+    "base/network/inflow_limit.cpp": ("network", "*"),
+    "base/network/reply_budget.cpp": ("network", "*"),
+    "base/network/socket.cpp": ("network", "*"),
     "base/link.h": ("base", "*"),
     "base/service/service.h": ("service", "*"),
     "base/service/service_loop.cpp": ("service", "*"),

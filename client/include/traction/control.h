@@ -104,16 +104,19 @@ struct CalibrationReport {
   std::string path;                  ///< gel file that was written, on the daemon's host; empty: none
 };
 
-/// Requests that pass() sends.
+/// Requests that pass() sends; kZero is without ZeroOptions::anyway.
 enum class Question { kStatus, kDescription, kZero, kUndoZero };
 
 /// Client of a daemon's control endpoint. Thread-safe: each request opens a connection of its own. Every request blocks
 /// until its answer, at most for the times of ControlOptions, and throws Error kBadEndpoint, kNoAnswer, kVersion,
-/// kMalformed, kRefused, kBadKeys or kNotAllowed. After kNoAnswer the daemon may still carry out the request.
+/// kMalformed, kRefused (the daemon cannot or will not carry it out), kBadKeys or kNotAllowed. A signal that
+/// interrupts the wait ends it with kNoAnswer. After kNoAnswer the daemon may still carry out the request. zero() and
+/// undoZero() first ask for the status, which may take its time as well.
 class TRACTION_EXPORT Control {
  public:
-  /// Finds the endpoint, once for all requests. Does not connect. \param options are copied
-  /// \throws Error kBadEndpoint if the instance's name is invalid
+  /// Finds the endpoint, once for all requests: `options.endpoint`, or the socket of `options.instance` if that is
+  /// empty. Neither connects nor checks endpoint and keys: the requests do. \param options are copied \throws Error
+  /// kBadEndpoint if the instance's name is needed and invalid
   explicit Control(const ControlOptions& options = {});
 
   Status status() const;            ///< Returns the status that the daemon published last.
@@ -126,13 +129,15 @@ class TRACTION_EXPORT Control {
   ZeroResult undoZero() const;
   /// Returns the next picture of the camera, with the markers found in it. Error kRefused if no picture comes.
   Snapshot snapshot() const;
-  /// Carries out one step of a calibration.
+  /// Carries out one step of a calibration, which may take minutes. Error kRefused also if a later step, perhaps of
+  /// another client, replaces it.
   CalibrationReport calibrate(const CalibrationStep& step) const;
-  /// Carries out one request to the camera.
+  /// Carries out one request to the camera, after those that came before. Error kRefused also if the camera refuses it.
   CameraReport camera(const CameraStep& step) const;
 
-  /// Sends a request and returns its answer undecoded: the Protobuf bytes of a traction.v1.Reply, which may hold an
-  /// error. For gateways and exporters. \throws Error kBadEndpoint, kNoAnswer, kBadKeys, kNotAllowed
+  /// Sends a request and returns its answer undecoded: the Protobuf bytes of a traction.v1.Reply, which may hold the
+  /// daemon's error and is not checked. For gateways and exporters. \throws Error kBadEndpoint, kNoAnswer, kBadKeys,
+  /// kNotAllowed
   std::string pass(Question question) const;
 
   /// Returns the endpoint that requests go to, for messages. Valid as long as the object.

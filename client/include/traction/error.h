@@ -25,7 +25,7 @@ class TRACTION_EXPORT Error : public std::runtime_error {
       : std::runtime_error(what)
       , code_(code) {}
 
-  ErrorCode code() const { return code_; }
+  ErrorCode code() const { return code_; }  ///< Returns the kind of the error.
 
  private:
   ErrorCode code_;

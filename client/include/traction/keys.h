@@ -14,8 +14,9 @@ struct Keys {
   std::string publicKey, secretKey;  ///< key pair of this client
 };
 
-/// Reads a key pair from a file that `tractionctl keys new` wrote, and the server key if the file has one. \throws
-/// Error kBadKeys if the file cannot be read, is not valid, or can be read by other users
+/// Reads a key pair from a file that `tractionctl keys new` wrote, and the server key, which stays empty if the file
+/// has none. Reentrant. \throws Error kBadKeys if the file cannot be read, is not valid, its keys are not a pair, or
+/// others than its owner can read it (a file of root: others than its owner and group)
 TRACTION_EXPORT Keys loadKeys(const std::string& path);
 
 }  // namespace traction

@@ -17,6 +17,7 @@ struct Status {
   Header header;
   std::shared_ptr<const v1::Status> message;  ///< never null in what Control and Subscriber return
 
+  /// Returns the message, for its fields: `status->uptime_s()`. Null if `message` is.
   const v1::Status* operator->() const { return message.get(); }
 };
 

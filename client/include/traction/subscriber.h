@@ -63,7 +63,7 @@ TRACTION_EXPORT std::optional<Message> decode(const Raw& raw);
 class TRACTION_EXPORT Subscriber {
  public:
   /// Starts to connect and returns at once, whether or not the daemon runs. \param options are copied
-  /// \throws Error kBadEndpoint if the endpoint or the instance's name is invalid, kBadKeys
+  /// \throws Error kBadEndpoint if the endpoint or the instance's name is invalid, kBadKeys if a key is
   explicit Subscriber(const SubscriberOptions& options = {});
   /// Disconnects; messages that were not received are lost. Does not wait for the daemon.
   ~Subscriber();

@@ -350,5 +350,39 @@ TEST_F(FrameGateTest, FlagsFiveFramesOfACameraThatCountsAnew) {
   EXPECT_EQ(ledger_.doubted.get(), 5U);
 }
 
+/// Whether that was the camera's or another host's is not known, nor how fast it would have counted.
+TEST_F(FrameGateTest, FlagsFiveFramesOfACounterThatReplacesASinglePicture) {
+  SimulatedCamera camera(40'000);
+  Arrival first = camera.take();
+  first.id = 7;
+  EXPECT_EQ(judge(first).verdict, Verdict::kNew);
+  Judgement judgement;
+  EXPECT_EQ(framesUntilNew(camera, &judgement), 3);
+  EXPECT_TRUE(judgement.doubted);
+  EXPECT_FALSE(judgement.outnumbered);
+  int flagged = 1;
+  while (judge(camera.take()).doubted && flagged < 100) ++flagged;
+  EXPECT_EQ(flagged, 5);
+}
+
+/// The first two frames came at once, as after a camera has been opened: they say little of the time between frames, of
+/// which it is told whether a frame that came too late was a lost one.
+TEST_F(FrameGateTest, DoubtsASecondSenderSoonAfterTheStart) {
+  SimulatedCamera camera(40'000);
+  Arrival first = camera.take();
+  first.host_ns += kPeriod_ns - 1'000'000;
+  EXPECT_EQ(judge(first).verdict, Verdict::kNew);
+  stream(camera, 20);
+  Arrival forged = camera.take();
+  forged.host_ns -= kPeriod_ns / 2;
+  EXPECT_EQ(judge(forged).verdict, Verdict::kNew);
+  Arrival next = camera.take();
+  next.thrown = 1;  // the camera's own
+  next.late = 1.0;
+  const Judgement judgement = judge(next);
+  EXPECT_EQ(judgement.verdict, Verdict::kNew);
+  EXPECT_TRUE(judgement.outnumbered);
+}
+
 }  // namespace
 }  // namespace tractiond::capture::frame_gate_doubt_test

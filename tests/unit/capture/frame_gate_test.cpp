@@ -99,6 +99,22 @@ TEST_F(FrameGateTest, RefusesTheSameFrameTwice) {
   EXPECT_EQ(ledger_.missing.get(), 0U);
 }
 
+TEST_F(FrameGateTest, KnowsAFrameByItsIdAndTimeWhereTheClockIsGood) {
+  SimulatedCamera camera(100);
+  stream(camera, 10);
+  Arrival frame = camera.take();
+  EXPECT_EQ(judge(frame).verdict, Verdict::kNew);
+  for (frame.content = 1; frame.content <= 10; ++frame.content) EXPECT_EQ(judge(frame).verdict, Verdict::kStale);
+  EXPECT_FALSE(judge(camera.take()).outnumbered) << "it is taken for a second sender's";
+}
+
+TEST_F(FrameGateTest, KnowsThePeriodFromTheSecondFrameOn) {
+  SimulatedCamera camera(100);
+  stream(camera, 2);
+  camera.count(camera.nextId() + 5);
+  EXPECT_EQ(judge(camera.take()).verdict, Verdict::kImplausible);
+}
+
 TEST_F(FrameGateTest, RefusesARunOfOldBuffers) {
   // Recycled buffers come out in the order they went in: each alone looks like the next of the one before.
   for (const std::int64_t pace_ns : {std::int64_t{0}, kPeriod_ns}) {

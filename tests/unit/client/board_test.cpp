@@ -256,6 +256,12 @@ TEST(Board, TerminalObeysNobodyElse) {
   EXPECT_EQ(printable("b\x9b"
                       "31m\xe2\x82 é"),
             "b?31m?? é");
+  for (const char* const no :
+       {"\xe0\x9f\xbf", "\xed\xa0\x80", "\xf0\x8f\xbf\xbf", "\xf4\x90\x80\x80", "\xf5\x80\x80\x80"}) {
+    EXPECT_EQ(printable(no), std::string(std::string_view(no).size(), '?'));
+  }
+  EXPECT_EQ(printable("\xe0\xa0\x80\xed\x9f\xbf\xf0\x90\x80\x80\xf4\x8f\xbf\xbf"),
+            "\xe0\xa0\x80\xed\x9f\xbf\xf0\x90\x80\x80\xf4\x8f\xbf\xbf");
 }
 
 TEST(Top, SubscribersAreTheConnectionsToAnEndpoint) {

@@ -21,7 +21,7 @@ class Camera:
         self.add("GainAuto", "Off", "", "ENUMERATION", "READ_WRITE", entries=["Off", "Once", "Continuous"],
                  category="AnalogControl")
         self.add("ReverseX", "false", "", "BOOLEAN", "READ", category="ImageFormatControl")
-        self.add("DeviceUserID", "\x1b[2Jleft", "", "STRING", "READ_WRITE", category="DeviceControl")
+        self.add("DeviceUserID", "\x1b[2J\x9b2Jleft", "", "STRING", "READ_WRITE", category="DeviceControl")
         self.add("DeviceTemperature", "41.5", "C", "FLOAT", "READ", category="DeviceControl")
         self.add("UserSetLoad", "", "", "COMMAND", "WRITE", category="UserSetControl")
         self.add("TimestampLatchValue", str(2**63 - 1), "ns", "INTEGER", "READ", category="DeviceControl")
@@ -83,6 +83,7 @@ class CameraCommand(Case):
         self.assertEqual(line["GainAuto"], "GainAuto Off rw Off | Once | Continuous")
         self.assertEqual(line["UserSetLoad"], "UserSetLoad (command) -w")
         self.assertNotIn("\x1b", out)
+        self.assertNotIn("\x9b", out)
         self.assertEqual(len({entry.index(" rw") for entry in lines if " rw" in entry}), 1, "columns:\n" + out)
 
     def test_list_chooses_by_name_and_category(self):
@@ -98,7 +99,7 @@ class CameraCommand(Case):
         self.assertEqual((found["camera"], found["remarks"]), ("Acme-42", []))
         values = {feature["name"]: feature["value"] for feature in found["features"]}
         self.assertEqual(values, {"ExposureTime": 4000.0, "Gain": 0.0, "BlackLevel": 3, "GainAuto": "Off",
-                                  "ReverseX": False, "DeviceUserID": "\x1b[2Jleft", "DeviceTemperature": 41.5,
+                                  "ReverseX": False, "DeviceUserID": "\x1b[2J\x9b2Jleft", "DeviceTemperature": 41.5,
                                   "UserSetLoad": None, "TimestampLatchValue": 2**63 - 1})
         exposure = found["features"][0]
         self.assertEqual((exposure["configured"], exposure["first"], exposure["maximum"], exposure["increment"]),

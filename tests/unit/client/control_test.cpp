@@ -6,8 +6,10 @@
 #include "traction/v1/control.pb.h"
 
 #include <gtest/gtest.h>
+#include <pthread.h>
 
 #include <atomic>
+#include <csignal>
 #include <mutex>
 #include <thread>
 
@@ -237,6 +239,35 @@ TEST(Control, WhoGoesBeforeTheAnswerIsNotWaitedFor) {
     EXPECT_NE(std::string(error.what()).find("has gone"), std::string::npos) << error.what();
   }
   server.join();
+}
+
+std::atomic<int> signalsSeen;
+
+/// Handlers of signals run before each step of a request.
+TEST(Control, SignalsDoNotEndARequest) {
+  struct sigaction handler = {};
+  struct sigaction before = {};
+  handler.sa_handler = [](int) { ++signalsSeen; };
+  ASSERT_EQ(sigaction(SIGUSR1, &handler, &before), 0);
+  zmq::context_t context;
+  zmq::socket_t socket(context, zmq::socket_type::rep);
+  socket.bind("tcp://127.0.0.1:*");
+  v1::Reply reply;
+  reply.set_version(1);
+  reply.mutable_status()->set_uptime_s(3.0);
+  const std::string answer = reply.SerializeAsString();
+  const std::jthread server([&, client = pthread_self()] {
+    zmq::message_t request;
+    ASSERT_TRUE(socket.recv(request));
+    for (int i = 0; i < 100; ++i) {
+      const int seen = signalsSeen;
+      pthread_kill(client, SIGUSR1);
+      while (signalsSeen == seen) std::this_thread::yield();
+    }
+    socket.send(zmq::buffer(answer), zmq::send_flags::none);
+  });
+  EXPECT_EQ(Control({.endpoint = socket.get(zmq::sockopt::last_endpoint), .timeout = kHung}).status()->uptime_s(), 3.0);
+  sigaction(SIGUSR1, &before, nullptr);
 }
 
 ErrorCode failureOnReply(const std::string& reply) {

@@ -24,12 +24,15 @@ DenseModel::Result DenseModel::solve(const Vector& displacement, const std::vect
   const Vector d = displacement(present);
   const double n2 = noise_px * noise_px;
   const Modes modes = modesOf(H, motion, noise_px);
-  const Vector amplitudes = read(modes, modes.look * d);
+  const Vector all = modes.look * d;
+  const Surest sure = surest(modes, all);
+  const double least = leastTau(sure);
+  const Vector amplitudes = read(modes, all, least);
   const Vector size = H.colwise().squaredNorm().transpose();
 
   Result result;
-  Seen first = start(modes, amplitudes), seen = first;
-  const bool detected = evident(seen, options_.detection).maxCoeff() > 0.0;
+  Seen first = start(modes, amplitudes, least), seen = first;
+  const bool detected = std::sqrt(sure.squaredDeviations) >= options_.detection;
   for (std::size_t time = 0; time < 2; ++time) {
     Vector gamma;
     Fit fit;
@@ -78,8 +81,10 @@ DenseModel::Result DenseModel::solve(const Vector& displacement, const std::vect
     const double count = static_cast<double>(d.size());
     if (time == 1 || fit.residual < n2 * (count - fit.known.sum() + options_.gate * std::sqrt(2.0 * count))) break;
     const Vector explained = modes.s.asDiagonal() * modes.V.transpose() * seen.mean;
-    Seen rest = start(modes, amplitudes - explained.head(amplitudes.size()));
-    if (evident(rest).maxCoeff() == 0.0) break;
+    const Vector left = amplitudes - explained.head(amplitudes.size());
+    const Surest more = surest(modes, left);
+    if (std::sqrt(more.squaredDeviations) < options_.surety) break;
+    Seen rest = start(modes, left, leastTau(more));
     first = rest;
     keep(fit, result.atoms, rest);
     seen = rest;
@@ -112,10 +117,10 @@ std::vector<Eigen::Index> DenseModel::groupEnds(const Modes& modes) const {
   return ends;
 }
 
-DenseModel::Vector DenseModel::read(const Modes& modes, const Vector& all) const {
+DenseModel::Vector DenseModel::read(const Modes& modes, const Vector& all, double least) const {
   for (const Eigen::Index end : groupEnds(modes)) {
     const Vector c = all.head(end);
-    if (visible(modes, likeliest(modes, c)) <= end) return c;
+    if (visible(modes, likeliest(modes, c, least)) <= end) return c;
   }
   return all;
 }
@@ -127,22 +132,40 @@ Eigen::Index DenseModel::visible(const Modes& modes, double tau) const {
   return modes.s.size();
 }
 
-double DenseModel::likeliest(const Modes& modes, const Vector& c) const {
+double DenseModel::likeliest(const Modes& modes, const Vector& c, double least) const {
   const double n2 = modes.noise_px * modes.noise_px;
   double best = -std::numeric_limits<double>::max(), tau = 0.0;
   for (int i = 0; i <= 50; ++i) {
     const double candidate = force_N_ * std::exp(-12.0 + 0.25 * i) * modes.noise_px / options_.noise_px;
     const Eigen::ArrayXd variance = modes.s.head(c.size()).array().square() * candidate * candidate + n2;
     const double evidence = -0.5 * (variance.log() + c.array().square() / variance).sum();
-    if (evidence <= best) continue;
+    if (evidence <= best && tau >= least) continue;
     best = evidence;
     tau = candidate;
   }
   return tau;
 }
 
-DenseModel::Seen DenseModel::start(const Modes& modes, const Vector& c) const {
-  const double n2 = modes.noise_px * modes.noise_px, tau = likeliest(modes, c);
+DenseModel::Surest DenseModel::surest(const Modes& modes, const Vector& c) const {
+  const Eigen::Index used = groupEnds(modes).front();
+  const Matrix seen = modes.s.head(used).asDiagonal() * modes.V.leftCols(used).transpose();
+  Surest result;
+  for (Eigen::Index a = 0; a < shape_.cols(); ++a) {
+    const Matrix of = seen.middleCols<3>(3 * a);
+    const Vector force = of.colPivHouseholderQr().solve(c.head(used));
+    const double reduction =
+        (c.head(used).squaredNorm() - (c.head(used) - of * force).squaredNorm()) / (modes.noise_px * modes.noise_px);
+    if (reduction > result.squaredDeviations) result = {reduction, force.norm()};
+  }
+  return result;
+}
+
+double DenseModel::leastTau(const Surest& surest) const {
+  return surest.force / std::sqrt(3.0 * static_cast<double>(shape_.rows()));
+}
+
+DenseModel::Seen DenseModel::start(const Modes& modes, const Vector& c, double least) const {
+  const double n2 = modes.noise_px * modes.noise_px, tau = likeliest(modes, c, least);
   const Eigen::Index used = std::min(visible(modes, tau), c.size());
   const Eigen::ArrayXd s = modes.s.head(used), s2 = s.square(), g = s2 * tau * tau / (s2 * tau * tau + n2);
   const Matrix V = modes.V.leftCols(used);
@@ -150,15 +173,20 @@ DenseModel::Seen DenseModel::start(const Modes& modes, const Vector& c) const {
   for (Eigen::Index a = 0; a < shape_.cols(); ++a) {
     const Eigen::ArrayXd power = V.middleRows<3>(3 * a).colwise().squaredNorm().transpose();
     seen.known[a] = (power * g).sum();
-    seen.noise[a] = n2 * (power * g.square() / s2).sum();
+    // By the noise along the mean.
+    const Matrix rows = V.middleRows<3>(3 * a);
+    const Eigen::Matrix3d covariance = n2 * rows * (g.square() / s2).matrix().asDiagonal() * rows.transpose();
+    const Eigen::Vector3d mean = seen.mean.segment<3>(3 * a);
+    seen.noise[a] = 3 * mean.squaredNorm() / mean.dot(covariance.inverse() * mean);
   }
   return seen;
 }
 
-DenseModel::Vector DenseModel::evident(const Seen& seen, double surety) const {
+DenseModel::Vector DenseModel::evident(const Seen& seen) const {
   Vector result(shape_.cols());
   for (Eigen::Index a = 0; a < result.size(); ++a) {
-    const double above = seen.mean.segment<3>(3 * a).squaredNorm() - surety * surety * seen.noise[a] / 3;
+    const double above =
+        seen.mean.segment<3>(3 * a).squaredNorm() - options_.surety * options_.surety * seen.noise[a] / 3;
     result[a] = std::max(0.0, above);
   }
   return result;

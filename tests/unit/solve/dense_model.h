@@ -62,19 +62,27 @@ class DenseModel : protected DenseAtoms {
   std::vector<Eigen::Index> groupEnds(const Modes& modes) const;
 
   /// Returns the amplitudes of the modes that are read, from those of all modes.
-  Vector read(const Modes& modes, const Vector& all) const;
+  Vector read(const Modes& modes, const Vector& all, double least) const;
 
   /// Returns the number of modes in the groups in which forces of the size `tau` are visible.
   Eigen::Index visible(const Modes& modes, double tau) const;
 
-  double likeliest(const Modes& modes, const Vector& c) const;
+  double likeliest(const Modes& modes, const Vector& c, double least) const;
 
-  /// `c`: of the first modes.
-  Seen start(const Modes& modes, const Vector& c) const;
+  struct Surest {
+    double squaredDeviations = 0.0, force = 0.0;
+  };
 
-  Vector evident(const Seen& seen) const { return evident(seen, options_.surety); }
+  /// Fits the force of each atom alone to the modes of the first group. Returns that of the atom that explains most.
+  Surest surest(const Modes& modes, const Vector& c) const;
 
-  Vector evident(const Seen& seen, double surety) const;
+  /// `c`: of the first modes. `least`: the least tau.
+  Seen start(const Modes& modes, const Vector& c, double least) const;
+
+  /// Returns the tau of an even picture with the squared force of `surest`.
+  double leastTau(const Surest& surest) const;
+
+  Vector evident(const Seen& seen) const;
 
   Vector coupled(const Vector& of) const;
 

@@ -20,7 +20,7 @@ DensePatches::Mixed DensePatches::solve(const Vector& displacement, const std::v
 
   std::vector<Candidate> all = {{alone.evidence - alone.degrees, alone.forces, alone.wrench, alone.covariance}};
   if (!hasPatches || fitted.misfit > residual + alone.degrees) {
-    for (Candidate& each : even(frame, alone.forces)) all.push_back(each);
+    for (Candidate& each : even(frame, alone.forces, alone.degrees)) all.push_back(each);
   }
   const std::size_t firstPatched = all.size();
   if (hasPatches) {
@@ -143,7 +143,8 @@ DensePatches::Matrix DensePatches::footprint(const Vector& forces) const {
   return result;
 }
 
-std::vector<DensePatches::Candidate> DensePatches::even(const Frame& frame, const Vector& forces) const {
+std::vector<DensePatches::Candidate> DensePatches::even(const Frame& frame, const Vector& forces,
+                                                        double fieldDegrees) const {
   const Matrix H = H_(frame.present, Eigen::all);
   const Vector size = H.colwise().squaredNorm().transpose();
   const auto solve = [&](const Vector& from, double rho) {
@@ -176,7 +177,8 @@ std::vector<DensePatches::Candidate> DensePatches::even(const Frame& frame, cons
     x << fit.force, fit.extra;
     const Matrix to = wrenches() * toPoints;
     const double degrees = fit.known.sum() + 6 - fit.whole.bottomRightCorner(6, 6).trace();
-    return Candidate{fit.evidence - degrees - std::log(3.0), toPoints * x, to * x, to * fit.whole * to.transpose()};
+    return Candidate{fit.evidence - std::max(degrees, fieldDegrees) - std::log(3.0), toPoints * x, to * x,
+                     to * fit.whole * to.transpose()};
   };
   const Vector first = solve(forces, 0.4).forces;
   return {solve(first, 0.2), solve(first, 0.4), solve(first, 0.8)};
@@ -214,7 +216,13 @@ std::vector<DensePatches::Candidate> DensePatches::around(const Frame& frame, co
   linear(frame, copy, motion, {});
   const double noise_px = std::sqrt(frame.n2);
   const Modes modes = modesOf(H, frame.motion, noise_px);
-  const Seen first = start(modes, read(modes, modes.look * (left - frame.motion * motion)));
+  const Vector amplitudes = modes.look * (left - frame.motion * motion);
+  const Surest sure = surest(modes, amplitudes);
+  const double least = leastTau(sure);
+  const bool isMore = std::sqrt(sure.squaredDeviations) >= options_.surety;
+  const Vector nothing = Vector::Zero(shape_.cols());
+  const Seen first =
+      isMore ? start(modes, read(modes, amplitudes, least), least) : Seen{Vector::Zero(H.cols()), nothing, nothing};
   Seen seen = first;
   const Vector size = H.colwise().squaredNorm().transpose();
   Vector smooth = Vector::Zero(shape_.cols());

@@ -41,7 +41,8 @@ class DensePatches : public DensePatchFit {
   static void addForces(const Patch& patch, const Vector& share, Vector& forces);
 
   /// The even contact of forces of the points.
-  std::vector<Candidate> even(const Frame& frame, const Vector& forces) const;
+  /// `fieldDegrees`: degrees of freedom that were used for the forces.
+  std::vector<Candidate> even(const Frame& frame, const Vector& forces, double fieldDegrees) const;
 
   /// P x 2: the footprint, and half of what moving its edge either way changes.
   Matrix footprint(const Vector& forces) const;

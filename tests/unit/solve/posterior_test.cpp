@@ -298,7 +298,7 @@ TEST(Evidence, AsksForTheModesInWhichForcesAreVisible) {
     Amplitudes amplitudes(bench.factors());
     amplitudes.take({picture.data(), static_cast<std::size_t>(picture.size())}, {});
     for (int times = 0; times < 9; ++times) {
-      const int modes = evidence.modesToRead(amplitudes.values(), kNoise_px);
+      const int modes = evidence.modesToRead(amplitudes.values(), kNoise_px, 0.0);
       if (modes == std::ssize(amplitudes.values())) break;
       amplitudes.read(modes);
     }

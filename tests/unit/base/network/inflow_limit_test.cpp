@@ -1,6 +1,7 @@
 // Peers that fill ZeroMQ's queues, and an honest one beside them. Memory itself is measured by tools/faults.
 
 #include "base/clock.h"
+#include "base/network/ends.h"
 #include "base/network/inflow_limit.h"
 #include "base/network/socket.h"
 #include "tests/unit/base/network/raw_peer.h"
@@ -161,6 +162,46 @@ TEST_P(InflowLimit, NothingIsCountedAnyMoreAfterTheLastEndpoint) {
   }
   open(zmq::socket_type::router);
   expectHeard();
+}
+
+/// The kernel gives the next connection the same descriptor, while messages of the first one wait.
+TEST_P(InflowLimit, WhatAConnectionLeftIsNotCountedForTheNextOne) {
+  open(zmq::socket_type::router);
+  constexpr int kAllowed = 20;
+  PeerLimit limit(kAllowed);
+  int source = -1;
+  const auto takeUntil = [&](const char* text) {
+    return test::eventually([&] {
+      zmq_pollitem_t item{socket_.handle(), 0, ZMQ_POLLIN, 0};
+      zmq_poll(&item, 1, 10);
+      for (zmq::message_t message; socket_.recv(message, zmq::recv_flags::dontwait);) {
+        if (message.more()) continue;
+        limit.count(message, bound_);
+        source = sourceOf(message);
+        if (message.to_string_view() == text) return true;
+      }
+      return false;
+    });
+  };
+  std::string many = RawPeer::part("") + RawPeer::message("first");
+  for (int i = 0; i < 2 * kAllowed; ++i) many += RawPeer::part("") + RawPeer::message("more");
+  {
+    RawPeer leaves(bound_.at(0), "DEALER");
+    leaves.send(many);
+    ASSERT_TRUE(takeUntil("first"));
+    EXPECT_TRUE(inflow::connectionOf(source));
+  }
+  const int descriptor = source;
+  EXPECT_TRUE(test::eventually([&] { return localEnd(descriptor).empty(); }));
+  EXPECT_FALSE(inflow::connectionOf(descriptor));
+  RawPeer next(bound_.at(0), "DEALER");
+  next.send(RawPeer::part("") + RawPeer::message("hello"));
+  ASSERT_TRUE(takeUntil("hello"));
+  EXPECT_EQ(source, descriptor);
+  next.send(RawPeer::part("") + RawPeer::message("again"));
+  EXPECT_TRUE(takeUntil("again")) << "it was cut off; " << told();
+  for (int i = 0; i < 2; ++i) inflow::releaseEnded(Charge::kRequests);
+  EXPECT_TRUE(inflow::connectionOf(descriptor));
 }
 
 TEST_P(InflowLimit, OlderProtocolIsNotLetIn) {

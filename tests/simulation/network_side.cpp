@@ -1,0 +1,85 @@
+#include "tests/simulation/network_side.h"
+
+#include "base/network/inflow_limit.h"
+
+#include <fmt/format.h>
+
+#include <cstring>
+#include <utility>
+
+namespace tractiond::simulation {
+namespace {
+
+using std::chrono_literals::operator""ms;
+
+std::string endpoint(int port) {
+  return fmt::format("tcp://127.0.0.1:{}", port);
+}
+
+std::vector<std::string> endpoints() {
+  return {endpoint(kStreamPort), endpoint(kLatestPort), endpoint(kControlPort)};
+}
+
+publish::Description describe(const Gel& gel) {
+  publish::Description description;
+  description.identity.sensor = kSensor;
+  const std::int64_t boot = now();  // another one for each life
+  std::memcpy(description.identity.boot.data(), &boot, sizeof boot);
+  description.sensor = gel.sensor;
+  return description;
+}
+
+}  // namespace
+
+void NetworkSide::forget() {
+  network::inflow::unwatch(endpoints());
+}
+
+NetworkSide::NetworkSide(const Gel& gel, const Ledger& ledger, CaptureSide& camera, Subscribers& subscribers,
+                         const Starvation& starvation, Journal& journal, Requests requests)
+    : camera_(camera)
+    , subscribers_(subscribers)
+    , starvation_(starvation)
+    , journal_(journal)
+    , description_(simulation::describe(gel))
+    , snapshots_([this](const Snapshots::Result& result) { control_->answerSnapshot(result, {}); })
+    , publisher_(std::move(*publish::Publisher::open(
+          {.stream = {endpoint(kStreamPort)}, .latest = {endpoint(kLatestPort)}}, description_, ledger, {})))
+    , control_(std::move(*publish::ControlServer::open({endpoint(kControlPort)},
+                                                       {.status = [this] { return publisher_->lastStatus(); },
+                                                        .description = [this] { return publisher_->lastDescription(); },
+                                                        .zero = std::move(requests.zero),
+                                                        .calibrate = std::move(requests.calibrate),
+                                                        .camera = [this](const auto& step) { camera_.ask(step); },
+                                                        .snapshot = [this] { snapshots_.ask(); }})))
+    , frozenPeers_(endpoints(), [&journal](const std::string& line) { journal.say("log: warning: " + line); }) {
+  subscribers_.begin();
+}
+
+NetworkSide::~NetworkSide() {
+  subscribers_.die();
+}
+
+void NetworkSide::publish(const TractionField& field) {
+  publisher_->publish(field);
+  subscribers_.heedPublished(field.markers.info);
+}
+
+void NetworkSide::control() {
+  control_->serve(0ms);
+  if (const auto answer = camera_.takeAnswer()) control_->answerCamera(*answer);
+  snapshots_.turn();
+  frozenPeers_.look(now());
+  constexpr std::int64_t kHeard_ns = 300 * kMs;
+  const std::int64_t changed_ns = subscribers_.previewsChanged_ns();
+  journal_.law(publisher_->previewWanted() == subscribers_.wantsPreviews() ||
+                   now() - changed_ns <= kHeard_ns + starvation_.since(changed_ns),
+               "it is known whether previews are wanted", "");
+}
+
+void NetworkSide::describe(const RestPose& pose) {
+  description_.zero = pose;
+  publisher_->describe(description_);
+}
+
+}  // namespace tractiond::simulation
