@@ -1,8 +1,6 @@
 // Estimates forces by one statistical model of all contacts (docs/decisions/0020-one-inverse.md). Atoms of several
 // sizes have forces f_a ~ N(0, gamma_a Omega_a), whose priors are fitted to the picture in a fixed number of rounds
 // (Tipping 2001; MacKay; Fang et al. 2015). Each frame is solved on its own: nothing is kept for the next one.
-//
-// The daemon uses it only if SolveOptions::solving is kModel.
 #pragma once
 
 #include "daemon/solve/amplitudes.h"

@@ -1,6 +1,4 @@
 // Computes a field by one statistical model of all contacts (docs/decisions/0020-one-inverse.md).
-//
-// The daemon uses it only if SolveOptions::solving is kModel.
 #pragma once
 
 #include "daemon/solve/field_rules.h"
