@@ -55,7 +55,7 @@ bool cutOff(int fd, const std::vector<std::string>& bound);
 /// Cuts off peers that send too many messages. Thread-bound.
 class PeerLimit {
  public:
-  /// \param messages allowed per connection between two calls of reset(); below 65,535
+  /// \param messages allowed per connection between two calls of reset()
   explicit PeerLimit(int messages)
       : limit_(messages) {}
 

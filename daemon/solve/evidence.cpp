@@ -87,13 +87,7 @@ void Evidence::tabulate() {
   precision_.assign(kRatios, std::vector<Block>(static_cast<std::size_t>(atoms_.count())));
   Eigen::MatrixXd row(3, rank), products(6, rank);  // of the components of an atom's row of V
   for (int a = 0; a < atoms_.count(); ++a) {
-    row.setZero();
-    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, a); it; ++it) {
-      for (int axis = 0; axis < 3; ++axis) {
-        const float* const v = factors_.right.row(3 * static_cast<int>(it.row()) + axis);
-        row.row(axis) += it.value() * Eigen::RowVectorXf::Map(v, rank).cast<double>();
-      }
-    }
+    modesOfAtom(factors_, atoms_, a, row);
     for (int r = 0, at = 0; r < 3; ++r) {
       for (int c = 0; c <= r; ++c) products.row(at++) = row.row(r).cwiseProduct(row.row(c));
     }
@@ -153,9 +147,7 @@ SurestForce Evidence::surest(std::span<const double> amplitudes, double noise_px
   const int used = ends_.front();
   assert(std::ssize(amplitudes) >= used);
   for (int k = 0; k < used; ++k) filtered_.data()[k] = factors_.singularValues[k] * amplitudes[k];
-  std::fill_n(filtered_.data() + used, padded(used) - used, 0.0);
-  multiplyFirst(factors_.right, everyPoint_, used, filtered_.data(), pointMean_.data());
-  meanOfAtoms(matched_);
+  addUpModes(used, matched_);
   SurestForce surest;
   for (int a = 0; a < atoms_.count(); ++a) {
     const auto matched = Eigen::Vector3d::Map(matched_.data() + 3 * static_cast<Index>(a));
@@ -170,14 +162,16 @@ double Evidence::leastTypical_N(const SurestForce& force) const {
   return force.force_N / std::sqrt(static_cast<double>(everyPoint_.size()));
 }
 
-/// Computes the means of all atoms from those of the points.
-void Evidence::meanOfAtoms(std::vector<double>& mean) const {
+/// Multiplies the rows of V of all atoms (3A) by the first `used` elements of filtered_.
+void Evidence::addUpModes(int used, std::vector<double>& sums) {
+  std::fill_n(filtered_.data() + used, padded(used) - used, 0.0);
+  multiplyFirst(factors_.right, everyPoint_, used, filtered_.data(), pointMean_.data());
   for (int a = 0; a < atoms_.count(); ++a) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, a); it; ++it) {
       sum += it.value() * Eigen::Vector3d::Map(pointMean_.data() + 3 * it.row());
     }
-    Eigen::Vector3d::Map(mean.data() + 3 * static_cast<Index>(a)) = sum;
+    Eigen::Vector3d::Map(sums.data() + 3 * static_cast<Index>(a)) = sum;
   }
 }
 
@@ -187,9 +181,7 @@ void Evidence::start(std::span<const double> amplitudes, double noise_px, double
   for (int k = 0; k < used; ++k) {
     filtered_.data()[k] = (1.0 - unexplained_(k, best)) / factors_.singularValues[k] * amplitudes[k];
   }
-  std::fill_n(filtered_.data() + used, padded(used) - used, 0.0);
-  multiplyFirst(factors_.right, everyPoint_, used, filtered_.data(), pointMean_.data());
-  meanOfAtoms(moments.mean_N);
+  addUpModes(used, moments.mean_N);
   for (int a = 0; a < atoms_.count(); ++a) {
     moments.known[a] = known_(a, best);
     const auto mean = Eigen::Vector3d::Map(moments.mean_N.data() + 3 * static_cast<Index>(a));

@@ -70,7 +70,7 @@ class Evidence {
 
  private:
   int likeliest(std::span<const double> amplitudes, double noise_px, double least_N);
-  void meanOfAtoms(std::vector<double>& mean) const;
+  void addUpModes(int used, std::vector<double>& sums);
   int lastVisible(int ratio) const;
   void tabulate();
 

@@ -170,6 +170,16 @@ tl::expected<Factors, Error> computeFactors(const sensor::Sensor& sensor, const 
                         sensor.gel.youngsModulus * square(sensor.nodes.pitch), options);
 }
 
+void modesOfAtom(const Factors& factors, const Atoms& atoms, int atom, Eigen::MatrixXd& rows) {
+  rows.setZero();
+  for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, atom); it; ++it) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const float* const v = factors.right.row(3 * static_cast<int>(it.row()) + axis);
+      rows.row(axis) += it.value() * Eigen::RowVectorXf::Map(v, factors.rank()).cast<double>();
+    }
+  }
+}
+
 MotionPrior motionPrior(const sensor::Sensor& sensor) {
   const sensor::PictureMotion& motion = sensor.pictureMotion;
   return {sensor::elastic::pictureMotionMatrix(sensor),

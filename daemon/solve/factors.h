@@ -79,6 +79,9 @@ tl::expected<Factors, Error> computeFactors(const sensor::Sensor& sensor, const 
                                             const ModelOptions& options,
                                             const sensor::elastic::Progress& progress = {});
 
+/// Computes the rows of V of an atom, 3 x r: the mean of those of its points, by their shares. `rows` has that size.
+void modesOfAtom(const Factors& factors, const Atoms& atoms, int atom, Eigen::MatrixXd& rows);
+
 /// Returns P and Q of a sensor's pictures.
 MotionPrior motionPrior(const sensor::Sensor& sensor);
 

@@ -28,11 +28,11 @@ struct ModelOptions {
   /// group to be read.
   double visible = 0.1;
 
-  /// z: deviations of its noise above which an atom's force is evident.
+  /// z: deviations of its noise above which an atom's force is evident; also SurestForce's deviations above which what
+  /// is left of a picture shows more contacts.
   double surety = 4.0;
 
-  /// The same for the first of them: where no atom's force is so evident at the start, nothing touches. Sets the rate
-  /// of false alarms.
+  /// SurestForce's deviations in a picture, below which nothing touches. Sets the rate of false alarms.
   double detection = 4.8;
 
   /// beta: reach over which neighbouring atoms of a level share their prior variance [distances of neighbours].

@@ -285,15 +285,10 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
   }
   for (int a = 0; a < atoms.count(); ++a) {
     Eigen::Matrix<double, 6, 3> unit = Eigen::Matrix<double, 6, 3>::Zero();
-    modes.setZero();
     for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
-      const auto p = static_cast<int>(it.row());
-      unit += it.value() * unitWrenches(atoms.points.col(p));
-      for (int axis = 0; axis < 3; ++axis) {
-        const float* const row = factors.right.row(3 * p + axis);
-        modes.row(axis) += it.value() * Eigen::RowVectorXf::Map(row, factors.rank()).cast<double>();
-      }
+      unit += it.value() * unitWrenches(atoms.points.col(it.row()));
     }
+    modesOfAtom(factors, atoms, a, modes);
     wrenches += (unit * modes).transpose();
   }
   const Eigen::MatrixXd motion = transposed(factors.motion);

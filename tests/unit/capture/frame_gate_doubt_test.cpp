@@ -340,13 +340,7 @@ TEST_F(FrameGateTest, FlagsFiveFramesOfACameraThatCountsAnew) {
   SimulatedCamera camera(40'000);
   stream(camera, 100);
   camera.count(7);
-  Judgement judgement;
-  EXPECT_EQ(framesUntilNew(camera, &judgement), 3);
-  EXPECT_TRUE(judgement.doubted);
-  EXPECT_FALSE(judgement.outnumbered);
-  int flagged = 1;
-  while (judge(camera.take()).doubted && flagged < 100) ++flagged;
-  EXPECT_EQ(flagged, 5);
+  expectFiveDoubted(camera);
   EXPECT_EQ(ledger_.doubted.get(), 5U);
 }
 
@@ -356,13 +350,7 @@ TEST_F(FrameGateTest, FlagsFiveFramesOfACounterThatReplacesASinglePicture) {
   Arrival first = camera.take();
   first.id = 7;
   EXPECT_EQ(judge(first).verdict, Verdict::kNew);
-  Judgement judgement;
-  EXPECT_EQ(framesUntilNew(camera, &judgement), 3);
-  EXPECT_TRUE(judgement.doubted);
-  EXPECT_FALSE(judgement.outnumbered);
-  int flagged = 1;
-  while (judge(camera.take()).doubted && flagged < 100) ++flagged;
-  EXPECT_EQ(flagged, 5);
+  expectFiveDoubted(camera);
 }
 
 /// The first two frames came at once, as after a camera has been opened: they say little of the time between frames, of
