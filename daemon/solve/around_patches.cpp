@@ -202,7 +202,7 @@ bool AroundPatches::roughen(const Displacements& left, AtomProducts& products) {
     for (std::size_t p = 0; p < share_.size(); ++p) Vector3d::Map(forces.data() + 3 * p) += share_[p] * force;
   }
   const Block omega = directions(along, options_.turning);
-  const auto rough = roughness_.beneath({forces.data(), 3 * share_.size()});
+  const auto rough = roughness_.ofPatches({forces.data(), 3 * share_.size()});
   std::copy(rough.begin(), rough.end(), rough_.begin());
   for (std::size_t i = 0; i < kRoughness.size(); ++i) {
     auto& [chosen, posterior] = solutions_[i];
@@ -260,11 +260,16 @@ FoundPatch AroundPatches::found(int patch) {
 std::array<double, 6> AroundPatches::wrench(int i) {
   std::array<double, 6> sum = posterior(i).wrench();
   auto wrench = Eigen::Matrix<double, 6, 1>::Map(sum.data());
-  for (const RoundPatch& patch : patches_) {
+  for (std::size_t k = 0; k < patches_.size(); ++k) {
+    const RoundPatch& patch = patches_[k];
     const Vector3d at(patch.place.x_m, patch.place.y_m, 0.0), force = patch.load.head<3>();
     wrench.head<3>() += force;
     wrench.tail<3>() += at.cross(force);
     wrench[5] += patch.load[3];
+    // The posterior is linear about the fit: what is missing is the moment by both changes together.
+    const PatchVector other = change(i, static_cast<int>(k));
+    const Vector3d away(other[kPatchLoads], other[kPatchLoads + 1], 0.0);
+    wrench.tail<3>() += away.cross(Vector3d(other.head<3>()));
   }
   return sum;
 }

@@ -26,13 +26,17 @@ using Block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 /// known exactly: 6 x 6 matrices, row after row, for the camera's position x, y, z, rotation x, y, z and focal length,
 /// and for a block's Poisson's ratio, thickness and depth of each layer.
 struct SystematicErrors {
-  std::vector<double> contact;    ///< of a small contact: if only the nodes around it are solved for
-  std::vector<double> wholeFace;  ///< of a load on the whole face: if all atoms are solved for
+  std::vector<double> contact;    ///< of a small contact (contactReadings())
+  std::vector<double> wholeFace;  ///< of a load on the whole face (wholeFaceReading())
 
   /// Errors by depths that scatter from marker to marker (Uncertainty::markerDepth; empty where that is 0): 6 x 3
   /// matrices E, row after row. A force F has an error of force and moment about its place with the covariance
   /// sum E F F' E'.
   std::vector<double> contactScatter, wholeFaceScatter;
+
+  /// Error of the displacements around a contact by the mechanics, relative to these, rms: by a block's Poisson's
+  /// ratio, thickness and depths, and by Uncertainty::model.
+  double displacement = 0.0;
 };
 
 /// Of 2M coordinates, P points, A atoms, r modes. Immutable once made; any thread may read it.

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// To be raised when the influence matrix's or the factors' numbers change for the same sensor and options.
-constexpr std::uint32_t kFactorsVersion = 3;
+constexpr std::uint32_t kFactorsVersion = 4;
 
 constexpr std::size_t kKeptOthers = 3;
 constexpr const char* kExtension = ".factors";

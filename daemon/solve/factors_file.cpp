@@ -22,7 +22,7 @@ using Magic = std::array<char, 8>;
 
 constexpr Magic kMagic = {'t', 'r', 'a', 'c', 't', 'f', 'a', 'c'};
 /// To be raised when the layout changes.
-constexpr std::uint32_t kFormatVersion = 2;
+constexpr std::uint32_t kFormatVersion = 3;
 
 /// In the machine's byte order: another order's version would not be known.
 struct Header {
@@ -34,11 +34,12 @@ struct Header {
   Id id{};
   std::int64_t computed_ns = 0;
   double force_N = 0.0;
+  double displacementError = 0.0;
   std::uint64_t systematicErrors = 0;  ///< numbers in either array
   std::uint64_t scatter = 0;           ///< the same, of what markers' depths misread
   Hash128 checksum{};                  ///< of the header up to here, then of all that follows
 };
-static_assert(sizeof(Header) == 88);  // no padding
+static_assert(sizeof(Header) == 96);  // no padding
 constexpr std::size_t kCheckedHeader = offsetof(Header, checksum);
 
 template <typename Matrix>
@@ -114,6 +115,7 @@ tl::expected<Factors, std::string> loadFactors(const fs::path& path, const Id& i
   factors.id = header.id;
   factors.computed_ns = header.computed_ns;
   factors.force_N = header.force_N;
+  factors.systematicErrors.displacement = header.displacementError;
   resize(factors, header, atoms.count());
   std::size_t size = 0;
   forEachArray(factors, [&size](auto array) { size += array.size_bytes(); });
@@ -135,6 +137,7 @@ tl::expected<void, std::string> saveFactors(const fs::path& path, const Factors&
   header.id = factors.id;
   header.computed_ns = factors.computed_ns;
   header.force_N = factors.force_N;
+  header.displacementError = factors.systematicErrors.displacement;
   header.systematicErrors = factors.systematicErrors.contact.size();
   header.scatter = factors.systematicErrors.contactScatter.size();
   std::vector<char> file(sizeof header);

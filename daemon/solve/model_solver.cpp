@@ -1,5 +1,6 @@
 #include "daemon/solve/model_solver.h"
 
+#include "daemon/solve/mechanics_noise.h"
 #include "daemon/solve/systematic.h"
 #include "daemon/solve/wrench.h"
 
@@ -55,13 +56,20 @@ void ModelSolver::solve(const MarkerField& markers, TractionField& field) noexce
     return;
   }
   std::copy_n(used_.row_px().begin(), picture_.size(), picture_.begin());
-  model_.solve(picture_, used_.missing(), used_.noise_px(), estimate_);
+  estimate(used_.missing(), used_.noise_px());
   if (estimate_.outcome != Estimate::Outcome::kFailed) publish(field);
   if (estimate_.outcome == Estimate::Outcome::kFailed || !FieldRules::finite(field)) {
     FieldRules::clear(field);
     field.flags = markers.flags;
     counters_.notFinite.add();
   }
+}
+
+/// Solves picture_, with the noise of the mechanics beside that of a coordinate.
+void ModelSolver::estimate(std::span<const int> missing, double noise_px) {
+  const std::span<const float> picture(picture_);
+  const double error = factors_.systematicErrors.displacement;
+  model_.solve(picture, missing, noiseWithMechanics_px(picture, noise_px, error), estimate_);
 }
 
 void ModelSolver::publish(TractionField& field) {
@@ -153,7 +161,7 @@ double ModelSolver::detectionLimit(int axis) {
     for (double& each : noise) each = normal(generator);
     const auto finds = [&](double force_N) {
       for (std::size_t k = 0; k < noise.size(); ++k) picture_[k] = static_cast<float>(force_N * unit[k] + noise[k]);
-      model_.solve(picture_, {}, noise_px_, estimate_);
+      estimate({}, noise_px_);
       return estimate_.outcome == Estimate::Outcome::kFound;
     };
     double high = kFirst * factors_.force_N;

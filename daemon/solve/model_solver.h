@@ -24,6 +24,7 @@ class ModelSolver : public FieldSolver {
   std::array<double, 2> detectionLimit_N() const override { return detectionLimit_N_; }
 
  private:
+  void estimate(std::span<const int> missing, double noise_px);
   void publish(TractionField& field);
   void publishForces(TractionField& field);
   void addSystematic(TractionField& field) const;

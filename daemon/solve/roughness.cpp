@@ -86,18 +86,25 @@ std::span<const double> Roughness::add(std::span<const double> mean_N, const Cho
 }
 
 std::span<const double> Roughness::of(std::span<const double> pointForces_N, double rho) {
-  beneath(pointForces_N);
+  beneath(pointForces_N, true);
   for (std::size_t a = 0; a < gamma_.size(); ++a) gamma_[a] *= isTold_[a] != 0 ? square(rho) : 1.0;
   return gamma_;
 }
 
-std::span<const double> Roughness::beneath(std::span<const double> pointForces_N) {
+std::span<const double> Roughness::ofPatches(std::span<const double> pointForces_N) {
+  beneath(pointForces_N, false);
+  return gamma_;
+}
+
+/// Computes gamma_ for rho = 1. \param continues whether points beyond the nodes have at least the pressure of the
+/// nearest node
+void Roughness::beneath(std::span<const double> pointForces_N, bool continues) {
   for (Index p = 0; p < force_.size(); ++p) force_[p] = Eigen::Vector3d::Map(pointForces_N.data() + 3 * p).norm();
   for (Group& group : groups_) {
     group.spread.average(force_, pressure_);
     const double largest = pressure_.maxCoeff();
     assert(largest > 0.0);
-    for (Index p = 0; p < pressure_.size(); ++p) {  // nodes are their own nearest: they stay what they are
+    for (Index p = 0; continues && p < pressure_.size(); ++p) {  // nodes are their own nearest: they stay what they are
       if (atoms_.nodes[p] < 0) pressure_[p] = std::max(pressure_[p], pressure_[atoms_.nearest[p]]);
     }
     pressure_ = (pressure_.array() + kFaintest * largest).inverse();
@@ -109,7 +116,6 @@ std::span<const double> Roughness::beneath(std::span<const double> pointForces_N
       gamma_[a] = square(1.0 / (reciprocal * largest_[a])) / 3.0;
     }
   }
-  return gamma_;
 }
 
 }  // namespace tractiond::solve

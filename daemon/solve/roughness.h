@@ -35,14 +35,17 @@ class Roughness {
   /// forces of all atoms, 3A
   std::span<const double> add(std::span<const double> mean_N, const Chosen& chosen);
 
-  /// Returns (rho_a q_a)^2 / 3 of all atoms (A [N^2]) under the forces of the points (3P). rho_a is `rho`, or 1 for
-  /// points beyond the nodes and for ambiguous levels.
+  /// Returns (rho_a q_a)^2 / 3 of all atoms (A [N^2]) under the forces of the points (3P), continued as above. rho_a is
+  /// `rho`, or 1 for points beyond the nodes and for ambiguous levels.
   std::span<const double> of(std::span<const double> pointForces_N, double rho);
 
-  /// Returns q_a^2 / 3 of all atoms (A [N^2]) under the forces of the points (3P [N]), which must not all be 0.
-  std::span<const double> beneath(std::span<const double> pointForces_N);
+  /// Returns q_a^2 / 3 of all atoms (A [N^2]) under the forces of round patches, spread over the points (3P [N]), which
+  /// must not all be 0. A patch is known to end: points beyond the nodes have their own pressure.
+  std::span<const double> ofPatches(std::span<const double> pointForces_N);
 
  private:
+  void beneath(std::span<const double> pointForces_N, bool continues);
+
   /// Levels whose pressure is averaged over the same distance.
   struct Group {
     Spread spread;

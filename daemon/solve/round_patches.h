@@ -30,6 +30,8 @@ class RoundPatches {
   /// Prior standard deviations around the patches that were found: of a load as a multiple of its force (of the
   /// torsion: of force times pitch), of a place [pitches].
   static constexpr double kFreeLoad = 3.0, kFreePlace = 1.0;
+  /// Prior mean s and standard deviation of a spread [pitches^2]. The contact of a ball, of radius a, has a^2 / 5.
+  static constexpr double kSpread = 0.3, kSpreadDeviation = 0.6;
 
   /// `sensor` is read here alone; the others must outlive it. PatchInfluence::possible() must be true.
   RoundPatches(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& factors);
@@ -65,8 +67,6 @@ class RoundPatches {
   void leave(double* left_px, double* still_px) const;
 
  private:
-  /// Prior mean s and standard deviation of a spread [pitches^2]. The contact of a ball, of radius a, has a^2 / 5.
-  static constexpr double kSpread = 0.3, kSpreadDeviation = 0.6;
   static constexpr int kMostLinear = kPatchLoads * kMost + kMotions;
   static constexpr int kMostUnknowns = kMostLinear + kPatchPlaces * kMost;
   using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostUnknowns, kMostUnknowns>;

@@ -1,5 +1,6 @@
 #include "daemon/solve/systematic.h"
 
+#include "daemon/solve/linear_reading.h"
 #include "daemon/solve/wrench.h"
 #include "sensor/elastic/influence.h"
 
@@ -52,54 +53,6 @@ struct Loads {
   Eigen::MatrixXd forces;  // from wrenches to forces at the nodes, 27 x 6
 };
 
-using Reading = Eigen::MatrixXd;  // 6 x 2M: from displacements to the wrench
-
-/// By all modes with the penalty lambda^2. `left`: U from column `first` on; `wrenches`: those of the modes' forces, r
-/// x 6.
-Reading byModes(const RowMatrix& left, int first, const std::vector<double>& singularValues, double lambda,
-                Eigen::MatrixXd wrenches) {
-  for (Eigen::Index k = 0; k < wrenches.rows(); ++k) {
-    const double s = singularValues[static_cast<std::size_t>(k)];
-    wrenches.row(k) *= s / (s * s + lambda * lambda);
-  }
-  Reading reading(6, left.rows());
-  for (int i = 0; i < left.rows(); ++i) {
-    reading.col(i) = wrenches.transpose() * Eigen::VectorXf::Map(left.row(i) + first, wrenches.rows()).cast<double>();
-  }
-  return reading;
-}
-
-/// As a contact about a node is read: by the nodes around it and the picture's motion. `rowOf(node)` is the first
-/// of the node's three rows of `influence`; `motion`: P Q^1/2.
-template <typename RowOf>
-Reading byNodesAround(int node, const sensor::Sensor& sensor, const RowMatrix& influence, RowOf rowOf,
-                      const Eigen::MatrixXd& motion, double noise_px) {
-  constexpr int kReach = 3;             // in pitches
-  constexpr double kNodeForce_N = 0.2;  // expected
-  const sensor::NodeGrid& grid = sensor.nodes;
-  const sensor::Points nodes = sensor::nodePositions(sensor);
-  const Eigen::Index coordinates = motion.rows();
-  std::vector<int> near;
-  for (int other = 0; other < grid.count(); ++other) {
-    const int rows = other / grid.columns - node / grid.columns, columns = other % grid.columns - node % grid.columns;
-    if (rows * rows + columns * columns <= kReach * kReach) near.push_back(other);
-  }
-  // In numbers of what is expected of each.
-  const Eigen::Index forces = 3 * static_cast<Eigen::Index>(near.size());
-  Eigen::MatrixXd seen(coordinates, forces + kMotions), wrenches = Eigen::MatrixXd::Zero(6, forces + kMotions);
-  for (Eigen::Index i = 0; i < forces; ++i) {
-    const float* const row = influence.row(rowOf(near[static_cast<std::size_t>(i / 3)]) + static_cast<int>(i % 3));
-    seen.col(i) = kNodeForce_N * Eigen::VectorXf::Map(row, coordinates).cast<double>();
-  }
-  for (Eigen::Index i = 0; 3 * i < forces; ++i) {
-    wrenches.middleCols<3>(3 * i) = kNodeForce_N * unitWrenches(nodes.col(near[static_cast<std::size_t>(i)]));
-  }
-  seen.rightCols<kMotions>() = motion;
-  Eigen::MatrixXd normal = seen.transpose() * seen;
-  normal.diagonal().array() += noise_px * noise_px;
-  return wrenches * normal.llt().solve(seen.transpose());
-}
-
 Eigen::MatrixXd bodyColumns(const sensor::Sensor& sensor, const std::vector<int>& nodes) {
   Eigen::MatrixXd columns(sensor.body->influence.rows(), 3 * static_cast<Eigen::Index>(nodes.size()));
   for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -109,6 +62,88 @@ Eigen::MatrixXd bodyColumns(const sensor::Sensor& sensor, const std::vector<int>
   }
   return columns;
 }
+
+/// Changes of the displacements by unit forces at the nine nodes, 2M x 27 [px/N], by one standard deviation of each
+/// quantity that is not known exactly.
+class Strays {
+ public:
+  Strays(const sensor::Sensor& sensor, const SolveOptions& options, const Loads& loads)
+      : sensor_(sensor)
+      , options_(options)
+      , loads_(loads)
+      , unit_(displacement(sensor))
+      , straight_(sensor::elastic::toImage(sensor, unit_)) {
+    for (int number = 0; number < kCameraNumbers; ++number) {
+      sensor::Sensor elsewhere = sensor;
+      elsewhere.camera = strayed(sensor, number);
+      add(elsewhere, unit_, 1.0);
+    }
+    if (!sensor.body) addBlock();
+  }
+
+  /// Returns those by the camera's position, rotation and focal length, and by a block's Poisson's ratio, thickness and
+  /// depth of each layer.
+  const std::vector<Eigen::MatrixXd>& all() const { return strays_; }
+
+  /// Returns whether the depths of a block's markers scatter.
+  bool scatters() const { return scatter_.size() != 0; }
+
+  /// Returns those by each marker's own depth.
+  const Eigen::MatrixXd& scatter() const { return scatter_; }
+
+  /// Returns SystematicErrors::displacement.
+  double mechanicsError() const {
+    double squares = scatter_.squaredNorm();
+    for (std::size_t k = kCameraNumbers; k < strays_.size(); ++k) squares += strays_[k].squaredNorm();
+    return std::sqrt(squares / straight_.squaredNorm() + square(sensor_.uncertainty.model));
+  }
+
+ private:
+  Eigen::MatrixXd displacement(const sensor::Sensor& of) const {
+    constexpr int kDegree = 6;  // a derivative need not be right to more than a hundredth
+    if (of.body) return bodyColumns(of, loads_.nodes);
+    return sensor::elastic::displacementMatrix(of.gel, options_.model, sensor::markerPositions(of), loads_.positions,
+                                               {.degree = kDegree, .breaks = {}});
+  }
+
+  void add(const sensor::Sensor& strayed, const Eigen::MatrixXd& moved, double deviations) {
+    strays_.emplace_back(deviations * (sensor::elastic::toImage(strayed, moved) - straight_));
+  }
+
+  void addBlock() {
+    constexpr double kSmall = 0.01;
+    const sensor::Uncertainty& by = sensor_.uncertainty;
+    sensor::Sensor other = sensor_;
+    const double step = other.gel.poissonRatio < 0.25 ? kSmall : -kSmall;
+    other.gel.poissonRatio += step;
+    add(other, displacement(other), by.poissonRatio / step);
+
+    other = sensor_;
+    other.gel.size.z() *= 1.0 + kSmall;
+    // The camera stays where it is: its pose has an error of its own.
+    add(sensor_, displacement(other), by.thickness / (kSmall * sensor_.gel.size.z()));
+
+    sensor::Sensor shallower = sensor_;  // not deeper: a layer may lie next to the base
+    for (sensor::MarkerLayer& layer : shallower.layers) layer.depth *= 1.0 - kSmall;
+    Eigen::MatrixXd byDepth = sensor::elastic::toImage(shallower, displacement(shallower)) - straight_;  // [px/(N m)]
+    Eigen::Index first = 0;
+    for (const sensor::MarkerLayer& layer : sensor_.layers) {
+      const Eigen::Index rows = 2 * layer.count();
+      byDepth.middleRows(first, rows) /= -kSmall * layer.depth;
+      strays_.emplace_back(Eigen::MatrixXd::Zero(straight_.rows(), straight_.cols()));
+      strays_.back().middleRows(first, rows) = by.layerDepth * byDepth.middleRows(first, rows);
+      first += rows;
+    }
+    if (by.markerDepth > 0.0) scatter_ = by.markerDepth * byDepth;
+  }
+
+  const sensor::Sensor& sensor_;
+  const SolveOptions& options_;
+  const Loads& loads_;
+  const Eigen::MatrixXd unit_, straight_;  // displacements of the markers [m/N]; in the picture [px/N]
+  std::vector<Eigen::MatrixXd> strays_;
+  Eigen::MatrixXd scatter_;
+};
 
 /// What a force at `at` is misread by [force, moment about the place of the force], from what the wrench is.
 Reading aboutPlace(const Reading& reading, const Eigen::Vector3d& at) {
@@ -121,9 +156,12 @@ Reading aboutPlace(const Reading& reading, const Eigen::Vector3d& at) {
 /// of depth adds to the displacements under unit forces there, 2M x 3 [px/N].
 class ScatterSum {
  public:
-  void add(const Reading& reading, const Eigen::Ref<const Eigen::MatrixXd>& byDepth, double weight) {
+  void add(const Readings& readings, const Eigen::Ref<const Eigen::MatrixXd>& byDepth, double weight) {
     for (Eigen::Index i = 0; i < byDepth.rows(); i += 2) {
-      const Matrix63 misread = reading.middleCols<2>(i) * byDepth.middleRows<2>(i);
+      Matrix63 misread;
+      for (int axis = 0; axis < 3; ++axis) {
+        misread.col(axis) = readings[static_cast<std::size_t>(axis)].middleCols<2>(i) * byDepth.block<2, 1>(i, axis);
+      }
       const Eigen::Map<const Vector18> each(misread.data());
       sum_ += weight * each * each.transpose();
     }
@@ -141,12 +179,13 @@ class ScatterSum {
 };
 
 /// Of a contact about any of the nine places; `around` and `byDepth`: of each.
-std::vector<double> contactScatter(const std::vector<Reading>& around, const Eigen::MatrixXd& byDepth,
+std::vector<double> contactScatter(const std::vector<Readings>& around, const Eigen::MatrixXd& byDepth,
                                    const sensor::Points& places) {
   ScatterSum sum;
   for (Eigen::Index i = 0; i < places.cols(); ++i) {
-    sum.add(aboutPlace(around[static_cast<std::size_t>(i)], places.col(i)), byDepth.middleCols<3>(3 * i),
-            1.0 / static_cast<double>(places.cols()));
+    Readings about = around[static_cast<std::size_t>(i)];
+    for (Reading& each : about) each = aboutPlace(each, places.col(i));
+    sum.add(about, byDepth.middleCols<3>(3 * i), 1.0 / static_cast<double>(places.cols()));
   }
   return sum.principal();
 }
@@ -157,7 +196,8 @@ std::vector<double> wholeFaceScatter(const Reading& wholeFace, const Eigen::Matr
   Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(byDepth.rows(), 3);
   for (Eigen::Index i = 0; i < places.cols(); ++i) mean += byDepth.middleCols<3>(3 * i);
   ScatterSum sum;
-  sum.add(aboutPlace(wholeFace, places.rowwise().mean()), mean / static_cast<double>(places.cols()), 1.0);
+  const Reading about = aboutPlace(wholeFace, places.rowwise().mean());
+  sum.add({about, about, about}, mean / static_cast<double>(places.cols()), 1.0);
   return sum.principal();
 }
 
@@ -184,70 +224,29 @@ bool isWeighed(const sensor::Sensor& sensor) {
   return made && !made->stiffness.empty() && made->stiffness >= made->geometry;
 }
 
-namespace {
-
-/// `around(node)`, `wholeFace`: how a contact about the node, and one on all nodes, are read.
-template <typename Around>
-SystematicErrors errorsOf(const sensor::Sensor& sensor, const SolveOptions& options, const Reading& wholeFace,
-                          Around aroundNode) {
-  constexpr int kDegree = 6;  // a derivative need not be right to more than a hundredth
-  constexpr double kSmall = 0.01;
+SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Factors& factors,
+                                  const Atoms& atoms) {
   const Loads loads(sensor);
-  const auto displacement = [&](const sensor::Sensor& of) {
-    if (of.body) return bodyColumns(of, loads.nodes);
-    return sensor::elastic::displacementMatrix(of.gel, options.model, sensor::markerPositions(of), loads.positions,
-                                               {.degree = kDegree, .breaks = {}});
-  };
-  const Eigen::MatrixXd unit = displacement(sensor), straight = sensor::elastic::toImage(sensor, unit);
-  std::vector<Eigen::MatrixXd> strays;  // 2M x 27 [px/N], by a deviation each
-  Eigen::MatrixXd byDepth;              // of a block, 2M x 27 [px/(N m)]: by each marker's own depth
-  const auto add = [&](const sensor::Sensor& strayed, const Eigen::MatrixXd& moved, double deviations) {
-    strays.emplace_back(deviations * (sensor::elastic::toImage(strayed, moved) - straight));
-  };
-  for (int number = 0; number < kCameraNumbers; ++number) {
-    sensor::Sensor elsewhere = sensor;
-    elsewhere.camera = strayed(sensor, number);
-    add(elsewhere, unit, 1.0);
-  }
-  if (!sensor.body) {
-    const sensor::Uncertainty& by = sensor.uncertainty;
-    sensor::Sensor other = sensor;
-    const double step = other.gel.poissonRatio < 0.25 ? kSmall : -kSmall;
-    other.gel.poissonRatio += step;
-    add(other, displacement(other), by.poissonRatio / step);
-
-    other = sensor;
-    other.gel.size.z() *= 1.0 + kSmall;
-    // The camera stays where it is: its pose has an error of its own.
-    add(sensor, displacement(other), by.thickness / (kSmall * sensor.gel.size.z()));
-
-    sensor::Sensor shallower = sensor;  // not deeper: a layer may lie next to the base
-    for (sensor::MarkerLayer& layer : shallower.layers) layer.depth *= 1.0 - kSmall;
-    byDepth = sensor::elastic::toImage(shallower, displacement(shallower)) - straight;
-    Eigen::Index first = 0;
-    for (const sensor::MarkerLayer& layer : sensor.layers) {
-      const Eigen::Index rows = 2 * layer.count();
-      byDepth.middleRows(first, rows) /= -kSmall * layer.depth;
-      strays.emplace_back(Eigen::MatrixXd::Zero(straight.rows(), straight.cols()));
-      strays.back().middleRows(first, rows) = by.layerDepth * byDepth.middleRows(first, rows);
-      first += rows;
-    }
-  }
-
-  std::vector<Reading> around;
-  for (const int node : loads.nodes) around.push_back(aroundNode(node));
+  const Strays strays(sensor, options, loads);
+  SystematicErrors errors;
+  errors.displacement = strays.mechanicsError();
+  const std::vector<Readings> around =
+      contactReadings(sensor, factors, atoms, modelOptions(options), errors.displacement, loads.nodes);
+  const Reading wholeFace = wholeFaceReading(factors, atoms, options.noise_px);
   const auto misread = [&](const Eigen::MatrixXd& stray, const auto& readingOf) {
     Matrix6 error = Matrix6::Zero();
     for (std::size_t i = 0; i < loads.nodes.size(); ++i) {
       const auto column = 3 * static_cast<Eigen::Index>(i);
-      error += readingOf(i) * stray.middleCols<3>(column) * loads.forces.middleRows<3>(column);
+      for (int axis = 0; axis < 3; ++axis) {
+        error += readingOf(i, axis) * stray.col(column + axis) * loads.forces.row(column + axis);
+      }
     }
     return error;
   };
-  SystematicErrors errors;
-  for (const Eigen::MatrixXd& stray : strays) {
-    Matrix6 contact = misread(stray, [&](std::size_t i) -> const Reading& { return around[i]; });
-    Matrix6 whole = misread(stray, [&](std::size_t) -> const Reading& { return wholeFace; });
+  for (const Eigen::MatrixXd& stray : strays.all()) {
+    Matrix6 contact = misread(
+        stray, [&](std::size_t i, int axis) -> const Reading& { return around[i][static_cast<std::size_t>(axis)]; });
+    Matrix6 whole = misread(stray, [&](std::size_t, int) -> const Reading& { return wholeFace; });
     if (isWeighed(sensor)) {  // with a contact that pressed: Young's modulus has since what makes it read right
       whole -= contact(2, 2) * Matrix6::Identity();
       contact -= contact(2, 2) * Matrix6::Identity();
@@ -255,50 +254,11 @@ SystematicErrors errorsOf(const sensor::Sensor& sensor, const SolveOptions& opti
     errors.contact.insert(errors.contact.end(), contact.data(), contact.data() + contact.size());
     errors.wholeFace.insert(errors.wholeFace.end(), whole.data(), whole.data() + whole.size());
   }
-  if (!sensor.body && sensor.uncertainty.markerDepth > 0.0) {
-    byDepth *= sensor.uncertainty.markerDepth;
-    errors.contactScatter = contactScatter(around, byDepth, loads.positions);
-    errors.wholeFaceScatter = wholeFaceScatter(wholeFace, byDepth, loads.positions);
+  if (strays.scatters()) {
+    errors.contactScatter = contactScatter(around, strays.scatter(), loads.positions);
+    errors.wholeFaceScatter = wholeFaceScatter(wholeFace, strays.scatter(), loads.positions);
   }
   return errors;
-}
-
-/// 2M x 4.
-Eigen::MatrixXd transposed(const RowMatrix& motion) {
-  Eigen::MatrixXd result(motion.columns(), kMotions);
-  for (int k = 0; k < kMotions; ++k) {
-    result.col(k) = Eigen::VectorXf::Map(motion.row(k), motion.columns()).cast<double>();
-  }
-  return result;
-}
-
-}  // namespace
-
-SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Factors& factors,
-                                  const Atoms& atoms) {
-  constexpr double kAtomForce_N = 9e-3;  // expected of each, if all are solved for
-  Eigen::MatrixXd wrenches = Eigen::MatrixXd::Zero(factors.rank(), 6), modes(3, factors.rank());
-  std::vector<int> pointOf(static_cast<std::size_t>(sensor.nodes.count()));
-  for (int p = 0; p < atoms.pointCount(); ++p) {
-    const int node = atoms.nodes[static_cast<std::size_t>(p)];
-    if (node >= 0) pointOf[static_cast<std::size_t>(node)] = p;
-  }
-  for (int a = 0; a < atoms.count(); ++a) {
-    Eigen::Matrix<double, 6, 3> unit = Eigen::Matrix<double, 6, 3>::Zero();
-    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
-      unit += it.value() * unitWrenches(atoms.points.col(it.row()));
-    }
-    modesOfAtom(factors, atoms, a, modes);
-    wrenches += (unit * modes).transpose();
-  }
-  const Eigen::MatrixXd motion = transposed(factors.motion);
-  const double lambda = options.noise_px / kAtomForce_N;
-  return errorsOf(
-      sensor, options, byModes(factors.left, kMotions, factors.singularValues, lambda, wrenches), [&](int node) {
-        return byNodesAround(
-            node, sensor, factors.influence, [&](int near) { return 3 * pointOf[static_cast<std::size_t>(near)]; },
-            motion, options.noise_px);
-      });
 }
 
 WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const Eigen::Vector3d& at,

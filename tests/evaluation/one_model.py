@@ -230,14 +230,15 @@ def select(model, gamma, most):
     return first, (value[first] - rest) / model.size[first]
 
 
-def beneath(model, mean):
+def beneath(model, mean, continues=True):
     """Force of each atom if its peak were the (harmonic) mean of the pressure beneath it: what is broader than the
-    contact gets nothing. A contact goes on beyond the nodes as it is at the nearest of them."""
+    contact gets nothing. If it continues, a contact goes on beyond the nodes as it is at the nearest of them."""
     force, result = np.linalg.norm(model.shape @ mean, axis=1), np.zeros(model.atoms)
     plate = model.level == len(SCALES) + 1
     for reach, at in ((PITCH, ~plate), (SIDE * PITCH / 8, plate)):
         pressure = model.spread(reach) @ force
-        pressure = np.where(model.outside, np.maximum(pressure, pressure[model.nearest]), pressure)
+        if continues:
+            pressure = np.where(model.outside, np.maximum(pressure, pressure[model.nearest]), pressure)
         pressure += 1e-6 * pressure.max() + 1e-12
         result[at] = 1 / (model.shape[:, at].T @ (1 / pressure)) / model.shape[:, at].max(0)
     return result

@@ -205,7 +205,7 @@ def around(model, d, fitted, constants):
     patch_omega = (1 - constants.turning) * 3 * along / np.trace(along) + constants.turning * np.eye(3)
     mean = np.zeros((model.atoms, 3))
     mean[: model.points.shape[1]] = pressure_of(model, fitted)
-    rough = np.square(one_model.beneath(model, mean)) / 3
+    rough = np.square(one_model.beneath(model, mean, continues=False)) / 3
     wrench, slope = wrench_of(fitted)
     result = []
     for roughness in ROUGHNESS:

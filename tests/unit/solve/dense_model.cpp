@@ -249,7 +249,7 @@ std::vector<int> DenseModel::select(Vector& gamma, const Vector& squares, int mo
 
 void DenseModel::roughen(std::vector<int>& atoms, Vector& gamma, const Vector& mean, const Vector& squares, int most,
                          double n2) const {
-  Vector whole = beneath(kronecker(shape_) * mean);
+  Vector whole = beneath(kronecker(shape_) * mean, true);
   for (Eigen::Index a = 0; a < whole.size(); ++a) {
     const bool isSmall = level_[static_cast<std::size_t>(a)] < 3 && !(a < points_.cols() && beyond_[a]);
     if (isSmall) whole[a] *= options_.roughness * options_.roughness;
@@ -267,10 +267,11 @@ void DenseModel::strongest(const Vector& whole, const Vector& squares, int most,
   std::erase_if(atoms, [&](int a) { return value[a] <= options_.floor * n2; });
 }
 
-DenseModel::Vector DenseModel::beneath(const Vector& forces) const {
+DenseModel::Vector DenseModel::beneath(const Vector& forces, bool continues) const {
   const double pitch = spacing_.front(),
                side = spacing_[static_cast<std::size_t>(level_.at(static_cast<std::size_t>(plate_)))];
-  const Vector fine = reciprocalPressure(forces, pitch), coarse = reciprocalPressure(forces, std::max(pitch, side / 8));
+  const Vector fine = reciprocalPressure(forces, pitch, continues),
+               coarse = reciprocalPressure(forces, std::max(pitch, side / 8), continues);
   Vector whole(shape_.cols());
   for (Eigen::Index a = 0; a < whole.size(); ++a) {
     const double q = 1 / shape_.col(a).dot(a == plate_ ? coarse : fine) / shape_.col(a).maxCoeff();
@@ -279,7 +280,7 @@ DenseModel::Vector DenseModel::beneath(const Vector& forces) const {
   return whole;
 }
 
-DenseModel::Vector DenseModel::reciprocalPressure(const Vector& forces, double reach) const {
+DenseModel::Vector DenseModel::reciprocalPressure(const Vector& forces, double reach, bool continues) const {
   const Eigen::Index count = points_.cols();
   Vector spread = Vector::Zero(count);
   for (Eigen::Index p = 0; p < count; ++p) {
@@ -293,7 +294,7 @@ DenseModel::Vector DenseModel::reciprocalPressure(const Vector& forces, double r
   }
   Vector pressure = spread;
   for (Eigen::Index p = 0; p < count; ++p) {
-    if (beyond_[p]) pressure[p] = std::max(spread[p], spread[nearest_[static_cast<std::size_t>(p)]]);
+    if (continues && beyond_[p]) pressure[p] = std::max(spread[p], spread[nearest_[static_cast<std::size_t>(p)]]);
   }
   return (pressure.array() + 1e-6 * spread.maxCoeff()).inverse();
 }

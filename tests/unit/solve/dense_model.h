@@ -101,10 +101,11 @@ class DenseModel : protected DenseAtoms {
   /// Sets `atoms` to those with the largest values.
   void strongest(const Vector& whole, const Vector& squares, int most, double n2, std::vector<int>& atoms) const;
 
-  /// Returns q^2 / 3 of all atoms under forces of the points.
-  Vector beneath(const Vector& forces) const;
+  /// Returns q^2 / 3 of all atoms under forces of the points. \param continues whether the points beyond the nodes have
+  /// at least the pressure of the nearest node
+  Vector beneath(const Vector& forces, bool continues) const;
 
-  Vector reciprocalPressure(const Vector& forces, double reach) const;
+  Vector reciprocalPressure(const Vector& forces, double reach, bool continues) const;
 
   static Fit posterior(const Matrix& H, const Matrix& motion, const Vector& d, double n2, const std::vector<int>& atoms,
                        const Vector& gamma, const std::vector<Eigen::Matrix3d>& omega, const Matrix& extra);

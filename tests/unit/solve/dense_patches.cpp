@@ -159,7 +159,7 @@ std::vector<DensePatches::Candidate> DensePatches::even(const Frame& frame, cons
       extra.block<3, 3>(3 * p, 0).diagonal().setConstant(3 * shown(p, 0));
       extra.block<3, 3>(3 * p, 3).diagonal().setConstant(shown(p, 1));
     }
-    Vector whole = beneath(pressing);
+    Vector whole = beneath(pressing, true);
     for (Eigen::Index a = 0; a < whole.size(); ++a) {
       const bool isTold = level_[static_cast<std::size_t>(a)] < 3 && !(a < points_.cols() && beyond_[a]);
       if (isTold) whole[a] *= rho * rho;
@@ -245,7 +245,7 @@ std::vector<DensePatches::Candidate> DensePatches::around(const Frame& frame, co
     keep(fit, atoms, seen);
   }
 
-  const Vector rough = beneath(forces);
+  const Vector rough = beneath(forces, false);
   const Eigen::Matrix3d own =
       (1 - options_.turning) * 3 * along / along.trace() + options_.turning * Eigen::Matrix3d::Identity();
   std::vector<Candidate> found;
@@ -275,6 +275,8 @@ std::vector<DensePatches::Candidate> DensePatches::around(const Frame& frame, co
       patch.load += candidate.change.segment<4>(4 * k);
       patch.place += candidate.change.segment<3>(4 * count + 3 * k);
       addForces(patch, centred(patch.place), candidate.forces);
+      const Eigen::Vector2d away = candidate.change.segment<2>(4 * count + 3 * k);
+      candidate.wrench.tail<3>() += Eigen::Vector3d(away.x(), away.y(), 0).cross(candidate.change.segment<3>(4 * k));
     }
     found.push_back(candidate);
   }
