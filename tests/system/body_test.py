@@ -64,7 +64,9 @@ class Body(unittest.TestCase):
         # Two zeros were taken, of some frames each: the means differ by their noise.
         self.assertLess(np.linalg.norm((wrench - model)[:3]), 5e-3 * np.linalg.norm(model[:3]) + 5 * deviation[:3].max())
         self.assertLess(np.linalg.norm((wrench - model)[3:]), 5e-3 * np.linalg.norm(model[3:]) + 5 * deviation[3:].max())
-        self.assertLess(np.linalg.norm(forces - model_forces), 0.1 * np.linalg.norm(model_forces))
+        # The block knows round patches, a file has forces on its nodes alone: shapes agree, single nodes need not.
+        self.assertEqual(np.argmax(np.abs(forces)), np.argmax(np.abs(model_forces)))
+        self.assertGreater(forces @ model_forces, 0.95 * np.linalg.norm(forces) * np.linalg.norm(model_forces))
         self.assertEqual(description.solver.mechanics, "influence file")
         self.assertEqual(len(description.body.marker_positions_m), 3 * 1152)
         self.assertEqual(len(description.body.node_areas_m2), 576)
