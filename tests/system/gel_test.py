@@ -146,7 +146,7 @@ class Gel(unittest.TestCase):
 
     def test_a_snapshot_shows_the_picture_and_what_was_found_in_it(self):
         daemon = self.daemon()
-        daemon.wait_for("zero taken")
+        self.bench.subscribe(daemon).collect(1)  # a film's pictures wait until the first zero's solver is made
         plain, marked = self.bench.folder / "plain.png", self.bench.folder / "marked.png"
         code, output = self.ctl(daemon, "snapshot", str(plain))
         self.assertEqual(code, 0, output)
