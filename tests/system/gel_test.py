@@ -146,7 +146,8 @@ class Gel(unittest.TestCase):
 
     def test_a_snapshot_shows_the_picture_and_what_was_found_in_it(self):
         daemon = self.daemon()
-        self.bench.subscribe(daemon).collect(1)  # a film's pictures wait until the first zero's solver is made
+        # The pictures of a film wait until the first zero's solver is made.
+        self.bench.subscribe(daemon, "traction/v1/default/field/").collect(1)
         plain, marked = self.bench.folder / "plain.png", self.bench.folder / "marked.png"
         code, output = self.ctl(daemon, "snapshot", str(plain))
         self.assertEqual(code, 0, output)
