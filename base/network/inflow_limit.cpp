@@ -28,9 +28,10 @@ struct Connection {
   Charge charge = Charge::kRequests;
   FrameMeter meter;
   std::uint64_t frames = 0, charged_bytes = 0;  ///< held by ZeroMQ
-  /// Messages of an earlier connection of this descriptor may wait, until the queues of `leftOver` were found empty so
-  /// often.
-  std::uint64_t leftUntil = 0;
+  std::uint64_t waiting = 0;                    ///< frames that may not have been taken yet
+  /// Frames of earlier connections of this descriptor that may wait, until the queues of `leftOver` were found empty
+  /// `leftUntil` times.
+  std::uint64_t left = 0, leftUntil = 0;
   Charge leftOver = Charge::kRequests;
 };
 
@@ -63,10 +64,16 @@ std::atomic<std::uint64_t>& emptiedOf(Charge charge) {
   return emptied[static_cast<std::size_t>(charge)];
 }
 
+/// Returns how many frames of earlier connections may wait.
+std::uint64_t leftFrames(const Connection& one) {
+  return emptiedOf(one.leftOver) < one.leftUntil ? one.left : 0;
+}
+
 /// Removes the charge of a connection from its record; its messages may still wait. They have been taken when the
 /// queues are found empty twice: the first time may have been just before the last of them came.
 void writeOff(Connection& one) {
-  if (one.frames > 0) {
+  if (one.waiting > 0) {
+    one.left = leftFrames(one) + std::exchange(one.waiting, 0);
     one.leftOver = one.charge;
     one.leftUntil = emptiedOf(one.charge) + 2;
   }
@@ -105,6 +112,7 @@ void endLargest() {
 void startAnew(Connection& one) {
   writeOff(one);
   Connection next;
+  next.left = one.left;
   next.leftUntil = one.leftUntil;
   next.leftOver = one.leftOver;
   one = next;
@@ -133,6 +141,10 @@ void clear() {
   for (auto& left : left_bytes) left = 0;
 }
 
+bool isRecorded(int fd) {
+  return fd >= 0 && static_cast<std::size_t>(fd) < records.size();
+}
+
 bool isWatched(int fd) {
   const std::lock_guard lock(mutex);
   return account.endpoints.contains(localEnd(fd));
@@ -147,6 +159,7 @@ bool allows(int fd, std::span<const std::uint8_t> bytes) {
   if (one.cut) return false;
   const FrameMeter::Reading reading = one.meter.read(bytes, one.charge);
   one.frames += reading.frames;
+  one.waiting += reading.frames;
   one.charged_bytes += reading.cost_bytes;
   account.charged_bytes += reading.cost_bytes;
   if (reading.isOld) {
@@ -203,10 +216,19 @@ void unwatch(const std::vector<std::string>& endpoints) {
   if (account.endpoints.empty()) clear();
 }
 
-void release(int fd, std::size_t parts) {
-  if (fd < 0 || static_cast<std::size_t>(fd) >= records.size()) return;
+void take(int fd, std::size_t parts) {
+  if (!isRecorded(fd)) return;
   if (!seesReads.load(std::memory_order_relaxed) || !connections::seesAccepts())
     isBypassed.store(true, std::memory_order_relaxed);
+  const std::lock_guard lock(mutex);
+  Connection& one = records[static_cast<std::size_t>(fd)];
+  // It may be an earlier connection's: none of this one's is known to have been taken.
+  if (leftFrames(one) == 0) one.waiting -= std::min<std::uint64_t>(parts, one.waiting);
+}
+
+void release(int fd, std::size_t parts) {
+  take(fd, parts);
+  if (!isRecorded(fd)) return;
   const std::lock_guard lock(mutex);
   Connection& one = records[static_cast<std::size_t>(fd)];
   if (one.frames == 0) return;
@@ -218,12 +240,11 @@ void release(int fd, std::size_t parts) {
   account.charged_bytes -= cost_bytes;
 }
 
-std::optional<std::uint64_t> connectionOf(int fd) {
-  if (fd < 0 || static_cast<std::size_t>(fd) >= records.size()) return 0;
+Origin originOf(int fd) {
+  if (!isRecorded(fd)) return {};
   const std::lock_guard lock(mutex);
   const Connection& one = records[static_cast<std::size_t>(fd)];
-  if (emptiedOf(one.leftOver) < one.leftUntil) return std::nullopt;
-  return one.cookie;
+  return {.connection = one.cookie, .left = leftFrames(one)};
 }
 
 void releaseEnded(Charge charge) {

@@ -7,7 +7,6 @@
 #include "base/network/frame_meter.h"
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,16 +24,23 @@ void watch(const std::string& endpoint, Charge charge);
 /// Ends one watch() of each endpoint; ignores endpoints that are not watched. When none is left, forgets all charges.
 void unwatch(const std::vector<std::string>& endpoints);
 
-/// Releases the charge of a connection for one message, which the caller has taken out of ZeroMQ's queues: the mean
-/// charge of its frames for each part. Notes if recv() or accept() was not seen, for Report.
+/// Notes that the caller has taken a message out of ZeroMQ's queues, and keeps its charge: ZeroMQ holds what it said, a
+/// subscription. Notes if recv() or accept() was not seen, for Report. \param fd as for release() \param parts likewise
+void take(int fd, std::size_t parts);
+/// As take(), and releases the charge of the connection for this message: the mean charge of its frames for each part.
 /// \param fd of the connection, as ZeroMQ reports it; -1, or one without a charge, releases nothing
 /// \param parts number of parts of the message that came over the connection
 void release(int fd, std::size_t parts);
 
-/// Returns a number of the connection over which a message came that has been taken out of ZeroMQ's queues; 0 if the
-/// connection was not seen to be read. Returns nothing if another connection had this descriptor before, and messages
-/// of it may still wait: the message may be one of them.
-std::optional<std::uint64_t> connectionOf(int fd);
+/// Where a message came from that has been taken out of ZeroMQ's queues.
+struct Origin {
+  std::uint64_t connection = 0;  ///< number of the descriptor's last connection; 0 if it was not seen to be read
+  /// Parts of messages, this one's perhaps among them, that earlier connections with this descriptor may have left in
+  /// the queues: at most so many messages that come after `connection` began are not of it.
+  std::uint64_t left = 0;
+};
+/// \param fd of the connection, as ZeroMQ reports it
+Origin originOf(int fd);
 
 /// Releases the charges of connections that have ended, whose messages may still wait in ZeroMQ's queues. Must be
 /// called when ZeroMQ has no more messages of this kind there. Above kMostTogether_bytes of these charges, every

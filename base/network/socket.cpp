@@ -182,19 +182,25 @@ bool cutOff(int fd, const std::vector<std::string>& bound) {
 void PeerLimit::count(zmq::message_t& message, const std::vector<std::string>& bound) {
   const int fd = sourceOf(message);
   if (fd < 0 || static_cast<std::size_t>(fd) >= connections::kMostDescriptors) return;
-  const auto connection = inflow::connectionOf(fd);
-  if (!connection) return;
+  const inflow::Origin origin = inflow::originOf(fd);
   const auto index = static_cast<std::size_t>(fd);
   if (index >= counts_.size()) counts_.resize(index + 1);
   Count& count = counts_[index];
-  if (count.connection != *connection) count = {.connection = *connection};
+  if (count.connection != origin.connection) count = {.connection = origin.connection};
+  if (count.others < origin.left) {
+    ++count.others;
+    return;
+  }
   if (++count.messages <= limit_) return;
   count.messages = 0;
   cutOff(fd, bound);
 }
 
 void PeerLimit::reset() {
-  for (Count& count : counts_) count.messages = 0;
+  for (Count& count : counts_) {
+    count.messages = 0;
+    count.others = 0;  // they may all come in the next time, as others' messages do
+  }
 }
 
 }  // namespace tractiond::network

@@ -60,8 +60,9 @@ class PeerLimit {
       : limit_(messages) {}
 
   /// Counts a message that came over a socket bound to these endpoints. Ends its connection (cutOff()) if it exceeds
-  /// the limit. Has no effect if the connection is not known, or the message may be of an earlier one with its
-  /// descriptor. Allocates where a descriptor is larger than all before. \param bound as bind() returned it
+  /// the limit. Does not count as many messages as an earlier connection with its descriptor may have left
+  /// (inflow::originOf()). Has no effect if the connection is not known. Allocates where a descriptor is larger than
+  /// all before. \param bound as bind() returned it
   void count(zmq::message_t& message, const std::vector<std::string>& bound);
   void reset();  ///< Sets the counts of all connections to 0.
 
@@ -69,6 +70,7 @@ class PeerLimit {
   struct Count {
     std::uint64_t connection = 0;  ///< the descriptor's number may become another one's
     int messages = 0;
+    std::uint64_t others = 0;  ///< messages that are taken for an earlier connection's
   };
 
   int limit_;

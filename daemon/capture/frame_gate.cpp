@@ -133,6 +133,12 @@ std::int64_t FrameGate::frameTime(const Track& track) {
   return track.period_ns > 0 ? std::min(track.period_ns, track.pace_ns) : track.pace_ns;
 }
 
+/// Returns the mean time [ns] between two frames of a track by the clock that shows more; 0: not known. Frames that
+/// waited reach the host at once, as the first ones of a camera that is being opened.
+std::int64_t FrameGate::longestMean(const Track& track) {
+  return std::max(track.pace_ns, track.schedule.pace());
+}
+
 void FrameGate::markArrived(const Arrival& arrival) {
   if (!current_) return;
   const bool isAnId = arrival.id != 0 || options_.zeroIsAnId;
@@ -157,7 +163,7 @@ bool FrameGate::seenBefore(const Arrival& arrival) const {
 /// anew. No more than the time since the last new frame has room for: packets may also come twice.
 std::uint64_t FrameGate::thrownBefore(const Track& next, std::uint64_t step) const {
   if (thrown_ == 0 || !current_) return 0;
-  const std::int64_t pace = current_->pace_ns;
+  const std::int64_t pace = longestMean(*current_);
   if (pace <= 0) return thrown_;
   const auto room = static_cast<std::uint64_t>((next.host_ns - current_->host_ns + pace / 2) / pace);
   return room > step ? std::min(thrown_, room - step) : 0;
@@ -173,9 +179,9 @@ void FrameGate::weigh(std::int64_t host_ns, std::uint64_t step) {
   repeatedLately_ = kFading * repeatedLately_ + (repeated_ ? 1.0 : 0.0);
   if (twice_ > 0.0 || repeatedLately_ > kMostRepeated) doubtUntil_ns_ = host_ns + options_.doubt_ns;
   if (late_ > 0.0 && current_) {
-    const double elapsed = current_->pace_ns > 0 ? static_cast<double>(host_ns - current_->host_ns) /
-                                                       static_cast<double>(current_->pace_ns)
-                                                 : 0.0;
+    const std::int64_t pace = longestMean(*current_);
+    const double elapsed =
+        pace > 0 ? static_cast<double>(host_ns - current_->host_ns) / static_cast<double>(pace) : 0.0;
     const double room = std::max(0.0, std::floor(elapsed + 0.25) - static_cast<double>(step));
     const double unexplained = late_ - room;
     if (unexplained > broken_) doubtUntil_ns_ = host_ns + options_.doubt_ns;
@@ -220,11 +226,14 @@ Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimel
   judgement.frameNumber = frameNumber_;
   judgement.newTimeline = newTimeline;
   judgement.discontinuity = current_ && (jumped || step > 1 || thrown > 0);
-  const std::int64_t pace = current_ ? current_->pace_ns : 0;
+  const std::int64_t pace = current_ ? current_->pace_ns : 0, stampPace = current_ ? current_->schedule.pace() : 0;
   current_ = next;
   heard_ns_ = next.host_ns;
   heldBack_ = 0;
-  if (thrown > 0) current_->pace_ns = pace;  // more than `step` frames were taken since
+  if (thrown > 0) {  // more than `step` frames were taken since
+    current_->pace_ns = pace;
+    current_->schedule.keepPace(stampPace);
+  }
   candidate_.reset();
   reopened_ = false;
   arrived_.reset();

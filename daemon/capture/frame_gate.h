@@ -118,6 +118,7 @@ class FrameGate {
   bool isNext(const Track& track, const Arrival& arrival) const;
   void countSurplus(std::int64_t host_ns);
   static std::int64_t frameTime(const Track& track);
+  static std::int64_t longestMean(const Track& track);
   std::uint64_t largestStep(std::int64_t period_ns, std::int64_t elapsed_ns) const;
   Judgement acceptNext(const Arrival& arrival, Fit fit);
   Judgement acceptCandidate(const Arrival& arrival);

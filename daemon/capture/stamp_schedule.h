@@ -12,6 +12,8 @@ class StampSchedule {
   /// Adds the next frame's stamp [ns]; the first call does the same as restart(). \param step increase of its id since
   /// the frame before, at least 1
   void add(std::int64_t device_ns, std::int64_t step);
+  /// Sets pace() back to what it was before the last add(), which was told too small a step.
+  void keepPace(std::int64_t pace_ns) { pace_ns_ = pace_ns; }
   /// Forgets the frames so far and begins with one whose stamp is `device_ns`: after the camera's clock has jumped.
   void restart(std::int64_t device_ns);
 
@@ -21,7 +23,9 @@ class StampSchedule {
   /// Returns whether a next stamp [ns] is so much earlier than the schedule that it is hardly the camera's. False where
   /// stamps are not isEven(), and after a gap of more than four ids. \param step as in add()
   bool isEarly(std::int64_t device_ns, std::int64_t step) const;
-  /// Returns a quarter of the mean time between two stamps [ns]; 0: not known yet.
+  /// Returns the mean time between two stamps [ns]; 0: not known yet.
+  std::int64_t pace() const { return pace_ns_; }
+  /// Returns a quarter of that.
   std::int64_t quarter() const { return pace_ns_ / 4; }
 
  private:

@@ -175,7 +175,8 @@ struct Publisher::Impl {
         return;
       }
       const std::string_view text = message.to_string_view();
-      if (text.starts_with('\0') || isOfOurs(text)) network::inflow::release(network::sourceOf(message), 1);
+      const bool takesRoom = !text.starts_with('\0') && !isOfOurs(text);
+      (takesRoom ? network::inflow::take : network::inflow::release)(network::sourceOf(message), 1);
       heedPreviews(text);
       if (!text.starts_with('\1')) continue;
       if (std::string_view(topics[kDescription]).starts_with(text.substr(1))) descriptionDue = true;

@@ -192,6 +192,13 @@ void ZeroProcedure::answer(const tl::expected<RestPose, std::string>& result, co
   links_.answer(result, remark);
 }
 
+double ZeroProcedure::answeredWithin_s() const {
+  double taken_s = takenWithin_s();
+  if (const auto* const taking = std::get_if<Taking>(&state_))
+    taken_s = std::max(taken_s, 1e-9 * static_cast<double>(taking->until_ns - clock_()));
+  return taken_s + 1e-9 * static_cast<double>(kKeptWithin_ns);
+}
+
 /// Returns the time within which the tracker takes a zero or refuses it [s].
 double ZeroProcedure::takenWithin_s() const {
   const double noFrames_s = 1e-9 * static_cast<double>(kNoFrames_ns);

@@ -103,8 +103,9 @@ class ZeroProcedure {
   /// Returns the zero in force, if there is one. It may change in begin(), welcome() and turn().
   const std::optional<RestPose>& inForce() const { return zero_; }
 
-  /// Returns the time within which a request that comes now is answered [s].
-  double answeredWithin_s() const { return takenWithin_s() + 1e-9 * static_cast<double>(kKeptWithin_ns); }
+  /// Returns the time within which a request that comes now is answered [s], also if that is the answer of one that is
+  /// open.
+  double answeredWithin_s() const;
 
   /// Requests fail when the tracker has seen no frame for this long.
   static constexpr std::int64_t kNoFrames_ns = 5'000'000'000;

@@ -212,14 +212,16 @@ void Run::keep() {
   if (busyUntil_ns > now() + kUsual_ns) fields_.disturb(busyUntil_ns);
 }
 
-/// The stages that are ready take turns until none is.
+/// The stages that are ready take turns until none is. Law: that ends.
 void Run::work() {
+  constexpr int kMostTurns = 100'000;
   if (keeperAt_ns_ <= now()) keep();
-  for (;;) {
+  for (int turns = 0;; ++turns) {
+    journal_.law(turns < kMostTurns, "time goes on", [] { return "stages take turns without end"; });
     std::array<std::size_t, kStages.size()> able{};
     std::size_t count = 0;
     ready_[0] = life_->wakes_ns() <= now();
-    ready_.back() = ready_.back() || bus_.hasSubscriptions();
+    ready_.back() = ready_.back() || (bus_.hasSubscriptions() && !life_->hasEnded());
     for (std::size_t i = 0; i < kStages.size(); ++i) {
       ready_[i] = ready_[i] || turned_ns_[i] + kIdleTurn_ns <= now();
       if (ready_[i] && busyUntil_ns_[i] <= now()) able[count++] = i;

@@ -98,10 +98,15 @@ Story draw(std::uint64_t seed, std::int64_t lasts_ms) {
     auto drawn = static_cast<int>(chance.below(static_cast<std::uint64_t>(weights)));
     const Sort* sort = kSorts.data();
     for (; drawn >= sort->weight; ++sort) drawn -= sort->weight;
-    std::int64_t high = sort->high;
+    std::int64_t low = sort->low, high = sort->high;
     if (sort->event == Event::kSlowDisk && !chance.oneIn(4)) high = 6'000;
     if (high > kFew && isOfPrograms(sort->event) && !chance.oneIn(8)) high = kFew;
-    Happening one{at_ms, sort->event, chance.between(sort->low, high), 0};
+    // Half of those who subscribe to much subscribe to more than they may, and to less than ZeroMQ may hold.
+    if (sort->event == Event::kSubscriptions && chance.oneIn(2)) {
+      low = 200;
+      high = 380;
+    }
+    Happening one{at_ms, sort->event, chance.between(low, high), 0};
     if (sort->longest_ms > 0)
       one.for_ms = chance.between(10, std::min(sort->longest_ms, lasts_ms - kCalm_ms - at_ms + 10));
     // A stage often lacks the processor for about as long as the links bridge.

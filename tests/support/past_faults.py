@@ -144,7 +144,7 @@ FAULTS = [Fault(*one) for one in [
          "} else if (account.charged_bytes > 1000 * kMostTogether_bytes) {"),
     ]),
     ("taken-back", "4883720", "a client is charged for subscriptions that it has taken back", [
-        (PUBLISHER, "if (text.starts_with('\\0') || isOfOurs(text))", "if (isOfOurs(text))"),
+        (PUBLISHER, "const bool takesRoom = !text.starts_with('\\0') && !isOfOurs(text);", "const bool takesRoom = !isOfOurs(text);"),
     ]),
     ("passed-on", "8964da1", "a request that is passed on is not answered through who passed it on", [
         (CONTROL, "if (!route.beyond.empty()) put(route.beyond, ZMQ_SNDMORE);", ""),

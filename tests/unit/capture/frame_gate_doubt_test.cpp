@@ -353,6 +353,37 @@ TEST_F(FrameGateTest, FlagsFiveFramesOfACounterThatReplacesASinglePicture) {
   expectFiveDoubted(camera);
 }
 
+/// The first pictures wait while a camera is opened, and come at once: the host's mean time between frames is too short
+/// then. Another host's picture comes early in the place of the camera's next, which the driver throws away.
+TEST_F(FrameGateTest, DoubtsAnEarlyPictureAfterPicturesThatWaited) {
+  std::mt19937 random(test::seed());
+  for (int i = 0; i < 400; ++i) {
+    FrameGate gate(kShape, {});
+    SimulatedCamera camera(1 + random() % 60'000);
+    std::int64_t free_ns = camera.hostNow() + static_cast<std::int64_t>(random() % 6) * kPeriod_ns;  // the host
+    const bool isLossy = random() % 2 == 0;
+    for (int k = 0, frames = 18 + static_cast<int>(random() % 60); k < frames; ++k) {
+      if (isLossy && random() % 2 == 0) camera.lose(1);
+      Arrival honest = camera.take();
+      honest.host_ns = std::max(honest.host_ns + static_cast<std::int64_t>(random() % 1'000'000), free_ns);
+      free_ns = honest.host_ns;
+      ASSERT_FALSE(gate.judge(honest).doubted) << i << ", " << k;
+    }
+    Arrival forged = camera.take();
+    const std::int64_t sooner_ns = 7'000'000 + static_cast<std::int64_t>(random() % 2'000'000);
+    forged.host_ns -= sooner_ns;
+    if (random() % 3 == 0) forged.device_ns -= sooner_ns;
+    const bool isDoubted = gate.judge(forged).doubted;
+    Arrival next = camera.take();
+    next.host_ns += static_cast<std::int64_t>(random() % 1'000'000);
+    next.thrown = 1;
+    next.late = 1.0;
+    const Judgement judgement = gate.judge(next);
+    ASSERT_EQ(judgement.verdict, Verdict::kNew);
+    EXPECT_TRUE(isDoubted || judgement.doubted) << i << (isLossy ? ", lossy" : "");
+  }
+}
+
 /// The first two frames came at once, as after a camera has been opened: they say little of the time between frames, of
 /// which it is told whether a frame that came too late was a lost one.
 TEST_F(FrameGateTest, DoubtsASecondSenderSoonAfterTheStart) {

@@ -359,6 +359,18 @@ TEST(Procedures, SaysHowLongAZeroMayTakeAndKeepsToIt) {
   }
 }
 
+/// Who asks for a zero while one is being taken is answered with it.
+TEST(Procedures, SaysHowLongAnOpenZeroMayTakeWhenTheRateRisesMeanwhile) {
+  ProceduresBench bench(100);
+  bench.procedures.welcome("Camera-1", 2.0, std::nullopt);
+  bench.procedures.beginZero({});
+  bench.turn();
+  const double within_s = bench.zeroWithin_s();
+  EXPECT_GT(within_s, 150.0);
+  run(bench, 10.0, 60.0);
+  EXPECT_NEAR(bench.zeroWithin_s(), within_s - 10.0, 1.0);
+}
+
 TEST(Procedures, AStepEndsAlsoWhileMarkersAreFew) {
   for (const auto kind : {CalibrationStep::Kind::kNoise, CalibrationStep::Kind::kWeight}) {
     ProceduresBench bench;

@@ -165,43 +165,86 @@ TEST_P(InflowLimit, NothingIsCountedAnyMoreAfterTheLastEndpoint) {
 }
 
 /// The kernel gives the next connection the same descriptor, while messages of the first one wait.
-TEST_P(InflowLimit, WhatAConnectionLeftIsNotCountedForTheNextOne) {
-  open(zmq::socket_type::router);
-  constexpr int kAllowed = 20;
-  PeerLimit limit(kAllowed);
-  int source = -1;
-  const auto takeUntil = [&](const char* text) {
+class ReusedDescriptor : public InflowLimit {
+ protected:
+  static constexpr std::size_t kAllowed = 20, kLeft = 2 * kAllowed;
+
+  static std::string many(std::size_t number) {
+    std::string all;
+    for (std::size_t i = 0; i < number; ++i) all += RawPeer::part("") + RawPeer::message("more");
+    return all;
+  }
+
+  /// Takes and counts messages until one with this text has come.
+  bool takeUntil(const std::string& text) {
     return test::eventually([&] {
       zmq_pollitem_t item{socket_.handle(), 0, ZMQ_POLLIN, 0};
       zmq_poll(&item, 1, 10);
       for (zmq::message_t message; socket_.recv(message, zmq::recv_flags::dontwait);) {
         if (message.more()) continue;
-        limit.count(message, bound_);
-        source = sourceOf(message);
+        source_ = sourceOf(message);
+        inflow::release(source_, 2);
+        limit_.count(message, bound_);
         if (message.to_string_view() == text) return true;
       }
       return false;
     });
-  };
-  std::string many = RawPeer::part("") + RawPeer::message("first");
-  for (int i = 0; i < 2 * kAllowed; ++i) many += RawPeer::part("") + RawPeer::message("more");
-  {
-    RawPeer leaves(bound_.at(0), "DEALER");
-    leaves.send(many);
-    ASSERT_TRUE(takeUntil("first"));
-    EXPECT_TRUE(inflow::connectionOf(source));
   }
-  const int descriptor = source;
-  EXPECT_TRUE(test::eventually([&] { return localEnd(descriptor).empty(); }));
-  EXPECT_FALSE(inflow::connectionOf(descriptor));
+
+  /// Lets a connection come, leave kLeft messages, and end. Sets descriptor_.
+  void leaveMessages() {
+    open(zmq::socket_type::router);
+    RawPeer leaves(bound_.at(0), "DEALER");
+    leaves.send(RawPeer::part("") + RawPeer::message("first") + many(kLeft));
+    ASSERT_TRUE(takeUntil("first"));
+    descriptor_ = source_;
+    EXPECT_EQ(inflow::originOf(descriptor_).left, 0U);
+  }
+  void awaitItsEnd() const {
+    EXPECT_TRUE(test::eventually([&] { return localEnd(descriptor_).empty(); }));
+    EXPECT_EQ(inflow::originOf(descriptor_).left, 2 * kLeft) << "parts";
+  }
+
+  PeerLimit limit_ = PeerLimit(kAllowed);
+  int source_ = -1, descriptor_ = -1;
+};
+
+INSTANTIATE_TEST_SUITE_P(Publish, ReusedDescriptor, testing::Values("tcp://127.0.0.1:*", "ipc"),
+                         [](const auto& instance) { return std::string(instance.index == 0 ? "Tcp" : "Ipc"); });
+
+TEST_P(ReusedDescriptor, WhatAConnectionLeftIsNotCountedForTheNextOne) {
+  leaveMessages();
+  awaitItsEnd();
   RawPeer next(bound_.at(0), "DEALER");
   next.send(RawPeer::part("") + RawPeer::message("hello"));
   ASSERT_TRUE(takeUntil("hello"));
-  EXPECT_EQ(source, descriptor);
+  EXPECT_EQ(source_, descriptor_);
+  limit_.reset();
   next.send(RawPeer::part("") + RawPeer::message("again"));
   EXPECT_TRUE(takeUntil("again")) << "it was cut off; " << told();
   for (int i = 0; i < 2; ++i) inflow::releaseEnded(Charge::kRequests);
-  EXPECT_TRUE(inflow::connectionOf(descriptor));
+  EXPECT_EQ(inflow::originOf(descriptor_).left, 0U);
+}
+
+TEST_P(ReusedDescriptor, NobodySendsMoreBecauseAnotherLeftMessages) {
+  leaveMessages();
+  awaitItsEnd();
+  RawPeer next(bound_.at(0), "DEALER");
+  next.send(many(2 * kLeft + kAllowed) + RawPeer::part("") + RawPeer::message("beyond"));
+  ASSERT_TRUE(takeUntil("beyond"));
+  EXPECT_EQ(source_, descriptor_);
+  EXPECT_TRUE(next.isCutOff());
+}
+
+TEST_P(ReusedDescriptor, WhatWasTakenIsNotLeft) {
+  open(zmq::socket_type::router);
+  {
+    RawPeer leaves(bound_.at(0), "DEALER");
+    leaves.send(many(kAllowed) + RawPeer::part("") + RawPeer::message("last"));
+    ASSERT_TRUE(takeUntil("last"));
+  }
+  EXPECT_TRUE(test::eventually([&] { return localEnd(source_).empty(); }));
+  EXPECT_EQ(inflow::originOf(source_).left, 0U);
 }
 
 TEST_P(InflowLimit, OlderProtocolIsNotLetIn) {
