@@ -313,4 +313,21 @@ tl::expected<void, FileError> TomlTable::finish() {
   return {};
 }
 
+std::string quoted(const std::string& text) {
+  std::string result = "\"";
+  for (const char letter : text) {
+    if (letter == '"' || letter == '\\') {
+      result += '\\';
+      result += letter;
+    } else if (static_cast<unsigned char>(letter) < 0x20 || letter == 0x7f) {
+      std::array<char, 8> code{};
+      std::snprintf(code.data(), code.size(), "\\u%04X", static_cast<unsigned>(letter));
+      result += code.data();
+    } else {
+      result += letter;
+    }
+  }
+  return result + '"';
+}
+
 }  // namespace tractiond

@@ -197,7 +197,7 @@ TEST(GelFile, CalibrationGoesThereAndBack) {
   const auto back = parseGel(text, "gel.toml");
   ASSERT_TRUE(back) << back.error().what;
   ASSERT_TRUE(back->calibration);
-  EXPECT_EQ(back->calibration->camera, "A _camera_-12");
+  EXPECT_EQ(back->calibration->camera, "A \"camera\"-12");
   EXPECT_EQ(back->calibration->weights.size(), 2U);
   EXPECT_EQ(back->calibration->hash, sensor.calibration->hash);
   EXPECT_NEAR(back->uncertainty.focalDistance, 0.9, 1e-12);
