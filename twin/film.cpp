@@ -139,7 +139,7 @@ void RawFilm::draw(Picture& picture, Truth& truth) {
   truth.time_s = picture.time_s;
   truth.image = image;
   const auto from = pixels_.begin() + static_cast<std::ptrdiff_t>(image * pictureSize_);
-  std::copy_n(from, std::min(pictureSize_, picture.pixels.size()), picture.pixels.begin());
+  picture.pixels.assign(from, from + static_cast<std::ptrdiff_t>(pictureSize_));
 }
 
 }  // namespace twin
