@@ -264,6 +264,7 @@ TEST(Film, RawPicturesComeInALoop) {
                                                   std::to_string(number % 2) + "}");
   }
   EXPECT_EQ(RawFilm::open(directory / "two.raw", 3).error().exitCode, EX_DATAERR);
+  EXPECT_EQ(RawFilm::open(directory / "two.raw", 0).error().exitCode, EX_DATAERR);
   EXPECT_EQ(RawFilm::open(directory / "none.raw", 3).error().exitCode, EX_NOINPUT);
   std::filesystem::remove_all(directory);
 }
