@@ -152,44 +152,43 @@ const void* TomlTable::find(std::string_view key) {
   return asTable(table_).get(key);
 }
 
-template <typename Target>
-void TomlTable::numbers(std::string_view key, const Range& range, Target& target) {
+std::optional<std::vector<double>> TomlTable::numbers(std::string_view key, const Range& range,
+                                                      std::optional<std::size_t> count) {
   const auto* node = static_cast<const toml::node*>(find(key));
-  if (!node) return;
+  if (!node) return std::nullopt;
+  if (!count && node->is_number()) {
+    std::vector<double> one = {std::nan("")};
+    read(key, one[0], range);
+    return std::isnan(one[0]) ? std::nullopt : std::optional(one);
+  }
   const toml::array* array = node->as_array();
-  if constexpr (requires { target.clear(); }) {
-    if (node->is_number()) {
-      target.resize(1);
-      read(key, target[0], range);
-      return;
-    }
-    if (array) target.resize(array->size());
-  }
-  if (!array || array->size() != target.size()) {
+  if (!array || (count && array->size() != *count)) {
     document_->fail(*node, path_ + std::string(key) + " must be a list of " +
-                               (array ? std::to_string(target.size()) + " " : "") + "numbers");
-    return;
+                               (array ? std::to_string(*count) + " " : "") + "numbers");
+    return std::nullopt;
   }
-  for (std::size_t i = 0; i < array->size(); ++i) {
-    if (!array->get(i)->is_number()) {
+  std::vector<double> values;
+  for (const toml::node& element : *array) {
+    if (!element.is_number()) {
       document_->fail(*node, path_ + std::string(key) + " must be a list of numbers");
-      return;
+      return std::nullopt;
     }
-    const double number = numberIn(*array->get(i));
+    const double number = numberIn(element);
     if (!(number >= range.least && number <= range.most && std::isfinite(number))) {
       document_->fail(*node, path_ + std::string(key) + " = " + text(number) + " " + rangeText(range));
-      return;
+      return std::nullopt;
     }
-    target[i] = number / range.perUnit;
+    values.push_back(number / range.perUnit);
   }
+  return values;
 }
 
 void TomlTable::read(std::string_view key, std::span<double> values, const Range& range) {
-  numbers(key, range, values);
+  if (const auto read = numbers(key, range, values.size())) std::ranges::copy(*read, values.begin());
 }
 
 void TomlTable::read(std::string_view key, std::vector<double>& values, const Range& range) {
-  numbers(key, range, values);
+  if (auto read = numbers(key, range, std::nullopt)) values = *std::move(read);
 }
 
 void TomlTable::read(std::string_view key, double& value, const Range& range) {
@@ -311,6 +310,23 @@ tl::expected<void, FileError> TomlTable::finish() {
   }
   if (document_->fault) return tl::unexpected(*document_->fault);
   return {};
+}
+
+std::string quoted(const std::string& text) {
+  std::string result = "\"";
+  for (const char letter : text) {
+    if (letter == '"' || letter == '\\') {
+      result += '\\';
+      result += letter;
+    } else if (static_cast<unsigned char>(letter) < 0x20 || letter == 0x7f) {
+      std::array<char, 8> code{};
+      std::snprintf(code.data(), code.size(), "\\u%04X", static_cast<unsigned>(letter));
+      result += code.data();
+    } else {
+      result += letter;
+    }
+  }
+  return result + '"';
 }
 
 }  // namespace tractiond

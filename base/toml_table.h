@@ -42,7 +42,7 @@ class TomlTable {
   static tl::expected<TomlTable, FileError> load(const std::string& path);
 
   // Read the value of a key. A wrong type or a number that is not finite or not in its range is a fault, which leaves
-  // `value` unchanged, but a list of numbers undefined. An int needs a number without a point.
+  // the value unchanged. An int needs a number without a point.
   void read(std::string_view key, double& value, const Range& range);
   void read(std::string_view key, int& value, const Range& range);
   void read(std::string_view key, bool& value);
@@ -78,12 +78,18 @@ class TomlTable {
   struct Document;
   TomlTable(std::shared_ptr<Document> document, const void* node, std::string path);
   const void* find(std::string_view key);
-  template <typename Target>
-  void numbers(std::string_view key, const Range& range, Target& target);
+  /// Returns a list of `count` numbers; without a count of any length, or a single number. Nothing if there is none, or
+  /// a fault.
+  std::optional<std::vector<double>> numbers(std::string_view key, const Range& range,
+                                             std::optional<std::size_t> count);
 
   std::shared_ptr<Document> document_;
   const void* table_;
   std::string path_;
 };
+
+/// Returns a text as a TOML string, with quotes; control characters, quotes and backslashes are escaped. Bytes that are
+/// not UTF-8 are kept, which TOML does not allow.
+std::string quoted(const std::string& text);
 
 }  // namespace tractiond

@@ -1,6 +1,7 @@
 #include "daemon/arguments.h"
 
 #include "manual/describe.h"
+#include "manual/number.h"
 
 #include <CLI/CLI.hpp>
 
@@ -52,7 +53,7 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   app.add_option("--record-hz", arguments.record.rate_Hz, "of pictures, at most; 0: each that is tracked")
       ->type_name("HZ")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(manual::number(0.0, 1e6));
   app.add_flag("--record-packed", arguments.record.packed, "with pictures compressed, without a loss");
   auto* const replay = app.add_option("--replay", arguments.replay.file,
                                       "compute the forces of a recording again and publish them; with the gel, [track] "
@@ -61,7 +62,7 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   app.add_option("--replay-rate", arguments.replay.rate, "times as fast as it was; 0: as fast as possible")
       ->type_name("FACTOR")
       ->capture_default_str()
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(manual::number(0.0, 1e6));
   app.set_version_flag("--version", std::string("tractiond " TRACTIOND_VERSION));
   app.footer(kExitCodes);
   manual::describable(app);

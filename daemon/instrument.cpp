@@ -137,17 +137,18 @@ tl::expected<void, Error> Instrument::openSockets() {
   publisher_ = *std::move(publisher);
   // Its own one, as long as the control socket has none yet.
   if (const int sender = threadCalled("ZMQbg/IO/0"); sender != 0) realtime_->adopt(sender);
-  auto server = publish::ControlServer::open(config.controlEndpoints,
-                                             {.status = [this] { return publisher_->lastStatus(); },
-                                              .description = [this] { return publisher_->lastDescription(); },
-                                              .zero = [this](const auto& request) { processing_->beginZero(request); },
-                                              .calibrate = [this](const auto& step) { processing_->beginStep(step); },
-                                              .camera =
-                                                  [this](const auto& step) {
-                                                    camera_->ask(step);
-                                                    cameraAsked_ = true;
-                                                  },
-                                              .snapshot = [this] { processing_->askSnapshot(); }});
+  auto server = publish::ControlServer::open(
+      config.controlEndpoints, {.status = [this] { return publisher_->lastStatus(); },
+                                .description = [this] { return publisher_->lastDescription(); },
+                                .zero = [this](const auto& request) { processing_->beginZero(request); },
+                                .calibrate = [this](const auto& step) { processing_->beginStep(step); },
+                                .camera =
+                                    [this](const auto& step) {
+                                      camera_->ask(step);
+                                      cameraAsked_ = true;
+                                    },
+                                .snapshot = [this] { processing_->askSnapshot(); },
+                                .warn = [](const std::string& line) { spdlog::warn("warning: {}", line); }});
   if (!server) return tl::unexpected(server.error());
   controlServer_ = *std::move(server);
   std::vector<std::string> bound;

@@ -1,5 +1,7 @@
 #include "gateway/messages.h"
 
+#include "base/network/socket.h"
+
 #include <cerrno>
 #include <cstring>
 
@@ -23,8 +25,8 @@ bool put(zmq::socket_t& socket, zmq::message_t& part, bool more) {
 }
 
 bool put(zmq::socket_t& socket, std::string_view text, bool more) {
-  zmq::message_t part(text.data(), text.size());
-  return put(socket, part, more);
+  auto part = tractiond::network::copyOf(text);
+  return part && put(socket, *part, more);
 }
 
 std::string property(zmq::message_t& message, const char* name) {

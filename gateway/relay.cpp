@@ -315,15 +315,14 @@ struct Relay::Impl {
       // [route][empty][reply]
       const std::optional<Route> route = Route::of(parts[0].to_string_view());
       if (count != 3 || !route || route->generation != generation) continue;
+      // Made before the first part is sent, so that a reply is sent as a whole or, without memory, not at all.
+      auto reply = replies.allows(route->who, parts[2].size())
+                       ? network::messageOf(parts[2].to_string(), replies.add(route->who, route->fd, parts[2].size()))
+                       : network::copyOf(errorReply(kUnread));
+      if (!reply) continue;
       put((*front)[kControl], route->peer, true);
       put((*front)[kControl], "", true);
-      if (!replies.allows(route->who, parts[2].size())) {
-        put((*front)[kControl], errorReply(kUnread), false);
-        continue;
-      }
-      zmq::message_t reply =
-          network::messageOf(parts[2].to_string(), replies.add(route->who, route->fd, parts[2].size()));
-      put((*front)[kControl], reply, false);
+      put((*front)[kControl], *reply, false);
     }
   }
 

@@ -1,6 +1,7 @@
 #include "lens/arguments.h"
 
 #include "manual/describe.h"
+#include "manual/number.h"
 
 #include <CLI/CLI.hpp>
 
@@ -61,7 +62,7 @@ tl::expected<Command, int> parseArguments(int argc, char** argv) {
   calibrate->add_option("--square-mm", square_mm, "side of a square")
       ->type_name("MM")
       ->required()
-      ->check(CLI::Range(0.1, 1000.0));
+      ->check(manual::number(0.1, 1000.0));
   calibrate->add_option("--gel", calibration.gel, "gel file to write the lens into; without: the paper's sensor")
       ->type_name("FILE");
   calibrate->add_option("--output", calibration.output, "gel file to be written")->type_name("FILE")->required();
@@ -77,7 +78,7 @@ tl::expected<Command, int> parseArguments(int argc, char** argv) {
                    "writes the pose where up to so many pixels are left of the markers' places (rms), with a warning "
                    "above 0.5; without: 0.5")
       ->type_name("PX")
-      ->check(CLI::Range(0.01, 100.0));
+      ->check(manual::number(0.01, 100.0));
   auto* mark = app.add_subcommand("mark", "Draws the markers that are found in a picture of the untouched gel");
   mark->add_option("PICTURE", marking.picture, "PNG, TIFF or JPEG")->type_name("FILE")->required();
   mark->add_option("--gel", marking.gel, "gel file")->type_name("FILE")->required();

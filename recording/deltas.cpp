@@ -2,12 +2,14 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <cassert>
 #include <limits>
 
 namespace recording {
 
 void packDeltas(std::string_view bytes, std::size_t delta, std::string& scratch, std::string& to) {
+  delta = std::max<std::size_t>(delta, 1);
   scratch.resize(bytes.size());
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     const auto before = i < delta ? 0U : static_cast<unsigned char>(bytes[i - delta]);
@@ -29,8 +31,11 @@ void packDeltas(std::string_view bytes, std::size_t delta, std::string& scratch,
   deflateEnd(&stream);
 }
 
-bool unpackDeltas(std::string_view packed, std::size_t delta, std::span<std::uint8_t> to) {
-  if (delta == 0 || packed.size() > std::numeric_limits<uInt>::max()) return false;
+namespace {
+
+/// Returns whether the stream is whole and has exactly as many bytes as `to`.
+bool inflateAll(std::string_view packed, std::span<std::uint8_t> to) {
+  if (packed.size() > std::numeric_limits<uInt>::max()) return false;
   z_stream stream{};
   stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));  // zlib only reads it
   stream.avail_in = static_cast<uInt>(packed.size());
@@ -39,7 +44,16 @@ bool unpackDeltas(std::string_view packed, std::size_t delta, std::span<std::uin
   if (inflateInit(&stream) != Z_OK) return false;
   const bool whole = inflate(&stream, Z_FINISH) == Z_STREAM_END && stream.avail_out == 0 && stream.avail_in == 0;
   inflateEnd(&stream);
-  if (!whole) return false;
+  return whole;
+}
+
+}  // namespace
+
+bool unpackDeltas(std::string_view packed, std::size_t delta, std::span<std::uint8_t> to) {
+  if (delta == 0 || !inflateAll(packed, to)) {
+    std::ranges::fill(to, std::uint8_t{0});
+    return false;
+  }
   for (std::size_t i = delta; i < to.size(); ++i) to[i] = static_cast<std::uint8_t>(to[i] + to[i - delta]);
   return true;
 }

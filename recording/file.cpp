@@ -108,15 +108,16 @@ OldFile::~OldFile() {
 }
 
 tl::expected<void, Error> OldFile::read(std::uint64_t offset, std::uint64_t count, std::string& to) const {
+  const auto failed = [&](const char* why) {
+    to.clear();
+    return tl::unexpected(Error{EX_IOERR, std::string("cannot be read: ") + why, path_});
+  };
+  if (offset > size_ || count > size_ - offset) return failed("it is shorter");
   to.resize(static_cast<std::size_t>(count));
   for (std::size_t done = 0; done < to.size();) {
     const ssize_t got = pread(fd_, to.data() + done, to.size() - done, static_cast<off_t>(offset + done));
     if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) {
-      return tl::unexpected(
-          Error{EX_IOERR, std::string("cannot be read: ") + (got < 0 ? std::strerror(errno) : "it has become shorter"),
-                path_});
-    }
+    if (got <= 0) return failed(got < 0 ? std::strerror(errno) : "it has become shorter");
     done += static_cast<std::size_t>(got);
   }
   return {};

@@ -66,8 +66,8 @@ class OldFile {
   std::uint64_t size() const { return size_; }
   /// Returns the path that was given to open().
   const std::filesystem::path& path() const { return path_; }
-  /// Replaces `to` by `count` bytes from `offset`; all must lie below size(). Waits for the disk. Error: EX_IOERR, also
-  /// if the file has become shorter; `to` is then undefined.
+  /// Replaces `to` by `count` bytes from `offset`. Waits for the disk. Error: EX_IOERR, also if they do not lie below
+  /// size() or the file has become shorter; `to` is then empty.
   tl::expected<void, Error> read(std::uint64_t offset, std::uint64_t count, std::string& to) const;
 
  private:

@@ -48,6 +48,9 @@ bool Writer::isDue(std::uint64_t now_ns) const {
 }
 
 tl::expected<void, Error> Writer::write(const Message& message) {
+  if (message.channel == 0 || message.channel > channels_.size()) {
+    return tl::unexpected(Error{EX_SOFTWARE, "a message is of a channel that was not declared"});
+  }
   if (isDue(message.logTime_ns) || records_.size() >= options_.chunkBytes) {
     if (auto flushed = flush(); !flushed) return flushed;
   }

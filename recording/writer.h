@@ -18,9 +18,10 @@ struct WriterOptions {
   std::string library;                       ///< name of the writing program
 };
 
-/// Writes to a sink. Thread-bound. All errors are those of the sink. After an error the messages of the current chunk
-/// are lost and only close() may be called: it ends the file behind the chunks already written, for which room was
-/// reserved if the sink can. The destructor does not close: what is not written is lost, and the file has no end.
+/// Writes to a sink. Thread-bound. Errors are those of the sink, except where stated. After an error of the
+/// sink the messages of the current chunk are lost and only close() may be called: it ends the file behind the chunks
+/// already written, for which room was reserved if the sink can. The destructor does not close: what is not written is
+/// lost, and the file has no end.
 class Writer {
  public:
   /// Writes nothing yet. \param sink must be empty, and outlive the writer
@@ -35,8 +36,8 @@ class Writer {
                         std::map<std::string, std::string> metadata = {});
 
   /// Adds a copy of a message to the current chunk. If that chunk is due or full, does flush() first, and so waits for
-  /// the disk; if that fails, the message is not added. The message's channel must have been declared: it is not
-  /// checked.
+  /// the disk; if that fails, the message is not added. Fails with EX_SOFTWARE if the message's channel has not been
+  /// declared.
   tl::expected<void, Error> write(const Message& message);
   /// Returns the log time of the first message not written yet; nothing if all are written.
   std::optional<std::uint64_t> oldest_ns() const;

@@ -13,6 +13,8 @@ namespace sensor {
 
 namespace {
 
+using tractiond::quoted;
+
 constexpr int kVersion = 1;
 constexpr double kMillimetres = 1e3;  // per metre
 
@@ -203,19 +205,6 @@ std::string list(const Vector& values, double perUnit = 1.0) {
   for (const double value : values) text += (text.size() > 1 ? ", " : "") + number(value * perUnit);
   return text + "]";
 }
-
-/// Returns the text in quotes, with an underscore for each character that a TOML string cannot hold.
-std::string quoted(const std::string& text) {
-  std::string safe = text;
-  for (char& c : safe) {
-    if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '_';
-  }
-  return '"' + safe + '"';
-}
-
-}  // namespace
-
-namespace {
 
 /// Reads all tables. \param body true: an influence file supplies the mechanics and the positions of markers and nodes
 Sensor readSensor(TomlTable& root, bool body) {

@@ -31,8 +31,8 @@ tl::expected<Sensor, FileError> loadGel(const std::string& path);
 Sensor readGel(TomlTable& root);
 
 /// Returns the text of a gel file that parseGel() reads. Numbers have 15 digits. Of a body it holds the absolute path
-/// of the influence file only. Leaves out Sensor::scatter and some keys that have their defaults; replaces characters
-/// that TOML would have to escape by '_'.
+/// of the influence file only. Leaves out Sensor::scatter and some keys that have their defaults. TOML cannot hold
+/// a path that is not UTF-8: parseGel() fails for that text.
 std::string gelText(const Sensor& sensor);
 
 }  // namespace sensor

@@ -4,6 +4,7 @@
 #include "twin/blur.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <numbers>
@@ -14,7 +15,9 @@ namespace {
 
 constexpr double kTail = 4.0;             // standard deviations; 6e-5 of the light lies beyond
 constexpr double kStepsPerPixel = 512.0;  // the error of linear interpolation is 1e-6
-constexpr int kDiscStrips = 64;
+constexpr int kLeastStrips = 64, kMostStrips = 400'000;  // of an ellipse
+constexpr double kStripsPerPixel = 4.0;                  // of half its height
+constexpr int kColumns = 64;                             // of a picture that are drawn together
 
 double normal(double t) {
   return 0.5 * std::erfc(-t * std::numbers::sqrt2 / 2.0);
@@ -42,9 +45,11 @@ std::vector<Strip> ellipseStrips(double a, double b, double angle) {
   const double height = std::hypot(a * std::sin(angle), b * std::cos(angle));
   const double lean = (a * a - b * b) * std::sin(angle) * std::cos(angle) / (height * height);
   std::vector<Strip> strips;
-  strips.reserve(kDiscStrips);
-  const double step = std::numbers::pi / kDiscStrips;
-  for (int i = 0; i < kDiscStrips; ++i) {
+  const int count =
+      static_cast<int>(std::clamp<double>(std::ceil(kStripsPerPixel * height), kLeastStrips, kMostStrips));
+  strips.reserve(static_cast<std::size_t>(count));
+  const double step = std::numbers::pi / count;
+  for (int i = 0; i < count; ++i) {
     const double t = (i + 0.5) * step - 0.5 * std::numbers::pi;
     const double y = height * std::sin(t), halfWidth = a * b / height * std::cos(t);
     strips.push_back({y, height * std::cos(t) * step, lean * y - halfWidth, lean * y + halfWidth});
@@ -72,18 +77,22 @@ double Blur::at(const std::vector<double>& table, double offset) const {
 
 void Blur::add(std::span<const Strip> region, double left, double top, int size, double gain,
                std::span<float> pixels) const {
-  assert(size <= kLargestPatch && pixels.size() >= static_cast<std::size_t>(size * size));
-  double across[kLargestPatch];
+  assert(pixels.size() >= static_cast<std::size_t>(size) * static_cast<std::size_t>(size));
+  std::array<double, kColumns> across;
   for (const Strip& strip : region) {
-    for (int i = 0; i < size; ++i) {
-      across[i] = at(integral_, strip.x1 - (left + i)) - at(integral_, strip.x0 - (left + i));
-    }
-    for (int j = 0; j < size; ++j) {
-      const double down = top + j - strip.y;
-      if (std::abs(down) > reach_) continue;
-      const double weight = gain * strip.dy * at(kernel_, down);
-      float* row = pixels.data() + j * size;
-      for (int i = 0; i < size; ++i) row[i] += static_cast<float>(weight * across[i]);
+    const int first = static_cast<int>(std::clamp<double>(std::ceil(strip.y - reach_ - top), 0.0, size));
+    const int last = static_cast<int>(std::clamp<double>(std::floor(strip.y + reach_ - top), -1.0, size - 1.0));
+    for (int column = 0; first <= last && column < size; column += kColumns) {
+      const int count = std::min(kColumns, size - column);
+      for (int i = 0; i < count; ++i) {
+        const double u = left + (column + i);
+        across[static_cast<std::size_t>(i)] = at(integral_, strip.x1 - u) - at(integral_, strip.x0 - u);
+      }
+      for (int j = first; j <= last; ++j) {
+        const double weight = gain * strip.dy * at(kernel_, top + j - strip.y);
+        float* const row = pixels.data() + static_cast<std::ptrdiff_t>(j) * size + column;
+        for (int i = 0; i < count; ++i) row[i] += static_cast<float>(weight * across[static_cast<std::size_t>(i)]);
+      }
     }
   }
 }

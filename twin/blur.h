@@ -6,14 +6,13 @@
 
 namespace twin {
 
-constexpr int kLargestPatch = 64;  ///< largest side of the squares that Blur::add() draws [px]
-
 /// A strip of a region: x0 <= x <= x1, of height dy, centred on y. In pixels.
 struct Strip {
   double y, dy, x0, x1;
 };
 
-/// Returns the disc of `radius` [px] around (0, 0) as strips, top to bottom. Their total area is exactly the disc's.
+/// Returns the disc of `radius` [px] around (0, 0) as strips, top to bottom: at least 64, each at most 0.8 px high for
+/// a radius up to 10^5 px. Their total area is exactly the disc's.
 std::vector<Strip> discStrips(double radius);
 
 /// Returns an ellipse around (0, 0) in the same way. \param a, b half axes [px], above 0
@@ -30,8 +29,8 @@ class Blur {
   double reach() const { return reach_; }
 
   /// Adds `gain` times the brightness of a region to size x size pixels, row by row; the centre of the first pixel is
-  /// (left, top), in the coordinates of the region. A pixel that the region covers fully has brightness 1. size <=
-  /// kLargestPatch; `pixels` has at least size x size elements (asserted).
+  /// (left, top), in the coordinates of the region. A pixel that the region covers fully has brightness 1. `pixels`
+  /// has at least size x size elements (asserted).
   void add(std::span<const Strip> region, double left, double top, int size, double gain,
            std::span<float> pixels) const;
 

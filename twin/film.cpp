@@ -120,7 +120,7 @@ tl::expected<std::unique_ptr<RawFilm>, Failure> RawFilm::open(const std::filesys
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   std::ifstream stream(file, std::ios::binary);
   if (error || !stream) return tl::unexpected(Failure{EX_NOINPUT, file.string() + " cannot be read"});
-  if (size == 0 || size % pictureSize != 0) {
+  if (size == 0 || pictureSize == 0 || size % pictureSize != 0) {
     return tl::unexpected(Failure{EX_DATAERR, file.string() + " has " + std::to_string(size) +
                                                   " bytes, which is no multiple of a picture's " +
                                                   std::to_string(pictureSize)});
@@ -139,7 +139,7 @@ void RawFilm::draw(Picture& picture, Truth& truth) {
   truth.time_s = picture.time_s;
   truth.image = image;
   const auto from = pixels_.begin() + static_cast<std::ptrdiff_t>(image * pictureSize_);
-  std::copy_n(from, std::min(pictureSize_, picture.pixels.size()), picture.pixels.begin());
+  picture.pixels.assign(from, from + static_cast<std::ptrdiff_t>(pictureSize_));
 }
 
 }  // namespace twin

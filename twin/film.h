@@ -73,9 +73,8 @@ class RawFilm : public Film {
   static tl::expected<std::unique_ptr<RawFilm>, Failure> open(const std::filesystem::path& file,
                                                               std::size_t pictureSize);
 
-  /// Copies the bytes of picture number picture.number modulo the number of pictures into picture.pixels, which is not
-  /// resized: for another format they are truncated or keep what was there behind them. The noise and the scenario's
-  /// contacts do not apply.
+  /// Copies the bytes of picture number picture.number modulo the number of pictures into picture.pixels, which is
+  /// resized, whatever picture.format is. The noise and the scenario's contacts do not apply.
   void draw(Picture& picture, Truth& truth) override;
 
  private:

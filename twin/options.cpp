@@ -1,6 +1,7 @@
 #include "twin/options.h"
 
 #include "manual/describe.h"
+#include "manual/number.h"
 
 #include <CLI/CLI.hpp>
 #include <sysexits.h>
@@ -59,17 +60,17 @@ tl::expected<Options, Failure> parseCommandLine(int argc, const char* const* arg
       ->check([](const std::string& name) { return formatByName(name) ? "" : "it is one of " + formatNames(); },
               "{" + formatNames() + "}");
   app.add_option("--rate", options.rate_hz, "Frames per second, in place of the scenario's")
-      ->check(CLI::Range(1., 1000.));
+      ->check(manual::number(1.0, 1000.0));
   app.add_option("--seed", options.seed, "Of the noise")->capture_default_str();
   app.add_option("--truth", options.truth.file, "File for what is true in each frame, JSON lines")->type_name("FILE");
   app.add_option("--truth-endpoint", options.truth.endpoint, "ZeroMQ endpoint to publish the same on, topic truth/")
       ->type_name("ENDPOINT");
   app.add_flag("--truth-markers", options.truth.markers, "With the displacement of every marker [px]");
   auto* const lostRatio = app.add_option("--lost-ratio", options.lostRatio, "Share of the stream's packets to lose");
-  lostRatio->check(CLI::Range(0., 1.));
+  lostRatio->check(manual::number(0.0, 1.0));
   app.add_option("--seconds", options.seconds,
                  "End after this time (0: on SIGINT or SIGTERM); with --images the scenario's")
-      ->check(CLI::Range(0., 1e9));
+      ->check(manual::number(0.0, 1e9));
   app.add_option("--cache", options.cache, "Directory in which to keep the gel's mechanics from start to start")
       ->type_name("DIR");
   app.add_option("--serve", options.served,

@@ -22,8 +22,11 @@ constexpr int kBrightest = 24000;  // units; the rest of the 16 bits is for nois
 constexpr int kLoudest = 8000;     // units
 constexpr std::size_t kNoiseCount = 1U << 16U;
 constexpr float kDeviation = 4096.0F;  // standard deviation of the noise table if it is scaled per sample
-constexpr int kLensStrips = 24;
-constexpr int kLanes = 4;  // the width of a stamp is a multiple of this [px]
+constexpr int kLeastLensStrips = 24;
+constexpr double kLensStripsPerPixel = 2.0;
+constexpr int kLanes = 4;          // the width of a stamp is a multiple of this [px]
+constexpr int kLargestStamp = 64;  // side; stamps of 512 px would take 300 MB per layer
+constexpr int kPiece = 64;         // of a row that is added together [px]
 // Limits of a marker's diameter or contrast, relative to its layer's.
 constexpr double kLeastShare = 0.3, kMostShare = 1.7;
 
@@ -93,27 +96,23 @@ Renderer::Renderer(const sensor::Sensor& sensor, const Optics& optics, Format fo
   contrasts_ = diameters_;
   drawVariety(optics.variety);
   stretch_ = {1.0 / std::sqrt(sensor.camera.aspect), std::sqrt(sensor.camera.aspect)};
-  const double longest = stretch_.maxCoeff() * (ownShapes_ ? kMostShare * (1.0 + elongation_) : 1.0);
+  longest_ = stretch_.maxCoeff() * (ownShapes_ ? kMostShare * (1.0 + elongation_) : 1.0);
   firstMarker = 0;
   for (const sensor::MarkerLayer& layer : sensor.layers) {
     const Eigen::Vector3d middle(layer.centre.x(), layer.centre.y(), layer.depth);
     const Eigen::Matrix2d scale = project.jacobian(middle).leftCols<2>();
     const double radius = 0.5 * layer.diameter * std::sqrt(std::abs(scale.determinant()));
     layers_.push_back(makeLayer(layer, firstMarker, radius, optics));
-    if (ownShapes_) {
-      const int half = static_cast<int>(std::ceil(longest * radius + blur_.reach()));
-      layers_.back().patch = std::min(2 * half + 2, kLargestPatch);
-    }
     firstMarker += layer.count();
-    largest = std::max(largest, longest * radius);
+    largest = std::max(largest, longest_ * radius);
   }
   int widest = 0;
   for (const Layer& layer : layers_) widest = std::max(widest, layer.patch);
-  patch_.resize(static_cast<std::size_t>(widest * widest));
+  patch_.resize(static_cast<std::size_t>(widest) * static_cast<std::size_t>(widest));
 
   cell_px_ = std::max(8.0, 2.0 * largest);
-  cellColumns_ = static_cast<int>(width_ / cell_px_) + 1;
-  cellRows_ = static_cast<int>(height_ / cell_px_) + 1;
+  cellColumns_ = static_cast<int>(width_ / cell_px_) + 3;
+  cellRows_ = static_cast<int>(height_ / cell_px_) + 3;
   firstInCell_.resize(static_cast<std::size_t>(cellColumns_ * cellRows_));
   nextInCell_.resize(static_cast<std::size_t>(firstMarker));
 
@@ -139,33 +138,54 @@ std::vector<Strip> Renderer::stretched(std::vector<Strip> region) const {
 
 Renderer::Layer Renderer::makeLayer(const sensor::MarkerLayer& layer, int firstMarker, double radius_px,
                                     const Optics& optics) const {
-  Layer made{firstMarker, layer.count(), layer.depth, radius_px, {}, 0, {}};
+  Layer made{firstMarker, layer.count(), layer.depth, radius_px, {}, 0, false, {}};
   const bool inAll = layer.colour == sensor::Colour::kGrey || traitsOf(format_).order == FormatTraits::Order::kGrey;
   const float sign = layer.darker ? -1.0F : 1.0F;
   made.weight.fill(sign * (inAll ? 1.0F : static_cast<float>(optics.crossTalk)));
   if (!inAll) made.weight[channelOf(layer.colour)] = sign;
 
-  const int half = static_cast<int>(std::floor(stretch_.maxCoeff() * radius_px + blur_.reach()));
-  made.patch = (2 * half + 2 + kLanes - 1) / kLanes * kLanes;
-  const auto area = static_cast<std::size_t>(made.patch * made.patch);
-  made.stamps.resize(area * (kPhases + 1) * (kPhases + 1));
+  const double reach = longest_ * radius_px + blur_.reach(), half = std::ceil(reach);
+  const int picture = std::max(width_, height_);
+  made.coversPicture = 2.0 * half + 2.0 > std::max(picture, kLargestStamp);
+  made.patch = made.coversPicture ? picture : 2 * static_cast<int>(half) + 2;
+  if (ownShapes_ || made.coversPicture) return made;
+  const int stamp = (2 * static_cast<int>(reach) + 2 + kLanes - 1) / kLanes * kLanes;
+  if (stamp > kLargestStamp) return made;
+  made.patch = stamp;
+  made.stamps = makeStamps(radius_px, stamp);
+  return made;
+}
+
+std::vector<float> Renderer::makeStamps(double radius_px, int patch) const {
+  const auto area = static_cast<std::size_t>(patch * patch);
+  std::vector<float> stamps(area * (kPhases + 1) * (kPhases + 1));
   const std::vector<Strip> disc = stretched(discStrips(radius_px));
-  const int before = made.patch / 2 - 1;
-  std::span<float> rest = made.stamps;
+  const int before = patch / 2 - 1;
+  std::span<float> rest = stamps;
   for (int down = 0; down <= kPhases; ++down) {
     for (int across = 0; across <= kPhases; ++across) {
-      blur_.add(disc, -before - across / double{kPhases}, -before - down / double{kPhases}, made.patch, gain_, rest);
+      blur_.add(disc, -before - across / double{kPhases}, -before - down / double{kPhases}, patch, gain_, rest);
       rest = rest.subspan(area);
     }
   }
-  return made;
+  return stamps;
+}
+
+Eigen::Vector2i Renderer::corner(const Layer& layer, const Eigen::Vector2d& centre) const {
+  if (layer.coversPicture) return Eigen::Vector2i::Zero();
+  return centre.array().floor().matrix().cast<int>().array() - (layer.patch / 2 - 1);
+}
+
+bool Renderer::isInSight(const Layer& layer, const Eigen::Vector2d& centre) const {
+  const double margin =
+      layer.coversPicture ? longest_ * layer.radius_px + blur_.reach() : 0.5 * static_cast<double>(layer.patch);
+  return centre.x() > -margin && centre.x() < width_ + margin && centre.y() > -margin && centre.y() < height_ + margin;
 }
 
 void Renderer::prepareDust(const std::vector<Speck>& dust) {
   const std::size_t perPixel = samplesPerPixel(format_);
   for (const Speck& speck : dust) {
-    const int reach = static_cast<int>(std::ceil(speck.radius_px + blur_.reach()));
-    const int half = std::min(reach, (kLargestPatch - 1) / 2), size = 2 * half + 1;
+    const int half = static_cast<int>(std::ceil(speck.radius_px + blur_.reach())), size = 2 * half + 1;
     const int left = static_cast<int>(std::lround(speck.centre_px.x())) - half;
     const int top = static_cast<int>(std::lround(speck.centre_px.y())) - half;
     std::vector<float> cover(static_cast<std::size_t>(size * size));
@@ -185,7 +205,8 @@ void Renderer::render(const Eigen::Matrix2Xd& markers_px, std::uint32_t seed, st
   std::copy(background_.begin(), background_.end(), light_.begin());
   for (const Layer& layer : layers_) {
     for (int i = layer.firstMarker; i < layer.firstMarker + layer.count; ++i) {
-      if (ownShapes_) {
+      if (!isInSight(layer, markers_px.col(i))) continue;
+      if (layer.stamps.empty()) {
         drawOwnShape(layer, i, markers_px.col(i));
       } else {
         drawMarker(layer, markers_px.col(i));
@@ -218,9 +239,6 @@ void Renderer::dim(double brightness) {
 }
 
 void Renderer::drawMarker(const Layer& layer, const Eigen::Vector2d& centre) {
-  const double margin = 0.5 * layer.patch;
-  if (!(centre.x() > -margin && centre.x() < width_ + margin && centre.y() > -margin && centre.y() < height_ + margin))
-    return;
   const double u = std::floor(centre.x()), v = std::floor(centre.y());
   const double across = (centre.x() - u) * kPhases, down = (centre.y() - v) * kPhases;
   const int phaseAcross = std::min(static_cast<int>(across), kPhases - 1);
@@ -236,8 +254,8 @@ void Renderer::drawMarker(const Layer& layer, const Eigen::Vector2d& centre) {
   for (int i = 0; i < area; i += kLanes) {
     for (int k = i; k < i + kLanes; ++k) blended[k] = w00 * s00[k] + w10 * s10[k] + w01 * s01[k] + w11 * s11[k];
   }
-  const int left = static_cast<int>(u) - size / 2 + 1, top = static_cast<int>(v) - size / 2 + 1;
-  for (int row = 0; row < size; ++row) add(layer, left, top, row, blended + row * size);
+  const Eigen::Vector2i first = corner(layer, centre);
+  for (int row = 0; row < size; ++row) add(layer, first.x(), first.y(), row, blended + row * size);
 }
 
 /// Draws the random deviations of each marker from its layer.
@@ -254,15 +272,11 @@ void Renderer::drawVariety(const Variety& variety) {
 }
 
 void Renderer::drawOwnShape(const Layer& layer, int marker, const Eigen::Vector2d& centre) {
-  const double margin = 0.5 * layer.patch;
-  if (!(centre.x() > -margin && centre.x() < width_ + margin && centre.y() > -margin && centre.y() < height_ + margin))
-    return;
   const Eigen::Vector2d fromMiddle = centre - 0.5 * Eigen::Vector2d(width_ - 1, height_ - 1);
   const double toCorner = 0.5 * std::hypot(width_ - 1, height_ - 1);
   const double along = 1.0 + elongation_ * fromMiddle.squaredNorm() / (toCorner * toCorner);
   const double radius = radiusOf(layer, marker);
-  const int left = static_cast<int>(std::floor(centre.x())) - layer.patch / 2 + 1;
-  const int top = static_cast<int>(std::floor(centre.y())) - layer.patch / 2 + 1;
+  const int left = corner(layer, centre).x(), top = corner(layer, centre).y();
   std::fill_n(patch_.begin(), layer.patch * layer.patch, 0.0F);
   const std::vector<Strip> shape =
       stretched(ellipseStrips(along * radius, radius, std::atan2(fromMiddle.y(), fromMiddle.x())));
@@ -274,28 +288,32 @@ void Renderer::drawOwnShape(const Layer& layer, int marker, const Eigen::Vector2
 void Renderer::add(const Layer& layer, int left, int top, int row, const float* brightness) {
   const int v = top + row;
   if (v < 0 || v >= height_) return;
-  const int from = std::max(0, -left), to = std::min(layer.patch, width_ - left);
+  const int end = std::min(layer.patch, width_ - left);
+  for (int from = std::max(0, -left); from < end; from += kPiece) {
+    addPiece(layer, left + from, v, std::min(end - from, kPiece), brightness + from);
+  }
+}
+
+/// Adds at most kPiece pixels from (left, v) on, all in the picture.
+void Renderer::addPiece(const Layer& layer, int left, int v, int count, const float* brightness) {
   const float down = lightDown_[v];
   const float* light = lightAcross_.data() + left;
   std::int16_t* line = light_.data() + static_cast<std::size_t>(v) * columns_;
-  std::array<std::int16_t, 3 * kLargestPatch> added;
-  int count = to - from;
+  std::array<std::int16_t, 3 * kPiece> added;
   if (samplesPerPixel(format_) == 1) {
     const std::array<Channel, 4>& channels = traitsOf(format_).cell;
     const std::size_t cell = 2 * static_cast<std::size_t>(v % 2);
     const std::array<float, 2> weight = {layer.weight[channels[cell]], layer.weight[channels[cell + 1]]};
-    for (int i = from; i < to; ++i) {
-      added[i - from] = rounded(brightness[i] * (light[i] + down) * weight[(left + i) % 2]);
-    }
-    line += left + from;
+    for (int i = 0; i < count; ++i) added[i] = rounded(brightness[i] * (light[i] + down) * weight[(left + i) % 2]);
+    line += left;
   } else {
     const std::size_t first = traitsOf(format_).order == FormatTraits::Order::kBgr ? kBlue : kRed;
     const std::array<float, 3> weight = {layer.weight[first], layer.weight[kGreen], layer.weight[2 - first]};
-    for (int i = from; i < to; ++i) {
+    for (int i = 0; i < count; ++i) {
       const float value = brightness[i] * (light[i] + down);
-      for (int c = 0; c < 3; ++c) added[3 * (i - from) + c] = rounded(value * weight[c]);
+      for (int c = 0; c < 3; ++c) added[3 * i + c] = rounded(value * weight[c]);
     }
-    line += 3 * (left + from);
+    line += 3 * left;
     count *= 3;
   }
   for (int i = 0; i < count; ++i) line[i] = limited(line[i] + added[i]);
@@ -304,7 +322,7 @@ void Renderer::add(const Layer& layer, int left, int top, int row, const float* 
 void Renderer::sortIntoCells(const Eigen::Matrix2Xd& markers_px) {
   std::fill(firstInCell_.begin(), firstInCell_.end(), -1);
   for (Eigen::Index marker = 0; marker < markers_px.cols(); ++marker) {
-    const Eigen::Vector2d centre = markers_px.col(marker) / cell_px_;
+    const Eigen::Vector2d centre = (markers_px.col(marker) / cell_px_).array() + 1.0;
     if (!(centre.x() >= 0 && centre.x() < cellColumns_ && centre.y() >= 0 && centre.y() < cellRows_)) continue;
     int& first = firstInCell_[static_cast<int>(centre.y()) * cellColumns_ + static_cast<int>(centre.x())];
     nextInCell_[marker] = first;
@@ -349,22 +367,21 @@ void Renderer::hide(const Layer& layer, int marker, const Eigen::Vector2d& centr
   const Eigen::Vector2d centre = centre_px.cwiseQuotient(stretch_), nearer = nearer_px.cwiseQuotient(stretch_);
   const double bottom = std::max(centre.y() - radius_px, nearer.y() - nearerRadius);
   const double height = std::min(centre.y() + radius_px, nearer.y() + nearerRadius) - bottom;
-  std::array<Strip, kLensStrips> lens;
-  for (int i = 0; i < kLensStrips; ++i) {
-    const double y = bottom + (i + 0.5) / kLensStrips * height;
+  const int size = layer.patch;
+  const int left = corner(layer, centre_px).x(), top = corner(layer, centre_px).y();
+  std::fill_n(patch_.begin(), size * size, 0.0F);
+  const int strips = std::max(kLeastLensStrips, static_cast<int>(kLensStripsPerPixel * height));
+  for (int i = 0; i < strips; ++i) {
+    const double y = bottom + (i + 0.5) / strips * height;
     const auto halfWidth = [y](double radius, const Eigen::Vector2d& c) {
       return std::sqrt(std::max(0.0, radius * radius - (y - c.y()) * (y - c.y())));
     };
     const double own = halfWidth(radius_px, centre), other = halfWidth(nearerRadius, nearer);
     const double x0 = std::max(centre.x() - own, nearer.x() - other);
     const double x1 = std::min(centre.x() + own, nearer.x() + other);
-    lens[static_cast<std::size_t>(i)] = stretched({y, height / kLensStrips, x0, std::max(x0, x1)});
+    const Strip strip = stretched({y, height / strips, x0, std::max(x0, x1)});
+    blur_.add(std::span(&strip, 1), left, top, size, -gain_ * contrasts_[marker], patch_);
   }
-  const int size = layer.patch;
-  const int left = static_cast<int>(std::floor(centre_px.x())) - size / 2 + 1;
-  const int top = static_cast<int>(std::floor(centre_px.y())) - size / 2 + 1;
-  std::fill_n(patch_.begin(), size * size, 0.0F);
-  blur_.add(lens, left, top, size, -gain_ * contrasts_[marker], patch_);
   for (int row = 0; row < size; ++row) add(layer, left, top, row, patch_.data() + row * size);
 }
 

@@ -25,15 +25,15 @@ namespace twin {
 class Renderer {
  public:
   /// Prepares the markers' shapes and the background; takes the picture's size from the sensor's camera. The arguments
-  /// need not outlive the object. Without Variety, the radius of each layer's discs, stretched by the camera's aspect,
-  /// plus 4 blur_px must be below 31.5 px (asserted); with it, what lies beyond is cut off.
+  /// need not outlive the object.
   Renderer(const sensor::Sensor& sensor, const Optics& optics, Format format);
 
   /// Returns the size of a picture [bytes].
   std::size_t pictureSize() const { return twin::pictureSize(format_, width_, height_); }
 
-  /// Draws a picture. Allocates nothing, except that markers with their own shapes allocate. \param markers_px (u, v)
-  /// in the order of sensor::markerPositions, 2 x markers; a marker that is not finite is not drawn
+  /// Draws a picture. Allocates nothing, except for markers with their own shapes or with a diameter above some 60 px.
+  /// \param markers_px (u, v) in the order of sensor::markerPositions, 2 x markers; a marker that is not finite is not
+  /// drawn
   /// \param seed of the noise: the same seed gives the same noise
   /// \param picture pictureSize() bytes (asserted), rows without padding
   /// \param brightness of the LED, relative to that of the optics
@@ -50,11 +50,19 @@ class Renderer {
     int firstMarker, count;
     double depth, radius_px;
     std::array<float, 3> weight;  ///< per channel red, green, blue
-    int patch;                    ///< side of a stamp [px]
-    std::vector<float> stamps;    ///< the blurred marker for each phase of its centre between two pixels
+    int patch;                    ///< side of the square in which a marker is drawn [px]
+    /// The square is the whole picture (its larger side), and does not move with the marker.
+    bool coversPicture;
+    /// The blurred marker for each phase of its centre between two pixels; empty: each is drawn by itself.
+    std::vector<float> stamps;
   };
 
   Layer makeLayer(const sensor::MarkerLayer& layer, int firstMarker, double radius_px, const Optics& optics) const;
+  std::vector<float> makeStamps(double radius_px, int patch) const;
+  /// Returns the first pixel (u, v) of the square in which a marker is drawn.
+  Eigen::Vector2i corner(const Layer& layer, const Eigen::Vector2d& centre) const;
+  /// Returns whether any part of a marker may be in the picture; false if it is not finite.
+  bool isInSight(const Layer& layer, const Eigen::Vector2d& centre) const;
   /// Converts between discs of equal focal lengths and those of the camera's aspect.
   Strip stretched(const Strip& strip) const;
   std::vector<Strip> stretched(std::vector<Strip> region) const;
@@ -66,6 +74,7 @@ class Renderer {
   void hide(const Layer& layer, int marker, const Eigen::Vector2d& centre_px, double nearerRadius,
             const Eigen::Vector2d& nearer_px);
   void add(const Layer& layer, int left, int top, int row, const float* brightness);
+  void addPiece(const Layer& layer, int left, int v, int count, const float* brightness);
   void sortIntoCells(const Eigen::Matrix2Xd& markers_px);
   void prepareDust(const std::vector<Speck>& dust);
   void dim(double brightness);
@@ -86,6 +95,7 @@ class Renderer {
   std::vector<Layer> layers_;
   bool ownShapes_ = false;   ///< markers differ from each other
   double elongation_ = 0.0;  ///< in the picture's corners
+  double longest_ = 1.0;     ///< upper limit of a marker's half axes, relative to the radius of its layer
   /// Factors of discs along u and v due to the camera's aspect; their product is 1.
   Eigen::Vector2d stretch_ = {1.0, 1.0};
   std::vector<double> diameters_, contrasts_;   ///< of each marker, relative to its layer's
@@ -97,7 +107,7 @@ class Renderer {
   std::vector<Shade> shades_;        ///< of all dust
   std::vector<std::uint16_t> deep_;  ///< samples of more than 8 bits
 
-  // Markers sorted into square cells of the picture, to find overlaps.
+  // Markers sorted into square cells of the picture and of one cell more on each side, to find overlaps.
   double cell_px_;
   int cellColumns_, cellRows_;
   std::vector<int> firstInCell_, nextInCell_;

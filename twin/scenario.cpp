@@ -212,6 +212,7 @@ tl::expected<Scenario, FileError> read(tl::expected<TomlTable, FileError> root) 
 
 ContactState Contact::at(double time_s) const {
   const auto after = std::upper_bound(times.begin(), times.end(), time_s);
+  if (states.empty()) return {};
   if (after == times.begin()) return states.front();
   if (after == times.end()) return states.back();
   const auto next = static_cast<std::size_t>(after - times.begin());
@@ -223,6 +224,7 @@ ContactState Contact::at(double time_s) const {
 
 double Warmth::at(double time_s) const {
   const auto after = std::upper_bound(times.begin(), times.end(), time_s);
+  if (rise.empty()) return 0.0;
   if (after == times.begin()) return rise.front();
   if (after == times.end()) return rise.back();
   const auto next = static_cast<std::size_t>(after - times.begin());

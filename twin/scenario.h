@@ -36,8 +36,8 @@ struct Contact {
   /// One per time.
   std::vector<ContactState> states;
 
-  /// Returns the state at a time [s]: linear between the times, constant before and after. There must be at least one
-  /// time.
+  /// Returns the state at a time [s]: linear between the times, constant before and after; the state of an
+  /// unloaded contact if there are no times.
   ContactState at(double time_s) const;
 };
 
@@ -70,7 +70,7 @@ struct Warmth {
   double scale = 0.0;                                  ///< change of the picture's size about the principal point [1/K]
   double roll = 0.0;  ///< of the picture about the principal point, u towards v [rad/K]
 
-  /// Returns the rise at a time [K]: linear between the times, constant before and after.
+  /// Returns the rise at a time [K]: linear between the times, constant before and after; 0 if there are no times.
   double at(double time_s) const;
 };
 

@@ -32,10 +32,11 @@ FrameMeter::Reading FrameMeter::read(std::span<const std::uint8_t> bytes, Charge
   const std::uint8_t* at = bytes.data();
   const std::uint8_t* const end = at + bytes.size();
   for (; at != end && greeting_ < kGreeting; ++at, ++greeting_) {
-    reading.isOld = reading.isOld || (greeting_ == 0 && *at != 0xff) ||
-                    (greeting_ == kSignatureEnd && (*at & 1) == 0) || (greeting_ == kMajorVersion && *at < 3);
+    isOld_ = isOld_ || (greeting_ == 0 && *at != 0xff) || (greeting_ == kSignatureEnd && (*at & 1) == 0) ||
+             (greeting_ == kMajorVersion && *at < 3);
   }
-  if (reading.isOld) return reading;
+  reading.isOld = isOld_;
+  if (isOld_) return reading;
   while (at != end) {
     if (undecided_) {
       undecided_ = false;

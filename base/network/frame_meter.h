@@ -25,7 +25,8 @@ class FrameMeter {
   };
 
   /// Measures the next bytes of the connection, of any number: frames may begin and end anywhere in them. Returns what
-  /// these bytes add, not the sum. After isOld, further readings are undefined. \param bytes need not outlive the call
+  /// these bytes add, not the sum. After isOld, further readings are the same, without frames. \param bytes need not
+  /// outlive the call
   Reading read(std::span<const std::uint8_t> bytes, Charge charge);
 
  private:
@@ -34,6 +35,7 @@ class FrameMeter {
   void count(Reading& reading, Charge charge, bool& pinned) const;
 
   std::size_t greeting_ = 0;  ///< bytes of it that have arrived
+  bool isOld_ = false;
   std::array<std::uint8_t, 9> header_{};
   std::size_t headerSize_ = 0;         ///< bytes of it that have come
   std::uint64_t body_ = 0, left_ = 0;  ///< bytes of the frame's body, and those that have not arrived

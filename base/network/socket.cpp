@@ -153,23 +153,31 @@ int sourceOf(zmq::message_t& message) {
   return zmq_msg_get(message.handle(), ZMQ_SRCFD);
 }
 
-zmq::message_t messageOf(std::string bytes, std::shared_ptr<ReplyBudget::Reply> waiting) {
+std::optional<zmq::message_t> messageOf(std::string bytes, std::shared_ptr<ReplyBudget::Reply> waiting) try {
   struct Lent {
     std::string bytes;
     std::shared_ptr<ReplyBudget::Reply> waiting;
+    ~Lent() { waiting->queued.store(false, std::memory_order_release); }  // partner: ReplyBudget
   };
   // ZeroMQ's queue orders what is written here before what is read there, which the thread sanitizer does not see.
   static std::atomic<std::uint64_t> handedOver{0};
-  auto lent = std::make_unique<Lent>(Lent{std::move(bytes), std::move(waiting)});
+  std::unique_ptr<Lent> lent(new Lent{std::move(bytes), std::move(waiting)});
   const auto giveBack = [](void* /*bytes*/, void* hint) {
     (void)handedOver.load(std::memory_order_acquire);  // partner: below
-    const std::unique_ptr<Lent> back(static_cast<Lent*>(hint));
-    back->waiting->queued.store(false, std::memory_order_release);  // partner: ReplyBudget
+    delete static_cast<Lent*>(hint);
   };
   zmq::message_t message(lent->bytes.data(), lent->bytes.size(), giveBack, lent.get());
   handedOver.fetch_add(1, std::memory_order_release);
   (void)lent.release();  // owned by the message now
   return message;
+} catch (const zmq::error_t&) {
+  return std::nullopt;
+}
+
+std::optional<zmq::message_t> copyOf(std::string_view bytes) try {
+  return zmq::message_t(bytes.data(), bytes.size());
+} catch (const zmq::error_t&) {
+  return std::nullopt;
 }
 
 bool cutOff(int fd, const std::vector<std::string>& bound) {

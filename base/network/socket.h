@@ -11,7 +11,9 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace tractiond::network {
@@ -44,8 +46,12 @@ std::string peerName(zmq::message_t& message);
 int sourceOf(zmq::message_t& message);
 
 /// Returns a message of these bytes that clears waiting->queued when ZeroMQ frees it: it and its copies were written,
-/// or their peers have gone. ZeroMQ's thread clears it. \param waiting from ReplyBudget::add(); kept until then
-zmq::message_t messageOf(std::string bytes, std::shared_ptr<ReplyBudget::Reply> waiting);
+/// or their peers have gone. ZeroMQ's thread clears it. Without a value if ZeroMQ has no memory for it; it is cleared
+/// then. \param waiting from ReplyBudget::add(); kept until then
+std::optional<zmq::message_t> messageOf(std::string bytes, std::shared_ptr<ReplyBudget::Reply> waiting);
+
+/// Returns a message with a copy of these bytes; without a value if ZeroMQ has no memory for it.
+std::optional<zmq::message_t> copyOf(std::string_view bytes);
 
 /// Ends a peer's connection, for both directions. Returns whether it did: false if `fd` is no connection to one of
 /// these endpoints, or has ended. \param fd of the connection, as sourceOf() returned it \param bound as bind()

@@ -125,23 +125,6 @@ bool isOnThisHost(std::string_view endpoint) {
                              [&](const char* start) { return endpoint.starts_with(start); });
 }
 
-std::string quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char letter : text) {
-    if (letter == '"' || letter == '\\') {
-      result += '\\';
-      result += letter;
-    } else if (static_cast<unsigned char>(letter) < 0x20 || letter == 0x7f) {
-      std::array<char, 8> code{};
-      std::snprintf(code.data(), code.size(), "\\u%04X", static_cast<unsigned>(letter));
-      result += code.data();
-    } else {
-      result += letter;
-    }
-  }
-  return result + '"';
-}
-
 std::string tableText(const std::string& introduction, const std::vector<Key>& keys,
                       const std::vector<Key>& standards) {
   std::string text = introduction;

@@ -72,9 +72,6 @@ Choice choiceOf(Enum& value, std::vector<std::pair<std::string, Enum>> meanings)
 /// by the text alone: any other text is false.
 bool isOnThisHost(std::string_view endpoint);
 
-/// Returns a text as a TOML string, with quotes; control characters, quotes and backslashes are escaped.
-std::string quoted(const std::string& text);
-
 /// Returns the text of a configuration file with every key, its value, meaning and limits, after `introduction`. A key
 /// without a value is commented out. \param keys keys of one section must follow each other \param standards the same
 /// keys, in the same order, of a default configuration, whose values are stated as defaults

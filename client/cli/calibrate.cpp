@@ -127,6 +127,7 @@ class Guide {
 }  // namespace
 
 std::optional<std::vector<double>> parseWeights(const std::string& text) {
+  constexpr double kLargest_N = 1e6;  // of a gel file
   const std::map<std::string, double> newtons = {
       {"gf", kGramForce}, {"g", kGramForce}, {"kgf", 1e3 * kGramForce}, {"mN", 1e-3}, {"N", 1.0}};
   std::vector<double> weights;
@@ -138,8 +139,10 @@ std::optional<std::vector<double>> parseWeights(const std::string& text) {
     std::string unit, more;
     if (!(parts >> value >> unit) || parts >> more) return std::nullopt;
     const auto found = newtons.find(unit);
-    if (found == newtons.end() || !std::isfinite(value) || value <= 0.0) return std::nullopt;
-    weights.push_back(value * found->second);
+    if (found == newtons.end()) return std::nullopt;
+    const double weight_N = value * found->second;
+    if (!(weight_N > 0.0 && weight_N <= kLargest_N)) return std::nullopt;
+    weights.push_back(weight_N);
   }
   if (weights.empty()) return std::nullopt;
   return weights;

@@ -21,7 +21,7 @@ struct CalibrateOptions {
 };
 
 /// Parses a list of weights and returns newtons: "100gf,200gf,5N". Units: gf (or g, as a mass), kgf, mN and N. Returns
-/// nothing if it is not such a list, is empty, or has a weight that is not above 0.
+/// nothing if it is not such a list, is empty, or has a weight that is not above 0 and at most 10^6 N.
 std::optional<std::vector<double>> parseWeights(const std::string& text);
 
 /// Runs the steps, always in the order geometry, noise, weights, finish, and prints their reports on standard output,

@@ -98,8 +98,11 @@ class Json {
     return close(']');
   }
 
-  /// Returns the text. The writer must not be used afterwards.
-  std::string take() { return std::move(text_); }
+  /// Returns the text. The writer is then empty, as when it was made.
+  std::string take() {
+    first_ = true;
+    return std::exchange(text_, {});
+  }
 
  private:
   void separate() {

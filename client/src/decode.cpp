@@ -205,6 +205,22 @@ Zero zeroOf(const pb::Zero& from) {
   return zero;
 }
 
+void requireFiniteGeometry(const Description& description) {
+  const Gel& gel = description.gel;
+  requireFinite(gel.youngsModulus_Pa, gel.poissonRatio, gel.size_m);
+  for (const MarkerLayer& layer : description.layers) {
+    requireFinite(layer.grid.pitch_m, layer.grid.centre_m, layer.depth_m, layer.diameter_m);
+  }
+  requireFinite(description.nodes.pitch_m, description.nodes.centre_m);
+  const Camera& camera = description.camera;
+  requireFinite(camera.focal_px, camera.aspect, camera.principal_px, camera.k1, camera.k2, camera.position_m,
+                camera.rotation_rad, camera.gelIndex, camera.windowIndex, camera.windowThickness_m);
+  if (description.zero) requireFinite(description.zero->restPosition_px);
+  if (const auto& body = description.body) {
+    requireFinite(body->nodePositions_m, body->nodeNormals, body->nodeAreas_m2, body->markerPositions_m);
+  }
+}
+
 Description descriptionOf(const pb::Description& from) {
   Description description;
   description.header = headerOf(from.header());
@@ -231,6 +247,7 @@ Description descriptionOf(const pb::Description& from) {
   description.calibration = {idOf(from.calibration().id()), from.calibration().time_ns()};
   if (from.has_zero()) description.zero = zeroOf(from.zero());
   if (from.has_body()) description.body = bodyOf(from.body());
+  requireFiniteGeometry(description);
   return description;
 }
 

@@ -278,12 +278,16 @@ Subscriber::Subscriber(Subscriber&&) noexcept = default;
 Subscriber& Subscriber::operator=(Subscriber&&) noexcept = default;
 
 std::optional<Message> Subscriber::receive(std::chrono::milliseconds timeout) {
+  constexpr int kMostPassedOver = 100;  // messages of other topics after the timeout
   const Clock::time_point end = Clock::now() + timeout;
-  for (;;) {
+  for (int passedOver = 0; passedOver < kMostPassedOver;) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
-    if (!impl_->next(std::max(left, std::chrono::milliseconds(0)))) return std::nullopt;
+    if (!impl_->next(std::max(left, std::chrono::milliseconds(0)))) break;
     if (auto message = impl_->take(impl_->options.monotonicClock())) return message;
+    if (left <= std::chrono::milliseconds(0)) ++passedOver;
   }
+  for (zmq::message_t& part : impl_->parts) part.rebuild();
+  return std::nullopt;
 }
 
 Raw Subscriber::raw() const {

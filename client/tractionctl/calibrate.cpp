@@ -2,7 +2,7 @@
 
 #include "client/tractionctl/commands.h"
 #include "client/tractionctl/exit_codes.h"
-#include "client/tractionctl/parsing.h"
+#include "manual/number.h"
 #include "proto/traction/v1/endpoints.h"
 
 #include <sysexits.h>
@@ -49,7 +49,7 @@ void addCalibrate(Commands& commands) {
       ->type_name("LIST");
   command.add_option("--seconds", steps.seconds, "duration of the noise step, and longest wait for each weight")
       ->type_name("SECONDS")
-      ->check(number(1e-9, "a time above 0 s, as in 30"));
+      ->check(manual::number(1e-9, 3600.0, "a time above 0 s and of at most 3600 s, as in 30"));
   command.add_option("--name", steps.name, "name of the gel; the name of the file begins with it")
       ->type_name("NAME")
       ->check([](const std::string& text) {

@@ -1,9 +1,11 @@
 // The commands of tractionctl: each adds itself to the command line.
 #pragma once
 
+#include "client/tractionctl/exit_codes.h"
 #include "client/tractionctl/target.h"
 
 #include <CLI/CLI.hpp>
+#include <sysexits.h>
 
 #include <algorithm>
 #include <functional>
@@ -32,9 +34,10 @@ class Commands {
   }
 
   /// Carries out the command that the parsed command line names. Returns its exit code, and throws what it throws.
-  /// Requires that the command line names one.
+  /// Prints an error and returns EX_USAGE if it names none.
   int run(const Target& target) const {
     const auto given = std::ranges::find_if(commands_, [](const Command& one) { return one.app->parsed(); });
+    if (given == commands_.end()) return fail(EX_USAGE, "a command is needed; see tractionctl --help");
     return given->run(target);
   }
 

@@ -55,17 +55,14 @@ int fail(int exitCode, const std::string& what) {
   return exitCode;
 }
 
-int failByException() try { throw; } catch (const KeyError& error) {
-  return fail(error.exitCode(), error.what());
-} catch (const RecordingError& error) {
-  return fail(error.exitCode(), error.what());
-} catch (const NoField& error) {
-  return fail(EX_NOINPUT, error.what());
-} catch (const Error& error) {
-  return fail(exitCodeOf(error.code()), error.what());
-} catch (const OutputError& error) {
-  return fail(EX_IOERR, error.what());
-} catch (const std::exception& error) {
+int fail(const std::exception& error) {
+  if (const auto* keys = dynamic_cast<const KeyError*>(&error)) return fail(keys->exitCode(), error.what());
+  if (const auto* recording = dynamic_cast<const RecordingError*>(&error)) {
+    return fail(recording->exitCode(), error.what());
+  }
+  if (dynamic_cast<const NoField*>(&error) != nullptr) return fail(EX_NOINPUT, error.what());
+  if (const auto* ours = dynamic_cast<const Error*>(&error)) return fail(exitCodeOf(ours->code()), error.what());
+  if (dynamic_cast<const OutputError*>(&error) != nullptr) return fail(EX_IOERR, error.what());
   return fail(EX_SOFTWARE, error.what());
 }
 

@@ -18,7 +18,7 @@ namespace {
 void addSeconds(CLI::App& command, double& seconds) {
   command.add_option("--seconds", seconds, "duration; without it: until q or Ctrl-C")
       ->type_name("SECONDS")
-      ->check(number(0.0, "a time of 0 s or more, as in 2.5"));
+      ->check(timeSpan());
 }
 
 struct EchoLine {

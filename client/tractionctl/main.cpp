@@ -34,7 +34,6 @@ int main(int argc, char** argv) try {
   const std::vector<std::string> words = wordsOf(argc, argv);
   try {
     app.parse(std::vector<std::string>(words.rbegin(), words.rend()));  // the parser takes them in reverse order
-    if (app.get_subcommands().empty()) return fail(EX_USAGE, "a command is needed; see tractionctl --help");
     const int exitCode = commands.run(target);
     flushOutput();
     return exitCode;
@@ -46,6 +45,6 @@ int main(int argc, char** argv) try {
   } catch (const CLI::ParseError& error) {
     return fail(EX_USAGE, sentence(error, app, words));
   }
-} catch (const std::exception&) {
-  return traction::cli::failByException();
+} catch (const std::exception& error) {
+  return traction::cli::fail(error);
 }

@@ -1,8 +1,9 @@
 #include "client/tractionctl/parsing.h"
 
+#include "manual/number.h"
+
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 
 namespace traction::cli {
 
@@ -16,14 +17,8 @@ CLI::Validator integer(const std::string& what) {
           ""};
 }
 
-CLI::Validator number(double least, const std::string& what) {
-  return {[=](std::string& text) {
-            double value = 0.0;
-            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-            const bool isWhole = error == std::errc() && end == text.data() + text.size();
-            return isWhole && std::isfinite(value) && value >= least ? std::string() : "'" + text + "' is not " + what;
-          },
-          ""};
+CLI::Validator timeSpan() {
+  return manual::number(0.0, 1e9, "a time from 0 to 1e9 s, as in 2.5");
 }
 
 std::string namesOf(const CLI::App& app) {

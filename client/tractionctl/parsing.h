@@ -12,9 +12,8 @@ namespace traction::cli {
 /// such as "a number of messages, as in 100"
 CLI::Validator integer(const std::string& what);
 
-/// Returns a check for a finite number of at least `least`. \param what completes the error, as for integer(): "a time
-/// of 0 s or more, as in 2.5"
-CLI::Validator number(double least, const std::string& what);
+/// Returns a check for a duration from 0 to 10^9 s.
+CLI::Validator timeSpan();
 
 /// Returns the names of the direct subcommands of `app`, parsed or not: "list, get, set"; empty if there are none.
 std::string namesOf(const CLI::App& app);

@@ -5,6 +5,7 @@
 #include "client/cli/commands.h"
 #include "client/tractionctl/commands.h"
 #include "client/tractionctl/parsing.h"
+#include "manual/number.h"
 
 #include <sysexits.h>
 
@@ -47,7 +48,7 @@ void addRecordings(Commands& commands) {
       ->required();
   recording.add_option("--seconds", options->seconds, "duration; without it: until Ctrl-C")
       ->type_name("SECONDS")
-      ->check(number(0.0, "a time of 0 s or more, as in 2.5"));
+      ->check(timeSpan());
   recording.add_flag("--pictures", options->pictures,
                      "records the camera's pictures, too, at the rate and width of the daemon's publish.preview_hz and "
                      "publish.preview_width_px");
@@ -63,7 +64,7 @@ void addRecordings(Commands& commands) {
   replaying.add_option("--speed", options->speed, "factor by which it is faster than the original")
       ->type_name("FACTOR")
       ->capture_default_str()
-      ->check(number(1e-3, "a factor of 0.001 or more, as in 0.5"));
+      ->check(manual::number(1e-3, 1e6, "a factor from 0.001 to 1e6, as in 0.5"));
   for (CLI::App* one : {&replaying, &informing, &recovering, &exporting})
     one->add_option("file", options->file, "recording")->type_name("FILE")->required();
   informing.add_flag("--json", options->json, "as JSON");

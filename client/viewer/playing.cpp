@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 
 namespace traction::view {
@@ -37,6 +38,13 @@ std::string prefixOf(std::string_view topic) {
 
 }  // namespace
 
+std::chrono::nanoseconds timeToPlay(std::uint64_t after_ns, double speed) {
+  constexpr std::chrono::nanoseconds kLongest = 24h * 365;
+  const double time_ns = after_ns == 0 ? 0.0 : static_cast<double>(after_ns) / speed;
+  const bool isShort = time_ns >= 0.0 && time_ns < static_cast<double>(kLongest.count());  // and no NaN
+  return isShort && !(speed < 0.0) ? std::chrono::nanoseconds(static_cast<std::int64_t>(time_ns)) : kLongest;
+}
+
 Playing::Playing(const std::filesystem::path& file, Deliver deliver)
     : reader_(opened(file))
     , deliver_(std::move(deliver))
@@ -51,7 +59,7 @@ Playing::~Playing() {
 void Playing::play(double from_s, double speed) {
   {
     const std::lock_guard lock(mutex_);
-    request_ = Request{from_s, speed};
+    request_ = Request{std::isnan(from_s) ? 0.0 : from_s, std::isfinite(speed) ? speed : 0.0};
   }
   changed_.notify_all();
 }
@@ -121,9 +129,7 @@ void Playing::show(const std::stop_token& stop, const Request& request) {
         }
         if (!hasArrived) arrive();
         if (request.speed <= 0.0) throw Interrupted();
-        const std::chrono::duration<double> after(1e-9 * static_cast<double>(message.logTime_ns - from_ns) /
-                                                  request.speed);
-        waitUntil(stop, begin + std::chrono::duration_cast<Clock::duration>(after));
+        waitUntil(stop, begin + timeToPlay(message.logTime_ns - from_ns, request.speed));
         pass(channel.topic, message.data);
         if (Clock::now() - reported < kReportEvery) return;
         reported = Clock::now();

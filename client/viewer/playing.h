@@ -4,7 +4,9 @@
 #include "client/viewer/forwarder.h"
 #include "recording/reader.h"
 
+#include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <mutex>
@@ -13,6 +15,10 @@
 #include <thread>
 
 namespace traction::view {
+
+/// Returns after which time of playing a message is due: `after_ns` / `speed`, at most a year, also where speed is not
+/// above 0. \param after_ns time in the recording since the moment from which it is played
+std::chrono::nanoseconds timeToPlay(std::uint64_t after_ns, double speed);
 
 /// Plays the messages of the recording's first sensor, from the beginning and at the pace of the recording, until
 /// play() is called. At the end it waits for play(). Delivers kTime with the position about five times a second, and
@@ -28,9 +34,9 @@ class Playing {
   Playing(const Playing&) = delete;
   Playing& operator=(const Playing&) = delete;
 
-  /// Continues at `from_s` after the beginning [s], limited to the recording, at `speed` times its pace; at speed 0 or
-  /// less it shows that moment and pauses. Returns at once; a later call replaces a request that has not begun.
-  /// Thread-safe. \param from_s finite
+  /// Continues at `from_s` after the beginning [s], limited to the recording, at `speed` times its pace; at a speed
+  /// that is not above 0 or not finite it shows that moment and pauses. Returns at once; a later call replaces a
+  /// request that has not begun. Thread-safe. \param from_s NaN: the beginning
   void play(double from_s, double speed);
 
   /// Adds kinds (or-ed) to those that are wanted. Only kPreview, kSurface and kPicture must be: all other kinds are

@@ -20,11 +20,11 @@ void Source::listen(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     try {
       if (const auto message = subscriber_.receive(100ms)) handlers_.pass(*message, subscriber_.raw());
-      handlers_.turn(subscriber_.isConnected());
     } catch (const Error& error) {
       const bool isAboutMessage = error.code() == ErrorCode::kMalformed;
       handlers_.fail(error, isAboutMessage ? subscriber_.raw() : Raw{});
     }
+    handlers_.turn(subscriber_.isConnected());
   }
 }
 

@@ -24,7 +24,7 @@ class Source {
   struct Handlers {
     /// Called with each message; both arguments are valid during the call only.
     std::function<void(const Message& message, const Raw& raw)> pass;
-    /// Called after each message, and at least every 0.1 s. \param isConnected to the publisher
+    /// Called after each message and each error, and at least every 0.1 s. \param isConnected to the publisher
     std::function<void(bool isConnected)> turn = [](bool) {};
     /// Called with each error of Subscriber::receive(), after which receiving goes on. \param raw for kMalformed, the
     /// message that could not be decoded, valid during the call only; empty for all other errors

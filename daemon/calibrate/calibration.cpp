@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 using Kind = CalibrationStep::Kind;
 
 constexpr double kLongest_s = 3600.0;    // longest duration of a step
+constexpr double kLargest_N = 1e6;       // weight that a gel file can hold
 constexpr int kMostFiles = 100;          // gel files in the state directory: a client may request them without end
 constexpr double kFarFromTheFile = 3.0;  // deviations of the focal length that are worth a remark
 constexpr double kBadResidual_px = 0.3;
@@ -107,7 +108,8 @@ std::optional<Result> Calibration::begin(const CalibrationStep& step, const Rest
   if (zero == nullptr) return refused("there is no zero yet: take one with nothing touching the gel");
   if (step.kind == Kind::kGeometry) return geometry(*zero, step.anyway);
   if (step.kind == Kind::kWeight) {
-    if (!(step.weight_N > 0.0) || !std::isfinite(step.weight_N)) return refused("a weight must press: it is above 0");
+    if (!(step.weight_N > 0.0)) return refused("a weight must press: it is above 0");
+    if (step.weight_N > kLargest_N) return refused("a weight is at most 1,000,000 N");
     if (step.first) {
       weights_.clear();
       heaviest_.reset();

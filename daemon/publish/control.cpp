@@ -53,18 +53,26 @@ struct ControlServer::Impl {
 
   void reply(const Route& route, const std::string& bytes) { replyAll({route}, bytes); }
 
+  /// Returns the reply's message; without a value if ZeroMQ has no memory for it.
+  std::optional<zmq::message_t> messageFor(const Route& first, const std::string& bytes) {
+    if (replies.allows(first.who, bytes.size())) {
+      return network::messageOf(bytes, replies.add(first.who, first.fd, bytes.size()));
+    }
+    return network::copyOf(encodeErrorReply(kUnread));
+  }
+
   /// One message is shared by all, and counts for the first of them.
   void replyAll(const std::vector<Route>& routes, const std::string& bytes) {
     if (routes.empty()) return;
-    const Route& first = routes[0];
-    zmq::message_t message;
-    if (replies.allows(first.who, bytes.size())) {
-      message = network::messageOf(bytes, replies.add(first.who, first.fd, bytes.size()));
-    } else {
-      const std::string refusal = encodeErrorReply(kUnread);
-      message.rebuild(refusal.data(), refusal.size());
-    }
+    auto message = messageFor(routes[0], bytes);
+    std::uint64_t lost = 0;
     for (const Route& route : routes) {
+      zmq::message_t shared;
+      // Copied before the first part is sent, so that a reply is sent as a whole or not at all.
+      if (!message || zmq_msg_copy(shared.handle(), message->handle()) < 0) {
+        ++lost;
+        continue;
+      }
       // ROUTER drops what is for a peer that has gone or does not read.
       const auto put = [this](std::string_view part, int flags) {
         while (zmq_send(socket.handle(), part.data(), part.size(), flags) < 0 && zmq_errno() == EINTR) {
@@ -73,11 +81,38 @@ struct ControlServer::Impl {
       put(route.peer, ZMQ_SNDMORE);
       if (!route.beyond.empty()) put(route.beyond, ZMQ_SNDMORE);
       put("", ZMQ_SNDMORE);
-      zmq::message_t shared;
-      shared.copy(message);
       while (zmq_msg_send(shared.handle(), socket.handle(), ZMQ_DONTWAIT) < 0 && zmq_errno() == EINTR) {
       }
     }
+    if (lost > 0) count(lost);
+  }
+
+  /// Counts answers for which ZeroMQ had no memory.
+  void count(std::uint64_t lost) {
+    unsent += lost;
+    const std::int64_t now_ns = monotonicNow();
+    if (!handlers.warn || (warned_ns && now_ns - *warned_ns < 1'000'000'000)) return;
+    warned_ns = now_ns;
+    handlers.warn(std::to_string(unsent) + (unsent == 1 ? " answer" : " answers") +
+                  " to requests could not be sent: " + zmq_strerror(ENOMEM));
+  }
+
+  bool isServed(Request asked) const {
+    switch (asked) {
+    case Request::kStatus:
+      return handlers.status != nullptr;
+    case Request::kDescription:
+      return handlers.description != nullptr;
+    case Request::kCalibrate:
+      return handlers.calibrate != nullptr;
+    case Request::kSnapshot:
+      return handlers.snapshot != nullptr;
+    case Request::kCamera:
+      return handlers.camera != nullptr;
+    case Request::kZero:
+      return handlers.zero != nullptr;
+    }
+    return false;
   }
 
   void answer() {
@@ -94,6 +129,7 @@ struct ControlServer::Impl {
     if (!replies.allows(peer.who, 1)) return reply(peer, encodeErrorReply(kUnread));
     auto asked = decodeRequest(message.to_string_view());
     if (!asked) return reply(peer, encodeErrorReply(asked.error()));
+    if (!isServed(asked->request)) return reply(peer, encodeErrorReply("this request is not served here"));
     switch (asked->request) {
     case Request::kStatus:
       return reply(peer, encodeReply(asked->request, handlers.status()));
@@ -155,6 +191,8 @@ struct ControlServer::Impl {
   network::PeerLimit peers{kRequestsPerSecond};
   network::ReplyBudget replies{kWaiting_bytes, kWaitingEach_bytes};
   std::int64_t counted_ns = 0;
+  std::uint64_t unsent = 0;               ///< answers for which there was no memory
+  std::optional<std::int64_t> warned_ns;  ///< when handlers.warn was called last
   zmq::context_t context{1};  ///< its own: what peers send here does not keep the publisher's thread from sending
   zmq::socket_t socket{context, zmq::socket_type::router};
   std::vector<std::string> endpoints;
@@ -217,6 +255,10 @@ void ControlServer::answerSnapshot(const tl::expected<const Snapshot*, std::stri
 
 bool ControlServer::zeroPending() const {
   return !impl_->zeroAskers.empty();
+}
+
+std::uint64_t ControlServer::unsent() const {
+  return impl_->unsent;
 }
 
 const std::vector<std::string>& ControlServer::endpoints() const {

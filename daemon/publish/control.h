@@ -12,6 +12,7 @@
 #include <tl/expected.hpp>
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -19,15 +20,15 @@
 
 namespace tractiond::publish {
 
-/// Handlers of the requests. Called within serve(), on its thread. All must be set: a request whose handler is empty
-/// throws std::bad_function_call. Each of the last four must be answered once, by the function that its comment names,
+/// Handlers of the requests. Called within serve(), on its thread. A request whose handler is empty is answered with an
+/// error. Each of zero, calibrate, camera and snapshot must be answered once, by the function that its comment names,
 /// at once or later, from the same thread; except a step of a calibration that another one has replaced.
 struct ControlHandlers {
-  std::function<std::string()> status;       ///< Returns Publisher::lastStatus().
-  std::function<std::string()> description;  ///< Returns Publisher::lastDescription().
+  std::function<std::string()> status = {};       ///< Returns Publisher::lastStatus().
+  std::function<std::string()> description = {};  ///< Returns Publisher::lastDescription().
   /// Begins to take a zero, or to restore the one before: answerZero(). Equal requests for a zero that arrive meanwhile
   /// are not passed on and share the answer; others, and an undo, are answered with an error.
-  std::function<void(const ZeroRequest&)> zero;
+  std::function<void(const ZeroRequest&)> zero = {};
   /// Begins a step of a calibration: answerCalibration(). It replaces a step that has not been answered: the server has
   /// answered that one with an error.
   std::function<void(const CalibrationStep&)> calibrate = {};
@@ -35,11 +36,15 @@ struct ControlHandlers {
   std::function<void(const CameraStep&)> camera = {};
   /// Requests the next picture: answerSnapshot(), later. Requests that arrive meanwhile share the answer.
   std::function<void()> snapshot = {};
+  /// Receives a sentence for the log when answers could not be sent, at most once per second. May be empty. Also called
+  /// within the functions that answer.
+  std::function<void(const std::string&)> warn = {};
 };
 
 /// Thread-bound. A request that is malformed or unknown is answered with an error or dropped. So are requests of a
 /// client that does not read its answers, and a request for a zero, a picture or the camera for which 64 wait already.
 /// The connection of a client that sends a part of more than 64 KiB, or more than 1,000 requests in a second, is ended.
+/// An answer for which ZeroMQ has no memory is dropped, and counted by unsent().
 class ControlServer {
  public:
   /// Binds to ZeroMQ endpoints: "ipc://PATH", whose directory must exist, or "tcp://ADDRESS:PORT", where port * takes a
@@ -73,6 +78,9 @@ class ControlServer {
 
   /// Returns whether a client waits for answerZero().
   bool zeroPending() const;
+
+  /// Returns the number of answers that were dropped because ZeroMQ had no memory for them.
+  std::uint64_t unsent() const;
 
   /// Returns the endpoints as they were bound.
   const std::vector<std::string>& endpoints() const;

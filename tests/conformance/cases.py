@@ -111,6 +111,16 @@ def damages(chance):
         "a picture of another format": ("Preview", with_member(format=chance.choice([0, 77]))),
         "a picture's place that is not finite": ("Preview", with_member(
             **chance.choice([{"scale": bad}, {"origin_px": {"y": bad}}]))),
+        **{f"a number of a description's {part} that is not finite": ("Description", with_member(**members))
+           for part, members in {
+               "gel": {"gel": chance.choice([{"youngs_modulus_Pa": bad}, {"size_m": {"y": bad}}])},
+               "layers": {"layers": [{}, chance.choice([{"pitch_m": bad}, {"centre_m": {"x": bad}}, {"depth_m": bad}])]},
+               "nodes": {"nodes": chance.choice([{"pitch_m": bad}, {"centre_m": {"y": bad}}])},
+               "camera": {"camera": chance.choice([{"focal_px": bad}, {"aspect": bad}, {"principal_px": {"x": bad}},
+                                                   {"rotation_rad": {"z": bad}}, {"window_thickness_m": bad}])},
+               "zero": {"zero": {"rest_position_px": [0.0, bad], "marker_present": b"\1"}},
+               "body": {"body": {"marker_positions_m": [0.0, bad, 0.0]}},
+           }.items()},
         "a histogram without a count": ("Status", with_member(
             latencies={"total": {"since_start": {"bound_s": [1.0, 2.0], "count": [1, 2]}}})),
     }

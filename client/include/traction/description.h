@@ -99,7 +99,7 @@ struct Body {
 };
 
 /// What a daemon publishes about itself at the start, after each change, and to each new subscriber. The library checks
-/// its shapes, but not that its numbers are finite and plausible.
+/// its shapes, and that its numbers are finite, except those of the solver: a detection limit may be infinite.
 struct Description {
   Header header;
   std::string softwareVersion;  ///< version of the daemon

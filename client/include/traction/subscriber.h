@@ -78,7 +78,7 @@ class TRACTION_EXPORT Subscriber {
   std::optional<Message> receive(std::chrono::milliseconds timeout);
 
   /// Returns the message that receive() returned or rejected last, as it was sent. It is valid until the next call of
-  /// receive(). Empty before the first message; undefined after receive() has returned nothing.
+  /// receive(). Empty before the first message, and after receive() has returned nothing.
   Raw raw() const;
 
   /// Returns the number of messages that were lost on the way since the first one received, by gaps in Header::sequence

@@ -13,7 +13,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from .description import Body, Camera, Description, Zero
+from .description import Body, Camera, Description, Gel, Grid, MarkerLayer, Zero
 from .errors import Malformed
 from .messages import Contact, Covariance, Field, Markers, PictureMotion, Preview, PreviewFormat
 from .shapes import Axes, Bytes, OneByteEach, Packed, SixteenBytes
@@ -24,8 +24,9 @@ Message = Field | Markers | Description | Status | Preview
 
 Convert = Callable[[Any], Any]
 
-# Machines are steered by these: a number among them that is NaN or infinite is refused.
-_FINITE = (Field, Markers, Covariance, Contact, PictureMotion, Preview)
+# Machines are steered by these: a number among them that is NaN or infinite is refused. A detection limit of the solver
+# may be infinite.
+_FINITE = (Field, Markers, Covariance, Contact, PictureMotion, Preview, Gel, Grid, MarkerLayer, Camera, Zero, Body)
 
 
 def _require(condition: bool, what: str) -> None:

@@ -148,6 +148,11 @@ TEST_F(CalibrationTest, WhatCannotBeIsRefused) {
   EXPECT_FALSE(*calibration_.begin(step, nullptr, "Camera-1", folder_));
   EXPECT_FALSE(*begin(weight(-1.0)));
   EXPECT_FALSE(*begin(weight(std::nan(""))));
+  for (const double newtons : {1.1e6, 1e300, std::numeric_limits<double>::infinity()}) {  // no gel file can hold it
+    const auto heavy = begin(weight(newtons));
+    ASSERT_TRUE(heavy);
+    EXPECT_EQ(heavy->error(), "a weight is at most 1,000,000 N");
+  }
 }
 
 TEST_F(CalibrationTest, NoMoreThanAHundredFilesAreWritten) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace traction::cli::picture_test {
 namespace {
@@ -106,6 +107,25 @@ class Later {
     return message;
   }
 };
+
+TEST(Dots, ALineIsDrawnAsFarAsThePageGoes) {
+  const auto drawn = [](double x0, double y0, double x1, double y1) {
+    Dots dots(4, 1);
+    dots.line(x0, y0, x1, y1);
+    Canvas canvas(4, 1);
+    dots.paint(canvas, 0, 0, {});
+    return canvas.plain();
+  };
+  const std::string across = drawn(0, 1, 7, 1);
+  for (const double far : {8.0, 1e6, 1e12, 1e300}) {
+    EXPECT_EQ(drawn(0, 1, far, 1), across) << far;
+    EXPECT_EQ(drawn(-far, 1, far, 1), across) << far;
+    EXPECT_EQ(drawn(far, 1 + far, far, 1 - far), drawn(0, 9, 7, 9)) << far;
+  }
+  for (const double none : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    EXPECT_EQ(drawn(0, 1, none, 1), drawn(0, 9, 7, 9));
+  }
+}
 
 TEST(Picture, ArrowPointsAlongTheForceAtItsNode) {
   struct Case {

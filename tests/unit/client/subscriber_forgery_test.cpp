@@ -1,6 +1,9 @@
 // Messages that no daemon of this version sends.
 #include "tests/unit/client/forger.h"
 
+#include <chrono>
+#include <thread>
+
 namespace traction::subscriber_test {
 namespace {
 
@@ -63,6 +66,42 @@ TEST(Subscriber, TopicsOfALaterDaemonArePassedOver) {
   }
   forger.field(1);
   EXPECT_TRUE(std::holds_alternative<Field>(forger.subscriber().receive(kHung).value()));
+  EXPECT_EQ(forger.subscriber().raw().topic, "traction/v1/gel/field/");
+  EXPECT_FALSE(forger.subscriber().receive(std::chrono::milliseconds(0)));
+  EXPECT_EQ(forger.subscriber().raw().topic, "");
+  EXPECT_EQ(forger.subscriber().raw().bytes, "");
+}
+
+// The clock is read for each message that arrives: ten more are sent then, so that there always is a next one.
+zmq::socket_t* flooding = nullptr;
+int readings = 0;
+constexpr int kEndOfFlood = 20'000;
+
+std::int64_t flood() {
+  if (++readings < kEndOfFlood) {
+    for (int i = 0; i < 10; ++i) {
+      flooding->send(zmq::str_buffer("traction/v1/gel/contacts/"), zmq::send_flags::sndmore);
+      flooding->send(zmq::str_buffer("bytes"));
+    }
+    for (int i = 0; i < 100; ++i) std::this_thread::yield();  // ZeroMQ's threads pass them on
+  }
+  return 0;
+}
+
+TEST(Subscriber, ReturnsInTimeWhileOtherTopicsComeWithoutEnd) {
+  zmq::context_t context;
+  zmq::socket_t publisher(context, zmq::socket_type::xpub);
+  publisher.set(zmq::sockopt::linger, 0);
+  publisher.bind("tcp://127.0.0.1:*");
+  SubscriberOptions options = at(publisher.get(zmq::sockopt::last_endpoint));
+  options.monotonicClock = flood;
+  Subscriber subscriber(options);
+  zmq::message_t subscription;
+  ASSERT_TRUE(publisher.recv(subscription));
+  flooding = &publisher;
+  flood();
+  EXPECT_FALSE(subscriber.receive(std::chrono::milliseconds(10)));
+  EXPECT_LT(readings, kEndOfFlood);
 }
 
 }  // namespace

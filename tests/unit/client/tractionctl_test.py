@@ -193,12 +193,18 @@ class Tractionctl(Case):
         self.fails(USAGE, "--topic", "echo", "--topic", "nonsense")
         self.fails(USAGE, "nonsense", "calibrate", "nonsense")
         self.fails(USAGE, "--weights", "calibrate")
-        for weights in ("100", "100lb", "0gf", "-5N", "nan N", "5N,", ","):
+        for weights in ("100", "100lb", "0gf", "-5N", "nan N", "5N,", ",", "1001kN", "2e6N", "1e300kgf"):
             self.fails(USAGE, f"'{weights}' is not a list of weights, for example: --weights 100gf,", "calibrate", "weights",
                        f"--weights={weights}")
-        for seconds in ("-1", "x", "nan", "inf", "1s", "1e999"):
-            self.fails(USAGE, f"--seconds: '{seconds}' is not a time of 0 s or more, as in 2.5;", "watch",
+        for seconds in ("-1", "x", "nan", "inf", "1s", "1e999", "1e300"):
+            self.fails(USAGE, f"--seconds: '{seconds}' is not a time from 0 to 1e9 s, as in 2.5;", "watch",
                        f"--seconds={seconds}")
+        for seconds in ("0", "3601", "1e300", "nan"):
+            self.fails(USAGE, f"--seconds: '{seconds}' is not a time above 0 s and of at most 3600 s, as in 30;",
+                       "calibrate", "noise", f"--seconds={seconds}")
+        for speed in ("0", "1e300", "nan"):
+            self.fails(USAGE, f"--speed: '{speed}' is not a factor from 0.001 to 1e6, as in 0.5;", "replay", "/dev/null",
+                       f"--speed={speed}")
         self.fails(USAGE, "instance", "watch", "--instance", "../etc")
         self.fails(USAGE, "instance", "top", "../etc")
         for command, option in (("watch", "--connect"), ("top", "--connect"), ("status", "--control")):

@@ -3,10 +3,37 @@
 #include "tests/unit/publish/support.h"
 #include "traction/v1/control.pb.h"
 
+#include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <random>
+
+namespace {
+
+thread_local bool lacksMemory = false;  // of ZeroMQ's functions below
+
+template <typename Function, typename... Arguments>
+int unlessMemoryLacks(const char* name, Function /*as declared*/, Arguments... arguments) {
+  if (!lacksMemory) return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name))(arguments...);
+  errno = ENOMEM;
+  return -1;
+}
+
+}  // namespace
+
+extern "C" {
+int zmq_msg_copy(zmq_msg_t* to, zmq_msg_t* from) {
+  return unlessMemoryLacks("zmq_msg_copy", zmq_msg_copy, to, from);
+}
+int zmq_msg_init_data(zmq_msg_t* message, void* data, std::size_t size, zmq_free_fn* free, void* hint) {
+  return unlessMemoryLacks("zmq_msg_init_data", zmq_msg_init_data, message, data, size, free, hint);
+}
+int zmq_msg_init_size(zmq_msg_t* message, std::size_t size) {
+  return unlessMemoryLacks("zmq_msg_init_size", zmq_msg_init_size, message, size);
+}
+}
 
 namespace tractiond::publish::control_test {
 namespace {
@@ -121,6 +148,43 @@ TEST_F(ControlTest, StatusAndDescriptionAreWhatTheHandlersSay) {
   EXPECT_EQ(status.status().uptime_s(), 12.0);
   const pb::Reply description = ask(request([](pb::Request& r) { r.mutable_description(); }));
   EXPECT_EQ(description.description().software_version(), "0.1.0");
+}
+
+TEST_F(ControlTest, WithoutMemoryForZeroMqAnswersAreCountedAndTheNextOneIsSent) {
+  std::vector<std::string> lines;
+  const std::string description(std::size_t{3} << 20, 'x');  // three of them are too many for one user
+  auto opened = ControlServer::open({"tcp://127.0.0.1:*"}, {.status = [] { return ""; },
+                                                            .description = [&] { return description; },
+                                                            .zero = [](const ZeroRequest&) {},
+                                                            .warn = [&](const auto& line) { lines.push_back(line); }});
+  ASSERT_TRUE(opened);
+  server_ = *std::move(opened);
+  auto socket = connect(zmq::socket_type::dealer);
+  send(socket, request([](pb::Request& r) { r.mutable_zero(); }));
+  serveUntil([&] { return server_->zeroPending(); });
+  for (int i = 0; i < 5; ++i) send(socket, request([](pb::Request& r) { r.mutable_description(); }));
+  lacksMemory = true;
+  server_->answerZero(RestPose{});
+  serveUntil([&] { return server_->unsent() == 6; });
+  lacksMemory = false;
+  ASSERT_FALSE(lines.empty());
+  EXPECT_EQ(lines.front(), "1 answer to requests could not be sent: Cannot allocate memory");
+  send(socket, statusRequest());
+  EXPECT_EQ(await(socket).error(), "");
+  EXPECT_EQ(server_->unsent(), 6U);
+}
+
+TEST_F(ControlTest, ARequestWithoutAHandlerIsAnsweredWithAnError) {
+  auto opened = ControlServer::open({"tcp://127.0.0.1:*"}, {});
+  ASSERT_TRUE(opened);
+  server_ = *std::move(opened);
+  for (const auto choose :
+       {+[](pb::Request& r) { r.mutable_status(); }, +[](pb::Request& r) { r.mutable_description(); },
+        +[](pb::Request& r) { r.mutable_zero(); }, +[](pb::Request& r) { r.mutable_snapshot(); },
+        +[](pb::Request& r) { r.mutable_calibrate()->mutable_stiffness(); },
+        +[](pb::Request& r) { r.mutable_camera()->mutable_read()->set_name("Gain"); }}) {
+    EXPECT_EQ(ask(request(choose)).error(), "this request is not served here");
+  }
 }
 
 TEST_F(ControlTest, ZeroIsAnsweredWhenItIsTakenForAllWhoAsked) {

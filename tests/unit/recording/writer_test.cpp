@@ -1,3 +1,4 @@
+#include "recording/deltas.h"
 #include "tests/support/seed.h"
 #include "tests/unit/recording/random_recording.h"
 
@@ -5,6 +6,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <fstream>
 
 namespace recording::writer_test {
 namespace {
@@ -111,6 +113,32 @@ TEST(Writer, AnEmptyRecordingIsWhole) {
   EXPECT_TRUE(result.messages.empty());
 }
 
+TEST(Writer, RefusesAMessageWithoutADeclaredChannel) {
+  Memory memory;
+  Writer writer(memory, {});
+  for (const std::uint16_t channel : std::initializer_list<std::uint16_t>{0, 1, 65535}) {
+    const auto written = writer.write({channel, 1, 1, 1, "lost"});
+    ASSERT_FALSE(written);
+    EXPECT_EQ(written.error().exitCode, EX_SOFTWARE);
+  }
+  ASSERT_TRUE(writer.write({writer.channel(0, "first", "json"), 1, 1, 1, "kept"}));
+  ASSERT_TRUE(writer.close());
+  EXPECT_TRUE(read(memory.bytes).messages == std::vector<Kept>({{"first", 1, 1, 1, "kept"}}));
+}
+
+TEST(Deltas, ThatAreDamagedLeaveZeros) {
+  std::string scratch, packed;
+  packDeltas("abcdef", 0, scratch, packed);  // as with 1
+  std::vector<std::uint8_t> bytes(6);
+  EXPECT_TRUE(unpackDeltas(packed, 1, bytes));
+  EXPECT_EQ(std::string(bytes.begin(), bytes.end()), "abcdef");
+  for (const auto& [damaged, delta] : {std::pair{packed.substr(0, packed.size() - 2), 1}, {packed, 0}, {"", 1}}) {
+    bytes.assign(6, 'x');
+    EXPECT_FALSE(unpackDeltas(damaged, static_cast<std::size_t>(delta), bytes));
+    EXPECT_EQ(bytes, std::vector<std::uint8_t>(6));
+  }
+}
+
 class NewFiles : public testing::Test {
  protected:
   void SetUp() override {
@@ -122,6 +150,23 @@ class NewFiles : public testing::Test {
 
   std::filesystem::path folder_;
 };
+
+TEST_F(NewFiles, AreNotReadBeyondTheirEnd) {
+  std::ofstream(folder_ / "old") << "0123456789";
+  const auto file = OldFile::open(folder_ / "old");
+  ASSERT_TRUE(file);
+  std::string bytes;
+  EXPECT_TRUE(file->read(2, 8, bytes));
+  EXPECT_EQ(bytes, "23456789");
+  for (const auto& [offset, count] :
+       std::vector<std::pair<std::uint64_t, std::uint64_t>>{{2, 9}, {11, 0}, {0, UINT64_MAX}, {UINT64_MAX, 2}}) {
+    EXPECT_FALSE(file->read(offset, count, bytes)) << offset << ", " << count;
+    EXPECT_EQ(bytes, "");
+  }
+  std::filesystem::resize_file(folder_ / "old", 5);
+  EXPECT_FALSE(file->read(0, 10, bytes));
+  EXPECT_EQ(bytes, "");
+}
 
 TEST_F(NewFiles, NeverReplaceOne) {
   ASSERT_TRUE(NewFile::create(folder_ / "a")->append("kept", 0));

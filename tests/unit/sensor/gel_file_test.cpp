@@ -6,8 +6,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <iterator>
+#include <span>
+#include <vector>
 
 namespace {
 
@@ -197,12 +200,28 @@ TEST(GelFile, CalibrationGoesThereAndBack) {
   const auto back = parseGel(text, "gel.toml");
   ASSERT_TRUE(back) << back.error().what;
   ASSERT_TRUE(back->calibration);
-  EXPECT_EQ(back->calibration->camera, "A _camera_-12");
+  EXPECT_EQ(back->calibration->camera, "A \"camera\"-12");
   EXPECT_EQ(back->calibration->weights.size(), 2U);
   EXPECT_EQ(back->calibration->hash, sensor.calibration->hash);
   EXPECT_NEAR(back->uncertainty.focalDistance, 0.9, 1e-12);
   // What is read writes the same text again, so that a hash of it can be checked.
   EXPECT_EQ(sensor::gelText(*back), text);
+}
+
+TEST(TomlTable, AFaultLeavesListsUnchanged) {
+  auto table =
+      tractiond::TomlTable::parse("far = [1, 2, 9]\nword = [1, 2, 'x']\nmany = [1, 2, 3, 4]\none = 9\n", "lists");
+  ASSERT_TRUE(table);
+  for (const char* key : {"far", "word", "many"}) {
+    std::array<double, 3> three = {7, 7, 7};
+    table->read(key, std::span<double>(three), {0, 5});
+    EXPECT_EQ(three, (std::array<double, 3>{7, 7, 7})) << key;
+  }
+  for (const char* key : {"far", "word", "one"}) {
+    std::vector<double> any = {7};
+    table->read(key, any, {0, 5});
+    EXPECT_EQ(any, std::vector<double>{7}) << key;
+  }
 }
 
 TEST(GelFile, DefaultsThatDoNotFitAreSaid) {

@@ -266,6 +266,20 @@ TEST_F(InfluenceFile, GelFileNamesItBesideItself) {
   EXPECT_EQ(sensor::gelText(*again), text);
 }
 
+TEST_F(InfluenceFile, AnyNameOfItIsWrittenAsItIs) {
+  sensor::Sensor paper;
+  for (const char* name : {"a \"quoted\" name", "back\\slash\\u0041", "tab\tline\n", "\x01 and \x7f", "größe'"}) {
+    auto body = std::make_shared<Body>();
+    body->file = "/gels" + std::string("/") + name;
+    paper.body = body;
+    auto table = tractiond::TomlTable::parse(sensor::gelText(paper), "written");
+    ASSERT_TRUE(table) << table.error().what;
+    std::string read;
+    table->table("gel")->read("influence_file", read);
+    EXPECT_EQ(read, body->file);
+  }
+}
+
 TEST_F(InfluenceFile, GelFileThatContradictsItIsRefused) {
   write(npz::archive(whole()));
   const auto fault = [this](const std::string& from, const std::string& to) {

@@ -254,7 +254,7 @@ TEST(Film, RawPicturesComeInALoop) {
   ASSERT_TRUE(film.has_value());
   for (const std::uint64_t number : {0U, 1U, 2U, 3U}) {
     Picture frame = picture(0.0, number);
-    frame.pixels.resize(4);
+    frame.pixels.resize(3 * number);
     Truth truth;
     (*film)->draw(frame, truth);
     EXPECT_EQ(frame.pixels, std::vector<std::uint8_t>(4, number % 2 == 0 ? 'a' : 'b'));
@@ -264,6 +264,7 @@ TEST(Film, RawPicturesComeInALoop) {
                                                   std::to_string(number % 2) + "}");
   }
   EXPECT_EQ(RawFilm::open(directory / "two.raw", 3).error().exitCode, EX_DATAERR);
+  EXPECT_EQ(RawFilm::open(directory / "two.raw", 0).error().exitCode, EX_DATAERR);
   EXPECT_EQ(RawFilm::open(directory / "none.raw", 3).error().exitCode, EX_NOINPUT);
   std::filesystem::remove_all(directory);
 }

@@ -94,6 +94,31 @@ TEST(Renderer, PictureIsThatOfBruteForceAlsoWhereRedHidesBlue) {
   }
 }
 
+TEST(Renderer, LargeMarkersAreThoseOfBruteForce) {
+  for (const auto& [radius_px, elongation] : {std::tuple{70.0, 0.0}, {45.0, 1e-9}, {500.0, 0.0}}) {
+    sensor::Sensor pair = pairOfMarkers();
+    pair.camera.width = 200;
+    pair.camera.height = 150;
+    pair.camera.aspect = 1.1;
+    for (std::size_t i = 0; i < 2; ++i) pair.layers[i].diameter *= radius_px / radius(pair, i);
+    Optics optics = quiet();
+    optics.variety.elongation = elongation;
+    Renderer renderer(pair, optics, Format::kRgb8);
+    Eigen::Matrix2Xd centres(2, 2);
+    centres << 90.3, 90.3 - 1.5 * radius_px, 80.8, 75.9;  // the red one's centre is outside the picture
+    const auto picture = draw(renderer, centres);
+    for (int v = 3; v < 150; v += 12) {
+      for (int u = 2; u < 200; u += 14) {
+        for (const Channel channel : {kRed, kBlue}) {
+          const int drawn = picture[static_cast<std::size_t>((v * 200 + u) * 3 + channel)];
+          EXPECT_NEAR(drawn, slowLevel(pair, optics, centres, u, v, channel), 0.5 + 0.25)
+              << u << " " << v << " " << channel << ", radius " << radius_px << " px";
+        }
+      }
+    }
+  }
+}
+
 TEST(Renderer, EveryFormatHoldsTheSamePicture) {
   const sensor::Sensor pair = pairOfMarkers();
   Optics optics = quiet();

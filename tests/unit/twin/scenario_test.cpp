@@ -49,6 +49,8 @@ torque_n_mm = [0, 4, 0]
   EXPECT_EQ(contact.shape, twin::Contact::Shape::kDisc);
   EXPECT_EQ(contact.radius, 4e-3);
   EXPECT_FALSE(contact.at(1.0).isLoaded());
+  EXPECT_FALSE(twin::Contact{}.at(1.0).isLoaded());
+  EXPECT_EQ((twin::Warmth{.times = {}, .rise = {}}.at(1.0)), 0.0);
   const twin::ContactState middle = contact.at(2.25);
   EXPECT_NEAR(middle.position.x(), 2.5e-3, 1e-15);
   EXPECT_NEAR(middle.position.y(), -3e-3, 1e-15);

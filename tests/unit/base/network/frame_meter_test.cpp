@@ -90,6 +90,15 @@ TEST(FrameMeter, OlderProtocolsAreTold) {
   std::string one = kGreeting;
   one[9] = '\0';  // ZMTP 1.0, too: a long message
   EXPECT_TRUE(read(one).isOld);
+  FrameMeter meter;
+  const auto add = [&](const std::string& bytes) {
+    return meter.read({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, Charge::kRequests);
+  };
+  EXPECT_TRUE(add(two).isOld);
+  const FrameMeter::Reading after = add(std::string(1000, '\0'));
+  EXPECT_TRUE(after.isOld);
+  EXPECT_EQ(after.frames, 0U);
+  EXPECT_EQ(after.cost_bytes, 0U);
   std::string newer = kGreeting;
   newer[10] = 4;
   EXPECT_FALSE(read(newer).isOld);
