@@ -13,8 +13,8 @@ namespace twin {
 
 namespace {
 
-constexpr double kTail = 4.0;             // standard deviations; 6e-5 of the light lies beyond
-constexpr double kStepsPerPixel = 512.0;  // the error of linear interpolation is 1e-6
+constexpr double kTail = 4.0;                            // standard deviations; 6e-5 of the light lies beyond
+constexpr double kStepsPerPixel = 512.0;                 // the error of linear interpolation is 1e-6
 constexpr int kLeastStrips = 64, kMostStrips = 400'000;  // of an ellipse
 constexpr double kStripsPerPixel = 4.0;                  // of half its height
 constexpr int kColumns = 64;                             // of a picture that are drawn together
