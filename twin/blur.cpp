@@ -78,7 +78,7 @@ double Blur::at(const std::vector<double>& table, double offset) const {
 void Blur::add(std::span<const Strip> region, double left, double top, int size, double gain,
                std::span<float> pixels) const {
   assert(pixels.size() >= static_cast<std::size_t>(size) * static_cast<std::size_t>(size));
-  std::array<double, kColumns> across;
+  std::array<double, kColumns> across{};
   for (const Strip& strip : region) {
     const int first = static_cast<int>(std::clamp<double>(std::ceil(strip.y - reach_ - top), 0.0, size));
     const int last = static_cast<int>(std::clamp<double>(std::floor(strip.y + reach_ - top), -1.0, size - 1.0));
