@@ -13,8 +13,8 @@ namespace twin {
 
 namespace {
 
-constexpr double kTail = 4.0;             // standard deviations; 6e-5 of the light lies beyond
-constexpr double kStepsPerPixel = 512.0;  // the error of linear interpolation is 1e-6
+constexpr double kTail = 4.0;                            // standard deviations; 6e-5 of the light lies beyond
+constexpr double kStepsPerPixel = 512.0;                 // the error of linear interpolation is 1e-6
 constexpr int kLeastStrips = 64, kMostStrips = 400'000;  // of an ellipse
 constexpr double kStripsPerPixel = 4.0;                  // of half its height
 constexpr int kColumns = 64;                             // of a picture that are drawn together
@@ -78,7 +78,7 @@ double Blur::at(const std::vector<double>& table, double offset) const {
 void Blur::add(std::span<const Strip> region, double left, double top, int size, double gain,
                std::span<float> pixels) const {
   assert(pixels.size() >= static_cast<std::size_t>(size) * static_cast<std::size_t>(size));
-  std::array<double, kColumns> across;
+  std::array<double, kColumns> across{};
   for (const Strip& strip : region) {
     const int first = static_cast<int>(std::clamp<double>(std::ceil(strip.y - reach_ - top), 0.0, size));
     const int last = static_cast<int>(std::clamp<double>(std::floor(strip.y + reach_ - top), -1.0, size - 1.0));

@@ -406,7 +406,8 @@ TEST_F(ControlTest, ReplyThatNobodyReadsKeepsFurtherOnesAwayUntilItsConnectionEn
   large.spotLayer.resize(64 << 20);  // more than a kernel takes
   {
     network::RawPeer deaf(server_->endpoints().at(0), "DEALER");
-    deaf.send(network::RawPeer::part("") + network::RawPeer::message(request([](pb::Request& r) { r.mutable_snapshot(); })));
+    deaf.send(network::RawPeer::part("") +
+              network::RawPeer::message(request([](pb::Request& r) { r.mutable_snapshot(); })));
     serveUntil([&] { return snapshots_ == 1; });
     server_->answerSnapshot(&large, {});
     EXPECT_EQ(ask(statusRequest()).error(),
