@@ -137,7 +137,9 @@ OpenDriver fromPipe(const PipeOptions& options) {
     if (format == nullptr || options.width <= 0 || options.height <= 0)
       return failed(EX_CONFIG, "pictures from a pipe do not say what they are",
                     "set camera.width_px, camera.height_px and camera.pixel_format");
-    const int descriptor = options.path == "-" ? STDIN_FILENO : open(options.path.c_str(), O_RDONLY | O_CLOEXEC);
+    // Without O_NONBLOCK, opening a named pipe waits for its writer and cannot be stopped; pop() waits instead.
+    constexpr int kFlags = O_RDONLY | O_CLOEXEC | O_NONBLOCK;
+    const int descriptor = options.path == "-" ? STDIN_FILENO : open(options.path.c_str(), kFlags);
     if (descriptor < 0)
       return failed(EX_NOINPUT, "the pictures " + options.path + " cannot be opened: " + std::strerror(errno));
     return std::make_unique<PipeDriver>(descriptor, options, *format);

@@ -17,8 +17,8 @@ struct PipeOptions {
 };
 
 /// Returns a function that opens a driver for the file. It fails with EX_CONFIG if size or format are missing or the
-/// format is not known, and with EX_NOINPUT if the file cannot be opened; for a named pipe it waits until a writer
-/// opens that, whether or not a stop is requested. Ids count from 1. The time stamp is 0, as it is not known; a picture
+/// format is not known, and with EX_NOINPUT if the file cannot be opened. It does not wait: while a named pipe has
+/// no writer yet, pop() returns kNothing. Ids count from 1. The time stamp is 0, as it is not known; a picture
 /// arrives when it is whole and its time has come. While all buffers are out, nothing is read and pop() returns
 /// kNothing. Driver::end() is EX_OK if the file ends after a whole picture, EX_DATAERR if within one or before the
 /// first, EX_IOERR if it cannot be read.

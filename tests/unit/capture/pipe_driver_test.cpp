@@ -3,10 +3,13 @@
 #include "daemon/capture/pipe_driver.h"
 #include "tests/support/seed.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <fstream>
 #include <random>
 #include <thread>
@@ -135,6 +138,29 @@ TEST_F(PipeDriverTest, WantsToKnowWhatThePicturesAre) {
   EXPECT_EQ(camera.error().exitCode, EX_CONFIG);
   EXPECT_THAT(camera.error().message(), HasSubstr("camera.pixel_format"));
   close(ends_[1]);
+}
+
+TEST_F(PipeDriverTest, WaitsForTheWriterOfANamedPipeInItsTurns) {
+  std::string folder = testing::TempDir() + "pipe-XXXXXX";
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  options_.path = folder + "/pictures";
+  ASSERT_EQ(mkfifo(options_.path.c_str(), 0600), 0);
+  Frame frame;
+  {
+    auto stopped = Camera::open(fromPipe(options_), {.wait = false}, ledger_);
+    ASSERT_TRUE(stopped) << stopped.error().message();
+    for (int i = 0; i < 3; ++i) EXPECT_EQ((*stopped)->next(frame, milliseconds(1)), Next::kTimeout);
+  }
+  close(ends_[1]);
+  writer_ = std::thread([this] {
+    ends_[1] = open(options_.path.c_str(), O_WRONLY);  // waits for the reader
+    const std::vector<std::uint8_t> bytes(3 * 1200);
+    EXPECT_EQ(write(ends_[1], bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
+    close(ends_[1]);
+  });
+  EXPECT_EQ(takeAll().size(), 3U);
+  EXPECT_EQ(end_.exitCode, EX_OK);
+  std::filesystem::remove_all(folder);
 }
 
 TEST_F(PipeDriverTest, SaysThatAFileIsNotThere) {
