@@ -244,7 +244,8 @@ Origin originOf(int fd) {
   if (!isRecorded(fd)) return {};
   const std::lock_guard lock(mutex);
   const Connection& one = records[static_cast<std::size_t>(fd)];
-  return {.connection = one.cookie, .left = leftFrames(one)};
+  const bool isOfOtherKind = one.watched && one.charge != one.leftOver;  // it waits in other queues
+  return {.connection = one.cookie, .left = isOfOtherKind ? 0 : leftFrames(one)};
 }
 
 void releaseEnded(Charge charge) {

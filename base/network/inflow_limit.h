@@ -36,7 +36,7 @@ void release(int fd, std::size_t parts);
 struct Origin {
   std::uint64_t connection = 0;  ///< number of the descriptor's last connection; 0 if it was not seen to be read
   /// Parts of messages, this one's perhaps among them, that earlier connections with this descriptor may have left in
-  /// the queues: at most so many messages that come after `connection` began are not of it.
+  /// the queues of its kind: at most so many messages that come there after `connection` began are not of it.
   std::uint64_t left = 0;
 };
 /// \param fd of the connection, as ZeroMQ reports it

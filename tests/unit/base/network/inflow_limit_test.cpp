@@ -164,8 +164,8 @@ TEST_P(InflowLimit, NothingIsCountedAnyMoreAfterTheLastEndpoint) {
   expectHeard();
 }
 
-/// The kernel gives the next connection the same descriptor, while messages of the first one wait.
-class ReusedDescriptor : public InflowLimit {
+/// The kernel gives the next connection the same descriptor, also while messages of the one before wait.
+class CountedMessages : public InflowLimit {
  protected:
   static constexpr std::size_t kAllowed = 20, kLeft = 2 * kAllowed;
 
@@ -209,10 +209,10 @@ class ReusedDescriptor : public InflowLimit {
   int source_ = -1, descriptor_ = -1;
 };
 
-INSTANTIATE_TEST_SUITE_P(Publish, ReusedDescriptor, testing::Values("tcp://127.0.0.1:*", "ipc"),
+INSTANTIATE_TEST_SUITE_P(Publish, CountedMessages, testing::Values("tcp://127.0.0.1:*", "ipc"),
                          [](const auto& instance) { return std::string(instance.index == 0 ? "Tcp" : "Ipc"); });
 
-TEST_P(ReusedDescriptor, WhatAConnectionLeftIsNotCountedForTheNextOne) {
+TEST_P(CountedMessages, WhatAConnectionLeftIsNotCountedForTheNextOne) {
   leaveMessages();
   awaitItsEnd();
   RawPeer next(bound_.at(0), "DEALER");
@@ -226,7 +226,7 @@ TEST_P(ReusedDescriptor, WhatAConnectionLeftIsNotCountedForTheNextOne) {
   EXPECT_EQ(inflow::originOf(descriptor_).left, 0U);
 }
 
-TEST_P(ReusedDescriptor, NobodySendsMoreBecauseAnotherLeftMessages) {
+TEST_P(CountedMessages, NobodySendsMoreBecauseAnotherLeftMessages) {
   leaveMessages();
   awaitItsEnd();
   RawPeer next(bound_.at(0), "DEALER");
@@ -236,7 +236,22 @@ TEST_P(ReusedDescriptor, NobodySendsMoreBecauseAnotherLeftMessages) {
   EXPECT_TRUE(next.isCutOff());
 }
 
-TEST_P(ReusedDescriptor, WhatWasTakenIsNotLeft) {
+TEST_P(CountedMessages, AreCountedForEachConnectionByItself) {
+  open(zmq::socket_type::router);
+  RawPeer quiet(bound_.at(0), "DEALER"), floods(bound_.at(0), "DEALER");
+  const auto say = [&](RawPeer& peer, const std::string& text) {
+    peer.send(RawPeer::part("") + RawPeer::message(text));
+    ASSERT_TRUE(takeUntil(text));
+  };
+  for (std::size_t i = 0; i <= kAllowed; ++i) {
+    if (i % 2 == 0) say(quiet, "hello");
+    say(floods, "more");
+  }
+  EXPECT_TRUE(floods.isCutOff());
+  say(quiet, "again");
+}
+
+TEST_P(CountedMessages, WhatWasTakenIsNotLeft) {
   open(zmq::socket_type::router);
   {
     RawPeer leaves(bound_.at(0), "DEALER");
