@@ -1,5 +1,6 @@
 #include "daemon/calibrate/drift_watch.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -13,9 +14,11 @@ DriftWatch::DriftWatch(const sensor::Sensor& sensor, const DriftOptions& options
     , rest_px_(mean_px_.size()) {}
 
 void DriftWatch::add(const MarkerField& field) {
+  if (field.zero == Id{}) return;
   if (field.zero != zero_) {
     zero_ = field.zero;
     drift_ = {};
+    std::ranges::fill(mean_px_, 0.0F);
     warned_ = false;
   }
   const auto motion = fit_({field.displacement_px, field.valid});

@@ -19,8 +19,9 @@ class DriftWatch {
  public:
   explicit DriftWatch(const sensor::Sensor& sensor, const DriftOptions& options = {});
 
-  /// Adds a frame to the means. Ignores a frame with a touch, with kFewMarkers, or with fewer than ten valid markers.
-  /// Starts anew when the zero changes. \param field of the sensor's markers; its `received_ns` is the time
+  /// Adds a frame to the means. Ignores a frame with a touch, with kFewMarkers, with fewer than ten valid markers, or
+  /// without a zero (MarkerField::zero all 0). Starts anew when the zero changes. \param field of the sensor's markers;
+  /// its `received_ns` is the time
   void add(const MarkerField& field);
 
   /// Returns the means, of which seen_ns is the time of the last frame that was used; 0: none since the zero.

@@ -284,5 +284,27 @@ TEST(DriftWatch, FollowsTheUntouchedPictureAndNothingElse) {
   EXPECT_NEAR(watch.drift().shiftU_px, 0.0, 0.01);
 }
 
+TEST(DriftWatch, StartsAnewWithAZeroAndIgnoresFramesWithoutOne) {
+  const sensor::Sensor sensor = coarse();
+  DriftWatch watch(sensor), fresh(sensor);
+  Frames frames(sensor);
+  for (int i = 0; i < 60; ++i) watch.add(frames.next(0.0));
+  MarkerField& field = frames.field();
+  field.zero = {};
+  fresh.add(frames.next(0.0));
+  EXPECT_EQ(fresh.drift().seen_ns, 0);
+  field.zero[0] = 2;
+  for (std::size_t i = 0; i < 40; ++i) field.valid[i] = 0;  // in the first frame after the zero
+  field.validCount -= 40;
+  watch.add(frames.next(0.0));
+  fresh.add(field);
+  for (std::size_t i = 0; i < 40; ++i) field.valid[i] = 1;
+  field.validCount += 40;
+  watch.add(frames.next(0.0));
+  fresh.add(field);
+  EXPECT_GT(fresh.drift().rms_px, 0.0);
+  EXPECT_EQ(watch.drift().rms_px, fresh.drift().rms_px);
+}
+
 }  // namespace
 }  // namespace tractiond::calibrate::calibration_test
