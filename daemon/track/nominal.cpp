@@ -20,6 +20,11 @@ float spacing(std::span<const Vector> places, const Lattice& lattice) {
   return std::sqrt(across.squared()) / static_cast<float>(lattice.columns - 1);
 }
 
+float columnSpacing(std::span<const Vector> places, const Lattice& lattice) {
+  const Vector down = places[lattice.at(0, lattice.rows - 1)] - places[lattice.at(0, 0)];
+  return std::sqrt(down.squared()) / static_cast<float>(lattice.rows - 1);
+}
+
 tl::unexpected<Error> error(std::string what, std::string remedy) {
   return tl::make_unexpected(Error{EX_CONFIG, std::move(what), "", std::move(remedy)});
 }
@@ -82,7 +87,7 @@ tl::expected<void, Error> trackable(const sensor::Sensor& sensor) {
                                                      0.95 * largest_px / (2.0 * radius_px))
                                        : "bring the camera nearer, or take a longer lens or a larger picture"));
     }
-    if (spacing(places, lattice) < 3.5 * radius_px) {
+    if (std::min(spacing(places, lattice), columnSpacing(places, lattice)) < 3.5 * radius_px) {
       return error("markers closer to each other than 1.75 of their diameters", "give the layer a wider pitch");
     }
   }

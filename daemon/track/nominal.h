@@ -15,7 +15,8 @@ namespace tractiond::track {
 
 /// Checks whether the tracker can follow the sensor's markers. Fails with EX_CONFIG for no or more than two layers, two
 /// of the same contrast that have one colour or of which one is grey, a grid below 4 x 4, markers with a radius in the
-/// picture below 1 px or above MarkerTemplate::largestRadius(), and a spacing below 1.75 of their diameters.
+/// picture below 1 px or above MarkerTemplate::largestRadius(), and a mean spacing along the first row or the first
+/// column below 1.75 of their diameters.
 tl::expected<void, Error> trackable(const sensor::Sensor& sensor);
 
 /// Checks whether the tracker can follow them in pictures of this format. Fails with EX_CONFIG for two layers that only

@@ -186,6 +186,11 @@ TEST(Trackable, RefusesWhatCannotBeTracked) {
   sensor.layers[1].rows = 3;
   EXPECT_FALSE(trackable(sensor));
   sensor = {};
+  for (sensor::MarkerLayer& layer : sensor.layers) layer.diameter = 0.5 * layer.pitch;
+  EXPECT_TRUE(trackable(sensor));
+  sensor.camera.aspect = 0.5;  // nearer to each other along a column than along a row
+  EXPECT_FALSE(trackable(sensor));
+  sensor = {};
   sensor.layers.clear();
   const auto refused = trackable(sensor);
   ASSERT_FALSE(refused);
