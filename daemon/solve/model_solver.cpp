@@ -7,11 +7,17 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 
 namespace tractiond::solve {
 namespace {
+
+// Forces that detectionLimit() tries first, as shares of Factors::force_N: kFirst, then doubled so many times.
+constexpr double kFirst = 5e-4;
+constexpr int kDoublings = 15;
+constexpr double kLargest = kFirst * (1 << kDoublings);
 
 /// Returns the mean pressure [Pa] on an area as large as a node's in the middle of a patch, which presses as a ball
 /// does: for a patch smaller than that, all of its force on this area.
@@ -130,10 +136,14 @@ void ModelSolver::addSystematic(TractionField& field) const {
                                           factors_.systematicErrors, whole);
 }
 
-/// Returns the covariance of the wrench of a force just below the limit, anywhere on the nodes.
+/// Returns the covariance of the wrench of a force just below the limit, anywhere on the nodes. It stays finite where
+/// the limit is not: a force as large as the largest that was tried.
 Eigen::Matrix<double, 6, 6> ModelSolver::unseen() const {
-  const Eigen::Vector3d deviations =
-      0.5 * Eigen::Vector3d(detectionLimit_N_[0], detectionLimit_N_[0], detectionLimit_N_[1]);
+  const auto finite_N = [this](double limit_N) {
+    return std::isfinite(limit_N) ? limit_N : kLargest * factors_.force_N;
+  };
+  const double tangential_N = finite_N(detectionLimit_N_[0]), normal_N = finite_N(detectionLimit_N_[1]);
+  const Eigen::Vector3d deviations = 0.5 * Eigen::Vector3d(tangential_N, tangential_N, normal_N);
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   for (const std::array<double, 3>& node : rules_.nodes()) {
     const Eigen::Matrix<double, 6, 3> wrenches =
@@ -146,7 +156,6 @@ Eigen::Matrix<double, 6, 6> ModelSolver::unseen() const {
 /// Solves pictures of a force on each of nine points, raised until something is found and then halved in between.
 double ModelSolver::detectionLimit(int axis) {
   constexpr int kHalvings = 5;
-  constexpr double kFirst = 5e-4, kLargest = 10.0;  // of Factors::force_N
   std::mt19937_64 generator(1);
   std::normal_distribution<double> normal(0.0, noise_px_);
   std::vector<double> limits;
@@ -165,13 +174,19 @@ double ModelSolver::detectionLimit(int axis) {
       return estimate_.outcome == Estimate::Outcome::kFound;
     };
     double high = kFirst * factors_.force_N;
-    while (high < kLargest * factors_.force_N && !finds(high)) high *= 2.0;
+    bool isFound = false;
+    for (int doubling = 0; doubling < kDoublings && !isFound; ++doubling) {
+      isFound = finds(high);
+      if (!isFound) high *= 2.0;
+    }
     double low = 0.5 * high;
     for (int halving = 0; halving < kHalvings; ++halving) {
       const double middle = 0.5 * (low + high);
-      (finds(middle) ? high : low) = middle;
+      const bool isFoundInBetween = finds(middle);
+      (isFoundInBetween ? high : low) = middle;
+      isFound = isFound || isFoundInBetween;
     }
-    limits.push_back(high);
+    limits.push_back(isFound ? high : std::numeric_limits<double>::infinity());
   }
   std::nth_element(limits.begin(), limits.begin() + 4, limits.end());
   return limits[4];

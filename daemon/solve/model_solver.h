@@ -20,7 +20,8 @@ class ModelSolver : public FieldSolver {
   void solve(const MarkerField& markers, TractionField& field) noexcept override;
 
   /// Returns the force from which on the model finds a contact: the median over nine nodes, each with its own noise;
-  /// along the surface, and into it [N]. The constructor computed it or was given it.
+  /// along the surface, and into it [N]. Infinite if it finds none of the forces that are tried, up to 16 times
+  /// Factors::force_N. The constructor computed it or was given it.
   std::array<double, 2> detectionLimit_N() const override { return detectionLimit_N_; }
 
  private:

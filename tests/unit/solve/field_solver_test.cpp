@@ -189,6 +189,17 @@ TEST_F(FieldSolverTest, WhatIsTooWeakToBeFoundMayActAnywhere) {
   EXPECT_NEAR(forces_.noise[35], (xx + yy) * forces_.noise[0], 1e-9 * forces_.noise[35]);
 }
 
+TEST_F(FieldSolverTest, ALimitThatIsNeverReachedIsInfiniteAndTheNoiseFinite) {
+  solver_.emplace(factors_, atoms_, sensor_, SolveOptions{.noise_px = 1e4});
+  for (const double limit_N : solver_->detectionLimit_N()) EXPECT_EQ(limit_N, std::numeric_limits<double>::infinity());
+  solved(fieldOf(VectorXd::Zero(influence_.rows())));
+  ASSERT_EQ(forces_.method, Method::kNoContact);
+  for (const int axis : {0, 1, 2}) {
+    EXPECT_GT(std::sqrt(forces_.noise[7 * axis]), 5.0 * factors_.force_N);
+    EXPECT_TRUE(std::isfinite(forces_.noise[7 * axis]));
+  }
+}
+
 TEST_F(FieldSolverTest, WhatActsBeyondTheNodesIsPublishedAtTheNearest) {
   const Eigen::Vector3d at(-10.5e-3, 1.5e-3, 0.0), force(0.3, 0.0, 1.0);  // 1.5 pitches beyond
   MarkerField markers = fieldOf(halfSpaceImage(sensor_, at) * force);
