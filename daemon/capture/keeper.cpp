@@ -27,7 +27,9 @@ Keeper::Keeper(OpenDriver open, const CameraRules& rules, Say say, Welcome welco
     , clock_(rules.clock)
     , open_(std::move(open))
     , say_(std::move(say))
-    , welcome_(std::move(welcome)) {}
+    , welcome_(std::move(welcome)) {
+  begin(rules_.slowest);
+}
 
 // ---------------------------------------------------------------- the keeper's thread
 

@@ -48,8 +48,9 @@ class Keeper {
  public:
   static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 
-  /// \param open opens the camera; called on the keeper's thread for each try \param say called on it with each line
-  /// for the log
+  /// Does not open the camera. The first turn() is due within CameraRules::slowest (isForsaken()). \param open opens
+  /// the camera; called on the keeper's thread for each try, which it may block \param say called on it with each line
+  /// for the log; may be empty \param welcome may be empty
   Keeper(OpenDriver open, const CameraRules& rules, Say say, Welcome welcome);
 
   // --- the keeper's thread

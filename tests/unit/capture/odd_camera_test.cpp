@@ -187,6 +187,16 @@ TEST_F(OddCamera, SaysThatWhatIsToOpenItHangs) {
   EXPECT_FALSE(camera_->isForsaken());
 }
 
+TEST(Keeper, HangsOnlyIfItsFirstTurnIsOverdue) {
+  Keeper keeper([](const Opening&) { return tl::unexpected(Error{.exitCode = EX_UNAVAILABLE, .what = "no camera"}); },
+                {.slowest = milliseconds(50), .clock = virtualNow}, {}, {});
+  EXPECT_FALSE(keeper.isForsaken());
+  virtual_ns += 1'100'000'000;
+  EXPECT_TRUE(keeper.isForsaken());
+  keeper.turn();
+  EXPECT_FALSE(keeper.isForsaken());
+}
+
 TEST_F(OddCamera, LetsNoThreadWaitForAWelcomeThatReadsAFile) {
   open();
   script_.readsSlowly = true;
