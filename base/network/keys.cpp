@@ -22,7 +22,6 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kEnding = ".key";
 constexpr std::size_t kBytes = 32, kLetters = 40;  ///< of a key, binary and in Z85
-constexpr std::size_t kMostKeys = 1000;
 
 using Letters = std::array<char, kLetters + 1>;
 

@@ -6,6 +6,7 @@
 
 #include <tl/expected.hpp>
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -14,6 +15,7 @@
 namespace tractiond::network {
 
 inline constexpr const char* kKeyDirectory = "/etc/tractiond/keys";
+inline constexpr std::size_t kMostKeys = 1000;  ///< files of keys in a directory; with more of them no key is allowed
 
 enum class Permission {
   kRead,     ///< may subscribe to stream and latest
@@ -83,7 +85,7 @@ class KeyDirectory {
   /// Reads the directory in the first call, and again if a file NAME.key has changed, appeared or gone, or could not be
   /// read. Returns whether the keys or the faults have changed. A faulty file allows no key, nor does one with the key
   /// of a file before it in the order of names. No key is allowed if the directory cannot be read, can be written by
-  /// every user, or has more than 1,000 keys. If it cannot be opened for lack of file descriptors or memory, everything
+  /// every user, or has more than kMostKeys. If it cannot be opened for lack of file descriptors or memory, everything
   /// stays as it was. Waits for the disk.
   bool refresh();
 

@@ -47,6 +47,20 @@ files::KeyDirectory directoryOf(const fs::path& path) {
   return directory;
 }
 
+/// Checks that a key of this name has an effect once it is in the directory. \throws KeyError otherwise
+void checkRoom(const files::KeyDirectory& known, const fs::path& directory, const std::string& name) {
+  std::error_code ignored;
+  if (!fs::exists(directory, ignored)) return;
+  std::size_t count = known.keys().size();
+  for (const tractiond::Error& fault : known.faults()) {
+    if (fault.where == directory.string()) throw KeyError(fault.exitCode, fault.message());
+    ++count;  // each other one is of one file
+  }
+  if (count < files::kMostKeys || fs::exists(directory / (name + ".key"), ignored)) return;
+  throw KeyError(EX_CONFIG, std::to_string(count) + " keys are in " + directory.string() +
+                                ", and with more none is taken; tractionctl keys revoke NAME removes one");
+}
+
 }  // namespace
 
 fs::path usualKeyFile() {
@@ -76,11 +90,12 @@ void allowKey(const fs::path& directory, const std::string& name, const std::str
     throw KeyError(EX_DATAERR, "this key is \"" + same->name + "\"'s; tractionctl keys revoke " + same->name +
                                    " takes it from there");
   }
+  checkRoom(known, directory, name);
   const fs::path own = files::serverKeyFile(directory);
   std::error_code ignored;
   if (!fs::exists(fs::symlink_status(own, ignored))) orThrow(files::saveServerKey(directory, files::newKeyPair()));
+  const auto server = orThrow(files::loadKeyPair(own));  // where it is faulty, no client can connect
   orThrow(files::allow(directory, {name, key, control ? files::Permission::kControl : files::Permission::kRead}));
-  const auto server = orThrow(files::loadKeyPair(own));
   printLine("tractionctl watch --host " + hostName() + " --server-key " + quoted(server.publicKey));
 }
 

@@ -34,9 +34,12 @@ std::filesystem::path usualKeyFile();
 /// Writes a new random key pair into a new file with mode 0600, and creates its directories. Prints the command that
 /// allows its public key under `name` on the gateway's machine. \throws KeyError EX_CANTCREAT also if the file exists
 void newKey(const std::string& name, const std::filesystem::path& file);
-/// Allows a key under a name: to read, or with `control` also to send requests. Replaces an earlier key of this name.
-/// Creates the gateway's own key pair if there is none. Prints the command with which a client connects. \throws
-/// KeyError also EX_DATAERR if the key is allowed under another name
+/// Allows a key under a name: to read, or with `control` also to send requests. Replaces an earlier key of this name;
+/// the gateway then ends all connections, and the clients that are still allowed connect again. Creates the gateway's
+/// own key pair if there is none. Prints the command with which a client connects. \throws KeyError, and allows
+/// nothing: also EX_DATAERR if the key is allowed under another name, EX_NOPERM if every user can write into the
+/// directory, EX_CONFIG if it would have more than 1,000 keys; and if the gateway's own key pair cannot be read or is
+/// faulty
 void allowKey(const std::filesystem::path& directory, const std::string& name, const std::string& key, bool control);
 /// Deletes the file of the key with this name; the gateway then closes its connections. Prints nothing.
 void revokeKey(const std::filesystem::path& directory, const std::string& name);

@@ -11,7 +11,7 @@ import unittest
 import zmq
 from ctl import USAGE, Case, ctl
 
-NO_INPUT, DATA, CREATE, CONFIG = 66, 65, 73, 78
+NO_INPUT, DATA, CREATE, CONFIG, NO_PERMISSION = 66, 65, 73, 78, 77
 
 
 class Keys(Case):
@@ -80,6 +80,27 @@ class Keys(Case):
         self.fails(CONFIG, "server key 'x' is not a key", "status", "--host", "127.0.0.1", "--key", self.own,
                    "--server-key", "x")
         self.fails(USAGE, "'box:port' is not HOST or HOST:PORT", "status", "--host", "box:port")
+
+    def test_nothing_is_allowed_where_that_would_have_no_effect(self):
+        folder = self.folder / "keys"
+        key = zmq.curve_keypair()[0].decode()
+        self.done("keys", "allow", "ada", zmq.curve_keypair()[0].decode(), *self.box)
+        secret = (folder / "gateway.secret").read_text()
+        (folder / "gateway.secret").write_text("public = 1\n")
+        self.fails(CONFIG, "gateway.secret", "keys", "allow", "bob", key, *self.box)
+        self.assertFalse((folder / "bob.key").exists())
+        (folder / "gateway.secret").write_text(secret)
+        folder.chmod(0o777)
+        self.fails(NO_PERMISSION, "every user of this machine can write", "keys", "allow", "bob", key, *self.box)
+        self.assertFalse((folder / "bob.key").exists())
+        folder.chmod(0o755)
+        for number in range(999):
+            (folder / f"c{number}.key").write_text("")
+        self.fails(CONFIG, "1000 keys are in .*, and with more none is taken", "keys", "allow", "bob", key, *self.box)
+        self.assertFalse((folder / "bob.key").exists())
+        self.done("keys", "allow", "ada", key, *self.box)  # replaces one
+        (folder / "bob.key").write_text("")
+        self.fails(CONFIG, "more than 1000 keys", "keys", "allow", "ada", key, *self.box)
 
     def test_a_file_that_is_wrong_is_named_behind_the_others(self):
         self.done("keys", "allow", "ada", zmq.curve_keypair()[0].decode(), *self.box)
