@@ -78,10 +78,14 @@ void checkKeys(const Patient& patient, List& findings) {
   }
   const auto gateway = idOf(patient.box, "/etc/group", "traction-gateway");
   int keys = 0;
+  std::string unknown;
   for (const std::string& name : patient.box.list(folder)) {
     const std::string file = folder + "/" + name;
     const Box::Look one = patient.box.look(file);
-    if (one.error != 0) continue;
+    if (one.error != 0) {
+      unknown = file + ": " + std::strerror(one.error);
+      continue;
+    }
     const bool isSecret = name == "gateway.secret";
     if (isSecret && ((one.mode & (kOthers | kOthersWrite)) != 0 || one.user != 0)) {
       findings.push_back({"keys", Verdict::kFail, "others can read or change the box's secret key " + file,
@@ -100,7 +104,10 @@ void checkKeys(const Patient& patient, List& findings) {
     }
     keys += isSecret ? 0 : 1;
   }
-  findings.push_back({"keys", Verdict::kOk, std::to_string(keys) + " clients may connect"});
+  if (unknown.empty())
+    findings.push_back({"keys", Verdict::kOk, std::to_string(keys) + " clients may connect"});
+  else
+    findings.push_back({"keys", Verdict::kUnknown, "not known: " + unknown});
 }
 
 void checkOwnKey(const Patient& patient, List& findings) {

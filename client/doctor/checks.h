@@ -71,7 +71,8 @@ bool mayUseUsb(const Patient& patient);
 void checkMachine(const Patient& patient, std::vector<Finding>& findings);
 /// Checks the link to a camera on the network: receive buffer, MTU, reverse path filter, NetworkManager, packet filter.
 void checkNetwork(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
-/// Checks user and group tractiond, and owners and permissions of the files of keys.
+/// Checks user and group tractiond, whether the user who runs it is in that group, owners and permissions of the
+/// gateway's directory of keys and of its files, and the permissions of that user's own key file.
 void checkAccess(const Patient& patient, std::vector<Finding>& findings);
 /// Checks for other programs and daemons that use a camera or a port of an instance.
 void checkCompetitors(const Patient& patient, std::vector<Finding>& findings);

@@ -229,15 +229,19 @@ void checkRealTime(const Patient& patient, const Instance& instance, List& findi
   if (asked.priority > *priority && !isCapable(status, kMaySchedule))
     add("realtime.priority = " + std::to_string(asked.priority) + ", and " + inWords(priority) + " is allowed",
         "LimitRTPRIO=" + std::to_string(asked.priority));
-  if (asked.priority > 0 && shown(patient, "tractiond@" + instance.name + ".service")["RestrictRealtime"] == "yes")
+  const std::string restricts =
+      asked.priority > 0 ? shown(patient, "tractiond@" + instance.name + ".service")["RestrictRealtime"] : "no";
+  if (restricts == "yes")
     add("realtime.priority = " + std::to_string(asked.priority) + ", and the unit's sandbox refuses all",
         "RestrictRealtime=no");
   if (asked.lockMemory && !std::isinf(*memory) && !isCapable(status, kMayLock))
     add("realtime.lock_memory, and " + inWords(memory) + " bytes are allowed", "LimitMEMLOCK=infinity");
-  if (wrong.empty())
-    findings.push_back({check, Verdict::kOk, "what is asked for is allowed"});
-  else
+  if (!wrong.empty())
     findings.push_back({check, Verdict::kWarn, wrong, editOf(instance, lines)});
+  else if (restricts.empty())
+    findings.push_back({check, Verdict::kUnknown, "not known: systemctl does not tell RestrictRealtime of the unit"});
+  else
+    findings.push_back({check, Verdict::kOk, "what is asked for is allowed"});
 }
 
 }  // namespace

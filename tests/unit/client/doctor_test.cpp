@@ -515,6 +515,47 @@ TEST(Doctor, ABoxThatShowsNothingIsNotKnown) {
   EXPECT_EQ(checksOf(findings, {Verdict::kWarn, Verdict::kFail}), std::set<std::string>{"user and group"});
 }
 
+TEST(Doctor, AKeyFileThatCannotBeLookedAtIsNotKnown) {
+  const std::string folder = "/etc/tractiond/keys";
+  FakeBox box;
+  box.makeDirectory(folder);
+  box.write(folder + "/ada.key", "", {EACCES, 0, 0, 0});
+  box.write(folder + "/bob.key", "");
+  const auto verdicts = [&](Verdict verdict) {
+    std::vector<Finding> findings;
+    checkAccess(Patient{box, kDaemon, {}, {}}, findings);
+    return checksOf(findings, {verdict});
+  };
+  EXPECT_TRUE(verdicts(Verdict::kUnknown).contains("keys"));
+  EXPECT_FALSE(verdicts(Verdict::kOk).contains("keys"));
+  box.own(folder + "/bob.key", {0, 0, 0, 0666});  // what is wrong is reported nevertheless
+  EXPECT_TRUE(verdicts(Verdict::kFail).contains("keys"));
+  EXPECT_FALSE(verdicts(Verdict::kUnknown).contains("keys"));
+}
+
+TEST(Doctor, RealTimeIsNotKnownWithoutTheUnit) {
+  FakeBox box;
+  box.start(700, "tractiond", {kDaemon});
+  box.write("/proc/700/limits", "Max realtime priority     50                   50\n"
+                                "Max locked memory         unlimited            unlimited            bytes\n");
+  Instance instance;
+  instance.name = "default";
+  instance.file = "/etc/tractiond/default.toml";
+  instance.settings = Settings();
+  instance.settings->priority = 40;
+  instance.processes = {700};
+  const auto findings = [&](Verdict verdict) {
+    std::vector<Finding> all;
+    checkService(Patient{box, kDaemon, {}, {instance}}, instance, all);
+    return checksOf(all, {verdict});
+  };
+  EXPECT_TRUE(findings(Verdict::kUnknown).contains("real time"));
+  box.programs["systemctl show"] = {0, "LoadState=loaded\n", ""};
+  EXPECT_TRUE(findings(Verdict::kUnknown).contains("real time"));
+  box.programs["systemctl show"] = {0, "LoadState=loaded\nRestrictRealtime=no\n", ""};
+  EXPECT_TRUE(findings(Verdict::kOk).contains("real time"));
+}
+
 TEST(Doctor, ADaemonThatDoesNotAnswerIsNotKnown) {
   FakeBox box;
   box.start(700, "tractiond", {kDaemon});
