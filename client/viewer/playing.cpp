@@ -40,9 +40,10 @@ std::string prefixOf(std::string_view topic) {
 
 std::chrono::nanoseconds timeToPlay(std::uint64_t after_ns, double speed) {
   constexpr std::chrono::nanoseconds kLongest = 24h * 365;
-  const double time_ns = after_ns == 0 ? 0.0 : static_cast<double>(after_ns) / speed;
-  const bool isShort = time_ns >= 0.0 && time_ns < static_cast<double>(kLongest.count());  // and no NaN
-  return isShort && !(speed < 0.0) ? std::chrono::nanoseconds(static_cast<std::int64_t>(time_ns)) : kLongest;
+  if (!(speed > 0.0)) return kLongest;  // also NaN
+  const double time_ns = static_cast<double>(after_ns) / speed;
+  const bool isShort = time_ns < static_cast<double>(kLongest.count());
+  return isShort ? std::chrono::nanoseconds(static_cast<std::int64_t>(time_ns)) : kLongest;
 }
 
 Playing::Playing(const std::filesystem::path& file, Deliver deliver)

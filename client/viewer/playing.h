@@ -16,8 +16,8 @@
 
 namespace traction::view {
 
-/// Returns after which time of playing a message is due: `after_ns` / `speed`, at most a year, also where speed is not
-/// above 0. \param after_ns time in the recording since the moment from which it is played
+/// Returns after which time of playing a message is due: `after_ns` / `speed`, at most a year; a year where speed is
+/// not above 0. \param after_ns time in the recording since the moment from which it is played
 std::chrono::nanoseconds timeToPlay(std::uint64_t after_ns, double speed);
 
 /// Plays the messages of the recording's first sensor, from the beginning and at the pace of the recording, until
