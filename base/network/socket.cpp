@@ -2,11 +2,9 @@
 
 #include "base/network/ends.h"
 #include "base/network/inflow_limit.h"
+#include "base/network/socket_file.h"
 
-#include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -18,46 +16,6 @@
 namespace tractiond::network {
 
 namespace {
-
-constexpr std::string_view kIpc = "ipc://";
-
-/// Returns whether an endpoint has a socket file; ipc://@NAME has none.
-bool hasFile(std::string_view endpoint) {
-  return endpoint.starts_with(kIpc) && !endpoint.starts_with("ipc://@");
-}
-
-/// Returns why a path cannot be bound: ZeroMQ would remove whatever is there, also a socket in use.
-std::optional<Error> checkPath(const std::string& endpoint, const std::filesystem::path& path) {
-  namespace fs = std::filesystem;
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  const std::string name = path.string();
-  if (name.size() >= sizeof address.sun_path) {
-    return Error{EX_CONFIG,
-                 "the path of " + endpoint + " is longer than " + std::to_string(sizeof address.sun_path - 1) +
-                     " characters",
-                 "", "choose a shorter runtime directory"};
-  }
-  std::error_code ignored;
-  const fs::file_status found = fs::symlink_status(path, ignored);
-  if (!fs::exists(found)) {
-    const fs::path directory = path.has_parent_path() ? path.parent_path() : ".";
-    if (fs::is_directory(directory, ignored)) return std::nullopt;
-    return Error{EX_CANTCREAT, "cannot publish at " + endpoint + ": " + directory.string() + " is not a directory", "",
-                 "create it"};
-  }
-  if (!fs::is_socket(found)) {
-    return Error{EX_CANTCREAT, "cannot publish at " + endpoint + ": " + name + " is there and is not a socket", "",
-                 "remove it or choose another endpoint"};
-  }
-  std::ranges::copy(name, address.sun_path);
-  const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  const bool alive = probe >= 0 && connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-  if (probe >= 0) close(probe);
-  if (!alive) return std::nullopt;
-  return Error{EX_UNAVAILABLE, endpoint + " is in use by another program", "",
-               "is this instance of tractiond running already?"};
-}
 
 Error explain(const std::string& endpoint, int error) {
   switch (error) {
@@ -112,7 +70,7 @@ tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const 
     std::optional<Error> error;
     inflow::watch(endpoint, charge);  // before a peer can connect
     if (endpoint.starts_with("tcp://")) error = checkPort(endpoint);
-    if (hasFile(endpoint)) error = checkPath(endpoint, endpoint.substr(kIpc.size()));
+    if (endpoint.starts_with("ipc://")) error = checkSocketFile(endpoint);
     try {
       if (!error) socket.bind(endpoint);
     } catch (const zmq::error_t& thrown) {
@@ -123,7 +81,8 @@ tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const 
       release(bound);
       return tl::unexpected(*std::move(error));
     }
-    if (hasFile(endpoint)) chmod(endpoint.substr(kIpc.size()).c_str(), 0660);  // the group may write
+    const std::string file = socketFileOf(endpoint);
+    if (!file.empty()) chmod(file.c_str(), 0660);  // the group may write
     bound.push_back(socket.get(zmq::sockopt::last_endpoint));
     inflow::watch(bound.back(), charge);
     inflow::unwatch({endpoint});  // no effect if both are the same
@@ -135,7 +94,8 @@ void release(const std::vector<std::string>& bound) {
   inflow::unwatch(bound);
   std::error_code ignored;
   for (const std::string& endpoint : bound) {
-    if (hasFile(endpoint)) std::filesystem::remove(endpoint.substr(kIpc.size()), ignored);
+    const std::string file = socketFileOf(endpoint);
+    if (!file.empty()) std::filesystem::remove(file, ignored);
   }
 }
 

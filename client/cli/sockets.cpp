@@ -1,5 +1,7 @@
 #include "client/cli/sockets.h"
 
+#include "base/network/socket_file.h"
+
 #include <zmq.hpp>
 
 #include <array>
@@ -67,6 +69,9 @@ Repeater::Repeater(const std::string& endpoint)
     : impl_(std::make_unique<Impl>()) {
   impl_->socket.set(zmq::sockopt::linger, 1000);
   impl_->socket.set(zmq::sockopt::xpub_verbose, true);  // reports later subscribers, too
+  if (const auto error = tractiond::network::checkSocketFile(endpoint)) {
+    throw Error(ErrorCode::kBadEndpoint, error->what);
+  }
   openAt(endpoint, [&] { impl_->socket.bind(endpoint); });
 }
 

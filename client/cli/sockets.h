@@ -28,8 +28,8 @@ class TruthListener {
 /// Publishes recorded messages as tractiond publishes its stream. Thread-bound.
 class Repeater {
  public:
-  /// Binds the ZeroMQ endpoint, "tcp://ADDRESS:PORT" or "ipc:///PATH"; port * takes a free one. \throws Error
-  /// kBadEndpoint, also if it is in use
+  /// Binds the ZeroMQ endpoint, "tcp://ADDRESS:PORT" or "ipc:///PATH"; port * takes a free one. Replaces a socket file
+  /// on which no process listens. \throws Error kBadEndpoint, also if it is in use, or its path is that of another file
   explicit Repeater(const std::string& endpoint);
   /// Waits up to a second for slow readers.
   ~Repeater();

@@ -1,0 +1,57 @@
+#include "base/network/socket_file.h"
+
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <sysexits.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string_view>
+
+namespace tractiond::network {
+namespace {
+
+constexpr std::string_view kIpc = "ipc://", kNoFile = "ipc://@";
+
+}  // namespace
+
+std::string socketFileOf(const std::string& endpoint) {
+  return endpoint.starts_with(kIpc) && !endpoint.starts_with(kNoFile) ? endpoint.substr(kIpc.size()) : "";
+}
+
+std::optional<Error> checkSocketFile(const std::string& endpoint) {
+  namespace fs = std::filesystem;
+  if (!endpoint.starts_with(kIpc) || endpoint.starts_with(kNoFile)) return std::nullopt;
+  const fs::path path = socketFileOf(endpoint);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string name = path.string();
+  if (name.size() >= sizeof address.sun_path) {
+    return Error{EX_CONFIG,
+                 "the path of " + endpoint + " is longer than " + std::to_string(sizeof address.sun_path - 1) +
+                     " characters",
+                 "", "choose a shorter runtime directory"};
+  }
+  std::error_code ignored;
+  const fs::file_status found = fs::symlink_status(path, ignored);
+  if (!fs::exists(found)) {
+    const fs::path directory = path.has_parent_path() ? path.parent_path() : ".";
+    if (fs::is_directory(directory, ignored)) return std::nullopt;
+    return Error{EX_CANTCREAT, "cannot publish at " + endpoint + ": " + directory.string() + " is not a directory", "",
+                 "create it"};
+  }
+  if (!fs::is_socket(found)) {
+    return Error{EX_CANTCREAT, "cannot publish at " + endpoint + ": " + name + " is there and is not a socket", "",
+                 "remove it or choose another endpoint"};
+  }
+  std::ranges::copy(name, address.sun_path);
+  const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const bool alive = probe >= 0 && connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  if (probe >= 0) close(probe);
+  if (!alive) return std::nullopt;
+  return Error{EX_UNAVAILABLE, endpoint + " is in use by another program", "",
+               "is this instance of tractiond running already?"};
+}
+
+}  // namespace tractiond::network

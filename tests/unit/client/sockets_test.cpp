@@ -1,0 +1,56 @@
+#include "client/cli/sockets.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <optional>
+
+namespace traction::cli::sockets_test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class RepeaterTest : public testing::Test {
+ protected:
+  RepeaterTest() {
+    std::string name = (fs::temp_directory_path() / "repeater-XXXXXX").string();
+    folder_ = mkdtemp(name.data());
+  }
+  ~RepeaterTest() override { fs::remove_all(folder_); }
+
+  static std::optional<ErrorCode> codeAt(const std::string& endpoint) {
+    try {
+      const Repeater repeater(endpoint);
+      return std::nullopt;
+    } catch (const Error& error) {
+      return error.code();
+    }
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(RepeaterTest, RefusesAnEndpointInUse) {
+  const std::string endpoint = "ipc://" + (folder_ / "stream").string();
+  {
+    const Repeater first(endpoint);
+    EXPECT_EQ(codeAt(endpoint), ErrorCode::kBadEndpoint);
+    EXPECT_EQ(codeAt(first.endpoint()), ErrorCode::kBadEndpoint);
+    const Repeater port("tcp://127.0.0.1:*");
+    EXPECT_EQ(codeAt(port.endpoint()), ErrorCode::kBadEndpoint);
+  }
+  EXPECT_EQ(codeAt(endpoint), std::nullopt);  // it may have left its file behind
+}
+
+TEST_F(RepeaterTest, LeavesAFileThatIsNoSocket) {
+  const fs::path file = folder_ / "notes";
+  std::ofstream(file) << "kept";
+  EXPECT_EQ(codeAt("ipc://" + file.string()), ErrorCode::kBadEndpoint);
+  EXPECT_TRUE(fs::is_regular_file(file));
+  EXPECT_EQ(codeAt("ipc://" + (folder_ / "none" / "stream").string()), ErrorCode::kBadEndpoint);
+}
+
+}  // namespace
+}  // namespace traction::cli::sockets_test
