@@ -88,8 +88,8 @@ class TomlTable {
   std::string path_;
 };
 
-/// Returns a text as a TOML string, with quotes; control characters, quotes and backslashes are escaped. Bytes that are
-/// not UTF-8 are kept, which TOML does not allow.
+/// Returns a text as a TOML string, with quotes. Control characters become \uXXXX; a backslash is put before quotes and
+/// backslashes. Bytes that are not UTF-8 are kept, which TOML does not allow.
 std::string quoted(const std::string& text);
 
 }  // namespace tractiond

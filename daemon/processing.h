@@ -62,13 +62,15 @@ class Processing {
   /// Called once for each session of the camera, after welcome().
   virtual void meet(const capture::CameraInfo& info) = 0;
   // Each of these requests is answered through the control server, at once or in a later turn(). beginZero() must not
-  // be called while an earlier zero is not answered: the control server passes on one at a time.
+  // be called while an earlier zero is not answered: the control server passes on one at a time. A zero that is taken
+  // or comes into force ends a step that looks at frames, with an error; a step other than kStiffness and kFinish ends
+  // an open request for a zero, with an error unless its zero has been taken.
   virtual void beginZero(const ZeroRequest& request) = 0;
   virtual void beginStep(const CalibrationStep& step) = 0;
   virtual void askSnapshot() = 0;
   /// Does what is due. Called in each turn of the control loop.
   virtual void turn() = 0;
-  /// Returns whether turn() should be called for every frame: a zero or a calibration step is under way.
+  /// Returns whether turn() should be called for every frame: a calibration step averages frames.
   virtual bool hurried() const = 0;
 
   // tr-record

@@ -29,7 +29,9 @@ class RestSolver {
   ~RestSolver();
 
   /// Requests a solver for a zero that comes into force. It is made after the one that is being made; a newer zero
-  /// replaces one that waits. Does not wait; copies the zero.
+  /// replaces one that waits. Markers that the zero lacks, or whose place in it is not plausible, keep the place of the
+  /// gel file. Must only be called if solve::followsRest() is true for the sensor. Does not wait; copies the zero;
+  /// calls turn(), which may log.
   void heed(const RestPose& zero);
 
   /// Gives up the solver that is being made, at its next step, and those that come later; does not wait. Thread-safe.

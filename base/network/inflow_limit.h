@@ -34,7 +34,9 @@ void release(int fd, std::size_t parts);
 
 /// Where a message came from that has been taken out of ZeroMQ's queues.
 struct Origin {
-  std::uint64_t connection = 0;  ///< number of the descriptor's last connection; 0 if it was not seen to be read
+  /// Number of the descriptor's last connection; 0 if it was not seen to be read, or since its end was read: what it
+  /// left counts in `left` then. While any endpoint is watched, connections at others have numbers, too.
+  std::uint64_t connection = 0;
   /// Parts of messages, this one's perhaps among them, that earlier connections with this descriptor may have left in
   /// the queues of its kind: at most so many messages that come there after `connection` began are not of it.
   std::uint64_t left = 0;

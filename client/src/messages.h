@@ -33,7 +33,9 @@ Colour colourOf(pb::Colour colour);
 /// Converts a zero; fails if its positions and presences differ in number. Does not check that numbers are finite.
 Zero zeroOf(const pb::Zero& from);
 /// Converts a description, and sets sameHost if the daemon's host has the same boot id of the kernel as this one. Fails
-/// if arrays of the zero or the body differ in size. Does not check that numbers are finite.
+/// if arrays of the zero or the body differ in size, if a vector is incomplete, if an id is neither empty nor of 16
+/// bytes, or if a number of the gel, a layer, the nodes, the camera, the zero or the body is not finite. Does not check
+/// the numbers of the header and the solver.
 Description descriptionOf(const pb::Description& from);
 /// Takes over a status and decodes its header; fails if a histogram has another number of counts than its bounds need.
 Status statusOf(pb::Status from);

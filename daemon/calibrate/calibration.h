@@ -103,7 +103,8 @@ class Calibration {
   std::unique_ptr<Weighing> weighing_;
 };
 
-/// Returns the hash of everything that the gel file states except the hash itself, as 32 hexadecimal digits.
+/// Returns the hash of everything that the gel file states except the hash itself, and of the contents of its influence
+/// file, if it has one, as 32 hexadecimal digits.
 std::string calibrationHash(const sensor::Sensor& sensor);
 
 /// Fails with EX_CONFIG if a calibrated sensor's hash does not fit its contents: the file was changed by hand. Succeeds

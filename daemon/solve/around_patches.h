@@ -39,7 +39,9 @@ class AroundPatches {
   /// Returns the posterior of the atoms and, as extra unknowns, of the changes of the patches. Valid until the next
   /// solve().
   Posterior& posterior(int i) { return solutions_[static_cast<std::size_t>(i)].posterior; }
-  /// Returns the log evidence, reduced for the free places of the patches and for the choice of roughness.
+  /// Returns the log evidence, reduced for the free places of the patches and for the choice of roughness, but not for
+  /// the fitted prior of its atoms. To be compared with Posterior::logEvidence() of the field alone, less kOptimism for
+  /// each degree of freedom.
   double logEvidence(int i) { return posterior(i).logEvidence() - occam_; }
   /// Returns force and moment of atoms and patches about the origin of the gel frame [N, N m].
   std::array<double, 6> wrench(int i);

@@ -16,8 +16,9 @@ namespace tractiond::track {
 /// differs from a disc: the rms misfit of its template beyond the noise, as a share of the amplitude.
 class CentreErrors {
  public:
-  /// \param markers number of markers of all layers \param spacing_px smallest distance between neighbours of a layer
-  /// \param zeroFrames number of frames that a rest pose averages
+  /// The typical shape is 0, the strictest, until learnShape() or forgetShape(). \param markers number of markers of
+  /// all layers \param spacing_px smallest distance between neighbours of a layer \param zeroFrames number of frames
+  /// that a rest pose averages, above 0
   CentreErrors(int markers, float spacing_px, int zeroFrames);
 
   /// Takes the noise and the markers' shapes from the zero in force, which must have as many markers and need not

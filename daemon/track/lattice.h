@@ -63,10 +63,12 @@ class Trust {
   /// \param spacing_px distance between neighbours of the lattice in the untouched gel
   Trust(const Lattice& lattice, float spacing_px);
 
-  /// Sets `valid` to 0 where the displacement contradicts its surroundings, and returns for how many markers: outliers
-  /// of their row and column; all but the largest connected piece; both of two neighbours in it that contradict each
-  /// other. Considers only this lattice's nodes. \param thorough true: looks for separate pieces even if no neighbours
-  /// contradict each other \param displacement, valid by marker of all layers
+  /// Sets `valid` to 0 where the displacement contradicts its surroundings, and returns for how many markers. Always:
+  /// outliers of their row and column, which differ from the mean of the neighbours on both sides by more than a
+  /// quarter of the spacing. Then, if `thorough`, or if neighbours still contradict each other: all but the largest
+  /// connected piece, and both of two neighbours in it that contradict each other. Considers only this lattice's nodes.
+  /// \param thorough true: looks for separate pieces even if no neighbours contradict each other \param displacement,
+  /// valid by marker of all layers
   int prune(std::span<const Vector> displacement, std::span<std::uint8_t> valid, bool thorough);
 
  private:
