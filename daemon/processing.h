@@ -70,7 +70,8 @@ class Processing {
   virtual void askSnapshot() = 0;
   /// Does what is due. Called in each turn of the control loop.
   virtual void turn() = 0;
-  /// Returns whether turn() should be called for every frame: a calibration step averages frames.
+  /// Returns whether turn() should be called for every frame: frames are averaged, for a zero or
+  /// a calibration step.
   virtual bool hurried() const = 0;
 
   // tr-record

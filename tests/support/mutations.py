@@ -34,7 +34,7 @@ ROOMS = {
         ("tsan", "network", "base/network/connection_limit.cpp", "libzmq hears that descriptors lack, and aborts",
          "EMFILE, ",
          ""),
-        ("tsan", "network|client", "base/network/socket.cpp", "a socket is taken from the daemon that is at it",
+        ("tsan", "network|client", "base/network/socket_file.cpp", "a socket is taken from the daemon that is at it",
          "sizeof address) == 0;",
          "sizeof address) > 0;"),
         ("asan", "keys", "base/network/keys.cpp", "a key of which the permission was changed keeps the old one",
