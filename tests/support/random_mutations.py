@@ -26,6 +26,7 @@ PARTS = {
     "base/network/frame_meter.cpp": ("network", "*"),
     "base/network/reply_budget.cpp": ("network", "*"),
     "base/network/socket.cpp": ("network", "*"),
+    "base/network/socket_file.cpp": ("network", "*"),
     "base/link.h": ("base", "*"),
     "base/service/service.h": ("service", "*"),
     "base/service/service_loop.cpp": ("service", "*"),
