@@ -84,15 +84,22 @@ tl::expected<void, Error> amongModes(const MatrixXd& weighed, const Atoms& atoms
   return {};
 }
 
-std::vector<double> blocksOf(const MatrixXd& gram) {
-  const Index count = gram.rows() / 3;
+/// Computes Factors::gram, some rows at a time: all of it as a matrix would take twice the memory. Empty if it was
+/// stopped.
+std::vector<double> gramOf(const MatrixXd& influence, const Stopping& stopping) {
+  constexpr Index kTogether = 64;  // atoms
+  const Index count = influence.cols() / 3;
   std::vector<double> blocks(static_cast<std::size_t>(9 * count * (count + 1) / 2));
   double* at = blocks.data();
-  for (Index a = 0; a < count; ++a) {
-    for (Index b = 0; b <= a; ++b, at += 9) {
-      Eigen::Map<Block> block(at);
-      block = gram.block<3, 3>(3 * a, 3 * b);
-      if (a == b) block = block.selfadjointView<Eigen::Lower>();  // above the diagonal nothing was computed
+  MatrixXd rows;
+  for (Index first = 0; first < count; first += kTogether) {
+    if (isStopped(stopping)) return {};
+    const Index end = std::min(first + kTogether, count);
+    rows.resize(3 * (end - first), 3 * end);
+    sensor::elastic::multiply(1.0, influence.middleCols(3 * first, rows.rows()), Op::kTransposed,
+                              influence.leftCols(3 * end), Op::kPlain, 0.0, rows);
+    for (Index a = first; a < end; ++a) {
+      for (Index b = 0; b <= a; ++b, at += 9) Eigen::Map<Block>{at} = rows.block<3, 3>(3 * (a - first), 3 * b);
     }
   }
   return blocks;
@@ -119,11 +126,8 @@ tl::expected<Factors, Error> computeFactors(const MatrixXd& influence, const Ato
   if (isStopped(stopping)) return givenUp();
   {
     const MatrixXd known = rounded(atomInfluence), moved = rounded(strays);
-    if (isStopped(stopping)) return givenUp();
-    MatrixXd gram(known.cols(), known.cols());
-    sensor::elastic::multiplyBySelf(1.0, known, Op::kTransposed, 0.0, gram);
-    if (isStopped(stopping)) return givenUp();
-    factors.gram = blocksOf(gram);
+    factors.gram = gramOf(known, stopping);
+    if (factors.gram.empty() || isStopped(stopping)) return givenUp();
     factors.motionCoupling = moved.transpose() * known;
     factors.motionGram = moved.transpose() * moved;
   }

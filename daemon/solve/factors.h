@@ -34,8 +34,8 @@ struct SystematicErrors {
   /// sum E F F' E'.
   std::vector<double> contactScatter, wholeFaceScatter;
 
-  /// Error of the displacements around a contact by the mechanics, relative to these, rms: by a block's Poisson's
-  /// ratio, thickness and depths, and by Uncertainty::model.
+  /// Error of the displacements around a contact by a block's Poisson's ratio, thickness and depths, relative to these,
+  /// rms. That by Uncertainty::model is not part of it.
   double displacement = 0.0;
 };
 

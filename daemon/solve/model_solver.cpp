@@ -74,7 +74,7 @@ void ModelSolver::solve(const MarkerField& markers, TractionField& field) noexce
 /// Solves picture_, with the noise of the mechanics beside that of a coordinate.
 void ModelSolver::estimate(std::span<const int> missing, double noise_px) {
   const std::span<const float> picture(picture_);
-  const double error = factors_.systematicErrors.displacement;
+  const double error = std::hypot(factors_.systematicErrors.displacement, uncertainty_.model);
   model_.solve(picture, missing, noiseWithMechanics_px(picture, noise_px, error), estimate_);
 }
 

@@ -95,7 +95,7 @@ class Strays {
   double mechanicsError() const {
     double squares = scatter_.squaredNorm();
     for (std::size_t k = kCameraNumbers; k < strays_.size(); ++k) squares += strays_[k].squaredNorm();
-    return std::sqrt(squares / straight_.squaredNorm() + square(sensor_.uncertainty.model));
+    return std::sqrt(squares / straight_.squaredNorm());
   }
 
  private:

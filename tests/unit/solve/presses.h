@@ -35,13 +35,21 @@ inline const MatrixXd& influence() {
   return matrix;
 }
 
-inline ModelSolver& paperSolver() {
+inline const Atoms& paperAtoms() {
   static const Atoms atoms = makeAtoms(paper());
+  return atoms;
+}
+
+inline const Factors& paperFactors() {
   static const Factors factors =
-      computeFactors(halfSpaceImage(paper(), atoms.points), atoms, paperMotion(),
+      computeFactors(halfSpaceImage(paper(), paperAtoms().points), paperAtoms(), paperMotion(),
                      paper().gel.youngsModulus * square(paper().nodes.pitch), modelOptions({}))
           .value();
-  static ModelSolver solver(factors, atoms, paper());
+  return factors;
+}
+
+inline ModelSolver& paperSolver() {
+  static ModelSolver solver(paperFactors(), paperAtoms(), paper());
   return solver;
 }
 

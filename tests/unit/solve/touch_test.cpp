@@ -260,6 +260,21 @@ TEST_F(TouchTest, DoubtfulMarkersAreTakenOut) {
   EXPECT_LT((resultant() - expected).norm(), 1e-6);
 }
 
+// The factors, which are kept, do not depend on this error.
+TEST_F(TouchTest, TheErrorOfTheMechanicsWidensAStrongForcesInterval) {
+  const Press patch = press({1e-3, 2e-3}, 2.5e-3);
+  const auto deviation_N = [&](double model, double force_N) {
+    sensor::Sensor sensor = paper();
+    sensor.uncertainty.model = model;
+    ModelSolver solver(paperFactors(), paperAtoms(), sensor, {}, std::array{0.03, 0.03});
+    solver.solve(seen(patch.image.col(2) * force_N), field_);
+    EXPECT_NEAR(resultant().z(), force_N, 1e-3 * force_N);
+    return std::sqrt(field_.noise[14]);
+  };
+  EXPECT_GT(deviation_N(0.03, 4.0), 1.5 * deviation_N(0.0, 4.0));
+  EXPECT_LT(deviation_N(0.03, 0.2), 1.1 * deviation_N(0.0, 0.2));
+}
+
 TEST_F(TouchTest, WhatNoForceCanDoIsMarked) {
   VectorXd torn = noise();
   for (Eigen::Index i = 0; i < torn.size(); i += 4) torn[i] += i < torn.size() / 2 ? 0.5 : 0.0;
