@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <string_view>
 
 namespace traction::cli {
 
@@ -55,7 +56,13 @@ std::string sentence(const CLI::ParseError& error, const CLI::App& app, const st
 std::vector<std::string> wordsOf(int argc, char** argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
   if (std::ranges::find(words, "allow") == words.end() || std::ranges::find(words, "--") != words.end()) return words;
-  const auto isKey = [](const std::string& word) { return word.size() > 2 && word[0] == '-' && word[1] != '-'; };
+  const auto isOption = [](const std::string& word) {  // -h, --control, --directory=PATH
+    if (word.size() < 3) return true;
+    const auto name = std::string_view(word).substr(0, word.find('='));
+    return name.size() > 2 && name.starts_with("--") &&
+           std::ranges::all_of(name, [](char letter) { return (letter >= 'a' && letter <= 'z') || letter == '-'; });
+  };
+  const auto isKey = [&](const std::string& word) { return word.starts_with('-') && !isOption(word); };
   const auto key = std::ranges::find_if(words, isKey);
   if (key == words.end()) return words;
   std::rotate(key, key + 1, words.end());

@@ -23,8 +23,8 @@ std::string namesOf(const CLI::App& app);
 std::string sentence(const CLI::ParseError& error, const CLI::App& app, const std::vector<std::string>& words);
 
 /// Returns the arguments without the program's name. If one of them is "allow" and none is "--", the first one that
-/// begins with a single dash and has more than two characters is moved to the end, after a "--": it is the key of `keys
-/// allow`, which would otherwise be taken for an option.
+/// begins with a dash and is no option (-h, --control, --directory=PATH) is moved to the end, after a "--": it is the
+/// key of `keys allow`, which would otherwise be taken for an option.
 std::vector<std::string> wordsOf(int argc, char** argv);
 
 }  // namespace traction::cli

@@ -2,6 +2,7 @@
 #include "daemon/capture/camera.h"
 #include "daemon/capture/pipe_driver.h"
 #include "tests/support/seed.h"
+#include "tests/support/temporary_folder.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -9,7 +10,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <filesystem>
 #include <fstream>
 #include <random>
 #include <thread>
@@ -141,9 +141,8 @@ TEST_F(PipeDriverTest, WantsToKnowWhatThePicturesAre) {
 }
 
 TEST_F(PipeDriverTest, WaitsForTheWriterOfANamedPipeInItsTurns) {
-  std::string folder = testing::TempDir() + "pipe-XXXXXX";
-  ASSERT_NE(mkdtemp(folder.data()), nullptr);
-  options_.path = folder + "/pictures";
+  const test::TemporaryFolder folder;
+  options_.path = folder.path() / "pictures";
   ASSERT_EQ(mkfifo(options_.path.c_str(), 0600), 0);
   Frame frame;
   {
@@ -160,7 +159,6 @@ TEST_F(PipeDriverTest, WaitsForTheWriterOfANamedPipeInItsTurns) {
   });
   EXPECT_EQ(takeAll().size(), 3U);
   EXPECT_EQ(end_.exitCode, EX_OK);
-  std::filesystem::remove_all(folder);
 }
 
 TEST_F(PipeDriverTest, SaysThatAFileIsNotThere) {

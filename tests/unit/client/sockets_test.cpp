@@ -1,7 +1,7 @@
 #include "client/cli/sockets.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -14,12 +14,6 @@ namespace fs = std::filesystem;
 
 class RepeaterTest : public testing::Test {
  protected:
-  RepeaterTest() {
-    std::string name = (fs::temp_directory_path() / "repeater-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-  ~RepeaterTest() override { fs::remove_all(folder_); }
-
   static std::optional<ErrorCode> codeAt(const std::string& endpoint) {
     try {
       const Repeater repeater(endpoint);
@@ -29,7 +23,8 @@ class RepeaterTest : public testing::Test {
     }
   }
 
-  fs::path folder_;
+  const tractiond::test::TemporaryFolder temporary_;
+  const fs::path& folder_ = temporary_.path();
 };
 
 TEST_F(RepeaterTest, RefusesAnEndpointInUse) {

@@ -1,5 +1,6 @@
 #include "base/network/keys.h"
 #include "tests/support/seed.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -18,12 +19,6 @@ namespace fs = std::filesystem;
 
 class KeysTest : public testing::Test {
  protected:
-  KeysTest() {
-    std::string pattern = fs::temp_directory_path() / "traction-XXXXXX";
-    folder_ = mkdtemp(pattern.data());
-  }
-  ~KeysTest() override { fs::remove_all(folder_); }
-
   void put(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
   static mode_t modeOf(const fs::path& path) {
     struct stat status {};
@@ -31,7 +26,8 @@ class KeysTest : public testing::Test {
     return status.st_mode & 07777;
   }
 
-  fs::path folder_;
+  const test::TemporaryFolder temporary_;
+  const fs::path& folder_ = temporary_.path();
 };
 
 TEST_F(KeysTest, PairIsKeptForItsOwnerAlone) {

@@ -1,4 +1,5 @@
 #include "base/network/socket.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -15,14 +16,7 @@ namespace fs = std::filesystem;
 
 class SocketTest : public testing::Test {
  protected:
-  SocketTest() {
-    std::string pattern = fs::temp_directory_path() / "traction-XXXXXX";
-    folder_ = mkdtemp(pattern.data());
-  }
-  ~SocketTest() override {
-    release(bound_);
-    fs::remove_all(folder_);
-  }
+  ~SocketTest() override { release(bound_); }
 
   tl::expected<std::vector<std::string>, Error> tryBind(zmq::socket_t& socket, const std::string& endpoint) {
     guard(socket, 4, 64);
@@ -40,7 +34,8 @@ class SocketTest : public testing::Test {
     return error;
   }
 
-  fs::path folder_;
+  const test::TemporaryFolder temporary_;
+  const fs::path& folder_ = temporary_.path();
   std::vector<std::string> bound_;
   zmq::context_t context_;
   zmq::socket_t socket_{context_, zmq::socket_type::pub};
