@@ -230,7 +230,8 @@ class Rig(contextlib.ExitStack):
         pipe = self.folder / "pictures"
         os.mkfifo(pipe)
         ours = os.open(pipe, os.O_RDWR)  # so that the daemon waits for no writer, and the end comes when this is closed
-        daemon = self.daemon(f'[camera]\nwidth_px = 640\nheight_px = 480\npixel_format = "{pixel_format}"\n' + config,
+        daemon = self.daemon(f'[camera]\nwidth_px = 640\nheight_px = 480\npixel_format = "{pixel_format}"\n' + config +
+                             "[publish]\nhigh_water_mark = 100000\n",  # it may measure them all before we read
                              "--images", pipe, camera=None)
         subscriber = self.subscribe(daemon)
         film = Film([], [], subscriber.collect(1, "description")[0], None)  # so the subscription has arrived
@@ -242,10 +243,12 @@ class Rig(contextlib.ExitStack):
                 assert picture, f"there are {number} pictures, not {pictures}"
                 while picture:
                     picture = picture[target.write(picture):]
+        deadline = time.monotonic() + HUNG_S * PATIENCE
         while not film.fields or film.fields[-1].header.camera_frame_id != pictures:
-            kind, message, _ = subscriber.receive(HUNG_S * PATIENCE) or ("nothing", None, None)
+            kind, message, _ = subscriber.receive(max(0.0, deadline - time.monotonic())) or ("nothing", None, None)
             assert kind != "nothing", f"{len(film.fields)} fields came:\n" + daemon.output()
             if kind in ("field", "markers"):
+                deadline = time.monotonic() + HUNG_S * PATIENCE
                 (film.fields if kind == "field" else film.markers).append(message)
         os.close(ours)
         assert daemon.join() == 0, daemon.output()
