@@ -11,11 +11,10 @@
 namespace tractiond::solve {
 namespace {
 
-/// The ring's share of the force; with its radius^2, 2 / share times the spread, the moments of a ball's pressure.
-constexpr double kRingShare = 0.7;
-/// The squared radius at which a ball's torsion acts is this multiple of the spread, which is no less than so many
-/// pitches^2.
-constexpr double kArm = 20.0 / 7.0, kLeastArm = 0.05;
+/// The ring's share of the force. With this share and the squared radius kRing2 times the spread, 2 / share, the
+/// moments are those of a ball's pressure. Its torsion acts at the same squared radius, but at that of no less than
+/// kLeastArm pitches^2.
+constexpr double kRingShare = 0.7, kRing2 = 2.0 / kRingShare, kLeastArm = 0.05;
 
 /// Markers that are computed at a time.
 constexpr int kTogether = 64;
@@ -64,15 +63,16 @@ TRACTION_INLINE void addDisplacements(double kappa, double sourceX, double sourc
   }
 }
 
-/// Adds those by a force along x, along y and along z, each of the same size.
-TRACTION_INLINE void addAllDisplacements(double kappa, double sourceX, double sourceY, double force, const Markers& at,
-                                         Moved* __restrict moved) {
+/// Adds those by a force along x, along y and along z, each of the same size, and by a force (twistX, twistY) along the
+/// surface.
+TRACTION_INLINE void addAllDisplacements(double kappa, double sourceX, double sourceY, double force, double twistX,
+                                         double twistY, const Markers& at, Moved* __restrict moved) {
   const double* const __restrict markerX = at.x, * const __restrict markerY = at.y, * const __restrict markerZ = at.z;
   for (int i = 0; i < kTogether; ++i) {
     const double x = markerX[i] - sourceX, y = markerY[i] - sourceY;
     const Terms terms = termsAt(kappa, x, y, markerZ[i]);
     const double straight = force * terms.straight, along = force * terms.along, spread = force * terms.spread,
-                 tilt = force * terms.tilt, both = x * y * along;
+                 tilt = force * terms.tilt, both = x * y * along, twist = x * twistX + y * twistY;
     moved[0].u[i] += straight + x * x * along;
     moved[0].v[i] += both;
     moved[0].w[i] += x * tilt;
@@ -82,6 +82,9 @@ TRACTION_INLINE void addAllDisplacements(double kappa, double sourceX, double so
     moved[2].u[i] += x * spread;
     moved[2].v[i] += y * spread;
     moved[2].w[i] += force * terms.sink;
+    moved[3].u[i] += terms.straight * twistX + x * (terms.along * twist);
+    moved[3].v[i] += terms.straight * twistY + y * (terms.along * twist);
+    moved[3].w[i] += terms.tilt * twist;
   }
 }
 
@@ -160,17 +163,19 @@ void PatchInfluence::addHalfSpace(std::span<const Source> sources, double* colum
   }
 }
 
-/// The same of sources that press, and as if each were turned to x and to y: three columns.
+/// Adds, for sources that press and twist, four columns: the displacements by their forces into the gel, turned to x,
+/// to y, and as they are, and by their forces along the surface.
 TRACTION_VECTOR_CLONES
-void PatchInfluence::addHalfSpaces(std::span<const Source> pressing, double* columns) const {
+void PatchInfluence::addHalfSpaces(std::span<const Source> sources, double* columns) const {
   for (int first = 0; first < factors_.coordinateCount() / 2; first += kTogether) {
     const Markers markers{marker_[0].data() + first, marker_[1].data() + first, marker_[2].data() + first};
-    Moved moved[3];
-    for (const Source& source : pressing) {
-      addAllDisplacements(1.0 - 2.0 * poissonRatio_, source.x_m, source.y_m, source.force_N[2], markers, moved);
+    Moved moved[kPatchLoads];
+    for (const Source& source : sources) {
+      addAllDisplacements(1.0 - 2.0 * poissonRatio_, source.x_m, source.y_m, source.force_N[2], source.force_N[0],
+                          source.force_N[1], markers, moved);
     }
-    for (std::ptrdiff_t axis = 0; axis < 3; ++axis) {
-      project(slope_, moved[axis], first, factors_.coordinateCount() / 2, columns + axis * stride());
+    for (std::ptrdiff_t i = 0; i < kPatchLoads; ++i) {
+      project(slope_, moved[i], first, factors_.coordinateCount() / 2, columns + i * stride());
     }
   }
 }
@@ -222,22 +227,28 @@ void PatchInfluence::addRest(const PatchPlace& place, std::span<const Source> so
   addRows(rest_, {rows.data(), used}, {coefficients.data(), used}, column);
 }
 
-/// Returns the points that a load acts at, in `sources`.
+/// Returns the points that a load acts at, in `sources`: the centre, and the ring, which the torsion shares unless the
+/// patch is too narrow.
 std::span<const PatchInfluence::Source> PatchInfluence::sourcesOf(const PatchPlace& place, const PatchLoad& load,
                                                                   Sources& sources) const {
-  const double radius = std::sqrt(2.0 / kRingShare * std::max(place.spread_m2, 0.0));
-  const double arm = std::sqrt(kArm * std::max(place.spread_m2, kLeastArm * square(atoms_.pitch_m)));
+  const double least_m2 = kLeastArm * square(atoms_.pitch_m);
+  const double radius = std::sqrt(kRing2 * std::max(place.spread_m2, 0.0));
+  const double arm = std::sqrt(kRing2 * std::max(place.spread_m2, least_m2));
+  const bool shared = place.spread_m2 >= least_m2;
   std::size_t used = 0;
   const Eigen::Vector3d force = load.head<3>();
-  if (!force.isZero(0.0)) sources[used++] = {place.x_m, place.y_m, (1.0 - kRingShare) * force};
+  const bool pushes = !force.isZero(0.0), twists = load[3] != 0.0;
+  if (pushes) sources[used++] = {place.x_m, place.y_m, (1.0 - kRingShare) * force};
   for (int i = 0; i < kRing; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / kRing, x = std::cos(angle), y = std::sin(angle);
-    if (!force.isZero(0.0)) {
-      sources[used++] = {place.x_m + radius * x, place.y_m + radius * y, kRingShare / kRing * force};
+    const Eigen::Vector3d push = kRingShare / kRing * force,
+                          twist = load[3] / (kRing * arm) * Eigen::Vector3d(-y, x, 0.0);
+    if (shared) {
+      sources[used++] = {place.x_m + radius * x, place.y_m + radius * y, push + twist};
+      continue;
     }
-    if (load[3] != 0.0) {
-      sources[used++] = {place.x_m + arm * x, place.y_m + arm * y, load[3] / (kRing * arm) * Eigen::Vector3d(-y, x, 0)};
-    }
+    if (pushes) sources[used++] = {place.x_m + radius * x, place.y_m + radius * y, push};
+    if (twists) sources[used++] = {place.x_m + arm * x, place.y_m + arm * y, twist};
   }
   return {sources.data(), used};
 }
@@ -253,12 +264,9 @@ void PatchInfluence::displacement(const PatchPlace& place, const PatchLoad& load
 void PatchInfluence::columns(const PatchPlace& place, double* columns) {
   Sources room;
   std::fill_n(columns, std::ptrdiff_t{kPatchLoads} * stride(), 0.0);
-  addHalfSpaces(sourcesOf(place, PatchLoad::Unit(2), room), columns);
+  addHalfSpaces(sourcesOf(place, PatchLoad::Unit(2) + PatchLoad::Unit(3), room), columns);
   for (int i = 0; i < kPatchLoads; ++i) {
-    double* const column = columns + static_cast<std::ptrdiff_t>(i) * stride();
-    const auto sources = sourcesOf(place, PatchLoad::Unit(i), room);
-    if (i == kPatchLoads - 1) addHalfSpace(sources, column);
-    addRest(place, sources, column);
+    addRest(place, sourcesOf(place, PatchLoad::Unit(i), room), columns + static_cast<std::ptrdiff_t>(i) * stride());
   }
 }
 

@@ -1,7 +1,7 @@
 // Computes the displacements by a round contact of any place and size (docs/decisions/0020-one-inverse.md).
 //
 // The contact is replaced by point forces at its centre and on a ring around it, whose shares reproduce the moments of
-// the pressure of a ball up to the fifth; a second ring carries the torsion. Their displacements in a half-space are
+// the pressure of a ball up to the fifth; the ring carries the torsion, too. Their displacements in a half-space are
 // exact. The difference between block and half-space is smooth: it is interpolated by cubics between the points of the
 // atoms' grid.
 #pragma once
@@ -53,7 +53,7 @@ class PatchInfluence {
 
   std::span<const Source> sourcesOf(const PatchPlace& place, const PatchLoad& load, Sources& sources) const;
   void addHalfSpace(std::span<const Source> sources, double* column) const;
-  void addHalfSpaces(std::span<const Source> pressing, double* columns) const;
+  void addHalfSpaces(std::span<const Source> sources, double* columns) const;
   void addRest(const PatchPlace& place, std::span<const Source> sources, double* column);
 
   const Atoms& atoms_;
