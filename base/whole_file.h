@@ -65,10 +65,11 @@ inline std::error_code synchroniseNames(const std::filesystem::path& directory) 
 /// Replaces or creates a file as a whole or not at all, also if power is lost: writes PATH.unfinished, synchronises it,
 /// renames it to PATH and synchronises the directory. If only the last step fails, the file is replaced, but a loss of
 /// power may undo that. Waits for the disk. Returns the errno of the step that failed; an empty code on success. Two
-/// calls for the same path must not overlap. \param mode permissions of the new file, from which the process's umask is
-/// subtracted; those of the replaced file are not kept, nor is its owner
-inline std::error_code replaceWholeFile(const std::filesystem::path& path, std::span<const char> bytes,
-                                        mode_t mode = 0644) {
+/// calls for the same path must not overlap. \param pieces of the content, one after the other
+/// \param mode permissions of the new file, from which the process's umask is subtracted; those of the replaced file
+/// are not kept, nor is its owner
+inline std::error_code replaceWholeFile(const std::filesystem::path& path,
+                                        std::span<const std::span<const char>> pieces, mode_t mode = 0644) {
   const std::filesystem::path unfinished = path.string() + ".unfinished";
   const auto failed = [&unfinished](int file) {
     const std::error_code error(errno, std::generic_category());
@@ -78,16 +79,24 @@ inline std::error_code replaceWholeFile(const std::filesystem::path& path, std::
   };
   const int file = files::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, mode);
   if (file < 0) return failed(file);
-  while (!bytes.empty()) {
-    const ssize_t count = files::write(file, bytes.data(), bytes.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return failed(file);
-    bytes = bytes.subspan(static_cast<std::size_t>(count));
+  for (std::span<const char> bytes : pieces) {
+    while (!bytes.empty()) {
+      const ssize_t count = files::write(file, bytes.data(), bytes.size());
+      if (count < 0 && errno == EINTR) continue;
+      if (count < 0) return failed(file);
+      bytes = bytes.subspan(static_cast<std::size_t>(count));
+    }
   }
   if (files::fsync(file) != 0) return failed(file);
   if (files::close(file) != 0) return failed(-1);
   if (files::rename(unfinished.c_str(), path.c_str()) != 0) return failed(-1);
   return synchroniseNames(path.has_parent_path() ? path.parent_path() : std::filesystem::path("."));
+}
+
+/// Does the same with a content in one piece.
+inline std::error_code replaceWholeFile(const std::filesystem::path& path, std::span<const char> bytes,
+                                        mode_t mode = 0644) {
+  return replaceWholeFile(path, std::span<const std::span<const char>>(&bytes, 1), mode);
 }
 
 }  // namespace tractiond

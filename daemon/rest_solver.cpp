@@ -39,7 +39,10 @@ void RestSolver::turn() {
                    told->measured, 1e3 * told->rms_m, told->missing, told->implausible);
     }
   }
-  if (!next_) return;
+  if (!next_) {
+    ready_.clear();
+    return;
+  }
   making_ = worker_.start([this, zero = *std::exchange(next_, std::nullopt)] { return make(zero); });
 }
 

@@ -37,8 +37,9 @@ class RestSolver {
   /// Gives up the solver that is being made, at its next step, and those that come later; does not wait. Thread-safe.
   void stop() { stopping_.store(true, std::memory_order_relaxed); }
 
-  /// Logs the result of the solver that was made last, and starts on the next zero. A solver that could not be made is
-  /// logged as a warning; the one before stays in use. Does not wait. Must be called in each turn of the control loop.
+  /// Logs the result of the solver that was made last, starts on the next zero, or frees the solver that take() has
+  /// replaced. A solver that could not be made is logged as a warning; the one before stays in use. Does not wait. Must
+  /// be called in each turn of the control loop.
   void turn();
 
   /// Replaces `zero` by that of the newest solver that is ready, if there is a new one. For the tracking thread, which
@@ -46,8 +47,7 @@ class RestSolver {
   void see(Id& zero) { seen_.take(zero); }
 
   /// Replaces `solver` by the newest one that is ready, if there is a new one. For the solving thread, before the first
-  /// frame for which see() returned its zero. Allocates and frees nothing; the replaced solver is freed when the next
-  /// zero's is ready.
+  /// frame for which see() returned its zero. Allocates and frees nothing: turn() frees the replaced solver.
   void take(PlacedSolver& solver) { ready_.swap(solver); }
 
   /// Returns whether no solver is being made or waits to be made, as of the last turn().

@@ -16,7 +16,7 @@ AtomProducts::AtomProducts(const Factors& factors, int most)
     , stride_((kMotions + 3 * most + kColumns - 1) / kColumns * kColumns)
     , index_(static_cast<std::size_t>(factors.atomCount()), -1)
     , products_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(stride_))
-    , missing_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(factors.coordinateCount()))
+    , missing_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(factors.coordinateCount()), Pages::kSmall)
     , withPicture_(static_cast<std::size_t>(stride_)) {
   atoms_.reserve(static_cast<std::size_t>(most));
 }

@@ -2,7 +2,7 @@
 // right within 1e-15 of the largest, so the faintest mode, about 1e-3 of the largest, within 1e-9 of itself.
 //
 // H, H'H and what they have in common with the motion must fit together better than single precision: the products are
-// those of the rounded matrices.
+// those of the rounded matrices. The modes are not: the faintest ones would lose four digits.
 #include "daemon/solve/factors.h"
 
 #include "sensor/elastic/linear_algebra.h"
@@ -23,9 +23,8 @@ using sensor::elastic::Op;
 /// Singular values below this share of the largest drown in the rounding of A A', whatever the options say.
 constexpr double kSmallest = 1e-6;
 
-template <typename Matrix>
-MatrixXd rounded(const Matrix& matrix) {
-  return matrix.template cast<float>().template cast<double>();
+void round(MatrixXd& matrix) {
+  for (double& each : matrix.reshaped()) each = static_cast<float>(each);
 }
 
 /// Influence of the atoms from that of the points.
@@ -59,8 +58,7 @@ tl::expected<void, Error> allModes(const MatrixXd& weighed, const Stopping& stop
 tl::expected<void, Error> amongModes(const MatrixXd& weighed, const Atoms& atoms, const Factors& near,
                                      const Stopping& stopping, MatrixXd& vectors, VectorXd& squares) {
   // A row of V that belongs to an atom is the mean of those of its points, by their shares.
-  MatrixXd modes(3 * atoms.count(), near.rank());
-  modes.setZero();
+  MatrixXd modes = MatrixXd::Zero(3 * atoms.count(), near.rank());
   for (int a = 0; a < atoms.count(); ++a) {
     for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
       for (int axis = 0; axis < 3; ++axis) {
@@ -73,6 +71,7 @@ tl::expected<void, Error> amongModes(const MatrixXd& weighed, const Atoms& atoms
   if (isStopped(stopping)) return givenUp();
   MatrixXd images(weighed.rows(), near.rank()), rotation(near.rank(), near.rank());
   sensor::elastic::multiply(1.0, weighed, Op::kPlain, modes, Op::kPlain, 0.0, images);
+  modes.resize(0, 0);
   if (isStopped(stopping)) return givenUp();
   sensor::elastic::multiplyBySelf(1.0, images, Op::kTransposed, 0.0, rotation);
   if (isStopped(stopping)) return givenUp();
@@ -107,7 +106,7 @@ std::vector<double> gramOf(const MatrixXd& influence, const Stopping& stopping) 
 
 }  // namespace
 
-tl::expected<Factors, Error> computeFactors(const MatrixXd& influence, const Atoms& atoms, const MotionPrior& motion,
+tl::expected<Factors, Error> computeFactors(MatrixXd influence, const Atoms& atoms, const MotionPrior& motion,
                                             double force_N, const ModelOptions& options, const Factors* near,
                                             const Stopping& stopping) {
   assert(influence.cols() == 3 * atoms.pointCount() && motion.modes.rows() == influence.rows());
@@ -118,20 +117,23 @@ tl::expected<Factors, Error> computeFactors(const MatrixXd& influence, const Ato
   }
   Factors factors;
   factors.force_N = force_N;
-  const MatrixXd strays = motion.modes * motion.variances.cwiseSqrt().asDiagonal();
   MatrixXd atomInfluence = ofAtoms(influence, atoms);
+  MatrixXd strays = motion.modes * motion.variances.cwiseSqrt().asDiagonal();
   if (isStopped(stopping)) return givenUp();
   factors.influence = toRows(atomInfluence.transpose());
   factors.motion = toRows(strays.transpose());
   if (isStopped(stopping)) return givenUp();
-  {
-    const MatrixXd known = rounded(atomInfluence), moved = rounded(strays);
-    factors.gram = gramOf(known, stopping);
-    if (factors.gram.empty() || isStopped(stopping)) return givenUp();
-    factors.motionCoupling = moved.transpose() * known;
-    factors.motionGram = moved.transpose() * moved;
-  }
+  round(atomInfluence);
+  round(strays);
+  factors.gram = gramOf(atomInfluence, stopping);
+  if (factors.gram.empty() || isStopped(stopping)) return givenUp();
+  factors.motionCoupling = strays.transpose() * atomInfluence;
+  factors.motionGram = strays.transpose() * strays;
 
+  atomInfluence.resize(0, 0);  // there is one matrix of this size at a time
+  atomInfluence = ofAtoms(influence, atoms);
+  influence.resize(0, 0);
+  if (isStopped(stopping)) return givenUp();
   const MotionWeight weight(motion, options.noise_px);
   weight.apply(atomInfluence);
   if (isStopped(stopping)) return givenUp();
@@ -150,12 +152,13 @@ tl::expected<Factors, Error> computeFactors(const MatrixXd& influence, const Ato
   const auto rank = static_cast<Index>(factors.singularValues.size());
   const VectorXd s = VectorXd::Map(factors.singularValues.data(), rank);
   MatrixXd left = vectors.rightCols(rank).rowwise().reverse();
-  weight.apply(left);
-  // V = H' W^1/2 U S^-1, and `left` is W^1/2 U.
-  MatrixXd right(influence.cols(), rank);
-  sensor::elastic::multiply(1.0, influence, Op::kTransposed, left, Op::kPlain, 0.0, right);
+  vectors.resize(0, 0);
+  // V = (W^1/2 H)' U S^-1 of the points, which are the first atoms.
+  MatrixXd right(3 * static_cast<Index>(atoms.pointCount()), rank);
+  sensor::elastic::multiply(1.0, atomInfluence.leftCols(right.rows()), Op::kTransposed, left, Op::kPlain, 0.0, right);
   if (isStopped(stopping)) return givenUp();
   factors.right = toRows(right * s.cwiseInverse().asDiagonal());
+  weight.apply(left);
   MatrixXd both(left.rows(), kMotions + rank);
   both << weight.axes(), left;
   factors.left = toRows(both);

@@ -67,15 +67,17 @@ struct Factors {
   }
 };
 
-/// Computes the factors in seconds, with the threads of the BLAS and about four times the memory of H. Leaves `id`,
-/// `computed_ns` and `systematicErrors` to the caller. Fails if the matrix is not finite or all zero (EX_CONFIG), if
-/// its eigenvectors are not found (EX_SOFTWARE), or with givenUp(). The arguments need not outlive the result. \param
-/// influence of the points, 2M x 3P [px/N] \param force_N as in Factors \param near factors of nearly the same
-/// influence: the modes are then combinations of its modes, which takes a third of the time; null: none
+/// Computes the factors in seconds, with the threads of the BLAS and about twice the memory of the factors. Leaves
+/// `id`, `computed_ns` and `systematicErrors` to the caller. Fails if the matrix is not finite or all zero (EX_CONFIG),
+/// if its eigenvectors are not found (EX_SOFTWARE), or with givenUp(). The arguments need not outlive the result.
+/// \param influence of the points, 2M x 3P [px/N]; freed as soon as it is no longer needed
+/// \param force_N as in Factors
+/// \param near factors of nearly the same influence: the modes are then combinations of its modes, which takes a third
+/// of the time; null: none
 /// \param stopping called between the steps; the longest step takes a seventh of the time with `near`
-tl::expected<Factors, Error> computeFactors(const Eigen::MatrixXd& influence, const Atoms& atoms,
-                                            const MotionPrior& motion, double force_N, const ModelOptions& options,
-                                            const Factors* near = nullptr, const Stopping& stopping = {});
+tl::expected<Factors, Error> computeFactors(Eigen::MatrixXd influence, const Atoms& atoms, const MotionPrior& motion,
+                                            double force_N, const ModelOptions& options, const Factors* near = nullptr,
+                                            const Stopping& stopping = {});
 
 /// Computes the influence of the points by the sensor's mechanics, and the factors as above. `progress` covers the
 /// influence only.

@@ -1,6 +1,6 @@
 // The file: a header with sizes and a checksum of itself and all that follows, then the arrays as they are in memory.
-// It is read, not mapped, so a file that is cut short while the daemon runs does no harm, and checked before any of it
-// is used.
+// It is read into them, not mapped, so a file that is cut short while the daemon runs does no harm, and checked before
+// any of it is used.
 #include "daemon/solve/factors_file.h"
 
 #include "base/hash.h"
@@ -8,8 +8,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstddef>
-#include <cstring>
 #include <span>
 #include <vector>
 
@@ -65,10 +65,10 @@ void forEachArray(OfFactors& factors, Use use) {
   use(std::span(factors.systematicErrors.wholeFaceScatter));
 }
 
-Hash128 checksum(const Header& header, std::span<const char> arrays) {
+Hash128 checksum(const Header& header, const Factors& factors) {
   Hasher hasher;
   hasher.bytes(&header, kCheckedHeader);
-  hasher.bytes(arrays.data(), arrays.size());
+  forEachArray(factors, [&hasher](auto array) { hasher.bytes(array.data(), array.size_bytes()); });
   return hasher.digest();
 }
 
@@ -88,28 +88,49 @@ void resize(Factors& factors, const Header& header, int atomCount) {
   factors.systematicErrors.wholeFaceScatter.resize(header.scatter);
 }
 
+/// An open file, or -1.
+struct OpenFile {
+  int file;
+  ~OpenFile() {
+    if (file >= 0) files::close(file);
+  }
+};
+
+/// Reads as many bytes as the span has. Returns false if the file ends before, or cannot be read.
+bool fill(int file, std::span<char> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t count = files::read(file, bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return false;
+    bytes = bytes.subspan(static_cast<std::size_t>(count));
+  }
+  return true;
+}
+
+/// Returns whether the header's sizes are possible for this sensor: memory is taken for the arrays before the checksum
+/// can be known.
+bool fits(const Header& header, int coordinateCount, const Atoms& atoms) {
+  constexpr std::uint64_t kMost = 64;  // matrices of systematic errors
+  return header.coordinateCount == coordinateCount && header.forceCount == 3 * atoms.pointCount() && header.rank >= 1 &&
+         header.rank <= std::min(header.coordinateCount, header.forceCount) && header.systematicErrors % 36 == 0 &&
+         header.systematicErrors <= 36 * kMost && header.scatter % 18 == 0 && header.scatter <= 18 * kMost;
+}
+
 }  // namespace
 
 tl::expected<Factors, std::string> loadFactors(const fs::path& path, const Id& id, int coordinateCount,
                                                const Atoms& atoms) {
   const auto reject = [&path](const std::string& reason) { return tl::unexpected(path.string() + ": " + reason); };
-  const auto file = readWholeFile(path);
-  if (!file) return reject(file.error().message());
-
+  const auto rejectFor = [&reject](std::error_code error) { return reject(error.message()); };
+  const OpenFile open{files::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+  if (open.file < 0) return rejectFor(std::error_code(errno, std::generic_category()));
+  if (!files::isRegular(open.file)) return rejectFor(std::make_error_code(std::errc::not_supported));
   Header header;
-  if (file->size() < sizeof header) return reject("shorter than its header");
-  std::memcpy(&header, file->data(), sizeof header);
+  if (!fill(open.file, {reinterpret_cast<char*>(&header), sizeof header})) return reject("shorter than its header");
   if (header.magic != kMagic) return reject("not a file of factors");
   if (header.formatVersion != kFormatVersion) return reject("written by another version");
   if (header.id != id) return reject("of another sensor");
-  const int forceCount = 3 * atoms.pointCount();
-  auto arrays = std::span<const char>(*file).subspan(sizeof header);
-  if (header.checksum != checksum(header, arrays)) return reject("its checksum is wrong");
-  if (header.coordinateCount != coordinateCount || header.forceCount != forceCount || header.rank < 1 ||
-      header.rank > std::min(coordinateCount, forceCount) || header.systematicErrors % 36 != 0 ||
-      header.systematicErrors > arrays.size() || header.scatter % 18 != 0 || header.scatter > arrays.size()) {
-    return reject("of another size");
-  }
+  if (!fits(header, coordinateCount, atoms)) return reject("of another size");
 
   Factors factors;
   factors.id = header.id;
@@ -117,13 +138,14 @@ tl::expected<Factors, std::string> loadFactors(const fs::path& path, const Id& i
   factors.force_N = header.force_N;
   factors.systematicErrors.displacement = header.displacementError;
   resize(factors, header, atoms.count());
-  std::size_t size = 0;
-  forEachArray(factors, [&size](auto array) { size += array.size_bytes(); });
-  if (arrays.size() != size) return reject("of another size");
-  forEachArray(factors, [&arrays](auto array) {
-    if (!array.empty()) std::memcpy(array.data(), arrays.data(), array.size_bytes());
-    arrays = arrays.subspan(array.size_bytes());
+  bool whole = true;
+  forEachArray(factors, [&](auto array) {
+    whole = whole && fill(open.file, {reinterpret_cast<char*>(array.data()), array.size_bytes()});
   });
+  char more = 0;
+  if (!whole || fill(open.file, {&more, 1}) || header.checksum != checksum(header, factors)) {
+    return reject("its checksum is wrong");
+  }
   return factors;
 }
 
@@ -140,14 +162,12 @@ tl::expected<void, std::string> saveFactors(const fs::path& path, const Factors&
   header.displacementError = factors.systematicErrors.displacement;
   header.systematicErrors = factors.systematicErrors.contact.size();
   header.scatter = factors.systematicErrors.contactScatter.size();
-  std::vector<char> file(sizeof header);
-  forEachArray(factors, [&file](auto array) {
-    const char* const bytes = reinterpret_cast<const char*>(array.data());
-    file.insert(file.end(), bytes, bytes + array.size_bytes());
+  header.checksum = checksum(header, factors);
+  std::vector<std::span<const char>> pieces = {{reinterpret_cast<const char*>(&header), sizeof header}};
+  forEachArray(factors, [&pieces](auto array) {
+    pieces.emplace_back(reinterpret_cast<const char*>(array.data()), array.size_bytes());
   });
-  header.checksum = checksum(header, std::span<const char>(file).subspan(sizeof header));
-  std::memcpy(file.data(), &header, sizeof header);
-  if (const auto error = replaceWholeFile(path, file)) return tl::unexpected(path.string() + ": " + error.message());
+  if (const auto error = replaceWholeFile(path, pieces)) return tl::unexpected(path.string() + ": " + error.message());
   return {};
 }
 

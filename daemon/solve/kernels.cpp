@@ -28,30 +28,22 @@ TRACTION_INLINE void prefetch(const Number* row, std::ptrdiff_t length) {
 /// sum += sum over k < count of coefficient(k) * row(k), rows of `stride` numbers.
 template <typename Row, typename Coefficient, typename Sum>
 TRACTION_INLINE void addWeighed(int stride, std::size_t count, Row row, Coefficient coefficient, Sum* sum) {
-  Floats numbers;
-  std::size_t k = 0;
-  for (; k + kRows <= count; k += kRows) {
+  for (std::size_t k = 0; k < count; k += kRows) {
     decltype(row(0)) from[kRows];
     float c[kRows];
     for (std::size_t i = 0; i < kRows; ++i) {
-      from[i] = row(k + i);
-      c[i] = coefficient(k + i);
+      from[i] = row(std::min(k + i, count - 1));  // what fills the last group counts for nothing
+      c[i] = k + i < count ? coefficient(k + i) : 0.0F;
       if (k + kRows + i < count) prefetch(row(k + kRows + i), stride);
     }
     for (std::ptrdiff_t j = 0; j < stride; j += kFloats) {
-      Floats sums[2] = {};  // two chains, so that the additions of one line do not all wait for each other
+      Floats numbers, sums[2] = {};  // two chains, so that the additions of one line do not all wait for each other
 #pragma GCC unroll 8
       for (std::size_t i = 0; i < kRows; ++i) {
         load(from[i] + j, numbers);
         sums[i % 2] += c[i] * numbers;
       }
       add(sums[0] + sums[1], sum + j);
-    }
-  }
-  for (; k < count; ++k) {
-    for (std::ptrdiff_t j = 0; j < stride; j += kFloats) {
-      load(row(k) + j, numbers);
-      add(coefficient(k) * numbers, sum + j);
     }
   }
 }
@@ -68,24 +60,38 @@ TRACTION_INLINE double product(const float* row, const float* vector, std::ptrdi
 }  // namespace
 
 template <typename Number>
-LineArray<Number>::LineArray(std::size_t size)
+LineArray<Number>::LineArray(std::size_t size, Pages pages)
     : size_(size) {
-  // Large pages save the page walks that streaming would otherwise wait for.
-  constexpr std::size_t kLargePage = std::size_t{2} << 20;
+  constexpr std::size_t kLargePage = std::size_t{2} << 20, kLine = kLineFloats * sizeof(float);
   const std::size_t bytes = size * sizeof(Number);
-  const std::size_t alignment = bytes >= kLargePage ? kLargePage : kLineFloats * sizeof(float);
-  const std::size_t rounded = std::max((bytes + alignment - 1) / alignment * alignment, alignment);
-  data_.reset(static_cast<Number*>(std::aligned_alloc(alignment, rounded)));  // NOLINT(*-no-malloc): of any alignment
-  if (!data_) throw std::bad_alloc();
+  if (bytes < kLargePage) {
+    const std::size_t rounded = std::max((bytes + kLine - 1) / kLine * kLine, kLine);
+    auto* const data = static_cast<Number*>(std::aligned_alloc(kLine, rounded));  // NOLINT(*-no-malloc): aligned
+    if (data == nullptr) throw std::bad_alloc();
+    data_ = {data, Free{}};
+    std::fill_n(data, size, Number{0});
+    return;
+  }
+  // The system's pages are zero. Large ones save the page walks that streaming would otherwise wait for.
+  const std::size_t length = bytes + kLargePage;
+  void* const mapped = mmap(nullptr, length, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (mapped == MAP_FAILED) throw std::bad_alloc();
+  std::size_t room = length;
+  void* begin = mapped;
+  std::align(kLargePage, bytes, begin, room);
 #ifdef MADV_HUGEPAGE
-  if (alignment == kLargePage) madvise(data_.get(), rounded, MADV_HUGEPAGE);  // a wish; without it things still work
+  if (pages == Pages::kLarge) madvise(begin, bytes, MADV_HUGEPAGE);  // a wish; without it things still work
 #endif
-  std::fill_n(data_.get(), size, Number{0});
+  data_ = {static_cast<Number*>(begin), Free{mapped, length}};
 }
 
 template <typename Number>
 void LineArray<Number>::Free::operator()(Number* data) const {
-  std::free(data);  // NOLINT(*-no-malloc): of aligned_alloc
+  if (mapped != nullptr) {
+    munmap(mapped, length);
+  } else {
+    std::free(data);  // NOLINT(*-no-malloc): of aligned_alloc
+  }
 }
 
 template class LineArray<double>;

@@ -18,18 +18,23 @@ inline int padded(int columns) {
   return (columns + kLineFloats - 1) / kLineFloats * kLineFloats;
 }
 
-/// An array on a line's boundary, filled with zeros at first.
+/// Pages of a large array: kLarge ones stream faster, of kSmall ones only those are taken that are written to.
+enum class Pages { kLarge, kSmall };
+
+/// An array on a line's boundary, filled with zeros at first. A large one takes memory when it is first written to.
 template <typename Number>
 class LineArray {
  public:
   LineArray() = default;
-  explicit LineArray(std::size_t size);  ///< \param size number of elements; not padded
+  explicit LineArray(std::size_t size, Pages pages = Pages::kLarge);  ///< \param size number of elements; not padded
   std::size_t size() const { return size_; }
   Number* data() { return data_.get(); }
   const Number* data() const { return data_.get(); }
 
  private:
   struct Free {
+    void* mapped = nullptr;  ///< null: allocated
+    std::size_t length = 0;
     void operator()(Number* data) const;
   };
   std::size_t size_ = 0;

@@ -53,11 +53,14 @@ makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options, cons
   {
     auto drawn = loadOrComputeFactors(sensor, own.atoms, options, stateDirectory, {}, remark);
     if (!drawn) return tl::unexpected(drawn.error());
-    // Frees what is not used: two thirds of the memory.
+    if (isStopped(stopping)) return givenUp();
+    // Frees what is not used any more, to take less memory at a time.
     drawn->gram = {};
     drawn->left = {};
-    if (isStopped(stopping)) return givenUp();
-    auto factors = factorsAtPlaces(measured, own.atoms, *drawn, modelOptions(options), stopping);
+    auto influence = influenceAtPlaces(measured, own.atoms, *drawn, stopping);
+    if (!influence) return tl::unexpected(influence.error());
+    drawn->influence = {};
+    auto factors = factorsAtPlaces(measured, own.atoms, *std::move(influence), *drawn, modelOptions(options), stopping);
     if (!factors) return tl::unexpected(factors.error());
     own.factors = *std::move(factors);
   }

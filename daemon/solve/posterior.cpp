@@ -36,9 +36,9 @@ Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most, int m
     , stride_((3 * most + mostExtra + kMotions + kColumns - 1) / kColumns * kColumns)
     , tightness_(static_cast<std::size_t>(most))
     , index_(tightness_.size())
-    , matrix_(packed(stride_))
     , right_(static_cast<std::size_t>(stride_))
     , x_(right_.size())
+    , matrix_(packed(stride_))
     , scratch_(kColumns * right_.size())
     , panels_(right_.size() * right_.size())
     , inverse_(right_.size() * right_.size())
@@ -204,7 +204,7 @@ void Posterior::invert(int panel, int other) {
 /// Trace of an atom's block of A^-1.
 double Posterior::traceOf(int atom) const {
   double sum = 0.0;
-  for (int i = 3 * atom; i < 3 * atom + 3; ++i) sum += inverse_[static_cast<std::size_t>(i) * stride_ + i];
+  for (int i = 3 * atom; i < 3 * atom + 3; ++i) sum += inverse_.data()[i * std::ptrdiff_t{stride_} + i];
   return sum;
 }
 

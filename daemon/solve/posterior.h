@@ -102,10 +102,10 @@ class Posterior {
   std::vector<Block> tightness_;        // C^-1 of each atom
   std::vector<int> index_;              // of each atom in the products
   double logPrior_ = 0.0;               // log det C
-  std::vector<double> matrix_;          // A, then its factor, packed
   std::vector<double> right_, x_;       // B'd, x
+  LineArray<double> matrix_;            // A, then its factor, packed
   LineArray<double> scratch_, panels_;  // panels of kColumns columns of the factor's inverse
-  std::vector<double> inverse_;         // A^-1, as far as it was computed
+  LineArray<double> inverse_;           // A^-1, as far as it was computed
   std::vector<double> known_;
   std::vector<int> indexOf_;             // A: of each atom among the chosen, or -1
   std::vector<int> covering_;            // unknowns that act at a node, rising

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 namespace tractiond::solve {
 namespace {
@@ -83,11 +84,11 @@ Eigen::SparseMatrix<double, Eigen::RowMajor> interpolation(const sensor::Sensor&
   return result;
 }
 
-/// The same as if the block were a half-space, 2M x 3P [px/N].
-MatrixXd halfSpace(const sensor::Sensor& sensor, const Atoms& atoms) {
+/// Influence of points on the markers as if the block were a half-space [px/N].
+MatrixXd halfSpace(const sensor::Sensor& sensor, const sensor::Points& points) {
   using sensor::elastic::displacementMatrix;
   return sensor::elastic::toImage(sensor, displacementMatrix(sensor.gel, sensor::elastic::Model::kHalfSpace,
-                                                             sensor::markerPositions(sensor), atoms.points));
+                                                             sensor::markerPositions(sensor), points));
 }
 
 }  // namespace
@@ -146,24 +147,32 @@ RestPlaces restPlaces(const sensor::Sensor& sensor, std::span<const float> place
 tl::expected<MatrixXd, Error> influenceAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& drawn,
                                                 const Stopping& stopping) {
   assert(!sensor.body && sensor.scatter.cols() == sensor.markerCount());
+  constexpr Index kTogether = 128;  // points
   sensor::Sensor straight = sensor;
   straight.scatter.resize(3, 0);
-  MatrixXd rest = -halfSpace(straight, atoms);
-  for (Index i = 0; i < rest.cols(); ++i) {
-    rest.col(i) += Eigen::VectorXf::Map(drawn.influence.row(static_cast<int>(i)), rest.rows()).cast<double>();
+  const auto scattered = interpolation(sensor);
+  MatrixXd influence(2 * Index{sensor.markerCount()}, 3 * static_cast<Index>(atoms.pointCount()));
+  for (Index first = 0; first < atoms.points.cols(); first += kTogether) {
+    if (isStopped(stopping)) return givenUp();
+    const sensor::Points points = atoms.points.middleCols(first, std::min(kTogether, atoms.points.cols() - first));
+    MatrixXd rest = -halfSpace(straight, points);
+    for (Index i = 0; i < rest.cols(); ++i) {
+      const float* const row = drawn.influence.row(static_cast<int>(3 * first + i));
+      rest.col(i) += Eigen::VectorXf::Map(row, rest.rows()).cast<double>();
+    }
+    if (isStopped(stopping)) return givenUp();
+    influence.middleCols(3 * first, rest.cols()) = halfSpace(sensor, points);
+    influence.middleCols(3 * first, rest.cols()) += scattered * rest;
   }
-  if (isStopped(stopping)) return givenUp();
-  const MatrixXd there = halfSpace(sensor, atoms);
-  if (isStopped(stopping)) return givenUp();
-  return there + interpolation(sensor) * rest;
+  return influence;
 }
 
-tl::expected<Factors, Error> factorsAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& drawn,
-                                             const ModelOptions& options, const Stopping& stopping) {
-  const auto influence = influenceAtPlaces(sensor, atoms, drawn, stopping);
-  if (!influence) return tl::unexpected(influence.error());
+tl::expected<Factors, Error> factorsAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms, MatrixXd influence,
+                                             const Factors& drawn, const ModelOptions& options,
+                                             const Stopping& stopping) {
   if (isStopped(stopping)) return givenUp();
-  auto factors = computeFactors(*influence, atoms, motionPrior(sensor), drawn.force_N, options, &drawn, stopping);
+  auto factors =
+      computeFactors(std::move(influence), atoms, motionPrior(sensor), drawn.force_N, options, &drawn, stopping);
   if (!factors) return factors;
   factors->systematicErrors = drawn.systematicErrors;
   factors->computed_ns = drawn.computed_ns;

@@ -33,10 +33,11 @@ RestPlaces restPlaces(const sensor::Sensor& sensor, std::span<const float> place
 tl::expected<Eigen::MatrixXd, Error> influenceAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms,
                                                        const Factors& drawn, const Stopping& stopping = {});
 
-/// Computes the factors of a block whose markers are at the places of sensor.scatter from `drawn`, as above. Takes over
-/// its systematicErrors and computed_ns; takes a second or two and the memory that computeFactors() takes. Fails as
-/// computeFactors().
-tl::expected<Factors, Error> factorsAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& drawn,
+/// Computes the factors of a block whose markers are at the places of sensor.scatter. Takes over systematicErrors and
+/// computed_ns of `drawn`, as above, and reads its modes, but not its influence; takes a second or two. Fails as
+/// computeFactors(). \param influence result of influenceAtPlaces()
+tl::expected<Factors, Error> factorsAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms,
+                                             Eigen::MatrixXd influence, const Factors& drawn,
                                              const ModelOptions& options, const Stopping& stopping = {});
 
 }  // namespace tractiond::solve

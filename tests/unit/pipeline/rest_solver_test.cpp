@@ -85,6 +85,19 @@ TEST_F(RestSolverTest, EachZeroGivesASolverOnce) {
   ASSERT_NE(solver.solver, nullptr);
 }
 
+/// Two of them take twice the memory.
+TEST_F(RestSolverTest, AReplacedSolverIsFreed) {
+  PlacedSolver solver{drawn_};
+  rest_->heed(zero());
+  settle();
+  rest_->turn();
+  rest_->take(solver);
+  EXPECT_NE(solver.solver, drawn_) << "one that waits is not freed";
+  EXPECT_EQ(drawn_.use_count(), 2);
+  rest_->turn();
+  EXPECT_EQ(drawn_.use_count(), 1);
+}
+
 /// The thread that sees the zero decides which frame is the first.
 TEST_F(RestSolverTest, TheZeroIsSeenWithItsSolver) {
   PlacedSolver solver{drawn_};

@@ -3,10 +3,13 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <random>
+#include <utility>
 #include <vector>
 
 namespace tractiond::solve::kernels_test {
@@ -168,6 +171,18 @@ TEST_P(Kernels, WhatIsNotPositiveDefiniteHasNoFactor) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Sizes, Kernels, testing::Values(0, 1, 2, 7, 8, 9, 16, 50));
+
+TEST(LineArray, ALargeOneIsZeroOnALineAndItsOwn) {
+  constexpr std::size_t kSize = 1'000'001;  // 8 MB
+  LineArray<double> large(kSize), small(kSize, Pages::kSmall);
+  for (LineArray<double>* array : {&large, &small}) {
+    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(array->data()) % 64, 0U);
+    EXPECT_TRUE(std::all_of(array->data(), array->data() + kSize, [](double each) { return each == 0.0; }));
+    std::fill_n(array->data(), kSize, 1.0);
+  }
+  const LineArray<double> moved = std::move(large);
+  EXPECT_EQ(std::accumulate(moved.data(), moved.data() + kSize, 0.0), static_cast<double>(kSize));
+}
 
 TEST(RowMatrix, RowsLieOnCacheLinesAndThePaddingIsZero) {
   for (const int columns : {1, 16, 17, 700}) {

@@ -161,7 +161,8 @@ TEST_F(AtPlaces, InfluenceIsThatOfTheBlockThere) {
 TEST_F(AtPlaces, WithoutScatterNothingChanges) {
   sensor::Sensor still = thinSensor();
   still.scatter = sensor::Points::Zero(3, still.markerCount());
-  const Factors factors = factorsAtPlaces(still, atoms(), drawn(), options()).value();
+  const Factors factors =
+      factorsAtPlaces(still, atoms(), influenceAtPlaces(still, atoms(), drawn()).value(), drawn(), options()).value();
   ASSERT_EQ(factors.rank(), drawn().rank());
   for (int k = 0; k < factors.rank(); ++k) {
     EXPECT_NEAR(factors.singularValues[k], drawn().singularValues[k], 1e-4 * drawn().singularValues[k]) << k;
@@ -176,7 +177,8 @@ TEST_F(AtPlaces, WithoutScatterNothingChanges) {
 /// The modes are sought among those of the gel as drawn: what that costs shows in the faintest ones alone.
 TEST_F(AtPlaces, ForcesAreThoseOfTheFullComputation) {
   const sensor::Sensor made = handMadeSensor();
-  const Factors near = factorsAtPlaces(made, atoms(), drawn(), options()).value();
+  const Factors near =
+      factorsAtPlaces(made, atoms(), influenceAtPlaces(made, atoms(), drawn()).value(), drawn(), options()).value();
   const Factors full = computeFactors(influenceAtPlaces(made, atoms(), drawn()).value(), atoms(), motionPrior(made),
                                       drawn().force_N, options())
                            .value();
@@ -209,8 +211,10 @@ TEST_F(AtPlaces, ForcesAreThoseOfTheFullComputation) {
 TEST_F(AtPlaces, EachStepIsTheLastAfterAStop) {
   const sensor::Sensor made = handMadeSensor();
   const MatrixXd influence = influenceAtPlaces(made, atoms(), drawn()).value();
-  const auto fromNear = [&](const Stopping& stopping) {
-    return factorsAtPlaces(made, atoms(), drawn(), options(), stopping);
+  const auto fromNear = [&](const Stopping& stopping) -> tl::expected<Factors, Error> {
+    auto there = influenceAtPlaces(made, atoms(), drawn(), stopping);
+    if (!there) return tl::unexpected(there.error());
+    return factorsAtPlaces(made, atoms(), *std::move(there), drawn(), options(), stopping);
   };
   const auto fromNothing = [&](const Stopping& stopping) {
     return computeFactors(influence, atoms(), motionPrior(made), drawn().force_N, options(), nullptr, stopping);
