@@ -1,6 +1,7 @@
 #include "daemon/publish/control.h"
 
 #include "base/clock.h"
+#include "base/counter.h"
 #include "base/network/inflow_limit.h"
 #include "base/network/socket.h"
 #include "daemon/publish/wire_control.h"
@@ -89,11 +90,12 @@ struct ControlServer::Impl {
 
   /// Counts answers for which ZeroMQ had no memory.
   void count(std::uint64_t lost) {
-    unsent += lost;
+    unsent.add(lost);
     const std::int64_t now_ns = monotonicNow();
     if (!handlers.warn || (warned_ns && now_ns - *warned_ns < 1'000'000'000)) return;
     warned_ns = now_ns;
-    handlers.warn(std::to_string(unsent) + (unsent == 1 ? " answer" : " answers") +
+    const std::uint64_t all = unsent.get();
+    handlers.warn(std::to_string(all) + (all == 1 ? " answer" : " answers") +
                   " to requests could not be sent: " + zmq_strerror(ENOMEM));
   }
 
@@ -191,7 +193,7 @@ struct ControlServer::Impl {
   network::PeerLimit peers{kRequestsPerSecond};
   network::ReplyBudget replies{kWaiting_bytes, kWaitingEach_bytes};
   std::int64_t counted_ns = 0;
-  std::uint64_t unsent = 0;               ///< answers for which there was no memory
+  Counter unsent;                         ///< answers for which there was no memory
   std::optional<std::int64_t> warned_ns;  ///< when handlers.warn was called last
   zmq::context_t context{1};  ///< its own: what peers send here does not keep the publisher's thread from sending
   zmq::socket_t socket{context, zmq::socket_type::router};
@@ -258,7 +260,7 @@ bool ControlServer::zeroPending() const {
 }
 
 std::uint64_t ControlServer::unsent() const {
-  return impl_->unsent;
+  return impl_->unsent.get();
 }
 
 const std::vector<std::string>& ControlServer::endpoints() const {
