@@ -16,7 +16,8 @@ std::string socketFileOf(const std::string& endpoint);
 /// something else has the path of its socket file, which ZeroMQ would remove, also a socket in use. Returns nothing if
 /// there is no such reason. Errors: EX_CONFIG if the port is wrong or the path too long, EX_CANTCREAT if
 /// its directory does not exist or something has its path that is not a socket, EX_UNAVAILABLE if a process listens at
-/// it.
+/// it. What takes the path between this check and the binding is lost, as no one can lock a path: that needs the
+/// permission to write into the directory, and a second daemon is kept from its own by OwnDirectory.
 std::optional<Error> checkEndpoint(const std::string& endpoint);
 
 }  // namespace tractiond::network
