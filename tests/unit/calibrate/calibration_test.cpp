@@ -306,5 +306,29 @@ TEST(DriftWatch, StartsAnewWithAZeroAndIgnoresFramesWithoutOne) {
   EXPECT_EQ(watch.drift().rms_px, fresh.drift().rms_px);
 }
 
+TEST(DriftWatch, TakesTheFirstValueOfALateMarkerAndOneAfterALongTimeAsTheyAre) {
+  const sensor::Sensor sensor = coarse();
+  DriftWatch watch(sensor);
+  Frames frames(sensor);
+  constexpr std::int64_t kMoment_ns = 1, kLong_ns = 60'000'000'000;
+  constexpr std::size_t kLate = 40;
+  MarkerField& field = frames.field();
+  const auto add = [&](std::int64_t after_ns, bool late, float away_px) {
+    field.info.times.received_ns += after_ns;
+    for (std::size_t i = 0; i < kLate; ++i) {
+      field.valid[i] = late ? 1 : 0;
+      field.displacement_px[2 * i] = field.displacement_px[2 * i + 1] = i % 2 == 0 ? away_px : -away_px;
+    }
+    field.validCount = sensor.markerCount() - (late ? 0 : static_cast<int>(kLate));
+    watch.add(field);
+    return watch.drift().rms_px;
+  };
+  const double alone_px = 0.01 * std::sqrt(static_cast<double>(kLate) / sensor.markerCount());
+  EXPECT_EQ(add(kMoment_ns, false, 0.0F), 0.0);
+  EXPECT_NEAR(add(kMoment_ns, true, 0.01F), alone_px, 1e-4);
+  EXPECT_NEAR(add(kLong_ns, false, 0.0F), 0.0, 1e-6);
+  EXPECT_NEAR(add(kMoment_ns, true, 0.0F), 0.0, 1e-6);
+}
+
 }  // namespace
 }  // namespace tractiond::calibrate::calibration_test
