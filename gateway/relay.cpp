@@ -210,8 +210,7 @@ struct Relay::Impl {
   void takeLookers() {
     for (int i = 0; i < kSubscriptionsPerTurn && receive((*front)[kPreview], parts) != 0; ++i) {
       const std::string_view text = parts[0].to_string_view();
-      const bool takesRoom = !text.starts_with('\0') && !isOfInstrument(text);
-      (takesRoom ? network::inflow::take : network::inflow::release)(network::sourceOf(parts[0]), 1);
+      network::settleSubscription(parts[0], isOfInstrument(text));
       subscribers.count(parts[0], front->bound(kPreview));
       if (text.starts_with('\1')) ++lookers;
       if (text.starts_with('\0') && lookers > 0) --lookers;
@@ -251,8 +250,7 @@ struct Relay::Impl {
     int count = 0;
     for (; count < kSubscriptionsPerTurn && receive((*front)[kStream], parts) != 0; ++count) {
       const std::string_view text = parts[0].to_string_view();
-      const bool takesRoom = !text.starts_with('\0') && !isOfInstrument(text);
-      (takesRoom ? network::inflow::take : network::inflow::release)(network::sourceOf(parts[0]), 1);
+      network::settleSubscription(parts[0], isOfInstrument(text));
       subscribers.count(parts[0], front->bound(kStream));
       if (!text.starts_with('\1')) continue;
       for (const auto& [topic, kept] : descriptions) {

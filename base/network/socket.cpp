@@ -128,6 +128,11 @@ std::optional<zmq::message_t> copyOf(std::string_view bytes) try {
   return std::nullopt;
 }
 
+void settleSubscription(zmq::message_t& message, bool isKnown) {
+  const bool takesRoom = !message.to_string_view().starts_with('\0') && !isKnown;
+  (takesRoom ? inflow::take : inflow::release)(sourceOf(message), 1);
+}
+
 bool cutOff(int fd, const std::vector<std::string>& bound) {
   // The peer may have gone and its descriptor been reused, but not by a connection to the camera.
   const std::string end = localEnd(fd);

@@ -55,6 +55,11 @@ std::optional<zmq::message_t> messageOf(std::string bytes, std::shared_ptr<Reply
 /// Returns a message with a copy of these bytes; without a value if ZeroMQ has no memory for it.
 std::optional<zmq::message_t> copyOf(std::string_view bytes);
 
+/// Must be called for each message that a publisher's socket receives. Keeps its charge (inflow_limit.h) if it begins a
+/// subscription, which ZeroMQ holds from now on; releases it otherwise. \param isKnown it is to a topic of this
+/// publisher, or to all that begin alike: ZeroMQ holds nothing more for it
+void settleSubscription(zmq::message_t& message, bool isKnown);
+
 /// Ends a peer's connection, for both directions. Returns whether it did: false if `fd` is no connection to one of
 /// these endpoints, or has ended. \param fd of the connection, as sourceOf() returned it \param bound as bind()
 /// returned it
