@@ -1,11 +1,11 @@
 #include "daemon/calibrate/calibration.h"
 #include "daemon/calibrate/drift_watch.h"
 #include "sensor/gel_file.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/calibrate/markers.h"
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -69,10 +69,7 @@ class CalibrationTest : public testing::Test {
     const Seen rest(projected(sensor_, sensor::markerPositions(sensor_.layers)), 0.003, 9);
     zero_.position_px = rest.value_px;
     zero_.present = rest.valid;
-    std::string folder = std::filesystem::temp_directory_path() / "traction-calibration-XXXXXX";
-    folder_ = mkdtemp(folder.data());
   }
-  ~CalibrationTest() override { std::filesystem::remove_all(folder_); }
 
   std::optional<Result> begin(const CalibrationStep& step) {
     return calibration_.begin(step, &zero_, "Camera-1", folder_);
@@ -96,7 +93,8 @@ class CalibrationTest : public testing::Test {
 
   sensor::Sensor sensor_ = coarse();
   RestPose zero_;
-  std::filesystem::path folder_;
+  const test::TemporaryFolder temporary_;
+  const std::filesystem::path& folder_ = temporary_.path();
   Calibration calibration_{sensor_};
   Frames frames_{sensor_};
 };

@@ -4,6 +4,7 @@
 #include "proto/traction/v1/endpoints.h"
 #include "tests/support/deadline.h"
 #include "tests/support/no_memory.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/base/network/raw_peer.h"
 #include "traction/v1/control.pb.h"
 
@@ -51,7 +52,6 @@ class RelayTest : public testing::Test {
   ~RelayTest() override {
     spdlog::set_default_logger(before_);
     relay_.reset();
-    std::filesystem::remove_all(folder_);
   }
 
   /// Lets the relay work until `done`, which does not wait.
@@ -161,10 +161,8 @@ class RelayTest : public testing::Test {
     return count;
   }
 
-  const std::filesystem::path folder_ = []() -> std::filesystem::path {
-    std::string pattern = testing::TempDir() + "traction-XXXXXX";
-    return mkdtemp(pattern.data());
-  }();
+  const test::TemporaryFolder temporary_;
+  const std::filesystem::path& folder_ = temporary_.path();
   const std::shared_ptr<spdlog::logger> before_ = spdlog::default_logger();
   std::ostringstream log_;
   int fields_ = 0;
