@@ -68,22 +68,22 @@ struct ControlServer::Impl {
     auto message = messageFor(routes[0], bytes);
     std::uint64_t lost = 0;
     for (const Route& route : routes) {
-      zmq::message_t shared;
-      // Copied before the first part is sent, so that a reply is sent as a whole or not at all.
-      if (!message || zmq_msg_copy(shared.handle(), message->handle()) < 0) {
+      // All parts are made before the first is sent, so that a reply is sent as a whole or not at all.
+      auto peer = network::copyOf(route.peer), beyond = network::copyOf(route.beyond);
+      zmq::message_t empty, shared;
+      if (!message || !peer || !beyond || zmq_msg_copy(shared.handle(), message->handle()) < 0) {
         ++lost;
         continue;
       }
       // ROUTER drops what is for a peer that has gone or does not read.
-      const auto put = [this](std::string_view part, int flags) {
-        while (zmq_send(socket.handle(), part.data(), part.size(), flags) < 0 && zmq_errno() == EINTR) {
+      const auto put = [this](zmq::message_t& part, int flags) {
+        while (zmq_msg_send(part.handle(), socket.handle(), flags) < 0 && zmq_errno() == EINTR) {
         }
       };
-      put(route.peer, ZMQ_SNDMORE);
-      if (!route.beyond.empty()) put(route.beyond, ZMQ_SNDMORE);
-      put("", ZMQ_SNDMORE);
-      while (zmq_msg_send(shared.handle(), socket.handle(), ZMQ_DONTWAIT) < 0 && zmq_errno() == EINTR) {
-      }
+      put(*peer, ZMQ_SNDMORE);
+      if (!route.beyond.empty()) put(*beyond, ZMQ_SNDMORE);
+      put(empty, ZMQ_SNDMORE);
+      put(shared, ZMQ_DONTWAIT);
     }
     if (lost > 0) count(lost);
   }

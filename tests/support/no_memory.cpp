@@ -1,5 +1,5 @@
-// Linked into a test program (no_memory.h), or preloaded (LD_PRELOAD): then as many of the control thread's messages fail
-// as $TRACTION_NO_MEMORY says.
+// Linked into a test program (no_memory.h), or preloaded (LD_PRELOAD): then as many of the control thread's messages
+// fail as $TRACTION_NO_MEMORY says.
 #include "tests/support/no_memory.h"
 
 #include <dlfcn.h>
@@ -14,7 +14,7 @@
 
 namespace tractiond::test {
 
-thread_local bool lacksMemory = false;
+thread_local int memoryLeft = -1;
 
 namespace {
 
@@ -25,7 +25,9 @@ int toFail() {
 
 bool mustFail() {
   static std::atomic<int> left{toFail()};
-  if (lacksMemory || left == 0) return lacksMemory;
+  if (memoryLeft > 0) return memoryLeft--, false;
+  if (memoryLeft == 0) return true;
+  if (left == 0) return false;
   std::array<char, 16> name{};
   pthread_getname_np(pthread_self(), name.data(), name.size());
   return name.data() == std::string_view("tr-control") && left-- > 0;

@@ -3,8 +3,8 @@
 
 namespace tractiond::test {
 
-/// While true, ZeroMQ's functions that take memory for a message fail with ENOMEM on this thread. A program that sets it
-/// must link traction_test_no_memory, which replaces them.
-extern thread_local bool lacksMemory;
+/// Number of messages for which ZeroMQ still has memory on this thread; its functions that take more fail with ENOMEM.
+/// Negative: there is no limit. A program that sets it must link traction_test_no_memory, which replaces them.
+extern thread_local int memoryLeft;
 
 }  // namespace tractiond::test

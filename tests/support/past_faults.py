@@ -148,7 +148,7 @@ FAULTS = [Fault(*one) for one in [
          "const bool takesRoom = !isKnown;"),
     ]),
     ("passed-on", "8964da1", "a request that is passed on is not answered through who passed it on", [
-        (CONTROL, "if (!route.beyond.empty()) put(route.beyond, ZMQ_SNDMORE);", ""),
+        (CONTROL, "if (!route.beyond.empty()) put(*beyond, ZMQ_SNDMORE);", ""),
     ]),
     ("short-links", "795f824", "links are too short for a stall of 80 ms", [
         ("daemon/pipeline.h", "Link<MarkerField, kSlots> markers_;", "Link<MarkerField, 4> markers_;"),

@@ -215,9 +215,9 @@ TEST_F(RelayTest, AnswersForWhichThereIsNoMemoryAreCountedAndTheNextOneArrives) 
   time_ns += kSecond_ns;
   const auto loseOne = [this] {
     const std::uint64_t before = relay_->unsent();
-    test::lacksMemory = true;
+    test::memoryLeft = 0;
     turnUntil([&] { return relay_->unsent() > before; });
-    test::lacksMemory = false;
+    test::memoryLeft = -1;
     EXPECT_EQ(relay_->unsent(), before + 1);
   };
   sendRequest();
