@@ -24,9 +24,11 @@ bool put(zmq::socket_t& socket, zmq::message_t& part, bool more) {
   return sent >= 0;
 }
 
-bool put(zmq::socket_t& socket, std::string_view text, bool more) {
-  auto part = tractiond::network::copyOf(text);
-  return part && put(socket, *part, more);
+bool putAddressed(zmq::socket_t& socket, std::string_view to, std::optional<zmq::message_t> body) {
+  // All parts are made before the first is queued: what is left of a message would become the beginning of the next.
+  auto address = tractiond::network::copyOf(to);
+  zmq::message_t empty;
+  return address && body && put(socket, *address, true) && put(socket, empty, true) && put(socket, *body, false);
 }
 
 std::string property(zmq::message_t& message, const char* name) {

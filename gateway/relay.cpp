@@ -1,5 +1,6 @@
 #include "gateway/relay.h"
 
+#include "base/counter.h"
 #include "base/network/connection_limit.h"
 #include "base/network/inflow_limit.h"
 #include "base/network/reply_budget.h"
@@ -209,8 +210,7 @@ struct Relay::Impl {
   void takeLookers() {
     for (int i = 0; i < kSubscriptionsPerTurn && receive((*front)[kPreview], parts) != 0; ++i) {
       const std::string_view text = parts[0].to_string_view();
-      const bool takesRoom = !text.starts_with('\0') && !isOfInstrument(text);
-      (takesRoom ? network::inflow::take : network::inflow::release)(network::sourceOf(parts[0]), 1);
+      network::settleSubscription(parts[0], isOfInstrument(text));
       subscribers.count(parts[0], front->bound(kPreview));
       if (text.starts_with('\1')) ++lookers;
       if (text.starts_with('\0') && lookers > 0) --lookers;
@@ -250,8 +250,7 @@ struct Relay::Impl {
     int count = 0;
     for (; count < kSubscriptionsPerTurn && receive((*front)[kStream], parts) != 0; ++count) {
       const std::string_view text = parts[0].to_string_view();
-      const bool takesRoom = !text.starts_with('\0') && !isOfInstrument(text);
-      (takesRoom ? network::inflow::take : network::inflow::release)(network::sourceOf(parts[0]), 1);
+      network::settleSubscription(parts[0], isOfInstrument(text));
       subscribers.count(parts[0], front->bound(kStream));
       if (!text.starts_with('\1')) continue;
       for (const auto& [topic, kept] : descriptions) {
@@ -284,10 +283,7 @@ struct Relay::Impl {
       // [peer][empty][request]
       if (count != 3 || !parts[1].empty()) continue;
       const std::string why = pass(parts[0].to_string_view(), parts[2], now);
-      if (why.empty()) continue;
-      put((*front)[kControl], parts[0], true);
-      put((*front)[kControl], "", true);
-      put((*front)[kControl], errorReply(why), false);
+      if (!why.empty()) answer(parts[0].to_string_view(), network::copyOf(errorReply(why)), now);
     }
   }
 
@@ -304,25 +300,33 @@ struct Relay::Impl {
         request.to_string_view(), (user.empty() ? "somebody without a key" : "\"" + user + "\"") + " at " + address);
     if (!stated) return stated.error();
     const Route route{std::string(peer), who, network::sourceOf(request), generation};
-    if (put(control, route.text(), true) && put(control, "", true) && put(control, *stated, false)) return "";
+    auto forwarded = network::copyOf(*stated);
+    if (!forwarded) return "the gateway has no memory for this request";
+    if (putAddressed(control, route.text(), *std::move(forwarded))) return "";
     return "no instrument is there; is tractiond running?";
   }
 
-  void passReplies() {
+  /// Sends an answer to a client; counts it if there is no memory for it. A ROUTER's put() fails for no other reason.
+  void answer(std::string_view peer, std::optional<zmq::message_t> reply, std::int64_t now) {
+    if (putAddressed((*front)[kControl], peer, std::move(reply))) return;
+    unsent.add();
+    const std::string line = losses.next("an answer to a request could not be sent: no memory for it; " +
+                                             std::to_string(unsent.get()) + " since the start",
+                                         now);
+    if (!line.empty()) spdlog::warn("{}", line);
+  }
+
+  void passReplies(std::int64_t now) {
     for (int i = 0; i < kMessagesPerTurn; ++i) {
       const std::size_t count = receive(control, parts);
       if (count == 0) return;
       // [route][empty][reply]
       const std::optional<Route> route = Route::of(parts[0].to_string_view());
       if (count != 3 || !route || route->generation != generation) continue;
-      // Made before the first part is sent, so that a reply is sent as a whole or, without memory, not at all.
       auto reply = replies.allows(route->who, parts[2].size())
                        ? network::messageOf(parts[2].to_string(), replies.add(route->who, route->fd, parts[2].size()))
                        : network::copyOf(errorReply(kUnread));
-      if (!reply) continue;
-      put((*front)[kControl], route->peer, true);
-      put((*front)[kControl], "", true);
-      put((*front)[kControl], *reply, false);
+      answer(route->peer, std::move(reply), now);
     }
   }
 
@@ -372,13 +376,14 @@ struct Relay::Impl {
   RequestLimit requests;
   network::ReplyBudget replies{kWaitingReplies_bytes, kWaitingRepliesEach_bytes};
   network::PeerLimit subscribers{kSubscriptionsPerPeer}, askers{1000};
-  SeldomLine refusals, crowds;
+  SeldomLine refusals, crowds, losses;
   network::inflow::Report inflow;
   network::connections::Report connections;
   std::uint64_t refusedBefore = 0;
   std::int64_t heard_ns, looked_ns = 0, counted_ns = 0;
   bool silent = false;
   std::atomic<int> peers{0};
+  Counter unsent;
 
   zmq::context_t context{1};  ///< separate from the front's context: peers cannot affect the instrument's side
   zmq::socket_t stream{context, zmq::socket_type::sub};
@@ -416,7 +421,7 @@ tl::expected<void, Error> Relay::turn(milliseconds timeout) {
   self.replies.forgetRead();
   self.passLatest();
   self.passStream();
-  self.passReplies();
+  self.passReplies(now);
   self.front->serve();
   self.takeSubscriptions(now);
   self.takeLookers();
@@ -431,6 +436,10 @@ const std::vector<std::string>& Relay::bound(Way way) const {
 
 int Relay::peers() const {
   return impl_->peers;
+}
+
+std::uint64_t Relay::unsent() const {
+  return impl_->unsent.get();
 }
 
 }  // namespace tractiond::gateway

@@ -66,7 +66,12 @@ int serve(const Config& config, const std::filesystem::path& runtime) {
   });
   run({.loops = {&turns},
        .ended = [&] { return ended.load(); },
-       .statusLine = [&] { return std::to_string((*relay)->peers()) + " connections"; },
+       .statusLine =
+           [&] {
+             const std::uint64_t unsent = (*relay)->unsent();
+             return std::to_string((*relay)->peers()) + " connections" +
+                    (unsent == 0 ? "" : ", " + std::to_string(unsent) + " answers not sent, as there was no memory");
+           },
        .reload = []() -> std::function<void()> {
          return [] { spdlog::info("keys are looked at all the time; the configuration wants a restart"); };
        }});

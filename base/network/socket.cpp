@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <charconv>
 #include <filesystem>
 #include <optional>
 #include <utility>
@@ -32,15 +31,6 @@ Error explain(const std::string& endpoint, int error) {
   default:
     return {EX_CONFIG, "cannot publish at " + endpoint + ": " + zmq_strerror(error), "", ""};
   }
-}
-
-/// Returns why a port cannot be bound: ZeroMQ would take it modulo 65536.
-std::optional<Error> checkPort(const std::string& endpoint) {
-  const std::string port = endpoint.substr(endpoint.rfind(':') + 1);
-  unsigned number = 0;
-  const auto [end, failed] = std::from_chars(port.data(), port.data() + port.size(), number);
-  if (port == "*" || (failed == std::errc() && *end == '\0' && number <= 65535)) return std::nullopt;
-  return Error{EX_CONFIG, "the port of " + endpoint + " is not a number from 0 to 65535", "", ""};
 }
 
 }  // namespace
@@ -67,10 +57,8 @@ tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const 
   const auto type = static_cast<zmq::socket_type>(socket.get(zmq::sockopt::type));
   const Charge charge = type == zmq::socket_type::router ? Charge::kRequests : Charge::kSubscriptions;
   for (const std::string& endpoint : endpoints) {
-    std::optional<Error> error;
     inflow::watch(endpoint, charge);  // before a peer can connect
-    if (endpoint.starts_with("tcp://")) error = checkPort(endpoint);
-    if (endpoint.starts_with("ipc://")) error = checkSocketFile(endpoint);
+    std::optional<Error> error = checkEndpoint(endpoint);
     try {
       if (!error) socket.bind(endpoint);
     } catch (const zmq::error_t& thrown) {
@@ -138,6 +126,11 @@ std::optional<zmq::message_t> copyOf(std::string_view bytes) try {
   return zmq::message_t(bytes.data(), bytes.size());
 } catch (const zmq::error_t&) {
   return std::nullopt;
+}
+
+void settleSubscription(zmq::message_t& message, bool isKnown) {
+  const bool takesRoom = !message.to_string_view().starts_with('\0') && !isKnown;
+  (takesRoom ? inflow::take : inflow::release)(sourceOf(message), 1);
 }
 
 bool cutOff(int fd, const std::vector<std::string>& bound) {

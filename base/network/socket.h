@@ -20,17 +20,19 @@ namespace tractiond::network {
 
 /// Sets the options that protect a socket from its peers, among them TCP keep-alive and a limit of 0.5 s for a
 /// handshake. The number of messages from peers is not limited: see bind(). Closing the socket's context then takes up
-/// to 0.1 s. Must be called before bind(). \throws zmq::error_t if the socket is not open
+/// to 0.1 s. Must be called before bind(), which an option set later would not affect; until then no peer can connect.
+/// \throws zmq::error_t if the socket is not open
 /// \param highWaterMark messages queued for one slow peer; further ones are lost
 /// \param largestMessage bytes of one part from a peer; a peer that sends more is cut off
 void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage);
 
 /// Binds a ROUTER or a publisher to all endpoints (tcp://ADDRESS:PORT, PORT * for any free one, or ipc://PATH in an
-/// existing directory) and returns them as bound. Replaces a socket file on which no process listens; the file's mode
-/// is 0660. Bounds what peers can make ZeroMQ hold (inflow_limit.h) until release(). Errors: EX_CONFIG for an endpoint
-/// that is not valid, EX_UNAVAILABLE if it is in use or not an address of this machine, EX_CANTCREAT if its directory
-/// does not exist or another kind of file has its path, EX_NOPERM. After an error the socket must be closed: endpoints
-/// before the faulty one are still bound.
+/// existing directory) and returns them as bound. Replaces a socket file on which no process listens
+/// (checkEndpoint()); the file's mode is 0660, and until that is set the one of the process's umask. The socket must
+/// be guarded (guard()). Bounds what peers can make ZeroMQ hold (inflow_limit.h) until release(). Errors: EX_CONFIG for
+/// an endpoint that is not valid, EX_UNAVAILABLE if it is in use or not an address of this machine, EX_CANTCREAT if its
+/// directory does not exist or another kind of file has its path, EX_NOPERM. After an error the socket must be closed:
+/// endpoints before the faulty one are still bound.
 tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const std::vector<std::string>& endpoints);
 
 /// Ends what bind() began: stops watching the endpoints' connections, and removes the files of ipc endpoints, which
@@ -52,6 +54,11 @@ std::optional<zmq::message_t> messageOf(std::string bytes, std::shared_ptr<Reply
 
 /// Returns a message with a copy of these bytes; without a value if ZeroMQ has no memory for it.
 std::optional<zmq::message_t> copyOf(std::string_view bytes);
+
+/// Must be called for each message that a publisher's socket receives. Keeps its charge (inflow_limit.h) if it begins a
+/// subscription, which ZeroMQ holds from now on; releases it otherwise. \param isKnown it is to a topic of this
+/// publisher, or to all that begin alike: ZeroMQ holds nothing more for it
+void settleSubscription(zmq::message_t& message, bool isKnown);
 
 /// Ends a peer's connection, for both directions. Returns whether it did: false if `fd` is no connection to one of
 /// these endpoints, or has ended. \param fd of the connection, as sourceOf() returned it \param bound as bind()

@@ -6,13 +6,23 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
 #include <string_view>
 
 namespace tractiond::network {
 namespace {
 
-constexpr std::string_view kIpc = "ipc://", kNoFile = "ipc://@";
+constexpr std::string_view kIpc = "ipc://", kNoFile = "ipc://@", kTcp = "tcp://";
+
+/// Returns why a port cannot be bound: ZeroMQ would take it modulo 65536.
+std::optional<Error> checkPort(const std::string& endpoint) {
+  const std::string port = endpoint.substr(endpoint.rfind(':') + 1);
+  unsigned number = 0;
+  const auto [end, failed] = std::from_chars(port.data(), port.data() + port.size(), number);
+  if (port == "*" || (failed == std::errc() && *end == '\0' && number <= 65535)) return std::nullopt;
+  return Error{EX_CONFIG, "the port of " + endpoint + " is not a number from 0 to 65535", "", ""};
+}
 
 }  // namespace
 
@@ -20,8 +30,9 @@ std::string socketFileOf(const std::string& endpoint) {
   return endpoint.starts_with(kIpc) && !endpoint.starts_with(kNoFile) ? endpoint.substr(kIpc.size()) : "";
 }
 
-std::optional<Error> checkSocketFile(const std::string& endpoint) {
+std::optional<Error> checkEndpoint(const std::string& endpoint) {
   namespace fs = std::filesystem;
+  if (endpoint.starts_with(kTcp)) return checkPort(endpoint);
   if (!endpoint.starts_with(kIpc) || endpoint.starts_with(kNoFile)) return std::nullopt;
   const fs::path path = socketFileOf(endpoint);
   sockaddr_un address{};

@@ -1,4 +1,5 @@
-// Socket files of ipc endpoints, which ZeroMQ replaces without looking. The functions are reentrant.
+// What ZeroMQ does not check of an endpoint: socket files, which it replaces, and ports, which it takes modulo 65536.
+// The functions are reentrant.
 #pragma once
 
 #include "base/error.h"
@@ -11,10 +12,12 @@ namespace tractiond::network {
 /// Returns the path of an endpoint's socket file; empty if it has none: ipc://@NAME, or no ipc endpoint.
 std::string socketFileOf(const std::string& endpoint);
 
-/// Returns why the socket file of an endpoint cannot be bound; nothing if it can, or if the endpoint has none. ZeroMQ
-/// would remove whatever has its path, also a socket in use. Errors: EX_CONFIG if the path is too long, EX_CANTCREAT if
+/// Returns why an endpoint must not be bound: the port of tcp://ADDRESS:PORT is not a number from 0 to 65535 or *, or
+/// something else has the path of its socket file, which ZeroMQ would remove, also a socket in use. Returns nothing if
+/// there is no such reason. Errors: EX_CONFIG if the port is wrong or the path too long, EX_CANTCREAT if
 /// its directory does not exist or something has its path that is not a socket, EX_UNAVAILABLE if a process listens at
-/// it.
-std::optional<Error> checkSocketFile(const std::string& endpoint);
+/// it. What takes the path between this check and the binding is lost, as no one can lock a path: that needs the
+/// permission to write into the directory, and a second daemon is kept from its own by OwnDirectory.
+std::optional<Error> checkEndpoint(const std::string& endpoint);
 
 }  // namespace tractiond::network

@@ -69,7 +69,7 @@ Repeater::Repeater(const std::string& endpoint)
     : impl_(std::make_unique<Impl>()) {
   impl_->socket.set(zmq::sockopt::linger, 1000);
   impl_->socket.set(zmq::sockopt::xpub_verbose, true);  // reports later subscribers, too
-  if (const auto error = tractiond::network::checkSocketFile(endpoint)) {
+  if (const auto error = tractiond::network::checkEndpoint(endpoint)) {
     throw Error(ErrorCode::kBadEndpoint, error->what);
   }
   openAt(endpoint, [&] { impl_->socket.bind(endpoint); });

@@ -28,8 +28,9 @@ class TruthListener {
 /// Publishes recorded messages as tractiond publishes its stream. Thread-bound.
 class Repeater {
  public:
-  /// Binds the ZeroMQ endpoint, "tcp://ADDRESS:PORT" or "ipc:///PATH"; port * takes a free one. Replaces a socket file
-  /// on which no process listens. \throws Error kBadEndpoint, also if it is in use, or its path is that of another file
+  /// Binds the ZeroMQ endpoint, "tcp://ADDRESS:PORT" or "ipc:///PATH"; port * or 0 takes a free one. Replaces a socket
+  /// file on which no process listens. \throws Error kBadEndpoint, also if it is in use, its port is no number from 0
+  /// to 65535, or its path is that of another file
   explicit Repeater(const std::string& endpoint);
   /// Waits up to a second for slow readers.
   ~Repeater();

@@ -76,10 +76,16 @@ void checkKeys(const Patient& patient, List& findings) {
                         ownCommand("root", "755", folder)});
     return;
   }
+  const Box::Listing files = patient.box.list(folder);
+  if (files.error != 0) {
+    findings.push_back(
+        {"keys", Verdict::kUnknown, "not known: " + folder + " cannot be listed: " + std::strerror(files.error)});
+    return;
+  }
   const auto gateway = idOf(patient.box, "/etc/group", "traction-gateway");
   int keys = 0;
   std::string unknown;
-  for (const std::string& name : patient.box.list(folder)) {
+  for (const std::string& name : files.names) {
     const std::string file = folder + "/" + name;
     const Box::Look one = patient.box.look(file);
     if (one.error != 0) {

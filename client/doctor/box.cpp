@@ -57,14 +57,15 @@ std::optional<double> Box::number(const std::string& path) const {
   return error == std::errc() && end == text->data() + text->size() ? std::optional(value) : std::nullopt;
 }
 
-std::vector<std::string> Box::list(const std::string& path) const {
-  std::vector<std::string> names;
+Box::Listing Box::list(const std::string& path) const {
+  Listing listing;
   std::error_code failure;
   for (fs::directory_iterator each(at(path), failure), end; !failure && each != end; each.increment(failure)) {
-    names.push_back(each->path().filename());
+    listing.names.push_back(each->path().filename());
   }
-  std::sort(names.begin(), names.end());
-  return names;
+  std::sort(listing.names.begin(), listing.names.end());
+  listing.error = failure.value();
+  return listing;
 }
 
 std::string Box::target(const std::string& path) const {
@@ -146,7 +147,7 @@ std::optional<Box::Ran> Box::run(const std::vector<std::string>& words) const {
 
 std::vector<Process> processesOf(const Box& box) {
   std::vector<Process> all;
-  for (const std::string& name : box.list("/proc")) {
+  for (const std::string& name : box.list("/proc").names) {
     if (name.find_first_not_of("0123456789") != std::string::npos) continue;
     const auto comm = box.line("/proc/" + name + "/comm");
     if (!comm) continue;  // the process has ended

@@ -36,8 +36,12 @@ class Box {
   std::optional<std::string> line(const std::string& path) const;
   /// Returns the number that the first line consists of; nothing if it is not a number, or cannot be read.
   std::optional<double> number(const std::string& path) const;
-  /// Returns the names in a directory, sorted; none if it cannot be read.
-  std::vector<std::string> list(const std::string& path) const;
+  struct Listing {
+    std::vector<std::string> names;  ///< sorted; those that came before an error, if there is one
+    int error = 0;                   ///< errno; 0: none, and these are all
+  };
+  /// Returns the names in a directory.
+  Listing list(const std::string& path) const;
   /// Returns the target of a symbolic link as the link states it; empty if it cannot be read or is no link.
   std::string target(const std::string& path) const;
   /// Returns whether the path, with its symbolic links followed, exists and can be reached.

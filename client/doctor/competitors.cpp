@@ -99,7 +99,7 @@ const Process* ownerOf(const Patient& patient, const std::string& inode) {
   for (const Process& process : patient.processes) {
     std::string folder = "/proc/";
     folder.append(std::to_string(process.id)).append("/fd/");
-    for (const std::string& descriptor : patient.box.list(folder)) {
+    for (const std::string& descriptor : patient.box.list(folder).names) {
       if (patient.box.target(folder + descriptor) == socket) return &process;
     }
   }

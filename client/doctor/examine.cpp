@@ -44,12 +44,12 @@ std::set<std::string> namesOf(const Patient& patient) {
   const auto add = [&](std::string name) {
     if (isValidName(name)) names.insert(std::move(name));
   };
-  for (const std::string& file : patient.box.list(kFolder)) {
+  for (const std::string& file : patient.box.list(kFolder).names) {
     const std::filesystem::path path(file);
     if (path.extension() == ".toml") add(path.stem());
   }
   const std::string unit = "tractiond@", kind = ".service";
-  for (const std::string& file : patient.box.list("/etc/systemd/system/multi-user.target.wants")) {
+  for (const std::string& file : patient.box.list("/etc/systemd/system/multi-user.target.wants").names) {
     if (file.rfind(unit, 0) == 0 && file.size() > unit.size() + kind.size())
       add(file.substr(unit.size(), file.size() - unit.size() - kind.size()));
   }

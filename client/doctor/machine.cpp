@@ -15,7 +15,7 @@ void checkGovernor(const Patient& patient, List& findings) {
   const std::string folder = "/sys/devices/system/cpu";
   int processors = 0, slow = 0;
   std::string other;
-  for (const std::string& name : patient.box.list(folder)) {
+  for (const std::string& name : patient.box.list(folder).names) {
     if (name.rfind("cpu", 0) != 0 || name.find_first_of("0123456789") != 3) continue;
     std::string file = folder;
     const auto governor = patient.box.line(file.append("/").append(name).append("/cpufreq/scaling_governor"));
@@ -92,7 +92,7 @@ void checkUsbMemory(const Patient& patient, List& findings) {
 std::vector<std::string> usbCameras(const Box& box) {
   const std::string folder = "/sys/bus/usb/devices/";
   std::vector<std::string> devices;
-  for (const std::string& name : box.list(folder)) {
+  for (const std::string& name : box.list(folder).names) {
     const bool isVision =
         box.line(folder + name + "/bInterfaceClass") == "ef" && box.line(folder + name + "/bInterfaceSubClass") == "05";
     const std::string device = name.substr(0, name.find(':'));  // of the interface 2-1:1.0

@@ -71,7 +71,9 @@ std::optional<ContactReading> ContactFit::operator()(const sensor::Camera& camer
   seen.camera = camera;
   const sensor::Projection projection(camera, sensor_.gel.size.z());
   const PictureMotionFit motionFit(seen);
-  const auto whole = motionFit(displacements);
+  std::vector<std::uint8_t> counts(displacements.valid.begin(), displacements.valid.end());
+  for (std::size_t m = 0; m < counts.size(); ++m) counts[m] = counts[m] != 0 && variance_px2[m] > 0.0F ? 1 : 0;
+  const auto whole = motionFit({displacements.value_px, counts});
   if (!whole) return std::nullopt;
 
   const Eigen::Index rows = 2 * markers_.cols();
@@ -80,7 +82,7 @@ std::optional<ContactReading> ContactFit::operator()(const sensor::Camera& camer
   std::vector<float> deformation(displacements.value_px.begin(), displacements.value_px.end());
   int coordinates = 0;
   for (Eigen::Index m = 0; m < markers_.cols(); ++m) {
-    const bool valid = displacements.valid[m] != 0 && variance_px2[m] > 0.0F;
+    const bool valid = counts[m] != 0;
     for (int k = 0; k < 4; ++k) {
       motions.col(k).segment<2>(2 * m) = motionFit.at(static_cast<int>(m), Eigen::Vector4d::Unit(k));
     }
@@ -128,7 +130,7 @@ std::optional<ContactReading> ContactFit::operator()(const sensor::Camera& camer
     return shape;
   };
 
-  const Eigen::Vector2d about = largestBulge(seen, {deformation, displacements.valid}, 0.0).place;
+  const Eigen::Vector2d about = largestBulge(seen, {deformation, counts}, 0.0).place;
   Fit best;
   for (int y = -kFirstReach; y <= kFirstReach; ++y) {
     for (int x = -kFirstReach; x <= kFirstReach; ++x) {

@@ -29,9 +29,10 @@ class ContactFit {
   explicit ContactFit(const sensor::Sensor& sensor, const sensor::elastic::Progress& progress = {});
 
   /// Fits the contact, with a radius limited to 0.5 to 15 mm and within the sides of the gel. Returns nothing if fewer
-  /// than ten markers are valid or the fit fails. A poor fit is returned: then residual_px is far above expected_px.
-  /// \param camera through which the displacements are seen \param motion deviations of the picture's motion \param
-  /// variance_px2 M, variance of each of a marker's coordinates; not above 0: the marker is ignored
+  /// than ten markers are valid and not ignored, or the fit fails. A poor fit is returned: then residual_px is far
+  /// above expected_px. \param camera through which the displacements are seen \param motion deviations of the
+  /// picture's motion \param variance_px2 M, variance of each of a marker's coordinates; not above 0: the marker is
+  /// ignored
   std::optional<ContactReading> operator()(const sensor::Camera& camera, const sensor::PictureMotion& motion,
                                            const Displacements& displacements,
                                            std::span<const float> variance_px2) const;

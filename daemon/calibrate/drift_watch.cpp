@@ -11,6 +11,7 @@ DriftWatch::DriftWatch(const sensor::Sensor& sensor, const DriftOptions& options
     , options_(options)
     , fit_(sensor)
     , mean_px_(2 * static_cast<std::size_t>(sensor.markerCount()))
+    , seen_ns_(static_cast<std::size_t>(sensor.markerCount()))
     , rest_px_(mean_px_.size()) {}
 
 void DriftWatch::add(const MarkerField& field) {
@@ -19,6 +20,7 @@ void DriftWatch::add(const MarkerField& field) {
     zero_ = field.zero;
     drift_ = {};
     std::ranges::fill(mean_px_, 0.0F);
+    std::ranges::fill(seen_ns_, 0);
     warned_ = false;
   }
   const auto motion = fit_({field.displacement_px, field.valid});
@@ -31,9 +33,10 @@ void DriftWatch::add(const MarkerField& field) {
   if (largestBulge(sensor_, {rest_px_, field.valid}, options_.allowance_px).found()) return;
 
   const std::int64_t now_ns = field.info.times.received_ns;
-  double share = 1.0;
-  if (drift_.seen_ns != 0)
-    share = -std::expm1(-1e-9 * static_cast<double>(now_ns - drift_.seen_ns) / options_.average_s);
+  const auto shareSince = [&](std::int64_t seen_ns) {
+    return seen_ns == 0 ? 1.0 : -std::expm1(-1e-9 * static_cast<double>(now_ns - seen_ns) / options_.average_s);
+  };
+  const double share = shareSince(drift_.seen_ns);
   const auto follow = [share](double& mean, double value) { mean += share * (value - mean); };
   follow(drift_.shiftU_px, motion->value[0]);
   follow(drift_.shiftV_px, motion->value[1]);
@@ -42,8 +45,9 @@ void DriftWatch::add(const MarkerField& field) {
   double square = 0.0;
   for (std::size_t i = 0; i < field.valid.size(); ++i) {
     if (!field.valid[i]) continue;
+    const auto own = static_cast<float>(shareSince(std::exchange(seen_ns_[i], now_ns)));
     for (const std::size_t c : {2 * i, 2 * i + 1}) {
-      mean_px_[c] += static_cast<float>(share) * (rest_px_[c] - mean_px_[c]);
+      mean_px_[c] += own * (rest_px_[c] - mean_px_[c]);
       square += mean_px_[c] * mean_px_[c];
     }
   }

@@ -20,8 +20,9 @@ class DriftWatch {
   explicit DriftWatch(const sensor::Sensor& sensor, const DriftOptions& options = {});
 
   /// Adds a frame to the means. Ignores a frame with a touch, with kFewMarkers, with fewer than ten valid markers, or
-  /// without a zero (MarkerField::zero all 0). Starts anew when the zero changes. \param field of the sensor's markers;
-  /// its `received_ns` is the time
+  /// without a zero (MarkerField::zero all 0). Starts anew when the zero changes. A mean begins with its first value
+  /// after the zero, a marker's with the first frame that shows it, and a value weighs the more the longer the one
+  /// before is ago. \param field of the sensor's markers; its `received_ns` is the time
   void add(const MarkerField& field);
 
   /// Returns the means, of which seen_ns is the time of the last frame that was used; 0: none since the zero.
@@ -39,7 +40,8 @@ class DriftWatch {
   DriftOptions options_;
   PictureMotionFit fit_;
   RestDrift drift_;
-  std::vector<float> mean_px_;  ///< 2 M
+  std::vector<float> mean_px_;         ///< 2 M
+  std::vector<std::int64_t> seen_ns_;  ///< M, time of the last frame that showed the marker and was used; 0: none
   std::vector<float> rest_px_;  ///< 2 M, displacements in this frame without the picture's motion
   Id zero_{};
   bool warned_ = false;

@@ -1,6 +1,7 @@
 #include "daemon/publish/control.h"
 
 #include "base/clock.h"
+#include "base/counter.h"
 #include "base/network/inflow_limit.h"
 #include "base/network/socket.h"
 #include "daemon/publish/wire_control.h"
@@ -67,33 +68,34 @@ struct ControlServer::Impl {
     auto message = messageFor(routes[0], bytes);
     std::uint64_t lost = 0;
     for (const Route& route : routes) {
-      zmq::message_t shared;
-      // Copied before the first part is sent, so that a reply is sent as a whole or not at all.
-      if (!message || zmq_msg_copy(shared.handle(), message->handle()) < 0) {
+      // All parts are made before the first is sent, so that a reply is sent as a whole or not at all.
+      auto peer = network::copyOf(route.peer), beyond = network::copyOf(route.beyond);
+      zmq::message_t empty, shared;
+      if (!message || !peer || !beyond || zmq_msg_copy(shared.handle(), message->handle()) < 0) {
         ++lost;
         continue;
       }
       // ROUTER drops what is for a peer that has gone or does not read.
-      const auto put = [this](std::string_view part, int flags) {
-        while (zmq_send(socket.handle(), part.data(), part.size(), flags) < 0 && zmq_errno() == EINTR) {
+      const auto put = [this](zmq::message_t& part, int flags) {
+        while (zmq_msg_send(part.handle(), socket.handle(), flags) < 0 && zmq_errno() == EINTR) {
         }
       };
-      put(route.peer, ZMQ_SNDMORE);
-      if (!route.beyond.empty()) put(route.beyond, ZMQ_SNDMORE);
-      put("", ZMQ_SNDMORE);
-      while (zmq_msg_send(shared.handle(), socket.handle(), ZMQ_DONTWAIT) < 0 && zmq_errno() == EINTR) {
-      }
+      put(*peer, ZMQ_SNDMORE);
+      if (!route.beyond.empty()) put(*beyond, ZMQ_SNDMORE);
+      put(empty, ZMQ_SNDMORE);
+      put(shared, ZMQ_DONTWAIT);
     }
     if (lost > 0) count(lost);
   }
 
   /// Counts answers for which ZeroMQ had no memory.
   void count(std::uint64_t lost) {
-    unsent += lost;
+    unsent.add(lost);
     const std::int64_t now_ns = monotonicNow();
     if (!handlers.warn || (warned_ns && now_ns - *warned_ns < 1'000'000'000)) return;
     warned_ns = now_ns;
-    handlers.warn(std::to_string(unsent) + (unsent == 1 ? " answer" : " answers") +
+    const std::uint64_t all = unsent.get();
+    handlers.warn(std::to_string(all) + (all == 1 ? " answer" : " answers") +
                   " to requests could not be sent: " + zmq_strerror(ENOMEM));
   }
 
@@ -191,7 +193,7 @@ struct ControlServer::Impl {
   network::PeerLimit peers{kRequestsPerSecond};
   network::ReplyBudget replies{kWaiting_bytes, kWaitingEach_bytes};
   std::int64_t counted_ns = 0;
-  std::uint64_t unsent = 0;               ///< answers for which there was no memory
+  Counter unsent;                         ///< answers for which there was no memory
   std::optional<std::int64_t> warned_ns;  ///< when handlers.warn was called last
   zmq::context_t context{1};  ///< its own: what peers send here does not keep the publisher's thread from sending
   zmq::socket_t socket{context, zmq::socket_type::router};
@@ -258,7 +260,7 @@ bool ControlServer::zeroPending() const {
 }
 
 std::uint64_t ControlServer::unsent() const {
-  return impl_->unsent;
+  return impl_->unsent.get();
 }
 
 const std::vector<std::string>& ControlServer::endpoints() const {

@@ -41,10 +41,10 @@ struct ControlHandlers {
   std::function<void(const std::string&)> warn = {};
 };
 
-/// Thread-bound. A request that is malformed or unknown is answered with an error or dropped. So are requests of a
-/// client that does not read its answers, and a request for a zero, a picture or the camera for which 64 wait already.
-/// The connection of a client that sends a part of more than 64 KiB, or more than 1,000 requests in a second, is ended.
-/// An answer for which ZeroMQ has no memory is dropped, and counted by unsent().
+/// Thread-bound, except for unsent(). A request that is malformed or unknown is answered with an error or dropped. So
+/// are requests of a client that does not read its answers, and a request for a zero, a picture or the camera for which
+/// 64 wait already. The connection of a client that sends a part of more than 64 KiB, or more than 1,000 requests in a
+/// second, is ended. An answer for which ZeroMQ has no memory is dropped, and counted (unsent()).
 class ControlServer {
  public:
   /// Binds to ZeroMQ endpoints: "ipc://PATH", whose directory must exist, or "tcp://ADDRESS:PORT", where port * takes a
@@ -79,7 +79,7 @@ class ControlServer {
   /// Returns whether a client waits for answerZero().
   bool zeroPending() const;
 
-  /// Returns the number of answers that were dropped because ZeroMQ had no memory for them.
+  /// Returns the number of answers that were dropped because ZeroMQ had no memory for them. Any thread.
   std::uint64_t unsent() const;
 
   /// Returns the endpoints as they were bound.

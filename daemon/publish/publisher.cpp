@@ -175,8 +175,7 @@ struct Publisher::Impl {
         return;
       }
       const std::string_view text = message.to_string_view();
-      const bool takesRoom = !text.starts_with('\0') && !isOfOurs(text);
-      (takesRoom ? network::inflow::take : network::inflow::release)(network::sourceOf(message), 1);
+      network::settleSubscription(message, isOfOurs(text));
       heedPreviews(text);
       if (!text.starts_with('\1')) continue;
       if (std::string_view(topics[kDescription]).starts_with(text.substr(1))) descriptionDue = true;

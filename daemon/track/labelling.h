@@ -23,12 +23,21 @@ class Labeller {
   /// \param spots largest number of spots per layer
   Labeller(const std::vector<Lattice>& lattices, int width_px, int height_px, int spots);
 
-  /// Labels the spots. The picture may be shifted, turned and scaled against the reference, and the gel deformed, as
-  /// long as neighbours' displacements differ by less than about 0.4 of the spacing. Returns false, with undefined
-  /// outputs, if some layer shows fewer than options.least of its markers, or no connected group of spots with more
-  /// than half as many as it has markers. \param spots per layer, those of its colour \param reference_px expected
-  /// places, by marker of all layers \param place_px place of each labelled marker; the others stay as they are \param
-  /// labelled 1: labelled, 0: not
+  /// Decides which spot is which marker, in three steps. (1) In each layer, in their order, grows a group of labelled
+  /// spots from a seed: one marker after the other, the one with most labelled neighbours first, takes the spot at the
+  /// place that these predict. (2) Rates every shift of a group's labels by whole columns and rows: spots outside the
+  /// lattice, markers without a spot where the picture should show one, and the distance from the reference count
+  /// against it. (3) Applies the best shift; of two layers, the pair that also moves alike.
+  ///
+  /// The picture may be shifted, turned and scaled against the reference, and the gel deformed, as long as neighbours'
+  /// displacements differ by less than about 0.4 of the spacing. Returns false, with undefined outputs, if some layer's
+  /// largest group has at most half as many spots as it has markers, or if fewer than options.least of its markers are
+  /// labelled in the end. There is no other error: sizes are not checked.
+  /// \param spots per layer, in the order of the lattices: those of its colour, in any order, and at most as many as
+  /// the constructor was told
+  /// \param reference_px expected places, by marker of all layers; also of those that the picture does not show
+  /// \param place_px by marker of all layers: the place of each labelled one; the others stay as they are
+  /// \param labelled likewise; 1: labelled, 0: not
   bool label(std::span<const std::span<const Spot>> spots, std::span<const Vector> reference_px,
              const LabelOptions& options, std::span<Vector> place_px, std::span<std::uint8_t> labelled);
 

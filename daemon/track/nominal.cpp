@@ -15,16 +15,6 @@
 namespace tractiond::track {
 namespace {
 
-float spacing(std::span<const Vector> places, const Lattice& lattice) {
-  const Vector across = places[lattice.at(lattice.columns - 1, 0)] - places[lattice.at(0, 0)];
-  return std::sqrt(across.squared()) / static_cast<float>(lattice.columns - 1);
-}
-
-float columnSpacing(std::span<const Vector> places, const Lattice& lattice) {
-  const Vector down = places[lattice.at(0, lattice.rows - 1)] - places[lattice.at(0, 0)];
-  return std::sqrt(down.squared()) / static_cast<float>(lattice.rows - 1);
-}
-
 tl::unexpected<Error> error(std::string what, std::string remedy) {
   return tl::make_unexpected(Error{EX_CONFIG, std::move(what), "", std::move(remedy)});
 }
@@ -51,7 +41,12 @@ double markerRadius(const sensor::Sensor& sensor, const sensor::MarkerLayer& lay
 
 float smallestSpacing(std::span<const Vector> places_px, std::span<const Lattice> lattices) {
   float least = std::numeric_limits<float>::max();
-  for (const Lattice& lattice : lattices) least = std::min(least, spacing(places_px, lattice));
+  for (const Lattice& lattice : lattices) {
+    const Vector across = places_px[lattice.at(lattice.columns - 1, 0)] - places_px[lattice.at(0, 0)];
+    const Vector down = places_px[lattice.at(0, lattice.rows - 1)] - places_px[lattice.at(0, 0)];
+    least = std::min({least, std::sqrt(across.squared()) / static_cast<float>(lattice.columns - 1),
+                      std::sqrt(down.squared()) / static_cast<float>(lattice.rows - 1)});
+  }
   return least;
 }
 
@@ -87,7 +82,7 @@ tl::expected<void, Error> trackable(const sensor::Sensor& sensor) {
                                                      0.95 * largest_px / (2.0 * radius_px))
                                        : "bring the camera nearer, or take a longer lens or a larger picture"));
     }
-    if (std::min(spacing(places, lattice), columnSpacing(places, lattice)) < 3.5 * radius_px) {
+    if (smallestSpacing(places, {&lattice, 1}) < 3.5 * radius_px) {
       return error("markers closer to each other than 1.75 of their diameters", "give the layer a wider pitch");
     }
   }

@@ -2,15 +2,14 @@
 // before each frame, as a camera at 60 frames/s and the machine's other work do.
 #include "daemon/solve/factors_cache.h"
 #include "daemon/solve/model_solver.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/solve/sensors.h"
 
 #include <benchmark/benchmark.h>
-#include <stdlib.h>
 #include <sys/resource.h>
 
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
 #include <random>
 
 namespace tractiond::solve {
@@ -18,25 +17,13 @@ namespace {
 
 const sensor::Sensor kSensor;
 
-class StateDirectory {
- public:
-  StateDirectory() {
-    if (mkdtemp(name_.data()) == nullptr) name_.clear();  // nothing is cached then
-  }
-  ~StateDirectory() { std::filesystem::remove_all(name_); }
-  std::filesystem::path path() const { return name_; }
-
- private:
-  std::string name_ = (std::filesystem::temp_directory_path() / "solve-bench-XXXXXX").string();
-};
-
 const Atoms& theAtoms() {
   static const Atoms atoms = makeAtoms(kSensor);
   return atoms;
 }
 
 const Factors& theFactors() {
-  static const StateDirectory directory;
+  static const test::TemporaryFolder directory;
   static const Factors factors = *loadOrComputeFactors(kSensor, theAtoms(), SolveOptions{}, directory.path());
   return factors;
 }
@@ -156,7 +143,7 @@ void solveChanging(benchmark::State& state) {
 /// A new sensor's start: influence matrix of the block, factors, cache. The peak is the process's: run it first or
 /// alone.
 void prepareCold(benchmark::State& state) {
-  const StateDirectory directory;
+  const test::TemporaryFolder directory;
   for (auto _ : state) {
     benchmark::DoNotOptimize(loadOrComputeFactors(kSensor, theAtoms(), SolveOptions{}, directory.path()));
   }
@@ -166,7 +153,7 @@ void prepareCold(benchmark::State& state) {
 }
 
 void prepareWarm(benchmark::State& state) {
-  const StateDirectory directory;
+  const test::TemporaryFolder directory;
   benchmark::DoNotOptimize(loadOrComputeFactors(kSensor, theAtoms(), SolveOptions{}, directory.path()));
   for (auto _ : state)
     benchmark::DoNotOptimize(loadOrComputeFactors(kSensor, theAtoms(), SolveOptions{}, directory.path()));

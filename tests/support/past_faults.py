@@ -144,10 +144,11 @@ FAULTS = [Fault(*one) for one in [
          "} else if (account.charged_bytes > 1000 * kMostTogether_bytes) {"),
     ]),
     ("taken-back", "4883720", "a client is charged for subscriptions that it has taken back", [
-        (PUBLISHER, "const bool takesRoom = !text.starts_with('\\0') && !isOfOurs(text);", "const bool takesRoom = !isOfOurs(text);"),
+        ("base/network/socket.cpp", "const bool takesRoom = !message.to_string_view().starts_with('\\0') && !isKnown;",
+         "const bool takesRoom = !isKnown;"),
     ]),
     ("passed-on", "8964da1", "a request that is passed on is not answered through who passed it on", [
-        (CONTROL, "if (!route.beyond.empty()) put(route.beyond, ZMQ_SNDMORE);", ""),
+        (CONTROL, "if (!route.beyond.empty()) put(*beyond, ZMQ_SNDMORE);", ""),
     ]),
     ("short-links", "795f824", "links are too short for a stall of 80 ms", [
         ("daemon/pipeline.h", "Link<MarkerField, kSlots> markers_;", "Link<MarkerField, 4> markers_;"),

@@ -1,11 +1,11 @@
 #include "daemon/calibrate/calibration.h"
 #include "daemon/calibrate/drift_watch.h"
 #include "sensor/gel_file.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/calibrate/markers.h"
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -69,10 +69,7 @@ class CalibrationTest : public testing::Test {
     const Seen rest(projected(sensor_, sensor::markerPositions(sensor_.layers)), 0.003, 9);
     zero_.position_px = rest.value_px;
     zero_.present = rest.valid;
-    std::string folder = std::filesystem::temp_directory_path() / "traction-calibration-XXXXXX";
-    folder_ = mkdtemp(folder.data());
   }
-  ~CalibrationTest() override { std::filesystem::remove_all(folder_); }
 
   std::optional<Result> begin(const CalibrationStep& step) {
     return calibration_.begin(step, &zero_, "Camera-1", folder_);
@@ -96,7 +93,8 @@ class CalibrationTest : public testing::Test {
 
   sensor::Sensor sensor_ = coarse();
   RestPose zero_;
-  std::filesystem::path folder_;
+  const test::TemporaryFolder temporary_;
+  const std::filesystem::path& folder_ = temporary_.path();
   Calibration calibration_{sensor_};
   Frames frames_{sensor_};
 };
@@ -304,6 +302,30 @@ TEST(DriftWatch, StartsAnewWithAZeroAndIgnoresFramesWithoutOne) {
   fresh.add(field);
   EXPECT_GT(fresh.drift().rms_px, 0.0);
   EXPECT_EQ(watch.drift().rms_px, fresh.drift().rms_px);
+}
+
+TEST(DriftWatch, TakesTheFirstValueOfALateMarkerAndOneAfterALongTimeAsTheyAre) {
+  const sensor::Sensor sensor = coarse();
+  DriftWatch watch(sensor);
+  Frames frames(sensor);
+  constexpr std::int64_t kMoment_ns = 1, kLong_ns = 60'000'000'000;
+  constexpr std::size_t kLate = 40;
+  MarkerField& field = frames.field();
+  const auto add = [&](std::int64_t after_ns, bool late, float away_px) {
+    field.info.times.received_ns += after_ns;
+    for (std::size_t i = 0; i < kLate; ++i) {
+      field.valid[i] = late ? 1 : 0;
+      field.displacement_px[2 * i] = field.displacement_px[2 * i + 1] = i % 2 == 0 ? away_px : -away_px;
+    }
+    field.validCount = sensor.markerCount() - (late ? 0 : static_cast<int>(kLate));
+    watch.add(field);
+    return watch.drift().rms_px;
+  };
+  const double alone_px = 0.01 * std::sqrt(static_cast<double>(kLate) / sensor.markerCount());
+  EXPECT_EQ(add(kMoment_ns, false, 0.0F), 0.0);
+  EXPECT_NEAR(add(kMoment_ns, true, 0.01F), alone_px, 1e-4);
+  EXPECT_NEAR(add(kLong_ns, false, 0.0F), 0.0, 1e-6);
+  EXPECT_NEAR(add(kMoment_ns, true, 0.0F), 0.0, 1e-6);
 }
 
 }  // namespace

@@ -2,21 +2,20 @@
 #pragma once
 
 #include "client/doctor/checks.h"
+#include "tests/support/temporary_folder.h"
 #include "traction/v1/status.pb.h"
-
-#include <unistd.h>
 
 #include <fstream>
 #include <map>
 #include <memory>
+#include <utility>
 
 namespace traction::doctor {
 
 class FakeBox : public Box {
  public:
   FakeBox()
-      : FakeBox(make()) {}
-  ~FakeBox() override { std::filesystem::remove_all(folder_); }
+      : FakeBox(std::make_unique<tractiond::test::TemporaryFolder>()) {}
 
   void write(const std::string& path, const std::string& text, Look owner = {0, 0, 0, 0644}) {
     std::filesystem::create_directories((folder_ / path.substr(1)).parent_path());
@@ -68,15 +67,12 @@ class FakeBox : public Box {
   std::map<std::string, Ran> programs;  ///< by a part of their command lines
 
  private:
-  explicit FakeBox(const std::filesystem::path& folder)
-      : Box(folder)
-      , folder_(folder) {}
-  static std::filesystem::path make() {
-    std::string name = (std::filesystem::temp_directory_path() / "box-XXXXXX").string();
-    return mkdtemp(name.data());
-  }
+  explicit FakeBox(std::unique_ptr<tractiond::test::TemporaryFolder> folder)
+      : Box(folder->path())
+      , temporary_(std::move(folder)) {}
 
-  std::filesystem::path folder_;
+  std::unique_ptr<tractiond::test::TemporaryFolder> temporary_;
+  const std::filesystem::path& folder_ = temporary_->path();
   std::map<std::string, Look> owners_;
 };
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
 
 namespace traction::doctor::doctor_test {
@@ -65,6 +66,17 @@ TEST(Doctor, AKeyFileThatCannotBeLookedAtIsNotKnown) {
   box.own(folder + "/bob.key", {0, 0, 0, 0666});  // what is wrong is reported nevertheless
   EXPECT_TRUE(verdicts(Verdict::kFail).contains("keys"));
   EXPECT_FALSE(verdicts(Verdict::kUnknown).contains("keys"));
+}
+
+TEST(Doctor, KeysOfADirectoryThatCannotBeListedAreNotKnown) {
+  FakeBox box;
+  box.write("/etc/tractiond/keys", "");  // a file: also root cannot list it
+  std::vector<Finding> findings;
+  checkAccess(Patient{box, kDaemon, {}, {}}, findings);
+  const auto keys = std::ranges::find(findings, "keys", &Finding::check);
+  ASSERT_NE(keys, findings.end());
+  EXPECT_EQ(keys->verdict, Verdict::kUnknown);
+  EXPECT_EQ(keys->found, "not known: /etc/tractiond/keys cannot be listed: Not a directory");
 }
 
 TEST(Doctor, RealTimeIsNotKnownWithoutTheUnit) {

@@ -39,6 +39,13 @@ TEST_F(RepeaterTest, RefusesAnEndpointInUse) {
   EXPECT_EQ(codeAt(endpoint), std::nullopt);  // it may have left its file behind
 }
 
+TEST_F(RepeaterTest, RefusesAPortThatIsNone) {
+  for (const char* port : {"65536", "70000", "-1", "1e3", "80x", ""}) {
+    EXPECT_EQ(codeAt("tcp://127.0.0.1:" + std::string(port)), ErrorCode::kBadEndpoint) << port;
+  }
+  EXPECT_EQ(codeAt("tcp://127.0.0.1:0"), std::nullopt);
+}
+
 TEST_F(RepeaterTest, LeavesAFileThatIsNoSocket) {
   const fs::path file = folder_ / "notes";
   std::ofstream(file) << "kept";

@@ -1,5 +1,6 @@
 // Subscribers whose publisher is another one, goes, comes back, or never was there.
 #include "tests/support/seed.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/client/forger.h"
 
 #include <poll.h>
@@ -72,13 +73,8 @@ std::string greeting(const std::string& mechanism) {
 /// A folder for a socket, whose name nobody else can take meanwhile as they could a port.
 class SocketTest : public testing::Test {
  protected:
-  ~SocketTest() override { std::filesystem::remove_all(folder_); }
-
-  const std::filesystem::path folder_ = []() -> std::filesystem::path {  // made before `pattern` ends
-    std::string pattern = testing::TempDir() + "traction-XXXXXX";
-    return mkdtemp(pattern.data());
-  }();
-  const std::string path_ = folder_ / "stream", endpoint_ = "ipc://" + path_;
+  const tractiond::test::TemporaryFolder folder_;
+  const std::string path_ = folder_.path() / "stream", endpoint_ = "ipc://" + path_;
 };
 
 TEST_F(SocketTest, HandshakesThatFailAreNoConnectionsAndAreNotHeldAgainstALaterOne) {
@@ -174,10 +170,9 @@ TEST_F(SubscriberTest, LatestReadFromTheStreamEndpointDoesNoHarm) {
 }
 
 TEST_F(SubscriberTest, RestartOfTheDaemonIsNoLoss) {
-  std::string pattern = testing::TempDir() + "traction-XXXXXX";
-  const std::string folder = mkdtemp(pattern.data());
+  const tractiond::test::TemporaryFolder folder;
   Description description = tractiond::publish::description();
-  open(description, "ipc://" + folder + "/stream");
+  open(description, "ipc://" + (folder.path() / "stream").string());
   Subscriber subscriber(at(stream_, kField));
   for (int i = 0; i < 3; ++i) await<Field>(subscriber);
   description.identity.boot = idOf(90);
@@ -186,7 +181,6 @@ TEST_F(SubscriberTest, RestartOfTheDaemonIsNoLoss) {
   }
   EXPECT_EQ(subscriber.lost(), 0U);
   publisher_.reset();
-  std::filesystem::remove_all(folder);
 }
 
 TEST(Subscriber, BadEndpointsAndNamesAreRefused) {

@@ -3,6 +3,8 @@
 #include "gateway/relay.h"
 #include "proto/traction/v1/endpoints.h"
 #include "tests/support/deadline.h"
+#include "tests/support/no_memory.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/base/network/raw_peer.h"
 #include "traction/v1/control.pb.h"
 
@@ -50,7 +52,6 @@ class RelayTest : public testing::Test {
   ~RelayTest() override {
     spdlog::set_default_logger(before_);
     relay_.reset();
-    std::filesystem::remove_all(folder_);
   }
 
   /// Lets the relay work until `done`, which does not wait.
@@ -73,13 +74,17 @@ class RelayTest : public testing::Test {
     return parts;
   }
 
-  /// Asks for the status. Returns why not; empty: it has come to the instrument.
-  std::string ask() {
+  void sendRequest() {
     pb::Request request;
     request.set_version(1);
     request.mutable_status();
     peer_.send(zmq::str_buffer(""), zmq::send_flags::sndmore);
     peer_.send(zmq::buffer(request.SerializeAsString()));
+  }
+
+  /// Asks for the status. Returns why not; empty: it has come to the instrument.
+  std::string ask() {
+    sendRequest();
     std::string why = "nothing came";
     turnUntil([&] {
       if (!take(control_).empty()) return why.clear(), true;
@@ -156,10 +161,8 @@ class RelayTest : public testing::Test {
     return count;
   }
 
-  const std::filesystem::path folder_ = []() -> std::filesystem::path {
-    std::string pattern = testing::TempDir() + "traction-XXXXXX";
-    return mkdtemp(pattern.data());
-  }();
+  const test::TemporaryFolder temporary_;
+  const std::filesystem::path& folder_ = temporary_.path();
   const std::shared_ptr<spdlog::logger> before_ = spdlog::default_logger();
   std::ostringstream log_;
   int fields_ = 0;
@@ -205,6 +208,32 @@ TEST_F(RelayTest, ReplyThatNobodyReadsKeepsFurtherOnesAwayUntilItsConnectionEnds
     time_ns += kSecond_ns;
     return ask().empty();
   });
+}
+
+TEST_F(RelayTest, AnswersForWhichThereIsNoMemoryAreCountedAndTheNextOneArrives) {
+  while (ask() == "no instrument is there; is tractiond running?") time_ns += kSecond_ns;  // not yet
+  time_ns += kSecond_ns;
+  const auto loseOne = [this] {
+    const std::uint64_t before = relay_->unsent();
+    test::memoryLeft = 0;
+    turnUntil([&] { return relay_->unsent() > before; });
+    test::memoryLeft = -1;
+    EXPECT_EQ(relay_->unsent(), before + 1);
+  };
+  sendRequest();
+  std::vector<std::string> asked;
+  turnUntil([&] { return !(asked = take(control_)).empty(); });
+  ASSERT_EQ(asked.size(), 4U);  // [gateway][route][empty][request]
+  for (const std::string& part : {asked[0], asked[1], std::string()})
+    control_.send(zmq::buffer(part), zmq::send_flags::sndmore);
+  control_.send(zmq::str_buffer("the instrument's answer"));
+  loseOne();
+  sendRequest();
+  loseOne();  // the gateway's own answer, that it cannot pass the request on
+  EXPECT_EQ(lines("an answer to a request could not be sent: no memory for it"), 1U) << "in five seconds";
+  EXPECT_EQ(ask(), "");
+  EXPECT_EQ(ask(), "too many requests: more than 3 in a second") << "an answer begins anew";
+  EXPECT_EQ(relay_->unsent(), 2U);
 }
 
 TEST_F(RelayTest, NewSubscribersAreToldTheDescriptionAtMostTenTimesASecond) {

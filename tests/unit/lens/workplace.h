@@ -1,11 +1,10 @@
 // Gives each test a folder of its own.
 #pragma once
 
-#include <gtest/gtest.h>
-#include <unistd.h>
+#include "tests/support/temporary_folder.h"
 
-#include <cstdlib>
-#include <filesystem>
+#include <gtest/gtest.h>
+
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -14,13 +13,7 @@ namespace lens {
 
 class Workplace : public testing::Test {
  protected:
-  Workplace() {
-    std::string path = testing::TempDir() + "/lens-XXXXXX";
-    folder = mkdtemp(path.data());
-  }
-  ~Workplace() override { std::filesystem::remove_all(folder); }
-
-  std::string path(const std::string& name) const { return folder / name; }
+  std::string path(const std::string& name) const { return folder_.path() / name; }
 
   static std::string content(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
@@ -31,7 +24,7 @@ class Workplace : public testing::Test {
     std::ofstream(path, std::ios::binary) << bytes;
   }
 
-  std::filesystem::path folder;
+  const tractiond::test::TemporaryFolder folder_;
 };
 
 }  // namespace lens

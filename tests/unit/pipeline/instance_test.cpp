@@ -1,4 +1,5 @@
 #include "daemon/instance.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -11,18 +12,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// An empty directory of the test's own.
-class Folder {
- public:
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "instance-XXXXXX").string();
-    path_ = mkdtemp(name.data());
-  }
-  ~Folder() { fs::remove_all(path_); }
-  fs::path operator/(const char* name) const { return path_ / name; }
-
- private:
-  fs::path path_;
+struct Folder : test::TemporaryFolder {
+  fs::path operator/(const char* name) const { return path() / name; }
 };
 
 TEST(Instance, TakesTheDirectoriesThatSystemdMade) {

@@ -1,39 +1,13 @@
 #include "daemon/publish/control.h"
+#include "tests/support/no_memory.h"
 #include "tests/unit/base/network/raw_peer.h"
 #include "tests/unit/publish/support.h"
 #include "traction/v1/control.pb.h"
 
-#include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <random>
-
-namespace {
-
-thread_local bool lacksMemory = false;  // of ZeroMQ's functions below
-
-template <typename Function, typename... Arguments>
-int unlessMemoryLacks(const char* name, Function /*as declared*/, Arguments... arguments) {
-  if (!lacksMemory) return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name))(arguments...);
-  errno = ENOMEM;
-  return -1;
-}
-
-}  // namespace
-
-extern "C" {
-int zmq_msg_copy(zmq_msg_t* to, zmq_msg_t* from) {
-  return unlessMemoryLacks("zmq_msg_copy", zmq_msg_copy, to, from);
-}
-int zmq_msg_init_data(zmq_msg_t* message, void* data, std::size_t size, zmq_free_fn* free, void* hint) {
-  return unlessMemoryLacks("zmq_msg_init_data", zmq_msg_init_data, message, data, size, free, hint);
-}
-int zmq_msg_init_size(zmq_msg_t* message, std::size_t size) {
-  return unlessMemoryLacks("zmq_msg_init_size", zmq_msg_init_size, message, size);
-}
-}
 
 namespace tractiond::publish::control_test {
 namespace {
@@ -163,15 +137,38 @@ TEST_F(ControlTest, WithoutMemoryForZeroMqAnswersAreCountedAndTheNextOneIsSent) 
   send(socket, request([](pb::Request& r) { r.mutable_zero(); }));
   serveUntil([&] { return server_->zeroPending(); });
   for (int i = 0; i < 5; ++i) send(socket, request([](pb::Request& r) { r.mutable_description(); }));
-  lacksMemory = true;
+  test::memoryLeft = 0;
   server_->answerZero(RestPose{});
   serveUntil([&] { return server_->unsent() == 6; });
-  lacksMemory = false;
+  test::memoryLeft = -1;
   ASSERT_FALSE(lines.empty());
   EXPECT_EQ(lines.front(), "1 answer to requests could not be sent: Cannot allocate memory");
   send(socket, statusRequest());
   EXPECT_EQ(await(socket).error(), "");
   EXPECT_EQ(server_->unsent(), 6U);
+}
+
+TEST_F(ControlTest, AnAnswerIsSentAsAWholeOrNotAtAllWhereverMemoryEnds) {
+  const std::string route(40, 'r');  // longer than what a message holds without memory
+  auto gateway = connect(zmq::socket_type::dealer);
+  const auto sendOn = [&] {
+    gateway.send(zmq::buffer(route), zmq::send_flags::sndmore);
+    send(gateway, statusRequest());
+  };
+  constexpr int kPieces = 4;  // the answer, its copy, and two addresses
+  for (int left = 0; left < kPieces; ++left) {
+    sendOn();
+    test::memoryLeft = left;
+    serveUntil([&] { return server_->unsent() > static_cast<std::uint64_t>(left); });
+    test::memoryLeft = -1;
+  }
+  sendOn();
+  serveUntil([&] { return (gateway.get(zmq::sockopt::events) & ZMQ_POLLIN) != 0; });
+  const auto parts = receiveParts(gateway);
+  ASSERT_EQ(parts.size(), 3U);
+  EXPECT_EQ(parts[0], route);
+  EXPECT_EQ(parts[1], "");
+  EXPECT_EQ(server_->unsent(), static_cast<std::uint64_t>(kPieces));
 }
 
 TEST_F(ControlTest, ARequestWithoutAHandlerIsAnsweredWithAnError) {

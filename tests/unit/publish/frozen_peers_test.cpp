@@ -1,13 +1,13 @@
 // Connections whose peers read nothing.
 
 #include "daemon/publish/frozen_peers.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -26,7 +26,6 @@ class FrozenPeersOf : public testing::Test {
   ~FrozenPeersOf() override {
     for (const int fd : open_) close(fd);
     close(listener_);
-    std::filesystem::remove_all(folder_);
   }
 
   struct Ends {
@@ -62,12 +61,9 @@ class FrozenPeersOf : public testing::Test {
   }
 
   const sockaddr* address() const { return reinterpret_cast<const sockaddr*>(&address_); }
-  static std::string folder() {
-    std::string pattern = testing::TempDir() + "traction-XXXXXX";
-    return mkdtemp(pattern.data());
-  }
 
-  const std::string folder_ = folder(), path_ = folder_ + "/socket";
+  const test::TemporaryFolder folder_;
+  const std::string path_ = folder_.path() / "socket";
   sockaddr_un address_{AF_UNIX, {}};
   int listener_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   std::vector<int> open_;

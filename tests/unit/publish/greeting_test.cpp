@@ -1,5 +1,6 @@
 #include "daemon/publish/greeting.h"
 #include "tests/support/deadline.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -9,7 +10,6 @@
 
 #include <chrono>
 #include <cstring>
-#include <filesystem>
 #include <string>
 #include <thread>
 
@@ -18,15 +18,9 @@ namespace {
 
 class GreetingTest : public testing::Test {
  protected:
-  GreetingTest() {
-    std::string pattern = testing::TempDir() + "/greeting-XXXXXX";
-    folder_ = mkdtemp(pattern.data());
-  }
-  ~GreetingTest() override { std::filesystem::remove_all(folder_); }
+  std::string path() const { return folder_.path() / "socket"; }
 
-  std::string path() const { return folder_ / "socket"; }
-
-  std::filesystem::path folder_;
+  const test::TemporaryFolder folder_;
 };
 
 TEST_F(GreetingTest, ComesFromZeroMQ) {

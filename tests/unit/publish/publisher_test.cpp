@@ -1,6 +1,7 @@
 #include "base/network/inflow_limit.h"
 #include "daemon/publish/publisher.h"
 #include "proto/traction/v1/endpoints.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/base/network/raw_peer.h"
 #include "tests/unit/publish/support.h"
 #include "traction/v1/description.pb.h"
@@ -13,7 +14,6 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-#include <filesystem>
 #include <set>
 
 namespace tractiond::publish::publisher_test {
@@ -407,17 +407,10 @@ class HostilePeer : public PublisherTest, public testing::WithParamInterface<con
  protected:
   void SetUp() override {
     std::string endpoint = GetParam();
-    if (endpoint.empty()) {
-      std::string pattern = testing::TempDir() + "traction-XXXXXX";
-      folder_ = mkdtemp(pattern.data());
-      endpoint = "ipc://" + folder_ + "/stream";
-    }
+    if (endpoint.empty()) endpoint = "ipc://" + (folder_.path() / "stream").string();
     open(options({endpoint}));
   }
-  void TearDown() override {
-    publisher_.reset();
-    if (!folder_.empty()) std::filesystem::remove_all(folder_);
-  }
+  void TearDown() override { publisher_.reset(); }
 
   void expectCutOff(Hostile& hostile) {
     EXPECT_TRUE(test::eventually([&] {
@@ -426,7 +419,7 @@ class HostilePeer : public PublisherTest, public testing::WithParamInterface<con
     })) << "still connected";
   }
 
-  std::string folder_;
+  const test::TemporaryFolder folder_;
 };
 
 INSTANTIATE_TEST_SUITE_P(Publisher, HostilePeer, testing::Values("tcp://127.0.0.1:*", ""),

@@ -1,5 +1,6 @@
 #include "recording/deltas.h"
 #include "tests/support/seed.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/recording/random_recording.h"
 
 #include <sys/resource.h>
@@ -141,14 +142,8 @@ TEST(Deltas, ThatAreDamagedLeaveZeros) {
 
 class NewFiles : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = testing::TempDir() + "traction-XXXXXX";
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
-  std::filesystem::path folder_;
+  const tractiond::test::TemporaryFolder temporary_;
+  const std::filesystem::path& folder_ = temporary_.path();
 };
 
 TEST_F(NewFiles, AreNotReadBeyondTheirEnd) {

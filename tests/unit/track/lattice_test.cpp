@@ -1,4 +1,5 @@
 #include "daemon/track/lattice.h"
+#include "daemon/track/nominal.h"
 
 #include <gtest/gtest.h>
 
@@ -30,6 +31,22 @@ Vector steepBump(int column, int row) {  // 29 px high, 0.4 spacings between nei
   const double r2 = std::pow(column - 11.3, 2) + std::pow(row - 12.1, 2);
   const auto height = static_cast<float>(29.0 * std::exp(-0.5 * r2 / (2.31 * 2.31)));
   return {0.8F * height, -0.6F * height};
+}
+
+TEST(SmallestSpacing, IsThatOfRowsOrColumnsOfAnyLattice) {
+  std::vector<Vector> places;
+  const auto add = [&](int columns, int rows, float across, float down) {
+    const Lattice lattice{static_cast<int>(places.size()), columns, rows};
+    for (int row = 0; row < rows; ++row) {
+      for (int column = 0; column < columns; ++column)
+        places.push_back({across * static_cast<float>(column), down * static_cast<float>(row)});
+    }
+    return lattice;
+  };
+  const Lattice wide = add(4, 6, 12.0F, 9.0F), tall = add(5, 4, 8.0F, 10.0F);
+  EXPECT_EQ(smallestSpacing(places, {&wide, 1}), 9.0F);
+  EXPECT_EQ(smallestSpacing(places, {&tall, 1}), 8.0F);
+  EXPECT_EQ(smallestSpacing(places, std::array{wide, tall}), 8.0F);
 }
 
 TEST(Expectation, ContinuesAPlaneExactlyWhereverTheNodesAre) {

@@ -1,10 +1,10 @@
 #include "daemon/track/rest_pose.h"
 #include "daemon/track/rest_pose_file.h"
 #include "daemon/zero/zero_store.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <limits>
 
@@ -15,14 +15,6 @@ namespace fs = std::filesystem;
 
 class RestPoseFile : public testing::Test {
  protected:
-  void SetUp() override {
-    char name[] = "/tmp/rest_pose_test_XXXXXX";
-    ASSERT_NE(mkdtemp(name), nullptr);
-    directory_ = name;
-    path_ = restPosePath(directory_ / "state");
-  }
-  void TearDown() override { fs::remove_all(directory_); }
-
   RestPose pose() const {
     RestPose pose;
     const auto count = static_cast<std::size_t>(sensor_.markerCount());
@@ -51,7 +43,8 @@ class RestPoseFile : public testing::Test {
   auto load() const { return loadRestPose(path_, sensor_, PixelFormat::kRgb8, "Camera-1"); }
 
   sensor::Sensor sensor_;
-  fs::path directory_, path_;
+  const test::TemporaryFolder temporary_;
+  const fs::path directory_ = temporary_.path(), path_ = restPosePath(directory_ / "state");
 };
 
 TEST_F(RestPoseFile, NoFileIsNoPose) {

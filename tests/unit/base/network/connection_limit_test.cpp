@@ -3,6 +3,7 @@
 #include "base/network/connection_limit.h"
 #include "base/network/socket.h"
 #include "tests/support/deadline.h"
+#include "tests/support/temporary_folder.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -23,7 +24,6 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
-#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
@@ -132,14 +132,11 @@ class ConnectionLimit : public testing::Test {
   ConnectionLimit() {
     guard(publisher_, 100, 64);
     publisher_.set(zmq::sockopt::handshake_ivl, 0);  // who is silent stays, however slow the machine
-    const auto bound = bind(publisher_, {"tcp://127.0.0.1:*", "ipc://" + folder_ + "/socket"});
+    const auto bound = bind(publisher_, {"tcp://127.0.0.1:*", "ipc://" + (folder_.path() / "socket").string()});
     EXPECT_TRUE(bound);
     if (bound) bound_ = *bound;
   }
-  ~ConnectionLimit() override {
-    release(bound_);
-    std::filesystem::remove_all(folder_);
-  }
+  ~ConnectionLimit() override { release(bound_); }
 
   zmq::socket_t subscribe(const std::string& endpoint) {
     zmq::socket_t subscriber(context_, zmq::socket_type::sub);
@@ -164,12 +161,7 @@ class ConnectionLimit : public testing::Test {
     return heard ? testing::AssertionSuccess() : testing::AssertionFailure() << "nothing is heard";
   }
 
-  static std::string folder() {
-    std::string pattern = testing::TempDir() + "traction-XXXXXX";
-    return mkdtemp(pattern.data());
-  }
-
-  std::string folder_ = folder();
+  const test::TemporaryFolder folder_;
   Crowd crowd_;  // before threads are started
   zmq::context_t context_;
   zmq::socket_t publisher_{context_, zmq::socket_type::pub};

@@ -4,12 +4,12 @@
 #include "base/network/ends.h"
 #include "base/network/inflow_limit.h"
 #include "base/network/socket.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/base/network/raw_peer.h"
 
 #include <gtest/gtest.h>
 
 #include <deque>
-#include <filesystem>
 #include <optional>
 
 namespace tractiond::network::inflow_limit_test {
@@ -22,7 +22,7 @@ class InflowLimit : public testing::TestWithParam<const char*> {
  protected:
   void open(zmq::socket_type type) {
     std::string endpoint = GetParam();
-    if (endpoint == "ipc") endpoint = "ipc://" + folder_ + "/socket";
+    if (endpoint == "ipc") endpoint = "ipc://" + (folder_.path() / "socket").string();
     socket_ = zmq::socket_t(context_, type);
     guard(socket_, 16, 65'536);
     const auto bound = bind(socket_, {endpoint});
@@ -35,7 +35,6 @@ class InflowLimit : public testing::TestWithParam<const char*> {
     release(bound_);
     socket_.close();
     for (const Charge charge : {Charge::kRequests, Charge::kSubscriptions}) inflow::releaseEnded(charge);
-    std::filesystem::remove_all(folder_);
   }
 
   /// Takes all that waits, as our programs do.
@@ -72,12 +71,7 @@ class InflowLimit : public testing::TestWithParam<const char*> {
     })) << told();
   }
 
-  static std::string folder() {
-    std::string pattern = testing::TempDir() + "traction-XXXXXX";
-    return mkdtemp(pattern.data());
-  }
-
-  std::string folder_ = folder();
+  const test::TemporaryFolder folder_;
   zmq::context_t context_;
   zmq::socket_t socket_;
   std::vector<std::string> bound_;
