@@ -6,8 +6,8 @@
 
 namespace tractiond {
 
-/// Wait-free. One thread calls put() and clear(), one other take() or swap(). A value that was not taken is
-/// overwritten. Atomic is replaced only in interleavings_test.cpp.
+/// Wait-free. One thread calls put(), one other take() or swap(). A value that was not taken is overwritten. Atomic is
+/// replaced only in interleavings_test.cpp.
 template <typename T, template <typename> typename Atomic = std::atomic>
 class Mailbox {
  public:
@@ -26,15 +26,6 @@ class Mailbox {
     slot_ = value;
     state_.store(State::kFull, std::memory_order_release);  // partner: the acquire in empty()
     return true;
-  }
-
-  /// Frees what take() or swap() has left in the slot. Does nothing if a value waits there, or is being taken.
-  void clear() {
-    State seen = State::kEmpty;
-    // acquire: a take() or swap() that emptied the slot is done with it (its release store).
-    if (!state_.compare_exchange_strong(seen, State::kBusy, std::memory_order_acquire)) return;
-    slot_ = T{};
-    state_.store(State::kEmpty, std::memory_order_relaxed);  // the other thread looks at a full slot alone
   }
 
   /// Copies the value out of the slot and empties it. Returns false, and leaves `value` as it is, if the slot is empty,

@@ -233,7 +233,9 @@ void Instrument::start() {
 
 ServiceHooks Instrument::hooks(std::function<tl::expected<Reread, Error>()> read) {
   return {.loops = loopsOf(turns_),
-          .ended = [this] { return pipeline_->ended(); },
+          // A film ends when its last picture is measured, which may wait for the zero's verdict and solver: requests
+          // are answered and stop signals heeded meanwhile.
+          .ended = [this] { return pipeline_->ended() && (config_.camera.images.empty() || balanced(ledger_)); },
           .statusLine = [this] { return statusLine(); },
           .reload = reloader_->hook(std::move(read)),
           .others = [this] {  // calls every greeting: that also starts the next connection

@@ -56,8 +56,7 @@ tl::expected<void, Error> Measurement::build() {
   solver_.solver = std::move(made->solver);
   around_.description.calibrated_ns = made->computed_ns;
   if (solve::followsRest(sensor_)) {
-    restSolver_ = std::make_unique<RestSolver>(sensor_, config.solve, around_.stateDirectory,
-                                               solver_.solver->detectionLimit_N(), compute_);
+    restSolver_ = std::make_unique<RestSolver>(sensor_, config.solve, around_.stateDirectory, solver_.solver, compute_);
   }
   track::TrackOptions tracking = config.track;
   tracking.awaitsGelCheck = true;  // forces are only computed from a zero that was compared with the gel file
@@ -74,6 +73,7 @@ tl::expected<void, Error> Measurement::build() {
                        {.description = [this] { return around_.publisher.lastDescription(); }});
     if (!recorder) return tl::unexpected(recorder.error());
     recorder_ = *std::move(recorder);
+    recordedConfig_ = configText(config);
   }
   return {};
 }
@@ -128,7 +128,7 @@ void Measurement::beginRecording(const capture::CameraInfo& info) {
   publish::Beginning beginning{.sensor = around_.config.sensor.name,
                                .softwareVersion = TRACTIOND_VERSION,
                                .calibration = around_.description.identity.calibration,
-                               .configuration = configText(around_.config),
+                               .configuration = recordedConfig_,
                                .gel = {},
                                .influence = {},
                                .rest = restored_,
@@ -163,11 +163,14 @@ bool Measurement::track(const Frame& frame, MarkerField& markers) {
 void Measurement::awaitFirstZero() {
   if (!tracker_->awaitsFirstVerdict()) return;
   const auto waits = [this] { return tracker_->awaitsFirstVerdict() || (restSolver_ && restSolver_->done() == 0); };
-  while (waits() && !around_.stopping()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  while (waits() && !around_.stopping()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    around_.turns.track.add();
+  }
 }
 
 void Measurement::solve(const MarkerField& markers, TractionField& field) {
-  if (restSolver_ && markers.places != solver_.zero) restSolver_->take(solver_);
+  if (restSolver_) restSolver_->take(solver_, markers.places);
   solver_.solver->solve(markers, field);
 }
 

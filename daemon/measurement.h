@@ -91,6 +91,7 @@ class Measurement : public Processing {
   Mailbox<traction::v1::MarkerStatus> newestMarkerStatus_;  // from control to the publishing thread
   Counter tracked_;                                         // frames that the tracker has processed
   std::unique_ptr<Recorder> recorder_;
+  std::string recordedConfig_;  // as of the start: a reload may change the configuration, but nothing that is solved
 
   // Used by the control thread alone.
   std::unique_ptr<Procedures> procedures_;

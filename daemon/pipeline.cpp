@@ -186,7 +186,7 @@ bool Pipeline::captureTurn(std::chrono::milliseconds timeout) {
     const auto next = stages_.source.next(*frame_, timeout);
     if (next == capture::Next::kFrame) frames_.push(std::exchange(frame_, nullptr));
     if (next != capture::Next::kEnd) return true;
-    ended_.store(true, std::memory_order_relaxed);
+    ended_.store(true, std::memory_order_release);  // partner: ended(), with all that the source has counted
   }
   if (frame_) frames_.putBack(std::exchange(frame_, nullptr));
   frames_.close();

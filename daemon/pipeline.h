@@ -84,7 +84,7 @@ class Pipeline {
 
   /// Returns whether the source has ended by itself: there are no more frames, or it has failed. Frames may still be in
   /// the links. False after a stop that came first. Thread-safe.
-  bool ended() const { return ended_.load(std::memory_order_relaxed); }
+  bool ended() const { return ended_.load(std::memory_order_acquire); }
 
  private:
   void loop(Stage stage);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/background_thread.h"
+#include "base/loan.h"
 #include "base/mailbox.h"
 #include "daemon/records/marker_field.h"
 #include "daemon/solve/make_solver.h"
@@ -10,6 +11,7 @@
 #include <future>
 #include <memory>
 #include <optional>
+#include <vector>
 
 namespace tractiond {
 
@@ -22,10 +24,10 @@ struct PlacedSolver {
 /// Bound to the control thread, except where stated. The destructor waits for a solver that is being made.
 class RestSolver {
  public:
-  /// \param detectionLimit_N of the solver for the gel file's places
+  /// \param drawn solver for the gel file's places, which the solving thread uses at first
   /// \param worker makes the solvers; outlives this
   RestSolver(sensor::Sensor sensor, const solve::SolveOptions& options, std::filesystem::path stateDirectory,
-             const std::array<double, 2>& detectionLimit_N, BackgroundThread& worker);
+             std::shared_ptr<solve::FieldSolver> drawn, BackgroundThread& worker);
   ~RestSolver();
 
   /// Requests a solver for a zero that comes into force. It is made after the one that is being made; a newer zero
@@ -37,18 +39,21 @@ class RestSolver {
   /// Gives up the solver that is being made, at its next step, and those that come later; does not wait. Thread-safe.
   void stop() { stopping_.store(true, std::memory_order_relaxed); }
 
-  /// Logs the result of the solver that was made last, starts on the next zero, or frees the solver that take() has
-  /// replaced. A solver that could not be made is logged as a warning; the one before stays in use. Does not wait. Must
-  /// be called in each turn of the control loop.
+  /// Logs the result of the solver that was made last, frees those that are no longer used, and starts on the next
+  /// zero. A solver that could not be made is logged as a warning; the one before stays in use. Does not wait. Must be
+  /// called in each turn of the control loop.
   void turn();
 
-  /// Replaces `zero` by that of the newest solver that is ready, if there is a new one. For the tracking thread, which
-  /// thus decides from which frame on it is used.
-  void see(Id& zero) { seen_.take(zero); }
+  // The newest solver goes from the thread that makes it to the tracking thread, which decides from which frame on it
+  // is used, and on to the solving thread. Neither waits, allocates or frees.
 
-  /// Replaces `solver` by the newest one that is ready, if there is a new one. For the solving thread, before the first
-  /// frame for which see() returned its zero. Allocates and frees nothing: turn() frees the replaced solver.
-  void take(PlacedSolver& solver) { ready_.swap(solver); }
+  /// Sets `zero` to that of the solver for the next frame, if that is another one. While the solving thread has not
+  /// taken one solver, the next one waits. For the tracking thread.
+  void see(Id& zero);
+
+  /// Replaces `solver` by that for the frames that see() has told this zero for, if it waits. For the solving thread,
+  /// before each frame.
+  void take(PlacedSolver& solver, const Id& zero);
 
   /// Returns whether no solver is being made or waits to be made, as of the last turn().
   bool idle() const { return !next_ && !making_.valid(); }
@@ -58,7 +63,11 @@ class RestSolver {
   std::uint64_t done() const { return done_.load(std::memory_order_acquire); }
 
  private:
-  using Told = tl::expected<solve::RestPlaces, Error>;
+  struct Made {
+    std::shared_ptr<solve::FieldSolver> solver;
+    solve::RestPlaces places;
+  };
+  using Told = tl::expected<Made, Error>;
   Told make(const RestPose& zero);
 
   const sensor::Sensor sensor_;
@@ -67,8 +76,9 @@ class RestSolver {
   const std::array<double, 2> detectionLimit_N_;
   BackgroundThread& worker_;
   std::atomic<bool> stopping_ = false;
-  Mailbox<PlacedSolver> ready_;
-  Mailbox<Id> seen_;
+  std::vector<std::shared_ptr<solve::FieldSolver>> kept_;  // all that may be in use, so that no other thread frees one
+  Mailbox<PlacedSolver> ready_;                            // to the tracking thread
+  Loan<PlacedSolver> handed_;                              // from the tracking to the solving thread
   std::atomic<std::uint64_t> done_ = 0;
   std::optional<RestPose> next_;
   std::future<Told> making_;
