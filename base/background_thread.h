@@ -21,15 +21,16 @@ class BackgroundThread {
   /// \param idle null: none; otherwise signalled, by the thread, each time all the work is done
   /// \throws std::system_error if no thread can be started
   explicit BackgroundThread(const char* name, std::shared_ptr<Event> idle = {});
-  /// Does not wait: the thread finishes the work that is left, and ends. Work that may be left then must not refer to
-  /// what is destroyed with the owner: see awaitIdle().
+  /// Does not wait: the thread finishes the work that is left, unless the process ends before, and ends. Work that may
+  /// be left then must not refer to what is destroyed with the owner: see awaitIdle().
   ~BackgroundThread();
   BackgroundThread(const BackgroundThread&) = delete;
   BackgroundThread& operator=(const BackgroundThread&) = delete;
 
   /// Queues work and returns at once. The queue has no limit. An exception that leaves `work` ends the process.
   void run(std::function<void()> work);
-  /// As run(). Returns a future of what `work` returns or throws; its destructor does not wait.
+  /// As run(). Returns a future of what `work` returns or throws; its destructor does not wait. The future may be ready
+  /// before `work` itself is destroyed: awaitIdle() waits for that, too.
   template <typename Work>
   auto start(Work work) {
     auto task = std::make_shared<std::packaged_task<std::invoke_result_t<Work&>()>>(std::move(work));

@@ -20,8 +20,8 @@ class Event {
   void signal() noexcept;
 
   /// Waits for a signal and clears it: several signals count as one. Returns true if there was one, false after
-  /// `timeout` or when a signal handler of the process has interrupted the wait. \param timeout 0: does not wait;
-  /// negative: no limit
+  /// `timeout` or when a signal handler of the process has interrupted the wait. If several threads wait, one signal
+  /// may wake more than one of them. \param timeout 0: does not wait; negative: no limit
   bool wait(std::chrono::milliseconds timeout) noexcept;
 
   /// Clears the event, for callers that poll fd() themselves. Does not wait, and has no effect if nothing was

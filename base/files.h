@@ -23,8 +23,8 @@ int unlink(const char* path);
 /// Returns whether an open file is a regular one; false also on an error.
 bool isRegular(int file);
 
-/// Creates a directory and its parents. An existing directory is not an error. Returns the error; an empty code on
-/// success. Thread-safe.
+/// Creates a directory and its parents. An existing directory is not an error, an empty path is one. Returns the error;
+/// an empty code on success. Thread-safe.
 std::error_code makeDirectories(const std::filesystem::path& path);
 
 }  // namespace tractiond::files

@@ -42,13 +42,13 @@ class TomlTable {
   static tl::expected<TomlTable, FileError> load(const std::string& path);
 
   // Read the value of a key. A wrong type or a number that is not finite or not in its range is a fault, which leaves
-  // the value unchanged. An int needs a number without a point.
+  // the value unchanged. An int needs a number without a point, and a range that an int can hold.
   void read(std::string_view key, double& value, const Range& range);
   void read(std::string_view key, int& value, const Range& range);
   void read(std::string_view key, bool& value);
   void read(std::string_view key, std::string& value);
   void read(std::string_view key, std::vector<std::string>& values);
-  /// Reads a list of exactly as many numbers. Another number of them is a fault.
+  /// Reads a list of exactly as many numbers as `values` has. Another number of them is a fault.
   void read(std::string_view key, std::span<double> values, const Range& range);
   /// Reads a list of any length, or a single number.
   void read(std::string_view key, std::vector<double>& values, const Range& range);
@@ -62,7 +62,7 @@ class TomlTable {
   /// Returns all keys of this table with their values, in the order of the file. A value of another type is a fault,
   /// and is left out.
   std::vector<std::pair<std::string, Scalar>> entries();
-  /// Counts a key as read, whatever its value is.
+  /// Counts a key as read, whatever its value is. Keys of tables in that value still count as not read.
   void ignore(std::string_view key) { find(key); }
   /// Returns whether the table has the key. This does not count as reading it.
   bool has(std::string_view key) const;

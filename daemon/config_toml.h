@@ -12,7 +12,7 @@ namespace tractiond {
 
 /// Parses a configuration, up to the end of `text`. Missing keys keep their defaults; the gel file's name stays as it
 /// is written. EX_CONFIG: wrong syntax, an unknown key (the error states the nearest known one), a key of an earlier
-/// version, a wrong type, a value out of its range.
+/// version, a wrong type, a value out of its range or not allowed (Key::fault).
 /// \param name of the file in errors: "name:line: what"; is not opened
 tl::expected<Config, Error> parseConfig(std::istream& text, const std::string& name);
 

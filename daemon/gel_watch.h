@@ -14,6 +14,7 @@
 
 namespace tractiond {
 
+/// Markers are missing if they are not followed, or if fewer than half of a layer's are found.
 struct GelWatchOptions {
   double patience_s = 1.0;                 ///< time for which markers must be missing before the picture is examined
   double between_s = 5.0;                  ///< time between two examinations

@@ -31,16 +31,17 @@ class Instrument {
  public:
   /// Makes the parts: first those that fail fast (the gel, the directories, the sockets), then the solver (seconds,
   /// once per gel) and the camera. Blocks meanwhile, for the camera until the first try to open it has ended. On an
-  /// error nothing is left behind but the file of the factors. EX_USAGE: a recording without a gel. EX_CONFIG: the gel
-  /// file, an endpoint or a setting of the camera is wrong. EX_NOINPUT, EX_DATAERR: a file cannot be read, or is
-  /// damaged or of another sensor. EX_TEMPFAIL: a directory or the camera is in use. EX_UNAVAILABLE: there is no such
-  /// camera, or an address is in use. EX_CANTCREAT, EX_NOPERM, EX_OSERR: a file, directory or socket cannot be made.
-  /// EX_SOFTWARE: the solver cannot be made. \param config not completed() yet; copied \param places located() \param
-  /// logLinesLost returns the number of lost log lines; called by the publishing thread once a second; may be empty
+  /// error nothing is left behind but the file of the factors, and parents of the directories that were created.
+  /// EX_USAGE: a recording without a gel. EX_CONFIG: the gel file, an endpoint or a setting of the camera is wrong.
+  /// EX_NOINPUT, EX_DATAERR: a file cannot be read, or is damaged or of another sensor. EX_TEMPFAIL: a directory or the
+  /// camera is in use. EX_UNAVAILABLE: there is no such camera, or an address is in use. EX_CANTCREAT, EX_NOPERM,
+  /// EX_OSERR: a file, directory or socket cannot be made. EX_SOFTWARE: the solver cannot be made. \param config not
+  /// completed() yet; copied \param places located() \param logLinesLost returns the number of lost log lines; called
+  /// by the publishing thread once a second; may be empty
   static tl::expected<std::unique_ptr<Instrument>, Error> make(const Config& config, const Places& places,
                                                                std::function<std::uint64_t()> logLinesLost = {});
-  /// Stops the pipeline if stop() was not called, and waits for a zero that is being written and for a calibration
-  /// step.
+  /// Stops the pipeline if stop() was not called (a recording then has no end), and waits for a zero that is being
+  /// written, for a solver that is being made and for a calibration step.
   ~Instrument();
 
   /// Starts the pipeline's threads, and returns when they run. Applies and logs the real-time settings. Must be called

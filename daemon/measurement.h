@@ -27,7 +27,8 @@ class Measurement : public Processing {
   /// result.
   static tl::expected<std::unique_ptr<Processing>, Error> make(sensor::Sensor sensor, const Surroundings& around);
 
-  /// Waits for the work that is under way: a zero that is being written, a step of a calibration.
+  /// Waits for the work that is under way: a zero that is being written, a step of a calibration, and a solver that is
+  /// being made, which is given up at its next step.
   ~Measurement() override;
 
   // These implement Processing, which names the thread of each.

@@ -18,7 +18,8 @@
 
 namespace tractiond {
 
-/// The functions of the stages. Each is called from a thread of its own, and never after stop() or finish().
+/// The functions of the stages. Each is called from the thread of its stage, serveSubscribers from that of publish, and
+/// never after stop() or finish().
 struct Stages {
   capture::FrameSource& source;                           ///< must outlive the pipeline
   std::function<bool(const Frame&, MarkerField&)> track;  ///< Returns false if there is nothing to publish of a frame.
@@ -50,7 +51,7 @@ enum class Stage { kCapture, kTrack, kSolve, kPublish, kControl };
 /// Thread-bound, except for the functions marked thread-safe.
 class Pipeline {
  public:
-  /// Allocates every record that will travel. Stages, ledger and turns must outlive the pipeline.
+  /// Allocates every record that will travel. What the stages refer to, ledger and turns must outlive the pipeline.
   Pipeline(Stages stages, const PipelineOptions& options, Ledger& ledger, Turns& turns);
   ~Pipeline();  ///< Calls stop().
   Pipeline(const Pipeline&) = delete;
@@ -69,7 +70,7 @@ class Pipeline {
   /// Takes one turn of a stage and counts it for the watchdog, as the stage's thread does; for callers without threads.
   /// Sleeps at most `timeout` if there is nothing to do. Returns false if the stage has ended: it must not be called
   /// again. Must not be mixed with start(), nor used with WhenFull::kWait, which would wait for the stages of other
-  /// threads; when all stages have ended, settle() must be called.
+  /// threads, nor for Stage::kControl if Stages::control is empty; when all stages have ended, settle() must be called.
   bool turn(Stage stage, std::chrono::milliseconds timeout);
   /// Makes capture and control end with their next turns, and previews and the recording; the other stages follow. Does
   /// not wait. Thread-safe.

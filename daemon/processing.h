@@ -46,7 +46,8 @@ class Processing {
   /// after one in a later session the camera is opened again. May wait for a disk.
   virtual tl::expected<void, Error> welcome(const capture::CameraInfo& info) = 0;
 
-  // tr-track, tr-solve, tr-publish, each on its own thread; see Stages. They allocate and lock nothing.
+  // tr-track, tr-solve, tr-publish, each on its own thread; see Stages. They lock nothing, and allocate nothing after
+  // the first frames, except measure().
 
   /// Implements Stages::track: fills `markers`, or returns false if there is nothing to publish of this frame.
   virtual bool track(const Frame& frame, MarkerField& markers) = 0;
@@ -54,7 +55,8 @@ class Processing {
   virtual void solve(const MarkerField& markers, TractionField& field) = 0;
   /// Called by tr-publish for each field that was published.
   virtual void takeField(const TractionField& field) = 0;
-  /// Called by tr-publish. Sets the fields of a status that belong to the processing; leaves the others as they are.
+  /// Called by tr-publish before each status. Sets the fields that belong to the processing; leaves the others as they
+  /// are. May allocate.
   virtual void measure(traction::v1::Status& status) = 0;
 
   // tr-control

@@ -44,7 +44,7 @@ class Realtime {
 
   /// Applies the options to the calling thread, as one that a frame passes. Registers it with its present name until
   /// leave(); beyond twelve registered threads it is scheduled, but not listed. report() tells of a refusal. Threads
-  /// that it starts get the default scheduling.
+  /// that it starts get the default scheduling, but the same processors.
   void enter();
   /// Removes the calling thread from the registered ones; its scheduling stays.
   void leave();
@@ -53,8 +53,9 @@ class Realtime {
   /// live as long as this.
   void adopt(int threadId);
 
-  /// Sets in `status` what was requested and what is in force now for the registered threads. Does not wait; allocates
-  /// nothing once the message has its memory. \return false: another thread is using this object, and nothing is set
+  /// Sets in `status` what was requested and what is in force now for the registered threads, without those that have
+  /// ended. Does not wait; allocates nothing once the message has its memory. \return false: another thread is using
+  /// this object, and nothing is set
   bool read(traction::v1::Scheduling& status);
 
   /// Logs one line about what was granted, and a warning with its remedy for each thing that was not. Logs nothing if

@@ -38,15 +38,16 @@ struct RecordLinks {
 };
 
 /// Bound to its thread, except where stated. If the disk is too slow, pictures are lost, and fields if too many wait;
-/// account() counts both, and the first loss of pictures is logged. If the disk is full, the recording ends, which is
-/// logged. No other thread waits.
+/// account() counts both, and the first loss of pictures is logged. The first error of the file, as when the disk is
+/// full, ends the recording, which is logged. No other thread waits.
 class Recorder {
  public:
   /// Creates the file. EX_CANTCREAT, also if the file exists. \param identity part of every message; copied \param
   /// markers, nodes number of markers and nodes of all frames and fields
   static tl::expected<std::unique_ptr<Recorder>, Error>
   open(const RecordOptions& options, const publish::Identity& identity, int markers, int nodes, RecordLinks links);
-  ~Recorder();  ///< Removes a file that has neither a picture nor a field.
+  /// Removes a file that has neither a picture nor a field. Does not call close(), without which a file has no end.
+  ~Recorder();
 
   /// Records, with the next turn(), what is needed to compute the fields again. Must be called once, before the first
   /// frame. Any thread.

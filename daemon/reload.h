@@ -40,7 +40,8 @@ class Reloader {
   /// Applies what was read: sets the level of the log, and reopens the camera if its keys have changed, or if it
   /// refused the last change. Fails with EX_CONFIG, and applies nothing, if a key that is not Key::live has changed,
   /// the contents of the gel file, or, with pictures from a file, a key of the camera: they need a restart. \return the
-  /// changes, a line each: "camera.gain = 2 (was 1)"; empty: there are none
+  /// changes, a line each: "camera.gain = 2 (was 1)", and a line if the camera only tries again what it refused; empty:
+  /// there are none
   tl::expected<std::vector<std::string>, Error> apply(const Reread& read);
 
   /// Returns ServiceHooks::reload, a function that reads, on any thread, and returns another one. That one applies what

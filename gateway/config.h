@@ -17,7 +17,7 @@ struct Limits {
   int peers = 256;                 ///< connections at the same time
   int peersPerAddress = 32;        ///< connections from one address, so that a single address cannot keep others out
   int requestsPerSecond = 100;     ///< of all keys together; the instrument disconnects a client that sends 1,000
-  int requestsPerSecondEach = 20;  ///< of one key
+  int requestsPerSecondEach = 20;  ///< of one key, or of one address where connections need no key
 };
 
 /// The endpoints are tcp://ADDRESS:PORT, ADDRESS * for every address of this host. All but `preview` need at least one.
@@ -25,10 +25,12 @@ struct Config {
   std::vector<std::string> stream = {"tcp://*:9882"};
   std::vector<std::string> latest = {"tcp://*:9883"};
   std::vector<std::string> control = {"tcp://*:9884"};
-  std::vector<std::string> preview = {};      ///< empty: previews are not relayed
-  bool insecure = false;                      ///< true: connections need no key
+  std::vector<std::string> preview = {};  ///< empty: previews are not relayed
+  /// True: connections need no key. False: they need one, except where `keys` has no key of the gateway and all
+  /// endpoints are on the loopback.
+  bool insecure = false;
   std::string keys = network::kKeyDirectory;  ///< directory of the allowed keys and of the gateway's own
-  int highWaterMark = 8;                      ///< messages queued for one slow peer; further ones are lost
+  int highWaterMark = 8;                      ///< messages of stream queued for one slow peer; further ones are lost
   Limits limits;
   std::string logLevel = "info";  ///< "debug", "info", "warning" or "error"
 };

@@ -29,7 +29,9 @@ class Front {
   struct Options {
     Endpoints endpoints;                     ///< tcp; the previews may have none
     std::optional<network::KeyPair> server;  ///< empty: connections need no key
-    int highWaterMark = 8;  ///< messages of stream and latest queued for one slow peer; further ones are lost
+    /// Messages of stream queued for one slow peer; further ones are lost. Of latest the newest is kept, of previews 2,
+    /// of replies 16.
+    int highWaterMark = 8;
     Limits limits;
   };
 
@@ -38,7 +40,7 @@ class Front {
 
   /// Opens and binds all sockets. Errors: EX_OSERR if ZeroMQ cannot start; those of network::bind(): EX_CONFIG,
   /// EX_UNAVAILABLE if an address is in use or not of this machine, EX_NOPERM. \param mayEnter, refused called by
-  /// serve(), on its thread; mayEnter only if connections need a key
+  /// serve(), on its thread, only if connections need a key
   static tl::expected<std::unique_ptr<Front>, Error> open(const Options& options, MayEnter mayEnter, Refused refused);
   ~Front();
   Front(const Front&) = delete;

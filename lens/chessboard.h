@@ -11,7 +11,7 @@ namespace lens {
 
 /// A plain chessboard with a white margin. Only its inner corners are used: (columns - 1) x (rows - 1).
 struct Board {
-  int columns = 9, rows = 6;  ///< number of squares along its sides, at least 4
+  int columns = 9, rows = 6;  ///< number of squares along its sides, at least 4 (not checked)
   double square = 10e-3;      ///< side of a square [m]
 
   int corners() const { return (columns - 1) * (rows - 1); }  ///< Returns the number of inner corners.
@@ -25,7 +25,8 @@ struct Corners {
   /// (u, v), 2 x board.corners(), in the order of Board::corner(); a board turned by 180 degrees gives those of a board
   /// that is not turned.
   Eigen::Matrix2Xd place_px;
-  /// Mean distance over which the brightness rises from 10 to 90 % at the edges between squares.
+  /// Mean distance over which the brightness rises from 10 to 90 % at the edges between squares: of the edges across
+  /// the rows or along them, whichever is larger.
   double edgeWidth_px = 0.0;
   double smallestSquare_px = 0.0;  ///< smallest distance between neighbouring corners
 };

@@ -27,8 +27,9 @@ struct CalibrateOptions {
   std::string output;  ///< file
 };
 
-/// Estimates the lens from pictures of a chessboard and writes a gel file with its uncertainties. Errors: those of
-/// loadGel() and readPicture(); EX_DATAERR for each picture that shows no board or differs from the others, for too few
+/// Estimates the lens from pictures of a chessboard and writes a gel file with its uncertainties. The gel file's pose
+/// is kept; its aspect, too, unless the pictures contradict it. Errors: those of loadGel() and readPicture();
+/// EX_DATAERR for each picture that shows no board or differs from the others in size, sharpness or lens, for too few
 /// pictures, for another size than the gel file's, and if the pictures do not determine the focal length; EX_CANTCREAT.
 Done calibrate(const CalibrateOptions& options);
 
@@ -39,13 +40,15 @@ struct PictureOptions {
 };
 
 struct PoseOptions : PictureOptions {
-  /// A pose with a larger residual is refused; a good pattern has hundredths of a pixel.
+  /// A pose with a larger residual is refused; a good pattern has hundredths of a pixel. One above 0.5 that is accepted
+  /// causes a warning on standard output.
   double acceptResidual_px = 0.5;
 };
 
 /// Estimates the camera's pose from one picture of the untouched gel and writes a gel file with camera, lens and the
-/// uncertainty of the pose. Errors: those of loadGel() and readPicture(); EX_DATAERR if the markers are not found, no
-/// pose fits, or the residual is too large, as with another aspect, which it then states; EX_CANTCREAT.
+/// uncertainty of pose and focal length; that of principal point, k1 and k2 stays the file's. Errors: those of
+/// loadGel() and readPicture(); EX_DATAERR if the markers are not found, no pose fits (as with fewer than 50 markers),
+/// or the residual is too large, as with another aspect, which it then states; EX_CANTCREAT.
 Done pose(const PoseOptions& options);
 
 /// Draws the markers of the untouched gel into the picture, at twice its size: circles where they were found, crosses
@@ -75,8 +78,8 @@ struct CameraFile {
 /// Reads a gel file as loadGel(), with its errors. For an empty path neither size is stated.
 tl::expected<CameraFile, Faults> loadCamera(const std::string& path);
 
-/// Writes a gel file without a calibration, which no longer applies, and prints its path and that a calibration was
-/// left out. Error: EX_CANTCREAT. \param remark one line on the origin of the values
+/// Writes a gel file without a calibration, which no longer applies, and prints its path and, if there was one, that a
+/// calibration was left out. Error: EX_CANTCREAT. \param remark one line on the origin of the values
 Done writeGel(const std::string& path, sensor::Sensor sensor, const std::string& remark);
 
 /// Returns an error of the input data: EX_DATAERR with the given fields of Error, of which `where` may be empty.

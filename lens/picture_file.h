@@ -1,4 +1,4 @@
-// Reads and writes picture files. Damaged files cause errors here, and no exceptions of a decoder.
+// Reads and writes picture files. Exceptions of a decoder become errors here.
 #pragma once
 
 #include "base/error.h"
@@ -12,14 +12,15 @@ namespace lens {
 
 /// Reads a PNG, TIFF or JPEG picture as 8 bits, grey or BGR, without applying a JPEG's orientation. Deeper samples are
 /// scaled so that the brightest becomes 255. The error names the file: EX_NOINPUT if it cannot be read, EX_DATAERR if
-/// it is damaged, of another type or larger than 16384 px. Turns off OpenCV's log in this process. Reentrant.
+/// it is damaged, of another type or has a side above 16384 px. Damage inside a JPEG or TIFF may stay undetected. Turns
+/// off OpenCV's log in this process. Reentrant.
 tl::expected<cv::Mat, tractiond::Error> readPicture(const std::string& path);
 
 /// Converts a BGR picture to grey, of the same depth. A grey picture is returned unchanged and shares its memory.
 cv::Mat grey(const cv::Mat& picture);
 
 /// Writes a PNG file atomically; an existing file is replaced. Error: EX_CANTCREAT, with the file's name.
-/// \param picture 8 bits, grey or BGR
+/// \param picture 8 bits, grey or BGR, not empty
 tl::expected<void, tractiond::Error> writePicture(const std::string& path, const cv::Mat& picture);
 
 }  // namespace lens

@@ -10,7 +10,8 @@ namespace lens {
 /// by Gauss-Newton over corner, directions of the edges, level, step and blur. The edges' curvatures c_k are those of
 /// the lens and are taken from the rows of corners: with perspective alone, second differences lie along a row. The
 /// model is inexact near the middle of edges that are not perpendicular, but equally on both sides of the corner, so
-/// the corner is not affected. A corner whose fit fails is left unchanged. Reentrant.
+/// the corner is not affected. A corner is left unchanged if its fit fails, moves it by more than 1.5 px, or needs
+/// pixels outside the picture. Reentrant.
 /// \param grey one channel of 8 bits
 /// \param radius_px radius of the pixels used; less than half a square
 /// \param blur_px start value of the blur, the standard deviation of the edges

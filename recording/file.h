@@ -29,8 +29,8 @@ class Sink {
 /// A new file. Thread-bound. append() and sync() fail with EX_IOERR, and wait for the disk.
 class NewFile : public Sink {
  public:
-  /// Creates the file in an existing directory and makes its name durable. Error: EX_CANTCREAT, also if a file of this
-  /// name exists: a recording is never overwritten.
+  /// Creates the file in an existing directory and makes its name durable, if the file system can: a failure of that is
+  /// not reported. Error: EX_CANTCREAT, also if a file of this name exists: a recording is never overwritten.
   static tl::expected<NewFile, Error> create(const std::filesystem::path& path);
   /// Closes the file without sync().
   ~NewFile() override;

@@ -63,8 +63,8 @@ class Reader {
 };
 
 /// Copies every readable message, with its channel and schema, into a new, whole recording, and syncs it at the end.
-/// Returns how the reading went: damage of `from` is no error. Errors: EX_IOERR of reading, and those of `to`. \param
-/// to must be empty
+/// Attachments and metadata records are not copied. Returns how the reading went: damage of `from` is no error. Errors:
+/// EX_IOERR of reading, and those of `to`; `to` then has no end. \param to must be empty
 tl::expected<Extent, Error> recover(const Reader& from, Sink& to);
 
 }  // namespace recording

@@ -47,10 +47,11 @@ class Writer {
   /// caller should call it when isDue(): write() alone leaves the last chunk unwritten until the next message.
   tl::expected<void, Error> flush();
   /// Writes the last chunk, the summary and the end, and syncs. Writes the end even if the last chunk fails, and then
-  /// returns that error. Once the end is written, further calls do nothing; before, they try again.
+  /// returns that error. Once the end is written, further calls do nothing; before, they try again. Nothing may be
+  /// declared or written after the end.
   tl::expected<void, Error> close();
 
-  /// Returns counts of what was written, without the current chunk.
+  /// Returns counts of what was written, without the current chunk. Those of schemas and channels are 0 until close().
   const Statistics& statistics() const { return statistics_; }
 
  private:

@@ -13,11 +13,13 @@ namespace sensor {
 using tractiond::FileError;
 using tractiond::TomlTable;
 
-/// Reads a gel file. Missing keys keep the paper's values, except the version, which is required. Also reads the
-/// influence file that the gel file names. Fails for invalid content, including an impossible sensor (Poisson's ratio
-/// of 0.5 or more, markers outside the block ...) and an unknown key. The error has `isData` if the influence file is
-/// at fault, and `unreadable` if it cannot be read. \param name names the file in errors; the path of an influence file
-/// is relative to its folder
+/// Reads a gel file. Missing keys keep the paper's values; the version, each layer's colour and depth, and a
+/// calibration's camera, date and hash are required. Also reads the influence file that the gel file names: keys of
+/// what it gives are then errors, and a missing Young's modulus is that of the influence file. Does not compare
+/// Calibration::hash with the content. Fails for invalid content, including an impossible sensor (Poisson's ratio of
+/// 0.5 or more, markers outside the block ...) and an unknown key. The error has `isData` if the influence file is at
+/// fault, and `unreadable` if it cannot be read.
+/// \param name names the file in errors; the path of an influence file is relative to its folder
 /// \param influence path of the influence file to read instead of the named one; empty: the named one
 tl::expected<Sensor, FileError> parseGel(std::string_view text, const std::string& name,
                                          const std::string& influence = {});

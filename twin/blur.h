@@ -11,8 +11,8 @@ struct Strip {
   double y, dy, x0, x1;
 };
 
-/// Returns the disc of `radius` [px] around (0, 0) as strips, top to bottom: at least 64, each at most 0.8 px high for
-/// a radius up to 10^5 px. Their total area is exactly the disc's.
+/// Returns the disc of `radius` [px], above 0, around (0, 0) as strips, top to bottom: at least 64, each at most 0.8 px
+/// high for a radius up to 10^5 px. Their total area is exactly the disc's.
 std::vector<Strip> discStrips(double radius);
 
 /// Returns an ellipse around (0, 0) in the same way. \param a, b half axes [px], above 0

@@ -21,7 +21,7 @@ struct Truth {
   std::optional<std::size_t> image;  ///< number of a given picture; nothing else is then known
   Resultant resultant;               ///< of all contacts on the gel
   std::vector<Load> contacts;        ///< contacts that carry a load
-  std::vector<int> missing;          ///< indices of markers that are not drawn
+  std::vector<int> missing;          ///< indices of markers that are not drawn, in no order; one may occur twice
   double rise_K = 0.0;               ///< temperature above that of the first zero
   bool torn = false;                 ///< part of the picture is from an earlier time or shifted
   Eigen::Matrix2Xd displacement_px;  ///< of all markers, drawn or not; 2 x markers, (u, v)
@@ -74,7 +74,7 @@ class RawFilm : public Film {
                                                               std::size_t pictureSize);
 
   /// Copies the bytes of picture number picture.number modulo the number of pictures into picture.pixels, which is
-  /// resized, whatever picture.format is. The noise and the scenario's contacts do not apply.
+  /// resized to `pictureSize` of open(), whatever picture.format is. Noise and the scenario's contacts do not apply.
   void draw(Picture& picture, Truth& truth) override;
 
  private:

@@ -25,7 +25,7 @@ struct Stamp {
 /// A picture to send.
 struct Picture {
   Format format = Format::kRgb8;
-  std::vector<std::uint8_t> pixels;  ///< of the camera's width and height, rows without padding
+  std::vector<std::uint8_t> pixels;  ///< pictureSize() bytes for the camera's width and height: this is not checked
   std::uint64_t number = 0;          ///< for the caller's use
   double time_s = 0.0;               ///< for the caller's use
   std::optional<Stamp> stamp;        ///< set when the picture was sent
@@ -41,7 +41,8 @@ struct GvCameraOptions {
 
 /// Serves pictures through Aravis's fake camera, which asks for a picture when one is due: on a thread of its own,
 /// while it answers no other packet. Pictures are therefore drawn ahead and only copied there. Without a client no
-/// picture is used. Thread-safe.
+/// picture is used; to a client that chooses a pixel format that is not in Format, zeros are sent. Thread-safe, except
+/// for close().
 class GvCamera {
  public:
   /// Starts the camera. Errors: EX_USAGE for an invalid address, EX_UNAVAILABLE if no interface that is up has exactly

@@ -56,7 +56,7 @@ struct Defocus {
 /// Inconsistent pictures: rows from `row` on are from an earlier time, or shifted.
 struct Tear {
   int row = 240;                    ///< first row, counted from 0
-  double lag_s = 0.0;               ///< by how much the rows are older
+  double lag_s = 0.0;               ///< by how much the rows are older; not older than the start of the period
   int shift_px = 0;                 ///< to the right; columns that leave the picture reappear on the left
   double from_s = 0.0, to_s = 0.0;  ///< as in Absence
 };
@@ -96,8 +96,9 @@ struct Resultant {
   void add(const ContactState& contact);  ///< Adds force and moment of a contact, torque included.
 };
 
-// These read a scenario in TOML, of at most 4 MiB. They fail for wrong syntax, an unknown key, a wrong type and an
-// impossible value; the error has `unreadable` if the file cannot be read. \param name names the file in errors
+// These read a scenario in TOML, a file of at most 4 MiB. They fail for wrong syntax, an unknown key, a wrong type and
+// an impossible value; the error has `unreadable` if the file is larger or cannot be read. \param name names the file
+// in errors
 tl::expected<Scenario, tractiond::FileError> parseScenario(std::string_view text, const std::string& name);
 tl::expected<Scenario, tractiond::FileError> loadScenario(const std::string& path);
 

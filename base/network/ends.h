@@ -32,12 +32,15 @@ std::uint64_t cookieOf(int fd);
 
 struct Unread {
   std::uint64_t socket = 0;  ///< inode: the descriptor's number may become another socket's
-  int bytes = 0;             ///< that were written and that the peer has not read
+  /// Over TCP, bytes that the peer's kernel has not acknowledged: it may hold more that its program has not read. Over
+  /// ipc, memory of what the peer has not read, with the kernel's overhead. 0: nothing.
+  int bytes = 0;
 };
-/// Returns what the peer of a connection has not read; nothing if `fd` is not a connection. Reentrant.
+/// Returns what the kernel still holds for the peer of a connection; nothing if `fd` is not a socket, or listens on
+/// TCP. Reentrant.
 std::optional<Unread> unreadOf(int fd);
 
-/// Returns a number that no open descriptor of this process reaches. Allocates.
+/// Returns a number that no open descriptor of this process reaches; 0 if /proc cannot be read. Allocates.
 int endOfDescriptorTable();
 
 /// Reads from a connection as recv() of the C library does. Reentrant.

@@ -60,15 +60,17 @@ tl::expected<KeyPair, Error> loadKeyPair(const std::filesystem::path& path);
 
 /// Writes a new file with mode 0600 and creates its directory and that one's parents. Errors: EX_CANTCREAT if the file
 /// exists or cannot be written, EX_NOPERM without the permission, and if root would write into a directory of another
-/// user. As root, the file gets the group of its directory. Does not check the keys. Waits for the disk.
+/// user. As root, the file gets the group of its directory. The process's umask is subtracted from its mode. Does not
+/// check the keys. Waits for the disk. \param path must state a directory: a bare file name fails with EX_CANTCREAT
 tl::expected<void, Error> saveKeyPair(const std::filesystem::path& path, const KeyPair& keys);
 
 /// Writes the gateway's own key to serverKeyFile() as saveKeyPair() does, with the same errors. As root the mode is
-/// 0640, so that the directory's group, the gateway's, can read it.
+/// 0640 without the umask's bits, so that the directory's group, the gateway's, can read it.
 tl::expected<void, Error> saveServerKey(const std::filesystem::path& directory, const KeyPair& keys);
 
-/// Writes NAME.key with mode 0644 and creates the directory; replaces an existing file as a whole. Errors are those of
-/// saveKeyPair(), except for an existing file. \param key must be valid: name and key are not checked
+/// Writes NAME.key with mode 0644, without the umask's bits, and creates the directory; replaces an existing file as a
+/// whole. Errors and group are those of saveKeyPair(), except for an existing file. \param key must be valid: name and
+/// key are not checked
 tl::expected<void, Error> allow(const std::filesystem::path& directory, const AllowedKey& key);
 
 /// Deletes NAME.key; a gateway notices it by itself (KeyDirectory::refresh()). Errors: EX_NOINPUT if there is none;

@@ -22,7 +22,7 @@ class ReplyBudget {
 
   /// \param most_bytes limit of all requesters together \param mostEach_bytes of one
   /// \param hasUnread returns whether the kernel holds bytes of a connection that its peer has not read; called by
-  /// forgetRead(); by default asks the kernel
+  /// forgetRead(); by default asks the kernel (unreadOf())
   ReplyBudget(std::uint64_t most_bytes, std::uint64_t mostEach_bytes, std::function<bool(int fd)> hasUnread = isUnread)
       : most_bytes_(most_bytes)
       , mostEach_bytes_(mostEach_bytes)

@@ -20,14 +20,16 @@ struct LineWriterOptions {
 /// lines for which there is no room are counted, and a line in their place states how many were lost.
 class LineWriter {
  public:
-  /// Starts the thread. \param descriptor must stay open until the process ends; not closed by the writer
+  /// Starts the thread. \throws std::system_error if no thread can be started
+  /// \param descriptor must stay open until the process ends; not closed by the writer
   explicit LineWriter(int descriptor, const LineWriterOptions& options = {});
   LineWriter(const LineWriter&) = delete;
   LineWriter& operator=(const LineWriter&) = delete;
   /// Calls drain(), and so waits at most for `patience`.
   ~LineWriter();
 
-  /// Waits until the queued lines are written, at most for `patience`. Later lines are not written. Any thread.
+  /// Waits until the queued lines are written, at most for `patience`; those left then, and later lines, are not
+  /// written. Any thread.
   void drain();
 
   /// Queues a line; does not wait. The line is lost if there is no room, or if the loss of an earlier one has not been
@@ -35,7 +37,7 @@ class LineWriter {
   void write(std::string_view line);
 
   /// Returns the number of lines lost since the start: no room, a full disk, or no reader. Lines that drain() leaves
-  /// unwritten are not counted. Any thread.
+  /// unwritten, and later ones while there is room for them, are not counted. Any thread.
   std::uint64_t lost() const;
 
  private:

@@ -33,7 +33,7 @@ std::string asWrites(const std::vector<std::string>& words);
 
 /// Returns a table whose lines end with a newline: a block of lines for a single feature, one line per feature for
 /// several, below the names of their categories; empty without features. Marks with '*' values that differ from the
-/// configuration or from before the session's first write. ASCII control characters become blanks.
+/// configuration or from before the session's first write. What is not printable becomes '?'.
 std::string table(const CameraReport& report);
 
 }  // namespace traction::cli

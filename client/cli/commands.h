@@ -14,7 +14,7 @@ namespace traction::cli {
 /// Duration of a command that ends on a signal only [s].
 constexpr double kForever = std::numeric_limits<double>::infinity();
 
-/// Runs the live view; if standard output is not a terminal, prints summary() once per second, and at once when the
+/// Runs the live view; unless isTerminal(), prints summary() once per second instead, and at once when the
 /// reason why there is no field changes. Returns after `seconds`, on a signal, or when the key q is pressed in the live
 /// view. Receives fields, descriptions and the status, whatever `options.topics` is. \param seconds kForever: no limit
 /// \throws Error kNoAnswer if no publisher is found in the first 3 s; later it waits for the daemon's return

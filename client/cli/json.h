@@ -10,6 +10,7 @@
 namespace traction::cli {
 
 // These return a JSON object without a line end. Numbers that are not finite become null. A Status must have a message.
+// A ZeroResult is written without rest positions.
 std::string toJson(const Message& message);
 std::string toJson(const Status& status);
 std::string toJson(const Description& description);

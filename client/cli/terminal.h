@@ -21,8 +21,8 @@ class Terminal {
  public:
   /// Switches to the alternate screen, without cursor and line wrapping. If standard input is a terminal, keys are then
   /// read one by one, without echo, and Ctrl-Z is disabled. Sets the process's character type (LC_CTYPE) from the
-  /// environment. Requires isTerminal(). rememberSignals() must have been called, or a signal leaves the terminal as it
-  /// is.
+  /// environment, which also decides on colours (NO_COLOR, COLORTERM). Requires isTerminal(). rememberSignals() must
+  /// have been called, or a signal leaves the terminal as it is.
   Terminal();
   /// Restores the screen and standard input, but not the locale.
   ~Terminal();
@@ -34,7 +34,8 @@ class Terminal {
   };
   /// Returns the size in characters; 80 x 24 if it is not known.
   Size size() const;
-  /// Writes the page to standard output, and waits for a terminal that does not read. Returns false if it is gone.
+  /// Writes the page to standard output. Waits without a limit, also after a signal, for a terminal that does not read.
+  /// Returns false if it is gone.
   bool show(const Canvas& canvas) const;
   /// Returns the characters that the locale supports.
   Glyphs glyphs() const { return glyphs_; }

@@ -17,7 +17,7 @@ struct TopCommand {
   bool once = false;  ///< prints all figures when they have arrived, or after 3 s, and ends
 };
 
-/// On a terminal, draws a page until q is pressed; otherwise prints one line per instrument and second. Returns also
+/// If isTerminal(), draws a page until q is pressed; otherwise prints one line per instrument and second. Returns also
 /// after `command.seconds` and on SIGINT, SIGTERM or SIGHUP, whose handlers it sets. An instrument that can no longer
 /// be received is shown with the reason. \param options for each subscription, except topics \param one without effect
 /// if endpoints are given; true: only the instance or endpoint of `options`; false: all instances of this machine

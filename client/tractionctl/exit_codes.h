@@ -9,7 +9,7 @@ namespace traction::cli {
 /// Lists the exit codes, for --help.
 extern const char* const kExitCodes;
 
-/// Prints an error on standard error, cut to 2,000 characters, with '?' for what is not printable. Returns `exitCode`.
+/// Prints an error on standard error, cut to 2,000 bytes, with '?' for what is not printable. Returns `exitCode`.
 int fail(int exitCode, const std::string& what);
 
 /// Prints an exception as fail() does. Returns its exit code: that of a KeyError or RecordingError, EX_NOINPUT for

@@ -69,9 +69,9 @@ std::array<char, kDataHeaderSize> dataHeader(std::uint32_t subscription, std::ui
 /// empty if none is supported. The result lives as long as the program.
 std::string_view chooseSubprotocol(std::string_view offered);
 
-/// Returns whether a page of this origin may connect: no origin (not a browser), an origin of Foxglove's or
-/// Lichtblick's own apps, or one of `allowed`, compared letter by letter ("https://example.org"). Any web page could
-/// reach a server on the loopback.
+/// Returns whether a page of this origin may connect: no origin (not a browser), Foxglove's or Lichtblick's web app,
+/// any origin of the schemes file, app, foxglove and lichtblick (desktop apps), or one of `allowed`, compared letter by
+/// letter ("https://example.org"). Any web page could reach a server on the loopback.
 bool isAllowedOrigin(std::string_view origin, const std::vector<std::string>& allowed);
 
 }  // namespace traction::view::foxglove

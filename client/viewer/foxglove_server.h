@@ -25,7 +25,8 @@
 
 namespace traction::view {
 
-/// Thread-bound: runs on the context's single thread; sources have their own.
+/// Thread-bound: runs on the context's single thread; sources have their own. Prints origins that it refuses on
+/// standard error, each once, at most 16.
 class FoxgloveServer {
  public:
   /// Binds and listens; accepts no connection before start(), and connects to no source before a client has come.

@@ -35,7 +35,8 @@ class Session : public std::enable_shared_from_this<Session> {
     std::function<std::string(Session& session, std::uint32_t channel)> subscribed;
     /// Called for each subscription that ends, also when the connection closes.
     std::function<void(std::uint32_t channel)> unsubscribed;
-    std::function<void(const Session* session)> closed;  ///< called once, when the connection has closed
+    /// Called once, when the connection has closed: also within tell(), closeIfUnresponsive() and close().
+    std::function<void(const Session* session)> closed;
   };
 
   static constexpr std::size_t kWindow = 512 * 1024;  ///< [bytes]

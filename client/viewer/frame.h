@@ -26,6 +26,7 @@ enum Kinds : unsigned {
   kRecorder = 4096,  ///< "view/recorder": the recording that is being made, JSON
   kPicture = 8192,   ///< "view/picture": where it lies in the camera's picture, JSON, a zero byte, a preview as JPEG
   kHealth = 16384,   ///< "view/health": how well a live sensor measures, and what is wrong, JSON
+  /// All but kPreview and kPicture, for which the daemon would make previews.
   kAllKinds = kAllTopics | kErrors | kPlaces | kSurface | kTime | kRecorder | kHealth,
 };
 inline constexpr unsigned kKindCount = 15;

@@ -29,9 +29,9 @@ std::string recordingName(const std::string& sensor);
 /// Records every message of a sensor, and its previews, on a thread of its own.
 class Recording {
  public:
-  /// Creates the file, which must not exist yet, and starts; does not wait for the daemon. Messages that cannot be
-  /// decoded are left out. \param options whose topics and queue are ignored \throws cli::RecordingError, Error
-  /// kBadEndpoint, kBadKeys
+  /// Creates the file, which must not exist yet, and starts; does not wait for the daemon. Ignores the errors of
+  /// Subscriber::receive(): messages that cannot be decoded are left out. \param options whose topics and queue are
+  /// ignored \throws cli::RecordingError, Error kBadEndpoint, kBadKeys
   Recording(const SubscriberOptions& options, const std::filesystem::path& file);
   /// Calls finish().
   ~Recording() { finish(); }

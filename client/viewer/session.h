@@ -20,8 +20,8 @@ namespace traction::view {
 
 struct SessionOptions {
   /// True: sends only the newest frame of each kind, and at most two of a kind that the client has not acknowledged
-  /// with "next". False: sends all frames in order, as fast as the connection takes them; a full queue drops its
-  /// oldest.
+  /// with "next". False: sends all frames in order, as fast as the connection takes them; at most
+  /// 1,200 wait, then the oldest is dropped.
   bool newest = true;
   unsigned kinds = kAllKinds;  ///< that the client wants
 };
@@ -39,7 +39,8 @@ class Session : public std::enable_shared_from_this<Session> {
     std::function<void(Session& from, const std::string& id, const std::string& question)> ask;
     /// Called for "play SECONDS SPEED". \param from_s finite \param speed from 0 to 64
     std::function<void(double from_s, double speed)> play;
-    std::function<void(const Session* session)> gone;  ///< called once, when the connection has closed
+    /// Called once, when the connection has closed: also within answer() and closeIfUnresponsive().
+    std::function<void(const Session* session)> gone;
   };
 
   /// Must be owned by a std::shared_ptr, which the session shares from start() until the connection is closed.

@@ -25,7 +25,8 @@ class Surface {
   /// Returns the surface's displacement at the nodes under the field's forces [mm], 3 N: x, y, z of each node, in the
   /// order of Field::force_N. Does not check Field::valid. The result is valid until the next call. Returns nullptr
   /// - before describe(), and while the matrix is being computed,
-  /// - for a sensor that is a body, has more than 2,000 nodes, or a gel of implausible size or stiffness,
+  /// - for a sensor that is a body, has more than 2,000 nodes or one within 1 mm of the gel's sides, or a gel of
+  ///   implausible size or stiffness,
   /// - if the field does not have one force per node.
   const Eigen::VectorXf* displacement(const Field& field);
 

@@ -26,7 +26,7 @@ struct CalibrationOptions {
   int weightFrames = 60;   ///< frames averaged after that
   double still_px = 0.02;  ///< largest smooth displacement that counts as still
   double other = 0.15;     ///< relative change of a load that makes it another weight
-  sensor::elastic::Progress progress = {};  ///< called while the mechanics are computed, for the first weight
+  sensor::elastic::Progress progress = {};  ///< called while the first weight and the first stiffness are computed
   GeometryOptions geometry = {};
   RestNoiseOptions noise = {};
   StiffnessOptions stiffness = {};
@@ -34,8 +34,8 @@ struct CalibrationOptions {
 
 using Result = tl::expected<CalibrationReport, std::string>;  ///< the error is a sentence for the operator
 
-/// A step that runs ends within its seconds and grace_s, measured by the frames' times. If no frames come, the caller
-/// must call drop().
+/// A step that runs ends within its seconds and grace_s, measured by the frames' times. If no frames come, or another
+/// zero comes into force, the caller must call drop(): neither is noticed here.
 ///
 /// Steps may be repeated and come in any order; each replaces its part of the sensor in force, and what was not
 /// measured stays as it is. The sensor in force itself does not change: the gel file applies from the next start.
@@ -50,10 +50,11 @@ class Calibration {
   /// (kNoise, kWeight) and returns nothing: its frames go to add(). Drops a step that runs. The first weight takes
   /// seconds of work, the first stiffness twice as many, kFinish waits for the disk. The result is an error if there is
   /// no zero (except for kStiffness and kFinish), nothing to evaluate or write, something seems to touch and `anyway`
-  /// is false, the fit fails or the weights contradict each other, the file cannot be written, or the sensor has an
-  /// influence file (except for kNoise and kFinish). A new geometry discards the weights read before. \param zero in
-  /// force; nullptr: none yet; need not outlive the call \param camera see cameraId() \param directory for the gel
-  /// file, which never replaces another; at most 100 of them
+  /// is false, the fit fails or the weights contradict each other, a weight is not above 0 or above 1e6 N, the file
+  /// cannot be written, or the sensor has an influence file (except for kNoise and kFinish). A new geometry discards
+  /// the weights read before. \param zero in force; nullptr: none yet; need not outlive the call \param camera see
+  /// cameraId(); empty: kFinish fails \param directory for the gel file, which never replaces another; kFinish fails if
+  /// it holds 100 files "*.toml"
   std::optional<Result> begin(const CalibrationStep& step, const RestPose* zero, const std::string& camera,
                               const std::filesystem::path& directory);
 

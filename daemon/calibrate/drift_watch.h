@@ -29,8 +29,8 @@ class DriftWatch {
   const RestDrift& drift() const { return drift_; }
 
   /// Returns whether the drift, at the edge of the picture, exceeds DriftOptions::largest deviations of the sensor's
-  /// picture motion. Returns true once, and again only after the drift has fallen below half of that limit or a zero
-  /// has been taken.
+  /// picture motion. Returns true once, and again only after a call has seen the drift below half of that limit, or the
+  /// zero has changed.
   bool takeWarning();
 
  private:

@@ -32,11 +32,11 @@ struct Geometry {
   sensor::Camera camera;            ///< focal length, principal point, k1, k2, position, rotation: new
   sensor::Uncertainty uncertainty;  ///< of focal length, position, rotation, and correlation: new
   double k1Deviation = 0.0, k2Deviation = 0.0;
-  double principalDeviation_px = 0.0;
+  double principalDeviation_px = 0.0;  ///< the larger of those in u and v
   double aspectDeviation = 0.0;
   double residual_px = 0.0;  ///< root mean square over the coordinates that are used
   int markers = 0;           ///< number of markers used
-  int outliers = 0;          ///< number of markers not used
+  int outliers = 0;          ///< number of markers that are present, but not used
   Bulge bulge;               ///< smooth part of the residual of all markers: found() if something seems to touch
 };
 
@@ -47,7 +47,7 @@ struct Geometry {
 /// length from distance and principal point from lateral position, and it is as uncertain as the layers' depths. So the
 /// file's focal length and its deviation matter, and the covariance states what remains unknown. Reentrant.
 /// \param start gel, pattern and camera of the file; the iteration begins with its camera
-/// \param seen_px 2 M, (u, v) of each marker, as in RestPose \param present M; 0: the marker is ignored
+/// \param seen_px 2 M, (u, v) of each marker, as in RestPose \param present M, 0 or 1; 0: the marker is ignored
 Geometry fitGeometry(const sensor::Sensor& start, std::span<const float> seen_px, std::span<const std::uint8_t> present,
                      const GeometryOptions& options = {});
 

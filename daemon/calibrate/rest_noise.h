@@ -27,7 +27,7 @@ class RestNoiseMeter {
  public:
   explicit RestNoiseMeter(const sensor::Sensor& sensor, const RestNoiseOptions& options = {});
 
-  /// Adds a frame; ignores it if fewer than ten markers are valid.
+  /// Adds a frame; ignores it if fewer than ten markers are valid. Checks neither its flags nor its zero.
   void add(const MarkerField& field);
   /// Returns the number of frames used so far.
   int frames() const { return frames_; }

@@ -21,16 +21,18 @@ struct StepLinks {
   std::int64_t (*clock)();                                        ///< [ns]
 };
 
-/// Answers each step once, unless another one replaces it before. Must not be destroyed while work is under way.
-/// Thread-bound.
+/// Answers each step once, unless another one replaces it before. Work that is under way cannot be stopped: what it has
+/// measured or written counts, also if its step was replaced or answered with an error. Must not be destroyed
+/// meanwhile. Thread-bound.
 class StepRunner {
  public:
   /// The sensor in force must outlive this.
   StepRunner(const sensor::Sensor& inForce, const CalibrationOptions& options, StepLinks links);
 
   /// Begins a step; returns at once, and may call `answer` before. It replaces a step that has not been answered, also
-  /// one that waits, which is dropped without an answer; if work is under way, the new step begins when that has ended.
-  /// Parameters are those of Calibration::begin().
+  /// one that waits, which is dropped without an answer; if work is under way, the new step begins when that has ended,
+  /// and is answered with an error instead once that work takes longer than kWorkWithin_ns. Parameters are those of
+  /// Calibration::begin(); all are copied.
   void begin(const CalibrationStep& step, const std::optional<RestPose>& zero, const std::string& camera,
              const std::filesystem::path& directory);
 
@@ -49,7 +51,7 @@ class StepRunner {
   /// Returns whether a step looks at frames now: not while work is under way.
   bool isLooking() const { return !work_ && calibration_.running(); }
 
-  /// Work that takes longer is answered with an error, and its later result is dropped. A small machine needs a minute
+  /// Work that takes longer is answered with an error, and its later report is dropped. A small machine needs a minute
   /// for the mechanics.
   static constexpr std::int64_t kWorkWithin_ns = 240'000'000'000;
 

@@ -33,8 +33,9 @@ struct Stiffness {
 /// Estimates E. The force that is read is proportional to the assumed modulus, so each weight gives
 /// E = assumed * weight / reading; the result is the weighted mean of the logarithms. The weights may come in any
 /// order; `contradiction` names weights that contradict each other or fit only if they were exchanged. It also names a
-/// weight whose reading is not above 0; modulus, deviation and linearity are then 0. Reentrant. \param weights at least
-/// one (asserted), each above 0 \param assumed Young's modulus of the readings [Pa]
+/// weight whose reading is not above 0; modulus, deviation and linearity are then 0, and ofEach ends before that
+/// weight. Reentrant. \param weights at least one (asserted), each above 0 \param assumed Young's modulus of the
+/// readings [Pa]
 Stiffness fitStiffness(const std::vector<WeighedForce>& weights, double assumed, const StiffnessOptions& options = {});
 
 }  // namespace tractiond::calibrate

@@ -104,10 +104,10 @@ class ControlGuard {
 /// Finds the camera that CameraOptions::id names and opens it, after CameraOptions::inspector, if there is one, has
 /// evaluated its description (not with CameraOptions::fakeInterface). For a GigE Vision camera, then also guards its
 /// control channel, takes control, and stops an acquisition that an earlier client left running. Blocks for seconds.
-/// EX_UNAVAILABLE: the camera is absent, does not answer, may not be opened, or has a faulty description. EX_TEMPFAIL:
-/// another client holds it and has not left within 8 s (a camera keeps to a dead client for 3 s by default), or a stop
-/// was requested meanwhile. EX_OSERR: the guard failed. \param opening `stop` ends the wait early, `say` is told of
-/// another client \param guard made before this call
+/// EX_UNAVAILABLE: the camera is absent, does not answer, may not be opened, has a faulty description, or a stop was
+/// requested while that was evaluated. EX_TEMPFAIL: another client holds it and has not left within 8 s of the call (a
+/// camera keeps to a dead client for 3 s by default), or a stop was requested meanwhile. EX_OSERR: the guard failed.
+/// \param opening `stop` ends both waits early, `say` is told of another client \param guard made before this call
 tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, const Opening& opening,
                                                   ControlGuard& guard);
 
@@ -137,8 +137,10 @@ std::string elementText(ArvGcNode* node, const char* element);
 /// it cannot be read now.
 std::string readFeature(ArvDevice* device, const std::string& name);
 /// Carries out an operator's request to the camera, as CameraStep::Kind states, and reports the features that it
-/// concerned, as they are afterwards. The error is a sentence: nothing matches, the camera refuses or does not answer,
-/// or a write would change size or format of the picture. Waits up to 10 s for a command, 5 s for the white balance.
+/// concerned, as they are afterwards; for a command only a remark, for a trigger nothing. The error is a sentence:
+/// nothing matches, the camera refuses or does not answer, or the name of a feature to write begins like one that
+/// changes the picture's size, offset, format, binning or mirroring. "Feature[Choice]" sets the selector for as long as
+/// the request lasts. Waits up to 10 s for a command, 5 s for the white balance.
 /// \param configured what the configuration sets; is reported beside the values \param first values before the first
 /// write of this session, by name; receives that of a feature written now
 tl::expected<CameraReport, std::string> serveFeatures(ArvCamera* camera, const CameraStep& step,
@@ -230,10 +232,10 @@ std::string byteOrderNote(ArvDevice* device);
 // ---- aravis_network.cpp
 
 /// Returns the packet sizes to try in turn [bytes with headers]: the largest that interface and camera carry, at most
-/// 9000, or 1500 if the interface's MTU is not known, then 1500 and 576, as far as they are smaller. Looks for it with
-/// test packets, if the camera sends them, and then leaves the camera with another size: must be called without a
-/// stream, and a size be set afterwards. Only CameraOptions::packetSize_bytes if that is set. EX_CONFIG if that exceeds
-/// the MTU, as far as known. For a GigE Vision camera.
+/// 9000, or 1500 if the interface's MTU is not known, rounded down to a multiple of 4; then 1500 and 576, as far as
+/// they are smaller. Looks for it with test packets, if the camera sends them, and then leaves the camera with another
+/// size: must be called without a stream, and a size be set afterwards. Only CameraOptions::packetSize_bytes if that is
+/// set. EX_CONFIG if that exceeds the MTU, as far as known. For a GigE Vision camera.
 tl::expected<std::vector<int>, Error> packetSizes(ArvCamera* camera, const CameraOptions& options);
 
 /// Sets the size of a GigE Vision stream's receive buffer. Returns the size that the kernel granted [bytes]; 0: not

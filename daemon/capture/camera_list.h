@@ -10,7 +10,7 @@
 namespace tractiond::capture {
 
 /// Returns all cameras that answer; empty: none does. Blocks for about a second. \param withFake puts Aravis's
-/// in-process test camera first
+/// in-process test camera first; false hides it from this whole process
 std::vector<CameraName> listCameras(bool withFake = false);
 
 struct CameraSight {

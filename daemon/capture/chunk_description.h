@@ -12,7 +12,7 @@ namespace tractiond::capture {
 struct ChunkDescription {
   std::vector<ChunkField> fields;   ///< numbers that readChunks() can read
   std::vector<std::string> names;   ///< features of `fields`, in the same order
-  std::vector<std::string> unread;  ///< features that the camera may send but that are computed, so cannot be read
+  std::vector<std::string> unread;  ///< features it may send that are computed or lack a place, so cannot be read
 };
 
 /// Reads where the numbers lie from the camera's description, and what scales them: of an open camera it may read

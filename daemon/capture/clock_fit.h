@@ -42,8 +42,8 @@ class ClockFit {
   void add(const ClockReading& reading);
 
   /// Returns when the clock showed `device_ns`. Returns nothing if that is more than 30 s before or after the newest
-  /// reading, or if there are fewer than two readings since the clock was set. \param resolution_ns rounding of
-  /// `device_ns`, up or down
+  /// reading, if there are fewer than two readings since the clock was set, or if they leave no time for it.
+  /// \param resolution_ns rounding of `device_ns`, up or down
   std::optional<Span> at(std::int64_t device_ns, std::int64_t resolution_ns = 0) const;
 
   std::size_t readings() const { return count_; }  ///< Returns the number of readings in use, at most 128.

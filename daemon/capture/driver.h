@@ -67,7 +67,8 @@ class Driver {
   virtual Error end() const { return {.exitCode = EX_OK}; }
 
   /// Liveness check, called if no picture comes. Returns why the camera is lost, as the end of a sentence; empty if it
-  /// is alive or cannot be asked. Takes up to 0.4 s; 2.2 s if the thread that receives packets waits for a processor.
+  /// is alive or cannot be asked. If the thread that receives packets hangs, gives up the control of the camera. Takes
+  /// up to 0.4 s; 2.2 s if that thread waits for a processor.
   virtual std::string doubt() { return ""; }
 
   /// Notes that the camera does not answer: the destructor then does not ask it to stop, and link() reads no further

@@ -33,9 +33,10 @@ struct CameraRules {
   std::int64_t (*clock)() = monotonicNow;     ///< returns the time of arrivals [ns]; waits are in real time
 };
 
-/// Called by the keeper for each session, before its first frame. After an error the camera is closed: in the first
-/// session that ends the source (EX_UNAVAILABLE only without CameraRules::wait); in a later one, and while the camera
-/// is awaited, the keeper logs the error and tries the camera again.
+/// Called by the keeper for each session, before its first frame. Must not stop the keeper, which would wait for it.
+/// After an error the camera is restored (Driver::undo()) and closed: in the first session that ends the source
+/// (EX_UNAVAILABLE only without CameraRules::wait); in a later one, and while the camera is awaited, the keeper logs
+/// the error and tries the camera again.
 using Welcome = std::function<tl::expected<void, Error>(const CameraInfo&)>;
 
 /// Why a driver is given back. kReopened: reopen() was called. kOtherPictures: its pictures differ in size or format

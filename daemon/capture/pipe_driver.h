@@ -12,7 +12,7 @@ struct PipeOptions {
   std::string path = "-";     ///< "-": standard input
   std::string format;         ///< a name of records/pixel_format.h
   int width = 0, height = 0;  ///< px
-  int buffers = 10;           ///< number of pictures that may be out at once
+  int buffers = 10;           ///< number of pictures that may be out at once, at least 1
   double frameRate_Hz = 0.0;  ///< upper limit; 0: as fast as they are taken
 };
 

@@ -32,10 +32,10 @@ struct StreamShape {
 };
 
 /// Returns the program for SO_ATTACH_FILTER on a UDP socket. It passes leaders of pictures (with or without chunk data)
-/// with packet id 0, data with ids from 1 to blocks() that are no longer than a block, trailers with ids from 2 to
-/// blocks() + 1, and reports that a packet cannot be resent: all from the camera's address and port (any port if
-/// cameraPort is 0), with ids of StreamShape's width. \param shape packetSize_bytes of at least 100, payload_bytes of
-/// at least 1
+/// and of chunk data alone with packet id 0, data with ids from 1 to blocks() that are no longer than a block, trailers
+/// with ids from 2 to blocks() + 1, and reports that a packet cannot be resent: all from the camera's address and port
+/// (any port if cameraPort is 0), with ids of StreamShape's width. \param shape packetSize_bytes of at least 100,
+/// payload_bytes of at least 1
 std::vector<sock_filter> streamFilter(const StreamShape& shape);
 
 }  // namespace tractiond::capture

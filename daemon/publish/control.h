@@ -72,7 +72,8 @@ class ControlServer {
   void answerCamera(const tl::expected<CameraReport, std::string>& result);
 
   /// Sends the picture, or the error, to all clients that wait for one. Encodes it within the call, and halves it until
-  /// it has at most 16 MiB. \param layers layers of its markers; empty: there are none
+  /// it has at most 16 MiB. \param result a picture must fit (FrameCopy::fits), and need not outlive the call \param
+  /// layers layers of its markers; empty: there are none
   void answerSnapshot(const tl::expected<const Snapshot*, std::string>& result,
                       const std::vector<sensor::MarkerLayer>& layers);
 

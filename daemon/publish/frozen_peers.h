@@ -18,17 +18,19 @@ class FrozenPeers {
   static constexpr int kMostAtOnce = 1024;
 
   /// \param bound endpoints of this program, as bound
-  /// \param told called within look() with a line for the log about what was done, once a minute at most \param
-  /// mostAtOnce number of file descriptors that one call looks at
+  /// \param told called within look() with a line for the log, once a minute at most: the number of connections that
+  /// this round has ended; those of other rounds in that minute are not reported
+  /// \param mostAtOnce number of file descriptors that one call looks at, above 0
   FrozenPeers(std::vector<std::string> bound, std::function<void(const std::string&)> told,
               int mostAtOnce = kMostAtOnce)
       : bound_(std::move(bound))
       , told_(std::move(told))
       , most_(mostAtOnce) {}
 
-  /// Ends the connections to the bound endpoints whose unread bytes in the kernel have not changed for 5 s, and returns
-  /// the memory of the messages that waited for them. A round over all file descriptors begins each second; with many
-  /// descriptors it takes several calls. \param now_ns time of the call on any clock that does not go back, from 1 s on
+  /// Ends the connections to the bound endpoints whose unread bytes in the kernel (network::Unread) are not 0 and have
+  /// not changed for 5 s, and returns the memory of the messages that waited for them to the system, in this round and
+  /// the two after it. A round over all file descriptors begins each second; with many descriptors it takes several
+  /// calls. \param now_ns time of the call on any clock that does not go back, from 1 s on
   void look(std::int64_t now_ns);
 
  private:

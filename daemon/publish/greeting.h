@@ -9,8 +9,8 @@ namespace tractiond::publish {
 /// Connects as a client: that thread sends a greeting to every new connection (ZMTP 3.0). Thread-bound.
 class Greeting {
  public:
-  /// Does not connect yet: the first came() does. \param endpoint ipc://PATH, as bound; other kinds are not checked,
-  /// and neither is a path that is too long for a socket
+  /// Does not connect yet: the first came() does. \param endpoint ipc://PATH, as bound; other kinds, ipc://@NAME among
+  /// them, are not checked, and neither is a path that is too long for a socket
   explicit Greeting(const std::string& endpoint);
   ~Greeting();
   Greeting(Greeting&& other) noexcept;  ///< Takes over the connection; `other` has none afterwards.

@@ -36,12 +36,13 @@ struct PublishOptions {
   std::chrono::milliseconds statusInterval{1000};  ///< time between two statuses
   /// Shortest time between two descriptions sent for new subscribers, of all of them together.
   std::chrono::milliseconds descriptionInterval{100};
-  std::int64_t (*monotonicClock)() = monotonicNow;  ///< [ns], of the messages' monotonic times
+  std::int64_t (*monotonicClock)() = monotonicNow;  ///< [ns], of the messages' monotonic times and these intervals
   std::int64_t (*realClock)() = realNow;            ///< [ns], of the messages' times of day
 };
 
 /// publish() and serve() are for one thread. describe() may be called from one other thread, offerPreview() from one
-/// more. lastStatus(), lastDescription(), previewWanted() and the endpoints are thread-safe.
+/// more. lastStatus(), lastDescription(), previewWanted() and the endpoints are thread-safe. publish(), serve() and
+/// offerPreview() throw zmq::error_t if ZeroMQ has no memory for a message.
 class Publisher {
  public:
   /// Binds to the endpoints, and sends the description and a first status. The ledger must outlive this, the

@@ -64,7 +64,8 @@ class PreviewMessage {
 
 /// Encodes messages, one of each kind, in the same memory every time: nothing is allocated after the first of a kind.
 /// Each fill function returns the size [bytes]; the write function of the same kind then writes as many, and `bytes`
-/// must have room for them. Thread-bound.
+/// must have room for them. Header and timestamp are from `heading` alone: frame, flags and zero of the record are not
+/// used. Thread-bound.
 class Wire {
  public:
   /// \param identity part of every message; copied
@@ -73,7 +74,7 @@ class Wire {
 
   std::size_t fill(const TractionField& field, const Heading& heading);  ///< Sets the whole message of a field.
   std::size_t fill(const MarkerField& markers, const Heading& heading);  ///< Sets the whole message of markers.
-  /// Sets ledger and header of status().
+  /// Sets ledger, header and timestamp of status(), which must not be changed before writeStatus().
   std::size_t fillStatus(const Ledger& ledger, const Heading& heading);
   /// Returns the status, for the caller to set everything except ledger and header before fillStatus(). It keeps its
   /// values from one status to the next, and lives as long as this.

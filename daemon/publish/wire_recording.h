@@ -67,9 +67,10 @@ class PictureMessage {
   std::string bytes_, scratch_;
 };
 
-/// Decodes untrusted bytes into `frame`. EX_DATAERR: damaged, or of a pixel format that this program cannot read. On
-/// success the frame has the bytes that its format, size and stride need, and the sizes within a rest pose fit each
-/// other. After an error `frame` has no meaning. `bytes` need not outlive the call. Reentrant.
+/// Decodes untrusted bytes into `frame`. EX_DATAERR: damaged, with a side above 65,535 px or more than 512 MiB, or of a
+/// pixel format that this program cannot read. On success the frame has the bytes that its format, size and stride
+/// need, and the sizes within a rest pose fit each other. After an error `frame` has no meaning. `bytes` need not
+/// outlive the call. Reentrant.
 tl::expected<void, Error> decodePicture(std::string_view bytes, TrackedFrame& frame);
 
 }  // namespace tractiond::publish

@@ -35,8 +35,8 @@ struct PlainPicture {
 
 /// Converts a frame of any format that can be read to a picture of the same size, for display: takes the high 8 bits;
 /// all four pixels of a 2 x 2 cell of a mosaic get the cell's colour; YUV becomes RGB (ITU-R BT.601, full range). Only
-/// grey formats give one channel. Samples beyond Frame::size count as 0. The frame's data must be valid during the call
-/// only. Reentrant.
+/// grey formats give one channel. Samples beyond Frame::size count as 0. The frame must have at least one pixel
+/// (asserted), and its data must be valid during the call only. Reentrant.
 PlainPicture plainPicture(const Frame& frame);
 
 /// Returns the picture at half the width and height, rounded down: means of 2 x 2 pixels of each channel. A side of one

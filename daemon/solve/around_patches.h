@@ -11,7 +11,7 @@ namespace tractiond::solve {
 /// A round contact of the estimate. Its load excludes its roughness and the field around it.
 struct FoundPatch {
   RoundPatch patch;
-  int contact = 0;  ///< the first patch of the same contact; set if patches are likelier than the field alone
+  int contact = 0;  ///< the first patch of the same contact, set by Model if Estimate::patchShare > 1/2; else 0
   /// Covariance of force, torsion, x, y, spread [N, N m, m, m, m^2].
   Eigen::Matrix<double, kPatchLoads + kPatchPlaces, kPatchLoads + kPatchPlaces> covariance =
       decltype(covariance)::Zero();
@@ -29,9 +29,10 @@ class AroundPatches {
   AroundPatches(const Factors& factors, const Atoms& atoms, const ModelOptions& options, Prior& prior,
                 Selection& selection, Roughness& roughness);
 
-  /// Solves for the field. Returns false if equations could not be solved. All arguments must last until the last call
-  /// of the functions below. \param left RoundPatches::leave() with the motion \param products with the same missing
-  /// coordinates \param start moments of the atoms by the modes of RoundPatches::leave() without the motion
+  /// Solves for the field. Returns false if equations could not be solved; the results then have no meaning. `patches`
+  /// must last, without another find(), until the last call of the functions below. \param left RoundPatches::leave()
+  /// with the motion \param products with the same missing coordinates \param start moments of the atoms by the modes
+  /// of RoundPatches::leave() without the motion
   bool solve(const Displacements& left, AtomProducts& products, const AtomMoments& start, const RoundPatches& patches);
 
   // Results of solve() with the roughness kRoughness[i].
@@ -55,7 +56,7 @@ class AroundPatches {
   FoundPatch found(int patch);
 
   /// Computes the shares of the points (P) in the force of a patch; their sum is 1. \param centred true: the centroid
-  /// of the shares is the place of the patch
+  /// of the shares is the place of the patch. A place beyond the grid of points counts as the nearest one on its border
   void spread(const PatchPlace& place, bool centred, std::span<double> share);
 
  private:

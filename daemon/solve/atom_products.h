@@ -33,8 +33,7 @@ class AtomProducts {
   void add(std::span<const int> atoms);
 
   /// Returns the index of the first of the three components of an atom that was added; -1 if there are no products of
-  /// it. The components of the motion
-  /// have the indices 0 .. kMotions - 1.
+  /// it. The next add() may change it. The components of the motion have the indices 0 .. kMotions - 1.
   int indexOf(int atom) const { return index_[static_cast<std::size_t>(atom)]; }
   /// Returns the products of a component with all others, by their indices [px^2/N^2; with the motion px^2/N, px^2].
   /// Valid until the next add() or begin().

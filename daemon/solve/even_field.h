@@ -27,9 +27,8 @@ class EvenField {
             Roughness& roughness);
 
   /// Solves for the field. Returns false if equations could not be solved; the results then have no meaning. \param
-  /// picture must last until the last call
-  /// of the functions below \param products of the picture \param forces_N of the points (3P), from which the footprint
-  /// is drawn; not all 0 \param degrees of freedom that were used for them
+  /// products of the picture \param forces_N of the points (3P), from which the footprint is drawn; not all 0
+  /// (asserted) \param degrees of freedom that were used for them
   bool solve(const Displacements& picture, AtomProducts& products, std::span<const double> forces_N, double degrees);
 
   int count() const { return count_; }  ///< number of the kRoughness that solve() has solved for, the first ones

@@ -53,19 +53,19 @@ class Evidence {
   /// Finds the surest force, by the modes of the first group. \param amplitudes c of these modes at least [px]
   SurestForce surest(std::span<const double> amplitudes, double noise_px);
 
-  /// Returns the least typical force of a picture that shows this one: its square, shared by all components of all
-  /// points.
+  /// Returns the least typical force of a picture that shows this one [N]: its magnitude / sqrt(3P).
   double leastTypical_N(const SurestForce& force) const;
 
-  /// Returns tau, the typical force of this picture [N]. \param amplitudes c of the modes that were read [px], at least
-  /// one
+  /// Returns tau, the typical force of this picture [N]: the likeliest of fixed values, 28 % apart, from 6e-6 to 1.6
+  /// times Factors::force_N, in proportion to noise_px / ModelOptions::noise_px. \param amplitudes c of the modes that
+  /// were read [px], at least one (asserted)
   double typicalForce_N(std::span<const double> amplitudes, double noise_px);
 
   /// Computes the moments of all atoms from the amplitudes, with the prior of their typicalForce_N(), but at least of
   /// `least_N`. \param amplitudes as many as modesToRead() asks for
   void start(std::span<const double> amplitudes, double noise_px, double least_N, AtomMoments& moments);
 
-  /// Subtracts from the amplitudes (r [px]) those that the forces of the points (3P) cause.
+  /// Subtracts from the amplitudes, of the first modes, at most r [px], those that the forces of the points (3P) cause.
   void subtract(std::span<const double> forces_N, std::span<double> amplitudes);
 
  private:

@@ -26,7 +26,8 @@ class ExtraUnknowns {
   /// Returns the effect on force and moment about the origin [N, N m], which the caller fills in.
   Eigen::Matrix<double, 6, 1>& wrench(int unknown) { return wrench_[static_cast<std::size_t>(unknown)]; }
 
-  /// Computes the products among the unknowns, with the motion and with `picture`, and the nodes' forces.
+  /// Computes the products among the unknowns, with the motion and with `picture`, and the nodes' forces. To be called
+  /// once after begin(): productsWith() keeps what it has computed until the next begin().
   void multiply(const Displacements& picture);
 
   // For the posterior, after multiply().

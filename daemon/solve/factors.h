@@ -69,7 +69,9 @@ struct Factors {
 
 /// Computes the factors in seconds, with the threads of the BLAS and about twice the memory of the factors. Leaves
 /// `id`, `computed_ns` and `systematicErrors` to the caller. Fails if the matrix is not finite or all zero (EX_CONFIG),
-/// if its eigenvectors are not found (EX_SOFTWARE), or with givenUp(). The arguments need not outlive the result.
+/// if its eigenvectors are not found (EX_SOFTWARE), or with givenUp(). The rank is 0 if all singular values are below
+/// ModelOptions::faintest. force_N and ModelOptions::noise_px must be above 0, and the sizes must fit (asserted). The
+/// arguments need not outlive the result.
 /// \param influence of the points, 2M x 3P [px/N]; freed as soon as it is no longer needed
 /// \param force_N as in Factors
 /// \param near factors of nearly the same influence: the modes are then combinations of its modes, which takes a third
@@ -79,8 +81,8 @@ tl::expected<Factors, Error> computeFactors(Eigen::MatrixXd influence, const Ato
                                             double force_N, const ModelOptions& options, const Factors* near = nullptr,
                                             const Stopping& stopping = {});
 
-/// Computes the influence of the points by the sensor's mechanics, and the factors as above. `progress` covers the
-/// influence only.
+/// Computes the influence of the points by the sensor's mechanics, and the factors as above, with the same errors.
+/// `progress` covers the influence only.
 tl::expected<Factors, Error> computeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
                                             const ModelOptions& options,
                                             const sensor::elastic::Progress& progress = {});

@@ -23,9 +23,10 @@ using Remark = std::function<void(const std::string&)>;
 
 /// Returns the factors of the sensor's makeAtoms() with modelOptions(options): those of the cache file if it is whole
 /// and has the right id; else computes and caches them. If the state directory cannot be read or written, it calls
-/// `remark` and computes. Creates the directory; deletes older cache files after a save, and the inverses (*.inverse)
-/// of earlier versions. Fails as computeFactors(). `progress` covers the influence, which takes most of the time,
-/// and is not called if the cache is used. \param atoms makeAtoms(sensor)
+/// `remark` and computes. Creates the directory. After a save it deletes, in the directory, all but the newest cache
+/// files, unfinished ones, and the inverses (*.inverse) of earlier versions; so no other process may save there at the
+/// same time. Fails as computeFactors(). `progress` covers the influence, which takes most of the time, and is not
+/// called if the cache is used. \param atoms makeAtoms(sensor)
 tl::expected<Factors, Error> loadOrComputeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
                                                   const SolveOptions& options,
                                                   const std::filesystem::path& stateDirectory,

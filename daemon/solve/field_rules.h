@@ -20,11 +20,11 @@ class FieldRules {
   const std::vector<std::array<double, 3>>& nodes() const { return nodes_; }  ///< places, gel frame [m]
 
   /// Makes the field not valid, with no contacts and Method::kNone, and sets the numbers that a solver computes to 0.
-  /// Leaves its markers, times and flags unchanged.
+  /// Leaves its markers and flags unchanged.
   static void clear(TractionField& field);
 
   /// Sets the centre of pressure from the field's resultant and moment, if the normal force exceeds five of its
-  /// standard deviations by noise and SolveOptions::minPressForCentre_N; else marks it as not valid.
+  /// standard deviations by noise and SolveOptions::minPressForCentre_N; else only marks it as not valid.
   void centre(TractionField& field) const;
 
   /// Returns the centroid of the nodes in the gel frame, weighted by the magnitudes of their forces [m]; the origin if
@@ -32,7 +32,8 @@ class FieldRules {
   Eigen::Vector3d centroid(const TractionField& field) const;
 
   /// Sets the residual; sets the flag kUnexplained if noise and model errors do not explain it. \param
-  /// squaredResidual_px2 sum over the coordinates of the used markers
+  /// squaredResidual_px2 sum over the coordinates of the used markers; below 0 counts as 0
+  /// \param markers whose last take() returned true
   static void explain(double squaredResidual_px2, const UsedMarkers& markers, TractionField& field);
 
   /// Returns whether a force on the node, by its square, is beyond the range in which the uncertainty is known: more
@@ -42,7 +43,8 @@ class FieldRules {
   /// Returns the same for the mean pressure on an area of the size that a node stands for.
   bool outOfRange(double pressure_Pa) const { return pressure_Pa > largestPressure_Pa_; }
 
-  /// Returns whether residual, resultant and moment of the field, with their uncertainty, are finite.
+  /// Returns whether residual, resultant and moment of the field, with their uncertainty, are finite. Does not check
+  /// the node forces.
   static bool finite(const TractionField& field);
 
  private:

@@ -16,16 +16,16 @@ class FieldSolver {
   FieldSolver(const FieldSolver&) = delete;
   FieldSolver& operator=(const FieldSolver&) = delete;
 
-  /// Computes all of a field except its times. Both must be sized for the sensor's markers and nodes (asserted). Copies
-  /// the markers and their flags into the field. If too many markers are missing (flag kFewMarkers), the markers have
-  /// the flag kGelMismatch, or a number is not finite, the field is not valid and all its numbers are 0. Allocates
-  /// nothing.
+  /// Computes all of a field. Both must be sized for the sensor's markers and nodes (asserted). Copies the markers,
+  /// with their FrameInfo, and their flags into the field. If too many markers are missing (sets the flag kFewMarkers),
+  /// the markers have the flag kFewMarkers or kGelMismatch, or a number is not finite (sets no flag), the field is not
+  /// valid and all its numbers are 0. Allocates nothing.
   virtual void solve(const MarkerField& markers, TractionField& field) noexcept = 0;
 
   /// Returns the force on a single node that is found in half of the frames: along the surface, and into it [N].
   virtual std::array<double, 2> detectionLimit_N() const = 0;
 
-  /// Numbers of fields. Any thread may read them.
+  /// Numbers of fields; those with the flag kGelMismatch are in neither. Any thread may read them.
   struct Counters {
     Counter fewMarkers;  ///< not valid: too few markers
     Counter notFinite;   ///< not valid: a number is not finite

@@ -66,9 +66,9 @@ class Hills {
   /// Returns the force of a contact in standard deviations, along the axis on which that is largest.
   static double surety(const Contact& contact);
 
-  /// Divides the forces and lists the contacts, strongest first, at most kMaxContacts: the hill of the highest peak,
-  /// and those with a surety() above kLeast_deviations. There must be at least one force. Returns the number of
-  /// contacts.
+  /// Divides the forces and lists the contacts, strongest first: the hill of the highest peak, and those with a
+  /// surety() above kLeast_deviations; of more than kMaxContacts, those of the highest peaks. Returns their number; 0
+  /// without forces.
   int list(const SolvedForces& forces, std::array<Contact, kMaxContacts>& contacts);
 
   /// Sorts contacts by the magnitude of their forces, strongest first.

@@ -73,18 +73,19 @@ RowMatrix toRows(const Source& source) {
 }
 
 /// Computes sum += sum over k of coefficients[k] * matrix.row(rows[k]). `rows` and `coefficients` have the same number
-/// of elements. \param sum matrix.stride() elements on a line's boundary
+/// of elements. \param sum matrix.stride() elements; fastest on a line's boundary
 void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum);
 /// Computes the same for the columns first .. end - 1, and for what fills their last line. \param first a multiple of
-/// kLineFloats
+/// kLineFloats \param sum as above: its first element belongs to column 0
 void addColumns(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, int first,
                 int end, double* sum);
 
-/// Computes products[k] = matrix.row(rows[k]) . vector in double precision. \param vector matrix.stride() elements
+/// Computes products[k] = matrix.row(rows[k]) . vector in double precision. \param vector matrix.stride() elements, all
+/// finite
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const double* vector, double* products);
 
-/// Computes the same with the first `columns` columns, in single precision. \param vector padded with zeros to a multiple
-/// of kLineFloats, on a line's boundary
+/// Computes the same with the first `columns` columns, in single precision. \param vector padded with zeros to a
+/// multiple of kLineFloats; fastest on a line's boundary
 void multiplyFirst(const RowMatrix& matrix, std::span<const int> rows, int columns, const float* vector,
                    double* products);
 /// Computes the same in double precision. \param vector padded with zeros to a multiple of kLineFloats
@@ -94,8 +95,8 @@ void multiplyFirst(const RowMatrix& matrix, std::span<const int> rows, int colum
 // `lower` is the lower triangle of a symmetric matrix A of `size` rows, or its Cholesky factor L, A = L L'. It is
 // packed: row i starts at i (i + 1) / 2. The factor has the reciprocals of its diagonal elements in their place.
 
-/// Replaces A by L. Returns false if A is not positive definite or not finite; `lower` then has no meaning. \param
-/// scratch kColumns * size elements
+/// Replaces A by L. Returns false if A is not positive definite or contains a NaN; `lower` then has no meaning. Does
+/// not detect an infinite element on the diagonal. \param scratch kColumns * size elements
 bool factoriseLower(std::span<double> lower, int size, double* scratch);
 
 /// Computes the columns first .. first + kColumns - 1 of L^-1; columns beyond the last one become 0. Leaves the rows

@@ -14,9 +14,9 @@ struct MadeSolver {
   std::int64_t computed_ns = 0;         ///< CLOCK_REALTIME when the numbers it solves with were computed
 };
 
-/// Makes the solver. Reads its factors from the state directory, or computes them in seconds and caches them there.
-/// Fails if they cannot be computed (EX_CONFIG or EX_SOFTWARE, as loadOrComputeFactors()). The arguments need not
-/// outlive the solver. \param remark see factors_cache.h
+/// Makes the solver, with up to a second for its detection limit. Reads its factors from the state directory, or
+/// computes them in seconds and caches them there. Fails if they cannot be computed (EX_CONFIG or EX_SOFTWARE, as
+/// loadOrComputeFactors()). The arguments need not outlive the solver. \param progress, remark see factors_cache.h
 tl::expected<MadeSolver, Error> makeSolver(const sensor::Sensor& sensor, const SolveOptions& options,
                                            const std::filesystem::path& stateDirectory,
                                            const sensor::elastic::Progress& progress = {}, const Remark& remark = {});
@@ -26,12 +26,12 @@ bool followsRest(const sensor::Sensor& sensor);
 
 /// A solver for the places that the markers have in the gel by its rest picture; `places` are those it solves for.
 struct SolverAtRest {
-  std::unique_ptr<FieldSolver> solver;
+  std::unique_ptr<FieldSolver> solver;  ///< owns all that it needs; never null
   RestPlaces places;
 };
 
 /// Makes the solver for the places of the markers that a zero shows, from the factors that makeSolver() has cached in
-/// the state directory. Takes some seconds. Must only be called if followsRest() is true. Calls `stopping` between its
+/// the state directory. Takes some seconds. followsRest() must be true (asserted). Calls `stopping` between its
 /// steps, the longest of which takes a sixth of the time, unless the factors are not cached: computing those is one
 /// step of many seconds. Fails with givenUp() or as makeSolver(). The arguments need not outlive the solver. \param
 /// place_px, present as in RestPose \param detectionLimit_N of the solver for the places of the gel file: it is taken

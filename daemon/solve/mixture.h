@@ -14,11 +14,11 @@ class Mixture {
   /// Makes room for `most` posteriors. `atoms` must outlive it.
   Mixture(const Atoms& atoms, int most);
 
-  /// Removes all posteriors; all results are 0 afterwards.
+  /// Removes all posteriors; all results are 0 until the next add().
   void clear();
 
   /// Adds a posterior, which must live, with its last fit(), until the next clear(). Returns the array of its points'
-  /// forces (3P [N]), which the caller must fill before weigh(). Must not be called more than `most` times.
+  /// forces (3P [N]), which the caller must fill before weigh(). Must not be called more than `most` times (asserted).
   /// \param worth log evidence \param wrench of the posterior [N, N m]
   std::span<double> add(Posterior& posterior, double worth, const std::array<double, 6>& wrench);
 

@@ -19,17 +19,17 @@ namespace tractiond::solve {
 /// Result of Model::solve(). Forces are those of the object on the gel, in the gel frame.
 struct Estimate {
   enum class Outcome {
-    kNothing,  ///< no force is evident; all numbers but motion and residual are 0
+    kNothing,  ///< no force is evident; all numbers but motion, residual and rounds are 0
     kFound,
-    kFailed,  ///< not finite, or the equations could not be solved; forces, wrench and residual are 0
+    kFailed,  ///< displacements not finite, or the equations could not be solved; all numbers but rounds are 0
   };
   Outcome outcome = Outcome::kNothing;
   std::vector<double> force_N;            ///< 3P, of Atoms::points
   std::array<double, 6> wrench{};         ///< force and moment about the origin [N, N m]
   std::array<double, 36> covariance{};    ///< of the wrench by noise and prior, row after row
   std::array<double, kMotions> motion{};  ///< of the picture, in deviations of its prior
-  double squaredResidual_px2 = 0.0;       ///< sum over the coordinates that are not missing
-  double degrees = 0.0;                   ///< degrees of freedom that the forces use
+  double squaredResidual_px2 = 0.0;       ///< sum over the coordinates not missing; rounding may make it < 0
+  double degrees = 0.0;                   ///< degrees of freedom that the field without patches uses
   int atoms = 0;                          ///< number of atoms with a force in the field without patches
   int rounds = 0;                         ///< number of rounds that were needed for it
   int patchCount = 0;                     ///< number of `patches`; 0: no patches were compared with the field alone
@@ -52,11 +52,11 @@ class Model {
   /// Estimates the forces. `estimate.force_N` must have 3P elements. Errors are reported by Estimate::outcome only. The
   /// arguments need not outlive the call. \param displacement_px 2M, 0 where missing
   /// \param missing coordinates without a displacement, ascending, both of each marker \param noise_px standard
-  /// deviation of a coordinate in this frame
+  /// deviation of a coordinate in this frame, above 0
   void solve(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
              Estimate& estimate) noexcept;
 
-  // Results for the last solve(); all 0 unless its outcome was kFound.
+  // Results for the last solve(); all but shares() are 0 unless its outcome was kFound.
 
   /// Computes the standard deviations of the forces of all nodes (3N [N]) by noise and prior. The force of a node is
   /// the sum of the points that are published there (Atoms::nodeOf).

@@ -17,9 +17,9 @@ class ModelContacts {
   /// `model` and `atoms` must outlive it; `sensor` is used by the constructor only.
   ModelContacts(Model& model, const Atoms& atoms, const sensor::Sensor& sensor);
 
-  /// Lists the contacts of the model's last estimate, strongest first. Returns their number, 0 to kMaxContacts. `model`
-  /// must not have solved another picture since. \param least_N beside
-  /// patches, least force of a contact without a patch
+  /// Lists the contacts of the model's last estimate, strongest first. Returns their number, 0 to kMaxContacts; 0 if
+  /// the outcome is not kFound. `model` must not have solved another picture since. \param least_N beside patches,
+  /// least force of a contact without a patch
   int list(const Estimate& estimate, double least_N, std::array<Contact, kMaxContacts>& contacts);
 
  private:

@@ -16,7 +16,9 @@ namespace tractiond::solve {
 /// Where a round patch lies on the surface, and how wide it is.
 struct PatchPlace {
   double x_m = 0.0, y_m = 0.0;  ///< centre, gel frame
-  double spread_m2 = 0.0;       ///< variance of the pressure's places along any direction; a ball's radius^2 / 5
+  /// Variance of the pressure's places along any direction; for a ball, radius of the contact^2 / 5. A fit may make it
+  /// slightly negative, which counts as 0.
+  double spread_m2 = 0.0;
 };
 
 /// Force x, y, z [N] and torsion about the centre of the patch [N m].
@@ -36,7 +38,7 @@ class PatchInfluence {
   int stride() const { return factors_.influence.stride(); }
 
   /// Computes the displacements by a unit of each component of a load [px/N, px/(N m)]: kPatchLoads columns of stride()
-  /// elements, column after column.
+  /// elements, column after column; what pads them is 0. A place outside the grid of points is extrapolated.
   void columns(const PatchPlace& place, double* columns);
 
   /// Computes the displacements by a load [px]: one column of stride() elements.

@@ -26,7 +26,8 @@ class Posterior {
   /// `factors` and `atoms` must outlive it. \param most atoms that fit() takes \param mostExtra extra unknowns
   Posterior(const Factors& factors, const Atoms& atoms, int most, int mostExtra = 0);
 
-  /// Computes the posterior. Returns false if the equations could not be solved; the results then have no meaning.
+  /// Computes the posterior. Returns false if the equations could not be solved, or a covariance of `chosen` is not
+  /// positive definite; the results then have no meaning.
   /// `chosen` and `extra` must live until the next fit(). \param products of a picture with the same missing
   /// coordinates; without `extra`, of this picture. Missing products of chosen atoms are added \param extra
   /// after ExtraUnknowns::multiply() with this picture; null: none
@@ -43,14 +44,14 @@ class Posterior {
   /// Returns the values of the extra unknowns.
   std::span<const double> extra() const { return {x_.data() + 3 * chosen_->atoms.size(), extraCount()}; }
   double logEvidence() const { return logEvidence_; }                     ///< log evidence, as above
-  double squaredResidual_px2() const { return squaredResidual_; }         ///< |d - B x|^2
+  double squaredResidual_px2() const { return squaredResidual_; }         ///< |d - B x|^2; rounding may make it < 0
   const std::array<double, kMotions>& motion() const { return motion_; }  ///< in deviations of its prior
 
   /// Computes noise_a of the chosen atoms, in their order [N^2]; takes as long as fit().
   void noise_N2(std::span<double> noise);
 
-  /// Copies the results of the chosen atoms, and `noise` (noise_N2()), into the moments of all atoms. Returns the
-  /// degrees of freedom, the sum of known_a.
+  /// Copies the results of the chosen atoms, and `noise` (noise_N2()), into the moments of all atoms; those of other
+  /// atoms remain unchanged. Returns the degrees of freedom, the sum of known_a.
   double keep(std::span<const double> noise, AtomMoments& moments);
 
   /// Computes the covariance of wrench(), row after row [N^2, N^2 m, N^2 m^2].

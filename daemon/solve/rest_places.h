@@ -21,8 +21,8 @@ struct RestPlaces {
 
 /// Measures the places by the sensor's camera. Shift, scale and roll of the whole picture against the gel file are
 /// taken for motion of the camera, and are not part of the scatter; with fewer than ten markers they are not estimated.
-/// Sensor::scatter is not used. Cannot fail. Reentrant; milliseconds. \param sensor a block \param place_px 2M, as in
-/// RestPose \param present M
+/// Sensor::scatter is not used. Cannot fail. Reentrant; milliseconds. \param sensor a block (asserted) \param place_px
+/// 2M, as in RestPose \param present M (asserted), 0 or 1
 RestPlaces restPlaces(const sensor::Sensor& sensor, std::span<const float> place_px,
                       std::span<const std::uint8_t> present);
 
@@ -33,9 +33,9 @@ RestPlaces restPlaces(const sensor::Sensor& sensor, std::span<const float> place
 tl::expected<Eigen::MatrixXd, Error> influenceAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms,
                                                        const Factors& drawn, const Stopping& stopping = {});
 
-/// Computes the factors of a block whose markers are at the places of sensor.scatter. Takes over systematicErrors and
-/// computed_ns of `drawn`, as above, and reads its modes, but not its influence; takes a second or two. Fails as
-/// computeFactors(). \param influence result of influenceAtPlaces()
+/// Computes the factors of a block whose markers are at the places of sensor.scatter. Takes over systematicErrors,
+/// force_N and computed_ns of `drawn`, as above, and reads its modes, but not its influence; `id` is all zero. Takes a
+/// second or two. Fails as computeFactors(). \param influence result of influenceAtPlaces()
 tl::expected<Factors, Error> factorsAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms,
                                              Eigen::MatrixXd influence, const Factors& drawn,
                                              const ModelOptions& options, const Stopping& stopping = {});

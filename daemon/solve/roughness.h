@@ -12,7 +12,7 @@ class Spread {
   /// Uses `atoms` in the constructor only. \param reach_m above 0
   Spread(const Atoms& atoms, double reach_m);
 
-  /// Computes the averages. \param from, to P numbers each
+  /// Computes the averages. \param from, to P numbers each, which must not overlap
   void average(const Eigen::VectorXd& from, Eigen::VectorXd& to);
 
  private:
@@ -28,7 +28,8 @@ class Roughness {
   Roughness(const Atoms& atoms, const ModelOptions& options);
 
   // The results are valid until the next call of any of these functions. q_a is the force that an atom has under the
-  // harmonic mean of the pressure beneath it; it is about 0 for an atom that is broader than the contact.
+  // harmonic mean of the pressure beneath it; it is about 0 for an atom that is broader than the contact. The forces
+  // must not all be 0 (asserted).
 
   /// Returns gamma of all atoms (A [N^2]): that of the chosen ones, plus (rho_a q_a)^2 / 3 for every atom. A point
   /// beyond the nodes has at least the pressure of the nearest node, as a contact may continue there. \param mean_N
@@ -39,8 +40,8 @@ class Roughness {
   /// `rho`, or 1 for points beyond the nodes and for ambiguous levels.
   std::span<const double> of(std::span<const double> pointForces_N, double rho);
 
-  /// Returns q_a^2 / 3 of all atoms (A [N^2]) under the forces of round patches, spread over the points (3P [N]), which
-  /// must not all be 0. A patch is known to end: points beyond the nodes have their own pressure.
+  /// Returns q_a^2 / 3 of all atoms (A [N^2]) under the forces of round patches, spread over the points (3P [N]). A
+  /// patch is known to end: points beyond the nodes have their own pressure.
   std::span<const double> ofPatches(std::span<const double> pointForces_N);
 
  private:

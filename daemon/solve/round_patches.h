@@ -39,8 +39,7 @@ class RoundPatches {
   /// Finds the patches of a picture. Starts from the maxima of the pressure in `forces_N` (3P, the field of the same
   /// picture) and drops those without which the rest is more likely. If misfit() exceeds `enough`, also tries fainter
   /// maxima, and two patches in place of a long one. Returns false if there are no patches or more than kMost, or if
-  /// they are too broad or cannot be told apart; the results then have no meaning. The picture must last until the last
-  /// call of the functions below.
+  /// they are too broad or cannot be told apart; the results then have no meaning.
   bool find(const Displacements& picture, std::span<const double> forces_N, double enough);
 
   /// Determines which patches are parts of one contact: those that overlap, and those that one straight contact
@@ -53,7 +52,7 @@ class RoundPatches {
   std::span<const RoundPatch> patches() const { return {now_.patches.data(), static_cast<std::size_t>(count_)}; }
   /// Returns the minimum of the expression at the top of this file.
   double misfit() const { return now_.misfit; }
-  /// Returns the first patch of the contact that a patch is part of, by the last join().
+  /// Returns the first patch of the contact that a patch is part of, by the last join(), which must follow find().
   int contactOf(int patch) const { return contact_[static_cast<std::size_t>(patch)]; }
   /// Returns the displacements by a unit of a patch's load (0 to 2: force [px/N]; 3: torsion [px/(N m)]): 2M, padded, 0
   /// where missing.

@@ -11,8 +11,9 @@ namespace tractiond::solve {
 SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Factors& factors,
                                   const Atoms& atoms);
 
-/// Returns whether Young's modulus was measured with weights after the camera's pose: errors of the camera and the
-/// mechanics that scale a normal force are then compensated by it.
+/// Returns whether Young's modulus was measured with weights, and not before the camera's pose (by Calibration's dates;
+/// the pose may never have been measured): errors of the camera and the mechanics that scale a normal force are then
+/// compensated by it.
 bool isWeighed(const sensor::Sensor& sensor);
 
 /// Returns the covariance of a wrench [N, N m] about the origin, (Fx .. Mz), 6 x 6, row after row, by the errors of

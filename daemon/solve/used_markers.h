@@ -22,11 +22,13 @@ class UsedMarkers {
   bool take(const MarkerField& markers);
 
   // Results of the last take(). Coordinate 2 m is u of marker m, 2 m + 1 is v.
-  int count() const { return count_; }                       ///< of the used coordinates
+  int count() const { return count_; }                       ///< number of used coordinates, two of each marker
   std::span<const int> missing() const { return missing_; }  ///< the other coordinates, ascending
-  std::span<const double> row_px() const { return row_; }  ///< displacements, 2M padded; 0 if missing
-  double squares_px2() const { return squares_; }          ///< sum of the squared displacements
-  double noise_px() const { return noise_px_; }            ///< standard deviation of a coordinate in this frame
+  std::span<const double> row_px() const { return row_; }    ///< displacements, 2M padded; 0 if missing
+  double squares_px2() const { return squares_; }            ///< sum of the squared displacements
+  /// Returns the standard deviation of a coordinate in this frame, by the used markers' mean variance; the calibrated
+  /// one if that is 0.
+  double noise_px() const { return noise_px_; }
 
  private:
   const SolveOptions options_;

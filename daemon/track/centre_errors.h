@@ -21,8 +21,8 @@ class CentreErrors {
   /// that a rest pose averages, above 0
   CentreErrors(int markers, float spacing_px, int zeroFrames);
 
-  /// Takes the noise and the markers' shapes from the zero in force, which must have as many markers and need not
-  /// outlive the call.
+  /// Takes the noise and the markers' shapes (0 if its `oddity` is empty) from the zero in force, which must have as
+  /// many markers and need not outlive the call.
   void adopt(const RestPose& pose);
   /// Returns the standard deviation of a pixel [levels]; until adopt() that of a typical camera.
   float noise() const { return noise_; }

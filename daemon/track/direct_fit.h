@@ -7,7 +7,7 @@
 namespace tractiond::track {
 
 /// Returns the least distance of a marker's centre from the outermost samples at which fitClippedCentre() finds it
-/// [samples].
+/// [samples]; with a mixed guess on a Bayer mosaic it is one more.
 inline float clippedMargin(const MarkerTemplate& marker) {
   return static_cast<float>(marker.radius()) + 0.5F;
 }
@@ -26,7 +26,7 @@ float clippedAmplitudeAt(const Plane& plane, const MarkerTemplate& marker, float
 /// Fits a centre as fitCentres() does, but the disc may be larger or smaller than the template's, and an ellipse.
 /// Returns false and leaves `centre` as it is if the steps do not settle, the amplitude falls below that of the guess,
 /// or a part of the disc is outside the picture. Takes 20 to 100 us. Reentrant; allocates nothing. \param centre start
-/// of the search; receives place, amplitude, misfit, and the variance with all slopes unknown
+/// of the search; receives place, amplitude, misfit, and the variance with all slopes unknown (slopeShare 0)
 bool fitDeformedCentre(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk, const Guess& guess,
                        Centre& centre);
 

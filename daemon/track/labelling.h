@@ -41,7 +41,8 @@ class Labeller {
   bool label(std::span<const std::span<const Spot>> spots, std::span<const Vector> reference_px,
              const LabelOptions& options, std::span<Vector> place_px, std::span<std::uint8_t> labelled);
 
-  /// Returns the columns and rows that the last successful label() saw, one per layer. Valid until the next label().
+  /// Returns the columns and rows that label() saw, one per layer. Valid after a label() that returned true, until the
+  /// next one.
   std::span<const LatticeSeen> seen() const { return seen_; }
 
  private:

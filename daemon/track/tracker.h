@@ -27,7 +27,8 @@ struct TrackOptions {
 
 enum class Outcome {
   kTracked,     ///< the field holds this frame
-  kNoRestPose,  ///< the first rest pose is still being taken, or not judged yet: displacements are not valid
+  kNoRestPose,  ///< the first rest pose is still being taken, or not judged yet: the field must not be used, although
+                ///< in the latter case its markers may be marked as valid
 };
 
 /// Thread-bound, except for the functions marked thread-safe. track() allocates nothing, except in the first frame of a
@@ -76,8 +77,9 @@ class Tracker {
 
   /// Puts a zero in force from the next frame on: the one that takeRestPose() returned last, or an earlier one. The
   /// former is verified; the one that was in force before this one is, if it was then; the markers' appearance changes
-  /// with both. Any other zero is not verified, and the appearance is kept. Called with the zero that is in force, it
-  /// rejects the one that was taken since. \param fits as in setGelFits() \return false: nothing has changed, as
+  /// with both. Any other zero is verified only by agreeing frames, if it was requested, and the appearance is kept.
+  /// Called with the zero that is in force, it rejects the one that was taken since. Of several calls before a frame
+  /// the last counts. \param fits as in setGelFits() \return false: nothing has changed, as
   /// track() is reading the last call; try again later. Thread-safe, for one thread.
   bool putInForce(const RestPose& pose, bool fits) { return decisions_.put({pose, fits}); }
 

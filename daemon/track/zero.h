@@ -53,8 +53,8 @@ class ZeroTaker {
   // Valid after kTaken.
 
   /// Fills in position, amplitude, presence and oddity of a layer's markers. The pose must be sized, hold the shot
-  /// noise, and hold earlier positions: a marker that was not seen or has dust on it becomes absent, and its earlier
-  /// position is moved as its neighbours are.
+  /// noise, and hold earlier positions and amplitudes: a marker that was not seen or has dust on it becomes absent, and
+  /// its earlier position is moved as its neighbours are; one that was not seen keeps its amplitude.
   void finish(const Lattice& lattice, RestPose& pose);
   float noise() const;  ///< Returns the standard deviation of a pixel [levels], at least 0.3: that of rounding.
   float light() const;  ///< Returns the mean brightness at the markers' rims [levels].

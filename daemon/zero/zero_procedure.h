@@ -45,8 +45,9 @@ struct ZeroLinks {
   std::function<bool()> cancel;
   std::function<track::ZeroState()> state;
   std::function<bool(RestPose&)> take;
-  /// Hands a judged zero to the tracker (track::Tracker::putInForce()), and tells whether the gel file fits it. Returns
-  /// false if it could not be handed over; it is tried again in the next turn.
+  /// Hands a judged zero to the tracker (track::Tracker::putInForce()), and tells whether the gel file fits it. Called
+  /// for the zero in force as well, to reject one that was taken; not for a restored or an automatic first zero, for
+  /// which `report` suffices. Returns false if it could not be handed over; it is tried again in the next turn.
   std::function<bool(const RestPose&, bool fits)> putInForce;
 
   /// Compares a zero with the gel file. Called once for every zero that is kept or comes into force, the restored one
@@ -68,8 +69,8 @@ class ZeroProcedure {
  public:
   /// `sensor` and `frames`, the number of frames that the tracker has processed, must outlive this. \param zeroFrames
   /// number of frames that the tracker averages for a zero \param clock returns the time [ns] that the limits refer to
-  /// \param onChange called before another zero comes into force, and when the tracker has taken one that may then be
-  /// refused
+  /// \param onChange called when the tracker has taken a zero that may come into force, before it is judged, and before
+  /// an undo takes effect; not for the restored zero, nor again when a zero that was taken comes into force
   ZeroProcedure(const sensor::Sensor& sensor, int zeroFrames, std::int64_t (*clock)(), const Counter& frames,
                 ZeroLinks links, std::function<void()> onChange);
 
@@ -97,7 +98,8 @@ class ZeroProcedure {
   /// long. Must be called in each turn of the control loop. Does not wait, but a comparison takes tens of milliseconds.
   void turn();
 
-  /// Sets the rate of the frames [Hz], by which answeredWithin_s() is computed; 0: not known.
+  /// Sets the rate of the frames [Hz], by which answeredWithin_s() and the time limits of later requests are computed;
+  /// 0: not known.
   void setRate(double rate_Hz) { rate_Hz_ = rate_Hz; }
 
   /// Returns the zero in force, if there is one. It may change in begin(), welcome() and turn().

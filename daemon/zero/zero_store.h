@@ -16,7 +16,8 @@ struct ZeroOwner {
 };
 
 /// Writes the zero that is replaced, then the new one, and waits until both are on the disk. A loss of power in between
-/// leaves the former in both files. Fails with EX_CANTCREAT; the new zero is not written if the former cannot be.
+/// leaves the former in both files, and so does an error with the new zero. Fails with EX_CANTCREAT; the new zero is
+/// not written if the former cannot be.
 /// \param before nullptr: there was none, and its file stays as it is
 tl::expected<void, Error> saveZeros(const std::filesystem::path& stateDirectory, const RestPose& zero,
                                     const RestPose* before, const ZeroOwner& owner);
@@ -31,9 +32,9 @@ struct RestoredZero {
 /// belongs to another sensor, picture or camera. A failed synchronisation is no error: see RestoredZero.
 tl::expected<RestoredZero, Error> restoreZero(const std::filesystem::path& stateDirectory, const ZeroOwner& owner);
 
-/// Reads the zero that `restored` replaced, for an undo. Returns nothing if it is `restored` itself: power was lost
-/// while a new zero was written; nor if there is no file. Waits for the disk. EX_NOINPUT, EX_DATAERR: as
-/// restoreZero().
+/// Reads the zero that `restored` replaced, for an undo. Returns nothing, without an error, if it is `restored` itself
+/// (power was lost while a new zero was written) or if there is no file. If `restored` is empty, returns the file's
+/// zero. Waits for the disk. EX_NOINPUT, EX_DATAERR: as restoreZero().
 tl::expected<std::optional<RestPose>, Error> loadEarlierZero(const std::filesystem::path& stateDirectory,
                                                              const std::optional<RestPose>& restored,
                                                              const ZeroOwner& owner);

@@ -35,7 +35,8 @@ class ZeroWriter {
 
   /// Ends a write that is done; does not wait. Returns the outcome of the requested zero, once: success, the error of
   /// the write, or an error with the text kNotWritten if it was not done at `until_ns`. Else returns nothing. Must be
-  /// called regularly. A failed write of the zero in force is logged, and is due again 10 s later.
+  /// called regularly. A failed write of the zero in force is due again 10 s later; of failures in a row only the first
+  /// is logged, and then the success.
   std::optional<Written> turn();
 
   /// Returns whether a zero is being written, or the outcome of a write has not been heeded by turn() yet.

@@ -18,7 +18,7 @@ struct BlockOptions {
   int degree = 8;            ///< degree of the elements' polynomials, at least 2
   double clearance = 15e-3;  ///< smallest distance of a force from a side [m]; below 8 mm the mesh is graded
   /// Element boundaries of the quarter block along x, y and the depth, from 0 to 1, as fractions of half the width,
-  /// half the height and the thickness. Empty: chosen from the gel's proportions and the clearance.
+  /// half the height and the thickness; ascending. Empty: chosen from the gel's proportions and the clearance.
   std::array<std::vector<double>, 3> breaks;
 };
 
@@ -29,8 +29,9 @@ using Progress = std::function<void(double)>;
 /// of the BLAS. Immutable afterwards and reentrant.
 class BlockCorrection {
  public:
-  /// Takes seconds. The arguments need not outlive the object. Faulty BlockOptions::breaks are asserted. \param targets
-  /// 3 x T, gel frame [m], in the block
+  /// Takes seconds. The arguments need not outlive the object. Asserts that BlockOptions::breaks begin with 0 and end
+  /// with 1, that the degree is at least 2, and Poisson's ratio below 0.5. \param targets 3 x T, gel frame [m], in the
+  /// block (not checked)
   BlockCorrection(const Gel& gel, const Points& targets, const BlockOptions& options = {},
                   const Progress& progress = {});
   ~BlockCorrection();
@@ -43,7 +44,7 @@ class BlockCorrection {
   Eigen::MatrixXd matrix(const Points& sources) const;
 
   /// Returns w under all forces together, 3 x T [m]. \param sources as in matrix()
-  /// \param forces 3 x S [N]
+  /// \param forces 3 x S [N] (S is asserted)
   Points displacement(const Points& sources, const Eigen::Matrix3Xd& forces) const;
 
  private:
@@ -52,7 +53,8 @@ class BlockCorrection {
 };
 
 /// Returns the half-space field plus the correction, 3T x 3S [m/N], laid out as BlockCorrection::matrix(). No target
-/// may coincide with a source. Takes seconds. Lowers options.clearance to the sources' distance from the sides.
+/// may coincide with a source: the result is not finite there. Takes seconds. Lowers options.clearance to the sources'
+/// distance from the sides.
 Eigen::MatrixXd blockDisplacement(const Gel& gel, const Points& targets, const Points& sources,
                                   const BlockOptions& options = {}, const Progress& progress = {});
 

@@ -12,7 +12,7 @@ enum class Model { kBlock, kHalfSpace };
 
 /// Returns the displacements of a block or half-space per unit force, 3 M x 3 N [m/N]: rows 3m.. are the displacement
 /// of marker m, columns 3n.. the unit forces along x, y, z at node n. Takes seconds for a block. No marker may coincide
-/// with a node. \param markers 3 x M, gel frame [m]
+/// with a node (not checked): the result is not finite there. \param markers 3 x M, gel frame [m]
 /// \param nodes 3 x N, gel frame [m], z = 0
 /// \param options of a block only
 Eigen::MatrixXd displacementMatrix(const Gel& gel, Model model, const Points& markers, const Points& nodes,

@@ -20,8 +20,8 @@ struct ControlOptions {
   /// ZeroMQ endpoint of the requests, "tcp://HOST:9884" or "ipc:///PATH"; empty: found from `instance`.
   std::string endpoint;
   Keys keys = {};  ///< needed for a traction-gateway only
-  // Time to connect, for every request, and then to wait for status() and description(). All other times are for the
-  // answer alone. If the daemon goes away during a request, the request fails at once.
+  /// Time to connect, for every request, and then to wait for status() and description(). All other times are for the
+  /// answer alone. If the daemon goes away during a request, the request fails at once with kNoAnswer.
   std::chrono::milliseconds timeout{3000};
   /// For zero(), undoZero() and snapshot(). For the zeros it is the minimum: zero_within_s of the status + 2 s applies
   /// where that is longer.
@@ -56,6 +56,7 @@ struct CalibrationStep {
   };
   Kind kind = Kind::kGeometry;
   /// [s] For kNoise: duration of the measurement. For kWeight: longest wait for the weight. 0: the daemon's default.
+  /// Must be finite; the daemon refuses values that are not from 0 to 3600.
   double seconds = 0.0;
   double weight_N = 0.0;  ///< for kWeight [N]
   bool first = false;     ///< for kWeight: true discards the weights read before
@@ -109,9 +110,9 @@ enum class Question { kStatus, kDescription, kZero, kUndoZero };
 
 /// Client of a daemon's control endpoint. Thread-safe: each request opens a connection of its own. Every request blocks
 /// until its answer, at most for the times of ControlOptions, and throws Error kBadEndpoint, kNoAnswer, kVersion,
-/// kMalformed, kRefused (the daemon cannot or will not carry it out), kBadKeys or kNotAllowed. A signal that
-/// interrupts the wait ends it with kNoAnswer. After kNoAnswer the daemon may still carry out the request. zero() and
-/// undoZero() first ask for the status, which may take its time as well.
+/// kMalformed, kRefused (the daemon cannot or will not carry it out), kBadKeys or kNotAllowed. Handlers of signals do
+/// not end the wait. After kNoAnswer the daemon may still carry out the request. Requests for a zero first ask for the
+/// status, which may take its time as well.
 class TRACTION_EXPORT Control {
  public:
   /// Finds the endpoint, once for all requests: `options.endpoint`, or the socket of `options.instance` if that is

@@ -60,7 +60,7 @@ struct Camera {
 
 /// How forces are computed from displacements.
 struct Solver {
-  std::string mechanics;       ///< "block", "half-space" or "influence file"
+  std::string mechanics;  ///< "block", "half-space" or "influence file"
   // Of earlier daemons, which solved by a contact step: the rule "tikhonov", and its strength for Method::kWholeFace
   // relative to the largest singular value of the influence matrix. Now empty, 0 and false.
   std::string regularisation;
@@ -99,7 +99,8 @@ struct Body {
 };
 
 /// What a daemon publishes about itself at the start, after each change, and to each new subscriber. The library checks
-/// its shapes, and that its numbers are finite, except those of the solver: a detection limit may be infinite.
+/// its shapes, and that its numbers are finite, except those of the header and of the solver: a detection limit may be
+/// infinite.
 struct Description {
   Header header;
   std::string softwareVersion;  ///< version of the daemon

@@ -39,8 +39,10 @@ struct SubscriberOptions {
   std::string endpoint;
   Keys keys = {};  ///< needed for a traction-gateway only
   Mode mode = Mode::kStream;
-  unsigned topics = kAllTopics;  ///< for kStream; kLatest receives fields only
-  int queue = 1000;              ///< messages stored for a slow reader; further ones are lost. For kStream; 0: no limit
+  /// Topics that receive() returns. For kStream; kLatest receives fields only. Other topics that are published are sent
+  /// to this host nevertheless, and take room in `queue`.
+  unsigned topics = kAllTopics;
+  int queue = 1000;  ///< messages stored for a slow reader, 0 or more; further ones are lost. For kStream; 0: no limit
 
   /// Returns CLOCK_MONOTONIC [ns]; null: this host's clock. For tests: it sets Header::arrived_ns and the time of
   /// reconnections. The timeout of receive() is in real time in any case.
@@ -73,8 +75,8 @@ class TRACTION_EXPORT Subscriber {
 
   /// Waits for the next message. Returns nothing if none arrives within `timeout`, or if a signal interrupts the wait.
   /// In Mode::kStream the daemon sends a new subscriber the description at once. After an error it may be called again,
-  /// and goes on with the next message. \param timeout 0 or negative: does not wait \throws Error kVersion, kMalformed,
-  /// kNotAllowed; kBadEndpoint if the endpoint is that of Mode::kLatest
+  /// and goes on with the next message. \param timeout at most 10^12 ms (milliseconds::max() overflows); 0 or negative:
+  /// does not wait \throws Error kVersion, kMalformed, kNotAllowed; kBadEndpoint for the endpoint of Mode::kLatest
   std::optional<Message> receive(std::chrono::milliseconds timeout);
 
   /// Returns the message that receive() returned or rejected last, as it was sent. It is valid until the next call of
@@ -82,7 +84,8 @@ class TRACTION_EXPORT Subscriber {
   Raw raw() const;
 
   /// Returns the number of messages that were lost on the way since the first one received, by gaps in Header::sequence
-  /// of each received topic. Restarts of the daemon do not count; in Mode::kLatest it is always 0.
+  /// of each received topic. Messages that receive() rejected count as well, restarts of the daemon do not; in
+  /// Mode::kLatest it is always 0.
   std::uint64_t lost() const;
 
   /// Returns whether a publisher is connected, even if it has sent nothing yet. Does not wait. For the thread that uses
