@@ -272,6 +272,8 @@ Answer Query::write(const std::string& name, const std::string& value) {
 
 Answer Query::execute(const std::string& name) {
   return with(name, [&](const std::string& feature) -> Answer {
+    if (!ARV_IS_GC_COMMAND(arv_device_get_feature(device_, feature.c_str())))
+      return tl::unexpected(feature + " is not a command: set it");
     const auto done = writeFeature(device_, {feature, true});
     if (!done) return tl::unexpected(done.error().message());
     report_.remarks.push_back(*done);

@@ -13,7 +13,7 @@ struct CameraStep {
     kList,          ///< reports the features that match
     kRead,          ///< reports one feature
     kWrite,         ///< writes one feature and reports its value after that
-    kExecute,       ///< executes a command, waits until it is done, and reports what it changed
+    kExecute,       ///< executes a command, and waits until it is done
     kBalanceWhite,  ///< balances white once and reports the gains
     kTrigger,       ///< sends one software trigger
   };

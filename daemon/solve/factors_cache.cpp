@@ -56,7 +56,9 @@ void addSensor(const sensor::Sensor& sensor, Hasher& hasher) {
   if (sensor.body) {
     hasher.value(sensor.body->youngsModulus);
     vector(sensor.body->influence);
+    hasher.value(sensor.nodes.columns);
   }
+  if (sensor.body || sensor.nodes.count() == 1) hasher.value(sensor.nodes.pitch);  // else told by the places
   const sensor::Camera& camera = sensor.camera;
   hasher.value(camera.focal_px);
   vector(camera.principal_px);

@@ -142,8 +142,8 @@ void ZeroProcedure::heedWriter() {
     if (!request_.undo) return refuseTaken("it could not be written: " + why);
     return answer(tl::unexpected("previous zero not restored, because it could not be written: " + why));
   }
+  onChange_();
   if (request_.undo) {
-    onChange_();
     spdlog::info("previous zero restored, as requested by {}", request_.asker);
   } else {
     logTaken(kept.doubt, kept.moved);

@@ -60,6 +60,11 @@ TEST_F(CameraQuery, WritesAndTellsWhatStoodBefore) {
   EXPECT_THAT(refusal(Kind::kWrite, "Exposuretime", "500"), HasSubstr("it has ExposureTime"));
 }
 
+TEST_F(CameraQuery, ExecutesCommandsAlone) {
+  for (const char* feature : {"ExposureTime", "Width"})
+    EXPECT_EQ(refusal(Kind::kExecute, feature), std::string(feature) + " is not a command: set it");
+}
+
 /// The driver would notice another picture, open the camera again, and put it back without a word.
 TEST_F(CameraQuery, DoesNotChangeThePictureThatMarkersAreFollowedIn) {
   for (const char* feature : {"Width", "Height", "OffsetX", "OffsetY", "PixelFormat"})

@@ -140,6 +140,12 @@ TEST(Body, IdIsOfItsContent) {
   EXPECT_NE(calibrationId(plain, {}), calibrationId(body, {}));
   EXPECT_NE(calibrationId(body, {}), calibrationId(withBody(plain, other), {}));
   EXPECT_EQ(calibrationId(body, {}), calibrationId(withBody(plain, flatBody(plain)), {}));
+  sensor::Sensor wider = body, longer = body;
+  wider.nodes.pitch *= 1.1;  // of larger areas
+  longer.nodes.columns = body.nodes.count();
+  longer.nodes.rows = 1;
+  EXPECT_NE(calibrationId(body, {}), calibrationId(wider, {}));
+  EXPECT_NE(calibrationId(body, {}), calibrationId(longer, {}));
 }
 
 }  // namespace
