@@ -13,42 +13,61 @@
 #include <span>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 namespace tractiond {
 
-/// Returns all bytes of a file. Waits for the disk, never for a pipe or a device. Fails if it is not a regular one
-/// (not_supported), as a pipe or a device has no end, or has more than `most` bytes (file_too_large); otherwise with
-/// the errno of open() or read().
-inline tl::expected<std::vector<char>, std::error_code>
-readWholeFile(const std::filesystem::path& path, std::size_t most = std::numeric_limits<std::size_t>::max()) {
+/// An open file, closed with its owner.
+class OpenFile {
+ public:
+  explicit OpenFile(int file)
+      : file_(file) {}
+  OpenFile(OpenFile&& other) noexcept
+      : file_(std::exchange(other.file_, -1)) {}
+  OpenFile& operator=(OpenFile&&) = delete;
+  ~OpenFile() {
+    if (file_ >= 0) files::close(file_);
+  }
+
+  /// Reads up to `count` bytes. Returns how many there were, 0 at the end of the file, or -1 with errno. A signal does
+  /// not end it.
+  ssize_t read(void* bytes, std::size_t count) const {
+    for (;;) {
+      const ssize_t got = files::read(file_, bytes, count);
+      if (got >= 0 || errno != EINTR) return got;
+    }
+  }
+
+ private:
+  int file_;
+};
+
+/// Opens a file for reading. Never waits for a pipe or a device. Fails if it is not a regular one (not_supported), as a
+/// pipe or a device has no end; otherwise with the errno of open().
+inline tl::expected<OpenFile, std::error_code> openRegularFile(const std::filesystem::path& path) {
   const int file = files::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) return tl::unexpected(std::error_code(errno, std::generic_category()));
-  if (!files::isRegular(file)) {
-    files::close(file);
-    return tl::unexpected(std::make_error_code(std::errc::not_supported));
-  }
+  OpenFile open(file);
+  if (!files::isRegular(file)) return tl::unexpected(std::make_error_code(std::errc::not_supported));
+  return open;
+}
+
+/// Returns all bytes of a file. Waits for the disk. Fails as openRegularFile(), if the file has more than `most` bytes
+/// (file_too_large), or with the errno of read().
+inline tl::expected<std::vector<char>, std::error_code>
+readWholeFile(const std::filesystem::path& path, std::size_t most = std::numeric_limits<std::size_t>::max()) {
+  const auto file = openRegularFile(path);
+  if (!file) return tl::unexpected(file.error());
   std::vector<char> bytes;
-  std::size_t size = 0;
-  for (;;) {
+  for (std::size_t size = 0;;) {
     bytes.resize(size + 65536);
-    const ssize_t count = files::read(file, bytes.data() + size, bytes.size() - size);
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) {
-      const std::error_code error(errno, std::generic_category());
-      files::close(file);
-      return tl::unexpected(error);
-    }
+    const ssize_t count = file->read(bytes.data() + size, bytes.size() - size);
+    if (count < 0) return tl::unexpected(std::error_code(errno, std::generic_category()));
     size += static_cast<std::size_t>(count);
-    if (size > most) {
-      files::close(file);
-      return tl::unexpected(std::make_error_code(std::errc::file_too_large));
-    }
-    if (count == 0) break;
+    if (size > most) return tl::unexpected(std::make_error_code(std::errc::file_too_large));
+    if (count == 0) return bytes.resize(size), bytes;
   }
-  files::close(file);
-  bytes.resize(size);
-  return bytes;
 }
 
 /// Synchronises the names of the files in a directory, so that they survive a loss of power. Waits for the disk.

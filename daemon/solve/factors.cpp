@@ -57,16 +57,10 @@ tl::expected<void, Error> allModes(const MatrixXd& weighed, const Stopping& stop
 /// few rows as there are modes.
 tl::expected<void, Error> amongModes(const MatrixXd& weighed, const Atoms& atoms, const Factors& near,
                                      const Stopping& stopping, MatrixXd& vectors, VectorXd& squares) {
-  // A row of V that belongs to an atom is the mean of those of its points, by their shares.
-  MatrixXd modes = MatrixXd::Zero(3 * atoms.count(), near.rank());
+  MatrixXd modes(3 * atoms.count(), near.rank()), ofAtom(3, near.rank());
   for (int a = 0; a < atoms.count(); ++a) {
-    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
-      for (int axis = 0; axis < 3; ++axis) {
-        const auto row = static_cast<int>(3 * it.row() + axis);
-        modes.row(3 * a + axis) +=
-            it.value() * Eigen::RowVectorXf::Map(near.right.row(row), near.rank()).cast<double>();
-      }
-    }
+    modesOfAtom(near, atoms, a, ofAtom);
+    modes.middleRows<3>(3 * static_cast<Index>(a)) = ofAtom;
   }
   if (isStopped(stopping)) return givenUp();
   MatrixXd images(weighed.rows(), near.rank()), rotation(near.rank(), near.rank());

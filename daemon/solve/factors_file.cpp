@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -88,19 +87,10 @@ void resize(Factors& factors, const Header& header, int atomCount) {
   factors.systematicErrors.wholeFaceScatter.resize(header.scatter);
 }
 
-/// An open file, or -1.
-struct OpenFile {
-  int file;
-  ~OpenFile() {
-    if (file >= 0) files::close(file);
-  }
-};
-
 /// Reads as many bytes as the span has. Returns false if the file ends before, or cannot be read.
-bool fill(int file, std::span<char> bytes) {
+bool fill(const OpenFile& file, std::span<char> bytes) {
   while (!bytes.empty()) {
-    const ssize_t count = files::read(file, bytes.data(), bytes.size());
-    if (count < 0 && errno == EINTR) continue;
+    const ssize_t count = file.read(bytes.data(), bytes.size());
     if (count <= 0) return false;
     bytes = bytes.subspan(static_cast<std::size_t>(count));
   }
@@ -121,12 +111,10 @@ bool fits(const Header& header, int coordinateCount, const Atoms& atoms) {
 tl::expected<Factors, std::string> loadFactors(const fs::path& path, const Id& id, int coordinateCount,
                                                const Atoms& atoms) {
   const auto reject = [&path](const std::string& reason) { return tl::unexpected(path.string() + ": " + reason); };
-  const auto rejectFor = [&reject](std::error_code error) { return reject(error.message()); };
-  const OpenFile open{files::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
-  if (open.file < 0) return rejectFor(std::error_code(errno, std::generic_category()));
-  if (!files::isRegular(open.file)) return rejectFor(std::make_error_code(std::errc::not_supported));
+  const auto file = openRegularFile(path);
+  if (!file) return reject(file.error().message());
   Header header;
-  if (!fill(open.file, {reinterpret_cast<char*>(&header), sizeof header})) return reject("shorter than its header");
+  if (!fill(*file, {reinterpret_cast<char*>(&header), sizeof header})) return reject("shorter than its header");
   if (header.magic != kMagic) return reject("not a file of factors");
   if (header.formatVersion != kFormatVersion) return reject("written by another version");
   if (header.id != id) return reject("of another sensor");
@@ -140,10 +128,10 @@ tl::expected<Factors, std::string> loadFactors(const fs::path& path, const Id& i
   resize(factors, header, atoms.count());
   bool whole = true;
   forEachArray(factors, [&](auto array) {
-    whole = whole && fill(open.file, {reinterpret_cast<char*>(array.data()), array.size_bytes()});
+    whole = whole && fill(*file, {reinterpret_cast<char*>(array.data()), array.size_bytes()});
   });
   char more = 0;
-  if (!whole || fill(open.file, {&more, 1}) || header.checksum != checksum(header, factors)) {
+  if (!whole || fill(*file, {&more, 1}) || header.checksum != checksum(header, factors)) {
     return reject("its checksum is wrong");
   }
   return factors;
