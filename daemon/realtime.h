@@ -24,9 +24,9 @@ struct RealtimeOptions {
   bool lockMemory = false;  ///< true: memory that has been touched stays resident
 };
 
-/// Parses a list of processors in the kernel's format, each below CPU_SETSIZE (1024); whether they exist is not
-/// checked. An empty list has no processor. Fails with the rest of a sentence that begins with the key: `= "..." is no
-/// list ...`.
+/// Parses a list of processors like "0-2,5", without blanks, line ends or strides, each below CPU_SETSIZE (1024);
+/// whether they exist is not checked. An empty list has no processor. Fails with the rest of a sentence that begins
+/// with the key: `= "..." is no list ...`.
 tl::expected<cpu_set_t, std::string> parseCpus(const std::string& list);
 /// Returns processors in the kernel's list format, "0-2,5"; empty for none. A list that is too long is cut between two
 /// items and ends with ",...". Does not allocate.

@@ -50,7 +50,7 @@ class Recorder {
   ~Recorder();
 
   /// Records, with the next turn(), what is needed to compute the fields again. Must be called once, before the first
-  /// frame. Any thread.
+  /// frame. Encodes `beginning` within the call. Any thread.
   void begin(const publish::Beginning& beginning);
 
   /// Queues a copy of a frame, unless RecordOptions::rate_Hz leaves it out or the queue is full; the inputs are then

@@ -29,7 +29,8 @@ void unwatch(const std::vector<std::string>& endpoints);
 void take(int fd, std::size_t parts);
 /// As take(), and releases the charge of the connection for this message: the mean charge of its frames for each part.
 /// \param fd of the connection, as ZeroMQ reports it; -1, or one without a charge, releases nothing
-/// \param parts number of parts of the message that came over the connection
+/// \param parts number of parts of the message that came over the connection; more than were charged release all. If
+/// the descriptor is a later connection's by now, that one's charge is lowered
 void release(int fd, std::size_t parts);
 
 /// Where a message came from that has been taken out of ZeroMQ's queues.

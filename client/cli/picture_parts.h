@@ -33,8 +33,9 @@ struct Layout {
 Layout layoutFor(int nodeColumns, int nodeRows, int width, int height);
 
 struct DrawnField {
-  double full_N = 0.0;  ///< the force of full brightness; 0: no field
-  std::string untold;   ///< a text that did not fit
+  double full_N = 0.0;  ///< the force per node of full brightness; 0: no field
+  /// Why there are no current forces, if it did not fit; warnings that do not fit are left out.
+  std::string untold;
 };
 
 /// Draws the frame with warnings in its upper edge, and in it the field, grey if it is out of date, and why there are
@@ -43,8 +44,8 @@ struct DrawnField {
 DrawnField drawField(Canvas& canvas, const Scene& scene, const Layout& layout, int column, int row, Scale& scale,
                      std::int64_t now_ns);
 
-/// Writes into a row of the canvas what shades and arrows mean. \param full_N of DrawnField; if it is 0, the force of
-/// full brightness is left out
+/// Writes into a row of the canvas what shades and arrows mean. \param full_N of DrawnField; if it is 0, the force per
+/// node of full brightness is left out
 void drawLegend(Canvas& canvas, int row, double full_N);
 
 // ---- picture_panel.cpp

@@ -65,8 +65,8 @@ bool isAddress(const std::string& cameraId);
 bool mayUseUsb(const Patient& patient);
 
 // The following append their findings, one or more for each check; they do not set Finding::instance. They have no
-// errors: a check that cannot be carried out is a finding kUnknown. They change nothing on the machine; checkService()
-// runs tractiond and systemctl by Box::run(), which may wait for 10 s each.
+// errors: a check that cannot be carried out is a finding kUnknown, one that does not apply kOk. They change nothing on
+// the machine; checkService() runs tractiond and systemctl by Box::run(), which may wait for 10 s each.
 
 /// Checks frequency governor, clock source, time of day, and memory and permissions of USB.
 void checkMachine(const Patient& patient, std::vector<Finding>& findings);

@@ -21,7 +21,8 @@ class Target {
   /// Returns the options for a subscription: at --connect; else at the gateway of --host, the next port if `latest`;
   /// else at the instance. Reads the file of the client's key if --host, --key or --server-key is given. \param latest
   /// only the newest field is wanted: Mode::kLatest
-  /// \throws Error kBadEndpoint if --host is not HOST or HOST:PORT, kBadKeys; KeyError if a key is missing
+  /// \throws Error kBadEndpoint if --host is used and not HOST or HOST:PORT, and what keysFor() throws: with --host
+  /// alone and no usualKeyFile() there is no error, and the connection has no keys
   SubscriberOptions subscription(bool latest = false) const;
   /// Returns the options for requests: at --control; else at the gateway of --host, two ports above that of its stream;
   /// else at the instance. Reads the file of the key and throws as subscription().

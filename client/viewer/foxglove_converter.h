@@ -48,7 +48,8 @@ inline constexpr std::array<ChannelType, 9> kChannelTypes = {{{kFields, "field",
 /// Returns the topic of a sensor's channel: "traction/v1/SENSOR/field/", "foxglove/SENSOR/scene". The name is not
 /// checked.
 std::string topicOf(const std::string& sensor, const ChannelType& type);
-/// Returns a serialised FileDescriptorSet that defines the channel's message; it lives as long as the program.
+/// Returns a serialised FileDescriptorSet that defines the channel's message, with all that it imports; it lives as
+/// long as the program. Reentrant.
 std::string_view schemaOf(const ChannelType& type);
 
 /// A message for the subscribers of one channel.

@@ -35,8 +35,9 @@ class Playing {
   Playing& operator=(const Playing&) = delete;
 
   /// Continues at `from_s` after the beginning [s], limited to the recording, at `speed` times its pace; at a speed
-  /// that is not above 0 or not finite it shows that moment and pauses. Returns at once; a later call replaces a
-  /// request that has not begun. Thread-safe. \param from_s NaN: the beginning
+  /// that is not above 0 or not finite it shows that moment and pauses. Returns at once; takes effect before the next
+  /// message, but after the first reading of the recording. A later call replaces a request that has not begun.
+  /// Thread-safe, also within `deliver`. \param from_s NaN: the beginning
   void play(double from_s, double speed);
 
   /// Adds kinds (or-ed) to those that are wanted. Only kPreview, kSurface and kPicture must be: all other kinds are

@@ -14,7 +14,7 @@ enum class Next {
   kEnd,       ///< there will be no more frames: a recording has ended, or the source has failed
 };
 
-/// Thread-bound: one thread calls next() and recycle().
+/// One thread calls next() and recycle(); another one may call recycle() once that thread has ended.
 class FrameSource {
  public:
   virtual ~FrameSource() = default;
@@ -23,7 +23,7 @@ class FrameSource {
   /// kFrame; its memory is borrowed until recycle(). Allocates nothing, takes no lock of this program, logs nothing.
   virtual Next next(Frame& frame, std::chrono::milliseconds timeout) = 0;
 
-  /// Gives the memory of a frame of next() back; must be called once for each kFrame, in any order.
+  /// Gives the memory of a frame of next() back; must be called once for each kFrame, in any order, also after kEnd.
   virtual void recycle(Frame& frame) = 0;
 };
 

@@ -77,7 +77,7 @@ class ControlServer {
   void answerSnapshot(const tl::expected<const Snapshot*, std::string>& result,
                       const std::vector<sensor::MarkerLayer>& layers);
 
-  /// Returns whether a client waits for answerZero().
+  /// Returns whether a zero or an undo was asked for and has not been answered, also if its client has gone.
   bool zeroPending() const;
 
   /// Returns the number of answers that were dropped because ZeroMQ had no memory for them. Any thread.

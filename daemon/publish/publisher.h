@@ -78,10 +78,12 @@ class Publisher {
 
   /// Returns the status that was sent last, as bytes of the message; rarely the one before it.
   std::string lastStatus() const;
-  /// Returns the newest description, as bytes of the message, also if it has not been sent yet.
+  /// Returns the newest description, as bytes of the message, also if it has not been sent yet. Its header has the
+  /// sequence 0 and names no frame, as these bytes are not part of the topic.
   std::string lastDescription() const;
 
-  /// Return the endpoints as they were bound, with the number of a port that was taken for *.
+  /// Return the endpoints as they were bound, in the order of the options, with the number of a port that was taken
+  /// for *. Valid as long as the publisher; unchanged after open().
   const std::vector<std::string>& streamEndpoints() const;
   const std::vector<std::string>& latestEndpoints() const;
 

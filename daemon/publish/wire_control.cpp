@@ -121,7 +121,7 @@ std::string encodeReply(Request request, std::string_view message) {
                                               ? static_cast<google::protobuf::MessageLite&>(*reply.mutable_status())
                                               : *reply.mutable_description();
   if (!answer.ParseFromArray(message.data(), static_cast<int>(message.size()))) {
-    return encodeErrorReply("there is nothing to tell yet");
+    return encodeErrorReply("the message that was sent last cannot be decoded");
   }
   return finish(reply);
 }

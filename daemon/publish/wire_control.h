@@ -35,7 +35,7 @@ tl::expected<Asked, std::string> decodeRequest(std::string_view bytes);
 // These return the bytes of a reply.
 
 /// \param request kStatus or kDescription \param message the Status or Description as it was sent; bytes that cannot be
-/// decoded give a reply with an error
+/// decoded give a reply with an error, no bytes an empty message
 std::string encodeReply(Request request, std::string_view message);
 /// \param remark why the zero may be wrong; empty: no reason is known
 std::string encodeZeroReply(const RestPose& zero, std::string_view remark);

@@ -1,4 +1,4 @@
-// Computes the field around round patches (docs/decisions/0020-one-inverse.md). The rounds that choose atoms run on the
+// Computes the field around round patches (docs/mathematics.md, 4.4). The rounds that choose atoms run on the
 // displacements without those of the patches, whose loads and places may still change. Then one posterior of atoms and
 // patches is computed for each roughness of the patches.
 #pragma once

@@ -1,4 +1,4 @@
-// Makes the atoms of the model of contacts (docs/decisions/0020-one-inverse.md): forces that are spread over points of
+// Makes the atoms of the model of contacts (docs/mathematics.md, 4.1): forces that are spread over points of
 // the surface, from a single point to the whole face.
 #pragma once
 
@@ -47,7 +47,7 @@ struct Atoms {
 /// the nodes alone: points on the nodes.
 Atoms makeAtoms(const sensor::Sensor& sensor);
 
-/// Computes the forces of the points (3P [N]) from the forces of the atoms (3A [N]).
+/// Computes the forces of the points (3P [N]: x, y, z of each point) from the forces of the atoms (3A [N], likewise).
 void addUp(const Atoms& atoms, std::span<const double> forces, std::span<double> pointForces);
 
 /// Computes the forces of the nodes (3N [N]): each is the sum of the points (3P [N]) that Atoms::nodeOf() assigns to

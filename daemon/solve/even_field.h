@@ -1,4 +1,4 @@
-// Computes the field of one contact that presses evenly within its edge (docs/decisions/0020-one-inverse.md). Its
+// Computes the field of one contact that presses evenly within its edge (docs/mathematics.md, 4.5). Its
 // footprint e, a number for each point, is drawn from forces that were found; p and t are their means around a point
 // over a short and a long distance:
 //   e(c) = t clamp((p / t - c + w) / 2 w, 0, 1)        w: half of the width of the edge, c: where it is

@@ -1,4 +1,4 @@
-// Estimates forces by one statistical model of all contacts (docs/decisions/0020-one-inverse.md). Atoms of several
+// Estimates forces by one statistical model of all contacts (docs/mathematics.md, section 4). Atoms of several
 // sizes have forces f_a ~ N(0, gamma_a Omega_a), whose priors are fitted to the picture in a fixed number of rounds
 // (Tipping 2001; MacKay; Fang et al. 2015). Each frame is solved on its own: nothing is kept for the next one.
 #pragma once

@@ -1,4 +1,4 @@
-// Lists the contacts of an estimate of the statistical model (docs/decisions/0020-one-inverse.md).
+// Lists the contacts of an estimate of the statistical model (docs/mathematics.md, 4.7).
 //
 // If patches are likelier than the field alone, each patch, or each group of patches that are parts of one contact, is
 // a contact. Other forces nearby are added to it; the hills of forces away from all patches are further contacts.

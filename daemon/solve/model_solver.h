@@ -1,4 +1,4 @@
-// Computes a field by one statistical model of all contacts (docs/decisions/0020-one-inverse.md).
+// Computes a field by one statistical model of all contacts (docs/mathematics.md, section 4).
 #pragma once
 
 #include "daemon/solve/field_rules.h"

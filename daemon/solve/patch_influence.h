@@ -1,4 +1,4 @@
-// Computes the displacements by a round contact of any place and size (docs/decisions/0020-one-inverse.md).
+// Computes the displacements by a round contact of any place and size (docs/mathematics.md, 4.4).
 //
 // The contact is replaced by point forces at its centre and on a ring around it, whose shares reproduce the moments of
 // the pressure of a ball up to the fifth; the ring carries the torsion, too. Their displacements in a half-space are

@@ -40,8 +40,8 @@ class Roughness {
   /// `rho`, or 1 for points beyond the nodes and for ambiguous levels.
   std::span<const double> of(std::span<const double> pointForces_N, double rho);
 
-  /// Returns q_a^2 / 3 of all atoms (A [N^2]) under the forces of round patches, spread over the points (3P [N]). A
-  /// patch is known to end: points beyond the nodes have their own pressure.
+  /// Returns q_a^2 / 3 of all atoms (A [N^2]) under the forces of round patches, spread over the points (3P [N]:
+  /// x, y, z of each point). A patch is known to end: points beyond the nodes have their own pressure.
   std::span<const double> ofPatches(std::span<const double> pointForces_N);
 
  private:

@@ -1,4 +1,4 @@
-// Fits round patches to a picture (docs/decisions/0020-one-inverse.md). Each has a place, a spread, a force and a
+// Fits round patches to a picture (docs/mathematics.md, 4.4). Each has a place, a spread, a force and a
 // torsion. With the motion m of the picture, in standard deviations of its prior, the fit minimises
 //   |d - sum over the patches of U(place) load - P m|^2 / n^2 + |m|^2 + ((spread - s) / deviation of s)^2
 // over the coordinates that are not missing. U is PatchInfluence. Whether two patches are one straight contact is
@@ -36,10 +36,11 @@ class RoundPatches {
   /// `sensor` is read here alone; the others must outlive it. PatchInfluence::possible() must be true.
   RoundPatches(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& factors);
 
-  /// Finds the patches of a picture. Starts from the maxima of the pressure in `forces_N` (3P, the field of the same
-  /// picture) and drops those without which the rest is more likely. If misfit() exceeds `enough`, also tries fainter
-  /// maxima, and two patches in place of a long one. Returns false if there are no patches or more than kMost, or if
-  /// they are too broad or cannot be told apart; the results then have no meaning.
+  /// Finds the patches of a picture. Starts from the maxima of the pressure in `forces_N` (3P, x, y, z of each point:
+  /// the field of the same picture) and drops those without which the rest is more likely. If misfit() exceeds
+  /// `enough`, also tries fainter maxima, and two patches in place of a long one. Returns false if there are no patches
+  /// or more than kMost, or if they are too broad or cannot be told apart; the results then have no meaning. True does
+  /// not mean that misfit() is at most `enough`.
   bool find(const Displacements& picture, std::span<const double> forces_N, double enough);
 
   /// Determines which patches are parts of one contact: those that overlap, and those that one straight contact

@@ -74,8 +74,9 @@ class Follower {
   void learnShape() { errors_.learnShape(centres_, valid_); }
 
   /// Finds the markers in the workspace's picture, which must have been read. \param discontinuity true: the picture
-  /// may be far from the one before, so the whole of it is searched; that is also done while following() is false
-  /// or fewer than 60 % of the reference's markers are found, after a search that found few only in the fourth picture
+  /// may be far from the one before, so the whole of it is searched at once; that is also done while following() is
+  /// false or fewer than 60 % of the reference's markers are found, but after a search that found few only in the
+  /// fourth picture
   /// \return whether the markers were labelled anew
   bool look(bool discontinuity);
 

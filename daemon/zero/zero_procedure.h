@@ -140,6 +140,7 @@ class ZeroProcedure {
   void takeReport(const RestPose& zero, const GelReport& report);
   void handOver();
   void watchTaking(Taking& taking);
+  /// Goes back to Idle and answers the request, which must be open.
   void answer(const tl::expected<RestPose, std::string>& result, const std::string& remark = "");
   const RestPose* before() const { return before_ ? &*before_ : nullptr; }
   double takenWithin_s() const;

@@ -22,7 +22,8 @@ struct BlockOptions {
   std::array<std::vector<double>, 3> breaks;
 };
 
-/// Called on the calling thread with the completed fraction, in (0, 1], ascending. May be empty.
+/// Called on the calling thread with the completed fraction, in (0, 1], ascending. May be empty. May throw,
+/// which ends the computation.
 using Progress = std::function<void(double)>;
 
 /// The correction w of one gel at fixed targets, for any forces. The constructor does most of the work, on the threads

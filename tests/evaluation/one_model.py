@@ -1,5 +1,5 @@
 """The dense, slow twin of one statistical model for every contact: prior, noise, posterior, straight from the formulae
-(docs/decisions/0020-one-inverse.md), in NumPy, for the paper's gel.
+(docs/mathematics.md, section 4), in NumPy, for the paper's gel.
 
 `tools/evaluate --model [SEED]` draws loads at random (shapes.py), gives their exact displacements with white noise to
 the model and to this build's solver, and prints the errors of both. SI; pictures in pixels.

@@ -1,6 +1,6 @@
 """Round patches as the mean of the prior in the dense twin (one_model.py): the twin's contacts, each a place, a spread, a
 force and a torsion, fitted to the picture; around them the field, whose roughness and whose worth beside the field
-alone the evidence decides (docs/decisions/0020-one-inverse.md). For the paper's gel; SI, pictures in pixels.
+alone the evidence decides (docs/mathematics.md, section 4). For the paper's gel; SI, pictures in pixels.
 
 `tools/evaluate --model --patches [SEED]` prints their errors beside those of the twin and of this build's solver, for the
 twin's random loads and for balls in the middle, at the sides and in the corners.

@@ -83,14 +83,16 @@ struct Snapshot {
   };
   std::uint32_t width = 0, height = 0;  ///< of this picture [px]
   std::uint32_t channels = 0;           ///< bytes per pixel; 3: red, green, blue; 1: grey
-  std::uint32_t reduced = 1;            ///< camera pixels per pixel of this picture, in each direction
+  /// Camera pixels per pixel of this picture, in each direction: it has the means of such blocks. Above 1 only where
+  /// the picture would exceed 16 MiB.
+  std::uint32_t reduced = 1;
   std::vector<std::uint8_t> levels;     ///< height x width x channels, row by row
   std::string pixelFormat;              ///< pixel format that the camera sent
   std::uint64_t frameNumber = 0;        ///< Header::frameNumber of the frame
   /// When the frame came from the camera driver: CLOCK_REALTIME of the daemon's host [ns since 1970].
   std::int64_t receivedReal_ns = 0;
-  std::vector<Marker> markers;
-  std::vector<Spot> spots;  ///< marker candidates of the last marker search over a whole picture
+  std::vector<Marker> markers;  ///< empty without a gel file, as `spots` are
+  std::vector<Spot> spots;      ///< marker candidates of the last marker search over a whole picture
 };
 
 /// Answer to a CalibrationStep.

@@ -1,4 +1,4 @@
-// The atoms of the dense twin (dense_model.h), straight from docs/decisions/0020-one-inverse.md.
+// The atoms of the dense twin (dense_model.h), straight from docs/mathematics.md, section 4.
 #pragma once
 
 #include "tests/unit/solve/sensors.h"

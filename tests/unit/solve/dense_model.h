@@ -1,4 +1,4 @@
-// The dense, slow twin of the model of contacts, straight from the formulae of docs/decisions/0020-one-inverse.md:
+// The dense, slow twin of the model of contacts, straight from the formulae of docs/mathematics.md, section 4:
 // every matrix whole, in double precision, without a line of what it tests. Missing coordinates are rows that were
 // never there.
 #pragma once

@@ -1,4 +1,4 @@
-// The dense, slow twin of the fit of round patches (docs/decisions/0020-one-inverse.md), without a line of what it
+// The dense, slow twin of the fit of round patches (docs/mathematics.md, section 4), without a line of what it
 // tests.
 #pragma once
 

@@ -1,4 +1,4 @@
-// The dense, slow twin of round patches as the mean of the prior (docs/decisions/0020-one-inverse.md), as dense_model.h
+// The dense, slow twin of round patches as the mean of the prior (docs/mathematics.md, section 4), as dense_model.h
 // is of the field: every matrix whole, in double precision, without a line of what it tests.
 #pragma once
 
