@@ -37,7 +37,7 @@ class GelWatch {
   GelReport compare(const RestPose& zero);
 
   /// Passes what compare() has returned for a zero that comes into force to the tracker, whose fields carry
-  /// kGelMismatch if the gel file does not fit, and to the status.
+  /// kGelMismatch if the gel file does not fit, and at once to the status.
   void report(const RestPose& zero, GelReport report);
 
   /// Requests a snapshot of the next picture. A later turn() answers: with the snapshot, which is valid during the

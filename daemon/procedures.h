@@ -64,9 +64,10 @@ class Procedures {
   void beginZero(const ZeroRequest& request) { zero_.begin(request); }
 
   /// Handles a request for a calibration step. Drops a running step without an answer: the control server has answered
-  /// it. A step other than kStiffness and kFinish ends an open request for a zero, which is answered with an error
-  /// unless its zero has been taken. In turn, a zero that is taken or comes into force ends a step that looks at
-  /// frames, with an error. Returns at once; a later turn() answers, rarely this call.
+  /// it; its work goes on, and the new step waits for its end. A step other than kStiffness and kFinish ends an open
+  /// request for a zero, which is answered with an error unless its zero has been taken. In turn, a zero that is taken
+  /// or comes into force ends a step that looks at frames or waits for work to end, with an error. Returns at once; a
+  /// later turn() answers, rarely this call.
   void beginStep(const CalibrationStep& step);
 
   /// Does what is due for zero, step and drift, and puts Watched. Must be called in each turn of the control loop. Does

@@ -43,7 +43,8 @@ class Relay {
   const std::vector<std::string>& bound(Way way) const;
   /// Returns the number of connections, as turn() counts it every 250 ms; 0 before. Thread-safe.
   int peers() const;
-  /// Returns the number of answers to requests that were dropped because ZeroMQ had no memory for them. Thread-safe.
+  /// Returns the number, since open(), of answers to requests that were dropped because ZeroMQ had no memory for them.
+  /// Thread-safe.
   std::uint64_t unsent() const;
 
  private:

@@ -43,8 +43,9 @@ class Writer {
   std::optional<std::uint64_t> oldest_ns() const;
   /// Returns whether the current chunk began at least chunkTime_ns before `now_ns`, in log time.
   bool isDue(std::uint64_t now_ns) const;
-  /// Writes new declarations and the current chunk and, by default, syncs them. Does nothing if there are none. The
-  /// caller should call it when isDue(): write() alone leaves the last chunk unwritten until the next message.
+  /// Writes what is not written yet (at first the file's beginning, then new declarations and the current chunk) and,
+  /// by default, syncs it. Does nothing if there is nothing. The caller should call it when isDue(): write() alone
+  /// leaves the last chunk unwritten until the next message.
   tl::expected<void, Error> flush();
   /// Writes the last chunk, the summary and the end, and syncs. Writes the end even if the last chunk fails, and then
   /// returns that error. Once the end is written, further calls do nothing; before, they try again. Nothing may be

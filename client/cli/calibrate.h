@@ -11,7 +11,7 @@ namespace traction::cli {
 
 struct CalibrateOptions {
   std::vector<std::string> steps;  ///< of geometry, noise, weights, finish; empty: all
-  std::vector<double> weights_N;   ///< in the order in which they are put on [N]
+  std::vector<double> weights_N;   ///< in the order in which they are put on [N]; not empty if the step weights runs
   double seconds = 0.0;   ///< duration of the noise step, longest wait for each weight; 0: the daemon's default
   std::string name;       ///< name of the gel, for the file: 1 to 24 of A-Z a-z 0-9 _ -; empty: gel
   bool keepZero = false;  ///< true: geometry uses the zero in force; false: takes a new one
@@ -28,8 +28,8 @@ std::optional<std::vector<double>> parseWeights(const std::string& text);
 /// standard output, with `json` only the reports, one line of JSON each. The step weights reads each weight, and then
 /// estimates the stiffness. Waits for Enter after each instruction, with `json` as well, if standard input is a
 /// terminal and `options.yes` is false. Blocks until they are done; a step that fails ends it, and keeps what the steps
-/// before it did. \throws Error, kNoAnswer before the first instruction if no daemon answers; OutputError if standard
-/// output cannot be written
+/// before it did. \throws Error as Control::calibrate() and Control::zero() if a step fails, kNoAnswer before the first
+/// instruction if no daemon answers; OutputError if standard output cannot be written
 void calibrate(const ControlOptions& control, const CalibrateOptions& options);
 
 }  // namespace traction::cli

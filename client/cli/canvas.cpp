@@ -55,7 +55,7 @@ void select(std::string& out, const char* what, Colour24 colour, Depth depth) {
 }  // namespace
 
 bool isLight(Colour24 colour) {
-  return colour.red + colour.green > 330;
+  return 0.299 * colour.red + 0.587 * colour.green + 0.114 * colour.blue > 128.0;  // perceived brightness
 }
 
 Colour24 mix(Colour24 from, Colour24 to, double share) {

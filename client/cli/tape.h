@@ -22,9 +22,9 @@ class Tape {
   /// when it arrived. Publish time: captureTime_ns(), or the log time if that is not known and for descriptions and
   /// statuses. \param message of a Subscriber \param raw topic and bytes of `message`
   void add(const Message& message, const Raw& raw);
-  /// Adds a line of JSON from traction-twin, without its line end, to the topic "truth/". The JSON is not checked. Log
-  /// time: now; publish time: the line's "monotonic_ns" if that is within the last 10 s of this host's clock, else the
-  /// log time.
+  /// Adds a line of JSON from traction-twin, without its line end, to the topic "truth/". The JSON is not checked. May
+  /// write earlier messages and wait for the disk, as add(). Log time: now; publish time: the line's "monotonic_ns" if
+  /// that is within the last 10 s of this host's clock, else the log time.
   void addTruth(const std::string& line);
   /// Writes the buffered messages if the oldest is 0.15 s old, and waits for the disk; does nothing otherwise. Must be
   /// called in every turn of the receiving loop.

@@ -50,7 +50,8 @@ Refused parseBinary(std::string_view bytes);
 enum class Level { kInfo = 0, kWarning = 1, kError = 2 };
 
 /// Returns the text message serverInfo, the first one of a connection. \param session identifies this start of the
-/// program; channel ids keep their meaning as long as it stays the same
+/// program; channel ids keep their meaning as long as it stays the same \param name shown to users; escaped, and what
+/// is not UTF-8 is replaced
 std::string serverInfo(const std::string& name, const std::string& session);
 /// Returns the text message that advertises the channels, whose messages are Protobuf.
 std::string advertise(const std::vector<Channel>& channels);

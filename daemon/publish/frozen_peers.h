@@ -40,6 +40,7 @@ class FrozenPeers {
     std::int64_t since_ns = 0;
   };
 
+  /// Returns whether the descriptor was a connection that nobody reads, which is ended then.
   bool lookAt(int fd, std::int64_t now_ns);
 
   std::vector<std::string> bound_;

@@ -53,7 +53,8 @@ class PreviewMessage {
   explicit PreviewMessage(const Identity& identity);
   ~PreviewMessage();
 
-  /// Sets the whole message. \param heading only its sequence and times of sending are used \return size [bytes]
+  /// Sets the whole message; neither argument need outlive the call. \param heading only its sequence and times of
+  /// sending are used \return size [bytes]
   std::size_t fill(const Preview& preview, const Heading& heading);
   /// Writes the message; `bytes` must have room for the size that fill() returned.
   void write(std::uint8_t* bytes) const;

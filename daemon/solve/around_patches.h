@@ -67,6 +67,8 @@ class AroundPatches {
   };
 
   void setExtra(const Displacements& left, const RoundPatches& patches);
+  /// Does the rounds on what is `left` and sets smooth_, all 0 if no atom is evident. Returns false if equations could
+  /// not be solved.
   bool findEvident(const Displacements& left, AtomProducts& products, const AtomMoments& start);
   bool roughen(const Displacements& left, AtomProducts& products);
   void keep(const AtomMoments& start);
@@ -86,8 +88,7 @@ class AroundPatches {
   std::span<const RoundPatch> patches_;
   double occam_ = 0.0;
   AtomMoments moments_;
-  Chosen evident_;                            // atoms of the last round
-  std::vector<double> smooth_;                // A: gamma of these
+  std::vector<double> smooth_;                // A: gamma of the atoms of the last round
   std::vector<double> rough_;                 // A: gamma of the patches at rho = 1
   std::vector<double> whole_;                 // A: gamma of both
   std::vector<double> noise_;                 // of the chosen atoms

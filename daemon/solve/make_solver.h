@@ -21,7 +21,7 @@ tl::expected<MadeSolver, Error> makeSolver(const sensor::Sensor& sensor, const S
                                            const std::filesystem::path& stateDirectory,
                                            const sensor::elastic::Progress& progress = {}, const Remark& remark = {});
 
-/// Returns whether makeSolverAtRest() is possible: for a block.
+/// Returns whether makeSolverAtRest() is possible: for a gel without an influence file.
 bool followsRest(const sensor::Sensor& sensor);
 
 /// A solver for the places that the markers have in the gel by its rest picture; `places` are those it solves for.

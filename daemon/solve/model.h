@@ -91,6 +91,7 @@ class Model {
   bool findPatches(const Displacements& picture);
   void addEvenField(const Displacements& picture);
   void addPatches();
+  /// Returns the sum of the probabilities of the candidates first .. end - 1.
   double shareOf(int first, int end) const;
   void publishNothing(const Displacements& picture, Estimate& estimate);
   void publish(Estimate& estimate);

@@ -27,10 +27,10 @@ class Posterior {
   Posterior(const Factors& factors, const Atoms& atoms, int most, int mostExtra = 0);
 
   /// Computes the posterior. Returns false if the equations could not be solved, or a covariance of `chosen` is not
-  /// positive definite; the results then have no meaning.
+  /// positive definite; the results then have no meaning. The displacements must be finite, which is not checked.
   /// `chosen` and `extra` must live until the next fit(). \param products of a picture with the same missing
-  /// coordinates; without `extra`, of this picture. Missing products of chosen atoms are added \param extra
-  /// after ExtraUnknowns::multiply() with this picture; null: none
+  /// coordinates; without `extra`, of this picture. Missing products of chosen atoms are added \param extra after
+  /// ExtraUnknowns::multiply() with this picture; null: none
   bool fit(const Displacements& picture, AtomProducts& products, const Chosen& chosen, ExtraUnknowns* extra = nullptr);
 
   // Results of the last fit().

@@ -31,7 +31,8 @@ class CentreErrors {
   void setUnit(float unit);
 
   /// Learns the typical shape of this gel's markers from the present frame: three quarters of them have a smaller one,
-  /// but at most 0.15. Has no effect without valid markers. \param valid 1: the marker was found
+  /// but at most 0.15. Subtracts noise(), so setUnit() or adopt() must have been called. Has no effect without valid
+  /// markers. \param valid 1: the marker was found
   void learnShape(std::span<const Centre> centres, std::span<const std::uint8_t> valid);
   /// Sets the typical shape to the largest one that a marker may have, until learnShape() is called.
   void forgetShape();

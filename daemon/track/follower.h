@@ -54,8 +54,9 @@ class Follower {
   /// frames that a rest pose averages
   Follower(const sensor::Sensor& sensor, int zeroFrames, FollowerWorkspace& workspace);
 
-  /// Makes `pose` the reference and recomputes the displacements from it; the markers' places are kept. The pose must
-  /// have as many markers as the sensor.
+  /// Makes `pose` the reference and recomputes the displacements from it; the markers' places are kept. Copies all of
+  /// the pose but its cross-talk; the other results stay until the next look(). The pose must have as many markers as
+  /// the sensor.
   void adopt(const RestPose& pose);
 
   /// Takes over the layers' cross-talk of a pose that was taken in an earlier run; nothing else of it.

@@ -20,7 +20,8 @@ class PixelNoise {
 
   /// Adds one layer of one frame; each frame must add the same layers in the same order. Compares the pixels at the
   /// markers' centres and at bare gel with those of the frame before: the picture is flat there, so that a small motion
-  /// does not count as noise. Ignores pixels that are nearly black or saturated, and a layer with fewer than 30.
+  /// does not count as noise. Ignores pixels that are nearly black or saturated here or in the frame before; of
+  /// centres, or of bare gel, all pixels of a layer if fewer than 30 remain.
   /// \param first index of the layer's first marker \param place_px, valid of this layer's markers \param between
   /// offset from a marker to bare gel [px]
   void add(const Plane& plane, int first, std::span<const Vector> place_px, Vector between,

@@ -21,7 +21,7 @@ std::filesystem::path restPosePath(const std::filesystem::path& stateDirectory);
 std::filesystem::path earlierPosePath(const std::filesystem::path& stateDirectory);
 
 /// Returns the hash of what a rest pose belongs to: the marker layers, the size of the picture, and the kind (mosaic,
-/// grey ...) and bits of its format.
+/// grey, RGB or YUV) and bits of its format.
 Id restPoseOwner(const sensor::Sensor& sensor, PixelFormat format);
 
 /// Reads a rest pose; returns nothing, without an error, if there is no file. EX_NOINPUT: the file cannot be read.

@@ -68,13 +68,13 @@ bool eigenvectors(MatrixRef a, Eigen::VectorXd& eigenvalues) {
 }
 
 void solveLower(const ConstMatrixRef& lower, Op op, MatrixRef b) {
-  assert(lower.rows() == b.rows());
+  assert(lower.rows() == lower.cols() && lower.rows() == b.rows());
   cblas_dtrsm(CblasColMajor, CblasLeft, CblasLower, cblas(op), CblasNonUnit, size(b.rows()), size(b.cols()), 1.0,
               lower.data(), stride(lower.outerStride()), b.data(), stride(b.outerStride()));
 }
 
 void solveLowerRight(const ConstMatrixRef& lower, Op op, MatrixRef b) {
-  assert(lower.rows() == b.cols());
+  assert(lower.rows() == lower.cols() && lower.rows() == b.cols());
   cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, cblas(op), CblasNonUnit, size(b.rows()), size(b.cols()), 1.0,
               lower.data(), stride(lower.outerStride()), b.data(), stride(b.outerStride()));
 }

@@ -142,6 +142,13 @@ TEST(Picture, ArrowPointsAlongTheForceAtItsNode) {
   }
 }
 
+TEST(Picture, ArrowsStandOutFromTheShades) {
+  EXPECT_TRUE(isLight({110, 210, 255}));  // the strongest pull
+  EXPECT_TRUE(isLight({255, 248, 180}));  // the strongest press
+  EXPECT_FALSE(isLight({22, 24, 36}));    // no force
+  EXPECT_FALSE(isLight({0, 0, 255}));
+}
+
 TEST(Picture, EverySizeIsFilledAndNothingStandsOutside) {
   const Scene scene = sceneOf(fieldOf(3, 4, {0.1F, 0.2F, 3.0F}));
   for (const auto& [width, height] :
