@@ -279,6 +279,16 @@ void Instrument::control(std::chrono::milliseconds timeout) {
   for (const std::string& line : {inflow_.look(now_ns), connections_.look(now_ns)}) {
     if (!line.empty()) spdlog::warn("warning: {}", line);
   }
+  watchUnsent(now_ns);
+}
+
+/// Warns of messages that were not published, at most once a second.
+void Instrument::watchUnsent(std::int64_t now_ns) {
+  const std::uint64_t unsent = publisher_->unsent();
+  if (unsent == toldUnsent_ || now_ns - toldUnsent_ns_ < 1'000'000'000) return;
+  toldUnsent_ = unsent;
+  toldUnsent_ns_ = now_ns;
+  spdlog::warn("warning: messages lost as there was no memory to publish them: {}", unsent);
 }
 
 /// Describes the camera for each session, as it may return with other values.
