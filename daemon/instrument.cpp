@@ -219,9 +219,9 @@ tl::expected<void, Error> Instrument::openCamera() {
   return {};
 }
 
-void Instrument::start() {
+tl::expected<void, Error> Instrument::start() {
   realtime_->lockMemory();
-  pipeline_->start();
+  if (auto started = pipeline_->start(); !started) return started;
   realtime_->report();
   const auto list = [](const std::vector<std::string>& endpoints) {
     return fmt::format("{}", fmt::join(endpoints, " "));
@@ -229,6 +229,7 @@ void Instrument::start() {
   spdlog::info("running: sensor {}, stream {}, latest {}, control {}", config_.sensor.name,
                list(publisher_->streamEndpoints()), list(publisher_->latestEndpoints()),
                list(controlServer_->endpoints()));
+  return {};
 }
 
 ServiceHooks Instrument::hooks(std::function<tl::expected<Reread, Error>()> read) {

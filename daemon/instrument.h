@@ -45,8 +45,8 @@ class Instrument {
   ~Instrument();
 
   /// Starts the pipeline's threads, and returns when they run. Applies and logs the real-time settings. Must be called
-  /// once.
-  void start();
+  /// once. Fails with EX_OSERR if a thread cannot be started.
+  tl::expected<void, Error> start();
   /// Returns the hooks for run(). Their functions use this object, which must outlive them. \param read reads the
   /// configuration for a reload; called on a thread of its own that a stop does not wait for, so that it must own what
   /// it uses

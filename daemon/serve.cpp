@@ -73,7 +73,7 @@ int serve(const Arguments& arguments, const Config& config, const Places& places
   auto instrument = Instrument::make(config, places, [log] { return log->lost(); });
   starting.reset();
   if (!instrument) return failed(instrument.error());
-  (*instrument)->start();
+  if (const auto started = (*instrument)->start(); !started) return failed(started.error());
   run((*instrument)->hooks([arguments] { return readAgain(arguments); }));
   const auto stopped = (*instrument)->stop();
   return stopped ? EX_OK : failed(stopped.error());
