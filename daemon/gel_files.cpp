@@ -5,8 +5,10 @@
 #include "daemon/track/nominal.h"
 #include "sensor/gel_file.h"
 
+#include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <system_error>
 #include <utility>
 
 namespace tractiond {
@@ -24,6 +26,24 @@ Error asError(const FileError& error, const std::string& gelFile) {
   }
   return result;
 }
+
+/// A file for a library that only reads files; deleted by the destructor.
+class TemporaryFile {
+ public:
+  TemporaryFile(const std::filesystem::path& path, const std::string& bytes)
+      : path_(path) {
+    std::ofstream(path, std::ios::binary) << bytes;
+  }
+  ~TemporaryFile() {
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+ private:
+  std::filesystem::path path_;
+};
 
 }  // namespace
 
@@ -64,6 +84,17 @@ void readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile, publ
   };
   beginning.gel = content(gelFile);
   beginning.influence = sensor.body ? content(sensor.body->file) : "";
+}
+
+tl::expected<sensor::Sensor, Error> recordedSensor(const publish::Beginning& beginning, const std::string& recording,
+                                                   const std::filesystem::path& scratch) {
+  if (beginning.gel.empty()) return sensor::Sensor();
+  std::optional<TemporaryFile> written;
+  if (!beginning.influence.empty()) written.emplace(scratch, beginning.influence);
+  auto sensor = sensor::parseGel(beginning.gel, recording, written ? scratch.string() : "");
+  if (sensor) return *std::move(sensor);
+  return tl::unexpected(
+      Error{.exitCode = EX_DATAERR, .what = "its gel file is damaged: " + sensor.error().what, .where = recording});
 }
 
 }  // namespace tractiond

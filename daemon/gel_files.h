@@ -9,6 +9,7 @@
 
 #include <tl/expected.hpp>
 
+#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -30,5 +31,10 @@ void describeSensor(publish::Description& description, const sensor::Sensor& sen
 /// empty if there is none (as for the built-in gel) or it cannot be read, without an error: a recording that lacks its
 /// gel file for that reason is replayed with the built-in gel. Waits for the disk. \param sensor of that gel file
 void readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile, publish::Beginning& beginning);
+
+/// Returns the sensor of the gel file that a recording holds; the built-in one if it holds none. EX_DATAERR: that file
+/// is damaged. \param scratch path at which the influence file of the recording is kept during the call
+tl::expected<sensor::Sensor, Error> recordedSensor(const publish::Beginning& beginning, const std::string& recording,
+                                                   const std::filesystem::path& scratch);
 
 }  // namespace tractiond

@@ -219,9 +219,9 @@ tl::expected<void, Error> Instrument::openCamera() {
   return {};
 }
 
-void Instrument::start() {
+tl::expected<void, Error> Instrument::start() {
   realtime_->lockMemory();
-  pipeline_->start();
+  if (auto started = pipeline_->start(); !started) return started;
   realtime_->report();
   const auto list = [](const std::vector<std::string>& endpoints) {
     return fmt::format("{}", fmt::join(endpoints, " "));
@@ -229,6 +229,7 @@ void Instrument::start() {
   spdlog::info("running: sensor {}, stream {}, latest {}, control {}", config_.sensor.name,
                list(publisher_->streamEndpoints()), list(publisher_->latestEndpoints()),
                list(controlServer_->endpoints()));
+  return {};
 }
 
 ServiceHooks Instrument::hooks(std::function<tl::expected<Reread, Error>()> read) {
@@ -279,6 +280,16 @@ void Instrument::control(std::chrono::milliseconds timeout) {
   for (const std::string& line : {inflow_.look(now_ns), connections_.look(now_ns)}) {
     if (!line.empty()) spdlog::warn("warning: {}", line);
   }
+  watchUnsent(now_ns);
+}
+
+/// Warns of messages that were not published, at most once a second.
+void Instrument::watchUnsent(std::int64_t now_ns) {
+  const std::uint64_t unsent = publisher_->unsent();
+  if (unsent == toldUnsent_ || now_ns - toldUnsent_ns_ < 1'000'000'000) return;
+  toldUnsent_ = unsent;
+  toldUnsent_ns_ = now_ns;
+  spdlog::warn("warning: messages lost as there was no memory to publish them: {}", unsent);
 }
 
 /// Describes the camera for each session, as it may return with other values.

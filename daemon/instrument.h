@@ -45,8 +45,8 @@ class Instrument {
   ~Instrument();
 
   /// Starts the pipeline's threads, and returns when they run. Applies and logs the real-time settings. Must be called
-  /// once.
-  void start();
+  /// once. Fails with EX_OSERR if a thread cannot be started.
+  tl::expected<void, Error> start();
   /// Returns the hooks for run(). Their functions use this object, which must outlive them. \param read reads the
   /// configuration for a reload; called on a thread of its own that a stop does not wait for, so that it must own what
   /// it uses
@@ -68,6 +68,7 @@ class Instrument {
   tl::expected<void, Error> openCamera();
   void meetCamera();
   void watchLastWill();
+  void watchUnsent(std::int64_t now_ns);
   void describeCamera(const capture::CameraInfo& info);
   void measure(traction::v1::Status& status);
   std::string statusLine() const;
@@ -96,6 +97,8 @@ class Instrument {
   network::inflow::Report inflow_;
   network::connections::Report connections_;
   std::string lockedWhy_;          // reason of the last warning
+  std::uint64_t toldUnsent_ = 0;   // messages in the last warning
+  std::int64_t toldUnsent_ns_ = 0;
   unsigned describedSession_ = 0;  // of the camera
   bool cameraAsked_ = false;
 

@@ -8,6 +8,7 @@
 #include <cassert>
 #include <latch>
 #include <memory>
+#include <system_error>
 #include <utility>
 
 namespace tractiond {
@@ -85,7 +86,7 @@ Pipeline::~Pipeline() {
   stop();
 }
 
-void Pipeline::start() {
+tl::expected<void, Error> Pipeline::start() try {
   constexpr std::ptrdiff_t kOfFrames = 4;
   auto entered = std::make_shared<std::latch>(kOfFrames);
   const auto run = [&entered, this](std::thread& thread, const char* name, bool ofFrames, auto body) {
@@ -108,6 +109,13 @@ void Pipeline::start() {
   run(trackThread_, "tr-track", true, [this] { loop(Stage::kTrack); });
   run(captureThread_, "tr-capture", true, [this] { loop(Stage::kCapture); });
   entered->wait();
+  return {};
+} catch (const std::system_error& error) {
+  stopping_.store(true, std::memory_order_relaxed);
+  join();
+  return tl::unexpected(Error{.exitCode = EX_OSERR,
+                              .what = std::string("a thread cannot be started: ") + error.what(),
+                              .remedy = "allow more threads (TasksMax= of the service, ulimit -u) or memory"});
 }
 
 void Pipeline::stop() {
@@ -117,16 +125,25 @@ void Pipeline::stop() {
 }
 
 void Pipeline::finish() {
-  if (!captureThread_.joinable()) return;
-  // Joins in the direction of the frames: each thread ends when the link before it is closed and empty.
-  captureThread_.join();
-  trackThread_.join();
-  solveThread_.join();
-  publishThread_.join();
+  if (captureThread_.joinable()) join();
+}
+
+/// Joins the threads that were started.
+void Pipeline::join() {
+  // In the direction of the frames: each thread ends when the link before it is closed and empty. In place of one that
+  // was not started, closes the link behind it.
+  for (const auto& [stage, thread] :
+       {std::pair(Stage::kCapture, &captureThread_), std::pair(Stage::kTrack, &trackThread_),
+        std::pair(Stage::kSolve, &solveThread_), std::pair(Stage::kPublish, &publishThread_)}) {
+    if (thread->joinable())
+      thread->join();
+    else
+      loop(stage);
+  }
   stopping_.store(true, std::memory_order_relaxed);
-  if (stages_.control) controlThread_.join();
-  if (stages_.preview) previewThread_.join();
-  if (stages_.record) recordThread_.join();
+  for (std::thread* thread : {&controlThread_, &previewThread_, &recordThread_}) {
+    if (thread->joinable()) thread->join();
+  }
   settle();
 }
 

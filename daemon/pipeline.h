@@ -7,11 +7,14 @@
 // instead.
 #pragma once
 
+#include "base/error.h"
 #include "base/link.h"
 #include "daemon/capture/frame_source.h"
 #include "daemon/records/ledger.h"
 #include "daemon/records/traction_field.h"
 #include "daemon/records/turns.h"
+
+#include <tl/expected.hpp>
 
 #include <functional>
 #include <thread>
@@ -57,8 +60,9 @@ class Pipeline {
   Pipeline(const Pipeline&) = delete;
   Pipeline& operator=(const Pipeline&) = delete;
 
-  /// Starts the threads, and returns when those that a frame passes run. May be called once.
-  void start();
+  /// Starts the threads, and returns when those that a frame passes run. May be called once. Fails with EX_OSERR if one
+  /// of them cannot be started; the others have then ended, and the source was not asked.
+  tl::expected<void, Error> start();
   /// Stops in two phases: first the source is no longer asked, and each stage in turn processes what waits before it
   /// and closes the link behind it; then the threads are joined, and what is still in a link is counted as discarded.
   /// Blocks meanwhile; a stage that hangs hangs it as well. If the threads do not run, it is requestStop() alone.
@@ -88,6 +92,7 @@ class Pipeline {
   bool ended() const { return ended_.load(std::memory_order_acquire); }
 
  private:
+  void join();
   void loop(Stage stage);
   Counter& turnsOf(Stage stage);
   bool work(Stage stage, std::chrono::milliseconds timeout);

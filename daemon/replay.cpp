@@ -14,7 +14,6 @@
 #include "daemon/track/rest_pose.h"
 #include "proto/traction/v1/endpoints.h"
 #include "recording/reader.h"
-#include "sensor/gel_file.h"
 
 #include <spdlog/spdlog.h>
 
@@ -22,7 +21,6 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
-#include <fstream>
 #include <sstream>
 #include <thread>
 
@@ -53,24 +51,6 @@ struct Stopped {
   std::optional<Error> error = {};
 };
 
-/// A file for a library that only reads files; deleted by the destructor.
-class TemporaryFile {
- public:
-  TemporaryFile(const std::filesystem::path& path, const std::string& bytes)
-      : path_(path) {
-    std::ofstream(path, std::ios::binary) << bytes;
-  }
-  ~TemporaryFile() {
-    std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-
- private:
-  std::filesystem::path path_;
-};
-
 class Replay {
  public:
   Replay(Config config, Places places, ReplayOptions options)
@@ -90,7 +70,6 @@ class Replay {
   void openRecorder();
   void makeTracker();
   void picture(std::string_view bytes);
-  sensor::Sensor recordedSensor() const;
   void pace(std::int64_t received_ns);
   void require(const RestPose& pose) const;
   void describe(const RestPose& pose);
@@ -141,16 +120,6 @@ void Replay::begin(std::string_view bytes) {
   beginning_ = *std::move(decoded);
 }
 
-sensor::Sensor Replay::recordedSensor() const {
-  if (beginning_->gel.empty()) return {};
-  const std::filesystem::path influence = places_.runtime / "replayed.influence";
-  std::optional<TemporaryFile> written;
-  if (!beginning_->influence.empty()) written.emplace(influence, beginning_->influence);
-  auto sensor = sensor::parseGel(beginning_->gel, options_.file, written ? influence.string() : "");
-  if (!sensor) fail({.exitCode = EX_DATAERR, .what = "its gel file is damaged: " + sensor.error().what});
-  return *std::move(sensor);
-}
-
 /// Begins with the first picture: configuration, recording and picture must agree with each other.
 void Replay::open(const Frame& first) {
   config_ = completed(config_, places_);
@@ -192,7 +161,9 @@ void Replay::chooseSensor() {
     }
     config_.track = recorded->track;
     config_.solve = recorded->solve;
-    sensor_ = recordedSensor();
+    auto sensor = recordedSensor(*beginning_, options_.file, places_.runtime / "replayed.influence");
+    if (!sensor) fail(sensor.error());
+    sensor_ = *std::move(sensor);
   }
   description_.identity = {config_.sensor.name, publish::randomId(), solve::calibrationId(sensor_, config_.solve)};
   sameGel_ = description_.identity.calibration == beginning_->calibration;

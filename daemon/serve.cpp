@@ -63,17 +63,25 @@ int serve(const Arguments& arguments, const Config& config, const Places& places
     log->write(line(error));
     return error.exitCode;
   };
+  const auto tellStopped = [&] { log->write(logLine("tractiond", spdlog::level::info, "stopped before it ran")); };
+  std::error_code ignored;
+  const bool recordsAnew = !config.record.file.empty() && !std::filesystem::exists(config.record.file, ignored);
   std::optional<StopWhileStarting> starting([&] {
-    std::error_code ignored;
-    for (const auto& file : socketFiles(completed(config, places))) std::filesystem::remove(file, ignored);
-    log->write(logLine("tractiond", spdlog::level::info, "stopped before it ran"));
+    std::error_code failure;
+    for (const auto& file : socketFiles(completed(config, places))) std::filesystem::remove(file, failure);
+    // The instrument may have made it, and would not be started with it again.
+    if (recordsAnew && std::filesystem::is_empty(config.record.file, failure))
+      std::filesystem::remove(config.record.file, failure);
+    tellStopped();
     log->drain();
     std::_Exit(EX_OK);
   });
   auto instrument = Instrument::make(config, places, [log] { return log->lost(); });
   starting.reset();
+  // What a signal to the whole group does to a child of the start, which inspects the camera, is no error.
+  if (!instrument && serviceRequests().stop.wait(std::chrono::milliseconds(0))) return tellStopped(), EX_OK;
   if (!instrument) return failed(instrument.error());
-  (*instrument)->start();
+  if (const auto started = (*instrument)->start(); !started) return failed(started.error());
   run((*instrument)->hooks([arguments] { return readAgain(arguments); }));
   const auto stopped = (*instrument)->stop();
   return stopped ? EX_OK : failed(stopped.error());

@@ -3,12 +3,11 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <cassert>
 #include <limits>
 
 namespace recording {
 
-void packDeltas(std::string_view bytes, std::size_t delta, std::string& scratch, std::string& to) {
+bool packDeltas(std::string_view bytes, std::size_t delta, std::string& scratch, std::string& to) {
   delta = std::max<std::size_t>(delta, 1);
   scratch.resize(bytes.size());
   for (std::size_t i = 0; i < bytes.size(); ++i) {
@@ -17,18 +16,17 @@ void packDeltas(std::string_view bytes, std::size_t delta, std::string& scratch,
   }
   z_stream stream{};
   // Huffman codes of single bytes only: noise has no repeated strings, and searching for them takes ten times as long.
-  [[maybe_unused]] int done =
-      deflateInit2(&stream, Z_DEFAULT_COMPRESSION, Z_DEFLATED, MAX_WBITS, MAX_MEM_LEVEL, Z_HUFFMAN_ONLY);
-  assert(done == Z_OK);
+  if (deflateInit2(&stream, Z_DEFAULT_COMPRESSION, Z_DEFLATED, MAX_WBITS, MAX_MEM_LEVEL, Z_HUFFMAN_ONLY) != Z_OK)
+    return false;
   to.resize(deflateBound(&stream, static_cast<uLong>(scratch.size())));
   stream.next_in = reinterpret_cast<Bytef*>(scratch.data());
   stream.avail_in = static_cast<uInt>(scratch.size());
   stream.next_out = reinterpret_cast<Bytef*>(to.data());
   stream.avail_out = static_cast<uInt>(to.size());
-  done = deflate(&stream, Z_FINISH);
-  assert(done == Z_STREAM_END);
+  const bool whole = deflate(&stream, Z_FINISH) == Z_STREAM_END;
   to.resize(stream.total_out);
   deflateEnd(&stream);
+  return whole;
 }
 
 namespace {

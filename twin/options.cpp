@@ -1,5 +1,6 @@
 #include "twin/options.h"
 
+#include "base/directory.h"
 #include "manual/describe.h"
 #include "manual/number.h"
 
@@ -33,9 +34,8 @@ std::filesystem::path scenarioDirectory() {
 
 std::string shippedNames() {
   std::vector<std::string> names;
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(scenarioDirectory(), error)) {
-    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem());
+  for (const std::filesystem::path& path : tractiond::entriesOf(scenarioDirectory())) {
+    if (path.extension() == ".toml") names.push_back(path.stem());
   }
   std::sort(names.begin(), names.end());
   std::string text;

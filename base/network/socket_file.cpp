@@ -6,7 +6,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
+#include <cstring>
 #include <filesystem>
 #include <string_view>
 
@@ -22,6 +24,16 @@ std::optional<Error> checkPort(const std::string& endpoint) {
   const auto [end, failed] = std::from_chars(port.data(), port.data() + port.size(), number);
   if (port == "*" || (failed == std::errc() && *end == '\0' && number <= 65535)) return std::nullopt;
   return Error{EX_CONFIG, "the port of " + endpoint + " is not a number from 0 to 65535", "", ""};
+}
+
+/// Connects to a socket file, and ends the connection. Does not wait. Returns the error; 0: there is none.
+int connectionError(const sockaddr_un& address) {
+  const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (probe < 0) return errno;
+  const bool isConnected = connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  const int error = isConnected ? 0 : errno;
+  close(probe);
+  return error;
 }
 
 }  // namespace
@@ -57,12 +69,20 @@ std::optional<Error> checkEndpoint(const std::string& endpoint) {
                  "remove it or choose another endpoint"};
   }
   std::ranges::copy(name, address.sun_path);
-  const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  const bool alive = probe >= 0 && connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-  if (probe >= 0) close(probe);
-  if (!alive) return std::nullopt;
-  return Error{EX_UNAVAILABLE, endpoint + " is in use by another program", "",
-               "is this instance of tractiond running already?"};
+  switch (const int error = connectionError(address)) {
+  case ECONNREFUSED:  // no process listens
+  case ENOENT:
+    return std::nullopt;
+  case 0:
+  case EAGAIN:  // the process does not accept connections fast enough
+    return Error{EX_UNAVAILABLE, endpoint + " is in use by another program", "",
+                 "is this instance of tractiond running already?"};
+  default:
+    return Error{EX_CANTCREAT,
+                 "cannot publish at " + endpoint + ": whether a program listens at " + name +
+                     " cannot be found out: " + std::strerror(error),
+                 "", "remove it or choose another endpoint"};
+  }
 }
 
 }  // namespace tractiond::network

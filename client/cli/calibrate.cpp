@@ -50,6 +50,7 @@ class Guide {
   void instruct(const std::string& sentence) const {
     say(sentence + (asks_ ? "; then press Enter." : "."));
     if (!asks_) return;
+    if (options_.json) std::fprintf(stderr, "%s; then press Enter.\n", sentence.c_str());
     for (int c = std::getchar(); c != '\n' && c != EOF; c = std::getchar()) {
     }
   }

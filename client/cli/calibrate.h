@@ -26,10 +26,11 @@ std::optional<std::vector<double>> parseWeights(const std::string& text);
 
 /// Runs the steps, always in the order geometry, noise, weights, finish, and prints instructions and reports on
 /// standard output, with `json` only the reports, one line of JSON each. The step weights reads each weight, and then
-/// estimates the stiffness. Waits for Enter after each instruction, with `json` as well, if standard input is a
-/// terminal and `options.yes` is false. Blocks until they are done; a step that fails ends it, and keeps what the steps
-/// before it did. \throws Error as Control::calibrate() and Control::zero() if a step fails, kNoAnswer before the first
-/// instruction if no daemon answers; OutputError if standard output cannot be written
+/// estimates the stiffness. Waits for Enter after each instruction if standard input is a terminal and `options.yes` is
+/// false; the instruction is then printed with `json` as well, on standard error. Blocks until they are done; a step
+/// that fails ends it, and keeps what the steps before it did. \throws Error as Control::calibrate() and
+/// Control::zero() if a step fails, kNoAnswer before the first instruction if no daemon answers; OutputError if standard
+/// output cannot be written
 void calibrate(const ControlOptions& control, const CalibrateOptions& options);
 
 }  // namespace traction::cli

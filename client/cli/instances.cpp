@@ -1,5 +1,6 @@
 #include "client/cli/instances.h"
 
+#include "base/directory.h"
 #include "proto/traction/v1/endpoints.h"
 
 #include <filesystem>
@@ -10,15 +11,15 @@ namespace fs = std::filesystem;
 
 std::set<std::string> instancesHere() {
   std::set<std::string> names;
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator("/etc/tractiond", ignored)) {
-    const std::string name = entry.path().stem();
-    if (entry.path().extension() == ".toml" && isValidName(name)) names.insert(name);
+  for (const fs::path& file : tractiond::entriesOf("/etc/tractiond")) {
+    const std::string name = file.stem();
+    if (file.extension() == ".toml" && isValidName(name)) names.insert(name);
   }
   for (const fs::path& example : runtimeDirectories(kDefaultInstance)) {
-    for (const auto& entry : fs::directory_iterator(example.parent_path(), ignored)) {
-      const std::string name = entry.path().filename();
-      if (isValidName(name) && fs::is_socket(entry.path() / "control", ignored)) names.insert(name);
+    for (const fs::path& directory : tractiond::entriesOf(example.parent_path())) {
+      const std::string name = directory.filename();
+      std::error_code ignored;
+      if (isValidName(name) && fs::is_socket(directory / "control", ignored)) names.insert(name);
     }
   }
   if (names.empty()) names.insert(kDefaultInstance);

@@ -1,5 +1,6 @@
 #include "traction/control.h"
 
+#include "client/src/deadline.h"
 #include "client/src/decode_control.h"
 #include "client/src/handshake.h"
 #include "client/src/locate.h"
@@ -19,7 +20,8 @@ namespace traction {
 
 namespace {
 
-constexpr double kLongestZero_s = 1e6;  // limit on the time that a daemon reports
+constexpr double kLongestZero_s = 1e6;                       // limit on the time that a daemon reports
+constexpr std::chrono::duration<double> kLongestWait(1e12);  // what milliseconds can hold, and more than anyone waits
 
 /// Throws kNoAnswer if the socket file of an ipc endpoint does not exist or may not be written: ZeroMQ would wait for
 /// it.
@@ -58,7 +60,7 @@ bool await(std::span<zmq_pollitem_t> items, std::chrono::steady_clock::time_poin
 
 /// Waits until the handshake with a peer succeeds, for at most options.timeout. \throws Error kNoAnswer, kNotAllowed
 void expectPeer(zmq::socket_t& monitor, const ControlOptions& options) {
-  const auto end = std::chrono::steady_clock::now() + options.timeout;
+  const auto end = endAfter(options.timeout);
   bool isSomebody = false;
   Handshake handshake(options.endpoint, !options.keys.serverKey.empty(), 1);
   for (;;) {
@@ -79,7 +81,7 @@ void expectPeer(zmq::socket_t& monitor, const ControlOptions& options) {
 /// Waits for the reply. \throws Error kNoAnswer if it does not arrive in time or the peer disconnects first
 std::string awaitReply(zmq::socket_t& socket, zmq::socket_t& monitor, const std::string& endpoint,
                        std::chrono::milliseconds timeout) {
-  const auto end = std::chrono::steady_clock::now() + timeout;
+  const auto end = endAfter(timeout);
   zmq::message_t reply;
   for (bool isGone = false;;) {
     std::array<zmq_pollitem_t, 2> items = {{{socket.handle(), 0, ZMQ_POLLIN, 0}, {monitor.handle(), 0, ZMQ_POLLIN, 0}}};
@@ -99,7 +101,7 @@ std::string awaitReply(zmq::socket_t& socket, zmq::socket_t& monitor, const std:
 constexpr std::int64_t kLargestReply_bytes = 128 << 20;  // a picture of 40 million pixels of 24 bits
 
 /// Connects, sends a request and returns the reply's bytes. \param timeout for the reply, once connected
-std::string ask(const ControlOptions& options, const std::string& request, std::chrono::milliseconds timeout) {
+std::string ask(const ControlOptions& options, const std::string& request, std::chrono::milliseconds timeout) try {
   constexpr const char* kMonitor = "inproc://monitor";
   expectSocket(options.endpoint);
   zmq::context_t context(1);
@@ -116,8 +118,12 @@ std::string ask(const ControlOptions& options, const std::string& request, std::
     throw badEndpoint(options.endpoint, error.what());
   }
   expectPeer(monitor, options);
-  socket.send(zmq::buffer(request), zmq::send_flags::none);
+  while (zmq_send(socket.handle(), request.data(), request.size(), 0) < 0) {
+    if (zmq_errno() != EINTR) throw zmq::error_t();
+  }
   return awaitReply(socket, monitor, options.endpoint, timeout);
+} catch (const zmq::error_t& error) {
+  throw noConnection(options.endpoint, error);
 }
 
 }  // namespace
@@ -174,10 +180,12 @@ Snapshot Control::snapshot() const {
 }
 
 CalibrationReport Control::calibrate(const CalibrationStep& step) const {
-  const std::chrono::duration<double> time(step.seconds);
+  if (!std::isfinite(step.seconds)) throw Error(ErrorCode::kRefused, "the seconds of a step must be finite");
+  const std::chrono::duration<double> time = std::chrono::duration<double>(options_.calibrationTimeout) +
+                                             std::chrono::duration<double>(std::max(step.seconds, 0.0));
   return decodeCalibrationReply(
       ask(options_, encodeCalibration(step),
-          options_.calibrationTimeout + std::chrono::duration_cast<std::chrono::milliseconds>(time)));
+          std::chrono::duration_cast<std::chrono::milliseconds>(std::min(time, kLongestWait))));
 }
 
 CameraReport Control::camera(const CameraStep& step) const {

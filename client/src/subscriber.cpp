@@ -1,5 +1,6 @@
 #include "traction/subscriber.h"
 
+#include "client/src/deadline.h"
 #include "client/src/decode.h"
 #include "client/src/handshake.h"
 #include "client/src/locate.h"
@@ -175,7 +176,7 @@ struct Subscriber::Impl {
   /// Waits for the next message and reads its parts: [topic][payload][time], or [payload] in kLatest. Returns false if
   /// there is none. \throws Error kNotAllowed
   bool next(std::chrono::milliseconds timeout) {
-    const Clock::time_point end = Clock::now() + timeout;
+    const Clock::time_point end = endAfter(timeout);
     for (;;) {
       takeEvents();
       if (refusal) throw *std::exchange(refusal, std::nullopt);
@@ -271,15 +272,18 @@ struct Subscriber::Impl {
   std::map<std::string, std::int64_t> givenUp;  ///< endpoint -> when to connect again [ns]
 };
 
-Subscriber::Subscriber(const SubscriberOptions& options)
-    : impl_(std::make_unique<Impl>(options)) {}
+Subscriber::Subscriber(const SubscriberOptions& options) try
+    : impl_(std::make_unique<Impl>(options)) {
+} catch (const zmq::error_t& error) {
+  throw noConnection(options.endpoint.empty() ? "tractiond " + options.instance : options.endpoint, error);
+}
 Subscriber::~Subscriber() = default;
 Subscriber::Subscriber(Subscriber&&) noexcept = default;
 Subscriber& Subscriber::operator=(Subscriber&&) noexcept = default;
 
-std::optional<Message> Subscriber::receive(std::chrono::milliseconds timeout) {
+std::optional<Message> Subscriber::receive(std::chrono::milliseconds timeout) try {
   constexpr int kMostPassedOver = 100;  // messages of other topics after the timeout
-  const Clock::time_point end = Clock::now() + timeout;
+  const Clock::time_point end = endAfter(timeout);
   for (int passedOver = 0; passedOver < kMostPassedOver;) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
     if (!impl_->next(std::max(left, std::chrono::milliseconds(0)))) break;
@@ -288,6 +292,8 @@ std::optional<Message> Subscriber::receive(std::chrono::milliseconds timeout) {
   }
   for (zmq::message_t& part : impl_->parts) part.rebuild();
   return std::nullopt;
+} catch (const zmq::error_t& error) {
+  throw noConnection(impl_->endpoint, error);
 }
 
 Raw Subscriber::raw() const {

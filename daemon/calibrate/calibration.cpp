@@ -1,6 +1,7 @@
 #include "daemon/calibrate/calibration.h"
 
 #include "base/clock.h"
+#include "base/directory.h"
 #include "base/hash.h"
 #include "base/whole_file.h"
 #include "daemon/calibrate/zero_check.h"
@@ -42,13 +43,8 @@ std::string date() {
   return utc("%Y-%m-%dT%H:%M:%SZ");
 }
 
-int gelFilesIn(const fs::path& directory) {
-  std::error_code error;
-  int count = 0;
-  for (fs::directory_iterator entry(directory, error), end; !error && entry != end; entry.increment(error)) {
-    if (entry->path().extension() == ".toml") ++count;
-  }
-  return count;
+std::ptrdiff_t gelFilesIn(const fs::path& directory) {
+  return std::ranges::count_if(entriesOf(directory), [](const fs::path& path) { return path.extension() == ".toml"; });
 }
 
 tl::unexpected<std::string> refused(const std::string& sentence) {

@@ -1,5 +1,6 @@
 #include "daemon/capture/camera_list.h"
 
+#include "base/directory.h"
 #include "daemon/capture/aravis.h"
 #include "daemon/capture/inspection.h"
 
@@ -103,15 +104,14 @@ std::string shareAdvice(int cameras, double link_bytes_per_s, int packet_bytes) 
 std::vector<UsbCamera> usbCameras(const fs::path& sys, const fs::path& dev) {
   std::vector<UsbCamera> cameras;
   std::set<fs::path> seen;
-  std::error_code none;
-  for (const auto& entry : fs::directory_iterator(sys / "bus/usb/devices", none)) {
+  for (const fs::path& interface : entriesOf(sys / "bus/usb/devices")) {
     // An interface, "1-2:1.0", of its device, "1-2". Class EF, subclass 05: USB3 Vision.
-    const std::string name = entry.path().filename();
+    const std::string name = interface.filename();
     const auto colon = name.find(':');
-    if (colon == std::string::npos || firstLine(entry.path() / "bInterfaceClass") != "ef" ||
-        firstLine(entry.path() / "bInterfaceSubClass") != "05")
+    if (colon == std::string::npos || firstLine(interface / "bInterfaceClass") != "ef" ||
+        firstLine(interface / "bInterfaceSubClass") != "05")
       continue;
-    const fs::path device = entry.path().parent_path() / name.substr(0, colon);
+    const fs::path device = interface.parent_path() / name.substr(0, colon);
     if (!seen.insert(device).second) continue;
     UsbCamera camera;
     camera.vendor = firstLine(device / "manufacturer");

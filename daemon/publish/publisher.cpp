@@ -2,6 +2,7 @@
 
 #include "daemon/publish/publisher.h"
 
+#include "base/counter.h"
 #include "base/loan.h"
 #include "base/network/inflow_limit.h"
 #include "base/network/socket.h"
@@ -118,13 +119,24 @@ struct Publisher::Impl {
     return heading;
   }
 
+  /// Calls `make`, which sends a message; counts it if ZeroMQ has no memory for it. Returns whether it was sent.
+  template <typename Make>
+  bool trySending(Make make) try {
+    make();
+    return true;
+  } catch (const zmq::error_t&) {
+    unsent.add();
+    return false;
+  }
+
   void sendDescription() {
-    descriptionDue = false;
     const Heading heading = headingOf(kDescription);
     lastDescription_ns = heading.sent_ns;
-    zmq::message_t message(description->fill(heading));
-    description->write(message.data<std::uint8_t>());
-    send(kDescription, message, heading.sentReal_ns);
+    descriptionDue = !trySending([&] {
+      zmq::message_t message(description->fill(heading));
+      description->write(message.data<std::uint8_t>());
+      send(kDescription, message, heading.sentReal_ns);
+    });
   }
 
   void sendStatus() {
@@ -149,13 +161,15 @@ struct Publisher::Impl {
     lastStatus_ns = heading.sent_ns;
     subscribers.reset();
 
-    zmq::message_t message(wire.fillStatus(ledger, heading));
-    wire.writeStatus(message.data<std::uint8_t>());
-    // A reader in the way: it gets this one's predecessor, and nobody waits.
-    if (const std::unique_lock lock(lastMutex, std::try_to_lock); lock.owns_lock()) {
-      lastStatus.assign(message.data<char>(), message.size());
-    }
-    send(kStatus, message, heading.sentReal_ns);
+    trySending([&] {
+      zmq::message_t message(wire.fillStatus(ledger, heading));
+      wire.writeStatus(message.data<std::uint8_t>());
+      // A reader in the way: it gets this one's predecessor, and nobody waits.
+      if (const std::unique_lock lock(lastMutex, std::try_to_lock); lock.owns_lock()) {
+        lastStatus.assign(message.data<char>(), message.size());
+      }
+      send(kStatus, message, heading.sentReal_ns);
+    });
   }
 
   void takeDescription() {
@@ -201,7 +215,7 @@ struct Publisher::Impl {
 
   void sendPreview() {
     if (PreviewToSend* const one = preview.lent()) {
-      send(kPreview, one->message, one->real_ns);
+      trySending([&] { send(kPreview, one->message, one->real_ns); });
       preview.giveBack();
     }
   }
@@ -227,7 +241,8 @@ struct Publisher::Impl {
   Wire wire;
   std::array<std::string, kTopicCount> topics;
   std::array<std::uint64_t, kTopicCount> sequences{};
-  Heading last;  ///< of the last field
+  Heading last;    ///< of the last field
+  Counter unsent;  ///< messages for which ZeroMQ had no memory
 
   std::unique_ptr<DescriptionMessage> description;
   std::atomic<DescriptionMessage*> offered{nullptr};  ///< by describe()
@@ -247,6 +262,7 @@ struct Publisher::Impl {
   std::size_t previewSubscriptions = 0;  ///< of all peers
   std::atomic<bool> previewWanted{false};
   PreviewMessage previewMessage;  ///< as all of offerPreview()'s, its thread's
+  Counter unsentPreviews;         ///< likewise
   std::array<PreviewRoom, kWaitingPreviews> previewRooms;
   Loan<PreviewToSend> preview;
 
@@ -294,18 +310,22 @@ void Publisher::publish(const TractionField& field) {
   self.last.zero = field.markers.zero;
 
   const Heading heading = self.headingOf(kField);
-  zmq::message_t forStream(self.wire.fill(field, heading));
-  self.wire.writeField(forStream.data<std::uint8_t>());
-  zmq::message_t forLatest;
-  forLatest.copy(forStream);
-  self.send(kField, forStream, times.receivedReal_ns);
-  Impl::put(self.latest, forLatest, 0);
+  self.trySending([&] {
+    zmq::message_t forStream(self.wire.fill(field, heading));
+    self.wire.writeField(forStream.data<std::uint8_t>());
+    zmq::message_t forLatest;
+    forLatest.copy(forStream);
+    self.send(kField, forStream, times.receivedReal_ns);
+    Impl::put(self.latest, forLatest, 0);
+  });
 
   Heading ofMarkers = self.headingOf(kMarkers);
   ofMarkers.flags = field.markers.flags;
-  zmq::message_t markers(self.wire.fill(field.markers, ofMarkers));
-  self.wire.writeMarkers(markers.data<std::uint8_t>());
-  self.send(kMarkers, markers, times.receivedReal_ns);
+  self.trySending([&] {
+    zmq::message_t markers(self.wire.fill(field.markers, ofMarkers));
+    self.wire.writeMarkers(markers.data<std::uint8_t>());
+    self.send(kMarkers, markers, times.receivedReal_ns);
+  });
 
   ++self.residuals;
   self.residualSquares_px2 += field.residual_px * field.residual_px;
@@ -354,7 +374,7 @@ bool Publisher::previewWanted() const {
   return impl_->previewWanted.load(std::memory_order_relaxed);
 }
 
-bool Publisher::offerPreview(const Preview& preview) {
+bool Publisher::offerPreview(const Preview& preview) try {
   Impl& self = *impl_;
   Impl::PreviewToSend* const next = self.preview.own();
   const auto isFree = [](const Impl::PreviewRoom& room) { return !room.used.load(std::memory_order_acquire); };
@@ -370,11 +390,18 @@ bool Publisher::offerPreview(const Preview& preview) {
   heading.sentReal_ns = self.options.realClock();
   room->bytes.resize(self.previewMessage.fill(preview, heading));
   self.previewMessage.write(room->bytes.data());
+  next->message = zmq::message_t(room->bytes.data(), room->bytes.size(), Impl::PreviewRoom::leave, &*room);
   room->used.store(true, std::memory_order_relaxed);
-  next->message.rebuild(room->bytes.data(), room->bytes.size(), Impl::PreviewRoom::leave, &*room);
   next->real_ns = preview.info.times.receivedReal_ns;
   self.preview.lend();
   return true;
+} catch (const zmq::error_t&) {
+  impl_->unsentPreviews.add();
+  return false;
+}
+
+std::uint64_t Publisher::unsent() const {
+  return impl_->unsent.get() + impl_->unsentPreviews.get();
 }
 
 std::string Publisher::lastStatus() const {

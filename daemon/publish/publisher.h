@@ -41,8 +41,8 @@ struct PublishOptions {
 };
 
 /// publish() and serve() are for one thread. describe() may be called from one other thread, offerPreview() from one
-/// more. lastStatus(), lastDescription(), previewWanted() and the endpoints are thread-safe. publish(), serve() and
-/// offerPreview() throw zmq::error_t if ZeroMQ has no memory for a message.
+/// more. unsent(), lastStatus(), lastDescription(), previewWanted() and the endpoints are thread-safe. A message for
+/// which ZeroMQ has no memory is dropped and counted (unsent()); a description is tried again.
 class Publisher {
  public:
   /// Binds to the endpoints, and sends the description and a first status. The ledger must outlive this, the
@@ -72,9 +72,13 @@ class Publisher {
   bool previewWanted() const;
 
   /// Takes a picture to be sent within the next serve() or publish(). Returns whether it was taken: false, and the
-  /// picture is dropped, if the previous one has not been sent yet, or 64 wait for slow subscribers. Encodes it within
-  /// the call, so it need not outlive it. Allocates.
+  /// picture is dropped, if the previous one has not been sent yet, 64 wait for slow subscribers, or ZeroMQ has no
+  /// memory for it. Encodes it within the call, so it need not outlive it. Allocates.
   bool offerPreview(const Preview& preview);
+
+  /// Returns the number of messages that were dropped because ZeroMQ had no memory for them. Subscribers see the gaps
+  /// in Header.sequence.
+  std::uint64_t unsent() const;
 
   /// Returns the status that was sent last, as bytes of the message; rarely the one before it.
   std::string lastStatus() const;

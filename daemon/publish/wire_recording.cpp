@@ -193,9 +193,8 @@ const std::string& PictureMessage::encode(const TrackedFrame& from, bool packed)
   message.set_stride_bytes(static_cast<std::uint32_t>(frame.stride));
   message.set_size_bytes(static_cast<std::uint32_t>(frame.size));
   const std::string_view pixels(reinterpret_cast<const char*>(frame.data), frame.size);
-  if (packed) {
-    const std::uint32_t delta = deltaOf(traitsOf(frame.format));
-    recording::packDeltas(pixels, delta, scratch_, *message.mutable_pixels());
+  const std::uint32_t delta = deltaOf(traitsOf(frame.format));
+  if (packed && recording::packDeltas(pixels, delta, scratch_, *message.mutable_pixels())) {
     message.set_delta_bytes(delta);
   } else {
     message.mutable_pixels()->assign(pixels);

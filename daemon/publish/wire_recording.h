@@ -59,7 +59,7 @@ class PictureMessage {
   ~PictureMessage();
 
   /// Returns the bytes of a picture, valid until the next call. `frame` must fit (FrameCopy::fits). \param packed true:
-  /// compresses the pixels without loss
+  /// compresses the pixels without loss, unless zlib has no memory
   const std::string& encode(const TrackedFrame& frame, bool packed);
 
  private:

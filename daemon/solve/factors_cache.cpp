@@ -1,6 +1,7 @@
 #include "daemon/solve/factors_cache.h"
 
 #include "base/clock.h"
+#include "base/directory.h"
 #include "base/hash.h"
 #include "daemon/solve/factors_file.h"
 #include "daemon/solve/systematic.h"
@@ -30,9 +31,8 @@ void prune(const fs::path& saved, const Remark& remark) {
   std::error_code error;
   std::vector<std::pair<fs::file_time_type, fs::path>> files;
   std::vector<fs::path> former;
-  for (const auto& entry : fs::directory_iterator(saved.parent_path(), error)) {
-    const fs::path& path = entry.path();
-    if (path.extension() == kExtension && path != saved) files.emplace_back(entry.last_write_time(error), path);
+  for (const fs::path& path : entriesOf(saved.parent_path())) {
+    if (path.extension() == kExtension && path != saved) files.emplace_back(fs::last_write_time(path, error), path);
     if (path.extension() == kUnfinished && path.stem().extension() == kExtension) fs::remove(path, error);
     if (path.extension() == kFormerExtension) former.push_back(path);
   }

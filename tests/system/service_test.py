@@ -79,12 +79,20 @@ class Service(unittest.TestCase):
     def test_stops_while_another_holds_the_camera(self):
         self.bench.twin("idle")
         self.bench.subscribe(self.bench.daemon()).collect(1)
-        second = self.bench.daemon(instance="second", env=self.systemd.env, ready=False)
+        recording = self.bench.folder / "second.mcap"
+        second = self.bench.daemon("", "--record", recording, instance="second", env=self.systemd.env, ready=False)
         second.wait_for("is held by another client")
         begin = time.monotonic()
         self.assertEqual(second.stop(), 0, second.output())
         self.assertIn("stopped before it ran", second.output())  # else it would have waited for ten seconds
+        self.assertFalse(recording.exists(), "an empty recording keeps the next start from recording")
         print(f"\n  stopped in {time.monotonic() - begin:.2f} s")
+
+    def test_stops_although_its_start_fails_meanwhile(self):
+        stopped = ("env", "--block-signal=TERM", "sh", "-c", 'kill -TERM $$; exec "$@"', "sh")  # it waits for the program
+        daemon = self.bench.daemon('[sensor]\ngel_file = "/nowhere.toml"\n', env=self.systemd.env, ready=False, before=stopped)
+        self.assertEqual(daemon.join(), 0, daemon.output())
+        self.assertIn("stopped before it ran", daemon.output())
 
     def test_takes_all_that_is_new_in_its_configuration_or_nothing(self):
         self.bench.twin("idle")

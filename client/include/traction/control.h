@@ -56,7 +56,7 @@ struct CalibrationStep {
   };
   Kind kind = Kind::kGeometry;
   /// [s] For kNoise: duration of the measurement. For kWeight: longest wait for the weight. 0: the daemon's default.
-  /// Must be finite; the daemon refuses values that are not from 0 to 3600.
+  /// Refused unless it is from 0 to 3600.
   double seconds = 0.0;
   double weight_N = 0.0;  ///< for kWeight [N]
   bool first = false;     ///< for kWeight: true discards the weights read before
@@ -133,7 +133,7 @@ class TRACTION_EXPORT Control {
   /// Returns the next picture of the camera, with the markers found in it. Error kRefused if no picture comes.
   Snapshot snapshot() const;
   /// Carries out one step of a calibration, which may take minutes. Error kRefused also if a later step, perhaps of
-  /// another client, replaces it.
+  /// another client, replaces it, or if CalibrationStep::seconds is not finite.
   CalibrationReport calibrate(const CalibrationStep& step) const;
   /// Carries out one request to the camera, after those that came before. Error kRefused also if the camera refuses it.
   CameraReport camera(const CameraStep& step) const;

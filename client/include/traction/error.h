@@ -9,7 +9,7 @@ namespace traction {
 
 enum class ErrorCode {
   kBadEndpoint,  ///< invalid endpoint or instance name, or an endpoint of another kind
-  kNoAnswer,     ///< no daemon at the endpoint, no permission to open its socket, or no answer in time
+  kNoAnswer,     ///< no daemon at the endpoint, no permission to open its socket, no answer in time, or no memory left
   kVersion,      ///< the daemon uses another version of the protocol
   kMalformed,    ///< what arrived is not a valid message of the protocol
   kRefused,      ///< the daemon refused the request; what() is its reason

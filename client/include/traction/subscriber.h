@@ -65,7 +65,8 @@ TRACTION_EXPORT std::optional<Message> decode(const Raw& raw);
 class TRACTION_EXPORT Subscriber {
  public:
   /// Starts to connect and returns at once, whether or not the daemon runs. \param options are copied
-  /// \throws Error kBadEndpoint if the endpoint or the instance's name is invalid, kBadKeys if a key is
+  /// \throws Error kBadEndpoint if the endpoint or the instance's name is invalid, kBadKeys if a key is, kNoAnswer if
+  /// no file descriptors or memory are left for ZeroMQ
   explicit Subscriber(const SubscriberOptions& options = {});
   /// Disconnects; messages that were not received are lost. Does not wait for the daemon.
   ~Subscriber();
@@ -75,8 +76,9 @@ class TRACTION_EXPORT Subscriber {
 
   /// Waits for the next message. Returns nothing if none arrives within `timeout`, or if a signal interrupts the wait.
   /// In Mode::kStream the daemon sends a new subscriber the description at once. After an error it may be called again,
-  /// and goes on with the next message. \param timeout at most 10^12 ms (milliseconds::max() overflows); 0 or negative:
-  /// does not wait \throws Error kVersion, kMalformed, kNotAllowed; kBadEndpoint for the endpoint of Mode::kLatest
+  /// and goes on with the next message. \param timeout above 10^12 ms: 10^12 ms; 0 or negative: does not wait
+  /// \throws Error kVersion, kMalformed, kNotAllowed; kBadEndpoint for the endpoint of Mode::kLatest; kNoAnswer if no
+  /// memory is left for ZeroMQ
   std::optional<Message> receive(std::chrono::milliseconds timeout);
 
   /// Returns the message that receive() returned or rejected last, as it was sent. It is valid until the next call of

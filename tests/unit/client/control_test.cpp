@@ -3,13 +3,16 @@
 #include "daemon/publish/control.h"
 #include "tests/unit/publish/support.h"
 #include "traction/control.h"
+#include "traction/subscriber.h"
 #include "traction/v1/control.pb.h"
 
 #include <gtest/gtest.h>
 #include <pthread.h>
+#include <sys/resource.h>
 
 #include <atomic>
 #include <csignal>
+#include <limits>
 #include <mutex>
 #include <thread>
 
@@ -82,6 +85,54 @@ TEST_F(ControlTest, StatusAndDescriptionAreTheDaemons) {
   EXPECT_EQ(control().status()->uptime_s(), 12.0);
   EXPECT_EQ(control().status()->camera(), v1::CAMERA_STATE_WAITING);
   EXPECT_EQ(control().description().softwareVersion, "0.1.0");
+}
+
+TEST_F(ControlTest, LongestTimeIsNotOver) {
+  constexpr auto kLongest = std::chrono::milliseconds::max();
+  const Control patient({.endpoint = server_->endpoints().at(0), .timeout = kLongest, .calibrationTimeout = kLongest});
+  EXPECT_EQ(patient.status()->uptime_s(), 12.0);
+  try {
+    patient.calibrate({});
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "this request is not served here");
+  }
+}
+
+TEST_F(ControlTest, StepWhoseTimeIsNotFiniteIsRefused) {
+  using Limits = std::numeric_limits<double>;
+  CalibrationStep step;
+  for (const double seconds : {Limits::quiet_NaN(), Limits::infinity(), -Limits::infinity()}) {
+    step.seconds = seconds;
+    try {
+      control().calibrate(step);
+      ADD_FAILURE();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kRefused);
+      EXPECT_STREQ(error.what(), "the seconds of a step must be finite");
+    }
+  }
+}
+
+TEST(Client, WithoutFileDescriptorsHasNoConnection) {
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  const rlimit none{0, before.rlim_max};
+  const auto errorOf = [&](auto&& use) {
+    setrlimit(RLIMIT_NOFILE, &none);
+    std::string what = "nothing was thrown";
+    try {
+      use();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::kNoAnswer);
+      what = error.what();
+    }
+    setrlimit(RLIMIT_NOFILE, &before);
+    return what;
+  };
+  const std::string expected = "no connection to tcp://127.0.0.1:1 can be made: Too many open files";
+  EXPECT_EQ(errorOf([] { Control({.endpoint = "tcp://127.0.0.1:1"}).status(); }), expected);
+  EXPECT_EQ(errorOf([] { Subscriber({.endpoint = "tcp://127.0.0.1:1"}); }), expected);
 }
 
 TEST_F(ControlTest, ZeroTellsWhatWasTaken) {

@@ -122,6 +122,17 @@ class Tractionctl(Case):
         self.assertNotIn("press Enter", out)
         self.assertNotIn("Geometry", out)
 
+    def test_calibrate_tells_a_person_on_standard_error_what_json_waits_for(self):
+        person, terminal = os.openpty()
+        child = self.start("calibrate", "weights", "--weights", "250g", "--json", *self.publisher(), stdin=terminal,
+                           stdout=subprocess.PIPE)
+        self.assertEqual(child.stderr.readline(),
+                         "Weights: put 250 gf on the gel, near its middle, and let go of it; then press Enter.\n")
+        os.write(person, b"\n")
+        self.assertEqual([json.loads(line)["step"] for line in child.stdout], ["weight", "stiffness"])
+        os.close(person)
+        os.close(terminal)
+
     def test_describe_is_json(self):
         self.assertEqual(json.loads(ctl("describe", *self.publisher())[1])["software_version"], "0.1.0")
 

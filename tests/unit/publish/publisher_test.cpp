@@ -1,16 +1,12 @@
 #include "base/network/inflow_limit.h"
-#include "daemon/publish/publisher.h"
 #include "proto/traction/v1/endpoints.h"
-#include "tests/support/temporary_folder.h"
-#include "tests/unit/base/network/raw_peer.h"
-#include "tests/unit/publish/support.h"
+#include "tests/support/no_memory.h"
+#include "tests/unit/publish/publisher_bench.h"
 #include "traction/v1/description.pb.h"
 #include "traction/v1/field.pb.h"
 #include "traction/v1/markers.pb.h"
 #include "traction/v1/preview.pb.h"
-#include "traction/v1/status.pb.h"
 
-#include <gtest/gtest.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
@@ -18,59 +14,6 @@
 
 namespace tractiond::publish::publisher_test {
 namespace {
-
-namespace pb = traction::v1;
-using namespace std::chrono_literals;
-
-const std::string kRoot = "traction/v1/gel-1/";
-
-class PublisherTest : public testing::Test {
- protected:
-  void open(const PublishOptions& given = options()) {
-    auto opened = Publisher::open(given, description(), ledger_, [](pb::Status& status) {
-      status.set_camera(pb::CAMERA_STATE_STREAMING);
-      status.mutable_turns()->set_control(5);
-    });
-    ASSERT_TRUE(opened) << opened.error().message();
-    publisher_ = *std::move(opened);
-    stream_ = publisher_->streamEndpoints().at(0);
-    latest_ = publisher_->latestEndpoints().at(0);
-  }
-
-  /// Serves until something has arrived. Descriptions are rate-limited: time goes on.
-  Parts pump(TestSubscriber& subscriber) {
-    Parts parts;
-    EXPECT_TRUE(test::eventually([&] {
-      TestClock::advance(10ms);
-      publisher_->serve(-1, 10ms);
-      parts = subscriber.receive(0);
-      return !parts.topic.empty();
-    })) << "nothing arrived";
-    return parts;
-  }
-
-  /// A subscriber whose subscriptions have arrived.
-  std::unique_ptr<TestSubscriber> join(const std::string& topic, int highWaterMark = 1000) {
-    auto subscriber = std::make_unique<TestSubscriber>(stream_, topic, highWaterMark);
-    subscriber->socket().set(zmq::sockopt::subscribe, kRoot + "description/");
-    while (pump(*subscriber).topic != kRoot + "description/") {
-    }
-    subscriber->socket().set(zmq::sockopt::unsubscribe, kRoot + "description/");
-    return subscriber;
-  }
-
-  template <typename Message>
-  Message parse(const Parts& parts) {
-    Message message;
-    EXPECT_TRUE(message.ParseFromString(parts.payload));
-    return message;
-  }
-
-  TractionField field_ = traction(kMarkers, kNodes);
-  Ledger ledger_;
-  std::unique_ptr<Publisher> publisher_;
-  std::string stream_, latest_;
-};
 
 TEST(Topics, NoneIsAnothersPrefix) {
   std::set<std::string> topics;
@@ -326,6 +269,46 @@ TEST_F(PublisherTest, PreviewsOfASlowReaderAreBounded) {
   EXPECT_EQ(reader->receive().topic, kRoot + "field/");
 }
 
+TEST_F(PublisherTest, PreviewWithoutMemoryIsDroppedAndTakesNoRoom) {
+  open();
+  const auto subscriber = join(kRoot + "preview/");
+  test::memoryLeft = 0;
+  for (int i = 0; i < 100; ++i) EXPECT_FALSE(publisher_->offerPreview(preview(1)));
+  test::memoryLeft = -1;
+  EXPECT_EQ(publisher_->unsent(), 100U);
+  EXPECT_TRUE(publisher_->offerPreview(preview(2)));
+  test::memoryLeft = 0;
+  publisher_->serve(-1, 0ms);
+  test::memoryLeft = -1;
+  EXPECT_EQ(publisher_->unsent(), 101U);
+  EXPECT_TRUE(publisher_->offerPreview(preview(3))) << "as that before was dropped";
+  publisher_->serve(-1, 0ms);
+  EXPECT_EQ(parse<pb::Preview>(subscriber->receive()).header().frame_number(), 3U);
+}
+
+TEST_F(PublisherTest, WithoutMemoryForZeroMqMessagesAreCountedAndTheNextOnesAreSent) {
+  open();
+  const auto subscriber = join("");
+  constexpr int kPieces = 13;  // three of field, markers, description and status each, and the copy for latest
+  std::uint64_t unsent = 0;
+  for (int left = 0; left < kPieces; ++left) {
+    TestClock::advance(1000ms);
+    publisher_->describe(description());
+    test::memoryLeft = left;
+    publisher_->publish(field_);
+    test::memoryLeft = -1;
+    EXPECT_GT(publisher_->unsent(), std::exchange(unsent, publisher_->unsent())) << left;
+  }
+  publisher_->publish(field_);
+  EXPECT_EQ(publisher_->unsent(), unsent);
+  for (std::uint64_t sequence = 0; sequence <= kPieces;) {
+    const Parts parts = subscriber->receive();
+    ASSERT_TRUE(parts.topic.starts_with(kRoot));
+    EXPECT_FALSE(parts.time.empty());
+    if (parts.topic == kRoot + "field/") sequence = parse<pb::Field>(parts).header().sequence();
+  }
+}
+
 TEST_F(PublisherTest, StalledSubscriberLosesVisiblyAndNobodyElseDoes) {
   PublishOptions small = options();
   small.highWaterMark = 4;
@@ -376,88 +359,6 @@ TEST_F(PublisherTest, LatestKeepsTheNewestForAStalledReader) {
     ++received;
   }
   EXPECT_LT(received, published);
-}
-
-/// A peer that speaks the protocol and means no good.
-class Hostile {
- public:
-  explicit Hostile(const std::string& endpoint) {
-    socket_.set(zmq::sockopt::linger, 0);
-    socket_.set(zmq::sockopt::sndhwm, 0);
-    socket_.set(zmq::sockopt::reconnect_ivl, -1);
-    zmq_socket_monitor(socket_.handle(), "inproc://events", ZMQ_EVENT_DISCONNECTED);
-    events_.connect("inproc://events");
-    socket_.connect(endpoint);
-  }
-  ~Hostile() { zmq_socket_monitor(socket_.handle(), nullptr, 0); }
-
-  void subscribe(const std::string& topic) { socket_.send(zmq::buffer("\1" + topic), zmq::send_flags::none); }
-  bool isCutOff() {
-    zmq::message_t event;
-    return bool(events_.recv(event, zmq::recv_flags::dontwait));
-  }
-
- private:
-  zmq::context_t context_;
-  zmq::socket_t socket_{context_, zmq::socket_type::xsub};
-  zmq::socket_t events_{context_, zmq::socket_type::pair};
-};
-
-class HostilePeer : public PublisherTest, public testing::WithParamInterface<const char*> {
- protected:
-  void SetUp() override {
-    std::string endpoint = GetParam();
-    if (endpoint.empty()) endpoint = "ipc://" + (folder_.path() / "stream").string();
-    open(options({endpoint}));
-  }
-  void TearDown() override { publisher_.reset(); }
-
-  void expectCutOff(Hostile& hostile) {
-    EXPECT_TRUE(test::eventually([&] {
-      publisher_->serve(-1, 10ms);
-      return hostile.isCutOff();
-    })) << "still connected";
-  }
-
-  const test::TemporaryFolder folder_;
-};
-
-INSTANTIATE_TEST_SUITE_P(Publisher, HostilePeer, testing::Values("tcp://127.0.0.1:*", ""),
-                         [](const auto& instance) { return std::string(instance.index == 0 ? "Tcp" : "Ipc"); });
-
-TEST_P(HostilePeer, TooLongASubscriptionCutsItOffAndNobodyElse) {
-  const auto other = join(kRoot + "field/");
-  Hostile hostile(stream_);
-  hostile.subscribe(kRoot + std::string(100, 'x'));
-  expectCutOff(hostile);
-  publisher_->publish(field_);
-  EXPECT_EQ(other->receive().topic, kRoot + "field/");
-}
-
-TEST_P(HostilePeer, FloodOfSubscriptionsCutsItOffAndNobodyElse) {
-  const auto other = join(kRoot + "field/");
-  Hostile hostile(stream_);
-  for (int i = 0; i < 100'000; ++i) hostile.subscribe("nonsense " + std::to_string(i));
-  expectCutOff(hostile);
-  publisher_->publish(field_);
-  EXPECT_EQ(other->receive().topic, kRoot + "field/");
-}
-
-// With a high-water mark on what comes in, this aborts the process within ZeroMQ 4.3.4.
-TEST_F(PublisherTest, PingBehindAFloodAndAResetDoNoHarm) {
-  open();
-  const auto other = join(kRoot + "field/");
-  for (int i = 0; i < 20; ++i) {
-    network::RawPeer peer(stream_, "SUB");
-    std::string flood;
-    for (int k = 0; k < 100; ++k) flood += network::RawPeer::message("\1a");
-    peer.send(flood + network::RawPeer::command(std::string("\4PING\0\0", 7)) + network::RawPeer::message("\1a"));
-    const network::RawPeer sent(stream_, "SUB");  // its handshake comes after what was sent
-    peer.reset();
-    const network::RawPeer gone(stream_, "SUB");
-    publisher_->publish(field_);
-    EXPECT_EQ(other->receive().topic, kRoot + "field/");
-  }
 }
 
 }  // namespace

@@ -25,6 +25,19 @@ class SocketTest : public testing::Test {
     return bound;
   }
 
+  /// Binds a socket that is not ZeroMQ's to a file. Returns its descriptor.
+  int bindFile(const std::string& path, int type) {
+    const int file = ::socket(AF_UNIX, type | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    EXPECT_EQ(::bind(file, plain(addressOf(path)), sizeof(sockaddr_un)), 0);
+    return file;
+  }
+  static sockaddr_un addressOf(const std::string& path) {
+    sockaddr_un address{AF_UNIX, {}};
+    path.copy(address.sun_path, sizeof address.sun_path - 1);
+    return address;
+  }
+  static const sockaddr* plain(const sockaddr_un& address) { return reinterpret_cast<const sockaddr*>(&address); }
+
   Error refused(const std::string& endpoint) {
     zmq::socket_t socket(context_, zmq::socket_type::pub);
     const auto bound = tryBind(socket, endpoint);
@@ -63,13 +76,30 @@ TEST_F(SocketTest, PathInUseIsUnavailableAndStaysWithItsOwner) {
 
 TEST_F(SocketTest, StaleSocketFileIsReplaced) {
   const std::string path = folder_ / "stream";
-  const int dead = ::socket(AF_UNIX, SOCK_STREAM, 0);
-  sockaddr_un address{AF_UNIX, {}};
-  path.copy(address.sun_path, sizeof address.sun_path - 1);
-  ASSERT_EQ(::bind(dead, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-  close(dead);  // the file stays
+  close(bindFile(path, SOCK_STREAM));  // the file stays
   ASSERT_TRUE(fs::is_socket(path));
   EXPECT_TRUE(tryBind(socket_, "ipc://" + path));
+}
+
+TEST_F(SocketTest, PathOfAStoppedListenerWithAFullQueueIsUnavailable) {
+  const std::string path = folder_ / "stream";
+  const int listener = bindFile(path, SOCK_STREAM);
+  ASSERT_EQ(listen(listener, 0), 0);
+  std::vector<int> waiting;
+  do waiting.push_back(::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  while (connect(waiting.back(), plain(addressOf(path)), sizeof(sockaddr_un)) == 0);
+  EXPECT_EQ(errno, EAGAIN);
+  EXPECT_EQ(refused("ipc://" + path).exitCode, EX_UNAVAILABLE);
+  for (const int one : waiting) close(one);
+  close(listener);
+}
+
+TEST_F(SocketTest, SocketThatCannotBeConnectedToStaysWithItsOwner) {
+  const std::string path = folder_ / "stream";
+  const int owner = bindFile(path, SOCK_DGRAM);
+  EXPECT_EQ(refused("ipc://" + path).exitCode, EX_CANTCREAT);
+  EXPECT_TRUE(fs::is_socket(path));
+  close(owner);
 }
 
 TEST_F(SocketTest, OrdinaryFileIsNotTouched) {
