@@ -27,8 +27,9 @@ tl::expected<std::optional<sensor::Sensor>, Error> loadGel(const std::string& ge
 void describeSensor(publish::Description& description, const sensor::Sensor& sensor, const solve::SolveOptions& solve);
 
 /// Copies the gel file and the influence file that it names, as they are on the disk, into `beginning`. Each is set
-/// empty if there is none (as for the built-in gel) or it cannot be read, without an error: a recording that lacks its
-/// gel file for that reason is replayed with the built-in gel. Waits for the disk. \param sensor of that gel file
-void readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile, publish::Beginning& beginning);
+/// empty if there is none (as for the built-in gel) or it cannot be read, which is an error (EX_NOINPUT): a recording
+/// that lacks its gel file is replayed with the built-in gel. Waits for the disk. \param sensor of that gel file
+tl::expected<void, Error> readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile,
+                                       publish::Beginning& beginning);
 
 }  // namespace tractiond
