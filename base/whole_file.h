@@ -74,7 +74,7 @@ readWholeFile(const std::filesystem::path& path, std::size_t most = std::numeric
 /// Returns the error; an empty code on success, and where the file system cannot synchronise directories.
 inline std::error_code synchroniseNames(const std::filesystem::path& directory) {
   const int file = files::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (file < 0) return std::error_code(errno, std::generic_category());
+  if (file < 0) return {errno, std::generic_category()};
   const int synchronised = files::fsync(file);
   const std::error_code error(synchronised == 0 || errno == EINVAL ? 0 : errno, std::generic_category());
   files::close(file);
@@ -83,11 +83,11 @@ inline std::error_code synchroniseNames(const std::filesystem::path& directory) 
 
 /// Replaces or creates a file as a whole or not at all, also if power is lost: writes PATH.unfinished, synchronises it,
 /// renames it to PATH and synchronises the directory. If only the last step fails, the file is replaced, but a loss of
-/// power may undo that. A file PATH.unfinished that exists is overwritten, and removed after an error; if PATH is a
-/// symbolic link, the link is replaced. Waits for the disk. Returns the errno of the step that failed; an empty code on
-/// success. Two calls for the same path must not overlap. \param pieces of the content, one after the other
-/// \param mode permissions of the new file, from which the process's umask is subtracted; those of the replaced file
-/// are not kept, nor is its owner
+/// power may undo that. A file or link PATH.unfinished that exists is replaced, and removed after an error; if PATH is
+/// a symbolic link, the link is replaced. Waits for the disk. Returns the errno of the step that failed; an empty code
+/// on success. Two calls for the same path must not overlap. \param pieces of the content, one after the other \param
+/// mode permissions of the new file, from which the process's umask is subtracted; those of the replaced file are not
+/// kept, nor is its owner
 inline std::error_code replaceWholeFile(const std::filesystem::path& path,
                                         std::span<const std::span<const char>> pieces, mode_t mode = 0644) {
   const std::filesystem::path unfinished = path.string() + ".unfinished";
@@ -97,7 +97,8 @@ inline std::error_code replaceWholeFile(const std::filesystem::path& path,
     files::unlink(unfinished.c_str());
     return error;
   };
-  const int file = files::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, mode);
+  files::unlink(unfinished.c_str());  // a link would be followed, and a file would keep its mode
+  const int file = files::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
   if (file < 0) return failed(file);
   for (std::span<const char> bytes : pieces) {
     while (!bytes.empty()) {

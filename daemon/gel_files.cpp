@@ -1,5 +1,6 @@
 #include "daemon/gel_files.h"
 
+#include "base/whole_file.h"
 #include "daemon/calibrate/calibration.h"
 #include "daemon/config.h"
 #include "daemon/track/nominal.h"
@@ -7,7 +8,7 @@
 
 #include <filesystem>
 #include <fstream>
-#include <iterator>
+#include <optional>
 #include <system_error>
 #include <utility>
 
@@ -77,13 +78,23 @@ void describeSensor(publish::Description& description, const sensor::Sensor& sen
   description.noise_px = solve.noise_px;
 }
 
-void readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile, publish::Beginning& beginning) {
-  const auto content = [](const std::string& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return file.empty() ? std::string() : std::string(std::istreambuf_iterator<char>(stream), {});
+tl::expected<void, Error> readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile,
+                                       publish::Beginning& beginning) {
+  tl::expected<void, Error> done;
+  const auto content = [&done](const std::string& file) {
+    if (file.empty()) return std::string();
+    const auto bytes = readWholeFile(file);
+    if (bytes) return std::string(bytes->begin(), bytes->end());
+    done = tl::unexpected(
+        Error{.exitCode = EX_NOINPUT,
+              .what = "the file cannot be read again for the recording, which lacks it: " + bytes.error().message(),
+              .where = file,
+              .remedy = "put it back, and record again"});
+    return std::string();
   };
   beginning.gel = content(gelFile);
   beginning.influence = sensor.body ? content(sensor.body->file) : "";
+  return done;
 }
 
 tl::expected<sensor::Sensor, Error> recordedSensor(const publish::Beginning& beginning, const std::string& recording,

@@ -28,9 +28,10 @@ tl::expected<std::optional<sensor::Sensor>, Error> loadGel(const std::string& ge
 void describeSensor(publish::Description& description, const sensor::Sensor& sensor, const solve::SolveOptions& solve);
 
 /// Copies the gel file and the influence file that it names, as they are on the disk, into `beginning`. Each is set
-/// empty if there is none (as for the built-in gel) or it cannot be read, without an error: a recording that lacks its
-/// gel file for that reason is replayed with the built-in gel. Waits for the disk. \param sensor of that gel file
-void readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile, publish::Beginning& beginning);
+/// empty if there is none (as for the built-in gel) or it cannot be read, which is an error (EX_NOINPUT): a recording
+/// that lacks its gel file is replayed with the built-in gel. Waits for the disk. \param sensor of that gel file
+tl::expected<void, Error> readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile,
+                                       publish::Beginning& beginning);
 
 /// Returns the sensor of the gel file that a recording holds; the built-in one if it holds none. EX_DATAERR: that file
 /// is damaged. \param scratch path at which the influence file of the recording is kept during the call

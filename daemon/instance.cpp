@@ -4,6 +4,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -36,12 +37,32 @@ fs::path runtimeDirectory(const std::string& instance) {
   return geteuid() == 0 ? candidates.back() : candidates.front();
 }
 
+tl::unexpected<Error> unusable(const std::string& what, const fs::path& path, int exitCode, const std::string& why) {
+  return tl::unexpected(Error{.exitCode = exitCode,
+                              .what = "the " + what + " " + path.string() + " cannot be used: " + why,
+                              .remedy = "choose another with --" + what.substr(0, what.find(' '))});
+}
+
 tl::unexpected<Error> unusable(const std::string& what, const fs::path& path, int error) {
   const bool denied = error == EACCES || error == EPERM || error == EROFS;
-  return tl::unexpected(
-      Error{.exitCode = denied ? EX_NOPERM : EX_CANTCREAT,
-            .what = "the " + what + " " + path.string() + " cannot be used: " + std::generic_category().message(error),
-            .remedy = "choose another with --" + what.substr(0, what.find(' '))});
+  return unusable(what, path, denied ? EX_NOPERM : EX_CANTCREAT, std::generic_category().message(error));
+}
+
+bool canOthersWrite(const struct stat& of) {
+  return S_ISDIR(of.st_mode) && (of.st_mode & S_IWOTH) != 0;
+}
+
+/// Returns whether another user controls an open directory, or may have made the link `path` to it, or the directory
+/// that `path` is in: below one that every user can write into, as /tmp, each name is that of the first to take it.
+bool isOfOthers(const fs::path& path, int descriptor) {
+  struct stat own {
+  }, link{}, parent{}, above{};
+  const fs::path folder = path.parent_path();
+  if (fstat(descriptor, &own) != 0 || lstat(path.c_str(), &link) != 0) return true;
+  if (own.st_uid != geteuid() || link.st_uid != geteuid() || canOthersWrite(own)) return true;
+  if (stat(folder.parent_path().c_str(), &above) != 0 || !canOthersWrite(above)) return false;
+  if (lstat(folder.c_str(), &parent) != 0) return true;
+  return (parent.st_uid != geteuid() && parent.st_uid != 0) || canOthersWrite(parent);
 }
 
 }  // namespace
@@ -99,6 +120,10 @@ tl::expected<OwnDirectory, Error> OwnDirectory::claim(const fs::path& path, cons
   const int descriptor = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return unusable(what, path, errno);
   OwnDirectory directory(path, descriptor, made);
+  if (isOfOthers(path, descriptor)) {
+    return unusable(what, path, EX_NOPERM,
+                    "it, a link to it or the directory above belongs to another user, or every user can write into it");
+  }
   if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
     if (errno != EWOULDBLOCK) return unusable(what, path, errno);
     return tl::unexpected(Error{.exitCode = EX_TEMPFAIL,

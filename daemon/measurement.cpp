@@ -135,7 +135,8 @@ void Measurement::beginRecording(const capture::CameraInfo& info) {
                                .cameraVendor = info.name.vendor,
                                .cameraModel = info.name.model,
                                .cameraSerial = info.name.serial};
-  readGelFiles(sensor_, around_.config.sensor.gelFile, beginning);
+  if (const auto read = readGelFiles(sensor_, around_.config.sensor.gelFile, beginning); !read)
+    spdlog::warn("warning: {}", read.error().message());
   recorder_->begin(beginning);
 }
 

@@ -226,7 +226,7 @@ void Replay::openRecorder() {
     used.track = config_.track;
     used.solve = config_.solve;
     again.configuration = configText(used);
-    readGelFiles(sensor_, config_.sensor.gelFile, again);
+    if (const auto read = readGelFiles(sensor_, config_.sensor.gelFile, again); !read) throw Stopped{read.error()};
   }
   recorder_->begin(again);
 }

@@ -1,3 +1,4 @@
+#include "daemon/calibrate/aspect_check.h"
 #include "lens/commands.h"
 #include "lens/lens_fit.h"
 #include "lens/picture_file.h"
@@ -128,7 +129,8 @@ void judge(const std::vector<View>& views, const LensFit& fit, Faults& faults) {
   faults.push_back(fault(files, what, remedy));
 }
 
-void print(const std::vector<View>& views, const LensFit& fit, const Board& board) {
+/// \param aspect expected one
+void print(const std::vector<View>& views, const LensFit& fit, const Board& board, double aspect) {
   std::printf("%zu pictures of a chessboard of %d x %d squares, %s:\n", views.size(), board.columns, board.rows,
               shape(fit.camera.width, fit.camera.height).c_str());
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -154,10 +156,11 @@ void print(const std::vector<View>& views, const LensFit& fit, const Board& boar
         fit.residual_px);
   }
   if (fit.aspectDeviation) {
-    std::printf(
-        "  note: the pictures' scale differs in x and y, by %.2f %%: the pixels are not square, or the pictures "
-        "were resized; the gel file is given camera.aspect = %.4f\n",
-        100.0 * std::abs(fit.camera.aspect - 1.0), fit.camera.aspect);
+    const tractiond::calibrate::AspectSeen seen{.expected = aspect, .aspect = fit.camera.aspect};
+    std::printf("  note: %s: the pixels have another shape, or the pictures were resized; the gel file is given "
+                "camera.aspect = "
+                "%.4f\n",
+                seen.what().c_str(), fit.camera.aspect);
   }
   const double seen = reach(views, fit.camera);
   if (seen < kReach) {
@@ -198,7 +201,7 @@ Done calibrate(const CalibrateOptions& options) {
   const LensFit fit = fitLens(corners, options.board, width, height, fitOptions);
   judge(views, fit, faults);
   if (!faults.empty()) return tl::unexpected(faults);
-  print(views, fit, options.board);
+  print(views, fit, options.board, fitOptions.aspect);
 
   camera.focal_px = fit.camera.focal_px;
   camera.aspect = fit.camera.aspect;

@@ -47,7 +47,7 @@ struct PoseOptions : PictureOptions {
 
 /// Estimates the camera's pose from one picture of the untouched gel and writes a gel file with camera, lens and the
 /// uncertainty of pose and focal length; that of principal point, k1 and k2 stays the file's. Errors: those of
-/// loadGel() and readPicture(); EX_DATAERR if the markers are not found, no pose fits (as with fewer than 50 markers),
+/// loadGel() and readPicture(); EX_DATAERR if the markers are not found, are fewer than 50, no pose fits,
 /// or the residual is too large, as with another aspect, which it then states; EX_CANTCREAT.
 Done pose(const PoseOptions& options);
 

@@ -73,6 +73,11 @@ cv::Scalar pen(std::size_t layer) {
 Done pose(const PoseOptions& options) {
   auto seen = look(options);
   if (!seen) return tl::unexpected(seen.error());
+  constexpr int kFewest = tractiond::calibrate::GeometryOptions{}.fewest;
+  if (const int count = seen->markers.count(); count < kFewest) {
+    return tl::unexpected(Faults{fault(options.picture, "shows too few markers for a pose: " + std::to_string(count),
+                                       "at least " + std::to_string(kFewest) + " must be seen")});
+  }
   const Geometry found = firstPose(seen->sensor, seen->markers);
   const bool isGood = found.outcome == Geometry::Outcome::kConverged && found.residual_px <= options.acceptResidual_px;
   const auto aspect = otherAspect(seen->sensor, seen->markers);

@@ -132,8 +132,10 @@ tl::expected<NumpyFile, FileError> NumpyFile::load(const std::string& path) {
   if (size > kLargestFile) return tl::unexpected(file.fault("", "is larger than 4 GiB"));
   std::ifstream stream(path, std::ios::binary);
   file.bytes_.resize(static_cast<std::size_t>(size));
-  if (!stream.read(file.bytes_.data(), static_cast<std::streamsize>(size)))
+  if (!stream.read(file.bytes_.data(), static_cast<std::streamsize>(size))) {
+    if (stream.eof()) return unreadable("ends early: it was changed while it was read, or its size is not true");
     return unreadable(std::error_code(errno, std::generic_category()).message());
+  }
   if (auto done = file.readDirectory(); !done) return tl::unexpected(done.error());
   return file;
 }

@@ -114,7 +114,7 @@ void GelFilm::draw(Picture& picture, Truth& truth) {
   }
 }
 
-tl::expected<std::unique_ptr<RawFilm>, Failure> RawFilm::open(const std::filesystem::path& file,
+tl::expected<std::unique_ptr<RawFilm>, Failure> RawFilm::open(const std::filesystem::path& file, Format format,
                                                               std::size_t pictureSize) {
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(file, error);
@@ -126,6 +126,7 @@ tl::expected<std::unique_ptr<RawFilm>, Failure> RawFilm::open(const std::filesys
                                                   std::to_string(pictureSize)});
   }
   auto film = std::unique_ptr<RawFilm>(new RawFilm);
+  film->format_ = format;
   film->pictureSize_ = pictureSize;
   film->pixels_.resize(size);
   stream.read(reinterpret_cast<char*>(film->pixels_.data()), static_cast<std::streamsize>(size));
@@ -138,6 +139,10 @@ void RawFilm::draw(Picture& picture, Truth& truth) {
   truth = Truth{};
   truth.time_s = picture.time_s;
   truth.image = image;
+  if (picture.format != format_) {
+    std::ranges::fill(picture.pixels, std::uint8_t{0});
+    return;
+  }
   const auto from = pixels_.begin() + static_cast<std::ptrdiff_t>(image * pictureSize_);
   picture.pixels.assign(from, from + static_cast<std::ptrdiff_t>(pictureSize_));
 }

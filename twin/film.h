@@ -70,14 +70,16 @@ class RawFilm : public Film {
  public:
   /// Reads the whole file into memory. Errors: EX_NOINPUT if it cannot be opened, EX_DATAERR if it is empty or its size
   /// is not a multiple of `pictureSize` [bytes], EX_IOERR if it cannot be read to its end.
-  static tl::expected<std::unique_ptr<RawFilm>, Failure> open(const std::filesystem::path& file,
+  static tl::expected<std::unique_ptr<RawFilm>, Failure> open(const std::filesystem::path& file, Format format,
                                                               std::size_t pictureSize);
 
   /// Copies the bytes of picture number picture.number modulo the number of pictures into picture.pixels, which is
-  /// resized to `pictureSize` of open(), whatever picture.format is. Noise and the scenario's contacts do not apply.
+  /// resized to `pictureSize` of open(). In another format than that of open(), sets the pixels to zero and keeps their
+  /// size. Noise and the scenario's contacts do not apply.
   void draw(Picture& picture, Truth& truth) override;
 
  private:
+  Format format_ = Format::kRgb8;
   std::vector<std::uint8_t> pixels_;
   std::size_t pictureSize_ = 0;
 };

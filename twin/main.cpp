@@ -20,7 +20,7 @@ static_assert(std::atomic<bool>::is_always_lock_free);
 tl::expected<std::unique_ptr<Film>, Failure> openFilm(const Options& options, const Scenario& scenario) {
   if (options.served.empty()) return std::make_unique<GelFilm>(scenario, options.seed, options.cache);
   const sensor::Camera& camera = scenario.sensor.camera;
-  return RawFilm::open(options.served, pictureSize(scenario.format, camera.width, camera.height));
+  return RawFilm::open(options.served, scenario.format, pictureSize(scenario.format, camera.width, camera.height));
 }
 
 tl::expected<void, Failure> run(const Options& options) {

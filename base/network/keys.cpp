@@ -97,6 +97,7 @@ tl::expected<void, Error> write(const fs::path& path, const std::string& text, m
   if (!error) error = replaceWholeFile(path, text, mode);
   if (error) return tl::unexpected(unusable(path, error.value()));
   if (geteuid() == 0 && chown(path.c_str(), 0, of.st_gid) != 0) return tl::unexpected(unusable(path, errno));
+  if (chmod(path.c_str(), mode) != 0) return tl::unexpected(unusable(path, errno));  // whatever the umask is
   return {};
 }
 
@@ -201,13 +202,24 @@ tl::expected<void, Error> revoke(const fs::path& directory, const std::string& n
                               .remedy = "tractionctl keys list prints the allowed clients"});
 }
 
+bool KeyDirectory::keep(int error) {
+  const Error fault{.exitCode = EX_NOINPUT,
+                    .what = "the directory of keys cannot be read to its end, so the keys read before stay allowed: " +
+                            std::generic_category().message(error),
+                    .where = path_.string()};
+  const bool isNew = faults_.size() != 1 || faults_[0].message() != fault.message();
+  faults_ = {fault};
+  looked_ = false;
+  return isNew;
+}
+
 bool KeyDirectory::refresh() {
   std::vector<Stamp> now;
   std::optional<Error> failure;
   if (DIR* const directory = opendir(path_.c_str())) {
     struct stat own {};
     if (fstat(dirfd(directory), &own) == 0 && canOthersWrite(own)) failure = openToOthers(path_, "directory of keys");
-    while (const dirent* const entry = readdir(directory)) {
+    for (errno = 0; const dirent* const entry = readdir(directory); errno = 0) {
       const std::string_view name = entry->d_name;
       struct stat status {};
       if (!name.ends_with(kEnding)) continue;
@@ -215,7 +227,9 @@ bool KeyDirectory::refresh() {
       now.push_back({std::string(name), static_cast<long>(status.st_ino), static_cast<long>(status.st_size),
                      status.st_ctim.tv_sec, status.st_ctim.tv_nsec});
     }
+    const int error = errno;
     closedir(directory);
+    if (error != 0) return keep(error);
   } else {
     if (isPassing(errno)) return false;
     failure = Error{.exitCode = EX_NOINPUT,

@@ -60,15 +60,15 @@ tl::expected<KeyPair, Error> loadKeyPair(const std::filesystem::path& path);
 
 /// Writes a new file with mode 0600 and creates its directory and that one's parents. Errors: EX_CANTCREAT if the file
 /// exists or cannot be written, EX_NOPERM without the permission, and if root would write into a directory of another
-/// user. As root, the file gets the group of its directory. The process's umask is subtracted from its mode. Does not
+/// user. As root, the file gets the group of its directory. The mode does not depend on the process's umask. Does not
 /// check the keys. Waits for the disk. \param path must state a directory: a bare file name fails with EX_CANTCREAT
 tl::expected<void, Error> saveKeyPair(const std::filesystem::path& path, const KeyPair& keys);
 
 /// Writes the gateway's own key to serverKeyFile() as saveKeyPair() does, with the same errors. As root the mode is
-/// 0640 without the umask's bits, so that the directory's group, the gateway's, can read it.
+/// 0640, so that the directory's group, the gateway's, can read it.
 tl::expected<void, Error> saveServerKey(const std::filesystem::path& directory, const KeyPair& keys);
 
-/// Writes NAME.key with mode 0644, without the umask's bits, and creates the directory; replaces an existing file as a
+/// Writes NAME.key with mode 0644 and creates the directory; replaces an existing file as a
 /// whole. Errors and group are those of saveKeyPair(), except for an existing file. \param key must be valid: name and
 /// key are not checked
 tl::expected<void, Error> allow(const std::filesystem::path& directory, const AllowedKey& key);
@@ -88,7 +88,7 @@ class KeyDirectory {
   /// read. Returns whether the keys or the faults have changed. A faulty file allows no key, nor does one with the key
   /// of a file before it in the order of names. No key is allowed if the directory cannot be read, can be written by
   /// every user, or has more than kMostKeys. If it cannot be opened for lack of file descriptors or memory, everything
-  /// stays as it was. Waits for the disk.
+  /// stays as it was; if it cannot be read to its end, the keys stay, with a fault. Waits for the disk.
   bool refresh();
 
   /// Returns the allowed keys, sorted by the names of their files. Valid until the next refresh().
@@ -104,6 +104,9 @@ class KeyDirectory {
     long inode, size, seconds, nanoseconds;  ///< of the inode's last change, which includes its owner and mode
     bool operator==(const Stamp&) const = default;
   };
+
+  /// Notes that the directory could not be read to its end. Returns whether that is new.
+  bool keep(int error);
 
   std::filesystem::path path_;
   bool looked_ = false;

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <charconv>
 #include <cstdlib>
+#include <cstring>
 #include <map>
 #include <set>
 
@@ -47,6 +49,13 @@ void checkModemManager(const Patient& patient, List& findings) {
   }
 }
 
+/// Returns the first instance whose settings are not known, or null.
+const Instance* unreadOf(const Patient& patient) {
+  const auto found = std::find_if(patient.instances.begin(), patient.instances.end(),
+                                  [](const Instance& one) { return !one.settings; });
+  return found == patient.instances.end() ? nullptr : &*found;
+}
+
 /// Checks whether two instances use the same camera: by its id, or the first one that is found.
 void checkSharedCamera(const Patient& patient, List& findings) {
   std::map<std::string, std::vector<const Instance*>> takers;
@@ -60,6 +69,11 @@ void checkSharedCamera(const Patient& patient, List& findings) {
     findings.push_back({"a camera each", Verdict::kFail,
                         names + " take the same camera: " + (id.empty() ? "the first that is found" : id),
                         "camera.id = \"ANOTHER\" in " + all.back()->file + "    # tractiond --cameras lists them"});
+    return;
+  }
+  if (const Instance* unread = unreadOf(patient); unread != nullptr && patient.instances.size() > 1) {
+    findings.push_back(
+        {"a camera each", Verdict::kUnknown, "not known: that of " + unread->name + ": " + unread->whyUnknown});
     return;
   }
   findings.push_back({"a camera each", Verdict::kOk, std::to_string(patient.instances.size()) + " instances"});
@@ -78,11 +92,15 @@ void checkTwoDaemons(const Patient& patient, List& findings) {
   findings.push_back({"other daemons", Verdict::kOk, "no instance runs twice"});
 }
 
-/// Returns the inodes of listening sockets, by port.
-std::map<int, std::set<std::string>> listeners(const Box& box) {
+/// Returns the inodes of listening sockets, by port. `unread` is set to the table that cannot be read, with the reason,
+/// if there is one.
+std::map<int, std::set<std::string>> listeners(const Box& box, std::string& unread) {
   std::map<int, std::set<std::string>> all;
-  for (const char* table : {"/proc/net/tcp", "/proc/net/tcp6"}) {
-    for (const std::string& line : linesOf(box.read(table).text)) {
+  for (const std::string table : {"/proc/net/tcp", "/proc/net/tcp6"}) {
+    const Box::Reading reading = box.read(table);
+    const bool lacksVersion6 = table.back() == '6' && reading.error == ENOENT;
+    if (!reading && !lacksVersion6) unread = table + ": " + std::strerror(reading.error);
+    for (const std::string& line : linesOf(reading.text)) {
       const auto words = wordsOf(line);  // number local remote state queues timer retransmits user timeout inode
       constexpr const char* kListens = "0A";
       if (words.size() < 10 || words[3] != kListens) continue;
@@ -107,7 +125,8 @@ const Process* ownerOf(const Patient& patient, const std::string& inode) {
 }
 
 void checkPorts(const Patient& patient, List& findings) {
-  const auto all = listeners(patient.box);
+  std::string unknown;
+  const auto all = listeners(patient.box, unknown);
   int asked = 0;
   for (const Instance& one : patient.instances) {
     for (const std::string& endpoint : one.settings ? one.settings->endpoints : std::vector<std::string>()) {
@@ -130,6 +149,11 @@ void checkPorts(const Patient& patient, List& findings) {
         return;
       }
     }
+  }
+  if (const Instance* unread = unreadOf(patient)) unknown = "those of " + unread->name + ": " + unread->whyUnknown;
+  if (!unknown.empty()) {
+    findings.push_back({"ports", Verdict::kUnknown, "not known: " + unknown});
+    return;
   }
   findings.push_back({"ports", Verdict::kOk, std::to_string(asked) + " asked for; nobody else has them"});
 }

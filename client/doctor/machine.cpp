@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 
 namespace traction::doctor {
 
@@ -117,7 +118,7 @@ void checkUsbPermissions(const Patient& patient, List& findings) {
     return;
   }
   const auto group = idOf(patient.box, "/etc/group", "tractiond");
-  std::string closed;
+  std::string closed, unknown;
   int cameras = 0;
   for (const std::string& device : usbCameras(patient.box)) {
     const std::string folder = "/sys/bus/usb/devices/" + device + "/";
@@ -128,12 +129,15 @@ void checkUsbPermissions(const Patient& patient, List& findings) {
     const std::string node = "/dev/bus/usb/" + three("busnum") + "/" + three("devnum");
     const Box::Look look = patient.box.look(node);
     ++cameras;
+    if (look.error != 0) unknown = node + ": " + std::strerror(look.error);
     if (look.error != 0 || (look.mode & 006U) == 006U) continue;
     if (!group || look.group != *group || (look.mode & 060U) != 060U) closed += (closed.empty() ? "" : ", ") + node;
   }
   if (!closed.empty()) {
     findings.push_back(
         {"USB permissions", Verdict::kFail, closed + " may not be opened by the group tractiond", renew});
+  } else if (!unknown.empty()) {
+    findings.push_back({"USB permissions", Verdict::kUnknown, "not known: " + unknown});
   } else {
     findings.push_back({"USB permissions", Verdict::kOk,
                         cameras == 0 ? "the rule is installed; there is no camera on USB"

@@ -144,6 +144,10 @@ tl::expected<Factors, Error> computeFactors(MatrixXd influence, const Atoms& ato
     factors.singularValues.push_back(std::sqrt(squares[i]));
   }
   const auto rank = static_cast<Index>(factors.singularValues.size());
+  if (rank == 0) {
+    return tl::unexpected(Error{EX_CONFIG, "even the most visible forces drown in the markers' noise",
+                                "the gel and camera", "check their sizes, Young's modulus and solve.noise_px"});
+  }
   const VectorXd s = VectorXd::Map(factors.singularValues.data(), rank);
   MatrixXd left = vectors.rightCols(rank).rowwise().reverse();
   vectors.resize(0, 0);

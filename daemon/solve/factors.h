@@ -68,9 +68,9 @@ struct Factors {
 };
 
 /// Computes the factors in seconds, with the threads of the BLAS and about twice the memory of the factors. Leaves
-/// `id`, `computed_ns` and `systematicErrors` to the caller. Fails if the matrix is not finite or all zero (EX_CONFIG),
-/// if its eigenvectors are not found (EX_SOFTWARE), or with givenUp(). The rank is 0 if all singular values are below
-/// ModelOptions::faintest. force_N and ModelOptions::noise_px must be above 0, and the sizes must fit (asserted). The
+/// `id`, `computed_ns` and `systematicErrors` to the caller. Fails if the matrix is not finite or all zero, or if all
+/// singular values are below ModelOptions::faintest (EX_CONFIG), if its eigenvectors are not found (EX_SOFTWARE), or
+/// with givenUp(). force_N and ModelOptions::noise_px must be above 0, and the sizes must fit (asserted). The
 /// arguments need not outlive the result.
 /// \param influence of the points, 2M x 3P [px/N]; freed as soon as it is no longer needed
 /// \param force_N as in Factors

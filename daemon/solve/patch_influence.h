@@ -46,8 +46,8 @@ class PatchInfluence {
 
  private:
   struct Source {
-    double x_m, y_m;
-    Eigen::Vector3d force_N;
+    double x_m = 0.0, y_m = 0.0;
+    Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
   };
   static constexpr int kRing = 6, kSources = 2 * kRing + 1, kWindow = 6;
 

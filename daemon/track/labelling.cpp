@@ -8,6 +8,8 @@
 // rims cannot be seen.
 #include "daemon/track/labelling.h"
 
+#include "daemon/track/nominal.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -128,8 +130,7 @@ void Labeller::prepare(Work& work, std::span<const Spot> spots, std::span<const 
                                                      overR * (border - reference[lattice.at(c, inwardR)]);
     }
   }
-  const Vector across = reference[lattice.at(lattice.columns - 1, 0)] - reference[lattice.at(0, 0)];
-  work.spacing = std::sqrt(across.squared()) / static_cast<float>(lattice.columns - 1);
+  work.spacing = smallestSpacing(reference, {&lattice, 1});
   grid_.clear();
   for (std::size_t i = 0; i < spots.size(); ++i) grid_.add(static_cast<int>(i), spots[i].u, spots[i].v);
 }

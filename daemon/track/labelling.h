@@ -69,7 +69,7 @@ class Labeller {
   struct Work {
     Lattice lattice;  ///< without extension
     Wide wide;
-    float spacing = 0.0F;           ///< px
+    float spacing = 0.0F;           ///< smallestSpacing() [px]
     std::vector<Vector> reference;  ///< extended beyond the lattice
     std::vector<Vector> displacement;
     std::vector<int> spot;                 ///< by node; -1: none

@@ -163,9 +163,8 @@ int Disk::open(const std::string& path, int flags) {
       record({.at_ns = 0, .kind = Kind::kName, .node = node, .path = path, .other = {}, .bytes = {}}, 0);
       record({.at_ns = 0, .kind = Kind::kCut, .node = node, .path = {}, .other = {}, .bytes = {}}, 0);
     } else {
+      if ((flags & O_EXCL) != 0) return fail(EEXIST);
       node = name->second;
-      if ((flags & O_TRUNC) != 0)
-        record({.at_ns = 0, .kind = Kind::kCut, .node = node, .path = {}, .other = {}, .bytes = {}}, 0);
     }
   }
   files_[nextFile_] = {node};

@@ -46,7 +46,7 @@ TEST(Doctor, ABoxThatShowsNothingIsNotKnown) {
   const auto findings = examine(box, kDaemon, "");
   EXPECT_EQ(checksOf(findings, {Verdict::kUnknown}),
             (std::set<std::string>{"clock source", "time of day", "service", "state directory", "limits", "real time",
-                                   "network", "measurement"}));
+                                   "network", "measurement", "ports"}));
   EXPECT_EQ(checksOf(findings, {Verdict::kWarn, Verdict::kFail}), std::set<std::string>{"user and group"});
 }
 
@@ -77,6 +77,42 @@ TEST(Doctor, KeysOfADirectoryThatCannotBeListedAreNotKnown) {
   ASSERT_NE(keys, findings.end());
   EXPECT_EQ(keys->verdict, Verdict::kUnknown);
   EXPECT_EQ(keys->found, "not known: /etc/tractiond/keys cannot be listed: Not a directory");
+}
+
+TEST(Doctor, CamerasAndPortsOfAnInstanceThatIsNotKnownAreNot) {
+  FakeBox box;
+  box.write("/proc/net/tcp", "  sl  local_address rem_address   st\n");
+  Instance left, right;
+  left.name = "left", right.name = "right", right.whyUnknown = "the configuration is wrong";
+  left.settings = Settings();
+  const auto found = [&](const std::vector<Instance>& instances, const char* check) {
+    std::vector<Finding> findings;
+    checkCompetitors(Patient{box, kDaemon, {}, instances}, findings);
+    const Finding one = *std::ranges::find(findings, check, &Finding::check);
+    return one.verdict == Verdict::kUnknown ? one.found : one.verdict == Verdict::kOk ? "ok" : "wrong";
+  };
+  EXPECT_EQ(found({left, right}, "a camera each"), "not known: that of right: the configuration is wrong");
+  EXPECT_EQ(found({left, right}, "ports"), "not known: those of right: the configuration is wrong");
+  EXPECT_EQ(found({right}, "a camera each"), "ok");
+  EXPECT_EQ(found({left}, "ports"), "ok") << "a kernel without IPv6 has no second table";
+  box.remove("/proc/net/tcp");
+  EXPECT_EQ(found({left}, "ports"), "not known: /proc/net/tcp: No such file or directory");
+}
+
+TEST(Doctor, ACameraWhoseDeviceCannotBeLookedAtIsNotKnown) {
+  const std::string device = "/sys/bus/usb/devices/2-1";
+  FakeBox box;
+  box.write("/etc/udev/rules.d/60-tractiond.rules", "");
+  box.write(device + "/busnum", "2\n");
+  box.write(device + "/devnum", "7\n");
+  box.write(device + ":1.0/bInterfaceClass", "ef\n");
+  box.write(device + ":1.0/bInterfaceSubClass", "05\n");
+  Instance instance;
+  instance.settings = Settings();
+  std::vector<Finding> findings;
+  checkMachine(Patient{box, kDaemon, {}, {instance}}, findings);
+  EXPECT_EQ(std::ranges::find(findings, "USB permissions", &Finding::check)->found,
+            "not known: /dev/bus/usb/002/007: No such file or directory");
 }
 
 TEST(Doctor, RealTimeIsNotKnownWithoutTheUnit) {

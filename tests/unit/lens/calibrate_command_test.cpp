@@ -119,11 +119,18 @@ TEST_F(CalibrateCommand, FindsAScaleThatDiffers) {
     const cv::Mat picture = photograph(kTilted[0], kTilted[1]);
     if (findCorners(picture, options.board)) add(picture);
   }
-  for (const double believed : {1.0, 1.035}) {
+  for (const double believed : {1.0, 1.035, 1.1}) {
     options.gel = path("in.toml");
     write(options.gel, "format = 1\n[camera]\naspect = " + std::to_string(believed) + "\n");
+    testing::internal::CaptureStdout();
     const Done done = calibrate(options);
+    const std::string printed = testing::internal::GetCapturedStdout();
     ASSERT_TRUE(done) << done.error()[0].message();
+    const char* said = believed == 1.0   ? "3.5 % larger than camera.aspect = 1 says"
+                       : believed == 1.1 ? "5.9 % smaller than camera.aspect = 1.1 says"
+                                         : "residual_px";
+    EXPECT_NE(printed.find(said), std::string::npos) << printed;
+    EXPECT_EQ(printed.find("scale differs") == std::string::npos, believed == truth.aspect) << printed;
     const auto after = sensor::loadGel(options.output);
     ASSERT_TRUE(after) << after.error().what;
     const sensor::Camera& found = after->camera;

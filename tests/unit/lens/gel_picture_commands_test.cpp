@@ -414,6 +414,16 @@ TEST_F(GelPictureCommands, DarkDotsInAGreyPicture) {
   EXPECT_FALSE(findMarkers(picture, truth));
 }
 
+TEST_F(GelPictureCommands, FewerMarkersThanAPoseNeedsAreCounted) {
+  truth.layers.resize(1);
+  truth.layers[0].columns = truth.layers[0].rows = 7;
+  write(options.gel, sensor::gelText(truth));
+  ASSERT_TRUE(writePicture(options.picture, photograph()));
+  const Done done = pose(options);
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error()[0].what, "shows too few markers for a pose: 49");
+}
+
 TEST_F(GelPictureCommands, WhatShowsNoGelIsRefused) {
   write(options.gel, sensor::gelText(truth));
   cv::Mat picture = photograph();

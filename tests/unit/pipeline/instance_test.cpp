@@ -98,6 +98,35 @@ TEST(OwnDirectory, IsNobodyElses) {
   EXPECT_TRUE(fs::exists(folder / "state")) << "it is the first one's";
 }
 
+TEST(OwnDirectory, IsNoneThatAnotherUserControls) {
+  const Folder folder;
+  const auto refusedAt = [](const fs::path& path) {
+    const auto own = OwnDirectory::claim(path, "runtime directory");
+    return !own && own.error().exitCode == EX_NOPERM;
+  };
+  fs::create_directory(folder / "open");
+  fs::create_directory_symlink(folder / "open", folder / "link");
+  EXPECT_FALSE(refusedAt(folder / "open"));
+  EXPECT_FALSE(refusedAt(folder / "link"));
+  fs::permissions(folder / "open", fs::perms::all | fs::perms::sticky_bit);
+  EXPECT_TRUE(refusedAt(folder / "open"));
+  EXPECT_TRUE(refusedAt(folder / "link"));
+  EXPECT_FALSE(refusedAt(folder / "open/mine")) << "nobody else can rename it";
+  fs::create_directory(folder / "open/tractiond-1000");
+  EXPECT_FALSE(refusedAt(folder / "open/tractiond-1000/default"));
+  fs::permissions(folder / "open/tractiond-1000", fs::perms::all);
+  EXPECT_TRUE(refusedAt(folder / "open/tractiond-1000/default"));
+  EXPECT_FALSE(fs::exists(folder / "open/tractiond-1000/default"));
+  if (geteuid() != 0) return;  // cannot give directories away
+  fs::permissions(folder / "open/tractiond-1000", fs::perms::owner_all);
+  ASSERT_EQ(chown((folder / "open/tractiond-1000").c_str(), 65534, 65534), 0);
+  EXPECT_TRUE(refusedAt(folder / "open/tractiond-1000"));
+  EXPECT_TRUE(refusedAt(folder / "open/tractiond-1000/default"));
+  ASSERT_EQ(lchown((folder / "link").c_str(), 65534, 65534), 0);
+  fs::permissions(folder / "open", fs::perms::owner_all);
+  EXPECT_TRUE(refusedAt(folder / "link"));
+}
+
 TEST(OwnDirectory, ThatCannotBeMadeIsAnError) {
   const Folder folder;
   const auto file = folder / "file";

@@ -2,12 +2,14 @@
 #include "daemon/capture/memory_driver.h"
 #include "daemon/gel_files.h"
 #include "daemon/no_gel.h"
+#include "tests/support/temporary_folder.h"
 #include "traction/v1/status.pb.h"
 
 #include <gtest/gtest.h>
 #include <poll.h>
 
 #include <cstdint>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -184,6 +186,23 @@ TEST(Snapshots, AreAlsoForWhomeverTheTurnNames) {
   snapshots.giveBack();
   EXPECT_NE(snapshots.take(), nullptr);
   EXPECT_EQ(answers, 0);
+}
+
+/// A recording without it would be replayed with the built-in gel.
+TEST(GelFiles, OneThatCannotBeReadIsAnError) {
+  const test::TemporaryFolder folder;
+  const std::string gel = folder.path() / "gel.toml";
+  std::ofstream(gel) << "format = 1\n";
+  publish::Beginning beginning;
+  EXPECT_TRUE(readGelFiles({}, "", beginning)) << "the built-in one";
+  EXPECT_TRUE(readGelFiles({}, gel, beginning));
+  EXPECT_EQ(beginning.gel, "format = 1\n");
+  std::filesystem::remove(gel);
+  const auto read = readGelFiles({}, gel, beginning);
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.error().exitCode, EX_NOINPUT);
+  EXPECT_EQ(read.error().where, gel);
+  EXPECT_EQ(beginning.gel, "");
 }
 
 }  // namespace

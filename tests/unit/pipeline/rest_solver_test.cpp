@@ -1,9 +1,9 @@
 #include "daemon/rest_solver.h"
 #include "tests/support/deadline.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/solve/sensors.h"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <thread>
 
@@ -20,13 +20,9 @@ class RestSolverTest : public testing::Test {
     sensor_.layers.resize(1);
     sensor_.nodes.columns = sensor_.nodes.rows = 2;
     options_.model = sensor::elastic::Model::kHalfSpace;
-    std::string name = (fs::temp_directory_path() / "rest-solver-XXXXXX").string();
-    EXPECT_NE(mkdtemp(name.data()), nullptr);
-    directory_ = name;
     drawn_ = solve::makeSolver(sensor_, options_, directory_).value().solver;
     rest_.emplace(sensor_, options_, directory_, drawn_, worker_);
   }
-  ~RestSolverTest() override { fs::remove_all(directory_); }
 
   RestPose zero(std::uint8_t id = 1) const {
     const sensor::Points markers = sensor::markerPositions(sensor_);
@@ -59,7 +55,8 @@ class RestSolverTest : public testing::Test {
 
   sensor::Sensor sensor_;
   solve::SolveOptions options_;
-  fs::path directory_;
+  const test::TemporaryFolder temporary_;
+  const fs::path& directory_ = temporary_.path();
   std::shared_ptr<solve::FieldSolver> drawn_;
   BackgroundThread worker_{"test"};
   std::optional<RestSolver> rest_;

@@ -225,6 +225,16 @@ TEST_F(InfluenceFile, WhatSavezDoesNotWriteIsRefused) {
   EXPECT_TRUE(directory.error().unreadable);
 }
 
+/// As a file that becomes shorter while it is read: the kernel's have fewer bytes than they state.
+TEST_F(InfluenceFile, ShorterThanItsSizeEndsEarly) {
+  const std::string file = "/sys/devices/system/cpu/online";
+  ASSERT_EQ(std::filesystem::file_size(file), 4096U);
+  const auto body = sensor::loadBody(file);
+  ASSERT_FALSE(body);
+  EXPECT_TRUE(body.error().unreadable);
+  EXPECT_EQ(body.error().what.rfind("ends early", 0), 0U) << body.error().what;
+}
+
 TEST_F(InfluenceFile, CutShortAnywhereIsAnError) {
   const std::string bytes = npz::archive(whole());
   for (std::size_t size = 0; size < bytes.size(); size += size < bytes.size() - 700 ? 37 : 1) {

@@ -1,9 +1,9 @@
 #include "daemon/solve/factors_cache.h"
 #include "daemon/solve/factors_file.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/solve/sensors.h"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <fstream>
@@ -25,13 +25,7 @@ sensor::Sensor tinySensor() {
 
 class FactorsCache : public testing::Test {
  protected:
-  FactorsCache() {
-    std::string name = (fs::temp_directory_path() / "factors-cache-XXXXXX").string();
-    EXPECT_NE(mkdtemp(name.data()), nullptr);
-    directory_ = name;
-    options_.model = sensor::elastic::Model::kHalfSpace;
-  }
-  ~FactorsCache() override { fs::remove_all(directory_); }
+  FactorsCache() { options_.model = sensor::elastic::Model::kHalfSpace; }
 
   /// What the cache gives, remembering what it says.
   Factors obtain(const SolveOptions& options) {
@@ -50,7 +44,7 @@ class FactorsCache : public testing::Test {
     return options;
   }
 
-  fs::path state() const { return directory_ / "state"; }
+  fs::path state() const { return directory_.path() / "state"; }
   fs::path file(const SolveOptions& options) const { return cachePath(state(), calibrationId(sensor_, options)); }
   fs::path file() const { return file(options_); }
 
@@ -78,7 +72,7 @@ class FactorsCache : public testing::Test {
     EXPECT_TRUE(load()) << "replaced";
   }
 
-  fs::path directory_;
+  const test::TemporaryFolder directory_;
   const sensor::Sensor sensor_ = tinySensor();
   SolveOptions options_;
   std::vector<std::string> remarks_;

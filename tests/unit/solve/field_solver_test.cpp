@@ -49,6 +49,13 @@ class FieldSolverTest : public testing::Test {
   std::mt19937 random_{1};
 };
 
+TEST_F(FieldSolverTest, GelWhoseForcesCannotBeSeenIsRefused) {
+  const MatrixXd faint = 1e-9 * halfSpaceImage(sensor_, atoms_.points);
+  const auto made = computeFactors(faint, atoms_, still(faint.rows()), factors_.force_N, modelOptions({}));
+  ASSERT_FALSE(made);
+  EXPECT_EQ(made.error().exitCode, EX_CONFIG);
+}
+
 TEST_F(FieldSolverTest, WhatIsSaidOfAMissingMarkerDoesNotMatter) {
   MarkerField field = loaded(influence_, random_);
   loseMarker(field, 17);

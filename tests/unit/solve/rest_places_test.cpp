@@ -1,17 +1,16 @@
 // What a rest picture says of the markers' places, and the model at these places, against the block's mechanics there.
 #include "daemon/solve/make_solver.h"
 #include "daemon/solve/model.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/solve/sensors.h"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <random>
 
 namespace tractiond::solve::rest_places_test {
 namespace {
 
-namespace fs = std::filesystem;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
@@ -237,18 +236,16 @@ TEST_F(AtPlaces, EachStepIsTheLastAfterAStop) {
 
 /// From the zero to the field, as the daemon has it.
 TEST(SolverAtRest, ReadsAPressOnAHandMadeGel) {
-  std::string directory = (fs::temp_directory_path() / "rest-places-XXXXXX").string();
-  ASSERT_NE(mkdtemp(directory.data()), nullptr);
+  const test::TemporaryFolder directory;
   const sensor::Sensor sensor = thinSensor(), made = handMadeSensor();
   SolveOptions options;
   options.noise_px = kNoise_px;
   ASSERT_TRUE(followsRest(sensor));
-  const auto drawn = makeSolver(sensor, options, directory).value().solver;
+  const auto drawn = makeSolver(sensor, options, directory.path()).value().solver;
   const VectorXd rest = restPicture(made);
   const std::vector<float> place(rest.begin(), rest.end());
   const auto atRest =
-      makeSolverAtRest(sensor, options, directory, place, allPresent(), drawn->detectionLimit_N()).value();
-  fs::remove_all(directory);
+      makeSolverAtRest(sensor, options, directory.path(), place, allPresent(), drawn->detectionLimit_N()).value();
   EXPECT_EQ(atRest.solver->detectionLimit_N(), drawn->detectionLimit_N());
 
   VectorXd moved = blockInfluence(made, Vector3d(0.7e-3, 0.4e-3, 0.0)) * Vector3d(0, 0, 3);

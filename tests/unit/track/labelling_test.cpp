@@ -1,4 +1,5 @@
 // The first picture: what is known is the grid, not where it is.
+#include "daemon/track/labelling.h"
 #include "daemon/track/nominal.h"
 #include "tests/unit/track/scene.h"
 
@@ -124,6 +125,31 @@ TEST(Labelling, OneLayerIsEnough) {
   scene.remove(0.1, 3);
   for (Eigen::Index i = 0; i < scene.now.cols(); ++i) scene.now.col(i) += Eigen::Vector2d(9.0, -5.0);
   expectRightLabels(scene, 0.99);
+}
+
+/// Where rows are near to each other, a missing marker's neighbour in its column is no farther than one in its row.
+TEST(Labelling, AMissingMarkerIsNotItsNeighbourInADenseColumn) {
+  constexpr int kSide = 12;
+  constexpr float kAcross_px = 40.0F, kDown_px = 15.0F;
+  const Lattice lattice{0, kSide, kSide};
+  std::vector<Vector> reference_px, place_px(static_cast<std::size_t>(lattice.count()));
+  std::vector<Spot> spots;
+  std::vector<std::uint8_t> there, labelled(place_px.size());
+  std::mt19937 random(3);
+  for (int i = 0; i < lattice.count(); ++i) {
+    reference_px.push_back(
+        {100.0F + kAcross_px * static_cast<float>(i % kSide), 100.0F + kDown_px * static_cast<float>(i / kSide)});
+    there.push_back(random() % 10 == 0 ? 0 : 1);
+    if (there.back() != 0) spots.push_back({reference_px.back().u, reference_px.back().v, 100.0F});
+  }
+  Labeller labeller({lattice}, 640, 480, 4 * lattice.count());
+  const std::span<const Spot> all(spots);
+  ASSERT_TRUE(labeller.label({&all, 1}, reference_px, {}, place_px, labelled));
+  EXPECT_EQ(labelled, there);
+  for (std::size_t i = 0; i < place_px.size(); ++i) {
+    if (labelled[i] == 0) continue;
+    EXPECT_EQ(place_px[i].v, reference_px[i].v) << i;
+  }
 }
 
 /// The camera sees the gel well; the file has it `distance` and `angle` off, in random directions.

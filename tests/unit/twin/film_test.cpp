@@ -250,7 +250,7 @@ TEST(Film, RawPicturesComeInALoop) {
   const auto directory = std::filesystem::path(testing::TempDir()) / ("twin-film-" + std::to_string(getpid()));
   std::filesystem::create_directories(directory);
   std::ofstream(directory / "two.raw", std::ios::binary) << "aaaabbbb";
-  const auto film = RawFilm::open(directory / "two.raw", 4);
+  const auto film = RawFilm::open(directory / "two.raw", Format::kRgb8, 4);
   ASSERT_TRUE(film.has_value());
   for (const std::uint64_t number : {0U, 1U, 2U, 3U}) {
     Picture frame = picture(0.0, number);
@@ -263,9 +263,16 @@ TEST(Film, RawPicturesComeInALoop) {
                                               R"("image":)" +
                                                   std::to_string(number % 2) + "}");
   }
-  EXPECT_EQ(RawFilm::open(directory / "two.raw", 3).error().exitCode, EX_DATAERR);
-  EXPECT_EQ(RawFilm::open(directory / "two.raw", 0).error().exitCode, EX_DATAERR);
-  EXPECT_EQ(RawFilm::open(directory / "none.raw", 3).error().exitCode, EX_NOINPUT);
+  // A client may choose another format, of which the camera's buffer has the size.
+  Picture other = picture(0.0, 0);
+  other.format = Format::kMono8;
+  other.pixels.resize(2);
+  Truth truth;
+  (*film)->draw(other, truth);
+  EXPECT_EQ(other.pixels, std::vector<std::uint8_t>(2, 0));
+  EXPECT_EQ(RawFilm::open(directory / "two.raw", Format::kRgb8, 3).error().exitCode, EX_DATAERR);
+  EXPECT_EQ(RawFilm::open(directory / "two.raw", Format::kRgb8, 0).error().exitCode, EX_DATAERR);
+  EXPECT_EQ(RawFilm::open(directory / "none.raw", Format::kRgb8, 3).error().exitCode, EX_NOINPUT);
   std::filesystem::remove_all(directory);
 }
 

@@ -2,18 +2,23 @@
 #include "tests/support/seed.h"
 #include "tests/support/temporary_folder.h"
 
+#include <dirent.h>
+#include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <fstream>
 #include <random>
 #include <stdexcept>
 
 namespace tractiond::network::keys_test {
 namespace {
+
+int failingRead = 0;  ///< errno with which readdir() fails; 0: it does not
 
 namespace fs = std::filesystem;
 
@@ -57,6 +62,16 @@ TEST_F(KeysTest, BoxesKeyIsForTheGatewaysGroup) {
   EXPECT_TRUE(loadKeyPair(path));
   ASSERT_EQ(chmod(path.c_str(), 0644), 0);
   EXPECT_EQ(loadKeyPair(path).error().exitCode, EX_NOPERM);
+}
+
+TEST_F(KeysTest, ModesDoNotDependOnTheUmask) {
+  const mode_t before = umask(077);
+  const bool isAllowed = allow(folder_, {"ada", newKeyPair().publicKey, Permission::kRead}).has_value();
+  const bool isSaved = saveServerKey(folder_, newKeyPair()).has_value();
+  umask(before);
+  ASSERT_TRUE(isAllowed && isSaved);
+  EXPECT_EQ(modeOf(folder_ / "ada.key"), 0644U);
+  EXPECT_EQ(modeOf(serverKeyFile(folder_)), geteuid() == 0 ? 0640U : 0600U);
 }
 
 /// Makes this process root of a user namespace of its own, in which what the machine's root has is nobody's.
@@ -209,6 +224,28 @@ TEST_F(KeysTest, WhatCouldNotBeReadIsReadWhenItCan) {
   EXPECT_EQ(directory.keys().size(), 1U);
 }
 
+/// A key that is revoked meanwhile is allowed until then; one that is only not listed must not be cut off.
+TEST_F(KeysTest, DirectoryThatIsReadInPartChangesNoKey) {
+  const std::string ada = newKeyPair().publicKey;
+  ASSERT_TRUE(allow(folder_, {"ada", ada, Permission::kRead}));
+  KeyDirectory directory(folder_);
+  ASSERT_TRUE(directory.refresh());
+  failingRead = EIO;
+  EXPECT_TRUE(directory.refresh());
+  EXPECT_FALSE(directory.refresh()) << "is told once";
+  KeyDirectory fresh(folder_);
+  EXPECT_TRUE(fresh.refresh());
+  failingRead = 0;
+  EXPECT_NE(directory.find(ada), nullptr);
+  ASSERT_EQ(directory.faults().size(), 1U);
+  EXPECT_EQ(directory.faults()[0].where, folder_);
+  EXPECT_TRUE(fresh.keys().empty());
+  EXPECT_EQ(fresh.faults().size(), 1U);
+  EXPECT_TRUE(directory.refresh());
+  EXPECT_TRUE(directory.faults().empty());
+  EXPECT_NE(directory.find(ada), nullptr);
+}
+
 TEST_F(KeysTest, TooManyAllowNobody) {
   for (int i = 0; i < 1001; ++i) put(std::to_string(i) + ".key", "");
   KeyDirectory directory(folder_);
@@ -230,3 +267,11 @@ TEST_F(KeysTest, SecretKeyOfOthersIsRefused) {
 
 }  // namespace
 }  // namespace tractiond::network::keys_test
+
+/// Comes before the C library's.
+extern "C" dirent* readdir(DIR* directory) {
+  static const auto function = reinterpret_cast<dirent* (*)(DIR*)>(dlsym(RTLD_NEXT, "readdir"));
+  if (tractiond::network::keys_test::failingRead == 0) return function(directory);
+  errno = tractiond::network::keys_test::failingRead;
+  return nullptr;
+}
