@@ -52,17 +52,24 @@ bool canOthersWrite(const struct stat& of) {
   return S_ISDIR(of.st_mode) && (of.st_mode & S_IWOTH) != 0;
 }
 
-/// Returns whether another user controls an open directory, or may have made the link `path` to it, or the directory
-/// that `path` is in: below one that every user can write into, as /tmp, each name is that of the first to take it.
+bool isTrusted(const struct stat& of) {
+  return (of.st_uid == geteuid() || of.st_uid == 0) && !canOthersWrite(of);
+}
+
+/// Returns whether another user may control an open directory: every user can write into it, or into the directory that
+/// it is in, or the one above that, as /tmp, where each name belongs to the first who takes it.
 bool isOfOthers(const fs::path& path, int descriptor) {
   struct stat own {
   }, link{}, parent{}, above{};
-  const fs::path folder = path.parent_path();
-  if (fstat(descriptor, &own) != 0 || lstat(path.c_str(), &link) != 0) return true;
-  if (own.st_uid != geteuid() || link.st_uid != geteuid() || canOthersWrite(own)) return true;
-  if (stat(folder.parent_path().c_str(), &above) != 0 || !canOthersWrite(above)) return false;
-  if (lstat(folder.c_str(), &parent) != 0) return true;
-  return (parent.st_uid != geteuid() && parent.st_uid != 0) || canOthersWrite(parent);
+  std::error_code failure;
+  fs::path name = fs::absolute(path, failure).lexically_normal();
+  if (!name.has_filename()) name = name.parent_path();  // without the slash at the end
+  const fs::path folder = name.parent_path();
+  if (failure || fstat(descriptor, &own) != 0 || lstat(name.c_str(), &link) != 0) return true;
+  if (stat(folder.c_str(), &parent) != 0 || stat(folder.parent_path().c_str(), &above) != 0) return true;
+  if (canOthersWrite(own)) return true;
+  if (canOthersWrite(parent) && !(isTrusted(own) && isTrusted(link))) return true;
+  return canOthersWrite(above) && (lstat(folder.c_str(), &parent) != 0 || !isTrusted(parent));
 }
 
 }  // namespace
@@ -122,7 +129,7 @@ tl::expected<OwnDirectory, Error> OwnDirectory::claim(const fs::path& path, cons
   OwnDirectory directory(path, descriptor, made);
   if (isOfOthers(path, descriptor)) {
     return unusable(what, path, EX_NOPERM,
-                    "it, a link to it or the directory above belongs to another user, or every user can write into it");
+                    "another user may control it, as every user can write into it or a directory above");
   }
   if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
     if (errno != EWOULDBLOCK) return unusable(what, path, errno);
