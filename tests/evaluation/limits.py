@@ -64,7 +64,7 @@ def touched(found):
 def smallest_press(report, quick, thickness, generator):
     gel, frames = chain.gel_text(thickness), 200 if quick else 3000
     unit = np.array([shapes.displacements(thickness, *one) for one in presses(20 if quick else 300, generator)])
-    idle = run(report, np.zeros((frames, 1152, 3)), gel=gel, zero_every=25, seed=generator.integers(2**20))
+    idle = run(report, np.zeros((frames, 1152, 3)), gel=gel, zero_every=100, seed=generator.integers(2**20))
     alarms = touched(idle)
     size = np.linalg.norm(idle.resultant_N[alarms], axis=1) / GF
     report.row(
@@ -78,7 +78,7 @@ def smallest_press(report, quick, thickness, generator):
     )
 
     def share(force):
-        found = run(report, force * GF * unit, gel=gel, zero_every=10, seed=generator.integers(2**20))
+        found = run(report, force * GF * unit, gel=gel, zero_every=40, seed=generator.integers(2**20))
         return (found["contact_count"] > 0).mean()
 
     smallest, lines = found_from(share, FORCES)
@@ -108,7 +108,7 @@ def closest_pair(report, quick, thickness, generator):
             unit.append(shapes.displacements(thickness, *(np.hstack(both) for both in zip(*pair))))
             places.append([centre - half, centre + half])
         found = run(
-            report, 100 * GF * np.repeat(unit, 2, axis=0), gel=gel, zero_every=10, seed=generator.integers(2**20)
+            report, 100 * GF * np.repeat(unit, 2, axis=0), gel=gel, zero_every=40, seed=generator.integers(2**20)
         )
         shares[distance] = np.mean(
             [told_apart(seen, at) for seen, at in zip(found.contacts_found, np.repeat(places, 2, axis=0))]
@@ -121,7 +121,7 @@ def closest_pair(report, quick, thickness, generator):
         while shape == "disc" and load.points.shape[1] * 0.25 > 80:  # at most 10 mm across
             load = shapes.single(shape, generator, force=100 * GF, mixture="friction")
         single.append(shapes.displacements(thickness, load.points, load.forces))
-    alone = run(report, np.repeat(single, 2, axis=0), gel=gel, zero_every=10, seed=generator.integers(2**20))
+    alone = run(report, np.repeat(single, 2, axis=0), gel=gel, zero_every=40, seed=generator.integers(2**20))
     split = (alone["contact_count"] > 1).mean()
     report.row(
         f"{thickness} mm, two contacts of 100 gf told apart from; false splits of a ball or a disc",

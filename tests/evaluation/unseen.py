@@ -28,6 +28,7 @@ PALM_LIMIT = {15: 0.06, 25: 0.06, 40: 0.03}
 # Median widths of the force's interval that version 0.1 states in ball_widths() [gf], of four seeds.
 WIDTH_OF_0_1 = (1.6, 1.6, 4.9)
 OF_A_CAMERA = 20  # loads that share one
+OF_A_ZERO = 20  # loads; a zero takes as long as ten frames
 
 
 class Drawn:
@@ -73,7 +74,7 @@ def known(drawn, frames, report, seed):
     """The block is what the gel file says."""
     gel = chain.gel_text(drawn.thickness) + ALL_KNOWN
     unit = np.repeat(drawn.displacement, frames, axis=0)
-    return Measured(limits.run(report, unit, gel=gel, zero_every=5 * frames, seed=seed), drawn.wrench, frames)
+    return Measured(limits.run(report, unit, gel=gel, zero_every=OF_A_ZERO * frames, seed=seed), drawn.wrench, frames)
 
 
 def stray_of(drawn, number, generator):
@@ -108,7 +109,7 @@ def strayed(drawn, frames, report, seed):
                 gel=chain.gel_text(drawn.thickness),
                 twin_gel=camera,
                 stray=motion,
-                zero_every=5 * frames,
+                zero_every=OF_A_ZERO * frames,
                 seed=seed + first + 1,
             )
         )
@@ -276,7 +277,7 @@ def ball_widths(report, quick):
     forces = 5 * 80 ** ((np.arange(count) + generator.uniform(0, 1, count)) / count) * GF
     balls = [shapes.single("ball", generator, force=force, mixture="friction") for force in forces]
     moved = np.array([shapes.displacements(40, ball.points, ball.forces) for ball in balls])
-    found = limits.run(report, moved, gel=chain.gel_text(40), zero_every=10, seed=report.seed)
+    found = limits.run(report, moved, gel=chain.gel_text(40), zero_every=OF_A_ZERO, seed=report.seed)
     wrench = np.array([ball.resultant for ball in balls])
     width = 2 * 1.96 * np.median(Measured(found, wrench, 1).deviation[:, 0, :3], axis=0) / GF
     report.row(
