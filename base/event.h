@@ -16,7 +16,7 @@ class Event {
   Event(const Event&) = delete;
   Event& operator=(const Event&) = delete;
 
-  /// Signals the event and wakes a thread in wait().
+  /// Signals the event and wakes a thread in wait(). May change errno.
   void signal() noexcept;
 
   /// Waits for a signal and clears it: several signals count as one. Returns true if there was one, false after

@@ -51,9 +51,10 @@ void Previewer::offer(const Copy& copy, std::int64_t now_ns) {
   preview_.flags = copy.flags;
   preview_.zero = copy.zero;
   publisher_.offerPreview(preview_);
-  // Keeps a fixed pace, unless pictures arrive more slowly.
+  // Keeps a fixed pace, unless pictures arrive more slowly or after a pause.
   const auto period_ns = static_cast<std::int64_t>(1e9 / options_.rate_Hz);
-  due_ns_ = std::max(due_ns_ + period_ns, now_ns);
+  due_ns_ += period_ns;
+  if (due_ns_ <= now_ns) due_ns_ = now_ns + period_ns;
 }
 
 }  // namespace tractiond

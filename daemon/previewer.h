@@ -22,7 +22,8 @@ struct PreviewOptions {
 /// Bound to its thread, except for takeFrame().
 class Previewer {
  public:
-  /// The publisher must outlive this. \param clock [ns]
+  /// The publisher must outlive this. Any thread. \param clock [ns]
+  /// \throws std::system_error if the process has no file descriptor left
   Previewer(publish::Publisher& publisher, const PreviewOptions& options, std::int64_t (*clock)() = monotonicNow);
 
   /// Copies the frame if turn() has asked for one, and wakes turn(). A frame that is larger than the memory is left

@@ -70,7 +70,8 @@ class Recorder {
   /// in the file.
   tl::expected<void, Error> close();
 
-  /// Describes for an operator how many pictures and fields are in the file, and how many are missing in it.
+  /// Describes for an operator, in a line, how many pictures and fields are in the file (what waits is not), and how
+  /// many found the queue full. What an error of the file lost is not counted.
   std::string account() const;
 
  private:

@@ -1,5 +1,7 @@
-// Converts messages to JSON objects of one line. Keys are those of proto/traction/v1; the header's keys are at the top
-// level.
+// Converts messages to JSON objects of one line. Keys are mostly those of proto/traction/v1; the header's are at the
+// top level, with "topic", the kind of the message ("field"), and "arrived_ns". In a description "rest_pose" is the
+// zero of the protocol, "calibration_time_ns" is calibration.time_ns, "same_host" stands for host and "contrast" for
+// darker.
 #pragma once
 
 #include "traction/control.h"

@@ -32,7 +32,8 @@ class Box {
   /// Reads a file, about 1 MiB of it at most; the rest is left out without an error. Does not wait for a pipe or a
   /// device.
   Reading read(const std::string& path) const;
-  /// Returns the first line without blanks at its ends; empty if the file is; nothing if it cannot be read.
+  /// Returns the first line without blanks (space, tab, final '\r') at its ends; empty if the file is; nothing if
+  /// read() has an error, even after some text.
   std::optional<std::string> line(const std::string& path) const;
   /// Returns the number that the first line consists of; nothing if it is not a number, or cannot be read.
   std::optional<double> number(const std::string& path) const;
@@ -98,7 +99,7 @@ std::vector<Process> processesOf(const Box& box);
 
 /// Splits a line at its blanks; no word is empty.
 std::vector<std::string> wordsOf(const std::string& line);
-/// Splits a text at its line ends, which are left out; empty lines are kept, but none follows the last line end.
+/// Splits a text at each '\n', which is left out; empty lines are kept, but none follows the last '\n'.
 std::vector<std::string> linesOf(const std::string& text);
 
 }  // namespace traction::doctor

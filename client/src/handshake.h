@@ -34,7 +34,7 @@ class Handshake {
   /// Takes the next monitor event; ignores kinds other than kHandshakeEvents. \param value of the event
   /// \return kNotAllowed, once it is certain that no connection is possible: at once if the peer refuses the key, after
   /// `strangers` mismatches, or after 5 (25 without keys) connections that end without a reason, the latter only before
-  /// the first success; the count then begins anew. Nothing otherwise.
+  /// the first success; that count then begins anew. Nothing otherwise, as after other protocol failures.
   std::optional<Error> take(std::uint16_t event, std::uint32_t value);
 
  private:

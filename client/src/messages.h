@@ -37,7 +37,8 @@ Zero zeroOf(const pb::Zero& from);
 /// bytes, or if a number of the gel, a layer, the nodes, the camera, the zero or the body is not finite. Does not check
 /// the numbers of the header and the solver.
 Description descriptionOf(const pb::Description& from);
-/// Takes over a status and decodes its header; fails if a histogram has another number of counts than its bounds need.
+/// Takes over a status and decodes its header. Fails if an id is neither empty nor of 16 bytes, or if a histogram has
+/// counts, but not one more than bounds. Does not check that numbers are finite.
 Status statusOf(pb::Status from);
 
 }  // namespace traction

@@ -119,12 +119,17 @@ class FrameGate {
   void countSurplus(std::int64_t host_ns);
   static std::int64_t frameTime(const Track& track);
   static std::int64_t longestMean(const Track& track);
+  /// Returns by how much an id may advance in `elapsed_ns` (by either clock, at least 0), at least 1. \param period_ns
+  /// of the frames; 0: not known
   std::uint64_t largestStep(std::int64_t period_ns, std::int64_t elapsed_ns) const;
   Judgement acceptNext(const Arrival& arrival, Fit fit);
   Judgement acceptCandidate(const Arrival& arrival);
   Judgement accept(const Track& next, std::uint64_t step, bool newTimeline, bool jumped);
   std::uint64_t thrownBefore(const Track& next, std::uint64_t step) const;
   void markArrived(const Arrival& arrival);
+  /// Doubts pictures for Options::doubt_ns if packets came twice, or more came late than frames that were given up and
+  /// the time since `current_` beyond `step` frames account for; then forgets late_ and twice_. Called for each new
+  /// picture, before it becomes `current_`.
   void weigh(std::int64_t host_ns, std::uint64_t step);
   bool isEarly(const Arrival& arrival) const;
   bool seenBefore(const Arrival& arrival) const;

@@ -42,7 +42,7 @@ class GvcpSearch {
   };
   void listenTo(const std::string& address);
   void send(const std::string& address);
-  void sendToAll();
+  void sendToAll();  ///< to the broadcast address of each IPv4 network, not to loopback; ignores errors
   std::optional<Answer> receive(std::int64_t until_ns);
 
   std::uint16_t port_;

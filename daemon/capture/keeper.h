@@ -135,7 +135,11 @@ class Keeper {
   std::int64_t offer(std::shared_ptr<const CameraInfo> seen);
   std::int64_t pause();
   std::int64_t accompany();
+  /// Lets calls_ call the driver, and does not wait: however long that takes, the keeper does not count as hanging.
+  /// Must not be called while `answers_` is set. Returns when the next turn is due, as turn().
   std::int64_t callAside(std::function<void(Driver&, Answers&)> what);
+  /// Handles what the last liveness check said, which ends it, and what the call of callAside() returned, if that has
+  /// ended. Does not wait for the driver; may call `say`.
   void heedAnswers();
   std::int64_t lose();
   void close(std::chrono::milliseconds patience);

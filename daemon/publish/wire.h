@@ -40,7 +40,8 @@ class DescriptionMessage {
   std::size_t fill(const Heading& heading);
   /// Writes the message; `bytes` must have room for the size that fill() returned.
   void write(std::uint8_t* bytes) const;
-  std::string bytes() const;  ///< Returns the message as write() writes it.
+  /// Returns the message as write() writes it; without fill(), with the identity alone in its header.
+  std::string bytes() const;
 
  private:
   std::unique_ptr<traction::v1::Description> message_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cstdint>
+#include <limits>
 
 namespace tractiond {
 
@@ -73,8 +75,9 @@ constexpr std::array<PixelFormatTraits, 56> kFormats{{
 
 int PixelFormatTraits::stride(int width) const {
   const bool pairs = packing == PixelPacking::kTriple || colours >= PixelColours::kYuyv;
-  const int rowBits = width * bitsPerPixel;
-  return rowBits % 8 != 0 || (pairs && width % 2 != 0) ? 0 : rowBits / 8;
+  const std::int64_t rowBits = std::int64_t{width} * bitsPerPixel;
+  if (rowBits % 8 != 0 || (pairs && width % 2 != 0) || rowBits / 8 > std::numeric_limits<int>::max()) return 0;
+  return static_cast<int>(rowBits / 8);
 }
 
 std::span<const PixelFormatTraits> pixelFormats() {

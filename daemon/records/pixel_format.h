@@ -114,7 +114,7 @@ struct PixelFormatTraits {
     return (pixels * static_cast<std::size_t>(bitsPerPixel) + 7) / 8;
   }
   /// Returns the bytes from row to row, without padding; 0 if rows begin within a byte, or within a group of pixels
-  /// that share bytes.
+  /// that share bytes, or if that is more than an int holds.
   int stride(int width) const;
 };
 

@@ -15,7 +15,7 @@ class Amplitudes {
   explicit Amplitudes(const Factors& factors);
 
   /// Starts with a frame's displacements, 2M [px], 0 at the missing coordinates, and no modes. Both must live until the
-  /// next call.
+  /// next take().
   void take(std::span<const float> displacement_px, std::span<const int> missing);
 
   /// Computes the amplitudes of the first `modes` modes, at least as many as were read and at most Factors::rank().

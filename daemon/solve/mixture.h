@@ -29,7 +29,8 @@ class Mixture {
   int count() const { return count_; }  ///< Returns the number of posteriors.
   /// Returns the share of the i-th posterior, 0 to 1.
   double share(int i) const { return parts_[static_cast<std::size_t>(i)].share; }
-  std::span<const double> pointForces_N() const { return mean_; }  ///< Returns the mean forces of the points, 3P.
+  /// Returns the mean forces of the points, 3P; set by weigh() and clear().
+  std::span<const double> pointForces_N() const { return mean_; }
   std::array<double, 6> wrench() const;         ///< Returns the mean force and moment about the origin [N, N m].
   std::array<double, kMotions> motion() const;  ///< Returns the mean motion, in deviations of its prior.
   double squaredResidual_px2() const;           ///< Returns the mean of the squared residuals [px^2].

@@ -19,7 +19,7 @@ namespace tractiond::track {
 /// Thread-bound. read() allocates only for the first picture of a format and size.
 class Planes {
  public:
-  /// \param layers one or two, for which trackable() succeeds
+  /// \param layers one or two, for which trackable() succeeds; copied
   explicit Planes(std::span<const sensor::MarkerLayer> layers);
 
   /// Makes the planes of a picture. They are valid until the next call, and no longer than the frame's memory. \param

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <set>
 
 namespace tractiond::pixel_format_test {
@@ -101,6 +102,7 @@ TEST(PixelFormat, SizesArePackedWithoutGaps) {
   EXPECT_EQ(format("Mono12Packed").stride(641), 0);
   EXPECT_EQ(format("Mono10p").stride(642), 0);
   EXPECT_EQ(format("RGB16").stride(5), 30);
+  EXPECT_EQ(format("RGB8").stride(std::numeric_limits<int>::max()), 0) << "as a forged picture may state it";
 }
 
 TEST(PixelFormat, WordsForPeopleNameAll) {
