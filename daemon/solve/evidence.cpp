@@ -153,13 +153,13 @@ SurestForce Evidence::surest(std::span<const double> amplitudes, double noise_px
     const auto matched = Eigen::Vector3d::Map(matched_.data() + 3 * static_cast<Index>(a));
     const Eigen::Vector3d force = alone_[static_cast<std::size_t>(a)] * matched;
     const double reduction = matched.dot(force) / square(noise_px);
-    if (reduction > surest.squaredDeviations) surest = {reduction, force.norm()};
+    if (reduction > surest.squaredDeviations) surest = {reduction, a, force};
   }
   return surest;
 }
 
 double Evidence::leastTypical_N(const SurestForce& force) const {
-  return force.force_N / std::sqrt(static_cast<double>(everyPoint_.size()));
+  return force.force_N.norm() / std::sqrt(static_cast<double>(everyPoint_.size()));
 }
 
 /// Multiplies the rows of V of all atoms (3A) by the first `used` elements of filtered_.

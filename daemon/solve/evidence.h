@@ -37,7 +37,8 @@ inline double evident(const AtomMoments& moments, int atom, double surety) {
 /// The force that alone explains a picture best: of one atom, by least squares.
 struct SurestForce {
   double squaredDeviations = 0.0;  ///< by how much it reduces the squared residual [n^2]; chi^2 of 3 degrees by noise
-  double force_N = 0.0;            ///< its magnitude
+  int atom = 0;
+  Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
 };
 
 /// Thread-bound. Allocates only when made.

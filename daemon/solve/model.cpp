@@ -132,9 +132,9 @@ bool Model::look(const Displacements& picture, std::span<const float> displaceme
   };
   readMore();
   complete();
-  const SurestForce surest = evidence_.surest(amplitudes_.values(), picture.noise_px);
-  if (surest.squaredDeviations < square(surety)) return false;
-  least_N = evidence_.leastTypical_N(surest);
+  surest_ = evidence_.surest(amplitudes_.values(), picture.noise_px);
+  if (surest_.squaredDeviations < square(surety)) return false;
+  least_N = evidence_.leastTypical_N(surest_);
   while (readMore()) {
     while (readMore()) {
     }
@@ -146,9 +146,14 @@ bool Model::look(const Displacements& picture, std::span<const float> displaceme
 
 /// Does one round: prior, selection, posterior. Its moments are what the next round begins with.
 Model::Found Model::round(const Displacements& picture, int most, bool last) {
-  if (!prior_.follow(moments_)) return Found::kNothing;
-  selection_.choose(prior_.gamma_N2(), most, true, picture.noise_px, chosen_);
-  if (chosen_.atoms.empty()) return Found::kNothing;
+  if (!choose(picture, most)) {
+    // A broad contact may be divided among so many atoms that none of them is evident.
+    if (surest_.squaredDeviations < square(options_.certainty)) return Found::kNothing;
+    std::fill(moments_.mean_N.begin(), moments_.mean_N.end(), 0.0);
+    std::fill(moments_.noise_N2.begin(), moments_.noise_N2.end(), 0.0);
+    Eigen::Vector3d::Map(moments_.mean_N.data() + 3 * static_cast<std::ptrdiff_t>(surest_.atom)) = surest_.force_N;
+    if (!choose(picture, most)) return Found::kNothing;
+  }
   if (last) {
     if (!roughen(picture, most)) return Found::kFailed;
   } else {
@@ -162,6 +167,13 @@ Model::Found Model::round(const Displacements& picture, int most, bool last) {
   if (!last) posterior_.noise_N2(noise_);  // after the last one looksAgain() may ask for it
   degrees_ = posterior_.keep(noise_, moments_);
   return Found::kAtoms;
+}
+
+/// Chooses atoms by the moments. Returns false if there are none.
+bool Model::choose(const Displacements& picture, int most) {
+  if (!prior_.follow(moments_)) return false;
+  selection_.choose(prior_.gamma_N2(), most, true, picture.noise_px, chosen_);
+  return !chosen_.atoms.empty();
 }
 
 /// Adds the roughness and solves, twice: the second time from the forces of the first.

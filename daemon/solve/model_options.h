@@ -35,6 +35,10 @@ struct ModelOptions {
   /// SurestForce's deviations in a picture, below which nothing touches. Sets the rate of false alarms.
   double detection = 4.8;
 
+  /// SurestForce's deviations in a picture, from which on its atom is evident even if a round finds no other. Noise
+  /// does not reach them.
+  double certainty = 6.0;
+
   /// beta: reach over which neighbouring atoms of a level share their prior variance [distances of neighbours].
   double coupling = 0.5;
 

@@ -41,6 +41,12 @@ DenseModel::Result DenseModel::solve(const Vector& displacement, const std::vect
       const int most = options_.most[time][i];
       gamma = coupled(evident(seen)).cwiseQuotient(coupled(seen.known));
       if (detected) result.atoms = select(gamma, size, most, n2);
+      if (result.atoms.empty() && std::sqrt(sure.squaredDeviations) >= options_.certainty) {
+        seen = {Vector::Zero(H.cols()), seen.known, Vector::Zero(shape_.cols())};
+        seen.mean.segment<3>(3 * sure.atom) = sure.force;
+        gamma = coupled(evident(seen)).cwiseQuotient(coupled(seen.known));
+        result.atoms = select(gamma, size, most, n2);
+      }
       if (result.atoms.empty()) {
         result.forces = Vector::Zero(3 * shape_.rows());
         fit = posterior(H, motion, d, n2, {}, gamma, {}, Matrix(d.size(), 0));
@@ -155,13 +161,13 @@ DenseModel::Surest DenseModel::surest(const Modes& modes, const Vector& c) const
     const Vector force = of.colPivHouseholderQr().solve(c.head(used));
     const double reduction =
         (c.head(used).squaredNorm() - (c.head(used) - of * force).squaredNorm()) / (modes.noise_px * modes.noise_px);
-    if (reduction > result.squaredDeviations) result = {reduction, force.norm()};
+    if (reduction > result.squaredDeviations) result = {reduction, a, force};
   }
   return result;
 }
 
 double DenseModel::leastTau(const Surest& surest) const {
-  return surest.force / std::sqrt(3.0 * static_cast<double>(shape_.rows()));
+  return surest.force.norm() / std::sqrt(3.0 * static_cast<double>(shape_.rows()));
 }
 
 DenseModel::Seen DenseModel::start(const Modes& modes, const Vector& c, double least) const {

@@ -70,7 +70,9 @@ class DenseModel : protected DenseAtoms {
   double likeliest(const Modes& modes, const Vector& c, double least) const;
 
   struct Surest {
-    double squaredDeviations = 0.0, force = 0.0;
+    double squaredDeviations = 0.0;
+    Eigen::Index atom = 0;
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();
   };
 
   /// Fits the force of each atom alone to the modes of the first group. Returns that of the atom that explains most.

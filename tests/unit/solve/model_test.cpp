@@ -185,6 +185,17 @@ TEST(Model, FindsNothingInNoiseWhereTheTwinDoesNot) {
   EXPECT_GE(nothing, 15);
 }
 
+TEST(Model, FindsASureForceAlsoWhereNoAtomIsEvident) {
+  ModelOptions options = everyMode();
+  options.surety = 1e4;
+  Bench sure(smallSensor(), options);
+  const VectorXd displacement = sure.picture(square(0, 0, 6, 2), 7);
+  expectSame(sure.solve(displacement), sure.twin(displacement));
+  options.certainty = std::numeric_limits<double>::infinity();
+  Bench unsure(smallSensor(), options);
+  EXPECT_EQ(unsure.solve(displacement).outcome, Outcome::kNothing);
+}
+
 TEST(Model, KeepsNothingFromFrameToFrame) {
   Bench bench(smallSensor());
   const VectorXd a = bench.picture({{1, 2, kPress}}, 1), b = bench.picture(square(2, 0, 6, 3), 2);
