@@ -1,5 +1,6 @@
 #include "daemon/instance.h"
 
+#include "base/directory.h"
 #include "proto/traction/v1/endpoints.h"
 
 #include <fcntl.h>
@@ -46,10 +47,6 @@ tl::unexpected<Error> unusable(const std::string& what, const fs::path& path, in
 tl::unexpected<Error> unusable(const std::string& what, const fs::path& path, int error) {
   const bool denied = error == EACCES || error == EPERM || error == EROFS;
   return unusable(what, path, denied ? EX_NOPERM : EX_CANTCREAT, std::generic_category().message(error));
-}
-
-bool canOthersWrite(const struct stat& of) {
-  return S_ISDIR(of.st_mode) && (of.st_mode & S_IWOTH) != 0;
 }
 
 bool isTrusted(const struct stat& of) {

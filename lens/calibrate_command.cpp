@@ -158,8 +158,7 @@ void print(const std::vector<View>& views, const LensFit& fit, const Board& boar
   if (fit.aspectDeviation) {
     const tractiond::calibrate::AspectSeen seen{.expected = aspect, .aspect = fit.camera.aspect};
     std::printf("  note: %s: the pixels have another shape, or the pictures were resized; the gel file is given "
-                "camera.aspect = "
-                "%.4f\n",
+                "camera.aspect = %.4f\n",
                 seen.what().c_str(), fit.camera.aspect);
   }
   const double seen = reach(views, fit.camera);

@@ -1,5 +1,6 @@
 #include "base/network/keys.h"
 
+#include "base/directory.h"
 #include "base/toml_table.h"
 #include "base/whole_file.h"
 #include "proto/traction/v1/endpoints.h"
@@ -37,10 +38,6 @@ std::string publicOf(const std::string& secretKey) {
 void readKey(TomlTable& file, const char* name, std::string& key) {
   file.read(name, key);
   if (!isKey(key)) file.fail(name, "is not a key: 40 letters of Z85, as tractionctl keys new prints them");
-}
-
-bool canOthersWrite(const struct stat& of) {
-  return (of.st_mode & S_IWOTH) != 0;
 }
 
 Error openToOthers(const fs::path& path, const std::string& what) {

@@ -47,8 +47,8 @@ class Posterior {
   double squaredResidual_px2() const { return squaredResidual_; }         ///< |d - B x|^2; rounding may make it < 0
   const std::array<double, kMotions>& motion() const { return motion_; }  ///< in deviations of its prior
 
-  /// Computes noise_a of the chosen atoms, in their order [N^2]; takes as long as fit(). \param noise at
-  /// least as many elements; the rest stays unchanged
+  /// Computes noise_a of the chosen atoms, in their order [N^2]; takes as long as fit(). \param noise at least as
+  /// many elements; the rest stays unchanged
   void noise_N2(std::span<double> noise);
 
   /// Copies the results of the chosen atoms, and `noise` (noise_N2()), into the moments of all atoms; those of other
