@@ -191,6 +191,11 @@ Atoms makeAtoms(const sensor::Sensor& sensor) {
   return atoms;
 }
 
+bool Atoms::isAmbiguous(int atom) const {
+  const auto holds = [atom](const Level& level) { return level.first <= atom && atom < level.end; };
+  return std::find_if(levels.begin(), levels.end(), holds)->ambiguous;
+}
+
 int Atoms::nodeCount() const {
   return 1 + *std::max_element(nodes.begin(), nodes.end());
 }

@@ -35,6 +35,8 @@ struct Atoms {
   int pointCount() const { return static_cast<int>(shape.rows()); }
   /// Returns A.
   int count() const { return static_cast<int>(shape.cols()); }
+  /// Returns whether an atom belongs to an ambiguous level.
+  bool isAmbiguous(int atom) const;
   int nodeCount() const;  ///< Returns N, the number of nodes of the sensor.
   /// Returns the index of the node at which a point's force is published.
   int nodeOf(int point) const { return nodes[nearest[point]]; }

@@ -36,6 +36,11 @@ void resize(AtomMoments& moments, int atoms) {
   moments.noise_N2.assign(count, 0.0);
 }
 
+void makeEvident(const SurestForce& force, AtomMoments& moments) {
+  Eigen::Vector3d::Map(moments.mean_N.data() + 3 * static_cast<Index>(force.atom)) = force.force_N;
+  moments.noise_N2[static_cast<std::size_t>(force.atom)] = 0.0;
+}
+
 Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOptions& options)
     : factors_(factors)
     , atoms_(atoms)
@@ -175,8 +180,9 @@ void Evidence::addUpModes(int used, std::vector<double>& sums) {
   }
 }
 
-void Evidence::start(std::span<const double> amplitudes, double noise_px, double least_N, AtomMoments& moments) {
-  const int best = likeliest(amplitudes, noise_px, least_N),
+void Evidence::start(std::span<const double> amplitudes, double noise_px, const SurestForce& surest,
+                     AtomMoments& moments) {
+  const int best = likeliest(amplitudes, noise_px, leastTypical_N(surest)),
             used = std::min(used_[best], static_cast<int>(amplitudes.size()));
   for (int k = 0; k < used; ++k) {
     filtered_.data()[k] = (1.0 - unexplained_(k, best)) / factors_.singularValues[k] * amplitudes[k];
@@ -188,6 +194,7 @@ void Evidence::start(std::span<const double> amplitudes, double noise_px, double
     const double precision = mean.dot(precision_[best][a] * mean);
     moments.noise_N2[a] = precision > 0.0 ? 3.0 * square(noise_px) * mean.squaredNorm() / precision : 0.0;
   }
+  if (atoms_.isAmbiguous(surest.atom)) makeEvident(surest, moments);
 }
 
 void Evidence::subtract(std::span<const double> forces_N, std::span<double> amplitudes) {

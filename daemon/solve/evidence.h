@@ -41,6 +41,9 @@ struct SurestForce {
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
 };
 
+/// Replaces the moments of an atom by a force that is evident: it has no noise.
+void makeEvident(const SurestForce& force, AtomMoments& moments);
+
 /// Thread-bound. Allocates only when made.
 class Evidence {
  public:
@@ -63,8 +66,10 @@ class Evidence {
   double typicalForce_N(std::span<const double> amplitudes, double noise_px);
 
   /// Computes the moments of all atoms from the amplitudes, with the prior of their typicalForce_N(), but at least of
-  /// `least_N`. \param amplitudes as many as modesToRead() asks for
-  void start(std::span<const double> amplitudes, double noise_px, double least_N, AtomMoments& moments);
+  /// leastTypical_N(surest). Where the surest atom is ambiguous its force is made evident: a broad contact is divided
+  /// among so many atoms that few of them are, or none. \param amplitudes as many as modesToRead() asks for \param
+  /// surest force of the same picture
+  void start(std::span<const double> amplitudes, double noise_px, const SurestForce& surest, AtomMoments& moments);
 
   /// Subtracts from the amplitudes, of the first modes, at most r [px], those that the forces of the points (3P) cause.
   void subtract(std::span<const double> forces_N, std::span<double> amplitudes);

@@ -140,18 +140,17 @@ bool Model::look(const Displacements& picture, std::span<const float> displaceme
     }
     complete();
   }
-  evidence_.start(amplitudes_.values(), picture.noise_px, least_N, moments);
+  evidence_.start(amplitudes_.values(), picture.noise_px, surest_, moments);
   return true;
 }
 
 /// Does one round: prior, selection, posterior. Its moments are what the next round begins with.
 Model::Found Model::round(const Displacements& picture, int most, bool last) {
   if (!choose(picture, most)) {
-    // A broad contact may be divided among so many atoms that none of them is evident.
     if (surest_.squaredDeviations < square(options_.certainty)) return Found::kNothing;
     std::fill(moments_.mean_N.begin(), moments_.mean_N.end(), 0.0);
     std::fill(moments_.noise_N2.begin(), moments_.noise_N2.end(), 0.0);
-    Eigen::Vector3d::Map(moments_.mean_N.data() + 3 * static_cast<std::ptrdiff_t>(surest_.atom)) = surest_.force_N;
+    makeEvident(surest_, moments_);
     if (!choose(picture, most)) return Found::kNothing;
   }
   if (last) {
@@ -209,7 +208,7 @@ bool Model::looksAgain(const Displacements& picture) {
   evidence_.subtract(pointForce_, left);
   const SurestForce surest = evidence_.surest(left, picture.noise_px);
   if (surest.squaredDeviations < square(options_.surety)) return false;
-  evidence_.start(left, picture.noise_px, evidence_.leastTypical_N(surest), rest_);
+  evidence_.start(left, picture.noise_px, surest, rest_);
 
   first_ = rest_.known;
   posterior_.noise_N2(noise_);

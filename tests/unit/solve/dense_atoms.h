@@ -23,6 +23,7 @@ class DenseAtoms {
   static Matrix kronecker(const Matrix& shape);
 
   double squaredDistance(std::size_t a, std::size_t b) const;
+  bool isAmbiguous(Eigen::Index atom) const { return level_[static_cast<std::size_t>(atom)] >= 3; }
 
   sensor::Points points_;
   Matrix shape_;  // points x atoms

@@ -31,7 +31,7 @@ DenseModel::Result DenseModel::solve(const Vector& displacement, const std::vect
   const Vector size = H.colwise().squaredNorm().transpose();
 
   Result result;
-  Seen first = start(modes, amplitudes, least), seen = first;
+  Seen first = start(modes, amplitudes, sure), seen = first;
   const bool detected = std::sqrt(sure.squaredDeviations) >= options_.detection;
   for (std::size_t time = 0; time < 2; ++time) {
     Vector gamma;
@@ -90,7 +90,7 @@ DenseModel::Result DenseModel::solve(const Vector& displacement, const std::vect
     const Vector left = amplitudes - explained.head(amplitudes.size());
     const Surest more = surest(modes, left);
     if (std::sqrt(more.squaredDeviations) < options_.surety) break;
-    Seen rest = start(modes, left, leastTau(more));
+    Seen rest = start(modes, left, more);
     first = rest;
     keep(fit, result.atoms, rest);
     seen = rest;
@@ -170,8 +170,8 @@ double DenseModel::leastTau(const Surest& surest) const {
   return surest.force.norm() / std::sqrt(3.0 * static_cast<double>(shape_.rows()));
 }
 
-DenseModel::Seen DenseModel::start(const Modes& modes, const Vector& c, double least) const {
-  const double n2 = modes.noise_px * modes.noise_px, tau = likeliest(modes, c, least);
+DenseModel::Seen DenseModel::start(const Modes& modes, const Vector& c, const Surest& surest) const {
+  const double n2 = modes.noise_px * modes.noise_px, tau = likeliest(modes, c, leastTau(surest));
   const Eigen::Index used = std::min(visible(modes, tau), c.size());
   const Eigen::ArrayXd s = modes.s.head(used), s2 = s.square(), g = s2 * tau * tau / (s2 * tau * tau + n2);
   const Matrix V = modes.V.leftCols(used);
@@ -184,6 +184,10 @@ DenseModel::Seen DenseModel::start(const Modes& modes, const Vector& c, double l
     const Eigen::Matrix3d covariance = n2 * rows * (g.square() / s2).matrix().asDiagonal() * rows.transpose();
     const Eigen::Vector3d mean = seen.mean.segment<3>(3 * a);
     seen.noise[a] = 3 * mean.squaredNorm() / mean.dot(covariance.inverse() * mean);
+  }
+  if (isAmbiguous(surest.atom)) {
+    seen.mean.segment<3>(3 * surest.atom) = surest.force;
+    seen.noise[surest.atom] = 0.0;
   }
   return seen;
 }
@@ -257,7 +261,7 @@ void DenseModel::roughen(std::vector<int>& atoms, Vector& gamma, const Vector& m
                          double n2) const {
   Vector whole = beneath(kronecker(shape_) * mean, true);
   for (Eigen::Index a = 0; a < whole.size(); ++a) {
-    const bool isSmall = level_[static_cast<std::size_t>(a)] < 3 && !(a < points_.cols() && beyond_[a]);
+    const bool isSmall = !isAmbiguous(a) && !(a < points_.cols() && beyond_[a]);
     if (isSmall) whole[a] *= options_.roughness * options_.roughness;
   }
   for (const int a : atoms) whole[a] += gamma[a];

@@ -78,8 +78,8 @@ class DenseModel : protected DenseAtoms {
   /// Fits the force of each atom alone to the modes of the first group. Returns that of the atom that explains most.
   Surest surest(const Modes& modes, const Vector& c) const;
 
-  /// `c`: of the first modes. `least`: the least tau.
-  Seen start(const Modes& modes, const Vector& c, double least) const;
+  /// `c`: of the first modes.
+  Seen start(const Modes& modes, const Vector& c, const Surest& surest) const;
 
   /// Returns the tau of an even picture with the squared force of `surest`.
   double leastTau(const Surest& surest) const;

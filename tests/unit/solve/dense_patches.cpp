@@ -161,7 +161,7 @@ std::vector<DensePatches::Candidate> DensePatches::even(const Frame& frame, cons
     }
     Vector whole = beneath(pressing, true);
     for (Eigen::Index a = 0; a < whole.size(); ++a) {
-      const bool isTold = level_[static_cast<std::size_t>(a)] < 3 && !(a < points_.cols() && beyond_[a]);
+      const bool isTold = !isAmbiguous(a) && !(a < points_.cols() && beyond_[a]);
       if (isTold) whole[a] *= rho * rho;
     }
     std::vector<int> atoms;
@@ -218,11 +218,10 @@ std::vector<DensePatches::Candidate> DensePatches::around(const Frame& frame, co
   const Modes modes = modesOf(H, frame.motion, noise_px);
   const Vector amplitudes = modes.look * (left - frame.motion * motion);
   const Surest sure = surest(modes, amplitudes);
-  const double least = leastTau(sure);
   const bool isMore = std::sqrt(sure.squaredDeviations) >= options_.surety;
   const Vector nothing = Vector::Zero(shape_.cols());
-  const Seen first =
-      isMore ? start(modes, read(modes, amplitudes, least), least) : Seen{Vector::Zero(H.cols()), nothing, nothing};
+  const Seen first = isMore ? start(modes, read(modes, amplitudes, leastTau(sure)), sure)
+                            : Seen{Vector::Zero(H.cols()), nothing, nothing};
   Seen seen = first;
   const Vector size = H.colwise().squaredNorm().transpose();
   Vector smooth = Vector::Zero(shape_.cols());
