@@ -276,8 +276,8 @@ void Instrument::control(std::chrono::milliseconds timeout) {
   }
   processing_->turn();
   const std::int64_t now_ns = monotonicNow();
-  frozenPeers_->look(now_ns);
-  for (const std::string& line : {inflow_.look(now_ns), connections_.look(now_ns)}) {
+  frozenPeers_->endFrozen(now_ns);
+  for (const std::string& line : {inflow_.nextLine(now_ns), connections_.nextLine(now_ns)}) {
     if (!line.empty()) spdlog::warn("warning: {}", line);
   }
   watchUnsent(now_ns);

@@ -40,7 +40,7 @@ std::string fixed(double value, int digits) {
   return text;
 }
 
-std::vector<View> look(const CalibrateOptions& options, Faults& faults) {
+std::vector<View> readViews(const CalibrateOptions& options, Faults& faults) {
   std::vector<View> views;
   for (const std::string& file : options.pictures) {
     const auto picture = readPicture(file);
@@ -176,7 +176,7 @@ Done calibrate(const CalibrateOptions& options) {
   auto file = loadCamera(options.gel);
   if (!file) return tl::unexpected(file.error());
   Faults faults;
-  const std::vector<View> views = look(options, faults);
+  const std::vector<View> views = readViews(options, faults);
   compare(views, faults);
   if (!faults.empty()) return tl::unexpected(faults);
   if (views.size() < kFewest) {

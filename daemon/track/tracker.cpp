@@ -46,8 +46,8 @@ Outcome Tracker::track(const Frame& frame, MarkerField& field) {
   workspace_.planes.read(frame);
   heedDecision();
   heedRequest();
-  const bool relabelled = follower_.look(frame.info.discontinuity);
-  if (taking_ && takingRequested_) candidate_.look(frame.info.discontinuity);
+  const bool relabelled = follower_.findMarkers(frame.info.discontinuity);
+  if (taking_ && takingRequested_) candidate_.findMarkers(frame.info.discontinuity);
   reportSight();
   heedVerdict();
   write(frame.info, relabelled, field);

@@ -24,7 +24,7 @@ DenseModel::Result DenseModel::solve(const Vector& displacement, const std::vect
   const Vector d = displacement(present);
   const double n2 = noise_px * noise_px;
   const Modes modes = modesOf(H, motion, noise_px);
-  const Vector all = modes.look * d;
+  const Vector all = modes.toAmplitudes * d;
   const Surest sure = surest(modes, all);
   const double least = leastTau(sure);
   const Vector amplitudes = read(modes, all, least);

@@ -216,7 +216,7 @@ std::vector<DensePatches::Candidate> DensePatches::around(const Frame& frame, co
   linear(frame, copy, motion, {});
   const double noise_px = std::sqrt(frame.n2);
   const Modes modes = modesOf(H, frame.motion, noise_px);
-  const Vector amplitudes = modes.look * (left - frame.motion * motion);
+  const Vector amplitudes = modes.toAmplitudes * (left - frame.motion * motion);
   const Surest sure = surest(modes, amplitudes);
   const double least = leastTau(sure);
   const bool isMore = std::sqrt(sure.squaredDeviations) >= options_.surety;

@@ -125,18 +125,18 @@ TEST(Model, AgreesWithTheDenseTwin) {
   }
 }
 
-TEST(Model, LooksAgainWhereTheTwinDoes) {
+TEST(Model, SearchesAgainWhereTheTwinDoes) {
   Bench bench(smallSensor(), fewAtoms());
-  int looks = 0;
+  int secondSearches = 0;
   for (const Load& load : {square(0, 0, 9, 4), Load{{-6, -4, 0.5 * kPress}, {6, 4, kPress}}, Load{{0, 0, 0.3 * kPress}},
                            Load{{9, -8, kPress}, {-7, 7, 0.05 * kPress}}}) {
     const VectorXd displacement = bench.picture(load, 12);  // no atom is just evident: it would make more of rounding
     const Estimate estimate = bench.solve(displacement);
     expectSame(estimate, bench.twin(displacement));
-    looks += estimate.rounds == 6 ? 1 : 0;
+    secondSearches += estimate.rounds == 6 ? 1 : 0;
   }
-  EXPECT_GE(looks, 2);
-  EXPECT_LE(looks, 3);
+  EXPECT_GE(secondSearches, 2);
+  EXPECT_LE(secondSearches, 3);
 }
 
 TEST(Model, AgreesOnOtherGels) {
