@@ -103,7 +103,7 @@ double reach(const std::vector<View>& views, const sensor::Camera& camera) {
   return seen / whole;
 }
 
-void judge(const std::vector<View>& views, const LensFit& fit, Faults& faults) {
+void checkFit(const std::vector<View>& views, const LensFit& fit, Faults& faults) {
   if (fit.oddView || fit.residual_px > kNoOneLens_px) {
     const auto worst = std::ranges::max_element(fit.viewResidual_px) - fit.viewResidual_px.begin();
     const auto i = static_cast<std::size_t>(fit.oddView.value_or(static_cast<int>(worst)));
@@ -198,7 +198,7 @@ Done calibrate(const CalibrateOptions& options) {
   LensFitOptions fitOptions;
   fitOptions.aspect = camera.aspect;
   const LensFit fit = fitLens(corners, options.board, width, height, fitOptions);
-  judge(views, fit, faults);
+  checkFit(views, fit, faults);
   if (!faults.empty()) return tl::unexpected(faults);
   print(views, fit, options.board, fitOptions.aspect);
 

@@ -88,7 +88,7 @@ class Tracker {
   /// thread.
   void setGelFits(const Id& zero, bool fits);
 
-  /// Returns whether there is a zero, and none has been judged yet (setGelFits()): track() would return kNoRestPose.
+  /// Returns whether there is a zero, and setGelFits() has been called for none: track() would return kNoRestPose.
   /// False without awaitsGelCheck. For track()'s thread.
   bool awaitsFirstVerdict();
 

@@ -89,10 +89,10 @@ ProcedureLinks Life::links() {
                        },
                    .compare =
                        [this](const RestPose& pose) {
-                         around_.zeros.judge(pose);
+                         around_.zeros.noteCompared(pose);
                          return GelReport();
                        },
-                   .report = [this](const RestPose& pose, const GelReport&) { tracker_.judge(pose.id); },
+                   .report = [this](const RestPose& pose, const GelReport&) { tracker_.setGelFits(pose.id); },
                    .describe =
                        [this](const RestPose& pose) {
                          around_.zeros.describe(pose);

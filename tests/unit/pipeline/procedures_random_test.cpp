@@ -23,7 +23,7 @@ class Day {
   explicit Day(unsigned seed)
       : generator_(seed)
       , bench_(uniform(2, 60), coarse()) {
-    bench_.onDescribed = [this](const RestPose& pose) { judge(pose); };
+    bench_.onDescribed = [this](const RestPose& pose) { expectAsked(pose); };
   }
 
   void run() {
@@ -139,7 +139,7 @@ class Day {
     averaged_ = 0;
   }
 
-  void judge(const RestPose& pose) {
+  void expectAsked(const RestPose& pose) {
     if (pose.requested) {
       EXPECT_TRUE(zeroAsked_s_) << "a zero that nobody waits for";
     } else {
