@@ -97,8 +97,8 @@ double reach(const std::vector<View>& views, const sensor::Camera& camera) {
     }
   }
   for (const View& view : views) {
-    const Eigen::Matrix2Xd apart = view.corners.place_px.colwise() - camera.principal_px;
-    seen = std::max(seen, apart.colwise().norm().maxCoeff());
+    const Eigen::Matrix2Xd fromPrincipal_px = view.corners.place_px.colwise() - camera.principal_px;
+    seen = std::max(seen, fromPrincipal_px.colwise().norm().maxCoeff());
   }
   return seen / whole;
 }

@@ -140,10 +140,10 @@ void Follower::markOverlaps() {
   for (int i = back.lattice.first; i < back.lattice.first + back.lattice.count(); ++i) {
     mixed_[i] = 0;
     workspace_->grid.near(place_[i].u, place_[i].v, farthest, [&](int other) {
-      const Vector apart = place_[other] - place_[i];
-      if (meets(backWindow, frontReach, apart.u, apart.v)) mixed_[i] = 1;
-      if (meets(frontWindow, backReach, apart.u, apart.v)) mixed_[other] = 1;
-      if (apart.squared() < hides * hides) valid_[i] = stepped_[i] = 0;
+      const Vector offset = place_[other] - place_[i];
+      if (meets(backWindow, frontReach, offset.u, offset.v)) mixed_[i] = 1;
+      if (meets(frontWindow, backReach, offset.u, offset.v)) mixed_[other] = 1;
+      if (offset.squared() < hides * hides) valid_[i] = stepped_[i] = 0;
     });
   }
 }

@@ -319,8 +319,8 @@ DenseModel::Fit DenseModel::posterior(const Matrix& H, const Matrix& motion, con
   const Matrix A = B.transpose() * B + n2 * Matrix::Identity(B.cols(), B.cols());
   const Matrix inverse = A.inverse();
   const Vector x = inverse * (B.transpose() * d);
-  const Matrix apart = inverse - n2 * inverse * inverse;
-  const Matrix noise = n2 * S * apart.topLeftCorner(3 * count, 3 * count) * S.transpose();
+  const Matrix ofNoise = inverse - n2 * inverse * inverse;
+  const Matrix noise = n2 * S * ofNoise.topLeftCorner(3 * count, 3 * count) * S.transpose();
   Fit fit{S * x.head(3 * count),
           Vector(count),
           Vector(count),

@@ -45,8 +45,8 @@ DensePatches::Mixed DensePatches::solve(const Vector& displacement, const std::v
     const Vector away = each.wrench - mixed.wrench;
     mixed.covariance += each.worth / sum * (each.covariance + away * away.transpose());
     if (each.change.size() == 0) continue;
-    const Vector apart = each.change - change;
-    unknown += each.worth / ofPatches * (each.changeCovariance + apart * apart.transpose());
+    const Vector deviation = each.change - change;
+    unknown += each.worth / ofPatches * (each.changeCovariance + deviation * deviation.transpose());
   }
   mixed.share = ofPatches / sum;
   const auto count = static_cast<Eigen::Index>(patches.size());
