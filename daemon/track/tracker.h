@@ -27,8 +27,8 @@ struct TrackOptions {
 
 enum class Outcome {
   kTracked,     ///< the field holds this frame
-  kNoRestPose,  ///< the first rest pose is still being taken, or not judged yet: the field must not be used, although
-                ///< in the latter case its markers may be marked as valid
+  kNoRestPose,  ///< no zero is in force yet: the first is still being taken, or was not compared with the gel file
+                ///< yet. The field must not be used, although in the latter case its markers may be marked as valid
 };
 
 /// Thread-bound, except for the functions marked thread-safe. track() allocates nothing, except in the first frame of a
