@@ -155,8 +155,8 @@ void GelWatch::tell() {
 void GelWatch::takeFrame(const Frame& frame) {
   Snapshot* const wanted = snapshots_.lent();
   if (!wanted) return;
-  wanted->take(frame);
-  if (wanted->fits) tracker_.show(*wanted);
+  wanted->copyFrom(frame);
+  if (wanted->fits) tracker_.fill(*wanted);
   snapshots_.giveBack();
 }
 

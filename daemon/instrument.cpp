@@ -240,7 +240,7 @@ ServiceHooks Instrument::hooks(std::function<tl::expected<Reread, Error>()> read
           .statusLine = [this] { return statusLine(); },
           .reload = reloader_->hook(std::move(read)),
           .others = [this] {  // calls every greeting: that also starts the next connection
-            const bool greeted = std::ranges::count_if(greetings_, &publish::Greeting::came) == std::ssize(greetings_);
+            const bool greeted = std::ranges::count_if(greetings_, &publish::Greeting::poll) == std::ssize(greetings_);
             return greeted && !camera_->isForsaken();
           }};
 }

@@ -151,7 +151,7 @@ bool Measurement::track(const Frame& frame, MarkerField& markers) {
   if (isFilm_) awaitFirstZero();
   const bool tracked = tracker_->track(frame, markers) == track::Outcome::kTracked;
   tracked_.add();
-  if (restSolver_) restSolver_->see(places_);
+  if (restSolver_) restSolver_->advanceZero(places_);
   markers.places = places_;
   gelWatch_->takeFrame(frame);
   if (recorder_) recorder_->takeFrame(frame, tracker_->inputs(), places_);

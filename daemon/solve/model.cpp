@@ -117,7 +117,7 @@ Model::Found Model::findField(const Displacements& picture, std::span<const floa
 /// Starts with all atoms alike. Returns false, without a start, if no force is as sure as `surety` says.
 bool Model::detect(const Displacements& picture, std::span<const float> displacement_px, double surety,
                    AtomMoments& moments) {
-  amplitudes_.take(displacement_px, picture.missing);
+  amplitudes_.begin(displacement_px, picture.missing);
   double least_N = 0.0;
   const auto readMore = [&] {
     const int modes = evidence_.modesToRead(amplitudes_.values(), picture.noise_px, least_N);
@@ -171,7 +171,7 @@ Model::Found Model::round(const Displacements& picture, int most, bool last) {
 
 /// Chooses atoms by the moments. Returns false if there are none.
 bool Model::choose(const Displacements& picture, int most) {
-  if (!prior_.follow(moments_)) return false;
+  if (!prior_.findGamma(moments_)) return false;
   selection_.choose(prior_.gamma_N2(), most, true, picture.noise_px, chosen_);
   return !chosen_.atoms.empty();
 }
@@ -182,7 +182,7 @@ bool Model::roughen(const Displacements& picture, int most) {
   for (int time = 0; time < kRoughenings; ++time) {
     if (time > 0) {
       keepMean();
-      prior_.see(moments_);
+      prior_.findEvident(moments_);
     }
     selection_.choose(roughness_.add(moments_.mean_N, smooth_), most, false, picture.noise_px, chosen_);
     prior_.direct(chosen_, true);

@@ -82,7 +82,7 @@ void Tracker::prepare(Snapshot& snapshot) const {
   snapshot.spotLayer.reserve(4 * count * follower_.layers().size());
 }
 
-void Tracker::show(Snapshot& snapshot) const {
+void Tracker::fill(Snapshot& snapshot) const {
   const Reference& reference = follower_.reference();
   const bool following = follower_.following();
   for (int i = 0; i < markers_; ++i) {

@@ -103,11 +103,11 @@ class Tracker {
   /// frame since the last call. Does not wait. Thread-safe, for one thread.
   bool takeSight(MarkerSight& sight) { return sights_.take(sight); }
 
-  /// Allocates the room that show() needs. Thread-safe.
+  /// Allocates the room that fill() needs. Thread-safe.
   void prepare(Snapshot& snapshot) const;
   /// Fills in the places and states of the markers and the spots in the last frame: all of a snapshot except the
   /// picture. Must follow prepare(); then allocates nothing. For track()'s thread.
-  void show(Snapshot& snapshot) const;
+  void fill(Snapshot& snapshot) const;
 
  private:
   /// A zero that can be restored.

@@ -160,7 +160,7 @@ void Life::stop() {
     while (pipeline_.turn(stage, 0ms)) {
     }
   }
-  pipeline_.settle();
+  pipeline_.countDiscarded();
   checkBalance(0);
 }
 
