@@ -69,16 +69,16 @@ void GelWatch::turn() {
     watchFirstZero(now_ns);
   }
   if (const Snapshot* const snapshot = snapshots_.take()) {
-    if (std::exchange(lookWanted_, false)) look(*snapshot);
+    if (std::exchange(examinationDue_, false)) examine(*snapshot);
   }
-  snapshots_.turn(lookWanted_);
+  snapshots_.turn(examinationDue_);
   if (fresh) tell();
 }
 
 void GelWatch::watchMissing(std::int64_t now_ns) {
   if (!isMissing(sight_)) {
     foundAt_ns_ = now_ns;
-    lookedAt_ns_ = 0;
+    examinedAt_ns_ = 0;
     if (!missing_.empty()) {
       spdlog::info("the markers are found again");
       missing_.clear();
@@ -86,9 +86,9 @@ void GelWatch::watchMissing(std::int64_t now_ns) {
     return;
   }
   if (now_ns - foundAt_ns_ < ns(options_.patience_s)) return;
-  if (lookedAt_ns_ != 0 && now_ns - lookedAt_ns_ < ns(options_.between_s)) return;
-  lookedAt_ns_ = now_ns;
-  lookWanted_ = true;
+  if (examinedAt_ns_ != 0 && now_ns - examinedAt_ns_ < ns(options_.between_s)) return;
+  examinedAt_ns_ = now_ns;
+  examinationDue_ = true;
 }
 
 void GelWatch::watchFirstZero(std::int64_t now_ns) {
@@ -113,7 +113,7 @@ void GelWatch::watchFirstZero(std::int64_t now_ns) {
   spdlog::warn("warning: {}", line);
 }
 
-void GelWatch::look(const Snapshot& snapshot) {
+void GelWatch::examine(const Snapshot& snapshot) {
   const bool first = missing_.empty();
   missing_ = track::diagnose(sensor_, sight_, plainPicture(snapshot.frame));
   const std::int64_t now_ns = options_.clock();
@@ -155,8 +155,8 @@ void GelWatch::tell() {
 void GelWatch::takeFrame(const Frame& frame) {
   Snapshot* const wanted = snapshots_.lent();
   if (!wanted) return;
-  wanted->take(frame);
-  if (wanted->fits) tracker_.show(*wanted);
+  wanted->copyFrom(frame);
+  if (wanted->fits) tracker_.fill(*wanted);
   snapshots_.giveBack();
 }
 

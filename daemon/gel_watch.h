@@ -61,7 +61,7 @@ class GelWatch {
  private:
   void watchMissing(std::int64_t now_ns);
   void watchFirstZero(std::int64_t now_ns);
-  void look(const Snapshot& snapshot);
+  void examine(const Snapshot& snapshot);
   void tell();
 
   const sensor::Sensor& sensor_;
@@ -74,14 +74,14 @@ class GelWatch {
   GelReport report_;      ///< on the zero in force
 
   std::int64_t foundAt_ns_ = 0;   ///< when the markers were found last, or the watch began
-  std::int64_t lookedAt_ns_ = 0;  ///< time of the last examination
+  std::int64_t examinedAt_ns_ = 0;  ///< time of the last examination
   std::int64_t loggedAt_ns_ = 0;
   std::string missing_;  ///< result of the last examination
   std::string noZero_;   ///< why there is no first zero; empty: there is one, or it has not been waited for long
   std::int64_t noZeroLoggedAt_ns_ = 0;
 
   Snapshots snapshots_;
-  bool lookWanted_ = false;
+  bool examinationDue_ = false;
 };
 
 }  // namespace tractiond

@@ -240,7 +240,7 @@ ServiceHooks Instrument::hooks(std::function<tl::expected<Reread, Error>()> read
           .statusLine = [this] { return statusLine(); },
           .reload = reloader_->hook(std::move(read)),
           .others = [this] {  // calls every greeting: that also starts the next connection
-            const bool greeted = std::ranges::count_if(greetings_, &publish::Greeting::came) == std::ssize(greetings_);
+            const bool greeted = std::ranges::count_if(greetings_, &publish::Greeting::poll) == std::ssize(greetings_);
             return greeted && !camera_->isForsaken();
           }};
 }
@@ -276,8 +276,8 @@ void Instrument::control(std::chrono::milliseconds timeout) {
   }
   processing_->turn();
   const std::int64_t now_ns = monotonicNow();
-  frozenPeers_->look(now_ns);
-  for (const std::string& line : {inflow_.look(now_ns), connections_.look(now_ns)}) {
+  frozenPeers_->endFrozen(now_ns);
+  for (const std::string& line : {inflow_.nextLine(now_ns), connections_.nextLine(now_ns)}) {
     if (!line.empty()) spdlog::warn("warning: {}", line);
   }
   watchUnsent(now_ns);

@@ -151,7 +151,7 @@ bool Measurement::track(const Frame& frame, MarkerField& markers) {
   if (isFilm_) awaitFirstZero();
   const bool tracked = tracker_->track(frame, markers) == track::Outcome::kTracked;
   tracked_.add();
-  if (restSolver_) restSolver_->see(places_);
+  if (restSolver_) restSolver_->advanceZero(places_);
   markers.places = places_;
   gelWatch_->takeFrame(frame);
   if (recorder_) recorder_->takeFrame(frame, tracker_->inputs(), places_);
@@ -159,8 +159,8 @@ bool Measurement::track(const Frame& frame, MarkerField& markers) {
   return tracked;
 }
 
-/// Waits, for pictures from a file, until the first zero is judged and its solver is made: the time that these take
-/// must not decide which pictures are measured, and by which solver.
+/// Waits, for pictures from a file, until the first zero is compared with the gel file and its solver is made: the time
+/// that these take must not decide which pictures are measured, and by which solver.
 void Measurement::awaitFirstZero() {
   if (!tracker_->awaitsFirstVerdict()) return;
   const auto waits = [this] { return tracker_->awaitsFirstVerdict() || (restSolver_ && restSolver_->done() == 0); };

@@ -33,7 +33,8 @@ class Measurement : public Processing {
 
   // These implement Processing, which names the thread of each.
 
-  /// Returns the numbers of markers and nodes; frames without a rest pose are counted as Ledger::noRestPose.
+  /// Returns the numbers of markers and nodes; frames before a first zero is in force are counted as
+  /// Ledger::noRestPose.
   PipelineOptions pipelineOptions() const override;
   /// Checks that the markers can be tracked in the camera's picture size and format, that the gel file was not
   /// calibrated with another camera, and in later sessions that it is the camera of the first one. In the first session

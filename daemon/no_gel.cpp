@@ -23,7 +23,7 @@ void NoGel::measure(traction::v1::Status& status) {
 
 bool NoGel::track(const Frame& frame, MarkerField& /*markers*/) {
   if (Snapshot* const wanted = snapshots_.lent()) {
-    wanted->take(frame);
+    wanted->copyFrom(frame);
     snapshots_.giveBack();
   }
   return false;

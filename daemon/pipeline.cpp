@@ -144,10 +144,10 @@ void Pipeline::join() {
   for (std::thread* thread : {&controlThread_, &previewThread_, &recordThread_}) {
     if (thread->joinable()) thread->join();
   }
-  settle();
+  countDiscarded();
 }
 
-void Pipeline::settle() {
+void Pipeline::countDiscarded() {
   ledger_.discardedAtStop.add(frames_.discard() + markers_.discard() + fields_.discard());
 }
 

@@ -74,14 +74,15 @@ class Pipeline {
   /// Takes one turn of a stage and counts it for the watchdog, as the stage's thread does; for callers without threads.
   /// Sleeps at most `timeout` if there is nothing to do. Returns false if the stage has ended: it must not be called
   /// again. Must not be mixed with start(), nor used with WhenFull::kWait, which would wait for the stages of other
-  /// threads, nor for Stage::kControl if Stages::control is empty; when all stages have ended, settle() must be called.
+  /// threads, nor for Stage::kControl if Stages::control is empty; when all stages have ended, countDiscarded() must be
+  /// called.
   bool turn(Stage stage, std::chrono::milliseconds timeout);
   /// Makes capture and control end with their next turns, and previews and the recording; the other stages follow. Does
   /// not wait. Thread-safe.
   void requestStop() { stopping_.store(true, std::memory_order_relaxed); }
   /// Counts what is still in a link as Ledger::discardedAtStop, and gives the memory of such frames back to the source.
   /// finish() calls it when the threads are joined.
-  void settle();
+  void countDiscarded();
 
   /// Returns whether the pipeline is stopping or has stopped: a function that waits for another thread must give up.
   /// finish() sets this when the stages have processed what was left, stop() and requestStop() at once. Thread-safe.

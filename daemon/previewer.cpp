@@ -12,7 +12,7 @@ Previewer::Previewer(publish::Publisher& publisher, const PreviewOptions& option
 void Previewer::takeFrame(const Frame& frame, const MarkerField* markers) {
   Copy* const wanted = loan_.lent();
   if (!wanted) return;
-  wanted->take(frame);
+  wanted->copyFrom(frame);
   wanted->flags = markers ? markers->flags : 0;
   wanted->zero = markers ? markers->zero : Id{};
   loan_.giveBack();

@@ -79,10 +79,10 @@ void Recorder::takeFrame(const Frame& frame, const TrackerInputs& inputs, const 
   }
   publish::TrackedFrame* const room = frames_.acquire();
   if (room == nullptr) return picturesLost_.add();
-  room->take(frame);
+  room->copyFrom(frame);
   if (!room->fits) {
     room->makeRoom();
-    room->take(frame);
+    room->copyFrom(frame);
   }
   room->number = number_;
   room->places = places;

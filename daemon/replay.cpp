@@ -303,14 +303,14 @@ void Replay::heedZero(TrackerInputs& inputs) {
   }
   if (inputs.adopted) {
     isProposed_ = false;
-    inputs.judgedZero = inputs.zero.id;
+    inputs.comparedZero = inputs.zero.id;
     if (!comparesZeros() && !beginning_->adoptsAtOnce) return;
     inputs.fits = compare(inputs.zero);
-    inputs.judged = true;
+    inputs.compared = true;
     return;
   }
-  const bool isKnown = description_.zero && inputs.judgedZero == description_.zero->id;
-  if (!sameGel_ || (comparesZeros() && !isKnown)) inputs.judged = false;
+  const bool isKnown = description_.zero && inputs.comparedZero == description_.zero->id;
+  if (!sameGel_ || (comparesZeros() && !isKnown)) inputs.compared = false;
 }
 
 /// Sleeps until the time of the picture, and serves subscribers meanwhile.

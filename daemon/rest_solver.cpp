@@ -61,7 +61,7 @@ RestSolver::Told RestSolver::make(const RestPose& zero) {
   return told;
 }
 
-void RestSolver::see(Id& zero) {
+void RestSolver::advanceZero(Id& zero) {
   PlacedSolver* const next = handed_.own();
   if (next == nullptr || !ready_.swap(*next)) return;
   zero = next->zero;

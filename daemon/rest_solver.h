@@ -49,10 +49,10 @@ class RestSolver {
 
   /// Sets `zero` to that of the solver for the next frame, if that is another one. While the solving thread has not
   /// taken one solver, the next one waits. For the tracking thread.
-  void see(Id& zero);
+  void advanceZero(Id& zero);
 
-  /// Replaces `solver` by that for the frames that see() has told this zero for, if it waits. For the solving thread,
-  /// before each frame.
+  /// Replaces `solver` by that for the frames that advanceZero() has told this zero for, if it waits. For the solving
+  /// thread, before each frame.
   void take(PlacedSolver& solver, const Id& zero);
 
   /// Returns whether no solver is being made or waits to be made, as of the last turn().

@@ -51,7 +51,7 @@ void Peers::forget(int fd) {
   connections_.erase(one);
 }
 
-void Peers::look() {
+void Peers::removeEnded() {
   std::vector<int> gone;
   for (const auto& [fd, peer] : connections_) {
     const Connection now = otherEnd(fd);

@@ -24,7 +24,7 @@ class Peers {
   /// connection by now.
   void went(int fd, const std::vector<std::string>& bound);
   /// Removes connections that ended without an event. Makes a system call for each connection; does not wait.
-  void look();
+  void removeEnded();
 
   /// Returns the number of connections at present.
   int count() const { return static_cast<int>(connections_.size()); }

@@ -106,7 +106,7 @@ struct Relay::Impl {
 
   tl::expected<void, Error> openFront() {
     const auto mayEnter = [this](const std::string& key) {
-      lookAtKeys();
+      refreshKeys();
       return keys.find(key);
     };
     const auto refused = [this](const std::string& what) {
@@ -117,7 +117,7 @@ struct Relay::Impl {
     front = *std::move(opened);
     ++generation;
     refusedBefore = 0;
-    lookers = 0;
+    previewSubscriptions = 0;
     askForPreviews();
     items = {{stream.handle(), 0, ZMQ_POLLIN, 0},
              {latest.handle(), 0, ZMQ_POLLIN, 0},
@@ -154,7 +154,7 @@ struct Relay::Impl {
     spdlog::info("allowed: {}", listed(keys.keys()));
   }
 
-  void lookAtKeys() {
+  void refreshKeys() {
     if (!options.server) return;
     const std::vector<network::AllowedKey> before = keys.keys();
     if (!keys.refresh()) return;
@@ -195,7 +195,7 @@ struct Relay::Impl {
 
   /// The instrument makes previews only for subscriptions to a full topic.
   void askForPreviews() {
-    if (lookers == 0) {
+    if (previewSubscriptions == 0) {
       for (const std::string& topic : previews) stream.set(zmq::sockopt::unsubscribe, topic);
       previews.clear();
       return;
@@ -207,13 +207,13 @@ struct Relay::Impl {
   }
 
   /// Reads subscriptions to previews; ZeroMQ reports the first and the last one of each topic.
-  void takeLookers() {
+  void takePreviewSubscriptions() {
     for (int i = 0; i < kSubscriptionsPerTurn && receive((*front)[kPreview], parts) != 0; ++i) {
       const std::string_view text = parts[0].to_string_view();
       network::settleSubscription(parts[0], isOfInstrument(text));
       subscribers.count(parts[0], front->bound(kPreview));
-      if (text.starts_with('\1')) ++lookers;
-      if (text.starts_with('\0') && lookers > 0) --lookers;
+      if (text.starts_with('\1')) ++previewSubscriptions;
+      if (text.starts_with('\0') && previewSubscriptions > 0) --previewSubscriptions;
     }
     askForPreviews();
   }
@@ -331,11 +331,11 @@ struct Relay::Impl {
   }
 
   /// Does the periodic work: checks keys and connections, and logs what changed.
-  void look(std::int64_t now) {
-    if (now - looked_ns < kKeys_ns) return;
-    looked_ns = now;
-    lookAtKeys();
-    front->peers().look();
+  void doPeriodicWork(std::int64_t now) {
+    if (now - checked_ns < kKeys_ns) return;
+    checked_ns = now;
+    refreshKeys();
+    front->peers().removeEnded();
     peers = front->peers().count();
     if (now - counted_ns > 1'000'000'000) {
       counted_ns = now;
@@ -349,7 +349,7 @@ struct Relay::Impl {
                                            now);
       if (!line.empty()) spdlog::warn("{}", line);
     }
-    for (const std::string& line : {inflow.look(now), connections.look(now)}) {
+    for (const std::string& line : {inflow.nextLine(now), connections.nextLine(now)}) {
       if (!line.empty()) spdlog::warn("{}", line);
     }
     if (!silent && now - heard_ns > kSilence_ns) {
@@ -369,7 +369,7 @@ struct Relay::Impl {
   std::vector<zmq_pollitem_t> items;
   std::array<zmq::message_t, 4> parts;
   std::map<std::string, std::array<zmq::message_t, 3>, std::less<>> descriptions;  ///< topic -> last description
-  std::size_t lookers = 0;         ///< number of subscriptions to previews
+  std::size_t previewSubscriptions = 0;  ///< number of subscriptions to previews
   std::set<std::string> previews;  ///< subscribed preview topics
   bool descriptionDue = false;
   std::int64_t described_ns = 0;
@@ -380,7 +380,7 @@ struct Relay::Impl {
   network::inflow::Report inflow;
   network::connections::Report connections;
   std::uint64_t refusedBefore = 0;
-  std::int64_t heard_ns, looked_ns = 0, counted_ns = 0;
+  std::int64_t heard_ns, checked_ns = 0, counted_ns = 0;
   bool silent = false;
   std::atomic<int> peers{0};
   Counter unsent;
@@ -424,9 +424,9 @@ tl::expected<void, Error> Relay::turn(milliseconds timeout) {
   self.passReplies(now);
   self.front->serve();
   self.takeSubscriptions(now);
-  self.takeLookers();
+  self.takePreviewSubscriptions();
   self.passRequests(now);
-  self.look(now);
+  self.doPeriodicWork(now);
   return self.toCut ? self.reopen() : tl::expected<void, Error>();
 }
 

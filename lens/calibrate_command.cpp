@@ -40,7 +40,7 @@ std::string fixed(double value, int digits) {
   return text;
 }
 
-std::vector<View> look(const CalibrateOptions& options, Faults& faults) {
+std::vector<View> readViews(const CalibrateOptions& options, Faults& faults) {
   std::vector<View> views;
   for (const std::string& file : options.pictures) {
     const auto picture = readPicture(file);
@@ -97,13 +97,13 @@ double reach(const std::vector<View>& views, const sensor::Camera& camera) {
     }
   }
   for (const View& view : views) {
-    const Eigen::Matrix2Xd apart = view.corners.place_px.colwise() - camera.principal_px;
-    seen = std::max(seen, apart.colwise().norm().maxCoeff());
+    const Eigen::Matrix2Xd fromPrincipal_px = view.corners.place_px.colwise() - camera.principal_px;
+    seen = std::max(seen, fromPrincipal_px.colwise().norm().maxCoeff());
   }
   return seen / whole;
 }
 
-void judge(const std::vector<View>& views, const LensFit& fit, Faults& faults) {
+void checkFit(const std::vector<View>& views, const LensFit& fit, Faults& faults) {
   if (fit.oddView || fit.residual_px > kNoOneLens_px) {
     const auto worst = std::ranges::max_element(fit.viewResidual_px) - fit.viewResidual_px.begin();
     const auto i = static_cast<std::size_t>(fit.oddView.value_or(static_cast<int>(worst)));
@@ -176,7 +176,7 @@ Done calibrate(const CalibrateOptions& options) {
   auto file = loadCamera(options.gel);
   if (!file) return tl::unexpected(file.error());
   Faults faults;
-  const std::vector<View> views = look(options, faults);
+  const std::vector<View> views = readViews(options, faults);
   compare(views, faults);
   if (!faults.empty()) return tl::unexpected(faults);
   if (views.size() < kFewest) {
@@ -198,7 +198,7 @@ Done calibrate(const CalibrateOptions& options) {
   LensFitOptions fitOptions;
   fitOptions.aspect = camera.aspect;
   const LensFit fit = fitLens(corners, options.board, width, height, fitOptions);
-  judge(views, fit, faults);
+  checkFit(views, fit, faults);
   if (!faults.empty()) return tl::unexpected(faults);
   print(views, fit, options.board, fitOptions.aspect);
 

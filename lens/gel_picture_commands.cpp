@@ -24,7 +24,7 @@ struct Seen {
   RestMarkers markers;
 };
 
-tl::expected<Seen, Faults> look(const PictureOptions& options) {
+tl::expected<Seen, Faults> loadAndFindMarkers(const PictureOptions& options) {
   auto sensor = loadGel(options.gel);
   if (!sensor) return tl::unexpected(sensor.error());
   auto picture = readPicture(options.picture);
@@ -71,7 +71,7 @@ cv::Scalar pen(std::size_t layer) {
 }  // namespace
 
 Done pose(const PoseOptions& options) {
-  auto seen = look(options);
+  auto seen = loadAndFindMarkers(options);
   if (!seen) return tl::unexpected(seen.error());
   constexpr int kFewest = tractiond::calibrate::GeometryOptions{}.fewest;
   if (const int count = seen->markers.count(); count < kFewest) {
@@ -116,7 +116,7 @@ Done pose(const PoseOptions& options) {
 }
 
 Done mark(const PictureOptions& options) {
-  auto seen = look(options);
+  auto seen = loadAndFindMarkers(options);
   if (!seen) return tl::unexpected(seen.error());
   cv::Mat marked = seen->picture;
   if (marked.channels() == 1) cv::cvtColor(marked, marked, cv::COLOR_GRAY2BGR);

@@ -337,8 +337,8 @@ void Renderer::hideBehindNearer(const Eigen::Matrix2Xd& markers_px) {
       for (const Layer& nearer : layers_) {
         if (nearer.depth <= layer.depth || other < nearer.firstMarker || other >= nearer.firstMarker + nearer.count)
           continue;
-        const double apart = (markers_px.col(other) - markers_px.col(marker)).cwiseQuotient(stretch_).norm();
-        if (apart < radiusOf(layer, marker) + radiusOf(nearer, other)) {
+        const double distance = (markers_px.col(other) - markers_px.col(marker)).cwiseQuotient(stretch_).norm();
+        if (distance < radiusOf(layer, marker) + radiusOf(nearer, other)) {
           hide(layer, marker, markers_px.col(marker), radiusOf(nearer, other), markers_px.col(other));
         }
       }

@@ -92,14 +92,14 @@ bool seesAccepts() {
   return isCalled.load(std::memory_order_relaxed);
 }
 
-std::string Report::look(std::int64_t now_ns) {
+std::string Report::nextLine(std::int64_t now_ns) {
   const std::uint64_t count = refused();
   if (count == told_ || (told_ns_ != 0 && now_ns - told_ns_ < kBetweenLines_ns)) return "";
   told_ns_ = now_ns;
   const std::uint64_t news = count - std::exchange(told_, count);
   return std::to_string(news) + " connections were refused: " + std::to_string(endOfDescriptors()) +
          " file descriptors are in use, and the other " + std::to_string(kReserved) + " are kept for the program; " +
-         largestPeer(mostLookedAt_);
+         largestPeer(mostExamined_);
 }
 
 }  // namespace tractiond::network::connections

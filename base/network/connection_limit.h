@@ -28,18 +28,18 @@ bool seesAccepts();
 /// Reports the connections that are refused after its construction. Thread-bound.
 class Report {
  public:
-  /// \param mostLookedAt largest number of file descriptors, above 0, that look() examines for the peer with most
+  /// \param mostExamined largest number of file descriptors, above 0, that nextLine() examines for the peer with most
   /// connections; of more it examines every third, fifth ... one, and estimates
-  explicit Report(std::size_t mostLookedAt = 512)
-      : mostLookedAt_(mostLookedAt) {}
+  explicit Report(std::size_t mostExamined = 512)
+      : mostExamined_(mostExamined) {}
 
   /// Returns a line for the log, with the number of connections refused since the line before and the peer that has
   /// most connections; empty if nothing was refused since, or if that line is less than a minute old. Does not wait; a
   /// call that returns a line makes some 10 us of system calls for each descriptor. \param now_ns CLOCK_MONOTONIC
-  std::string look(std::int64_t now_ns);
+  std::string nextLine(std::int64_t now_ns);
 
  private:
-  std::size_t mostLookedAt_;
+  std::size_t mostExamined_;
   std::uint64_t told_ = refused();
   std::int64_t told_ns_ = 0;
 };

@@ -257,9 +257,9 @@ std::uint64_t ended() {
   return endedCount;
 }
 
-std::string Report::look(std::int64_t now_ns) {
-  if (now_ns - looked_ns_ < kSecond_ns) return "";
-  looked_ns_ = now_ns;
+std::string Report::nextLine(std::int64_t now_ns) {
+  if (now_ns - called_ns_ < kSecond_ns) return "";
+  called_ns_ = now_ns;
   if (isBypassed.load(std::memory_order_relaxed) && !std::exchange(saidBypassed_, true)) {
     return "messages come over connections that were not seen to be accepted and read: this libzmq uses other calls "
            "than "

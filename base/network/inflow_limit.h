@@ -60,11 +60,11 @@ class Report {
   /// Gives memory of ended connections back to the system, at most once a second: a call within a second of the one
   /// before does nothing. \param now_ns CLOCK_MONOTONIC
   /// \return a line for the log; empty if there is nothing to report, or if the last line was less than a minute ago
-  std::string look(std::int64_t now_ns);
+  std::string nextLine(std::int64_t now_ns);
 
  private:
   std::uint64_t seen_ = ended(), told_ = seen_;
-  std::int64_t looked_ns_ = 0, told_ns_ = 0;
+  std::int64_t called_ns_ = 0, told_ns_ = 0;
   bool saidBypassed_ = false;
   int trims_ = 0;  ///< number still to be done: ZeroMQ frees memory later
 };

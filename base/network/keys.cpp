@@ -206,7 +206,7 @@ bool KeyDirectory::keep(int error) {
                     .where = path_.string()};
   const bool isNew = faults_.size() != 1 || faults_[0].message() != fault.message();
   faults_ = {fault};
-  looked_ = false;
+  listed_ = false;
   return isNew;
 }
 
@@ -241,8 +241,8 @@ bool KeyDirectory::refresh() {
                     .where = path_.string()};
   }
   std::ranges::sort(now, {}, &Stamp::name);
-  if (!failure && looked_ && now == stamps_) return false;
-  looked_ = !failure;
+  if (!failure && listed_ && now == stamps_) return false;
+  listed_ = !failure;
 
   std::vector<AllowedKey> keys;
   std::vector<Error> faults;
@@ -260,7 +260,7 @@ bool KeyDirectory::refresh() {
       faults.push_back(std::move(allowed).error());
   }
   // A file that could not be read, perhaps for lack of a descriptor, is read again next time.
-  if (std::ranges::any_of(faults, [](const Error& fault) { return fault.exitCode == EX_NOINPUT; })) looked_ = false;
+  if (std::ranges::any_of(faults, [](const Error& fault) { return fault.exitCode == EX_NOINPUT; })) listed_ = false;
   const bool changed = keys != keys_ || !std::ranges::equal(faults, faults_, {}, &Error::message, &Error::message);
   stamps_ = std::move(now);
   keys_ = std::move(keys);

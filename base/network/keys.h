@@ -108,7 +108,7 @@ class KeyDirectory {
   bool keep(int error);
 
   std::filesystem::path path_;
-  bool looked_ = false;
+  bool listed_ = false;
   std::vector<Stamp> stamps_;
   std::vector<AllowedKey> keys_;
   std::vector<Error> faults_;

@@ -152,7 +152,7 @@ class ServiceLoop {
   bool tellReady() const;
 
   const ServiceHooks& hooks_;
-  const std::chrono::milliseconds look_;
+  const std::chrono::milliseconds patience_;
   LivenessCheck liveness_;
   Reload reload_;
   std::int64_t told_ns_;  ///< when the status was told last

@@ -11,8 +11,8 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// Between two looks whether a reload is done.
-constexpr milliseconds kReloadLook{20};
+/// Time between two checks whether a reload is done.
+constexpr milliseconds kReloadCheck{20};
 /// How often the status line changes: each time systemd tells whoever listens to it.
 constexpr std::int64_t kStatus_ns = 1'000'000'000;
 
@@ -56,7 +56,7 @@ void ServiceLoop::Reload::turn() {
 
 ServiceLoop::ServiceLoop(const ServiceHooks& hooks)
     : hooks_(hooks)
-    , look_(LivenessCheck::period(systemd::watchdog()))
+    , patience_(LivenessCheck::period(systemd::watchdog()))
     , liveness_(hooks)
     , reload_(hooks.reload)
     , told_ns_(hooks.monotonicClock())
@@ -67,7 +67,7 @@ bool ServiceLoop::tellReady() const {
 }
 
 milliseconds ServiceLoop::patience() const {
-  return isReloading() ? std::min(look_, kReloadLook) : look_;
+  return isReloading() ? std::min(patience_, kReloadCheck) : patience_;
 }
 
 bool ServiceLoop::turn() {

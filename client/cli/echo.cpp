@@ -42,7 +42,7 @@ void echo(const SubscriberOptions& options, unsigned topics, long count) {
         message.reset();
       }
       if (message) notes.hear(*message, Notes::Clock::now());
-      notes.look(subscriber.isConnected(), Notes::Clock::now());
+      notes.noteConnection(subscriber.isConnected(), Notes::Clock::now());
       expectReader();
       if (!message) continue;
       if (printLine(toJson(*message))) {

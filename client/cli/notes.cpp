@@ -31,7 +31,7 @@ Notes::Notes(const Subscriber& subscriber, std::string onSilence, std::string on
     , onSilence_(std::move(onSilence))
     , onLoss_(std::move(onLoss)) {}
 
-void Notes::look(bool isConnected, Clock::time_point now) {
+void Notes::noteConnection(bool isConnected, Clock::time_point now) {
   const bool late = now - start_ >= kPatience;
   if (!wasConnected_ && !isConnected && late) {
     throw noPublisher(subscriber_.endpoint());

@@ -22,14 +22,15 @@ class Notes {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// The 3 s of look() begin. \param subscriber must outlive the object \param onSilence likely cause if a publisher
-  /// sends nothing in these 3 s \param onLoss likely cause of losses; both are parts of sentences for the operator
+  /// The 3 s of noteConnection() begin. \param subscriber must outlive the object \param onSilence likely cause if a
+  /// publisher sends nothing in these 3 s \param onLoss likely cause of losses; both are parts of sentences for the
+  /// operator
   Notes(const Subscriber& subscriber, std::string onSilence, std::string onLoss);
 
   /// Prints on standard error that the connection is lost or back, that no message has come in the first 3 s although a
   /// publisher is connected (once), and losses, at most once per second. Must be called in every turn of the receiving
   /// loop. \throws Error kNoAnswer if no publisher is found in the first 3 s
-  void look(bool isConnected, Clock::time_point now);
+  void noteConnection(bool isConnected, Clock::time_point now);
   /// Prints on standard error that the daemon was started again, that it has no gel file (once per start), and losses.
   /// Must be called with every message received.
   void hear(const Message& message, Clock::time_point now);

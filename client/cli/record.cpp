@@ -37,8 +37,8 @@ void record(const SubscriberOptions& options, const std::string& file, const std
         notes.hear(*message, Notes::Clock::now());
       }
       while (const auto line = listener ? listener->next() : std::nullopt) tape.addTruth(*line);
-      notes.look(subscriber.isConnected(), Notes::Clock::now());
-      tape.look();
+      notes.noteConnection(subscriber.isConnected(), Notes::Clock::now());
+      tape.flushIfDue();
     }
     if (tape.isEmpty() && !subscriber.isConnected()) {
       throw noPublisher(subscriber.endpoint());

@@ -108,7 +108,7 @@ void Tape::addTruth(const std::string& line) {
   watch([&] { return writer_.write(record); });
 }
 
-void Tape::look() {
+void Tape::flushIfDue() {
   if (writer_.isDue(logNow())) watch([&] { return writer_.flush(); });
 }
 

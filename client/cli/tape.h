@@ -9,10 +9,10 @@
 
 namespace traction::cli {
 
-/// Writes one recording. Thread-bound. The constructor, add(), addTruth(), look() and close() throw RecordingError
-/// (EX_CANTCREAT, EX_IOERR). The recording is then closed with what was written, and deleted if nothing was; of the
-/// functions that throw, none may be called afterwards. Without close(), what is buffered is lost, and the file has no
-/// end.
+/// Writes one recording. Thread-bound. The constructor, add(), addTruth(), flushIfDue() and close() throw
+/// RecordingError (EX_CANTCREAT, EX_IOERR). The recording is then closed with what was written, and deleted if nothing
+/// was; of the functions that throw, none may be called afterwards. Without close(), what is buffered is lost, and the
+/// file has no end.
 class Tape {
  public:
   /// Creates a new file, which must not exist yet (EX_CANTCREAT), in an existing directory.
@@ -28,7 +28,7 @@ class Tape {
   void addTruth(const std::string& line);
   /// Writes the buffered messages if the oldest is 0.15 s old, and waits for the disk; does nothing otherwise. Must be
   /// called in every turn of the receiving loop.
-  void look();
+  void flushIfDue();
   /// Writes what is buffered and the end of the recording, and waits for the disk. Keeps the file if it has no message.
   void close();
 

@@ -39,7 +39,7 @@ class Watcher {
     if (name != receiver_.endpoint()) watched_.endpoint = receiver_.endpoint();
   }
 
-  const Watched& look(Clock::time_point now) {
+  const Watched& refresh(Clock::time_point now) {
     try {
       watched_.scene = receiver_.scene();
     } catch (const Error& error) {
@@ -122,7 +122,7 @@ void loop(const Watchers& all, double seconds, Show&& show) {
   for (Clock::time_point next = start; !stopRequested();) {
     const Clock::time_point now = Clock::now();
     std::vector<Watched> known;
-    for (const auto& one : all) known.push_back(one->look(now));
+    for (const auto& one : all) known.push_back(one->refresh(now));
     expectPublisher(all, now - start);
     next = std::max(next + kPage, now);  // after a delay of the terminal, only one page is drawn
     if (!show(known, now, next - now) || std::chrono::duration<double>(now - start).count() >= seconds) return;

@@ -60,17 +60,17 @@ std::string ownCommand(const std::string& owner, const std::string& mode, const 
 
 void checkKeys(const Patient& patient, List& findings) {
   const std::string folder = tractiond::network::kKeyDirectory;
-  const Box::Look look = patient.box.look(folder);
+  const Box::FileStatus status = patient.box.fileStatus(folder);
   constexpr unsigned kOthersWrite = 022, kOthers = 007, kGroupReads = 040;
-  if (look.error == ENOENT) {
+  if (status.error == ENOENT) {
     findings.push_back({"keys", Verdict::kOk, "there are none: clients of other hosts cannot connect"});
     return;
   }
-  if (look.error != 0) {
-    findings.push_back({"keys", Verdict::kUnknown, "not known: " + folder + ": " + std::strerror(look.error)});
+  if (status.error != 0) {
+    findings.push_back({"keys", Verdict::kUnknown, "not known: " + folder + ": " + std::strerror(status.error)});
     return;
   }
-  if (look.user != 0 || (look.mode & kOthersWrite) != 0) {
+  if (status.user != 0 || (status.mode & kOthersWrite) != 0) {
     findings.push_back({"keys", Verdict::kFail,
                         "others than root can write in " + folder + ", and thereby allow clients",
                         ownCommand("root", "755", folder)});
@@ -87,7 +87,7 @@ void checkKeys(const Patient& patient, List& findings) {
   std::string unknown;
   for (const std::string& name : files.names) {
     const std::string file = folder + "/" + name;
-    const Box::Look one = patient.box.look(file);
+    const Box::FileStatus one = patient.box.fileStatus(file);
     if (one.error != 0) {
       unknown = file + ": " + std::strerror(one.error);
       continue;
@@ -118,12 +118,12 @@ void checkKeys(const Patient& patient, List& findings) {
 
 void checkOwnKey(const Patient& patient, List& findings) {
   const std::string file = cli::usualKeyFile();
-  const Box::Look look = patient.box.look(file);
-  if (look.error == ENOENT) {
+  const Box::FileStatus status = patient.box.fileStatus(file);
+  if (status.error == ENOENT) {
     findings.push_back({"your key", Verdict::kOk, "there is none"});
-  } else if (look.error != 0) {
-    findings.push_back({"your key", Verdict::kUnknown, "not known: " + file + ": " + std::strerror(look.error)});
-  } else if ((look.mode & 077U) != 0) {
+  } else if (status.error != 0) {
+    findings.push_back({"your key", Verdict::kUnknown, "not known: " + file + ": " + std::strerror(status.error)});
+  } else if ((status.mode & 077U) != 0) {
     findings.push_back({"your key", Verdict::kFail, "others can read " + file, "chmod 600 " + file});
   } else {
     findings.push_back({"your key", Verdict::kOk, "no other user can read it"});

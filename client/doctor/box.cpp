@@ -73,7 +73,7 @@ std::string Box::target(const std::string& path) const {
   return fs::read_symlink(at(path), failure).string();
 }
 
-Box::Look Box::look(const std::string& path) const {
+Box::FileStatus Box::fileStatus(const std::string& path) const {
   struct stat found {};
   if (stat(at(path).c_str(), &found) != 0) return {.error = errno};
   return {.error = 0, .user = found.st_uid, .group = found.st_gid, .mode = found.st_mode & 07777U};

@@ -46,14 +46,14 @@ class Box {
   /// Returns the target of a symbolic link as the link states it; empty if it cannot be read or is no link.
   std::string target(const std::string& path) const;
   /// Returns whether the path, with its symbolic links followed, exists and can be reached.
-  bool exists(const std::string& path) const { return look(path).error == 0; }
+  bool exists(const std::string& path) const { return fileStatus(path).error == 0; }
 
-  struct Look {
+  struct FileStatus {
     int error = 0;                                ///< errno; 0: the rest is known
     std::uint32_t user = 0, group = 0, mode = 0;  ///< mode: permissions alone
   };
   /// Returns owner, group and permissions of a file or directory, with symbolic links followed.
-  virtual Look look(const std::string& path) const;
+  virtual FileStatus fileStatus(const std::string& path) const;
 
   struct Space {
     bool readOnly = false;

@@ -127,11 +127,11 @@ void checkUsbPermissions(const Patient& patient, List& findings) {
       return std::string(number.size() < 3 ? 3 - number.size() : 0, '0') + number;
     };
     const std::string node = "/dev/bus/usb/" + three("busnum") + "/" + three("devnum");
-    const Box::Look look = patient.box.look(node);
+    const Box::FileStatus status = patient.box.fileStatus(node);
     ++cameras;
-    if (look.error != 0) unknown = node + ": " + std::strerror(look.error);
-    if (look.error != 0 || (look.mode & 006U) == 006U) continue;
-    if (!group || look.group != *group || (look.mode & 060U) != 060U) closed += (closed.empty() ? "" : ", ") + node;
+    if (status.error != 0) unknown = node + ": " + std::strerror(status.error);
+    if (status.error != 0 || (status.mode & 006U) == 006U) continue;
+    if (!group || status.group != *group || (status.mode & 060U) != 060U) closed += (closed.empty() ? "" : ", ") + node;
   }
   if (!closed.empty()) {
     findings.push_back(

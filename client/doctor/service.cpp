@@ -20,16 +20,16 @@ using List = std::vector<Finding>;
 
 void checkConfiguration(const Patient& patient, const Instance& instance, List& findings) {
   const std::string& file = instance.file;
-  const Box::Look look = patient.box.look(file);
+  const Box::FileStatus status = patient.box.fileStatus(file);
   const Box::Reading reading = patient.box.read(file);
   if (reading.error == ENOENT) {
     findings.push_back({"configuration", Verdict::kOk, "there is none: the defaults hold"});
     return;
   }
   const auto user = idOf(patient.box, "/etc/passwd", "tractiond"), group = idOf(patient.box, "/etc/group", "tractiond");
-  const bool readable = (look.mode & 004U) != 0 || (group && look.group == *group && (look.mode & 040U) != 0) ||
-                        (user && look.user == *user && (look.mode & 0400U) != 0);
-  if (look.error == 0 && !readable) {
+  const bool readable = (status.mode & 004U) != 0 || (group && status.group == *group && (status.mode & 040U) != 0) ||
+                        (user && status.user == *user && (status.mode & 0400U) != 0);
+  if (status.error == 0 && !readable) {
     findings.push_back(
         {"configuration", Verdict::kFail, "the user tractiond may not read " + file, "sudo chmod 644 " + file});
     return;
@@ -93,15 +93,15 @@ void checkUnit(const Patient& patient, const Instance& instance, List& findings)
 void checkState(const Patient& patient, const Instance& instance, List& findings) {
   constexpr std::uint64_t kEnough_bytes = 192 << 20;  // a gel's factors have 90 MB, and are written beside others
   const std::string folder = "/var/lib/tractiond/" + instance.name;
-  const Box::Look look = patient.box.look(folder);
-  if (look.error != 0 && look.error != ENOENT) {
+  const Box::FileStatus status = patient.box.fileStatus(folder);
+  if (status.error != 0 && status.error != ENOENT) {
     findings.push_back(
-        {"state directory", Verdict::kUnknown, "not known: " + folder + ": " + std::strerror(look.error)});
+        {"state directory", Verdict::kUnknown, "not known: " + folder + ": " + std::strerror(status.error)});
     return;
   }
-  const auto space = patient.box.space(look.error == 0 ? folder : "/var/lib");
+  const auto space = patient.box.space(status.error == 0 ? folder : "/var/lib");
   const auto user = idOf(patient.box, "/etc/passwd", "tractiond");
-  if (look.error == 0 && (!user || look.user != *user || (look.mode & 0300U) != 0300U)) {
+  if (status.error == 0 && (!user || status.user != *user || (status.mode & 0300U) != 0300U)) {
     findings.push_back({"state directory", Verdict::kFail, "the user tractiond may not write in " + folder,
                         "sudo chown -R tractiond:tractiond " + folder + " && sudo chmod u+rwx " + folder});
   } else if (space && space->readOnly) {
@@ -116,7 +116,7 @@ void checkState(const Patient& patient, const Instance& instance, List& findings
     findings.push_back({"state directory", Verdict::kUnknown, "not known: how much room " + folder + " has"});
   } else {
     findings.push_back({"state directory", Verdict::kOk,
-                        (look.error == 0 ? folder : "made at the first start") + ", " +
+                        (status.error == 0 ? folder : "made at the first start") + ", " +
                             std::to_string(space->free_bytes >> 20) + " MiB are free"});
   }
 }

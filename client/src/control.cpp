@@ -68,7 +68,7 @@ void expectPeer(zmq::socket_t& monitor, const ControlOptions& options) {
     if (!await({&item, 1}, end)) break;
     const auto [what, value] = nextEvent(monitor);
     if (what == ZMQ_EVENT_HANDSHAKE_SUCCEEDED) return;
-    if (const auto refused = handshake.take(what, value)) throw *refused;
+    if (const auto refused = handshake.process(what, value)) throw *refused;
     isSomebody = isSomebody || what == ZMQ_EVENT_DISCONNECTED;  // disconnected before the handshake
   }
   throw Error(ErrorCode::kNoAnswer,

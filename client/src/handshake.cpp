@@ -26,7 +26,7 @@ void useKeys(zmq::socket_t& socket, const Keys& keys) {
   socket.set(zmq::sockopt::curve_secretkey, keys.secretKey);
 }
 
-std::optional<Error> Handshake::take(std::uint16_t event, std::uint32_t value) {
+std::optional<Error> Handshake::process(std::uint16_t event, std::uint32_t value) {
   // About 0.5 s; or 5 s, because a tractiond may still replace another listener.
   const int mostFailures = hasKeys_ ? 5 : 25;
   const bool mismatch =

@@ -12,7 +12,7 @@
 
 namespace traction {
 
-/// Monitor events that Handshake::take() needs.
+/// Monitor events that Handshake::process() needs.
 inline constexpr int kHandshakeEvents = ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
                                         ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
 
@@ -31,11 +31,11 @@ class Handshake {
       , hasKeys_(hasKeys)
       , strangers_(strangers) {}
 
-  /// Takes the next monitor event; ignores kinds other than kHandshakeEvents. \param value of the event
+  /// Processes the next monitor event; ignores kinds other than kHandshakeEvents. \param value of the event
   /// \return kNotAllowed, once it is certain that no connection is possible: at once if the peer refuses the key, after
   /// `strangers` mismatches, or after 5 (25 without keys) connections that end without a reason, the latter only before
   /// the first success; that count then begins anew. Nothing otherwise, as after other protocol failures.
-  std::optional<Error> take(std::uint16_t event, std::uint32_t value);
+  std::optional<Error> process(std::uint16_t event, std::uint32_t value);
 
  private:
   std::string endpoint_;

@@ -138,7 +138,7 @@ struct Subscriber::Impl {
     while (zmq_msg_recv(event.handle(), monitor.handle(), ZMQ_DONTWAIT) >= 0) {
       const auto [what, value] = eventOf(event);
       zmq_msg_recv(address.handle(), monitor.handle(), ZMQ_DONTWAIT);
-      if (auto why = handshake->take(what, value)) refusal = std::move(why);
+      if (auto why = handshake->process(what, value)) refusal = std::move(why);
       switch (what) {
       case ZMQ_EVENT_HANDSHAKE_SUCCEEDED:
         connections.insert(address.to_string());

@@ -9,7 +9,7 @@
 
 namespace traction::view {
 
-/// Judges a sensor by its newest messages. Thread-bound.
+/// Derives the health of a sensor from its newest messages. Thread-bound.
 class HealthFeed {
  public:
   /// \param deliver called by turn(), on its thread

@@ -35,7 +35,7 @@ struct Hub {
   std::list<std::shared_ptr<Session>> sessions;
   std::map<unsigned, Frame> last;                ///< newest frame of each kept kind, by kind
   unsigned wanted = 0;                           ///< kinds that sessions have asked for
-  std::chrono::steady_clock::time_point looked;  ///< when it had a session last
+  std::chrono::steady_clock::time_point used;    ///< when it had a session last
   std::atomic<int> backlog{0};                   ///< frames on their way from the source's thread to the server's
   int questions = 0;                             ///< requests to the daemon that are not answered yet
   std::unique_ptr<Forwarder> forwarder;

@@ -83,7 +83,7 @@ void Recording::run(const std::stop_token& stop) {
         if (const auto message = subscriber_.receive(kTurn)) tape_.add(*message, subscriber_.raw());
       } catch (const Error&) {  // malformed messages are left out; the page reports them
       }
-      tape_.look();
+      tape_.flushIfDue();
       tell();
     }
     tape_.close();

@@ -260,7 +260,7 @@ class Server {
                                     [&](const std::shared_ptr<Session>& each) { return each.get() == gone; });
                               }});
     hub.sessions.push_back(session);
-    hub.looked = Clock::now();
+    hub.used = Clock::now();
     const unsigned previews = (wanted.kinds & (unsigned{kPreview} | kPicture)) != 0 ? unsigned{kPreview} : 0U;
     const bool wantsMore = (previews & ~hub.options.subscription.topics) != 0;
     hub.options.subscription.topics |= previews;
@@ -277,9 +277,9 @@ class Server {
       for (const auto& hub : hubs_) {
         const auto all = hub->sessions;  // a copy: closing removes a session
         for (const auto& session : all) session->closeIfUnresponsive();
-        if (!all.empty()) hub->looked = Clock::now();
+        if (!all.empty()) hub->used = Clock::now();
         tellRecording(*hub);
-        if (hub->source && Clock::now() - hub->looked > kLinger) {
+        if (hub->source && Clock::now() - hub->used > kLinger) {
           hub->source.reset();
           hub->options.subscription.topics = kAllTopics;  // the daemon makes previews only while they are subscribed to
           hub->wanted = 0;

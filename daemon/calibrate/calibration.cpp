@@ -143,13 +143,13 @@ bool Calibration::nextTakesLong() const {
 }
 
 std::optional<Result> Calibration::overdue(const MarkerField& field) const {
-  const double looked_s = 1e-9 * static_cast<double>(field.info.times.received_ns - begun_ns_);
-  if (looked_s < running_->seconds + options_.grace_s) return std::nullopt;
+  const double elapsed_s = 1e-9 * static_cast<double>(field.info.times.received_ns - begun_ns_);
+  if (elapsed_s < running_->seconds + options_.grace_s) return std::nullopt;
   if (2 * unusable_ > frames_) {
     return refused(fmt::format("too few markers were seen in {} of {} frames: is something in front of the camera?",
                                unusable_, frames_));
   }
-  return refused(fmt::format("frames come too slowly: {} in {:.0f} s", frames_, looked_s));
+  return refused(fmt::format("frames come too slowly: {} in {:.0f} s", frames_, elapsed_s));
 }
 
 Result Calibration::geometry(const RestPose& zero, bool anyway) {
@@ -213,8 +213,8 @@ std::optional<Result> Calibration::noise(const MarkerField& field) {
   const int before = noise_->frames();
   noise_->add(field);
   if (noise_->frames() == before) ++unusable_;
-  const double looked_s = 1e-9 * static_cast<double>(field.info.times.received_ns - begun_ns_);
-  if (looked_s < running_->seconds || noise_->frames() < options_.noise.fewestFrames) return std::nullopt;
+  const double elapsed_s = 1e-9 * static_cast<double>(field.info.times.received_ns - begun_ns_);
+  if (elapsed_s < running_->seconds || noise_->frames() < options_.noise.fewestFrames) return std::nullopt;
   const RestNoise found = noise_->summary();
   if (found.bulge.found() && !running_->anyway) {
     return refused(touching(found.bulge) + "; take it away, or zero again if nothing does");
@@ -230,7 +230,7 @@ std::optional<Result> Calibration::noise(const MarkerField& field) {
                     {"scale", found.motion.scale, 0.0},
                     {"roll_rad", found.motion.roll, 0.0}};
   report.remarks.push_back(
-      fmt::format("the picture's motion is that of {:.0f} s: heat over hours may move it farther", looked_s));
+      fmt::format("the picture's motion is that of {:.0f} s: heat over hours may move it farther", elapsed_s));
   if (found.overPromised > 1.2 || found.overPromised < 0.8) {
     report.remarks.push_back("the markers' noise is not what the tracker promises: zero again");
   }

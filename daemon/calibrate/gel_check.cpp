@@ -192,13 +192,13 @@ class Problem {
 };
 
 /// Collects findings, and sentences about those that contradict the gel file.
-class Judge {
+class Findings {
  public:
-  Judge(const sensor::Sensor& sensor, const GelCheckOptions& options)
+  Findings(const sensor::Sensor& sensor, const GelCheckOptions& options)
       : sensor_(sensor)
       , options_(options) {}
 
-  void count(std::span<const LatticeSeen> seen) {
+  void compareCounts(std::span<const LatticeSeen> seen) {
     for (std::size_t i = 0; i < std::min(seen.size(), sensor_.layers.size()); ++i) {
       const sensor::MarkerLayer& layer = sensor_.layers[i];
       const std::string name = nameOf(layer.colour);
@@ -213,12 +213,12 @@ class Judge {
   }
 
   /// Adds the finding that the picture's scale differs along v; the other findings are not valid then.
-  void otherAspect(const AspectSeen& seen) {
+  void addAspect(const AspectSeen& seen) {
     report_.findings.push_back({"aspect", seen.expected, seen.aspect, seen.deviation, true});
     say(seen.what() + ": " + seen.remedy());
   }
 
-  void compare(const Fit& fit, int markers) {
+  void compareFit(const Fit& fit, int markers) {
     layers(fit);
     pose(fit);
     const double limit = options_.largestResidual * spacing_px();
@@ -358,8 +358,8 @@ class Judge {
 
 GelReport checkGel(const sensor::Sensor& sensor, std::span<const float> place_px, std::span<const std::uint8_t> present,
                    std::span<const LatticeSeen> seen, const GelCheckOptions& options) {
-  Judge judge(sensor, options);
-  judge.count(seen);
+  Findings findings(sensor, options);
+  findings.compareCounts(seen);
   Problem problem(sensor, place_px, present);
   const auto fit = problem.run();
   if (!fit || fit->residual_px > options.suspicious_px) {
@@ -375,16 +375,16 @@ GelReport checkGel(const sensor::Sensor& sensor, std::span<const float> place_px
       found = seenAspect(posed, posed.camera.aspect, place_px, present, aspect);
     }
     if (found && found->differs) {
-      judge.otherAspect(*found);
-      return std::move(judge).report();
+      findings.addAspect(*found);
+      return std::move(findings).report();
     }
   }
   if (fit) {
-    judge.compare(*fit, problem.used());
+    findings.compareFit(*fit, problem.used());
   } else {
-    judge.say("no camera explains the markers' places: is the gel file that of another gel?");
+    findings.say("no camera explains the markers' places: is the gel file that of another gel?");
   }
-  return std::move(judge).report();
+  return std::move(findings).report();
 }
 
 }  // namespace tractiond::calibrate

@@ -19,7 +19,7 @@ std::string movedBetween(const sensor::Sensor& sensor, const RestPose& before, c
 /// in both. Motion of the whole picture is not a touch, nor is a smooth displacement as small as heat and creep cause.
 std::string touchSince(const sensor::Sensor& sensor, const RestPose& before, const RestPose& after);
 
-/// Describes what seems to touch the gel in this zero, judged by the gel file alone (fitGeometry). Returns an empty
+/// Describes what seems to touch the gel in this zero, by the gel file alone (fitGeometry). Returns an empty
 /// text if nothing does, if the fit fails, and for a body with an influence file.
 std::string touchIn(const sensor::Sensor& sensor, const RestPose& zero);
 

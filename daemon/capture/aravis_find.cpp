@@ -69,7 +69,7 @@ tl::expected<Ref<ArvCamera>, Error> find(const CameraOptions& options, const std
   };
   std::string harmless;
   if (!options.inspector.empty() && !options.fakeInterface) {
-    const Inspection inspection = inspectApart(*id, {.program = options.inspector}, stop);
+    const Inspection inspection = inspectInChild(*id, {.program = options.inspector}, stop);
     if (inspection.outcome == Inspection::Outcome::kAbsent) return silent(inspection.text);
     if (inspection.outcome == Inspection::Outcome::kFault) return damaged(inspection.text);
     harmless = inspection.text;

@@ -1,4 +1,4 @@
-// Strategy. The keeper (keeper.h) owns the driver and lends it to the capture thread, which pops, judges and hands on,
+// Strategy. The keeper (keeper.h) owns the driver and lends it to the capture thread, which pops, admits and hands on,
 // and gives the driver back with the reason. A buffer that is out when its driver goes carries the number of its
 // session, and is discarded instead of given back.
 #include "daemon/capture/camera.h"
@@ -59,7 +59,7 @@ Next Camera::next(Frame& frame, milliseconds timeout) {
   Buffer buffer;
   const Popped popped = driver_->pop(buffer, std::min(timeout, milliseconds(patience_ns / 4'000'000)));
   if (popped == Popped::kBuffer) {
-    const Next next = judge(frame, buffer);
+    const Next next = admit(frame, buffer);
     if (next != Next::kFrame) {
       driver_->giveBack(buffer.handle);
       // Whole pictures of another shape: its settings were changed behind our back.
@@ -95,12 +95,12 @@ std::int64_t Camera::patience() const {
   return std::min(std::max(usual_ns, kIntervals * longest_ns_), kMost_ns);
 }
 
-Next Camera::judge(Frame& frame, const Buffer& buffer) {
+Next Camera::admit(Frame& frame, const Buffer& buffer) {
   const Arrival& arrival = buffer.arrival;
   constexpr std::int64_t kForgotten = 64;  // a part in as many, with each arrival
   longest_ns_ = std::max(arrival.host_ns - lastArrival_ns_, longest_ns_ - longest_ns_ / kForgotten);
   lastArrival_ns_ = arrival.host_ns;
-  const Judgement judgement = intake_.judge(buffer, *driver_, frame);
+  const Judgement judgement = intake_.admit(buffer, *driver_, frame);
   if (judgement.outnumbered) keeper_->noteForgery(arrival.host_ns);
   if (judgement.verdict != Verdict::kNew) return Next::kRejected;
   lastWhole_ns_ = arrival.host_ns;

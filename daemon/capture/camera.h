@@ -2,7 +2,7 @@
 // taken, and survives the loss of the camera.
 //
 // A session lasts from an opening of the camera to its loss or closing. The thread "camera-keeper" (keeper.h) opens the
-// driver, watches it while it streams, and closes it; next() only pops, judges and hands on.
+// driver, watches it while it streams, and closes it; next() only pops, admits and hands on.
 #pragma once
 
 #include "daemon/capture/frame_source.h"
@@ -85,7 +85,7 @@ class Camera : public FrameSource {
   Camera(const CameraRules& rules, Ledger& ledger, std::shared_ptr<Keeper> keeper);
 
   bool adopt(std::chrono::milliseconds timeout);
-  Next judge(Frame& frame, const Buffer& buffer);
+  Next admit(Frame& frame, const Buffer& buffer);
   std::int64_t patience() const;
   void giveUp(Loss why);
   void end(Error error);

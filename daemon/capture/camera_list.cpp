@@ -31,9 +31,9 @@ std::string firstLine(const fs::path& path) {
 }
 
 /// What a process of its own finds wrong with a camera's description; empty: nothing, or it does not open.
-std::string faultSeenApart(const std::string& inspector, const CameraName& camera) {
+std::string faultSeenInChild(const std::string& inspector, const CameraName& camera) {
   if (inspector.empty() || camera.protocol == "Fake") return {};
-  const Inspection inspection = inspectApart(camera.id, {.program = inspector});
+  const Inspection inspection = inspectInChild(camera.id, {.program = inspector});
   return inspection.outcome == Inspection::Outcome::kFault ? inspection.text : "";
 }
 
@@ -136,7 +136,7 @@ std::vector<CameraSight> inspectCameras(const std::string& inspector, bool withF
     if (name.protocol == "GigEVision" && interfaceTowards(name.address).empty()) {
       sight.obstacle = "its address " + name.address + " is in no network of this host";
       sight.remedy = "give it one with \"arv-tool-0.8 network\" or the maker's tool (persistent or forced IP)";
-    } else if (const std::string fault = faultSeenApart(inspector, name); !fault.empty()) {
+    } else if (const std::string fault = faultSeenInChild(inspector, name); !fault.empty()) {
       sight.obstacle = fault;
       sight.remedy = "its firmware may be damaged, or it is not what it says";
     } else {

@@ -112,7 +112,7 @@ int printInspection(const std::string& id) {
   return EX_OK;
 }
 
-Inspection inspectApart(const std::string& id, const ChildOptions& options, const std::stop_token& stop) {
+Inspection inspectInChild(const std::string& id, const ChildOptions& options, const std::stop_token& stop) {
   const ChildEnd end = runChild({"--inspect", id.empty() ? kAny : id}, options, stop);
   const std::string what = misdeed(end);
   return what.empty() ? decodeInspection(end.output) : fault("the camera's description " + what);

@@ -28,7 +28,7 @@ int printInspection(const std::string& id);
 /// Lets a child process (`options.program --inspect ID`) run printInspection(), and returns its result; kFault if the
 /// child does not start, is killed by the limits of `options` or by a stop, ends by a signal, or prints nonsense.
 /// Blocks until the child has ended. Reentrant. \param id as Aravis takes it; empty: the first camera
-Inspection inspectApart(const std::string& id, const ChildOptions& options, const std::stop_token& stop = {});
+Inspection inspectInChild(const std::string& id, const ChildOptions& options, const std::stop_token& stop = {});
 
 /// Returns the line that the child prints, for decodeInspection(): the outcome in a word, the text, and a line feed.
 std::string encodeInspection(const Inspection& inspection);

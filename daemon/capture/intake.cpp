@@ -33,7 +33,7 @@ void Intake::begin(const CameraInfo& info, int buffers) {
   gate_.emplace(info.shape, options);
 }
 
-Judgement Intake::judge(const Buffer& buffer, Driver& driver, Frame& frame) {
+Judgement Intake::admit(const Buffer& buffer, Driver& driver, Frame& frame) {
   Arrival arrival = buffer.arrival;
   const std::int64_t real_ns = realNow();
   if (arrival.complete && buffer.data != nullptr) arrival.content = contentOf(buffer.data, arrival.shape.size);

@@ -12,14 +12,14 @@
 
 namespace tractiond::capture {
 
-/// Thread-bound. judge() allocates nothing.
+/// Thread-bound. admit() allocates nothing.
 class Intake {
  public:
   /// The ledger must outlive this.
   explicit Intake(Ledger& ledger)
       : ledger_(ledger) {}
 
-  /// Begins a session of the camera, of the number info.session; must be called before judge(). Pictures must keep the
+  /// Begins a session of the camera, of the number info.session; must be called before admit(). Pictures must keep the
   /// shape of the first session, and those of earlier sessions stay known: one that comes again is stale. \param
   /// buffers number of buffers of the driver; used in the first session
   void begin(const CameraInfo& info, int buffers);
@@ -28,7 +28,7 @@ class Intake {
   /// and at once: the time of the call becomes FrameTimes::receivedReal_ns. If the verdict is kNew, fills the frame;
   /// else leaves it as it is. The frame borrows the buffer's memory, and its token is the buffer's handle. \param
   /// driver that the buffer comes from
-  Judgement judge(const Buffer& buffer, Driver& driver, Frame& frame);
+  Judgement admit(const Buffer& buffer, Driver& driver, Frame& frame);
 
  private:
   Ledger& ledger_;

@@ -11,8 +11,8 @@ using std::chrono::nanoseconds;
 
 /// Shortest time between two tries to open a camera.
 constexpr nanoseconds kTurn{1'000'000'000};
-/// How often the link of a streaming camera is looked at: an alarm waits for it.
-constexpr nanoseconds kLook{500'000'000};
+/// Time between two checks of the link of a streaming camera: an alarm waits for it.
+constexpr nanoseconds kLinkCheck{500'000'000};
 /// By so much a thread may wake late.
 constexpr nanoseconds kLate{1'000'000'000};
 /// Closing a dead camera takes seconds; the next try to open it does not wait for that.
@@ -117,7 +117,7 @@ std::int64_t Keeper::offer(std::shared_ptr<const CameraInfo> seen) {
   }
   handed_.signal();
   linkBefore_ = newest_.link;
-  look_ns_ = 0;
+  nextCheck_ns_ = 0;
   phase_ = Phase::kStreaming;
   show(CameraState::kStreaming, "");
   return kAtOnce;
@@ -168,20 +168,20 @@ void Keeper::renew() {
   open_ = std::exchange(openNext_, {});
 }
 
-/// While the camera streams: answers questions, looks at the link.
+/// While the camera streams: answers questions, checks the link.
 std::int64_t Keeper::accompany() {
   begin(rules_.slowest);
   heedAnswers();
   if (!lent_.load(std::memory_order_acquire)) return lose();    // partner: the release in giveBack() and stop()
-  if (stop_.stop_requested()) return clock_() + kLook.count();  // the capture thread gives it back in its own time
+  if (stop_.stop_requested()) return clock_() + kLinkCheck.count();  // the capture thread gives it back in its own time
   doubtedThen_ns_ = doubted_.load(std::memory_order_relaxed);
   if (doubtedThen_ns_ != -1) {
     doubtSaid_ = driver_->doubt();
     return kAtOnce;
   }
   if (answers_) {  // one call at a time
-    begin(kLook);
-    return clock_() + kLook.count();
+    begin(kLinkCheck);
+    return clock_() + kLinkCheck.count();
   }
   std::optional<CameraStep> step;
   {
@@ -189,18 +189,18 @@ std::int64_t Keeper::accompany() {
     step = question_;
   }
   if (step) return callAside([step](Driver& driver, Answers& to) { to.report = driver.serve(*step); });
-  if (clock_() >= look_ns_)
+  if (clock_() >= nextCheck_ns_)
     return callAside([before = linkBefore_](Driver& driver, Answers& to) { to.link = driver.link(before); });
-  begin(kLook);
-  return look_ns_;
+  begin(kLinkCheck);
+  return nextCheck_ns_;
 }
 
 /// Calls the driver on another thread: where the camera is gone, a call takes seconds, and that is to be noticed.
 std::int64_t Keeper::callAside(std::function<void(Driver&, Answers&)> what) {
   answers_ = std::make_shared<Answers>();
   calls_->run([driver = driver_, to = answers_, what = std::move(what)] { what(*driver, *to); });
-  begin(kLook);
-  return clock_() + kLook.count();
+  begin(kLinkCheck);
+  return clock_() + kLinkCheck.count();
 }
 
 /// Heeds what the driver answered last.
@@ -219,9 +219,9 @@ void Keeper::heedAnswers() {
   }
   if (answers->link) {
     newest_.link = *answers->link;
-    vitals_.put(newest_);  // while the other side takes one, the next look brings it
+    vitals_.put(newest_);  // while the other side takes one, the next check brings it
     warnOfForgery();
-    look_ns_ = clock_() + kLook.count();
+    nextCheck_ns_ = clock_() + kLinkCheck.count();
   }
 }
 
@@ -309,7 +309,7 @@ void Keeper::show(CameraState now, const std::string& why) {
   state_.store(now, std::memory_order_relaxed);
   newest_.state = now;
   if (!why.empty() || now == CameraState::kStreaming) newest_.why = Line(why);
-  vitals_.put(newest_);  // while the other side takes one, the next look brings it
+  vitals_.put(newest_);  // while the other side takes one, the next check brings it
 }
 
 void Keeper::tell(LogLevel level, const std::string& line) {

@@ -165,7 +165,7 @@ class Keeper {
   std::shared_ptr<const CameraInfo> before_;  ///< the session before
   bool renewed_ = false;                      ///< the camera was given back because of reopen()
   int attempt_ = 0;
-  std::int64_t nextTry_ns_ = 0, look_ns_ = 0;
+  std::int64_t nextTry_ns_ = 0, nextCheck_ns_ = 0;
   std::string told_;
   std::optional<tl::expected<std::unique_ptr<Driver>, Error>> opened_;  ///< not heeded yet
   std::shared_ptr<Driver> driver_;                                      ///< shared with the calls
@@ -176,7 +176,7 @@ class Keeper {
   std::string doubtWhy_;
   CameraVitals newest_;
   CameraLink linkBefore_;       ///< of the sessions before
-  std::int64_t toldOf_ns_ = 0;  ///< `forged_ns_` at the last look
+  std::int64_t toldOf_ns_ = 0;  ///< `forged_ns_` at the last check
 
   // Between the threads.
   std::atomic<Driver*> offered_{nullptr};

@@ -17,8 +17,8 @@ constexpr std::int64_t kBetweenLines_ns = 60 * kSecond_ns;
 
 }  // namespace
 
-/// Looks at one descriptor. Returns whether it was a connection that nobody reads, which is ended then.
-bool FrozenPeers::lookAt(int fd, std::int64_t now_ns) {
+/// Examines one descriptor. Returns whether it was a connection that nobody reads, which is ended then.
+bool FrozenPeers::endIfFrozen(int fd, std::int64_t now_ns) {
   const auto unread = network::unreadOf(fd);
   const auto known = connections_.find(fd);
   if (!unread || unread->bytes == 0) {
@@ -35,14 +35,15 @@ bool FrozenPeers::lookAt(int fd, std::int64_t now_ns) {
   return true;
 }
 
-void FrozenPeers::look(std::int64_t now_ns) {
+void FrozenPeers::endFrozen(std::int64_t now_ns) {
   if (next_ >= end_) {  // a round is done
     if (now_ns - began_ns_ < kSecond_ns) return;
     began_ns_ = now_ns;
     next_ = frozen_ = 0;
     end_ = network::endOfDescriptorTable();
   }
-  for (const int end = std::min(end_, next_ + most_); next_ < end; ++next_) frozen_ += lookAt(next_, now_ns) ? 1 : 0;
+  for (const int end = std::min(end_, next_ + most_); next_ < end; ++next_)
+    frozen_ += endIfFrozen(next_, now_ns) ? 1 : 0;
   if (next_ < end_) return;
   if (frozen_ > 0) {
     trims_ = 3;

@@ -14,13 +14,13 @@ namespace tractiond::publish {
 /// Thread-bound; does not wait. A subscriber whose connection was ended connects again when it continues to read.
 class FrozenPeers {
  public:
-  /// Number of file descriptors that one call looks at: some 4 µs each on a busy machine.
+  /// Number of file descriptors that one call examines: some 4 µs each on a busy machine.
   static constexpr int kMostAtOnce = 1024;
 
   /// \param bound endpoints of this program, as bound
-  /// \param told called within look() with a line for the log, once a minute at most: the number of connections that
-  /// this round has ended; those of other rounds in that minute are not reported
-  /// \param mostAtOnce number of file descriptors that one call looks at, above 0
+  /// \param told called within endFrozen() with a line for the log, once a minute at most: the number of connections
+  /// that this round has ended; those of other rounds in that minute are not reported \param mostAtOnce number of file
+  /// descriptors that one call examines, above 0
   FrozenPeers(std::vector<std::string> bound, std::function<void(const std::string&)> told,
               int mostAtOnce = kMostAtOnce)
       : bound_(std::move(bound))
@@ -31,7 +31,7 @@ class FrozenPeers {
   /// not changed for 5 s, and returns the memory of the messages that waited for them to the system, in this round and
   /// the two after it. A round over all file descriptors begins each second; with many descriptors it takes several
   /// calls. \param now_ns time of the call on any clock that does not go back, from 1 s on
-  void look(std::int64_t now_ns);
+  void endFrozen(std::int64_t now_ns);
 
  private:
   struct Connection {
@@ -41,7 +41,7 @@ class FrozenPeers {
   };
 
   /// Returns whether the descriptor was a connection that nobody reads, which is ended then.
-  bool lookAt(int fd, std::int64_t now_ns);
+  bool endIfFrozen(int fd, std::int64_t now_ns);
 
   std::vector<std::string> bound_;
   std::function<void(const std::string&)> told_;

@@ -24,7 +24,7 @@ Greeting::~Greeting() {
   if (socket_ >= 0) close(socket_);
 }
 
-bool Greeting::came() {
+bool Greeting::poll() {
   if (socket_ < 0) return connect(), true;
   char first = 0;
   if (recv(socket_, &first, 1, MSG_DONTWAIT) < 0 && (errno == EAGAIN || errno == EINTR)) return false;

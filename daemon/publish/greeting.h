@@ -9,7 +9,7 @@ namespace tractiond::publish {
 /// Connects as a client: that thread sends a greeting to every new connection (ZMTP 3.0). Thread-bound.
 class Greeting {
  public:
-  /// Does not connect yet: the first came() does. \param endpoint ipc://PATH, as bound; other kinds, ipc://@NAME among
+  /// Does not connect yet: the first poll() does. \param endpoint ipc://PATH, as bound; other kinds, ipc://@NAME among
   /// them, are not checked, and neither is a path that is too long for a socket
   explicit Greeting(const std::string& endpoint);
   ~Greeting();
@@ -20,7 +20,7 @@ class Greeting {
   /// Returns whether the connection that an earlier call made has been greeted or closed, and if so makes the next one;
   /// false: ZeroMQ's thread has not answered yet. Returns true if there is no connection: in the first call, for
   /// endpoints that are not checked, and if the last one was not accepted. Does not wait.
-  bool came();
+  bool poll();
 
  private:
   void connect();

@@ -74,8 +74,8 @@ void set(const TrackerInputs& from, pb::Inputs& to) {
   to.set_zero_ended(from.zeroEnded);
   to.set_zero_forgone(from.zeroForgone);
   if (from.adopted) set(from.zero, *to.mutable_put_back());
-  if (!from.judged) return;
-  set(from.judgedZero, *to.mutable_judged());
+  if (!from.compared) return;
+  set(from.comparedZero, *to.mutable_judged());
   to.set_fits(from.fits);
 }
 
@@ -85,9 +85,9 @@ bool get(const pb::Inputs& from, TrackerInputs& to) {
   to.zeroEnded = from.zero_ended();
   to.zeroForgone = from.zero_forgone();
   to.adopted = from.has_put_back();
-  to.judged = !from.judged().empty();
+  to.compared = !from.judged().empty();
   to.fits = from.fits();
-  return (!to.adopted || get(from.put_back(), to.zero)) && (!to.judged || get(from.judged(), to.judgedZero));
+  return (!to.adopted || get(from.put_back(), to.zero)) && (!to.compared || get(from.judged(), to.comparedZero));
 }
 
 void get(const pb::Header& from, FrameInfo& to) {

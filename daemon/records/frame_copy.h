@@ -9,7 +9,7 @@
 
 namespace tractiond {
 
-/// The thread that wants a copy calls makeRoom(); the thread that calls take() does not allocate.
+/// The thread that wants a copy calls makeRoom(); the thread that calls copyFrom() does not allocate.
 struct FrameCopy {
   std::vector<std::uint8_t> bytes;  ///< as the camera sent them; may be longer than the frame
   bool fits = false;                ///< false: `bytes` was too short for the last frame, which was not copied
@@ -18,7 +18,7 @@ struct FrameCopy {
   /// Copies a frame and sets `fits` if `bytes` has room for it; else sets `fits` to false and notes the frame's size
   /// for makeRoom(). Allocates nothing. The copy refers to `bytes` alone: the source may be given back, and `token` is
   /// nullptr. A copy of this struct still refers to these `bytes`.
-  void take(const Frame& from) {
+  void copyFrom(const Frame& from) {
     frame = from;
     frame.data = bytes.data();
     frame.token = nullptr;
@@ -26,7 +26,7 @@ struct FrameCopy {
     if (fits) std::memcpy(bytes.data(), from.data, from.size);
   }
 
-  /// Makes room for frames of the size of the last one. Allocates. `frame` has no valid data until the next take().
+  /// Makes room for frames of the size of the last one. Allocates. `frame` has no valid data until the next copyFrom().
   void makeRoom() { bytes.resize(frame.size); }
 };
 

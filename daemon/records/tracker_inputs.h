@@ -12,13 +12,13 @@ struct TrackerInputs {
   bool zeroForgone = false;  ///< it was cancelled while this frame was tracked, which would have completed the zero
   bool adopted = false;      ///< `zero` comes into force: a requested or an earlier one; or stays in force: the one
                              ///< taken since is rejected
-  bool judged = false;       ///< the zero `judgedZero` was compared with the gel file, and is in force
+  bool compared = false;     ///< the zero `comparedZero` was compared with the gel file, and is in force
   bool fits = false;         ///< result of that comparison
-  Id judgedZero{};
+  Id comparedZero{};
   RestPose zero;
 
   /// Returns whether there is any input.
-  bool any() const { return zeroBegun || zeroEnded || zeroForgone || adopted || judged; }
+  bool any() const { return zeroBegun || zeroEnded || zeroForgone || adopted || compared; }
 
   /// Merges the inputs of the next frame into these, whose frame is not recorded: both then belong to the next frame.
   /// Of two zeros or comparisons the later one remains. Allocates nothing if `zero` has room for the new one.
@@ -30,15 +30,15 @@ struct TrackerInputs {
       adopted = true;
       zero = next.zero;
     }
-    if (next.judged) {
-      judged = true;
-      judgedZero = next.judgedZero;
+    if (next.compared) {
+      compared = true;
+      comparedZero = next.comparedZero;
       fits = next.fits;
     }
   }
 
   /// Removes all inputs, but keeps the memory of `zero`.
-  void clear() { zeroBegun = zeroEnded = zeroForgone = adopted = judged = fits = false; }
+  void clear() { zeroBegun = zeroEnded = zeroForgone = adopted = compared = fits = false; }
 };
 
 }  // namespace tractiond

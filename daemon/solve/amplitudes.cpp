@@ -32,7 +32,7 @@ std::span<const double> Amplitudes::values() const {
   return {all_.data() + kMotions, static_cast<std::size_t>(std::max(columns_ - kMotions, 0))};
 }
 
-void Amplitudes::take(std::span<const float> displacement_px, std::span<const int> missing) {
+void Amplitudes::begin(std::span<const float> displacement_px, std::span<const int> missing) {
   assert(displacement_px.size() == everyCoordinate_.size());
   displacement_ = displacement_px;
   missing_ = missing;

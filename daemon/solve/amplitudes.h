@@ -15,8 +15,8 @@ class Amplitudes {
   explicit Amplitudes(const Factors& factors);
 
   /// Starts with a frame's displacements, 2M [px], 0 at the missing coordinates, and no modes. Both must live until the
-  /// next take().
-  void take(std::span<const float> displacement_px, std::span<const int> missing);
+  /// next begin().
+  void begin(std::span<const float> displacement_px, std::span<const int> missing);
 
   /// Computes the amplitudes of the first `modes` modes, at least as many as were read and at most Factors::rank().
   /// Forgets what complete() found.
@@ -29,7 +29,7 @@ class Amplitudes {
   /// [N] \param noise_px standard deviation of a coordinate
   void complete(double force_N, double noise_px);
 
-  /// Returns the amplitudes of the modes that were read [px]; none after take(). Valid until the next call of another
+  /// Returns the amplitudes of the modes that were read [px]; none after begin(). Valid until the next call of another
   /// function.
   std::span<const double> values() const;
 

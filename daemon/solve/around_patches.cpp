@@ -166,7 +166,7 @@ bool AroundPatches::findEvident(const Displacements& left, AtomProducts& product
   Chosen& chosen = solutions_[0].chosen;
   const auto& rounds = options_.most[0];
   for (std::size_t i = 0; i < rounds.size(); ++i) {
-    if (!prior_.follow(*seen)) return true;
+    if (!prior_.findGamma(*seen)) return true;
     selection_.choose(prior_.gamma_N2(), rounds[i], true, left.noise_px, chosen);
     if (chosen.atoms.empty() || i + 1 == rounds.size()) break;
     prior_.direct(chosen, false);

@@ -33,7 +33,7 @@ class FieldRules {
 
   /// Sets the residual; sets the flag kUnexplained if noise and model errors do not explain it. \param
   /// squaredResidual_px2 sum over the coordinates of the used markers; below 0 counts as 0
-  /// \param markers whose last take() returned true
+  /// \param markers whose last choose() returned true
   static void explain(double squaredResidual_px2, const UsedMarkers& markers, TractionField& field);
 
   /// Returns whether a force on the node, by its square, is beyond the range in which the uncertainty is known: more

@@ -64,7 +64,7 @@ double Hills::strip(const SolvedForces& forces, int from, const Eigen::Vector2d&
   return sum;
 }
 
-bool Hills::apart(const SolvedForces& forces, int lower, int higher) {
+bool Hills::isValleyBetween(const SolvedForces& forces, int lower, int higher) {
   const auto places = forces.places();
   const auto force = [&](int i) { return Eigen::Vector3d::Map(forces.forces_N().data() + 3 * i); };
   const Eigen::Vector3d direction = (force(lower) + force(higher)).normalized();
@@ -143,7 +143,7 @@ void Hills::divide(const SolvedForces& forces) {
       if (own == other) return;
       const bool ownIsHigher = magnitude_[peak_[own]] > magnitude_[peak_[other]];
       const int higher = ownIsHigher ? own : other, lower = ownIsHigher ? other : own;
-      if (!apart(forces, peak_[lower], peak_[higher])) parent_[lower] = higher;
+      if (!isValleyBetween(forces, peak_[lower], peak_[higher])) parent_[lower] = higher;
     });
     if (hill_[i] >= 0) continue;
     hill_[i] = static_cast<int>(peak_.size());

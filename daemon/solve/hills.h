@@ -80,7 +80,7 @@ class Hills {
   void around(int place, int i, Use use) const;
   double strip(const SolvedForces& forces, int from, const Eigen::Vector2d& along, double at,
                const Eigen::Vector3d& direction, double factor, int column);
-  bool apart(const SolvedForces& forces, int lower, int higher);
+  bool isValleyBetween(const SolvedForces& forces, int lower, int higher);
 
   const PlaceGrid grid_;
   const std::size_t functionalRows_;

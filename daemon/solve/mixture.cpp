@@ -121,8 +121,8 @@ void Mixture::covariance(std::span<const double> weights, int count, std::span<d
     std::array<double, kColumns> away{};
     part.posterior->covariance(weights, count, within);
     for (std::size_t f = 0; f < mean_.size(); ++f) {
-      const double apart = part.force_N[f] - mean_[f];
-      for (std::size_t k = 0; k < functionals; ++k) away[k] += weights[functionals * f + k] * apart;
+      const double deviation = part.force_N[f] - mean_[f];
+      for (std::size_t k = 0; k < functionals; ++k) away[k] += weights[functionals * f + k] * deviation;
     }
     for (std::size_t i = 0; i < functionals; ++i) {
       for (std::size_t j = 0; j < functionals; ++j) {

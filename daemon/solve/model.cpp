@@ -100,7 +100,7 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
 
 /// Does the rounds; those of the second search, too, if the residual shows more.
 Model::Found Model::findField(const Displacements& picture, std::span<const float> displacement_px, int& rounds) {
-  if (!look(picture, displacement_px, options_.detection, moments_)) return Found::kNothing;
+  if (!detect(picture, displacement_px, options_.detection, moments_)) return Found::kNothing;
   first_ = moments_.known;
   for (std::size_t time = 0; time < options_.most.size(); ++time) {
     const auto& most = options_.most[time];
@@ -109,15 +109,15 @@ Model::Found Model::findField(const Displacements& picture, std::span<const floa
       ++rounds;
       if (found != Found::kAtoms) return found;
     }
-    if (time + 1 == options_.most.size() || !looksAgain(picture)) break;
+    if (time + 1 == options_.most.size() || !detectInResidual(picture)) break;
   }
   return Found::kAtoms;
 }
 
 /// Starts with all atoms alike. Returns false, without a start, if no force is as sure as `surety` says.
-bool Model::look(const Displacements& picture, std::span<const float> displacement_px, double surety,
-                 AtomMoments& moments) {
-  amplitudes_.take(displacement_px, picture.missing);
+bool Model::detect(const Displacements& picture, std::span<const float> displacement_px, double surety,
+                   AtomMoments& moments) {
+  amplitudes_.begin(displacement_px, picture.missing);
   double least_N = 0.0;
   const auto readMore = [&] {
     const int modes = evidence_.modesToRead(amplitudes_.values(), picture.noise_px, least_N);
@@ -163,14 +163,14 @@ Model::Found Model::round(const Displacements& picture, int most, bool last) {
   keepMean();
   std::fill(moments_.noise_N2.begin(), moments_.noise_N2.end(), 0.0);
   moments_.known = first_;
-  if (!last) posterior_.noise_N2(noise_);  // after the last one looksAgain() may ask for it
+  if (!last) posterior_.noise_N2(noise_);  // after the last one detectInResidual() may ask for it
   degrees_ = posterior_.keep(noise_, moments_);
   return Found::kAtoms;
 }
 
 /// Chooses atoms by the moments. Returns false if there are none.
 bool Model::choose(const Displacements& picture, int most) {
-  if (!prior_.follow(moments_)) return false;
+  if (!prior_.findGamma(moments_)) return false;
   selection_.choose(prior_.gamma_N2(), most, true, picture.noise_px, chosen_);
   return !chosen_.atoms.empty();
 }
@@ -181,7 +181,7 @@ bool Model::roughen(const Displacements& picture, int most) {
   for (int time = 0; time < kRoughenings; ++time) {
     if (time > 0) {
       keepMean();
-      prior_.see(moments_);
+      prior_.findEvident(moments_);
     }
     selection_.choose(roughness_.add(moments_.mean_N, smooth_), most, false, picture.noise_px, chosen_);
     prior_.direct(chosen_, true);
@@ -196,7 +196,7 @@ void Model::keepMean() {
 }
 
 /// Returns whether the residual exceeds the noise and shows an atom; then adds its moments to those that were found.
-bool Model::looksAgain(const Displacements& picture) {
+bool Model::detectInResidual(const Displacements& picture) {
   const auto coordinates = static_cast<double>(factors_.coordinateCount() - std::ssize(picture.missing));
   const double expected =
       square(picture.noise_px) * (coordinates - degrees_ + options_.gate * std::sqrt(2.0 * coordinates));
@@ -232,7 +232,7 @@ bool Model::findPatches(const Displacements& picture) {
   if (!(patches.misfit() - residual < kHopeless)) return false;
   patches.leave(left.data(), still.data());
   std::copy_n(still.data(), rounded.size(), rounded.begin());
-  if (!look(picture, rounded, options_.surety, rest_)) resize(rest_, atoms_.count());
+  if (!detect(picture, rounded, options_.surety, rest_)) resize(rest_, atoms_.count());
   const double squares = dotProduct(left.data(), left.data(), static_cast<int>(rounded.size()));
   return around.solve({left.data(), picture.missing, squares, picture.noise_px}, products_, rest_, patches);
 }

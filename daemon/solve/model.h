@@ -82,12 +82,13 @@ class Model {
   };
 
   Found findField(const Displacements& picture, std::span<const float> displacement_px, int& rounds);
-  bool look(const Displacements& picture, std::span<const float> displacement_px, double surety, AtomMoments& moments);
+  bool detect(const Displacements& picture, std::span<const float> displacement_px, double surety,
+              AtomMoments& moments);
   Found round(const Displacements& picture, int most, bool last);
   bool choose(const Displacements& picture, int most);
   bool roughen(const Displacements& picture, int most);
   void keepMean();
-  bool looksAgain(const Displacements& picture);
+  bool detectInResidual(const Displacements& picture);
   void addField();
   bool findPatches(const Displacements& picture);
   void addEvenField(const Displacements& picture);
@@ -114,8 +115,8 @@ class Model {
   // Of one frame.
   LineArray<double> displacement_;
   AtomMoments moments_, rest_;             // of all atoms: of the last round; of the residual
-  SurestForce surest_;                     // of the last look()
-  std::vector<double> first_;              // A: AtomMoments::known of the last look() at the modes
+  SurestForce surest_;                     // of the last detect()
+  std::vector<double> first_;              // A: AtomMoments::known of the last detect() at the modes
   Chosen chosen_, smooth_;                 // smooth_: before roughness
   double degrees_ = 0.0;                   // degrees of freedom that the forces use
   std::vector<double> noise_;              // of the chosen atoms

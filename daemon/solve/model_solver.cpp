@@ -56,7 +56,7 @@ void ModelSolver::solve(const MarkerField& markers, TractionField& field) noexce
   field.flags = markers.flags;
   FieldRules::clear(field);
   if ((markers.flags & kGelMismatch) != 0) return;  // numbers of another gel
-  if ((markers.flags & kFewMarkers) != 0 || !used_.take(markers)) {
+  if ((markers.flags & kFewMarkers) != 0 || !used_.choose(markers)) {
     field.flags |= kFewMarkers;
     counters_.fewMarkers.add();
     return;

@@ -51,7 +51,7 @@ Prior::Prior(const Atoms& atoms, const ModelOptions& options)
   near_.setFromTriplets(entries.begin(), entries.end());
 }
 
-bool Prior::see(const AtomMoments& moments) {
+bool Prior::findEvident(const AtomMoments& moments) {
   shown_.clear();
   pulling_.clear();
   for (int a = 0; a < static_cast<int>(evident_.size()); ++a) {
@@ -64,8 +64,8 @@ bool Prior::see(const AtomMoments& moments) {
   return !shown_.empty();
 }
 
-bool Prior::follow(const AtomMoments& moments) {
-  if (!see(moments)) return false;
+bool Prior::findGamma(const AtomMoments& moments) {
+  if (!findEvident(moments)) return false;
   const auto count = static_cast<Index>(evident_.size());
   VectorXd::Map(gathered_.data(), count).noalias() = near_ * VectorXd::Map(evident_.data(), count);
   VectorXd::Map(knownNear_.data(), count).noalias() = near_ * VectorXd::Map(moments.known.data(), count);

@@ -23,19 +23,19 @@ class Prior {
   Prior(const Atoms& atoms, const ModelOptions& options);
 
   /// Computes e_a = max(0, |mean_a|^2 - z^2 noise_a / 3) of all atoms, for direct(). Returns whether any is above 0.
-  bool see(const AtomMoments& moments);
+  bool findEvident(const AtomMoments& moments);
 
-  /// Does what see() does; if the result is true, also computes gamma_a = sum_b k_ab e_b / sum_b k_ab known_b, with
-  /// k = exp(-r^2 / 2 (beta spacing)^2) within a level. Otherwise gamma_N2() remains unchanged.
-  bool follow(const AtomMoments& moments);
+  /// Does what findEvident() does; if the result is true, also computes gamma_a = sum_b k_ab e_b / sum_b k_ab known_b,
+  /// with k = exp(-r^2 / 2 (beta spacing)^2) within a level. Otherwise gamma_N2() remains unchanged.
+  bool findGamma(const AtomMoments& moments);
 
-  /// Returns gamma of all atoms (A), by the last follow() that returned true.
+  /// Returns gamma of all atoms (A), by the last findGamma() that returned true.
   std::span<const double> gamma_N2() const { return gamma_; }
 
   /// Sets the covariances of the chosen atoms to gamma_a Omega_a, with gamma_a of `chosen`, not of gamma_N2(): Omega_a
   /// = (1 - epsilon) 3 C / tr C + epsilon, C = sum_b exp(-r^2 / 2 l_a^2) e_b / |mean_b|^2 mean_b mean_b', by the last
-  /// see() or follow(); 1 if C is 0. The covariance is 0 where gamma_a is 0. l_a is the depth of the markers. \param
-  /// wide true: l_a is at least half the distance between the atoms of the level
+  /// findEvident() or findGamma(); 1 if C is 0. The covariance is 0 where gamma_a is 0. l_a is the depth of the
+  /// markers. \param wide true: l_a is at least half the distance between the atoms of the level
   void direct(Chosen& chosen, bool wide) const;
 
  private:

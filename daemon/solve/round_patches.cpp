@@ -57,7 +57,7 @@ bool RoundPatches::find(const Displacements& picture, std::span<const double> fo
   takeMotion(picture);
   if (!descend(picture)) return false;
   dropUnlikely(picture);
-  apart_.fill(false);
+  areTwo_.fill(false);
   if (areNarrow()) addLikely(picture, enough);
   split(picture, enough);  // two that are one maximum make a broad patch
   return areNarrow();
@@ -164,7 +164,7 @@ void RoundPatches::split(const Displacements& picture, double enough) {
           startAt({from.x_m + side * half.x(), from.y_m + side * half.y(), 0.0});
     }
     const bool isLikelier = descend(picture, mostMisfit(whole)) && logEvidence() > whole;
-    if (isLikelier && areNarrow() && areApart(picture, k, other)) continue;
+    if (isLikelier && areNarrow() && areTwoContacts(picture, k, other)) continue;
     std::swap(now_, kept_);
     --count_;
   }
@@ -198,12 +198,12 @@ Vector2d RoundPatches::halfLength(int patch) const {
 }
 
 /// Returns whether two patches are two contacts: they do not overlap, nor are they one straight contact.
-bool RoundPatches::areApart(const Displacements& picture, int a, int b) {
+bool RoundPatches::areTwoContacts(const Displacements& picture, int a, int b) {
   const PatchPlace &p = patches()[static_cast<std::size_t>(a)].place, &q = patches()[static_cast<std::size_t>(b)].place;
   const double distance = std::hypot(p.x_m - q.x_m, p.y_m - q.y_m);
   if (distance < radius(p) + radius(q)) return false;
   if (distance > kNear * atoms_.pitch_m) return true;
-  bool& known = apart_[static_cast<std::size_t>(kMost * a + b)];
+  bool& known = areTwo_[static_cast<std::size_t>(kMost * a + b)];
   return known = known || !isBar(picture, a, b);
 }
 
@@ -232,7 +232,7 @@ void RoundPatches::join(const Displacements& picture) {
   for (int b = 1; b < count_; ++b) {
     for (int a = 0; a < b; ++a) {
       const int one = contactOf(a), other = contactOf(b);
-      if (one == other || areApart(picture, a, b)) continue;
+      if (one == other || areTwoContacts(picture, a, b)) continue;
       std::replace(contact_.begin(), contact_.begin() + count_, std::max(one, other), std::min(one, other));
     }
   }

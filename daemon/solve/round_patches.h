@@ -94,7 +94,7 @@ class RoundPatches {
   void addLikely(const Displacements& picture, double enough);
   void split(const Displacements& picture, double enough);
   Eigen::Vector2d halfLength(int patch) const;
-  bool areApart(const Displacements& picture, int a, int b);
+  bool areTwoContacts(const Displacements& picture, int a, int b);
   bool isBar(const Displacements& picture, int a, int b);
 
   // round_patches_fit.cpp
@@ -138,7 +138,7 @@ class RoundPatches {
   int count_ = 0;
   std::array<int, 2> bar_ = {-1, -1};  // patches that are the ends of one straight contact
   std::array<int, kMost> contact_{};
-  std::array<bool, static_cast<std::size_t>(kMost* kMost)> apart_{};  // a before b: known not to be a bar
+  std::array<bool, static_cast<std::size_t>(kMost* kMost)> areTwo_{};  // a before b: known not to be a bar
   Fit now_, next_, kept_, pair_;
   LineArray<double> motion_;  // kMotions columns, 0 where missing
   LineArray<double> here_, spot_;

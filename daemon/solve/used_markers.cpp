@@ -18,7 +18,7 @@ UsedMarkers::UsedMarkers(int markers, const SolveOptions& options)
   missing_.reserve(2 * markers_);
 }
 
-bool UsedMarkers::take(const MarkerField& markers) {
+bool UsedMarkers::choose(const MarkerField& markers) {
   double variance = 0.0;
   int count = 0;
   for (std::size_t i = 0; i < markers_; ++i) {

@@ -19,9 +19,9 @@ class UsedMarkers {
   /// Chooses the valid markers, except those whose variance exceeds 16 times both the mean variance and the
   /// calibrated one, as the equations weigh all alike. Copies what it needs of `markers`. Returns whether there are
   /// enough of them, by SolveOptions::fewestMarkers(); if not, the results below have no meaning.
-  bool take(const MarkerField& markers);
+  bool choose(const MarkerField& markers);
 
-  // Results of the last take(). Coordinate 2 m is u of marker m, 2 m + 1 is v.
+  // Results of the last choose(). Coordinate 2 m is u of marker m, 2 m + 1 is v.
   int count() const { return count_; }                       ///< number of used coordinates, two of each marker
   std::span<const int> missing() const { return missing_; }  ///< the other coordinates, ascending
   std::span<const double> row_px() const { return row_; }    ///< displacements, 2M padded; 0 if missing

@@ -17,7 +17,7 @@ constexpr float kMostOwnShape = 2.0F;  // largest shape of a marker, relative to
 // The excess is used where noise alone would hardly cause it; a marker with too large an excess is rejected.
 constexpr float kOddPerStrain = 0.25F, kLeastStrain = 0.03F, kMostStrain = 0.45F;
 constexpr float kErrorPerExcess = 6.0F, kHeeded = 3.0F, kMostExcess = 2.0F;
-constexpr int kMostLooks = 64;         // tests for deformed discs per frame and layer, as they take time
+constexpr int kMostDeformedFits = 64;  // fits of deformed discs per frame and layer, as they take time
 constexpr float kLeastNoise2 = 0.25F;  // share of the variance at rest: lower limit for dark markers
 
 }  // namespace
@@ -113,7 +113,7 @@ void CentreErrors::weigh(const Lattice& lattice, int pixels, std::span<const Cen
                          std::span<const Vector> displacement, std::span<const float> restAmplitude,
                          std::span<const std::uint8_t> frames, const std::function<bool(int, float)>& adoptDeformed,
                          std::span<std::uint8_t> valid) {
-  int looks = 0;
+  int deformedFits = 0;
   const float heeded = kHeeded * std::sqrt(2.0F / static_cast<float>(pixels - 7));
   for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
     if (!valid[i]) continue;
@@ -128,7 +128,8 @@ void CentreErrors::weigh(const Lattice& lattice, int pixels, std::span<const Cen
       excess = std::max((centre.misfit - shape * shape) / noise2 - 1.0F, 0.0F);
       // Large strained discs have a larger misfit. Dust and tears do not look like an ellipse.
       const float explained = atRest * atRest + (1.0F + 0.5F * heeded) * noise2;
-      if (excess > heeded && strain > kLeastStrain && looks++ < kMostLooks && adoptDeformed(i, explained)) {
+      if (excess > heeded && strain > kLeastStrain && deformedFits++ < kMostDeformedFits &&
+          adoptDeformed(i, explained)) {
         excess = 0.0F;
       }
     }

@@ -146,14 +146,15 @@ std::span<const Spot> Detector::find(const Plane& own, const Plane& other, const
   fitCentres(own, marker, {}, guesses_, centres);
 
   grid_.clear();
-  const float apart = own.scale * static_cast<float>(marker.radius());
+  const float leastDistance = own.scale * static_cast<float>(marker.radius());
   for (const Centre& centre : centres) {
     if (!centre.found || centre.misfit > kOddShape * kOddShape * centre.amplitude * centre.amplitude) continue;
     const bool coloured = other.first != nullptr;
     if (coloured && amplitudeAt(other, marker, centre.u, centre.v) > kOtherColour * centre.amplitude) continue;
     bool again = false;
-    grid_.near(centre.u, centre.v, apart,
-               [&](int i) { again = again || std::hypot(spots_[i].u - centre.u, spots_[i].v - centre.v) < apart; });
+    grid_.near(centre.u, centre.v, leastDistance, [&](int i) {
+      again = again || std::hypot(spots_[i].u - centre.u, spots_[i].v - centre.v) < leastDistance;
+    });
     if (again) continue;
     grid_.add(static_cast<int>(spots_.size()), centre.u, centre.v);
     spots_.push_back({centre.u, centre.v, centre.amplitude});

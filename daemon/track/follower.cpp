@@ -75,7 +75,7 @@ Follower::Follower(const sensor::Sensor& sensor, int zeroFrames, FollowerWorkspa
   centres_.resize(count);
 }
 
-bool Follower::look(bool discontinuity) {
+bool Follower::findMarkers(bool discontinuity) {
   ++frames_;
   const Planes& planes = workspace_->planes;
   for (Layer& layer : layers_) {
@@ -105,7 +105,7 @@ bool Follower::look(bool discontinuity) {
 }
 
 void Follower::fit(const Layer& layer, std::span<const Guess> guesses, std::span<Centre> centres) const {
-  fitCentres(layer.plane, looks(layer).markers, looks(layer).crossTalk, guesses, centres);
+  fitCentres(layer.plane, appearanceOf(layer).markers, appearanceOf(layer).crossTalk, guesses, centres);
 }
 
 void Follower::fitAll(const Layer& layer) {
@@ -128,7 +128,7 @@ bool Follower::acquire() {
   LabelOptions options{.seenBefore = reference_.isZero, .least = kLabelled};
   for (std::size_t i = 0; i < layers_.size(); ++i) {
     Layer& layer = layers_[i];
-    const MarkerTemplate& marker = reference_.appearance.isKnown ? looks(layer).markers.front() : roughOf(layer);
+    const MarkerTemplate& marker = reference_.appearance.isKnown ? appearanceOf(layer).markers.front() : roughOf(layer);
     const auto found = workspace_->detector.find(layer.plane, layer.otherPlane, marker);
     options.border_px = std::max(options.border_px, Detector::border_px(layer.plane, marker));
     layer.spots.assign(found.begin(), found.end());
@@ -209,8 +209,9 @@ void Follower::finishFrame(bool thorough) {
   markOverlaps();
   for (Layer& layer : layers_) {
     errors_.weigh(
-        layer.lattice, looks(layer).markers.front().used(), centres_, displacement_, reference_.amplitude, slopeFrames_,
-        [this, &layer](int marker, float mostMisfit) { return adoptDeformed(layer, marker, mostMisfit); }, valid_);
+        layer.lattice, appearanceOf(layer).markers.front().used(), centres_, displacement_, reference_.amplitude,
+        slopeFrames_, [this, &layer](int marker, float mostMisfit) { return adoptDeformed(layer, marker, mostMisfit); },
+        valid_);
   }
   for (int i = 0; i < markers_; ++i) stepped_[i] = stepped_[i] && valid_[i];
   torn_ = tears_.torn(displacement_, errors_.variance_px2(), valid_) || torn_;
@@ -224,8 +225,8 @@ void Follower::finishFrame(bool thorough) {
 /// of the marker and returns true.
 bool Follower::adoptDeformed(const Layer& layer, int marker, float mostMisfit) {
   Centre centre = centres_[marker];
-  const MarkerTemplate& disc = looks(layer).markers[reference_.appearance.size[marker]];
-  if (!fitDeformedCentre(layer.plane, disc, looks(layer).crossTalk, guessAt(marker, place_[marker]), centre))
+  const MarkerTemplate& disc = appearanceOf(layer).markers[reference_.appearance.size[marker]];
+  if (!fitDeformedCentre(layer.plane, disc, appearanceOf(layer).crossTalk, guessAt(marker, place_[marker]), centre))
     return false;
   if (centre.misfit > mostMisfit) return false;
   return accept(marker, centre, place_[marker]);

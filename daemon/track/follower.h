@@ -17,7 +17,8 @@
 
 namespace tractiond::track {
 
-/// Shared by followers of the same pictures: the picture, and memory that has no meaning between two calls of look().
+/// Shared by followers of the same pictures: the picture, and memory that has no meaning between two calls of
+/// findMarkers().
 struct FollowerWorkspace {
   /// Allocates memory for pictures of the size of the sensor's camera, and for its markers. The sensor must be
   /// trackable(); it need not outlive the object.
@@ -30,7 +31,7 @@ struct FollowerWorkspace {
 };
 
 /// Follows the markers of a reference from picture to picture. Thread-bound. A copy continues independently from the
-/// original's state; assigning a follower of the same sensor allocates only for the markers' appearance. look()
+/// original's state; assigning a follower of the same sensor allocates only for the markers' appearance. findMarkers()
 /// allocates only where it learns the appearance: in the first picture in which markers are found, and after
 /// learnAnew().
 class Follower {
@@ -55,19 +56,19 @@ class Follower {
   Follower(const sensor::Sensor& sensor, int zeroFrames, FollowerWorkspace& workspace);
 
   /// Makes `pose` the reference and recomputes the displacements from it; the markers' places are kept. Copies all of
-  /// the pose but its cross-talk; the other results stay until the next look(). The pose must have as many markers as
-  /// the sensor.
+  /// the pose but its cross-talk; the other results stay until the next findMarkers(). The pose must have as many
+  /// markers as the sensor.
   void adopt(const RestPose& pose);
 
   /// Takes over the layers' cross-talk of a pose that was taken in an earlier run; nothing else of it.
   void setCrossTalk(const RestPose& pose);
 
   /// Exchanges the appearance of the markers with `other`; allocates nothing. Forgets the learned deviations from
-  /// discs; the next look() learns them again.
+  /// discs; the next findMarkers() learns them again.
   void exchangeAppearance(Appearance& other);
 
-  /// Makes look() learn the appearance, with cross-talk and each marker's own shape, from the next picture in which
-  /// markers are found. From now on also seeks the markers that the reference lacks.
+  /// Makes findMarkers() learn the appearance, with cross-talk and each marker's own shape, from the next picture in
+  /// which markers are found. From now on also seeks the markers that the reference lacks.
   void learnAnew();
 
   /// Learns from the markers found in the last picture how far markers typically are from discs
@@ -79,9 +80,9 @@ class Follower {
   /// false or fewer than 60 % of the reference's markers are found, but after a search that found few only in the
   /// fourth picture
   /// \return whether the markers were labelled anew
-  bool look(bool discontinuity);
+  bool findMarkers(bool discontinuity);
 
-  // Results of the last look(), by marker in the order of sensor::markerPositions. The spans stay in place. Only
+  // Results of the last findMarkers(), by marker in the order of sensor::markerPositions. The spans stay in place. Only
   // place_px() and valid() have a meaning for markers that are not valid.
 
   /// Returns the places; for a lost marker the place that its neighbours suggest; before the first labelling
@@ -143,8 +144,8 @@ class Follower {
   void placeUnlabelled();
   void assumeRest();
 
-  Appearance::Layer& looks(const Layer& layer) { return reference_.appearance.layers[layer.index]; }
-  const Appearance::Layer& looks(const Layer& layer) const { return reference_.appearance.layers[layer.index]; }
+  Appearance::Layer& appearanceOf(const Layer& layer) { return reference_.appearance.layers[layer.index]; }
+  const Appearance::Layer& appearanceOf(const Layer& layer) const { return reference_.appearance.layers[layer.index]; }
   void fit(const Layer& layer, std::span<const Guess> guesses, std::span<Centre> centres) const;
   void fitAll(const Layer& layer);
   bool wanted(int marker) const { return reference_.present[marker] || seeksAll_; }

@@ -77,7 +77,7 @@ bool Follower::searchAround(const Layer& layer, int marker, Vector place) {
   constexpr int kMostSteps = 4;
   constexpr int kMost = (2 * kMostSteps + 1) * (2 * kMostSteps + 1);
   const float reach = std::min(kSearchReach * spacing_px_, kSearchReach_px);
-  const auto radius_px = static_cast<float>(looks(layer).radius_px);
+  const auto radius_px = static_cast<float>(appearanceOf(layer).radius_px);
   const int steps = std::min(kMostSteps, static_cast<int>(std::ceil(reach / (1.3F * radius_px))));
   std::array<Guess, kMost> guesses;
   std::array<Centre, kMost> centres;
@@ -122,16 +122,16 @@ void Follower::markOverlaps() {
     if (reference_.present[i]) workspace_->grid.add(i, place_[i].u, place_[i].v);
   }
   const auto reachOf = [this](const Layer& layer) {
-    return static_cast<float>(looks(layer).radius_px) + kBlurredRim_px;
+    return static_cast<float>(appearanceOf(layer).radius_px) + kBlurredRim_px;
   };
   const auto windowOf = [this](const Layer& layer) {
     int half = 0;
-    for (const MarkerTemplate& marker : looks(layer).markers) half = std::max(half, marker.half());
+    for (const MarkerTemplate& marker : appearanceOf(layer).markers) half = std::max(half, marker.half());
     return static_cast<float>(half) * layer.plane.scale;
   };
   const float backWindow = windowOf(back), frontWindow = windowOf(front);
   const float backReach = reachOf(back) + kOverlapMotion_px, frontReach = reachOf(front) + kOverlapMotion_px;
-  const float hides = static_cast<float>(looks(front).radius_px + looks(back).radius_px) + kBlurredRim_px;
+  const float hides = static_cast<float>(appearanceOf(front).radius_px + appearanceOf(back).radius_px) + kBlurredRim_px;
   const float farthest = std::max(backWindow + frontReach, frontWindow + backReach);
   const auto meets = [](float window, float reach, float du, float dv) {
     const float u = std::max(std::abs(du) - window, 0.0F), v = std::max(std::abs(dv) - window, 0.0F);
@@ -140,10 +140,10 @@ void Follower::markOverlaps() {
   for (int i = back.lattice.first; i < back.lattice.first + back.lattice.count(); ++i) {
     mixed_[i] = 0;
     workspace_->grid.near(place_[i].u, place_[i].v, farthest, [&](int other) {
-      const Vector apart = place_[other] - place_[i];
-      if (meets(backWindow, frontReach, apart.u, apart.v)) mixed_[i] = 1;
-      if (meets(frontWindow, backReach, apart.u, apart.v)) mixed_[other] = 1;
-      if (apart.squared() < hides * hides) valid_[i] = stepped_[i] = 0;
+      const Vector offset = place_[other] - place_[i];
+      if (meets(backWindow, frontReach, offset.u, offset.v)) mixed_[i] = 1;
+      if (meets(frontWindow, backReach, offset.u, offset.v)) mixed_[other] = 1;
+      if (offset.squared() < hides * hides) valid_[i] = stepped_[i] = 0;
     });
   }
 }

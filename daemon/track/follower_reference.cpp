@@ -38,8 +38,8 @@ void Follower::adopt(const RestPose& pose) {
 
 void Follower::setCrossTalk(const RestPose& pose) {
   for (const Layer& layer : layers_) {
-    looks(layer).crossTalk = {pose.crossTalk[static_cast<std::size_t>(1 - layer.rank)],
-                              pose.crossTalk[static_cast<std::size_t>(layer.rank)]};
+    appearanceOf(layer).crossTalk = {pose.crossTalk[static_cast<std::size_t>(1 - layer.rank)],
+                                     pose.crossTalk[static_cast<std::size_t>(layer.rank)]};
   }
 }
 
@@ -57,7 +57,7 @@ void Follower::learnAnew() {
 
 const MarkerTemplate& Follower::roughOf(Layer& layer) {
   if (layer.roughScale != layer.plane.scale) {
-    layer.rough = roughTemplate(layer.plane, looks(layer).radius_px);
+    layer.rough = roughTemplate(layer.plane, appearanceOf(layer).radius_px);
     layer.roughScale = layer.plane.scale;
   }
   return layer.rough;
@@ -79,14 +79,14 @@ void Follower::learnSize(const Layer& layer, std::span<const std::uint8_t> seen)
       add(node, node + lattice.columns);
     }
   }
-  if (described > 0.0F) looks(layer).radius_px = layer.described_px * static_cast<double>(shown / described);
+  if (described > 0.0F) appearanceOf(layer).radius_px = layer.described_px * static_cast<double>(shown / described);
 }
 
 /// Learns from the markers that are `seen`, at their present places.
 void Follower::learnAppearance(std::span<const std::uint8_t> seen) {
   for (Layer& layer : layers_) {
     learnSize(layer, seen);
-    looks(layer).markers = {roughTemplate(layer.plane, looks(layer).radius_px)};
+    appearanceOf(layer).markers = {roughTemplate(layer.plane, appearanceOf(layer).radius_px)};
   }
   markOverlaps();
   const auto places = [&](const Layer& layer, bool unseen) {
@@ -99,18 +99,18 @@ void Follower::learnAppearance(std::span<const std::uint8_t> seen) {
   if ((!reference_.isZero || seeksAll_) && workspace_->planes.mixes()) {
     for (std::size_t i = 0; i < 2; ++i) {
       Layer &own = layers_[i], &other = layers_[1 - i];
-      looks(own).crossTalk.own = looks(other).crossTalk.other =
-          crossTalkInto(own.plane, own.otherPlane, looks(own).markers.front(), places(own, false));
+      appearanceOf(own).crossTalk.own = appearanceOf(other).crossTalk.other =
+          crossTalkInto(own.plane, own.otherPlane, appearanceOf(own).markers.front(), places(own, false));
     }
   }
   for (Layer& layer : layers_) {
     // Markers that differ too much from the others to be found may be present nevertheless.
     const auto first = static_cast<std::size_t>(layer.lattice.first),
                count = static_cast<std::size_t>(layer.lattice.count());
-    Sizes sizes = fittingSizes(layer.plane, looks(layer).radius_px, looks(layer).crossTalk, places(layer, true),
-                               seen.subspan(first, count), kAppearancePlaces);
-    looks(layer).markers = std::move(sizes.markers);
-    looks(layer).radius_px = sizes.radius_px;
+    Sizes sizes = fittingSizes(layer.plane, appearanceOf(layer).radius_px, appearanceOf(layer).crossTalk,
+                               places(layer, true), seen.subspan(first, count), kAppearancePlaces);
+    appearanceOf(layer).markers = std::move(sizes.markers);
+    appearanceOf(layer).radius_px = sizes.radius_px;
     std::ranges::copy(sizes.of, reference_.appearance.size.begin() + layer.lattice.first);
   }
   reference_.appearance.isKnown = true;
@@ -142,9 +142,10 @@ void Follower::assumeRest() {
       reference_.place_px[i] = place_[i];
       reference_.amplitude[i] = typical;
       if (labelled_[i])
-        reference_.amplitude[i] = std::max(
-            amplitudeAt(layer.plane, looks(layer).markers[reference_.appearance.size[i]], place_[i].u, place_[i].v),
-            0.5F * typical);
+        reference_.amplitude[i] =
+            std::max(amplitudeAt(layer.plane, appearanceOf(layer).markers[reference_.appearance.size[i]], place_[i].u,
+                                 place_[i].v),
+                     0.5F * typical);
     }
   }
   std::fill(reference_.present.begin(), reference_.present.end(), std::uint8_t{1});

@@ -71,7 +71,7 @@ bool Labeller::label(std::span<const std::span<const Spot>> spots, std::span<con
   for (std::size_t layer = 0; layer < works_.size(); ++layer) {
     prepare(works_[layer], spots[layer], reference_px);
     if (!grow(works_[layer], spots[layer])) return false;
-    look(works_[layer], options.border_px + kUnsure * works_[layer].spacing);
+    findVisible(works_[layer], options.border_px + kUnsure * works_[layer].spacing);
     scoreShifts(works_[layer], options.seenBefore);
   }
   chooseShifts();
@@ -242,7 +242,7 @@ int Labeller::growFrom(Work& work, std::span<const Spot> spots, int seed, int sp
 }
 
 /// Determines which nodes the picture should show, and computes the sums.
-void Labeller::look(Work& work, float border_px) const {
+void Labeller::findVisible(Work& work, float border_px) const {
   const Lattice& wide = work.wide.lattice;
   // Places far from all spots follow a plane through the motion of all nodes that have a spot.
   Vector mean, byX, byY;

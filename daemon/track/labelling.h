@@ -91,7 +91,7 @@ class Labeller {
   int nearest(const Work& work, std::span<const Spot> spots, Vector place, float reach, float* distance,
               float* second) const;
   void setSpot(Work& work, std::span<const Spot> spots, int node, int spot);
-  void look(Work& work, float border_px) const;
+  void findVisible(Work& work, float border_px) const;
   void scoreShifts(Work& work, bool seenBefore) const;
   void chooseShifts();
   LatticeSeen extent(const Work& work) const;

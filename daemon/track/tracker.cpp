@@ -46,8 +46,8 @@ Outcome Tracker::track(const Frame& frame, MarkerField& field) {
   workspace_.planes.read(frame);
   heedDecision();
   heedRequest();
-  const bool relabelled = follower_.look(frame.info.discontinuity);
-  if (taking_ && takingRequested_) candidate_.look(frame.info.discontinuity);
+  const bool relabelled = follower_.findMarkers(frame.info.discontinuity);
+  if (taking_ && takingRequested_) candidate_.findMarkers(frame.info.discontinuity);
   reportSight();
   heedVerdict();
   write(frame.info, relabelled, field);
@@ -82,7 +82,7 @@ void Tracker::prepare(Snapshot& snapshot) const {
   snapshot.spotLayer.reserve(4 * count * follower_.layers().size());
 }
 
-void Tracker::show(Snapshot& snapshot) const {
+void Tracker::fill(Snapshot& snapshot) const {
   const Reference& reference = follower_.reference();
   const bool following = follower_.following();
   for (int i = 0; i < markers_; ++i) {

@@ -27,8 +27,8 @@ struct TrackOptions {
 
 enum class Outcome {
   kTracked,     ///< the field holds this frame
-  kNoRestPose,  ///< the first rest pose is still being taken, or not judged yet: the field must not be used, although
-                ///< in the latter case its markers may be marked as valid
+  kNoRestPose,  ///< no zero is in force yet: the first is still being taken, or was not compared with the gel file
+                ///< yet. The field must not be used, although in the latter case its markers may be marked as valid
 };
 
 /// Thread-bound, except for the functions marked thread-safe. track() allocates nothing, except in the first frame of a
@@ -88,7 +88,7 @@ class Tracker {
   /// thread.
   void setGelFits(const Id& zero, bool fits);
 
-  /// Returns whether there is a zero, and none has been judged yet (setGelFits()): track() would return kNoRestPose.
+  /// Returns whether there is a zero, and setGelFits() has been called for none: track() would return kNoRestPose.
   /// False without awaitsGelCheck. For track()'s thread.
   bool awaitsFirstVerdict();
 
@@ -103,11 +103,11 @@ class Tracker {
   /// frame since the last call. Does not wait. Thread-safe, for one thread.
   bool takeSight(MarkerSight& sight) { return sights_.take(sight); }
 
-  /// Allocates the room that show() needs. Thread-safe.
+  /// Allocates the room that fill() needs. Thread-safe.
   void prepare(Snapshot& snapshot) const;
   /// Fills in the places and states of the markers and the spots in the last frame: all of a snapshot except the
   /// picture. Must follow prepare(); then allocates nothing. For track()'s thread.
-  void show(Snapshot& snapshot) const;
+  void fill(Snapshot& snapshot) const;
 
  private:
   /// A zero that can be restored.

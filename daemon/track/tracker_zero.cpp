@@ -148,9 +148,9 @@ void Tracker::install(const RestPose& pose) {
 void Tracker::heedDecision() {
   if (!decisions_.take(decision_)) return;
   const RestPose& pose = decision_.zero;
-  inputs_.adopted = inputs_.judged = true;
+  inputs_.adopted = inputs_.compared = true;
   inputs_.zero = pose;
-  inputs_.judgedZero = pose.id;
+  inputs_.comparedZero = pose.id;
   inputs_.fits = decision_.fits;
   verdict_ = {pose.id, decision_.fits};
   if (pose.id == zero_) {
@@ -165,8 +165,8 @@ void Tracker::heedVerdict() {
   newVerdict_ = false;
   if (heard_.zero != zero_) return;
   verdict_ = heard_;
-  inputs_.judged = true;
-  inputs_.judgedZero = verdict_.zero;
+  inputs_.compared = true;
+  inputs_.comparedZero = verdict_.zero;
   inputs_.fits = verdict_.fits;
 }
 
@@ -174,8 +174,8 @@ void Tracker::repeat(const TrackerInputs& inputs) {
   if (inputs.zeroEnded) cancelZero();
   if (inputs.zeroBegun) requestZero();
   forgo_ = inputs.zeroForgone;
-  if (inputs.adopted) putInForce(inputs.zero, inputs.judged && inputs.fits);
-  if (inputs.judged) setGelFits(inputs.judgedZero, inputs.fits);
+  if (inputs.adopted) putInForce(inputs.zero, inputs.compared && inputs.fits);
+  if (inputs.compared) setGelFits(inputs.comparedZero, inputs.fits);
 }
 
 bool Tracker::awaitsFirstVerdict() {

@@ -45,9 +45,9 @@ struct ZeroLinks {
   std::function<bool()> cancel;
   std::function<track::ZeroState()> state;
   std::function<bool(RestPose&)> take;
-  /// Hands a judged zero to the tracker (track::Tracker::putInForce()), and tells whether the gel file fits it. Called
-  /// for the zero in force as well, to reject one that was taken; not for a restored or an automatic first zero, for
-  /// which `report` suffices. Returns false if it could not be handed over; it is tried again in the next turn.
+  /// Hands a zero to the tracker (track::Tracker::putInForce()), and tells whether the gel file fits it by compare().
+  /// Called for the zero in force as well, to reject one that was taken; not for a restored or an automatic first zero,
+  /// for which `report` suffices. Returns false if it could not be handed over; it is tried again in the next turn.
   std::function<bool(const RestPose&, bool fits)> putInForce;
 
   /// Compares a zero with the gel file. Called once for every zero that is kept or comes into force, the restored one
@@ -69,7 +69,7 @@ class ZeroProcedure {
  public:
   /// `sensor` and `frames`, the number of frames that the tracker has processed, must outlive this. \param zeroFrames
   /// number of frames that the tracker averages for a zero \param clock returns the time [ns] that the limits refer to
-  /// \param onChange called when the tracker has taken a zero that may come into force, before it is judged, and before
+  /// \param onChange called when the tracker has taken a zero that may come into force, before compare(), and before
   /// an undo takes effect; not for the restored zero, nor again when a zero that was taken comes into force
   ZeroProcedure(const sensor::Sensor& sensor, int zeroFrames, std::int64_t (*clock)(), const Counter& frames,
                 ZeroLinks links, std::function<void()> onChange);
@@ -122,7 +122,7 @@ class ZeroProcedure {
     std::int64_t until_ns;  ///< by then the tracker has taken the zero
     FrameWatch frames;
   };
-  /// The zero has been judged, and is being written to the disk.
+  /// The zero has been compared with the gel file, and is being written to the disk.
   struct Keeping {
     RestPose zero;
     GelReport report;

@@ -33,11 +33,11 @@ ModelSolver& theSolver() {
   return solver;
 }
 
-/// An even force on the nodes from `inner` to `reach` [pitches] around the middle, or around the places `apart` / 2 [m]
-/// beside it, or `up` [m] above.
+/// An even force on the nodes from `inner` to `reach` [pitches] around the middle, or around the places `distance` / 2
+/// [m] beside it, or `up` [m] above.
 struct Load {
   double reach = 1.8;  ///< that of a ball of 5 mm
-  double apart = 0.0, up = 0.0, inner = 0.0;
+  double distance = 0.0, up = 0.0, inner = 0.0;
   double force_N = 4.0;
 };
 
@@ -56,7 +56,7 @@ MarkerField pressed(const Load& load, int missing, unsigned seed) {
   Eigen::VectorXd forces = Eigen::VectorXd::Zero(influence.cols());
   const sensor::Points nodes = sensor::nodePositions(kSensor.nodes);
   for (Eigen::Index n = 0; n < nodes.cols(); ++n) {
-    const double away = std::hypot(std::abs(nodes(0, n)) - 0.5 * load.apart, nodes(1, n) - load.up);
+    const double away = std::hypot(std::abs(nodes(0, n)) - 0.5 * load.distance, nodes(1, n) - load.up);
     if (away >= load.inner * kSensor.nodes.pitch && away <= load.reach * kSensor.nodes.pitch) forces[3 * n + 2] = 1.0;
   }
   forces *= load.force_N / forces.sum();
@@ -167,7 +167,7 @@ BENCHMARK(solveFlushed)->Arg(0)->Arg(115)->Arg(288)->UseManualTime()->Iterations
   BENCHMARK_CAPTURE(solvePressed, name, __VA_ARGS__)->UseManualTime()->Unit(benchmark::kMillisecond)
 
 constexpr int kTenth = 115;  // of the markers
-const Load kBall, kDisc{.reach = 3.4}, kRing{.reach = 4.0, .inner = 2.7}, kPair{.reach = 0.8, .apart = 9e-3},
+const Load kBall, kDisc{.reach = 3.4}, kRing{.reach = 4.0, .inner = 2.7}, kPair{.reach = 0.8, .distance = 9e-3},
     kRim{.up = 30e-3}, kPalm{.reach = 10.0}, kFullFace{.reach = 100.0}, kNoLoad{.force_N = 0.0};
 BENCHMARK_LOAD(press, kBall, 0);
 BENCHMARK_LOAD(pressChangingMarkers, kBall, kTenth);

@@ -55,7 +55,7 @@ class Bench {
 
   /// To another state, in as many frames as the tracker wants.
   void move(const sensor::Points& displacement) {
-    const Eigen::Matrix2Xd here = eye_.look(last_, {}), there = eye_.look(displacement, {});
+    const Eigen::Matrix2Xd here = eye_.project(last_, {}), there = eye_.project(displacement, {});
     const int steps = static_cast<int>(std::ceil((there - here).colwise().norm().maxCoeff() / kLargestStep_px));
     const sensor::Points from = last_;
     for (int i = 1; i < steps; ++i) show(from + (displacement - from) * i / steps);
@@ -70,7 +70,7 @@ class Bench {
 
   std::optional<calibrate::Result> show(const sensor::Points& displacement) {
     now_ns_ += kInterval_ns;
-    Frame frame = eye_.shoot(eye_.look(displacement, {}), 1.0);
+    Frame frame = eye_.shoot(eye_.project(displacement, {}), 1.0);
     frame.info.times.received_ns = now_ns_;
     tracker_->track(frame, field_);
     last_ = displacement;

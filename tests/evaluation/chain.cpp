@@ -158,7 +158,7 @@ void run(const Options& options) {
   if (format == nullptr) fail("no format " + options.format + ", but " + twin::formatNames());
   Eye eye(seen, options.optics, options.seed, *format);
   if (!job.scatter.empty()) eye.scatter(Eigen::Map<const sensor::Points>(job.scatter.data(), 3, job.markers));
-  const Eigen::Matrix2Xd rest = eye.look(eye.rest(), {});
+  const Eigen::Matrix2Xd rest = eye.project(eye.rest(), {});
   Eigen::Matrix2Xd last = rest;
   std::mt19937_64 generator(options.seed);
   std::unique_ptr<track::Tracker> tracker;
@@ -186,7 +186,7 @@ void run(const Options& options) {
   Columns out(options.job);
   for (std::size_t frame = 0; frame < job.frames; ++frame) {
     const Stray stray = job.strayAt(frame);
-    Eigen::Matrix2Xd places = eye.look(job.at(frame), stray);
+    Eigen::Matrix2Xd places = eye.project(job.at(frame), stray);
     const Eigen::Matrix2Xd here = places;
     for (Eigen::Index m = 0; m < places.cols(); ++m) {
       if (job.isMissing(frame, m)) places.col(m).setConstant(std::numeric_limits<double>::quiet_NaN());

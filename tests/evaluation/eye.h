@@ -97,7 +97,7 @@ class Eye {
 
   /// Returns the pixels (u, v), 2 x M, of markers displaced by `displacement` (3 x M [m]), in a picture with this
   /// motion. Valid until the next call.
-  const Eigen::Matrix2Xd& look(Eigen::Ref<const sensor::Points> displacement, const Stray& stray) {
+  const Eigen::Matrix2Xd& project(Eigen::Ref<const sensor::Points> displacement, const Stray& stray) {
     const Eigen::Vector2d centre = sensor_.camera.principal_px;
     const Eigen::Vector2d scale(1.0, sensor_.camera.aspect);
     const Eigen::Matrix2d turn = (1.0 + stray.scale) * Eigen::Rotation2D<double>(stray.roll).toRotationMatrix();
@@ -155,7 +155,7 @@ inline std::unique_ptr<tractiond::track::Tracker> trackerAtRest(const sensor::Se
                                                                 const tractiond::track::TrackOptions& options, Eye& eye,
                                                                 MarkerField& field, RestPose* zero = nullptr) {
   auto tracker = std::make_unique<tractiond::track::Tracker>(sensor, options);
-  const Eigen::Matrix2Xd rest = eye.look(eye.rest(), {});
+  const Eigen::Matrix2Xd rest = eye.project(eye.rest(), {});
   tracker->requestZero();
   for (int i = 0; i < 3 * options.zeroFrames + 30; ++i) {
     tracker->track(eye.shoot(rest, 1.0), field);

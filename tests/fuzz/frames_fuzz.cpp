@@ -30,7 +30,7 @@ std::vector<std::string> seeds() {
   frame.frame.width = 8;
   frame.frame.height = 4;
   frame.frame.stride = 24;
-  frame.inputs.adopted = frame.inputs.judged = true;
+  frame.inputs.adopted = frame.inputs.compared = true;
   frame.inputs.zero = pose();
   publish::PictureMessage message({.sensor = "gel"});
   return {encode(beginning), message.encode(frame, false), message.encode(frame, true)};

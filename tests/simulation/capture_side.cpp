@@ -15,14 +15,14 @@ CaptureSide::CaptureSide(Camera& camera, const capture::CameraOptions& options, 
             journal_.say((level == capture::LogLevel::kWarning ? "log: warning: " : "log: ") + line);
             told_ += line + '\n';
           }))
-    , looks_ns_(now())
+    , nextPop_ns_(now())
     , came_ns_(now()) {}
 
 capture::Next CaptureSide::next(Frame& frame, std::chrono::milliseconds timeout) {
   connection_.popWaits = timeout;
   connection_.isPopped = false;
   const capture::Next next = camera_->next(frame, timeout);
-  looks_ns_ = now() + std::chrono::nanoseconds(connection_.popWaits).count();
+  nextPop_ns_ = now() + std::chrono::nanoseconds(connection_.popWaits).count();
   if (next == capture::Next::kFrame || next == capture::Next::kRejected) came_ns_ = now();
   return next;
 }
@@ -37,7 +37,7 @@ std::int64_t CaptureSide::keeperTurn() {
   keeperIsBusyUntil_ns_ = now() + spent_ns();
   if (connection_.opened != before) {
     came_ns_ = keeperIsBusyUntil_ns_;
-    looks_ns_ = std::min(looks_ns_, came_ns_);  // the capture stage is woken
+    nextPop_ns_ = std::min(nextPop_ns_, came_ns_);  // the capture stage is woken
   }
   return std::max(std::min(next_ns, nextIdle_ns()), keeperIsBusyUntil_ns_);
 }

@@ -23,7 +23,7 @@ class CaptureSide {
   void recycle(Frame& frame) { camera_->recycle(frame); }
   /// Returns when the capture stage wakes.
   std::int64_t wakes_ns() const {
-    return connection_.isPopped ? std::min(looks_ns_, connection_.camera.arrives_ns()) : looks_ns_;
+    return connection_.isPopped ? std::min(nextPop_ns_, connection_.camera.arrives_ns()) : nextPop_ns_;
   }
 
   /// Takes a turn of the camera's keeper, unless a call of the driver keeps it busy. Returns when it is due again.
@@ -63,7 +63,7 @@ class CaptureSide {
   std::string refused_;  ///< why the camera could not be opened, as far as the keeper knows
   Connection connection_;
   std::unique_ptr<capture::Camera> camera_;
-  std::int64_t looks_ns_, came_ns_;
+  std::int64_t nextPop_ns_, came_ns_;
   std::int64_t keeperBegan_ns_ = 0, keeperIsBusyUntil_ns_ = 0;
   std::int64_t asked_ns_ = kNever;  ///< kNever: nothing is asked
 };

@@ -89,10 +89,10 @@ ProcedureLinks Life::links() {
                        },
                    .compare =
                        [this](const RestPose& pose) {
-                         around_.zeros.judge(pose);
+                         around_.zeros.noteCompared(pose);
                          return GelReport();
                        },
-                   .report = [this](const RestPose& pose, const GelReport&) { tracker_.judge(pose.id); },
+                   .report = [this](const RestPose& pose, const GelReport&) { tracker_.setGelFits(pose.id); },
                    .describe =
                        [this](const RestPose& pose) {
                          around_.zeros.describe(pose);
@@ -160,7 +160,7 @@ void Life::stop() {
     while (pipeline_.turn(stage, 0ms)) {
     }
   }
-  pipeline_.settle();
+  pipeline_.countDiscarded();
   checkBalance(0);
 }
 
@@ -187,9 +187,9 @@ void Life::beginStep(const CalibrationStep& step) {
 
 std::int64_t Life::stepWithin_ns(const CalibrationStep& step) const {
   constexpr std::int64_t kSlack_ns = 11 * kSecond, kWork_ns = calibrate::StepRunner::kWorkWithin_ns;
-  const std::int64_t looks_ns =
+  const std::int64_t frames_ns =
       static_cast<std::int64_t>(1e9 * (step.seconds + calibrate::CalibrationOptions{}.grace_s));
-  return kSlack_ns + (step.kind == CalibrationStep::Kind::kNoise ? looks_ns : kWork_ns) +
+  return kSlack_ns + (step.kind == CalibrationStep::Kind::kNoise ? frames_ns : kWork_ns) +
          (around_.stepWork.isIdle() ? 0 : kWork_ns);  // it waits for earlier work
 }
 

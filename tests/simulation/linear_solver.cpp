@@ -17,7 +17,7 @@ void LinearSolver::solve(const MarkerField& markers, TractionField& field) noexc
   field.flags = markers.flags;
   solve::FieldRules::clear(field);
   if ((markers.flags & kGelMismatch) != 0) return;
-  if ((markers.flags & kFewMarkers) != 0 || !used_.take(markers)) {
+  if ((markers.flags & kFewMarkers) != 0 || !used_.choose(markers)) {
     field.flags |= kFewMarkers;
     counters_.fewMarkers.add();
     return;

@@ -69,7 +69,7 @@ void NetworkSide::control() {
   control_->serve(0ms);
   if (const auto answer = camera_.takeAnswer()) control_->answerCamera(*answer);
   snapshots_.turn();
-  frozenPeers_.look(now());
+  frozenPeers_.endFrozen(now());
   constexpr std::int64_t kHeard_ns = 300 * kMs;
   const std::int64_t changed_ns = subscribers_.previewsChanged_ns();
   journal_.law(publisher_->previewWanted() == subscribers_.wantsPreviews() ||

@@ -48,7 +48,7 @@ void Tracker::putInForce(const RestPose& pose) {
   verdict_ = pose.id;
 }
 
-void Tracker::judge(const Id& zero) {
+void Tracker::setGelFits(const Id& zero) {
   if (zero == force_.id) verdict_ = zero;
 }
 

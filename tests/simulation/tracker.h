@@ -19,7 +19,7 @@ class Tracker {
   explicit Tracker(const Gel& gel)
       : gel_(gel) {}
 
-  /// Writes the markers of a picture. \return false: there is no zero in force that has been judged
+  /// Writes the markers of a picture. \return false: there is no zero in force for which setGelFits() was called
   bool track(const Picture& picture, MarkerField& field);
 
   void request() { state_ = track::ZeroState::kRequested; }
@@ -32,7 +32,7 @@ class Tracker {
   void restore(const RestPose& pose);
   /// Puts the zero in force with the next picture.
   void putInForce(const RestPose& pose);
-  void judge(const Id& zero);
+  void setGelFits(const Id& zero);
 
  private:
   void begin(bool requested);
@@ -44,7 +44,7 @@ class Tracker {
   track::ZeroState state_ = track::ZeroState::kNone;
   RestPose force_;
   bool hasForce_ = false;
-  Id verdict_{};  ///< the zero that has been judged
+  Id verdict_{};  ///< the zero of the last putInForce() or setGelFits()
   std::optional<RestPose> decision_, finished_;
 
   // The zero that is being taken.

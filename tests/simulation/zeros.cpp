@@ -14,7 +14,7 @@ Zeros::Zeros(const Gel& gel, Disk& disk, Journal& journal)
     , keeping_(disk) {}
 
 std::future<tl::expected<void, Error>> Zeros::keep(const RestPose& pose, const RestPose* before) {
-  journal_.law(std::ranges::find(judged_, pose.id) != judged_.end(), "a zero is judged before it is written",
+  journal_.law(std::ranges::find(compared_, pose.id) != compared_.end(), "a zero is judged before it is written",
                nameOf(pose.id));
   unsure_.push_back(pose.id);
   auto done = keeping_.begin([&] { return zero::saveZeros(kState, pose, before, owner()); });

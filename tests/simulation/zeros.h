@@ -24,8 +24,8 @@ class Zeros {
 
   // What the daemon does.
 
-  /// Notes that the daemon has judged a zero. Law: it does so before the zero is written.
-  void judge(const RestPose& pose) { judged_.push_back(pose.id); }
+  /// Notes that the daemon has compared a zero with the gel file. Law: it does so before the zero is written.
+  void noteCompared(const RestPose& pose) { compared_.push_back(pose.id); }
   /// Begins to write.
   std::future<tl::expected<void, Error>> keep(const RestPose& pose, const RestPose* before);
   /// Notes that a description with this zero in force is published.
@@ -51,7 +51,7 @@ class Zeros {
   /// Drops all writing, as the daemon was killed.
   void die() {
     keeping_.die();
-    judged_.clear();
+    compared_.clear();
   }
   /// Notes that a zero has been taken while something pressed with that force.
   void heedTaken(const RestPose& pose, double press_N) { presses_N_[pose.id] = press_N; }
@@ -76,7 +76,7 @@ class Zeros {
   Disk& disk_;
   Journal& journal_;
   Later<Kept> keeping_;
-  std::vector<Id> judged_;
+  std::vector<Id> compared_;
   std::map<Id, double> presses_N_;
   bool hasLived_ = false;
   std::optional<Id> inForce_, previous_;

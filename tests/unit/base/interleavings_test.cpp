@@ -171,7 +171,7 @@ class RingThatIsFull : public explore::Trial {
 };
 
 // The producer takes the oldest back when it needs room; the consumer looks now and then.
-template <std::size_t kCapacity, int kItems, int kLooks>
+template <std::size_t kCapacity, int kItems, int kTakes>
 class RingWithTwoTakers : public explore::Trial {
  public:
   void first() override {
@@ -184,7 +184,7 @@ class RingWithTwoTakers : public explore::Trial {
     }
   }
   void second() override {
-    for (int look = 0; look < kLooks; ++look) {
+    for (int take = 0; take < kTakes; ++take) {
       if (Item* item = ring_.pop()) taken_.arrives(use(*item));
     }
   }
@@ -282,8 +282,8 @@ struct EarlyWake {
   void wait(std::chrono::milliseconds /*timeout*/) { explore::wait(); }
 };
 
-// kBefore items are on their way when the threads begin. The consumer looks until the end, or kLooks times.
-template <WhenFull kWhenFull, int kBefore, int kItems, int kLooks = 1000>
+// kBefore items are on their way when the threads begin. The consumer looks until the end, or kTakes times.
+template <WhenFull kWhenFull, int kBefore, int kItems, int kTakes = 1000>
 class LinkUnderway : public explore::Trial {
  public:
   LinkUnderway() {
@@ -298,7 +298,7 @@ class LinkUnderway : public explore::Trial {
     link_.close();
   }
   void second() override {
-    for (int look = 0; look < kLooks; ++look) {
+    for (int take = 0; take < kTakes; ++take) {
       const bool closed = link_.closed();
       if (Item* slot = link_.take()) {
         taken_.arrives(slot->number.get());
@@ -307,7 +307,7 @@ class LinkUnderway : public explore::Trial {
       } else if (closed) {
         ended_ = true;
         break;
-      } else if (look + 1 < kLooks) {
+      } else if (take + 1 < kTakes) {
         link_.wait({});
       }
     }

@@ -10,8 +10,8 @@ namespace tractiond::calibrate::gel_check_test {
 namespace {
 
 /// What the daemon would find in pictures of `truth`, had it this gel file. Nothing: no zero could be taken.
-std::optional<GelReport> judged(const sensor::Sensor& truth, const sensor::Sensor& file, unsigned seed = 1,
-                                twin::Format format = twin::Format::kRgb8) {
+std::optional<GelReport> checked(const sensor::Sensor& truth, const sensor::Sensor& file, unsigned seed = 1,
+                                 twin::Format format = twin::Format::kRgb8) {
   track::Scene scene({}, format, truth);
   scene.remove(0.03, seed);
   track::Tracker tracker(file, {});
@@ -69,8 +69,8 @@ TEST(GelCheck, AGelAsUncertainAsItsFileSaysIsNoAlarm) {
   double largest = 0.0;
   for (int i = 0; i < kGels; ++i) {
     const sensor::Sensor file;
-    const auto report = judged(draw.trueSensor(file), file, static_cast<unsigned>(i),
-                               i % 2 ? twin::Format::kBayerRG8 : twin::Format::kRgb8);
+    const auto report = checked(draw.trueSensor(file), file, static_cast<unsigned>(i),
+                                i % 2 ? twin::Format::kBayerRG8 : twin::Format::kRgb8);
     ASSERT_TRUE(report) << i;
     if (!report->fits()) ++alarms;
     EXPECT_TRUE(report->fits()) << i << ": " << report->remark;
@@ -91,7 +91,7 @@ TEST(GelCheck, AWrongPitchIsNoticed) {
       sensor::Sensor file;
       const sensor::Sensor truth = draw.trueSensor(file);
       for (sensor::MarkerLayer& layer : file.layers) layer.pitch *= 1.0 + error;
-      const auto report = judged(truth, file, i);
+      const auto report = checked(truth, file, i);
       ASSERT_TRUE(report);
       EXPECT_FALSE(report->fits());
       const auto& pitch = find(*report, "pitch_mm");
@@ -114,7 +114,7 @@ TEST(GelCheck, AnotherNumberOfMarkersIsNoticedBothWaysRound) {
   for (const auto& [columns, rows] : {std::pair(20, 20), {25, 24}, {23, 24}, {24, 23}, {20, 24}, {24, 21}}) {
     for (const bool inFile : {false, true}) {
       const auto report =
-          inFile ? judged(grid(24, 24), grid(columns, rows)) : judged(grid(columns, rows), grid(24, 24));
+          inFile ? checked(grid(24, 24), grid(columns, rows)) : checked(grid(columns, rows), grid(24, 24));
       ASSERT_TRUE(report) << columns << " x " << rows;
       EXPECT_FALSE(report->fits()) << columns << " x " << rows << (inFile ? " in the file" : " in the picture");
       std::printf("%d x %d %s: %s\n", columns, rows, inFile ? "in the file" : "in the picture", report->remark.c_str());
@@ -130,7 +130,7 @@ TEST(GelCheck, ExchangedLayersAreNoticed) {
       const sensor::Sensor truth = draw.trueSensor(file);
       std::swap(file.layers[0].depth, file.layers[1].depth);
       if (centresToo) std::swap(file.layers[0].centre, file.layers[1].centre);
-      const auto report = judged(truth, file, i);
+      const auto report = checked(truth, file, i);
       ASSERT_TRUE(report);
       EXPECT_FALSE(report->fits());
       EXPECT_TRUE(centresToo || report->remark.find("exchanged") != std::string::npos) << report->remark;
@@ -147,7 +147,7 @@ TEST(GelCheck, ALayersDepthThatIsAFifthOffIsNoticed) {
         sensor::Sensor file;
         const sensor::Sensor truth = draw.trueSensor(file);
         file.layers[layer].depth *= share;
-        const auto report = judged(truth, file, i);
+        const auto report = checked(truth, file, i);
         ASSERT_TRUE(report);
         EXPECT_TRUE(find(*report, "layer_distance_mm").contradicts);
         if (i == 0) std::printf("%s\n", report->remark.c_str());
@@ -164,7 +164,7 @@ TEST(GelCheck, AWrongPoseIsMeasured) {
     const auto direction = [&] { return Eigen::Vector3d(draw.normal(1), draw.normal(1), draw.normal(1)).normalized(); };
     file.camera.position += 20e-3 * direction();
     file.camera.rotation += 5.0 * M_PI / 180.0 * direction();
-    const auto report = judged(truth, file, i);
+    const auto report = checked(truth, file, i);
     ASSERT_TRUE(report) << i;
     EXPECT_FALSE(report->fits());
     if (i == 0) std::printf("%s\n", report->remark.c_str());
@@ -185,7 +185,7 @@ TEST(GelCheck, AnotherScaleInXAndYIsNamed) {
       file.camera.position.z() = 170e-3;  // so that all rows stay in the picture
       sensor::Sensor truth = draw.trueSensor(file);
       truth.camera.aspect = aspect;
-      const auto report = judged(truth, file);
+      const auto report = checked(truth, file);
       ASSERT_TRUE(report) << aspect;
       const auto& found = find(*report, "aspect");
       EXPECT_TRUE(found.contradicts);
@@ -195,7 +195,7 @@ TEST(GelCheck, AnotherScaleInXAndYIsNamed) {
       std::printf("%s\n", report->remark.c_str());
       // A file that has it fits.
       file.camera.aspect = aspect;
-      const auto right = judged(truth, file);
+      const auto right = checked(truth, file);
       ASSERT_TRUE(right);
       EXPECT_TRUE(right->fits()) << right->remark;
     }
@@ -205,12 +205,12 @@ TEST(GelCheck, AnotherScaleInXAndYIsNamed) {
 TEST(GelCheck, OneLayerIsEnough) {
   sensor::Sensor file;
   file.layers.pop_back();
-  const auto right = judged(file, file);
+  const auto right = checked(file, file);
   ASSERT_TRUE(right);
   EXPECT_TRUE(right->fits()) << right->remark;
   sensor::Sensor truth = file;
   truth.layers[0].pitch *= 0.97;
-  const auto wrong = judged(truth, file);
+  const auto wrong = checked(truth, file);
   ASSERT_TRUE(wrong);
   EXPECT_FALSE(wrong->fits());
 }

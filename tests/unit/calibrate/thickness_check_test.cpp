@@ -13,8 +13,8 @@ constexpr sensor::PictureMotion kMotion{.shift_px = 0.005, .scale = 1e-5, .roll 
 constexpr double kMeanNoise_px = 0.004;  // mean of a second's frames, and the zero's own
 
 /// A gel, and what its file says of it.
-struct Judge {
-  explicit Judge(const sensor::Sensor& file)
+struct Weighing {
+  explicit Weighing(const sensor::Sensor& file)
       : fit(file)
       , check(file, fit) {}
 
@@ -38,11 +38,11 @@ const Eigen::Vector2d kOffTheCentre(12e-3, -8e-3);
 
 TEST(ThicknessCheck, AQuarterMoreOrLessIsNoticedUnderOneWeightOffTheCentre) {
   const sensor::Sensor file;
-  const Judge judge(file);
+  const Weighing weigh(file);
   for (const double share : {0.75, 1.25}) {
     sensor::Sensor truth = file;
     truth.gel.size.z() *= share;
-    const auto found = judge(truth, kOffTheCentre, 2.0, 1);
+    const auto found = weigh(truth, kOffTheCentre, 2.0, 1);
     ASSERT_TRUE(found);
     std::printf("%.0f mm in truth, 40 mm in the file: %.1f +- %.2f mm\n", 1e3 * truth.gel.size.z(),
                 1e3 * found->thickness, 1e3 * found->deviation);
@@ -54,7 +54,7 @@ TEST(ThicknessCheck, AGelAsUncertainAsItsFileSaysIsNoAlarm) {
   constexpr unsigned kSeed = 31;
   constexpr int kGels = 6;
   const sensor::Sensor file;
-  const Judge judge(file);
+  const Weighing weigh(file);
   std::mt19937 random(kSeed);
   const auto normal = [&](double deviation) { return std::normal_distribution<double>(0.0, deviation)(random); };
   double squares = 0.0;
@@ -64,7 +64,7 @@ TEST(ThicknessCheck, AGelAsUncertainAsItsFileSaysIsNoAlarm) {
     truth.gel.poissonRatio = std::min(truth.gel.poissonRatio + normal(file.uncertainty.poissonRatio), 0.4995);
     truth.gel.youngsModulus *= 1.0 + normal(0.2);
     for (sensor::MarkerLayer& layer : truth.layers) layer.depth += normal(file.uncertainty.layerDepth);
-    const auto found = judge(truth, kOffTheCentre + Eigen::Vector2d(normal(5e-3), normal(5e-3)), 2.0, 100 + i);
+    const auto found = weigh(truth, kOffTheCentre + Eigen::Vector2d(normal(5e-3), normal(5e-3)), 2.0, 100 + i);
     ASSERT_TRUE(found) << i;
     EXPECT_FALSE(found->contradicts(file.gel.size.z())) << i << ": " << 1e3 * found->thickness;
     squares += std::pow((found->thickness - file.gel.size.z()) / found->deviation, 2);

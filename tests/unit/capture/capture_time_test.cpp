@@ -80,7 +80,7 @@ class Timed : public Quirks {
     }
     while (use(milliseconds(100))) {
     }
-    return judge(what, rate);
+    return outcomeOf(what, rate);
   }
 
   static constexpr int kFrames = 1200, kReset = 600;
@@ -110,7 +110,7 @@ class Timed : public Quirks {
     camera_->recycle(frame);
     return true;
   }
-  Outcome judge(const char* what, double rate) const {
+  Outcome outcomeOf(const char* what, double rate) const {
     Outcome outcome{.frames = dated_.size()};
     std::vector<double> widths_us{0.0};
     std::int64_t last_ns = 0;

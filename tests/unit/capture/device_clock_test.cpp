@@ -122,7 +122,7 @@ TEST(DeviceClock, StartsAfreshAfterARestart) {
 // ---------------------------------------------------------------- which clock
 
 /// What the gate would say of a frame.
-Judgement judged(bool timed, bool newTimeline, std::uint64_t step = 1) {
+Judgement newFrame(bool timed, bool newTimeline, std::uint64_t step = 1) {
   Judgement judgement;
   judgement.verdict = Verdict::kNew;
   judgement.timed = timed;
@@ -139,7 +139,7 @@ TEST(CaptureClock, TakesTheHostsWhereTheCameraHasNone) {
     taken_ns += kPeriod_ns;
     Arrival arrival;
     arrival.host_ns = taken_ns + kShortestDelay_ns + static_cast<std::int64_t>(random() % 2'000'000);
-    const auto moment = clock.add(arrival, judged(false, i == 0), true);
+    const auto moment = clock.add(arrival, newFrame(false, i == 0), true);
     ASSERT_GE(moment.captured_ns, last_ns);
     ASSERT_LE(std::abs(moment.captured_ns - taken_ns - kShortestDelay_ns), moment.error_ns) << i;
     if (i > 200) {
@@ -155,7 +155,7 @@ TEST(CaptureClock, OwnsUpToFramesThatWaitedInAQueue) {
   const auto frame = [&](std::int64_t host_ns, bool awaited) {
     Arrival arrival;
     arrival.host_ns = host_ns;
-    return clock.add(arrival, judged(false, false), awaited);
+    return clock.add(arrival, newFrame(false, false), awaited);
   };
   for (int i = 0; i < 100; ++i) frame((taken_ns += kPeriod_ns) + kShortestDelay_ns, true);
   // The host stands still for half a second, and finds ten pictures.
@@ -179,7 +179,7 @@ TEST(CaptureClock, ACoarseCameraClockIsWorthItsResolution) {
       Arrival arrival;
       arrival.device_ns = taken_ns - taken_ns % resolution_ns;
       arrival.host_ns = taken_ns + kShortestDelay_ns + static_cast<std::int64_t>(delay(random));
-      const auto moment = clock.add(arrival, judged(true, i == 0), true);
+      const auto moment = clock.add(arrival, newFrame(true, i == 0), true);
       if (i > 100) {
         ASSERT_LE(std::abs(moment.captured_ns - taken_ns - kShortestDelay_ns), moment.error_ns) << resolution_ns;
       }
@@ -211,7 +211,7 @@ TEST(CaptureClock, FirstFramesOfATimelineDoNotKnowTheShortestDelay) {
       Arrival arrival;
       arrival.device_ns = taken_ns;
       arrival.host_ns = taken_ns + kShortestDelay_ns + static_cast<std::int64_t>(random() % kJitter_ns);
-      const auto moment = clock.add(arrival, judged(true, i == 0), true);
+      const auto moment = clock.add(arrival, newFrame(true, i == 0), true);
       missed += std::abs(moment.captured_ns - taken_ns - kShortestDelay_ns) > moment.error_ns ? 1 : 0;
       if (i == 99) {
         EXPECT_LT(moment.error_ns, 2 * kJitter_ns);
@@ -233,7 +233,7 @@ TEST(CaptureClock, AFrameWithoutAStampWasUnderWayForAsLongAsOthers) {
     Arrival arrival;
     arrival.device_ns = taken_ns;
     arrival.host_ns = arrival.raw_ns = taken_ns + kDelay_ns + static_cast<std::int64_t>(random() % kJitter_ns);
-    return clock.add(arrival, judged(timed, first), true);
+    return clock.add(arrival, newFrame(timed, first), true);
   };
   for (int i = 0; i < 200; ++i) {
     fit.add({taken_ns, taken_ns - 20'000, taken_ns + 20'000});

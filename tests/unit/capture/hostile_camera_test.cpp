@@ -69,10 +69,10 @@ class HostileCamera : public testing::Test {
 };
 
 TEST_F(HostileCamera, OneWithoutMaliceIsOpened) {
-  Inspection inspection = inspectApart("127.0.0.1", {.program = options_.inspector});
+  Inspection inspection = inspectInChild("127.0.0.1", {.program = options_.inspector});
   EXPECT_EQ(inspection.outcome, Inspection::Outcome::kAbsent) << inspection.text;
   serve(quirky());
-  inspection = inspectApart("127.0.0.1", {.program = options_.inspector});
+  inspection = inspectInChild("127.0.0.1", {.program = options_.inspector});
   EXPECT_EQ(inspection.outcome, Inspection::Outcome::kHarmless) << inspection.text;
 }
 

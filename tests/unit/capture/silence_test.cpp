@@ -26,7 +26,7 @@ struct Scene {
   int pauses = 0;
   std::uint64_t late = 0;
 
-  Silence judge() {
+  Silence cause() {
     return causeOfSilence({.received = [this] { return (pauses >= takes ? 100U : 0U) + late; },
                            .hasPacketsWaiting = [this] { return waiting; },
                            .isWaitingForProcessor = [this] { return pauses <= runs; },
@@ -42,34 +42,34 @@ struct Scene {
 
 TEST(SilenceOf, ACameraThatAnswersIsAlive) {
   Scene scene{.waiting = false};
-  EXPECT_EQ(scene.judge(), Silence::kAlive);
+  EXPECT_EQ(scene.cause(), Silence::kAlive);
   EXPECT_EQ(scene.pauses, 0);
 }
 
 TEST(SilenceOf, ACameraThatNeitherAnswersNorSendsHasGone) {
-  EXPECT_EQ((Scene{.waiting = false, .answers = false}).judge(), Silence::kNoAnswer);
+  EXPECT_EQ((Scene{.waiting = false, .answers = false}).cause(), Silence::kNoAnswer);
 }
 
 TEST(SilenceOf, ACameraThatSendsIsAliveHoweverLateItAnswers) {
-  EXPECT_EQ((Scene{.waiting = false, .answers = false, .comesWithTheQuestion = 1}).judge(), Silence::kAlive);
-  EXPECT_EQ((Scene{.waiting = false, .answers = false, .waitsAfterwards = true}).judge(), Silence::kAlive);
+  EXPECT_EQ((Scene{.waiting = false, .answers = false, .comesWithTheQuestion = 1}).cause(), Silence::kAlive);
+  EXPECT_EQ((Scene{.waiting = false, .answers = false, .waitsAfterwards = true}).cause(), Silence::kAlive);
 }
 
 TEST(SilenceOf, AThreadThatLeavesPacketsLieHangs) {
   Scene scene;
-  EXPECT_EQ(scene.judge(), Silence::kThreadHangs);
+  EXPECT_EQ(scene.cause(), Silence::kThreadHangs);
   EXPECT_EQ(scene.pauses, 5);
 }
 
 TEST(SilenceOf, AThreadThatIsNotLetRunDoesNotHang) {
   Scene starved{.takes = 20, .runs = 20};
-  EXPECT_EQ(starved.judge(), Silence::kAlive);
+  EXPECT_EQ(starved.cause(), Silence::kAlive);
   EXPECT_EQ(starved.pauses, 20);
   Scene hangsThen{.runs = 20};
-  EXPECT_EQ(hangsThen.judge(), Silence::kThreadHangs);
+  EXPECT_EQ(hangsThen.cause(), Silence::kThreadHangs);
   EXPECT_EQ(hangsThen.pauses, 25);
   Scene forEver{.runs = 1000};
-  EXPECT_EQ(forEver.judge(), Silence::kThreadHangs);
+  EXPECT_EQ(forEver.cause(), Silence::kThreadHangs);
   EXPECT_EQ(forEver.pauses, 40);
 }
 

@@ -17,17 +17,17 @@ class FakeBox : public Box {
   FakeBox()
       : FakeBox(std::make_unique<tractiond::test::TemporaryFolder>()) {}
 
-  void write(const std::string& path, const std::string& text, Look owner = {0, 0, 0, 0644}) {
+  void write(const std::string& path, const std::string& text, FileStatus owner = {0, 0, 0, 0644}) {
     std::filesystem::create_directories((folder_ / path.substr(1)).parent_path());
     std::ofstream(folder_ / path.substr(1)) << text;
     owners_[path] = owner;
   }
-  void makeDirectory(const std::string& path, Look owner = {0, 0, 0, 0755}) {
+  void makeDirectory(const std::string& path, FileStatus owner = {0, 0, 0, 0755}) {
     std::filesystem::create_directories(folder_ / path.substr(1));
     owners_[path] = owner;
   }
   void remove(const std::string& path) { std::filesystem::remove_all(folder_ / path.substr(1)); }
-  void own(const std::string& path, Look owner) { owners_[path] = owner; }
+  void own(const std::string& path, FileStatus owner) { owners_[path] = owner; }
   void start(int id, const std::string& name, const std::vector<std::string>& words = {}) {
     std::string line;
     for (const std::string& word : words) line += word + '\0';
@@ -40,8 +40,8 @@ class FakeBox : public Box {
     std::filesystem::create_symlink("socket:[" + inode + "]", folder / "7");
   }
 
-  Look look(const std::string& path) const override {
-    const Look real = Box::look(path);
+  FileStatus fileStatus(const std::string& path) const override {
+    const FileStatus real = Box::fileStatus(path);
     const auto owner = owners_.find(path);
     return real.error != 0 || owner == owners_.end() ? real : owner->second;
   }
@@ -73,7 +73,7 @@ class FakeBox : public Box {
 
   std::unique_ptr<tractiond::test::TemporaryFolder> temporary_;
   const std::filesystem::path& folder_ = temporary_->path();
-  std::map<std::string, Look> owners_;
+  std::map<std::string, FileStatus> owners_;
 };
 
 }  // namespace traction::doctor

@@ -85,7 +85,7 @@ void DrawnBox::drawUsb() {
   draw("USB permissions", good, [&] {
     good();
     if (cameras == 0 || coin()) return box.remove(rule);
-    box.own(node(one(cameras)), any<Box::Look>({{0, 0, 0, 0660}, {0, 0, kGroup, 0640}, {0, 0, kGroup, 0600}}));
+    box.own(node(one(cameras)), any<Box::FileStatus>({{0, 0, 0, 0660}, {0, 0, kGroup, 0640}, {0, 0, kGroup, 0600}}));
   });
 }
 
@@ -196,8 +196,8 @@ void DrawnBox::drawInstance() {
     const auto good = [=, this] { box.write(file, ""); };
     draw("configuration", good, [&] {
       box.write(file, "",
-                hasUser_ ? any<Box::Look>({{0, 0, 0, 0640}, {0, 1000, 1000, 0600}, {0, 0, kUser, 0600}})
-                         : Box::Look{0, 0, 0, 0600});
+                hasUser_ ? any<Box::FileStatus>({{0, 0, 0, 0640}, {0, 1000, 1000, 0600}, {0, 0, kUser, 0600}})
+                         : Box::FileStatus{0, 0, 0, 0600});
     });
     if (hasUser_ && coin() && !bad.contains("configuration")) box.own(file, {0, 0, kGroup, 0640});
   }

@@ -59,7 +59,7 @@ class GelPictureCommands : public Workplace {
   }
 
   void writeGelFile(double aspect);
-  RestMarkers look(double noise_px);
+  RestMarkers noisyMarkers(double noise_px);
   void tellApart(int trials);
 
   std::mt19937 generator{tractiond::test::seed()};
@@ -152,7 +152,7 @@ TEST_F(GelPictureCommands, AnotherScaleIsNamedWithTheValueToWrite) {
 }
 
 /// Places of all markers with noise, as a tracker finds them in one picture.
-RestMarkers GelPictureCommands::look(double noise_px) {
+RestMarkers GelPictureCommands::noisyMarkers(double noise_px) {
   const sensor::Projection project(truth.camera, truth.gel.size.z());
   const sensor::Points points = sensor::markerPositions(truth);
   std::normal_distribution<double> noise(0.0, noise_px);
@@ -187,12 +187,12 @@ void GelPictureCommands::tellApart(int trials) {
     const double pitch = between(0.95, 1.05);
     for (sensor::MarkerLayer& layer : truth.layers) layer.pitch *= pitch;
     const double noise_px = between(0.005, 0.1);
-    const auto same = otherAspect(file, look(noise_px));
+    const auto same = otherAspect(file, noisyMarkers(noise_px));
     EXPECT_FALSE(same) << trial << ": " << same->what();
     const double aspect = between(0.9, 1.1);
     if (std::abs(aspect - 1.0) < 0.02) continue;
     truth.camera.aspect = aspect;
-    const auto other = otherAspect(file, look(noise_px));
+    const auto other = otherAspect(file, noisyMarkers(noise_px));
     // Seen at a slant, they may be those of another focal length as well: few dots in one plane soonest.
     const bool isClear =
         std::abs(aspect - 1.0) > 0.03 && truth.camera.rotation.head<2>().norm() < (file.layers.size() > 1 ? 0.1 : 0.05);
@@ -288,7 +288,7 @@ FewDots::View FewDots::draw(int trial) {
   seen.position += Eigen::Vector3d(between(-1e-3, 1e-3), between(-1e-3, 1e-3), 0.0);
   const double corner2 = (0.25 * 320 * 320 + 0.25 * 240 * 240) / (seen.focal_px * seen.focal_px);
   seen.k1 = -between(0.15, 0.3) / corner2;
-  view.markers = look(0.1);
+  view.markers = noisyMarkers(0.1);
   return view;
 }
 

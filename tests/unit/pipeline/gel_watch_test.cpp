@@ -13,7 +13,7 @@ namespace {
 using track::Scene;
 using track::Tracking;
 
-/// A tracker, and the watch that judges its zeros.
+/// A tracker, and the watch that compares its zeros with the gel file.
 struct Bench {
   Bench()
       : tracking(scene, {.awaitsGelCheck = true})

@@ -1,4 +1,4 @@
-// As hot_path_test, from a camera: popping, judging and giving back, with one packet in a hundred lost.
+// As hot_path_test, from a camera: popping, admitting and giving back, with one packet in a hundred lost.
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/camera.h"
 #include "daemon/pipeline.h"

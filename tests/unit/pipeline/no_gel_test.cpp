@@ -149,7 +149,7 @@ TEST(Snapshots, AreRefusedWhereNoFrameComesAndServeThoseWhoAskLater) {
   frame.size = bytes.size();
   const auto arrives = [&] {
     if (Snapshot* const room = snapshots.lent()) {
-      room->take(frame);
+      room->copyFrom(frame);
       snapshots.giveBack();
     }
   };
@@ -182,7 +182,7 @@ TEST(Snapshots, AreAlsoForWhomeverTheTurnNames) {
   frame.size = 0;
   snapshots.turn(true);
   ASSERT_NE(snapshots.lent(), nullptr);
-  snapshots.lent()->take(frame);
+  snapshots.lent()->copyFrom(frame);
   snapshots.giveBack();
   EXPECT_NE(snapshots.take(), nullptr);
   EXPECT_EQ(answers, 0);

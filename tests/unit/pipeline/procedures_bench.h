@@ -119,9 +119,9 @@ struct ProceduresBench {
   std::deque<std::packaged_task<std::optional<calibrate::Result>()>> works;  ///< that have been started
   bool workTakesLong = false;                                                ///< doWork() does it
   std::function<void(const RestPose&)> onDescribed;
-  int judged = 0;
-  Id lastJudged{};
-  Id judgementOf{};  ///< the zero that the status tells the judgement of
+  int comparisons = 0;
+  Id lastCompared{};
+  Id reportedZero{};  ///< the zero that the status reports on
   bool adoptedFits = false;
   std::optional<RestPose> described, kept, keptBefore, adopted;
   bool busy = false;
@@ -152,13 +152,13 @@ struct ProceduresBench {
                                       },
                                   .compare =
                                       [this](const RestPose& pose) {
-                                        ++judged;
-                                        lastJudged = pose.id;
+                                        ++comparisons;
+                                        lastCompared = pose.id;
                                         GelReport report;
                                         report.remark = doubt;
                                         return report;
                                       },
-                                  .report = [this](const RestPose& pose, const GelReport&) { judgementOf = pose.id; },
+                                  .report = [this](const RestPose& pose, const GelReport&) { reportedZero = pose.id; },
                                   .describe =
                                       [this](const RestPose& pose) {
                                         described = pose;

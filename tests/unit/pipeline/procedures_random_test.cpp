@@ -23,7 +23,7 @@ class Day {
   explicit Day(unsigned seed)
       : generator_(seed)
       , bench_(uniform(2, 60), coarse()) {
-    bench_.onDescribed = [this](const RestPose& pose) { judge(pose); };
+    bench_.onDescribed = [this](const RestPose& pose) { expectAsked(pose); };
   }
 
   void run() {
@@ -80,7 +80,7 @@ class Day {
     // As the status said before.
     zeroUntil_s_ = now_s() + bench_.zeroWithin_s() + 2 * kTurn_s;  // to see that it is over, and to take the pose
     bench_.procedures.beginZero({});
-    look();
+    checkAnswers();
   }
 
   void askForStep() {
@@ -94,7 +94,7 @@ class Day {
     stepUntil_s_ = now_s() + step.seconds + calibrate::CalibrationOptions{}.grace_s +
                    2.0 * (1e-9 * static_cast<double>(zero::ZeroProcedure::kNoFrames_ns) + kTurn_s) + kTurn_s;
     bench_.procedures.beginStep(step);
-    look();
+    checkAnswers();
   }
 
   /// The frames of a turn, what the tracker makes of them, and what the procedures make of that.
@@ -106,7 +106,7 @@ class Day {
     bench_.turn();
     // A turn may come between the tracker's word that a zero is taken and the pose, in the middle of its frame.
     if (late_) bench_.tracker.finished = std::exchange(late_, std::nullopt);
-    look();
+    checkAnswers();
   }
 
   void frame() {
@@ -139,7 +139,7 @@ class Day {
     averaged_ = 0;
   }
 
-  void judge(const RestPose& pose) {
+  void expectAsked(const RestPose& pose) {
     if (pose.requested) {
       EXPECT_TRUE(zeroAsked_s_) << "a zero that nobody waits for";
     } else {
@@ -147,8 +147,8 @@ class Day {
     }
   }
 
-  /// At the answers that have come.
-  void look() {
+  /// Checks the answers that have come, and that those that are waited for are not late.
+  void checkAnswers() {
     while (zeroAnswers_ < bench_.zeroAnswers.size()) {
       ASSERT_TRUE(zeroAsked_s_) << "a second answer: " << bench_.zeroAnswers[zeroAnswers_].error();
       zeroAsked_s_.reset();

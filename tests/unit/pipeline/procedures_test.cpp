@@ -6,14 +6,14 @@
 namespace tractiond::procedures_test {
 namespace {
 
-TEST(Procedures, AFinishedZeroIsJudgedDescribedKeptAndAnswered) {
+TEST(Procedures, AFinishedZeroIsComparedDescribedKeptAndAnswered) {
   ProceduresBench bench;
   bench.doubt = "it looks pressed";
   bench.procedures.beginZero({});
   EXPECT_EQ(bench.tracker.state, track::ZeroState::kRequested);
   bench.tracker.finish(bench.pose(1, true));
   bench.turn();
-  EXPECT_EQ(bench.judged, 1);
+  EXPECT_EQ(bench.comparisons, 1);
   ASSERT_TRUE(bench.described);
   EXPECT_EQ(bench.described->id[0], 1);
   ASSERT_TRUE(bench.kept);
@@ -33,10 +33,10 @@ TEST(Procedures, AZeroOfTheFirstStartAnswersNobody) {
   EXPECT_TRUE(bench.zeroAnswers.empty());
 }
 
-TEST(Procedures, ARestoredZeroIsJudgedAndDescribedAndNotKeptAgain) {
+TEST(Procedures, ARestoredZeroIsComparedAndDescribedAndNotKeptAgain) {
   ProceduresBench bench;
   bench.procedures.welcome("Camera-1", 0.0, bench.pose(7, true));
-  EXPECT_EQ(bench.judged, 1);
+  EXPECT_EQ(bench.comparisons, 1);
   ASSERT_TRUE(bench.described);
   EXPECT_EQ(bench.described->id[0], 7);
   EXPECT_FALSE(bench.kept);
@@ -59,31 +59,31 @@ TEST(Procedures, AZeroComesIntoForceWhenItIsOnTheDisk) {
   bench.turn();
   ASSERT_TRUE(bench.adopted);
   EXPECT_EQ(bench.adopted->id[0], 2);
-  EXPECT_EQ(bench.judgementOf[0], 2);
+  EXPECT_EQ(bench.reportedZero[0], 2);
   EXPECT_EQ(bench.described->id[0], 2);
   ASSERT_EQ(bench.zeroAnswers.size(), 1U);
   EXPECT_TRUE(bench.zeroAnswers[0]);
 }
 
-TEST(Procedures, AZeroIsJudgedBeforeTheDiskIsAsked) {
+TEST(Procedures, AZeroIsComparedBeforeTheDiskIsAsked) {
   ProceduresBench bench;
   bench.takeThirdZeroWhileTheDiskHangs();
-  EXPECT_EQ(bench.lastJudged[0], 3) << "a load that comes while the disk writes hides markers";
-  EXPECT_EQ(bench.judgementOf[0], 2) << "the status tells of the zero in force";
+  EXPECT_EQ(bench.lastCompared[0], 3) << "a load that comes while the disk writes hides markers";
+  EXPECT_EQ(bench.reportedZero[0], 2) << "the status tells of the zero in force";
   bench.writeOne();
   bench.turn();
-  EXPECT_EQ(bench.judged, 2);
-  EXPECT_EQ(bench.judgementOf[0], 3);
+  EXPECT_EQ(bench.comparisons, 2);
+  EXPECT_EQ(bench.reportedZero[0], 3);
 
   bench.procedures.beginZero({.undo = true});
-  EXPECT_EQ(bench.lastJudged[0], 2);
-  EXPECT_EQ(bench.judgementOf[0], 3);
+  EXPECT_EQ(bench.lastCompared[0], 2);
+  EXPECT_EQ(bench.reportedZero[0], 3);
   bench.writeOne();
   bench.turn();
-  EXPECT_EQ(bench.judgementOf[0], 2);
+  EXPECT_EQ(bench.reportedZero[0], 2);
 }
 
-TEST(Procedures, AZeroThatIsRefusedLeavesTheJudgementOfTheOneInForce) {
+TEST(Procedures, AZeroThatIsRefusedLeavesTheReportOnTheOneInForce) {
   ProceduresBench bench;
   bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
   bench.keepFails = true;
@@ -94,7 +94,7 @@ TEST(Procedures, AZeroThatIsRefusedLeavesTheJudgementOfTheOneInForce) {
   ASSERT_TRUE(bench.adopted);
   EXPECT_EQ(bench.adopted->id[0], 1);
   EXPECT_TRUE(bench.adoptedFits);
-  EXPECT_EQ(bench.judgementOf[0], 1);
+  EXPECT_EQ(bench.reportedZero[0], 1);
 }
 
 TEST(Procedures, AZeroThatTheDiskDoesNotTakeIsRefusedAndReplacedThere) {
@@ -133,7 +133,7 @@ TEST(Procedures, TheFirstZeroDoesNotWaitForTheDisk) {
   bench.diskHangs = true;
   bench.tracker.finish(bench.pose(1, false));
   bench.turn();
-  EXPECT_EQ(bench.judged, 1);
+  EXPECT_EQ(bench.comparisons, 1);
   ASSERT_TRUE(bench.described);
   EXPECT_EQ(bench.described->id[0], 1);
 }
@@ -154,7 +154,7 @@ TEST(Procedures, AZeroThatCannotBeKeptIsRefused) {
   bench.turn();
   ASSERT_TRUE(bench.adopted);
   EXPECT_EQ(bench.adopted->id[0], 1);
-  EXPECT_EQ(bench.judgementOf[0], 1);
+  EXPECT_EQ(bench.reportedZero[0], 1);
 }
 
 /// Neighbours agree.

@@ -49,7 +49,7 @@ class RestSolverTest : public testing::Test {
   /// Takes what waits for the next frame, as the tracking and then the solving thread do.
   void pass(PlacedSolver& solver) {
     Id places = solver.zero;
-    rest_->see(places);
+    rest_->advanceZero(places);
     rest_->take(solver, places);
   }
 
@@ -106,11 +106,11 @@ TEST_F(RestSolverTest, AReplacedSolverIsFreed) {
 TEST_F(RestSolverTest, TheZeroIsSeenWithItsSolver) {
   PlacedSolver solver{drawn_};
   Id seen{};
-  rest_->see(seen);
+  rest_->advanceZero(seen);
   EXPECT_EQ(seen, Id{});
   rest_->heed(zero(3));
   settle();
-  rest_->see(seen);
+  rest_->advanceZero(seen);
   EXPECT_EQ(seen, zero(3).id);
   rest_->take(solver, Id{});
   EXPECT_EQ(solver.solver, drawn_) << "for a frame from before";
@@ -124,14 +124,14 @@ TEST_F(RestSolverTest, ASolverIsNotOvertaken) {
   Id seen{};
   rest_->heed(zero(1));
   settle();
-  rest_->see(seen);
+  rest_->advanceZero(seen);
   rest_->heed(zero(2));
   settle();
-  rest_->see(seen);
+  rest_->advanceZero(seen);
   EXPECT_EQ(seen, zero(1).id);
   rest_->take(solver, seen);
   EXPECT_EQ(solver.zero, zero(1).id);
-  rest_->see(seen);
+  rest_->advanceZero(seen);
   EXPECT_EQ(seen, zero(2).id);
   rest_->take(solver, zero(1).id);
   EXPECT_EQ(solver.zero, zero(1).id) << "frames from before the second";

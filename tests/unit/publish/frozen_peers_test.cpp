@@ -75,11 +75,11 @@ TEST_F(FrozenPeersOf, OneThatReadsNothingForFiveSecondsIsCutOff) {
   const Ends deaf = connection(), slow = connection(), idle = connection();
   sendTo(deaf);
   sendTo(slow);
-  frozen.look(10 * kSecond_ns);
+  frozen.endFrozen(10 * kSecond_ns);
   sendTo(slow);  // another number of bytes waits, as where some are read
-  frozen.look(14 * kSecond_ns);
+  frozen.endFrozen(14 * kSecond_ns);
   EXPECT_EQ(told_, std::vector<std::string>());
-  frozen.look(15 * kSecond_ns);
+  frozen.endFrozen(15 * kSecond_ns);
   EXPECT_EQ(told_, std::vector<std::string>{
                        "1 subscribers have read nothing for 5 s, and are cut off until they connect again"});
   EXPECT_TRUE(isCutOff(deaf));
@@ -87,19 +87,19 @@ TEST_F(FrozenPeersOf, OneThatReadsNothingForFiveSecondsIsCutOff) {
   EXPECT_FALSE(isCutOff(idle));
 }
 
-TEST_F(FrozenPeersOf, ManyDescriptorsAreLookedAtInSeveralCalls) {
+TEST_F(FrozenPeersOf, ManyDescriptorsAreExaminedInSeveralCalls) {
   constexpr int kAtOnce = 16, kNumber = 10 * kAtOnce + 1, kCalls = kNumber / kAtOnce + 1;
   FrozenPeers frozen = peers(kAtOnce);
   const Ends deaf = connection(kNumber);
-  const auto look = [&](int second, int calls) {
-    for (int i = 0; i < calls; ++i) frozen.look(second * kSecond_ns);
+  const auto endFrozen = [&](int second, int calls) {
+    for (int i = 0; i < calls; ++i) frozen.endFrozen(second * kSecond_ns);
   };
   const int all = getdtablesize() / kAtOnce + 1;
   sendTo(deaf);
-  look(10, all);
-  look(20, kCalls - 1);
-  EXPECT_EQ(told_.size(), 0U) << "more was looked at in one call";
-  look(20, all);
+  endFrozen(10, all);
+  endFrozen(20, kCalls - 1);
+  EXPECT_EQ(told_.size(), 0U) << "more was examined in one call";
+  endFrozen(20, all);
   EXPECT_EQ(told_.size(), 1U);
   EXPECT_TRUE(isCutOff(deaf));
 }

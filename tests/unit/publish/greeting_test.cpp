@@ -28,10 +28,10 @@ TEST_F(GreetingTest, ComesFromZeroMQ) {
   zmq::socket_t socket(context, zmq::socket_type::router);
   socket.bind("ipc://" + path());
   Greeting greeting("ipc://" + path());
-  EXPECT_TRUE(greeting.came()) << "nothing is known yet";
+  EXPECT_TRUE(greeting.poll()) << "nothing is known yet";
   for (int i = 0; i < 100; ++i) {
     ASSERT_TRUE(test::eventually([&] {
-      if (greeting.came()) return true;
+      if (greeting.poll()) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
       return false;
     }));
@@ -46,14 +46,14 @@ TEST_F(GreetingTest, DoesNotComeWhereNobodyAccepts) {
   ASSERT_EQ(bind(listening, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   ASSERT_EQ(listen(listening, 10), 0);
   Greeting greeting("ipc://" + path());
-  EXPECT_TRUE(greeting.came());
-  for (int i = 0; i < 5; ++i) EXPECT_FALSE(greeting.came());
+  EXPECT_TRUE(greeting.poll());
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(greeting.poll());
   close(listening);
 }
 
 TEST_F(GreetingTest, OfOtherEndpointsNothingIsKnown) {
   Greeting greeting("tcp://127.0.0.1:9870");
-  for (int i = 0; i < 5; ++i) EXPECT_TRUE(greeting.came());
+  for (int i = 0; i < 5; ++i) EXPECT_TRUE(greeting.poll());
 }
 
 }  // namespace

@@ -66,9 +66,9 @@ class WireRecording : public ::testing::Test {
     inputs.zeroBegun = any(1) == 1;
     inputs.zeroEnded = any(1) == 1;
     inputs.zeroForgone = any(1) == 1;
-    inputs.judged = any(1) == 1;
-    if (inputs.judged) inputs.judgedZero.fill(static_cast<std::uint8_t>(any(255)));
-    inputs.fits = inputs.judged && any(1) == 1;
+    inputs.compared = any(1) == 1;
+    if (inputs.compared) inputs.comparedZero.fill(static_cast<std::uint8_t>(any(255)));
+    inputs.fits = inputs.compared && any(1) == 1;
     inputs.adopted = any(1) == 1;
     if (inputs.adopted) inputs.zero = anyPose();
     one.places.fill(static_cast<std::uint8_t>(any(1) * any(255)));
@@ -122,10 +122,10 @@ TEST_F(WireRecording, APictureIsReadAgainExactly) {
     EXPECT_EQ(a.times.capturedError_ns, b.times.capturedError_ns);
     EXPECT_EQ(a.times.capturedBound, b.times.capturedBound);
     const TrackerInputs &c = again.inputs, &d = one.inputs;
-    EXPECT_EQ(std::tie(c.zeroBegun, c.zeroEnded, c.zeroForgone, c.adopted, c.judged, c.fits),
-              std::tie(d.zeroBegun, d.zeroEnded, d.zeroForgone, d.adopted, d.judged, d.fits));
-    if (d.judged) {
-      EXPECT_EQ(c.judgedZero, d.judgedZero);
+    EXPECT_EQ(std::tie(c.zeroBegun, c.zeroEnded, c.zeroForgone, c.adopted, c.compared, c.fits),
+              std::tie(d.zeroBegun, d.zeroEnded, d.zeroForgone, d.adopted, d.compared, d.fits));
+    if (d.compared) {
+      EXPECT_EQ(c.comparedZero, d.comparedZero);
     }
     if (d.adopted) expectEqual(c.zero, d.zero);
     EXPECT_EQ(again.places, one.places);

@@ -122,10 +122,10 @@ TEST(FrameCopy, IsWholeOrTellsWhatItNeeds) {
   for (std::uint32_t seed = 1; seed <= 20; ++seed) {
     const RandomPicture random(seed);
     FrameCopy copy;
-    copy.take(random.frame());
+    copy.copyFrom(random.frame());
     EXPECT_FALSE(copy.fits);
     copy.makeRoom();
-    copy.take(random.frame());
+    copy.copyFrom(random.frame());
     ASSERT_TRUE(copy.fits);
     EXPECT_EQ(Levels(copy.frame.data, copy.frame.data + copy.frame.size), random.bytes);
     EXPECT_EQ(copy.frame.data, copy.bytes.data());

@@ -24,7 +24,7 @@ DenseModel::Result DenseModel::solve(const Vector& displacement, const std::vect
   const Vector d = displacement(present);
   const double n2 = noise_px * noise_px;
   const Modes modes = modesOf(H, motion, noise_px);
-  const Vector all = modes.look * d;
+  const Vector all = modes.toAmplitudes * d;
   const Surest sure = surest(modes, all);
   const double least = leastTau(sure);
   const Vector amplitudes = read(modes, all, least);
@@ -323,8 +323,8 @@ DenseModel::Fit DenseModel::posterior(const Matrix& H, const Matrix& motion, con
   const Matrix A = B.transpose() * B + n2 * Matrix::Identity(B.cols(), B.cols());
   const Matrix inverse = A.inverse();
   const Vector x = inverse * (B.transpose() * d);
-  const Matrix apart = inverse - n2 * inverse * inverse;
-  const Matrix noise = n2 * S * apart.topLeftCorner(3 * count, 3 * count) * S.transpose();
+  const Matrix ofNoise = inverse - n2 * inverse * inverse;
+  const Matrix noise = n2 * S * ofNoise.topLeftCorner(3 * count, 3 * count) * S.transpose();
   Fit fit{S * x.head(3 * count),
           Vector(count),
           Vector(count),

@@ -40,7 +40,7 @@ class DenseModel : protected DenseAtoms {
     Vector s;
     Matrix V;
     double noise_px;
-    Matrix look;  ///< amplitudes of displacements
+    Matrix toAmplitudes;  ///< of displacements, by multiplication
   };
   struct Seen {
     Vector mean, known, noise;

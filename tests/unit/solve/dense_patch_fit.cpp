@@ -261,7 +261,7 @@ bool DensePatchFit::areNarrow(const Fitted& now) const {
                      [this](const Patch& patch) { return patch.place[2] < 1.5 * pitch_ * pitch_; });
 }
 
-bool DensePatchFit::areApart(const Frame& frame, const Fitted& now, std::size_t a, std::size_t b) const {
+bool DensePatchFit::areTwoContacts(const Frame& frame, const Fitted& now, std::size_t a, std::size_t b) const {
   const Patch &one = now.patches[a], &other = now.patches[b];
   const double away = distance(one, other.place);
   if (away < radius(one) + radius(other)) return false;
@@ -317,7 +317,7 @@ DensePatchFit::Fitted DensePatchFit::find(const Frame& frame, const Vector& forc
     two.push_back(startAt(now.patches[k].place + half));
     const Fitted split = fit(frame, two);
     if (logEvidence(frame, split) > logEvidence(frame, now) && areNarrow(split) &&
-        areApart(frame, split, k, two.size() - 1))
+        areTwoContacts(frame, split, k, two.size() - 1))
       now = split;
   }
   return areNarrow(now) ? now : Fitted{};

@@ -82,7 +82,7 @@ class DensePatchFit : public DenseModel {
 
   bool areNarrow(const Fitted& now) const;
 
-  bool areApart(const Frame& frame, const Fitted& now, std::size_t a, std::size_t b) const;
+  bool areTwoContacts(const Frame& frame, const Fitted& now, std::size_t a, std::size_t b) const;
 
   /// No patches: none that explain the picture.
   Fitted find(const Frame& frame, const Vector& forces, double enough) const;

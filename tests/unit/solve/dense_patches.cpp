@@ -45,8 +45,8 @@ DensePatches::Mixed DensePatches::solve(const Vector& displacement, const std::v
     const Vector away = each.wrench - mixed.wrench;
     mixed.covariance += each.worth / sum * (each.covariance + away * away.transpose());
     if (each.change.size() == 0) continue;
-    const Vector apart = each.change - change;
-    unknown += each.worth / ofPatches * (each.changeCovariance + apart * apart.transpose());
+    const Vector deviation = each.change - change;
+    unknown += each.worth / ofPatches * (each.changeCovariance + deviation * deviation.transpose());
   }
   mixed.share = ofPatches / sum;
   const auto count = static_cast<Eigen::Index>(patches.size());
@@ -216,7 +216,7 @@ std::vector<DensePatches::Candidate> DensePatches::around(const Frame& frame, co
   linear(frame, copy, motion, {});
   const double noise_px = std::sqrt(frame.n2);
   const Modes modes = modesOf(H, frame.motion, noise_px);
-  const Vector amplitudes = modes.look * (left - frame.motion * motion);
+  const Vector amplitudes = modes.toAmplitudes * (left - frame.motion * motion);
   const Surest sure = surest(modes, amplitudes);
   const bool isMore = std::sqrt(sure.squaredDeviations) >= options_.surety;
   const Vector nothing = Vector::Zero(shape_.cols());

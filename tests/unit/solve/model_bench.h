@@ -154,7 +154,7 @@ inline MatrixXd covarianceOf(const Estimate& estimate) {
 }
 
 /// Returns the largest difference of two wrenches, in standard deviations of the first one.
-inline double apart(const Estimate& a, const VectorXd& wrench) {
+inline double differenceInDeviations(const Estimate& a, const VectorXd& wrench) {
   return ((wrenchOf(a) - wrench).array() / covarianceOf(a).diagonal().array().sqrt()).abs().maxCoeff();
 }
 

@@ -19,7 +19,7 @@ void expectSame(const Estimate& fast, const DenseModel::Result& slow) {
   EXPECT_EQ(fast.rounds, slow.rounds);
   EXPECT_EQ(fast.atoms, static_cast<int>(slow.atoms.size()));
   EXPECT_LT((forcesOf(fast) - slow.forces).cwiseAbs().maxCoeff(), 2e-5 * slow.forces.cwiseAbs().maxCoeff());
-  EXPECT_LT(apart(fast, slow.wrench), 1e-3);
+  EXPECT_LT(differenceInDeviations(fast, slow.wrench), 1e-3);
   EXPECT_LT((covarianceOf(fast) - slow.covariance).norm(), 1e-5 * slow.covariance.norm());
   EXPECT_NEAR(fast.squaredResidual_px2, slow.residual, 1e-5 * slow.residual);
 }
@@ -125,18 +125,18 @@ TEST(Model, AgreesWithTheDenseTwin) {
   }
 }
 
-TEST(Model, LooksAgainWhereTheTwinDoes) {
+TEST(Model, SearchesAgainWhereTheTwinDoes) {
   Bench bench(smallSensor(), fewAtoms());
-  int looks = 0;
+  int secondSearches = 0;
   for (const Load& load : {square(0, 0, 9, 4), Load{{-6, -4, 0.5 * kPress}, {6, 4, kPress}}, Load{{0, 0, 0.3 * kPress}},
                            Load{{9, -8, kPress}, {-7, 7, 0.05 * kPress}}}) {
     const VectorXd displacement = bench.picture(load, 12);  // no atom is just evident: it would make more of rounding
     const Estimate estimate = bench.solve(displacement);
     expectSame(estimate, bench.twin(displacement));
-    looks += estimate.rounds == 6 ? 1 : 0;
+    secondSearches += estimate.rounds == 6 ? 1 : 0;
   }
-  EXPECT_GE(looks, 2);
-  EXPECT_LE(looks, 3);
+  EXPECT_GE(secondSearches, 2);
+  EXPECT_LE(secondSearches, 3);
 }
 
 TEST(Model, AgreesOnOtherGels) {
@@ -212,7 +212,7 @@ TEST(Model, LeavingFaintModesOutDoesNotShow) {
   EXPECT_LT(strong.factors().rank(), every.factors().rank());
   for (const Load& load : {Load{{1, 2, kPress}}, Load{{-14, 9, 0.05 * kPress}}, square(3, 0, 9, 3)}) {
     const VectorXd displacement = every.picture(load, 7);
-    EXPECT_LT(apart(every.solve(displacement), wrenchOf(strong.solve(displacement))), 0.2);
+    EXPECT_LT(differenceInDeviations(every.solve(displacement), wrenchOf(strong.solve(displacement))), 0.2);
   }
 }
 
@@ -223,7 +223,7 @@ TEST(Model, FollowsTheFramesNoise) {
   const VectorXd displacement = noisy.picture({{1, 2, kPress}}, 9, loud.noise_px);
   const Estimate estimate = calibrated.solve(displacement, {}, loud.noise_px);
   const Estimate expected = noisy.solve(displacement, {}, loud.noise_px);
-  EXPECT_LT(apart(estimate, wrenchOf(expected)), 0.3);
+  EXPECT_LT(differenceInDeviations(estimate, wrenchOf(expected)), 0.3);
   EXPECT_NEAR(covarianceOf(estimate)(2, 2), covarianceOf(expected)(2, 2), 0.1 * covarianceOf(expected)(2, 2));
 }
 
@@ -237,9 +237,9 @@ TEST(Model, TakesOutMissingMarkers) {
     const Estimate estimate = bench.solve(displacement, missing);
     const DenseModel::Result twin = bench.twin(displacement, missing);
     EXPECT_EQ(estimate.rounds, twin.rounds);
-    EXPECT_LT(apart(estimate, twin.wrench), 0.25);  // the start alone is not exact
+    EXPECT_LT(differenceInDeviations(estimate, twin.wrench), 0.25);  // the start alone is not exact
     EXPECT_NEAR(covarianceOf(estimate)(2, 2), twin.covariance(2, 2), 0.05 * twin.covariance(2, 2));
-    EXPECT_GT(apart(estimate, wrenchOf(bench.solve(displacement))), 0.4);
+    EXPECT_GT(differenceInDeviations(estimate, wrenchOf(bench.solve(displacement))), 0.4);
   }
 }
 
@@ -319,7 +319,7 @@ TEST(Model, ReadsABodyByItsNodesAlone) {
   EXPECT_EQ(estimate.patchCount, 0);  // its mechanics are known at the nodes alone
   Eigen::Matrix<double, 6, 1> wrench;
   wrench << 0.1, 0.0, 1.0, 1.5e-3, 0.0, -0.15e-3;
-  EXPECT_LT(apart(estimate, wrench), 3.0);
+  EXPECT_LT(differenceInDeviations(estimate, wrench), 3.0);
   EXPECT_LT(std::sqrt(estimate.covariance[14]), 0.03);
 }
 

@@ -62,7 +62,7 @@ void expectSame(const Estimate& fast, const DensePatches::Mixed& slow) {
   ASSERT_EQ(fast.patchCount, static_cast<int>(slow.patches.size()));
   EXPECT_NEAR(fast.patchShare, slow.share, 1e-3);
   EXPECT_NEAR(fast.evenShare, slow.even, 1e-3);
-  EXPECT_LT(apart(fast, slow.wrench), 2e-3);
+  EXPECT_LT(differenceInDeviations(fast, slow.wrench), 2e-3);
   EXPECT_LT((covarianceOf(fast) - slow.covariance).norm(), 1e-4 * slow.covariance.norm());
   EXPECT_LT((forcesOf(fast) - slow.forces).cwiseAbs().maxCoeff(), 2e-5 * slow.forces.cwiseAbs().maxCoeff());
   for (std::size_t k = 0; k < slow.patches.size(); ++k) {
@@ -182,9 +182,9 @@ TEST(EvenField, TakesOutMissingMarkers) {
   const DensePatches::Mixed twin = bench.twin(displacement, missing);
   EXPECT_GT(estimate.evenShare, 0.9);
   EXPECT_NEAR(estimate.evenShare, twin.even, 0.01);
-  EXPECT_LT(apart(estimate, twin.wrench), 0.05);  // the start alone is not exact
+  EXPECT_LT(differenceInDeviations(estimate, twin.wrench), 0.05);  // the start alone is not exact
   EXPECT_LT((covarianceOf(estimate) - twin.covariance).norm(), 0.02 * twin.covariance.norm());
-  EXPECT_GT(apart(estimate, wrenchOf(bench.solve(displacement))), 0.2);
+  EXPECT_GT(differenceInDeviations(estimate, wrenchOf(bench.solve(displacement))), 0.2);
 }
 
 /// Within an even contact the nodes' forces are alike.
@@ -266,9 +266,9 @@ TEST(Patches, TakeOutMissingMarkers) {
     ASSERT_EQ(estimate.patchCount, static_cast<int>(twin.patches.size()));
     EXPECT_GT(estimate.patchShare, 0.9);
     EXPECT_NEAR(estimate.patchShare, twin.share, 0.01);
-    EXPECT_LT(apart(estimate, twin.wrench), 0.05);  // the start alone is not exact
+    EXPECT_LT(differenceInDeviations(estimate, twin.wrench), 0.05);  // the start alone is not exact
     EXPECT_LT((covarianceOf(estimate) - twin.covariance).norm(), 0.02 * twin.covariance.norm());
-    EXPECT_GT(apart(estimate, wrenchOf(bench.solve(displacement))), 0.2);
+    EXPECT_GT(differenceInDeviations(estimate, wrenchOf(bench.solve(displacement))), 0.2);
   }
 }
 

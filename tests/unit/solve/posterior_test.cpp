@@ -248,7 +248,7 @@ TEST(Amplitudes, CompleteWhatIsMissing) {
   const double force_N = 0.02;
   Amplitudes amplitudes(bench.factors());
   const int rank = bench.factors().rank();
-  amplitudes.take({there.data(), static_cast<std::size_t>(there.size())}, missing);
+  amplitudes.begin({there.data(), static_cast<std::size_t>(there.size())}, missing);
   amplitudes.read(rank);
   for (int i = 0; i < 20; ++i) amplitudes.complete(force_N, kNoise_px);
 
@@ -260,7 +260,7 @@ TEST(Amplitudes, CompleteWhatIsMissing) {
   whole(missing) = signal(missing, present) * total(present, present).llt().solve(picture(present));
   Amplitudes expected(bench.factors());
   const Eigen::VectorXf completed = whole.cast<float>();
-  expected.take({completed.data(), static_cast<std::size_t>(completed.size())}, {});
+  expected.begin({completed.data(), static_cast<std::size_t>(completed.size())}, {});
   expected.read(rank);
   ASSERT_EQ(std::ssize(amplitudes.values()), rank);
   EXPECT_LT((VectorXd::Map(amplitudes.values().data(), rank) - VectorXd::Map(expected.values().data(), rank)).norm(),
@@ -274,9 +274,9 @@ TEST(Amplitudes, AreTheSameInPieces) {
   const std::span given(picture.data(), static_cast<std::size_t>(picture.size()));
   const int rank = bench.factors().rank();
   Amplitudes inPieces(bench.factors()), atOnce(bench.factors());
-  atOnce.take(given, {});
+  atOnce.begin(given, {});
   atOnce.read(rank);
-  inPieces.take(given, {});
+  inPieces.begin(given, {});
   EXPECT_TRUE(inPieces.values().empty());
   for (const int modes : {1, 5, 13, 40, rank}) {
     inPieces.read(modes);
@@ -296,7 +296,7 @@ TEST(Evidence, AsksForTheModesInWhichForcesAreVisible) {
   const auto modesOf = [&](double force_N) {
     const Eigen::VectorXf picture = bench.picture({{4, 3, force_N * kPress}}, 2).cast<float>();
     Amplitudes amplitudes(bench.factors());
-    amplitudes.take({picture.data(), static_cast<std::size_t>(picture.size())}, {});
+    amplitudes.begin({picture.data(), static_cast<std::size_t>(picture.size())}, {});
     for (int times = 0; times < 9; ++times) {
       const int modes = evidence.modesToRead(amplitudes.values(), kNoise_px, 0.0);
       if (modes == std::ssize(amplitudes.values())) break;

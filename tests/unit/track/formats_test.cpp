@@ -14,13 +14,13 @@ namespace {
 using sensor::Colour;
 using twin::Format;
 
-/// The paper's layers with these looks; one where the second is not given.
-struct Look {
+/// The paper's layers in these styles; one where the second is not given.
+struct MarkerStyle {
   Colour colour = Colour::kGrey;
   bool darker = false;
 };
 
-sensor::Sensor gel(Look first, std::optional<Look> second = {}) {
+sensor::Sensor gel(MarkerStyle first, std::optional<MarkerStyle> second = {}) {
   sensor::Sensor sensor;
   sensor.layers[0].colour = first.colour;
   sensor.layers[0].darker = first.darker;
@@ -79,7 +79,7 @@ TEST(Formats, AllAreTrackedAsEightBitsAre) {
   }
 }
 
-TEST(Looks, AllAreTrackedInAnyLight) {
+TEST(MarkerStyles, AllAreTrackedInAnyLight) {
   const std::pair<Colour, const char*> colours[] = {
       {Colour::kBlue, "blue"}, {Colour::kRed, "red"}, {Colour::kGreen, "green"}, {Colour::kGrey, "grey"}};
   for (const Format format : {Format::kMono8, Format::kRgb8, Format::kBayerRG8, Format::kBayerGR12p, Format::kRgb12}) {
@@ -92,9 +92,9 @@ TEST(Looks, AllAreTrackedInAnyLight) {
   }
 }
 
-TEST(Looks, TwoLayersAreToldApart) {
-  const Look blue{Colour::kBlue, false}, red{Colour::kRed, false}, green{Colour::kGreen, false};
-  const Look darkBlue{Colour::kBlue, true}, darkGreen{Colour::kGreen, true}, darkGrey{Colour::kGrey, true};
+TEST(MarkerStyles, TwoLayersAreToldApart) {
+  const MarkerStyle blue{Colour::kBlue, false}, red{Colour::kRed, false}, green{Colour::kGreen, false};
+  const MarkerStyle darkBlue{Colour::kBlue, true}, darkGreen{Colour::kGreen, true}, darkGrey{Colour::kGrey, true};
   for (const Format format : {Format::kRgb8, Format::kBayerRG8, Format::kBayerGR12p}) {
     const std::string name = twin::traitsOf(format).name;
     const double most = twin::isBayer(format) ? 0.055 : 0.03;
@@ -108,8 +108,8 @@ TEST(Looks, TwoLayersAreToldApart) {
   }
 }
 
-TEST(Looks, ThatCannotBeToldApartAreRefused) {
-  const Look grey{}, darkGrey{Colour::kGrey, true}, red{Colour::kRed, false}, blue{Colour::kBlue, false};
+TEST(MarkerStyles, ThatCannotBeToldApartAreRefused) {
+  const MarkerStyle grey{}, darkGrey{Colour::kGrey, true}, red{Colour::kRed, false}, blue{Colour::kBlue, false};
   EXPECT_FALSE(trackable(gel(red, red)));
   EXPECT_FALSE(trackable(gel(grey, red)));
   EXPECT_FALSE(trackable(gel(grey, grey)));

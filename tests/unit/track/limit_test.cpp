@@ -24,7 +24,7 @@ struct Condition {
   twin::Format format = twin::Format::kRgb8;
   double brightnessFrom = 1.0, brightnessTo = 1.0;  ///< of the LED, from the first pose to the last
   double press_px = 4.0;                            ///< at the middle of the bump
-  double apart_px = 0.0;                            ///< red moves further than blue by up to this
+  double layerOffset_px = 0.0;                      ///< red moves further than blue by up to this
   sensor::Sensor sensor = {};
   double most = 0.0;  ///< of the bound, for a centre; 0: only printed
 };
@@ -63,12 +63,12 @@ Figures measure(const Condition& c) {
     const double angle = 3.14159 * random(generator);
     const Eigen::Vector2d peak = c.press_px * Eigen::Vector2d(std::cos(angle), std::sin(angle));
     const Eigen::Vector2d whole(0.5 * random(generator), 0.5 * random(generator));
-    const Eigen::Vector2d apart = share * c.apart_px * Eigen::Vector2d(-0.7071, 0.7071);
+    const Eigen::Vector2d offset = share * c.layerOffset_px * Eigen::Vector2d(-0.7071, 0.7071);
     const auto go = [&](double part) {
       bump.peak_px = part * peak;
       scene.displace(bump, 0.9);
       scene.now.colwise() += part * whole;
-      if (scene.sensor.layers.size() > 1) scene.now.rightCols(scene.sensor.layers[1].count()).colwise() += apart;
+      if (scene.sensor.layers.size() > 1) scene.now.rightCols(scene.sensor.layers[1].count()).colwise() += offset;
     };
     // On the way, unseen by the statistics: off the last pose and on to this one, 7 px a frame at most.
     const Eigen::Matrix2Xd last = scene.now;

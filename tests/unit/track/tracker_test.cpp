@@ -79,7 +79,7 @@ TEST(Tracker, AllocatesNothingWhileItLooksForMarkersThatAreNotThere) {
     const std::uint64_t before = support::allocations();
     for (int i = 0; i < 30; ++i) {
       tracking(scene.shoot());
-      tracking.tracker.show(snapshot);
+      tracking.tracker.fill(snapshot);
     }
     EXPECT_EQ(support::allocations(), before);
     EXPECT_GT(snapshot.spotLayer.size(), 500U);

@@ -68,12 +68,12 @@ TEST(Zero, TheOldStaysInForceUntilTheNewIsComplete) {
   EXPECT_LT(largest, 0.2);
 }
 
-TrackOptions judged() {
+TrackOptions awaitingGelCheck() {
   return {.zeroFrames = kZeroFrames, .awaitsGelCheck = true};
 }
 
-/// Takes the first zero, which is judged to fit.
-RestPose takeJudgedZero(Scene& scene, Tracking& tracking) {
+/// Takes the first zero, which the gel file fits.
+RestPose takeFittingZero(Scene& scene, Tracking& tracking) {
   RestPose zero;
   shoot(scene, tracking, kZeroFrames + 1);
   EXPECT_TRUE(tracking.tracker.takeRestPose(zero));
@@ -81,9 +81,9 @@ RestPose takeJudgedZero(Scene& scene, Tracking& tracking) {
   return zero;
 }
 
-TEST(Zero, ThatIsAskedForWaitsForItsJudgeWhileTheOneBeforeIsMeasuredFrom) {
+TEST(Zero, ThatIsAskedForWaitsForItsDecisionWhileTheOneBeforeIsMeasuredFrom) {
   Scene scene;
-  Tracking tracking(scene, judged());
+  Tracking tracking(scene, awaitingGelCheck());
   shoot(scene, tracking, kZeroFrames + 1);
   RestPose first, second;
   ASSERT_TRUE(tracking.tracker.takeRestPose(first));
@@ -122,9 +122,9 @@ TEST(Zero, ThatIsBeingTakenChangesNoField) {
   twin::Optics blurred;
   blurred.blur_px = 1.3;
   Scene scene, other;
-  Tracking tracking(scene, judged()), calm(other, judged());
-  takeJudgedZero(other, calm);
-  takeJudgedZero(scene, tracking);
+  Tracking tracking(scene, awaitingGelCheck()), calm(other, awaitingGelCheck());
+  takeFittingZero(other, calm);
+  takeFittingZero(scene, tracking);
   for (Scene* each : {&scene, &other}) each->change(blurred);
   tracking.tracker.requestZero();
   for (int i = 0; i < kZeroFrames + 5; ++i) {
@@ -137,15 +137,15 @@ TEST(Zero, ThatIsBeingTakenChangesNoField) {
   EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTaken);
 }
 
-TEST(Zero, ThatItsJudgeRefusesLeavesNothingBehind) {
+TEST(Zero, ThatIsRefusedLeavesNothingBehind) {
   // What was learnt for it was learnt of a blurred picture.
   twin::Optics blurred;
   blurred.blur_px = 1.6;
   Scene scene, other;
-  Tracking tracking(scene, judged()), calm(other, judged());
+  Tracking tracking(scene, awaitingGelCheck()), calm(other, awaitingGelCheck());
   RestPose refused;
-  takeJudgedZero(other, calm);
-  const RestPose zero = takeJudgedZero(scene, tracking);
+  takeFittingZero(other, calm);
+  const RestPose zero = takeFittingZero(scene, tracking);
   for (Scene* each : {&scene, &other}) each->change(blurred);
   tracking.tracker.requestZero();
   shoot(scene, tracking, kZeroFrames + 5);

@@ -191,10 +191,10 @@ TEST_F(ConnectionLimit, ConnectionsLeaveTheReservedDescriptorsFree) {
     for (const int fd : own) close(fd);
     for (zmq::socket_t& subscriber : honest) EXPECT_TRUE(hears(subscriber));
   }
-  const std::string line = report.look(1);
+  const std::string line = report.nextLine(1);
   EXPECT_NE(line.find(" connections were refused: "), std::string::npos) << line;
   EXPECT_NE(line.find("are kept for the program; "), std::string::npos) << line;
-  EXPECT_EQ(report.look(2), "");
+  EXPECT_EQ(report.nextLine(2), "");
 
   crowd_.leave();
   for (const std::string& endpoint : bound_) {
@@ -213,7 +213,7 @@ TEST_F(ConnectionLimit, OfManyConnectionsThoseOfTheLargestPeerAreEstimated) {
     poll(nullptr, 0, 10);
     return connections::refused() > before;
   }));
-  const std::string line = report.look(1);
+  const std::string line = report.nextLine(1);
   const auto about = line.find(" has about ");
   ASSERT_NE(about, std::string::npos) << line;
   const int estimate = std::stoi(line.substr(about + std::string(" has about ").size()));

@@ -54,7 +54,7 @@ class InflowLimit : public testing::TestWithParam<const char*> {
   }
 
   /// Returns the report on the connections that were ended since open(), for a test that fails.
-  std::string told() { return report_->look(monotonicNow()); }
+  std::string told() { return report_->nextLine(monotonicNow()); }
 
   /// A honest peer is heard.
   void expectHeard() {
@@ -273,10 +273,10 @@ TEST_P(InflowLimit, WhatWasDoneIsTold) {
   inflow::Report report;
   RawPeer peer(bound_.at(0), "DEALER");
   EXPECT_TRUE(peer.flood(RawPeer::part("x"), kMuch) || peer.isCutOff());
-  const std::string line = report.look(now_ns);
+  const std::string line = report.nextLine(now_ns);
   EXPECT_TRUE(line.starts_with("1 connections were closed; the last was ")) << line;
   EXPECT_NE(line.find(GetParam() == std::string("ipc") ? "uid " : "127.0.0.1"), std::string::npos) << line;
-  EXPECT_EQ(report.look(now_ns + 61'000'000'000), "");
+  EXPECT_EQ(report.nextLine(now_ns + 61'000'000'000), "");
 }
 
 TEST(InflowLimitDeathTest, ReadingByOtherCallsIsToldOnce) {
@@ -286,9 +286,9 @@ TEST(InflowLimitDeathTest, ReadingByOtherCallsIsToldOnce) {
         constexpr std::int64_t now_ns = 1'000'000'000'000;
         inflow::Report report;
         inflow::release(0, 1);
-        const std::string line = report.look(now_ns);
+        const std::string line = report.nextLine(now_ns);
         const bool isTold = line.find("were not seen to be accepted and read") != std::string::npos;
-        std::_Exit(isTold && report.look(now_ns + 61'000'000'000).empty() ? 0 : 1);
+        std::_Exit(isTold && report.nextLine(now_ns + 61'000'000'000).empty() ? 0 : 1);
       },
       testing::ExitedWithCode(0), "");
 }

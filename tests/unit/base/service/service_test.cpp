@@ -72,9 +72,9 @@ class NotifySocket {
   int socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
 };
 
-/// Turns, and a clock, that advance on every look, but for a stage that hangs.
+/// Turns, and a clock, that advance with every turn of the service, but for a stage that hangs.
 struct Fixture {
-  void look() {
+  void advance() {
     now_ns += step_ns;
     for (Counter* stage : {&turns.capture, &turns.track, &turns.solve, &turns.publish, &turns.control}) {
       if (stage != hung.load()) stage->add();
@@ -82,7 +82,7 @@ struct Fixture {
   }
   ServiceHooks hooks() {
     return {loopsOf(turns),
-            [this] { return look(), ended.load(); },
+            [this] { return advance(), ended.load(); },
             [] { return std::string("well"); },
             {},
             {},
@@ -144,7 +144,7 @@ TEST(Service, TellsItsStatusOnceASecond) {
   std::thread service([&] { run(fixture.hooks()); });
   EXPECT_EQ(systemd.next(), "READY=1\nSTATUS=well");
   for (int second = 0; second < 3; ++second) {
-    for (int look = 1; look < 4; ++look) EXPECT_EQ(systemd.next(), "WATCHDOG=1");
+    for (int turn = 1; turn < 4; ++turn) EXPECT_EQ(systemd.next(), "WATCHDOG=1");
     EXPECT_EQ(systemd.next(), "STATUS=well");
     EXPECT_EQ(systemd.next(), "WATCHDOG=1");
   }
