@@ -72,7 +72,7 @@ void GelWatch::turn() {
     if (std::exchange(examinationDue_, false)) examine(*snapshot);
   }
   snapshots_.turn(examinationDue_);
-  if (fresh) tell();
+  if (fresh || toTell_) tell();
 }
 
 void GelWatch::watchMissing(std::int64_t now_ns) {
@@ -149,7 +149,7 @@ void GelWatch::tell() {
     to.set_deviation(from.deviation);
     to.set_contradicts(from.contradicts);
   }
-  status_.put(status);
+  toTell_ = !status_.put(status);
 }
 
 void GelWatch::takeFrame(const Frame& frame) {

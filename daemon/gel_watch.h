@@ -26,8 +26,9 @@ struct GelWatchOptions {
 /// Bound to the control thread, except for takeFrame().
 class GelWatch {
  public:
-  /// Sensor, tracker and status must outlive this. \param status receives what is to be published; what comes while the
-  /// other thread takes it is dropped \param answer called within turn() with the answer to askSnapshot()
+  /// Sensor, tracker and status must outlive this. \param status receives what is to be published; where the other
+  /// thread is taking it, the next turn() puts it there \param answer called within turn() with the answer to
+  /// askSnapshot()
   GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<traction::v1::MarkerStatus>& status,
            std::function<void(const Snapshots::Result&)> answer, const GelWatchOptions& options = {});
 
@@ -37,7 +38,7 @@ class GelWatch {
   GelReport compare(const RestPose& zero);
 
   /// Passes what compare() has returned for a zero that comes into force to the tracker, whose fields carry
-  /// kGelMismatch if the gel file does not fit, and at once to the status.
+  /// kGelMismatch if the gel file does not fit, and to the status.
   void report(const RestPose& zero, GelReport report);
 
   /// Requests a snapshot of the next picture. A later turn() answers: with the snapshot, which is valid during the
@@ -72,6 +73,7 @@ class GelWatch {
   MarkerSight sight_;
   bool hasZero_ = false;  ///< there is a zero
   GelReport report_;      ///< on the zero in force
+  bool toTell_ = false;   ///< the other thread was taking the status
 
   std::int64_t foundAt_ns_ = 0;   ///< when the markers were found last, or the watch began
   std::int64_t examinedAt_ns_ = 0;  ///< time of the last examination

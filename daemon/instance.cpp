@@ -49,26 +49,6 @@ tl::unexpected<Error> unusable(const std::string& what, const fs::path& path, in
   return unusable(what, path, denied ? EX_NOPERM : EX_CANTCREAT, std::generic_category().message(error));
 }
 
-bool isTrusted(const struct stat& of) {
-  return (of.st_uid == geteuid() || of.st_uid == 0) && !canOthersWrite(of);
-}
-
-/// Returns whether another user may control an open directory: every user can write into it, or into the directory that
-/// it is in, or the one above that, as /tmp, where each name belongs to the first who takes it.
-bool isOfOthers(const fs::path& path, int descriptor) {
-  struct stat own {
-  }, link{}, parent{}, above{};
-  std::error_code failure;
-  fs::path name = fs::absolute(path, failure).lexically_normal();
-  if (!name.has_filename()) name = name.parent_path();  // without the slash at the end
-  const fs::path folder = name.parent_path();
-  if (failure || fstat(descriptor, &own) != 0 || lstat(name.c_str(), &link) != 0) return true;
-  if (stat(folder.c_str(), &parent) != 0 || stat(folder.parent_path().c_str(), &above) != 0) return true;
-  if (canOthersWrite(own)) return true;
-  if (canOthersWrite(parent) && !(isTrusted(own) && isTrusted(link))) return true;
-  return canOthersWrite(above) && (lstat(folder.c_str(), &parent) != 0 || !isTrusted(parent));
-}
-
 }  // namespace
 
 tl::expected<Places, Error> located(Places places) {
@@ -124,7 +104,8 @@ tl::expected<OwnDirectory, Error> OwnDirectory::claim(const fs::path& path, cons
   const int descriptor = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return unusable(what, path, errno);
   OwnDirectory directory(path, descriptor, made);
-  if (isOfOthers(path, descriptor)) {
+  struct stat own {};
+  if (fstat(descriptor, &own) != 0 || canOthersControl(path, own)) {
     return unusable(what, path, EX_NOPERM,
                     "another user may control it, as every user can write into it or a directory above");
   }

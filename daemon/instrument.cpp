@@ -338,6 +338,7 @@ void Instrument::measure(traction::v1::Status& status) {
   turns.set_control(turns_.control.get());
   status.set_log_lines_lost(logLinesLost_ ? logLinesLost_() : 0);
   if (controlServer_) status.set_answers_unsent(controlServer_->unsent());  // none at the first status
+  if (publisher_) status.set_messages_unsent(publisher_->unsent());         // likewise
   status.set_memory_bytes(residentMemory());
   const FixedText<200> unreleased(capture::whyCameraWouldStayLocked());
   status.mutable_unreleased_why()->assign(unreleased.view());

@@ -6,6 +6,7 @@
 #include "proto/traction/v1/endpoints.h"
 
 #include <dirent.h>
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <zmq.h>
@@ -76,6 +77,20 @@ Error unusable(const fs::path& path, int error) {
           .what = "cannot be written: " + std::generic_category().message(error),
           .where = path.string(),
           .remedy = denied ? "keys of a box are root's to change: sudo" : ""};
+}
+
+/// Creates a directory and its parents, which all may read, whatever the umask is.
+std::error_code createForAll(const fs::path& directory) {
+  constexpr mode_t kForAll = 0755;
+  std::error_code error;
+  if (fs::exists(directory, error) || error) return error;
+  if (directory.has_parent_path()) error = createForAll(directory.parent_path());
+  if (error) return error;
+  if (mkdir(directory.c_str(), kForAll) != 0) return {errno == EEXIST ? 0 : errno, std::generic_category()};
+  const int made = open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);  // no link in its place
+  if (made < 0 || fchmod(made, kForAll) != 0) error.assign(errno, std::generic_category());
+  if (made >= 0) close(made);
+  return error;
 }
 
 /// Writes the whole file or nothing. Root writes only into directories of root, where no other user can place a link.
@@ -181,10 +196,12 @@ tl::expected<void, Error> saveKeyPair(const fs::path& path, const KeyPair& keys)
 }
 
 tl::expected<void, Error> saveServerKey(const fs::path& directory, const KeyPair& keys) {
+  if (const auto error = createForAll(directory)) return tl::unexpected(unusable(directory, error.value()));
   return save(serverKeyFile(directory), keys, geteuid() == 0 ? 0640 : 0600);
 }
 
 tl::expected<void, Error> allow(const fs::path& directory, const AllowedKey& key) {
+  if (const auto error = createForAll(directory)) return tl::unexpected(unusable(directory, error.value()));
   const std::string text = "key = \"" + key.key + "\"\npermission = \"" + std::string(wordOf(key.permission)) + "\"\n";
   return write(directory / (key.name + std::string(kEnding)), text, 0644);
 }

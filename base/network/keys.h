@@ -65,11 +65,13 @@ tl::expected<KeyPair, Error> loadKeyPair(const std::filesystem::path& path);
 tl::expected<void, Error> saveKeyPair(const std::filesystem::path& path, const KeyPair& keys);
 
 /// Writes the gateway's own key to serverKeyFile() as saveKeyPair() does, with the same errors. As root the mode is
-/// 0640, so that the directory's group, the gateway's, can read it.
+/// 0640, so that the directory's group, the gateway's, can read it. The directories that it creates have mode 0755,
+/// whatever the umask.
 tl::expected<void, Error> saveServerKey(const std::filesystem::path& directory, const KeyPair& keys);
 
-/// Writes NAME.key with mode 0644 and creates the directory; replaces an existing file as a whole. Errors and group are
-/// those of saveKeyPair(), except for an existing file. \param key must be valid: name and key are not checked
+/// Writes NAME.key with mode 0644 and creates the directory as saveServerKey() does; replaces an existing file as a
+/// whole. Errors and group are those of saveKeyPair(), except for an existing file. \param key must be valid: name and
+/// key are not checked
 tl::expected<void, Error> allow(const std::filesystem::path& directory, const AllowedKey& key);
 
 /// Deletes NAME.key; a gateway notices it by itself (KeyDirectory::refresh()). Errors: EX_NOINPUT if there is none;

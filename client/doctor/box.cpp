@@ -18,6 +18,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <iterator>
 #include <sstream>
 
@@ -145,18 +146,28 @@ std::optional<Box::Ran> Box::run(const std::vector<std::string>& words) const {
   return ran;
 }
 
-std::vector<Process> processesOf(const Box& box) {
-  std::vector<Process> all;
-  for (const std::string& name : box.list("/proc").names) {
+Processes processesOf(const Box& box) {
+  Processes found;
+  const Box::Listing names = box.list("/proc");
+  for (const std::string& name : names.names) {
     if (name.find_first_not_of("0123456789") != std::string::npos) continue;
-    const auto comm = box.line("/proc/" + name + "/comm");
-    if (!comm) continue;  // the process has ended
-    Process process{static_cast<int>(std::strtol(name.c_str(), nullptr, 10)), *comm, {}};
+    const std::string file = "/proc/" + name + "/comm";
+    const Box::Reading comm = box.read(file);
+    const bool hasEnded = comm.error == ENOENT || comm.error == ESRCH;
+    if (!comm && !hasEnded) found.whyUnknown = file + ": " + std::strerror(comm.error);
+    if (!comm) continue;
+    const std::string title = comm.text.substr(0, comm.text.find('\n'));
+    Process process{static_cast<int>(std::strtol(name.c_str(), nullptr, 10)), title, {}};
     std::istringstream words(box.read("/proc/" + name + "/cmdline").text);
     for (std::string word; std::getline(words, word, '\0');) process.words.push_back(word);
-    all.push_back(std::move(process));
+    found.all.push_back(std::move(process));
   }
-  return all;
+  if (names.error != 0) {
+    found.whyUnknown = std::string("/proc cannot be listed: ") + std::strerror(names.error);
+  } else if (std::find(names.names.begin(), names.names.end(), "1") == names.names.end()) {
+    found.whyUnknown = "/proc hides the processes of other users";
+  }
+  return found;
 }
 
 std::vector<std::string> wordsOf(const std::string& line) {

@@ -94,8 +94,12 @@ struct Process {
   std::string name;                ///< at most 15 letters
   std::vector<std::string> words;  ///< of its command line, the program first; empty for threads of the kernel
 };
+struct Processes {
+  std::vector<Process> all;
+  std::string whyUnknown;  ///< why there may be more; empty: there are none
+};
 /// Returns the processes that /proc lists below the box's root; those that end meanwhile are left out.
-std::vector<Process> processesOf(const Box& box);
+Processes processesOf(const Box& box);
 
 /// Splits a line at its blanks; no word is empty.
 std::vector<std::string> wordsOf(const std::string& line);

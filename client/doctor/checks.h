@@ -46,6 +46,7 @@ struct Patient {
   std::string program;  ///< path of tractiond
   std::vector<Process> processes;
   std::vector<Instance> instances;
+  std::string whyUnknown = {};  ///< why there may be more processes; empty: there are none
 };
 
 /// Collects the processes and the instances with their settings. Runs `program` once for each instance, and waits for

@@ -30,7 +30,9 @@ void checkCameraPrograms(const Patient& patient, List& findings) {
     found += (found.empty() ? "" : ", ") + process.name + " (" + std::to_string(process.id) + ")";
     kill += " " + std::to_string(process.id);
   }
-  if (found.empty()) {
+  if (found.empty() && !patient.whyUnknown.empty()) {
+    findings.push_back({"camera programs", Verdict::kUnknown, "not known: " + patient.whyUnknown});
+  } else if (found.empty()) {
     findings.push_back({"camera programs", Verdict::kOk, "none runs that is known to hold cameras"});
   } else {
     findings.push_back({"camera programs", Verdict::kWarn, found + " may hold the camera", "kill" + kill});
@@ -44,6 +46,8 @@ void checkModemManager(const Patient& patient, List& findings) {
     findings.push_back({"ModemManager", Verdict::kWarn,
                         "runs, and talks to new USB devices to see whether they are modems",
                         "sudo systemctl disable --now ModemManager"});
+  } else if (!patient.whyUnknown.empty() && mayUseUsb(patient)) {
+    findings.push_back({"ModemManager", Verdict::kUnknown, "not known: " + patient.whyUnknown});
   } else {
     findings.push_back({"ModemManager", Verdict::kOk, runs ? "runs; no camera is on USB" : "does not run"});
   }
@@ -89,7 +93,10 @@ void checkTwoDaemons(const Patient& patient, List& findings) {
                         "several tractiond of the instance " + one.name + " run: " + found, "sudo kill" + others});
     return;
   }
-  findings.push_back({"other daemons", Verdict::kOk, "no instance runs twice"});
+  if (patient.whyUnknown.empty())
+    findings.push_back({"other daemons", Verdict::kOk, "no instance runs twice"});
+  else
+    findings.push_back({"other daemons", Verdict::kUnknown, "not known: " + patient.whyUnknown});
 }
 
 /// Returns the inodes of listening sockets, by port. `unread` is set to the table that cannot be read, with the reason,
@@ -139,6 +146,10 @@ void checkPorts(const Patient& patient, List& findings) {
         const Process* owner = ownerOf(patient, inode);
         if (owner != nullptr ? owner->name == "tractiond" : !one.processes.empty()) continue;
         const std::string number = std::to_string(port);
+        if (owner == nullptr && !patient.whyUnknown.empty()) {
+          unknown = "which program has port " + number + " of " + one.name + ": " + patient.whyUnknown;
+          continue;
+        }
         findings.push_back(
             {"ports", Verdict::kFail,
              "port " + number + " of " + one.name + " is in use by " +

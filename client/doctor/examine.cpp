@@ -107,7 +107,8 @@ void readSettings(const Patient& patient, Instance& instance) {
 }  // namespace
 
 Patient admit(const Box& box, const std::string& program, const std::string& instance) {
-  Patient patient{box, program, processesOf(box), {}};
+  Processes processes = processesOf(box);
+  Patient patient{box, program, std::move(processes.all), {}, std::move(processes.whyUnknown)};
   for (const std::string& name : instance.empty() ? namesOf(patient) : std::set<std::string>{instance}) {
     Instance one{name, std::string(kFolder).append("/").append(name).append(".toml"), {}, {}, {}};
     for (const Process& process : patient.processes) {

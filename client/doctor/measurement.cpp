@@ -6,7 +6,7 @@ namespace traction::doctor {
 
 void checkMeasurement(const Patient& patient, const Instance& instance, std::vector<Finding>& findings) {
   const std::string check = "measurement";
-  if (instance.processes.empty()) {
+  if (instance.processes.empty() && patient.whyUnknown.empty()) {
     findings.push_back({check, Verdict::kUnknown, "not known: the instance does not run"});
     return;
   }

@@ -127,6 +127,10 @@ void checkReversePath(const Box& box, const std::string& interface, List& findin
 void checkNetworkManager(const Patient& patient, const std::string& interface, List& findings) {
   const bool runs = std::any_of(patient.processes.begin(), patient.processes.end(),
                                 [](const Process& one) { return one.name == "NetworkManager"; });
+  if (!runs && !patient.whyUnknown.empty()) {
+    findings.push_back({"NetworkManager", Verdict::kUnknown, "not known: " + patient.whyUnknown});
+    return;
+  }
   if (!runs || interface == "lo") {
     findings.push_back({"NetworkManager", Verdict::kOk, runs ? "the camera is on the loopback" : "does not run"});
     return;

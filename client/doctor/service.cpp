@@ -141,9 +141,14 @@ std::string editOf(const Instance& instance, const std::string& line) {
          ", then sudo systemctl restart tractiond@" + instance.name;
 }
 
+/// Returns why an instance has no process.
+std::string whyNotFound(const Patient& patient) {
+  return patient.whyUnknown.empty() ? "the instance does not run" : patient.whyUnknown;
+}
+
 void checkLimits(const Patient& patient, const Instance& instance, List& findings) {
   if (instance.processes.empty()) {
-    findings.push_back({"limits", Verdict::kUnknown, "not known: the instance does not run"});
+    findings.push_back({"limits", Verdict::kUnknown, "not known: " + whyNotFound(patient)});
     return;
   }
   const std::string text = patient.box.read("/proc/" + std::to_string(instance.processes[0]) + "/limits").text;
@@ -209,7 +214,7 @@ void checkRealTime(const Patient& patient, const Instance& instance, List& findi
     return;
   }
   if (instance.processes.empty()) {
-    findings.push_back({check, Verdict::kUnknown, "not known: the instance does not run"});
+    findings.push_back({check, Verdict::kUnknown, "not known: " + whyNotFound(patient)});
     return;
   }
   constexpr unsigned kMayLock = 14, kMaySchedule = 23;  // CAP_IPC_LOCK, CAP_SYS_NICE

@@ -1,8 +1,24 @@
 #include "client/src/locate.h"
 
+#include "base/directory.h"
+
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace traction {
+
+namespace {
+
+/// \throws Error if another user may control a runtime directory
+void checkControl(const std::filesystem::path& directory) {
+  if (!tractiond::canOthersControl(directory)) return;
+  throw Error(ErrorCode::kBadEndpoint,
+              "the runtime directory " + directory.string() +
+                  " cannot be used: another user may control it, as every user can write into it or a directory above; "
+                  "set XDG_RUNTIME_DIR to a directory of your own");
+}
+
+}  // namespace
 
 std::vector<Endpoints> locate(const std::string& instance) {
   if (!isValidName(instance)) {
@@ -14,10 +30,18 @@ std::vector<Endpoints> locate(const std::string& instance) {
     const auto stream = directory / "stream";
     // Only the service's group may open the sockets of a service.
     const bool open = std::filesystem::is_socket(stream, ignored) && access(stream.c_str(), W_OK) == 0;
-    if (open) return {ipcEndpoints(directory)};
+    if (open) return checkControl(directory), std::vector{ipcEndpoints(directory)};
     possible.push_back(ipcEndpoints(directory));
   }
-  if (instance != kDefaultInstance) return possible;
+  if (instance != kDefaultInstance) {
+    const auto own = runtimeDirectories(instance).front(), folder = own.parent_path();
+    struct stat above {};
+    // Otherwise another user could make it later.
+    if (stat(folder.parent_path().c_str(), &above) == 0 && tractiond::canOthersWrite(above))
+      mkdir(folder.c_str(), 0700);
+    checkControl(own);
+    return possible;
+  }
   Endpoints tcp = tcpEndpoints();
   tcp.control = possible.back().control;
   return {tcp};

@@ -9,8 +9,9 @@ namespace traction {
 /// Returns the endpoints at which an instance may be reached; never empty. Looks at files only: whether a daemon
 /// answers is not known. If its sockets exist in a runtime directory and may be opened, these are the only ones.
 /// Otherwise, for the default instance: TCP for publishing, and the last runtime directory's socket for control; for
-/// others: the sockets of all directories in which it may start. \throws Error kBadEndpoint if `instance` is not a
-/// valid name
+/// others: the sockets of all directories in which it may start, of which /tmp/tractiond-UID is made so that it is no
+/// other user's. \throws Error kBadEndpoint if `instance` is not a valid name, or if another user may control the
+/// directory of the sockets
 std::vector<Endpoints> locate(const std::string& instance);
 
 /// Returns a kBadEndpoint error for an endpoint that ZeroMQ refuses for the reason `why`. The message shows how

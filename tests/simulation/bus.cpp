@@ -1,11 +1,10 @@
-#include "tests/simulation/bus.h"
+// The bus between its peers and the daemon: messages on their way, queues and their limits, connections that end.
+#include "tests/simulation/bus_parts.h"
 
 #include <sys/socket.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstring>
 #include <utility>
 
 namespace tractiond::simulation {
@@ -58,48 +57,6 @@ Content::~Content() {
 std::size_t Content::held_bytes() {
   return held();
 }
-
-struct Bus::Socket {
-  int type = 0, port = 0;
-  std::string endpoint;
-  std::int64_t largest = -1;
-  std::size_t highWaterMark = 1000;
-  bool conflates = false;
-  std::vector<Connection*> connections;
-  Message outgoing;                            ///< parts of a message that is not complete
-  std::deque<Part> incoming;                   ///< parts of the message that is being received
-  std::deque<Message> subscriptions;           ///< and cancellations, in their order
-  std::deque<std::shared_ptr<Inbox>> inboxes;  ///< the first one is to be served next
-  std::map<std::string, Connection*> routes;
-  std::uint64_t routesSoFar = 0;
-};
-
-struct Bus::Connection {
-  Socket* socket;
-  Peer* peer;
-  std::shared_ptr<const std::string> address;
-  std::int64_t reads_bytesPerMs;
-  int fd;
-  std::uint64_t cookie;
-  std::string wire = {};  ///< from the peer, not read yet
-  bool isShut = false, hasEnded = false;
-  std::string route = {};
-  std::shared_ptr<Inbox> inbox = {};
-  std::vector<std::string> subscriptions = {};
-  struct Waiting {
-    Message message;
-    std::uint64_t number;
-  };
-  std::deque<Waiting> queue = {};  ///< that libzmq holds
-  struct Written {
-    std::vector<std::string> parts;
-    std::size_t bytes;
-    std::uint64_t number;
-  };
-  std::deque<Written> kernel = {};
-  std::size_t kernel_bytes = 0, isRead_bytes = 0;  ///< of the first one
-  std::int64_t passed_ns = 0;                      ///< in which it has read nothing yet
-};
 
 Bus*& bus() {
   static Bus* one = nullptr;
@@ -316,159 +273,4 @@ void Bus::dispatch(Socket& socket, Message message) {
   }
 }
 
-Bus::Socket* Bus::open(int type) {
-  sockets_.push_back(std::make_unique<Socket>());
-  sockets_.back()->type = type;
-  return sockets_.back().get();
-}
-
-void Bus::close(Socket* socket) {
-  while (!socket->connections.empty()) end(*socket->connections[0]);
-  for (auto& [fd, one] : connections_) {
-    if (one.socket == socket) one.socket = nullptr;
-  }
-  std::erase_if(sockets_, [socket](const auto& one) { return one.get() == socket; });
-}
-
-int Bus::set(Socket& socket, int option, const void* value, std::size_t size) {
-  std::int64_t number = 0;
-  if (size == sizeof(int)) {
-    int small = 0;
-    std::memcpy(&small, value, size);
-    number = small;
-  } else if (size == sizeof number) {
-    std::memcpy(&number, value, size);
-  }
-  if (option == ZMQ_SNDHWM) socket.highWaterMark = number == 0 ? SIZE_MAX : static_cast<std::size_t>(number);
-  if (option == ZMQ_MAXMSGSIZE) socket.largest = number;
-  if (option == ZMQ_CONFLATE) socket.conflates = number != 0;
-  return 0;
-}
-
-int Bus::get(const Socket& socket, int option, void* value, std::size_t* size) const {
-  if (option == ZMQ_TYPE) {
-    std::memcpy(value, &socket.type, sizeof socket.type);
-    *size = sizeof socket.type;
-    return 0;
-  }
-  if (option == ZMQ_LAST_ENDPOINT && *size > socket.endpoint.size()) {
-    *size = socket.endpoint.size() + 1;
-    std::memcpy(value, socket.endpoint.c_str(), *size);
-    return 0;
-  }
-  errno = EINVAL;
-  return -1;
-}
-
-int Bus::bind(Socket& socket, const std::string& endpoint) {
-  socket.endpoint = endpoint;
-  socket.port = std::stoi(endpoint.substr(endpoint.rfind(':') + 1));
-  return 0;
-}
-
-void Bus::send(Socket& socket, Part part) {
-  socket.outgoing.push_back(std::move(part));
-  if (!socket.outgoing.back().more) dispatch(socket, std::exchange(socket.outgoing, {}));
-}
-
-bool Bus::canReceive(const Socket& socket) const {
-  return !socket.incoming.empty() || !socket.subscriptions.empty() ||
-         std::ranges::any_of(socket.inboxes, [](const auto& inbox) { return !inbox->messages.empty(); });
-}
-
-/// Requests are taken from the connections in turn, one from each.
-bool Bus::receive(Socket& socket, Part& part) {
-  if (socket.incoming.empty()) {
-    Message message;
-    if (!socket.subscriptions.empty()) {
-      message = std::move(socket.subscriptions.front());
-      socket.subscriptions.pop_front();
-    }
-    for (std::size_t i = socket.inboxes.size(); i > 0 && message.empty(); --i) {
-      const auto inbox = std::move(socket.inboxes.front());
-      socket.inboxes.pop_front();
-      if (!inbox->messages.empty()) {
-        message = std::move(inbox->messages.front());
-        inbox->messages.pop_front();
-      }
-      if (!inbox->messages.empty() || !inbox->hasEnded) socket.inboxes.push_back(inbox);
-    }
-    socket.incoming.assign(std::make_move_iterator(message.begin()), std::make_move_iterator(message.end()));
-  }
-  if (socket.incoming.empty()) return false;
-  part = std::move(socket.incoming.front());
-  socket.incoming.pop_front();
-  return true;
-}
-
-std::string Bus::localEnd(int fd) const {
-  const Connection* const one = find(fd);
-  return one == nullptr || one->socket == nullptr || one->hasEnded ? "" : ":" + std::to_string(one->socket->port);
-}
-
-std::string Bus::peerOf(int fd) const {
-  const Connection* const one = find(fd);
-  return one == nullptr ? "" : *one->address;
-}
-
-std::uint64_t Bus::cookieOf(int fd) const {
-  const Connection* const one = find(fd);
-  return one == nullptr ? 0 : one->cookie;
-}
-
-std::optional<network::Unread> Bus::unreadOf(int fd) const {
-  const Connection* const one = find(fd);
-  if (one == nullptr || one->hasEnded) return std::nullopt;
-  return network::Unread{one->cookie, static_cast<int>(one->kernel_bytes)};
-}
-
-int Bus::endOfDescriptorTable() const {
-  return next_;
-}
-
-ssize_t Bus::receive(int fd, void* buffer, std::size_t size) {
-  Connection* const one = find(fd);
-  if (one == nullptr || one->hasEnded || one->isShut) return 0;
-  const std::size_t some = std::min(size, one->wire.size());
-  std::memcpy(buffer, one->wire.data(), some);
-  one->wire.erase(0, some);
-  return static_cast<ssize_t>(some);
-}
-
-bool Bus::shutDown(int fd) {
-  Connection* const one = find(fd);
-  if (one == nullptr || one->hasEnded) return false;
-  one->isShut = true;
-  shut_.push_back(fd);
-  return true;
-}
-
 }  // namespace tractiond::simulation
-
-namespace tractiond::network {
-
-using simulation::bus;
-
-std::string localEnd(int fd) {
-  return bus() == nullptr ? "" : bus()->localEnd(fd);
-}
-std::string peerOf(int fd) {
-  return bus() == nullptr ? "" : bus()->peerOf(fd);
-}
-std::uint64_t cookieOf(int fd) {
-  return bus() == nullptr ? 0 : bus()->cookieOf(fd);
-}
-std::optional<Unread> unreadOf(int fd) {
-  return bus() == nullptr ? std::nullopt : bus()->unreadOf(fd);
-}
-int endOfDescriptorTable() {
-  return bus() == nullptr ? 0 : bus()->endOfDescriptorTable();
-}
-ssize_t receive(int fd, void* buffer, std::size_t size, int /*flags*/) {
-  return bus() == nullptr ? 0 : bus()->receive(fd, buffer, size);
-}
-bool shutDown(int fd) {
-  return bus() != nullptr && bus()->shutDown(fd);
-}
-
-}  // namespace tractiond::network

@@ -1,6 +1,6 @@
 // Simulates what libzmq and the kernel do between the daemon's sockets and its peers: queues with limits,
-// subscriptions, the order of requests, connections that end. bus.cpp defines the daemon's calls of the kernel about
-// connections by it, zmq.cpp those of libzmq.
+// subscriptions, the order of requests, connections that end. bus_calls.cpp defines the daemon's calls of the kernel
+// about connections by it, zmq.cpp those of libzmq.
 #pragma once
 
 #include "base/network/ends.h"

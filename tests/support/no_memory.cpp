@@ -1,5 +1,5 @@
-// Linked into a test program (no_memory.h), or preloaded (LD_PRELOAD): then as many of the control thread's messages
-// fail as $TRACTION_NO_MEMORY says.
+// Linked into a test program (no_memory.h), or preloaded (LD_PRELOAD): then the first COUNT messages of the thread
+// THREAD fail if $TRACTION_NO_MEMORY is THREAD:COUNT.
 #include "tests/support/no_memory.h"
 
 #include <dlfcn.h>
@@ -18,19 +18,20 @@ thread_local int memoryLeft = -1;
 
 namespace {
 
-int toFail() {
-  const char* const count = std::getenv("TRACTION_NO_MEMORY");
-  return count == nullptr ? 0 : std::atoi(count);
+std::string_view wanted() {
+  const char* const given = std::getenv("TRACTION_NO_MEMORY");
+  return given == nullptr ? ":0" : given;
 }
 
 bool mustFail() {
-  static std::atomic<int> left{toFail()};
+  static const std::string_view thread = wanted().substr(0, wanted().find(':'));
+  static std::atomic<int> left{std::atoi(wanted().data() + thread.size() + 1)};
   if (memoryLeft > 0) return memoryLeft--, false;
   if (memoryLeft == 0) return true;
   if (left == 0) return false;
   std::array<char, 16> name{};
   pthread_getname_np(pthread_self(), name.data(), name.size());
-  return name.data() == std::string_view("tr-control") && left-- > 0;
+  return name.data() == thread && left-- > 0;
 }
 
 template <typename Function, typename... Arguments>

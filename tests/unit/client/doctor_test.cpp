@@ -45,8 +45,8 @@ TEST(Doctor, ABoxThatShowsNothingIsNotKnown) {
   box.timeIsKept.reset();
   const auto findings = examine(box, kDaemon, "");
   EXPECT_EQ(checksOf(findings, {Verdict::kUnknown}),
-            (std::set<std::string>{"clock source", "time of day", "service", "state directory", "limits", "real time",
-                                   "network", "measurement", "ports"}));
+            (std::set<std::string>{"clock source", "time of day", "camera programs", "other daemons", "service",
+                                   "state directory", "limits", "real time", "network", "measurement", "ports"}));
   EXPECT_EQ(checksOf(findings, {Verdict::kWarn, Verdict::kFail}), std::set<std::string>{"user and group"});
 }
 
@@ -97,6 +97,31 @@ TEST(Doctor, CamerasAndPortsOfAnInstanceThatIsNotKnownAreNot) {
   EXPECT_EQ(found({left}, "ports"), "ok") << "a kernel without IPv6 has no second table";
   box.remove("/proc/net/tcp");
   EXPECT_EQ(found({left}, "ports"), "not known: /proc/net/tcp: No such file or directory");
+}
+
+TEST(Doctor, ProcessesThatCannotBeSeenAreNotKnown) {
+  FakeBox box;
+  box.makeDirectory("/sys/bus/usb");
+  box.write("/proc/net/tcp", "  sl  local_address rem_address   st\n"
+                             "   0: 0100007F:2690 00000000:0000 0A 0:0 0:0 0  0 0 4711 1\n");
+  const auto checks = [&](Verdict verdict) {
+    Patient patient = admit(box, kDaemon, "default");
+    patient.instances[0].settings = Settings{};
+    patient.instances[0].settings->endpoints = {"tcp://127.0.0.1:9872"};
+    std::vector<Finding> findings;
+    checkCompetitors(patient, findings);
+    return checksOf(findings, {verdict});
+  };
+  const std::set<std::string> all = {"camera programs", "ModemManager", "other daemons", "ports"};
+  box.start(700, "bash");
+  EXPECT_EQ(checks(Verdict::kUnknown), all) << "the first process is hidden, as others may be";
+  box.start(1, "systemd");
+  EXPECT_EQ(checks(Verdict::kUnknown), std::set<std::string>());
+  EXPECT_EQ(checks(Verdict::kFail), std::set<std::string>{"ports"});
+  box.makeDirectory("/proc/701/comm");
+  EXPECT_EQ(checks(Verdict::kUnknown), all) << "a process cannot be looked at";
+  box.start(702, "arv-viewer");
+  EXPECT_EQ(checks(Verdict::kWarn), std::set<std::string>{"camera programs"}) << "what is seen is reported";
 }
 
 TEST(Doctor, ACameraWhoseDeviceCannotBeLookedAtIsNotKnown) {

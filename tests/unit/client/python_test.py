@@ -4,6 +4,7 @@ import asyncio
 import os
 import pathlib
 import socket
+import stat
 import sys
 import tempfile
 import time
@@ -169,6 +170,29 @@ class Subscriber(Case):
         self.assertTrue(publisher.poll(1000 * HUNG_S))
         publisher.send_multipart(field(7))
         self.assertEqual(subscriber.receive(HUNG_S).header.sequence, 7)
+
+    def test_sockets_in_a_directory_that_another_user_controls_are_refused(self):
+        folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="traction-")), "open")
+        self.enterContext(mock.patch.dict(os.environ, XDG_RUNTIME_DIR=str(folder)))
+        folder.mkdir()
+        folder.chmod(0o1777)
+        locate("left")
+        own = folder / "tractiond"
+        self.assertEqual(stat.S_IMODE(own.stat().st_mode), 0o700, "no other user can make it later")
+        for instance in ("left", "default"):
+            (own / instance).mkdir()
+            self.bind(endpoint=f"ipc://{own / instance}/stream")
+            self.assertEqual([one.stream for one in locate(instance)], [f"ipc://{own / instance}/stream"])
+        own.chmod(0o777)
+        for instance in ("left", "default", "right"):
+            with self.assertRaisesRegex(traction.BadEndpoint, f"{own / instance} cannot be used: another user may control it"):
+                traction.Subscriber(instance)
+        own.chmod(0o755)
+        locate("right")
+        if os.geteuid() == 0:  # who can give directories away
+            os.chown(own, 65534, 65534)
+            for instance in ("left", "default", "right"):
+                self.assertRaises(traction.BadEndpoint, traction.Control, instance)
 
 
 class Asyncio(Case):

@@ -1,97 +1,28 @@
-"""What is published in ROS 2: its bytes by hand and by readers that are not ours, frames and signs, and the bridge."""
+"""What is published in ROS 2: its bytes by hand and by readers that are not ours, frames and signs."""
 
-import contextlib
-import io
 import json
 import os
 import pathlib
-import signal
 import struct
 import subprocess
-import sys
 import tempfile
-import threading
 import unittest
-from unittest import mock
 
 import numpy as np
-import zmq
+import seed
+import suite
+from deadline import HUNG_S
+from ros2_sensor import Sensor, converted
 
-SOURCE = pathlib.Path(__file__).resolve().parents[3]
-sys.path[:0] = [str(SOURCE / "client" / "python"), str(SOURCE / "client" / "examples" / "python")]
-import ros2_bridge  # noqa: E402
-import ros2_stand_in  # noqa: E402
-import seed  # noqa: E402
-import suite  # noqa: E402
-import traction  # noqa: E402
-from deadline import HUNG_S  # noqa: E402
-from publisher import Publisher  # noqa: E402
-from traction import ros2  # noqa: E402
-from traction.decode import decode  # noqa: E402
-from traction.v1 import messages  # noqa: E402
+import ros2_bridge
+import traction
+from traction import ros2
+from traction.decode import decode
+from traction.v1 import messages
 
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
 READER = pathlib.Path(os.environ.get("TRACTION_MCAP", BUILD / "tests/system/mcap"))
-CALIBRATION = b"c" * 16
 BAD = traction.Flag.FEW_MARKERS | traction.Flag.GEL_MISMATCH
-
-
-class Sensor:
-    """Makes messages of one sensor as they are sent, at random: (kind, bytes)."""
-
-    def __init__(self, draw, name="gel-1", rows=5, columns=7, calibration=CALIBRATION):
-        self.draw, self.name, self.rows, self.columns, self.calibration = draw, name, rows, columns, calibration
-        self.sequence = 0
-        self.received_ns = draw.randrange(10**9, 10**15)
-
-    def head(self, message, flags=0, step_ns=16_666_667, captured=True):
-        header = message.header
-        self.sequence += 1
-        self.received_ns += step_ns
-        header.sequence, header.sensor, header.boot, header.zero = self.sequence, self.name, b"b" * 16, b"z" * 16
-        header.calibration, header.flags = self.calibration, int(flags)
-        header.received_ns, header.received_real_ns = self.received_ns, self.draw.randrange(10**18, 2 * 10**18)
-        header.captured_ns = self.received_ns - self.draw.randrange(10**8) if captured else 0
-
-    def numbers(self, count, scale):
-        return [self.draw.gauss(0, scale) for _ in range(count)]
-
-    def field(self, flags=0, valid=True, bad_nodes=True, deviations=True, **head):
-        message, nodes = messages.Field(valid=valid), self.rows * self.columns
-        self.head(message, flags, **head)
-        good = [not bad_nodes or self.draw.random() < 0.9 for _ in range(nodes)]
-        message.node_valid = bytes(good)
-        message.force_N.extend(force * good[i // 3] for i, force in enumerate(self.numbers(3 * nodes, 0.1)))
-        if deviations:
-            message.node_deviation_N.extend(map(abs, self.numbers(3 * nodes, 0.01)))
-        for vector in (message.resultant_N, message.moment_Nm):
-            vector.x, vector.y, vector.z = self.numbers(3, 1)
-        return "field", message.SerializeToString()
-
-    def description(self, body=False):
-        message = messages.Description()
-        self.head(message)
-        message.layers.add(columns=8, rows=6)
-        message.calibration.id = self.calibration
-        message.nodes.rows, message.nodes.columns, message.nodes.pitch_m = self.rows, self.columns, self.draw.uniform(1e-3, 3e-3)
-        message.nodes.centre_m.x, message.nodes.centre_m.y = self.numbers(2, 1e-3)
-        for vector, scale in ((message.camera.position_m, 0.1), (message.camera.rotation_rad, 0.5)):
-            vector.x, vector.y, vector.z = self.numbers(3, scale)
-        if body:
-            nodes = self.rows * self.columns
-            message.body.node_positions_m.extend(self.numbers(3 * nodes, 0.02))
-            message.body.node_normals.extend(self.numbers(3 * nodes, 1))
-            message.body.node_areas_m2.extend(self.numbers(nodes, 1e-5))
-        return "description", message.SerializeToString()
-
-
-def converted(converter, *sent):
-    """Returns what is published: the data of each topic's messages."""
-    told = {topic: [] for topic in ros2.TOPICS}
-    for kind, payload in sent:
-        for sample in converter.convert(decode(kind, payload)):
-            told[sample.topic].append(sample.data)
-    return told
 
 
 class Cdr:
@@ -433,129 +364,6 @@ def read_foreign(path):
     if done.returncode:
         raise AssertionError(done.stderr[-2000:])
     return json.loads(done.stdout)
-
-
-class Bridge(unittest.TestCase):
-    def setUp(self):
-        for each in (signal.SIGINT, signal.SIGTERM):
-            self.addCleanup(signal.signal, each, signal.getsignal(each))
-        self.context = zmq.Context()
-        self.addCleanup(self.context.destroy, 0)
-        self.publisher = self.context.socket(zmq.XPUB)
-        self.publisher.rcvtimeo = int(1000 * HUNG_S)
-        self.publisher.bind("tcp://127.0.0.1:*")
-        self.stream = self.publisher.getsockopt_string(zmq.LAST_ENDPOINT)
-        self.sensor = Sensor(seed.chance(self.id()))
-        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="traction-")))
-
-    def send(self, *sent, sensor="gel-1"):
-        """Sends to the first subscriber, from a thread."""
-        def run():
-            self.publisher.recv()
-            for kind, payload in sent:
-                self.publisher.send_multipart([f"traction/v1/{sensor}/{kind}/".encode(), payload, b"0.0"])
-        thread = threading.Thread(target=run, daemon=True)
-        thread.start()
-        self.addCleanup(thread.join)
-
-    def test_publishes_serialised_messages_with_the_qos_of_the_page(self):
-        sent = [self.sensor.description(), *(self.sensor.field() for _ in range(10))]
-        self.send(*sent)
-        ros = ros2_stand_in.Ros()
-        with ros.installed():
-            ros2_bridge.main(["--stream", self.stream, "--count", "10", "--ros-args", "-r", "__ns:=/arm"])
-        (node,) = ros.nodes
-        self.assertEqual((node.name, ros.arguments), ("gel_1", ["--ros-args", "-r", "__ns:=/arm"]))
-        self.assertEqual(node.services, {})  # the instance of this machine may be another sensor
-        self.assertEqual(ros.signals, ros2_stand_in.SignalHandlerOptions.NO)
-        self.assertEqual((ros.spun, node.is_destroyed, ros.is_running), ([node], True, False))
-        self.assertEqual({topic: (one.kind.__name__, one.qos.history.name, one.qos.depth, one.qos.reliability.name,
-                                  one.qos.durability.name) for topic, one in node.publishers.items()}, {
-            "~/wrench": ("WrenchStamped", "KEEP_LAST", 5, "BEST_EFFORT", "VOLATILE"),
-            "~/forces": ("PointCloud2", "KEEP_LAST", 5, "BEST_EFFORT", "VOLATILE"),
-            "/tf_static": ("TFMessage", "KEEP_LAST", 1, "RELIABLE", "TRANSIENT_LOCAL"),
-            "/diagnostics": ("DiagnosticArray", "KEEP_LAST", 10, "RELIABLE", "VOLATILE")})
-        expected = converted(ros2.Converter("gel-1"), *sent)
-        self.assertEqual(len(expected[ros2.FORCES]), 10)
-        self.assertEqual({topic: one.published for topic, one in node.publishers.items()},
-                         {topic.name: data for topic, data in expected.items()})
-
-    def test_zero_is_asked_where_the_stream_is(self):
-        for words, asked in (([], "of default"), (["right"], "of right"), (["--control", "tcp://box:9884"], "tcp://box:9884"),
-                             (["--stream", self.stream], None),
-                             (["--stream", self.stream, "--control", "tcp://box:9884"], "tcp://box:9884")):
-            with ros2_stand_in.Ros().installed(), mock.patch.object(ros2_bridge, "Node") as node, \
-                    mock.patch.object(traction, "Control") as control, mock.patch.object(ros2_bridge, "run") as run:
-                control.side_effect = lambda instance, endpoint, keys: endpoint or f"of {instance}"
-                ros2_bridge.main(words)
-                _, open_output, *_ = run.call_args.args
-                open_output("gel")
-                node.assert_called_once_with("gel", asked, [])
-
-    def test_zero_is_a_service(self):
-        def reply(request):
-            answer = messages.Reply(version=1)
-            if not request.HasField("zero"):
-                answer.error = "of this nothing is known here"
-            elif refusal:
-                answer.error = refusal
-            else:
-                answer.zero.markers_present, answer.zero.markers_expected, answer.zero.remark = 1151, 1152, remark
-            return answer
-        ros = ros2_stand_in.Ros()
-        publisher = Publisher(reply)
-        self.addCleanup(publisher.close)
-        with ros.installed():
-            node = ros2_bridge.Node("gel", traction.Control(endpoint=publisher.endpoint(publisher.control)), [])
-            self.addCleanup(node.close)
-            kind, callback = ros.nodes[0].services["~/zero"]
-            self.assertEqual(kind.__name__, "Trigger")
-            for refusal, remark, expected in (("", "", (True, "zero taken of 1151 of 1152 markers")),
-                                              ("", "the light changed", (True, "the light changed")),
-                                              ("something touches", "", (False, "something touches"))):
-                response = callback(None, mock.Mock())
-                self.assertEqual((response.success, response.message), expected)
-
-    def test_says_what_is_missing(self):
-        def run(*words):
-            done = subprocess.run(
-                [sys.executable, SOURCE / "client/examples/python/ros2_bridge.py", *words], capture_output=True, text=True,
-                timeout=HUNG_S, env={**os.environ, "PYTHONPATH": f"{SOURCE / 'client' / 'python'}:{self.folder}"})
-            return done.returncode, done.stderr
-        (self.folder / "rclpy.py").write_text("raise ModuleNotFoundError(\"No module named 'rclpy'\")\n")  # nor is it here
-        code, text = run()
-        self.assertEqual(code, 1)
-        self.assertRegex(text, r"\Aros2_bridge: No module named 'rclpy': source .*ros2_bridge.py --output FILE.mcap\n\Z")
-        path = self.folder / "there.mcap"
-        path.write_text("of somebody else")
-        self.send(self.sensor.field())
-        code, text = run("--stream", self.stream, "--output", path)
-        self.assertEqual((code, path.read_text()), (1, "of somebody else"))
-        self.assertRegex(text, r"\Aros2_bridge: .*File exists: '.*there.mcap'\n\Z")
-
-    def test_another_sensor_ends_it_and_the_file_is_whole(self):
-        other = Sensor(self.sensor.draw, "gel-2")
-        self.send(self.sensor.field(), other.field())
-        path = self.folder / "new.mcap"
-        with self.assertRaisesRegex(traction.Error, "the sensor was 'gel-1' and is now 'gel-2'"):
-            ros2_bridge.main(["--stream", self.stream, "--output", str(path), "--count", "2"])
-        self.assertEqual((path.read_bytes()[:8], path.read_bytes()[-8:]), (b"\x89MCAP0\r\n",) * 2)
-
-    def test_goes_on_after_a_message_that_is_none_and_ends_on_a_signal(self):
-        self.send(("field", b"\xff"), self.sensor.field(), self.sensor.field())
-        path, told, written = self.folder / "new.mcap", io.StringIO(), []
-
-        class Output(ros2_bridge.File):
-            def write(self, sample):
-                super().write(sample)
-                written.append(sample.topic)
-                signal.raise_signal(signal.SIGTERM)
-
-        with mock.patch.object(ros2_bridge, "File", Output), contextlib.redirect_stderr(told):
-            ros2_bridge.main(["--stream", self.stream, "--output", str(path), "--count", "2"])
-        self.assertEqual(written, [ros2.WRENCH, ros2.DIAGNOSTICS])  # of one field
-        self.assertEqual(path.read_bytes()[-8:], b"\x89MCAP0\r\n")
-        self.assertRegex(told.getvalue(), r"\Aros2_bridge: a message is left out: .*\n\Z")
 
 
 if __name__ == "__main__":

@@ -197,6 +197,42 @@ TEST(Subscriber, BadEndpointsAndNamesAreRefused) {
   }
 }
 
+TEST(Subscriber, SocketsInADirectoryThatAnotherUserControlsAreRefused) {
+  namespace fs = std::filesystem;
+  const tractiond::test::TemporaryFolder temporary;
+  const fs::path folder = temporary.path() / "open", own = folder / "tractiond";
+  setenv("XDG_RUNTIME_DIR", folder.c_str(), 1);
+  fs::create_directory(folder);
+  fs::permissions(folder, fs::perms::all | fs::perms::sticky_bit);
+  const auto isRefused = [](const char* instance) {
+    try {
+      SubscriberOptions options;
+      options.instance = instance;
+      const Subscriber subscriber(options);
+      return false;
+    } catch (const Error& error) {
+      return error.code() == ErrorCode::kBadEndpoint &&
+             std::string(error.what()).find("cannot be used: another user may control it") != std::string::npos;
+    }
+  };
+  EXPECT_FALSE(isRefused("left"));
+  EXPECT_EQ(fs::status(own).permissions(), fs::perms::owner_all) << "no other user can make it later";
+  fs::create_directory(own / "default");
+  const int listener = listenAt(own / "default/stream");
+  EXPECT_FALSE(isRefused("default"));
+  const auto areRefused = [&] { return isRefused("left") && isRefused("default"); };
+  fs::permissions(own, fs::perms::all);
+  EXPECT_TRUE(areRefused());
+  fs::permissions(own, fs::perms::owner_all);
+  EXPECT_FALSE(isRefused("left"));
+  if (geteuid() == 0) {  // who can give directories away
+    ASSERT_EQ(chown(own.c_str(), 65534, 65534), 0);
+    EXPECT_TRUE(areRefused());
+  }
+  close(listener);
+  unsetenv("XDG_RUNTIME_DIR");
+}
+
 TEST_F(SocketTest, WhatCameBeforeTheEndOfADaemonIsReadAfterIt) {
   constexpr int kFields = 100;
   auto forger = std::make_unique<Forger>(endpoint_);

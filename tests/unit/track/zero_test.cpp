@@ -1,23 +1,12 @@
+// Zeros that are taken: of the first start, requested, refused, taken back.
 #include "daemon/track/rest_pose.h"
 #include "tests/support/seed.h"
-#include "tests/unit/track/scene.h"
+#include "tests/unit/track/zero_bench.h"
 
 #include <gtest/gtest.h>
 
 namespace tractiond::track::zero_test {
 namespace {
-
-constexpr int kZeroFrames = 30;
-
-void shoot(Scene& scene, Tracking& tracking, int frames) {
-  for (int i = 0; i < frames; ++i) tracking(scene.shoot());
-}
-
-Bump press(double peak_px) {
-  Bump bump;
-  bump.peak_px = {peak_px, 0.0};
-  return bump;
-}
 
 TEST(Zero, AFirstStartsIsUnverifiedAndARequestedOneIsVerified) {
   Scene scene;
@@ -66,146 +55,6 @@ TEST(Zero, TheOldStaysInForceUntilTheNewIsComplete) {
   for (const float displacement : tracking.field.displacement_px)
     largest = std::max(largest, std::abs(double{displacement}));
   EXPECT_LT(largest, 0.2);
-}
-
-TrackOptions awaitingGelCheck() {
-  return {.zeroFrames = kZeroFrames, .awaitsGelCheck = true};
-}
-
-/// Takes the first zero, which the gel file fits.
-RestPose takeFittingZero(Scene& scene, Tracking& tracking) {
-  RestPose zero;
-  shoot(scene, tracking, kZeroFrames + 1);
-  EXPECT_TRUE(tracking.tracker.takeRestPose(zero));
-  tracking.tracker.setGelFits(zero.id, true);
-  return zero;
-}
-
-TEST(Zero, ThatIsAskedForWaitsForItsDecisionWhileTheOneBeforeIsMeasuredFrom) {
-  Scene scene;
-  Tracking tracking(scene, awaitingGelCheck());
-  shoot(scene, tracking, kZeroFrames + 1);
-  RestPose first, second;
-  ASSERT_TRUE(tracking.tracker.takeRestPose(first));
-  EXPECT_EQ(tracking(scene.shoot()), Outcome::kNoRestPose);
-  tracking.tracker.setGelFits(first.id, true);
-  EXPECT_EQ(tracking(scene.shoot()), Outcome::kTracked);
-
-  scene.displace(press(2.0));
-  shoot(scene, tracking, 1);
-  tracking.tracker.requestZero();
-  shoot(scene, tracking, kZeroFrames);
-  ASSERT_TRUE(tracking.tracker.takeRestPose(second));
-  tracking.tracker.setGelFits(second.id, false);  // it is not in force yet
-  for (int i = 0; i < 40; ++i) {
-    ASSERT_EQ(tracking(scene.shoot()), Outcome::kTracked);
-    ASSERT_EQ(tracking.field.zero, first.id);
-    ASSERT_EQ(compare(scene, tracking.field).wrong, 0);
-    ASSERT_TRUE(tracking.field.flags & kZeroUnverified);
-    ASSERT_FALSE(tracking.field.flags & kGelMismatch);
-  }
-  ASSERT_TRUE(tracking.tracker.putInForce(second, true));
-  EXPECT_EQ(tracking(scene.shoot()), Outcome::kTracked);  // no frame is lost over it
-  EXPECT_EQ(tracking.field.zero, second.id);
-  EXPECT_FALSE(tracking.field.flags & (kZeroUnverified | kGelMismatch));
-  EXPECT_TRUE(tracking.tracker.inputs().adopted);
-
-  ASSERT_TRUE(tracking.tracker.putInForce(first, false));
-  EXPECT_EQ(tracking(scene.shoot()), Outcome::kTracked);
-  EXPECT_EQ(tracking.field.zero, first.id);
-  EXPECT_TRUE(tracking.field.flags & kZeroUnverified);
-  EXPECT_TRUE(tracking.field.flags & kGelMismatch);
-}
-
-TEST(Zero, ThatIsBeingTakenChangesNoField) {
-  // The candidate learns what markers look like in a blurred picture; the zero in force is followed as before.
-  twin::Optics blurred;
-  blurred.blur_px = 1.3;
-  Scene scene, other;
-  Tracking tracking(scene, awaitingGelCheck()), calm(other, awaitingGelCheck());
-  takeFittingZero(other, calm);
-  takeFittingZero(scene, tracking);
-  for (Scene* each : {&scene, &other}) each->change(blurred);
-  tracking.tracker.requestZero();
-  for (int i = 0; i < kZeroFrames + 5; ++i) {
-    shoot(scene, tracking, 1);
-    shoot(other, calm, 1);
-    ASSERT_EQ(tracking.field.displacement_px, calm.field.displacement_px) << "frame " << i;
-    ASSERT_EQ(tracking.field.variance_px2, calm.field.variance_px2) << "frame " << i;
-    ASSERT_EQ(tracking.field.flags, calm.field.flags) << "frame " << i;
-  }
-  EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTaken);
-}
-
-TEST(Zero, ThatIsRefusedLeavesNothingBehind) {
-  // What was learnt for it was learnt of a blurred picture.
-  twin::Optics blurred;
-  blurred.blur_px = 1.6;
-  Scene scene, other;
-  Tracking tracking(scene, awaitingGelCheck()), calm(other, awaitingGelCheck());
-  RestPose refused;
-  takeFittingZero(other, calm);
-  const RestPose zero = takeFittingZero(scene, tracking);
-  for (Scene* each : {&scene, &other}) each->change(blurred);
-  tracking.tracker.requestZero();
-  shoot(scene, tracking, kZeroFrames + 5);
-  shoot(other, calm, kZeroFrames + 5);
-  ASSERT_TRUE(tracking.tracker.takeRestPose(refused));
-  ASSERT_TRUE(tracking.tracker.putInForce(zero, true));
-  for (Scene* each : {&scene, &other}) each->change({});
-  shoot(scene, tracking, 100);
-  shoot(other, calm, 100);
-  EXPECT_EQ(tracking.field.zero, zero.id);
-  for (std::size_t i = 0; i < tracking.field.displacement_px.size(); ++i) {
-    ASSERT_NEAR(tracking.field.displacement_px[i], calm.field.displacement_px[i], 1e-4);
-  }
-}
-
-TEST(Zero, TheOneBeforeIsPutBackAsItWas) {
-  Scene scene;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
-  const auto zero = [&] {
-    tracking.tracker.requestZero();
-    shoot(scene, tracking, kZeroFrames + 1);
-    RestPose pose;
-    EXPECT_TRUE(tracking.tracker.takeRestPose(pose));
-    return pose;
-  };
-  const RestPose before = zero();
-  scene.displace(press(4.0));
-  const RestPose mistaken = zero();
-  EXPECT_EQ(tracking.field.zero, mistaken.id);
-  ASSERT_TRUE(tracking.tracker.putInForce(before, true));
-  shoot(scene, tracking, 1);
-  EXPECT_EQ(tracking.field.zero, before.id);
-  EXPECT_FALSE(tracking.field.flags & kZeroUnverified);  // what it was before
-  EXPECT_EQ(compare(scene, tracking.field).wrong, 0);    // by the true displacements from the first zero
-
-  ASSERT_TRUE(tracking.tracker.putInForce(mistaken, true));
-  shoot(scene, tracking, 1);
-  EXPECT_EQ(tracking.field.zero, mistaken.id);
-  EXPECT_FALSE(tracking.field.flags & kZeroUnverified);
-}
-
-TEST(Zero, PutBackFromAnEarlierRunIsUnverifiedUntilThePictureAgrees) {
-  Scene scene;
-  Tracking first(scene), tracking(scene);
-  ASSERT_TRUE(first.start(scene));
-  first.tracker.requestZero();
-  shoot(scene, first, kZeroFrames + 1);
-  RestPose earlier;
-  ASSERT_TRUE(first.tracker.takeRestPose(earlier));
-
-  ASSERT_TRUE(tracking.start(scene));
-  scene.displace(press(2.0));
-  ASSERT_TRUE(tracking.tracker.putInForce(earlier, true));
-  shoot(scene, tracking, 20);
-  EXPECT_EQ(tracking.field.zero, earlier.id);
-  EXPECT_TRUE(tracking.field.flags & kZeroUnverified);
-  scene.now = scene.rest;
-  shoot(scene, tracking, 15);
-  EXPECT_FALSE(tracking.field.flags & kZeroUnverified);
 }
 
 TEST(Zero, IsRefusedWhileMarkersMove) {
@@ -392,93 +241,6 @@ TEST(Zero, ThatNobodyRequestedCannotBeTakenBack) {
   EXPECT_FALSE(pose.requested);
 }
 
-TEST(Zero, LearnsAnewWhatMarkersLookLike) {
-  // The lens has been refocused and its filter changed: as good as a tracker that has never seen anything else.
-  std::mt19937 generator(test::seed());
-  std::uniform_real_distribution<double> blur(0.6, 1.8), crossTalk(0.0, 0.4);
-  const auto drawn = [&] {
-    twin::Optics optics;
-    optics.blur_px = blur(generator);
-    optics.crossTalk = crossTalk(generator);
-    return optics;
-  };
-  for (int round = 0; round < 4; ++round) {
-    const twin::Optics before = drawn(), after = drawn();
-    SCOPED_TRACE("blur " + std::to_string(before.blur_px) + " then " + std::to_string(after.blur_px));
-    Scene scene(before), other(after);
-    Tracking tracking(scene), fresh(other);
-    ASSERT_TRUE(tracking.start(scene));
-    ASSERT_TRUE(fresh.start(other));
-    scene.change(after);
-    shoot(scene, tracking, 3);
-    RestPose learnt, expected;
-    ASSERT_TRUE(tracking.tracker.takeRestPose(learnt));
-    tracking.tracker.requestZero();
-    shoot(scene, tracking, kZeroFrames);
-    ASSERT_EQ(tracking.tracker.zeroState(), ZeroState::kTaken) << describe(tracking.tracker.zeroState());
-    ASSERT_TRUE(tracking.tracker.takeRestPose(learnt));
-    ASSERT_TRUE(fresh.tracker.takeRestPose(expected));
-    for (const int c : {0, 1}) EXPECT_NEAR(learnt.crossTalk[c], expected.crossTalk[c], 0.02);
-    double ratio = 0.0;
-    for (std::size_t i = 0; i < learnt.amplitude.size(); ++i) ratio += learnt.amplitude[i] / expected.amplitude[i];
-    EXPECT_NEAR(ratio / static_cast<double>(learnt.amplitude.size()), 1.0, 0.01);
-  }
-}
-
-TEST(Zero, ThatIsRefusedLeavesTheAppearanceAsItWas) {
-  // What it learnt was learnt of a picture that somebody blurred for a moment.
-  twin::Optics blurred;
-  blurred.blur_px = 1.6;
-  Scene scene, other;
-  Tracking tracking(scene), calm(other);
-  ASSERT_TRUE(tracking.start(scene));
-  ASSERT_TRUE(calm.start(other));
-  tracking.tracker.requestZero();
-  for (int i = 0; i < kZeroFrames; ++i) {
-    for (Scene* each : {&scene, &other}) {
-      each->change(i == 0 ? blurred : twin::Optics{});
-      each->displace(press(0.05 * i));
-    }
-    shoot(scene, tracking, 1);
-    shoot(other, calm, 1);
-  }
-  ASSERT_GT(tracking.tracker.zeroState(), ZeroState::kTaken);
-  scene.now = scene.rest;
-  other.now = other.rest;
-  shoot(scene, tracking, 100);  // what was known of the surroundings is forgotten meanwhile
-  shoot(other, calm, 100);
-  for (std::size_t i = 0; i < tracking.field.displacement_px.size(); ++i) {
-    ASSERT_NEAR(tracking.field.displacement_px[i], calm.field.displacement_px[i], 1e-4);
-  }
-}
-
-TEST(Zero, ThatIsPutBackHasItsAppearanceAgain) {
-  // What was learnt for the zero that replaced it was learnt of a blurred picture.
-  twin::Optics blurred;
-  blurred.blur_px = 1.6;
-  Scene scene, other;
-  Tracking tracking(scene), calm(other);
-  for (auto* each : {&tracking, &calm}) ASSERT_TRUE(each->start(each == &tracking ? scene : other));
-  RestPose before;
-  ASSERT_TRUE(tracking.tracker.takeRestPose(before));
-  scene.change(blurred);
-  other.change(blurred);
-  tracking.tracker.requestZero();
-  shoot(scene, tracking, kZeroFrames + 1);
-  shoot(other, calm, kZeroFrames + 1);
-  ASSERT_EQ(tracking.tracker.zeroState(), ZeroState::kTaken);
-  ASSERT_NE(tracking.field.zero, before.id);
-  ASSERT_TRUE(tracking.tracker.putInForce(before, true));
-  scene.change({});
-  other.change({});
-  shoot(scene, tracking, 100);
-  shoot(other, calm, 100);
-  EXPECT_EQ(tracking.field.zero, before.id);
-  for (std::size_t i = 0; i < tracking.field.displacement_px.size(); ++i) {
-    ASSERT_NEAR(tracking.field.displacement_px[i], calm.field.displacement_px[i], 1e-4);
-  }
-}
-
 TEST(Zero, IsRefusedWhereMostPicturesAreTorn) {
   Scene scene;
   Tracking tracking(scene);
@@ -492,70 +254,6 @@ TEST(Zero, IsRefusedWhereMostPicturesAreTorn) {
   }
   EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTorn);
   EXPECT_LE(frames, 2 * kZeroFrames + 1);
-}
-
-RestPose restPose(Scene& scene, bool requested) {
-  Tracking tracking(scene);
-  EXPECT_TRUE(tracking.start(scene));
-  if (requested) {
-    tracking.tracker.requestZero();
-    shoot(scene, tracking, kZeroFrames);
-  }
-  RestPose pose;
-  EXPECT_TRUE(tracking.tracker.takeRestPose(pose));
-  return pose;
-}
-
-TEST(RestoredZero, IsVerifiedByTheUnloadedPicture) {
-  Scene scene;
-  const RestPose pose = restPose(scene, true);
-  Tracking tracking(scene);
-  tracking.tracker.restore(pose);
-  EXPECT_EQ(tracking(scene.shoot()), Outcome::kTracked);
-  EXPECT_TRUE(tracking.field.flags & kZeroUnverified);
-  shoot(scene, tracking, 15);
-  EXPECT_FALSE(tracking.field.flags & kZeroUnverified);
-  // Once seen it stays: a load does not make the zero doubtful.
-  scene.displace(press(3.0));
-  shoot(scene, tracking, 3);
-  EXPECT_FALSE(tracking.field.flags & kZeroUnverified);
-}
-
-TEST(RestoredZero, StaysUnverifiedUnderLoadUntilItIsLetGo) {
-  Scene scene;
-  const RestPose pose = restPose(scene, true);
-  scene.displace(press(2.0));
-  Tracking tracking(scene);
-  tracking.tracker.restore(pose);
-  shoot(scene, tracking, 40);
-  EXPECT_TRUE(tracking.field.flags & kZeroUnverified);
-  EXPECT_EQ(compare(scene, tracking.field).wrong, 0);
-  scene.now = scene.rest;
-  shoot(scene, tracking, 15);
-  EXPECT_FALSE(tracking.field.flags & kZeroUnverified);
-}
-
-TEST(RestoredZero, ThatNobodyRequestedStaysUnverified) {
-  Scene scene;
-  const RestPose pose = restPose(scene, false);
-  Tracking tracking(scene);
-  tracking.tracker.restore(pose);
-  shoot(scene, tracking, 40);
-  EXPECT_TRUE(tracking.field.flags & kZeroUnverified);
-}
-
-TEST(RestoredZero, ThePictureMayHaveMovedByMoreThanHalfASpacing) {
-  // The camera was nudged while the daemon was down: nothing is swapped, and the zero is not taken for verified.
-  Scene scene;
-  const RestPose pose = restPose(scene, true);
-  scene.displace([](const Eigen::Vector2d&) { return Eigen::Vector2d(12.0, -4.0); });
-  Tracking tracking(scene);
-  tracking.tracker.restore(pose);
-  shoot(scene, tracking, 20);
-  const Comparison comparison = compare(scene, tracking.field);
-  EXPECT_EQ(comparison.wrong, 0);
-  EXPECT_GE(comparison.valid, scene.markers() - 30);
-  EXPECT_TRUE(tracking.field.flags & kZeroUnverified);
 }
 
 }  // namespace

@@ -65,13 +65,15 @@ TEST_F(KeysTest, BoxesKeyIsForTheGatewaysGroup) {
 }
 
 TEST_F(KeysTest, ModesDoNotDependOnTheUmask) {
+  const fs::path parent = folder_ / "etc", keys = parent / "keys", others = folder_ / "others";
   const mode_t before = umask(077);
-  const bool isAllowed = allow(folder_, {"ada", newKeyPair().publicKey, Permission::kRead}).has_value();
-  const bool isSaved = saveServerKey(folder_, newKeyPair()).has_value();
+  const bool isAllowed = allow(keys, {"ada", newKeyPair().publicKey, Permission::kRead}).has_value();
+  const bool isSaved = saveServerKey(keys, newKeyPair()).has_value() && saveServerKey(others, newKeyPair());
   umask(before);
   ASSERT_TRUE(isAllowed && isSaved);
-  EXPECT_EQ(modeOf(folder_ / "ada.key"), 0644U);
-  EXPECT_EQ(modeOf(serverKeyFile(folder_)), geteuid() == 0 ? 0640U : 0600U);
+  EXPECT_EQ(modeOf(keys / "ada.key"), 0644U);
+  EXPECT_EQ(modeOf(serverKeyFile(keys)), geteuid() == 0 ? 0640U : 0600U);
+  for (const fs::path& directory : {parent, keys, others}) EXPECT_EQ(modeOf(directory), 0755U);
 }
 
 /// Makes this process root of a user namespace of its own, in which what the machine's root has is nobody's.
