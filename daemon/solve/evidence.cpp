@@ -45,6 +45,7 @@ Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOption
     : factors_(factors)
     , atoms_(atoms)
     , visible_(options.visible)
+    , detection_(options.detection)
     , unexplained_(factors.rank(), kRatios)
     , logarithms_(factors.rank(), kRatios)
     , known_(atoms.count(), kRatios)
@@ -194,7 +195,8 @@ void Evidence::start(std::span<const double> amplitudes, double noise_px, const 
     const double precision = mean.dot(precision_[best][a] * mean);
     moments.noise_N2[a] = precision > 0.0 ? 3.0 * square(noise_px) * mean.squaredNorm() / precision : 0.0;
   }
-  if (atoms_.isAmbiguous(surest.atom)) makeEvident(surest, moments);
+  const bool isDetected = surest.squaredDeviations >= square(detection_);
+  if (isDetected && atoms_.isAmbiguous(surest.atom)) makeEvident(surest, moments);
 }
 
 void Evidence::subtract(std::span<const double> forces_N, std::span<double> amplitudes) {

@@ -66,9 +66,9 @@ class Evidence {
   double typicalForce_N(std::span<const double> amplitudes, double noise_px);
 
   /// Computes the moments of all atoms from the amplitudes, with the prior of their typicalForce_N(), but at least of
-  /// leastTypical_N(surest). Where the surest atom is ambiguous its force is made evident: a broad contact is divided
-  /// among so many atoms that few of them are, or none. \param amplitudes as many as modesToRead() asks for \param
-  /// surest force of the same picture
+  /// leastTypical_N(surest). If the surest atom is ambiguous, and its force one that is detected, this is made evident:
+  /// a broad contact is divided among so many atoms that few of them are, or none. \param amplitudes as many as
+  /// modesToRead() asks for \param surest force of the same picture
   void start(std::span<const double> amplitudes, double noise_px, const SurestForce& surest, AtomMoments& moments);
 
   /// Subtracts from the amplitudes, of the first modes, at most r [px], those that the forces of the points (3P) cause.
@@ -82,7 +82,7 @@ class Evidence {
 
   const Factors& factors_;
   const Atoms& atoms_;
-  const double visible_;
+  const double visible_, detection_;
   std::vector<int> ends_;  // of the groups of modes
   // For each tau / n: 1 / (s^2 tau^2 / n^2 + 1) of every mode, and the sum of the logarithms up to it; of every atom
   // AtomMoments::known, and the inverse covariance of the mean at 1 px of noise, by the visible groups.

@@ -185,7 +185,7 @@ DenseModel::Seen DenseModel::start(const Modes& modes, const Vector& c, const Su
     const Eigen::Vector3d mean = seen.mean.segment<3>(3 * a);
     seen.noise[a] = 3 * mean.squaredNorm() / mean.dot(covariance.inverse() * mean);
   }
-  if (isAmbiguous(surest.atom)) {
+  if (isAmbiguous(surest.atom) && std::sqrt(surest.squaredDeviations) >= options_.detection) {
     seen.mean.segment<3>(3 * surest.atom) = surest.force;
     seen.noise[surest.atom] = 0.0;
   }
