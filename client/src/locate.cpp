@@ -30,7 +30,10 @@ std::vector<Endpoints> locate(const std::string& instance) {
     const auto stream = directory / "stream";
     // Only the service's group may open the sockets of a service.
     const bool open = std::filesystem::is_socket(stream, ignored) && access(stream.c_str(), W_OK) == 0;
-    if (open) return checkControl(directory), std::vector{ipcEndpoints(directory)};
+    if (open) {
+      checkControl(directory);
+      return {ipcEndpoints(directory)};
+    }
     possible.push_back(ipcEndpoints(directory));
   }
   if (instance != kDefaultInstance) {
