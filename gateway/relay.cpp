@@ -5,6 +5,7 @@
 #include "base/network/inflow_limit.h"
 #include "base/network/reply_budget.h"
 #include "base/network/socket.h"
+#include "gateway/keys.h"
 #include "gateway/messages.h"
 #include "gateway/rates.h"
 #include "gateway/request.h"
@@ -34,51 +35,12 @@ constexpr std::int64_t kDescriptions_ns = 100'000'000;
 constexpr std::size_t kMostTopics = 16;              ///< topics whose description is kept; an instrument has one
 constexpr std::int64_t kKeys_ns = 250'000'000;       ///< between two checks of the keys
 constexpr std::int64_t kSilence_ns = 3'000'000'000;  ///< three statuses
+constexpr std::int64_t kUnheard_ns = 1'000'000'000;  ///< without a latest field until it is subscribed to again
 constexpr int kWaitingForInstrument = 256;
 constexpr std::uint64_t kWaitingReplies_bytes = 16 << 20, kWaitingRepliesEach_bytes = 4 << 20;  ///< total, per key
 constexpr const char* kUnread = "too many replies wait to be read by this key: read them, or end their connections";
 constexpr std::string_view kDescriptionEnds = "/description/", kPreviewEnds = "/preview/";
 constexpr std::string_view kFieldBegins = "\x09";  ///< Protobuf key of Field.timestamp
-
-bool isLocal(const Config& config) {
-  return std::ranges::all_of(std::array{&config.stream, &config.latest, &config.control, &config.preview},
-                             [](const auto* list) { return std::ranges::all_of(*list, isOnThisHost); });
-}
-
-std::string listed(const std::vector<network::AllowedKey>& keys) {
-  std::string text;
-  for (const network::AllowedKey& key : keys) {
-    text += (text.empty() ? "" : ", ") + key.name + " (" + std::string(network::wordOf(key.permission)) + ")";
-  }
-  return text.empty() ? "nobody" : text;
-}
-
-/// Returns whether a key was removed, renamed, or lost a permission.
-bool losesSomething(const std::vector<network::AllowedKey>& before, const std::vector<network::AllowedKey>& now) {
-  return std::ranges::any_of(before, [&](const network::AllowedKey& old) {
-    const auto same = std::ranges::find(now, old.key, &network::AllowedKey::key);
-    return same == now.end() || same->name != old.name || same->permission < old.permission;
-  });
-}
-
-/// Reads the gateway's own key; nothing if connections need none. Errors: EX_CONFIG, and those of loadKeyPair().
-tl::expected<std::optional<network::KeyPair>, Error> serverKey(const Config& config) {
-  if (config.insecure) return std::nullopt;
-  const std::filesystem::path file = network::serverKeyFile(config.keys);
-  std::error_code unseen;
-  // If the directory cannot be searched, loadKeyPair() reports the reason.
-  if (std::filesystem::symlink_status(file, unseen).type() != std::filesystem::file_type::not_found) {
-    return network::loadKeyPair(file).map([](network::KeyPair keys) { return std::optional(std::move(keys)); });
-  }
-  if (!isLocal(config)) {
-    return tl::unexpected(Error{.exitCode = EX_CONFIG,
-                                .what = "other hosts would be let in, and there is no key",
-                                .where = file.string(),
-                                .remedy = "tractionctl keys allow makes one; or gateway.insecure = true lets "
-                                          "everybody in"});
-  }
-  return std::nullopt;
-}
 
 }  // namespace
 
@@ -89,7 +51,8 @@ struct Relay::Impl {
       , directory(instrument)
       , keys(given.keys)
       , requests(given.limits.requestsPerSecond, given.limits.requestsPerSecondEach)
-      , heard_ns(clock()) {
+      , heard_ns(clock())
+      , latest_ns(heard_ns) {
     const traction::Endpoints endpoints = traction::ipcEndpoints(instrument);
     for (zmq::socket_t* socket : {&stream, &latest, &control}) socket->set(zmq::sockopt::linger, 0);
     latest.set(zmq::sockopt::conflate, true);
@@ -271,7 +234,17 @@ struct Relay::Impl {
   }
 
   void passLatest() {
-    if (receive(latest, parts) == 1) put((*front)[kLatest], parts[0], false);
+    if (receive(latest, parts) != 1) return;
+    latest_ns = clock();
+    put((*front)[kLatest], parts[0], false);
+  }
+
+  /// Subscribes again if no field was received for a second: the instrument's socket conflates what it receives, too,
+  /// and its ZeroMQ may drop a subscription.
+  void subscribeAgain(std::int64_t now) {
+    if (now - latest_ns < kUnheard_ns) return;
+    latest.set(zmq::sockopt::subscribe, kFieldBegins);
+    latest_ns = now;
   }
 
   void passRequests(std::int64_t now) {
@@ -330,11 +303,12 @@ struct Relay::Impl {
     }
   }
 
-  /// Does the periodic work: checks keys and connections, and logs what changed.
+  /// Does the periodic work: checks keys, connections and the subscription to latest, and logs what changed.
   void doPeriodicWork(std::int64_t now) {
     if (now - checked_ns < kKeys_ns) return;
     checked_ns = now;
     refreshKeys();
+    subscribeAgain(now);
     front->peers().removeEnded();
     peers = front->peers().count();
     if (now - counted_ns > 1'000'000'000) {
@@ -380,7 +354,7 @@ struct Relay::Impl {
   network::inflow::Report inflow;
   network::connections::Report connections;
   std::uint64_t refusedBefore = 0;
-  std::int64_t heard_ns, checked_ns = 0, counted_ns = 0;
+  std::int64_t heard_ns, latest_ns, checked_ns = 0, counted_ns = 0;
   bool silent = false;
   std::atomic<int> peers{0};
   Counter unsent;

@@ -25,6 +25,10 @@ using namespace std::chrono_literals;
 constexpr auto kRetry = 200ms;
 constexpr std::int64_t kRetry_ns = std::chrono::nanoseconds(kRetry).count();
 
+/// Time without a message on a new connection until the subscription is sent again.
+constexpr auto kUnheard = 1s;
+constexpr std::int64_t kUnheard_ns = std::chrono::nanoseconds(kUnheard).count();
+
 /// Beginning of every topic, of all protocol versions.
 constexpr std::string_view kTopics = "traction/";
 
@@ -92,6 +96,10 @@ struct Subscriber::Impl {
       : options(given) {
     if (options.monotonicClock == nullptr) options.monotonicClock = monotonicNow;
     const bool latest = options.mode == Mode::kLatest;
+    // The stream subscribes to everything, so that a daemon of another version or a wrong endpoint is detected instead
+    // of waited for. Latest subscribes to the first byte of a field: ZeroMQ aborts the process if a multipart message,
+    // as on the stream, reaches a conflating socket.
+    subscription = latest ? kFieldBegins : std::string_view();
     endpoints = {options.endpoint};
     if (options.endpoint.empty()) {
       endpoints.clear();
@@ -121,17 +129,14 @@ struct Subscriber::Impl {
         throw badEndpoint(each, error.what());
       }
     }
-    // The stream subscribes to everything, so that a daemon of another version or a wrong endpoint is detected instead
-    // of waited for. Latest subscribes to the first byte of a field: ZeroMQ aborts the process if a multipart message,
-    // as on the stream, reaches a conflating socket.
-    socket.set(zmq::sockopt::subscribe, latest ? kFieldBegins : std::string_view());
+    socket.set(zmq::sockopt::subscribe, subscription);
   }
 
   ~Impl() { zmq_socket_monitor(socket.handle(), nullptr, 0); }
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  /// Reads all pending monitor events: updates `connections`, `givenUp` and `refusal`.
+  /// Reads all pending monitor events: updates `connections`, `unheardSince_ns`, `givenUp` and `refusal`.
   void takeEvents() {
     zmq::message_t event;
     zmq::message_t address;
@@ -142,6 +147,7 @@ struct Subscriber::Impl {
       switch (what) {
       case ZMQ_EVENT_HANDSHAKE_SUCCEEDED:
         connections.insert(address.to_string());
+        unheardSince_ns = options.monotonicClock();
         break;
       case ZMQ_EVENT_DISCONNECTED:  // also after a failed handshake, without a connection
         connections.erase(address.to_string());
@@ -173,6 +179,17 @@ struct Subscriber::Impl {
     }
   }
 
+  /// Sends the subscription again if nothing was received since a connection was made: a publisher that conflates, as
+  /// *latest* does, also conflates what it receives, and its ZeroMQ may drop the subscription (a `try_lock` that
+  /// fails).
+  void subscribeAgain() {
+    if (!unheardSince_ns || connections.empty()) return;
+    const std::int64_t now_ns = options.monotonicClock();
+    if (now_ns - *unheardSince_ns < kUnheard_ns) return;
+    socket.set(zmq::sockopt::subscribe, subscription);
+    unheardSince_ns = now_ns;
+  }
+
   /// Waits for the next message and reads its parts: [topic][payload][time], or [payload] in kLatest. Returns false if
   /// there is none. \throws Error kNotAllowed
   bool next(std::chrono::milliseconds timeout) {
@@ -181,8 +198,10 @@ struct Subscriber::Impl {
       takeEvents();
       if (refusal) throw *std::exchange(refusal, std::nullopt);
       retry();
+      subscribeAgain();
       auto left = std::max(std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now()), 0ms);
       if (!givenUp.empty()) left = std::min<std::chrono::milliseconds>(left, kRetry);
+      if (unheardSince_ns) left = std::min<std::chrono::milliseconds>(left, kUnheard);
       std::array<zmq_pollitem_t, 2> items = {
           {{socket.handle(), 0, ZMQ_POLLIN, 0}, {monitor.handle(), 0, ZMQ_POLLIN, 0}}};
       if (zmq_poll(items.data(), items.size(), left.count()) < 0) return false;
@@ -192,6 +211,7 @@ struct Subscriber::Impl {
   }
 
   bool readParts() {
+    unheardSince_ns.reset();
     for (count = 0;; ++count) {
       zmq::message_t surplus;
       zmq::message_t& part = count < parts.size() ? parts[count] : surplus;
@@ -258,6 +278,7 @@ struct Subscriber::Impl {
   SubscriberOptions options;
   std::vector<std::string> endpoints;  ///< connected to
   std::string endpoint;                ///< named in messages
+  std::string_view subscription;       ///< beginning of the wanted messages
   std::uint64_t lost = 0;
   std::set<std::string> sensors;                             ///< sensors whose previews are subscribed to
   std::map<std::string, std::pair<Id, std::uint64_t>> seen;  ///< topic -> boot id and sequence of its last message
@@ -269,6 +290,7 @@ struct Subscriber::Impl {
   std::optional<Handshake> handshake;
   std::optional<Error> refusal;                 ///< not thrown yet
   std::set<std::string> connections;            ///< endpoints with a publisher
+  std::optional<std::int64_t> unheardSince_ns;  ///< newest connection, or last subscription, before any message [ns]
   std::map<std::string, std::int64_t> givenUp;  ///< endpoint -> when to connect again [ns]
 };
 

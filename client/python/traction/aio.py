@@ -1,4 +1,4 @@
-"""The same for asyncio: `async for field in traction.aio.fields()`."""
+"""The client for asyncio: `async for field in traction.aio.fields()`."""
 
 import asyncio
 import time
@@ -20,16 +20,16 @@ __all__ = ["Control", "Subscriber", "fields"]
 
 
 class Subscriber(Base):
-    """Belongs to one task at a time. As traction.Subscriber in all else."""
+    """Is used by one task at a time; otherwise like traction.Subscriber."""
 
     async def receive(self, timeout: float | None = None) -> Message | None:
-        """The next message; None: none came within `timeout` seconds (None: for ever). Cancelled, it loses none."""
+        """Returns the next message, or None after `timeout` seconds (None: no limit). Cancellation loses no message."""
         end = end_of(timeout)
         while (message := self._now()) is None:
-            self._connection.look_after()
+            self._connection.maintain()
             if time.monotonic() >= end:
                 return None
-            await self._connection.happening(self._wait_ms(end))
+            await self._connection.wait_async(self._wait_ms(end))
         return message
 
     async def __aiter__(self) -> AsyncIterator[Message]:
@@ -47,7 +47,7 @@ class Subscriber(Base):
 
 async def fields(instance: str = DEFAULT_INSTANCE, *, endpoint: str = "", keys: Keys | None = None,
                  mode: Mode = Mode.STREAM, timeout: float | None = 5.0) -> AsyncIterator[Field]:
-    """As traction.fields()."""
+    """Like traction.fields()."""
     async with Subscriber(instance, endpoint=endpoint, keys=keys, mode=mode, topics=Topics.FIELD, timeout=timeout) as one:
         async for message in one:
             assert isinstance(message, Field)
@@ -55,7 +55,7 @@ async def fields(instance: str = DEFAULT_INSTANCE, *, endpoint: str = "", keys: 
 
 
 class Control:
-    """As traction.Control; each request waits in a thread of asyncio's pool."""
+    """Like traction.Control; each request waits in a thread of asyncio's pool."""
 
     def __init__(self, control: control.Control) -> None:
         self._control = control

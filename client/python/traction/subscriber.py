@@ -8,7 +8,7 @@ from typing import Self
 
 import zmq
 
-from .connection import RETRY_S, Connection
+from .connection import Connection
 from .decode import Message
 from .endpoints import DEFAULT_INSTANCE, locate
 from .errors import NoAnswer
@@ -16,77 +16,74 @@ from .intake import Intake, Mode, Topics
 from .keys import Keys
 from .messages import Field
 
-# The key of Field.timestamp, its first field, which is never 0. Latest is subscribed to that: ZeroMQ 4.3.4 aborts the
-# process where a message in parts, as a stream's are, reaches a socket that conflates.
+# Protobuf key of Field.timestamp, which is the first field of a message and never 0. Latest subscribes to it: ZeroMQ
+# 4.3.4 aborts the process if a multipart message, as on the stream, reaches a conflating socket.
 _FIELD_BEGINS = b"\x09"
 
-_STRANGERS = 3  # who speak of keys where none are given, before they are taken for the one who is meant
+_STRANGERS = 3  # security-mechanism mismatches after which the peer is reported as misconfigured
 
 
 class Base:
-    """What Subscriber and aio.Subscriber have in common."""
+    """The common part of Subscriber and aio.Subscriber."""
 
     def __init__(self, instance: str = DEFAULT_INSTANCE, *, endpoint: str = "", keys: Keys | None = None,
                  mode: Mode = Mode.STREAM, topics: Topics = Topics.ALL, queue: int = 1000,
                  timeout: float | None = None) -> None:
-        """`endpoint`, ZeroMQ's, "tcp://HOST:9872", else where the `instance` is on this machine; `keys` for a gateway;
-        `topics` of the stream; `queue`: messages that wait here for a slow reader before some are lost; `timeout` [s]
-        of an iteration, None: for ever. Does not wait for the daemon. Raises BadEndpoint, BadKeys."""
+        """Connects to `endpoint`, such as "tcp://HOST:9872", or to the `instance` on this machine, without waiting for
+        the daemon. `keys` are needed for a gateway. `topics` selects messages of the stream. `queue` is the number of
+        messages kept for a slow reader; more are lost. `timeout` [s] limits an iteration's wait; None: no limit.
+        Raises BadEndpoint, BadKeys."""
         latest = mode is Mode.LATEST
         endpoints = [endpoint] if endpoint else [one.latest if latest else one.stream for one in locate(instance)]
         options: dict[int, int | bytes] = {
-            # A daemon's host that disappears without a word is noticed, and connected to again. Not by ZeroMQ's
-            # heartbeats: one that falls due after the connection's end makes 4.3.4 abort where the queue is full.
+            # Keep-alive detects a daemon's host that disappears silently, and the socket reconnects. ZeroMQ's own
+            # heartbeats are not used: in 4.3.4 a heartbeat that falls due after the connection's end aborts the process
+            # if the queue is full.
             zmq.RCVHWM: queue, zmq.TCP_KEEPALIVE: 1, zmq.TCP_KEEPALIVE_IDLE: 10, zmq.TCP_KEEPALIVE_INTVL: 5,
-            zmq.TCP_KEEPALIVE_CNT: 3, zmq.CONFLATE: int(latest),
-            # The stream to everything: a daemon of another version, or the wrong endpoint, is noticed instead of
-            # waited for.
-            zmq.SUBSCRIBE: _FIELD_BEGINS if latest else b""}
-        self._connection = Connection(zmq.SUB, endpoints, keys, _STRANGERS, options)
+            zmq.TCP_KEEPALIVE_CNT: 3, zmq.CONFLATE: int(latest)}
+        # The stream subscribes to everything, so that a daemon of another version or a wrong endpoint is detected
+        # instead of waited for.
+        subscription = _FIELD_BEGINS if latest else b""
+        self._connection = Connection(zmq.SUB, endpoints, keys, _STRANGERS, options, subscription)
         self._intake = Intake(endpoints[-1], mode, topics)
         self._timeout = timeout
-        self.endpoint = endpoints[-1]  # where it connects to; for messages to people
+        self.endpoint = endpoints[-1]  # named in messages
 
     @property
     def lost(self) -> int:
-        """Messages that were sent since this subscriber joined and did not arrive, by gaps in their sequence. A restart
-        of the daemon is no loss; neither is what Mode.LATEST passes over."""
+        """Number of messages lost since this subscriber connected, by gaps in their sequence. A restart of the daemon
+        is no loss, nor are the messages that Mode.LATEST skips."""
         return self._intake.lost
 
     @property
     def restarts(self) -> int:
-        """How often the daemon was started anew, by the `boot` of its messages."""
+        """Number of restarts of the daemon, by the `boot` of its messages."""
         return self._intake.restarts
 
     @property
     def is_connected(self) -> bool:
-        """Somebody publishes at the endpoint, whether or not there is anything to say yet. Raises NotAllowed."""
-        self._connection.look_after()
+        """Whether a publisher is connected, even if nothing was received yet. Raises NotAllowed."""
+        self._connection.maintain()
         return self._connection.is_connected
 
     def close(self) -> None:
-        """Who is dropped is closed, too."""
+        """Ends the connection; so does the end of the object."""
         self._connection.close()
 
     def _now(self) -> Message | None:
-        """The next wanted message that is here already. Raises Malformed, OtherVersion, BadEndpoint."""
-        while True:
-            try:
-                parts = self._connection.socket.recv_multipart(zmq.NOBLOCK)
-            except zmq.Again:
-                return None
+        """Returns the next wanted message that has arrived already. Raises Malformed, OtherVersion, BadEndpoint."""
+        while (parts := self._connection.receive()) is not None:
             more = self._intake.wanted_too(parts)
             if more is not None:
                 self._connection.socket.setsockopt(zmq.SUBSCRIBE, more)
             message = self._intake.take(parts)
             if message is not None:
                 return message
+        return None
 
     def _wait_ms(self, end: float) -> int:
-        """How long to wait for what may happen: no longer than until `end`, of time.monotonic() [s]. -1: for ever."""
-        left = max(0.0, end - time.monotonic())
-        if self._connection.wants_retry:
-            left = min(left, RETRY_S)
+        """Returns the time to wait for an event, at most until `end` of time.monotonic() [s]. -1: no limit."""
+        left = min(max(0.0, end - time.monotonic()), self._connection.maintenance_s)
         return -1 if math.isinf(left) else math.ceil(1e3 * left)
 
     def _silence(self) -> NoAnswer:
@@ -98,21 +95,21 @@ def end_of(timeout: float | None) -> float:
 
 
 class Subscriber(Base):
-    """Belongs to one thread at a time. The daemon may start later, and again: receive() goes on."""
+    """Is used by one thread at a time. The daemon may start later or restart: receive() continues."""
 
     def receive(self, timeout: float | None = None) -> Message | None:
-        """The next message; None: none came within `timeout` seconds (None: for ever). A new subscriber is sent the
-        description at once. Raises OtherVersion, Malformed, NotAllowed, BadEndpoint; the next call goes on."""
+        """Returns the next message, or None after `timeout` seconds (None: no limit). A new subscriber is sent the
+        description at once. Raises OtherVersion, Malformed, NotAllowed, BadEndpoint; the next call continues."""
         end = end_of(timeout)
         while (message := self._now()) is None:
-            self._connection.look_after()
+            self._connection.maintain()
             if time.monotonic() >= end:
                 return None
             self._connection.wait(self._wait_ms(end))
         return message
 
     def __iter__(self) -> Iterator[Message]:
-        """Messages for ever. Raises, besides what receive() does, NoAnswer where none comes within the timeout."""
+        """Yields messages without end. Raises as receive() does, and NoAnswer if none arrives within the timeout."""
         while (message := self.receive(self._timeout)) is not None:
             yield message
         raise self._silence()
@@ -127,7 +124,8 @@ class Subscriber(Base):
 
 def fields(instance: str = DEFAULT_INSTANCE, *, endpoint: str = "", keys: Keys | None = None,
            mode: Mode = Mode.STREAM, timeout: float | None = 5.0) -> Iterator[Field]:
-    """The fields of an instance, for ever. Raises as Subscriber does; NoAnswer where none comes within `timeout` [s]."""
+    """Yields the fields of an instance without end. Raises as Subscriber does, and NoAnswer if none arrives within
+    `timeout` [s]."""
     with Subscriber(instance, endpoint=endpoint, keys=keys, mode=mode, topics=Topics.FIELD, timeout=timeout) as one:
         for message in one:
             assert isinstance(message, Field)

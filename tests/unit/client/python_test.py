@@ -117,6 +117,19 @@ class Subscriber(Case):
         publisher.send_multipart(field(1))
         self.assertEqual(subscriber.receive(HUNG_S).header.sequence, 1)
 
+    def test_subscription_that_the_publisher_lost_is_sent_again_until_a_message_arrives(self):
+        for mode, subscription, parts in ((traction.Mode.LATEST, b"\x09", field(1)[1:2]),
+                                          (traction.Mode.STREAM, b"", field(1))):
+            # A subscription has no effect until this test accepts it.
+            publisher, endpoint = self.bind(xpub_manual=True)
+            subscriber = self.subscriber(endpoint, mode=mode)
+            for _ in range(2):
+                self.until(lambda: publisher.poll(0), subscriber)
+                self.assertEqual(publisher.recv(), b"\x01" + subscription)
+            publisher.setsockopt(zmq.SUBSCRIBE, subscription)
+            publisher.send_multipart(parts)
+            self.assertEqual(subscriber.receive(HUNG_S).header.sequence, 1)
+
     def test_latest_connected_to_a_stream_does_no_harm(self):  # ZeroMQ 4.3.4 would abort the process
         publisher = Publisher()
         self.addCleanup(publisher.close)

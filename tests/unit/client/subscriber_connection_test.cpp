@@ -136,6 +136,46 @@ TEST_F(SocketTest, EndpointThatWasGivenUpIsTriedAgainAfterAWhile) {
   }
 }
 
+TEST_F(SocketTest, SubscriptionThatThePublisherLostIsSentAgainUntilAMessageArrives) {
+  v1::Field field;
+  field.set_timestamp(1.0);
+  for (const Mode mode : {Mode::kLatest, Mode::kStream}) {
+    zmq::context_t context;
+    zmq::socket_t publisher(context, zmq::socket_type::xpub);
+    publisher.set(zmq::sockopt::xpub_manual, 1);  // a subscription has no effect until this test accepts it
+    publisher.set(zmq::sockopt::linger, 0);
+    publisher.bind(endpoint_);
+    Subscriber subscriber(at(endpoint_, kField, mode));
+    int subscriptions = 0;
+    const auto turn = [&] {
+      subscriber.receive(1ms);
+      for (zmq::message_t one; publisher.recv(one, zmq::recv_flags::dontwait);) ++subscriptions;
+    };
+    const auto expectSubscriptions = [&](int expected) {
+      ASSERT_TRUE(eventually([&] {
+        turn();
+        return subscriber.isConnected() && subscriptions == expected;
+      }));
+      for (int i = 0; i < 20; ++i) turn();
+      EXPECT_EQ(subscriptions, expected) << "as long as time stands still";
+    };
+    expectSubscriptions(1);
+    for (int expected = 2; expected < 5; ++expected) {
+      TestClock::advance(1s);
+      expectSubscriptions(expected);
+    }
+    publisher.set(zmq::sockopt::subscribe, mode == Mode::kLatest ? "\x09" : "");
+    if (mode == Mode::kStream) publisher.send(zmq::str_buffer("traction/v1/gel/field/"), zmq::send_flags::sndmore);
+    publisher.send(zmq::buffer(field.SerializeAsString()));
+    EXPECT_TRUE(subscriber.receive(kHung));
+    for (int i = 0; i < 20; ++i) {
+      TestClock::advance(1s);
+      turn();
+    }
+    EXPECT_EQ(subscriptions, 4);
+  }
+}
+
 /// Publishes for as long as it lives.
 std::jthread publishing(tractiond::publish::Publisher& publisher, const tractiond::TractionField& field) {
   return std::jthread([&](const std::stop_token& stop) {

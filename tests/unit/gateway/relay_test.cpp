@@ -36,6 +36,7 @@ class RelayTest : public testing::Test {
     for (zmq::socket_t* socket : {&stream_, &latest_, &control_, &peer_}) socket->set(zmq::sockopt::linger, 0);
     stream_.set(zmq::sockopt::sndhwm, 0);
     stream_.bind(endpoints.stream);
+    latest_.set(zmq::sockopt::xpub_verbose, true);  // each subscription can be read
     latest_.bind(endpoints.latest);
     control_.bind(endpoints.control);
     Config config;
@@ -167,7 +168,7 @@ class RelayTest : public testing::Test {
   std::ostringstream log_;
   int fields_ = 0;
   zmq::context_t context_;
-  zmq::socket_t stream_{context_, zmq::socket_type::xpub}, latest_{context_, zmq::socket_type::pub},
+  zmq::socket_t stream_{context_, zmq::socket_type::xpub}, latest_{context_, zmq::socket_type::xpub},
       control_{context_, zmq::socket_type::router}, peer_{context_, zmq::socket_type::dealer};
   std::unique_ptr<Relay> relay_;
 };
@@ -252,6 +253,39 @@ TEST_F(RelayTest, NewSubscribersAreToldTheDescriptionAtMostTenTimesASecond) {
   ASSERT_TRUE(onlyFieldsCome(third));
   time_ns += 1;
   EXPECT_EQ(nextBesideFields(third), kDescription);
+}
+
+TEST_F(RelayTest, LatestIsSubscribedToAgainAfterASecondWithoutAField) {
+  const auto isSubscribed = [&] { return !take(latest_).empty(); };
+  turnUntil(isSubscribed);
+  const auto turns = [&] {
+    bool again = false;
+    for (int i = 0; i < 20; ++i) {
+      EXPECT_TRUE(relay_->turn(1ms));
+      again = again || isSubscribed();
+    }
+    return again;
+  };
+  for (int i = 0; i < 3; ++i) {
+    time_ns += kSecond_ns - 1;
+    EXPECT_FALSE(turns());
+    time_ns += 1 + kSecond_ns / 4;
+    turnUntil(isSubscribed);
+  }
+  zmq::socket_t subscriber(context_, zmq::socket_type::sub);
+  subscriber.set(zmq::sockopt::linger, 0);
+  subscriber.connect(relay_->bound(kLatest).at(0));
+  subscriber.set(zmq::sockopt::subscribe, "");
+  turnUntil([&] {
+    latest_.send(zmq::str_buffer("\x09"));
+    return !take(subscriber).empty();
+  });
+  for (int i = 0; i < 8; ++i) {
+    time_ns += kSecond_ns / 2;
+    latest_.send(zmq::str_buffer("\x09"));
+    turnUntil([&] { return !take(subscriber).empty(); });
+    EXPECT_FALSE(isSubscribed());
+  }
 }
 
 TEST_F(RelayTest, AnInstrumentThatIsSilentIsToldOnce) {
