@@ -171,20 +171,23 @@ std::uint64_t FrameGate::thrownBefore(const Track& next, std::uint64_t step) con
 
 /// A camera sends each packet once, and again what it is asked for. Not held against it, where they come late: the
 /// packets of a frame that was given up, and whole frames that the time since the last new one has room for, as where
-/// its counter starts anew. Of a packet that was only late, and asked for, both come: hardly in one frame after
-/// another.
-void FrameGate::weigh(std::int64_t host_ns, std::uint64_t step) {
+/// its counter starts anew: by the camera's clock, too, as the host's shows the same where `next` only comes late. Of a
+/// packet that was only late, and asked for, both come: hardly in one frame after another.
+void FrameGate::weigh(const Track& next, std::uint64_t step) {
   constexpr double kForgotten = 0.9;  // broken frames, with each new one
   constexpr double kMostRepeated = 4.0, kFading = 0.98;
+  const std::int64_t alarmUntil_ns = next.host_ns + options_.doubt_ns;
   repeatedLately_ = kFading * repeatedLately_ + (repeated_ ? 1.0 : 0.0);
-  if (twice_ > 0.0 || repeatedLately_ > kMostRepeated) doubtUntil_ns_ = host_ns + options_.doubt_ns;
+  if (twice_ > 0.0 || repeatedLately_ > kMostRepeated) doubtUntil_ns_ = alarmUntil_ns;
   if (late_ > 0.0 && current_) {
     const std::int64_t pace = longestMean(*current_);
-    const double elapsed =
-        pace > 0 ? static_cast<double>(host_ns - current_->host_ns) / static_cast<double>(pace) : 0.0;
+    const std::int64_t elapsed_ns =
+        next.distrust == 0 ? std::min(next.host_ns - current_->host_ns, difference(next.device_ns, current_->device_ns))
+                           : 0;
+    const double elapsed = pace > 0 ? static_cast<double>(elapsed_ns) / static_cast<double>(pace) : 0.0;
     const double room = std::max(0.0, std::floor(elapsed + 0.25) - static_cast<double>(step));
     const double unexplained = late_ - room;
-    if (unexplained > broken_) doubtUntil_ns_ = host_ns + options_.doubt_ns;
+    if (unexplained > broken_) doubtUntil_ns_ = alarmUntil_ns;
     broken_ = std::max(0.0, broken_ - std::max(0.0, unexplained));
   }
   late_ = twice_ = 0.0;
@@ -216,7 +219,7 @@ Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimel
     judgement.missing -= std::min(judgement.missing, arrivedUnnamed_);
   }
   const std::uint64_t thrown = thrownBefore(next, step);
-  weigh(next.host_ns, step);
+  weigh(next, step);
   judgement.outnumbered = next.host_ns < doubtUntil_ns_;
   // It is not known which of the two came first: this one may be forged.
   judgement.doubted = judgement.outnumbered || std::exchange(repeated_, false);

@@ -130,7 +130,7 @@ class FrameGate {
   /// Doubts pictures for Options::doubt_ns if packets came twice, or more came late than frames that were given up and
   /// the time since `current_` beyond `step` frames account for; then forgets late_ and twice_. Called for each new
   /// picture, before it becomes `current_`.
-  void weigh(std::int64_t host_ns, std::uint64_t step);
+  void weigh(const Track& next, std::uint64_t step);
   bool isEarly(const Arrival& arrival) const;
   bool seenBefore(const Arrival& arrival) const;
 

@@ -122,8 +122,8 @@ void Camera::impersonate(const OnItsWay& own) {
   if (ongoing_.lasts(Event::kStarved)) becomeUnclear(own.at_ns);
   OnItsWay one = picture();
   const std::int64_t sooner_ns = chance_.between(0, chance_.oneIn(2) ? kFrame_ns : kUnderWay_ns);
-  one.picture.isForged = one.picture.isNext = true;
-  one.picture.isBefore = sooner_ns >= kFrame_ns;
+  one.picture.isForged = true;
+  if (sooner_ns >= kFrame_ns) one.picture.ownAt_ns = own.at_ns;
   one.at_ns = own.at_ns - sooner_ns;
   one.arrival.id = own.arrival.id;
   one.arrival.device_ns = own.arrival.device_ns - (chance_.oneIn(3) ? sooner_ns : 0);

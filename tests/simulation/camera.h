@@ -20,8 +20,10 @@ struct Picture {
   double force_N = 0.0;
   bool isFew = false;
   bool isForged = false;
-  bool isNext = false;    ///< forged with an id of the camera, whose own picture of that id comes, too
-  bool isBefore = false;  ///< likewise, and whole before that picture begins to come
+  std::int64_t at_ns = 0;  ///< when it was whole
+  /// Forged with an id of the camera, and whole before the camera's own picture of that id begins to come: when that is
+  /// whole. kNever: it is none of these.
+  std::int64_t ownAt_ns = kNever;
   std::size_t noise = 0;
   std::array<std::uint8_t, 64> bytes{};
 };

@@ -46,6 +46,7 @@ class SimulatedDriver : public capture::Driver {
     } while (throwsAway(come));
     if (camera.comesTwice(come)) twice_ += 1.0;
     Picture& room = connection_.pictures[connection_.nextPicture++ % Connection::kPictures] = come.picture;
+    room.at_ns = come.at_ns;
     buffer.arrival = come.arrival;
     buffer.arrival.thrown = std::exchange(thrown_, 0);
     buffer.arrival.late = static_cast<double>(buffer.arrival.thrown);

@@ -16,7 +16,7 @@ Fields::Fields(const Camera& camera, const Zeros& zeros, const Starvation& starv
 void Fields::begin() {
   lastTruth_ = {};
   last_ = {};
-  mustBeDoubted_ = false;
+  dueAfter_ns_ = kNever;
 }
 
 void Fields::heed(const TractionField& field, const Truth& truth) {
@@ -59,13 +59,21 @@ void Fields::checkOrigin(const TractionField& field, const Truth& truth) {
   const bool isDoubted = (field.flags & kDoubtedOrigin) != 0;
   journal_.law(truth.number > lastTruth_.number || isDoubted, "no stale picture without its flag",
                [&] { return fmt::format("picture {} after {}", truth.number, lastTruth_.number); });
-  // One that is whole before the camera's own begins to come may be taken for that: the next field has the flag then.
-  journal_.law(!truth.isForged || isDoubted || truth.isBefore || !camera_.canContradict(),
+  const bool isBefore = truth.ownAt_ns != kNever;
+  journal_.law(!truth.isForged || isDoubted || isBefore || !camera_.canContradict(),
                "no forged picture without its flag", [&] { return fmt::format("picture {}", truth.number); });
-  journal_.law(!mustBeDoubted_ || isDoubted || !camera_.canContradict() || camera_.excusesLate(),
-               "a forged picture or the field after it has its flag",
-               [&] { return fmt::format("pictures {} and {}", lastTruth_.number, truth.number); });
-  mustBeDoubted_ = truth.isBefore && !isDoubted && camera_.canContradict();
+  // One that is whole before the camera's own begins to come may be taken for that. The camera's own shows it, which
+  // follows at once, or after others where the network lets pictures overtake each other.
+  if (truth.at_ns > dueAfter_ns_) {
+    journal_.law(isDoubted || !camera_.canContradict() || camera_.excusesLate(),
+                 "a forged picture or the field after the camera's own has its flag",
+                 [&] { return fmt::format("pictures {} and {}", dueFor_, truth.number); });
+    dueAfter_ns_ = kNever;
+  }
+  if (isBefore && !isDoubted && camera_.canContradict() && truth.ownAt_ns < dueAfter_ns_) {
+    dueAfter_ns_ = truth.ownAt_ns;
+    dueFor_ = truth.number;
+  }
 }
 
 /// The camera took pictures in between.

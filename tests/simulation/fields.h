@@ -10,7 +10,8 @@ namespace tractiond::simulation {
 /// Identifies the picture that a frame shows.
 struct Truth {
   std::uint64_t number = 0, taken = 0;
-  bool isForged = false, isNext = false, isBefore = false;
+  bool isForged = false;
+  std::int64_t at_ns = 0, ownAt_ns = kNever;  ///< as of Picture
 };
 
 class Fields {
@@ -44,7 +45,10 @@ class Fields {
   // Of the last field in this life.
   Truth lastTruth_;
   FrameInfo last_;
-  bool mustBeDoubted_ = false;  ///< the next one: the last one was forged, and had no flag
+  // A forged picture had no flag: when the camera's own was whole, after which the flag is due (kNever: none is); and
+  // the number of the forged one.
+  std::int64_t dueAfter_ns_ = kNever;
+  std::uint64_t dueFor_ = 0;
 };
 
 }  // namespace tractiond::simulation

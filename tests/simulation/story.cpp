@@ -112,6 +112,10 @@ Story draw(std::uint64_t seed, std::int64_t lasts_ms) {
     // A stage often lacks the processor for about as long as the links bridge.
     if (sort->event == Event::kStarved && chance.oneIn(3)) one.for_ms = chance.between(10, 120);
     story.happenings.push_back(one);
+    // Forged pictures hide best among the first late ones: after these the alarm is raised.
+    if (one.event == Event::kLate && chance.oneIn(3))
+      story.happenings.push_back(
+          {at_ms + chance.between(0, 50), Event::kImpostor, chance.between(10, 1'000), one.for_ms});
     // People ask at the worst moment.
     const auto askWithin = [&](std::int64_t most_ms, Event event, std::int64_t amount) {
       at_ms += chance.between(0, std::min(one.for_ms, most_ms));

@@ -23,7 +23,7 @@ FAULTS = [Fault(*one) for one in [
     ]),
     ("impostor", "1e77383", "who sends in the camera's own name is not noticed by packets that come twice", [
         (GATE, "if (twice_ > 0.0 || repeatedLately_ > kMostRepeated)", "if (repeatedLately_ > 1e9 * kMostRepeated)"),
-        (GATE, "if (unexplained > broken_) doubtUntil_ns_ = host_ns + options_.doubt_ns;", ""),
+        (GATE, "if (unexplained > broken_) doubtUntil_ns_ = alarmUntil_ns;", ""),
         (GATE, "return lag < -most || schedule.isEarly(", "return most < 0 && lag < 0 && schedule.isEarly("),
     ]),
     ("excused-impostor", "39bb523", "packets that come twice are excused by frames that were given up, and by time", [

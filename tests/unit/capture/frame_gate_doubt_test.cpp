@@ -67,6 +67,28 @@ TEST_F(FrameGateTest, DoubtsWhatComesBesideTheCamera) {
   }
 }
 
+/// The camera's own picture after a forged one of its id. A picture that comes late leaves the host's clock room for
+/// it.
+TEST_F(FrameGateTest, DoubtsASurplusFrameBeforeAPictureThatComesLate) {
+  for (const bool hasClock : {true, false}) {
+    for (int late_ms = 0; late_ms <= 200; late_ms += 5) {
+      FrameGate gate(kShape, {});
+      SimulatedCamera camera(40'000);
+      const auto take = [&] {
+        Arrival arrival = camera.take();
+        if (!hasClock) arrival.device_ns = 0;
+        return arrival;
+      };
+      for (int k = 0; k < 150; ++k) ASSERT_FALSE(gate.judge(take()).outnumbered);
+      camera.delay(1'000'000 * late_ms);
+      Arrival next = take();
+      next.thrown = 1;
+      next.late = 1.0;
+      EXPECT_TRUE(gate.judge(next).outnumbered) << late_ms << " ms";
+    }
+  }
+}
+
 TEST_F(FrameGateTest, DoubtsThatPictureOnlyOfWhichAPacketThatWasAskedForCameTwice) {
   SimulatedCamera camera(40'000);
   stream(camera, 100);
