@@ -36,7 +36,7 @@ std::int64_t CaptureSide::keeperTurn() {
   const std::int64_t next_ns = camera_->keeperTurn();
   keeperIsBusyUntil_ns_ = now() + spent_ns();
   if (connection_.opened != before) {
-    came_ns_ = keeperIsBusyUntil_ns_;
+    opened_ns_ = came_ns_ = keeperIsBusyUntil_ns_;
     nextPop_ns_ = std::min(nextPop_ns_, came_ns_);  // the capture stage is woken
   }
   return std::max(std::min(next_ns, nextIdle_ns()), keeperIsBusyUntil_ns_);

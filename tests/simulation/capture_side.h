@@ -39,6 +39,8 @@ class CaptureSide {
   void reopen(const capture::CameraOptions& options) { camera_->reopen(fromSimulation(connection_, options)); }
   bool hasRefused() const { return camera_->refusedLast(); }
   bool isStreaming() const { return camera_->state() == CameraState::kStreaming; }
+  /// Returns when the camera was opened last.
+  std::int64_t opened_ns() const { return opened_ns_; }
   /// Returns the options that the camera was opened with last.
   const capture::CameraOptions& opened() const { return connection_.options; }
   /// Passes a request on, as a person asks for it. Law: none is open.
@@ -63,7 +65,7 @@ class CaptureSide {
   std::string refused_;  ///< why the camera could not be opened, as far as the keeper knows
   Connection connection_;
   std::unique_ptr<capture::Camera> camera_;
-  std::int64_t nextPop_ns_, came_ns_;
+  std::int64_t opened_ns_ = 0, nextPop_ns_, came_ns_;
   std::int64_t keeperBegan_ns_ = 0, keeperIsBusyUntil_ns_ = 0;
   std::int64_t asked_ns_ = kNever;  ///< kNever: nothing is asked
 };

@@ -283,7 +283,8 @@ void Run::control() {
   life_->checkBalance(kMostInFlight);
   constexpr std::int64_t kLately_ns = 200 * kMs;  // since the last look, and what was under way
   const auto cameLately = [this](Event event) { return ongoing_.until_ns(event) > now() - kLately_ns; };
-  life_->checkEvictions(cameLately(Event::kLate) || cameLately(Event::kSecondCounter));
+  const bool openedLately = life_->camera().opened_ns() > now() - kLately_ns;  // pictures that waited come at once
+  life_->checkEvictions(cameLately(Event::kLate) || cameLately(Event::kSecondCounter) || openedLately);
 }
 
 std::int64_t Run::nextMoment(std::size_t nextHappening) const {
