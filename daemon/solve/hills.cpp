@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 namespace tractiond::solve {
@@ -29,6 +30,7 @@ Hills::Hills(PlaceGrid grid, int mostPlaces, int functionalRows)
     , functionals_(kColumns * functionalRows_) {
   for (auto* each : {&order_, &hill_, &peak_, &parent_, &members_}) each->reserve(static_cast<std::size_t>(mostPlaces));
   magnitude_.reserve(static_cast<std::size_t>(mostPlaces));
+  valleys_.reserve(2 * indexAt_.size());
 }
 
 int Hills::hillOf(int index) const {
@@ -77,27 +79,27 @@ bool Hills::isValleyBetween(const SolvedForces& forces, int lower, int higher) {
     return strip(forces, lower, along, at, direction, factor, column);
   };
   const double low = height(0.0, 0.0, 0), high = height(length, 0.0, 0);
-  std::array<double, kColumns> falls{};
-  int candidates = 0;
-  const auto evident = [&] {
-    std::array<double, kColumns * kColumns> covariances{};
-    forces.covariances(functionals_.data(), covariances);
-    for (int i = 0; i < candidates; ++i) {
-      if (falls[i] > kFall_deviations * std::sqrt(covariances[(kColumns + 1) * i])) return true;
-    }
-    candidates = 0;
-    return false;
-  };
+  valleys_.clear();
   for (double at = 0.5; at <= length - 0.5; at += 0.5) {
     const double fall = low - height(at, 0.0, 0);
-    if (fall < kFall_lower * low || fall < kFall_higher * high) continue;
-    if (candidates == 0) std::fill_n(functionals_.data(), functionals_.size(), 0.0);
-    height(0.0, 1.0, candidates);
-    height(at, -1.0, candidates);
-    falls[candidates++] = fall;
-    if (candidates == kColumns && evident()) return true;
+    if (fall >= kFall_lower * low && fall >= kFall_higher * high) valleys_.emplace_back(fall, at);
   }
-  return candidates > 0 && evident();
+  // One evident fall is enough, and the deepest are most likely so.
+  std::sort(valleys_.begin(), valleys_.end(), std::greater());
+  for (std::size_t first = 0; first < valleys_.size(); first += kColumns) {
+    const std::size_t count = std::min<std::size_t>(kColumns, valleys_.size() - first);
+    std::fill_n(functionals_.data(), functionals_.size(), 0.0);
+    for (std::size_t k = 0; k < count; ++k) {
+      height(0.0, 1.0, static_cast<int>(k));
+      height(valleys_[first + k].second, -1.0, static_cast<int>(k));
+    }
+    std::array<double, kColumns * kColumns> covariances{};
+    forces.covariances(functionals_.data(), covariances);
+    for (std::size_t k = 0; k < count; ++k) {
+      if (valleys_[first + k].first > kFall_deviations * std::sqrt(covariances[(kColumns + 1) * k])) return true;
+    }
+  }
+  return false;
 }
 
 /// Calls use(j) for the given places next to `place`, the i-th of them.

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace tractiond::solve {
@@ -89,6 +90,7 @@ class Hills {
   std::vector<int> order_, hill_;   ///< of the places: strongest first; the hill each belongs to
   std::vector<int> peak_, parent_;  ///< of each hill: its highest place; itself, or the hill it was merged into
   std::vector<int> members_;        ///< of one hill
+  std::vector<std::pair<double, double>> valleys_;  ///< fall between two peaks, and where on the line between them
   LineArray<double> functionals_;
 };
 

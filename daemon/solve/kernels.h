@@ -115,9 +115,9 @@ void solveLower(std::span<const double> lower, int size, double* vector);
 
 /// Number of columns that are processed together.
 inline constexpr int kColumns = 8;
-/// Solves L Y = B in place for kColumns right-hand sides. \param columns B, then Y: size x kColumns, row after row;
-/// fastest on a line's boundary
-void solveLowerColumns(std::span<const double> lower, int size, double* columns);
+/// Solves L Y = B in place for kColumns right-hand sides. \param first number of the first rows of B that are 0, as
+/// those of Y are then \param columns B, then Y: size x kColumns, row after row; fastest on a line's boundary
+void solveLowerColumns(std::span<const double> lower, int first, int size, double* columns);
 
 /// Computes products[stride * k + c] = matrix.row(rows[k]) . column c. \param columns matrix.columns() x kColumns, row
 /// after row

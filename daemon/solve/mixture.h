@@ -61,6 +61,7 @@ class Mixture {
   int count_ = 0;
   std::vector<double> mean_, away_;           // 3P: mean force; difference of a part's force from it
   std::vector<double> deviation_, nodeAway_;  // 3N: of a part
+  std::vector<int> weighted_;                 // points that covariance() needs
 };
 
 }  // namespace tractiond::solve

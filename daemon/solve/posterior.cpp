@@ -32,6 +32,7 @@ void copyThree(const double* from, double* to) {
 Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most, int mostExtra)
     : factors_(factors)
     , atoms_(atoms)
+    , atomsOfPoints_(atoms.shape)
     , wrench_(6, 3 * atoms.count())
     , stride_((3 * most + mostExtra + kMotions + kColumns - 1) / kColumns * kColumns)
     , tightness_(static_cast<std::size_t>(most))
@@ -257,8 +258,7 @@ double Posterior::keep(std::span<const double> noise, AtomMoments& moments) {
 
 void Posterior::nodeDeviations_N(std::span<double> deviations) {
   assert(static_cast<Index>(deviations.size()) == 3 * atomsOfNodes_.rows());
-  const auto& chosen = chosen_->atoms;
-  for (std::size_t i = 0; i < chosen.size(); ++i) indexOf_[chosen[i]] = static_cast<int>(i);
+  setIndices();
   invertTogether();
   for (Index node = 0; node < atomsOfNodes_.rows(); ++node) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -273,7 +273,17 @@ void Posterior::nodeDeviations_N(std::span<double> deviations) {
       deviations[3 * node + axis] = noise_px_ * std::sqrt(std::max(variance, 0.0));
     }
   }
-  for (const int atom : chosen) indexOf_[atom] = -1;
+  clearIndices();
+}
+
+/// Fills indexOf_, which clearIndices() empties.
+void Posterior::setIndices() {
+  const auto& chosen = chosen_->atoms;
+  for (std::size_t i = 0; i < chosen.size(); ++i) indexOf_[chosen[i]] = static_cast<int>(i);
+}
+
+void Posterior::clearIndices() {
+  for (const int atom : chosen_->atoms) indexOf_[atom] = -1;
 }
 
 /// Finds the unknowns that act at a node along an axis, and their shares; for the axes in turn, as atoms act alike
@@ -321,36 +331,39 @@ void Posterior::invertTogether() {
   }
 }
 
-void Posterior::covariance(std::span<const double> weights, int count, std::span<double> covariance) {
+void Posterior::covariance(std::span<const double> weights, int count, std::span<const int> points,
+                           std::span<double> covariance) {
   assert(count <= kColumns && static_cast<Index>(weights.size()) == 3 * count * atoms_.points.cols());
   double* const columns = scratch_.data();
   std::fill_n(columns, kColumns * unknowns(), 0.0);
-  for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
-    Eigen::Map<Eigen::Matrix<double, 3, kColumns, Eigen::RowMajor>> sum(columns + 3 * kColumns * i);
-    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, chosen_->atoms[i]); it; ++it) {
-      const double* const of = weights.data() + 3 * count * it.row();
-      for (int axis = 0; axis < 3; ++axis) {
-        for (int k = 0; k < count; ++k) sum(axis, k) += it.value() * of[axis * count + k];
-      }
+  setIndices();
+  for (const Index point : points) {
+    const double* const of = weights.data() + 3 * count * point;
+    const auto add = [&](double* to, double factor, int axis) {
+      for (int k = 0; k < count; ++k) to[k] += factor * of[axis * count + k];
+    };
+    for (decltype(atomsOfPoints_)::InnerIterator it(atomsOfPoints_, point); it; ++it) {
+      const int i = indexOf_[it.col()];
+      for (int axis = 0; axis < 3 && i >= 0; ++axis) add(columns + kColumns * (3 * i + axis), it.value(), axis);
+    }
+    for (int i = firstExtra(); i < firstMotion(); ++i) {
+      const double* const force = std::as_const(*extra_).pointForces_N(i - firstExtra()).data() + 3 * point;
+      for (int axis = 0; axis < 3; ++axis) add(columns + kColumns * i, force[axis], axis);
     }
   }
-  for (int i = firstExtra(); i < firstMotion(); ++i) {
-    const auto forces = std::as_const(*extra_).pointForces_N(i - firstExtra());
-    double* const to = columns + static_cast<std::ptrdiff_t>(kColumns) * i;
-    for (std::size_t f = 0; f < forces.size(); ++f) {
-      if (forces[f] == 0.0) continue;
-      for (int k = 0; k < count; ++k) to[k] += forces[f] * weights[count * f + k];
-    }
-  }
+  clearIndices();
   multiplyInverse(count, covariance.data());
 }
 
 /// n^2 C' A^-1 C of the first `count` columns C in scratch_, row after row.
 void Posterior::multiplyInverse(int count, double* covariance) {
   double* const columns = scratch_.data();
-  solveLowerColumns({matrix_.data(), packed(unknowns())}, unknowns(), columns);
+  const int size = unknowns();
+  const auto isSet = [](double element) { return element != 0.0; };
+  const auto zeros = static_cast<int>(std::find_if(columns, columns + kColumns * size, isSet) - columns) / kColumns;
+  solveLowerColumns({matrix_.data(), packed(size)}, zeros, size, columns);
   double products[kColumns * kColumns];
-  multiplyColumns(columns, columns, unknowns(), products);
+  multiplyColumns(columns + kColumns * zeros, columns + kColumns * zeros, size - zeros, products);
   for (int i = 0; i < count; ++i) {
     for (int j = 0; j < count; ++j) covariance[count * i + j] = square(noise_px_) * products[kColumns * i + j];
   }

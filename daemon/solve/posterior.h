@@ -66,8 +66,10 @@ class Posterior {
   void nodeDeviations_N(std::span<double> deviations);
 
   /// Computes the covariance of `count` linear functionals of the points' forces, count x count, row after row.
-  /// \param weights 3P x count, row after row \param count at most kColumns
-  void covariance(std::span<const double> weights, int count, std::span<double> covariance);
+  /// \param weights 3P x count, row after row \param count at most kColumns \param points that have weights other than
+  /// 0; only theirs are read
+  void covariance(std::span<const double> weights, int count, std::span<const int> points,
+                  std::span<double> covariance);
 
   /// Returns force and moment of atoms and extra unknowns about the origin of the gel frame [N, N m].
   std::array<double, 6> wrench() const;
@@ -88,12 +90,15 @@ class Posterior {
   void invertAll();
   void invertTogether();
   std::size_t cover(Eigen::Index node, int axis);
+  void setIndices();
+  void clearIndices();
   void multiplyInverse(int count, double* covariance);
   double traceOf(int atom) const;
 
   const Factors& factors_;
   const Atoms& atoms_;
   Eigen::SparseMatrix<double, Eigen::RowMajor> atomsOfNodes_;  // N x A, share of an atom's force that a node has
+  Eigen::SparseMatrix<double, Eigen::RowMajor> atomsOfPoints_;  // P x A, likewise
   Eigen::Matrix<double, 6, Eigen::Dynamic> wrench_;            // of unit forces of all atoms, 6 x 3A
   const int stride_;                                           // of inverse_: the most unknowns, padded
   // Of one fit.

@@ -101,8 +101,8 @@ void solveLower(std::span<const double> lower, int size, double* vector) {
 }
 
 TRACTION_VECTOR_CLONES
-void solveLowerColumns(std::span<const double> lower, int size, double* columns) {
-  solveColumns(lower.data(), 0, size, columns);
+void solveLowerColumns(std::span<const double> lower, int first, int size, double* columns) {
+  solveColumns(lower.data(), first, size, columns);
 }
 
 TRACTION_VECTOR_CLONES

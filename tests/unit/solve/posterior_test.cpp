@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
 #include <random>
 
 namespace tractiond::solve {
@@ -98,9 +99,14 @@ TEST(Posterior, IsExactWithMissingCoordinates) {
 
   for (const int count : {5, kColumns}) {
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> weights =
-        MatrixXd::NullaryExpr(3 * shape.rows(), count, [&] { return normal(generator); });
+        MatrixXd::Zero(3 * shape.rows(), count);
+    std::vector<int> weighted;
+    for (int point = static_cast<int>(shape.rows()) / 2; point < shape.rows(); point += 3) {
+      weighted.push_back(point);
+      weights.middleRows<3>(3 * point) = MatrixXd::NullaryExpr(3, count, [&] { return normal(generator); });
+    }
     MatrixXd covarianceFound(count, count);
-    posterior.covariance({weights.data(), static_cast<std::size_t>(weights.size())}, count,
+    posterior.covariance({weights.data(), static_cast<std::size_t>(weights.size())}, count, weighted,
                          {covarianceFound.data(), static_cast<std::size_t>(covarianceFound.size())});
     const MatrixXd covarianceExpected = weights.transpose() * ofPoints * weights;
     EXPECT_LT((covarianceFound - covarianceExpected).norm(), 1e-5 * covarianceExpected.norm());
@@ -226,7 +232,10 @@ TEST(Posterior, CountsExtraUnknowns) {
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> weights =
       MatrixXd::NullaryExpr(points, 3, [&] { return normal(generator); });
   MatrixXd ofFunctionals(3, 3);
-  posterior.covariance({weights.data(), static_cast<std::size_t>(weights.size())}, 3, {ofFunctionals.data(), 9});
+  std::vector<int> everyPoint(static_cast<std::size_t>(points / 3));
+  std::iota(everyPoint.begin(), everyPoint.end(), 0);
+  posterior.covariance({weights.data(), static_cast<std::size_t>(weights.size())}, 3, everyPoint,
+                       {ofFunctionals.data(), 9});
   const MatrixXd ofPoints = to * sigma * to.transpose(), functionals = weights.transpose() * ofPoints * weights;
   EXPECT_LT((ofFunctionals - functionals).norm(), 1e-4 * functionals.norm());
   MatrixXd toNodes = MatrixXd::Zero(3 * bench.atoms().nodeCount(), points);
