@@ -140,8 +140,13 @@ void Supervisor::checkReload() const {
   }
 }
 
+/// Returns when the watchdog ends a daemon that does not feed it until then.
+std::int64_t Supervisor::bites_ns() const {
+  return fed_ns_ + nanoseconds(kPatience) + 1;
+}
+
 bool Supervisor::bites() const {
-  if (now() - fed_ns_ <= nanoseconds(kPatience)) return false;
+  if (now() < bites_ns()) return false;
   journal_.law(starvation_.since(fed_ns_) > 0 || camera_.isHanging(), "the watchdog ends only what stands still", "");
   return true;
 }

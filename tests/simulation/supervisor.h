@@ -6,6 +6,7 @@
 #include "tests/simulation/capture_side.h"
 #include "tests/simulation/operator.h"
 
+#include <algorithm>
 #include <array>
 #include <optional>
 
@@ -28,7 +29,8 @@ class Supervisor {
   void askReload();
   void askStop();
 
-  std::int64_t next_ns() const { return next_ns_; }
+  /// Returns when something is due: the loop's next turn, or the end of the watchdog's patience.
+  std::int64_t next_ns() const { return std::min(next_ns_, bites_ns()); }
   /// Lets the service's loop take its turn, if that is due, and returns whether it was. Laws: it waits for nothing, it
   /// feeds the watchdog if and only if every stage advances and the keeper does not hang, reloads begin and end in
   /// time.
@@ -49,6 +51,7 @@ class Supervisor {
   const ServiceHooks& attend(const ServiceHooks& hooks);
   void checkFeeding();
   void checkReload() const;
+  std::int64_t bites_ns() const;
 
   const CaptureSide& camera_;
   const Operator& person_;
