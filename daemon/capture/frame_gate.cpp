@@ -169,10 +169,11 @@ std::uint64_t FrameGate::thrownBefore(const Track& next, std::uint64_t step) con
   return room > step ? std::min(thrown_, room - step) : 0;
 }
 
-/// A camera sends each packet once, and again what it is asked for. Not held against it, where they come late: the
-/// packets of a frame that was given up, and whole frames that the time since the last new one has room for, as where
-/// its counter starts anew: by the camera's clock, too, as the host's shows the same where `next` only comes late. Of a
-/// packet that was only late, and asked for, both come: hardly in one frame after another.
+/// Weighs the evidence for another host that sends as the camera. A camera sends each packet once, and again if it is
+/// requested. Late packets are excused if they may belong to frames that were given up, or to whole frames for which
+/// the time since the last new frame has room, as after a restart of the camera's counter. Both clocks must show that
+/// room: where `next` only comes late, the host's clock shows some, too. A packet that was late and requested arrives
+/// twice, but hardly in successive frames.
 void FrameGate::weigh(const Track& next, std::uint64_t step) {
   constexpr double kForgotten = 0.9;  // broken frames, with each new one
   constexpr double kMostRepeated = 4.0, kFading = 0.98;
