@@ -344,7 +344,7 @@ struct Relay::Impl {
   std::array<zmq::message_t, 4> parts;
   std::map<std::string, std::array<zmq::message_t, 3>, std::less<>> descriptions;  ///< topic -> last description
   std::size_t previewSubscriptions = 0;  ///< number of subscriptions to previews
-  std::set<std::string> previews;  ///< subscribed preview topics
+  std::set<std::string> previews;        ///< subscribed preview topics
   bool descriptionDue = false;
   std::int64_t described_ns = 0;
   RequestLimit requests;

@@ -344,7 +344,8 @@ void Posterior::covariance(std::span<const double> weights, int count, std::span
     };
     for (decltype(atomsOfPoints_)::InnerIterator it(atomsOfPoints_, point); it; ++it) {
       const int i = indexOf_[it.col()];
-      for (int axis = 0; axis < 3 && i >= 0; ++axis) add(columns + kColumns * (3 * i + axis), it.value(), axis);
+      if (i < 0) continue;
+      for (int axis = 0; axis < 3; ++axis) add(columns + kColumns * (3 * i + axis), it.value(), axis);
     }
     for (int i = firstExtra(); i < firstMotion(); ++i) {
       const double* const force = std::as_const(*extra_).pointForces_N(i - firstExtra()).data() + 3 * point;

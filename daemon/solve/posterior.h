@@ -97,10 +97,10 @@ class Posterior {
 
   const Factors& factors_;
   const Atoms& atoms_;
-  Eigen::SparseMatrix<double, Eigen::RowMajor> atomsOfNodes_;  // N x A, share of an atom's force that a node has
+  Eigen::SparseMatrix<double, Eigen::RowMajor> atomsOfNodes_;   // N x A, share of an atom's force that a node has
   Eigen::SparseMatrix<double, Eigen::RowMajor> atomsOfPoints_;  // P x A, likewise
-  Eigen::Matrix<double, 6, Eigen::Dynamic> wrench_;            // of unit forces of all atoms, 6 x 3A
-  const int stride_;                                           // of inverse_: the most unknowns, padded
+  Eigen::Matrix<double, 6, Eigen::Dynamic> wrench_;             // of unit forces of all atoms, 6 x 3A
+  const int stride_;                                            // of inverse_: the most unknowns, padded
   // Of one fit.
   const Chosen* chosen_ = nullptr;
   ExtraUnknowns* extra_ = nullptr;
