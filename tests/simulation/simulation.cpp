@@ -2,11 +2,11 @@
 
 #include "tests/simulation/assertion.h"
 #include "tests/simulation/run.h"
+#include "tests/simulation/shrink.h"
 
 #include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <exception>
 #include <optional>
 #include <utility>
@@ -73,37 +73,13 @@ Result Simulation::run(const Story& story, const std::function<bool()>& goesOn) 
 }
 
 Story Simulation::shrink(const Story& story, const std::string& law, const std::function<bool()>& goesOn) {
-  const auto breaks = [&](const Story& one) {
-    const Result result = run(one, goesOn);
+  bool isOver = false;
+  const auto asked = [&] { return !(isOver = goesOn && !goesOn()); };
+  return simulation::shrink(story, [&](const Story& one) -> std::optional<std::int64_t> {
+    if (isOver) return std::nullopt;
+    const Result result = run(one, asked);
     return result.broken && result.broken->law == law ? std::optional(result.broken->at_ms) : std::nullopt;
-  };
-  Story least = story;
-  const auto heedEnd = [&least](std::int64_t at_ms) {
-    least.lasts_ms = std::min(least.lasts_ms, at_ms + 1000);
-    std::erase_if(least.happenings, [&](const Happening& one) { return one.at_ms > at_ms; });
-  };
-  if (const auto at_ms = breaks(least)) heedEnd(*at_ms);
-  // Halves first, then ever smaller parts, until no single happening can be left out.
-  for (std::size_t part = std::max<std::size_t>(least.happenings.size() / 2, 1);;) {
-    bool hasShrunk = false;
-    for (std::size_t i = 0; i < least.happenings.size();) {
-      Story shorter = least;
-      const auto first = shorter.happenings.begin() + static_cast<std::ptrdiff_t>(i);
-      shorter.happenings.erase(first, first + static_cast<std::ptrdiff_t>(std::min(part, least.happenings.size() - i)));
-      if (const auto at_ms = breaks(shorter)) {
-        least = shorter;
-        heedEnd(*at_ms);
-        hasShrunk = true;
-      } else {
-        i += part;
-      }
-    }
-    if (part > 1)
-      part /= 2;
-    else if (!hasShrunk)
-      break;
-  }
-  return least;
+  });
 }
 
 }  // namespace tractiond::simulation

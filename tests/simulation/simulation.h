@@ -22,7 +22,7 @@ class Simulation {
   /// caught. \param goesOn asked once for each simulated second; false ends the run
   Result run(const Story& story, const std::function<bool()>& goesOn = {});
 
-  /// Returns the story with as few happenings as still break the same law. \param goesOn as for run(); when it
+  /// Returns a story of few happenings that breaks the same law, as shrink.h says. \param goesOn as for run(); when it
   /// returns false, the shortest story so far is returned
   Story shrink(const Story& story, const std::string& law, const std::function<bool()>& goesOn = {});
 
