@@ -96,6 +96,7 @@ class Client {
       const rlimit noCore{0, 0};
       setrlimit(RLIMIT_CORE, &noCore);
       setpgid(0, 0);
+      for (const int each : {SIGHUP, SIGINT, SIGQUIT}) std::signal(each, SIG_DFL);  // a script's job may ignore them
       first();
       if (startExecutor() != 0) _exit(1);
       what();
