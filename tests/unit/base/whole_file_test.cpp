@@ -25,6 +25,9 @@ TEST(WholeFile, UnfinishedOneOfBeforeIsReplacedWithItsMode) {
   EXPECT_EQ(textOf(path), "all");
   EXPECT_EQ(fs::status(path).permissions(), fs::perms::owner_read | fs::perms::owner_write);
   EXPECT_FALSE(fs::exists(unfinished));
+  ASSERT_FALSE(replaceWholeFile(path, std::string_view("for all")));
+  EXPECT_NE(fs::status(path).permissions() & fs::perms::owner_read, fs::perms::none);
+  EXPECT_EQ(fs::status(path).permissions() & fs::perms::owner_exec, fs::perms::none);
 }
 
 TEST(WholeFile, NoLinkIsFollowed) {

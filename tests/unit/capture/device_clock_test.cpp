@@ -224,6 +224,7 @@ TEST(CaptureClock, FirstFramesOfATimelineDoNotKnowTheShortestDelay) {
 TEST(CaptureClock, AFrameWithoutAStampWasUnderWayForAsLongAsOthers) {
   // Far longer than the jitter, so that the moment of arrival with the jitter as its error is a wrong answer.
   constexpr std::int64_t kDelay_ns = 5'000'000, kJitter_ns = 1'000'000, kMinute_ns = 60'000'000'000;
+  constexpr std::int64_t kRaw_ns = 3'000'000'000;  // what the raw clock, with which the camera's is compared, is ahead
   std::mt19937 random(1);
   CaptureClock clock;
   ClockFit fit;
@@ -232,11 +233,12 @@ TEST(CaptureClock, AFrameWithoutAStampWasUnderWayForAsLongAsOthers) {
     taken_ns += kPeriod_ns;
     Arrival arrival;
     arrival.device_ns = taken_ns;
-    arrival.host_ns = arrival.raw_ns = taken_ns + kDelay_ns + static_cast<std::int64_t>(random() % kJitter_ns);
+    arrival.host_ns = taken_ns + kDelay_ns + static_cast<std::int64_t>(random() % kJitter_ns);
+    arrival.raw_ns = arrival.host_ns + kRaw_ns;
     return clock.add(arrival, newFrame(timed, first), true);
   };
   for (int i = 0; i < 200; ++i) {
-    fit.add({taken_ns, taken_ns - 20'000, taken_ns + 20'000});
+    fit.add({taken_ns, taken_ns + kRaw_ns - 20'000, taken_ns + kRaw_ns + 20'000});
     clock.learn(fit);
     frame(true, i == 0);
   }

@@ -61,6 +61,7 @@ TEST_F(FrameGateTest, DoubtsWhatComesBesideTheCamera) {
     const Judgement judgement = gate.judge(surplus);
     ASSERT_EQ(judgement.verdict, Verdict::kNew);
     EXPECT_TRUE(judgement.doubted) << surplus.late << " late, " << surplus.twice << " twice";
+    EXPECT_EQ(judgement.missing, 0U) << surplus.thrown << " thrown away, for which there was no time";
     int frames = 1;
     while (gate.judge(camera.take()).doubted && frames < 1000) ++frames;
     EXPECT_NEAR(frames, 2e9 / kPeriod_ns, 2);

@@ -72,10 +72,11 @@ class FrozenPeersOf : public testing::Test {
 
 TEST_F(FrozenPeersOf, OneThatReadsNothingForFiveSecondsIsCutOff) {
   FrozenPeers frozen = peers(1'000'000);
-  const Ends deaf = connection(), slow = connection(), idle = connection();
-  sendTo(deaf);
-  sendTo(slow);
+  const Ends deaf = connection(), slow = connection(), idle = connection(), between = connection();
+  for (const Ends& each : {deaf, slow, between}) sendTo(each);
   frozen.endFrozen(10 * kSecond_ns);
+  sendTo(between);
+  frozen.endFrozen(10 * kSecond_ns);  // examines nothing within a second of the round before
   sendTo(slow);  // another number of bytes waits, as where some are read
   frozen.endFrozen(14 * kSecond_ns);
   EXPECT_EQ(told_, std::vector<std::string>());
@@ -85,6 +86,7 @@ TEST_F(FrozenPeersOf, OneThatReadsNothingForFiveSecondsIsCutOff) {
   EXPECT_TRUE(isCutOff(deaf));
   EXPECT_FALSE(isCutOff(slow));
   EXPECT_FALSE(isCutOff(idle));
+  EXPECT_FALSE(isCutOff(between));
 }
 
 TEST_F(FrozenPeersOf, ManyDescriptorsAreExaminedInSeveralCalls) {
