@@ -155,9 +155,12 @@ TEST_F(PublisherTest, StatusComesOnceASecondWithAndWithoutFields) {
 }
 
 TEST_F(PublisherTest, WaitEndsWhenTheDescriptorIsReadable) {
-  open();
+  PublishOptions given = options();
+  given.statusInterval = 1h;
+  open(given);
+  publisher_->serve(-1, 0ms);
   const int fd = eventfd(1, EFD_CLOEXEC);
-  publisher_->serve(fd, 1h);
+  publisher_->serve(fd, 1h);  // no status is due before
   close(fd);
 }
 
