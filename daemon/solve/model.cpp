@@ -39,7 +39,7 @@ Model::Model(const Factors& factors, const Atoms& atoms, const ModelOptions& opt
     , evidence_(factors, atoms, options)
     , prior_(atoms, options)
     , selection_(factors, options)
-    , roughness_(atoms, options)
+    , roughness_(factors, atoms, options)
     , products_(factors, std::min(kKept * mostOf(options), atoms.count()))
     , posterior_(factors, atoms, mostOf(options))
     , mixture_(atoms, 1 + kEven + kPatched)
@@ -183,7 +183,8 @@ bool Model::roughen(const Displacements& picture, int most) {
       keepMean();
       prior_.findEvident(moments_);
     }
-    selection_.choose(roughness_.add(moments_.mean_N, smooth_), most, false, picture.noise_px, chosen_);
+    const auto gamma = roughness_.add(moments_.mean_N, smooth_, picture.noise_px);
+    selection_.choose(gamma, most, false, picture.noise_px, chosen_);
     prior_.direct(chosen_, true);
     if (!posterior_.fit(picture, products_, chosen_)) return false;
   }

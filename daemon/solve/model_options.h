@@ -49,6 +49,12 @@ struct ModelOptions {
   /// nodes, and of ambiguous levels.
   double roughness = 0.4;
 
+  /// Distance around the forces that were found within which their contact may continue unseen [pitches].
+  double around = 3.0;
+
+  /// Displacement that the force of an atom may cause there without being evident [n].
+  double unseen = 1.0;
+
   /// Least prior variance of the displacements that an atom causes, for the atom to be used [n^2].
   double floor = 0.01;
 

@@ -55,52 +55,60 @@ void Spread::average(const VectorXd& from, VectorXd& to) {
   MatrixXd::Map(to.data(), across_.rows(), along_.rows()).noalias() = product_.lazyProduct(along_.transpose());
 }
 
-Roughness::Roughness(const Atoms& atoms, const ModelOptions& options)
+Roughness::Roughness(const Factors& factors, const Atoms& atoms, const ModelOptions& options)
     : atoms_(atoms)
     , rho_(options.roughness)
     , pointForce_(3 * static_cast<std::size_t>(atoms.pointCount()))
     , force_(atoms.pointCount())
     , pressure_(atoms.pointCount())
-    , gamma_(static_cast<std::size_t>(atoms.count())) {
-  std::vector<double> reaches;
+    , gamma_(static_cast<std::size_t>(atoms.count()))
+    , unseen_(gamma_.size()) {
   for (const Level& level : atoms.levels) {
-    auto group = static_cast<std::size_t>(std::find(reaches.begin(), reaches.end(), level.reach_m) - reaches.begin());
-    if (group == reaches.size()) {
-      reaches.push_back(level.reach_m);
-      groups_.push_back({Spread(atoms, level.reach_m), {}});
-    }
+    addTo(groups_, level, level.reach_m);
+    const bool isOfPoints = level.first == 0 && atoms.levels.size() > 1;  // a body has no others
+    if (!isOfPoints) addTo(around_, level, std::hypot(level.reach_m, options.around * atoms.pitch_m));
     for (int a = level.first; a < level.end; ++a) {
       const bool isBeyond = a < atoms.pointCount() && atoms.nodes[a] < 0;
-      groups_[group].atoms.push_back(a);
       isTold_.push_back(level.ambiguous || isBeyond ? 0 : 1);
       largest_.push_back(VectorXd(atoms.shape.col(a)).maxCoeff());
+      mostUnseen_.push_back(square(options.unseen) / factors.gramOf(a, a).trace());
     }
   }
 }
 
-std::span<const double> Roughness::add(std::span<const double> mean_N, const Chosen& chosen) {
+/// Adds a level to the group with this reach.
+void Roughness::addTo(std::vector<Group>& groups, const Level& level, double reach_m) {
+  auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& each) { return each.reach_m == reach_m; });
+  if (group == groups.end()) group = groups.insert(group, {reach_m, Spread(atoms_, reach_m), {}});
+  for (int a = level.first; a < level.end; ++a) group->atoms.push_back(a);
+}
+
+std::span<const double> Roughness::add(std::span<const double> mean_N, const Chosen& chosen, double noise_px) {
   addUp(atoms_, mean_N, pointForce_);
   of(pointForce_, rho_);
+  beneath(pointForce_, true, around_, unseen_);
+  for (std::size_t a = 0; a < gamma_.size(); ++a) gamma_[a] += std::min(unseen_[a], square(noise_px) * mostUnseen_[a]);
   for (std::size_t i = 0; i < chosen.atoms.size(); ++i) gamma_[chosen.atoms[i]] += chosen.gamma_N2[i];
   return gamma_;
 }
 
 std::span<const double> Roughness::of(std::span<const double> pointForces_N, double rho) {
-  beneath(pointForces_N, true);
+  beneath(pointForces_N, true, groups_, gamma_);
   for (std::size_t a = 0; a < gamma_.size(); ++a) gamma_[a] *= isTold_[a] != 0 ? square(rho) : 1.0;
   return gamma_;
 }
 
 std::span<const double> Roughness::ofPatches(std::span<const double> pointForces_N) {
-  beneath(pointForces_N, false);
+  beneath(pointForces_N, false, groups_, gamma_);
   return gamma_;
 }
 
-/// Computes gamma_ for rho = 1. \param continues whether points beyond the nodes have at least the pressure of the
-/// nearest node
-void Roughness::beneath(std::span<const double> pointForces_N, bool continues) {
+/// Computes gamma of the groups' atoms for rho = 1. \param continues whether points beyond the nodes have at least the
+/// pressure of the nearest node
+void Roughness::beneath(std::span<const double> pointForces_N, bool continues, std::vector<Group>& groups,
+                        std::span<double> gamma) {
   for (Index p = 0; p < force_.size(); ++p) force_[p] = Eigen::Vector3d::Map(pointForces_N.data() + 3 * p).norm();
-  for (Group& group : groups_) {
+  for (Group& group : groups) {
     group.spread.average(force_, pressure_);
     const double largest = pressure_.maxCoeff();
     assert(largest > 0.0);
@@ -113,7 +121,7 @@ void Roughness::beneath(std::span<const double> pointForces_N, bool continues) {
       for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, a); it; ++it) {
         reciprocal += it.value() * pressure_[it.row()];
       }
-      gamma_[a] = square(1.0 / (reciprocal * largest_[a])) / 3.0;
+      gamma[a] = square(1.0 / (reciprocal * largest_[a])) / 3.0;
     }
   }
 }

@@ -1,5 +1,5 @@
-// Adds the roughness of contacts to the prior: the force of each atom, of any size, may differ by a share of the
-// pressure beneath it.
+// Adds to the prior what the forces that were found do not say: the force of each atom, of any size, may differ by a
+// share of the pressure beneath it, and a contact may continue around them, too faint to be evident.
 #pragma once
 
 #include "daemon/solve/selection.h"
@@ -24,17 +24,19 @@ class Spread {
 /// Thread-bound. Allocates only when made.
 class Roughness {
  public:
-  /// `atoms` must outlive it.
-  Roughness(const Atoms& atoms, const ModelOptions& options);
+  /// `atoms` must outlive it; `factors` is used in the constructor only.
+  Roughness(const Factors& factors, const Atoms& atoms, const ModelOptions& options);
 
   // The results are valid until the next call of any of these functions. q_a is the force that an atom has under the
   // harmonic mean of the pressure beneath it; it is about 0 for an atom that is broader than the contact. The forces
   // must not all be 0 (asserted).
 
-  /// Returns gamma of all atoms (A [N^2]): that of the chosen ones, plus (rho_a q_a)^2 / 3 for every atom. A point
-  /// beyond the nodes has at least the pressure of the nearest node, as a contact may continue there. \param mean_N
-  /// forces of all atoms, 3A
-  std::span<const double> add(std::span<const double> mean_N, const Chosen& chosen);
+  /// Returns gamma of all atoms (A [N^2]): that of the chosen ones, plus (rho_a q_a)^2 / 3 for every atom, plus, for the
+  /// atoms that are larger than points, what may be unseen: the same of the pressure averaged over
+  /// ModelOptions::around more and with rho = 1, but no more than displaces by ModelOptions::unseen. A point beyond the
+  /// nodes has at least the pressure of the nearest node, as a contact may continue there. \param mean_N forces of all
+  /// atoms, 3A
+  std::span<const double> add(std::span<const double> mean_N, const Chosen& chosen, double noise_px);
 
   /// Returns (rho_a q_a)^2 / 3 of all atoms (A [N^2]) under the forces of the points (3P), continued as above. rho_a is
   /// `rho`, or 1 for points beyond the nodes and for ambiguous levels.
@@ -45,22 +47,27 @@ class Roughness {
   std::span<const double> ofPatches(std::span<const double> pointForces_N);
 
  private:
-  void beneath(std::span<const double> pointForces_N, bool continues);
-
   /// Levels whose pressure is averaged over the same distance.
   struct Group {
+    double reach_m = 0.0;
     Spread spread;
     std::vector<int> atoms;
   };
 
+  void addTo(std::vector<Group>& groups, const Level& level, double reach_m);
+  void beneath(std::span<const double> pointForces_N, bool continues, std::vector<Group>& groups,
+               std::span<double> gamma);
+
   const Atoms& atoms_;
-  std::vector<Group> groups_;
+  std::vector<Group> groups_, around_;  // of all levels; of the levels that may be unseen
   const double rho_;
   std::vector<unsigned char> isTold_;  // A: whether the picture tells what it has
   std::vector<double> largest_;        // of each atom, its largest share of a point
   std::vector<double> pointForce_;     // 3P
   Eigen::VectorXd force_, pressure_;   // P, magnitudes; then 1 / pressure
   std::vector<double> gamma_;          // A
+  std::vector<double> unseen_;         // A: likewise, of around_; of other levels 0
+  std::vector<double> mostUnseen_;     // A: its largest, for a noise of 1 px
 };
 
 }  // namespace tractiond::solve

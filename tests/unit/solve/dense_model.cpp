@@ -264,6 +264,10 @@ void DenseModel::roughen(std::vector<int>& atoms, Vector& gamma, const Vector& m
     const bool isSmall = !isAmbiguous(a) && !(a < points_.cols() && beyond_[a]);
     if (isSmall) whole[a] *= options_.roughness * options_.roughness;
   }
+  const Vector around = beneath(kronecker(shape_) * mean, true, options_.around * spacing_.front()), size = sizes(squares);
+  for (Eigen::Index a = points_.cols(); a < whole.size(); ++a) {
+    whole[a] += std::min(around[a], options_.unseen * options_.unseen * n2 / size[a] / 3);
+  }
   for (const int a : atoms) whole[a] += gamma[a];
   strongest(whole, squares, most, n2, atoms);
   gamma = whole;
@@ -277,11 +281,11 @@ void DenseModel::strongest(const Vector& whole, const Vector& squares, int most,
   std::erase_if(atoms, [&](int a) { return value[a] <= options_.floor * n2; });
 }
 
-DenseModel::Vector DenseModel::beneath(const Vector& forces, bool continues) const {
+DenseModel::Vector DenseModel::beneath(const Vector& forces, bool continues, double around) const {
   const double pitch = spacing_.front(),
                side = spacing_[static_cast<std::size_t>(level_.at(static_cast<std::size_t>(plate_)))];
-  const Vector fine = reciprocalPressure(forces, pitch, continues),
-               coarse = reciprocalPressure(forces, std::max(pitch, side / 8), continues);
+  const Vector fine = reciprocalPressure(forces, std::hypot(pitch, around), continues),
+               coarse = reciprocalPressure(forces, std::hypot(std::max(pitch, side / 8), around), continues);
   Vector whole(shape_.cols());
   for (Eigen::Index a = 0; a < whole.size(); ++a) {
     const double q = 1 / shape_.col(a).dot(a == plate_ ? coarse : fine) / shape_.col(a).maxCoeff();

@@ -104,8 +104,8 @@ class DenseModel : protected DenseAtoms {
   void strongest(const Vector& whole, const Vector& squares, int most, double n2, std::vector<int>& atoms) const;
 
   /// Returns q^2 / 3 of all atoms under forces of the points. \param continues whether the points beyond the nodes have
-  /// at least the pressure of the nearest node
-  Vector beneath(const Vector& forces, bool continues) const;
+  /// at least the pressure of the nearest node \param around distance over which the pressure is averaged more [m]
+  Vector beneath(const Vector& forces, bool continues, double around = 0.0) const;
 
   Vector reciprocalPressure(const Vector& forces, double reach, bool continues) const;
 
