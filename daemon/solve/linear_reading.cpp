@@ -63,7 +63,7 @@ class PatchReader {
       , influence_(sensor, atoms, factors)
       , prior_(atoms, options)
       , selection_(factors, options)
-      , roughness_(atoms, options)
+      , roughness_(factors, atoms, options)
       , around_(factors, atoms, options, prior_, selection_, roughness_)
       , columns_(static_cast<std::size_t>(kPatchLoads * influence_.stride())) {}
 

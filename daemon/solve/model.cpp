@@ -183,7 +183,7 @@ bool Model::roughen(const Displacements& picture, int most) {
       keepMean();
       prior_.findEvident(moments_);
     }
-    const auto gamma = roughness_.add(moments_.mean_N, smooth_, picture.noise_px);
+    const auto gamma = roughness_.add(moments_.mean_N, smooth_, time > 0 ? picture.noise_px : 0.0);
     selection_.choose(gamma, most, false, picture.noise_px, chosen_);
     prior_.direct(chosen_, true);
     if (!posterior_.fit(picture, products_, chosen_)) return false;
