@@ -47,7 +47,8 @@ Model::Model(const Factors& factors, const Atoms& atoms, const ModelOptions& opt
     , first_(static_cast<std::size_t>(atoms.count()))
     , noise_(static_cast<std::size_t>(mostOf(options)))
     , pointForce_(3 * static_cast<std::size_t>(atoms.pointCount()))
-    , left_(factors.singularValues.size()) {
+    , left_(factors.singularValues.size())
+    , evidentForce_(pointForce_.size()) {
   assert(factors.atomCount() == atoms.count() && factors.pointCount() == atoms.pointCount());
   resize(moments_, atoms.count());
   resize(rest_, atoms.count());
@@ -175,15 +176,18 @@ bool Model::choose(const Displacements& picture, int most) {
   return !chosen_.atoms.empty();
 }
 
-/// Adds the roughness and solves, twice: the second time from the forces of the first.
+/// Adds the roughness and solves, twice: the second time from the forces of the first, and what may be unseen around
+/// them as well.
 bool Model::roughen(const Displacements& picture, int most) {
   std::swap(smooth_, chosen_);
   for (int time = 0; time < kRoughenings; ++time) {
     if (time > 0) {
       keepMean();
+      addUp(atoms_, moments_.mean_N, evidentForce_);
       prior_.findEvident(moments_);
     }
-    const auto gamma = roughness_.add(moments_.mean_N, smooth_, time > 0 ? picture.noise_px : 0.0);
+    const double unseen_px = time == 0 ? 0.0 : options_.unseen * picture.noise_px;
+    const auto gamma = roughness_.add(moments_.mean_N, smooth_, unseen_px);
     selection_.choose(gamma, most, false, picture.noise_px, chosen_);
     prior_.direct(chosen_, true);
     if (!posterior_.fit(picture, products_, chosen_)) return false;
@@ -227,9 +231,8 @@ void Model::addField() {
 /// field that they cannot be right.
 bool Model::findPatches(const Displacements& picture) {
   auto& [even, patches, around, left, still, rounded] = *patched_;
-  addUp(atoms_, moments_.mean_N, pointForce_);
   const double residual = posterior_.squaredResidual_px2() / square(picture.noise_px);
-  if (!patches.find(picture, pointForce_, residual + degrees_)) return false;
+  if (!patches.find(picture, evidentForce_, residual + degrees_)) return false;
   if (!(patches.misfit() - residual < kHopeless)) return false;
   patches.leave(left.data(), still.data());
   std::copy_n(still.data(), rounded.size(), rounded.begin());
@@ -241,7 +244,7 @@ bool Model::findPatches(const Displacements& picture) {
 /// Solves for an even contact. Where patches explain the picture nothing else needs to.
 void Model::addEvenField(const Displacements& picture) {
   EvenField& even = patched_->even;
-  if (!even.solve(picture, products_, pointForce_, degrees_)) return;
+  if (!even.solve(picture, products_, evidentForce_, degrees_)) return;
   for (int i = 0; i < even.count(); ++i) {
     even.pointForces_N(i, mixture_.add(even.posterior(i), even.logEvidence(i), even.posterior(i).wrench()));
   }

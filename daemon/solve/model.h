@@ -121,6 +121,7 @@ class Model {
   double degrees_ = 0.0;                   // degrees of freedom that the forces use
   std::vector<double> noise_;              // of the chosen atoms
   std::vector<double> pointForce_, left_;  // 3P; r
+  std::vector<double> evidentForce_;       // 3P: of the last round, before what may be unseen
 };
 
 }  // namespace tractiond::solve

@@ -71,7 +71,7 @@ Roughness::Roughness(const Factors& factors, const Atoms& atoms, const ModelOpti
       const bool isBeyond = a < atoms.pointCount() && atoms.nodes[a] < 0;
       isTold_.push_back(level.ambiguous || isBeyond ? 0 : 1);
       largest_.push_back(VectorXd(atoms.shape.col(a)).maxCoeff());
-      mostUnseen_.push_back(square(options.unseen) / factors.gramOf(a, a).trace());
+      mostUnseen_.push_back(1.0 / factors.gramOf(a, a).trace());
     }
   }
 }
@@ -83,11 +83,11 @@ void Roughness::addTo(std::vector<Group>& groups, const Level& level, double rea
   for (int a = level.first; a < level.end; ++a) group->atoms.push_back(a);
 }
 
-std::span<const double> Roughness::add(std::span<const double> mean_N, const Chosen& chosen, double noise_px) {
+std::span<const double> Roughness::add(std::span<const double> mean_N, const Chosen& chosen, double unseen_px) {
   addUp(atoms_, mean_N, pointForce_);
   of(pointForce_, rho_);
   beneath(pointForce_, true, around_, unseen_);
-  for (std::size_t a = 0; a < gamma_.size(); ++a) gamma_[a] += std::min(unseen_[a], square(noise_px) * mostUnseen_[a]);
+  for (std::size_t a = 0; a < gamma_.size(); ++a) gamma_[a] += std::min(unseen_[a], square(unseen_px) * mostUnseen_[a]);
   for (std::size_t i = 0; i < chosen.atoms.size(); ++i) gamma_[chosen.atoms[i]] += chosen.gamma_N2[i];
   return gamma_;
 }

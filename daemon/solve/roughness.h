@@ -32,11 +32,11 @@ class Roughness {
   // must not all be 0 (asserted).
 
   /// Returns gamma of all atoms (A [N^2]): that of the chosen ones, plus (rho_a q_a)^2 / 3 for every atom, plus, for the
-  /// atoms that are larger than points, what may be unseen: the same of the pressure averaged over
-  /// ModelOptions::around more and with rho = 1, but no more than displaces by ModelOptions::unseen. A point beyond the
-  /// nodes has at least the pressure of the nearest node, as a contact may continue there. \param mean_N forces of all
-  /// atoms, 3A
-  std::span<const double> add(std::span<const double> mean_N, const Chosen& chosen, double noise_px);
+  /// atoms that are larger than points, what may be unseen: the same with rho = 1, of the pressure averaged over
+  /// ModelOptions::around more, but no more than displaces the markers by `unseen_px` (root mean square). A point beyond
+  /// the nodes has at least the pressure of the nearest node, as a contact may continue there. \param mean_N forces of
+  /// all atoms, 3A
+  std::span<const double> add(std::span<const double> mean_N, const Chosen& chosen, double unseen_px);
 
   /// Returns (rho_a q_a)^2 / 3 of all atoms (A [N^2]) under the forces of the points (3P), continued as above. rho_a is
   /// `rho`, or 1 for points beyond the nodes and for ambiguous levels.
@@ -67,7 +67,7 @@ class Roughness {
   Eigen::VectorXd force_, pressure_;   // P, magnitudes; then 1 / pressure
   std::vector<double> gamma_;          // A
   std::vector<double> unseen_;         // A: likewise, of around_; of other levels 0
-  std::vector<double> mostUnseen_;     // A: its largest, for a noise of 1 px
+  std::vector<double> mostUnseen_;     // A: its largest, for unseen_px = 1
 };
 
 }  // namespace tractiond::solve

@@ -67,7 +67,7 @@ DenseModel::Result DenseModel::solve(const Vector& displacement, const std::vect
         if (i == 2) {
           result.atoms = smoothAtoms;
           gamma = smoothGamma;
-          roughen(result.atoms, gamma, shown.mean, size, most, n2);
+          roughen(result.atoms, gamma, shown.mean, size, most, n2, pass == 1);
         }
         std::vector<Eigen::Matrix3d> omega;
         for (const int a : result.atoms) omega.push_back(directions(shown, evident(shown), a, i == 2));
@@ -258,14 +258,14 @@ std::vector<int> DenseModel::select(Vector& gamma, const Vector& squares, int mo
 }
 
 void DenseModel::roughen(std::vector<int>& atoms, Vector& gamma, const Vector& mean, const Vector& squares, int most,
-                         double n2) const {
+                         double n2, bool continues) const {
   Vector whole = beneath(kronecker(shape_) * mean, true);
   for (Eigen::Index a = 0; a < whole.size(); ++a) {
     const bool isSmall = !isAmbiguous(a) && !(a < points_.cols() && beyond_[a]);
     if (isSmall) whole[a] *= options_.roughness * options_.roughness;
   }
   const Vector around = beneath(kronecker(shape_) * mean, true, options_.around * spacing_.front()), size = sizes(squares);
-  for (Eigen::Index a = points_.cols(); a < whole.size(); ++a) {
+  for (Eigen::Index a = points_.cols(); continues && a < whole.size(); ++a) {
     whole[a] += std::min(around[a], options_.unseen * options_.unseen * n2 / size[a] / 3);
   }
   for (const int a : atoms) whole[a] += gamma[a];

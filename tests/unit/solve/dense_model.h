@@ -97,8 +97,9 @@ class DenseModel : protected DenseAtoms {
   /// Returns the selected atoms. Reduces their gamma by the value of the next atom.
   std::vector<int> select(Vector& gamma, const Vector& squares, int most, double n2) const;
 
-  void roughen(std::vector<int>& atoms, Vector& gamma, const Vector& mean, const Vector& squares, int most,
-               double n2) const;
+  /// \param continues whether the contact may continue around what was found
+  void roughen(std::vector<int>& atoms, Vector& gamma, const Vector& mean, const Vector& squares, int most, double n2,
+               bool continues) const;
 
   /// Sets `atoms` to those with the largest values.
   void strongest(const Vector& whole, const Vector& squares, int most, double n2, std::vector<int>& atoms) const;
