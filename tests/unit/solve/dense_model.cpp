@@ -63,6 +63,7 @@ DenseModel::Result DenseModel::solve(const Vector& displacement, const std::vect
           for (std::size_t k = 0; k < result.atoms.size(); ++k) {
             shown.mean.segment<3>(3 * result.atoms[k]) = fit.force.segment<3>(3 * static_cast<Eigen::Index>(k));
           }
+          result.evident = kronecker(shape_) * shown.mean;
         }
         if (i == 2) {
           result.atoms = smoothAtoms;

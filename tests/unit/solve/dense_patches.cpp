@@ -14,13 +14,13 @@ DensePatches::Mixed DensePatches::solve(const Vector& displacement, const std::v
   if (alone.atoms.empty()) return mixed;
   Frame frame{displacement(present), motion_(present, Eigen::all), present, noise_px * noise_px};
   const double residual = alone.residual / frame.n2;
-  const Fitted fitted = find(frame, alone.forces, residual + alone.degrees);
+  const Fitted fitted = find(frame, alone.evident, residual + alone.degrees);
   const bool hasPatches = !fitted.patches.empty() && fitted.misfit - residual < 2000;
   const std::vector<Patch> patches = hasPatches ? fitted.patches : std::vector<Patch>{};
 
   std::vector<Candidate> all = {{alone.evidence - alone.degrees, alone.forces, alone.wrench, alone.covariance}};
   if (!hasPatches || fitted.misfit > residual + alone.degrees) {
-    for (Candidate& each : even(frame, alone.forces, alone.degrees)) all.push_back(each);
+    for (Candidate& each : even(frame, alone.evident, alone.degrees)) all.push_back(each);
   }
   const std::size_t firstPatched = all.size();
   if (hasPatches) {
