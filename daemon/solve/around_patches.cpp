@@ -12,9 +12,9 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-/// Log evidence that patches must gain: what is read of them holds for round contacts alone, and faint contacts of any
+/// Log evidence that each patch must gain: what is read of it holds for round contacts alone, and faint contacts of any
 /// shape look round.
-constexpr double kLeastGain = 12.0;
+constexpr double kLeastGain = 10.0;
 /// Prior deviation of the spread that the fit found [pitches^2].
 constexpr double kFreeSpread = 0.25;
 /// Variance of the Gaussian that stands for a patch among the points: its spread, but no less than kLeastSpread, and
@@ -114,8 +114,8 @@ void AroundPatches::spread(const PatchPlace& place, bool centred, std::span<doub
 bool AroundPatches::solve(const Displacements& left, AtomProducts& products, const AtomMoments& start,
                           const RoundPatches& patches) {
   patches_ = patches.patches();
-  occam_ = kLeastGain + std::log(static_cast<double>(kRoughness.size())) +
-           static_cast<double>(patches_.size()) * std::log(atoms_.nodeCount());
+  occam_ = std::log(static_cast<double>(kRoughness.size())) +
+           static_cast<double>(patches_.size()) * (std::log(atoms_.nodeCount()) + kLeastGain);
   setExtra(left, patches);
   return findEvident(left, products, start) && roughen(left, products);
 }

@@ -7,7 +7,8 @@
 namespace tractiond::solve {
 namespace {
 
-/// A posterior with a smaller share is left out: even far from the others it does not show.
+/// A posterior that is less likely than the likeliest one by this factor is left out: even far from the others it does
+/// not show.
 constexpr double kNothing = 1e-9;
 
 /// A posterior with a smaller share adds nothing to the nodes' variances but its distance from the mean.
@@ -43,7 +44,7 @@ std::span<double> Mixture::add(Posterior& posterior, double worth, const std::ar
 template <typename Use>
 void Mixture::eachThatCounts(Use use) {
   for (Part& part : std::span(parts_).first(static_cast<std::size_t>(count_))) {
-    if (part.share > kNothing) use(part);
+    if (part.share > 0.0) use(part);
   }
 }
 
@@ -52,7 +53,10 @@ void Mixture::weigh() {
   const auto most =
       std::max_element(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.worth < b.worth; });
   double sum = 0.0;
-  for (Part& part : parts) sum += part.share = std::exp(part.worth - most->worth);
+  for (Part& part : parts) {
+    const double ratio = std::exp(part.worth - most->worth);
+    sum += part.share = ratio > kNothing ? ratio : 0.0;
+  }
   for (Part& part : parts) part.share /= sum;
   std::fill(mean_.begin(), mean_.end(), 0.0);
   eachThatCounts([this](const Part& part) {

@@ -56,7 +56,7 @@ struct ModelOptions {
   double unseen = 1.0;
 
   /// Least prior variance of the displacements that an atom causes, for the atom to be used [n^2].
-  double floor = 0.1;
+  double floor = 0.03;
 
   /// Deviations of the squared residual above its expectation, beyond which the residual is searched for more contacts.
   double gate = 1.0;

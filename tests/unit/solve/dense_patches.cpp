@@ -263,7 +263,7 @@ std::vector<DensePatches::Candidate> DensePatches::around(const Frame& frame, co
     to << wrenches() * toPoints, toWrench * free.asDiagonal();
     Vector x(to.cols());
     x << fit.force, fit.extra;
-    Candidate candidate{fit.evidence - 12 - std::log(4.0) - static_cast<double>(count) * std::log(nodes_.count()),
+    Candidate candidate{fit.evidence - std::log(4.0) - static_cast<double>(count) * (std::log(nodes_.count()) + 10),
                         toPoints * fit.force,
                         wrench + to * x,
                         to * fit.whole * to.transpose(),
