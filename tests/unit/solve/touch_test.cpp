@@ -71,6 +71,37 @@ TEST_F(TouchTest, ALightPressOfTheWholeFaceIsReadWithinWhatIsStated) {
   std::printf("errors: %.2f deviations rms, at most %.1f\n", std::sqrt(squaredDeviations), worst);
 }
 
+// What was not evident of a contact had no variance: the interval was that of the part that was found.
+TEST_F(TouchTest, AFaintBarIsReadWithinWhatIsStated) {
+  std::uniform_real_distribution<double> place(-18e-3, 18e-3), turn(0.0, M_PI);
+  double squares = 0.0;
+  int count = 0;
+  for (int trial = 0; trial < 24; ++trial) {
+    const Vector2d centre(place(random_), place(random_));
+    const Eigen::Rotation2Dd turned(turn(random_));
+    constexpr int kAlong = 20, kAcross = 3;  // of 30 x 3 mm
+    sensor::Points points(3, kAlong * kAcross);
+    for (int i = 0; i < points.cols(); ++i) {
+      points.col(i) << centre + turned * Vector2d(1.5e-3 * (i % kAlong - 9.5), 1e-3 * (i / kAlong - 1.0)), 0.0;
+    }
+    const MatrixXd images = halfSpaceImage(paper(), points);
+    VectorXd image = VectorXd::Zero(images.rows());
+    for (int i = 0; i < points.cols(); ++i) image += images.col(3 * i + 2) / static_cast<double>(points.cols());
+    const double force_N = 5.0 * kGramForce;
+    for (int frame = 0; frame < 4; ++frame) {
+      solve(force_N * image + noise());
+      if (field_.method == Method::kNoContact) continue;
+      const Vector3d off(resultant().z() - force_N, field_.moment_Nm[0] - force_N * centre.y(),
+                         field_.moment_Nm[1] + force_N * centre.x());
+      for (int i = 0; i < 3; ++i) squares += square(off[i]) / field_.noise[7 * static_cast<std::size_t>(i + 2)];
+      count += 3;
+    }
+  }
+  std::printf("errors: %.2f deviations rms\n", std::sqrt(squares / count));
+  EXPECT_GT(count, 200);
+  EXPECT_LT(squares / count, square(1.4));
+}
+
 TEST_F(TouchTest, AnOffCentrePressIsOneContactInItsPlace) {
   const Press patch = press({8.3e-3, -5.1e-3}, 2.5e-3);
   const Vector3d force = Vector3d(0.5, -0.3, 3.0);
