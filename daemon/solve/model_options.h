@@ -52,7 +52,7 @@ struct ModelOptions {
   /// Distance around the forces that were found within which their contact may continue unseen [pitches].
   double around = 3.0;
 
-  /// Displacement that the force of an atom may cause there without being evident [n].
+  /// Displacement of all markers together, |H_a f|, that an atom's force may cause there without being evident [n].
   double unseen = 1.0;
 
   /// Least prior variance of the displacements that an atom causes, for the atom to be used [n^2].

@@ -31,11 +31,11 @@ class Roughness {
   // harmonic mean of the pressure beneath it; it is about 0 for an atom that is broader than the contact. The forces
   // must not all be 0 (asserted).
 
-  /// Returns gamma of all atoms (A [N^2]): that of the chosen ones, plus (rho_a q_a)^2 / 3 for every atom, plus, for the
-  /// atoms that are larger than points, what may be unseen: the same with rho = 1, of the pressure averaged over
-  /// ModelOptions::around more, but no more than displaces the markers by `unseen_px` (root mean square). A point beyond
-  /// the nodes has at least the pressure of the nearest node, as a contact may continue there. \param mean_N forces of
-  /// all atoms, 3A
+  /// Returns gamma of all atoms (A [N^2]): that of the chosen ones, plus (rho_a q_a)^2 / 3 for every atom, plus, for
+  /// the atoms that are larger than points (of a body, for all), what may be unseen: the same with rho = 1, of the
+  /// pressure averaged over ModelOptions::around more, but no more than is expected to displace the markers, all
+  /// together, by `unseen_px`. A point beyond the nodes has at least the pressure of the nearest node, as a contact may
+  /// continue there. \param mean_N forces of all atoms, 3A
   std::span<const double> add(std::span<const double> mean_N, const Chosen& chosen, double unseen_px);
 
   /// Returns (rho_a q_a)^2 / 3 of all atoms (A [N^2]) under the forces of the points (3P), continued as above. rho_a is

@@ -77,7 +77,7 @@ TEST_F(FrozenPeersOf, OneThatReadsNothingForFiveSecondsIsCutOff) {
   frozen.endFrozen(10 * kSecond_ns);
   sendTo(between);
   frozen.endFrozen(10 * kSecond_ns);  // examines nothing within a second of the round before
-  sendTo(slow);  // another number of bytes waits, as where some are read
+  sendTo(slow);                       // another number of bytes waits, as where some are read
   frozen.endFrozen(14 * kSecond_ns);
   EXPECT_EQ(told_, std::vector<std::string>());
   frozen.endFrozen(15 * kSecond_ns);

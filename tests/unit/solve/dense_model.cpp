@@ -265,7 +265,8 @@ void DenseModel::roughen(std::vector<int>& atoms, Vector& gamma, const Vector& m
     const bool isSmall = !isAmbiguous(a) && !(a < points_.cols() && beyond_[a]);
     if (isSmall) whole[a] *= options_.roughness * options_.roughness;
   }
-  const Vector around = beneath(kronecker(shape_) * mean, true, options_.around * spacing_.front()), size = sizes(squares);
+  const Vector around = beneath(kronecker(shape_) * mean, true, options_.around * spacing_.front()),
+               size = sizes(squares);
   for (Eigen::Index a = points_.cols(); continues && a < whole.size(); ++a) {
     whole[a] += std::min(around[a], options_.unseen * options_.unseen * n2 / size[a] / 3);
   }

@@ -21,7 +21,7 @@ class DenseModel : protected DenseAtoms {
              double force_N, const ModelOptions& options);
 
   struct Result {
-    Vector forces = {};  ///< of the points
+    Vector forces = {};   ///< of the points
     Vector evident = {};  ///< the same, before what may be unseen
     Eigen::Matrix<double, 6, 1> wrench = Eigen::Matrix<double, 6, 1>::Zero();
     Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
