@@ -86,8 +86,11 @@ void Roughness::addTo(std::vector<Group>& groups, const Level& level, double rea
 std::span<const double> Roughness::add(std::span<const double> mean_N, const Chosen& chosen, double unseen_px) {
   addUp(atoms_, mean_N, pointForce_);
   of(pointForce_, rho_);
-  beneath(pointForce_, true, around_, unseen_);
-  for (std::size_t a = 0; a < gamma_.size(); ++a) gamma_[a] += std::min(unseen_[a], square(unseen_px) * mostUnseen_[a]);
+  if (unseen_px > 0.0) {
+    beneath(pointForce_, true, around_, unseen_);
+    const double square_px2 = square(unseen_px);
+    for (std::size_t a = 0; a < gamma_.size(); ++a) gamma_[a] += std::min(unseen_[a], square_px2 * mostUnseen_[a]);
+  }
   for (std::size_t i = 0; i < chosen.atoms.size(); ++i) gamma_[chosen.atoms[i]] += chosen.gamma_N2[i];
   return gamma_;
 }
