@@ -5,6 +5,7 @@
 #include "base/network/inflow_limit.h"
 #include "base/network/reply_budget.h"
 #include "base/network/socket.h"
+#include "base/network/subscriptions.h"
 #include "gateway/keys.h"
 #include "gateway/messages.h"
 #include "gateway/rates.h"
@@ -80,7 +81,7 @@ struct Relay::Impl {
     front = *std::move(opened);
     ++generation;
     refusedBefore = 0;
-    previewSubscriptions = 0;
+    previewSubscriptions = {};
     askForPreviews();
     items = {{stream.handle(), 0, ZMQ_POLLIN, 0},
              {latest.handle(), 0, ZMQ_POLLIN, 0},
@@ -158,7 +159,7 @@ struct Relay::Impl {
 
   /// The instrument makes previews only for subscriptions to a full topic.
   void askForPreviews() {
-    if (previewSubscriptions == 0) {
+    if (previewSubscriptions.empty()) {
       for (const std::string& topic : previews) stream.set(zmq::sockopt::unsubscribe, topic);
       previews.clear();
       return;
@@ -169,14 +170,13 @@ struct Relay::Impl {
     }
   }
 
-  /// Reads subscriptions to previews; ZeroMQ reports the first and the last one of each topic.
+  /// Reads subscriptions to previews.
   void takePreviewSubscriptions() {
     for (int i = 0; i < kSubscriptionsPerTurn && receive((*front)[kPreview], parts) != 0; ++i) {
       const std::string_view text = parts[0].to_string_view();
       network::settleSubscription(parts[0], isOfInstrument(text));
       subscribers.count(parts[0], front->bound(kPreview));
-      if (text.starts_with('\1')) ++previewSubscriptions;
-      if (text.starts_with('\0') && previewSubscriptions > 0) --previewSubscriptions;
+      previewSubscriptions.note(parts[0]);
     }
     askForPreviews();
   }
@@ -310,6 +310,7 @@ struct Relay::Impl {
     refreshKeys();
     subscribeAgain(now);
     front->peers().removeEnded();
+    previewSubscriptions.removeEnded();
     peers = front->peers().count();
     if (now - counted_ns > 1'000'000'000) {
       counted_ns = now;
@@ -343,8 +344,8 @@ struct Relay::Impl {
   std::vector<zmq_pollitem_t> items;
   std::array<zmq::message_t, 4> parts;
   std::map<std::string, std::array<zmq::message_t, 3>, std::less<>> descriptions;  ///< topic -> last description
-  std::size_t previewSubscriptions = 0;  ///< number of subscriptions to previews
-  std::set<std::string> previews;        ///< subscribed preview topics
+  network::Subscriptions previewSubscriptions;
+  std::set<std::string> previews;  ///< subscribed preview topics
   bool descriptionDue = false;
   std::int64_t described_ns = 0;
   RequestLimit requests;

@@ -6,6 +6,7 @@
 #include "base/loan.h"
 #include "base/network/inflow_limit.h"
 #include "base/network/socket.h"
+#include "base/network/subscriptions.h"
 #include "daemon/publish/durations.h"
 #include "daemon/publish/wire.h"
 #include "proto/traction/v1/endpoints.h"
@@ -190,7 +191,7 @@ struct Publisher::Impl {
       }
       const std::string_view text = message.to_string_view();
       network::settleSubscription(message, isOfOurs(text));
-      heedPreviews(text);
+      notePreviews(message);
       if (!text.starts_with('\1')) continue;
       if (std::string_view(topics[kDescription]).starts_with(text.substr(1))) descriptionDue = true;
       subscribers.count(message, streamEndpoints);
@@ -203,14 +204,19 @@ struct Publisher::Impl {
     return subscription.starts_with('\1') && std::ranges::any_of(topics, begins);
   }
 
-  /// Who subscribes to all of a sensor, or more, gets previews while others want them, but is no reason to make any.
-  void heedPreviews(std::string_view text) {
-    const std::string_view topic = topics[kPreview];
+  /// Notes subscriptions to previews. A subscriber to all of a sensor, or more, gets previews while others want them,
+  /// but is no reason to make any.
+  void notePreviews(zmq::message_t& message) {
+    const std::string_view text = message.to_string_view(), topic = topics[kPreview];
     const std::size_t unnamed = topic.size() - std::char_traits<char>::length(kKinds[kPreview]) - 1;
     if (text.size() <= 1 + unnamed || !topic.starts_with(text.substr(1))) return;
-    if (text.front() == '\1') ++previewSubscriptions;
-    if (text.front() == '\0' && previewSubscriptions > 0) --previewSubscriptions;
-    previewWanted.store(previewSubscriptions != 0, std::memory_order_relaxed);  // a wish: it orders nothing
+    previewSubscriptions.note(message);
+    previewWanted.store(!previewSubscriptions.empty(), std::memory_order_relaxed);  // a wish: it orders nothing
+  }
+
+  void removeEndedPreviews() {
+    previewSubscriptions.removeEnded();
+    previewWanted.store(!previewSubscriptions.empty(), std::memory_order_relaxed);  // as above
   }
 
   void sendPreview() {
@@ -231,7 +237,10 @@ struct Publisher::Impl {
     sendPreview();
     const std::int64_t now = options.monotonicClock();
     if (descriptionDue && due(now, lastDescription_ns, options.descriptionInterval)) sendDescription();
-    if (due(now, lastStatus_ns, options.statusInterval)) sendStatus();
+    if (due(now, lastStatus_ns, options.statusInterval)) {
+      sendStatus();
+      removeEndedPreviews();
+    }
   }
 
   PublishOptions options;
@@ -259,7 +268,7 @@ struct Publisher::Impl {
   std::uint64_t residuals = 0;  ///< in the sum
   double residualSquares_px2 = 0.0;
 
-  std::size_t previewSubscriptions = 0;  ///< of all peers
+  network::Subscriptions previewSubscriptions;
   std::atomic<bool> previewWanted{false};
   PreviewMessage previewMessage;  ///< as all of offerPreview()'s, its thread's
   Counter unsentPreviews;         ///< likewise

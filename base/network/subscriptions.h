@@ -1,0 +1,40 @@
+// Tracks which connections subscribe to topics.
+#pragma once
+
+#include <zmq.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+
+namespace tractiond::network {
+
+/// Tracks subscriptions by connection: a publisher with ZMQ_XPUB_VERBOSER receives repeated subscriptions, and
+/// cancellations of what was not subscribed to, as well, so that they cannot be counted. Thread-bound.
+class Subscriptions {
+ public:
+  /// Notes a subscription (\1TOPIC) or cancellation (\0TOPIC) that the publisher has received; ignores other messages.
+  /// When a connection ends, ZeroMQ makes a cancellation of each of its topics, without a source: calls removeEnded().
+  void note(zmq::message_t& message);
+  /// Removes the subscriptions of connections that have ended. Makes a system call for each subscription.
+  void removeEnded();
+  /// Returns whether no connection has a subscription. One that has ended may count until the next removeEnded().
+  bool empty() const;
+
+ private:
+  struct Connection {
+    std::uint64_t cookie = 0;  ///< cookieOf(): the descriptor's number may become another connection's
+    bool mayBeWrong = false;   ///< it may have been another's already when the subscription was received
+  };
+  struct Topic {
+    std::map<int, Connection> connections;  ///< by file descriptor
+    /// Ends of connections that were told, less those that were removed. Above 0: so many of `connections` are wrong.
+    int ended = 0;
+  };
+  static void removeEnded(Topic& topic);
+
+  std::map<std::string, Topic, std::less<>> topics_;
+};
+
+}  // namespace tractiond::network

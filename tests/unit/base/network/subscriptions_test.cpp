@@ -1,0 +1,101 @@
+// Subscriptions as a publisher receives them from peers that say more than ZeroMQ's own would.
+
+#include "base/network/socket.h"
+#include "base/network/subscriptions.h"
+#include "tests/unit/base/network/raw_peer.h"
+
+#include <gtest/gtest.h>
+
+namespace tractiond::network {
+namespace {
+
+class SubscriptionsTest : public testing::Test {
+ protected:
+  SubscriptionsTest() {
+    guard(publisher_, 8, 512);
+    publisher_.set(zmq::sockopt::xpub_verboser, true);
+    bound_ = *bind(publisher_, {"tcp://127.0.0.1:*"});
+  }
+  ~SubscriptionsTest() override { release(bound_); }
+
+  /// Receives the next message, and notes it.
+  void note() {
+    zmq::message_t message;
+    ASSERT_TRUE(publisher_.recv(message));
+    subscriptions_.note(message);
+  }
+
+  zmq::context_t context_;
+  zmq::socket_t publisher_{context_, zmq::socket_type::xpub};
+  std::vector<std::string> bound_;
+  Subscriptions subscriptions_;
+};
+
+TEST_F(SubscriptionsTest, ARepeatedSubscriptionIsOne) {
+  EXPECT_TRUE(subscriptions_.empty());
+  RawPeer peer(bound_[0], "SUB");
+  for (const char* text : {"\1a", "\1a", "\1b"}) peer.send(RawPeer::message(text));
+  for (int i = 0; i < 3; ++i) note();
+  EXPECT_FALSE(subscriptions_.empty());
+  peer.send(RawPeer::message(std::string("\0a", 2)));
+  note();
+  EXPECT_FALSE(subscriptions_.empty());
+  peer.send(RawPeer::message(std::string("\0b", 2)));
+  note();
+  EXPECT_TRUE(subscriptions_.empty());
+}
+
+TEST_F(SubscriptionsTest, ACancellationEndsNoOthersSubscription) {
+  RawPeer one(bound_[0], "SUB"), other(bound_[0], "SUB");
+  one.send(RawPeer::message("\1a"));
+  note();
+  other.send(RawPeer::message(std::string("\0a", 2)));
+  note();
+  EXPECT_FALSE(subscriptions_.empty());
+}
+
+TEST_F(SubscriptionsTest, AConnectionThatEndsHasNone) {
+  RawPeer stays(bound_[0], "SUB");
+  {
+    RawPeer goes(bound_[0], "SUB");
+    for (int i = 0; i < 2; ++i) goes.send(RawPeer::message("\1a"));
+    for (int i = 0; i < 2; ++i) note();
+    EXPECT_FALSE(subscriptions_.empty());
+  }
+  note();  // the cancellation that ZeroMQ makes
+  EXPECT_TRUE(test::eventually([&] {
+    subscriptions_.removeEnded();
+    return subscriptions_.empty();
+  }));
+  stays.send(RawPeer::message("\1a"));
+  note();
+  EXPECT_FALSE(subscriptions_.empty());
+  subscriptions_.removeEnded();
+  EXPECT_FALSE(subscriptions_.empty());
+}
+
+TEST_F(SubscriptionsTest, AConnectionThatHasEndedBeforeItsSubscriptionWasReceivedHasNone) {
+  {
+    RawPeer goes(bound_[0], "SUB");
+    goes.send(RawPeer::message("\1a"));
+    zmq_pollitem_t item{publisher_.handle(), 0, ZMQ_POLLIN, 0};
+    ASSERT_EQ(zmq_poll(&item, 1, 5000), 1);
+  }
+  RawPeer other(bound_[0], "SUB");  // may have its descriptor
+  zmq::message_t message;
+  for (bool hasEnded = false; !hasEnded;) {
+    ASSERT_TRUE(publisher_.recv(message));
+    hasEnded = message.to_string_view().starts_with('\0');
+    subscriptions_.note(message);
+  }
+  EXPECT_TRUE(test::eventually([&] {
+    subscriptions_.removeEnded();
+    return subscriptions_.empty();
+  }));
+  other.send(RawPeer::message("\1a"));
+  note();
+  EXPECT_FALSE(subscriptions_.empty()) << "its own";
+}
+
+}  // namespace
+}  // namespace tractiond::network
