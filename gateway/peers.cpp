@@ -1,41 +1,25 @@
 #include "gateway/peers.h"
 
+#include "base/network/ends.h"
 #include "base/network/socket.h"
 
-#include <netdb.h>
-#include <sys/socket.h>
-
-#include <array>
+#include <utility>
 
 namespace tractiond::gateway {
 
-Peers::Connection Peers::otherEnd(int fd) {
-  sockaddr_storage address{};
-  socklen_t size = sizeof address;
-  std::array<char, 64> host{}, port{};
-  const auto* const plain = reinterpret_cast<const sockaddr*>(&address);
-  if (getpeername(fd, reinterpret_cast<sockaddr*>(&address), &size) != 0 ||
-      getnameinfo(plain, size, host.data(), host.size(), port.data(), port.size(), NI_NUMERICHOST | NI_NUMERICSERV) !=
-          0) {
-    return {};
-  }
-  return {host.data(), port.data(), nullptr};
-}
-
 void Peers::came(int fd, const std::vector<std::string>& bound) {
+  std::string address = network::peerOf(fd);
+  if (address.empty() || !network::isConnectionTo(fd, bound)) return;
   forget(fd);  // in case the end of its predecessor was not reported
-  Connection peer = otherEnd(fd);
-  if (peer.address.empty()) return;
-  const auto of = each_.find(peer.address);
+  const auto of = each_.find(address);
   if (count() >= most_ || (of != each_.end() && of->second >= mostPerAddress_)) {
     ++refused_;
-    lastRefused_ = peer.address;
+    lastRefused_ = std::move(address);
     network::cutOff(fd, bound);
     return;
   }
-  ++each_[peer.address];
-  peer.bound = &bound;
-  connections_.emplace(fd, std::move(peer));
+  ++each_[address];
+  connections_.emplace(fd, Connection{std::move(address), network::cookieOf(fd), &bound});
 }
 
 void Peers::went(int fd, const std::vector<std::string>& bound) {
@@ -54,8 +38,7 @@ void Peers::forget(int fd) {
 void Peers::removeEnded() {
   std::vector<int> gone;
   for (const auto& [fd, peer] : connections_) {
-    const Connection now = otherEnd(fd);
-    if (now.address != peer.address || now.port != peer.port) gone.push_back(fd);
+    if (network::cookieOf(fd) != peer.cookie || network::peerOf(fd).empty()) gone.push_back(fd);
   }
   for (const int fd : gone) forget(fd);
 }

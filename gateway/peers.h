@@ -17,13 +17,13 @@ class Peers {
       , mostPerAddress_(mostPerAddress) {}
 
   /// Registers a connection that ZeroMQ accepted on a socket bound to `bound`. If it exceeds a limit, ends it and
-  /// counts it as refused instead; ignores it if it has ended. \param fd file descriptor of the connection \param bound
-  /// must outlive this object: its address identifies the socket
+  /// counts it as refused instead; ignores it if it has ended, and its descriptor may be another socket's. \param fd
+  /// file descriptor of the connection \param bound must outlive this object: its address identifies the socket
   void came(int fd, const std::vector<std::string>& bound);
   /// Removes a closed connection of that socket. Ignores `fd` if it is not registered, or belongs to another socket's
   /// connection by now.
   void went(int fd, const std::vector<std::string>& bound);
-  /// Removes connections that ended without an event. Makes a system call for each connection; does not wait.
+  /// Removes connections that ended without an event. Makes two system calls for each connection; does not wait.
   void removeEnded();
 
   /// Returns the number of connections at present.
@@ -35,12 +35,11 @@ class Peers {
 
  private:
   struct Connection {
-    std::string address, port;
+    std::string address;
+    std::uint64_t cookie = 0;  ///< network::cookieOf(): the descriptor's number may become another connection's
     const std::vector<std::string>* bound = nullptr;  ///< endpoints of its socket
   };
   void forget(int fd);
-  /// Returns the address and port of the connected peer; empty if there is no such connection.
-  static Connection otherEnd(int fd);
 
   int most_, mostPerAddress_;
   std::map<int, Connection> connections_;  ///< by file descriptor

@@ -133,11 +133,14 @@ void settleSubscription(zmq::message_t& message, bool isKnown) {
   (takesRoom ? inflow::take : inflow::release)(sourceOf(message), 1);
 }
 
+bool isConnectionTo(int fd, const std::vector<std::string>& bound) {
+  const std::string end = localEnd(fd);
+  return !end.empty() && std::ranges::any_of(bound, [&](const std::string& one) { return one.ends_with(end); });
+}
+
 bool cutOff(int fd, const std::vector<std::string>& bound) {
   // The peer may have gone and its descriptor been reused, but not by a connection to the camera.
-  const std::string end = localEnd(fd);
-  const auto isOurs = [&](const std::string& endpoint) { return endpoint.ends_with(end); };
-  return !end.empty() && std::ranges::any_of(bound, isOurs) && shutDown(fd);
+  return isConnectionTo(fd, bound) && shutDown(fd);
 }
 
 void PeerLimit::count(zmq::message_t& message, const std::vector<std::string>& bound) {

@@ -60,6 +60,10 @@ std::optional<zmq::message_t> copyOf(std::string_view bytes);
 /// publisher, or to all that begin alike: ZeroMQ holds nothing more for it
 void settleSubscription(zmq::message_t& message, bool isKnown);
 
+/// Returns whether a file descriptor is a connection to one of these endpoints; false also if it has ended. \param
+/// bound as bind() returned it
+bool isConnectionTo(int fd, const std::vector<std::string>& bound);
+
 /// Ends a peer's connection, for both directions. Returns whether it did: false if `fd` is no connection to one of
 /// these endpoints, or has ended. \param fd of the connection, as sourceOf() returned it \param bound as bind()
 /// returned it
