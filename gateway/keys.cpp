@@ -1,7 +1,10 @@
 #include "gateway/keys.h"
 
+#include "base/files.h"
+
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <filesystem>
 
 namespace tractiond::gateway {
@@ -17,9 +20,10 @@ bool isLocal(const Config& config) {
 tl::expected<std::optional<network::KeyPair>, Error> serverKey(const Config& config) {
   if (config.insecure) return std::nullopt;
   const std::filesystem::path file = network::serverKeyFile(config.keys);
-  std::error_code unseen;
+  struct stat ignored {};
   // If the directory cannot be searched, loadKeyPair() reports the reason.
-  if (std::filesystem::symlink_status(file, unseen).type() != std::filesystem::file_type::not_found) {
+  const bool isMissing = files::statusOfLink(file.c_str(), ignored) != 0 && (errno == ENOENT || errno == ENOTDIR);
+  if (!isMissing) {
     return network::loadKeyPair(file).map([](network::KeyPair keys) { return std::optional(std::move(keys)); });
   }
   if (!isLocal(config)) {

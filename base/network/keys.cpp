@@ -5,7 +5,6 @@
 #include "base/whole_file.h"
 #include "proto/traction/v1/endpoints.h"
 
-#include <dirent.h>
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -58,7 +57,8 @@ tl::expected<AllowedKey, Error> loadAllowed(const fs::path& path) {
   auto file = TomlTable::load(path.string());
   if (!file) return tl::unexpected(asError(file.error()));
   struct stat status {};
-  if (stat(path.c_str(), &status) == 0 && canOthersWrite(status)) return tl::unexpected(openToOthers(path, "file"));
+  if (files::status(path.c_str(), status) == 0 && canOthersWrite(status))
+    return tl::unexpected(openToOthers(path, "file"));
   readKey(*file, "key", allowed.key);
   std::string word;
   file->read("permission", word);
@@ -157,7 +157,7 @@ tl::expected<KeyPair, Error> loadKeyPair(const fs::path& path) {
   auto file = TomlTable::load(path.string());
   if (!file) return tl::unexpected(asError(file.error()));
   struct stat status {};
-  if (stat(path.c_str(), &status) == 0 && canOthersRead(status)) {
+  if (files::status(path.c_str(), status) == 0 && canOthersRead(status)) {
     return tl::unexpected(Error{.exitCode = EX_NOPERM,
                                 .what = "others can read this secret key",
                                 .where = path.string(),
@@ -230,24 +230,19 @@ bool KeyDirectory::keep(int error) {
 bool KeyDirectory::refresh() {
   std::vector<Stamp> now;
   std::optional<Error> failure;
-  if (DIR* const directory = opendir(path_.c_str())) {
-    struct stat own {};
-    if (fstat(dirfd(directory), &own) == 0 && canOthersWrite(own)) failure = openToOthers(path_, "directory of keys");
-    for (errno = 0; const dirent* const entry = readdir(directory); errno = 0) {
-      const std::string_view name = entry->d_name;
-      struct stat status {};
+  const files::Listing listing = files::list(path_.c_str());
+  if (listing.isOpened) {
+    if (listing.error != 0) return keep(listing.error);
+    if (canOthersWrite(listing.own)) failure = openToOthers(path_, "directory of keys");
+    for (const auto& [name, of] : listing.entries) {
       if (!name.ends_with(kEnding)) continue;
-      if (fstatat(dirfd(directory), entry->d_name, &status, 0) != 0) status = {};
-      now.push_back({std::string(name), static_cast<long>(status.st_ino), static_cast<long>(status.st_size),
-                     status.st_ctim.tv_sec, status.st_ctim.tv_nsec});
+      now.push_back(
+          {name, static_cast<long>(of.st_ino), static_cast<long>(of.st_size), of.st_ctim.tv_sec, of.st_ctim.tv_nsec});
     }
-    const int error = errno;
-    closedir(directory);
-    if (error != 0) return keep(error);
   } else {
-    if (isPassing(errno)) return false;
+    if (isPassing(listing.error)) return false;
     failure = Error{.exitCode = EX_NOINPUT,
-                    .what = "the directory of keys cannot be read: " + std::generic_category().message(errno),
+                    .what = "the directory of keys cannot be read: " + std::generic_category().message(listing.error),
                     .where = path_.string()};
   }
   if (failure) now.clear();

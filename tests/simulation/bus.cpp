@@ -64,7 +64,9 @@ Bus*& bus() {
 }
 
 Bus::Bus()
-    : turned_ns_(now()) {}
+    : turned_ns_(now()) {
+  (void)::accept(-1, nullptr, nullptr);  // connections are seen to be accepted (connection_limit.h)
+}
 
 Bus::~Bus() = default;
 
@@ -78,7 +80,8 @@ const Bus::Connection* Bus::find(int fd) const {
   return one == connections_.end() ? nullptr : &one->second;
 }
 
-int Bus::connect(int port, Peer& peer, const std::string& address, std::int64_t reads_bytesPerMs) {
+int Bus::connect(int port, Peer& peer, const std::string& address, std::int64_t reads_bytesPerMs,
+                 const Credentials& credentials) {
   const auto listens = std::ranges::find_if(sockets_, [port](const auto& one) { return one->port == port; });
   if (listens == sockets_.end()) return -1;
   Socket& socket = **listens;
@@ -91,27 +94,20 @@ int Bus::connect(int port, Peer& peer, const std::string& address, std::int64_t 
                                                 .fd = fd,
                                                 .cookie = ++cookies_})
                         .first->second;
-  socket.connections.push_back(&one);
   if (reads_bytesPerMs > 0) slow_.insert(fd);
-  if (socket.type == ZMQ_ROUTER) {
-    const auto number = static_cast<std::uint32_t>(++socket.routesSoFar);
-    one.route.resize(5);
-    for (std::size_t i = 1; i < 5; ++i) one.route[i] = static_cast<char>(number >> (32 - 8 * i));
-    socket.routes[one.route] = &one;
-    one.inbox = std::make_shared<Inbox>();
-    socket.inboxes.push_back(one.inbox);
-  }
   std::string greeting(kGreeting, '\0');
   greeting[0] = '\xff';
   greeting[9] = '\x7f';
   greeting[10] = 3;
   one.wire = greeting + std::string("\4\6\5READY", 8);
+  greet(one, credentials);
   return fd;
 }
 
 void Bus::send(int fd, std::span<const std::string> parts, bool isWhole) {
   Connection* const one = find(fd);
   if (one == nullptr || one->hasEnded) return;
+  if (!one->isAdmitted) return one->early.push_back({{parts.begin(), parts.end()}, isWhole});
   if (!reach(*one, parts, isWhole)) {
     ++cutOff_;
     end(*one);
@@ -137,17 +133,16 @@ void Bus::arrive(Connection& one, std::span<const std::string> parts) {
   Socket& socket = *one.socket;
   Message message;
   const auto add = [&](std::string_view bytes, bool more) {
-    message.push_back({std::make_shared<Content>(bytes), more, one.fd, one.address});
+    message.push_back({std::make_shared<Content>(bytes), more, one.fd, one.address, one.user});
   };
   if (socket.type == ZMQ_ROUTER) add(one.route, true);
   for (const std::string& part : parts) add(part, &part != &parts.back());
   if (socket.type == ZMQ_ROUTER) return one.inbox->messages.push_back(std::move(message));
   const std::string& text = parts[0];
-  if (text.starts_with('\1')) one.subscriptions.push_back(text.substr(1));
-  if (text.starts_with('\0')) {
-    const auto topic = std::ranges::find(one.subscriptions, text.substr(1));
-    if (topic != one.subscriptions.end()) one.subscriptions.erase(topic);
-  }
+  const auto topic = std::ranges::find(one.subscriptions, text.substr(1));
+  const bool isKnown = topic != one.subscriptions.end();
+  if (text.starts_with('\1') && !isKnown) one.subscriptions.push_back(text.substr(1));
+  if (text.starts_with('\0') && isKnown) one.subscriptions.erase(topic);
   if (socket.type == ZMQ_XPUB) socket.subscriptions.push_back(std::move(message));
 }
 
@@ -162,6 +157,7 @@ void Bus::end(Connection& one) {
   one.kernel.clear();
   one.kernel_bytes = 0;
   if (socket == nullptr) return;
+  tellMonitor(*socket, ZMQ_EVENT_DISCONNECTED, one.fd);
   std::erase(socket->connections, &one);
   socket->routes.erase(one.route);
   if (one.inbox) one.inbox->hasEnded = true;
@@ -208,6 +204,7 @@ std::size_t Bus::waitingRequests() const {
 
 void Bus::turn() {
   endShut();
+  endSilent();
   const std::int64_t passed_ns = now() - std::exchange(turned_ns_, now());
   if (passed_ns == 0) return;
   for (const int fd : slow_) read(*find(fd), passed_ns);
@@ -260,6 +257,8 @@ void Bus::offer(Connection& one, const Message& message, std::uint64_t number) {
 
 void Bus::dispatch(Socket& socket, Message message) {
   const std::uint64_t number = ++messages_;
+  if (socket.type == ZMQ_REP) return settleHandshake(message);
+  if (socket.type == ZMQ_DEALER) return passOn(socket, message);
   if (socket.type == ZMQ_ROUTER) {
     const auto route = socket.routes.find(std::string(message[0].content->view()));
     if (route == socket.routes.end()) return;

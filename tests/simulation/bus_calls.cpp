@@ -18,8 +18,11 @@ Bus::Socket* Bus::open(int type) {
 void Bus::close(Socket* socket) {
   while (!socket->connections.empty()) end(*socket->connections[0]);
   for (auto& [fd, one] : connections_) {
-    if (one.socket == socket) one.socket = nullptr;
+    if (one.socket != socket) continue;
+    end(one);  // its handshake was not over
+    one.socket = nullptr;
   }
+  if (const auto server = servers_.find(socket->server); server != servers_.end()) server->second->lose(socket->server);
   std::erase_if(sockets_, [socket](const auto& one) { return one.get() == socket; });
 }
 
@@ -35,6 +38,10 @@ int Bus::set(Socket& socket, int option, const void* value, std::size_t size) {
   if (option == ZMQ_SNDHWM) socket.highWaterMark = number == 0 ? SIZE_MAX : static_cast<std::size_t>(number);
   if (option == ZMQ_MAXMSGSIZE) socket.largest = number;
   if (option == ZMQ_CONFLATE) socket.conflates = number != 0;
+  if (option == ZMQ_CURVE_SERVER) socket.needsKey = number != 0;
+  const std::string_view text(static_cast<const char*>(value), size);
+  if (option == ZMQ_ZAP_DOMAIN) socket.domain = text;
+  if (option == ZMQ_SUBSCRIBE || option == ZMQ_UNSUBSCRIBE) subscribe(socket, text, option == ZMQ_SUBSCRIBE);
   return 0;
 }
 
@@ -55,6 +62,7 @@ int Bus::get(const Socket& socket, int option, void* value, std::size_t* size) c
 
 int Bus::bind(Socket& socket, const std::string& endpoint) {
   socket.endpoint = endpoint;
+  if (endpoint.starts_with("inproc://")) return 0;
   socket.port = std::stoi(endpoint.substr(endpoint.rfind(':') + 1));
   return 0;
 }
@@ -65,15 +73,22 @@ void Bus::send(Socket& socket, Part part) {
 }
 
 bool Bus::canReceive(const Socket& socket) const {
-  return !socket.incoming.empty() || !socket.subscriptions.empty() ||
+  return !socket.incoming.empty() || !socket.subscriptions.empty() || !socket.received.empty() ||
          std::ranges::any_of(socket.inboxes, [](const auto& inbox) { return !inbox->messages.empty(); });
+}
+
+bool Bus::isReadable() const {
+  return std::ranges::any_of(sockets_, [this](const auto& socket) { return canReceive(*socket); });
 }
 
 /// Requests are taken from the connections in turn, one from each.
 bool Bus::receive(Socket& socket, Part& part) {
   if (socket.incoming.empty()) {
     Message message;
-    if (!socket.subscriptions.empty()) {
+    if (!socket.received.empty()) {
+      message = std::move(socket.received.front());
+      socket.received.pop_front();
+    } else if (!socket.subscriptions.empty()) {
       message = std::move(socket.subscriptions.front());
       socket.subscriptions.pop_front();
     }
@@ -101,12 +116,12 @@ std::string Bus::localEnd(int fd) const {
 
 std::string Bus::peerOf(int fd) const {
   const Connection* const one = find(fd);
-  return one == nullptr ? "" : *one->address;
+  return one == nullptr || one->hasEnded ? "" : *one->address;
 }
 
 std::uint64_t Bus::cookieOf(int fd) const {
   const Connection* const one = find(fd);
-  return one == nullptr ? 0 : one->cookie;
+  return one == nullptr || one->hasEnded ? 0 : one->cookie;
 }
 
 std::optional<network::Unread> Bus::unreadOf(int fd) const {

@@ -1,4 +1,4 @@
-// Sockets and connections of the bus. For bus.cpp and bus_calls.cpp alone.
+// Sockets and connections of the bus. For bus*.cpp alone.
 #pragma once
 
 #include "tests/simulation/bus.h"
@@ -11,6 +11,12 @@ struct Bus::Socket {
   std::int64_t largest = -1;
   std::size_t highWaterMark = 1000;
   bool conflates = false;
+  bool needsKey = false;           ///< it is a CURVE server
+  std::string domain;              ///< of its handshakes
+  std::string monitor;             ///< endpoint at which its connections are told
+  std::string server;              ///< endpoint that it is connected to
+  std::vector<std::string> wants;  ///< subscriptions of a SUB
+  std::deque<Message> received;    ///< from the server, of handshakes, or of a monitored socket
   std::vector<Connection*> connections;
   Message outgoing;                            ///< parts of a message that is not complete
   std::deque<Part> incoming;                   ///< parts of the message that is being received
@@ -28,7 +34,14 @@ struct Bus::Connection {
   int fd;
   std::uint64_t cookie;
   std::string wire = {};  ///< from the peer, not read yet
-  bool isShut = false, hasEnded = false;
+  bool isShut = false, hasEnded = false, isAdmitted = false;
+  std::shared_ptr<const std::string> user = {};
+  std::int64_t silentUntil_ns = kNever;  ///< when a handshake that is not begun is given up
+  struct Early {
+    std::vector<std::string> parts;
+    bool isWhole;
+  };
+  std::vector<Early> early = {};  ///< what the peer sent before it was admitted
   std::string route = {};
   std::shared_ptr<Inbox> inbox = {};
   std::vector<std::string> subscriptions = {};

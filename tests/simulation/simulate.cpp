@@ -60,32 +60,34 @@ int runStory(const std::string& path, bool showsLog) {
   return 0;
 }
 
-/// Ends after so many simulated hours, or minutes of real time.
-int runSeeds(std::uint64_t seed, std::uint64_t hours, std::uint64_t minutes, bool showsLog) {
+/// Ends after so many simulated hours, or minutes of real time. \param ofGateway runs stories of a gateway alone
+int runSeeds(std::uint64_t seed, std::uint64_t hours, std::uint64_t minutes, bool ofGateway, bool showsLog) {
   Simulation simulation;
   const auto end_ms = static_cast<std::int64_t>(hours) * 3'600'000;
   const double begin_s = seconds(), end_s = begin_s + 60.0 * static_cast<double>(minutes);
   double told_s = begin_s;
   std::int64_t done_ms = 0;
-  std::uint64_t fields = 0, zeros = 0, undone = 0, restarts = 0;
+  std::uint64_t fields = 0, zeros = 0, undone = 0, restarts = 0, delivered = 0;
   for (bool isLast = false; !isLast; ++seed) {
-    const Story story = draw(seed, kStory_ms);
+    const Story story = ofGateway ? draw(World::kGateway, seed, kStory_ms) : draw(seed, kStory_ms);
     const Result result = simulation.run(story, goesOn);
     done_ms += result.reached_ms;
     fields += result.account.fields();
     zeros += result.zerosTaken;
     undone += result.undone;
     restarts += result.restarts;
+    delivered += result.delivered;
     if (showsLog) std::printf("%s", result.log.c_str());
     const double now_s = seconds();
     isLast = done_ms >= end_ms || now_s >= end_s;
     const auto tell = [&] {
       std::printf(
-          "seed %llu: %.2f h simulated in %.0f s (%.0f x), %llu fields, %llu zeros, %llu undone, %llu restarts\n",
+          "seed %llu: %.2f h simulated in %.0f s (%.0f x), %llu fields, %llu zeros, %llu undone, %llu restarts, "
+          "%llu messages read\n",
           static_cast<unsigned long long>(seed), 1e-3 * static_cast<double>(done_ms) / 3600, now_s - begin_s,
           1e-3 * static_cast<double>(done_ms) / (now_s - begin_s), static_cast<unsigned long long>(fields),
           static_cast<unsigned long long>(zeros), static_cast<unsigned long long>(undone),
-          static_cast<unsigned long long>(restarts));
+          static_cast<unsigned long long>(restarts), static_cast<unsigned long long>(delivered));
       std::fflush(stdout);
     };
     if (result.broken) {
@@ -94,8 +96,9 @@ int runSeeds(std::uint64_t seed, std::uint64_t hours, std::uint64_t minutes, boo
     }
     if (interrupted != 0) {
       tell();
-      std::printf("interrupted %.3f s into the story; to go on: tools/simulate --seed %llu\n",
-                  1e-3 * static_cast<double>(result.reached_ms), static_cast<unsigned long long>(seed));
+      std::printf("interrupted %.3f s into the story; to go on: tools/simulate %s--seed %llu\n",
+                  1e-3 * static_cast<double>(result.reached_ms), ofGateway ? "--gateway " : "",
+                  static_cast<unsigned long long>(seed));
       return 130;
     }
     if (now_s - told_s > 5.0 || isLast) {
@@ -112,11 +115,11 @@ int main(int argc, char** argv) {
   constexpr std::uint64_t kMostHours = 1'000'000;
   std::uint64_t seed = 1, hours = 0, minutes = 0;  // 0: not given
   std::string story;
-  bool showsLog = false;
+  bool showsLog = false, ofGateway = false;
   for (int i = 1; i < argc; ++i) {
     const std::string option = argv[i];
-    if (option == "--log") {
-      showsLog = true;
+    if (option == "--log" || option == "--gateway") {
+      (option == "--log" ? showsLog : ofGateway) = true;
       continue;
     }
     const bool known = option == "--seed" || option == "--hours" || option == "--minutes" || option == "--story";
@@ -135,5 +138,5 @@ int main(int argc, char** argv) {
   if (hours == 0) hours = minutes == 0 ? 1 : kMostHours;
   if (minutes == 0) minutes = 60 * kMostHours;
   std::signal(SIGINT, [](int) { interrupted = 1; });
-  return story.empty() ? runSeeds(seed, hours, minutes, showsLog) : runStory(story, showsLog);
+  return story.empty() ? runSeeds(seed, hours, minutes, ofGateway, showsLog) : runStory(story, showsLog);
 }

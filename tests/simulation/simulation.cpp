@@ -1,6 +1,7 @@
 #include "tests/simulation/simulation.h"
 
 #include "tests/simulation/assertion.h"
+#include "tests/simulation/gateway/run.h"
 #include "tests/simulation/run.h"
 #include "tests/simulation/shrink.h"
 
@@ -36,7 +37,8 @@ void breakLaw(Journal& journal, const Broken& broken) {
 }
 
 /// Runs a story to its end, or until it breaks a law.
-void complete(Run& run, const std::function<bool()>& goesOn) {
+template <typename Kind>
+void complete(Kind& run, const std::function<bool()>& goesOn) {
   Journal& journal = run.journal();
   try {
     run.go(goesOn);
@@ -45,6 +47,22 @@ void complete(Run& run, const std::function<bool()>& goesOn) {
   } catch (const std::exception& thrown) {
     breakLaw(journal, {"no exception escapes", thrown.what(), journal.now_ms()});
   }
+}
+
+/// Runs a story in a world of its own, which stays in memory if an assertion failed.
+template <typename Kind>
+Result runIn(std::unique_ptr<Kind> run, const std::function<bool()>& goesOn) {
+  Journal& journal = run->journal();
+  const auto before = spdlog::default_logger();
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "simulation", std::make_shared<Log>([&journal](const std::string& line) { journal.say(line); })));
+  const auto assertion = failedAssertionOf([&run, &goesOn] { complete(*run, goesOn); });
+  spdlog::set_default_logger(before);
+  if (assertion) breakLaw(journal, {"no assertion fails", *assertion, journal.now_ms()});
+  journal.result.reached_ms = journal.now_ms();
+  Result result = std::move(journal.result);
+  if (assertion) (void)run.release();  // it is in the middle of a call, in which its thread stays
+  return result;
 }
 
 }  // namespace
@@ -58,18 +76,9 @@ Result Simulation::run(const Story& story, const std::function<bool()>& goesOn) 
   clocks() = {1000 * kSecond, 1'700'000'000 * kSecond};
   forgetBackground();
   NetworkSide::forget();
-  auto run = std::make_unique<Run>(*gel_, story);
-  Journal& journal = run->journal();
-  const auto before = spdlog::default_logger();
-  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
-      "simulation", std::make_shared<Log>([&journal](const std::string& line) { journal.say(line); })));
-  const auto assertion = failedAssertionOf([&run, &goesOn] { complete(*run, goesOn); });
-  spdlog::set_default_logger(before);
-  if (assertion) breakLaw(journal, {"no assertion fails", *assertion, journal.now_ms()});
-  journal.result.reached_ms = journal.now_ms();
-  Result result = std::move(journal.result);
-  if (assertion) (void)run.release();  // it is in the middle of a call, in which its thread stays
-  return result;
+  GatewayRun::forget();
+  return story.world == World::kGateway ? runIn(std::make_unique<GatewayRun>(story), goesOn)
+                                        : runIn(std::make_unique<Run>(*gel_, story), goesOn);
 }
 
 Story Simulation::shrink(const Story& story, const std::string& law, const std::function<bool()>& goesOn) {

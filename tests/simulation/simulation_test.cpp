@@ -50,19 +50,43 @@ TEST(Simulation, NoLawIsBroken) {
   EXPECT_GT(cutOff, 20U);
 }
 
+TEST(Simulation, NoLawOfAGatewayIsBroken) {
+  std::uint64_t restarts = 0, answers = 0, delivered = 0, cutOff = 0;
+  for (std::uint64_t seed = 13; seed <= 37; seed += 8) {
+    const Story story = draw(seed, 10 * kMinute_ms);
+    ASSERT_EQ(story.world, World::kGateway);
+    const Result result = simulation().run(story);
+    ASSERT_FALSE(result.broken) << "seed " << seed << " after " << result.broken->at_ms << " ms: " << result.broken->law
+                                << ": " << result.broken->what << "; tools/simulate --seed " << seed;
+    restarts += result.restarts;
+    answers += result.answers;
+    delivered += result.delivered;
+    cutOff += result.cutOff;
+  }
+  // Something happened.
+  EXPECT_GT(restarts, 4U);
+  EXPECT_GT(answers, 1'000U);
+  EXPECT_GT(delivered, 100'000U);
+  EXPECT_GT(cutOff, 20U);
+}
+
 TEST(Simulation, TheSameSeedGivesTheSameLogAndFields) {
-  const Story story = draw(7, 5 * kMinute_ms);
-  const Result one = simulation().run(story), other = simulation().run(story);
-  EXPECT_EQ(one.log, other.log);
-  EXPECT_EQ(one.account.hash(), other.account.hash());
-  EXPECT_NE(simulation().run(draw(8, 5 * kMinute_ms)).log, one.log);
+  for (const std::uint64_t seed : {5, 7}) {
+    const Story story = draw(seed, 5 * kMinute_ms);
+    const Result one = simulation().run(story), other = simulation().run(story);
+    EXPECT_EQ(one.log, other.log);
+    EXPECT_EQ(one.account.hash(), other.account.hash());
+    EXPECT_NE(simulation().run(draw(seed + 8, 5 * kMinute_ms)).log, one.log);
+  }
 }
 
 TEST(Simulation, AStoryComesBackFromItsText) {
-  const Story story = draw(3, 10 * kMinute_ms);
-  const auto again = fromText(toText(story));
-  ASSERT_TRUE(again) << again.error();
-  EXPECT_EQ(toText(*again), toText(story));
+  for (const std::uint64_t seed : {3, 5}) {
+    const Story story = draw(seed, 10 * kMinute_ms);
+    const auto again = fromText(toText(story));
+    ASSERT_TRUE(again) << again.error();
+    EXPECT_EQ(toText(*again), toText(story));
+  }
 }
 
 TEST(Simulation, WhatIsNoStoryIsRefusedWithItsLine) {
@@ -75,6 +99,8 @@ TEST(Simulation, WhatIsNoStoryIsRefusedWithItsLine) {
             std::string::npos);
   EXPECT_NE(fromText(title + "5 ms: second-counter 0 for 9 ms\n").error().find("'0'"), std::string::npos);
   EXPECT_NE(fromText(title + "lasts -1 ms\n").error().find("line 2"), std::string::npos);
+  EXPECT_NE(fromText(title + "5 ms: relay-killed\n").error().find("'of a gateway'"), std::string::npos);
+  EXPECT_NE(fromText(title + "of a gateway\n5 ms: zero\n").error().find("line 3"), std::string::npos);
   EXPECT_TRUE(fromText(title + " \n# nothing\n"));
   EXPECT_NE(fromText(title + "5 ms: zero\n4 ms: zero\n").error().find("line 3: times"), std::string::npos);
   EXPECT_FALSE(wholeNumber("12x", "--seed"));
@@ -205,6 +231,62 @@ TEST(Simulation, TheBusKeepsTheOrderAndTheLimitsOfItsSockets) {
   EXPECT_EQ(order, "faff");
   EXPECT_EQ(one.read, (std::vector<std::string>{"a"}));
   EXPECT_EQ(two.read.size(), 3U);
+}
+
+TEST(Simulation, TheBusAdmitsPeersByTheAnswerToTheirHandshake) {
+  struct Reader : Peer {
+    void heed(std::span<const std::string_view> parts, std::uint64_t /*number*/) override {
+      read.emplace_back(parts.back());
+    }
+    std::vector<std::string> read;
+  };
+  Bus own;
+  bus() = &own;
+  struct Reset {
+    ~Reset() { bus() = nullptr; }
+  } reset;
+  zmq::context_t context(1);
+  zmq::socket_t router(context, zmq::socket_type::router), answers(context, zmq::socket_type::rep),
+      monitor(context, zmq::socket_type::pair);
+  answers.bind("inproc://zeromq.zap.01");
+  router.set(zmq::sockopt::curve_server, true);
+  router.set(zmq::sockopt::zap_domain, "door");
+  zmq_socket_monitor(router.handle(), "inproc://monitor", ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_DISCONNECTED);
+  monitor.connect("inproc://monitor");
+  router.bind("tcp://127.0.0.1:1");
+  Reader allowed, refused, silent, keyless;
+  const std::string key(32, 'k'), other(32, 'o');
+  const int one = own.connect(1, allowed, "a", kAtOnce, {key}), two = own.connect(1, refused, "b", kAtOnce, {other});
+  const int three = own.connect(1, silent, "c", kAtOnce, {"", true}), four = own.connect(1, keyless, "d", kAtOnce);
+  EXPECT_TRUE(own.hasEnded(four));
+  for (const int fd : {one, two}) own.send(fd, std::array<std::string, 2>{"", "request"});
+  zmq::message_t part;
+  EXPECT_FALSE(router.recv(part, zmq::recv_flags::dontwait)) << "the handshakes are not over";
+  for (const auto& [shown, code] : {std::pair{key, "200"}, {other, "400"}}) {
+    std::array<zmq::message_t, 7> asked;
+    for (zmq::message_t& each : asked) ASSERT_TRUE(answers.recv(each));
+    EXPECT_EQ(asked[2].to_string(), "door");
+    EXPECT_EQ(asked[6].to_string(), shown);
+    answers.send(asked[0], zmq::send_flags::sndmore);
+    answers.send(asked[1], zmq::send_flags::sndmore);
+    for (const char* text : {code, "", "name"})
+      answers.send(zmq::message_t(std::string(text)), zmq::send_flags::sndmore);
+    answers.send(zmq::message_t(), zmq::send_flags::none);
+  }
+  EXPECT_TRUE(own.isAdmitted(one));
+  EXPECT_TRUE(own.hasEnded(two));
+  std::array<zmq::message_t, 3> request;
+  for (zmq::message_t& each : request) ASSERT_TRUE(router.recv(each));
+  EXPECT_STREQ(request[2].gets("User-Id"), "name");
+  EXPECT_STREQ(request[2].gets("Peer-Address"), "a");
+  EXPECT_FALSE(router.recv(part, zmq::recv_flags::dontwait));
+  EXPECT_FALSE(own.hasEnded(three));
+  clocks().monotonic_ns += kSecond;
+  own.turn();
+  EXPECT_TRUE(own.hasEnded(three));
+  int events = 0;
+  for (; monitor.recv(part, zmq::recv_flags::dontwait); ++events) ASSERT_TRUE(monitor.recv(part));
+  EXPECT_EQ(events, 7) << "four came, three went";
 }
 
 /// Runs the stories of a folder beside this file, none of which may break a law.

@@ -1,4 +1,4 @@
-// A story: the events that happen to an instrument in one run, also as a readable text.
+// A story: the events that happen to an instrument, or to a gateway, in one run, also as a readable text.
 #pragma once
 
 #include "tests/simulation/world.h"
@@ -59,9 +59,29 @@ enum class Event {
   kOddRequest,       ///< one sends what is no request, or not of the usual form, as Clients::askOddly() says
   kSnapshot,         ///< a picture is asked for
   kPreviews,         ///< one wants previews for a while, and changes its mind every so many ms
+  // Those of a gateway's world, each for a while. A number from 0 to 3 is that of a key (gateway/keys.h).
+  kRemoteSubscribers,    ///< so many subscribe, and read at once
+  kRemoteSlow,           ///< one subscribes, and reads so many bytes each ms
+  kRemoteSubscriptions,  ///< one subscribes to so many topics at once
+  kRemoteRequests,       ///< one sends so many requests at once
+  kRemoteUnread,         ///< the same, and reads no answer
+  kRemotePreviews,       ///< one wants previews, and says so again, or no longer, every so many ms
+  kStrangers,            ///< so many try to connect that have no key, or none for this
+  kCrowd,                ///< so many connect, from one address if the number is even
+  kRevoked,              ///< a key is removed
+  kDemoted,              ///< a key may only read
+  kGarbledKey,           ///< a key's file is none
+  kInstrumentGone,       ///< the instrument does not run
+  kInstrumentSlow,       ///< it answers after so many ms
+  kUnsubscribed,         ///< it forgets that latest is subscribed to
+  kRelayStarved,         ///< the gateway gets no processor
+  kRelayKilled,          ///< the gateway is killed, and started again
 };
 
-inline constexpr std::size_t kEvents = 43;
+inline constexpr std::size_t kEvents = 59;
+
+/// What a story happens to.
+enum class World { kInstrument, kGateway };
 
 struct Happening {
   std::int64_t at_ms = 0;
@@ -71,12 +91,15 @@ struct Happening {
 };
 
 struct Story {
+  World world = World::kInstrument;
   std::uint64_t seed = 0;  ///< of noise, of delays, of what a loss of power leaves
   std::int64_t lasts_ms = 0;
   std::vector<Happening> happenings;  ///< in the order of their times
 };
 
 /// Draws a story at random; the same arguments give the same story.
+Story draw(World world, std::uint64_t seed, std::int64_t lasts_ms);
+/// Draws a story of a gateway for one seed in eight, of an instrument for all others.
 Story draw(std::uint64_t seed, std::int64_t lasts_ms);
 
 /// Returns the story as text, which fromText() reads.

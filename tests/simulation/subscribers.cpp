@@ -94,6 +94,7 @@ struct Subscribers::One : Peer {
   bool isHostile = false;
   std::int64_t toggles_ns = 0, togglesNext_ns = kNever;  ///< how often it takes its mind of previews, 0: never
   bool wantsPreviews = false;
+  int toggled = 0;
   int fd = -1;
   std::int64_t joins_ns = 0, joined_ns = 0;
   std::array<std::uint64_t, kKinds.size()> sequences{}, frames{};  ///< of the last message; 0: none yet
@@ -136,6 +137,7 @@ void Subscribers::connect(One& one) {
   one.unread_bytes = 0;
   one.fd = bus_.connect(one.port, one, "192.0.2.20", one.reads_bytesPerMs);
   for (const std::string& topic : one.topics) bus_.send(one.fd, std::array{'\1' + topic});
+  one.toggled = 0;
   if (one.toggles_ns > 0) toggle(one);
 }
 
@@ -215,11 +217,11 @@ void Subscribers::findNext() {
         std::min({next_ns_, one->until_ns, one->togglesNext_ns, listens_ && one->fd < 0 ? one->joins_ns : kNever});
 }
 
-/// Subscribes to previews, or no longer.
+/// Subscribes to previews twice, then cancels that twice, call by call.
 void Subscribers::toggle(One& one) {
   one.togglesNext_ns = now() + one.toggles_ns;
-  one.wantsPreviews = !one.wantsPreviews;
-  previewsChanged_ns_ = now();
+  const bool wants = one.toggled++ % 4 < 2;
+  if (std::exchange(one.wantsPreviews, wants) != wants) previewsChanged_ns_ = now();
   bus_.send(one.fd, std::array{(one.wantsPreviews ? '\1' : '\0') + traction::topicOf(kSensor, "preview")});
 }
 

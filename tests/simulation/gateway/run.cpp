@@ -1,0 +1,127 @@
+#include "tests/simulation/gateway/run.h"
+
+#include "base/network/inflow_limit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace tractiond::simulation {
+namespace {
+
+constexpr std::int64_t kIdleTurn_ns = 100 * kMs;  // the relay sleeps no longer
+
+std::string endpoint(std::size_t way) {
+  return fmt::format("tcp://127.0.0.1:{}", kRemotePorts.at(way));
+}
+
+gateway::Config configured() {
+  gateway::Config config;
+  config.stream = {endpoint(0)};
+  config.latest = {endpoint(1)};
+  config.control = {endpoint(2)};
+  config.preview = {endpoint(3)};
+  config.keys = Keys::kDirectory;
+  return config;
+}
+
+}  // namespace
+
+void GatewayRun::forget() {
+  network::inflow::unwatch({endpoint(0), endpoint(1), endpoint(2), endpoint(3)});
+}
+
+GatewayRun::GatewayRun(const Story& story)
+    : story_(story)
+    , config_(configured())
+    , chance_(story.seed)
+    , keys_(disk_, journal_)
+    , instrument_(bus_, ongoing_, config_.limits, journal_)
+    , peers_(bus_, keys_, instrument_, starvation_, config_.limits, journal_) {
+  disk() = &disk_;
+  bus() = &bus_;
+}
+
+GatewayRun::~GatewayRun() {
+  relay_.reset();
+  disk() = nullptr;
+  bus() = nullptr;
+}
+
+void GatewayRun::start() {
+  if (startAt_ns_ > now()) return;
+  auto opened = gateway::Relay::open(config_, kRuntime);
+  journal_.law(opened.has_value(), "a gateway starts", [&] { return opened.error().message(); });
+  relay_ = *std::move(opened);
+  busyUntil_ns_ = turned_ns_ = now();
+  journal_.say("the gateway runs");
+  peers_.begin();
+}
+
+void GatewayRun::happen(const Happening& one) {
+  ongoing_.begin(one);
+  keys_.heed(one);
+  if (one.event == Event::kInstrumentGone) peers_.loseRequests();
+  instrument_.heed(one);
+  peers_.heed(one);
+  if (one.event == Event::kRelayStarved) {
+    busyUntil_ns_ = std::max(busyUntil_ns_, ongoing_.until_ns(one.event));
+    starvation_.add(busyUntil_ns_, one.for_ms * kMs);
+  }
+  if (one.event != Event::kRelayKilled || !relay_) return;
+  constexpr std::int64_t kPause_ns = 500 * kMs;  // RestartSec= of the unit
+  journal_.say("the gateway is killed");
+  ++journal_.result.restarts;
+  peers_.die();
+  relay_.reset();
+  startAt_ns_ = now() + kPause_ns;
+}
+
+/// Lets the relay take its turns until nothing waits.
+void GatewayRun::work() {
+  constexpr std::int64_t kCheck_ns = 20 * kMs;
+  if (relay_ && busyUntil_ns_ <= now() && (bus_.isReadable() || turned_ns_ + kIdleTurn_ns <= now())) {
+    turned_ns_ = now();
+    const auto turned = relay_->turn(std::chrono::milliseconds(0));
+    journal_.law(turned.has_value(), "a gateway does not end by itself", [&] { return turned.error().message(); });
+    bus_.turn();
+    peers_.checkLimits();
+    busyUntil_ns_ = now() + 1000 * chance_.between(50, 400);
+  }
+  if (checkAt_ns_ > now()) return;
+  checkAt_ns_ = now() + kCheck_ns;
+  peers_.check();
+}
+
+std::int64_t GatewayRun::nextMoment(std::size_t nextHappening) const {
+  std::int64_t next = std::min({instrument_.next_ns(), keys_.next_ns(), peers_.next_ns(), checkAt_ns_, end_ns()});
+  if (nextHappening < story_.happenings.size()) next = std::min(next, at_ns(story_.happenings[nextHappening]));
+  if (!relay_) return std::min(next, startAt_ns_);
+  return std::min(next, std::max(busyUntil_ns_, bus_.isReadable() ? now() : turned_ns_ + kIdleTurn_ns));
+}
+
+void GatewayRun::go(const std::function<bool()>& goesOn) {
+  start();
+  std::int64_t asked_ns = now();
+  for (std::size_t next = 0; now() < end_ns();) {
+    clocks().monotonic_ns = std::max(now(), nextMoment(next));
+    while (next < story_.happenings.size() && at_ns(story_.happenings[next]) <= now())
+      happen(story_.happenings[next++]);
+    keys_.turn();
+    instrument_.turn();
+    bus_.turn();
+    peers_.turn();
+    if (!relay_) start();
+    work();
+    if (goesOn && now() - asked_ns >= kSecond) {
+      asked_ns = now();
+      if (!goesOn()) return;
+    }
+  }
+  journal_.result.cutOff = bus_.cutOff();
+  journal_.say(fmt::format("{} fields, {} requests forwarded, {} messages received, {} answers",
+                           instrument_.published(Published::kField), instrument_.requests(), journal_.result.delivered,
+                           journal_.result.answers));
+}
+
+}  // namespace tractiond::simulation

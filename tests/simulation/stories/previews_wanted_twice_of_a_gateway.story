@@ -1,0 +1,10 @@
+tractiond simulation, version 1
+# The same through a gateway; and clients that came and left while it got no processor.
+of a gateway
+seed 1
+lasts 30000 ms
+3000 ms: remote-previews 461 for 2018 ms
+3471 ms: relay-starved for 1873 ms
+5063 ms: remote-slow 22 for 19301 ms
+9000 ms: remote-previews 890 for 6783 ms
+14852 ms: relay-starved for 1319 ms
