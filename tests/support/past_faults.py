@@ -154,6 +154,20 @@ FAULTS = [Fault(*one) for one in [
     ("passed-on", "8964da1", "a request that is passed on is not answered through who passed it on", [
         (CONTROL, "if (!route.beyond.empty()) put(*beyond, ZMQ_SNDMORE);", ""),
     ]),
+    ("previews-counted", "e5ab5919", "who subscribes to previews twice is sent them for ever", [
+        (PUBLISHER, "  network::Subscriptions previewSubscriptions;\n",
+         "  network::Subscriptions previewSubscriptions;\n  std::size_t counted = 0;\n"),
+        (PUBLISHER, "    previewSubscriptions.note(message);\n    previewWanted.store(!previewSubscriptions.empty(),",
+         "    if (text.front() == '\\1') ++counted;\n    if (text.front() == '\\0' && counted > 0) --counted;\n"
+         "    previewWanted.store(counted != 0,"),
+        (PUBLISHER, "      removeEndedPreviews();\n", ""),
+    ]),
+    ("event-of-another-socket", "6aa2e775", "an address has more connections than it may, after the gateway has stalled", [
+        ("gateway/peers.cpp", "if (address.empty() || !network::isConnectionTo(fd, bound)) return;", "if (address.empty()) return;"),
+    ]),
+    ("latest-forgotten", "43d31144", "a gateway whose subscription to latest is lost sends no latest field", [
+        ("gateway/relay.cpp", "    subscribeAgain(now);\n", ""),
+    ]),
     ("short-links", "795f824", "links are too short for a stall of 80 ms", [
         ("daemon/pipeline.h", "Link<MarkerField, kSlots> markers_;", "Link<MarkerField, 4> markers_;"),
         ("daemon/pipeline.h", "Link<TractionField, kSlots> fields_;", "Link<TractionField, 4> fields_;"),
