@@ -1,5 +1,7 @@
 #include "tests/simulation/run.h"
 
+#include "tests/simulation/follow.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -287,10 +289,8 @@ void Run::control() {
   life_->checkEvictions(cameLately(Event::kLate) || cameLately(Event::kSecondCounter) || openedLately);
 }
 
-std::int64_t Run::nextMoment(std::size_t nextHappening) const {
-  std::int64_t next =
-      std::min({camera_.next_ns(), zeros_.next_ns(), stepWork_.next_ns(), subscribers_.next_ns(), end_ns()});
-  if (nextHappening < story_.happenings.size()) next = std::min(next, at_ns(story_.happenings[nextHappening]));
+std::int64_t Run::nextMoment() const {
+  std::int64_t next = std::min({camera_.next_ns(), zeros_.next_ns(), stepWork_.next_ns(), subscribers_.next_ns()});
   if (!life_) return std::min(next, startAt_ns_);
   next = std::min({next, controlAt_ns_, keeperAt_ns_, life_->supervisor().next_ns(),
                    std::max(life_->wakes_ns(), busyUntil_ns_[0])});
@@ -305,26 +305,23 @@ void Run::stop() {
   journal_.result.account.add(life_->ledger());
 }
 
+void Run::turn() {
+  camera_.turn();
+  zeros_.turn();
+  stepWork_.turn();
+  bus_.turn();
+  subscribers_.turn();
+  clients_.turn();
+  if (!life_) start();
+  if (life_) work();
+}
+
 void Run::go(const std::function<bool()>& goesOn) {
   start();
-  std::int64_t asked_ns = now();
-  for (std::size_t next = 0; now() < end_ns();) {
-    clocks().monotonic_ns = std::max(now(), nextMoment(next));
-    while (next < story_.happenings.size() && at_ns(story_.happenings[next]) <= now())
-      happen(story_.happenings[next++]);
-    camera_.turn();
-    zeros_.turn();
-    stepWork_.turn();
-    bus_.turn();
-    subscribers_.turn();
-    clients_.turn();
-    if (!life_) start();
-    if (life_) work();
-    if (goesOn && now() - asked_ns >= kSecond) {
-      asked_ns = now();
-      if (!goesOn()) return;
-    }
-  }
+  const bool isOver = follow(
+      story_, goesOn, [this] { return nextMoment(); }, [this](const Happening& one) { happen(one); },
+      [this] { turn(); });
+  if (!isOver) return;
   stop();
   journal_.result.cutOff = bus_.cutOff();
   const Account& account = journal_.result.account;

@@ -30,10 +30,10 @@ class Run {
   static constexpr std::array kStages = {Stage::kCapture, Stage::kTrack, Stage::kSolve, Stage::kPublish};
   static constexpr std::size_t kControl = kStages.size();
 
-  std::int64_t end_ns() const { return journal_.begin_ns() + story_.lasts_ms * kMs; }
   std::int64_t at_ns(const Happening& one) const { return journal_.begin_ns() + one.at_ms * kMs; }
   Disk::Condition diskAt(std::int64_t at_ns) const;
-  std::int64_t nextMoment(std::size_t nextHappening) const;
+  void turn();
+  std::int64_t nextMoment() const;
   void happen(const Happening& one);
   void disturb(const Happening& one);
   void starve(const Happening& one);

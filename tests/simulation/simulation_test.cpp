@@ -169,18 +169,22 @@ TEST(Simulation, AnExceptionThatNobodyCatchesIsABrokenLaw) {
   EXPECT_EQ(result.broken->what, "of a call");
 }
 
+/// Keeps the last part of each message.
+struct Reader : Peer {
+  void heed(std::span<const std::string_view> parts, std::uint64_t /*number*/) override {
+    read.emplace_back(parts.back());
+  }
+  std::vector<std::string> read;
+};
+
+/// A bus that the calls of libzmq use as long as it exists.
+struct OwnBus : Bus {
+  OwnBus() { bus() = this; }
+  ~OwnBus() { bus() = nullptr; }
+};
+
 TEST(Simulation, TheBusKeepsTheOrderAndTheLimitsOfItsSockets) {
-  struct Reader : Peer {
-    void heed(std::span<const std::string_view> parts, std::uint64_t /*number*/) override {
-      read.emplace_back(parts.back());
-    }
-    std::vector<std::string> read;
-  };
-  Bus own;
-  bus() = &own;
-  struct Reset {
-    ~Reset() { bus() = nullptr; }
-  } reset;
+  OwnBus own;
   zmq::context_t context(1);
   zmq::socket_t publisher(context, zmq::socket_type::xpub), router(context, zmq::socket_type::router);
   publisher.set(zmq::sockopt::sndhwm, 4);
@@ -234,17 +238,7 @@ TEST(Simulation, TheBusKeepsTheOrderAndTheLimitsOfItsSockets) {
 }
 
 TEST(Simulation, TheBusAdmitsPeersByTheAnswerToTheirHandshake) {
-  struct Reader : Peer {
-    void heed(std::span<const std::string_view> parts, std::uint64_t /*number*/) override {
-      read.emplace_back(parts.back());
-    }
-    std::vector<std::string> read;
-  };
-  Bus own;
-  bus() = &own;
-  struct Reset {
-    ~Reset() { bus() = nullptr; }
-  } reset;
+  OwnBus own;
   zmq::context_t context(1);
   zmq::socket_t router(context, zmq::socket_type::router), answers(context, zmq::socket_type::rep),
       monitor(context, zmq::socket_type::pair);

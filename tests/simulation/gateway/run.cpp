@@ -1,6 +1,7 @@
 #include "tests/simulation/gateway/run.h"
 
 #include "base/network/inflow_limit.h"
+#include "tests/simulation/follow.h"
 
 #include <fmt/format.h>
 
@@ -93,31 +94,27 @@ void GatewayRun::work() {
   peers_.check();
 }
 
-std::int64_t GatewayRun::nextMoment(std::size_t nextHappening) const {
-  std::int64_t next = std::min({instrument_.next_ns(), keys_.next_ns(), peers_.next_ns(), checkAt_ns_, end_ns()});
-  if (nextHappening < story_.happenings.size()) next = std::min(next, at_ns(story_.happenings[nextHappening]));
+std::int64_t GatewayRun::nextMoment() const {
+  const std::int64_t next = std::min({instrument_.next_ns(), keys_.next_ns(), peers_.next_ns(), checkAt_ns_});
   if (!relay_) return std::min(next, startAt_ns_);
   return std::min(next, std::max(busyUntil_ns_, bus_.isReadable() ? now() : turned_ns_ + kIdleTurn_ns));
 }
 
+void GatewayRun::turn() {
+  keys_.turn();
+  instrument_.turn();
+  bus_.turn();
+  peers_.turn();
+  if (!relay_) start();
+  work();
+}
+
 void GatewayRun::go(const std::function<bool()>& goesOn) {
   start();
-  std::int64_t asked_ns = now();
-  for (std::size_t next = 0; now() < end_ns();) {
-    clocks().monotonic_ns = std::max(now(), nextMoment(next));
-    while (next < story_.happenings.size() && at_ns(story_.happenings[next]) <= now())
-      happen(story_.happenings[next++]);
-    keys_.turn();
-    instrument_.turn();
-    bus_.turn();
-    peers_.turn();
-    if (!relay_) start();
-    work();
-    if (goesOn && now() - asked_ns >= kSecond) {
-      asked_ns = now();
-      if (!goesOn()) return;
-    }
-  }
+  const bool isOver = follow(
+      story_, goesOn, [this] { return nextMoment(); }, [this](const Happening& one) { happen(one); },
+      [this] { turn(); });
+  if (!isOver) return;
   journal_.result.cutOff = bus_.cutOff();
   journal_.say(fmt::format("{} fields, {} requests forwarded, {} messages received, {} answers",
                            instrument_.published(Published::kField), instrument_.requests(), journal_.result.delivered,

@@ -24,12 +24,11 @@ class GatewayRun {
   Journal& journal() { return journal_; }
 
  private:
-  std::int64_t end_ns() const { return journal_.begin_ns() + story_.lasts_ms * kMs; }
-  std::int64_t at_ns(const Happening& one) const { return journal_.begin_ns() + one.at_ms * kMs; }
   void happen(const Happening& one);
   void start();
   void work();
-  std::int64_t nextMoment(std::size_t nextHappening) const;
+  void turn();
+  std::int64_t nextMoment() const;
 
   const Story& story_;
   const gateway::Config config_;
