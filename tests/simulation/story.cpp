@@ -112,7 +112,16 @@ Story drawOfGateway(std::uint64_t seed, std::int64_t lasts_ms) {
     if (sort.longest_ms > 0)
       one.for_ms = chance.between(10, std::min(sort.longest_ms, lasts_ms - kCalm_ms - at_ms + 10));
     story.happenings.push_back(one);
+    if (sort.event != Event::kRelayStarved || chance.oneIn(2)) continue;
+    // While it stands still peers leave, and others get their descriptors.
+    const std::int64_t half_ms = one.for_ms / 2;
+    story.happenings.push_back({at_ms + chance.between(0, half_ms), Event::kStrangers, chance.between(1, 20),
+                                chance.between(10, 10 + half_ms / 2)});
+    const Event others = chance.oneIn(2) ? Event::kCrowd : Event::kRemoteSubscribers;
+    story.happenings.push_back(
+        {at_ms + half_ms + chance.between(0, half_ms), others, chance.between(1, 100), chance.between(10, 5'000)});
   }
+  std::ranges::stable_sort(story.happenings, {}, &Happening::at_ms);
   return story;
 }
 
