@@ -22,7 +22,7 @@ Message messageOf(std::initializer_list<std::string_view> parts) {
 
 }  // namespace
 
-/// Asks who a new peer is, where keys are needed (ZAP, RFC 27); admits it elsewhere.
+/// Sends the key of a new peer to the handler of handshakes (ZAP, RFC 27), where a key is needed; else admits the peer.
 void Bus::greet(Connection& one, const Credentials& credentials) {
   const Socket& socket = *one.socket;
   tellMonitor(socket, ZMQ_EVENT_ACCEPTED, one.fd);
@@ -37,7 +37,7 @@ void Bus::greet(Connection& one, const Credentials& credentials) {
       messageOf({"1.0", std::to_string(one.cookie), socket.domain, *one.address, "", "CURVE", credentials.key}));
 }
 
-/// Lets a peer take part, and sends what it has sent before.
+/// Makes a peer a part of its socket, and processes what it has sent before.
 void Bus::admit(Connection& one) {
   Socket& socket = *one.socket;
   one.isAdmitted = true;
@@ -54,7 +54,7 @@ void Bus::admit(Connection& one) {
   for (const auto& [parts, isWhole] : std::exchange(one.early, {})) send(fd, parts, isWhole);
 }
 
-/// The answer to a handshake: version, id, status, text, user, metadata.
+/// Admits or ends a connection. \param answer version, id, status, text, user, metadata
 void Bus::settleHandshake(const Message& answer) {
   const std::uint64_t cookie = std::stoull(std::string(answer.at(1).content->view()));
   const auto one =
@@ -82,7 +82,7 @@ int Bus::monitor(Socket& socket, const std::string& endpoint) {
   return 0;
 }
 
-/// The event (16 bits) and its value (32 bits), then the address, which nobody reads.
+/// Sends an event to the monitor of a socket: event (16 bits) and value (32 bits), then the address, left empty.
 void Bus::tellMonitor(const Socket& socket, int event, int fd) {
   if (socket.monitor.empty()) return;
   const auto told = std::ranges::find_if(sockets_, [&](const auto& other) { return other->server == socket.monitor; });

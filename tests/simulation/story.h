@@ -66,15 +66,15 @@ enum class Event {
   kRemoteRequests,       ///< one sends so many requests at once
   kRemoteUnread,         ///< the same, and reads no answer
   kRemotePreviews,       ///< one wants previews, and says so again, or no longer, every so many ms
-  kStrangers,            ///< so many try to connect that have no key, or none for this
-  kCrowd,                ///< so many connect, from one address if the number is even
+  kStrangers,            ///< so many clients try to connect without a key that allows it
+  kCrowd,                ///< so many clients connect, from one address if the number is even
   kRevoked,              ///< a key is removed
   kDemoted,              ///< a key may only read
-  kGarbledKey,           ///< a key's file is none
+  kGarbledKey,           ///< a key's file is invalid
   kInstrumentGone,       ///< the instrument does not run
   kInstrumentSlow,       ///< it answers after so many ms
-  kUnsubscribed,         ///< it forgets that latest is subscribed to
-  kRelayStarved,         ///< the gateway gets no processor
+  kUnsubscribed,         ///< it loses the gateway's subscription to latest
+  kRelayStarved,         ///< the gateway gets no processor time
   kRelayKilled,          ///< the gateway is killed, and started again
 };
 

@@ -76,7 +76,7 @@ void Instrument::heed(const std::string& endpoint, std::span<const std::string_v
   ++requests_;
   // The client writes into its request which key and address it has.
   const std::string claimed = request.camera().read().name(), who = claimed.substr(0, claimed.find('#'));
-  journal_.law(request.on_behalf_of() == who, "a request names its sender",
+  journal_.law(request.on_behalf_of() == who, "a forwarded request names its client",
                [&] { return request.on_behalf_of() + ", not " + who; });
   const std::string name = who.substr(0, who.rfind('"') + 1);
   for (const auto& [whose, most] :
@@ -85,7 +85,7 @@ void Instrument::heed(const std::string& endpoint, std::span<const std::string_v
     asked.push_back(now());
     while (asked.front() <= now() - kSecond) asked.pop_front();
     // The gateway counts from the first request of a second on: a second between may have those of two.
-    journal_.law(std::cmp_less_equal(asked.size(), 2 * most), "no more requests than allowed are forwarded",
+    journal_.law(std::cmp_less_equal(asked.size(), 2 * most), "the rate of requests stays within the limits",
                  [&] { return fmt::format("{} in a second, of {}", asked.size(), whose.empty() ? "all" : whose); });
   }
   const std::int64_t slow_ns =

@@ -28,7 +28,7 @@ class Instrument : public Server {
   Instrument(Bus& bus, const Ongoing& ongoing, const gateway::Limits& limits, Journal& journal);
   ~Instrument() override;
 
-  /// Laws: a request names who sent it; a key sends no more requests than it may, and all together neither.
+  /// Laws: a forwarded request names its client; the rate of requests of each key, and of all, stays within the limits.
   void heed(const std::string& endpoint, std::span<const std::string_view> parts) override;
   void lose(const std::string& endpoint) override;
   /// Goes away for a while, or forgets a subscription, as the event says.

@@ -11,10 +11,10 @@
 namespace tractiond::simulation {
 namespace {
 
-constexpr std::int64_t kPause_ns = 200 * kMs;   // until a peer connects again
-constexpr std::int64_t kKeys_ns = 500 * kMs;    // in which a gateway has noticed a change of the keys
-constexpr std::int64_t kLetIn_ns = 1200 * kMs;  // from the first try to connect
-constexpr int kUnknown = 50;                    // a key that the gateway has not
+constexpr std::int64_t kPause_ns = 200 * kMs;      // until a peer connects again
+constexpr std::int64_t kKeys_ns = 500 * kMs;       // in which a gateway has noticed a change of the keys
+constexpr std::int64_t kAdmitted_ns = 1200 * kMs;  // from the first try to connect
+constexpr int kUnknown = 50;                       // a key that the gateway has not
 
 }  // namespace
 
@@ -27,7 +27,7 @@ struct RemotePeers::One : Peer {
       , until_ns(until) {}
 
   void heed(std::span<const std::string_view> parts, std::uint64_t /*number*/) override {
-    all.journal_.law(all.mayBeIn(*this), "who is not allowed receives nothing", [this] { return text(); });
+    all.journal_.law(all.mayBeAdmitted(*this), "a refused client receives nothing", [this] { return text(); });
     if (way == Way::kControl) return heedAnswer(parts);
     ++all.journal_.result.delivered;
     const auto found = std::ranges::find_if(kPublished, [&](const char* kind) {
@@ -44,7 +44,7 @@ struct RemotePeers::One : Peer {
                      [&] { return fmt::format("{} {} after {}", kPublished.at(kind), number, before); });
     const bool losesNothing = reads_bytesPerMs == kAtOnce && way == Way::kStream && kind == 0 && before > 0 &&
                               joined_ns > all.instrument_.changed_ns() && all.instrument_.isThere();
-    all.journal_.law(!losesNothing || number == before + 1, "who reads at once loses nothing",
+    all.journal_.law(!losesNothing || number == before + 1, "a subscriber that keeps up loses nothing",
                      [&] { return fmt::format("{} after {}", number, before); });
     before = number;
     came_ns[kind] = now();
@@ -56,8 +56,8 @@ struct RemotePeers::One : Peer {
                         reply.ParseFromArray(parts[1].data(), static_cast<int>(parts[1].size()));
     const std::string& said = reply.error();
     const bool isOfGateway = said.starts_with("too many re") || said.starts_with("no instrument is there");
-    all.journal_.law(isRead && (isOfGateway || said.starts_with(who() + "#")), "an answer reaches who asked",
-                     [&] { return text() + " is answered " + said; });
+    all.journal_.law(isRead && (isOfGateway || said.starts_with(who() + "#")),
+                     "an answer reaches the client that asked", [&] { return text() + " is answered " + said; });
     all.journal_.law(open > 0, "each request gets exactly one answer", [&] { return "one more: " + said; });
     --open;
     ++all.journal_.result.answers;
@@ -118,8 +118,10 @@ RemotePeers::One& RemotePeers::add(Way way, int key, std::string address, std::i
 
 void RemotePeers::heed(const Happening& one) {
   const std::int64_t until_ns = now() + one.for_ms * kMs;
-  const int comer = ++comers_;
-  const auto address = [comer](std::int64_t i) { return fmt::format("10.{}.{}.{}", comer % 250, i / 200, i % 200); };
+  const int arrival = ++arrivals_;
+  const auto address = [arrival](std::int64_t i) {
+    return fmt::format("10.{}.{}.{}", arrival % 250, i / 200, i % 200);
+  };
   switch (one.event) {
   case Event::kRemoteSubscribers:
     for (std::int64_t i = 0; i < one.amount; ++i)
@@ -135,14 +137,14 @@ void RemotePeers::heed(const Happening& one) {
   case Event::kRemoteSubscriptions: {
     constexpr std::int64_t kAllowed = 64;
     One& flood = add(Way::kStream, 0, "192.0.2.4", until_ns);
-    for (std::int64_t i = 0; i < one.amount; ++i) flood.topics.push_back(fmt::format("flood {} {}", comer, i));
+    for (std::int64_t i = 0; i < one.amount; ++i) flood.topics.push_back(fmt::format("flood {} {}", arrival, i));
     flood.mayBeCutOff = one.amount > kAllowed;
     break;
   }
   case Event::kRemoteRequests:
   case Event::kRemoteUnread: {
     constexpr std::int64_t kAllowed = 100;  // each may hold a buffer of 8 KiB, and 1 MiB may wait
-    One& client = add(Way::kControl, comer % 2 == 0 ? 1 : 2, "192.0.2.5", until_ns);
+    One& client = add(Way::kControl, arrival % 2 == 0 ? 1 : 2, "192.0.2.5", until_ns);
     client.asksAtOnce = one.amount;
     client.mayBeCutOff = one.amount > kAllowed;
     if (one.event == Event::kRemoteUnread) client.reads_bytesPerMs = kReadsNothing;
@@ -155,7 +157,7 @@ void RemotePeers::heed(const Happening& one) {
   }
   case Event::kStrangers:
     for (std::int64_t i = 0; i < one.amount; ++i) {
-      const auto kind = (i + comer) % 4;
+      const auto kind = (i + arrival) % 4;
       One& stranger = add(kind == 1 || kind == 2 ? Way::kControl : Way::kStream,
                           kind == 1   ? kUnknown
                           : kind == 2 ? 0
@@ -224,7 +226,7 @@ void RemotePeers::connect(One& one) {
   }
 }
 
-/// Sends requests that state who sends them, for the instrument to compare.
+/// Sends requests that contain their client's name and address, which the instrument compares.
 void RemotePeers::ask(One& one, std::int64_t number) {
   for (std::int64_t i = 0; i < number && !bus_.hasEnded(one.fd); ++i) {
     traction::v1::Request request;
@@ -281,12 +283,12 @@ bool RemotePeers::isAllowed(const One& one) const {
 }
 
 /// Returns the same, also if it was allowed and the gateway may not have noticed the change.
-bool RemotePeers::mayBeIn(const One& one) const {
+bool RemotePeers::mayBeAdmitted(const One& one) const {
   const bool isNever = one.isSilent || one.key < 0 || one.key >= Keys::kCount || Keys::usual(one.key) < one.needs();
   return isAllowed(one) || (!isNever && since(keys_.changed_ns(one.key)) <= kKeys_ns);
 }
 
-bool RemotePeers::mustBeIn(const One& one) const {
+bool RemotePeers::mustBeAdmitted(const One& one) const {
   constexpr std::int64_t kCrowded_ns = 2 * kSecond;
   return listens_ && !one.mayBeCutOff && isAllowed(one) && now() - crowded_ns_ > kCrowded_ns;
 }
@@ -298,32 +300,31 @@ void RemotePeers::checkLimits() const {
     if (one->fd < 0 || bus_.hasEnded(one->fd)) continue;
     ++count;
     const int ofAddress = ++each[one->address];
-    journal_.law(ofAddress <= limits_.peersPerAddress, "an address has no more connections than allowed",
+    journal_.law(ofAddress <= limits_.peersPerAddress, "the connections of an address stay within the limit",
                  [&] { return fmt::format("{} from {}", ofAddress, one->address); });
   }
-  journal_.law(count <= limits_.peers, "there are no more connections than allowed",
-               [&] { return std::to_string(count); });
+  journal_.law(count <= limits_.peers, "the connections stay within the limit", [&] { return std::to_string(count); });
 }
 
 void RemotePeers::checkOne(One& one) {
   constexpr std::int64_t kAnswered_ns = 5500 * kMs;  // the instrument takes up to 3 s
-  const bool isIn = one.fd >= 0 && bus_.isAdmitted(one.fd);
-  if (isIn || !mustBeIn(one)) one.out_ns = now();
-  journal_.law(since(one.out_ns) <= kLetIn_ns, "who is allowed is let in", [&] { return one.text(); });
-  journal_.law(!isIn || mayBeIn(one), "who is not allowed is not let in", [&] { return one.text(); });
-  journal_.law(one.fd < 0 || isIn || bus_.hasEnded(one.fd) || since(one.joined_ns) <= kSecond,
-               "a handshake ends in its time", [&] { return one.text(); });
-  journal_.law(!isIn || one.mayBeCutOff || one.reads_bytesPerMs == kReadsNothing || one.open <= one.mayLack ||
+  const bool isAdmitted = one.fd >= 0 && bus_.isAdmitted(one.fd);
+  if (isAdmitted || !mustBeAdmitted(one)) one.out_ns = now();
+  journal_.law(since(one.out_ns) <= kAdmitted_ns, "an allowed client is admitted", [&] { return one.text(); });
+  journal_.law(!isAdmitted || mayBeAdmitted(one), "only allowed clients are admitted", [&] { return one.text(); });
+  journal_.law(one.fd < 0 || isAdmitted || bus_.hasEnded(one.fd) || since(one.joined_ns) <= kSecond,
+               "a handshake ends in time", [&] { return one.text(); });
+  journal_.law(!isAdmitted || one.mayBeCutOff || one.reads_bytesPerMs == kReadsNothing || one.open <= one.mayLack ||
                    since(one.asked_ns) <= kAnswered_ns,
                "each request is answered in its time",
                [&] { return fmt::format("{}: {} open", one.text(), one.open); });
   constexpr std::size_t kTooMany = 200;
-  journal_.law(!isIn || one.topics.size() < kTooMany || since(one.joined_ns) <= kSecond, "who floods is cut off",
-               [&] { return fmt::format("{} subscriptions", one.topics.size()); });
-  if (isIn && one.wantsFields && one.reads_bytesPerMs == kAtOnce) checkFlow(one);
+  journal_.law(!isAdmitted || one.topics.size() < kTooMany || since(one.joined_ns) <= kSecond,
+               "a flooding client is disconnected", [&] { return fmt::format("{} subscriptions", one.topics.size()); });
+  if (isAdmitted && one.wantsFields && one.reads_bytesPerMs == kAtOnce) checkFlow(one);
 }
 
-/// Law: what is published reaches who is in.
+/// Laws: an admitted subscriber receives the fields, and the description.
 void RemotePeers::checkFlow(const One& one) const {
   constexpr std::int64_t kField_ns = 400 * kMs, kRenewed_ns = 1800 * kMs, kDescribed_ns = 700 * kMs;
   if (!instrument_.isThere()) return;
@@ -334,7 +335,7 @@ void RemotePeers::checkFlow(const One& one) const {
                [&] { return fmt::format("{}: none for {} ms", one.text(), since(one.came_ns[0]) / kMs); });
   journal_.law(one.way != Way::kStream || one.numbers[static_cast<std::size_t>(Published::kDescription)] > 0 ||
                    since(begun_ns) <= kDescribed_ns,
-               "a subscriber is told the description",
+               "a new subscriber receives the description",
                [&] { return fmt::format("{} came {} ms ago", one.text(), since(one.joined_ns) / kMs); });
 }
 
@@ -352,7 +353,7 @@ void RemotePeers::check() {
                                             keys_.changed_ns(1), keys_.changed_ns(2), crowded_ns_});
   journal_.law(!listens_ || !instrument_.isThere() || since(settled_ns) <= kHeard_ns ||
                    instrument_.wantsPreviews() == wantsPreviews(),
-               "previews are asked for while somebody wants them", "");
+               "previews are requested while a client subscribes to them", "");
   journal_.law(Content::held_bytes() <= kMost_bytes, "memory stays bounded",
                [&] { return fmt::format("{} bytes wait", Content::held_bytes()); });
 }

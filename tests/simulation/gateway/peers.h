@@ -1,5 +1,5 @@
-// Peers of a gateway: subscribers and clients that are allowed, those that are not, crowds; and the laws of who is let
-// in and what reaches whom.
+// Peers of a gateway: clients with and without a valid key, and more of them than it accepts; and the laws of which are
+// admitted, and what each receives.
 #pragma once
 
 #include "gateway/config.h"
@@ -50,8 +50,8 @@ class RemotePeers {
   void ask(One& one, std::int64_t number);
   void toggle(One& one);
   bool isAllowed(const One& one) const;
-  bool mayBeIn(const One& one) const;
-  bool mustBeIn(const One& one) const;
+  bool mayBeAdmitted(const One& one) const;
+  bool mustBeAdmitted(const One& one) const;
   void checkOne(One& one);
   void checkFlow(const One& one) const;
   bool wantsPreviews() const;
@@ -67,7 +67,7 @@ class RemotePeers {
   std::list<std::unique_ptr<One>> all_;
   bool listens_ = false;
   std::int64_t listens_ns_ = 0, next_ns_ = 0, crowded_ns_ = 0, previewsChanged_ns_ = 0;
-  int comers_ = 0;  ///< so many have come
+  int arrivals_ = 0;  ///< so many have come
 };
 
 }  // namespace tractiond::simulation

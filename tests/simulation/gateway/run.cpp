@@ -52,7 +52,7 @@ GatewayRun::~GatewayRun() {
 void GatewayRun::start() {
   if (startAt_ns_ > now()) return;
   auto opened = gateway::Relay::open(config_, kRuntime);
-  journal_.law(opened.has_value(), "a gateway starts", [&] { return opened.error().message(); });
+  journal_.law(opened.has_value(), "the gateway starts", [&] { return opened.error().message(); });
   relay_ = *std::move(opened);
   busyUntil_ns_ = turned_ns_ = now();
   journal_.say("the gateway runs");
@@ -84,7 +84,7 @@ void GatewayRun::work() {
   if (relay_ && busyUntil_ns_ <= now() && (bus_.isReadable() || turned_ns_ + kIdleTurn_ns <= now())) {
     turned_ns_ = now();
     const auto turned = relay_->turn(std::chrono::milliseconds(0));
-    journal_.law(turned.has_value(), "a gateway does not end by itself", [&] { return turned.error().message(); });
+    journal_.law(turned.has_value(), "the gateway keeps running", [&] { return turned.error().message(); });
     bus_.turn();
     peers_.checkLimits();
     busyUntil_ns_ = now() + 1000 * chance_.between(50, 400);
