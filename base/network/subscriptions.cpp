@@ -38,10 +38,10 @@ void Subscriptions::note(zmq::message_t& message) {
     if (known == topic.connections.end()) --topic.ended;  // its end will be told
   } else if (known == topic.connections.end()) {
     topic.connections.emplace(fd, Connection{cookie, mayBeWrong});
-  } else if (known->second.cookie != cookie || (known->second.mayBeWrong && topic.ended > 0)) {
-    known->second = {cookie, mayBeWrong};
+  } else if (known->second.cookie == cookie && known->second.mayBeWrong && topic.ended > 0) {
+    known->second.mayBeWrong = mayBeWrong;
     --topic.ended;
-  }
+  }  // else it is repeated, by the connection that has ended if the descriptor is another one's: its end is told later
   if (topic.connections.empty() && topic.ended >= 0) topics_.erase(found);
 }
 
