@@ -45,6 +45,7 @@ Disk::Condition Run::diskAt(std::int64_t at) const {
     if (one.event == Event::kSlowDisk) is.sync_ns = is.open_ns = one.amount * kMs;
     is.isFull = is.isFull || one.event == Event::kFullDisk;
     is.failsToSync = is.failsToSync || one.event == Event::kFailingDisk;
+    is.lies = is.lies || one.event == Event::kLyingDisk;
   }
   return is;
 }

@@ -43,6 +43,7 @@ constexpr std::array kSorts = {
     Sort{Event::kSlowDisk, "slow-disk", 5, 1, 80'000, 90'000},
     Sort{Event::kFullDisk, "full-disk", 2, 0, 0, 60'000},
     Sort{Event::kFailingDisk, "failing-disk", 2, 0, 0, 60'000},
+    Sort{Event::kLyingDisk, "lying-disk", 2, 0, 0, 60'000},
     Sort{Event::kZero, "zero", 14, 0, 0, 0},
     Sort{Event::kZeroAnyway, "zero-anyway", 3, 0, 0, 0},
     Sort{Event::kUndo, "undo", 8, 0, 0, 0},
@@ -170,6 +171,10 @@ Story drawOfInstrument(std::uint64_t seed, std::int64_t lasts_ms) {
     };
     if (one.event == Event::kFewMarkers && chance.oneIn(3))
       askWithin(2'000, Event::kNoise, chance.between(500, 10'000));
+    if (one.event == Event::kLyingDisk && !chance.oneIn(3)) {
+      askWithin(5'000, Event::kZero, 0);
+      askWithin(5'000, Event::kPowerCut, 0);
+    }
     const bool fails = one.event == Event::kFullDisk || one.event == Event::kFailingDisk;
     if ((!fails && one.event != Event::kSlowDisk) || chance.oneIn(2)) continue;
     askWithin(10'000, chance.oneIn(4) ? Event::kUndo : Event::kZero, 0);

@@ -38,6 +38,7 @@ enum class Event {
   kSlowDisk,  ///< each fsync takes so many ms
   kFullDisk,
   kFailingDisk,  ///< fsync fails
+  kLyingDisk,    ///< fsync succeeds, and synchronises nothing
   // People's.
   kZero,
   kZeroAnyway,
@@ -78,7 +79,7 @@ enum class Event {
   kRelayKilled,          ///< the gateway is killed, and started again
 };
 
-inline constexpr std::size_t kEvents = 59;
+inline constexpr std::size_t kEvents = 60;
 
 /// What a story happens to.
 enum class World { kInstrument, kGateway };

@@ -17,6 +17,7 @@ std::future<tl::expected<void, Error>> Zeros::keep(const RestPose& pose, const R
   journal_.law(std::ranges::find(compared_, pose.id) != compared_.end(), "a zero is judged before it is written",
                nameOf(pose.id));
   unsure_.push_back(pose.id);
+  saved_.insert_or_assign(pose.id, pose.position_px);
   auto done = keeping_.begin([&] { return zero::saveZeros(kState, pose, before, owner()); });
   const auto& one = keeping_.newest();
   journal_.say(fmt::format("zero {} is being written, for {} ms{}", nameOf(pose.id), (one.at_ns - now()) / kMs,
@@ -38,7 +39,7 @@ void Zeros::heedTurn(bool diskIsWell) {
     unsettled_ns_ = now();
     isSettled_ = false;
   }
-  if (isSettled_ || !inForce_ || now() - unsettled_ns_ < kSettled_ns) return;
+  if (isSettled_ || !inForce_ || now() - unsettled_ns_ < kSettled_ns || disk_.hasLied()) return;
   isSettled_ = true;
   journal_.law(synchronised() == inForce_, "the zero in force comes onto a disk that is well again",
                fmt::format("zero {} is in force", nameOf(*inForce_)));
@@ -61,7 +62,7 @@ tl::expected<std::optional<RestPose>, Error> Zeros::load() const {
 void Zeros::describe(const RestPose& pose) {
   const bool isOther = inForce_ && *inForce_ != pose.id;
   if (isOther) {
-    journal_.law(synchronised() == pose.id, "a zero in force is on the disk",
+    journal_.law(disk_.hasLied() || synchronised() == pose.id, "a zero in force is on the disk",
                  fmt::format("zero {} is in force", nameOf(pose.id)));
     journal_.law(pose.requested || hasUndone_, "no zero comes into force that nobody asked for", nameOf(pose.id));
     previous_ = inForce_;
@@ -74,24 +75,44 @@ void Zeros::describe(const RestPose& pose) {
 }
 
 Zeros::Left Zeros::restore() {
-  const auto restored = zero::restoreZero(kState, owner());
-  journal_.law(restored.has_value(), "a zero survives the loss of power", restored ? "" : restored.error().message());
+  const bool hasLost = disk_.takeLost();
+  const auto remove = [&](const std::filesystem::path& path, const Error& damage) {
+    journal_.law(hasLost, "a zero survives the loss of power", [&] { return damage.message(); });
+    journal_.say("the daemon refuses a damaged zero, and the operator removes it: " + damage.message());
+    disk_.remove(path);
+  };
+  auto restored = zero::restoreZero(kState, owner());
+  if (!restored) {
+    remove(track::restPosePath(kState), restored.error());
+    restored = zero::restoreZero(kState, owner());
+  }
+  auto before = zero::loadEarlierZero(kState, restored->zero, owner());
+  if (!before) {
+    remove(track::earlierPosePath(kState), before.error());
+    before = zero::loadEarlierZero(kState, restored->zero, owner());
+  }
   hasFailed_ = static_cast<bool>(restored->unsynchronised);
-  if (hasLived_) check(restored->zero);
+  for (const auto* pose : {&restored->zero, &*before}) {
+    const auto saved = *pose ? saved_.find((*pose)->id) : saved_.end();
+    journal_.law(saved == saved_.end() || saved->second == (*pose)->position_px, "a zero is restored as it was saved",
+                 [&] { return nameOf((*pose)->id); });
+  }
+  if (hasLived_) check(restored->zero, hasLost);
   hasLived_ = true;
-  const auto before = zero::loadEarlierZero(kState, restored->zero, owner());
-  journal_.law(before.has_value(), "the zero before survives the loss of power",
-               before ? "" : before.error().message());
   return {restored->zero, *before, !hasFailed_};
 }
 
-void Zeros::check(const std::optional<RestPose>& restored) {
+/// \param hasLost the disk may have lost what it had acknowledged: then any zero that was saved once may be left, or
+/// none
+void Zeros::check(const std::optional<RestPose>& restored, bool hasLost) {
   const std::string is = restored ? nameOf(restored->id) : "none";
   journal_.say("restored zero: " + is);
   const bool fits = restored ? restored->id == inForce_ || (!inForce_ && restored->id == restored_) ||
                                    std::ranges::find(unsure_, restored->id) != unsure_.end()
                              : !wasKept_;
-  journal_.law(fits, "after a loss of power the state is that of before or after",
+  const bool isOld = !restored || saved_.contains(restored->id);
+  if (hasLost && !restored) wasKept_ = false;
+  journal_.law(fits || (hasLost && isOld), "after a loss of power the state is that of before or after",
                fmt::format("zero {} is restored, {} was in force", is, inForce_ ? nameOf(*inForce_) : "none"));
   if (!hasFailed_) unsure_.clear();
   if (hasFailed_ && inForce_) unsure_.push_back(*inForce_);

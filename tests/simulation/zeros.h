@@ -70,7 +70,7 @@ class Zeros {
   tl::expected<std::optional<RestPose>, Error> load() const;
   /// Reads the zero that would be left if the power was lost now and all was lost that can be.
   std::optional<Id> synchronised() const;
-  void check(const std::optional<RestPose>& restored);
+  void check(const std::optional<RestPose>& restored, bool hasLost);
 
   const Gel& gel_;
   Disk& disk_;
@@ -78,6 +78,7 @@ class Zeros {
   Later<Kept> keeping_;
   std::vector<Id> compared_;
   std::map<Id, double> presses_N_;
+  std::map<Id, std::vector<float>> saved_;  ///< places of the markers of every zero that was to be written
   bool hasLived_ = false;
   std::optional<Id> inForce_, previous_;
   std::optional<Id> restored_;  ///< at the start of this life; it comes into force when the camera has been opened
