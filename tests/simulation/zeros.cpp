@@ -6,6 +6,13 @@
 #include <utility>
 
 namespace tractiond::simulation {
+namespace {
+
+bool areSame(const RestPose& a, const RestPose& b) {
+  return a.position_px == b.position_px && a.amplitude == b.amplitude && a.present == b.present && a.noise == b.noise;
+}
+
+}  // namespace
 
 Zeros::Zeros(const Gel& gel, Disk& disk, Journal& journal)
     : gel_(gel)
@@ -17,7 +24,7 @@ std::future<tl::expected<void, Error>> Zeros::keep(const RestPose& pose, const R
   journal_.law(std::ranges::find(compared_, pose.id) != compared_.end(), "a zero is judged before it is written",
                nameOf(pose.id));
   unsure_.push_back(pose.id);
-  saved_.insert_or_assign(pose.id, pose.position_px);
+  saved_.insert_or_assign(pose.id, pose);
   auto done = keeping_.begin([&] { return zero::saveZeros(kState, pose, before, owner()); });
   const auto& one = keeping_.newest();
   journal_.say(fmt::format("zero {} is being written, for {} ms{}", nameOf(pose.id), (one.at_ns - now()) / kMs,
@@ -93,8 +100,9 @@ Zeros::Left Zeros::restore() {
   }
   hasFailed_ = static_cast<bool>(restored->unsynchronised);
   for (const auto* pose : {&restored->zero, &*before}) {
-    const auto saved = *pose ? saved_.find((*pose)->id) : saved_.end();
-    journal_.law(saved == saved_.end() || saved->second == (*pose)->position_px, "a zero is restored as it was saved",
+    if (!*pose) continue;
+    const auto saved = saved_.find((*pose)->id);
+    journal_.law(saved != saved_.end() && areSame(saved->second, **pose), "a zero is restored as it was saved",
                  [&] { return nameOf((*pose)->id); });
   }
   if (hasLived_) check(restored->zero, hasLost);

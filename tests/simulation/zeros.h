@@ -78,7 +78,7 @@ class Zeros {
   Later<Kept> keeping_;
   std::vector<Id> compared_;
   std::map<Id, double> presses_N_;
-  std::map<Id, std::vector<float>> saved_;  ///< places of the markers of every zero that was to be written
+  std::map<Id, RestPose> saved_;  ///< every zero that was to be written
   bool hasLived_ = false;
   std::optional<Id> inForce_, previous_;
   std::optional<Id> restored_;  ///< at the start of this life; it comes into force when the camera has been opened
