@@ -153,6 +153,7 @@ struct Publisher::Impl {
     status.mutable_rates()->set_received_hz(rate(ledger.received.get(), receivedBefore));
     status.mutable_rates()->set_published_hz(rate(sequences[kField], publishedBefore));
     status.set_residual_px(residuals == 0 ? 0.0 : std::sqrt(residualSquares_px2 / static_cast<double>(residuals)));
+    status.mutable_solving()->CopyFrom(solving);
     residuals = 0;
     residualSquares_px2 = 0.0;
     track.take(*status.mutable_latencies()->mutable_track());
@@ -171,6 +172,16 @@ struct Publisher::Impl {
       }
       send(kStatus, message, heading.sentReal_ns);
     });
+  }
+
+  void count(const TractionField& field) {
+    const SolverWork& work = field.work;
+    solving.set_contact(solving.contact() + (field.method == Method::kContact ? 1 : 0));
+    solving.set_patches(solving.patches() + (work.patchShare > 0.5 ? 1 : 0));
+    solving.set_even(solving.even() + (work.evenShare > 0.5 ? 1 : 0));
+    solving.set_rounds(solving.rounds() + static_cast<std::uint64_t>(work.rounds));
+    solving.set_atoms(solving.atoms() + static_cast<std::uint64_t>(work.atoms));
+    solving.set_failed(solving.failed() + (work.failed ? 1 : 0));
   }
 
   void takeDescription() {
@@ -267,6 +278,7 @@ struct Publisher::Impl {
   Durations track, solve, toSend, total;
   std::uint64_t residuals = 0;  ///< in the sum
   double residualSquares_px2 = 0.0;
+  traction::v1::Solving solving;  ///< sums over all fields
 
   network::Subscriptions previewSubscriptions;
   std::atomic<bool> previewWanted{false};
@@ -336,6 +348,7 @@ void Publisher::publish(const TractionField& field) {
     self.send(kMarkers, markers, times.receivedReal_ns);
   });
 
+  self.count(field);
   ++self.residuals;
   self.residualSquares_px2 += field.residual_px * field.residual_px;
   self.track.add(times.tracked_ns - times.received_ns);

@@ -26,6 +26,15 @@ enum class Method : std::uint8_t {
   kContact,    ///< something touches
 };
 
+/// What the solver did for a field (docs/mathematics.md, section 4).
+struct SolverWork {
+  int rounds = 0;           ///< rounds in which the prior of the atoms was fitted
+  int atoms = 0;            ///< atoms with a force, without patches
+  double patchShare = 0.0;  ///< probability that round patches explain the picture
+  double evenShare = 0.0;   ///< probability that one contact presses evenly
+  bool failed = false;      ///< the equations could not be solved, or a number is not finite: the field is not valid
+};
+
 /// Forces of the object on the gel, gel frame (x right, y up in the picture, z into the gel), SI. Sized once, reused.
 struct TractionField {
   MarkerField markers;             ///< copy of the markers from which the forces were computed
@@ -44,6 +53,7 @@ struct TractionField {
   std::array<Contact, kMaxContacts> contacts{};
   int contactCount = 0;
   std::uint32_t flags = 0;
+  SolverWork work;
 
   /// Sizes the arrays, also those of `markers`, and sets their elements, but nothing else, to 0.
   void resize(int markerCount, int nodeCount);

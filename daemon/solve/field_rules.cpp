@@ -44,6 +44,7 @@ void FieldRules::clear(TractionField& field) {
   field.residual_px = 0.0;
   field.pictureMotion = {};
   field.contactCount = 0;
+  field.work = {};
 }
 
 void FieldRules::centre(TractionField& field) const {

@@ -67,8 +67,13 @@ void ModelSolver::solve(const MarkerField& markers, TractionField& field) noexce
   if (estimate_.outcome == Estimate::Outcome::kFailed || !FieldRules::finite(field)) {
     FieldRules::clear(field);
     field.flags = markers.flags;
+    field.work.failed = true;
     counters_.notFinite.add();
   }
+  field.work.rounds = estimate_.rounds;
+  field.work.atoms = estimate_.atoms;
+  field.work.patchShare = estimate_.patchShare;
+  field.work.evenShare = estimate_.evenShare;
 }
 
 /// Solves picture_, with the noise of the mechanics beside that of a coordinate.

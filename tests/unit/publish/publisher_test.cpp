@@ -154,6 +154,34 @@ TEST_F(PublisherTest, StatusComesOnceASecondWithAndWithoutFields) {
   EXPECT_EQ(last.header().sequence(), third.header().sequence());
 }
 
+TEST_F(PublisherTest, StatusSumsTheWorkOfTheSolver) {
+  open();
+  const auto subscriber = join(kRoot + "status/");
+  const auto solving = [&] {
+    TestClock::advance(1000ms);
+    publisher_->serve(-1, 0ms);
+    return parse<pb::Status>(subscriber->receive()).solving();
+  };
+  EXPECT_EQ(solving().contact(), 0U);
+  field_.method = Method::kContact;
+  field_.work = {.rounds = 3, .atoms = 40, .patchShare = 0.6, .evenShare = 0.3, .failed = false};
+  publisher_->publish(field_);
+  field_.work = {.rounds = 2, .atoms = 5, .patchShare = 0.1, .evenShare = 0.9, .failed = false};
+  publisher_->publish(field_);
+  field_.method = Method::kNone;
+  field_.work = {.rounds = 1, .atoms = 0, .patchShare = 0.0, .evenShare = 0.0, .failed = true};
+  publisher_->publish(field_);
+  for (int i = 0; i < 2; ++i) {
+    const pb::Solving sums = solving();
+    EXPECT_EQ(sums.contact(), 2U);
+    EXPECT_EQ(sums.patches(), 1U);
+    EXPECT_EQ(sums.even(), 1U);
+    EXPECT_EQ(sums.rounds(), 6U);
+    EXPECT_EQ(sums.atoms(), 45U);
+    EXPECT_EQ(sums.failed(), 1U);
+  }
+}
+
 TEST_F(PublisherTest, WaitEndsWhenTheDescriptorIsReadable) {
   PublishOptions given = options();
   given.statusInterval = 1h;

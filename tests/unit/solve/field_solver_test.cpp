@@ -99,7 +99,11 @@ TEST_F(FieldSolverTest, PoisonGivesNoFieldAndDoesNotLast) {
       if (std::isfinite(poison) && forces_.valid) continue;  // large, but a number
       expectNothing(0);
       EXPECT_EQ(solver_->counters().notFinite.get(), ++count);
+      EXPECT_TRUE(forces_.work.failed);
       EXPECT_EQ(solved(whole), expected);
+      EXPECT_FALSE(forces_.work.failed);
+      EXPECT_GT(forces_.work.rounds, 0);
+      EXPECT_GT(forces_.work.atoms, 0);
     }
   }
 }
