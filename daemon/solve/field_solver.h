@@ -1,14 +1,13 @@
 // Interface of what computes a TractionField from a MarkerField.
 #pragma once
 
-#include "daemon/records/ledger.h"
 #include "daemon/records/traction_field.h"
 
 #include <array>
 
 namespace tractiond::solve {
 
-/// Thread-bound, except for the counters.
+/// Thread-bound.
 class FieldSolver {
  public:
   FieldSolver() = default;
@@ -18,23 +17,12 @@ class FieldSolver {
 
   /// Computes all of a field. Both must be sized for the sensor's markers and nodes (asserted). Copies the markers,
   /// with their FrameInfo, and their flags into the field. If too many markers are missing (sets the flag kFewMarkers),
-  /// the markers have the flag kFewMarkers or kGelMismatch, or a number is not finite (sets no flag), the field is not
-  /// valid and all its numbers are 0. Allocates nothing.
+  /// the markers have the flag kFewMarkers or kGelMismatch, or a number is not finite (sets SolverWork::failed, and no
+  /// flag), the field is not valid and all its numbers but TractionField::work are 0. Allocates nothing.
   virtual void solve(const MarkerField& markers, TractionField& field) noexcept = 0;
 
   /// Returns the force on a single node that is found in half of the frames: along the surface, and into it [N].
   virtual std::array<double, 2> detectionLimit_N() const = 0;
-
-  /// Numbers of fields; those with the flag kGelMismatch are in neither. Any thread may read them.
-  struct Counters {
-    Counter fewMarkers;  ///< not valid: too few markers
-    Counter notFinite;   ///< not valid: a number is not finite
-  };
-  /// Returns the counters of all fields since the solver was made.
-  const Counters& counters() const { return counters_; }
-
- protected:
-  Counters counters_;
 };
 
 }  // namespace tractiond::solve

@@ -58,7 +58,6 @@ void ModelSolver::solve(const MarkerField& markers, TractionField& field) noexce
   if ((markers.flags & kGelMismatch) != 0) return;  // numbers of another gel
   if ((markers.flags & kFewMarkers) != 0 || !used_.choose(markers)) {
     field.flags |= kFewMarkers;
-    counters_.fewMarkers.add();
     return;
   }
   std::copy_n(used_.row_px().begin(), picture_.size(), picture_.begin());
@@ -68,7 +67,6 @@ void ModelSolver::solve(const MarkerField& markers, TractionField& field) noexce
     FieldRules::clear(field);
     field.flags = markers.flags;
     field.work.failed = true;
-    counters_.notFinite.add();
   }
   field.work.rounds = estimate_.rounds;
   field.work.atoms = estimate_.atoms;

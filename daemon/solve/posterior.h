@@ -92,12 +92,13 @@ class Posterior {
   void invertColumns(int panel);
   void invert(int panel, int other);
   void invertAll();
+  double traceOf(int atom) const;
+  // posterior_covariance.cpp
   void invertTogether();
   std::size_t cover(Eigen::Index node, int axis);
   void setIndices();
   void clearIndices();
   void multiplyInverse(int count, double* covariance);
-  double traceOf(int atom) const;
 
   const Factors& factors_;
   const Atoms& atoms_;

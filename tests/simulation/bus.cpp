@@ -204,7 +204,7 @@ std::size_t Bus::waitingRequests() const {
 
 void Bus::turn() {
   endShut();
-  endSilent();
+  endHandshakes();
   const std::int64_t passed_ns = now() - std::exchange(turned_ns_, now());
   if (passed_ns == 0) return;
   for (const int fd : slow_) read(*find(fd), passed_ns);

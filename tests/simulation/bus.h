@@ -112,6 +112,8 @@ class Bus {
   std::size_t waitingRequests() const;
   /// Returns whether any socket of the program can receive.
   bool isReadable() const;
+  /// Returns whether a monitor has events that the program has not read.
+  bool hasEvents() const;
 
   // For servers.
 
@@ -165,7 +167,7 @@ class Bus {
   void greet(Connection& connection, const Credentials& credentials);
   void admit(Connection& connection);
   void settleHandshake(const Message& answer);
-  void endSilent();
+  void endHandshakes();
   void tellMonitor(const Socket& socket, int event, int fd);
   void subscribe(Socket& socket, std::string_view topic, bool wants);
   void passOn(const Socket& socket, const Message& message);
@@ -182,7 +184,13 @@ class Bus {
   std::uint64_t cookies_ = 0, messages_ = 0, cutOff_ = 0;
   std::int64_t turned_ns_;
   std::vector<std::unique_ptr<Socket>> sockets_;
-  std::vector<int> shut_;                   ///< connections that were shut down, and have not ended yet
+  std::vector<int> shut_;  ///< connections that were shut down, and have not ended yet
+  struct Handshake {
+    int fd;
+    std::uint64_t cookie;
+    std::int64_t until_ns;
+  };
+  std::vector<Handshake> handshakes_;       ///< that are not over
   std::map<std::string, Server*> servers_;  ///< by endpoint
 };
 

@@ -26,11 +26,9 @@ Message messageOf(std::initializer_list<std::string_view> parts) {
 void Bus::greet(Connection& one, const Credentials& credentials) {
   const Socket& socket = *one.socket;
   tellMonitor(socket, ZMQ_EVENT_ACCEPTED, one.fd);
-  if (credentials.isSilent) {
-    one.silentUntil_ns = now() + kHandshake_ns;
-    return;
-  }
-  if (!socket.needsKey) return admit(one);
+  if (!socket.needsKey && !credentials.isSilent) return admit(one);
+  handshakes_.push_back({one.fd, one.cookie, now() + kHandshake_ns});
+  if (credentials.isSilent) return;
   const auto asked = std::ranges::find_if(sockets_, [](const auto& other) { return other->type == ZMQ_REP; });
   if (credentials.key.empty() || asked == sockets_.end()) return end(one);
   (*asked)->received.push_back(
@@ -65,11 +63,15 @@ void Bus::settleHandshake(const Message& answer) {
   admit(one->second);
 }
 
-/// libzmq ends connections whose peers do not begin a handshake.
-void Bus::endSilent() {
-  for (auto& [fd, one] : connections_) {
-    if (one.silentUntil_ns <= now() && !one.hasEnded) end(one);
-  }
+/// libzmq ends connections whose handshake takes too long, be it because of the peer or of the program.
+void Bus::endHandshakes() {
+  std::erase_if(handshakes_, [this](const auto& handshake) {
+    Connection* const one = find(handshake.fd);
+    if (one == nullptr || one->cookie != handshake.cookie || one->isAdmitted || one->hasEnded) return true;
+    if (handshake.until_ns > now()) return false;
+    end(*one);
+    return true;
+  });
 }
 
 bool Bus::isAdmitted(int fd) const {
@@ -93,6 +95,11 @@ void Bus::tellMonitor(const Socket& socket, int event, int fd) {
   std::memcpy(bytes.data(), &small, sizeof small);
   std::memcpy(bytes.data() + sizeof small, &value, sizeof value);
   (*told)->received.push_back(messageOf({std::string_view(bytes.data(), bytes.size()), ""}));
+}
+
+bool Bus::hasEvents() const {
+  return std::ranges::any_of(sockets_,
+                             [](const auto& socket) { return socket->type == ZMQ_PAIR && !socket->received.empty(); });
 }
 
 int Bus::connect(Socket& socket, const std::string& endpoint) {

@@ -36,7 +36,6 @@ struct Bus::Connection {
   std::string wire = {};  ///< from the peer, not read yet
   bool isShut = false, hasEnded = false, isAdmitted = false;
   std::shared_ptr<const std::string> user = {};
-  std::int64_t silentUntil_ns = kNever;  ///< when a handshake that is not begun is given up
   struct Early {
     std::vector<std::string> parts;
     bool isWhole;

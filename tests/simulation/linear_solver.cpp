@@ -19,7 +19,6 @@ void LinearSolver::solve(const MarkerField& markers, TractionField& field) noexc
   if ((markers.flags & kGelMismatch) != 0) return;
   if ((markers.flags & kFewMarkers) != 0 || !used_.choose(markers)) {
     field.flags |= kFewMarkers;
-    counters_.fewMarkers.add();
     return;
   }
   displacement_px_ = Eigen::VectorXd::Map(used_.row_px().data(), displacement_px_.size()).cast<float>();
@@ -47,7 +46,7 @@ void LinearSolver::solve(const MarkerField& markers, TractionField& field) noexc
   if (solve::FieldRules::finite(field)) return;
   solve::FieldRules::clear(field);
   field.flags = markers.flags;
-  counters_.notFinite.add();
+  field.work.failed = true;
 }
 
 }  // namespace tractiond::simulation

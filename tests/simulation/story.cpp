@@ -252,7 +252,9 @@ tl::expected<Story, std::string> fromText(const std::string& text) {
       return wrong("must be 'TIME ms: EVENT ...'");
     const auto* sort = std::ranges::find_if(kSorts, [&](const Sort& each) { return word[2] == each.name; });
     if (sort == kSorts.end()) return wrong("no event is called '" + word[2] + "'");
-    if (sort->world != story.world) return wrong(word[2] + " is not of this world: 'of a gateway' stands before seed");
+    if (sort->world == World::kInstrument && story.world == World::kGateway)
+      return wrong(word[2] + " does not happen in a story 'of a gateway'");
+    if (sort->world != story.world) return wrong(word[2] + " needs the line 'of a gateway' before it");
     one.event = sort->event;
     const std::size_t amounts = sort->low != sort->high ? 1 : 0, times = sort->longest_ms > 0 ? 3 : 0;
     if (word.size() != 3 + amounts + times) return wrong(word[2] + " has too many or too few words");

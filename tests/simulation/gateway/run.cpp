@@ -85,8 +85,9 @@ void GatewayRun::work() {
     turned_ns_ = now();
     const auto turned = relay_->turn(std::chrono::milliseconds(0));
     journal_.law(turned.has_value(), "the gateway keeps running", [&] { return turned.error().message(); });
+    const bool seesAll = !bus_.hasEvents();  // it reads a limited number in a turn
     bus_.turn();
-    peers_.checkLimits();
+    if (seesAll) peers_.checkLimits();
     busyUntil_ns_ = now() + 1000 * chance_.between(50, 400);
   }
   if (checkAt_ns_ > now()) return;
