@@ -87,8 +87,8 @@ tl::expected<std::unique_ptr<Front>, Error> Front::open(const Options& options, 
 }
 
 std::vector<zmq_pollitem_t> Front::others() {
-  std::vector<zmq_pollitem_t> items = {{handshakes_.handle(), 0, ZMQ_POLLIN, 0}};
-  for (zmq::socket_t& monitor : monitors_) items.push_back({monitor.handle(), 0, ZMQ_POLLIN, 0});
+  std::vector<zmq_pollitem_t> items = {network::readable(handshakes_)};
+  for (zmq::socket_t& monitor : monitors_) items.push_back(network::readable(monitor));
   return items;
 }
 

@@ -83,12 +83,9 @@ struct Relay::Impl {
     refusedBefore = 0;
     previewSubscriptions = {};
     askForPreviews();
-    items = {{stream.handle(), 0, ZMQ_POLLIN, 0},
-             {latest.handle(), 0, ZMQ_POLLIN, 0},
-             {control.handle(), 0, ZMQ_POLLIN, 0},
-             {(*front)[kStream].handle(), 0, ZMQ_POLLIN, 0},
-             {(*front)[kControl].handle(), 0, ZMQ_POLLIN, 0},
-             {(*front)[kPreview].handle(), 0, ZMQ_POLLIN, 0}};
+    items.clear();
+    for (zmq::socket_t* socket : {&stream, &latest, &control}) items.push_back(network::readable(*socket));
+    for (const Way way : {kStream, kControl, kPreview}) items.push_back(network::readable((*front)[way]));
     std::ranges::copy(front->others(), std::back_inserter(items));
     return {};
   }

@@ -55,6 +55,11 @@ std::optional<zmq::message_t> messageOf(std::string bytes, std::shared_ptr<Reply
 /// Returns a message with a copy of these bytes; without a value if ZeroMQ has no memory for it.
 std::optional<zmq::message_t> copyOf(std::string_view bytes);
 
+/// Returns an item for zmq_poll() that becomes ready when there is something to receive.
+inline zmq_pollitem_t readable(zmq::socket_t& socket) {
+  return {.socket = socket.handle(), .fd = 0, .events = ZMQ_POLLIN, .revents = 0};
+}
+
 /// Must be called for each message that a publisher's socket receives. Keeps its charge (inflow_limit.h) if it begins a
 /// subscription, which ZeroMQ holds from now on; releases it otherwise. \param isKnown it is to a topic of this
 /// publisher, or to all that begin alike: ZeroMQ holds nothing more for it

@@ -160,12 +160,16 @@ bool FrameGate::seenBefore(const Arrival& arrival) const {
 }
 
 /// A driver throws away what is a little older than its newest frame, and so the first frames of a counter that starts
-/// anew. No more than the time since the last new frame has room for: packets may also come twice.
-std::uint64_t FrameGate::thrownBefore(const Track& next, std::uint64_t step) const {
+/// anew. No more than the time since the last new frame has room for, by both clocks: packets may also come twice, and
+/// a frame may only come late.
+std::uint64_t FrameGate::thrownBefore(const Track& next, std::uint64_t step, bool newTimeline) const {
   if (thrown_ == 0 || !current_) return 0;
   const std::int64_t pace = longestMean(*current_);
   if (pace <= 0) return thrown_;
-  const auto room = static_cast<std::uint64_t>((next.host_ns - current_->host_ns + pace / 2) / pace);
+  std::int64_t elapsed_ns = next.host_ns - current_->host_ns;
+  if (!newTimeline && next.distrust == 0)
+    elapsed_ns = std::min(elapsed_ns, difference(next.device_ns, current_->device_ns));
+  const auto room = static_cast<std::uint64_t>((elapsed_ns + pace / 2) / pace);
   return room > step ? std::min(thrown_, room - step) : 0;
 }
 
@@ -219,7 +223,7 @@ Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimel
       judgement.missing -= arrived_.test(d) ? 1 : 0;
     judgement.missing -= std::min(judgement.missing, arrivedUnnamed_);
   }
-  const std::uint64_t thrown = thrownBefore(next, step);
+  const std::uint64_t thrown = thrownBefore(next, step, newTimeline);
   weigh(next, step);
   judgement.outnumbered = next.host_ns < doubtUntil_ns_;
   // It is not known which of the two came first: this one may be forged.

@@ -125,7 +125,7 @@ class FrameGate {
   Judgement acceptNext(const Arrival& arrival, Fit fit);
   Judgement acceptCandidate(const Arrival& arrival);
   Judgement accept(const Track& next, std::uint64_t step, bool newTimeline, bool jumped);
-  std::uint64_t thrownBefore(const Track& next, std::uint64_t step) const;
+  std::uint64_t thrownBefore(const Track& next, std::uint64_t step, bool newTimeline) const;
   void markArrived(const Arrival& arrival);
   /// Doubts pictures for Options::doubt_ns if packets came twice, or more came late than frames that were given up and
   /// the time since `current_` beyond `step` frames account for; then forgets late_ and twice_. Called for each new

@@ -220,7 +220,7 @@ tl::expected<std::unique_ptr<ControlServer>, Error> ControlServer::open(const st
 
 void ControlServer::serve(std::chrono::milliseconds timeout) {
   impl_->askCamera();
-  zmq_pollitem_t item{impl_->socket.handle(), 0, ZMQ_POLLIN, 0};
+  zmq_pollitem_t item = network::readable(impl_->socket);
   zmq_poll(&item, 1, timeout.count());
   if (const std::int64_t now = monotonicNow(); now - impl_->counted_ns > 1'000'000'000) {
     impl_->peers.reset();

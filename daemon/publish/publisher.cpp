@@ -369,7 +369,7 @@ void Publisher::serve(int fd, std::chrono::milliseconds timeout) {
   if (self.descriptionDue) {
     timeout = std::min(timeout, until(self.lastDescription_ns, self.options.descriptionInterval));
   }
-  std::array<zmq_pollitem_t, 2> items = {{{self.stream.handle(), 0, ZMQ_POLLIN, 0}, {nullptr, fd, ZMQ_POLLIN, 0}}};
+  std::array<zmq_pollitem_t, 2> items = {{network::readable(self.stream), {nullptr, fd, ZMQ_POLLIN, 0}}};
   zmq_poll(items.data(), fd < 0 ? 1 : 2, timeout.count());
   self.serve();
 }

@@ -124,8 +124,9 @@ void Zeros::check(const std::optional<RestPose>& restored, bool hasLost) {
                fmt::format("zero {} is restored, {} was in force", is, inForce_ ? nameOf(*inForce_) : "none"));
   if (!hasFailed_) unsure_.clear();
   if (hasFailed_ && inForce_) unsure_.push_back(*inForce_);
-  // Another one than that in force: which it is the one before of is not followed here.
-  if (!restored || !inForce_ || restored->id != *inForce_) previous_.reset();
+  // Which zero is the one before is not followed here for another than that in force, nor for an older file of the
+  // same.
+  if (hasLost || !restored || !inForce_ || restored->id != *inForce_) previous_.reset();
   inForce_.reset();
   restored_ = restored ? std::optional(restored->id) : std::nullopt;
   isSettled_ = true;

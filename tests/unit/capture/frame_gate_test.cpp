@@ -246,6 +246,18 @@ TEST_F(FrameGateTest, ATriggerMayPauseAndHurry) {
   }
 }
 
+TEST_F(FrameGateTest, TellsWhichFramesTheCamerasClockDates) {
+  for (const bool hasClock : {true, false}) {
+    FrameGate gate(kShape, {});
+    SimulatedCamera camera(100);
+    for (int i = 0; i < 20; ++i) {
+      Arrival arrival = camera.take();
+      if (!hasClock) arrival.device_ns = 0;
+      EXPECT_EQ(gate.judge(arrival).timed, hasClock) << i;
+    }
+  }
+}
+
 TEST_F(FrameGateTest, UsesTheFirstFrameOfAReopenedCamera) {
   SimulatedCamera camera(100);
   stream(camera, 50);

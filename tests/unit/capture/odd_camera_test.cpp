@@ -32,6 +32,18 @@ TEST_F(OddCamera, OpensAgainInTheSameWayAndWelcomesEachSession) {
   EXPECT_EQ(script_.alive, 0);
 }
 
+TEST_F(OddCamera, PicturesMayBeOfAnySize) {
+  for (const std::size_t size : {1, 7, 8, 300, 600}) {
+    script_.info.shape = {static_cast<int>(size), 1, size, 1};
+    open();
+    Frame frame;
+    tell({Popped::kBuffer});
+    EXPECT_EQ(nextOtherThan(Next::kTimeout, frame), Next::kFrame) << size << " bytes";
+    camera_->recycle(frame);
+    camera_.reset();
+  }
+}
+
 TEST_F(OddCamera, AnswersQuestionsWhileItStreamsAndSaysWhyItCannot) {
   open();
   Frame frame;

@@ -2,6 +2,7 @@
 
 #include "gateway/relay.h"
 #include "proto/traction/v1/endpoints.h"
+#include "tests/support/captured_log.h"
 #include "tests/support/deadline.h"
 #include "tests/support/no_memory.h"
 #include "tests/support/temporary_folder.h"
@@ -9,11 +10,8 @@
 #include "traction/v1/control.pb.h"
 
 #include <gtest/gtest.h>
-#include <spdlog/sinks/ostream_sink.h>
-#include <spdlog/spdlog.h>
 
 #include <atomic>
-#include <sstream>
 
 namespace tractiond::gateway::relay_test {
 namespace {
@@ -30,8 +28,6 @@ class RelayTest : public testing::Test {
  protected:
   RelayTest() {
     time_ns = 100 * kSecond_ns;
-    spdlog::set_default_logger(
-        std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log_)));
     const traction::Endpoints endpoints = traction::ipcEndpoints(folder_);
     for (zmq::socket_t* socket : {&stream_, &latest_, &control_, &peer_}) socket->set(zmq::sockopt::linger, 0);
     stream_.set(zmq::sockopt::sndhwm, 0);
@@ -50,10 +46,7 @@ class RelayTest : public testing::Test {
     relay_ = *std::move(opened);
     peer_.connect(relay_->bound(kControl).at(0));
   }
-  ~RelayTest() override {
-    spdlog::set_default_logger(before_);
-    relay_.reset();
-  }
+  ~RelayTest() override { relay_.reset(); }
 
   /// Lets the relay work until `done`, which does not wait.
   template <typename Done>
@@ -155,17 +148,9 @@ class RelayTest : public testing::Test {
     return only;
   }
 
-  std::size_t lines(const std::string& text) const {
-    const std::string all = log_.str();
-    std::size_t count = 0;
-    for (std::size_t at = all.find(text); at != std::string::npos; at = all.find(text, at + 1)) ++count;
-    return count;
-  }
-
   const test::TemporaryFolder temporary_;
   const std::filesystem::path& folder_ = temporary_.path();
-  const std::shared_ptr<spdlog::logger> before_ = spdlog::default_logger();
-  std::ostringstream log_;
+  const test::CapturedLog log_;
   int fields_ = 0;
   zmq::context_t context_;
   zmq::socket_t stream_{context_, zmq::socket_type::xpub}, latest_{context_, zmq::socket_type::xpub},
@@ -231,7 +216,7 @@ TEST_F(RelayTest, AnswersForWhichThereIsNoMemoryAreCountedAndTheNextOneArrives) 
   loseOne();
   sendRequest();
   loseOne();  // the gateway's own answer, that it cannot pass the request on
-  EXPECT_EQ(lines("an answer to a request could not be sent: no memory for it"), 1U) << "in five seconds";
+  EXPECT_EQ(log_.count("an answer to a request could not be sent: no memory for it"), 1U) << "in five seconds";
   EXPECT_EQ(ask(), "");
   EXPECT_EQ(ask(), "too many requests: more than 3 in a second") << "an answer begins anew";
   EXPECT_EQ(relay_->unsent(), 2U);
@@ -288,6 +273,39 @@ TEST_F(RelayTest, LatestIsSubscribedToAgainAfterASecondWithoutAField) {
   }
 }
 
+TEST_F(RelayTest, SubscriptionsWithinASecondAreCountedTogether) {
+  zmq::socket_t reader(context_, zmq::socket_type::sub), ended(context_, zmq::socket_type::pair);
+  reader.set(zmq::sockopt::linger, 0);
+  zmq_socket_monitor(reader.handle(), "inproc://ended", ZMQ_EVENT_DISCONNECTED);
+  ended.connect("inproc://ended");
+  EXPECT_TRUE(relay_->turn(1ms));  // the second begins
+  reader.connect(relay_->bound(kStream).at(0));
+  const auto subscribe = [&](const std::string& name) {
+    for (int i = 0; i < 40; ++i) reader.set(zmq::sockopt::subscribe, name + std::to_string(i));
+  };
+  subscribe("x");
+  reader.set(zmq::sockopt::subscribe, "traction/");
+  topicsBeforeAField(reader);  // the subscriptions have come
+  time_ns += kSecond_ns / 3;
+  EXPECT_TRUE(relay_->turn(1ms));
+  EXPECT_TRUE(take(ended).empty());
+  subscribe("y");
+  turnUntil([&] { return !take(ended).empty(); });
+}
+
+TEST(Relay, TellsAtItsStartWhoseKeysAreAllowed) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path keys = folder.path() / "keys";
+  ASSERT_TRUE(network::saveServerKey(keys, network::newKeyPair()));
+  ASSERT_TRUE(network::allow(keys, {.name = "arm-1", .key = network::newKeyPair().publicKey}));
+  Config config;
+  config.keys = keys.string();
+  config.stream = config.latest = config.control = {"tcp://127.0.0.1:*"};
+  const test::CapturedLog log;
+  ASSERT_TRUE(Relay::open(config, folder.path(), [] { return kSecond_ns; }));
+  EXPECT_EQ(log.count("arm-1"), 1U) << log.text();
+}
+
 TEST_F(RelayTest, AnInstrumentThatIsSilentIsToldOnce) {
   zmq::socket_t reader = subscriber();
   topicsBeforeAField(reader);
@@ -295,13 +313,13 @@ TEST_F(RelayTest, AnInstrumentThatIsSilentIsToldOnce) {
   const std::string silent = "nothing comes from the instrument", heard = "the instrument is heard again";
   time_ns += 3 * kSecond_ns;
   EXPECT_TRUE(relay_->turn(1ms));
-  EXPECT_EQ(lines(silent), 0U) << "three seconds are none";
+  EXPECT_EQ(log_.count(silent), 0U) << "three seconds are none";
   time_ns += kSecond_ns;
   for (int i = 0; i < 3; ++i, time_ns += kSecond_ns) EXPECT_TRUE(relay_->turn(1ms));
-  EXPECT_EQ(lines(silent), 1U);
-  EXPECT_EQ(lines(heard), 0U);
+  EXPECT_EQ(log_.count(silent), 1U);
+  EXPECT_EQ(log_.count(heard), 0U);
   ASSERT_TRUE(onlyFieldsCome(reader));
-  EXPECT_EQ(lines(heard), 1U);
+  EXPECT_EQ(log_.count(heard), 1U);
 }
 
 }  // namespace

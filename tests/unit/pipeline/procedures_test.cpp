@@ -1,5 +1,6 @@
 // Zeros that are requested or restored: judged, kept on the disk, refused, undone.
 #include "daemon/procedures.h"
+#include "tests/support/captured_log.h"
 #include "tests/unit/pipeline/procedures_bench.h"
 
 #include <gtest/gtest.h>
@@ -275,13 +276,19 @@ TEST(Procedures, ARestoredZeroThatCouldNotBeSynchronisedIsWrittenUntilTheDiskTak
 }
 
 TEST(Procedures, AFirstZeroThatCouldNotBeWrittenIsWrittenLater) {
+  const test::CapturedLog log;
   ProceduresBench bench;
   bench.keepFails = true;
   bench.tracker.finish(bench.pose(1, false));
-  bench.turn();
+  for (int i = 0; i < 3; ++i) {
+    bench.turn();
+    bench.pass(10'000);
+  }
+  EXPECT_EQ(log.count("the zero in force could not be written"), 1U);
   bench.recoverDisk();
   ASSERT_TRUE(bench.kept);
   EXPECT_EQ(bench.kept->id[0], 1);
+  EXPECT_EQ(log.count("the zero in force has been written"), 1U);
 }
 
 }  // namespace

@@ -1,11 +1,10 @@
 #include "daemon/realtime.h"
+#include "tests/support/captured_log.h"
 #include "tests/support/seed.h"
 #include "traction/v1/status.pb.h"
 
 #include <gtest/gtest.h>
 #include <pthread.h>
-#include <spdlog/sinks/ostream_sink.h>
-#include <spdlog/spdlog.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -178,9 +177,7 @@ void checkPriority(int priority) {
   const bool granted = isGranted(priority);
   std::cout << "  priority " << priority << (granted ? " is granted\n" : " is refused\n");
   Realtime realtime({.priority = priority});
-  std::ostringstream log;
-  spdlog::set_default_logger(
-      std::make_shared<spdlog::logger>("", std::make_shared<spdlog::sinks::ostream_sink_st>(log)));
+  const test::CapturedLog log;
   Member one(realtime, "one"), two(realtime, "two");
   std::latch started(1), over(1);
   std::thread sender([&] {
@@ -197,9 +194,9 @@ void checkPriority(int priority) {
   EXPECT_EQ(static_cast<int>(threads["sender"].priority()), granted ? std::max(priority - 1, 1) : 0);
   EXPECT_EQ(sched_getscheduler(0), SCHED_OTHER);
   realtime.report();
-  EXPECT_EQ(log.str().find("warning: realtime.priority = " + std::to_string(priority)) != std::string::npos, !granted)
-      << log.str();
-  EXPECT_NE(log.str().find("two " + std::to_string(granted ? priority : 0) + " on "), std::string::npos) << log.str();
+  EXPECT_EQ(log.text().find("warning: realtime.priority = " + std::to_string(priority)) != std::string::npos, !granted)
+      << log.text();
+  EXPECT_NE(log.text().find("two " + std::to_string(granted ? priority : 0) + " on "), std::string::npos) << log.text();
   two.end();
   EXPECT_EQ(two.childPolicy, SCHED_OTHER);
   EXPECT_EQ(threadsOf(realtime).size(), 2U);
@@ -228,14 +225,12 @@ TEST(Realtime, ProcessorsAreThoseThatThereAre) {
   for (const auto& [asked, granted, warned] : cases) {
     SCOPED_TRACE(asked);
     Realtime realtime({.cpus = asked});
-    std::ostringstream log;
-    spdlog::set_default_logger(
-        std::make_shared<spdlog::logger>("", std::make_shared<spdlog::sinks::ostream_sink_st>(log)));
+    const test::CapturedLog log;
     Member member(realtime, "member");
     EXPECT_EQ(threadsOf(realtime)["member"].cpus(), granted);
     realtime.report();
-    EXPECT_EQ(log.str().find("warning: realtime.cpus") != std::string::npos, warned) << log.str();
-    EXPECT_EQ(log.str().empty(), asked.empty()) << log.str();
+    EXPECT_EQ(log.text().find("warning: realtime.cpus") != std::string::npos, warned) << log.text();
+    EXPECT_EQ(log.text().empty(), asked.empty()) << log.text();
   }
 }
 
@@ -282,14 +277,12 @@ TEST(Realtime, MemoryIsLockedWhereItMayBeAndOnlyWithoutALimit) {
 
 TEST(Realtime, AsksForNothingByDefault) {
   Realtime realtime({});
-  std::ostringstream log;
-  spdlog::set_default_logger(
-      std::make_shared<spdlog::logger>("", std::make_shared<spdlog::sinks::ostream_sink_st>(log)));
+  const test::CapturedLog log;
   realtime.lockMemory();
   Member member(realtime, "member");
   EXPECT_EQ(threadsOf(realtime)["member"].priority(), 0U);
   realtime.report();
-  EXPECT_EQ(log.str(), "");
+  EXPECT_EQ(log.text(), "");
 }
 
 }  // namespace

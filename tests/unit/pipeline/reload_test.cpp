@@ -1,4 +1,5 @@
 #include "daemon/reload.h"
+#include "tests/support/captured_log.h"
 
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
@@ -78,16 +79,22 @@ TEST(Reload, ReadsBeforeItApplies) {
   next.camera.gain = 2.0;
   int reads = 0;
   const auto hook = fixture.reloader.hook([&]() -> tl::expected<Reread, Error> {
-    if (++reads == 1) return Reread{next, {}};
+    if (++reads <= 2) return Reread{next, {}};
     return tl::unexpected(Error{.what = "it cannot be read"});
   });
+  const test::CapturedLog log;
   const auto apply = hook();
   EXPECT_EQ(reads, 1);
   EXPECT_EQ(fixture.opened, 0);
   apply();
   EXPECT_EQ(fixture.opened, 1);
+  EXPECT_EQ(log.count("new in the configuration: camera.gain = 2 (was 1)"), 1U);
   hook()();
   EXPECT_EQ(fixture.opened, 1);
+  EXPECT_EQ(log.count("nothing in the configuration has changed"), 1U);
+  hook()();
+  EXPECT_EQ(fixture.opened, 1);
+  EXPECT_EQ(log.count("the configuration stays as it was: it cannot be read"), 1U);
 }
 
 }  // namespace

@@ -127,7 +127,11 @@ TEST_F(PublisherTest, StatusComesOnceASecondWithAndWithoutFields) {
 
   ledger_.received.add(30);
   ledger_.published.add(30);
-  for (int i = 0; i < 30; ++i) publisher_->publish(field_);
+  for (int i = 0; i < 30; ++i) {
+    field_.residual_px = i % 2 == 0 ? 0.1 : 0.7;
+    publisher_->publish(field_);
+  }
+  field_.residual_px = 0.5;
   TestClock::advance(999ms);
   publisher_->serve(-1, 0ms);
   EXPECT_TRUE(subscriber->receive(0).topic.empty());
@@ -143,12 +147,14 @@ TEST_F(PublisherTest, StatusComesOnceASecondWithAndWithoutFields) {
   EXPECT_DOUBLE_EQ(second.latencies().track().p50_s(), 200e-6);
   EXPECT_DOUBLE_EQ(second.latencies().solve().p99_s(), 150e-6);
   EXPECT_GE(second.uptime_s(), 2.0);
+  EXPECT_NEAR(second.residual_px(), 0.5, 1e-6);  // the root of the mean of their squares
 
   TestClock::advance(1000ms);
   publisher_->serve(-1, 0ms);
   const auto third = status();
   EXPECT_EQ(third.latencies().total().max_s(), 0.0);
   EXPECT_EQ(third.rates().published_hz(), 0.0);
+  EXPECT_EQ(third.residual_px(), 0.0);
   pb::Status last;
   ASSERT_TRUE(last.ParseFromString(publisher_->lastStatus()));
   EXPECT_EQ(last.header().sequence(), third.header().sequence());
