@@ -296,7 +296,7 @@ void Keeper::refuseQuestion(const std::string& why) {
 void Keeper::warnOfForgery() {
   constexpr std::int64_t kCalm_ns = 60'000'000'000;
   const std::int64_t last_ns = forged_ns_.load(std::memory_order_relaxed);
-  if (last_ns == 0 || last_ns == toldOf_ns_) return;
+  if (last_ns == toldOf_ns_) return;
   const std::int64_t before_ns = std::exchange(toldOf_ns_, last_ns);
   if (before_ns != 0 && last_ns - before_ns < kCalm_ns) return;
   tell(

@@ -71,6 +71,17 @@ TEST(DeviceClock, ItsErrorHoldsFromTheFirstFrameOn) {
   }
 }
 
+/// Others than the first frame, which waited while the camera was opened, lead it by what that waited.
+TEST(DeviceClock, ALateFirstFrameCostsNoPrecision) {
+  constexpr std::int64_t kLate_ns = 5'000'000;
+  DeviceClock clock;
+  DeviceClock::Moment moment;
+  for (std::int64_t taken_ns = 0; taken_ns < 6'000'000'000; taken_ns += kPeriod_ns) {
+    moment = clock.add(taken_ns, taken_ns + (taken_ns == 0 ? kLate_ns : 0));
+  }
+  EXPECT_LT(moment.error_ns, 50'000);
+}
+
 TEST(DeviceClock, NeverGoesBackNorAheadOfTheArrival) {
   std::mt19937 random(3);
   DeviceClock clock;

@@ -39,6 +39,7 @@ struct Script {
   std::atomic<bool> callsHang{false}, isCalled{false};      // serve() and link(), as Aravis's do of a dead camera
   std::atomic<bool> readsSlowly{false}, isWelcomed{false};  // the welcome of a later session waits for a disk
   std::uint64_t id = 0;
+  FrameExtras extras;
 };
 
 class ScriptedDriver : public Driver {
@@ -67,6 +68,7 @@ class ScriptedDriver : public Driver {
         .complete = true, .shape = info_.shape, .id = ++script_.id, .device_ns = 0, .host_ns = script_.clock()};
     picture_[0] = static_cast<std::uint8_t>(script_.id);
     buffer.data = picture_.data();
+    buffer.extras = script_.extras;
     buffer.handle = &script_;
     return Popped::kBuffer;
   }

@@ -44,6 +44,20 @@ TEST_F(OddCamera, PicturesMayBeOfAnySize) {
   }
 }
 
+TEST_F(OddCamera, FramesTellWhatTheyWereTakenWith) {
+  script_.info.exposure_s = 0.004;
+  open();
+  Frame frame;
+  for (const double told_s : {0.0, 0.002}) {
+    script_.extras = {.exposure_s = told_s, .gain = 3.0};
+    tell({Popped::kBuffer});
+    ASSERT_EQ(nextOtherThan(Next::kTimeout, frame), Next::kFrame);
+    EXPECT_EQ(frame.info.exposure_s, told_s > 0.0 ? told_s : 0.004);
+    EXPECT_EQ(frame.info.extras.gain, 3.0);
+    camera_->recycle(frame);
+  }
+}
+
 TEST_F(OddCamera, AnswersQuestionsWhileItStreamsAndSaysWhyItCannot) {
   open();
   Frame frame;

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cstring>
 
 namespace tractiond::gateway::relay_test {
 namespace {
@@ -304,6 +305,46 @@ TEST(Relay, TellsAtItsStartWhoseKeysAreAllowed) {
   const test::CapturedLog log;
   ASSERT_TRUE(Relay::open(config, folder.path(), [] { return kSecond_ns; }));
   EXPECT_EQ(log.count("arm-1"), 1U) << log.text();
+}
+
+TEST(Relay, AChangeOfTheKeysAppliesToTheNextConnection) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path keys = folder.path() / "keys";
+  const network::KeyPair server = network::newKeyPair(), own = network::newKeyPair();
+  ASSERT_TRUE(network::saveServerKey(keys, server));
+  Config config;
+  config.keys = keys.string();
+  config.stream = config.latest = config.control = {"tcp://127.0.0.1:*"};
+  auto relay =
+      Relay::open(config, folder.path(), [] { return kSecond_ns; });  // the keys are not due to be checked again
+  ASSERT_TRUE(relay);
+  zmq::context_t context;
+  const auto isAdmitted = [&] {
+    zmq::socket_t peer(context, zmq::socket_type::dealer), event(context, zmq::socket_type::pair);
+    for (zmq::socket_t* socket : {&peer, &event}) socket->set(zmq::sockopt::linger, 0);
+    peer.set(zmq::sockopt::curve_serverkey, server.publicKey);
+    peer.set(zmq::sockopt::curve_publickey, own.publicKey);
+    peer.set(zmq::sockopt::curve_secretkey, own.secretKey);
+    zmq_socket_monitor(peer.handle(), "inproc://event",
+                       ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH);
+    event.connect("inproc://event");
+    peer.connect((*relay)->bound(kControl).at(0));
+    zmq::message_t message;
+    EXPECT_TRUE(test::eventually([&] {
+      EXPECT_TRUE((*relay)->turn(1ms));
+      return event.recv(message, zmq::recv_flags::dontwait).has_value();
+    }));
+    zmq_socket_monitor(peer.handle(), nullptr, 0);
+    std::uint16_t kind = 0;
+    std::memcpy(&kind, message.data(), sizeof kind);
+    return kind == ZMQ_EVENT_HANDSHAKE_SUCCEEDED;
+  };
+  EXPECT_TRUE((*relay)->turn(1ms));
+  EXPECT_FALSE(isAdmitted());
+  ASSERT_TRUE(network::allow(keys, {"arm-1", own.publicKey, network::Permission::kControl}));
+  EXPECT_TRUE(isAdmitted());
+  ASSERT_TRUE(network::revoke(keys, "arm-1"));
+  EXPECT_FALSE(isAdmitted());
 }
 
 TEST_F(RelayTest, AnInstrumentThatIsSilentIsToldOnce) {

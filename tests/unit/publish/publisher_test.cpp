@@ -95,6 +95,7 @@ TEST_F(PublisherTest, NewDescriptionIsSentWithoutBeingAskedFor) {
   pb::Description last;
   ASSERT_TRUE(last.ParseFromString(publisher_->lastDescription()));
   EXPECT_EQ(last.camera().serial(), "43");
+  EXPECT_GT(last.header().sent_ns(), 0);
 }
 
 TEST_F(PublisherTest, DescriptionsAreNotSentMoreOftenThanTheInterval) {
