@@ -140,10 +140,12 @@ def killer(project, one, minutes, log):
     """Makes a mutation. Returns what notices it, "" if nothing does, None if it does not compile."""
     programs = project / "build/release/bin"
     with mutations.made(project, [random_mutations.edit(project, one)]):
-        if not build(project, log, "simulate", "simulation_test", one.program + "_test"):
+        if not build(project, log, f"{one.program}_test"):
             return None
         if not runs([programs / f"{one.program}_test", f"--gtest_filter={one.filter}"], log):
             return f"{one.program}_test"
+        if not build(project, log, "simulate", "simulation_test"):
+            return None
         if not runs([programs / "simulation_test"], log):
             return "simulation_test"
         found = simulate(project, minutes, log)
