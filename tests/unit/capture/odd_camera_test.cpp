@@ -54,6 +54,7 @@ TEST_F(OddCamera, FramesTellWhatTheyWereTakenWith) {
     ASSERT_EQ(nextOtherThan(Next::kTimeout, frame), Next::kFrame);
     EXPECT_EQ(frame.info.exposure_s, told_s > 0.0 ? told_s : 0.004);
     EXPECT_EQ(frame.info.extras.gain, 3.0);
+    EXPECT_EQ(frame.info.times.capturedBound, CaptureBound::kLatest);
     camera_->recycle(frame);
   }
 }

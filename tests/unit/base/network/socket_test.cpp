@@ -61,6 +61,15 @@ TEST_F(SocketTest, WildcardPortIsResolved) {
   EXPECT_EQ(bound->at(0).find('*'), std::string::npos);
 }
 
+TEST_F(SocketTest, ItsGroupMayConnectWhateverTheUmask) {
+  const mode_t before = umask(0077);
+  const fs::path path = folder_ / "control";
+  EXPECT_TRUE(tryBind(socket_, "ipc://" + path.string()));
+  umask(before);
+  constexpr auto kMode = fs::perms::owner_read | fs::perms::owner_write | fs::perms::group_read | fs::perms::group_write;
+  EXPECT_EQ(fs::status(path).permissions(), kMode);
+}
+
 TEST_F(SocketTest, PortInUseIsUnavailable) {
   const auto bound = tryBind(socket_, "tcp://127.0.0.1:*");
   ASSERT_TRUE(bound);
