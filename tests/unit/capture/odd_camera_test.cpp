@@ -1,4 +1,5 @@
 // A camera with a driver of our choice: what the half that is the same for all of them makes of it.
+#include "daemon/capture/intake.h"
 #include "tests/unit/capture/odd_camera.h"
 
 #include <gmock/gmock.h>
@@ -57,6 +58,25 @@ TEST_F(OddCamera, FramesTellWhatTheyWereTakenWith) {
     EXPECT_EQ(frame.info.times.capturedBound, CaptureBound::kLatest);
     camera_->recycle(frame);
   }
+}
+
+TEST_F(OddCamera, APictureThatComesAgainIsNoFrame) {
+  ScriptedDriver driver(script_);
+  Intake intake(ledger_);
+  intake.begin(script_.info, 4);
+  const auto popped = [&] {
+    tell({Popped::kBuffer});
+    Buffer buffer;
+    EXPECT_EQ(driver.pop(buffer, milliseconds(1)), Popped::kBuffer);
+    return buffer;
+  };
+  Frame frame;
+  EXPECT_EQ(intake.admit(popped(), driver, frame).verdict, Verdict::kNew);
+  frame = Frame{};
+  script_.id = 0;
+  EXPECT_EQ(intake.admit(popped(), driver, frame).verdict, Verdict::kStale);
+  EXPECT_EQ(frame.data, nullptr);
+  EXPECT_EQ(frame.info.times.received_ns, 0);
 }
 
 TEST_F(OddCamera, AnswersQuestionsWhileItStreamsAndSaysWhyItCannot) {

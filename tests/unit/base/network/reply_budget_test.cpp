@@ -27,6 +27,13 @@ TEST_F(Budget, IsOfEachAndOfAll) {
   EXPECT_FALSE(budget_.allows("bob", 51)) << "950 wait";
 }
 
+TEST_F(Budget, RepliesThatWaitAreCountedOnceHoweverLongTheyDo) {
+  (void)budget_.add("ada", 1, 200);
+  (void)budget_.add("bob", 2, 50);
+  for (int i = 0; i < 10; ++i) budget_.forgetRead();
+  EXPECT_TRUE(budget_.allows("bob", 250));
+}
+
 TEST_F(Budget, OneOfAnySizeMayWait) {
   EXPECT_TRUE(budget_.allows("ada", 5000));
   (void)budget_.add("ada", 1, 5000);

@@ -66,7 +66,8 @@ TEST_F(SocketTest, ItsGroupMayConnectWhateverTheUmask) {
   const fs::path path = folder_ / "control";
   EXPECT_TRUE(tryBind(socket_, "ipc://" + path.string()));
   umask(before);
-  constexpr auto kMode = fs::perms::owner_read | fs::perms::owner_write | fs::perms::group_read | fs::perms::group_write;
+  constexpr auto kMode =
+      fs::perms::owner_read | fs::perms::owner_write | fs::perms::group_read | fs::perms::group_write;
   EXPECT_EQ(fs::status(path).permissions(), kMode);
 }
 
