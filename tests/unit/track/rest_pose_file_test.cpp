@@ -26,6 +26,8 @@ class RestPoseFile : public testing::Test {
       pose.oddity.push_back(0.01F * static_cast<float>(i % 5));
     }
     pose.noise = 2.1F;
+    pose.shotNoise = 0.03F;
+    pose.light = 120.0F;
     pose.crossTalk = {0.2F, 0.1F};
     pose.taken_ns = 1234567890123456789;
     pose.requested = true;
@@ -63,6 +65,9 @@ TEST_F(RestPoseFile, ComesBackAsItWasSaved) {
   EXPECT_EQ((*loaded)->amplitude, saved.amplitude);
   EXPECT_EQ((*loaded)->present, saved.present);
   EXPECT_EQ((*loaded)->noise, saved.noise);
+  EXPECT_EQ((*loaded)->shotNoise, saved.shotNoise);
+  EXPECT_EQ((*loaded)->light, saved.light);
+  EXPECT_EQ((*loaded)->oddity, saved.oddity);
   EXPECT_EQ((*loaded)->crossTalk, saved.crossTalk);
   EXPECT_EQ((*loaded)->taken_ns, saved.taken_ns);
   EXPECT_EQ((*loaded)->requested, saved.requested);
