@@ -36,6 +36,8 @@ TEST_F(FrameGateTest, DoubtsNoCameraForWhatANetworkDoes) {
         next.late = static_cast<double>(back);
         const Judgement judgement = judge(next);
         ASSERT_FALSE(judgement.doubted) << i << ", " << back << " back";
+        ASSERT_TRUE(judgement.discontinuity) << back << " back";
+        ASSERT_EQ(judgement.missing, back);
       }
     }
     ASSERT_FALSE(judge(camera.take()).doubted) << i;
