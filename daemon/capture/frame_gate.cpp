@@ -169,8 +169,8 @@ std::uint64_t FrameGate::thrownBefore(const Track& next, std::uint64_t step, boo
   std::int64_t elapsed_ns = next.host_ns - current_->host_ns;
   if (!newTimeline && next.distrust == 0)
     elapsed_ns = std::min(elapsed_ns, difference(next.device_ns, current_->device_ns));
-  const auto room = static_cast<std::uint64_t>((elapsed_ns + pace / 2) / pace);
-  return room > step ? std::min(thrown_, room - step) : 0;
+  const std::int64_t room = (elapsed_ns + pace / 2) / pace - static_cast<std::int64_t>(step);
+  return room > 0 ? std::min(thrown_, static_cast<std::uint64_t>(room)) : 0;
 }
 
 /// Weighs the evidence for another host that sends as the camera. A camera sends each packet once, and again if it is
