@@ -40,6 +40,7 @@ struct Script {
   std::atomic<bool> readsSlowly{false}, isWelcomed{false};  // the welcome of a later session waits for a disk
   std::uint64_t id = 0;
   FrameExtras extras;
+  double late = 0.0;
 };
 
 class ScriptedDriver : public Driver {
@@ -66,6 +67,7 @@ class ScriptedDriver : public Driver {
     if (popped != Popped::kBuffer) return popped;
     buffer.arrival = {
         .complete = true, .shape = info_.shape, .id = ++script_.id, .device_ns = 0, .host_ns = script_.clock()};
+    buffer.arrival.late = script_.late;
     picture_[0] = static_cast<std::uint8_t>(script_.id);
     buffer.data = picture_.data();
     buffer.extras = script_.extras;
