@@ -172,7 +172,7 @@ void Keeper::renew() {
 std::int64_t Keeper::accompany() {
   begin(rules_.slowest);
   heedAnswers();
-  if (!lent_.load(std::memory_order_acquire)) return lose();    // partner: the release in giveBack() and stop()
+  if (!lent_.load(std::memory_order_acquire)) return lose();         // partner: the release in giveBack() and stop()
   if (stop_.stop_requested()) return clock_() + kLinkCheck.count();  // the capture thread gives it back in its own time
   doubtedThen_ns_ = doubted_.load(std::memory_order_relaxed);
   if (doubtedThen_ns_ != -1) {
