@@ -159,16 +159,20 @@ bool FrameGate::seenBefore(const Arrival& arrival) const {
   });
 }
 
+/// Returns the time [ns] from a frame to the next one by the clock that shows less: where the next one only comes late,
+/// the host's shows too much. Both must have trusted stamps of one timeline.
+std::int64_t FrameGate::elapsed(const Track& from, const Track& to) {
+  return std::min(to.host_ns - from.host_ns, difference(to.device_ns, from.device_ns));
+}
+
 /// A driver throws away what is a little older than its newest frame, and so the first frames of a counter that starts
-/// anew. No more than the time since the last new frame has room for, by both clocks: packets may also come twice, and
-/// a frame may only come late.
+/// anew. No more than the time since the last new frame has room for: packets may also come twice.
 std::uint64_t FrameGate::thrownBefore(const Track& next, std::uint64_t step, bool newTimeline) const {
   if (thrown_ == 0 || !current_) return 0;
   const std::int64_t pace = longestMean(*current_);
   if (pace <= 0) return thrown_;
-  std::int64_t elapsed_ns = next.host_ns - current_->host_ns;
-  if (!newTimeline && next.distrust == 0)
-    elapsed_ns = std::min(elapsed_ns, difference(next.device_ns, current_->device_ns));
+  const std::int64_t elapsed_ns =
+      newTimeline || next.distrust > 0 ? next.host_ns - current_->host_ns : elapsed(*current_, next);
   const std::int64_t room = (elapsed_ns + pace / 2) / pace - static_cast<std::int64_t>(step);
   return room > 0 ? std::min(thrown_, static_cast<std::uint64_t>(room)) : 0;
 }
@@ -186,11 +190,9 @@ void FrameGate::weigh(const Track& next, std::uint64_t step) {
   if (twice_ > 0.0 || repeatedLately_ > kMostRepeated) doubtUntil_ns_ = alarmUntil_ns;
   if (late_ > 0.0 && current_) {
     const std::int64_t pace = longestMean(*current_);
-    const std::int64_t elapsed_ns =
-        next.distrust == 0 ? std::min(next.host_ns - current_->host_ns, difference(next.device_ns, current_->device_ns))
-                           : 0;
-    const double elapsed = pace > 0 ? static_cast<double>(elapsed_ns) / static_cast<double>(pace) : 0.0;
-    const double room = std::max(0.0, std::floor(elapsed + 0.25) - static_cast<double>(step));
+    const std::int64_t elapsed_ns = next.distrust == 0 ? elapsed(*current_, next) : 0;
+    const double frames = pace > 0 ? static_cast<double>(elapsed_ns) / static_cast<double>(pace) : 0.0;
+    const double room = std::max(0.0, std::floor(frames + 0.25) - static_cast<double>(step));
     const double unexplained = late_ - room;
     if (unexplained > broken_) doubtUntil_ns_ = alarmUntil_ns;
     broken_ = std::max(0.0, broken_ - std::max(0.0, unexplained));

@@ -119,6 +119,7 @@ class FrameGate {
   void countSurplus(std::int64_t host_ns);
   static std::int64_t frameTime(const Track& track);
   static std::int64_t longestMean(const Track& track);
+  static std::int64_t elapsed(const Track& from, const Track& to);
   /// Returns by how much an id may advance in `elapsed_ns` (by either clock, at least 0), at least 1. \param period_ns
   /// of the frames; 0: not known
   std::uint64_t largestStep(std::int64_t period_ns, std::int64_t elapsed_ns) const;

@@ -304,37 +304,40 @@ TEST_F(RelayTest, SubscriptionsWithinASecondAreCountedTogether) {
   turnUntil([&] { return !take(ended).empty(); });
 }
 
-TEST(Relay, TellsAtItsStartWhoseKeysAreAllowed) {
-  const test::TemporaryFolder folder;
-  const std::filesystem::path keys = folder.path() / "keys";
-  ASSERT_TRUE(network::saveServerKey(keys, network::newKeyPair()));
-  ASSERT_TRUE(network::allow(keys, {.name = "arm-1", .key = network::newKeyPair().publicKey}));
-  Config config;
-  config.keys = keys.string();
-  config.stream = config.latest = config.control = {"tcp://127.0.0.1:*"};
+/// A gateway with a key of its own, whose time stands still, so that its keys are not due to be checked again.
+class RelayWithKeys : public testing::Test {
+ protected:
+  RelayWithKeys() { EXPECT_TRUE(network::saveServerKey(keys_, server_)); }
+
+  auto open() const {
+    Config config;
+    config.keys = keys_.string();
+    config.stream = config.latest = config.control = {"tcp://127.0.0.1:*"};
+    return Relay::open(config, folder_.path(), [] { return kSecond_ns; });
+  }
+
+  const test::TemporaryFolder folder_;
+  const std::filesystem::path keys_ = folder_.path() / "keys";
+  const network::KeyPair server_ = network::newKeyPair(), own_ = network::newKeyPair();
+};
+
+TEST_F(RelayWithKeys, TellsAtItsStartWhoseKeysAreAllowed) {
+  ASSERT_TRUE(network::allow(keys_, {.name = "arm-1", .key = own_.publicKey}));
   const test::CapturedLog log;
-  ASSERT_TRUE(Relay::open(config, folder.path(), [] { return kSecond_ns; }));
+  ASSERT_TRUE(open());
   EXPECT_EQ(log.count("arm-1"), 1U) << log.text();
 }
 
-TEST(Relay, AChangeOfTheKeysAppliesToTheNextConnection) {
-  const test::TemporaryFolder folder;
-  const std::filesystem::path keys = folder.path() / "keys";
-  const network::KeyPair server = network::newKeyPair(), own = network::newKeyPair();
-  ASSERT_TRUE(network::saveServerKey(keys, server));
-  Config config;
-  config.keys = keys.string();
-  config.stream = config.latest = config.control = {"tcp://127.0.0.1:*"};
-  auto relay =
-      Relay::open(config, folder.path(), [] { return kSecond_ns; });  // the keys are not due to be checked again
+TEST_F(RelayWithKeys, AppliesAChangeToTheNextConnection) {
+  const auto relay = open();
   ASSERT_TRUE(relay);
   zmq::context_t context;
   const auto isAdmitted = [&] {
     zmq::socket_t peer(context, zmq::socket_type::dealer), event(context, zmq::socket_type::pair);
     for (zmq::socket_t* socket : {&peer, &event}) socket->set(zmq::sockopt::linger, 0);
-    peer.set(zmq::sockopt::curve_serverkey, server.publicKey);
-    peer.set(zmq::sockopt::curve_publickey, own.publicKey);
-    peer.set(zmq::sockopt::curve_secretkey, own.secretKey);
+    peer.set(zmq::sockopt::curve_serverkey, server_.publicKey);
+    peer.set(zmq::sockopt::curve_publickey, own_.publicKey);
+    peer.set(zmq::sockopt::curve_secretkey, own_.secretKey);
     zmq_socket_monitor(peer.handle(), "inproc://event",
                        ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH);
     event.connect("inproc://event");
@@ -351,9 +354,9 @@ TEST(Relay, AChangeOfTheKeysAppliesToTheNextConnection) {
   };
   EXPECT_TRUE((*relay)->turn(1ms));
   EXPECT_FALSE(isAdmitted());
-  ASSERT_TRUE(network::allow(keys, {"arm-1", own.publicKey, network::Permission::kControl}));
+  ASSERT_TRUE(network::allow(keys_, {"arm-1", own_.publicKey, network::Permission::kControl}));
   EXPECT_TRUE(isAdmitted());
-  ASSERT_TRUE(network::revoke(keys, "arm-1"));
+  ASSERT_TRUE(network::revoke(keys_, "arm-1"));
   EXPECT_FALSE(isAdmitted());
 }
 

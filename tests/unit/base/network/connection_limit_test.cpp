@@ -151,7 +151,7 @@ class ConnectionLimit : public testing::Test {
     const std::string text = std::to_string(++sent_);
     const bool heard = test::eventually([&] {
       publisher_.send(zmq::buffer(text), zmq::send_flags::dontwait);
-      zmq_pollitem_t item{subscriber.handle(), 0, ZMQ_POLLIN, 0};
+      zmq_pollitem_t item = readable(subscriber);
       zmq_poll(&item, 1, 10);
       for (zmq::message_t message; subscriber.recv(message, zmq::recv_flags::dontwait);) {
         if (message.to_string_view() == text) return true;

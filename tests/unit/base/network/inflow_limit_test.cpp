@@ -61,7 +61,7 @@ class InflowLimit : public testing::TestWithParam<const char*> {
     RawPeer honest(bound_.at(0), "DEALER");
     honest.send(RawPeer::part("") + RawPeer::message("hello"));
     EXPECT_TRUE(test::eventually([&] {
-      zmq_pollitem_t item{socket_.handle(), 0, ZMQ_POLLIN, 0};
+      zmq_pollitem_t item = readable(socket_);
       zmq_poll(&item, 1, 10);
       zmq::message_t message;
       while (socket_.recv(message, zmq::recv_flags::dontwait)) {
@@ -122,7 +122,7 @@ TEST_P(InflowLimit, MessagesThatAreTakenMayBeAny) {
     peer.send(some);
     int taken = 0;
     EXPECT_TRUE(test::eventually([&] {
-      zmq_pollitem_t item{socket_.handle(), 0, ZMQ_POLLIN, 0};
+      zmq_pollitem_t item = readable(socket_);
       zmq_poll(&item, 1, 10);
       taken += take();
       return taken == 100;
@@ -174,7 +174,7 @@ class CountedMessages : public InflowLimit {
   /// Takes and counts messages until one with this text has come.
   bool takeUntil(const std::string& text) {
     return test::eventually([&] {
-      zmq_pollitem_t item{socket_.handle(), 0, ZMQ_POLLIN, 0};
+      zmq_pollitem_t item = readable(socket_);
       zmq_poll(&item, 1, 10);
       for (zmq::message_t message; socket_.recv(message, zmq::recv_flags::dontwait);) {
         if (message.more()) continue;

@@ -78,7 +78,7 @@ TEST_F(SubscriptionsTest, AConnectionThatHasEndedBeforeItsSubscriptionWasReceive
   {
     RawPeer goes(bound_[0], "SUB");
     goes.send(RawPeer::message("\1a"));
-    zmq_pollitem_t item{publisher_.handle(), 0, ZMQ_POLLIN, 0};
+    zmq_pollitem_t item = readable(publisher_);
     ASSERT_EQ(zmq_poll(&item, 1, 5000), 1);
   }
   RawPeer other(bound_[0], "SUB");  // may have its descriptor
