@@ -31,8 +31,7 @@ FAULTS = [Fault(*one) for one in [
         (GATE, "twice_ += arrival.twice;", ""),
     ]),
     ("late-after-forged", "a6a3b74", "the camera's own picture after a forged one is excused where the next comes late", [
-        (GATE, "next.distrust == 0 ? std::min(next.host_ns - current_->host_ns, difference(next.device_ns, current_->device_ns))",
-         "next.distrust >= 0 ? next.host_ns - current_->host_ns"),
+        (GATE, "next.distrust == 0 ? elapsed(*current_, next)", "next.distrust >= 0 ? next.host_ns - current_->host_ns"),
     ]),
     ("thrown-frames", "5d04c00", "frames that the driver throws away, as where the camera counts anew, are lost unseen", [
         (GATE, "thrown_ += arrival.thrown;", ""),
