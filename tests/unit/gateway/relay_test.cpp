@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstring>
 
@@ -297,6 +298,7 @@ TEST_F(RelayTest, SubscriptionsWithinASecondAreCountedTogether) {
   subscribe("x");
   reader.set(zmq::sockopt::subscribe, "traction/");
   topicsBeforeAField(reader);  // the subscriptions have come
+  take(ended);
   time_ns += kSecond_ns / 3;
   EXPECT_TRUE(relay_->turn(1ms));
   EXPECT_TRUE(take(ended).empty());
@@ -331,15 +333,16 @@ TEST_F(RelayWithKeys, TellsAtItsStartWhoseKeysAreAllowed) {
 TEST_F(RelayWithKeys, AppliesAChangeToTheNextConnection) {
   const auto relay = open();
   ASSERT_TRUE(relay);
-  zmq::context_t context;
-  const auto isAdmitted = [&] {
+  EXPECT_TRUE((*relay)->turn(1ms));
+  // Connects with the client's key. Returns the first of these events of the connection.
+  const auto firstOf = [&](int events) {
+    zmq::context_t context;  // of its own: a monitor's name may stay in use after its socket was closed
     zmq::socket_t peer(context, zmq::socket_type::dealer), event(context, zmq::socket_type::pair);
     for (zmq::socket_t* socket : {&peer, &event}) socket->set(zmq::sockopt::linger, 0);
     peer.set(zmq::sockopt::curve_serverkey, server_.publicKey);
     peer.set(zmq::sockopt::curve_publickey, own_.publicKey);
     peer.set(zmq::sockopt::curve_secretkey, own_.secretKey);
-    zmq_socket_monitor(peer.handle(), "inproc://event",
-                       ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH);
+    zmq_socket_monitor(peer.handle(), "inproc://event", events);
     event.connect("inproc://event");
     peer.connect((*relay)->bound(kControl).at(0));
     zmq::message_t message;
@@ -349,15 +352,16 @@ TEST_F(RelayWithKeys, AppliesAChangeToTheNextConnection) {
     }));
     zmq_socket_monitor(peer.handle(), nullptr, 0);
     std::uint16_t kind = 0;
-    std::memcpy(&kind, message.data(), sizeof kind);
-    return kind == ZMQ_EVENT_HANDSHAKE_SUCCEEDED;
+    std::memcpy(&kind, message.data(), std::min(message.size(), sizeof kind));
+    return int{kind};
   };
-  EXPECT_TRUE((*relay)->turn(1ms));
-  EXPECT_FALSE(isAdmitted());
+  constexpr int kAdmitted = ZMQ_EVENT_HANDSHAKE_SUCCEEDED, kRefused = ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
+  EXPECT_EQ(firstOf(kAdmitted | kRefused), kRefused);
   ASSERT_TRUE(network::allow(keys_, {"arm-1", own_.publicKey, network::Permission::kControl}));
-  EXPECT_TRUE(isAdmitted());
+  EXPECT_EQ(firstOf(kAdmitted | kRefused), kAdmitted);
   ASSERT_TRUE(network::revoke(keys_, "arm-1"));
-  EXPECT_FALSE(isAdmitted());
+  // A gateway that notices it ends all connections, this one perhaps before it is refused.
+  EXPECT_NE(firstOf(kAdmitted | kRefused | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL), kAdmitted);
 }
 
 TEST_F(RelayTest, AnInstrumentThatIsSilentIsToldOnce) {
