@@ -38,6 +38,9 @@ void Subscriptions::note(zmq::message_t& message) {
     if (known == topic.connections.end()) --topic.ended;  // its end will be told
   } else if (known == topic.connections.end()) {
     topic.connections.emplace(fd, Connection{cookie, mayBeWrong});
+  } else if (known->second.cookie != cookie && !mayBeWrong) {
+    known->second = {cookie, false};  // the one before has ended
+    --topic.ended;
   } else if (known->second.cookie == cookie && known->second.mayBeWrong && topic.ended > 0) {
     known->second.mayBeWrong = mayBeWrong;
     --topic.ended;

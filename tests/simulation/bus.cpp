@@ -149,6 +149,7 @@ void Bus::arrive(Connection& one, std::span<const std::string> parts) {
 /// libzmq notices that the connection has ended, and forgets what waits for its peer.
 void Bus::end(Connection& one) {
   if (std::exchange(one.hasEnded, true)) return;
+  open_.push_back(one.fd);
   one.wire.clear();
   char byte = 0;
   (void)::recv(one.fd, &byte, 1, 0);
@@ -180,8 +181,13 @@ void Bus::disconnect(int fd) {
   Connection* const one = find(fd);
   if (one == nullptr) return;
   end(*one);
-  connections_.erase(fd);
   slow_.erase(fd);
+  one->isLeft = true;
+  if (one->isClosed) forget(fd);
+}
+
+void Bus::forget(int fd) {
+  connections_.erase(fd);
   free_.insert(fd);
 }
 
@@ -207,6 +213,11 @@ void Bus::turn() {
   endHandshakes();
   const std::int64_t passed_ns = now() - std::exchange(turned_ns_, now());
   if (passed_ns == 0) return;
+  for (const int fd : std::exchange(open_, {})) {
+    Connection& one = *find(fd);
+    one.isClosed = true;
+    if (one.isLeft) forget(fd);
+  }
   for (const int fd : slow_) read(*find(fd), passed_ns);
 }
 

@@ -162,6 +162,7 @@ class Bus {
   bool reach(Connection& connection, std::span<const std::string> parts, bool isWhole);
   void arrive(Connection& connection, std::span<const std::string> parts);
   void end(Connection& connection);
+  void forget(int fd);
   void endShut();
   // bus_handshakes.cpp
   void greet(Connection& connection, const Credentials& credentials);
@@ -185,6 +186,7 @@ class Bus {
   std::int64_t turned_ns_;
   std::vector<std::unique_ptr<Socket>> sockets_;
   std::vector<int> shut_;  ///< connections that were shut down, and have not ended yet
+  std::vector<int> open_;  ///< descriptors of ended connections: libzmq tells the end before it closes the descriptor
   struct Handshake {
     int fd;
     std::uint64_t cookie;

@@ -121,7 +121,7 @@ std::string Bus::peerOf(int fd) const {
 
 std::uint64_t Bus::cookieOf(int fd) const {
   const Connection* const one = find(fd);
-  return one == nullptr || one->hasEnded ? 0 : one->cookie;
+  return one == nullptr || one->isClosed ? 0 : one->cookie;
 }
 
 std::optional<network::Unread> Bus::unreadOf(int fd) const {

@@ -35,6 +35,8 @@ struct Bus::Connection {
   std::uint64_t cookie;
   std::string wire = {};  ///< from the peer, not read yet
   bool isShut = false, hasEnded = false, isAdmitted = false;
+  bool isClosed = false;  ///< so that its descriptor may become another one's, once its peer has left
+  bool isLeft = false;
   std::shared_ptr<const std::string> user = {};
   struct Early {
     std::vector<std::string> parts;

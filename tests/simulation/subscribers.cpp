@@ -217,12 +217,24 @@ void Subscribers::findNext() {
         std::min({next_ns_, one->until_ns, one->togglesNext_ns, listens_ && one->fd < 0 ? one->joins_ns : kNever});
 }
 
-/// Subscribes to previews twice, then cancels that twice, call by call.
+/// Call by call: subscribes to previews twice, cancels that twice, subscribes to them, and connects again.
 void Subscribers::toggle(One& one) {
+  constexpr int kLeaves = 5;
+  if (one.toggled == kLeaves) return leave(one);
   one.togglesNext_ns = now() + one.toggles_ns;
   const bool wants = one.toggled++ % 4 < 2;
   if (std::exchange(one.wantsPreviews, wants) != wants) previewsChanged_ns_ = now();
   bus_.send(one.fd, std::array{(one.wantsPreviews ? '\1' : '\0') + traction::topicOf(kSensor, "preview")});
+}
+
+/// Ends its connection, and connects again as ZeroMQ does.
+void Subscribers::leave(One& one) {
+  constexpr std::int64_t kAgain_ns = 100 * kMs;
+  bus_.disconnect(std::exchange(one.fd, -1));
+  one.wantsPreviews = false;
+  one.togglesNext_ns = kNever;
+  previewsChanged_ns_ = now();
+  one.joins_ns = now() + kAgain_ns;
 }
 
 bool Subscribers::wantsPreviews() const {
@@ -257,12 +269,8 @@ void Subscribers::checkOne(One& one) {
     });
     return;
   }
-  if (hasEnded && starvation_.since(one.joined_ns) > 0) {  // it connects again
-    bus_.disconnect(std::exchange(one.fd, -1));
-    one.wantsPreviews = false;
-    one.togglesNext_ns = kNever;
-    previewsChanged_ns_ = now();
-    one.joins_ns = now() + 100 * kMs;
+  if (hasEnded && starvation_.since(one.joined_ns) > 0) {
+    leave(one);
     next_ns_ = std::min(next_ns_, one.joins_ns);
     return;
   }

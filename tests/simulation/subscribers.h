@@ -50,6 +50,7 @@ class Subscribers {
   void connectAll();
   void findNext();
   void toggle(One& one);
+  void leave(One& one);
   void connect(One& one);
   void checkOne(One& one);
 

@@ -18,10 +18,11 @@ class SubscriptionsTest : public testing::Test {
   }
   ~SubscriptionsTest() override { release(bound_); }
 
-  /// Receives the next message, and notes it.
+  /// Receives the next message, and notes it, as a publisher does.
   void note() {
     zmq::message_t message;
     ASSERT_TRUE(publisher_.recv(message));
+    settleSubscription(message, true);
     subscriptions_.note(message);
   }
 
@@ -95,6 +96,41 @@ TEST_F(SubscriptionsTest, AConnectionThatHasEndedBeforeItsSubscriptionWasReceive
   other.send(RawPeer::message("\1a"));
   note();
   EXPECT_FALSE(subscriptions_.empty()) << "its own";
+}
+
+TEST_F(SubscriptionsTest, ADescriptorOfAnEndedConnectionIsTheNextOnes) {
+  zmq::message_t subscription, cancellation;
+  {
+    RawPeer goes(bound_[0], "SUB");
+    goes.send(RawPeer::message("\1a"));
+    ASSERT_TRUE(publisher_.recv(subscription));
+  }
+  ASSERT_TRUE(publisher_.recv(cancellation));
+  subscriptions_.note(subscription);
+  subscriptions_.note(cancellation);
+  EXPECT_TRUE(subscriptions_.empty());
+  RawPeer next(bound_[0], "SUB");
+  next.send(RawPeer::message("\1a"));
+  note();
+  EXPECT_FALSE(subscriptions_.empty());
+}
+
+TEST_F(SubscriptionsTest, AnEndThatIsToldBeforeTheDescriptorIsClosedTakesNoSubscriptionOfTheNextOne) {
+  {
+    RawPeer goes(bound_[0], "SUB");
+    goes.send(RawPeer::message("\1a"));
+    note();
+    zmq::message_t cancellation(std::string_view("\0a", 2));
+    subscriptions_.note(cancellation);
+    EXPECT_TRUE(subscriptions_.empty());
+  }
+  zmq::message_t itsOwn;
+  ASSERT_TRUE(publisher_.recv(itsOwn));  // the descriptor is about to be closed
+  RawPeer next(bound_[0], "SUB");
+  next.send(RawPeer::message("\1a"));
+  note();
+  subscriptions_.removeEnded();
+  EXPECT_FALSE(subscriptions_.empty());
 }
 
 }  // namespace
