@@ -28,6 +28,7 @@ struct Script {
   std::mutex mutex;
   std::deque<Popped> pops;
   CameraInfo info;
+  bool isSmaller = false;        // its pictures lack a row
   std::atomic<int> sessions{0};  // counted by the camera's thread
   int alive = 0, discarded = 0, given = 0;
   std::optional<Error> refusal;
@@ -68,6 +69,7 @@ class ScriptedDriver : public Driver {
     buffer.arrival = {
         .complete = true, .shape = info_.shape, .id = ++script_.id, .device_ns = 0, .host_ns = script_.clock()};
     buffer.arrival.late = script_.late;
+    if (script_.isSmaller) --buffer.arrival.shape.height;
     picture_[0] = static_cast<std::uint8_t>(script_.id);
     buffer.data = picture_.data();
     buffer.extras = script_.extras;

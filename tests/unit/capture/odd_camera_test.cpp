@@ -164,6 +164,26 @@ TEST_F(OddCamera, IsLostWhenItFallsSilentUnlessItIsTriggered) {
   EXPECT_THAT(said(), Contains(HasSubstr("fell silent")));
 }
 
+TEST_F(OddCamera, IsOpenedAgainIfAllPicturesAreOfAnotherSizeForATime) {
+  open({.silenceTimeout_ms = 1000, .clock = virtualNow});
+  Frame frame;
+  const auto picture = [&](bool isSmaller) {
+    virtual_ns += 300'000'000;
+    script_.isSmaller = isSmaller;
+    tell({Popped::kBuffer});
+    const Next next = nextOtherThan(Next::kTimeout, frame);
+    camera_->recycle(frame);
+    return next;
+  };
+  for (int i = 0; i < 5; ++i) ASSERT_EQ(picture(false), Next::kFrame);
+  for (int i = 0; i < 3; ++i) ASSERT_EQ(picture(true), Next::kRejected);
+  ASSERT_EQ(picture(false), Next::kFrame);
+  EXPECT_EQ(script_.sessions, 1) << "another host may have sent them";
+  for (int i = 0; i < 4; ++i) ASSERT_EQ(picture(true), Next::kRejected);
+  ASSERT_EQ(picture(false), Next::kFrame);
+  EXPECT_EQ(script_.sessions, 2);
+}
+
 TEST_F(OddCamera, IsLostAtOnceWhereItDoesNotAnswerAndKeptWhileItDoes) {
   constexpr std::int64_t kSilence_ns = 4'000'000'000, kPatience_ns = 1'001'000'000;  // longer than any camera is given
   script_.info.frameRate_Hz = 100;

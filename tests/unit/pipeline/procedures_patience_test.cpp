@@ -80,14 +80,15 @@ TEST(Procedures, SaysHowLongAZeroMayTakeAndKeepsToIt) {
   };
   constexpr double kKeptWithin_s = 1e-9 * static_cast<double>(zero::ZeroProcedure::kKeptWithin_ns);
   for (const Case& c :
-       {Case{30, 60.0, 60.0}, {30, 0.0, 12.5}, {10'000, 30.0, 30.0}, {100, 60.0, 2.0}, {30, 0.0, 0.3}}) {
+       {Case{30, 60.0, 60.0}, {30, 0.0, 12.5}, {10'000, 30.0, 30.0}, {100, 60.0, 2.0}, {30, 0.0, 0.3}, {2, 0.0, 0.3}}) {
     SCOPED_TRACE(testing::Message() << c.frames << " frames at " << c.real_Hz << " / s");
     ProceduresBench bench(c.frames);
     bench.procedures.welcome("Camera-1", c.told_Hz, std::nullopt);
     run(bench, 10.0, c.real_Hz);
     const double within_s = bench.zeroWithin_s();
-    EXPECT_GE(within_s, kKeptWithin_s + c.frames / c.real_Hz);
-    EXPECT_LE(within_s, kKeptWithin_s + 5.1 + 1.2 * (2 * c.frames + 2) / c.real_Hz);
+    const double frames_s = (2 * c.frames + 2) / c.real_Hz;  // as many may be torn, and two may be under way
+    EXPECT_GE(within_s, kKeptWithin_s + 5.0 + 0.9 * frames_s);
+    EXPECT_LE(within_s, kKeptWithin_s + 5.1 + 1.2 * frames_s);
     bench.procedures.beginZero({});
     run(bench, within_s - kKeptWithin_s - 0.5, c.real_Hz);
     EXPECT_TRUE(bench.zeroAnswers.empty());

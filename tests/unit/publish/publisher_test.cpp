@@ -199,6 +199,17 @@ TEST_F(PublisherTest, WaitEndsWhenTheDescriptorIsReadable) {
   close(fd);
 }
 
+/// A wait that ended at once would take a whole processor.
+TEST_F(PublisherTest, WaitsWhileNothingIsDue) {
+  open();
+  publisher_->serve(-1, 0ms);
+  TestClock::advance(500ms);  // the last description is older than the interval between two
+  publisher_->serve(-1, 0ms);
+  const auto begin = std::chrono::steady_clock::now();
+  publisher_->serve(-1, 50ms);
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, 50ms);
+}
+
 /// Of 2 x 1 pixels.
 Preview preview(std::uint64_t frame) {
   return {.picture = {2, 1, 3, {1, 2, 3, 4, 5, 6}},
