@@ -161,6 +161,10 @@ FAULTS = [Fault(*one) for one in [
          "    previewWanted.store(counted != 0,"),
         (PUBLISHER, "      removeEndedPreviews();\n", ""),
     ]),
+    ("subscribed-again", "3816025f", "a client that connects again at once is sent no previews", [
+        ("base/network/subscriptions.cpp", "if (known->second.cookie != cookie && !mayBeWrong) {",
+         "if (known->second.cookie == 0 && cookie != 0) {"),
+    ]),
     ("event-of-another-socket", "6aa2e775", "an address has more connections than it may, after the gateway has stalled", [
         ("gateway/peers.cpp", "if (address.empty() || !network::isConnectionTo(fd, bound)) return;", "if (address.empty()) return;"),
     ]),
