@@ -217,10 +217,11 @@ void Subscribers::findNext() {
         std::min({next_ns_, one->until_ns, one->togglesNext_ns, listens_ && one->fd < 0 ? one->joins_ns : kNever});
 }
 
-/// Call by call: subscribes to previews twice, cancels that twice, subscribes to them, and connects again.
+/// Call by call: subscribes to previews twice, then cancels that twice. Who does so each even number of milliseconds
+/// connects again after its third subscription.
 void Subscribers::toggle(One& one) {
-  constexpr int kLeaves = 5;
-  if (one.toggled == kLeaves) return leave(one);
+  constexpr int kCalls = 5;
+  if (one.toggles_ns / kMs % 2 == 0 && one.toggled == kCalls) return leave(one);
   one.togglesNext_ns = now() + one.toggles_ns;
   const bool wants = one.toggled++ % 4 < 2;
   if (std::exchange(one.wantsPreviews, wants) != wants) previewsChanged_ns_ = now();
