@@ -34,6 +34,7 @@ constexpr std::uint64_t kLast16BitId = 65535;
 constexpr double kMostBroken = 3.0;
 /// Frames until it is known how soon after their own time a camera's arrive.
 constexpr int kPractised = 100;
+static_assert(kPractised >= kDistrust, "its clock is believed by then");
 
 /// a - b as the two's complement says; ids and times from outside may be anything.
 std::int64_t difference(std::int64_t a, std::int64_t b) {
@@ -206,7 +207,7 @@ void FrameGate::weigh(const Track& next, std::uint64_t step) {
 /// unevenly a host is served, that hides no more than a quarter of the period of a camera of an even pace.
 bool FrameGate::isEarly(const Arrival& arrival) const {
   constexpr std::int64_t kLeast_ns = 3'000'000, kLeastOfEven_ns = 1'000'000, kTimes = 8;
-  if (!current_ || current_->timed < kPractised || current_->distrust > 0) return false;
+  if (!current_ || current_->timed < kPractised) return false;
   const StampSchedule& schedule = current_->schedule;
   const std::int64_t lag = difference(difference(arrival.host_ns, arrival.device_ns), current_->offset_ns);
   std::int64_t most = std::max(kLeast_ns, kTimes * current_->lag_ns);

@@ -71,6 +71,21 @@ TEST(DeviceClock, ItsErrorHoldsFromTheFirstFrameOn) {
   }
 }
 
+/// The frames of three windows that came soonest lie close together in time, and so show little of the drift.
+TEST(DeviceClock, ItsErrorHoldsUntilTheDriftIsKnown) {
+  constexpr double kDrift = 400e-6;
+  constexpr std::int64_t kFrame_ns = 100'000'000, kLate_ns = 5'000'000;
+  DeviceClock clock;
+  for (int i = 0; i < 40; ++i) {
+    const std::int64_t taken_ns = i * kFrame_ns;
+    const bool isSoon = i == 9 || i == 10 || i >= 20;
+    const auto device_ns = static_cast<std::int64_t>(static_cast<double>(taken_ns) * (1 - kDrift));
+    const DeviceClock::Moment moment = clock.add(device_ns, taken_ns + (isSoon ? 0 : kLate_ns));
+    if (i < 9) continue;
+    EXPECT_LE(std::abs(moment.captured_ns - taken_ns), moment.error_ns) << i;
+  }
+}
+
 /// Others than the first frame, which waited while the camera was opened, lead it by what that waited.
 TEST(DeviceClock, ALateFirstFrameCostsNoPrecision) {
   constexpr std::int64_t kLate_ns = 5'000'000;

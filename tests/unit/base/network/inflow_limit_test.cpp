@@ -285,6 +285,58 @@ TEST_P(InflowLimit, WhatWasDoneIsTold) {
   EXPECT_EQ(report.nextLine(now_ns + 122'000'000'000), "");
 }
 
+/// Connections that are read as ZeroMQ reads them, and closed when the test says so.
+class OwnConnections : public testing::Test {
+ protected:
+  OwnConnections() {
+    sockaddr_in address{.sin_family = AF_INET, .sin_port = 0, .sin_addr = {htonl(INADDR_LOOPBACK)}, .sin_zero = {}};
+    socklen_t size = sizeof address;
+    auto* const any = reinterpret_cast<sockaddr*>(&address);
+    EXPECT_TRUE(bind(listener_, any, size) == 0 && listen(listener_, 64) == 0);
+    EXPECT_EQ(getsockname(listener_, any, &size), 0);
+    endpoint_ = "tcp://127.0.0.1:" + std::to_string(ntohs(address.sin_port));
+    inflow::watch(endpoint_, Charge::kRequests);
+  }
+  ~OwnConnections() override {
+    inflow::unwatch({endpoint_});
+    for (const int fd : open_) close(fd);
+    close(listener_);
+  }
+
+  /// Reads messages of a new connection. \param share of what one may hold, in percent
+  void hold(std::size_t share) {
+    RawPeer& peer = peers_.emplace_back(endpoint_);
+    const int fd = open_.emplace_back(accept(listener_, nullptr, nullptr));
+    peer.send(RawPeer::greeting());
+    constexpr std::size_t kCost_bytes = 64;
+    peer.flood(RawPeer::part(""), RawPeer::part("").size() * share * inflow::kMost_bytes / 100 / kCost_bytes);
+    std::array<char, 4096> bytes;
+    while (recv(fd, bytes.data(), bytes.size(), MSG_DONTWAIT) > 0) {
+    }
+  }
+
+  const int listener_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  std::string endpoint_;
+  std::deque<RawPeer> peers_;
+  std::vector<int> open_;
+  const std::uint64_t before_ = inflow::ended();
+};
+
+TEST_F(OwnConnections, AreNotCountedAnyMoreWhenTheyWereEnded) {
+  hold(101);
+  EXPECT_EQ(inflow::ended() - before_, 1U);
+  for (int i = 0; i < 8; ++i) hold(98);
+  EXPECT_EQ(inflow::ended() - before_, 1U);
+}
+
+/// ZeroMQ closes a connection for reasons of its own, too.
+TEST_F(OwnConnections, AreNotCountedAnyMoreWhereTheyWereClosedBeforeTheirEndWasRead) {
+  for (int i = 0; i < 8; ++i) hold(98);
+  for (const int fd : open_) dup2(listener_, fd);  // closes it, and lets no other connection have the descriptor
+  hold(99);
+  EXPECT_EQ(inflow::ended(), before_);
+}
+
 TEST(InflowLimitDeathTest, ReadingByOtherCallsIsToldOnce) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");  // a new process, in which nothing has been read
   EXPECT_EXIT(
