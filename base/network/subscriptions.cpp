@@ -34,8 +34,6 @@ void Subscriptions::note(zmq::message_t& message) {
     removeEnded(topic);
   } else if (!isSubscription) {
     if (known != topic.connections.end()) topic.connections.erase(known);
-  } else if (cookie == 0) {
-    if (known == topic.connections.end()) --topic.ended;  // its end will be told
   } else if (known == topic.connections.end()) {
     topic.connections.emplace(fd, Connection{cookie, mayBeWrong});
   } else if (known->second.cookie != cookie && !mayBeWrong) {
@@ -49,8 +47,9 @@ void Subscriptions::note(zmq::message_t& message) {
 }
 
 void Subscriptions::removeEnded(Topic& topic) {
-  topic.ended -= static_cast<int>(
-      std::erase_if(topic.connections, [](const auto& one) { return cookieOf(one.first) != one.second.cookie; }));
+  topic.ended -= static_cast<int>(std::erase_if(topic.connections, [](const auto& one) {
+    return one.second.cookie == 0 || cookieOf(one.first) != one.second.cookie;
+  }));
 }
 
 void Subscriptions::removeEnded() {

@@ -24,8 +24,10 @@ class Subscriptions {
 
  private:
   struct Connection {
-    std::uint64_t cookie = 0;  ///< cookieOf(): the descriptor's number may become another connection's
-    bool mayBeWrong = false;   ///< it may have been another's already when the subscription was received
+    /// cookieOf(): the descriptor's number may become another connection's. 0: it had ended when its subscription was
+    /// received, and that will be told.
+    std::uint64_t cookie = 0;
+    bool mayBeWrong = false;  ///< it may have been another's already when the subscription was received
   };
   struct Topic {
     std::map<int, Connection> connections;  ///< by file descriptor

@@ -1,10 +1,13 @@
 // Subscriptions as a publisher receives them from peers that say more than ZeroMQ's own would.
 
+#include "base/network/ends.h"
 #include "base/network/socket.h"
 #include "base/network/subscriptions.h"
 #include "tests/unit/base/network/raw_peer.h"
 
 #include <gtest/gtest.h>
+
+#include <deque>
 
 namespace tractiond::network {
 namespace {
@@ -24,6 +27,12 @@ class SubscriptionsTest : public testing::Test {
     ASSERT_TRUE(publisher_.recv(message));
     settleSubscription(message, true);
     subscriptions_.note(message);
+  }
+
+  /// Notes what ZeroMQ tells of the end of a connection, before it closes the descriptor.
+  void noteEnd() {
+    zmq::message_t cancellation(std::string_view("\0a", 2));
+    subscriptions_.note(cancellation);
   }
 
   zmq::context_t context_;
@@ -115,13 +124,32 @@ TEST_F(SubscriptionsTest, ADescriptorOfAnEndedConnectionIsTheNextOnes) {
   EXPECT_FALSE(subscriptions_.empty());
 }
 
+TEST_F(SubscriptionsTest, OneThatSubscribedAgainAndAgainBeforeItEndedEndsOnce) {
+  std::deque<zmq::message_t> messages(5);
+  {
+    RawPeer goes(bound_[0], "SUB");
+    for (const auto& text : {std::string("\1a"), std::string("\1a"), std::string("\0a", 2), std::string("\1a")})
+      goes.send(RawPeer::message(text));
+    for (int i = 0; i < 4; ++i) ASSERT_TRUE(publisher_.recv(messages[i]));
+  }
+  ASSERT_TRUE(publisher_.recv(messages[4]));  // its end
+  ASSERT_TRUE(test::eventually([&] { return cookieOf(sourceOf(messages[0])) == 0; }));
+  for (zmq::message_t& message : messages) subscriptions_.note(message);
+  EXPECT_TRUE(subscriptions_.empty());
+  RawPeer next(bound_[0], "SUB");
+  next.send(RawPeer::message("\1a"));
+  note();
+  EXPECT_FALSE(subscriptions_.empty());
+  noteEnd();
+  EXPECT_TRUE(subscriptions_.empty());
+}
+
 TEST_F(SubscriptionsTest, AnEndThatIsToldBeforeTheDescriptorIsClosedTakesNoSubscriptionOfTheNextOne) {
   {
     RawPeer goes(bound_[0], "SUB");
     goes.send(RawPeer::message("\1a"));
     note();
-    zmq::message_t cancellation(std::string_view("\0a", 2));
-    subscriptions_.note(cancellation);
+    noteEnd();
     EXPECT_TRUE(subscriptions_.empty());
   }
   zmq::message_t itsOwn;
