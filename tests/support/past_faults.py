@@ -165,6 +165,11 @@ FAULTS = [Fault(*one) for one in [
         ("base/network/subscriptions.cpp", "if (known->second.cookie != cookie && !mayBeWrong) {",
          "if (known->second.cookie == 0 && cookie != 0) {"),
     ]),
+    ("ended-often", "ab348d18", "a connection that subscribed repeatedly ends less often than it subscribed", [
+        ("base/network/subscriptions.cpp", "  } else if (known == topic.connections.end()) {\n",
+         "  } else if (cookie == 0) {\n    if (known == topic.connections.end()) --topic.ended;\n"
+         "  } else if (known == topic.connections.end()) {\n"),
+    ]),
     ("event-of-another-socket", "6aa2e775", "an address has more connections than it may, after the gateway has stalled", [
         ("gateway/peers.cpp", "if (address.empty() || !network::isConnectionTo(fd, bound)) return;", "if (address.empty()) return;"),
     ]),
