@@ -94,7 +94,8 @@ struct Subscribers::One : Peer {
   bool isHostile = false;
   std::int64_t toggles_ns = 0, togglesNext_ns = kNever;  ///< how often it takes its mind of previews, 0: never
   bool wantsPreviews = false;
-  int toggled = 0;
+  int toggled = 0;  ///< since it has connected
+  int left = 0;     ///< how often it has connected again by its own wish
   int fd = -1;
   std::int64_t joins_ns = 0, joined_ns = 0;
   std::array<std::uint64_t, kKinds.size()> sequences{}, frames{};  ///< of the last message; 0: none yet
@@ -218,14 +219,20 @@ void Subscribers::findNext() {
 }
 
 /// Call by call: subscribes to previews twice, then cancels that twice. Who does so each even number of milliseconds
-/// connects again after its third subscription.
+/// then subscribes twice at once, and connects again, every second time after a second.
 void Subscribers::toggle(One& one) {
   constexpr int kCalls = 5;
-  if (one.toggles_ns / kMs % 2 == 0 && one.toggled == kCalls) return leave(one);
+  const bool leaves = one.toggles_ns / kMs % 2 == 0;
+  if (leaves && one.toggled == kCalls) {
+    leave(one);
+    if (++one.left % 2 == 0) one.joins_ns += kSecond;
+    return;
+  }
   one.togglesNext_ns = now() + one.toggles_ns;
   const bool wants = one.toggled++ % 4 < 2;
   if (std::exchange(one.wantsPreviews, wants) != wants) previewsChanged_ns_ = now();
-  bus_.send(one.fd, std::array{(one.wantsPreviews ? '\1' : '\0') + traction::topicOf(kSensor, "preview")});
+  const std::array message{(wants ? '\1' : '\0') + traction::topicOf(kSensor, "preview")};
+  for (int i = 0; i < (leaves && one.toggled == kCalls ? 2 : 1); ++i) bus_.send(one.fd, message);
 }
 
 /// Ends its connection, and connects again as ZeroMQ does.
