@@ -164,6 +164,12 @@ Story drawOfInstrument(std::uint64_t seed, std::int64_t lasts_ms) {
     if (one.event == Event::kLate && chance.oneIn(3))
       story.happenings.push_back(
           {at_ms + chance.between(0, 50), Event::kImpostor, chance.between(10, 1'000), one.for_ms});
+    // Clients connect again while the publishing thread does not read what they said.
+    if (one.event == Event::kPreviews && chance.oneIn(2)) {
+      constexpr std::int64_t kPublishing = 3;
+      story.happenings.push_back(
+          {at_ms + chance.between(0, one.for_ms), Event::kStarved, kPublishing, chance.between(100, 2'000)});
+    }
     // People ask at the worst moment.
     const auto askWithin = [&](std::int64_t most_ms, Event event, std::int64_t amount) {
       at_ms += chance.between(0, std::min(one.for_ms, most_ms));

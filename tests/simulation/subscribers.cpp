@@ -219,20 +219,22 @@ void Subscribers::findNext() {
 }
 
 /// Call by call: subscribes to previews twice, then cancels that twice. Who does so each even number of milliseconds
-/// then subscribes twice at once, and connects again, every second time after a second.
+/// then subscribes twice at once, and soon connects again, every second time after a second.
 void Subscribers::toggle(One& one) {
-  constexpr int kCalls = 5;
+  constexpr int kLast = 4;
+  constexpr std::int64_t kSoon_ns = 20 * kMs;
+  const int call = one.toggled++;
   const bool leaves = one.toggles_ns / kMs % 2 == 0;
-  if (leaves && one.toggled == kCalls) {
+  if (leaves && call > kLast) {
     leave(one);
     if (++one.left % 2 == 0) one.joins_ns += kSecond;
     return;
   }
-  one.togglesNext_ns = now() + one.toggles_ns;
-  const bool wants = one.toggled++ % 4 < 2;
+  const bool isLast = leaves && call == kLast, wants = call % 4 < 2;
+  one.togglesNext_ns = now() + (isLast ? kSoon_ns : one.toggles_ns);
   if (std::exchange(one.wantsPreviews, wants) != wants) previewsChanged_ns_ = now();
   const std::array message{(wants ? '\1' : '\0') + traction::topicOf(kSensor, "preview")};
-  for (int i = 0; i < (leaves && one.toggled == kCalls ? 2 : 1); ++i) bus_.send(one.fd, message);
+  for (int i = 0; i < (isLast ? 2 : 1); ++i) bus_.send(one.fd, message);
 }
 
 /// Ends its connection, and connects again as ZeroMQ does.
