@@ -34,7 +34,7 @@ constexpr std::uint64_t kLast16BitId = 65535;
 constexpr double kMostBroken = 3.0;
 /// Frames until it is known how soon after their own time a camera's arrive.
 constexpr int kPractised = 100;
-static_assert(kPractised >= kDistrust, "its clock is believed by then");
+static_assert(kPractised >= kDistrust, "the clock of a practised camera is believed");
 
 /// a - b as the two's complement says; ids and times from outside may be anything.
 std::int64_t difference(std::int64_t a, std::int64_t b) {

@@ -250,8 +250,8 @@ TEST(CaptureClock, FirstFramesOfATimelineDoNotKnowTheShortestDelay) {
 TEST(CaptureClock, AFrameWithoutAStampWasUnderWayForAsLongAsOthers) {
   // Far longer than the jitter, so that the moment of arrival with the jitter as its error is a wrong answer.
   constexpr std::int64_t kDelay_ns = 5'000'000, kJitter_ns = 1'000'000, kMinute_ns = 60'000'000'000;
-  constexpr std::int64_t kRaw_ns =
-      3'600'000'000'000;  // what the raw clock, with which the camera's is compared, is ahead
+  // What the raw clock is ahead, with which the camera's is compared.
+  constexpr std::int64_t kRaw_ns = 3'600'000'000'000;
   std::mt19937 random(1);
   CaptureClock clock;
   ClockFit fit;
