@@ -36,11 +36,8 @@ void Subscriptions::note(zmq::message_t& message) {
     if (known != topic.connections.end()) topic.connections.erase(known);
   } else if (known == topic.connections.end()) {
     topic.connections.emplace(fd, Connection{cookie, mayBeWrong});
-  } else if (known->second.cookie != cookie && !mayBeWrong) {
-    known->second = {cookie, false};  // the one before has ended
-    --topic.ended;
-  } else if (known->second.cookie == cookie && known->second.mayBeWrong && topic.ended > 0) {
-    known->second.mayBeWrong = mayBeWrong;
+  } else if (topic.ended > 0 && (known->second.cookie != cookie || known->second.mayBeWrong)) {
+    known->second = {cookie, mayBeWrong};  // the end of the one before has been told
     --topic.ended;
   }  // else it is repeated, by the connection that has ended if the descriptor is another one's: its end is told later
   if (topic.connections.empty() && topic.ended >= 0) topics_.erase(found);

@@ -144,6 +144,25 @@ TEST_F(SubscriptionsTest, OneThatSubscribedAgainAndAgainBeforeItEndedEndsOnce) {
   EXPECT_TRUE(subscriptions_.empty());
 }
 
+TEST_F(SubscriptionsTest, ARepeatedSubscriptionIsNotThatOfAConnectionOfAnotherSocket) {
+  zmq::socket_t other(context_, zmq::socket_type::router);
+  guard(other, 8, 512);
+  const std::vector<std::string> bound = *bind(other, {"tcp://127.0.0.1:*"});
+  std::array<zmq::message_t, 2> messages;
+  {
+    RawPeer goes(bound_[0], "SUB");
+    goes.send(RawPeer::message("\1a"));
+    note();
+    goes.send(RawPeer::message("\1a"));
+    ASSERT_TRUE(publisher_.recv(messages[0]));
+  }
+  ASSERT_TRUE(publisher_.recv(messages[1]));  // its end
+  const RawPeer next(bound[0], "DEALER");     // may have its descriptor
+  for (zmq::message_t& message : messages) subscriptions_.note(message);
+  EXPECT_TRUE(subscriptions_.empty());
+  release(bound);
+}
+
 TEST_F(SubscriptionsTest, AnEndThatIsToldBeforeTheDescriptorIsClosedTakesNoSubscriptionOfTheNextOne) {
   {
     RawPeer goes(bound_[0], "SUB");
