@@ -32,6 +32,7 @@ struct Connection {
   /// Frames of earlier connections of this descriptor that may wait, until the queues of `leftOver` were found empty
   /// `leftUntil` times.
   std::uint64_t left = 0, leftUntil = 0;
+  std::uint64_t leftNumber = 0;  ///< Origin::leftNumber
   Charge leftOver = Charge::kRequests;
 };
 
@@ -39,6 +40,7 @@ struct Account {
   std::multimap<std::string, Charge> endpoints;  ///< by localEnd()
   std::uint64_t charged_bytes = 0;               ///< of all connections
   std::size_t highest = 0;                       ///< largest descriptor that was seen
+  std::uint64_t leftNumbers = 0;                 ///< last Connection::leftNumber
   std::string last;                              ///< connection that was ended, and why
 };
 
@@ -73,7 +75,9 @@ std::uint64_t leftFrames(const Connection& one) {
 /// queues are found empty twice: the first time may have been just before the last of them came.
 void writeOff(Connection& one) {
   if (one.waiting > 0) {
-    one.left = leftFrames(one) + std::exchange(one.waiting, 0);
+    const std::uint64_t before = leftFrames(one);
+    if (before == 0 || one.leftOver != one.charge) one.leftNumber = ++account.leftNumbers;
+    one.left = before + std::exchange(one.waiting, 0);
     one.leftOver = one.charge;
     one.leftUntil = emptiedOf(one.charge) + 2;
   }
@@ -114,6 +118,7 @@ void startAnew(Connection& one) {
   Connection next;
   next.left = one.left;
   next.leftUntil = one.leftUntil;
+  next.leftNumber = one.leftNumber;
   next.leftOver = one.leftOver;
   one = next;
 }
@@ -245,7 +250,8 @@ Origin originOf(int fd) {
   const std::lock_guard lock(mutex);
   const Connection& one = records[static_cast<std::size_t>(fd)];
   const bool isOfOtherKind = one.watched && one.charge != one.leftOver;  // it waits in other queues
-  return {.connection = one.cookie, .left = isOfOtherKind ? 0 : leftFrames(one)};
+  const std::uint64_t left = isOfOtherKind ? 0 : leftFrames(one);
+  return {.connection = one.cookie, .left = left, .leftNumber = left == 0 ? 0 : one.leftNumber};
 }
 
 void releaseEnded(Charge charge) {

@@ -41,6 +41,8 @@ struct Origin {
   /// Parts of messages, this one's perhaps among them, that earlier connections with this descriptor may have left in
   /// the queues of its kind: at most so many messages that come there after `connection` began are not of it.
   std::uint64_t left = 0;
+  /// Stays the same as long as `left` is above 0, and is another one when it rises from 0 again. 0: it is 0.
+  std::uint64_t leftNumber = 0;
 };
 /// \param fd of the connection, as ZeroMQ reports it
 Origin originOf(int fd);

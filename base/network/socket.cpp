@@ -150,8 +150,14 @@ void PeerLimit::count(zmq::message_t& message, const std::vector<std::string>& b
   const auto index = static_cast<std::size_t>(fd);
   if (index >= counts_.size()) counts_.resize(index + 1);
   Count& count = counts_[index];
-  if (count.connection != origin.connection) count = {.connection = origin.connection};
-  if (count.others < origin.left) {
+  if (std::exchange(count.leftNumber, origin.leftNumber) != origin.leftNumber) count.taken = count.before = 0;
+  if (std::exchange(count.connection, origin.connection) != origin.connection) {
+    count.messages = 0;
+    count.others = 0;
+    count.before = count.taken;
+  }
+  ++count.taken;
+  if (count.before + count.others < origin.left) {
     ++count.others;
     return;
   }

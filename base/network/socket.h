@@ -82,9 +82,9 @@ class PeerLimit {
       : limit_(messages) {}
 
   /// Counts a message that came over a socket bound to these endpoints. Ends its connection (cutOff()) if it exceeds
-  /// the limit. Does not count as many messages as an earlier connection with its descriptor may have left
-  /// (inflow::originOf()). Has no effect if the connection is not known. Allocates where a descriptor is larger than
-  /// all before. \param bound as bind() returned it
+  /// the limit. Does not count as many messages as earlier connections with its descriptor may have left
+  /// (inflow::originOf()), less those that were counted before it began. Has no effect if the connection is not known.
+  /// Allocates where a descriptor is larger than all before. \param bound as bind() returned it
   void count(zmq::message_t& message, const std::vector<std::string>& bound);
   void reset();  ///< Sets the counts of all connections to 0.
 
@@ -92,7 +92,10 @@ class PeerLimit {
   struct Count {
     std::uint64_t connection = 0;  ///< the descriptor's number may become another one's
     int messages = 0;
-    std::uint64_t others = 0;  ///< messages that are taken for an earlier connection's
+    std::uint64_t others = 0;      ///< messages that are taken for an earlier connection's
+    std::uint64_t leftNumber = 0;  ///< inflow::Origin::leftNumber
+    std::uint64_t taken = 0;       ///< messages since it is that
+    std::uint64_t before = 0;      ///< of these, those that came before the connection began: they are not of it
   };
 
   int limit_;

@@ -232,6 +232,17 @@ TEST_P(CountedMessages, NobodySendsMoreBecauseAnotherLeftMessages) {
   EXPECT_TRUE(next.isCutOff());
 }
 
+TEST_P(CountedMessages, WhatWasLeftAndTakenBeforeAConnectionBeganIsNotTakenForItsOwn) {
+  leaveMessages();
+  awaitItsEnd();
+  for (std::size_t i = 0; i < kLeft; ++i) ASSERT_TRUE(takeUntil("more"));
+  RawPeer next(bound_.at(0), "DEALER");
+  next.send(many(kLeft + kAllowed) + RawPeer::part("") + RawPeer::message("beyond"));
+  ASSERT_TRUE(takeUntil("beyond"));
+  EXPECT_EQ(source_, descriptor_);
+  EXPECT_TRUE(next.isCutOff());
+}
+
 TEST_P(CountedMessages, AreCountedForEachConnectionByItself) {
   open(zmq::socket_type::router);
   RawPeer quiet(bound_.at(0), "DEALER"), floods(bound_.at(0), "DEALER");
