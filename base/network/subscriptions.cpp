@@ -31,7 +31,6 @@ void Subscriptions::note(zmq::message_t& message) {
   const auto known = topic.connections.find(fd);
   if (fd < 0) {
     ++topic.ended;
-    removeEnded(topic);
   } else if (!isSubscription) {
     if (known != topic.connections.end()) topic.connections.erase(known);
   } else if (known == topic.connections.end()) {

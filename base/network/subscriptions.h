@@ -15,7 +15,7 @@ namespace tractiond::network {
 class Subscriptions {
  public:
   /// Notes a subscription (\1TOPIC) or cancellation (\0TOPIC) that the publisher has received; ignores other messages.
-  /// When a connection ends, ZeroMQ makes a cancellation of each of its topics, without a source: calls removeEnded().
+  /// When a connection ends, ZeroMQ makes a cancellation of each of its topics, without a source.
   void note(zmq::message_t& message);
   /// Removes the subscriptions of connections that have ended. Makes a system call for each subscription.
   void removeEnded();
