@@ -31,20 +31,28 @@ void Subscriptions::note(zmq::message_t& message) {
   const auto known = topic.connections.find(fd);
   if (fd < 0) {
     ++topic.ended;
+    removeEnded(topic);
   } else if (!isSubscription) {
     if (known != topic.connections.end()) topic.connections.erase(known);
   } else if (known == topic.connections.end()) {
     topic.connections.emplace(fd, Connection{cookie, mayBeWrong});
-  } else if (topic.ended > 0 && (known->second.cookie != cookie || known->second.mayBeWrong)) {
-    known->second = {cookie, mayBeWrong};  // the end of the one before has been told
+  } else if ((known->second.cookie != cookie || (known->second.mayBeWrong && cookie != 0)) &&
+             topic.ended > std::ranges::count_if(topic.connections,
+                                                 [fd](const auto& one) { return one.first != fd && hasEnded(one); })) {
+    known->second = {cookie, mayBeWrong};  // the end of the one before has been told, as more were than of others
     --topic.ended;
   }  // else it is repeated, by the connection that has ended if the descriptor is another one's: its end is told later
   if (topic.connections.empty() && topic.ended >= 0) topics_.erase(found);
 }
 
+bool Subscriptions::hasEnded(const std::pair<const int, Connection>& one) {
+  return one.second.cookie == 0 || cookieOf(one.first) != one.second.cookie;
+}
+
 void Subscriptions::removeEnded(Topic& topic) {
   topic.ended -= static_cast<int>(std::erase_if(topic.connections, [](const auto& one) {
-    return one.second.cookie == 0 || cookieOf(one.first) != one.second.cookie;
+    const bool mayHaveCancelled = inflow::originOf(one.first).left > 0;  // its end is then not told
+    return hasEnded(one) && !mayHaveCancelled;
   }));
 }
 

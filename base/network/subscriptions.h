@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <utility>
 
 namespace tractiond::network {
 
@@ -15,9 +16,10 @@ namespace tractiond::network {
 class Subscriptions {
  public:
   /// Notes a subscription (\1TOPIC) or cancellation (\0TOPIC) that the publisher has received; ignores other messages.
-  /// When a connection ends, ZeroMQ makes a cancellation of each of its topics, without a source.
+  /// When a connection ends, ZeroMQ makes a cancellation of each of its topics, without a source: calls removeEnded().
   void note(zmq::message_t& message);
-  /// Removes the subscriptions of connections that have ended. Makes a system call for each subscription.
+  /// Removes the subscriptions of connections that have ended, and of which no message waits. Makes a system call for
+  /// each subscription.
   void removeEnded();
   /// Returns whether no connection has a subscription. One that has ended may count until the next removeEnded().
   bool empty() const;
@@ -34,6 +36,8 @@ class Subscriptions {
     /// Ends of connections that were told, less those that were removed. Above 0: so many of `connections` are wrong.
     int ended = 0;
   };
+  /// \param one of Topic::connections
+  static bool hasEnded(const std::pair<const int, Connection>& one);
   static void removeEnded(Topic& topic);
 
   std::map<std::string, Topic, std::less<>> topics_;

@@ -162,8 +162,8 @@ FAULTS = [Fault(*one) for one in [
         (PUBLISHER, "      removeEndedPreviews();\n", ""),
     ]),
     ("subscribed-again", "3816025f", "a client that connects again at once is sent no previews", [
-        ("base/network/subscriptions.cpp", "known->second.cookie != cookie || known->second.mayBeWrong",
-         "known->second.cookie == cookie && known->second.mayBeWrong"),
+        ("base/network/subscriptions.cpp", "known->second.cookie != cookie || (known->second.mayBeWrong && cookie != 0)",
+         "known->second.cookie == cookie && (known->second.mayBeWrong && cookie != 0)"),
     ]),
     ("ended-often", "ab348d18", "a connection that subscribed repeatedly ends less often than it subscribed", [
         ("base/network/subscriptions.cpp", "  } else if (known == topic.connections.end()) {\n",
