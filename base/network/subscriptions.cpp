@@ -51,8 +51,9 @@ bool Subscriptions::hasEnded(const std::pair<const int, Connection>& one) {
 
 void Subscriptions::removeEnded(Topic& topic) {
   topic.ended -= static_cast<int>(std::erase_if(topic.connections, [](const auto& one) {
+    if (!hasEnded(one)) return false;
     const bool mayHaveCancelled = inflow::originOf(one.first).left > 0;  // its end is then not told
-    return hasEnded(one) && !mayHaveCancelled;
+    return !mayHaveCancelled;
   }));
 }
 
