@@ -172,7 +172,7 @@ struct Relay::Impl {
     for (int i = 0; i < kSubscriptionsPerTurn && receive((*front)[kPreview], parts) != 0; ++i) {
       const std::string_view text = parts[0].to_string_view();
       network::settleSubscription(parts[0], isOfInstrument(text));
-      subscribers.count(parts[0], front->bound(kPreview));
+      subscribers.count(parts[0], 1, front->bound(kPreview));
       previewSubscriptions.note(parts[0]);
     }
     askForPreviews();
@@ -211,7 +211,7 @@ struct Relay::Impl {
     for (; count < kSubscriptionsPerTurn && receive((*front)[kStream], parts) != 0; ++count) {
       const std::string_view text = parts[0].to_string_view();
       network::settleSubscription(parts[0], isOfInstrument(text));
-      subscribers.count(parts[0], front->bound(kStream));
+      subscribers.count(parts[0], 1, front->bound(kStream));
       if (!text.starts_with('\1')) continue;
       for (const auto& [topic, kept] : descriptions) {
         descriptionDue = descriptionDue || std::string_view(topic).starts_with(text.substr(1));
@@ -249,7 +249,7 @@ struct Relay::Impl {
       const std::size_t count = receive((*front)[kControl], parts);
       if (count == 0) return network::inflow::releaseEnded(network::Charge::kRequests);
       network::inflow::release(network::sourceOf(parts[0]), count - 1);  // the first part is the routing id
-      askers.count(parts[0], front->bound(kControl));
+      askers.count(parts[0], count - 1, front->bound(kControl));
       // [peer][empty][request]
       if (count != 3 || !parts[1].empty()) continue;
       const std::string why = pass(parts[0].to_string_view(), parts[2], now);
@@ -307,7 +307,6 @@ struct Relay::Impl {
     refreshKeys();
     subscribeAgain(now);
     front->peers().removeEnded();
-    previewSubscriptions.removeEnded();
     peers = front->peers().count();
     if (now - counted_ns > 1'000'000'000) {
       counted_ns = now;

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstddef>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <span>
@@ -27,20 +28,14 @@ struct Connection {
   bool watched = false, cut = false;
   Charge charge = Charge::kRequests;
   FrameMeter meter;
+  std::uint64_t sent = 0;                       ///< frames
   std::uint64_t frames = 0, charged_bytes = 0;  ///< held by ZeroMQ
-  std::uint64_t waiting = 0;                    ///< frames that may not have been taken yet
-  /// Frames of earlier connections of this descriptor that may wait, until the queues of `leftOver` were found empty
-  /// `leftUntil` times.
-  std::uint64_t left = 0, leftUntil = 0;
-  std::uint64_t leftNumber = 0;  ///< Origin::leftNumber
-  Charge leftOver = Charge::kRequests;
 };
 
 struct Account {
   std::multimap<std::string, Charge> endpoints;  ///< by localEnd()
   std::uint64_t charged_bytes = 0;               ///< of all connections
   std::size_t highest = 0;                       ///< largest descriptor that was seen
-  std::uint64_t leftNumbers = 0;                 ///< last Connection::leftNumber
   std::string last;                              ///< connection that was ended, and why
 };
 
@@ -54,33 +49,14 @@ std::atomic<std::uint64_t> endedCount{0};
 std::atomic<bool> seesReads{false}, isBypassed{false};
 // Charges of connections that have ended, by Charge: their messages wait until they are taken.
 std::array<std::atomic<std::uint64_t>, 2> left_bytes{};
-// How often queues were found empty, by Charge.
-std::array<std::atomic<std::uint64_t>, 2> emptied{};
 // NOLINTEND(*-avoid-non-const-global-variables)
 
 std::atomic<std::uint64_t>& leftOf(Charge charge) {
   return left_bytes[static_cast<std::size_t>(charge)];
 }
 
-std::atomic<std::uint64_t>& emptiedOf(Charge charge) {
-  return emptied[static_cast<std::size_t>(charge)];
-}
-
-/// Returns how many frames of earlier connections may wait.
-std::uint64_t leftFrames(const Connection& one) {
-  return emptiedOf(one.leftOver) < one.leftUntil ? one.left : 0;
-}
-
-/// Removes the charge of a connection from its record; its messages may still wait. They have been taken when the
-/// queues are found empty twice: the first time may have been just before the last of them came.
+/// Removes the charge of a connection from its record; its messages may still wait.
 void writeOff(Connection& one) {
-  if (one.waiting > 0) {
-    const std::uint64_t before = leftFrames(one);
-    if (before == 0 || one.leftOver != one.charge) one.leftNumber = ++account.leftNumbers;
-    one.left = before + std::exchange(one.waiting, 0);
-    one.leftOver = one.charge;
-    one.leftUntil = emptiedOf(one.charge) + 2;
-  }
   account.charged_bytes -= one.charged_bytes;
   leftOf(one.charge) += std::exchange(one.charged_bytes, 0);
   one.frames = 0;
@@ -112,15 +88,9 @@ void endLargest() {
   shutDown(fd);
 }
 
-/// Forgets a connection, but for what it may have left in the queues.
 void startAnew(Connection& one) {
   writeOff(one);
-  Connection next;
-  next.left = one.left;
-  next.leftUntil = one.leftUntil;
-  next.leftNumber = one.leftNumber;
-  next.leftOver = one.leftOver;
-  one = next;
+  one = Connection();
 }
 
 /// Returns the record of a connection; a new one if its descriptor was used by another connection before.
@@ -164,7 +134,7 @@ bool allows(int fd, std::span<const std::uint8_t> bytes) {
   if (one.cut) return false;
   const FrameMeter::Reading reading = one.meter.read(bytes, one.charge);
   one.frames += reading.frames;
-  one.waiting += reading.frames;
+  one.sent += reading.frames;
   one.charged_bytes += reading.cost_bytes;
   account.charged_bytes += reading.cost_bytes;
   if (reading.isOld) {
@@ -221,19 +191,10 @@ void unwatch(const std::vector<std::string>& endpoints) {
   if (account.endpoints.empty()) clear();
 }
 
-void take(int fd, std::size_t parts) {
+void release(int fd, std::size_t parts) {
   if (!isRecorded(fd)) return;
   if (!seesReads.load(std::memory_order_relaxed) || !connections::seesAccepts())
     isBypassed.store(true, std::memory_order_relaxed);
-  const std::lock_guard lock(mutex);
-  Connection& one = records[static_cast<std::size_t>(fd)];
-  // It may be an earlier connection's: none of this one's is known to have been taken.
-  if (leftFrames(one) == 0) one.waiting -= std::min<std::uint64_t>(parts, one.waiting);
-}
-
-void release(int fd, std::size_t parts) {
-  take(fd, parts);
-  if (!isRecorded(fd)) return;
   const std::lock_guard lock(mutex);
   Connection& one = records[static_cast<std::size_t>(fd)];
   if (one.frames == 0) return;
@@ -245,18 +206,14 @@ void release(int fd, std::size_t parts) {
   account.charged_bytes -= cost_bytes;
 }
 
-Origin originOf(int fd) {
-  if (!isRecorded(fd)) return {};
+std::uint64_t sentOver(int fd) {
+  if (!isRecorded(fd) || !seesReads.load(std::memory_order_relaxed)) return std::numeric_limits<std::uint64_t>::max();
   const std::lock_guard lock(mutex);
-  const Connection& one = records[static_cast<std::size_t>(fd)];
-  const bool isOfOtherKind = one.watched && one.charge != one.leftOver;  // it waits in other queues
-  const std::uint64_t left = isOfOtherKind ? 0 : leftFrames(one);
-  return {.connection = one.cookie, .left = left, .leftNumber = left == 0 ? 0 : one.leftNumber};
+  return records[static_cast<std::size_t>(fd)].sent;
 }
 
 void releaseEnded(Charge charge) {
   leftOf(charge).store(0, std::memory_order_relaxed);  // an estimate: orders no other memory access
-  emptiedOf(charge).fetch_add(1, std::memory_order_relaxed);
 }
 
 std::uint64_t ended() {

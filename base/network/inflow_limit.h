@@ -24,28 +24,17 @@ void watch(const std::string& endpoint, Charge charge);
 /// Ends one watch() of each endpoint; ignores endpoints that are not watched. When none is left, forgets all charges.
 void unwatch(const std::vector<std::string>& endpoints);
 
-/// Notes that the caller has taken a message out of ZeroMQ's queues, and keeps its charge: ZeroMQ holds what it said, a
-/// subscription. Notes if recv() or accept() was not seen, for Report. \param fd as for release() \param parts likewise
-void take(int fd, std::size_t parts);
-/// As take(), and releases the charge of the connection for this message: the mean charge of its frames for each part.
+/// Must be called for each message that was taken out of ZeroMQ's queues, unless ZeroMQ holds what it said, a
+/// subscription. Releases the charge of the connection for it: the mean charge of its frames for each part. Notes if
+/// recv() or accept() was not seen, for Report.
 /// \param fd of the connection, as ZeroMQ reports it; -1, or one without a charge, releases nothing
 /// \param parts number of parts of the message that came over the connection; more than were charged release all. If
 /// the descriptor is a later connection's by now, that one's charge is lowered
 void release(int fd, std::size_t parts);
 
-/// Where a message came from that has been taken out of ZeroMQ's queues.
-struct Origin {
-  /// Number of the descriptor's last connection; 0 if it was not seen to be read, or since its end was read: what it
-  /// left counts in `left` then. While any endpoint is watched, connections at others have numbers, too.
-  std::uint64_t connection = 0;
-  /// Parts of messages, this one's perhaps among them, that earlier connections with this descriptor may have left in
-  /// the queues of its kind: at most so many messages that come there after `connection` began are not of it.
-  std::uint64_t left = 0;
-  /// Stays the same as long as `left` is above 0, and is another one when it rises from 0 again. 0: it is 0.
-  std::uint64_t leftNumber = 0;
-};
-/// \param fd of the connection, as ZeroMQ reports it
-Origin originOf(int fd);
+/// Returns how many parts of messages the connection has sent that has this descriptor now; 0 if there is none. Without
+/// information, as recv() is bypassed, or the descriptor is -1 or too large, the largest number.
+std::uint64_t sentOver(int fd);
 
 /// Releases the charges of connections that have ended, whose messages may still wait in ZeroMQ's queues. Must be
 /// called when ZeroMQ has no more messages of this kind there. Above kMostTogether_bytes of these charges, every

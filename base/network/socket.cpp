@@ -101,6 +101,12 @@ int sourceOf(zmq::message_t& message) {
   return zmq_msg_get(message.handle(), ZMQ_SRCFD);
 }
 
+const void* connectionOf(zmq::message_t& message) {
+  // libzmq keeps the properties of a connection once, for all its messages: their addresses are the same.
+  const char* const address = zmq_msg_gets(message.handle(), "Peer-Address");
+  return address != nullptr ? address : zmq_msg_gets(message.handle(), "Socket-Type");
+}
+
 std::optional<zmq::message_t> messageOf(std::string bytes, std::shared_ptr<ReplyBudget::Reply> waiting) try {
   struct Lent {
     std::string bytes;
@@ -130,7 +136,7 @@ std::optional<zmq::message_t> copyOf(std::string_view bytes) try {
 
 void settleSubscription(zmq::message_t& message, bool isKnown) {
   const bool takesRoom = !message.to_string_view().starts_with('\0') && !isKnown;
-  (takesRoom ? inflow::take : inflow::release)(sourceOf(message), 1);
+  if (!takesRoom) inflow::release(sourceOf(message), 1);
 }
 
 bool isConnectionTo(int fd, const std::vector<std::string>& bound) {
@@ -143,34 +149,17 @@ bool cutOff(int fd, const std::vector<std::string>& bound) {
   return isConnectionTo(fd, bound) && shutDown(fd);
 }
 
-void PeerLimit::count(zmq::message_t& message, const std::vector<std::string>& bound) {
-  const int fd = sourceOf(message);
-  if (fd < 0 || static_cast<std::size_t>(fd) >= connections::kMostDescriptors) return;
-  const inflow::Origin origin = inflow::originOf(fd);
-  const auto index = static_cast<std::size_t>(fd);
-  if (index >= counts_.size()) counts_.resize(index + 1);
-  Count& count = counts_[index];
-  if (std::exchange(count.leftNumber, origin.leftNumber) != origin.leftNumber) count.taken = count.before = 0;
-  if (std::exchange(count.connection, origin.connection) != origin.connection) {
-    count.messages = 0;
-    count.others = 0;
-    count.before = count.taken;
-  }
-  ++count.taken;
-  if (count.before + count.others < origin.left) {
-    ++count.others;
-    return;
-  }
+void PeerLimit::count(zmq::message_t& message, std::size_t parts, const std::vector<std::string>& bound) {
+  const void* const connection = connectionOf(message);
+  if (connection == nullptr) return;
+  const auto [counted, isNew] = counts_.try_emplace(connection);
+  Count& count = counted->second;
+  if (isNew) count.first.copy(message);
+  count.parts += parts;
   if (++count.messages <= limit_) return;
   count.messages = 0;
-  cutOff(fd, bound);
-}
-
-void PeerLimit::reset() {
-  for (Count& count : counts_) {
-    count.messages = 0;
-    count.others = 0;  // they may all come in the next time, as others' messages do
-  }
+  const int fd = sourceOf(message);
+  if (inflow::sentOver(fd) >= count.parts) cutOff(fd, bound);  // else the connection has ended
 }
 
 }  // namespace tractiond::network

@@ -3,13 +3,14 @@
 #pragma once
 
 #include "base/error.h"
-#include "base/network/connection_limit.h"
 #include "base/network/reply_budget.h"
 
 #include <tl/expected.hpp>
 #include <zmq.hpp>
 
+#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -47,6 +48,10 @@ std::string peerName(zmq::message_t& message);
 /// have ended since, and its number be that of another file.
 int sourceOf(zmq::message_t& message);
 
+/// Returns a pointer, not to be dereferenced, that the messages of one connection have in common, and those of no other
+/// connection as long as one of these messages, or a copy, exists. nullptr if the message came over no connection.
+const void* connectionOf(zmq::message_t& message);
+
 /// Returns a message of these bytes that clears waiting->queued when ZeroMQ frees it: it and its copies were written,
 /// or their peers have gone. ZeroMQ's thread clears it. Without a value if ZeroMQ has no memory for it; it is cleared
 /// then. \param waiting from ReplyBudget::add(); kept until then
@@ -82,24 +87,21 @@ class PeerLimit {
       : limit_(messages) {}
 
   /// Counts a message that came over a socket bound to these endpoints. Ends its connection (cutOff()) if it exceeds
-  /// the limit. Does not count as many messages as earlier connections with its descriptor may have left
-  /// (inflow::originOf()), less those that were counted before it began. Has no effect if the connection is not known.
-  /// Allocates where a descriptor is larger than all before. \param bound as bind() returned it
-  void count(zmq::message_t& message, const std::vector<std::string>& bound);
-  void reset();  ///< Sets the counts of all connections to 0.
+  /// the limit; a later connection with the same descriptor only if that has sent as much itself. Has no effect if the
+  /// connection is not known. Allocates, and keeps a copy of a connection's first message until reset().
+  /// \param parts number of parts of the message that came over the connection \param bound as bind() returned it
+  void count(zmq::message_t& message, std::size_t parts, const std::vector<std::string>& bound);
+  void reset() { counts_.clear(); }  ///< Sets the counts of all connections to 0.
 
  private:
   struct Count {
-    std::uint64_t connection = 0;  ///< the descriptor's number may become another one's
+    zmq::message_t first;  ///< kept for connectionOf()
     int messages = 0;
-    std::uint64_t others = 0;      ///< messages that are taken for an earlier connection's
-    std::uint64_t leftNumber = 0;  ///< inflow::Origin::leftNumber
-    std::uint64_t taken = 0;       ///< messages since it is that
-    std::uint64_t before = 0;      ///< of these, those that came before the connection began: they are not of it
+    std::size_t parts = 0;
   };
 
   int limit_;
-  std::vector<Count> counts_;  ///< by file descriptor
+  std::map<const void*, Count> counts_;  ///< by connectionOf()
 };
 
 }  // namespace tractiond::network

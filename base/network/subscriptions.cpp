@@ -1,19 +1,10 @@
 #include "base/network/subscriptions.h"
 
-#include "base/network/ends.h"
-#include "base/network/inflow_limit.h"
 #include "base/network/socket.h"
 
-#include <algorithm>
+#include <string_view>
 
 namespace tractiond::network {
-namespace {
-
-/// Topics above which those are forgotten that wait for the end of a connection alone: one that has subscribed
-/// repeatedly before it ended is told once.
-constexpr std::size_t kMost = 1000;
-
-}  // namespace
 
 void Subscriptions::note(zmq::message_t& message) {
   const std::string_view text = message.to_string_view();
@@ -25,49 +16,33 @@ void Subscriptions::note(zmq::message_t& message) {
     found = topics_.emplace(text.substr(1), Topic()).first;
   }
   Topic& topic = found->second;
-  const int fd = sourceOf(message);
-  const std::uint64_t cookie = fd < 0 ? 0 : cookieOf(fd);
-  const bool mayBeWrong = inflow::originOf(fd).left > 0;
-  const auto known = topic.connections.find(fd);
-  if (fd < 0) {
+  const void* const connection = connectionOf(message);
+  if (isSubscription) {
+    add(topic, connection, message);
+  } else if (connection != nullptr) {
+    topic.connections.erase(connection);
+  } else {
     ++topic.ended;
-    removeEnded(topic);
-  } else if (!isSubscription) {
-    if (known != topic.connections.end()) topic.connections.erase(known);
-  } else if (known == topic.connections.end()) {
-    topic.connections.emplace(fd, Connection{cookie, mayBeWrong});
-  } else if ((known->second.cookie != cookie || (known->second.mayBeWrong && cookie != 0)) &&
-             topic.ended > std::ranges::count_if(topic.connections,
-                                                 [fd](const auto& one) { return one.first != fd && hasEnded(one); })) {
-    known->second = {cookie, mayBeWrong};  // the end of the one before has been told, as more were than of others
+  }
+  if (topic.connections.size() <= topic.ended) topics_.erase(found);
+}
+
+std::size_t Subscriptions::kept() const {
+  std::size_t sum = 0;
+  for (const auto& [name, topic] : topics_) sum += topic.connections.size();
+  return sum;
+}
+
+void Subscriptions::add(Topic& topic, const void* connection, zmq::message_t& subscription) {
+  const auto [added, isNew] = topic.connections.try_emplace(connection);
+  if (!isNew) return;
+  const int fd = added->second.fd = sourceOf(subscription);
+  added->second.subscription.copy(subscription);
+  // Earlier ones with its descriptor have ended: without them the number of connections is bounded.
+  std::erase_if(topic.connections, [&](const auto& one) {
+    if (one.first == connection || one.second.fd != fd || topic.ended == 0) return false;
     --topic.ended;
-  }  // else it is repeated, by the connection that has ended if the descriptor is another one's: its end is told later
-  if (topic.connections.empty() && topic.ended >= 0) topics_.erase(found);
-}
-
-bool Subscriptions::hasEnded(const std::pair<const int, Connection>& one) {
-  return one.second.cookie == 0 || cookieOf(one.first) != one.second.cookie;
-}
-
-void Subscriptions::removeEnded(Topic& topic) {
-  topic.ended -= static_cast<int>(std::erase_if(topic.connections, [](const auto& one) {
-    if (!hasEnded(one)) return false;
-    const bool mayHaveCancelled = inflow::originOf(one.first).left > 0;  // its end is then not told
-    return !mayHaveCancelled;
-  }));
-}
-
-void Subscriptions::removeEnded() {
-  for (auto& [name, topic] : topics_) removeEnded(topic);
-  const bool areMany = topics_.size() > kMost;
-  std::erase_if(topics_, [areMany](const auto& one) {
-    return one.second.connections.empty() && (one.second.ended >= 0 || areMany);
-  });
-}
-
-bool Subscriptions::empty() const {
-  return std::ranges::all_of(topics_, [](const auto& one) {
-    return static_cast<int>(one.second.connections.size()) <= std::max(one.second.ended, 0);
+    return true;
   });
 }
 

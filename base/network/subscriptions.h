@@ -4,10 +4,8 @@
 #include <zmq.hpp>
 
 #include <cstddef>
-#include <cstdint>
 #include <map>
 #include <string>
-#include <utility>
 
 namespace tractiond::network {
 
@@ -16,31 +14,25 @@ namespace tractiond::network {
 class Subscriptions {
  public:
   /// Notes a subscription (\1TOPIC) or cancellation (\0TOPIC) that the publisher has received; ignores other messages.
-  /// When a connection ends, ZeroMQ makes a cancellation of each of its topics, without a source: calls removeEnded().
+  /// When a connection ends, ZeroMQ makes a cancellation of each of its topics, without a source.
   void note(zmq::message_t& message);
-  /// Removes the subscriptions of connections that have ended, and of which no message waits. Makes a system call for
-  /// each subscription.
-  void removeEnded();
-  /// Returns whether no connection has a subscription. One that has ended may count until the next removeEnded().
-  bool empty() const;
+  /// Returns whether no connection has a subscription.
+  bool empty() const { return topics_.empty(); }
+  /// Returns how many subscriptions are kept, some of ended connections among them.
+  std::size_t kept() const;
 
  private:
   struct Connection {
-    /// cookieOf(): the descriptor's number may become another connection's. 0: it had ended when its subscription was
-    /// received, and that will be told.
-    std::uint64_t cookie = 0;
-    bool mayBeWrong = false;  ///< it may have been another's already when the subscription was received
+    zmq::message_t subscription;  ///< kept for connectionOf()
+    int fd;
   };
   struct Topic {
-    std::map<int, Connection> connections;  ///< by file descriptor
-    /// Ends of connections that were told, less those that were removed. Above 0: so many of `connections` are wrong.
-    int ended = 0;
+    std::map<const void*, Connection> connections;  ///< by connectionOf()
+    std::size_t ended = 0;                          ///< how many of them have ended; it is not told which
   };
-  /// \param one of Topic::connections
-  static bool hasEnded(const std::pair<const int, Connection>& one);
-  static void removeEnded(Topic& topic);
+  static void add(Topic& topic, const void* connection, zmq::message_t& subscription);
 
-  std::map<std::string, Topic, std::less<>> topics_;
+  std::map<std::string, Topic, std::less<>> topics_;  ///< with a connection that has not ended
 };
 
 }  // namespace tractiond::network

@@ -118,7 +118,7 @@ struct ControlServer::Impl {
   }
 
   void answer() {
-    peers.count(request[0], endpoints);
+    peers.count(request[0], parts - 1, endpoints);
     // [peer][empty][request], or [peer][beyond][empty][request]; a peer that does not speak REQ's envelope would not
     // understand a reply either.
     const bool passedOn = parts == 4 && !request[1].empty();

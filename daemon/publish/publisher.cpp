@@ -205,7 +205,7 @@ struct Publisher::Impl {
       notePreviews(message);
       if (!text.starts_with('\1')) continue;
       if (std::string_view(topics[kDescription]).starts_with(text.substr(1))) descriptionDue = true;
-      subscribers.count(message, streamEndpoints);
+      subscribers.count(message, 1, streamEndpoints);
     }
   }
 
@@ -223,11 +223,6 @@ struct Publisher::Impl {
     if (text.size() <= 1 + unnamed || !topic.starts_with(text.substr(1))) return;
     previewSubscriptions.note(message);
     previewWanted.store(!previewSubscriptions.empty(), std::memory_order_relaxed);  // a wish: it orders nothing
-  }
-
-  void removeEndedPreviews() {
-    previewSubscriptions.removeEnded();
-    previewWanted.store(!previewSubscriptions.empty(), std::memory_order_relaxed);  // as above
   }
 
   void sendPreview() {
@@ -248,10 +243,7 @@ struct Publisher::Impl {
     sendPreview();
     const std::int64_t now = options.monotonicClock();
     if (descriptionDue && due(now, lastDescription_ns, options.descriptionInterval)) sendDescription();
-    if (due(now, lastStatus_ns, options.statusInterval)) {
-      sendStatus();
-      removeEndedPreviews();
-    }
+    if (due(now, lastStatus_ns, options.statusInterval)) sendStatus();
   }
 
   PublishOptions options;

@@ -164,8 +164,16 @@ void Bus::end(Connection& one) {
   if (one.inbox) one.inbox->hasEnded = true;
   if (socket->type != ZMQ_XPUB) return;
   std::set<std::string> topics(one.subscriptions.begin(), one.subscriptions.end());
-  for (const std::string& topic : topics)
-    socket->subscriptions.push_back({{std::make_shared<Content>(std::string(1, '\0') + topic)}});
+  std::ranges::copy(topics, std::back_inserter(socket->ending));
+}
+
+/// libzmq's thread and the socket's must have answered each other before the end of a connection is told. Its
+/// descriptor may be another one's by then.
+void Bus::tellEnds() {
+  for (const auto& socket : sockets_) {
+    for (const std::string& topic : std::exchange(socket->ended, {}))
+      socket->subscriptions.push_back({{std::make_shared<Content>(std::string(1, '\0') + topic)}});
+  }
 }
 
 void Bus::endShut() {
@@ -197,7 +205,8 @@ bool Bus::hasEnded(int fd) const {
 }
 
 bool Bus::hasSubscriptions() const {
-  return std::ranges::any_of(sockets_, [](const auto& socket) { return !socket->subscriptions.empty(); });
+  return std::ranges::any_of(
+      sockets_, [](const auto& socket) { return !socket->subscriptions.empty() || !socket->ending.empty(); });
 }
 
 std::size_t Bus::waitingRequests() const {
@@ -213,6 +222,7 @@ void Bus::turn() {
   endHandshakes();
   const std::int64_t passed_ns = now() - std::exchange(turned_ns_, now());
   if (passed_ns == 0) return;
+  tellEnds();
   for (const int fd : std::exchange(open_, {})) {
     Connection& one = *find(fd);
     one.isClosed = true;

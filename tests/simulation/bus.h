@@ -106,7 +106,7 @@ class Bus {
   std::uint64_t cutOff() const { return cutOff_; }
   /// Lets slow peers read for the time that has passed.
   void turn();
-  /// Returns whether a subscription waits to be taken by the daemon.
+  /// Returns whether a subscription, or the end of a connection, waits to be noticed by the daemon.
   bool hasSubscriptions() const;
   /// Returns the number of requests that wait to be taken by the daemon.
   std::size_t waitingRequests() const;
@@ -162,6 +162,7 @@ class Bus {
   bool reach(Connection& connection, std::span<const std::string> parts, bool isWhole);
   void arrive(Connection& connection, std::span<const std::string> parts);
   void end(Connection& connection);
+  void tellEnds();
   void forget(int fd);
   void endShut();
   // bus_handshakes.cpp

@@ -83,6 +83,7 @@ bool Bus::isReadable() const {
 
 /// Requests are taken from the connections in turn, one from each.
 bool Bus::receive(Socket& socket, Part& part) {
+  std::ranges::move(std::exchange(socket.ending, {}), std::back_inserter(socket.ended));
   if (socket.incoming.empty()) {
     Message message;
     if (!socket.received.empty()) {

@@ -21,6 +21,8 @@ struct Bus::Socket {
   Message outgoing;                            ///< parts of a message that is not complete
   std::deque<Part> incoming;                   ///< parts of the message that is being received
   std::deque<Message> subscriptions;           ///< and cancellations, in their order
+  std::vector<std::string> ending;             ///< topics of connections that have ended, which was not noticed yet
+  std::vector<std::string> ended;              ///< those that were noticed: cancellations of them follow soon
   std::deque<std::shared_ptr<Inbox>> inboxes;  ///< the first one is to be served next
   std::map<std::string, Connection*> routes;
   std::uint64_t routesSoFar = 0;

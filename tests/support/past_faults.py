@@ -134,7 +134,7 @@ FAULTS = [Fault(*one) for one in [
          "  work_ = {.done = done.get_future(), .until_ns = links_.clock() + kWorkWithin_ns};"),
     ]),
     ("subscription-flood", "c32dbcc", "who floods the publisher with subscriptions is not cut off", [
-        (PUBLISHER, "subscribers.count(message, streamEndpoints);", ""),
+        (PUBLISHER, "subscribers.count(message, 1, streamEndpoints);", ""),
     ]),
     ("frozen-subscribers", "b0cf395", "subscribers that read nothing keep their messages for ever", [
         ("daemon/publish/frozen_peers.cpp", "now_ns - known->second.since_ns < kPatience_ns ||",
@@ -159,16 +159,14 @@ FAULTS = [Fault(*one) for one in [
         (PUBLISHER, "    previewSubscriptions.note(message);\n    previewWanted.store(!previewSubscriptions.empty(),",
          "    if (text.front() == '\\1') ++counted;\n    if (text.front() == '\\0' && counted > 0) --counted;\n"
          "    previewWanted.store(counted != 0,"),
-        (PUBLISHER, "      removeEndedPreviews();\n", ""),
     ]),
     ("subscribed-again", "3816025f", "a client that connects again at once is sent no previews", [
-        ("base/network/subscriptions.cpp", "known->second.cookie != cookie || (known->second.mayBeWrong && cookie != 0)",
-         "known->second.cookie == cookie && (known->second.mayBeWrong && cookie != 0)"),
+        ("base/network/subscriptions.cpp", "const void* const connection = connectionOf(message);",
+         "const void* const connection = reinterpret_cast<const void*>(std::intptr_t{sourceOf(message)} + 1);"),
     ]),
     ("ended-often", "ab348d18", "a connection that subscribed repeatedly ends less often than it subscribed", [
-        ("base/network/subscriptions.cpp", "  } else if (known == topic.connections.end()) {\n",
-         "  } else if (cookie == 0) {\n    if (known == topic.connections.end()) --topic.ended;\n"
-         "  } else if (known == topic.connections.end()) {\n"),
+        ("base/network/subscriptions.cpp", "  if (!isNew) return;\n",
+         "  if (!isNew) {\n    topic.connections.try_emplace(&added->second);\n    return;\n  }\n"),
     ]),
     ("event-of-another-socket", "6aa2e775", "an address has more connections than it may, after the gateway has stalled", [
         ("gateway/peers.cpp", "if (address.empty() || !network::isConnectionTo(fd, bound)) return;", "if (address.empty()) return;"),

@@ -1,12 +1,12 @@
 // Subscriptions as a publisher receives them from peers that say more than ZeroMQ's own would.
 
-#include "base/network/ends.h"
 #include "base/network/socket.h"
 #include "base/network/subscriptions.h"
 #include "tests/unit/base/network/raw_peer.h"
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <deque>
 
 namespace tractiond::network {
@@ -73,14 +73,9 @@ TEST_F(SubscriptionsTest, AConnectionThatEndsHasNone) {
     EXPECT_FALSE(subscriptions_.empty());
   }
   note();  // the cancellation that ZeroMQ makes
-  EXPECT_TRUE(test::eventually([&] {
-    subscriptions_.removeEnded();
-    return subscriptions_.empty();
-  }));
+  EXPECT_TRUE(subscriptions_.empty());
   stays.send(RawPeer::message("\1a"));
   note();
-  EXPECT_FALSE(subscriptions_.empty());
-  subscriptions_.removeEnded();
   EXPECT_FALSE(subscriptions_.empty());
 }
 
@@ -98,10 +93,7 @@ TEST_F(SubscriptionsTest, AConnectionThatHasEndedBeforeItsSubscriptionWasReceive
     hasEnded = message.to_string_view().starts_with('\0');
     subscriptions_.note(message);
   }
-  EXPECT_TRUE(test::eventually([&] {
-    subscriptions_.removeEnded();
-    return subscriptions_.empty();
-  }));
+  EXPECT_TRUE(subscriptions_.empty());
   other.send(RawPeer::message("\1a"));
   note();
   EXPECT_FALSE(subscriptions_.empty()) << "its own";
@@ -133,7 +125,6 @@ TEST_F(SubscriptionsTest, OneThatSubscribedAgainAndAgainBeforeItEndedEndsOnce) {
     for (int i = 0; i < 4; ++i) ASSERT_TRUE(publisher_.recv(messages[i]));
   }
   ASSERT_TRUE(publisher_.recv(messages[4]));  // its end
-  ASSERT_TRUE(test::eventually([&] { return cookieOf(sourceOf(messages[0])) == 0; }));
   for (zmq::message_t& message : messages) subscriptions_.note(message);
   EXPECT_TRUE(subscriptions_.empty());
   RawPeer next(bound_[0], "SUB");
@@ -176,7 +167,46 @@ TEST_F(SubscriptionsTest, AnEndThatIsToldBeforeTheDescriptorIsClosedTakesNoSubsc
   RawPeer next(bound_[0], "SUB");
   next.send(RawPeer::message("\1a"));
   note();
-  subscriptions_.removeEnded();
+  EXPECT_FALSE(subscriptions_.empty());
+}
+
+TEST_F(SubscriptionsTest, AnEndThatIsToldAfterTheDescriptorIsReusedTakesNoSubscriptionOfTheNextOne) {
+  std::array<zmq::message_t, 3> messages;
+  {
+    RawPeer goes(bound_[0], "SUB");
+    goes.send(RawPeer::message("\1a"));
+    ASSERT_TRUE(publisher_.recv(messages[0]));
+  }
+  ASSERT_TRUE(publisher_.recv(messages[2]));  // its end
+  const int fd = sourceOf(messages[0]);
+  ASSERT_TRUE(test::eventually([&] { return !isConnectionTo(fd, bound_); }));
+  std::deque<RawPeer> others;
+  do {  // the lowest free descriptor is the next one's
+    others.emplace_back(bound_[0], "SUB").send(RawPeer::message("\1a"));
+    ASSERT_TRUE(publisher_.recv(messages[1]));
+  } while (sourceOf(messages[1]) != fd && others.size() < 100);
+  ASSERT_EQ(sourceOf(messages[1]), fd);
+  for (zmq::message_t& message : messages) {
+    subscriptions_.note(message);
+    EXPECT_FALSE(subscriptions_.empty());
+  }
+  noteEnd();
+  EXPECT_TRUE(subscriptions_.empty());
+}
+
+TEST_F(SubscriptionsTest, EndedConnectionsAreForgottenBesideOneThatStays) {
+  RawPeer stays(bound_[0], "SUB");
+  stays.send(RawPeer::message("\1a"));
+  note();
+  for (int i = 0; i < 20; ++i) {
+    {
+      RawPeer goes(bound_[0], "SUB");
+      goes.send(RawPeer::message("\1a"));
+      note();
+    }
+    note();                                // its end
+    EXPECT_LE(subscriptions_.kept(), 4U);  // a descriptor may be closed only after the next one is accepted
+  }
   EXPECT_FALSE(subscriptions_.empty());
 }
 
