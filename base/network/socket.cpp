@@ -154,7 +154,7 @@ void PeerLimit::count(zmq::message_t& message, std::size_t parts, const std::vec
   if (connection == nullptr) return;
   const auto [counted, isNew] = counts_.try_emplace(connection);
   Count& count = counted->second;
-  if (isNew) count.first.copy(message);
+  if (isNew) (void)zmq_msg_copy(count.first.handle(), message.handle());  // needs no memory: bytes are shared
   count.parts += parts;
   if (++count.messages <= limit_) return;
   count.messages = 0;

@@ -37,7 +37,7 @@ void Subscriptions::add(Topic& topic, const void* connection, zmq::message_t& su
   const auto [added, isNew] = topic.connections.try_emplace(connection);
   if (!isNew) return;
   const int fd = added->second.fd = sourceOf(subscription);
-  added->second.subscription.copy(subscription);
+  (void)zmq_msg_copy(added->second.subscription.handle(), subscription.handle());  // needs no memory: bytes are shared
   // Earlier ones with its descriptor have ended: without them the number of connections is bounded.
   std::erase_if(topic.connections, [&](const auto& one) {
     if (one.first == connection || one.second.fd != fd || topic.ended == 0) return false;
