@@ -52,7 +52,8 @@ NetworkSide::NetworkSide(const Gel& gel, const Ledger& ledger, CaptureSide& came
                                                         .calibrate = std::move(requests.calibrate),
                                                         .camera = [this](const auto& step) { camera_.ask(step); },
                                                         .snapshot = [this] { snapshots_.ask(); }})))
-    , frozenPeers_(endpoints(), [&journal](const std::string& line) { journal.say("log: warning: " + line); }) {
+    , frozenPeers_(endpoints(), [&journal](const std::string& line) { journal.say("log: warning: " + line); })
+    , statuses_(ledger, journal) {
   subscribers_.begin();
 }
 
@@ -61,8 +62,20 @@ NetworkSide::~NetworkSide() {
 }
 
 void NetworkSide::publish(const TractionField& field) {
+  statuses_.add(field);
   publisher_->publish(field);
+  checkStatus();
   subscribers_.heedPublished(field.markers.info);
+}
+
+void NetworkSide::serveSubscribers() {
+  publisher_->serve(-1, 0ms);
+  checkStatus();
+}
+
+void NetworkSide::checkStatus() {
+  const std::uint64_t soFar = subscribers_.statuses();
+  if (std::exchange(statusesSoFar_, soFar) != soFar) statuses_.check(publisher_->lastStatus());
 }
 
 void NetworkSide::control() {

@@ -8,6 +8,7 @@
 #include "daemon/snapshots.h"
 #include "tests/simulation/capture_side.h"
 #include "tests/simulation/gel.h"
+#include "tests/simulation/statuses.h"
 #include "tests/simulation/subscribers.h"
 
 #include <functional>
@@ -33,8 +34,8 @@ class NetworkSide {
 
   /// Does what the publishing thread does with a field. Law: it reaches who reads at once.
   void publish(const TractionField& field);
-  /// Does what the publishing thread does besides.
-  void serveSubscribers() { publisher_->serve(-1, std::chrono::milliseconds(0)); }
+  /// Does what the publishing thread does besides. Law, as in publish(): a status is true.
+  void serveSubscribers();
   /// Handles requests, and answers of the camera; what else the control thread does is done by the procedures. Law: it
   /// is known whether previews are wanted.
   void control();
@@ -46,6 +47,8 @@ class NetworkSide {
   void answerStep(const calibrate::Result& result) { control_->answerCalibration(result); }
 
  private:
+  void checkStatus();
+
   CaptureSide& camera_;
   Subscribers& subscribers_;
   const Starvation& starvation_;
@@ -55,6 +58,8 @@ class NetworkSide {
   std::unique_ptr<publish::Publisher> publisher_;
   std::unique_ptr<publish::ControlServer> control_;
   publish::FrozenPeers frozenPeers_;
+  Statuses statuses_;
+  std::uint64_t statusesSoFar_ = 0;
 };
 
 }  // namespace tractiond::simulation

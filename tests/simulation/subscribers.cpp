@@ -251,6 +251,10 @@ bool Subscribers::wantsPreviews() const {
   return std::ranges::any_of(all_, [](const auto& one) { return one->wantsPreviews; });
 }
 
+std::uint64_t Subscribers::statuses() const {
+  return all_.front()->sequences[kStatus];
+}
+
 void Subscribers::heedPublished(const FrameInfo& info) const {
   for (const auto& one : {all_.begin(), std::next(all_.begin())}) {
     const std::uint64_t frame = (*one)->frames[kField];

@@ -36,6 +36,8 @@ class Subscribers {
 
   /// Law: each field that is published reaches who reads at once, by both endpoints.
   void heedPublished(const FrameInfo& info) const;
+  /// Returns the number of the last status that was read at once.
+  std::uint64_t statuses() const;
   /// Returns whether a subscriber wants previews, and since when that is so.
   bool wantsPreviews() const;
   std::int64_t previewsChanged_ns() const { return previewsChanged_ns_; }
