@@ -1,5 +1,6 @@
 // Subscriptions as a publisher receives them from peers that say more than ZeroMQ's own would.
 
+#include "base/network/inflow_limit.h"
 #include "base/network/socket.h"
 #include "base/network/subscriptions.h"
 #include "tests/unit/base/network/raw_peer.h"
@@ -8,6 +9,10 @@
 
 #include <array>
 #include <deque>
+#include <map>
+#include <random>
+#include <set>
+#include <string>
 
 namespace tractiond::network {
 namespace {
@@ -208,6 +213,46 @@ TEST_F(SubscriptionsTest, EndedConnectionsAreForgottenBesideOneThatStays) {
     EXPECT_LE(subscriptions_.kept(), 4U);  // a descriptor may be closed only after the next one is accepted
   }
   EXPECT_FALSE(subscriptions_.empty());
+}
+
+/// Peers do what they may, before the publisher receives anything of it.
+TEST_F(SubscriptionsTest, AreThoseOfThePeersThatAreThereWhateverTheyDidBefore) {
+  std::mt19937 chance(1);
+  std::map<int, RawPeer> peers;
+  std::set<int> subscribed;
+  const std::string subscription = RawPeer::message("\1a"), cancellation = RawPeer::message(std::string("\0a", 2));
+  const auto isAsExpected = [&] {
+    zmq::message_t message;
+    while (publisher_.recv(message, zmq::recv_flags::dontwait)) {
+      settleSubscription(message, true);
+      subscriptions_.note(message);
+    }
+    inflow::releaseEnded(Charge::kSubscriptions);
+    return subscriptions_.empty() == subscribed.empty();
+  };
+  for (int round = 0; round < 300; ++round) {
+    for (auto steps = chance() % 12; steps > 0; --steps) {
+      const int who = static_cast<int>(chance() % 5);
+      const auto one = peers.find(who);
+      const auto what = chance() % 4;
+      if (one == peers.end()) {
+        peers.try_emplace(who, bound_[0], "SUB");
+      } else if (what == 0) {
+        peers.erase(one);
+        subscribed.erase(who);
+      } else if (what == 1) {
+        one->second.send(cancellation);
+        subscribed.erase(who);
+      } else {
+        one->second.send(what == 2 ? subscription : subscription + subscription);
+        subscribed.insert(who);
+      }
+    }
+    ASSERT_TRUE(test::eventually(isAsExpected)) << "round " << round << ", " << subscribed.size() << " subscribed";
+  }
+  peers.clear();
+  subscribed.clear();
+  EXPECT_TRUE(test::eventually(isAsExpected));
 }
 
 }  // namespace
