@@ -1,5 +1,6 @@
 #include "base/clock.h"
 #include "daemon/pipeline.h"
+#include "tests/support/deadline.h"
 
 #include <dlfcn.h>
 #include <gtest/gtest.h>
@@ -231,6 +232,39 @@ TEST(Pipeline, StopsAnEndlessSourceAndWorksOffWhatItHas) {
   EXPECT_EQ(ledger.published.get(), ledger.received.get()) << "nothing was thrown away";
   EXPECT_EQ(source.notGivenBack(), 0U);
   pipeline.stop();  // a second time does nothing
+}
+
+TEST(Pipeline, WaitsForFieldsAfterTheLastOne) {
+  /// Frames, then a timeout at once, again and again.
+  class FallsSilent : public CountingSource {
+   public:
+    using CountingSource::CountingSource;
+    capture::Next next(Frame& frame, std::chrono::milliseconds timeout) override {
+      const capture::Next what = CountingSource::next(frame, timeout);
+      if (what != capture::Next::kEnd) return what;
+      std::this_thread::yield();
+      return capture::Next::kTimeout;
+    }
+  };
+  Ledger ledger;
+  FallsSilent source(10, ledger);
+  Work work(source);
+  std::atomic<bool> waited{false};
+  work.stages->serveSubscribers = [&](int fd, std::chrono::milliseconds timeout) {
+    pollfd item{fd, POLLIN, 0};
+    const bool timedOut = poll(&item, 1, static_cast<int>(timeout.count())) == 0;
+    if (timedOut && timeout > 0ms && work.published.size() == 10) waited = true;
+  };
+  PipelineOptions options = kSmall;
+  options.turn = 1ms;
+  options.whenFull = WhenFull::kWait;
+  Pipeline pipeline(*work.stages, options, ledger, work.turns);
+  pipeline.start();
+  EXPECT_TRUE(test::eventually([&] {
+    std::this_thread::yield();
+    return waited.load();
+  }));
+  pipeline.stop();
 }
 
 TEST(Pipeline, LetsAHungStageBeSeenByItsTurns) {
