@@ -24,7 +24,7 @@ class Subscriptions {
  private:
   struct Connection {
     zmq::message_t subscription;  ///< kept for connectionOf()
-    int fd;
+    int fd = -1;
   };
   struct Topic {
     std::map<const void*, Connection> connections;  ///< by connectionOf()
