@@ -3,6 +3,7 @@
 #include "tests/simulation/shrink.h"
 #include "tests/simulation/simulation.h"
 #include "tests/support/places.h"
+#include "tests/support/recorded.h"
 
 #include <gtest/gtest.h>
 #include <zmq.hpp>
@@ -10,13 +11,11 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <initializer_list>
 #include <iterator>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 
 namespace tractiond::simulation {
@@ -29,14 +28,9 @@ Simulation& simulation() {
   return one;
 }
 
-/// Compares what runs said with tests/golden/simulation/NAME.txt. TRACTION_RECORD=1 writes that anew: what differs then
-/// is what a change makes users see more or less often.
+/// Compares what runs said with tests/golden/simulation/NAME.txt.
 void expectAsRecorded(const std::string& name, const LineCounts& said) {
-  const std::string path = test::source("tests/golden/simulation/" + name + ".txt");
-  if (std::getenv("TRACTION_RECORD") != nullptr) std::ofstream(path) << said.text();
-  std::stringstream recorded;
-  recorded << std::ifstream(path).rdbuf();
-  EXPECT_EQ(said.text(), recorded.str()) << path << "; if it shall be so: TRACTION_RECORD=1 ctest -R '^simulation$'";
+  test::expectAsRecorded(said.text(), "tests/golden/simulation/" + name + ".txt");
 }
 
 /// Runs stories of ten minutes.

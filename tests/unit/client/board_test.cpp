@@ -2,7 +2,7 @@
 #include "client/cli/reflection.h"
 #include "client/cli/top.h"
 #include "client/src/printable.h"
-#include "tests/support/places.h"
+#include "tests/support/recorded.h"
 #include "tests/support/seed.h"
 
 #include <google/protobuf/descriptor.h>
@@ -14,7 +14,6 @@
 #include <fstream>
 #include <random>
 #include <regex>
-#include <sstream>
 
 namespace traction::cli::board_test {
 namespace {
@@ -292,7 +291,6 @@ TEST(Top, SubscribersAreTheConnectionsToAnEndpoint) {
   std::filesystem::remove_all(folder);
 }
 
-/// The expected page is in tests/golden/status. TRACTION_RECORD=1 writes it anew.
 TEST(Board, EveryFieldOfTheStatusIsDrawnAsRecorded) {
   Instrument one;
   v1::Status& status = one.status;
@@ -354,11 +352,7 @@ TEST(Board, EveryFieldOfTheStatusIsDrawnAsRecorded) {
   std::vector<Watched> many(5, one.watched);
   const std::string pages = boardText(one.watched, one.now) + "\n" + boardLine(one.watched, one.now) + "\n\n" +
                             one.page(120, 24) + "\n" + drawBoard(many, 100, 27, one.now).plain();
-  const std::string path = tractiond::test::source("tests/golden/status/board.txt");
-  if (std::getenv("TRACTION_RECORD") != nullptr) std::ofstream(path) << pages;
-  std::stringstream recorded;
-  recorded << std::ifstream(path).rdbuf();
-  EXPECT_EQ(pages, recorded.str());
+  tractiond::test::expectAsRecorded(pages, "tests/golden/status/board.txt");
 }
 
 TEST(Board, WithoutColoursThereAreNone) {

@@ -3,6 +3,7 @@
 #include "base/network/inflow_limit.h"
 #include "base/network/socket.h"
 #include "base/network/subscriptions.h"
+#include "tests/support/seed.h"
 #include "tests/unit/base/network/raw_peer.h"
 
 #include <gtest/gtest.h>
@@ -217,7 +218,7 @@ TEST_F(SubscriptionsTest, EndedConnectionsAreForgottenBesideOneThatStays) {
 
 /// Peers do what they may, before the publisher receives anything of it.
 TEST_F(SubscriptionsTest, AreThoseOfThePeersThatAreThereWhateverTheyDidBefore) {
-  std::mt19937 chance(1);
+  std::mt19937 chance(test::seed());
   std::map<int, RawPeer> peers;
   std::set<int> subscribed;
   const std::string subscription = RawPeer::message("\1a"), cancellation = RawPeer::message(std::string("\0a", 2));
