@@ -1,7 +1,7 @@
 // Fields that are even or odd across two mirror planes, x = 0 and y = 0: four parity classes.
 #pragma once
 
-#include "sensor/elastic/half_space.h"
+#include "sensor/gel.h"
 
 #include <Eigen/Core>
 
