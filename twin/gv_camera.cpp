@@ -3,6 +3,8 @@
 // wall clock: a frame is due at every whole multiple of the frame period.
 #include "twin/gv_camera.h"
 
+#include "base/aravis_versions.h"
+
 #include <arpa/inet.h>
 #include <arv.h>
 #include <ifaddrs.h>
@@ -106,7 +108,7 @@ class GvCamera::Impl {
     set(ARV_FAKE_CAMERA_REGISTER_HEIGHT, height_);
     set(ARV_FAKE_CAMERA_REGISTER_PIXEL_FORMAT, traitsOf(format_).code);
     set(ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US, period_us_);
-    arv_fake_camera_set_fill_pattern(fake, &Impl::onFill, this);
+    tractiond::aravis::setFillPattern(fake, &Impl::onFill, this);
   }
 
   ~Impl() {

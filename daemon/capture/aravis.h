@@ -4,6 +4,7 @@
 // or stream borrow it, may ask the camera over the network, and block until it answers or Aravis gives up.
 #pragma once
 
+#include "base/aravis_versions.h"
 #include "base/error.h"
 #include "base/mailbox.h"
 #include "daemon/capture/camera_info.h"

@@ -210,11 +210,7 @@ tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes) {
       return failed(failure.noAnswer() ? EX_UNAVAILABLE : EX_CONFIG,
                     "the camera refuses packets of " + std::to_string(packetSize_bytes) + " bytes", failure.text());
   }
-#if ARAVIS_CHECK_VERSION(0, 9, 0)
-  stream_.reset(arv_camera_create_stream(camera, onStream, this, nullptr, failure.into()));
-#else
-  stream_.reset(arv_camera_create_stream(camera, onStream, this, failure.into()));
-#endif
+  stream_.reset(aravis::createStream(camera, onStream, this, failure.into()));
   if (!stream_) return failed(EX_UNAVAILABLE, "the camera's stream cannot be opened", failure.text());
   const guint payload = arv_camera_get_payload(camera, failure.into());
   constexpr guint kMost = 1U << 30;

@@ -127,9 +127,9 @@ StreamShape streamShape(ArvCamera* camera, int packetSize_bytes, std::size_t pay
 
 tl::expected<void, Error> guardStream(ArvStream* stream, const StreamShape& shape) {
   const int descriptor = streamSocket(stream);
-  arv_stream_stop_thread(stream, FALSE);
+  aravis::stopReceiving(stream);
   const int why = attach(descriptor, streamFilter(shape));
-  arv_stream_start_thread(stream);
+  aravis::startReceiving(stream);
   if (why == 0) return {};
   return failed(EX_OSERR, "the stream's socket cannot be guarded against packets that are not the camera's",
                 descriptor < 0 ? "it is not found in /proc/self/fd" : std::strerror(why));

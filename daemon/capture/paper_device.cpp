@@ -40,7 +40,8 @@ gboolean readMemory(ArvDevice* device, guint64 address, guint32 size, void* buff
   return TRUE;
 }
 
-gboolean writeMemory(ArvDevice* device, guint64 address, guint32 size, void* buffer, GError** /*error*/) {
+gboolean writeMemory(ArvDevice* device, guint64 address, guint32 size, tractiond::aravis::WriteMemoryData buffer,
+                     GError** /*error*/) {
   for (guint32 i = 0; i < size; ++i) paperOf(device).bytes[address + i] = static_cast<const guint8*>(buffer)[i];
   return TRUE;
 }

@@ -1,5 +1,7 @@
 #include "tests/unit/capture/fake_camera.h"
 
+#include "base/aravis_versions.h"
+
 #include <arpa/inet.h>
 #include <arv.h>
 #include <gtest/gtest.h>
@@ -36,7 +38,7 @@ FakeCamera::FakeCamera(const Options& options)
   write(ARV_FAKE_CAMERA_REGISTER_HEIGHT, static_cast<std::uint32_t>(options.height));
   write(ARV_FAKE_CAMERA_REGISTER_PIXEL_FORMAT, options.format);
   write(ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US, static_cast<std::uint32_t>(1e6 / options.rate_Hz));
-  arv_fake_camera_set_fill_pattern(arv_gv_fake_camera_get_fake_camera(camera_), &Painter::paint, painter_.get());
+  aravis::setFillPattern(arv_gv_fake_camera_get_fake_camera(camera_), &Painter::paint, painter_.get());
 }
 
 FakeCamera::~FakeCamera() {
