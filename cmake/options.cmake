@@ -47,10 +47,11 @@ if(TRACTION_FUZZ)
   add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
 
-# The warnings hold for our own code only; foreign headers come in as SYSTEM.
+# The warnings hold for our own code only; foreign headers come in as SYSTEM. They are errors in the preset `strict` alone,
+# which the gate builds: another compiler's warnings prevent nobody from building.
 add_library(traction_warnings INTERFACE)
 target_compile_options(traction_warnings INTERFACE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion
-                                                   -Wnon-virtual-dtor -Wold-style-cast -Woverloaded-virtual -Werror)
+                                                   -Wnon-virtual-dtor -Wold-style-cast -Woverloaded-virtual)
 
 # Four fifths of what the smaller files cost to compile are the headers of Eigen and the standard library. Which headers a
 # file needs it says itself: the dev preset and tools/lint read them one by one.
