@@ -23,7 +23,8 @@ using namespace std::chrono_literals;
 
 /// Samples of a source's thread that the server's thread has not taken yet; further ones are dropped.
 constexpr int kBacklog = 1000;
-/// Sources run on for this long without sessions, for a client that connects again.
+/// Sources run on for this long without clients that want them: those that connect or subscribe again and again start and
+/// stop no threads.
 constexpr auto kLinger = 10s;
 /// Lines of a log that a new subscriber is sent.
 constexpr std::size_t kLines = 16;
@@ -187,10 +188,11 @@ void FoxgloveServer::update(Feed& feed) {
   if (feed.converter) feed.converter->want(kinds & ~foxglove::kOfPreviews);
 
   const bool wantsPreviews = (kinds & foxglove::kOfPreviews) != 0;
+  if (wantsPreviews) feed.previewsWanted = Clock::now();
   if (wantsPreviews && !feed.previewSource) {
     feed.previewConverter = makeConverter(feed);
     feed.previewSource = makeSource(feed, kPreview, *feed.previewConverter);
-  } else if (!wantsPreviews && feed.previewSource) {
+  } else if (feed.previewSource && Clock::now() - feed.previewsWanted >= kLinger) {
     stop(feed.previewSource, feed.previewConverter);
   }
   if (feed.previewConverter) feed.previewConverter->want(kinds & foxglove::kOfPreviews);

@@ -56,9 +56,10 @@ class FoxgloveServer {
     std::unique_ptr<foxglove::Converter> converter, previewConverter;
     std::unique_ptr<Source> source, previewSource;
     std::atomic<int> backlog{0};
-    std::set<std::string> sensors;  ///< that are advertised, or refused
-    std::string error;              ///< told last; empty: none of late
-    Clock::time_point failed;       ///< when there was an error last
+    Clock::time_point previewsWanted;  ///< when a client was subscribed to a picture last
+    std::set<std::string> sensors;     ///< that are advertised, or refused
+    std::string error;                 ///< told last; empty: none of late
+    Clock::time_point failed;          ///< when there was an error last
   };
   struct ChannelState {
     foxglove::Channel channel;

@@ -49,7 +49,12 @@ struct Hub {
 struct Show {
   std::shared_ptr<Session> session;
   std::atomic<int> backlog{0};
-  std::unique_ptr<Playing> playing;
+  std::unique_ptr<Playing> playing;  ///< null: the recording cannot be read, or the session has ended
+
+  /// Lets the playing end as soon as it can.
+  void stop() {
+    if (playing) playing->stop();
+  }
 };
 
 }  // namespace traction::view

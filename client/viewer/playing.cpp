@@ -53,6 +53,10 @@ Playing::Playing(const std::filesystem::path& file, Deliver deliver)
     , thread_([this](const std::stop_token& stop) { run(stop); }) {}
 
 Playing::~Playing() {
+  stop();
+}
+
+void Playing::stop() {
   thread_.request_stop();
   changed_.notify_all();
 }

@@ -40,6 +40,9 @@ class Playing {
   /// Thread-safe, also within `deliver`. \param from_s NaN: the beginning
   void play(double from_s, double speed);
 
+  /// Lets the thread end as soon as it can, so that the destructor waits for less. Thread-safe.
+  void stop();
+
   /// Adds kinds (or-ed) to those that are wanted. Only kPreview, kSurface and kPicture must be: all other kinds are
   /// always delivered. Thread-safe.
   void want(unsigned kinds) { forwarder_.want(kinds); }

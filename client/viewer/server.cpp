@@ -71,6 +71,7 @@ class Server {
   }
 
   ~Server() {
+    for (const auto& show : shows_) show->stop();           // all before the first is waited for
     for (const auto& show : shows_) show->playing.reset();  // its thread uses the show
   }
   Server(const Server&) = delete;
@@ -187,7 +188,7 @@ class Server {
   bool isFull() const {
     std::size_t viewers = 0;
     for (const auto& hub : hubs_) viewers += hub->sessions.size();
-    return viewers + shows_.size() >= options_.viewers;
+    return viewers + shows_.size() + endingShows_ >= options_.viewers;
   }
 
   bool hasRecordings() const { return !options_.recordings.empty(); }
@@ -295,8 +296,13 @@ class Server {
   void endShow(const Session* gone) {
     shows_.remove_if([&](const std::shared_ptr<Show>& each) {
       if (each->session.get() != gone) return false;
-      // On another thread, as the destructor waits for a surface that is being computed.
-      asio::post(reaper_, [ended = std::shared_ptr<Playing>(std::move(each->playing))] {});
+      each->stop();
+      // On another thread, as the destructor waits for a surface that is being computed. Counts as a viewer until then.
+      ++endingShows_;
+      asio::post(reaper_, [this, ended = std::shared_ptr<Playing>(std::move(each->playing))]() mutable {
+        ended.reset();
+        --endingShows_;
+      });
       return true;
     });
   }
@@ -415,6 +421,7 @@ class Server {
   asio::steady_timer timer_{context_};
   HttpListener listener_;
   std::optional<FoxgloveServer> foxglove_;
+  std::atomic<std::size_t> endingShows_{0};  ///< whose threads have not ended yet
   asio::thread_pool reaper_{1};
   std::list<std::shared_ptr<Show>> shows_;
   std::vector<std::unique_ptr<Hub>> hubs_;  // last, as their threads use the context
