@@ -260,7 +260,8 @@ class Service(unittest.TestCase):
 
     @unittest.skipIf(rig.PATIENCE > 1, "sanitizers take terabytes of it")
     def test_with_too_little_address_space(self):
-        for size in (self.draw.randrange(150 << 20, 2 << 30) for _ in range(4)):
+        # With less than about 400 MiB OpenBLAS 0.3.29 of Debian 13 allocates for ever while it is loaded, before main().
+        for size in (self.draw.randrange(512 << 20, 2 << 30) for _ in range(4)):
             daemon = self.bench.start("prlimit", f"--as={size}", rig.BIN / "tractiond", "--state", "/nowhere")
             self.assertEqual(daemon.join(), 71, daemon.output())
             self.assertRegex(daemon.output(), r"tractiond: \d+ MiB of address space are too few; allow 2048 MiB or more")
