@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <new>
 #include <utility>
 
 namespace recording {
@@ -113,7 +114,11 @@ tl::expected<void, Error> OldFile::read(std::uint64_t offset, std::uint64_t coun
     return tl::unexpected(Error{EX_IOERR, std::string("cannot be read: ") + why, path_});
   };
   if (offset > size_ || count > size_ - offset) return failed("it is shorter");
-  to.resize(static_cast<std::size_t>(count));
+  try {
+    to.resize(static_cast<std::size_t>(count));
+  } catch (const std::bad_alloc&) {
+    return failed("there is no memory for it");
+  }
   for (std::size_t done = 0; done < to.size();) {
     const ssize_t got = pread(fd_, to.data() + done, to.size() - done, static_cast<off_t>(offset + done));
     if (got < 0 && errno == EINTR) continue;

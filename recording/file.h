@@ -67,7 +67,7 @@ class OldFile {
   /// Returns the path that was given to open().
   const std::filesystem::path& path() const { return path_; }
   /// Replaces `to` by `count` bytes from `offset`. Waits for the disk. Error: EX_IOERR, also if they do not lie below
-  /// size() or the file has become shorter; `to` is then empty.
+  /// size(), the file has become shorter or there is no memory; `to` is then empty.
   tl::expected<void, Error> read(std::uint64_t offset, std::uint64_t count, std::string& to) const;
 
  private:

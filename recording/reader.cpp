@@ -1,6 +1,7 @@
 #include "recording/reader.h"
 
 #include "recording/bytes.h"
+#include "recording/decompress.h"
 #include "recording/writer.h"
 
 #include <algorithm>
@@ -10,8 +11,11 @@ namespace recording {
 
 namespace {
 
-/// Largest record that is read into memory.
-constexpr std::uint64_t kLongest = 1 << 30;
+/// Largest record that is read into memory: the largest chunk, its head, and what a compression may add to it.
+constexpr std::uint64_t kLongest = kLargestChunk + (1 << 20);
+
+/// Largest summary that is read into memory: that of some days.
+constexpr std::uint64_t kLongestSummary = 1 << 28;
 
 /// Schemas and channels declared so far. A second declaration of an id is ignored.
 struct Declared {
@@ -46,45 +50,26 @@ std::string atByte(std::uint64_t offset) {
   return " at byte " + std::to_string(offset);
 }
 
-/// Collects the messages and declarations of a chunk. Returns false if it is damaged.
-bool takeChunk(const Chunk& chunk, Declared& declared, std::vector<Message>& messages) {
-  if (chunk.crc != 0 && crcOf(chunk.records) != chunk.crc) return false;
-  Input in(chunk.records);
-  while (!in.empty()) {
-    const Head head = headOf(in.bytes(kRecordHead));
-    const std::string_view content = in.bytes(head.length);
-    if (!in.ok()) return false;
-    if (head.opcode == Opcode::kSchema || head.opcode == Opcode::kChannel) {
-      if (!declared.add(head.opcode, content)) return false;
-    } else if (head.opcode == Opcode::kMessage) {
-      const auto message = messageOf(content);
-      if (!message || !declared.channels.contains(message->channel)) return false;
-      messages.push_back(*message);
-    }
-  }
-  return true;
-}
-
 /// One pass over a recording.
 class Scan {
  public:
-  Scan(const OldFile& file, const Reader::Visit& visit)
-      : file_(file)
+  Scan(const Reader& reader, const Reader::Visit& visit)
+      : reader_(reader)
+      , file_(reader.file())
       , visit_(visit) {}
 
-  /// Skips chunks that end before `since_ns`. The summary supplies what they declare.
-  void beginAt(std::uint64_t since_ns, Summary summary) {
-    since_ns_ = since_ns;
-    declared_ = {std::move(summary.schemas), std::move(summary.channels)};
-  }
-
-  tl::expected<Extent, Error> run() {
+  /// Reads the recording. \param since_ns skips chunks that end before, if the summary supplies what they declare
+  tl::expected<Extent, Error> run(std::uint64_t since_ns) {
+    if (since_ns > 0 && takeSummary()) since_ns_ = since_ns;
+    if (failure_) return tl::unexpected(*failure_);
     for (extent_.whole_bytes = kMagic.size(); extent_.trouble.empty() && !extent_.closed;) {
       if (auto taken = takeRecord(extent_.whole_bytes); !taken) return tl::unexpected(taken.error());
+      if (failure_) return tl::unexpected(*failure_);
     }
     if (extent_.badChunks == 0) return std::move(extent_);
-    extent_.trouble = std::to_string(extent_.badChunks) + " chunks are damaged, the first" + firstBad_ +
-                      (extent_.trouble.empty() ? "" : "; ") + extent_.trouble;
+    extent_.trouble = (extent_.badChunks == 1 ? "1 chunk" : std::to_string(extent_.badChunks) + " chunks") +
+                      " cannot be read, the first" + firstBad_ + (extent_.trouble.empty() ? "" : "; ") +
+                      extent_.trouble;
     return std::move(extent_);
   }
 
@@ -110,13 +95,16 @@ class Scan {
     const auto isPassed = endsBefore(head.opcode, at + kRecordHead, head.length);
     if (!isPassed) return tl::unexpected(isPassed.error());
     if (isTaken(head.opcode) && !*isPassed) {
-      if (head.length > kLongest) {
+      if (head.length > kLongest && head.opcode == Opcode::kChunk) {
+        skipChunk(at, tooLarge(head.length));
+      } else if (head.length > kLongest) {
         extent_.trouble = "the record" + atByte(at) + " has " + std::to_string(head.length) + " bytes";
         return {};
+      } else {
+        if (auto got = file_.read(at + kRecordHead, head.length, bytes_); !got) return got;
+        take(head.opcode, at);
+        if (!extent_.trouble.empty()) return {};
       }
-      if (auto got = file_.read(at + kRecordHead, head.length, bytes_); !got) return got;
-      take(head.opcode, at);
-      if (!extent_.trouble.empty()) return {};
     }
     extent_.whole_bytes = at + kRecordHead + head.length;
     return head.opcode == Opcode::kFooter ? takeEnd() : tl::expected<void, Error>();
@@ -139,38 +127,102 @@ class Scan {
 
   /// Interprets the record in bytes_ and visits its messages.
   void take(Opcode opcode, std::uint64_t at) {
-    messages_.clear();
     bool isGood = true;
     if (opcode == Opcode::kHeader) {
       const auto library = libraryOf(bytes_);
       isGood = library.has_value();
       extent_.library = library.value_or("");
     } else if (opcode == Opcode::kChunk) {
-      takeChunkAt(at);
+      takeChunk(at);
     } else if (opcode == Opcode::kMessage) {  // outside of a chunk, by other writers
       const auto message = messageOf(bytes_);
-      isGood = message && declared_.channels.contains(message->channel);
-      if (isGood) messages_.push_back(*message);
+      isGood = message && isDeclared(message->channel);
+      if (isGood) pass(*message);
     } else {
       isGood = declared_.add(opcode, bytes_);
     }
     if (!isGood) extent_.trouble = "the record" + atByte(at) + " is damaged";
-    for (const Message& message : messages_) {
-      const Channel& channel = declared_.channels.at(message.channel);
-      const auto schema = declared_.schemas.find(channel.schema);
-      visit_(channel, schema == declared_.schemas.end() ? nullptr : &schema->second, message);
-    }
   }
 
-  void takeChunkAt(std::uint64_t at) {
-    const auto chunk = chunkOf(bytes_);
-    const bool isPlain = chunk && chunk->compression.empty();
-    if (isPlain && takeChunk(*chunk, declared_, messages_)) {
-      ++extent_.chunks;
-      return;
+  /// Visits a message of a declared channel.
+  void pass(const Message& message) {
+    ++extent_.messages;
+    const Channel& channel = declared_.channels.at(message.channel);
+    auto schema = declared_.schemas.find(channel.schema);
+    if (schema == declared_.schemas.end() && channel.schema != 0 && takeSummary()) {
+      schema = declared_.schemas.find(channel.schema);
     }
-    messages_.clear();
-    if (extent_.badChunks++ == 0) firstBad_ = atByte(at) + (chunk && !isPlain ? " (it is compressed)" : "");
+    visit_(channel, schema == declared_.schemas.end() ? nullptr : &schema->second, message);
+  }
+
+  /// Visits the messages of the chunk in bytes_, all of them or none.
+  void takeChunk(std::uint64_t at) {
+    const auto chunk = chunkOf(bytes_);
+    if (!chunk) return skipChunk(at, "it is damaged");
+    if (chunk->size > kLargestChunk || chunk->records.size() > kLongest) return skipChunk(at, tooLarge(chunk->size));
+    std::string_view records = chunk->records;
+    if (!chunk->compression.empty()) {
+      if (const auto done = decompress(chunk->compression, records, chunk->size, unpacked_); !done) {
+        return skipChunk(at, done.error());
+      }
+      records = unpacked_;
+    }
+    if (records.size() != chunk->size || (chunk->crc != 0 && crcOf(records) != chunk->crc) || !isWhole(records)) {
+      return skipChunk(at, "it is damaged");
+    }
+    ++extent_.chunks;
+    each(records, [this](Opcode opcode, std::string_view content) {
+      if (opcode == Opcode::kMessage) pass(*messageOf(content));
+      return true;
+    });
+  }
+
+  /// Returns whether all records of a chunk can be interpreted, and adds their declarations.
+  bool isWhole(std::string_view records) {
+    return each(records, [this](Opcode opcode, std::string_view content) {
+      if (opcode == Opcode::kSchema || opcode == Opcode::kChannel) return declared_.add(opcode, content);
+      if (opcode != Opcode::kMessage) return true;
+      const auto message = messageOf(content);
+      return message && isDeclared(message->channel);
+    });
+  }
+
+  /// Calls `use` with opcode and content of each record until it returns false. Returns whether all were used.
+  template <typename Use>
+  static bool each(std::string_view records, const Use& use) {
+    for (Input in(records); !in.empty();) {
+      const Head head = headOf(in.bytes(kRecordHead));
+      const std::string_view content = in.bytes(head.length);
+      if (!in.ok() || !use(head.opcode, content)) return false;
+    }
+    return true;
+  }
+
+  void skipChunk(std::uint64_t at, const std::string& why) {
+    if (extent_.badChunks++ == 0) firstBad_ = atByte(at) + ": " + why;
+  }
+
+  static std::string tooLarge(std::uint64_t size) {
+    return "it has " + std::to_string(size) + " bytes, and chunks of up to " + std::to_string(kLargestChunk >> 20) +
+           " MiB are read";
+  }
+
+  bool isDeclared(std::uint16_t channel) {
+    return declared_.channels.contains(channel) || (takeSummary() && declared_.channels.contains(channel));
+  }
+
+  /// Adds the declarations of the summary, once: those of damaged or skipped chunks are missing otherwise. Returns
+  /// whether there is a summary.
+  bool takeSummary() {
+    if (hasSummary_) return *hasSummary_;
+    auto summary = reader_.summary();
+    if (!summary) failure_ = summary.error();
+    hasSummary_ = summary && *summary;
+    if (*hasSummary_) {
+      declared_.schemas.merge((*summary)->schemas);
+      declared_.channels.merge((*summary)->channels);
+    }
+    return *hasSummary_;
   }
 
   tl::expected<void, Error> takeEnd() {
@@ -189,14 +241,17 @@ class Scan {
     return {};
   }
 
+  const Reader& reader_;
   const OldFile& file_;
   const Reader::Visit& visit_;
   std::uint64_t since_ns_ = 0;
   Extent extent_;
   std::string firstBad_;
   Declared declared_;
+  std::optional<bool> hasSummary_;  ///< nothing: not looked for yet
+  std::optional<Error> failure_;    ///< of reading the summary
   std::string bytes_;
-  std::vector<Message> messages_;  ///< of the record in bytes_
+  std::string unpacked_;  ///< records of the chunk in bytes_, if they are compressed
 };
 
 /// Adds one record of the summary. Returns false if it is damaged.
@@ -239,13 +294,7 @@ tl::expected<Reader, Error> Reader::open(const std::filesystem::path& path) {
 }
 
 tl::expected<Extent, Error> Reader::read(const Visit& visit, std::uint64_t since_ns) const {
-  Scan scan(file_, visit);
-  if (since_ns > 0) {
-    auto known = summary();
-    if (!known) return tl::unexpected(known.error());
-    if (*known) scan.beginAt(since_ns, **std::move(known));
-  }
-  return scan.run();
+  return Scan(*this, visit).run(since_ns);
 }
 
 tl::expected<std::optional<Summary>, Error> Reader::summary() const {
@@ -256,7 +305,7 @@ tl::expected<std::optional<Summary>, Error> Reader::summary() const {
   if (auto got = file_.read(footerAt, end - footerAt, bytes); !got) return tl::unexpected(got.error());
   const auto footer = footerOf(std::string_view(bytes).substr(kRecordHead));
   if (!bytes.ends_with(kMagic) || headOf(bytes).opcode != Opcode::kFooter || !footer) return std::nullopt;
-  if (footer->summary < kMagic.size() || footer->summary > footerAt || footerAt - footer->summary > kLongest) {
+  if (footer->summary < kMagic.size() || footer->summary > footerAt || footerAt - footer->summary > kLongestSummary) {
     return std::nullopt;
   }
   if (auto got = file_.read(footer->summary, end - kMagic.size() - footer->summary, bytes); !got) {

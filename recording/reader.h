@@ -15,7 +15,8 @@ struct Extent {
   bool closed = false;            ///< true: the file has its end, and nothing after it
   std::uint64_t whole_bytes = 0;  ///< length up to the last whole record
   std::uint64_t chunks = 0;       ///< chunks whose messages were read
-  std::uint64_t badChunks = 0;    ///< chunks skipped because they are damaged or compressed
+  std::uint64_t messages = 0;     ///< messages that were visited
+  std::uint64_t badChunks = 0;    ///< chunks skipped because they are damaged, too large, or of another compression
   std::string library;            ///< name that the writing program left; empty: none
   std::string trouble;            ///< what is wrong, as text; empty: nothing
 
@@ -27,7 +28,7 @@ struct Summary {
   std::map<std::uint16_t, Schema> schemas;    ///< by id
   std::map<std::uint16_t, Channel> channels;  ///< by id
   std::vector<ChunkIndex> chunks;             ///< in the order of the file
-  Statistics statistics;                      ///< all 0 if the summary has none
+  std::optional<Statistics> statistics;       ///< nothing if the summary has none
 };
 
 /// A recording opened for reading. Thread-bound. Bytes that are appended after open() are not read.
@@ -43,14 +44,16 @@ class Reader {
   using Visit = std::function<void(const Channel& channel, const Schema* schema, const Message& message)>;
 
   /// Reads from the beginning to the end, to a cut, to a damaged record outside the chunks, or to a record of more than
-  /// 1 GiB, and visits all messages of intact chunks, and those outside of chunks, in the order of the file. Skips
-  /// damaged chunks. A damaged or cut recording is no error: see Extent::trouble. Waits for the disk. Error: EX_IOERR.
+  /// 65 MiB, and visits all messages of intact chunks, and those outside of chunks, in the order of the file; those of
+  /// chunks compressed by zstd or lz4, too. Skips damaged chunks and those above kLargestChunk. Channels and schemas
+  /// that the chunks lack are those of the summary. A damaged or cut recording is no error: see Extent::trouble. Waits
+  /// for the disk. Error: EX_IOERR.
   /// \param since_ns skips chunks whose last log time is earlier [ns since 1970], if the recording has a summary, and
   /// does not count them; earlier messages of other chunks are visited. 0: skips none
   tl::expected<Extent, Error> read(const Visit& visit, std::uint64_t since_ns = 0) const;
 
   /// Reads the summary, without the messages. Returns nothing, without an error, if the recording was not closed, has
-  /// no summary, or that is damaged or larger than 1 GiB. Error: EX_IOERR.
+  /// no summary, or that is damaged or larger than 256 MiB. Error: EX_IOERR.
   tl::expected<std::optional<Summary>, Error> summary() const;
 
   const OldFile& file() const { return file_; }  ///< Returns the file that is read.

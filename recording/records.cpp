@@ -61,7 +61,7 @@ void put(std::string& to, const Channel& channel) {
 void put(std::string& to, const Message& message) {
   Output(to)
       .number(static_cast<std::uint8_t>(Opcode::kMessage))
-      .number(std::uint64_t{2 + 4 + 8 + 8 + message.data.size()})
+      .number(std::uint64_t{kMessageHead - kRecordHead + message.data.size()})
       .number(message.channel)
       .number(message.sequence)
       .number(message.logTime_ns)

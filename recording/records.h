@@ -30,8 +30,13 @@ enum class Opcode : std::uint8_t {
   kDataEnd = 0x0f,
 };
 
-inline constexpr std::size_t kRecordHead = 1 + 8;                     ///< opcode and length [bytes]
-inline constexpr std::size_t kFooterBytes = kRecordHead + 8 + 8 + 4;  ///< the whole record
+/// Largest chunk that is written and read [bytes of its records, uncompressed]: a picture of 20 million pixels in RGB8
+/// fits. A reader holds it in memory, twice if it is compressed, and a recording may be from anywhere.
+inline constexpr std::uint64_t kLargestChunk = 64 << 20;
+
+inline constexpr std::size_t kRecordHead = 1 + 8;                         ///< opcode and length [bytes]
+inline constexpr std::size_t kMessageHead = kRecordHead + 2 + 4 + 8 + 8;  ///< a message's record without its data
+inline constexpr std::size_t kFooterBytes = kRecordHead + 8 + 8 + 4;      ///< the whole record
 
 /// Type of messages.
 struct Schema {

@@ -51,7 +51,13 @@ tl::expected<void, Error> Writer::write(const Message& message) {
   if (message.channel == 0 || message.channel > channels_.size()) {
     return tl::unexpected(Error{EX_SOFTWARE, "a message is of a channel that was not declared"});
   }
-  if (isDue(message.logTime_ns) || records_.size() >= options_.chunkBytes) {
+  const std::uint64_t size = kMessageHead + message.data.size();
+  if (size > kLargestChunk) {
+    return tl::unexpected(Error{EX_DATAERR, "a message has " + std::to_string(message.data.size()) +
+                                                " bytes, more than a recording's chunk of at most " +
+                                                std::to_string(kLargestChunk >> 20) + " MiB can hold"});
+  }
+  if (isDue(message.logTime_ns) || records_.size() >= options_.chunkBytes || records_.size() + size > kLargestChunk) {
     if (auto flushed = flush(); !flushed) return flushed;
   }
   const std::uint64_t time = message.logTime_ns;

@@ -37,7 +37,7 @@ class Writer {
 
   /// Adds a copy of a message to the current chunk. If that chunk is due or full, does flush() first, and so waits for
   /// the disk; if that fails, the message is not added. Fails with EX_SOFTWARE if the message's channel has not been
-  /// declared.
+  /// declared, with EX_DATAERR if the message is larger than a chunk may be (kLargestChunk).
   tl::expected<void, Error> write(const Message& message);
   /// Returns the log time of the first message not written yet; nothing if all are written.
   std::optional<std::uint64_t> oldest_ns() const;

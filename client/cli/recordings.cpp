@@ -78,9 +78,8 @@ Contents contentsOf(const std::string& file) {
       });
   if (!extent) throw RecordingError(extent.error().exitCode, extent.error().message());
   contents.extent = *extent;
-  std::uint64_t messages = 0;
+  const std::uint64_t messages = extent->messages;
   for (auto& [id, topic] : topics) {
-    messages += topic.messages;
     contents.begin_ns = std::min(contents.begin_ns, topic.begin_ns);
     contents.end_ns = std::max(contents.end_ns, topic.end_ns);
     contents.topics.push_back(std::move(topic));
@@ -88,9 +87,10 @@ Contents contentsOf(const std::string& file) {
   if (messages == 0) contents.begin_ns = 0;
   const auto summary = reader.summary();
   contents.isIndexed = summary && summary->has_value();
-  if (contents.isIndexed && contents.extent.isWhole() && (*summary)->statistics.messages != messages) {
-    contents.extent.trouble = "its summary tells of " + std::to_string((*summary)->statistics.messages) +
-                              " messages, it has " + std::to_string(messages);
+  const auto statistics = contents.isIndexed ? (*summary)->statistics : std::nullopt;
+  if (statistics && contents.extent.isWhole() && statistics->messages != messages) {
+    contents.extent.trouble = "its summary tells of " + std::to_string(statistics->messages) + " messages, it has " +
+                              std::to_string(messages);
   }
   return contents;
 }
@@ -151,7 +151,9 @@ void info(const std::string& file, bool json) {
   }
   if (contents.extent.isWhole()) return;
   throw RecordingError(EX_DATAERR, file + ": " + contents.extent.trouble +
-                                       "; tractionctl recover makes a whole recording of what is there");
+                                       (contents.extent.messages == 0
+                                            ? "; no message of it can be read"
+                                            : "; tractionctl recover makes a whole recording of what can be read"));
 }
 
 void recover(const std::string& from, const std::string& to) {
@@ -159,10 +161,12 @@ void recover(const std::string& from, const std::string& to) {
   auto file = recording::NewFile::create(to);
   if (!file) throw RecordingError(file.error().exitCode, file.error().message());
   const auto extent = recording::recover(reader, *file);
-  if (!extent) {
+  if (!extent || extent->messages == 0) {
     std::error_code unknown;
     std::filesystem::remove(to, unknown);
-    throw RecordingError(extent.error().exitCode, extent.error().message());
+    if (!extent) throw RecordingError(extent.error().exitCode, extent.error().message());
+    throw RecordingError(EX_DATAERR, from + " has no message that can be read, and nothing was written" +
+                                         (extent->isWhole() ? "" : ": " + extent->trouble));
   }
   std::string text = to + ": " + std::to_string(extent->chunks) + " chunks of " + from;
   if (extent->whole_bytes < reader.file().size()) {

@@ -47,19 +47,21 @@ void replay(const std::string& file, const std::string& endpoint, double speed);
 void info(const std::string& file, bool json);
 
 /// Writes a new recording of all intact chunks, and prints how many were copied and what was left out. That `from` is
-/// cut off or damaged is no error. If reading or writing fails, the new file is deleted.
+/// cut off or damaged is no error. If reading or writing fails, the new file is deleted. \throws RecordingError also
+/// EX_DATAERR if no message can be read; nothing is written then
 void recover(const std::string& from, const std::string& to);
 
 /// Exports the fields of one sensor as CSV or NumPy arrays, or all as illustrate() does, by the file extension of `to`:
 /// .csv, .npz or .mcap; replaces `to`, and prints nothing. \param sensor empty: the only one; for .mcap all
 /// \throws RecordingError also EX_USAGE for another extension, or if a sensor must be named; EX_DATAERR if there are no
-/// fields of the sensor, or, for .npz, if their numbers of nodes differ; also after writing, if the recording is cut
-/// off or damaged
+/// fields of the sensor; also after writing, if the recording is cut off or damaged or messages were left out: those
+/// that cannot be decoded and, in .npz, fields of another number of nodes than most
 void exportFields(const std::string& from, const std::string& to, const std::string& sensor);
 
 /// Writes a recording of all messages and of their drawings for Foxglove; replaces `to`, and prints nothing. \param
 /// sensor whose drawings are added; empty: all \throws RecordingError also EX_USAGE if `to` is `from`, EX_DATAERR if
-/// there is nothing to draw; also after writing, if the recording is cut off or damaged
+/// there is nothing to draw; also after writing, if the recording is cut off or damaged, or messages of it could not be
+/// drawn because they cannot be decoded
 void illustrate(const std::string& from, const std::string& to, const std::string& sensor);
 
 }  // namespace traction::cli

@@ -1,6 +1,7 @@
 #include "recording/reader.h"
 #include "recording/writer.h"
 #include "tests/fuzz/target.h"
+#include "tests/unit/recording/foreign_recording.h"
 
 namespace fuzz {
 
@@ -30,7 +31,9 @@ std::vector<std::string> seeds() {
     static_cast<void>(writer.write({i % 2 == 0 ? one : other, i, 10 * i, 9 * i, "some bytes of a message"}));
   }
   static_cast<void>(writer.close());
-  return {empty.bytes, some.bytes, some.bytes.substr(0, some.bytes.size() / 2)};
+  return {empty.bytes, some.bytes, some.bytes.substr(0, some.bytes.size() / 2),
+          recording::rewritten(some.bytes, recording::compressedBy("zstd", recording::zstd)),
+          recording::rewritten(some.bytes, recording::compressedBy("lz4", recording::lz4))};
 }
 
 bool feed(std::string_view bytes) {

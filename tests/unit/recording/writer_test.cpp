@@ -52,7 +52,7 @@ TEST(Writer, ItsIndexLeadsToEveryMessage) {
   const fuzz::MemoryFile file(memory.bytes);
   const auto summary = Reader::open(file.path())->summary();
   ASSERT_TRUE(summary && *summary);
-  const Statistics& statistics = (*summary)->statistics;
+  const Statistics& statistics = (*summary)->statistics.value();
   EXPECT_EQ(statistics.messages, messages.all.size());
   EXPECT_EQ(statistics.begin_ns, std::get<2>(messages.all.front()));
   EXPECT_EQ(statistics.end_ns, std::get<2>(messages.all.back()));
@@ -143,6 +143,20 @@ TEST(Writer, RefusesAMessageWithoutADeclaredChannel) {
   ASSERT_TRUE(writer.write({writer.channel(0, "first", "json"), 1, 1, 1, "kept"}));
   ASSERT_TRUE(writer.close());
   EXPECT_TRUE(read(memory.bytes).messages == std::vector<Kept>({{"first", 1, 1, 1, "kept"}}));
+}
+
+TEST(Writer, RefusesAMessageThatNoReaderWouldTake) {
+  Memory memory;
+  Writer writer(memory, {});
+  const std::uint16_t channel = writer.channel(0, "first", "json");
+  const std::string large(kLargestChunk - kMessageHead, 'x');
+  ASSERT_TRUE(writer.write({channel, 1, 1, 1, "small"}));
+  ASSERT_TRUE(writer.write({channel, 2, 1, 1, large}));
+  EXPECT_EQ(writer.write({channel, 3, 1, 1, large + 'x'}).error().exitCode, EX_DATAERR);
+  ASSERT_TRUE(writer.close());
+  const Read result = read(memory.bytes);
+  EXPECT_EQ(result.extent.trouble, "");
+  EXPECT_EQ(result.messages.size(), 2U);
 }
 
 TEST(Deltas, WithoutMemoryForZlibAreNotMade) {
