@@ -2,6 +2,7 @@
 #include "client/cli/notes.h"
 #include "client/cli/npz.h"
 #include "client/cli/recordings.h"
+#include "client/cli/skipped.h"
 #include "recording/reader.h"
 
 #include <sysexits.h>
@@ -32,21 +33,22 @@ namespace {
 class Source {
  public:
   explicit Source(const std::string& file)
-      : file_(file)
-      , reader_(opened(file)) {}
+      : reader_(opened(file)) {}
 
   using Use = std::function<void(const recording::Message&, const Message&)>;
 
-  recording::Extent each(const Use& use) const {
+  /// Calls `use` for each message that can be decoded, and counts the others.
+  recording::Extent each(const Use& use, Skipped& skipped) const {
     const auto extent = reader_.read(
         [&](const recording::Channel& channel, const recording::Schema*, const recording::Message& record) {
           if (!channel.topic.ends_with("/field/") && !channel.topic.ends_with("/description/")) return;
+          std::optional<Message> message;
           try {
-            if (const auto message = decode(Raw{channel.topic, record.data})) use(record, *message);
+            message = decode(Raw{channel.topic, record.data});
           } catch (const Error& error) {
-            throw RecordingError(error.code() == ErrorCode::kVersion ? EX_PROTOCOL : EX_DATAERR,
-                                 file_ + ": " + error.what());
+            skipped.add(error, record.sequence);
           }
+          if (message) use(record, *message);
         });
     if (!extent) throw RecordingError(extent.error().exitCode, extent.error().message());
     return *extent;
@@ -59,33 +61,54 @@ class Source {
     return *std::move(reader);
   }
 
-  std::string file_;
   recording::Reader reader_;
 };
 
 /// Survey of a recording before it is exported.
 struct Survey {
   std::string sensor;
-  std::uint64_t fields = 0;
-  std::size_t nodes = 0;
-  std::optional<Description> description;  ///< the newest
+  std::map<std::size_t, std::uint64_t> counts;  ///< number of nodes -> number of fields that have as many
+  std::optional<Description> description;       ///< the newest
   recording::Extent extent;
+  Skipped skipped;
+
+  std::uint64_t fields() const {
+    std::uint64_t sum = 0;
+    for (const auto& [nodes, fields] : counts) sum += fields;
+    return sum;
+  }
+  /// Returns the number of nodes that most fields have, of those that have any.
+  std::size_t nodes() const {
+    std::pair<std::uint64_t, std::size_t> most;
+    for (const auto& [nodes, fields] : counts) {
+      if (nodes != 0) most = std::max(most, {fields, nodes});
+    }
+    return most.second;
+  }
+  /// Returns what keeps the export from being all of the recording, as text; empty: nothing.
+  std::string trouble() const {
+    return extent.trouble + (extent.isWhole() || skipped.isEmpty() ? "" : "; ") +
+           (skipped.isEmpty() ? "" : skipped.text());
+  }
 };
 
 Survey surveyOf(const Source& source, const std::string& file, const std::string& wanted) {
   std::map<std::string, Survey> sensors;
-  const auto extent = source.each([&](const recording::Message&, const Message& message) {
-    Survey& survey = sensors[headerOf(message).sensor];
-    if (const auto* field = std::get_if<Field>(&message)) {
-      ++survey.fields;
-      survey.nodes = std::max(survey.nodes, field->force_N.size());
-    } else if (const auto* description = std::get_if<Description>(&message)) {
-      survey.description = *description;
-    }
-  });
-  std::erase_if(sensors, [](const auto& one) { return one.second.fields == 0; });
+  Survey all;
+  all.extent = source.each(
+      [&](const recording::Message&, const Message& message) {
+        Survey& survey = sensors[headerOf(message).sensor];
+        if (const auto* field = std::get_if<Field>(&message)) {
+          ++survey.counts[field->force_N.size()];
+        } else if (const auto* description = std::get_if<Description>(&message)) {
+          survey.description = *description;
+        }
+      },
+      all.skipped);
+  std::erase_if(sensors, [](const auto& one) { return one.second.counts.empty(); });
   if (sensors.empty()) {
-    throw RecordingError(EX_DATAERR, file + " has no fields" + (extent.isWhole() ? "" : "; " + extent.trouble));
+    const std::string trouble = all.trouble();
+    throw RecordingError(all.skipped.exitCode(), file + " has no fields" + (trouble.empty() ? "" : "; " + trouble));
   }
   std::string names;
   for (const auto& [name, survey] : sensors) names += (names.empty() ? "" : ", ") + name;
@@ -98,7 +121,8 @@ Survey surveyOf(const Source& source, const std::string& file, const std::string
   }
   Survey survey = found->second;
   survey.sensor = found->first;
-  survey.extent = extent;
+  survey.extent = all.extent;
+  survey.skipped = all.skipped;
   return survey;
 }
 
@@ -154,10 +178,13 @@ void writeCsv(const Source& source, const Survey& survey, const std::string& pat
     throw RecordingError(EX_IOERR, path + " cannot be written: " + std::strerror(errno));
   };
   put(kColumns);
-  source.each([&](const recording::Message& record, const Message& message) {
-    const auto* field = std::get_if<Field>(&message);
-    if (field != nullptr && field->header.sensor == survey.sensor) put(lineOf(record, *field));
-  });
+  Skipped again;
+  source.each(
+      [&](const recording::Message& record, const Message& message) {
+        const auto* field = std::get_if<Field>(&message);
+        if (field != nullptr && field->header.sensor == survey.sensor) put(lineOf(record, *field));
+      },
+      again);
   if (std::fflush(file.get()) != 0) {
     throw RecordingError(EX_IOERR, path + " cannot be written: " + std::strerror(errno));
   }
@@ -257,7 +284,7 @@ std::vector<std::array<float, 3>> positionsOf(const Survey& survey) {
   if (survey.description->body) return survey.description->body->nodePositions_m;
   const Grid& grid = survey.description->nodes;
   std::vector<std::array<float, 3>> positions;
-  if (std::uint64_t{grid.rows} * grid.columns != survey.nodes) return positions;
+  if (std::uint64_t{grid.rows} * grid.columns != survey.nodes()) return positions;
   for (std::uint32_t row = 0; row < grid.rows; ++row) {
     for (std::uint32_t column = 0; column < grid.columns; ++column) {
       const Vector2 at = grid.position_m(column, row);
@@ -267,32 +294,36 @@ std::vector<std::array<float, 3>> positionsOf(const Survey& survey) {
   return positions;
 }
 
-void writeNpz(const Source& source, const Survey& survey, const std::string& path) try {
-  std::vector<Column> columns = columnsOf(survey.nodes);
+/// Adds the fields that no array can hold to `survey.skipped`: they have another number of nodes than most.
+void writeNpz(const Source& source, Survey& survey, const std::string& path) try {
+  const std::size_t nodes = survey.nodes();
+  std::erase_if(survey.counts, [nodes](const auto& one) { return one.first != 0 && one.first != nodes; });
+  std::vector<Column> columns = columnsOf(nodes);
   std::vector<NpzWriter::Array> arrays;
   for (Column& column : columns) {
-    column.array.rows = survey.fields;
+    column.array.rows = survey.fields();
     arrays.push_back(column.array);
   }
   const auto positions = positionsOf(survey);
-  if (positions.size() == survey.nodes) arrays.push_back({"node_position_m", "<f4", positions.size(), {3}, 4});
+  if (positions.size() == nodes) arrays.push_back({"node_position_m", "<f4", positions.size(), {3}, 4});
   NpzWriter writer(path, arrays);
-  std::uint64_t number = 0;
-  source.each([&](const recording::Message& record, const Message& message) {
-    const auto* field = std::get_if<Field>(&message);
-    if (field == nullptr || field->header.sensor != survey.sensor) return;
-    ++number;
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      std::string row = columns[i].row(record, *field);
-      if (row.empty()) row.resize(arrays[i].rowBytes());
-      if (row.size() != arrays[i].rowBytes()) {
-        throw RecordingError(EX_DATAERR,
-                             "field " + std::to_string(number) + " has another number of nodes than the most, " +
-                                 std::to_string(survey.nodes) + ": arrays cannot hold them; export as .csv");
-      }
-      writer.add(i, row);
-    }
-  });
+  Skipped again;
+  source.each(
+      [&](const recording::Message& record, const Message& message) {
+        const auto* field = std::get_if<Field>(&message);
+        if (field == nullptr || field->header.sensor != survey.sensor) return;
+        if (!survey.counts.contains(field->force_N.size())) {
+          return survey.skipped.add("it has " + std::to_string(field->force_N.size()) + " nodes and most have " +
+                                        std::to_string(nodes) + ", for which the arrays are; .csv takes it",
+                                    record.sequence);
+        }
+        for (std::size_t i = 0; i < columns.size(); ++i) {
+          std::string row = columns[i].row(record, *field);
+          row.resize(arrays[i].rowBytes());  // of a field without nodes: zeros
+          writer.add(i, row);
+        }
+      },
+      again);
   if (arrays.size() > columns.size()) writer.add(columns.size(), bytesOf(positions.data(), positions.size()));
   writer.finish();
 } catch (const NpzError& error) {
@@ -307,7 +338,7 @@ void exportFields(const std::string& from, const std::string& to, const std::str
   if (!isCsv && !to.ends_with(".npz"))
     throw RecordingError(EX_USAGE, "'" + to + "' ends neither with .csv nor with .npz nor with .mcap");
   const Source source(from);
-  const Survey survey = surveyOf(source, from, sensor);
+  Survey survey = surveyOf(source, from, sensor);
   Draft draft(to);
   if (isCsv) {
     writeCsv(source, survey, draft.part());
@@ -315,9 +346,10 @@ void exportFields(const std::string& from, const std::string& to, const std::str
     writeNpz(source, survey, draft.part());
   }
   draft.finish();
-  if (survey.extent.isWhole()) return;
-  throw RecordingError(EX_DATAERR, from + ": " + survey.extent.trouble + "; " + to + " has the " +
-                                       std::to_string(survey.fields) + " fields that could be read");
+  const std::string trouble = survey.trouble();
+  if (trouble.empty()) return;
+  throw RecordingError(survey.skipped.exitCode(), from + ": " + trouble + "; " + to + " has the " +
+                                                      std::to_string(survey.fields()) + " fields that could be read");
 }
 
 }  // namespace traction::cli

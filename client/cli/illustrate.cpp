@@ -2,6 +2,7 @@
 #include "client/cli/foxglove.h"
 #include "client/cli/notes.h"
 #include "client/cli/recordings.h"
+#include "client/cli/skipped.h"
 #include "recording/reader.h"
 #include "recording/writer.h"
 
@@ -9,6 +10,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -28,7 +30,12 @@ class Illustrated {
     auto copy = record;
     copy.channel = idOf(channel.topic, schema, channel.encoding, channel.metadata);
     check(writer_.write(copy));
-    const auto message = decode(Raw{channel.topic, record.data});
+    std::optional<Message> message;
+    try {
+      message = decode(Raw{channel.topic, record.data});
+    } catch (const Error& error) {
+      skipped_.add(error, record.sequence);
+    }
     if (!message) return;
     const std::string& sensor = headerOf(*message).sensor;
     if (!sensor_.empty() && sensor != sensor_) return;
@@ -44,6 +51,8 @@ class Illustrated {
   }
   void finish() { check(writer_.close()); }
   std::uint64_t drawn() const { return drawn_; }
+  /// Returns the messages that were copied and could not be drawn.
+  const Skipped& skipped() const { return skipped_; }
 
  private:
   static recording::NewFile opened(const std::string& path) {
@@ -73,6 +82,7 @@ class Illustrated {
   std::map<std::string, std::uint16_t> schemas_, channels_;
   std::map<std::string, foxglove::Drawing> drawings_;
   std::uint64_t drawn_ = 0;
+  Skipped skipped_;
 };
 
 }  // namespace
@@ -86,22 +96,19 @@ void illustrate(const std::string& from, const std::string& to, const std::strin
   Draft draft(to);
   Illustrated made(draft.part(), sensor);
   const auto extent = reader->read([&](const recording::Channel& channel, const recording::Schema* schema,
-                                       const recording::Message& record) {
-    try {
-      made.add(channel, schema, record);
-    } catch (const Error& error) {
-      throw RecordingError(error.code() == ErrorCode::kVersion ? EX_PROTOCOL : EX_DATAERR, from + ": " + error.what());
-    }
-  });
+                                       const recording::Message& record) { made.add(channel, schema, record); });
   if (!extent) throw RecordingError(extent.error().exitCode, extent.error().message());
+  std::string trouble = extent->trouble;
+  if (!made.skipped().isEmpty()) trouble += (trouble.empty() ? "" : "; ") + made.skipped().text();
   if (made.drawn() == 0) {
-    throw RecordingError(EX_DATAERR, from + " has nothing to draw" + (sensor.empty() ? "" : " of " + sensor) +
-                                         (extent->isWhole() ? "" : "; " + extent->trouble));
+    throw RecordingError(made.skipped().exitCode(), from + " has nothing to draw" +
+                                                        (sensor.empty() ? "" : " of " + sensor) +
+                                                        (trouble.empty() ? "" : "; " + trouble));
   }
   made.finish();
   draft.finish();
-  if (!extent->isWhole())
-    throw RecordingError(EX_DATAERR, from + ": " + extent->trouble + "; " + to + " has what could be read");
+  if (!trouble.empty())
+    throw RecordingError(made.skipped().exitCode(), from + ": " + trouble + "; " + to + " has what could be read");
 }
 
 }  // namespace traction::cli

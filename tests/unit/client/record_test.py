@@ -4,6 +4,7 @@ import json
 import pathlib
 import re
 import signal
+import struct
 import subprocess
 import tempfile
 import time
@@ -15,6 +16,42 @@ from deadline import HUNG_S
 
 DATA, NO_INPUT, UNAVAILABLE, CANNOT_CREATE = 65, 66, 69, 73
 MAGIC = b"\x89MCAP0\r\n"
+MESSAGE, CHUNK, STATISTICS, FOOTER = 5, 6, 11, 2
+CHUNK_CRC, CHUNK_RECORDS, DATA_OF_MESSAGE = 24, 40, 22
+
+
+def records(content, at, end):
+    """Yields opcode, begin and end of the content of each record."""
+    while at < end:
+        length, = struct.unpack_from("<Q", content, at + 1)
+        yield content[at], at + 9, at + 9 + length
+        at += 9 + length
+
+
+def damaged(content, number):
+    """A recording whose message `number` cannot be decoded, and whose chunk says nothing of it."""
+    content = bytearray(content)
+    for opcode, begin, end in records(content, len(MAGIC), len(content) - len(MAGIC)):
+        if opcode != CHUNK:
+            continue
+        content[begin + CHUNK_CRC:begin + CHUNK_CRC + 4] = bytes(4)
+        for inner, first, last in records(content, begin + CHUNK_RECORDS, end):
+            number -= inner == MESSAGE
+            if number < 0:
+                content[first + DATA_OF_MESSAGE:last] = b"\xff" * (last - first - DATA_OF_MESSAGE)
+                return bytes(content)
+    raise AssertionError("there are fewer messages")
+
+
+def without_statistics(content):
+    made = bytearray(MAGIC)
+    for opcode, begin, end in records(content, len(MAGIC), len(content) - len(MAGIC)):
+        record = bytearray(content[begin - 9:end])
+        if opcode == FOOTER:
+            record[-4:] = bytes(4)
+        if opcode != STATISTICS:
+            made += record
+    return bytes(made + MAGIC)
 
 
 class Record(Case):
@@ -148,6 +185,40 @@ class Record(Case):
         fields = len(np.load(self.folder / "cut.npz")["sequence"])
         self.assertEqual(fields, len((self.folder / "cut.csv").read_text().splitlines()) - 1)
         self.assertGreater(fields, 5)
+
+    def test_one_bad_message_costs_no_other(self):
+        path = self.record()
+        messages = self.info(path)["topics"][0]["messages"]
+        bad = self.folder / "bad.mcap"
+        bad.write_bytes(damaged(path.read_bytes(), 3))
+        self.assertEqual(ctl("export", path, self.folder / "whole.csv"), (0, "", ""))
+        whole = (self.folder / "whole.csv").read_text().splitlines()
+        told = "1 message was left out, the first number \\d+: what arrived is no message of tractiond; "
+        for output in ("bad.csv", "bad.npz"):
+            self.fails(DATA, f"{told}.*{output} has the {messages - 1} fields", "export", bad, self.folder / output)
+        self.assertEqual((self.folder / "bad.csv").read_text().splitlines(), whole[:4] + whole[5:])
+        self.assertEqual(len(np.load(self.folder / "bad.npz")["sequence"]), messages - 1)
+
+    def test_nothing_that_can_be_recovered_is_told_and_nothing_is_written(self):
+        path = self.record(size=50_000)
+        content = path.read_bytes()
+        first = next(begin for opcode, begin, _ in records(content, len(MAGIC), len(content) - len(MAGIC)) if opcode == CHUNK)
+        bad = self.folder / "bad.mcap"
+        for name, size in (("nothing", len(MAGIC)), ("declarations", first - 9), ("half a chunk", first + 1000)):
+            with self.subTest(name):
+                bad.write_bytes(content[:size])
+                self.fails(DATA, "has no message that can be read, and nothing was written: it was not closed", "recover",
+                           bad, self.folder / "out.mcap")
+                code, _, err = ctl("info", bad)
+                self.assertEqual(code, DATA)
+                self.assertRegex(err, "it was not closed.*; no message of it can be read\n\\Z")
+        self.assertEqual(sorted(one.name for one in self.folder.iterdir()), ["a.mcap", "bad.mcap"])
+
+    def test_missing_statistics_are_no_fault(self):
+        path = self.record(size=50_000)
+        other = self.folder / "other.mcap"
+        other.write_bytes(without_statistics(path.read_bytes()))
+        self.assertEqual((self.info(other)["trouble"], self.info(other)["topics"]), ("", self.info(path)["topics"]))
 
     def test_wrong_words_and_places_are_told(self):
         path = self.record(size=50_000)
