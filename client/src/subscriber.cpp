@@ -40,6 +40,17 @@ constexpr int kStrangers = 3;
 
 constexpr std::size_t kLongestTopic = 64;  // quoted in messages
 
+constexpr std::int64_t kLargestPart_bytes = 128 << 20;  // a picture of 40 million pixels of 24 bits
+
+/// Messages that wait in kLatest, of which all but the newest are passed over.
+constexpr int kLatestQueue = 1000;
+/// Silence after which nothing waits in the network: what waits there comes as fast as it is read.
+constexpr auto kQuiet = 5ms;
+/// Longest time until that silence: a publisher may never be silent for so long.
+constexpr auto kCatchUp = 50ms;
+/// Messages passed over at once: a publisher may be faster than it is read.
+constexpr int kMostPassed = 100 * kLatestQueue;
+
 constexpr const char* kMonitor = "inproc://monitor";
 
 std::int64_t monotonicNow() {
@@ -97,8 +108,8 @@ struct Subscriber::Impl {
     if (options.monotonicClock == nullptr) options.monotonicClock = monotonicNow;
     const bool latest = options.mode == Mode::kLatest;
     // The stream subscribes to everything, so that a daemon of another version or a wrong endpoint is detected instead
-    // of waited for. Latest subscribes to the first byte of a field: ZeroMQ aborts the process if a multipart message,
-    // as on the stream, reaches a conflating socket.
+    // of waited for. Latest subscribes to the first byte of a field, and receives nothing of a stream. It skips older
+    // fields itself: ZeroMQ 4.3.4 aborts the process if a message in parts reaches a socket with ZMQ_CONFLATE.
     subscription = latest ? kFieldBegins : std::string_view();
     endpoints = {options.endpoint};
     if (options.endpoint.empty()) {
@@ -107,7 +118,7 @@ struct Subscriber::Impl {
     }
     endpoint = endpoints.back();
     socket.set(zmq::sockopt::linger, 0);
-    socket.set(zmq::sockopt::rcvhwm, options.queue);
+    socket.set(zmq::sockopt::rcvhwm, latest ? kLatestQueue : options.queue);
     // Keep-alive detects a daemon's host that disappears silently, and the socket reconnects. ZeroMQ's own heartbeats
     // are not used: in 4.3.4 a heartbeat that falls due after the connection's end aborts the process if the queue is
     // full.
@@ -115,7 +126,7 @@ struct Subscriber::Impl {
     socket.set(zmq::sockopt::tcp_keepalive_idle, 10);
     socket.set(zmq::sockopt::tcp_keepalive_intvl, 5);
     socket.set(zmq::sockopt::tcp_keepalive_cnt, 3);
-    if (latest) socket.set(zmq::sockopt::conflate, true);
+    socket.set(zmq::sockopt::maxmsgsize, kLargestPart_bytes);
     useKeys(socket, options.keys);
     handshake.emplace(endpoint, !options.keys.serverKey.empty(), kStrangers);
     zmq_socket_monitor(socket.handle(), kMonitor,
@@ -190,8 +201,8 @@ struct Subscriber::Impl {
     unheardSince_ns = now_ns;
   }
 
-  /// Waits for the next message and reads its parts: [topic][payload][time], or [payload] in kLatest. Returns false if
-  /// there is none. \throws Error kNotAllowed
+  /// Waits for the next message, in kLatest for the newest, and reads its parts: [topic][payload][time], or [payload]
+  /// in kLatest. Returns false if there is none. \throws Error kNotAllowed
   bool next(std::chrono::milliseconds timeout) {
     const Clock::time_point end = endAfter(timeout);
     for (;;) {
@@ -205,21 +216,39 @@ struct Subscriber::Impl {
       std::array<zmq_pollitem_t, 2> items = {
           {{socket.handle(), 0, ZMQ_POLLIN, 0}, {monitor.handle(), 0, ZMQ_POLLIN, 0}}};
       if (zmq_poll(items.data(), items.size(), left.count()) < 0) return false;
-      if (items[0].revents != 0) return readParts();
+      if (items[0].revents != 0) return options.mode == Mode::kLatest ? readNewest() : readParts();
       if (Clock::now() >= end) return false;
     }
   }
 
+  /// Reads the parts of the next message that has arrived already. Returns false, with the parts as they were, if there
+  /// is none.
   bool readParts() {
+    zmq::message_t part;
+    if (zmq_msg_recv(part.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) return false;
     unheardSince_ns.reset();
-    for (count = 0;; ++count) {
-      zmq::message_t surplus;
-      zmq::message_t& part = count < parts.size() ? parts[count] : surplus;
+    for (count = 0;;) {
+      const bool isLast = !part.more();
+      if (count < parts.size()) parts[count].swap(part);
+      ++count;
+      if (isLast) break;
       if (zmq_msg_recv(part.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) return false;
-      if (!part.more()) break;
     }
-    ++count;
     for (std::size_t i = count; i < parts.size(); ++i) parts[i].rebuild();
+    return true;
+  }
+
+  /// Reads on to the newest message. Behind a queue that was full, newer ones wait in the network: they are read until
+  /// none comes for kQuiet. A queue may be full at half of its size, as ZeroMQ counts what was read in steps of that.
+  bool readNewest() {
+    if (!readParts()) return false;
+    int passed = 0;
+    for (const Clock::time_point begin = Clock::now();;) {
+      while (passed < kMostPassed && readParts()) ++passed;
+      if (2 * passed < kLatestQueue || passed >= kMostPassed || Clock::now() - begin > kCatchUp) break;
+      zmq_pollitem_t item = {socket.handle(), 0, ZMQ_POLLIN, 0};
+      if (zmq_poll(&item, 1, kQuiet.count()) <= 0) break;
+    }
     return true;
   }
 
@@ -251,6 +280,7 @@ struct Subscriber::Impl {
     Message message;
     std::string topic;
     if (options.mode == Mode::kLatest) {
+      if (count != 1) throw Error(ErrorCode::kMalformed, endpoint + " sends a field in several parts");
       message = decodeField(parts[0].to_string_view());
     } else {
       if (count == 1 && !startsWith(kTopics)) {

@@ -88,6 +88,8 @@ def damages(chance):
         "truncated status": ("Status", truncated(chance, "Status")),
         "not Protobuf": ("Field", lambda values: b"\xff\xff\xff\xff"),
         "a wire type that there is none": ("Markers", lambda values: encode("Markers", values) + key(77, 7)),
+        "an end of a group that did not begin": ("Field", lambda values: key(1, 1) + bytes(8) + key(77, 4) + encode(
+            "Field", values)),
         "an id of other than 16 bytes": ("Field", lambda values: values["header"].update(
             {chance.choice(["boot", "zero", "calibration"]): chance.randbytes(chance.choice([1, 15, 17]))})),
         "text that is no UTF-8": ("Field", lambda values: encode("Field", values) + run(2, run(2, b"\xff\xfe"))),

@@ -15,6 +15,7 @@ import zmq
 from .errors import BadEndpoint, Error, NotAllowed
 from .keys import Keys, use_keys
 
+_LARGEST_BYTES = 128 << 20  # of a part: a picture of 40 million pixels of 24 bits
 _RETRY_S = 0.2  # until an endpoint that ZeroMQ has given up is tried again
 _UNHEARD_S = 1.0  # without a message on a new connection until the subscription is sent again
 
@@ -87,6 +88,7 @@ class Connection:
         self.close = weakref.finalize(self, _end, self.socket, self.monitor)
         try:
             self.socket.linger = self.monitor.linger = 0
+            self.socket.maxmsgsize = _LARGEST_BYTES
             for option, value in options.items():
                 self.socket.setsockopt(option, value)
             use_keys(self.socket, keys)

@@ -54,6 +54,8 @@ class Intake:
         """None: nothing that was asked for. Raises Malformed, OtherVersion, BadEndpoint."""
         now = time.monotonic_ns()
         if self._mode is Mode.LATEST:
+            if len(parts) != 1:
+                raise Malformed(f"{self._endpoint} sends a field in several parts")
             topic, kind, payload = b"", "field", parts[0]
         else:
             topic = parts[0]

@@ -16,9 +16,14 @@ from .intake import Intake, Mode, Topics
 from .keys import Keys
 from .messages import Field
 
-# Protobuf key of Field.timestamp, which is the first field of a message and never 0. Latest subscribes to it: ZeroMQ
-# 4.3.4 aborts the process if a multipart message, as on the stream, reaches a conflating socket.
+# Protobuf key of Field.timestamp, which is the first field of a message and never 0. Latest subscribes to it, and
+# receives nothing of a stream.
 _FIELD_BEGINS = b"\x09"
+
+_LATEST_QUEUE = 1000  # messages that wait in Mode.LATEST, of which all but the newest are passed over
+_QUIET_MS = 5  # silence after which nothing waits in the network: what waits there comes as fast as it is read
+_CATCH_UP_S = 0.05  # until that silence at most: a publisher may never be silent for so long
+_MOST_PASSED = 100 * _LATEST_QUEUE  # a publisher may be faster than it is read
 
 _STRANGERS = 3  # security-mechanism mismatches after which the peer is reported as misconfigured
 
@@ -31,16 +36,16 @@ class Base:
                  timeout: float | None = None) -> None:
         """Connects to `endpoint`, such as "tcp://HOST:9872", or to the `instance` on this machine, without waiting for
         the daemon. `keys` are needed for a gateway. `topics` selects messages of the stream. `queue` is the number of
-        messages kept for a slow reader; more are lost. `timeout` [s] limits an iteration's wait; None: no limit.
+        messages kept for a slow reader of the stream; more are lost. `timeout` [s] limits an iteration's wait; None: no limit.
         Raises BadEndpoint, BadKeys."""
-        latest = mode is Mode.LATEST
+        self._latest = latest = mode is Mode.LATEST
         endpoints = [endpoint] if endpoint else [one.latest if latest else one.stream for one in locate(instance)]
         options: dict[int, int | bytes] = {
             # Keep-alive detects a daemon's host that disappears silently, and the socket reconnects. ZeroMQ's own
             # heartbeats are not used: in 4.3.4 a heartbeat that falls due after the connection's end aborts the process
             # if the queue is full.
-            zmq.RCVHWM: queue, zmq.TCP_KEEPALIVE: 1, zmq.TCP_KEEPALIVE_IDLE: 10, zmq.TCP_KEEPALIVE_INTVL: 5,
-            zmq.TCP_KEEPALIVE_CNT: 3, zmq.CONFLATE: int(latest)}
+            zmq.RCVHWM: _LATEST_QUEUE if latest else queue, zmq.TCP_KEEPALIVE: 1, zmq.TCP_KEEPALIVE_IDLE: 10, zmq.TCP_KEEPALIVE_INTVL: 5,
+            zmq.TCP_KEEPALIVE_CNT: 3}
         # The stream subscribes to everything, so that a daemon of another version or a wrong endpoint is detected
         # instead of waited for.
         subscription = _FIELD_BEGINS if latest else b""
@@ -72,7 +77,8 @@ class Base:
 
     def _now(self) -> Message | None:
         """Returns the next wanted message that has arrived already. Raises Malformed, OtherVersion, BadEndpoint."""
-        while (parts := self._connection.receive()) is not None:
+        receive = self._newest if self._latest else self._connection.receive
+        while (parts := receive()) is not None:
             more = self._intake.wanted_too(parts)
             if more is not None:
                 self._connection.socket.setsockopt(zmq.SUBSCRIBE, more)
@@ -80,6 +86,24 @@ class Base:
             if message is not None:
                 return message
         return None
+
+    def _newest(self) -> list[bytes] | None:
+        """Returns the newest message that has arrived. ZMQ_CONFLATE would do the same, but ZeroMQ 4.3.4 aborts the process
+        if a message in parts reaches such a socket. Behind a queue that was full, newer ones wait in the network: they
+        are read until none comes for _QUIET_MS. A queue may be full at half of its size, as ZeroMQ counts what was read
+        in steps of that."""
+        newest = self._connection.receive()
+        if newest is None:
+            return None
+        passed, end = 0, time.monotonic() + _CATCH_UP_S
+        while True:
+            # poll() is cheaper than a receive() that finds nothing, as after each message of a reader that keeps up.
+            while passed < _MOST_PASSED and self._connection.socket.poll(0):
+                newest, passed = self._connection.receive() or newest, passed + 1
+            if 2 * passed < _LATEST_QUEUE or passed >= _MOST_PASSED or time.monotonic() > end:
+                return newest
+            if not self._connection.socket.poll(_QUIET_MS):
+                return newest
 
     def _wait_ms(self, end: float) -> int:
         """Returns the time to wait for an event, at most until `end` of time.monotonic() [s]. -1: no limit."""

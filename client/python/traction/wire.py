@@ -81,7 +81,12 @@ def members(name: str) -> list[Member]:
 
 def parse(name: str, payload: bytes) -> Any:
     """Raises Malformed."""
+    made = message(name)()
     try:
-        return message(name).FromString(payload)
-    except DecodeError:
-        raise Malformed("what arrived is no message of tractiond") from None
+        # Protobuf 3.21 in C++ ends at the end of a group that did not begin, and only warns.
+        is_whole = made.MergeFromString(payload) == len(payload)
+    except (DecodeError, RuntimeWarning):
+        is_whole = False
+    if not is_whole:
+        raise Malformed("what arrived is no message of tractiond")
+    return made

@@ -176,6 +176,66 @@ TEST_F(SocketTest, SubscriptionThatThePublisherLostIsSentAgainUntilAMessageArriv
   }
 }
 
+v1::Field numbered(std::uint64_t sequence) {
+  v1::Field field;
+  field.set_timestamp(1.0);
+  field.mutable_header()->set_sequence(sequence);
+  return field;
+}
+
+// ZeroMQ 4.3.4 aborts the process when a message in parts reaches a socket with ZMQ_CONFLATE.
+TEST_F(SocketTest, LatestOfManyPartsIsMalformedAndTheNextOneIsRead) {
+  zmq::context_t context;
+  zmq::socket_t publisher(context, zmq::socket_type::xpub);
+  publisher.set(zmq::sockopt::linger, 0);
+  publisher.bind(endpoint_);
+  Subscriber subscriber(at(endpoint_, kField, Mode::kLatest));
+  zmq::message_t subscription;
+  ASSERT_TRUE(publisher.recv(subscription));
+  const std::string field = numbered(1).SerializeAsString();
+  for (int i = 0; i < 300; ++i) {
+    publisher.send(zmq::buffer(field), i < 299 ? zmq::send_flags::sndmore : zmq::send_flags::none);
+  }
+  try {
+    subscriber.receive(kHung);
+    ADD_FAILURE() << "no error";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::kMalformed) << error.what();
+  }
+  publisher.send(zmq::buffer(numbered(2).SerializeAsString()), zmq::send_flags::none);
+  const auto message = subscriber.receive(kHung);
+  ASSERT_TRUE(message);
+  EXPECT_EQ(std::get<Field>(*message).header.sequence, 2U);
+}
+
+TEST_F(SocketTest, LatestIsTheNewestHoweverManyWait) {
+  zmq::context_t context;
+  zmq::socket_t publisher(context, zmq::socket_type::xpub);
+  publisher.set(zmq::sockopt::linger, 0);
+  publisher.set(zmq::sockopt::sndhwm, 0);
+  publisher.bind(endpoint_);
+  Subscriber subscriber(at(endpoint_, kField, Mode::kLatest));
+  zmq::message_t subscription;
+  ASSERT_TRUE(publisher.recv(subscription));
+  std::uint64_t sent = 0;
+  for (const int waiting : {1, 2, 499, 1000, 5000}) {  // the last more than the queue holds
+    for (int i = 0; i < waiting; ++i) {
+      publisher.send(zmq::buffer(numbered(++sent).SerializeAsString()), zmq::send_flags::none);
+    }
+    std::uint64_t received = 0;
+    int receipts = 0;
+    for (; received != sent; ++receipts) {
+      const auto message = subscriber.receive(kHung);
+      ASSERT_TRUE(message);
+      EXPECT_GT(std::get<Field>(*message).header.sequence, received);
+      received = std::get<Field>(*message).header.sequence;
+    }
+    EXPECT_FALSE(subscriber.receive(0ms));
+    EXPECT_TRUE(waiting < 5000 || receipts < waiting / 10) << receipts;
+  }
+  EXPECT_EQ(subscriber.lost(), 0U);
+}
+
 /// Publishes for as long as it lives.
 std::jthread publishing(tractiond::publish::Publisher& publisher, const tractiond::TractionField& field) {
   return std::jthread([&](const std::stop_token& stop) {
@@ -201,7 +261,6 @@ TEST_F(SubscriberTest, StreamReadFromTheLatestEndpointIsToldInsteadOfWaitedFor) 
   }
 }
 
-// ZeroMQ 4.3.4 aborts the process when a message in parts reaches a socket that conflates.
 TEST_F(SubscriberTest, LatestReadFromTheStreamEndpointDoesNoHarm) {
   Subscriber subscriber(at(stream_, kField, Mode::kLatest));
   const auto fields = publishing(*publisher_, field_);
