@@ -21,6 +21,7 @@ constexpr double kShortestPatience_s = 0.4;
 constexpr double kLongestPatience_s = 3.0;
 constexpr std::int64_t kStatusPatience_ns = 1'450'000'000;
 constexpr std::int64_t kSilence_ns = 2'500'000'000;  ///< a daemon sends its status once a second
+constexpr std::int64_t kStart_ns = 5'000'000'000;    ///< without a message on a new connection
 
 const std::string kNoField = "no field comes";
 
@@ -105,7 +106,11 @@ bool Scene::isOld(std::int64_t now_ns) const {
 
 std::string Scene::reason(std::int64_t now_ns) const {
   if (!connected_) return wasConnected_ ? "tractiond is gone" : "looking for tractiond";
-  if (!heard_) return "tractiond is starting";
+  if (!heard_) {
+    return now_ns - connectionChanged_ns_ < kStart_ns
+               ? "tractiond is starting"
+               : "tractiond is there and sends nothing: it is starting, or has no processor time";
+  }
   if (now_ns - lastArrival_ns > kSilence_ns) return "tractiond is silent";
   if (!status) return field ? kNoField : "tractiond is starting";
   const v1::Status& told = *status->message;
