@@ -241,7 +241,8 @@ void Drawing::drawScene(const Field& field, const std::vector<Vector3>& places, 
     double variance = 0.0;  // of the force's size, times the size squared
     for (std::size_t i = 0; i < 3; ++i) variance += std::pow(contact.force_N[i] * contact.forceDeviation_N[i], 2);
     const double size = norm(contact.force_N);
-    label.set_text(text("%.3f N +- %.3f", size, std::sqrt(variance) / size));
+    // A contact states the deviations that noise causes, the resultant all of them.
+    label.set_text(text("%.3f N +- %.2g (noise)", size, 2.0 * std::sqrt(variance) / size));
   }
   to.push_back(drawn("scene", "foxglove.SceneUpdate", update));
 }

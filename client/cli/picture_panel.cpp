@@ -118,7 +118,7 @@ void drawForce(Panel& panel, const Scene& scene, std::int64_t now_ns, const std:
   const auto note = [&](int axis, const char* direction) {
     const Covariance& covariance = field.resultantCovariance_N2;
     const double variance = covariance.noise[4 * axis] + covariance.systematic[4 * axis];
-    return isKnown && variance > 0.0 ? format("±%.3f N  %s", 2.0 * std::sqrt(variance), direction)
+    return isKnown && variance > 0.0 ? spread(std::sqrt(variance), 3) + format(" N  %s", direction)
                                      : format("N  %s", direction);
   };
   panel.line("x", known(format("%+.3f", force[0])), note(0, "to the right"), strong);

@@ -163,7 +163,9 @@ std::string formatted(double number, std::string_view pattern) {
                       : pattern.back() == 'e' ? std::chars_format::scientific
                                               : std::chars_format::general;
   const std::string digits(begin, std::to_chars(begin, end, number, format, precision).ptr);
-  return (hasSign && !std::signbit(number) ? "+" : "") + digits;
+  const bool isNegative = digits.front() == '-';
+  const bool isZero = isNegative && digits.find_first_not_of("-0.") == std::string::npos;
+  return (hasSign && (!isNegative || isZero) ? "+" : "") + digits.substr(isZero ? 1 : 0);
 }
 
 std::vector<TopNumber> topNumbers(const v1::Status& status, std::string_view row) {

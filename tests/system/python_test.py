@@ -113,7 +113,7 @@ class Python(steady.TestCase):
     @unittest.skipUnless(HAS_MATPLOTLIB, "matplotlib is not here")
     def test_quiver(self):
         picture = self.bench.folder / "field.png"
-        child = python(self.bench, EXAMPLES / "quiver.py", picture, env=drawing(self.bench))
+        child = python(self.bench, "-W", "error::RuntimeWarning", EXAMPLES / "quiver.py", picture, env=drawing(self.bench))
         self.assertEqual(child.join(60), 0, child.output())
         self.assertEqual(picture.read_bytes()[:4], b"\x89PNG")
 

@@ -12,7 +12,7 @@ def reading(field: traction.Field) -> str:
     if not field.valid:
         return f"no force{doubts}"
     numbers = zip("xyz", field.resultant_N, field.resultant_covariance_N2.deviation)
-    return "   ".join(f"{axis} {force:+7.3f} ± {2 * deviation:.3f} N" for axis, force, deviation in numbers) + doubts
+    return "   ".join(f"{axis} {force:+z7.3f} ± {2 * deviation:.3f} N" for axis, force, deviation in numbers) + doubts
 
 
 def main() -> None:

@@ -60,6 +60,13 @@ class Control:
     def __init__(self, control: control.Control) -> None:
         self._control = control
 
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                        trace: TracebackType | None) -> None:
+        """Does nothing: no connection outlives its request."""
+
     async def status(self) -> Status:
         return await asyncio.to_thread(self._control.status)
 

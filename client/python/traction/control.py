@@ -4,7 +4,8 @@ import os
 import stat
 import time
 from dataclasses import dataclass
-from typing import Any, cast
+from types import TracebackType
+from typing import Any, Self, cast
 
 import zmq
 
@@ -43,6 +44,13 @@ class Control:
         answer, `zero_timeout` [s] for a zero at least: longer where the daemon's status says so. Raises BadEndpoint."""
         self.endpoint = endpoint or locate(instance)[-1].control
         self._keys, self._timeout, self._zero_timeout = keys, timeout, zero_timeout
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        """Does nothing: no connection outlives its request."""
 
     def status(self) -> Status:
         """The last one published."""

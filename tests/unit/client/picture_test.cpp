@@ -1,4 +1,5 @@
 #include "client/cli/json.h"
+#include "client/cli/page.h"
 #include "client/cli/picture.h"
 #include "traction/v1/status.pb.h"
 
@@ -281,6 +282,15 @@ TEST(Stale, NothingOfAnEarlierStartIsShown) {
   EXPECT_EQ(later.line().find("restarted"), std::string::npos) << later.line();
 }
 
+TEST(Stale, DaemonThatNeverSendsIsNotCalledStartingForEver) {
+  Scene scene;
+  scene.setConnected(true, kSecond_ns);
+  EXPECT_EQ(scene.trouble(5 * kSecond_ns).what, "tractiond is starting");
+  const Scene::Trouble later = scene.trouble(13 * kSecond_ns);
+  EXPECT_EQ(scene.sentence(later),
+            "tractiond is there and sends nothing: it is starting, or has no processor time, for 12 s");
+}
+
 TEST(Stale, SlowCameraIsNotCalledSoBetweenItsFrames) {
   Later later;
   for (int i = 0; i < 5; ++i) later.after(0.9).frame();
@@ -298,6 +308,19 @@ TEST(Stale, DurationsAreShort) {
                                       {200'000.0, "2 days"}}) {
     EXPECT_EQ(duration(seconds), text);
   }
+}
+
+TEST(Picture, ZeroHasNoMinusAndIsNoDeviation) {
+  Field field = fieldOf(0, 0, {-0.0001F, 0.0F, -0.2F});
+  field.resultantCovariance_N2.noise = {1e-10, 0, 0, 0, 1e-4, 0, 0, 0, 0};
+  std::string page;
+  for (const std::string& line : drawn(sceneOf(field), 100, 30)) page += line + '\n';
+  EXPECT_EQ(page.find("-0.00"), std::string::npos) << page;
+  for (const char* text : {"+0.000 ±2e-05 N", "+0.000 ±0.020 N", "-0.200 N  into"}) {
+    EXPECT_NE(page.find(text), std::string::npos) << text << '\n' << page;
+  }
+  EXPECT_EQ(format("%+.1f %+.1f %d", -0.04, -0.06, -100), "+0.0 -0.1 -100");
+  EXPECT_EQ(format("%.1f at 2026-00", -0.04), "0.0 at 2026-00");
 }
 
 TEST(Picture, InvalidFieldShowsNoNumbers) {

@@ -98,6 +98,24 @@ class Subscriber(Case):
         self.assertEqual(read + subscriber.lost, sent)
         self.assertGreater(subscriber.lost, 0)
 
+    def test_latest_is_the_newest_and_many_parts_are_malformed(self):
+        publisher, endpoint = self.bind(sndhwm=0)
+        subscriber = self.subscriber(endpoint, mode=traction.Mode.LATEST)
+        self.assertTrue(publisher.poll(1000 * HUNG_S))
+        publisher.recv()
+        publisher.send_multipart([field(1)[1]] * 300)
+        self.assertRaises(traction.Malformed, subscriber.receive, HUNG_S)
+        sent = 1
+        for waiting in (1, 2, 499, 1000, 5000):  # the last are more than the queue holds
+            received = 0
+            for sent in range(sent + 1, sent + 1 + waiting):
+                publisher.send(field(sent)[1])
+            while received != sent:
+                received, before = subscriber.receive(HUNG_S).header.sequence, received
+                self.assertGreater(received, before)
+            self.assertIsNone(subscriber.receive(0))
+        self.assertEqual(subscriber.lost, 0)
+
     def test_silence_ends_an_iteration_with_a_sentence(self):
         _, endpoint = self.bind()
         with self.assertRaisesRegex(traction.NoAnswer, f"nothing came from {endpoint} within 0.05 s"):
@@ -254,8 +272,13 @@ class Asyncio(Case):
         with self.assertRaises(traction.NoAnswer):
             asyncio.run(first(silent, 0.05))
         endpoint = publisher.endpoint(publisher.control)
-        control = traction.aio.Control(traction.Control(endpoint=endpoint, timeout=HUNG_S))
-        self.assertEqual(asyncio.run(control.status()).uptime_s, 2.5)
+
+        async def uptime_s():
+            with traction.Control(endpoint=endpoint, timeout=HUNG_S) as control:
+                async with traction.aio.Control(control) as one:
+                    return (await one.status()).uptime_s
+
+        self.assertEqual(asyncio.run(uptime_s()), 2.5)
 
 
 class Control(Case):

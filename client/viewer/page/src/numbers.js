@@ -18,8 +18,14 @@ const lossWords = {
   missing : "never arrived"
 };
 
-const minus = (text) => text.replace("-", "−");
-const show = (value, digits) => minus(value.toFixed(digits));
+/** Returns the number with its minus, unless it is zero as it is written. */
+export const show = (value, digits) => value.toFixed(digits).replace(/^-(?!0*\.?0*$)/, "−").replace("-", "");
+/** Returns "± 0.012", two standard deviations; with more digits where that would be ± 0.000; nothing if it is not known. */
+export function spread(deviation, digits) {
+  if (!(deviation > 0)) return "";
+  const text = (2 * deviation).toFixed(digits);
+  return `± ${Number(text) === 0 ? Number((2 * deviation).toPrecision(1)) : text}`;
+}
 const $ = (id) => document.getElementById(id);
 
 function rows(list, count, make) {
@@ -68,16 +74,16 @@ export function showForce(model) {
   if (!field) return;
   const [force, moment] = [field.resultant_N, field.moment_Nm.map((one) => 1e3 * one)];
   set($("magnitude"), field.valid ? show(Math.hypot(...force), 3) : "–");
-  const spread = [deviations(field.resultant_covariance_N2), deviations(field.moment_covariance_N2m2).map((one) => 1e3 * one)];
+  const each = [deviations(field.resultant_covariance_N2), deviations(field.moment_covariance_N2m2).map((one) => 1e3 * one)];
   const lines = rows($("components"), 3, () => element("tr", "<th scope=row></th><td></td><td></td>"));
   ["x", "y", "z"].forEach((axis, i) => {
     lines[i].className = axis;
     const [head, first, second] = lines[i].children;
     set(head, axis);
-    [[first, force[i], spread[0][i], 3], [second, moment[i], spread[1][i], 2]].forEach(([cell, value, deviation, digits]) => {
+    [[first, force[i], each[0][i], 3], [second, moment[i], each[1][i], 2]].forEach(([cell, value, deviation, digits]) => {
       if (!cell.firstChild) cell.innerHTML = "<span></span> <small></small>";
       set(cell.firstChild, field.valid ? show(value, digits) : "–");
-      set(cell.lastChild, field.valid ? `± ${(2 * deviation).toFixed(digits)}` : "");
+      set(cell.lastChild, field.valid ? spread(deviation, digits) : "");
     });
   });
 }
@@ -92,13 +98,12 @@ export function showContacts(model) {
   }
   const lines = rows($("contacts"), contacts.length, () => element("li"));
   contacts.forEach((contact, i) => {
-    const size = Math.hypot(...contact.force_N), spread = Math.hypot(...contact.force_deviation_N);
+    const size = Math.hypot(...contact.force_N);
     const [x, y] = contact.position_m.map((one) => show(1e3 * one, 1));
-    const [dx, dy] = contact.position_deviation_m.map((one) => 2e3 * one);
     if (lines[i].children.length !== 3) { lines[i].className = ""; lines[i].innerHTML = "<b></b><span></span><small></small>"; }
-    set(lines[i].children[0], `${show(size, 2)} N ± ${(2 * spread).toFixed(2)}`);
+    set(lines[i].children[0], `${show(size, 2)} N ${spread(Math.hypot(...contact.force_deviation_N), 2)}`);
     set(lines[i].children[1], `${x}, ${y} mm`);
-    set(lines[i].children[2], `± ${Math.max(dx, dy).toFixed(1)}`);
+    set(lines[i].children[2], spread(1e3 * Math.max(...contact.position_deviation_m), 1));
   });
 }
 
