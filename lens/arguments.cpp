@@ -66,6 +66,7 @@ tl::expected<Command, int> parseArguments(int argc, char** argv) {
   calibrate->add_option("--gel", calibration.gel, "gel file to write the lens into; without: the paper's sensor")
       ->type_name("FILE");
   calibrate->add_option("--output", calibration.output, "gel file to be written")->type_name("FILE")->required();
+  calibrate->add_flag("--force", calibration.force, "replaces an existing file");
 
   PoseOptions posing;
   PictureOptions marking;
@@ -79,6 +80,9 @@ tl::expected<Command, int> parseArguments(int argc, char** argv) {
                    "above 0.5; without: 0.5")
       ->type_name("PX")
       ->check(manual::number(0.01, 100.0));
+  pose->add_flag("--force", posing.force,
+                 "replaces an existing file, and writes the pose although the picture shows other columns, rows or "
+                 "layers than the gel file, with a warning");
   auto* mark = app.add_subcommand("mark", "Draws the markers that are found in a picture of the untouched gel");
   mark->add_option("PICTURE", marking.picture, "PNG, TIFF or JPEG")->type_name("FILE")->required();
   mark->add_option("--gel", marking.gel, "gel file")->type_name("FILE")->required();

@@ -175,6 +175,7 @@ void print(const std::vector<View>& views, const LensFit& fit, const Board& boar
 Done calibrate(const CalibrateOptions& options) {
   auto file = loadCamera(options.gel);
   if (!file) return tl::unexpected(file.error());
+  if (const auto free = checkOutput(options.output, options.force); !free) return free;
   Faults faults;
   const std::vector<View> views = readViews(options, faults);
   compare(views, faults);

@@ -1,6 +1,6 @@
 // The commands of traction-lens. Each prints to standard output, and writes its file last and atomically; an existing
-// file is replaced. On failure nothing is written (but see writeSheets()); the program ends with the first error's
-// code.
+// picture or sheet is replaced, a gel file only if asked for, as it may have been edited. On failure nothing is written
+// (but see writeSheets()); the program ends with the first error's code.
 #pragma once
 
 #include "base/error.h"
@@ -25,12 +25,14 @@ struct CalibrateOptions {
   /// size of the pictures is used.
   std::string gel;
   std::string output;  ///< file
+  bool force = false;  ///< replaces an existing file
 };
 
 /// Estimates the lens from pictures of a chessboard and writes a gel file with its uncertainties. The gel file's pose
 /// is kept; its aspect, too, unless the pictures contradict it. Errors: those of loadGel() and readPicture();
 /// EX_DATAERR for each picture that shows no board or differs from the others in size, sharpness or lens, for too few
-/// pictures, for another size than the gel file's, and if the pictures do not determine the focal length; EX_CANTCREAT.
+/// pictures, for another size than the gel file's, and if the pictures do not determine the focal length; EX_CANTCREAT,
+/// also for a file that exists.
 Done calibrate(const CalibrateOptions& options);
 
 struct PictureOptions {
@@ -43,12 +45,15 @@ struct PoseOptions : PictureOptions {
   /// A pose with a larger residual is refused; a good pattern has hundredths of a pixel. One above 0.5 that is accepted
   /// causes a warning on standard output.
   double acceptResidual_px = 0.5;
+  /// Writes a pose although the picture contradicts the gel file's layers, with a warning, and replaces a file.
+  bool force = false;
 };
 
 /// Estimates the camera's pose from one picture of the untouched gel and writes a gel file with camera, lens and the
 /// uncertainty of pose and focal length; that of principal point, k1 and k2 stays the file's. Errors: those of
-/// loadGel() and readPicture(); EX_DATAERR if the markers are not found, are fewer than 50, no pose fits,
-/// or the residual is too large, as with another aspect, which it then states; EX_CANTCREAT.
+/// loadGel() and readPicture(); EX_DATAERR if the markers are not found, are fewer than 50, no pose fits, the picture
+/// shows other columns, rows or layers, or the residual is too large, as with another aspect, which it then states;
+/// EX_CANTCREAT, also for a file that exists.
 Done pose(const PoseOptions& options);
 
 /// Draws the markers of the untouched gel into the picture, at twice its size: circles where they were found, crosses
@@ -81,6 +86,9 @@ tl::expected<CameraFile, Faults> loadCamera(const std::string& path);
 /// Writes a gel file without a calibration, which no longer applies, and prints its path and, if there was one, that a
 /// calibration was left out. Error: EX_CANTCREAT. \param remark one line on the origin of the values
 Done writeGel(const std::string& path, sensor::Sensor sensor, const std::string& remark);
+
+/// Fails with EX_CANTCREAT if there is a file at `path`, unless it may be replaced.
+Done checkOutput(const std::string& path, bool replace);
 
 /// Returns an error of the input data: EX_DATAERR with the given fields of Error, of which `where` may be empty.
 tractiond::Error fault(const std::string& where, std::string what, std::string remedy = "");

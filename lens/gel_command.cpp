@@ -4,6 +4,8 @@
 #include "sensor/gel_file.h"
 
 #include <cstdio>
+#include <filesystem>
+#include <system_error>
 
 namespace lens {
 
@@ -34,6 +36,15 @@ tl::expected<CameraFile, Faults> loadCamera(const std::string& path) {
     }
   }
   return file;
+}
+
+Done checkOutput(const std::string& path, bool replace) {
+  std::error_code ignored;
+  if (replace || !std::filesystem::exists(path, ignored)) return {};
+  return tl::unexpected(Faults{{.exitCode = EX_CANTCREAT,
+                                .what = "exists already, and what was edited in it would be lost",
+                                .where = path,
+                                .remedy = "name another --output, or replace it with --force"}});
 }
 
 Done writeGel(const std::string& path, sensor::Sensor sensor, const std::string& remark) {

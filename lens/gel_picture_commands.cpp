@@ -1,4 +1,6 @@
 // The commands that use one picture of a mounted gel: pose and mark.
+#include "daemon/calibrate/gel_check.h"
+#include "daemon/track/nominal.h"
 #include "lens/commands.h"
 #include "lens/first_pose.h"
 #include "lens/picture_file.h"
@@ -8,6 +10,9 @@
 
 #include <cmath>
 #include <cstdio>
+#include <limits>
+#include <string>
+#include <vector>
 
 namespace lens {
 
@@ -63,14 +68,51 @@ void print(const Geometry& found) {
   }
 }
 
-/// Returns the colour of circles that is most visible on a layer's markers.
-cv::Scalar pen(std::size_t layer) {
-  return layer == 0 ? cv::Scalar(255, 255, 0) : cv::Scalar(0, 255, 255);
+/// Returns what the picture shows of the layers that the sensor has otherwise: columns, rows, and of a second layer its
+/// place and depth against the first. Empty: nothing. \param sensor with the pose that was found
+std::string contradiction(const sensor::Sensor& sensor, const RestMarkers& markers) {
+  tractiond::calibrate::GelCheckOptions options;
+  // Whoever accepts a residual accepts it here, too; and another aspect is reported already.
+  options.largestResidual = options.suspicious_px = std::numeric_limits<double>::infinity();
+  return tractiond::calibrate::checkGel(sensor, markers.place_px, markers.present, markers.seen, options).remark;
+}
+
+/// Prints what a picture cannot tell if the pose is far from the file's: which length is wrong.
+void printScale(const sensor::Sensor& file, const sensor::Camera& found) {
+  constexpr double kFar = 0.02;
+  const double change = found.position.z() / file.camera.position.z() - 1.0;
+  if (std::abs(change) < kFar) return;
+  std::printf(
+      "  note: the camera is %.0f mm %s than in the gel file, if pitch_mm, depth_mm and focal_px are right; one "
+      "picture "
+      "does not tell these from the distance: measure ten pitches, and from the lens to the gel's surface about %.0f "
+      "mm\n",
+      kMillimetres * std::abs(found.position.z() - file.camera.position.z()), change > 0.0 ? "farther" : "nearer",
+      kMillimetres * found.position.z());
+}
+
+/// Returns the radius of a layer's markers in the picture, by the distances between them.
+double radius_px(const sensor::Sensor& sensor, std::size_t layer, const RestMarkers& markers) {
+  std::vector<tractiond::track::Vector> places;
+  for (std::size_t i = 0; i < markers.present.size(); ++i) {
+    places.push_back({markers.place_px[2 * i], markers.place_px[2 * i + 1]});
+  }
+  const tractiond::track::Lattice lattice = tractiond::track::latticesOf(sensor)[layer];
+  const double spacing_px = tractiond::track::smallestSpacing(places, {&lattice, 1});
+  return 0.5 * sensor.layers[layer].diameter / sensor.layers[layer].pitch * spacing_px;
+}
+
+/// Draws a line twice: black and wider below its colour, so that it is visible on any picture.
+template <typename Draw>
+void outlined(const cv::Scalar& colour, Draw&& draw) {
+  draw(cv::Scalar(0, 0, 0), 4);
+  draw(colour, 2);
 }
 
 }  // namespace
 
 Done pose(const PoseOptions& options) {
+  if (const auto free = checkOutput(options.output, options.force); !free) return free;
   auto seen = loadAndFindMarkers(options);
   if (!seen) return tl::unexpected(seen.error());
   constexpr int kFewest = tractiond::calibrate::GeometryOptions{}.fewest;
@@ -85,6 +127,18 @@ Done pose(const PoseOptions& options) {
   if (found.outcome != Geometry::Outcome::kConverged) {
     return tl::unexpected(Faults{fault(options.picture, "tells no pose: no camera sees the markers there",
                                        "do layers, pitch and thickness in the gel file fit this gel?")});
+  }
+  sensor::Sensor posed = seen->sensor;
+  posed.camera = found.camera;
+  posed.uncertainty.focal = found.uncertainty.focal;
+  posed.uncertainty.position = found.uncertainty.position;
+  posed.uncertainty.rotation = found.uncertainty.rotation;
+  posed.uncertainty.focalDistance = found.uncertainty.focalDistance;
+  const std::string other = contradiction(posed, seen->markers);
+  if (!other.empty() && !options.force) {
+    return tl::unexpected(
+        Faults{fault(options.picture, "shows another gel than the gel file: " + other,
+                     "--force writes the pose all the same; the daemon will doubt such a file, too")});
   }
   if (!isGood) {
     char what[120], remedy[200];
@@ -106,13 +160,9 @@ Done pose(const PoseOptions& options) {
         found.residual_px, PoseOptions{}.acceptResidual_px);
   }
   if (aspect) std::printf("  note: %s: %s\n", aspect->what().c_str(), aspect->remedy().c_str());
-  sensor::Sensor& sensor = seen->sensor;
-  sensor.camera = found.camera;
-  sensor.uncertainty.focal = found.uncertainty.focal;
-  sensor.uncertainty.position = found.uncertainty.position;
-  sensor.uncertainty.rotation = found.uncertainty.rotation;
-  sensor.uncertainty.focalDistance = found.uncertainty.focalDistance;
-  return writeGel(options.output, std::move(sensor), "The camera's pose is from one rest picture, by traction-lens.");
+  if (!other.empty()) std::printf("  warning: the picture shows another gel than the gel file: %s\n", other.c_str());
+  printScale(seen->sensor, found.camera);
+  return writeGel(options.output, std::move(posed), "The camera's pose is from one rest picture, by traction-lens.");
 }
 
 Done mark(const PictureOptions& options) {
@@ -127,15 +177,20 @@ Done mark(const PictureOptions& options) {
   };
   std::size_t marker = 0;
   for (std::size_t layer = 0; layer < seen->sensor.layers.size(); ++layer) {
+    const int ring = static_cast<int>((kZoom * radius_px(seen->sensor, layer, seen->markers) + 3.0) * (1 << kShift));
     for (int i = 0; i < seen->sensor.layers[layer].count(); ++i, ++marker) {
       const float u = seen->markers.place_px[2 * marker], v = seen->markers.place_px[2 * marker + 1];
       const cv::Point centre(placed(u), placed(v));
       if (seen->markers.present[marker] != 0) {
-        cv::circle(marked, centre, 5 << kShift, pen(layer), 1, cv::LINE_AA, kShift);
+        outlined(layer == 0 ? cv::Scalar(255, 255, 0) : cv::Scalar(0, 255, 255), [&](const auto& pen, int width) {
+          cv::circle(marked, centre, ring, pen, width, cv::LINE_AA, kShift);
+        });
       } else {
         const cv::Point arm(4 << kShift, 4 << kShift), other(4 << kShift, -(4 << kShift));
-        cv::line(marked, centre - arm, centre + arm, {0, 0, 255}, 1, cv::LINE_AA, kShift);
-        cv::line(marked, centre - other, centre + other, {0, 0, 255}, 1, cv::LINE_AA, kShift);
+        outlined({0, 0, 255}, [&](const auto& pen, int width) {
+          cv::line(marked, centre - arm, centre + arm, pen, width, cv::LINE_AA, kShift);
+          cv::line(marked, centre - other, centre + other, pen, width, cv::LINE_AA, kShift);
+        });
       }
     }
   }

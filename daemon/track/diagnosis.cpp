@@ -2,10 +2,8 @@
 // dark ones; then for spots that look right but are not at the expected places.
 #include "daemon/track/diagnosis.h"
 
-#include "daemon/track/appearance.h"
-#include "daemon/track/detection.h"
 #include "daemon/track/nominal.h"
-#include "daemon/track/plane.h"
+#include "daemon/track/spot_search.h"
 #include "sensor/colour_name.h"
 
 #include <spdlog/fmt/fmt.h>
@@ -47,69 +45,22 @@ Light lightOf(const PlainPicture& picture) {
   return light;
 }
 
-/// Returns one channel of the picture as a plane, with another one to compare it with.
-Plane channelOf(const PlainPicture& picture, int channel) {
-  Plane plane;
-  plane.first = picture.levels.data() + channel;
-  plane.stride = std::ptrdiff_t{picture.channels} * picture.width;
-  plane.step = picture.channels;
-  plane.width = picture.width;
-  plane.height = picture.height;
-  return plane;
-}
-
-class Looker {
- public:
-  Looker(const sensor::Sensor& sensor, const PlainPicture& picture)
-      : picture_(picture)
-      , detector_(picture.width, picture.height, sensor.markerCount()) {}
-
-  /// Returns the spots of this radius that stand out more in `channel` than in `other` (-1: no comparison).
-  std::span<const Spot> spots(int channel, int other, double radius_px, bool dark) {
-    Plane own = channelOf(picture_, channel), beside;
-    if (other >= 0) beside = channelOf(picture_, other);
-    own.sign = beside.sign = dark ? -1.0F : 1.0F;
-    return detector_.find(own, beside, roughTemplate(own, radius_px));
-  }
-
- private:
-  const PlainPicture& picture_;
-  Detector detector_;
-};
-
-/// Returns the median distance between a spot and the nearest other one [px].
-std::optional<float> spacingOf(std::span<const Spot> spots) {
-  if (spots.size() < 10) return std::nullopt;
-  std::vector<float> nearest;
-  for (const Spot& spot : spots) {
-    float least = 1e9F;
-    for (const Spot& other : spots) {
-      if (&other != &spot) least = std::min(least, std::hypot(other.u - spot.u, other.v - spot.v));
-    }
-    nearest.push_back(least);
-  }
-  const auto middle = nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2);
-  std::ranges::nth_element(nearest, middle);
-  return *middle;
-}
-
-std::string aboutLayer(const sensor::Sensor& sensor, std::size_t index, const PlainPicture& picture, Looker& looker) {
+std::string aboutLayer(const sensor::Sensor& sensor, std::size_t index, const PlainPicture& picture,
+                       SpotSearch& search) {
   const sensor::MarkerLayer& layer = sensor.layers[index];
   const char* name = nameOf(layer.colour);
   const double radius_px = markerRadius(sensor, layer);
-  const bool grey = picture.channels == 1;
-  const bool coloured = !grey && layer.colour != sensor::Colour::kGrey, dark = layer.darker;
-  const int own = grey ? 0 : layer.colour == sensor::Colour::kRed ? 0 : layer.colour == sensor::Colour::kBlue ? 2 : 1;
-  const int other = !coloured || own == 1 ? -1 : 2 - own;
+  const bool coloured = picture.channels > 1 && layer.colour != sensor::Colour::kGrey, dark = layer.darker;
+  const LayerChannels channels = channelsOf(layer, picture);
   const auto enough = static_cast<std::size_t>(kMany * layer.count());
-  const std::size_t asDescribed = looker.spots(own, other, radius_px, dark).size();
+  const std::size_t asDescribed = search.spots(channels, radius_px, dark).size();
 
   std::size_t most = 0;
   double ofSize = 0.0;
   for (const double size : kSizes) {
     const double radius = size * radius_px;
     if (radius < 0.8 || radius > 9.0) continue;
-    const std::size_t seen = looker.spots(own, other, radius, dark).size();
+    const std::size_t seen = search.spots(channels, radius, dark).size();
     if (seen <= most) continue;
     most = seen;
     ofSize = size;
@@ -122,13 +73,13 @@ std::string aboutLayer(const sensor::Sensor& sensor, std::size_t index, const Pl
   if (asDescribed < enough && coloured) {
     constexpr std::array<const char*, 3> kChannels = {"red", "green", "blue"};
     for (const int channel : {0, 1, 2}) {
-      if (channel == own) continue;
-      const std::size_t seen = looker.spots(channel, own, radius_px, dark).size();
+      if (channel == channels.own) continue;
+      const std::size_t seen = search.spots({channel, channels.own}, radius_px, dark).size();
       if (seen < enough) continue;
       return fmt::format("{} {} spots and {} {} ones: check the colours of the layers, and the camera's white balance",
                          seen, kChannels[static_cast<std::size_t>(channel)], asDescribed, name);
     }
-    const std::size_t white = looker.spots(own, -1, radius_px, dark).size();
+    const std::size_t white = search.spots({channels.own, -1}, radius_px, dark).size();
     if (white >= enough) {
       return fmt::format(
           "{} spots that are as bright in the other colour as in {}: check light, filter and white balance", white,
@@ -136,7 +87,7 @@ std::string aboutLayer(const sensor::Sensor& sensor, std::size_t index, const Pl
     }
   }
   if (asDescribed < enough) {
-    const std::size_t opposite = looker.spots(own, -1, radius_px, !dark).size();
+    const std::size_t opposite = search.spots({channels.own, -1}, radius_px, !dark).size();
     if (opposite >= enough) {
       return fmt::format("{} spots that are {} than what surrounds them: check darker of that layer", opposite,
                          dark ? "brighter" : "darker");
@@ -146,7 +97,7 @@ std::string aboutLayer(const sensor::Sensor& sensor, std::size_t index, const Pl
   const std::vector<Vector> places = nominalPlaces(sensor);
   const Lattice lattice = latticesOf(sensor)[index];
   const float expected = smallestSpacing(places, {&lattice, 1});
-  const auto seen = spacingOf(looker.spots(own, other, radius_px, dark));
+  const auto seen = spacingOf(search.spots(channels, radius_px, dark));
   if (seen && std::abs(*seen / expected - 1.0F) > kOtherSpacing) {
     return fmt::format("{} {} spots, {:.1f} px apart instead of {:.1f}: check pitch_mm and the camera's distance",
                        asDescribed, name, *seen, expected);
@@ -186,10 +137,10 @@ std::string diagnose(const sensor::Sensor& sensor, const MarkerSight& sight, con
         "; ");
     return text;
   }
-  Looker looker(sensor, picture);
+  SpotSearch search(sensor.markerCount(), picture);
   for (std::size_t i = 0; i < sensor.layers.size(); ++i) {
     if (sight.layers[i].found >= kMany * sight.layers[i].expected) continue;
-    add("seen: " + aboutLayer(sensor, i, picture, looker), "; ");
+    add("seen: " + aboutLayer(sensor, i, picture, search), "; ");
   }
   return text;
 }

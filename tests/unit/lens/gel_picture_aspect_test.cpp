@@ -63,6 +63,7 @@ TEST_F(GelPictureCommands, PoseIsFoundWhereTheScalesDiffer) {
     truth.camera.rotation = within(0.01);
     writeGelFile(aspect);
     ASSERT_TRUE(writePicture(options.picture, photograph()));
+    std::filesystem::remove(options.output);
     const Done done = pose(options);
     ASSERT_TRUE(done) << done.error()[0].message();
     const auto found = sensor::loadGel(options.output);

@@ -33,6 +33,7 @@ TEST_F(GelPictureCommands, PoseIsFoundFromAWrongOne) {
     }
     EXPECT_LT(known.position.norm(), 2e-3);
     EXPECT_LT(known.rotation.norm(), 0.02);
+    std::filesystem::remove(options.output);
   }
 }
 
@@ -73,23 +74,34 @@ TEST_F(GelPictureCommands, APoseThatFitsBadlyIsWrittenIfAskedFor) {
   EXPECT_FALSE(pose(options));
 }
 
-TEST_F(GelPictureCommands, MarkDrawsACircleOnEachMarker) {
-  write(options.gel, sensor::gelText(truth));
-  const cv::Mat plain = photograph();
-  ASSERT_TRUE(writePicture(options.picture, plain));
-  const Done done = mark(options);
-  ASSERT_TRUE(done) << done.error()[0].message();
-  const auto marked = readPicture(options.output);
-  ASSERT_TRUE(marked);
-  ASSERT_EQ(marked->cols, 2 * plain.cols);
-  int circles = 0;
-  for (const auto& place : places.colwise()) {
-    // To the right of the centre by the circle's radius: pure blue and green, or green and red.
-    const cv::Vec3b on = marked->at<cv::Vec3b>(static_cast<int>(std::lround(2 * place.y() + 0.5)),
-                                               static_cast<int>(std::lround(2 * place.x() + 0.5 + 5)));
-    circles += on[1] > 150 ? 1 : 0;
+/// A ring is seen if it differs much from what it surrounds and lies beside the marker's disc, be that small or large.
+TEST_F(GelPictureCommands, MarkDrawsARingAroundEachMarker) {
+  for (const double diameter : {0.6e-3, 1.2e-3}) {
+    for (sensor::MarkerLayer& layer : truth.layers) layer.diameter = diameter;
+    write(options.gel, sensor::gelText(truth));
+    const cv::Mat plain = photograph();
+    ASSERT_TRUE(writePicture(options.picture, plain));
+    const Done done = mark(options);
+    ASSERT_TRUE(done) << done.error()[0].message();
+    const auto marked = readPicture(options.output);
+    ASSERT_TRUE(marked);
+    ASSERT_EQ(marked->cols, 2 * plain.cols);
+    const double radius_px = 0.5 * diameter * truth.camera.focal_px / (truth.camera.position.z() - 7e-3);
+    int rings = 0;
+    for (const auto& place : places.colwise()) {
+      const auto levelAt = [&](double beside_px) {  // from the marker's centre [px of the picture]
+        const cv::Vec3b on = marked->at<cv::Vec3b>(static_cast<int>(std::lround(2 * place.y() + 0.5)),
+                                                   static_cast<int>(std::lround(2 * (place.x() + beside_px) + 0.5)));
+        return std::max(on[0], on[2]) > 150 && on[1] > 150;
+      };
+      bool isRinged = false;
+      for (double beside_px = radius_px + 0.5; beside_px < radius_px + 4.0; beside_px += 0.5) {
+        isRinged = isRinged || levelAt(beside_px);
+      }
+      rings += isRinged ? 1 : 0;
+    }
+    EXPECT_GT(rings, 0.95 * static_cast<double>(places.cols())) << diameter;
   }
-  EXPECT_GT(circles, 0.95 * static_cast<double>(places.cols()));
 }
 
 /// Black dots behind a monochrome camera.
