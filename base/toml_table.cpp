@@ -1,5 +1,6 @@
 #include "base/toml_table.h"
 
+#include "base/spelling.h"
 #include "base/whole_file.h"
 
 #include <toml++/toml.h>
@@ -10,7 +11,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
-#include <numeric>
 #include <utility>
 
 namespace tractiond {
@@ -44,18 +44,15 @@ int lineOfEndlessKey(std::string_view text) {
   return 0;
 }
 
-/// Returns the Levenshtein distance (1966): the smallest number of letters to insert, remove or replace.
-std::size_t distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i);
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = std::exchange(row[j], std::min({row[j] + 1, row[j - 1] + 1, replaced}));
-    }
-  }
-  return row.back();
+/// Returns a sentence without its middle if it is long, as one that repeats a key or a text of the file may be.
+std::string shortened(const std::string& sentence) {
+  constexpr std::size_t kLongest = 500, kBegin = 250, kEnd = 150;
+  if (sentence.size() <= kLongest) return sentence;
+  const auto isInside = [&](std::size_t at) { return (static_cast<unsigned char>(sentence[at]) & 0xc0) == 0x80; };
+  std::size_t end = kBegin, begin = sentence.size() - kEnd;  // not within a character
+  while (end > 0 && isInside(end)) --end;
+  while (begin < sentence.size() && isInside(begin)) ++begin;
+  return sentence.substr(0, end) + " ... " + sentence.substr(begin);
 }
 
 std::string rangeText(const Range& range) {
@@ -82,7 +79,7 @@ struct TomlTable::Document {
   }
 
   void fail(const toml::node& node, const std::string& what) {
-    if (!fault) fault = FileError{where(node), what};
+    if (!fault) fault = FileError{where(node), shortened(what)};
   }
 
   /// Collects an error for each key that was not read, with its line.
@@ -94,10 +91,10 @@ struct TomlTable::Document {
       if (std::find(read.begin(), read.end(), key) == read.end()) {
         std::string what = "unknown key '" + name + "'";
         const auto nearest = std::min_element(read.begin(), read.end(), [key](const auto& a, const auto& b) {
-          return distance(a, key) < distance(b, key);
+          return misspellings(a, key) < misspellings(b, key);
         });
         if (nearest != read.end()) what += "; the nearest known key is '" + path + *nearest + "'";
-        unread.emplace_back(tomlKey.source().begin.line, FileError{where(node), what});
+        unread.emplace_back(tomlKey.source().begin.line, FileError{where(node), shortened(what)});
       } else if (const toml::table* inner = node.as_table()) {
         rejectUnread(*inner, name + ".");
       } else if (const toml::array* array = node.as_array()) {
@@ -127,7 +124,7 @@ tl::expected<TomlTable, FileError> TomlTable::parse(std::string_view text, const
   try {
     document->root = toml::parse(text, file);
   } catch (const toml::parse_error& error) {
-    return tl::unexpected(FileError{file + ":" + std::to_string(error.source().begin.line), error.what()});
+    return tl::unexpected(FileError{file + ":" + std::to_string(error.source().begin.line), shortened(error.what())});
   }
   const void* root = &document->root;
   return TomlTable(std::move(document), root, "");

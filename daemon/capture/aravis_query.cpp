@@ -1,4 +1,5 @@
 // What people ask of a camera while it streams: its features, as text.
+#include "base/spelling.h"
 #include "daemon/capture/aravis.h"
 
 #include <algorithm>
@@ -202,10 +203,15 @@ Answer Query::with(const std::string& name, const std::function<Answer(const std
   const Selected wanted = parsed(name);
   ArvGcNode* node = arv_device_get_feature(device_, wanted.feature.c_str());
   if (node == nullptr || !ARV_IS_GC_FEATURE_NODE(node)) {
+    // Names that contain the word, or that differ from it by few letters.
+    const std::string word = lower(wanted.feature);
+    const std::size_t few = std::max<std::size_t>(1, word.size() / 5);
     std::string close;
-    for (const Place& place : places_)
-      if (lower(place.name).find(lower(wanted.feature)) != std::string::npos)
-        close += (close.empty() ? "" : ", ") + place.name;
+    for (const Place& place : places_) {
+      const std::string known = lower(place.name);
+      if (known.find(word) == std::string::npos && misspellings(known, word) > few) continue;
+      close += (close.empty() ? "" : ", ") + place.name;
+    }
     return tl::unexpected("the camera has no feature " + wanted.feature + (close.empty() ? "" : "; it has " + close));
   }
   if (wanted.choice.empty()) return work(wanted.feature);

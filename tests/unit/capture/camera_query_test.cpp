@@ -58,6 +58,7 @@ TEST_F(CameraQuery, WritesAndTellsWhatStoodBefore) {
   EXPECT_EQ(first_.size(), 1U);
   EXPECT_THAT(refusal(Kind::kWrite, "ExposureTime", "long"), HasSubstr("is a number, not long"));
   EXPECT_THAT(refusal(Kind::kWrite, "Exposuretime", "500"), HasSubstr("it has ExposureTime"));
+  EXPECT_THAT(refusal(Kind::kWrite, "ExposureTme", "500"), HasSubstr("it has ExposureTime"));
 }
 
 TEST_F(CameraQuery, ExecutesCommandsAlone) {

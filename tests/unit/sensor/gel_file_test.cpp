@@ -143,6 +143,19 @@ TEST(GelFile, UnknownKeyIsNamedWithLineAndNearestKey) {
   EXPECT_EQ(error.what, "unknown key 'gel.poison_ratio'; the nearest known key is 'gel.poisson_ratio'");
 }
 
+/// A file may be 4 MiB, a line on a terminal may not.
+TEST(GelFile, LongKeysAndTextsAreShortenedInErrors) {
+  const std::string longKey(1'000'000, 'k');
+  for (const std::string& text :
+       {changed("poisson_ratio", longKey), changed("poisson_ratio", "\"µ" + longKey + "\""),
+        changed("poisson_ratio = 0.49", longKey + "." + longKey + " = 1"),
+        changed("colour = \"blue\"", "colour = \"" + longKey + "\""), changed("colour = \"blue\"", longKey)}) {
+    const FileError error = fault(text);
+    EXPECT_LT(error.what.size(), 600U) << error.what.substr(0, 1000);
+    EXPECT_NE(error.what, "");
+  }
+}
+
 TEST(GelFile, ImpossibleSensorsAreRejectedWhereTheyAreWritten) {
   const struct {
     std::string from, to, what;
