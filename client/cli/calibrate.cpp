@@ -87,7 +87,7 @@ class Guide {
     instruct("Noise: leave the gel untouched, with the machine around it as it is in use");
     CalibrationStep step;
     step.kind = Kind::kNoise;
-    step.seconds = options_.seconds;
+    if (!wants("weights")) step.seconds = options_.seconds;  // else it is the patience for the weights
     step.anyway = options_.anyway;
     report("noise", control_.calibrate(step));
   }

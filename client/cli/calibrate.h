@@ -12,7 +12,8 @@ namespace traction::cli {
 struct CalibrateOptions {
   std::vector<std::string> steps;  ///< of geometry, noise, weights, finish; empty: all
   std::vector<double> weights_N;   ///< in the order in which they are put on [N]; not empty if the step weights runs
-  double seconds = 0.0;   ///< duration of the noise step, longest wait for each weight; 0: the daemon's default
+  /// Longest wait for each weight; duration of the noise step, if the step weights does not run. 0: the daemon's default
+  double seconds = 0.0;
   std::string name;       ///< name of the gel, for the file: 1 to 24 of A-Z a-z 0-9 _ -; empty: gel
   bool keepZero = false;  ///< true: geometry uses the zero in force; false: takes a new one
   bool anyway = false;    ///< true: proceeds even if something seems to touch the gel

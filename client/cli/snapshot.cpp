@@ -9,18 +9,21 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <vector>
 
 namespace traction::cli {
 
 namespace {
 
-constexpr float kRadius_px = 5.0F;  // of a mark
+constexpr float kRadius_px = 5.0F;   // of a cross, half the side of a square, and the least radius of a ring
+constexpr float kRingShare = 0.36F;  // of the distance between markers, whose discs are smaller than 0.29 of it
 
 struct Ink {
   std::uint8_t red, green, blue;
 };
 
 /// Colours of the rings, which differ from those of the markers.
+constexpr Ink kOutline = {0, 0, 0};
 constexpr Ink kBlue = {90, 220, 255}, kRed = {255, 190, 60}, kLost = {255, 40, 255}, kExpected = {240, 240, 240};
 
 Ink inkOf(Colour colour) {
@@ -43,12 +46,12 @@ class Drawing {
     }
   }
 
-  void ring(std::array<float, 2> place, Ink ink) {
-    constexpr int kSteps = 64;
-    for (int i = 0; i < kSteps; ++i) {
-      const float angle = 6.2831853F * static_cast<float>(i) / kSteps;
-      dot(place, kRadius_px * std::cos(angle), kRadius_px * std::sin(angle), ink);
-    }
+  /// Draws a ring between two black ones, so that it is visible on any picture.
+  void ring(std::array<float, 2> place, float radius_px, Ink ink) {
+    const float pixel = 1.0F / perPixel_;
+    circle(place, radius_px - pixel, kOutline);
+    circle(place, radius_px + pixel, kOutline);
+    circle(place, radius_px, ink);
   }
 
   void cross(std::array<float, 2> place, Ink ink) {
@@ -76,6 +79,14 @@ class Drawing {
   const std::vector<std::uint8_t>& levels() const { return levels_; }
 
  private:
+  void circle(std::array<float, 2> place, float radius_px, Ink ink) {
+    const int steps = std::max(16, static_cast<int>(10.0F * radius_px * perPixel_));
+    for (int i = 0; i < steps; ++i) {
+      const float angle = 6.2831853F * static_cast<float>(i) / static_cast<float>(steps);
+      dot(place, radius_px * std::cos(angle), radius_px * std::sin(angle), ink);
+    }
+  }
+
   void dot(std::array<float, 2> place, float du, float dv, Ink ink) {
     const auto pixel = [this](float at, float by) {
       return static_cast<int>(std::lround(std::clamp(perPixel_ * (at + by), -1e6F, 1e6F)));
@@ -94,7 +105,27 @@ class Drawing {
   std::vector<std::uint8_t> levels_;
 };
 
+/// Returns the radius of a ring that lies outside the discs of markers: by the median distance to the nearest one of
+/// the same colour.
+float ringRadius_px(const Snapshot& snapshot) {
+  std::vector<float> nearest;
+  for (const Snapshot::Marker& marker : snapshot.markers) {
+    float least = 1e9F;
+    for (const Snapshot::Marker& other : snapshot.markers) {
+      if (&other == &marker || other.colour != marker.colour) continue;
+      least =
+          std::min(least, std::hypot(other.place_px[0] - marker.place_px[0], other.place_px[1] - marker.place_px[1]));
+    }
+    nearest.push_back(least);
+  }
+  if (nearest.size() < 2) return kRadius_px;
+  const auto middle = nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2);
+  std::nth_element(nearest.begin(), middle, nearest.end());
+  return std::max(kRadius_px, kRingShare * std::min(*middle, 1e3F));
+}
+
 void mark(Drawing& drawing, const Snapshot& snapshot) {
+  const float ring_px = ringRadius_px(snapshot);
   using State = Snapshot::MarkerState;
   const bool known = std::any_of(snapshot.markers.begin(), snapshot.markers.end(),
                                  [](const auto& marker) { return marker.state != State::kSought; });
@@ -104,7 +135,7 @@ void mark(Drawing& drawing, const Snapshot& snapshot) {
   for (const Snapshot::Marker& marker : snapshot.markers) {
     switch (marker.state) {
     case State::kFound:
-      drawing.ring(marker.place_px, inkOf(marker.colour));
+      drawing.ring(marker.place_px, ring_px, inkOf(marker.colour));
       break;
     case State::kLost:
       drawing.cross(marker.place_px, kLost);

@@ -4,10 +4,14 @@
 #include "client/cli/commands.h"
 #include "client/cli/metrics.h"
 #include "client/tractionctl/commands.h"
+#include "client/tractionctl/exit_codes.h"
 
 #include <sysexits.h>
 
+#include <algorithm>
+#include <cctype>
 #include <memory>
+#include <string>
 
 namespace traction::cli {
 
@@ -33,6 +37,18 @@ void addMetrics(Commands& commands) {
       .add_flag("--http", *http, "as the answer to the HTTP request on standard input (traction-metrics.socket)");
 }
 
+/// Returns the name with ".png" if it ends as that of a picture of another type; else an empty text.
+std::string asPng(const std::string& path) {
+  const std::size_t dot = path.rfind('.');
+  if (dot == std::string::npos || path.find('/', dot) != std::string::npos) return "";
+  std::string type = path.substr(dot + 1);
+  std::ranges::transform(type, type.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const char* other : {"jpg", "jpeg", "tif", "tiff", "bmp", "gif", "webp", "pgm", "ppm", "raw"}) {
+    if (type == other) return path.substr(0, dot) + ".png";
+  }
+  return "";
+}
+
 void addSnapshot(Commands& commands) {
   struct Options {
     std::string path;
@@ -41,6 +57,9 @@ void addSnapshot(Commands& commands) {
   const auto options = std::make_shared<Options>();
   CLI::App& command =
       commands.add("snapshot", "Writes the camera's next picture as a PNG file", [options](const Target& target) {
+        if (std::string png = asPng(options->path); !png.empty()) {
+          return fail(EX_USAGE, "snapshot writes PNG files: name it " + png);
+        }
         return snapshot(target.control(), options->path, options->marked), EX_OK;
       });
   command.add_option("file", options->path, "file to write; an existing one is replaced")

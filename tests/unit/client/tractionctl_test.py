@@ -202,6 +202,8 @@ class Tractionctl(Case):
         self.fails(USAGE, "--name: 'a b' is not a name for a gel", "calibrate", "noise", "--name", "a b")
         self.fails(USAGE, "missing feature name, for example: tractionctl camera set ExposureTime=4000", "camera", "set")
         self.fails(USAGE, "--topic", "echo", "--topic", "nonsense")
+        for name, png in (("aim.jpg", "aim.png"), ("a.b/aim.x.TIFF", "a.b/aim.x.png")):
+            self.fails(USAGE, f"snapshot writes PNG files: name it {png}", "snapshot", name)
         self.fails(USAGE, "nonsense", "calibrate", "nonsense")
         self.fails(USAGE, "--weights", "calibrate")
         for weights in ("100", "100lb", "0gf", "-5N", "nan N", "5N,", ",", "1001kN", "2e6N", "1e300kgf"):
