@@ -33,61 +33,80 @@ ThicknessCheck::ThicknessCheck(const sensor::Sensor& sensor, const ContactFit& f
     , thinner_(withThickness(sensor, kThinner), progress)
     , softer_(withPoisson(sensor), progress) {}
 
+ThicknessCheck::Load ThicknessCheck::loadOf(const sensor::Camera& camera, const sensor::PictureMotion& motion,
+                                            const Displacements& displacements, std::span<const float> variance_px2,
+                                            const ContactReading& reading) const {
+  Load load;
+  load.shape = {reading.place.x(), reading.place.y(), reading.radius};
+  load.force = reading.force;
+  const Eigen::Index rows = 2 * static_cast<Eigen::Index>(displacements.valid.size());
+  load.columns.resize(rows, kOfLoad);
+  load.columns.leftCols<3>() = fit_.fields(camera, load.shape);
+  load.expected = load.columns.leftCols<3>() * load.force;
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector3d step = kStep_m * Eigen::Vector3d::Unit(k);
+    load.columns.col(3 + k) = (fit_.fields(camera, load.shape + step) - fit_.fields(camera, load.shape - step)) *
+                              load.force / (2.0 * kStep_m);
+  }
+  sensor::Sensor seen = sensor_;
+  seen.camera = camera;
+  const PictureMotionFit motionFit(seen);
+  load.weight.resize(rows);
+  for (Eigen::Index m = 0; m < rows / 2; ++m) {
+    const auto marker = static_cast<std::size_t>(m);
+    const bool valid = displacements.valid[marker] != 0 && variance_px2[marker] > 0.0F;
+    load.weight.segment<2>(2 * m).setConstant(valid ? 1.0 / static_cast<double>(variance_px2[marker]) : 0.0);
+    for (int k = 0; k < 4; ++k) {
+      load.columns.col(6 + k).segment<2>(2 * m) = motionFit.at(static_cast<int>(m), Eigen::Vector4d::Unit(k));
+    }
+  }
+  load.prior.setZero(kOfLoad);
+  load.prior.tail<4>() << motion.shift_px, motion.shift_px, motion.scale, motion.roll;
+  load.prior.tail<4>() = load.prior.tail<4>().cwiseAbs2().cwiseInverse().eval();
+  return load;
+}
+
+/// Returns the changes of the displacements by one deviation of Poisson's ratio and of each layer's depth.
+Eigen::MatrixXd ThicknessCheck::byElasticity(const sensor::Camera& camera, const Load& load) const {
+  const auto layers = static_cast<Eigen::Index>(sensor_.layers.size());
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(load.expected.size(), 1 + layers);
+  columns.col(0) = softer_.fields(camera, load.shape) * load.force - load.expected;
+  // The correction for the block's sides and base is smooth: an error of a layer's depth does not change it.
+  const Eigen::VectorXd deeper = (fit_.fields(camera, load.shape, kStep_m) * load.force - load.expected) *
+                                 (sensor_.uncertainty.layerDepth / kStep_m);
+  Eigen::Index first = 0;
+  for (Eigen::Index layer = 0; layer < layers; ++layer) {
+    const Eigen::Index count = 2 * sensor_.layers[static_cast<std::size_t>(layer)].count();
+    columns.col(1 + layer).segment(first, count) = deeper.segment(first, count);
+    first += count;
+  }
+  return columns;
+}
+
+/// Returns the change of the displacements per metre of the thickness.
+Eigen::VectorXd ThicknessCheck::byThickness(const sensor::Camera& camera, const Load& load) const {
+  return (thinner_.fields(camera, load.shape) * load.force - load.expected) / ((kThinner - 1.0) * sensor_.gel.size.z());
+}
+
 std::optional<ThicknessReading> ThicknessCheck::operator()(const sensor::Camera& camera,
                                                            const sensor::PictureMotion& motion,
                                                            const Displacements& displacements,
                                                            std::span<const float> variance_px2,
                                                            const ContactReading& reading) const {
-  const sensor::Uncertainty& known = sensor_.uncertainty;
-  const double thickness = sensor_.gel.size.z();
-  const Eigen::Vector3d shape(reading.place.x(), reading.place.y(), reading.radius);
-  const Eigen::Vector3d& force = reading.force;
-  const auto layers = static_cast<Eigen::Index>(sensor_.layers.size());
-  const Eigen::Index markers = static_cast<Eigen::Index>(displacements.valid.size()), rows = 2 * markers;
-
-  // Columns: force, shape, motion, Poisson's ratio, depths, thickness. The last is in metres, the two before in
-  // deviations.
-  const Eigen::Index kForce = 0, kShape = 3, kMotion = 6, kPoisson = 10, kDepth = 11, kThickness = kDepth + layers;
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(rows, kThickness + 1);
-  columns.middleCols<3>(kForce) = fit_.fields(camera, shape);
-  const Eigen::VectorXd expected = columns.middleCols<3>(kForce) * force;
-  for (int k = 0; k < 3; ++k) {
-    const Eigen::Vector3d step = kStep_m * Eigen::Vector3d::Unit(k);
-    columns.col(kShape + k) =
-        (fit_.fields(camera, shape + step) - fit_.fields(camera, shape - step)) * force / (2.0 * kStep_m);
-  }
-  sensor::Sensor seen = sensor_;
-  seen.camera = camera;
-  const PictureMotionFit motionFit(seen);
-  for (Eigen::Index m = 0; m < markers; ++m) {
-    for (int k = 0; k < 4; ++k) {
-      columns.col(kMotion + k).segment<2>(2 * m) = motionFit.at(static_cast<int>(m), Eigen::Vector4d::Unit(k));
-    }
-  }
-  columns.col(kPoisson) = softer_.fields(camera, shape) * force - expected;
-  // The correction for the block's sides and base is smooth: an error of a layer's depth does not change it.
-  const Eigen::VectorXd deeper =
-      (fit_.fields(camera, shape, kStep_m) * force - expected) * (known.layerDepth / kStep_m);
-  Eigen::Index first = 0;
-  for (Eigen::Index layer = 0; layer < layers; ++layer) {
-    const Eigen::Index count = 2 * sensor_.layers[static_cast<std::size_t>(layer)].count();
-    columns.col(kDepth + layer).segment(first, count) = deeper.segment(first, count);
-    first += count;
-  }
-  columns.col(kThickness) = (thinner_.fields(camera, shape) * force - expected) / ((kThinner - 1.0) * thickness);
-
-  Eigen::VectorXd residual(rows), weight(rows);
-  for (Eigen::Index i = 0; i < rows; ++i) {
-    const auto m = static_cast<std::size_t>(i / 2);
-    const bool valid = displacements.valid[m] != 0 && variance_px2[m] > 0.0F;
-    residual[i] = valid ? static_cast<double>(displacements.value_px[static_cast<std::size_t>(i)]) - expected[i] : 0.0;
-    weight[i] = valid ? 1.0 / static_cast<double>(variance_px2[m]) : 0.0;
+  const Load load = loadOf(camera, motion, displacements, variance_px2, reading);
+  // Columns: of the load, Poisson's ratio, depths, thickness. The last is in metres, the two before in deviations.
+  const Eigen::Index known = 1 + static_cast<Eigen::Index>(sensor_.layers.size()), kThickness = kOfLoad + known;
+  Eigen::MatrixXd columns(load.expected.size(), kThickness + 1);
+  columns << load.columns, byElasticity(camera, load), byThickness(camera, load);
+  Eigen::VectorXd residual(load.expected.size());
+  for (Eigen::Index i = 0; i < residual.size(); ++i) {
+    const auto value = static_cast<double>(displacements.value_px[static_cast<std::size_t>(i)]);
+    residual[i] = load.weight[i] > 0.0 ? value - load.expected[i] : 0.0;
   }
   Eigen::VectorXd prior = Eigen::VectorXd::Zero(columns.cols());
-  prior.segment<4>(kMotion) << motion.shift_px, motion.shift_px, motion.scale, motion.roll;
-  prior.segment<4>(kMotion) = prior.segment<4>(kMotion).cwiseAbs2().cwiseInverse().eval();
-  prior.segment(kPoisson, 1 + layers).setOnes();
-  const Eigen::MatrixXd weighted = weight.asDiagonal() * columns;
+  prior.head(kOfLoad) = load.prior;
+  prior.segment(kOfLoad, known).setOnes();
+  const Eigen::MatrixXd weighted = load.weight.asDiagonal() * columns;
   Eigen::MatrixXd normal = columns.transpose() * weighted;
   normal.diagonal() += prior;
   const Eigen::VectorXd right = weighted.transpose() * residual;
@@ -100,12 +119,52 @@ std::optional<ThicknessReading> ThicknessCheck::operator()(const sensor::Camera&
 
   // A residual beyond the noise has a cause that is none of the unknowns, and may also have changed this one.
   const Eigen::VectorXd left = residual - columns * found;
-  const double coordinates = static_cast<double>((weight.array() > 0.0).count());
-  const double excess = left.cwiseAbs2().dot(weight) / std::max(coordinates - static_cast<double>(columns.cols()), 1.0);
+  const double coordinates = static_cast<double>((load.weight.array() > 0.0).count());
+  const double excess =
+      left.cwiseAbs2().dot(load.weight) / std::max(coordinates - static_cast<double>(columns.cols()), 1.0);
   ThicknessReading result;
-  result.thickness = thickness + found[kThickness];
-  result.deviation = std::sqrt(variance * std::max(excess, 1.0) + known.thickness * known.thickness);
+  result.thickness = sensor_.gel.size.z() + found[kThickness];
+  const double ofFile = sensor_.uncertainty.thickness;
+  result.deviation = std::sqrt(variance * std::max(excess, 1.0) + ofFile * ofFile);
   return result;
+}
+
+double ThicknessCheck::absorbed(const sensor::Camera& camera, const sensor::Uncertainty& known,
+                                const sensor::PictureMotion& motion, const Displacements& displacements,
+                                std::span<const float> variance_px2, const ContactReading& reading) const {
+  const Load load = loadOf(camera, motion, displacements, variance_px2, reading);
+  const Eigen::MatrixXd weighted = load.weight.asDiagonal() * load.columns;
+  Eigen::MatrixXd normal = load.columns.transpose() * weighted;
+  normal.diagonal() += load.prior;
+  const Eigen::VectorXd scale = normal.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::LDLT<Eigen::MatrixXd> factor(scale.asDiagonal() * normal * scale.asDiagonal());
+  // How much of the normal force a fit takes for a change of the displacements, relative.
+  const auto misread = [&](const Eigen::VectorXd& change) {
+    const Eigen::VectorXd right = weighted.transpose() * change;
+    return scale[2] * factor.solve(scale.cwiseProduct(right))[2] / load.force.z();
+  };
+  const auto byCamera = [&](const auto& moveBy, double deviation, double step) {
+    sensor::Camera moved = camera;
+    moveBy(moved, step);
+    return misread((fit_.fields(moved, load.shape) * load.force - load.expected) * (deviation / step));
+  };
+  double sum = misread(byThickness(camera, load) * known.thickness);
+  sum *= sum;
+  const Eigen::MatrixXd changes = byElasticity(camera, load);
+  for (const auto& change : changes.colwise()) sum += std::pow(misread(change), 2);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto turn = [axis](sensor::Camera& moved, double by) { moved.rotation[axis] += by; };
+    sum += std::pow(byCamera(turn, known.rotation[axis], 1e-4), 2);
+  }
+  for (int axis = 0; axis < 2; ++axis) {
+    const auto shift = [axis](sensor::Camera& moved, double by) { moved.position[axis] += by; };
+    sum += std::pow(byCamera(shift, known.position[axis], 1e-4), 2);
+  }
+  const auto away = [](sensor::Camera& moved, double by) { moved.position.z() += by; };
+  const auto longer = [](sensor::Camera& moved, double by) { moved.focal_px *= 1.0 + by; };
+  const double ofDistance = byCamera(away, known.position.z(), 1e-4), ofFocal = byCamera(longer, known.focal, 1e-4);
+  sum += ofDistance * ofDistance + ofFocal * ofFocal + 2.0 * known.focalDistance * ofDistance * ofFocal;
+  return std::sqrt(std::max(sum, 0.0) + known.model * known.model);
 }
 
 }  // namespace tractiond::calibrate

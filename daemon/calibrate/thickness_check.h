@@ -35,7 +35,27 @@ class ThicknessCheck {
                                              const Displacements& displacements, std::span<const float> variance_px2,
                                              const ContactReading& reading) const;
 
+  /// Returns the relative deviation of a Young's modulus that this weight gives, by what is uncertain of thickness,
+  /// Poisson's ratio, depths, the camera and the mechanics: the modulus takes up how these misread the weight, so that
+  /// later presses are read right, but it is not the material's. Other parameters are as above. \param known
+  /// deviations of the camera, the thickness and the model; those of Poisson's ratio and the depths are the sensor's
+  double absorbed(const sensor::Camera& camera, const sensor::Uncertainty& known, const sensor::PictureMotion& motion,
+                  const Displacements& displacements, std::span<const float> variance_px2,
+                  const ContactReading& reading) const;
+
  private:
+  static constexpr Eigen::Index kOfLoad = 10;  ///< unknowns of a load: force, place and radius, motion of the picture
+  /// A load, and the displacements about it.
+  struct Load {
+    Eigen::Vector3d shape, force;
+    Eigen::MatrixXd columns;  ///< by its unknowns
+    Eigen::VectorXd expected, weight, prior;
+  };
+  Load loadOf(const sensor::Camera& camera, const sensor::PictureMotion& motion, const Displacements& displacements,
+              std::span<const float> variance_px2, const ContactReading& reading) const;
+  Eigen::MatrixXd byElasticity(const sensor::Camera& camera, const Load& load) const;
+  Eigen::VectorXd byThickness(const sensor::Camera& camera, const Load& load) const;
+
   sensor::Sensor sensor_;
   const ContactFit& fit_;
   ContactFit thinner_, softer_;  ///< of a thinner block, of one with another Poisson's ratio

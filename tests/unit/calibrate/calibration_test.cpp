@@ -6,8 +6,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 
 namespace tractiond::calibrate::calibration_test {
 namespace {
@@ -37,6 +40,16 @@ class Frames {
     field_.validCount = sensor.markerCount();
     field_.info.times.received_ns = 1'000'000'000;
     field_.zero[0] = 1;
+  }
+
+  /// \param moved_px 2 M
+  const MarkerField& next(const Eigen::VectorXd& moved_px) {
+    field_.info.times.received_ns += static_cast<std::int64_t>(1e9 / kRate_Hz);
+    for (Eigen::Index i = 0; i < moved_px.size(); ++i) {
+      field_.displacement_px[static_cast<std::size_t>(i)] =
+          static_cast<float>(moved_px[i] + kNoise_px * normal_(generator_));
+    }
+    return field_;
   }
 
   const MarkerField& next(double press_px, const Eigen::Vector4d& motion = Eigen::Vector4d::Zero()) {
@@ -254,6 +267,74 @@ TEST_F(CalibrationTest, NoiseUnderATouchIsRefused) {
   ASSERT_TRUE(noise);
   ASSERT_FALSE(*noise);
   EXPECT_TRUE(noise->error().starts_with("something seems to touch the gel near")) << noise->error();
+}
+
+/// A thin gel that is 0.4 mm thicker than its file says, which is as uncertain as that, with markers whose measured
+/// motion errs by a hundredth of a pixel each.
+class Weights : public testing::Test {
+ protected:
+  Weights() {
+    file_.gel.size.z() = 15e-3;
+    truth_ = file_;
+    truth_.gel.size.z() += 0.4e-3;
+    truth_.gel.youngsModulus *= 1.3;
+    world_ = std::make_unique<ContactFit>(truth_);
+    std::mt19937 generator(8);
+    std::normal_distribution<double> normal(0.0, 0.01);
+    own_px_ = Eigen::VectorXd::NullaryExpr(2 * truth_.markerCount(), [&] { return normal(generator); });
+  }
+
+  /// Displacements by 1 N on a ball's contact.
+  Eigen::VectorXd pressAt(double x, double y) const {
+    return world_->fields(truth_.camera, {x, y, 3e-3}) * Eigen::Vector3d::UnitZ();
+  }
+
+  /// Reads a weight under which the markers have these displacements, and their own errors.
+  CalibrationReport weigh(Calibration& calibration, const Eigen::VectorXd& moved, double weight_N) const {
+    RestPose zero;
+    zero.present.assign(static_cast<std::size_t>(file_.markerCount()), 1);
+    CalibrationStep step;
+    step.kind = Kind::kWeight;
+    step.weight_N = weight_N;
+    EXPECT_FALSE(calibration.begin(step, &zero, "Camera-1", ""));
+    Frames frames(file_);
+    std::optional<Result> read;
+    for (int i = 0; i < 400 && !read; ++i) read = calibration.add(frames.next(Eigen::VectorXd(moved + own_px_)));
+    EXPECT_TRUE(read && *read);
+    return read && *read ? **read : CalibrationReport{};
+  }
+
+  static bool doubtsTheContact(const CalibrationReport& report) {
+    return std::ranges::any_of(report.remarks, [](const std::string& remark) {
+      return remark.find("does not stand on one round contact") != std::string::npos;
+    });
+  }
+
+  sensor::Sensor file_ = coarse(), truth_;
+  std::unique_ptr<ContactFit> world_;
+  Eigen::VectorXd own_px_;
+};
+
+TEST_F(Weights, OneRoundContactIsNotDoubtedAndTwoAre) {
+  Calibration calibration(file_);
+  EXPECT_FALSE(doubtsTheContact(weigh(calibration, pressAt(3e-3, -2e-3), 1.0)));
+  EXPECT_TRUE(doubtsTheContact(weigh(calibration, pressAt(-15e-3, 0.0) + pressAt(15e-3, 5e-3), 2.0)));
+}
+
+TEST_F(Weights, TheModulusIsAsUncertainAsWhatItTakesUp) {
+  Calibration calibration(file_);
+  weigh(calibration, 2.0 * pressAt(3e-3, -2e-3), 2.0);
+  CalibrationStep step;
+  step.kind = Kind::kStiffness;
+  const auto result = calibration.begin(step, nullptr, "Camera-1", "");
+  ASSERT_TRUE(result && *result);
+  const auto& modulus = (*result)->figures.front();
+  ASSERT_EQ(modulus.name, "youngs_modulus_pa");
+  const double off = std::abs(modulus.value - truth_.gel.youngsModulus);
+  std::printf("%.0f of %.0f Pa, +- %.0f\n", modulus.value, truth_.gel.youngsModulus, modulus.deviation);
+  EXPECT_GT(off, 5e-3 * truth_.gel.youngsModulus);  // else this gel shows nothing
+  EXPECT_LT(off, 3.0 * modulus.deviation);
+  EXPECT_LT(modulus.deviation, 0.02 * modulus.value);
 }
 
 TEST(DriftWatch, FollowsTheUntouchedPictureAndNothingElse) {
