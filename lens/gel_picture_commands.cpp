@@ -32,7 +32,7 @@ struct Seen {
 tl::expected<Seen, Faults> loadAndFindMarkers(const PictureOptions& options) {
   auto sensor = loadGel(options.gel);
   if (!sensor) return tl::unexpected(sensor.error());
-  auto picture = readPicture(options.picture);
+  auto picture = readPicture(options.picture, {sensor->camera.width, sensor->camera.height});
   if (!picture) return tl::unexpected(Faults{picture.error()});
   auto markers = findMarkers(*picture, *sensor);
   if (!markers) {
@@ -166,6 +166,12 @@ Done pose(const PoseOptions& options) {
 }
 
 Done mark(const PictureOptions& options) {
+  if (!options.output.ends_with(".png")) {
+    return tl::unexpected(Faults{{.exitCode = EX_USAGE,
+                                  .what = "is no name of a PNG picture, as which it would be written",
+                                  .where = options.output,
+                                  .remedy = "name it marked.png, for example"}});
+  }
   auto seen = loadAndFindMarkers(options);
   if (!seen) return tl::unexpected(seen.error());
   cv::Mat marked = seen->picture;

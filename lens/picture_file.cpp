@@ -1,6 +1,7 @@
 #include "lens/picture_file.h"
 
 #include "base/whole_file.h"
+#include "lens/picture_header.h"
 
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -18,7 +19,8 @@ namespace {
 using tractiond::Error;
 using namespace std::string_view_literals;
 
-constexpr std::uint32_t kLargestSide = 16384;  // px, the same limit as in the gel file
+constexpr std::uint32_t kLargestSide = 16384;        // px, the same limit as in the gel file
+constexpr std::uint64_t kMost_bytes = 512ULL << 20;  // more than the largest cameras send
 constexpr std::string_view kPng = "\x89PNG\r\n\x1a\n"sv;
 
 std::uint32_t bigEndian(const char* bytes) {
@@ -37,29 +39,31 @@ std::string faultOfPng(std::string_view text) {
     const std::string_view covered = text.substr(at + 4, length + 4);
     const auto sum = crc32(0, reinterpret_cast<const Bytef*>(covered.data()), static_cast<uInt>(covered.size()));
     if (sum != bigEndian(&text[at + 8 + length])) return "is damaged: a check sum of the PNG does not fit";
-    if (covered.starts_with("IHDR") && length >= 8 &&
-        (bigEndian(&text[at + 8]) > kLargestSide || bigEndian(&text[at + 12]) > kLargestSide)) {
-      return "is larger than 16384 px";
-    }
     at += length + 12;
     if (covered.starts_with("IEND")) return "";
   }
   return "is cut off: the PNG ends after " + std::to_string(text.size()) + " bytes, before its last chunk";
 }
 
-std::string fault(std::string_view text) {
-  if (text.empty()) return "is empty";
-  if (text.starts_with(kPng)) return faultOfPng(text);
-  if (text.starts_with("\xff\xd8\xff"sv)) {
-    return text.ends_with("\xff\xd9"sv) ? "" : "is cut off: the JPEG does not end as one does";
+/// Returns the fault of a file that nothing has been decoded of, or an empty text.
+std::string faultOf(std::string_view text) {
+  const auto header = headerOf(text);
+  if (!header) return header.error();
+  if (header->width > kLargestSide || header->height > kLargestSide) return "is larger than 16384 px";
+  if (header->decoded_bytes > kMost_bytes) {
+    return "would need " + std::to_string(header->decoded_bytes >> 20) + " MiB of memory, and at most " +
+           std::to_string(kMost_bytes >> 20) + " are used: save it with 8 bits per channel, or take a region";
   }
-  if (text.starts_with("II*\0"sv) || text.starts_with("MM\0*"sv)) return "";
-  return "is no PNG, TIFF or JPEG picture";
+  if (text.starts_with(kPng)) return faultOfPng(text);
+  if (text.starts_with("\xff\xd8\xff"sv) && !text.ends_with("\xff\xd9"sv)) {
+    return "is cut off: the JPEG does not end as one does";
+  }
+  return "";
 }
 
 }  // namespace
 
-tl::expected<cv::Mat, Error> readPicture(const std::string& path) {
+tl::expected<cv::Mat, Error> readPicture(const std::string& path, cv::Size expected) {
   const auto bytes = tractiond::readWholeFile(path);
   if (!bytes) {
     return tl::unexpected(
@@ -68,7 +72,17 @@ tl::expected<cv::Mat, Error> readPicture(const std::string& path) {
   const auto damaged = [&](std::string what) {
     return tl::unexpected(Error{.exitCode = EX_DATAERR, .what = std::move(what), .where = path});
   };
-  if (std::string what = fault({bytes->data(), bytes->size()}); !what.empty()) return damaged(std::move(what));
+  const std::string_view text(bytes->data(), bytes->size());
+  if (std::string what = faultOf(text); !what.empty()) return damaged(std::move(what));
+  if (const auto header = headerOf(text); !expected.empty() && (static_cast<int>(header->width) != expected.width ||
+                                                                static_cast<int>(header->height) != expected.height)) {
+    return tl::unexpected(Error{.exitCode = EX_DATAERR,
+                                .what = "has " + std::to_string(header->width) + " x " +
+                                        std::to_string(header->height) + " px, the gel file's camera " +
+                                        std::to_string(expected.width) + " x " + std::to_string(expected.height),
+                                .where = path,
+                                .remedy = "take the picture at that size, or write its size into the gel file"});
+  }
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);  // it would repeat our error on standard error
   cv::Mat picture;
   try {

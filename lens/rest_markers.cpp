@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <cassert>
 #include <optional>
 #include <utility>
 
@@ -95,12 +96,7 @@ tl::expected<void, Error> searchable(const sensor::Sensor& start, PixelFormat fo
 }  // namespace
 
 tl::expected<RestMarkers, Error> findMarkers(const cv::Mat& picture, const sensor::Sensor& sensor) {
-  if (picture.cols != sensor.camera.width || picture.rows != sensor.camera.height) {
-    return refuse("has " + std::to_string(picture.cols) + " x " + std::to_string(picture.rows) +
-                      " px, the gel file's camera " + std::to_string(sensor.camera.width) + " x " +
-                      std::to_string(sensor.camera.height),
-                  "take the picture at that size, or write its size into the gel file");
-  }
+  assert(picture.cols == sensor.camera.width && picture.rows == sensor.camera.height);
   const bool isGrey = picture.channels() == 1;
   const cv::Mat whole = picture.isContinuous() ? picture : picture.clone();
   Frame frame;

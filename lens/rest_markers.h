@@ -27,10 +27,9 @@ struct RestMarkers {
 
 /// Finds the markers of an untouched gel. The sensor's pose is tried first; if that shows fewer than nine tenths of the
 /// markers, the distance, place and roll at which the picture's own grid of spots would look as it does. The error
-/// (EX_DATAERR) states the reason and the remedy, without the picture's name: another size, markers that the tracker
-/// cannot find in such a picture, or too few of them in their order, with the daemon's diagnosis. Neither argument need
-/// outlive the result. Reentrant. \param picture 8 bits, grey or BGR, of the size of the
-/// sensor's camera
+/// (EX_DATAERR) states the reason and the remedy, without the picture's name: markers that the tracker cannot find in
+/// such a picture, or too few of them in their order, with the daemon's diagnosis. Neither argument need outlive the
+/// result. Reentrant. \param picture 8 bits, grey or BGR, of the size of the sensor's camera (asserted)
 tl::expected<RestMarkers, tractiond::Error> findMarkers(const cv::Mat& picture, const sensor::Sensor& sensor);
 
 }  // namespace lens

@@ -29,7 +29,7 @@ class GelPictureCommands : public Workplace {
     }
     options.gel = path("in.toml");
     options.picture = path("rest.png");
-    options.output = path("out");
+    options.output = path("out.png");
   }
 
   double between(double least, double most) { return std::uniform_real_distribution<double>(least, most)(generator); }
