@@ -8,6 +8,7 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -21,6 +22,7 @@ namespace {
 using tractiond::calibrate::Geometry;
 
 constexpr double kMillimetres = 1e3;
+constexpr double kStatedPlaces = 1.5;  // times the stated deviation of the markers' places: as the daemon accepts
 
 /// A picture, the sensor that it should show, and the markers found.
 struct Seen {
@@ -121,7 +123,12 @@ Done pose(const PoseOptions& options) {
                                        "at least " + std::to_string(kFewest) + " must be seen")});
   }
   const Geometry found = firstPose(seen->sensor, seen->markers);
-  const bool isGood = found.outcome == Geometry::Outcome::kConverged && found.residual_px <= options.acceptResidual_px;
+  // Markers that scatter as the file says are no fault of it.
+  const sensor::MarkerLayer& first = seen->sensor.layers.front();
+  const double stated_px = kStatedPlaces * seen->sensor.uncertainty.markerPlace / (0.5 * first.diameter) *
+                           radius_px(seen->sensor, 0, seen->markers);
+  const double accepted_px = std::max(options.acceptResidual_px, stated_px);
+  const bool isGood = found.outcome == Geometry::Outcome::kConverged && found.residual_px <= accepted_px;
   const auto aspect = otherAspect(seen->sensor, seen->markers);
   if (aspect && !isGood) return tl::unexpected(Faults{fault(options.picture, aspect->what(), aspect->remedy())});
   if (found.outcome != Geometry::Outcome::kConverged) {
@@ -141,19 +148,20 @@ Done pose(const PoseOptions& options) {
                      "--force writes the pose all the same; the daemon will doubt such a file, too")});
   }
   if (!isGood) {
-    char what[120], remedy[200];
+    char what[120], remedy[300];
     std::snprintf(what, sizeof what,
                   "does not fit the gel file: %.2f px are left of the markers' places, at most %.2f are accepted",
-                  found.residual_px, options.acceptResidual_px);
-    std::snprintf(
-        remedy, sizeof remedy,
-        "mend its layers, thickness and indices, or the lens; --accept-residual %.1f writes this pose all the "
-        "same, with which forces are less exact",
-        std::ceil(10.0 * found.residual_px) / 10.0);
+                  found.residual_px, accepted_px);
+    std::snprintf(remedy, sizeof remedy,
+                  "mend its layers, thickness and indices, or the lens; if the markers were placed by hand, write "
+                  "marker_place_mm = %.2f into [uncertainty]; --accept-residual %.1f writes this pose all the same, "
+                  "with which forces are less exact",
+                  kMillimetres * 0.5 * first.diameter * found.residual_px / radius_px(seen->sensor, 0, seen->markers),
+                  std::ceil(10.0 * found.residual_px) / 10.0);
     return tl::unexpected(Faults{fault(options.picture, what, remedy)});
   }
   print(found);
-  if (found.residual_px > PoseOptions{}.acceptResidual_px) {
+  if (found.residual_px > std::max(PoseOptions{}.acceptResidual_px, stated_px)) {
     std::printf(
         "  warning: %.2f px are left of the markers' places, more than %.2f: the gel file does not fit, and forces "
         "are less exact than their deviations say\n",

@@ -151,12 +151,13 @@ void readCamera(TomlTable& table, Camera& camera) {
 void readUncertainty(TomlTable& table, bool body, Uncertainty& uncertainty) {
   table.read("youngs_modulus_relative", uncertainty.youngsModulus, {0.0, 1.0});
   if (body) {
-    refuse(table, {"poisson_ratio", "thickness_mm", "layer_depth_mm", "marker_depth_mm"});
+    refuse(table, {"poisson_ratio", "thickness_mm", "layer_depth_mm", "marker_depth_mm", "marker_place_mm"});
   } else {
     table.read("poisson_ratio", uncertainty.poissonRatio, {0.0, 0.5});
     table.read("thickness_mm", uncertainty.thickness, {0.0, 1000, kMillimetres});
     table.read("layer_depth_mm", uncertainty.layerDepth, {0.0, 1000, kMillimetres});
     table.read("marker_depth_mm", uncertainty.markerDepth, {0.0, 1000, kMillimetres});
+    table.read("marker_place_mm", uncertainty.markerPlace, {0.0, 1000, kMillimetres});
   }
   table.read("model_relative", uncertainty.model, {0.0, 1.0});
   table.read("focal_relative", uncertainty.focal, {0.0, 1.0});
@@ -332,8 +333,10 @@ std::string gelText(const Sensor& sensor) {
         line("poisson_ratio", number(uncertainty.poissonRatio)) +
         line("thickness_mm", number(uncertainty.thickness * kMillimetres)) +
         line("layer_depth_mm", number(uncertainty.layerDepth * kMillimetres)) +
-        // It is omitted if it is 0, so that files calibrated before the key existed keep their hash.
-        (uncertainty.markerDepth != 0.0 ? line("marker_depth_mm", number(uncertainty.markerDepth * kMillimetres)) : "");
+        // They are omitted if they are 0, so that files calibrated before the keys existed keep their hash.
+        (uncertainty.markerDepth != 0.0 ? line("marker_depth_mm", number(uncertainty.markerDepth * kMillimetres))
+                                        : "") +
+        (uncertainty.markerPlace != 0.0 ? line("marker_place_mm", number(uncertainty.markerPlace * kMillimetres)) : "");
   }
   text += line("model_relative", number(uncertainty.model)) + line("focal_relative", number(uncertainty.focal)) +
           line("position_mm", list(uncertainty.position, kMillimetres)) +

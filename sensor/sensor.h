@@ -18,6 +18,9 @@ struct Uncertainty {
   double layerDepth = 0.1e-3;   ///< of each layer's depth, of a block only [m]
   /// of a marker's depth about its layer's, of a block only [m]; 0: layers that were not made by hand
   double markerDepth = 0.0;
+  /// of a marker's place in the grid of its layer, along x and along y, of a block only [m]. Each zero shows the places
+  /// themselves, so it only widens what is accepted as this gel's pattern; 0: a tenth of the pitch is.
+  double markerPlace = 0.0;
   double model = 0.003;                                          ///< all other errors of the mechanics, relative
   double focal = 0.002;                                          ///< focal length, relative
   Eigen::Vector3d position = Eigen::Vector3d::Constant(0.3e-3);  ///< camera's position, gel frame [m]

@@ -31,6 +31,7 @@ constexpr int kTrims = 2;
 constexpr double kOutlier = 5.0;             // times the scatter, which is estimated by the median
 constexpr double kMedianOfRayleigh = 1.177;  // median length, in deviations of a coordinate
 constexpr double kScatterFloor_px = 1e-3;
+constexpr double kStatedPlaces = 1.5;  // times the stated deviation of the places; few markers scatter by more
 
 using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
 using Normal = Eigen::Matrix<double, kUnknowns, kUnknowns>;
@@ -221,13 +222,15 @@ class Findings {
   void compareFit(const Fit& fit, int markers) {
     layers(fit);
     pose(fit);
-    const double limit = options_.largestResidual * spacing_px();
+    const double stated = sensor_.uncertainty.markerPlace / sensor_.layers.front().pitch;
+    const double limit = std::max(options_.largestResidual, kStatedPlaces * stated) * spacing_px();
     report_.findings.push_back({"residual_px", 0.0, fit.residual_px, limit / options_.alarm, fit.residual_px > limit});
     if (fit.residual_px > limit) {
       say(fmt::format(
           "{} markers are {:.1f} px (rms) from where the pattern of the file has them: is it that of another "
-          "gel, or was the zero taken under a load?",
-          markers, fit.residual_px));
+          "gel, or was the zero taken under a load? If they were placed by hand, write marker_place_mm = {:.2f} into "
+          "[uncertainty]: their places are measured in each zero",
+          markers, fit.residual_px, 1e3 * sensor_.layers.front().pitch * fit.residual_px / spacing_px()));
     }
   }
 

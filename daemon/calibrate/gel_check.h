@@ -23,7 +23,8 @@ struct GelCheckOptions {
   double aspect = 3e-3;           ///< deviation of the aspect, relative: as of the pitch in x against that in y
   double suspicious_px = 0.2;     ///< residual above which another aspect is tried
   int aspectIterations = 15;      ///< of each of its fits
-  double largestResidual = 0.1;   ///< root mean square, share of the spacing; a larger one shows another pattern
+  double largestResidual = 0.1;   ///< root mean square, share of the spacing; a larger one shows another pattern,
+                                  ///< unless the file states such a deviation of the markers' places
 };
 
 /// Fits the camera's pose and distortion, and the second layer's place and depth, to the markers' places, and compares

@@ -61,6 +61,24 @@ struct Draw {
   std::mt19937 random;
 };
 
+/// Markers that a hand has placed, 0.3 mm from their grid: more than a tenth of the pitch.
+TEST(GelCheck, MarkersOffTheirGridAreAnAlarmUnlessTheFileSaysSo) {
+  const sensor::Sensor file;
+  sensor::Sensor truth = file;
+  std::mt19937 random(12);
+  std::normal_distribution<double> normal(0.0, 0.32e-3);
+  truth.scatter = sensor::Points::Zero(3, truth.markerCount());
+  for (double& offset : truth.scatter.topRows<2>().reshaped()) offset = normal(random);
+  const auto report = checked(truth, file);
+  ASSERT_TRUE(report);
+  EXPECT_NE(report->remark.find("write marker_place_mm = 0.3"), std::string::npos) << report->remark;
+  sensor::Sensor stated = file;
+  stated.uncertainty.markerPlace = 0.3e-3;
+  const auto again = checked(truth, stated);
+  ASSERT_TRUE(again);
+  EXPECT_TRUE(again->fits()) << again->remark;
+}
+
 TEST(GelCheck, AGelAsUncertainAsItsFileSaysIsNoAlarm) {
   constexpr unsigned kSeed = 4711;
   constexpr int kGels = 60;

@@ -51,6 +51,7 @@ void expectSame(const Sensor& a, const Sensor& b) {
   EXPECT_DOUBLE_EQ(a.uncertainty.thickness, b.uncertainty.thickness);
   EXPECT_DOUBLE_EQ(a.uncertainty.layerDepth, b.uncertainty.layerDepth);
   EXPECT_DOUBLE_EQ(a.uncertainty.markerDepth, b.uncertainty.markerDepth);
+  EXPECT_DOUBLE_EQ(a.uncertainty.markerPlace, b.uncertainty.markerPlace);
   EXPECT_DOUBLE_EQ(a.uncertainty.model, b.uncertainty.model);
   EXPECT_DOUBLE_EQ(a.uncertainty.focal, b.uncertainty.focal);
   EXPECT_DOUBLE_EQ(a.uncertainty.principal_px, b.uncertainty.principal_px);
@@ -105,6 +106,7 @@ TEST(GelFile, WhatIsWrittenIsRead) {
                         .thickness = 0.31e-3,
                         .layerDepth = 0.17e-3,
                         .markerDepth = 0.07e-3,
+                        .markerPlace = 0.23e-3,
                         .model = 0.007,
                         .focal = 0.0013,
                         .position = {0.1e-3, 0.2e-3, 0.4e-3},
