@@ -37,6 +37,20 @@ std::optional<std::pair<int, int>> parseSquares(const std::string& text) {
   return std::pair(columns, rows);
 }
 
+/// Parses "10" or "10.2x10" [mm].
+std::optional<std::pair<double, double>> parseSquare(const std::string& text) {
+  const char* const end = text.data() + text.size();
+  const auto isLength = [](double side) { return side >= 0.1 && side <= 1000.0; };
+  double across = 0.0, along = 0.0;
+  auto [sign, bad] = std::from_chars(text.data(), end, across);
+  if (bad != std::errc() || !isLength(across)) return std::nullopt;
+  if (sign == end) return std::pair(across, across);
+  if (*sign != 'x') return std::nullopt;
+  const auto [last, badToo] = std::from_chars(sign + 1, end, along);
+  if (badToo != std::errc() || last != end || !isLength(along)) return std::nullopt;
+  return std::pair(across, along);
+}
+
 tl::unexpected<int> failed(const std::string& what) {
   std::cerr << "traction-lens: " << what << '\n';
   return tl::unexpected<int>(EX_USAGE);
@@ -53,16 +67,18 @@ tl::expected<Command, int> parseArguments(int argc, char** argv) {
 
   CalibrateOptions calibration;
   std::string squares;
-  double square_mm = 0.0;
+  std::string square;
   auto* calibrate = app.add_subcommand("calibrate", kCalibrateHelp);
   calibrate->add_option("PICTURES", calibration.pictures, "PNG, TIFF or JPEG")->type_name("FILE")->required();
   calibrate->add_option("--squares", squares, "of the board along its sides, black and white, as in 9x6")
       ->type_name("COLUMNSxROWS")
       ->required();
-  calibrate->add_option("--square-mm", square_mm, "side of a square")
-      ->type_name("MM")
-      ->required()
-      ->check(manual::number(0.1, 1000.0));
+  calibrate
+      ->add_option("--square-mm", square,
+                   "side of a square; or, as ten squares measured along both sides give them, those along the rows and "
+                   "along the columns, as in 10.2x10")
+      ->type_name("MM[xMM]")
+      ->required();
   calibrate->add_option("--gel", calibration.gel, "gel file to write the lens into; without: the paper's sensor")
       ->type_name("FILE");
   calibrate->add_option("--output", calibration.output, "gel file to be written")->type_name("FILE")->required();
@@ -104,7 +120,13 @@ tl::expected<Command, int> parseArguments(int argc, char** argv) {
   if (calibrate->parsed()) {
     const auto size = parseSquares(squares);
     if (!size) return failed("--squares is to be two numbers of 4 or more, such as 9x6; see traction-lens --help");
-    calibration.board = {size->first, size->second, 1e-3 * square_mm};
+    const auto sides = parseSquare(square);
+    if (!sides) return failed("--square-mm is to be one or two lengths of 0.1 to 1000 mm, such as 10 or 10.2x10");
+    calibration.board = {size->first, size->second, 1e-3 * sides->first, sides->second / sides->first};
+    calibration.boardIsMeasured = square.find('x') != std::string::npos;
+    if (size->first == size->second && sides->first != sides->second) {
+      return failed("squares that are oblong need a board with more of them along one side than along the other");
+    }
     return [calibration] { return lens::calibrate(calibration); };
   }
   if (pose->parsed()) return [posing] { return lens::pose(posing); };

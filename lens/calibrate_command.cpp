@@ -103,8 +103,25 @@ double reach(const std::vector<View>& views, const sensor::Camera& camera) {
   return seen / whole;
 }
 
-void checkFit(const std::vector<View>& views, const LensFit& fit, Faults& faults) {
-  if (fit.oddView || fit.residual_px > kNoOneLens_px) {
+/// Returns how the squares of a board are not square: "0.50 % wider than high".
+std::string oblongInWords(double tall) {
+  return fixed(100.0 * std::abs(1.0 / tall - 1.0), 2) + " % " +
+         (tall < 1.0 ? "wider than high" : "less wide than high");
+}
+
+/// Returns the sides of such squares for the command line, the height being as given: "10.05x10".
+std::string squareExample(const Board& board, double tall) {
+  char text[60];
+  const double height_mm = 1e3 * board.square * board.tall;
+  std::snprintf(text, sizeof text, "%.4gx%.4g", height_mm / tall, height_mm);
+  return text;
+}
+
+void checkFit(const std::vector<View>& views, const LensFit& fit, const Board& board, Faults& faults) {
+  // From the front alone no lens is told, and what is left of a picture says nothing of it.
+  const bool isFrontal = fit.outcome != LensFit::Outcome::kDone &&
+                         std::ranges::count_if(fit.tilt, [](double tilt) { return tilt >= kTilted; }) < 2;
+  if ((fit.oddView && !isFrontal) || fit.residual_px > kNoOneLens_px) {
     const auto worst = std::ranges::max_element(fit.viewResidual_px) - fit.viewResidual_px.begin();
     const auto i = static_cast<std::size_t>(fit.oddView.value_or(static_cast<int>(worst)));
     faults.push_back(fault(*views[i].file,
@@ -112,9 +129,19 @@ void checkFit(const std::vector<View>& views, const LensFit& fit, Faults& faults
                                fixed(fit.residual_px, 2) + " px of all",
                            "another lens or focus, a bent board, or moved while it was taken; leave it out"));
   }
-  if (!faults.empty() || fit.outcome == LensFit::Outcome::kDone) return;
+  if (!faults.empty()) return;
   std::string files;
   for (const View& view : views) files += (files.empty() ? "" : ", ") + *view.file;
+  if (fit.outcome == LensFit::Outcome::kDone && fit.scale == Scale::kEither) {
+    faults.push_back(fault(files,
+                           "do not tell whether the board's squares are oblong" +
+                               (fit.tall == 1.0 ? "" : " (" + oblongInWords(fit.tall) + ")") +
+                               " or the camera's pixels are (aspect " + fixed(fit.otherAspect, 4) + ")",
+                           "measure ten squares along both sides of the board and write both, as in --square-mm " +
+                               squareExample(board, fit.tall) +
+                               ", or add pictures with the board turned by 90 degrees"));
+  }
+  if (fit.outcome == LensFit::Outcome::kDone) return;
   std::string what = "do not tell the focal length",
               remedy = "tilt the board by 20 to 45 degrees, to each side in turn";
   if (fit.outcome == LensFit::Outcome::kDegenerate) {
@@ -158,8 +185,13 @@ void print(const std::vector<View>& views, const LensFit& fit, const Board& boar
   if (fit.aspectDeviation) {
     const tractiond::calibrate::AspectSeen seen{.expected = aspect, .aspect = fit.camera.aspect};
     std::printf("  note: %s: the pixels have another shape, or the pictures were resized; the gel file is given "
-                "camera.aspect = %.4f\n",
+                "camera.aspect = %.4f. If the pixels are square, measure ten squares along both sides of the board\n",
                 seen.what().c_str(), fit.camera.aspect);
+  }
+  if (fit.scale == Scale::kBoard) {
+    std::printf("  note: the board's squares are %s (+- %.2f %%), by the pictures; the lens takes that into account. "
+                "Measure ten squares along both sides, and write both, as in --square-mm %s\n",
+                oblongInWords(fit.tall).c_str(), 100.0 * fit.tallDeviation, squareExample(board, fit.tall).c_str());
   }
   const double seen = reach(views, fit.camera);
   if (seen < kReach) {
@@ -198,8 +230,9 @@ Done calibrate(const CalibrateOptions& options) {
   for (const View& view : views) corners.push_back(view.corners);
   LensFitOptions fitOptions;
   fitOptions.aspect = camera.aspect;
+  fitOptions.boardIsMeasured = options.boardIsMeasured;
   const LensFit fit = fitLens(corners, options.board, width, height, fitOptions);
-  checkFit(views, fit, faults);
+  checkFit(views, fit, options.board, faults);
   if (!faults.empty()) return tl::unexpected(faults);
   print(views, fit, options.board, fitOptions.aspect);
 

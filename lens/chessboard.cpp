@@ -117,7 +117,7 @@ std::string rounded(double value) {
 }  // namespace
 
 Eigen::Vector2d Board::corner(int index) const {
-  return square * Eigen::Vector2d(index % (columns - 1), index / (columns - 1));
+  return square * Eigen::Vector2d(index % (columns - 1), tall * (index / (columns - 1)));
 }
 
 tl::expected<Corners, std::string> findCorners(const cv::Mat& grey, const Board& board) {

@@ -12,7 +12,8 @@ namespace lens {
 /// A plain chessboard with a white margin. Only its inner corners are used: (columns - 1) x (rows - 1).
 struct Board {
   int columns = 9, rows = 6;  ///< number of squares along its sides, at least 4 (not checked)
-  double square = 10e-3;      ///< side of a square [m]
+  double square = 10e-3;      ///< side of a square along a row, x [m]
+  double tall = 1.0;          ///< side of a square along y, relative to that along x
 
   int corners() const { return (columns - 1) * (rows - 1); }  ///< Returns the number of inner corners.
   /// Returns the place of an inner corner on the board [m]. They are counted row by row; the first one is the origin,

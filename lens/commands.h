@@ -21,6 +21,7 @@ using Done = tl::expected<void, Faults>;
 struct CalibrateOptions {
   std::vector<std::string> pictures;  ///< files, at least five, all of one size
   Board board;
+  bool boardIsMeasured = false;  ///< both sides of the squares are known
   /// Gel file that the lens is written into; empty: the paper's sensor. If it does not state the picture's size, the
   /// size of the pictures is used.
   std::string gel;
@@ -29,10 +30,10 @@ struct CalibrateOptions {
 };
 
 /// Estimates the lens from pictures of a chessboard and writes a gel file with its uncertainties. The gel file's pose
-/// is kept; its aspect, too, unless the pictures contradict it. Errors: those of loadGel() and readPicture();
-/// EX_DATAERR for each picture that shows no board or differs from the others in size, sharpness or lens, for too few
-/// pictures, for another size than the gel file's, and if the pictures do not determine the focal length; EX_CANTCREAT,
-/// also for a file that exists.
+/// is kept; its aspect, too, unless the pictures contradict it and tell that it is not the board. Errors: those of
+/// loadGel() and readPicture(); EX_DATAERR for each picture that shows no board or differs from the others in size,
+/// sharpness or lens, for too few pictures, for another size than the gel file's, and if the pictures do not determine
+/// the focal length; EX_CANTCREAT, also for a file that exists.
 Done calibrate(const CalibrateOptions& options);
 
 struct PictureOptions {

@@ -11,14 +11,17 @@ namespace lens {
 
 namespace {
 
-constexpr int kLens = 5;    // focal length, principal point, k1, k2 ...
-constexpr int kAspect = 5;  // ... and the aspect, if it is estimated
+constexpr int kLens = 5;   // focal length, principal point, k1, k2 ...
+constexpr int kExtra = 5;  // ... and the aspect or the board's, if one of them is estimated
 constexpr int kMostLens = 6;
 constexpr int kPose = 6;
 constexpr double kAny = 0.0;      // instead of an aspect: it is estimated
 constexpr double kGood_px = 1.0;  // a smaller residual shows that the right minimum was found
 constexpr double kLittle_px = 0.1;
 constexpr double kFrontal = 10.0 * CV_PI / 180.0;
+constexpr double kMostOblong = 0.1;  // a printer's or a copier's fault, relative
+constexpr int kBoardSteps = 8;
+constexpr double kBoardSettled = 1e-7;
 
 /// The camera in OpenCV's form.
 struct Model {
@@ -91,16 +94,54 @@ Model best(const std::vector<Corners>& views, const Board& board, cv::Size size,
   return found;
 }
 
+enum class Extra { kNone, kAspect, kBoard };
+
 /// Information of the views about the lens, with the poses eliminated, and the residuals of the corners.
 class Information {
  public:
   using Lens = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostLens, kMostLens>;
   using Figures = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostLens, 1>;
 
-  explicit Information(const Model& model)
+  /// \param extra what is estimated beside the lens
+  Information(const Model& model, Extra extra, const std::vector<Corners>& views, const Board& board)
       : model_(model)
-      , figures_(model.ownAspect ? kMostLens : kLens)
-      , information_(Lens::Zero(figures_, figures_)) {}
+      , extra_(extra)
+      , figures_(extra == Extra::kNone ? kLens : kMostLens)
+      , information_(Lens::Zero(figures_, figures_)) {
+    for (std::size_t i = 0; i < views.size(); ++i) add(views[i], board, i);
+  }
+  Information(const Model& model, const std::vector<Corners>& views, const Board& board)
+      : Information(model, model.ownAspect ? Extra::kAspect : Extra::kNone, views, board) {}
+
+  /// Returns the standard deviations of focal length, principal point, k1, k2 and, if it is estimated, aspect: the
+  /// larger of two estimates for each. They are not finite if the views do not determine them.
+  Figures deviations() const { return ofNoise().cwiseMax(ofViews()).cwiseSqrt(); }
+
+  /// Returns the Gauss-Newton step of what is estimated beside the lens.
+  double step() const {
+    const Figures scale = information_.diagonal().cwiseSqrt().cwiseInverse();
+    Figures pull = Figures::Zero(figures_);
+    for (const View& view : views_) pull += view.pull;
+    const Figures scaled = scale.asDiagonal() * pull;
+    return scale[kExtra] * factorOf(information_, scale).solve(scaled)[kExtra];
+  }
+
+  double squares() const { return squares_; }
+  /// Returns the sum of squares of a view.
+  double squaresOf(std::size_t view) const { return views_[view].squares; }
+  /// Returns the standard deviation of a coordinate, from the residuals.
+  double scatter_px() const { return std::sqrt(squares_ / static_cast<double>(freedom())); }
+  double residual_px() const { return std::sqrt(squares_ / static_cast<double>(coordinates_)); }
+
+  std::vector<double> residuals_px;
+
+ private:
+  struct View {
+    Lens ofLens;   ///< information about the lens, with the pose eliminated, for a noise of 1 px [1 / px^2]
+    Figures pull;  ///< half the gradient of its squares, with the pose eliminated; the sum over the views is 0
+    double squares;
+    Eigen::Index coordinates;
+  };
 
   void add(const Corners& view, const Board& board, std::size_t index) {
     std::vector<cv::Point2f> places;
@@ -116,10 +157,11 @@ class Information {
       // fx is the focal length, fy = aspect fx.
       byLens(i, 0) = row[6] + model_.aspect() * row[7];
       for (int k = 1; k < kLens; ++k) byLens(i, k) = row[7 + k];
-      if (model_.ownAspect) byLens(i, kAspect) = model_.focal_px() * row[7];
+      if (extra_ == Extra::kAspect) byLens(i, kExtra) = model_.focal_px() * row[7];
       const cv::Point2f place = places[static_cast<std::size_t>(i / 2)];
       left[i] = view.place_px(i % 2, i / 2) - (i % 2 == 0 ? place.x : place.y);
     }
+    if (extra_ == Extra::kBoard) byLens.col(kExtra) = byBoard(board, index);
     const Eigen::Matrix<double, kPose, kPose> ofPose = byPose.transpose() * byPose;
     const Eigen::Matrix<double, kPose, Eigen::Dynamic, 0, kPose, kMostLens> mixed = byPose.transpose() * byLens;
     const Eigen::LDLT<Eigen::Matrix<double, kPose, kPose>> poseFactor(ofPose);
@@ -133,24 +175,28 @@ class Information {
     residuals_px.push_back(std::sqrt(squares / static_cast<double>(rows)));
   }
 
-  /// Returns the standard deviations of focal length, principal point, k1, k2 and, if it is estimated, aspect: the
-  /// larger of two estimates for each. They are not finite if the views do not determine them.
-  Figures deviations() const { return ofNoise().cwiseMax(ofViews()).cwiseSqrt(); }
-
-  double squares() const { return squares_; }
-  /// Returns the standard deviation of a coordinate, from the residuals.
-  double scatter_px() const { return std::sqrt(squares_ / static_cast<double>(freedom())); }
-  double residual_px() const { return std::sqrt(squares_ / static_cast<double>(coordinates_)); }
-
-  std::vector<double> residuals_px;
-
- private:
-  struct View {
-    Lens ofLens;   ///< information about the lens, with the pose eliminated, for a noise of 1 px [1 / px^2]
-    Figures pull;  ///< half the gradient of its squares, with the pose eliminated; the sum over the views is 0
-    double squares;
-    Eigen::Index coordinates;
-  };
+  /// Returns the derivatives of a view's coordinates by Board::tall.
+  Eigen::VectorXd byBoard(const Board& board, std::size_t index) const {
+    constexpr double kStep = 1e-4;
+    Eigen::VectorXd change = Eigen::VectorXd::Zero(2 * board.corners());
+    for (const double side : {1.0, -1.0}) {
+      Board other = board;
+      other.tall += side * kStep;
+      std::vector<cv::Point3d> points;
+      for (int i = 0; i < board.corners(); ++i) {
+        const Eigen::Vector2d place = other.corner(i) / other.square;
+        points.emplace_back(place.x(), place.y(), 0.0);
+      }
+      std::vector<cv::Point2d> seen;
+      cv::projectPoints(points, model_.rotations[index], model_.translations[index], model_.matrix, model_.distortion,
+                        seen);
+      for (int i = 0; i < board.corners(); ++i) {
+        change[2 * i] += side / (2.0 * kStep) * seen[static_cast<std::size_t>(i)].x;
+        change[2 * i + 1] += side / (2.0 * kStep) * seen[static_cast<std::size_t>(i)].y;
+      }
+    }
+    return change;
+  }
 
   Eigen::LDLT<Lens> factorOf(const Lens& information, const Figures& scale) const {
     return Eigen::LDLT<Lens>(scale.asDiagonal() * information * scale.asDiagonal());
@@ -190,6 +236,7 @@ class Information {
   Eigen::Index freedom() const { return coordinates_ - figures_ - kPose * static_cast<Eigen::Index>(views_.size()); }
 
   const Model& model_;
+  Extra extra_;
   Eigen::Index figures_;
   Lens information_;
   std::vector<View> views_;
@@ -209,8 +256,7 @@ double squaresWithout(std::size_t left, std::vector<Corners> views, const Board&
   views.erase(views.begin() + static_cast<std::ptrdiff_t>(left));
   const Model model = best(views, board, size, aspect);
   if (!model.isFinite()) return std::numeric_limits<double>::infinity();
-  Information rest(model);
-  for (std::size_t i = 0; i < views.size(); ++i) rest.add(views[i], board, i);
+  const Information rest(model, views, board);
   *scatter_px = rest.scatter_px();
   return rest.squares();
 }
@@ -242,36 +288,113 @@ std::optional<int> oddView(const std::vector<Corners>& views, const Board& board
 
 namespace {
 
-/// Returns the expected aspect, or kAny if the views contradict it.
-double aspectFor(const std::vector<Corners>& views, const Board& board, cv::Size size, const LensFitOptions& options) {
-  const Model model = best(views, board, size, kAny);
-  if (!model.isFinite()) return options.aspect;
-  Information information(model);
-  for (std::size_t i = 0; i < views.size(); ++i) information.add(views[i], board, i);
-  const double deviation = information.deviations()[kAspect], off = std::abs(model.aspect() - options.aspect);
-  const bool isOther =
-      std::isfinite(deviation) && off > std::max(options.otherAspect * deviation, options.leastOtherAspect);
-  return isOther ? kAny : options.aspect;
+/// A fit in which the board's squares have their own sides.
+struct Oblong {
+  Board board;
+  Model model;
+};
+
+/// Estimates Board::tall with the lens, by Gauss-Newton steps. Returns nothing if it does not settle near the given
+/// one.
+std::optional<Oblong> oblong(const std::vector<Corners>& views, Board board, cv::Size size, double aspect) {
+  const double given = board.tall;
+  for (int step = 0; step < kBoardSteps; ++step) {
+    Model model = best(views, board, size, aspect);
+    if (!model.isFinite()) return std::nullopt;
+    const double change = Information(model, Extra::kBoard, views, board).step();
+    if (!(std::abs(board.tall + change - given) < kMostOblong * given)) return std::nullopt;
+    if (std::abs(change) < kBoardSettled) return Oblong{board, std::move(model)};
+    board.tall += change;
+  }
+  return Oblong{board, best(views, board, size, aspect)};
+}
+
+/// Returns by how many deviations the second fit explains the views better than the first (Vuong 1989): the mean
+/// difference of the views' squares over its own deviation. Infinite if its squares are fewer by a large factor.
+double better(const Information& first, const Information& second, std::size_t views, double farBetter) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  if (first.squares() > farBetter * second.squares()) return kFar;
+  if (second.squares() > farBetter * first.squares()) return -kFar;
+  const auto count = static_cast<double>(views);
+  const double mean = (first.squares() - second.squares()) / count;
+  double squares = 0.0;
+  for (std::size_t i = 0; i < views; ++i) squares += std::pow(first.squaresOf(i) - second.squaresOf(i) - mean, 2);
+  return mean / std::sqrt(squares / (count - 1.0) / count);
+}
+
+/// What explains the views, with its fit; and what was tried.
+struct Explained {
+  Scale scale = Scale::kAsExpected;
+  Board board;
+  Model model;
+  double otherAspect = 1.0, tall = 1.0, tallDeviation = 0.0;
+};
+
+Explained explain(const std::vector<Corners>& views, const Board& board, cv::Size size, const LensFitOptions& options) {
+  Explained found{.board = board, .model = best(views, board, size, options.aspect)};
+  const auto isOther = [&](double value, double expected, double deviation) {
+    const double off = std::abs(value - expected);
+    return std::isfinite(deviation) &&
+           off > std::max(options.otherAspect * deviation, options.leastOtherAspect * expected);
+  };
+  Model pixels = best(views, board, size, kAny);
+  if (!pixels.isFinite()) return found;
+  const Information ofPixels(pixels, views, board);
+  found.otherAspect = pixels.aspect();
+  const bool otherPixels = isOther(pixels.aspect(), options.aspect, ofPixels.deviations()[kExtra]);
+  std::optional<Oblong> other;
+  const bool isSquare = board.columns == board.rows;  // it may lie either way
+  if (!options.boardIsMeasured && !isSquare) other = oblong(views, board, size, options.aspect);
+  if (!other || !other->model.isFinite()) {
+    if (otherPixels) found.scale = isSquare && !options.boardIsMeasured ? Scale::kEither : Scale::kPixels;
+    if (found.scale == Scale::kPixels) found.model = std::move(pixels);
+    return found;
+  }
+  const Information ofBoard(other->model, Extra::kBoard, views, other->board);
+  found.tall = other->board.tall;
+  found.tallDeviation = ofBoard.deviations()[kExtra];
+  const bool otherBoard = isOther(found.tall, board.tall, found.tallDeviation);
+  if (!otherPixels && !otherBoard) return found;
+  const double boardIsBetter = better(ofPixels, ofBoard, views.size(), options.farBetter);
+  if (boardIsBetter > options.better) {
+    if (!otherBoard) return found;
+    found.scale = Scale::kBoard;
+    found.board = other->board;
+    found.model = std::move(other->model);
+  } else if (boardIsBetter < -options.better) {
+    if (!otherPixels) return found;
+    found.scale = Scale::kPixels;
+    found.model = std::move(pixels);
+  } else {
+    found.scale = Scale::kEither;
+  }
+  return found;
 }
 
 }  // namespace
 
-LensFit fitLens(const std::vector<Corners>& views, const Board& board, int width_px, int height_px,
+LensFit fitLens(const std::vector<Corners>& views, const Board& asGiven, int width_px, int height_px,
                 const LensFitOptions& options) {
   LensFit fit;
   const cv::Size size(width_px, height_px);
-  const double aspect = aspectFor(views, board, size, options);
-  const Model model = best(views, board, size, aspect);
+  const Explained explained = explain(views, asGiven, size, options);
+  const Model& model = explained.model;
+  const Board& board = explained.board;
   if (!model.isFinite()) return fit;
+  fit.scale = explained.scale;
+  fit.otherAspect = explained.otherAspect;
+  fit.tall = explained.tall;
+  fit.tallDeviation = explained.tallDeviation;
 
-  Information information(model);
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    information.add(views[i], board, i);
-    fit.tilt.push_back(tiltOf(model.rotations[i]));
-  }
+  const Information information(model,
+                                model.ownAspect                    ? Extra::kAspect
+                                : explained.scale == Scale::kBoard ? Extra::kBoard
+                                                                   : Extra::kNone,
+                                views, board);
+  for (const cv::Mat& rotation : model.rotations) fit.tilt.push_back(tiltOf(rotation));
   fit.viewResidual_px = information.residuals_px;
   fit.residual_px = information.residual_px();
-  fit.oddView = oddView(views, board, size, aspect, information, options);
+  fit.oddView = oddView(views, board, size, model.ownAspect ? kAny : options.aspect, information, options);
   fit.camera.width = width_px;
   fit.camera.height = height_px;
   fit.camera.focal_px = model.focal_px();
@@ -280,7 +403,7 @@ LensFit fitLens(const std::vector<Corners>& views, const Board& board, int width
   fit.camera.k1 = model.distortion.at<double>(0);
   fit.camera.k2 = model.distortion.at<double>(1);
   const auto deviations = information.deviations();
-  if (model.ownAspect) fit.aspectDeviation = deviations[kAspect];
+  if (model.ownAspect) fit.aspectDeviation = deviations[kExtra];
   fit.focalDeviation_px = deviations[0];
   fit.principalDeviation_px = deviations.segment<2>(1);
   fit.k1Deviation = deviations[3];

@@ -14,10 +14,24 @@ struct LensFitOptions {
   double aspect = 1.0;                  ///< expected aspect; it is held unless the views contradict it
   double otherAspect = 5.0;             ///< number of standard deviations from the expected aspect, and ...
   double leastOtherAspect = 2e-3;       ///< ... relative difference, beyond both of which the aspect is estimated
+  /// The board's squares were measured along both sides. If not, oblong squares are tried as the cause first, with the
+  /// same two limits.
+  bool boardIsMeasured = false;
+  double better = 2.5;     ///< deviations by which one of the two causes must explain the views better, or ...
+  double farBetter = 2.0;  ///< ... factor of the sum of squares; else it is not told which one it is
   /// A view is odd if its residual exceeds that of the other views, fitted without it, by this factor, ...
   double odd = 3.0;
-  /// ... and this limit [px]. Smaller residuals are noise, which may be several times larger in one view.
-  double leastOdd_px = 0.06;
+  /// ... and this limit [px]. Smaller residuals come from noise, light or blur, which may differ several times between
+  /// views, and do not harm the lens.
+  double leastOdd_px = 0.2;
+};
+
+/// What the views say of the board's squares and the camera's pixels.
+enum class Scale {
+  kAsExpected,  ///< square squares and the expected aspect explain them
+  kPixels,      ///< another aspect explains them
+  kBoard,       ///< oblong squares explain them
+  kEither       ///< one of the two, but which is not told; the lens is that of the expected aspect
 };
 
 struct LensFit {
@@ -30,15 +44,24 @@ struct LensFit {
   Eigen::Vector2d principalDeviation_px = Eigen::Vector2d::Zero();
   double k1Deviation = 0.0, k2Deviation = 0.0;
   std::optional<double> aspectDeviation;  ///< empty: the aspect was held
-  double residual_px = 0.0;               ///< root mean square over all coordinates
-  std::vector<double> viewResidual_px;    ///< per view
-  std::vector<double> tilt;               ///< per view: angle between the board and the picture's plane [rad]
-  std::optional<int> oddView;             ///< view that does not fit the others; all other results are then unreliable
+  Scale scale = Scale::kAsExpected;
+  double otherAspect = 1.0;    ///< kPixels, kEither: the aspect that explains the views
+  double tall = 1.0;           ///< kBoard, kEither: side of a square along y relative to x that explains the views
+  double tallDeviation = 0.0;  ///< its standard deviation
+  double residual_px = 0.0;    ///< root mean square over all coordinates
+  std::vector<double> viewResidual_px;  ///< per view
+  std::vector<double> tilt;             ///< per view: angle between the board and the picture's plane [rad]
+  std::optional<int> oddView;           ///< view that does not fit the others; all other results are then unreliable
 };
 
 /// Minimises the sum over views and corners of |seen - project(camera, pose, corner)|^2 over camera and poses, by
 /// OpenCV's Levenberg-Marquardt. The lens has one focal length, k1 and k2, no tangential distortion, and a free aspect
 /// only if the views contradict the expected one.
+///
+/// A board that was printed wider than high looks much like pixels that are not square. So if the views contradict the
+/// expected aspect, both are estimated, and the one that explains the views better, by the differences of the views'
+/// squares (Vuong 1989), is used. Boards that all stand alike in the picture do not tell them apart, those turned by 90
+/// degrees do. A board with as many columns as rows may lie either way, and is taken for one of squares.
 ///
 /// Each standard deviation is the larger of two estimates: one from the residuals, with separate noise for each view,
 /// which holds if the errors of corners are independent; the other from the change of the lens without one view

@@ -119,6 +119,7 @@ TEST_F(CalibrateCommand, FindsAScaleThatDiffers) {
     const cv::Mat picture = photograph(kTilted[0], kTilted[1]);
     if (findCorners(picture, options.board)) add(picture);
   }
+  options.force = true;
   for (const double believed : {1.0, 1.035, 1.1}) {
     options.gel = path("in.toml");
     write(options.gel, "format = 1\n[camera]\naspect = " + std::to_string(believed) + "\n");
@@ -235,6 +236,7 @@ TEST_F(CalibrateCommand, NamesEveryPictureThatDoesNotServe) {
   write(options.pictures[2], whole.substr(0, draw.generator() % whole.size()));
   std::filesystem::remove(options.pictures[5]);
   write(options.output, "what was there");
+  options.force = true;
   const Done done = calibrate(options);
   ASSERT_FALSE(done);
   for (const auto& fault : done.error()) std::printf("%s\n", fault.message().c_str());

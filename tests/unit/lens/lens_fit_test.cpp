@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <numeric>
 #include <random>
 #include <thread>
@@ -185,6 +186,133 @@ TEST(ExactCorners, GiveTheAspectExactly) {
     EXPECT_NEAR(fit.camera.focal_px, truth.focal, 2e-3);
     EXPECT_NEAR(fit.camera.k1, truth.k1, 3e-5);
     EXPECT_LT(fit.residual_px, 5e-5);
+  }
+}
+
+/// Boards of which every other one is turned by 90 degrees, or none.
+std::vector<Corners> turnedCorners(Draw& draw, const TrueCamera& truth, const Board& board, double error_px,
+                                   bool turned) {
+  std::vector<Corners> views(kPictures);
+  std::normal_distribution<double> normal(0.0, error_px);
+  for (int i = 0; i < kPictures; ++i) {
+    BoardPose pose = draw.pose(truth, board, kTilted[0], kTilted[1]);
+    if (turned && i % 2 == 1) {
+      const Eigen::Vector2d middle = 0.5 * board.corner(board.corners() - 1);
+      const Eigen::Vector3d seen = pose.turn.leftCols<2>() * middle + pose.shift;
+      pose.turn = pose.turn * Eigen::AngleAxisd(0.5 * std::numbers::pi, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+      pose.shift = seen - pose.turn.leftCols<2>() * middle;
+    }
+    Corners& view = views[static_cast<std::size_t>(i)];
+    view.place_px.resize(2, board.corners());
+    for (int k = 0; k < board.corners(); ++k) {
+      view.place_px.col(k) =
+          seenAt(truth, pose, board.corner(k)) + Eigen::Vector2d(normal(draw.generator), normal(draw.generator));
+    }
+  }
+  return views;
+}
+
+/// Printed too wide by a share, which nobody says.
+class OblongBoard : public testing::TestWithParam<double> {
+ protected:
+  static constexpr double kError_px = 0.03;
+  static void expectTheLens(const LensFit& fit, const TrueCamera& truth) {
+    for (const double pull : pulls(fit, truth)) EXPECT_LT(std::abs(pull), 5.0);
+  }
+
+  Draw draw{tractiond::test::seed()};
+  Board asGiven{10, 7, 10e-3}, printed{10, 7, GetParam() * 10e-3, 1.0 / GetParam()};
+};
+
+TEST_P(OblongBoard, IsNeverTakenForOtherPixels) {
+  std::array<int, 4> told{};
+  for (int i = 0; i < 12; ++i) {
+    const TrueCamera truth = draw.camera();
+    const bool turned = i % 2 == 1;
+    const auto views = turnedCorners(draw, truth, printed, kError_px, turned);
+    const LensFit fit = fitLens(views, asGiven, truth.width, truth.height);
+    ASSERT_EQ(fit.outcome, LensFit::Outcome::kDone);
+    EXPECT_EQ(fit.camera.aspect, 1.0);
+    EXPECT_FALSE(fit.aspectDeviation);
+    ++told[static_cast<std::size_t>(fit.scale)];
+    if (turned) {
+      EXPECT_EQ(fit.scale, Scale::kBoard);
+    }
+    if (fit.scale != Scale::kBoard) continue;
+    EXPECT_NEAR(fit.tall, printed.tall, 5 * fit.tallDeviation);
+    EXPECT_LT(fit.tallDeviation, 2e-3);
+    expectTheLens(fit, truth);
+    // With the sides as they were measured, nothing is doubted.
+    LensFitOptions options;
+    options.boardIsMeasured = true;
+    const LensFit measured = fitLens(views, printed, truth.width, truth.height, options);
+    EXPECT_EQ(measured.scale, Scale::kAsExpected);
+    expectTheLens(measured, truth);
+  }
+  std::printf("board %d, pixels %d, either %d, neither %d\n", told[2], told[1], told[3], told[0]);
+}
+
+TEST_P(OblongBoard, IsNotWhatOtherPixelsAreTakenFor) {
+  std::array<int, 4> told{};
+  for (int i = 0; i < 12; ++i) {
+    TrueCamera truth = draw.camera();
+    truth.aspect = 1.0 / GetParam();
+    const bool turned = i % 2 == 1;
+    const LensFit fit =
+        fitLens(turnedCorners(draw, truth, asGiven, kError_px, turned), asGiven, truth.width, truth.height);
+    ASSERT_EQ(fit.outcome, LensFit::Outcome::kDone);
+    EXPECT_NE(fit.scale, Scale::kBoard);
+    ++told[static_cast<std::size_t>(fit.scale)];
+    if (turned) {
+      EXPECT_EQ(fit.scale, Scale::kPixels);
+    }
+    if (fit.scale != Scale::kPixels) continue;
+    EXPECT_NEAR(fit.camera.aspect, truth.aspect, 5 * *fit.aspectDeviation);
+    expectTheLens(fit, truth);
+  }
+  std::printf("board %d, pixels %d, either %d, neither %d\n", told[2], told[1], told[3], told[0]);
+}
+
+INSTANTIATE_TEST_SUITE_P(Shares, OblongBoard, testing::Values(1.005, 1.02, 1.05));
+
+/// Boards that stand upright and hardly tilted: what is wide in them is wide in all.
+TEST(AnyBoard, SeenAlikeInAllPicturesTellsNotWhichOfTheTwoIsOblong) {
+  Draw draw(tractiond::test::seed());
+  const Board asGiven{10, 7, 10e-3};
+  TrueCamera truth;
+  truth.aspect = 0.99;
+  std::vector<Corners> views;
+  std::normal_distribution<double> normal(0.0, 0.05);
+  for (int i = 0; i < kPictures; ++i) {
+    const double tilt = (i % 3 - 1) * 0.25;
+    BoardPose pose;
+    pose.turn = Eigen::AngleAxisd(tilt, Eigen::Vector3d::UnitX()).toRotationMatrix();
+    pose.shift = Eigen::Vector3d(-0.04 + 2e-3 * i, -0.025, 0.3 + 5e-3 * (i % 4));
+    Corners view;
+    view.place_px.resize(2, asGiven.corners());
+    for (int k = 0; k < asGiven.corners(); ++k) {
+      view.place_px.col(k) =
+          seenAt(truth, pose, asGiven.corner(k)) + Eigen::Vector2d(normal(draw.generator), normal(draw.generator));
+    }
+    views.push_back(view);
+  }
+  const LensFit fit = fitLens(views, asGiven, truth.width, truth.height);
+  EXPECT_NE(fit.scale, Scale::kBoard);
+  EXPECT_NE(fit.scale, Scale::kPixels);
+  EXPECT_EQ(fit.camera.aspect, 1.0);
+  std::printf("scale %d, tall %.4f, aspect %.4f\n", static_cast<int>(fit.scale), fit.tall, fit.otherAspect);
+}
+
+/// One picture of a sharp set that is less sharp is none through another lens.
+TEST(ExactCorners, OneViewOfThreeTimesTheErrorIsNotOdd) {
+  Draw draw(tractiond::test::seed());
+  const Board board{10, 7, 10e-3};
+  for (int i = 0; i < 5; ++i) {
+    const TrueCamera truth = draw.camera();
+    auto views = seenCorners(draw, truth, board, 0.02);
+    views[3] = seenCorners(draw, truth, board, 0.1)[0];
+    const LensFit fit = fitLens(views, board, truth.width, truth.height);
+    EXPECT_FALSE(fit.oddView) << fit.viewResidual_px[3];
   }
 }
 

@@ -153,6 +153,11 @@ class CommandLine(unittest.TestCase):
             self.check(["calibrate", "a.png", "--squares=" + squares, "--square-mm", "10", "--output", "o"], 64,
                        "--squares is to be two numbers")
         self.check(["calibrate", "no.png", "--squares", "9x6", "--square-mm", "10", "--output", "o"], 66, "no.png")
+        self.check(["calibrate", "no.png", "--squares", "9x6", "--square-mm", "10.2x10", "--output", "o"], 66, "no.png")
+        self.check(["calibrate", "no.png", "--squares", "6x6", "--square-mm", "10.2x10", "--output", "o"], 64, "oblong")
+        for side in ("x", "10x", "10y10", "0", "-1", "nan", "10x10x10", "10x0.01", "1e9"):
+            self.check(["calibrate", "a.png", "--squares=9x6", "--square-mm=" + side, "--output", "o"], 64,
+                       "--square-mm is to be one or two lengths")
         self.check(["pose", "no.png", "--gel", "no.toml", "--output", "o"], 66, "no.toml")
         self.check(["sheet", "--output-dir", "/proc/none"], 73, "/proc/none/layer1.svg")
 
