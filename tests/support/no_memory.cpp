@@ -51,6 +51,11 @@ int zmq_msg_copy(zmq_msg_t* to, zmq_msg_t* from) {
 int zmq_msg_init_data(zmq_msg_t* message, void* data, std::size_t size, zmq_free_fn* free, void* hint) {
   return tractiond::test::unlessMemoryLacks("zmq_msg_init_data", zmq_msg_init_data, message, data, size, free, hint);
 }
+#if ZMQ_VERSION >= ZMQ_MAKE_VERSION(4, 3, 5)  // before, it calls zmq_msg_init_size()
+int zmq_send(void* socket, const void* data, std::size_t size, int flags) {
+  return tractiond::test::unlessMemoryLacks("zmq_send", zmq_send, socket, data, size, flags);
+}
+#endif
 int zmq_msg_init_size(zmq_msg_t* message, std::size_t size) {
   return tractiond::test::unlessMemoryLacks("zmq_msg_init_size", zmq_msg_init_size, message, size);
 }

@@ -153,28 +153,22 @@ def cache_directory():
     return path
 
 
-def copy_into(folder, file):
-    """A link where it can be one, as nobody writes into it; else a copy, which is there whole or not at all."""
-    try:
-        os.link(file, folder / file.name)
-    except FileExistsError:
-        pass
-    except OSError:  # another file system
-        part = folder / f".{file.name}.{os.getpid()}"
-        shutil.copyfile(file, part)
-        part.rename(folder / file.name)
-
-
 def lend_factors(state):
-    """What daemons have computed before into a state directory, which is made."""
+    """What daemons have computed before into a state directory, which is made. Links, as copies may fill a /tmp in memory."""
     state.mkdir(parents=True, exist_ok=True)
     for cached in cache_directory().glob("*.factors"):
-        copy_into(state, cached)
+        with contextlib.suppress(FileExistsError):
+            (state / cached.name).symlink_to(cached)
 
 
 def keep_factors(state):
     for made in state.glob("*.factors"):
-        copy_into(cache_directory(), made)
+        kept = cache_directory() / made.name
+        if kept.exists():
+            continue
+        part = kept.with_name(f".{made.name}.{os.getpid()}")  # it is there whole or not at all
+        shutil.copyfile(made, part)
+        part.rename(kept)
 
 
 BITS = {"RGB8": 24, "BayerRG8": 8, "BayerGR8": 8, "Mono8": 8, "Mono12p": 12}  # of a pixel
