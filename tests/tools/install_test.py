@@ -48,7 +48,6 @@ class Install(unittest.TestCase):
         patterns = [line.split()[0] for line in lists.splitlines()]
         for file in self.files():
             path = f"usr/{file}".replace("site-functions", "vendor-completions")  # as debian/rules moves them
-            path = re.sub("^usr/lib/(systemd|udev)/", r"lib/\1/", path)
             path = pathlib.PurePath(re.sub(r"^usr/lib/(libtraction|cmake)", r"usr/lib/triplet/\1", path))
             holders = [one for one in patterns if any(start.match(one) for start in (path, *path.parents))]
             self.assertEqual(len(holders), 1, f"{path}: {holders}")
