@@ -78,7 +78,7 @@ int serve(const Arguments& arguments, const Config& config, const Places& places
   });
   auto instrument = Instrument::make(config, places, [log] { return log->lost(); });
   starting.reset();
-  // What a signal to the whole group does to a child of the start, which inspects the camera, is no error.
+  // What has failed meanwhile matters to nobody.
   if (!instrument && serviceRequests().stop.wait(std::chrono::milliseconds(0))) return tellStopped(), EX_OK;
   if (!instrument) return failed(instrument.error());
   if (const auto started = (*instrument)->start(); !started) return failed(started.error());

@@ -53,10 +53,13 @@ int start(const std::vector<std::string>& arguments, const std::string& program,
   posix_spawn_file_actions_adddup2(&actions, output.ends[1], STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&actions, errors.ends[1], STDERR_FILENO);
   posix_spawn_file_actions_addclosefrom_np(&actions, STDERR_FILENO + 1);
-  sigset_t none, all;
-  sigemptyset(&none);
+  // A terminal and a service manager send these to the child as well: that one ends with us is not its fault. A stop
+  // and our own end do end it.
+  sigset_t blocked, all;
+  sigemptyset(&blocked);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT}) sigaddset(&blocked, signal);
   sigfillset(&all);
-  posix_spawnattr_setsigmask(&attributes, &none);  // threads of ours have blocked some
+  posix_spawnattr_setsigmask(&attributes, &blocked);  // not as our threads have it
   posix_spawnattr_setsigdefault(&attributes, &all);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
   const int failure = posix_spawn(&child, program.c_str(), &actions, &attributes, words.data(), environ);

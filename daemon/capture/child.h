@@ -17,7 +17,7 @@ struct ChildOptions {
 struct ChildEnd {
   enum class How {
     kExit,
-    kSignal,      ///< ended by a signal that this process did not send
+    kSignal,      ///< ended by a signal that this process did not send, not by one that asks both to end
     kLate,        ///< killed after `patience`
     kTooMuch,     ///< killed because it printed more than `most_bytes`
     kStopped,     ///< killed because a stop was requested
@@ -29,8 +29,9 @@ struct ChildEnd {
 };
 
 /// Runs the program with an empty standard input, and reads its output. Kills it after `patience`, when it prints more
-/// than `most_bytes`, or when a stop is requested. Blocks until it has ended. Reentrant. \param arguments without the
-/// name of the program
+/// than `most_bytes`, or when a stop is requested. The child blocks the signals that a terminal or a service manager
+/// sends to parent and child together (SIGINT, SIGTERM, SIGHUP, SIGQUIT). Blocks until it has ended. Reentrant. \param
+/// arguments without the name of the program
 ChildEnd runChild(const std::vector<std::string>& arguments, const ChildOptions& options,
                   const std::stop_token& stop = {});
 

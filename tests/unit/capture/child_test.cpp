@@ -63,20 +63,30 @@ TEST(Child, AProgramThatIsNotThereIsTold) {
   EXPECT_THAT(misdeed(end), HasSubstr("No such file"));
 }
 
-TEST(Child, HasNoneOfOurFilesAndHearsEverySignal) {
-  sigset_t term, before;
-  sigemptyset(&term);
-  sigaddset(&term, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &term, &before);
-  const ChildEnd end = shell("ls /proc/self/fd | wc -l; kill -TERM $$; echo deaf");
+TEST(Child, HasNoneOfOurFilesAndHearsSignalsThatWeBlock) {
+  sigset_t usr, before;
+  sigemptyset(&usr);
+  sigaddset(&usr, SIGUSR1);
+  pthread_sigmask(SIG_BLOCK, &usr, &before);
+  const ChildEnd end = shell("ls /proc/self/fd | wc -l; kill -USR1 $$; echo deaf");
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
   EXPECT_EQ(end.output, "4\n") << "standard ones, and the directory that ls reads";
-  EXPECT_EQ(end.code, SIGTERM);
+  EXPECT_EQ(end.code, SIGUSR1);
+}
+
+/// Ctrl-C, Ctrl-\, a terminal that hangs up, systemd.
+TEST(Child, ASignalThatEndsUsTogetherIsNotItsFault) {
+  for (const char* signal : {"INT", "TERM", "HUP", "QUIT"}) {
+    const ChildEnd end = shell("kill -" + std::string(signal) + " $$; echo on");
+    EXPECT_EQ(misdeed(end), "") << signal;
+    EXPECT_EQ(end.output, "on\n") << signal;
+  }
 }
 
 TEST(Inspection, IsReadAsItWasPrinted) {
   for (const Inspection& one : {Inspection{Outcome::kHarmless, hashOf("<RegisterDescription/>")},
                                 Inspection{Outcome::kFault, "the camera's description goes in a circle at Gain"},
+                                Inspection{Outcome::kUnreadable, "the camera answers, but refuses to be read"},
                                 Inspection{Outcome::kAbsent, "no camera answers"}}) {
     const Inspection read = decodeInspection(encodeInspection(one));
     EXPECT_EQ(read.outcome, one.outcome);
