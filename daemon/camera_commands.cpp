@@ -12,11 +12,12 @@ namespace tractiond {
 
 int listCameras(const capture::CameraOptions& options) {
   const auto sights = capture::inspectCameras(options.inspector, options.fakeInterface);
-  if (sights.empty()) std::cerr << "tractiond: no camera in sight\n";
+  if (sights.empty()) std::cerr << "tractiond: no camera answers; " << capture::kWhatToCheck << "\n";
   for (const auto& [camera, obstacle, remedy, notes] : sights) {
     std::cout << camera.vendor << "-" << camera.serial << "  " << camera.model << "  " << camera.address << "  "
               << camera.physicalId << "  " << camera.protocol << "\n";
-    if (!obstacle.empty()) std::cout << "  cannot be opened: " << obstacle << "; " << remedy << "\n";
+    if (!obstacle.empty())
+      std::cout << "  cannot be opened: " << obstacle << (remedy.empty() ? "" : "; ") << remedy << "\n";
     for (const std::string& note : notes) std::cout << "  " << note << "\n";
   }
   return EX_OK;

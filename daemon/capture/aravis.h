@@ -51,6 +51,8 @@ class Failure {
   std::string text() const { return error_ == nullptr ? "unknown error" : error_->message; }
   /// Returns whether the camera did not answer, as opposed to refusing. False without an error.
   bool noAnswer() const;
+  /// Returns whether the camera is there, but has no description that Aravis can read. False without an error.
+  bool noDescription() const;
 
  private:
   GError* error_ = nullptr;
@@ -101,6 +103,8 @@ class ControlGuard {
 };
 
 // ---- aravis_find.cpp
+
+bool isAddress(const std::string& id);  ///< Returns whether a text is an IPv4 address.
 
 /// Finds the camera that CameraOptions::id names and opens it, after CameraOptions::inspector, if there is one, has
 /// evaluated its description (not with CameraOptions::fakeInterface). For a GigE Vision camera, then also guards its
@@ -223,6 +227,13 @@ class AskedClock {
 };
 
 // ---- camera_list.cpp
+
+/// Returns why this host cannot reach a network camera, as a sentence, and the remedy: its address is in none of the
+/// networks of this host. Nothing if it can be there.
+struct Unreachable {
+  std::string what, remedy;
+};
+std::optional<Unreachable> unreachable(const std::string& address);
 
 /// Returns vendor and model by the camera's description; either may be empty.
 std::pair<std::string, std::string> makeOf(ArvDevice* device);

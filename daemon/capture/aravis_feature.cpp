@@ -20,6 +20,10 @@ bool Failure::noAnswer() const {
           error_->code == ARV_DEVICE_ERROR_TRANSFER_ERROR);
 }
 
+bool Failure::noDescription() const {
+  return error_ != nullptr && error_->domain == ARV_DEVICE_ERROR && error_->code == ARV_DEVICE_ERROR_GENICAM_NOT_FOUND;
+}
+
 tl::unexpected<Error> failed(int exitCode, std::string what, std::string remedy) {
   return tl::unexpected(Error{exitCode, std::move(what), "", std::move(remedy)});
 }

@@ -29,31 +29,28 @@ void showFake(bool shown) {
     arv_disable_interface("Fake");
 }
 
-bool isAddress(const std::string& id) {
-  in_addr address{};
-  return inet_pton(AF_INET, id.c_str(), &address) == 1;
-}
-
 bool matches(const CameraName& name, const std::string& id) {
   const auto same = [&](const std::string& other) { return g_ascii_strcasecmp(other.c_str(), id.c_str()) == 0; };
   return same(name.id) || same(name.physicalId) || same(name.address) || same(name.vendor + "-" + name.serial);
 }
 
-/// What Aravis opens the camera by; empty: the first. Looks in the list itself: Aravis would ask the name server for an
-/// unknown id.
+/// What Aravis opens the camera by. Looks in the list itself: Aravis would ask the name server for an unknown id, and
+/// opens another as the first than it lists.
 tl::expected<std::string, Error> idFor(const CameraOptions& options) {
   showFake(options.fakeInterface);
   const std::string& id = options.id;
-  if (id.empty() || isAddress(id)) return id;
+  if (isAddress(id)) return id;
   const std::vector<CameraName> all = listCameras(options.fakeInterface);
   const auto found = std::find_if(all.begin(), all.end(), [&](const CameraName& c) { return matches(c, id); });
-  if (found == all.end()) {
+  if (all.empty() && id.empty()) return failed(EX_UNAVAILABLE, "no camera answers", kWhatToCheck);
+  if (found == all.end() && !id.empty()) {
     std::vector<std::string> ids;
     for (const CameraName& camera : all) ids.push_back(camera.id);
     return failed(EX_UNAVAILABLE, "there is no camera \"" + id + "\"",
-                  ids.empty() ? "no camera answers" : "there are: " + joined(ids));
+                  ids.empty() ? "no camera answers: " + std::string(kWhatToCheck) : "there are: " + joined(ids));
   }
-  return isAddress(found->address) ? found->address : found->id;  // twins of one id are told apart by their addresses
+  const CameraName& camera = id.empty() ? all.front() : *found;
+  return isAddress(camera.address) ? camera.address : camera.id;  // twins of one id are told apart by their addresses
 }
 
 tl::unexpected<Error> damaged(const std::string& fault) {
@@ -63,19 +60,23 @@ tl::unexpected<Error> damaged(const std::string& fault) {
 tl::expected<Ref<ArvCamera>, Error> find(const CameraOptions& options, const std::stop_token& stop) {
   const auto id = idFor(options);
   if (!id) return tl::unexpected(id.error());
+  const std::string camera = "camera \"" + (options.id.empty() ? *id : options.id) + "\"";
   const auto silent = [&](const std::string& why) {
-    return failed(EX_UNAVAILABLE, id->empty() ? "no camera answers" : "camera \"" + options.id + "\" does not answer",
-                  id->empty() ? "" : why);
+    if (const auto elsewhere = unreachable(*id))
+      return failed(EX_UNAVAILABLE, camera + " cannot be reached: " + elsewhere->what, elsewhere->remedy);
+    return failed(EX_UNAVAILABLE, camera + " does not answer", why);
   };
   std::string harmless;
   if (!options.inspector.empty() && !options.fakeInterface) {
     const Inspection inspection = inspectInChild(*id, {.program = options.inspector}, stop);
     if (inspection.outcome == Inspection::Outcome::kAbsent) return silent(inspection.text);
+    if (inspection.outcome == Inspection::Outcome::kUnreadable)
+      return failed(EX_UNAVAILABLE, camera + ": " + inspection.text);
     if (inspection.outcome == Inspection::Outcome::kFault) return damaged(inspection.text);
     harmless = inspection.text;
   }
   Failure failure;
-  const Ref<ArvDevice> device(arv_open_device(id->empty() ? nullptr : id->c_str(), failure.into()));
+  const Ref<ArvDevice> device(arv_open_device(id->c_str(), failure.into()));
   if (device) {
     std::size_t size = 0;
     const char* const xml = arv_device_get_genicam_xml(device.get(), &size);
@@ -87,9 +88,9 @@ tl::expected<Ref<ArvCamera>, Error> find(const CameraOptions& options, const std
     if (fault.empty()) fault = faultOf(description);
     if (!fault.empty()) return damaged(fault);
   }
-  Ref<ArvCamera> camera(device ? arv_camera_new_with_device(device.get(), failure.into()) : nullptr);
-  if (!camera) return silent(failure.text());
-  return camera;
+  Ref<ArvCamera> opened(device ? arv_camera_new_with_device(device.get(), failure.into()) : nullptr);
+  if (!opened) return silent(failure.text());
+  return opened;
 }
 
 /// Aravis opens a camera that another client controls without an error. The controlling client is not read while
@@ -103,6 +104,11 @@ bool takeControl(ArvGvDevice* device, std::int64_t until_ns, const std::stop_tok
 }
 
 }  // namespace
+
+bool isAddress(const std::string& id) {
+  in_addr address{};
+  return inet_pton(AF_INET, id.c_str(), &address) == 1;
+}
 
 std::vector<CameraName> listCameras(bool withFake) {
   showFake(withFake);

@@ -30,11 +30,15 @@ std::string firstLine(const fs::path& path) {
   return line;
 }
 
-/// What a process of its own finds wrong with a camera's description; empty: nothing, or it does not open.
-std::string faultSeenInChild(const std::string& inspector, const CameraName& camera) {
-  if (inspector.empty() || camera.protocol == "Fake") return {};
-  const Inspection inspection = inspectInChild(camera.id, {.program = inspector});
-  return inspection.outcome == Inspection::Outcome::kFault ? inspection.text : "";
+/// What Aravis opens a camera by: twins of one id are told apart by their addresses.
+const std::string& handleOf(const CameraName& camera) {
+  return isAddress(camera.address) ? camera.address : camera.id;
+}
+
+/// What a process of its own finds wrong with a camera's description.
+Inspection seenInChild(const std::string& inspector, const CameraName& camera) {
+  if (inspector.empty() || camera.protocol == "Fake") return {.outcome = Inspection::Outcome::kHarmless, .text = {}};
+  return inspectInChild(handleOf(camera), {.program = inspector});
 }
 
 /// The interface in whose network an address lies; empty: in none.
@@ -70,6 +74,14 @@ constexpr std::array<std::array<const char*, 2>, 12> kSwapped{
      {"FLIR", "XscSeries"}}};
 
 }  // namespace
+
+std::optional<Unreachable> unreachable(const std::string& address) {
+  if (!isAddress(address) || !interfaceTowards(address).empty()) return std::nullopt;
+  return Unreachable{.what = "its address " + address + " is in no network of this host",
+                     .remedy =
+                         "give it one with \"arv-tool-0.8 network\" or the maker's tool (persistent or forced IP), "
+                         "or give this host's interface an address in the camera's network"};
+}
 
 std::pair<std::string, std::string> makeOf(ArvDevice* device) {
   ArvDomElement* root = arv_dom_document_get_document_element(ARV_DOM_DOCUMENT(arv_device_get_genicam(device)));
@@ -133,15 +145,17 @@ std::vector<CameraSight> inspectCameras(const std::string& inspector, bool withF
   std::map<std::string, std::vector<std::size_t>> onInterface;  // which of them
   for (const CameraName& name : listCameras(withFake)) {
     CameraSight sight{.name = name, .obstacle = {}, .remedy = {}, .notes = {}};
-    if (name.protocol == "GigEVision" && interfaceTowards(name.address).empty()) {
-      sight.obstacle = "its address " + name.address + " is in no network of this host";
-      sight.remedy = "give it one with \"arv-tool-0.8 network\" or the maker's tool (persistent or forced IP)";
-    } else if (const std::string fault = faultSeenInChild(inspector, name); !fault.empty()) {
-      sight.obstacle = fault;
+    if (const auto elsewhere = name.protocol == "GigEVision" ? unreachable(name.address) : std::nullopt) {
+      sight.obstacle = elsewhere->what;
+      sight.remedy = elsewhere->remedy;
+    } else if (const Inspection seen = seenInChild(inspector, name); seen.outcome == Inspection::Outcome::kFault) {
+      sight.obstacle = seen.text;
       sight.remedy = "its firmware may be damaged, or it is not what it says";
+    } else if (seen.outcome == Inspection::Outcome::kUnreadable) {
+      sight.obstacle = seen.text;
     } else {
       Failure failure;
-      const Ref<ArvCamera> camera(arv_camera_new(name.id.c_str(), failure.into()));
+      const Ref<ArvCamera> camera(arv_camera_new(handleOf(name).c_str(), failure.into()));
       ArvDevice* device = camera ? arv_camera_get_device(camera.get()) : nullptr;
       if (device == nullptr) {
         sight.obstacle = "it does not open: " + failure.text();

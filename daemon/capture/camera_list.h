@@ -13,6 +13,11 @@ namespace tractiond::capture {
 /// in-process test camera first; false hides it from this whole process
 std::vector<CameraName> listCameras(bool withFake = false);
 
+/// What to check where no camera answers.
+constexpr const char* kWhatToCheck =
+    "see that it has power and a link light, that an interface of this host has an address in its network, and that no "
+    "firewall drops UDP port 3956";
+
 struct CameraSight {
   CameraName name;
   std::string obstacle;            ///< why it cannot be opened; empty: it can

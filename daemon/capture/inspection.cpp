@@ -3,6 +3,7 @@
 #include "daemon/capture/aravis.h"
 #include "daemon/capture/description_check.h"
 #include "daemon/capture/paper_device.h"
+#include "daemon/capture/unreadable.h"
 
 #include <algorithm>
 #include <iostream>
@@ -12,11 +13,12 @@
 namespace tractiond::capture {
 namespace {
 
-constexpr std::pair<Inspection::Outcome, std::string_view> kWords[] = {{Inspection::Outcome::kHarmless, "harmless "},
-                                                                       {Inspection::Outcome::kFault, "fault "},
-                                                                       {Inspection::Outcome::kAbsent, "absent "}};
+constexpr std::pair<Inspection::Outcome, std::string_view> kWords[] = {
+    {Inspection::Outcome::kHarmless, "harmless "},
+    {Inspection::Outcome::kFault, "fault "},
+    {Inspection::Outcome::kUnreadable, "unreadable "},
+    {Inspection::Outcome::kAbsent, "absent "}};
 constexpr std::size_t kHashDigits = 64, kLongest = 500;
-constexpr const char* kAny = "*";  // in place of an id
 
 bool isHash(std::string_view text) {
   return text.size() == kHashDigits &&
@@ -69,6 +71,23 @@ Inspection inspect(ArvDevice* device) {
   return {.outcome = Inspection::Outcome::kHarmless, .text = hashOf({xml, size})};
 }
 
+/// Aravis says the same of a network camera that is not there and of one whose description it cannot read.
+Inspection unopened(const std::string& id, const Failure& failure) {
+  std::string why = isAddress(id) ? whyUnreadable(id) : "";
+  if (why.empty() && failure.noDescription())
+    why = "the camera answers, but its description cannot be read: " + failure.text();
+  if (why.empty()) return {.outcome = Inspection::Outcome::kAbsent, .text = failure.text()};
+  return {.outcome = Inspection::Outcome::kUnreadable, .text = why};
+}
+
+Inspection inspect(const std::string& id) {
+  if (const std::string why = isAddress(id) ? whyTooLarge(id) : ""; !why.empty())
+    return {.outcome = Inspection::Outcome::kUnreadable, .text = why};
+  Failure failure;
+  const Ref<ArvDevice> device(arv_open_device(id.c_str(), failure.into()));
+  return device ? inspect(device.get()) : unopened(id, failure);
+}
+
 }  // namespace
 
 std::string hashOf(std::string_view xml) {
@@ -102,18 +121,14 @@ Inspection decodeInspection(std::string_view bytes) {
 
 int printInspection(const std::string& id) {
   limitChild();
-  g_log_set_handler(
-      "XML", GLogLevelFlags(G_LOG_LEVEL_MASK), [](auto...) {}, nullptr);
-  Failure failure;
-  const Ref<ArvDevice> device(arv_open_device(id == kAny ? nullptr : id.c_str(), failure.into()));
-  const Inspection inspection =
-      device ? inspect(device.get()) : Inspection{.outcome = Inspection::Outcome::kAbsent, .text = failure.text()};
-  std::cout << encodeInspection(inspection) << std::flush;
+  // What Aravis and GLib say of a description that is none is said better, and once, by the result.
+  g_log_set_default_handler([](auto...) {}, nullptr);
+  std::cout << encodeInspection(inspect(id)) << std::flush;
   return EX_OK;
 }
 
 Inspection inspectInChild(const std::string& id, const ChildOptions& options, const std::stop_token& stop) {
-  const ChildEnd end = runChild({"--inspect", id.empty() ? kAny : id}, options, stop);
+  const ChildEnd end = runChild({"--inspect", id}, options, stop);
   const std::string what = misdeed(end);
   return what.empty() ? decodeInspection(end.output) : fault("the camera's description " + what);
 }

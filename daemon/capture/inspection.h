@@ -11,9 +11,10 @@ namespace tractiond::capture {
 
 struct Inspection {
   enum class Outcome {
-    kHarmless,  ///< `text` is hashOf() the description
-    kFault,     ///< `text` is a sentence that states the fault
-    kAbsent,    ///< `text` states why the camera cannot be opened
+    kHarmless,    ///< `text` is hashOf() the description
+    kFault,       ///< `text` is a sentence that states the fault
+    kUnreadable,  ///< the camera answers, but does not open; `text` is a sentence that states why, and what to do
+    kAbsent,      ///< the camera does not answer; `text` states what Aravis said
   };
   Outcome outcome = Outcome::kFault;
   std::string text;
@@ -22,12 +23,12 @@ struct Inspection {
 /// Opens the camera, evaluates its description and all its features without the camera, and prints the result as
 /// encodeInspection() returns it, to standard output. For the child process: lowers its limits for good, see
 /// limitChild(). Returns EX_OK, whatever the outcome; a harmful description may end the process instead. \param id as
-/// Aravis takes it, or "*" for the first camera
+/// Aravis takes it
 int printInspection(const std::string& id);
 
 /// Lets a child process (`options.program --inspect ID`) run printInspection(), and returns its result; kFault if the
 /// child does not start, is killed by the limits of `options` or by a stop, ends by a signal, or prints nonsense.
-/// Blocks until the child has ended. Reentrant. \param id as Aravis takes it; empty: the first camera
+/// Blocks until the child has ended. Reentrant. \param id as Aravis takes it
 Inspection inspectInChild(const std::string& id, const ChildOptions& options, const std::stop_token& stop = {});
 
 /// Returns the line that the child prints, for decodeInspection(): the outcome in a word, the text, and a line feed.

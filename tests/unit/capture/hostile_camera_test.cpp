@@ -1,5 +1,6 @@
 // Cameras whose descriptions would end whoever evaluates them: they are refused, and the process goes on.
 #include "daemon/capture/aravis_driver.h"
+#include "daemon/capture/camera_list.h"
 #include "daemon/capture/inspection.h"
 #include "tests/support/places.h"
 #include "tests/unit/capture/own_network.h"
@@ -11,12 +12,15 @@
 #include <cstdio>
 #include <fstream>
 #include <iterator>
+#include <map>
 
 namespace tractiond::capture::hostile_camera_test {
 namespace {
 
+using testing::AllOf;
 using testing::AnyOf;
 using testing::HasSubstr;
+using testing::Not;
 
 std::string quirky() {
   std::ifstream file(test::source("tests/unit/capture/descriptions/quirky.xml"));
@@ -100,21 +104,63 @@ TEST_F(HostileCamera, ADescriptionThatIsCutShortIsRefused) {
   expectRefused(HasSubstr("cut short or damaged"));
 }
 
+/// It answers: why it cannot be opened, and where it says that its description is, is told; in the list, too.
+TEST_F(HostileCamera, WhyADescriptionCannotBeReadIsTold) {
+  const std::map<std::string, const char*> reasons{{"<!DOCTYPE html><html><body>Busy</body></html>", "is HTML"},
+                                                   {" \n", "is empty"},
+                                                   {"<Camera></Camera>", "is no GenICam description"}};
+  for (const auto& [xml, why] : reasons) {
+    serve(xml);
+    expectRefused(AllOf(HasSubstr("the camera answers, but its description cannot be read"),
+                        HasSubstr("Local:arv-fake-camera.xml"), HasSubstr(why), Not(HasSubstr("does not answer"))));
+    const auto sights = inspectCameras(options_.inspector, false);
+    ASSERT_EQ(sights.size(), 1U);
+    EXPECT_THAT(sights[0].obstacle, HasSubstr(why));
+  }
+}
+
 /// GigE Vision 1.2, 27.2: where the description is, as text.
 TEST_F(HostileCamera, APlaceThatIsNoneIsRefused) {
   test::GvTransmitter& camera = serve(quirky());
-  for (const std::string url : {"Local:camera.xml;10000;7fffffffffffffff", "file:///dev/zero", "nonsense"}) {
+  const std::map<std::string, const char*> reasons{
+      {"Local:camera.xml;10000;7fffffffffffffff", "larger than any camera's"},
+      {"Local:camera.xml;10000;0", "is empty"},
+      {"Local:camera.zip;0;200", "is no zip file"},
+      {"file:///nowhere/camera.xml", "is not in the camera"},
+      {"http://example.com/camera.xml", "is not in the camera"},
+      {"nonsense", "is no place of it"},
+      {"", "it states no place"}};
+  for (const auto& [url, why] : reasons) {
     std::string text = url;
-    text.resize(512);
+    text.resize(1024);
     for (std::uint32_t i = 0; i < text.size(); i += 4) {
       std::uint32_t word = 0;
       std::memcpy(&word, text.data() + i, sizeof word);
       camera.write(0x200 + i, __builtin_bswap32(word));
     }
-    const Error error = open();
-    EXPECT_EQ(error.exitCode, EX_UNAVAILABLE) << url;
-    std::printf("%s: %s\n", url.c_str(), error.message().c_str());
+    expectRefused(AllOf(HasSubstr(url), HasSubstr(why), Not(HasSubstr("does not answer"))));
   }
+}
+
+/// It would send one picture, and be lost for its silence again and again.
+TEST_F(HostileCamera, OneThatStaysInAnotherAcquisitionModeIsRefused) {
+  std::string xml = quirky();
+  const std::string other = "<EnumEntry Name=\"SingleFrame\"><Value>0</Value></EnumEntry>";
+  xml.insert(xml.find("</Enumeration>", xml.find("Name=\"AcquisitionMode\"")), other);
+  const std::string locked = "<AccessMode>RO</AccessMode>";
+  const std::size_t access = xml.find("<AccessMode>", xml.find("Name=\"AcquisitionModeReg\""));
+  test::GvTransmitter& camera = serve(xml.replace(access, locked.size(), locked));
+  camera.write(0x100, kWidth);
+  camera.write(0x104, kHeight);
+  camera.write(0x128, kRgb8Code);
+  const Error error = open();
+  EXPECT_EQ(error.exitCode, EX_CONFIG);
+  EXPECT_THAT(error.message(), AllOf(HasSubstr("refuses AcquisitionMode = Continuous"), HasSubstr("SingleFrame")));
+}
+
+TEST_F(HostileCamera, OneInAnotherNetworkIsToldSo) {
+  options_.id = "192.0.2.7";
+  expectRefused(AllOf(HasSubstr("192.0.2.7 is in no network of this host"), HasSubstr("arv-tool-0.8 network")));
 }
 
 }  // namespace
