@@ -152,7 +152,15 @@ void AravisDriver::undo() {
 
 tl::expected<void, Error> AravisDriver::start() {
   ArvCamera* camera = camera_.get();
-  arv_camera_set_acquisition_mode(camera, ARV_ACQUISITION_MODE_CONTINUOUS, nullptr);
+  // Read before: Aravis remembers a value that was refused as if it stood.
+  const std::string mode = readFeature(arv_camera_get_device(camera), "AcquisitionMode");
+  Failure refusal;  // a camera without modes refuses as well
+  arv_camera_set_acquisition_mode(camera, ARV_ACQUISITION_MODE_CONTINUOUS, refusal.into());
+  if (refusal && (mode == "SingleFrame" || mode == "MultiFrame"))
+    return failed(refusal.noAnswer() ? EX_UNAVAILABLE : EX_CONFIG,
+                  "the camera refuses AcquisitionMode = Continuous, and sends a picture or some with " + mode + ": " +
+                      refusal.text(),
+                  "its user set may lock it: load another with camera.features, or set the mode with the maker's tool");
   info_.zeroIsAnId = !arv_camera_is_gv_device(camera);
   if (!arv_camera_is_gv_device(camera)) {
     if (arv_camera_is_uv_device(camera)) {

@@ -116,7 +116,8 @@ void GvTransmitter::serve() {
     const std::uint32_t command = take(&in[2], 2), id = take(&in[6], 2);
     const std::uint64_t sender = std::uint64_t{from.sin_addr.s_addr} << 16 | from.sin_port;
     const bool writes = command == 0x82 || command == 0x86;
-    const bool denied = writes && controller != 0 && controller != sender;
+    const bool locked = locksAt != 0 && got >= 12 && take(&in[8], 4) == locksAt;
+    const bool denied = writes && (locked || (controller != 0 && controller != sender));
     if (command == 0x82 && !denied && take(&in[8], 4) == kControl) controller = take(&in[12], 4) == 0 ? 0 : sender;
     Bytes answer;
     if (command == 0x40) {  // packets once more; it has no answer

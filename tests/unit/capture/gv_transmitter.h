@@ -61,6 +61,8 @@ class GvTransmitter {
   std::atomic<int> commandTakes_ms{0};
   /// From a write to this register on it answers no more, as one that hangs. 0: never.
   std::atomic<std::uint32_t> hangsAt{0};
+  /// It denies writes to this register. 0: to none.
+  std::atomic<std::uint32_t> locksAt{0};
 
  private:
   using Packets = std::vector<std::vector<std::uint8_t>>;

@@ -147,9 +147,9 @@ TEST_F(HostileCamera, OneThatStaysInAnotherAcquisitionModeIsRefused) {
   std::string xml = quirky();
   const std::string other = "<EnumEntry Name=\"SingleFrame\"><Value>0</Value></EnumEntry>";
   xml.insert(xml.find("</Enumeration>", xml.find("Name=\"AcquisitionMode\"")), other);
-  const std::string locked = "<AccessMode>RO</AccessMode>";
-  const std::size_t access = xml.find("<AccessMode>", xml.find("Name=\"AcquisitionModeReg\""));
-  test::GvTransmitter& camera = serve(xml.replace(access, locked.size(), locked));
+  test::GvTransmitter& camera = serve(xml);
+  camera.write(0x12c, 0);  // AcquisitionModeReg
+  camera.locksAt = 0x12c;
   camera.write(0x100, kWidth);
   camera.write(0x104, kHeight);
   camera.write(0x128, kRgb8Code);
