@@ -9,8 +9,10 @@
 #include "daemon/track/tracker.h"
 #include "traction/v1/status.pb.h"
 
+#include <cstddef>
 #include <functional>
 #include <string>
+#include <utility>
 
 namespace tractiond {
 
@@ -44,6 +46,8 @@ class GelWatch {
   /// Requests a snapshot of the next picture. A later turn() answers: with the snapshot, which is valid during the
   /// answer, or with a sentence if no frame came within GelWatchOptions::longestWait_s. One request at a time.
   void askSnapshot() { snapshots_.ask(); }
+  /// Takes over the camera of a new session: Snapshots::meet().
+  void meet(std::size_t frame_bytes, std::string waits) { snapshots_.meet(frame_bytes, std::move(waits)); }
 
   /// Does what is due: answers snapshots, updates the status, and logs why markers or a first zero are missing. Must be
   /// called in each turn of the control loop. Does not wait, but an examination of a picture takes up to a second.
@@ -75,7 +79,7 @@ class GelWatch {
   GelReport report_;      ///< on the zero in force
   bool toTell_ = false;   ///< the other thread was taking the status
 
-  std::int64_t foundAt_ns_ = 0;   ///< when the markers were found last, or the watch began
+  std::int64_t foundAt_ns_ = 0;     ///< when the markers were found last, or the watch began
   std::int64_t examinedAt_ns_ = 0;  ///< time of the last examination
   std::int64_t loggedAt_ns_ = 0;
   std::string missing_;  ///< result of the last examination

@@ -298,6 +298,7 @@ void Instrument::meetCamera() {
   if (!info || info->session == describedSession_) return;
   describedSession_ = info->session;
   processing_->meet(*info);
+  if (previewer_) previewer_->meet(info->shape.size);
   describeCamera(*info);
 }
 
@@ -325,10 +326,12 @@ void Instrument::describeCamera(const capture::CameraInfo& info) {
 void Instrument::measure(traction::v1::Status& status) {
   if (camera_ && camera_->takeVitals(cameraVitals_)) {
     status.set_camera(static_cast<traction::v1::CameraState>(cameraVitals_.state));
-    status.mutable_camera_why()->assign(cameraVitals_.why.view());
     const bool wasOpen = cameraVitals_.state != CameraState::kUnknown && cameraVitals_.state != CameraState::kWaiting;
     wasOpen ? status.mutable_camera_link()->CopyFrom(cameraVitals_.link) : status.clear_camera_link();
   }
+  // What a camera waits for matters while it sends nothing.
+  const bool sends = cameraVitals_.state == CameraState::kStreaming && status.rates().received_hz() > 0.0;
+  status.mutable_camera_why()->assign(sends ? std::string_view() : cameraVitals_.why.view());
   realtime_->read(*status.mutable_scheduling());  // else it stays as it was
   traction::v1::Turns& turns = *status.mutable_turns();
   turns.set_capture(turns_.capture.get());

@@ -202,6 +202,8 @@ void Measurement::measure(traction::v1::Status& status) {
 
 void Measurement::meet(const capture::CameraInfo& info) {
   format_ = info.format;
+  gelWatch_->meet(info.shape.size, info.waits());
+  procedures_->setWaits(info.waits());
   if (std::exchange(hasMet_, true)) return;
   procedures_->welcome(cameraId_, info.frameRate_Hz, restored_, earlier_, isRestoredWritten_);
 }

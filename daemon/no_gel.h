@@ -34,7 +34,7 @@ class NoGel : public Processing {
   void solve(const MarkerField& /*markers*/, TractionField& /*field*/) override {}
   void takeField(const TractionField& /*field*/) override {}
   void measure(traction::v1::Status& status) override;
-  void meet(const capture::CameraInfo& /*info*/) override {}
+  void meet(const capture::CameraInfo& info) override { snapshots_.meet(info.shape.size, info.waits()); }
   void beginZero(const ZeroRequest& request) override;
   void beginStep(const CalibrationStep& step) override;
   void askSnapshot() override { snapshots_.ask(); }

@@ -25,12 +25,13 @@ void Previewer::turn(std::chrono::milliseconds timeout) {
   if (Copy* const copy = loan_.own()) {
     if (std::exchange(lent_, false)) {
       if (!copy->fits) {
-        copy->makeRoom();
+        copy->makeRoom(copy->frame.size);
       } else if (wanted) {
         offer(*copy, now_ns);
       }
     }
     if (wanted && now_ns >= due_ns_) {
+      copy->makeRoom(frame_bytes_.load(std::memory_order_relaxed));
       lent_ = true;
       loan_.lend();
     }

@@ -9,7 +9,9 @@
 #include "daemon/records/marker_field.h"
 #include "daemon/records/preview.h"
 
+#include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 
 namespace tractiond {
@@ -25,6 +27,9 @@ class Previewer {
   /// The publisher must outlive this. Any thread. \param clock [ns]
   /// \throws std::system_error if the process has no file descriptor left
   Previewer(publish::Publisher& publisher, const PreviewOptions& options, std::int64_t (*clock)() = monotonicNow);
+
+  /// Takes over how many bytes a frame of the camera has, so that there is memory for the first one. Thread-safe.
+  void meet(std::size_t frame_bytes) { frame_bytes_.store(frame_bytes, std::memory_order_relaxed); }
 
   /// Copies the frame if turn() has asked for one, and wakes turn(). A frame that is larger than the memory is left
   /// out; turn() then enlarges it for a later one. For the tracking thread, after the frame was tracked. Allocates
@@ -51,6 +56,7 @@ class Previewer {
   Event taken_;
   bool lent_ = false;
   std::int64_t due_ns_ = 0;
+  std::atomic<std::size_t> frame_bytes_{0};
   Preview preview_;
 };
 

@@ -40,6 +40,11 @@ void Procedures::welcome(const std::string& cameraId, double rate_Hz, const std:
   zero_.welcome(restored, before, isWritten);
 }
 
+void Procedures::setWaits(const std::string& waits) {
+  waits_ = waits;
+  zero_.setWaits(waits);
+}
+
 void Procedures::beginStep(const CalibrationStep& step) {
   using Kind = CalibrationStep::Kind;
   const bool restsOnTheZero = step.kind != Kind::kStiffness && step.kind != Kind::kFinish;
@@ -78,7 +83,7 @@ void Procedures::watchMarkers() {
   steps_.turn();
   if (steps_.isLooking() &&
       framesForStep_.idle_ns(links_.frames, options_.clock()) > zero::ZeroProcedure::kNoFrames_ns) {
-    steps_.drop(zero::kNoFrames);
+    steps_.drop(zero::noFrames(waits_));
   }
 }
 

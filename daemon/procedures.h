@@ -60,6 +60,9 @@ class Procedures {
   void welcome(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored,
                const std::optional<RestPose>& before = {}, bool isWritten = true);
 
+  /// Sets what the camera of a new session waits for (CameraInfo::waits()), for answers that no frames come.
+  void setWaits(const std::string& waits);
+
   /// Handles a request for a zero: see ZeroProcedure::begin().
   void beginZero(const ZeroRequest& request) { zero_.begin(request); }
 
@@ -86,6 +89,7 @@ class Procedures {
   ProcedureOptions options_;
   ProcedureLinks links_;
   std::string camera_;  ///< empty: none yet
+  std::string waits_;
   MarkerField markers_;
   calibrate::DriftWatch driftWatch_;
   calibrate::StepRunner steps_;

@@ -81,7 +81,7 @@ void Recorder::takeFrame(const Frame& frame, const TrackerInputs& inputs, const 
   if (room == nullptr) return picturesLost_.add();
   room->copyFrom(frame);
   if (!room->fits) {
-    room->makeRoom();
+    room->makeRoom(frame.size);
     room->copyFrom(frame);
   }
   room->number = number_;

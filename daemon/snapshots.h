@@ -7,6 +7,7 @@
 
 #include <tl/expected.hpp>
 
+#include <cstddef>
 #include <functional>
 #include <string>
 
@@ -26,6 +27,10 @@ class Snapshots {
   /// Returns the copy, to reserve memory for the markers that it is to hold. May only be called before the first
   /// turn().
   Snapshot& room() { return *loan_.own(); }
+
+  /// Takes over what the camera of a new session sends: bytes of a frame, for which memory is reserved before a copy is
+  /// wanted, and what it waits for before it sends (CameraInfo::waits()), for answers that there is none.
+  void meet(std::size_t frame_bytes, std::string waits);
 
   /// Requests a copy of the next frame, which is given to `answer`. One request at a time.
   void ask() { askedAt_ns_ = clock_(); }
@@ -53,6 +58,8 @@ class Snapshots {
   Loan<Snapshot> loan_;
   bool lent_ = false;
   std::int64_t askedAt_ns_ = 0;  ///< 0: there is no request
+  std::size_t frame_bytes_ = 0;
+  std::string waits_;
 };
 
 }  // namespace tractiond

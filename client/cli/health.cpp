@@ -50,11 +50,13 @@ Health healthOf(const std::vector<Problem>& problems) {
 std::vector<Problem> problems(const v1::Status& status) {
   std::vector<Problem> all;
   const std::string why = whyNoField(status);
+  const bool sends = status.rates().received_hz() > 0.0;
+  if (status.camera() == v1::CAMERA_STATE_STREAMING && !sends && (why.empty() || !status.camera_why().empty()))
+    add(all, Health::kNoFields,
+        "the camera sends no frames" + (status.camera_why().empty() ? "" : ": " + status.camera_why()));
   if (!why.empty()) {
     add(all, Health::kNoFields, why);
-  } else if (status.rates().received_hz() == 0.0) {
-    add(all, Health::kNoFields, "the camera sends no frames");
-  } else if (status.rates().published_hz() == 0.0) {
+  } else if (sends && status.rates().published_hz() == 0.0) {
     add(all, Health::kNoFields, "no field is made of the frames");
   }
   if (!status.invalid_why().empty()) add(all, Health::kNoForces, status.invalid_why());

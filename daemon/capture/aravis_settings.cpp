@@ -405,7 +405,9 @@ Result Setter::apply(const CameraOptions& options, const Standing* before) {
   if (result) result = setLink(options);
   if (result) result = setChunks(options.chunks);
   if (result && before != nullptr) keep(*before, options);
-  info_.triggered = !triggersOn().empty();
+  const std::vector<std::string> on = triggersOn();
+  info_.triggered = !on.empty();
+  if (info_.triggered) info_.trigger = "TriggerMode is On" + (on.front().empty() ? "" : " for " + joined(on));
   return result;
 }
 

@@ -5,6 +5,12 @@
 
 namespace tractiond::capture {
 
+std::string CameraInfo::waits() const {
+  if (!triggered) return {};
+  return "it waits for triggers (" + (trigger.empty() ? "a trigger is on" : trigger) +
+         "): tractionctl trigger sends one, camera.trigger = \"off\" ends it";
+}
+
 std::string CameraInfo::summary() const {
   std::array<char, 64> rate{};
   if (frameRate_Hz > 0) std::snprintf(rate.data(), rate.size(), ", %.4g frames/s", frameRate_Hz);

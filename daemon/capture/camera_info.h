@@ -41,6 +41,7 @@ struct CameraInfo {
   PixelFormat format = PixelFormat::kRgb8;  ///< of its pictures
   bool zeroIsAnId = false;                  ///< frames are counted from 0, as on USB
   bool triggered = false;                   ///< frames come when they are asked for: silence is no loss
+  std::string trigger;                      ///< which triggers are on: "TriggerMode is On for FrameStart"
   double frameRate_Hz = 0.0;                ///< 0: the camera does not tell
   double exposure_s = 0.0;                  ///< 0: the camera does not tell
   int packetSize_bytes = 0;                 ///< with headers; 0: not a network camera
@@ -50,6 +51,9 @@ struct CameraInfo {
   std::vector<std::string> settings;        ///< in the order they were made, as read back: "Name = value"
   Standing standing;                        ///< what the configuration left open
   std::vector<std::string> warnings;        ///< one line each, with the remedy
+
+  /// Returns what the camera waits for before it sends a frame, and how to end that; empty unless it is triggered.
+  std::string waits() const;
 
   /// Describes camera, picture, rate, packets and receive buffer in one line for the log.
   std::string summary() const;

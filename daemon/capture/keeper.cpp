@@ -119,7 +119,7 @@ std::int64_t Keeper::offer(std::shared_ptr<const CameraInfo> seen) {
   linkBefore_ = newest_.link;
   nextCheck_ns_ = 0;
   phase_ = Phase::kStreaming;
-  show(CameraState::kStreaming, "");
+  show(CameraState::kStreaming, before_->waits());
   return kAtOnce;
 }
 

@@ -26,7 +26,7 @@ using CameraLink = traction::v1::CameraLink;
 
 struct CameraVitals {
   CameraState state = CameraState::kUnknown;
-  Line why;  ///< why the camera does not stream; empty: it does, or the reason is not known
+  Line why;  ///< why the camera does not stream, or what it waits for; empty: not known, or nothing
   CameraLink link;
 };
 

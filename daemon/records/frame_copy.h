@@ -16,7 +16,7 @@ struct FrameCopy {
   Frame frame;                      ///< its data is `bytes`; valid if `fits`
 
   /// Copies a frame and sets `fits` if `bytes` has room for it; else sets `fits` to false and notes the frame's size
-  /// for makeRoom(). Allocates nothing. The copy refers to `bytes` alone: the source may be given back, and `token` is
+  /// in `frame`. Allocates nothing. The copy refers to `bytes` alone: the source may be given back, and `token` is
   /// nullptr. A copy of this struct still refers to these `bytes`.
   void copyFrom(const Frame& from) {
     frame = from;
@@ -26,8 +26,11 @@ struct FrameCopy {
     if (fits) std::memcpy(bytes.data(), from.data, from.size);
   }
 
-  /// Makes room for frames of the size of the last one. Allocates. `frame` has no valid data until the next copyFrom().
-  void makeRoom() { bytes.resize(frame.size); }
+  /// Makes room for frames of up to `size` bytes, before the first of them comes: of a triggered camera it may be the
+  /// only one. Allocates if there is less. `frame` has no valid data then until the next copyFrom().
+  void makeRoom(std::size_t size) {
+    if (size > bytes.size()) bytes.resize(size);
+  }
 };
 
 }  // namespace tractiond

@@ -181,7 +181,7 @@ void ZeroProcedure::watchTaking(Taking& taking) {
   }
   const track::ZeroState state = links_.state();
   if (track::isRefusal(state)) return answer(tl::unexpected<std::string>(track::describe(state)));
-  if (taking.frames.idle_ns(frames_, clock_()) > kNoFrames_ns) return refuse(kNoFrames);
+  if (taking.frames.idle_ns(frames_, clock_()) > kNoFrames_ns) return refuse(noFrames(waits_));
   if (clock_() > taking.until_ns) {
     refuse(fmt::format("zero refused: frames come too slowly for the {} that it is averaged over", zeroFrames_));
   }

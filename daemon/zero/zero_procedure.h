@@ -34,8 +34,10 @@
 
 namespace tractiond::zero {
 
-/// Why a request fails if the tracker gets no frames.
-inline constexpr const char* kNoFrames = "no frames come from the camera";
+/// Returns why a request fails if the tracker gets no frames. \param waits what the camera waits for; may be empty
+inline std::string noFrames(const std::string& waits) {
+  return "no frames come from the camera" + (waits.empty() ? "" : ": " + waits);
+}
 
 /// What a ZeroProcedure works with. All functions must be set. They are called on its thread and must not wait for
 /// long; what they refer to must outlive it.
@@ -101,6 +103,8 @@ class ZeroProcedure {
   /// Sets the rate of the frames [Hz], by which answeredWithin_s() and the time limits of later requests are computed;
   /// 0: not known.
   void setRate(double rate_Hz) { rate_Hz_ = rate_Hz; }
+  /// Sets what the camera waits for before it sends frames, for answers that none come; empty: nothing.
+  void setWaits(const std::string& waits) { waits_ = waits; }
 
   /// Returns the zero in force, if there is one. It may change in begin(), welcome() and turn().
   const std::optional<RestPose>& inForce() const { return zero_; }
@@ -153,6 +157,7 @@ class ZeroProcedure {
   ZeroWriter writer_;
   std::function<void()> onChange_;
   double rate_Hz_ = 0.0;
+  std::string waits_;
 
   std::optional<RestPose> zero_;  ///< in force
   std::optional<RestPose> before_;

@@ -174,6 +174,31 @@ TEST(Snapshots, AreRefusedWhereNoFrameComesAndServeThoseWhoAskLater) {
   EXPECT_EQ(snapshots.take(), nullptr);  // nobody wants one
 }
 
+TEST(Snapshots, OfATriggeredCameraTakeOneFrameOrSayWhatItWaitsFor) {
+  std::string reason;
+  int pictures = 0;
+  Snapshots snapshots(
+      [&](const Snapshots::Result& result) { result ? void(++pictures) : void(reason = result.error()); }, 3.0,
+      [] { return now_ns; });
+  const std::vector<std::uint8_t> bytes = bytesOf(12);
+  Frame frame;
+  frame.data = bytes.data();
+  frame.size = bytes.size();
+  now_ns = 1'000'000'000;
+  snapshots.meet(bytes.size(), "it waits for triggers");
+  snapshots.ask();
+  snapshots.turn();
+  ASSERT_NE(snapshots.lent(), nullptr);
+  snapshots.lent()->copyFrom(frame);
+  snapshots.giveBack();
+  snapshots.take();
+  EXPECT_EQ(pictures, 1);
+  snapshots.ask();
+  now_ns += 3'000'000'001;
+  snapshots.turn();
+  EXPECT_EQ(reason, "no frames come from the camera: it waits for triggers");
+}
+
 TEST(Snapshots, AreAlsoForWhomeverTheTurnNames) {
   int answers = 0;
   Snapshots snapshots([&](const Snapshots::Result&) { ++answers; });

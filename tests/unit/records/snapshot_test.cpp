@@ -124,7 +124,7 @@ TEST(FrameCopy, IsWholeOrTellsWhatItNeeds) {
     FrameCopy copy;
     copy.copyFrom(random.frame());
     EXPECT_FALSE(copy.fits);
-    copy.makeRoom();
+    copy.makeRoom(copy.frame.size);
     copy.copyFrom(random.frame());
     ASSERT_TRUE(copy.fits);
     EXPECT_EQ(Levels(copy.frame.data, copy.frame.data + copy.frame.size), random.bytes);
