@@ -9,19 +9,24 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <array>
 #include <thread>
 #include <utility>
 
 namespace tractiond {
 namespace {
 
-/// Returns a function that logs a line for each ten per cent.
-sensor::elastic::Progress progressLines() {
-  return [last = -1](double done) mutable {
-    const int tenth = static_cast<int>(done * 10);
-    if (tenth == last) return;
-    last = tenth;
-    spdlog::info("a gel not seen before: computing its factors, {} %", 10 * tenth);
+/// Returns a function that logs a line for each step of a new gel, and each ten per cent of one whose share is known.
+solve::Steps stepLines() {
+  return [last = -1, isNew = false](solve::Step step, double done) mutable {
+    constexpr std::array<const char*, 5> kNames{"influence", "products", "modes", "systematic errors",
+                                                "detection limit"};
+    const auto index = static_cast<std::size_t>(step);
+    isNew = isNew || step == solve::Step::kInfluence || step == solve::Step::kProducts;
+    const int line = 10 * static_cast<int>(index) + std::min(static_cast<int>(done * 10), 9);
+    if (!isNew || line == std::exchange(last, line)) return;
+    spdlog::info("a gel not seen before: computing its factors, step {} of {}: {}{}", index + 1, kNames.size(),
+                 kNames.at(index), step == solve::Step::kInfluence ? fmt::format(", {} %", 10 * (line % 10)) : "");
   };
 }
 
@@ -50,7 +55,7 @@ Measurement::~Measurement() {
 
 tl::expected<void, Error> Measurement::build() {
   const Config& config = around_.config;
-  auto made = solve::makeSolver(sensor_, config.solve, around_.stateDirectory, progressLines(),
+  auto made = solve::makeSolver(sensor_, config.solve, around_.stateDirectory, stepLines(),
                                 [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
   if (!made) return tl::unexpected(made.error());
   solver_.solver = std::move(made->solver);

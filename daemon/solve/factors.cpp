@@ -102,7 +102,7 @@ std::vector<double> gramOf(const MatrixXd& influence, const Stopping& stopping) 
 
 tl::expected<Factors, Error> computeFactors(MatrixXd influence, const Atoms& atoms, const MotionPrior& motion,
                                             double force_N, const ModelOptions& options, const Factors* near,
-                                            const Stopping& stopping) {
+                                            const Stopping& stopping, const std::function<void()>& decomposing) {
   assert(influence.cols() == 3 * atoms.pointCount() && motion.modes.rows() == influence.rows());
   assert(options.noise_px > 0.0 && force_N > 0.0);
   if (!influence.allFinite() || influence.isZero(0.0)) {
@@ -131,6 +131,7 @@ tl::expected<Factors, Error> computeFactors(MatrixXd influence, const Atoms& ato
   const MotionWeight weight(motion, options.noise_px);
   weight.apply(atomInfluence);
   if (isStopped(stopping)) return givenUp();
+  if (decomposing) decomposing();
   MatrixXd vectors;
   VectorXd squares;  // rising
   const auto decomposed = near != nullptr ? amongModes(atomInfluence, atoms, *near, stopping, vectors, squares)
@@ -165,14 +166,20 @@ tl::expected<Factors, Error> computeFactors(MatrixXd influence, const Atoms& ato
 }
 
 tl::expected<Factors, Error> computeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
-                                            const ModelOptions& options, const sensor::elastic::Progress& progress) {
+                                            const ModelOptions& options, const Steps& steps) {
   using sensor::elastic::displacementMatrix;
+  const auto begin = [&](Step step, double done) {
+    if (steps) steps(step, done);
+  };
+  const auto progress = [&](double done) { begin(Step::kInfluence, done); };
   const MatrixXd displacement = sensor.body
                                     ? displacementMatrix(sensor, options.mechanics, progress)
                                     : displacementMatrix(sensor.gel, options.mechanics, sensor::markerPositions(sensor),
                                                          atoms.points, {}, progress);
+  begin(Step::kProducts, 0.0);
   return computeFactors(sensor::elastic::toImage(sensor, displacement), atoms, motionPrior(sensor),
-                        sensor.gel.youngsModulus * square(sensor.nodes.pitch), options);
+                        sensor.gel.youngsModulus * square(sensor.nodes.pitch), options, nullptr, {},
+                        [&] { begin(Step::kModes, 0.0); });
 }
 
 void modesOfAtom(const Factors& factors, const Atoms& atoms, int atom, Eigen::MatrixXd& rows) {

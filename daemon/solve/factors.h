@@ -15,6 +15,7 @@
 
 #include <tl/expected.hpp>
 
+#include <functional>
 #include <vector>
 
 namespace tractiond::solve {
@@ -77,15 +78,22 @@ struct Factors {
 /// \param near factors of nearly the same influence: the modes are then combinations of its modes, which takes a third
 /// of the time; null: none
 /// \param stopping called between the steps; the longest step takes a seventh of the time with `near`
+/// \param decomposing called before the modes are computed, which takes most of the time; may be empty
 tl::expected<Factors, Error> computeFactors(Eigen::MatrixXd influence, const Atoms& atoms, const MotionPrior& motion,
                                             double force_N, const ModelOptions& options, const Factors* near = nullptr,
-                                            const Stopping& stopping = {});
+                                            const Stopping& stopping = {},
+                                            const std::function<void()>& decomposing = {});
+
+/// Steps that a new gel takes, in their order.
+enum class Step { kInfluence, kProducts, kModes, kSystematicErrors, kDetectionLimit };
+/// Called on the computing thread when a step begins, and while it lasts where its share is known. \param done of the
+/// step, from 0 to 1
+using Steps = std::function<void(Step step, double done)>;
 
 /// Computes the influence of the points by the sensor's mechanics, and the factors as above, with the same errors.
-/// `progress` covers the influence only.
+/// \param steps told of kInfluence to kModes
 tl::expected<Factors, Error> computeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
-                                            const ModelOptions& options,
-                                            const sensor::elastic::Progress& progress = {});
+                                            const ModelOptions& options, const Steps& steps = {});
 
 /// Computes the rows of V of an atom, 3 x r: the mean of those of its points, by their shares. `rows` has that size.
 void modesOfAtom(const Factors& factors, const Atoms& atoms, int atom, Eigen::MatrixXd& rows);

@@ -99,7 +99,7 @@ Id calibrationId(const sensor::Sensor& sensor, const SolveOptions& options) {
 
 tl::expected<Factors, Error> loadOrComputeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
                                                   const SolveOptions& options, const fs::path& stateDirectory,
-                                                  const sensor::elastic::Progress& progress, const Remark& remark) {
+                                                  const Steps& steps, const Remark& remark) {
   const auto say = [&remark](const std::string& line) {
     if (remark) remark(line);
   };
@@ -111,8 +111,9 @@ tl::expected<Factors, Error> loadOrComputeFactors(const sensor::Sensor& sensor, 
   if (std::error_code none; fs::exists(path, none) || !fs::is_directory(stateDirectory, none)) {
     say("computing the factors: " + cached.error());
   }
-  auto factors = computeFactors(sensor, atoms, modelOptions(options), progress);
+  auto factors = computeFactors(sensor, atoms, modelOptions(options), steps);
   if (!factors) return factors;
+  if (steps) steps(Step::kSystematicErrors, 0.0);
   factors->systematicErrors = systematicErrors(sensor, options, *factors, atoms);
   factors->id = id;
   factors->computed_ns = realNow();

@@ -25,12 +25,11 @@ using Remark = std::function<void(const std::string&)>;
 /// and has the right id; else computes and caches them. If the state directory cannot be read or written, it calls
 /// `remark` and computes. Creates the directory. After a save it deletes, in the directory, all but the newest cache
 /// files, unfinished ones, and the inverses (*.inverse) of earlier versions; so no other process may save there at the
-/// same time. Fails as computeFactors(). `progress` covers the influence, which takes most of the time, and is not
-/// called if the cache is used. \param atoms makeAtoms(sensor)
+/// same time. Fails as computeFactors(). \param atoms makeAtoms(sensor) \param steps told of kInfluence to
+/// kSystematicErrors; not called if the cache is used
 tl::expected<Factors, Error> loadOrComputeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
                                                   const SolveOptions& options,
-                                                  const std::filesystem::path& stateDirectory,
-                                                  const sensor::elastic::Progress& progress = {},
+                                                  const std::filesystem::path& stateDirectory, const Steps& steps = {},
                                                   const Remark& remark = {});
 
 /// Returns the path of a cache file in the state directory: ID.factors, with the id in hexadecimal digits. Does not

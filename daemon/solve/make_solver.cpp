@@ -25,11 +25,12 @@ class OwningModelSolver : OwnFactors, public ModelSolver {
 }  // namespace
 
 tl::expected<MadeSolver, Error> makeSolver(const sensor::Sensor& sensor, const SolveOptions& options,
-                                           const std::filesystem::path& stateDirectory,
-                                           const sensor::elastic::Progress& progress, const Remark& remark) {
+                                           const std::filesystem::path& stateDirectory, const Steps& steps,
+                                           const Remark& remark) {
   Atoms atoms = makeAtoms(sensor);
-  auto factors = loadOrComputeFactors(sensor, atoms, options, stateDirectory, progress, remark);
+  auto factors = loadOrComputeFactors(sensor, atoms, options, stateDirectory, steps, remark);
   if (!factors) return tl::unexpected(factors.error());
+  if (steps) steps(Step::kDetectionLimit, 0.0);
   const std::int64_t computed_ns = factors->computed_ns;
   return MadeSolver{
       std::make_unique<OwningModelSolver>(OwnFactors{std::move(atoms), *std::move(factors)}, sensor, options),

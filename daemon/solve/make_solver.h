@@ -16,10 +16,11 @@ struct MadeSolver {
 
 /// Makes the solver, with up to a second for its detection limit. Reads its factors from the state directory, or
 /// computes them in seconds and caches them there. Fails if they cannot be computed (EX_CONFIG or EX_SOFTWARE, as
-/// loadOrComputeFactors()). The arguments need not outlive the solver. \param progress, remark see factors_cache.h
+/// loadOrComputeFactors()). The arguments need not outlive the solver. \param steps told of kDetectionLimit, too, after
+/// the others \param remark see factors_cache.h
 tl::expected<MadeSolver, Error> makeSolver(const sensor::Sensor& sensor, const SolveOptions& options,
-                                           const std::filesystem::path& stateDirectory,
-                                           const sensor::elastic::Progress& progress = {}, const Remark& remark = {});
+                                           const std::filesystem::path& stateDirectory, const Steps& steps = {},
+                                           const Remark& remark = {});
 
 /// Returns whether makeSolverAtRest() is possible: for a gel without an influence file.
 bool followsRest(const sensor::Sensor& sensor);

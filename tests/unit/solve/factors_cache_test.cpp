@@ -30,9 +30,9 @@ class FactorsCache : public testing::Test {
   /// What the cache gives, remembering what it says.
   Factors obtain(const SolveOptions& options) {
     remarks_.clear();
-    computed_ = false;
+    steps_.clear();
     auto content = loadOrComputeFactors(
-        sensor_, makeAtoms(sensor_), options, state(), [this](double) { computed_ = true; },
+        sensor_, makeAtoms(sensor_), options, state(), [this](Step step, double) { steps_.push_back(step); },
         [this](const std::string& remark) { remarks_.push_back(remark); });
     EXPECT_TRUE(content.has_value());
     return std::move(*content);
@@ -65,7 +65,7 @@ class FactorsCache : public testing::Test {
   void spoil(const char* reason, const std::vector<char>& bytes) {
     overwrite(bytes);
     obtain();
-    EXPECT_TRUE(computed_);
+    EXPECT_FALSE(steps_.empty());
     ASSERT_EQ(remarks_.size(), 1U);
     EXPECT_NE(remarks_[0].find(file().string()), std::string::npos) << remarks_[0];
     EXPECT_NE(remarks_[0].find(reason), std::string::npos) << remarks_[0];
@@ -76,16 +76,16 @@ class FactorsCache : public testing::Test {
   const sensor::Sensor sensor_ = tinySensor();
   SolveOptions options_;
   std::vector<std::string> remarks_;
-  bool computed_ = false;
+  std::vector<Step> steps_;
 };
 
 TEST_F(FactorsCache, TheSecondStartReadsWhatTheFirstComputed) {
   const Factors first = obtain();
-  EXPECT_TRUE(computed_);
+  EXPECT_FALSE(steps_.empty());
   EXPECT_EQ(first.id, calibrationId(sensor_, options_));
   EXPECT_GT(first.computed_ns, 0);
   const Factors second = obtain();
-  EXPECT_FALSE(computed_);
+  EXPECT_TRUE(steps_.empty());
   EXPECT_TRUE(remarks_.empty());
   EXPECT_EQ(first.id, second.id);
   EXPECT_EQ(first.computed_ns, second.computed_ns);
@@ -155,20 +155,20 @@ TEST_F(FactorsCache, AnotherSensorsFileUnderThisNameIsRefused) {
   fs::rename(file(other), file());
   EXPECT_EQ(load().error(), file().string() + ": of another sensor");
   obtain();
-  EXPECT_TRUE(computed_);
+  EXPECT_FALSE(steps_.empty());
 }
 
 TEST_F(FactorsCache, AFileThatCannotBeReadIsARemark) {
   fs::create_directories(file());
   obtain();
-  EXPECT_TRUE(computed_);
+  EXPECT_FALSE(steps_.empty());
   EXPECT_EQ(remarks_.size(), 2U) << "neither read nor written";
 }
 
 TEST_F(FactorsCache, AStateDirectoryThatCannotBeWrittenIsARemark) {
   std::ofstream(state()) << "a file where the directory should be";
   obtain();
-  EXPECT_TRUE(computed_);
+  EXPECT_FALSE(steps_.empty());
   ASSERT_EQ(remarks_.size(), 2U);
   EXPECT_NE(remarks_[1].find("not cached"), std::string::npos);
 }
@@ -195,7 +195,7 @@ TEST_F(FactorsCache, KeepsTheNewestFour) {
   for (const fs::path& other : others) std::ofstream(other) << "not ours";
   std::ofstream(state() / "abandoned.factors.unfinished") << "by a kill";
   obtain();  // as the first, which was deleted
-  EXPECT_TRUE(computed_);
+  EXPECT_FALSE(steps_.empty());
   for (int i = 0; i < 6; ++i) EXPECT_EQ(fs::exists(files[i]), i == 0 || i > 2) << i;
   EXPECT_FALSE(fs::exists(state() / "abandoned.factors.unfinished"));
   for (const fs::path& other : others) EXPECT_TRUE(fs::exists(other)) << other;
