@@ -130,7 +130,7 @@ std::string Scene::reason(std::int64_t now_ns) const {
   // A status describes the second before it, in which fields may still have come.
   if (field && statusArrival_ns_ < fieldArrival_ns_ + 1'000'000'000) return kNoField;
   if (isWithoutGel(told)) return told.markers().remark();
-  if (told.rates().received_hz() == 0.0) return "the camera sends no frames";
+  if (told.rates().received_hz() == 0.0) return "the camera sends no frames" + why;
   return field ? "no field is made of the frames" : "finding the markers and their rest pose";
 }
 
@@ -183,6 +183,9 @@ std::optional<Scene::Latency> Scene::latency(std::int64_t now_ns) const {
     if (now_ns - arrival.at_ns <= kWindow_ns) recent.push_back(arrival.latency_ns);
   }
   if (recent.empty()) return std::nullopt;
+  // Fields of a recording that is sent again tell when they were taken, on this host also since its last start.
+  constexpr std::int64_t kRecorded_ns = 10'000'000'000;
+  if (*std::min_element(recent.begin(), recent.end()) > kRecorded_ns) return std::nullopt;
   const auto at = [&](double share) {
     const auto nth = recent.begin() + std::lround(share * static_cast<double>(recent.size() - 1));
     std::nth_element(recent.begin(), nth, recent.end());

@@ -375,6 +375,18 @@ TEST(Scene, AnotherHostsClockGivesNoLatency) {
   EXPECT_FALSE(sceneOf(fieldOf(0, 0, {}), false).latency(kSecond_ns));
 }
 
+/// Its fields were taken minutes ago, on this host.
+TEST(Scene, ARecordingThatIsSentAgainHasNoLatency) {
+  Scene scene = sceneOf(fieldOf(0, 0, {}));
+  for (int i = 1; i <= 300; ++i) {
+    Field field;
+    field.header.arrived_ns = 2'200 * kSecond_ns + i * kSecond_ns / 100;
+    field.header.received_ns = kSecond_ns + i * kSecond_ns / 100;
+    scene.add(field);
+  }
+  EXPECT_FALSE(scene.latency(2'203 * kSecond_ns));
+}
+
 TEST(Json, TextIsEscapedAndNumbersAreExact) {
   Description description;
   description.camera.vendor = "a\"b\\c\n";

@@ -144,6 +144,10 @@ export class Model {
     this.passed_over = Math.max(0, last[1] - first - (this.arrivals.length - 1));  // in the last two seconds
     if (this.time) return;  // what was recorded has none
     const latency = Number(header.arrived_real_ns - header.received_real_ns) / 1e6;
+    if (latency > 1e4) {  // a recording that tractionctl replay sends again
+      this.latency_ms = null;
+      return;
+    }
     this.latency_ms = this.latency_ms === null ? latency : this.latency_ms + 0.05 * (latency - this.latency_ms);
   }
 }
