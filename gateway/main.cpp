@@ -37,17 +37,16 @@ tl::expected<fs::path, Error> runtimeOf(const Arguments& arguments) {
 int main(int argc, char** argv) try {
   auto arguments = parseArguments(argc, argv);
   if (!arguments) return arguments.error();
-  if (arguments->config.empty()) {
-    const fs::path standard = fs::path("/etc/tractiond/gateway") / (arguments->instance + ".toml");
-    std::error_code absent;
-    if (fs::exists(standard, absent)) arguments->config = standard;
-  }
+  const fs::path standard = fs::path("/etc/tractiond/gateway") / (arguments->instance + ".toml");
+  std::error_code absent;
+  if (arguments->config.empty() && fs::exists(standard, absent)) arguments->config = standard;
   const auto config = arguments->config.empty() ? tl::expected<Config, Error>() : loadConfig(arguments->config);
   if (!config) return failed(config.error());
   if (arguments->printConfig) return std::cout << configText(*config), EX_OK;
   if (arguments->checkConfig) return EX_OK;
   const auto runtime = runtimeOf(*arguments);
-  return runtime ? serve(*config, *runtime) : failed(runtime.error());
+  return runtime ? serve(*config, *runtime, arguments->config.empty() ? standard : arguments->config)
+                 : failed(runtime.error());
 } catch (const std::bad_alloc&) {
   return failed({.exitCode = EX_OSERR, .what = "there is no memory left", .remedy = "see MemoryMax= of the service"});
 } catch (const std::exception& error) {

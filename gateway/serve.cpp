@@ -2,6 +2,7 @@
 
 #include "base/counter.h"
 #include "base/network/connection_limit.h"
+#include "base/network/socket_file.h"
 #include "base/service/log.h"
 #include "base/service/service.h"
 #include "gateway/relay.h"
@@ -42,13 +43,19 @@ int failed(const Error& error) {
   return error.exitCode;
 }
 
-int serve(const Config& config, const std::filesystem::path& runtime) {
+int serve(const Config& config, const std::filesystem::path& runtime, const std::filesystem::path& file) {
   catchSignals();
   if (const auto raised = raiseDescriptorLimit(); !raised) return failed(raised.error());
   if (const auto enough = checkDescriptors(config); !enough) return failed(enough.error());
   const auto log = startLog("traction-gateway", config.logLevel);
   auto relay = Relay::open(config, runtime);
-  if (!relay) return log->write(line(relay.error())), relay.error().exitCode;
+  if (!relay) {
+    Error error = relay.error();
+    if (network::isInUse(error))
+      error.remedy =
+          "is another traction-gateway running? Each needs endpoints of its own: section [gateway] of " + file.string();
+    return log->write(line(error)), error.exitCode;
+  }
   for (const Way way : {kStream, kLatest, kControl, kPreview}) {
     for (const std::string& endpoint : (*relay)->bound(way)) spdlog::info("listening at {}", endpoint);
   }

@@ -19,18 +19,24 @@ namespace {
 Error explain(const std::string& endpoint, int error) {
   switch (error) {
   case EADDRINUSE:
-    return {EX_UNAVAILABLE, endpoint + " is in use by another program", "",
-            "is this instance of tractiond running already? choose other endpoints"};
+    return inUse(endpoint);
   case EACCES:
   case EPERM:
   case EROFS:
     return {EX_NOPERM, "no permission to publish at " + endpoint, "", "choose another endpoint or user"};
   case EADDRNOTAVAIL:
   case ENODEV:
-    return {EX_UNAVAILABLE, endpoint + " is not an address of this machine", "", ""};
+    return {EX_UNAVAILABLE, endpoint + " is not an address of this machine", "",
+            "use one that \"ip address\" lists, or the name of its interface"};
   default:
     return {EX_CONFIG, "cannot publish at " + endpoint + ": " + zmq_strerror(error), "", ""};
   }
+}
+
+/// Returns the endpoint as ZeroMQ can bind it, which looks no name of a host up.
+std::string withAddress(const std::string& endpoint) {
+  constexpr std::string_view kName = "tcp://localhost:";
+  return endpoint.starts_with(kName) ? "tcp://127.0.0.1:" + endpoint.substr(kName.size()) : endpoint;
 }
 
 }  // namespace
@@ -56,7 +62,8 @@ tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const 
   std::vector<std::string> bound;
   const auto type = static_cast<zmq::socket_type>(socket.get(zmq::sockopt::type));
   const Charge charge = type == zmq::socket_type::router ? Charge::kRequests : Charge::kSubscriptions;
-  for (const std::string& endpoint : endpoints) {
+  for (const std::string& wanted : endpoints) {
+    const std::string endpoint = withAddress(wanted);
     inflow::watch(endpoint, charge);  // before a peer can connect
     std::optional<Error> error = checkEndpoint(endpoint);
     try {

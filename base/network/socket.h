@@ -27,7 +27,7 @@ namespace tractiond::network {
 /// \param largestMessage bytes of one part from a peer; a peer that sends more is cut off
 void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage);
 
-/// Binds a ROUTER or a publisher to all endpoints (tcp://ADDRESS:PORT, PORT * for any free one, or ipc://PATH in an
+/// Binds a ROUTER or a publisher to all endpoints (tcp://ADDRESS:PORT, ADDRESS also localhost, PORT * for any free one, or ipc://PATH in an
 /// existing directory) and returns them as bound. Replaces a socket file on which no process listens
 /// (checkEndpoint()); the file's mode is 0660, and until that is set the one of the process's umask. The socket must
 /// be guarded (guard()). Bounds what peers can make ZeroMQ hold (inflow_limit.h) until release(). Errors: EX_CONFIG for

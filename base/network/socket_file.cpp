@@ -15,6 +15,7 @@
 namespace tractiond::network {
 namespace {
 
+constexpr std::string_view kInUse = " is in use by another program";
 constexpr std::string_view kIpc = "ipc://", kNoFile = "ipc://@", kTcp = "tcp://";
 
 /// Returns why a port cannot be bound: ZeroMQ would take it modulo 65536.
@@ -75,14 +76,22 @@ std::optional<Error> checkEndpoint(const std::string& endpoint) {
     return std::nullopt;
   case 0:
   case EAGAIN:  // the process does not accept connections fast enough
-    return Error{EX_UNAVAILABLE, endpoint + " is in use by another program", "",
-                 "is this instance of tractiond running already?"};
+    return inUse(endpoint);
   default:
     return Error{EX_CANTCREAT,
                  "cannot publish at " + endpoint + ": whether a program listens at " + name +
                      " cannot be found out: " + std::strerror(error),
                  "", "remove it or choose another endpoint"};
   }
+}
+
+Error inUse(const std::string& endpoint) {
+  return {EX_UNAVAILABLE, endpoint + std::string(kInUse), "",
+          "end that one (ss -lntxp names it), or choose another endpoint"};
+}
+
+bool isInUse(const Error& error) {
+  return error.what.ends_with(kInUse);
 }
 
 }  // namespace tractiond::network

@@ -21,4 +21,9 @@ std::string socketFileOf(const std::string& endpoint);
 /// needs the permission to write into the directory, and a second daemon is kept from its own by OwnDirectory.
 std::optional<Error> checkEndpoint(const std::string& endpoint);
 
+/// Returns the error of an endpoint at which another program listens.
+Error inUse(const std::string& endpoint);
+/// Returns whether an error is that of inUse(), so that a program can say which other one it may be.
+bool isInUse(const Error& error);
+
 }  // namespace tractiond::network

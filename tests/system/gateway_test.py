@@ -384,7 +384,7 @@ class Start(steady.TestCase):
 
     def test_an_endpoint_in_use_or_of_nobody(self):
         first = self.bench.gateway(self.nobody)
-        for endpoint, code, pattern in ((first.endpoint["stream"], os.EX_UNAVAILABLE, "is in use by another program"),
+        for endpoint, code, pattern in ((first.endpoint["stream"], os.EX_UNAVAILABLE, r"is in use by another program; is another traction-gateway running\?.* \[gateway\] of /.*\.toml"),
                                         ("tcp://192.0.2.1:9882", os.EX_UNAVAILABLE, "is not an address of this machine"),
                                         ("tcp://127.0.0.1:99999", os.EX_CONFIG, "is not a number from 0 to 65535"),
                                         ("ipc:///tmp/x", os.EX_CONFIG, "which is not tcp://ADDRESS:PORT")):

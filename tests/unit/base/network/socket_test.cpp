@@ -56,6 +56,12 @@ class SocketTest : public testing::Test {
   zmq::socket_t socket_{context_, zmq::socket_type::pub};
 };
 
+TEST_F(SocketTest, TheNameOfThisHostIsItsLoopback) {
+  const auto bound = tryBind(socket_, "tcp://localhost:*");
+  ASSERT_TRUE(bound) << bound.error().message();
+  EXPECT_TRUE(bound->front().starts_with("tcp://127.0.0.1:")) << bound->front();
+}
+
 TEST_F(SocketTest, MessagesOfDifferentConnectionsAreToldApart) {
   for (const std::string& endpoint : {std::string("tcp://127.0.0.1:*"), "ipc://" + (folder_ / "socket").string()}) {
     zmq::socket_t socket(context_, zmq::socket_type::xpub);
