@@ -91,8 +91,11 @@ void addServer(CLI::App& app, CommandLine& line) {
 /// Reads the value of an option that is an address to listen at.
 tl::expected<ListenAddress, int> listenAt(const char* option, const std::string& text, const ListenAddress& usual,
                                           bool insecure) {
-  const auto at = parseListenAddress(text, usual);
+  auto at = parseListenAddress(text, usual);
   if (!at) return failed(std::string(option) + ": '" + text + "' is not ADDRESS:PORT");
+  const std::string address = resolved(at->address);
+  if (address.empty()) return failed(std::string(option) + ": '" + at->address + "' is no address and no known name");
+  at->address = address;
   if (const std::string why = refusal(*at, insecure); !why.empty()) return failed(std::string(option) + ": " + why);
   return *at;
 }

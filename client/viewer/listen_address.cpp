@@ -1,6 +1,7 @@
 #include "client/viewer/listen_address.h"
 
 #include <arpa/inet.h>
+#include <netdb.h>
 
 #include <algorithm>
 #include <array>
@@ -46,6 +47,25 @@ std::optional<ListenAddress> parseListenAddress(const std::string& text, const L
   }
   if (hasPort && !setPort(std::string_view(text).substr(colon + 1))) return std::nullopt;
   return result;
+}
+
+std::string resolved(const std::string& address) {
+  if (!bytesOf(address).empty()) return address;
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_STREAM;
+  addrinfo* found = nullptr;
+  if (address.empty() || getaddrinfo(address.c_str(), nullptr, &hints, &found) != 0) return {};
+  std::string first;
+  for (const int family : {AF_INET, AF_INET6}) {
+    for (const addrinfo* one = found; one != nullptr && first.empty(); one = one->ai_next) {
+      std::array<char, NI_MAXHOST> text{};
+      if (one->ai_family == family &&
+          getnameinfo(one->ai_addr, one->ai_addrlen, text.data(), text.size(), nullptr, 0, NI_NUMERICHOST) == 0)
+        first = text.data();
+    }
+  }
+  freeaddrinfo(found);
+  return first;
 }
 
 bool isLoopback(const std::string& address) {

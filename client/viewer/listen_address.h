@@ -32,6 +32,10 @@ struct ListenAddress {
 /// empty, or its port is not a number from 0 to 65535
 std::optional<ListenAddress> parseListenAddress(const std::string& text, const ListenAddress& defaults);
 
+/// Returns the IP address that a name stands for, an IPv4 one before an IPv6 one; an IP address itself; empty for a
+/// name that is not known. Looks names up, which may wait for a server.
+std::string resolved(const std::string& address);
+
 /// Returns whether `address` is an IPv4 address in 127.0.0.0/8 or ::1. False for any other text, also "localhost" and
 /// IPv4 addresses written as IPv6.
 bool isLoopback(const std::string& address);
