@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <iostream>
 
 namespace traction::view {
 
@@ -30,18 +29,10 @@ constexpr auto kLinger = 10s;
 constexpr std::size_t kLines = 16;
 /// An endpoint's last error is told to new clients, and not repeated to the others, for this long.
 constexpr auto kErrorLasts = 10s;
-constexpr std::size_t kMostSensors = 64;          ///< of one feed
-constexpr std::size_t kMostReportedOrigins = 16;  ///< bounds what web pages can make the program print
+constexpr std::size_t kMostSensors = 64;  ///< of one feed
 
 std::string_view textOf(beast::string_view text) {
   return {text.data(), text.size()};
-}
-
-/// Replaces characters that would control a terminal.
-std::string printable(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](unsigned char byte) { return byte < 0x20 || byte > 0x7E; }, '?');
-  return text;
 }
 
 }  // namespace
@@ -84,6 +75,7 @@ std::optional<Response> FoxgloveServer::handle(const Request& request, const std
   };
   const std::string origin(textOf(request[http::field::origin]));
   if (!isAllowedHost(textOf(request[http::field::host]), hostNames_)) {
+    refusals_.print(unknownHost(textOf(request[http::field::host])));
     return answer(http::status::misdirected_request, "Unknown host name; traction-view --name HOST allows it.");
   }
   if (!foxglove::isAllowedOrigin(origin, options_.origins)) {
@@ -108,13 +100,10 @@ std::optional<Response> FoxgloveServer::handle(const Request& request, const std
   return std::nullopt;
 }
 
-/// Prints each refused origin once, as a browser only reports that the connection failed.
 void FoxgloveServer::reportOrigin(const std::string& origin) {
-  if (reportedOrigins_.size() >= kMostReportedOrigins || !reportedOrigins_.insert(origin).second) return;
-  const std::string text = printable(origin.substr(0, 200));
-  std::cerr << "traction-view: refused a Foxglove connection by a page of the origin '" << text
-            << "'; if it is a Foxglove or Lichtblick of your own, allow it with --foxglove-origin " << text
-            << std::endl;
+  const std::string text = printableHeader(origin);
+  refusals_.print("refused a Foxglove connection by a page of the origin '" + text +
+                  "'; if it is a Foxglove or Lichtblick of your own, allow it with --foxglove-origin " + text);
 }
 
 void FoxgloveServer::open(const Request& request, std::string_view subprotocol, tcp::socket&& socket) {

@@ -3,6 +3,7 @@
 
 #include "client/viewer/foxglove_session.h"
 #include "client/viewer/http_listener.h"
+#include "client/viewer/refusals.h"
 #include "client/viewer/server.h"
 #include "client/viewer/source.h"
 
@@ -18,7 +19,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -92,8 +92,8 @@ class FoxgloveServer {
   boost::asio::io_context& context_;
   HttpListener listener_;
   boost::asio::steady_timer timer_;
-  std::string session_;                    ///< identifies this start of the program
-  std::set<std::string> reportedOrigins_;  ///< that were refused
+  std::string session_;  ///< identifies this start of the program
+  Refusals refusals_;
   std::list<std::shared_ptr<foxglove::Session>> sessions_;
   Clock::time_point connected_;               ///< when there was a session last
   std::vector<ChannelState> channels_;        ///< by id

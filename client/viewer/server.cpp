@@ -6,6 +6,7 @@
 #include "client/viewer/http_listener.h"
 #include "client/viewer/hub.h"
 #include "client/viewer/page.h"
+#include "client/viewer/refusals.h"
 
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
@@ -112,9 +113,12 @@ class Server {
     const auto host = request[http::field::host];
     const auto origin = request[http::field::origin];
     if (!isAllowedHost({host.data(), host.size()}, options_.names)) {
+      refusals_.print(unknownHost({host.data(), host.size()}));
       refuse(http::status::misdirected_request, "Unknown host name; traction-view --name HOST allows it.");
     } else if (!origin.empty() && origin != "http://" + std::string(host) && origin != "https://" + std::string(host)) {
-      refuse(http::status::forbidden, "Pages of other origins are refused.");
+      const std::string why = otherOrigin({origin.data(), origin.size()}, {host.data(), host.size()});
+      refusals_.print(why);
+      refuse(http::status::forbidden, why + ".");
     } else if (request.method() != http::verb::get && request.method() != http::verb::head) {
       refuse(http::status::method_not_allowed, "Only GET and HEAD are supported.");
     } else if (beast::websocket::is_upgrade(request)) {
@@ -417,6 +421,7 @@ class Server {
   }
 
   ServerOptions options_;
+  Refusals refusals_;
   asio::io_context context_{1};
   asio::steady_timer timer_{context_};
   HttpListener listener_;

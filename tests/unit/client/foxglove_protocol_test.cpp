@@ -2,6 +2,7 @@
 // those of the specification (https://github.com/foxglove/ws-protocol, docs/spec.md) and of RFC 4648.
 #include "client/viewer/foxglove_protocol.h"
 #include "client/viewer/listen_address.h"
+#include "client/viewer/refusals.h"
 #include "tests/support/seed.h"
 
 #include <gtest/gtest.h>
@@ -167,6 +168,19 @@ TEST(ListenAddress, FormsOfTheCommandLine) {
   for (const char* none : {"", "65536", "10.0.0.1:", "10.0.0.1:x", "10.0.0.1:70000", ":9000000"}) {
     EXPECT_EQ(parse(none), "none") << none;
   }
+}
+
+TEST(ListenAddress, NamesAreResolved) {
+  EXPECT_EQ(resolved("localhost"), "127.0.0.1");
+  for (const char* address : {"10.0.0.1", "::1", "0.0.0.0"}) EXPECT_EQ(resolved(address), address);
+  for (const char* none : {"", "no name", "127.0.0.1:1"}) EXPECT_EQ(resolved(none), "") << none;
+}
+
+TEST(Refusals, NameHostAndOriginWithoutWhatControlsATerminal) {
+  const std::string why = otherOrigin("http://box:8080", "box\x1b[2J");
+  for (const char* part : {"'http://box:8080'", "'box?[2J'", "$http_host"})
+    EXPECT_NE(why.find(part), std::string::npos) << why;
+  EXPECT_NE(unknownHost("box:9880").find("--name box"), std::string::npos);
 }
 
 TEST(ListenAddress, LoopbackAddresses) {
