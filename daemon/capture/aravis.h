@@ -105,6 +105,8 @@ class ControlGuard {
 // ---- aravis_find.cpp
 
 bool isAddress(const std::string& id);  ///< Returns whether a text is an IPv4 address.
+/// Returns what Aravis opens a listed camera by: its address, as two cameras may have one id, or else its id.
+std::string handleOf(const CameraName& camera);
 
 /// Finds the camera that CameraOptions::id names and opens it, after CameraOptions::inspector, if there is one, has
 /// evaluated its description (not with CameraOptions::fakeInterface). For a GigE Vision camera, then also guards its

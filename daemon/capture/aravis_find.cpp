@@ -34,8 +34,8 @@ bool matches(const CameraName& name, const std::string& id) {
   return same(name.id) || same(name.physicalId) || same(name.address) || same(name.vendor + "-" + name.serial);
 }
 
-/// What Aravis opens the camera by. Looks in the list itself: Aravis would ask the name server for an unknown id, and
-/// opens another as the first than it lists.
+/// What Aravis opens the camera by; without an id the first in the list that can be reached. Looks in the list itself:
+/// Aravis would ask the name server for an unknown id, and opens another as the first than it lists.
 tl::expected<std::string, Error> idFor(const CameraOptions& options) {
   showFake(options.fakeInterface);
   const std::string& id = options.id;
@@ -49,8 +49,9 @@ tl::expected<std::string, Error> idFor(const CameraOptions& options) {
     return failed(EX_UNAVAILABLE, "there is no camera \"" + id + "\"",
                   ids.empty() ? "no camera answers: " + std::string(kWhatToCheck) : "there are: " + joined(ids));
   }
-  const CameraName& camera = id.empty() ? all.front() : *found;
-  return isAddress(camera.address) ? camera.address : camera.id;  // twins of one id are told apart by their addresses
+  if (!id.empty()) return handleOf(*found);
+  const auto near = std::find_if(all.begin(), all.end(), [](const CameraName& c) { return !unreachable(handleOf(c)); });
+  return handleOf(near == all.end() ? all.front() : *near);
 }
 
 tl::unexpected<Error> damaged(const std::string& fault) {
@@ -108,6 +109,10 @@ bool takeControl(ArvGvDevice* device, std::int64_t until_ns, const std::stop_tok
 bool isAddress(const std::string& id) {
   in_addr address{};
   return inet_pton(AF_INET, id.c_str(), &address) == 1;
+}
+
+std::string handleOf(const CameraName& camera) {
+  return camera.protocol == "GigEVision" && isAddress(camera.address) ? camera.address : camera.id;
 }
 
 std::vector<CameraName> listCameras(bool withFake) {

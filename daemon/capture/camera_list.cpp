@@ -30,11 +30,6 @@ std::string firstLine(const fs::path& path) {
   return line;
 }
 
-/// What Aravis opens a camera by: twins of one id are told apart by their addresses.
-const std::string& handleOf(const CameraName& camera) {
-  return isAddress(camera.address) ? camera.address : camera.id;
-}
-
 /// What a process of its own finds wrong with a camera's description.
 Inspection seenInChild(const std::string& inspector, const CameraName& camera) {
   if (inspector.empty() || camera.protocol == "Fake") return {.outcome = Inspection::Outcome::kHarmless, .text = {}};
