@@ -11,12 +11,14 @@
 #include "daemon/capture/camera_options.h"
 #include "daemon/capture/clock_asker.h"
 #include "daemon/capture/driver.h"
+#include "daemon/capture/packet_survey.h"
 #include "daemon/capture/stream_filter.h"
 #include "daemon/records/camera_features.h"
 
 #include <arv.h>
 #include <tl/expected.hpp>
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -246,10 +248,10 @@ std::string byteOrderNote(ArvDevice* device);
 // ---- aravis_network.cpp
 
 /// Returns the packet sizes to try in turn [bytes with headers]: the largest that interface and camera carry, at most
-/// 9000, or 1500 if the interface's MTU is not known, rounded down to a multiple of 4; then 1500 and 576, as far as
-/// they are smaller. Looks for it with test packets, if the camera sends them, and then leaves the camera with another
-/// size: must be called without a stream, and a size be set afterwards. Only CameraOptions::packetSize_bytes if that is
-/// set. EX_CONFIG if that exceeds the MTU, as far as known. For a GigE Vision camera.
+/// 9000, or 1500 if the interface's MTU is not known; then 1500 and 576, as far as they are smaller; each made even
+/// (evenPacketSize()). Looks for it with test packets, if the camera sends them, and then leaves the camera with
+/// another size: must be called without a stream, and a size be set afterwards. Only CameraOptions::packetSize_bytes if
+/// that is set. EX_CONFIG if that exceeds the MTU, as far as known. For a GigE Vision camera.
 tl::expected<std::vector<int>, Error> packetSizes(ArvCamera* camera, const CameraOptions& options);
 
 /// Sets the size of a GigE Vision stream's receive buffer. Returns the size that the kernel granted [bytes]; 0: not
@@ -260,6 +262,11 @@ int setReceiveBuffer(ArvStream* stream, int size_bytes);
 /// discards those that came before. Must be called before the stream has buffers: until then Aravis discards every
 /// packet. Fails with EX_OSERR.
 tl::expected<void, Error> guardStream(ArvStream* stream, const StreamShape& shape);
+/// Reads the stream's own packets, past the filter, until one frame has ended or `patience` is over: that frame is lost
+/// to Aravis. Not for a stream that is lent. Attaches the filter for `shape` again, unless the stream reads from a
+/// packet socket, of which this socket gets a copy. Fails as guardStream(). \param shape as of guardStream()
+tl::expected<PacketSurvey, Error> surveyStream(ArvStream* stream, const StreamShape& shape, bool packetSocket,
+                                               std::chrono::milliseconds patience);
 /// Returns the number of packets that the kernel has dropped since a GigE Vision stream was opened: not the camera's,
 /// or the receive buffer was full. 0 if it is not known.
 std::uint64_t packetsRefused(ArvStream* stream);
@@ -267,8 +274,8 @@ std::uint64_t packetsRefused(ArvStream* stream);
 /// Returns the memory of packets that the kernel has received and Aravis has not yet [bytes]; 0: none, or not known.
 std::uint32_t bytesWaiting(ArvStream* stream);
 /// Asks a GigE Vision camera for what its packets look like. A port that it does not report is 0. \param
-/// packetSize_bytes with headers \param payload_bytes of the largest frame, with chunk data
-StreamShape streamShape(ArvCamera* camera, int packetSize_bytes, std::size_t payload_bytes);
+/// packetSize_bytes with headers \param payload_bytes of the largest frame, with chunk data \param picture_bytes of it
+StreamShape streamShape(ArvCamera* camera, int packetSize_bytes, std::size_t payload_bytes, std::size_t picture_bytes);
 
 /// Returns whether this process may open packet sockets.
 bool packetSocketAllowed();

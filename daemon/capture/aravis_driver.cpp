@@ -1,10 +1,17 @@
 // Strategy. Found, controlled, set, read back, streaming, its packet size proved by a whole frame: then it is open.
+//
+// A picture that is used is proved whole. The kernel's filter passes a data packet only if it fills its block as far as
+// the picture reaches, so that a frame with holes stays incomplete (stream_filter.h); what the leader says is compared
+// with what was agreed upon, for each frame (sent_picture.h). If no frame becomes whole, the stream's socket is read
+// without Aravis for one frame (surveyStream()). That shows what the filter keeps from Aravis: the length of the
+// packets, which the stream is then opened for, or what the camera sends instead of pictures.
 #include "daemon/capture/aravis_driver.h"
 
 #include "base/clock.h"
 #include "daemon/capture/aravis.h"
 #include "daemon/capture/chunk_description.h"
 #include "daemon/capture/gvcp_search.h"
+#include "daemon/capture/sent_picture.h"
 #include "daemon/capture/silence.h"
 
 #include <unistd.h>
@@ -13,6 +20,8 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <optional>
 #include <thread>
 #include <tuple>
 #include <utility>
@@ -22,10 +31,19 @@ namespace {
 
 using std::chrono::milliseconds;
 
+/// What one opening leaves for the next.
+struct Learnt {
+  static constexpr int kStreak = 100;     ///< at first
+  std::atomic<bool> isDoubted{false};     ///< frames came that were not whole, and the opening had seen none
+  std::atomic<int> streak{kStreak};       ///< so many broken frames in a row are reason to open the camera again
+  int asked_bytes = 0, filled_bytes = 0;  ///< packets of the first size were asked for, and the second came; 0: none
+};
+
 class AravisDriver : public Driver {
  public:
   static tl::expected<std::unique_ptr<Driver>, Error> open(const CameraOptions& options, const Opening& opening,
-                                                           const std::function<void(bool)>& receiving);
+                                                           const std::function<void(bool)>& receiving,
+                                                           std::shared_ptr<Learnt> learnt);
   ~AravisDriver() override;
 
   const CameraInfo& info() const override { return info_; }
@@ -36,6 +54,7 @@ class AravisDriver : public Driver {
     return [](void* handle) { g_object_unref(handle); };
   }
   std::string doubt() override;
+  std::string objection() const override;
   void markSilent() override { silent_ = true; }
   void undo() override;
   CameraLink link(const CameraLink& before) override {
@@ -46,22 +65,32 @@ class AravisDriver : public Driver {
   }
 
  private:
-  enum class Proof { kWhole, kBroken, kNothing };
+  /// What came of a stream that was started. kUnfit: whole frames, none with the agreed picture.
+  enum class Proof { kWhole, kUnfit, kBroken, kNothing };
   static constexpr milliseconds kAnswer{130};
+  /// From these is judged what the camera sends: the first may be what was left of other settings.
+  static constexpr int kFirstFrames = 3;
 
   static void onStream(void* driver, ArvStreamCallbackType type, ArvBuffer*);
   tl::expected<void, Error> setUp(const CameraOptions& wanted, const CameraInfo* before);
   tl::expected<void, Error> start();
-  tl::expected<void, Error> startStream(int packetSize_bytes);
-  Proof awaitWholeFrame() const;
-  void describe(ArvBuffer* from, Buffer& buffer) const;
+  tl::expected<Proof, Error> tryStream(int packetSize_bytes);
+  tl::expected<bool, Error> adaptStream(int asked_bytes);
+  tl::expected<void, Error> startStream(int packetSize_bytes, int filled_bytes);
+  void compareOffset();
+  StreamShape shapeOfStream() const;
+  double patience_s() const;
+  Proof awaitWholeFrame();
+  void describe(ArvBuffer* from, Buffer& buffer);
   void account(Arrival& arrival);
+  void giveUp(Buffer& buffer);
 
   CameraOptions options_;
   std::atomic<bool> controlLost_{false};  // set by Aravis's heartbeat thread: outlives the camera
   std::atomic<bool> silent_{false};
   std::atomic<int> receivingThread_{0};  ///< Aravis's
   std::function<void(bool)> receiving_;
+  std::shared_ptr<Learnt> learnt_;
   GvcpSearch search_;
   ControlGuard guard_;  // before the camera, and after every other socket of this
   Ref<ArvCamera> camera_;
@@ -72,10 +101,16 @@ class AravisDriver : public Driver {
   std::uint64_t framePackets_ = 0;
   struct Packets {
     std::int64_t ignored = 0, twice = 0, asked = 0, noRoom = 0;
-  } packets_;                  ///< when they were counted last
-  std::int64_t expected_ = 0;  ///< packets asked for again, which may come once more
-  std::int64_t asked_ns_ = 0;  ///< when that was last
-  bool portIsTrue_ = true;     ///< the camera sends from the port that it names
+  } packets_;                                  ///< when they were counted last
+  std::int64_t expected_ = 0;                  ///< packets asked for again, which may come once more
+  std::int64_t asked_ns_ = 0;                  ///< when that was last
+  bool portIsTrue_ = true;                     ///< the camera sends from the port that it names
+  bool isSeen_ = false;                        ///< a frame was whole, or its packets were read by surveyStream()
+  bool isPatient_ = false;                     ///< waits for a frame of a camera that waits for its trigger
+  int broken_ = 0;                             ///< frames in a row that were not whole
+  std::optional<bool> extendedIds_;            ///< as its packets show; none: as the camera says
+  std::optional<std::pair<int, int>> offset_;  ///< of its pictures, by the first leader
+  SentPicture unfit_;                          ///< the last frame that was whole and had another picture
   ChunkDescription chunks_;
   std::vector<Feature> undo_;                               ///< features as they were before it was set up
   std::vector<std::pair<std::string, std::string>> first_;  ///< features as they were before people wrote them
@@ -90,10 +125,12 @@ AravisDriver::~AravisDriver() {
 }
 
 tl::expected<std::unique_ptr<Driver>, Error> AravisDriver::open(const CameraOptions& options, const Opening& opening,
-                                                                const std::function<void(bool)>& receiving) {
+                                                                const std::function<void(bool)>& receiving,
+                                                                std::shared_ptr<Learnt> learnt) {
   auto driver = std::make_unique<AravisDriver>();
   driver->options_ = options;
   driver->receiving_ = receiving;
+  driver->learnt_ = std::move(learnt);
   CameraOptions& wanted = driver->options_;
   const CameraInfo* before = opening.before;
   if (before != nullptr) {
@@ -168,7 +205,8 @@ tl::expected<void, Error> AravisDriver::start() {
       const std::string warning = usbMemoryWarning(info_.shape.size * static_cast<std::size_t>(options_.buffers));
       if (!warning.empty()) info_.warnings.push_back(warning);
     }
-    return startStream(0);
+    isSeen_ = true;  // its packets have no size that could be wrong
+    return startStream(0, 0);
   }
 
   const bool allowed = options_.packetSocket != PacketSocket::kOff && packetSocketAllowed();
@@ -181,21 +219,18 @@ tl::expected<void, Error> AravisDriver::start() {
 
   const auto sizes = packetSizes(camera, options_);
   if (!sizes) return tl::unexpected(sizes.error());
-  Proof proof = Proof::kNothing;
   portIsTrue_ = !info_.triggered;  // of a camera that waits, nothing comes to prove it
-  for (std::size_t i = 0; i < sizes->size() && (i == 0 || proof == Proof::kBroken); ++i) {
-    if (auto started = startStream((*sizes)[i]); !started) return started;
-    proof = awaitWholeFrame();
-    if (proof != Proof::kNothing || !portIsTrue_ || packetsRefused(stream_.get()) == 0) continue;
-    portIsTrue_ = false;
-    if (auto started = startStream((*sizes)[i]); !started) return started;
-    proof = awaitWholeFrame();
-    if (proof != Proof::kNothing)
-      info_.warnings.push_back(
-          "the camera does not send from the port that it says it does (GevSCSP); packets from any "
-          "port of its address are taken");
+  isPatient_ = learnt_->isDoubted.exchange(false);
+  Proof proof = Proof::kBroken;
+  for (const int size : *sizes) {
+    const auto tried = tryStream(size);
+    if (!tried) return tl::unexpected(tried.error());
+    proof = *tried;
+    if (proof != Proof::kBroken) break;
   }
   info_.packetSizeVerified = proof == Proof::kWhole;
+  if (proof == Proof::kWhole) learnt_->streak = Learnt::kStreak;
+  compareOffset();
   if (proof == Proof::kBroken)
     info_.warnings.push_back("no whole frame has arrived yet, not even with packets of " +
                              std::to_string(info_.packetSize_bytes) + " bytes: the network loses packets");
@@ -206,17 +241,108 @@ tl::expected<void, Error> AravisDriver::start() {
   return {};
 }
 
-tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes) {
+/// Starts the stream with packets of this size, and again if that shows that the camera sends others. Fails with
+/// EX_CONFIG if what it sends are not the pictures agreed upon.
+tl::expected<AravisDriver::Proof, Error> AravisDriver::tryStream(int packetSize_bytes) {
+  const int filled_bytes = packetSize_bytes == learnt_->asked_bytes ? learnt_->filled_bytes : packetSize_bytes;
+  if (auto started = startStream(packetSize_bytes, filled_bytes); !started) return tl::unexpected(started.error());
+  Proof proof = awaitWholeFrame();
+  // A packet socket has no filter, and a frame with holes counts as whole.
+  const bool isProved = proof == Proof::kUnfit || (proof == Proof::kWhole && !info_.packetSocket);
+  const bool isSilent = proof == Proof::kNothing && !info_.packetSocket && packetsRefused(stream_.get()) == 0;
+  if (!isProved && !isSilent) {
+    const auto adapted = adaptStream(packetSize_bytes);
+    if (!adapted) return tl::unexpected(adapted.error());
+    if (*adapted) proof = awaitWholeFrame();
+  }
+  if (proof == Proof::kUnfit) return failed(EX_CONFIG, "the camera " + objection(), remedyOf(unfit_.payloadType));
+  return proof;
+}
+
+/// Starts the stream again if packets of it show that it must be opened in another way. Returns whether they do.
+tl::expected<bool, Error> AravisDriver::adaptStream(int asked_bytes) {
+  const auto patience = std::chrono::ceil<milliseconds>(std::chrono::duration<double>(patience_s() / 2));
+  const StreamShape shape = shapeOfStream();
+  const auto surveyed = surveyStream(stream_.get(), shape, info_.packetSocket, patience);
+  if (!surveyed) return tl::unexpected(surveyed.error());
+  const PacketSurvey& survey = *surveyed;
+  if (!survey.hasLeader()) return false;
+  isSeen_ = true;
+  isPatient_ = false;
+  SentPicture sent = survey.picture();
+  // How much comes is known of whole frames alone.
+  sent.size = sent.payloadType == SentPicture::kChunks ? info_.shape.size : std::numeric_limits<std::size_t>::max();
+  if (const std::string why = deviation(sent, info_.shape); !why.empty())
+    return failed(EX_CONFIG, "the camera " + why, remedyOf(sent.payloadType));
+  if (survey.isAllInOne())
+    return failed(EX_CONFIG, "the camera sends each frame in one packet, which cannot be read",
+                  "in camera.features: { GevSCCFGAllInTransmission = false }");
+  if (survey.isUneven())
+    return failed(EX_CONFIG,
+                  "the camera sends packets of several lengths within a frame, the largest of " +
+                      std::to_string(survey.block_bytes()) + " bytes: where they belong cannot be known",
+                  "set camera.packet_size_bytes to another size");
+  const std::size_t block_bytes =
+      survey.block_bytes() == 0 ? static_cast<std::size_t>(shape.blockBytes()) : survey.block_bytes();
+  StreamShape other = shape;
+  other.extendedIds = survey.extendedIds();
+  const int filled_bytes = StreamShape::kNetworkHeaders_bytes + other.headerBytes() + static_cast<int>(block_bytes);
+  const bool isElsewhere = portIsTrue_ && shape.cameraPort != 0 && survey.port() != shape.cameraPort;
+  if (!isElsewhere && other.extendedIds == shape.extendedIds && filled_bytes == info_.packetSize_bytes) return false;
+  if (isElsewhere) {
+    portIsTrue_ = false;
+    info_.warnings.push_back("the camera does not send from the port that it says it does (GevSCSP); packets from any "
+                             "port of its address are taken");
+  }
+  extendedIds_ = other.extendedIds;
+  learnt_->asked_bytes = asked_bytes;
+  learnt_->filled_bytes = filled_bytes;
+  if (auto started = startStream(asked_bytes, filled_bytes); !started) return tl::unexpected(started.error());
+  return true;
+}
+
+std::string inWords(const std::pair<int, int>& place) {
+  return "(" + std::to_string(place.first) + ", " + std::to_string(place.second) + ")";
+}
+
+/// Many cameras leave the offset out of their leaders: 0.
+void AravisDriver::compareOffset() {
+  gint x = 0, y = 0, width = 0, height = 0;
+  Failure failure;
+  arv_camera_get_region(camera_.get(), &x, &y, &width, &height, failure.into());
+  if (failure || !offset_ || *offset_ == std::pair(0, 0) || *offset_ == std::pair(x, y)) return;
+  info_.warnings.push_back("the leaders of its pictures say that these begin at " + inWords(*offset_) +
+                           " on the sensor, its OffsetX and OffsetY say " + inWords({x, y}) +
+                           ": a calibration holds for pictures from one place");
+}
+
+StreamShape AravisDriver::shapeOfStream() const {
+  StreamShape shape = streamShape(camera_.get(), info_.packetSize_bytes, payload_, info_.shape.size);
+  if (!portIsTrue_) shape.cameraPort = 0;
+  if (extendedIds_) shape.extendedIds = *extendedIds_;
+  return shape;
+}
+
+/// Starts the stream. Aravis takes the size of a block from the register when the stream is created; a camera that
+/// sends less than it is asked for is asked for as much as before, so that it does not send still less. \param
+/// packetSize_bytes to ask for; 0: not a network camera \param filled_bytes size of the packets that come then
+tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes, int filled_bytes) {
   ArvCamera* camera = camera_.get();
   if (stream_) arv_camera_stop_acquisition(camera, nullptr);
   stream_.reset();
   Failure failure;
   if (packetSize_bytes > 0) {
-    arv_camera_gv_set_packet_size(camera, packetSize_bytes, failure.into());
+    arv_camera_gv_set_packet_size(camera, filled_bytes, failure.into());
     if (!failure) info_.packetSize_bytes = static_cast<int>(arv_camera_gv_get_packet_size(camera, failure.into()));
     if (failure)
       return failed(failure.noAnswer() ? EX_UNAVAILABLE : EX_CONFIG,
-                    "the camera refuses packets of " + std::to_string(packetSize_bytes) + " bytes", failure.text());
+                    "the camera refuses packets of " + std::to_string(filled_bytes) + " bytes", failure.text());
+    if (filled_bytes != packetSize_bytes && info_.packetSize_bytes != filled_bytes)
+      return failed(EX_CONFIG,
+                    "the camera is asked for packets of " + std::to_string(packetSize_bytes) + " bytes, sends " +
+                        std::to_string(filled_bytes) + ", and allows " + std::to_string(info_.packetSize_bytes) +
+                        " instead",
+                    "set camera.packet_size_bytes to a size that it fills");
   }
   stream_.reset(aravis::createStream(camera, onStream, this, failure.into()));
   if (!stream_) return failed(EX_UNAVAILABLE, "the camera's stream cannot be opened", failure.text());
@@ -229,10 +355,17 @@ tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes) {
                   failure ? failure.text() : "");
   payload_ = payload;
   if (ARV_IS_GV_STREAM(stream_.get())) {
-    StreamShape shape = streamShape(camera, info_.packetSize_bytes, payload);
+    if (filled_bytes != packetSize_bytes) {
+      info_.settings.push_back("packets of " + std::to_string(packetSize_bytes) + " bytes are asked for, it sends " +
+                               std::to_string(filled_bytes));
+      arv_camera_gv_set_packet_size(camera, packetSize_bytes, failure.into());
+    }
+    if (failure)
+      return failed(failure.noAnswer() ? EX_UNAVAILABLE : EX_CONFIG,
+                    "the camera refuses packets of " + std::to_string(packetSize_bytes) + " bytes", failure.text());
+    const StreamShape shape = shapeOfStream();
     framePackets_ = shape.blocks() + 2;  // with leader and trailer
     if (!info_.packetSocket) {
-      if (!portIsTrue_) shape.cameraPort = 0;
       if (auto guarded = guardStream(stream_.get(), shape); !guarded) return guarded;
     }
     // Of a frame whose camera pauses for longer than packet-timeout Aravis asks for all that is still to come, and by
@@ -264,22 +397,27 @@ void AravisDriver::onStream(void* driver, ArvStreamCallbackType type, ArvBuffer*
   if (type == ARV_STREAM_CALLBACK_TYPE_EXIT) receiving(false);
 }
 
-AravisDriver::Proof AravisDriver::awaitWholeFrame() const {
-  // Four frames, should they be slow; of a camera that waits for its trigger nothing comes.
-  const double patience_s =
-      info_.triggered ? 0.1 : std::clamp(info_.frameRate_Hz > 0 ? 4.0 / info_.frameRate_Hz : 1.0, 1.0, 5.0);
-  const std::int64_t until_ns = monotonicNow() + std::llround(patience_s * 1e9);
-  int broken = 0;
-  while (broken < 3) {
+/// Four frames, should they be slow; of a camera that waits for its trigger nothing comes.
+double AravisDriver::patience_s() const {
+  if (isPatient_) return 5.0;
+  return info_.triggered ? 0.1 : std::clamp(info_.frameRate_Hz > 0 ? 4.0 / info_.frameRate_Hz : 1.0, 1.0, 5.0);
+}
+
+AravisDriver::Proof AravisDriver::awaitWholeFrame() {
+  const std::int64_t until_ns = monotonicNow() + std::llround(patience_s() * 1e9);
+  int broken = 0, unfit = 0;
+  while (broken + unfit < kFirstFrames) {
     const std::int64_t left_ns = until_ns - monotonicNow();
-    ArvBuffer* buffer =
+    ArvBuffer* popped =
         left_ns <= 0 ? nullptr : arv_stream_timeout_pop_buffer(stream_.get(), static_cast<guint64>(left_ns / 1000));
-    if (buffer == nullptr) break;
-    const bool whole = arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS;
-    arv_stream_push_buffer(stream_.get(), buffer);
-    if (whole) return Proof::kWhole;
-    ++broken;
+    if (popped == nullptr) break;
+    Buffer buffer;
+    describe(popped, buffer);
+    arv_stream_push_buffer(stream_.get(), popped);
+    if (buffer.data != nullptr) return Proof::kWhole;
+    ++(buffer.arrival.complete ? unfit : broken);
   }
+  if (unfit == kFirstFrames) return Proof::kUnfit;
   return broken > 0 ? Proof::kBroken : Proof::kNothing;
 }
 
@@ -321,7 +459,25 @@ Popped AravisDriver::pop(Buffer& buffer, milliseconds timeout) {
   buffer.handle = popped;
   account(buffer.arrival);
   describe(popped, buffer);
+  if (buffer.arrival.complete) {
+    isSeen_ = true;
+    broken_ = 0;
+  } else if (++broken_ >= (isSeen_ ? learnt_->streak.load(std::memory_order_relaxed) : kFirstFrames)) {
+    giveUp(buffer);
+    return Popped::kBroken;
+  }
   return Popped::kBuffer;
+}
+
+/// Lets the next opening find out why no frame is whole. Where none will be, as on a broken network, the camera is not
+/// opened again and again.
+void AravisDriver::giveUp(Buffer& buffer) {
+  constexpr int kLongest = 1 << 20;
+  if (isSeen_)
+    learnt_->streak = std::min(2 * learnt_->streak, kLongest);
+  else
+    learnt_->isDoubted = true;
+  giveBack(std::exchange(buffer.handle, nullptr));
 }
 
 /// Frames that are up to a hundred older than the newest, Aravis takes for late, and throws away.
@@ -356,40 +512,66 @@ void AravisDriver::account(Arrival& arrival) {
   arrival.repeated = unaskedTwice < twice || unaskedLate < late;
 }
 
-void AravisDriver::describe(ArvBuffer* from, Buffer& buffer) const {
+/// What Aravis has kept of a whole frame's leader. Asked for the picture of something that is none, it complains on the
+/// console.
+SentPicture leaderOf(ArvBuffer* from) {
+  SentPicture sent;
+  sent.payloadType = arv_buffer_get_payload_type(from);
+  if (sent.payloadType != SentPicture::kPicture && sent.payloadType != SentPicture::kPictureAndChunks) return sent;
+  arv_buffer_get_image_region(from, &sent.x, &sent.y, &sent.width, &sent.height);
+  arv_buffer_get_image_padding(from, &sent.paddingX, &sent.paddingY);
+  sent.format = arv_buffer_get_image_pixel_format(from);
+  return sent;
+}
+
+void AravisDriver::describe(ArvBuffer* from, Buffer& buffer) {
   Arrival& arrival = buffer.arrival;
   arrival.complete = arv_buffer_get_status(from) == ARV_BUFFER_STATUS_SUCCESS;
   arrival.id = arv_buffer_get_frame_id(from);
   arrival.device_ns = static_cast<std::int64_t>(arv_buffer_get_timestamp(from));
   if (!arrival.complete) return;
-  // Asked for the picture of something that is none, Aravis complains on the console.
-  const ArvBufferPayloadType payload = arv_buffer_get_payload_type(from);
-  if (payload != ARV_BUFFER_PAYLOAD_TYPE_IMAGE && payload != ARV_BUFFER_PAYLOAD_TYPE_EXTENDED_CHUNK_DATA) return;
   std::size_t size = 0;  // with what lies behind the picture
   const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_data(from, &size));
-  arrival.shape.width = arv_buffer_get_image_width(from);
-  arrival.shape.height = arv_buffer_get_image_height(from);
-  arrival.shape.format = arv_buffer_get_image_pixel_format(from);
-  arrival.shape.size = std::min(size, payload_);
-  if (arrival.shape.size > info_.shape.size && arv_buffer_has_chunks(from)) {
-    Chunks found;
-    const auto picture =
-        readChunks({data, arrival.shape.size}, info_.shape.size, !info_.zeroIsAnId, chunks_.fields, found);
-    if (picture) arrival.shape.size = *picture;
-    buffer.extras = found.extras;
-    if (arrival.device_ns == 0 && found.timestamp_ns) arrival.device_ns = *found.timestamp_ns;
-    if (arrival.id == 0 && found.frameId) arrival.id = *found.frameId;
+  size = std::min(size, payload_);
+  SentPicture sent = leaderOf(from);
+  sent.size = size;
+  Chunks found;
+  const auto readBehind = [&](std::size_t picture_bytes) {
+    return readChunks({data, size}, picture_bytes, !info_.zeroIsAnId, chunks_.fields, found);
+  };
+  if (sent.payloadType == SentPicture::kChunks) sent.size = readBehind(1).value_or(0);
+  auto layout = layoutOf(sent, info_.shape);
+  if (layout && sent.payloadType != SentPicture::kChunks) {
+    if (size > layout->bytes && arv_buffer_has_chunks(from)) readBehind(layout->bytes);
+    if (!offset_) offset_ = {sent.x, sent.y};
+    if (*offset_ != std::pair(sent.x, sent.y)) layout.reset();
   }
-  // What is left beyond the picture is padding, as long as the camera announced it.
-  if (arrival.shape.size > info_.shape.size && size <= payload_) arrival.shape.size = info_.shape.size;
+  if (!layout) {
+    unfit_ = sent;
+    arrival.shape = {sent.width, sent.height, info_.shape.size, sent.format};
+    if (arrival.shape == info_.shape) arrival.shape.size = 0;  // the rows are not where they should be
+    return;
+  }
+  arrival.shape = info_.shape;
+  buffer.extras = found.extras;
+  if (arrival.device_ns == 0 && found.timestamp_ns) arrival.device_ns = *found.timestamp_ns;
+  if (arrival.id == 0 && found.frameId) arrival.id = *found.frameId;
   buffer.data = data;
-  buffer.stride = traitsOf(info_.format).stride(arrival.shape.width);
+  buffer.stride = layout->stride;
+}
+
+std::string AravisDriver::objection() const {
+  if (std::string why = deviation(unfit_, info_.shape); !why.empty()) return why;
+  return "moved its picture from " + inWords(offset_.value_or(std::pair(0, 0))) + " to " +
+         inWords({unfit_.x, unfit_.y}) + " by its leader";
 }
 
 }  // namespace
 
 OpenDriver fromAravis(const CameraOptions& options, const std::function<void(bool)>& receiving) {
-  return [options, receiving](const Opening& opening) { return AravisDriver::open(options, opening, receiving); };
+  return [options, receiving, learnt = std::make_shared<Learnt>()](const Opening& opening) {
+    return AravisDriver::open(options, opening, receiving, learnt);
+  };
 }
 
 }  // namespace tractiond::capture

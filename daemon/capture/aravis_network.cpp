@@ -1,4 +1,5 @@
 // What the network between camera and host carries: packet sizes, receive buffers; and USB's memory.
+#include "base/clock.h"
 #include "daemon/capture/aravis.h"
 #include "daemon/capture/control_filter.h"
 #include "daemon/capture/last_will.h"
@@ -9,6 +10,7 @@
 #include <linux/sock_diag.h>
 #include <net/if.h>
 #include <netinet/in.h>
+#include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -94,11 +96,21 @@ int attach(int descriptor, std::vector<sock_filter> code) {
   return 0;
 }
 
+bool usesExtendedIds(ArvDevice* device) {
+  return readFeature(device, "GevGVSPExtendedIDMode") == "On";
+}
+
 /// Of a socket; 0: not known.
 std::uint32_t memoryOf(int descriptor, int which) {
   std::uint32_t memory[SK_MEMINFO_VARS] = {};
   socklen_t length = sizeof memory;
   return getsockopt(descriptor, SOL_SOCKET, SO_MEMINFO, memory, &length) == 0 ? memory[which] : 0;
+}
+
+/// The error of a stream's socket that takes no filter.
+tl::unexpected<Error> unguarded(int descriptor, int why) {
+  return failed(EX_OSERR, "the stream's socket cannot be guarded against packets that are not the camera's",
+                descriptor < 0 ? "it is not found in /proc/self/fd" : std::strerror(why));
 }
 
 }  // namespace
@@ -114,14 +126,15 @@ int setReceiveBuffer(ArvStream* stream, int size_bytes) {
   return getsockopt(descriptor, SOL_SOCKET, SO_RCVBUF, &doubled, &length) == 0 ? doubled / 2 : 0;
 }
 
-StreamShape streamShape(ArvCamera* camera, int packetSize_bytes, std::size_t payload_bytes) {
+StreamShape streamShape(ArvCamera* camera, int packetSize_bytes, std::size_t payload_bytes, std::size_t picture_bytes) {
   ArvDevice* device = arv_camera_get_device(camera);
-  StreamShape shape{.packetSize_bytes = packetSize_bytes, .payload_bytes = payload_bytes};
+  StreamShape shape{
+      .packetSize_bytes = packetSize_bytes, .payload_bytes = payload_bytes, .picture_bytes = picture_bytes};
   shape.cameraAddress = ipv4Of(arv_gv_device_get_device_address(ARV_GV_DEVICE(device)));
   Failure failure;
   const gint64 port = arv_device_get_integer_feature_value(device, "ArvGevSCSP", failure.into());
   if (!failure && port > 0 && port < 65536) shape.cameraPort = static_cast<std::uint16_t>(port);
-  shape.extendedIds = readFeature(device, "GevGVSPExtendedIDMode") == "On";
+  shape.extendedIds = usesExtendedIds(device);
   return shape;
 }
 
@@ -131,8 +144,33 @@ tl::expected<void, Error> guardStream(ArvStream* stream, const StreamShape& shap
   const int why = attach(descriptor, streamFilter(shape));
   aravis::startReceiving(stream);
   if (why == 0) return {};
-  return failed(EX_OSERR, "the stream's socket cannot be guarded against packets that are not the camera's",
-                descriptor < 0 ? "it is not found in /proc/self/fd" : std::strerror(why));
+  return unguarded(descriptor, why);
+}
+
+tl::expected<PacketSurvey, Error> surveyStream(ArvStream* stream, const StreamShape& shape, bool packetSocket,
+                                               std::chrono::milliseconds patience) {
+  const int descriptor = streamSocket(stream);
+  PacketSurvey survey;
+  aravis::stopReceiving(stream);
+  const std::int64_t until_ns = monotonicNow() + std::chrono::nanoseconds(patience).count();
+  int why = attach(descriptor, senderFilter(shape.cameraAddress));
+  if (why == 0) {
+    std::vector<std::uint8_t> packet(65536);
+    while (!survey.isOver()) {
+      const std::int64_t left_ms = (until_ns - monotonicNow()) / 1'000'000;
+      pollfd item{descriptor, POLLIN, 0};
+      if (left_ms <= 0 || poll(&item, 1, static_cast<int>(left_ms)) == 0) break;
+      sockaddr_in from{};
+      socklen_t length = sizeof from;
+      const ssize_t got =
+          recvfrom(descriptor, packet.data(), packet.size(), MSG_DONTWAIT, reinterpret_cast<sockaddr*>(&from), &length);
+      if (got > 0) survey.see({packet.data(), static_cast<std::size_t>(got)}, ntohs(from.sin_port));
+    }
+    if (!packetSocket) why = attach(descriptor, streamFilter(shape));
+  }
+  aravis::startReceiving(stream);
+  if (why != 0) return unguarded(descriptor, why);
+  return survey;
 }
 
 std::uint64_t packetsRefused(ArvStream* stream) {
@@ -199,14 +237,24 @@ tl::expected<std::vector<int>, Error> packetSizes(ArvCamera* camera, const Camer
   Failure failure;
   gint64 low = 0, high = 0;
   arv_device_get_integer_feature_bounds(device, "GevSCPSPacketSize", &low, &high, failure.into());
-  if (!failure && high > 0) largest = static_cast<int>(std::min<gint64>(largest, high));
+  if (failure) low = high = 0;
+  if (high > 0) largest = static_cast<int>(std::min<gint64>(largest, high));
+  gint64 increment = arv_device_get_integer_feature_increment(device, "GevSCPSPacketSize", failure.into());
+  if (failure || increment < 1) increment = 4;  // GigE Vision demands as much
   if (arv_device_get_feature(device, "GevSCPSFireTestPacket") != nullptr) {
     const guint tested = arv_camera_gv_auto_packet_size(camera, failure.into());
     if (!failure && tested >= kAnyNetwork) largest = std::min(largest, static_cast<int>(tested));
   }
-  std::vector<int> sizes{largest - largest % 4};
+  StreamShape shape;
+  shape.extendedIds = usesExtendedIds(device);
+  const int headers_bytes = StreamShape::kNetworkHeaders_bytes + shape.headerBytes();
+  const auto even = [&](int size) {
+    const int least = static_cast<int>(std::clamp<gint64>(low, 0, size));
+    return evenPacketSize(size, headers_bytes, least, static_cast<int>(std::min<gint64>(increment, size)));
+  };
+  std::vector<int> sizes{even(largest)};
   for (const int safe : {kEthernet, kAnyNetwork})
-    if (safe < sizes.back()) sizes.push_back(safe);
+    if (safe < largest && even(safe) < sizes.back()) sizes.push_back(even(safe));
   return sizes;
 }
 

@@ -72,6 +72,7 @@ Next Camera::next(Frame& frame, milliseconds timeout) {
   }
   if (popped == Popped::kEnd) return end(driver_->end()), Next::kEnd;
   if (popped == Popped::kGone) return giveUp(Loss::kNotControlled), Next::kTimeout;
+  if (popped == Popped::kBroken) return giveUp(Loss::kBroken), Next::kTimeout;
   if (rules_.silenceTimeout_ms == 0 || driver_->info().triggered) return Next::kTimeout;
   const std::int64_t now_ns = rules_.clock();
   const bool dead = keeper_->isUnanswered(lastArrival_ns_);

@@ -34,13 +34,14 @@ enum class Popped {
   kBuffer,
   kNothing,  ///< no buffer came within the timeout
   kGone,     ///< this process no longer controls the camera
+  kBroken,   ///< frames come, and for long none was whole: opening the camera again may tell why, or mend it
   kEnd,      ///< there will be no more buffers, as at the end of a file; see end()
 };
 
 /// An opened camera. The capture thread calls pop(), giveBack(), takeClock(), markSilent(), discard() and end(); the
 /// thread "camera-calls" calls link(), serve() and the destructor, as they may take seconds if the camera is gone; the
-/// camera-keeper calls doubt(), also while one of those calls lasts, and undo(), and destroys a driver that is never
-/// lent. info() is for any thread.
+/// camera-keeper calls doubt(), also while one of those calls lasts, objection() and undo(), and destroys a driver that
+/// is never lent. info() is for any thread.
 class Driver {
  public:
   virtual ~Driver() = default;  ///< Closes the camera; may block for seconds if it does not answer.
@@ -70,6 +71,10 @@ class Driver {
   /// is alive or cannot be asked. If the thread that receives packets hangs, gives up the control of the camera. Takes
   /// up to 0.4 s; 2.2 s if that thread waits for a processor.
   virtual std::string doubt() { return ""; }
+
+  /// Returns in what the last picture that was whole and of another shape differed, as the end of a sentence about the
+  /// camera; empty if it is not known. Called when the driver is not lent.
+  virtual std::string objection() const { return {}; }
 
   /// Notes that the camera does not answer: the destructor then does not ask it to stop, and link() reads no further
   /// register. Any thread.

@@ -21,6 +21,14 @@ std::uint64_t contentOf(const std::uint8_t* data, std::size_t size) {
   return XXH3_64bits(sample.data(), sizeof sample);
 }
 
+/// Of a picture, from its first row to the end of its last [bytes].
+std::size_t sizeOf(const CameraInfo& info, int stride) {
+  const PixelFormatTraits& format = traitsOf(info.format);
+  if (stride == 0) return info.shape.size;
+  return static_cast<std::size_t>(stride) * static_cast<std::size_t>(info.shape.height - 1) +
+         format.size(info.shape.width, 1);
+}
+
 }  // namespace
 
 void Intake::begin(const CameraInfo& info, int buffers) {
@@ -58,7 +66,7 @@ Judgement Intake::admit(const Buffer& buffer, Driver& driver, Frame& frame) {
   frame.info.times.capturedError_ns = captured.error_ns;
   frame.info.times.capturedBound = captured.bound;
   frame.data = buffer.data;
-  frame.size = arrival.shape.size;
+  frame.size = sizeOf(info, buffer.stride);
   frame.width = arrival.shape.width;
   frame.height = arrival.shape.height;
   frame.stride = buffer.stride;

@@ -232,10 +232,14 @@ std::int64_t Keeper::lose() {
     switch (loss_.load(std::memory_order_relaxed)) {
     case Loss::kReopened:
       return "";
-    case Loss::kOtherPictures:
-      return "its pictures are no longer those agreed upon";
+    case Loss::kOtherPictures: {
+      const std::string objection = driver_->objection();
+      return "its pictures are no longer those agreed upon" + (objection.empty() ? "" : ": it " + objection);
+    }
     case Loss::kNotControlled:
       return "it is no longer under our control";
+    case Loss::kBroken:
+      return "none of its frames is whole; it is opened again, to see why";
     case Loss::kNoAnswer:
       return doubtWhy_;
     case Loss::kSilent:

@@ -40,9 +40,9 @@ struct CameraRules {
 using Welcome = std::function<tl::expected<void, Error>(const CameraInfo&)>;
 
 /// Why a driver is given back. kReopened: reopen() was called. kOtherPictures: its pictures differ in size or format
-/// from those agreed upon. kNotControlled: Popped::kGone. kNoAnswer: the camera failed the liveness check. kSilent:
-/// nothing arrived for CameraRules::silenceTimeout_ms.
-enum class Loss { kReopened, kOtherPictures, kNotControlled, kNoAnswer, kSilent };
+/// from those agreed upon. kNotControlled: Popped::kGone. kBroken: Popped::kBroken. kNoAnswer: the camera failed the
+/// liveness check. kSilent: nothing arrived for CameraRules::silenceTimeout_ms.
+enum class Loss { kReopened, kOtherPictures, kNotControlled, kBroken, kNoAnswer, kSilent };
 
 /// The groups of functions below say which thread may call them.
 class Keeper {

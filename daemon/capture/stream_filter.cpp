@@ -1,6 +1,6 @@
 #include "daemon/capture/stream_filter.h"
 
-#include <initializer_list>
+#include <algorithm>
 #include <utility>
 
 namespace tractiond::capture {
@@ -17,7 +17,18 @@ constexpr std::uint32_t kChunkLeader_bytes = 12, kPictureLeader_bytes = 36;
 /// Instructions with names for where they jump; resolved once all are there.
 class Program {
  public:
-  enum Label { kNext, kRefuse, kTake, kTrailerFollows, kDataFollows, kErrorFollows, kPictureFollows, kLabels };
+  enum Label {
+    kNext,
+    kRefuse,
+    kTake,
+    kTrailerFollows,
+    kDataFollows,
+    kErrorFollows,
+    kPictureFollows,
+    kTailFollows,
+    kLastFollows,
+    kLabels
+  };
 
   void load(std::uint16_t width, std::uint32_t at) { add(BPF_LD | width | BPF_ABS, at); }
   void loadLength() { add(BPF_LD | BPF_W | BPF_LEN, 0); }
@@ -58,6 +69,9 @@ std::vector<sock_filter> streamFilter(const StreamShape& shape) {
   const std::uint32_t data = kUdpHeader + static_cast<std::uint32_t>(shape.headerBytes());
   const std::uint32_t idWidth = shape.extendedIds ? kExtendedIds : 0;
   const std::uint32_t blocks = shape.blocks(), block = static_cast<std::uint32_t>(shape.blockBytes());
+  // Blocks that the picture fills, and its bytes in the next.
+  const auto full = static_cast<std::uint32_t>(shape.picture_bytes / block);
+  const auto rest = static_cast<std::uint32_t>(shape.picture_bytes % block);
   Program program;
   const auto loadId = [&] {
     program.load(BPF_W, shape.extendedIds ? kUdpHeader + 16 : kKind);
@@ -111,13 +125,40 @@ std::vector<sock_filter> streamFilter(const StreamShape& shape) {
   loadId();
   program.jump(BPF_JGE, 1, Program::kNext, Program::kRefuse);
   program.jump(BPF_JGT, blocks, Program::kRefuse, Program::kNext);
+  program.jump(BPF_JGT, full, Program::kTailFollows, Program::kNext);
+  expectLength(data + block, data + block, Program::kTake);
+  program.here(Program::kTailFollows);
+  program.jump(BPF_JEQ, full + 1, Program::kLastFollows, Program::kNext);
   expectLength(data + 1, data + block, Program::kTake);
+  program.here(Program::kLastFollows);
+  expectLength(data + std::max(rest, 1U), data + block, Program::kTake);
 
   program.here(Program::kTake);
   program.give(kWhole);
   program.here(Program::kRefuse);
   program.give(0);
   return program.resolved();
+}
+
+std::vector<sock_filter> senderFilter(std::uint32_t address) {
+  Program program;
+  program.load(BPF_W, static_cast<std::uint32_t>(SKF_NET_OFF) + 12);
+  program.jump(BPF_JEQ, address, Program::kTake, Program::kRefuse);
+  program.here(Program::kTake);
+  program.give(kWhole);
+  program.here(Program::kRefuse);
+  program.give(0);
+  return program.resolved();
+}
+
+int evenPacketSize(int largest, int headers_bytes, int least, int increment) {
+  constexpr int kEven_bytes = 64;
+  const int allowed = largest - (largest - least) % increment;
+  // Sizes that divide well come again after `increment` * 64 bytes at the latest.
+  const int lowest = std::max(least, allowed - increment * kEven_bytes);
+  for (int size = allowed; size >= lowest && size > headers_bytes; size -= increment)
+    if ((size - headers_bytes) % kEven_bytes == 0) return size;
+  return allowed;
 }
 
 }  // namespace tractiond::capture

@@ -15,15 +15,18 @@ namespace tractiond::capture {
 
 /// Shape of a stream of pictures on the wire (GigE Vision 2.2, part GVSP).
 struct StreamShape {
+  static constexpr int kNetworkHeaders_bytes = 28;  ///< of IP and UDP
+
   std::uint32_t cameraAddress = 0;  ///< IPv4, 127.0.0.1 as 0x7f000001
   std::uint16_t cameraPort = 0;     ///< source port of the stream; 0: not known
   int packetSize_bytes = 1500;      ///< the largest packet, with the headers of IP, UDP and GVSP
   std::size_t payload_bytes = 0;    ///< of the largest frame: picture and chunk data
+  std::size_t picture_bytes = 0;    ///< that each frame has at least, at its start; at most payload_bytes
   bool extendedIds = false;         ///< 64-bit block ids and 32-bit packet ids
 
   // Return the bytes of a packet's GVSP header, and of the picture in each data packet but the last.
   int headerBytes() const { return extendedIds ? 20 : 8; }
-  int blockBytes() const { return packetSize_bytes - 28 - headerBytes(); }
+  int blockBytes() const { return packetSize_bytes - kNetworkHeaders_bytes - headerBytes(); }
   /// Returns the number of data packets in the largest frame, without leader and trailer.
   std::uint32_t blocks() const {
     const auto block = static_cast<std::size_t>(blockBytes());
@@ -32,10 +35,22 @@ struct StreamShape {
 };
 
 /// Returns the program for SO_ATTACH_FILTER on a UDP socket. It passes leaders of pictures (with or without chunk data)
-/// and of chunk data alone with packet id 0, data with ids from 1 to blocks() that are no longer than a block, trailers
+/// and of chunk data with packet id 0, data with ids from 1 to blocks() that are no longer than a block, trailers
 /// with ids from 2 to blocks() + 1, and reports that a packet cannot be resent: all from the camera's address and port
-/// (any port if cameraPort is 0), with ids of StreamShape's width. \param shape packetSize_bytes of at least 100,
-/// payload_bytes of at least 1
+/// (any port if cameraPort is 0), with ids of StreamShape's width.
+///
+/// Data packets must fill their block as far as the picture reaches: Aravis places block k at (k - 1) * blockBytes(),
+/// so that shorter packets leave holes, and reports success all the same. Such a frame now stays incomplete, and
+/// PacketSurvey tells why. \param shape packetSize_bytes of at least 100, payload_bytes of at least 1
 std::vector<sock_filter> streamFilter(const StreamShape& shape);
+
+/// Returns the program that passes all datagrams from an address, for PacketSurvey.
+std::vector<sock_filter> senderFilter(std::uint32_t address);
+
+/// Returns the largest size of packets, at most `largest`, whose block is a multiple of 64 bytes: many cameras round
+/// their blocks down to one of 8, 16 or 64. The size is `least` plus a multiple of `increment`, as the camera demands
+/// of GevSCPSPacketSize; if no such size divides well, the largest that the camera allows. \param headers_bytes of IP,
+/// UDP and GVSP \param least at most `largest` \param increment at least 1
+int evenPacketSize(int largest, int headers_bytes, int least, int increment);
 
 }  // namespace tractiond::capture

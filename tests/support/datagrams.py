@@ -9,7 +9,7 @@ import time
 import rig
 
 WIDTH, HEIGHT = 640, 480
-PACKET = 9000 - 36
+PACKET = 8996 - 36
 
 
 class Keeper:

@@ -19,7 +19,7 @@ import rig
 
 NEAR, CAMERA, STRANGER = "10.9.8.1", "10.9.8.2", "10.9.8.3"  # the daemon's end of the cable, the camera's, another there
 RATE = 60  # frames/s
-PACKET = 9000 - 36  # bytes of picture in a packet of the default size
+PACKET = 8996 - 36  # bytes of picture in a packet of the default size
 FLOODS = ("silence", "junk", "handshakes", "connections", "subscriptions", "requests", "snapshots")
 
 FAULTS = []

@@ -19,7 +19,7 @@ using testing::IsEmpty;
 TEST_F(AravisCameraTest, NegotiatesAndProvesThePacketSize) {
   fake();
   ASSERT_NO_FATAL_FAILURE(open());
-  EXPECT_EQ(camera_->info()->packetSize_bytes, 9000);
+  EXPECT_EQ(camera_->info()->packetSize_bytes, 8996);
   EXPECT_TRUE(camera_->info()->packetSizeVerified);
   EXPECT_FALSE(camera_->info()->packetSocket);
   EXPECT_EQ(camera_->info()->receiveBuffer_bytes, options_.receiveBuffer_bytes);
@@ -31,7 +31,7 @@ TEST_F(AravisCameraTest, FallsBackToPacketsThatArrive) {
   ASSERT_EQ(std::system("tc qdisc add dev lo root tbf rate 10gbit burst 4000 latency 50ms"), 0);
   fake();
   ASSERT_NO_FATAL_FAILURE(open());
-  EXPECT_EQ(camera_->info()->packetSize_bytes, 1500);
+  EXPECT_EQ(camera_->info()->packetSize_bytes, 1444);
   EXPECT_TRUE(camera_->info()->packetSizeVerified);
   stream(3);
   EXPECT_EQ(ledger_.losses(), 0U);
@@ -55,7 +55,7 @@ TEST_F(AravisCameraTest, RefusesPacketsAboveTheMtu) {
   EXPECT_THAT(error.message(), HasSubstr("1500"));
   options_.packetSize_bytes = 0;
   ASSERT_NO_FATAL_FAILURE(open());
-  EXPECT_EQ(camera_->info()->packetSize_bytes, 1500);
+  EXPECT_EQ(camera_->info()->packetSize_bytes, 1444);
   stream(3);
   EXPECT_EQ(std::system("ip link set lo mtu 65536"), 0);
 }
@@ -108,6 +108,8 @@ TEST_F(AravisCameraTest, CountsPicturesOfAnotherSizeOrFormat) {
     EXPECT_GE(counter.get(), 3U);
   };
   fake_->write(ARV_FAKE_CAMERA_REGISTER_WIDTH, 60);
+  refuseUntil(ledger_.incomplete);  // they do not fill the agreed picture
+  fake_->write(ARV_FAKE_CAMERA_REGISTER_WIDTH, 68);
   refuseUntil(ledger_.wrongSize);
   fake_->write(ARV_FAKE_CAMERA_REGISTER_WIDTH, 64);
   stream(5);

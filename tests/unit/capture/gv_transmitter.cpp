@@ -209,16 +209,19 @@ GvTransmitter::Packets GvTransmitter::packetsOf(const Picture& picture) const {
   put(leader, 0, 2);
   put(leader, picture.payloadType, 2);
   put(leader, picture.device_ticks, 8);
-  put(leader, picture.format, 4);
-  put(leader, static_cast<std::uint64_t>(picture.width), 4);
-  put(leader, static_cast<std::uint64_t>(picture.height), 4);
-  put(leader, 0, 8);
-  put(leader, 0, 4);
+  if ((picture.payloadType & 0x3fff) != 4) {
+    put(leader, picture.format, 4);
+    for (const int side : {picture.width, picture.height, picture.x, picture.y})
+      put(leader, static_cast<std::uint64_t>(side), 4);
+    for (const int padding : {picture.paddingX, picture.paddingY}) put(leader, static_cast<std::uint64_t>(padding), 2);
+  }
   packets.push_back(std::move(leader));
-  const std::size_t block = (read(kPacketSize) & 0xffff) - 36;
-  for (std::size_t at = 0; at < picture.bytes.size(); at += block) {
-    Bytes payload = begin(3);
-    const std::size_t size = std::min(block, picture.bytes.size() - at);
+  const std::size_t asked = (read(kPacketSize) & 0xffff) - 36;
+  const std::size_t block = asked - asked % static_cast<std::size_t>(roundsTo_bytes);
+  std::size_t size = 0;
+  for (std::size_t at = 0; at < picture.bytes.size(); at += size) {
+    Bytes payload = begin(picture.dataKind);
+    size = std::min(alternates && packets.size() % 2 == 0 ? block / 2 : block, picture.bytes.size() - at);
     payload.insert(payload.end(), picture.bytes.begin() + static_cast<std::ptrdiff_t>(at),
                    picture.bytes.begin() + static_cast<std::ptrdiff_t>(at + size));
     packets.push_back(std::move(payload));

@@ -81,6 +81,7 @@ class ScriptedDriver : public Driver {
     ++script_.doubts;
     return answers ? "" : "it does not answer";
   }
+  std::string objection() const override { return "sends pictures that lack a row"; }
   void giveBack(void*) override { ++script_.given; }
   Discard discard() const override {
     return [](void* script) { ++static_cast<Script*>(script)->discarded; };

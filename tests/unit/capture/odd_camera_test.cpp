@@ -182,6 +182,8 @@ TEST_F(OddCamera, IsOpenedAgainIfAllPicturesAreOfAnotherSizeForATime) {
   for (int i = 0; i < 4; ++i) ASSERT_EQ(picture(true), Next::kRejected);
   ASSERT_EQ(picture(false), Next::kFrame);
   EXPECT_EQ(script_.sessions, 2);
+  camera_.reset();  // and its thread, which is the one that says so
+  EXPECT_THAT(said(), Contains(HasSubstr("no longer those agreed upon: it sends pictures that lack a row")));
 }
 
 TEST_F(OddCamera, IsLostAtOnceWhereItDoesNotAnswerAndKeptWhileItDoes) {

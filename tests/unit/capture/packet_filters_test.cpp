@@ -9,6 +9,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <random>
@@ -54,7 +55,13 @@ bool mayPass(const Packet& packet, const StreamShape& shape) {
   const bool error = bytes[0] >= 0x80;
   if (format == 2) return id >= 2 && id <= blocks + 1;
   if (format == 3 && error) return id <= blocks + 1;
-  if (format == 3) return id >= 1 && id <= blocks && body >= 1 && body <= blockSize;
+  if (format == 3) {
+    // The picture's part of this block, which must not have a hole.
+    const std::uint64_t before = (id - 1) * blockSize;
+    const std::uint64_t needed =
+        shape.picture_bytes > before ? std::min<std::uint64_t>(shape.picture_bytes - before, blockSize) : 0;
+    return id >= 1 && id <= blocks && body >= std::max<std::uint64_t>(needed, 1) && body <= blockSize;
+  }
   if (format != 1 || error || id != 0) return false;
   const std::uint64_t type = number(bytes, header + 2, 2) & ~std::uint64_t{0x4000};
   return (type == 4 && body >= 12) || ((type == 1 || type == 5) && body >= 36);
@@ -105,6 +112,7 @@ class PacketFilters : public testing::Test {
     shape.cameraPort = chance(70) ? ntohs(addressOf(camera_).sin_port) : std::uint16_t{0};
     shape.packetSize_bytes = static_cast<int>(between(100, 9000));
     shape.payload_bytes = between(1, chance(30) ? 3000 : 30'000'000);
+    shape.picture_bytes = chance(20) ? 0 : chance(50) ? shape.payload_bytes : between(0, shape.payload_bytes);
     shape.extendedIds = chance(40);
     return shape;
   }
@@ -117,17 +125,38 @@ class PacketFilters : public testing::Test {
   Packet drawPacket(const StreamShape& shape) {
     const std::size_t header = static_cast<std::size_t>(chance(95) ? shape.headerBytes() : 28 - shape.headerBytes());
     const std::uint64_t blocks = shape.blocks(), block = static_cast<std::uint64_t>(shape.blockBytes());
+    const std::uint64_t full = shape.picture_bytes / block;
     const int format = chance(90) ? static_cast<int>(between(1, 3)) : static_cast<int>(between(0, 127));
-    const std::uint64_t bodies[] = {0, 1, 11, 12, 35, 36, 60, block - 1, block, block + 1, between(0, block + 40)};
+    const std::uint64_t bodies[] = {0,
+                                    1,
+                                    11,
+                                    12,
+                                    35,
+                                    36,
+                                    60,
+                                    block - 1,
+                                    block,
+                                    block,
+                                    block,
+                                    block + 1,
+                                    shape.picture_bytes % block,
+                                    shape.picture_bytes % block + 1,
+                                    between(0, block + 40)};
     Packet packet;
     packet.bytes.resize(header + bodies[between(0, std::size(bodies) - 1)]);
     if (chance(5)) packet.bytes.resize(between(0, header));
     for (std::uint8_t& byte : packet.bytes) byte = static_cast<std::uint8_t>(random_());
     const std::uint64_t statuses[] = {0, 0, 0, 0x0100, 0x800c, 0x8000, between(0, 0xffff)};
     put(packet.bytes, 0, 2, statuses[between(0, std::size(statuses) - 1)]);
-    const std::uint64_t ids[] = {0,          0,          1,          2,          3,
-                                 blocks,     blocks + 1, blocks + 2, blocks - 1, between(0, blocks + 3),
-                                 0xfffffffe, 0xffffffff, 0xfffffe,   0x01000000, between(0, 0xffffffff)};
+    const std::uint64_t ids[] = {0,          0,
+                                 1,          2,
+                                 3,          blocks,
+                                 blocks + 1, blocks + 2,
+                                 blocks - 1, between(0, blocks + 3),
+                                 full,       full + 1,
+                                 full + 2,   0xfffffffe,
+                                 0xffffffff, 0xfffffe,
+                                 0x01000000, between(0, 0xffffffff)};
     const std::uint64_t id = ids[between(0, std::size(ids) - 1)];
     const bool extended = chance(95) ? shape.extendedIds : !shape.extendedIds;
     put(packet.bytes, 4, 1, static_cast<std::uint64_t>(format) | (extended ? 0x80U : 0U));

@@ -1,0 +1,219 @@
+// What leaders and packets may say, and what is made of it; against the rules written a second time where they are
+// drawn at random.
+#include "daemon/capture/packet_survey.h"
+#include "daemon/capture/sent_picture.h"
+#include "daemon/capture/stream_filter.h"
+#include "tests/support/seed.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace tractiond::capture::sent_picture_test {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+constexpr std::uint32_t kMono8 = 0x01080001, kRgb8 = 0x02180014, kMono12p = 0x010C0047;
+const PictureShape kAgreed{640, 480, 307'200, kMono8};
+
+SentPicture asAgreed() {
+  return {.width = 640, .height = 480, .format = kMono8, .size = 307'200};
+}
+
+TEST(SentPicture, RowsBeginWhereTheLeaderSaysThatTheyDo) {
+  SentPicture sent = asAgreed();
+  ASSERT_TRUE(layoutOf(sent, kAgreed));
+  EXPECT_EQ(layoutOf(sent, kAgreed)->stride, 640);
+  sent.paddingX = 8;
+  sent.size = 648 * 480;
+  ASSERT_TRUE(layoutOf(sent, kAgreed));
+  EXPECT_EQ(layoutOf(sent, kAgreed)->stride, 648);
+  EXPECT_EQ(layoutOf(sent, kAgreed)->bytes, 648U * 480);
+  sent.paddingY = 100;
+  sent.size += 100;
+  ASSERT_TRUE(layoutOf(sent, kAgreed));
+  EXPECT_EQ(layoutOf(sent, kAgreed)->bytes, 648U * 480 + 100);
+}
+
+/// Each with what the operator reads.
+TEST(SentPicture, WhatDiffersIsNamed) {
+  const auto expect = [](const SentPicture& sent, const std::string& why, const PictureShape& agreed = kAgreed) {
+    EXPECT_FALSE(layoutOf(sent, agreed)) << why;
+    EXPECT_EQ(deviation(sent, agreed), why);
+  };
+  SentPicture sent = asAgreed();
+  sent.width = 636;
+  expect(sent, "sends pictures of 636 x 480 pixels, its Width and Height say 640 x 480");
+  sent = asAgreed();
+  sent.format = kRgb8;
+  expect(sent, "sends pictures in RGB8, its PixelFormat says Mono8");
+  sent.format = 0x0108FFFF;
+  expect(sent, "sends pictures in 0x0108FFFF, its PixelFormat says Mono8");
+  sent = asAgreed();
+  sent.paddingX = 8;  // and no more bytes than without
+  expect(sent,
+         "sends 307200 bytes; a picture of 640 x 480 pixels in Mono8 has 307200, and 8 bytes behind each row and 0 "
+         "behind the last are padding by its leader");
+  sent = asAgreed();
+  sent.size = 307'199;
+  expect(sent, "sends 307199 bytes; a picture of 640 x 480 pixels in Mono8 has 307200");
+  sent = {.payloadType = 4, .size = 311'040};
+  expect(sent, "sends 311040 bytes as the first chunk of its chunk data, a picture of 640 x 480 pixels in Mono8 has "
+               "307200");
+  sent.size = 0;
+  expect(sent, "sends chunk data (payload type 4) that cannot be read");
+  // 5 pixels of 12 bits: rows begin within a byte.
+  sent = {.width = 5, .height = 2, .format = kMono12p, .paddingX = 1, .size = 17};
+  expect(sent, "says that 1 bytes behind each row and 0 behind the last are padding, though its rows end within a byte",
+         {5, 2, 15, kMono12p});
+}
+
+TEST(SentPicture, OtherPayloadTypesAreNamedWithTheFeatureThatEndsThem) {
+  const auto expect = [](int type, const std::string& why, const std::string& remedy) {
+    const SentPicture sent{.payloadType = type};
+    EXPECT_FALSE(layoutOf(sent, kAgreed)) << why;
+    EXPECT_EQ(deviation(sent, kAgreed), why);
+    EXPECT_EQ(remedyOf(type), remedy);
+  };
+  expect(6, "sends JPEG (payload type 6), which cannot be read",
+         "in camera.features: { ImageCompressionMode = \"Off\" }");
+  expect(11, "sends GenDC containers (payload type 11), which cannot be read",
+         "in camera.features: { GenDCStreamingMode = \"Off\" }");
+  expect(0x8001,
+         "sends a format of its maker's own, such as multi-zone pictures (payload type 0x8001), which cannot be read",
+         "choose a mode of the camera that sends pictures of the standard, payload type 1");
+}
+
+TEST(SentPicture, AtRandomIsUsedIfAllOfItFits) {
+  std::mt19937_64 random(test::seed());
+  const auto one = [&](std::initializer_list<std::int64_t> of) { return *(of.begin() + random() % of.size()); };
+  int fitting = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    SentPicture sent;
+    sent.payloadType = static_cast<int>(one({1, 1, 1, 1, 4, 5, 0, 2, 10, 0x8001, -1}));
+    sent.width = static_cast<int>(one({640, 640, 640, 639, 0, -1}));
+    sent.height = static_cast<int>(one({480, 480, 480, 481, 0x7fffffff}));
+    sent.format = static_cast<std::uint32_t>(one({kMono8, kMono8, kMono8, kRgb8, 0}));
+    sent.paddingX = static_cast<int>(one({0, 0, 1, 8, 65'535, -1}));
+    sent.paddingY = static_cast<int>(one({0, 0, 3, 65'535, -1}));
+    sent.size = static_cast<std::size_t>(one({307'199, 307'200, 307'203, 307'680, 311'040, 31'764'000, 100'000'000}));
+    const std::size_t stride = 640 + static_cast<std::size_t>(sent.paddingX);
+    const bool isPicture = sent.payloadType == 1 || sent.payloadType == 5;
+    const bool fits = sent.paddingX >= 0 && sent.paddingY >= 0 &&
+                      (isPicture ? sent.width == 640 && sent.height == 480 && sent.format == kMono8 &&
+                                       sent.size >= stride * 480 + static_cast<std::size_t>(sent.paddingY)
+                                 : sent.payloadType == 4 && sent.size == 307'200);
+    const auto layout = layoutOf(sent, kAgreed);
+    ASSERT_EQ(layout.has_value(), fits) << deviation(sent, kAgreed);
+    ASSERT_EQ(deviation(sent, kAgreed).empty(), fits);
+    if (!layout) continue;
+    ++fitting;
+    ASSERT_EQ(layout->stride, isPicture ? static_cast<int>(stride) : 640);
+    ASSERT_LE(static_cast<std::size_t>(layout->stride) * 479 + 640, sent.size) << "a row that is not in the buffer";
+  }
+  EXPECT_GT(fitting, 1000);
+}
+
+// ---------------------------------------------------------------- packets
+
+Bytes packet(std::uint8_t kind, std::uint16_t frame, std::uint32_t number, const Bytes& body) {
+  Bytes bytes = {0,
+                 0,
+                 static_cast<std::uint8_t>(frame >> 8),
+                 static_cast<std::uint8_t>(frame),
+                 kind,
+                 static_cast<std::uint8_t>(number >> 16),
+                 static_cast<std::uint8_t>(number >> 8),
+                 static_cast<std::uint8_t>(number)};
+  bytes.insert(bytes.end(), body.begin(), body.end());
+  return bytes;
+}
+
+Bytes leader() {
+  Bytes body(36);
+  body[3] = 1;
+  body[12] = 1, body[13] = 8, body[15] = 1;  // Mono8
+  body[18] = 2, body[19] = 128, body[22] = 1, body[23] = 224, body[27] = 4, body[31] = 6, body[33] = 8, body[35] = 9;
+  return body;
+}
+
+TEST(PacketSurvey, ReadsALeaderAndTheLengthOfAFramesPackets) {
+  PacketSurvey survey;
+  survey.see(packet(3, 6, 5, Bytes(9000)), 7);  // of a frame whose leader did not come
+  EXPECT_FALSE(survey.hasLeader());
+  survey.see(packet(1, 7, 0, leader()), 2000);
+  ASSERT_TRUE(survey.hasLeader());
+  EXPECT_EQ(survey.port(), 2000);
+  EXPECT_EQ(survey.picture().payloadType, 1);
+  EXPECT_EQ(survey.picture().width, 640);
+  EXPECT_EQ(survey.picture().height, 480);
+  EXPECT_EQ(survey.picture().format, kMono8);
+  EXPECT_EQ(survey.picture().x, 4);
+  EXPECT_EQ(survey.picture().y, 6);
+  EXPECT_EQ(survey.picture().paddingX, 8);
+  EXPECT_EQ(survey.picture().paddingY, 9);
+  survey.see(packet(3, 6, 6, Bytes(9000)), 2000);
+  survey.see(packet(3, 7, 1, Bytes(8960)), 2000);
+  EXPECT_EQ(survey.block_bytes(), 0U) << "it may be the last, and shorter";
+  survey.see(packet(3, 7, 3, Bytes(2560)), 2000);
+  EXPECT_EQ(survey.block_bytes(), 8960U);
+  survey.see(packet(3, 7, 2, Bytes(8960)), 2000);  // sent again
+  EXPECT_FALSE(survey.isUneven());
+  EXPECT_FALSE(survey.isOver());
+  survey.see(packet(2, 7, 4, Bytes(8)), 2000);
+  EXPECT_TRUE(survey.isOver());
+}
+
+TEST(PacketSurvey, PacketsOfSeveralLengthsAreUneven) {
+  PacketSurvey survey;
+  survey.see(packet(1, 7, 0, leader()), 2000);
+  survey.see(packet(3, 7, 1, Bytes(1000)), 2000);
+  survey.see(packet(3, 7, 2, Bytes(500)), 2000);
+  EXPECT_FALSE(survey.isUneven());
+  survey.see(packet(3, 7, 3, Bytes(1000)), 2000);
+  EXPECT_TRUE(survey.isUneven());
+}
+
+TEST(PacketSurvey, ReadsNothingBeyondAPacket) {
+  std::mt19937_64 random(test::seed());
+  for (int i = 0; i < 20'000; ++i) {
+    PacketSurvey survey;
+    for (int j = 0; j < 6; ++j) {
+      Bytes bytes =
+          packet(static_cast<std::uint8_t>(random() % 2 == 0 ? 1 + random() % 4 : random()),
+                 static_cast<std::uint16_t>(random() % 2), static_cast<std::uint32_t>(random() % 4), leader());
+      bytes[4] = static_cast<std::uint8_t>(bytes[4] | (random() % 4 == 0 ? 0x80U : 0U));
+      bytes.resize(random() % 60);  // with an end of its own, for the sanitizers
+      bytes.shrink_to_fit();
+      survey.see(bytes, 1);
+    }
+    ASSERT_LE(survey.block_bytes(), 60U);
+  }
+}
+
+// ---------------------------------------------------------------- sizes to ask for
+
+TEST(PacketSizes, DivideWellAndAreAllowed) {
+  EXPECT_EQ(evenPacketSize(9000, 36, 0, 4), 8996);
+  EXPECT_EQ(evenPacketSize(1500, 36, 0, 4), 1444);
+  EXPECT_EQ(evenPacketSize(576, 36, 0, 1), 548);
+  EXPECT_EQ(evenPacketSize(9000, 48, 220, 4), 8944);
+  EXPECT_EQ(evenPacketSize(9000, 36, 0, 8), 9000) << "no multiple of 8 does";
+  EXPECT_EQ(evenPacketSize(9000, 36, 220, 8), 8996);
+  EXPECT_EQ(evenPacketSize(100, 36, 100, 4), 100);
+  for (int largest = 100; largest < 9000; largest += 7) {
+    for (const int increment : {1, 2, 4, 6, 8, 16, 100}) {
+      const int size = evenPacketSize(largest, 36, 92, increment);
+      EXPECT_LE(size, largest);
+      EXPECT_GE(size, 92);
+      EXPECT_EQ((size - 92) % increment, 0);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tractiond::capture::sent_picture_test
