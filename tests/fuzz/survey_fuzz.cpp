@@ -3,6 +3,7 @@
 #include "daemon/capture/sent_picture.h"
 #include "tests/fuzz/target.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace fuzz {

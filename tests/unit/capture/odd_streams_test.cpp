@@ -8,9 +8,10 @@
 
 #include <algorithm>
 #include <bit>
+#include <functional>
 #include <set>
 
-namespace tractiond::capture::sent_pictures_test {
+namespace tractiond::capture::odd_streams_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -22,10 +23,10 @@ using Bytes = std::vector<std::uint8_t>;
 
 constexpr std::size_t kRow = std::size_t{kWidth} * 3;
 
-class SentPictures : public Quirks {
+class OddStreams : public Quirks {
  protected:
-  SentPictures() { sender_.resends = true; }
-  ~SentPictures() override { stop(); }
+  OddStreams() { sender_.resends = true; }
+  ~OddStreams() override { stop(); }
 
   /// Pixels of a picture, which show its number.
   static Bytes pixels(std::uint16_t number) {
@@ -97,7 +98,7 @@ struct Rounding {
   int packetSize_bytes;     ///< 0: automatic
 };
 
-class Rounded : public SentPictures, public testing::WithParamInterface<Rounding> {};
+class Rounded : public OddStreams, public testing::WithParamInterface<Rounding> {};
 
 TEST_P(Rounded, TheStreamIsOpenedForThePacketsThatCome) {
   sender_.roundsTo_bytes = GetParam().to_bytes;
@@ -118,7 +119,7 @@ INSTANTIATE_TEST_SUITE_P(Cameras, Rounded,
                                   std::to_string(one.param.packetSize_bytes);
                          });
 
-TEST_F(SentPictures, PacketsOfSeveralLengthsAreNamed) {
+TEST_F(OddStreams, PacketsOfSeveralLengthsAreNamed) {
   sender_.alternates = true;
   stream();
   EXPECT_EQ(refusal(),
@@ -127,7 +128,7 @@ TEST_F(SentPictures, PacketsOfSeveralLengthsAreNamed) {
 }
 
 /// As of a camera that waits for its trigger: nothing comes while it is opened.
-TEST_F(SentPictures, ShortPacketsAreNoticedWhenTheFirstFramesCome) {
+TEST_F(OddStreams, ShortPacketsAreNoticedWhenTheFirstFramesCome) {
   sender_.roundsTo_bytes = 1024;
   options_.silenceTimeout_ms = 0;
   ASSERT_NO_FATAL_FAILURE(open());
@@ -139,7 +140,7 @@ TEST_F(SentPictures, ShortPacketsAreNoticedWhenTheFirstFramesCome) {
 
 // ---------------------------------------------------------------- leaders
 
-TEST_F(SentPictures, RowsWithPaddingAreReadByTheirStride) {
+TEST_F(OddStreams, RowsWithPaddingAreReadByTheirStride) {
   constexpr std::size_t kPadding = 8;
   sender_.write(0x1f4, kPadding * kHeight + 100);
   stream([](GvTransmitter::Picture& one) {
@@ -158,18 +159,18 @@ TEST_F(SentPictures, RowsWithPaddingAreReadByTheirStride) {
   expectPictures();
 }
 
-TEST_F(SentPictures, PaddingThatDoesNotComeIsNamed) {
+TEST_F(OddStreams, PaddingThatDoesNotComeIsNamed) {
   stream([](GvTransmitter::Picture& one) { one.paddingX = 8; });
   EXPECT_THAT(refusal(), StartsWith("the camera sends 9216 bytes; a picture of 64 x 48 pixels in RGB8 has 9216, and 8 "
                                     "bytes behind each row and 0 behind the last are padding by its leader"));
 }
 
-TEST_F(SentPictures, AnotherSizeIsNamed) {
+TEST_F(OddStreams, AnotherSizeIsNamed) {
   stream([](GvTransmitter::Picture& one) { one.height = 47; });
   EXPECT_THAT(refusal(), HasSubstr("the camera sends pictures of 64 x 47 pixels, its Width and Height say 64 x 48"));
 }
 
-TEST_F(SentPictures, AnotherPlaceOnTheSensorIsNamed) {
+TEST_F(OddStreams, AnotherPlaceOnTheSensorIsNamed) {
   stream([](GvTransmitter::Picture& one) { one.x = 16; });
   EXPECT_TRUE(test::eventually([&] {
     camera_.reset();
@@ -184,7 +185,7 @@ TEST_F(SentPictures, AnotherPlaceOnTheSensorIsNamed) {
 }
 
 /// Every second leader says that its picture is from elsewhere on the sensor.
-TEST_F(SentPictures, PicturesOfTwoPlacesAreNotMixed) {
+TEST_F(OddStreams, PicturesOfTwoPlacesAreNotMixed) {
   stream([](GvTransmitter::Picture& one) { one.y = one.id % 2; });
   ASSERT_NO_FATAL_FAILURE(open());
   std::set<std::uint64_t> places;
@@ -200,7 +201,7 @@ TEST_F(SentPictures, PicturesOfTwoPlacesAreNotMixed) {
 
 // ---------------------------------------------------------------- payload types
 
-TEST_F(SentPictures, ThePictureInChunkDataIsUsed) {
+TEST_F(OddStreams, ThePictureInChunkDataIsUsed) {
   sender_.write(0x1f4, 8 + 16);
   static constexpr double kExposure_us = 1234.0;
   stream([](GvTransmitter::Picture& one) {
@@ -229,7 +230,7 @@ struct Other {
   const char* said;
 };
 
-class OtherPayload : public SentPictures, public testing::WithParamInterface<Other> {};
+class OtherPayload : public OddStreams, public testing::WithParamInterface<Other> {};
 
 TEST_P(OtherPayload, IsNamedWithWhatEndsIt) {
   stream([](GvTransmitter::Picture& one) {
@@ -263,7 +264,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& one) { return "type" + std::to_string(one.param.type); });
 
 }  // namespace
-}  // namespace tractiond::capture::sent_pictures_test
+}  // namespace tractiond::capture::odd_streams_test
 
 int main(int argc, char** argv) {
   tractiond::test::enterOwnNetwork(argc, argv);
