@@ -1,5 +1,5 @@
-// Owns what differs between the versions of Aravis that this program builds with: 0.8.26 (Debian 12), 0.8.34 (Debian 13),
-// and the API 0.10 (0.9.3). No other file asks for the version. Functions as Aravis's own of similar names.
+// Owns what differs between the versions of Aravis that this program builds with: 0.8.26 (Debian 12), 0.8.34 (Debian
+// 13), and the API 0.10 (0.9.3). No other file asks for the version. Functions as Aravis's own of similar names.
 #pragma once
 
 #include <arv.h>

@@ -27,13 +27,13 @@ namespace tractiond::network {
 /// \param largestMessage bytes of one part from a peer; a peer that sends more is cut off
 void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage);
 
-/// Binds a ROUTER or a publisher to all endpoints (tcp://ADDRESS:PORT, ADDRESS also localhost, PORT * for any free one, or ipc://PATH in an
-/// existing directory) and returns them as bound. Replaces a socket file on which no process listens
-/// (checkEndpoint()); the file's mode is 0660, and until that is set the one of the process's umask. The socket must
-/// be guarded (guard()). Bounds what peers can make ZeroMQ hold (inflow_limit.h) until release(). Errors: EX_CONFIG for
-/// an endpoint that is not valid, EX_UNAVAILABLE if it is in use or not an address of this machine, EX_CANTCREAT if its
-/// directory does not exist or another kind of file has its path, EX_NOPERM. After an error the socket must be closed:
-/// endpoints before the faulty one are still bound.
+/// Binds a ROUTER or a publisher to all endpoints (tcp://ADDRESS:PORT, ADDRESS also localhost, PORT * for any free one,
+/// or ipc://PATH in an existing directory) and returns them as bound. Replaces a socket file on which no process
+/// listens (checkEndpoint()); the file's mode is 0660, and until that is set the one of the process's umask. The socket
+/// must be guarded (guard()). Bounds what peers can make ZeroMQ hold (inflow_limit.h) until release(). Errors:
+/// EX_CONFIG for an endpoint that is not valid, EX_UNAVAILABLE if it is in use or not an address of this machine,
+/// EX_CANTCREAT if its directory does not exist or another kind of file has its path, EX_NOPERM. After an error the
+/// socket must be closed: endpoints before the faulty one are still bound.
 tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const std::vector<std::string>& endpoints);
 
 /// Ends what bind() began: stops watching the endpoints' connections, and removes the files of ipc endpoints, which

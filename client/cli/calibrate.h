@@ -12,7 +12,8 @@ namespace traction::cli {
 struct CalibrateOptions {
   std::vector<std::string> steps;  ///< of geometry, noise, weights, finish; empty: all
   std::vector<double> weights_N;   ///< in the order in which they are put on [N]; not empty if the step weights runs
-  /// Longest wait for each weight; duration of the noise step, if the step weights does not run. 0: the daemon's default
+  /// Longest wait for each weight; duration of the noise step, if the step weights does not run. 0: the daemon's
+  /// default
   double seconds = 0.0;
   std::string name;       ///< name of the gel, for the file: 1 to 24 of A-Z a-z 0-9 _ -; empty: gel
   bool keepZero = false;  ///< true: geometry uses the zero in force; false: takes a new one
@@ -30,8 +31,8 @@ std::optional<std::vector<double>> parseWeights(const std::string& text);
 /// estimates the stiffness. Waits for Enter after each instruction if standard input is a terminal and `options.yes` is
 /// false; the instruction is then printed with `json` as well, on standard error. Blocks until they are done; a step
 /// that fails ends it, and keeps what the steps before it did. \throws Error as Control::calibrate() and
-/// Control::zero() if a step fails, kNoAnswer before the first instruction if no daemon answers; OutputError if standard
-/// output cannot be written
+/// Control::zero() if a step fails, kNoAnswer before the first instruction if no daemon answers; OutputError if
+/// standard output cannot be written
 void calibrate(const ControlOptions& control, const CalibrateOptions& options);
 
 }  // namespace traction::cli

@@ -56,8 +56,8 @@ class Scene {
     double p50_ms, p99_ms;  ///< median and 99th percentile
   };
   /// Returns the latency of the fields of the last two seconds, from their arrival from the camera driver until
-  /// received here. Returns nothing if there are none, if no description states that the daemon runs on this host, or if they
-  /// are a recording that is sent again.
+  /// received here. Returns nothing if there are none, if no description states that the daemon runs on this host, or
+  /// if they are a recording that is sent again.
   std::optional<Latency> latency(std::int64_t now_ns) const;
 
   /// Returns magnitudes of the resultant [N], one per quarter second in which a field came, newest last, at most 240; 0

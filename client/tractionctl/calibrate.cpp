@@ -47,7 +47,9 @@ void addCalibrate(Commands& commands) {
   command
       .add_option("--weights", options->weights, "weights, in the order in which they are put on: 100gf,200gf,500gf")
       ->type_name("LIST");
-  command.add_option("--seconds", steps.seconds, "longest wait for each weight; without the step weights, duration of the noise step")
+  command
+      .add_option("--seconds", steps.seconds,
+                  "longest wait for each weight; without the step weights, duration of the noise step")
       ->type_name("SECONDS")
       ->check(manual::number(1e-9, 3600.0, "a time above 0 s and of at most 3600 s, as in 30"));
   command.add_option("--name", steps.name, "name of the gel; the name of the file begins with it")

@@ -22,8 +22,8 @@ using namespace std::chrono_literals;
 
 /// Samples of a source's thread that the server's thread has not taken yet; further ones are dropped.
 constexpr int kBacklog = 1000;
-/// Sources run on for this long without clients that want them: those that connect or subscribe again and again start and
-/// stop no threads.
+/// Sources run on for this long without clients that want them: those that connect or subscribe again and again start
+/// and stop no threads.
 constexpr auto kLinger = 10s;
 /// Lines of a log that a new subscriber is sent.
 constexpr std::size_t kLines = 16;

@@ -33,11 +33,11 @@ struct Hub {
   SourceOptions options;
   std::optional<Control> control;  ///< empty: no endpoint for requests is known
   std::list<std::shared_ptr<Session>> sessions;
-  std::map<unsigned, Frame> last;                ///< newest frame of each kept kind, by kind
-  unsigned wanted = 0;                           ///< kinds that sessions have asked for
-  std::chrono::steady_clock::time_point used;    ///< when it had a session last
-  std::atomic<int> backlog{0};                   ///< frames on their way from the source's thread to the server's
-  int questions = 0;                             ///< requests to the daemon that are not answered yet
+  std::map<unsigned, Frame> last;              ///< newest frame of each kept kind, by kind
+  unsigned wanted = 0;                         ///< kinds that sessions have asked for
+  std::chrono::steady_clock::time_point used;  ///< when it had a session last
+  std::atomic<int> backlog{0};                 ///< frames on their way from the source's thread to the server's
+  int questions = 0;                           ///< requests to the daemon that are not answered yet
   std::unique_ptr<Forwarder> forwarder;
   std::unique_ptr<HealthFeed> health;
   std::unique_ptr<Source> source;        // behind the two, which its thread uses
