@@ -1,6 +1,7 @@
 #include "daemon/solve/rest_places.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include <algorithm>
 #include <cassert>
