@@ -223,8 +223,7 @@ ROOMS = {
          "return in.number<std::uint64_t>() < since_ns_;",
          "return in.number<std::uint64_t>() <= since_ns_;"),
         ("asan", "recording", "recording/reader.cpp", "a damaged chunk is read as if it were whole",
-         "if (chunk.crc != 0 && crcOf(chunk.records) != chunk.crc) return false;",
-         "if (chunk.crc != 0 && chunk.records.empty()) return false;"),
+         "(chunk->crc != 0 && crcOf(records) != chunk->crc)", "(chunk->crc != 0 && records.empty())"),
     ],
 }
 
