@@ -155,7 +155,7 @@ def starts():
         state.mkdir()
         begin = time.monotonic()
         daemon = bench.start(rig.BIN / "tractiond", "--state", state, "--runtime", bench.folder / "run")
-        daemon.wait_for("100 %", 120)
+        daemon.wait_for("running: ", 120)
         seconds, memory = time.monotonic() - begin, peak_memory_mb(daemon.child.pid)
         row("a new block's influence matrix and factors: time", f"{seconds:.1f} s", "<= 10 s", 10, seconds)
         row("    memory", f"{memory:.0f} MB", "<= 1000 MB", 1000, memory)
