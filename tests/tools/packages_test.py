@@ -49,6 +49,16 @@ class Dependencies(unittest.TestCase):
         self.assertIn("--no-install-recommends", words)
         self.assertEqual(words & self.list(), self.list("build") - {"cmake", "g++"})
 
+    def test_a_single_tool_gets_its_packages_without_a_question(self):
+        self.stubs.env.pop("DEBIAN_FRONTEND", None)
+        self.stubs.add("dpkg-query", "printf 'ii lintian\\n'")
+        self.stubs.add("id", "echo 0")
+        self.stubs.env.pop("DEBIAN_FRONTEND", None)
+        self.stubs.add("apt-get", '[ "$DEBIAN_FRONTEND" = noninteractive ]')  # else debconf waits for an answer
+        code, text = self.stubs.run(TOOLS / "dependencies", "--packages", "lintian", "debhelper")
+        self.assertEqual(code, 0, text)
+        self.assertRegex(self.stubs.called(), r"apt-get .* update\napt-get .*=--force-confold install .* debhelper\n\Z")
+
     def test_nothing_is_done_when_nothing_is_missing(self):
         self.stubs.add("dpkg-query", "sed 's/^/ii /' <<END\n" + "\n".join(self.list()) + "\nEND")
         self.stubs.add("apt-get")
