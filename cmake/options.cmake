@@ -42,6 +42,13 @@ if(TRACTION_SANITIZE)
   add_link_options(-fsanitize=${TRACTION_SANITIZE})
 endif()
 
+# A package without one of its programs would fail in its last step, after all was compiled.
+option(TRACTION_ALL_PROGRAMS "Fail where something is missing that traction-lens or traction-view needs; debian/rules sets it" OFF)
+set(TRACTION_LEFT_OUT STATUS)
+if(TRACTION_ALL_PROGRAMS)
+  set(TRACTION_LEFT_OUT FATAL_ERROR)
+endif()
+
 option(TRACTION_FUZZ "tests/fuzz for libFuzzer, and no other tests; needs Clang" OFF)
 if(TRACTION_FUZZ)
   add_compile_options(-fsanitize=fuzzer-no-link)
