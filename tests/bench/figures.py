@@ -84,6 +84,26 @@ def latency_ms(fields):
     return latency[len(latency) // 2], latency[len(latency) * 99 // 100]
 
 
+def under_load(load, fields, truth):
+    """While the scenario's load is largest: the share of the frames that is lost, and the latency of the others."""
+    force_N = {frame: np.linalg.norm(shown["force_N"]) for frame, shown in truth.items()}
+    frames = [frame for frame in force_N if force_N[frame] >= max(force_N.values()) * (1 - 1e-6)]
+    held = [field for field in fields if field["camera_frame_id"] in frames]
+    first, last = (frames.index(field["camera_frame_id"]) for field in (held[0], held[-1]))
+    row(f"{load}, {last - first + 1} frames at 60 frames/s: lost", f"{100 * (1 - len(held) / (last - first + 1)):.1f} %")
+    p50, p99 = latency_ms(held)
+    row("    frame popped -> message received, p50", f"{p50:.1f} ms")
+    row("                                      p99", f"{p99:.1f} ms")
+
+
+def loads():
+    own = rig.SOURCE / "tests/bench/loads"
+    for load, scenario in (("untouched", "idle"), ("two contacts", "two_contacts"),
+                           ("four contacts", own / "four_contacts.toml"), ("a palm", own / "palm.toml")):
+        fields, truth, *_ = live(scenario, 10)
+        under_load(load, fields, truth)
+
+
 def sixty_frames_per_second(seconds):
     fields, truth, daemon, cpu, memory = live("press", seconds)
     numbers = [field["frame_number"] for field in fields]
@@ -98,6 +118,7 @@ def sixty_frames_per_second(seconds):
     row("peak resident memory of the daemon", f"{memory:.0f} MB", "<= 150 MB", 150, memory)
     row("processor time of the daemon at 60 frames/s", f"{100 * cpu:.1f} % of a core", "<= 15 %", 0.15, cpu)
     resultant("400 gf press", fields, truth)
+    under_load("one press", fields, truth)
 
 
 def resultant(name, fields, truth):
@@ -208,6 +229,7 @@ def main():
     seconds = 10 if "--quick" in sys.argv[1:] else 60
     starts()
     sixty_frames_per_second(seconds)
+    loads()
     angle()
     stages()
     throughput()
