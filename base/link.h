@@ -1,7 +1,7 @@
 // Joins two stages by a few reused slots that travel from the producer to the consumer and back.
 //
-// Two rings of slot pointers, one in each direction. When the producer finds no free slot it takes the oldest waiting
-// one back itself: the newest wins, every eviction is counted in one place, and no slot is lost.
+// Two rings of slot pointers, one in each direction. Where no more may wait, the producer takes the oldest waiting one
+// back itself before it pushes: the newest wins, every eviction is counted in one place, and no slot is lost.
 #pragma once
 
 #include "base/counter.h"
@@ -23,9 +23,9 @@ enum class WhenFull {
   kWait,         ///< replay and measurement: nothing may be lost
 };
 
-/// Queue of kSlots elements for one producer thread and one consumer thread. Each side may hold one slot; the others
-/// wait in the link or are free. Allocates and locks nothing after construction. Atomic and Wake are replaced only in
-/// interleavings_test.cpp.
+/// Queue of kSlots elements for one producer thread and one consumer thread. Each side may hold one slot, so that with
+/// kEvictOldest at most kSlots - 2 wait: with three slots the consumer always takes the newest. Allocates and locks
+/// nothing after construction. Atomic and Wake are replaced only in interleavings_test.cpp.
 template <typename T, std::size_t kSlots, template <typename> typename Atomic = std::atomic, typename Wake = Event>
 class Link {
   static_assert(kSlots >= 3, "one slot for each side and one on its way");
@@ -34,7 +34,7 @@ class Link {
   /// \param evicted counts evicted elements, on the producer's thread; must outlive the link \param blank copied into
   /// each slot, to size it
   /// \param reclaimed called with each slot that comes back, consumed, evicted or discarded, before it is used again:
-  /// by reclaim(), acquire() and discard()
+  /// by reclaim(), acquire(), push() and discard()
   Link(
       WhenFull whenFull, Counter& evicted, const T& blank = {}, std::function<void(T&)> reclaimed = [](T&) {})
       : whenFull_(whenFull)
@@ -52,23 +52,23 @@ class Link {
   }
 
   /// Returns a slot to fill, which holds an old element or `blank`; push() or putBack() must follow before the next
-  /// acquire(). If no slot is free, evicts the oldest waiting element and returns its slot, or, with kWait, returns
-  /// nullptr: see waitForRoom(). Never waits.
+  /// acquire(). With kWait it may return nullptr, as no slot is free: see waitForRoom(). Never waits.
   T* acquire() {
-    for (;;) {
-      reclaim();
-      if (spares_ > 0) return spare_[--spares_];
-      if (whenFull_ == WhenFull::kWait) return nullptr;
-      // Empty here means that the consumer took the last one this moment, and so has released the one before it.
+    reclaim();
+    assert((spares_ > 0 || whenFull_ == WhenFull::kWait) && "the consumer holds one, and kSlots - 2 wait");
+    return spares_ > 0 ? spare_[--spares_] : nullptr;
+  }
+
+  /// Hands an acquired slot to the consumer and wakes it; with kEvictOldest, evicts before what has no room to wait.
+  /// Does not wait. The slot must not be used afterwards.
+  void push(T* slot) {
+    while (whenFull_ == WhenFull::kEvictOldest && waiting_.size() >= kSlots - 2) {
+      // Empty here means that the consumer took the last one this moment.
       if (T* oldest = waiting_.pop()) {
         evicted_.add();
         takeBack(oldest);
       }
     }
-  }
-
-  /// Hands an acquired slot to the consumer and wakes it. Does not wait. The slot must not be used afterwards.
-  void push(T* slot) {
     [[maybe_unused]] const bool pushed = waiting_.push(slot);
     assert(pushed && "the ring has room for all slots");
     filled_.signal();

@@ -29,6 +29,13 @@ class Ring {
     return true;
   }
 
+  /// Returns the number of elements, for the thread that calls push(); more than there are if another thread is just
+  /// taking one.
+  std::size_t size() const noexcept {
+    // relaxed: it reads no cell, and a pop() or push() that follows sees a head at least as new.
+    return tail_.load(std::memory_order_relaxed) - head_.load(std::memory_order_relaxed);
+  }
+
   /// Removes the oldest element and returns it; nullptr if the ring is empty.
   T* pop() noexcept {
     auto head = head_.load(std::memory_order_relaxed);  // a guess: the CAS checks it

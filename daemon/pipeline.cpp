@@ -41,7 +41,8 @@ void solveOne(const Stages& stages, const MarkerField& markers, TractionField& f
   field.markers.info.times.solved_ns = monotonicNow();
 }
 
-void publishOne(const Stages& stages, const TractionField& field, Ledger& ledger) {
+void publishOne(const Stages& stages, FieldGaps& gaps, TractionField& field, Ledger& ledger) {
+  gaps.mark(field);
   stages.publish(field);
   ledger.published.add();
 }
@@ -243,8 +244,8 @@ bool Pipeline::publishTurn(std::chrono::milliseconds timeout) {
   using std::chrono_literals::operator""ms;
   return workOffOne(
       fields_,
-      [this](const TractionField& field) {
-        publishOne(stages_, field, ledger_);
+      [this](TractionField& field) {
+        publishOne(stages_, gaps_, field, ledger_);
         stages_.serveSubscribers(fields_.fd(), 0ms);  // serves new subscribers even if fields arrive without a pause
       },
       [this, timeout] {
@@ -267,13 +268,14 @@ void runInline(const Stages& stages, const PipelineOptions& options, Ledger& led
   Frame frame;
   MarkerField markers = blankMarkers(options);
   TractionField field = blankField(options);
+  FieldGaps gaps;
   for (;;) {
     const auto next = stages.source.next(frame, options.turn);
     if (next == capture::Next::kEnd) return;
     if (next == capture::Next::kFrame) {
       if (trackOne(stages, frame, markers, ledger.*options.notTracked)) {
         solveOne(stages, markers, field);
-        publishOne(stages, field, ledger);
+        publishOne(stages, gaps, field, ledger);
       }
       stages.source.recycle(frame);
     }

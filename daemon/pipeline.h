@@ -3,13 +3,14 @@
 //   capture ──frames──> track ──markers──> solve ──fields──> publish          control
 //
 // A stage is a function, a link a bounded queue, a thread a line in pipeline.cpp. Live, a link that overflows evicts
-// its oldest element, which is counted: the newest frame matters most. For replay and measurement the links wait
-// instead.
+// its oldest element, which is counted: the newest frame matters most. Before the solver, which may need longer than a
+// frame time, only the newest waits. For replay and measurement the links wait instead.
 #pragma once
 
 #include "base/error.h"
 #include "base/link.h"
 #include "daemon/capture/frame_source.h"
+#include "daemon/records/field_gaps.h"
 #include "daemon/records/ledger.h"
 #include "daemon/records/traction_field.h"
 #include "daemon/records/turns.h"
@@ -27,7 +28,8 @@ struct Stages {
   capture::FrameSource& source;                           ///< must outlive the pipeline
   std::function<bool(const Frame&, MarkerField&)> track;  ///< Returns false if there is nothing to publish of a frame.
   std::function<void(const MarkerField&, TractionField&)> solve;  ///< Fills the field, copy of the markers included.
-  std::function<void(const TractionField&)> publish;              ///< Sends the field; should not wait.
+  /// Sends the field, which has kDiscontinuity where it does not follow the one before; should not wait.
+  std::function<void(const TractionField&)> publish;
   /// Between two fields: sleeps until the descriptor is readable or the time is over, and serves subscribers meanwhile.
   std::function<void(int fd, std::chrono::milliseconds)> serveSubscribers;
   /// Takes one turn of the control thread: answers requests and does what is due. Sleeps at most as long as told.
@@ -108,12 +110,16 @@ class Pipeline {
   PipelineOptions options_;
   Ledger& ledger_;
   Turns& turns_;
-  // One slot for each side and five that wait: rides out a stage's stall of 80 ms at 60 frames/s, and bounds the age of
-  // a frame when a stage is too slow for good.
+  // One slot for each side and five that wait: rides out a stall of 80 ms at 60 frames/s of a stage that works them off
+  // at once.
   static constexpr std::size_t kSlots = 7;
+  // One that waits: solving takes as long as a frame time or more, so each further one would add as much to the age of
+  // all fields (docs/decisions/0036-newest-frame.md).
+  static constexpr std::size_t kSlotsOfNewest = 3;
   Link<Frame, kSlots> frames_;
-  Link<MarkerField, kSlots> markers_;
+  Link<MarkerField, kSlotsOfNewest> markers_;
   Link<TractionField, kSlots> fields_;
+  FieldGaps gaps_;          // the publish stage's own
   Frame* frame_ = nullptr;  // the capture stage's own: to be filled
   std::atomic<bool> stopping_{false};
   std::atomic<bool> ended_{false};

@@ -132,16 +132,17 @@ void Recorder::drainFields() {
   while (const TractionField* const one = fields_.take()) {
     if (!error_) {
       const FrameInfo& frame = one->markers.info;
+      const std::uint32_t gap = gaps_.before(frame);
       publish::Heading heading{.sequence = ++fieldSequence_,
                                .frame = frame,
-                               .flags = one->flags,
+                               .flags = one->flags | gap,
                                .zero = one->markers.zero,
                                .sent_ns = frame.times.solved_ns,
                                .sentReal_ns = frame.times.receivedReal_ns};
       message_.resize(wire_.fill(*one, heading));
       wire_.writeField(reinterpret_cast<std::uint8_t*>(message_.data()));
       write("field", "Field", fieldSequence_, &frame, message_);
-      heading.flags = one->markers.flags;
+      heading.flags = one->markers.flags | gap;
       message_.resize(wire_.fill(one->markers, heading));
       wire_.writeMarkers(reinterpret_cast<std::uint8_t*>(message_.data()));
       write("markers", "Markers", fieldSequence_, &frame, message_);

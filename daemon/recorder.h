@@ -7,6 +7,7 @@
 #include "base/link.h"
 #include "daemon/publish/wire.h"
 #include "daemon/publish/wire_recording.h"
+#include "daemon/records/field_gaps.h"
 #include "daemon/records/traction_field.h"
 #include "recording/writer.h"
 
@@ -114,6 +115,7 @@ class Recorder {
   publish::PictureMessage picture_;
   std::map<std::string, std::uint16_t> channels_;
   std::uint64_t fieldSequence_ = 0;
+  FieldGaps gaps_;  ///< by fields that were lost, too
   bool toldLost_ = false;
   std::string described_, message_;
 };

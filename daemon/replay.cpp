@@ -8,6 +8,7 @@
 #include "daemon/gel_watch.h"
 #include "daemon/instance.h"
 #include "daemon/recorder.h"
+#include "daemon/records/field_gaps.h"
 #include "daemon/rest_solver.h"
 #include "daemon/solve/make_solver.h"
 #include "daemon/track/nominal.h"
@@ -100,6 +101,7 @@ class Replay {
   publish::TrackedFrame frame_;
   MarkerField markers_;
   TractionField field_;
+  FieldGaps fieldGaps_;
   RestPose taken_;
   bool isProposed_ = false;  ///< taken_ was asked for, and is not in force
   std::uint64_t number_ = 0, pictures_ = 0, gaps_ = 0;
@@ -366,6 +368,7 @@ void Replay::picture(std::string_view bytes) {
     markers_.info.times.tracked_ns = frame.info.times.received_ns;  // no time passes
     placed.solver->solve(markers_, field_);
     field_.markers.info.times.solved_ns = frame.info.times.received_ns;
+    fieldGaps_.mark(field_);
     publisher_->publish(field_);
     if (!field_.valid) ledger_.invalid.add();
     ledger_.published.add();

@@ -16,7 +16,7 @@ enum Flags : std::uint32_t {
   kZeroUnverified = 1U << 0,  ///< neither an operator nor an unloaded picture has confirmed the zero
   kFewMarkers = 1U << 1,      ///< too few markers are valid, by track.min_valid_fraction, or in the flags of a field by
                               ///< solve.max_missing_fraction: the field is not valid
-  kDiscontinuity = 1U << 2,   ///< frames were lost, or a clock jumped, before this frame
+  kDiscontinuity = 1U << 2,   ///< the frame before has no field, or ids or clock jumped: FieldGaps
   kReacquiring = 1U << 3,     ///< markers were labelled anew in this frame
   kTorn = 1U << 4,            ///< the picture is inconsistent: some rows are shifted or belong to another frame
   kUnexplained = 1U << 5,     ///< the picture shows displacements that no forces on the surface can cause

@@ -79,7 +79,7 @@ void Fields::checkOrigin(const TractionField& field, const Truth& truth) {
 /// The camera took pictures in between.
 void Fields::checkGap(const TractionField& field, const Truth& truth) const {
   if (lastTruth_.number == 0 || truth.isForged || lastTruth_.isForged) return;
-  const bool isTold = (field.flags & kDiscontinuity) != 0 || field.markers.info.frameNumber > last_.frameNumber + 1;
+  const bool isTold = (field.flags & kDiscontinuity) != 0;
   journal_.law(truth.taken <= lastTruth_.taken + 1 || isTold, "a gap is told", [&] {
     return fmt::format("{} pictures before picture {}", truth.taken - lastTruth_.taken - 1, truth.number);
   });

@@ -49,6 +49,9 @@ Stages Life::stages() {
           .track = [this](const Frame& frame, MarkerField& markers) { return track(frame, markers); },
           .solve =
               [this](const MarkerField& markers, TractionField& field) {
+                around_.journal.law(markers.info.frameNumber == tracked_, "the newest frame is solved", [&] {
+                  return fmt::format("frame {}, while {} waits", markers.info.frameNumber, tracked_);
+                });
                 solver_.solve(markers, field);
                 worked_ = true;
               },
@@ -128,7 +131,10 @@ bool Life::track(const Frame& frame, MarkerField& markers) {
   worked_ = true;
   const bool tracked = tracker_.track(*static_cast<const Picture*>(frame.token), markers);
   frames_.add();
-  if (tracked) newest_.put(markers);
+  if (tracked) {
+    newest_.put(markers);
+    tracked_ = frame.info.frameNumber;
+  }
   return tracked;
 }
 
@@ -173,11 +179,15 @@ void Life::checkBalance(std::uint64_t inFlight) const {
 
 void Life::checkEvictions(bool inBurst) {
   constexpr std::int64_t kBridged_ns = 80 * kMs, kLately_ns = 500 * kMs;
-  const std::uint64_t evicted =
-      ledger_.evictedBeforeTrack.get() + ledger_.evictedBeforeSolve.get() + ledger_.evictedBeforePublish.get();
-  if (std::exchange(evicted_, evicted) == evicted || inBurst) return;
-  around_.journal.law(around_.starvation.since(now() - kLately_ns) > kBridged_ns, "links bridge a stall of 80 ms",
+  const std::int64_t starved_ns = around_.starvation.since(now() - kLately_ns);
+  const std::uint64_t evicted = ledger_.evictedBeforeTrack.get() + ledger_.evictedBeforePublish.get();
+  const std::uint64_t passedOver = ledger_.evictedBeforeSolve.get();
+  const bool evicts = std::exchange(evicted_, evicted) != evicted;
+  const bool passesOver = std::exchange(passedOver_, passedOver) != passedOver;
+  around_.journal.law(!evicts || inBurst || starved_ns > kBridged_ns, "links bridge a stall of 80 ms",
                       [&] { return fmt::format("{} evicted", evicted); });
+  around_.journal.law(!passesOver || inBurst || starved_ns > 0, "a solver that is fast enough solves every frame",
+                      [&] { return fmt::format("{} evicted", passedOver); });
 }
 
 void Life::beginStep(const CalibrationStep& step) {

@@ -51,7 +51,8 @@ class Life : public capture::FrameSource {
   void stop();
   /// received = published + named losses, but for what is in flight.
   void checkBalance(std::uint64_t inFlight) const;
-  /// Law: links evict nothing unless a stage had no processor for longer than they bridge, or frames came in a burst.
+  /// Laws: links evict nothing unless a stage had no processor for longer than they bridge, or frames came in a burst;
+  /// that before the solver bridges no stall.
   void checkEvictions(bool inBurst);
 
   const Procedures& procedures() const { return procedures_; }
@@ -99,9 +100,10 @@ class Life : public capture::FrameSource {
   Supervisor supervisor_;
   Procedures procedures_;
   Zeros::Left restored_;
-  std::uint64_t evicted_ = 0;  ///< by links, at the last look
-  bool hasMet_ = false;        ///< the procedures know the camera
-  bool worked_ = false;        ///< the stage that takes its turn has something to do
+  std::uint64_t evicted_ = 0, passedOver_ = 0;  ///< by other links than the solver's, and by that, at the last look
+  std::uint64_t tracked_ = 0;                   ///< number of the frame that was tracked last
+  bool hasMet_ = false;                         ///< the procedures know the camera
+  bool worked_ = false;                         ///< the stage that takes its turn has something to do
 };
 
 }  // namespace tractiond::simulation

@@ -9,7 +9,7 @@
 namespace tractiond::simulation {
 namespace {
 
-constexpr std::uint64_t kMostInFlight = 22;       // the links' slots, and one with each stage
+constexpr std::uint64_t kMostInFlight = 18;       // the links' slots, and one with each stage
 constexpr std::int64_t kIdleTurn_ns = 100 * kMs;  // a stage sleeps no longer
 
 }  // namespace
@@ -284,7 +284,7 @@ void Run::control() {
   life_->checkConfiguration();
   life_->camera().check();
   life_->checkBalance(kMostInFlight);
-  constexpr std::int64_t kLately_ns = 200 * kMs;  // since the last look, and what was under way
+  constexpr std::int64_t kLately_ns = 300 * kMs;  // since the last look, and what was under way
   const auto cameLately = [this](Event event) { return ongoing_.until_ns(event) > now() - kLately_ns; };
   const bool openedLately = life_->camera().opened_ns() > now() - kLately_ns;  // pictures that waited come at once
   life_->checkEvictions(cameLately(Event::kLate) || cameLately(Event::kSecondCounter) || openedLately);

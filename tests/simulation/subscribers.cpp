@@ -34,6 +34,7 @@ bool readHeader(std::string_view bytes, traction::v1::Header& header) {
 struct Read {
   std::uint64_t number = 0, sequence = 0, frame = 0;
   std::size_t kind = 0;
+  bool isAfterGap = false;  ///< FLAG_DISCONTINUITY
   std::string boot;
 };
 
@@ -50,7 +51,11 @@ const Read& readOnce(std::span<const std::string_view> parts, std::uint64_t numb
   const auto topic = parts.size() == 1 ? topics.begin() : std::ranges::find(topics, parts[0]);
   const bool isRead = isWhole && topic != topics.end() && readHeader(parts[parts.size() == 1 ? 0 : 1], header);
   journal.law(isRead, "subscribers understand what is sent", [number] { return fmt::format("message {}", number); });
-  last = {number, header.sequence(), header.frame_number(), static_cast<std::size_t>(topic - topics.begin()),
+  last = {number,
+          header.sequence(),
+          header.frame_number(),
+          static_cast<std::size_t>(topic - topics.begin()),
+          (header.flags() & traction::v1::FLAG_DISCONTINUITY) != 0,
           header.boot()};
   return last;
 }
@@ -78,6 +83,9 @@ struct Subscribers::One : Peer {
     journal->law(rises && isNewer, "nothing is sent twice or out of order", what);
     journal->law(isFirst || reads_bytesPerMs != kAtOnce || is.sequence == before + 1, "who reads at once loses nothing",
                  what);
+    const bool isNext = isFirst || is.sequence > before + 1 || is.frame == frames[is.kind] + 1;
+    journal->law(is.kind == kDescription || is.kind == kStatus || isNext || is.isAfterGap,
+                 "a field that does not follow the one before has its flag", what);
     journal->law(is.kind != kMarkers || reads_bytesPerMs != kAtOnce || is.frame == frames[kField],
                  "the markers of a field follow it", what);
     ++journal->result.delivered;

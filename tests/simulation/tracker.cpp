@@ -99,8 +99,7 @@ void Tracker::write(const Picture& picture, MarkerField& field) const {
   std::fill(field.valid.begin(), field.valid.end(), std::uint8_t{hasForce_ ? std::uint8_t{1} : std::uint8_t{0}});
   std::fill(field.variance_px2.begin(), field.variance_px2.end(), static_cast<float>(kNoise_px * kNoise_px));
   field.zero = force_.id;
-  field.flags = (field.info.discontinuity ? kDiscontinuity : 0U) | (field.info.doubted ? kDoubtedOrigin : 0U) |
-                (picture.isFew ? kFewMarkers : 0U);
+  field.flags = (field.info.doubted ? kDoubtedOrigin : 0U) | (picture.isFew ? kFewMarkers : 0U);
   for (std::size_t i = 0; hasForce_ && i < 2 * count; ++i)
     field.displacement_px[i] = static_cast<float>(placeOf(i, picture) - force_.position_px[i]);
   if (picture.isFew) {

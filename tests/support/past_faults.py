@@ -175,7 +175,7 @@ FAULTS = [Fault(*one) for one in [
         ("gateway/relay.cpp", "    subscribeAgain(now);\n", ""),
     ]),
     ("short-links", "795f824", "links are too short for a stall of 80 ms", [
-        ("daemon/pipeline.h", "Link<MarkerField, kSlots> markers_;", "Link<MarkerField, 4> markers_;"),
+        ("daemon/pipeline.h", "Link<Frame, kSlots> frames_;", "Link<Frame, 4> frames_;"),
         ("daemon/pipeline.h", "Link<TractionField, kSlots> fields_;", "Link<TractionField, 4> fields_;"),
     ]),
 ]]

@@ -197,11 +197,12 @@ class Worlds(steady.TestCase):
         ours, theirs = simulated(name), real.end()
         found = [f"log line {i + 1}: simulation {a!r}, real {b!r}" for i, (a, b) in enumerate(
             zip([*ours.log, *[None] * len(theirs.log)], [*theirs.log, *[None] * len(ours.log)])) if a != b]
+        busy = any(theirs.counters.get(counter) for counter in EVICTED)  # then there are gaps that nobody made
         found += [f"answer {i + 1}: simulation {a!r}, real {b!r}" for i, (a, b) in enumerate(
             zip([*ours.answers, None], [*theirs.answers, None])) if a != b]
         for counter in sorted((ours.counters.keys() | theirs.counters.keys()) - (EVICTED - set(roughly))):
             a, b = ours.counters.get(counter, 0), theirs.counters.get(counter, 0)
-            if a != b and not (counter in roughly and a and b):
+            if a != b and not (counter in roughly and a and b) and not (counter == "flag discontinuity" and busy and b > a):
                 found.append(f"{counter}: simulation {a}, real {b}")
         counted = ", ".join(f"{'about ' * (counter in roughly)}{value} {counter}" for counter, value in sorted(ours.counters.items()))
         what = f"{len(ours.log)} lines, {len(ours.answers)} answers, {counted or 'nothing lost'}"

@@ -23,7 +23,7 @@ using Vector3 = std::array<double, 3>;    ///< x, y, z
 enum Flag : std::uint32_t {
   kZeroUnverified = 1,  ///< neither an operator nor an unloaded picture has confirmed the zero
   kFewMarkers = 2,      ///< too few markers are found; the field is not valid
-  kDiscontinuity = 4,   ///< frames were lost, or a clock jumped, before this frame
+  kDiscontinuity = 4,   ///< the frame before this one has no field, or a clock jumped
   kReacquiring = 8,     ///< markers were labelled anew in this frame
   kTorn = 16,           ///< the picture is inconsistent: some rows are shifted or belong to another frame
   kUnexplained = 32,    ///< the picture shows displacements that no forces on the surface can cause

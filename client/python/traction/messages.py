@@ -20,7 +20,7 @@ class Flag(enum.IntFlag):
 
     ZERO_UNVERIFIED = 1  # it is not confirmed, neither by an operator nor by an unloaded picture, that the zero is one
     FEW_MARKERS = 2  # too few markers are seen: the field is not valid
-    DISCONTINUITY = 4  # frames were lost or the clocks jumped before this frame
+    DISCONTINUITY = 4  # the frame before this one has no field, or the clocks jumped
     REACQUIRING = 8  # all markers were identified again in this frame
     TORN = 16  # parts of the picture are of another moment, or displaced
     UNEXPLAINED = 32  # the picture shows displacements that no forces on the surface can make

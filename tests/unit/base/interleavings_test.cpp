@@ -283,7 +283,7 @@ struct EarlyWake {
 };
 
 // kBefore items are on their way when the threads begin. The consumer looks until the end, or kTakes times.
-template <WhenFull kWhenFull, int kBefore, int kItems, int kTakes = 1000>
+template <WhenFull kWhenFull, int kBefore, int kItems, int kTakes = 1000, std::size_t kSlots = 3>
 class LinkUnderway : public explore::Trial {
  public:
   LinkUnderway() {
@@ -292,6 +292,7 @@ class LinkUnderway : public explore::Trial {
   void first() override {
     for (int n = kBefore + 1; n <= kItems; ++n) {
       Item* slot = link_.acquire();
+      require(slot || kWhenFull == WhenFull::kWait, "a link that evicts always has a slot");
       for (; !slot; slot = link_.acquire()) link_.waitForRoom({});
       push(slot, n);
     }
@@ -318,6 +319,7 @@ class LinkUnderway : public explore::Trial {
     require(taken_.count() + evicted + left == kItems, "put in = taken + evicted + left");
     require(reclaimed_ == kItems, "each slot comes back once");
     require(kWhenFull == WhenFull::kEvictOldest || evicted == 0, "a link that waits evicts nothing");
+    require(kWhenFull == WhenFull::kWait || left <= static_cast<int>(kSlots) - 2, "one slot is for each side");
     require(left > 0 || taken_.last() == kItems, "the newest arrives");
   }
 
@@ -331,10 +333,10 @@ class LinkUnderway : public explore::Trial {
   int reclaimed_ = 0;
   bool ended_ = false;
   Order taken_;
-  Link<Item, 3, Atomic, EarlyWake> link_{kWhenFull, evicted_, {}, [this](Item& slot) {
-                                           ++reclaimed_;
-                                           slot.number = 0;
-                                         }};
+  Link<Item, kSlots, Atomic, EarlyWake> link_{kWhenFull, evicted_, {}, [this](Item& slot) {
+                                                ++reclaimed_;
+                                                slot.number = 0;
+                                              }};
 };
 
 // How many operations of a header have an order that is stronger than relaxed.
@@ -388,8 +390,8 @@ TEST(Interleavings, OfTheLoanHoldAndNeedEachOrder) {
 
 TEST(Interleavings, OfTheLinkHoldAndNeedEachOrder) {
   constexpr auto kEvict = WhenFull::kEvictOldest, kWait = WhenFull::kWait;
-  prove<LinkUnderway<kEvict, 0, 2>, LinkUnderway<kEvict, 0, 4, 1>, LinkUnderway<kEvict, 2, 3>,
-        LinkUnderway<kEvict, 3, 4, 2>, LinkUnderway<kEvict, 3, 5, 1>, LinkUnderway<kWait, 3, 4, 1>,
+  prove<LinkUnderway<kEvict, 0, 2>, LinkUnderway<kEvict, 0, 3, 1>, LinkUnderway<kEvict, 1, 2>,
+        LinkUnderway<kEvict, 1, 3, 2>, LinkUnderway<kEvict, 2, 4, 1, 4>, LinkUnderway<kWait, 3, 4, 1>,
         LinkUnderway<kWait, 3, 5, 2>>("link.h");
 }
 

@@ -46,9 +46,9 @@ TEST(Link, NewestWinsAndTheOldestIsCountedAndReused) {
     slot->fill(n);
     link.push(slot);
   }
-  EXPECT_EQ(evicted.get(), 2U);
-  EXPECT_EQ(reclaimed, (std::vector<std::uint64_t>{1, 2}));
-  for (std::uint64_t n = 3; n <= 6; ++n) {
+  EXPECT_EQ(evicted.get(), 4U) << "one slot is for each side";
+  EXPECT_EQ(reclaimed, (std::vector<std::uint64_t>{1, 2, 3, 4}));
+  for (std::uint64_t n = 5; n <= 6; ++n) {
     Parcel* slot = link.take();
     ASSERT_NE(slot, nullptr);
     EXPECT_EQ(slot->number, n);
@@ -57,6 +57,24 @@ TEST(Link, NewestWinsAndTheOldestIsCountedAndReused) {
   EXPECT_EQ(link.take(), nullptr);
   link.reclaim();
   EXPECT_EQ(reclaimed, (std::vector<std::uint64_t>{1, 2, 3, 4, 5, 6}));
+}
+
+TEST(Link, OfThreeSlotsGivesTheNewest) {
+  Counter evicted;
+  Link<int, 3> link(WhenFull::kEvictOldest, evicted);
+  const auto push = [&](int n) {
+    int* slot = link.acquire();
+    *slot = n;
+    link.push(slot);
+  };
+  push(1);
+  int* held = link.take();
+  for (int n = 2; n <= 4; ++n) push(n);  // while the consumer is busy
+  EXPECT_EQ(*held, 1);
+  link.release(held);
+  EXPECT_EQ(*link.take(), 4);
+  EXPECT_EQ(link.take(), nullptr);
+  EXPECT_EQ(evicted.get(), 2U);
 }
 
 TEST(Link, ThatWaitsRefusesInsteadOfEvicting) {
@@ -72,7 +90,7 @@ TEST(Link, ThatWaitsRefusesInsteadOfEvicting) {
 TEST(Link, DiscardsWhatIsStillOnItsWay) {
   Counter evicted;
   int reclaimed = 0;
-  Link<int, 4> link(WhenFull::kEvictOldest, evicted, 0, [&](int&) { ++reclaimed; });
+  Link<int, 5> link(WhenFull::kEvictOldest, evicted, 0, [&](int&) { ++reclaimed; });
   for (int n = 0; n < 3; ++n) link.push(link.acquire());
   link.release(link.take());
   EXPECT_EQ(link.discard(), 2U);

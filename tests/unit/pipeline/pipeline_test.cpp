@@ -8,8 +8,10 @@
 #include <pthread.h>
 
 #include <cerrno>
+#include <latch>
 #include <random>
 #include <set>
+#include <tuple>
 #include <vector>
 
 namespace tractiond::pipeline_test {
@@ -104,6 +106,7 @@ struct Work {
         .track =
             [this](const Frame& frame, MarkerField& markers) {
               slow[0]();
+              markers.flags = 0;
               markers.displacement_px[0] = static_cast<float>(frame.info.frameNumber);
               return frame.info.frameNumber > restFrames;
             },
@@ -111,6 +114,7 @@ struct Work {
             [this](const MarkerField& markers, TractionField& field) {
               slow[1]();
               field.markers = markers;
+              field.flags = markers.flags;
               field.force_N[0] = 2.0F * markers.displacement_px[0];
             },
         .publish =
@@ -173,6 +177,100 @@ TEST(Pipeline, AccountsForEveryFrameWhenStagesDawdleAndEvict) {
     }
     EXPECT_EQ(last, 5000U) << "newest wins";
   }
+}
+
+TEST(Pipeline, GivesTheNewestFrameToASolverThatIsBehindAndFlagsTheGap) {
+  constexpr std::uint64_t kLast = 6;
+  /// Gives a frame for each that the test lets come, else a timeout at once.
+  class Paced : public CountingSource {
+   public:
+    using CountingSource::CountingSource;
+    capture::Next next(Frame& frame, std::chrono::milliseconds timeout) override {
+      std::this_thread::yield();
+      if (given_ == let) return capture::Next::kTimeout;
+      ++given_;
+      return CountingSource::next(frame, timeout);
+    }
+    std::atomic<std::uint64_t> let{0};
+
+   private:
+    std::uint64_t given_ = 0;
+  };
+  Ledger ledger;
+  Paced source(kLast + 1, ledger);
+  Work work(source);
+  std::latch free{1};
+  const auto solve = work.stages->solve;
+  work.stages->solve = [&](const MarkerField& markers, TractionField& field) {
+    if (markers.info.frameNumber == 1) free.wait();
+    solve(markers, field);
+  };
+  std::atomic<std::uint64_t> tracked{0};
+  const auto track = work.stages->track;
+  work.stages->track = [&](const Frame& frame, MarkerField& markers) {
+    const bool isTracked = track(frame, markers);
+    tracked = frame.info.frameNumber;
+    return isTracked;
+  };
+  PipelineOptions options = kSmall;
+  options.turn = 1ms;
+  Pipeline pipeline(*work.stages, options, ledger, work.turns);
+  pipeline.start();
+  for (std::uint64_t number = 1; number <= kLast; ++number) {
+    source.let = number;
+    while (tracked < number) std::this_thread::yield();
+    for (const auto turns = work.turns.track.get(); work.turns.track.get() < turns + 2;) std::this_thread::yield();
+  }
+  free.count_down();
+  while (ledger.published.get() < 2) std::this_thread::yield();
+  source.let = kLast + 1;
+  while (ledger.published.get() < 3) std::this_thread::yield();
+  pipeline.stop();
+  EXPECT_EQ(ledger.evictedBeforeSolve.get(), kLast - 2);
+  EXPECT_TRUE(balanced(ledger));
+  ASSERT_EQ(work.published.size(), 3U);
+  for (const auto& [index, number, flag] :
+       {std::tuple(0U, std::uint64_t{1}, 0U), std::tuple(1U, kLast, 0U + kDiscontinuity),
+        std::tuple(2U, kLast + 1, 0U)}) {
+    const TractionField& field = work.published[index];
+    EXPECT_EQ(field.markers.info.frameNumber, number);
+    EXPECT_EQ(field.flags, flag) << number;
+    EXPECT_EQ(field.markers.flags, flag) << number;
+  }
+}
+
+TEST(Pipeline, FlagsEachFieldThatDoesNotFollowTheOneBefore) {
+  /// Frames of given numbers; the camera's clock jumps before one of them.
+  class Numbered : public capture::FrameSource {
+   public:
+    capture::Next next(Frame& frame, std::chrono::milliseconds) override {
+      if (next_ == numbers.size()) return capture::Next::kEnd;
+      frame = {};
+      frame.info.frameNumber = numbers[next_++];
+      frame.info.discontinuity = frame.info.frameNumber == jumps;
+      return capture::Next::kFrame;
+    }
+    void recycle(Frame&) override {}
+    std::vector<std::uint64_t> numbers{3, 4, 6, 7, 8, 9, 10, 11};
+    std::uint64_t jumps = 8;
+
+   private:
+    std::size_t next_ = 0;
+  } source;
+  Ledger ledger;
+  Work work(source);
+  const auto track = work.stages->track;
+  work.stages->track = [&](const Frame& frame, MarkerField& markers) {
+    return track(frame, markers) && frame.info.frameNumber != 10;
+  };
+  runInline(*work.stages, kSmall, ledger);
+  std::vector<std::uint64_t> flagged;
+  for (const TractionField& field : work.published) {
+    EXPECT_EQ(field.flags, field.markers.flags);
+    if (field.flags == kDiscontinuity) flagged.push_back(field.markers.info.frameNumber);
+  }
+  EXPECT_EQ(work.published.size(), 7U);
+  EXPECT_EQ(flagged, (std::vector<std::uint64_t>{6, 8, 11}));
 }
 
 TEST(Pipeline, ThatWaitsGivesWhatTheInlineRunGives) {
