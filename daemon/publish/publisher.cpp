@@ -34,7 +34,7 @@ constexpr int kSubscriptionsPerTurn = 256;
 constexpr int kSubscriptionsPerPeer = 64;
 
 /// Previews that wait for slow subscribers, of all together: who reads too slowly fills no memory.
-constexpr std::size_t kWaitingPreviews = 64;
+constexpr int kWaitingPreviews = 64;
 
 enum Topic : std::size_t { kField, kMarkers, kDescription, kStatus, kPreview, kTopicCount };
 constexpr std::array<const char*, kTopicCount> kKinds = {"field", "markers", "description", "status", "preview"};
@@ -56,16 +56,12 @@ struct TimeText {
 }  // namespace
 
 struct Publisher::Impl {
-  /// Memory of an encoded preview, which ZeroMQ reads where it is.
-  struct PreviewRoom {
-    std::vector<std::uint8_t> bytes;
-    std::atomic<bool> used{false};
-
-    /// Called by ZeroMQ's thread when nobody waits for it any more.
-    static void leave(void* /*bytes*/, void* room) {
-      static_cast<PreviewRoom*>(room)->used.store(false, std::memory_order_release);  // partner: offerPreview()
-    }
-  };
+  /// Frees an encoded preview, which ZeroMQ reads where it is. Called by ZeroMQ's thread when nobody waits for it any
+  /// more. \param waiting waitingPreviews
+  static void freePreview(void* bytes, void* waiting) {
+    delete[] static_cast<std::uint8_t*>(bytes);
+    static_cast<std::atomic<int>*>(waiting)->fetch_sub(1, std::memory_order_relaxed);  // a count: it orders nothing
+  }
 
   struct PreviewToSend {
     zmq::message_t message;
@@ -276,7 +272,7 @@ struct Publisher::Impl {
   std::atomic<bool> previewWanted{false};
   PreviewMessage previewMessage;  ///< as all of offerPreview()'s, its thread's
   Counter unsentPreviews;         ///< likewise
-  std::array<PreviewRoom, kWaitingPreviews> previewRooms;
+  std::atomic<int> waitingPreviews{0};
   Loan<PreviewToSend> preview;
 
   mutable std::mutex lastMutex;  ///< guards the two below; the publishing thread never waits for it
@@ -391,21 +387,17 @@ bool Publisher::previewWanted() const {
 bool Publisher::offerPreview(const Preview& preview) try {
   Impl& self = *impl_;
   Impl::PreviewToSend* const next = self.preview.own();
-  const auto isFree = [](const Impl::PreviewRoom& room) { return !room.used.load(std::memory_order_acquire); };
-  const auto room = std::ranges::find_if(self.previewRooms, isFree);  // acquire: partner of leave()
-  if (!next || room == self.previewRooms.end()) return false;
-  // What slow subscribers took is given back, but for one.
-  for (auto other = room + 1; other != self.previewRooms.end(); ++other) {
-    if (other->bytes.capacity() > 0 && isFree(*other)) std::vector<std::uint8_t>().swap(other->bytes);
-  }
+  if (!next || self.waitingPreviews.load(std::memory_order_relaxed) >= kWaitingPreviews) return false;
   Heading heading;
   heading.sequence = ++self.sequences[kPreview];
   heading.sent_ns = self.options.monotonicClock();
   heading.sentReal_ns = self.options.realClock();
-  room->bytes.resize(self.previewMessage.fill(preview, heading));
-  self.previewMessage.write(room->bytes.data());
-  next->message = zmq::message_t(room->bytes.data(), room->bytes.size(), Impl::PreviewRoom::leave, &*room);
-  room->used.store(true, std::memory_order_relaxed);
+  const std::size_t size = self.previewMessage.fill(preview, heading);
+  auto bytes = std::make_unique_for_overwrite<std::uint8_t[]>(size);
+  self.previewMessage.write(bytes.get());
+  next->message = zmq::message_t(bytes.get(), size, Impl::freePreview, &self.waitingPreviews);
+  bytes.release();
+  self.waitingPreviews.fetch_add(1, std::memory_order_relaxed);
   next->real_ns = preview.info.times.receivedReal_ns;
   self.preview.lend();
   return true;
