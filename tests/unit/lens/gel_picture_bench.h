@@ -36,6 +36,20 @@ class GelPictureCommands : public Workplace {
 
   Eigen::Vector3d within(double most) { return {between(-most, most), between(-most, most), between(-most, most)}; }
 
+  /// Returns the picture of a monochrome camera, of the truth's darker markers. Sets `places`.
+  cv::Mat photographGrey() {
+    twin::Optics optics;
+    optics.background = 150.0;
+    twin::Renderer renderer(truth, optics, twin::Format::kMono8);
+    const sensor::Projection project(truth.camera, truth.gel.size.z());
+    const sensor::Points points = sensor::markerPositions(truth);
+    places.resize(2, points.cols());
+    for (Eigen::Index i = 0; i < points.cols(); ++i) places.col(i) = project(points.col(i));
+    cv::Mat picture(truth.camera.height, truth.camera.width, CV_8UC1);
+    renderer.render(places, static_cast<std::uint32_t>(generator()), {picture.data, picture.total()});
+    return picture;
+  }
+
   cv::Mat photograph(double blur_px = 0.8) {
     twin::Optics optics;
     optics.blur_px = blur_px;

@@ -109,15 +109,7 @@ TEST_F(GelPictureCommands, DarkDotsInAGreyPicture) {
   truth.layers.resize(1);
   truth.layers[0].colour = sensor::Colour::kGrey;
   truth.layers[0].darker = true;
-  twin::Optics optics;
-  optics.background = 150.0;
-  twin::Renderer renderer(truth, optics, twin::Format::kMono8);
-  const sensor::Projection project(truth.camera, truth.gel.size.z());
-  const sensor::Points points = sensor::markerPositions(truth);
-  places.resize(2, points.cols());
-  for (Eigen::Index i = 0; i < points.cols(); ++i) places.col(i) = project(points.col(i));
-  cv::Mat picture(truth.camera.height, truth.camera.width, CV_8UC1);
-  renderer.render(places, static_cast<std::uint32_t>(generator()), {picture.data, picture.total()});
+  const cv::Mat picture = photographGrey();
   const auto found = findMarkers(picture, truth);
   ASSERT_TRUE(found) << found.error().what;
   EXPECT_EQ(found->count(), truth.markerCount());

@@ -34,19 +34,6 @@ class OwnGel : public GelPictureCommands {
     truth.uncertainty.k2 = 2e-2;
   }
 
-  void photographGrey() {
-    twin::Optics optics;
-    optics.background = 150.0;
-    twin::Renderer renderer(truth, optics, twin::Format::kMono8);
-    const sensor::Projection project(truth.camera, truth.gel.size.z());
-    const sensor::Points points = sensor::markerPositions(truth);
-    places.resize(2, points.cols());
-    for (Eigen::Index i = 0; i < points.cols(); ++i) places.col(i) = project(points.col(i));
-    cv::Mat picture(truth.camera.height, truth.camera.width, CV_8UC1);
-    renderer.render(places, static_cast<std::uint32_t>(generator()), {picture.data, picture.total()});
-    ASSERT_TRUE(writePicture(options.picture, picture));
-  }
-
   void expectTruth() {
     const auto found = sensor::loadGel(options.output);
     ASSERT_TRUE(found) << found.error().what;
@@ -59,7 +46,7 @@ class OwnGel : public GelPictureCommands {
 };
 
 TEST_F(OwnGel, PoseIsFoundAtWhateverDistanceTheFileHasTheCamera) {
-  photographGrey();
+  ASSERT_TRUE(writePicture(options.picture, photographGrey()));
   for (const double distance : {30e-3, 50e-3, 80e-3, 157e-3, 400e-3}) {
     sensor::Sensor file = truth;
     file.camera.position = {0.0, 0.0, distance};
@@ -74,7 +61,7 @@ TEST_F(OwnGel, PoseIsFoundAtWhateverDistanceTheFileHasTheCamera) {
 
 TEST_F(OwnGel, PoseIsFoundForACameraThatIsTurnedAndBeside) {
   truth.camera.rotation = {0.02, -0.015, 0.5};
-  photographGrey();
+  ASSERT_TRUE(writePicture(options.picture, photographGrey()));
   sensor::Sensor file = truth;
   file.camera.position = {30e-3, -20e-3, 200e-3};
   file.camera.rotation = {0.2, 0.1, -0.1};
@@ -85,7 +72,7 @@ TEST_F(OwnGel, PoseIsFoundForACameraThatIsTurnedAndBeside) {
 }
 
 TEST_F(OwnGel, OtherColumnsAndRowsAreRefusedUnlessForced) {
-  photographGrey();
+  ASSERT_TRUE(writePicture(options.picture, photographGrey()));
   for (const auto& [columns, rows] : {std::pair(19, 20), std::pair(20, 19), std::pair(20, 21), std::pair(22, 20)}) {
     for (const double distance : {104e-3, 157e-3}) {
       sensor::Sensor file = truth;
@@ -122,7 +109,7 @@ TEST_F(GelPictureCommands, AnotherDepthOfOneLayerIsRefused) {
 }
 
 TEST_F(OwnGel, APitchThatMovesTheCameraIsToBeMeasured) {
-  photographGrey();
+  ASSERT_TRUE(writePicture(options.picture, photographGrey()));
   sensor::Sensor file = truth;
   file.layers[0].pitch *= 1.1;
   write(options.gel, sensor::gelText(file));
@@ -135,7 +122,7 @@ TEST_F(OwnGel, APitchThatMovesTheCameraIsToBeMeasured) {
 
 /// What was edited in a gel file is not lost, by whatever command.
 TEST_F(OwnGel, AnExistingGelFileIsReplacedOnlyIfForced) {
-  photographGrey();
+  ASSERT_TRUE(writePicture(options.picture, photographGrey()));
   write(options.gel, sensor::gelText(truth));
   write(options.output, "# by hand\n");
   const Done done = pose(options);
