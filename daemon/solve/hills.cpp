@@ -23,13 +23,14 @@ constexpr double kHalfWidth = 1.6;
 
 }  // namespace
 
-Hills::Hills(PlaceGrid grid, int mostPlaces, int functionalRows)
+Hills::Hills(PlaceGrid grid, int mostPlaces)
     : grid_(std::move(grid))
-    , functionalRows_(static_cast<std::size_t>(functionalRows))
     , indexAt_(static_cast<std::size_t>(grid_.columns) * static_cast<std::size_t>(grid_.rows), -1)
-    , functionals_(kColumns * functionalRows_) {
-  for (auto* each : {&order_, &hill_, &peak_, &parent_, &members_}) each->reserve(static_cast<std::size_t>(mostPlaces));
-  magnitude_.reserve(static_cast<std::size_t>(mostPlaces));
+    , functionals_(3UL * kColumns * static_cast<std::size_t>(mostPlaces))
+    , isUsed_(static_cast<std::size_t>(mostPlaces)) {
+  for (auto* each : {&order_, &hill_, &peak_, &parent_, &members_, &used_}) each->reserve(isUsed_.size());
+  magnitude_.reserve(isUsed_.size());
+  apart_.reserve(isUsed_.size());
   valleys_.reserve(2 * indexAt_.size());
 }
 
@@ -41,7 +42,7 @@ int Hills::hillOf(int index) const {
 
 /// The forces along `direction` in a strip across the line from place `from` (unit step `along`, in pitches), at a
 /// distance `at` on that line: places count linearly less up to a pitch from it. Adds `factor` times that functional to
-/// one of functionals_.
+/// one of the functionals.
 double Hills::strip(const SolvedForces& forces, int from, const Eigen::Vector2d& along, double at,
                     const Eigen::Vector3d& direction, double factor, int column) {
   const auto force = forces.forces_N();
@@ -57,13 +58,29 @@ double Hills::strip(const SolvedForces& forces, int from, const Eigen::Vector2d&
       const Eigen::Vector2d offset(c - column0, r - row0);
       const double weight = 1.0 - std::abs(along.dot(offset) - at);
       if (weight <= 0.0 || std::abs(along.x() * offset.y() - along.y() * offset.x()) > kHalfWidth) continue;
-      for (int axis = 0; axis < 3; ++axis) {
-        if (factor != 0.0) functionals_.data()[kColumns * (3 * j + axis) + column] += factor * weight * direction[axis];
-        sum += weight * direction[axis] * force[3 * j + axis];
-      }
+      for (int axis = 0; axis < 3; ++axis) sum += weight * direction[axis] * force[3 * j + axis];
+      if (factor == 0.0) continue;
+      double* const functionals = functionalsOf(j) + column;
+      for (int axis = 0; axis < 3; ++axis) functionals[kColumns * axis] += factor * weight * direction[axis];
     }
   }
   return sum;
+}
+
+/// Returns the coefficients of a place in the functionals, x, y, z after each other, and notes that they are used.
+double* Hills::functionalsOf(int index) {
+  unsigned char& isUsed = isUsed_[static_cast<std::size_t>(index)];
+  if (isUsed == 0) used_.push_back(index);
+  isUsed = 1;
+  return functionals_.data() + std::ptrdiff_t{3 * kColumns} * index;
+}
+
+void Hills::clearFunctionals() {
+  for (const int index : used_) {
+    std::fill_n(functionals_.data() + std::ptrdiff_t{3 * kColumns} * index, 3 * kColumns, 0.0);
+    isUsed_[static_cast<std::size_t>(index)] = 0;
+  }
+  used_.clear();
 }
 
 bool Hills::isValleyBetween(const SolvedForces& forces, int lower, int higher) {
@@ -84,17 +101,17 @@ bool Hills::isValleyBetween(const SolvedForces& forces, int lower, int higher) {
     const double fall = low - height(at, 0.0, 0);
     if (fall >= kFall_lower * low && fall >= kFall_higher * high) valleys_.emplace_back(fall, at);
   }
-  // One evident fall is enough, and the deepest are most likely so.
+  // One evident fall is enough, and the deepest is most likely so: it is tried alone.
   std::sort(valleys_.begin(), valleys_.end(), std::greater());
-  for (std::size_t first = 0; first < valleys_.size(); first += kColumns) {
-    const std::size_t count = std::min<std::size_t>(kColumns, valleys_.size() - first);
-    std::fill_n(functionals_.data(), functionals_.size(), 0.0);
+  for (std::size_t first = 0, count = 1; first < valleys_.size(); first += count, count = kColumns) {
+    count = std::min(count, valleys_.size() - first);
+    clearFunctionals();
     for (std::size_t k = 0; k < count; ++k) {
       height(0.0, 1.0, static_cast<int>(k));
       height(valleys_[first + k].second, -1.0, static_cast<int>(k));
     }
     std::array<double, kColumns * kColumns> covariances{};
-    forces.covariances(functionals_.data(), covariances);
+    forces.covariances(functionals_.data(), used_, covariances);
     for (std::size_t k = 0; k < count; ++k) {
       if (valleys_[first + k].first > kFall_deviations * std::sqrt(covariances[(kColumns + 1) * k])) return true;
     }
@@ -136,6 +153,7 @@ void Hills::divide(const SolvedForces& forces) {
   hill_.assign(static_cast<std::size_t>(count), -1);
   peak_.clear();
   parent_.clear();
+  apart_.clear();
   for (const int i : order_) {
     around(nodes[i], i, [&](int neighbour) {
       if (hill_[neighbour] < 0) return;
@@ -145,7 +163,12 @@ void Hills::divide(const SolvedForces& forces) {
       if (own == other) return;
       const bool ownIsHigher = magnitude_[peak_[own]] > magnitude_[peak_[other]];
       const int higher = ownIsHigher ? own : other, lower = ownIsHigher ? other : own;
-      if (!isValleyBetween(forces, peak_[lower], peak_[higher])) parent_[lower] = higher;
+      if (std::find(apart_.begin(), apart_.end(), std::pair{lower, higher}) != apart_.end()) return;
+      if (isValleyBetween(forces, peak_[lower], peak_[higher])) {
+        apart_.emplace_back(lower, higher);
+      } else {
+        parent_[lower] = higher;
+      }
     });
     if (hill_[i] >= 0) continue;
     hill_[i] = static_cast<int>(peak_.size());
@@ -181,47 +204,41 @@ Contact Hills::describe(const SolvedForces& solved, int hill) {
   normal.normalize();
   contact.area_m2 = square(sum) / squares;
 
-  // Several functionals at a time: the k-th force of node i adds of(i, k) to each.
-  std::array<double, kColumns * kColumns> covariances{};
-  const auto deviationsOf = [&](auto of) {
-    std::fill_n(functionals_.data(), functionals_.size(), 0.0);
-    for (const int i : members_) {
-      for (int k = 0; k < 3; ++k) {
-        const auto values = of(i, k);
-        std::copy(values.begin(), values.end(), functionals_.data() + kColumns * (3 * i + k));
-      }
-    }
-    solved.covariances(functionals_.data(), covariances);
-    return [&covariances](int functional) { return std::sqrt(covariances[(kColumns + 1) * functional]); };
-  };
-  const auto ofForceAndArea = deviationsOf([&](int i, int k) {
-    std::array<double, 4> values{};
-    values[k] = 1.0;
-    values[3] = 2.0 * contact.area_m2 * (1.0 / sum - magnitude_[i] / grid_.areas[nodes[i]] / squares) *
-                forces[3 * i + k] / magnitude_[i];
-    return values;
-  });
-  for (int axis = 0; axis < 3; ++axis) contact.forceDeviation_N[axis] = ofForceAndArea(axis);
-  contact.areaDeviation_m2 = ofForceAndArea(3);
-
   // The centre of what presses, or, where nothing does, of all forces along their sum.
   const auto force = Eigen::Vector3d::Map(contact.force_N.data());
-  const auto deviations = Eigen::Vector3d::Map(contact.forceDeviation_N.data());
-  const bool presses = normal.dot(force) > 5.0 * normal.cwiseProduct(deviations).norm();
-  const Eigen::Vector3d along = presses ? normal : force.normalized();
-  const double total = along.dot(force);
-  for (const int i : members_) {
-    const double share = along.dot(Eigen::Vector3d::Map(forces.data() + 3 * i)) / total;
-    for (int axis = 0; axis < 2; ++axis) contact.position_m[axis] += share * grid_.positions(axis, nodes[i]);
-  }
-  const auto ofPosition = deviationsOf([&](int i, int k) {
-    std::array<double, 2> values{};
-    for (int axis = 0; axis < 2; ++axis) {
-      values[axis] = along[k] * (grid_.positions(axis, nodes[i]) - contact.position_m[axis]) / total;
+  const std::array<Eigen::Vector3d, 2> along = {normal, force.normalized()};
+  std::array<Eigen::Vector2d, 2> centre = {Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
+  for (std::size_t a = 0; a < along.size(); ++a) {
+    for (const int i : members_) {
+      const double share = along[a].dot(Eigen::Vector3d::Map(forces.data() + 3 * i)) / along[a].dot(force);
+      centre[a] += share * grid_.positions.col(nodes[i]).head<2>();
     }
-    return values;
-  });
-  for (int axis = 0; axis < 2; ++axis) contact.positionDeviation_m[axis] = ofPosition(axis);
+  }
+  // Functionals: the force, the area, both centres.
+  clearFunctionals();
+  for (const int i : members_) {
+    const double ofArea = 2.0 * contact.area_m2 * (1.0 / sum - magnitude_[i] / grid_.areas[nodes[i]] / squares);
+    for (int axis = 0; axis < 3; ++axis) {
+      double* const functionals = functionalsOf(i) + kColumns * axis;
+      functionals[axis] = 1.0;
+      functionals[3] = ofArea * forces[3 * i + axis] / magnitude_[i];
+      for (std::size_t a = 0; a < along.size(); ++a) {
+        Eigen::Vector2d::Map(functionals + 4 + 2 * a) =
+            along[a][axis] / along[a].dot(force) * (grid_.positions.col(nodes[i]).head<2>() - centre[a]);
+      }
+    }
+  }
+  std::array<double, kColumns * kColumns> covariances{};
+  solved.covariances(functionals_.data(), used_, covariances);
+  const auto deviation = [&](int i) { return std::sqrt(covariances[static_cast<std::size_t>((kColumns + 1) * i)]); };
+  for (int axis = 0; axis < 3; ++axis) contact.forceDeviation_N[axis] = deviation(axis);
+  contact.areaDeviation_m2 = deviation(3);
+  const auto deviations = Eigen::Vector3d::Map(contact.forceDeviation_N.data());
+  const int which = normal.dot(force) > kLeast_deviations * normal.cwiseProduct(deviations).norm() ? 0 : 1;
+  for (int axis = 0; axis < 2; ++axis) {
+    contact.position_m[axis] = centre[static_cast<std::size_t>(which)][axis];
+    contact.positionDeviation_m[axis] = deviation(4 + 2 * which + axis);
+  }
   return contact;
 }
 

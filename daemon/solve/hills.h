@@ -20,8 +20,10 @@ class SolvedForces {
   virtual std::span<const int> places() const = 0;       ///< indices in the grid, each once
   virtual std::span<const double> forces_N() const = 0;  ///< x, y, z of each place
   /// Computes the covariance of kColumns linear functionals of forces_N(), row after row [N^2]. \param functionals
-  /// kColumns coefficients for each element of forces_N(); overwritten
-  virtual void covariances(double* functionals, std::array<double, kColumns * kColumns>& result) const = 0;
+  /// kColumns coefficients for each element of forces_N() \param of indices in places(), each once: only their
+  /// coefficients are read, all others count as 0
+  virtual void covariances(const double* functionals, std::span<const int> of,
+                           std::array<double, kColumns * kColumns>& result) const = 0;
 
  protected:
   ~SolvedForces() = default;
@@ -41,9 +43,8 @@ class Hills {
   /// Least force of a contact, in its standard deviations.
   static constexpr double kLeast_deviations = 5.0;
 
-  /// \param mostPlaces largest number of SolvedForces::places() \param functionalRows length that
-  /// SolvedForces::covariances() needs of a functional
-  Hills(PlaceGrid grid, int mostPlaces, int functionalRows);
+  /// \param mostPlaces largest number of SolvedForces::places()
+  Hills(PlaceGrid grid, int mostPlaces);
 
   /// Divides the forces into hills; without forces there are none.
   void divide(const SolvedForces& forces);
@@ -82,16 +83,20 @@ class Hills {
   double strip(const SolvedForces& forces, int from, const Eigen::Vector2d& along, double at,
                const Eigen::Vector3d& direction, double factor, int column);
   bool isValleyBetween(const SolvedForces& forces, int lower, int higher);
+  double* functionalsOf(int index);
+  void clearFunctionals();
 
   const PlaceGrid grid_;
-  const std::size_t functionalRows_;
   std::vector<int> indexAt_;        ///< of every place of the grid: its index in places(); -1: none
   std::vector<double> magnitude_;   ///< of the forces
   std::vector<int> order_, hill_;   ///< of the places: strongest first; the hill each belongs to
   std::vector<int> peak_, parent_;  ///< of each hill: its highest place; itself, or the hill it was merged into
   std::vector<int> members_;        ///< of one hill
+  std::vector<std::pair<int, int>> apart_;          ///< hills, the lower one first, with a valley between their peaks
   std::vector<std::pair<double, double>> valleys_;  ///< fall between two peaks, and where on the line between them
-  LineArray<double> functionals_;
+  LineArray<double> functionals_;                   ///< of the places in used_; 0 elsewhere
+  std::vector<int> used_;                           ///< indices in places()
+  std::vector<unsigned char> isUsed_;               ///< of every index
 };
 
 }  // namespace tractiond::solve

@@ -24,7 +24,6 @@ Mixture::Mixture(const Atoms& atoms, int most)
     , deviation_(3 * static_cast<std::size_t>(atoms.nodeCount()))
     , nodeAway_(deviation_.size()) {
   for (Part& part : parts_) part.force_N.resize(mean_.size());
-  weighted_.reserve(mean_.size() / 3);
 }
 
 void Mixture::clear() {
@@ -118,20 +117,15 @@ void Mixture::nodeDeviations_N(std::span<double> deviations) {
   for (double& each : deviations) each = std::sqrt(each);
 }
 
-void Mixture::covariance(std::span<const double> weights, int count, std::span<double> covariance) {
+void Mixture::covariance(std::span<const double> weights, int count, std::span<const int> points,
+                         std::span<double> covariance) {
   const auto functionals = static_cast<std::size_t>(count);
   std::fill_n(covariance.begin(), count * count, 0.0);
-  weighted_.clear();
-  for (int point = 0; point < static_cast<int>(mean_.size() / 3); ++point) {
-    const auto of = weights.subspan(3 * functionals * static_cast<std::size_t>(point), 3 * functionals);
-    const auto isZero = [](double weight) { return weight == 0.0; };
-    if (!std::all_of(of.begin(), of.end(), isZero)) weighted_.push_back(point);
-  }
   eachThatCounts([&](Part& part) {
     std::array<double, static_cast<std::size_t>(kColumns * kColumns)> within{};
     std::array<double, kColumns> away{};
-    part.posterior->covariance(weights, count, weighted_, within);
-    for (const int point : weighted_) {
+    part.posterior->covariance(weights, count, points, within);
+    for (const int point : points) {
       for (std::size_t f = 3 * static_cast<std::size_t>(point), end = f + 3; f < end; ++f) {
         const double deviation = part.force_N[f] - mean_[f];
         for (std::size_t k = 0; k < functionals; ++k) away[k] += weights[functionals * f + k] * deviation;

@@ -41,7 +41,8 @@ class Mixture {
   void nodeDeviations_N(std::span<double> deviations);
 
   /// Computes the covariance of `count` functionals of the points' forces, as Posterior::covariance().
-  void covariance(std::span<const double> weights, int count, std::span<double> covariance);
+  void covariance(std::span<const double> weights, int count, std::span<const int> points,
+                  std::span<double> covariance);
 
  private:
   struct Part {
@@ -61,7 +62,6 @@ class Mixture {
   int count_ = 0;
   std::vector<double> mean_, away_;           // 3P: mean force; difference of a part's force from it
   std::vector<double> deviation_, nodeAway_;  // 3N: of a part
-  std::vector<int> weighted_;                 // points that covariance() needs
 };
 
 }  // namespace tractiond::solve

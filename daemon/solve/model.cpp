@@ -313,8 +313,9 @@ void Model::shares(const RoundPatch& patch, std::span<double> shares) noexcept {
   patched_->around.spread(patch.place, true, shares);
 }
 
-void Model::covariance(std::span<const double> weights, int count, std::span<double> covariance) noexcept {
-  mixture_.covariance(weights, count, covariance);
+void Model::covariance(std::span<const double> weights, int count, std::span<const int> points,
+                       std::span<double> covariance) noexcept {
+  mixture_.covariance(weights, count, points, covariance);
 }
 
 }  // namespace tractiond::solve

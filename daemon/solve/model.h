@@ -67,8 +67,10 @@ class Model {
   void shares(const RoundPatch& patch, std::span<double> shares) noexcept;
 
   /// Computes the covariance of `count` linear functionals of the points' forces, count x count, row after row.
-  /// \param weights 3P x count, row after row \param count at most kColumns
-  void covariance(std::span<const double> weights, int count, std::span<double> covariance) noexcept;
+  /// \param weights 3P x count, row after row \param count at most kColumns \param points that have weights other than
+  /// 0, each once; only theirs are read
+  void covariance(std::span<const double> weights, int count, std::span<const int> points,
+                  std::span<double> covariance) noexcept;
 
  private:
   enum class Found { kAtoms, kNothing, kFailed };

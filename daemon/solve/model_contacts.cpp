@@ -43,6 +43,7 @@ ModelContacts::Found::Found(Model& model, int points)
     , forces_(3 * static_cast<std::size_t>(points))
     , weights_(kColumns * forces_.size()) {
   places_.reserve(static_cast<std::size_t>(points));
+  points_.reserve(static_cast<std::size_t>(points));
 }
 
 void ModelContacts::Found::take(const Estimate& estimate, std::span<const unsigned char> has) {
@@ -55,27 +56,30 @@ void ModelContacts::Found::take(const Estimate& estimate, std::span<const unsign
   }
 }
 
-void ModelContacts::Found::covariances(double* functionals, std::array<double, kColumns * kColumns>& result) const {
-  constexpr std::size_t kNumbers = 3 * kColumns;  // of a place
-  std::fill(weights_.begin(), weights_.end(), 0.0);
-  for (std::size_t i = 0; i < places_.size(); ++i) {
-    std::copy_n(functionals + kNumbers * i, kNumbers,
-                weights_.data() + kNumbers * static_cast<std::size_t>(places_[i]));
+void ModelContacts::Found::covariances(const double* functionals, std::span<const int> of,
+                                       std::array<double, kColumns * kColumns>& result) const {
+  constexpr std::ptrdiff_t kNumbers = 3 * kColumns;  // of a place
+  points_.clear();
+  for (const int i : of) {
+    const int point = places_[static_cast<std::size_t>(i)];
+    std::copy_n(functionals + kNumbers * i, kNumbers, weights_.data() + kNumbers * point);
+    points_.push_back(point);
   }
-  model_.covariance(weights_, kColumns, result);
+  model_.covariance(weights_, kColumns, points_, result);
 }
 
 ModelContacts::ModelContacts(Model& model, const Atoms& atoms, const sensor::Sensor& sensor)
     : model_(model)
     , atoms_(atoms)
     , found_(model, atoms.pointCount())
-    , hills_(gridOf(atoms, sensor), atoms.pointCount(), 3 * atoms.pointCount())
+    , hills_(gridOf(atoms, sensor), atoms.pointCount())
     , has_(static_cast<std::size_t>(atoms.pointCount()))
     , nearest_(has_.size())
     , part_(has_.size())
     , weights_(3 * kColumns * has_.size())
     , forces_(3 * has_.size()) {
   for (auto& each : share_) each.resize(has_.size());
+  points_.reserve(has_.size());
 }
 
 int ModelContacts::list(const Estimate& estimate, double least_N, std::array<Contact, kMaxContacts>& contacts) {
@@ -195,11 +199,14 @@ Contact ModelContacts::describe(const Estimate& estimate, int contact) {
     }
   }
   // Functionals: the force, then these centres.
-  std::fill(weights_.begin(), weights_.end(), 0.0);
+  points_.clear();
   for (std::size_t p = 0; p < has_.size(); ++p) {
+    if (part_[p] == 0.0) continue;
+    points_.push_back(static_cast<int>(p));
     const Vector2d at = atoms_.points.col(static_cast<Index>(p)).head<2>();
     for (std::size_t axis = 0; axis < 3; ++axis) {
       double* const weights = weights_.data() + kColumns * (3 * p + axis);
+      std::fill_n(weights, kColumns, 0.0);
       weights[axis] = part_[p];
       for (std::size_t i = 0; i < along.size(); ++i) {
         Vector2d::Map(weights + 3 + 2 * i) =
@@ -208,7 +215,7 @@ Contact ModelContacts::describe(const Estimate& estimate, int contact) {
     }
   }
   std::array<double, kColumns * kColumns> covariances{};
-  model_.covariance(weights_, kColumns, covariances);
+  model_.covariance(weights_, kColumns, points_, covariances);
   const auto deviation = [&](std::size_t i) { return std::sqrt(covariances[(kColumns + 1) * i]); };
   Contact result;
   Vector3d::Map(result.force_N.data()) = force;

@@ -34,13 +34,15 @@ class ModelContacts {
     // Implement SolvedForces.
     std::span<const int> places() const override { return places_; }
     std::span<const double> forces_N() const override { return {forces_.data(), 3 * places_.size()}; }
-    void covariances(double* functionals, std::array<double, kColumns * kColumns>& result) const override;
+    void covariances(const double* functionals, std::span<const int> of,
+                     std::array<double, kColumns * kColumns>& result) const override;
 
    private:
     Model& model_;
     std::vector<int> places_;
     std::vector<double> forces_;
-    mutable std::vector<double> weights_;  ///< 3P x kColumns
+    mutable std::vector<double> weights_;  ///< 3P x kColumns, of points_
+    mutable std::vector<int> points_;
   };
 
   int listPatches(const Estimate& estimate, double least_N, std::array<Contact, kMaxContacts>& contacts);
@@ -59,6 +61,7 @@ class ModelContacts {
   std::array<std::vector<double>, kMost> share_;  // P: of the points in the force of each patch
   std::vector<int> nearest_;                      // P: patch
   std::vector<double> part_, weights_, forces_;   // P, 3P x kColumns, 3P: of one contact
+  std::vector<int> points_;                       // that have a part in it
 };
 
 }  // namespace tractiond::solve
