@@ -12,9 +12,6 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-/// Log evidence that each patch must gain: what is read of it holds for round contacts alone, and faint contacts of any
-/// shape look round.
-constexpr double kLeastGain = 10.0;
 /// Prior deviation of the spread that the fit found [pitches^2].
 constexpr double kFreeSpread = 0.25;
 /// Variance of the Gaussian that stands for a patch among the points: its spread, but no less than kLeastSpread, and
@@ -115,7 +112,7 @@ bool AroundPatches::solve(const Displacements& left, AtomProducts& products, con
                           const RoundPatches& patches) {
   patches_ = patches.patches();
   occam_ = std::log(static_cast<double>(kRoughness.size())) +
-           static_cast<double>(patches_.size()) * (std::log(atoms_.nodeCount()) + kLeastGain);
+           static_cast<double>(patches_.size()) * (std::log(atoms_.nodeCount()) + RoundPatches::kLeastGain);
   setExtra(left, patches);
   return findEvident(left, products, start) && roughen(left, products);
 }
@@ -205,12 +202,15 @@ bool AroundPatches::roughen(const Displacements& left, AtomProducts& products) {
     for (std::size_t p = 0; p < share_.size(); ++p) Vector3d::Map(forces.data() + 3 * p) += share_[p] * force;
   }
   const Block omega = directions(along, options_.turning);
+  const bool isAlone = std::all_of(smooth_.begin(), smooth_.end(), [](double gamma) { return gamma == 0.0; });
+  int most = options_.most[0].back();
+  if (isAlone) most = std::min(most, options_.mostAlone * static_cast<int>(patches_.size()));
   const auto rough = roughness_.ofPatches({forces.data(), 3 * share_.size()});
   std::copy(rough.begin(), rough.end(), rough_.begin());
   for (std::size_t i = 0; i < kRoughness.size(); ++i) {
     auto& [chosen, posterior] = solutions_[i];
     for (std::size_t a = 0; a < whole_.size(); ++a) whole_[a] = smooth_[a] + square(kRoughness[i]) * rough_[a];
-    selection_.choose(whole_, options_.most[0].back(), false, left.noise_px, chosen);
+    selection_.choose(whole_, most, false, left.noise_px, chosen);
     // Of two variances each has its own directions.
     for (std::size_t c = 0; c < chosen.atoms.size(); ++c) {
       chosen.gamma_N2[c] = smooth_[static_cast<std::size_t>(chosen.atoms[c])];

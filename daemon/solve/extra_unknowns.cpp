@@ -9,12 +9,14 @@ namespace tractiond::solve {
 ExtraUnknowns::ExtraUnknowns(const Factors& factors, const Atoms& atoms, int most)
     : factors_(factors)
     , atoms_(atoms)
+    , ofPoints_(3 * static_cast<std::size_t>(factors.pointCount()))
+    , ofNodes_(3 * static_cast<std::size_t>(atoms.nodeCount()))
     , stride_((most + kColumns) / kColumns * kColumns)
     , columns_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(factors.influence.stride()))
     , motion_(static_cast<std::size_t>(kColumns) * static_cast<std::size_t>(factors.influence.stride()))
     , wrench_(static_cast<std::size_t>(most))
-    , pointForces_(3 * static_cast<std::size_t>(most) * static_cast<std::size_t>(factors.pointCount()))
-    , nodeForces_(3 * static_cast<std::size_t>(most) * static_cast<std::size_t>(atoms.nodeCount()))
+    , pointForces_(static_cast<std::size_t>(most) * ofPoints_)
+    , nodeForces_(static_cast<std::size_t>(most) * ofNodes_)
     , gram_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(stride_))
     , withMotion_(static_cast<std::size_t>(stride_) * kColumns)
     , withAtoms_(static_cast<std::size_t>(factors.influence.rows()) * static_cast<std::size_t>(stride_))
@@ -25,7 +27,7 @@ void ExtraUnknowns::begin(int count) {
   count_ = count;
   std::fill_n(columns_.data(), static_cast<std::ptrdiff_t>(panels()) * kColumns * factors_.influence.stride(), 0.0);
   std::fill_n(wrench_.begin(), count, Eigen::Matrix<double, 6, 1>::Zero());
-  std::fill_n(pointForces_.begin(), 3 * static_cast<std::ptrdiff_t>(count) * factors_.pointCount(), 0.0);
+  std::fill_n(pointForces_.begin(), static_cast<std::size_t>(count) * ofPoints_, 0.0);
   std::fill(asked_.begin(), asked_.end(), static_cast<unsigned char>(0));
 }
 
@@ -34,30 +36,15 @@ void ExtraUnknowns::setDisplacement(int unknown, const double* displacement_px, 
   for (int j = 0; j < factors_.coordinateCount(); ++j) to[kColumns * j] = factor * displacement_px[j];
 }
 
-std::span<double> ExtraUnknowns::pointForces_N(int unknown) {
-  const auto size = 3 * static_cast<std::size_t>(factors_.pointCount());
-  return {pointForces_.data() + static_cast<std::size_t>(unknown) * size, size};
-}
-
-std::span<const double> ExtraUnknowns::pointForces_N(int unknown) const {
-  const auto size = 3 * static_cast<std::size_t>(factors_.pointCount());
-  return {pointForces_.data() + static_cast<std::size_t>(unknown) * size, size};
-}
-
-std::span<const double> ExtraUnknowns::nodeForces_N(int unknown) const {
-  const std::size_t size = nodeForces_.size() / wrench_.size();
-  return {nodeForces_.data() + static_cast<std::size_t>(unknown) * size, size};
-}
-
 void ExtraUnknowns::multiply(const Displacements& picture) {
   const int coordinates = factors_.coordinateCount();
   setDisplacement(count_, picture.displacement_px, 1.0);
   for (int j = 0; j < coordinates; ++j) {
     for (int m = 0; m < kMotions; ++m) motion_.data()[kColumns * j + m] = factors_.motion.row(m)[j];
   }
-  const std::size_t nodeSize = nodeForces_.size() / wrench_.size();
   for (int i = 0; i < count_; ++i) {
-    addAtNodes(atoms_, pointForces_N(i), {nodeForces_.data() + nodeSize * static_cast<std::size_t>(i), nodeSize});
+    addAtNodes(atoms_, pointForces_N(i),
+               std::span(nodeForces_).subspan(ofNodes_ * static_cast<std::size_t>(i), ofNodes_));
   }
   std::array<double, kColumns * kColumns> products;
   for (int p = 0; p < panels(); ++p) {

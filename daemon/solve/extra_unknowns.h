@@ -22,7 +22,9 @@ class ExtraUnknowns {
   /// Sets the effect on the markers: `factor` times `displacement_px` (2M, 0 where missing).
   void setDisplacement(int unknown, const double* displacement_px, double factor);
   /// Returns the effect on the forces of the points (3P), which the caller fills in.
-  std::span<double> pointForces_N(int unknown);
+  std::span<double> pointForces_N(int unknown) {
+    return std::span(pointForces_).subspan(static_cast<std::size_t>(unknown) * ofPoints_, ofPoints_);
+  }
   /// Returns the effect on force and moment about the origin [N, N m], which the caller fills in.
   Eigen::Matrix<double, 6, 1>& wrench(int unknown) { return wrench_[static_cast<std::size_t>(unknown)]; }
 
@@ -34,8 +36,13 @@ class ExtraUnknowns {
 
   int count() const { return count_; }  ///< number of unknowns, as given to begin()
   const Eigen::Matrix<double, 6, 1>& wrench(int unknown) const { return wrench_[static_cast<std::size_t>(unknown)]; }
-  std::span<const double> pointForces_N(int unknown) const;
-  std::span<const double> nodeForces_N(int unknown) const;  ///< of the points that are published at each node (3N)
+  std::span<const double> pointForces_N(int unknown) const {
+    return std::span(pointForces_).subspan(static_cast<std::size_t>(unknown) * ofPoints_, ofPoints_);
+  }
+  /// Returns the effect on the forces of the points that are published at each node (3N).
+  std::span<const double> nodeForces_N(int unknown) const {
+    return std::span(nodeForces_).subspan(static_cast<std::size_t>(unknown) * ofNodes_, ofNodes_);
+  }
   /// Returns the products of an atom's components with the unknowns, then with the picture: 3 rows of stride().
   /// Computes them at the first call for the atom.
   const double* productsWith(int atom);
@@ -58,7 +65,8 @@ class ExtraUnknowns {
 
   const Factors& factors_;
   const Atoms& atoms_;
-  const int stride_;  // the most unknowns and the picture, padded to panels
+  const std::size_t ofPoints_, ofNodes_;  // 3P, 3N
+  const int stride_;                      // the most unknowns and the picture, padded to panels
   int count_ = 0;
   LineArray<double> columns_, motion_;  // panels of kColumns columns, row after row
   std::vector<Eigen::Matrix<double, 6, 1>> wrench_;

@@ -87,12 +87,12 @@ class Hills {
   void clearFunctionals();
 
   const PlaceGrid grid_;
-  std::vector<int> indexAt_;        ///< of every place of the grid: its index in places(); -1: none
-  std::vector<double> magnitude_;   ///< of the forces
-  std::vector<int> order_, hill_;   ///< of the places: strongest first; the hill each belongs to
-  std::vector<int> peak_, parent_;  ///< of each hill: its highest place; itself, or the hill it was merged into
-  std::vector<int> members_;        ///< of one hill
-  std::vector<std::pair<int, int>> apart_;          ///< hills, the lower one first, with a valley between their peaks
+  std::vector<int> indexAt_;                ///< of every place of the grid: its index in places(); -1: none
+  std::vector<double> magnitude_;           ///< of the forces
+  std::vector<int> order_, hill_;           ///< of the places: strongest first; the hill each belongs to
+  std::vector<int> peak_, parent_;          ///< of each hill: its highest place; itself, or the hill it was merged into
+  std::vector<int> members_;                ///< of one hill
+  std::vector<std::pair<int, int>> apart_;  ///< hills, the lower one first, with a valley between their peaks
   std::vector<std::pair<double, double>> valleys_;  ///< fall between two peaks, and where on the line between them
   LineArray<double> functionals_;                   ///< of the places in used_; 0 elsewhere
   std::vector<int> used_;                           ///< indices in places()

@@ -153,6 +153,37 @@ double dotProduct(const double* a, const double* b, int size) {
 }
 
 TRACTION_VECTOR_CLONES
+void multiplyPairs(std::span<const double* const> columns, int first, int size, double* products, int stride) {
+  constexpr int kLeft = 3, kRight = 4;  // columns that share their loads: as many sums as fit the registers
+  const auto count = static_cast<int>(columns.size());
+  for (int i = first; i < count; i += kLeft) {
+    const int last = std::min(i + kLeft, count) - 1;
+    const double* left[kLeft];
+    for (int k = 0; k < kLeft; ++k) left[k] = columns[static_cast<std::size_t>(std::min(i + k, last))];
+    for (int j = 0; j <= last; j += kRight) {
+      const double* right[kRight];
+      for (int k = 0; k < kRight; ++k) right[k] = columns[static_cast<std::size_t>(std::min(j + k, last))];
+      Doubles sums[kLeft][kRight] = {}, a, b[kRight];
+      for (std::ptrdiff_t at = 0; at < size; at += kDoubles) {
+#pragma GCC unroll 4
+        for (int k = 0; k < kRight; ++k) load(right[k] + at, b[k]);
+#pragma GCC unroll 3
+        for (int r = 0; r < kLeft; ++r) {
+          load(left[r] + at, a);
+#pragma GCC unroll 4
+          for (int k = 0; k < kRight; ++k) sums[r][k] += a * b[k];
+        }
+      }
+      for (int r = 0; i + r <= last; ++r) {
+        for (int k = 0; k < kRight && j + k <= i + r; ++k) {
+          products[static_cast<std::ptrdiff_t>(i + r) * stride + j + k] = sumOf(sums[r][k]);
+        }
+      }
+    }
+  }
+}
+
+TRACTION_VECTOR_CLONES
 void multiplyColumns(const double* a, const double* b, int size, double* products) {
   columnProducts(a, b, size, products);
 }

@@ -110,6 +110,10 @@ inline double square(double x) {
 /// Returns the scalar product of two vectors of `size` elements.
 double dotProduct(const double* a, const double* b, int size);
 
+/// Computes products[stride * i + j] = column i . column j for all columns i from `first` on and all j <= i. \param
+/// size elements of a column, a multiple of 4
+void multiplyPairs(std::span<const double* const> columns, int first, int size, double* products, int stride);
+
 /// Solves L y = b in place. \param vector b, then y; `size` elements
 void solveLower(std::span<const double> lower, int size, double* vector);
 

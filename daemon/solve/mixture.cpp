@@ -47,13 +47,17 @@ void Mixture::eachThatCounts(Use use) {
   }
 }
 
+double Mixture::mostWorth() const {
+  const auto isLess = [](const Part& a, const Part& b) { return a.worth < b.worth; };
+  return std::max_element(parts().begin(), parts().end(), isLess)->worth;
+}
+
 void Mixture::weigh() {
   const auto parts = std::span(parts_).first(static_cast<std::size_t>(count_));
-  const auto most =
-      std::max_element(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.worth < b.worth; });
+  const double most = mostWorth();
   double sum = 0.0;
   for (Part& part : parts) {
-    const double ratio = std::exp(part.worth - most->worth);
+    const double ratio = std::exp(part.worth - most);
     sum += part.share = ratio > kNothing ? ratio : 0.0;
   }
   for (Part& part : parts) part.share /= sum;

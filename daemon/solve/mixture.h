@@ -22,6 +22,9 @@ class Mixture {
   /// \param worth log evidence \param wrench of the posterior [N, N m]
   std::span<double> add(Posterior& posterior, double worth, const std::array<double, 6>& wrench);
 
+  /// Returns the largest `worth` of all posteriors; there must be one.
+  double mostWorth() const;
+
   /// Computes share(), in proportion to exp(worth) and with the sum 1, and pointForces_N(). Must be called after the
   /// last add(), of which there must be one, and before the functions below.
   void weigh();

@@ -73,7 +73,11 @@ class Model {
                   std::span<double> covariance) noexcept;
 
  private:
-  enum class Found { kAtoms, kNothing, kFailed };
+  enum class Found { kForces, kNothing, kFailed };
+  /// Parts of the mixture: those from `first` on, before `end`.
+  struct Parts {
+    int first = 0, end = 0;
+  };
   /// What is compared with the field alone: an even contact; round patches and the field around them.
   struct Patched {
     EvenField even;
@@ -83,20 +87,26 @@ class Model {
     std::vector<float> stillRounded;
   };
 
-  Found findField(const Displacements& picture, std::span<const float> displacement_px, int& rounds);
-  bool detect(const Displacements& picture, std::span<const float> displacement_px, double surety,
-              AtomMoments& moments);
+  Found findCandidates(const Displacements& picture, std::span<const float> displacement_px, int& rounds);
+  void look(const Displacements& picture, std::span<const float> displacement_px);
+  void start(const Displacements& picture, AtomMoments& moments);
+  bool readMore(const Displacements& picture, double least_N);
+  void complete(const Displacements& picture);
+  Found findField(const Displacements& picture, int& rounds);
   Found round(const Displacements& picture, int most, bool last);
   bool choose(const Displacements& picture, int most);
   bool roughen(const Displacements& picture, int most);
   void keepMean();
   bool detectInResidual(const Displacements& picture);
   void addField();
+  bool findOnePatch(const Displacements& picture, std::span<const float> displacement_px);
   bool findPatches(const Displacements& picture);
+  bool leavePatches(const Displacements& picture);
+  bool solveAroundPatches(const Displacements& picture);
   void addEvenField(const Displacements& picture);
   void addPatches();
-  /// Returns the sum of the probabilities of the candidates first .. end - 1.
-  double shareOf(int first, int end) const;
+  /// Returns the sum of the probabilities of some parts of the mixture.
+  double shareOf(const Parts& parts) const;
   void publishNothing(const Displacements& picture, Estimate& estimate);
   void publish(Estimate& estimate);
   static void clear(Estimate& estimate);
@@ -112,13 +122,13 @@ class Model {
   AtomProducts products_;
   Posterior posterior_;
   std::optional<Patched> patched_;
-  Mixture mixture_;  // of the field alone, then of even contacts and of the field around patches, of each roughness
-  int firstPatched_ = 0;  // of these
+  Mixture mixture_;  // of the field alone, of that around patches and of even contacts, of each roughness
+  Parts patchedParts_, evenParts_;
   // Of one frame.
   LineArray<double> displacement_;
   AtomMoments moments_, rest_;             // of all atoms: of the last round; of the residual
-  SurestForce surest_;                     // of the last detect()
-  std::vector<double> first_;              // A: AtomMoments::known of the last detect() at the modes
+  SurestForce surest_;                     // of the last look()
+  std::vector<double> first_;              // A: AtomMoments::known of the last start()
   Chosen chosen_, smooth_;                 // smooth_: before roughness
   double degrees_ = 0.0;                   // degrees of freedom that the forces use
   std::vector<double> noise_;              // of the chosen atoms

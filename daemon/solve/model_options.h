@@ -63,6 +63,10 @@ struct ModelOptions {
 
   /// M: the most atoms of each round; of the first search, and of the second, after the residual showed more.
   std::array<std::array<int, 3>, 2> most = {{{48, 48, 128}, {96, 96, 192}}};
+
+  /// The most atoms for each patch where none is evident beside the patches: what is found differs by 0.02 deviations
+  /// from that with 128, and takes half the time.
+  int mostAlone = 24;
 };
 
 /// Returns those of a daemon that solves with `options`.

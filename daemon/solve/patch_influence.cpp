@@ -27,36 +27,47 @@ int paddedMarkers(int count) {
 
 /// What the displacements at (x, y) from a force F on the surface are made of, times 4 pi G: Boussinesq, Cerruti.
 ///   (u, v) = straight (F_x, F_y) + (x, y) (along (x F_x + y F_y) + spread F_z),  w = tilt (x F_x + y F_y) + sink F_z
+template <typename Number>
 struct Terms {
-  double straight, along, spread, tilt, sink;
+  Number straight, along, spread, tilt, sink;
 };
 
 /// kappa = 1 - 2 nu.
-TRACTION_INLINE Terms termsAt(double kappa, double x, double y, double z) {
-  const double r = std::sqrt(x * x + y * y + z * z);
-  const double both = 1.0 / (r * (r + z)), c = both * (r + z), d = both * r;  // 1 / r, 1 / (r + z) by one division
-  const double far = c * c * c, near = kappa * c * d, lean = z * far;
-  return {c + near * r, far - near * d, lean - near, lean + near, z * lean + (1.0 + kappa) * c};
+template <typename Number>
+TRACTION_INLINE Terms<Number> termsAt(Number kappa, Number x, Number y, Number z) {
+  const Number r = std::sqrt(x * x + y * y + z * z);
+  const Number both = Number{1} / (r * (r + z)), c = both * (r + z),
+               d = both * r;  // 1 / r, 1 / (r + z) by one division
+  const Number far = c * c * c, near = kappa * c * d, lean = z * far;
+  return {c + near * r, far - near * d, lean - near, lean + near, z * lean + (Number{1} + kappa) * c};
 }
 
 /// Displacements of kTogether markers.
+template <typename Number>
 struct Moved {
-  double u[kTogether] = {}, v[kTogether] = {}, w[kTogether] = {};
+  Number u[kTogether] = {}, v[kTogether] = {}, w[kTogether] = {};
 };
 
 /// Places of kTogether markers [m].
+template <typename Number>
 struct Markers {
-  const double *x, *y, *z;
+  const Number *x, *y, *z;
 };
 
+template <typename Number>
+TRACTION_INLINE Markers<Number> markersOf(const std::array<std::vector<Number>, 3>& markers, int first) {
+  return {markers[0].data() + first, markers[1].data() + first, markers[2].data() + first};
+}
+
 /// Adds the displacements by a force at (x, y).
-TRACTION_INLINE void addDisplacements(double kappa, double sourceX, double sourceY, double forceX, double forceY,
-                                      double forceZ, const Markers& at, Moved& __restrict moved) {
-  const double* const __restrict markerX = at.x, * const __restrict markerY = at.y, * const __restrict markerZ = at.z;
+template <typename Number>
+TRACTION_INLINE void addDisplacements(Number kappa, Number sourceX, Number sourceY, Number forceX, Number forceY,
+                                      Number forceZ, const Markers<Number>& at, Moved<Number>& __restrict moved) {
+  const Number* const __restrict markerX = at.x, * const __restrict markerY = at.y, * const __restrict markerZ = at.z;
   for (int i = 0; i < kTogether; ++i) {
-    const double x = markerX[i] - sourceX, y = markerY[i] - sourceY;
-    const Terms terms = termsAt(kappa, x, y, markerZ[i]);
-    const double along = x * forceX + y * forceY, sideways = terms.along * along + terms.spread * forceZ;
+    const Number x = markerX[i] - sourceX, y = markerY[i] - sourceY;
+    const Terms<Number> terms = termsAt(kappa, x, y, markerZ[i]);
+    const Number along = x * forceX + y * forceY, sideways = terms.along * along + terms.spread * forceZ;
     moved.u[i] += terms.straight * forceX + x * sideways;
     moved.v[i] += terms.straight * forceY + y * sideways;
     moved.w[i] += terms.tilt * along + terms.sink * forceZ;
@@ -65,13 +76,14 @@ TRACTION_INLINE void addDisplacements(double kappa, double sourceX, double sourc
 
 /// Adds those by a force along x, along y and along z, each of the same size, and by a force (twistX, twistY) along the
 /// surface.
-TRACTION_INLINE void addAllDisplacements(double kappa, double sourceX, double sourceY, double force, double twistX,
-                                         double twistY, const Markers& at, Moved* __restrict moved) {
-  const double* const __restrict markerX = at.x, * const __restrict markerY = at.y, * const __restrict markerZ = at.z;
+template <typename Number>
+TRACTION_INLINE void addAllDisplacements(Number kappa, Number sourceX, Number sourceY, Number force, Number twistX,
+                                         Number twistY, const Markers<Number>& at, Moved<Number>* __restrict moved) {
+  const Number* const __restrict markerX = at.x, * const __restrict markerY = at.y, * const __restrict markerZ = at.z;
   for (int i = 0; i < kTogether; ++i) {
-    const double x = markerX[i] - sourceX, y = markerY[i] - sourceY;
-    const Terms terms = termsAt(kappa, x, y, markerZ[i]);
-    const double straight = force * terms.straight, along = force * terms.along, spread = force * terms.spread,
+    const Number x = markerX[i] - sourceX, y = markerY[i] - sourceY;
+    const Terms<Number> terms = termsAt(kappa, x, y, markerZ[i]);
+    const Number straight = force * terms.straight, along = force * terms.along, spread = force * terms.spread,
                  tilt = force * terms.tilt, both = x * y * along, twist = x * twistX + y * twistY;
     moved[0].u[i] += straight + x * x * along;
     moved[0].v[i] += both;
@@ -89,9 +101,10 @@ TRACTION_INLINE void addAllDisplacements(double kappa, double sourceX, double so
 }
 
 /// Adds the displacements in the picture of the markers from `first` on, of `count` in all.
-TRACTION_INLINE void project(const std::array<std::vector<double>, 6>& slopes, const Moved& moved, int first, int count,
-                             double* column) {
-  double across[kTogether], up[kTogether];
+template <typename Number>
+TRACTION_INLINE void project(const std::array<std::vector<Number>, 6>& slopes, const Moved<Number>& moved, int first,
+                             int count, double* column) {
+  Number across[kTogether], up[kTogether];
   const auto slope = [&](std::size_t i) { return slopes[i].data() + first; };
   for (int i = 0; i < kTogether; ++i) {
     across[i] = slope(0)[i] * moved.u[i] + slope(1)[i] * moved.v[i] + slope(2)[i] * moved.w[i];
@@ -124,20 +137,26 @@ PatchInfluence::PatchInfluence(const sensor::Sensor& sensor, const Atoms& atoms,
   const sensor::Points markers = sensor::markerPositions(sensor);
   assert(2 * markers.cols() == factors.coordinateCount());
   const auto size = static_cast<std::size_t>(paddedMarkers(static_cast<int>(markers.cols())));
-  for (auto& each : marker_) each.assign(size, 1.0);
-  for (auto& each : slope_) each.assign(size, 0.0);
+  for (auto& each : exactly_.marker) each.assign(size, 1.0);
+  for (auto& each : exactly_.slope) each.assign(size, 0.0);
   const double scale = (1.0 + poissonRatio_) / (2.0 * std::numbers::pi * sensor.gel.youngsModulus);  // 1 / 4 pi G
   const sensor::Projection projection(sensor.camera, sensor.gel.size.z());
   for (Eigen::Index m = 0; m < markers.cols(); ++m) {
     const auto at = static_cast<std::size_t>(m);
     const Eigen::Matrix<double, 2, 3> jacobian = projection.jacobian(markers.col(m));
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      marker_[axis][at] = markers(static_cast<Eigen::Index>(axis), m);
-      for (std::size_t row = 0; row < 2; ++row) {
-        slope_[3 * row + axis][at] = scale * jacobian(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(axis));
+      const auto row = static_cast<Eigen::Index>(axis);
+      exactly_.marker[axis][at] = markers(row, m);
+      for (Eigen::Index i = 0; i < 2; ++i) {
+        exactly_.slope[3 * static_cast<std::size_t>(i) + axis][at] = scale * jacobian(i, row);
       }
     }
   }
+  const auto round = [](const std::vector<double>& from, std::vector<float>& to) {
+    to.assign(from.begin(), from.end());
+  };
+  for (std::size_t i = 0; i < exactly_.marker.size(); ++i) round(exactly_.marker[i], rounded_.marker[i]);
+  for (std::size_t i = 0; i < exactly_.slope.size(); ++i) round(exactly_.slope[i], rounded_.slope[i]);
   std::vector<double> column(static_cast<std::size_t>(stride()));
   for (int i = 0; i < rest_.rows(); ++i) {
     std::fill(column.begin(), column.end(), 0.0);
@@ -150,17 +169,29 @@ PatchInfluence::PatchInfluence(const sensor::Sensor& sensor, const Atoms& atoms,
   }
 }
 
+template <typename Number>
+TRACTION_INLINE void PatchInfluence::addSources(const Optics<Number>& optics, std::span<const Source> sources,
+                                                double* column) const {
+  const auto number = [](double value) { return static_cast<Number>(value); };
+  for (int first = 0; first < factors_.coordinateCount() / 2; first += kTogether) {
+    const Markers<Number> markers = markersOf(optics.marker, first);
+    Moved<Number> moved;
+    for (const Source& source : sources) {
+      addDisplacements(number(1.0 - 2.0 * poissonRatio_), number(source.x_m), number(source.y_m),
+                       number(source.force_N[0]), number(source.force_N[1]), number(source.force_N[2]), markers, moved);
+    }
+    project(optics.slope, moved, first, factors_.coordinateCount() / 2, column);
+  }
+}
+
 TRACTION_VECTOR_CLONES
 void PatchInfluence::addHalfSpace(std::span<const Source> sources, double* column) const {
-  for (int first = 0; first < factors_.coordinateCount() / 2; first += kTogether) {
-    const Markers markers{marker_[0].data() + first, marker_[1].data() + first, marker_[2].data() + first};
-    Moved moved;
-    for (const Source& source : sources) {
-      addDisplacements(1.0 - 2.0 * poissonRatio_, source.x_m, source.y_m, source.force_N[0], source.force_N[1],
-                       source.force_N[2], markers, moved);
-    }
-    project(slope_, moved, first, factors_.coordinateCount() / 2, column);
-  }
+  addSources(exactly_, sources, column);
+}
+
+TRACTION_VECTOR_CLONES
+void PatchInfluence::addRoundedHalfSpace(std::span<const Source> sources, double* column) const {
+  addSources(rounded_, sources, column);
 }
 
 /// Adds, for sources that press and twist, four columns: the displacements by their forces into the gel, turned to x,
@@ -168,14 +199,14 @@ void PatchInfluence::addHalfSpace(std::span<const Source> sources, double* colum
 TRACTION_VECTOR_CLONES
 void PatchInfluence::addHalfSpaces(std::span<const Source> sources, double* columns) const {
   for (int first = 0; first < factors_.coordinateCount() / 2; first += kTogether) {
-    const Markers markers{marker_[0].data() + first, marker_[1].data() + first, marker_[2].data() + first};
-    Moved moved[kPatchLoads];
+    const Markers<double> markers = markersOf(exactly_.marker, first);
+    Moved<double> moved[kPatchLoads];
     for (const Source& source : sources) {
       addAllDisplacements(1.0 - 2.0 * poissonRatio_, source.x_m, source.y_m, source.force_N[2], source.force_N[0],
                           source.force_N[1], markers, moved);
     }
     for (std::ptrdiff_t i = 0; i < kPatchLoads; ++i) {
-      project(slope_, moved[i], first, factors_.coordinateCount() / 2, columns + i * stride());
+      project(exactly_.slope, moved[i], first, factors_.coordinateCount() / 2, columns + i * stride());
     }
   }
 }
@@ -259,6 +290,12 @@ void PatchInfluence::displacement(const PatchPlace& place, const PatchLoad& load
   std::fill_n(column, stride(), 0.0);
   addHalfSpace(sources, column);
   addRest(place, sources, column);
+}
+
+void PatchInfluence::halfSpace(const PatchPlace& place, const PatchLoad& load, double* column) const {
+  Sources room;
+  std::fill_n(column, stride(), 0.0);
+  addRoundedHalfSpace(sourcesOf(place, load, room), column);
 }
 
 void PatchInfluence::columns(const PatchPlace& place, double* columns) {

@@ -2,8 +2,8 @@
 //
 // The contact is replaced by point forces at its centre and on a ring around it, whose shares reproduce the moments of
 // the pressure of a ball up to the fifth; the ring carries the torsion, too. Their displacements in a half-space are
-// exact. The difference between block and half-space is smooth: it is interpolated by cubics between the points of the
-// atoms' grid.
+// exact. The difference between block and half-space is smooth: it is interpolated by cubics
+// between the points of the atoms' grid.
 #pragma once
 
 #include "daemon/solve/factors.h"
@@ -43,6 +43,9 @@ class PatchInfluence {
 
   /// Computes the displacements by a load [px]: one column of stride() elements.
   void displacement(const PatchPlace& place, const PatchLoad& load, double* column);
+  /// Computes the same of a half-space, in single precision and a fraction of the time: enough for slopes, as what the
+  /// block adds is smooth.
+  void halfSpace(const PatchPlace& place, const PatchLoad& load, double* column) const;
 
  private:
   struct Source {
@@ -53,17 +56,26 @@ class PatchInfluence {
 
   using Sources = std::array<Source, static_cast<std::size_t>(kSources)>;
 
+  /// Of the markers, padded: places, and slopes of the pixel over 4 pi G [px/m / Pa].
+  template <typename Number>
+  struct Optics {
+    std::array<std::vector<Number>, 3> marker;
+    std::array<std::vector<Number>, 6> slope;
+  };
+
   std::span<const Source> sourcesOf(const PatchPlace& place, const PatchLoad& load, Sources& sources) const;
+  template <typename Number>
+  void addSources(const Optics<Number>& optics, std::span<const Source> sources, double* column) const;
   void addHalfSpace(std::span<const Source> sources, double* column) const;
+  void addRoundedHalfSpace(std::span<const Source> sources, double* column) const;
   void addHalfSpaces(std::span<const Source> sources, double* columns) const;
   void addRest(const PatchPlace& place, std::span<const Source> sources, double* column);
 
   const Atoms& atoms_;
   const Factors& factors_;
   const double poissonRatio_;
-  // Of the markers, padded: places, and slopes of the pixel over 4 pi G [px/m / Pa].
-  std::array<std::vector<double>, 3> marker_;
-  std::array<std::vector<double>, 6> slope_;
+  Optics<double> exactly_;
+  Optics<float> rounded_;
   RowMatrix rest_;  // influence of the points less a half-space's, 3P x 2M
 };
 

@@ -103,7 +103,9 @@ void Posterior::covariance(std::span<const double> weights, int count, std::span
     }
     for (int i = firstExtra(); i < firstMotion(); ++i) {
       const double* const force = std::as_const(*extra_).pointForces_N(i - firstExtra()).data() + 3 * point;
-      for (int axis = 0; axis < 3; ++axis) add(columns + kColumns * i, force[axis], axis);
+      for (int axis = 0; axis < 3; ++axis) {
+        if (force[axis] != 0.0) add(columns + kColumns * i, force[axis], axis);
+      }
     }
   }
   clearIndices();

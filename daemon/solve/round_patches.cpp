@@ -58,9 +58,18 @@ bool RoundPatches::find(const Displacements& picture, std::span<const double> fo
   if (!descend(picture)) return false;
   dropUnlikely(picture);
   areTwo_.fill(false);
-  if (areNarrow()) addLikely(picture, enough);
-  split(picture, enough);  // two that are one maximum make a broad patch
+  // What one more patch must gain of the misfit to be worth looking for.
+  const double least = 2.0 * (kLeastGain + std::log(atoms_.nodeCount()));
+  if (areNarrow()) addLikely(picture, enough + least);
+  split(picture, enough + least);  // two that are one maximum make a broad patch
   return areNarrow();
+}
+
+bool RoundPatches::findOne(const Displacements& picture, const Vector3d& start, double enough) {
+  count_ = 1;
+  now_.patches[0].place = startAt(start);
+  takeMotion(picture);
+  return descend(picture, enough) && areNarrow() && now_.misfit <= enough;
 }
 
 /// Returns whether no patch but this one is too broad.

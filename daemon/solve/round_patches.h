@@ -30,6 +30,9 @@ class RoundPatches {
   /// Prior standard deviations around the patches that were found: of a load as a multiple of its force (of the
   /// torsion: of force times pitch), of a place [pitches].
   static constexpr double kFreeLoad = 3.0, kFreePlace = 1.0;
+  /// Log evidence that each patch must gain: what is read of it holds for round contacts alone, and faint contacts of
+  /// any shape look round.
+  static constexpr double kLeastGain = 10.0;
   /// Prior mean s and standard deviation of a spread [pitches^2]. The contact of a ball, of radius a, has a^2 / 5.
   static constexpr double kSpread = 0.3, kSpreadDeviation = 0.6;
 
@@ -43,11 +46,15 @@ class RoundPatches {
   /// not mean that misfit() is at most `enough`.
   bool find(const Displacements& picture, std::span<const double> forces_N, double enough);
 
+  /// Finds the patch, if one explains the picture. Returns false if it is too broad, or its misfit() above `enough`;
+  /// the results then have no meaning. \param start where the fit starts [m]
+  bool findOne(const Displacements& picture, const Eigen::Vector3d& start, double enough);
+
   /// Determines which patches are parts of one contact: those that overlap, and those that one straight contact
   /// explains as well. `picture` as in find(). May take several times as long as find().
   void join(const Displacements& picture);
 
-  // Results of the last find(). Pointers and spans are valid until the next one.
+  // Results of the last find() or findOne(). Pointers and spans are valid until the next one.
 
   /// Returns the patches; their order has no meaning.
   std::span<const RoundPatch> patches() const { return {now_.patches.data(), static_cast<std::size_t>(count_)}; }
@@ -58,8 +65,11 @@ class RoundPatches {
   /// Returns the displacements by a unit of a patch's load (0 to 2: force [px/N]; 3: torsion [px/(N m)]): 2M, padded, 0
   /// where missing.
   const double* column(int patch, int load) const { return column(now_, kPatchLoads * patch + load); }
+  /// Ends the fit, and computes slope(). `picture` as in find() and findOne(), which make do with slopes of a
+  /// half-space. Returns false if the equations could not be solved; the results then have no meaning.
+  bool linearise(const Displacements& picture);
   /// Returns the derivatives of the displacements by a patch's place (0: x, 1: y [px/m]; 2: spread [px/m^2]): 2M,
-  /// padded, 0 where missing.
+  /// padded, 0 where missing. After linearise().
   const double* slope(int patch, int place) const { return slopeColumn(now_, kPatchPlaces * patch + place); }
 
   /// Subtracts the patches from the displacements. \param left_px remainder, which includes the picture's motion
@@ -106,6 +116,7 @@ class RoundPatches {
   double mostMisfit(double logEvidence) const;
   bool solveLoads(const Displacements& picture, Fit& fit);
   void differentiate(const Displacements& picture);
+  void laySlopes(const Displacements& picture);
   bool findStep(double damping, Vector& step);
   bool holdsAtWidest(const Vector& step);
   void move(const Vector& step, std::array<RoundPatch, kMost>& to) const;
@@ -115,19 +126,19 @@ class RoundPatches {
   void differentiateRound(int patch);
   void differentiateBar();
   double unitOf(int place) const;
-  void addUp(int patch, double* column) const;
+  void displacement(const RoundPatch& patch, double* column);
   bool isEnd(int patch) const { return patch == bar_[0] || patch == bar_[1]; }
   void clear(std::span<const int> missing, double* column) const;
   int loads() const { return kPatchLoads * count_; }
   int linear() const { return loads() + kMotions; }
   const double* column(const Fit& fit, int number) const;
+  const double* motionColumn(int motion) const;
   double* slopeColumn(Fit& fit, int number) const {
     return fit.slopes.data() + number * std::ptrdiff_t{influence_.stride()};
   }
   const double* slopeColumn(const Fit& fit, int number) const {
     return fit.slopes.data() + number * std::ptrdiff_t{influence_.stride()};
   }
-  const double* unknownColumn(int unknown) const;
 
   const Atoms& atoms_;
   const Factors& factors_;
@@ -142,6 +153,7 @@ class RoundPatches {
   Fit now_, next_, kept_, pair_;
   LineArray<double> motion_;  // kMotions columns, 0 where missing
   LineArray<double> here_, spot_;
+  bool isExact_ = false;  // the slopes are those of the block
   Matrix damped_;
   Vector right_;
 };

@@ -18,6 +18,8 @@ constexpr double kFarthest = 0.7, kFarthestSpread = 0.3;
 /// A step that changes the misfit by less than this, either way, is the last one; or by less than this share of what
 /// it is above the number of coordinates, as patches that leave so much are not right anyway.
 constexpr double kLastGain = 0.02, kLastShare = 1e-3;
+/// By so much less in the end, with the slopes of the block: what is found does not depend on the start.
+constexpr double kPrecision = 5e-4;
 /// Where so many times the expected gain is not enough, none will be.
 constexpr double kHope = 3.0;
 /// The damping after a step that gained nothing is the former one times kDampingFactor, but at least kDamping.
@@ -45,11 +47,8 @@ const double* RoundPatches::column(const Fit& fit, int number) const {
   return fit.columns.data() + number * std::ptrdiff_t{influence_.stride()};
 }
 
-/// Column of an unknown: loads, then motion, then places.
-const double* RoundPatches::unknownColumn(int unknown) const {
-  if (unknown < loads()) return column(now_, unknown);
-  if (unknown < linear()) return motion_.data() + (unknown - loads()) * std::ptrdiff_t{influence_.stride()};
-  return slopeColumn(now_, unknown - linear());
+const double* RoundPatches::motionColumn(int motion) const {
+  return motion_.data() + motion * std::ptrdiff_t{influence_.stride()};
 }
 
 void RoundPatches::clear(std::span<const int> missing, double* column) const {
@@ -78,7 +77,7 @@ bool RoundPatches::descend(const Displacements& picture, double most, double eno
     move(step, next_.patches);
     const bool solved = solveLoads(picture, next_);
     const double gain = now_.misfit - next_.misfit;
-    const double last = std::max(kLastGain, kLastShare * (now_.misfit - coordinates));
+    const double last = (isExact_ ? kPrecision : 1.0) * std::max(kLastGain, kLastShare * (now_.misfit - coordinates));
     if (!solved || gain < -last) {
       damping = std::max(kDampingFactor * damping, kDamping);
       if (damping > kMostDamping) break;
@@ -164,28 +163,24 @@ void RoundPatches::layBar(Fit& fit) {
   }
 }
 
-/// Adds the displacements by the loads of a patch.
-void RoundPatches::addUp(int patch, double* column) const {
-  for (int i = 0; i < kPatchLoads; ++i) {
-    const double load = now_.patches[static_cast<std::size_t>(patch)].load[i];
-    const double* const from = this->column(now_, kPatchLoads * patch + i);
-    for (int j = 0; j < factors_.coordinateCount(); ++j) column[j] += load * from[j];
-  }
-}
-
 /// Finds the loads and the motion that explain most with the patches where they are. False: they cannot be told apart.
 bool RoundPatches::solveLoads(const Displacements& picture, Fit& fit) {
   const double n2 = square(picture.noise_px);
   const int size = linear(), coordinates = factors_.coordinateCount(), stride = influence_.stride();
   layColumns(picture, fit);
-  const auto columnOf = [&](int i) {
-    return i < loads() ? column(fit, i) : motion_.data() + (i - loads()) * std::ptrdiff_t{stride};
-  };
+  // Loads, motion, the picture.
+  std::array<const double*, kMostLinear + 1> columns{};
+  for (int i = 0; i < loads(); ++i) columns[static_cast<std::size_t>(i)] = column(fit, i);
+  for (int m = 0; m < kMotions; ++m) columns[static_cast<std::size_t>(loads() + m)] = motionColumn(m);
+  columns[static_cast<std::size_t>(size)] = picture.displacement_px;
+  std::array<double, static_cast<std::size_t>((kMostLinear + 1) * (kMostLinear + 1))> products;
+  multiplyPairs({columns.data(), static_cast<std::size_t>(size) + 1}, 0, stride, products.data(), size + 1);
   fit.linear.resize(size, size);
   Vector right(size);
   for (int i = 0; i < size; ++i) {
-    for (int j = 0; j <= i; ++j) fit.linear(i, j) = dotProduct(columnOf(i), columnOf(j), coordinates) / n2;
-    right[i] = dotProduct(columnOf(i), picture.displacement_px, coordinates) / n2;
+    const auto product = [&](int a, int b) { return products[static_cast<std::size_t>((size + 1) * a + b)] / n2; };
+    for (int j = 0; j <= i; ++j) fit.linear(i, j) = product(i, j);
+    right[i] = product(size, i);
     if (i >= loads()) fit.linear(i, i) += 1.0;
   }
   const Eigen::LLT<Matrix> factor(fit.linear);
@@ -195,7 +190,7 @@ bool RoundPatches::solveLoads(const Displacements& picture, Fit& fit) {
   double* const left = fit.left.data();
   std::copy_n(picture.displacement_px, coordinates, left);
   for (int i = 0; i < size; ++i) {
-    const double* const from = columnOf(i);
+    const double* const from = columns[static_cast<std::size_t>(i)];
     for (int j = 0; j < coordinates; ++j) left[j] -= solution[i] * from[j];
   }
   fit.misfit = dotProduct(left, left, coordinates) / n2;
@@ -211,29 +206,48 @@ bool RoundPatches::solveLoads(const Displacements& picture, Fit& fit) {
   return std::isfinite(fit.misfit);
 }
 
-/// Computes the derivatives of the displacements by places and spreads, where the patches are now, and the equations of
-/// a step: loads and motion, which are at their best, have nothing on the right.
-void RoundPatches::differentiate(const Displacements& picture) {
-  const int coordinates = factors_.coordinateCount();
+/// Computes the derivatives of the displacements by places and spreads, where the patches are now.
+void RoundPatches::laySlopes(const Displacements& picture) {
   for (int k = 0; k < count_; ++k) {
     if (!isEnd(k)) differentiateRound(k);
   }
   if (bar_[0] >= 0) differentiateBar();
   for (int i = 0; i < kPatchPlaces * count_; ++i) clear(picture.missing, slopeColumn(now_, i));
+}
+
+bool RoundPatches::linearise(const Displacements& picture) {
+  isExact_ = true;
+  const bool isDone = descend(picture);
+  isExact_ = false;
+  return isDone;
+}
+
+/// Computes the equations of a step: loads and motion, which are at their best, have nothing on the right.
+void RoundPatches::differentiate(const Displacements& picture) {
+  laySlopes(picture);
+  // Loads, motion, what is left, the places.
+  const int places = kPatchPlaces * count_, size = linear() + places, left = linear(), stride = size + 1;
+  std::array<const double*, kMostUnknowns + 1> columns{};
+  for (int i = 0; i < loads(); ++i) columns[static_cast<std::size_t>(i)] = column(now_, i);
+  for (int m = 0; m < kMotions; ++m) columns[static_cast<std::size_t>(loads() + m)] = motionColumn(m);
+  columns[static_cast<std::size_t>(left)] = now_.left.data();
+  for (int i = 0; i < places; ++i) columns[static_cast<std::size_t>(left + 1 + i)] = slopeColumn(now_, i);
+  std::array<double, static_cast<std::size_t>((kMostUnknowns + 1) * (kMostUnknowns + 1))> products;
+  multiplyPairs({columns.data(), static_cast<std::size_t>(stride)}, left + 1, influence_.stride(), products.data(),
+                stride);
   // Places in pitches, spreads in pitches^2.
   const double n2 = square(picture.noise_px);
-  const int size = linear() + kPatchPlaces * count_;
-  const auto unit = [this](int unknown) {
-    return unknown < linear() ? 1.0 : unitOf((unknown - linear()) % kPatchPlaces);
-  };
   now_.normal.resize(size, size);
   now_.normal.topLeftCorner(linear(), linear()) = now_.linear;
   now_.right.setZero(size);
-  for (int i = linear(); i < size; ++i) {
+  for (int i = 0; i < places; ++i) {
+    const double* const row = products.data() + static_cast<std::ptrdiff_t>(left + 1 + i) * stride;
+    const double unit = unitOf(i % kPatchPlaces) / n2;
+    for (int j = 0; j < linear(); ++j) now_.normal(linear() + i, j) = unit * row[j];
     for (int j = 0; j <= i; ++j) {
-      now_.normal(i, j) = unit(i) * unit(j) / n2 * dotProduct(unknownColumn(i), unknownColumn(j), coordinates);
+      now_.normal(linear() + i, linear() + j) = unit * unitOf(j % kPatchPlaces) * row[left + 1 + j];
     }
-    now_.right[i] = unit(i) / n2 * dotProduct(unknownColumn(i), now_.left.data(), coordinates);
+    now_.right[linear() + i] = unit * row[left];
   }
   for (int k = 0; k < count_; ++k) {
     const int i = linear() + kPatchPlaces * k + 2;
@@ -248,20 +262,27 @@ double RoundPatches::unitOf(int place) const {
   return place < 2 ? atoms_.pitch_m : square(atoms_.pitch_m);
 }
 
+/// Computes the displacements by a patch, of which slopes are differences.
+void RoundPatches::displacement(const RoundPatch& patch, double* column) {
+  if (isExact_) {
+    influence_.displacement(patch.place, patch.load, column);
+  } else {
+    influence_.halfSpace(patch.place, patch.load, column);
+  }
+}
+
 /// Computes by how much more a patch displaces than here_ says if an element of its place is larger, for a unit of it.
 void RoundPatches::differentiatePlace(RoundPatch patch, int i, double* slope) {
   const double small = kSmall * unitOf(i);
   element(patch.place, i) += small;
-  influence_.displacement(patch.place, patch.load, slope);
+  displacement(patch, slope);
   for (int j = 0; j < factors_.coordinateCount(); ++j) slope[j] = (slope[j] - here_.data()[j]) / small;
 }
 
 void RoundPatches::differentiateRound(int patch) {
-  std::fill_n(here_.data(), here_.size(), 0.0);
-  addUp(patch, here_.data());
-  for (int i = 0; i < kPatchPlaces; ++i) {
-    differentiatePlace(now_.patches[static_cast<std::size_t>(patch)], i, slopeColumn(now_, kPatchPlaces * patch + i));
-  }
+  const RoundPatch& here = now_.patches[static_cast<std::size_t>(patch)];
+  displacement(here, here_.data());
+  for (int i = 0; i < kPatchPlaces; ++i) differentiatePlace(here, i, slopeColumn(now_, kPatchPlaces * patch + i));
 }
 
 /// A point of a bar moves as its ends do, each by the share that it has in the point's place.
@@ -274,7 +295,7 @@ void RoundPatches::differentiateBar() {
   for (std::size_t s = 0; s < kBarPlace.size(); ++s) {
     const double weight = 2.0 * kBarWeight[s], ofTo = kBarPlace[s], ofFrom = 1.0 - ofTo;
     const RoundPatch spot{between(from.place, to.place, ofTo), weight * (ofFrom * from.load + ofTo * to.load)};
-    influence_.displacement(spot.place, spot.load, here_.data());
+    displacement(spot, here_.data());
     for (int i = 0; i < kPatchPlaces; ++i) {
       differentiatePlace(spot, i, spot_.data());
       double *const first = slopeColumn(now_, kPatchPlaces * bar_[0] + i), *const last = slopeColumn(

@@ -175,7 +175,8 @@ DensePatchFit::Matrix DensePatchFit::equations(const Frame& frame, const Fitted&
   return B;
 }
 
-DensePatchFit::Fitted DensePatchFit::fit(const Frame& frame, const std::vector<Patch>& start, const Bar& bar) const {
+DensePatchFit::Fitted DensePatchFit::fit(const Frame& frame, const std::vector<Patch>& start, const Bar& bar,
+                                         double precision) const {
   Fitted now{start, {}, 0.0};
   const auto count = static_cast<Eigen::Index>(start.size());
   now.misfit = linear(frame, now.patches, now.motion, bar);
@@ -211,7 +212,7 @@ DensePatchFit::Fitted DensePatchFit::fit(const Frame& frame, const std::vector<P
     }
     next.misfit = linear(frame, next.patches, next.motion, bar);
     const double gain = now.misfit - next.misfit;
-    const double last = std::max(0.02, 1e-3 * (now.misfit - static_cast<double>(frame.d.size())));
+    const double last = precision * std::max(0.02, 1e-3 * (now.misfit - static_cast<double>(frame.d.size())));
     if (gain < -last) {
       damping = std::max(10 * damping, 0.1);
       if (damping > 1e4) break;
@@ -292,6 +293,7 @@ DensePatchFit::Fitted DensePatchFit::find(const Frame& frame, const Vector& forc
     if (logEvidence(frame, without) <= with) break;
     now = without;
   }
+  enough += 2 * (10 + std::log(nodes_.columns * nodes_.rows));  // the least that one more must gain
   int inVain = areNarrow(now) ? 0 : 2;
   for (const Eigen::Index p : peaks) {
     if (inVain == 2 || now.patches.size() == 4 || now.misfit <= enough) break;
@@ -320,7 +322,7 @@ DensePatchFit::Fitted DensePatchFit::find(const Frame& frame, const Vector& forc
         areTwoContacts(frame, split, k, two.size() - 1))
       now = split;
   }
-  return areNarrow(now) ? now : Fitted{};
+  return areNarrow(now) ? fit(frame, now.patches, {}, 5e-4) : Fitted{};
 }
 
 Eigen::Vector3d DensePatchFit::halfLength(const Patch& patch, const Vector& force) const {

@@ -70,7 +70,7 @@ class DensePatchFit : public DenseModel {
   /// Rows: the picture, the priors of motion and spreads. Unknowns: loads, motion, places [pitches, pitches^2].
   Matrix equations(const Frame& frame, const Fitted& now, Vector& right, const Bar& bar = {}) const;
 
-  Fitted fit(const Frame& frame, const std::vector<Patch>& start, const Bar& bar = {}) const;
+  Fitted fit(const Frame& frame, const std::vector<Patch>& start, const Bar& bar = {}, double precision = 1) const;
 
   /// The log evidence by Laplace's approximation. `least`: the patch whose load is the fewest of its deviations.
   double logEvidence(const Frame& frame, const Fitted& now, std::size_t& least) const;

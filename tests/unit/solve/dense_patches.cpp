@@ -247,11 +247,13 @@ std::vector<DensePatches::Candidate> DensePatches::around(const Frame& frame, co
   const Vector rough = beneath(forces, false);
   const Eigen::Matrix3d own =
       (1 - options_.turning) * 3 * along / along.trace() + options_.turning * Eigen::Matrix3d::Identity();
+  const int most = smooth.isZero(0.0) ? std::min(options_.most[0][2], options_.mostAlone * static_cast<int>(count))
+                                      : options_.most[0][2];
   std::vector<Candidate> found;
   for (const double rho : {0.1, 0.2, 0.4, 0.8}) {
     const Vector whole = smooth + rho * rho * rough;
     std::vector<int> atoms;
-    strongest(whole, size, options_.most[0][2], frame.n2, atoms);
+    strongest(whole, size, most, frame.n2, atoms);
     std::vector<Eigen::Matrix3d> mixed;
     for (const int a : atoms) {
       const double share = smooth[a] / whole[a];

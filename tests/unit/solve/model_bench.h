@@ -5,7 +5,9 @@
 #include "tests/unit/solve/dense_model.h"
 #include "tests/unit/solve/sensors.h"
 
+#include <numeric>
 #include <random>
+#include <vector>
 
 namespace tractiond::solve {
 
@@ -57,6 +59,13 @@ inline MatrixXd blockImage(const sensor::Sensor& sensor, const sensor::Points& s
   sensor::Points above = sources;
   above.row(2).array() -= 20e-3;
   return halfSpaceImage(sensor, sources) - 0.5 * halfSpaceImage(sensor, above);
+}
+
+/// Returns the indices of all points.
+inline std::vector<int> everyPoint(int points) {
+  std::vector<int> indices(static_cast<std::size_t>(points));
+  std::iota(indices.begin(), indices.end(), 0);
+  return indices;
 }
 
 /// A sensor on a half-space, its model without patches and the twin.

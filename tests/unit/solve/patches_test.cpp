@@ -316,7 +316,8 @@ TEST(Patches, PointsAddUpToTheForce) {
     weights.row(i) << unit.transpose(), at.cross(unit).head<2>().transpose();
   }
   MatrixXd covariance(5, 5);
-  bench.model().covariance({weights.data(), static_cast<std::size_t>(weights.size())}, 5, {covariance.data(), 25});
+  bench.model().covariance({weights.data(), static_cast<std::size_t>(weights.size())}, 5,
+                           everyPoint(bench.atoms().pointCount()), {covariance.data(), 25});
   const MatrixXd expected = covarianceOf(estimate);
   const MatrixXd ofForces = expected.topLeftCorner(3, 3);
   EXPECT_LT((covariance.topLeftCorner(3, 3) - ofForces).norm(), 1e-9 * ofForces.norm());
@@ -330,7 +331,7 @@ TEST(Patches, PointsAddUpToTheForce) {
     if (bench.atoms().nodeOf(p) == largest / 3) one[static_cast<std::size_t>(3 * p + largest % 3)] = 1.0;
   }
   double variance = 0.0;
-  bench.model().covariance(one, 1, {&variance, 1});
+  bench.model().covariance(one, 1, everyPoint(bench.atoms().pointCount()), {&variance, 1});
   EXPECT_NEAR(deviations[static_cast<std::size_t>(largest)], std::sqrt(variance), 1e-9 * std::sqrt(variance));
 }
 

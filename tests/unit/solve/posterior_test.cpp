@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <numeric>
 #include <random>
 
 namespace tractiond::solve {
@@ -232,10 +231,8 @@ TEST(Posterior, CountsExtraUnknowns) {
   Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> weights =
       MatrixXd::NullaryExpr(points, 3, [&] { return normal(generator); });
   MatrixXd ofFunctionals(3, 3);
-  std::vector<int> everyPoint(static_cast<std::size_t>(points / 3));
-  std::iota(everyPoint.begin(), everyPoint.end(), 0);
-  posterior.covariance({weights.data(), static_cast<std::size_t>(weights.size())}, 3, everyPoint,
-                       {ofFunctionals.data(), 9});
+  posterior.covariance({weights.data(), static_cast<std::size_t>(weights.size())}, 3,
+                       everyPoint(static_cast<int>(points) / 3), {ofFunctionals.data(), 9});
   const MatrixXd ofPoints = to * sigma * to.transpose(), functionals = weights.transpose() * ofPoints * weights;
   EXPECT_LT((ofFunctionals - functionals).norm(), 1e-4 * functionals.norm());
   MatrixXd toNodes = MatrixXd::Zero(3 * bench.atoms().nodeCount(), points);
