@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cstdlib>
 #include <new>
+#include <numeric>
 
 namespace {
 
@@ -154,6 +155,8 @@ TEST(Model, AllocatesNothingAroundPatches) {
   const std::vector<int> missing = {2, 3, 10, 11, 100, 101};
   std::vector<double> deviations(3 * static_cast<std::size_t>(atoms.nodeCount()));
   const std::vector<double> weights(6 * 3 * static_cast<std::size_t>(atoms.pointCount()), 1.0);
+  std::vector<int> points(static_cast<std::size_t>(atoms.pointCount()));
+  std::iota(points.begin(), points.end(), 0);
   std::array<double, 36> covariance{};
   int patches = 0;
   for (const Eigen::VectorXf& moved : {one, two}) {
@@ -163,7 +166,7 @@ TEST(Model, AllocatesNothingAroundPatches) {
       const int then = allocations;
       model.solve({there.data(), static_cast<std::size_t>(there.size())}, without, options.noise_px, estimate);
       model.nodeDeviations_N(deviations);
-      model.covariance(weights, 6, covariance);
+      model.covariance(weights, 6, points, covariance);
       EXPECT_EQ(allocations, then);
       patches += estimate.patchCount;
     }
