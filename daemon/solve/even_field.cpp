@@ -25,8 +25,8 @@ constexpr double kFreePressure = 3.0;
 constexpr int kFirst = 1;
 /// Log evidence by which a roughness must be less likely than the one before, for those beyond it to be left out.
 constexpr double kFarLess = 25.0;
-/// Log evidence that the first solution may lack without being hopeless: the others gain less. By 40 one of 900 frames
-/// moved by two of its deviations, by 100 none did.
+/// Log evidence that the first solution may lack without being hopeless. The others may gain more, where many forces
+/// are misread as an even contact: then it is left as well (docs/decisions/0037-one-patch-first.md).
 constexpr double kHopeless = 100.0;
 /// Pressure around a point beneath which nothing is, as a share of the largest.
 constexpr double kFaintest = 1e-9;

@@ -52,8 +52,8 @@ class Life : public capture::FrameSource {
   /// received = published + named losses, but for what is in flight.
   void checkBalance(std::uint64_t inFlight) const;
   /// Laws: links evict nothing unless a stage had no processor for longer than they bridge, or frames came in a burst;
-  /// that before the solver bridges no stall.
-  void checkEvictions(bool inBurst);
+  /// that before the solver bridges no stall. \param solvesBurst frames of a burst may still wait for the solver
+  void checkEvictions(bool inBurst, bool solvesBurst);
 
   const Procedures& procedures() const { return procedures_; }
   double zeroWithin_s();

@@ -284,10 +284,13 @@ void Run::control() {
   life_->checkConfiguration();
   life_->camera().check();
   life_->checkBalance(kMostInFlight);
-  constexpr std::int64_t kLately_ns = 300 * kMs;  // since the last look, and what was under way
-  const auto cameLately = [this](Event event) { return ongoing_.until_ns(event) > now() - kLately_ns; };
-  const bool openedLately = life_->camera().opened_ns() > now() - kLately_ns;  // pictures that waited come at once
-  life_->checkEvictions(cameLately(Event::kLate) || cameLately(Event::kSecondCounter) || openedLately);
+  const auto cameAtOnce = [this](std::int64_t within_ns) {
+    const std::int64_t since = now() - within_ns;
+    return ongoing_.until_ns(Event::kLate) > since || ongoing_.until_ns(Event::kSecondCounter) > since ||
+           life_->camera().opened_ns() > since;  // pictures that waited
+  };
+  constexpr std::int64_t kUnderWay_ns = 200 * kMs, kSolved_ns = 300 * kMs;  // since the last look, and what was then
+  life_->checkEvictions(cameAtOnce(kUnderWay_ns), cameAtOnce(kSolved_ns));
 }
 
 std::int64_t Run::nextMoment() const {

@@ -50,7 +50,6 @@ class Dependencies(unittest.TestCase):
         self.assertEqual(words & self.list(), self.list("build") - {"cmake", "g++"})
 
     def test_a_single_tool_gets_its_packages_without_a_question(self):
-        self.stubs.env.pop("DEBIAN_FRONTEND", None)
         self.stubs.add("dpkg-query", "printf 'ii lintian\\n'")
         self.stubs.add("id", "echo 0")
         self.stubs.env.pop("DEBIAN_FRONTEND", None)
