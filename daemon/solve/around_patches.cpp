@@ -12,45 +12,8 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-/// Prior deviation of the spread that the fit found [pitches^2].
-constexpr double kFreeSpread = 0.25;
-/// Variance of the Gaussian that stands for a patch among the points: its spread, but no less than kLeastSpread, and
-/// kBlur more [pitches^2].
-constexpr double kLeastSpread = 0.02, kBlur = 0.08;
-/// Newton's method for the centroid: steps, precision [pitches], least slope of the centroid by the centre.
-constexpr int kSteps = 20;
-constexpr double kCentred = 1e-10, kLeastSlope = 0.1;
 /// Change of a place, in its prior deviation, that derivatives of the shares are computed from.
 constexpr double kSmall = 0.01;
-/// Share of the nearest point's force below which a point has nothing of a patch.
-constexpr double kNothing = 1e-12;
-
-/// Shares of points side by side in a Gaussian at `at` [pitches], their sum being 1. `centred`: their centroid is
-/// there, by Newton's method for the Gaussian's own centre.
-void spreadAlong(double at, double variance, bool centred, std::span<double> share) {
-  double centre = at;
-  for (int step = 0; step <= kSteps; ++step) {
-    double sum = 0.0, first = 0.0, second = 0.0;
-    for (std::size_t i = 0; i < share.size(); ++i) {
-      const double away = static_cast<double>(i) - centre, weight = std::exp(-square(away) / (2.0 * variance));
-      share[i] = weight > kNothing ? weight : 0.0;
-      sum += share[i];
-      first += away * share[i];
-      second += square(away) * share[i];
-    }
-    for (double& each : share) each /= sum;
-    const double off = at - (centre + first / sum);
-    if (!centred || std::abs(off) < kCentred || step == kSteps) return;
-    const double slope = (second / sum - square(first / sum)) / variance;
-    centre = std::clamp(centre + off / std::max(slope, kLeastSlope), at - 0.5, at + 0.5);
-  }
-}
-
-RoundPatch moved(const RoundPatch& patch, const Eigen::Matrix<double, kPatchLoads + kPatchPlaces, 1>& change) {
-  const PatchPlace& place = patch.place;
-  return {{place.x_m + change[4], place.y_m + change[5], place.spread_m2 + change[6]},
-          patch.load + change.head<kPatchLoads>()};
-}
 
 int mostOf(const ModelOptions& options) {
   return *std::max_element(options.most[0].begin(), options.most[0].end());
@@ -66,68 +29,42 @@ AroundPatches::AroundPatches(const Factors& factors, const Atoms& atoms, const M
     , prior_(prior)
     , selection_(selection)
     , roughness_(roughness)
-    , extra_(factors, atoms, kMostExtra)
+    , spread_(atoms)
+    , extra_(factors, atoms, kMostFreed)
     , smooth_(static_cast<std::size_t>(atoms.count()))
     , rough_(smooth_.size())
     , whole_(smooth_.size())
     , noise_(static_cast<std::size_t>(mostOf(options)))
     , share_(static_cast<std::size_t>(atoms.pointCount()))
-    , movedShare_(share_.size())
-    , along_{std::vector<double>(static_cast<std::size_t>(atoms.columns)),
-             std::vector<double>(static_cast<std::size_t>(atoms.rows))} {
+    , movedShare_(share_.size()) {
   resize(moments_, atoms.count());
   for (std::size_t i = 0; i < kRoughness.size(); ++i) {
-    solutions_.push_back({{}, Posterior(factors, atoms, mostOf(options), kMostExtra)});
+    solutions_.push_back({{}, Posterior(factors, atoms, mostOf(options), kMostFreed)});
   }
   for (Solution& solution : solutions_) solution.chosen.reserve(mostOf(options));
 }
 
-/// Index of an extra unknown of patch `k`: its loads, then place and spread.
-int AroundPatches::extra(int k, int i) const {
-  const int count = static_cast<int>(patches_.size());
-  return i < kPatchLoads ? kPatchLoads * k + i : kPatchLoads * count + kPatchPlaces * k + i - kPatchLoads;
-}
-
-/// Prior deviation of that unknown.
-double AroundPatches::unit(int k, int i) const {
-  const double pitch = atoms_.pitch_m;
-  const double force = RoundPatches::kFreeLoad * patches_[static_cast<std::size_t>(k)].load.head<3>().norm();
-  if (i < kPatchLoads) return i < 3 ? force : pitch * force;
-  return i < kPatchLoads + 2 ? RoundPatches::kFreePlace * pitch : kFreeSpread * square(pitch);
-}
-
-void AroundPatches::spread(const PatchPlace& place, bool centred, std::span<double> share) {
-  const double pitch2 = square(atoms_.pitch_m);
-  const double variance = std::max(place.spread_m2 / pitch2, kLeastSpread) + kBlur;
-  const Eigen::Vector2d at = (Eigen::Vector2d(place.x_m, place.y_m) - atoms_.points.col(0).head<2>()) / atoms_.pitch_m;
-  const std::span<double> across(along_[0]), up(along_[1]);
-  spreadAlong(std::clamp(at.x(), 0.0, atoms_.columns - 1.0), variance, centred, across);
-  spreadAlong(std::clamp(at.y(), 0.0, atoms_.rows - 1.0), variance, centred, up);
-  for (std::size_t p = 0, row = 0; row < up.size(); ++row) {
-    for (const double each : across) share[p++] = each * up[row];
-  }
-}
-
 bool AroundPatches::solve(const Displacements& left, AtomProducts& products, const AtomMoments& start,
                           const RoundPatches& patches) {
-  patches_ = patches.patches();
+  freed_ = FreedPatches(patches.patches(), atoms_.pitch_m);
   occam_ = std::log(static_cast<double>(kRoughness.size())) +
-           static_cast<double>(patches_.size()) * (std::log(atoms_.nodeCount()) + RoundPatches::kLeastGain);
+           freed_.count() * (std::log(atoms_.nodeCount()) + RoundPatches::kLeastGain);
   setExtra(left, patches);
   return findEvident(left, products, start) && roughen(left, products);
 }
 
 /// Frees loads and places of the patches, linearly about the fit.
 void AroundPatches::setExtra(const Displacements& left, const RoundPatches& patches) {
-  const int count = static_cast<int>(patches_.size());
+  const int count = freed_.count();
   extra_.begin(kPerPatch * count);
   for (int k = 0; k < count; ++k) {
-    const RoundPatch& patch = patches_[static_cast<std::size_t>(k)];
+    const RoundPatch& patch = freed_.patch(k);
     const Vector3d at(patch.place.x_m, patch.place.y_m, 0.0), force = patch.load.head<3>();
     for (int i = 0; i < kPerPatch; ++i) {
       const bool isLoad = i < kPatchLoads;
-      const int unknown = extra(k, i);
-      extra_.setDisplacement(unknown, isLoad ? patches.column(k, i) : patches.slope(k, i - kPatchLoads), unit(k, i));
+      const int unknown = freed_.index(k, i);
+      extra_.setDisplacement(unknown, isLoad ? patches.column(k, i) : patches.slope(k, i - kPatchLoads),
+                             freed_.unit(k, i));
       auto& wrench = extra_.wrench(unknown);
       if (i < 3) {
         wrench << Vector3d::Unit(i), at.cross(Vector3d::Unit(i));
@@ -136,20 +73,20 @@ void AroundPatches::setExtra(const Displacements& left, const RoundPatches& patc
       } else if (i < kPatchLoads + 2) {
         wrench << Vector3d::Zero(), Vector3d::Unit(i - kPatchLoads).cross(force);
       }
-      wrench *= unit(k, i);
+      wrench *= freed_.unit(k, i);
     }
-    spread(patch.place, true, share_);
+    spread_.divide(patch.place, true, share_);
     for (std::size_t p = 0; p < share_.size(); ++p) {
       for (int i = 0; i < 3; ++i) {
-        extra_.pointForces_N(extra(k, i))[3 * p + static_cast<std::size_t>(i)] = unit(k, i) * share_[p];
+        extra_.pointForces_N(freed_.index(k, i))[3 * p + static_cast<std::size_t>(i)] = freed_.unit(k, i) * share_[p];
       }
     }
     for (int i = 0; i < kPatchPlaces; ++i) {  // by differences
-      const double small = kSmall * unit(k, kPatchLoads + i);
+      const double small = kSmall * freed_.unit(k, kPatchLoads + i);
       PatchPlace moved = patch.place;
       (i == 0 ? moved.x_m : i == 1 ? moved.y_m : moved.spread_m2) += small;
-      spread(moved, true, movedShare_);
-      const auto forces = extra_.pointForces_N(extra(k, kPatchLoads + i));
+      spread_.divide(moved, true, movedShare_);
+      const auto forces = extra_.pointForces_N(freed_.index(k, kPatchLoads + i));
       for (std::size_t p = 0; p < share_.size(); ++p) {
         const double change = (movedShare_[p] - share_[p]) / kSmall;
         Vector3d::Map(forces.data() + 3 * p) = change * force;
@@ -195,16 +132,16 @@ bool AroundPatches::roughen(const Displacements& left, AtomProducts& products) {
   std::vector<double>& forces = moments_.mean_N;  // of the points, as the patches have them
   std::fill(forces.begin(), forces.end(), 0.0);
   Block along = Block::Zero();
-  for (const RoundPatch& patch : patches_) {
+  for (const RoundPatch& patch : freed_.patches()) {
     const Vector3d force = patch.load.head<3>();
     along += force * force.transpose();
-    spread(patch.place, false, share_);
+    spread_.divide(patch.place, false, share_);
     for (std::size_t p = 0; p < share_.size(); ++p) Vector3d::Map(forces.data() + 3 * p) += share_[p] * force;
   }
   const Block omega = directions(along, options_.turning);
   const bool isAlone = std::all_of(smooth_.begin(), smooth_.end(), [](double gamma) { return gamma == 0.0; });
   int most = options_.most[0].back();
-  if (isAlone) most = std::min(most, options_.mostAlone * static_cast<int>(patches_.size()));
+  if (isAlone) most = std::min(most, options_.mostAlone * freed_.count());
   const auto rough = roughness_.ofPatches({forces.data(), 3 * share_.size()});
   std::copy(rough.begin(), rough.end(), rough_.begin());
   for (std::size_t i = 0; i < kRoughness.size(); ++i) {
@@ -226,34 +163,25 @@ bool AroundPatches::roughen(const Displacements& left, AtomProducts& products) {
   return true;
 }
 
-/// How a patch differs from its fit, of load, then place.
-AroundPatches::PatchVector AroundPatches::change(int i, int patch) {
-  const auto moved = posterior(i).extra();
-  return PatchVector::NullaryExpr([&](Index j) {
-    const int unknown = static_cast<int>(j);
-    return unit(patch, unknown) * moved[static_cast<std::size_t>(extra(patch, unknown))];
-  });
-}
-
 FoundPatch AroundPatches::found(int patch) {
   constexpr int kCount = static_cast<int>(kRoughness.size());
   double most = logEvidence(0), sum = 0.0;
   for (int i = 1; i < kCount; ++i) most = std::max(most, logEvidence(i));
   std::array<double, kRoughness.size()> share{};
   for (int i = 0; i < kCount; ++i) sum += share[static_cast<std::size_t>(i)] = std::exp(logEvidence(i) - most);
-  PatchVector mean = PatchVector::Zero();
+  PatchChange mean = PatchChange::Zero();
   for (int i = 0; i < kCount; ++i) mean += share[static_cast<std::size_t>(i)] / sum * change(i, patch);
 
-  FoundPatch found{moved(patches_[static_cast<std::size_t>(patch)], mean)};
+  FoundPatch found{freed_.changed(patch, mean)};
   const int count = extra_.count();
   for (int i = 0; i < kCount; ++i) {
-    const PatchVector away = change(i, patch) - mean;
+    const PatchChange away = change(i, patch) - mean;
     posterior(i).extraCovariance({covariance_.data(), static_cast<std::size_t>(count * count)});
     for (int r = 0; r < kPerPatch; ++r) {
       for (int c = 0; c < kPerPatch; ++c) {
-        const auto at = static_cast<std::size_t>(extra(patch, r) * count + extra(patch, c));
+        const auto at = static_cast<std::size_t>(freed_.index(patch, r) * count + freed_.index(patch, c));
         found.covariance(r, c) += share[static_cast<std::size_t>(i)] / sum *
-                                  (unit(patch, r) * unit(patch, c) * covariance_[at] + away[r] * away[c]);
+                                  (freed_.unit(patch, r) * freed_.unit(patch, c) * covariance_[at] + away[r] * away[c]);
       }
     }
   }
@@ -263,14 +191,14 @@ FoundPatch AroundPatches::found(int patch) {
 std::array<double, 6> AroundPatches::wrench(int i) {
   std::array<double, 6> sum = posterior(i).wrench();
   auto wrench = Eigen::Matrix<double, 6, 1>::Map(sum.data());
-  for (std::size_t k = 0; k < patches_.size(); ++k) {
-    const RoundPatch& patch = patches_[k];
+  for (int k = 0; k < freed_.count(); ++k) {
+    const RoundPatch& patch = freed_.patch(k);
     const Vector3d at(patch.place.x_m, patch.place.y_m, 0.0), force = patch.load.head<3>();
     wrench.head<3>() += force;
     wrench.tail<3>() += at.cross(force);
     wrench[5] += patch.load[3];
     // The posterior is linear about the fit: what is missing is the moment by both changes together.
-    const PatchVector other = change(i, static_cast<int>(k));
+    const PatchChange other = change(i, k);
     const Vector3d away(other[kPatchLoads], other[kPatchLoads + 1], 0.0);
     wrench.tail<3>() += away.cross(Vector3d(other.head<3>()));
   }
@@ -280,9 +208,9 @@ std::array<double, 6> AroundPatches::wrench(int i) {
 void AroundPatches::pointForces_N(int i, std::span<double> forces) {
   posterior(i).allForces_N(moments_.mean_N);
   addUp(atoms_, moments_.mean_N, forces);
-  for (int k = 0; k < static_cast<int>(patches_.size()); ++k) {
-    const RoundPatch found = moved(patches_[static_cast<std::size_t>(k)], change(i, k));
-    spread(found.place, true, share_);
+  for (int k = 0; k < freed_.count(); ++k) {
+    const RoundPatch found = freed_.changed(k, change(i, k));
+    spread_.divide(found.place, true, share_);
     for (std::size_t p = 0; p < share_.size(); ++p) {
       Vector3d::Map(forces.data() + 3 * p) += share_[p] * found.load.head<3>();
     }

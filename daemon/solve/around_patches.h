@@ -3,8 +3,9 @@
 // patches is computed for each roughness of the patches.
 #pragma once
 
+#include "daemon/solve/freed_patches.h"
+#include "daemon/solve/patch_spread.h"
 #include "daemon/solve/posterior.h"
-#include "daemon/solve/round_patches.h"
 
 namespace tractiond::solve {
 
@@ -13,8 +14,7 @@ struct FoundPatch {
   RoundPatch patch;
   int contact = 0;  ///< the first patch of the same contact, set by Model if Estimate::patchShare > 1/2; else 0
   /// Covariance of force, torsion, x, y, spread [N, N m, m, m, m^2].
-  Eigen::Matrix<double, kPatchLoads + kPatchPlaces, kPatchLoads + kPatchPlaces> covariance =
-      decltype(covariance)::Zero();
+  Eigen::Matrix<double, kPerPatch, kPerPatch> covariance = decltype(covariance)::Zero();
 };
 
 /// Thread-bound. Allocates only when made.
@@ -22,17 +22,14 @@ class AroundPatches {
  public:
   /// Values of rho (ModelOptions::roughness) of the patches that are tried; equally probable a priori.
   static constexpr std::array kRoughness = {0.1, 0.2, 0.4, 0.8};
-  static constexpr int kPerPatch = kPatchLoads + kPatchPlaces;  ///< extra unknowns of a patch
-  static constexpr int kMostExtra = kPerPatch * RoundPatches::kMost;
 
   /// All references must outlive it.
   AroundPatches(const Factors& factors, const Atoms& atoms, const ModelOptions& options, Prior& prior,
                 Selection& selection, Roughness& roughness);
 
-  /// Solves for the field. Returns false if equations could not be solved; the results then have no meaning. `patches`
-  /// must last, without another find(), until the last call of the functions below. \param left RoundPatches::leave()
-  /// with the motion \param products with the same missing coordinates \param start moments of the atoms by the modes
-  /// of RoundPatches::leave() without the motion
+  /// Solves for the field. Returns false if equations could not be solved; the results then have no meaning. \param
+  /// left RoundPatches::leave() with the motion \param products with the same missing coordinates \param start moments
+  /// of the atoms by the modes of RoundPatches::leave() without the motion
   bool solve(const Displacements& left, AtomProducts& products, const AtomMoments& start, const RoundPatches& patches);
 
   // Results of solve() with the roughness kRoughness[i].
@@ -50,17 +47,13 @@ class AroundPatches {
   /// their centroid is its place.
   void pointForces_N(int i, std::span<double> forces);
 
-  /// Returns the number of patches of the last solve(), those of its `patches`.
-  int patchCount() const { return static_cast<int>(patches_.size()); }
-  /// Returns a patch with its mean over all roughnesses, weighted by their evidence. \param patch below patchCount()
+  /// Returns the patches of the last solve(), and what frees them.
+  const FreedPatches& freed() const { return freed_; }
+  /// Returns a patch with its mean over all roughnesses, weighted by their evidence. \param patch below
+  /// freed().count()
   FoundPatch found(int patch);
 
-  /// Computes the shares of the points (P) in the force of a patch; their sum is 1. \param centred true: the centroid
-  /// of the shares is the place of the patch. A place beyond the grid of points counts as the nearest one on its border
-  void spread(const PatchPlace& place, bool centred, std::span<double> share);
-
  private:
-  using PatchVector = Eigen::Matrix<double, kPerPatch, 1>;
   struct Solution {
     Chosen chosen;
     Posterior posterior;
@@ -72,9 +65,7 @@ class AroundPatches {
   bool findEvident(const Displacements& left, AtomProducts& products, const AtomMoments& start);
   bool roughen(const Displacements& left, AtomProducts& products);
   void keep(const AtomMoments& start);
-  PatchVector change(int i, int patch);
-  double unit(int k, int i) const;
-  int extra(int k, int i) const;
+  PatchChange change(int i, int patch) { return freed_.change(patch, posterior(i).extra()); }
 
   const Factors& factors_;
   const Atoms& atoms_;
@@ -83,18 +74,18 @@ class AroundPatches {
   Selection& selection_;
   Roughness& roughness_;
   std::vector<Solution> solutions_;  // of each roughness; the first one's are those of the rounds, too
+  PatchSpread spread_;
   ExtraUnknowns extra_;
   // Of one frame.
-  std::span<const RoundPatch> patches_;
+  FreedPatches freed_;
   double occam_ = 0.0;
   AtomMoments moments_;
-  std::vector<double> smooth_;                // A: gamma of the atoms of the last round
-  std::vector<double> rough_;                 // A: gamma of the patches at rho = 1
-  std::vector<double> whole_;                 // A: gamma of both
-  std::vector<double> noise_;                 // of the chosen atoms
-  std::vector<double> share_, movedShare_;    // P
-  std::array<std::vector<double>, 2> along_;  // of the columns and rows of points
-  std::array<double, static_cast<std::size_t>(kMostExtra* kMostExtra)> covariance_{};
+  std::vector<double> smooth_;              // A: gamma of the atoms of the last round
+  std::vector<double> rough_;               // A: gamma of the patches at rho = 1
+  std::vector<double> whole_;               // A: gamma of both
+  std::vector<double> noise_;               // of the chosen atoms
+  std::vector<double> share_, movedShare_;  // P
+  std::array<double, static_cast<std::size_t>(kMostFreed* kMostFreed)> covariance_{};
 };
 
 }  // namespace tractiond::solve

@@ -1,5 +1,7 @@
 #include "daemon/solve/atoms.h"
 
+#include "daemon/solve/wrench.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -113,7 +115,7 @@ LevelShapes lines(const sensor::NodeGrid& nodes, int rings) {
   return level;
 }
 
-/// Fills shape, places and levels.
+/// Fills levels, places, and what follows from the shape of the atoms. To be called last.
 void join(const std::vector<LevelShapes>& levels, Atoms& atoms) {
   Index count = 0;
   for (const LevelShapes& level : levels) count += level.places.cols();
@@ -129,6 +131,17 @@ void join(const std::vector<LevelShapes>& levels, Atoms& atoms) {
     first = end;
   }
   atoms.shape = shape.sparseView();
+  atoms.ofPoints = atoms.shape;
+  std::vector<Eigen::Triplet<double>> ofNodes;
+  atoms.wrench.setZero(6, 3 * count);
+  for (Index a = 0; a < count; ++a) {
+    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
+      ofNodes.emplace_back(atoms.nodeOf(static_cast<int>(it.row())), static_cast<int>(a), it.value());
+      atoms.wrench.middleCols<3>(3 * a) += it.value() * unitWrenches(atoms.points.col(it.row()));
+    }
+  }
+  atoms.ofNodes.resize(atoms.nodeCount(), count);
+  atoms.ofNodes.setFromTriplets(ofNodes.begin(), ofNodes.end());
 }
 
 /// Number of rings around the nodes that lie well inside the gel.

@@ -28,6 +28,8 @@ struct Atoms {
   std::vector<int> nearest;           ///< P: the point on the nearest node
   sensor::Points places;              ///< 3 x A [m], centres of the atoms
   Eigen::SparseMatrix<double> shape;  ///< P x A: share of each point in an atom's force; the sum of a column is 1
+  Eigen::SparseMatrix<double, Eigen::RowMajor> ofPoints, ofNodes;  ///< P x A, N x A: the same shares, row after row
+  Eigen::Matrix<double, 6, Eigen::Dynamic> wrench;  ///< of unit forces of the atoms about the origin, 6 x 3A [1, m]
   std::vector<Level> levels;
   double depth_m = 0.0;  ///< depth of the nearest markers: they do not resolve forces that are closer together
 

@@ -27,7 +27,22 @@ Block inverseOf(const Block& covariance) {
   return (covariance + kSingular * trace * Block::Identity()).inverse();
 }
 
+/// Returns how many singular values are above `least` [n / (E pitch^2)].
+int modesAbove(double least, const Factors& factors, const ModelOptions& options) {
+  const auto isStrong = [&](double s) { return s > least * options.noise_px / factors.force_N; };
+  const auto end = std::partition_point(factors.singularValues.begin(), factors.singularValues.end(), isStrong);
+  return static_cast<int>(end - factors.singularValues.begin());
+}
+
 }  // namespace
+
+int strongestModes(const Factors& factors, const ModelOptions& options) {
+  for (const double least : options.groups) {
+    const int count = modesAbove(least, factors, options);
+    if (count > 0) return count;
+  }
+  return factors.rank();
+}
 
 void resize(AtomMoments& moments, int atoms) {
   const auto count = static_cast<std::size_t>(atoms);
@@ -58,9 +73,7 @@ Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOption
   std::iota(everyPoint_.begin(), everyPoint_.end(), 0);
   const int rank = factors.rank();
   for (const double least : options.groups) {
-    const auto isStrong = [&](double s) { return s > least * options.noise_px / factors.force_N; };
-    const auto end = std::partition_point(factors.singularValues.begin(), factors.singularValues.end(), isStrong);
-    const auto count = static_cast<int>(end - factors.singularValues.begin());
+    const int count = modesAbove(least, factors, options);
     if (count > (ends_.empty() ? 0 : ends_.back()) && count < rank) ends_.push_back(count);
   }
   ends_.push_back(rank);

@@ -44,6 +44,9 @@ struct SurestForce {
 /// Replaces the moments of an atom by a force that is evident: it has no noise.
 void makeEvident(const SurestForce& force, AtomMoments& moments);
 
+/// Returns the number of modes of the first group (ModelOptions::groups).
+int strongestModes(const Factors& factors, const ModelOptions& options);
+
 /// Thread-bound. Allocates only when made.
 class Evidence {
  public:
@@ -87,9 +90,9 @@ class Evidence {
   // For each tau / n: 1 / (s^2 tau^2 / n^2 + 1) of every mode, and the sum of the logarithms up to it; of every atom
   // AtomMoments::known, and the inverse covariance of the mean at 1 px of noise, by the visible groups.
   std::vector<double> ratios_;
-  std::vector<int> used_;                     // modes of the visible groups
-  Eigen::MatrixXd unexplained_, logarithms_;  // r x ratios
-  Eigen::MatrixXd known_;                     // A x ratios
+  std::vector<int> used_;                      // modes of the visible groups
+  Eigen::MatrixXd unexplained_, logarithms_;   // r x ratios
+  Eigen::MatrixXd known_;                      // A x ratios
   std::vector<std::vector<Block>> precision_;  // ratios x A
   std::vector<Block> alone_;                   // A: (H_a' W H_a)^-1 of the modes of the first group
   // Of one picture.

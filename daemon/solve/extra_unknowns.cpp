@@ -61,6 +61,11 @@ void ExtraUnknowns::multiply(const Displacements& picture) {
   }
 }
 
+void ExtraUnknowns::displacement(int unknown, float* to) const {
+  const double* const from = columns_.data() + panelAt(unknown / kColumns) + unknown % kColumns;
+  for (std::ptrdiff_t j = 0; j < factors_.coordinateCount(); ++j) to[j] = static_cast<float>(from[kColumns * j]);
+}
+
 const double* ExtraUnknowns::productsWith(int atom) {
   double* const products = withAtoms_.data() + index(3 * atom, 0);
   if (asked_[static_cast<std::size_t>(atom)] == 0) {

@@ -47,6 +47,8 @@ class ExtraUnknowns {
   /// Computes them at the first call for the atom.
   const double* productsWith(int atom);
   int stride() const { return stride_; }  ///< Returns the elements of a row of productsWith().
+  /// Copies the displacements (2M [px]).
+  void displacement(int unknown, float* to) const;
   /// Returns the product of the displacements of two unknowns [px^2].
   double product(int a, int b) const { return gram_[index(a, b)]; }
   /// Returns the product of an unknown with one of the kMotions columns of P Q^1/2 [px^2].
@@ -59,9 +61,8 @@ class ExtraUnknowns {
  private:
   std::size_t index(int a, int b) const { return static_cast<std::size_t>(a) * static_cast<std::size_t>(stride_) + b; }
   int panels() const { return (count_ + kColumns) / kColumns; }
-  double* panel(int number) {
-    return columns_.data() + static_cast<std::ptrdiff_t>(number) * kColumns * factors_.influence.stride();
-  }
+  std::ptrdiff_t panelAt(int number) const { return std::ptrdiff_t{kColumns} * number * factors_.influence.stride(); }
+  double* panel(int number) { return columns_.data() + panelAt(number); }
 
   const Factors& factors_;
   const Atoms& atoms_;

@@ -61,10 +61,9 @@ class PatchReader {
       , motion_(motion)
       , mechanicsError_(mechanicsError)
       , influence_(sensor, atoms, factors)
-      , prior_(atoms, options)
       , selection_(factors, options)
       , roughness_(factors, atoms, options)
-      , around_(factors, atoms, options, prior_, selection_, roughness_)
+      , spread_(atoms)
       , columns_(static_cast<std::size_t>(kPatchLoads * influence_.stride())) {}
 
   Readings readings(const Eigen::Vector3d& at) { return {read(at, 0), read(at, 1), read(at, 2)}; }
@@ -91,11 +90,7 @@ class PatchReader {
         unit.col(k) = Eigen::VectorXf::Map(factors_.influence.row(3 * rough[i] + k), seen.rows()).cast<double>();
       }
       seen.middleCols<3>(column) = deviation * unit * root;
-      Eigen::Matrix<double, 6, 3> wrench = Eigen::Matrix<double, 6, 3>::Zero();
-      for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, rough[i]); it; ++it) {
-        wrench += it.value() * unitWrenches(atoms_.points.col(it.row()));
-      }
-      wrenches.middleCols<3>(column) = deviation * wrench * root;
+      wrenches.middleCols<3>(column) = deviation * atoms_.wrench.middleCols<3>(3 * Eigen::Index{rough[i]}) * root;
     }
     Eigen::MatrixXd normal = seen.transpose() * seen;
     normal.diagonal().array() += square(noise_px);
@@ -136,7 +131,7 @@ class PatchReader {
   /// Sets gamma_ to q_a^2 / 3 of the patch, and returns the atoms that its roughness makes visible.
   std::vector<int> roughen(const Eigen::Vector3d& at, int axis) {
     std::vector<double> share(static_cast<std::size_t>(atoms_.pointCount())), forces(3 * share.size(), 0.0);
-    around_.spread({at.x(), at.y(), 0.0}, false, share);
+    spread_.divide({at.x(), at.y(), 0.0}, false, share);
     for (std::size_t p = 0; p < share.size(); ++p) {
       forces[3 * p + static_cast<std::size_t>(axis)] = factors_.force_N * share[p];
     }
@@ -155,10 +150,9 @@ class PatchReader {
   const Eigen::MatrixXd& motion_;
   const double mechanicsError_;
   PatchInfluence influence_;
-  Prior prior_;
   Selection selection_;
   Roughness roughness_;
-  AroundPatches around_;
+  PatchSpread spread_;
   std::vector<double> columns_;
   std::span<const double> gamma_;
 };

@@ -1,5 +1,7 @@
 #include "daemon/solve/mixture.h"
 
+#include "daemon/solve/kernels.h"
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -7,11 +9,11 @@
 namespace tractiond::solve {
 namespace {
 
-/// A posterior that is less likely than the likeliest one by this factor is left out: even far from the others it does
+/// A candidate that is less likely than the likeliest one by this factor is left out: even far from the others it does
 /// not show.
 constexpr double kNothing = 1e-9;
 
-/// A posterior with a smaller share adds nothing to the nodes' variances but its distance from the mean.
+/// A candidate with a smaller share adds nothing to the nodes' variances but its distance from the mean.
 constexpr double kLittle = 1e-3;
 
 }  // namespace
@@ -31,10 +33,10 @@ void Mixture::clear() {
   std::fill(mean_.begin(), mean_.end(), 0.0);
 }
 
-std::span<double> Mixture::add(Posterior& posterior, double worth, const std::array<double, 6>& wrench) {
+std::span<double> Mixture::add(Candidate& candidate, double worth, const std::array<double, 6>& wrench) {
   assert(count_ < static_cast<int>(parts_.size()));
   Part& part = parts_[static_cast<std::size_t>(count_++)];
-  part.posterior = &posterior;
+  part.candidate = &candidate;
   part.worth = worth;
   part.wrench = wrench;
   return part.force_N;
@@ -78,14 +80,14 @@ std::array<double, 6> Mixture::wrench() const {
 std::array<double, kMotions> Mixture::motion() const {
   std::array<double, kMotions> mean{};
   for (const Part& part : parts()) {
-    for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += part.share * part.posterior->motion()[i];
+    for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += part.share * part.candidate->motion()[i];
   }
   return mean;
 }
 
 double Mixture::squaredResidual_px2() const {
   double mean = 0.0;
-  for (const Part& part : parts()) mean += part.share * part.posterior->squaredResidual_px2();
+  for (const Part& part : parts()) mean += part.share * part.candidate->squaredResidual_px2();
   return mean;
 }
 
@@ -94,7 +96,7 @@ void Mixture::wrenchCovariance(std::array<double, 36>& covariance) {
   const std::array<double, 6> mean = wrench();
   eachThatCounts([&](Part& part) {
     std::array<double, 36> within{};
-    part.posterior->wrenchCovariance(within);
+    part.candidate->wrenchCovariance(within);
     for (std::size_t i = 0; i < 6; ++i) {
       for (std::size_t j = 0; j < 6; ++j) {
         const double between = (part.wrench[i] - mean[i]) * (part.wrench[j] - mean[j]);
@@ -108,7 +110,7 @@ void Mixture::nodeDeviations_N(std::span<double> deviations) {
   std::fill(deviations.begin(), deviations.end(), 0.0);
   eachThatCounts([&](Part& part) {
     if (part.share > kLittle) {
-      part.posterior->nodeDeviations_N(deviation_);
+      part.candidate->nodeDeviations_N(deviation_);
     } else {
       std::fill(deviation_.begin(), deviation_.end(), 0.0);
     }
@@ -128,7 +130,7 @@ void Mixture::covariance(std::span<const double> weights, int count, std::span<c
   eachThatCounts([&](Part& part) {
     std::array<double, static_cast<std::size_t>(kColumns * kColumns)> within{};
     std::array<double, kColumns> away{};
-    part.posterior->covariance(weights, count, points, within);
+    part.candidate->covariance(weights, count, points, within);
     for (const int point : points) {
       for (std::size_t f = 3 * static_cast<std::size_t>(point), end = f + 3; f < end; ++f) {
         const double deviation = part.force_N[f] - mean_[f];

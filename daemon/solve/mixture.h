@@ -1,37 +1,41 @@
-// Averages several posteriors, weighted by their evidence. The covariance of the mean has two parts: that within the
-// posteriors, and that between them.
+// Averages several candidates, weighted by their evidence. The covariance of the mean has two parts: that within the
+// candidates, and that between them.
 #pragma once
 
-#include "daemon/solve/posterior.h"
+#include "daemon/solve/atoms.h"
+#include "daemon/solve/candidate.h"
 
 #include <array>
+#include <vector>
 
 namespace tractiond::solve {
 
 /// Thread-bound. Allocates only when made.
 class Mixture {
  public:
-  /// Makes room for `most` posteriors. `atoms` must outlive it.
+  /// Makes room for `most` candidates. `atoms` must outlive it.
   Mixture(const Atoms& atoms, int most);
 
-  /// Removes all posteriors; all results are 0 until the next add().
+  /// Removes all candidates; all results are 0 until the next add().
   void clear();
 
-  /// Adds a posterior, which must live, with its last fit(), until the next clear(). Returns the array of its points'
+  /// Adds a candidate, which must live, with its results, until the next clear(). Returns the array of its points'
   /// forces (3P [N]), which the caller must fill before weigh(). Must not be called more than `most` times (asserted).
-  /// \param worth log evidence \param wrench of the posterior [N, N m]
-  std::span<double> add(Posterior& posterior, double worth, const std::array<double, 6>& wrench);
+  /// \param worth log evidence \param wrench of the candidate [N, N m]
+  std::span<double> add(Candidate& candidate, double worth, const std::array<double, 6>& wrench);
 
-  /// Returns the largest `worth` of all posteriors; there must be one.
+  /// Returns the largest `worth` of all candidates; there must be one.
   double mostWorth() const;
 
   /// Computes share(), in proportion to exp(worth) and with the sum 1, and pointForces_N(). Must be called after the
   /// last add(), of which there must be one, and before the functions below.
   void weigh();
 
-  int count() const { return count_; }  ///< Returns the number of posteriors.
-  /// Returns the share of the i-th posterior, 0 to 1.
+  int count() const { return count_; }  ///< Returns the number of candidates.
+  /// Returns the share of the i-th candidate, 0 to 1.
   double share(int i) const { return parts_[static_cast<std::size_t>(i)].share; }
+  /// Returns the wrench of the i-th candidate [N, N m].
+  const std::array<double, 6>& wrench(int i) const { return parts_[static_cast<std::size_t>(i)].wrench; }
   /// Returns the mean forces of the points, 3P; set by weigh() and clear().
   std::span<const double> pointForces_N() const { return mean_; }
   std::array<double, 6> wrench() const;         ///< Returns the mean force and moment about the origin [N, N m].
@@ -40,16 +44,16 @@ class Mixture {
   /// Computes the covariance of wrench(), row after row [N^2, N^2 m, N^2 m^2].
   void wrenchCovariance(std::array<double, 36>& covariance);
 
-  /// Computes the standard deviations of the forces of all nodes (3N), as Posterior::nodeDeviations_N().
+  /// Computes the standard deviations of the forces of all nodes (3N), as Candidate::nodeDeviations_N().
   void nodeDeviations_N(std::span<double> deviations);
 
-  /// Computes the covariance of `count` functionals of the points' forces, as Posterior::covariance().
+  /// Computes the covariance of `count` functionals of the points' forces, as Candidate::covariance().
   void covariance(std::span<const double> weights, int count, std::span<const int> points,
                   std::span<double> covariance);
 
  private:
   struct Part {
-    Posterior* posterior = nullptr;
+    Candidate* candidate = nullptr;
     double worth = 0.0, share = 0.0;
     std::array<double, 6> wrench{};
     std::vector<double> force_N;  // 3P

@@ -60,6 +60,7 @@ Model::Model(const Factors& factors, const Atoms& atoms, const ModelOptions& opt
   assert(factors.atomCount() == atoms.count() && factors.pointCount() == atoms.pointCount());
   resize(moments_, atoms.count());
   resize(rest_, atoms.count());
+  solved_.reserve(1 + kEven + kPatched);
   chosen_.reserve(mostOf(options));
   smooth_.reserve(mostOf(options));
 }
@@ -78,10 +79,12 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
                   Estimate& estimate) noexcept {
   std::copy(displacement_px.begin(), displacement_px.end(), displacement_.data());
   const auto coordinates = static_cast<int>(displacement_px.size());
-  const Displacements picture{displacement_.data(), missing,
-                              dotProduct(displacement_.data(), displacement_.data(), coordinates), noise_px};
+  picture_ = {displacement_.data(), missing, dotProduct(displacement_.data(), displacement_.data(), coordinates),
+              noise_px};
+  const Displacements& picture = picture_;
   clear(estimate);
   mixture_.clear();
+  solved_.clear();
   patchedParts_ = evenParts_ = {};
   products_.begin(picture);
   switch (std::isfinite(picture.squares_px2) ? findCandidates(picture, displacement_px, estimate.rounds)
@@ -247,9 +250,15 @@ bool Model::detectInResidual(const Displacements& picture) {
   return true;
 }
 
+/// Adds a candidate to the mixture. Returns the array of its points' forces.
+std::span<double> Model::add(Posterior& posterior, double logEvidence, const std::array<double, 6>& wrench,
+                             const FreedPatches* patches) {
+  solved_.push_back({&posterior, posterior.logEvidence() - logEvidence, patches});
+  return mixture_.add(posterior, logEvidence, wrench);
+}
+
 void Model::addField() {
-  addUp(atoms_, moments_.mean_N,
-        mixture_.add(posterior_, posterior_.logEvidence() - kOptimism * degrees_, posterior_.wrench()));
+  addUp(atoms_, moments_.mean_N, add(posterior_, posterior_.logEvidence() - kOptimism * degrees_, posterior_.wrench()));
 }
 
 /// Looks for one patch that explains a strong contact alone, and solves the field around it. False: it does not, or
@@ -306,7 +315,7 @@ void Model::addEvenField(const Displacements& picture) {
   if (!even.solve(picture, products_, evidentForce_, degrees_, mixture_.mostWorth())) return;
   evenParts_ = {mixture_.count(), mixture_.count() + even.count()};
   for (int i = 0; i < even.count(); ++i) {
-    even.pointForces_N(i, mixture_.add(even.posterior(i), even.logEvidence(i), even.posterior(i).wrench()));
+    even.pointForces_N(i, add(even.posterior(i), even.logEvidence(i), even.posterior(i).wrench()));
   }
 }
 
@@ -320,7 +329,7 @@ void Model::addPatches() {
   AroundPatches& around = patched_->around;
   patchedParts_ = {mixture_.count(), mixture_.count() + kPatched};
   for (int i = 0; i < kPatched; ++i) {
-    around.pointForces_N(i, mixture_.add(around.posterior(i), around.logEvidence(i), around.wrench(i)));
+    around.pointForces_N(i, add(around.posterior(i), around.logEvidence(i), around.wrench(i), &around.freed()));
   }
 }
 
@@ -356,26 +365,13 @@ void Model::publish(Estimate& estimate) {
   estimate.atoms = static_cast<int>(chosen_.atoms.size());
   estimate.evenShare = shareOf(evenParts_);
   if (patchedParts_.end == 0) return;
-  estimate.patchCount = patched_->around.patchCount();
+  estimate.patchCount = patched_->around.freed().count();
   estimate.patchShare = shareOf(patchedParts_);
   for (int k = 0; k < estimate.patchCount; ++k) {
     FoundPatch& found = estimate.patches[static_cast<std::size_t>(k)];
     found = patched_->around.found(k);
     if (estimate.patchShare > 0.5) found.contact = patched_->patches.contactOf(k);
   }
-}
-
-void Model::nodeDeviations_N(std::span<double> deviations) noexcept {
-  mixture_.nodeDeviations_N(deviations);
-}
-
-void Model::shares(const RoundPatch& patch, std::span<double> shares) noexcept {
-  patched_->around.spread(patch.place, true, shares);
-}
-
-void Model::covariance(std::span<const double> weights, int count, std::span<const int> points,
-                       std::span<double> covariance) noexcept {
-  mixture_.covariance(weights, count, points, covariance);
 }
 
 }  // namespace tractiond::solve

@@ -50,27 +50,29 @@ class Model {
   Model(const Model&) = delete;  // its parts refer to each other
 
   /// Estimates the forces. `estimate.force_N` must have 3P elements. Errors are reported by Estimate::outcome only. The
-  /// arguments need not outlive the call. \param displacement_px 2M, 0 where missing
+  /// arguments need not outlive the call, but for picture(). \param displacement_px 2M, 0 where missing
   /// \param missing coordinates without a displacement, ascending, both of each marker \param noise_px standard
   /// deviation of a coordinate in this frame, above 0
   void solve(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
              Estimate& estimate) noexcept;
 
-  // Results for the last solve(); all but shares() are 0 unless its outcome was kFound.
+  /// A candidate of the mixture.
+  struct Solved {
+    Posterior* posterior = nullptr;
+    double penalty = 0.0;                   ///< what its worth lacks of the log evidence of the posterior
+    const FreedPatches* patches = nullptr;  ///< its extra unknowns; null: it has no patches
+  };
 
-  /// Computes the standard deviations of the forces of all nodes (3N [N]) by noise and prior. The force of a node is
-  /// the sum of the points that are published there (Atoms::nodeOf).
-  void nodeDeviations_N(std::span<double> deviations) noexcept;
+  // Results of the last solve().
 
-  /// Computes the shares of the points (P) in the force of a patch of the estimate; its place is their centroid, and
-  /// their sum is 1. Must not be called for a model without patches.
-  void shares(const RoundPatch& patch, std::span<double> shares) noexcept;
-
-  /// Computes the covariance of `count` linear functionals of the points' forces, count x count, row after row.
-  /// \param weights 3P x count, row after row \param count at most kColumns \param points that have weights other than
-  /// 0, each once; only theirs are read
-  void covariance(std::span<const double> weights, int count, std::span<const int> points,
-                  std::span<double> covariance) noexcept;
+  /// Returns what the estimate is the mean of, with its covariances; empty unless the outcome was kFound.
+  Mixture& mixture() { return mixture_; }
+  /// Returns what the i-th candidate of the mixture was solved from.
+  const Solved& solved(int i) const { return solved_[static_cast<std::size_t>(i)]; }
+  /// Returns the products of the picture's atoms.
+  AtomProducts& products() { return products_; }
+  /// Returns the picture, whose missing coordinates are those that were given to solve().
+  const Displacements& picture() const { return picture_; }
 
  private:
   enum class Found { kForces, kNothing, kFailed };
@@ -103,6 +105,8 @@ class Model {
   bool findPatches(const Displacements& picture);
   bool leavePatches(const Displacements& picture);
   bool solveAroundPatches(const Displacements& picture);
+  std::span<double> add(Posterior& posterior, double logEvidence, const std::array<double, 6>& wrench,
+                        const FreedPatches* patches = nullptr);
   void addEvenField(const Displacements& picture);
   void addPatches();
   /// Returns the sum of the probabilities of some parts of the mixture.
@@ -122,9 +126,11 @@ class Model {
   AtomProducts products_;
   Posterior posterior_;
   std::optional<Patched> patched_;
-  Mixture mixture_;  // of the field alone, of that around patches and of even contacts, of each roughness
+  Mixture mixture_;             // of the field alone, of that around patches and of even contacts, of each roughness
+  std::vector<Solved> solved_;  // of the mixture
   Parts patchedParts_, evenParts_;
   // Of one frame.
+  Displacements picture_;
   LineArray<double> displacement_;
   AtomMoments moments_, rest_;             // of all atoms: of the last round; of the residual
   SurestForce surest_;                     // of the last look()

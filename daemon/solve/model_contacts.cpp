@@ -38,15 +38,15 @@ auto forceOf(const Estimate& estimate, Index point) {
 
 }  // namespace
 
-ModelContacts::Found::Found(Model& model, int points)
-    : model_(model)
-    , forces_(3 * static_cast<std::size_t>(points))
+ModelContacts::Found::Found(int points)
+    : forces_(3 * static_cast<std::size_t>(points))
     , weights_(kColumns * forces_.size()) {
   places_.reserve(static_cast<std::size_t>(points));
   points_.reserve(static_cast<std::size_t>(points));
 }
 
-void ModelContacts::Found::take(const Estimate& estimate, std::span<const unsigned char> has) {
+void ModelContacts::Found::take(const Estimate& estimate, Mixture& mixture, std::span<const unsigned char> has) {
+  mixture_ = &mixture;
   places_.clear();
   for (std::size_t p = 0; p < has.size(); ++p) {
     const auto force = std::span(estimate.force_N).subspan(3 * p, 3);
@@ -65,13 +65,13 @@ void ModelContacts::Found::covariances(const double* functionals, std::span<cons
     std::copy_n(functionals + kNumbers * i, kNumbers, weights_.data() + kNumbers * point);
     points_.push_back(point);
   }
-  model_.covariance(weights_, kColumns, points_, result);
+  mixture_->covariance(weights_, kColumns, points_, result);
 }
 
-ModelContacts::ModelContacts(Model& model, const Atoms& atoms, const sensor::Sensor& sensor)
-    : model_(model)
-    , atoms_(atoms)
-    , found_(model, atoms.pointCount())
+ModelContacts::ModelContacts(const Atoms& atoms, const sensor::Sensor& sensor)
+    : atoms_(atoms)
+    , spread_(atoms)
+    , found_(atoms.pointCount())
     , hills_(gridOf(atoms, sensor), atoms.pointCount())
     , has_(static_cast<std::size_t>(atoms.pointCount()))
     , nearest_(has_.size())
@@ -82,25 +82,27 @@ ModelContacts::ModelContacts(Model& model, const Atoms& atoms, const sensor::Sen
   points_.reserve(has_.size());
 }
 
-int ModelContacts::list(const Estimate& estimate, double least_N, std::array<Contact, kMaxContacts>& contacts) {
-  if (estimate.patchShare > 0.5) return listPatches(estimate, least_N, contacts);
+int ModelContacts::list(const Estimate& estimate, Mixture& mixture, double least_N,
+                        std::array<Contact, kMaxContacts>& contacts) {
+  if (estimate.patchShare > 0.5) return listPatches(estimate, mixture, least_N, contacts);
   std::fill(has_.begin(), has_.end(), 1);
-  found_.take(estimate, has_);
+  found_.take(estimate, mixture, has_);
   if (estimate.evenShare <= 0.5) return hills_.list(found_, contacts);
   hills_.unite(found_);
   contacts[0] = hills_.describe(found_, 0);
   return 1;
 }
 
-int ModelContacts::listPatches(const Estimate& estimate, double least_N, std::array<Contact, kMaxContacts>& contacts) {
+int ModelContacts::listPatches(const Estimate& estimate, Mixture& mixture, double least_N,
+                               std::array<Contact, kMaxContacts>& contacts) {
   static_assert(kMost <= kMaxContacts);
   share(estimate);
   std::array<Contact, kMost> patched;
   int patchedCount = 0;
-  int count = listBeside(estimate, least_N, contacts);
+  int count = listBeside(estimate, mixture, least_N, contacts);
   for (int k = 0; k < estimate.patchCount; ++k) {
     if (estimate.patches[static_cast<std::size_t>(k)].contact == k) {
-      patched[static_cast<std::size_t>(patchedCount++)] = describe(estimate, k);
+      patched[static_cast<std::size_t>(patchedCount++)] = describe(estimate, mixture, k);
     }
   }
   const auto ofPatches = std::span(patched).first(static_cast<std::size_t>(patchedCount));
@@ -117,7 +119,8 @@ int ModelContacts::listPatches(const Estimate& estimate, double least_N, std::ar
 /// Finds the patches' shares of the points, the patch that each point is nearest to, and those that lie beside all.
 void ModelContacts::share(const Estimate& estimate) {
   for (int k = 0; k < estimate.patchCount; ++k) {
-    model_.shares(estimate.patches[static_cast<std::size_t>(k)].patch, share_[static_cast<std::size_t>(k)]);
+    spread_.divide(estimate.patches[static_cast<std::size_t>(k)].patch.place, true,
+                   share_[static_cast<std::size_t>(k)]);
   }
   for (std::size_t p = 0; p < has_.size(); ++p) {
     double least = std::numeric_limits<double>::infinity();
@@ -134,14 +137,15 @@ void ModelContacts::share(const Estimate& estimate) {
 }
 
 /// Lists what lies beside all patches. Leaves in has_ the points of these contacts.
-int ModelContacts::listBeside(const Estimate& estimate, double least_N, std::array<Contact, kMaxContacts>& contacts) {
+int ModelContacts::listBeside(const Estimate& estimate, Mixture& mixture, double least_N,
+                              std::array<Contact, kMaxContacts>& contacts) {
   double sum = 0.0;
   for (std::size_t p = 0; p < has_.size(); ++p) {
     if (has_[p]) sum += forceOf(estimate, static_cast<Index>(p)).norm();
   }
   int count = 0;
   if (sum > least_N) {
-    found_.take(estimate, has_);
+    found_.take(estimate, mixture, has_);
     hills_.divide(found_);
   }
   std::fill(has_.begin(), has_.end(), 0);
@@ -187,7 +191,7 @@ Vector3d ModelContacts::gather(const Estimate& estimate, int contact) {
 }
 
 /// Describes a contact of patches: their forces, and its part of what is found besides.
-Contact ModelContacts::describe(const Estimate& estimate, int contact) {
+Contact ModelContacts::describe(const Estimate& estimate, Mixture& mixture, int contact) {
   const Vector3d force = gather(estimate, contact);
   // Centres of what presses, and of all along the force.
   const std::array<Vector3d, 2> along = {Vector3d::UnitZ(), force.normalized()};
@@ -215,7 +219,7 @@ Contact ModelContacts::describe(const Estimate& estimate, int contact) {
     }
   }
   std::array<double, kColumns * kColumns> covariances{};
-  model_.covariance(weights_, kColumns, points_, covariances);
+  mixture.covariance(weights_, kColumns, points_, covariances);
   const auto deviation = [&](std::size_t i) { return std::sqrt(covariances[(kColumns + 1) * i]); };
   Contact result;
   Vector3d::Map(result.force_N.data()) = force;

@@ -14,13 +14,13 @@ namespace tractiond::solve {
 /// Thread-bound. Allocates only when made.
 class ModelContacts {
  public:
-  /// `model` and `atoms` must outlive it; `sensor` is used by the constructor only.
-  ModelContacts(Model& model, const Atoms& atoms, const sensor::Sensor& sensor);
+  /// `atoms` must outlive it; `sensor` is used by the constructor only.
+  ModelContacts(const Atoms& atoms, const sensor::Sensor& sensor);
 
-  /// Lists the contacts of the model's last estimate, strongest first. Returns their number, 0 to kMaxContacts; 0 if
-  /// the outcome is not kFound. `model` must not have solved another picture since. \param least_N beside patches,
-  /// least force of a contact without a patch
-  int list(const Estimate& estimate, double least_N, std::array<Contact, kMaxContacts>& contacts);
+  /// Lists the contacts of an estimate, strongest first. Returns their number, 0 to kMaxContacts; 0 if the outcome is
+  /// not kFound. \param mixture that the estimate is the mean of \param least_N beside patches, least force of a
+  /// contact without a patch
+  int list(const Estimate& estimate, Mixture& mixture, double least_N, std::array<Contact, kMaxContacts>& contacts);
 
  private:
   static constexpr int kMost = RoundPatches::kMost;
@@ -28,9 +28,10 @@ class ModelContacts {
   /// Forces of some points.
   class Found final : public SolvedForces {
    public:
-    Found(Model& model, int points);
-    /// Takes the points that have a force and are marked in `has` (P, 0 or 1).
-    void take(const Estimate& estimate, std::span<const unsigned char> has);
+    explicit Found(int points);
+    /// Takes the points that have a force and are marked in `has` (P, 0 or 1). \param mixture as in list(), which must
+    /// outlive the calls of covariances()
+    void take(const Estimate& estimate, Mixture& mixture, std::span<const unsigned char> has);
     // Implement SolvedForces.
     std::span<const int> places() const override { return places_; }
     std::span<const double> forces_N() const override { return {forces_.data(), 3 * places_.size()}; }
@@ -38,22 +39,24 @@ class ModelContacts {
                      std::array<double, kColumns * kColumns>& result) const override;
 
    private:
-    Model& model_;
+    Mixture* mixture_ = nullptr;
     std::vector<int> places_;
     std::vector<double> forces_;
     mutable std::vector<double> weights_;  ///< 3P x kColumns, of points_
     mutable std::vector<int> points_;
   };
 
-  int listPatches(const Estimate& estimate, double least_N, std::array<Contact, kMaxContacts>& contacts);
+  int listPatches(const Estimate& estimate, Mixture& mixture, double least_N,
+                  std::array<Contact, kMaxContacts>& contacts);
   void share(const Estimate& estimate);
-  int listBeside(const Estimate& estimate, double least_N, std::array<Contact, kMaxContacts>& contacts);
+  int listBeside(const Estimate& estimate, Mixture& mixture, double least_N,
+                 std::array<Contact, kMaxContacts>& contacts);
   Eigen::Vector3d gather(const Estimate& estimate, int contact);
-  Contact describe(const Estimate& estimate, int contact);
+  Contact describe(const Estimate& estimate, Mixture& mixture, int contact);
   static void setArea(const Estimate& estimate, int contact, Contact& result);
 
-  Model& model_;
   const Atoms& atoms_;
+  PatchSpread spread_;
   Found found_;
   Hills hills_;
   // Of one frame.

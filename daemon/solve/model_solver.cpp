@@ -39,7 +39,7 @@ ModelSolver::ModelSolver(const Factors& factors, const Atoms& atoms, const senso
     , motion_(sensor.pictureMotion.shift_px, sensor.pictureMotion.shift_px, sensor.pictureMotion.scale,
               sensor.pictureMotion.roll)
     , model_(sensor, factors, atoms, modelOptions(options))
-    , contacts_(model_, atoms, sensor)
+    , contacts_(atoms, sensor)
     , used_(factors.coordinateCount() / 2, options)
     , picture_(static_cast<std::size_t>(factors.coordinateCount()))
     , nodeForce_(3 * rules_.nodes().size())
@@ -89,7 +89,7 @@ void ModelSolver::publish(TractionField& field) {
     publishForces(field);
     addSystematic(field);
     const double least_N = std::min(detectionLimit_N_[0], detectionLimit_N_[1]);
-    field.contactCount = contacts_.list(estimate_, least_N, field.contacts);
+    field.contactCount = contacts_.list(estimate_, model_.mixture(), least_N, field.contacts);
   } else {  // what lies below the limit is not seen
     field.method = Method::kNoContact;
     field.noise = unseen_;
@@ -114,7 +114,7 @@ void ModelSolver::publishForces(TractionField& field) {
     const RoundPatch& patch = estimate_.patches[static_cast<std::size_t>(k)].patch;
     if (rules_.outOfRange(pressureInside(patch, square(atoms_.pitch_m)))) field.flags |= kOutOfRange;
   }
-  model_.nodeDeviations_N(nodeDeviation_);
+  model_.mixture().nodeDeviations_N(nodeDeviation_);
   for (std::size_t i = 0; i < nodeForce_.size(); ++i) {
     field.force_N[i] = static_cast<float>(nodeForce_[i]);
     field.deviation_N[i] = static_cast<float>(nodeDeviation_[i]);

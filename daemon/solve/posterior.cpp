@@ -1,7 +1,5 @@
 #include "daemon/solve/posterior.h"
 
-#include "daemon/solve/wrench.h"
-
 #include <Eigen/Cholesky>
 
 #include <algorithm>
@@ -26,8 +24,6 @@ void copyThree(const double* from, double* to) {
 Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most, int mostExtra)
     : factors_(factors)
     , atoms_(atoms)
-    , atomsOfPoints_(atoms.shape)
-    , wrench_(6, 3 * atoms.count())
     , stride_((3 * most + mostExtra + kMotions + kColumns - 1) / kColumns * kColumns)
     , tightness_(static_cast<std::size_t>(most))
     , index_(tightness_.size())
@@ -41,24 +37,7 @@ Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most, int m
     , indexOf_(static_cast<std::size_t>(atoms.count()), -1)
     , covering_(static_cast<std::size_t>(most + mostExtra))
     , share_(covering_.size())
-    , together_(static_cast<std::size_t>(square(stride_ / kColumns))) {
-  std::vector<Eigen::Triplet<double>> shares;
-  int nodes = 0;
-  for (int a = 0; a < atoms.count(); ++a) {
-    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
-      shares.emplace_back(atoms.nodeOf(static_cast<int>(it.row())), a, it.value());
-      nodes = std::max(nodes, shares.back().row() + 1);
-    }
-  }
-  atomsOfNodes_.resize(nodes, atoms.count());
-  atomsOfNodes_.setFromTriplets(shares.begin(), shares.end());
-  wrench_.setZero();
-  for (int a = 0; a < atoms.count(); ++a) {
-    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
-      wrench_.middleCols<3>(3 * static_cast<Index>(a)) += it.value() * unitWrenches(atoms.points.col(it.row()));
-    }
-  }
-}
+    , together_(static_cast<std::size_t>(square(stride_ / kColumns))) {}
 
 bool Posterior::fit(const Displacements& picture, AtomProducts& products, const Chosen& chosen, ExtraUnknowns* extra) {
   chosen_ = &chosen;
@@ -253,7 +232,7 @@ double Posterior::keep(std::span<const double> noise, AtomMoments& moments) {
 std::array<double, 6> Posterior::wrench() const {
   Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
   for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
-    sum += wrench_.middleCols<3>(3 * static_cast<Index>(chosen_->atoms[i])) * Vector3d::Map(x_.data() + 3 * i);
+    sum += atoms_.wrench.middleCols<3>(3 * static_cast<Index>(chosen_->atoms[i])) * Vector3d::Map(x_.data() + 3 * i);
   }
   for (std::size_t i = 0; i < extraCount(); ++i) {
     sum += extra()[i] * std::as_const(*extra_).wrench(static_cast<int>(i));

@@ -8,6 +8,7 @@
 //   log evidence = -1/2 (|d - B x|^2 / n^2 + x' C^-1 x + log det(A C / n^2))    without terms that no prior changes
 #pragma once
 
+#include "daemon/solve/candidate.h"
 #include "daemon/solve/extra_unknowns.h"
 #include "daemon/solve/prior.h"
 
@@ -21,7 +22,7 @@ namespace tractiond::solve {
 inline constexpr double kOptimism = 1.0;
 
 /// Thread-bound. Allocates only when made.
-class Posterior {
+class Posterior final : public Candidate {
  public:
   /// `factors` and `atoms` must outlive it. \param most atoms that fit() takes \param mostExtra extra unknowns
   Posterior(const Factors& factors, const Atoms& atoms, int most, int mostExtra = 0);
@@ -43,9 +44,7 @@ class Posterior {
   std::span<const double> known();
   /// Returns the values of the extra unknowns.
   std::span<const double> extra() const { return {x_.data() + 3 * chosen_->atoms.size(), extraCount()}; }
-  double logEvidence() const { return logEvidence_; }                     ///< log evidence, as above
-  double squaredResidual_px2() const { return squaredResidual_; }         ///< |d - B x|^2; rounding may make it < 0
-  const std::array<double, kMotions>& motion() const { return motion_; }  ///< in deviations of its prior
+  double logEvidence() const { return logEvidence_; }  ///< log evidence, as above
 
   /// Computes noise_a of the chosen atoms, in their order [N^2]; takes as long as fit(). \param noise at least as
   /// many elements; the rest stays unchanged
@@ -55,24 +54,25 @@ class Posterior {
   /// atoms remain unchanged. Returns the degrees of freedom, the sum of known_a.
   double keep(std::span<const double> noise, AtomMoments& moments);
 
-  /// Computes the covariance of wrench(), row after row [N^2, N^2 m, N^2 m^2].
-  void wrenchCovariance(std::array<double, 36>& covariance);
-
   /// Computes the covariance of the extra unknowns, row after row; its unit is 1, as that of their prior.
   void extraCovariance(std::span<double> covariance);
 
-  /// Computes the standard deviations of the forces of all nodes (3N [N]); each force is the sum of the points that are
-  /// published there. Takes as long as fit(). A node on which no unknown acts has the deviation 0.
-  void nodeDeviations_N(std::span<double> deviations);
-
-  /// Computes the covariance of `count` linear functionals of the points' forces, count x count, row after row.
-  /// \param weights 3P x count, row after row \param count at most kColumns \param points that have weights other than
-  /// 0; only theirs are read
-  void covariance(std::span<const double> weights, int count, std::span<const int> points,
-                  std::span<double> covariance);
-
   /// Returns force and moment of atoms and extra unknowns about the origin of the gel frame [N, N m].
   std::array<double, 6> wrench() const;
+
+  // Implement Candidate; the wrench is wrench(). nodeDeviations_N() takes as long as fit().
+  const std::array<double, kMotions>& motion() const override { return motion_; }
+  double squaredResidual_px2() const override { return squaredResidual_; }
+  void wrenchCovariance(std::array<double, 36>& covariance) override;
+  void nodeDeviations_N(std::span<double> deviations) override;
+  void covariance(std::span<const double> weights, int count, std::span<const int> points,
+                  std::span<double> covariance) override;
+
+  // What the last fit() was given.
+
+  const Chosen& chosen() const { return *chosen_; }
+  ExtraUnknowns* extraUnknowns() const { return extra_; }  ///< null: none
+  double noise_px() const { return noise_px_; }            ///< n
 
  private:
   std::size_t extraCount() const { return extra_ == nullptr ? 0 : static_cast<std::size_t>(extra_->count()); }
@@ -102,10 +102,7 @@ class Posterior {
 
   const Factors& factors_;
   const Atoms& atoms_;
-  Eigen::SparseMatrix<double, Eigen::RowMajor> atomsOfNodes_;   // N x A, share of an atom's force that a node has
-  Eigen::SparseMatrix<double, Eigen::RowMajor> atomsOfPoints_;  // P x A, likewise
-  Eigen::Matrix<double, 6, Eigen::Dynamic> wrench_;             // of unit forces of all atoms, 6 x 3A
-  const int stride_;                                            // of inverse_: the most unknowns, padded
+  const int stride_;  // of inverse_: the most unknowns, padded
   // Of one fit.
   const Chosen* chosen_ = nullptr;
   ExtraUnknowns* extra_ = nullptr;

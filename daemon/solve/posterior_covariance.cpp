@@ -9,12 +9,13 @@
 namespace tractiond::solve {
 
 using Eigen::Index;
+using ByRows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 void Posterior::nodeDeviations_N(std::span<double> deviations) {
-  assert(static_cast<Index>(deviations.size()) == 3 * atomsOfNodes_.rows());
+  assert(static_cast<Index>(deviations.size()) == 3 * atoms_.ofNodes.rows());
   setIndices();
   invertTogether();
-  for (Index node = 0; node < atomsOfNodes_.rows(); ++node) {
+  for (Index node = 0; node < atoms_.ofNodes.rows(); ++node) {
     for (int axis = 0; axis < 3; ++axis) {
       const std::size_t count = cover(node, axis);
       double variance = 0.0;
@@ -45,7 +46,7 @@ void Posterior::clearIndices() {
 std::size_t Posterior::cover(Index node, int axis) {
   if (axis == 0) {
     coveringAtoms_ = 0;
-    for (decltype(atomsOfNodes_)::InnerIterator it(atomsOfNodes_, node); it; ++it) {
+    for (ByRows::InnerIterator it(atoms_.ofNodes, node); it; ++it) {
       const int i = indexOf_[it.col()];
       if (i < 0) continue;
       covering_[coveringAtoms_] = 3 * i;
@@ -69,7 +70,7 @@ void Posterior::invertTogether() {
   invertDiagonal();
   const int panels = stride_ / kColumns;
   std::fill(together_.begin(), together_.end(), static_cast<unsigned char>(0));
-  for (Index node = 0; node < atomsOfNodes_.rows(); ++node) {
+  for (Index node = 0; node < atoms_.ofNodes.rows(); ++node) {
     for (int axis = 0; axis < 3; ++axis) {
       const std::size_t count = cover(node, axis);
       for (std::size_t k = 0; k < count; ++k) {
@@ -96,7 +97,7 @@ void Posterior::covariance(std::span<const double> weights, int count, std::span
     const auto add = [&](double* to, double factor, int axis) {
       for (int k = 0; k < count; ++k) to[k] += factor * of[axis * count + k];
     };
-    for (decltype(atomsOfPoints_)::InnerIterator it(atomsOfPoints_, point); it; ++it) {
+    for (ByRows::InnerIterator it(atoms_.ofPoints, point); it; ++it) {
       const int i = indexOf_[it.col()];
       if (i < 0) continue;
       for (int axis = 0; axis < 3; ++axis) add(columns + kColumns * (3 * i + axis), it.value(), axis);
@@ -132,7 +133,7 @@ void Posterior::wrenchCovariance(std::array<double, 36>& covariance) {
   for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const Index component = 3 * static_cast<Index>(chosen_->atoms[i]) + static_cast<Index>(axis);
-      std::copy_n(wrench_.col(component).data(), 6, columns + kColumns * (3 * i + axis));
+      std::copy_n(atoms_.wrench.col(component).data(), 6, columns + kColumns * (3 * i + axis));
     }
   }
   for (int i = firstExtra(); i < firstMotion(); ++i) {

@@ -165,8 +165,8 @@ TEST(Model, AllocatesNothingAroundPatches) {
       for (const int coordinate : without) there[coordinate] = 0.0F;
       const int then = allocations;
       model.solve({there.data(), static_cast<std::size_t>(there.size())}, without, options.noise_px, estimate);
-      model.nodeDeviations_N(deviations);
-      model.covariance(weights, 6, points, covariance);
+      model.mixture().nodeDeviations_N(deviations);
+      model.mixture().covariance(weights, 6, points, covariance);
       EXPECT_EQ(allocations, then);
       patches += estimate.patchCount;
     }

@@ -255,8 +255,8 @@ TEST(Model, KnowsCovariancesOfWhatItFoundLast) {
   MatrixXd covariance(6, 6);
   std::vector<double> deviations(3 * static_cast<std::size_t>(smallSensor().nodes.count()));
   const auto ask = [&] {
-    bench.model().covariance(all, 6, everyPoint(bench.atoms().pointCount()), {covariance.data(), 36});
-    bench.model().nodeDeviations_N(deviations);
+    bench.model().mixture().covariance(all, 6, everyPoint(bench.atoms().pointCount()), {covariance.data(), 36});
+    bench.model().mixture().nodeDeviations_N(deviations);
   };
 
   const Estimate estimate = bench.solve(bench.picture(square(2, 0, 6, 3), 2));
@@ -270,7 +270,7 @@ TEST(Model, KnowsCovariancesOfWhatItFoundLast) {
     if (bench.atoms().nodeOf(p) == component / 3) one[static_cast<std::size_t>(3 * p + component % 3)] = 1.0;
   }
   double variance = 0.0;
-  bench.model().covariance(one, 1, everyPoint(bench.atoms().pointCount()), {&variance, 1});
+  bench.model().mixture().covariance(one, 1, everyPoint(bench.atoms().pointCount()), {&variance, 1});
   EXPECT_NEAR(*largest, std::sqrt(variance), 1e-9 * *largest);
 
   ASSERT_EQ(bench.solve(VectorXd::Zero(bench.factors().coordinateCount())).outcome, Outcome::kNothing);

@@ -213,11 +213,11 @@ TEST(EvenField, IsEven) {
 
 TEST(EvenField, IsListedAsOneContact) {
   PatchBench bench(smallSensor());
-  ModelContacts listing(bench.model(), bench.atoms(), bench.sensor());
+  ModelContacts listing(bench.atoms(), bench.sensor());
   std::array<Contact, kMaxContacts> contacts;
   const Estimate estimate = bench.solve(bench.picture(disc(0, 0, 7.5, 3 * kPress), 2));
   ASSERT_GT(estimate.evenShare, 0.5);
-  ASSERT_EQ(listing.list(estimate, 0.01, contacts), 1);
+  ASSERT_EQ(listing.list(estimate, bench.model().mixture(), 0.01, contacts), 1);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double variance = estimate.covariance[7 * axis];
     EXPECT_NEAR(contacts[0].force_N[axis], estimate.wrench[axis], 1e-5);
@@ -316,7 +316,7 @@ TEST(Patches, PointsAddUpToTheForce) {
     weights.row(i) << unit.transpose(), at.cross(unit).head<2>().transpose();
   }
   MatrixXd covariance(5, 5);
-  bench.model().covariance({weights.data(), static_cast<std::size_t>(weights.size())}, 5,
+  bench.model().mixture().covariance({weights.data(), static_cast<std::size_t>(weights.size())}, 5,
                            everyPoint(bench.atoms().pointCount()), {covariance.data(), 25});
   const MatrixXd expected = covarianceOf(estimate);
   const MatrixXd ofForces = expected.topLeftCorner(3, 3);
@@ -324,14 +324,14 @@ TEST(Patches, PointsAddUpToTheForce) {
   for (int i = 3; i < 5; ++i) EXPECT_NEAR(covariance(i, i), expected(i, i), 1e-3 * expected(i, i));
 
   std::vector<double> deviations(static_cast<std::size_t>(3 * bench.atoms().nodeCount()));
-  bench.model().nodeDeviations_N(deviations);
+  bench.model().mixture().nodeDeviations_N(deviations);
   const auto largest = std::max_element(deviations.begin(), deviations.end()) - deviations.begin();
   std::vector<double> one(static_cast<std::size_t>(forces), 0.0);
   for (int p = 0; p < bench.atoms().pointCount(); ++p) {
     if (bench.atoms().nodeOf(p) == largest / 3) one[static_cast<std::size_t>(3 * p + largest % 3)] = 1.0;
   }
   double variance = 0.0;
-  bench.model().covariance(one, 1, everyPoint(bench.atoms().pointCount()), {&variance, 1});
+  bench.model().mixture().covariance(one, 1, everyPoint(bench.atoms().pointCount()), {&variance, 1});
   EXPECT_NEAR(deviations[static_cast<std::size_t>(largest)], std::sqrt(variance), 1e-9 * std::sqrt(variance));
 }
 
