@@ -1,0 +1,225 @@
+#include "daemon/solve/linear_model.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <iterator>
+
+namespace tractiond::solve {
+namespace {
+
+/// A candidate with a smaller share is left out.
+constexpr double kLittle = 1e-3;
+
+/// The model holds if the surest force that it leaves has fewer deviations than kSurest, or kOwnSurest times those that
+/// it left in its own picture; the same of the misfit, with kOwnMisfit more; and if its prior need not grow beyond
+/// kMostScale: a place that is no longer right shows there alone.
+constexpr double kSurest = 5.0, kOwnSurest = 1.25;
+constexpr double kMisfit = 4.0, kOwnMisfit = 4.0;
+constexpr double kMostScale = 2.0;
+
+/// The least share of a patch's former load by which changes of its place are told.
+constexpr double kLeastLoad = 0.1;
+
+int mostOf(const ModelOptions& options) {
+  int most = 0;
+  for (const auto& rounds : options.most) most = std::max(most, *std::max_element(rounds.begin(), rounds.end()));
+  return most;
+}
+
+}  // namespace
+
+LinearModel::LinearModel(const Factors& factors, const Atoms& atoms, const ModelOptions& options)
+    : factors_(factors)
+    , atoms_(atoms)
+    , test_(factors, atoms, strongestModes(factors, options),
+            LinearPosterior::mostUnknowns(mostOf(options), kMostFreed))
+    , mixture_(atoms, kMost)
+    , spread_(atoms)
+    , displacement_(static_cast<std::size_t>(factors.influence.stride()))
+    , completed_(static_cast<std::size_t>(factors.coordinateCount()))
+    , atomForces_(3 * static_cast<std::size_t>(atoms.count()))
+    , share_(static_cast<std::size_t>(atoms.pointCount())) {
+  for (int i = 0; i < kMost; ++i) parts_.emplace_back(LinearPosterior(factors, atoms, mostOf(options), kMostFreed));
+  for (auto* each : {&missingThen_, &missing_, &added_}) each->reserve(completed_.size());
+}
+
+bool LinearModel::make(Model& model, const Estimate& estimate) {
+  assert(estimate.outcome == Estimate::Outcome::kFound);
+  std::array<int, 16> order{};
+  count_ = model.mixture().count();
+  assert(count_ <= std::ssize(order));
+  for (int i = 0; i < count_; ++i) order[static_cast<std::size_t>(i)] = i;
+  std::sort(order.begin(), order.begin() + count_,
+            [&](int a, int b) { return model.mixture().share(a) > model.mixture().share(b); });
+  const auto isLittle = [&](int i) { return model.mixture().share(i) < kLittle; };
+  count_ = static_cast<int>(std::find_if(order.begin(), order.begin() + count_, isLittle) - order.begin());
+  count_ = std::min(count_, kMost);
+  for (int i = 0; i < count_; ++i) {
+    const int number = order[static_cast<std::size_t>(i)];
+    const Model::Solved& solved = model.solved(number);
+    Part& part = parts_[static_cast<std::size_t>(i)];
+    const std::array<double, 6> wrench = model.mixture().wrench(number);
+    part.penalty = solved.penalty;
+    part.isPatched = solved.patches != nullptr;
+    part.isEven = solved.posterior->extraUnknowns() != nullptr && !part.isPatched;
+    if (part.isPatched) patches_ = *solved.patches;
+    if (!part.posterior.make(*solved.posterior, model.products(), std::hypot(wrench[0], wrench[1], wrench[2])))
+      return false;
+    if (i == 0) test_.make(part.posterior, solved.posterior->extraUnknowns());
+  }
+  for (int k = 0; k < estimate.patchCount; ++k) {
+    contact_[static_cast<std::size_t>(k)] =
+        estimate.patchShare > 0.5 ? estimate.patches[static_cast<std::size_t>(k)].contact : k;
+  }
+  degrees_ = estimate.degrees;
+  atomCount_ = estimate.atoms;
+  rounds_ = estimate.rounds;
+  const Displacements& picture = model.picture();
+  missingThen_.assign(picture.missing.begin(), picture.missing.end());
+  std::copy_n(picture.displacement_px, completed_.size(), displacement_.data());
+  takePicture(missingThen_);
+  Estimate own;
+  own.force_N.resize(3 * share_.size());
+  if (!solve(picture.noise_px, own)) return false;
+  own_ = doubt_;
+  return true;
+}
+
+bool LinearModel::answer(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
+                         Estimate& estimate) {
+  std::copy(displacement_px.begin(), displacement_px.end(), displacement_.data());
+  takePicture(missing);
+  if (!solve(noise_px, estimate)) return false;
+  return doubt_.surest < std::max(kSurest, kOwnSurest * own_.surest) &&
+         doubt_.misfit < std::max(kMisfit, own_.misfit + kOwnMisfit) && doubt_.scale <= kMostScale;
+}
+
+/// Leaves out of displacement_ what one of the two pictures misses.
+void LinearModel::takePicture(std::span<const int> missing) {
+  missing_.clear();
+  added_.clear();
+  std::set_union(missing.begin(), missing.end(), missingThen_.begin(), missingThen_.end(),
+                 std::back_inserter(missing_));
+  std::set_difference(missing.begin(), missing.end(), missingThen_.begin(), missingThen_.end(),
+                      std::back_inserter(added_));
+  for (const int coordinate : missing_) displacement_.data()[coordinate] = 0.0;
+  squares_px2_ = dotProduct(displacement_.data(), displacement_.data(), factors_.coordinateCount());
+}
+
+/// Solves with all candidates, and weighs them.
+bool LinearModel::solve(double noise_px, Estimate& estimate) {
+  const Displacements picture{displacement_.data(), missing_, squares_px2_, noise_px};
+  mixture_.clear();
+  if (!std::isfinite(squares_px2_)) return false;
+  for (Part& part : std::span(parts_).first(static_cast<std::size_t>(count_))) {
+    LinearPosterior& posterior = part.posterior;
+    if (!posterior.answer(picture, added_)) return false;
+    addForces(part, mixture_.add(posterior, posterior.logEvidence() - part.penalty, posterior.wrench()));
+  }
+  mixture_.weigh();
+  test(noise_px);
+  estimate.outcome = Estimate::Outcome::kFound;
+  const auto forces = mixture_.pointForces_N();
+  std::copy(forces.begin(), forces.end(), estimate.force_N.begin());
+  estimate.wrench = mixture_.wrench();
+  mixture_.wrenchCovariance(estimate.covariance);
+  estimate.motion = mixture_.motion();
+  estimate.squaredResidual_px2 = mixture_.squaredResidual_px2();
+  estimate.degrees = degrees_;
+  estimate.atoms = atomCount_;
+  estimate.rounds = rounds_;
+  estimate.evenShare = estimate.patchShare = 0.0;
+  for (int i = 0; i < count_; ++i) {
+    const Part& part = parts_[static_cast<std::size_t>(i)];
+    if (part.isEven) estimate.evenShare += mixture_.share(i);
+    if (part.isPatched) estimate.patchShare += mixture_.share(i);
+  }
+  findPatches(estimate);
+  return true;
+}
+
+/// Sets doubt_. The first candidate stands for all.
+void LinearModel::test(double noise_px) {
+  const LinearPosterior& posterior = parts_.front().posterior;
+  std::transform(displacement_.data(), displacement_.data() + completed_.size(), completed_.begin(),
+                 [](double each) { return static_cast<float>(each); });
+  for (const int coordinate : missing_) {
+    completed_[static_cast<std::size_t>(coordinate)] = static_cast<float>(posterior.displacement_px(coordinate));
+  }
+  const auto degrees = static_cast<double>(std::ssize(completed_) - std::ssize(missing_));
+  doubt_.surest = test_.surest(posterior, completed_, noise_px);
+  doubt_.misfit = (posterior.misfit() - degrees) / std::sqrt(2.0 * degrees);
+  doubt_.scale = posterior.scale();
+}
+
+/// Computes the forces of the points.
+void LinearModel::addForces(const Part& part, std::span<double> forces) {
+  part.posterior.allForces_N(atomForces_);
+  addUp(atoms_, atomForces_, forces);
+  if (!part.isPatched) {
+    part.posterior.addExtraForces_N(forces);
+    return;
+  }
+  for (int k = 0; k < patches_.count(); ++k) {
+    double grown = 0.0;
+    const RoundPatch patch = patchNow(part, k, grown);
+    spread_.divide(patch.place, true, share_);
+    for (std::size_t p = 0; p < share_.size(); ++p) {
+      Eigen::Vector3d::Map(forces.data() + 3 * p) += share_[p] * patch.load.head<3>();
+    }
+  }
+}
+
+/// Returns a patch as a candidate has it. \param grown its load as a multiple of that then: the unknown of a place
+/// is its change times this
+RoundPatch LinearModel::patchNow(const Part& part, int patch, double& grown) const {
+  PatchChange change = patches_.change(patch, part.posterior.extra());
+  const PatchLoad then = patches_.patch(patch).load;
+  grown = std::max(kLeastLoad, change.head<3>().dot(then.head<3>()) / then.head<3>().squaredNorm());
+  change.tail<kPatchPlaces>() /= grown;
+  change.head<kPatchLoads>() -= then;
+  return patches_.changed(patch, change);
+}
+
+/// Computes the means of the patches over the candidates that have them.
+void LinearModel::findPatches(Estimate& estimate) {
+  estimate.patchCount = 0;
+  if (estimate.patchShare == 0.0) return;
+  estimate.patchCount = patches_.count();
+  for (int k = 0; k < patches_.count(); ++k) {
+    FoundPatch& found = estimate.patches[static_cast<std::size_t>(k)] = {};
+    found.contact = estimate.patchShare > 0.5 ? contact_[static_cast<std::size_t>(k)] : 0;
+    PatchChange mean = PatchChange::Zero();
+    const auto asVector = [](const RoundPatch& patch) {
+      PatchChange all;
+      all << patch.load, patch.place.x_m, patch.place.y_m, patch.place.spread_m2;
+      return all;
+    };
+    const auto each = [&](auto use) {
+      for (int i = 0; i < count_; ++i) {
+        Part& part = parts_[static_cast<std::size_t>(i)];
+        const double share = mixture_.share(i) / estimate.patchShare;
+        double grown = 0.0;
+        if (!part.isPatched || share == 0.0) continue;
+        const RoundPatch patch = patchNow(part, k, grown);
+        use(part, share, asVector(patch), grown);
+      }
+    };
+    each([&](Part&, double share, const PatchChange& patch, double) { mean += share * patch; });
+    std::array<int, kPerPatch> unknowns{};
+    for (int i = 0; i < kPerPatch; ++i) unknowns[static_cast<std::size_t>(i)] = patches_.index(k, i);
+    each([&](Part& part, double share, const PatchChange& patch, double grown) {
+      Eigen::Matrix<double, kPerPatch, kPerPatch, Eigen::RowMajor> within;
+      part.posterior.extraCovariance(unknowns, {within.data(), static_cast<std::size_t>(within.size())});
+      const PatchChange units = PatchChange::NullaryExpr(
+          [&](Eigen::Index i) { return patches_.unit(k, static_cast<int>(i)) / (i < kPatchLoads ? 1.0 : grown); });
+      found.covariance += share * (units.asDiagonal() * within * units.asDiagonal());
+      found.covariance += share * (patch - mean) * (patch - mean).transpose();
+    });
+    found.patch.load = mean.head<kPatchLoads>();
+    found.patch.place = {mean[4], mean[5], mean[6]};
+  }
+}
+
+}  // namespace tractiond::solve

@@ -1,0 +1,86 @@
+// Answers a picture by the model of an earlier one (docs/mathematics.md, 4.8): the candidates, their atoms, priors and
+// points of linearisation are those of a finished Model::solve(); displacements, noise and missing markers are this
+// picture's. Takes a small part of the time of a solve. This picture itself tells whether the model still holds.
+#pragma once
+
+#include "daemon/solve/linear_posterior.h"
+#include "daemon/solve/model.h"
+#include "daemon/solve/residual_test.h"
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace tractiond::solve {
+
+/// Thread-bound; make() and answer() may be called by different threads, one after the other.
+class LinearModel {
+ public:
+  /// What speaks against a model.
+  struct Doubt {
+    double surest = 0.0;  ///< deviations of the surest force that it leaves in the picture
+    double misfit = 0.0;  ///< deviations of chi^2 of the picture from its expectation
+    double scale = 1.0;   ///< by which its prior had to grow
+  };
+
+  /// `factors` and `atoms` must outlive it. \param options those of the models that it is made from
+  LinearModel(const Factors& factors, const Atoms& atoms, const ModelOptions& options);
+  LinearModel(const LinearModel&) = delete;  // its mixture refers to its candidates
+
+  /// Makes it from the last solve() of a model, with the outcome kFound. Returns false if it was not possible. The
+  /// arguments need not outlive the call.
+  bool make(Model& model, const Estimate& estimate);
+
+  /// Answers a picture. Returns whether the model holds for it; otherwise the results have no meaning. \param estimate
+  /// and the other arguments as in Model::solve(); degrees, atoms and rounds are those of the model
+  bool answer(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
+              Estimate& estimate);
+
+  // Results of the last answer().
+
+  const Doubt& doubt() const { return doubt_; }
+  const Doubt& ownDoubt() const { return own_; }  ///< of the picture that it was made from
+  /// Returns what the estimate is the mean of, with its covariances.
+  Mixture& mixture() { return mixture_; }
+
+ private:
+  static constexpr int kMost = 4;  // candidates
+  struct Part {
+    explicit Part(LinearPosterior made)
+        : posterior(std::move(made)) {}
+    LinearPosterior posterior;
+    double penalty = 0.0;  // Model::Solved::penalty
+    bool isPatched = false, isEven = false;
+  };
+
+  bool solve(double noise_px, Estimate& estimate);
+  void takePicture(std::span<const int> missing);
+  void addForces(const Part& part, std::span<double> forces);
+  RoundPatch patchNow(const Part& part, int patch, double& grown) const;
+  void findPatches(Estimate& estimate);
+  void test(double noise_px);
+
+  const Factors& factors_;
+  const Atoms& atoms_;
+  std::vector<Part> parts_;
+  ResidualTest test_;
+  Mixture mixture_;
+  PatchSpread spread_;
+  // Of the picture that it was made from.
+  int count_ = 0;  // parts; the first one is the likeliest
+  FreedPatches patches_;
+  std::array<int, RoundPatches::kMost> contact_{};
+  std::vector<int> missingThen_;
+  double degrees_ = 0.0;
+  int atomCount_ = 0, rounds_ = 0;
+  Doubt own_;
+  // Of the last answer.
+  Doubt doubt_;
+  LineArray<double> displacement_;
+  double squares_px2_ = 0.0;
+  std::vector<float> completed_;
+  std::vector<int> missing_, added_;  // of both pictures; of this one alone
+  std::vector<double> atomForces_, share_;
+};
+
+}  // namespace tractiond::solve

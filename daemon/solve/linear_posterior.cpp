@@ -1,0 +1,474 @@
+#include "daemon/solve/linear_posterior.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numeric>
+
+namespace tractiond::solve {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+/// Directions of theta that the picture sees by less than this share of its noise are left to the prior, which is on
+/// the safe side.
+constexpr double kFaintest = 0.05;
+/// s is one of 2^(k / kSteps), k = 0 .. kMostSteps, unless the force has grown by more; its prior deviation is an
+/// octave.
+constexpr int kSteps = 4, kMostSteps = 5;
+/// The most coordinates that may be missing in addition, a multiple of what multiplyPairs() takes at a time.
+constexpr int kMostAdded = 512;
+
+/// Pivoted Cholesky decomposition A = T T' of a positive semidefinite matrix, until no diagonal element of the rest
+/// is above `least`. Fills columns of `root` and returns their number.
+int decompose(const MatrixXd& a, double least, MatrixXd& root, std::vector<int>& pivots) {
+  Eigen::VectorXd left = a.diagonal();
+  pivots.clear();
+  for (int rank = 0; rank < root.cols(); ++rank) {
+    Index at = 0;
+    const double most = left.head(a.rows()).maxCoeff(&at);
+    if (!(most > least)) return rank;
+    auto column = root.col(rank).head(a.rows());
+    column = a.col(at);
+    column.noalias() -= root.topLeftCorner(a.rows(), rank) * root.row(at).head(rank).transpose();
+    column /= std::sqrt(most);
+    left -= column.cwiseAbs2();
+    left[at] = 0.0;
+    pivots.push_back(static_cast<int>(at));
+  }
+  return static_cast<int>(root.cols());
+}
+
+}  // namespace
+
+LinearPosterior::LinearPosterior(const Factors& factors, const Atoms& atoms, int most, int mostExtra)
+    : factors_(factors)
+    , model_(atoms)
+    , indexOf_(static_cast<std::size_t>(atoms.count()), -1)
+    , extraForces_(static_cast<std::size_t>(mostExtra) * 3 * static_cast<std::size_t>(atoms.pointCount()))
+    , extraNodeForces_(static_cast<std::size_t>(mostExtra) * 3 * static_cast<std::size_t>(atoms.nodeCount()))
+    , lambda_(kMostRank)
+    , seen_(kMostRank, factors.coordinateCount())
+    , rows_(kMostRank, factors.coordinateCount())
+    , q_(kMostRank, mostUnknowns(most, mostExtra))
+    , nodes_(3 * atoms.nodeCount(), kMostRank)
+    , nodesUnseen_(3 * static_cast<std::size_t>(atoms.nodeCount()))
+    , y_(kMostRank)
+    , xi_(kMostRank)
+    , theta_(static_cast<std::size_t>(q_.stride()))
+    , precision_(kMostRank)
+    , added_(static_cast<std::size_t>(kMostRank) * kMostAdded)
+    , taken_(static_cast<std::size_t>(kMostRank) * kMostRank)
+    , root_(kMostRank * (kMostRank + 1) / 2)
+    , columns_(static_cast<std::size_t>(kColumns) * static_cast<std::size_t>(q_.stride()))
+    , seenColumns_(static_cast<std::size_t>(kColumns) * kMostRank)
+    , scratch_(static_cast<std::size_t>(kColumns) * kMostRank)
+    , everyRow_(kMostRank)
+    , coefficients_(kMostRank) {
+  atoms_.reserve(static_cast<std::size_t>(most));
+  roots_.reserve(static_cast<std::size_t>(most));
+  pivots_.reserve(kMostRank);
+  for (int k = 0; k < kMostRank; ++k) addedRows_.push_back(added_.data() + std::ptrdiff_t{kMostAdded} * k);
+  std::iota(everyRow_.begin(), everyRow_.end(), 0);
+}
+
+bool LinearPosterior::make(const Posterior& posterior, AtomProducts& products, double force_N) {
+  noise_px_ = posterior.noise_px();
+  force_N_ = force_N;
+  if (!takePrior(posterior)) return false;
+  products.add(posterior.chosen().atoms);
+  assemble(posterior, products);
+  factor_.resize(unknowns(), kMostRank);
+  const int pivots = decompose(gram_, kFaintest, factor_, pivots_);
+  const auto root = factor_.leftCols(pivots);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(root.transpose() * root);
+  if (eigen.info() != Eigen::Success) return false;
+  int first = 0;
+  while (first < pivots && eigen.eigenvalues()[first] < kFaintest) ++first;
+  rank_ = pivots - first;
+  const Eigen::VectorXd lambda = eigen.eigenvalues().tail(rank_);
+  std::copy_n(lambda.data(), rank_, lambda_.begin());
+  const auto vectors = eigen.eigenvectors().rightCols(rank_);
+  const MatrixXd q = root * (vectors * lambda.cwiseSqrt().cwiseInverse().asDiagonal());
+  for (int k = 0; k < rank_; ++k) {
+    for (int i = 0; i < unknowns(); ++i) q_.row(k)[i] = static_cast<float>(q(i, k));
+    std::fill(q_.row(k) + unknowns(), q_.row(k) + q_.stride(), 0.0F);
+  }
+  // B R Q = (columns at the pivots) C, the rest being combinations of these.
+  MatrixXd triangle(pivots, pivots);
+  for (int i = 0; i < pivots; ++i) triangle.row(i) = root.row(pivots_[static_cast<std::size_t>(i)]);
+  const MatrixXd combine =
+      triangle.triangularView<Eigen::Lower>().transpose().solve(vectors * lambda.cwiseSqrt().asDiagonal());
+  layRows(posterior, combine);
+  layNodes();
+  layWrench(posterior);
+  return true;
+}
+
+/// Takes atoms, roots of their priors, and what the extra unknowns do.
+bool LinearPosterior::takePrior(const Posterior& posterior) {
+  for (const int atom : atoms_) indexOf_[static_cast<std::size_t>(atom)] = -1;
+  const Chosen& chosen = posterior.chosen();
+  atoms_ = chosen.atoms;
+  roots_.clear();
+  for (std::size_t i = 0; i < atoms_.size(); ++i) {
+    indexOf_[static_cast<std::size_t>(atoms_[i])] = static_cast<int>(i);
+    const Eigen::LLT<Block> root(chosen.covariance_N2[i]);
+    if (root.info() != Eigen::Success) return false;
+    roots_.emplace_back(root.matrixL());
+  }
+  const ExtraUnknowns* const extra = posterior.extraUnknowns();
+  extraCount_ = extra == nullptr ? 0 : extra->count();
+  for (int e = 0; e < extraCount_; ++e) {
+    const auto points = extra->pointForces_N(e), nodes = extra->nodeForces_N(e);
+    std::copy(points.begin(), points.end(), extraForces_.begin() + e * std::ssize(points));
+    std::copy(nodes.begin(), nodes.end(), extraNodeForces_.begin() + e * std::ssize(nodes));
+  }
+  return true;
+}
+
+/// Fills gram_ with R B'B R / n^2.
+void LinearPosterior::assemble(const Posterior& posterior, const AtomProducts& products) {
+  const auto count = static_cast<int>(atoms_.size());
+  const int extraFirst = firstExtra(), motionFirst = firstMotion();
+  ExtraUnknowns* const extra = posterior.extraUnknowns();
+  gram_.resize(unknowns(), unknowns());
+  for (int i = 0; i < count; ++i) {
+    const int index = products.indexOf(atoms_[static_cast<std::size_t>(i)]);
+    for (int j = 0; j <= i; ++j) {
+      const int other = products.indexOf(atoms_[static_cast<std::size_t>(j)]);
+      Block block;
+      for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 3; ++c) block(r, c) = products.row(index + r)[other + c];
+      }
+      gram_.block<3, 3>(3 * Index{i}, 3 * Index{j}) = root(i).transpose() * block * root(j);
+    }
+    for (int m = 0; m < kMotions; ++m) {
+      gram_.block<1, 3>(motionFirst + m, 3 * Index{i}) = Eigen::RowVector3d::Map(products.row(m) + index) * root(i);
+    }
+    if (extra == nullptr) continue;
+    const auto with =
+        Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>, 0, Eigen::OuterStride<>>(
+            extra->productsWith(atoms_[static_cast<std::size_t>(i)]), 3, extraCount_,
+            Eigen::OuterStride<>(extra->stride()));
+    gram_.block(extraFirst, 3 * Index{i}, extraCount_, 3) = with.transpose() * root(i);
+  }
+  for (int e = 0; e < extraCount_; ++e) {
+    for (int other = 0; other <= e; ++other) gram_(extraFirst + e, extraFirst + other) = extra->product(e, other);
+    for (int m = 0; m < kMotions; ++m) gram_(motionFirst + m, extraFirst + e) = extra->withMotion(e, m);
+  }
+  for (int m = 0; m < kMotions; ++m) {
+    for (int other = 0; other <= m; ++other) gram_(motionFirst + m, motionFirst + other) = products.row(m)[other];
+  }
+  gram_ /= square(noise_px_);
+  gram_.triangularView<Eigen::StrictlyUpper>() = gram_.transpose();
+}
+
+/// Computes rows_ from the columns of B R at the pivots.
+void LinearPosterior::layRows(const Posterior& posterior, const MatrixXd& combine) {
+  const auto pivots = static_cast<int>(pivots_.size());
+  const int coordinates = factors_.coordinateCount();
+  std::vector<double> sum(static_cast<std::size_t>(rows_.stride()));
+  for (int p = 0; p < pivots; ++p) {
+    const int unknown = pivots_[static_cast<std::size_t>(p)];
+    float* const to = seen_.row(p);
+    if (unknown >= firstMotion()) {
+      std::copy_n(factors_.motion.row(unknown - firstMotion()), coordinates, to);
+    } else if (unknown >= firstExtra()) {
+      posterior.extraUnknowns()->displacement(unknown - firstExtra(), to);
+    } else {
+      const int atom = atoms_[static_cast<std::size_t>(unknown / 3)];
+      const std::array<int, 3> rows = {3 * atom, 3 * atom + 1, 3 * atom + 2};
+      const Eigen::Vector3f factors = root(unknown / 3).col(unknown % 3).cast<float>();
+      std::fill(sum.begin(), sum.end(), 0.0);
+      addRows(factors_.influence, rows, {factors.data(), 3}, sum.data());
+      std::transform(sum.begin(), sum.begin() + coordinates, to, [](double x) { return static_cast<float>(x); });
+    }
+  }
+  const std::span every(everyRow_.data(), static_cast<std::size_t>(pivots));
+  for (int k = 0; k < rank_; ++k) {
+    for (int p = 0; p < pivots; ++p) {
+      coefficients_[static_cast<std::size_t>(p)] = static_cast<float>(combine(p, k) / square(noise_px_));
+    }
+    std::fill(sum.begin(), sum.end(), 0.0);
+    addRows(seen_, every, {coefficients_.data(), every.size()}, sum.data());
+    std::transform(sum.begin(), sum.begin() + coordinates, rows_.row(k),
+                   [](double x) { return static_cast<float>(x); });
+  }
+}
+
+/// Computes what xi does to the forces of the nodes, and the variance of what it does not hold.
+void LinearPosterior::layNodes() {
+  const Index nodes = model_.ofNodes.rows();
+  Eigen::MatrixXf forces(3, rank_), all(rank_, 3 * std::ssize(atoms_));  // of the atoms, by xi
+  for (int i = 0; i < std::ssize(atoms_); ++i) {
+    for (int k = 0; k < rank_; ++k) {
+      all.block<1, 3>(k, 3 * Index{i}) = Eigen::RowVector3f::Map(q_.row(k) + 3 * i) * root(i).transpose().cast<float>();
+    }
+  }
+  for (Index node = 0; node < nodes; ++node) {
+    Eigen::Vector3d prior = Eigen::Vector3d::Zero();
+    forces.setZero();
+    for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(model_.ofNodes, node); it; ++it) {
+      const int i = indexOf_[static_cast<std::size_t>(it.col())];
+      if (i < 0) continue;
+      forces += static_cast<float>(it.value()) * all.middleCols<3>(3 * Index{i}).transpose();
+      prior += square(it.value()) * root(i).rowwise().squaredNorm();
+    }
+    for (int e = 0; e < extraCount_; ++e) {
+      const Eigen::Vector3d unit = Eigen::Vector3d::Map(extraNodeForces_.data() + 3 * (e * nodes + node));
+      if (unit.isZero(0.0)) continue;
+      prior += unit.cwiseAbs2();
+      for (int k = 0; k < rank_; ++k) forces.col(k) += q_.row(k)[firstExtra() + e] * unit.cast<float>();
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto row = static_cast<int>(3 * node) + axis;
+      Eigen::RowVectorXf::Map(nodes_.row(row), rank_) = forces.row(axis);
+      nodesUnseen_[static_cast<std::size_t>(row)] = std::max(0.0, prior[axis] - double{forces.row(axis).squaredNorm()});
+    }
+  }
+}
+
+void LinearPosterior::layWrench(const Posterior& posterior) {
+  wrenchOfUnknowns_.setZero(6, unknowns());
+  for (int i = 0; i < std::ssize(atoms_); ++i) {
+    wrenchOfUnknowns_.middleCols<3>(3 * Index{i}) =
+        model_.wrench.middleCols<3>(3 * Index{atoms_[static_cast<std::size_t>(i)]}) * root(i);
+  }
+  for (int e = 0; e < extraCount_; ++e) {
+    wrenchOfUnknowns_.col(firstExtra() + e) = std::as_const(*posterior.extraUnknowns()).wrench(e);
+  }
+  wrench_.resize(6, rank_);
+  for (int k = 0; k < rank_; ++k) {
+    wrench_.col(k) = wrenchOfUnknowns_ * Eigen::VectorXf::Map(q_.row(k), unknowns()).cast<double>();
+  }
+  wrenchUnseen_ = wrenchOfUnknowns_ * wrenchOfUnknowns_.transpose() - wrench_ * wrench_.transpose();
+}
+
+bool LinearPosterior::answer(const Displacements& picture, std::span<const int> added) {
+  if (std::ssize(added) > kMostAdded) return false;
+  ratio_ = square(noise_px_ / picture.noise_px);
+  const std::span every(everyRow_.data(), static_cast<std::size_t>(rank_));
+  multiplyRows(rows_, every, picture.displacement_px, y_.data());
+  for (double& each : y_) each *= ratio_;
+  takeOut(added);
+  double logDeterminant = 0.0;
+  if (!solve(1.0, logDeterminant)) return false;
+  scale_ = std::max(likeliestScale(), forceOfXi_N() / force_N_);
+  if (scale_ > 1.0 && !solve(scale_, logDeterminant)) return false;
+  const double squares = picture.squares_px2 / square(picture.noise_px), explained = dot(xi_, y_);
+  misfit_ = squares - explained;
+  logEvidence_ = -0.5 * (misfit_ + logDeterminant + square(std::log2(scale_)));
+  squaredResidual_ = square(picture.noise_px) * (misfit_ - dot(xi_, xi_) / square(scale_));
+  for (std::size_t k = 0; k < every.size(); ++k) coefficients_[k] = static_cast<float>(xi_[k]);
+  std::fill(theta_.begin(), theta_.end(), 0.0);
+  addRows(q_, every, {coefficients_.data(), every.size()}, theta_.data());
+  std::copy_n(theta_.begin() + firstMotion(), kMotions, motion_.begin());
+  return true;
+}
+
+double LinearPosterior::dot(const std::vector<double>& a, const std::vector<double>& b) const {
+  return dotProduct(a.data(), b.data(), rank_);
+}
+
+/// Computes what the added coordinates have of Lambda.
+void LinearPosterior::takeOut(std::span<const int> added) {
+  isDense_ = !added.empty();
+  if (!isDense_) return;
+  const auto size = (std::ssize(added) + 3) / 4 * 4;
+  for (int k = 0; k < rank_; ++k) {
+    double* const to = added_.data() + std::ptrdiff_t{kMostAdded} * k;
+    std::fill_n(to, size, 0.0);
+    for (std::size_t i = 0; i < added.size(); ++i) to[i] = noise_px_ * double{rows_.row(k)[added[i]]};
+  }
+  const std::span<const double* const> rows(addedRows_.data(), static_cast<std::size_t>(rank_));
+  multiplyPairs(rows, 0, static_cast<int>(size), taken_.data(), kMostRank);
+}
+
+/// Solves for xi with a scale of the prior. Also computes the log determinant of s^2 (Lambda + 1 / s^2).
+bool LinearPosterior::solve(double scale, double& logDeterminant) {
+  logDeterminant = 0.0;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(rank_); ++k) {
+    precision_[k] = ratio_ * lambda_[k] + 1.0 / square(scale);
+    xi_[k] = y_[k];
+  }
+  if (!isDense_) {
+    for (std::size_t k = 0; k < static_cast<std::size_t>(rank_); ++k) {
+      xi_[k] /= precision_[k];
+      logDeterminant += std::log(square(scale) * precision_[k]);
+    }
+    return true;
+  }
+  double* to = root_.data();
+  for (int i = 0; i < rank_; ++i) {
+    for (int j = 0; j <= i; ++j) *to++ = -ratio_ * taken_.data()[std::ptrdiff_t{kMostRank} * i + j];
+    to[-1] += precision_[static_cast<std::size_t>(i)];
+  }
+  if (!factoriseLower(factor(), rank_, scratch_.data())) return false;
+  solveLower(factor(), rank_, xi_.data());
+  solveLowerTransposed(factor(), rank_, xi_.data());
+  for (std::ptrdiff_t i = 0; i < rank_; ++i) logDeterminant += 2.0 * std::log(scale / root_.data()[i * (i + 3) / 2]);
+  return true;
+}
+
+/// Returns the likeliest s, as if what is missing in addition were what xi makes of it, at s = 1.
+double LinearPosterior::likeliestScale() const {
+  double best = 1.0, most = 0.0;
+  for (int step = 0; step <= kMostSteps; ++step) {
+    const double octaves = static_cast<double>(step) / kSteps, squared = std::exp2(2.0 * octaves);
+    double sum = -square(octaves);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(rank_); ++k) {
+      const double lambda = ratio_ * lambda_[k], y = xi_[k] * (lambda + 1.0);
+      sum += square(y) / (lambda + 1.0 / squared) - std::log(1.0 + squared * lambda);
+    }
+    if (step > 0 && sum <= most) continue;
+    most = sum;
+    best = std::sqrt(squared);
+  }
+  return best;
+}
+
+double LinearPosterior::forceOfXi_N() const {
+  return (wrench_.topRows<3>() * Eigen::VectorXd::Map(xi_.data(), rank_)).norm();
+}
+
+std::array<double, 6> LinearPosterior::wrench() const {
+  std::array<double, 6> wrench{};
+  Eigen::Matrix<double, 6, 1>::Map(wrench.data()) = wrench_ * Eigen::VectorXd::Map(xi_.data(), rank_);
+  return wrench;
+}
+
+void LinearPosterior::allForces_N(std::span<double> forces) const {
+  std::fill(forces.begin(), forces.end(), 0.0);
+  for (std::size_t i = 0; i < atoms_.size(); ++i) {
+    Eigen::Vector3d::Map(forces.data() + 3 * Index{atoms_[i]}) =
+        roots_[i] * Eigen::Vector3d::Map(theta_.data() + 3 * i);
+  }
+}
+
+void LinearPosterior::addExtraForces_N(std::span<double> forces) const {
+  const double* unit = extraForces_.data();
+  for (const double times : extra()) {
+    for (double& force : forces) force += times * *unit++;
+  }
+}
+
+double LinearPosterior::displacement_px(int coordinate) const {
+  double sum = 0.0;
+  for (int k = 0; k < rank_; ++k) sum += double{rows_.row(k)[coordinate]} * xi_[static_cast<std::size_t>(k)];
+  return square(noise_px_) * sum;
+}
+
+/// Divides kColumns functionals of xi by the root of its precision.
+void LinearPosterior::whiten(double* columns) const {
+  if (isDense_) {
+    solveLowerColumns(factor(), 0, rank_, columns);
+    return;
+  }
+  for (int k = 0; k < rank_; ++k) {
+    const double factor = 1.0 / std::sqrt(precision_[static_cast<std::size_t>(k)]);
+    for (int c = 0; c < kColumns; ++c) *columns++ *= factor;
+  }
+}
+
+void LinearPosterior::wrenchCovariance(std::array<double, 36>& covariance) {
+  double* const columns = seenColumns_.data();
+  std::fill_n(columns, kColumns * rank_, 0.0);
+  for (int k = 0; k < rank_; ++k) std::copy_n(wrench_.col(k).data(), 6, columns + std::ptrdiff_t{kColumns} * k);
+  whiten(columns);
+  std::array<double, static_cast<std::size_t>(kColumns * kColumns)> products;
+  multiplyColumns(columns, columns, rank_, products.data());
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) {
+      covariance[static_cast<std::size_t>(6 * i + j)] =
+          products[static_cast<std::size_t>(kColumns * i + j)] + square(scale_) * wrenchUnseen_(i, j);
+    }
+  }
+}
+
+void LinearPosterior::nodeDeviations_N(std::span<double> deviations) {
+  double* const columns = seenColumns_.data();
+  const auto count = static_cast<int>(deviations.size());
+  const Eigen::ArrayXf variance = Eigen::ArrayXd::Map(precision_.data(), rank_).inverse().cast<float>();
+  for (int first = 0; first < count; first += kColumns) {
+    const int end = std::min(first + kColumns, count);
+    if (isDense_) {
+      std::fill_n(columns, kColumns * rank_, 0.0);
+      for (int i = first; i < end; ++i) {
+        for (int k = 0; k < rank_; ++k) columns[std::ptrdiff_t{kColumns} * k + i - first] = double{nodes_.row(i)[k]};
+      }
+      whiten(columns);
+    }
+    for (int i = first; i < end; ++i) {
+      double sum = square(scale_) * nodesUnseen_[static_cast<std::size_t>(i)];
+      if (isDense_) {
+        for (int k = 0; k < rank_; ++k) sum += square(columns[std::ptrdiff_t{kColumns} * k + i - first]);
+      } else {
+        sum += double{(Eigen::ArrayXf::Map(nodes_.row(i), rank_).square() * variance).sum()};
+      }
+      deviations[static_cast<std::size_t>(i)] = std::sqrt(sum);
+    }
+  }
+}
+
+void LinearPosterior::covariance(std::span<const double> weights, int count, std::span<const int> points,
+                                 std::span<double> covariance) {
+  assert(count <= kColumns);
+  double* const columns = columns_.data();
+  std::fill_n(columns, columns_.size(), 0.0);
+  const auto add = [&](double* to, double factor, const double* from) {
+    for (int c = 0; c < count; ++c) to[c] += factor * from[c];
+  };
+  for (const int point : points) {
+    const double* const of = weights.data() + std::ptrdiff_t{3} * count * point;
+    for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(model_.ofPoints, point); it; ++it) {
+      const int i = indexOf_[static_cast<std::size_t>(it.col())];
+      if (i < 0) continue;
+      for (int axis = 0; axis < 3; ++axis) {
+        for (int k = 0; k <= axis; ++k) {  // of the root, a lower triangle
+          add(columns + std::ptrdiff_t{kColumns} * (3 * i + k), it.value() * root(i)(axis, k), of + axis * count);
+        }
+      }
+    }
+    for (int e = 0; e < extraCount_; ++e) {
+      const double* const unit = extraForces_.data() + 3 * (std::ptrdiff_t{e} * model_.pointCount() + point);
+      for (int axis = 0; axis < 3; ++axis) {
+        if (unit[axis] != 0.0)
+          add(columns + std::ptrdiff_t{kColumns} * (firstExtra() + e), unit[axis], of + axis * count);
+      }
+    }
+  }
+  functionalCovariance(count, covariance.data());
+}
+
+void LinearPosterior::extraCovariance(std::span<const int> unknowns, std::span<double> covariance) {
+  assert(unknowns.size() <= kColumns);
+  std::fill_n(columns_.data(), columns_.size(), 0.0);
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    columns_.data()[std::ptrdiff_t{kColumns} * (firstExtra() + unknowns[i]) + static_cast<std::ptrdiff_t>(i)] = 1.0;
+  }
+  functionalCovariance(static_cast<int>(unknowns.size()), covariance.data());
+}
+
+/// Computes the covariance of the functionals of theta in columns_.
+void LinearPosterior::functionalCovariance(int count, double* covariance) {
+  const std::span every(everyRow_.data(), static_cast<std::size_t>(rank_));
+  multiplyRowsByColumns(q_, every, columns_.data(), seenColumns_.data(), kColumns);
+  std::array<double, static_cast<std::size_t>(kColumns * kColumns)> prior, seen, within;
+  multiplyColumns(columns_.data(), columns_.data(), unknowns(), prior.data());
+  multiplyColumns(seenColumns_.data(), seenColumns_.data(), rank_, seen.data());
+  whiten(seenColumns_.data());
+  multiplyColumns(seenColumns_.data(), seenColumns_.data(), rank_, within.data());
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j < count; ++j) {
+      const auto at = static_cast<std::size_t>(kColumns * i + j);
+      covariance[count * i + j] = within[at] + square(scale_) * (prior[at] - seen[at]);
+    }
+  }
+}
+
+}  // namespace tractiond::solve

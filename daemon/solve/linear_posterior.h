@@ -1,0 +1,137 @@
+// The posterior of one candidate as a linear function of the picture, made from that of an earlier picture: the same
+// atoms and priors, the same patches as points of linearisation, other displacements.
+//
+//   d = B R theta + noise,  theta ~ N(0, s^2)     R: root of the prior; of an atom that of gamma Omega, elsewhere 1
+//   R B'B R / n^2 = Q Lambda Q' + little          what the picture sees of theta: xi = Q' theta
+//   y = (B R Q)' d / n^2                          all that it says of xi
+//   xi ~ N(y / (Lambda + 1 / s^2), 1 / (Lambda + 1 / s^2));  across Q the prior stays: N(0, s^2)
+//
+// The patches' loads are free about 0 here, their places about those of the earlier picture. s >= 1 lets the prior grow
+// with the load: it is the larger of its likeliest value and of the ratio of the forces now and then. Coordinates that
+// are missing now, but were not then, are taken out of Lambda.
+#pragma once
+
+#include "daemon/solve/candidate.h"
+#include "daemon/solve/posterior.h"
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace tractiond::solve {
+
+/// Thread-bound; make() and answer() may be called by different threads, one after the other.
+class LinearPosterior final : public Candidate {
+ public:
+  static constexpr int kMostRank = 320;  ///< the most elements of xi
+  /// Returns the most unknowns, for the most atoms and extra unknowns of a posterior.
+  static int mostUnknowns(int most, int mostExtra) { return 3 * most + mostExtra + kMotions; }
+
+  /// `factors` and `atoms` must outlive it. \param most atoms, \param mostExtra extra unknowns of a posterior
+  LinearPosterior(const Factors& factors, const Atoms& atoms, int most, int mostExtra);
+
+  /// Makes it from the last fit() of a posterior, which need not outlive the call. Returns false if it was not
+  /// possible. \param products of the posterior's picture \param force_N magnitude of the force that was found, in
+  /// proportion to which the prior may grow
+  bool make(const Posterior& posterior, AtomProducts& products, double force_N);
+
+  /// Computes the posterior of a picture. Returns false if the equations could not be solved; the results then have no
+  /// meaning. \param picture its displacements are 0 where any of the two pictures misses them \param added coordinates
+  /// that it misses and that of make() did not
+  bool answer(const Displacements& picture, std::span<const int> added);
+
+  // Results of the last answer().
+
+  double logEvidence() const { return logEvidence_; }  ///< as Posterior::logEvidence(), of the same picture
+  double misfit() const { return misfit_; }            ///< chi^2 of the picture, if the model holds
+  double scale() const { return scale_; }              ///< s
+  std::span<const double> xi() const { return {xi_.data(), static_cast<std::size_t>(rank_)}; }
+  /// Returns the values of the extra unknowns.
+  std::span<const double> extra() const {
+    return {theta_.data() + firstExtra(), static_cast<std::size_t>(extraCount_)};
+  }
+  /// Returns force and moment about the origin [N, N m].
+  std::array<double, 6> wrench() const;
+  /// Computes the forces of all atoms (3A [N]).
+  void allForces_N(std::span<double> forces) const;
+  /// Adds the forces of the points by the extra unknowns (3P [N]).
+  void addExtraForces_N(std::span<double> forces) const;
+  /// Computes the covariance of some extra unknowns, row after row. \param unknowns at most kColumns of them
+  void extraCovariance(std::span<const int> unknowns, std::span<double> covariance);
+  /// Returns the displacement of a coordinate by what was found [px].
+  double displacement_px(int coordinate) const;
+
+  // Implement Candidate.
+  const std::array<double, kMotions>& motion() const override { return motion_; }
+  double squaredResidual_px2() const override { return squaredResidual_; }
+  void wrenchCovariance(std::array<double, 36>& covariance) override;
+  void nodeDeviations_N(std::span<double> deviations) override;
+  void covariance(std::span<const double> weights, int count, std::span<const int> points,
+                  std::span<double> covariance) override;
+
+  // What it was made of.
+
+  int rank() const { return rank_; }  ///< number of elements of xi
+  double noise_px() const { return noise_px_; }
+  std::span<const int> atoms() const { return atoms_; }
+  /// Returns the root of the prior of the i-th of atoms().
+  const Block& root(int i) const { return roots_[static_cast<std::size_t>(i)]; }
+  int firstExtra() const { return 3 * static_cast<int>(atoms_.size()); }
+  int extraCount() const { return extraCount_; }
+  std::span<const double> lambda() const { return {lambda_.data(), static_cast<std::size_t>(rank_)}; }
+  /// Returns Q', a row for each element of xi; the unknowns are those of the atoms, the extra ones and the motion.
+  const RowMatrix& unknownsOfXi() const { return q_; }
+
+ private:
+  int firstMotion() const { return firstExtra() + extraCount_; }
+  int unknowns() const { return firstMotion() + kMotions; }
+  bool takePrior(const Posterior& posterior);
+  void assemble(const Posterior& posterior, const AtomProducts& products);
+  void layRows(const Posterior& posterior, const Eigen::MatrixXd& combine);
+  void layNodes();
+  void layWrench(const Posterior& posterior);
+  void takeOut(std::span<const int> added);
+  bool solve(double scale, double& logDeterminant);
+  double likeliestScale() const;
+  double forceOfXi_N() const;
+  double dot(const std::vector<double>& a, const std::vector<double>& b) const;
+  void whiten(double* columns) const;
+  void functionalCovariance(int count, double* covariance);
+  /// Returns the packed root of the precision.
+  std::span<double> factor() { return {root_.data(), static_cast<std::size_t>(rank_ * (rank_ + 1) / 2)}; }
+  std::span<const double> factor() const { return {root_.data(), static_cast<std::size_t>(rank_ * (rank_ + 1) / 2)}; }
+
+  const Factors& factors_;
+  const Atoms& model_;
+  // Of the picture that it was made from.
+  double noise_px_ = 0.0, force_N_ = 0.0;
+  int rank_ = 0, extraCount_ = 0;
+  std::vector<int> atoms_, indexOf_;  // indexOf_: A, of each atom in atoms_, or -1
+  std::vector<Block> roots_;
+  std::vector<double> extraForces_, extraNodeForces_;  // extra x 3P, x 3N
+  std::vector<double> lambda_;
+  Eigen::MatrixXd gram_, factor_;  // R B'B R / n^2, and its root; only make() uses them
+  std::vector<int> pivots_;
+  RowMatrix seen_;                   // columns of B R / n at the pivots, row after row
+  RowMatrix rows_;                   // (B R Q)' / n^2, rank x 2M
+  RowMatrix q_;                      // Q', rank x unknowns
+  RowMatrix nodes_;                  // 3N x rank: forces by xi
+  std::vector<double> nodesUnseen_;  // 3N: prior variance of what is across Q
+  Eigen::Matrix<double, 6, Eigen::Dynamic> wrenchOfUnknowns_, wrench_;
+  Eigen::Matrix<double, 6, 6> wrenchUnseen_ = Eigen::Matrix<double, 6, 6>::Zero();
+  // Of the last answer.
+  double ratio_ = 1.0;  // of the squared noise then and now
+  double logEvidence_ = 0.0, misfit_ = 0.0, scale_ = 1.0, squaredResidual_ = 0.0;
+  bool isDense_ = false;  // coordinates were added
+  std::vector<double> y_, xi_, theta_, precision_;
+  LineArray<double> added_, taken_;  // B R Q / n of the added coordinates; its product, what Lambda lacks
+  std::vector<const double*> addedRows_;
+  LineArray<double> root_;                   // packed root of the precision, if it is dense
+  LineArray<double> columns_, seenColumns_;  // unknowns x kColumns, rank x kColumns
+  LineArray<double> scratch_;
+  std::vector<int> everyRow_;
+  std::vector<float> coefficients_;
+  std::array<double, kMotions> motion_{};
+};
+
+}  // namespace tractiond::solve
