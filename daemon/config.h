@@ -4,6 +4,7 @@
 #include "base/service/config_table.h"
 #include "daemon/capture/camera_options.h"
 #include "daemon/previewer.h"
+#include "daemon/prompt_solver.h"
 #include "daemon/publish/publisher.h"
 #include "daemon/realtime.h"
 #include "daemon/recorder.h"
@@ -30,6 +31,7 @@ struct Config {
   capture::CameraOptions camera;
   track::TrackOptions track;
   solve::SolveOptions solve;
+  PromptOptions prompt;
   publish::PublishOptions publish;
   PreviewOptions preview;
   RecordOptions record;                       ///< from the command line

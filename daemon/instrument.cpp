@@ -118,6 +118,8 @@ tl::expected<void, Error> Instrument::build(std::optional<sensor::Sensor> gel) {
           .control = [this](auto timeout) { control(timeout); },
           .preview = previewer_ ? [this](auto timeout) { previewer_->turn(timeout); }
                                 : std::function<void(std::chrono::milliseconds)>(),
+          .model = processing_->makesModels() ? [this](auto timeout) { processing_->modelTurn(timeout); }
+                                              : std::function<void(std::chrono::milliseconds)>(),
           .record = processing_->isRecording() ? [this](auto timeout) { processing_->recordTurn(timeout); }
                                                : std::function<void(std::chrono::milliseconds)>(),
           .enter = [this] { realtime_->enter(); },

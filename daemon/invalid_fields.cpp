@@ -19,6 +19,7 @@ void InvalidFields::add(const TractionField& field) {
 std::string InvalidFields::take() {
   if (!std::exchange(isNew_, false)) return "";
   if ((flags_ & kGelMismatch) != 0) return "the gel file does not fit the picture (sensor.gel_file)";
+  if ((flags_ & kNotSolved) != 0) return "their frames were not solved in time (solve.patience_ms)";
   if ((flags_ & kFewMarkers) == 0) return "their numbers are not finite";
   const int forTracking = static_cast<int>(std::ceil(minValidFraction_ * markers_));
   const int forSolving = solve_.fewestMarkers(markers_, isolatedGaps_);

@@ -43,6 +43,7 @@ Measurement::Measurement(sensor::Sensor sensor, const Surroundings& around)
     , isFilm_(!around.config.camera.images.empty())
     , sensor_(std::move(sensor))
     , invalidFields_(around.config.track, around.config.solve) {
+  if (!isFilm_) promptSolver_.emplace(around.config.prompt, sensor_.markerCount(), sensor_.nodes.count());
   constexpr int kNice = 10;  // of this thread only: frames are more urgent
   compute_.run([] { setpriority(PRIO_PROCESS, 0, kNice); });
 }
@@ -177,7 +178,11 @@ void Measurement::awaitFirstZero() {
 
 void Measurement::solve(const MarkerField& markers, TractionField& field) {
   if (restSolver_) restSolver_->take(solver_, markers.places);
-  solver_.solver->solve(markers, field);
+  if (promptSolver_) {
+    promptSolver_->solve(solver_.solver, markers, field);
+  } else {
+    solver_.solver->solve(markers, field);
+  }
 }
 
 void Measurement::takeField(const TractionField& field) {

@@ -6,6 +6,7 @@
 #include "daemon/invalid_fields.h"
 #include "daemon/procedures.h"
 #include "daemon/processing.h"
+#include "daemon/prompt_solver.h"
 #include "daemon/recorder.h"
 #include "daemon/rest_solver.h"
 #include "daemon/solve/field_solver.h"
@@ -46,7 +47,7 @@ class Measurement : public Processing {
   /// pose, or the first one has not been compared with the gel file. Pictures from a file wait for that comparison, and
   /// for the solver for the zero's places, unless the pipeline is stopping.
   bool track(const Frame& frame, MarkerField& markers) override;
-  /// Computes the forces, with the newest solver that is ready.
+  /// Computes the forces, with the newest solver that is ready: of pictures from a file by a model of each, else in time.
   void solve(const MarkerField& markers, TractionField& field) override;
   /// Counts a field that is not valid (Ledger::invalid) and notes the reason for measure(); passes every field to the
   /// recorder, if there is one.
@@ -62,6 +63,8 @@ class Measurement : public Processing {
   /// Does what is due in the procedures, in the checks of the gel file, and for the solver of a new zero.
   void turn() override;
   bool hurried() const override { return procedures_->hurried() || gelWatch_->hurried(); }
+  bool makesModels() const override { return promptSolver_.has_value(); }
+  void modelTurn(std::chrono::milliseconds timeout) override { promptSolver_->turn(timeout); }
   bool isRecording() const override { return recorder_ != nullptr; }
   void recordTurn(std::chrono::milliseconds timeout) override { recorder_->turn(timeout); }
   /// Explains missing markers a last time, and closes the recording, if there is one. Logs its summary, or returns its
@@ -84,6 +87,7 @@ class Measurement : public Processing {
   bool isRestoredWritten_ = true;               // false: a loss of power may undo restored_; accessed as restored_
   std::unique_ptr<track::Tracker> tracker_;
   PlacedSolver solver_;  // used by the solving thread alone once it runs
+  std::optional<PromptSolver> promptSolver_;  // none: the pictures come from a file
   Id places_{};          // the zero of the solver for the next frame; used by the tracking thread alone
   // Threads for slow work. They are separate, as a disk may hang, and a computation may take a minute.
   BackgroundThread disk_{"tr-disk"}, compute_{"tr-compute"};

@@ -103,8 +103,15 @@ tl::expected<void, Error> Pipeline::start() try {
   };
   // Starts the consumers first, so that all threads run when the first frame arrives.
   if (stages_.control) run(controlThread_, "tr-control", false, [this] { loop(Stage::kControl); });
-  if (stages_.preview) run(previewThread_, "tr-preview", false, [this] { preview(); });
-  if (stages_.record) run(recordThread_, "tr-record", false, [this] { record(); });
+  if (stages_.preview) run(previewThread_, "tr-preview", false, [this] { repeat(stages_.preview); });
+  if (stages_.model) run(modelThread_, "tr-model", false, [this] { repeat(stages_.model); });
+  if (stages_.record) {
+    run(recordThread_, "tr-record", false, [this] {
+      constexpr int kNice = 10;  // of this thread only: its work is less urgent than frames
+      setpriority(PRIO_PROCESS, 0, kNice);
+      repeat(stages_.record);
+    });
+  }
   run(publishThread_, "tr-publish", true, [this] { loop(Stage::kPublish); });
   run(solveThread_, "tr-solve", true, [this] { loop(Stage::kSolve); });
   run(trackThread_, "tr-track", true, [this] { loop(Stage::kTrack); });
@@ -142,7 +149,7 @@ void Pipeline::join() {
       loop(stage);
   }
   stopping_.store(true, std::memory_order_relaxed);
-  for (std::thread* thread : {&controlThread_, &previewThread_, &recordThread_}) {
+  for (std::thread* thread : {&controlThread_, &previewThread_, &modelThread_, &recordThread_}) {
     if (thread->joinable()) thread->join();
   }
   countDiscarded();
@@ -254,14 +261,9 @@ bool Pipeline::publishTurn(std::chrono::milliseconds timeout) {
       });
 }
 
-void Pipeline::preview() {
-  while (!stopping_.load(std::memory_order_relaxed)) stages_.preview(options_.turn);
-}
-
-void Pipeline::record() {
-  constexpr int kNice = 10;  // of this thread only: its work is less urgent than frames
-  setpriority(PRIO_PROCESS, 0, kNice);
-  while (!stopping_.load(std::memory_order_relaxed)) stages_.record(options_.turn);
+/// Takes turns until the end.
+void Pipeline::repeat(const std::function<void(std::chrono::milliseconds)>& turn) const {
+  while (!stopping_.load(std::memory_order_relaxed)) turn(options_.turn);
 }
 
 void runInline(const Stages& stages, const PipelineOptions& options, Ledger& ledger) {

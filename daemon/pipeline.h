@@ -37,6 +37,8 @@ struct Stages {
   std::function<void(std::chrono::milliseconds)> control;
   /// Takes one turn of making previews, in the same way. Empty: no such thread.
   std::function<void(std::chrono::milliseconds)> preview = {};
+  /// Takes one turn of making models for the solver, in the same way. Empty: no such thread.
+  std::function<void(std::chrono::milliseconds)> model = {};
   /// Takes one turn of recording, in the same way; its last turn is over when finish() returns. Empty: no such thread.
   std::function<void(std::chrono::milliseconds)> record = {};
   /// Called by each thread that a frame passes before its first turn; all have when start() returns. May be empty.
@@ -79,7 +81,7 @@ class Pipeline {
   /// threads, nor for Stage::kControl if Stages::control is empty; when all stages have ended, countDiscarded() must be
   /// called.
   bool turn(Stage stage, std::chrono::milliseconds timeout);
-  /// Makes capture and control end with their next turns, and previews and the recording; the other stages follow. Does
+  /// Makes capture and control end with their next turns, and previews, models and the recording; the other stages follow. Does
   /// not wait. Thread-safe.
   void requestStop() { stopping_.store(true, std::memory_order_relaxed); }
   /// Counts what is still in a link as Ledger::discardedAtStop, and gives the memory of such frames back to the source.
@@ -103,8 +105,7 @@ class Pipeline {
   bool trackTurn(std::chrono::milliseconds timeout);
   bool solveTurn(std::chrono::milliseconds timeout);
   bool publishTurn(std::chrono::milliseconds timeout);
-  void preview();
-  void record();
+  void repeat(const std::function<void(std::chrono::milliseconds)>& turn) const;
 
   Stages stages_;
   PipelineOptions options_;
@@ -123,7 +124,8 @@ class Pipeline {
   Frame* frame_ = nullptr;  // the capture stage's own: to be filled
   std::atomic<bool> stopping_{false};
   std::atomic<bool> ended_{false};
-  std::thread captureThread_, trackThread_, solveThread_, publishThread_, controlThread_, previewThread_, recordThread_;
+  std::thread captureThread_, trackThread_, solveThread_, publishThread_, controlThread_, previewThread_, modelThread_,
+      recordThread_;
 };
 
 /// Runs the stages in the calling thread, one frame after the other, until the source ends, and gives each frame back.

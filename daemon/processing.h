@@ -76,6 +76,14 @@ class Processing {
   /// a calibration step.
   virtual bool hurried() const = 0;
 
+  // tr-model
+
+  /// Returns whether modelTurn() is to be called. Called before the pipeline is made.
+  virtual bool makesModels() const = 0;
+  /// Implements Stages::model: waits at most `timeout` for a frame, and makes the next model for solve() of it. Must not
+  /// be called unless makesModels().
+  virtual void modelTurn(std::chrono::milliseconds timeout) = 0;
+
   // tr-record
 
   /// Returns whether recordTurn() is to be called. Called before the pipeline is made.

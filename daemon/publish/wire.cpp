@@ -28,6 +28,7 @@ static_assert(static_cast<int>(pb::FLAG_UNEXPLAINED) == kUnexplained);
 static_assert(static_cast<int>(pb::FLAG_OUT_OF_RANGE) == kOutOfRange);
 static_assert(static_cast<int>(pb::FLAG_GEL_MISMATCH) == kGelMismatch);
 static_assert(static_cast<int>(pb::FLAG_DOUBTED_ORIGIN) == kDoubtedOrigin);
+static_assert(static_cast<int>(pb::FLAG_NOT_SOLVED) == kNotSolved);
 
 double seconds(std::int64_t ns) {
   return static_cast<double>(ns) * 1e-9;
@@ -130,6 +131,18 @@ pb::Method methodOf(Method method) {
     return pb::METHOD_CONTACT;
   }
   return pb::METHOD_NONE;
+}
+
+pb::Solution solutionOf(Solution solution) {
+  switch (solution) {
+  case Solution::kNone:
+    return pb::SOLUTION_NONE;
+  case Solution::kFull:
+    return pb::SOLUTION_FULL;
+  case Solution::kLinear:
+    return pb::SOLUTION_LINEAR;
+  }
+  return pb::SOLUTION_NONE;
 }
 
 /// ByteSizeLong has just been called.
@@ -326,6 +339,8 @@ std::size_t Wire::fill(const TractionField& field, const Heading& heading) {
   messages_->resizeContacts(field.contactCount);
   for (int i = 0; i < field.contactCount; ++i) set(field.contacts[i], *message.mutable_contacts(i));
   message.set_method(methodOf(field.method));
+  message.set_solution(solutionOf(field.solution));
+  message.set_model_frame(field.modelFrame);
   pb::PictureMotion& motion = *message.mutable_picture_motion();
   motion.mutable_shift_px()->set_x(field.pictureMotion[0]);
   motion.mutable_shift_px()->set_y(field.pictureMotion[1]);

@@ -24,6 +24,8 @@ enum Flags : std::uint32_t {
   kGelMismatch = 1U << 7,     ///< the rest picture contradicts the gel file: the field is not valid
   /// Packets arrived twice, early, or in addition to the camera's own: the picture may come from another sender.
   kDoubtedOrigin = 1U << 8,
+  /// No model of an earlier frame holds, and this frame's own was not solved in time: the field is not valid.
+  kNotSolved = 1U << 9,
 };
 
 /// The rest pose: the place and the appearance of each marker of the unloaded gel in the picture. M is the number of

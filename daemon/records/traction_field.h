@@ -26,6 +26,13 @@ enum class Method : std::uint8_t {
   kContact,    ///< something touches
 };
 
+/// Whose model the forces were solved with.
+enum class Solution : std::uint8_t {
+  kNone,    ///< not valid
+  kFull,    ///< of this frame
+  kLinear,  ///< of an earlier frame, which this one does not contradict (docs/mathematics.md, 4.8)
+};
+
 /// What the solver did for a field (docs/mathematics.md, section 4).
 struct SolverWork {
   int rounds = 0;           ///< rounds in which the prior of the atoms was fitted
@@ -42,6 +49,8 @@ struct TractionField {
   std::vector<float> deviation_N;  ///< 3 N, standard deviation of each that noise causes; 0: nothing touches
   bool valid = false;              ///< false: too few markers, a wrong gel file or a numeric failure; all are 0
   Method method = Method::kNone;
+  Solution solution = Solution::kNone;
+  std::uint64_t modelFrame = 0;  ///< number of that earlier frame; 0: none
   std::array<double, 3> resultant_N{};         ///< sum of the node forces
   std::array<double, 3> moment_Nm{};           ///< about the origin
   WrenchCovariance noise{};                    ///< of the two above: the part that differs from frame to frame

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace tractiond::solve {
 namespace {
@@ -60,53 +61,69 @@ Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOption
     : factors_(factors)
     , atoms_(atoms)
     , visible_(options.visible)
-    , detection_(options.detection)
-    , unexplained_(factors.rank(), kRatios)
-    , logarithms_(factors.rank(), kRatios)
-    , known_(atoms.count(), kRatios)
-    , matched_(3 * static_cast<std::size_t>(atoms.count()))
-    , everyPoint_(static_cast<std::size_t>(factors.right.rows()))
-    , power_(static_cast<std::size_t>(factors.rank()))
-    , filtered_(static_cast<std::size_t>(factors.right.stride()))
-    , pointMean_(everyPoint_.size())
-    , coefficients_(everyPoint_.size()) {
-  std::iota(everyPoint_.begin(), everyPoint_.end(), 0);
+    , detection_(options.detection) {
+  Tables tables;
   const int rank = factors.rank();
   for (const double least : options.groups) {
     const int count = modesAbove(least, factors, options);
-    if (count > (ends_.empty() ? 0 : ends_.back()) && count < rank) ends_.push_back(count);
+    if (count > (tables.ends.empty() ? 0 : tables.ends.back()) && count < rank) tables.ends.push_back(count);
   }
-  ends_.push_back(rank);
+  tables.ends.push_back(rank);
+  tables.unexplained.resize(rank, kRatios);
+  tables.logarithms.resize(rank, kRatios);
   const Eigen::ArrayXd s2 = Eigen::ArrayXd::Map(factors.singularValues.data(), rank).square();
   for (int i = 0; i < kRatios; ++i) {
     const double ratio = factors.force_N * std::exp(kFirst + kStep * i) / options.noise_px;
     const Eigen::ArrayXd total = s2 * ratio * ratio + 1.0;
-    ratios_.push_back(ratio);
+    tables.ratios.push_back(ratio);
     const Eigen::ArrayXd logarithms = total.log();
-    std::partial_sum(logarithms.begin(), logarithms.end(), logarithms_.col(i).data());
-    unexplained_.col(i) = total.inverse();
-    used_.push_back(ends_[static_cast<std::size_t>(lastVisible(i))]);
+    std::partial_sum(logarithms.begin(), logarithms.end(), tables.logarithms.col(i).data());
+    tables.unexplained.col(i) = total.inverse();
+    tables.used.push_back(tables.ends[static_cast<std::size_t>(lastVisible(factors, tables, ratio, visible_))]);
   }
-  tabulate();
+  tabulate(factors, atoms, tables);
+  tables_ = std::make_shared<const Tables>(std::move(tables));
+  makeRoom();
+}
+
+Evidence::Evidence(const Evidence& other)
+    : factors_(other.factors_)
+    , atoms_(other.atoms_)
+    , visible_(other.visible_)
+    , detection_(other.detection_)
+    , tables_(other.tables_) {
+  makeRoom();
+}
+
+/// Sizes what one picture needs.
+void Evidence::makeRoom() {
+  matched_.resize(3 * static_cast<std::size_t>(atoms_.count()));
+  everyPoint_.resize(static_cast<std::size_t>(factors_.right.rows()));
+  std::iota(everyPoint_.begin(), everyPoint_.end(), 0);
+  power_.resize(static_cast<std::size_t>(factors_.rank()));
+  filtered_ = LineArray<double>(static_cast<std::size_t>(factors_.right.stride()));
+  pointMean_.resize(everyPoint_.size());
+  coefficients_.resize(everyPoint_.size());
 }
 
 /// Computes what depends on the ratio and the atom.
-void Evidence::tabulate() {
-  const int rank = factors_.rank(), strong = ends_.front();
-  const Eigen::ArrayXd s2 = Eigen::ArrayXd::Map(factors_.singularValues.data(), rank).square();
-  // Weights of the modes: of known, of the noise of each ratio, and of alone_.
+void Evidence::tabulate(const Factors& factors, const Atoms& atoms, Tables& tables) {
+  const int rank = factors.rank(), strong = tables.ends.front();
+  const Eigen::ArrayXd s2 = Eigen::ArrayXd::Map(factors.singularValues.data(), rank).square();
+  // Weights of the modes: of known, of the noise of each ratio, and of tables.alone.
   Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(rank, 2 * kRatios + 1);
   for (int i = 0; i < kRatios; ++i) {
-    const int used = used_[static_cast<std::size_t>(i)];
-    const Eigen::ArrayXd gain = 1.0 - unexplained_.col(i).head(used).array();
+    const int used = tables.used[static_cast<std::size_t>(i)];
+    const Eigen::ArrayXd gain = 1.0 - tables.unexplained.col(i).head(used).array();
     weights.col(i).head(used) = gain;
     weights.col(kRatios + i).head(used) = gain.square() / s2.head(used);
   }
   weights.col(2 * kRatios).head(strong) = s2.head(strong);
-  precision_.assign(kRatios, std::vector<Block>(static_cast<std::size_t>(atoms_.count())));
+  tables.known.resize(atoms.count(), kRatios);
+  tables.precision.assign(kRatios, std::vector<Block>(static_cast<std::size_t>(atoms.count())));
   Eigen::MatrixXd row(3, rank), products(6, rank);  // of the components of an atom's row of V
-  for (int a = 0; a < atoms_.count(); ++a) {
-    modesOfAtom(factors_, atoms_, a, row);
+  for (int a = 0; a < atoms.count(); ++a) {
+    modesOfAtom(factors, atoms, a, row);
     for (int r = 0, at = 0; r < 3; ++r) {
       for (int c = 0; c <= r; ++c) products.row(at++) = row.row(r).cwiseProduct(row.row(c));
     }
@@ -119,25 +136,28 @@ void Evidence::tabulate() {
       return sum;
     };
     for (int i = 0; i < kRatios; ++i) {
-      known_(a, i) = block(i).trace();
-      precision_[static_cast<std::size_t>(i)][static_cast<std::size_t>(a)] = inverseOf(block(kRatios + i));
+      tables.known(a, i) = block(i).trace();
+      tables.precision[static_cast<std::size_t>(i)][static_cast<std::size_t>(a)] = inverseOf(block(kRatios + i));
     }
-    alone_.push_back(inverseOf(block(2 * kRatios)));
+    tables.alone.push_back(inverseOf(block(2 * kRatios)));
   }
 }
 
 /// Returns the last group of modes in which forces of that size are visible.
-int Evidence::lastVisible(int ratio) const {
+int Evidence::lastVisible(const Factors& factors, const Tables& tables, double ratio, double visible) {
   std::size_t group = 0;
-  while (group + 1 < ends_.size() && factors_.singularValues[ends_[group]] * ratios_[ratio] >= visible_) ++group;
+  const auto isVisible = [&](int mode) {
+    return factors.singularValues[static_cast<std::size_t>(mode)] * ratio >= visible;
+  };
+  while (group + 1 < tables.ends.size() && isVisible(tables.ends[group])) ++group;
   return static_cast<int>(group);
 }
 
 int Evidence::modesToRead(std::span<const double> amplitudes, double noise_px, double least_N) {
   const auto count = static_cast<int>(amplitudes.size());
-  if (count == 0) return ends_.front();
-  if (used_[likeliest(amplitudes, noise_px, least_N)] <= count) return count;
-  return *std::upper_bound(ends_.begin(), ends_.end(), count);
+  if (count == 0) return tables_->ends.front();
+  if (tables_->used[likeliest(amplitudes, noise_px, least_N)] <= count) return count;
+  return *std::upper_bound(tables_->ends.begin(), tables_->ends.end(), count);
 }
 
 int Evidence::likeliest(std::span<const double> amplitudes, double noise_px, double least_N) {
@@ -147,30 +167,31 @@ int Evidence::likeliest(std::span<const double> amplitudes, double noise_px, dou
   int best = 0;
   double least = 0.0;  // -2 times the evidence, but for the modes' ln n^2
   for (int i = 0; i < kRatios; ++i) {
-    const double* const share = unexplained_.data() + static_cast<std::ptrdiff_t>(i) * rank;
-    const double unlikely = logarithms_(count - 1, i) + dotProduct(power_.data(), share, count) / square(noise_px);
+    const double* const share = tables_->unexplained.data() + static_cast<std::ptrdiff_t>(i) * rank;
+    const double unlikely =
+        tables_->logarithms(count - 1, i) + dotProduct(power_.data(), share, count) / square(noise_px);
     if (i == 0 || unlikely < least) {
       best = i;
       least = unlikely;
     }
   }
-  while (best + 1 < kRatios && ratios_[best] * noise_px < least_N) ++best;
+  while (best + 1 < kRatios && tables_->ratios[best] * noise_px < least_N) ++best;
   return best;
 }
 
 double Evidence::typicalForce_N(std::span<const double> amplitudes, double noise_px) {
-  return ratios_[likeliest(amplitudes, noise_px, 0.0)] * noise_px;
+  return tables_->ratios[likeliest(amplitudes, noise_px, 0.0)] * noise_px;
 }
 
 SurestForce Evidence::surest(std::span<const double> amplitudes, double noise_px) {
-  const int used = ends_.front();
+  const int used = tables_->ends.front();
   assert(std::ssize(amplitudes) >= used);
   for (int k = 0; k < used; ++k) filtered_.data()[k] = factors_.singularValues[k] * amplitudes[k];
   addUpModes(used, matched_);
   SurestForce surest;
   for (int a = 0; a < atoms_.count(); ++a) {
     const auto matched = Eigen::Vector3d::Map(matched_.data() + 3 * static_cast<Index>(a));
-    const Eigen::Vector3d force = alone_[static_cast<std::size_t>(a)] * matched;
+    const Eigen::Vector3d force = tables_->alone[static_cast<std::size_t>(a)] * matched;
     const double reduction = matched.dot(force) / square(noise_px);
     if (reduction > surest.squaredDeviations) surest = {reduction, a, force};
   }
@@ -197,15 +218,15 @@ void Evidence::addUpModes(int used, std::vector<double>& sums) {
 void Evidence::start(std::span<const double> amplitudes, double noise_px, const SurestForce& surest,
                      AtomMoments& moments) {
   const int best = likeliest(amplitudes, noise_px, leastTypical_N(surest)),
-            used = std::min(used_[best], static_cast<int>(amplitudes.size()));
+            used = std::min(tables_->used[best], static_cast<int>(amplitudes.size()));
   for (int k = 0; k < used; ++k) {
-    filtered_.data()[k] = (1.0 - unexplained_(k, best)) / factors_.singularValues[k] * amplitudes[k];
+    filtered_.data()[k] = (1.0 - tables_->unexplained(k, best)) / factors_.singularValues[k] * amplitudes[k];
   }
   addUpModes(used, moments.mean_N);
   for (int a = 0; a < atoms_.count(); ++a) {
-    moments.known[a] = known_(a, best);
+    moments.known[a] = tables_->known(a, best);
     const auto mean = Eigen::Vector3d::Map(moments.mean_N.data() + 3 * static_cast<Index>(a));
-    const double precision = mean.dot(precision_[best][a] * mean);
+    const double precision = mean.dot(tables_->precision[best][a] * mean);
     moments.noise_N2[a] = precision > 0.0 ? 3.0 * square(noise_px) * mean.squaredNorm() / precision : 0.0;
   }
   const bool isDetected = surest.squaredDeviations >= square(detection_);

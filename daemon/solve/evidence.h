@@ -8,6 +8,7 @@
 
 #include "daemon/solve/factors.h"
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -52,6 +53,8 @@ class Evidence {
  public:
   /// `factors` and `atoms` must outlive it.
   Evidence(const Factors& factors, const Atoms& atoms, const ModelOptions& options);
+  /// Makes another one, for another thread, of the same factors, atoms and options.
+  Evidence(const Evidence& other);
 
   /// Returns how many modes a frame needs: as many as `amplitudes` has, or those of one more group; without amplitudes,
   /// those of the first group. \param amplitudes c of the modes that were read [px] \param least_N as in start()
@@ -78,23 +81,29 @@ class Evidence {
   void subtract(std::span<const double> forces_N, std::span<double> amplitudes);
 
  private:
+  /// What depends on factors, atoms and options alone. For each tau / n: 1 / (s^2 tau^2 / n^2 + 1) of every mode, and
+  /// the sum of the logarithms up to it; of every atom AtomMoments::known, and the inverse covariance of the mean at
+  /// 1 px of noise, by the visible groups.
+  struct Tables {
+    std::vector<int> ends;  // of the groups of modes
+    std::vector<double> ratios;
+    std::vector<int> used;                      // modes of the visible groups
+    Eigen::MatrixXd unexplained, logarithms;    // r x ratios
+    Eigen::MatrixXd known;                      // A x ratios
+    std::vector<std::vector<Block>> precision;  // ratios x A
+    std::vector<Block> alone;                   // A: (H_a' W H_a)^-1 of the modes of the first group
+  };
+
   int likeliest(std::span<const double> amplitudes, double noise_px, double least_N);
+  void makeRoom();
   void addUpModes(int used, std::vector<double>& sums);
-  int lastVisible(int ratio) const;
-  void tabulate();
+  static int lastVisible(const Factors& factors, const Tables& tables, double ratio, double visible);
+  static void tabulate(const Factors& factors, const Atoms& atoms, Tables& tables);
 
   const Factors& factors_;
   const Atoms& atoms_;
   const double visible_, detection_;
-  std::vector<int> ends_;  // of the groups of modes
-  // For each tau / n: 1 / (s^2 tau^2 / n^2 + 1) of every mode, and the sum of the logarithms up to it; of every atom
-  // AtomMoments::known, and the inverse covariance of the mean at 1 px of noise, by the visible groups.
-  std::vector<double> ratios_;
-  std::vector<int> used_;                      // modes of the visible groups
-  Eigen::MatrixXd unexplained_, logarithms_;   // r x ratios
-  Eigen::MatrixXd known_;                      // A x ratios
-  std::vector<std::vector<Block>> precision_;  // ratios x A
-  std::vector<Block> alone_;                   // A: (H_a' W H_a)^-1 of the modes of the first group
+  std::shared_ptr<const Tables> tables_;
   // Of one picture.
   std::vector<double> matched_;      // 3A: H_a' W d
   std::vector<int> everyPoint_;      // 0 .. 3P-1

@@ -35,6 +35,8 @@ void FieldRules::clear(TractionField& field) {
   std::fill(field.deviation_N.begin(), field.deviation_N.end(), 0.0F);
   field.valid = false;
   field.method = Method::kNone;
+  field.solution = Solution::kNone;
+  field.modelFrame = 0;
   field.resultant_N = {};
   field.moment_Nm = {};
   field.noise = {};

@@ -7,7 +7,7 @@
 
 namespace tractiond::solve {
 
-/// Thread-bound.
+/// Thread-bound, but for answer().
 class FieldSolver {
  public:
   FieldSolver() = default;
@@ -20,6 +20,20 @@ class FieldSolver {
   /// the markers have the flag kFewMarkers or kGelMismatch, or a number is not finite (sets SolverWork::failed, and no
   /// flag), the field is not valid and all its numbers but TractionField::work are 0. Allocates nothing.
   virtual void solve(const MarkerField& markers, TractionField& field) noexcept = 0;
+
+  // A solver may be used by two threads: the one solves and learns, the other answers. An answer takes a small part of
+  // the time of solve().
+
+  /// Makes what answer() goes by, from the last solve(). Returns false if there was nothing to learn. For the thread
+  /// that solves; may allocate.
+  virtual bool learn() { return false; }
+
+  /// Does what solve() does, by the newest model that was learnt, if it is young enough and this frame does not
+  /// contradict it, or if nothing touches. Returns false if the field is still to be solved. For the other thread.
+  virtual bool answer(const MarkerField& markers, TractionField& field) noexcept {
+    solve(markers, field);
+    return true;
+  }
 
   /// Returns the force on a single node that is found in half of the frames: along the surface, and into it [N].
   virtual std::array<double, 2> detectionLimit_N() const = 0;

@@ -17,6 +17,11 @@ constexpr double kLittle = 1e-3;
 constexpr double kSurest = 5.0, kOwnSurest = 1.25;
 constexpr double kMisfit = 4.0, kOwnMisfit = 4.0;
 constexpr double kMostScale = 2.0;
+/// Farthest shift of a patch for which its curves hold [pitches].
+constexpr double kMostShift = 1.2;
+/// What patches do is made straight again until their shifts change by less than this [pitches], or so many times.
+constexpr double kStraight = 0.01;
+constexpr int kMostTimes = 4;
 
 /// The least share of a patch's former load by which changes of its place are told.
 constexpr double kLeastLoad = 0.1;
@@ -29,14 +34,16 @@ int mostOf(const ModelOptions& options) {
 
 }  // namespace
 
-LinearModel::LinearModel(const Factors& factors, const Atoms& atoms, const ModelOptions& options)
+LinearModel::LinearModel(const Factors& factors, const Atoms& atoms, const ModelOptions& options,
+                         std::shared_ptr<const AtomModes> modes)
     : factors_(factors)
     , atoms_(atoms)
-    , test_(factors, atoms, strongestModes(factors, options),
-            LinearPosterior::mostUnknowns(mostOf(options), kMostFreed))
+    , test_(factors, std::move(modes), LinearPosterior::mostUnknowns(mostOf(options), kMostFreed))
     , mixture_(atoms, kMost)
     , spread_(atoms)
+    , curves_(static_cast<std::size_t>(RoundPatches::kMost * RoundPatches::kPowers * factors.influence.stride()))
     , displacement_(static_cast<std::size_t>(factors.influence.stride()))
+    , straight_(displacement_.size())
     , completed_(static_cast<std::size_t>(factors.coordinateCount()))
     , atomForces_(3 * static_cast<std::size_t>(atoms.count()))
     , share_(static_cast<std::size_t>(atoms.pointCount())) {
@@ -44,9 +51,10 @@ LinearModel::LinearModel(const Factors& factors, const Atoms& atoms, const Model
   for (auto* each : {&missingThen_, &missing_, &added_}) each->reserve(completed_.size());
 }
 
-bool LinearModel::make(Model& model, const Estimate& estimate) {
+bool LinearModel::make(Model& model, const Estimate& estimate, LinearScratch& scratch) {
   assert(estimate.outcome == Estimate::Outcome::kFound);
   std::array<int, 16> order{};
+  patches_ = {};
   count_ = model.mixture().count();
   assert(count_ <= std::ssize(order));
   for (int i = 0; i < count_; ++i) order[static_cast<std::size_t>(i)] = i;
@@ -63,8 +71,15 @@ bool LinearModel::make(Model& model, const Estimate& estimate) {
     part.penalty = solved.penalty;
     part.isPatched = solved.patches != nullptr;
     part.isEven = solved.posterior->extraUnknowns() != nullptr && !part.isPatched;
-    if (part.isPatched) patches_ = *solved.patches;
-    if (!part.posterior.make(*solved.posterior, model.products(), std::hypot(wrench[0], wrench[1], wrench[2])))
+    if (part.isPatched && patches_.count() == 0) {
+      patches_ = *solved.patches;
+      for (int k = 0; k < patches_.count(); ++k) {
+        model.patches().curves(k, curves_.data() +
+                                      std::ptrdiff_t{RoundPatches::kPowers} * k * factors_.influence.stride());
+      }
+    }
+    if (!part.posterior.make(*solved.posterior, model.products(), model.picture().missing,
+                             std::hypot(wrench[0], wrench[1], wrench[2]), scratch))
       return false;
     if (i == 0) test_.make(part.posterior, solved.posterior->extraUnknowns());
   }
@@ -92,7 +107,8 @@ bool LinearModel::answer(std::span<const float> displacement_px, std::span<const
   takePicture(missing);
   if (!solve(noise_px, estimate)) return false;
   return doubt_.surest < std::max(kSurest, kOwnSurest * own_.surest) &&
-         doubt_.misfit < std::max(kMisfit, own_.misfit + kOwnMisfit) && doubt_.scale <= kMostScale;
+         doubt_.misfit < std::max(kMisfit, own_.misfit + kOwnMisfit) && doubt_.scale <= kMostScale &&
+         doubt_.shift <= kMostShift;
 }
 
 /// Leaves out of displacement_ what one of the two pictures misses.
@@ -104,21 +120,18 @@ void LinearModel::takePicture(std::span<const int> missing) {
   std::set_difference(missing.begin(), missing.end(), missingThen_.begin(), missingThen_.end(),
                       std::back_inserter(added_));
   for (const int coordinate : missing_) displacement_.data()[coordinate] = 0.0;
-  squares_px2_ = dotProduct(displacement_.data(), displacement_.data(), factors_.coordinateCount());
 }
 
 /// Solves with all candidates, and weighs them.
 bool LinearModel::solve(double noise_px, Estimate& estimate) {
-  const Displacements picture{displacement_.data(), missing_, squares_px2_, noise_px};
   mixture_.clear();
-  if (!std::isfinite(squares_px2_)) return false;
   for (Part& part : std::span(parts_).first(static_cast<std::size_t>(count_))) {
     LinearPosterior& posterior = part.posterior;
-    if (!posterior.answer(picture, added_)) return false;
+    if (!solve(part, noise_px)) return false;
     addForces(part, mixture_.add(posterior, posterior.logEvidence() - part.penalty, posterior.wrench()));
+    if (&part == parts_.data()) test(noise_px);
   }
   mixture_.weigh();
-  test(noise_px);
   estimate.outcome = Estimate::Outcome::kFound;
   const auto forces = mixture_.pointForces_N();
   std::copy(forces.begin(), forces.end(), estimate.force_N.begin());
@@ -139,18 +152,51 @@ bool LinearModel::solve(double noise_px, Estimate& estimate) {
   return true;
 }
 
-/// Sets doubt_. The first candidate stands for all.
+/// Solves with one candidate. What its patches do is straightened for the shifts that it finds.
+bool LinearModel::solve(Part& part, double noise_px) {
+  shift_ = 0.0;
+  std::copy_n(displacement_.data(), completed_.size(), straight_.data());
+  for (int time = 0;; ++time) {
+    const double squares = dotProduct(straight_.data(), straight_.data(), factors_.coordinateCount());
+    if (!std::isfinite(squares)) return false;
+    if (!part.posterior.answer({straight_.data(), missing_, squares, noise_px}, added_)) return false;
+    if (!part.isPatched || time == kMostTimes || straighten(part) < kStraight || shift_ > kMostShift) return true;
+  }
+}
+
+/// Sets straight_ for the shifts of the last answer. Returns how much the farthest shift has changed [pitches].
+double LinearModel::straighten(const Part& part) {
+  double farthest = 0.0;
+  std::copy_n(displacement_.data(), completed_.size(), straight_.data());
+  const double* curve = curves_.data();
+  for (int k = 0; k < patches_.count(); ++k) {
+    double grown = 0.0;
+    const RoundPatch patch = patchNow(part, k, grown);
+    const PatchPlace& then = patches_.patch(k).place;
+    const double x = (patch.place.x_m - then.x_m) / atoms_.pitch_m, y = (patch.place.y_m - then.y_m) / atoms_.pitch_m;
+    farthest = std::max(farthest, std::hypot(x, y));
+    const std::array<double, RoundPatches::kPowers> powers = {x * x,     x * y,     y * y,    x * x * x,
+                                                              x * x * y, x * y * y, y * y * y};
+    for (const double power : powers) {
+      for (std::size_t j = 0; j < completed_.size(); ++j) straight_.data()[j] -= grown * power * curve[j];
+      curve += factors_.influence.stride();
+    }
+  }
+  for (const int coordinate : missing_) straight_.data()[coordinate] = 0.0;
+  return std::abs(farthest - std::exchange(shift_, farthest));
+}
+
+/// Sets doubt_ after solve() of the first candidate, which stands for all.
 void LinearModel::test(double noise_px) {
   const LinearPosterior& posterior = parts_.front().posterior;
-  std::transform(displacement_.data(), displacement_.data() + completed_.size(), completed_.begin(),
+  std::transform(straight_.data(), straight_.data() + completed_.size(), completed_.begin(),
                  [](double each) { return static_cast<float>(each); });
-  for (const int coordinate : missing_) {
-    completed_[static_cast<std::size_t>(coordinate)] = static_cast<float>(posterior.displacement_px(coordinate));
-  }
+  posterior.complete(missingThen_, added_, completed_);
   const auto degrees = static_cast<double>(std::ssize(completed_) - std::ssize(missing_));
   doubt_.surest = test_.surest(posterior, completed_, noise_px);
   doubt_.misfit = (posterior.misfit() - degrees) / std::sqrt(2.0 * degrees);
   doubt_.scale = posterior.scale();
+  doubt_.shift = shift_;
 }
 
 /// Computes the forces of the points.

@@ -8,6 +8,7 @@
 #include "daemon/solve/residual_test.h"
 
 #include <array>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -21,15 +22,17 @@ class LinearModel {
     double surest = 0.0;  ///< deviations of the surest force that it leaves in the picture
     double misfit = 0.0;  ///< deviations of chi^2 of the picture from its expectation
     double scale = 1.0;   ///< by which its prior had to grow
+    double shift = 0.0;   ///< of the patch that has moved farthest [pitches]
   };
 
   /// `factors` and `atoms` must outlive it. \param options those of the models that it is made from
-  LinearModel(const Factors& factors, const Atoms& atoms, const ModelOptions& options);
-  LinearModel(const LinearModel&) = delete;  // its mixture refers to its candidates
+  /// \param modes of the same factors and atoms
+  LinearModel(const Factors& factors, const Atoms& atoms, const ModelOptions& options,
+              std::shared_ptr<const AtomModes> modes);
 
   /// Makes it from the last solve() of a model, with the outcome kFound. Returns false if it was not possible. The
   /// arguments need not outlive the call.
-  bool make(Model& model, const Estimate& estimate);
+  bool make(Model& model, const Estimate& estimate, LinearScratch& scratch);
 
   /// Answers a picture. Returns whether the model holds for it; otherwise the results have no meaning. \param estimate
   /// and the other arguments as in Model::solve(); degrees, atoms and rounds are those of the model
@@ -54,6 +57,8 @@ class LinearModel {
   };
 
   bool solve(double noise_px, Estimate& estimate);
+  bool solve(Part& part, double noise_px);
+  double straighten(const Part& part);
   void takePicture(std::span<const int> missing);
   void addForces(const Part& part, std::span<double> forces);
   RoundPatch patchNow(const Part& part, int patch, double& grown) const;
@@ -69,6 +74,7 @@ class LinearModel {
   // Of the picture that it was made from.
   int count_ = 0;  // parts; the first one is the likeliest
   FreedPatches patches_;
+  LineArray<double> curves_;  // RoundPatches::curves() of each patch
   std::array<int, RoundPatches::kMost> contact_{};
   std::vector<int> missingThen_;
   double degrees_ = 0.0;
@@ -76,8 +82,8 @@ class LinearModel {
   Doubt own_;
   // Of the last answer.
   Doubt doubt_;
-  LineArray<double> displacement_;
-  double squares_px2_ = 0.0;
+  LineArray<double> displacement_, straight_;  // straight_: as if what the patches do were linear in their shifts
+  double shift_ = 0.0;                         // as Doubt::shift, of the candidate that was solved last
   std::vector<float> completed_;
   std::vector<int> missing_, added_;  // of both pictures; of this one alone
   std::vector<double> atomForces_, share_;

@@ -49,42 +49,37 @@ LinearPosterior::LinearPosterior(const Factors& factors, const Atoms& atoms, int
     : factors_(factors)
     , model_(atoms)
     , indexOf_(static_cast<std::size_t>(atoms.count()), -1)
-    , extraForces_(static_cast<std::size_t>(mostExtra) * 3 * static_cast<std::size_t>(atoms.pointCount()))
-    , extraNodeForces_(static_cast<std::size_t>(mostExtra) * 3 * static_cast<std::size_t>(atoms.nodeCount()))
     , lambda_(kMostRank)
-    , seen_(kMostRank, factors.coordinateCount())
     , rows_(kMostRank, factors.coordinateCount())
-    , q_(kMostRank, mostUnknowns(most, mostExtra))
-    , nodes_(3 * atoms.nodeCount(), kMostRank)
     , nodesUnseen_(3 * static_cast<std::size_t>(atoms.nodeCount()))
     , y_(kMostRank)
     , xi_(kMostRank)
-    , theta_(static_cast<std::size_t>(q_.stride()))
+    , theta_(static_cast<std::size_t>(mostUnknowns(most, mostExtra)))
     , precision_(kMostRank)
     , added_(static_cast<std::size_t>(kMostRank) * kMostAdded)
     , taken_(static_cast<std::size_t>(kMostRank) * kMostRank)
     , root_(kMostRank * (kMostRank + 1) / 2)
-    , columns_(static_cast<std::size_t>(kColumns) * static_cast<std::size_t>(q_.stride()))
+    , functionals_(mostUnknowns(most, mostExtra), kColumns)
     , seenColumns_(static_cast<std::size_t>(kColumns) * kMostRank)
     , scratch_(static_cast<std::size_t>(kColumns) * kMostRank)
     , everyRow_(kMostRank)
     , coefficients_(kMostRank) {
   atoms_.reserve(static_cast<std::size_t>(most));
   roots_.reserve(static_cast<std::size_t>(most));
-  pivots_.reserve(kMostRank);
   for (int k = 0; k < kMostRank; ++k) addedRows_.push_back(added_.data() + std::ptrdiff_t{kMostAdded} * k);
   std::iota(everyRow_.begin(), everyRow_.end(), 0);
 }
 
-bool LinearPosterior::make(const Posterior& posterior, AtomProducts& products, double force_N) {
+bool LinearPosterior::make(const Posterior& posterior, AtomProducts& products, std::span<const int> missing,
+                           double force_N, LinearScratch& scratch) {
   noise_px_ = posterior.noise_px();
   force_N_ = force_N;
   if (!takePrior(posterior)) return false;
   products.add(posterior.chosen().atoms);
-  assemble(posterior, products);
-  factor_.resize(unknowns(), kMostRank);
-  const int pivots = decompose(gram_, kFaintest, factor_, pivots_);
-  const auto root = factor_.leftCols(pivots);
+  assemble(posterior, products, scratch.gram);
+  scratch.root.resize(unknowns(), kMostRank);
+  const int pivots = decompose(scratch.gram, kFaintest, scratch.root, scratch.pivots);
+  const auto root = scratch.root.leftCols(pivots);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(root.transpose() * root);
   if (eigen.info() != Eigen::Success) return false;
   int first = 0;
@@ -93,17 +88,14 @@ bool LinearPosterior::make(const Posterior& posterior, AtomProducts& products, d
   const Eigen::VectorXd lambda = eigen.eigenvalues().tail(rank_);
   std::copy_n(lambda.data(), rank_, lambda_.begin());
   const auto vectors = eigen.eigenvectors().rightCols(rank_);
-  const MatrixXd q = root * (vectors * lambda.cwiseSqrt().cwiseInverse().asDiagonal());
-  for (int k = 0; k < rank_; ++k) {
-    for (int i = 0; i < unknowns(); ++i) q_.row(k)[i] = static_cast<float>(q(i, k));
-    std::fill(q_.row(k) + unknowns(), q_.row(k) + q_.stride(), 0.0F);
-  }
+  q_ = (root * (vectors * lambda.cwiseSqrt().cwiseInverse().asDiagonal())).transpose();
   // B R Q = (columns at the pivots) C, the rest being combinations of these.
   MatrixXd triangle(pivots, pivots);
-  for (int i = 0; i < pivots; ++i) triangle.row(i) = root.row(pivots_[static_cast<std::size_t>(i)]);
+  for (int i = 0; i < pivots; ++i) triangle.row(i) = root.row(scratch.pivots[static_cast<std::size_t>(i)]);
   const MatrixXd combine =
       triangle.triangularView<Eigen::Lower>().transpose().solve(vectors * lambda.cwiseSqrt().asDiagonal());
-  layRows(posterior, combine);
+  layRows(posterior, combine, scratch);
+  layMissing(missing);
   layNodes();
   layWrench(posterior);
   return true;
@@ -123,20 +115,22 @@ bool LinearPosterior::takePrior(const Posterior& posterior) {
   }
   const ExtraUnknowns* const extra = posterior.extraUnknowns();
   extraCount_ = extra == nullptr ? 0 : extra->count();
+  extraForces_.clear();
+  extraNodeForces_.clear();
   for (int e = 0; e < extraCount_; ++e) {
     const auto points = extra->pointForces_N(e), nodes = extra->nodeForces_N(e);
-    std::copy(points.begin(), points.end(), extraForces_.begin() + e * std::ssize(points));
-    std::copy(nodes.begin(), nodes.end(), extraNodeForces_.begin() + e * std::ssize(nodes));
+    extraForces_.insert(extraForces_.end(), points.begin(), points.end());
+    extraNodeForces_.insert(extraNodeForces_.end(), nodes.begin(), nodes.end());
   }
   return true;
 }
 
-/// Fills gram_ with R B'B R / n^2.
-void LinearPosterior::assemble(const Posterior& posterior, const AtomProducts& products) {
+/// Fills `gram` with R B'B R / n^2.
+void LinearPosterior::assemble(const Posterior& posterior, const AtomProducts& products, MatrixXd& gram) const {
   const auto count = static_cast<int>(atoms_.size());
   const int extraFirst = firstExtra(), motionFirst = firstMotion();
   ExtraUnknowns* const extra = posterior.extraUnknowns();
-  gram_.resize(unknowns(), unknowns());
+  gram.resize(unknowns(), unknowns());
   for (int i = 0; i < count; ++i) {
     const int index = products.indexOf(atoms_[static_cast<std::size_t>(i)]);
     for (int j = 0; j <= i; ++j) {
@@ -145,37 +139,38 @@ void LinearPosterior::assemble(const Posterior& posterior, const AtomProducts& p
       for (int r = 0; r < 3; ++r) {
         for (int c = 0; c < 3; ++c) block(r, c) = products.row(index + r)[other + c];
       }
-      gram_.block<3, 3>(3 * Index{i}, 3 * Index{j}) = root(i).transpose() * block * root(j);
+      gram.block<3, 3>(3 * Index{i}, 3 * Index{j}) = root(i).transpose() * block * root(j);
     }
     for (int m = 0; m < kMotions; ++m) {
-      gram_.block<1, 3>(motionFirst + m, 3 * Index{i}) = Eigen::RowVector3d::Map(products.row(m) + index) * root(i);
+      gram.block<1, 3>(motionFirst + m, 3 * Index{i}) = Eigen::RowVector3d::Map(products.row(m) + index) * root(i);
     }
     if (extra == nullptr) continue;
     const auto with =
         Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>, 0, Eigen::OuterStride<>>(
             extra->productsWith(atoms_[static_cast<std::size_t>(i)]), 3, extraCount_,
             Eigen::OuterStride<>(extra->stride()));
-    gram_.block(extraFirst, 3 * Index{i}, extraCount_, 3) = with.transpose() * root(i);
+    gram.block(extraFirst, 3 * Index{i}, extraCount_, 3) = with.transpose() * root(i);
   }
   for (int e = 0; e < extraCount_; ++e) {
-    for (int other = 0; other <= e; ++other) gram_(extraFirst + e, extraFirst + other) = extra->product(e, other);
-    for (int m = 0; m < kMotions; ++m) gram_(motionFirst + m, extraFirst + e) = extra->withMotion(e, m);
+    for (int other = 0; other <= e; ++other) gram(extraFirst + e, extraFirst + other) = extra->product(e, other);
+    for (int m = 0; m < kMotions; ++m) gram(motionFirst + m, extraFirst + e) = extra->withMotion(e, m);
   }
   for (int m = 0; m < kMotions; ++m) {
-    for (int other = 0; other <= m; ++other) gram_(motionFirst + m, motionFirst + other) = products.row(m)[other];
+    for (int other = 0; other <= m; ++other) gram(motionFirst + m, motionFirst + other) = products.row(m)[other];
   }
-  gram_ /= square(noise_px_);
-  gram_.triangularView<Eigen::StrictlyUpper>() = gram_.transpose();
+  gram /= square(noise_px_);
+  gram.triangularView<Eigen::StrictlyUpper>() = gram.transpose();
 }
 
 /// Computes rows_ from the columns of B R at the pivots.
-void LinearPosterior::layRows(const Posterior& posterior, const MatrixXd& combine) {
-  const auto pivots = static_cast<int>(pivots_.size());
+void LinearPosterior::layRows(const Posterior& posterior, const MatrixXd& combine, LinearScratch& scratch) {
+  const auto pivots = static_cast<int>(scratch.pivots.size());
   const int coordinates = factors_.coordinateCount();
+  if (scratch.seen.rows() == 0) scratch.seen = RowMatrix(kMostRank, coordinates);
   std::vector<double> sum(static_cast<std::size_t>(rows_.stride()));
   for (int p = 0; p < pivots; ++p) {
-    const int unknown = pivots_[static_cast<std::size_t>(p)];
-    float* const to = seen_.row(p);
+    const int unknown = scratch.pivots[static_cast<std::size_t>(p)];
+    float* const to = scratch.seen.row(p);
     if (unknown >= firstMotion()) {
       std::copy_n(factors_.motion.row(unknown - firstMotion()), coordinates, to);
     } else if (unknown >= firstExtra()) {
@@ -195,20 +190,36 @@ void LinearPosterior::layRows(const Posterior& posterior, const MatrixXd& combin
       coefficients_[static_cast<std::size_t>(p)] = static_cast<float>(combine(p, k) / square(noise_px_));
     }
     std::fill(sum.begin(), sum.end(), 0.0);
-    addRows(seen_, every, {coefficients_.data(), every.size()}, sum.data());
+    addRows(scratch.seen, every, {coefficients_.data(), every.size()}, sum.data());
     std::transform(sum.begin(), sum.begin() + coordinates, rows_.row(k),
                    [](double x) { return static_cast<float>(x); });
   }
 }
 
+/// Computes seenWhereMissing_. There the columns at the pivots do not stand for the others.
+void LinearPosterior::layMissing(std::span<const int> missing) {
+  MatrixXd columns = MatrixXd::Zero(std::ssize(missing), unknowns());
+  for (Index row = 0; row < columns.rows(); ++row) {
+    const int coordinate = missing[static_cast<std::size_t>(row)];
+    for (int i = 0; i < std::ssize(atoms_); ++i) {
+      const int component = 3 * atoms_[static_cast<std::size_t>(i)];
+      const Eigen::RowVector3d unit(factors_.influence.row(component)[coordinate],
+                                    factors_.influence.row(component + 1)[coordinate],
+                                    factors_.influence.row(component + 2)[coordinate]);
+      columns.block<1, 3>(row, 3 * Index{i}) = unit * root(i);
+    }
+    for (int m = 0; m < kMotions; ++m) columns(row, firstMotion() + m) = factors_.motion.row(m)[coordinate];
+  }
+  seenWhereMissing_ = columns * q_.transpose() / noise_px_;
+}
+
 /// Computes what xi does to the forces of the nodes, and the variance of what it does not hold.
 void LinearPosterior::layNodes() {
   const Index nodes = model_.ofNodes.rows();
-  Eigen::MatrixXf forces(3, rank_), all(rank_, 3 * std::ssize(atoms_));  // of the atoms, by xi
+  nodes_.resize(static_cast<std::size_t>(3 * nodes * rank_));
+  MatrixXd forces(rank_, 3), all(rank_, 3 * std::ssize(atoms_));  // of the atoms
   for (int i = 0; i < std::ssize(atoms_); ++i) {
-    for (int k = 0; k < rank_; ++k) {
-      all.block<1, 3>(k, 3 * Index{i}) = Eigen::RowVector3f::Map(q_.row(k) + 3 * i) * root(i).transpose().cast<float>();
-    }
+    all.middleCols<3>(3 * Index{i}) = q_.middleCols<3>(3 * Index{i}) * root(i).transpose();
   }
   for (Index node = 0; node < nodes; ++node) {
     Eigen::Vector3d prior = Eigen::Vector3d::Zero();
@@ -216,19 +227,19 @@ void LinearPosterior::layNodes() {
     for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(model_.ofNodes, node); it; ++it) {
       const int i = indexOf_[static_cast<std::size_t>(it.col())];
       if (i < 0) continue;
-      forces += static_cast<float>(it.value()) * all.middleCols<3>(3 * Index{i}).transpose();
+      forces += it.value() * all.middleCols<3>(3 * Index{i});
       prior += square(it.value()) * root(i).rowwise().squaredNorm();
     }
     for (int e = 0; e < extraCount_; ++e) {
       const Eigen::Vector3d unit = Eigen::Vector3d::Map(extraNodeForces_.data() + 3 * (e * nodes + node));
       if (unit.isZero(0.0)) continue;
       prior += unit.cwiseAbs2();
-      for (int k = 0; k < rank_; ++k) forces.col(k) += q_.row(k)[firstExtra() + e] * unit.cast<float>();
+      forces += q_.col(firstExtra() + e) * unit.transpose();
     }
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto row = static_cast<int>(3 * node) + axis;
-      Eigen::RowVectorXf::Map(nodes_.row(row), rank_) = forces.row(axis);
-      nodesUnseen_[static_cast<std::size_t>(row)] = std::max(0.0, prior[axis] - double{forces.row(axis).squaredNorm()});
+    for (Index axis = 0; axis < 3; ++axis) {
+      const Index row = 3 * node + axis;
+      Eigen::VectorXf::Map(nodes_.data() + rank_ * row, rank_) = forces.col(axis).cast<float>();
+      nodesUnseen_[static_cast<std::size_t>(row)] = std::max(0.0, prior[axis] - forces.col(axis).squaredNorm());
     }
   }
 }
@@ -242,10 +253,7 @@ void LinearPosterior::layWrench(const Posterior& posterior) {
   for (int e = 0; e < extraCount_; ++e) {
     wrenchOfUnknowns_.col(firstExtra() + e) = std::as_const(*posterior.extraUnknowns()).wrench(e);
   }
-  wrench_.resize(6, rank_);
-  for (int k = 0; k < rank_; ++k) {
-    wrench_.col(k) = wrenchOfUnknowns_ * Eigen::VectorXf::Map(q_.row(k), unknowns()).cast<double>();
-  }
+  wrench_ = wrenchOfUnknowns_ * q_.transpose();
   wrenchUnseen_ = wrenchOfUnknowns_ * wrenchOfUnknowns_.transpose() - wrench_ * wrench_.transpose();
 }
 
@@ -264,9 +272,7 @@ bool LinearPosterior::answer(const Displacements& picture, std::span<const int> 
   misfit_ = squares - explained;
   logEvidence_ = -0.5 * (misfit_ + logDeterminant + square(std::log2(scale_)));
   squaredResidual_ = square(picture.noise_px) * (misfit_ - dot(xi_, xi_) / square(scale_));
-  for (std::size_t k = 0; k < every.size(); ++k) coefficients_[k] = static_cast<float>(xi_[k]);
-  std::fill(theta_.begin(), theta_.end(), 0.0);
-  addRows(q_, every, {coefficients_.data(), every.size()}, theta_.data());
+  Eigen::VectorXd::Map(theta_.data(), unknowns()) = q_.transpose() * Eigen::VectorXd::Map(xi_.data(), rank_);
   std::copy_n(theta_.begin() + firstMotion(), kMotions, motion_.begin());
   return true;
 }
@@ -357,10 +363,18 @@ void LinearPosterior::addExtraForces_N(std::span<double> forces) const {
   }
 }
 
-double LinearPosterior::displacement_px(int coordinate) const {
-  double sum = 0.0;
-  for (int k = 0; k < rank_; ++k) sum += double{rows_.row(k)[coordinate]} * xi_[static_cast<std::size_t>(k)];
-  return square(noise_px_) * sum;
+void LinearPosterior::complete(std::span<const int> missing, std::span<const int> added,
+                               std::span<float> displacement_px) const {
+  const auto at = [&](int coordinate) -> float& { return displacement_px[static_cast<std::size_t>(coordinate)]; };
+  const auto xi = Eigen::VectorXd::Map(xi_.data(), rank_);
+  for (Index i = 0; i < std::ssize(missing); ++i) {
+    at(missing[static_cast<std::size_t>(i)]) = static_cast<float>(noise_px_ * seenWhereMissing_.row(i).dot(xi));
+  }
+  for (const int coordinate : added) {
+    double sum = 0.0;
+    for (int k = 0; k < rank_; ++k) sum += double{rows_.row(k)[coordinate]} * xi_[static_cast<std::size_t>(k)];
+    at(coordinate) = static_cast<float>(square(noise_px_) * sum);
+  }
 }
 
 /// Divides kColumns functionals of xi by the root of its precision.
@@ -393,13 +407,14 @@ void LinearPosterior::wrenchCovariance(std::array<double, 36>& covariance) {
 void LinearPosterior::nodeDeviations_N(std::span<double> deviations) {
   double* const columns = seenColumns_.data();
   const auto count = static_cast<int>(deviations.size());
+  const auto of = [this](int i) { return nodes_.data() + std::ptrdiff_t{rank_} * i; };
   const Eigen::ArrayXf variance = Eigen::ArrayXd::Map(precision_.data(), rank_).inverse().cast<float>();
   for (int first = 0; first < count; first += kColumns) {
     const int end = std::min(first + kColumns, count);
     if (isDense_) {
       std::fill_n(columns, kColumns * rank_, 0.0);
       for (int i = first; i < end; ++i) {
-        for (int k = 0; k < rank_; ++k) columns[std::ptrdiff_t{kColumns} * k + i - first] = double{nodes_.row(i)[k]};
+        for (int k = 0; k < rank_; ++k) columns[std::ptrdiff_t{kColumns} * k + i - first] = double{of(i)[k]};
       }
       whiten(columns);
     }
@@ -408,7 +423,7 @@ void LinearPosterior::nodeDeviations_N(std::span<double> deviations) {
       if (isDense_) {
         for (int k = 0; k < rank_; ++k) sum += square(columns[std::ptrdiff_t{kColumns} * k + i - first]);
       } else {
-        sum += double{(Eigen::ArrayXf::Map(nodes_.row(i), rank_).square() * variance).sum()};
+        sum += double{(Eigen::ArrayXf::Map(of(i), rank_).square() * variance).sum()};
       }
       deviations[static_cast<std::size_t>(i)] = std::sqrt(sum);
     }
@@ -418,28 +433,20 @@ void LinearPosterior::nodeDeviations_N(std::span<double> deviations) {
 void LinearPosterior::covariance(std::span<const double> weights, int count, std::span<const int> points,
                                  std::span<double> covariance) {
   assert(count <= kColumns);
-  double* const columns = columns_.data();
-  std::fill_n(columns, columns_.size(), 0.0);
-  const auto add = [&](double* to, double factor, const double* from) {
-    for (int c = 0; c < count; ++c) to[c] += factor * from[c];
-  };
+  functionals_.topRows(unknowns()).setZero();
+  using Functionals = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
   for (const int point : points) {
-    const double* const of = weights.data() + std::ptrdiff_t{3} * count * point;
+    const Eigen::Map<const Functionals> of(weights.data() + std::ptrdiff_t{3} * count * point, 3, count);
     for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(model_.ofPoints, point); it; ++it) {
       const int i = indexOf_[static_cast<std::size_t>(it.col())];
       if (i < 0) continue;
-      for (int axis = 0; axis < 3; ++axis) {
-        for (int k = 0; k <= axis; ++k) {  // of the root, a lower triangle
-          add(columns + std::ptrdiff_t{kColumns} * (3 * i + k), it.value() * root(i)(axis, k), of + axis * count);
-        }
-      }
+      functionals_.block(3 * Index{i}, 0, 3, count) += it.value() * root(i).transpose() * of;
     }
     for (int e = 0; e < extraCount_; ++e) {
-      const double* const unit = extraForces_.data() + 3 * (std::ptrdiff_t{e} * model_.pointCount() + point);
-      for (int axis = 0; axis < 3; ++axis) {
-        if (unit[axis] != 0.0)
-          add(columns + std::ptrdiff_t{kColumns} * (firstExtra() + e), unit[axis], of + axis * count);
-      }
+      const auto unit =
+          Eigen::Vector3d::Map(extraForces_.data() + 3 * (std::ptrdiff_t{e} * model_.pointCount() + point));
+      if (unit.isZero(0.0)) continue;
+      functionals_.block(firstExtra() + e, 0, 1, count) += unit.transpose() * of;
     }
   }
   functionalCovariance(count, covariance.data());
@@ -447,26 +454,26 @@ void LinearPosterior::covariance(std::span<const double> weights, int count, std
 
 void LinearPosterior::extraCovariance(std::span<const int> unknowns, std::span<double> covariance) {
   assert(unknowns.size() <= kColumns);
-  std::fill_n(columns_.data(), columns_.size(), 0.0);
+  functionals_.topRows(this->unknowns()).setZero();
   for (std::size_t i = 0; i < unknowns.size(); ++i) {
-    columns_.data()[std::ptrdiff_t{kColumns} * (firstExtra() + unknowns[i]) + static_cast<std::ptrdiff_t>(i)] = 1.0;
+    functionals_(firstExtra() + unknowns[i], static_cast<Index>(i)) = 1.0;
   }
   functionalCovariance(static_cast<int>(unknowns.size()), covariance.data());
 }
 
-/// Computes the covariance of the functionals of theta in columns_.
+/// Computes the covariance of the functionals of theta.
 void LinearPosterior::functionalCovariance(int count, double* covariance) {
-  const std::span every(everyRow_.data(), static_cast<std::size_t>(rank_));
-  multiplyRowsByColumns(q_, every, columns_.data(), seenColumns_.data(), kColumns);
-  std::array<double, static_cast<std::size_t>(kColumns * kColumns)> prior, seen, within;
-  multiplyColumns(columns_.data(), columns_.data(), unknowns(), prior.data());
-  multiplyColumns(seenColumns_.data(), seenColumns_.data(), rank_, seen.data());
+  using Square = Eigen::Matrix<double, kColumns, kColumns>;
+  const auto functionals = functionals_.topRows(unknowns());
+  auto seen = decltype(functionals_)::Map(seenColumns_.data(), rank_, kColumns);
+  seen.noalias() = q_ * functionals;
+  const Square unseen = functionals.transpose() * functionals - seen.transpose() * seen;
   whiten(seenColumns_.data());
-  multiplyColumns(seenColumns_.data(), seenColumns_.data(), rank_, within.data());
+  const Square within = seen.transpose() * seen;
   for (int i = 0; i < count; ++i) {
     for (int j = 0; j < count; ++j) {
-      const auto at = static_cast<std::size_t>(kColumns * i + j);
-      covariance[count * i + j] = within[at] + square(scale_) * (prior[at] - seen[at]);
+      const double across = i == j ? std::max(0.0, unseen(i, i)) : unseen(i, j);  // rounding may make it < 0
+      covariance[count * i + j] = within(i, j) + square(scale_) * across;
     }
   }
 }

@@ -20,6 +20,13 @@
 
 namespace tractiond::solve {
 
+/// What make() computes with; grows when it is used.
+struct LinearScratch {
+  Eigen::MatrixXd gram, root;  ///< R B'B R / n^2, and its root
+  std::vector<int> pivots;
+  RowMatrix seen;  ///< columns of B R at the pivots, row after row
+};
+
 /// Thread-bound; make() and answer() may be called by different threads, one after the other.
 class LinearPosterior final : public Candidate {
  public:
@@ -31,9 +38,10 @@ class LinearPosterior final : public Candidate {
   LinearPosterior(const Factors& factors, const Atoms& atoms, int most, int mostExtra);
 
   /// Makes it from the last fit() of a posterior, which need not outlive the call. Returns false if it was not
-  /// possible. \param products of the posterior's picture \param force_N magnitude of the force that was found, in
-  /// proportion to which the prior may grow
-  bool make(const Posterior& posterior, AtomProducts& products, double force_N);
+  /// possible. \param products of the posterior's picture, \param missing its coordinates without a displacement \param
+  /// force_N magnitude of the force that was found, in proportion to which the prior may grow
+  bool make(const Posterior& posterior, AtomProducts& products, std::span<const int> missing, double force_N,
+            LinearScratch& scratch);
 
   /// Computes the posterior of a picture. Returns false if the equations could not be solved; the results then have no
   /// meaning. \param picture its displacements are 0 where any of the two pictures misses them \param added coordinates
@@ -58,8 +66,9 @@ class LinearPosterior final : public Candidate {
   void addExtraForces_N(std::span<double> forces) const;
   /// Computes the covariance of some extra unknowns, row after row. \param unknowns at most kColumns of them
   void extraCovariance(std::span<const int> unknowns, std::span<double> covariance);
-  /// Returns the displacement of a coordinate by what was found [px].
-  double displacement_px(int coordinate) const;
+  /// Fills in what was found at the coordinates that are missing: make()'s `missing`, where the extra unknowns do not
+  /// act, and those `added`. \param displacement_px 2M
+  void complete(std::span<const int> missing, std::span<const int> added, std::span<float> displacement_px) const;
 
   // Implement Candidate.
   const std::array<double, kMotions>& motion() const override { return motion_; }
@@ -79,15 +88,18 @@ class LinearPosterior final : public Candidate {
   int firstExtra() const { return 3 * static_cast<int>(atoms_.size()); }
   int extraCount() const { return extraCount_; }
   std::span<const double> lambda() const { return {lambda_.data(), static_cast<std::size_t>(rank_)}; }
-  /// Returns Q', a row for each element of xi; the unknowns are those of the atoms, the extra ones and the motion.
-  const RowMatrix& unknownsOfXi() const { return q_; }
+  /// Returns B R Q / n at the missing coordinates of make(), a row for each.
+  const Eigen::MatrixXd& seenWhereMissing() const { return seenWhereMissing_; }
+  /// Returns Q', rank() x unknowns: those of the atoms, the extra ones and the motion.
+  const Eigen::MatrixXd& unknownsOfXi() const { return q_; }
 
  private:
   int firstMotion() const { return firstExtra() + extraCount_; }
   int unknowns() const { return firstMotion() + kMotions; }
   bool takePrior(const Posterior& posterior);
-  void assemble(const Posterior& posterior, const AtomProducts& products);
-  void layRows(const Posterior& posterior, const Eigen::MatrixXd& combine);
+  void assemble(const Posterior& posterior, const AtomProducts& products, Eigen::MatrixXd& gram) const;
+  void layRows(const Posterior& posterior, const Eigen::MatrixXd& combine, LinearScratch& scratch);
+  void layMissing(std::span<const int> missing);
   void layNodes();
   void layWrench(const Posterior& posterior);
   void takeOut(std::span<const int> added);
@@ -110,12 +122,10 @@ class LinearPosterior final : public Candidate {
   std::vector<Block> roots_;
   std::vector<double> extraForces_, extraNodeForces_;  // extra x 3P, x 3N
   std::vector<double> lambda_;
-  Eigen::MatrixXd gram_, factor_;  // R B'B R / n^2, and its root; only make() uses them
-  std::vector<int> pivots_;
-  RowMatrix seen_;                   // columns of B R / n at the pivots, row after row
-  RowMatrix rows_;                   // (B R Q)' / n^2, rank x 2M
-  RowMatrix q_;                      // Q', rank x unknowns
-  RowMatrix nodes_;                  // 3N x rank: forces by xi
+  RowMatrix rows_;     // (B R Q)' / n^2, rank x 2M
+  Eigen::MatrixXd q_;  // Q', rank x unknowns; what is across it is a small difference
+  Eigen::MatrixXd seenWhereMissing_;
+  std::vector<float> nodes_;         // 3N x rank: forces by xi
   std::vector<double> nodesUnseen_;  // 3N: prior variance of what is across Q
   Eigen::Matrix<double, 6, Eigen::Dynamic> wrenchOfUnknowns_, wrench_;
   Eigen::Matrix<double, 6, 6> wrenchUnseen_ = Eigen::Matrix<double, 6, 6>::Zero();
@@ -126,8 +136,9 @@ class LinearPosterior final : public Candidate {
   std::vector<double> y_, xi_, theta_, precision_;
   LineArray<double> added_, taken_;  // B R Q / n of the added coordinates; its product, what Lambda lacks
   std::vector<const double*> addedRows_;
-  LineArray<double> root_;                   // packed root of the precision, if it is dense
-  LineArray<double> columns_, seenColumns_;  // unknowns x kColumns, rank x kColumns
+  LineArray<double> root_;  // packed root of the precision, if it is dense
+  Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor> functionals_;  // of theta
+  LineArray<double> seenColumns_;                                                 // rank x kColumns: of xi
   LineArray<double> scratch_;
   std::vector<int> everyRow_;
   std::vector<float> coefficients_;

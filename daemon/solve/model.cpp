@@ -7,9 +7,6 @@
 namespace tractiond::solve {
 namespace {
 
-/// Times that missing displacements are completed: the first time the missing ones themselves pass for forces.
-constexpr int kCompletions = 2;
-
 /// Times that roughness is added in the last round: each shows more of the contact that the next one is a share of.
 constexpr int kRoughenings = 2;
 
@@ -43,8 +40,7 @@ Model::Model(const Factors& factors, const Atoms& atoms, const ModelOptions& opt
     : factors_(factors)
     , atoms_(atoms)
     , options_(options)
-    , amplitudes_(factors)
-    , evidence_(factors, atoms, options)
+    , modes_(factors, atoms, options)
     , prior_(atoms, options)
     , selection_(factors, options)
     , roughness_(factors, atoms, options)
@@ -105,8 +101,7 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
 
 /// Fills the mixture.
 Model::Found Model::findCandidates(const Displacements& picture, std::span<const float> displacement_px, int& rounds) {
-  look(picture, displacement_px);
-  if (surest_.squaredDeviations < square(options_.detection)) return Found::kNothing;
+  if (modes_.look(picture, displacement_px).squaredDeviations < square(options_.detection)) return Found::kNothing;
   if (patched_ && findOnePatch(picture, displacement_px)) {
     addPatches();
     return Found::kForces;
@@ -125,7 +120,7 @@ Model::Found Model::findCandidates(const Displacements& picture, std::span<const
 
 /// Does the rounds; those of the second search, too, if the residual shows more.
 Model::Found Model::findField(const Displacements& picture, int& rounds) {
-  start(picture, moments_);
+  modes_.start(moments_);
   first_ = moments_.known;
   for (std::size_t time = 0; time < options_.most.size(); ++time) {
     const auto& most = options_.most[time];
@@ -139,47 +134,13 @@ Model::Found Model::findField(const Displacements& picture, int& rounds) {
   return Found::kForces;
 }
 
-/// Finds the surest force, by the strongest modes.
-void Model::look(const Displacements& picture, std::span<const float> displacement_px) {
-  amplitudes_.begin(displacement_px, picture.missing);
-  readMore(picture, 0.0);
-  complete(picture);
-  surest_ = evidence_.surest(amplitudes_.values(), picture.noise_px);
-}
-
-/// Starts the rounds, after look(), with all atoms alike.
-void Model::start(const Displacements& picture, AtomMoments& moments) {
-  const double least_N = evidence_.leastTypical_N(surest_);
-  while (readMore(picture, least_N)) {
-    while (readMore(picture, least_N)) {
-    }
-    complete(picture);
-  }
-  evidence_.start(amplitudes_.values(), picture.noise_px, surest_, moments);
-}
-
-/// Reads the next modes if they are needed. Returns whether they are.
-bool Model::readMore(const Displacements& picture, double least_N) {
-  const int modes = evidence_.modesToRead(amplitudes_.values(), picture.noise_px, least_N);
-  if (modes == std::ssize(amplitudes_.values())) return false;
-  amplitudes_.read(modes);
-  return true;
-}
-
-/// Completes what is missing.
-void Model::complete(const Displacements& picture) {
-  for (int i = 0; i < kCompletions && !picture.missing.empty(); ++i) {
-    amplitudes_.complete(evidence_.typicalForce_N(amplitudes_.values(), picture.noise_px), picture.noise_px);
-  }
-}
-
 /// Does one round: prior, selection, posterior. Its moments are what the next round begins with.
 Model::Found Model::round(const Displacements& picture, int most, bool last) {
   if (!choose(picture, most)) {
-    if (surest_.squaredDeviations < square(options_.certainty)) return Found::kNothing;
+    if (modes_.surest().squaredDeviations < square(options_.certainty)) return Found::kNothing;
     std::fill(moments_.mean_N.begin(), moments_.mean_N.end(), 0.0);
     std::fill(moments_.noise_N2.begin(), moments_.noise_N2.end(), 0.0);
-    makeEvident(surest_, moments_);
+    makeEvident(modes_.surest(), moments_);
     if (!choose(picture, most)) return Found::kNothing;
   }
   if (last) {
@@ -235,13 +196,13 @@ bool Model::detectInResidual(const Displacements& picture) {
       square(picture.noise_px) * (coordinates - degrees_ + options_.gate * std::sqrt(2.0 * coordinates));
   if (posterior_.squaredResidual_px2() < expected) return false;
   addUp(atoms_, moments_.mean_N, pointForce_);
-  const auto amplitudes = amplitudes_.values();
+  const auto amplitudes = modes_.amplitudes();
   std::copy(amplitudes.begin(), amplitudes.end(), left_.begin());
   const std::span left(left_.data(), amplitudes.size());
-  evidence_.subtract(pointForce_, left);
-  const SurestForce surest = evidence_.surest(left, picture.noise_px);
+  modes_.evidence().subtract(pointForce_, left);
+  const SurestForce surest = modes_.evidence().surest(left, picture.noise_px);
   if (surest.squaredDeviations < square(options_.surety)) return false;
-  evidence_.start(left, picture.noise_px, surest, rest_);
+  modes_.evidence().start(left, picture.noise_px, surest, rest_);
 
   first_ = rest_.known;
   posterior_.noise_N2(noise_);
@@ -264,15 +225,16 @@ void Model::addField() {
 /// Looks for one patch that explains a strong contact alone, and solves the field around it. False: it does not, or
 /// there is none; look() has then been done again if need be.
 bool Model::findOnePatch(const Displacements& picture, std::span<const float> displacement_px) {
-  if (surest_.squaredDeviations < square(kStrong)) return false;
+  if (modes_.surest().squaredDeviations < square(kStrong)) return false;
   const auto coordinates = static_cast<double>(factors_.coordinateCount() - std::ssize(picture.missing));
   const double enough = coordinates + kNoise * std::sqrt(2.0 * coordinates);
-  if (!patched_->patches.findOne(picture, atoms_.places.col(surest_.atom), enough)) return false;
+  if (!patched_->patches.findOne(picture, atoms_.places.col(modes_.surest().atom), enough)) return false;
   if (!leavePatches(picture)) return false;
-  look(picture, patched_->stillRounded);
   resize(rest_, atoms_.count());
-  if (surest_.squaredDeviations < square(options_.surety) && solveAroundPatches(picture)) return true;
-  look(picture, displacement_px);
+  if (modes_.look(picture, patched_->stillRounded).squaredDeviations < square(options_.surety) &&
+      solveAroundPatches(picture))
+    return true;
+  modes_.look(picture, displacement_px);
   return false;
 }
 
@@ -284,11 +246,10 @@ bool Model::findPatches(const Displacements& picture) {
   if (!patches.find(picture, evidentForce_, residual + degrees_)) return false;
   if (!(patches.misfit() - residual < kHopeless)) return false;
   if (!leavePatches(picture)) return false;
-  look(picture, patched_->stillRounded);
-  if (surest_.squaredDeviations < square(options_.surety)) {
+  if (modes_.look(picture, patched_->stillRounded).squaredDeviations < square(options_.surety)) {
     resize(rest_, atoms_.count());
   } else {
-    start(picture, rest_);
+    modes_.start(rest_);
   }
   return solveAroundPatches(picture);
 }

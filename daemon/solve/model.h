@@ -3,11 +3,10 @@
 // (Tipping 2001; MacKay; Fang et al. 2015). Each frame is solved on its own: nothing is kept for the next one.
 #pragma once
 
-#include "daemon/solve/amplitudes.h"
 #include "daemon/solve/around_patches.h"
 #include "daemon/solve/even_field.h"
-#include "daemon/solve/evidence.h"
 #include "daemon/solve/mixture.h"
+#include "daemon/solve/modes.h"
 #include "daemon/solve/posterior.h"
 #include "daemon/solve/prior.h"
 #include "daemon/solve/roughness.h"
@@ -63,14 +62,21 @@ class Model {
     const FreedPatches* patches = nullptr;  ///< its extra unknowns; null: it has no patches
   };
 
+  /// Sets all numbers of an estimate to 0.
+  static void clear(Estimate& estimate);
+
   // Results of the last solve().
 
   /// Returns what the estimate is the mean of, with its covariances; empty unless the outcome was kFound.
   Mixture& mixture() { return mixture_; }
   /// Returns what the i-th candidate of the mixture was solved from.
   const Solved& solved(int i) const { return solved_[static_cast<std::size_t>(i)]; }
+  /// Returns what looks at a picture first.
+  const Modes& modes() const { return modes_; }
   /// Returns the products of the picture's atoms.
   AtomProducts& products() { return products_; }
+  /// Returns the patches of the candidates that have some. Must not be called for a model without patches.
+  const RoundPatches& patches() const { return patched_->patches; }
   /// Returns the picture, whose missing coordinates are those that were given to solve().
   const Displacements& picture() const { return picture_; }
 
@@ -90,10 +96,6 @@ class Model {
   };
 
   Found findCandidates(const Displacements& picture, std::span<const float> displacement_px, int& rounds);
-  void look(const Displacements& picture, std::span<const float> displacement_px);
-  void start(const Displacements& picture, AtomMoments& moments);
-  bool readMore(const Displacements& picture, double least_N);
-  void complete(const Displacements& picture);
   Found findField(const Displacements& picture, int& rounds);
   Found round(const Displacements& picture, int most, bool last);
   bool choose(const Displacements& picture, int most);
@@ -113,13 +115,11 @@ class Model {
   double shareOf(const Parts& parts) const;
   void publishNothing(const Displacements& picture, Estimate& estimate);
   void publish(Estimate& estimate);
-  static void clear(Estimate& estimate);
 
   const Factors& factors_;
   const Atoms& atoms_;
   const ModelOptions options_;
-  Amplitudes amplitudes_;
-  Evidence evidence_;
+  Modes modes_;
   Prior prior_;
   Selection selection_;
   Roughness roughness_;
@@ -133,7 +133,6 @@ class Model {
   Displacements picture_;
   LineArray<double> displacement_;
   AtomMoments moments_, rest_;             // of all atoms: of the last round; of the residual
-  SurestForce surest_;                     // of the last look()
   std::vector<double> first_;              // A: AtomMoments::known of the last start()
   Chosen chosen_, smooth_;                 // smooth_: before roughness
   double degrees_ = 0.0;                   // degrees of freedom that the forces use

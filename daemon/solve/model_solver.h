@@ -1,13 +1,19 @@
-// Computes a field by one statistical model of all contacts (docs/mathematics.md, section 4).
+// Computes a field by one statistical model of all contacts (docs/mathematics.md, section 4), and answers by the model
+// of an earlier frame.
 #pragma once
 
-#include "daemon/solve/field_rules.h"
+#include "base/mailbox.h"
 #include "daemon/solve/field_solver.h"
-#include "daemon/solve/model_contacts.h"
+#include "daemon/solve/field_writer.h"
+#include "daemon/solve/linear_model.h"
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <vector>
 
 namespace tractiond::solve {
 
-/// Thread-bound, except for the counters.
 class ModelSolver : public FieldSolver {
  public:
   /// `factors` and `atoms` must outlive the solver. \param sensor that they were computed for; need not outlive it
@@ -18,6 +24,8 @@ class ModelSolver : public FieldSolver {
   /// Implements FieldSolver::solve. Publishes forces on points beyond the nodes at the nearest node; computes resultant
   /// and moment from the points.
   void solve(const MarkerField& markers, TractionField& field) noexcept override;
+  bool learn() override;
+  bool answer(const MarkerField& markers, TractionField& field) noexcept override;
 
   /// Returns the force from which on the model finds a contact: the median over nine nodes, each with its own noise;
   /// along the surface, and into it [N]. Infinite if it finds none of the forces that are tried, up to 16 times
@@ -25,28 +33,39 @@ class ModelSolver : public FieldSolver {
   std::array<double, 2> detectionLimit_N() const override { return detectionLimit_N_; }
 
  private:
-  void estimate(std::span<const int> missing, double noise_px);
-  void publish(TractionField& field);
-  void publishForces(TractionField& field);
-  void addSystematic(TractionField& field) const;
-  double detectionLimit(int axis);
-  Eigen::Matrix<double, 6, 6> unseen() const;
+  /// A model, and the frame that it was made from.
+  struct Learnt {
+    LinearModel model;
+    FrameInfo frame;
+  };
+
+  std::array<double, 2> detectionLimits(const sensor::Sensor& sensor);
+  double detectionLimit(int axis, double error);
+  bool isInForce(const FrameInfo& frame) const;
+  void answerNothing(const Displacements& picture, TractionField& field);
 
   const Factors& factors_;
   const Atoms& atoms_;
-  const sensor::Uncertainty uncertainty_;
-  const double noise_px_;  ///< as calibrated
-  const FieldRules rules_;
-  const Eigen::Vector4d motion_;  ///< standard deviations of its prior
+  const ModelOptions options_;
+  // Of solve() and learn().
   Model model_;
-  ModelContacts contacts_;
-  std::array<double, 2> detectionLimit_N_{};
-  WrenchCovariance unseen_{};  ///< of forces that may act although none is found
-  // Of one frame.
-  UsedMarkers used_;
-  std::vector<float> picture_;  ///< 2M [px]
   Estimate estimate_;
-  std::vector<double> nodeForce_, nodeDeviation_;  ///< 3N
+  const std::array<double, 2> detectionLimit_N_;  ///< found with the two above
+  FieldWriter writer_;
+  FrameInfo solved_;                             ///< frame of the last solve()
+  std::vector<std::shared_ptr<Learnt>> learnt_;  ///< all that exist; who alone has one may fill it
+  LinearScratch scratch_;
+  Mailbox<std::shared_ptr<Learnt>> newest_;
+  // Of answer().
+  std::shared_ptr<Learnt> inForce_;
+  Modes modes_;
+  FieldWriter answerWriter_;
+  Estimate answer_;
+  LineArray<double> displacement_;
+  AtomProducts noProducts_;  ///< of no atoms: those of the motion alone
+  Posterior motionAlone_;
+  Chosen none_;
+  Mixture empty_;
 };
 
 }  // namespace tractiond::solve

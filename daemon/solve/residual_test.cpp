@@ -1,10 +1,12 @@
 #include "daemon/solve/residual_test.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace tractiond::solve {
 namespace {
@@ -33,27 +35,13 @@ Block inverseOf(const Block& covariance, double whole) {
 
 }  // namespace
 
-ResidualTest::ResidualTest(const Factors& factors, const Atoms& atoms, int modes, int mostUnknowns)
-    : factors_(factors)
-    , atoms_(atoms)
-    , modes_(modes)
-    , everyCoordinate_(every(factors.coordinateCount()))
-    , everyMode_(every(modes))
-    , everyComponent_(every(3 * atoms.count()))
-    , atomModes_(3 * atoms.count(), modes)
-    , seen_(LinearPosterior::kMostRank, modes)
-    , precision_(static_cast<std::size_t>(atoms.count()))
-    , modesOfUnknowns_(modes, mostUnknowns)
-    , columns_(static_cast<std::size_t>(kColumns * std::max(modesOfUnknowns_.stride(), padded(modes))))
-    , sum_(static_cast<std::size_t>(padded(kMotions + modes)))
-    , products_(static_cast<std::size_t>(kColumns) * everyComponent_.size())
-    , matched_(everyComponent_.size())
-    , left_(static_cast<std::size_t>(padded(modes)))
-    , coefficients_(static_cast<std::size_t>(std::max(factors.coordinateCount(), LinearPosterior::kMostRank))) {
+AtomModes::AtomModes(const Factors& factors, const Atoms& atoms, int modes)
+    : count(modes)
+    , rows(3 * atoms.count(), modes) {
   for (int a = 0; a < atoms.count(); ++a) {
-    Block alone = Block::Zero();
+    Block products = Block::Zero();
     for (int axis = 0; axis < 3; ++axis) {
-      float* const to = atomModes_.row(3 * a + axis);
+      float* const to = rows.row(3 * a + axis);
       for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
         const float* const from = factors.right.row(3 * static_cast<int>(it.row()) + axis);
         for (int k = 0; k < modes; ++k) {
@@ -61,13 +49,30 @@ ResidualTest::ResidualTest(const Factors& factors, const Atoms& atoms, int modes
         }
       }
       for (int other = 0; other <= axis; ++other) {
-        const float* const before = atomModes_.row(3 * a + other);
-        alone(axis, other) = alone(other, axis) = std::inner_product(to, to + modes, before, 0.0);
+        const float* const before = rows.row(3 * a + other);
+        products(axis, other) = products(other, axis) = std::inner_product(to, to + modes, before, 0.0);
       }
     }
-    alone_.push_back(alone);
+    alone.push_back(products);
   }
 }
+
+ResidualTest::ResidualTest(const Factors& factors, std::shared_ptr<const AtomModes> modes, int mostUnknowns)
+    : factors_(factors)
+    , atomModes_(std::move(modes))
+    , modes_(atomModes_->count)
+    , everyCoordinate_(every(factors.coordinateCount()))
+    , everyMode_(every(modes_))
+    , everyComponent_(every(atomModes_->rows.rows()))
+    , seen_(LinearPosterior::kMostRank, modes_)
+    , precision_(atomModes_->alone.size())
+    , modesOfUnknowns_(modes_, mostUnknowns)
+    , columns_(static_cast<std::size_t>(kColumns * std::max(modesOfUnknowns_.stride(), padded(modes_))))
+    , sum_(static_cast<std::size_t>(padded(kMotions + modes_)))
+    , products_(static_cast<std::size_t>(kColumns) * everyComponent_.size())
+    , matched_(everyComponent_.size())
+    , left_(static_cast<std::size_t>(padded(modes_)))
+    , coefficients_(static_cast<std::size_t>(std::max(factors.coordinateCount(), LinearPosterior::kMostRank))) {}
 
 void ResidualTest::make(const LinearPosterior& posterior, const ExtraUnknowns* extra) {
   const int rank = posterior.rank(), count = static_cast<int>(posterior.atoms().size());
@@ -75,7 +80,7 @@ void ResidualTest::make(const LinearPosterior& posterior, const ExtraUnknowns* e
   for (int i = 0; i < count; ++i) {
     const int atom = posterior.atoms()[static_cast<std::size_t>(i)];
     for (int axis = 0; axis < 3; ++axis) {
-      const float* const from = atomModes_.row(3 * atom + axis);
+      const float* const from = atomModes_->rows.row(3 * atom + axis);
       for (int k = 0; k <= axis; ++k) {
         const auto factor = static_cast<float>(posterior.root(i)(axis, k));
         for (int m = 0; m < modes_; ++m) modesOfUnknowns_.row(m)[3 * i + k] += factor * from[m];
@@ -91,35 +96,46 @@ void ResidualTest::make(const LinearPosterior& posterior, const ExtraUnknowns* e
       modesOfUnknowns_.row(m)[posterior.firstExtra() + e] = static_cast<float>(sum_.data()[kMotions + m]);
     }
   }
-  for (int a = 0; a < atoms_.count(); ++a)
-    precision_[static_cast<std::size_t>(a)] = alone_[static_cast<std::size_t>(a)];
+  Eigen::MatrixXd seen(rank, modes_);  // M' / n
   for (int first = 0; first < rank; first += kColumns) {
     const int end = std::min(first + kColumns, rank);
     std::fill_n(columns_.data(), columns_.size(), 0.0);
-    for (int k = first; k < end; ++k) {
-      const float* const from = posterior.unknownsOfXi().row(k);
-      for (int j = 0; j < posterior.firstExtra() + posterior.extraCount(); ++j) {
-        columns_.data()[std::ptrdiff_t{kColumns} * j + k - first] = double{from[j]} / posterior.noise_px();
+    for (int j = 0; j < posterior.firstExtra() + posterior.extraCount(); ++j) {
+      for (int k = first; k < end; ++k) {
+        columns_.data()[std::ptrdiff_t{kColumns} * j + k - first] =
+            posterior.unknownsOfXi()(k, j) / posterior.noise_px();
       }
     }
     multiplyRowsByColumns(modesOfUnknowns_, everyMode_, columns_.data(), products_.data(), kColumns);
-    std::fill_n(columns_.data(), columns_.size(), 0.0);
-    for (int k = first; k < end; ++k) {
-      const double known = 1.0 / std::sqrt(posterior.lambda()[static_cast<std::size_t>(k)] + 1.0);
-      for (int m = 0; m < modes_; ++m) {
-        const std::ptrdiff_t at = std::ptrdiff_t{kColumns} * m + k - first;
-        seen_.row(k)[m] = static_cast<float>(products_[static_cast<std::size_t>(at)]);
-        columns_.data()[at] = known * products_[static_cast<std::size_t>(at)];
+    for (int m = 0; m < modes_; ++m) {
+      for (int k = first; k < end; ++k) {
+        seen(k, m) = products_[static_cast<std::size_t>(kColumns * m + k - first)];
+        seen_.row(k)[m] = static_cast<float>(seen(k, m));
       }
     }
-    multiplyRowsByColumns(atomModes_, everyComponent_, columns_.data(), products_.data(), kColumns);
+  }
+  // As if the coordinates that are missing were there: M holds them, too.
+  Eigen::MatrixXd known = posterior.seenWhereMissing().transpose() * posterior.seenWhereMissing();
+  for (int k = 0; k < rank; ++k) known(k, k) += 1.0 + posterior.lambda()[static_cast<std::size_t>(k)];
+  const Eigen::LLT<Eigen::MatrixXd> root(known);
+  root.matrixL().solveInPlace(seen);
+  precision_ = atomModes_->alone;
+  for (int first = 0; first < rank; first += kColumns) {
+    const int end = std::min(first + kColumns, rank);
+    std::fill_n(columns_.data(), columns_.size(), 0.0);
+    for (int m = 0; m < modes_; ++m) {
+      for (int k = first; k < end; ++k) columns_.data()[std::ptrdiff_t{kColumns} * m + k - first] = seen(k, m);
+    }
+    multiplyRowsByColumns(atomModes_->rows, everyComponent_, columns_.data(), products_.data(), kColumns);
     for (std::size_t a = 0; a < precision_.size(); ++a) {
-      const auto known =
+      const auto explained =
           Eigen::Map<const Eigen::Matrix<double, 3, kColumns, Eigen::RowMajor>>(products_.data() + 3 * kColumns * a);
-      precision_[a] -= known * known.transpose();
+      precision_[a] -= explained * explained.transpose();
     }
   }
-  for (std::size_t a = 0; a < precision_.size(); ++a) precision_[a] = inverseOf(precision_[a], alone_[a].trace());
+  for (std::size_t a = 0; a < precision_.size(); ++a) {
+    precision_[a] = inverseOf(precision_[a], atomModes_->alone[a].trace());
+  }
 }
 
 double ResidualTest::surest(const LinearPosterior& posterior, std::span<const float> displacement_px, double noise_px) {
@@ -132,7 +148,7 @@ double ResidualTest::surest(const LinearPosterior& posterior, std::span<const fl
   addRows(seen_, ofXi, {coefficients_.data(), ofXi.size()}, sum_.data());
   for (int m = 0; m < modes_; ++m)
     left_.data()[m] -= static_cast<float>(sum_.data()[m] * posterior.noise_px() / noise_px);
-  multiplyFirst(atomModes_, everyComponent_, modes_, left_.data(), matched_.data());
+  multiplyFirst(atomModes_->rows, everyComponent_, modes_, left_.data(), matched_.data());
   double most = 0.0;
   for (std::size_t a = 0; a < precision_.size(); ++a) {
     const auto matched = Eigen::Vector3d::Map(matched_.data() + 3 * a);

@@ -8,17 +8,27 @@
 
 #include "daemon/solve/linear_posterior.h"
 
+#include <memory>
 #include <span>
 #include <vector>
 
 namespace tractiond::solve {
 
+/// What the strongest modes show of each atom. Immutable once made; any thread may read it.
+struct AtomModes {
+  /// The arguments need not outlive it. \param count number of the strongest modes that are looked at
+  AtomModes(const Factors& factors, const Atoms& atoms, int count);
+
+  int count;                 ///< of the modes
+  RowMatrix rows;            ///< (S V_a)', 3A x count [px/N]
+  std::vector<Block> alone;  ///< A: (S V_a)' S V_a
+};
+
 /// Thread-bound, as LinearPosterior.
 class ResidualTest {
  public:
-  /// `factors` and `atoms` must outlive it. \param modes number of the strongest modes that are looked at
-  /// \param mostUnknowns of a posterior
-  ResidualTest(const Factors& factors, const Atoms& atoms, int modes, int mostUnknowns);
+  /// `factors` must outlive it. \param mostUnknowns of a posterior
+  ResidualTest(const Factors& factors, std::shared_ptr<const AtomModes> modes, int mostUnknowns);
 
   /// Prepares the test of a posterior. \param extra its extra unknowns, as it was made of; null: none
   void make(const LinearPosterior& posterior, const ExtraUnknowns* extra);
@@ -29,11 +39,9 @@ class ResidualTest {
 
  private:
   const Factors& factors_;
-  const Atoms& atoms_;
+  const std::shared_ptr<const AtomModes> atomModes_;
   const int modes_;
   std::vector<int> everyCoordinate_, everyMode_, everyComponent_;
-  RowMatrix atomModes_;           // (S V_a)', 3A x modes [px/N]
-  std::vector<Block> alone_;      // A: (S V_a)' S V_a
   RowMatrix seen_;                // M' / n, rank x modes
   std::vector<Block> precision_;  // A: K_a^-1
   RowMatrix modesOfUnknowns_;     // modes x unknowns, scratch of make()

@@ -72,6 +72,12 @@ class RoundPatches {
   /// padded, 0 where missing. After linearise().
   const double* slope(int patch, int place) const { return slopeColumn(now_, kPatchPlaces * patch + place); }
 
+  /// Powers of a shift: x^2, xy, y^2, x^3, x^2 y, x y^2, y^3.
+  static constexpr int kPowers = 7;
+  /// Computes what a patch displaces beyond slope() after a shift of its place: as the factors of these powers of the
+  /// shift in pitches, for up to one pitch. \param columns kPowers columns of 2M, padded [px]
+  void curves(int patch, double* columns) const;
+
   /// Subtracts the patches from the displacements. \param left_px remainder, which includes the picture's motion
   /// \param still_px the same without the motion. Both 2M, padded.
   void leave(double* left_px, double* still_px) const;

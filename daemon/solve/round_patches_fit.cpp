@@ -308,6 +308,35 @@ void RoundPatches::differentiateBar() {
   }
 }
 
+void RoundPatches::curves(int patch, double* columns) const {
+  // Differences over half a pitch and a whole one, of a half-space: what the block adds is smooth.
+  constexpr double kApart = 0.5;
+  const std::ptrdiff_t size = influence_.stride();
+  const RoundPatch& here = now_.patches[static_cast<std::size_t>(patch)];
+  std::fill_n(columns, kPowers * size, 0.0);
+  LineArray<double> shifted(static_cast<std::size_t>(size));
+  const auto add = [&](int x, int y, const std::array<double, kPowers>& factors) {
+    PatchPlace place = here.place;
+    place.x_m += kApart * x * atoms_.pitch_m;
+    place.y_m += kApart * y * atoms_.pitch_m;
+    influence_.halfSpace(place, here.load, shifted.data());
+    for (std::size_t k = 0; k < factors.size(); ++k) {
+      const double factor = factors[k] / std::pow(kApart, k < 3 ? 2.0 : 3.0);
+      double* const to = columns + static_cast<std::ptrdiff_t>(k) * size;
+      for (std::ptrdiff_t j = 0; factor != 0.0 && j < size; ++j) to[j] += factor * shifted.data()[j];
+    }
+  };
+  add(0, 0, {-1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0});
+  for (const int sign : {-1, 1}) {
+    add(sign, 0, {0.5, 0.0, 0.0, -sign / 6.0, 0.0, -0.5 * sign, 0.0});
+    add(0, sign, {0.0, 0.0, 0.5, 0.0, -0.5 * sign, 0.0, -sign / 6.0});
+    add(2 * sign, 0, {0.0, 0.0, 0.0, sign / 12.0, 0.0, 0.0, 0.0});
+    add(0, 2 * sign, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, sign / 12.0});
+    for (const int other : {-1, 1})
+      add(sign, other, {0.0, 0.25 * sign * other, 0.0, 0.0, 0.25 * other, 0.25 * sign, 0.0});
+  }
+}
+
 /// Computes a step of the places [pitches, pitches^2]. False: the equations cannot be solved.
 bool RoundPatches::findStep(double damping, Vector& step) {
   damped_ = now_.normal;

@@ -1,0 +1,150 @@
+#include "daemon/solve/field_writer.h"
+
+#include "daemon/solve/mechanics_noise.h"
+#include "daemon/solve/systematic.h"
+#include "daemon/solve/wrench.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+namespace tractiond::solve {
+namespace {
+
+/// Returns the mean pressure [Pa] on an area as large as a node's in the middle of a patch, which presses as a ball
+/// does: for a patch smaller than that, all of its force on this area.
+double pressureInside(const RoundPatch& patch, double area_m2) {
+  const double inner2_m2 = area_m2 / std::numbers::pi, radius2_m2 = 5.0 * patch.place.spread_m2;
+  const double share = inner2_m2 < radius2_m2 ? 1.0 - std::pow(1.0 - inner2_m2 / radius2_m2, 1.5) : 1.0;
+  return share * patch.load.head<3>().norm() / area_m2;
+}
+
+}  // namespace
+
+FieldWriter::FieldWriter(const Factors& factors, const Atoms& atoms, const sensor::Sensor& sensor,
+                         const SolveOptions& options, const std::array<double, 2>& detectionLimit_N)
+    : factors_(factors)
+    , atoms_(atoms)
+    , uncertainty_(sensor.uncertainty)
+    , rules_(sensor, options)
+    , motion_(sensor.pictureMotion.shift_px, sensor.pictureMotion.shift_px, sensor.pictureMotion.scale,
+              sensor.pictureMotion.roll)
+    , least_N_(std::min(detectionLimit_N[0], detectionLimit_N[1]))
+    , contacts_(atoms, sensor)
+    , used_(factors.coordinateCount() / 2, options)
+    , picture_(static_cast<std::size_t>(factors.coordinateCount()))
+    , nodeForce_(3 * rules_.nodes().size())
+    , nodeDeviation_(nodeForce_.size()) {
+  Eigen::Map<Eigen::Matrix<double, 6, 6>>(unseen_.data()) = unseen(detectionLimit_N);
+}
+
+bool FieldWriter::begin(const MarkerField& markers, TractionField& field) {
+  assert(2 * markers.valid.size() == picture_.size() && markers.displacement_px.size() == picture_.size());
+  assert(field.markers.valid.size() == markers.valid.size() && field.force_N.size() == nodeForce_.size());
+  field.markers = markers;
+  field.flags = markers.flags;
+  FieldRules::clear(field);
+  if ((markers.flags & kGelMismatch) != 0) return false;  // numbers of another gel
+  if ((markers.flags & kFewMarkers) != 0 || !used_.choose(markers)) {
+    field.flags |= kFewMarkers;
+    return false;
+  }
+  std::copy_n(used_.row_px().begin(), picture_.size(), picture_.begin());
+  return true;
+}
+
+double FieldWriter::noise_px() const {
+  const double error = std::hypot(factors_.systematicErrors.displacement, uncertainty_.model);
+  return noiseWithMechanics_px(std::span(picture_), used_.noise_px(), error);
+}
+
+void FieldWriter::write(const Estimate& estimate, Mixture& mixture, TractionField& field) {
+  const std::uint32_t flags = field.flags;
+  if (estimate.outcome != Estimate::Outcome::kFailed) publish(estimate, mixture, field);
+  if (estimate.outcome == Estimate::Outcome::kFailed || !FieldRules::finite(field)) {
+    FieldRules::clear(field);
+    field.flags = flags;
+    field.work.failed = true;
+  }
+  field.work.rounds = estimate.rounds;
+  field.work.atoms = estimate.atoms;
+  field.work.patchShare = estimate.patchShare;
+  field.work.evenShare = estimate.evenShare;
+}
+
+void FieldWriter::publish(const Estimate& estimate, Mixture& mixture, TractionField& field) {
+  field.valid = true;
+  for (int k = 0; k < kMotions; ++k) field.pictureMotion[k] = motion_[k] * estimate.motion[k];
+  if (estimate.outcome == Estimate::Outcome::kFound) {
+    field.method = Method::kContact;
+    publishForces(estimate, mixture, field);
+    addSystematic(field);
+    field.contactCount = contacts_.list(estimate, mixture, least_N_, field.contacts);
+  } else {  // what lies below the limit is not seen
+    field.method = Method::kNoContact;
+    field.noise = unseen_;
+  }
+  FieldRules::explain(estimate.squaredResidual_px2, used_, field);
+  rules_.centre(field);
+}
+
+void FieldWriter::publishForces(const Estimate& estimate, Mixture& mixture, TractionField& field) {
+  std::fill(nodeForce_.begin(), nodeForce_.end(), 0.0);
+  for (int p = 0; p < atoms_.pointCount(); ++p) {
+    const Eigen::Vector3d force = Eigen::Vector3d::Map(estimate.force_N.data() + 3 * static_cast<std::ptrdiff_t>(p));
+    const int node = atoms_.nodeOf(p);
+    Eigen::Vector3d::Map(nodeForce_.data() + 3 * static_cast<std::ptrdiff_t>(node)) += force;
+  }
+  for (std::size_t n = 0; n < rules_.nodes().size(); ++n) {
+    const double force2 = Eigen::Vector3d::Map(nodeForce_.data() + 3 * n).squaredNorm();
+    if (rules_.outOfRange(n, force2)) field.flags |= kOutOfRange;
+  }
+  // A patch is narrower than the points that its force is spread over.
+  for (int k = 0; estimate.patchShare > 0.5 && k < estimate.patchCount; ++k) {
+    const RoundPatch& patch = estimate.patches[static_cast<std::size_t>(k)].patch;
+    if (rules_.outOfRange(pressureInside(patch, square(atoms_.pitch_m)))) field.flags |= kOutOfRange;
+  }
+  mixture.nodeDeviations_N(nodeDeviation_);
+  for (std::size_t i = 0; i < nodeForce_.size(); ++i) {
+    field.force_N[i] = static_cast<float>(nodeForce_[i]);
+    field.deviation_N[i] = static_cast<float>(nodeDeviation_[i]);
+  }
+  std::copy_n(estimate.wrench.begin(), 3, field.resultant_N.begin());
+  std::copy_n(estimate.wrench.begin() + 3, 3, field.moment_Nm.begin());
+  field.noise = estimate.covariance;
+}
+
+/// A contact is misread as the nodes around it misread it, one on all nodes as these; between the two by the share of
+/// the face that an even pressure as concentrated would cover.
+void FieldWriter::addSystematic(TractionField& field) const {
+  double sum = 0.0, squares = 0.0;
+  for (std::size_t i = 0; i < nodeForce_.size(); i += 3) {
+    const double force2 = square(nodeForce_[i]) + square(nodeForce_[i + 1]) + square(nodeForce_[i + 2]);
+    sum += std::sqrt(force2);
+    squares += force2;
+  }
+  if (squares == 0.0) return;
+  const double whole = square(sum) / squares / static_cast<double>(nodeForce_.size() / 3);
+  field.systematic = systematicCovariance(wrenchOf(field), rules_.centroid(field), uncertainty_, atoms_.pitch_m,
+                                          factors_.systematicErrors, whole);
+}
+
+/// Returns the covariance of the wrench of a force just below the limit, anywhere on the nodes. It stays finite where
+/// the limit is not: a force as large as the largest that was tried.
+Eigen::Matrix<double, 6, 6> FieldWriter::unseen(const std::array<double, 2>& detectionLimit_N) const {
+  const auto finite_N = [this](double limit_N) {
+    return std::isfinite(limit_N) ? limit_N : kLargestDetectable * factors_.force_N;
+  };
+  const double tangential_N = finite_N(detectionLimit_N[0]), normal_N = finite_N(detectionLimit_N[1]);
+  const Eigen::Vector3d deviations = 0.5 * Eigen::Vector3d(tangential_N, tangential_N, normal_N);
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  for (const std::array<double, 3>& node : rules_.nodes()) {
+    const Eigen::Matrix<double, 6, 3> wrenches =
+        unitWrenches(Eigen::Vector3d::Map(node.data())) * deviations.asDiagonal();
+    covariance += wrenches * wrenches.transpose() / static_cast<double>(rules_.nodes().size());
+  }
+  return covariance;
+}
+
+}  // namespace tractiond::solve

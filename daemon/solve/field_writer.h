@@ -1,0 +1,55 @@
+// Writes what was found in a picture as a field.
+#pragma once
+
+#include "daemon/solve/field_rules.h"
+#include "daemon/solve/model_contacts.h"
+
+namespace tractiond::solve {
+
+/// The largest force that a detection limit can be, as a multiple of Factors::force_N.
+inline constexpr double kLargestDetectable = 16.384;
+
+/// Thread-bound. Allocates only when made.
+class FieldWriter {
+ public:
+  /// `factors` and `atoms` must outlive it. \param detectionLimit_N along the surface, and into it; may be infinite
+  FieldWriter(const Factors& factors, const Atoms& atoms, const sensor::Sensor& sensor, const SolveOptions& options,
+              const std::array<double, 2>& detectionLimit_N);
+
+  /// Takes the markers and their flags over, and chooses those to solve from. False: there are too few, or they are of
+  /// another gel; the field then says so, and is complete.
+  bool begin(const MarkerField& markers, TractionField& field);
+
+  // After a begin() that returned true:
+
+  /// Returns the chosen markers, and their displacements (2M [px], 0 where missing).
+  const UsedMarkers& used() const { return used_; }
+  std::span<const float> picture() const { return picture_; }
+  /// Returns the standard deviation of a coordinate, that of the mechanics included [px].
+  double noise_px() const;
+
+  /// Completes the field. If the estimate has failed, or a number is not finite, the field is not valid and says so.
+  /// \param mixture that the estimate is the mean of
+  void write(const Estimate& estimate, Mixture& mixture, TractionField& field);
+
+ private:
+  void publish(const Estimate& estimate, Mixture& mixture, TractionField& field);
+  void publishForces(const Estimate& estimate, Mixture& mixture, TractionField& field);
+  void addSystematic(TractionField& field) const;
+  Eigen::Matrix<double, 6, 6> unseen(const std::array<double, 2>& detectionLimit_N) const;
+
+  const Factors& factors_;
+  const Atoms& atoms_;
+  const sensor::Uncertainty uncertainty_;
+  const FieldRules rules_;
+  const Eigen::Vector4d motion_;  ///< standard deviations of its prior
+  const double least_N_;          ///< least force of a contact without a patch
+  ModelContacts contacts_;
+  WrenchCovariance unseen_{};  ///< of forces that may act although none is found
+  // Of one frame.
+  UsedMarkers used_;
+  std::vector<float> picture_;                     ///< 2M [px]
+  std::vector<double> nodeForce_, nodeDeviation_;  ///< 3N
+};
+
+}  // namespace tractiond::solve

@@ -1,0 +1,44 @@
+// Reads what a picture shows of the modes, as far as it is needed: first the strongest, which tell whether anything
+// touches.
+#pragma once
+
+#include "daemon/solve/amplitudes.h"
+#include "daemon/solve/atom_products.h"
+#include "daemon/solve/evidence.h"
+
+#include <span>
+
+namespace tractiond::solve {
+
+/// Thread-bound. Allocates only when made.
+class Modes {
+ public:
+  /// `factors` and `atoms` must outlive it.
+  Modes(const Factors& factors, const Atoms& atoms, const ModelOptions& options);
+  /// Makes another one, for another thread.
+  Modes(const Modes& other);
+
+  /// Reads the strongest modes of a picture and completes what is missing. Returns the force that alone explains it
+  /// best. \param displacement_px 2M, 0 where missing; must live, as the missing coordinates of `picture`, until the
+  /// next look()
+  const SurestForce& look(const Displacements& picture, std::span<const float> displacement_px);
+  /// Reads all modes in which that picture's forces are visible, and computes the moments of all atoms, all alike.
+  void start(AtomMoments& moments);
+
+  const SurestForce& surest() const { return surest_; }                        ///< of the last look()
+  std::span<const double> amplitudes() const { return amplitudes_.values(); }  ///< of the modes that were read [px]
+  Evidence& evidence() { return evidence_; }
+
+ private:
+  bool readMore(double least_N);
+  void complete();
+
+  const Factors& factors_;
+  Amplitudes amplitudes_;
+  Evidence evidence_;
+  SurestForce surest_;
+  double noise_px_ = 0.0;
+  bool isMissing_ = false;  // some coordinates are
+};
+
+}  // namespace tractiond::solve
