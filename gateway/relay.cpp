@@ -56,7 +56,6 @@ struct Relay::Impl {
       , latest_ns(heard_ns) {
     const traction::Endpoints endpoints = traction::ipcEndpoints(instrument);
     for (zmq::socket_t* socket : {&stream, &latest, &control}) socket->set(zmq::sockopt::linger, 0);
-    latest.set(zmq::sockopt::conflate, true);
     latest.connect(endpoints.latest);
     latest.set(zmq::sockopt::subscribe, kFieldBegins);
     stream.connect(endpoints.stream);
@@ -230,10 +229,21 @@ struct Relay::Impl {
     }
   }
 
+  /// Passes on the newest field. Skips older ones itself: ZeroMQ 4.3.4 aborts the process if a message in parts reaches
+  /// a socket with ZMQ_CONFLATE.
   void passLatest() {
-    if (receive(latest, parts) != 1) return;
+    zmq::message_t newest;
+    bool isThere = false;
+    for (int i = 0; i < kMessagesPerTurn; ++i) {
+      const std::size_t count = receive(latest, parts);
+      if (count == 0) break;
+      if (count != 1) continue;  // not from a tractiond
+      newest.swap(parts[0]);
+      isThere = true;
+    }
+    if (!isThere) return;
     latest_ns = clock();
-    put((*front)[kLatest], parts[0], false);
+    put((*front)[kLatest], newest, false);
   }
 
   /// Subscribes again if no field was received for a second: the instrument's socket conflates what it receives, too,

@@ -285,6 +285,25 @@ TEST_F(RelayTest, LatestIsSubscribedToAgainAfterASecondWithoutAField) {
   }
 }
 
+// ZeroMQ 4.3.4 aborts the process when a message in parts reaches a socket with ZMQ_CONFLATE.
+TEST_F(RelayTest, LatestOfManyPartsIsSkippedAndTheNextOneIsPassedOn) {
+  turnUntil([&] { return !take(latest_).empty(); });
+  zmq::socket_t subscriber(context_, zmq::socket_type::sub);
+  subscriber.set(zmq::sockopt::linger, 0);
+  subscriber.connect(relay_->bound(kLatest).at(0));
+  subscriber.set(zmq::sockopt::subscribe, "");
+  std::vector<std::string> parts;
+  turnUntil([&] {
+    for (int i = 0; i < 300; ++i) {
+      latest_.send(zmq::str_buffer("\x09 in parts"), i < 299 ? zmq::send_flags::sndmore : zmq::send_flags::none);
+    }
+    latest_.send(zmq::str_buffer("\x09 whole"));
+    parts = take(subscriber);
+    return !parts.empty();
+  });
+  EXPECT_EQ(parts, std::vector<std::string>{"\x09 whole"});
+}
+
 TEST_F(RelayTest, SubscriptionsAreCountedTogetherWithinASecondAlone) {
   zmq::socket_t reader(context_, zmq::socket_type::sub), ended(context_, zmq::socket_type::pair);
   reader.set(zmq::sockopt::linger, 0);
