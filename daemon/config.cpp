@@ -151,6 +151,9 @@ std::vector<Key> keysOf(Config& config) {
           choiceOf(solve.model, {{"block", Model::kBlock}, {"half-space", Model::kHalfSpace}})},
       {"solve", "noise_px", "px", "Noise of a marker's centre in one frame, as calibrated; that of each frame scales the uncertainty.",
           &solve.noise_px, {1e-4, 10}},
+      {"solve", "false_alarms_per_hour", "1/h", "Untouched frames that show a touch, by noise alone, at camera.frame_rate_hz as at the start (0: 60 frames/s); "
+          "a tenth of them costs 7 % of the smallest press.",
+          &solve.falseAlarmsPerHour, {1e-3, 1e5}},
       {"solve", "max_missing_fraction", "", "Share of the markers; with more missing, a field is not valid. Isolated gaps of the zero do not count.",
           &solve.maxMissingFraction, {0, 0.9}},
       {"solve", "min_press_newton", "N", "Normal force above which there is a centre of pressure.",

@@ -34,7 +34,10 @@ void ignoreFormer(TomlTable& root) {
 
 tl::expected<Config, Error> read(TomlTable& root) {
   Config config;
-  return readTable(root, keysOf(config)).map([&] { return config; });
+  return readTable(root, keysOf(config)).map([&] {
+    if (config.camera.frameRate_Hz > 0.0) config.solve.frameRate_Hz = config.camera.frameRate_Hz;
+    return config;
+  });
 }
 
 }  // namespace

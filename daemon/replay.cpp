@@ -227,6 +227,7 @@ void Replay::openRecorder() {
     Config used;
     used.track = config_.track;
     used.solve = config_.solve;
+    used.camera.frameRate_Hz = config_.camera.frameRate_Hz;  // which solve.false_alarms_per_hour refers to
     again.configuration = configText(used);
     if (const auto read = readGelFiles(sensor_, config_.sensor.gelFile, again); !read) throw Stopped{read.error()};
   }

@@ -3,8 +3,10 @@
 #include <Eigen/LU>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <utility>
 
@@ -20,6 +22,15 @@ constexpr int kRatios = 51;
 
 /// Variance that is added along all axes, as a share of their sum, so that a covariance has an inverse.
 constexpr double kSingular = 1e-9;
+
+/// Share of the atoms that are as good as independent where few pictures of noise reach the threshold.
+constexpr double kIndependent = 0.25;
+
+/// Returns the probability that chi of three degrees of freedom exceeds `deviations`.
+double exceeding(double deviations) {
+  return std::erfc(deviations / std::numbers::sqrt2) +
+         std::sqrt(2.0 / std::numbers::pi) * deviations * std::exp(-0.5 * square(deviations));
+}
 
 /// Returns the inverse of a covariance; 0 if the covariance is 0.
 Block inverseOf(const Block& covariance) {
@@ -52,6 +63,17 @@ void resize(AtomMoments& moments, int atoms) {
   moments.noise_N2.assign(count, 0.0);
 }
 
+double detectionThreshold(double falseAlarms, int atoms) {
+  if (falseAlarms >= 1.0) return 0.0;
+  const double share = falseAlarms / (kIndependent * atoms);
+  double low = 0.0, high = 30.0;  // beyond which exceeding() is 0
+  for (int halving = 0; halving < 50; ++halving) {
+    const double middle = 0.5 * (low + high);
+    (exceeding(middle) > share ? low : high) = middle;
+  }
+  return low;
+}
+
 void makeEvident(const SurestForce& force, AtomMoments& moments) {
   Eigen::Vector3d::Map(moments.mean_N.data() + 3 * static_cast<Index>(force.atom)) = force.force_N;
   moments.noise_N2[static_cast<std::size_t>(force.atom)] = 0.0;
@@ -61,7 +83,7 @@ Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOption
     : factors_(factors)
     , atoms_(atoms)
     , visible_(options.visible)
-    , detection_(options.detection) {
+    , broad_(options.broad) {
   Tables tables;
   const int rank = factors.rank();
   for (const double least : options.groups) {
@@ -82,6 +104,7 @@ Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOption
     tables.used.push_back(tables.ends[static_cast<std::size_t>(lastVisible(factors, tables, ratio, visible_))]);
   }
   tabulate(factors, atoms, tables);
+  tables.motionOf = (factors.motionGram + square(options.noise_px) * Eigen::Matrix4d::Identity()).inverse();
   tables_ = std::make_shared<const Tables>(std::move(tables));
   makeRoom();
 }
@@ -90,7 +113,7 @@ Evidence::Evidence(const Evidence& other)
     : factors_(other.factors_)
     , atoms_(other.atoms_)
     , visible_(other.visible_)
-    , detection_(other.detection_)
+    , broad_(other.broad_)
     , tables_(other.tables_) {
   makeRoom();
 }
@@ -190,12 +213,58 @@ SurestForce Evidence::surest(std::span<const double> amplitudes, double noise_px
   addUpModes(used, matched_);
   SurestForce surest;
   for (int a = 0; a < atoms_.count(); ++a) {
-    const auto matched = Eigen::Vector3d::Map(matched_.data() + 3 * static_cast<Index>(a));
-    const Eigen::Vector3d force = tables_->alone[static_cast<std::size_t>(a)] * matched;
-    const double reduction = matched.dot(force) / square(noise_px);
-    if (reduction > surest.squaredDeviations) surest = {reduction, a, force};
+    const SurestForce alone = aloneWith(a, noise_px);
+    if (alone.squaredDeviations > surest.squaredDeviations) surest = alone;
   }
   return surest;
+}
+
+SurestForce Evidence::confirmed(const SurestForce& surest, double noise_px, double deviations,
+                                std::span<const float> variance_px2) const {
+  SurestForce found = surest;
+  if (found.squaredDeviations < square(deviations) || variance_px2.empty()) return found;
+  // That of a touch passes at once; the others are asked where it does not.
+  found.squaredDeviations /= noiseWhereShown(found, variance_px2);
+  for (int a = 0; a < atoms_.count() && found.squaredDeviations < square(deviations); ++a) {
+    SurestForce alone = aloneWith(a, noise_px);
+    if (alone.squaredDeviations < square(deviations)) continue;
+    alone.squaredDeviations /= noiseWhereShown(alone, variance_px2);
+    if (alone.squaredDeviations > found.squaredDeviations) found = alone;
+  }
+  return found;
+}
+
+/// Returns the force of one atom that explains most, by matched_.
+SurestForce Evidence::aloneWith(int atom, double noise_px) const {
+  const auto matched = Eigen::Vector3d::Map(matched_.data() + 3 * static_cast<Index>(atom));
+  const Eigen::Vector3d force = tables_->alone[static_cast<std::size_t>(atom)] * matched;
+  return {matched.dot(force) / square(noise_px), atom, force};
+}
+
+/// Returns the mean of the markers' variances, weighted by the squared displacements that the force causes beside
+/// motion of the picture, over their plain mean; 1 if there is none.
+double Evidence::noiseWhereShown(const SurestForce& force, std::span<const float> variance_px2) const {
+  const Index first = 3 * static_cast<Index>(force.atom);
+  const Eigen::Vector4d motion = tables_->motionOf * (factors_.motionCoupling.middleCols<3>(first) * force.force_N);
+  const std::array<const float*, 3> influence = {factors_.influence.row(3 * force.atom),
+                                                 factors_.influence.row(3 * force.atom + 1),
+                                                 factors_.influence.row(3 * force.atom + 2)};
+  double shown = 0.0, all = 0.0, squares = 0.0;
+  int count = 0;
+  for (std::size_t marker = 0; marker < variance_px2.size(); ++marker) {
+    const double variance = static_cast<double>(variance_px2[marker]);
+    if (!(variance > 0.0)) continue;
+    for (const std::size_t i : {2 * marker, 2 * marker + 1}) {
+      double caused = 0.0;
+      for (int c = 0; c < 3; ++c) caused += force.force_N[c] * static_cast<double>(influence[c][i]);
+      for (int k = 0; k < kMotions; ++k) caused -= motion[k] * static_cast<double>(factors_.motion.row(k)[i]);
+      shown += variance * square(caused);
+      squares += square(caused);
+    }
+    all += variance;
+    ++count;
+  }
+  return squares > 0.0 ? shown / squares * count / all : 1.0;
 }
 
 double Evidence::leastTypical_N(const SurestForce& force) const {
@@ -229,8 +298,8 @@ void Evidence::start(std::span<const double> amplitudes, double noise_px, const 
     const double precision = mean.dot(tables_->precision[best][a] * mean);
     moments.noise_N2[a] = precision > 0.0 ? 3.0 * square(noise_px) * mean.squaredNorm() / precision : 0.0;
   }
-  const bool isDetected = surest.squaredDeviations >= square(detection_);
-  if (isDetected && atoms_.isAmbiguous(surest.atom)) makeEvident(surest, moments);
+  const bool isSure = surest.squaredDeviations >= square(broad_);
+  if (isSure && atoms_.isAmbiguous(surest.atom)) makeEvident(surest, moments);
 }
 
 void Evidence::subtract(std::span<const double> forces_N, std::span<double> amplitudes) {

@@ -42,6 +42,10 @@ struct SurestForce {
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
 };
 
+/// Returns the deviations of SurestForce that noise reaches in a share `falseAlarms` of the pictures; 0 if it is 1 or
+/// more. A quarter of the `atoms` counts as independent (docs/mathematics.md, 4.2).
+double detectionThreshold(double falseAlarms, int atoms);
+
 /// Replaces the moments of an atom by a force that is evident: it has no noise.
 void makeEvident(const SurestForce& force, AtomMoments& moments);
 
@@ -63,6 +67,13 @@ class Evidence {
   /// Finds the surest force, by the modes of the first group. \param amplitudes c of these modes at least [px]
   SurestForce surest(std::span<const double> amplitudes, double noise_px);
 
+  /// Returns `surest` of the last surest() if it is less sure than `deviations`; else the one that is surest by the
+  /// noise of the markers that show it. The equations weigh all markers alike: where the light is uneven, the noise of
+  /// the dark ones alone would pass for a touch. \param variance_px2 M, of a coordinate of each marker, 0 if missing;
+  /// empty: all are alike
+  SurestForce confirmed(const SurestForce& surest, double noise_px, double deviations,
+                        std::span<const float> variance_px2) const;
+
   /// Returns the least typical force of a picture that shows this one [N]: its magnitude / sqrt(3P).
   double leastTypical_N(const SurestForce& force) const;
 
@@ -72,7 +83,7 @@ class Evidence {
   double typicalForce_N(std::span<const double> amplitudes, double noise_px);
 
   /// Computes the moments of all atoms from the amplitudes, with the prior of their typicalForce_N(), but at least of
-  /// leastTypical_N(surest). If the surest atom is ambiguous, and its force one that is detected, this is made evident:
+  /// leastTypical_N(surest). If the surest atom is ambiguous, and as sure as ModelOptions::broad, it is made evident:
   /// a broad contact is divided among so many atoms that few of them are, or none. \param amplitudes as many as
   /// modesToRead() asks for \param surest force of the same picture
   void start(std::span<const double> amplitudes, double noise_px, const SurestForce& surest, AtomMoments& moments);
@@ -92,8 +103,11 @@ class Evidence {
     Eigen::MatrixXd known;                      // A x ratios
     std::vector<std::vector<Block>> precision;  // ratios x A
     std::vector<Block> alone;                   // A: (H_a' W H_a)^-1 of the modes of the first group
+    Eigen::Matrix4d motionOf;                   // (Q^1/2' P' P Q^1/2 + n^2)^-1, with the calibrated n [1/px^2]
   };
 
+  SurestForce aloneWith(int atom, double noise_px) const;
+  double noiseWhereShown(const SurestForce& force, std::span<const float> variance_px2) const;
   int likeliest(std::span<const double> amplitudes, double noise_px, double least_N);
   void makeRoom();
   void addUpModes(int used, std::vector<double>& sums);
@@ -102,7 +116,7 @@ class Evidence {
 
   const Factors& factors_;
   const Atoms& atoms_;
-  const double visible_, detection_;
+  const double visible_, broad_;
   std::shared_ptr<const Tables> tables_;
   // Of one picture.
   std::vector<double> matched_;      // 3A: H_a' W d

@@ -72,7 +72,7 @@ Model::Model(const sensor::Sensor& sensor, const Factors& factors, const Atoms& 
 }
 
 void Model::solve(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
-                  Estimate& estimate) noexcept {
+                  Estimate& estimate, std::span<const float> variance_px2) noexcept {
   std::copy(displacement_px.begin(), displacement_px.end(), displacement_.data());
   const auto coordinates = static_cast<int>(displacement_px.size());
   picture_ = {displacement_.data(), missing, dotProduct(displacement_.data(), displacement_.data(), coordinates),
@@ -83,7 +83,7 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
   solved_.clear();
   patchedParts_ = evenParts_ = {};
   products_.begin(picture);
-  switch (std::isfinite(picture.squares_px2) ? findCandidates(picture, displacement_px, estimate.rounds)
+  switch (std::isfinite(picture.squares_px2) ? findCandidates(picture, displacement_px, variance_px2, estimate.rounds)
                                              : Found::kFailed) {
   case Found::kFailed:
     estimate.outcome = Estimate::Outcome::kFailed;
@@ -100,8 +100,9 @@ void Model::solve(std::span<const float> displacement_px, std::span<const int> m
 }
 
 /// Fills the mixture.
-Model::Found Model::findCandidates(const Displacements& picture, std::span<const float> displacement_px, int& rounds) {
-  if (modes_.look(picture, displacement_px).squaredDeviations < square(options_.detection)) return Found::kNothing;
+Model::Found Model::findCandidates(const Displacements& picture, std::span<const float> displacement_px,
+                                   std::span<const float> variance_px2, int& rounds) {
+  if (!modes_.detect(picture, displacement_px, variance_px2)) return Found::kNothing;
   if (patched_ && findOnePatch(picture, displacement_px)) {
     addPatches();
     return Found::kForces;
@@ -137,7 +138,6 @@ Model::Found Model::findField(const Displacements& picture, int& rounds) {
 /// Does one round: prior, selection, posterior. Its moments are what the next round begins with.
 Model::Found Model::round(const Displacements& picture, int most, bool last) {
   if (!choose(picture, most)) {
-    if (modes_.surest().squaredDeviations < square(options_.certainty)) return Found::kNothing;
     std::fill(moments_.mean_N.begin(), moments_.mean_N.end(), 0.0);
     std::fill(moments_.noise_N2.begin(), moments_.noise_N2.end(), 0.0);
     makeEvident(modes_.surest(), moments_);

@@ -51,9 +51,10 @@ class Model {
   /// Estimates the forces. `estimate.force_N` must have 3P elements. Errors are reported by Estimate::outcome only. The
   /// arguments need not outlive the call, but for picture(). \param displacement_px 2M, 0 where missing
   /// \param missing coordinates without a displacement, ascending, both of each marker \param noise_px standard
-  /// deviation of a coordinate in this frame, above 0
-  void solve(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
-             Estimate& estimate) noexcept;
+  /// deviation of a coordinate in this frame, above 0 \param variance_px2 M, of a coordinate of each marker, 0 if
+  /// missing: what is detected must be so by these as well; empty: all are alike
+  void solve(std::span<const float> displacement_px, std::span<const int> missing, double noise_px, Estimate& estimate,
+             std::span<const float> variance_px2 = {}) noexcept;
 
   /// A candidate of the mixture.
   struct Solved {
@@ -95,7 +96,8 @@ class Model {
     std::vector<float> stillRounded;
   };
 
-  Found findCandidates(const Displacements& picture, std::span<const float> displacement_px, int& rounds);
+  Found findCandidates(const Displacements& picture, std::span<const float> displacement_px,
+                       std::span<const float> variance_px2, int& rounds);
   Found findField(const Displacements& picture, int& rounds);
   Found round(const Displacements& picture, int most, bool last);
   bool choose(const Displacements& picture, int most);

@@ -32,12 +32,12 @@ struct ModelOptions {
   /// is left of a picture shows more contacts.
   double surety = 4.0;
 
-  /// SurestForce's deviations in a picture, below which nothing touches. Sets the rate of false alarms.
-  double detection = 4.8;
+  /// Share of the frames without a touch that show one, by noise alone: sets the deviations of SurestForce below which
+  /// nothing touches (detectionThreshold()).
+  double falseAlarms = 10.0 / (3600.0 * 60.0);
 
-  /// SurestForce's deviations in a picture, from which on its atom is evident even if a round finds no other. Noise
-  /// does not reach them.
-  double certainty = 6.0;
+  /// SurestForce's deviations from which on its atom is evident, if the picture hardly distinguishes it from others.
+  double broad = 4.8;
 
   /// beta: reach over which neighbouring atoms of a level share their prior variance [distances of neighbours].
   double coupling = 0.5;
@@ -74,6 +74,7 @@ inline ModelOptions modelOptions(const SolveOptions& options) {
   ModelOptions model;
   model.mechanics = options.model;
   model.noise_px = options.noise_px;
+  model.falseAlarms = options.falseAlarmsPerHour / (3600.0 * options.frameRate_Hz);
   return model;
 }
 

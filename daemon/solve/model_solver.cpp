@@ -49,7 +49,8 @@ void ModelSolver::solve(const MarkerField& markers, TractionField& field) noexce
   solved_ = markers.info;
   estimate_.outcome = Estimate::Outcome::kFailed;
   if (!writer_.begin(markers, field)) return;
-  model_.solve(writer_.picture(), writer_.used().missing(), writer_.noise_px(), estimate_);
+  model_.solve(writer_.picture(), writer_.used().missing(), writer_.noise_px(), estimate_,
+               writer_.used().variance_px2());
   writer_.write(estimate_, model_.mixture(), field);
   if (field.valid) field.solution = Solution::kFull;
 }
@@ -72,7 +73,7 @@ bool ModelSolver::answer(const MarkerField& markers, TractionField& field) noexc
                               dotProduct(displacement_.data(), displacement_.data(), factors_.coordinateCount()),
                               answerWriter_.noise_px()};
   if (!std::isfinite(picture.squares_px2)) return false;
-  if (modes_.look(picture, displacement_px).squaredDeviations < square(options_.detection)) {
+  if (!modes_.detect(picture, displacement_px, answerWriter_.used().variance_px2())) {
     answerNothing(picture, field);
     return true;
   }

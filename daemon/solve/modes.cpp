@@ -10,11 +10,13 @@ constexpr int kCompletions = 2;
 
 Modes::Modes(const Factors& factors, const Atoms& atoms, const ModelOptions& options)
     : factors_(factors)
+    , detection_(detectionThreshold(options.falseAlarms, atoms.count()))
     , amplitudes_(factors)
     , evidence_(factors, atoms, options) {}
 
 Modes::Modes(const Modes& other)
     : factors_(other.factors_)
+    , detection_(other.detection_)
     , amplitudes_(other.factors_)
     , evidence_(other.evidence_) {}
 
@@ -25,6 +27,12 @@ const SurestForce& Modes::look(const Displacements& picture, std::span<const flo
   readMore(0.0);
   complete();
   return surest_ = evidence_.surest(amplitudes_.values(), noise_px_);
+}
+
+bool Modes::detect(const Displacements& picture, std::span<const float> displacement_px,
+                   std::span<const float> variance_px2) {
+  surest_ = evidence_.confirmed(look(picture, displacement_px), noise_px_, detection_, variance_px2);
+  return surest_.squaredDeviations >= square(detection_);
 }
 
 void Modes::start(AtomMoments& moments) {

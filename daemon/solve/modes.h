@@ -22,10 +22,14 @@ class Modes {
   /// best. \param displacement_px 2M, 0 where missing; must live, as the missing coordinates of `picture`, until the
   /// next look()
   const SurestForce& look(const Displacements& picture, std::span<const float> displacement_px);
+  /// Does what look() does, and returns whether anything touches. \param variance_px2 M, of a coordinate of each
+  /// marker, 0 if missing: the force must be as sure by these; empty: all are alike
+  bool detect(const Displacements& picture, std::span<const float> displacement_px,
+              std::span<const float> variance_px2);
   /// Reads all modes in which that picture's forces are visible, and computes the moments of all atoms, all alike.
   void start(AtomMoments& moments);
 
-  const SurestForce& surest() const { return surest_; }                        ///< of the last look()
+  const SurestForce& surest() const { return surest_; }                        ///< of the last look() or detect()
   std::span<const double> amplitudes() const { return amplitudes_.values(); }  ///< of the modes that were read [px]
   Evidence& evidence() { return evidence_; }
 
@@ -34,6 +38,7 @@ class Modes {
   void complete();
 
   const Factors& factors_;
+  const double detection_;  ///< deviations of the surest force below which nothing touches
   Amplitudes amplitudes_;
   Evidence evidence_;
   SurestForce surest_;

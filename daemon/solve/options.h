@@ -12,6 +12,11 @@ struct SolveOptions {
   /// Standard deviation of a marker's centre in one frame [px], as calibrated; the frame's own scales the uncertainty.
   double noise_px = 0.018;
 
+  /// Frames that show a touch although nothing touches, by the noise of the markers alone [1/h].
+  double falseAlarmsPerHour = 10.0;
+  /// Rate of the frames that this refers to: of the camera, as configured. Fixed, so that a replay finds the same.
+  double frameRate_Hz = 60.0;
+
   /// Share of the markers that may be missing; beyond, the field is not valid. Isolated gaps of the zero are not among
   /// these markers (MarkerField::isolatedGaps).
   double maxMissingFraction = 0.25;

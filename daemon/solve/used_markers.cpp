@@ -14,7 +14,8 @@ constexpr double kDoubtful = 16.0;
 UsedMarkers::UsedMarkers(int markers, const SolveOptions& options)
     : options_(options)
     , markers_(static_cast<std::size_t>(markers))
-    , row_(static_cast<std::size_t>(padded(2 * markers)), 0.0) {
+    , row_(static_cast<std::size_t>(padded(2 * markers)), 0.0)
+    , variance_(markers_) {
   missing_.reserve(2 * markers_);
 }
 
@@ -35,6 +36,7 @@ bool UsedMarkers::choose(const MarkerField& markers) {
   std::fill(row_.begin(), row_.end(), 0.0);
   for (std::size_t i = 0; i < markers_; ++i) {
     const bool isUsed = markers.valid[i] != 0 && markers.variance_px2[i] <= limit;
+    variance_[i] = isUsed ? markers.variance_px2[i] : 0.0F;
     if (isUsed) variance += markers.variance_px2[i];
     for (const std::size_t coordinate : {2 * i, 2 * i + 1}) {
       if (!isUsed) {

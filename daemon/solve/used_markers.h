@@ -25,7 +25,10 @@ class UsedMarkers {
   int count() const { return count_; }                       ///< number of used coordinates, two of each marker
   std::span<const int> missing() const { return missing_; }  ///< the other coordinates, ascending
   std::span<const double> row_px() const { return row_; }    ///< displacements, 2M padded; 0 if missing
-  double squares_px2() const { return squares_; }            ///< sum of the squared displacements
+  std::span<const float> variance_px2() const {
+    return variance_;
+  }                                                ///< M, of a coordinate of each marker; 0 if missing
+  double squares_px2() const { return squares_; }  ///< sum of the squared displacements
   /// Returns the standard deviation of a coordinate in this frame, by the used markers' mean variance; the calibrated
   /// one if that is 0.
   double noise_px() const { return noise_px_; }
@@ -36,6 +39,7 @@ class UsedMarkers {
   int count_ = 0;
   std::vector<int> missing_;
   std::vector<double> row_;
+  std::vector<float> variance_;
   double squares_ = 0.0, noise_px_ = 0.0;
 };
 

@@ -34,6 +34,11 @@ TEST(Config, OfAnEmptyFileIsTheDefault) {
   EXPECT_EQ(configText(*config), configText(Config{}));
 }
 
+TEST(Config, FalseAlarmsAreThoseAtTheCamerasRate) {
+  EXPECT_EQ(parsed("")->solve.frameRate_Hz, 60.0);
+  EXPECT_EQ(parsed("[camera]\nframe_rate_hz = 120\n")->solve.frameRate_Hz, 120.0);
+}
+
 TEST(Config, ShippedFileIsTheDefaultsWithEveryKey) {
   std::ifstream stream(test::source("config/tractiond.toml"));
   const std::string text{std::istreambuf_iterator<char>(stream), {}};

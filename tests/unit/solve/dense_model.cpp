@@ -1,5 +1,7 @@
 #include "tests/unit/solve/dense_model.h"
 
+#include "daemon/solve/evidence.h"
+
 #include <Eigen/Dense>
 
 #include <algorithm>
@@ -32,7 +34,8 @@ DenseModel::Result DenseModel::solve(const Vector& displacement, const std::vect
 
   Result result;
   Seen first = start(modes, amplitudes, sure), seen = first;
-  const bool detected = std::sqrt(sure.squaredDeviations) >= options_.detection;
+  const bool detected =
+      std::sqrt(sure.squaredDeviations) >= detectionThreshold(options_.falseAlarms, static_cast<int>(shape_.cols()));
   for (std::size_t time = 0; time < 2; ++time) {
     Vector gamma;
     Fit fit;
@@ -41,7 +44,7 @@ DenseModel::Result DenseModel::solve(const Vector& displacement, const std::vect
       const int most = options_.most[time][i];
       gamma = coupled(evident(seen)).cwiseQuotient(coupled(seen.known));
       if (detected) result.atoms = select(gamma, size, most, n2);
-      if (result.atoms.empty() && std::sqrt(sure.squaredDeviations) >= options_.certainty) {
+      if (detected && result.atoms.empty()) {
         seen = {Vector::Zero(H.cols()), seen.known, Vector::Zero(shape_.cols())};
         seen.mean.segment<3>(3 * sure.atom) = sure.force;
         gamma = coupled(evident(seen)).cwiseQuotient(coupled(seen.known));
@@ -186,7 +189,7 @@ DenseModel::Seen DenseModel::start(const Modes& modes, const Vector& c, const Su
     const Eigen::Vector3d mean = seen.mean.segment<3>(3 * a);
     seen.noise[a] = 3 * mean.squaredNorm() / mean.dot(covariance.inverse() * mean);
   }
-  if (isAmbiguous(surest.atom) && std::sqrt(surest.squaredDeviations) >= options_.detection) {
+  if (isAmbiguous(surest.atom) && std::sqrt(surest.squaredDeviations) >= options_.broad) {
     seen.mean.segment<3>(3 * surest.atom) = surest.force;
     seen.noise[surest.atom] = 0.0;
   }
