@@ -45,9 +45,6 @@ int unlessMemoryLacks(const char* name, Function /*as declared*/, Arguments... a
 }  // namespace tractiond::test
 
 extern "C" {
-int zmq_msg_copy(zmq_msg_t* to, zmq_msg_t* from) {
-  return tractiond::test::unlessMemoryLacks("zmq_msg_copy", zmq_msg_copy, to, from);
-}
 int zmq_msg_init_data(zmq_msg_t* message, void* data, std::size_t size, zmq_free_fn* free, void* hint) {
   return tractiond::test::unlessMemoryLacks("zmq_msg_init_data", zmq_msg_init_data, message, data, size, free, hint);
 }

@@ -338,7 +338,7 @@ TEST_F(PublisherTest, PreviewWithoutMemoryIsDroppedAndTakesNoRoom) {
 TEST_F(PublisherTest, WithoutMemoryForZeroMqMessagesAreCountedAndTheNextOnesAreSent) {
   open();
   const auto subscriber = join("");
-  constexpr int kPieces = 13;  // three of field, markers, description and status each, and the copy for latest
+  constexpr int kPieces = 12;  // three of field, markers, description and status each
   std::uint64_t unsent = 0;
   for (int left = 0; left < kPieces; ++left) {
     TestClock::advance(1000ms);
