@@ -258,8 +258,8 @@ struct Relay::Impl {
     for (int i = 0; i < kMessagesPerTurn; ++i) {
       const std::size_t count = receive((*front)[kControl], parts);
       if (count == 0) return network::inflow::releaseEnded(network::Charge::kRequests);
-      network::inflow::release(network::sourceOf(parts[0]), count - 1);  // the first part is the routing id
-      askers.count(parts[0], count - 1, front->bound(kControl));
+      network::inflow::release(network::sourceOf(parts[1]), count - 1);  // the first part is the routing id
+      askers.count(parts[1], count - 1, front->bound(kControl));
       // [peer][empty][request]
       if (count != 3 || !parts[1].empty()) continue;
       const std::string why = pass(parts[0].to_string_view(), parts[2], now);

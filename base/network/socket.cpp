@@ -16,6 +16,9 @@ namespace tractiond::network {
 
 namespace {
 
+/// Largest message of which PeerLimit keeps a copy: the buffer of libzmq that a small message keeps is as large.
+constexpr std::size_t kMostKept_bytes = 8192;
+
 Error explain(const std::string& endpoint, int error) {
   switch (error) {
   case EADDRINUSE:
@@ -161,7 +164,8 @@ void PeerLimit::count(zmq::message_t& message, std::size_t parts, const std::vec
   if (connection == nullptr) return;
   const auto [counted, isNew] = counts_.try_emplace(connection);
   Count& count = counted->second;
-  if (isNew) (void)zmq_msg_copy(count.first.handle(), message.handle());  // needs no memory: bytes are shared
+  // Needs no memory: bytes are shared.
+  if (isNew && message.size() <= kMostKept_bytes) (void)zmq_msg_copy(count.first.handle(), message.handle());
   count.parts += parts;
   if (++count.messages <= limit_) return;
   count.messages = 0;

@@ -45,7 +45,9 @@ void release(const std::vector<std::string>& bound);
 std::string peerName(zmq::message_t& message);
 
 /// Returns the file descriptor of the connection over which a message came; -1 if it is not known. The connection may
-/// have ended since, and its number be that of another file.
+/// have ended since, and its number be that of another file. \param message a part that the peer sent: for the routing
+/// id that a ROUTER adds, libzmq 4.3.4 knows no connection after zmq_poll() (router.cpp, xhas_in()). The same holds for
+/// connectionOf() and PeerLimit
 int sourceOf(zmq::message_t& message);
 
 /// Returns a pointer, not to be dereferenced, that the messages of one connection have in common, and those of no other
@@ -88,7 +90,8 @@ class PeerLimit {
 
   /// Counts a message that came over a socket bound to these endpoints. Ends its connection (cutOff()) if it exceeds
   /// the limit; a later connection with the same descriptor only if that has sent as much itself. Has no effect if the
-  /// connection is not known. Allocates, and keeps a copy of a connection's first message until reset().
+  /// connection is not known. Allocates, and keeps a copy of a connection's first message until reset(), unless it is
+  /// larger than 8 KiB: then a later connection may be counted together with this one.
   /// \param parts number of parts of the message that came over the connection \param bound as bind() returned it
   void count(zmq::message_t& message, std::size_t parts, const std::vector<std::string>& bound);
   void reset() { counts_.clear(); }  ///< Sets the counts of all connections to 0.

@@ -47,7 +47,7 @@ struct ControlServer::Impl {
       }
       ++parts;
       if (message.more()) continue;
-      network::inflow::release(network::sourceOf(request[0]), parts - 1);  // the first is ZeroMQ's name of the peer
+      network::inflow::release(network::sourceOf(request[1]), parts - 1);  // the first is ZeroMQ's name of the peer
       return true;
     }
   }
@@ -119,7 +119,7 @@ struct ControlServer::Impl {
   }
 
   void answer() {
-    peers.count(request[0], parts - 1, endpoints);
+    peers.count(request[1], parts - 1, endpoints);
     // [peer][empty][request], or [peer][beyond][empty][request]; a peer that does not speak REQ's envelope would not
     // understand a reply either.
     const bool passedOn = parts == 4 && !request[1].empty();

@@ -172,14 +172,17 @@ TEST_F(RelayTest, RequestsBeyondTheLimitAreRefusedUntilTheSecondIsOver) {
   EXPECT_EQ(ask(), "too many requests: more than 3 in a second");
 }
 
-TEST_F(RelayTest, RequestsOfTheLargestSizeArePassedOn) {
+TEST_F(RelayTest, RequestsOfTheLargestSizeArePassedOnWhateverTheirNumber) {
   pb::Request request;
   request.set_version(1);
   request.mutable_status();
   const std::string later = "\xfa\x01\xe0\xd4\x03" + std::string(60'000, 'x');  // field 31, of a version to come
-  peer_.send(zmq::str_buffer(""), zmq::send_flags::sndmore);
-  peer_.send(zmq::buffer(request.SerializeAsString() + later));
-  turnUntil([&] { return !take(control_).empty(); });
+  for (int i = 0; i < 40 && !HasFailure(); ++i) {  // more than ZeroMQ may hold of a connection
+    time_ns += kSecond_ns;
+    peer_.send(zmq::str_buffer(""), zmq::send_flags::sndmore);
+    peer_.send(zmq::buffer(request.SerializeAsString() + later));
+    turnUntil([&] { return !take(control_).empty(); });
+  }
 }
 
 TEST_F(RelayTest, ReplyThatNobodyReadsKeepsFurtherOnesAwayUntilItsConnectionEnds) {
