@@ -129,7 +129,8 @@ class Service(unittest.TestCase):
     def test_of_a_refused_reload_nothing_stays_in_the_camera(self):
         draw = self.draw
         self.bench.twin("idle")
-        daemon = self.bench.daemon("frame_rate_hz = 60\n")
+        # On a busy machine the twin may not answer within the 130 ms of a liveness check: the camera would be given up.
+        daemon = self.bench.daemon("frame_rate_hz = 60\nsilence_timeout_ms = 0\n")
         subscriber = self.bench.subscribe(daemon)
         subscriber.collect(5)
         file = self.bench.folder / "default" / "tractiond.toml"
