@@ -96,8 +96,8 @@ class Instrument {
   std::optional<publish::FrozenPeers> frozenPeers_;
   network::inflow::Report inflow_;
   network::connections::Report connections_;
-  std::string lockedWhy_;          // reason of the last warning
-  std::uint64_t toldUnsent_ = 0;   // messages in the last warning
+  std::string lockedWhy_;         // reason of the last warning
+  std::uint64_t toldUnsent_ = 0;  // messages in the last warning
   std::int64_t toldUnsent_ns_ = 0;
   unsigned describedSession_ = 0;  // of the camera
   bool cameraAsked_ = false;

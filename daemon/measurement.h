@@ -47,7 +47,8 @@ class Measurement : public Processing {
   /// pose, or the first one has not been compared with the gel file. Pictures from a file wait for that comparison, and
   /// for the solver for the zero's places, unless the pipeline is stopping.
   bool track(const Frame& frame, MarkerField& markers) override;
-  /// Computes the forces, with the newest solver that is ready: of pictures from a file by a model of each, else in time.
+  /// Computes the forces, with the newest solver that is ready: of pictures from a file by a model of each, else in
+  /// time.
   void solve(const MarkerField& markers, TractionField& field) override;
   /// Counts a field that is not valid (Ledger::invalid) and notes the reason for measure(); passes every field to the
   /// recorder, if there is one.
@@ -86,9 +87,9 @@ class Measurement : public Processing {
   std::optional<RestPose> restored_, earlier_;  // written before the control thread meets the camera, read after
   bool isRestoredWritten_ = true;               // false: a loss of power may undo restored_; accessed as restored_
   std::unique_ptr<track::Tracker> tracker_;
-  PlacedSolver solver_;  // used by the solving thread alone once it runs
+  PlacedSolver solver_;                       // used by the solving thread alone once it runs
   std::optional<PromptSolver> promptSolver_;  // none: the pictures come from a file
-  Id places_{};          // the zero of the solver for the next frame; used by the tracking thread alone
+  Id places_{};  // the zero of the solver for the next frame; used by the tracking thread alone
   // Threads for slow work. They are separate, as a disk may hang, and a computation may take a minute.
   BackgroundThread disk_{"tr-disk"}, compute_{"tr-compute"};
   std::unique_ptr<RestSolver> restSolver_;  // none: the solver does not depend on the places of markers in the zero

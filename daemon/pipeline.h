@@ -81,8 +81,8 @@ class Pipeline {
   /// threads, nor for Stage::kControl if Stages::control is empty; when all stages have ended, countDiscarded() must be
   /// called.
   bool turn(Stage stage, std::chrono::milliseconds timeout);
-  /// Makes capture and control end with their next turns, and previews, models and the recording; the other stages follow. Does
-  /// not wait. Thread-safe.
+  /// Makes capture and control end with their next turns, and previews, models and the recording; the other stages
+  /// follow. Does not wait. Thread-safe.
   void requestStop() { stopping_.store(true, std::memory_order_relaxed); }
   /// Counts what is still in a link as Ledger::discardedAtStop, and gives the memory of such frames back to the source.
   /// finish() calls it when the threads are joined.

@@ -80,8 +80,8 @@ class Processing {
 
   /// Returns whether modelTurn() is to be called. Called before the pipeline is made.
   virtual bool makesModels() const = 0;
-  /// Implements Stages::model: waits at most `timeout` for a frame, and makes the next model for solve() of it. Must not
-  /// be called unless makesModels().
+  /// Implements Stages::model: waits at most `timeout` for a frame, and makes the next model for solve() of it. Must
+  /// not be called unless makesModels().
   virtual void modelTurn(std::chrono::milliseconds timeout) = 0;
 
   // tr-record

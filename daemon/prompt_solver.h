@@ -46,7 +46,7 @@ class PromptSolver {
   bool take();
 
   const PromptOptions options_;
-  Mailbox<Offer> offers_;            // to the other thread
+  Mailbox<Offer> offers_;             // to the other thread
   Mailbox<TractionField> solutions_;  // from it
   Event offered_, solved_;
   std::atomic<std::uint64_t> waitsFor_{0};  // number of the frame; 0: none

@@ -9,6 +9,7 @@
 #include "daemon/instance.h"
 #include "daemon/recorder.h"
 #include "daemon/records/field_gaps.h"
+#include "daemon/replay_solver.h"
 #include "daemon/rest_solver.h"
 #include "daemon/solve/make_solver.h"
 #include "daemon/track/nominal.h"
@@ -102,6 +103,7 @@ class Replay {
   MarkerField markers_;
   TractionField field_;
   FieldGaps fieldGaps_;
+  ReplaySolver solver_;
   RestPose taken_;
   bool isProposed_ = false;  ///< taken_ was asked for, and is not in force
   std::uint64_t number_ = 0, pictures_ = 0, gaps_ = 0;
@@ -367,7 +369,7 @@ void Replay::picture(std::string_view bytes) {
   if (recorder_) recorder_->takeFrame(frame, tracker_->inputs(), placed.zero);
   if (tracked) {
     markers_.info.times.tracked_ns = frame.info.times.received_ns;  // no time passes
-    placed.solver->solve(markers_, field_);
+    solver_.solve(placed.solver, markers_, field_);
     field_.markers.info.times.solved_ns = frame.info.times.received_ns;
     fieldGaps_.mark(field_);
     publisher_->publish(field_);
@@ -388,6 +390,10 @@ tl::expected<void, Error> Replay::run() {
   tl::expected<recording::Extent, Error> extent;
   bool stopped = false;
   try {
+    // First how the fields were solved: it stands behind the pictures.
+    reader->read([&](const recording::Channel& channel, const recording::Schema*, const recording::Message& message) {
+      if (channel.topic.ends_with("/field/")) solver_.note(message.data);
+    });
     extent = reader->read(
         [&](const recording::Channel& channel, const recording::Schema*, const recording::Message& message) {
           if (channel.topic == "beginning/") begin(message.data);
@@ -410,6 +416,9 @@ tl::expected<void, Error> Replay::run() {
       spdlog::warn(
           "warning: pictures are missing in the recording at {} places: fields behind them are not those of then",
           gaps_);
+    if (sameGel_ && solver_.others() > 0)
+      spdlog::warn("warning: {} fields are not those of then, as the pictures of their models are missing",
+                   solver_.others());
   }
   if (error) return tl::unexpected(*error);
   if (stopped) return {};

@@ -62,6 +62,11 @@ const char* nameOf(Method method) {
   return kNames.at(static_cast<std::size_t>(method));
 }
 
+const char* nameOf(Solution solution) {
+  constexpr std::array kNames = {"none", "full", "linear"};
+  return kNames.at(static_cast<std::size_t>(solution));
+}
+
 void put(Json& json, const Contact& contact) {
   json.open('{');
   json.key("position_m").numbers(contact.position_m);
@@ -83,6 +88,8 @@ void put(Json& json, const Field& field) {
   json.key("residual_px").number(field.residual_px);
   json.key("valid_markers").number(field.validMarkers);
   json.key("method").string(nameOf(field.method));
+  json.key("solution").string(nameOf(field.solution));
+  json.key("model_frame").number(field.modelFrame);
   json.key("regularisation_px_per_N").number(field.regularisation_px_per_N);
   put(json, "resultant_covariance_N2", field.resultantCovariance_N2);
   put(json, "moment_covariance_N2m2", field.momentCovariance_N2m2);

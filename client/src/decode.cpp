@@ -176,6 +176,18 @@ Method methodOf(pb::Method from) {
   }
 }
 
+/// Returns kNone for a solution of a later daemon.
+Solution solutionOf(pb::Solution from) {
+  switch (from) {
+  case pb::SOLUTION_FULL:
+    return Solution::kFull;
+  case pb::SOLUTION_LINEAR:
+    return Solution::kLinear;
+  default:
+    return Solution::kNone;
+  }
+}
+
 }  // namespace
 
 Colour colourOf(pb::Colour colour) {
@@ -283,6 +295,8 @@ Field decodeField(std::string_view bytes) {
           "the field's deviations have another size");
   for (const pb::Contact& contact : from.contacts()) field.contacts.push_back(contactOf(contact));
   field.method = methodOf(from.method());
+  field.solution = solutionOf(from.solution());
+  field.modelFrame = from.model_frame();
   field.regularisation_px_per_N = from.regularisation_px_per_n();
   field.pictureMotion = {vectorOf(from.picture_motion().shift_px()), from.picture_motion().scale(),
                          from.picture_motion().roll_rad()};

@@ -272,7 +272,7 @@ bool LinearPosterior::answer(const Displacements& picture, std::span<const int> 
   misfit_ = squares - explained;
   logEvidence_ = -0.5 * (misfit_ + logDeterminant + square(std::log2(scale_)));
   squaredResidual_ = square(picture.noise_px) * (misfit_ - dot(xi_, xi_) / square(scale_));
-  Eigen::VectorXd::Map(theta_.data(), unknowns()) = q_.transpose() * Eigen::VectorXd::Map(xi_.data(), rank_);
+  Eigen::VectorXd::Map(theta_.data(), unknowns()).noalias() = q_.transpose() * Eigen::VectorXd::Map(xi_.data(), rank_);
   std::copy_n(theta_.begin() + firstMotion(), kMotions, motion_.begin());
   return true;
 }
@@ -408,7 +408,9 @@ void LinearPosterior::nodeDeviations_N(std::span<double> deviations) {
   double* const columns = seenColumns_.data();
   const auto count = static_cast<int>(deviations.size());
   const auto of = [this](int i) { return nodes_.data() + std::ptrdiff_t{rank_} * i; };
-  const Eigen::ArrayXf variance = Eigen::ArrayXd::Map(precision_.data(), rank_).inverse().cast<float>();
+  const auto variance = Eigen::ArrayXf::Map(coefficients_.data(), rank_);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(rank_); ++k)
+    coefficients_[k] = static_cast<float>(1.0 / precision_[k]);
   for (int first = 0; first < count; first += kColumns) {
     const int end = std::min(first + kColumns, count);
     if (isDense_) {
@@ -440,13 +442,13 @@ void LinearPosterior::covariance(std::span<const double> weights, int count, std
     for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(model_.ofPoints, point); it; ++it) {
       const int i = indexOf_[static_cast<std::size_t>(it.col())];
       if (i < 0) continue;
-      functionals_.block(3 * Index{i}, 0, 3, count) += it.value() * root(i).transpose() * of;
+      functionals_.block(3 * Index{i}, 0, 3, count).noalias() += it.value() * root(i).transpose() * of;
     }
     for (int e = 0; e < extraCount_; ++e) {
       const auto unit =
           Eigen::Vector3d::Map(extraForces_.data() + 3 * (std::ptrdiff_t{e} * model_.pointCount() + point));
       if (unit.isZero(0.0)) continue;
-      functionals_.block(firstExtra() + e, 0, 1, count) += unit.transpose() * of;
+      functionals_.block(firstExtra() + e, 0, 1, count).noalias() += unit.transpose() * of;
     }
   }
   functionalCovariance(count, covariance.data());
@@ -463,17 +465,23 @@ void LinearPosterior::extraCovariance(std::span<const int> unknowns, std::span<d
 
 /// Computes the covariance of the functionals of theta.
 void LinearPosterior::functionalCovariance(int count, double* covariance) {
-  using Square = Eigen::Matrix<double, kColumns, kColumns>;
-  const auto functionals = functionals_.topRows(unknowns());
   auto seen = decltype(functionals_)::Map(seenColumns_.data(), rank_, kColumns);
-  seen.noalias() = q_ * functionals;
-  const Square unseen = functionals.transpose() * functionals - seen.transpose() * seen;
-  whiten(seenColumns_.data());
-  const Square within = seen.transpose() * seen;
+  seen.setZero();
+  for (int i = 0; i < unknowns(); ++i) {
+    if (!functionals_.row(i).isZero(0.0)) seen.noalias() += q_.col(i) * functionals_.row(i);
+  }
+  using Products = std::array<double, static_cast<std::size_t>(kColumns * kColumns)>;
+  Products prior, across, within;
+  multiplyColumns(functionals_.data(), functionals_.data(), unknowns(), prior.data());
+  multiplyColumns(seen.data(), seen.data(), rank_, across.data());
+  whiten(seen.data());
+  multiplyColumns(seen.data(), seen.data(), rank_, within.data());
   for (int i = 0; i < count; ++i) {
     for (int j = 0; j < count; ++j) {
-      const double across = i == j ? std::max(0.0, unseen(i, i)) : unseen(i, j);  // rounding may make it < 0
-      covariance[count * i + j] = within(i, j) + square(scale_) * across;
+      const auto at = static_cast<std::size_t>(kColumns * i + j);
+      double unseen = prior[at] - across[at];
+      if (i == j) unseen = std::max(0.0, unseen);  // rounding may make it < 0
+      covariance[count * i + j] = within[at] + square(scale_) * unseen;
     }
   }
 }

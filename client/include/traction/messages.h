@@ -31,6 +31,8 @@ enum Flag : std::uint32_t {
   kGelMismatch = 128,   ///< the rest picture contradicts the gel file; the field is not valid
   /// Packets arrived twice, early, or in addition to the camera's own: the picture may come from another sender.
   kDoubtedOrigin = 256,
+  /// No model of an earlier frame holds, and its own solution did not come in time; the field is not valid.
+  kNotSolved = 512,
 };
 
 /// A 3 x 3 matrix, row by row, indices in the order x, y, z.
@@ -50,6 +52,13 @@ enum class Method : std::uint8_t {
   // Of earlier daemons alone, whose recordings have them.
   kWholeFace,  ///< all nodes were solved for: the contact was large, or contacts did not explain the picture
   kBlend,      ///< weighted mean of the two above
+};
+
+/// Whose model the forces of a field were found with.
+enum class Solution : std::uint8_t {
+  kNone,    ///< not valid, or not reported
+  kFull,    ///< this frame's own
+  kLinear,  ///< that of an earlier frame, Field::modelFrame, which this one does not contradict
 };
 
 /// A region in which something touches the gel. Deviations are standard deviations that noise alone causes.
@@ -130,6 +139,8 @@ struct Field {
   std::vector<std::array<float, 3>> nodeDeviation_N;  ///< standard deviation of each force that noise alone causes
   std::vector<Contact> contacts;                      ///< strongest first
   Method method = Method::kNone;
+  Solution solution = Solution::kNone;
+  std::uint64_t modelFrame = 0;          ///< of kLinear: Header::frameNumber of that frame; else 0
   double regularisation_px_per_N = 0.0;  ///< of earlier daemons: lambda of their penalty; now 0
   PictureMotion pictureMotion;
   /// Root mean square of what the forces do not explain, over the valid markers' coordinates.

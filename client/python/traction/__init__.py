@@ -23,7 +23,7 @@ from .errors import (BadEndpoint, BadKeys, Error, Malformed, NoAnswer, NotAllowe
 from .intake import Mode, Topics  # noqa: E402
 from .keys import Keys, load_keys  # noqa: E402
 from .messages import (CaptureBound, Contact, Covariance, Field, Flag, Header, Markers, Method,  # noqa: E402
-                       PictureMotion, Preview, PreviewFormat)
+                       PictureMotion, Preview, PreviewFormat, Solution)
 from .status import CameraState, Ledger, Status  # noqa: E402
 from .subscriber import Subscriber, fields  # noqa: E402
 
@@ -33,6 +33,6 @@ __all__ = [
     "BadEndpoint", "BadKeys", "Body", "Calibration", "Camera", "CameraState", "CaptureBound", "Colour", "Contact",
     "Control", "Covariance", "Description", "Error", "Field", "Flag", "Gel", "Grid", "Header", "Keys", "Ledger",
     "Malformed", "Markers", "MarkerLayer", "Message", "Method", "Mode", "NoAnswer", "NotAllowed", "OtherVersion",
-    "PictureMotion", "Preview", "PreviewFormat", "Refused", "Solver", "Status", "Subscriber", "Topics", "Zero",
+    "PictureMotion", "Preview", "PreviewFormat", "Refused", "Solution", "Solver", "Status", "Subscriber", "Topics", "Zero",
     "ZeroResult", "aio", "fields", "load_keys",
 ]

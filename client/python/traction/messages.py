@@ -27,6 +27,7 @@ class Flag(enum.IntFlag):
     OUT_OF_RANGE = 64  # the forces are beyond the range for which the uncertainty is known
     GEL_MISMATCH = 128  # the rest picture contradicts the gel file: the field is not valid
     DOUBTED_ORIGIN = 256  # packets came twice, early, or in addition to the camera's: the picture may be forged
+    NOT_SOLVED = 512  # no model of an earlier frame holds, and this one was not solved in time: the field is not valid
 
 
 class CaptureBound(enum.Enum):
@@ -46,6 +47,14 @@ class Method(enum.Enum):
     # Of earlier daemons alone, whose recordings have them.
     WHOLE_FACE = 3  # forces of all nodes, because the contact was large or did not explain the picture; no contacts are listed
     BLEND = 4  # weighted mean of CONTACT and WHOLE_FACE
+
+
+class Solution(enum.Enum):
+    """Whose model the forces of a field were found with."""
+
+    NONE = 0  # the field is not valid, or the daemon does not tell
+    FULL = 1  # the frame's own
+    LINEAR = 2  # that of an earlier frame, Field.model_frame, which this one does not contradict
 
 
 @dataclass(slots=True, eq=False)
@@ -143,6 +152,8 @@ class Field:
     method: Method
     regularisation_px_per_N: float  # of earlier daemons: lambda of their regularisation; now 0
     picture_motion: PictureMotion
+    solution: Solution
+    model_frame: int  # of Solution.LINEAR: Header.frame_number of that frame; else 0
 
 
 @dataclass(slots=True, eq=False)
