@@ -10,6 +10,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <limits>
 #include <memory>
 
 namespace tractiond {
@@ -26,8 +27,8 @@ class PromptSolver {
   PromptSolver(const PromptOptions& options, int markers, int nodes);
 
   /// Computes the field of a frame. If the newest model does not hold for it, waits for its own solution; if that takes
-  /// too long, the field is not valid and has the flag kNotSolved. For the solving thread. Allocates nothing. \param
-  /// solver kept by the caller until it has given solve() others three times
+  /// too long, the field is not valid and has the flag kNotSolved. For the solving thread. Allocates nothing.
+  /// \param solver must have another owner as long as use_count() shows one, so that this thread does not free it
   void solve(const std::shared_ptr<solve::FieldSolver>& solver, const MarkerField& markers, TractionField& field);
 
   /// Waits at most `timeout` for a frame, solves it and makes a model. For the thread that makes models.
@@ -57,7 +58,7 @@ class PromptSolver {
   // Of the other thread.
   Offer taken_;
   TractionField field_;
-  std::int64_t made_ns_ = 0;  // when the last model was made
+  std::int64_t made_ns_ = std::numeric_limits<std::int64_t>::min() / 2;  // when the last model was made
 };
 
 }  // namespace tractiond

@@ -30,7 +30,7 @@ enum class Method : std::uint8_t {
 enum class Solution : std::uint8_t {
   kNone,    ///< not valid
   kFull,    ///< of this frame
-  kLinear,  ///< of an earlier frame, which this one does not contradict (docs/mathematics.md, 4.8)
+  kLinear,  ///< of an earlier frame, which this one does not contradict (docs/mathematics.md, 4.10)
 };
 
 /// What the solver did for a field (docs/mathematics.md, section 4).

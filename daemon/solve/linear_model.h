@@ -1,4 +1,4 @@
-// Answers a picture by the model of an earlier one (docs/mathematics.md, 4.8): the candidates, their atoms, priors and
+// Answers a picture by the model of an earlier one (docs/mathematics.md, 4.10): the candidates, their atoms, priors and
 // points of linearisation are those of a finished Model::solve(); displacements, noise and missing markers are this
 // picture's. Takes a small part of the time of a solve. This picture itself tells whether the model still holds.
 #pragma once

@@ -56,9 +56,9 @@ LinearPosterior::LinearPosterior(const Factors& factors, const Atoms& atoms, int
     , xi_(kMostRank)
     , theta_(static_cast<std::size_t>(mostUnknowns(most, mostExtra)))
     , precision_(kMostRank)
-    , added_(static_cast<std::size_t>(kMostRank) * kMostAdded)
-    , taken_(static_cast<std::size_t>(kMostRank) * kMostRank)
-    , root_(kMostRank * (kMostRank + 1) / 2)
+    , dense_(static_cast<std::size_t>(kMostRank) * (kMostAdded + kMostRank + (kMostRank + 1) / 2 + 1), Pages::kSmall)
+    , taken_(dense_.data() + std::ptrdiff_t{kMostRank} * kMostAdded)
+    , root_(taken_ + std::ptrdiff_t{kMostRank} * kMostRank)
     , functionals_(mostUnknowns(most, mostExtra), kColumns)
     , seenColumns_(static_cast<std::size_t>(kColumns) * kMostRank)
     , scratch_(static_cast<std::size_t>(kColumns) * kMostRank)
@@ -66,7 +66,7 @@ LinearPosterior::LinearPosterior(const Factors& factors, const Atoms& atoms, int
     , coefficients_(kMostRank) {
   atoms_.reserve(static_cast<std::size_t>(most));
   roots_.reserve(static_cast<std::size_t>(most));
-  for (int k = 0; k < kMostRank; ++k) addedRows_.push_back(added_.data() + std::ptrdiff_t{kMostAdded} * k);
+  for (int k = 0; k < kMostRank; ++k) addedRows_.push_back(dense_.data() + std::ptrdiff_t{kMostAdded} * k);
   std::iota(everyRow_.begin(), everyRow_.end(), 0);
 }
 
@@ -287,12 +287,12 @@ void LinearPosterior::takeOut(std::span<const int> added) {
   if (!isDense_) return;
   const auto size = (std::ssize(added) + 3) / 4 * 4;
   for (int k = 0; k < rank_; ++k) {
-    double* const to = added_.data() + std::ptrdiff_t{kMostAdded} * k;
+    double* const to = dense_.data() + std::ptrdiff_t{kMostAdded} * k;
     std::fill_n(to, size, 0.0);
     for (std::size_t i = 0; i < added.size(); ++i) to[i] = noise_px_ * double{rows_.row(k)[added[i]]};
   }
   const std::span<const double* const> rows(addedRows_.data(), static_cast<std::size_t>(rank_));
-  multiplyPairs(rows, 0, static_cast<int>(size), taken_.data(), kMostRank);
+  multiplyPairs(rows, 0, static_cast<int>(size), taken_, kMostRank);
 }
 
 /// Solves for xi with a scale of the prior. Also computes the log determinant of s^2 (Lambda + 1 / s^2).
@@ -309,15 +309,15 @@ bool LinearPosterior::solve(double scale, double& logDeterminant) {
     }
     return true;
   }
-  double* to = root_.data();
+  double* to = root_;
   for (int i = 0; i < rank_; ++i) {
-    for (int j = 0; j <= i; ++j) *to++ = -ratio_ * taken_.data()[std::ptrdiff_t{kMostRank} * i + j];
+    for (int j = 0; j <= i; ++j) *to++ = -ratio_ * taken_[std::ptrdiff_t{kMostRank} * i + j];
     to[-1] += precision_[static_cast<std::size_t>(i)];
   }
   if (!factoriseLower(factor(), rank_, scratch_.data())) return false;
   solveLower(factor(), rank_, xi_.data());
   solveLowerTransposed(factor(), rank_, xi_.data());
-  for (std::ptrdiff_t i = 0; i < rank_; ++i) logDeterminant += 2.0 * std::log(scale / root_.data()[i * (i + 3) / 2]);
+  for (std::ptrdiff_t i = 0; i < rank_; ++i) logDeterminant += 2.0 * std::log(scale / root_[i * (i + 3) / 2]);
   return true;
 }
 

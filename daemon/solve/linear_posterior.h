@@ -110,8 +110,8 @@ class LinearPosterior final : public Candidate {
   void whiten(double* columns) const;
   void functionalCovariance(int count, double* covariance);
   /// Returns the packed root of the precision.
-  std::span<double> factor() { return {root_.data(), static_cast<std::size_t>(rank_ * (rank_ + 1) / 2)}; }
-  std::span<const double> factor() const { return {root_.data(), static_cast<std::size_t>(rank_ * (rank_ + 1) / 2)}; }
+  std::span<double> factor() { return {root_, static_cast<std::size_t>(rank_ * (rank_ + 1) / 2)}; }
+  std::span<const double> factor() const { return {root_, static_cast<std::size_t>(rank_ * (rank_ + 1) / 2)}; }
 
   const Factors& factors_;
   const Atoms& model_;
@@ -134,9 +134,10 @@ class LinearPosterior final : public Candidate {
   double logEvidence_ = 0.0, misfit_ = 0.0, scale_ = 1.0, squaredResidual_ = 0.0;
   bool isDense_ = false;  // coordinates were added
   std::vector<double> y_, xi_, theta_, precision_;
-  LineArray<double> added_, taken_;  // B R Q / n of the added coordinates; its product, what Lambda lacks
+  // If coordinates were added: their B R Q / n; its product, what Lambda lacks; the packed root of the precision.
+  LineArray<double> dense_;
+  double *taken_ = nullptr, *root_ = nullptr;
   std::vector<const double*> addedRows_;
-  LineArray<double> root_;  // packed root of the precision, if it is dense
   Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor> functionals_;  // of theta
   LineArray<double> seenColumns_;                                                 // rank x kColumns: of xi
   LineArray<double> scratch_;

@@ -85,15 +85,25 @@ def latency_ms(fields):
 
 
 def under_load(load, fields, truth):
-    """While the scenario's load is largest: the share of the frames that is lost, and the latency of the others."""
+    """While the scenario's load is largest: the share of the frames that is lost, the latency of the others, and how they
+    were solved."""
     force_N = {frame: np.linalg.norm(shown["force_N"]) for frame, shown in truth.items()}
     frames = [frame for frame in force_N if force_N[frame] >= max(force_N.values()) * (1 - 1e-6)]
     held = [field for field in fields if field["camera_frame_id"] in frames]
     first, last = (frames.index(field["camera_frame_id"]) for field in (held[0], held[-1]))
+    valid = sum(field["valid"] for field in held)
     row(f"{load}, {last - first + 1} frames at 60 frames/s: lost", f"{100 * (1 - len(held) / (last - first + 1)):.1f} %")
+    row("    published, but not solved in time", f"{100 * (1 - valid / len(held)):.1f} %")
     p50, p99 = latency_ms(held)
     row("    frame popped -> message received, p50", f"{p50:.1f} ms")
     row("                                      p99", f"{p99:.1f} ms")
+    linear = [field for field in held if field["solution"] == "linear"]
+    if not linear:
+        return
+    row("    answered by the model of an earlier frame", f"{100 * len(linear) / len(held):.1f} %")
+    p50, p99 = latency_ms(linear)
+    row("        frame popped -> message received, p50", f"{p50:.1f} ms", "<= 0.8 ms")
+    row("                                          p99", f"{p99:.1f} ms", "<= 2 ms")
 
 
 def loads():
