@@ -1,5 +1,7 @@
 // Counts every call of operator new in this program, and of malloc, which Eigen's matrices come from, where no
 // sanitizer has it.
+#include "daemon/solve/linear_model.h"
+#include "daemon/solve/model_contacts.h"
 #include "daemon/solve/model_solver.h"
 #include "tests/unit/solve/sensors.h"
 
@@ -7,6 +9,7 @@
 
 #include <atomic>
 #include <cstdlib>
+#include <memory>
 #include <new>
 #include <numeric>
 
@@ -172,6 +175,47 @@ TEST(Model, AllocatesNothingAroundPatches) {
     }
   }
   EXPECT_EQ(patches, 6);
+}
+
+TEST(LinearModel, AllocatesNothingWhenItAnswers) {
+  const sensor::Sensor sensor = smallSensor();
+  const Atoms atoms = makeAtoms(sensor);
+  ModelOptions options;
+  options.mechanics = sensor::elastic::Model::kHalfSpace;
+  const Factors factors = computeFactors(sensor, atoms, options).value();
+  Model model(sensor, factors, atoms, options);
+  LinearModel linear(factors, atoms, options,
+                     std::make_shared<const AtomModes>(factors, atoms, strongestModes(factors, options)));
+  LinearScratch scratch;
+  ModelContacts listing(atoms, sensor);
+  std::array<Contact, kMaxContacts> contacts;
+  Estimate estimate;
+  estimate.force_N.resize(3 * static_cast<std::size_t>(atoms.pointCount()));
+  const Eigen::VectorXf pressed =
+      (halfSpaceImage(sensor, Eigen::Vector3d(1e-3, 2e-3, 0.0)) * Eigen::Vector3d(0.1, 0.0, 1.0)).cast<float>();
+  const Eigen::MatrixXd even = halfSpaceImage(sensor, sensor::nodePositions(sensor.nodes));
+  const Eigen::VectorXf broad = (even * Eigen::VectorXd::Constant(even.cols(), 0.05)).cast<float>();
+  const std::vector<int> missing = {2, 3, 10, 11, 100, 101};
+  std::vector<double> deviations(3 * static_cast<std::size_t>(atoms.nodeCount()));
+  for (const Eigen::VectorXf& moved : {pressed, broad}) {
+    const std::span picture(moved.data(), static_cast<std::size_t>(moved.size()));
+    model.solve(picture, {}, options.noise_px, estimate);
+    ASSERT_EQ(estimate.outcome, Estimate::Outcome::kFound);
+    ASSERT_TRUE(linear.make(model, estimate, scratch));
+    for (const std::span<const int> without : {std::span<const int>(), std::span<const int>(missing)}) {
+      const int then = allocations;
+      const bool holds = linear.answer(picture, without, 2.0 * options.noise_px, estimate);
+      const int answered = allocations;
+      linear.mixture().nodeDeviations_N(deviations);
+      const int deviated = allocations;
+      listing.list(estimate, linear.mixture(), 0.01, contacts);
+      const int listed = allocations;
+      EXPECT_TRUE(holds);
+      EXPECT_EQ(answered, then);
+      EXPECT_EQ(deviated, answered);
+      EXPECT_EQ(listed, deviated);
+    }
+  }
 }
 
 }  // namespace
