@@ -1,6 +1,7 @@
 #include "daemon/publish/frozen_peers.h"
 
 #include "base/network/ends.h"
+#include "base/network/inflow_limit.h"
 #include "base/network/socket.h"
 
 #include <malloc.h>
@@ -25,9 +26,10 @@ bool FrozenPeers::endIfFrozen(int fd, std::int64_t now_ns) {
     if (known != connections_.end()) connections_.erase(known);
     return false;
   }
+  const std::uint64_t sent = network::inflow::sentOver(fd);
   if (known == connections_.end() || known->second.socket != unread->socket ||
-      known->second.waiting_bytes != unread->bytes) {
-    connections_[fd] = {unread->socket, unread->bytes, now_ns};
+      known->second.waiting_bytes != unread->bytes || known->second.sent != sent) {
+    connections_[fd] = {unread->socket, unread->bytes, sent, now_ns};
     return false;
   }
   if (now_ns - known->second.since_ns < kPatience_ns || !network::cutOff(fd, bound_)) return false;

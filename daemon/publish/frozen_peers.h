@@ -28,15 +28,17 @@ class FrozenPeers {
       , most_(mostAtOnce) {}
 
   /// Ends the connections to the bound endpoints whose unread bytes in the kernel (network::Unread) are not 0 and have
-  /// not changed for 5 s, and returns the memory of the messages that waited for them to the system, in this round and
-  /// the two after it. A round over all file descriptors begins each second; with many descriptors it takes several
-  /// calls. \param now_ns time of the call on any clock that does not go back, from 1 s on
+  /// not changed for 5 s, and whose peers have sent no request in this time: of a client that asks again and again, the
+  /// last answer may wait at every look. Returns the memory of the messages that waited for them to the system, in this
+  /// round and the two after it. A round over all file descriptors begins each second; with many descriptors it takes
+  /// several calls. \param now_ns time of the call on any clock that does not go back, from 1 s on
   void endFrozen(std::int64_t now_ns);
 
  private:
   struct Connection {
     std::uint64_t socket = 0;  ///< the descriptor's number may be another's by now
     int waiting_bytes = 0;
+    std::uint64_t sent = 0;  ///< parts of messages that the peer has sent
     std::int64_t since_ns = 0;
   };
 

@@ -1,13 +1,16 @@
 // Connections whose peers read nothing.
 
+#include "base/network/inflow_limit.h"
 #include "daemon/publish/frozen_peers.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/unit/base/network/raw_peer.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -87,6 +90,28 @@ TEST_F(FrozenPeersOf, OneThatReadsNothingForFiveSecondsIsCutOff) {
   EXPECT_FALSE(isCutOff(slow));
   EXPECT_FALSE(isCutOff(idle));
   EXPECT_FALSE(isCutOff(between));
+}
+
+TEST_F(FrozenPeersOf, OneThatAsksOnReadsItsAnswersThoughOneWaitsAtEachLook) {
+  network::inflow::watch("ipc://" + path_, network::Charge::kRequests);
+  FrozenPeers frozen = peers(1'000'000);
+  const Ends asks = connection(), hasAsked = connection();
+  const auto ask = [](const Ends& ends, const std::string& bytes) {
+    EXPECT_EQ(send(ends.theirs, bytes.data(), bytes.size(), MSG_NOSIGNAL), static_cast<ssize_t>(bytes.size()));
+    std::array<char, 128> read{};
+    EXPECT_EQ(recv(ends.ours, read.data(), read.size(), 0), static_cast<ssize_t>(bytes.size()));
+  };
+  for (const Ends& each : {asks, hasAsked}) {
+    ask(each, network::RawPeer::greeting());
+    sendTo(each);
+  }
+  for (int second = 10; second < 30; second += 2) {
+    ask(asks, network::RawPeer::message("x"));
+    frozen.endFrozen(second * kSecond_ns);
+  }
+  EXPECT_FALSE(isCutOff(asks));
+  EXPECT_TRUE(isCutOff(hasAsked));
+  network::inflow::unwatch({"ipc://" + path_});
 }
 
 TEST_F(FrozenPeersOf, ManyDescriptorsAreExaminedInSeveralCalls) {
