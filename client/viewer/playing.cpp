@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <new>
 
 namespace traction::view {
 
@@ -86,6 +87,8 @@ void Playing::run(const std::stop_token& stop) {
       }
     }
   } catch (const Interrupted&) {
+  } catch (const std::bad_alloc&) {  // what was read is freed by now
+    deliver_(kErrors, makeFrame("error", "refused there is too little memory to play this recording"));
   }
 }
 

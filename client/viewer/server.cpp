@@ -17,6 +17,7 @@
 #include <atomic>
 #include <charconv>
 #include <csignal>
+#include <system_error>
 
 namespace traction::view {
 
@@ -250,6 +251,9 @@ class Server {
       show->playing->want(wanted.kinds);
     } catch (const cli::RecordingError& error) {
       show->session->offer(kErrors, makeFrame("error", std::string("malformed ") + error.what()));
+    } catch (const std::system_error& error) {  // no thread for it; the others go on
+      show->session->offer(kErrors,
+                           makeFrame("error", std::string("refused no thread can be started for it: ") + error.what()));
     }
   }
 
