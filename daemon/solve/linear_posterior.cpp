@@ -15,7 +15,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 /// Directions of theta that the picture sees by less than this share of its noise are left to the prior, which is on
-/// the safe side.
+/// the safe side; of the rest of all unknowns together some are seen by up to a third.
 constexpr double kFaintest = 0.05;
 /// s is one of 2^(k / kSteps), k = 0 .. kMostSteps, unless the force has grown by more; its prior deviation is an
 /// octave.
@@ -54,6 +54,7 @@ LinearPosterior::LinearPosterior(const Factors& factors, const Atoms& atoms, int
     , nodesUnseen_(3 * static_cast<std::size_t>(atoms.nodeCount()))
     , y_(kMostRank)
     , xi_(kMostRank)
+    , firstXi_(kMostRank)
     , theta_(static_cast<std::size_t>(mostUnknowns(most, mostExtra)))
     , precision_(kMostRank)
     , dense_(static_cast<std::size_t>(kMostRank) * (kMostAdded + kMostRank + (kMostRank + 1) / 2 + 1), Pages::kSmall)
@@ -266,6 +267,7 @@ bool LinearPosterior::answer(const Displacements& picture, std::span<const int> 
   takeOut(added);
   double logDeterminant = 0.0;
   if (!solve(1.0, logDeterminant)) return false;
+  firstXi_ = xi_;
   scale_ = std::max(likeliestScale(), forceOfXi_N() / force_N_);
   if (scale_ > 1.0 && !solve(scale_, logDeterminant)) return false;
   const double squares = picture.squares_px2 / square(picture.noise_px), explained = dot(xi_, y_);

@@ -54,6 +54,8 @@ class LinearPosterior final : public Candidate {
   double misfit() const { return misfit_; }            ///< chi^2 of the picture, if the model holds
   double scale() const { return scale_; }              ///< s
   std::span<const double> xi() const { return {xi_.data(), static_cast<std::size_t>(rank_)}; }
+  /// Returns xi at s = 1.
+  std::span<const double> firstXi() const { return {firstXi_.data(), static_cast<std::size_t>(rank_)}; }
   /// Returns the values of the extra unknowns.
   std::span<const double> extra() const {
     return {theta_.data() + firstExtra(), static_cast<std::size_t>(extraCount_)};
@@ -133,7 +135,7 @@ class LinearPosterior final : public Candidate {
   double ratio_ = 1.0;  // of the squared noise then and now
   double logEvidence_ = 0.0, misfit_ = 0.0, scale_ = 1.0, squaredResidual_ = 0.0;
   bool isDense_ = false;  // coordinates were added
-  std::vector<double> y_, xi_, theta_, precision_;
+  std::vector<double> y_, xi_, firstXi_, theta_, precision_;
   // If coordinates were added: their B R Q / n; its product, what Lambda lacks; the packed root of the precision.
   LineArray<double> dense_;
   double *taken_ = nullptr, *root_ = nullptr;

@@ -143,7 +143,7 @@ double ResidualTest::surest(const LinearPosterior& posterior, std::span<const fl
   std::fill_n(sum_.data(), sum_.size(), 0.0);
   addColumns(factors_.left, everyCoordinate_, displacement_px, 0, kMotions + modes_, sum_.data());
   for (int m = 0; m < modes_; ++m) left_.data()[m] = static_cast<float>(sum_.data()[kMotions + m] / noise_px);
-  for (std::size_t k = 0; k < ofXi.size(); ++k) coefficients_[k] = static_cast<float>(posterior.xi()[k]);
+  for (std::size_t k = 0; k < ofXi.size(); ++k) coefficients_[k] = static_cast<float>(posterior.firstXi()[k]);
   std::fill_n(sum_.data(), sum_.size(), 0.0);
   addRows(seen_, ofXi, {coefficients_.data(), ofXi.size()}, sum_.data());
   for (int m = 0; m < modes_; ++m)

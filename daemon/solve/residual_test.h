@@ -33,7 +33,7 @@ class ResidualTest {
   /// Prepares the test of a posterior. \param extra its extra unknowns, as it was made of; null: none
   void make(const LinearPosterior& posterior, const ExtraUnknowns* extra);
 
-  /// Returns the deviations of the surest force that is left by the posterior's last answer, 0 or more. \param
+  /// Returns the deviations of the surest force that is left by the posterior's last answer at s = 1, 0 or more. \param
   /// displacement_px of the picture (2M), with what the posterior makes of them where they are missing
   double surest(const LinearPosterior& posterior, std::span<const float> displacement_px, double noise_px);
 
