@@ -160,7 +160,7 @@ std::vector<Key> keysOf(Config& config) {
           &solve.minPressForCentre_N, {0, 1000}},
       {"solve", "patience_ms", "ms", "Longest time that a frame waits for its own solution, where no model of an earlier frame holds; 0: one frame interval.",
           &config.prompt.patience_ms, {0, 1000}},
-      {"solve", "models_hz", "models/s", "Most models made in a second, for less load; 0: as many as can be made.",
+      {"solve", "models_hz", "models/s", "Most models made in a second, for less load; 0: as many as are wanted.",
           &config.prompt.models_Hz, {0, 1000}},
 
       {"publish", "insecure", "", "Allow endpoints that other hosts reach: they can then read, take zeros and calibrate.",

@@ -42,7 +42,7 @@ void PromptSolver::solve(const std::shared_ptr<solve::FieldSolver>& solver, cons
                          TractionField& field) {
   const auto patience = this->patience(markers.info);
   const bool isAnswered = solver->answer(markers, field);
-  if (isAnswered && field.method != Method::kContact) return;  // there is nothing to learn
+  if (isAnswered && (field.method != Method::kContact || !solver->wantsModel())) return;
   offer_.solver = solver;
   offer_.markers = markers;
   offer_.isWaitedFor = !isAnswered;

@@ -17,7 +17,7 @@ namespace tractiond {
 
 struct PromptOptions {
   double patience_ms = 0.0;  ///< longest time that a frame waits for its solution; 0: one frame interval
-  double models_Hz = 0.0;    ///< most models that are made in a second; 0: as many as can be made
+  double models_Hz = 0.0;    ///< most models that are made in a second; 0: as many as are wanted
 };
 
 /// The two threads neither lock nor wait for each other, except as solve() says.

@@ -19,6 +19,11 @@ static_assert(kFirst * (1 << kDoublings) == kLargestDetectable);
 constexpr std::uint64_t kMostFrames = 8;
 constexpr std::int64_t kLongest_ns = 50'000'000;
 
+/// A model is to be renewed after so many frames, or if a patch has moved so far [pitches], the prior has grown so
+/// much, or the surest force that is left has so many deviations: well before it no longer holds.
+constexpr std::uint64_t kFresh = 3;
+constexpr double kNear = 0.15, kGrown = 1.1, kSure = 4.5;
+
 /// Models that exist: one that answers, one that waits to, one that is being made.
 constexpr int kModels = 3;
 
@@ -65,6 +70,7 @@ bool ModelSolver::learn() {
 }
 
 bool ModelSolver::answer(const MarkerField& markers, TractionField& field) noexcept {
+  wantsModel_ = true;
   if (!answerWriter_.begin(markers, field)) return true;
   const auto displacement_px = answerWriter_.picture();
   const auto missing = answerWriter_.used().missing();
@@ -84,6 +90,9 @@ bool ModelSolver::answer(const MarkerField& markers, TractionField& field) noexc
   if (!field.valid) return false;
   field.solution = Solution::kLinear;
   field.modelFrame = inForce_->frame.frameNumber;
+  const LinearModel::Doubt& doubt = inForce_->model.doubt();
+  wantsModel_ = markers.info.frameNumber - field.modelFrame >= kFresh || doubt.shift > kNear || doubt.scale > kGrown ||
+                doubt.surest > kSure;
   return true;
 }
 

@@ -26,6 +26,7 @@ class ModelSolver : public FieldSolver {
   void solve(const MarkerField& markers, TractionField& field) noexcept override;
   bool learn() override;
   bool answer(const MarkerField& markers, TractionField& field) noexcept override;
+  bool wantsModel() const override { return wantsModel_; }
 
   /// Returns the force from which on the model finds a contact: the median over nine nodes, each with its own noise;
   /// along the surface, and into it [N]. Infinite if it finds none of the forces that are tried, up to 16 times
@@ -58,6 +59,7 @@ class ModelSolver : public FieldSolver {
   Mailbox<std::shared_ptr<Learnt>> newest_;
   // Of answer().
   std::shared_ptr<Learnt> inForce_;
+  bool wantsModel_ = true;
   Modes modes_;
   FieldWriter answerWriter_;
   Estimate answer_;
