@@ -51,6 +51,7 @@ void PromptSolver::solve(const std::shared_ptr<solve::FieldSolver>& solver, cons
   const auto offer = [&] {
     // The other thread may be taking the one before, which takes some instructions, unless it is suspended meanwhile.
     if (isOffered || !(isOffered = offers_.put(offer_))) return;
+    offer_.solver = nullptr;
     offered_.signal();
   };
   if (isAnswered) return offer();
@@ -90,18 +91,21 @@ void PromptSolver::turn(std::chrono::milliseconds timeout) {
   while (!solutions_.put(field_)) std::this_thread::yield();  // the other thread is taking one: some instructions
   solved_.signal();
   const std::uint64_t waitsFor = waitsFor_.load(std::memory_order_relaxed);
-  if (waitsFor != 0 && waitsFor != taken_.markers.info.frameNumber) return;  // it comes first
-  taken_.solver->learn();
+  const bool isAnotherWaiting = waitsFor != 0 && waitsFor != taken_.markers.info.frameNumber;  // it comes first
+  if (!isAnotherWaiting) taken_.solver->learn();
+  taken_.solver = nullptr;
 }
 
-/// Takes the newest frame that is offered, unless it is too early for another model.
+/// Takes the newest frame that is offered, unless it is too early for another model. Nothing that was passed over, and
+/// nothing that is done, keeps a solver: another zero's takes its place, and it is large.
 bool PromptSolver::take() {
   if (!offers_.swap(taken_)) return false;
   if (taken_.isWaitedFor || options_.models_Hz <= 0.0) return true;
   const std::int64_t now_ns = monotonicNow();
-  if (static_cast<double>(now_ns - made_ns_) * 1e-9 < 1.0 / options_.models_Hz) return false;
-  made_ns_ = now_ns;
-  return true;
+  const bool isTooEarly = static_cast<double>(now_ns - made_ns_) * 1e-9 < 1.0 / options_.models_Hz;
+  if (isTooEarly) taken_.solver = nullptr;
+  if (!isTooEarly) made_ns_ = now_ns;
+  return !isTooEarly;
 }
 
 }  // namespace tractiond

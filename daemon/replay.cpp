@@ -392,6 +392,7 @@ tl::expected<void, Error> Replay::run() {
   try {
     // First how the fields were solved: it stands behind the pictures.
     reader->read([&](const recording::Channel& channel, const recording::Schema*, const recording::Message& message) {
+      if (stopAsked != 0) throw Stopped{};
       if (channel.topic.ends_with("/field/")) solver_.note(message.data);
     });
     extent = reader->read(

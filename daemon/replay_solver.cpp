@@ -1,7 +1,6 @@
 #include "daemon/replay_solver.h"
 
 #include "daemon/solve/field_rules.h"
-
 #include "traction/v1/field.pb.h"
 
 #include <algorithm>

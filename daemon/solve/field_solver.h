@@ -35,8 +35,8 @@ class FieldSolver {
     return true;
   }
 
-  /// Returns whether the frame of the last answer() should be learnt, as the model that it went by grows old or holds no
-  /// longer well. For the thread that answers.
+  /// Returns whether the frame of the last answer() should be learnt, as the model that it went by grows old or holds
+  /// no longer well. For the thread that answers.
   virtual bool wantsModel() const { return true; }
 
   /// Returns the force on a single node that is found in half of the frames: along the surface, and into it [N].

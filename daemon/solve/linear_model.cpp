@@ -26,19 +26,13 @@ constexpr int kMostTimes = 4;
 /// The least share of a patch's former load by which changes of its place are told.
 constexpr double kLeastLoad = 0.1;
 
-int mostOf(const ModelOptions& options) {
-  int most = 0;
-  for (const auto& rounds : options.most) most = std::max(most, *std::max_element(rounds.begin(), rounds.end()));
-  return most;
-}
-
 }  // namespace
 
 LinearModel::LinearModel(const Factors& factors, const Atoms& atoms, const ModelOptions& options,
                          std::shared_ptr<const AtomModes> modes)
     : factors_(factors)
     , atoms_(atoms)
-    , test_(factors, std::move(modes), LinearPosterior::mostUnknowns(mostOf(options), kMostFreed))
+    , test_(factors, std::move(modes), LinearPosterior::mostUnknowns(options.mostOfAnyRound(), kMostFreed))
     , mixture_(atoms, kMost)
     , spread_(atoms)
     , curves_(static_cast<std::size_t>(RoundPatches::kMost * RoundPatches::kPowers * factors.influence.stride()))
@@ -47,7 +41,8 @@ LinearModel::LinearModel(const Factors& factors, const Atoms& atoms, const Model
     , completed_(static_cast<std::size_t>(factors.coordinateCount()))
     , atomForces_(3 * static_cast<std::size_t>(atoms.count()))
     , share_(static_cast<std::size_t>(atoms.pointCount())) {
-  for (int i = 0; i < kMost; ++i) parts_.emplace_back(LinearPosterior(factors, atoms, mostOf(options), kMostFreed));
+  for (int i = 0; i < kMost; ++i)
+    parts_.emplace_back(LinearPosterior(factors, atoms, options.mostOfAnyRound(), kMostFreed));
   for (auto* each : {&missingThen_, &missing_, &added_}) each->reserve(completed_.size());
 }
 
@@ -94,9 +89,7 @@ bool LinearModel::make(Model& model, const Estimate& estimate, LinearScratch& sc
   missingThen_.assign(picture.missing.begin(), picture.missing.end());
   std::copy_n(picture.displacement_px, completed_.size(), displacement_.data());
   takePicture(missingThen_);
-  Estimate own;
-  own.force_N.resize(3 * share_.size());
-  if (!solve(picture.noise_px, own)) return false;
+  if (!solveFirst(picture.noise_px)) return false;
   own_ = doubt_;
   return true;
 }
@@ -105,7 +98,20 @@ bool LinearModel::answer(std::span<const float> displacement_px, std::span<const
                          Estimate& estimate) {
   std::copy(displacement_px.begin(), displacement_px.end(), displacement_.data());
   takePicture(missing);
-  if (!solve(noise_px, estimate)) return false;
+  if (!solveFirst(noise_px) || !holds()) return false;
+  mixture_.clear();
+  for (Part& part : std::span(parts_).first(static_cast<std::size_t>(count_))) {
+    if (&part != parts_.data() && !solve(part, noise_px)) return false;
+    LinearPosterior& posterior = part.posterior;
+    addForces(part, mixture_.add(posterior, posterior.logEvidence() - part.penalty, posterior.wrench()));
+  }
+  mixture_.weigh();
+  publish(estimate);
+  return true;
+}
+
+/// Returns whether nothing speaks against the model.
+bool LinearModel::holds() const {
   return doubt_.surest < std::max(kSurest, kOwnSurest * own_.surest) &&
          doubt_.misfit < std::max(kMisfit, own_.misfit + kOwnMisfit) && doubt_.scale <= kMostScale &&
          doubt_.shift <= kMostShift;
@@ -122,23 +128,8 @@ void LinearModel::takePicture(std::span<const int> missing) {
   for (const int coordinate : missing_) displacement_.data()[coordinate] = 0.0;
 }
 
-/// Solves with all candidates, and weighs them.
-bool LinearModel::solve(double noise_px, Estimate& estimate) {
-  mixture_.clear();
-  for (Part& part : std::span(parts_).first(static_cast<std::size_t>(count_))) {
-    LinearPosterior& posterior = part.posterior;
-    if (!solve(part, noise_px)) return false;
-    addForces(part, mixture_.add(posterior, posterior.logEvidence() - part.penalty, posterior.wrench()));
-    if (&part == parts_.data()) test(noise_px);
-  }
-  mixture_.weigh();
-  estimate.outcome = Estimate::Outcome::kFound;
-  const auto forces = mixture_.pointForces_N();
-  std::copy(forces.begin(), forces.end(), estimate.force_N.begin());
-  estimate.wrench = mixture_.wrench();
-  mixture_.wrenchCovariance(estimate.covariance);
-  estimate.motion = mixture_.motion();
-  estimate.squaredResidual_px2 = mixture_.squaredResidual_px2();
+void LinearModel::publish(Estimate& estimate) {
+  takeMeans(mixture_, estimate);
   estimate.degrees = degrees_;
   estimate.atoms = atomCount_;
   estimate.rounds = rounds_;
@@ -149,7 +140,6 @@ bool LinearModel::solve(double noise_px, Estimate& estimate) {
     if (part.isPatched) estimate.patchShare += mixture_.share(i);
   }
   findPatches(estimate);
-  return true;
 }
 
 /// Solves with one candidate. What its patches do is straightened for the shifts that it finds.
@@ -186,8 +176,9 @@ double LinearModel::straighten(const Part& part) {
   return std::abs(farthest - std::exchange(shift_, farthest));
 }
 
-/// Sets doubt_ after solve() of the first candidate, which stands for all.
-void LinearModel::test(double noise_px) {
+/// Solves with the first candidate, which stands for all in doubt_.
+bool LinearModel::solveFirst(double noise_px) {
+  if (!solve(parts_.front(), noise_px)) return false;
   const LinearPosterior& posterior = parts_.front().posterior;
   std::transform(straight_.data(), straight_.data() + completed_.size(), completed_.begin(),
                  [](double each) { return static_cast<float>(each); });
@@ -197,6 +188,7 @@ void LinearModel::test(double noise_px) {
   doubt_.misfit = (posterior.misfit() - degrees) / std::sqrt(2.0 * degrees);
   doubt_.scale = posterior.scale();
   doubt_.shift = shift_;
+  return true;
 }
 
 /// Computes the forces of the points.

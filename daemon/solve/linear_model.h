@@ -56,14 +56,15 @@ class LinearModel {
     bool isPatched = false, isEven = false;
   };
 
-  bool solve(double noise_px, Estimate& estimate);
+  bool solveFirst(double noise_px);
+  bool holds() const;
+  void publish(Estimate& estimate);
   bool solve(Part& part, double noise_px);
   double straighten(const Part& part);
   void takePicture(std::span<const int> missing);
   void addForces(const Part& part, std::span<double> forces);
   RoundPatch patchNow(const Part& part, int patch, double& grown) const;
   void findPatches(Estimate& estimate);
-  void test(double noise_px);
 
   const Factors& factors_;
   const Atoms& atoms_;

@@ -246,16 +246,17 @@ void LinearPosterior::layNodes() {
 }
 
 void LinearPosterior::layWrench(const Posterior& posterior) {
-  wrenchOfUnknowns_.setZero(6, unknowns());
+  Eigen::Matrix<double, 6, Eigen::Dynamic> ofUnknowns(6, unknowns());
+  ofUnknowns.setZero();
   for (int i = 0; i < std::ssize(atoms_); ++i) {
-    wrenchOfUnknowns_.middleCols<3>(3 * Index{i}) =
+    ofUnknowns.middleCols<3>(3 * Index{i}) =
         model_.wrench.middleCols<3>(3 * Index{atoms_[static_cast<std::size_t>(i)]}) * root(i);
   }
   for (int e = 0; e < extraCount_; ++e) {
-    wrenchOfUnknowns_.col(firstExtra() + e) = std::as_const(*posterior.extraUnknowns()).wrench(e);
+    ofUnknowns.col(firstExtra() + e) = std::as_const(*posterior.extraUnknowns()).wrench(e);
   }
-  wrench_ = wrenchOfUnknowns_ * q_.transpose();
-  wrenchUnseen_ = wrenchOfUnknowns_ * wrenchOfUnknowns_.transpose() - wrench_ * wrench_.transpose();
+  wrench_ = ofUnknowns * q_.transpose();
+  wrenchUnseen_ = ofUnknowns * ofUnknowns.transpose() - wrench_ * wrench_.transpose();
 }
 
 bool LinearPosterior::answer(const Displacements& picture, std::span<const int> added) {

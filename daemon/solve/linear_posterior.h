@@ -129,7 +129,7 @@ class LinearPosterior final : public Candidate {
   Eigen::MatrixXd seenWhereMissing_;
   std::vector<float> nodes_;         // 3N x rank: forces by xi
   std::vector<double> nodesUnseen_;  // 3N: prior variance of what is across Q
-  Eigen::Matrix<double, 6, Eigen::Dynamic> wrenchOfUnknowns_, wrench_;
+  Eigen::Matrix<double, 6, Eigen::Dynamic> wrench_;
   Eigen::Matrix<double, 6, 6> wrenchUnseen_ = Eigen::Matrix<double, 6, 6>::Zero();
   // Of the last answer.
   double ratio_ = 1.0;  // of the squared noise then and now

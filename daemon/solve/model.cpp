@@ -28,13 +28,18 @@ constexpr int kKept = 3;
 constexpr int kEven = static_cast<int>(EvenField::kRoughness.size());
 constexpr int kPatched = static_cast<int>(AroundPatches::kRoughness.size());
 
-int mostOf(const ModelOptions& options) {
-  int most = 0;
-  for (const auto& rounds : options.most) most = std::max(most, *std::max_element(rounds.begin(), rounds.end()));
-  return most;
-}
-
 }  // namespace
+
+void takeMeans(Mixture& mixture, Estimate& estimate) {
+  estimate.outcome = Estimate::Outcome::kFound;
+  const auto forces = mixture.pointForces_N();
+  assert(estimate.force_N.size() == forces.size());
+  std::copy(forces.begin(), forces.end(), estimate.force_N.begin());
+  estimate.wrench = mixture.wrench();
+  mixture.wrenchCovariance(estimate.covariance);
+  estimate.motion = mixture.motion();
+  estimate.squaredResidual_px2 = mixture.squaredResidual_px2();
+}
 
 Model::Model(const Factors& factors, const Atoms& atoms, const ModelOptions& options)
     : factors_(factors)
@@ -44,12 +49,12 @@ Model::Model(const Factors& factors, const Atoms& atoms, const ModelOptions& opt
     , prior_(atoms, options)
     , selection_(factors, options)
     , roughness_(factors, atoms, options)
-    , products_(factors, std::min(kKept * mostOf(options), atoms.count()))
-    , posterior_(factors, atoms, mostOf(options))
+    , products_(factors, std::min(kKept * options.mostOfAnyRound(), atoms.count()))
+    , posterior_(factors, atoms, options.mostOfAnyRound())
     , mixture_(atoms, 1 + kEven + kPatched)
     , displacement_(static_cast<std::size_t>(factors.influence.stride()))
     , first_(static_cast<std::size_t>(atoms.count()))
-    , noise_(static_cast<std::size_t>(mostOf(options)))
+    , noise_(static_cast<std::size_t>(options.mostOfAnyRound()))
     , pointForce_(3 * static_cast<std::size_t>(atoms.pointCount()))
     , left_(factors.singularValues.size())
     , evidentForce_(pointForce_.size()) {
@@ -57,8 +62,8 @@ Model::Model(const Factors& factors, const Atoms& atoms, const ModelOptions& opt
   resize(moments_, atoms.count());
   resize(rest_, atoms.count());
   solved_.reserve(1 + kEven + kPatched);
-  chosen_.reserve(mostOf(options));
-  smooth_.reserve(mostOf(options));
+  chosen_.reserve(options.mostOfAnyRound());
+  smooth_.reserve(options.mostOfAnyRound());
 }
 
 Model::Model(const sensor::Sensor& sensor, const Factors& factors, const Atoms& atoms, const ModelOptions& options)
@@ -314,14 +319,7 @@ void Model::publishNothing(const Displacements& picture, Estimate& estimate) {
 }
 
 void Model::publish(Estimate& estimate) {
-  estimate.outcome = Estimate::Outcome::kFound;
-  const auto forces = mixture_.pointForces_N();
-  assert(estimate.force_N.size() == forces.size());
-  std::copy(forces.begin(), forces.end(), estimate.force_N.begin());
-  estimate.wrench = mixture_.wrench();
-  mixture_.wrenchCovariance(estimate.covariance);
-  estimate.motion = mixture_.motion();
-  estimate.squaredResidual_px2 = mixture_.squaredResidual_px2();
+  takeMeans(mixture_, estimate);
   estimate.degrees = degrees_;
   estimate.atoms = static_cast<int>(chosen_.atoms.size());
   estimate.evenShare = shareOf(evenParts_);

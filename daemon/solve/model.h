@@ -37,6 +37,9 @@ struct Estimate {
   std::array<FoundPatch, RoundPatches::kMost> patches{};
 };
 
+/// Sets what an estimate takes from the mixture that it is the mean of; its other numbers stay as they are.
+void takeMeans(Mixture& mixture, Estimate& estimate);
+
 /// Thread-bound. Allocates only when made.
 class Model {
  public:

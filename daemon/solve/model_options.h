@@ -4,6 +4,7 @@
 
 #include "daemon/solve/options.h"
 
+#include <algorithm>
 #include <array>
 
 namespace tractiond::solve {
@@ -67,6 +68,13 @@ struct ModelOptions {
   /// The most atoms for each patch where none is evident beside the patches: what is found differs by 0.02 deviations
   /// from that with 128, and takes half the time.
   int mostAlone = 24;
+
+  /// Returns the most atoms of any round.
+  int mostOfAnyRound() const {
+    int largest = 0;
+    for (const auto& rounds : most) largest = std::max(largest, *std::max_element(rounds.begin(), rounds.end()));
+    return largest;
+  }
 };
 
 /// Returns those of a daemon that solves with `options`.

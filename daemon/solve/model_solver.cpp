@@ -46,12 +46,13 @@ ModelSolver::ModelSolver(const Factors& factors, const Atoms& atoms, const senso
   for (Estimate* each : {&estimate_, &answer_}) each->force_N.resize(3 * static_cast<std::size_t>(atoms.pointCount()));
   const auto atomModes = std::make_shared<const AtomModes>(factors, atoms, strongestModes(factors, options_));
   for (int i = 0; i < kModels; ++i) {
-    learnt_.push_back(std::make_shared<Learnt>(Learnt{LinearModel(factors, atoms, options_, atomModes), {}}));
+    learnt_.push_back(std::make_shared<Learnt>(Learnt{LinearModel(factors, atoms, options_, atomModes), {}, {}}));
   }
 }
 
 void ModelSolver::solve(const MarkerField& markers, TractionField& field) noexcept {
   solved_ = markers.info;
+  solvedZero_ = markers.zero;
   estimate_.outcome = Estimate::Outcome::kFailed;
   if (!writer_.begin(markers, field)) return;
   model_.solve(writer_.picture(), writer_.used().missing(), writer_.noise_px(), estimate_,
@@ -66,6 +67,7 @@ bool ModelSolver::learn() {
   const auto spare = std::find_if(learnt_.begin(), learnt_.end(), isSpare);
   if (spare == learnt_.end() || !(*spare)->model.make(model_, estimate_, scratch_)) return false;
   (*spare)->frame = solved_;
+  (*spare)->zero = solvedZero_;
   return newest_.put(*spare);
 }
 
@@ -84,7 +86,7 @@ bool ModelSolver::answer(const MarkerField& markers, TractionField& field) noexc
     return true;
   }
   newest_.swap(inForce_);
-  if (!isInForce(markers.info)) return false;
+  if (!isInForce(markers)) return false;
   if (!inForce_->model.answer(displacement_px, missing, picture.noise_px, answer_)) return false;
   answerWriter_.write(answer_, inForce_->model.mixture(), field);
   if (!field.valid) return false;
@@ -96,9 +98,10 @@ bool ModelSolver::answer(const MarkerField& markers, TractionField& field) noexc
   return true;
 }
 
-/// Returns whether the model is young enough for a frame, and of the same measurement.
-bool ModelSolver::isInForce(const FrameInfo& frame) const {
-  if (!inForce_ || frame.discontinuity || frame.frameNumber <= inForce_->frame.frameNumber) return false;
+/// Returns whether the model is young enough for a frame, and of the same zero.
+bool ModelSolver::isInForce(const MarkerField& markers) const {
+  const FrameInfo& frame = markers.info;
+  if (!inForce_ || markers.zero != inForce_->zero || frame.frameNumber <= inForce_->frame.frameNumber) return false;
   return frame.frameNumber - inForce_->frame.frameNumber <= kMostFrames ||
          frame.times.received_ns - inForce_->frame.times.received_ns <= kLongest_ns;
 }

@@ -38,11 +38,12 @@ class ModelSolver : public FieldSolver {
   struct Learnt {
     LinearModel model;
     FrameInfo frame;
+    Id zero{};
   };
 
   std::array<double, 2> detectionLimits(const sensor::Sensor& sensor);
   double detectionLimit(int axis, double error);
-  bool isInForce(const FrameInfo& frame) const;
+  bool isInForce(const MarkerField& markers) const;
   void answerNothing(const Displacements& picture, TractionField& field);
 
   const Factors& factors_;
@@ -54,6 +55,7 @@ class ModelSolver : public FieldSolver {
   const std::array<double, 2> detectionLimit_N_;  ///< found with the two above
   FieldWriter writer_;
   FrameInfo solved_;                             ///< frame of the last solve()
+  Id solvedZero_{};                              ///< its zero
   std::vector<std::shared_ptr<Learnt>> learnt_;  ///< all that exist; who alone has one may fill it
   LinearScratch scratch_;
   Mailbox<std::shared_ptr<Learnt>> newest_;

@@ -108,6 +108,51 @@ TEST_F(FieldSolverTest, PoisonGivesNoFieldAndDoesNotLast) {
   EXPECT_GE(count, 6U) << "NaN and infinities are no numbers";
 }
 
+TEST_F(FieldSolverTest, AModelAnswersWhileItIsInForce) {
+  constexpr std::int64_t kMs = 1'000'000;
+  MarkerField field = loaded(influence_, random_);
+  const auto isAnswered = [&](std::uint64_t frame, std::int64_t received_ns) {
+    field.info.frameNumber = frame;
+    field.info.times.received_ns = received_ns;
+    return solver_->answer(field, forces_);
+  };
+  EXPECT_FALSE(isAnswered(10, 0)) << "there is no model yet";
+  solved(field);
+  const TractionField whole = forces_;
+  EXPECT_EQ(whole.solution, Solution::kFull);
+  ASSERT_TRUE(solver_->learn());
+  ASSERT_TRUE(isAnswered(11, 100 * kMs));
+  EXPECT_FALSE(solver_->wantsModel());
+  EXPECT_TRUE(forces_.valid);
+  EXPECT_EQ(forces_.solution, Solution::kLinear);
+  EXPECT_EQ(forces_.modelFrame, 10U);
+  EXPECT_EQ(forces_.markers.info.frameNumber, 11U);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(forces_.resultant_N[axis], whole.resultant_N[axis], 0.5 * std::sqrt(whole.noise[7 * axis]));
+  }
+  EXPECT_TRUE(isAnswered(18, 800 * kMs)) << "it is eight frames old";
+  EXPECT_TRUE(solver_->wantsModel());
+  EXPECT_FALSE(isAnswered(19, 800 * kMs));
+  EXPECT_TRUE(isAnswered(60, 50 * kMs)) << "it is 50 ms old";
+  EXPECT_FALSE(isAnswered(10, 0)) << "its own frame, or one before, comes from elsewhere";
+  field.zero[0] = 1;
+  EXPECT_FALSE(isAnswered(11, 0)) << "the displacements are from another zero";
+}
+
+TEST_F(FieldSolverTest, AFrameThatNothingTouchesNeedsNoModel) {
+  MarkerField field = loaded(influence_, random_);
+  for (float& displacement : field.displacement_px) displacement *= 1e-4F;
+  solver_->solve(field, forces_);
+  const TractionField whole = forces_;
+  ASSERT_EQ(whole.method, Method::kNoContact);
+  ASSERT_TRUE(solver_->answer(field, forces_));
+  EXPECT_EQ(forces_.method, Method::kNoContact);
+  EXPECT_EQ(forces_.solution, Solution::kFull);
+  EXPECT_EQ(forces_.noise, whole.noise);
+  EXPECT_EQ(forces_.pictureMotion, whole.pictureMotion);
+  EXPECT_EQ(forces_.residual_px, whole.residual_px);
+}
+
 TEST_F(FieldSolverTest, IsolatedGapsOfTheZeroAreNotAmongTheMarkersThatMayBeMissing) {
   MarkerField field = loaded(influence_, random_);
   const int markers = sensor_.markerCount(), gaps = markers / 4, others = (markers - gaps) / 4;
