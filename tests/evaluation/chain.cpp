@@ -6,7 +6,8 @@
 // picture.f64 (frames x 5: how the picture strays: shift along u, v [px], scale - 1, roll [rad], brightness),
 // scatter.f64 (markers x 3, m: where the gel's own markers sit beside the gel file's places), highlight.f64 (frames x
 // 4: a highlight's centre u, v [px], radius [px] and strength [levels]) and options. Writes each figure of a frame to
-// JOB/NAME.f64 (frames x columns), and "columns" with a line for each.
+// JOB/NAME.f64 (frames x columns), and "columns" with a line for each. With --answer, also answers each frame by the
+// model of the frame before: whether it could be is in "answered", the figures are in answer_NAME.f64.
 #include "base/clock.h"
 #include "daemon/config_toml.h"
 #include "daemon/solve/make_solver.h"
@@ -38,20 +39,23 @@ struct Options {
   double largestStep_px = 1.5;
   unsigned seed = 1;
   bool asDrawn = false;  // the zero tells nothing of the places of the markers
+  bool answer = false;   // answer each frame by the model of the frame before, too
 };
 
 /// Columns of numbers, a file for each name, a row a frame.
 class Columns {
  public:
-  explicit Columns(std::filesystem::path folder)
-      : folder_(std::move(folder)) {}
+  /// \param prefix of all names
+  explicit Columns(std::filesystem::path folder, std::string prefix = {})
+      : folder_(std::move(folder))
+      , prefix_(std::move(prefix)) {}
 
   template <std::ranges::range Values>
   void add(const std::string& name, const Values& values) {
     auto& file = files_[name];
     if (!file.is_open()) {
-      file.open(folder_ / (name + ".f64"), std::ios::binary);
-      std::ofstream(folder_ / "columns", std::ios::app) << name << " " << std::size(values) << "\n";
+      file.open(folder_ / (prefix_ + name + ".f64"), std::ios::binary);
+      std::ofstream(folder_ / "columns", std::ios::app) << prefix_ + name << " " << std::size(values) << "\n";
     }
     for (const auto value : values) {
       const double number = static_cast<double>(value);
@@ -62,6 +66,7 @@ class Columns {
 
  private:
   std::filesystem::path folder_;
+  std::string prefix_;
   std::map<std::string, std::ofstream> files_;
 };
 
@@ -183,7 +188,7 @@ void run(const Options& options) {
   RestPose zero;
 
   std::filesystem::remove(options.job / "columns");
-  Columns out(options.job);
+  Columns out(options.job), answers(options.job, "answer_");
   for (std::size_t frame = 0; frame < job.frames; ++frame) {
     const Stray stray = job.strayAt(frame);
     Eigen::Matrix2Xd places = eye.project(job.at(frame), stray);
@@ -229,9 +234,17 @@ void run(const Options& options) {
     }
     const std::int64_t tracked_ns = monotonicNow();
     if (options.extra_px > 0.0) addNoise(options.extra_px, generator, markers);
+    if (options.answer) {
+      const std::int64_t answering_ns = monotonicNow();
+      const bool isAnswered = solver->answer(markers, field);
+      answers.add("ms", 1e-6 * static_cast<double>(monotonicNow() - answering_ns));
+      out.add("answered", isAnswered);
+      write(field, answers);
+    }
     const std::int64_t solving_ns = monotonicNow();
     solver->solve(markers, field);
     const std::int64_t solved_ns = monotonicNow();
+    if (options.answer) solver->learn();
     write(field, out);
     out.add("track_ms", 1e-6 * static_cast<double>(tracked_ns - begin_ns));
     out.add("solve_ms", 1e-6 * static_cast<double>(solved_ns - solving_ns));
@@ -262,6 +275,7 @@ int main(int argc, char** argv) {
   app.add_option("--extra", options.extra_px, "noise added to the tracker's displacements [px]");
   app.add_option("--zero-every", options.zeroEvery, "frames after which a new zero is taken");
   app.add_flag("--as-drawn", options.asDrawn, "the markers' places are those of the gel file, not those of the zero");
+  app.add_flag("--answer", options.answer, "answer each frame by the model of the frame before as well");
   app.add_option("--seed", options.seed)->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   run(options);

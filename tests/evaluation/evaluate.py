@@ -4,6 +4,7 @@ import argparse
 import sys
 import time
 
+import answers
 import contacts
 import coverage
 import instrument
@@ -32,6 +33,7 @@ EXPERIMENTS = {  # in the order of the page
     "coverage": coverage.coverage,
     "rim": coverage.rim,
     "shapes": unseen.unseen,
+    "answers": answers.answers,
     "missing": resultants.missing,
     "picture_motion": resultants.picture_motion,
     "large_strain": resultants.large_strain,
@@ -43,7 +45,7 @@ EXPERIMENTS = {  # in the order of the page
 }
 ORDER = list(EXPERIMENTS)
 
-SLOW = {"separation", "bias", "coverage", "rim", "shapes"}  # not in --quick, but by name: nothing is judged there
+SLOW = {"separation", "bias", "coverage", "rim", "shapes", "answers"}  # not in --quick, but by name: nothing is judged there
 
 # Figures that must reach their targets for the test to pass; the others are printed. One name a figure, as in
 # the experiments. Times are never judged here.
