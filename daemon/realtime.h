@@ -17,7 +17,7 @@ class Scheduling;
 
 namespace tractiond {
 
-/// By default nothing is requested.
+/// By default only short time slices are requested, for which no right is needed.
 struct RealtimeOptions {
   int priority = 0;         ///< SCHED_FIFO priority of the threads that a frame passes; 0: the default scheduling
   std::string cpus = {};    ///< processors for these threads, in the kernel's list format: "0-2,5"; empty: any

@@ -7,6 +7,7 @@
 #include <pthread.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -275,11 +276,32 @@ TEST(Realtime, MemoryIsLockedWhereItMayBeAndOnlyWithoutALimit) {
 }
 #endif
 
-TEST(Realtime, AsksForNothingByDefault) {
+/// As in sched_getattr(2).
+struct Attributes {
+  std::uint32_t size, policy;
+  std::uint64_t flags;
+  std::int32_t nice;
+  std::uint32_t priority;
+  std::uint64_t runtime_ns, deadline_ns, period_ns;
+};
+
+Attributes attributesOf(int threadId) {
+  Attributes attributes{};
+  EXPECT_EQ(syscall(SYS_sched_getattr, threadId, &attributes, sizeof attributes, 0), 0);
+  return attributes;
+}
+
+TEST(Realtime, AsksForShortSlicesAloneByDefault) {
   Realtime realtime({});
   const test::CapturedLog log;
   realtime.lockMemory();
   Member member(realtime, "member");
+  const Attributes before = attributesOf(0), after = attributesOf(threadCalled("member"));
+  EXPECT_EQ(after.policy, std::uint32_t{SCHED_OTHER});
+  EXPECT_EQ(after.nice, before.nice);
+  if (before.runtime_ns > 0) {  // a kernel that knows slices
+    EXPECT_EQ(after.runtime_ns, 100'000U);
+  }
   EXPECT_EQ(threadsOf(realtime)["member"].priority(), 0U);
   realtime.report();
   EXPECT_EQ(log.text(), "");
