@@ -132,7 +132,8 @@ void checkFit(const std::vector<View>& views, const LensFit& fit, const Board& b
   if (!faults.empty()) return;
   std::string files;
   for (const View& view : views) files += (files.empty() ? "" : ", ") + *view.file;
-  if (fit.outcome == LensFit::Outcome::kDone && fit.scale == Scale::kEither) {
+  const bool isEither = fit.scale == Scale::kEither;
+  if (isEither) {
     faults.push_back(fault(files,
                            "do not tell whether the board's squares are oblong" +
                                (fit.tall == 1.0 ? "" : " (" + oblongInWords(fit.tall) + ")") +
@@ -141,7 +142,8 @@ void checkFit(const std::vector<View>& views, const LensFit& fit, const Board& b
                                squareExample(board, fit.tall) +
                                ", or add pictures with the board turned by 90 degrees"));
   }
-  if (fit.outcome == LensFit::Outcome::kDone) return;
+  // The lens of the expected aspect leaves much then, which looks like too few pictures.
+  if (fit.outcome == LensFit::Outcome::kDone || (isEither && !isFrontal)) return;
   std::string what = "do not tell the focal length",
               remedy = "tilt the board by 20 to 45 degrees, to each side in turn";
   if (fit.outcome == LensFit::Outcome::kDegenerate) {

@@ -55,6 +55,7 @@ class Viewer(TestCase):
         self.assertIsInstance(self.upgrade(view, host=f"localhost:{view.port}", origin=f"http://localhost:{view.port}"), RawWebSocket)
         for origin in ("http://example.org", "https://example.org", f"http://localhost:{view.port}", "null", "file://", f"http://{own}.example.org"):
             self.assertEqual(self.upgrade(view, origin=origin), 403, origin)
+        view.wait_for(f"refused a request of a page of 'null' to the host '{own}' .headers Origin and Host")
         for host in ("example.org", f"rebound.example.org:{view.port}", "localhost.example.org", "127.0.0.1.example.org", "[::1", "a" * 300):
             self.assertEqual(self.upgrade(view, host=host), 421, host)
             self.assertIn(b" 421 ", self.exchange(view, f"GET / HTTP/1.1\r\nHost: {host}\r\n\r\n".encode()).split(b"\r\n")[0])
@@ -67,6 +68,7 @@ class Viewer(TestCase):
             self.assertIn("--insecure", process.output())
         view = self.view(None, "--listen", "0.0.0.0:0", "--insecure")
         self.assertEqual(self.upgrade(view, host=f"example.org:{view.port}"), 421)
+        self.assertIsInstance(self.upgrade(self.view(None, "--listen", "localhost:0")), RawWebSocket)
         named = self.view(None, "--name", "box.example.org")
         self.assertIsInstance(self.upgrade(named, host="box.example.org"), RawWebSocket)
 

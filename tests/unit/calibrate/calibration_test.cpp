@@ -185,6 +185,7 @@ TEST_F(CalibrationTest, TheFileSaysWhatWasMeasuredAndIsVerified) {
   const auto geometry = begin(step);
   ASSERT_TRUE(geometry);
   ASSERT_TRUE(*geometry) << geometry->error();
+  EXPECT_NE((*geometry)->remarks.front().find("two layers"), std::string::npos);
   step.kind = Kind::kNoise;
   step.seconds = 1.0;
   EXPECT_FALSE(begin(step));
@@ -333,7 +334,7 @@ TEST_F(Weights, TheModulusIsAsUncertainAsWhatItTakesUp) {
   const double off = std::abs(modulus.value - truth_.gel.youngsModulus);
   std::printf("%.0f of %.0f Pa, +- %.0f\n", modulus.value, truth_.gel.youngsModulus, modulus.deviation);
   EXPECT_GT(off, 5e-3 * truth_.gel.youngsModulus);  // else this gel shows nothing
-  EXPECT_LT(off, 3.0 * modulus.deviation);
+  EXPECT_LT(off, 1.5 * modulus.deviation);          // more than two of those of a press
   EXPECT_LT(modulus.deviation, 0.02 * modulus.value);
 }
 

@@ -59,6 +59,7 @@ TEST_F(CameraQuery, WritesAndTellsWhatStoodBefore) {
   EXPECT_THAT(refusal(Kind::kWrite, "ExposureTime", "long"), HasSubstr("is a number, not long"));
   EXPECT_THAT(refusal(Kind::kWrite, "Exposuretime", "500"), HasSubstr("it has ExposureTime"));
   EXPECT_THAT(refusal(Kind::kWrite, "ExposureTme", "500"), HasSubstr("it has ExposureTime"));
+  EXPECT_THAT(refusal(Kind::kWrite, "Gan", "5"), HasSubstr("Gain"));
 }
 
 TEST_F(CameraQuery, ExecutesCommandsAlone) {

@@ -158,6 +158,13 @@ TEST_F(HostileCamera, OneThatStaysInAnotherAcquisitionModeIsRefused) {
   EXPECT_THAT(error.message(), AllOf(HasSubstr("refuses AcquisitionMode = Continuous"), HasSubstr("SingleFrame")));
 }
 
+TEST_F(HostileCamera, WhatToCheckIsToldWhereNoneAnswers) {
+  for (const char* id : {"", "Maker-1234"}) {
+    options_.id = id;
+    expectRefused(AllOf(HasSubstr("no camera answers"), HasSubstr("UDP port 3956")));
+  }
+}
+
 TEST_F(HostileCamera, OneInAnotherNetworkIsToldSo) {
   options_.id = "192.0.2.7";
   expectRefused(AllOf(HasSubstr("192.0.2.7 is in no network of this host"), HasSubstr("arv-tool-0.8 network")));

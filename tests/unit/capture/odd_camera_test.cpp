@@ -144,6 +144,7 @@ TEST_F(OddCamera, EndsWithTheErrorOfAFirstCameraThatCannotBeUsed) {
 
 TEST_F(OddCamera, IsLostWhenItFallsSilentUnlessItIsTriggered) {
   script_.info.triggered = true;
+  script_.info.trigger = "TriggerMode is On";
   open({.silenceTimeout_ms = 30, .clock = virtualNow});
   Frame frame;
   for (int i = 0; i < 5; ++i) {
@@ -151,6 +152,10 @@ TEST_F(OddCamera, IsLostWhenItFallsSilentUnlessItIsTriggered) {
     virtual_ns += 1'000'000'000;
   }
   EXPECT_EQ(script_.sessions, 1);
+  CameraVitals vitals;
+  ASSERT_TRUE(test::eventually([&] { return camera_->takeVitals(vitals); }));
+  EXPECT_EQ(vitals.state, CameraState::kStreaming);
+  EXPECT_THAT(std::string(vitals.why.view()), HasSubstr("waits for triggers (TriggerMode is On)"));
   camera_.reset();
   script_.info.triggered = false;
   script_.sessions = 0;

@@ -112,6 +112,18 @@ class Tractionctl(Case):
         self.assertEqual([weight["first"]["value"] for weight in weights], [1, 0, 0])
         self.assertEqual(reports[-1]["path"], "/gel.toml")
 
+    def test_the_seconds_of_calibrate_are_of_the_weights_where_there_are_some(self):
+        for steps, expected in ((("noise", "weights", "--weights", "1N"), [0, 7, 0]), (("noise",), [7])):
+            seen = []
+
+            def note(request):
+                if step := request.calibrate.WhichOneof("step"):
+                    step = getattr(request.calibrate, step)
+                    seen.append(getattr(step, "duration_s", 0) + getattr(step, "patience_s", 0))
+                return answer(request)
+            self.assertEqual(ctl("calibrate", *steps, "--seconds", "7", *self.publisher(note))[0], 0)
+            self.assertEqual(seen, expected)
+
     def test_calibrate_tells_people_what_to_do(self):
         code, out, err = ctl("calibrate", "weights", "finish", "--weights", "250g", *self.publisher())
         self.assertEqual((code, err), (0, ""))

@@ -31,9 +31,11 @@ class FactorsCache : public testing::Test {
   Factors obtain(const SolveOptions& options) {
     remarks_.clear();
     steps_.clear();
-    auto content = loadOrComputeFactors(
-        sensor_, makeAtoms(sensor_), options, state(), [this](Step step, double) { steps_.push_back(step); },
-        [this](const std::string& remark) { remarks_.push_back(remark); });
+    const auto noteStep = [this](Step step, double) {
+      if (steps_.empty() || steps_.back() != step) steps_.push_back(step);
+    };
+    auto content = loadOrComputeFactors(sensor_, makeAtoms(sensor_), options, state(), noteStep,
+                                        [this](const std::string& remark) { remarks_.push_back(remark); });
     EXPECT_TRUE(content.has_value());
     return std::move(*content);
   }
@@ -81,7 +83,7 @@ class FactorsCache : public testing::Test {
 
 TEST_F(FactorsCache, TheSecondStartReadsWhatTheFirstComputed) {
   const Factors first = obtain();
-  EXPECT_FALSE(steps_.empty());
+  EXPECT_EQ(steps_, (std::vector{Step::kInfluence, Step::kProducts, Step::kModes, Step::kSystematicErrors}));
   EXPECT_EQ(first.id, calibrationId(sensor_, options_));
   EXPECT_GT(first.computed_ns, 0);
   const Factors second = obtain();
