@@ -1,12 +1,11 @@
 """A rigid rod pressed into the gel: contact, large deformations, neo-Hookean. An axisymmetric finite-element program of
-our own, because a contact that grows needs one that finds its equilibrium at every force; it shares nothing with
-tractiond. Checked against Hertz's solution at small forces, and against CalculiX where a pressure is prescribed
-(truth.probes).
+our own, because the contact grows and the force is given; it shares nothing with tractiond. It agrees with Hertz's
+solution at small forces, and with CalculiX where a pressure is prescribed (truth.probes).
 
-The gel is a cylinder, bonded at z = thickness, of quadratic elements with eight nodes and 2 x 2 Gauss points. The rod is
-kept out of it by a penalty at Gauss points of the surface, a spring along the rod's normal; where it sticks, another one
-along the rod holds what touched it where it touched first. Newton's method solves for displacements and depth together
-at a given force. Lengths in mm, forces in N, stresses in MPa.
+The gel is a cylinder, bonded at z = thickness, of quadratic elements with eight nodes and 2 x 2 Gauss points. Springs
+along the rod's normal at Gauss points of the surface keep the rod out of it; where it sticks, others along the rod hold
+what touched it where it touched first. Newton's method solves for displacements and depth together at a given force.
+Lengths in mm, forces in N, stresses in MPa.
 """
 
 import numpy as np
@@ -213,6 +212,8 @@ class Gel:
             if inner is None:
                 return None
             forces, stiffness, by_depth, pressed, force_by_depth, contact = self.contact(moved, rod, depth, anchors)
+            if len(contact[0]) == 0:  # the rod has lost the gel
+                return None
             left = (inner[0] + forces)[free]
             if max(abs(left).max(), abs(pressed - goal)) < 1e-7 * goal:
                 return moved, depth, contact, iteration

@@ -300,14 +300,15 @@ def large_strain(report, quick):
     report.section(
         "Large strain",
         """
-        Rigid probes are pressed into a neo-Hookean gel with contact and large deformations (`tests/evaluation/
-        indentation.py`, axisymmetric, a program of our own that agrees with Hertz's solution at small forces, and
-        with CalculiX where the pressure is prescribed). The solver is linear. Each near the centre of the face and at (12, -9)
-        mm, 10 frames with a zero. "Sticks": what touches the probe stays where it touched; else there is no friction.
-        Beyond the last force of a probe no equilibrium is found: it sinks in. Covered: how often the stated 95 %
-        interval of a quantity would hold the truth if what the gel file states were drawn; it is exact here, and the error is
-        the one of large strain. Strain: the largest below a node at the depth of the nearest markers, by Boussinesq's
-        solution for the forces that were found, as `FLAG_OUT_OF_RANGE` is set by: above 0.25.""",
+        Rigid probes are pressed into a neo-Hookean gel with contact and large deformations
+        (`tests/evaluation/indentation.py`, axisymmetric, a program of our own that agrees with Hertz's solution at
+        small forces, and with CalculiX where the pressure is prescribed). The solver is linear. Each near the centre
+        of the face and at (12, -9) mm, 10 frames with a zero. "Sticks": what touches the probe stays where it
+        touched; else there is no friction. Beyond the last force of a probe no equilibrium is found: it sinks in.
+        Covered: how often the stated 95 % interval of a quantity would hold the truth if what the gel file states
+        were drawn; it is exact here, and the error is the one of large strain. Strain: the largest below a node at
+        the depth of the nearest markers, by Boussinesq's solution for the forces that were found, as
+        `FLAG_OUT_OF_RANGE` is set by: above 0.25.""",
     )
     lines = []
     for low, high in zip(STRAIN_BANDS[:-1], STRAIN_BANDS[1:]):
@@ -330,7 +331,8 @@ def large_strain(report, quick):
         ["strain", "loads", "length off, rms", "worst", "Fz covered", "least", "Mx, My covered", "flagged"], lines
     )
     report.table(
-        ["probe", "force [gf]", "depth [mm]", "contact [mm]", "length off", "stated deviation", "Fz covered", "strain", "flagged"],
+        ["probe", "force [gf]", "depth [mm]", "contact [mm]"]
+        + ["length off", "stated deviation", "Fz covered", "strain", "flagged"],
         [
             (
                 probes.labels[i],

@@ -259,8 +259,7 @@ def large_strain(folder):
 
 def probes(folder):
     """PROBES pressed in as far as an equilibrium is found: how the markers' displacements differ from those of a linear
-    gel under Hertz's pressure on the same circle, for any place. Of the sides of the block, and of a pressure's shape, the
-    difference knows little."""
+    gel under Hertz's pressure on the same circle, for any place: the difference knows little of the block's sides."""
     import indentation
     import influence
 
@@ -320,7 +319,8 @@ class Probes:
                 np.where(layer == 0, *[np.interp(r, grid, one[:, c]) for one in difference]) for c in (0, 1)
             )
             patch = loads.patch("hertz", place, 1e-3 * radius, force * AXES[2])
-            displacement.append(influence.of(40).displacement(*patch) + np.stack([along * x / r, along * y / r, down], 1))
+            linear = influence.of(40).displacement(*patch)
+            displacement.append(linear + np.stack([along * x / r, along * y / r, down], 1))
             contacts.append([contact("hertz", *(1e3 * np.array(place)), radius, force * AXES[2])])
         return Set(np.array(contacts), np.array(displacement))
 
