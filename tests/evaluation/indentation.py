@@ -284,6 +284,6 @@ def graded(first, last, step, growth):
 
 def gel(step, reach, radius=50.0):
     """40 mm thick; rings of this width below the rod, and layers as high."""
-    r = np.concatenate([np.arange(0, reach, step), graded(reach, radius, 1.15 * step, 1.15)])
+    r = np.concatenate([np.linspace(0, reach, round(reach / step) + 1)[:-1], graded(reach, radius, 1.15 * step, 1.15)])
     below = [4.4, 4.8, 5.2, 5.6, 6, 6.5, 7, 7.5, *graded(8, 40, 0.8, 1.25)[:-1], 38.6, 39.4, 40]
     return Gel(r, np.concatenate([np.linspace(0, 4, round(4 / step) + 1), below]))
