@@ -10,24 +10,15 @@ namespace {
 constexpr double kUnexplained_noise = 2.0;
 constexpr double kUnexplained_share = 0.1;
 
-/// A field is out of range where a node's pressure exceeds this multiple of Young's modulus: as far as the error of
-/// large strain has been followed, to 200 gf on 5 mm and 750 gf on 15 mm.
-constexpr double kLinearRange = 0.9;
-
 /// Below so many of its deviations, a normal force has no centre.
 constexpr double kCentre_deviations = 5.0;
 
 }  // namespace
 
 FieldRules::FieldRules(const sensor::Sensor& sensor, const SolveOptions& options)
-    : minPressForCentre_N_(options.minPressForCentre_N)
-    , largestPressure_Pa_(kLinearRange * sensor.gel.youngsModulus) {
+    : minPressForCentre_N_(options.minPressForCentre_N) {
   const sensor::Points nodes = sensor::nodePositions(sensor);
-  const Eigen::VectorXd areas = sensor::nodeAreas(sensor);
-  for (Eigen::Index n = 0; n < nodes.cols(); ++n) {
-    nodes_.push_back({nodes(0, n), nodes(1, n), nodes(2, n)});
-    largestForce_N_.push_back(largestPressure_Pa_ * areas[n]);
-  }
+  for (Eigen::Index n = 0; n < nodes.cols(); ++n) nodes_.push_back({nodes(0, n), nodes(1, n), nodes(2, n)});
 }
 
 void FieldRules::clear(TractionField& field) {
@@ -75,10 +66,6 @@ void FieldRules::explain(double squaredResidual_px2, const UsedMarkers& markers,
       square(kUnexplained_noise * markers.noise_px()) + square(kUnexplained_share) * markers.squares_px2() / count) {
     field.flags |= kUnexplained;
   }
-}
-
-bool FieldRules::outOfRange(std::size_t node, double squaredForce_N2) const {
-  return squaredForce_N2 > square(largestForce_N_[node]);
 }
 
 bool FieldRules::finite(const TractionField& field) {

@@ -36,21 +36,13 @@ class FieldRules {
   /// \param markers whose last choose() returned true
   static void explain(double squaredResidual_px2, const UsedMarkers& markers, TractionField& field);
 
-  /// Returns whether a force on the node, by its square, is beyond the range in which the uncertainty is known: more
-  /// than 0.9 times Young's modulus on the area that the node stands for.
-  bool outOfRange(std::size_t node, double squaredForce_N2) const;
-
-  /// Returns the same for the mean pressure on an area of the size that a node stands for.
-  bool outOfRange(double pressure_Pa) const { return pressure_Pa > largestPressure_Pa_; }
-
   /// Returns whether residual, resultant and moment of the field, with their uncertainty, are finite. Does not check
   /// the node forces.
   static bool finite(const TractionField& field);
 
  private:
-  const double minPressForCentre_N_, largestPressure_Pa_;
+  const double minPressForCentre_N_;
   std::vector<std::array<double, 3>> nodes_;
-  std::vector<double> largestForce_N_;  // of each
 };
 
 }  // namespace tractiond::solve

@@ -7,20 +7,8 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 
 namespace tractiond::solve {
-namespace {
-
-/// Returns the mean pressure [Pa] on an area as large as a node's in the middle of a patch, which presses as a ball
-/// does: for a patch smaller than that, all of its force on this area.
-double pressureInside(const RoundPatch& patch, double area_m2) {
-  const double inner2_m2 = area_m2 / std::numbers::pi, radius2_m2 = 5.0 * patch.place.spread_m2;
-  const double share = inner2_m2 < radius2_m2 ? 1.0 - std::pow(1.0 - inner2_m2 / radius2_m2, 1.5) : 1.0;
-  return share * patch.load.head<3>().norm() / area_m2;
-}
-
-}  // namespace
 
 FieldWriter::FieldWriter(const Factors& factors, const Atoms& atoms, const sensor::Sensor& sensor,
                          const SolveOptions& options, const std::array<double, 2>& detectionLimit_N)
@@ -28,6 +16,7 @@ FieldWriter::FieldWriter(const Factors& factors, const Atoms& atoms, const senso
     , atoms_(atoms)
     , uncertainty_(sensor.uncertainty)
     , rules_(sensor, options)
+    , strain_(sensor::nodePositions(sensor), atoms.depth_m, sensor.gel.youngsModulus)
     , motion_(sensor.pictureMotion.shift_px, sensor.pictureMotion.shift_px, sensor.pictureMotion.scale,
               sensor.pictureMotion.roll)
     , least_N_(std::min(detectionLimit_N[0], detectionLimit_N[1]))
@@ -96,15 +85,7 @@ void FieldWriter::publishForces(const Estimate& estimate, Mixture& mixture, Trac
     const int node = atoms_.nodeOf(p);
     Eigen::Vector3d::Map(nodeForce_.data() + 3 * static_cast<std::ptrdiff_t>(node)) += force;
   }
-  for (std::size_t n = 0; n < rules_.nodes().size(); ++n) {
-    const double force2 = Eigen::Vector3d::Map(nodeForce_.data() + 3 * n).squaredNorm();
-    if (rules_.outOfRange(n, force2)) field.flags |= kOutOfRange;
-  }
-  // A patch is narrower than the points that its force is spread over.
-  for (int k = 0; estimate.patchShare > 0.5 && k < estimate.patchCount; ++k) {
-    const RoundPatch& patch = estimate.patches[static_cast<std::size_t>(k)].patch;
-    if (rules_.outOfRange(pressureInside(patch, square(atoms_.pitch_m)))) field.flags |= kOutOfRange;
-  }
+  if (strain_.outOfRange(nodeForce_)) field.flags |= kOutOfRange;
   mixture.nodeDeviations_N(nodeDeviation_);
   for (std::size_t i = 0; i < nodeForce_.size(); ++i) {
     field.force_N[i] = static_cast<float>(nodeForce_[i]);

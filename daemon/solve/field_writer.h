@@ -2,6 +2,7 @@
 #pragma once
 
 #include "daemon/solve/field_rules.h"
+#include "daemon/solve/large_strain.h"
 #include "daemon/solve/model_contacts.h"
 
 namespace tractiond::solve {
@@ -42,6 +43,7 @@ class FieldWriter {
   const Atoms& atoms_;
   const sensor::Uncertainty uncertainty_;
   const FieldRules rules_;
+  LargeStrain strain_;
   const Eigen::Vector4d motion_;  ///< standard deviations of its prior
   const double least_N_;          ///< least force of a contact without a patch
   ModelContacts contacts_;

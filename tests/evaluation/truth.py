@@ -13,6 +13,19 @@ import loads
 
 DATA = pathlib.Path(__file__).parent / "data"
 SHAPES = ["hertz", "disc"]
+# Of large strain: radius and rounding of the end [mm], whether the gel sticks to it, width of the rings below it [mm]
+PROBES = {
+    "hemisphere, 4 mm": (2, 2, False, 0.2),
+    "hemisphere, 5 mm": (2.5, 2.5, False, 0.25),
+    "hemisphere, 5 mm, sticks": (2.5, 2.5, True, 0.25),
+    "hemisphere, 8 mm": (4, 4, False, 0.25),
+    "hemisphere, 8 mm, sticks": (4, 4, True, 0.25),
+    "hemisphere, 20 mm": (10, 10, False, 0.3),
+    "flat end, 5 mm": (2.5, 0.5, False, 0.2),
+    "flat end, 5 mm, sticks": (2.5, 0.5, True, 0.2),
+    "flat end, 10 mm": (5, 0.5, False, 0.25),
+}
+PROBES_GF = [50, 100, 150, 200, 300, 400, 500, 600, 750]
 
 PLACES_MM = [(0.7, 0.4), (12, -9), (-30, 0), (0, 28.5), (30, 30), (-33, -33), (20, -33), (33, 6)]
 AXES = np.eye(3)
@@ -244,6 +257,74 @@ def large_strain(folder):
         save(name(40, 0.49, "large"), Set(np.array(contacts)[:, None], np.array(displacement)))
 
 
+def probes(folder):
+    """PROBES pressed in as far as an equilibrium is found: how the markers' displacements differ from those of a linear
+    gel under Hertz's pressure on the same circle, for any place: the difference knows little of the block's sides."""
+    import indentation
+    import influence
+
+    step, depths = 0.25, (6, 8)
+    r = step * np.arange(204)
+    columns = {"probe": [], "force": [], "depth": [], "radius": [], "difference": []}
+    for number, (label, (radius, edge, sticks, rings)) in enumerate(PROBES.items()):
+        gel = indentation.gel(rings, max(6, 0.81 * radius))
+        found = gel.press(indentation.Rod(radius, edge, sticks), 9.80665e-3 * np.array(PROBES_GF))
+        for force_gf, (moved, depth, contact_radius) in zip(PROBES_GF, found):
+            less = moved - 9.80665e-3 * force_gf * gel.linear(contact_radius)
+            values = [1e-3 * gel.read(less, r, np.full(r.shape, z)).T for z in depths]
+            for key, value in zip(columns, (number, 9.80665e-3 * force_gf, depth, contact_radius, values)):
+                columns[key].append(value)
+        print(f"{label}: up to {PROBES_GF[len(found) - 1]} gf", flush=True)
+    difference = np.array(columns.pop("difference"))
+    scale = abs(difference).max(axis=(1, 2, 3)) / 32767
+    rounded = np.round(difference / scale[:, None, None, None]).astype(np.int16)
+    file = DATA / f"{name(40, 0.49, 'probes')}.npz"
+    np.savez_compressed(file, step=1e-3 * step, scale=scale, difference=rounded, **columns)
+
+    large = load(40, 0.49, "large")
+    gel = indentation.gel(0.3, 8.1)
+    for (_, _, _, radius, *_, force), moved in zip(large.contacts[:, 0], large.displacement):
+        if radius > 5e-3:
+            linear = influence.of(40).displacement(*loads.patch("hertz", (0, 0), radius, force * AXES[2]))
+            mine = gel.under_pressure(1e3 * radius, force)
+            if mine is None:
+                print(f"a pressure of {force:.2f} N: no equilibrium", flush=True)
+                continue
+            x, y, z = 1e3 * loads.markers()
+            mine = 1e-3 * gel.read(mine - force * gel.linear(1e3 * radius), np.hypot(x, y), z)[1]
+            off = abs(mine - (moved - linear)[:, 2]).max() / abs(moved - linear).max()
+            print(f"a pressure of {force:.2f} N: {100 * off:.1f} % of what is not linear from CalculiX", flush=True)
+
+
+class Probes:
+    """What probes() has kept; a row a load."""
+
+    def __init__(self):
+        with np.load(DATA / f"{name(40, 0.49, 'probes')}.npz") as file:
+            self.step, self.force, self.depth_mm, self.radius_mm = (
+                file[key] for key in ("step", "force", "depth", "radius")
+            )
+            self.labels = [list(PROBES)[number] for number in file["probe"]]
+            self.difference = file["difference"] * file["scale"][:, None, None, None]
+
+    def at(self, place):
+        """As a Set of presses at a place [m]."""
+        import influence
+
+        x, y, z = loads.markers() - np.array([[*place, 0]]).T
+        r, layer = np.maximum(np.hypot(x, y), 1e-9), np.digitize(z, [7e-3])
+        grid, displacement, contacts = self.step * np.arange(self.difference.shape[2]), [], []
+        for force, radius, difference in zip(self.force, self.radius_mm, self.difference):
+            along, down = (
+                np.where(layer == 0, *[np.interp(r, grid, one[:, c]) for one in difference]) for c in (0, 1)
+            )
+            patch = loads.patch("hertz", place, 1e-3 * radius, force * AXES[2])
+            linear = influence.of(40).displacement(*patch)
+            displacement.append(linear + np.stack([along * x / r, along * y / r, down], 1))
+            contacts.append([contact("hertz", *(1e3 * np.array(place)), radius, force * AXES[2])])
+        return Set(np.array(contacts), np.array(displacement))
+
+
 def expansion(folder):
     """1 K: silicone's linear expansion of 3e-4 / K on a window that stays."""
     import calculix
@@ -317,7 +398,7 @@ def linear(thickness, poisson, sets, folder):
 
 
 def main(folder, wanted):
-    for part in (expansion, surface, layers, large_strain):
+    for part in (expansion, surface, layers, large_strain, probes):
         if not wanted or part.__name__ in wanted:
             part(folder)
     for (thickness, poisson), sets in catalogue().items():

@@ -420,9 +420,9 @@ TEST_F(TouchTest, WhatNoForceCanDoIsMarked) {
   solve(torn);
   EXPECT_NE(field_.flags & kUnexplained, 0U);
   const Press patch = press({0.0, 0.0}, 2.5e-3);
-  solve(patch.image.col(2) * (200.0 * kGramForce) + noise());
+  solve(patch.image.col(2) * (400.0 * kGramForce) + noise());
   EXPECT_EQ(field_.flags & (kUnexplained | kOutOfRange), 0U);
-  solve(patch.image.col(2) * (500.0 * kGramForce) + noise());
+  solve(patch.image.col(2) * (600.0 * kGramForce) + noise());
   EXPECT_NE(field_.flags & kOutOfRange, 0U);
 }
 
