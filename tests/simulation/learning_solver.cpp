@@ -31,7 +31,11 @@ bool LearningSolver::answer(const MarkerField& markers, TractionField& field) no
   newest_.swap(model_);
   field.solution = Solution::kLinear;
   field.modelFrame = model_.info.frameNumber;
-  if (!solve::ModelFrame{model_.info, model_.zero}.isInForce(markers) || !holds(model_, markers)) return false;
+  const bool isThere = !model_.valid.empty();
+  if (!isThere || !solve::ModelFrame{model_.info, model_.zero}.isInForce(markers) || !holds(model_, markers)) {
+    field.flags |= kUnexplained;
+    return false;
+  }
   wantsModel_ = markers.info.frameNumber - field.modelFrame >= kFresh;
   return true;
 }

@@ -102,7 +102,7 @@ void SolveSide::checkModel(const MarkerField& markers, const TractionField& fiel
   const auto* const model = std::ranges::find_if(passed_, of);
   const std::uint64_t age = markers.info.frameNumber - field.modelFrame;
   const auto what = [&] { return fmt::format("frame {} by {}", markers.info.frameNumber, field.modelFrame); };
-  const bool isKnown = model != passed_.end() && field.modelFrame < markers.info.frameNumber;
+  const bool isKnown = model != passed_.end() && 0 < field.modelFrame && field.modelFrame < markers.info.frameNumber;
   journal_.law(
       isKnown && (age <= kMostFrames || markers.info.times.received_ns - model->info.times.received_ns <= kLongest_ns),
       "no field by a model older than its bound", what);
