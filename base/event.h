@@ -5,9 +5,9 @@
 
 namespace tractiond {
 
-/// An eventfd of the operating system; in the simulated world (tests/simulation) a flag: wait() does not wait, and fd()
-/// is no descriptor. signal() may be called by any thread and by a signal handler; a signal given before wait() is not
-/// lost. Thread-safe.
+/// An eventfd of the operating system; in the simulated world (tests/simulation) a flag: wait() lets simulated time
+/// pass on a thread that may stop in the middle of a turn, and does not wait on others, and fd() is no descriptor.
+/// signal() may be called by any thread and by a signal handler; a signal given before wait() is not lost. Thread-safe.
 class Event {
  public:
   /// Makes an event that is not signalled. \throws std::system_error if the process has no file descriptor left

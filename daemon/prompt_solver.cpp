@@ -66,7 +66,7 @@ void PromptSolver::solve(const std::shared_ptr<solve::FieldSolver>& solver, cons
     const std::chrono::nanoseconds left(end_ns - monotonicNow());
     if (left <= 0ns) {
       solve::FieldRules::clear(field);
-      field.flags |= kNotSolved;
+      field.flags = markers.flags | kNotSolved;
       break;
     }
     solved_.wait(isOffered ? std::chrono::ceil<std::chrono::milliseconds>(left) : 1ms);

@@ -29,7 +29,8 @@ class FieldSolver {
   virtual bool learn() { return false; }
 
   /// Does what solve() does, by the newest model that was learnt, if it is young enough and this frame does not
-  /// contradict it, or if nothing touches. Returns false if the field is still to be solved. For the other thread.
+  /// contradict it, or if nothing touches. Returns false if the field is still to be solved: then of all that it holds
+  /// only the markers have a meaning. For the other thread.
   virtual bool answer(const MarkerField& markers, TractionField& field) noexcept {
     solve(markers, field);
     return true;

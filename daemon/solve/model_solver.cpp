@@ -15,10 +15,6 @@ constexpr double kFirst = 5e-4;
 constexpr int kDoublings = 15;
 static_assert(kFirst * (1 << kDoublings) == kLargestDetectable);
 
-/// A model is in force for so many frames, or for so long if that is longer.
-constexpr std::uint64_t kMostFrames = 8;
-constexpr std::int64_t kLongest_ns = 50'000'000;
-
 /// A model is to be renewed after so many frames, or if a patch has moved so far [pitches], the prior has grown so
 /// much, or the surest force that is left has so many deviations: well before it no longer holds.
 constexpr std::uint64_t kFresh = 3;
@@ -46,13 +42,12 @@ ModelSolver::ModelSolver(const Factors& factors, const Atoms& atoms, const senso
   for (Estimate* each : {&estimate_, &answer_}) each->force_N.resize(3 * static_cast<std::size_t>(atoms.pointCount()));
   const auto atomModes = std::make_shared<const AtomModes>(factors, atoms, strongestModes(factors, options_));
   for (int i = 0; i < kModels; ++i) {
-    learnt_.push_back(std::make_shared<Learnt>(Learnt{LinearModel(factors, atoms, options_, atomModes), {}, {}}));
+    learnt_.push_back(std::make_shared<Learnt>(Learnt{LinearModel(factors, atoms, options_, atomModes), {}}));
   }
 }
 
 void ModelSolver::solve(const MarkerField& markers, TractionField& field) noexcept {
-  solved_ = markers.info;
-  solvedZero_ = markers.zero;
+  solved_ = {markers.info, markers.zero};
   estimate_.outcome = Estimate::Outcome::kFailed;
   if (!writer_.begin(markers, field)) return;
   model_.solve(writer_.picture(), writer_.used().missing(), writer_.noise_px(), estimate_,
@@ -66,8 +61,7 @@ bool ModelSolver::learn() {
   const auto isSpare = [](const auto& each) { return each.use_count() == 1; };
   const auto spare = std::find_if(learnt_.begin(), learnt_.end(), isSpare);
   if (spare == learnt_.end() || !(*spare)->model.make(model_, estimate_, scratch_)) return false;
-  (*spare)->frame = solved_;
-  (*spare)->zero = solvedZero_;
+  (*spare)->of = solved_;
   return newest_.put(*spare);
 }
 
@@ -86,24 +80,16 @@ bool ModelSolver::answer(const MarkerField& markers, TractionField& field) noexc
     return true;
   }
   newest_.swap(inForce_);
-  if (!isInForce(markers)) return false;
+  if (!inForce_ || !inForce_->of.isInForce(markers)) return false;
   if (!inForce_->model.answer(displacement_px, missing, picture.noise_px, answer_)) return false;
   answerWriter_.write(answer_, inForce_->model.mixture(), field);
   if (!field.valid) return false;
   field.solution = Solution::kLinear;
-  field.modelFrame = inForce_->frame.frameNumber;
+  field.modelFrame = inForce_->of.info.frameNumber;
   const LinearModel::Doubt& doubt = inForce_->model.doubt();
   wantsModel_ = markers.info.frameNumber - field.modelFrame >= kFresh || doubt.shift > kNear || doubt.scale > kGrown ||
                 doubt.surest > kSure;
   return true;
-}
-
-/// Returns whether the model is young enough for a frame, and of the same zero.
-bool ModelSolver::isInForce(const MarkerField& markers) const {
-  const FrameInfo& frame = markers.info;
-  if (!inForce_ || markers.zero != inForce_->zero || frame.frameNumber <= inForce_->frame.frameNumber) return false;
-  return frame.frameNumber - inForce_->frame.frameNumber <= kMostFrames ||
-         frame.times.received_ns - inForce_->frame.times.received_ns <= kLongest_ns;
 }
 
 /// Completes a field in which nothing touches, as solve() does.

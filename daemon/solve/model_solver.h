@@ -6,6 +6,7 @@
 #include "daemon/solve/field_solver.h"
 #include "daemon/solve/field_writer.h"
 #include "daemon/solve/linear_model.h"
+#include "daemon/solve/model_frame.h"
 
 #include <array>
 #include <memory>
@@ -34,16 +35,13 @@ class ModelSolver : public FieldSolver {
   std::array<double, 2> detectionLimit_N() const override { return detectionLimit_N_; }
 
  private:
-  /// A model, and the frame that it was made from.
   struct Learnt {
     LinearModel model;
-    FrameInfo frame;
-    Id zero{};
+    ModelFrame of;
   };
 
   std::array<double, 2> detectionLimits(const sensor::Sensor& sensor);
   double detectionLimit(int axis, double error);
-  bool isInForce(const MarkerField& markers) const;
   void answerNothing(const Displacements& picture, TractionField& field);
 
   const Factors& factors_;
@@ -54,8 +52,7 @@ class ModelSolver : public FieldSolver {
   Estimate estimate_;
   const std::array<double, 2> detectionLimit_N_;  ///< found with the two above
   FieldWriter writer_;
-  FrameInfo solved_;                             ///< frame of the last solve()
-  Id solvedZero_{};                              ///< its zero
+  ModelFrame solved_;                            ///< frame of the last solve()
   std::vector<std::shared_ptr<Learnt>> learnt_;  ///< all that exist; who alone has one may fill it
   LinearScratch scratch_;
   Mailbox<std::shared_ptr<Learnt>> newest_;

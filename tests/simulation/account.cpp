@@ -17,6 +17,7 @@ void Account::add(const Ledger& ledger) {
 void Account::add(const TractionField& field) {
   ++fields_;
   valid_ += field.valid ? 1 : 0;
+  linear_ += field.solution == Solution::kLinear ? 1 : 0;
   for (std::size_t i = 0; i < flags_.size(); ++i) flags_[i] += (field.flags >> i) & 1U;
 
   const auto bits = [](auto value) { return std::bit_cast<std::uint64_t>(value); };
@@ -35,7 +36,9 @@ void Account::add(const TractionField& field) {
       bits(times.solved_ns),
       std::uint64_t{field.flags},
       std::uint64_t{field.valid} | std::uint64_t{field.centreOfPressureValid} << 1U |
-          std::uint64_t{static_cast<std::uint8_t>(field.method)} << 8U,
+          std::uint64_t{static_cast<std::uint8_t>(field.method)} << 8U |
+          std::uint64_t{static_cast<std::uint8_t>(field.solution)} << 16U,
+      field.modelFrame,
       bits(std::int64_t{field.markers.validCount}),
       bits(std::int64_t{field.contactCount}),
       bits(field.residual_px),
@@ -70,6 +73,7 @@ std::string Account::text() const {
     for (char& letter : name) letter = static_cast<char>(std::tolower(letter));
     text += fmt::format("flag {}: {}\n", name, flags_[i]);
   }
+  if (linear_ > 0) text += fmt::format("solution linear: {}\n", linear_);
   return text;
 }
 

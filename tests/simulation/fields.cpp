@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace tractiond::simulation {
@@ -52,6 +53,15 @@ void Fields::checkNumbers(const TractionField& field) const {
                "fields rest on the zero that is described", [&] {
                  return fmt::format("{}, not {}", nameOf(field.markers.zero), inForce ? nameOf(*inForce) : "none");
                });
+  const bool isLinear = field.solution == Solution::kLinear;
+  journal_.law(field.valid == (field.solution != Solution::kNone) && isLinear == (field.modelFrame != 0),
+               "a valid field says by whose model, no other does", [&] {
+                 return fmt::format("valid {}, solution {}, model frame {}", field.valid,
+                                    static_cast<int>(field.solution), field.modelFrame);
+               });
+  const auto isNull = [](const auto& values) { return std::ranges::all_of(values, [](float x) { return x == 0.0F; }); };
+  journal_.law(field.valid || (isNull(field.force_N) && isNull(field.deviation_N)), "no forces that are not valid", "");
+  journal_.law(!field.valid || (field.flags & kNotSolved) == 0, "what is not solved is not valid", "");
   journal_.law(!field.valid || (field.flags & kFewMarkers) == 0, "few markers make a field not valid", "");
 }
 

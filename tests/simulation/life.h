@@ -7,9 +7,9 @@
 #include "tests/simulation/askers.h"
 #include "tests/simulation/capture_side.h"
 #include "tests/simulation/fields.h"
-#include "tests/simulation/linear_solver.h"
 #include "tests/simulation/network_side.h"
 #include "tests/simulation/operator.h"
+#include "tests/simulation/solve_side.h"
 #include "tests/simulation/supervisor.h"
 #include "tests/simulation/tracker.h"
 
@@ -32,6 +32,7 @@ struct Around {
   Journal& journal;
   Chance& chance;
   const Starvation& starvation;
+  Modelling& modelling;
   const Ongoing& ongoing;
   StepWork& stepWork;
 };
@@ -41,8 +42,14 @@ class Life : public capture::FrameSource {
   /// Restores what is on the disk.
   explicit Life(const Around& around);
 
-  /// Takes one turn of a stage. \return whether there was something to do
+  /// Takes one turn of a stage, or goes on with that of the solving stage if it waits. \return whether there was
+  /// something to do, and it is done
   bool turn(Stage stage);
+  /// Returns until when a stage waits in the middle of its turn; 0: it does not.
+  std::int64_t waitsUntil_ns(Stage stage) const {
+    return stage == Stage::kSolve && solveThread_.waits() ? solveThread_.wakes_ns() : 0;
+  }
+  SolveSide& solving() { return solving_; }
   /// Returns whether the source of pictures has ended by itself.
   bool hasEnded() const { return pipeline_.ended(); }
   /// Returns when the capture stage wakes; kNever: it has ended.
@@ -83,7 +90,7 @@ class Life : public capture::FrameSource {
   Reread start_;  ///< its configuration is that in force
   Ledger ledger_;
   Turns turns_;
-  LinearSolver solver_;
+  SolveSide solving_;
   Tracker tracker_;
   static constexpr std::size_t kNumbers = 4096;  // more than are in flight
   std::vector<Truth> truths_;                    ///< by numbers of frames
@@ -104,6 +111,7 @@ class Life : public capture::FrameSource {
   std::uint64_t tracked_ = 0;                   ///< number of the frame that was tracked last
   bool hasMet_ = false;                         ///< the procedures know the camera
   bool worked_ = false;                         ///< the stage that takes its turn has something to do
+  Fiber solveThread_;                           ///< last: its end takes a turn
 };
 
 }  // namespace tractiond::simulation

@@ -8,7 +8,8 @@
 
 namespace tractiond::simulation {
 
-/// Takes the displacements of missing markers for 0. Has no contacts and no systematic errors.
+/// Takes the displacements of missing markers for 0. Finds no contact where the picture shows noise alone. Has no
+/// contacts and no systematic errors.
 class LinearSolver : public solve::FieldSolver {
  public:
   /// The gel must outlive it.

@@ -18,6 +18,7 @@ Run::Run(const Gel& gel, const Story& story)
     : gel_(gel)
     , story_(story)
     , chance_(story.seed)
+    , modelling_{Chance(story.seed ^ 0x30de1), {}}
     , camera_(gel, ongoing_, chance_)
     , zeros_(gel, disk_, journal_)
     , askers_(zeros_, starvation_, journal_)
@@ -151,6 +152,7 @@ void Run::starve(const Happening& one) {
   const auto stage = static_cast<std::size_t>(one.amount);
   std::int64_t& busy_ns = busyUntil_ns_[stage];
   busy_ns = std::max(busy_ns, ongoing_.until_ns(one.event));
+  if (stage == kModelling) return modelling_.starvation.add(busy_ns, one.for_ms * kMs);  // fields flow all the same
   if (stage == kControl) controlAt_ns_ = std::max(controlAt_ns_, busy_ns);
   starvation_.add(busy_ns, one.for_ms * kMs);
   fields_.disturb(busy_ns);
@@ -176,6 +178,7 @@ void Run::start() {
                                         .journal = journal_,
                                         .chance = chance_,
                                         .starvation = starvation_,
+                                        .modelling = modelling_,
                                         .ongoing = ongoing_,
                                         .stepWork = stepWork_});
   waited_ns_ = disk_.waitedFor();
@@ -227,13 +230,19 @@ void Run::work() {
     ready_.back() = ready_.back() || (bus_.hasSubscriptions() && !life_->hasEnded());
     for (std::size_t i = 0; i < kStages.size(); ++i) {
       ready_[i] = ready_[i] || turned_ns_[i] + kIdleTurn_ns <= now();
-      if (ready_[i] && busyUntil_ns_[i] <= now()) able[count++] = i;
+      const std::int64_t until_ns = std::max(busyUntil_ns_[i], life_->waitsUntil_ns(kStages[i]));
+      if (ready_[i] && until_ns <= now()) able[count++] = i;
+    }
+    const bool canModel = std::max(busyUntil_ns_[kModelling], life_->solving().modelWakes_ns()) <= now();
+    if (canModel && (count == 0 || modelling_.chance.oneIn(2))) {
+      life_->solving().modelTurn();
+      continue;
     }
     if (count == 0) break;
     const std::size_t i = able[count == 1 ? 0 : chance_.below(count)];
     turned_ns_[i] = now();
     if (!life_->turn(kStages[i])) {
-      ready_[i] = false;
+      ready_[i] = life_->waitsUntil_ns(kStages[i]) != 0;
       if (i == 0) keep();  // it may have been given something
       continue;
     }
@@ -298,8 +307,11 @@ std::int64_t Run::nextMoment() const {
   if (!life_) return std::min(next, startAt_ns_);
   next = std::min({next, controlAt_ns_, keeperAt_ns_, life_->supervisor().next_ns(),
                    std::max(life_->wakes_ns(), busyUntil_ns_[0])});
-  for (std::size_t i = 1; i < kStages.size(); ++i)
-    next = std::min(next, ready_[i] ? busyUntil_ns_[i] : std::max(busyUntil_ns_[i], turned_ns_[i] + kIdleTurn_ns));
+  for (std::size_t i = 1; i < kStages.size(); ++i) {
+    const std::int64_t ready_ns = ready_[i] ? life_->waitsUntil_ns(kStages[i]) : turned_ns_[i] + kIdleTurn_ns;
+    next = std::min(next, std::max(busyUntil_ns_[i], ready_ns));
+  }
+  next = std::min(next, std::max(busyUntil_ns_[kModelling], life_->solving().modelWakes_ns()));
   return next;
 }
 

@@ -28,7 +28,7 @@ class Run {
 
  private:
   static constexpr std::array kStages = {Stage::kCapture, Stage::kTrack, Stage::kSolve, Stage::kPublish};
-  static constexpr std::size_t kControl = kStages.size();
+  static constexpr std::size_t kControl = kStages.size(), kModelling = kControl + 1;
 
   std::int64_t at_ns(const Happening& one) const { return journal_.begin_ns() + one.at_ms * kMs; }
   Disk::Condition diskAt(std::int64_t at_ns) const;
@@ -53,6 +53,7 @@ class Run {
   Journal journal_;
   Ongoing ongoing_;
   Starvation starvation_;
+  Modelling modelling_;
   Camera camera_;
   Zeros zeros_;
   Askers askers_;
@@ -66,7 +67,7 @@ class Run {
   std::unique_ptr<Life> life_;
   std::int64_t waited_ns_ = 0;  ///< for the disk, until this life began
   std::int64_t startAt_ns_ = 0, controlAt_ns_ = 0, keeperAt_ns_ = 0;
-  std::array<std::int64_t, kStages.size() + 1> busyUntil_ns_{};
+  std::array<std::int64_t, kModelling + 1> busyUntil_ns_{};
   std::array<std::int64_t, kStages.size()> turned_ns_{};
   std::array<bool, kStages.size()> ready_{};
 };

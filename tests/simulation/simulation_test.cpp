@@ -80,7 +80,7 @@ TEST(Simulation, WhatIsNoStoryIsRefusedWithItsLine) {
   EXPECT_NE(fromText(title + "seed x\n").error().find("line 2"), std::string::npos);
   EXPECT_NE(fromText(title + "5 ms: earthquake\n").error().find("earthquake"), std::string::npos);
   EXPECT_NE(fromText(title + "5 ms: loss 3\n").error().find("too few"), std::string::npos);
-  EXPECT_NE(fromText(title + "5 ms: starved 5 for 9 ms\n").error().find("'5' is no number from 0 to 4"),
+  EXPECT_NE(fromText(title + "5 ms: starved 6 for 9 ms\n").error().find("'6' is no number from 0 to 5"),
             std::string::npos);
   EXPECT_NE(fromText(title + "5 ms: second-counter 0 for 9 ms\n").error().find("'0'"), std::string::npos);
   EXPECT_NE(fromText(title + "lasts -1 ms\n").error().find("line 2"), std::string::npos);

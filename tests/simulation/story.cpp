@@ -36,7 +36,8 @@ constexpr std::array kSorts = {
     Sort{Event::kHeld, "held", 2, 0, 0, 15'000},
     Sort{Event::kHangs, "hangs", 1, 0, 0, 45'000},
     Sort{Event::kTimeSet, "time-set", 3, -100'000, 100'000, 0},
-    Sort{Event::kStarved, "starved", 4, 0, 4, 3'000},
+    Sort{Event::kStarved, "starved", 4, 0, 5, 3'000},
+    Sort{Event::kSlowModels, "slow-models", 3, 1, 200, 20'000},
     Sort{Event::kKill, "kill", 1, 0, 0, 0},
     Sort{Event::kPowerCut, "power-cut", 3, 0, 0, 0},
     Sort{Event::kDeaf, "deaf", 2, 0, 0, 5'000},
@@ -164,6 +165,15 @@ Story drawOfInstrument(std::uint64_t seed, std::int64_t lasts_ms) {
     if (one.event == Event::kLate && chance.oneIn(3))
       story.happenings.push_back(
           {at_ms + chance.between(0, 50), Event::kImpostor, chance.between(10, 1'000), one.for_ms});
+    // What touches changes while models are made slowly, or not at all.
+    if (one.event == Event::kTouch && !chance.oneIn(3)) {
+      constexpr std::int64_t kModelling = 5;
+      const std::int64_t from_ms = at_ms + chance.between(0, one.for_ms), for_ms = chance.between(10, 3'000);
+      chance.oneIn(2) ? story.happenings.push_back({from_ms, Event::kStarved, kModelling, for_ms})
+                      : story.happenings.push_back({from_ms, Event::kSlowModels, chance.between(1, 200), for_ms});
+      story.happenings.push_back(
+          {from_ms + chance.between(0, for_ms), Event::kTouch, chance.between(20, 4'000), chance.between(10, 3'000)});
+    }
     // Clients connect again while the publishing thread does not read what they said.
     if (one.event == Event::kPreviews && chance.oneIn(2)) {
       constexpr std::int64_t kPublishing = 3;

@@ -29,9 +29,10 @@ enum class Event {
   kHeld,           ///< another client holds its control when it is opened
   kHangs,          ///< a library hangs that opens it
   // The host's.
-  kTimeSet,  ///< the time of day is set by so many seconds
-  kStarved,  ///< a stage (0 .. 4) gets no processor for a while
-  kKill,     ///< the daemon is killed, and started again
+  kTimeSet,     ///< the time of day is set by so many seconds
+  kStarved,     ///< a stage (0 .. 4), or the thread that makes models (5), gets no processor for a while
+  kSlowModels,  ///< a solution, and a model, takes up to so many ms for a while
+  kKill,        ///< the daemon is killed, and started again
   kPowerCut,
   kDeaf,  ///< systemd reads no notices for a while
   // The disk's, each for a while.
@@ -79,7 +80,7 @@ enum class Event {
   kRelayKilled,          ///< the gateway is killed, and started again
 };
 
-inline constexpr std::size_t kEvents = 60;
+inline constexpr std::size_t kEvents = 61;
 
 /// What a story happens to.
 enum class World { kInstrument, kGateway };

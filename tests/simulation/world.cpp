@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/event.h"
 #include "tests/simulation/disk.h"
+#include "tests/simulation/fiber.h"
 
 #include <algorithm>
 #include <utility>
@@ -13,7 +14,7 @@ namespace tractiond {
 
 std::int64_t clockNow(clockid_t clock) {
   const simulation::Clocks& now = simulation::clocks();
-  return now.monotonic_ns + (clock == CLOCK_REALTIME ? now.realAhead_ns : 0);
+  return now.monotonic_ns + now.hurried_ns + (clock == CLOCK_REALTIME ? now.realAhead_ns : 0);
 }
 
 namespace {
@@ -37,7 +38,9 @@ void Event::signal() noexcept {
   fd_ = kSignalled;
 }
 
-bool Event::wait(std::chrono::milliseconds /*timeout*/) noexcept {
+bool Event::wait(std::chrono::milliseconds timeout) noexcept {
+  const std::int64_t until_ns = monotonicNow() + std::chrono::nanoseconds(timeout).count();
+  if (timeout.count() > 0) simulation::Fiber::wait(until_ns, [this] { return fd_ == kSignalled; });
   return std::exchange(fd_, kCalm) == kSignalled;
 }
 

@@ -19,6 +19,7 @@ PARTS = {
     "daemon/capture/intake.cpp": CAPTURE,
     "daemon/capture/device_clock.cpp": CAPTURE,
     "daemon/pipeline.cpp": ("pipeline", "*"),
+    "daemon/prompt_solver.cpp": ("pipeline", "PromptSolver.*"),
     "daemon/publish/publisher.cpp": PUBLISH,
     "daemon/publish/control.cpp": PUBLISH,
     "daemon/publish/frozen_peers.cpp": PUBLISH,

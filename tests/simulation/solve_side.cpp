@@ -1,0 +1,113 @@
+#include "tests/simulation/solve_side.h"
+
+#include "base/clock.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace tractiond::simulation {
+namespace {
+
+constexpr std::int64_t kUsual_ns = 3 * kMs;  ///< longest time of a solution, and of a model
+
+}  // namespace
+
+SolveSide::SolveSide(const Gel& gel, const PromptOptions& options, Modelling& modelling, const Starvation& starvation,
+                     const Ongoing& ongoing, Journal& journal)
+    : options_(options)
+    , modelling_(modelling)
+    , starvation_(starvation)
+    , ongoing_(ongoing)
+    , journal_(journal)
+    , judge_(gel)
+    , solver_(std::make_shared<LearningSolver>(gel, [this] { work(); }))
+    , prompt_(options, gel.sensor.markerCount(), gel.sensor.nodes.count())
+    , modelThread_([this] { prompt_.turn(std::chrono::milliseconds(100)); }) {
+  expected_.resize(gel.sensor.markerCount(), gel.sensor.nodes.count());
+}
+
+void SolveSide::work() {
+  const bool isSlow = ongoing_.lasts(Event::kSlowModels);
+  const std::int64_t longest_ns = isSlow ? ongoing_.amountOf(Event::kSlowModels) * kMs : kUsual_ns;
+  Fiber::sleep(modelling_.chance.between(longest_ns / 4, longest_ns));
+}
+
+void SolveSide::stop() {
+  hasStopped_ = true;
+  modelThread_.end();
+}
+
+void SolveSide::solve(const MarkerField& markers, TractionField& field) {
+  passed_[nextPassed_++ % kPassed] = markers;
+  const std::int64_t began_ns = now(), daemonBegan_ns = monotonicNow(), patience_ns = this->patience_ns(markers.info);
+  prompt_.solve(solver_, markers, field);
+  const std::int64_t lasted_ns = monotonicNow() - daemonBegan_ns;
+  if (lasted_ns > 0) waited_ns_ = now();
+  checkWait(field, patience_ns, lasted_ns - starvation_.since(began_ns));
+  checkNumbers(markers, field);
+  if (field.solution == Solution::kLinear) checkModel(markers, field);
+}
+
+/// Returns what a frame may wait: as set, or the interval to the frame before.
+std::int64_t SolveSide::patience_ns(const FrameInfo& info) {
+  const std::int64_t interval_ns = info.times.received_ns - std::exchange(last_ns_, info.times.received_ns);
+  if (options_.patience_ms > 0.0) return static_cast<std::int64_t>(1e6 * options_.patience_ms);
+  return std::clamp(interval_ns, kMs, 100 * kMs);
+}
+
+void SolveSide::checkWait(const TractionField& field, std::int64_t patience_ns, std::int64_t lasted_ns) const {
+  constexpr std::int64_t kLately_ns = kSecond, kPieces = 3;  // an earlier frame and its model, and this frame
+  journal_.law(lasted_ns <= patience_ns + kMs, "no frame waits for its solution longer than its patience",
+               [&] { return fmt::format("{} us of {}", lasted_ns / 1000, patience_ns / 1000); });
+  const bool isFast = kPieces * kUsual_ns <= patience_ns && !hasStopped_ &&
+                      ongoing_.until_ns(Event::kSlowModels) < now() - kLately_ns &&
+                      modelling_.starvation.since(now() - kLately_ns) == 0;
+  journal_.law((field.flags & kNotSolved) == 0 || !isFast, "a thread that is fast enough solves what no model answers",
+               [&] { return fmt::format("frame {} after {} us", field.markers.info.frameNumber, lasted_ns / 1000); });
+}
+
+void SolveSide::checkNumbers(const MarkerField& markers, const TractionField& field) {
+  const MarkerField& of = field.markers;
+  const bool isOwn = of.info.frameNumber == markers.info.frameNumber && of.zero == markers.zero &&
+                     of.displacement_px == markers.displacement_px && of.valid == markers.valid;
+  journal_.law(isOwn, "a frame that enters solving leaves it once, in its order", [&] {
+    return fmt::format("frame {} of zero {}, not {} of {}", of.info.frameNumber, nameOf(of.zero),
+                       markers.info.frameNumber, nameOf(markers.zero));
+  });
+  judge_.solve(markers, expected_);
+  const bool isNotSolved = (field.flags & kNotSolved) != 0;
+  journal_.law(!isNotSolved || expected_.method == Method::kContact, "only a contact may be left not solved", "");
+  if (isNotSolved) {
+    solve::FieldRules::clear(expected_);
+    expected_.flags = markers.flags | kNotSolved;
+  }
+  const bool isRight = field.valid == expected_.valid && field.flags == expected_.flags &&
+                       field.method == expected_.method && field.force_N == expected_.force_N &&
+                       field.deviation_N == expected_.deviation_N && field.resultant_N == expected_.resultant_N &&
+                       field.moment_Nm == expected_.moment_Nm && field.noise == expected_.noise &&
+                       field.residual_px == expected_.residual_px;
+  journal_.law(isRight, "a field has its own frame's forces, or none", [&] {
+    return fmt::format("frame {}: valid {}, not {}; flags {:x}, not {:x}; {} N, not {} N", of.info.frameNumber,
+                       field.valid, expected_.valid, field.flags, expected_.flags, field.resultant_N[2],
+                       expected_.resultant_N[2]);
+  });
+}
+
+void SolveSide::checkModel(const MarkerField& markers, const TractionField& field) const {
+  constexpr std::uint64_t kMostFrames = 8;
+  constexpr std::int64_t kLongest_ns = 50 * kMs;
+  const auto of = [&](const MarkerField& each) { return each.info.frameNumber == field.modelFrame; };
+  const auto* const model = std::ranges::find_if(passed_, of);
+  const std::uint64_t age = markers.info.frameNumber - field.modelFrame;
+  const auto what = [&] { return fmt::format("frame {} by {}", markers.info.frameNumber, field.modelFrame); };
+  const bool isKnown = model != passed_.end() && 0 < field.modelFrame && field.modelFrame < markers.info.frameNumber;
+  journal_.law(
+      isKnown && (age <= kMostFrames || markers.info.times.received_ns - model->info.times.received_ns <= kLongest_ns),
+      "no field by a model older than its bound", what);
+  journal_.law(model->zero == markers.zero, "no field by a model of another zero", what);
+  journal_.law(LearningSolver::holds(*model, markers), "no field by a model that its test rejects", what);
+}
+
+}  // namespace tractiond::simulation
