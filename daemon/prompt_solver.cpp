@@ -103,8 +103,11 @@ bool PromptSolver::take() {
   if (taken_.isWaitedFor || options_.models_Hz <= 0.0) return true;
   const std::int64_t now_ns = monotonicNow();
   const bool isTooEarly = static_cast<double>(now_ns - made_ns_) * 1e-9 < 1.0 / options_.models_Hz;
-  if (isTooEarly) taken_.solver = nullptr;
-  if (!isTooEarly) made_ns_ = now_ns;
+  if (isTooEarly) {
+    taken_.solver = nullptr;
+  } else {
+    made_ns_ = now_ns;
+  }
   return !isTooEarly;
 }
 

@@ -24,7 +24,7 @@ class LargeStrain {
 
  private:
   Eigen::MatrixXf strain_;  ///< N x N [1/N]: pressure below a node over Young's modulus, by a force on another
-  Eigen::VectorXf magnitude_N_;
+  Eigen::VectorXf below_;   ///< N: of the last forces
 };
 
 }  // namespace tractiond::solve

@@ -1,6 +1,7 @@
 """Fields by the model of an earlier frame: how many, how honest, and how far from the full solves of the same frames.
 Called like the paper's experiments; shapes.py draws the loads."""
 
+import dataclasses
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -10,7 +11,7 @@ import influence
 import limits
 import shapes
 from chain import GF
-from unseen import ALL_KNOWN, OF_A_ZERO
+from unseen import ALL_KNOWN, OF_A_ZERO, Measured
 
 THICKNESSES = (15, 40)
 MOST_SHIFT = 100 / 60  # mm in a frame: 100 mm/s at 60 frames/s
@@ -47,19 +48,7 @@ def shifted(load, generator):
         length, angle = 1e-3 * generator.uniform(0, MOST_SHIFT), generator.uniform(0, 2 * np.pi)
         points = load.points + length * np.array([[np.cos(angle)], [np.sin(angle)]])
         if abs(points).max() <= influence.HALF_WIDTH - 2e-3:
-            return shapes.dataclasses.replace(load, points=points)
-
-
-class Read:
-    """Errors and stated deviations of the wrench, frames x 6."""
-
-    def __init__(self, found, wrench, prefix=""):
-        covariance = (found[prefix + "noise_covariance"] + found[prefix + "systematic_covariance"]).reshape(-1, 6, 6)
-        self.wrench = np.hstack([found[prefix + "resultant_N"], found[prefix + "moment_Nm"]])
-        self.error = self.wrench - wrench
-        self.deviation = np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0))
-        self.covered = abs(self.error) <= 1.96 * self.deviation
-        self.contacts = found[prefix + "contact_count"][:, 0]
+            return dataclasses.replace(load, points=points)
 
 
 class Compared:
@@ -69,14 +58,18 @@ class Compared:
         self.change, self.family, self.size = (
             np.concatenate([getattr(series, name) for series, _ in parts]) for name in ("change", "family", "size")
         )
-        found = {name: np.concatenate([one[name] for _, one in parts]) for name in parts[0][1]}
+        found = chain.Found({name: np.concatenate([one[name] for _, one in parts]) for name in parts[0][1]})
         wrench = np.concatenate([series.wrench for series, _ in parts])
         self.answered = found["answered"][:, 0] > 0
-        self.full, self.answer = Read(found, wrench), Read(found, wrench, "answer_")
+        answers = chain.Found(
+            {name.removeprefix("answer_"): value for name, value in found.items() if name.startswith("answer_")}
+        )
+        self.full, self.answer = Measured(found, wrench, 1), Measured(answers, wrench, 1)
         # Where a zero has just been taken there is no model.
         self.had_model = np.arange(len(wrench)) % (OF_A_ZERO * len(CHANGES)) > 0
         self.limit = np.maximum(GF, 0.015 * self.size)
-        self.far = abs(self.answer.wrench - self.full.wrench) / np.maximum(self.full.deviation, 1e-12)
+        self.far = (abs(self.answer.error - self.full.error) / np.maximum(self.full.deviation, 1e-12))[:, 0]
+        self.is_same_count = (found["contact_count"] == answers["contact_count"])[:, 0]
 
     def line(self, chosen):
         """Of some frames: how many, the share that is answered, and of these the figures of both."""
@@ -86,13 +79,13 @@ class Compared:
         if kept.sum() < 10:
             return [*cells, *("–" * 4)]
         both = (self.answer, self.full)
-        off = [np.quantile((np.linalg.norm(one.error[:, :3], axis=1) / self.limit)[kept], 0.95) for one in both]
+        off = [np.quantile((one.off / self.limit)[kept], 0.95) for one in both]
         return [
             *cells,
             ", ".join(f"{100 * one.covered[kept].mean():.1f}" for one in both) + " %",
             ", ".join(f"{one:.2f}" for one in off),
             ", ".join(f"{one:.2f}" for one in np.quantile(self.far[kept], [0.5, 0.95])),
-            f"{100 * (self.answer.contacts == self.full.contacts)[kept].mean():.0f} %",
+            f"{100 * self.is_same_count[kept].mean():.0f} %",
         ]
 
 
@@ -100,8 +93,7 @@ HEADS = ["frames", "answered", "covered", "error / limit", "far from the full so
 
 
 def answers(report, quick):
-    again = f"{'--quick ' if quick else ''}--only answers --seed {report.seed}"
-    again += "" if report.pictures else " --without-pictures"
+    again = report.again(quick)
     report.section(
         "Fields by the model of an earlier frame",
         f"""

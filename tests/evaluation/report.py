@@ -53,6 +53,11 @@ class Report:
         self.text, self.rows = [], []
         self.missed = []
 
+    def again(self, quick):
+        """Arguments of tools/evaluate that draw the same loads."""
+        words = ["--quick"] * quick + [f"--only {self.experiment} --seed {self.seed}"]
+        return " ".join(words + ["--without-pictures"] * (not self.pictures))
+
     def section(self, title, text=""):
         print(f"\n{title}", flush=True)
         self._end_table()

@@ -127,8 +127,7 @@ def block(report, quick, thickness):
 
 
 def unseen(report, quick):
-    again = f"{'--quick ' if quick else ''}--only shapes --seed {report.seed}"
-    again += "" if report.pictures else " --without-pictures"
+    again = report.again(quick)
     report.section(
         "Loads nobody has tuned with",
         f"""
