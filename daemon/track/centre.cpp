@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstring>
 
 namespace tractiond::track {
 
@@ -126,17 +127,31 @@ struct Sums {
   float one, square, p0, p1, p2, p3, p4, p5;
 };
 
-TRACTION_INLINE float total(float* lane) {
-  for (int i = 0; i < 8; ++i) lane[i] += lane[i + 8];
-  for (int i = 0; i < 4; ++i) lane[i] += lane[i + 4];
-  return (lane[0] + lane[1]) + (lane[2] + lane[3]);
+/// Sums up the lanes of each of four rows. Vectors of 16 bytes are a register of every machine; left to itself, GCC
+/// takes the lanes one by one.
+TRACTION_INLINE void addLanes(const float (*lanes)[kSums], float* sum) {
+  using Four = float __attribute__((vector_size(16)));
+  Four rows[4];
+  for (int k = 0; k < 4; ++k) {
+    Four part[4];
+    std::memcpy(part, lanes[k], sizeof part);
+    rows[k] = (part[0] + part[2]) + (part[1] + part[3]);
+  }
+  const auto pairs = [](const Four& a, const Four& b, Four& to) {
+    to = __builtin_shufflevector(a, b, 0, 2, 4, 6) + __builtin_shufflevector(a, b, 1, 3, 5, 7);
+  };
+  Four first, second, all;
+  pairs(rows[0], rows[1], first);
+  pairs(rows[2], rows[3], second);
+  pairs(first, second, all);
+  std::memcpy(sum, &all, sizeof all);
 }
 
 /// \param sign of the products with the weights, which are made for markers that are brighter than their surroundings
 template <typename S>
 TRACTION_INLINE Sums sums(S shape, const float* window, const float* weights, float sign) {
   const int samples = 2 * shape.half * shape.chunks * kLanes;
-  alignas(64) float one[kSums], square[kSums], p0[kSums], p1[kSums], p2[kSums], p3[kSums], p4[kSums], p5[kSums];
+  alignas(64) float lanes[8][kSums];
   for (int i = 0; i < kSums; ++i) {
     float o = 0.0F, s = 0.0F, a = 0.0F, b = 0.0F, c = 0.0F, d = 0.0F, e = 0.0F, f = 0.0F;
     for (int k = 0; k < samples; k += kSums) {
@@ -150,17 +165,19 @@ TRACTION_INLINE Sums sums(S shape, const float* window, const float* weights, fl
       e += x * weights[4 * samples + k + i];
       f += x * weights[5 * samples + k + i];
     }
-    one[i] = o;
-    square[i] = s;
-    p0[i] = a;
-    p1[i] = b;
-    p2[i] = c;
-    p3[i] = d;
-    p4[i] = e;
-    p5[i] = f;
+    lanes[0][i] = o;
+    lanes[1][i] = s;
+    lanes[2][i] = a;
+    lanes[3][i] = b;
+    lanes[4][i] = c;
+    lanes[5][i] = d;
+    lanes[6][i] = e;
+    lanes[7][i] = f;
   }
-  return {total(one),       total(square),    sign * total(p0), sign * total(p1),
-          sign * total(p2), sign * total(p3), sign * total(p4), sign * total(p5)};
+  float sum[8];
+  addLanes(lanes, sum);
+  addLanes(lanes + 4, sum + 4);
+  return {sum[0], sum[1], sign * sum[2], sign * sum[3], sign * sum[4], sign * sum[5], sign * sum[6], sign * sum[7]};
 }
 
 template <typename R, int kHalf>
