@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cstring>
+#include <type_traits>
 
 namespace tractiond::track {
 
@@ -67,6 +68,17 @@ TRACTION_INLINE const typename R::Type* rowAfter(const Plane& plane, const typen
   return reinterpret_cast<const typename R::Type*>(reinterpret_cast<const std::uint8_t*>(row) + plane.stride);
 }
 
+/// Returns a sample of one colour. Of every other one, a pair is read as one number, whose low half it is: so the
+/// compiler need not take them one by one.
+template <typename R>
+TRACTION_INLINE int sampleAt(const typename R::Type* row, int index) {
+  if constexpr (R::step == 2) {
+    using Pair [[gnu::may_alias, gnu::aligned(1)]] = std::conditional_t<R::isWide, std::uint32_t, std::uint16_t>;
+    return static_cast<typename R::Type>(reinterpret_cast<const Pair*>(row)[index]);
+  }
+  return row[index * R::step];
+}
+
 /// Copies the window in levels, less an offset, which it returns: squares of large numbers would lose digits in a
 /// float.
 template <typename R, typename S>
@@ -78,9 +90,9 @@ TRACTION_INLINE float load(const Plane& plane, S shape, const float* mask, int l
     for (int chunk = 0; chunk < shape.chunks; ++chunk, out += kLanes) {
       const auto* p = row + chunk * kLanes * R::step;
       if constexpr (R::isWide) {
-        for (int i = 0; i < kLanes; ++i) out[i] = gain * static_cast<float>(p[i * R::step] - base);
+        for (int i = 0; i < kLanes; ++i) out[i] = gain * static_cast<float>(sampleAt<R>(p, i) - base);
       } else {
-        for (int i = 0; i < kLanes; ++i) out[i] = static_cast<float>(p[i * R::step]);
+        for (int i = 0; i < kLanes; ++i) out[i] = static_cast<float>(sampleAt<R>(p, i));
       }
     }
     if (2 * shape.half % kLanes != 0) {
@@ -92,9 +104,9 @@ TRACTION_INLINE float load(const Plane& plane, S shape, const float* mask, int l
 
 /// Returns four times the other colour at a sample.
 template <typename R>
-TRACTION_INLINE int otherAt(const Plane& plane, const typename R::Type* p) {
-  if constexpr (R::step == 2) return p[plane.other[0]] + p[plane.other[1]] + p[plane.other[2]] + p[plane.other[3]];
-  return 4 * p[plane.other[0]];
+TRACTION_INLINE int otherAt(const Plane& plane, const typename R::Type* row, int index) {
+  const auto beside = [&](int k) { return sampleAt<R>(row + plane.other[k], index); };
+  return R::step == 2 ? beside(0) + beside(1) + beside(2) + beside(3) : 4 * beside(0);
 }
 
 /// Copies the window as above, without the share of the other colour.
@@ -104,12 +116,13 @@ TRACTION_INLINE float loadUnmixed(const Plane& plane, const CrossTalk& crossTalk
   const float share = 0.25F * crossTalk.other;
   const float gain = (R::isWide ? plane.gain : 1.0F) / (1.0F - crossTalk.own * crossTalk.other);
   const auto* row = rowAt<R>(plane, left, top);
-  const int base = R::isWide ? *row : 0, otherBase = R::isWide ? otherAt<R>(plane, row) : 0;
+  const int base = R::isWide ? *row : 0, otherBase = R::isWide ? otherAt<R>(plane, row, 0) : 0;
   for (int y = 0; y < 2 * shape.half; ++y, row = rowAfter<R>(plane, row)) {
     for (int chunk = 0; chunk < shape.chunks; ++chunk, out += kLanes) {
+      const auto* p = row + chunk * kLanes * R::step;
       for (int i = 0; i < kLanes; ++i) {
-        const auto* p = row + (chunk * kLanes + i) * R::step;
-        out[i] = gain * (static_cast<float>(*p - base) - share * static_cast<float>(otherAt<R>(plane, p) - otherBase));
+        const int own = sampleAt<R>(p, i) - base, other = otherAt<R>(plane, p, i) - otherBase;
+        out[i] = gain * (static_cast<float>(own) - share * static_cast<float>(other));
       }
     }
     for (int i = 0; i < kLanes; ++i) out[i - kLanes] *= mask[i];
@@ -343,7 +356,7 @@ float amplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, flo
   const float x = (u - plane.u0) / plane.scale, y = (v - plane.v0) / plane.scale;
   const int across = static_cast<int>(x * kPhases + 0.5F), down = static_cast<int>(y * kPhases + 0.5F);
   const int left = across / kPhases - marker.half() + 1, top = down / kPhases - marker.half() + 1;
-  if (!(x >= 0.0F && y >= 0.0F) || left < 0 || top < 0 || left + marker.chunks() * kLanes > plane.width ||
+  if (!(x >= 0.0F && y >= 0.0F) || left < 0 || top < 0 || left + marker.chunks() * kLanes >= plane.width ||
       top + 2 * marker.half() > plane.height) {
     return clippedAmplitudeAt(plane, marker, u, v);
   }
