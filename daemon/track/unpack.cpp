@@ -19,7 +19,7 @@ template <typename Spread>
 inline void unpackPairs(std::size_t stride, const std::uint8_t* from, std::size_t pairs, std::uint16_t* to,
                         const Spread& spread) {
   for (std::size_t i = 0; i < pairs; ++i, from += 2 * stride, to += 2 * kGroup) {
-    std::uint64_t first, second;
+    std::uint64_t first = 0, second = 0;
     std::memcpy(&first, from, sizeof first);
     std::memcpy(&second, from + stride, sizeof second);
     Words words = {first, second};
