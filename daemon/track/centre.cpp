@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstring>
+#include <type_traits>
 
 namespace tractiond::track {
 
@@ -66,6 +68,17 @@ TRACTION_INLINE const typename R::Type* rowAfter(const Plane& plane, const typen
   return reinterpret_cast<const typename R::Type*>(reinterpret_cast<const std::uint8_t*>(row) + plane.stride);
 }
 
+/// Returns a sample of one colour. Of every other one, a pair is read as one number, whose low half it is: so the
+/// compiler need not take them one by one.
+template <typename R>
+TRACTION_INLINE int sampleAt(const typename R::Type* row, int index) {
+  if constexpr (R::step == 2) {
+    using Pair [[gnu::may_alias, gnu::aligned(1)]] = std::conditional_t<R::isWide, std::uint32_t, std::uint16_t>;
+    return static_cast<typename R::Type>(reinterpret_cast<const Pair*>(row)[index]);
+  }
+  return row[index * R::step];
+}
+
 /// Copies the window in levels, less an offset, which it returns: squares of large numbers would lose digits in a
 /// float.
 template <typename R, typename S>
@@ -77,9 +90,9 @@ TRACTION_INLINE float load(const Plane& plane, S shape, const float* mask, int l
     for (int chunk = 0; chunk < shape.chunks; ++chunk, out += kLanes) {
       const auto* p = row + chunk * kLanes * R::step;
       if constexpr (R::isWide) {
-        for (int i = 0; i < kLanes; ++i) out[i] = gain * static_cast<float>(p[i * R::step] - base);
+        for (int i = 0; i < kLanes; ++i) out[i] = gain * static_cast<float>(sampleAt<R>(p, i) - base);
       } else {
-        for (int i = 0; i < kLanes; ++i) out[i] = static_cast<float>(p[i * R::step]);
+        for (int i = 0; i < kLanes; ++i) out[i] = static_cast<float>(sampleAt<R>(p, i));
       }
     }
     if (2 * shape.half % kLanes != 0) {
@@ -91,9 +104,9 @@ TRACTION_INLINE float load(const Plane& plane, S shape, const float* mask, int l
 
 /// Returns four times the other colour at a sample.
 template <typename R>
-TRACTION_INLINE int otherAt(const Plane& plane, const typename R::Type* p) {
-  if constexpr (R::step == 2) return p[plane.other[0]] + p[plane.other[1]] + p[plane.other[2]] + p[plane.other[3]];
-  return 4 * p[plane.other[0]];
+TRACTION_INLINE int otherAt(const Plane& plane, const typename R::Type* row, int index) {
+  const auto beside = [&](int k) { return sampleAt<R>(row + plane.other[k], index); };
+  return R::step == 2 ? beside(0) + beside(1) + beside(2) + beside(3) : 4 * beside(0);
 }
 
 /// Copies the window as above, without the share of the other colour.
@@ -103,12 +116,13 @@ TRACTION_INLINE float loadUnmixed(const Plane& plane, const CrossTalk& crossTalk
   const float share = 0.25F * crossTalk.other;
   const float gain = (R::isWide ? plane.gain : 1.0F) / (1.0F - crossTalk.own * crossTalk.other);
   const auto* row = rowAt<R>(plane, left, top);
-  const int base = R::isWide ? *row : 0, otherBase = R::isWide ? otherAt<R>(plane, row) : 0;
+  const int base = R::isWide ? *row : 0, otherBase = R::isWide ? otherAt<R>(plane, row, 0) : 0;
   for (int y = 0; y < 2 * shape.half; ++y, row = rowAfter<R>(plane, row)) {
     for (int chunk = 0; chunk < shape.chunks; ++chunk, out += kLanes) {
+      const auto* p = row + chunk * kLanes * R::step;
       for (int i = 0; i < kLanes; ++i) {
-        const auto* p = row + (chunk * kLanes + i) * R::step;
-        out[i] = gain * (static_cast<float>(*p - base) - share * static_cast<float>(otherAt<R>(plane, p) - otherBase));
+        const int own = sampleAt<R>(p, i) - base, other = otherAt<R>(plane, p, i) - otherBase;
+        out[i] = gain * (static_cast<float>(own) - share * static_cast<float>(other));
       }
     }
     for (int i = 0; i < kLanes; ++i) out[i - kLanes] *= mask[i];
@@ -126,17 +140,31 @@ struct Sums {
   float one, square, p0, p1, p2, p3, p4, p5;
 };
 
-TRACTION_INLINE float total(float* lane) {
-  for (int i = 0; i < 8; ++i) lane[i] += lane[i + 8];
-  for (int i = 0; i < 4; ++i) lane[i] += lane[i + 4];
-  return (lane[0] + lane[1]) + (lane[2] + lane[3]);
+/// Sums up the lanes of each of four rows. Vectors of 16 bytes are a register of every machine; left to itself, GCC
+/// takes the lanes one by one.
+TRACTION_INLINE void addLanes(const float (*lanes)[kSums], float* sum) {
+  using Four = float __attribute__((vector_size(16)));
+  Four rows[4];
+  for (int k = 0; k < 4; ++k) {
+    Four part[4];
+    std::memcpy(part, lanes[k], sizeof part);
+    rows[k] = (part[0] + part[2]) + (part[1] + part[3]);
+  }
+  const auto pairs = [](const Four& a, const Four& b, Four& to) {
+    to = __builtin_shufflevector(a, b, 0, 2, 4, 6) + __builtin_shufflevector(a, b, 1, 3, 5, 7);
+  };
+  Four first, second, all;
+  pairs(rows[0], rows[1], first);
+  pairs(rows[2], rows[3], second);
+  pairs(first, second, all);
+  std::memcpy(sum, &all, sizeof all);
 }
 
 /// \param sign of the products with the weights, which are made for markers that are brighter than their surroundings
 template <typename S>
 TRACTION_INLINE Sums sums(S shape, const float* window, const float* weights, float sign) {
   const int samples = 2 * shape.half * shape.chunks * kLanes;
-  alignas(64) float one[kSums], square[kSums], p0[kSums], p1[kSums], p2[kSums], p3[kSums], p4[kSums], p5[kSums];
+  alignas(64) float lanes[8][kSums];
   for (int i = 0; i < kSums; ++i) {
     float o = 0.0F, s = 0.0F, a = 0.0F, b = 0.0F, c = 0.0F, d = 0.0F, e = 0.0F, f = 0.0F;
     for (int k = 0; k < samples; k += kSums) {
@@ -150,17 +178,19 @@ TRACTION_INLINE Sums sums(S shape, const float* window, const float* weights, fl
       e += x * weights[4 * samples + k + i];
       f += x * weights[5 * samples + k + i];
     }
-    one[i] = o;
-    square[i] = s;
-    p0[i] = a;
-    p1[i] = b;
-    p2[i] = c;
-    p3[i] = d;
-    p4[i] = e;
-    p5[i] = f;
+    lanes[0][i] = o;
+    lanes[1][i] = s;
+    lanes[2][i] = a;
+    lanes[3][i] = b;
+    lanes[4][i] = c;
+    lanes[5][i] = d;
+    lanes[6][i] = e;
+    lanes[7][i] = f;
   }
-  return {total(one),       total(square),    sign * total(p0), sign * total(p1),
-          sign * total(p2), sign * total(p3), sign * total(p4), sign * total(p5)};
+  float sum[8];
+  addLanes(lanes, sum);
+  addLanes(lanes + 4, sum + 4);
+  return {sum[0], sum[1], sign * sum[2], sign * sum[3], sign * sum[4], sign * sum[5], sign * sum[6], sign * sum[7]};
 }
 
 template <typename R, int kHalf>
@@ -326,7 +356,7 @@ float amplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, flo
   const float x = (u - plane.u0) / plane.scale, y = (v - plane.v0) / plane.scale;
   const int across = static_cast<int>(x * kPhases + 0.5F), down = static_cast<int>(y * kPhases + 0.5F);
   const int left = across / kPhases - marker.half() + 1, top = down / kPhases - marker.half() + 1;
-  if (!(x >= 0.0F && y >= 0.0F) || left < 0 || top < 0 || left + marker.chunks() * kLanes > plane.width ||
+  if (!(x >= 0.0F && y >= 0.0F) || left < 0 || top < 0 || left + marker.chunks() * kLanes >= plane.width ||
       top + 2 * marker.half() > plane.height) {
     return clippedAmplitudeAt(plane, marker, u, v);
   }

@@ -1,90 +1,71 @@
+// Both packings put four samples into at most seven bytes, whole bytes from group to group: one word is read for each
+// group, and its samples are moved to their places with masks, in two groups at once.
 #include "daemon/track/unpack.h"
 
-#include "base/vector_clones.h"
-
+#include <algorithm>
 #include <cassert>
+#include <cstring>
 
 namespace tractiond::track {
 
 namespace {
 
-/// Returns any sample of a stream. Slow; for the last samples, which do not fill a group of bytes.
-std::uint16_t sampleAt(const std::uint8_t* from, std::size_t index, int bits) {
-  unsigned value = 0;
-  for (int bit = 0; bit < bits; ++bit) {
-    const std::size_t place = index * static_cast<std::size_t>(bits) + static_cast<std::size_t>(bit);
-    value |= (from[place / 8] >> (place % 8) & 1U) << bit;
-  }
-  return static_cast<std::uint16_t>(value);
-}
+constexpr std::size_t kGroup = 4;                              // samples
+using Words = std::uint64_t __attribute__((vector_size(16)));  // a register of every machine
+constexpr std::uint64_t kEachHalf = 0x0000'0001'0000'0001, kEachQuarter = 0x0001'0001'0001'0001;
 
-TRACTION_VECTOR_CLONES
-void unpack10p(const std::uint8_t* from, std::size_t groups, std::uint16_t* to) {
-  for (std::size_t i = 0; i < groups; ++i) {
-    const std::uint8_t* b = from + 5 * i;
-    to[4 * i] = static_cast<std::uint16_t>(b[0] | (b[1] & 0x03) << 8);
-    to[4 * i + 1] = static_cast<std::uint16_t>(b[1] >> 2 | (b[2] & 0x0f) << 6);
-    to[4 * i + 2] = static_cast<std::uint16_t>(b[2] >> 4 | (b[3] & 0x3f) << 4);
-    to[4 * i + 3] = static_cast<std::uint16_t>(b[3] >> 6 | b[4] << 2);
+/// Applies `spread` to the words that begin every `stride` bytes, 2 * `pairs` of them.
+template <typename Spread>
+inline void unpackPairs(std::size_t stride, const std::uint8_t* from, std::size_t pairs, std::uint16_t* to,
+                        const Spread& spread) {
+  for (std::size_t i = 0; i < pairs; ++i, from += 2 * stride, to += 2 * kGroup) {
+    std::uint64_t first = 0, second = 0;
+    std::memcpy(&first, from, sizeof first);
+    std::memcpy(&second, from + stride, sizeof second);
+    Words words = {first, second};
+    spread(words);
+    std::memcpy(to, &words, sizeof words);
   }
 }
 
-TRACTION_VECTOR_CLONES
-void unpack12p(const std::uint8_t* from, std::size_t groups, std::uint16_t* to) {
-  for (std::size_t i = 0; i < groups; ++i) {
-    const std::uint8_t* b = from + 3 * i;
-    to[2 * i] = static_cast<std::uint16_t>(b[0] | (b[1] & 0x0f) << 8);
-    to[2 * i + 1] = static_cast<std::uint16_t>(b[1] >> 4 | b[2] << 4);
-  }
+void unpackStream(int bits, std::size_t stride, const std::uint8_t* from, std::size_t pairs, std::uint16_t* to) {
+  const std::uint64_t two = (std::uint64_t{1} << 2 * bits) - 1, one = ((std::uint64_t{1} << bits) - 1) * kEachHalf;
+  unpackPairs(stride, from, pairs, to, [=](Words& words) {
+    words = (words & two) | (words << (32 - 2 * bits) & two << 32);
+    words = (words & one) | (words << (16 - bits) & one << 16);
+  });
 }
 
-TRACTION_VECTOR_CLONES
-void unpack14p(const std::uint8_t* from, std::size_t groups, std::uint16_t* to) {
-  for (std::size_t i = 0; i < groups; ++i) {
-    const std::uint8_t* b = from + 7 * i;
-    to[4 * i] = static_cast<std::uint16_t>(b[0] | (b[1] & 0x3f) << 8);
-    to[4 * i + 1] = static_cast<std::uint16_t>(b[1] >> 6 | b[2] << 2 | (b[3] & 0x0f) << 10);
-    to[4 * i + 2] = static_cast<std::uint16_t>(b[3] >> 4 | b[4] << 4 | (b[5] & 0x03) << 12);
-    to[4 * i + 3] = static_cast<std::uint16_t>(b[5] >> 2 | b[6] << 6);
-  }
-}
-
-/// \param shared number of low bits that lie in the middle byte; those of the second sample start at bit 4
-TRACTION_VECTOR_CLONES
-void unpackTriples(int shared, const std::uint8_t* from, std::size_t groups, std::uint16_t* to) {
-  const int mask = (1 << shared) - 1;
-  for (std::size_t i = 0; i < groups; ++i) {
-    const std::uint8_t* b = from + 3 * i;
-    to[2 * i] = static_cast<std::uint16_t>(b[0] << shared | (b[1] & mask));
-    to[2 * i + 1] = static_cast<std::uint16_t>(b[2] << shared | (b[1] >> 4 & mask));
-  }
+/// The low bits of two samples lie in the middle byte of three; those of the second begin at bit 4.
+void unpackTriples(int bits, std::size_t stride, const std::uint8_t* from, std::size_t pairs, std::uint16_t* to) {
+  const int shared = bits - 8;
+  const std::uint64_t low = ((std::uint64_t{1} << shared) - 1) * kEachHalf;
+  unpackPairs(stride, from, pairs, to, [=](Words& words) {
+    words = (words & 0xff'ffffU) | (words << 8 & 0xff'ffff'0000'0000U);
+    words = (words & 0xff * kEachQuarter) << shared | (words >> 8 & low) | (words << 4 & low << 16);
+  });
 }
 
 }  // namespace
 
 void unpack(PixelPacking packing, int bits, const std::uint8_t* from, std::size_t count, std::uint16_t* to) {
-  assert(packing != PixelPacking::kWhole && bits > 8 && bits < 16);
-  if (packing == PixelPacking::kTriple) {
-    const int shared = bits - 8;
-    unpackTriples(shared, from, count / 2, to);
-    if (count % 2 != 0) {  // the low bits of the last sample are in the second of its two bytes
-      const std::uint8_t* b = from + count / 2 * 3;
-      to[count - 1] = static_cast<std::uint16_t>(b[0] << shared | (b[1] & ((1 << shared) - 1)));
-    }
-    return;
+  assert(packing != PixelPacking::kWhole && (bits == 10 || bits == 12 || bits == 14));
+  const bool triple = packing == PixelPacking::kTriple;
+  const auto unpackWords = triple ? unpackTriples : unpackStream;
+  const std::size_t stride = triple ? 6 : static_cast<std::size_t>(bits) / 2;
+  const std::size_t bytes = triple ? (3 * count + 1) / 2 : (static_cast<std::size_t>(bits) * count + 7) / 8;
+  constexpr std::size_t kPair = 2 * kGroup, kMost = 16;
+  // Two words of each pair are read, the second of which may end beyond its samples.
+  const std::size_t whole = bytes < kMost ? 0 : (bytes - kMost) / (2 * stride) + 1;
+  unpackWords(bits, stride, from, whole, to);
+  for (std::size_t done = kPair * whole; done < count; done += kPair) {
+    std::uint8_t words[kMost] = {};
+    std::uint16_t samples[kPair];
+    const std::size_t begin = done / kPair * 2 * stride;
+    std::memcpy(words, from + begin, std::min(bytes - begin, sizeof words));
+    unpackWords(bits, stride, words, 1, samples);
+    std::memcpy(to + done, samples, std::min(kPair, count - done) * sizeof *to);
   }
-  std::size_t done = 0;
-  if (bits == 10) {
-    done = count / 4 * 4;
-    unpack10p(from, done / 4, to);
-  } else if (bits == 12) {
-    done = count / 2 * 2;
-    unpack12p(from, done / 2, to);
-  } else if (bits == 14) {
-    done = count / 4 * 4;
-    unpack14p(from, done / 4, to);
-  }
-  for (; done < count; ++done) to[done] = sampleAt(from, done, bits);
 }
 
 }  // namespace tractiond::track
