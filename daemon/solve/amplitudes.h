@@ -29,6 +29,9 @@ class Amplitudes {
   /// [N] \param noise_px standard deviation of a coordinate
   void complete(double force_N, double noise_px);
 
+  /// Returns the displacements of the missing coordinates, in their order [px]: 0 until complete() is called.
+  std::span<const double> completed() const { return std::span(completed_).first(missing_.size()); }
+
   /// Returns the amplitudes of the modes that were read [px]; none after begin(). Valid until the next call of another
   /// function.
   std::span<const double> values() const;

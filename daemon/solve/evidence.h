@@ -66,6 +66,8 @@ class Evidence {
 
   /// Finds the surest force, by the modes of the first group. \param amplitudes c of these modes at least [px]
   SurestForce surest(std::span<const double> amplitudes, double noise_px);
+  /// Returns what the amplitudes of the last surest() match of each atom: V_a' S c (3A [px^2/N]).
+  std::span<const double> matched() const { return matched_; }
 
   /// Returns `surest` of the last surest() if it is less sure than `deviations`; else the one that is surest by the
   /// noise of the markers that show it. The equations weigh all markers alike: where the light is uneven, the noise of

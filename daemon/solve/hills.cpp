@@ -101,10 +101,10 @@ bool Hills::isValleyBetween(const SolvedForces& forces, int lower, int higher) {
     const double fall = low - height(at, 0.0, 0);
     if (fall >= kFall_lower * low && fall >= kFall_higher * high) valleys_.emplace_back(fall, at);
   }
-  // One evident fall is enough, and the deepest is most likely so: it is tried alone.
+  // One evident fall is enough, and one of the deepest is most likely so.
   std::sort(valleys_.begin(), valleys_.end(), std::greater());
-  for (std::size_t first = 0, count = 1; first < valleys_.size(); first += count, count = kColumns) {
-    count = std::min(count, valleys_.size() - first);
+  for (std::size_t first = 0; first < valleys_.size(); first += kColumns) {
+    const std::size_t count = std::min(std::size_t{kColumns}, valleys_.size() - first);
     clearFunctionals();
     for (std::size_t k = 0; k < count; ++k) {
       height(0.0, 1.0, static_cast<int>(k));

@@ -148,6 +148,24 @@ void multiplyFirst(const RowMatrix& matrix, std::span<const int> rows, int colum
 }
 
 TRACTION_VECTOR_CLONES
+void sumSquares(std::span<const float> rows, int columns, const float* weights, double* sums) {
+  const std::ptrdiff_t stride = padded(columns);
+  for (const float* row = rows.data(); row != rows.data() + rows.size(); row += stride) {
+    Floats sum[2] = {}, numbers, factors;
+    for (std::ptrdiff_t j = 0; j < stride; j += kLineFloats) {
+      for (int i = 0; i < 2; ++i) {
+        load(row + j + kFloats * i, numbers);
+        load(weights + j + kFloats * i, factors);
+        sum[i] += factors * numbers * numbers;
+      }
+    }
+    double all = 0.0;
+    for (int i = 0; i < kFloats; ++i) all += static_cast<double>(sum[0][i] + sum[1][i]);
+    *sums++ = all;
+  }
+}
+
+TRACTION_VECTOR_CLONES
 double dotProduct(const double* a, const double* b, int size) {
   return dot(a, b, size);
 }
@@ -179,6 +197,67 @@ void multiplyPairs(std::span<const double* const> columns, int first, int size, 
           products[static_cast<std::ptrdiff_t>(i + r) * stride + j + k] = sumOf(sums[r][k]);
         }
       }
+    }
+  }
+}
+
+TRACTION_VECTOR_CLONES
+void addShares(std::span<const int> indices, std::span<const int> blockOf, const double* shares, const double* block,
+               double* blocks) {
+  constexpr int kBlock = 3 * kColumns, kBlockParts = kBlock / kDoubles;
+  Doubles parts[kBlockParts], sum;
+  for (int p = 0; p < kBlockParts; ++p) load(block + kDoubles * p, parts[p]);
+  for (std::size_t k = 0; k < indices.size(); ++k) {
+    double* const to = blocks + std::ptrdiff_t{kBlock} * blockOf[static_cast<std::size_t>(indices[k])];
+    for (int p = 0; p < kBlockParts; ++p) {
+      load(to + kDoubles * p, sum);
+      store(sum + shares[k] * parts[p], to + kDoubles * p);
+    }
+  }
+}
+
+TRACTION_VECTOR_CLONES
+void addForces(std::span<const int> indices, const double* forces, const double* block, double* rows) {
+  for (const int index : indices) {
+    for (int p = 0; p < kColumns; p += kDoubles) {
+      Doubles sum, part;
+      load(rows + std::ptrdiff_t{kColumns} * index + p, sum);
+      for (int axis = 0; axis < 3; ++axis) {
+        load(block + kColumns * axis + p, part);
+        sum += forces[axis] * part;
+      }
+      store(sum, rows + std::ptrdiff_t{kColumns} * index + p);
+    }
+    forces += 3;
+  }
+}
+
+TRACTION_VECTOR_CLONES
+void multiplyBlocks(std::span<const int> indices, const double* roots, double* blocks) {
+  for (const int index : indices) {
+    const double* const root = roots + std::ptrdiff_t{9} * index;
+    for (int p = 0; p < kColumns; p += kDoubles) {
+      Doubles rows[3];
+      for (int r = 0; r < 3; ++r) load(blocks + kColumns * r + p, rows[r]);
+      for (int c = 0; c < 3; ++c) {
+        Doubles sum = {};
+        for (int r = c; r < 3; ++r) sum += root[3 * r + c] * rows[r];
+        store(sum, blocks + kColumns * c + p);
+      }
+    }
+    blocks += 3 * kColumns;
+  }
+}
+
+TRACTION_VECTOR_CLONES
+void addProducts(const double* column, const double* row, int size, double* columns) {
+  Doubles right[kParts], sum;
+  for (int p = 0; p < kParts; ++p) load(row + kDoubles * p, right[p]);
+  for (std::ptrdiff_t k = 0; k < size; ++k) {
+    for (int p = 0; p < kParts; ++p) {
+      double* const to = columns + kColumns * k + kDoubles * p;
+      load(to, sum);
+      store(sum + column[k] * right[p], to);
     }
   }
 }

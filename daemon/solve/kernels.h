@@ -2,6 +2,8 @@
 // in memory order. "On a line's boundary" means that an address is a multiple of 64 bytes, the size of a cache line.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -92,6 +94,10 @@ void multiplyFirst(const RowMatrix& matrix, std::span<const int> rows, int colum
 void multiplyFirst(const RowMatrix& matrix, std::span<const int> rows, int columns, const double* vector,
                    double* products);
 
+/// Computes sums[k] = sum over j of weights[j] times the square of element j of row k. \param rows each padded with
+/// zeros to a multiple of kLineFloats, as `weights`
+void sumSquares(std::span<const float> rows, int columns, const float* weights, double* sums);
+
 // `lower` is the lower triangle of a symmetric matrix A of `size` rows, or its Cholesky factor L, A = L L'. It is
 // packed: row i starts at i (i + 1) / 2. The factor has the reciprocals of its diagonal elements in their place.
 
@@ -127,6 +133,31 @@ void solveLowerColumns(std::span<const double> lower, int first, int size, doubl
 /// after row
 void multiplyRowsByColumns(const RowMatrix& matrix, std::span<const int> rows, const double* columns, double* products,
                            int stride);
+
+// Blocks of 3 x kColumns, row after row.
+
+/// Returns the block of a point in a matrix 3P x count, row after row. \param room for what fills it up, if it is
+/// narrower
+inline const double* blockOf(std::span<const double> weights, int count, int point,
+                             std::array<double, std::size_t{3} * kColumns>& room) {
+  const double* const first = weights.data() + std::ptrdiff_t{3} * count * point;
+  if (count == kColumns) return first;
+  room.fill(0.0);
+  for (int axis = 0; axis < 3; ++axis) std::copy_n(first + count * axis, count, room.data() + kColumns * axis);
+  return room.data();
+}
+
+/// Computes blocks[blockOf[indices[k]]] += shares[k] * block.
+void addShares(std::span<const int> indices, std::span<const int> blockOf, const double* shares, const double* block,
+               double* blocks);
+/// Computes rows[indices[k]] += forces[k]' block. \param forces of 3 elements \param rows of kColumns elements
+void addForces(std::span<const int> indices, const double* forces, const double* block, double* rows);
+/// Replaces blocks[i] by L' blocks[i], where L is the root of index indices[i]. \param roots lower triangular 3 x 3,
+/// row after row
+void multiplyBlocks(std::span<const int> indices, const double* roots, double* blocks);
+
+/// Computes columns += column * row. \param row kColumns elements \param columns size x kColumns, row after row
+void addProducts(const double* column, const double* row, int size, double* columns);
 
 /// Computes A'B of two matrices, size x kColumns, row after row. \param products kColumns x kColumns, row after row
 void multiplyColumns(const double* a, const double* b, int size, double* products);

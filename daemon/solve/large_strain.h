@@ -2,11 +2,11 @@
 // (docs/mathematics.md, 4.7).
 #pragma once
 
+#include "daemon/solve/kernels.h"
 #include "sensor/sensor.h"
 
-#include <Eigen/Core>
-
 #include <span>
+#include <vector>
 
 namespace tractiond::solve {
 
@@ -23,8 +23,10 @@ class LargeStrain {
   bool outOfRange(std::span<const double> force_N);
 
  private:
-  Eigen::MatrixXf strain_;  ///< N x N [1/N]: pressure below a node over Young's modulus, by a force on another
-  Eigen::VectorXf below_;   ///< N: of the last forces
+  RowMatrix strain_;            ///< N x N [1/N]: pressure below a node over Young's modulus, by a force on another
+  LineArray<double> below_;     ///< N, padded: of the last forces
+  std::vector<int> loaded_;     ///< nodes that carry a force
+  std::vector<float> force_N_;  ///< of each of them
 };
 
 }  // namespace tractiond::solve

@@ -4,6 +4,9 @@
 #include <cassert>
 #include <cmath>
 #include <iterator>
+#include <numeric>
+#include <tuple>
+#include <utility>
 
 namespace tractiond::solve {
 namespace {
@@ -32,13 +35,15 @@ LinearModel::LinearModel(const Factors& factors, const Atoms& atoms, const Model
                          std::shared_ptr<const AtomModes> modes)
     : factors_(factors)
     , atoms_(atoms)
-    , test_(factors, std::move(modes), LinearPosterior::mostUnknowns(options.mostOfAnyRound(), kMostFreed))
+    , test_(factors, std::move(modes), LinearPosterior::mostUnknowns(options.mostOfAnyRound(), kMostFreed),
+            RoundPatches::kMost * RoundPatches::kPowers)
     , mixture_(atoms, kMost)
     , spread_(atoms)
-    , curves_(static_cast<std::size_t>(RoundPatches::kMost * RoundPatches::kPowers * factors.influence.stride()))
     , displacement_(static_cast<std::size_t>(factors.influence.stride()))
     , straight_(displacement_.size())
-    , completed_(static_cast<std::size_t>(factors.coordinateCount()))
+    , shown_(static_cast<std::size_t>(factors.coordinateCount()))
+    , completed_(shown_.size())
+    , coefficients_(shown_.size())
     , atomForces_(3 * static_cast<std::size_t>(atoms.count()))
     , share_(static_cast<std::size_t>(atoms.pointCount())) {
   for (int i = 0; i < kMost; ++i)
@@ -68,15 +73,12 @@ bool LinearModel::make(Model& model, const Estimate& estimate, LinearScratch& sc
     part.isEven = solved.posterior->extraUnknowns() != nullptr && !part.isPatched;
     if (part.isPatched && patches_.count() == 0) {
       patches_ = *solved.patches;
-      for (int k = 0; k < patches_.count(); ++k) {
-        model.patches().curves(k, curves_.data() +
-                                      std::ptrdiff_t{RoundPatches::kPowers} * k * factors_.influence.stride());
-      }
+      takeCurves(model.patches());
     }
     if (!part.posterior.make(*solved.posterior, model.products(), model.picture().missing,
-                             std::hypot(wrench[0], wrench[1], wrench[2]), scratch))
+                             std::hypot(wrench[0], wrench[1], wrench[2]), curvesOf(part), scratch))
       return false;
-    if (i == 0) test_.make(part.posterior, solved.posterior->extraUnknowns());
+    if (i == 0) test_.make(part.posterior, solved.posterior->extraUnknowns(), curvesOf(part));
   }
   for (int k = 0; k < estimate.patchCount; ++k) {
     contact_[static_cast<std::size_t>(k)] =
@@ -87,17 +89,37 @@ bool LinearModel::make(Model& model, const Estimate& estimate, LinearScratch& sc
   rounds_ = estimate.rounds;
   const Displacements& picture = model.picture();
   missingThen_.assign(picture.missing.begin(), picture.missing.end());
-  std::copy_n(picture.displacement_px, completed_.size(), displacement_.data());
+  std::copy_n(picture.displacement_px, shown_.size(), displacement_.data());
+  std::transform(displacement_.data(), displacement_.data() + shown_.size(), shown_.begin(),
+                 [](double each) { return static_cast<float>(each); });
   takePicture(missingThen_);
+  test_.begin(shown_);
   if (!solveFirst(picture.noise_px)) return false;
   own_ = doubt_;
   return true;
 }
 
+/// Takes what the patches displace beyond their slopes.
+void LinearModel::takeCurves(const RoundPatches& patches) {
+  const auto stride = static_cast<std::size_t>(factors_.influence.stride());
+  LineArray<double> curves(RoundPatches::kPowers * stride);
+  curves_ = RowMatrix(RoundPatches::kPowers * patches_.count(), factors_.coordinateCount());
+  for (int k = 0; k < patches_.count(); ++k) {
+    patches.curves(k, curves.data());
+    std::transform(curves.data(), curves.data() + curves.size(), curves_.row(RoundPatches::kPowers * k),
+                   [](double each) { return static_cast<float>(each); });
+  }
+}
+
 bool LinearModel::answer(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
-                         Estimate& estimate) {
+                         const Modes& shown, Estimate& estimate) {
   std::copy(displacement_px.begin(), displacement_px.end(), displacement_.data());
+  std::copy(displacement_px.begin(), displacement_px.end(), shown_.begin());
+  for (std::size_t i = 0; i < missing.size(); ++i) {
+    shown_[static_cast<std::size_t>(missing[i])] = static_cast<float>(shown.completed()[i]);
+  }
   takePicture(missing);
+  test_.begin(shown.matched());
   if (!solveFirst(noise_px) || !holds()) return false;
   mixture_.clear();
   for (Part& part : std::span(parts_).first(static_cast<std::size_t>(count_))) {
@@ -145,49 +167,69 @@ void LinearModel::publish(Estimate& estimate) {
 /// Solves with one candidate. What its patches do is straightened for the shifts that it finds.
 bool LinearModel::solve(Part& part, double noise_px) {
   shift_ = 0.0;
-  std::copy_n(displacement_.data(), completed_.size(), straight_.data());
+  times_.fill(0.0);
+  if (!part.posterior.read(displacement_.data(), noise_px, added_, curvesOf(part))) return false;
   for (int time = 0;; ++time) {
-    const double squares = dotProduct(straight_.data(), straight_.data(), factors_.coordinateCount());
-    if (!std::isfinite(squares)) return false;
-    if (!part.posterior.answer({straight_.data(), missing_, squares, noise_px}, added_)) return false;
-    if (!part.isPatched || time == kMostTimes || straighten(part) < kStraight || shift_ > kMostShift) return true;
+    if (!part.posterior.solve(times(part))) return false;
+    if (!part.isPatched || time == kMostTimes) break;
+    auto next = times_;
+    if (straighten(part, next) < kStraight || shift_ > kMostShift) break;
+    times_ = next;
   }
+  const double squares_px2 = squaresWithoutCurves(part);
+  part.posterior.weigh(squares_px2);
+  return std::isfinite(squares_px2);
 }
 
-/// Sets straight_ for the shifts of the last answer. Returns how much the farthest shift has changed [pitches].
-double LinearModel::straighten(const Part& part) {
+/// Sets how much there is of each curve by the shifts of the last answer. Returns how much the farthest shift has
+/// changed [pitches].
+double LinearModel::straighten(const Part& part, std::span<double> times) {
   double farthest = 0.0;
-  std::copy_n(displacement_.data(), completed_.size(), straight_.data());
-  const double* curve = curves_.data();
+  auto to = times.begin();
   for (int k = 0; k < patches_.count(); ++k) {
     double grown = 0.0;
     const RoundPatch patch = patchNow(part, k, grown);
     const PatchPlace& then = patches_.patch(k).place;
     const double x = (patch.place.x_m - then.x_m) / atoms_.pitch_m, y = (patch.place.y_m - then.y_m) / atoms_.pitch_m;
     farthest = std::max(farthest, std::hypot(x, y));
-    const std::array<double, RoundPatches::kPowers> powers = {x * x,     x * y,     y * y,    x * x * x,
-                                                              x * x * y, x * y * y, y * y * y};
-    for (const double power : powers) {
-      for (std::size_t j = 0; j < completed_.size(); ++j) straight_.data()[j] -= grown * power * curve[j];
-      curve += factors_.influence.stride();
-    }
+    for (const double power : {x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y}) *to++ = grown * power;
   }
-  for (const int coordinate : missing_) straight_.data()[coordinate] = 0.0;
   return std::abs(farthest - std::exchange(shift_, farthest));
+}
+
+/// Returns the squares of the picture without the curves [px^2].
+double LinearModel::squaresWithoutCurves(const Part& part) {
+  std::array<int, std::tuple_size_v<decltype(times_)>> rows{};
+  std::iota(rows.begin(), rows.end(), 0);
+  const auto of = times(part);
+  std::transform(of.begin(), of.end(), coefficients_.begin(), [](double each) { return static_cast<float>(-each); });
+  std::copy_n(displacement_.data(), displacement_.size(), straight_.data());
+  addRows(curvesOf(part), std::span(rows).first(of.size()), std::span(coefficients_).first(of.size()),
+          straight_.data());
+  for (const int coordinate : missing_) straight_.data()[coordinate] = 0.0;
+  return dotProduct(straight_.data(), straight_.data(), factors_.coordinateCount());
 }
 
 /// Solves with the first candidate, which stands for all in doubt_.
 bool LinearModel::solveFirst(double noise_px) {
+  const Part& part = parts_.front();
   if (!solve(parts_.front(), noise_px)) return false;
-  const LinearPosterior& posterior = parts_.front().posterior;
-  std::transform(straight_.data(), straight_.data() + completed_.size(), completed_.begin(),
-                 [](double each) { return static_cast<float>(each); });
-  posterior.complete(missingThen_, added_, completed_);
+  part.posterior.complete(missingThen_, added_, completed_);
+  for (std::size_t i = 0; i < missing_.size(); ++i) {
+    const int coordinate = missing_[i];
+    double change = completed_[static_cast<std::size_t>(coordinate)] - shown_[static_cast<std::size_t>(coordinate)];
+    for (std::size_t c = 0; c < times(part).size(); ++c) {
+      change += times_[c] * curves_.row(static_cast<int>(c))[coordinate];
+    }
+    coefficients_[i] = static_cast<float>(change);
+  }
+  test_.add(missing_, std::span(coefficients_).first(missing_.size()));
   const auto degrees = static_cast<double>(std::ssize(completed_) - std::ssize(missing_));
-  doubt_.surest = test_.surest(posterior, completed_, noise_px);
-  doubt_.misfit = (posterior.misfit() - degrees) / std::sqrt(2.0 * degrees);
-  doubt_.scale = posterior.scale();
+  doubt_.surest = test_.surest(part.posterior, times(part), noise_px);
+  doubt_.misfit = (part.posterior.misfit() - degrees) / std::sqrt(2.0 * degrees);
+  doubt_.scale = part.posterior.scale();
   doubt_.shift = shift_;
+  doubt_.force = part.posterior.grown();
   return true;
 }
 

@@ -23,6 +23,7 @@ class LinearModel {
     double misfit = 0.0;  ///< deviations of chi^2 of the picture from its expectation
     double scale = 1.0;   ///< by which its prior had to grow
     double shift = 0.0;   ///< of the patch that has moved farthest [pitches]
+    double force = 1.0;   ///< as a multiple of that which the model was made with
   };
 
   /// `factors` and `atoms` must outlive it. \param options those of the models that it is made from
@@ -35,8 +36,9 @@ class LinearModel {
   bool make(Model& model, const Estimate& estimate, LinearScratch& scratch);
 
   /// Answers a picture. Returns whether the model holds for it; otherwise the results have no meaning. \param estimate
-  /// and the other arguments as in Model::solve(); degrees, atoms and rounds are those of the model
-  bool answer(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
+  /// and the other arguments as in Model::solve(); degrees, atoms and rounds are those of the model \param shown looked
+  /// at this picture last
+  bool answer(std::span<const float> displacement_px, std::span<const int> missing, double noise_px, const Modes& shown,
               Estimate& estimate);
 
   // Results of the last answer().
@@ -56,11 +58,17 @@ class LinearModel {
     bool isPatched = false, isEven = false;
   };
 
+  const RowMatrix& curvesOf(const Part& part) const { return part.isPatched ? curves_ : noCurves_; }
+  std::span<const double> times(const Part& part) const {
+    return std::span(times_).first(static_cast<std::size_t>(curvesOf(part).rows()));
+  }
   bool solveFirst(double noise_px);
   bool holds() const;
   void publish(Estimate& estimate);
   bool solve(Part& part, double noise_px);
-  double straighten(const Part& part);
+  double straighten(const Part& part, std::span<double> times);
+  double squaresWithoutCurves(const Part& part);
+  void takeCurves(const RoundPatches& patches);
   void takePicture(std::span<const int> missing);
   void addForces(const Part& part, std::span<double> forces);
   RoundPatch patchNow(const Part& part, int patch, double& grown) const;
@@ -75,7 +83,8 @@ class LinearModel {
   // Of the picture that it was made from.
   int count_ = 0;  // parts; the first one is the likeliest
   FreedPatches patches_;
-  LineArray<double> curves_;  // RoundPatches::curves() of each patch
+  RowMatrix curves_;  // RoundPatches::curves() of each patch
+  RowMatrix noCurves_;
   std::array<int, RoundPatches::kMost> contact_{};
   std::vector<int> missingThen_;
   double degrees_ = 0.0;
@@ -85,7 +94,9 @@ class LinearModel {
   Doubt doubt_;
   LineArray<double> displacement_, straight_;  // straight_: as if what the patches do were linear in their shifts
   double shift_ = 0.0;                         // as Doubt::shift, of the candidate that was solved last
-  std::vector<float> completed_;
+  std::array<double, RoundPatches::kMost * RoundPatches::kPowers> times_{};  // so much of each curve, likewise
+  std::vector<float> shown_, completed_;  // with what detection, and what the model, make of what is missing
+  std::vector<float> coefficients_;
   std::vector<int> missing_, added_;  // of both pictures; of this one alone
   std::vector<double> atomForces_, share_;
 };

@@ -52,6 +52,7 @@ LinearPosterior::LinearPosterior(const Factors& factors, const Atoms& atoms, int
     , lambda_(kMostRank)
     , rows_(kMostRank, factors.coordinateCount())
     , nodesUnseen_(3 * static_cast<std::size_t>(atoms.nodeCount()))
+    , read_(kMostRank)
     , y_(kMostRank)
     , xi_(kMostRank)
     , firstXi_(kMostRank)
@@ -60,19 +61,21 @@ LinearPosterior::LinearPosterior(const Factors& factors, const Atoms& atoms, int
     , dense_(static_cast<std::size_t>(kMostRank) * (kMostAdded + kMostRank + (kMostRank + 1) / 2 + 1), Pages::kSmall)
     , taken_(dense_.data() + std::ptrdiff_t{kMostRank} * kMostAdded)
     , root_(taken_ + std::ptrdiff_t{kMostRank} * kMostRank)
+    , blockOf_(static_cast<std::size_t>(most), -1)
     , functionals_(mostUnknowns(most, mostExtra), kColumns)
     , seenColumns_(static_cast<std::size_t>(kColumns) * kMostRank)
     , scratch_(static_cast<std::size_t>(kColumns) * kMostRank)
     , everyRow_(kMostRank)
     , coefficients_(kMostRank) {
   atoms_.reserve(static_cast<std::size_t>(most));
+  used_.reserve(static_cast<std::size_t>(most));
   roots_.reserve(static_cast<std::size_t>(most));
   for (int k = 0; k < kMostRank; ++k) addedRows_.push_back(dense_.data() + std::ptrdiff_t{kMostAdded} * k);
   std::iota(everyRow_.begin(), everyRow_.end(), 0);
 }
 
 bool LinearPosterior::make(const Posterior& posterior, AtomProducts& products, std::span<const int> missing,
-                           double force_N, LinearScratch& scratch) {
+                           double force_N, const RowMatrix& curves, LinearScratch& scratch) {
   noise_px_ = posterior.noise_px();
   force_N_ = force_N;
   if (!takePrior(posterior)) return false;
@@ -99,6 +102,8 @@ bool LinearPosterior::make(const Posterior& posterior, AtomProducts& products, s
   layMissing(missing);
   layNodes();
   layWrench(posterior);
+  layShares();
+  layCurves(missing, curves);
   return true;
 }
 
@@ -217,7 +222,7 @@ void LinearPosterior::layMissing(std::span<const int> missing) {
 /// Computes what xi does to the forces of the nodes, and the variance of what it does not hold.
 void LinearPosterior::layNodes() {
   const Index nodes = model_.ofNodes.rows();
-  nodes_.resize(static_cast<std::size_t>(3 * nodes * rank_));
+  nodes_.assign(static_cast<std::size_t>(3 * nodes * padded(rank_)), 0.0F);
   MatrixXd forces(rank_, 3), all(rank_, 3 * std::ssize(atoms_));  // of the atoms
   for (int i = 0; i < std::ssize(atoms_); ++i) {
     all.middleCols<3>(3 * Index{i}) = q_.middleCols<3>(3 * Index{i}) * root(i).transpose();
@@ -239,7 +244,7 @@ void LinearPosterior::layNodes() {
     }
     for (Index axis = 0; axis < 3; ++axis) {
       const Index row = 3 * node + axis;
-      Eigen::VectorXf::Map(nodes_.data() + rank_ * row, rank_) = forces.col(axis).cast<float>();
+      Eigen::VectorXf::Map(nodes_.data() + padded(rank_) * row, rank_) = forces.col(axis).cast<float>();
       nodesUnseen_[static_cast<std::size_t>(row)] = std::max(0.0, prior[axis] - forces.col(axis).squaredNorm());
     }
   }
@@ -259,25 +264,85 @@ void LinearPosterior::layWrench(const Posterior& posterior) {
   wrenchUnseen_ = ofUnknowns * ofUnknowns.transpose() - wrench_ * wrench_.transpose();
 }
 
-bool LinearPosterior::answer(const Displacements& picture, std::span<const int> added) {
+/// Lists which unknowns act on each point.
+void LinearPosterior::layShares() {
+  const Index points = model_.ofPoints.rows();
+  for (auto* each : {&sharing_, &extraUnknowns_}) each->clear();
+  for (auto* each : {&shares_, &extraShares_}) each->clear();
+  for (auto* each : {&sharingFirst_, &extraFirst_}) each->assign(1, 0);
+  for (Index point = 0; point < points; ++point) {
+    for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(model_.ofPoints, point); it; ++it) {
+      const int i = indexOf_[static_cast<std::size_t>(it.col())];
+      if (i < 0) continue;
+      sharing_.push_back(i);
+      shares_.push_back(it.value());
+    }
+    for (int e = 0; e < extraCount_; ++e) {
+      const auto unit = std::span(extraForces_).subspan(3 * static_cast<std::size_t>(points * e + point), 3);
+      if (unit[0] == 0.0 && unit[1] == 0.0 && unit[2] == 0.0) continue;
+      extraUnknowns_.push_back(e);
+      extraShares_.insert(extraShares_.end(), unit.begin(), unit.end());
+    }
+    sharingFirst_.push_back(sharing_.size());
+    extraFirst_.push_back(extraUnknowns_.size());
+  }
+}
+
+/// Computes curves_ as if the curves were 0 where the picture missed coordinates.
+void LinearPosterior::layCurves(std::span<const int> missing, const RowMatrix& curves) {
+  curves_.resize(rank_, curves.rows());
+  curvesNow_.resize(rank_, curves.rows());
+  std::vector<double> curve(static_cast<std::size_t>(rows_.stride()));
+  for (int c = 0; c < curves.rows(); ++c) {
+    std::copy_n(curves.row(c), curve.size(), curve.begin());
+    for (const int coordinate : missing) curve[static_cast<std::size_t>(coordinate)] = 0.0;
+    multiplyRows(rows_, {everyRow_.data(), static_cast<std::size_t>(rank_)}, curve.data(), curves_.col(c).data());
+  }
+}
+
+bool LinearPosterior::read(const double* displacement_px, double noise_px, std::span<const int> added,
+                           const RowMatrix& curves) {
   if (std::ssize(added) > kMostAdded) return false;
-  ratio_ = square(noise_px_ / picture.noise_px);
-  const std::span every(everyRow_.data(), static_cast<std::size_t>(rank_));
-  multiplyRows(rows_, every, picture.displacement_px, y_.data());
-  for (double& each : y_) each *= ratio_;
+  squaredNoise_px2_ = square(noise_px);
+  ratio_ = square(noise_px_) / squaredNoise_px2_;
+  multiplyRows(rows_, {everyRow_.data(), static_cast<std::size_t>(rank_)}, displacement_px, read_.data());
+  for (double& each : read_) each *= ratio_;
   takeOut(added);
-  double logDeterminant = 0.0;
-  if (!solve(1.0, logDeterminant)) return false;
+  curvesNow_ = curves_;
+  for (int c = 0; c < curves_.cols(); ++c) {
+    for (const int coordinate : added) {
+      const double there = curves.row(c)[coordinate];
+      for (int k = 0; k < rank_; ++k) curvesNow_(k, c) -= there * double{rows_.row(k)[coordinate]};
+    }
+  }
+  return true;
+}
+
+bool LinearPosterior::solve(std::span<const double> times) {
+  std::copy_n(read_.begin(), rank_, y_.begin());
+  for (std::size_t c = 0; c < times.size(); ++c) {
+    Eigen::VectorXd::Map(y_.data(), rank_) -= ratio_ * times[c] * curvesNow_.col(static_cast<Index>(c));
+  }
+  if (!solveWith(1.0)) return false;
   firstXi_ = xi_;
   scale_ = std::max(likeliestScale(), forceOfXi_N() / force_N_);
-  if (scale_ > 1.0 && !solve(scale_, logDeterminant)) return false;
-  const double squares = picture.squares_px2 / square(picture.noise_px), explained = dot(xi_, y_);
-  misfit_ = squares - explained;
-  logEvidence_ = -0.5 * (misfit_ + logDeterminant + square(std::log2(scale_)));
-  squaredResidual_ = square(picture.noise_px) * (misfit_ - dot(xi_, xi_) / square(scale_));
-  Eigen::VectorXd::Map(theta_.data(), unknowns()).noalias() = q_.transpose() * Eigen::VectorXd::Map(xi_.data(), rank_);
-  std::copy_n(theta_.begin() + firstMotion(), kMotions, motion_.begin());
+  if (scale_ > 1.0 && !solveWith(scale_)) return false;
+  findUnknowns(firstExtra(), extraCount_);
   return true;
+}
+
+/// Computes some elements of theta.
+void LinearPosterior::findUnknowns(int first, int count) {
+  Eigen::VectorXd::Map(theta_.data() + first, count).noalias() =
+      q_.middleCols(first, count).transpose() * Eigen::VectorXd::Map(xi_.data(), rank_);
+}
+
+void LinearPosterior::weigh(double squares_px2) {
+  findUnknowns(0, unknowns());
+  std::copy_n(theta_.begin() + firstMotion(), kMotions, motion_.begin());
+  misfit_ = squares_px2 / squaredNoise_px2_ - dot(xi_, y_);
+  logEvidence_ = -0.5 * (misfit_ + logDeterminant_ + square(std::log2(scale_)));
+  squaredResidual_ = squaredNoise_px2_ * (misfit_ - dot(xi_, xi_) / square(scale_));
 }
 
 double LinearPosterior::dot(const std::vector<double>& a, const std::vector<double>& b) const {
@@ -299,8 +364,8 @@ void LinearPosterior::takeOut(std::span<const int> added) {
 }
 
 /// Solves for xi with a scale of the prior. Also computes the log determinant of s^2 (Lambda + 1 / s^2).
-bool LinearPosterior::solve(double scale, double& logDeterminant) {
-  logDeterminant = 0.0;
+bool LinearPosterior::solveWith(double scale) {
+  logDeterminant_ = 0.0;
   for (std::size_t k = 0; k < static_cast<std::size_t>(rank_); ++k) {
     precision_[k] = ratio_ * lambda_[k] + 1.0 / square(scale);
     xi_[k] = y_[k];
@@ -308,7 +373,7 @@ bool LinearPosterior::solve(double scale, double& logDeterminant) {
   if (!isDense_) {
     for (std::size_t k = 0; k < static_cast<std::size_t>(rank_); ++k) {
       xi_[k] /= precision_[k];
-      logDeterminant += std::log(square(scale) * precision_[k]);
+      logDeterminant_ += std::log(square(scale) * precision_[k]);
     }
     return true;
   }
@@ -320,7 +385,7 @@ bool LinearPosterior::solve(double scale, double& logDeterminant) {
   if (!factoriseLower(factor(), rank_, scratch_.data())) return false;
   solveLower(factor(), rank_, xi_.data());
   solveLowerTransposed(factor(), rank_, xi_.data());
-  for (std::ptrdiff_t i = 0; i < rank_; ++i) logDeterminant += 2.0 * std::log(scale / root_[i * (i + 3) / 2]);
+  for (std::ptrdiff_t i = 0; i < rank_; ++i) logDeterminant_ += 2.0 * std::log(scale / root_[i * (i + 3) / 2]);
   return true;
 }
 
@@ -408,29 +473,34 @@ void LinearPosterior::wrenchCovariance(std::array<double, 36>& covariance) {
 }
 
 void LinearPosterior::nodeDeviations_N(std::span<double> deviations) {
+  if (isDense_) {
+    denseNodeVariances(deviations);
+  } else {
+    std::fill_n(coefficients_.begin(), padded(rank_), 0.0F);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(rank_); ++k)
+      coefficients_[k] = static_cast<float>(1.0 / precision_[k]);
+    sumSquares(nodes_, rank_, coefficients_.data(), deviations.data());
+  }
+  for (std::size_t i = 0; i < deviations.size(); ++i) {
+    deviations[i] = std::sqrt(deviations[i] + square(scale_) * nodesUnseen_[i]);
+  }
+}
+
+/// Computes the variances of the nodes' forces by xi.
+void LinearPosterior::denseNodeVariances(std::span<double> variances) {
   double* const columns = seenColumns_.data();
-  const auto count = static_cast<int>(deviations.size());
-  const auto of = [this](int i) { return nodes_.data() + std::ptrdiff_t{rank_} * i; };
-  const auto variance = Eigen::ArrayXf::Map(coefficients_.data(), rank_);
-  for (std::size_t k = 0; k < static_cast<std::size_t>(rank_); ++k)
-    coefficients_[k] = static_cast<float>(1.0 / precision_[k]);
+  const auto count = static_cast<int>(variances.size());
   for (int first = 0; first < count; first += kColumns) {
     const int end = std::min(first + kColumns, count);
-    if (isDense_) {
-      std::fill_n(columns, kColumns * rank_, 0.0);
-      for (int i = first; i < end; ++i) {
-        for (int k = 0; k < rank_; ++k) columns[std::ptrdiff_t{kColumns} * k + i - first] = double{of(i)[k]};
-      }
-      whiten(columns);
-    }
+    std::fill_n(columns, kColumns * rank_, 0.0);
     for (int i = first; i < end; ++i) {
-      double sum = square(scale_) * nodesUnseen_[static_cast<std::size_t>(i)];
-      if (isDense_) {
-        for (int k = 0; k < rank_; ++k) sum += square(columns[std::ptrdiff_t{kColumns} * k + i - first]);
-      } else {
-        sum += double{(Eigen::ArrayXf::Map(of(i), rank_).square() * variance).sum()};
-      }
-      deviations[static_cast<std::size_t>(i)] = std::sqrt(sum);
+      const float* const of = nodes_.data() + std::ptrdiff_t{padded(rank_)} * i;
+      for (int k = 0; k < rank_; ++k) columns[std::ptrdiff_t{kColumns} * k + i - first] = double{of[k]};
+    }
+    whiten(columns);
+    for (int i = first; i < end; ++i) {
+      double& sum = variances[static_cast<std::size_t>(i)] = 0.0;
+      for (int k = 0; k < rank_; ++k) sum += square(columns[std::ptrdiff_t{kColumns} * k + i - first]);
     }
   }
 }
@@ -438,44 +508,59 @@ void LinearPosterior::nodeDeviations_N(std::span<double> deviations) {
 void LinearPosterior::covariance(std::span<const double> weights, int count, std::span<const int> points,
                                  std::span<double> covariance) {
   assert(count <= kColumns);
-  functionals_.topRows(unknowns()).setZero();
-  using Functionals = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
+  beginFunctionals();
+  std::array<double, std::size_t{3} * kColumns> room;
   for (const int point : points) {
-    const Eigen::Map<const Functionals> of(weights.data() + std::ptrdiff_t{3} * count * point, 3, count);
-    for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(model_.ofPoints, point); it; ++it) {
-      const int i = indexOf_[static_cast<std::size_t>(it.col())];
-      if (i < 0) continue;
-      functionals_.block(3 * Index{i}, 0, 3, count).noalias() += it.value() * root(i).transpose() * of;
-    }
-    for (int e = 0; e < extraCount_; ++e) {
-      const auto unit =
-          Eigen::Vector3d::Map(extraForces_.data() + 3 * (std::ptrdiff_t{e} * model_.pointCount() + point));
-      if (unit.isZero(0.0)) continue;
-      functionals_.block(firstExtra() + e, 0, 1, count).noalias() += unit.transpose() * of;
-    }
+    const auto p = static_cast<std::size_t>(point);
+    const auto sharing = std::span(sharing_).subspan(sharingFirst_[p], sharingFirst_[p + 1] - sharingFirst_[p]);
+    const auto extra = std::span(extraUnknowns_).subspan(extraFirst_[p], extraFirst_[p + 1] - extraFirst_[p]);
+    if (sharing.empty() && extra.empty()) continue;
+    const double* const of = solve::blockOf(weights, count, point, room);
+    for (const int atom : sharing) use(atom);
+    addShares(sharing, blockOf_, shares_.data() + sharingFirst_[p], of, blocks());
+    addForces(extra, extraShares_.data() + 3 * extraFirst_[p], of, functionals_.data());
   }
+  multiplyBlocks(used_, roots_.data()->data(), blocks());  // so far of the forces of the atoms themselves
   functionalCovariance(count, covariance.data());
 }
 
 void LinearPosterior::extraCovariance(std::span<const int> unknowns, std::span<double> covariance) {
   assert(unknowns.size() <= kColumns);
-  functionals_.topRows(this->unknowns()).setZero();
-  for (std::size_t i = 0; i < unknowns.size(); ++i) {
-    functionals_(firstExtra() + unknowns[i], static_cast<Index>(i)) = 1.0;
-  }
+  beginFunctionals();
+  for (std::size_t i = 0; i < unknowns.size(); ++i) functionals_(unknowns[i], static_cast<Index>(i)) = 1.0;
   functionalCovariance(static_cast<int>(unknowns.size()), covariance.data());
+}
+
+/// Starts with functionals of nothing.
+void LinearPosterior::beginFunctionals() {
+  for (const int atom : used_) blockOf_[static_cast<std::size_t>(atom)] = -1;
+  used_.clear();
+  functionals_.topRows(extraCount_).setZero();
+}
+
+/// Makes room for an atom in the functionals.
+void LinearPosterior::use(int atom) {
+  int& block = blockOf_[static_cast<std::size_t>(atom)];
+  if (block >= 0) return;
+  block = static_cast<int>(used_.size());
+  used_.push_back(atom);
+  functionals_.middleRows<3>(extraCount_ + 3 * block).setZero();
 }
 
 /// Computes the covariance of the functionals of theta.
 void LinearPosterior::functionalCovariance(int count, double* covariance) {
   auto seen = decltype(functionals_)::Map(seenColumns_.data(), rank_, kColumns);
   seen.setZero();
-  for (int i = 0; i < unknowns(); ++i) {
-    if (!functionals_.row(i).isZero(0.0)) seen.noalias() += q_.col(i) * functionals_.row(i);
+  const auto rows = extraCount_ + 3 * static_cast<int>(used_.size());
+  for (int row = 0; row < rows; ++row) {
+    const int ofAtoms = row - extraCount_;
+    const int unknown =
+        ofAtoms < 0 ? firstExtra() + row : 3 * used_[static_cast<std::size_t>(ofAtoms / 3)] + ofAtoms % 3;
+    addProducts(q_.col(unknown).data(), functionals_.row(row).data(), rank_, seen.data());
   }
   using Products = std::array<double, static_cast<std::size_t>(kColumns * kColumns)>;
   Products prior, across, within;
-  multiplyColumns(functionals_.data(), functionals_.data(), unknowns(), prior.data());
+  multiplyColumns(functionals_.data(), functionals_.data(), rows, prior.data());
   multiplyColumns(seen.data(), seen.data(), rank_, across.data());
   whiten(seen.data());
   multiplyColumns(seen.data(), seen.data(), rank_, within.data());

@@ -39,20 +39,29 @@ class LinearPosterior final : public Candidate {
 
   /// Makes it from the last fit() of a posterior, which need not outlive the call. Returns false if it was not
   /// possible. \param products of the posterior's picture, \param missing its coordinates without a displacement \param
-  /// force_N magnitude of the force that was found, in proportion to which the prior may grow
+  /// force_N magnitude of the force that was found, in proportion to which the prior may grow \param curves
+  /// displacements that solve() may take off [px]: 2M columns
   bool make(const Posterior& posterior, AtomProducts& products, std::span<const int> missing, double force_N,
-            LinearScratch& scratch);
+            const RowMatrix& curves, LinearScratch& scratch);
 
-  /// Computes the posterior of a picture. Returns false if the equations could not be solved; the results then have no
-  /// meaning. \param picture its displacements are 0 where any of the two pictures misses them \param added coordinates
-  /// that it misses and that of make() did not
-  bool answer(const Displacements& picture, std::span<const int> added);
+  // A picture is answered by read(), solve() with one or more guesses of the curves, and weigh().
 
-  // Results of the last answer().
+  /// Starts on a picture. Returns false if it misses too much. \param displacement_px 2M, padded, 0 where any of the
+  /// two pictures misses them \param added coordinates that it misses and that of make() did not \param curves as in
+  /// make()
+  bool read(const double* displacement_px, double noise_px, std::span<const int> added, const RowMatrix& curves);
+  /// Computes scale(), xi() and extra() of the picture less so much of each curve. Returns false if the equations could
+  /// not be solved; the results then have no meaning. \param times as many as there were curves in make()
+  bool solve(std::span<const double> times);
+  /// Computes the other results. \param squares_px2 of what solve() solved
+  void weigh(double squares_px2);
 
-  double logEvidence() const { return logEvidence_; }  ///< as Posterior::logEvidence(), of the same picture
-  double misfit() const { return misfit_; }            ///< chi^2 of the picture, if the model holds
-  double scale() const { return scale_; }              ///< s
+  // Results of the last solve() and weigh().
+
+  double logEvidence() const { return logEvidence_; }        ///< as Posterior::logEvidence(), of the same picture
+  double misfit() const { return misfit_; }                  ///< chi^2 of the picture, if the model holds
+  double scale() const { return scale_; }                    ///< s
+  double grown() const { return forceOfXi_N() / force_N_; }  ///< the force, as a multiple of that in make()
   std::span<const double> xi() const { return {xi_.data(), static_cast<std::size_t>(rank_)}; }
   /// Returns xi at s = 1.
   std::span<const double> firstXi() const { return {firstXi_.data(), static_cast<std::size_t>(rank_)}; }
@@ -104,12 +113,19 @@ class LinearPosterior final : public Candidate {
   void layMissing(std::span<const int> missing);
   void layNodes();
   void layWrench(const Posterior& posterior);
+  void layShares();
+  void layCurves(std::span<const int> missing, const RowMatrix& curves);
   void takeOut(std::span<const int> added);
-  bool solve(double scale, double& logDeterminant);
+  bool solveWith(double scale);
+  void findUnknowns(int first, int count);
   double likeliestScale() const;
   double forceOfXi_N() const;
   double dot(const std::vector<double>& a, const std::vector<double>& b) const;
   void whiten(double* columns) const;
+  void denseNodeVariances(std::span<double> variances);
+  void beginFunctionals();
+  void use(int atom);
+  double* blocks() { return functionals_.row(extraCount_).data(); }
   void functionalCovariance(int count, double* covariance);
   /// Returns the packed root of the precision.
   std::span<double> factor() { return {root_, static_cast<std::size_t>(rank_ * (rank_ + 1) / 2)}; }
@@ -123,25 +139,34 @@ class LinearPosterior final : public Candidate {
   std::vector<int> atoms_, indexOf_;  // indexOf_: A, of each atom in atoms_, or -1
   std::vector<Block> roots_;
   std::vector<double> extraForces_, extraNodeForces_;  // extra x 3P, x 3N
+  // Point after point: which atoms act there, by their indices in atoms_, with which share of their force; which extra
+  // unknowns, with which force. Those of a point begin at sharingFirst_ and extraFirst_.
+  std::vector<int> sharing_, extraUnknowns_;
+  std::vector<double> shares_, extraShares_;
+  std::vector<std::size_t> sharingFirst_, extraFirst_;
   std::vector<double> lambda_;
   RowMatrix rows_;     // (B R Q)' / n^2, rank x 2M
   Eigen::MatrixXd q_;  // Q', rank x unknowns; what is across it is a small difference
   Eigen::MatrixXd seenWhereMissing_;
-  std::vector<float> nodes_;         // 3N x rank: forces by xi
+  Eigen::MatrixXd curves_;           // rank x curves: y of each
+  std::vector<float> nodes_;         // 3N x rank, padded: forces by xi
   std::vector<double> nodesUnseen_;  // 3N: prior variance of what is across Q
   Eigen::Matrix<double, 6, Eigen::Dynamic> wrench_;
   Eigen::Matrix<double, 6, 6> wrenchUnseen_ = Eigen::Matrix<double, 6, 6>::Zero();
   // Of the last answer.
-  double ratio_ = 1.0;  // of the squared noise then and now
-  double logEvidence_ = 0.0, misfit_ = 0.0, scale_ = 1.0, squaredResidual_ = 0.0;
-  bool isDense_ = false;  // coordinates were added
-  std::vector<double> y_, xi_, firstXi_, theta_, precision_;
+  double squaredNoise_px2_ = 0.0, ratio_ = 1.0;  // of the picture; of the squared noise then and now
+  double logEvidence_ = 0.0, misfit_ = 0.0, scale_ = 1.0, squaredResidual_ = 0.0, logDeterminant_ = 0.0;
+  bool isDense_ = false;                                             // coordinates were added
+  std::vector<double> read_, y_, xi_, firstXi_, theta_, precision_;  // read_: y of the picture with its curves
+  Eigen::MatrixXd curvesNow_;                                        // curves_, where coordinates were added
   // If coordinates were added: their B R Q / n; its product, what Lambda lacks; the packed root of the precision.
   LineArray<double> dense_;
   double *taken_ = nullptr, *root_ = nullptr;
   std::vector<const double*> addedRows_;
-  Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor> functionals_;  // of theta
-  LineArray<double> seenColumns_;                                                 // rank x kColumns: of xi
+  // Functionals of theta: of the extra unknowns, then a block of three rows for each atom that they read.
+  std::vector<int> used_, blockOf_;  // used_: these, as indices in atoms(); blockOf_: the block of each; -1: none
+  Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor> functionals_;
+  LineArray<double> seenColumns_;  // rank x kColumns: of xi
   LineArray<double> scratch_;
   std::vector<int> everyRow_;
   std::vector<float> coefficients_;

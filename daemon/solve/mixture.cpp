@@ -126,16 +126,18 @@ void Mixture::nodeDeviations_N(std::span<double> deviations) {
 void Mixture::covariance(std::span<const double> weights, int count, std::span<const int> points,
                          std::span<double> covariance) {
   const auto functionals = static_cast<std::size_t>(count);
+  constexpr std::array<int, 1> kFirst = {0};
+  std::array<double, std::size_t{3} * kColumns> room;
   std::fill_n(covariance.begin(), count * count, 0.0);
   eachThatCounts([&](Part& part) {
     std::array<double, static_cast<std::size_t>(kColumns * kColumns)> within{};
     std::array<double, kColumns> away{};
     part.candidate->covariance(weights, count, points, within);
     for (const int point : points) {
-      for (std::size_t f = 3 * static_cast<std::size_t>(point), end = f + 3; f < end; ++f) {
-        const double deviation = part.force_N[f] - mean_[f];
-        for (std::size_t k = 0; k < functionals; ++k) away[k] += weights[functionals * f + k] * deviation;
-      }
+      const auto first = 3 * static_cast<std::size_t>(point);
+      std::array<double, 3> deviation;
+      for (std::size_t axis = 0; axis < 3; ++axis) deviation[axis] = part.force_N[first + axis] - mean_[first + axis];
+      addForces(kFirst, deviation.data(), blockOf(weights, count, point, room), away.data());
     }
     for (std::size_t i = 0; i < functionals; ++i) {
       for (std::size_t j = 0; j < functionals; ++j) {

@@ -29,7 +29,11 @@ class Modes {
   /// Reads all modes in which that picture's forces are visible, and computes the moments of all atoms, all alike.
   void start(AtomMoments& moments);
 
-  const SurestForce& surest() const { return surest_; }                        ///< of the last look() or detect()
+  const SurestForce& surest() const { return surest_; }  ///< of the last look() or detect()
+  /// Returns what it showed of each atom: V_a' S c, c its amplitudes (3A [px^2/N]).
+  std::span<const double> matched() const { return evidence_.matched(); }
+  /// Returns the displacements with which its missing coordinates were completed, in their order [px].
+  std::span<const double> completed() const { return amplitudes_.completed(); }
   std::span<const double> amplitudes() const { return amplitudes_.values(); }  ///< of the modes that were read [px]
   Evidence& evidence() { return evidence_; }
 

@@ -57,25 +57,28 @@ AtomModes::AtomModes(const Factors& factors, const Atoms& atoms, int modes)
   }
 }
 
-ResidualTest::ResidualTest(const Factors& factors, std::shared_ptr<const AtomModes> modes, int mostUnknowns)
+ResidualTest::ResidualTest(const Factors& factors, std::shared_ptr<const AtomModes> modes, int mostUnknowns,
+                           int mostCurves)
     : factors_(factors)
     , atomModes_(std::move(modes))
     , modes_(atomModes_->count)
     , everyCoordinate_(every(factors.coordinateCount()))
     , everyMode_(every(modes_))
     , everyComponent_(every(atomModes_->rows.rows()))
-    , seen_(LinearPosterior::kMostRank, modes_)
     , precision_(atomModes_->alone.size())
-    , modesOfUnknowns_(modes_, mostUnknowns)
+    , modesOfUnknowns_(modes_, mostUnknowns + mostCurves)
     , columns_(static_cast<std::size_t>(kColumns * std::max(modesOfUnknowns_.stride(), padded(modes_))))
     , sum_(static_cast<std::size_t>(padded(kMotions + modes_)))
+    , left_(static_cast<std::size_t>(padded(modes_)))
+    , found_(static_cast<std::size_t>(padded(LinearPosterior::kMostRank + mostCurves)))
     , products_(static_cast<std::size_t>(kColumns) * everyComponent_.size())
     , matched_(everyComponent_.size())
-    , left_(static_cast<std::size_t>(padded(modes_)))
-    , coefficients_(static_cast<std::size_t>(std::max(factors.coordinateCount(), LinearPosterior::kMostRank))) {}
+    , added_(everyComponent_.size())
+    , coefficients_(static_cast<std::size_t>(factors.coordinateCount())) {}
 
-void ResidualTest::make(const LinearPosterior& posterior, const ExtraUnknowns* extra) {
+void ResidualTest::make(const LinearPosterior& posterior, const ExtraUnknowns* extra, const RowMatrix& curves) {
   const int rank = posterior.rank(), count = static_cast<int>(posterior.atoms().size());
+  const int firstCurve = posterior.firstExtra() + posterior.extraCount(), all = rank + curves.rows();
   std::fill(modesOfUnknowns_.all().begin(), modesOfUnknowns_.all().end(), 0.0F);
   for (int i = 0; i < count; ++i) {
     const int atom = posterior.atoms()[static_cast<std::size_t>(i)];
@@ -87,49 +90,55 @@ void ResidualTest::make(const LinearPosterior& posterior, const ExtraUnknowns* e
       }
     }
   }
-  for (int e = 0; e < posterior.extraCount(); ++e) {
-    extra->displacement(e, coefficients_.data());
+  for (int column = posterior.firstExtra(); column < firstCurve + curves.rows(); ++column) {
+    if (column < firstCurve) extra->displacement(column - posterior.firstExtra(), coefficients_.data());
+    const float* const displacement_px = column < firstCurve ? coefficients_.data() : curves.row(column - firstCurve);
     std::fill_n(sum_.data(), sum_.size(), 0.0);
-    addColumns(factors_.left, everyCoordinate_, {coefficients_.data(), everyCoordinate_.size()}, 0, kMotions + modes_,
+    addColumns(factors_.left, everyCoordinate_, {displacement_px, everyCoordinate_.size()}, 0, kMotions + modes_,
                sum_.data());
-    for (int m = 0; m < modes_; ++m) {
-      modesOfUnknowns_.row(m)[posterior.firstExtra() + e] = static_cast<float>(sum_.data()[kMotions + m]);
-    }
+    for (int m = 0; m < modes_; ++m) modesOfUnknowns_.row(m)[column] = static_cast<float>(sum_.data()[kMotions + m]);
   }
-  Eigen::MatrixXd seen(rank, modes_);  // M' / n
-  for (int first = 0; first < rank; first += kColumns) {
-    const int end = std::min(first + kColumns, rank);
+  Eigen::MatrixXd seen(all, modes_);  // M' / n, then the curves
+  for (int first = 0; first < all; first += kColumns) {
+    const int end = std::min(first + kColumns, all);
     std::fill_n(columns_.data(), columns_.size(), 0.0);
-    for (int j = 0; j < posterior.firstExtra() + posterior.extraCount(); ++j) {
-      for (int k = first; k < end; ++k) {
-        columns_.data()[std::ptrdiff_t{kColumns} * j + k - first] =
-            posterior.unknownsOfXi()(k, j) / posterior.noise_px();
+    const auto factor = [&](int unknown, int k) -> double& {
+      return columns_.data()[std::ptrdiff_t{kColumns} * unknown + k - first];
+    };
+    for (int k = first; k < end; ++k) {
+      for (int unknown = 0; k < rank && unknown < firstCurve; ++unknown) {
+        factor(unknown, k) = posterior.unknownsOfXi()(k, unknown) / posterior.noise_px();
       }
+      if (k >= rank) factor(firstCurve + k - rank, k) = 1.0;
     }
     multiplyRowsByColumns(modesOfUnknowns_, everyMode_, columns_.data(), products_.data(), kColumns);
     for (int m = 0; m < modes_; ++m) {
-      for (int k = first; k < end; ++k) {
-        seen(k, m) = products_[static_cast<std::size_t>(kColumns * m + k - first)];
-        seen_.row(k)[m] = static_cast<float>(seen(k, m));
-      }
+      for (int k = first; k < end; ++k) seen(k, m) = products_[static_cast<std::size_t>(kColumns * m + k - first)];
     }
   }
   // As if the coordinates that are missing were there: M holds them, too.
-  Eigen::MatrixXd known = posterior.seenWhereMissing().transpose() * posterior.seenWhereMissing();
-  for (int k = 0; k < rank; ++k) known(k, k) += 1.0 + posterior.lambda()[static_cast<std::size_t>(k)];
-  const Eigen::LLT<Eigen::MatrixXd> root(known);
-  root.matrixL().solveInPlace(seen);
+  root_ = posterior.seenWhereMissing().transpose() * posterior.seenWhereMissing();
+  for (int k = 0; k < rank; ++k) root_(k, k) += 1.0 + posterior.lambda()[static_cast<std::size_t>(k)];
+  root_ = root_.llt().matrixL();
+  root_.triangularView<Eigen::Lower>().solveInPlace(seen.topRows(rank));
   precision_ = atomModes_->alone;
-  for (int first = 0; first < rank; first += kColumns) {
-    const int end = std::min(first + kColumns, rank);
+  explained_ = RowMatrix(3 * static_cast<int>(precision_.size()), all);
+  for (int first = 0; first < all; first += kColumns) {
+    const int end = std::min(first + kColumns, all), ofXi = std::clamp(rank - first, 0, kColumns);
     std::fill_n(columns_.data(), columns_.size(), 0.0);
     for (int m = 0; m < modes_; ++m) {
       for (int k = first; k < end; ++k) columns_.data()[std::ptrdiff_t{kColumns} * m + k - first] = seen(k, m);
     }
     multiplyRowsByColumns(atomModes_->rows, everyComponent_, columns_.data(), products_.data(), kColumns);
+    for (int row = 0; row < explained_.rows(); ++row) {
+      for (int k = first; k < end; ++k) {
+        explained_.row(row)[k] = static_cast<float>(products_[static_cast<std::size_t>(kColumns * row + k - first)]);
+      }
+    }
     for (std::size_t a = 0; a < precision_.size(); ++a) {
       const auto explained =
-          Eigen::Map<const Eigen::Matrix<double, 3, kColumns, Eigen::RowMajor>>(products_.data() + 3 * kColumns * a);
+          Eigen::Map<const Eigen::Matrix<double, 3, kColumns, Eigen::RowMajor>>(products_.data() + 3 * kColumns * a)
+              .leftCols(ofXi);
       precision_[a] -= explained * explained.transpose();
     }
   }
@@ -138,23 +147,44 @@ void ResidualTest::make(const LinearPosterior& posterior, const ExtraUnknowns* e
   }
 }
 
-double ResidualTest::surest(const LinearPosterior& posterior, std::span<const float> displacement_px, double noise_px) {
-  const std::span ofXi(everyCoordinate_.data(), static_cast<std::size_t>(posterior.rank()));
+void ResidualTest::begin(std::span<const double> matched) {
+  std::copy(matched.begin(), matched.end(), matched_.begin());
+}
+
+void ResidualTest::begin(std::span<const float> displacement_px) {
+  std::fill(matched_.begin(), matched_.end(), 0.0);
+  add(everyCoordinate_, displacement_px);
+}
+
+void ResidualTest::add(std::span<const int> coordinates, std::span<const float> displacement_px) {
+  if (coordinates.empty()) return;
   std::fill_n(sum_.data(), sum_.size(), 0.0);
-  addColumns(factors_.left, everyCoordinate_, displacement_px, 0, kMotions + modes_, sum_.data());
-  for (int m = 0; m < modes_; ++m) left_.data()[m] = static_cast<float>(sum_.data()[kMotions + m] / noise_px);
-  for (std::size_t k = 0; k < ofXi.size(); ++k) coefficients_[k] = static_cast<float>(posterior.firstXi()[k]);
-  std::fill_n(sum_.data(), sum_.size(), 0.0);
-  addRows(seen_, ofXi, {coefficients_.data(), ofXi.size()}, sum_.data());
-  for (int m = 0; m < modes_; ++m)
-    left_.data()[m] -= static_cast<float>(sum_.data()[m] * posterior.noise_px() / noise_px);
-  multiplyFirst(atomModes_->rows, everyComponent_, modes_, left_.data(), matched_.data());
+  addColumns(factors_.left, coordinates, displacement_px, 0, kMotions + modes_, sum_.data());
+  std::transform(sum_.data() + kMotions, sum_.data() + kMotions + modes_, left_.data(),
+                 [](double each) { return static_cast<float>(each); });
+  multiplyFirst(atomModes_->rows, everyComponent_, modes_, left_.data(), added_.data());
+  for (std::size_t i = 0; i < added_.size(); ++i) matched_[i] += added_[i];
+}
+
+double ResidualTest::surest(const LinearPosterior& posterior, std::span<const double> times, double noise_px) {
+  const int rank = posterior.rank();
+  const auto xi = Eigen::VectorXd::Map(posterior.firstXi().data(), rank);
+  auto found = Eigen::VectorXf::Map(found_.data(), explained_.stride());
+  found.setZero();
+  for (int k = 0; k < rank; ++k) {
+    found[k] = static_cast<float>(posterior.noise_px() * root_.col(k).tail(rank - k).dot(xi.tail(rank - k)));
+  }
+  for (std::size_t c = 0; c < times.size(); ++c) {
+    found[rank + static_cast<Index>(c)] = static_cast<float>(times[c]);
+  }
+  multiplyFirst(explained_, everyComponent_, explained_.columns(), found_.data(), added_.data());
   double most = 0.0;
   for (std::size_t a = 0; a < precision_.size(); ++a) {
-    const auto matched = Eigen::Vector3d::Map(matched_.data() + 3 * a);
-    most = std::max(most, matched.dot(precision_[a] * matched));
+    const Eigen::Vector3d left =
+        Eigen::Vector3d::Map(matched_.data() + 3 * a) - Eigen::Vector3d::Map(added_.data() + 3 * a);
+    most = std::max(most, left.dot(precision_[a] * left));
   }
-  return std::sqrt(most);
+  return std::sqrt(most) / noise_px;
 }
 
 }  // namespace tractiond::solve

@@ -120,6 +120,35 @@ void solvePressed(benchmark::State& state, const Load& load, int missing) {
   state.counters["method"] = static_cast<int>(forces.method);
 }
 
+/// Answers by the model of the first frame.
+void answerPressed(benchmark::State& state, const Load& load, int missing, bool flush) {
+  ModelSolver& solver = theSolver();
+  TractionField forces;
+  forces.resize(kSensor.markerCount(), kSensor.nodes.count());
+  std::vector<MarkerField> fields;
+  for (unsigned i = 0; i < 9; ++i) {
+    fields.push_back(pressed(load, missing, i));
+    fields.back().info.frameNumber = i + 1;
+  }
+  solver.solve(fields.front(), forces);
+  solver.learn();
+  std::vector<char> other(flush ? std::size_t{64} << 20 : 0);
+  std::vector<double> durations;
+  std::size_t answered = 0;
+  for (auto _ : state) {
+    for (std::size_t i = 0; i < other.size(); i += 64) ++other[i];
+    benchmark::ClobberMemory();
+    const auto start = std::chrono::steady_clock::now();
+    answered += solver.answer(fields[1 + durations.size() % 8], forces);
+    const std::chrono::duration<double> duration = std::chrono::steady_clock::now() - start;
+    state.SetIterationTime(duration.count());
+    durations.push_back(duration.count());
+  }
+  std::sort(durations.begin(), durations.end());
+  state.counters["p50_ms"] = 1e3 * durations[durations.size() / 2];
+  state.counters["answered"] = static_cast<double>(answered) / static_cast<double>(durations.size());
+}
+
 /// The argument: missing markers, the same in every frame.
 void solveInCache(benchmark::State& state) {
   runSolver(state, false);
@@ -180,6 +209,22 @@ BENCHMARK_LOAD(rimChangingMarkers, kRim, kTenth);
 BENCHMARK_LOAD(palm, kPalm, 0);
 BENCHMARK_LOAD(fullFaceChangingMarkers, kFullFace, kTenth);
 BENCHMARK_LOAD(noLoad, kNoLoad, 0);
+
+#define BENCHMARK_ANSWER(name, ...)                                                                                    \
+  BENCHMARK_CAPTURE(answerPressed, name, __VA_ARGS__, false)                                                           \
+      ->UseManualTime()                                                                                                \
+      ->Iterations(100)                                                                                                \
+      ->Unit(benchmark::kMillisecond);                                                                                 \
+  BENCHMARK_CAPTURE(answerPressed, name##Flushed, __VA_ARGS__, true)                                                   \
+      ->UseManualTime()                                                                                                \
+      ->Iterations(100)                                                                                                \
+      ->Unit(benchmark::kMillisecond)
+BENCHMARK_ANSWER(press, kBall, 0);
+BENCHMARK_ANSWER(pressMissingMarkers, kBall, kTenth);
+BENCHMARK_ANSWER(pair, kPair, 0);
+BENCHMARK_ANSWER(palm, kPalm, 0);
+BENCHMARK_ANSWER(fullFaceMissingMarkers, kFullFace, kTenth);
+BENCHMARK_ANSWER(noLoad, kNoLoad, 0);
 BENCHMARK(solveChanging)->Arg(1)->Arg(115)->Arg(288)->Unit(benchmark::kMillisecond);
 BENCHMARK(prepareWarm)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
 

@@ -187,6 +187,7 @@ TEST(LinearModel, AllocatesNothingWhenItAnswers) {
   LinearModel linear(factors, atoms, options,
                      std::make_shared<const AtomModes>(factors, atoms, strongestModes(factors, options)));
   LinearScratch scratch;
+  Modes modes(factors, atoms, options);
   ModelContacts listing(atoms, sensor);
   std::array<Contact, kMaxContacts> contacts;
   Estimate estimate;
@@ -198,13 +199,18 @@ TEST(LinearModel, AllocatesNothingWhenItAnswers) {
   const std::vector<int> missing = {2, 3, 10, 11, 100, 101};
   std::vector<double> deviations(3 * static_cast<std::size_t>(atoms.nodeCount()));
   for (const Eigen::VectorXf& moved : {pressed, broad}) {
-    const std::span picture(moved.data(), static_cast<std::size_t>(moved.size()));
-    model.solve(picture, {}, options.noise_px, estimate);
+    model.solve({moved.data(), static_cast<std::size_t>(moved.size())}, {}, options.noise_px, estimate);
     ASSERT_EQ(estimate.outcome, Estimate::Outcome::kFound);
     ASSERT_TRUE(linear.make(model, estimate, scratch));
     for (const std::span<const int> without : {std::span<const int>(), std::span<const int>(missing)}) {
+      Eigen::VectorXf there = moved;
+      for (const int coordinate : without) there[coordinate] = 0.0F;
+      const std::span picture(there.data(), static_cast<std::size_t>(there.size()));
+      LineArray<double> displacement(static_cast<std::size_t>(factors.influence.stride()));
+      std::copy(picture.begin(), picture.end(), displacement.data());
       const int then = allocations;
-      const bool holds = linear.answer(picture, without, 2.0 * options.noise_px, estimate);
+      modes.look({displacement.data(), without, 0.0, 2.0 * options.noise_px}, picture);
+      const bool holds = linear.answer(picture, without, 2.0 * options.noise_px, modes, estimate);
       const int answered = allocations;
       linear.mixture().nodeDeviations_N(deviations);
       const int deviated = allocations;

@@ -130,6 +130,10 @@ TEST_F(FieldSolverTest, AModelAnswersWhileItIsInForce) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     EXPECT_NEAR(forces_.resultant_N[axis], whole.resultant_N[axis], 0.5 * std::sqrt(whole.noise[7 * axis]));
   }
+  for (float& displacement : field.displacement_px) displacement *= 0.8F;
+  EXPECT_TRUE(isAnswered(11, 100 * kMs));
+  EXPECT_TRUE(solver_->wantsModel()) << "its prior is wider than a smaller force needs";
+  for (float& displacement : field.displacement_px) displacement /= 0.8F;
   EXPECT_TRUE(isAnswered(18, 800 * kMs)) << "it is eight frames old";
   EXPECT_TRUE(solver_->wantsModel());
   EXPECT_FALSE(isAnswered(19, 800 * kMs));

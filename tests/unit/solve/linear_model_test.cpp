@@ -24,6 +24,7 @@ class LinearBench : public PatchBench {
       : PatchBench(smallSensor())
       , linear_(factors(), atoms(), everyMode(),
                 std::make_shared<const AtomModes>(factors(), atoms(), strongestModes(factors(), everyMode())))
+      , modes_(factors(), atoms(), everyMode())
       , hasPatches_(hasPatches) {
     later_.force_N.resize(3 * static_cast<std::size_t>(atoms().pointCount()));
   }
@@ -39,7 +40,10 @@ class LinearBench : public PatchBench {
   bool answer(const VectorXd& picture, const std::vector<int>& missing = {}, double noise_px = kNoise_px) {
     std::vector<float> there = rounded(picture);
     for (const int coordinate : missing) there[static_cast<std::size_t>(coordinate)] = 0.0F;
-    return linear_.answer(there, missing, noise_px, later_);
+    LineArray<double> displacement(static_cast<std::size_t>(factors().influence.stride()));
+    std::copy(there.begin(), there.end(), displacement.data());
+    modes_.look({displacement.data(), missing, 0.0, noise_px}, there);
+    return linear_.answer(there, missing, noise_px, modes_, later_);
   }
 
   const Estimate& later() const { return later_; }
@@ -49,6 +53,7 @@ class LinearBench : public PatchBench {
  private:
   LinearModel linear_;
   LinearScratch scratch_;
+  Modes modes_;
   bool hasPatches_;
   Estimate later_;
 };

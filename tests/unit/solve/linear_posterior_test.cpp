@@ -49,15 +49,40 @@ class LinearProblem {
     extra_.multiply(first);
     products_.begin(first);
     if (!posterior_.fit(first, products_, chosen_, &extra_)) throw std::runtime_error("no posterior");
+    for (int c = 0; c < curves_.rows(); ++c) {
+      for (int i = 0; i < curves_.columns(); ++i) curves_.row(c)[i] = static_cast<float>(0.1 * normal_(generator_));
+    }
   }
 
   /// Returns a linear posterior of the picture.
   std::unique_ptr<LinearPosterior> make(double force_N) {
     auto linear = std::make_unique<LinearPosterior>(bench_.factors(), bench_.atoms(), most_, kExtra);
-    if (!linear->make(posterior_, products_, missing_, force_N, scratch_))
+    if (!linear->make(posterior_, products_, missing_, force_N, curves_, scratch_))
       throw std::runtime_error("no linear posterior");
     return linear;
   }
+
+  /// Returns a picture to which so much of each curve is added.
+  VectorXd withCurves(VectorXd picture) const {
+    for (int c = 0; c < curves_.rows(); ++c) {
+      picture +=
+          kTimes[static_cast<std::size_t>(c)] * Eigen::VectorXf::Map(curves_.row(c), picture.size()).cast<double>();
+    }
+    return picture;
+  }
+
+  /// Answers a picture to which so much of each curve is added first.
+  bool answer(LinearPosterior& linear, const Displacements& picture, const std::vector<int>& added) const {
+    LineArray<double> bent(static_cast<std::size_t>(curves_.stride()));
+    VectorXd::Map(bent.data(), curves_.columns()) =
+        withCurves(VectorXd::Map(picture.displacement_px, curves_.columns()));
+    for (const int coordinate : picture.missing) bent.data()[coordinate] = 0.0;
+    if (!linear.read(bent.data(), picture.noise_px, added, curves_) || !linear.solve(kTimes)) return false;
+    linear.weigh(picture.squares_px2);
+    return true;
+  }
+  const RowMatrix& curves() const { return curves_; }
+  static constexpr std::array<double, 2> kTimes = {0.5, -1.5};
 
   /// Returns the displacements of forces that are drawn from the prior, with noise.
   VectorXd draw(double noise_px, double scale = 1.0) {
@@ -145,6 +170,7 @@ class LinearProblem {
   int most_;
   std::vector<int> missing_;
   LineArray<double> displacement_;
+  RowMatrix curves_{static_cast<int>(kTimes.size()), bench_.factors().coordinateCount()};
   ExtraUnknowns extra_;
   Posterior posterior_;
   AtomProducts products_;
@@ -254,7 +280,7 @@ TEST(LinearPosterior, IsThePosteriorOfALaterPicture) {
     const auto linear = problem.make(grown > 0.0 ? force_N / grown : 10.0 * force_N);
     ASSERT_EQ(linear->rank(), problem.unknowns());
     const Displacements given = problem.take(picture, missing, noise_px);
-    ASSERT_TRUE(linear->answer(given, isAdded ? added : std::vector<int>{}));
+    ASSERT_TRUE(problem.answer(*linear, given, isAdded ? added : std::vector<int>{}));
 
     const double likeliest = likeliestScale(problem, picture, missing, noise_px);
     EXPECT_EQ(likeliest > 2.0, draw > 2.0);
@@ -308,7 +334,7 @@ TEST(LinearPosterior, LeavesFaintDirectionsToThePrior) {
   for (int time = 0; time < 4; ++time) {
     const VectorXd picture = problem.draw(kNoise_px);
     const Displacements given = problem.take(picture, problem.missing(), kNoise_px);
-    ASSERT_TRUE(linear->answer(given, {}));
+    ASSERT_TRUE(problem.answer(*linear, given, {}));
     const LinearProblem::Dense dense = problem.solve(picture, problem.missing(), kNoise_px, linear->scale());
     const Told found = toldBy(*linear, atoms), expected = toldBy(problem, dense, atoms);
     const double rounded = kRounded * std::sqrt(given.squares_px2) / kNoise_px;
@@ -353,16 +379,17 @@ TEST(ResidualTest, HasTheSpreadThatIsStated) {
   Bench& bench = problem.bench();
   const auto linear = problem.make(1e6);
   const auto modes = std::make_shared<const AtomModes>(bench.factors(), bench.atoms(), bench.factors().rank());
-  ResidualTest test(bench.factors(), modes, static_cast<int>(problem.unknowns()));
-  test.make(*linear, &problem.extra());
+  ResidualTest test(bench.factors(), modes, static_cast<int>(problem.unknowns()), problem.curves().rows());
+  test.make(*linear, &problem.extra(), problem.curves());
   constexpr double kOnePercent = 4.68;  // of chi with three degrees: 1e-2 / 142 are above
   ASSERT_EQ(bench.atoms().count(), 142);
   std::vector<double> surest;
   while (surest.size() < 300) {
     const VectorXd picture = problem.draw(kNoise_px);
-    ASSERT_TRUE(linear->answer(problem.take(picture, {}, kNoise_px), {}));
+    ASSERT_TRUE(problem.answer(*linear, problem.take(picture, {}, kNoise_px), {}));
     if (linear->scale() > 1.0) continue;  // K is that of s = 1
-    surest.push_back(test.surest(*linear, rounded(picture), kNoise_px));
+    test.begin(rounded(problem.withCurves(picture)));
+    surest.push_back(test.surest(*linear, LinearProblem::kTimes, kNoise_px));
     if (surest.size() > 10) continue;
     const LinearProblem::Dense dense = problem.solve(picture, {}, kNoise_px, 1.0);
     const Index forces = problem.unknowns() - kMotions;
