@@ -18,7 +18,7 @@ inline int padded(int columns) {
   return (columns + kLineFloats - 1) / kLineFloats * kLineFloats;
 }
 
-/// Pages of a large array: kLarge ones stream faster, of kSmall ones only those are taken that are written to.
+/// Pages of a large array: kLarge ones stream faster, of kSmall ones only those take memory that are written to.
 enum class Pages { kLarge, kSmall };
 
 /// An array on a line's boundary, filled with zeros at first. A large one takes memory when it is first written to.
@@ -45,7 +45,8 @@ class LineArray {
 class RowMatrix {
  public:
   RowMatrix() = default;
-  RowMatrix(int rows, int columns);  ///< Allocates the matrix; all elements are 0.
+  /// Allocates the matrix; all elements are 0.
+  RowMatrix(int rows, int columns, Pages pages = Pages::kLarge);
 
   int rows() const { return rows_; }
   int columns() const { return columns_; }
