@@ -27,9 +27,15 @@ Eigen::MatrixXd displacementMatrix(const Sensor& sensor, Model model, const Prog
 Eigen::MatrixXd toImage(const Sensor& sensor, const Eigen::MatrixXd& displacement) {
   const Points markers = markerPositions(sensor);
   const Projection projection(sensor.camera, sensor.gel.size.z());
+  std::vector<Eigen::Matrix<double, 2, 3>> jacobians;
+  for (const auto& marker : markers.colwise()) jacobians.push_back(projection.jacobian(marker));
   Eigen::MatrixXd image(2 * markers.cols(), displacement.cols());
-  for (Eigen::Index m = 0; m < markers.cols(); ++m)
-    image.middleRows<2>(2 * m) = projection.jacobian(markers.col(m)) * displacement.middleRows<3>(3 * m);
+  for (Eigen::Index column = 0; column < image.cols(); ++column) {  // in memory order
+    for (Eigen::Index m = 0; m < markers.cols(); ++m) {
+      image.col(column).segment<2>(2 * m) =
+          jacobians[static_cast<std::size_t>(m)] * displacement.col(column).segment<3>(3 * m);
+    }
+  }
   return image;
 }
 
