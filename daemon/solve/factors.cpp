@@ -51,11 +51,11 @@ RowMatrix influenceRows(const MatrixXd& influence, const MatrixXd& wide) {
   return rows;
 }
 
-/// The same as columns again.
-MatrixXd columnsOf(const RowMatrix& rows) {
-  MatrixXd columns(rows.columns(), rows.rows());
-  for (int i = 0; i < rows.rows(); ++i) {
-    columns.col(i) = VectorXf::Map(rows.row(i), rows.columns()).cast<double>();
+/// Rows first .. end - 1 of H', as columns.
+MatrixXd columnsOf(const RowMatrix& rows, Index first, Index end) {
+  MatrixXd columns(rows.columns(), end - first);
+  for (Index i = first; i < end; ++i) {
+    columns.col(i - first) = VectorXf::Map(rows.row(static_cast<int>(i)), rows.columns()).cast<double>();
   }
   return columns;
 }
@@ -107,25 +107,32 @@ tl::expected<void, Error> amongModes(const MatrixXd& points, const Atoms& atoms,
   return {};
 }
 
-/// Computes Factors::gram, some rows at a time: all of it as a matrix would take twice the memory. Empty if it was
-/// stopped.
-std::vector<double> gramOf(const MatrixXd& influence, const Stopping& stopping) {
-  constexpr Index kTogether = 64;  // atoms
-  const Index count = influence.cols() / 3;
-  std::vector<double> blocks(static_cast<std::size_t>(9 * count * (count + 1) / 2));
-  double* at = blocks.data();
-  MatrixXd rows;
+/// Computes Factors::gram and motionCoupling, some atoms at a time: all of them as matrices of doubles would take
+/// more memory than the factors. Returns false if it was stopped. \param strays P Q^1/2
+bool multiplyInfluence(const MatrixXd& strays, const Stopping& stopping, Factors& factors) {
+  constexpr Index kTogether = 128;  // atoms
+  const Index count = factors.atomCount();
+  factors.gram.resize(static_cast<std::size_t>(9 * count * (count + 1) / 2));
+  factors.motionCoupling.resize(Eigen::NoChange, 3 * count);
+  MatrixXd products;
   for (Index first = 0; first < count; first += kTogether) {
-    if (isStopped(stopping)) return {};
     const Index end = std::min(first + kTogether, count);
-    rows.resize(3 * (end - first), 3 * end);
-    sensor::elastic::multiply(1.0, influence.middleCols(3 * first, rows.rows()), Op::kTransposed,
-                              influence.leftCols(3 * end), Op::kPlain, 0.0, rows);
-    for (Index a = first; a < end; ++a) {
-      for (Index b = 0; b <= a; ++b, at += 9) Eigen::Map<Block>{at} = rows.block<3, 3>(3 * (a - first), 3 * b);
+    const MatrixXd own = columnsOf(factors.influence, 3 * first, 3 * end);
+    factors.motionCoupling.middleCols(3 * first, own.cols()) = strays.transpose() * own;
+    for (Index other = 0; other < end; other += kTogether) {
+      if (isStopped(stopping)) return false;
+      const MatrixXd others = columnsOf(factors.influence, 3 * other, 3 * std::min(other + kTogether, end));
+      products.resize(own.cols(), others.cols());
+      sensor::elastic::multiply(1.0, own, Op::kTransposed, others, Op::kPlain, 0.0, products);
+      for (Index a = first; a < end; ++a) {
+        double* const row = factors.gram.data() + 9 * (a * (a + 1) / 2 + other);
+        for (Index b = 0; b < std::min(kTogether, a + 1 - other); ++b) {
+          Eigen::Map<Block>{row + 9 * b} = products.block<3, 3>(3 * (a - first), 3 * b);
+        }
+      }
     }
   }
-  return blocks;
+  return true;
 }
 
 }  // namespace
@@ -148,12 +155,7 @@ tl::expected<Factors, Error> computeFactors(MatrixXd influence, const Atoms& ato
   factors.motion = toRows(strays.transpose());
   if (isStopped(stopping)) return givenUp();
   round(strays);
-  {
-    const MatrixXd rounded = columnsOf(factors.influence);
-    factors.gram = gramOf(rounded, stopping);
-    if (factors.gram.empty() || isStopped(stopping)) return givenUp();
-    factors.motionCoupling = strays.transpose() * rounded;
-  }
+  if (!multiplyInfluence(strays, stopping, factors) || isStopped(stopping)) return givenUp();
   factors.motionGram = strays.transpose() * strays;
 
   const MotionWeight weight(motion, options.noise_px);

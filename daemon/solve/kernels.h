@@ -2,6 +2,7 @@
 // in memory order. "On a line's boundary" means that an address is a multiple of 64 bytes, the size of a cache line.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -66,9 +67,14 @@ class RowMatrix {
 /// Returns a matrix of doubles, such as Eigen's (rows(), cols(), (row, column)), rounded to floats.
 template <typename Source>
 RowMatrix toRows(const Source& source) {
+  constexpr int kTogether = 16;  // so that a source that is stored column after column is read by the line
   RowMatrix rows(static_cast<int>(source.rows()), static_cast<int>(source.cols()));
-  for (int i = 0; i < rows.rows(); ++i) {
-    for (int j = 0; j < rows.columns(); ++j) rows.row(i)[j] = static_cast<float>(source(i, j));
+  for (int first = 0; first < rows.rows(); first += kTogether) {
+    for (int j = 0; j < rows.columns(); ++j) {
+      for (int i = first; i < std::min(first + kTogether, rows.rows()); ++i) {
+        rows.row(i)[j] = static_cast<float>(source(i, j));
+      }
+    }
   }
   return rows;
 }

@@ -18,6 +18,7 @@
 #include "sensor/elastic/frontal_solver.h"
 #include "sensor/elastic/half_space.h"
 #include "sensor/elastic/linear_algebra.h"
+#include "sensor/elastic/parallel.h"
 #include "sensor/elastic/parity.h"
 #include "sensor/elastic/quadrature.h"
 #include "sensor/elastic/spectral_element.h"
@@ -362,11 +363,17 @@ BlockCorrection::Data::Data(const Gel& gel, const Points& points, const BlockOpt
     , whole{{0, 0, 0}, {mesh.cells(0) - 1, mesh.cells(1) - 1, mesh.cells(2) - 1}}
     , boundary(makeBoundary(mesh))
     , elements(makeElements(mesh, whole, gel, targets.distinct, columns)) {
-  for (unsigned parity = 0; parity < kClasses && !options.solveForSources; ++parity) {
-    if (progress) progress((parity + 1.0) / (kClasses + 1.0));
-    transfer[parity] = solver(parity).transfer();
+  if (!options.solveForSources) {
+    const auto caller = std::this_thread::get_id();
+    const OnCallingThread alone;
+    inParallel(kClasses, [&](Index parity) {
+      if (progress && std::this_thread::get_id() == caller) {
+        progress((static_cast<double>(parity) + 1.0) / (kClasses + 1.0));
+      }
+      transfer[static_cast<std::size_t>(parity)] = solver(static_cast<unsigned>(parity)).transfer();
+    });
+    elements = {};
   }
-  if (!options.solveForSources) elements = {};
   if (progress) progress(1.0);
 }
 
@@ -376,7 +383,7 @@ PerClass BlockCorrection::Data::boundaryData(const Points& sources, const Eigen:
   const auto count = static_cast<Index>(boundary.samples.size());
   PerClass sampled;  // samples x (component * width + column)
   sampled.fill(MatrixXd::Zero(count, 3 * width));
-  for (Index s = 0; s < sources.cols(); ++s)
+  const auto addSource = [&](Index s) {
     for (Index i = 0; i < count; ++i) {
       const Sample& sample = boundary.samples[i];
       std::array<Matrix3d, kClasses> images;
@@ -403,6 +410,12 @@ PerClass BlockCorrection::Data::boundaryData(const Points& sources, const Eigen:
         }
       }
     }
+  };
+  if (forces == nullptr) {
+    inParallel(sources.cols(), addSource);
+  } else {  // they share a column
+    for (Index s = 0; s < sources.cols(); ++s) addSource(s);
+  }
 
   PerClass data;
   for (unsigned parity = 0; parity < kClasses; ++parity) {
@@ -424,11 +437,15 @@ PerClass BlockCorrection::Data::boundaryData(const Points& sources, const Eigen:
 PerClass BlockCorrection::Data::respond(const Points& sources, const Eigen::Matrix3Xd* forces) const {
   const PerClass data = boundaryData(sources, forces);
   PerClass response;
+  if (!elements.at.empty()) {
+    const OnCallingThread alone;
+    inParallel(kClasses, [&](Index parity) {
+      const auto i = static_cast<std::size_t>(parity);
+      response[i] = solver(static_cast<unsigned>(parity)).respond(data[i]);
+    });
+    return response;
+  }
   for (unsigned parity = 0; parity < kClasses; ++parity) {
-    if (!elements.at.empty()) {
-      response[parity] = solver(parity).respond(data[parity]);
-      continue;
-    }
     response[parity].resize(transfer[parity].cols(), data[parity].cols());
     multiply(1.0, transfer[parity], Op::kTransposed, data[parity], Op::kPlain, 0.0, response[parity]);
   }
@@ -446,9 +463,10 @@ MatrixXd BlockCorrection::matrix(const Points& sources) const {
   const Folded folded = fold(sources);
   const PerClass response = data_->respond(folded.distinct, nullptr);
   const Folded& targets = data_->targets;
-  MatrixXd result = MatrixXd::Zero(3 * static_cast<Index>(targets.index.size()), 3 * sources.cols());
-  for (unsigned parity = 0; parity < kClasses; ++parity)
-    for (Index s = 0; s < sources.cols(); ++s)
+  MatrixXd result(3 * static_cast<Index>(targets.index.size()), 3 * sources.cols());
+  inParallel(sources.cols(), [&](Index s) {
+    result.middleCols<3>(3 * s).setZero();
+    for (unsigned parity = 0; parity < kClasses; ++parity)
       for (int j = 0; j < 3; ++j) {
         const double signOfForce = character(parity, folded.image[s]) * mirror(folded.image[s])[j];
         const double* from = response[parity].col(3 * folded.index[s] + j).data();
@@ -459,6 +477,7 @@ MatrixXd BlockCorrection::matrix(const Points& sources) const {
           for (int c = 0; c < 3; ++c) *to++ += sign * flip[c] * from[data_->columns[targets.index[t]][c]];
         }
       }
+  });
   return result;
 }
 
@@ -483,10 +502,11 @@ MatrixXd blockDisplacement(const Gel& gel, const Points& targets, const Points& 
     fitted.clearance = std::min(fitted.clearance, 0.5 * gel.size[d] - sources.row(d).cwiseAbs().maxCoeff());
   fitted.solveForSources |= kFewer * sources.cols() < targets.cols();
   MatrixXd u = BlockCorrection(gel, targets, fitted, progress).matrix(sources);
-  for (Index s = 0; s < sources.cols(); ++s)
+  inParallel(sources.cols(), [&](Index s) {
     for (Index t = 0; t < targets.cols(); ++t)
       u.block<3, 3>(3 * t, 3 * s) +=
           halfSpaceDisplacement(targets.col(t) - sources.col(s), gel.youngsModulus, gel.poissonRatio);
+  });
   return u;
 }
 
