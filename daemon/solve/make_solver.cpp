@@ -24,25 +24,35 @@ class OwningModelSolver : OwnFactors, public ModelSolver {
       , ModelSolver(OwnFactors::factors, OwnFactors::atoms, sensor, options, detectionLimit_N) {}
 };
 
-/// Gives back the memory of the matrices that a solver was computed with. While it is computed, the C library keeps what
-/// one frees for the next: taking each page anew would take as long as half of the computing.
-void trim() {
-  malloc_trim(0);
-}
+/// While one exists, the C library keeps what a matrix frees for the next one: to take each page anew would take half as
+/// long as the computing. Then it gives everything back, and large pieces at once from then on.
+struct KeptMemory {
+  KeptMemory() {
+    constexpr int kAll = 1 << 30;
+    mallopt(M_MMAP_THRESHOLD, kAll);
+    mallopt(M_TRIM_THRESHOLD, kAll);
+  }
+  ~KeptMemory() {
+    mallopt(M_MMAP_THRESHOLD, 1 << 20);
+    mallopt(M_TRIM_THRESHOLD, 1 << 17);
+    malloc_trim(0);
+  }
+};
 
 }  // namespace
 
 tl::expected<MadeSolver, Error> makeSolver(const sensor::Sensor& sensor, const SolveOptions& options,
                                            const std::filesystem::path& stateDirectory, const Steps& steps,
                                            const Remark& remark) {
+  const KeptMemory kept;
   Atoms atoms = makeAtoms(sensor);
   auto factors = loadOrComputeFactors(sensor, atoms, options, stateDirectory, steps, remark);
   if (!factors) return tl::unexpected(factors.error());
   if (steps) steps(Step::kDetectionLimit, 0.0);
-  MadeSolver made{.computed_ns = factors->computed_ns};
-  made.solver = std::make_unique<OwningModelSolver>(OwnFactors{std::move(atoms), *std::move(factors)}, sensor, options);
-  trim();
-  return made;
+  const std::int64_t computed_ns = factors->computed_ns;
+  return MadeSolver{
+      std::make_unique<OwningModelSolver>(OwnFactors{std::move(atoms), *std::move(factors)}, sensor, options),
+      computed_ns};
 }
 
 bool followsRest(const sensor::Sensor& sensor) {
@@ -55,6 +65,7 @@ makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options, cons
                  const std::array<double, 2>& detectionLimit_N, const Remark& remark, const Stopping& stopping) {
   assert(followsRest(sensor));
   if (isStopped(stopping)) return givenUp();
+  const KeptMemory kept;
   SolverAtRest made{.solver = {}, .places = restPlaces(sensor, place_px, present)};
   sensor::Sensor measured = sensor;
   measured.scatter = made.places.scatter;
@@ -75,7 +86,6 @@ makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options, cons
   }
   if (isStopped(stopping)) return givenUp();
   made.solver = std::make_unique<OwningModelSolver>(std::move(own), measured, options, detectionLimit_N);
-  trim();
   return made;
 }
 
