@@ -24,8 +24,8 @@ class OwningModelSolver : OwnFactors, public ModelSolver {
       , ModelSolver(OwnFactors::factors, OwnFactors::atoms, sensor, options, detectionLimit_N) {}
 };
 
-/// While one exists, the C library keeps what a matrix frees for the next one: to take each page anew would take half as
-/// long as the computing. Then it gives everything back, and large pieces at once from then on.
+/// While one exists, the C library keeps what a matrix frees for the next one: to take each page anew would take half
+/// as long as the computing. Then it gives everything back, and large pieces at once from then on.
 struct KeptMemory {
   KeptMemory() {
     constexpr int kAll = 1 << 30;

@@ -283,7 +283,8 @@ class ClassSolver {
              0.0, right);
     for (Index i = 0; i < right.rows(); ++i) {
       const int node = element.unknowns[split.free[i]] / 3;
-      if (boundary_.ofNode[node] >= 0 && !load.isLoaded[node]) right.row(i) += load.data.row(boundaryRow(element, split.free[i]));
+      if (boundary_.ofNode[node] >= 0 && !load.isLoaded[node])
+        right.row(i) += load.data.row(boundaryRow(element, split.free[i]));
     }
     for (const int unknown : element.unknowns) load.isLoaded[unknown / 3] = true;
     return right;
