@@ -25,7 +25,7 @@ int checkConfig(const Config& config) {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  // Gives the memory of large matrices back when they are freed: else that of one zero stays taken until the next.
+  // Gives the memory of large pieces back when they are freed; solve/make_solver.cpp suspends that.
   mallopt(M_MMAP_THRESHOLD, 1 << 20);
   if (const auto enough = checkAddressSpace(); !enough) std::_Exit(failed(enough.error()));
   const auto arguments = parseArguments(argc, argv);

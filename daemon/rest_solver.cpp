@@ -1,5 +1,6 @@
 #include "daemon/rest_solver.h"
 
+#include <malloc.h>
 #include <spdlog/spdlog.h>
 
 #include <chrono>
@@ -42,7 +43,7 @@ void RestSolver::turn() {
     }
   }
   // Who alone has a solver has the last of it: no other thread could get it anew.
-  std::erase_if(kept_, [](const auto& solver) { return solver.use_count() == 1; });
+  if (std::erase_if(kept_, [](const auto& solver) { return solver.use_count() == 1; }) > 0) malloc_trim(0);
   if (!next_) return;
   making_ = worker_.start([this, zero = *std::exchange(next_, std::nullopt)] { return make(zero); });
 }

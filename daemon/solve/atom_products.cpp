@@ -15,7 +15,7 @@ AtomProducts::AtomProducts(const Factors& factors, int most)
     : factors_(factors)
     , stride_((kMotions + 3 * most + kColumns - 1) / kColumns * kColumns)
     , index_(static_cast<std::size_t>(factors.atomCount()), -1)
-    , products_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(stride_))
+    , products_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(stride_), Pages::kSmall)
     , missing_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(factors.coordinateCount()), Pages::kSmall)
     , withPicture_(static_cast<std::size_t>(stride_)) {
   atoms_.reserve(static_cast<std::size_t>(most));

@@ -1,5 +1,7 @@
 #include "daemon/solve/evidence.h"
 
+#include "sensor/elastic/linear_algebra.h"
+
 #include <Eigen/LU>
 
 #include <algorithm>
@@ -144,17 +146,25 @@ void Evidence::tabulate(const Factors& factors, const Atoms& atoms, Tables& tabl
   weights.col(2 * kRatios).head(strong) = s2.head(strong);
   tables.known.resize(atoms.count(), kRatios);
   tables.precision.assign(kRatios, std::vector<Block>(static_cast<std::size_t>(atoms.count())));
-  Eigen::MatrixXd row(3, rank), products(6, rank);  // of the components of an atom's row of V
+  constexpr Index kTogether = 64, kProducts = 6;  // atoms; products of the components of an atom's row of V
+  Eigen::MatrixXd row(3, rank), products = Eigen::MatrixXd::Zero(rank, kProducts * kTogether);
+  Eigen::MatrixXd sums(products.cols(), weights.cols());
   for (int a = 0; a < atoms.count(); ++a) {
-    modesOfAtom(factors, atoms, a, row);
-    for (int r = 0, at = 0; r < 3; ++r) {
-      for (int c = 0; c <= r; ++c) products.row(at++) = row.row(r).cwiseProduct(row.row(c));
+    const Index first = kProducts * (a % kTogether);
+    if (first == 0) {
+      for (Index i = 0; i < std::min(kTogether, Index{atoms.count()} - a); ++i) {
+        modesOfAtom(factors, atoms, static_cast<int>(a + i), row);
+        for (int r = 0, at = 0; r < 3; ++r) {
+          for (int c = 0; c <= r; ++c) products.col(kProducts * i + at++) = row.row(r).cwiseProduct(row.row(c));
+        }
+      }
+      sensor::elastic::multiply(1.0, products, sensor::elastic::Op::kTransposed, weights, sensor::elastic::Op::kPlain,
+                                0.0, sums);
     }
-    const Eigen::MatrixXd sums = products * weights;
     const auto block = [&](int i) {
       Block sum;
       for (int r = 0, at = 0; r < 3; ++r) {
-        for (int c = 0; c <= r; ++c) sum(r, c) = sum(c, r) = sums(at++, i);
+        for (int c = 0; c <= r; ++c) sum(r, c) = sum(c, r) = sums(first + at++, i);
       }
       return sum;
     };

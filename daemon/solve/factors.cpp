@@ -18,6 +18,7 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using Eigen::VectorXf;
 using sensor::elastic::Op;
 
 /// Singular values below this share of the largest drown in the rounding of A A', whatever the options say.
@@ -27,15 +28,36 @@ void round(MatrixXd& matrix) {
   for (double& each : matrix.reshaped()) each = static_cast<float>(each);
 }
 
-/// Influence of the atoms from that of the points.
-MatrixXd ofAtoms(const MatrixXd& influence, const Atoms& atoms) {
-  MatrixXd result = MatrixXd::Zero(influence.rows(), 3 * atoms.count());
-  for (int a = 0; a < atoms.count(); ++a) {
+/// Influence of the wide atoms, those that come after the points, from that of the points.
+MatrixXd ofWideAtoms(const MatrixXd& influence, const Atoms& atoms) {
+  const Index first = atoms.pointCount();
+  MatrixXd result = MatrixXd::Zero(influence.rows(), 3 * (atoms.count() - first));
+  for (Index a = first; a < atoms.count(); ++a) {
     for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
-      result.middleCols<3>(3 * a) += it.value() * influence.middleCols<3>(3 * it.row());
+      result.middleCols<3>(3 * (a - first)) += it.value() * influence.middleCols<3>(3 * it.row());
     }
   }
   return result;
+}
+
+/// H' of all atoms, rounded, from what the points and the wide atoms have.
+RowMatrix influenceRows(const MatrixXd& influence, const MatrixXd& wide) {
+  const Index points = influence.cols();
+  RowMatrix rows(static_cast<int>(points + wide.cols()), static_cast<int>(influence.rows()));
+  for (Index i = 0; i < rows.rows(); ++i) {
+    const auto from = i < points ? influence.col(i) : wide.col(i - points);
+    VectorXf::Map(rows.row(static_cast<int>(i)), rows.columns()) = from.cast<float>();
+  }
+  return rows;
+}
+
+/// Rows first .. end - 1 of H', as columns.
+MatrixXd columnsOf(const RowMatrix& rows, Index first, Index end) {
+  MatrixXd columns(rows.columns(), end - first);
+  for (Index i = first; i < end; ++i) {
+    columns.col(i - first) = VectorXf::Map(rows.row(static_cast<int>(i)), rows.columns()).cast<double>();
+  }
+  return columns;
 }
 
 /// Replaces a symmetric matrix by its eigenvectors; the values rise.
@@ -44,58 +66,73 @@ tl::expected<void, Error> decompose(MatrixXd& matrix, VectorXd& values) {
   return tl::unexpected(Error{EX_SOFTWARE, "the influence matrix's eigenvectors were not found", "", ""});
 }
 
-/// The left singular vectors of A, and the squares of the singular values, rising.
-tl::expected<void, Error> allModes(const MatrixXd& weighed, const Stopping& stopping, MatrixXd& vectors,
-                                   VectorXd& squares) {
-  vectors.resize(weighed.rows(), weighed.rows());
-  sensor::elastic::multiplyBySelf(1.0, weighed, Op::kPlain, 0.0, vectors);
+/// The left singular vectors of A, and the squares of the singular values, rising. \param points, \param wide of A
+tl::expected<void, Error> allModes(const MatrixXd& points, const MatrixXd& wide, const Stopping& stopping,
+                                   MatrixXd& vectors, VectorXd& squares) {
+  vectors.resize(points.rows(), points.rows());
+  sensor::elastic::multiplyBySelf(1.0, points, Op::kPlain, 0.0, vectors);
+  sensor::elastic::multiplyBySelf(1.0, wide, Op::kPlain, 1.0, vectors);
   if (isStopped(stopping)) return givenUp();
   return decompose(vectors, squares);
 }
 
 /// The same among the combinations of the right singular vectors V of `near`, by the Gram matrix V'A'A V, which has as
-/// few rows as there are modes.
-tl::expected<void, Error> amongModes(const MatrixXd& weighed, const Atoms& atoms, const Factors& near,
+/// few rows as there are modes. \param points of A
+tl::expected<void, Error> amongModes(const MatrixXd& points, const Atoms& atoms, const Factors& near,
                                      const Stopping& stopping, MatrixXd& vectors, VectorXd& squares) {
-  MatrixXd modes(3 * atoms.count(), near.rank()), ofAtom(3, near.rank());
-  for (int a = 0; a < atoms.count(); ++a) {
+  // The forces of the modes on the points, those on wide atoms shared among the points.
+  MatrixXd modes(near.rank(), points.cols()), ofAtom(3, near.rank());
+  for (Index i = 0; i < modes.cols(); ++i) {
+    modes.col(i) = VectorXf::Map(near.right.row(static_cast<int>(i)), near.rank()).cast<double>();
+  }
+  for (int a = atoms.pointCount(); a < atoms.count(); ++a) {
     modesOfAtom(near, atoms, a, ofAtom);
-    modes.middleRows<3>(3 * static_cast<Index>(a)) = ofAtom;
+    const MatrixXd columns = ofAtom.transpose();
+    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
+      modes.middleCols<3>(3 * it.row()) += it.value() * columns;
+    }
   }
   if (isStopped(stopping)) return givenUp();
-  MatrixXd images(weighed.rows(), near.rank()), rotation(near.rank(), near.rank());
-  sensor::elastic::multiply(1.0, weighed, Op::kPlain, modes, Op::kPlain, 0.0, images);
+  MatrixXd images(points.rows(), near.rank()), rotation(near.rank(), near.rank());
+  sensor::elastic::multiply(1.0, points, Op::kPlain, modes, Op::kTransposed, 0.0, images);
   modes.resize(0, 0);
   if (isStopped(stopping)) return givenUp();
   sensor::elastic::multiplyBySelf(1.0, images, Op::kTransposed, 0.0, rotation);
   if (isStopped(stopping)) return givenUp();
   if (auto found = decompose(rotation, squares); !found) return found;
   if (isStopped(stopping)) return givenUp();
-  vectors.resize(weighed.rows(), near.rank());
+  vectors.resize(points.rows(), near.rank());
   sensor::elastic::multiply(1.0, images, Op::kPlain, rotation, Op::kPlain, 0.0, vectors);
   vectors *= squares.cwiseMax(0.0).cwiseSqrt().cwiseMax(std::numeric_limits<double>::min()).cwiseInverse().asDiagonal();
   return {};
 }
 
-/// Computes Factors::gram, some rows at a time: all of it as a matrix would take twice the memory. Empty if it was
-/// stopped.
-std::vector<double> gramOf(const MatrixXd& influence, const Stopping& stopping) {
-  constexpr Index kTogether = 64;  // atoms
-  const Index count = influence.cols() / 3;
-  std::vector<double> blocks(static_cast<std::size_t>(9 * count * (count + 1) / 2));
-  double* at = blocks.data();
-  MatrixXd rows;
+/// Computes Factors::gram and motionCoupling, some atoms at a time: all of them as matrices of doubles would take
+/// more memory than the factors. Returns false if it was stopped. \param strays P Q^1/2
+bool multiplyInfluence(const MatrixXd& strays, const Stopping& stopping, Factors& factors) {
+  constexpr Index kTogether = 128;  // atoms
+  const Index count = factors.atomCount();
+  factors.gram.resize(static_cast<std::size_t>(9 * count * (count + 1) / 2));
+  factors.motionCoupling.resize(Eigen::NoChange, 3 * count);
+  MatrixXd products;
   for (Index first = 0; first < count; first += kTogether) {
-    if (isStopped(stopping)) return {};
     const Index end = std::min(first + kTogether, count);
-    rows.resize(3 * (end - first), 3 * end);
-    sensor::elastic::multiply(1.0, influence.middleCols(3 * first, rows.rows()), Op::kTransposed,
-                              influence.leftCols(3 * end), Op::kPlain, 0.0, rows);
-    for (Index a = first; a < end; ++a) {
-      for (Index b = 0; b <= a; ++b, at += 9) Eigen::Map<Block>{at} = rows.block<3, 3>(3 * (a - first), 3 * b);
+    const MatrixXd own = columnsOf(factors.influence, 3 * first, 3 * end);
+    factors.motionCoupling.middleCols(3 * first, own.cols()) = strays.transpose() * own;
+    for (Index other = 0; other < end; other += kTogether) {
+      if (isStopped(stopping)) return false;
+      const MatrixXd others = columnsOf(factors.influence, 3 * other, 3 * std::min(other + kTogether, end));
+      products.resize(own.cols(), others.cols());
+      sensor::elastic::multiply(1.0, own, Op::kTransposed, others, Op::kPlain, 0.0, products);
+      for (Index a = first; a < end; ++a) {
+        double* const row = factors.gram.data() + 9 * (a * (a + 1) / 2 + other);
+        for (Index b = 0; b < std::min(kTogether, a + 1 - other); ++b) {
+          Eigen::Map<Block>{row + 9 * b} = products.block<3, 3>(3 * (a - first), 3 * b);
+        }
+      }
     }
   }
-  return blocks;
+  return true;
 }
 
 }  // namespace
@@ -111,31 +148,25 @@ tl::expected<Factors, Error> computeFactors(MatrixXd influence, const Atoms& ato
   }
   Factors factors;
   factors.force_N = force_N;
-  MatrixXd atomInfluence = ofAtoms(influence, atoms);
+  MatrixXd wide = ofWideAtoms(influence, atoms);
   MatrixXd strays = motion.modes * motion.variances.cwiseSqrt().asDiagonal();
   if (isStopped(stopping)) return givenUp();
-  factors.influence = toRows(atomInfluence.transpose());
+  factors.influence = influenceRows(influence, wide);
   factors.motion = toRows(strays.transpose());
   if (isStopped(stopping)) return givenUp();
-  round(atomInfluence);
   round(strays);
-  factors.gram = gramOf(atomInfluence, stopping);
-  if (factors.gram.empty() || isStopped(stopping)) return givenUp();
-  factors.motionCoupling = strays.transpose() * atomInfluence;
+  if (!multiplyInfluence(strays, stopping, factors) || isStopped(stopping)) return givenUp();
   factors.motionGram = strays.transpose() * strays;
 
-  atomInfluence.resize(0, 0);  // there is one matrix of this size at a time
-  atomInfluence = ofAtoms(influence, atoms);
-  influence.resize(0, 0);
-  if (isStopped(stopping)) return givenUp();
   const MotionWeight weight(motion, options.noise_px);
-  weight.apply(atomInfluence);
+  weight.apply(influence);
+  weight.apply(wide);
   if (isStopped(stopping)) return givenUp();
   if (decomposing) decomposing();
   MatrixXd vectors;
   VectorXd squares;  // rising
-  const auto decomposed = near != nullptr ? amongModes(atomInfluence, atoms, *near, stopping, vectors, squares)
-                                          : allModes(atomInfluence, stopping, vectors, squares);
+  const auto decomposed = near != nullptr ? amongModes(influence, atoms, *near, stopping, vectors, squares)
+                                          : allModes(influence, wide, stopping, vectors, squares);
   if (!decomposed) return tl::unexpected(decomposed.error());
   if (isStopped(stopping)) return givenUp();
   const Index found = squares.size();
@@ -152,9 +183,9 @@ tl::expected<Factors, Error> computeFactors(MatrixXd influence, const Atoms& ato
   const VectorXd s = VectorXd::Map(factors.singularValues.data(), rank);
   MatrixXd left = vectors.rightCols(rank).rowwise().reverse();
   vectors.resize(0, 0);
-  // V = (W^1/2 H)' U S^-1 of the points, which are the first atoms.
-  MatrixXd right(3 * static_cast<Index>(atoms.pointCount()), rank);
-  sensor::elastic::multiply(1.0, atomInfluence.leftCols(right.rows()), Op::kTransposed, left, Op::kPlain, 0.0, right);
+  // V = (W^1/2 H)' U S^-1 of the points.
+  MatrixXd right(influence.cols(), rank);
+  sensor::elastic::multiply(1.0, influence, Op::kTransposed, left, Op::kPlain, 0.0, right);
   if (isStopped(stopping)) return givenUp();
   factors.right = toRows(right * s.cwiseInverse().asDiagonal());
   weight.apply(left);

@@ -62,9 +62,10 @@ TRACTION_INLINE double product(const float* row, const float* vector, std::ptrdi
 template <typename Number>
 LineArray<Number>::LineArray(std::size_t size, Pages pages)
     : size_(size) {
-  constexpr std::size_t kLargePage = std::size_t{2} << 20, kLine = kLineFloats * sizeof(float);
-  const std::size_t bytes = size * sizeof(Number);
-  if (bytes < kLargePage) {
+  constexpr std::size_t kLargePage = std::size_t{2} << 20, kSmallPage = std::size_t{4} << 10;
+  constexpr std::size_t kLine = kLineFloats * sizeof(float);
+  const std::size_t bytes = size * sizeof(Number), page = pages == Pages::kLarge ? kLargePage : kSmallPage;
+  if (bytes < page) {
     const std::size_t rounded = std::max((bytes + kLine - 1) / kLine * kLine, kLine);
     auto* const data = static_cast<Number*>(std::aligned_alloc(kLine, rounded));  // NOLINT(*-no-malloc): aligned
     if (data == nullptr) throw std::bad_alloc();
@@ -73,12 +74,12 @@ LineArray<Number>::LineArray(std::size_t size, Pages pages)
     return;
   }
   // The system's pages are zero. Large ones save the page walks that streaming would otherwise wait for.
-  const std::size_t length = bytes + kLargePage;
+  const std::size_t length = bytes + page;
   void* const mapped = mmap(nullptr, length, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (mapped == MAP_FAILED) throw std::bad_alloc();
   std::size_t room = length;
   void* begin = mapped;
-  std::align(kLargePage, bytes, begin, room);
+  std::align(page, bytes, begin, room);
 #ifdef MADV_HUGEPAGE
   if (pages == Pages::kLarge) madvise(begin, bytes, MADV_HUGEPAGE);  // a wish; without it things still work
 #endif
@@ -97,10 +98,10 @@ void LineArray<Number>::Free::operator()(Number* data) const {
 template class LineArray<double>;
 template class LineArray<float>;
 
-RowMatrix::RowMatrix(int rows, int columns)
+RowMatrix::RowMatrix(int rows, int columns, Pages pages)
     : rows_(rows)
     , columns_(columns)
-    , data_(static_cast<std::size_t>(rows) * static_cast<std::size_t>(padded(columns))) {}
+    , data_(static_cast<std::size_t>(rows) * static_cast<std::size_t>(padded(columns)), pages) {}
 
 void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum) {
   addColumns(matrix, rows, coefficients, 0, matrix.columns(), sum);

@@ -20,7 +20,7 @@ inline int padded(int columns) {
   return (columns + kLineFloats - 1) / kLineFloats * kLineFloats;
 }
 
-/// Pages of a large array: kLarge ones stream faster, of kSmall ones only those are taken that are written to.
+/// Pages of a large array: kLarge ones stream faster, of kSmall ones only those take memory that are written to.
 enum class Pages { kLarge, kSmall };
 
 /// An array on a line's boundary, filled with zeros at first. A large one takes memory when it is first written to.
@@ -47,7 +47,8 @@ class LineArray {
 class RowMatrix {
  public:
   RowMatrix() = default;
-  RowMatrix(int rows, int columns);  ///< Allocates the matrix; all elements are 0.
+  /// Allocates the matrix; all elements are 0.
+  RowMatrix(int rows, int columns, Pages pages = Pages::kLarge);
 
   int rows() const { return rows_; }
   int columns() const { return columns_; }
@@ -67,9 +68,14 @@ class RowMatrix {
 /// Returns a matrix of doubles, such as Eigen's (rows(), cols(), (row, column)), rounded to floats.
 template <typename Source>
 RowMatrix toRows(const Source& source) {
+  constexpr int kTogether = 16;  // so that a source that is stored column after column is read by the line
   RowMatrix rows(static_cast<int>(source.rows()), static_cast<int>(source.cols()));
-  for (int i = 0; i < rows.rows(); ++i) {
-    for (int j = 0; j < rows.columns(); ++j) rows.row(i)[j] = static_cast<float>(source(i, j));
+  for (int first = 0; first < rows.rows(); first += kTogether) {
+    for (int j = 0; j < rows.columns(); ++j) {
+      for (int i = first; i < std::min(first + kTogether, rows.rows()); ++i) {
+        rows.row(i)[j] = static_cast<float>(source(i, j));
+      }
+    }
   }
   return rows;
 }

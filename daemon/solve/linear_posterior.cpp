@@ -50,7 +50,7 @@ LinearPosterior::LinearPosterior(const Factors& factors, const Atoms& atoms, int
     , model_(atoms)
     , indexOf_(static_cast<std::size_t>(atoms.count()), -1)
     , lambda_(kMostRank)
-    , rows_(kMostRank, factors.coordinateCount())
+    , rows_(kMostRank, factors.coordinateCount(), Pages::kSmall)
     , nodesUnseen_(3 * static_cast<std::size_t>(atoms.nodeCount()))
     , read_(kMostRank)
     , y_(kMostRank)
@@ -172,7 +172,7 @@ void LinearPosterior::assemble(const Posterior& posterior, const AtomProducts& p
 void LinearPosterior::layRows(const Posterior& posterior, const MatrixXd& combine, LinearScratch& scratch) {
   const auto pivots = static_cast<int>(scratch.pivots.size());
   const int coordinates = factors_.coordinateCount();
-  if (scratch.seen.rows() == 0) scratch.seen = RowMatrix(kMostRank, coordinates);
+  if (scratch.seen.rows() == 0) scratch.seen = RowMatrix(kMostRank, coordinates, Pages::kSmall);
   std::vector<double> sum(static_cast<std::size_t>(rows_.stride()));
   for (int p = 0; p < pivots; ++p) {
     const int unknown = scratch.pivots[static_cast<std::size_t>(p)];

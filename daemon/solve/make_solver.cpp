@@ -2,6 +2,8 @@
 
 #include "daemon/solve/model_solver.h"
 
+#include <malloc.h>
+
 #include <cassert>
 #include <optional>
 #include <utility>
@@ -22,11 +24,27 @@ class OwningModelSolver : OwnFactors, public ModelSolver {
       , ModelSolver(OwnFactors::factors, OwnFactors::atoms, sensor, options, detectionLimit_N) {}
 };
 
+/// While one exists, the C library keeps what a matrix frees for the next one: to take each page anew would take half
+/// as long as the computing. Then it gives everything back, and large pieces at once from then on.
+struct KeptMemory {
+  KeptMemory() {
+    constexpr int kAll = 1 << 30;
+    mallopt(M_MMAP_THRESHOLD, kAll);
+    mallopt(M_TRIM_THRESHOLD, kAll);
+  }
+  ~KeptMemory() {
+    mallopt(M_MMAP_THRESHOLD, 1 << 20);
+    mallopt(M_TRIM_THRESHOLD, 1 << 17);
+    malloc_trim(0);
+  }
+};
+
 }  // namespace
 
 tl::expected<MadeSolver, Error> makeSolver(const sensor::Sensor& sensor, const SolveOptions& options,
                                            const std::filesystem::path& stateDirectory, const Steps& steps,
                                            const Remark& remark) {
+  const KeptMemory kept;
   Atoms atoms = makeAtoms(sensor);
   auto factors = loadOrComputeFactors(sensor, atoms, options, stateDirectory, steps, remark);
   if (!factors) return tl::unexpected(factors.error());
@@ -47,6 +65,7 @@ makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options, cons
                  const std::array<double, 2>& detectionLimit_N, const Remark& remark, const Stopping& stopping) {
   assert(followsRest(sensor));
   if (isStopped(stopping)) return givenUp();
+  const KeptMemory kept;
   SolverAtRest made{.solver = {}, .places = restPlaces(sensor, place_px, present)};
   sensor::Sensor measured = sensor;
   measured.scatter = made.places.scatter;

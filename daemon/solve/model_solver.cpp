@@ -32,9 +32,9 @@ ModelSolver::ModelSolver(const Factors& factors, const Atoms& atoms, const senso
     , atoms_(atoms)
     , options_(modelOptions(options))
     , model_(sensor, factors, atoms, options_)
+    , modes_(model_.modes())
     , detectionLimit_N_(detectionLimit_N ? *detectionLimit_N : detectionLimits(sensor))
     , writer_(factors, atoms, sensor, options, detectionLimit_N_)
-    , modes_(model_.modes())
     , answerWriter_(factors, atoms, sensor, options, detectionLimit_N_)
     , displacement_(static_cast<std::size_t>(factors.influence.stride()))
     , noProducts_(factors, 1)
@@ -106,12 +106,11 @@ void ModelSolver::answerNothing(const Displacements& picture, TractionField& fie
 }
 
 std::array<double, 2> ModelSolver::detectionLimits(const sensor::Sensor& sensor) {
-  estimate_.force_N.resize(3 * static_cast<std::size_t>(atoms_.pointCount()));
   const double error = std::hypot(factors_.systematicErrors.displacement, sensor.uncertainty.model);
   return {detectionLimit(0, error), detectionLimit(2, error)};
 }
 
-/// Solves pictures of a force on each of nine points, raised until something is found and then halved in between.
+/// Looks at pictures of a force on each of nine points, raised until something is found and then halved in between.
 double ModelSolver::detectionLimit(int axis, double error) {
   constexpr int kHalvings = 5;
   std::mt19937_64 generator(1);
@@ -119,6 +118,7 @@ double ModelSolver::detectionLimit(int axis, double error) {
   std::vector<double> limits;
   std::vector<double> noise(static_cast<std::size_t>(factors_.coordinateCount()));
   std::vector<float> picture(noise.size());
+  std::vector<double> exactly(static_cast<std::size_t>(factors_.influence.stride()));
   const int points = atoms_.pointCount();
   for (int i = 0; i < 9; ++i) {
     // A third of the way apart on either axis of the grid; of a body, anywhere.
@@ -129,9 +129,10 @@ double ModelSolver::detectionLimit(int axis, double error) {
     for (double& each : noise) each = normal(generator);
     const auto finds = [&](double force_N) {
       for (std::size_t k = 0; k < noise.size(); ++k) picture[k] = static_cast<float>(force_N * unit[k] + noise[k]);
-      model_.solve(picture, {}, noiseWithMechanics_px(std::span<const float>(picture), options_.noise_px, error),
-                   estimate_);
-      return estimate_.outcome == Estimate::Outcome::kFound;
+      std::copy(picture.begin(), picture.end(), exactly.begin());
+      const double noise_px = noiseWithMechanics_px(std::span<const float>(picture), options_.noise_px, error);
+      const double squares = dotProduct(exactly.data(), exactly.data(), factors_.coordinateCount());
+      return modes_.detect({exactly.data(), {}, squares, noise_px}, picture, {});
     };
     double high = kFirst * factors_.force_N;
     bool isFound = false;

@@ -18,7 +18,7 @@ namespace tractiond::solve {
 class ModelSolver : public FieldSolver {
  public:
   /// `factors` and `atoms` must outlive the solver. \param sensor that they were computed for; need not outlive it
-  /// \param detectionLimit_N result of detectionLimit_N(); without it the constructor computes it, in up to a second
+  /// \param detectionLimit_N result of detectionLimit_N(); without it the constructor computes it
   ModelSolver(const Factors& factors, const Atoms& atoms, const sensor::Sensor& sensor,
               const SolveOptions& options = {}, const std::optional<std::array<double, 2>>& detectionLimit_N = {});
 
@@ -47,10 +47,11 @@ class ModelSolver : public FieldSolver {
   const Factors& factors_;
   const Atoms& atoms_;
   const ModelOptions options_;
-  // Of solve() and learn().
   Model model_;
-  Estimate estimate_;
+  Modes modes_;                                   ///< of answer()
   const std::array<double, 2> detectionLimit_N_;  ///< found with the two above
+  // Of solve() and learn().
+  Estimate estimate_;
   FieldWriter writer_;
   ModelFrame solved_;                            ///< frame of the last solve()
   std::vector<std::shared_ptr<Learnt>> learnt_;  ///< all that exist; who alone has one may fill it
@@ -59,7 +60,6 @@ class ModelSolver : public FieldSolver {
   // Of answer().
   std::shared_ptr<Learnt> inForce_;
   bool wantsModel_ = true;
-  Modes modes_;
   FieldWriter answerWriter_;
   Estimate answer_;
   LineArray<double> displacement_;

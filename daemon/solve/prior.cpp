@@ -27,7 +27,7 @@ Prior::Prior(const Atoms& atoms, const ModelOptions& options)
   pulling_.reserve(evident_.size());
   for (int a = 0; a < atoms.count(); ++a) {
     const auto squares = (atoms.places.colwise() - atoms.places.col(a)).colwise().squaredNorm();
-    alike_.col(a) = (-squares.transpose() / (2.0 * square(atoms.depth_m))).array().exp();
+    alike_.col(a) = (-squares.transpose() / (2.0 * square(atoms.depth_m))).array().exp().cast<float>();
   }
   for (const Level& level : atoms.levels) {
     if (0.5 * level.spacing_m <= atoms.depth_m) continue;
@@ -35,7 +35,7 @@ Prior::Prior(const Atoms& atoms, const ModelOptions& options)
       wideColumn_[a] = static_cast<int>(wide_.cols());
       const auto squares = (atoms.places.colwise() - atoms.places.col(a)).colwise().squaredNorm();
       wide_.conservativeResize(atoms.count(), wide_.cols() + 1);
-      wide_.rightCols<1>() = (-squares.transpose() / (2.0 * square(0.5 * level.spacing_m))).array().exp();
+      wide_.rightCols<1>() = (-squares.transpose() / (2.0 * square(0.5 * level.spacing_m))).array().exp().cast<float>();
     }
   }
   std::vector<Eigen::Triplet<double>> entries;
@@ -82,9 +82,9 @@ void Prior::direct(Chosen& chosen, bool wide) const {
       continue;
     }
     const bool isWide = wide && wideColumn_[atom] >= 0;
-    const double* const alike = isWide ? wide_.col(wideColumn_[atom]).data() : alike_.col(atom).data();
+    const float* const alike = isWide ? wide_.col(wideColumn_[atom]).data() : alike_.col(atom).data();
     Block together = Block::Zero();
-    for (std::size_t b = 0; b < shown_.size(); ++b) together += alike[shown_[b]] * pulling_[b];
+    for (std::size_t b = 0; b < shown_.size(); ++b) together += static_cast<double>(alike[shown_[b]]) * pulling_[b];
     const Block omega = together.trace() > 0.0 ? directions(together, options_.turning) : Block(Block::Identity());
     chosen.covariance_N2.emplace_back(chosen.gamma_N2[i] * omega);
   }

@@ -41,8 +41,8 @@ class Prior {
  private:
   const ModelOptions options_;
   Eigen::SparseMatrix<double, Eigen::RowMajor> near_;  // k, A x A
-  Eigen::MatrixXd alike_;                              // exp(-r^2 / 2 l^2), A x A
-  Eigen::MatrixXd wide_;         // the same of those atoms alone whose l_a is more than the depth, A x W
+  Eigen::MatrixXf alike_;                              // exp(-r^2 / 2 l^2), A x A
+  Eigen::MatrixXf wide_;         // the same of those atoms alone whose l_a is more than the depth, A x W
   std::vector<int> wideColumn_;  // A: column of wide_, or -1
   std::vector<double> evident_, gathered_, knownNear_;  // e, sum k e, sum k known
   std::vector<double> gamma_;

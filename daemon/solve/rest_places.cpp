@@ -85,6 +85,9 @@ Eigen::SparseMatrix<double, Eigen::RowMajor> interpolation(const sensor::Sensor&
   return result;
 }
 
+/// Multiplied by a sparse matrix it is read in memory order.
+using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 /// Influence of points on the markers as if the block were a half-space [px/N].
 MatrixXd halfSpace(const sensor::Sensor& sensor, const sensor::Points& points) {
   using sensor::elastic::displacementMatrix;
@@ -156,14 +159,14 @@ tl::expected<MatrixXd, Error> influenceAtPlaces(const sensor::Sensor& sensor, co
   for (Index first = 0; first < atoms.points.cols(); first += kTogether) {
     if (isStopped(stopping)) return givenUp();
     const sensor::Points points = atoms.points.middleCols(first, std::min(kTogether, atoms.points.cols() - first));
-    MatrixXd rest = -halfSpace(straight, points);
+    RowMajorMatrix rest = -halfSpace(straight, points);
     for (Index i = 0; i < rest.cols(); ++i) {
       const float* const row = drawn.influence.row(static_cast<int>(3 * first + i));
       rest.col(i) += Eigen::VectorXf::Map(row, rest.rows()).cast<double>();
     }
     if (isStopped(stopping)) return givenUp();
     influence.middleCols(3 * first, rest.cols()) = halfSpace(sensor, points);
-    influence.middleCols(3 * first, rest.cols()) += scattered * rest;
+    influence.middleCols(3 * first, rest.cols()) += RowMajorMatrix(scattered * rest);
   }
   return influence;
 }

@@ -71,14 +71,25 @@ class Strays {
       : sensor_(sensor)
       , options_(options)
       , loads_(loads)
-      , unit_(displacement(sensor))
-      , straight_(sensor::elastic::toImage(sensor, unit_)) {
+      , shallower_(sensor) {
+    for (sensor::MarkerLayer& layer : shallower_.layers) layer.depth *= 1.0 - kSmall;  // the base may be next to one
+    const sensor::Points markers = sensor::markerPositions(sensor);
+    if (sensor.body) {
+      unit_ = bodyColumns(sensor, loads.nodes);
+    } else {
+      sensor::Points both(3, 2 * markers.cols());
+      both << markers, sensor::markerPositions(shallower_);
+      unit_ = displacement(sensor, both);
+      shallow_ = unit_.bottomRows(3 * markers.cols());
+      unit_.conservativeResize(3 * markers.cols(), Eigen::NoChange);
+    }
+    straight_ = sensor::elastic::toImage(sensor, unit_);
     for (int number = 0; number < kCameraNumbers; ++number) {
       sensor::Sensor elsewhere = sensor;
       elsewhere.camera = strayed(sensor, number);
       add(elsewhere, unit_, 1.0);
     }
-    if (!sensor.body) addBlock();
+    if (!sensor.body) addBlock(markers);
   }
 
   /// Returns those by the camera's position, rotation and focal length, and by a block's Poisson's ratio, thickness and
@@ -99,10 +110,11 @@ class Strays {
   }
 
  private:
-  Eigen::MatrixXd displacement(const sensor::Sensor& of) const {
+  static constexpr double kSmall = 0.01;  // difference for derivatives
+
+  Eigen::MatrixXd displacement(const sensor::Sensor& of, const sensor::Points& markers) const {
     constexpr int kDegree = 6;  // a derivative need not be right to more than a hundredth
-    if (of.body) return bodyColumns(of, loads_.nodes);
-    return sensor::elastic::displacementMatrix(of.gel, options_.model, sensor::markerPositions(of), loads_.positions,
+    return sensor::elastic::displacementMatrix(of.gel, options_.model, markers, loads_.positions,
                                                {.degree = kDegree, .breaks = {}});
   }
 
@@ -110,22 +122,19 @@ class Strays {
     strays_.emplace_back(deviations * (sensor::elastic::toImage(strayed, moved) - straight_));
   }
 
-  void addBlock() {
-    constexpr double kSmall = 0.01;
+  void addBlock(const sensor::Points& markers) {
     const sensor::Uncertainty& by = sensor_.uncertainty;
     sensor::Sensor other = sensor_;
     const double step = other.gel.poissonRatio < 0.25 ? kSmall : -kSmall;
     other.gel.poissonRatio += step;
-    add(other, displacement(other), by.poissonRatio / step);
+    add(other, displacement(other, markers), by.poissonRatio / step);
 
     other = sensor_;
     other.gel.size.z() *= 1.0 + kSmall;
     // The camera stays where it is: its pose has an error of its own.
-    add(sensor_, displacement(other), by.thickness / (kSmall * sensor_.gel.size.z()));
+    add(sensor_, displacement(other, markers), by.thickness / (kSmall * sensor_.gel.size.z()));
 
-    sensor::Sensor shallower = sensor_;  // not deeper: a layer may lie next to the base
-    for (sensor::MarkerLayer& layer : shallower.layers) layer.depth *= 1.0 - kSmall;
-    Eigen::MatrixXd byDepth = sensor::elastic::toImage(shallower, displacement(shallower)) - straight_;  // [px/(N m)]
+    Eigen::MatrixXd byDepth = sensor::elastic::toImage(shallower_, shallow_) - straight_;  // [px/(N m)]
     Eigen::Index first = 0;
     for (const sensor::MarkerLayer& layer : sensor_.layers) {
       const Eigen::Index rows = 2 * layer.count();
@@ -140,7 +149,9 @@ class Strays {
   const sensor::Sensor& sensor_;
   const SolveOptions& options_;
   const Loads& loads_;
-  const Eigen::MatrixXd unit_, straight_;  // displacements of the markers [m/N]; in the picture [px/N]
+  sensor::Sensor shallower_;
+  Eigen::MatrixXd unit_, straight_;  // displacements of the markers [m/N]; in the picture [px/N]
+  Eigen::MatrixXd shallow_;          // those of the shallower markers of a block [m/N]
   std::vector<Eigen::MatrixXd> strays_;
   Eigen::MatrixXd scatter_;
 };

@@ -10,12 +10,15 @@
 //      base) to the targets.
 //   3. A source's boundary data is the half-space field on the sides and the base, evaluated at the four mirror images
 //      of each point and averaged with the signs of the class. Mirror images of a source share this data.
+//
+// For far fewer sources than targets, their boundary data are the right-hand sides instead.
 #include "sensor/elastic/block.h"
 
 #include "sensor/elastic/box_mesh.h"
 #include "sensor/elastic/frontal_solver.h"
 #include "sensor/elastic/half_space.h"
 #include "sensor/elastic/linear_algebra.h"
+#include "sensor/elastic/parallel.h"
 #include "sensor/elastic/parity.h"
 #include "sensor/elastic/quadrature.h"
 #include "sensor/elastic/spectral_element.h"
@@ -215,7 +218,7 @@ class ClassSolver {
 
   // Returns the transfer operator, 3 boundary nodes x columns.
   MatrixXd transfer() {
-    assemble(whole_);
+    assemble(whole_, nullptr);
     const MatrixXd x = solver_.solve(elements_.columns);
     MatrixXd result = MatrixXd::Zero(3 * boundary_.count, elements_.columns);
     for (std::size_t node = 0; node < boundary_.ofNode.size(); ++node)
@@ -225,8 +228,7 @@ class ClassSolver {
       if (cell[2] != mesh_.cells(2) - 1) continue;
       const Split split = splitUnknowns(element);
       std::vector<int> rows, free;
-      for (const int i : split.base)
-        rows.push_back(3 * boundary_.ofNode[element.unknowns[i] / 3] + element.unknowns[i] % 3);
+      for (const int i : split.base) rows.push_back(static_cast<int>(boundaryRow(element, i)));
       for (const int i : split.free) free.push_back(element.unknowns[i]);
       MatrixXd reaction(static_cast<Index>(rows.size()), elements_.columns);
       const MatrixXd atFree = x(free, Eigen::all);
@@ -239,12 +241,54 @@ class ClassSolver {
     return result;
   }
 
+  // Returns the displacements at the targets by boundary data: what transfer()^T * data is.
+  MatrixXd respond(const MatrixXd& data) {
+    std::vector<bool> isLoaded(static_cast<std::size_t>(mesh_.nodeCount()));
+    Load load{data, isLoaded};
+    assemble(whole_, &load);
+    MatrixXd x = solver_.solve(data.cols());
+    MatrixXd result(elements_.columns, data.cols());
+    for (const auto& [cell, element] : elements_.at) {
+      for (const int i : splitUnknowns(element).base) x.row(element.unknowns[i]) = data.row(boundaryRow(element, i));
+      const MatrixXd shell = x(element.unknowns, Eigen::all);
+      multiply(1.0, element.interpolation, Op::kTransposed, shell, Op::kPlain, 0.0,
+               result.middleRows(element.firstColumn, element.interpolation.cols()));
+    }
+    return result;
+  }
+
  private:
   // Rows of an element's shell: free unknowns, and those prescribed on the base. Unknowns that vanish in the class are
   // in neither.
   struct Split {
     std::vector<int> free, base;
   };
+
+  // Boundary data as right-hand sides; the load of a node counts in the first of its elements.
+  struct Load {
+    const MatrixXd& data;
+    std::vector<bool>& isLoaded;  // of each node
+  };
+
+  Index boundaryRow(const Element& element, int i) const {
+    return 3 * boundary_.ofNode[element.unknowns[i] / 3] + element.unknowns[i] % 3;
+  }
+
+  // Returns an element's right-hand sides, of its free unknowns.
+  MatrixXd rightOf(const Element& element, const Split& split, Load& load) const {
+    MatrixXd base(static_cast<Index>(split.base.size()), load.data.cols());
+    MatrixXd right = MatrixXd::Zero(static_cast<Index>(split.free.size()), load.data.cols());
+    for (Index i = 0; i < base.rows(); ++i) base.row(i) = load.data.row(boundaryRow(element, split.base[i]));
+    multiply(-1.0, part(elements_.stiffnesses[element.shape], split.free, split.base), Op::kPlain, base, Op::kPlain,
+             0.0, right);
+    for (Index i = 0; i < right.rows(); ++i) {
+      const int node = element.unknowns[split.free[i]] / 3;
+      if (boundary_.ofNode[node] >= 0 && !load.isLoaded[node])
+        right.row(i) += load.data.row(boundaryRow(element, split.free[i]));
+    }
+    for (const int unknown : element.unknowns) load.isLoaded[unknown / 3] = true;
+    return right;
+  }
 
   Split splitUnknowns(const Element& element) const {
     Split split;
@@ -258,20 +302,26 @@ class ClassSolver {
     return split;
   }
 
-  Front assemble(const CellRange& range) {
+  // `load`: null for the targets as right-hand sides.
+  Front assemble(const CellRange& range, Load* load) {
     std::vector<Front> parts;
     if (range.isCell()) {
       const Element& element = elements_.at.at(range.first);
-      const std::vector<int> free = splitUnknowns(element).free;
-      parts.push_back({{},
-                       part(elements_.stiffnesses[element.shape], free, free),
-                       element.interpolation(free, Eigen::all),
-                       element.firstColumn});
-      for (const int i : free) parts.back().unknowns.push_back(element.unknowns[i]);
+      const Split split = splitUnknowns(element);
+      const std::vector<int>& free = split.free;
+      Front front{{}, part(elements_.stiffnesses[element.shape], free, free), {}, 0};
+      if (load != nullptr) {
+        front.right = rightOf(element, split, *load);
+      } else {
+        front.right = element.interpolation(free, Eigen::all);
+        front.firstColumn = element.firstColumn;
+      }
+      for (const int i : free) front.unknowns.push_back(element.unknowns[i]);
+      parts.push_back(std::move(front));
     } else {
       const auto [a, b] = range.halves();
-      parts.push_back(assemble(a));
-      parts.push_back(assemble(b));
+      parts.push_back(assemble(a, load));
+      parts.push_back(assemble(b, load));
     }
     return solver_.eliminate(parts, [&](int unknown) { return range.owns(mesh_, mesh_.place(unknown / 3)); });
   }
@@ -289,8 +339,11 @@ class ClassSolver {
 struct BlockCorrection::Data {
   double youngsModulus, poissonRatio;
   Folded targets;
+  BoxMesh mesh;
+  CellRange whole;
   std::vector<std::array<Index, 3>> columns;  // columns of `transfer` for each component at each distinct target
   Boundary boundary;
+  Elements elements;  // without a transfer
   PerClass transfer;  // 3 boundary nodes x 3 distinct targets; w at the targets is transfer^T * boundary data
 
   Data(const Gel& gel, const Points& points, const BlockOptions& options, const Progress& progress);
@@ -299,20 +352,28 @@ struct BlockCorrection::Data {
   PerClass respond(const Points& sources, const Eigen::Matrix3Xd* forces) const;
 
  private:
+  ClassSolver solver(unsigned parity) const { return {parity, mesh, whole, elements, boundary}; }
   PerClass boundaryData(const Points& sources, const Eigen::Matrix3Xd* forces) const;
 };
 
 BlockCorrection::Data::Data(const Gel& gel, const Points& points, const BlockOptions& options, const Progress& progress)
     : youngsModulus(gel.youngsModulus)
     , poissonRatio(gel.poissonRatio)
-    , targets(fold(points)) {
-  const BoxMesh mesh(options.degree, planesOf(gel, options));
-  const CellRange whole{{0, 0, 0}, {mesh.cells(0) - 1, mesh.cells(1) - 1, mesh.cells(2) - 1}};
-  boundary = makeBoundary(mesh);
-  const Elements elements = makeElements(mesh, whole, gel, targets.distinct, columns);
-  for (unsigned parity = 0; parity < kClasses; ++parity) {
-    if (progress) progress((parity + 1.0) / (kClasses + 1.0));
-    transfer[parity] = ClassSolver(parity, mesh, whole, elements, boundary).transfer();
+    , targets(fold(points))
+    , mesh(options.degree, planesOf(gel, options))
+    , whole{{0, 0, 0}, {mesh.cells(0) - 1, mesh.cells(1) - 1, mesh.cells(2) - 1}}
+    , boundary(makeBoundary(mesh))
+    , elements(makeElements(mesh, whole, gel, targets.distinct, columns)) {
+  if (!options.solveForSources) {
+    const auto caller = std::this_thread::get_id();
+    const OnCallingThread alone;
+    inParallel(kClasses, [&](Index parity) {
+      if (progress && std::this_thread::get_id() == caller) {
+        progress((static_cast<double>(parity) + 1.0) / (kClasses + 1.0));
+      }
+      transfer[static_cast<std::size_t>(parity)] = solver(static_cast<unsigned>(parity)).transfer();
+    });
+    elements = {};
   }
   if (progress) progress(1.0);
 }
@@ -323,7 +384,7 @@ PerClass BlockCorrection::Data::boundaryData(const Points& sources, const Eigen:
   const auto count = static_cast<Index>(boundary.samples.size());
   PerClass sampled;  // samples x (component * width + column)
   sampled.fill(MatrixXd::Zero(count, 3 * width));
-  for (Index s = 0; s < sources.cols(); ++s)
+  const auto addSource = [&](Index s) {
     for (Index i = 0; i < count; ++i) {
       const Sample& sample = boundary.samples[i];
       std::array<Matrix3d, kClasses> images;
@@ -350,6 +411,12 @@ PerClass BlockCorrection::Data::boundaryData(const Points& sources, const Eigen:
         }
       }
     }
+  };
+  if (forces == nullptr) {
+    inParallel(sources.cols(), addSource);
+  } else {  // they share a column
+    for (Index s = 0; s < sources.cols(); ++s) addSource(s);
+  }
 
   PerClass data;
   for (unsigned parity = 0; parity < kClasses; ++parity) {
@@ -371,6 +438,14 @@ PerClass BlockCorrection::Data::boundaryData(const Points& sources, const Eigen:
 PerClass BlockCorrection::Data::respond(const Points& sources, const Eigen::Matrix3Xd* forces) const {
   const PerClass data = boundaryData(sources, forces);
   PerClass response;
+  if (!elements.at.empty()) {
+    const OnCallingThread alone;
+    inParallel(kClasses, [&](Index parity) {
+      const auto i = static_cast<std::size_t>(parity);
+      response[i] = solver(static_cast<unsigned>(parity)).respond(data[i]);
+    });
+    return response;
+  }
   for (unsigned parity = 0; parity < kClasses; ++parity) {
     response[parity].resize(transfer[parity].cols(), data[parity].cols());
     multiply(1.0, transfer[parity], Op::kTransposed, data[parity], Op::kPlain, 0.0, response[parity]);
@@ -389,9 +464,10 @@ MatrixXd BlockCorrection::matrix(const Points& sources) const {
   const Folded folded = fold(sources);
   const PerClass response = data_->respond(folded.distinct, nullptr);
   const Folded& targets = data_->targets;
-  MatrixXd result = MatrixXd::Zero(3 * static_cast<Index>(targets.index.size()), 3 * sources.cols());
-  for (unsigned parity = 0; parity < kClasses; ++parity)
-    for (Index s = 0; s < sources.cols(); ++s)
+  MatrixXd result(3 * static_cast<Index>(targets.index.size()), 3 * sources.cols());
+  inParallel(sources.cols(), [&](Index s) {
+    result.middleCols<3>(3 * s).setZero();
+    for (unsigned parity = 0; parity < kClasses; ++parity)
       for (int j = 0; j < 3; ++j) {
         const double signOfForce = character(parity, folded.image[s]) * mirror(folded.image[s])[j];
         const double* from = response[parity].col(3 * folded.index[s] + j).data();
@@ -402,6 +478,7 @@ MatrixXd BlockCorrection::matrix(const Points& sources) const {
           for (int c = 0; c < 3; ++c) *to++ += sign * flip[c] * from[data_->columns[targets.index[t]][c]];
         }
       }
+  });
   return result;
 }
 
@@ -420,14 +497,17 @@ Points BlockCorrection::displacement(const Points& sources, const Eigen::Matrix3
 
 MatrixXd blockDisplacement(const Gel& gel, const Points& targets, const Points& sources, const BlockOptions& options,
                            const Progress& progress) {
+  constexpr Index kFewer = 10;  // sources than targets
   BlockOptions fitted = options;
   for (int d = 0; d < 2; ++d)
     fitted.clearance = std::min(fitted.clearance, 0.5 * gel.size[d] - sources.row(d).cwiseAbs().maxCoeff());
+  fitted.solveForSources |= kFewer * sources.cols() < targets.cols();
   MatrixXd u = BlockCorrection(gel, targets, fitted, progress).matrix(sources);
-  for (Index s = 0; s < sources.cols(); ++s)
+  inParallel(sources.cols(), [&](Index s) {
     for (Index t = 0; t < targets.cols(); ++t)
       u.block<3, 3>(3 * t, 3 * s) +=
           halfSpaceDisplacement(targets.col(t) - sources.col(s), gel.youngsModulus, gel.poissonRatio);
+  });
   return u;
 }
 

@@ -20,6 +20,8 @@ struct BlockOptions {
   /// Element boundaries of the quarter block along x, y and the depth, from 0 to 1, as fractions of half the width,
   /// half the height and the thickness; ascending. Empty: chosen from the gel's proportions and the clearance.
   std::array<std::vector<double>, 3> breaks;
+  /// The work is done for each call's sources, not for the targets: less work for far fewer sources than targets.
+  bool solveForSources = false;
 };
 
 /// Called on the calling thread with the completed fraction, in (0, 1], ascending. May be empty. May throw,
@@ -54,8 +56,8 @@ class BlockCorrection {
 };
 
 /// Returns the half-space field plus the correction, 3T x 3S [m/N], laid out as BlockCorrection::matrix(). No target
-/// may coincide with a source: the result is not finite there. Takes seconds. Lowers options.clearance to the sources'
-/// distance from the sides.
+/// may coincide with a source: the result is not finite there. Takes seconds; less for few sources. Lowers
+/// options.clearance to the sources' distance from the sides.
 Eigen::MatrixXd blockDisplacement(const Gel& gel, const Points& targets, const Points& sources,
                                   const BlockOptions& options = {}, const Progress& progress = {});
 

@@ -12,17 +12,18 @@ using Eigen::Index, Eigen::MatrixXd;
 Front FrontalSolver::eliminate(const std::vector<Front>& parts, const std::function<bool(int)>& isDone) {
   Factor factor;
   Front rest;
-  factor.firstColumn = rest.firstColumn = parts.front().firstColumn;
-  Index columns = 0;
+  Index first = parts.front().firstColumn, end = first;
   for (const Front& part : parts) {
-    assert(part.firstColumn == factor.firstColumn + columns);
-    columns += part.right.cols();
+    first = std::min(first, part.firstColumn);
+    end = std::max(end, part.firstColumn + part.right.cols());
     for (const int unknown : part.unknowns) {
       if (local_[unknown] >= 0) continue;
       local_[unknown] = 0;
       (isDone(unknown) ? factor.eliminated : rest.unknowns).push_back(unknown);
     }
   }
+  factor.firstColumn = rest.firstColumn = first;
+  const Index columns = end - first;
   factor.remaining = rest.unknowns;
   const auto done = static_cast<Index>(factor.eliminated.size()), left = static_cast<Index>(rest.unknowns.size());
   int row = 0;

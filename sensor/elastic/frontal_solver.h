@@ -25,9 +25,8 @@ class FrontalSolver {
   explicit FrontalSolver(int unknownCount)
       : local_(unknownCount, -1) {}
 
-  /// Adds the equations of the parts, at least one, whose columns must follow each other without a gap (asserted).
-  /// Eliminates the unknowns for which `isDone` holds and returns the equations of the remaining ones. The matrix of
-  /// the eliminated unknowns must be positive definite (asserted).
+  /// Adds the equations of the parts, at least one. Eliminates the unknowns for which `isDone` holds and returns the
+  /// equations of the remaining ones. The matrix of the eliminated unknowns must be positive definite (asserted).
   Front eliminate(const std::vector<Front>& parts, const std::function<bool(int)>& isDone);
 
   /// Returns the solution of all eliminated unknowns, unknownCount x columns; rows of other unknowns are zero. Discards

@@ -1,6 +1,7 @@
 #include "sensor/elastic/influence.h"
 
 #include "sensor/elastic/half_space.h"
+#include "sensor/elastic/parallel.h"
 
 namespace sensor::elastic {
 
@@ -8,10 +9,11 @@ Eigen::MatrixXd displacementMatrix(const Gel& gel, Model model, const Points& ma
                                    const BlockOptions& options, const Progress& progress) {
   if (model == Model::kBlock) return blockDisplacement(gel, markers, nodes, options, progress);
   Eigen::MatrixXd displacement(3 * markers.cols(), 3 * nodes.cols());
-  for (Eigen::Index n = 0; n < nodes.cols(); ++n)
+  inParallel(nodes.cols(), [&](Eigen::Index n) {
     for (Eigen::Index m = 0; m < markers.cols(); ++m)
       displacement.block<3, 3>(3 * m, 3 * n) =
           halfSpaceDisplacement(markers.col(m) - nodes.col(n), gel.youngsModulus, gel.poissonRatio);
+  });
   if (progress) progress(1.0);
   return displacement;
 }
@@ -27,9 +29,15 @@ Eigen::MatrixXd displacementMatrix(const Sensor& sensor, Model model, const Prog
 Eigen::MatrixXd toImage(const Sensor& sensor, const Eigen::MatrixXd& displacement) {
   const Points markers = markerPositions(sensor);
   const Projection projection(sensor.camera, sensor.gel.size.z());
+  std::vector<Eigen::Matrix<double, 2, 3>> jacobians;
+  for (const auto& marker : markers.colwise()) jacobians.push_back(projection.jacobian(marker));
   Eigen::MatrixXd image(2 * markers.cols(), displacement.cols());
-  for (Eigen::Index m = 0; m < markers.cols(); ++m)
-    image.middleRows<2>(2 * m) = projection.jacobian(markers.col(m)) * displacement.middleRows<3>(3 * m);
+  inParallel(image.cols(), [&](Eigen::Index column) {
+    for (Eigen::Index m = 0; m < markers.cols(); ++m) {
+      image.col(column).segment<2>(2 * m) =
+          jacobians[static_cast<std::size_t>(m)] * displacement.col(column).segment<3>(3 * m);
+    }
+  });
   return image;
 }
 

@@ -3,6 +3,7 @@
 #include "sensor/elastic/spectral_element.h"
 
 #include "sensor/elastic/linear_algebra.h"
+#include "sensor/elastic/parallel.h"
 #include "sensor/elastic/quadrature.h"
 
 #include <cassert>
@@ -83,7 +84,7 @@ CondensedElement condensedElement(int degree, const Eigen::Vector3d& size, doubl
   // Unknown a * inner + m of the interior is component a at node m.
   CondensedElement element{degree, Eigen::MatrixXd::Zero(3 * outer, 3 * outer), Eigen::MatrixXd(3 * inner, 3 * inner),
                            Eigen::MatrixXd(3 * inner, 3 * outer)};
-  for (Eigen::Index column = 0; column < inner; ++column)
+  inParallel(inner, [&](Eigen::Index column) {
     for (Eigen::Index row = column; row < inner; ++row) {
       const Eigen::Matrix3d k = block(interior[row], interior[column]);
       for (int a = 0; a < 3; ++a)
@@ -92,14 +93,15 @@ CondensedElement condensedElement(int degree, const Eigen::Vector3d& size, doubl
           element.factor(b * inner + column, a * inner + row) = k(a, b);
         }
     }
-  for (Eigen::Index column = 0; column < outer; ++column) {
+  });
+  inParallel(outer, [&](Eigen::Index column) {
     for (Eigen::Index row = 0; row < inner; ++row) {
       const Eigen::Matrix3d k = block(interior[row], shell[column]);
       for (int a = 0; a < 3; ++a) element.coupling.row(a * inner + row).segment<3>(3 * column) = k.row(a);
     }
     for (Eigen::Index row = column; row < outer; ++row)
       element.stiffness.block<3, 3>(3 * row, 3 * column) = block(shell[row], shell[column]);
-  }
+  });
 
   [[maybe_unused]] const bool isDefinite = factorise(element.factor);
   assert(isDefinite);

@@ -90,6 +90,15 @@ double worstError(const MatrixXd& u, const MatrixXd& exact) {
 
 const std::vector<double> kPoissonRatios = {0.3, 0.45, 0.49, 0.4999};
 
+TEST(Block, SolvesForSourcesAsForTargets) {
+  const Points targets = grid(20, 2, {4, 6}), sources = points({{0, 0, 0}, {4, -7, 0}, {-13, 2.5, 0}});
+  BlockOptions options;
+  options.degree = 4;
+  const MatrixXd byTargets = BlockCorrection(block(60, 15, 0.48), targets, options).matrix(sources);
+  options.solveForSources = true;
+  EXPECT_LT(worstError(BlockCorrection(block(60, 15, 0.48), targets, options).matrix(sources), byTargets), 1e-10);
+}
+
 TEST(Block, CorrectionSatisfiesNaviersEquation) {
   const MatrixXd slopes = lagrangeDerivative(kGauss.points, kGauss.points);
   const std::array<std::array<Span, 3>, 3> cells = {
