@@ -153,16 +153,6 @@ tl::expected<void, Error> Instrument::openSockets() {
                                 .warn = [](const std::string& line) { spdlog::warn("warning: {}", line); }});
   if (!server) return tl::unexpected(server.error());
   controlServer_ = *std::move(server);
-  std::vector<std::string> bound;
-  for (const auto* endpoints :
-       {&publisher_->streamEndpoints(), &controlServer_->endpoints(), &publisher_->latestEndpoints()}) {
-    bound.insert(bound.end(), endpoints->begin(), endpoints->end());
-  }
-  frozenPeers_.emplace(std::move(bound), [](const std::string& line) { spdlog::warn("warning: {}", line); });
-  // The two sockets' contexts have a thread each behind them.
-  for (const auto* endpoints : {&publisher_->streamEndpoints(), &controlServer_->endpoints()}) {
-    if (!endpoints->empty()) greetings_.emplace_back(endpoints->front());
-  }
   return {};
 }
 
@@ -241,10 +231,7 @@ ServiceHooks Instrument::hooks(std::function<tl::expected<Reread, Error>()> read
           .ended = [this] { return pipeline_->ended() && (config_.camera.images.empty() || balanced(ledger_)); },
           .statusLine = [this] { return statusLine(); },
           .reload = reloader_->hook(std::move(read)),
-          .others = [this] {  // calls every greeting: that also starts the next connection
-            const bool greeted = std::ranges::count_if(greetings_, &publish::Greeting::poll) == std::ssize(greetings_);
-            return greeted && !camera_->isForsaken();
-          }};
+          .others = [this] { return !camera_->isForsaken(); }};
 }
 
 tl::expected<void, Error> Instrument::stop() {
@@ -277,12 +264,7 @@ void Instrument::control(std::chrono::milliseconds timeout) {
     }
   }
   processing_->turn();
-  const std::int64_t now_ns = monotonicNow();
-  frozenPeers_->endFrozen(now_ns);
-  for (const std::string& line : {inflow_.nextLine(now_ns), connections_.nextLine(now_ns)}) {
-    if (!line.empty()) spdlog::warn("warning: {}", line);
-  }
-  watchUnsent(now_ns);
+  watchUnsent(monotonicNow());
 }
 
 /// Warns of messages that were not published, at most once a second.

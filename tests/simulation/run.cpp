@@ -339,7 +339,6 @@ void Run::go(const std::function<bool()>& goesOn) {
       [this] { turn(); });
   if (!isOver) return;
   stop();
-  journal_.result.cutOff = bus_.cutOff();
   const Account& account = journal_.result.account;
   journal_.say(
       fmt::format("{} fields, {} of them valid, hash {:016x}", account.fields(), account.valid(), account.hash()));

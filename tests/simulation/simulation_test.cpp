@@ -118,7 +118,7 @@ TEST(Simulation, AnAssertionThatFailsIsABrokenLawWithAShrunkStory) {
 
 TEST(Simulation, AStoryIsShrunkWithOtherSeedsWhereItsOwnDrawsOtherNumbers) {
   // One seed in twenty breaks the law by another host beside late pictures. Each event less draws other numbers.
-  const Story story = draw(136, 10 * kMinute_ms);
+  const Story story = draw(140, 10 * kMinute_ms);
   std::int64_t others_ms = 0;
   bool needsLuck = true;
   const auto breaks = [&](const Story& one) -> std::optional<std::int64_t> {
@@ -173,6 +173,7 @@ TEST(Simulation, TheBusKeepsTheOrderAndTheLimitsOfItsSockets) {
   zmq::context_t context(1);
   zmq::socket_t publisher(context, zmq::socket_type::xpub), router(context, zmq::socket_type::router);
   publisher.set(zmq::sockopt::sndhwm, 4);
+  publisher.set(zmq::sockopt::xpub_verbose, true);
   publisher.bind("tcp://127.0.0.1:1");
   router.bind("tcp://127.0.0.1:2");
   Reader atOnce, slow, other, one, two;
@@ -184,18 +185,13 @@ TEST(Simulation, TheBusKeepsTheOrderAndTheLimitsOfItsSockets) {
   own.send(third, std::array<std::string, 1>{"\1y"});
   own.disconnect(third);
   zmq::message_t message;
-  for (const char* expected : {"\1x", "\1x", "\1y"}) {
+  own.send(second, std::array{std::string("\0x", 2)});
+  own.send(second, std::array<std::string, 1>{"\1x"});
+  for (const std::string expected : {"\1x", "\1x", "\1y", "", "\1x"}) {
     ASSERT_TRUE(publisher.recv(message));
-    EXPECT_EQ(text(message), expected);
+    EXPECT_EQ(text(message), expected.empty() ? std::string("\0y", 2) : expected);
   }
-  // The end of a connection is told when both threads have answered each other.
-  own.turn();
-  EXPECT_FALSE(publisher.recv(message));
-  clocks().monotonic_ns += kMs;
-  own.turn();
-  ASSERT_TRUE(publisher.recv(message));
-  EXPECT_EQ(text(message), std::string("\0y", 2));
-  EXPECT_FALSE(publisher.recv(message));
+  EXPECT_FALSE(publisher.recv(message)) << "the cancellation that was not the last one of its topic is not told";
   // What neither the kernel nor the queue has room for is lost to the slow one alone.
   const std::size_t before = Content::held_bytes();
   for (int i = 0; i < 10; ++i) {
@@ -216,7 +212,6 @@ TEST(Simulation, TheBusKeepsTheOrderAndTheLimitsOfItsSockets) {
   std::string order;
   std::array<zmq::message_t, 3> parts;
   while (router.recv(parts[0])) {
-    EXPECT_EQ(zmq_msg_get(parts[0].handle(), ZMQ_SRCFD), order == "f" ? asker : flooder);
     ASSERT_TRUE(parts[0].more() && router.recv(parts[1]) && parts[1].more() && router.recv(parts[2]));
     order += text(parts[2]);
     router.send(parts[0], zmq::send_flags::sndmore);
@@ -230,13 +225,10 @@ TEST(Simulation, TheBusKeepsTheOrderAndTheLimitsOfItsSockets) {
 TEST(Simulation, TheBusAdmitsPeersByTheAnswerToTheirHandshake) {
   OwnBus own;
   zmq::context_t context(1);
-  zmq::socket_t router(context, zmq::socket_type::router), answers(context, zmq::socket_type::rep),
-      monitor(context, zmq::socket_type::pair);
+  zmq::socket_t router(context, zmq::socket_type::router), answers(context, zmq::socket_type::rep);
   answers.bind("inproc://zeromq.zap.01");
   router.set(zmq::sockopt::curve_server, true);
   router.set(zmq::sockopt::zap_domain, "door");
-  zmq_socket_monitor(router.handle(), "inproc://monitor", ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_DISCONNECTED);
-  monitor.connect("inproc://monitor");
   router.bind("tcp://127.0.0.1:1");
   Reader allowed, refused, silent, keyless;
   const std::string key(32, 'k'), other(32, 'o');
@@ -268,9 +260,6 @@ TEST(Simulation, TheBusAdmitsPeersByTheAnswerToTheirHandshake) {
   clocks().monotonic_ns += kSecond;
   own.turn();
   EXPECT_TRUE(own.hasEnded(three));
-  int events = 0;
-  for (; monitor.recv(part, zmq::recv_flags::dontwait); ++events) ASSERT_TRUE(monitor.recv(part));
-  EXPECT_EQ(events, 7) << "four came, three went";
 }
 
 /// Runs the stories of a folder beside this file, none of which may break a law.

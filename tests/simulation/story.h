@@ -55,7 +55,6 @@ enum class Event {
   kSubscribers,      ///< so many subscribe for a while, and read at once
   kSlowSubscriber,   ///< one subscribes for a while, and reads so many bytes each ms
   kDeadSubscribers,  ///< so many subscribe for a while, and read nothing
-  kSubscriptions,    ///< one subscribes to so many topics at once
   kRequests,         ///< one sends so many requests at once
   kUnreadRequests,   ///< the same, and reads no answer for a while
   kOddRequest,       ///< one sends what is no request, or not of the usual form, as Clients::askOddly() says
@@ -64,12 +63,10 @@ enum class Event {
   // Those of a gateway's world, each for a while. A number from 0 to 3 is that of a key (gateway/keys.h).
   kRemoteSubscribers,    ///< so many subscribe, and read at once
   kRemoteSlow,           ///< one subscribes, and reads so many bytes each ms
-  kRemoteSubscriptions,  ///< one subscribes to so many topics at once
   kRemoteRequests,       ///< one sends so many requests at once
   kRemoteUnread,         ///< the same, and reads no answer
   kRemotePreviews,       ///< one wants previews, and says so again, or no longer, every so many ms
   kStrangers,            ///< so many clients try to connect without a key that allows it
-  kCrowd,                ///< so many clients connect, from one address if the number is even
   kRevoked,              ///< a key is removed
   kDemoted,              ///< a key may only read
   kGarbledKey,           ///< a key's file is invalid
@@ -80,7 +77,7 @@ enum class Event {
   kRelayKilled,          ///< the gateway is killed, and started again
 };
 
-inline constexpr std::size_t kEvents = 61;
+inline constexpr std::size_t kEvents = 58;
 
 /// What a story happens to.
 enum class World { kInstrument, kGateway };

@@ -133,43 +133,8 @@ FAULTS = [Fault(*one) for one in [
          "  done.set_value(work());\n"
          "  work_ = {.done = done.get_future(), .until_ns = links_.clock() + kWorkWithin_ns};"),
     ]),
-    ("subscription-flood", "c32dbcc", "who floods the publisher with subscriptions is not cut off", [
-        (PUBLISHER, "subscribers.count(message, 1, streamEndpoints);", ""),
-    ]),
-    ("frozen-subscribers", "b0cf395", "subscribers that read nothing keep their messages for ever", [
-        ("daemon/publish/frozen_peers.cpp", "now_ns - known->second.since_ns < kPatience_ns ||",
-         "now_ns - known->second.since_ns < 1000 * kPatience_ns ||"),
-    ]),
-    ("endless-message", "d9c9b74", "parts of a message that does not end fill the memory", [
-        ("base/network/inflow_limit.cpp", "} else if (one.charged_bytes > kMost_bytes) {",
-         "} else if (one.charged_bytes > 1000 * kMost_bytes) {"),
-        ("base/network/inflow_limit.cpp", "} else if (account.charged_bytes > kMostTogether_bytes) {",
-         "} else if (account.charged_bytes > 1000 * kMostTogether_bytes) {"),
-    ]),
-    ("taken-back", "4883720", "a client is charged for subscriptions that it has taken back", [
-        ("base/network/socket.cpp", "const bool takesRoom = !message.to_string_view().starts_with('\\0') && !isKnown;",
-         "const bool takesRoom = !isKnown;"),
-    ]),
     ("passed-on", "8964da1", "a request that is passed on is not answered through who passed it on", [
         (CONTROL, "if (!route.beyond.empty()) put(*beyond, ZMQ_SNDMORE);", ""),
-    ]),
-    ("previews-counted", "e5ab5919", "who subscribes to previews twice is sent them for ever", [
-        (PUBLISHER, "  network::Subscriptions previewSubscriptions;\n",
-         "  network::Subscriptions previewSubscriptions;\n  std::size_t counted = 0;\n"),
-        (PUBLISHER, "    previewSubscriptions.note(message);\n    previewWanted.store(!previewSubscriptions.empty(),",
-         "    if (text.front() == '\\1') ++counted;\n    if (text.front() == '\\0' && counted > 0) --counted;\n"
-         "    previewWanted.store(counted != 0,"),
-    ]),
-    ("subscribed-again", "3816025f", "a client that connects again at once is sent no previews", [
-        ("base/network/subscriptions.cpp", "const void* const connection = connectionOf(message);",
-         "const void* const connection = reinterpret_cast<const void*>(std::intptr_t{sourceOf(message)} + 1);"),
-    ]),
-    ("ended-often", "ab348d18", "a connection that subscribed repeatedly ends less often than it subscribed", [
-        ("base/network/subscriptions.cpp", "  if (!isNew) return;\n",
-         "  if (!isNew) {\n    topic.connections.try_emplace(&added->second);\n    return;\n  }\n"),
-    ]),
-    ("event-of-another-socket", "6aa2e775", "an address has more connections than it may, after the gateway has stalled", [
-        ("gateway/peers.cpp", "if (address.empty() || !network::isConnectionTo(fd, bound)) return;", "if (address.empty()) return;"),
     ]),
     ("latest-forgotten", "43d31144", "a gateway whose subscription to latest is lost sends no latest field", [
         ("gateway/relay.cpp", "    subscribeAgain(now);\n", ""),
