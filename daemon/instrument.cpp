@@ -10,6 +10,7 @@
 #include "traction/v1/status.pb.h"
 
 #include <fcntl.h>
+#include <malloc.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -264,7 +265,19 @@ void Instrument::control(std::chrono::milliseconds timeout) {
     }
   }
   processing_->turn();
-  watchUnsent(monotonicNow());
+  const std::int64_t now_ns = monotonicNow();
+  giveMemoryBack(now_ns);
+  watchUnsent(now_ns);
+}
+
+/// Returns memory that is free, but not at the end of a heap, to the system: what waited for subscribers that have gone
+/// lies between what is still used.
+void Instrument::giveMemoryBack(std::int64_t now_ns) {
+  constexpr std::int64_t kBetween_ns = 10'000'000'000;  // the threads that allocate wait meanwhile, for a millisecond
+  constexpr std::size_t kWorthIt_bytes = 4 << 20;
+  if (now_ns - trimmed_ns_ < kBetween_ns) return;
+  trimmed_ns_ = now_ns;
+  if (mallinfo2().fordblks > kWorthIt_bytes) malloc_trim(0);
 }
 
 /// Warns of messages that were not published, at most once a second.

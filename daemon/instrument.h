@@ -64,6 +64,7 @@ class Instrument {
   tl::expected<void, Error> openCamera();
   void meetCamera();
   void watchLastWill();
+  void giveMemoryBack(std::int64_t now_ns);
   void watchUnsent(std::int64_t now_ns);
   void describeCamera(const capture::CameraInfo& info);
   void measure(traction::v1::Status& status);
@@ -90,7 +91,7 @@ class Instrument {
   // For the control thread alone.
   std::string lockedWhy_;         // reason of the last warning
   std::uint64_t toldUnsent_ = 0;  // messages in the last warning
-  std::int64_t toldUnsent_ns_ = 0;
+  std::int64_t toldUnsent_ns_ = 0, trimmed_ns_ = 0;
   unsigned describedSession_ = 0;  // of the camera
   bool cameraAsked_ = false;
 
