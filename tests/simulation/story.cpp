@@ -26,8 +26,6 @@ constexpr std::array kSorts = {
     Sort{Event::kLate, "late", 3, 1, 60, 10'000},
     Sort{Event::kIdsRestart, "ids-restart", 2, 0, 0, 0},
     Sort{Event::kIdsJump, "ids-jump", 1, 1, 30'000, 0},
-    Sort{Event::kSecondCounter, "second-counter", 2, 4, 60, 10'000},
-    Sort{Event::kImpostor, "impostor", 2, 10, 1'000, 10'000},
     Sort{Event::kOtherPictures, "other-pictures", 1, 0, 0, 0},
     Sort{Event::kNoClock, "no-clock", 1, 0, 0, 20'000},
     Sort{Event::kClockStep, "clock-step", 2, -20'000, 20'000, 0},
@@ -152,10 +150,6 @@ Story drawOfInstrument(std::uint64_t seed, std::int64_t lasts_ms) {
     // A stage often lacks the processor for about as long as the links bridge.
     if (sort->event == Event::kStarved && chance.oneIn(3)) one.for_ms = chance.between(10, 120);
     story.happenings.push_back(one);
-    // Forged pictures hide best among the first late ones: after these the alarm is raised.
-    if (one.event == Event::kLate && chance.oneIn(3))
-      story.happenings.push_back(
-          {at_ms + chance.between(0, 50), Event::kImpostor, chance.between(10, 1'000), one.for_ms});
     // What touches changes while models are made slowly, or not at all.
     if (one.event == Event::kTouch && !chance.oneIn(3)) {
       constexpr std::int64_t kModelling = 5;

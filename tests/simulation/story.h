@@ -19,8 +19,6 @@ enum class Event {
   kLate,           ///< frames are under way for up to so many ms longer
   kIdsRestart,     ///< the counter begins anew
   kIdsJump,        ///< the counter jumps by so many
-  kSecondCounter,  ///< another host sends as the camera, each so many ms a picture of a far-off counter, for a while
-  kImpostor,  ///< another host sends as the camera, each so many ms a picture with the camera's next id, for a while
   kOtherPictures,  ///< its settings are changed: pictures have another size until it is opened anew
   kNoClock,        ///< its clock shows 0 for a while
   kClockStep,      ///< the camera's clock steps by so many ms
@@ -77,7 +75,7 @@ enum class Event {
   kRelayKilled,          ///< the gateway is killed, and started again
 };
 
-inline constexpr std::size_t kEvents = 58;
+inline constexpr std::size_t kEvents = 56;
 
 /// What a story happens to.
 enum class World { kInstrument, kGateway };

@@ -16,23 +16,6 @@ CALIBRATION, STEPS = "daemon/calibrate/calibration.cpp", "daemon/calibrate/step_
 Fault = collections.namedtuple("Fault", "name commit what edits")
 
 FAULTS = [Fault(*one) for one in [
-    ("second-counter", "f784d75", "pictures of a far-off counter beside the camera's own replace them, without a flag", [
-        (GATE, "candidate_->length >= kAgreeing && fellSilent", "candidate_->length >= kAgreeing && (fellSilent || true)"),
-        (GATE, "kMostSurplus = 2.0;", "kMostSurplus = 1e9;"),
-        (GATE, "constexpr int kProof = 5;", "constexpr int kProof = 0;"),
-    ]),
-    ("impostor", "1e77383", "who sends in the camera's own name is not noticed by packets that come twice", [
-        (GATE, "if (twice_ > 0.0 || repeatedLately_ > kMostRepeated)", "if (repeatedLately_ > 1e9 * kMostRepeated)"),
-        (GATE, "if (unexplained > broken_) doubtUntil_ns_ = alarmUntil_ns;", ""),
-        (GATE, "return lag < -most || schedule.isEarly(", "return most < 0 && lag < 0 && schedule.isEarly("),
-    ]),
-    ("excused-impostor", "39bb523", "packets that come twice are excused by frames that were given up, and by time", [
-        (GATE, "late_ += arrival.late;", "late_ += arrival.late + arrival.twice;"),
-        (GATE, "twice_ += arrival.twice;", ""),
-    ]),
-    ("late-after-forged", "a6a3b74", "the camera's own picture after a forged one is excused where the next comes late", [
-        (GATE, "next.distrust == 0 ? elapsed(*current_, next)", "next.distrust >= 0 ? next.host_ns - current_->host_ns"),
-    ]),
     ("thrown-frames", "5d04c00", "frames that the driver throws away, as where the camera counts anew, are lost unseen", [
         (GATE, "thrown_ += arrival.thrown;", ""),
     ]),

@@ -15,7 +15,6 @@ PARTS = {
     "daemon/capture/camera.cpp": CAPTURE,
     "daemon/capture/keeper.cpp": CAPTURE,
     "daemon/capture/frame_gate.cpp": CAPTURE,
-    "daemon/capture/stamp_schedule.cpp": CAPTURE,
     "daemon/capture/intake.cpp": CAPTURE,
     "daemon/capture/device_clock.cpp": CAPTURE,
     "daemon/pipeline.cpp": ("pipeline", "*"),
