@@ -299,7 +299,7 @@ struct Relay::Impl {
   std::array<zmq::message_t, 4> parts;
   std::map<std::string, std::array<zmq::message_t, 3>, std::less<>> descriptions;  ///< topic -> last description
   std::set<std::string> previewSubscriptions;  ///< topics at the front's preview socket
-  std::set<std::string> previews;  ///< subscribed preview topics
+  std::set<std::string> previews;              ///< subscribed preview topics
   bool descriptionDue = false;
   std::int64_t described_ns = 0;
   RequestLimit requests;

@@ -15,21 +15,20 @@
 
 namespace tractiond::network {
 
-/// Sets the options that bound what a peer costs: a handshake takes 0.5 s at most, a TCP peer that reads nothing for 5 s
-/// while data waits for it is disconnected, and one that vanished within 30 s. The number of messages from peers is not
-/// limited, as such a limit makes libzmq 4.3.4 abort (docs/protocol.md). Closing the socket's context then takes up to
-/// 0.1 s. Must be called before bind(), which an option set later would not affect.
-/// \throws zmq::error_t if the socket is not open
-/// \param highWaterMark messages queued for one slow peer; further ones are lost
-/// \param largestMessage bytes of one part from a peer; a peer that sends more is disconnected
+/// Sets the options that bound what a peer costs: a handshake takes 0.5 s at most, a TCP peer that reads nothing for 5
+/// s while data waits for it is disconnected, and one that vanished within 30 s. The number of messages from peers is
+/// not limited, as such a limit makes libzmq 4.3.4 abort (docs/protocol.md). Closing the socket's context then takes up
+/// to 0.1 s. Must be called before bind(), which an option set later would not affect. \throws zmq::error_t if the
+/// socket is not open \param highWaterMark messages queued for one slow peer; further ones are lost \param
+/// largestMessage bytes of one part from a peer; a peer that sends more is disconnected
 void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage);
 
 /// Binds a ROUTER or a publisher to all endpoints (tcp://ADDRESS:PORT, ADDRESS also localhost, PORT * for any free one,
 /// or ipc://PATH in an existing directory) and returns them as bound. Replaces a socket file on which no process
 /// listens (checkEndpoint()); the file's mode is 0660, and until that is set the one of the process's umask. The socket
-/// must be guarded (guard()). Errors: EX_CONFIG for an endpoint that is not valid, EX_UNAVAILABLE if it is in use or not an address of this machine,
-/// EX_CANTCREAT if its directory does not exist or another kind of file has its path, EX_NOPERM. After an error the
-/// socket must be closed: endpoints before the faulty one are still bound.
+/// must be guarded (guard()). Errors: EX_CONFIG for an endpoint that is not valid, EX_UNAVAILABLE if it is in use or
+/// not an address of this machine, EX_CANTCREAT if its directory does not exist or another kind of file has its path,
+/// EX_NOPERM. After an error the socket must be closed: endpoints before the faulty one are still bound.
 tl::expected<std::vector<std::string>, Error> bind(zmq::socket_t& socket, const std::vector<std::string>& endpoints);
 
 /// Removes the files of ipc endpoints, which ZeroMQ 4.3 leaves behind. Does not close the socket.

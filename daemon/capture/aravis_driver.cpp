@@ -492,8 +492,8 @@ void AravisDriver::account(Arrival& arrival) {
   const auto read = [this](const char* name) {
     return static_cast<std::int64_t>(arv_stream_get_info_uint64_by_name(stream_.get(), name));
   };
-  const Packets before = std::exchange(packets_, {.ignored = read("n_ignored_packets"),
-                                                  .twice = read("n_duplicated_packets")});
+  const Packets before =
+      std::exchange(packets_, {.ignored = read("n_ignored_packets"), .twice = read("n_duplicated_packets")});
   const auto perFrame = static_cast<std::int64_t>(framePackets_);
   const std::int64_t ignored = packets_.ignored - before.ignored;
   arrival.thrown = static_cast<std::uint64_t>(ignored / perFrame);

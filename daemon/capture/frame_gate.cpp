@@ -3,8 +3,8 @@
 // camera's clock keeps step with the host's. A picture that continues the current track is new. Every other picture is
 // held back: it starts or continues the candidate, of which there is one. A candidate of three pictures replaces the
 // current track if no frame of the current track arrived meanwhile. So a single odd picture is never used, whatever it
-// claims, and a camera whose counter starts anew is used again after three frames. A picture with the id and the time of an earlier one is a repetition of it: it is stale, and
-// part of no candidate.
+// claims, and a camera whose counter starts anew is used again after three frames. A picture with the id and the time
+// of an earlier one is a repetition of it: it is stale, and part of no candidate.
 //
 // Some cameras have no usable clock: they send 0 or whole seconds, or their time goes back. A picture with the next id
 // is new whatever the camera's clock says. Where the clock contradicts the id, it is distrusted for a hundred frames:

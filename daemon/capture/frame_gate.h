@@ -131,7 +131,7 @@ class FrameGate {
   std::uint64_t arrivedUnnamed_ = 0;  ///< incomplete buffers that kept an older id: the packet with theirs was lost
   std::uint64_t thrown_ = 0;          ///< by the driver since the last new frame
   bool duplicated_ = false;           ///< likewise
-  std::vector<Seen> history_;       ///< the last whole pictures, a ring
+  std::vector<Seen> history_;         ///< the last whole pictures, a ring
   std::size_t historyCount_ = 0;
 };
 

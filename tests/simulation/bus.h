@@ -86,8 +86,8 @@ class Bus {
 
   // For peers.
 
-  /// Connects to a port. Returns the number of the connection, which no other one gets; -1 if nobody listens. \param peer must outlive the
-  /// connection \param address as ZeroMQ tells it
+  /// Connects to a port. Returns the number of the connection, which no other one gets; -1 if nobody listens. \param
+  /// peer must outlive the connection \param address as ZeroMQ tells it
   int connect(int port, Peer& peer, const std::string& address, std::int64_t reads_bytesPerMs,
               const Credentials& credentials = {});
   /// Sends a message of some parts. No effect if the connection has ended.

@@ -11,7 +11,7 @@ struct Bus::Socket {
   std::int64_t largest = -1;
   std::size_t highWaterMark = 1000;
   bool conflates = false;
-  bool isVerbose = false;  ///< each subscription is told, not only the first one of its topic
+  bool isVerbose = false;          ///< each subscription is told, not only the first one of its topic
   bool needsKey = false;           ///< it is a CURVE server
   std::string domain;              ///< of its handshakes
   std::string server;              ///< endpoint that it is connected to

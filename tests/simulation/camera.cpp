@@ -7,8 +7,8 @@ namespace tractiond::simulation {
 namespace {
 
 constexpr std::int64_t kPeriod_ns = 16'666'667;
-constexpr std::int64_t kUnderWay_ns = 9 * kMs;       // exposure, read-out and transport
-constexpr std::uint64_t kIds = 65'535;               // 16 bit, never 0
+constexpr std::int64_t kUnderWay_ns = 9 * kMs;  // exposure, read-out and transport
+constexpr std::uint64_t kIds = 65'535;          // 16 bit, never 0
 
 }  // namespace
 

@@ -183,7 +183,7 @@ void Clients::askOddly(std::int64_t how) {
   one->isHostile = true;
   one->within_ns = kNever;
   one->until_ns = now() + kLooks_ns;
-  if (how == 3) return bus_.send(one->fd, std::array{status});  // without an envelope
+  if (how == 3) return bus_.send(one->fd, std::array{status});              // without an envelope
   bus_.send(one->fd, std::array{std::string(), std::string(70'000, 'x')});  // too large
 }
 

@@ -59,20 +59,20 @@ enum class Event {
   kSnapshot,         ///< a picture is asked for
   kPreviews,         ///< one wants previews for a while, and changes its mind every so many ms
   // Those of a gateway's world, each for a while. A number from 0 to 3 is that of a key (gateway/keys.h).
-  kRemoteSubscribers,    ///< so many subscribe, and read at once
-  kRemoteSlow,           ///< one subscribes, and reads so many bytes each ms
-  kRemoteRequests,       ///< one sends so many requests at once
-  kRemoteUnread,         ///< the same, and reads no answer
-  kRemotePreviews,       ///< one wants previews, and says so again, or no longer, every so many ms
-  kStrangers,            ///< so many clients try to connect without a key that allows it
-  kRevoked,              ///< a key is removed
-  kDemoted,              ///< a key may only read
-  kGarbledKey,           ///< a key's file is invalid
-  kInstrumentGone,       ///< the instrument does not run
-  kInstrumentSlow,       ///< it answers after so many ms
-  kUnsubscribed,         ///< it loses the gateway's subscription to latest
-  kRelayStarved,         ///< the gateway gets no processor time
-  kRelayKilled,          ///< the gateway is killed, and started again
+  kRemoteSubscribers,  ///< so many subscribe, and read at once
+  kRemoteSlow,         ///< one subscribes, and reads so many bytes each ms
+  kRemoteRequests,     ///< one sends so many requests at once
+  kRemoteUnread,       ///< the same, and reads no answer
+  kRemotePreviews,     ///< one wants previews, and says so again, or no longer, every so many ms
+  kStrangers,          ///< so many clients try to connect without a key that allows it
+  kRevoked,            ///< a key is removed
+  kDemoted,            ///< a key may only read
+  kGarbledKey,         ///< a key's file is invalid
+  kInstrumentGone,     ///< the instrument does not run
+  kInstrumentSlow,     ///< it answers after so many ms
+  kUnsubscribed,       ///< it loses the gateway's subscription to latest
+  kRelayStarved,       ///< the gateway gets no processor time
+  kRelayKilled,        ///< the gateway is killed, and started again
 };
 
 inline constexpr std::size_t kEvents = 56;

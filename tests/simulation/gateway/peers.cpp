@@ -316,8 +316,8 @@ void RemotePeers::check() {
   constexpr std::int64_t kHeard_ns = 800 * kMs;
   constexpr std::size_t kMost_bytes = std::size_t{24} << 20;
   for (const auto& one : all_) checkOne(*one);
-  const std::int64_t settled_ns = std::max(
-      {previewsChanged_ns_, instrument_.changed_ns(), listens_ns_, keys_.changed_ns(1), keys_.changed_ns(2)});
+  const std::int64_t settled_ns =
+      std::max({previewsChanged_ns_, instrument_.changed_ns(), listens_ns_, keys_.changed_ns(1), keys_.changed_ns(2)});
   journal_.law(!listens_ || !instrument_.isThere() || since(settled_ns) <= kHeard_ns ||
                    instrument_.wantsPreviews() == wantsPreviews(),
                "previews are requested while a client subscribes to them", "");

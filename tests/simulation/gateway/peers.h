@@ -17,8 +17,7 @@ class RemotePeers {
  public:
   /// Adds those that are always there: a subscriber of each kind, and a client with requests. All references must
   /// outlive it.
-  RemotePeers(Bus& bus, const Keys& keys, const Instrument& instrument, const Starvation& starvation,
-              Journal& journal);
+  RemotePeers(Bus& bus, const Keys& keys, const Instrument& instrument, const Starvation& starvation, Journal& journal);
   ~RemotePeers();
 
   /// Lets peers come for a while, as the event says.
