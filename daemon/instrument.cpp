@@ -10,6 +10,7 @@
 #include "traction/v1/status.pb.h"
 
 #include <fcntl.h>
+#include <malloc.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -153,16 +154,6 @@ tl::expected<void, Error> Instrument::openSockets() {
                                 .warn = [](const std::string& line) { spdlog::warn("warning: {}", line); }});
   if (!server) return tl::unexpected(server.error());
   controlServer_ = *std::move(server);
-  std::vector<std::string> bound;
-  for (const auto* endpoints :
-       {&publisher_->streamEndpoints(), &controlServer_->endpoints(), &publisher_->latestEndpoints()}) {
-    bound.insert(bound.end(), endpoints->begin(), endpoints->end());
-  }
-  frozenPeers_.emplace(std::move(bound), [](const std::string& line) { spdlog::warn("warning: {}", line); });
-  // The two sockets' contexts have a thread each behind them.
-  for (const auto* endpoints : {&publisher_->streamEndpoints(), &controlServer_->endpoints()}) {
-    if (!endpoints->empty()) greetings_.emplace_back(endpoints->front());
-  }
   return {};
 }
 
@@ -241,10 +232,7 @@ ServiceHooks Instrument::hooks(std::function<tl::expected<Reread, Error>()> read
           .ended = [this] { return pipeline_->ended() && (config_.camera.images.empty() || balanced(ledger_)); },
           .statusLine = [this] { return statusLine(); },
           .reload = reloader_->hook(std::move(read)),
-          .others = [this] {  // calls every greeting: that also starts the next connection
-            const bool greeted = std::ranges::count_if(greetings_, &publish::Greeting::poll) == std::ssize(greetings_);
-            return greeted && !camera_->isForsaken();
-          }};
+          .others = [this] { return !camera_->isForsaken(); }};
 }
 
 tl::expected<void, Error> Instrument::stop() {
@@ -278,11 +266,18 @@ void Instrument::control(std::chrono::milliseconds timeout) {
   }
   processing_->turn();
   const std::int64_t now_ns = monotonicNow();
-  frozenPeers_->endFrozen(now_ns);
-  for (const std::string& line : {inflow_.nextLine(now_ns), connections_.nextLine(now_ns)}) {
-    if (!line.empty()) spdlog::warn("warning: {}", line);
-  }
+  giveMemoryBack(now_ns);
   watchUnsent(now_ns);
+}
+
+/// Returns memory that is free, but not at the end of a heap, to the system: what waited for subscribers that have gone
+/// lies between what is still used.
+void Instrument::giveMemoryBack(std::int64_t now_ns) {
+  constexpr std::int64_t kBetween_ns = 10'000'000'000;  // the threads that allocate wait meanwhile, for a millisecond
+  constexpr std::size_t kWorthIt_bytes = 4 << 20;
+  if (now_ns - trimmed_ns_ < kBetween_ns) return;
+  trimmed_ns_ = now_ns;
+  if (mallinfo2().fordblks > kWorthIt_bytes) malloc_trim(0);
 }
 
 /// Warns of messages that were not published, at most once a second.

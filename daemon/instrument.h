@@ -1,8 +1,6 @@
 // Makes and runs all parts of one instance from a configuration.
 #pragma once
 
-#include "base/network/connection_limit.h"
-#include "base/network/inflow_limit.h"
 #include "base/service/service.h"
 #include "daemon/capture/camera.h"
 #include "daemon/config.h"
@@ -11,8 +9,6 @@
 #include "daemon/previewer.h"
 #include "daemon/processing.h"
 #include "daemon/publish/control.h"
-#include "daemon/publish/frozen_peers.h"
-#include "daemon/publish/greeting.h"
 #include "daemon/publish/publisher.h"
 #include "daemon/reload.h"
 #include "sensor/sensor.h"
@@ -68,6 +64,7 @@ class Instrument {
   tl::expected<void, Error> openCamera();
   void meetCamera();
   void watchLastWill();
+  void giveMemoryBack(std::int64_t now_ns);
   void watchUnsent(std::int64_t now_ns);
   void describeCamera(const capture::CameraInfo& info);
   void measure(traction::v1::Status& status);
@@ -89,16 +86,12 @@ class Instrument {
   std::unique_ptr<Processing> processing_;
   std::unique_ptr<capture::Camera> camera_;
   std::unique_ptr<Pipeline> pipeline_;
-  std::optional<Reloader> reloader_;          // for run()
-  std::vector<publish::Greeting> greetings_;  // the same
+  std::optional<Reloader> reloader_;  // for run()
 
   // For the control thread alone.
-  std::optional<publish::FrozenPeers> frozenPeers_;
-  network::inflow::Report inflow_;
-  network::connections::Report connections_;
   std::string lockedWhy_;         // reason of the last warning
   std::uint64_t toldUnsent_ = 0;  // messages in the last warning
-  std::int64_t toldUnsent_ns_ = 0;
+  std::int64_t toldUnsent_ns_ = 0, trimmed_ns_ = 0;
   unsigned describedSession_ = 0;  // of the camera
   bool cameraAsked_ = false;
 

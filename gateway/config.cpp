@@ -49,10 +49,6 @@ std::vector<Key> keysOf(Config& config) {
       {"gateway", "high_water_mark", "messages", "That wait for one slow peer before it loses some.",
           &config.highWaterMark, {1, 1000}},
 
-      {"limits", "peers", "connections", "At a time; those beyond are ended at once. A viewer has up to four.",
-          &limits.peers, {1, 10'000}},
-      {"limits", "peers_per_address", "connections", "Of one address, so that it cannot keep others out.",
-          &limits.peersPerAddress, {1, 10'000}},
       {"limits", "requests_per_s", "requests/s", "Of all peers together; those beyond are answered with an error.",
           &limits.requestsPerSecond, {1, 450}},
       {"limits", "requests_per_s_each", "requests/s", "Of one key.",

@@ -12,11 +12,9 @@
 
 namespace tractiond::gateway {
 
-/// Limits on what all peers and each of them may use; all are at least 1.
+/// Limits of what all peers and each of them may request; all are at least 1.
 struct Limits {
-  int peers = 256;                 ///< connections at the same time
-  int peersPerAddress = 32;        ///< connections from one address, so that a single address cannot keep others out
-  int requestsPerSecond = 100;     ///< of all keys together; the instrument disconnects a client that sends 1,000
+  int requestsPerSecond = 100;     ///< of all keys together
   int requestsPerSecondEach = 20;  ///< of one key, or of one address where connections need no key
 };
 

@@ -2,8 +2,6 @@
 
 #include "base/network/socket.h"
 
-#include <algorithm>
-#include <cstring>
 #include <string_view>
 #include <utility>
 
@@ -15,10 +13,7 @@ constexpr std::int64_t kLargestSubscription = 512;
 constexpr std::int64_t kLargestMessage = 65'536 + 64;  ///< of a request when encrypted [bytes]
 constexpr int kWaitingPreviews = 2;                    ///< per peer
 constexpr int kWaitingReplies = 16;                    ///< per peer, equal to the instrument's limit
-/// [bytes] Data of a flooding peer that is already in this buffer still arrives after the peer is disconnected.
-constexpr int kReceiveBuffer = 4096;
 constexpr int kHandshakesPerTurn = 64;
-constexpr int kEventsPerTurn = 1024;
 
 constexpr std::array<std::string_view, kWays> kNames = {"stream", "latest", kControlDomain, kPreviewDomain};
 
@@ -37,8 +32,7 @@ bool receive(zmq::socket_t& socket, std::vector<std::string>& parts) {
 
 Front::Front(const Options& options, MayEnter mayEnter, Refused refused)
     : mayEnter_(std::move(mayEnter))
-    , refused_(std::move(refused))
-    , peers_(options.limits.peers, options.limits.peersPerAddress) {
+    , refused_(std::move(refused)) {
   constexpr std::array kTypes = {zmq::socket_type::xpub, zmq::socket_type::pub, zmq::socket_type::router,
                                  zmq::socket_type::xpub};
   if (options.server) {
@@ -51,21 +45,14 @@ Front::Front(const Options& options, MayEnter mayEnter, Refused refused)
       network::guard(socket, kWaitingReplies, kLargestMessage);
     } else {
       network::guard(socket, way == kPreview ? kWaitingPreviews : options.highWaterMark, kLargestSubscription);
-      socket.set(zmq::sockopt::rcvbuf, kReceiveBuffer);
     }
     if (options.server) {
       socket.set(zmq::sockopt::curve_server, true);
       socket.set(zmq::sockopt::curve_secretkey, options.server->secretKey);
       socket.set(zmq::sockopt::zap_domain, kNames[way]);
     }
-    const std::string monitor = "inproc://peers-" + std::string(kNames[way]);
-    zmq_socket_monitor(socket.handle(), monitor.c_str(), ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_DISCONNECTED);
-    monitors_[way] = zmq::socket_t(context_, zmq::socket_type::pair);
-    monitors_[way].set(zmq::sockopt::rcvhwm, 0);  // unread events would otherwise stop ZeroMQ's thread
-    monitors_[way].set(zmq::sockopt::linger, 0);
-    monitors_[way].connect(monitor);
   }
-  for (const Way way : {kStream, kPreview}) sockets_[way].set(zmq::sockopt::xpub_verboser, true);
+  sockets_[kStream].set(zmq::sockopt::xpub_verbose, true);  // each new subscriber gets the description
   sockets_[kLatest].set(zmq::sockopt::conflate, true);
 }
 
@@ -86,15 +73,12 @@ tl::expected<std::unique_ptr<Front>, Error> Front::open(const Options& options, 
   return tl::unexpected(Error{EX_OSERR, std::string("ZeroMQ cannot start: ") + error.what(), "", ""});
 }
 
-std::vector<zmq_pollitem_t> Front::others() {
-  std::vector<zmq_pollitem_t> items = {network::readable(handshakes_)};
-  for (zmq::socket_t& monitor : monitors_) items.push_back(network::readable(monitor));
-  return items;
+zmq_pollitem_t Front::handshakes() {
+  return network::readable(handshakes_);
 }
 
 void Front::serve() {
   std::vector<std::string> parts;
-  for (std::size_t way = 0; way < kWays; ++way) takeEvents(static_cast<Way>(way));
   for (int i = 0; i < kHandshakesPerTurn && receive(handshakes_, parts); ++i) {
     const HandshakeAnswer answer = answerHandshake(std::move(parts), mayEnter_);
     if (!answer.refused.empty()) refused_(answer.refused);
@@ -102,20 +86,6 @@ void Front::serve() {
       zmq_send(handshakes_.handle(), part.data(), part.size(),
                ZMQ_DONTWAIT | (&part == &answer.parts.back() ? 0 : ZMQ_SNDMORE));
     }
-  }
-}
-
-void Front::takeEvents(Way way) {
-  std::vector<std::string> parts;
-  for (int i = 0; i < kEventsPerTurn && receive(monitors_[way], parts); ++i) {
-    // The event (16 bits) and its value (32 bits); the address follows in the next part.
-    std::uint16_t event = 0;
-    std::int32_t fd = -1;
-    if (parts[0].size() < sizeof event + sizeof fd) continue;
-    std::memcpy(&event, parts[0].data(), sizeof event);
-    std::memcpy(&fd, parts[0].data() + sizeof event, sizeof fd);
-    if (event == ZMQ_EVENT_ACCEPTED) peers_.came(fd, bound_[way]);
-    if (event == ZMQ_EVENT_DISCONNECTED) peers_.went(fd, bound_[way]);
   }
 }
 

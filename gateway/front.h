@@ -4,7 +4,6 @@
 #include "base/network/keys.h"
 #include "gateway/config.h"
 #include "gateway/handshake.h"
-#include "gateway/peers.h"
 
 #include <tl/expected.hpp>
 #include <zmq.hpp>
@@ -32,7 +31,6 @@ class Front {
     /// Messages of stream queued for one slow peer; further ones are lost. Of latest the newest is kept, of previews 2,
     /// of replies 16.
     int highWaterMark = 8;
-    Limits limits;
   };
 
   /// Called for each rejected handshake with the peer and the reason, as text for the log.
@@ -53,27 +51,20 @@ class Front {
   /// exists.
   const std::vector<std::string>& bound(Way way) const { return bound_[way]; }
 
-  /// Returns what the caller must poll (zmq_poll) besides the four sockets: handshakes, and connections that come and
-  /// go. serve() must be called when one is readable. Valid as long as the front exists.
-  std::vector<zmq_pollitem_t> others();
-  /// Answers pending handshakes and updates peers(), at most 64 handshakes and 1,024 events of each socket per call;
-  /// what is left stays readable for the next one. Ends connections beyond the limits. Never waits.
+  /// Returns what the caller must poll (zmq_poll) besides the four sockets: serve() must be called when it is readable.
+  /// Valid as long as the front exists.
+  zmq_pollitem_t handshakes();
+  /// Answers pending handshakes, at most 64 per call; what is left stays readable for the next one. Never waits.
   void serve();
-
-  /// Returns the connections, as serve() has counted them. Valid as long as the front exists.
-  Peers& peers() { return peers_; }
 
  private:
   Front(const Options& options, MayEnter mayEnter, Refused refused);
-  /// Reads the monitor of one socket: accepted and closed connections.
-  void takeEvents(Way way);
 
   MayEnter mayEnter_;
   Refused refused_;
-  Peers peers_;
   zmq::context_t context_{1};
   zmq::socket_t handshakes_{context_, zmq::socket_type::rep};  ///< answers authentication requests (ZAP, RFC 27)
-  std::array<zmq::socket_t, kWays> sockets_, monitors_;
+  std::array<zmq::socket_t, kWays> sockets_;
   Endpoints bound_;
 };
 

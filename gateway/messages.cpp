@@ -37,22 +37,16 @@ std::string property(zmq::message_t& message, const char* name) {
 }
 
 std::string Route::text() const {
-  const auto length = static_cast<std::uint32_t>(who.size());
-  std::string text = peer + who;
-  for (const std::uint32_t number : {length, static_cast<std::uint32_t>(fd), generation})
-    text.append(reinterpret_cast<const char*>(&number), sizeof number);
-  return text;
+  return peer + std::string(reinterpret_cast<const char*>(&generation), sizeof generation);
 }
 
 std::optional<Route> Route::of(std::string_view text) {
-  std::array<std::uint32_t, 3> numbers{};
-  if (text.size() < sizeof numbers) return std::nullopt;
-  std::memcpy(numbers.data(), text.end() - sizeof numbers, sizeof numbers);
-  text.remove_suffix(sizeof numbers);
-  if (text.size() < numbers[0]) return std::nullopt;
-  const std::size_t end = text.size() - numbers[0];
-  return Route{std::string(text.substr(0, end)), std::string(text.substr(end)), static_cast<int>(numbers[1]),
-               numbers[2]};
+  Route route;
+  if (text.size() < sizeof route.generation) return std::nullopt;
+  const std::size_t end = text.size() - sizeof route.generation;
+  std::memcpy(&route.generation, text.data() + end, sizeof route.generation);
+  route.peer = text.substr(0, end);
+  return route;
 }
 
 }  // namespace tractiond::gateway

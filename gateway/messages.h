@@ -30,10 +30,7 @@ std::string property(zmq::message_t& message, const char* name);
 
 /// Routing text that the instrument returns with its reply, so that the reply finds the client.
 struct Route {
-  /// Routing id of the client's connection on the front's control socket; name of the client's key, or its address if
-  /// it has no key.
-  std::string peer, who;
-  int fd = -1;                   ///< file descriptor of the connection; -1: not known
+  std::string peer;              ///< routing id of the client's connection on the front's control socket
   std::uint32_t generation = 0;  ///< opening of the front to which the connection belongs
 
   std::string text() const;  ///< Returns the route as bytes, from which of() restores it.

@@ -1,11 +1,7 @@
 #include "gateway/relay.h"
 
 #include "base/counter.h"
-#include "base/network/connection_limit.h"
-#include "base/network/inflow_limit.h"
-#include "base/network/reply_budget.h"
 #include "base/network/socket.h"
-#include "base/network/subscriptions.h"
 #include "gateway/keys.h"
 #include "gateway/messages.h"
 #include "gateway/rates.h"
@@ -30,16 +26,13 @@ using std::chrono::milliseconds;
 
 constexpr int kMessagesPerTurn = 64;
 constexpr int kSubscriptionsPerTurn = 256;
-/// The instrument's limits: subscriptions of a connection per second, and time between descriptions to new subscribers.
-constexpr int kSubscriptionsPerPeer = 64;
+/// The instrument's time between descriptions to new subscribers.
 constexpr std::int64_t kDescriptions_ns = 100'000'000;
 constexpr std::size_t kMostTopics = 16;              ///< topics whose description is kept; an instrument has one
 constexpr std::int64_t kKeys_ns = 250'000'000;       ///< between two checks of the keys
 constexpr std::int64_t kSilence_ns = 3'000'000'000;  ///< three statuses
 constexpr std::int64_t kUnheard_ns = 1'000'000'000;  ///< without a latest field until it is subscribed to again
 constexpr int kWaitingForInstrument = 256;
-constexpr std::uint64_t kWaitingReplies_bytes = 16 << 20, kWaitingRepliesEach_bytes = 4 << 20;  ///< total, per key
-constexpr const char* kUnread = "too many replies wait to be read by this key: read them, or end their connections";
 constexpr std::string_view kDescriptionEnds = "/description/", kPreviewEnds = "/preview/";
 constexpr std::string_view kFieldBegins = "\x09";  ///< Protobuf key of Field.timestamp
 
@@ -79,13 +72,12 @@ struct Relay::Impl {
     if (!opened) return tl::unexpected(opened.error());
     front = *std::move(opened);
     ++generation;
-    refusedBefore = 0;
-    previewSubscriptions = {};
+    previewSubscriptions.clear();
     askForPreviews();
     items.clear();
     for (zmq::socket_t* socket : {&stream, &latest, &control}) items.push_back(network::readable(*socket));
     for (const Way way : {kStream, kControl, kPreview}) items.push_back(network::readable((*front)[way]));
-    std::ranges::copy(front->others(), std::back_inserter(items));
+    items.push_back(front->handshakes());
     return {};
   }
 
@@ -144,7 +136,7 @@ struct Relay::Impl {
       const std::size_t count = receive(stream, parts);
       if (count == 0) return;
       heard_ns = clock();
-      if (std::exchange(silent, false)) spdlog::info("the instrument is heard again");
+      if (silent.exchange(false)) spdlog::info("the instrument is heard again");
       if (count != 3) continue;  // not from a tractiond
       keepDescription();
       // Previews need network::Permission::kControl.
@@ -169,28 +161,11 @@ struct Relay::Impl {
   /// Reads subscriptions to previews.
   void takePreviewSubscriptions() {
     for (int i = 0; i < kSubscriptionsPerTurn && receive((*front)[kPreview], parts) != 0; ++i) {
-      const std::string_view text = parts[0].to_string_view();
-      network::settleSubscription(parts[0], isOfInstrument(text));
-      subscribers.count(parts[0], 1, front->bound(kPreview));
-      previewSubscriptions.note(parts[0]);
+      const std::string text = parts[0].to_string();
+      if (text.starts_with('\1')) previewSubscriptions.insert(text.substr(1));
+      if (text.starts_with('\0')) previewSubscriptions.erase(text.substr(1));
     }
     askForPreviews();
-  }
-
-  /// Returns whether it is to a topic of the instrument or to a prefix of one: it takes no extra room in ZeroMQ's tree.
-  bool isOfInstrument(std::string_view subscription) const {
-    if (!subscription.starts_with('\1')) return false;
-    subscription.remove_prefix(1);
-    constexpr std::array<std::string_view, 5> kKinds = {"/field/", "/markers/", kDescriptionEnds, "/status/",
-                                                        kPreviewEnds};
-    return std::ranges::any_of(descriptions, [&](const auto& described) {
-      std::string_view sensor = described.first;
-      sensor.remove_suffix(kDescriptionEnds.size());
-      if (sensor.starts_with(subscription)) return true;
-      return subscription.starts_with(sensor) && std::ranges::any_of(kKinds, [&](std::string_view kind) {
-               return kind.starts_with(subscription.substr(sensor.size()));
-             });
-    });
   }
 
   void keepDescription() {
@@ -206,17 +181,13 @@ struct Relay::Impl {
 
   /// Sends the descriptions to new subscribers, which join in the middle of the stream.
   void takeSubscriptions(std::int64_t now) {
-    int count = 0;
-    for (; count < kSubscriptionsPerTurn && receive((*front)[kStream], parts) != 0; ++count) {
+    for (int i = 0; i < kSubscriptionsPerTurn && receive((*front)[kStream], parts) != 0; ++i) {
       const std::string_view text = parts[0].to_string_view();
-      network::settleSubscription(parts[0], isOfInstrument(text));
-      subscribers.count(parts[0], 1, front->bound(kStream));
       if (!text.starts_with('\1')) continue;
       for (const auto& [topic, kept] : descriptions) {
         descriptionDue = descriptionDue || std::string_view(topic).starts_with(text.substr(1));
       }
     }
-    if (count < kSubscriptionsPerTurn) network::inflow::releaseEnded(network::Charge::kSubscriptions);
     if (!descriptionDue || now - described_ns < kDescriptions_ns) return;
     descriptionDue = false;
     described_ns = now;
@@ -257,9 +228,7 @@ struct Relay::Impl {
   void passRequests(std::int64_t now) {
     for (int i = 0; i < kMessagesPerTurn; ++i) {
       const std::size_t count = receive((*front)[kControl], parts);
-      if (count == 0) return network::inflow::releaseEnded(network::Charge::kRequests);
-      network::inflow::release(network::sourceOf(parts[1]), count - 1);  // the first part is the routing id
-      askers.count(parts[1], count - 1, front->bound(kControl));
+      if (count == 0) return;
       // [peer][empty][request]
       if (count != 3 || !parts[1].empty()) continue;
       const std::string why = pass(parts[0].to_string_view(), parts[2], now);
@@ -275,11 +244,10 @@ struct Relay::Impl {
     if (const int limit = requests.beyond(who, now); limit > 0) {
       return "too many requests: more than " + std::to_string(limit) + " in a second";
     }
-    if (!replies.allows(who, 1)) return kUnread;
     const auto stated = signedRequest(
         request.to_string_view(), (user.empty() ? "somebody without a key" : "\"" + user + "\"") + " at " + address);
     if (!stated) return stated.error();
-    const Route route{std::string(peer), who, network::sourceOf(request), generation};
+    const Route route{std::string(peer), generation};
     auto forwarded = network::copyOf(*stated);
     if (!forwarded) return "the gateway has no memory for this request";
     if (putAddressed(control, route.text(), *std::move(forwarded))) return "";
@@ -303,36 +271,16 @@ struct Relay::Impl {
       // [route][empty][reply]
       const std::optional<Route> route = Route::of(parts[0].to_string_view());
       if (count != 3 || !route || route->generation != generation) continue;
-      auto reply = replies.allows(route->who, parts[2].size())
-                       ? network::messageOf(parts[2].to_string(), replies.add(route->who, route->fd, parts[2].size()))
-                       : network::copyOf(errorReply(kUnread));
-      answer(route->peer, std::move(reply), now);
+      answer(route->peer, std::move(parts[2]), now);
     }
   }
 
-  /// Does the periodic work: checks keys, connections and the subscription to latest, and logs what changed.
+  /// Does the periodic work: checks keys and the subscription to latest, and logs what changed.
   void doPeriodicWork(std::int64_t now) {
     if (now - checked_ns < kKeys_ns) return;
     checked_ns = now;
     refreshKeys();
     subscribeAgain(now);
-    front->peers().removeEnded();
-    peers = front->peers().count();
-    if (now - counted_ns > 1'000'000'000) {
-      counted_ns = now;
-      subscribers.reset();
-      askers.reset();
-    }
-    if (const std::uint64_t refused = front->peers().refused(); refused != refusedBefore) {
-      refusedBefore = refused;
-      const std::string line = crowds.next("too many connections, the last one from " + front->peers().lastRefused() +
-                                               ", are ended: limits.peers, limits.peers_per_address",
-                                           now);
-      if (!line.empty()) spdlog::warn("{}", line);
-    }
-    for (const std::string& line : {inflow.nextLine(now), connections.nextLine(now)}) {
-      if (!line.empty()) spdlog::warn("{}", line);
-    }
     if (!silent && now - heard_ns > kSilence_ns) {
       silent = true;
       spdlog::warn("nothing comes from the instrument in {}; is tractiond running?", directory.string());
@@ -350,20 +298,14 @@ struct Relay::Impl {
   std::vector<zmq_pollitem_t> items;
   std::array<zmq::message_t, 4> parts;
   std::map<std::string, std::array<zmq::message_t, 3>, std::less<>> descriptions;  ///< topic -> last description
-  network::Subscriptions previewSubscriptions;
-  std::set<std::string> previews;  ///< subscribed preview topics
+  std::set<std::string> previewSubscriptions;  ///< topics at the front's preview socket
+  std::set<std::string> previews;              ///< subscribed preview topics
   bool descriptionDue = false;
   std::int64_t described_ns = 0;
   RequestLimit requests;
-  network::ReplyBudget replies{kWaitingReplies_bytes, kWaitingRepliesEach_bytes};
-  network::PeerLimit subscribers{kSubscriptionsPerPeer}, askers{1000};
-  SeldomLine refusals, crowds, losses;
-  network::inflow::Report inflow;
-  network::connections::Report connections;
-  std::uint64_t refusedBefore = 0;
-  std::int64_t heard_ns, latest_ns, checked_ns = 0, counted_ns = 0;
-  bool silent = false;
-  std::atomic<int> peers{0};
+  SeldomLine refusals, losses;
+  std::int64_t heard_ns, latest_ns, checked_ns = 0;
+  std::atomic<bool> silent{false};
   Counter unsent;
 
   zmq::context_t context{1};  ///< separate from the front's context: peers cannot affect the instrument's side
@@ -384,8 +326,7 @@ tl::expected<std::unique_ptr<Relay>, Error> Relay::open(const Config& config, co
   auto impl = std::make_unique<Impl>(config, instrument, monotonicClock);
   impl->options = {.endpoints = {config.stream, config.latest, config.control, config.preview},
                    .server = *std::move(server),
-                   .highWaterMark = config.highWaterMark,
-                   .limits = config.limits};
+                   .highWaterMark = config.highWaterMark};
   impl->waitForInstrument();
   if (auto opened = impl->openFront(); !opened) return tl::unexpected(opened.error());
   impl->tellWhoMayEnter();
@@ -399,7 +340,6 @@ tl::expected<void, Error> Relay::turn(milliseconds timeout) {
   const long wait = self.descriptionDue ? 10 : timeout.count();
   zmq_poll(self.items.data(), static_cast<int>(self.items.size()), wait);
   const std::int64_t now = self.clock();
-  self.replies.forgetRead();
   self.passLatest();
   self.passStream();
   self.passReplies(now);
@@ -415,8 +355,8 @@ const std::vector<std::string>& Relay::bound(Way way) const {
   return impl_->front->bound(way);
 }
 
-int Relay::peers() const {
-  return impl_->peers;
+bool Relay::isSilent() const {
+  return impl_->silent;
 }
 
 std::uint64_t Relay::unsent() const {

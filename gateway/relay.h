@@ -41,8 +41,8 @@ class Relay {
 
   /// Returns the endpoints of one socket, with the port numbers in use. Valid until the next turn().
   const std::vector<std::string>& bound(Way way) const;
-  /// Returns the number of connections, as turn() counts it every 250 ms; 0 before. Thread-safe.
-  int peers() const;
+  /// Returns whether nothing has come from the instrument for three seconds. Thread-safe.
+  bool isSilent() const;
   /// Returns the number, since open(), of answers to requests that were dropped because ZeroMQ had no memory for them.
   /// Thread-safe.
   std::uint64_t unsent() const;

@@ -1,7 +1,6 @@
 #include "gateway/serve.h"
 
 #include "base/counter.h"
-#include "base/network/connection_limit.h"
 #include "base/network/socket_file.h"
 #include "base/service/log.h"
 #include "base/service/service.h"
@@ -9,7 +8,6 @@
 
 #include <pthread.h>
 #include <spdlog/spdlog.h>
-#include <sys/resource.h>
 
 #include <atomic>
 #include <iostream>
@@ -22,20 +20,6 @@ std::string line(const Error& error) {
   return logLine("traction-gateway", spdlog::level::err, error.message());
 }
 
-/// Checks that the limit on file descriptors allows the configured number of peers. Error: EX_OSERR.
-tl::expected<void, Error> checkDescriptors(const Config& config) {
-  constexpr rlim_t kOwn = 72;  // open by the gateway itself
-  rlimit limit{};
-  getrlimit(RLIMIT_NOFILE, &limit);
-  const rlim_t needed = static_cast<rlim_t>(config.limits.peers) + network::connections::kReserved + kOwn;
-  if (limit.rlim_cur >= needed) return {};
-  return tl::unexpected(Error{.exitCode = EX_OSERR,
-                              .what = "limits.peers = " + std::to_string(config.limits.peers) + " takes " +
-                                      std::to_string(needed) + " file descriptors, and " +
-                                      std::to_string(limit.rlim_cur) + " are allowed",
-                              .remedy = "allow more (LimitNOFILE= of the service, ulimit -n), or fewer peers"});
-}
-
 }  // namespace
 
 int failed(const Error& error) {
@@ -46,7 +30,6 @@ int failed(const Error& error) {
 int serve(const Config& config, const std::filesystem::path& runtime, const std::filesystem::path& file) {
   catchSignals();
   if (const auto raised = raiseDescriptorLimit(); !raised) return failed(raised.error());
-  if (const auto enough = checkDescriptors(config); !enough) return failed(enough.error());
   const auto log = startLog("traction-gateway", config.logLevel);
   auto relay = Relay::open(config, runtime);
   if (!relay) {
@@ -76,7 +59,7 @@ int serve(const Config& config, const std::filesystem::path& runtime, const std:
        .statusLine =
            [&] {
              const std::uint64_t unsent = (*relay)->unsent();
-             return std::to_string((*relay)->peers()) + " connections" +
+             return std::string((*relay)->isSilent() ? "nothing comes from the instrument" : "relays the instrument") +
                     (unsent == 0 ? "" : ", " + std::to_string(unsent) + " answers not sent, as there was no memory");
            },
        .reload = []() -> std::function<void()> {

@@ -100,10 +100,8 @@ class AravisDriver : public Driver {
   std::size_t payload_ = 0;  ///< bytes of a buffer
   std::uint64_t framePackets_ = 0;
   struct Packets {
-    std::int64_t ignored = 0, twice = 0, asked = 0, noRoom = 0;
+    std::int64_t ignored = 0, twice = 0;
   } packets_;                                  ///< when they were counted last
-  std::int64_t expected_ = 0;                  ///< packets asked for again, which may come once more
-  std::int64_t asked_ns_ = 0;                  ///< when that was last
   bool portIsTrue_ = true;                     ///< the camera sends from the port that it names
   bool isSeen_ = false;                        ///< a frame was whole, or its packets were read by surveyStream()
   bool isPatient_ = false;                     ///< waits for a frame of a camera that waits for its trigger
@@ -494,30 +492,12 @@ void AravisDriver::account(Arrival& arrival) {
   const auto read = [this](const char* name) {
     return static_cast<std::int64_t>(arv_stream_get_info_uint64_by_name(stream_.get(), name));
   };
-  const Packets before = std::exchange(packets_, {.ignored = read("n_ignored_packets"),
-                                                  .twice = read("n_duplicated_packets"),
-                                                  .asked = read("n_resend_requests"),
-                                                  .noRoom = read("n_underruns")});
+  const Packets before =
+      std::exchange(packets_, {.ignored = read("n_ignored_packets"), .twice = read("n_duplicated_packets")});
   const auto perFrame = static_cast<std::int64_t>(framePackets_);
   const std::int64_t ignored = packets_.ignored - before.ignored;
   arrival.thrown = static_cast<std::uint64_t>(ignored / perFrame);
-  // Of one that was asked for again both may come, the one that was only late and the answer, in either order.
-  // A camera that is busy answers when the frame is whole long since.
-  constexpr std::int64_t kAnswered_ns = 1'000'000'000;
-  if (packets_.asked != before.asked) asked_ns_ = arrival.host_ns;
-  if (arrival.host_ns - asked_ns_ > kAnswered_ns) expected_ = 0;
-  expected_ += packets_.asked - before.asked;
-  const auto unasked = [this](std::int64_t count) {
-    const std::int64_t excused = std::min(count, expected_);
-    expected_ -= excused;
-    return count - excused;
-  };
-  const std::int64_t twice = packets_.twice - before.twice;
-  const std::int64_t late = std::max<std::int64_t>(ignored - (packets_.noRoom - before.noRoom), 0);
-  const std::int64_t unaskedTwice = unasked(twice), unaskedLate = unasked(late);
-  arrival.twice = static_cast<double>(unaskedTwice) / static_cast<double>(perFrame);
-  arrival.late = static_cast<double>(unaskedLate) / static_cast<double>(perFrame);
-  arrival.repeated = unaskedTwice < twice || unaskedLate < late;
+  arrival.duplicated = packets_.twice != before.twice;
 }
 
 /// What Aravis has kept of a whole frame's leader. Asked for the picture of something that is none, it complains on the

@@ -102,7 +102,6 @@ Next Camera::admit(Frame& frame, const Buffer& buffer) {
   longest_ns_ = std::max(arrival.host_ns - lastArrival_ns_, longest_ns_ - longest_ns_ / kForgotten);
   lastArrival_ns_ = arrival.host_ns;
   const Judgement judgement = intake_.admit(buffer, *driver_, frame);
-  if (judgement.outnumbered) keeper_->noteForgery(arrival.host_ns);
   if (judgement.verdict != Verdict::kNew) return Next::kRejected;
   lastWhole_ns_ = arrival.host_ns;
   return Next::kFrame;

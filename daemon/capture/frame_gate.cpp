@@ -3,16 +3,14 @@
 // camera's clock keeps step with the host's. A picture that continues the current track is new. Every other picture is
 // held back: it starts or continues the candidate, of which there is one. A candidate of three pictures replaces the
 // current track if no frame of the current track arrived meanwhile. So a single odd picture is never used, whatever it
-// claims, and a camera whose counter starts anew is used again after three frames. A camera has one frame counter:
-// where frames of two tracks, whole or damaged, alternate, a second sender uses the camera's address, and the pictures
-// are marked as doubted. A picture with the id and the time of an earlier one is a repetition of it: it is stale, and
-// part of no candidate.
+// claims, and a camera whose counter starts anew is used again after three frames. A picture with the id and the time
+// of an earlier one is a repetition of it: it is stale, and part of no candidate.
 //
 // Some cameras have no usable clock: they send 0 or whole seconds, or their time goes back. A picture with the next id
 // is new whatever the camera's clock says. Where the clock contradicts the id, it is distrusted for a hundred frames:
 // ids are then compared with the host's clock, and repetitions are recognised by their content.
 //
-// Every input but the host's clock can be forged by another host.
+// A host that sends with the camera's address can forge every input but the host's clock (docs/security.md).
 #include "daemon/capture/frame_gate.h"
 
 #include <algorithm>
@@ -25,16 +23,9 @@ namespace {
 constexpr int kAgreeing = 3;
 /// Times between frames in the mean: of so many first ones each counts the same, as the very first may be any.
 constexpr int kMostPaces = 16;
-/// Frames of the previous track that would come within this time [frames] if that was the camera's; three raise the
-/// alarm.
-constexpr int kProof = 5;
 /// Frames without a fault until a camera's clock is believed again.
 constexpr int kDistrust = 100;
 constexpr std::uint64_t kLast16BitId = 65535;
-constexpr double kMostBroken = 3.0;
-/// Frames until it is known how soon after their own time a camera's arrive.
-constexpr int kPractised = 100;
-static_assert(kPractised >= kDistrust, "the clock of a practised camera is believed");
 
 /// a - b as the two's complement says; ids and times from outside may be anything.
 std::int64_t difference(std::int64_t a, std::int64_t b) {
@@ -60,7 +51,6 @@ FrameGate::Track FrameGate::begin(const Arrival& arrival) {
   track.host_ns = arrival.host_ns;
   track.offset_ns = difference(arrival.host_ns, arrival.device_ns);
   track.distrust = arrival.device_ns == 0 ? kDistrust : 0;
-  track.schedule.restart(arrival.device_ns);
   return track;
 }
 
@@ -75,16 +65,11 @@ void FrameGate::extend(Track& track, const Arrival& arrival, Fit fit) {
     track.period_ns = track.period_ns == 0 ? period : std::min(period, track.period_ns + track.period_ns / 64 + 1);
     // 1 part in 1000: more than any crystal's drift.
     const std::int64_t leak = (arrival.host_ns - track.host_ns) / 1000;
-    track.schedule.add(arrival.device_ns, step);
-    track.lag_ns += (std::abs(difference(offset, track.offset_ns)) - track.lag_ns) / 16;
-    track.timed = std::min(track.timed + 1, kPractised);
     track.offset_ns = difference(track.offset_ns, -std::min(difference(offset, track.offset_ns), leak));
     track.distrust = std::max(0, track.distrust - 1);
   } else {
     track.offset_ns = offset;
-    track.schedule.restart(arrival.device_ns);
     track.distrust = kDistrust;
-    track.timed = 0;
   }
   track.id = arrival.id;
   track.device_ns = arrival.device_ns;
@@ -119,25 +104,16 @@ bool FrameGate::isNext(const Track& track, const Arrival& arrival) const {
   return step > 0 && track.pace_ns > 0 && step <= 2 + 2 * ((arrival.host_ns - track.host_ns) / track.pace_ns);
 }
 
-/// Counts the pictures that were held back since the last frame of the current track, when a further frame of it has
-/// arrived: the camera did not send them. A single one is a fault of driver or camera; more of them within a second
-/// show a second sender.
-void FrameGate::countSurplus(std::int64_t host_ns) {
-  constexpr double kFading = 0.98, kMostSurplus = 2.0;
-  surplus_ = kFading * surplus_ + std::exchange(heldBack_, 0);
-  if (surplus_ > kMostSurplus) doubtUntil_ns_ = host_ns + options_.doubt_ns;
-}
-
 /// Returns the shortest time [ns] between two frames of a track; 0: not known. A break of the network
 /// lengthens the mean, not the period.
 std::int64_t FrameGate::frameTime(const Track& track) {
   return track.period_ns > 0 ? std::min(track.period_ns, track.pace_ns) : track.pace_ns;
 }
 
-/// Returns the mean time [ns] between two frames of a track by the clock that shows more; 0: not known. Frames that
-/// waited reach the host at once, as the first ones of a camera that is being opened.
+/// Returns the time [ns] between two frames of a track by the clock that shows more; 0: not known. Frames that waited
+/// reach the host at once, as the first ones of a camera that is being opened.
 std::int64_t FrameGate::longestMean(const Track& track) {
-  return std::max(track.pace_ns, track.schedule.pace());
+  return std::max(track.pace_ns, track.period_ns);
 }
 
 void FrameGate::markArrived(const Arrival& arrival) {
@@ -178,43 +154,6 @@ std::uint64_t FrameGate::thrownBefore(const Track& next, std::uint64_t step, boo
   return room > 0 ? std::min(thrown_, static_cast<std::uint64_t>(room)) : 0;
 }
 
-/// Weighs the evidence for another host that sends as the camera. A camera sends each packet once, and again if it is
-/// requested. Late packets are excused if they may belong to frames that were given up, or to whole frames for which
-/// the time since the last new frame has room, as after a restart of the camera's counter. Both clocks must show that
-/// room: where `next` only comes late, the host's clock shows some, too. A packet that was late and requested arrives
-/// twice, but hardly in successive frames.
-void FrameGate::weigh(const Track& next, std::uint64_t step) {
-  constexpr double kForgotten = 0.9;  // broken frames, with each new one
-  constexpr double kMostRepeated = 4.0, kFading = 0.98;
-  const std::int64_t alarmUntil_ns = next.host_ns + options_.doubt_ns;
-  repeatedLately_ = kFading * repeatedLately_ + (repeated_ ? 1.0 : 0.0);
-  if (twice_ > 0.0 || repeatedLately_ > kMostRepeated) doubtUntil_ns_ = alarmUntil_ns;
-  if (late_ > 0.0 && current_) {
-    const std::int64_t pace = longestMean(*current_);
-    const std::int64_t elapsed_ns = next.distrust == 0 ? elapsed(*current_, next) : 0;
-    const double frames = pace > 0 ? static_cast<double>(elapsed_ns) / static_cast<double>(pace) : 0.0;
-    const double room = std::max(0.0, std::floor(frames + 0.25) - static_cast<double>(step));
-    const double unexplained = late_ - room;
-    if (unexplained > broken_) doubtUntil_ns_ = alarmUntil_ns;
-    broken_ = std::max(0.0, broken_ - std::max(0.0, unexplained));
-  }
-  late_ = twice_ = 0.0;
-  broken_ *= kForgotten;
-}
-
-/// Returns whether a picture comes sooner after its own time than any of the camera's, by more than these differ in
-/// that, or is dated sooner after the pictures before it: it is whole before the camera's own was sent. However
-/// unevenly a host is served, that hides no more than a quarter of the period of a camera of an even pace.
-bool FrameGate::isEarly(const Arrival& arrival) const {
-  constexpr std::int64_t kLeast_ns = 3'000'000, kLeastOfEven_ns = 1'000'000, kTimes = 8;
-  if (!current_ || current_->timed < kPractised) return false;
-  const StampSchedule& schedule = current_->schedule;
-  const std::int64_t lag = difference(difference(arrival.host_ns, arrival.device_ns), current_->offset_ns);
-  std::int64_t most = std::max(kLeast_ns, kTimes * current_->lag_ns);
-  if (schedule.isEven()) most = std::max(kLeastOfEven_ns, std::min(most, schedule.quarter()));
-  return lag < -most || schedule.isEarly(arrival.device_ns, advance(current_->id, arrival.id));
-}
-
 Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimeline, bool jumped) {
   Judgement judgement;
   judgement.verdict = Verdict::kNew;
@@ -227,24 +166,17 @@ Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimel
     judgement.missing -= std::min(judgement.missing, arrivedUnnamed_);
   }
   const std::uint64_t thrown = thrownBefore(next, step, newTimeline);
-  weigh(next, step);
-  judgement.outnumbered = next.host_ns < doubtUntil_ns_;
-  // It is not known which of the two came first: this one may be forged.
-  judgement.doubted = judgement.outnumbered || std::exchange(repeated_, false);
-  judgement.doubted |= next.host_ns < provedAt_ns_;
+  judgement.doubted = std::exchange(duplicated_, false);
   judgement.missing += thrown;
   frameNumber_ += step + thrown;
   judgement.frameNumber = frameNumber_;
   judgement.newTimeline = newTimeline;
   judgement.discontinuity = current_ && (jumped || step > 1 || thrown > 0);
-  const std::int64_t pace = current_ ? current_->pace_ns : 0, stampPace = current_ ? current_->schedule.pace() : 0;
+  const std::int64_t pace = current_ ? current_->pace_ns : 0;
   current_ = next;
   heard_ns_ = next.host_ns;
   heldBack_ = 0;
-  if (thrown > 0) {  // more than `step` frames were taken since
-    current_->pace_ns = pace;
-    current_->schedule.keepPace(stampPace);
-  }
+  if (thrown > 0) current_->pace_ns = pace;  // more than `step` frames were taken since
   candidate_.reset();
   reopened_ = false;
   arrived_.reset();
@@ -255,24 +187,20 @@ Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimel
 
 Judgement FrameGate::judge(const Arrival& arrival) {
   thrown_ += arrival.thrown;
-  late_ += arrival.late;
-  twice_ += arrival.twice;
-  repeated_ |= arrival.repeated;
-  if (!arrival.complete) broken_ = std::min(broken_ + 1.0, kMostBroken);
+  duplicated_ |= arrival.duplicated;
   const auto refuse = [&](Verdict verdict) {
     markArrived(arrival);
     Judgement judgement;
     judgement.verdict = verdict;
-    judgement.outnumbered = arrival.host_ns < doubtUntil_ns_;
     return judgement;
   };
   const auto refuseDamaged = [&](Verdict verdict) {
     if (!reopened_ && current_ && isNext(*current_, arrival)) {
       if (!candidate_ || !isNext(*candidate_, arrival)) {
         heard_ns_ = arrival.host_ns;
-        countSurplus(arrival.host_ns);
+        heldBack_ = 0;
       }
-    } else if (arrival.complete || (previous_ && isNext(*previous_, arrival))) {
+    } else if (arrival.complete) {
       ++heldBack_;  // the id of one that is not whole may be an older frame's
     }
     return refuse(verdict);
@@ -313,18 +241,12 @@ Judgement FrameGate::acceptNext(const Arrival& arrival, Fit fit) {
   extend(next, arrival, fit);
   const bool believed = current_->distrust == 0;
   const std::int64_t step = advance(current_->id, arrival.id);
-  // A clock that stands still has not jumped. A counter that started anew beside another host's pictures may have come
-  // back to where it was, and its own pictures were held back until now.
+  // A clock that stands still has not jumped. A counter that started anew may have come back to where it was, and its
+  // own pictures were held back until now.
   const bool cameBack =
       heldBack_ >= kAgreeing && arrival.host_ns - current_->host_ns > (step + kAgreeing) * frameTime(*current_);
   const bool jumped = cameBack || (believed && fit == Fit::kByTheHosts && arrival.device_ns != current_->device_ns);
-  // Of a young timeline it is not known yet whose it is.
-  const bool contested = heldBack_ > 0 && current_->timed < kPractised;
-  const bool doubted = jumped || contested || isEarly(arrival);
-  countSurplus(arrival.host_ns);
-  Judgement judgement = accept(next, static_cast<std::uint64_t>(step), believed != (next.distrust == 0), jumped);
-  judgement.doubted |= doubted;
-  return judgement;
+  return accept(next, static_cast<std::uint64_t>(step), believed != (next.distrust == 0), jumped);
 }
 
 /// Replaces the current track by the candidate, which ends with this frame.
@@ -336,13 +258,6 @@ Judgement FrameGate::acceptCandidate(const Arrival& arrival) {
   if (current_->distrust > 0) period = current_->pace_ns;
   const std::int64_t twice = 2 * (arrival.host_ns - current_->host_ns);
   const bool counts = step > 0 && static_cast<std::uint64_t>(step) <= largestStep(period, twice);
-  // If the frames before were the camera's and these are not, its next ones show it.
-  previous_.reset();
-  if (!reopened_) previous_ = current_;
-  // More than this picture: others of another size came from a camera that was opened again.
-  // Of a current track of a single frame no time between frames is known.
-  const std::int64_t time_ns = current_->length > 1 ? frameTime(*current_) : frameTime(*candidate_);
-  if (!reopened_ || heldBack_ > 1) provedAt_ns_ = arrival.host_ns + kProof * time_ns;
   return accept(*candidate_, counts ? static_cast<std::uint64_t>(step) : 1, true, true);
 }
 

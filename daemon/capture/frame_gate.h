@@ -3,7 +3,6 @@
 #pragma once
 
 #include "daemon/capture/camera_info.h"
-#include "daemon/capture/stamp_schedule.h"
 #include "daemon/records/ledger.h"
 
 #include <bitset>
@@ -23,11 +22,8 @@ struct Arrival {
   std::int64_t host_ns = 0;    ///< CLOCK_MONOTONIC when the buffer was taken from the driver; never falls
   std::int64_t raw_ns = 0;     ///< CLOCK_MONOTONIC_RAW at the same moment; 0: the driver has one clock
   std::uint64_t content = 0;   ///< hash of the picture
-  // Packets since the buffer before, in frames' worth.
-  std::uint64_t thrown = 0;  ///< discarded by the driver
-  double late = 0.0;         ///< arrived after their frame was given up, without a resend request
-  double twice = 0.0;        ///< arrived twice within one frame, without a resend request
-  bool repeated = false;     ///< duplicates or late packets that may be answers to our own resend requests
+  std::uint64_t thrown = 0;    ///< packets that the driver has discarded since the buffer before, in frames' worth
+  bool duplicated = false;     ///< since the buffer before, packets arrived twice within one frame
 };
 
 /// kNew: a new and whole picture, the only one that is used. kIncomplete, kWrongSize, kWrongFormat: not whole, or not
@@ -37,7 +33,6 @@ enum class Verdict { kNew, kIncomplete, kWrongSize, kWrongFormat, kStale, kImpla
 
 struct Judgement {
   Verdict verdict = Verdict::kIncomplete;
-  bool outnumbered = false;  ///< recently more packets or pictures arrived in the camera's name than it sends
   // The rest is valid for kNew only.
   std::uint64_t frameNumber = 0;  ///< from 1; jumps where ids show that frames were rejected or never arrived
   std::uint64_t missing = 0;      ///< frames since the last new one that never arrived, or only at the driver
@@ -45,7 +40,7 @@ struct Judgement {
   bool newTimeline = false;       ///< what was learnt of the camera's clock no longer holds
   bool timed = false;             ///< the camera's time stamp is usable; false: it is absent, or its clock jumped
   std::uint64_t step = 1;         ///< increase of the id since the last new one; 1 where the ids start afresh
-  bool doubted = false;           ///< the picture may come from another sender: kDoubtedOrigin
+  bool doubted = false;           ///< packets arrived twice, not all of which need be the camera's: kDoubtedOrigin
 };
 
 /// Thread-bound. Allocates only in the constructor.
@@ -65,8 +60,6 @@ class FrameGate {
     std::int64_t stampJitter_ns = 8'000'000;
     /// Shortest frame period of any camera: bounds a gap of ids while the period is not known yet.
     std::int64_t shortestPeriod_ns = 100'000;
-    /// Time for which pictures are doubted after more arrived in the camera's name than it sends.
-    std::int64_t doubt_ns = 2'000'000'000;
     /// Number of whole pictures that are remembered: more than the driver has buffers, each of which may come again.
     std::size_t memory = 256;
   };
@@ -101,9 +94,6 @@ class FrameGate {
     std::int64_t pace_ns = 0;    ///< mean time of the host between two ids; 0: not known
     int paces = 0;               ///< number of times in the mean
     int length = 1;
-    std::int64_t lag_ns = 0;  ///< mean of host - device above the smallest
-    StampSchedule schedule;
-    int timed = 0;     ///< frames that both clocks agreed on, up to a hundred
     int distrust = 0;  ///< frames to come before the camera's clock is believed again
   };
   enum class Fit { kNone, kByBothClocks, kByTheHosts };
@@ -116,7 +106,6 @@ class FrameGate {
   static void extend(Track& track, const Arrival& arrival, Fit fit);
   Fit follows(const Track& track, const Arrival& arrival) const;
   bool isNext(const Track& track, const Arrival& arrival) const;
-  void countSurplus(std::int64_t host_ns);
   static std::int64_t frameTime(const Track& track);
   static std::int64_t longestMean(const Track& track);
   static std::int64_t elapsed(const Track& from, const Track& to);
@@ -128,33 +117,21 @@ class FrameGate {
   Judgement accept(const Track& next, std::uint64_t step, bool newTimeline, bool jumped);
   std::uint64_t thrownBefore(const Track& next, std::uint64_t step, bool newTimeline) const;
   void markArrived(const Arrival& arrival);
-  /// Doubts pictures for Options::doubt_ns if packets came twice, or more came late than frames that were given up and
-  /// the time since `current_` beyond `step` frames account for; then forgets late_ and twice_. Called for each new
-  /// picture, before it becomes `current_`.
-  void weigh(const Track& next, std::uint64_t step);
-  bool isEarly(const Arrival& arrival) const;
   bool seenBefore(const Arrival& arrival) const;
 
   PictureShape agreed_;
   Options options_;
   std::optional<Track> current_;    ///< ends with the last frame that was used
   std::optional<Track> candidate_;  ///< frames held back that may become the current track
-  std::optional<Track> previous_;   ///< what the current track replaced
   std::int64_t heard_ns_ = 0;       ///< host's clock at the last frame of the current track, whole or not
   int heldBack_ = 0;                ///< frames of other tracks since then
-  double surplus_ = 0.0;            ///< those that came while the current track went on; fades
   bool reopened_ = false;
   std::uint64_t frameNumber_ = 0;
   std::bitset<32768> arrived_;  ///< [d]: something with the id d after the last new frame arrived, and was not used
   std::uint64_t arrivedUnnamed_ = 0;  ///< incomplete buffers that kept an older id: the packet with theirs was lost
   std::uint64_t thrown_ = 0;          ///< by the driver since the last new frame
-  double late_ = 0.0, twice_ = 0.0;   ///< likewise
-  bool repeated_ = false;
-  double repeatedLately_ = 0.0;     ///< frames
-  double broken_ = 0.0;             ///< recent frames that were given up, whose packets may still come
-  std::int64_t doubtUntil_ns_ = 0;  ///< host's clock
-  std::int64_t provedAt_ns_ = 0;    ///< likewise: until then frames of a track that replaced another are doubted
-  std::vector<Seen> history_;       ///< the last whole pictures, a ring
+  bool duplicated_ = false;           ///< likewise
+  std::vector<Seen> history_;         ///< the last whole pictures, a ring
   std::size_t historyCount_ = 0;
 };
 

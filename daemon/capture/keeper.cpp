@@ -220,7 +220,6 @@ void Keeper::heedAnswers() {
   if (answers->link) {
     newest_.link = *answers->link;
     vitals_.put(newest_);  // while the other side takes one, the next check brings it
-    warnOfForgery();
     nextCheck_ns_ = clock_() + kLinkCheck.count();
   }
 }
@@ -294,19 +293,6 @@ void Keeper::refuseQuestion(const std::string& why) {
   if (!question_) return;
   answer_ = tl::unexpected(why);
   question_.reset();
-}
-
-/// Warns once, and again after a minute without doubt.
-void Keeper::warnOfForgery() {
-  constexpr std::int64_t kCalm_ns = 60'000'000'000;
-  const std::int64_t last_ns = forged_ns_.load(std::memory_order_relaxed);
-  if (last_ns == toldOf_ns_) return;
-  const std::int64_t before_ns = std::exchange(toldOf_ns_, last_ns);
-  if (before_ns != 0 && last_ns - before_ns < kCalm_ns) return;
-  tell(
-      LogLevel::kWarning,
-      "more packets or pictures come in the camera's name than it sends: another host sends as the camera, the network "
-      "duplicates packets, or packets come so late that they were requested again");
 }
 
 void Keeper::show(CameraState now, const std::string& why) {

@@ -82,9 +82,6 @@ class Keeper {
   /// Returns whether the camera is to be given back because of reopen(): true from reopen() until the keeper begins to
   /// open the camera with the new settings, not until it is open. Any thread.
   bool isRenewing() const { return renewing_.load(std::memory_order_relaxed); }
-  /// Notes that a picture arrived at `at_ns`, by CameraRules::clock, which another host may have sent; the keeper
-  /// warns.
-  void noteForgery(std::int64_t at_ns) { forged_ns_.store(at_ns, std::memory_order_relaxed); }
   /// Returns the error with which the keeper has ended; nullptr if it has not, or was stopped without one. Lives as
   /// long as this.
   const Error* end() const;
@@ -147,7 +144,6 @@ class Keeper {
   void begin(std::chrono::nanoseconds longest);
   void renew();
   void refuseQuestion(const std::string& why);
-  void warnOfForgery();
   void show(CameraState now, const std::string& why);
   void tell(LogLevel level, const std::string& line);
   void tellOf(const CameraInfo& opened);
@@ -175,8 +171,7 @@ class Keeper {
   std::int64_t doubtedThen_ns_ = -1;         ///< arrival of the last liveness check
   std::string doubtWhy_;
   CameraVitals newest_;
-  CameraLink linkBefore_;       ///< of the sessions before
-  std::int64_t toldOf_ns_ = 0;  ///< `forged_ns_` at the last check
+  CameraLink linkBefore_;  ///< of the sessions before
 
   // Between the threads.
   std::atomic<Driver*> offered_{nullptr};
@@ -185,7 +180,6 @@ class Keeper {
   std::atomic<Loss> loss_{Loss::kReopened};
   std::atomic<std::int64_t> doubted_{-1};     ///< arrival [ns] of the requested liveness check; -1: none
   std::atomic<std::int64_t> unanswered_{-1};  ///< arrival [ns] of the last liveness check that failed; -1: none
-  std::atomic<std::int64_t> forged_ns_{0};    ///< arrival of the last picture that may be forged; 0: none
   std::atomic<std::int64_t> due_ns_{0};       ///< the keeper hangs if its next turn has not begun by then
   std::atomic<CameraState> state_{CameraState::kUnknown};
   std::atomic<bool> refusedLast_{false};

@@ -2,7 +2,6 @@
 
 #include "base/clock.h"
 #include "base/counter.h"
-#include "base/network/inflow_limit.h"
 #include "base/network/socket.h"
 #include "daemon/publish/wire_control.h"
 
@@ -15,11 +14,8 @@ namespace tractiond::publish {
 namespace {
 
 constexpr std::int64_t kLargestRequest = 65'536;
-constexpr int kWaitingReplies = 16;  ///< per peer; who does not read loses the rest
-constexpr std::uint64_t kWaiting_bytes = 16 << 20, kWaitingEach_bytes = 8 << 20;  ///< of all, of a user
-constexpr const char* kUnread = "too many replies wait to be read by this user: read them, or end their connections";
+constexpr int kWaitingReplies = 16;  ///< per peer; one that does not read loses the rest
 constexpr int kRequestsPerTurn = 64;
-constexpr int kRequestsPerSecond = 1000;    ///< of one connection
 constexpr std::size_t kLargestAskers = 64;  ///< of one zero, of one picture, of the camera
 
 }  // namespace
@@ -29,8 +25,6 @@ struct ControlServer::Impl {
   struct Route {
     std::string peer;
     std::string beyond;  ///< behind a peer that passes requests on; empty: the peer itself
-    std::string who;     ///< the peer's user, or its address
-    int fd = -1;         ///< of its connection
   };
 
   ~Impl() { network::release(endpoints); }
@@ -41,31 +35,18 @@ struct ControlServer::Impl {
     for (;;) {
       zmq::message_t surplus;
       zmq::message_t& message = parts < request.size() ? request[parts] : surplus;
-      if (zmq_msg_recv(message.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) {
-        network::inflow::releaseEnded(network::Charge::kRequests);
-        return false;
-      }
+      if (zmq_msg_recv(message.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) return false;
       ++parts;
-      if (message.more()) continue;
-      network::inflow::release(network::sourceOf(request[1]), parts - 1);  // the first is ZeroMQ's name of the peer
-      return true;
+      if (!message.more()) return true;
     }
   }
 
   void reply(const Route& route, const std::string& bytes) { replyAll({route}, bytes); }
 
-  /// Returns the reply's message; without a value if ZeroMQ has no memory for it.
-  std::optional<zmq::message_t> messageFor(const Route& first, const std::string& bytes) {
-    if (replies.allows(first.who, bytes.size())) {
-      return network::messageOf(bytes, replies.add(first.who, first.fd, bytes.size()));
-    }
-    return network::copyOf(encodeErrorReply(kUnread));
-  }
-
-  /// One message is shared by all, and counts for the first of them.
+  /// One message is shared by all.
   void replyAll(const std::vector<Route>& routes, const std::string& bytes) {
     if (routes.empty()) return;
-    auto message = messageFor(routes[0], bytes);
+    auto message = network::copyOf(bytes);
     std::uint64_t lost = 0;
     for (const Route& route : routes) {
       // All parts are made before the first is sent, so that a reply is sent as a whole or not at all.
@@ -119,7 +100,6 @@ struct ControlServer::Impl {
   }
 
   void answer() {
-    peers.count(request[1], parts - 1, endpoints);
     // [peer][empty][request], or [peer][beyond][empty][request]; a peer that does not speak REQ's envelope would not
     // understand a reply either.
     const bool passedOn = parts == 4 && !request[1].empty();
@@ -127,9 +107,7 @@ struct ControlServer::Impl {
     if (parts != last + 1 || !request[last - 1].empty()) return;
     zmq::message_t& message = request[last];
     const std::string name = network::peerName(message);
-    const Route peer{request[0].to_string(), passedOn ? request[1].to_string() : "", name.substr(0, name.find(',')),
-                     network::sourceOf(message)};
-    if (!replies.allows(peer.who, 1)) return reply(peer, encodeErrorReply(kUnread));
+    const Route peer{request[0].to_string(), passedOn ? request[1].to_string() : ""};
     auto asked = decodeRequest(message.to_string_view());
     if (!asked) return reply(peer, encodeErrorReply(asked.error()));
     if (!isServed(asked->request)) return reply(peer, encodeErrorReply("this request is not served here"));
@@ -191,9 +169,6 @@ struct ControlServer::Impl {
   std::optional<Route> calibrator;       ///< waits for the step that runs
   std::deque<CameraAsker> cameraAskers;  ///< the first is asked for, if any is
   bool cameraAsked = false;
-  network::PeerLimit peers{kRequestsPerSecond};
-  network::ReplyBudget replies{kWaiting_bytes, kWaitingEach_bytes};
-  std::int64_t counted_ns = 0;
   Counter unsent;                         ///< answers for which there was no memory
   std::optional<std::int64_t> warned_ns;  ///< when handlers.warn was called last
   zmq::context_t context{1};  ///< its own: what peers send here does not keep the publisher's thread from sending
@@ -223,11 +198,6 @@ void ControlServer::serve(std::chrono::milliseconds timeout) {
   impl_->askCamera();
   zmq_pollitem_t item = network::readable(impl_->socket);
   zmq_poll(&item, 1, timeout.count());
-  if (const std::int64_t now = monotonicNow(); now - impl_->counted_ns > 1'000'000'000) {
-    impl_->peers.reset();
-    impl_->counted_ns = now;
-  }
-  impl_->replies.forgetRead();
   for (int i = 0; i < kRequestsPerTurn && impl_->receive(); ++i) impl_->answer();
   impl_->askCamera();
 }

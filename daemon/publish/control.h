@@ -42,9 +42,9 @@ struct ControlHandlers {
 };
 
 /// Thread-bound, except for unsent(). A request that is malformed or unknown is answered with an error or dropped. So
-/// are requests of a client that does not read its answers, and a request for a zero, a picture or the camera for which
-/// 64 wait already. The connection of a client that sends a part of more than 64 KiB, or more than 1,000 requests in a
-/// second, is ended. An answer for which ZeroMQ has no memory is dropped, and counted (unsent()).
+/// is a request for a zero, a picture or the camera for which 64 wait already. For a client that does not read, 16
+/// answers wait, and further ones are lost. The connection of a client that sends a part of more than 64 KiB is ended.
+/// An answer for which ZeroMQ has no memory is dropped, and counted (unsent()).
 class ControlServer {
  public:
   /// Binds to ZeroMQ endpoints: "ipc://PATH", whose directory must exist, or "tcp://ADDRESS:PORT", where port * takes a

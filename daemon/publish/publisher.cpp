@@ -4,9 +4,7 @@
 
 #include "base/counter.h"
 #include "base/loan.h"
-#include "base/network/inflow_limit.h"
 #include "base/network/socket.h"
-#include "base/network/subscriptions.h"
 #include "daemon/publish/durations.h"
 #include "daemon/publish/wire.h"
 #include "proto/traction/v1/endpoints.h"
@@ -19,6 +17,7 @@
 #include <charconv>
 #include <cmath>
 #include <mutex>
+#include <set>
 
 namespace tractiond::publish {
 
@@ -26,12 +25,8 @@ namespace {
 
 /// A subscription is a topic's beginning; without CURVE nothing longer comes from an honest peer.
 constexpr std::int64_t kLargestSubscription = 64;
-/// Bytes; what a flooding peer has in it still arrives after it is cut off.
-constexpr int kReceiveBuffer = 4096;
 /// Subscriptions looked at in one turn, so that a flood of them does not keep a field waiting.
 constexpr int kSubscriptionsPerTurn = 256;
-/// From one connection in one status interval; each distinct one costs up to 2.4 kB for as long as the peer stays.
-constexpr int kSubscriptionsPerPeer = 64;
 
 /// Previews that wait for slow subscribers, of all together: who reads too slowly fills no memory.
 constexpr int kWaitingPreviews = 64;
@@ -78,8 +73,7 @@ struct Publisher::Impl {
       , previewMessage(described.identity) {
     for (std::size_t i = 0; i < kTopicCount; ++i) topics[i] = traction::topicOf(identity.sensor, kKinds[i]);
     network::guard(stream, options.highWaterMark, kLargestSubscription);
-    stream.set(zmq::sockopt::xpub_verboser, true);  // each subscription and cancellation is seen, and no longer charged
-    stream.set(zmq::sockopt::rcvbuf, kReceiveBuffer);
+    stream.set(zmq::sockopt::xpub_verbose, true);  // each new subscriber is seen, and the last one's leaving
     network::guard(latest, options.highWaterMark, kLargestSubscription);
     latest.set(zmq::sockopt::conflate, true);
     lastStatus_ns = started_ns;
@@ -157,7 +151,6 @@ struct Publisher::Impl {
     toSend.take(*status.mutable_latencies()->mutable_send());
     total.take(*status.mutable_latencies()->mutable_total());
     lastStatus_ns = heading.sent_ns;
-    subscribers.reset();
 
     trySending([&] {
       zmq::message_t message(wire.fillStatus(ledger, heading));
@@ -192,33 +185,25 @@ struct Publisher::Impl {
   void readSubscriptions() {
     for (int i = 0; i < kSubscriptionsPerTurn; ++i) {
       zmq::message_t message;
-      if (zmq_msg_recv(message.handle(), stream.handle(), ZMQ_DONTWAIT) < 0) {
-        network::inflow::releaseEnded(network::Charge::kSubscriptions);
-        return;
-      }
+      if (zmq_msg_recv(message.handle(), stream.handle(), ZMQ_DONTWAIT) < 0) return;
       const std::string_view text = message.to_string_view();
-      network::settleSubscription(message, isOfOurs(text));
-      notePreviews(message);
+      notePreviews(text);
       if (!text.starts_with('\1')) continue;
       if (std::string_view(topics[kDescription]).starts_with(text.substr(1))) descriptionDue = true;
-      subscribers.count(message, 1, streamEndpoints);
     }
-  }
-
-  /// A subscription to a topic that there is, or to all that begin like one, takes no room in ZeroMQ's tree.
-  bool isOfOurs(std::string_view subscription) const {
-    const auto begins = [&](std::string_view topic) { return topic.starts_with(subscription.substr(1)); };
-    return subscription.starts_with('\1') && std::ranges::any_of(topics, begins);
   }
 
   /// Notes subscriptions to previews. A subscriber to all of a sensor, or more, gets previews while others want them,
   /// but is no reason to make any.
-  void notePreviews(zmq::message_t& message) {
-    const std::string_view text = message.to_string_view(), topic = topics[kPreview];
+  void notePreviews(std::string_view message) {
+    const std::string_view topic = topics[kPreview], wanted = message.substr(std::min<std::size_t>(1, message.size()));
     const std::size_t unnamed = topic.size() - std::char_traits<char>::length(kKinds[kPreview]) - 1;
-    if (text.size() <= 1 + unnamed || !topic.starts_with(text.substr(1))) return;
-    previewSubscriptions.note(message);
-    previewWanted.store(!previewSubscriptions.empty(), std::memory_order_relaxed);  // a wish: it orders nothing
+    if (wanted.size() <= unnamed || !topic.starts_with(wanted)) return;
+    if (message[0] == '\1')
+      previewTopics.emplace(wanted);
+    else
+      previewTopics.erase(std::string(wanted));
+    previewWanted.store(!previewTopics.empty(), std::memory_order_relaxed);  // a wish: it orders nothing
   }
 
   void sendPreview() {
@@ -257,8 +242,6 @@ struct Publisher::Impl {
   bool descriptionDue = false;
   std::int64_t lastDescription_ns = 0;
 
-  network::PeerLimit subscribers{kSubscriptionsPerPeer};  ///< between two statuses
-
   const std::int64_t started_ns;
   std::int64_t lastStatus_ns = 0;
   std::uint64_t receivedBefore = 0;
@@ -268,7 +251,7 @@ struct Publisher::Impl {
   double residualSquares_px2 = 0.0;
   traction::v1::Solving solving;  ///< sums over all fields
 
-  network::Subscriptions previewSubscriptions;
+  std::set<std::string> previewTopics;  ///< beginnings of that topic with a subscriber
   std::atomic<bool> previewWanted{false};
   PreviewMessage previewMessage;  ///< as all of offerPreview()'s, its thread's
   Counter unsentPreviews;         ///< likewise

@@ -61,7 +61,7 @@ class Publisher {
 
   /// Waits until `fd` (-1: none) is readable, a subscription arrives, a description or status is due, or `timeout` is
   /// over; then serves subscribers, and sends what is due. Returns early when a signal arrives. Does not read from
-  /// `fd`. Ends the connection of a subscriber that sends more than 64 subscriptions between two statuses.
+  /// `fd`.
   void serve(int fd, std::chrono::milliseconds timeout);
 
   /// Replaces the description; it is sent within the next serve() or publish(), the newest one alone if several came.

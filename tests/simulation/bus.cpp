@@ -1,8 +1,6 @@
 // The bus between its peers and the daemon: messages on their way, queues and their limits, connections that end.
 #include "tests/simulation/bus_parts.h"
 
-#include <sys/socket.h>
-
 #include <algorithm>
 #include <array>
 #include <utility>
@@ -11,20 +9,10 @@ namespace tractiond::simulation {
 namespace {
 
 constexpr std::size_t kKernel_bytes = 200'000;  // of a connection, that its peer has not read
-constexpr std::size_t kRead_bytes = 8192;       // that libzmq reads at once
-constexpr std::size_t kGreeting = 64;
 
 std::size_t& held() {
   static std::size_t bytes = 0;
   return bytes;
-}
-
-/// Appends a frame as ZMTP 3 has it (RFC 23).
-void encode(std::string& wire, std::string_view body, bool more) {
-  const bool isLong = body.size() > 255;
-  wire += static_cast<char>((more ? 1 : 0) | (isLong ? 2 : 0));
-  for (int shift = isLong ? 56 : 0; shift >= 0; shift -= 8) wire += static_cast<char>(body.size() >> shift & 255);
-  wire += body;
 }
 
 }  // namespace
@@ -64,19 +52,17 @@ Bus*& bus() {
 }
 
 Bus::Bus()
-    : turned_ns_(now()) {
-  (void)::accept(-1, nullptr, nullptr);  // connections are seen to be accepted (connection_limit.h)
-}
+    : turned_ns_(now()) {}
 
 Bus::~Bus() = default;
 
-Bus::Connection* Bus::find(int fd) {
-  const auto one = connections_.find(fd);
+Bus::Connection* Bus::find(int id) {
+  const auto one = connections_.find(id);
   return one == connections_.end() ? nullptr : &one->second;
 }
 
-const Bus::Connection* Bus::find(int fd) const {
-  const auto one = connections_.find(fd);
+const Bus::Connection* Bus::find(int id) const {
+  const auto one = connections_.find(id);
   return one == connections_.end() ? nullptr : &one->second;
 }
 
@@ -85,55 +71,35 @@ int Bus::connect(int port, Peer& peer, const std::string& address, std::int64_t 
   const auto listens = std::ranges::find_if(sockets_, [port](const auto& one) { return one->port == port; });
   if (listens == sockets_.end()) return -1;
   Socket& socket = **listens;
-  const int fd = free_.empty() ? next_++ : free_.extract(free_.begin()).value();
+  const int id = ++last_;
   Connection& one = connections_
-                        .emplace(fd, Connection{.socket = &socket,
+                        .emplace(id, Connection{.socket = &socket,
                                                 .peer = &peer,
                                                 .address = std::make_shared<std::string>(address),
                                                 .reads_bytesPerMs = reads_bytesPerMs,
-                                                .fd = fd,
-                                                .cookie = ++cookies_})
+                                                .id = id})
                         .first->second;
-  if (reads_bytesPerMs > 0) slow_.insert(fd);
-  std::string greeting(kGreeting, '\0');
-  greeting[0] = '\xff';
-  greeting[9] = '\x7f';
-  greeting[10] = 3;
-  one.wire = greeting + std::string("\4\6\5READY", 8);
+  if (reads_bytesPerMs > 0) slow_.insert(id);
   greet(one, credentials);
-  return fd;
+  return id;
 }
 
-void Bus::send(int fd, std::span<const std::string> parts, bool isWhole) {
-  Connection* const one = find(fd);
+void Bus::send(int id, std::span<const std::string> parts) {
+  Connection* const one = find(id);
   if (one == nullptr || one->hasEnded) return;
-  if (!one->isAdmitted) return one->early.push_back({{parts.begin(), parts.end()}, isWhole});
-  if (!reach(*one, parts, isWhole)) {
-    ++cutOff_;
-    end(*one);
-  }
-  endShut();
-  if (!one->hasEnded && isWhole) arrive(*one, parts);
-}
-
-/// Lets libzmq read what the peer sends, by the daemon's own recv(). Returns false if the connection ends.
-bool Bus::reach(Connection& one, std::span<const std::string> parts, bool isWhole) {
-  for (const std::string& part : parts) {
-    encode(one.wire, part, !isWhole || &part != &parts.back());
-    if (one.socket->largest >= 0 && std::cmp_greater(part.size(), one.socket->largest)) return false;
-  }
-  std::array<char, kRead_bytes> buffer{};
-  while (!one.wire.empty()) {
-    if (::recv(one.fd, buffer.data(), buffer.size(), 0) <= 0) return false;
-  }
-  return true;
+  if (!one->isAdmitted) return (void)one->early.emplace_back(parts.begin(), parts.end());
+  const std::int64_t largest = one->socket->largest;
+  const bool isTooLarge = largest >= 0 && std::ranges::any_of(parts, [largest](const std::string& part) {
+                            return std::cmp_greater(part.size(), largest);
+                          });
+  isTooLarge ? end(*one) : arrive(*one, parts);
 }
 
 void Bus::arrive(Connection& one, std::span<const std::string> parts) {
   Socket& socket = *one.socket;
   Message message;
   const auto add = [&](std::string_view bytes, bool more) {
-    message.push_back({std::make_shared<Content>(bytes), more, one.fd, one.address, one.user});
+    message.push_back({std::make_shared<Content>(bytes), more, one.address, one.user});
   };
   if (socket.type == ZMQ_ROUTER) add(one.route, true);
   for (const std::string& part : parts) add(part, &part != &parts.back());
@@ -141,72 +107,56 @@ void Bus::arrive(Connection& one, std::span<const std::string> parts) {
   const std::string& text = parts[0];
   const auto topic = std::ranges::find(one.subscriptions, text.substr(1));
   const bool isKnown = topic != one.subscriptions.end();
-  if (text.starts_with('\1') && !isKnown) one.subscriptions.push_back(text.substr(1));
-  if (text.starts_with('\0') && isKnown) one.subscriptions.erase(topic);
-  if (socket.type == ZMQ_XPUB) socket.subscriptions.push_back(std::move(message));
+  if (text.starts_with('\0') && isKnown) {
+    one.subscriptions.erase(topic);
+    cancel(socket, text.substr(1));
+  }
+  if (!text.starts_with('\1')) return;
+  const bool isFirst = std::ranges::none_of(socket.connections, [&](const Connection* other) {
+    return std::ranges::find(other->subscriptions, text.substr(1)) != other->subscriptions.end();
+  });
+  if (!isKnown) one.subscriptions.push_back(text.substr(1));
+  if (socket.type == ZMQ_XPUB && (isFirst || socket.isVerbose)) socket.subscriptions.push_back(std::move(message));
+}
+
+/// Tells the program that a subscription has ended, if it was the last one to its topic.
+void Bus::cancel(Socket& socket, const std::string& topic) {
+  const bool isWanted = std::ranges::any_of(socket.connections, [&](const Connection* other) {
+    return std::ranges::find(other->subscriptions, topic) != other->subscriptions.end();
+  });
+  if (socket.type == ZMQ_XPUB && !isWanted)
+    socket.subscriptions.push_back({{std::make_shared<Content>(std::string(1, '\0') + topic)}});
 }
 
 /// libzmq notices that the connection has ended, and forgets what waits for its peer.
 void Bus::end(Connection& one) {
   if (std::exchange(one.hasEnded, true)) return;
-  open_.push_back(one.fd);
-  one.wire.clear();
-  char byte = 0;
-  (void)::recv(one.fd, &byte, 1, 0);
+  slow_.erase(one.id);
   Socket* const socket = one.socket;
   one.queue.clear();
   one.kernel.clear();
   one.kernel_bytes = 0;
   if (socket == nullptr) return;
-  tellMonitor(*socket, ZMQ_EVENT_DISCONNECTED, one.fd);
   std::erase(socket->connections, &one);
   socket->routes.erase(one.route);
   if (one.inbox) one.inbox->hasEnded = true;
-  if (socket->type != ZMQ_XPUB) return;
-  std::set<std::string> topics(one.subscriptions.begin(), one.subscriptions.end());
-  std::ranges::copy(topics, std::back_inserter(socket->ending));
+  for (const std::string& topic : one.subscriptions) cancel(*socket, topic);
 }
 
-/// libzmq's thread and the socket's must have answered each other before the end of a connection is told. Its
-/// descriptor may be another one's by then.
-void Bus::tellEnds() {
-  for (const auto& socket : sockets_) {
-    for (const std::string& topic : std::exchange(socket->ended, {}))
-      socket->subscriptions.push_back({{std::make_shared<Content>(std::string(1, '\0') + topic)}});
-  }
-}
-
-void Bus::endShut() {
-  for (const int fd : std::exchange(shut_, {})) {
-    Connection* const one = find(fd);
-    if (one == nullptr || one->hasEnded) continue;
-    ++cutOff_;
-    end(*one);
-  }
-}
-
-void Bus::disconnect(int fd) {
-  Connection* const one = find(fd);
+void Bus::disconnect(int id) {
+  Connection* const one = find(id);
   if (one == nullptr) return;
   end(*one);
-  slow_.erase(fd);
-  one->isLeft = true;
-  if (one->isClosed) forget(fd);
+  connections_.erase(id);
 }
 
-void Bus::forget(int fd) {
-  connections_.erase(fd);
-  free_.insert(fd);
-}
-
-bool Bus::hasEnded(int fd) const {
-  const Connection* const one = find(fd);
+bool Bus::hasEnded(int id) const {
+  const Connection* const one = find(id);
   return one == nullptr || one->hasEnded;
 }
 
 bool Bus::hasSubscriptions() const {
-  return std::ranges::any_of(
-      sockets_, [](const auto& socket) { return !socket->subscriptions.empty() || !socket->ending.empty(); });
+  return std::ranges::any_of(sockets_, [](const auto& socket) { return !socket->subscriptions.empty(); });
 }
 
 std::size_t Bus::waitingRequests() const {
@@ -218,17 +168,10 @@ std::size_t Bus::waitingRequests() const {
 }
 
 void Bus::turn() {
-  endShut();
   endHandshakes();
   const std::int64_t passed_ns = now() - std::exchange(turned_ns_, now());
   if (passed_ns == 0) return;
-  tellEnds();
-  for (const int fd : std::exchange(open_, {})) {
-    Connection& one = *find(fd);
-    one.isClosed = true;
-    if (one.isLeft) forget(fd);
-  }
-  for (const int fd : slow_) read(*find(fd), passed_ns);
+  for (const int id : slow_) read(*find(id), passed_ns);
 }
 
 void Bus::read(Connection& one, std::int64_t passed_ns) {

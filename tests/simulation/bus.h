@@ -1,9 +1,8 @@
-// Simulates what libzmq and the kernel do between the sockets of a program, daemon or gateway, and its peers: queues
-// with limits, subscriptions, the order of requests, handshakes, connections that end. bus_calls.cpp defines the
-// program's calls of the kernel about connections by it, zmq.cpp those of libzmq.
+// Simulates what libzmq does between the sockets of a program, daemon or gateway, and its peers: queues with limits,
+// subscriptions, the order of requests, handshakes, connections that end. zmq.cpp defines the program's calls of libzmq
+// by it.
 #pragma once
 
-#include "base/network/ends.h"
 #include "tests/simulation/world.h"
 
 #include <zmq.h>
@@ -47,7 +46,6 @@ class Content {
 struct Part {
   std::shared_ptr<Content> content;
   bool more = false;                                ///< another part of the message follows
-  int fd = -1;                                      ///< of the connection that it came over
   std::shared_ptr<const std::string> address = {};  ///< of the peer that sent it
   std::shared_ptr<const std::string> user = {};     ///< name of its key; null: it needed none
 };
@@ -83,37 +81,31 @@ inline constexpr std::int64_t kAtOnce = -1, kReadsNothing = 0;
 
 class Bus {
  public:
-  static constexpr int kFirst = 1000;  ///< lowest descriptor of a connection
-
   Bus();
   ~Bus();
 
   // For peers.
 
-  /// Connects to a port. Returns the descriptor of the daemon's end; -1 if nobody listens. \param peer must outlive the
-  /// connection \param address as ZeroMQ tells it
+  /// Connects to a port. Returns the number of the connection, which no other one gets; -1 if nobody listens. \param
+  /// peer must outlive the connection \param address as ZeroMQ tells it
   int connect(int port, Peer& peer, const std::string& address, std::int64_t reads_bytesPerMs,
               const Credentials& credentials = {});
-  /// Sends a message of some parts; without `isWhole` its last part is missing. No effect if the connection has ended.
-  void send(int fd, std::span<const std::string> parts, bool isWhole = true);
+  /// Sends a message of some parts. No effect if the connection has ended.
+  void send(int id, std::span<const std::string> parts);
   /// Ends a connection, as its peer wants.
-  void disconnect(int fd);
+  void disconnect(int id);
   /// Returns whether the daemon has ended the connection. It must be given up by disconnect() all the same.
-  bool hasEnded(int fd) const;
+  bool hasEnded(int id) const;
   /// Returns whether the connection's handshake is over: what is sent before waits for that.
-  bool isAdmitted(int fd) const;
-  /// Returns how many connections the daemon has ended by itself.
-  std::uint64_t cutOff() const { return cutOff_; }
+  bool isAdmitted(int id) const;
   /// Lets slow peers read for the time that has passed.
   void turn();
-  /// Returns whether a subscription, or the end of a connection, waits to be noticed by the daemon.
+  /// Returns whether a subscription or cancellation waits to be noticed by the daemon.
   bool hasSubscriptions() const;
   /// Returns the number of requests that wait to be taken by the daemon.
   std::size_t waitingRequests() const;
   /// Returns whether any socket of the program can receive.
   bool isReadable() const;
-  /// Returns whether a monitor has events that the program has not read.
-  bool hasEvents() const;
 
   // For servers.
 
@@ -132,22 +124,11 @@ class Bus {
   int get(const Socket& socket, int option, void* value, std::size_t* size) const;
   int bind(Socket& socket, const std::string& endpoint);
   int connect(Socket& socket, const std::string& endpoint);
-  int monitor(Socket& socket, const std::string& endpoint);
   /// Returns whether a message can be queued, which a DEALER without a server cannot.
   bool canSend(const Socket& socket) const;
   void send(Socket& socket, Part part);
   bool receive(Socket& socket, Part& part);
   bool canReceive(const Socket& socket) const;
-
-  // For the calls of the kernel, see base/network/ends.h.
-
-  std::string localEnd(int fd) const;
-  std::string peerOf(int fd) const;
-  std::uint64_t cookieOf(int fd) const;
-  std::optional<network::Unread> unreadOf(int fd) const;
-  int endOfDescriptorTable() const;
-  ssize_t receive(int fd, void* buffer, std::size_t size);
-  bool shutDown(int fd);
 
  private:
   struct Connection;
@@ -157,20 +138,16 @@ class Bus {
     bool hasEnded = false;
   };
 
-  Connection* find(int fd);
-  const Connection* find(int fd) const;
-  bool reach(Connection& connection, std::span<const std::string> parts, bool isWhole);
+  Connection* find(int id);
+  const Connection* find(int id) const;
   void arrive(Connection& connection, std::span<const std::string> parts);
   void end(Connection& connection);
-  void tellEnds();
-  void forget(int fd);
-  void endShut();
+  static void cancel(Socket& socket, const std::string& topic);
   // bus_handshakes.cpp
   void greet(Connection& connection, const Credentials& credentials);
   void admit(Connection& connection);
   void settleHandshake(const Message& answer);
   void endHandshakes();
-  void tellMonitor(const Socket& socket, int event, int fd);
   void subscribe(Socket& socket, std::string_view topic, bool wants);
   void passOn(const Socket& socket, const Message& message);
 
@@ -179,18 +156,14 @@ class Bus {
   static void fillKernel(Connection& connection);
   static void read(Connection& connection, std::int64_t passed_ns);
 
-  std::map<int, Connection> connections_;
-  std::set<int> free_;  ///< descriptors below next_
-  std::set<int> slow_;  ///< those whose peers read slowly
-  int next_ = kFirst;
-  std::uint64_t cookies_ = 0, messages_ = 0, cutOff_ = 0;
+  std::map<int, Connection> connections_;  ///< by number
+  std::set<int> slow_;                     ///< those whose peers read slowly
+  int last_ = 0;                           ///< number of the newest connection
+  std::uint64_t messages_ = 0;
   std::int64_t turned_ns_;
   std::vector<std::unique_ptr<Socket>> sockets_;
-  std::vector<int> shut_;  ///< connections that were shut down, and have not ended yet
-  std::vector<int> open_;  ///< descriptors of ended connections: libzmq tells the end before it closes the descriptor
   struct Handshake {
-    int fd;
-    std::uint64_t cookie;
+    int id;
     std::int64_t until_ns;
   };
   std::vector<Handshake> handshakes_;       ///< that are not over

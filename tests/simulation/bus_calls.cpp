@@ -1,4 +1,4 @@
-// The bus as libzmq and the kernel: what the daemon's calls about sockets and connections return.
+// The bus as libzmq: what the program's calls about sockets return.
 #include "tests/simulation/bus_parts.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ Bus::Socket* Bus::open(int type) {
 
 void Bus::close(Socket* socket) {
   while (!socket->connections.empty()) end(*socket->connections[0]);
-  for (auto& [fd, one] : connections_) {
+  for (auto& [id, one] : connections_) {
     if (one.socket != socket) continue;
     end(one);  // its handshake was not over
     one.socket = nullptr;
@@ -38,6 +38,7 @@ int Bus::set(Socket& socket, int option, const void* value, std::size_t size) {
   if (option == ZMQ_SNDHWM) socket.highWaterMark = number == 0 ? SIZE_MAX : static_cast<std::size_t>(number);
   if (option == ZMQ_MAXMSGSIZE) socket.largest = number;
   if (option == ZMQ_CONFLATE) socket.conflates = number != 0;
+  if (option == ZMQ_XPUB_VERBOSE) socket.isVerbose = number != 0;
   if (option == ZMQ_CURVE_SERVER) socket.needsKey = number != 0;
   const std::string_view text(static_cast<const char*>(value), size);
   if (option == ZMQ_ZAP_DOMAIN) socket.domain = text;
@@ -83,7 +84,6 @@ bool Bus::isReadable() const {
 
 /// Requests are taken from the connections in turn, one from each.
 bool Bus::receive(Socket& socket, Part& part) {
-  std::ranges::move(std::exchange(socket.ending, {}), std::back_inserter(socket.ended));
   if (socket.incoming.empty()) {
     Message message;
     if (!socket.received.empty()) {
@@ -110,74 +110,4 @@ bool Bus::receive(Socket& socket, Part& part) {
   return true;
 }
 
-std::string Bus::localEnd(int fd) const {
-  const Connection* const one = find(fd);
-  return one == nullptr || one->socket == nullptr || one->hasEnded ? "" : ":" + std::to_string(one->socket->port);
-}
-
-std::string Bus::peerOf(int fd) const {
-  const Connection* const one = find(fd);
-  return one == nullptr || one->hasEnded ? "" : *one->address;
-}
-
-std::uint64_t Bus::cookieOf(int fd) const {
-  const Connection* const one = find(fd);
-  return one == nullptr || one->isClosed ? 0 : one->cookie;
-}
-
-std::optional<network::Unread> Bus::unreadOf(int fd) const {
-  const Connection* const one = find(fd);
-  if (one == nullptr || one->hasEnded) return std::nullopt;
-  return network::Unread{one->cookie, static_cast<int>(one->kernel_bytes)};
-}
-
-int Bus::endOfDescriptorTable() const {
-  return next_;
-}
-
-ssize_t Bus::receive(int fd, void* buffer, std::size_t size) {
-  Connection* const one = find(fd);
-  if (one == nullptr || one->hasEnded || one->isShut) return 0;
-  const std::size_t some = std::min(size, one->wire.size());
-  std::memcpy(buffer, one->wire.data(), some);
-  one->wire.erase(0, some);
-  return static_cast<ssize_t>(some);
-}
-
-bool Bus::shutDown(int fd) {
-  Connection* const one = find(fd);
-  if (one == nullptr || one->hasEnded) return false;
-  one->isShut = true;
-  shut_.push_back(fd);
-  return true;
-}
-
 }  // namespace tractiond::simulation
-
-namespace tractiond::network {
-
-using simulation::bus;
-
-std::string localEnd(int fd) {
-  return bus() == nullptr ? "" : bus()->localEnd(fd);
-}
-std::string peerOf(int fd) {
-  return bus() == nullptr ? "" : bus()->peerOf(fd);
-}
-std::uint64_t cookieOf(int fd) {
-  return bus() == nullptr ? 0 : bus()->cookieOf(fd);
-}
-std::optional<Unread> unreadOf(int fd) {
-  return bus() == nullptr ? std::nullopt : bus()->unreadOf(fd);
-}
-int endOfDescriptorTable() {
-  return bus() == nullptr ? 0 : bus()->endOfDescriptorTable();
-}
-ssize_t receive(int fd, void* buffer, std::size_t size, int /*flags*/) {
-  return bus() == nullptr ? 0 : bus()->receive(fd, buffer, size);
-}
-bool shutDown(int fd) {
-  return bus() != nullptr && bus()->shutDown(fd);
-}
-
-}  // namespace tractiond::network

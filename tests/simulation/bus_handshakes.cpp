@@ -1,10 +1,7 @@
-// The bus at both ends of a gateway: handshakes with keys, monitors of connections, and the servers that its sockets
-// are connected to.
+// The bus at both ends of a gateway: handshakes with keys, and the servers that its sockets are connected to.
 #include "tests/simulation/bus_parts.h"
 
 #include <algorithm>
-#include <array>
-#include <cstring>
 #include <utility>
 
 namespace tractiond::simulation {
@@ -25,14 +22,13 @@ Message messageOf(std::initializer_list<std::string_view> parts) {
 /// Sends the key of a new peer to the handler of handshakes (ZAP, RFC 27), where a key is needed; else admits the peer.
 void Bus::greet(Connection& one, const Credentials& credentials) {
   const Socket& socket = *one.socket;
-  tellMonitor(socket, ZMQ_EVENT_ACCEPTED, one.fd);
   if (!socket.needsKey && !credentials.isSilent) return admit(one);
-  handshakes_.push_back({one.fd, one.cookie, now() + kHandshake_ns});
+  handshakes_.push_back({one.id, now() + kHandshake_ns});
   if (credentials.isSilent) return;
   const auto asked = std::ranges::find_if(sockets_, [](const auto& other) { return other->type == ZMQ_REP; });
   if (credentials.key.empty() || asked == sockets_.end()) return end(one);
   (*asked)->received.push_back(
-      messageOf({"1.0", std::to_string(one.cookie), socket.domain, *one.address, "", "CURVE", credentials.key}));
+      messageOf({"1.0", std::to_string(one.id), socket.domain, *one.address, "", "CURVE", credentials.key}));
 }
 
 /// Makes a peer a part of its socket, and processes what it has sent before.
@@ -48,58 +44,33 @@ void Bus::admit(Connection& one) {
     one.inbox = std::make_shared<Inbox>();
     socket.inboxes.push_back(one.inbox);
   }
-  const int fd = one.fd;
-  for (const auto& [parts, isWhole] : std::exchange(one.early, {})) send(fd, parts, isWhole);
+  const int id = one.id;
+  for (const auto& parts : std::exchange(one.early, {})) send(id, parts);
 }
 
 /// Admits or ends a connection. \param answer version, id, status, text, user, metadata
 void Bus::settleHandshake(const Message& answer) {
-  const std::uint64_t cookie = std::stoull(std::string(answer.at(1).content->view()));
-  const auto one =
-      std::ranges::find_if(connections_, [cookie](const auto& each) { return each.second.cookie == cookie; });
-  if (one == connections_.end() || one->second.hasEnded || one->second.isShut) return;
-  if (answer.at(2).content->view() != "200") return end(one->second);
-  one->second.user = std::make_shared<std::string>(answer.at(4).content->view());
-  admit(one->second);
+  Connection* const one = find(std::stoi(std::string(answer.at(1).content->view())));
+  if (one == nullptr || one->hasEnded) return;
+  if (answer.at(2).content->view() != "200") return end(*one);
+  one->user = std::make_shared<std::string>(answer.at(4).content->view());
+  admit(*one);
 }
 
 /// libzmq ends connections whose handshake takes too long, be it because of the peer or of the program.
 void Bus::endHandshakes() {
   std::erase_if(handshakes_, [this](const auto& handshake) {
-    Connection* const one = find(handshake.fd);
-    if (one == nullptr || one->cookie != handshake.cookie || one->isAdmitted || one->hasEnded) return true;
+    Connection* const one = find(handshake.id);
+    if (one == nullptr || one->isAdmitted || one->hasEnded) return true;
     if (handshake.until_ns > now()) return false;
     end(*one);
     return true;
   });
 }
 
-bool Bus::isAdmitted(int fd) const {
-  const Connection* const one = find(fd);
+bool Bus::isAdmitted(int id) const {
+  const Connection* const one = find(id);
   return one != nullptr && one->isAdmitted && !one->hasEnded;
-}
-
-int Bus::monitor(Socket& socket, const std::string& endpoint) {
-  socket.monitor = endpoint;
-  return 0;
-}
-
-/// Sends an event to the monitor of a socket: event (16 bits) and value (32 bits), then the address, left empty.
-void Bus::tellMonitor(const Socket& socket, int event, int fd) {
-  if (socket.monitor.empty()) return;
-  const auto told = std::ranges::find_if(sockets_, [&](const auto& other) { return other->server == socket.monitor; });
-  if (told == sockets_.end()) return;
-  const auto small = static_cast<std::uint16_t>(event);
-  const auto value = static_cast<std::int32_t>(fd);
-  std::array<char, sizeof small + sizeof value> bytes{};
-  std::memcpy(bytes.data(), &small, sizeof small);
-  std::memcpy(bytes.data() + sizeof small, &value, sizeof value);
-  (*told)->received.push_back(messageOf({std::string_view(bytes.data(), bytes.size()), ""}));
-}
-
-bool Bus::hasEvents() const {
-  return std::ranges::any_of(sockets_,
-                             [](const auto& socket) { return socket->type == ZMQ_PAIR && !socket->received.empty(); });
 }
 
 int Bus::connect(Socket& socket, const std::string& endpoint) {

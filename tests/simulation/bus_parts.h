@@ -11,18 +11,16 @@ struct Bus::Socket {
   std::int64_t largest = -1;
   std::size_t highWaterMark = 1000;
   bool conflates = false;
+  bool isVerbose = false;          ///< each subscription is told, not only the first one of its topic
   bool needsKey = false;           ///< it is a CURVE server
   std::string domain;              ///< of its handshakes
-  std::string monitor;             ///< endpoint at which its connections are told
   std::string server;              ///< endpoint that it is connected to
   std::vector<std::string> wants;  ///< subscriptions of a SUB
-  std::deque<Message> received;    ///< from the server, of handshakes, or of a monitored socket
+  std::deque<Message> received;    ///< from the server, or of handshakes
   std::vector<Connection*> connections;
   Message outgoing;                            ///< parts of a message that is not complete
   std::deque<Part> incoming;                   ///< parts of the message that is being received
   std::deque<Message> subscriptions;           ///< and cancellations, in their order
-  std::vector<std::string> ending;             ///< topics of connections that have ended, which was not noticed yet
-  std::vector<std::string> ended;              ///< those that were noticed: cancellations of them follow soon
   std::deque<std::shared_ptr<Inbox>> inboxes;  ///< the first one is to be served next
   std::map<std::string, Connection*> routes;
   std::uint64_t routesSoFar = 0;
@@ -33,18 +31,10 @@ struct Bus::Connection {
   Peer* peer;
   std::shared_ptr<const std::string> address;
   std::int64_t reads_bytesPerMs;
-  int fd;
-  std::uint64_t cookie;
-  std::string wire = {};  ///< from the peer, not read yet
-  bool isShut = false, hasEnded = false, isAdmitted = false;
-  bool isClosed = false;  ///< so that its descriptor may become another one's, once its peer has left
-  bool isLeft = false;
+  int id;
+  bool hasEnded = false, isAdmitted = false;
   std::shared_ptr<const std::string> user = {};
-  struct Early {
-    std::vector<std::string> parts;
-    bool isWhole;
-  };
-  std::vector<Early> early = {};  ///< what the peer sent before it was admitted
+  std::vector<std::vector<std::string>> early = {};  ///< what the peer sent before it was admitted
   std::string route = {};
   std::shared_ptr<Inbox> inbox = {};
   std::vector<std::string> subscriptions = {};

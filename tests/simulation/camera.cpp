@@ -7,10 +7,8 @@ namespace tractiond::simulation {
 namespace {
 
 constexpr std::int64_t kPeriod_ns = 16'666'667;
-constexpr std::int64_t kUnderWay_ns = 9 * kMs;       // exposure, read-out and transport
-constexpr std::int64_t kAlarm_ns = 300 * kMs;        // three pictures of the camera's own come, also of a lossy one
-constexpr std::int64_t kContradicts_ns = 100 * kMs;  // since its last picture
-constexpr std::uint64_t kIds = 65'535;               // 16 bit, never 0
+constexpr std::int64_t kUnderWay_ns = 9 * kMs;  // exposure, read-out and transport
+constexpr std::uint64_t kIds = 65'535;          // 16 bit, never 0
 
 }  // namespace
 
@@ -25,7 +23,6 @@ void Camera::connect(std::int64_t streamsFrom_ns, std::int64_t from_ns) {
   hasOtherPictures_ = false;
   streamsFrom_ns_ = streamsFrom_ns;
   connectedFrom_ns_ = from_ns;
-  becomeUnclear(from_ns);
 }
 
 void Camera::disconnect() {
@@ -35,12 +32,6 @@ void Camera::disconnect() {
 
 void Camera::heed(const Happening& one) {
   switch (one.event) {
-  case Event::kSecondCounter:
-    if (nextForged_ns_ == kNever) nextForged_ns_ = now();
-    forgedId_ = (id_ + static_cast<std::uint64_t>(chance_.between(2000, 60'000))) % kIds + 1;
-    forgedAhead_ns_ = chance_.between(-1000, 1000) * kSecond;
-    becomeUnclear();
-    break;
   case Event::kOtherPictures:
     hasOtherPictures_ = true;
     break;
@@ -64,7 +55,6 @@ void Camera::heed(const Happening& one) {
 
 void Camera::turn() {
   if (nextPicture_ns_ <= now()) takePicture();
-  if (nextForged_ns_ <= now()) forge();
 }
 
 OnItsWay Camera::picture() {
@@ -93,41 +83,11 @@ void Camera::takePicture() {
   one.arrival.id = id_;
   one.arrival.device_ns = ongoing_.lasts(Event::kNoClock) ? 0 : now() + clockAhead_ns_;
   if (ongoing_.lasts(Event::kSilence) || ongoing_.lasts(Event::kGone) || ongoing_.hits(Event::kLoss, chance_)) return;
-  if (ongoing_.lasts(Event::kImpostor) && nextImpostor_ns_ <= now()) impersonate(one);
   send(one);
   if (ongoing_.hits(Event::kAgain, chance_) && one.arrival.complete) {
     one.at_ns += chance_.between(1, 400) * kMs;
     send(one);
   }
-}
-
-void Camera::forge() {
-  nextForged_ns_ =
-      ongoing_.lasts(Event::kSecondCounter) ? now() + ongoing_.amountOf(Event::kSecondCounter) * kMs : kNever;
-  if (nextForged_ns_ == kNever) return;
-  forgedId_ = forgedId_ >= kIds ? 1 : forgedId_ + 1;
-  OnItsWay one = picture();
-  one.picture.isForged = true;
-  one.at_ns = now() + chance_.between(0, 2 * kMs);
-  one.arrival.id = forgedId_;
-  one.arrival.device_ns = now() + forgedAhead_ns_;
-  send(one);
-}
-
-/// Sends a picture in the place of one of the camera's, whose packets are then under way twice.
-void Camera::impersonate(const OnItsWay& own) {
-  if (now() < connectedFrom_ns_) return;
-  nextImpostor_ns_ = now() + ongoing_.amountOf(Event::kImpostor) * kMs;
-  // A starved host may lose the camera's own.
-  if (ongoing_.lasts(Event::kStarved)) becomeUnclear(own.at_ns);
-  OnItsWay one = picture();
-  const std::int64_t sooner_ns = chance_.between(0, chance_.oneIn(2) ? kFrame_ns : kUnderWay_ns);
-  one.picture.isForged = true;
-  if (sooner_ns >= kFrame_ns) one.picture.ownAt_ns = own.at_ns;
-  one.at_ns = own.at_ns - sooner_ns;
-  one.arrival.id = own.arrival.id;
-  one.arrival.device_ns = own.arrival.device_ns - (chance_.oneIn(3) ? sooner_ns : 0);
-  send(one);
 }
 
 void Camera::send(const OnItsWay& one) {
@@ -142,12 +102,6 @@ void Camera::send(const OnItsWay& one) {
 OnItsWay Camera::take() {
   const OnItsWay one = queue_.front();
   queue_.pop_front();
-  constexpr std::int64_t kExcuses_ns = 500 * kMs;
-  if (!one.arrival.complete) excusesUntil_ns_ = now() + kExcuses_ns;
-  if (!one.picture.isForged && one.arrival.complete) {
-    if (now() - heard_ns_ > kContradicts_ns) becomeUnclear();
-    heard_ns_ = now();
-  }
   return one;
 }
 
@@ -161,14 +115,6 @@ std::int64_t Camera::answersAfter_ns() const {
   constexpr std::int64_t kUsual_ns = 1 * kMs;
   if (ongoing_.lasts(Event::kGone)) return kNever;
   return ongoing_.lasts(Event::kSlowAnswers) ? ongoing_.amountOf(Event::kSlowAnswers) * kMs : kUsual_ns;
-}
-
-void Camera::becomeUnclear(std::int64_t from_ns) {
-  unclearUntil_ns_ = std::max(unclearUntil_ns_, from_ns + kAlarm_ns);
-}
-
-bool Camera::canContradict() const {
-  return unclearUntil_ns_ <= now() && now() - heard_ns_ <= kContradicts_ns;
 }
 
 }  // namespace tractiond::simulation

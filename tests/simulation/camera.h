@@ -1,4 +1,4 @@
-// Simulates the camera, another host that sends packets as if it were the camera, and the transport of their pictures.
+// Simulates the camera, and the transport of its pictures.
 #pragma once
 
 #include "daemon/capture/driver.h"
@@ -19,11 +19,7 @@ struct Picture {
   std::uint64_t taken = 0;   ///< number of pictures that the camera itself had taken
   double force_N = 0.0;
   bool isFew = false;
-  bool isForged = false;
   std::int64_t at_ns = 0;  ///< when it was whole
-  /// Forged with an id of the camera, and whole before the camera's own picture of that id begins to come: when that is
-  /// whole. kNever: it is none of these.
-  std::int64_t ownAt_ns = kNever;
   std::size_t noise = 0;
   std::array<std::uint8_t, 64> bytes{};
 };
@@ -44,12 +40,12 @@ class Camera {
   void connect(std::int64_t streamsFrom_ns, std::int64_t from_ns);
   void disconnect();
 
-  /// Applies an event to the camera, or to the host that sends as the camera.
+  /// Applies an event to the camera.
   void heed(const Happening& one);
   /// Takes the pictures that are due.
   void turn();
   /// Returns when turn() has something to do; kNever: it has not.
-  std::int64_t next_ns() const { return std::min(nextPicture_ns_, nextForged_ns_); }
+  std::int64_t next_ns() const { return nextPicture_ns_; }
 
   /// Returns when the next picture arrives; kNever: none is under way.
   std::int64_t arrives_ns() const { return queue_.empty() ? kNever : queue_.front().at_ns; }
@@ -57,12 +53,6 @@ class Camera {
   bool hasMore() const { return !queue_.empty(); }
   /// Returns whether another picture with the id of one that was taken had begun to come when that one was whole.
   bool comesTwice(const OnItsWay& taken) const;
-
-  /// Returns whether the frame gate can know which of two hosts is the camera: it has received the camera's own
-  /// pictures recently, and for long enough.
-  bool canContradict() const;
-  /// Returns whether late packets may be those of a frame that was given up shortly before.
-  bool excusesLate() const { return now() < excusesUntil_ns_; }
 
   /// Returns how long it takes to answer a question; kNever: it does not.
   std::int64_t answersAfter_ns() const;
@@ -85,10 +75,7 @@ class Camera {
  private:
   OnItsWay picture();
   void takePicture();
-  void forge();
-  void impersonate(const OnItsWay& own);
   void send(const OnItsWay& one);
-  void becomeUnclear(std::int64_t from_ns = now());
 
   const Gel& gel_;
   const Ongoing& ongoing_;
@@ -98,12 +85,7 @@ class Camera {
   std::int64_t nextPicture_ns_, clockAhead_ns_ = -500 * kSecond;
   std::uint64_t id_ = 0, pictures_ = 0, taken_ = 0;
   bool hasOtherPictures_ = false;
-  std::int64_t nextForged_ns_ = kNever, forgedAhead_ns_ = 0;
-  std::uint64_t forgedId_ = 0;
-  std::int64_t nextImpostor_ns_ = 0;
   std::deque<OnItsWay> queue_;
-  std::int64_t heard_ns_ = 0;  ///< when the camera's last own picture came
-  std::int64_t unclearUntil_ns_ = 0, excusesUntil_ns_ = 0;
   std::int64_t goneSince_ns_ = 0;
 };
 

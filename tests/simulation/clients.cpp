@@ -145,9 +145,7 @@ void Clients::heed(const Happening& one) {
   if (one.event == Event::kOddRequest) askOddly(one.amount);
 }
 
-/// More than a thousand in a second may end the connection.
 void Clients::askMany(std::int64_t number, std::int64_t reads_bytesPerMs, std::int64_t stays_ns) {
-  constexpr std::int64_t kAllowed = 1000;
   const bool isStatus = number % 2 == 0;
   const bool reads = reads_bytesPerMs == kAtOnce;
   for (const auto& other : all_) {
@@ -156,7 +154,6 @@ void Clients::askMany(std::int64_t number, std::int64_t reads_bytesPerMs, std::i
   const std::int64_t within_ns = kSoon_ns + turnsFor_ns(static_cast<std::size_t>(number));
   One* const one = connect(isStatus ? Kind::kStatus : Kind::kDescription, reads ? within_ns : kNever, reads_bytesPerMs);
   if (one == nullptr) return;
-  one->isHostile = !reads || number > kAllowed;
   one->until_ns = reads ? kNever : now() + stays_ns;
   const std::string request = requestOf([&](pb::Request& asked) {
     if (isStatus)
@@ -186,12 +183,8 @@ void Clients::askOddly(std::int64_t how) {
   one->isHostile = true;
   one->within_ns = kNever;
   one->until_ns = now() + kLooks_ns;
-  if (how == 3) return bus_.send(one->fd, std::array{status});  // without an envelope
-  if (how == 4) return bus_.send(one->fd, std::array{std::string(), std::string(70'000, 'x')});
-  constexpr int kParts = 1200;  // of a message without an end
-  for (int i = 0; i < kParts && !bus_.hasEnded(one->fd); ++i)
-    bus_.send(one->fd, std::array{std::string(1000, 'x')}, false);
-  journal_.law(bus_.hasEnded(one->fd), "who floods is cut off", "a message without an end");
+  if (how == 3) return bus_.send(one->fd, std::array{status});              // without an envelope
+  bus_.send(one->fd, std::array{std::string(), std::string(70'000, 'x')});  // too large
 }
 
 void Clients::turn() {

@@ -44,13 +44,12 @@ class SimulatedDriver : public capture::Driver {
       if (camera.arrives_ns() > now()) return capture::Popped::kNothing;
       come = camera.take();
     } while (throwsAway(come));
-    if (camera.comesTwice(come)) twice_ += 1.0;
+    comesTwice_ = comesTwice_ || camera.comesTwice(come);
     Picture& room = connection_.pictures[connection_.nextPicture++ % Connection::kPictures] = come.picture;
     room.at_ns = come.at_ns;
     buffer.arrival = come.arrival;
     buffer.arrival.thrown = std::exchange(thrown_, 0);
-    buffer.arrival.late = static_cast<double>(buffer.arrival.thrown);
-    buffer.arrival.twice = std::exchange(twice_, 0.0);
+    buffer.arrival.duplicated = std::exchange(comesTwice_, false);
     buffer.arrival.host_ns = buffer.arrival.raw_ns = now();
     buffer.data = room.bytes.data();
     buffer.handle = &room;
@@ -81,8 +80,7 @@ class SimulatedDriver : public capture::Driver {
     constexpr int kLate = 100;
     const int ahead = static_cast<std::int16_t>(static_cast<std::uint16_t>(come.arrival.id - newestId_));
     if (newestId_ != 0 && ahead == 0 && come.at_ns - newestAt_ns_ < kFrame_ns) {
-      twice_ += 1.0;
-      return true;
+      return comesTwice_ = true;
     }
     if (newestId_ != 0 && ahead <= 0 && ahead > -kLate) return ++thrown_ > 0;
     newestId_ = come.arrival.id;
@@ -94,7 +92,7 @@ class SimulatedDriver : public capture::Driver {
   capture::CameraInfo info_;
   std::uint64_t newestId_ = 0, thrown_ = 0;  ///< 0: none has come
   std::int64_t newestAt_ns_ = 0;
-  double twice_ = 0.0;
+  bool comesTwice_ = false;  ///< packets, since the last picture
 };
 
 tl::unexpected<Error> refused(int code, std::string what, std::string remedy = {}) {

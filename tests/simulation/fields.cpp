@@ -7,9 +7,8 @@
 
 namespace tractiond::simulation {
 
-Fields::Fields(const Camera& camera, const Zeros& zeros, const Starvation& starvation, Journal& journal)
-    : camera_(camera)
-    , zeros_(zeros)
+Fields::Fields(const Zeros& zeros, const Starvation& starvation, Journal& journal)
+    : zeros_(zeros)
     , starvation_(starvation)
     , journal_(journal)
     , disturbedUntil_ns_(now()) {}
@@ -17,7 +16,6 @@ Fields::Fields(const Camera& camera, const Zeros& zeros, const Starvation& starv
 void Fields::begin() {
   lastTruth_ = {};
   last_ = {};
-  dueAfter_ns_ = kNever;
 }
 
 void Fields::heed(const TractionField& field, const Truth& truth) {
@@ -25,7 +23,7 @@ void Fields::heed(const TractionField& field, const Truth& truth) {
   checkAge(field.markers.info);
   checkNumbers(field);
   journal_.result.account.add(field);
-  checkOrigin(field, truth);
+  checkAge(truth);
   checkGap(field, truth);
   lastTruth_ = truth;
   checkOrder(field.markers.info);
@@ -65,30 +63,14 @@ void Fields::checkNumbers(const TractionField& field) const {
   journal_.law(!field.valid || (field.flags & kFewMarkers) == 0, "few markers make a field not valid", "");
 }
 
-void Fields::checkOrigin(const TractionField& field, const Truth& truth) {
-  const bool isDoubted = (field.flags & kDoubtedOrigin) != 0;
-  journal_.law(truth.number > lastTruth_.number || isDoubted, "no stale picture without its flag",
+void Fields::checkAge(const Truth& truth) const {
+  journal_.law(truth.number > lastTruth_.number, "no stale picture",
                [&] { return fmt::format("picture {} after {}", truth.number, lastTruth_.number); });
-  const bool isBefore = truth.ownAt_ns != kNever;
-  journal_.law(!truth.isForged || isDoubted || isBefore || !camera_.canContradict(),
-               "no forged picture without its flag", [&] { return fmt::format("picture {}", truth.number); });
-  // One that is whole before the camera's own begins to come may be taken for that. The camera's own shows it, which
-  // follows at once, or after others where the network lets pictures overtake each other.
-  if (truth.at_ns > dueAfter_ns_) {
-    journal_.law(isDoubted || !camera_.canContradict() || camera_.excusesLate(),
-                 "a forged picture or the field after the camera's own has its flag",
-                 [&] { return fmt::format("pictures {} and {}", dueFor_, truth.number); });
-    dueAfter_ns_ = kNever;
-  }
-  if (isBefore && !isDoubted && camera_.canContradict() && truth.ownAt_ns < dueAfter_ns_) {
-    dueAfter_ns_ = truth.ownAt_ns;
-    dueFor_ = truth.number;
-  }
 }
 
 /// The camera took pictures in between.
 void Fields::checkGap(const TractionField& field, const Truth& truth) const {
-  if (lastTruth_.number == 0 || truth.isForged || lastTruth_.isForged) return;
+  if (lastTruth_.number == 0) return;
   const bool isTold = (field.flags & kDiscontinuity) != 0;
   journal_.law(truth.taken <= lastTruth_.taken + 1 || isTold, "a gap is told", [&] {
     return fmt::format("{} pictures before picture {}", truth.taken - lastTruth_.taken - 1, truth.number);

@@ -10,14 +10,12 @@ namespace tractiond::simulation {
 /// Identifies the picture that a frame shows.
 struct Truth {
   std::uint64_t number = 0, taken = 0;
-  bool isForged = false;
-  std::int64_t at_ns = 0, ownAt_ns = kNever;  ///< as of Picture
 };
 
 class Fields {
  public:
   /// All references must outlive it.
-  Fields(const Camera& camera, const Zeros& zeros, const Starvation& starvation, Journal& journal);
+  Fields(const Zeros& zeros, const Starvation& starvation, Journal& journal);
 
   /// Starts anew, as a daemon begins to publish.
   void begin();
@@ -34,10 +32,9 @@ class Fields {
   void checkAge(const FrameInfo& info) const;
   void checkOrder(const FrameInfo& info);
   void checkGap(const TractionField& field, const Truth& truth) const;
-  void checkOrigin(const TractionField& field, const Truth& truth);
+  void checkAge(const Truth& truth) const;
   void checkNumbers(const TractionField& field) const;
 
-  const Camera& camera_;
   const Zeros& zeros_;
   const Starvation& starvation_;
   Journal& journal_;
@@ -45,10 +42,6 @@ class Fields {
   // Of the last field in this life.
   Truth lastTruth_;
   FrameInfo last_;
-  // A forged picture had no flag: when the camera's own was whole, after which the flag is due (kNever: none is); and
-  // the number of the forged one.
-  std::int64_t dueAfter_ns_ = kNever;
-  std::uint64_t dueFor_ = 0;
 };
 
 }  // namespace tractiond::simulation

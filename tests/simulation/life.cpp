@@ -123,8 +123,7 @@ capture::Next Life::next(Frame& frame, std::chrono::milliseconds timeout) {
   worked_ = next == capture::Next::kFrame || next == capture::Next::kRejected;
   if (next == capture::Next::kFrame) {
     const auto& picture = *static_cast<const Picture*>(frame.token);
-    truths_[frame.info.frameNumber % kNumbers] = {picture.number, picture.taken, picture.isForged, picture.at_ns,
-                                                  picture.ownAt_ns};
+    truths_[frame.info.frameNumber % kNumbers] = {picture.number, picture.taken};
   }
   return next;
 }

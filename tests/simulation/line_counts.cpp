@@ -18,7 +18,6 @@ void LineCounts::add(const Result& result) {
     counts_["sum: " + line.substr(0, colon)] += std::stoull(line.substr(colon + 2));
   }
   for (const auto& [name, count] : {std::pair{"answers", result.answers},
-                                    {"connections cut off", result.cutOff},
                                     {"fields", result.account.fields()},
                                     {"messages read", result.delivered},
                                     {"restarts", result.restarts},

@@ -1,7 +1,5 @@
 #include "tests/simulation/network_side.h"
 
-#include "base/network/inflow_limit.h"
-
 #include <fmt/format.h>
 
 #include <cstring>
@@ -16,10 +14,6 @@ std::string endpoint(int port) {
   return fmt::format("tcp://127.0.0.1:{}", port);
 }
 
-std::vector<std::string> endpoints() {
-  return {endpoint(kStreamPort), endpoint(kLatestPort), endpoint(kControlPort)};
-}
-
 publish::Description describe(const Gel& gel) {
   publish::Description description;
   description.identity.sensor = kSensor;
@@ -30,10 +24,6 @@ publish::Description describe(const Gel& gel) {
 }
 
 }  // namespace
-
-void NetworkSide::forget() {
-  network::inflow::unwatch(endpoints());
-}
 
 NetworkSide::NetworkSide(const Gel& gel, const Ledger& ledger, CaptureSide& camera, Subscribers& subscribers,
                          const Starvation& starvation, Journal& journal, Requests requests)
@@ -52,7 +42,6 @@ NetworkSide::NetworkSide(const Gel& gel, const Ledger& ledger, CaptureSide& came
                                                         .calibrate = std::move(requests.calibrate),
                                                         .camera = [this](const auto& step) { camera_.ask(step); },
                                                         .snapshot = [this] { snapshots_.ask(); }})))
-    , frozenPeers_(endpoints(), [&journal](const std::string& line) { journal.say("log: warning: " + line); })
     , statuses_(ledger, journal) {
   subscribers_.begin();
 }
@@ -82,7 +71,6 @@ void NetworkSide::control() {
   control_->serve(0ms);
   if (const auto answer = camera_.takeAnswer()) control_->answerCamera(*answer);
   snapshots_.turn();
-  frozenPeers_.endFrozen(now());
   constexpr std::int64_t kHeard_ns = 300 * kMs;
   const std::int64_t changed_ns = subscribers_.previewsChanged_ns();
   journal_.law(publisher_->previewWanted() == subscribers_.wantsPreviews() ||

@@ -3,7 +3,6 @@
 
 #include "daemon/procedures.h"
 #include "daemon/publish/control.h"
-#include "daemon/publish/frozen_peers.h"
 #include "daemon/publish/publisher.h"
 #include "daemon/snapshots.h"
 #include "tests/simulation/capture_side.h"
@@ -18,9 +17,6 @@ namespace tractiond::simulation {
 
 class NetworkSide {
  public:
-  /// Forgets the endpoints of an earlier run that stayed in an assertion.
-  static void forget();
-
   /// What requests begin.
   struct Requests {
     std::function<void(const ZeroRequest&)> zero;
@@ -57,7 +53,6 @@ class NetworkSide {
   Snapshots snapshots_;
   std::unique_ptr<publish::Publisher> publisher_;
   std::unique_ptr<publish::ControlServer> control_;
-  publish::FrozenPeers frozenPeers_;
   Statuses statuses_;
   std::uint64_t statusesSoFar_ = 0;
 };

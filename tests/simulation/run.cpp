@@ -24,7 +24,7 @@ Run::Run(const Gel& gel, const Story& story)
     , askers_(zeros_, starvation_, journal_)
     , person_(disk_, journal_)
     , stepWork_(disk_)
-    , fields_(camera_, zeros_, starvation_, journal_)
+    , fields_(zeros_, starvation_, journal_)
     , subscribers_(bus_, starvation_, journal_)
     , clients_(bus_, starvation_, journal_) {
   disk_.condition = [this](std::int64_t at_ns) { return diskAt(at_ns); };
@@ -130,8 +130,6 @@ void Run::disturb(const Happening& one) {
   case Event::kAgain:
   case Event::kLate:
   case Event::kFewMarkers:
-  case Event::kSecondCounter:
-  case Event::kImpostor:
   case Event::kGone:
   case Event::kSlowAnswers:
   case Event::kHeld:
@@ -295,8 +293,7 @@ void Run::control() {
   life_->checkBalance(kMostInFlight);
   const auto cameAtOnce = [this](std::int64_t within_ns) {
     const std::int64_t since = now() - within_ns;
-    return ongoing_.until_ns(Event::kLate) > since || ongoing_.until_ns(Event::kSecondCounter) > since ||
-           life_->camera().opened_ns() > since;  // pictures that waited
+    return ongoing_.until_ns(Event::kLate) > since || life_->camera().opened_ns() > since;  // pictures that waited
   };
   constexpr std::int64_t kUnderWay_ns = 200 * kMs, kSolved_ns = 300 * kMs;  // since the last look, and what was then
   life_->checkEvictions(cameAtOnce(kUnderWay_ns), cameAtOnce(kSolved_ns));
@@ -339,7 +336,6 @@ void Run::go(const std::function<bool()>& goesOn) {
       [this] { turn(); });
   if (!isOver) return;
   stop();
-  journal_.result.cutOff = bus_.cutOff();
   const Account& account = journal_.result.account;
   journal_.say(
       fmt::format("{} fields, {} of them valid, hash {:016x}", account.fields(), account.valid(), account.hash()));

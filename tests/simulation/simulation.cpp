@@ -75,8 +75,6 @@ Simulation::~Simulation() = default;
 Result Simulation::run(const Story& story, const std::function<bool()>& goesOn) {
   clocks() = {1000 * kSecond, 1'700'000'000 * kSecond};
   forgetBackground();
-  NetworkSide::forget();
-  GatewayRun::forget();
   return story.world == World::kGateway ? runIn(std::make_unique<GatewayRun>(story), goesOn)
                                         : runIn(std::make_unique<Run>(*gel_, story), goesOn);
 }

@@ -82,7 +82,7 @@ TEST(Simulation, WhatIsNoStoryIsRefusedWithItsLine) {
   EXPECT_NE(fromText(title + "5 ms: loss 3\n").error().find("too few"), std::string::npos);
   EXPECT_NE(fromText(title + "5 ms: starved 6 for 9 ms\n").error().find("'6' is no number from 0 to 5"),
             std::string::npos);
-  EXPECT_NE(fromText(title + "5 ms: second-counter 0 for 9 ms\n").error().find("'0'"), std::string::npos);
+  EXPECT_NE(fromText(title + "5 ms: late 0 for 9 ms\n").error().find("'0'"), std::string::npos);
   EXPECT_NE(fromText(title + "lasts -1 ms\n").error().find("line 2"), std::string::npos);
   EXPECT_NE(fromText(title + "5 ms: relay-killed\n").error().find("'of a gateway'"), std::string::npos);
   EXPECT_NE(fromText(title + "of a gateway\n5 ms: zero\n").error().find("zero does not"), std::string::npos);
@@ -117,16 +117,16 @@ TEST(Simulation, AnAssertionThatFailsIsABrokenLawWithAShrunkStory) {
 }
 
 TEST(Simulation, AStoryIsShrunkWithOtherSeedsWhereItsOwnDrawsOtherNumbers) {
-  // One seed in twenty breaks the law by another host beside late pictures. Each event less draws other numbers.
-  const Story story = draw(136, 10 * kMinute_ms);
+  // One seed in twenty breaks the law by broken frames after late pictures. Each event less draws other numbers.
+  const Story story = draw(135, 10 * kMinute_ms);
   std::int64_t others_ms = 0;
   bool needsLuck = true;
   const auto breaks = [&](const Story& one) -> std::optional<std::int64_t> {
     if (one.seed != story.seed) others_ms += one.lasts_ms;
     const auto late = std::ranges::find(one.happenings, Event::kLate, &Happening::event);
-    const auto forged =
-        std::find_if(late, one.happenings.end(), [](const Happening& each) { return each.event == Event::kImpostor; });
-    if (forged == one.happenings.end()) return std::nullopt;
+    const auto broken =
+        std::find_if(late, one.happenings.end(), [](const Happening& each) { return each.event == Event::kBroken; });
+    if (broken == one.happenings.end()) return std::nullopt;
     const bool isLucky = Chance(one.seed + 1000 * one.happenings.size()).oneIn(20);
     const bool isWhole = one.happenings.size() == story.happenings.size();
     return isWhole || (needsLuck && isLucky) ? std::optional(one.happenings.back().at_ms) : std::nullopt;
@@ -173,6 +173,7 @@ TEST(Simulation, TheBusKeepsTheOrderAndTheLimitsOfItsSockets) {
   zmq::context_t context(1);
   zmq::socket_t publisher(context, zmq::socket_type::xpub), router(context, zmq::socket_type::router);
   publisher.set(zmq::sockopt::sndhwm, 4);
+  publisher.set(zmq::sockopt::xpub_verbose, true);
   publisher.bind("tcp://127.0.0.1:1");
   router.bind("tcp://127.0.0.1:2");
   Reader atOnce, slow, other, one, two;
@@ -184,18 +185,13 @@ TEST(Simulation, TheBusKeepsTheOrderAndTheLimitsOfItsSockets) {
   own.send(third, std::array<std::string, 1>{"\1y"});
   own.disconnect(third);
   zmq::message_t message;
-  for (const char* expected : {"\1x", "\1x", "\1y"}) {
+  own.send(second, std::array{std::string("\0x", 2)});
+  own.send(second, std::array<std::string, 1>{"\1x"});
+  for (const std::string expected : {"\1x", "\1x", "\1y", "", "\1x"}) {
     ASSERT_TRUE(publisher.recv(message));
-    EXPECT_EQ(text(message), expected);
+    EXPECT_EQ(text(message), expected.empty() ? std::string("\0y", 2) : expected);
   }
-  // The end of a connection is told when both threads have answered each other.
-  own.turn();
-  EXPECT_FALSE(publisher.recv(message));
-  clocks().monotonic_ns += kMs;
-  own.turn();
-  ASSERT_TRUE(publisher.recv(message));
-  EXPECT_EQ(text(message), std::string("\0y", 2));
-  EXPECT_FALSE(publisher.recv(message));
+  EXPECT_FALSE(publisher.recv(message)) << "the cancellation that was not the last one of its topic is not told";
   // What neither the kernel nor the queue has room for is lost to the slow one alone.
   const std::size_t before = Content::held_bytes();
   for (int i = 0; i < 10; ++i) {
@@ -216,7 +212,6 @@ TEST(Simulation, TheBusKeepsTheOrderAndTheLimitsOfItsSockets) {
   std::string order;
   std::array<zmq::message_t, 3> parts;
   while (router.recv(parts[0])) {
-    EXPECT_EQ(zmq_msg_get(parts[0].handle(), ZMQ_SRCFD), order == "f" ? asker : flooder);
     ASSERT_TRUE(parts[0].more() && router.recv(parts[1]) && parts[1].more() && router.recv(parts[2]));
     order += text(parts[2]);
     router.send(parts[0], zmq::send_flags::sndmore);
@@ -230,13 +225,10 @@ TEST(Simulation, TheBusKeepsTheOrderAndTheLimitsOfItsSockets) {
 TEST(Simulation, TheBusAdmitsPeersByTheAnswerToTheirHandshake) {
   OwnBus own;
   zmq::context_t context(1);
-  zmq::socket_t router(context, zmq::socket_type::router), answers(context, zmq::socket_type::rep),
-      monitor(context, zmq::socket_type::pair);
+  zmq::socket_t router(context, zmq::socket_type::router), answers(context, zmq::socket_type::rep);
   answers.bind("inproc://zeromq.zap.01");
   router.set(zmq::sockopt::curve_server, true);
   router.set(zmq::sockopt::zap_domain, "door");
-  zmq_socket_monitor(router.handle(), "inproc://monitor", ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_DISCONNECTED);
-  monitor.connect("inproc://monitor");
   router.bind("tcp://127.0.0.1:1");
   Reader allowed, refused, silent, keyless;
   const std::string key(32, 'k'), other(32, 'o');
@@ -268,9 +260,6 @@ TEST(Simulation, TheBusAdmitsPeersByTheAnswerToTheirHandshake) {
   clocks().monotonic_ns += kSecond;
   own.turn();
   EXPECT_TRUE(own.hasEnded(three));
-  int events = 0;
-  for (; monitor.recv(part, zmq::recv_flags::dontwait); ++events) ASSERT_TRUE(monitor.recv(part));
-  EXPECT_EQ(events, 7) << "four came, three went";
 }
 
 /// Runs the stories of a folder beside this file, none of which may break a law.

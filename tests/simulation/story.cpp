@@ -26,8 +26,6 @@ constexpr std::array kSorts = {
     Sort{Event::kLate, "late", 3, 1, 60, 10'000},
     Sort{Event::kIdsRestart, "ids-restart", 2, 0, 0, 0},
     Sort{Event::kIdsJump, "ids-jump", 1, 1, 30'000, 0},
-    Sort{Event::kSecondCounter, "second-counter", 2, 4, 60, 10'000},
-    Sort{Event::kImpostor, "impostor", 2, 10, 1'000, 10'000},
     Sort{Event::kOtherPictures, "other-pictures", 1, 0, 0, 0},
     Sort{Event::kNoClock, "no-clock", 1, 0, 0, 20'000},
     Sort{Event::kClockStep, "clock-step", 2, -20'000, 20'000, 0},
@@ -58,20 +56,17 @@ constexpr std::array kSorts = {
     Sort{Event::kSubscribers, "subscribers", 2, 1, 2'000, 20'000},
     Sort{Event::kSlowSubscriber, "slow-subscriber", 2, 1, 300, 40'000},
     Sort{Event::kDeadSubscribers, "dead-subscribers", 2, 1, 100, 40'000},
-    Sort{Event::kSubscriptions, "subscriptions", 1, 1, 3'000, 0},
     Sort{Event::kRequests, "requests", 2, 1, 3'000, 0},
     Sort{Event::kUnreadRequests, "unread-requests", 1, 1, 3'000, 20'000},
-    Sort{Event::kOddRequest, "odd-request", 2, 0, 5, 0},
+    Sort{Event::kOddRequest, "odd-request", 2, 0, 4, 0},
     Sort{Event::kSnapshot, "snapshot", 2, 0, 0, 0},
     Sort{Event::kPreviews, "previews", 2, 50, 500, 60'000},
     Sort{Event::kRemoteSubscribers, "remote-subscribers", 3, 1, 100, 20'000, World::kGateway},
     Sort{Event::kRemoteSlow, "remote-slow", 2, 1, 300, 30'000, World::kGateway},
-    Sort{Event::kRemoteSubscriptions, "remote-subscriptions", 2, 1, 600, 5'000, World::kGateway},
     Sort{Event::kRemoteRequests, "remote-requests", 6, 1, 1'500, 5'000, World::kGateway},
     Sort{Event::kRemoteUnread, "remote-unread", 2, 1, 60, 15'000, World::kGateway},
     Sort{Event::kRemotePreviews, "remote-previews", 3, 50, 2'000, 20'000, World::kGateway},
     Sort{Event::kStrangers, "strangers", 5, 1, 20, 10'000, World::kGateway},
-    Sort{Event::kCrowd, "crowd", 3, 1, 300, 5'000, World::kGateway},
     Sort{Event::kRevoked, "revoked", 5, 0, 3, 20'000, World::kGateway},
     Sort{Event::kDemoted, "demoted", 4, 0, 3, 20'000, World::kGateway},
     Sort{Event::kGarbledKey, "garbled-key", 2, 0, 3, 10'000, World::kGateway},
@@ -119,9 +114,8 @@ Story drawOfGateway(std::uint64_t seed, std::int64_t lasts_ms) {
     const std::int64_t half_ms = one.for_ms / 2;
     story.happenings.push_back({at_ms + chance.between(0, half_ms), Event::kStrangers, chance.between(1, 20),
                                 chance.between(10, 10 + half_ms / 2)});
-    const Event others = chance.oneIn(2) ? Event::kCrowd : Event::kRemoteSubscribers;
-    story.happenings.push_back(
-        {at_ms + half_ms + chance.between(0, half_ms), others, chance.between(1, 100), chance.between(10, 5'000)});
+    story.happenings.push_back({at_ms + half_ms + chance.between(0, half_ms), Event::kRemoteSubscribers,
+                                chance.between(1, 100), chance.between(10, 5'000)});
   }
   std::ranges::stable_sort(story.happenings, {}, &Happening::at_ms);
   return story;
@@ -147,24 +141,15 @@ Story drawOfInstrument(std::uint64_t seed, std::int64_t lasts_ms) {
        at_ms < lasts_ms - kCalm_ms;
        at_ms += chance.oneIn(3) ? chance.between(1, 300) : chance.between(0, 2 * kMeanPause_ms)) {
     const Sort* const sort = &drawSort(World::kInstrument, chance);
-    std::int64_t low = sort->low, high = sort->high;
+    std::int64_t high = sort->high;
     if (sort->event == Event::kSlowDisk && !chance.oneIn(4)) high = 6'000;
     if (high > kFew && isOfPrograms(sort->event) && !chance.oneIn(8)) high = kFew;
-    // Half of those who subscribe to much subscribe to more than they may, and to less than ZeroMQ may hold.
-    if (sort->event == Event::kSubscriptions && chance.oneIn(2)) {
-      low = 200;
-      high = 380;
-    }
-    Happening one{at_ms, sort->event, chance.between(low, high), 0};
+    Happening one{at_ms, sort->event, chance.between(sort->low, high), 0};
     if (sort->longest_ms > 0)
       one.for_ms = chance.between(10, std::min(sort->longest_ms, lasts_ms - kCalm_ms - at_ms + 10));
     // A stage often lacks the processor for about as long as the links bridge.
     if (sort->event == Event::kStarved && chance.oneIn(3)) one.for_ms = chance.between(10, 120);
     story.happenings.push_back(one);
-    // Forged pictures hide best among the first late ones: after these the alarm is raised.
-    if (one.event == Event::kLate && chance.oneIn(3))
-      story.happenings.push_back(
-          {at_ms + chance.between(0, 50), Event::kImpostor, chance.between(10, 1'000), one.for_ms});
     // What touches changes while models are made slowly, or not at all.
     if (one.event == Event::kTouch && !chance.oneIn(3)) {
       constexpr std::int64_t kModelling = 5;

@@ -19,8 +19,6 @@ enum class Event {
   kLate,           ///< frames are under way for up to so many ms longer
   kIdsRestart,     ///< the counter begins anew
   kIdsJump,        ///< the counter jumps by so many
-  kSecondCounter,  ///< another host sends as the camera, each so many ms a picture of a far-off counter, for a while
-  kImpostor,  ///< another host sends as the camera, each so many ms a picture with the camera's next id, for a while
   kOtherPictures,  ///< its settings are changed: pictures have another size until it is opened anew
   kNoClock,        ///< its clock shows 0 for a while
   kClockStep,      ///< the camera's clock steps by so many ms
@@ -55,32 +53,29 @@ enum class Event {
   kSubscribers,      ///< so many subscribe for a while, and read at once
   kSlowSubscriber,   ///< one subscribes for a while, and reads so many bytes each ms
   kDeadSubscribers,  ///< so many subscribe for a while, and read nothing
-  kSubscriptions,    ///< one subscribes to so many topics at once
   kRequests,         ///< one sends so many requests at once
   kUnreadRequests,   ///< the same, and reads no answer for a while
   kOddRequest,       ///< one sends what is no request, or not of the usual form, as Clients::askOddly() says
   kSnapshot,         ///< a picture is asked for
   kPreviews,         ///< one wants previews for a while, and changes its mind every so many ms
   // Those of a gateway's world, each for a while. A number from 0 to 3 is that of a key (gateway/keys.h).
-  kRemoteSubscribers,    ///< so many subscribe, and read at once
-  kRemoteSlow,           ///< one subscribes, and reads so many bytes each ms
-  kRemoteSubscriptions,  ///< one subscribes to so many topics at once
-  kRemoteRequests,       ///< one sends so many requests at once
-  kRemoteUnread,         ///< the same, and reads no answer
-  kRemotePreviews,       ///< one wants previews, and says so again, or no longer, every so many ms
-  kStrangers,            ///< so many clients try to connect without a key that allows it
-  kCrowd,                ///< so many clients connect, from one address if the number is even
-  kRevoked,              ///< a key is removed
-  kDemoted,              ///< a key may only read
-  kGarbledKey,           ///< a key's file is invalid
-  kInstrumentGone,       ///< the instrument does not run
-  kInstrumentSlow,       ///< it answers after so many ms
-  kUnsubscribed,         ///< it loses the gateway's subscription to latest
-  kRelayStarved,         ///< the gateway gets no processor time
-  kRelayKilled,          ///< the gateway is killed, and started again
+  kRemoteSubscribers,  ///< so many subscribe, and read at once
+  kRemoteSlow,         ///< one subscribes, and reads so many bytes each ms
+  kRemoteRequests,     ///< one sends so many requests at once
+  kRemoteUnread,       ///< the same, and reads no answer
+  kRemotePreviews,     ///< one wants previews, and says so again, or no longer, every so many ms
+  kStrangers,          ///< so many clients try to connect without a key that allows it
+  kRevoked,            ///< a key is removed
+  kDemoted,            ///< a key may only read
+  kGarbledKey,         ///< a key's file is invalid
+  kInstrumentGone,     ///< the instrument does not run
+  kInstrumentSlow,     ///< it answers after so many ms
+  kUnsubscribed,       ///< it loses the gateway's subscription to latest
+  kRelayStarved,       ///< the gateway gets no processor time
+  kRelayKilled,        ///< the gateway is killed, and started again
 };
 
-inline constexpr std::size_t kEvents = 61;
+inline constexpr std::size_t kEvents = 56;
 
 /// What a story happens to.
 enum class World { kInstrument, kGateway };

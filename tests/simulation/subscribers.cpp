@@ -99,7 +99,6 @@ struct Subscribers::One : Peer {
   int port;
   std::vector<std::string> topics;
   std::int64_t reads_bytesPerMs, until_ns;
-  bool isHostile = false;
   std::int64_t toggles_ns = 0, togglesNext_ns = kNever;  ///< how often it takes its mind of previews, 0: never
   bool wantsPreviews = false;
   int toggled = 0;  ///< since it has connected
@@ -109,8 +108,6 @@ struct Subscribers::One : Peer {
   std::array<std::uint64_t, kKinds.size()> sequences{}, frames{};  ///< of the last message; 0: none yet
   std::array<std::int64_t, kKinds.size()> came_ns{};
   std::string boot;
-  int unread_bytes = 0;
-  std::int64_t unreadSince_ns = 0;
 };
 
 Subscribers::Subscribers(Bus& bus, const Starvation& starvation, Journal& journal)
@@ -143,7 +140,6 @@ void Subscribers::connect(One& one) {
   one.sequences = one.frames = {};
   one.joined_ns = now();
   one.came_ns.fill(now());
-  one.unread_bytes = 0;
   one.fd = bus_.connect(one.port, one, "192.0.2.20", one.reads_bytesPerMs);
   for (const std::string& topic : one.topics) bus_.send(one.fd, std::array{'\1' + topic});
   one.toggled = 0;
@@ -162,7 +158,6 @@ void Subscribers::die() {
     one->wantsPreviews = false;
     one->togglesNext_ns = kNever;
   }
-  std::erase_if(all_, [](const auto& one) { return one->isHostile; });
   findNext();
 }
 
@@ -187,15 +182,6 @@ void Subscribers::heed(const Happening& one) {
     One undecided(journal_, kStreamPort, {description}, kAtOnce, until_ns);
     undecided.toggles_ns = one.amount * kMs;
     add(std::move(undecided));
-    break;
-  }
-  case Event::kSubscriptions: {
-    constexpr std::int64_t kStays_ns = 3 * kSecond;
-    One hostile(journal_, kStreamPort, {}, kAtOnce, now() + kStays_ns);
-    for (std::int64_t i = 0; i < one.amount; ++i) hostile.topics.push_back(fmt::format("flood {} {}", flood_, i));
-    hostile.isHostile = true;
-    ++flood_;
-    add(std::move(hostile));
     break;
   }
   default:
@@ -226,10 +212,10 @@ void Subscribers::findNext() {
         std::min({next_ns_, one->until_ns, one->togglesNext_ns, listens_ && one->fd < 0 ? one->joins_ns : kNever});
 }
 
-/// Call by call: subscribes to previews twice, then cancels that twice. Who does so each even number of milliseconds
-/// then subscribes twice at once, and soon connects again, every second time after a second.
+/// Call by call: subscribes to previews, and cancels that. One that does so each even number of milliseconds subscribes
+/// once more, and soon connects again, every second time after a second.
 void Subscribers::toggle(One& one) {
-  constexpr int kLast = 4;
+  constexpr int kLast = 2;
   constexpr std::int64_t kSoon_ns = 20 * kMs;
   const int call = one.toggled++;
   const bool leaves = one.toggles_ns / kMs % 2 == 0;
@@ -238,11 +224,11 @@ void Subscribers::toggle(One& one) {
     if (++one.left % 2 == 0) one.joins_ns += kSecond;
     return;
   }
-  const bool isLast = leaves && call == kLast, wants = call % 4 < 2;
+  const bool isLast = leaves && call == kLast, wants = call % 2 == 0;
   one.togglesNext_ns = now() + (isLast ? kSoon_ns : one.toggles_ns);
-  if (std::exchange(one.wantsPreviews, wants) != wants) previewsChanged_ns_ = now();
-  const std::array message{(wants ? '\1' : '\0') + traction::topicOf(kSensor, "preview")};
-  for (int i = 0; i < (isLast ? 2 : 1); ++i) bus_.send(one.fd, message);
+  one.wantsPreviews = wants;
+  previewsChanged_ns_ = now();
+  bus_.send(one.fd, std::array{(wants ? '\1' : '\0') + traction::topicOf(kSensor, "preview")});
 }
 
 /// Ends its connection, and connects again as ZeroMQ does.
@@ -272,31 +258,10 @@ void Subscribers::heedPublished(const FrameInfo& info) const {
 }
 
 void Subscribers::checkOne(One& one) {
-  constexpr std::int64_t kStatus_ns = 1300 * kMs, kDescribed_ns = 500 * kMs, kCutOff_ns = 8 * kSecond;
+  constexpr std::int64_t kStatus_ns = 1300 * kMs, kDescribed_ns = 500 * kMs;
   const auto since = [this](std::int64_t at_ns) { return now() - at_ns - starvation_.since(at_ns); };
-  const bool hasEnded = bus_.hasEnded(one.fd);
-  if (one.isHostile) {
-    constexpr std::size_t kAllowed = 64, kTooMany = 200;
-    journal_.law(one.topics.size() > kAllowed || !hasEnded, "who reads is not cut off", "few subscriptions");
-    journal_.law(one.topics.size() < kTooMany || hasEnded || since(one.joined_ns) < kSecond, "who floods is cut off",
-                 [&] { return fmt::format("{} subscriptions", one.topics.size()); });
-    return;
-  }
-  if (one.reads_bytesPerMs == kReadsNothing) {
-    const auto unread = bus_.unreadOf(one.fd);
-    if (!unread || unread->bytes != one.unread_bytes) one.unreadSince_ns = now();
-    one.unread_bytes = unread ? unread->bytes : 0;
-    journal_.law(one.unread_bytes == 0 || since(one.unreadSince_ns) <= kCutOff_ns, "who reads nothing is cut off", [&] {
-      return fmt::format("{} bytes unread for {} ms", one.unread_bytes, since(one.unreadSince_ns) / kMs);
-    });
-    return;
-  }
-  if (hasEnded && starvation_.since(one.joined_ns) > 0) {
-    leave(one);
-    next_ns_ = std::min(next_ns_, one.joins_ns);
-    return;
-  }
-  journal_.law(!hasEnded, "who reads is not cut off", [&] { return fmt::format("a subscriber of port {}", one.port); });
+  journal_.law(!bus_.hasEnded(one.fd), "a subscriber stays connected",
+               [&] { return fmt::format("one of port {}", one.port); });
   if (one.reads_bytesPerMs != kAtOnce || one.port != kStreamPort) return;
   journal_.law(one.sequences[kDescription] > 0 || since(one.joined_ns) <= kDescribed_ns,
                "a subscriber is told the description",

@@ -1,5 +1,4 @@
-// Subscribers: those that read at once, slowly, or nothing, thousands, and hostile ones; and the laws of what is sent
-// to them.
+// Subscribers: those that read at once, slowly, or nothing, and thousands; and the laws of what is sent to them.
 #pragma once
 
 #include "daemon/records/frame.h"
@@ -41,8 +40,8 @@ class Subscribers {
   /// Returns whether a subscriber wants previews, and since when that is so.
   bool wantsPreviews() const;
   std::int64_t previewsChanged_ns() const { return previewsChanged_ns_; }
-  /// Laws: who reads is told the description and the status in time, and not cut off unless too many came at once while
-  /// the publishing thread stood still; who does not read is cut off, and holds no more memory than promised.
+  /// Laws: a subscriber that reads is told the description and the status in time; each stays connected; one that does
+  /// not read holds no more memory than promised.
   void check();
 
  private:
@@ -62,7 +61,6 @@ class Subscribers {
   bool listens_ = false;
   std::int64_t next_ns_ = kNever, previewsChanged_ns_ = 0;
   std::list<std::unique_ptr<One>> all_;  ///< the first two stay: one of each endpoint
-  int flood_ = 0;                        ///< so many have flooded
 };
 
 }  // namespace tractiond::simulation

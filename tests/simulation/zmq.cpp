@@ -71,9 +71,6 @@ int zmq_bind(void* socket, const char* endpoint) {
 int zmq_connect(void* socket, const char* endpoint) {
   return bus()->connect(socketOf(socket), endpoint);
 }
-int zmq_socket_monitor(void* socket, const char* endpoint, int /*events*/) {
-  return bus()->monitor(socketOf(socket), endpoint);
-}
 
 int zmq_msg_init(zmq_msg_t* message) {
   new (message) Part;
@@ -111,8 +108,7 @@ int zmq_msg_more(const zmq_msg_t* message) {
   return partOf(message).more ? 1 : 0;
 }
 int zmq_msg_get(const zmq_msg_t* message, int property) {
-  if (property == ZMQ_MORE) return zmq_msg_more(message);
-  return property == ZMQ_SRCFD ? partOf(message).fd : fail(EINVAL);
+  return property == ZMQ_MORE ? zmq_msg_more(message) : fail(EINVAL);
 }
 const char* zmq_msg_gets(const zmq_msg_t* message, const char* property) {
   const Part& part = partOf(message);

@@ -61,7 +61,7 @@ def subscriptions():
     while time.monotonic() < end:
         for peer in peers:
             with contextlib.suppress(zmq.Again):
-                peer.send(b"\x01" + DRAW.randbytes(24), zmq.DONTWAIT)
+                peer.send(b"\x01" + DRAW.randbytes(400), zmq.DONTWAIT)
                 count += 1
     return f"{count} subscriptions"
 

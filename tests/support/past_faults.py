@@ -16,23 +16,6 @@ CALIBRATION, STEPS = "daemon/calibrate/calibration.cpp", "daemon/calibrate/step_
 Fault = collections.namedtuple("Fault", "name commit what edits")
 
 FAULTS = [Fault(*one) for one in [
-    ("second-counter", "f784d75", "pictures of a far-off counter beside the camera's own replace them, without a flag", [
-        (GATE, "candidate_->length >= kAgreeing && fellSilent", "candidate_->length >= kAgreeing && (fellSilent || true)"),
-        (GATE, "kMostSurplus = 2.0;", "kMostSurplus = 1e9;"),
-        (GATE, "constexpr int kProof = 5;", "constexpr int kProof = 0;"),
-    ]),
-    ("impostor", "1e77383", "who sends in the camera's own name is not noticed by packets that come twice", [
-        (GATE, "if (twice_ > 0.0 || repeatedLately_ > kMostRepeated)", "if (repeatedLately_ > 1e9 * kMostRepeated)"),
-        (GATE, "if (unexplained > broken_) doubtUntil_ns_ = alarmUntil_ns;", ""),
-        (GATE, "return lag < -most || schedule.isEarly(", "return most < 0 && lag < 0 && schedule.isEarly("),
-    ]),
-    ("excused-impostor", "39bb523", "packets that come twice are excused by frames that were given up, and by time", [
-        (GATE, "late_ += arrival.late;", "late_ += arrival.late + arrival.twice;"),
-        (GATE, "twice_ += arrival.twice;", ""),
-    ]),
-    ("late-after-forged", "a6a3b74", "the camera's own picture after a forged one is excused where the next comes late", [
-        (GATE, "next.distrust == 0 ? elapsed(*current_, next)", "next.distrust >= 0 ? next.host_ns - current_->host_ns"),
-    ]),
     ("thrown-frames", "5d04c00", "frames that the driver throws away, as where the camera counts anew, are lost unseen", [
         (GATE, "thrown_ += arrival.thrown;", ""),
     ]),
@@ -133,43 +116,8 @@ FAULTS = [Fault(*one) for one in [
          "  done.set_value(work());\n"
          "  work_ = {.done = done.get_future(), .until_ns = links_.clock() + kWorkWithin_ns};"),
     ]),
-    ("subscription-flood", "c32dbcc", "who floods the publisher with subscriptions is not cut off", [
-        (PUBLISHER, "subscribers.count(message, 1, streamEndpoints);", ""),
-    ]),
-    ("frozen-subscribers", "b0cf395", "subscribers that read nothing keep their messages for ever", [
-        ("daemon/publish/frozen_peers.cpp", "now_ns - known->second.since_ns < kPatience_ns ||",
-         "now_ns - known->second.since_ns < 1000 * kPatience_ns ||"),
-    ]),
-    ("endless-message", "d9c9b74", "parts of a message that does not end fill the memory", [
-        ("base/network/inflow_limit.cpp", "} else if (one.charged_bytes > kMost_bytes) {",
-         "} else if (one.charged_bytes > 1000 * kMost_bytes) {"),
-        ("base/network/inflow_limit.cpp", "} else if (account.charged_bytes > kMostTogether_bytes) {",
-         "} else if (account.charged_bytes > 1000 * kMostTogether_bytes) {"),
-    ]),
-    ("taken-back", "4883720", "a client is charged for subscriptions that it has taken back", [
-        ("base/network/socket.cpp", "const bool takesRoom = !message.to_string_view().starts_with('\\0') && !isKnown;",
-         "const bool takesRoom = !isKnown;"),
-    ]),
     ("passed-on", "8964da1", "a request that is passed on is not answered through who passed it on", [
         (CONTROL, "if (!route.beyond.empty()) put(*beyond, ZMQ_SNDMORE);", ""),
-    ]),
-    ("previews-counted", "e5ab5919", "who subscribes to previews twice is sent them for ever", [
-        (PUBLISHER, "  network::Subscriptions previewSubscriptions;\n",
-         "  network::Subscriptions previewSubscriptions;\n  std::size_t counted = 0;\n"),
-        (PUBLISHER, "    previewSubscriptions.note(message);\n    previewWanted.store(!previewSubscriptions.empty(),",
-         "    if (text.front() == '\\1') ++counted;\n    if (text.front() == '\\0' && counted > 0) --counted;\n"
-         "    previewWanted.store(counted != 0,"),
-    ]),
-    ("subscribed-again", "3816025f", "a client that connects again at once is sent no previews", [
-        ("base/network/subscriptions.cpp", "const void* const connection = connectionOf(message);",
-         "const void* const connection = reinterpret_cast<const void*>(std::intptr_t{sourceOf(message)} + 1);"),
-    ]),
-    ("ended-often", "ab348d18", "a connection that subscribed repeatedly ends less often than it subscribed", [
-        ("base/network/subscriptions.cpp", "  if (!isNew) return;\n",
-         "  if (!isNew) {\n    topic.connections.try_emplace(&added->second);\n    return;\n  }\n"),
-    ]),
-    ("event-of-another-socket", "6aa2e775", "an address has more connections than it may, after the gateway has stalled", [
-        ("gateway/peers.cpp", "if (address.empty() || !network::isConnectionTo(fd, bound)) return;", "if (address.empty()) return;"),
     ]),
     ("latest-forgotten", "43d31144", "a gateway whose subscription to latest is lost sends no latest field", [
         ("gateway/relay.cpp", "    subscribeAgain(now);\n", ""),

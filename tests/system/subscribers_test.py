@@ -32,7 +32,7 @@ class Subscribers(steady.TestCase):
         return [(read_ns - rig.messages.Field.FromString(payload).header.sent_ns) / 1e6
                 for read_ns, topic, payload in found if b"/field/" in topic]
 
-    def check(self, pause, previews=False):
+    def check(self, pause, most_MiB, previews=False):
         with rig.Rig() as bench:
             bench.twin("idle", truth=False)
             self.daemon = bench.daemon()
@@ -40,7 +40,7 @@ class Subscribers(steady.TestCase):
             if previews:  # which all others then get, too
                 self.readers.append(bench.subscribe(self.daemon, "traction/v1/default/preview/"))
             path = self.daemon.endpoint["stream"].removeprefix("ipc://")
-            self.latencies_ms(3)
+            self.latencies_ms(22)  # until what the start took has been returned
             before_MiB, with_MiB, after_MiB, before_ms, during_ms = self.daemon.memory_MiB(), [], [], [], []
             for _ in range(TIMES):
                 before_ms.append(np.quantile(self.latencies_ms(8), 0.99))
@@ -52,7 +52,7 @@ class Subscribers(steady.TestCase):
                 with_MiB.append(self.daemon.memory_MiB() - before_MiB)
                 for one in frozen:
                     one.close()
-                self.latencies_ms(3)
+                self.latencies_ms(12)  # memory is returned every ten seconds
                 after_MiB.append(self.daemon.memory_MiB() - before_MiB)
             ratios = sorted(during / before for during, before in zip(during_ms, before_ms))
             print(f"\n  p99 of the others {np.median(before_ms):.2f} -> {np.median(during_ms):.2f} ms, times "
@@ -60,19 +60,19 @@ class Subscribers(steady.TestCase):
                   f"them, {max(after_MiB):+.1f} after them ", end="", flush=True)
             self.assertLess(np.median(during_ms), FRAME_MS, "a field is read before the next one comes")
             waiting_MiB = 16 if previews else 0  # 64 of 0.23 MB, of all together, also of those who read late
-            self.assertLess(max(with_MiB), 16 + waiting_MiB)
+            self.assertLess(max(with_MiB), most_MiB + waiting_MiB)
             self.assertLess(max(after_MiB), 4 + waiting_MiB)
             self.assertEqual(self.daemon.stop(), 0, self.daemon.output())
 
     def test_frozen_at_once(self):
-        self.check(lambda: 0.0)
+        self.check(lambda: 0.0, 16)
 
     def test_frozen_one_by_one(self):
         draw = seed.chance(self.id())
-        self.check(lambda: draw.uniform(0.2, 0.8))
+        self.check(lambda: draw.uniform(0.2, 0.8), 140)
 
     def test_frozen_while_somebody_sees_previews(self):
-        self.check(lambda: 0.0, previews=True)
+        self.check(lambda: 0.0, 16, previews=True)
 
 
 if __name__ == "__main__":

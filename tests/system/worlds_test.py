@@ -310,17 +310,6 @@ class Worlds(steady.TestCase):
         self.change_frames(real, 11, again)
         self.compare(real, "6 frames come a second time", roughly=FOR_A_WHILE)
 
-    def test_second_counter(self):
-        real = Real(self.bench)
-        real.run(3)
-
-        def beside(frame, packets):
-            return packets + (relay.with_id(relay.later(packets, 10**9), frame + 40_000) if frame % 5 else [])
-        self.change_frames(real, 240, beside)
-        real.run(4)
-        self.compare(real, "another host sends pictures of its own counter",
-                     roughly=("stale", "implausible", *FOR_A_WHILE))
-
     def disk(self):
         """Returns a state directory on a small disk, with room for the factors that are lent to the daemon."""
         lent = sum(file.stat().st_size for file in rig.cache_directory().glob("*.factors"))

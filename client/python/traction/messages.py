@@ -26,7 +26,7 @@ class Flag(enum.IntFlag):
     UNEXPLAINED = 32  # the picture shows displacements that no forces on the surface can make
     OUT_OF_RANGE = 64  # the forces are beyond the range for which the uncertainty is known
     GEL_MISMATCH = 128  # the rest picture contradicts the gel file: the field is not valid
-    DOUBTED_ORIGIN = 256  # packets came twice, early, or in addition to the camera's: the picture may be forged
+    DOUBTED_ORIGIN = 256  # packets came twice: they may be another sender's
     NOT_SOLVED = 512  # no model of an earlier frame holds, and this one was not solved in time: the field is not valid
 
 

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <utility>
 
 namespace tractiond::simulation {
@@ -82,7 +81,7 @@ struct RemotePeers::One : Peer {
   std::int64_t until_ns;
   std::int64_t reads_bytesPerMs = kAtOnce;
   std::vector<std::string> topics;
-  bool isSilent = false, mayBeCutOff = false;
+  bool isSilent = false;
   bool wantsFields = false;     ///< its topics are such
   std::int64_t asksAtOnce = 0;  ///< requests that it sends when it has connected
   std::int64_t asksEach_ns = 0, toggles_ns = 0;
@@ -96,12 +95,11 @@ struct RemotePeers::One : Peer {
 };
 
 RemotePeers::RemotePeers(Bus& bus, const Keys& keys, const Instrument& instrument, const Starvation& starvation,
-                         const gateway::Limits& limits, Journal& journal)
+                         Journal& journal)
     : bus_(bus)
     , keys_(keys)
     , instrument_(instrument)
     , starvation_(starvation)
-    , limits_(limits)
     , journal_(journal) {
   add(Way::kStream, 0, "192.0.2.1", kNever).topics = {"traction/v1/"};
   add(Way::kLatest, 0, "192.0.2.1", kNever).topics = {""};
@@ -134,19 +132,10 @@ void RemotePeers::heed(const Happening& one) {
     slow.reads_bytesPerMs = one.amount;
     break;
   }
-  case Event::kRemoteSubscriptions: {
-    constexpr std::int64_t kAllowed = 64;
-    One& flood = add(Way::kStream, 0, "192.0.2.4", until_ns);
-    for (std::int64_t i = 0; i < one.amount; ++i) flood.topics.push_back(fmt::format("flood {} {}", arrival, i));
-    flood.mayBeCutOff = one.amount > kAllowed;
-    break;
-  }
   case Event::kRemoteRequests:
   case Event::kRemoteUnread: {
-    constexpr std::int64_t kAllowed = 100;  // each may hold a buffer of 8 KiB, and 1 MiB may wait
     One& client = add(Way::kControl, arrival % 2 == 0 ? 1 : 2, "192.0.2.5", until_ns);
     client.asksAtOnce = one.amount;
-    client.mayBeCutOff = one.amount > kAllowed;
     if (one.event == Event::kRemoteUnread) client.reads_bytesPerMs = kReadsNothing;
     break;
   }
@@ -167,10 +156,6 @@ void RemotePeers::heed(const Happening& one) {
       stranger.asksAtOnce = stranger.way == Way::kControl ? 1 : 0;
       if (stranger.way == Way::kStream) stranger.topics = {"traction/v1/"};
     }
-    break;
-  case Event::kCrowd:
-    for (std::int64_t i = 0; i < one.amount; ++i)
-      add(Way::kStream, 3, one.amount % 2 == 0 ? "192.0.2.8" : address(i), until_ns).mayBeCutOff = true;
     break;
   default:
     return;
@@ -239,11 +224,12 @@ void RemotePeers::ask(One& one, std::int64_t number) {
   }
 }
 
-/// Subscribes to previews twice, then cancels that twice, call by call.
+/// Subscribes to previews, and cancels that in the next call.
 void RemotePeers::toggle(One& one) {
-  const bool wants = one.toggled++ % 4 < 2;
+  const bool wants = one.toggled++ % 2 == 0;
   one.next_ns = now() + one.toggles_ns;
-  if (std::exchange(one.wantsPreviews, wants) != wants) previewsChanged_ns_ = now();
+  one.wantsPreviews = wants;
+  previewsChanged_ns_ = now();
   bus_.send(one.fd, std::array{(wants ? '\1' : '\0') + topicOf(Published::kPreview)});
 }
 
@@ -289,21 +275,7 @@ bool RemotePeers::mayBeAdmitted(const One& one) const {
 }
 
 bool RemotePeers::mustBeAdmitted(const One& one) const {
-  constexpr std::int64_t kCrowded_ns = 2 * kSecond;
-  return listens_ && !one.mayBeCutOff && isAllowed(one) && now() - crowded_ns_ > kCrowded_ns;
-}
-
-void RemotePeers::checkLimits() const {
-  std::map<std::string, int> each;
-  int count = 0;
-  for (const auto& one : all_) {
-    if (one->fd < 0 || bus_.hasEnded(one->fd)) continue;
-    ++count;
-    const int ofAddress = ++each[one->address];
-    journal_.law(ofAddress <= limits_.peersPerAddress, "the connections of an address stay within the limit",
-                 [&] { return fmt::format("{} from {}", ofAddress, one->address); });
-  }
-  journal_.law(count <= limits_.peers, "the connections stay within the limit", [&] { return std::to_string(count); });
+  return listens_ && isAllowed(one);
 }
 
 void RemotePeers::checkOne(One& one) {
@@ -314,13 +286,10 @@ void RemotePeers::checkOne(One& one) {
   journal_.law(!isAdmitted || mayBeAdmitted(one), "only allowed clients are admitted", [&] { return one.text(); });
   journal_.law(one.fd < 0 || isAdmitted || bus_.hasEnded(one.fd) || since(one.joined_ns) <= kSecond,
                "a handshake ends in time", [&] { return one.text(); });
-  journal_.law(!isAdmitted || one.mayBeCutOff || one.reads_bytesPerMs == kReadsNothing || one.open <= one.mayLack ||
+  journal_.law(!isAdmitted || one.reads_bytesPerMs == kReadsNothing || one.open <= one.mayLack ||
                    since(one.asked_ns) <= kAnswered_ns,
                "each request is answered in its time",
                [&] { return fmt::format("{}: {} open", one.text(), one.open); });
-  constexpr std::size_t kTooMany = 200;
-  journal_.law(!isAdmitted || one.topics.size() < kTooMany || since(one.joined_ns) <= kSecond,
-               "a flooding client is disconnected", [&] { return fmt::format("{} subscriptions", one.topics.size()); });
   if (isAdmitted && one.wantsFields && one.reads_bytesPerMs == kAtOnce) checkFlow(one);
 }
 
@@ -346,11 +315,9 @@ bool RemotePeers::wantsPreviews() const {
 void RemotePeers::check() {
   constexpr std::int64_t kHeard_ns = 800 * kMs;
   constexpr std::size_t kMost_bytes = std::size_t{24} << 20;
-  // Those that are refused take connections as well, for a moment each.
-  if (std::cmp_greater(all_.size(), limits_.peers / 2)) crowded_ns_ = now();
   for (const auto& one : all_) checkOne(*one);
-  const std::int64_t settled_ns = std::max({previewsChanged_ns_, instrument_.changed_ns(), listens_ns_,
-                                            keys_.changed_ns(1), keys_.changed_ns(2), crowded_ns_});
+  const std::int64_t settled_ns =
+      std::max({previewsChanged_ns_, instrument_.changed_ns(), listens_ns_, keys_.changed_ns(1), keys_.changed_ns(2)});
   journal_.law(!listens_ || !instrument_.isThere() || since(settled_ns) <= kHeard_ns ||
                    instrument_.wantsPreviews() == wantsPreviews(),
                "previews are requested while a client subscribes to them", "");

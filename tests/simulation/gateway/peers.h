@@ -1,8 +1,6 @@
-// Peers of a gateway: clients with and without a valid key, and more of them than it accepts; and the laws of which are
-// admitted, and what each receives.
+// Peers of a gateway: clients with and without a valid key, and the laws of which are admitted, and what each receives.
 #pragma once
 
-#include "gateway/config.h"
 #include "tests/simulation/gateway/instrument.h"
 #include "tests/simulation/gateway/keys.h"
 
@@ -19,8 +17,7 @@ class RemotePeers {
  public:
   /// Adds those that are always there: a subscriber of each kind, and a client with requests. All references must
   /// outlive it.
-  RemotePeers(Bus& bus, const Keys& keys, const Instrument& instrument, const Starvation& starvation,
-              const gateway::Limits& limits, Journal& journal);
+  RemotePeers(Bus& bus, const Keys& keys, const Instrument& instrument, const Starvation& starvation, Journal& journal);
   ~RemotePeers();
 
   /// Lets peers come for a while, as the event says.
@@ -35,9 +32,7 @@ class RemotePeers {
   /// Notes that requests which are under way may stay without an answer, as the instrument has gone.
   void loseRequests();
 
-  /// Law, when the gateway has seen all connections: there are no more than allowed, in all and from one address.
-  void checkLimits() const;
-  /// The other laws.
+  /// Checks the laws.
   void check();
 
  private:
@@ -62,11 +57,10 @@ class RemotePeers {
   const Keys& keys_;
   const Instrument& instrument_;
   const Starvation& starvation_;
-  const gateway::Limits limits_;
   Journal& journal_;
   std::list<std::unique_ptr<One>> all_;
   bool listens_ = false;
-  std::int64_t listens_ns_ = 0, next_ns_ = 0, crowded_ns_ = 0, previewsChanged_ns_ = 0;
+  std::int64_t listens_ns_ = 0, next_ns_ = 0, previewsChanged_ns_ = 0;
   int arrivals_ = 0;  ///< so many have come
 };
 

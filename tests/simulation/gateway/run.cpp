@@ -1,6 +1,5 @@
 #include "tests/simulation/gateway/run.h"
 
-#include "base/network/inflow_limit.h"
 #include "tests/simulation/follow.h"
 
 #include <fmt/format.h>
@@ -28,17 +27,13 @@ gateway::Config configured() {
 
 }  // namespace
 
-void GatewayRun::forget() {
-  network::inflow::unwatch({endpoint(0), endpoint(1), endpoint(2), endpoint(3)});
-}
-
 GatewayRun::GatewayRun(const Story& story)
     : story_(story)
     , config_(configured())
     , chance_(story.seed)
     , keys_(disk_, journal_)
     , instrument_(bus_, ongoing_, config_.limits, journal_)
-    , peers_(bus_, keys_, instrument_, starvation_, config_.limits, journal_) {
+    , peers_(bus_, keys_, instrument_, starvation_, journal_) {
   disk() = &disk_;
   bus() = &bus_;
 }
@@ -85,9 +80,7 @@ void GatewayRun::work() {
     turned_ns_ = now();
     const auto turned = relay_->turn(std::chrono::milliseconds(0));
     journal_.law(turned.has_value(), "the gateway keeps running", [&] { return turned.error().message(); });
-    const bool seesAll = !bus_.hasEvents();  // it reads a limited number in a turn
     bus_.turn();
-    if (seesAll) peers_.checkLimits();
     busyUntil_ns_ = now() + 1000 * chance_.between(50, 400);
   }
   if (checkAt_ns_ > now()) return;
@@ -116,7 +109,6 @@ void GatewayRun::go(const std::function<bool()>& goesOn) {
       story_, goesOn, [this] { return nextMoment(); }, [this](const Happening& one) { happen(one); },
       [this] { turn(); });
   if (!isOver) return;
-  journal_.result.cutOff = bus_.cutOff();
   journal_.say(fmt::format("{} fields, {} requests forwarded, {} messages received, {} answers",
                            instrument_.published(Published::kField), instrument_.requests(), journal_.result.delivered,
                            journal_.result.answers));

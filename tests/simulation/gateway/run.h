@@ -11,9 +11,6 @@ namespace tractiond::simulation {
 
 class GatewayRun {
  public:
-  /// Forgets the endpoints of an earlier run that stayed in an assertion.
-  static void forget();
-
   /// The story must outlive it. Only one run exists at a time.
   explicit GatewayRun(const Story& story);
   ~GatewayRun();

@@ -77,18 +77,6 @@ class FrameGateTest : public testing::Test {
     return 101;
   }
 
-  /// Expects a counter to replace another one with its third picture, and five pictures with a flag of doubt from then
-  /// on.
-  void expectFiveDoubted(SimulatedCamera& camera) {
-    Judgement judgement;
-    EXPECT_EQ(framesUntilNew(camera, &judgement), 3);
-    EXPECT_TRUE(judgement.doubted);
-    EXPECT_FALSE(judgement.outnumbered);
-    int flagged = 1;
-    while (judge(camera.take()).doubted && flagged < 100) ++flagged;
-    EXPECT_EQ(flagged, 5);
-  }
-
   FrameGate gate_{kShape, {}};
   Ledger ledger_;
 };

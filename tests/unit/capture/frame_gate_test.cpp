@@ -101,7 +101,19 @@ TEST_F(FrameGateTest, KnowsAFrameByItsIdAndTimeWhereTheClockIsGood) {
   Arrival frame = camera.take();
   EXPECT_EQ(judge(frame).verdict, Verdict::kNew);
   for (frame.content = 1; frame.content <= 10; ++frame.content) EXPECT_EQ(judge(frame).verdict, Verdict::kStale);
-  EXPECT_FALSE(judge(camera.take()).outnumbered) << "it is taken for a second sender's";
+  EXPECT_FALSE(judge(camera.take()).doubted) << "no packet came twice";
+}
+
+TEST_F(FrameGateTest, DoubtsThePictureOfWhichPacketsCameTwice) {
+  SimulatedCamera camera(1);
+  stream(camera, 100);
+  Arrival lost = camera.take();
+  lost.complete = false;
+  lost.duplicated = true;
+  EXPECT_FALSE(judge(lost).doubted);
+  EXPECT_TRUE(judge(camera.take()).doubted) << "the packets may be of this one";
+  EXPECT_FALSE(judge(camera.take()).doubted);
+  EXPECT_EQ(ledger_.doubted.get(), 1U);
 }
 
 TEST_F(FrameGateTest, KnowsThePeriodFromTheSecondFrameOn) {

@@ -41,7 +41,6 @@ struct Script {
   std::atomic<bool> readsSlowly{false}, isWelcomed{false};  // the welcome of a later session waits for a disk
   std::uint64_t id = 0;
   FrameExtras extras;
-  double late = 0.0;
 };
 
 class ScriptedDriver : public Driver {
@@ -68,7 +67,6 @@ class ScriptedDriver : public Driver {
     if (popped != Popped::kBuffer) return popped;
     buffer.arrival = {
         .complete = true, .shape = info_.shape, .id = ++script_.id, .device_ns = 0, .host_ns = script_.clock()};
-    buffer.arrival.late = script_.late;
     if (script_.isSmaller) --buffer.arrival.shape.height;
     picture_[0] = static_cast<std::uint8_t>(script_.id);
     buffer.data = picture_.data();

@@ -60,28 +60,6 @@ TEST_F(OddCamera, FramesTellWhatTheyWereTakenWith) {
   }
 }
 
-TEST_F(OddCamera, PacketsThatItDoesNotSendAreToldOnce) {
-  open({.silenceTimeout_ms = 0, .clock = virtualNow});
-  const auto next = [&] {
-    virtual_ns += 10'000'000;
-    tell({Popped::kBuffer});
-    Frame frame;
-    EXPECT_EQ(nextOtherThan(Next::kTimeout, frame), Next::kFrame);
-    camera_->recycle(frame);
-    return frame.info.doubted;
-  };
-  for (int i = 0; i < 100; ++i) ASSERT_FALSE(next());
-  constexpr auto kTold = "another host sends as the camera";
-  EXPECT_THAT(said(), testing::Not(Contains(HasSubstr(kTold))));
-  script_.late = 1.0;
-  EXPECT_TRUE(test::eventually([&] {
-    EXPECT_TRUE(next());
-    return std::ranges::any_of(said(), [](const std::string& line) { return line.find(kTold) != std::string::npos; });
-  }));
-  for (int i = 0; i < 100; ++i) EXPECT_TRUE(next());
-  EXPECT_THAT(said(), Contains(HasSubstr(kTold)).Times(1));
-}
-
 TEST_F(OddCamera, APictureThatComesAgainIsNoFrame) {
   ScriptedDriver driver(script_);
   Intake intake(ledger_);

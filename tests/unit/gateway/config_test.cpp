@@ -28,7 +28,7 @@ TEST(GatewayConfig, PrintedTextReadsBackToTheSame) {
   Config config;
   config.stream = {"tcp://127.0.0.1:1", "tcp://[::1]:2"};
   config.insecure = true;
-  config.limits.peers = 7;
+  config.limits.requestsPerSecond = 7;
   config.logLevel = "error";
   std::istringstream stream(configText(config));
   const auto again = parseConfig(stream, "gateway.toml");
@@ -42,7 +42,7 @@ TEST(GatewayConfig, MistakesAreNamed) {
   EXPECT_NE(errorOf("[gateway]\ncontrol = []").find("gateway.control is empty"), std::string::npos)
       << errorOf("[gateway]\ncontrol = []");
   EXPECT_NE(errorOf("[gateway]\ninsecur = true").find("insecure"), std::string::npos);
-  EXPECT_NE(errorOf("[limits]\npeers = 0").find("gateway.toml:2"), std::string::npos);
+  EXPECT_NE(errorOf("[limits]\nrequests_per_s = 0").find("gateway.toml:2"), std::string::npos);
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include "tests/support/deadline.h"
 #include "tests/support/no_memory.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/unit/base/network/raw_peer.h"
 #include "traction/v1/control.pb.h"
 
 #include <gtest/gtest.h>
@@ -172,45 +171,6 @@ TEST_F(RelayTest, RequestsBeyondTheLimitAreRefusedUntilTheSecondIsOver) {
   EXPECT_EQ(ask(), "too many requests: more than 3 in a second");
 }
 
-TEST_F(RelayTest, RequestsOfTheLargestSizeArePassedOnWhateverTheirNumber) {
-  pb::Request request;
-  request.set_version(1);
-  request.mutable_status();
-  const std::string later = "\xfa\x01\xe0\xd4\x03" + std::string(60'000, 'x');  // field 31, of a version to come
-  for (int i = 0; i < 40 && !HasFailure(); ++i) {  // more than ZeroMQ may hold of a connection
-    time_ns += kSecond_ns;
-    peer_.send(zmq::str_buffer(""), zmq::send_flags::sndmore);
-    peer_.send(zmq::buffer(request.SerializeAsString() + later));
-    turnUntil([&] { return !take(control_).empty(); });
-  }
-}
-
-TEST_F(RelayTest, ReplyThatNobodyReadsKeepsFurtherOnesAwayUntilItsConnectionEnds) {
-  while (ask() == "no instrument is there; is tractiond running?") time_ns += kSecond_ns;  // not yet
-  pb::Request request;
-  request.set_version(1);
-  request.mutable_status();
-  {
-    network::RawPeer deaf(relay_->bound(kControl).at(0), "DEALER");
-    deaf.send(network::RawPeer::part("") + network::RawPeer::message(request.SerializeAsString()));
-    std::vector<std::string> asked;
-    turnUntil([&] { return !(asked = take(control_)).empty(); });
-    ASSERT_EQ(asked.size(), 4U);  // [gateway][route][empty][request]
-    for (const std::string& part : {asked[0], asked[1], std::string()})
-      control_.send(zmq::buffer(part), zmq::send_flags::sndmore);
-    control_.send(zmq::message_t(64 << 20), zmq::send_flags::none);  // more than a kernel takes
-    turnUntil([&] {
-      time_ns += kSecond_ns;
-      const std::string why = ask();
-      return why == "too many replies wait to be read by this key: read them, or end their connections";
-    });
-  }
-  turnUntil([&] {
-    time_ns += kSecond_ns;
-    return ask().empty();
-  });
-}
-
 TEST_F(RelayTest, AnswersForWhichThereIsNoMemoryAreCountedAndTheNextOneArrives) {
   while (ask() == "no instrument is there; is tractiond running?") time_ns += kSecond_ns;  // not yet
   time_ns += kSecond_ns;
@@ -221,16 +181,10 @@ TEST_F(RelayTest, AnswersForWhichThereIsNoMemoryAreCountedAndTheNextOneArrives) 
     test::memoryLeft = -1;
     EXPECT_EQ(relay_->unsent(), before + 1);
   };
-  sendRequest();
-  std::vector<std::string> asked;
-  turnUntil([&] { return !(asked = take(control_)).empty(); });
-  ASSERT_EQ(asked.size(), 4U);  // [gateway][route][empty][request]
-  for (const std::string& part : {asked[0], asked[1], std::string()})
-    control_.send(zmq::buffer(part), zmq::send_flags::sndmore);
-  control_.send(zmq::str_buffer("the instrument's answer"));
-  loseOne();
-  sendRequest();
-  loseOne();  // the gateway's own answer, that it cannot pass the request on
+  for (int i = 0; i < 2; ++i) {
+    sendRequest();
+    loseOne();  // the gateway's own answer, that it cannot pass the request on
+  }
   EXPECT_EQ(log_.count("an answer to a request could not be sent: no memory for it"), 1U) << "in five seconds";
   EXPECT_EQ(ask(), "");
   EXPECT_EQ(ask(), "too many requests: more than 3 in a second") << "an answer begins anew";
@@ -305,39 +259,6 @@ TEST_F(RelayTest, LatestOfManyPartsIsSkippedAndTheNextOneIsPassedOn) {
     return !parts.empty();
   });
   EXPECT_EQ(parts, std::vector<std::string>{"\x09 whole"});
-}
-
-TEST_F(RelayTest, SubscriptionsAreCountedTogetherWithinASecondAlone) {
-  zmq::socket_t reader(context_, zmq::socket_type::sub), ended(context_, zmq::socket_type::pair);
-  reader.set(zmq::sockopt::linger, 0);
-  zmq_socket_monitor(reader.handle(), "inproc://ended", ZMQ_EVENT_DISCONNECTED);
-  ended.connect("inproc://ended");
-  reader.connect(relay_->bound(kStream).at(0));
-  const auto subscribe = [&](const std::string& name) {
-    for (int i = 0; i < 40; ++i) reader.set(zmq::sockopt::subscribe, name + std::to_string(i));
-  };
-  /// Publishes the topic until the reader gets it, or its connection has ended. Returns whether it has.
-  const auto endsBefore = [&](const std::string& topic, const std::string& payload) {
-    bool hasEnded = false;
-    turnUntil([&] {
-      publish(topic, payload);
-      hasEnded = !take(ended).empty();
-      const auto parts = take(reader);
-      return hasEnded || (parts.size() > 1 && parts[0] == topic && parts[1] == payload);
-    });
-    return hasEnded;
-  };
-  for (const std::string name : {"traction/v1/w", "traction/v1/x"}) {
-    time_ns += 2 * kSecond_ns;
-    EXPECT_TRUE(relay_->turn(1ms));  // a second begins
-    subscribe(name);
-    EXPECT_FALSE(endsBefore(name + "39", "it has come to ZeroMQ"));
-    EXPECT_FALSE(endsBefore(name + "39", "it has been counted"));
-  }
-  time_ns += kSecond_ns / 3;
-  EXPECT_TRUE(relay_->turn(1ms));
-  subscribe("traction/v1/y");
-  turnUntil([&] { return !take(ended).empty(); });
 }
 
 /// A gateway with a key of its own, whose time stands still, so that its keys are not due to be checked again.

@@ -385,43 +385,6 @@ TEST_F(ControlTest, PingBehindAFloodAndAResetDoNoHarm) {
   }
 }
 
-TEST_F(ControlTest, FloodOfRequestsCutsThePeerOff) {
-  network::RawPeer peer(server_->endpoints().at(0), "DEALER");
-  for (int i = 0; i < 3000; ++i) peer.send(network::RawPeer::message("x"));
-  serveUntil([&] { return peer.isCutOff(0); });
-  EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);
-}
-
-TEST_F(ControlTest, ClientThatAsksOneThingAfterAnotherIsNeverCutOff) {
-  auto socket = connect(zmq::socket_type::req);
-  const std::string large = statusRequest() + "\xfa\x01\xe0\xd4\x03" + std::string(60'000, 'x');  // and field 31
-  for (int i = 0; i < 40 && !HasFailure(); ++i) {  // more than ZeroMQ may hold of a connection
-    socket.send(zmq::buffer(large), zmq::send_flags::none);
-    EXPECT_EQ(await(socket).status().uptime_s(), 12.0) << i;
-  }
-}
-
-TEST_F(ControlTest, ReplyThatNobodyReadsKeepsFurtherOnesAwayUntilItsConnectionEnds) {
-  Snapshot large;
-  large.bytes.assign(12, 0);
-  large.frame.data = large.bytes.data();
-  large.frame.size = 12;
-  large.frame.width = large.frame.height = 2;
-  large.frame.stride = 6;
-  large.frame.format = PixelFormat::kRgb8;
-  large.spotLayer.resize(64 << 20);  // more than a kernel takes
-  {
-    network::RawPeer deaf(server_->endpoints().at(0), "DEALER");
-    deaf.send(network::RawPeer::part("") +
-              network::RawPeer::message(request([](pb::Request& r) { r.mutable_snapshot(); })));
-    serveUntil([&] { return snapshots_ == 1; });
-    server_->answerSnapshot(&large, {});
-    EXPECT_EQ(ask(statusRequest()).error(),
-              "too many replies wait to be read by this user: read them, or end their connections");
-  }
-  EXPECT_TRUE(test::eventually([&] { return ask(statusRequest()).error().empty(); }));
-}
-
 TEST_F(ControlTest, AskerThatGoesAwayIsForgotten) {
   {
     auto socket = connect(zmq::socket_type::req);

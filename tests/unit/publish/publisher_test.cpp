@@ -1,4 +1,3 @@
-#include "base/network/inflow_limit.h"
 #include "proto/traction/v1/endpoints.h"
 #include "tests/support/no_memory.h"
 #include "tests/unit/publish/publisher_bench.h"
@@ -279,27 +278,6 @@ TEST_F(PublisherTest, PreviewsAreWantedAsLongAsASubscriptionNamesThem) {
   soon(false);
   TestSubscriber again(stream_, kRoot + "preview");
   soon(true);
-}
-
-/// Each subscription and each cancellation is charged when it is read, and must not stay on the account.
-TEST_F(PublisherTest, SubscriptionsThatComeAndGoEndNoConnection) {
-  open();
-  const std::uint64_t ended = network::inflow::ended();
-  const auto subscriber = join(kRoot + "field/"), other = join(kRoot + "preview/");
-  for (int round = 0; round < 40; ++round) {
-    TestClock::advance(2s);  // no more than a peer may subscribe within a second
-    publisher_->serve(-1, 0ms);
-    for (int i = 0; i < 20; ++i) {
-      subscriber->socket().set(zmq::sockopt::subscribe, kRoot + "preview/");
-      subscriber->socket().set(zmq::sockopt::unsubscribe, kRoot + "preview/");
-    }
-    subscriber->socket().set(zmq::sockopt::subscribe, kRoot + "description/");
-    while (pump(*subscriber).topic != kRoot + "description/") {
-    }
-    subscriber->socket().set(zmq::sockopt::unsubscribe, kRoot + "description/");
-  }
-  EXPECT_EQ(network::inflow::ended(), ended);
-  EXPECT_TRUE(publisher_->previewWanted()) << "by the other subscriber";
 }
 
 TEST_F(PublisherTest, PreviewsOfASlowReaderAreBounded) {

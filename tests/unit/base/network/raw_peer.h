@@ -71,36 +71,12 @@ class RawPeer {
     EXPECT_EQ(::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL), static_cast<ssize_t>(bytes.size()));
   }
 
-  /// Sends the same again and again, so many bytes in all or until the other side ends the connection. Returns whether
-  /// it has.
-  bool flood(const std::string& once, std::size_t bytes) {
-    std::string many;
-    while (many.size() < 65'536) many += once;
-    for (std::size_t sent = 0; sent < bytes;) {
-      const std::size_t begin = sent % many.size();  // where the last call stopped
-      const ssize_t count = ::send(fd_, many.data() + begin, std::min(many.size() - begin, bytes - sent), MSG_NOSIGNAL);
-      if (count < 0) return true;
-      sent += static_cast<std::size_t>(count);
-    }
-    return false;
-  }
-
   /// Ends the connection the hard way.
   void reset() {
     const linger hard{1, 0};
     setsockopt(fd_, SOL_SOCKET, SO_LINGER, &hard, sizeof hard);
     close(fd_);
     fd_ = -1;
-  }
-
-  /// Waits until the other side has ended the connection. Returns false if it does not.
-  bool isCutOff(int timeout_ms = test::kHung_ms) {
-    std::array<char, 4096> bytes;
-    pollfd item{fd_, POLLIN, 0};
-    while (poll(&item, 1, timeout_ms) > 0) {
-      if (recv(fd_, bytes.data(), bytes.size(), 0) <= 0) return true;
-    }
-    return false;
   }
 
  private:

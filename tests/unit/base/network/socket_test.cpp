@@ -1,13 +1,11 @@
 #include "base/network/socket.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/unit/base/network/raw_peer.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 
-#include <array>
 #include <filesystem>
 #include <fstream>
 
@@ -60,32 +58,6 @@ TEST_F(SocketTest, TheNameOfThisHostIsItsLoopback) {
   const auto bound = tryBind(socket_, "tcp://localhost:*");
   ASSERT_TRUE(bound) << bound.error().message();
   EXPECT_TRUE(bound->front().starts_with("tcp://127.0.0.1:")) << bound->front();
-}
-
-TEST_F(SocketTest, MessagesOfDifferentConnectionsAreToldApart) {
-  for (const std::string& endpoint : {std::string("tcp://127.0.0.1:*"), "ipc://" + (folder_ / "socket").string()}) {
-    zmq::socket_t socket(context_, zmq::socket_type::xpub);
-    socket.set(zmq::sockopt::xpub_verboser, true);
-    const auto bound = tryBind(socket, endpoint);
-    ASSERT_TRUE(bound);
-    std::array<zmq::message_t, 4> messages;
-    const auto receive = [&](std::size_t i) { ASSERT_TRUE(socket.recv(messages.at(i))); };
-    {
-      RawPeer one(bound->at(0), "SUB");
-      for (std::size_t i = 0; i < 2; ++i) {
-        one.send(RawPeer::message("\1a"));
-        receive(i);
-      }
-    }
-    receive(2);                          // its end
-    RawPeer other(bound->at(0), "SUB");  // may have its descriptor
-    other.send(RawPeer::message("\1a"));
-    receive(3);
-    EXPECT_EQ(connectionOf(messages[1]), connectionOf(messages[0]));
-    EXPECT_EQ(connectionOf(messages[2]), nullptr);
-    EXPECT_NE(connectionOf(messages[3]), nullptr);
-    EXPECT_NE(connectionOf(messages[3]), connectionOf(messages[0]));
-  }
 }
 
 TEST_F(SocketTest, WildcardPortIsResolved) {
