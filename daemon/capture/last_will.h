@@ -1,4 +1,4 @@
-// Gives the camera free if the process ends by a signal. Otherwise the camera stays locked by the dead client until its
+// Gives the camera free if the process ends without closing it. Otherwise the camera stays locked by the dead client until its
 // heartbeat times out, after 3 s for most (docs/decisions/0018-hangs.md).
 #pragma once
 
@@ -17,9 +17,8 @@ int startExecutor();
 /// called. Does not wait. Any thread.
 std::string whyCameraWouldStayLocked();
 
-/// Makes SIGABRT (of a watchdog or a failed assertion), SIGBUS, SIGFPE, SIGILL and SIGSEGV first give the camera free
-/// through its control socket, and then act as before. Only the camera armed last is given free. Any thread.
-/// The process of startExecutor() gets a copy of the socket. \param socket UDP, by which the camera is controlled; must
+/// Gives the process of startExecutor() a copy of the socket by which a camera is controlled. Only the camera armed last
+/// is given free. Any thread. \param socket UDP, by which the camera is controlled; must
 /// stay open until disarmLastWill() \param address of the camera, IPv4: 127.0.0.1 is 0x7f000001
 void armLastWill(int socket, std::uint32_t address, std::uint16_t port);
 /// Ends that for the camera. Must be called before the socket is closed. Has no effect unless the socket was armed
