@@ -8,7 +8,7 @@ namespace fuzz {
 
 std::vector<std::string> seeds() {
   return {fileText(tractiond::test::source("config/gateway.toml")),
-          "[gateway]\nstream = [\"tcp://*:9882\"]\n[limits]\npeers = 3\n"};
+          "[gateway]\nstream = [\"tcp://*:9882\"]\n[limits]\nrequests_per_s_each = 3\n"};
 }
 
 bool feed(std::string_view bytes) {
