@@ -7,8 +7,6 @@
 #include "daemon/gel_files.h"
 #include "daemon/serve.h"
 
-#include <malloc.h>
-
 #include <cstdlib>
 #include <iostream>
 #include <new>
@@ -25,8 +23,6 @@ int checkConfig(const Config& config) {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  // Gives the memory of large pieces back when they are freed; solve/make_solver.cpp suspends that.
-  mallopt(M_MMAP_THRESHOLD, 1 << 20);
   if (const auto enough = checkAddressSpace(); !enough) std::_Exit(failed(enough.error()));
   const auto arguments = parseArguments(argc, argv);
   if (!arguments) return arguments.error();

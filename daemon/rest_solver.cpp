@@ -1,6 +1,5 @@
 #include "daemon/rest_solver.h"
 
-#include <malloc.h>
 #include <spdlog/spdlog.h>
 
 #include <chrono>
@@ -43,7 +42,7 @@ void RestSolver::turn() {
     }
   }
   // Who alone has a solver has the last of it: no other thread could get it anew.
-  if (std::erase_if(kept_, [](const auto& solver) { return solver.use_count() == 1; }) > 0) malloc_trim(0);
+  std::erase_if(kept_, [](const auto& solver) { return solver.use_count() == 1; });
   if (!next_) return;
   making_ = worker_.start([this, zero = *std::exchange(next_, std::nullopt)] { return make(zero); });
 }

@@ -23,10 +23,9 @@ class Candidate {
   /// published there. A node on which no unknown acts has the deviation 0.
   virtual void nodeDeviations_N(std::span<double> deviations) = 0;
 
-  /// Computes the covariance of `count` linear functionals of the points' forces, count x count, row after row.
-  /// \param weights 3P x count, row after row \param count at most kColumns \param points that have weights other than
-  /// 0; only theirs are read
-  virtual void covariance(std::span<const double> weights, int count, std::span<const int> points,
+  /// Computes the covariance of kColumns linear functionals of the points' forces, row after row. \param weights 3P x
+  /// kColumns, row after row \param points that have weights other than 0; only theirs are read
+  virtual void covariance(std::span<const double> weights, std::span<const int> points,
                           std::span<double> covariance) = 0;
 
  protected:

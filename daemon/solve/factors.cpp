@@ -203,12 +203,12 @@ tl::expected<Factors, Error> computeFactors(const sensor::Sensor& sensor, const 
     if (steps) steps(step, done);
   };
   const auto progress = [&](double done) { begin(Step::kInfluence, done); };
-  const MatrixXd displacement = sensor.body
-                                    ? displacementMatrix(sensor, options.mechanics, progress)
-                                    : displacementMatrix(sensor.gel, options.mechanics, sensor::markerPositions(sensor),
-                                                         atoms.points, {}, progress);
+  MatrixXd influence = sensor::elastic::toImage(
+      sensor, sensor.body ? displacementMatrix(sensor, options.mechanics, progress)
+                          : displacementMatrix(sensor.gel, options.mechanics, sensor::markerPositions(sensor),
+                                               atoms.points, {}, progress));
   begin(Step::kProducts, 0.0);
-  return computeFactors(sensor::elastic::toImage(sensor, displacement), atoms, motionPrior(sensor),
+  return computeFactors(std::move(influence), atoms, motionPrior(sensor),
                         sensor.gel.youngsModulus * square(sensor.nodes.pitch), options, nullptr, {},
                         [&] { begin(Step::kModes, 0.0); });
 }

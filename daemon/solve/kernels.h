@@ -3,7 +3,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -141,17 +140,6 @@ void multiplyRowsByColumns(const RowMatrix& matrix, std::span<const int> rows, c
                            int stride);
 
 // Blocks of 3 x kColumns, row after row.
-
-/// Returns the block of a point in a matrix 3P x count, row after row. \param room for what fills it up, if it is
-/// narrower
-inline const double* blockOf(std::span<const double> weights, int count, int point,
-                             std::array<double, std::size_t{3} * kColumns>& room) {
-  const double* const first = weights.data() + std::ptrdiff_t{3} * count * point;
-  if (count == kColumns) return first;
-  room.fill(0.0);
-  for (int axis = 0; axis < 3; ++axis) std::copy_n(first + count * axis, count, room.data() + kColumns * axis);
-  return room.data();
-}
 
 /// Computes blocks[blockOf[indices[k]]] += shares[k] * block.
 void addShares(std::span<const int> indices, std::span<const int> blockOf, const double* shares, const double* block,

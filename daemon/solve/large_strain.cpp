@@ -28,12 +28,15 @@ LargeStrain::LargeStrain(const sensor::Points& nodes, double depth_m, double you
 bool LargeStrain::outOfRange(std::span<const double> force_N) {
   loaded_.clear();
   force_N_.clear();
+  double sum_N = 0.0;
   for (int n = 0; n < strain_.rows(); ++n) {
     const auto magnitude_N = static_cast<float>(Eigen::Vector3d::Map(force_N.data() + std::ptrdiff_t{3} * n).norm());
     if (magnitude_N == 0.0F) continue;
     loaded_.push_back(n);
     force_N_.push_back(magnitude_N);
+    sum_N += double{magnitude_N};
   }
+  if (sum_N * double{strain_.row(0)[0]} <= kLargestStrain) return false;  // not even if all acts on one node
   std::fill_n(below_.data(), below_.size(), 0.0);
   addRows(strain_, loaded_, force_N_, below_.data());
   return *std::max_element(below_.data(), below_.data() + below_.size()) > kLargestStrain;

@@ -505,23 +505,21 @@ void LinearPosterior::denseNodeVariances(std::span<double> variances) {
   }
 }
 
-void LinearPosterior::covariance(std::span<const double> weights, int count, std::span<const int> points,
+void LinearPosterior::covariance(std::span<const double> weights, std::span<const int> points,
                                  std::span<double> covariance) {
-  assert(count <= kColumns);
   beginFunctionals();
-  std::array<double, std::size_t{3} * kColumns> room;
   for (const int point : points) {
     const auto p = static_cast<std::size_t>(point);
     const auto sharing = std::span(sharing_).subspan(sharingFirst_[p], sharingFirst_[p + 1] - sharingFirst_[p]);
     const auto extra = std::span(extraUnknowns_).subspan(extraFirst_[p], extraFirst_[p + 1] - extraFirst_[p]);
     if (sharing.empty() && extra.empty()) continue;
-    const double* const of = solve::blockOf(weights, count, point, room);
+    const double* const of = weights.data() + 3 * kColumns * p;
     for (const int atom : sharing) use(atom);
     addShares(sharing, blockOf_, shares_.data() + sharingFirst_[p], of, blocks());
     addForces(extra, extraShares_.data() + 3 * extraFirst_[p], of, functionals_.data());
   }
   multiplyBlocks(used_, roots_.data()->data(), blocks());  // so far of the forces of the atoms themselves
-  functionalCovariance(count, covariance.data());
+  functionalCovariance(kColumns, covariance.data());
 }
 
 void LinearPosterior::extraCovariance(std::span<const int> unknowns, std::span<double> covariance) {

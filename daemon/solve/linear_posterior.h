@@ -86,8 +86,7 @@ class LinearPosterior final : public Candidate {
   double squaredResidual_px2() const override { return squaredResidual_; }
   void wrenchCovariance(std::array<double, 36>& covariance) override;
   void nodeDeviations_N(std::span<double> deviations) override;
-  void covariance(std::span<const double> weights, int count, std::span<const int> points,
-                  std::span<double> covariance) override;
+  void covariance(std::span<const double> weights, std::span<const int> points, std::span<double> covariance) override;
 
   // What it was made of.
 

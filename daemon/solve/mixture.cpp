@@ -123,25 +123,22 @@ void Mixture::nodeDeviations_N(std::span<double> deviations) {
   for (double& each : deviations) each = std::sqrt(each);
 }
 
-void Mixture::covariance(std::span<const double> weights, int count, std::span<const int> points,
-                         std::span<double> covariance) {
-  const auto functionals = static_cast<std::size_t>(count);
+void Mixture::covariance(std::span<const double> weights, std::span<const int> points, std::span<double> covariance) {
   constexpr std::array<int, 1> kFirst = {0};
-  std::array<double, std::size_t{3} * kColumns> room;
-  std::fill_n(covariance.begin(), count * count, 0.0);
+  std::fill(covariance.begin(), covariance.end(), 0.0);
   eachThatCounts([&](Part& part) {
-    std::array<double, static_cast<std::size_t>(kColumns * kColumns)> within{};
+    std::array<double, std::size_t{kColumns} * kColumns> within{};
     std::array<double, kColumns> away{};
-    part.candidate->covariance(weights, count, points, within);
+    part.candidate->covariance(weights, points, within);
     for (const int point : points) {
       const auto first = 3 * static_cast<std::size_t>(point);
       std::array<double, 3> deviation;
       for (std::size_t axis = 0; axis < 3; ++axis) deviation[axis] = part.force_N[first + axis] - mean_[first + axis];
-      addForces(kFirst, deviation.data(), blockOf(weights, count, point, room), away.data());
+      addForces(kFirst, deviation.data(), weights.data() + kColumns * first, away.data());
     }
-    for (std::size_t i = 0; i < functionals; ++i) {
-      for (std::size_t j = 0; j < functionals; ++j) {
-        covariance[functionals * i + j] += part.share * (within[functionals * i + j] + away[i] * away[j]);
+    for (std::size_t i = 0; i < kColumns; ++i) {
+      for (std::size_t j = 0; j < kColumns; ++j) {
+        covariance[kColumns * i + j] += part.share * (within[kColumns * i + j] + away[i] * away[j]);
       }
     }
   });

@@ -47,9 +47,8 @@ class Mixture {
   /// Computes the standard deviations of the forces of all nodes (3N), as Candidate::nodeDeviations_N().
   void nodeDeviations_N(std::span<double> deviations);
 
-  /// Computes the covariance of `count` functionals of the points' forces, as Candidate::covariance().
-  void covariance(std::span<const double> weights, int count, std::span<const int> points,
-                  std::span<double> covariance);
+  /// Computes the covariance of kColumns functionals of the points' forces, as Candidate::covariance().
+  void covariance(std::span<const double> weights, std::span<const int> points, std::span<double> covariance);
 
  private:
   struct Part {

@@ -65,7 +65,7 @@ void ModelContacts::Found::covariances(const double* functionals, std::span<cons
     std::copy_n(functionals + kNumbers * i, kNumbers, weights_.data() + kNumbers * point);
     points_.push_back(point);
   }
-  mixture_->covariance(weights_, kColumns, points_, result);
+  mixture_->covariance(weights_, points_, result);
 }
 
 ModelContacts::ModelContacts(const Atoms& atoms, const sensor::Sensor& sensor)
@@ -219,7 +219,7 @@ Contact ModelContacts::describe(const Estimate& estimate, Mixture& mixture, int 
     }
   }
   std::array<double, kColumns * kColumns> covariances{};
-  mixture.covariance(weights_, kColumns, points_, covariances);
+  mixture.covariance(weights_, points_, covariances);
   const auto deviation = [&](std::size_t i) { return std::sqrt(covariances[(kColumns + 1) * i]); };
   Contact result;
   Vector3d::Map(result.force_N.data()) = force;

@@ -86,16 +86,15 @@ void Posterior::invertTogether() {
   }
 }
 
-void Posterior::covariance(std::span<const double> weights, int count, std::span<const int> points,
-                           std::span<double> covariance) {
-  assert(count <= kColumns && static_cast<Index>(weights.size()) == 3 * count * atoms_.points.cols());
+void Posterior::covariance(std::span<const double> weights, std::span<const int> points, std::span<double> covariance) {
+  assert(static_cast<Index>(weights.size()) == 3 * kColumns * atoms_.points.cols());
   double* const columns = scratch_.data();
   std::fill_n(columns, kColumns * unknowns(), 0.0);
   setIndices();
   for (const Index point : points) {
-    const double* const of = weights.data() + 3 * count * point;
+    const double* const of = weights.data() + 3 * kColumns * point;
     const auto add = [&](double* to, double factor, int axis) {
-      for (int k = 0; k < count; ++k) to[k] += factor * of[axis * count + k];
+      for (int k = 0; k < kColumns; ++k) to[k] += factor * of[axis * kColumns + k];
     };
     for (ByRows::InnerIterator it(atoms_.ofPoints, point); it; ++it) {
       const int i = indexOf_[it.col()];
@@ -110,7 +109,7 @@ void Posterior::covariance(std::span<const double> weights, int count, std::span
     }
   }
   clearIndices();
-  multiplyInverse(count, covariance.data());
+  multiplyInverse(kColumns, covariance.data());
 }
 
 /// n^2 C' A^-1 C of the first `count` columns C in scratch_, row after row.

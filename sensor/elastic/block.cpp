@@ -365,14 +365,10 @@ BlockCorrection::Data::Data(const Gel& gel, const Points& points, const BlockOpt
     , boundary(makeBoundary(mesh))
     , elements(makeElements(mesh, whole, gel, targets.distinct, columns)) {
   if (!options.solveForSources) {
-    const auto caller = std::this_thread::get_id();
-    const OnCallingThread alone;
-    inParallel(kClasses, [&](Index parity) {
-      if (progress && std::this_thread::get_id() == caller) {
-        progress((static_cast<double>(parity) + 1.0) / (kClasses + 1.0));
-      }
-      transfer[static_cast<std::size_t>(parity)] = solver(static_cast<unsigned>(parity)).transfer();
-    });
+    for (unsigned parity = 0; parity < kClasses; ++parity) {
+      if (progress) progress((parity + 1.0) / (kClasses + 1.0));
+      transfer[parity] = solver(parity).transfer();
+    }
     elements = {};
   }
   if (progress) progress(1.0);
@@ -439,11 +435,7 @@ PerClass BlockCorrection::Data::respond(const Points& sources, const Eigen::Matr
   const PerClass data = boundaryData(sources, forces);
   PerClass response;
   if (!elements.at.empty()) {
-    const OnCallingThread alone;
-    inParallel(kClasses, [&](Index parity) {
-      const auto i = static_cast<std::size_t>(parity);
-      response[i] = solver(static_cast<unsigned>(parity)).respond(data[i]);
-    });
+    for (unsigned parity = 0; parity < kClasses; ++parity) response[parity] = solver(parity).respond(data[parity]);
     return response;
   }
   for (unsigned parity = 0; parity < kClasses; ++parity) {

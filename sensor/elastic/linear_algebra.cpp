@@ -27,16 +27,6 @@ int stride(Eigen::Index n) {
 
 }  // namespace
 
-OnCallingThread::OnCallingThread() {
-  static const int all = openblas_get_num_threads();
-  before_ = all;
-  openblas_set_num_threads(1);
-}
-
-OnCallingThread::~OnCallingThread() {
-  openblas_set_num_threads(before_);
-}
-
 void multiply(double alpha, const ConstMatrixRef& a, Op opA, const ConstMatrixRef& b, Op opB, double beta,
               MatrixRef c) {
   const Eigen::Index inner = opA == Op::kPlain ? a.cols() : a.rows();

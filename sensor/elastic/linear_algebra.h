@@ -12,19 +12,6 @@ using ConstMatrixRef = Eigen::Ref<const Eigen::MatrixXd, 0, Eigen::OuterStride<>
 
 enum class Op { kPlain, kTransposed };
 
-/// While one exists, the functions use the calling thread alone, for threads that work side by side. Whichever ends
-/// first ends it for all, which costs time alone.
-class OnCallingThread {
- public:
-  OnCallingThread();
-  ~OnCallingThread();
-  OnCallingThread(const OnCallingThread&) = delete;
-  OnCallingThread& operator=(const OnCallingThread&) = delete;
-
- private:
-  int before_;
-};
-
 /// Computes c = alpha op(a) op(b) + beta c. `c` must not overlap `a` or `b`.
 void multiply(double alpha, const ConstMatrixRef& a, Op opA, const ConstMatrixRef& b, Op opB, double beta, MatrixRef c);
 

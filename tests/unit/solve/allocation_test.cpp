@@ -157,10 +157,10 @@ TEST(Model, AllocatesNothingAroundPatches) {
   const Eigen::VectorXf one = press(1e-3, 2e-3), two = press(-6e-3, -4e-3) + press(6e-3, 4e-3);
   const std::vector<int> missing = {2, 3, 10, 11, 100, 101};
   std::vector<double> deviations(3 * static_cast<std::size_t>(atoms.nodeCount()));
-  const std::vector<double> weights(6 * 3 * static_cast<std::size_t>(atoms.pointCount()), 1.0);
+  const std::vector<double> weights(kColumns * 3 * static_cast<std::size_t>(atoms.pointCount()), 1.0);
   std::vector<int> points(static_cast<std::size_t>(atoms.pointCount()));
   std::iota(points.begin(), points.end(), 0);
-  std::array<double, 36> covariance{};
+  std::array<double, std::size_t{kColumns} * kColumns> covariance{};
   int patches = 0;
   for (const Eigen::VectorXf& moved : {one, two}) {
     for (const std::span<const int> without : {std::span<const int>(), std::span<const int>(missing)}) {
@@ -169,7 +169,7 @@ TEST(Model, AllocatesNothingAroundPatches) {
       const int then = allocations;
       model.solve({there.data(), static_cast<std::size_t>(there.size())}, without, options.noise_px, estimate);
       model.mixture().nodeDeviations_N(deviations);
-      model.mixture().covariance(weights, 6, points, covariance);
+      model.mixture().covariance(weights, points, covariance);
       EXPECT_EQ(allocations, then);
       patches += estimate.patchCount;
     }

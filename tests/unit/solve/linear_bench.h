@@ -27,15 +27,15 @@ inline std::vector<int> everySeventh(int coordinates) {
   return missing;
 }
 
-/// Returns functionals of the points' forces, points x 5, and the points that they read.
+/// Returns functionals of the points' forces, points x kColumns, and the points that they read.
 inline std::pair<RowMajor, std::vector<int>> functionals(const Atoms& atoms) {
-  RowMajor weights = RowMajor::Zero(3 * atoms.pointCount(), 5);
+  RowMajor weights = RowMajor::Zero(3 * atoms.pointCount(), kColumns);
   std::vector<int> points;
   std::mt19937_64 generator(5);
   std::normal_distribution<double> normal;
   for (int point = atoms.pointCount() / 3; point < atoms.pointCount(); point += 2) {
     points.push_back(point);
-    weights.middleRows<3>(3 * point) = MatrixXd::NullaryExpr(3, 5, [&] { return normal(generator); });
+    weights.middleRows<3>(3 * point) = MatrixXd::NullaryExpr(3, kColumns, [&] { return normal(generator); });
   }
   return {weights, points};
 }

@@ -97,8 +97,8 @@ std::pair<VectorXd, RowMajor> covariancesOf(Mixture& mixture, const Atoms& atoms
   VectorXd nodes(3 * atoms.nodeCount());
   mixture.nodeDeviations_N(all(nodes));
   const auto [weights, points] = functionals(atoms);
-  RowMajor covariance(5, 5);
-  mixture.covariance(all(weights), 5, points, all(covariance));
+  RowMajor covariance(kColumns, kColumns);
+  mixture.covariance(all(weights), points, all(covariance));
   return {nodes, covariance};
 }
 

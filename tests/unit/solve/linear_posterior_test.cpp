@@ -205,8 +205,8 @@ Told toldBy(LinearPosterior& linear, const Atoms& atoms) {
   VectorXd nodes(3 * atoms.nodeCount());
   linear.nodeDeviations_N(all(nodes));
   const auto [weights, points] = functionals(atoms);
-  RowMajor ofFunctionals(5, 5), ofExtra(LinearProblem::kExtra, LinearProblem::kExtra);
-  linear.covariance(all(weights), 5, points, all(ofFunctionals));
+  RowMajor ofFunctionals(kColumns, kColumns), ofExtra(LinearProblem::kExtra, LinearProblem::kExtra);
+  linear.covariance(all(weights), points, all(ofFunctionals));
   const std::vector<int> every = everyPoint(LinearProblem::kExtra);
   linear.extraCovariance(every, all(ofExtra));
   std::vector<double> forces(3 * static_cast<std::size_t>(atoms.count()));
@@ -217,7 +217,7 @@ Told toldBy(LinearPosterior& linear, const Atoms& atoms) {
   VectorXd ofNodes(nodes.size());
   addAtNodes(atoms, {ofPoints.data(), static_cast<std::size_t>(ofPoints.size())}, all(ofNodes));
   Told told;
-  told.mean.resize(6 + nodes.size() + 5 + ofExtra.rows());
+  told.mean.resize(6 + nodes.size() + kColumns + ofExtra.rows());
   told.deviation.resize(told.mean.size());
   told.mean << VectorXd::Map(linear.wrench().data(), 6), ofNodes, weights.transpose() * ofPoints,
       VectorXd::Map(linear.extra().data(), LinearProblem::kExtra);
@@ -228,7 +228,7 @@ Told toldBy(LinearPosterior& linear, const Atoms& atoms) {
 
 Told toldBy(const LinearProblem& problem, const LinearProblem::Dense& dense, const Atoms& atoms) {
   const MatrixXd nodes = problem.toNodes(), ofFunctionals = functionals(atoms).first.transpose() * problem.toPoints();
-  MatrixXd to = MatrixXd::Zero(6 + nodes.rows() + 5 + LinearProblem::kExtra, problem.unknowns());
+  MatrixXd to = MatrixXd::Zero(6 + nodes.rows() + kColumns + LinearProblem::kExtra, problem.unknowns());
   to << problem.toWrench(), nodes, ofFunctionals,
       MatrixXd::Identity(problem.unknowns(), problem.unknowns())
           .middleRows<LinearProblem::kExtra>(problem.firstExtra());

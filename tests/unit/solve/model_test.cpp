@@ -245,16 +245,19 @@ TEST(Model, TakesOutMissingMarkers) {
 TEST(Model, KnowsCovariancesOfWhatItFoundLast) {
   Bench bench(smallSensor());
   const Eigen::Index forces = 3 * bench.atoms().pointCount();
-  Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> weights(forces, 6);
+  using Weights = Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor>;
+  Weights weights = Weights::Zero(forces, kColumns);
   for (Eigen::Index i = 0; i < forces; ++i) {
     const Vector3d unit = Vector3d::Unit(i % 3), at = bench.atoms().points.col(i / 3);
-    weights.row(i) << unit.transpose(), at.cross(unit).transpose();
+    weights.row(i).head<6>() << unit.transpose(), at.cross(unit).transpose();
   }
-  const std::span<const double> all(weights.data(), static_cast<std::size_t>(weights.size()));
-  MatrixXd covariance(6, 6);
+  MatrixXd all(kColumns, kColumns), covariance(6, 6);
   std::vector<double> deviations(3 * static_cast<std::size_t>(smallSensor().nodes.count()));
   const auto ask = [&] {
-    bench.model().mixture().covariance(all, 6, everyPoint(bench.atoms().pointCount()), {covariance.data(), 36});
+    bench.model().mixture().covariance({weights.data(), static_cast<std::size_t>(weights.size())},
+                                       everyPoint(bench.atoms().pointCount()),
+                                       {all.data(), static_cast<std::size_t>(all.size())});
+    covariance = all.topLeftCorner<6, 6>();
     bench.model().mixture().nodeDeviations_N(deviations);
   };
 
@@ -264,12 +267,12 @@ TEST(Model, KnowsCovariancesOfWhatItFoundLast) {
   EXPECT_LT((covariance - covarianceOf(estimate)).norm(), 1e-9 * covariance.norm());
   const auto largest = std::max_element(deviations.begin(), deviations.end());
   const auto component = static_cast<int>(largest - deviations.begin());
-  std::vector<double> one(static_cast<std::size_t>(forces), 0.0);
+  weights.setZero();
   for (int p = 0; p < bench.atoms().pointCount(); ++p) {
-    if (bench.atoms().nodeOf(p) == component / 3) one[static_cast<std::size_t>(3 * p + component % 3)] = 1.0;
+    if (bench.atoms().nodeOf(p) == component / 3) weights(3 * p + component % 3, 0) = 1.0;
   }
-  double variance = 0.0;
-  bench.model().mixture().covariance(one, 1, everyPoint(bench.atoms().pointCount()), {&variance, 1});
+  ask();
+  const double variance = covariance(0, 0);
   EXPECT_NEAR(*largest, std::sqrt(variance), 1e-9 * *largest);
 
   ASSERT_EQ(bench.solve(VectorXd::Zero(bench.factors().coordinateCount())).outcome, Outcome::kNothing);

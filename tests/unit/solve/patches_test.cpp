@@ -262,14 +262,19 @@ TEST(Patches, PointsAddUpToTheForce) {
 
   // So do their covariances; a moment of the points has that of the patch's place.
   const Eigen::Index forces = 3 * bench.atoms().pointCount();
-  Eigen::Matrix<double, Eigen::Dynamic, 5, Eigen::RowMajor> weights(forces, 5);
+  using Weights = Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor>;
+  Weights weights = Weights::Zero(forces, kColumns);
   for (Eigen::Index i = 0; i < forces; ++i) {
     const Vector3d unit = Vector3d::Unit(i % 3), at = bench.atoms().points.col(i / 3);
-    weights.row(i) << unit.transpose(), at.cross(unit).head<2>().transpose();
+    weights.row(i).head<5>() << unit.transpose(), at.cross(unit).head<2>().transpose();
   }
-  MatrixXd covariance(5, 5);
-  bench.model().mixture().covariance({weights.data(), static_cast<std::size_t>(weights.size())}, 5,
-                                     everyPoint(bench.atoms().pointCount()), {covariance.data(), 25});
+  MatrixXd covariance(kColumns, kColumns);
+  const auto ask = [&] {
+    bench.model().mixture().covariance({weights.data(), static_cast<std::size_t>(weights.size())},
+                                       everyPoint(bench.atoms().pointCount()),
+                                       {covariance.data(), static_cast<std::size_t>(covariance.size())});
+  };
+  ask();
   const MatrixXd expected = covarianceOf(estimate);
   const MatrixXd ofForces = expected.topLeftCorner(3, 3);
   EXPECT_LT((covariance.topLeftCorner(3, 3) - ofForces).norm(), 1e-9 * ofForces.norm());
@@ -278,12 +283,12 @@ TEST(Patches, PointsAddUpToTheForce) {
   std::vector<double> deviations(static_cast<std::size_t>(3 * bench.atoms().nodeCount()));
   bench.model().mixture().nodeDeviations_N(deviations);
   const auto largest = std::max_element(deviations.begin(), deviations.end()) - deviations.begin();
-  std::vector<double> one(static_cast<std::size_t>(forces), 0.0);
+  weights.setZero();
   for (int p = 0; p < bench.atoms().pointCount(); ++p) {
-    if (bench.atoms().nodeOf(p) == largest / 3) one[static_cast<std::size_t>(3 * p + largest % 3)] = 1.0;
+    if (bench.atoms().nodeOf(p) == largest / 3) weights(3 * p + largest % 3, 0) = 1.0;
   }
-  double variance = 0.0;
-  bench.model().mixture().covariance(one, 1, everyPoint(bench.atoms().pointCount()), {&variance, 1});
+  ask();
+  const double variance = covariance(0, 0);
   EXPECT_NEAR(deviations[static_cast<std::size_t>(largest)], std::sqrt(variance), 1e-9 * std::sqrt(variance));
 }
 

@@ -96,20 +96,17 @@ TEST(Posterior, IsExactWithMissingCoordinates) {
   EXPECT_GT((deviations.array() > 0.0).count(), 3 * 8);  // hats cover several points
   EXPECT_GT((deviations.array() == 0.0).count(), 0);
 
-  for (const int count : {5, kColumns}) {
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> weights =
-        MatrixXd::Zero(3 * shape.rows(), count);
-    std::vector<int> weighted;
-    for (int point = static_cast<int>(shape.rows()) / 2; point < shape.rows(); point += 3) {
-      weighted.push_back(point);
-      weights.middleRows<3>(3 * point) = MatrixXd::NullaryExpr(3, count, [&] { return normal(generator); });
-    }
-    MatrixXd covarianceFound(count, count);
-    posterior.covariance({weights.data(), static_cast<std::size_t>(weights.size())}, count, weighted,
-                         {covarianceFound.data(), static_cast<std::size_t>(covarianceFound.size())});
-    const MatrixXd covarianceExpected = weights.transpose() * ofPoints * weights;
-    EXPECT_LT((covarianceFound - covarianceExpected).norm(), 1e-5 * covarianceExpected.norm());
+  Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor> weights = MatrixXd::Zero(3 * shape.rows(), kColumns);
+  std::vector<int> weighted;
+  for (int point = static_cast<int>(shape.rows()) / 2; point < shape.rows(); point += 3) {
+    weighted.push_back(point);
+    weights.middleRows<3>(3 * point) = MatrixXd::NullaryExpr(3, kColumns, [&] { return normal(generator); });
   }
+  MatrixXd covarianceFound(kColumns, kColumns);
+  posterior.covariance({weights.data(), static_cast<std::size_t>(weights.size())}, weighted,
+                       {covarianceFound.data(), static_cast<std::size_t>(covarianceFound.size())});
+  const MatrixXd covarianceExpected = weights.transpose() * ofPoints * weights;
+  EXPECT_LT((covarianceFound - covarianceExpected).norm(), 1e-5 * covarianceExpected.norm());
 }
 
 TEST(AtomProducts, AreTheSameAfterOthersWereForgotten) {
@@ -228,11 +225,12 @@ TEST(Posterior, CountsExtraUnknowns) {
   EXPECT_LT((MatrixXd::Map(found.data(), 6, 6) - wrenchCovariance).norm(), 1e-4 * wrenchCovariance.norm());
   EXPECT_LT((VectorXd::Map(posterior.wrench().data(), 6) - wrenches * mean).norm(), 1e-3);
 
-  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> weights =
-      MatrixXd::NullaryExpr(points, 3, [&] { return normal(generator); });
-  MatrixXd ofFunctionals(3, 3);
-  posterior.covariance({weights.data(), static_cast<std::size_t>(weights.size())}, 3,
-                       everyPoint(static_cast<int>(points) / 3), {ofFunctionals.data(), 9});
+  Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor> weights =
+      MatrixXd::NullaryExpr(points, kColumns, [&] { return normal(generator); });
+  MatrixXd ofFunctionals(kColumns, kColumns);
+  posterior.covariance({weights.data(), static_cast<std::size_t>(weights.size())},
+                       everyPoint(static_cast<int>(points) / 3),
+                       {ofFunctionals.data(), static_cast<std::size_t>(ofFunctionals.size())});
   const MatrixXd ofPoints = to * sigma * to.transpose(), functionals = weights.transpose() * ofPoints * weights;
   EXPECT_LT((ofFunctionals - functionals).norm(), 1e-4 * functionals.norm());
   MatrixXd toNodes = MatrixXd::Zero(3 * bench.atoms().nodeCount(), points);
