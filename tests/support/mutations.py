@@ -107,7 +107,7 @@ def verdict(project, one, minutes, log):
     with open(log.name, "r+") as read:
         read.seek(0, os.SEEK_END)
         code = run(project, log, "ctest", "--preset", "release", "-R", f"^({'|'.join(names)})$", "--no-tests=error",
-                   "--stop-on-failure", "--timeout", "300", "--parallel", str(os.cpu_count()))
+                   "--stop-on-failure", "--timeout", "120", "--parallel", str(os.cpu_count()))
         failed = re.findall(r"^\[  FAILED  \] ([\w/]+\.[\w/]+)|\*\*\*(Timeout|Exception.*)", read.read(), re.M)
     if code != 0:
         return next(("".join(each) for each in failed), "a test")

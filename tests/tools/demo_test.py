@@ -6,10 +6,8 @@ in a network namespace made here.
 
 import os
 import pathlib
-import re
 import signal
 import subprocess
-import sys
 import time
 import unittest
 
