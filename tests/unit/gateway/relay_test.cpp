@@ -38,7 +38,7 @@ class RelayTest : public testing::Test {
     control_.bind(endpoints.control);
     Config config;
     config.insecure = true;
-    config.stream = config.latest = config.control = {"tcp://127.0.0.1:*"};
+    config.stream = config.latest = config.control = config.preview = {"tcp://127.0.0.1:*"};
     config.highWaterMark = 100'000;  // nothing is lost, however slowly a thread of ZeroMQ gets on
     config.limits.requestsPerSecond = 5;
     config.limits.requestsPerSecondEach = 3;
@@ -261,6 +261,32 @@ TEST_F(RelayTest, LatestOfManyPartsIsSkippedAndTheNextOneIsPassedOn) {
   EXPECT_EQ(parts, std::vector<std::string>{"\x09 whole"});
 }
 
+TEST_F(RelayTest, PreviewsAreAskedForWhileSomebodySubscribesToThem) {
+  const std::string preview = "traction/v1/gel/preview/";
+  zmq::socket_t reader = subscriber();
+  topicsBeforeAField(reader);
+  publish(kDescription, "what its numbers mean");
+  EXPECT_EQ(nextBesideFields(reader), kDescription);
+  const auto isTold = [&](char what) {
+    return [&, told = what + preview] {
+      const auto parts = take(stream_);
+      return !parts.empty() && parts[0] == told;
+    };
+  };
+  zmq::socket_t looker(context_, zmq::socket_type::sub);
+  looker.set(zmq::sockopt::linger, 0);
+  looker.connect(relay_->bound(kPreview).at(0));
+  looker.set(zmq::sockopt::subscribe, preview);
+  turnUntil(isTold('\1'));
+  turnUntil([&] {
+    publish(preview, "a picture");
+    return !take(looker).empty();
+  });
+  EXPECT_TRUE(onlyFieldsCome(reader)) << "who may only read gets none";
+  looker.set(zmq::sockopt::unsubscribe, preview);
+  turnUntil(isTold('\0'));
+}
+
 /// A gateway with a key of its own, whose time stands still, so that its keys are not due to be checked again.
 class RelayWithKeys : public testing::Test {
  protected:
@@ -298,6 +324,7 @@ TEST_F(RelayTest, TellsAtItsStartThatItIsInsecure) {
 }
 
 TEST_F(RelayWithKeys, AppliesAChangeToTheNextConnection) {
+  const test::CapturedLog log;
   const auto relay = open();
   ASSERT_TRUE(relay);
   EXPECT_TRUE((*relay)->turn(1ms));
@@ -329,6 +356,9 @@ TEST_F(RelayWithKeys, AppliesAChangeToTheNextConnection) {
   ASSERT_TRUE(network::revoke(keys_, "arm-1"));
   // A gateway that notices it ends all connections, this one perhaps before it is refused.
   EXPECT_NE(firstOf(kAdmitted | kRefused | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL), kAdmitted);
+  for (int i = 0; i < 5; ++i) EXPECT_TRUE((*relay)->turn(1ms));
+  EXPECT_EQ(log.count("allowed: arm-1"), 1U) << log.text();
+  EXPECT_EQ(log.count("a key was taken back"), 1U) << "connections are ended once: " << log.text();
 }
 
 TEST_F(RelayTest, AnInstrumentThatIsSilentIsToldOnce) {
