@@ -11,7 +11,7 @@ struct Bus::Socket {
   std::int64_t largest = -1;
   std::size_t highWaterMark = 1000;
   bool conflates = false;
-  bool isVerbose = false;          ///< each subscription is told, not only the first one of its topic
+  bool isVerbose = false;  ///< each subscription is told, not only the first one of its topic
   std::vector<Connection*> connections;
   Message outgoing;                            ///< parts of a message that is not complete
   std::deque<Part> incoming;                   ///< parts of the message that is being received

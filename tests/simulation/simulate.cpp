@@ -97,8 +97,7 @@ int runSeeds(std::uint64_t seed, std::uint64_t hours, std::uint64_t minutes, boo
     if (interrupted != 0) {
       tell();
       std::printf("interrupted %.3f s into the story; to go on: tools/simulate --seed %llu\n",
-                  1e-3 * static_cast<double>(result.reached_ms),
-                  static_cast<unsigned long long>(seed));
+                  1e-3 * static_cast<double>(result.reached_ms), static_cast<unsigned long long>(seed));
       return 130;
     }
     if (now_s - told_s > 5.0 || isLast) {

@@ -153,8 +153,7 @@ Story draw(std::uint64_t seed, std::int64_t lasts_ms) {
 
 std::string toText(const Story& story) {
   std::ostringstream out;
-  out << kTitle << "\nseed " << story.seed << "\nlasts "
-      << story.lasts_ms << " ms\n";
+  out << kTitle << "\nseed " << story.seed << "\nlasts " << story.lasts_ms << " ms\n";
   for (const Happening& one : story.happenings) {
     const Sort& sort = sortOf(one.event);
     out << one.at_ms << " ms: " << sort.name;

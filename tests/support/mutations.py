@@ -73,10 +73,9 @@ def draw(places, number):
 
 def tests_of(file):
     """Returns the names of the unit tests of a file's room."""
-    parts = file.split("/")
-    rooms = [room for room in reversed(parts[:-1]) if (SOURCE / "tests/unit" / room / "CMakeLists.txt").exists()]
-    rooms = rooms or (["pipeline"] if parts[0] == "daemon" else [])
-    return re.findall(r"traction_test\((\w+)", (SOURCE / "tests/unit" / rooms[0] / "CMakeLists.txt").read_text()) if rooms else []
+    rooms = [*reversed(file.split("/")[:-1]), *(["pipeline", "app"] if file.startswith("daemon/") else [])]
+    listings = [listing for room in rooms if (listing := SOURCE / "tests/unit" / room / "CMakeLists.txt").exists()]
+    return re.findall(r"traction_test\((\w+)", listings[0].read_text()) if listings else []
 
 
 def run(project, log, *command, seconds=900):
