@@ -74,8 +74,14 @@ void PromptSolver::solve(const std::shared_ptr<solve::FieldSolver>& solver, cons
   waitsFor_.store(0, std::memory_order_relaxed);
 }
 
+std::chrono::nanoseconds FrameInterval::next(const FrameInfo& frame) {
+  const std::uint64_t frames = frame.frameNumber - std::exchange(number_, frame.frameNumber);
+  const std::int64_t since_ns = frame.times.received_ns - std::exchange(received_ns_, frame.times.received_ns);
+  return std::chrono::nanoseconds(since_ns / static_cast<std::int64_t>(std::max<std::uint64_t>(frames, 1)));
+}
+
 std::chrono::nanoseconds PromptSolver::patience(const FrameInfo& frame) {
-  const std::chrono::nanoseconds interval(frame.times.received_ns - std::exchange(last_ns_, frame.times.received_ns));
+  const auto interval = interval_.next(frame);
   if (options_.patience_ms > 0.0) {
     return std::chrono::nanoseconds(static_cast<std::int64_t>(1e6 * options_.patience_ms));
   }

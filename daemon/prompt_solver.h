@@ -20,6 +20,17 @@ struct PromptOptions {
   double models_Hz = 0.0;    ///< most models that are made in a second; 0: as many as are wanted
 };
 
+/// The interval between neighbouring frames, also where frames between two that are seen were evicted or lost: one that
+/// waited must not lengthen the wait of the next.
+class FrameInterval {
+ public:
+  std::chrono::nanoseconds next(const FrameInfo& frame);
+
+ private:
+  std::uint64_t number_ = 0;
+  std::int64_t received_ns_ = 0;
+};
+
 /// The two threads neither lock nor wait for each other, except as solve() says.
 class PromptSolver {
  public:
@@ -55,7 +66,7 @@ class PromptSolver {
   // Of the solving thread.
   Offer offer_;
   TractionField solution_;
-  std::int64_t last_ns_ = 0;  // when the frame before was received
+  FrameInterval interval_;
   // Of the other thread.
   Offer taken_;
   TractionField field_;

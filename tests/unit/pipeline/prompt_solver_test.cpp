@@ -69,6 +69,16 @@ TractionField blank() {
   return field;
 }
 
+TEST(FrameInterval, DoesNotGrowByFramesThatWereEvicted) {
+  FrameInterval interval;
+  FrameInfo frame;
+  for (const std::uint64_t number : {7, 8, 20, 21}) {
+    frame.frameNumber = number;
+    frame.times.received_ns = 5'000'000 * static_cast<std::int64_t>(number);
+    EXPECT_EQ(interval.next(frame), std::chrono::milliseconds(5)) << number;
+  }
+}
+
 TEST(PromptSolver, SolvesByTheOtherThreadWhatNoModelAnswers) {
   const auto solver = std::make_shared<Double>(8);
   PromptSolver prompt({.patience_ms = 60'000.0}, kMarkers, kNodes);
