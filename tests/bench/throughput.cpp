@@ -2,9 +2,9 @@
 // one subscriber in another process that must lose nothing. Prints JSON.
 // usage: throughput STATE_DIRECTORY
 #include "client/include/traction/subscriber.h"
+#include "daemon/app/pipeline.h"
 #include "daemon/capture/camera.h"
 #include "daemon/capture/memory_driver.h"
-#include "daemon/pipeline.h"
 #include "daemon/publish/publisher.h"
 #include "daemon/solve/make_solver.h"
 #include "daemon/track/tracker.h"

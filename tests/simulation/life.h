@@ -2,8 +2,8 @@
 // procedures, reload and service loop.
 #pragma once
 
-#include "daemon/pipeline.h"
-#include "daemon/procedures.h"
+#include "daemon/app/pipeline.h"
+#include "daemon/control/procedures.h"
 #include "tests/simulation/askers.h"
 #include "tests/simulation/capture_side.h"
 #include "tests/simulation/fields.h"

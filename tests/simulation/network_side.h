@@ -1,10 +1,10 @@
 // The publisher and the control server of a life, connected to each other and the procedures as Instrument does.
 #pragma once
 
-#include "daemon/procedures.h"
-#include "daemon/publish/control.h"
+#include "daemon/control/control_server.h"
+#include "daemon/control/procedures.h"
+#include "daemon/control/snapshots.h"
 #include "daemon/publish/publisher.h"
-#include "daemon/snapshots.h"
 #include "tests/simulation/capture_side.h"
 #include "tests/simulation/gel.h"
 #include "tests/simulation/statuses.h"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/error.h"
-#include "daemon/zero/zero_store.h"
+#include "daemon/control/zero_store.h"
 #include "tests/simulation/disk.h"
 #include "tests/simulation/gel.h"
 #include "tests/simulation/journal.h"

@@ -6,11 +6,11 @@ Each is one between the parts and the world: the simulation (docs/decisions/0034
 import collections
 
 GATE, CAMERA, KEEPER = "daemon/capture/frame_gate.cpp", "daemon/capture/camera.cpp", "daemon/capture/keeper.cpp"
-ZERO, WRITER = "daemon/zero/zero_procedure.cpp", "daemon/zero/zero_writer.cpp"
-STORE = "daemon/zero/zero_store.cpp"
-PUBLISHER, CONTROL = "daemon/publish/publisher.cpp", "daemon/publish/control.cpp"
-SERVICE, RELOAD = "base/service/service_loop.cpp", "daemon/reload.cpp"
-CALIBRATION, STEPS = "daemon/calibrate/calibration.cpp", "daemon/calibrate/step_runner.cpp"
+ZERO, WRITER = "daemon/control/zero_procedure.cpp", "daemon/control/zero_writer.cpp"
+STORE = "daemon/control/zero_store.cpp"
+PUBLISHER, CONTROL = "daemon/publish/publisher.cpp", "daemon/control/control_server.cpp"
+SERVICE, RELOAD = "base/service/service_loop.cpp", "daemon/app/reload.cpp"
+CALIBRATION, STEPS = "daemon/calibrate/calibration.cpp", "daemon/control/step_runner.cpp"
 
 # Edits: file, text that stands there once, what it becomes.
 Fault = collections.namedtuple("Fault", "name commit what edits")
@@ -123,7 +123,7 @@ FAULTS = [Fault(*one) for one in [
         ("gateway/relay.cpp", "    subscribeAgain(now);\n", ""),
     ]),
     ("short-links", "795f824", "links are too short for a stall of 80 ms", [
-        ("daemon/pipeline.h", "Link<Frame, kSlots> frames_;", "Link<Frame, 4> frames_;"),
-        ("daemon/pipeline.h", "Link<TractionField, kSlots> fields_;", "Link<TractionField, 4> fields_;"),
+        ("daemon/app/pipeline.h", "Link<Frame, kSlots> frames_;", "Link<Frame, 4> frames_;"),
+        ("daemon/app/pipeline.h", "Link<TractionField, kSlots> fields_;", "Link<TractionField, 4> fields_;"),
     ]),
 ]]

@@ -1,6 +1,6 @@
 // The client library's requests against the daemon's control server, and against forgeries.
 
-#include "daemon/publish/control.h"
+#include "daemon/control/control_server.h"
 #include "tests/unit/publish/support.h"
 #include "traction/control.h"
 #include "traction/subscriber.h"

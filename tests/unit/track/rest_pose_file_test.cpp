@@ -1,6 +1,6 @@
+#include "daemon/control/zero_store.h"
 #include "daemon/track/rest_pose.h"
 #include "daemon/track/rest_pose_file.h"
-#include "daemon/zero/zero_store.h"
 #include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>

@@ -1,0 +1,102 @@
+// Interface of what an instrument does with its frames. There are two kinds: Measurement, and NoGel, which shows
+// pictures and measures nothing.
+#pragma once
+
+#include "daemon/app/config.h"
+#include "daemon/app/pipeline.h"
+#include "daemon/capture/camera_info.h"
+#include "daemon/control/control_server.h"
+#include "daemon/publish/publisher.h"
+#include "daemon/records/calibration.h"
+#include "daemon/records/zero_request.h"
+
+#include <tl/expected.hpp>
+
+#include <chrono>
+#include <filesystem>
+#include <functional>
+
+namespace tractiond {
+
+/// The parts of the instrument that a processing uses; they outlive it.
+struct Surroundings {
+  const Config& config;  ///< completed
+  const std::filesystem::path& stateDirectory;
+  Ledger& ledger;
+  Turns& turns;
+  publish::Description& description;  ///< for the control thread alone once the pipeline runs
+  publish::Publisher& publisher;
+  publish::ControlServer& control;
+  std::function<bool()> stopping;  ///< Returns whether the pipeline is being stopped. Thread-safe.
+};
+
+/// The comment above each group of functions names the thread that calls it.
+class Processing {
+ public:
+  virtual ~Processing() = default;
+
+  /// Returns the sizes of the records, and the counter of frames for which track() returns false. Called before the
+  /// pipeline is made.
+  virtual PipelineOptions pipelineOptions() const = 0;
+
+  // camera-keeper
+
+  /// Checks the camera of a session, which lasts from its opening to its loss or the next opening; called for each
+  /// session before its first frame. An error in the first session ends the instrument, which exits with its code;
+  /// after one in a later session the camera is opened again. May wait for a disk.
+  virtual tl::expected<void, Error> welcome(const capture::CameraInfo& info) = 0;
+
+  // tr-track, tr-solve, tr-publish, each on its own thread; see Stages. They lock nothing, and allocate nothing after
+  // the first frames, except measure().
+
+  /// Implements Stages::track: fills `markers`, or returns false if there is nothing to publish of this frame.
+  virtual bool track(const Frame& frame, MarkerField& markers) = 0;
+  /// Implements Stages::solve: fills `field`.
+  virtual void solve(const MarkerField& markers, TractionField& field) = 0;
+  /// Called by tr-publish for each field that was published.
+  virtual void takeField(const TractionField& field) = 0;
+  /// Called by tr-publish before each status. Sets the fields that belong to the processing; leaves the others as they
+  /// are. May allocate.
+  virtual void measure(traction::v1::Status& status) = 0;
+
+  // tr-control
+
+  /// Called once for each session of the camera, after welcome().
+  virtual void meet(const capture::CameraInfo& info) = 0;
+  // Each of these requests is answered through the control server, at once or in a later turn(). beginZero() must not
+  // be called while an earlier zero is not answered: the control server passes on one at a time. A zero that is taken
+  // or comes into force ends a step that looks at frames, with an error; a step other than kStiffness and kFinish ends
+  // an open request for a zero, with an error unless its zero has been taken.
+  virtual void beginZero(const ZeroRequest& request) = 0;
+  virtual void beginStep(const CalibrationStep& step) = 0;
+  virtual void askSnapshot() = 0;
+  /// Does what is due. Called in each turn of the control loop.
+  virtual void turn() = 0;
+  /// Returns whether turn() should be called for every frame: frames are averaged, for a zero or
+  /// a calibration step.
+  virtual bool hurried() const = 0;
+
+  // tr-model
+
+  /// Returns whether modelTurn() is to be called. Called before the pipeline is made.
+  virtual bool makesModels() const = 0;
+  /// Implements Stages::model: waits at most `timeout` for a frame, and makes the next model for solve() of it. Must
+  /// not be called unless makesModels().
+  virtual void modelTurn(std::chrono::milliseconds timeout) = 0;
+
+  // tr-record
+
+  /// Returns whether recordTurn() is to be called. Called before the pipeline is made.
+  virtual bool isRecording() const = 0;
+  /// Implements Stages::record: waits at most `timeout` for what is to be recorded, and writes it. Must not be called
+  /// unless isRecording().
+  virtual void recordTurn(std::chrono::milliseconds timeout) = 0;
+
+  // main
+
+  /// Closes the recording, if there is one, and returns its error, if there was one. Called once, when the pipeline has
+  /// stopped.
+  virtual tl::expected<void, Error> finish() = 0;
+};
+
+}  // namespace tractiond
