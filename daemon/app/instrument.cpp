@@ -140,18 +140,7 @@ tl::expected<void, Error> Instrument::openSockets() {
   publisher_ = *std::move(publisher);
   // Its own one, as long as the control socket has none yet.
   if (const int sender = threadCalled("ZMQbg/IO/0"); sender != 0) realtime_->adopt(sender);
-  auto server = publish::ControlServer::open(
-      config.controlEndpoints, {.status = [this] { return publisher_->lastStatus(); },
-                                .description = [this] { return publisher_->lastDescription(); },
-                                .zero = [this](const auto& request) { processing_->beginZero(request); },
-                                .calibrate = [this](const auto& step) { processing_->beginStep(step); },
-                                .camera =
-                                    [this](const auto& step) {
-                                      camera_->ask(step);
-                                      cameraAsked_ = true;
-                                    },
-                                .snapshot = [this] { processing_->askSnapshot(); },
-                                .warn = [](const std::string& line) { spdlog::warn("warning: {}", line); }});
+  auto server = control::ControlServer::open(config.controlEndpoints, *publisher_);
   if (!server) return tl::unexpected(server.error());
   controlServer_ = *std::move(server);
   return {};
@@ -160,11 +149,7 @@ tl::expected<void, Error> Instrument::openSockets() {
 tl::expected<void, Error> Instrument::makeProcessing(std::optional<sensor::Sensor> gel) {
   if (!gel) {
     spdlog::warn("warning: {}", NoGel::kWhy);
-    processing_ = std::make_unique<NoGel>(
-        NoGelLinks{.answerSnapshot = [this](const auto& result) { controlServer_->answerSnapshot(result, {}); },
-                   .refuseZero = [this](const auto& reason) { controlServer_->answerZero(tl::unexpected(reason)); },
-                   .refuseCalibration =
-                       [this](const auto& reason) { controlServer_->answerCalibration(tl::unexpected(reason)); }});
+    processing_ = std::make_unique<NoGel>(*controlServer_);
     return {};
   }
   auto measurement = Measurement::make(*std::move(gel), {.config = config_,
@@ -173,7 +158,7 @@ tl::expected<void, Error> Instrument::makeProcessing(std::optional<sensor::Senso
                                                          .turns = turns_,
                                                          .description = description_,
                                                          .publisher = *publisher_,
-                                                         .control = *controlServer_,
+                                                         .replies = *controlServer_,
                                                          .stopping = [this] { return pipeline_->stopping(); }});
   if (!measurement) return tl::unexpected(measurement.error());
   processing_ = *std::move(measurement);
@@ -255,14 +240,17 @@ tl::expected<void, Error> Instrument::stop() {
 }
 
 void Instrument::control(std::chrono::milliseconds timeout) {
-  controlServer_->serve(processing_->hurried() || cameraAsked_ ? std::min(timeout, kHurriedTurn) : timeout);
+  controlServer_->serve(processing_->hurried() || cameraAsked_ ? std::min(timeout, kHurriedTurn) : timeout,
+                        *processing_);
   meetCamera();
   watchLastWill();
-  if (cameraAsked_) {
-    if (const auto answer = camera_->takeAnswer()) {
-      cameraAsked_ = false;
-      controlServer_->answerCamera(*answer);
-    }
+  if (const auto answer = cameraAsked_ ? camera_->takeAnswer() : std::nullopt) {
+    cameraAsked_ = false;
+    controlServer_->answerCamera(*answer);
+  }
+  if (const auto step = controlServer_->takeCameraStep()) {
+    camera_->ask(*step);
+    cameraAsked_ = true;
   }
   processing_->turn();
   const std::int64_t now_ns = monotonicNow();

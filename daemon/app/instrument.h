@@ -82,7 +82,7 @@ class Instrument {
   publish::Description description_;  // after the start for the control thread alone
   std::unique_ptr<publish::Publisher> publisher_;
   std::optional<Previewer> previewer_;
-  std::unique_ptr<publish::ControlServer> controlServer_;
+  std::unique_ptr<control::ControlServer> controlServer_;
   std::unique_ptr<Processing> processing_;
   std::unique_ptr<capture::Camera> camera_;
   std::unique_ptr<Pipeline> pipeline_;

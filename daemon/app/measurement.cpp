@@ -67,16 +67,22 @@ tl::expected<void, Error> Measurement::build() {
   track::TrackOptions tracking = config.track;
   tracking.awaitsGelCheck = true;  // forces are only computed from a zero that was compared with the gel file
   tracker_ = std::make_unique<track::Tracker>(sensor_, tracking);
-  gelWatch_ = std::make_unique<GelWatch>(sensor_, *tracker_, newestMarkerStatus_, [this](const auto& result) {
-    around_.control.answerSnapshot(result, sensor_.layers);
-  });
+  gelWatch_ = std::make_unique<control::GelWatch>(sensor_, *tracker_, newestMarkerStatus_, &around_.replies);
   around_.description.detectionLimit_N = solver_.solver->detectionLimit_N();
   around_.publisher.describe(around_.description);
-  makeProcedures();
+  procedures_ = std::make_unique<control::Procedures>(
+      control::ProcedureParts{.sensor = sensor_,
+                              .frames = tracked_,
+                              .markers = newestMarkers_,
+                              .watched = watched_,
+                              .tracker = *tracker_,
+                              .gel = *gelWatch_,
+                              .host = *this,
+                              .replies = around_.replies},
+      control::ProcedureOptions{.zeroFrames = config.track.zeroFrames, .directory = around_.stateDirectory});
   if (!config.record.file.empty()) {
-    auto recorder =
-        Recorder::open(config.record, around_.description.identity, sensor_.markerCount(), sensor_.nodes.count(),
-                       {.description = [this] { return around_.publisher.lastDescription(); }});
+    auto recorder = Recorder::open(config.record, around_.description.identity, sensor_.markerCount(),
+                                   sensor_.nodes.count(), {.published = around_.publisher});
     if (!recorder) return tl::unexpected(recorder.error());
     recorder_ = *std::move(recorder);
     recordedConfig_ = configText(config);
@@ -116,7 +122,7 @@ tl::expected<void, Error> Measurement::welcome(const capture::CameraInfo& info) 
   }
   cameraId_ = id;
   // Without the earlier zero, a load that presses at the start would be zeroed.
-  auto restored = zero::restoreZero(around_.stateDirectory, {sensor_, info.format, id});
+  auto restored = control::restoreZero(around_.stateDirectory, {sensor_, info.format, id});
   if (!restored) return tl::unexpected(restored.error());
   restored_ = std::move(restored->zero);
   if (restored_) tracker_->restore(*restored_);
@@ -148,7 +154,7 @@ void Measurement::beginRecording(const capture::CameraInfo& info) {
 
 /// Returns the previous zero, which is needed for an undo only: an error of its file counts as no zero.
 std::optional<RestPose> Measurement::earlierZero(const capture::CameraInfo& info) const {
-  const auto pose = zero::loadEarlierZero(around_.stateDirectory, restored_, {sensor_, info.format, cameraId_});
+  const auto pose = control::loadEarlierZero(around_.stateDirectory, restored_, {sensor_, info.format, cameraId_});
   if (!pose) spdlog::warn("warning: the zero cannot be undone: {}", pose.error().message());
   return pose.value_or(std::nullopt);
 }
@@ -224,39 +230,21 @@ void Measurement::turn() {
   if (restSolver_) restSolver_->turn();
 }
 
-void Measurement::makeProcedures() {
-  procedures_ = std::make_unique<Procedures>(
-      sensor_, ProcedureOptions{.zeroFrames = around_.config.track.zeroFrames, .directory = around_.stateDirectory},
-      ProcedureLinks{
-          .frames = tracked_,
-          .markers = newestMarkers_,
-          .watched = watched_,
-          .zero = {.request = [this] { tracker_->requestZero(); },
-                   .cancel = [this] { return tracker_->cancelZero(); },
-                   .state = [this] { return tracker_->zeroState(); },
-                   .take = [this](RestPose& pose) { return tracker_->takeRestPose(pose); },
-                   .putInForce = [this](const RestPose& pose, bool fits) { return tracker_->putInForce(pose, fits); },
-                   .compare = [this](const RestPose& pose) { return gelWatch_->compare(pose); },
-                   .report = [this](const RestPose& pose, const GelReport& report) { gelWatch_->report(pose, report); },
-                   .describe =
-                       [this](const RestPose& pose) {
-                         if (restSolver_) restSolver_->heed(pose);
-                         around_.description.zero = pose;
-                         around_.publisher.describe(around_.description);
-                       },
-                   .keep =
-                       [this](const RestPose& pose, const RestPose* before) {
-                         return disk_.start(
-                             [this, pose, format = format_, earlier = before ? std::optional(*before) : std::nullopt] {
-                               return zero::saveZeros(around_.stateDirectory, pose, earlier ? &*earlier : nullptr,
-                                                      {sensor_, format, cameraId_});
-                             });
-                       },
-                   .answer = [this](const auto& result,
-                                    const std::string& remark) { around_.control.answerZero(result, remark); }},
-          .startWork = [this](calibrate::StepLinks::Work work) { return compute_.start(std::move(work)); },
-          .answerCalibration = [this](const auto& result) { around_.control.answerCalibration(result); },
-      });
+void Measurement::describe(const RestPose& zero) {
+  if (restSolver_) restSolver_->heed(zero);
+  around_.description.zero = zero;
+  around_.publisher.describe(around_.description);
+}
+
+std::future<tl::expected<void, Error>> Measurement::keep(const RestPose& zero, const RestPose* before) {
+  return disk_.start([this, zero, format = format_, earlier = before ? std::optional(*before) : std::nullopt] {
+    return control::saveZeros(around_.stateDirectory, zero, earlier ? &*earlier : nullptr,
+                              {sensor_, format, cameraId_});
+  });
+}
+
+std::future<std::optional<calibrate::Result>> Measurement::start(control::StepWork work) {
+  return compute_.start(std::move(work));
 }
 
 tl::expected<void, Error> Measurement::finish() {

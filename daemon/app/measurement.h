@@ -20,7 +20,7 @@
 namespace tractiond {
 
 /// The processing of an instrument with a gel file.
-class Measurement : public Processing {
+class Measurement : public Processing, private control::ProcedureHost {
  public:
   /// Makes the solver, which takes seconds for a new gel and less afterwards, and completes and publishes the
   /// description. EX_CONFIG: the influence matrix of the gel file is not finite or all 0. EX_SOFTWARE: its factors
@@ -57,8 +57,8 @@ class Measurement : public Processing {
   void measure(traction::v1::Status& status) override;
   /// Notes the pixel format; in the first session also begins the procedures of the zero.
   void meet(const capture::CameraInfo& info) override;
-  // Begin a request, which is answered through the control server.
-  void beginZero(const ZeroRequest& request) override { procedures_->beginZero(request); }
+  // Begin a request, which is answered through Surroundings::replies.
+  void beginZero(const ZeroRequest& request) override { procedures_->zero().begin(request); }
   void beginStep(const CalibrationStep& step) override { procedures_->beginStep(step); }
   void askSnapshot() override { gelWatch_->askSnapshot(); }
   /// Does what is due in the procedures, in the checks of the gel file, and for the solver of a new zero.
@@ -75,10 +75,14 @@ class Measurement : public Processing {
  private:
   Measurement(sensor::Sensor sensor, const Surroundings& around);
   tl::expected<void, Error> build();
-  void makeProcedures();
   void beginRecording(const capture::CameraInfo& info);
   void awaitFirstZero();
   std::optional<RestPose> earlierZero(const capture::CameraInfo& info) const;
+
+  // These implement control::ProcedureHost.
+  void describe(const RestPose& zero) override;
+  std::future<tl::expected<void, Error>> keep(const RestPose& zero, const RestPose* before) override;
+  std::future<std::optional<calibrate::Result>> start(control::StepWork work) override;
 
   Surroundings around_;
   bool isFilm_;  // the pictures come from a file, and every one is measured
@@ -94,20 +98,20 @@ class Measurement : public Processing {
   BackgroundThread disk_{"tr-disk"}, compute_{"tr-compute"};
   std::unique_ptr<RestSolver> restSolver_;  // none: the solver does not depend on the places of markers in the zero
   Mailbox<MarkerField> newestMarkers_;      // from the tracking thread to control
-  Mailbox<Watched> watched_;                // from control to the publishing thread
+  Mailbox<control::Watched> watched_;       // from control to the publishing thread
   Mailbox<traction::v1::MarkerStatus> newestMarkerStatus_;  // from control to the publishing thread
   Counter tracked_;                                         // frames that the tracker has processed
   std::unique_ptr<Recorder> recorder_;
   std::string recordedConfig_;  // as of the start: a reload may change the configuration, but nothing that is solved
 
   // Used by the control thread alone.
-  std::unique_ptr<Procedures> procedures_;
-  std::unique_ptr<GelWatch> gelWatch_;
+  std::unique_ptr<control::Procedures> procedures_;
+  std::unique_ptr<control::GelWatch> gelWatch_;
   bool hasMet_ = false;  // meet() was called
   PixelFormat format_ = PixelFormat::kRgb8;
 
   // Used by the publishing thread alone.
-  Watched lastWatched_;
+  control::Watched lastWatched_;
   InvalidFields invalidFields_;
 };
 

@@ -2,7 +2,7 @@
 
 #include "traction/v1/status.pb.h"
 
-#include <utility>
+#include <string>
 
 namespace tractiond {
 namespace {
@@ -12,10 +12,6 @@ constexpr const char* kRemedy = "; name a gel file in sensor.gel_file and restar
 }  // namespace
 
 const std::string_view NoGel::kWhy = "no gel: nothing is measured; set sensor.gel_file";
-
-NoGel::NoGel(NoGelLinks links)
-    : links_(std::move(links))
-    , snapshots_(links_.answerSnapshot) {}
 
 void NoGel::measure(traction::v1::Status& status) {
   status.mutable_markers()->mutable_remark()->assign(kWhy);
@@ -30,11 +26,12 @@ bool NoGel::track(const Frame& frame, MarkerField& /*markers*/) {
 }
 
 void NoGel::beginZero(const ZeroRequest& /*request*/) {
-  links_.refuseZero(std::string("there is no gel, so there is no zero") + kRemedy);
+  replies_.answerZero(tl::unexpected(std::string("there is no gel, so there is no zero") + kRemedy));
 }
 
 void NoGel::beginStep(const CalibrationStep& /*step*/) {
-  links_.refuseCalibration(std::string("there is no gel, so there is nothing to calibrate") + kRemedy);
+  replies_.answerCalibration(
+      tl::unexpected(std::string("there is no gel, so there is nothing to calibrate") + kRemedy));
 }
 
 void NoGel::turn() {

@@ -4,23 +4,18 @@
 #include "daemon/app/processing.h"
 #include "daemon/control/snapshots.h"
 
-#include <functional>
-#include <string>
 #include <string_view>
 
 namespace tractiond {
-
-/// Answers of the control server; all must be set. A reason is a sentence for the client.
-struct NoGelLinks {
-  std::function<void(const Snapshots::Result&)> answerSnapshot;
-  std::function<void(const std::string&reason)> refuseZero, refuseCalibration;
-};
 
 /// Accepts every camera, picture size and format that can be streamed. Tracks no frame: each is counted as
 /// Ledger::noGel.
 class NoGel : public Processing {
  public:
-  explicit NoGel(NoGelLinks links);  ///< \param links what they refer to must outlive this
+  /// \param replies outlives this
+  explicit NoGel(control::Replies& replies)
+      : replies_(replies)
+      , snapshots_(&replies) {}
 
   /// Text of the status that explains this to an operator.
   static const std::string_view kWhy;
@@ -47,8 +42,8 @@ class NoGel : public Processing {
   tl::expected<void, Error> finish() override { return {}; }
 
  private:
-  NoGelLinks links_;
-  Snapshots snapshots_;
+  control::Replies& replies_;
+  control::Snapshots snapshots_;
 };
 
 }  // namespace tractiond

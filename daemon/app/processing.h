@@ -5,10 +5,8 @@
 #include "daemon/app/config.h"
 #include "daemon/app/pipeline.h"
 #include "daemon/capture/camera_info.h"
-#include "daemon/control/control_server.h"
+#include "daemon/control/requests.h"
 #include "daemon/publish/publisher.h"
-#include "daemon/records/calibration.h"
-#include "daemon/records/zero_request.h"
 
 #include <tl/expected.hpp>
 
@@ -26,12 +24,12 @@ struct Surroundings {
   Turns& turns;
   publish::Description& description;  ///< for the control thread alone once the pipeline runs
   publish::Publisher& publisher;
-  publish::ControlServer& control;
+  control::Replies& replies;
   std::function<bool()> stopping;  ///< Returns whether the pipeline is being stopped. Thread-safe.
 };
 
 /// The comment above each group of functions names the thread that calls it.
-class Processing {
+class Processing : public control::Requests {
  public:
   virtual ~Processing() = default;
 
@@ -63,13 +61,10 @@ class Processing {
 
   /// Called once for each session of the camera, after welcome().
   virtual void meet(const capture::CameraInfo& info) = 0;
-  // Each of these requests is answered through the control server, at once or in a later turn(). beginZero() must not
-  // be called while an earlier zero is not answered: the control server passes on one at a time. A zero that is taken
-  // or comes into force ends a step that looks at frames, with an error; a step other than kStiffness and kFinish ends
-  // an open request for a zero, with an error unless its zero has been taken.
-  virtual void beginZero(const ZeroRequest& request) = 0;
-  virtual void beginStep(const CalibrationStep& step) = 0;
-  virtual void askSnapshot() = 0;
+  // Requests, whose functions implementations override: a zero that is taken or comes into force ends a step that looks
+  // at frames, with an error; a step other than kStiffness and kFinish ends an open request for a zero, with an error
+  // unless its zero has been taken.
+
   /// Does what is due. Called in each turn of the control loop.
   virtual void turn() = 0;
   /// Returns whether turn() should be called for every frame: frames are averaged, for a zero or

@@ -97,7 +97,7 @@ class Replay {
   std::shared_ptr<solve::FieldSolver> drawn_;  ///< for the places of the markers in the gel file
   std::vector<PlacedSolver> atRest_;           ///< for those in the zeros, from the one in use on
   Mailbox<traction::v1::MarkerStatus> markerStatus_;
-  std::optional<GelWatch> gelWatch_;
+  std::optional<control::GelWatch> gelWatch_;
 
   publish::TrackedFrame frame_;
   MarkerField markers_;
@@ -216,10 +216,9 @@ void Replay::openPublisher() {
 
 /// Begins a recording of the replay.
 void Replay::openRecorder() {
-  auto recorder = Recorder::open(config_.record, description_.identity, sensor_.markerCount(), sensor_.nodes.count(),
-                                 {.description = [this] { return publisher_->lastDescription(); },
-                                  .monotonicClock = monotonicOfRecording,
-                                  .realClock = realOfRecording});
+  auto recorder =
+      Recorder::open(config_.record, description_.identity, sensor_.markerCount(), sensor_.nodes.count(),
+                     {.published = *publisher_, .monotonicClock = monotonicOfRecording, .realClock = realOfRecording});
   if (!recorder) throw Stopped{recorder.error()};
   recorder_ = *std::move(recorder);
   publish::Beginning again = *beginning_;
@@ -241,7 +240,7 @@ void Replay::makeTracker() {
   track::TrackOptions tracking = config_.track;
   tracking.awaitsGelCheck = true;
   tracker_ = std::make_unique<track::Tracker>(sensor_, tracking);
-  gelWatch_.emplace(sensor_, *tracker_, markerStatus_, [](const auto&) {});
+  gelWatch_.emplace(sensor_, *tracker_, markerStatus_, nullptr);
   if (!beginning_->rest) return;
   tracker_->restore(*beginning_->rest);
   if (!sameGel_) gelWatch_->report(*beginning_->rest, gelWatch_->compare(*beginning_->rest));

@@ -5,11 +5,13 @@
 #include "base/network/socket.h"
 #include "daemon/publish/wire_control.h"
 
+#include <spdlog/spdlog.h>
+
 #include <array>
 #include <deque>
 #include <optional>
 
-namespace tractiond::publish {
+namespace tractiond::control {
 
 namespace {
 
@@ -27,6 +29,8 @@ struct ControlServer::Impl {
     std::string beyond;  ///< behind a peer that passes requests on; empty: the peer itself
   };
 
+  explicit Impl(const publish::NewestMessages& newest)
+      : published(newest) {}
   ~Impl() { network::release(endpoints); }
 
   /// A request of any number of parts; the first four are kept. False: there is none.
@@ -70,36 +74,18 @@ struct ControlServer::Impl {
     if (lost > 0) count(lost);
   }
 
-  /// Counts answers for which ZeroMQ had no memory.
+  /// Counts answers for which ZeroMQ had no memory, and warns at most once a second.
   void count(std::uint64_t lost) {
     unsent.add(lost);
     const std::int64_t now_ns = monotonicNow();
-    if (!handlers.warn || (warned_ns && now_ns - *warned_ns < 1'000'000'000)) return;
+    if (warned_ns && now_ns - *warned_ns < 1'000'000'000) return;
     warned_ns = now_ns;
     const std::uint64_t all = unsent.get();
-    handlers.warn(std::to_string(all) + (all == 1 ? " answer" : " answers") +
-                  " to requests could not be sent: " + zmq_strerror(ENOMEM));
+    spdlog::warn("warning: {} answer{} to requests could not be sent: {}", all, all == 1 ? "" : "s",
+                 zmq_strerror(ENOMEM));
   }
 
-  bool isServed(Request asked) const {
-    switch (asked) {
-    case Request::kStatus:
-      return handlers.status != nullptr;
-    case Request::kDescription:
-      return handlers.description != nullptr;
-    case Request::kCalibrate:
-      return handlers.calibrate != nullptr;
-    case Request::kSnapshot:
-      return handlers.snapshot != nullptr;
-    case Request::kCamera:
-      return handlers.camera != nullptr;
-    case Request::kZero:
-      return handlers.zero != nullptr;
-    }
-    return false;
-  }
-
-  void answer() {
+  void answer(Requests& requests) {
     // [peer][empty][request], or [peer][beyond][empty][request]; a peer that does not speak REQ's envelope would not
     // understand a reply either.
     const bool passedOn = parts == 4 && !request[1].empty();
@@ -108,51 +94,44 @@ struct ControlServer::Impl {
     zmq::message_t& message = request[last];
     const std::string name = network::peerName(message);
     const Route peer{request[0].to_string(), passedOn ? request[1].to_string() : ""};
-    auto asked = decodeRequest(message.to_string_view());
-    if (!asked) return reply(peer, encodeErrorReply(asked.error()));
-    if (!isServed(asked->request)) return reply(peer, encodeErrorReply("this request is not served here"));
+    auto asked = publish::decodeRequest(message.to_string_view());
+    if (!asked) return reply(peer, publish::encodeErrorReply(asked.error()));
     switch (asked->request) {
-    case Request::kStatus:
-      return reply(peer, encodeReply(asked->request, handlers.status()));
-    case Request::kDescription:
-      return reply(peer, encodeReply(asked->request, handlers.description()));
-    case Request::kCalibrate:
-      if (calibrator) reply(*calibrator, encodeErrorReply("another step of the calibration was asked for"));
+    case publish::Request::kStatus:
+      return reply(peer, publish::encodeReply(asked->request, published.lastStatus()));
+    case publish::Request::kDescription:
+      return reply(peer, publish::encodeReply(asked->request, published.lastDescription()));
+    case publish::Request::kCalibrate:
+      if (calibrator) reply(*calibrator, publish::encodeErrorReply("another step of the calibration was asked for"));
       calibrator = peer;
-      return handlers.calibrate(asked->calibration);
-    case Request::kSnapshot:
-      if (snapshotAskers.size() >= kLargestAskers) return reply(peer, encodeErrorReply("too many ask for a picture"));
+      return requests.beginStep(asked->calibration);
+    case publish::Request::kSnapshot:
+      if (snapshotAskers.size() >= kLargestAskers)
+        return reply(peer, publish::encodeErrorReply("too many ask for a picture"));
       snapshotAskers.push_back(peer);
-      if (snapshotAskers.size() == 1) handlers.snapshot();
+      if (snapshotAskers.size() == 1) requests.askSnapshot();
       return;
-    case Request::kCamera:
-      if (cameraAskers.size() >= kLargestAskers) return reply(peer, encodeErrorReply("too many ask for the camera"));
+    case publish::Request::kCamera:
+      if (cameraAskers.size() >= kLargestAskers)
+        return reply(peer, publish::encodeErrorReply("too many ask for the camera"));
       return cameraAskers.push_back({peer, std::move(asked->camera)});
-    case Request::kZero:
+    case publish::Request::kZero:
       asked->zero.asker = name;
       if (!asked->onBehalfOf.empty()) asked->zero.asker = asked->onBehalfOf + " through " + asked->zero.asker;
-      return askZero(peer, asked->zero);
+      return askZero(peer, asked->zero, requests);
     }
   }
 
-  void askZero(const Route& peer, const ZeroRequest& wanted) {
-    if (zeroAskers.size() >= kLargestAskers) return reply(peer, encodeErrorReply("too many ask for a zero"));
+  void askZero(const Route& peer, const ZeroRequest& wanted, Requests& requests) {
+    if (zeroAskers.size() >= kLargestAskers) return reply(peer, publish::encodeErrorReply("too many ask for a zero"));
     const bool first = zeroAskers.empty();
     if (!first && (wanted.undo || wanted.anyway != zeroAsked.anyway)) {
-      return reply(peer, encodeErrorReply("a zero is being taken; ask again"));
+      return reply(peer, publish::encodeErrorReply("a zero is being taken; ask again"));
     }
     zeroAskers.push_back(peer);
     if (!first) return;
     zeroAsked = wanted;
-    handlers.zero(wanted);
-  }
-
-  /// One after another: a camera is not asked two things at a time.
-  void askCamera() {
-    while (!cameraAsked && !cameraAskers.empty()) {
-      cameraAsked = true;
-      handlers.camera(CameraStep(cameraAskers.front().step));  // answered within, the asker is gone from the queue
-    }
+    requests.beginZero(wanted);
   }
 
   struct CameraAsker {
@@ -160,7 +139,7 @@ struct ControlServer::Impl {
     CameraStep step;
   };
 
-  ControlHandlers handlers;
+  const publish::NewestMessages& published;
   std::array<zmq::message_t, 4> request;
   std::size_t parts = 0;
   std::vector<Route> zeroAskers;
@@ -170,7 +149,7 @@ struct ControlServer::Impl {
   std::deque<CameraAsker> cameraAskers;  ///< the first is asked for, if any is
   bool cameraAsked = false;
   Counter unsent;                         ///< answers for which there was no memory
-  std::optional<std::int64_t> warned_ns;  ///< when handlers.warn was called last
+  std::optional<std::int64_t> warned_ns;  ///< of the last line
   zmq::context_t context{1};  ///< its own: what peers send here does not keep the publisher's thread from sending
   zmq::socket_t socket{context, zmq::socket_type::router};
   std::vector<std::string> endpoints;
@@ -182,9 +161,8 @@ ControlServer::ControlServer(std::unique_ptr<Impl> impl)
 ControlServer::~ControlServer() = default;
 
 tl::expected<std::unique_ptr<ControlServer>, Error> ControlServer::open(const std::vector<std::string>& endpoints,
-                                                                        ControlHandlers handlers) try {
-  auto impl = std::make_unique<Impl>();
-  impl->handlers = std::move(handlers);
+                                                                        const publish::NewestMessages& published) try {
+  auto impl = std::make_unique<Impl>(published);
   network::guard(impl->socket, kWaitingReplies, kLargestRequest);
   auto bound = network::bind(impl->socket, endpoints);
   if (!bound) return tl::unexpected(bound.error());
@@ -194,36 +172,43 @@ tl::expected<std::unique_ptr<ControlServer>, Error> ControlServer::open(const st
   return tl::unexpected(Error{EX_OSERR, std::string("ZeroMQ cannot start: ") + error.what(), "", ""});
 }
 
-void ControlServer::serve(std::chrono::milliseconds timeout) {
-  impl_->askCamera();
+void ControlServer::serve(std::chrono::milliseconds timeout, Requests& requests) {
   zmq_pollitem_t item = network::readable(impl_->socket);
   zmq_poll(&item, 1, timeout.count());
-  for (int i = 0; i < kRequestsPerTurn && impl_->receive(); ++i) impl_->answer();
-  impl_->askCamera();
+  for (int i = 0; i < kRequestsPerTurn && impl_->receive(); ++i) impl_->answer(requests);
+}
+
+std::optional<CameraStep> ControlServer::takeCameraStep() {
+  if (impl_->cameraAsked || impl_->cameraAskers.empty()) return std::nullopt;
+  impl_->cameraAsked = true;
+  return impl_->cameraAskers.front().step;
 }
 
 void ControlServer::answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark) {
-  const std::string bytes = result ? encodeZeroReply(*result, remark) : encodeErrorReply(result.error());
+  const std::string bytes =
+      result ? publish::encodeZeroReply(*result, remark) : publish::encodeErrorReply(result.error());
   impl_->replyAll(std::exchange(impl_->zeroAskers, {}), bytes);
 }
 
 void ControlServer::answerCalibration(const tl::expected<CalibrationReport, std::string>& result) {
   const auto peer = std::exchange(impl_->calibrator, std::nullopt);
-  if (peer) impl_->reply(*peer, result ? encodeCalibrationReply(*result) : encodeErrorReply(result.error()));
+  if (peer)
+    impl_->reply(*peer, result ? publish::encodeCalibrationReply(*result) : publish::encodeErrorReply(result.error()));
 }
 
 void ControlServer::answerCamera(const tl::expected<CameraReport, std::string>& result) {
   if (!std::exchange(impl_->cameraAsked, false)) return;
   const Impl::Route peer = std::move(impl_->cameraAskers.front().peer);
   impl_->cameraAskers.pop_front();
-  impl_->reply(peer, result ? encodeCameraReply(*result) : encodeErrorReply(result.error()));
+  impl_->reply(peer, result ? publish::encodeCameraReply(*result) : publish::encodeErrorReply(result.error()));
 }
 
 void ControlServer::answerSnapshot(const tl::expected<const Snapshot*, std::string>& result,
                                    const std::vector<sensor::MarkerLayer>& layers) {
   const auto askers = std::exchange(impl_->snapshotAskers, {});
   if (askers.empty()) return;
-  impl_->replyAll(askers, result ? encodeSnapshotReply(**result, layers) : encodeErrorReply(result.error()));
+  impl_->replyAll(askers,
+                  result ? publish::encodeSnapshotReply(**result, layers) : publish::encodeErrorReply(result.error()));
 }
 
 bool ControlServer::zeroPending() const {
@@ -238,4 +223,4 @@ const std::vector<std::string>& ControlServer::endpoints() const {
   return impl_->endpoints;
 }
 
-}  // namespace tractiond::publish
+}  // namespace tractiond::control

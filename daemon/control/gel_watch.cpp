@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace tractiond {
+namespace tractiond::control {
 
 namespace {
 
@@ -32,12 +32,12 @@ bool isMissing(const MarkerSight& sight) {
 }  // namespace
 
 GelWatch::GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<traction::v1::MarkerStatus>& status,
-                   std::function<void(const Snapshots::Result&)> answer, const GelWatchOptions& options)
+                   Replies* replies, const GelWatchOptions& options)
     : sensor_(sensor)
     , tracker_(tracker)
     , status_(status)
     , options_(options)
-    , snapshots_(std::move(answer), options.longestWait_s, options.clock) {
+    , snapshots_(replies, sensor.layers, options.longestWait_s, options.clock) {
   tracker.prepare(snapshots_.room());
 }
 
@@ -53,9 +53,9 @@ GelReport GelWatch::compare(const RestPose& zero) {
   return calibrate::checkGel(sensor_, zero.position_px, zero.present, seen);
 }
 
-void GelWatch::report(const RestPose& zero, GelReport report) {
+void GelWatch::report(const RestPose& zero, const GelReport& report) {
   hasZero_ = true;
-  report_ = std::move(report);
+  report_ = report;
   tracker_.setGelFits(zero.id, report_.fits());
   tell();  // before the request is answered, as clients ask for the status afterwards
 }
@@ -160,4 +160,4 @@ void GelWatch::takeFrame(const Frame& frame) {
   snapshots_.giveBack();
 }
 
-}  // namespace tractiond
+}  // namespace tractiond::control

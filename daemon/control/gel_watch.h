@@ -4,17 +4,16 @@
 
 #include "base/clock.h"
 #include "base/mailbox.h"
+#include "daemon/control/procedure_parts.h"
 #include "daemon/control/snapshots.h"
-#include "daemon/records/gel_report.h"
 #include "daemon/track/tracker.h"
 #include "traction/v1/status.pb.h"
 
 #include <cstddef>
-#include <functional>
 #include <string>
 #include <utility>
 
-namespace tractiond {
+namespace tractiond::control {
 
 /// Markers are missing if they are not followed, or if fewer than half of a layer's are found.
 struct GelWatchOptions {
@@ -26,22 +25,17 @@ struct GelWatchOptions {
 };
 
 /// Bound to the control thread, except for takeFrame().
-class GelWatch {
+class GelWatch final : public GelComparison {
  public:
   /// Sensor, tracker and status must outlive this. \param status receives what is to be published; where the other
-  /// thread is taking it, the next turn() puts it there \param answer called within turn() with the answer to
-  /// askSnapshot()
+  /// thread is taking it, the next turn() puts it there
+  /// \param replies gets the answer to askSnapshot() within turn(); outlives this; nullptr: that is not called
   GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<traction::v1::MarkerStatus>& status,
-           std::function<void(const Snapshots::Result&)> answer, const GelWatchOptions& options = {});
+           Replies* replies, const GelWatchOptions& options = {});
 
-  /// Compares the gel file with a zero, which takes tens of milliseconds, and returns the result of
-  /// calibrate::checkGel(). Does not publish it: report() does. Later pictures are not compared, as a load hides
-  /// markers, too.
-  GelReport compare(const RestPose& zero);
-
-  /// Passes what compare() has returned for a zero that comes into force to the tracker, whose fields carry
-  /// kGelMismatch if the gel file does not fit, and to the status.
-  void report(const RestPose& zero, GelReport report);
+  // These implement GelComparison.
+  GelReport compare(const RestPose& zero) override;
+  void report(const RestPose& zero, const GelReport& report) override;
 
   /// Requests a snapshot of the next picture. A later turn() answers: with the snapshot, which is valid during the
   /// answer, or with a sentence if no frame came within GelWatchOptions::longestWait_s. One request at a time.
@@ -90,4 +84,4 @@ class GelWatch {
   bool examinationDue_ = false;
 };
 
-}  // namespace tractiond
+}  // namespace tractiond::control

@@ -2,9 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
-#include <utility>
-
-namespace tractiond {
+namespace tractiond::control {
 namespace {
 
 /// Shortest time over which the rate is measured.
@@ -12,19 +10,16 @@ constexpr std::int64_t kRateOver_ns = 2'000'000'000;
 
 }  // namespace
 
-Procedures::Procedures(const sensor::Sensor& sensor, ProcedureOptions options, ProcedureLinks links)
-    : options_(std::move(options))
-    , links_(std::move(links))
-    , driftWatch_(sensor)
-    , steps_(sensor, {.zeroFrames = options_.zeroFrames},
-             {.start = links_.startWork,
-              .answer = [this](const auto& result) { answerStep(result); },
-              .clock = options_.clock})
-    , zero_(sensor, options_.zeroFrames, options_.clock, links_.frames, links_.zero, [this] { dropStep(); }) {
+Procedures::Procedures(const ProcedureParts& parts, const ProcedureOptions& options)
+    : parts_(parts)
+    , options_(options)
+    , driftWatch_(parts.sensor)
+    , steps_(parts, options)
+    , zero_(parts, options, steps_) {
   MarkerField blank;
-  blank.resize(sensor.markerCount());
-  links_.markers.put(blank);  // allocates the memory, so that the tracking thread does not have to
-  links_.markers.take(markers_);
+  blank.resize(parts.sensor.markerCount());
+  parts_.markers.put(blank);  // allocates the memory, so that the tracking thread does not have to
+  parts_.markers.take(markers_);
 }
 
 void Procedures::welcome(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored,
@@ -49,28 +44,19 @@ void Procedures::beginStep(const CalibrationStep& step) {
   using Kind = CalibrationStep::Kind;
   const bool restsOnTheZero = step.kind != Kind::kStiffness && step.kind != Kind::kFinish;
   if (restsOnTheZero) zero_.refuse("a step of a calibration was asked for before the zero was taken");
-  framesForStep_ = {links_.frames, options_.clock()};
-  steps_.begin(step, zero_.inForce(), camera_, options_.directory);
+  framesForStep_ = {parts_.frames, options_.clock()};
+  steps_.begin(step, zero_.inForce(), camera_);
 }
 
 void Procedures::turn() {
   measureRate();
   zero_.turn();
   watchMarkers();
-  links_.watched.put({driftWatch_.drift(), zero_.answeredWithin_s()});
-}
-
-void Procedures::dropStep() {
-  steps_.drop("a new zero was taken meanwhile");
-}
-
-void Procedures::answerStep(const calibrate::Result& result) {
-  if (result && !result->path.empty()) spdlog::info("calibrated gel file written: {}", result->path);
-  links_.answerCalibration(result);
+  parts_.watched.put({driftWatch_.drift(), zero_.answeredWithin_s()});
 }
 
 void Procedures::watchMarkers() {
-  if (links_.markers.take(markers_)) {
+  if (parts_.markers.take(markers_)) {
     driftWatch_.add(markers_);
     if (driftWatch_.takeWarning()) {
       const RestDrift& drift = driftWatch_.drift();
@@ -81,14 +67,13 @@ void Procedures::watchMarkers() {
     steps_.add(markers_);
   }
   steps_.turn();
-  if (steps_.isLooking() &&
-      framesForStep_.idle_ns(links_.frames, options_.clock()) > zero::ZeroProcedure::kNoFrames_ns) {
-    steps_.drop(zero::noFrames(waits_));
+  if (steps_.isLooking() && framesForStep_.idle_ns(parts_.frames, options_.clock()) > ZeroProcedure::kNoFrames_ns) {
+    steps_.drop(noFrames(waits_));
   }
 }
 
 void Procedures::measureRate() {
-  const std::uint64_t frames = links_.frames.get();
+  const std::uint64_t frames = parts_.frames.get();
   const std::int64_t now_ns = options_.clock();
   if (then_ns_ == 0) {
     then_ns_ = now_ns;
@@ -101,4 +86,4 @@ void Procedures::measureRate() {
   framesThen_ = frames;
 }
 
-}  // namespace tractiond
+}  // namespace tractiond::control

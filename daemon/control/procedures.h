@@ -1,57 +1,25 @@
 // Handles requests for zeros and calibration steps, and measures the drift of the zero.
 #pragma once
 
-#include "base/clock.h"
-#include "base/counter.h"
-#include "base/mailbox.h"
 #include "daemon/calibrate/drift_watch.h"
+#include "daemon/control/procedure_parts.h"
 #include "daemon/control/step_runner.h"
 #include "daemon/control/zero_procedure.h"
 #include "daemon/records/frame_watch.h"
-#include "daemon/records/rest_drift.h"
 
-#include <filesystem>
-#include <functional>
-#include <future>
 #include <optional>
 #include <string>
 
-namespace tractiond {
-
-struct ProcedureOptions {
-  int zeroFrames = 30;                     ///< number of frames that a zero is averaged over
-  std::filesystem::path directory;         ///< where a calibrated gel file goes
-  std::int64_t (*clock)() = monotonicNow;  ///< [ns]
-};
-
-/// What the status reports of the procedures.
-struct Watched {
-  RestDrift drift;            ///< of the zero in force
-  double zeroWithin_s = 0.0;  ///< a request for a zero that arrives now is answered within this time [s]
-};
-
-/// Inputs, outputs and actions of the procedures. All functions must be set, and are called on their thread; what they
-/// and the references refer to must outlive the procedures.
-struct ProcedureLinks {
-  const Counter& frames;          ///< number of frames that the tracker has processed
-  Mailbox<MarkerField>& markers;  ///< input: the newest
-  Mailbox<Watched>& watched;      ///< output: the newest
-  zero::ZeroLinks zero;
-
-  /// Starts work of a calibration step, which may take seconds or wait for a disk, on another thread.
-  std::function<std::future<std::optional<calibrate::Result>>(calibrate::StepLinks::Work)> startWork;
-  /// Answers the open request for a calibration step.
-  std::function<void(const calibrate::Result&)> answerCalibration;
-};
+namespace tractiond::control {
 
 /// Answers each request once: a zero within Watched::zeroWithin_s, a calibration step within the time of
 /// CalibrationOptions plus twice ZeroProcedure::kNoFrames_ns, and StepRunner::kWorkWithin_ns before and after it. A
 /// request for a zero that was answered with an error changes nothing later. Bound to the control thread.
 class Procedures {
  public:
-  /// The sensor in force must outlive this. Reserves the memory of ProcedureLinks::markers by a put() and a take():
-  /// must be made before another thread uses that mailbox, on any thread.
-  Procedures(const sensor::Sensor& sensor, ProcedureOptions options, ProcedureLinks links);
+  /// Reserves the memory of ProcedureParts::markers by a put() and a take(): must be made before another thread uses
+  /// that mailbox, on any thread.
+  Procedures(const ProcedureParts& parts, const ProcedureOptions& options);
 
   /// Takes over the camera and the zeros of an earlier run; see ZeroProcedure::welcome(). Must be called once, when the
   /// camera has been opened for the first time. \param cameraId calibrate::cameraId() \param rate_Hz of its frames,
@@ -63,8 +31,8 @@ class Procedures {
   /// Sets what the camera of a new session waits for (CameraInfo::waits()), for answers that no frames come.
   void setWaits(const std::string& waits);
 
-  /// Handles a request for a zero: see ZeroProcedure::begin().
-  void beginZero(const ZeroRequest& request) { zero_.begin(request); }
+  /// Returns what handles requests for zeros.
+  ZeroProcedure& zero() { return zero_; }
 
   /// Handles a request for a calibration step. Drops a running step without an answer: the control server has answered
   /// it; its work goes on, and the new step waits for its end. A step other than kStiffness and kFinish ends an open
@@ -81,23 +49,21 @@ class Procedures {
   bool hurried() const { return steps_.isLooking(); }
 
  private:
-  void dropStep();
   void watchMarkers();
-  void answerStep(const calibrate::Result& result);
   void measureRate();
 
-  ProcedureOptions options_;
-  ProcedureLinks links_;
+  const ProcedureParts parts_;
+  const ProcedureOptions options_;
   std::string camera_;  ///< empty: none yet
   std::string waits_;
   MarkerField markers_;
   calibrate::DriftWatch driftWatch_;
-  calibrate::StepRunner steps_;
-  zero::ZeroProcedure zero_;
+  StepRunner steps_;
+  ZeroProcedure zero_;
   double rate_Hz_ = 0.0;          ///< 0: not known
   std::uint64_t framesThen_ = 0;  ///< number of frames ...
   std::int64_t then_ns_ = 0;      ///< ... at this moment; 0: none yet
   FrameWatch framesForStep_;
 };
 
-}  // namespace tractiond
+}  // namespace tractiond::control

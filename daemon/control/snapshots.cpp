@@ -2,10 +2,12 @@
 
 #include <utility>
 
-namespace tractiond {
+namespace tractiond::control {
 
-Snapshots::Snapshots(std::function<void(const Result&)> answer, double longestWait_s, std::int64_t (*clock)())
-    : answer_(std::move(answer))
+Snapshots::Snapshots(Replies* replies, std::vector<sensor::MarkerLayer> layers, double longestWait_s,
+                     std::int64_t (*clock)())
+    : replies_(replies)
+    , layers_(std::move(layers))
     , longestWait_ns_(static_cast<std::int64_t>(1e9 * longestWait_s))
     , clock_(clock) {}
 
@@ -22,7 +24,7 @@ const Snapshot* Snapshots::take() {
     snapshot->makeRoom(snapshot->frame.size);
     return nullptr;
   }
-  if (std::exchange(askedAt_ns_, 0) != 0) answer_(snapshot);
+  if (std::exchange(askedAt_ns_, 0) != 0) answer(snapshot);
   return snapshot;
 }
 
@@ -34,8 +36,12 @@ void Snapshots::turn(bool isWanted) {
   }
   if (askedAt_ns_ != 0 && clock_() - askedAt_ns_ > longestWait_ns_) {
     askedAt_ns_ = 0;
-    answer_(tl::unexpected("no frames come from the camera" + (waits_.empty() ? "" : ": " + waits_)));
+    answer(tl::unexpected("no frames come from the camera" + (waits_.empty() ? "" : ": " + waits_)));
   }
 }
 
-}  // namespace tractiond
+void Snapshots::answer(const tl::expected<const Snapshot*, std::string>& result) {
+  replies_->answerSnapshot(result, layers_);
+}
+
+}  // namespace tractiond::control

@@ -3,25 +3,24 @@
 
 #include "base/clock.h"
 #include "base/loan.h"
+#include "daemon/control/requests.h"
 #include "daemon/records/snapshot.h"
 
-#include <tl/expected.hpp>
-
 #include <cstddef>
-#include <functional>
 #include <string>
+#include <vector>
 
-namespace tractiond {
+namespace tractiond::control {
 
 /// Holds one copy and the open request for it. Bound to the control thread, except for lent() and giveBack().
 class Snapshots {
  public:
-  using Result = tl::expected<const Snapshot*, std::string>;
-
-  /// \param answer called in take() or turn() with the answer to ask(): the copy, which is valid during the call, or a
-  /// sentence that states why there is none \param longestWait_s time after ask() without a frame after which the
-  /// answer is an error \param clock [ns]
-  explicit Snapshots(std::function<void(const Result&)> answer, double longestWait_s = 3.0,
+  /// \param replies gets the answer to ask() within take() or turn(): the copy, which is valid during the call, or a
+  /// sentence that states why there is none; nullptr: ask() is not called
+  /// \param layers layers of the markers that copies hold
+  /// \param longestWait_s time after ask() without a frame after which the answer is an error
+  /// \param clock [ns]
+  explicit Snapshots(Replies* replies, std::vector<sensor::MarkerLayer> layers = {}, double longestWait_s = 3.0,
                      std::int64_t (*clock)() = monotonicNow);
 
   /// Returns the copy, to reserve memory for the markers that it is to hold. May only be called before the first
@@ -32,7 +31,7 @@ class Snapshots {
   /// wanted, and what it waits for before it sends (CameraInfo::waits()), for answers that there is none.
   void meet(std::size_t frame_bytes, std::string waits);
 
-  /// Requests a copy of the next frame, which is given to `answer`. One request at a time.
+  /// Requests a copy of the next frame, which is given to Replies::answerSnapshot(). One request at a time.
   void ask() { askedAt_ns_ = clock_(); }
 
   /// Returns the copy that has been made since the last call, and answers an open request with it; nullptr: there is
@@ -52,7 +51,10 @@ class Snapshots {
   void giveBack() { loan_.giveBack(); }
 
  private:
-  std::function<void(const Result&)> answer_;
+  void answer(const tl::expected<const Snapshot*, std::string>& result);
+
+  Replies* replies_;
+  std::vector<sensor::MarkerLayer> layers_;
   std::int64_t longestWait_ns_;
   std::int64_t (*clock_)();
   Loan<Snapshot> loan_;
@@ -62,4 +64,4 @@ class Snapshots {
   std::string waits_;
 };
 
-}  // namespace tractiond
+}  // namespace tractiond::control

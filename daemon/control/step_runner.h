@@ -2,39 +2,27 @@
 // mechanics, the file) is done on another thread, so that the control loop goes on.
 #pragma once
 
-#include "daemon/calibrate/calibration.h"
+#include "daemon/control/procedure_parts.h"
 
 #include <cstdint>
-#include <functional>
 #include <future>
 #include <optional>
 #include <string>
 
-namespace tractiond::calibrate {
-
-/// Outputs and actions of a StepRunner, all called on its thread. What they refer to must outlive it.
-struct StepLinks {
-  using Work = std::function<std::optional<Result>()>;
-
-  std::function<std::future<std::optional<Result>>(Work)> start;  ///< Starts work on another thread, one at a time.
-  std::function<void(const Result&)> answer;                      ///< Answers the open request for a step.
-  std::int64_t (*clock)();                                        ///< [ns]
-};
+namespace tractiond::control {
 
 /// Answers each step once, unless another one replaces it before. Work that is under way cannot be stopped: what it has
 /// measured or written counts, also if its step was replaced or answered with an error. Must not be destroyed
 /// meanwhile. Thread-bound.
 class StepRunner {
  public:
-  /// The sensor in force must outlive this.
-  StepRunner(const sensor::Sensor& inForce, const CalibrationOptions& options, StepLinks links);
+  StepRunner(const ProcedureParts& parts, const ProcedureOptions& options);
 
-  /// Begins a step; returns at once, and may call `answer` before. It replaces a step that has not been answered, also
+  /// Begins a step; returns at once, and may answer before. It replaces a step that has not been answered, also
   /// one that waits, which is dropped without an answer; if work is under way, the new step begins when that has ended,
   /// and is answered with an error instead once that work takes longer than kWorkWithin_ns. Parameters are those of
-  /// Calibration::begin(); all are copied.
-  void begin(const CalibrationStep& step, const std::optional<RestPose>& zero, const std::string& camera,
-             const std::filesystem::path& directory);
+  /// calibrate::Calibration::begin(); all are copied.
+  void begin(const CalibrationStep& step, const std::optional<RestPose>& zero, const std::string& camera);
 
   /// Ends a step that looks at frames, or is going to, with this error; also one that waits for work to end. A step
   /// that ends without frames is answered as usual. Has no effect without a step. \param reason sentence for the client
@@ -60,24 +48,25 @@ class StepRunner {
     CalibrationStep step;
     std::optional<RestPose> zero;
     std::string camera;
-    std::filesystem::path directory;
   };
 
   struct UnderWay {
-    std::future<std::optional<Result>> done;
+    std::future<std::optional<calibrate::Result>> done;
     std::int64_t until_ns;
     bool isAwaited = true;        ///< false: its request has been answered
     std::string dropReason = {};  ///< the answer if the step would look at frames; empty: it may
   };
 
   void start(Begin begin);
-  void run(StepLinks::Work work);
+  void run(StepWork work);
   void heedEnd();
+  void answer(const calibrate::Result& result);
 
-  StepLinks links_;
-  Calibration calibration_;  ///< used by the other thread while work_ is under way
+  const ProcedureParts parts_;
+  const ProcedureOptions options_;
+  calibrate::Calibration calibration_;  ///< used by the other thread while work_ is under way
   std::optional<UnderWay> work_;
   std::optional<Begin> waiting_;  ///< for work_
 };
 
-}  // namespace tractiond::calibrate
+}  // namespace tractiond::control

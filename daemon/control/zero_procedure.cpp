@@ -8,7 +8,7 @@
 #include <cassert>
 #include <utility>
 
-namespace tractiond::zero {
+namespace tractiond::control {
 namespace {
 
 /// Frames that a zero may take: a multiple of those averaged, since as many again may be torn; and frames under way.
@@ -21,26 +21,16 @@ std::string both(const std::string& one, const std::string& other) {
 
 }  // namespace
 
-ZeroProcedure::ZeroProcedure(const sensor::Sensor& sensor, int zeroFrames, std::int64_t (*clock)(),
-                             const Counter& frames, ZeroLinks links, std::function<void()> onChange)
-    : sensor_(sensor)
-    , zeroFrames_(zeroFrames)
-    , clock_(clock)
-    , frames_(frames)
-    , links_(std::move(links))
-    , writer_(clock, links_.keep)
-    , onChange_(std::move(onChange)) {}
-
 void ZeroProcedure::welcome(const std::optional<RestPose>& restored, const std::optional<RestPose>& before,
                             bool isWritten) {
   zero_ = restored;
   before_ = before;
   if (!zero_) return;
-  const GelReport report = links_.compare(*zero_);
+  const GelReport report = parts_.gel.compare(*zero_);
   takeReport(*zero_, report);
-  const std::string doubt = both(report.doubt(), calibrate::touchIn(sensor_, *zero_));
+  const std::string doubt = both(report.doubt(), calibrate::touchIn(parts_.sensor, *zero_));
   if (!doubt.empty()) spdlog::warn("warning: the stored zero may be wrong: {}", doubt);
-  links_.describe(*zero_);
+  parts_.host.describe(*zero_);
   if (!isWritten) writer_.writeInForce(*zero_, this->before());
 }
 
@@ -51,29 +41,32 @@ void ZeroProcedure::begin(const ZeroRequest& request) {
     return answer(tl::unexpected<std::string>("the disk has not finished writing the last zero"));
   }
   if (request.undo) return undo();
-  const std::int64_t now_ns = clock_();
-  state_ = Taking{.until_ns = now_ns + static_cast<std::int64_t>(1e9 * takenWithin_s()), .frames = {frames_, now_ns}};
-  links_.request();
+  const std::int64_t now_ns = options_.clock();
+  state_ =
+      Taking{.until_ns = now_ns + static_cast<std::int64_t>(1e9 * takenWithin_s()), .frames = {parts_.frames, now_ns}};
+  parts_.tracker.requestZero();
 }
 
 void ZeroProcedure::refuse(const std::string& reason) {
   if (!std::holds_alternative<Taking>(state_)) return;  // the end of the write is the answer
   // If it is too late to cancel, the pose arrives in one of the next turns and is the answer.
-  if (links_.cancel() || links_.state() != track::ZeroState::kTaken) answer(tl::unexpected(reason));
+  if (parts_.tracker.cancelZero() || parts_.tracker.zeroState() != track::ZeroState::kTaken)
+    answer(tl::unexpected(reason));
 }
 
 void ZeroProcedure::turn() {
   if (!isHandedOver_) handOver();
   heedWriter();
   if (writer_.isDue()) writer_.writeInForce(*zero_, before());
-  if (!writer_.isBusy() && links_.take(taken_)) heedTaken();
+  if (!writer_.isBusy() && parts_.tracker.takeRestPose(taken_)) heedTaken();
   if (auto* const taking = std::get_if<Taking>(&state_)) watchTaking(*taking);
 }
 
 void ZeroProcedure::undo() {
   if (writer_.isBusy()) return answer(tl::unexpected<std::string>("a zero is being written to the disk; ask again"));
   if (!zero_ || !before_) return answer(tl::unexpected<std::string>("there is no previous zero"));
-  keep({.zero = *before_, .report = links_.compare(*before_), .doubt = {}, .moved = {}}, clock_() + kKeptWithin_ns);
+  keep({.zero = *before_, .report = parts_.gel.compare(*before_), .doubt = {}, .moved = {}},
+       options_.clock() + kKeptWithin_ns);
 }
 
 /// Handles a zero that the tracker has taken. The first one is in force already; a requested one comes into force when
@@ -81,19 +74,19 @@ void ZeroProcedure::undo() {
 void ZeroProcedure::heedTaken() {
   const auto* const taking = std::get_if<Taking>(&state_);
   if (zero_ && !(taking && taken_.requested)) return handOver();  // its request has been answered with an error
-  onChange_();
+  dropStep();
   // A zero that no operator has requested may itself have been taken under load.
-  const std::string touch =
-      zero_ && zero_->requested ? calibrate::touchSince(sensor_, *zero_, taken_) : calibrate::touchIn(sensor_, taken_);
-  const std::string moved = zero_ ? calibrate::movedBetween(sensor_, *zero_, taken_) : "";
+  const std::string touch = zero_ && zero_->requested ? calibrate::touchSince(parts_.sensor, *zero_, taken_)
+                                                      : calibrate::touchIn(parts_.sensor, taken_);
+  const std::string moved = zero_ ? calibrate::movedBetween(parts_.sensor, *zero_, taken_) : "";
   if (taken_.requested) taken_.requestedBy = request_.asker;
   if (zero_ && !touch.empty() && !request_.anyway)
     return refuseTaken(touch + "; remove it and try again, or use: tractionctl zero --anyway");
-  const GelReport report = links_.compare(taken_);
+  const GelReport report = parts_.gel.compare(taken_);
   const std::string doubt = both(report.doubt(), touch);
   if (zero_) {
     // An earlier write may have held this one up.
-    const std::int64_t until_ns = std::min(clock_(), taking->until_ns) + kKeptWithin_ns;
+    const std::int64_t until_ns = std::min(options_.clock(), taking->until_ns) + kKeptWithin_ns;
     return keep({.zero = taken_, .report = report, .doubt = doubt, .moved = moved}, until_ns);
   }
   logTaken(doubt, moved);
@@ -104,7 +97,7 @@ void ZeroProcedure::heedTaken() {
 void ZeroProcedure::adoptFirst(const GelReport& report, const std::string& doubt) {
   zero_ = taken_;
   takeReport(taken_, report);
-  links_.describe(taken_);
+  parts_.host.describe(taken_);
   if (taken_.requested) {
     handOver();  // the tracker may use an earlier first zero
     if (!std::holds_alternative<Idle>(state_)) answer(taken_, doubt);
@@ -142,7 +135,7 @@ void ZeroProcedure::heedWriter() {
     if (!request_.undo) return refuseTaken("it could not be written: " + why);
     return answer(tl::unexpected("previous zero not restored, because it could not be written: " + why));
   }
-  onChange_();
+  dropStep();
   if (request_.undo) {
     spdlog::info("previous zero restored, as requested by {}", request_.asker);
   } else {
@@ -157,7 +150,7 @@ void ZeroProcedure::putInForce(const RestPose& zero, const GelReport& report) {
   takeReport(zero, report);
   if (zero.id != zero_->id) {
     before_ = std::exchange(zero_, zero);
-    links_.describe(*zero_);
+    parts_.host.describe(*zero_);
   }
   handOver();
 }
@@ -165,37 +158,43 @@ void ZeroProcedure::putInForce(const RestPose& zero, const GelReport& report) {
 /// Stores and reports the result of the comparison for a zero that comes into force.
 void ZeroProcedure::takeReport(const RestPose& zero, const GelReport& report) {
   fits_ = report.fits();
-  links_.report(zero, report);
+  parts_.gel.report(zero, report);
 }
 
 /// Hands the zero in force to the tracker, which drops a zero that it has taken since.
 void ZeroProcedure::handOver() {
-  isHandedOver_ = links_.putInForce(*zero_, fits_);
+  isHandedOver_ = parts_.tracker.putInForce(*zero_, fits_);
 }
 
 /// Refuses the open request if the tracker refuses, or frames arrive too slowly or not at all.
 void ZeroProcedure::watchTaking(Taking& taking) {
-  if (writer_.isBusy() && clock_() > taking.until_ns + kKeptWithin_ns) {
-    links_.cancel();
+  if (writer_.isBusy() && options_.clock() > taking.until_ns + kKeptWithin_ns) {
+    parts_.tracker.cancelZero();
     return answer(tl::unexpected<std::string>(ZeroWriter::kNotWritten));
   }
-  const track::ZeroState state = links_.state();
+  const track::ZeroState state = parts_.tracker.zeroState();
   if (track::isRefusal(state)) return answer(tl::unexpected<std::string>(track::describe(state)));
-  if (taking.frames.idle_ns(frames_, clock_()) > kNoFrames_ns) return refuse(noFrames(waits_));
-  if (clock_() > taking.until_ns) {
-    refuse(fmt::format("zero refused: frames come too slowly for the {} that it is averaged over", zeroFrames_));
+  if (taking.frames.idle_ns(parts_.frames, options_.clock()) > kNoFrames_ns) return refuse(noFrames(waits_));
+  if (options_.clock() > taking.until_ns) {
+    refuse(
+        fmt::format("zero refused: frames come too slowly for the {} that it is averaged over", options_.zeroFrames));
   }
+}
+
+/// Ends a step that measures from the zero which is about to be replaced.
+void ZeroProcedure::dropStep() {
+  steps_.drop("a new zero was taken meanwhile");
 }
 
 void ZeroProcedure::answer(const tl::expected<RestPose, std::string>& result, const std::string& remark) {
   state_ = Idle{};
-  links_.answer(result, remark);
+  parts_.replies.answerZero(result, remark);
 }
 
 double ZeroProcedure::answeredWithin_s() const {
   double taken_s = takenWithin_s();
   if (const auto* const taking = std::get_if<Taking>(&state_))
-    taken_s = std::max(taken_s, 1e-9 * static_cast<double>(taking->until_ns - clock_()));
+    taken_s = std::max(taken_s, 1e-9 * static_cast<double>(taking->until_ns - options_.clock()));
   return taken_s + 1e-9 * static_cast<double>(kKeptWithin_ns);
 }
 
@@ -203,7 +202,7 @@ double ZeroProcedure::answeredWithin_s() const {
 double ZeroProcedure::takenWithin_s() const {
   const double noFrames_s = 1e-9 * static_cast<double>(kNoFrames_ns);
   const double frame_s = rate_Hz_ > 0.0 ? std::min(1.0 / rate_Hz_, noFrames_s) : noFrames_s;
-  return noFrames_s + frame_s * (kZeroFrames * zeroFrames_ + kUnderWay);
+  return noFrames_s + frame_s * (kZeroFrames * options_.zeroFrames + kUnderWay);
 }
 
-}  // namespace tractiond::zero
+}  // namespace tractiond::control

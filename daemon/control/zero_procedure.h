@@ -15,66 +15,35 @@
 // tracker and on the disk.
 #pragma once
 
-#include "base/counter.h"
-#include "base/error.h"
+#include "daemon/control/step_runner.h"
 #include "daemon/control/zero_writer.h"
 #include "daemon/records/frame_watch.h"
-#include "daemon/records/gel_report.h"
-#include "daemon/records/marker_field.h"
-#include "daemon/records/zero_request.h"
-#include "daemon/track/zero.h"
-#include "sensor/sensor.h"
 
 #include <tl/expected.hpp>
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <variant>
 
-namespace tractiond::zero {
+namespace tractiond::control {
 
 /// Returns why a request fails if the tracker gets no frames. \param waits what the camera waits for; may be empty
 inline std::string noFrames(const std::string& waits) {
   return "no frames come from the camera" + (waits.empty() ? "" : ": " + waits);
 }
 
-/// What a ZeroProcedure works with. All functions must be set. They are called on its thread and must not wait for
-/// long; what they refer to must outlive it.
-struct ZeroLinks {
-  // Functions of the tracker: requestZero(), cancelZero(), zeroState(), takeRestPose().
-  std::function<void()> request;
-  std::function<bool()> cancel;
-  std::function<track::ZeroState()> state;
-  std::function<bool(RestPose&)> take;
-  /// Hands a zero to the tracker (track::Tracker::putInForce()), and tells whether the gel file fits it by compare().
-  /// Called for the zero in force as well, to reject one that was taken; not for a restored or an automatic first zero,
-  /// for which `report` suffices. Returns false if it could not be handed over; it is tried again in the next turn.
-  std::function<bool(const RestPose&, bool fits)> putInForce;
-
-  /// Compares a zero with the gel file. Called once for every zero that is kept or comes into force, the restored one
-  /// included, and before it is written to the disk: a later load hides markers.
-  std::function<GelReport(const RestPose&)> compare;
-  /// Tells the tracker and the status what compare() has returned for a zero that comes into force.
-  std::function<void(const RestPose&, const GelReport&)> report;
-  std::function<void(const RestPose&)> describe;  ///< publishes the description with the zero in force
-  ZeroWriter::Start keep;                         ///< starts to write a zero to the disk, on another thread
-
-  /// Answers the open request: the zero that has come into force, or a sentence for the client that states why it has
-  /// not. \param remark why the zero may be wrong; empty: no reason is known
-  std::function<void(const tl::expected<RestPose, std::string>&, const std::string& remark)> answer;
-};
-
 /// Answers each request once, within answeredWithin_s(). A request that was answered with an error changes nothing
 /// later. Thread-bound.
 class ZeroProcedure {
  public:
-  /// `sensor` and `frames`, the number of frames that the tracker has processed, must outlive this. \param zeroFrames
-  /// number of frames that the tracker averages for a zero \param clock returns the time [ns] that the limits refer to
-  /// \param onChange called when the tracker has taken a zero that may come into force, before compare(), and before
-  /// an undo takes effect; not for the restored zero, nor again when a zero that was taken comes into force
-  ZeroProcedure(const sensor::Sensor& sensor, int zeroFrames, std::int64_t (*clock)(), const Counter& frames,
-                ZeroLinks links, std::function<void()> onChange);
+  /// \param steps outlives this. A step that looks at frames is ended when the tracker has taken a zero that may come
+  /// into force, before the comparison, and before an undo takes effect; not for the restored zero, nor again when a
+  /// zero that was taken comes into force
+  ZeroProcedure(const ProcedureParts& parts, const ProcedureOptions& options, StepRunner& steps)
+      : parts_(parts)
+      , options_(options)
+      , writer_(options.clock, parts.host)
+      , steps_(steps) {}
 
   /// Takes over the zeros of an earlier run. Must be called once, when the camera has been opened for the first time.
   /// If there is a restored zero, compares it with the gel file, warns in the log if it seems wrong, and publishes the
@@ -143,19 +112,17 @@ class ZeroProcedure {
   void putInForce(const RestPose& zero, const GelReport& report);
   void takeReport(const RestPose& zero, const GelReport& report);
   void handOver();
+  void dropStep();
   void watchTaking(Taking& taking);
   /// Goes back to Idle and answers the request, which must be open.
   void answer(const tl::expected<RestPose, std::string>& result, const std::string& remark = "");
   const RestPose* before() const { return before_ ? &*before_ : nullptr; }
   double takenWithin_s() const;
 
-  const sensor::Sensor& sensor_;
-  const int zeroFrames_;
-  std::int64_t (*const clock_)();
-  const Counter& frames_;
-  ZeroLinks links_;
+  const ProcedureParts parts_;
+  const ProcedureOptions options_;
   ZeroWriter writer_;
-  std::function<void()> onChange_;
+  StepRunner& steps_;
   double rate_Hz_ = 0.0;
   std::string waits_;
 
@@ -168,4 +135,4 @@ class ZeroProcedure {
   RestPose taken_;       ///< by the tracker
 };
 
-}  // namespace tractiond::zero
+}  // namespace tractiond::control

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-namespace tractiond::zero {
+namespace tractiond::control {
 
 tl::expected<void, Error> saveZeros(const std::filesystem::path& stateDirectory, const RestPose& zero,
                                     const RestPose* before, const ZeroOwner& owner) {
@@ -33,4 +33,4 @@ tl::expected<std::optional<RestPose>, Error> loadEarlierZero(const std::filesyst
   return earlier;
 }
 
-}  // namespace tractiond::zero
+}  // namespace tractiond::control

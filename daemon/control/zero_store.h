@@ -6,7 +6,7 @@
 #include <optional>
 #include <system_error>
 
-namespace tractiond::zero {
+namespace tractiond::control {
 
 /// The sensor, which must outlive it, the picture format and the camera (calibrate::cameraId()) that zeros belong to.
 struct ZeroOwner {
@@ -39,4 +39,4 @@ tl::expected<std::optional<RestPose>, Error> loadEarlierZero(const std::filesyst
                                                              const std::optional<RestPose>& restored,
                                                              const ZeroOwner& owner);
 
-}  // namespace tractiond::zero
+}  // namespace tractiond::control

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <utility>
 
-namespace tractiond::zero {
+namespace tractiond::control {
 namespace {
 
 /// Time until the next try to write the zero in force.
@@ -14,10 +14,6 @@ constexpr std::int64_t kTryAgain_ns = 10'000'000'000;
 }  // namespace
 
 const char* const ZeroWriter::kNotWritten = "it was not written to the disk within a minute";
-
-ZeroWriter::ZeroWriter(std::int64_t (*clock)(), Start start)
-    : clock_(clock)
-    , start_(std::move(start)) {}
 
 void ZeroWriter::writeRequested(const RestPose& zero, const RestPose* before, std::int64_t until_ns) {
   start(State::kRequested, zero, before, until_ns);
@@ -29,7 +25,7 @@ void ZeroWriter::writeInForce(const RestPose& zero, const RestPose* before) {
 }
 
 void ZeroWriter::start(State state, const RestPose& zero, const RestPose* before, std::int64_t until_ns) {
-  done_ = start_(zero, before);
+  done_ = host_.keep(zero, before);
   until_ns_ = until_ns;
   state_ = state;
 }
@@ -61,4 +57,4 @@ void ZeroWriter::log(const Written& written) {
   }
 }
 
-}  // namespace tractiond::zero
+}  // namespace tractiond::control

@@ -2,28 +2,27 @@
 #pragma once
 
 #include "base/error.h"
-#include "daemon/records/marker_field.h"
+#include "daemon/control/procedure_parts.h"
 
 #include <tl/expected.hpp>
 
 #include <cstdint>
-#include <functional>
 #include <future>
 #include <optional>
 
-namespace tractiond::zero {
+namespace tractiond::control {
 
 /// Writes one zero at a time. A requested zero whose write failed or took too long may be on the disk all the same:
 /// the zero in force is due to be written over it. Thread-bound.
 class ZeroWriter {
  public:
   using Written = tl::expected<void, Error>;
-  /// Starts to write the zero into the state directory, and the previous zero if there is one. The future is ready when
-  /// both are on the disk, or with the error. \param before nullptr: there is none. Neither need outlive the call.
-  using Start = std::function<std::future<Written>(const RestPose& zero, const RestPose* before)>;
 
-  /// \param clock returns the time [ns] that `until_ns` refers to \param start begins a write
-  ZeroWriter(std::int64_t (*clock)(), Start start);
+  /// \param clock returns the time [ns] that `until_ns` refers to
+  /// \param host writes by ProcedureHost::keep(); outlives this
+  ZeroWriter(std::int64_t (*clock)(), ProcedureHost& host)
+      : clock_(clock)
+      , host_(host) {}
 
   /// Starts to write a requested zero, which is refused if it is not on the disk at `until_ns`. Must not be called
   /// while isBusy().
@@ -65,7 +64,7 @@ class ZeroWriter {
   void log(const Written& written);
 
   std::int64_t (*const clock_)();
-  Start start_;
+  ProcedureHost& host_;
   State state_ = State::kIdle;
   std::future<Written> done_;
   std::int64_t until_ns_ = 0;
@@ -73,4 +72,4 @@ class ZeroWriter {
   bool isFailureLogged_ = false;
 };
 
-}  // namespace tractiond::zero
+}  // namespace tractiond::control

@@ -121,7 +121,7 @@ void Recorder::drain() {
     frames_.release(one);
     drainFields();  // if pictures arrive faster than they are written, a field waits for at most one of them
   }
-  if (auto description = links_.description ? links_.description() : ""; description != described_) {
+  if (auto description = links_.published.lastDescription(); description != described_) {
     described_ = std::move(description);
     write("description", "Description", 0, nullptr, described_);
   }

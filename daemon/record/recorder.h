@@ -5,6 +5,7 @@
 #include "base/clock.h"
 #include "base/error.h"
 #include "base/link.h"
+#include "daemon/publish/newest_messages.h"
 #include "daemon/publish/wire.h"
 #include "daemon/publish/wire_recording.h"
 #include "daemon/records/field_gaps.h"
@@ -15,7 +16,6 @@
 
 #include <chrono>
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -30,10 +30,9 @@ struct RecordOptions {
   bool packed = false;   ///< true: pictures are compressed
 };
 
-/// Inputs besides frames and fields. Called from the recorder's thread.
+/// Inputs besides frames and fields, for the recorder's thread.
 struct RecordLinks {
-  /// Returns the newest one as bytes; it is written when it changes. May be empty.
-  std::function<std::string()> description;
+  const publish::NewestMessages& published;  ///< the description is written when it changes; outlives the recorder
   std::int64_t (*monotonicClock)() = monotonicNow;  ///< [ns]
   std::int64_t (*realClock)() = realNow;            ///< [ns]; read once, when the recorder is made
 };

@@ -66,7 +66,7 @@ class Zeros {
  private:
   using Kept = tl::expected<void, Error>;
 
-  zero::ZeroOwner owner() const { return {gel_.sensor, PixelFormat::kRgb8, kCamera}; }
+  control::ZeroOwner owner() const { return {gel_.sensor, PixelFormat::kRgb8, kCamera}; }
   tl::expected<std::optional<RestPose>, Error> load() const;
   /// Reads the zero that would be left if the power was lost now and all was lost that can be.
   std::optional<Id> synchronised() const;

@@ -19,21 +19,24 @@ namespace {
 using namespace std::chrono_literals;
 
 /// What the control server would have been told.
-struct Answers {
-  NoGelLinks links() {
-    return {.answerSnapshot =
-                [this](const Snapshots::Result& result) {
-                  ++snapshots;
-                  if (!result) return void(reason = result.error());
-                  picture = plainPicture((*result)->frame);
-                  markers = (*result)->place_px.size() + (*result)->spot_px.size();
-                },
-            .refuseZero = [this](const std::string& why) { zero = why; },
-            .refuseCalibration = [this](const std::string& why) { calibration = why; }};
+struct Answers final : control::Replies {
+  void answerZero(const tl::expected<RestPose, std::string>& result, const std::string& /*remark*/) override {
+    zero = result.error();
   }
-  int snapshots = 0;
-  std::string reason, zero, calibration;
+  void answerCalibration(const tl::expected<CalibrationReport, std::string>& result) override {
+    calibration = result.error();
+  }
+  void answerSnapshot(const tl::expected<const Snapshot*, std::string>& result,
+                      const std::vector<sensor::MarkerLayer>& /*layers*/) override {
+    if (!result) return reasons.push_back(result.error());
+    ++pictures;
+    if ((*result)->frame.width > 0) picture = plainPicture((*result)->frame);
+    markers = (*result)->place_px.size() + (*result)->spot_px.size();
+  }
+  std::vector<std::string> reasons;
+  std::string zero, calibration;
   PlainPicture picture;
+  int pictures = 0;
   std::size_t markers = 0;
 };
 
@@ -50,7 +53,7 @@ TEST(NoGel, EachFrameOfAnySizeIsCountedAndNoFieldIsPublished) {
   Ledger ledger;
   Turns turns;
   Answers answers;
-  NoGel noGel(answers.links());
+  NoGel noGel(answers);
   auto camera = capture::Camera::open(capture::fromMemory(pictures, {.loops = 40}), {.wait = false}, ledger, {},
                                       [&](const auto& info) { return noGel.welcome(info); });
   ASSERT_TRUE(camera) << camera.error().message();
@@ -92,14 +95,14 @@ TEST(NoGel, SnapshotOfEveryFormatHasTheSizeOfThePicture) {
       frame.stride = format.stride(width);
       frame.format = format.format;
       Answers answers;
-      NoGel noGel(answers.links());
+      NoGel noGel(answers);
       MarkerField none;
       noGel.askSnapshot();
-      for (int i = 0; i < 4 && answers.snapshots == 0; ++i) {  // a first one tells how much room is needed
+      for (int i = 0; i < 4 && answers.pictures == 0; ++i) {  // a first one tells how much room is needed
         noGel.turn();
         EXPECT_FALSE(noGel.track(frame, none));
       }
-      ASSERT_EQ(answers.snapshots, 1) << answers.reason;
+      ASSERT_EQ(answers.pictures, 1);
       EXPECT_EQ(answers.picture.width, width);
       EXPECT_EQ(answers.picture.height, height);
       const int channels = format.colours == PixelColours::kMono ? 1 : 3;
@@ -112,7 +115,7 @@ TEST(NoGel, SnapshotOfEveryFormatHasTheSizeOfThePicture) {
 
 TEST(NoGel, ZeroAndCalibrationAreRefusedWithTheRemedy) {
   Answers answers;
-  NoGel noGel(answers.links());
+  NoGel noGel(answers);
   noGel.beginZero({});
   noGel.beginStep({});
   for (const std::string& answer : {answers.zero, answers.calibration}) {
@@ -138,11 +141,8 @@ TEST(NoGel, IsAGelFileCalledNone) {
 std::int64_t now_ns = 0;
 
 TEST(Snapshots, AreRefusedWhereNoFrameComesAndServeThoseWhoAskLater) {
-  std::vector<std::string> reasons;
-  int pictures = 0;
-  Snapshots snapshots(
-      [&](const Snapshots::Result& result) { result ? void(++pictures) : reasons.push_back(result.error()); }, 3.0,
-      [] { return now_ns; });
+  Answers answers;
+  control::Snapshots snapshots(&answers, {}, 3.0, [] { return now_ns; });
   const std::vector<std::uint8_t> bytes = bytesOf(12);
   Frame frame;
   frame.data = bytes.data();
@@ -158,28 +158,25 @@ TEST(Snapshots, AreRefusedWhereNoFrameComesAndServeThoseWhoAskLater) {
   snapshots.turn();
   now_ns += 3'000'000'000;
   snapshots.turn();
-  EXPECT_TRUE(reasons.empty());
+  EXPECT_TRUE(answers.reasons.empty());
   now_ns += 1;
   snapshots.turn();
-  EXPECT_EQ(reasons, std::vector<std::string>{"no frames come from the camera"});
+  EXPECT_EQ(answers.reasons, std::vector<std::string>{"no frames come from the camera"});
   snapshots.ask();
   for (int i = 0; i < 3; ++i) {
     arrives();
     snapshots.take();
     snapshots.turn();
   }
-  EXPECT_EQ(pictures, 1);
-  EXPECT_EQ(reasons.size(), 1U);
+  EXPECT_EQ(answers.pictures, 1);
+  EXPECT_EQ(answers.reasons.size(), 1U);
   arrives();
   EXPECT_EQ(snapshots.take(), nullptr);  // nobody wants one
 }
 
 TEST(Snapshots, OfATriggeredCameraTakeOneFrameOrSayWhatItWaitsFor) {
-  std::string reason;
-  int pictures = 0;
-  Snapshots snapshots(
-      [&](const Snapshots::Result& result) { result ? void(++pictures) : void(reason = result.error()); }, 3.0,
-      [] { return now_ns; });
+  Answers answers;
+  control::Snapshots snapshots(&answers, {}, 3.0, [] { return now_ns; });
   const std::vector<std::uint8_t> bytes = bytesOf(12);
   Frame frame;
   frame.data = bytes.data();
@@ -192,16 +189,15 @@ TEST(Snapshots, OfATriggeredCameraTakeOneFrameOrSayWhatItWaitsFor) {
   snapshots.lent()->copyFrom(frame);
   snapshots.giveBack();
   snapshots.take();
-  EXPECT_EQ(pictures, 1);
+  EXPECT_EQ(answers.pictures, 1);
   snapshots.ask();
   now_ns += 3'000'000'001;
   snapshots.turn();
-  EXPECT_EQ(reason, "no frames come from the camera: it waits for triggers");
+  EXPECT_EQ(answers.reasons, std::vector<std::string>{"no frames come from the camera: it waits for triggers"});
 }
 
 TEST(Snapshots, AreAlsoForWhomeverTheTurnNames) {
-  int answers = 0;
-  Snapshots snapshots([&](const Snapshots::Result&) { ++answers; });
+  control::Snapshots snapshots(nullptr);
   Frame frame;
   frame.data = nullptr;
   frame.size = 0;
@@ -210,7 +206,6 @@ TEST(Snapshots, AreAlsoForWhomeverTheTurnNames) {
   snapshots.lent()->copyFrom(frame);
   snapshots.giveBack();
   EXPECT_NE(snapshots.take(), nullptr);
-  EXPECT_EQ(answers, 0);
 }
 
 /// A recording without it would be replayed with the built-in gel.

@@ -11,7 +11,7 @@
 #include <string>
 #include <utility>
 
-namespace tractiond {
+namespace tractiond::control {
 namespace {
 
 using track::Scene;
@@ -21,7 +21,7 @@ using track::Tracking;
 struct Bench {
   Bench()
       : tracking(scene, {.awaitsGelCheck = true})
-      , watch(scene.sensor, tracking.tracker, status, [](const auto&) {}) {}
+      , watch(scene.sensor, tracking.tracker, status, nullptr) {}
 
   void shoot(int frames, bool discontinuity = false) {
     for (int i = 0; i < frames; ++i) {
@@ -158,4 +158,4 @@ TEST(GelWatch, TellsWhyThereIsNoFirstZero) {
 }
 
 }  // namespace
-}  // namespace tractiond
+}  // namespace tractiond::control

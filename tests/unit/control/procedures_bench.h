@@ -7,28 +7,43 @@
 #include <future>
 #include <vector>
 
-namespace tractiond {
+namespace tractiond::control {
 
 /// The tracker's side of a zero, with a tracker's promises: nothing comes of what was taken back.
-struct FakeTracker {
+struct FakeTracker final : track::ZeroTracker {
   track::ZeroState state = track::ZeroState::kNone;
-  std::optional<RestPose> finished;
+  std::optional<RestPose> finished, adopted;
+  bool adoptedFits = false;
+  bool busy = false;
 
   bool asked() const { return state == track::ZeroState::kRequested || state == track::ZeroState::kTaking; }
-
-  bool cancel() {
-    const bool was = asked();
-    if (was) state = track::ZeroState::kNone;
-    return was;
-  }
 
   void finish(const RestPose& pose) {
     finished = pose;
     state = track::ZeroState::kTaken;
   }
+
+  void requestZero() override { state = track::ZeroState::kRequested; }
+  bool cancelZero() override {
+    const bool was = asked();
+    if (was) state = track::ZeroState::kNone;
+    return was;
+  }
+  track::ZeroState zeroState() const override { return state; }
+  bool takeRestPose(RestPose& pose) override {
+    const bool there = finished.has_value();
+    if (there) pose = *std::exchange(finished, std::nullopt);
+    return there;
+  }
+  bool putInForce(const RestPose& pose, bool fits) override {
+    if (busy) return false;
+    adopted = pose;
+    adoptedFits = fits;
+    return true;
+  }
 };
 
-struct ProceduresBench {
+struct ProceduresBench final : GelComparison, ProcedureHost, Replies {
   explicit ProceduresBench(int averaged = 30, const sensor::Sensor& inForce = {})
       : zeroFrames(averaged)
       , sensor(inForce) {
@@ -88,7 +103,7 @@ struct ProceduresBench {
   void takeThirdZeroWhileTheDiskHangs() {
     procedures.welcome("Camera-1", 0.0, pose(2, true), pose(1, true));
     diskHangs = true;
-    procedures.beginZero({});
+    procedures.zero().begin({});
     tracker.finish(pose(3, true));
     turn();
   }
@@ -122,70 +137,56 @@ struct ProceduresBench {
   int comparisons = 0;
   Id lastCompared{};
   Id reportedZero{};  ///< the zero that the status reports on
-  bool adoptedFits = false;
-  std::optional<RestPose> described, kept, keptBefore, adopted;
-  bool busy = false;
+  std::optional<RestPose> described, kept, keptBefore;
   std::vector<tl::expected<RestPose, std::string>> zeroAnswers;
   std::string remark;
   std::vector<calibrate::Result> stepAnswers;
 
-  Procedures procedures{sensor,
-                        {.zeroFrames = zeroFrames, .directory = "/nowhere", .clock = [] { return now_ns; }},
-                        {.frames = frames,
+  GelReport compare(const RestPose& pose) override {
+    ++comparisons;
+    lastCompared = pose.id;
+    GelReport report;
+    report.remark = doubt;
+    return report;
+  }
+  void report(const RestPose& pose, const GelReport& /*report*/) override { reportedZero = pose.id; }
+
+  void describe(const RestPose& pose) override {
+    described = pose;
+    if (onDescribed) onDescribed(pose);
+  }
+  std::future<Kept> keep(const RestPose& pose, const RestPose* before) override {
+    disk.emplace_back();
+    auto done = disk.back().get_future();
+    kept = pose;
+    keptBefore = before ? std::optional(*before) : std::nullopt;
+    if (!diskHangs) writeOne();
+    return done;
+  }
+  std::future<std::optional<calibrate::Result>> start(StepWork work) override {
+    works.emplace_back(std::move(work));
+    auto done = works.back().get_future();
+    if (!workTakesLong) doWork();
+    return done;
+  }
+
+  void answerZero(const tl::expected<RestPose, std::string>& result, const std::string& said) override {
+    zeroAnswers.push_back(result);
+    remark = said;
+  }
+  void answerCalibration(const calibrate::Result& result) override { stepAnswers.push_back(result); }
+  void answerSnapshot(const tl::expected<const Snapshot*, std::string>& /*result*/,
+                      const std::vector<sensor::MarkerLayer>& /*layers*/) override {}
+
+  Procedures procedures{{.sensor = sensor,
+                         .frames = frames,
                          .markers = markers,
                          .watched = watched,
-                         .zero = {.request = [this] { tracker.state = track::ZeroState::kRequested; },
-                                  .cancel = [this] { return tracker.cancel(); },
-                                  .state = [this] { return tracker.state; },
-                                  .take =
-                                      [this](RestPose& pose) {
-                                        const bool there = tracker.finished.has_value();
-                                        if (there) pose = *std::exchange(tracker.finished, std::nullopt);
-                                        return there;
-                                      },
-                                  .putInForce =
-                                      [this](const RestPose& pose, bool fits) {
-                                        if (busy) return false;
-                                        adopted = pose;
-                                        adoptedFits = fits;
-                                        return true;
-                                      },
-                                  .compare =
-                                      [this](const RestPose& pose) {
-                                        ++comparisons;
-                                        lastCompared = pose.id;
-                                        GelReport report;
-                                        report.remark = doubt;
-                                        return report;
-                                      },
-                                  .report = [this](const RestPose& pose, const GelReport&) { reportedZero = pose.id; },
-                                  .describe =
-                                      [this](const RestPose& pose) {
-                                        described = pose;
-                                        if (onDescribed) onDescribed(pose);
-                                      },
-                                  .keep =
-                                      [this](const RestPose& pose, const RestPose* before) {
-                                        disk.emplace_back();
-                                        auto done = disk.back().get_future();
-                                        kept = pose;
-                                        keptBefore = before ? std::optional(*before) : std::nullopt;
-                                        if (!diskHangs) writeOne();
-                                        return done;
-                                      },
-                                  .answer =
-                                      [this](const auto& result, const std::string& said) {
-                                        zeroAnswers.push_back(result);
-                                        remark = said;
-                                      }},
-                         .startWork =
-                             [this](const auto& work) {
-                               works.emplace_back(work);
-                               auto done = works.back().get_future();
-                               if (!workTakesLong) doWork();
-                               return done;
-                             },
-                         .answerCalibration = [this](const auto& result) { stepAnswers.push_back(result); }}};
+                         .tracker = tracker,
+                         .gel = *this,
+                         .host = *this,
+                         .replies = *this},
+                        {.zeroFrames = zeroFrames, .directory = "/nowhere", .clock = [] { return now_ns; }}};
 };
 
-}  // namespace tractiond
+}  // namespace tractiond::control

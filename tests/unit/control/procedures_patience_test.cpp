@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace tractiond::procedures_test {
+namespace tractiond::control::procedures_test {
 namespace {
 
 /// At a rate, for a time: turns as the daemon makes them.
@@ -18,7 +18,7 @@ void run(ProceduresBench& bench, double seconds, double rate_Hz) {
 
 TEST(Procedures, AZeroThatWasRefusedIsNotAskedForAnyMore) {
   ProceduresBench bench;
-  bench.procedures.beginZero({});
+  bench.procedures.zero().begin({});
   run(bench, 5.3, 0.0);
   ASSERT_EQ(bench.zeroAnswers.size(), 1U);
   EXPECT_EQ(bench.zeroAnswers[0].error(), "no frames come from the camera");
@@ -30,7 +30,7 @@ TEST(Procedures, AZeroThatWasRefusedIsNotAskedForAnyMore) {
 TEST(Procedures, AsLongAsFramesComeAZeroMayTakeItsTime) {
   ProceduresBench bench(10'000);
   bench.procedures.welcome("Camera-1", 30.0, std::nullopt);
-  bench.procedures.beginZero({});
+  bench.procedures.zero().begin({});
   run(bench, 340.0, 30.0);
   EXPECT_TRUE(bench.zeroAnswers.empty());
   EXPECT_TRUE(bench.tracker.asked());
@@ -38,7 +38,7 @@ TEST(Procedures, AsLongAsFramesComeAZeroMayTakeItsTime) {
 
 TEST(Procedures, AZeroThatHasJustBeenTakenIsTheAnswerAlsoWhenItIsTooLate) {
   ProceduresBench bench;
-  bench.procedures.beginZero({});
+  bench.procedures.zero().begin({});
   run(bench, 5.05, 0.0);
   bench.tracker.state = track::ZeroState::kTaken;  // its pose is on the way
   run(bench, 1.0, 0.0);
@@ -52,7 +52,7 @@ TEST(Procedures, AZeroThatHasJustBeenTakenIsTheAnswerAlsoWhenItIsTooLate) {
 TEST(Procedures, ATrackersRefusalIsTheAnswer) {
   for (const auto state : {track::ZeroState::kMoving, track::ZeroState::kTooFew, track::ZeroState::kTorn}) {
     ProceduresBench bench;
-    bench.procedures.beginZero({});
+    bench.procedures.zero().begin({});
     bench.tracker.state = state;
     bench.turn();
     bench.turn();
@@ -63,7 +63,7 @@ TEST(Procedures, ATrackersRefusalIsTheAnswer) {
 
 TEST(Procedures, StepsDoNotLengthenAZerosPatience) {
   ProceduresBench bench;
-  bench.procedures.beginZero({});
+  bench.procedures.zero().begin({});
   for (int i = 0; i < 9; ++i) {
     CalibrationStep step;
     step.kind = CalibrationStep::Kind::kStiffness;
@@ -78,7 +78,7 @@ TEST(Procedures, SaysHowLongAZeroMayTakeAndKeepsToIt) {
     int frames;
     double told_Hz, real_Hz;
   };
-  constexpr double kKeptWithin_s = 1e-9 * static_cast<double>(zero::ZeroProcedure::kKeptWithin_ns);
+  constexpr double kKeptWithin_s = 1e-9 * static_cast<double>(ZeroProcedure::kKeptWithin_ns);
   for (const Case& c :
        {Case{30, 60.0, 60.0}, {30, 0.0, 12.5}, {10'000, 30.0, 30.0}, {100, 60.0, 2.0}, {30, 0.0, 0.3}, {2, 0.0, 0.3}}) {
     SCOPED_TRACE(testing::Message() << c.frames << " frames at " << c.real_Hz << " / s");
@@ -89,7 +89,7 @@ TEST(Procedures, SaysHowLongAZeroMayTakeAndKeepsToIt) {
     const double frames_s = (2 * c.frames + 2) / c.real_Hz;  // as many may be torn, and two may be under way
     EXPECT_GE(within_s, kKeptWithin_s + 5.0 + 0.9 * frames_s);
     EXPECT_LE(within_s, kKeptWithin_s + 5.1 + 1.2 * frames_s);
-    bench.procedures.beginZero({});
+    bench.procedures.zero().begin({});
     run(bench, within_s - kKeptWithin_s - 0.5, c.real_Hz);
     EXPECT_TRUE(bench.zeroAnswers.empty());
     run(bench, 1.0, c.real_Hz);
@@ -103,7 +103,7 @@ TEST(Procedures, SaysHowLongAZeroMayTakeAndKeepsToIt) {
 TEST(Procedures, SaysHowLongAnOpenZeroMayTakeWhenTheRateRisesMeanwhile) {
   ProceduresBench bench(100);
   bench.procedures.welcome("Camera-1", 2.0, std::nullopt);
-  bench.procedures.beginZero({});
+  bench.procedures.zero().begin({});
   bench.turn();
   const double within_s = bench.zeroWithin_s();
   EXPECT_GT(within_s, 150.0);
@@ -112,4 +112,4 @@ TEST(Procedures, SaysHowLongAnOpenZeroMayTakeWhenTheRateRisesMeanwhile) {
 }
 
 }  // namespace
-}  // namespace tractiond::procedures_test
+}  // namespace tractiond::control::procedures_test

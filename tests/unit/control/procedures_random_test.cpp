@@ -9,7 +9,7 @@
 #include <deque>
 #include <random>
 
-namespace tractiond::procedures_random_test {
+namespace tractiond::control::procedures_random_test {
 namespace {
 
 using Kind = CalibrationStep::Kind;
@@ -79,7 +79,7 @@ class Day {
     zeroAsked_s_ = now_s();
     // As the status said before.
     zeroUntil_s_ = now_s() + bench_.zeroWithin_s() + 2 * kTurn_s;  // to see that it is over, and to take the pose
-    bench_.procedures.beginZero({});
+    bench_.procedures.zero().begin({});
     checkAnswers();
   }
 
@@ -92,7 +92,7 @@ class Day {
     step.weight_N = 1.0;
     stepAsked_s_ = now_s();
     stepUntil_s_ = now_s() + step.seconds + calibrate::CalibrationOptions{}.grace_s +
-                   2.0 * (1e-9 * static_cast<double>(zero::ZeroProcedure::kNoFrames_ns) + kTurn_s) + kTurn_s;
+                   2.0 * (1e-9 * static_cast<double>(ZeroProcedure::kNoFrames_ns) + kTurn_s) + kTurn_s;
     bench_.procedures.beginStep(step);
     checkAnswers();
   }
@@ -199,4 +199,4 @@ TEST(Procedures, WhateverHappensEachRequestGetsOneAnswerInTime) {
 }
 
 }  // namespace
-}  // namespace tractiond::procedures_random_test
+}  // namespace tractiond::control::procedures_random_test

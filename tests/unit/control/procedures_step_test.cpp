@@ -3,14 +3,14 @@
 
 #include <gtest/gtest.h>
 
-namespace tractiond::procedures_test {
+namespace tractiond::control::procedures_test {
 namespace {
 
 TEST(Procedures, AStepDoesNotAnswerAnUndoThatIsBeingWritten) {
   ProceduresBench bench;
   bench.procedures.welcome("Camera-1", 60.0, bench.pose(2, true), bench.pose(1, true));
   bench.diskHangs = true;
-  bench.procedures.beginZero({.undo = true});
+  bench.procedures.zero().begin({.undo = true});
   bench.procedures.beginStep(ProceduresBench::noise(1.0));
   EXPECT_TRUE(bench.zeroAnswers.empty());
   bench.writeOne();
@@ -26,7 +26,7 @@ TEST(Procedures, AZeroThatComesIntoForceEndsTheStepThatRuns) {
   ProceduresBench bench;
   bench.procedures.welcome("Camera-1", 60.0, bench.pose(1, true));
   bench.diskHangs = true;
-  bench.procedures.beginZero({});
+  bench.procedures.zero().begin({});
   bench.tracker.finish(bench.pose(2, true));
   bench.turn();
   bench.procedures.beginStep(ProceduresBench::noise(1.0));
@@ -41,7 +41,7 @@ TEST(Procedures, AZeroThatComesIntoForceEndsTheStepThatRuns) {
 TEST(Procedures, AStepThatRestsOnTheZeroTakesOverFromOneThatIsAskedFor) {
   ProceduresBench bench;
   bench.procedures.welcome("Camera-1", 60.0, bench.pose(1, true));
-  bench.procedures.beginZero({});
+  bench.procedures.zero().begin({});
   CalibrationStep finish;
   finish.kind = CalibrationStep::Kind::kFinish;
   bench.procedures.beginStep(finish);
@@ -90,7 +90,7 @@ TEST(Procedures, ANewZeroEndsTheStepThatRuns) {
   bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
   bench.procedures.beginStep(ProceduresBench::noise(5.0));
   EXPECT_TRUE(bench.procedures.hurried());
-  bench.procedures.beginZero({});
+  bench.procedures.zero().begin({});
   bench.tracker.finish(bench.pose(2, true));
   bench.turn();
   ASSERT_EQ(bench.stepAnswers.size(), 1U);
@@ -113,7 +113,7 @@ TEST(Procedures, WhileAStepWorksTheControlLoopGoesOn) {
   bench.turn();
   EXPECT_TRUE(bench.stepAnswers.empty());
   EXPECT_FALSE(bench.procedures.hurried()) << "it looks at no frames";
-  bench.procedures.beginZero({});
+  bench.procedures.zero().begin({});
   bench.tracker.finish(bench.pose(2, true));
   bench.turn();
   EXPECT_EQ(bench.zeroAnswers.size(), 1U);
@@ -128,7 +128,7 @@ TEST(Procedures, ANewZeroEndsAStepThatHasYetToLookAtFrames) {
   bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
   bench.workTakesLong = true;
   bench.procedures.beginStep(ProceduresBench::noise(5.0));
-  bench.procedures.beginZero({});
+  bench.procedures.zero().begin({});
   bench.tracker.finish(bench.pose(2, true));
   bench.turn();
   EXPECT_TRUE(bench.stepAnswers.empty());
@@ -180,4 +180,4 @@ TEST(Procedures, AStepWhoseWorkHangsIsAnswered) {
 }
 
 }  // namespace
-}  // namespace tractiond::procedures_test
+}  // namespace tractiond::control::procedures_test

@@ -5,13 +5,13 @@
 
 #include <gtest/gtest.h>
 
-namespace tractiond::procedures_test {
+namespace tractiond::control::procedures_test {
 namespace {
 
 TEST(Procedures, AFinishedZeroIsComparedDescribedKeptAndAnswered) {
   ProceduresBench bench;
   bench.doubt = "it looks pressed";
-  bench.procedures.beginZero({});
+  bench.procedures.zero().begin({});
   EXPECT_EQ(bench.tracker.state, track::ZeroState::kRequested);
   bench.tracker.finish(bench.pose(1, true));
   bench.turn();
@@ -28,7 +28,7 @@ TEST(Procedures, AFinishedZeroIsComparedDescribedKeptAndAnswered) {
 
 TEST(Procedures, AZeroOfTheFirstStartAnswersNobody) {
   ProceduresBench bench;
-  bench.procedures.beginZero({});
+  bench.procedures.zero().begin({});
   bench.tracker.finish(bench.pose(1, false));
   bench.turn();
   EXPECT_TRUE(bench.described && bench.kept);
@@ -48,19 +48,19 @@ TEST(Procedures, AZeroComesIntoForceWhenItIsOnTheDisk) {
   ProceduresBench bench;
   bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
   bench.diskHangs = true;
-  bench.procedures.beginZero({});
+  bench.procedures.zero().begin({});
   bench.tracker.finish(bench.pose(2, true));
   for (int i = 0; i < 400; ++i) {  // frames come and go meanwhile
     bench.pass(100);
     bench.turn();
   }
   EXPECT_TRUE(bench.zeroAnswers.empty());
-  EXPECT_FALSE(bench.adopted);
+  EXPECT_FALSE(bench.tracker.adopted);
   EXPECT_EQ(bench.described->id[0], 1);
   bench.writeOne();
   bench.turn();
-  ASSERT_TRUE(bench.adopted);
-  EXPECT_EQ(bench.adopted->id[0], 2);
+  ASSERT_TRUE(bench.tracker.adopted);
+  EXPECT_EQ(bench.tracker.adopted->id[0], 2);
   EXPECT_EQ(bench.reportedZero[0], 2);
   EXPECT_EQ(bench.described->id[0], 2);
   ASSERT_EQ(bench.zeroAnswers.size(), 1U);
@@ -77,7 +77,7 @@ TEST(Procedures, AZeroIsComparedBeforeTheDiskIsAsked) {
   EXPECT_EQ(bench.comparisons, 2);
   EXPECT_EQ(bench.reportedZero[0], 3);
 
-  bench.procedures.beginZero({.undo = true});
+  bench.procedures.zero().begin({.undo = true});
   EXPECT_EQ(bench.lastCompared[0], 2);
   EXPECT_EQ(bench.reportedZero[0], 3);
   bench.writeOne();
@@ -90,25 +90,25 @@ TEST(Procedures, AZeroThatIsRefusedLeavesTheReportOnTheOneInForce) {
   bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
   bench.keepFails = true;
   bench.doubt = "it looks pressed";
-  bench.procedures.beginZero({});
+  bench.procedures.zero().begin({});
   bench.tracker.finish(bench.pose(2, true));
   bench.turn();
-  ASSERT_TRUE(bench.adopted);
-  EXPECT_EQ(bench.adopted->id[0], 1);
-  EXPECT_TRUE(bench.adoptedFits);
+  ASSERT_TRUE(bench.tracker.adopted);
+  EXPECT_EQ(bench.tracker.adopted->id[0], 1);
+  EXPECT_TRUE(bench.tracker.adoptedFits);
   EXPECT_EQ(bench.reportedZero[0], 1);
 }
 
 TEST(Procedures, AZeroThatTheDiskDoesNotTakeIsRefusedAndReplacedThere) {
   ProceduresBench bench;
   bench.takeThirdZeroWhileTheDiskHangs();
-  bench.pass(zero::ZeroProcedure::kKeptWithin_ns / 1'000'000 + 1);
+  bench.pass(ZeroProcedure::kKeptWithin_ns / 1'000'000 + 1);
   bench.turn();
   ASSERT_EQ(bench.zeroAnswers.size(), 1U);
   ASSERT_FALSE(bench.zeroAnswers[0]);
   EXPECT_NE(bench.zeroAnswers[0].error().find("was not written"), std::string::npos) << bench.zeroAnswers[0].error();
-  EXPECT_EQ(bench.adopted->id[0], 2);
-  bench.procedures.beginZero({});
+  EXPECT_EQ(bench.tracker.adopted->id[0], 2);
+  bench.procedures.zero().begin({});
   ASSERT_EQ(bench.zeroAnswers.size(), 2U) << "asked for while the disk hangs";
   EXPECT_FALSE(bench.zeroAnswers[1]);
   EXPECT_FALSE(bench.tracker.asked());
@@ -124,10 +124,10 @@ TEST(Procedures, AZeroThatTheDiskDoesNotTakeIsRefusedAndReplacedThere) {
   EXPECT_EQ(bench.zeroAnswers.size(), 2U);
 
   bench.diskHangs = false;
-  bench.procedures.beginZero({});
+  bench.procedures.zero().begin({});
   bench.tracker.finish(bench.pose(4, true));
   bench.turn();
-  EXPECT_EQ(bench.adopted->id[0], 4);
+  EXPECT_EQ(bench.tracker.adopted->id[0], 4);
 }
 
 TEST(Procedures, TheFirstZeroDoesNotWaitForTheDisk) {
@@ -143,19 +143,19 @@ TEST(Procedures, TheFirstZeroDoesNotWaitForTheDisk) {
 TEST(Procedures, AZeroThatCannotBeKeptIsRefused) {
   ProceduresBench bench;
   bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
-  bench.keepFails = bench.busy = true;
-  bench.procedures.beginZero({});
+  bench.keepFails = bench.tracker.busy = true;
+  bench.procedures.zero().begin({});
   bench.tracker.finish(bench.pose(2, true));
   bench.turn();
   ASSERT_EQ(bench.zeroAnswers.size(), 1U);
   ASSERT_FALSE(bench.zeroAnswers[0]);
   EXPECT_NE(bench.zeroAnswers[0].error().find("could not be written: the disk is full"), std::string::npos);
   EXPECT_EQ(bench.described->id[0], 1);
-  EXPECT_FALSE(bench.adopted);
-  bench.busy = false;
+  EXPECT_FALSE(bench.tracker.adopted);
+  bench.tracker.busy = false;
   bench.turn();
-  ASSERT_TRUE(bench.adopted);
-  EXPECT_EQ(bench.adopted->id[0], 1);
+  ASSERT_TRUE(bench.tracker.adopted);
+  EXPECT_EQ(bench.tracker.adopted->id[0], 1);
   EXPECT_EQ(bench.reportedZero[0], 1);
 }
 
@@ -171,7 +171,7 @@ RestPose pressed(const ProceduresBench& bench, std::uint8_t id, float peak_px) {
 TEST(Procedures, AZeroInWhichSomethingTouchesIsRefusedUnlessItIsWantedAnyway) {
   ProceduresBench bench;
   bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
-  bench.procedures.beginZero({.asker = "10.0.0.7"});
+  bench.procedures.zero().begin({.asker = "10.0.0.7"});
   bench.tracker.finish(pressed(bench, 2, 0.3F));
   bench.turn();
   ASSERT_EQ(bench.zeroAnswers.size(), 1U);
@@ -179,10 +179,10 @@ TEST(Procedures, AZeroInWhichSomethingTouchesIsRefusedUnlessItIsWantedAnyway) {
   EXPECT_NE(bench.zeroAnswers[0].error().find("something seems to touch the gel near"), std::string::npos);
   EXPECT_FALSE(bench.kept);
   EXPECT_EQ(bench.described->id[0], 1);
-  ASSERT_TRUE(bench.adopted);
-  EXPECT_EQ(bench.adopted->id[0], 1);
+  ASSERT_TRUE(bench.tracker.adopted);
+  EXPECT_EQ(bench.tracker.adopted->id[0], 1);
 
-  bench.procedures.beginZero({.anyway = true, .asker = "10.0.0.7"});
+  bench.procedures.zero().begin({.anyway = true, .asker = "10.0.0.7"});
   bench.tracker.finish(pressed(bench, 3, 0.3F));
   bench.turn();
   ASSERT_EQ(bench.zeroAnswers.size(), 2U);
@@ -196,7 +196,7 @@ TEST(Procedures, AZeroInWhichSomethingTouchesIsRefusedUnlessItIsWantedAnyway) {
 TEST(Procedures, WhatHeatDoesIsNoTouch) {
   ProceduresBench bench;
   bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
-  bench.procedures.beginZero({});
+  bench.procedures.zero().begin({});
   bench.tracker.finish(pressed(bench, 2, 0.015F));
   bench.turn();
   ASSERT_EQ(bench.zeroAnswers.size(), 1U);
@@ -206,26 +206,26 @@ TEST(Procedures, WhatHeatDoesIsNoTouch) {
 TEST(Procedures, AZeroIsUndoneAndThatAsWell) {
   ProceduresBench bench;
   bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
-  bench.procedures.beginZero({.undo = true});
+  bench.procedures.zero().begin({.undo = true});
   ASSERT_EQ(bench.zeroAnswers.size(), 1U);
   EXPECT_FALSE(bench.zeroAnswers[0]) << "there is none before";
 
-  bench.procedures.beginZero({.anyway = true});
+  bench.procedures.zero().begin({.anyway = true});
   bench.tracker.finish(bench.pose(2, true));
   bench.turn();
   for (const int id : {1, 2, 1}) {
-    bench.procedures.beginZero({.undo = true});
+    bench.procedures.zero().begin({.undo = true});
     ASSERT_TRUE(bench.zeroAnswers.back());
     EXPECT_EQ(bench.zeroAnswers.back()->id[0], id);
     EXPECT_EQ(bench.described->id[0], id);
-    EXPECT_EQ(bench.adopted->id[0], id);
+    EXPECT_EQ(bench.tracker.adopted->id[0], id);
     EXPECT_EQ(bench.kept->id[0], id);
     EXPECT_EQ(bench.keptBefore->id[0], 3 - id);
   }
   EXPECT_EQ(bench.zeroAnswers.size(), 5U);
 
   bench.keepFails = true;
-  bench.procedures.beginZero({.undo = true});
+  bench.procedures.zero().begin({.undo = true});
   EXPECT_FALSE(bench.zeroAnswers.back());
   EXPECT_EQ(bench.described->id[0], 1);
 }
@@ -233,16 +233,16 @@ TEST(Procedures, AZeroIsUndoneAndThatAsWell) {
 TEST(Procedures, AZeroIsUndoneAlsoAfterARestart) {
   ProceduresBench bench;
   bench.procedures.welcome("Camera-1", 0.0, bench.pose(2, true), bench.pose(1, true));
-  bench.procedures.beginZero({.undo = true});
+  bench.procedures.zero().begin({.undo = true});
   ASSERT_TRUE(bench.zeroAnswers.back());
-  EXPECT_EQ(bench.adopted->id[0], 1);
+  EXPECT_EQ(bench.tracker.adopted->id[0], 1);
 }
 
 TEST(Procedures, AZeroThatWasRefusedIsOverwrittenAsSoonAsTheDiskTakesIt) {
   ProceduresBench bench;
   bench.procedures.welcome("Camera-1", 0.0, bench.pose(2, true), bench.pose(1, true));
   bench.keepFails = true;
-  bench.procedures.beginZero({});
+  bench.procedures.zero().begin({});
   bench.tracker.finish(bench.pose(3, true));
   bench.turn();
   ASSERT_FALSE(bench.zeroAnswers[0]);
@@ -292,4 +292,4 @@ TEST(Procedures, AFirstZeroThatCouldNotBeWrittenIsWrittenLater) {
 }
 
 }  // namespace
-}  // namespace tractiond::procedures_test
+}  // namespace tractiond::control::procedures_test
