@@ -64,7 +64,7 @@ Instrument::Instrument(Config config, OwnDirectory state, OwnDirectory runtime)
 Instrument::~Instrument() = default;
 
 tl::expected<std::unique_ptr<Instrument>, Error> Instrument::make(const Config& config, const Places& places,
-                                                                  std::function<std::uint64_t()> logLinesLost) {
+                                                                  std::shared_ptr<const LineWriter> log) {
   auto gel = loadGel(config.sensor.gelFile);
   if (!gel) return tl::unexpected(gel.error());
   if (!*gel && !config.record.file.empty()) {
@@ -80,7 +80,7 @@ tl::expected<std::unique_ptr<Instrument>, Error> Instrument::make(const Config& 
       new Instrument(completed(config, places), *std::move(state), *std::move(runtime)));
   instrument->stateDirectory_ = places.state;
   instrument->instance_ = places.instance;
-  instrument->logLinesLost_ = std::move(logLinesLost);
+  instrument->log_ = std::move(log);
   if (auto built = instrument->build(*std::move(gel)); !built) return tl::unexpected(built.error());
   return instrument;
 }
@@ -100,35 +100,12 @@ tl::expected<void, Error> Instrument::build(std::optional<sensor::Sensor> gel) {
   PipelineOptions options = processing_->pipelineOptions();
   // Of a recording every picture counts; a camera's newest does.
   options.whenFull = config.camera.images.empty() ? WhenFull::kEvictOldest : WhenFull::kWait;
-  pipeline_ = std::make_unique<Pipeline>(
-      Stages{
-          .source = *camera_,
-          .track =
-              [this](const Frame& frame, MarkerField& markers) {
-                const bool tracked = processing_->track(frame, markers);
-                if (previewer_) previewer_->takeFrame(frame, tracked ? &markers : nullptr);
-                return tracked;
-              },
-          .solve = [this](const MarkerField& markers, TractionField& field) { processing_->solve(markers, field); },
-          .publish =
-              [this](const TractionField& field) {
-                publisher_->publish(field);
-                processing_->takeField(field);
-              },
-          .serveSubscribers = [this](int fd, auto timeout) { publisher_->serve(fd, timeout); },
-          .control = [this](auto timeout) { control(timeout); },
-          .preview = previewer_ ? [this](auto timeout) { previewer_->turn(timeout); }
-                                : std::function<void(std::chrono::milliseconds)>(),
-          .model = processing_->makesModels() ? [this](auto timeout) { processing_->modelTurn(timeout); }
-                                              : std::function<void(std::chrono::milliseconds)>(),
-          .record = processing_->isRecording() ? [this](auto timeout) { processing_->recordTurn(timeout); }
-                                               : std::function<void(std::chrono::milliseconds)>(),
-          .enter = [this] { realtime_->enter(); },
-      },
-      options, ledger_, turns_);
-  reloader_.emplace(config_, description_.identity.calibration,
-                    Reloader::Links{.cameraHasRefused = [this] { return camera_->refusedLast(); },
-                                    .reopenCamera = [this] { camera_->reopen(driver()); }});
+  options.controls = true;
+  options.previews = previewer_.has_value();
+  options.makesModels = processing_->promptSolver() != nullptr;
+  options.records = processing_->recorder() != nullptr;
+  pipeline_ = std::make_unique<Pipeline>(*camera_, static_cast<Stages&>(*this), options, ledger_, turns_);
+  reloader_.emplace(config_, description_.identity.calibration, static_cast<ReloadedCamera&>(*this));
   return {};
 }
 
@@ -159,7 +136,7 @@ tl::expected<void, Error> Instrument::makeProcessing(std::optional<sensor::Senso
                                                          .description = description_,
                                                          .publisher = *publisher_,
                                                          .replies = *controlServer_,
-                                                         .stopping = [this] { return pipeline_->stopping(); }});
+                                                         .pipeline = pipeline_});
   if (!measurement) return tl::unexpected(measurement.error());
   processing_ = *std::move(measurement);
   return {};
@@ -237,6 +214,17 @@ tl::expected<void, Error> Instrument::stop() {
                                 .remedy = "this is a bug: please report it"});
   }
   return recorded;
+}
+
+bool Instrument::track(const Frame& frame, MarkerField& markers) {
+  const bool tracked = processing_->track(frame, markers);
+  if (previewer_) previewer_->takeFrame(frame, tracked ? &markers : nullptr);
+  return tracked;
+}
+
+void Instrument::publish(const TractionField& field) {
+  publisher_->publish(field);
+  processing_->takeField(field);
 }
 
 void Instrument::control(std::chrono::milliseconds timeout) {
@@ -324,7 +312,7 @@ void Instrument::measure(traction::v1::Status& status) {
   turns.set_solve(turns_.solve.get());
   turns.set_publish(turns_.publish.get());
   turns.set_control(turns_.control.get());
-  status.set_log_lines_lost(logLinesLost_ ? logLinesLost_() : 0);
+  status.set_log_lines_lost(log_ ? log_->lost() : 0);
   if (controlServer_) status.set_answers_unsent(controlServer_->unsent());  // none at the first status
   if (publisher_) status.set_messages_unsent(publisher_->unsent());         // likewise
   status.set_memory_bytes(residentMemory());

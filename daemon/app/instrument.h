@@ -1,6 +1,7 @@
 // Makes and runs all parts of one instance from a configuration.
 #pragma once
 
+#include "base/service/line_writer.h"
 #include "base/service/service.h"
 #include "daemon/app/config.h"
 #include "daemon/app/instance.h"
@@ -23,7 +24,7 @@
 namespace tractiond {
 
 /// Thread-bound, except for what the pipeline's threads do within.
-class Instrument {
+class Instrument final : Stages, ReloadedCamera {
  public:
   /// Makes the parts: first those that fail fast (the gel, the directories, the sockets), then the solver (seconds,
   /// once per gel) and the camera. Blocks meanwhile, for the camera until the first try to open it has ended. On an
@@ -32,10 +33,9 @@ class Instrument {
   /// EX_NOINPUT, EX_DATAERR: a file cannot be read, or is damaged or of another sensor. EX_TEMPFAIL: a directory or the
   /// camera is in use. EX_UNAVAILABLE: there is no such camera, or an address is in use. EX_CANTCREAT, EX_NOPERM,
   /// EX_OSERR: a file, directory or socket cannot be made. EX_SOFTWARE: the solver cannot be made. \param config not
-  /// completed() yet; copied \param places located() \param logLinesLost returns the number of lost log lines; called
-  /// by the publishing thread once a second; may be empty
+  /// completed() yet; copied \param places located() \param log states the number of lost log lines; may be empty
   static tl::expected<std::unique_ptr<Instrument>, Error> make(const Config& config, const Places& places,
-                                                               std::function<std::uint64_t()> logLinesLost = {});
+                                                               std::shared_ptr<const LineWriter> log = {});
   /// Stops the pipeline if stop() was not called (a recording then has no end), and waits for a zero that is being
   /// written, for a solver that is being made and for a calibration step.
   ~Instrument();
@@ -59,7 +59,22 @@ class Instrument {
   tl::expected<void, Error> build(std::optional<sensor::Sensor> gel);
   tl::expected<void, Error> openSockets();
   tl::expected<void, Error> makeProcessing(std::optional<sensor::Sensor> gel);
-  void control(std::chrono::milliseconds timeout);
+
+  // These implement Stages.
+  bool track(const Frame& frame, MarkerField& markers) override;
+  void solve(const MarkerField& markers, TractionField& field) override { processing_->solve(markers, field); }
+  void publish(const TractionField& field) override;
+  void serveSubscribers(int fd, std::chrono::milliseconds timeout) override { publisher_->serve(fd, timeout); }
+  void control(std::chrono::milliseconds timeout) override;
+  void preview(std::chrono::milliseconds timeout) override { previewer_->turn(timeout); }
+  void model(std::chrono::milliseconds timeout) override { processing_->promptSolver()->turn(timeout); }
+  void record(std::chrono::milliseconds timeout) override { processing_->recorder()->turn(timeout); }
+  void enter() override { realtime_->enter(); }
+
+  // These implement ReloadedCamera.
+  bool hasRefused() const override { return camera_->refusedLast(); }
+  void reopen() override { camera_->reopen(driver()); }
+
   capture::OpenDriver driver() const;
   tl::expected<void, Error> openCamera();
   void meetCamera();
@@ -72,7 +87,7 @@ class Instrument {
 
   // In the order of construction.
   Config config_;
-  std::function<std::uint64_t()> logLinesLost_;
+  std::shared_ptr<const LineWriter> log_;
   std::shared_ptr<Realtime> realtime_;  // shared with Aravis's thread, as a camera may be closed later
   OwnDirectory state_, runtime_;
   std::filesystem::path stateDirectory_;

@@ -176,7 +176,7 @@ bool Measurement::track(const Frame& frame, MarkerField& markers) {
 void Measurement::awaitFirstZero() {
   if (!tracker_->awaitsFirstVerdict()) return;
   const auto waits = [this] { return tracker_->awaitsFirstVerdict() || (restSolver_ && restSolver_->done() == 0); };
-  while (waits() && !around_.stopping()) {
+  while (waits() && !around_.pipeline->stopping()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     around_.turns.track.add();
   }

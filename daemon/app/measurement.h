@@ -64,10 +64,8 @@ class Measurement : public Processing, private control::ProcedureHost {
   /// Does what is due in the procedures, in the checks of the gel file, and for the solver of a new zero.
   void turn() override;
   bool hurried() const override { return procedures_->hurried() || gelWatch_->hurried(); }
-  bool makesModels() const override { return promptSolver_.has_value(); }
-  void modelTurn(std::chrono::milliseconds timeout) override { promptSolver_->turn(timeout); }
-  bool isRecording() const override { return recorder_ != nullptr; }
-  void recordTurn(std::chrono::milliseconds timeout) override { recorder_->turn(timeout); }
+  PromptSolver* promptSolver() override { return promptSolver_ ? &*promptSolver_ : nullptr; }
+  Recorder* recorder() override { return recorder_.get(); }
   /// Explains missing markers a last time, and closes the recording, if there is one. Logs its summary, or returns its
   /// error.
   tl::expected<void, Error> finish() override;

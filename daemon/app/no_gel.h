@@ -35,10 +35,6 @@ class NoGel : public Processing {
   void askSnapshot() override { snapshots_.ask(); }
   void turn() override;
   bool hurried() const override { return false; }
-  bool makesModels() const override { return false; }
-  void modelTurn(std::chrono::milliseconds /*timeout*/) override {}
-  bool isRecording() const override { return false; }
-  void recordTurn(std::chrono::milliseconds /*timeout*/) override {}
   tl::expected<void, Error> finish() override { return {}; }
 
  private:

@@ -28,7 +28,7 @@ TractionField blankField(const PipelineOptions& options) {
 
 // The work of each stage on one frame, threaded or inline: calls the function, sets the time, counts.
 
-bool trackOne(const Stages& stages, const Frame& frame, MarkerField& markers, Counter& notTracked) {
+bool trackOne(Stages& stages, const Frame& frame, MarkerField& markers, Counter& notTracked) {
   markers.info = frame.info;
   const bool tracked = stages.track(frame, markers);
   markers.info.times.tracked_ns = monotonicNow();
@@ -36,12 +36,12 @@ bool trackOne(const Stages& stages, const Frame& frame, MarkerField& markers, Co
   return tracked;
 }
 
-void solveOne(const Stages& stages, const MarkerField& markers, TractionField& field) {
+void solveOne(Stages& stages, const MarkerField& markers, TractionField& field) {
   stages.solve(markers, field);
   field.markers.info.times.solved_ns = monotonicNow();
 }
 
-void publishOne(const Stages& stages, FieldGaps& gaps, TractionField& field, Ledger& ledger) {
+void publishOne(Stages& stages, FieldGaps& gaps, TractionField& field, Ledger& ledger) {
   gaps.mark(field);
   stages.publish(field);
   ledger.published.add();
@@ -74,12 +74,14 @@ T& acquire(Link<T, kSlots>& link, Counter& turns, std::chrono::milliseconds turn
 
 }  // namespace
 
-Pipeline::Pipeline(Stages stages, const PipelineOptions& options, Ledger& ledger, Turns& turns)
-    : stages_(std::move(stages))
+Pipeline::Pipeline(capture::FrameSource& source, Stages& stages, const PipelineOptions& options, Ledger& ledger,
+                   Turns& turns)
+    : source_(source)
+    , stages_(stages)
     , options_(options)
     , ledger_(ledger)
     , turns_(turns)
-    , frames_(options.whenFull, ledger.evictedBeforeTrack, {}, [this](Frame& frame) { stages_.source.recycle(frame); })
+    , frames_(options.whenFull, ledger.evictedBeforeTrack, {}, [this](Frame& frame) { source_.recycle(frame); })
     , markers_(options.whenFull, ledger.evictedBeforeSolve, blankMarkers(options))
     , fields_(options.whenFull, ledger.evictedBeforePublish, blankField(options)) {}
 
@@ -95,21 +97,21 @@ tl::expected<void, Error> Pipeline::start() try {
     thread = std::thread([this, entered, name, body, ofFrames] {
       pthread_setname_np(pthread_self(), name);
       if (ofFrames) {
-        if (stages_.enter) stages_.enter();
+        stages_.enter();
         entered->count_down();
       }
       body();
     });
   };
   // Starts the consumers first, so that all threads run when the first frame arrives.
-  if (stages_.control) run(controlThread_, "tr-control", false, [this] { loop(Stage::kControl); });
-  if (stages_.preview) run(previewThread_, "tr-preview", false, [this] { repeat(stages_.preview); });
-  if (stages_.model) run(modelThread_, "tr-model", false, [this] { repeat(stages_.model); });
-  if (stages_.record) {
+  if (options_.controls) run(controlThread_, "tr-control", false, [this] { loop(Stage::kControl); });
+  if (options_.previews) run(previewThread_, "tr-preview", false, [this] { repeat(&Stages::preview); });
+  if (options_.makesModels) run(modelThread_, "tr-model", false, [this] { repeat(&Stages::model); });
+  if (options_.records) {
     run(recordThread_, "tr-record", false, [this] {
       constexpr int kNice = 10;  // of this thread only: its work is less urgent than frames
       setpriority(PRIO_PROCESS, 0, kNice);
-      repeat(stages_.record);
+      repeat(&Stages::record);
     });
   }
   run(publishThread_, "tr-publish", true, [this] { loop(Stage::kPublish); });
@@ -208,7 +210,7 @@ bool Pipeline::captureTurn(std::chrono::milliseconds timeout) {
   if (!stopping_.load(std::memory_order_relaxed)) {
     frames_.reclaim();  // returns memory to the camera, on the thread that took it
     if (!frame_) frame_ = &acquire(frames_, turns_.capture, options_.turn);
-    const auto next = stages_.source.next(*frame_, timeout);
+    const auto next = source_.next(*frame_, timeout);
     if (next == capture::Next::kFrame) frames_.push(std::exchange(frame_, nullptr));
     if (next != capture::Next::kEnd) return true;
     ended_.store(true, std::memory_order_release);  // partner: ended(), with all that the source has counted
@@ -262,24 +264,24 @@ bool Pipeline::publishTurn(std::chrono::milliseconds timeout) {
 }
 
 /// Takes turns until the end.
-void Pipeline::repeat(const std::function<void(std::chrono::milliseconds)>& turn) const {
-  while (!stopping_.load(std::memory_order_relaxed)) turn(options_.turn);
+void Pipeline::repeat(void (Stages::*turn)(std::chrono::milliseconds)) const {
+  while (!stopping_.load(std::memory_order_relaxed)) (stages_.*turn)(options_.turn);
 }
 
-void runInline(const Stages& stages, const PipelineOptions& options, Ledger& ledger) {
+void runInline(capture::FrameSource& source, Stages& stages, const PipelineOptions& options, Ledger& ledger) {
   Frame frame;
   MarkerField markers = blankMarkers(options);
   TractionField field = blankField(options);
   FieldGaps gaps;
   for (;;) {
-    const auto next = stages.source.next(frame, options.turn);
+    const auto next = source.next(frame, options.turn);
     if (next == capture::Next::kEnd) return;
     if (next == capture::Next::kFrame) {
       if (trackOne(stages, frame, markers, ledger.*options.notTracked)) {
         solveOne(stages, markers, field);
         publishOne(stages, gaps, field, ledger);
       }
-      stages.source.recycle(frame);
+      source.recycle(frame);
     }
   }
 }

@@ -17,32 +17,35 @@
 
 #include <tl/expected.hpp>
 
-#include <functional>
 #include <thread>
 
 namespace tractiond {
 
-/// The functions of the stages. Each is called from the thread of its stage, serveSubscribers from that of publish, and
-/// never after stop() or finish().
-struct Stages {
-  capture::FrameSource& source;                           ///< must outlive the pipeline
-  std::function<bool(const Frame&, MarkerField&)> track;  ///< Returns false if there is nothing to publish of a frame.
-  std::function<void(const MarkerField&, TractionField&)> solve;  ///< Fills the field, copy of the markers included.
+/// What the stages do. Each function is called from the thread of its stage, serveSubscribers() from that of publish,
+/// and never after stop() or finish(). Those that take a `timeout` sleep no longer.
+class Stages {
+ public:
+  /// Fills the markers. Returns false if there is nothing to publish of a frame.
+  virtual bool track(const Frame& frame, MarkerField& markers) = 0;
+  /// Fills the field, copy of the markers included.
+  virtual void solve(const MarkerField& markers, TractionField& field) = 0;
   /// Sends the field, which has kDiscontinuity where it does not follow the one before; should not wait.
-  std::function<void(const TractionField&)> publish;
+  virtual void publish(const TractionField& field) = 0;
   /// Between two fields: sleeps until the descriptor is readable or the time is over, and serves subscribers meanwhile.
-  std::function<void(int fd, std::chrono::milliseconds)> serveSubscribers;
-  /// Takes one turn of the control thread: answers requests and does what is due. Sleeps at most as long as told.
-  /// Empty: no such thread.
-  std::function<void(std::chrono::milliseconds)> control;
-  /// Takes one turn of making previews, in the same way. Empty: no such thread.
-  std::function<void(std::chrono::milliseconds)> preview = {};
-  /// Takes one turn of making models for the solver, in the same way. Empty: no such thread.
-  std::function<void(std::chrono::milliseconds)> model = {};
-  /// Takes one turn of recording, in the same way; its last turn is over when finish() returns. Empty: no such thread.
-  std::function<void(std::chrono::milliseconds)> record = {};
-  /// Called by each thread that a frame passes before its first turn; all have when start() returns. May be empty.
-  std::function<void()> enter = {};
+  virtual void serveSubscribers(int fd, std::chrono::milliseconds timeout) = 0;
+  /// Takes one turn of the control thread: answers requests and does what is due.
+  virtual void control(std::chrono::milliseconds /*timeout*/) {}
+  /// Takes one turn of making previews.
+  virtual void preview(std::chrono::milliseconds /*timeout*/) {}
+  /// Takes one turn of making models for the solver.
+  virtual void model(std::chrono::milliseconds /*timeout*/) {}
+  /// Takes one turn of recording; the last turn is over when finish() returns.
+  virtual void record(std::chrono::milliseconds /*timeout*/) {}
+  /// Called by each thread that a frame passes before its first turn; all have when start() returns.
+  virtual void enter() {}
+
+ protected:
+  ~Stages() = default;
 };
 
 struct PipelineOptions {
@@ -51,6 +54,7 @@ struct PipelineOptions {
   Counter Ledger::*notTracked = &Ledger::noRestPose;  ///< counts frames for which track() returns false
   WhenFull whenFull = WhenFull::kEvictOldest;         ///< what a link does that is full; kWait: its producer waits
   std::chrono::milliseconds turn{100};  ///< no stage sleeps longer, so that stop and watchdog never wait for a frame
+  bool controls = false, previews = false, makesModels = false, records = false;  ///< there is a thread for it
 };
 
 enum class Stage { kCapture, kTrack, kSolve, kPublish, kControl };
@@ -58,8 +62,8 @@ enum class Stage { kCapture, kTrack, kSolve, kPublish, kControl };
 /// Thread-bound, except for the functions marked thread-safe.
 class Pipeline {
  public:
-  /// Allocates every record that will travel. What the stages refer to, ledger and turns must outlive the pipeline.
-  Pipeline(Stages stages, const PipelineOptions& options, Ledger& ledger, Turns& turns);
+  /// Allocates every record that will travel. Source, stages, ledger and turns must outlive the pipeline.
+  Pipeline(capture::FrameSource& source, Stages& stages, const PipelineOptions& options, Ledger& ledger, Turns& turns);
   ~Pipeline();  ///< Calls stop().
   Pipeline(const Pipeline&) = delete;
   Pipeline& operator=(const Pipeline&) = delete;
@@ -78,8 +82,8 @@ class Pipeline {
   /// Takes one turn of a stage and counts it for the watchdog, as the stage's thread does; for callers without threads.
   /// Sleeps at most `timeout` if there is nothing to do. Returns false if the stage has ended: it must not be called
   /// again. Must not be mixed with start(), nor used with WhenFull::kWait, which would wait for the stages of other
-  /// threads, nor for Stage::kControl if Stages::control is empty; when all stages have ended, countDiscarded() must be
-  /// called.
+  /// threads, nor for Stage::kControl without PipelineOptions::controls; when all stages have ended, countDiscarded()
+  /// must be called.
   bool turn(Stage stage, std::chrono::milliseconds timeout);
   /// Makes capture and control end with their next turns, and previews, models and the recording; the other stages
   /// follow. Does not wait. Thread-safe.
@@ -105,9 +109,10 @@ class Pipeline {
   bool trackTurn(std::chrono::milliseconds timeout);
   bool solveTurn(std::chrono::milliseconds timeout);
   bool publishTurn(std::chrono::milliseconds timeout);
-  void repeat(const std::function<void(std::chrono::milliseconds)>& turn) const;
+  void repeat(void (Stages::*turn)(std::chrono::milliseconds)) const;
 
-  Stages stages_;
+  capture::FrameSource& source_;
+  Stages& stages_;
   PipelineOptions options_;
   Ledger& ledger_;
   Turns& turns_;
@@ -131,7 +136,7 @@ class Pipeline {
 /// Runs the stages in the calling thread, one frame after the other, until the source ends, and gives each frame back.
 /// Of the functions calls only track, solve and publish. No frame is evicted. \param ledger counts published frames,
 /// and those that were not tracked
-void runInline(const Stages& stages, const PipelineOptions& options, Ledger& ledger);
+void runInline(capture::FrameSource& source, Stages& stages, const PipelineOptions& options, Ledger& ledger);
 
 /// Returns whether received = published + all losses. That must hold when no frame is in flight; while frames are, it
 /// usually does not.

@@ -12,7 +12,7 @@
 
 #include <chrono>
 #include <filesystem>
-#include <functional>
+#include <memory>
 
 namespace tractiond {
 
@@ -25,7 +25,7 @@ struct Surroundings {
   publish::Description& description;  ///< for the control thread alone once the pipeline runs
   publish::Publisher& publisher;
   control::Replies& replies;
-  std::function<bool()> stopping;  ///< Returns whether the pipeline is being stopped. Thread-safe.
+  const std::unique_ptr<Pipeline>& pipeline;  ///< made before its first frame
 };
 
 /// The comment above each group of functions names the thread that calls it.
@@ -71,21 +71,12 @@ class Processing : public control::Requests {
   /// a calibration step.
   virtual bool hurried() const = 0;
 
-  // tr-model
+  // Threads of their own, if there is such a part. Called before the pipeline is made, and on that thread.
 
-  /// Returns whether modelTurn() is to be called. Called before the pipeline is made.
-  virtual bool makesModels() const = 0;
-  /// Implements Stages::model: waits at most `timeout` for a frame, and makes the next model for solve() of it. Must
-  /// not be called unless makesModels().
-  virtual void modelTurn(std::chrono::milliseconds timeout) = 0;
-
-  // tr-record
-
-  /// Returns whether recordTurn() is to be called. Called before the pipeline is made.
-  virtual bool isRecording() const = 0;
-  /// Implements Stages::record: waits at most `timeout` for what is to be recorded, and writes it. Must not be called
-  /// unless isRecording().
-  virtual void recordTurn(std::chrono::milliseconds timeout) = 0;
+  /// Returns the part whose turns tr-model takes.
+  virtual PromptSolver* promptSolver() { return nullptr; }
+  /// Returns the part whose turns tr-record takes.
+  virtual Recorder* recorder() { return nullptr; }
 
   // main
 

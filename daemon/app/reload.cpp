@@ -28,11 +28,6 @@ tl::expected<Reread, Error> reread(Config completed) {
   return Reread{std::move(completed), calibration};
 }
 
-Reloader::Reloader(Config& inForce, const Id& calibration, Links links)
-    : inForce_(inForce)
-    , calibration_(calibration)
-    , links_(std::move(links)) {}
-
 tl::expected<std::vector<std::string>, Error> Reloader::apply(const Reread& read) {
   const bool piped = !inForce_.camera.images.empty();
   std::vector<std::string> news, bound;
@@ -52,7 +47,7 @@ tl::expected<std::vector<std::string>, Error> Reloader::apply(const Reread& read
                                 .what = fmt::format("not while it runs: {}", fmt::join(bound, ", ")),
                                 .remedy = "restart the service"});
   }
-  if (!ofCamera && links_.cameraHasRefused()) {
+  if (!ofCamera && camera_.hasRefused()) {
     ofCamera = true;
     news.emplace_back("what the camera refused, once more");
   }
@@ -60,7 +55,7 @@ tl::expected<std::vector<std::string>, Error> Reloader::apply(const Reread& read
   spdlog::set_level(spdlog::level::from_str(inForce_.logLevel));
   if (ofCamera) {
     inForce_.camera = read.config.camera;
-    links_.reopenCamera();
+    camera_.reopen();
   }
   return news;
 }

@@ -24,18 +24,27 @@ struct Reread {
 /// Reentrant.
 tl::expected<Reread, Error> reread(Config completed);
 
+/// The camera of a Reloader, for its thread.
+class ReloadedCamera {
+ public:
+  virtual bool hasRefused() const = 0;  ///< Returns Camera::refusedLast().
+  virtual void reopen() = 0;            ///< Opens the camera anew, with the options in force.
+
+ protected:
+  ~ReloadedCamera() = default;
+};
+
 /// Applies the changes of a configuration, or none of them if one needs a restart. If the camera refuses its changes,
 /// that is logged and the camera is opened as before. Thread-bound.
 class Reloader {
  public:
-  struct Links {
-    std::function<bool()> cameraHasRefused;  ///< Returns Camera::refusedLast().
-    std::function<void()> reopenCamera;      ///< Opens the camera anew, with the options in force.
-  };
-
   /// \param inForce     configuration that is changed; outlives this
   /// \param calibration Reread::calibration of the gel in force
-  Reloader(Config& inForce, const Id& calibration, Links links);
+  /// \param camera      outlives this
+  Reloader(Config& inForce, const Id& calibration, ReloadedCamera& camera)
+      : inForce_(inForce)
+      , calibration_(calibration)
+      , camera_(camera) {}
 
   /// Applies what was read: sets the level of the log, and reopens the camera if its keys have changed, or if it
   /// refused the last change. Fails with EX_CONFIG, and applies nothing, if a key that is not Key::live has changed,
@@ -52,7 +61,7 @@ class Reloader {
  private:
   Config& inForce_;
   const Id calibration_;
-  Links links_;
+  ReloadedCamera& camera_;
 };
 
 }  // namespace tractiond

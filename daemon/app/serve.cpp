@@ -76,7 +76,7 @@ int serve(const Arguments& arguments, const Config& config, const Places& places
     log->drain();
     std::_Exit(EX_OK);
   });
-  auto instrument = Instrument::make(config, places, [log] { return log->lost(); });
+  auto instrument = Instrument::make(config, places, log);
   starting.reset();
   // What has failed meanwhile matters to nobody.
   if (!instrument && serviceRequests().stop.wait(std::chrono::milliseconds(0))) return tellStopped(), EX_OK;

@@ -14,15 +14,9 @@ Life::Life(const Around& around)
     , truths_(kNumbers)
     , camera_(around.camera, start_.config.camera, ledger_, around.journal, around.starvation)
     , network_(around.gel, ledger_, camera_, around.subscribers, around.starvation, around.journal)
-    , pipeline_(stages(), {.markers = around.gel.sensor.markerCount(), .nodes = around.gel.sensor.nodes.count()},
+    , pipeline_(*this, *this, {.markers = around.gel.sensor.markerCount(), .nodes = around.gel.sensor.nodes.count()},
                 ledger_, turns_)
-    , reloader_(start_.config, start_.calibration,
-                {.cameraHasRefused = [this] { return camera_.hasRefused(); },
-                 .reopenCamera =
-                     [this] {
-                       camera_.reopen(start_.config.camera);
-                       around_.fields.disturb(now());
-                     }})
+    , reloader_(start_.config, start_.calibration, *this)
     , hooks_(hooks())
     , supervisor_(hooks_, camera_, around.person, around.ongoing, around.journal, around.starvation)
     , procedures_({.sensor = around.gel.sensor,
@@ -48,31 +42,29 @@ void Life::meetCamera() {
   procedures_.welcome(kCamera, 60.0, restored_.zero, restored_.before, restored_.isWritten);
 }
 
-Stages Life::stages() {
-  return {.source = *this,
-          .track = [this](const Frame& frame, MarkerField& markers) { return track(frame, markers); },
-          .solve =
-              [this](const MarkerField& markers, TractionField& field) {
-                around_.journal.law(markers.info.frameNumber == tracked_, "the newest frame is solved", [&] {
-                  return fmt::format("frame {}, while {} waits", markers.info.frameNumber, tracked_);
-                });
-                solving_.solve(markers, field);
-                worked_ = true;
-              },
-          .publish =
-              [this](const TractionField& field) {
-                network_.publish(field);
-                if (!field.valid) ledger_.invalid.add();
-                around_.fields.heed(field, truths_[field.markers.info.frameNumber % kNumbers]);
-                worked_ = true;
-              },
-          .serveSubscribers = [this](int, auto) { network_.serveSubscribers(); },
-          .control =
-              [this](auto) {
-                network_.control(*this);
-                meetCamera();
-                procedures_.turn();
-              }};
+void Life::solve(const MarkerField& markers, TractionField& field) {
+  around_.journal.law(markers.info.frameNumber == tracked_, "the newest frame is solved",
+                      [&] { return fmt::format("frame {}, while {} waits", markers.info.frameNumber, tracked_); });
+  solving_.solve(markers, field);
+  worked_ = true;
+}
+
+void Life::publish(const TractionField& field) {
+  network_.publish(field);
+  if (!field.valid) ledger_.invalid.add();
+  around_.fields.heed(field, truths_[field.markers.info.frameNumber % kNumbers]);
+  worked_ = true;
+}
+
+void Life::control(std::chrono::milliseconds /*timeout*/) {
+  network_.control(*this);
+  meetCamera();
+  procedures_.turn();
+}
+
+void Life::reopen() {
+  camera_.reopen(start_.config.camera);
+  around_.fields.disturb(now());
 }
 
 bool Life::takeRestPose(RestPose& pose) {

@@ -38,6 +38,8 @@ struct Around {
 };
 
 class Life : public capture::FrameSource,
+             Stages,
+             ReloadedCamera,
              track::ZeroTracker,
              control::GelComparison,
              control::ProcedureHost,
@@ -83,8 +85,17 @@ class Life : public capture::FrameSource,
   void checkConfiguration();
 
  private:
-  Stages stages();
-  bool track(const Frame& frame, MarkerField& markers);
+  // The stages.
+  bool track(const Frame& frame, MarkerField& markers) override;
+  void solve(const MarkerField& markers, TractionField& field) override;
+  void publish(const TractionField& field) override;
+  void serveSubscribers(int /*fd*/, std::chrono::milliseconds /*timeout*/) override { network_.serveSubscribers(); }
+  void control(std::chrono::milliseconds timeout) override;
+
+  // The camera of reloads.
+  bool hasRefused() const override { return camera_.hasRefused(); }
+  void reopen() override;
+
   void meetCamera();
 
   ServiceHooks hooks();

@@ -106,8 +106,8 @@ ROOMS = {
     ],
     "pipeline": [
         ("tsan", "pipeline", "daemon/app/pipeline.cpp", "without threads the camera's memory is kept",
-         "stages.source.recycle(frame);",
-         "if (frame.token == nullptr) stages.source.recycle(frame);"),
+         "source.recycle(frame);",
+         "if (frame.token == nullptr) source.recycle(frame);"),
         ("tsan", "pipeline", "daemon/app/pipeline.cpp", "a field is stamped as solved when its frame came",
          "field.markers.info.times.solved_ns = monotonicNow();",
          "field.markers.info.times.solved_ns = markers.info.times.received_ns;"),

@@ -47,14 +47,14 @@ TEST(HotCapture, AllocatesAndLocksNothing) {
     capture::FrameSource& inner_;
   } source(**camera);
 
+  struct Idle final : Stages {
+    bool track(const Frame& /*frame*/, MarkerField& /*markers*/) override { return true; }
+    void solve(const MarkerField& /*markers*/, TractionField& /*field*/) override {}
+    void publish(const TractionField& /*field*/) override {}
+    void serveSubscribers(int /*fd*/, std::chrono::milliseconds /*timeout*/) override { std::this_thread::yield(); }
+  } stages;
   Turns turns;
-  Pipeline pipeline(Stages{.source = source,
-                           .track = [](const Frame&, MarkerField&) { return true; },
-                           .solve = [](const MarkerField&, TractionField&) {},
-                           .publish = [](const TractionField&) {},
-                           .serveSubscribers = [](int, auto) { std::this_thread::yield(); },
-                           .control = {}},
-                    {.markers = 1, .nodes = 1}, ledger, turns);
+  Pipeline pipeline(source, stages, {.markers = 1, .nodes = 1}, ledger, turns);
   pipeline.start();
   while (source.turns < 260) std::this_thread::yield();
   pipeline.stop();

@@ -72,6 +72,38 @@ class MarkedSource : public capture::FrameSource {
   Marking mark_;
 };
 
+class Work final : public Stages {
+ public:
+  Work(track::Tracker& tracker, solve::FieldSolver& solver, publish::Publisher& publisher, Previewer& previewer)
+      : tracker_(tracker)
+      , solver_(solver)
+      , publisher_(publisher)
+      , previewer_(previewer) {}
+  bool track(const Frame& frame, MarkerField& markers) override {
+    mark_[0]();
+    const bool tracked = tracker_.track(frame, markers) == track::Outcome::kTracked;
+    previewer_.takeFrame(frame, tracked ? &markers : nullptr);
+    return tracked;
+  }
+  void solve(const MarkerField& markers, TractionField& field) override {
+    mark_[1]();
+    solver_.solve(markers, field);
+  }
+  void publish(const TractionField& field) override {
+    mark_[2]();
+    publisher_.publish(field);
+  }
+  void serveSubscribers(int fd, std::chrono::milliseconds timeout) override { publisher_.serve(fd, timeout); }
+  void preview(std::chrono::milliseconds timeout) override { previewer_.turn(timeout); }
+
+ private:
+  track::Tracker& tracker_;
+  solve::FieldSolver& solver_;
+  publish::Publisher& publisher_;
+  Previewer& previewer_;
+  std::array<Marking, 3> mark_;
+};
+
 void runCounted(WhenFull whenFull) {
   const sensor::Sensor sensor = coarseSensor();
   const capture::Pictures pictures = draw(sensor);
@@ -105,31 +137,12 @@ void runCounted(WhenFull whenFull) {
   auto memory = capture::Camera::open(capture::fromMemory(pictures, {.loops = 0}), {}, ledger);
   ASSERT_TRUE(memory);
   MarkedSource source(**memory);
-  std::array<Marking, 3> mark;
+  Work work(tracker, solver, **publisher, previewer);
   Turns turns;
-  Pipeline pipeline(Stages{.source = source,
-                           .track =
-                               [&](const Frame& frame, MarkerField& markers) {
-                                 mark[0]();
-                                 const bool tracked = tracker.track(frame, markers) == track::Outcome::kTracked;
-                                 previewer.takeFrame(frame, tracked ? &markers : nullptr);
-                                 return tracked;
-                               },
-                           .solve =
-                               [&](const MarkerField& markers, TractionField& field) {
-                                 mark[1]();
-                                 solver.solve(markers, field);
-                               },
-                           .publish =
-                               [&](const TractionField& field) {
-                                 mark[2]();
-                                 (*publisher)->publish(field);
-                               },
-                           .serveSubscribers = [&](int fd, auto timeout) { (*publisher)->serve(fd, timeout); },
-                           .control = {},
-                           .preview = [&](auto timeout) { previewer.turn(timeout); }},
-                    {.markers = sensor.markerCount(), .nodes = sensor.nodes.count(), .whenFull = whenFull}, ledger,
-                    turns);
+  Pipeline pipeline(
+      source, work,
+      {.markers = sensor.markerCount(), .nodes = sensor.nodes.count(), .whenFull = whenFull, .previews = true}, ledger,
+      turns);
   pipeline.start();
   // All topics, because each message's memory is made when it is filled for the first time.
   const auto receive = [&](int fields, int statuses, int previews) {

@@ -57,26 +57,30 @@ TEST(NoGel, EachFrameOfAnySizeIsCountedAndNoFieldIsPublished) {
   auto camera = capture::Camera::open(capture::fromMemory(pictures, {.loops = 40}), {.wait = false}, ledger, {},
                                       [&](const auto& info) { return noGel.welcome(info); });
   ASSERT_TRUE(camera) << camera.error().message();
-  std::atomic<int> published = 0;
+  struct Work final : Stages {
+    explicit Work(NoGel& processing)
+        : noGel(processing) {}
+    bool track(const Frame& frame, MarkerField& markers) override { return noGel.track(frame, markers); }
+    void solve(const MarkerField& markers, TractionField& field) override { noGel.solve(markers, field); }
+    void publish(const TractionField& /*field*/) override { ++published; }
+    void serveSubscribers(int fd, std::chrono::milliseconds timeout) override {
+      pollfd item{fd, POLLIN, 0};
+      poll(&item, 1, static_cast<int>(timeout.count()));
+    }
+    void control(std::chrono::milliseconds /*timeout*/) override { noGel.turn(); }
+    NoGel& noGel;
+    std::atomic<int> published = 0;
+  } work(noGel);
   PipelineOptions options = noGel.pipelineOptions();
   options.whenFull = WhenFull::kWait;
-  Pipeline pipeline({.source = **camera,
-                     .track = [&](const Frame& frame, MarkerField& markers) { return noGel.track(frame, markers); },
-                     .solve = [&](const auto& markers, auto& field) { noGel.solve(markers, field); },
-                     .publish = [&](const TractionField&) { ++published; },
-                     .serveSubscribers =
-                         [](int fd, std::chrono::milliseconds timeout) {
-                           pollfd item{fd, POLLIN, 0};
-                           poll(&item, 1, static_cast<int>(timeout.count()));
-                         },
-                     .control = [&](std::chrono::milliseconds) { noGel.turn(); }},
-                    options, ledger, turns);
+  options.controls = true;
+  Pipeline pipeline(**camera, work, options, ledger, turns);
   pipeline.start();
   pipeline.finish();
   EXPECT_EQ(ledger.received.get(), 120U);
   EXPECT_EQ(ledger.noGel.get(), 120U);
   EXPECT_EQ(ledger.noRestPose.get(), 0U);
-  EXPECT_EQ(published, 0);
+  EXPECT_EQ(work.published, 0);
   EXPECT_TRUE(balanced(ledger));
 }
 

@@ -92,57 +92,48 @@ class Dawdle {
   std::uniform_int_distribution<int> steps_;
 };
 
-void pollFor(int fd, std::chrono::milliseconds timeout) {
-  pollfd item{fd, POLLIN, 0};
-  poll(&item, 1, static_cast<int>(timeout.count()));
-}
-
 /// Stages whose result depends on the frame alone.
-struct Work {
-  Work(capture::FrameSource& source, int slowness = 0)
-      : slow{Dawdle{1, slowness}, Dawdle{2, slowness}, Dawdle{3, slowness}} {
-    stages = std::make_unique<Stages>(Stages{
-        .source = source,
-        .track =
-            [this](const Frame& frame, MarkerField& markers) {
-              slow[0]();
-              markers.flags = 0;
-              markers.displacement_px[0] = static_cast<float>(frame.info.frameNumber);
-              return frame.info.frameNumber > restFrames;
-            },
-        .solve =
-            [this](const MarkerField& markers, TractionField& field) {
-              slow[1]();
-              field.markers = markers;
-              field.flags = markers.flags;
-              field.force_N[0] = 2.0F * markers.displacement_px[0];
-            },
-        .publish =
-            [this](const TractionField& field) {
-              slow[2]();
-              published.push_back(field);
-            },
-        .serveSubscribers = pollFor,
-        .control = {},
-    });
+struct Work : Stages {
+  explicit Work(int slowness = 0)
+      : slow{Dawdle{1, slowness}, Dawdle{2, slowness}, Dawdle{3, slowness}} {}
+  virtual ~Work() = default;
+
+  bool track(const Frame& frame, MarkerField& markers) override {
+    slow[0]();
+    markers.flags = 0;
+    markers.displacement_px[0] = static_cast<float>(frame.info.frameNumber);
+    return frame.info.frameNumber > restFrames;
+  }
+  void solve(const MarkerField& markers, TractionField& field) override {
+    slow[1]();
+    field.markers = markers;
+    field.flags = markers.flags;
+    field.force_N[0] = 2.0F * markers.displacement_px[0];
+  }
+  void publish(const TractionField& field) override {
+    slow[2]();
+    published.push_back(field);
+  }
+  void serveSubscribers(int fd, std::chrono::milliseconds timeout) override {
+    pollfd item{fd, POLLIN, 0};
+    poll(&item, 1, static_cast<int>(timeout.count()));
   }
 
   std::uint64_t restFrames = 0;
   std::array<Dawdle, 3> slow;
   std::vector<TractionField> published;
-  std::unique_ptr<Stages> stages;
   Turns turns;
 };
 
 TEST(Pipeline, EndsWhatItHasStartedIfAThreadCannotBe) {
   constexpr int kThreads = 7;
-  const auto idle = [](std::chrono::milliseconds) {};
+  PipelineOptions options = kSmall;
+  options.controls = options.previews = options.records = true;
   for (int left = 0; left < kThreads; ++left) {
     Ledger ledger;
     CountingSource source(100, ledger);
-    Work work(source);
-    work.stages->control = work.stages->preview = work.stages->record = idle;
-    Pipeline pipeline(*work.stages, kSmall, ledger, work.turns);
+    Work work;
+    Pipeline pipeline(source, work, options, ledger, work.turns);
     threadsLeft = left;
     const auto started = pipeline.start();
     threadsLeft = -1;
@@ -158,9 +149,9 @@ TEST(Pipeline, AccountsForEveryFrameWhenStagesDawdleAndEvict) {
   for (const int slowness : {0, 20, 200}) {
     Ledger ledger;
     CountingSource source(5000, ledger, 7);
-    Work work(source, slowness);
+    Work work(slowness);
     work.restFrames = 20;
-    Pipeline pipeline(*work.stages, kSmall, ledger, work.turns);
+    Pipeline pipeline(source, work, kSmall, ledger, work.turns);
     pipeline.start();
     pipeline.finish();
     EXPECT_TRUE(pipeline.ended());
@@ -198,30 +189,30 @@ TEST(Pipeline, GivesTheNewestFrameToASolverThatIsBehindAndFlagsTheGap) {
   };
   Ledger ledger;
   Paced source(kLast + 1, ledger);
-  Work work(source);
-  std::latch free{1};
-  const auto solve = work.stages->solve;
-  work.stages->solve = [&](const MarkerField& markers, TractionField& field) {
-    if (markers.info.frameNumber == 1) free.wait();
-    solve(markers, field);
-  };
-  std::atomic<std::uint64_t> tracked{0};
-  const auto track = work.stages->track;
-  work.stages->track = [&](const Frame& frame, MarkerField& markers) {
-    const bool isTracked = track(frame, markers);
-    tracked = frame.info.frameNumber;
-    return isTracked;
-  };
+  /// Does not solve the first frame before the test lets it.
+  struct Held final : Work {
+    bool track(const Frame& frame, MarkerField& markers) override {
+      const bool isTracked = Work::track(frame, markers);
+      tracked = frame.info.frameNumber;
+      return isTracked;
+    }
+    void solve(const MarkerField& markers, TractionField& field) override {
+      if (markers.info.frameNumber == 1) free.wait();
+      Work::solve(markers, field);
+    }
+    std::latch free{1};
+    std::atomic<std::uint64_t> tracked{0};
+  } work;
   PipelineOptions options = kSmall;
   options.turn = 1ms;
-  Pipeline pipeline(*work.stages, options, ledger, work.turns);
+  Pipeline pipeline(source, work, options, ledger, work.turns);
   pipeline.start();
   for (std::uint64_t number = 1; number <= kLast; ++number) {
     source.let = number;
-    while (tracked < number) std::this_thread::yield();
+    while (work.tracked < number) std::this_thread::yield();
     for (const auto turns = work.turns.track.get(); work.turns.track.get() < turns + 2;) std::this_thread::yield();
   }
-  free.count_down();
+  work.free.count_down();
   while (ledger.published.get() < 2) std::this_thread::yield();
   source.let = kLast + 1;
   while (ledger.published.get() < 3) std::this_thread::yield();
@@ -258,12 +249,12 @@ TEST(Pipeline, FlagsEachFieldThatDoesNotFollowTheOneBefore) {
     std::size_t next_ = 0;
   } source;
   Ledger ledger;
-  Work work(source);
-  const auto track = work.stages->track;
-  work.stages->track = [&](const Frame& frame, MarkerField& markers) {
-    return track(frame, markers) && frame.info.frameNumber != 10;
-  };
-  runInline(*work.stages, kSmall, ledger);
+  struct Lacking final : Work {
+    bool track(const Frame& frame, MarkerField& markers) override {
+      return Work::track(frame, markers) && frame.info.frameNumber != 10;
+    }
+  } work;
+  runInline(source, work, kSmall, ledger);
   std::vector<std::uint64_t> flagged;
   for (const TractionField& field : work.published) {
     EXPECT_EQ(field.flags, field.markers.flags);
@@ -278,16 +269,16 @@ TEST(Pipeline, ThatWaitsGivesWhatTheInlineRunGives) {
   for (const bool threaded : {false, true}) {
     Ledger ledger;
     CountingSource source(2000, ledger, 11);
-    Work work(source, threaded ? 20 : 0);
+    Work work(threaded ? 20 : 0);
     work.restFrames = 50;
     PipelineOptions options = kSmall;
     options.whenFull = WhenFull::kWait;
     if (threaded) {
-      Pipeline pipeline(*work.stages, options, ledger, work.turns);
+      Pipeline pipeline(source, work, options, ledger, work.turns);
       pipeline.start();
       pipeline.finish();
     } else {
-      runInline(*work.stages, options, ledger);
+      runInline(source, work, options, ledger);
     }
     EXPECT_TRUE(balanced(ledger));
     EXPECT_EQ(ledger.noRestPose.get(), 50U - 50 / 11);
@@ -305,8 +296,8 @@ TEST(Pipeline, ThatWaitsGivesWhatTheInlineRunGives) {
 TEST(Pipeline, StampsTheStagesInOrder) {
   Ledger ledger;
   CountingSource source(10, ledger);
-  Work work(source);
-  runInline(*work.stages, kSmall, ledger);
+  Work work;
+  runInline(source, work, kSmall, ledger);
   ASSERT_EQ(work.published.size(), 10U);
   for (const TractionField& field : work.published) {
     const FrameTimes& times = field.markers.info.times;
@@ -318,10 +309,10 @@ TEST(Pipeline, StampsTheStagesInOrder) {
 TEST(Pipeline, StopsAnEndlessSourceAndWorksOffWhatItHas) {
   Ledger ledger;
   CountingSource source(~std::uint64_t{0}, ledger);
-  Work work(source, 50);
+  Work work(50);
   PipelineOptions options = kSmall;
   options.whenFull = WhenFull::kWait;
-  Pipeline pipeline(*work.stages, options, ledger, work.turns);
+  Pipeline pipeline(source, work, options, ledger, work.turns);
   pipeline.start();
   while (ledger.published.get() < 100) std::this_thread::yield();
   pipeline.stop();
@@ -346,21 +337,22 @@ TEST(Pipeline, WaitsForFieldsAfterTheLastOne) {
   };
   Ledger ledger;
   FallsSilent source(10, ledger);
-  Work work(source);
-  std::atomic<bool> waited{false};
-  work.stages->serveSubscribers = [&](int fd, std::chrono::milliseconds timeout) {
-    pollfd item{fd, POLLIN, 0};
-    const bool timedOut = poll(&item, 1, static_cast<int>(timeout.count())) == 0;
-    if (timedOut && timeout > 0ms && work.published.size() == 10) waited = true;
-  };
+  struct Waiting final : Work {
+    void serveSubscribers(int fd, std::chrono::milliseconds timeout) override {
+      pollfd item{fd, POLLIN, 0};
+      const bool timedOut = poll(&item, 1, static_cast<int>(timeout.count())) == 0;
+      if (timedOut && timeout > 0ms && published.size() == 10) waited = true;
+    }
+    std::atomic<bool> waited{false};
+  } work;
   PipelineOptions options = kSmall;
   options.turn = 1ms;
   options.whenFull = WhenFull::kWait;
-  Pipeline pipeline(*work.stages, options, ledger, work.turns);
+  Pipeline pipeline(source, work, options, ledger, work.turns);
   pipeline.start();
   EXPECT_TRUE(test::eventually([&] {
     std::this_thread::yield();
-    return waited.load();
+    return work.waited.load();
   }));
   pipeline.stop();
 }
@@ -380,17 +372,19 @@ TEST(Pipeline, LetsAHungStageBeSeenByItsTurns) {
     std::atomic<bool> wanted{false};
   } source;
   Ledger ledger;
-  Work work(source);
-  std::atomic<bool> hang{true}, hanging{false};
-  work.stages->solve = [&](const MarkerField&, TractionField&) {
-    hanging = true;
-    while (hang) std::this_thread::yield();
-  };
-  std::atomic<int> controlTurns{0};
-  work.stages->control = [&](auto) { ++controlTurns, std::this_thread::yield(); };
+  struct Hanging final : Work {
+    void solve(const MarkerField& /*markers*/, TractionField& /*field*/) override {
+      hangs = true;
+      while (shallHang) std::this_thread::yield();
+    }
+    void control(std::chrono::milliseconds /*timeout*/) override { ++controlTurns, std::this_thread::yield(); }
+    std::atomic<bool> shallHang{true}, hangs{false};
+    std::atomic<int> controlTurns{0};
+  } work;
   PipelineOptions options = kSmall;
+  options.controls = true;
   options.turn = 1ms;
-  Pipeline pipeline(*work.stages, options, ledger, work.turns);
+  Pipeline pipeline(source, work, options, ledger, work.turns);
   const auto advances = [](const Counter& turns) {
     for (const auto start = turns.get(); turns.get() < start + 2;) std::this_thread::yield();
   };
@@ -400,14 +394,14 @@ TEST(Pipeline, LetsAHungStageBeSeenByItsTurns) {
     advances(*stage);  // also without a frame
   }
   source.wanted = true;
-  while (!hanging) std::this_thread::yield();
+  while (!work.hangs) std::this_thread::yield();
   const auto stuck = turns.solve.get();
   for (auto* stage : {&turns.capture, &turns.track, &turns.publish, &turns.control}) advances(*stage);
   EXPECT_EQ(turns.solve.get(), stuck);
-  hang = false;
+  work.shallHang = false;
   advances(turns.solve);
   pipeline.stop();
-  EXPECT_GT(controlTurns, 0);
+  EXPECT_GT(work.controlTurns, 0);
 }
 
 }  // namespace

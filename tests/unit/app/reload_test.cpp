@@ -8,7 +8,7 @@ namespace tractiond::reload_test {
 namespace {
 
 /// A configuration in force, and a camera that it is given to.
-struct Fixture {
+struct Fixture final : ReloadedCamera {
   Fixture() { inForce.camera.gain = 1.0; }
   ~Fixture() { spdlog::set_level(spdlog::level::info); }
 
@@ -17,10 +17,12 @@ struct Fixture {
   }
 
   Config inForce;
-  bool hasRefused = false;
+  bool hasRefused() const override { return refuses; }
+  void reopen() override { ++opened; }
+
+  bool refuses = false;
   int opened = 0;
-  Reloader reloader{
-      inForce, {}, {.cameraHasRefused = [this] { return hasRefused; }, .reopenCamera = [this] { ++opened; }}};
+  Reloader reloader{inForce, {}, *this};
 };
 
 TEST(Reload, TakesWhatTheCameraAndTheLogMayTake) {
@@ -60,7 +62,7 @@ TEST(Reload, TakesNothingWithAnotherGel) {
 
 TEST(Reload, TriesOnceMoreWhatTheCameraRefused) {
   Fixture fixture;
-  fixture.hasRefused = true;
+  fixture.refuses = true;
   EXPECT_EQ(fixture.apply(fixture.inForce).value().size(), 1U);
   EXPECT_EQ(fixture.opened, 1);
 }
