@@ -6,11 +6,11 @@ Each is one between the parts and the world: the simulation (docs/decisions/0034
 import collections
 
 GATE, CAMERA, KEEPER = "daemon/capture/frame_gate.cpp", "daemon/capture/camera.cpp", "daemon/capture/keeper.cpp"
-ZERO, WRITER = "daemon/zero/zero_procedure.cpp", "daemon/zero/zero_writer.cpp"
-STORE = "daemon/zero/zero_store.cpp"
-PUBLISHER, CONTROL = "daemon/publish/publisher.cpp", "daemon/publish/control.cpp"
-SERVICE, RELOAD = "base/service/service_loop.cpp", "daemon/reload.cpp"
-CALIBRATION, STEPS = "daemon/calibrate/calibration.cpp", "daemon/calibrate/step_runner.cpp"
+ZERO, WRITER = "daemon/control/zero_procedure.cpp", "daemon/control/zero_writer.cpp"
+STORE = "daemon/control/zero_store.cpp"
+PUBLISHER, CONTROL = "daemon/publish/publisher.cpp", "daemon/control/control_server.cpp"
+SERVICE, RELOAD = "base/service/service_loop.cpp", "daemon/app/reload.cpp"
+CALIBRATION, STEPS = "daemon/calibrate/calibration.cpp", "daemon/control/step_runner.cpp"
 
 # Edits: file, text that stands there once, what it becomes.
 Fault = collections.namedtuple("Fault", "name commit what edits")
@@ -37,7 +37,7 @@ FAULTS = [Fault(*one) for one in [
          "if (former_ && problem.exitCode == EX_OK) {"),
     ]),
     ("half-reload", "56a99ad", "what is new in a configuration is taken beside a key that needs a restart", [
-        (RELOAD, "  if (!bound.empty()) {\n", "  if (!bound.empty() && ofCamera) inForce_.camera = read.config.camera, links_.reopenCamera();\n"
+        (RELOAD, "  if (!bound.empty()) {\n", "  if (!bound.empty() && ofCamera) inForce_.camera = read.config.camera, camera_.reopen();\n"
          "  if (!bound.empty()) spdlog::set_level(spdlog::level::from_str(read.config.logLevel));\n"
          "  if (!bound.empty()) {\n"),
     ]),
@@ -70,13 +70,13 @@ FAULTS = [Fault(*one) for one in [
     ("answered-twice", "f602e20", "a step of a calibration answers an undo that is being written", [
         (ZERO, "if (!std::holds_alternative<Taking>(state_)) return;  // the end of the write is the answer",
          "if (std::holds_alternative<Idle>(state_)) return;\n"
-         "  if (std::holds_alternative<Keeping>(state_)) return links_.answer(tl::unexpected(reason), {});"),
+         "  if (std::holds_alternative<Keeping>(state_)) return parts_.replies.answerZero(tl::unexpected(reason), {});"),
     ]),
     ("judged-late", "490b865", "a zero is judged when it has been written", [
-        (ZERO, ".report = links_.compare(*before_)", ".report = GelReport()"),
-        (ZERO, "const GelReport report = links_.compare(taken_);",
-         "const GelReport report = zero_ ? GelReport() : links_.compare(taken_);"),
-        (ZERO, "putInForce(kept.zero, kept.report);", "putInForce(kept.zero, links_.compare(kept.zero));"),
+        (ZERO, ".report = parts_.gel.compare(*before_)", ".report = GelReport()"),
+        (ZERO, "const GelReport report = parts_.gel.compare(taken_);",
+         "const GelReport report = zero_ ? GelReport() : parts_.gel.compare(taken_);"),
+        (ZERO, "putInForce(kept.zero, kept.report);", "putInForce(kept.zero, parts_.gel.compare(kept.zero));"),
     ]),
     ("written-once", "86d8f71", "a zero in force that could not be written is not written later", [
         (WRITER, "if (!written) dueAt_ns_ = clock_() + kTryAgain_ns;", "if (!written && kTryAgain_ns < 0) dueAt_ns_ = clock_();"),
@@ -88,7 +88,7 @@ FAULTS = [Fault(*one) for one in [
          'synchroniseNames(path.has_parent_path() ? path.parent_path() : std::filesystem::path("."));\n  return {};'),
     ]),
     ("late-answer", "86d8f71", "a zero that waited for an earlier write has a minute of its own", [
-        (ZERO, "std::min(clock_(), taking->until_ns) + kKeptWithin_ns;", "clock_() + kKeptWithin_ns;"),
+        (ZERO, "std::min(options_.clock(), taking->until_ns) + kKeptWithin_ns;", "options_.clock() + kKeptWithin_ns;"),
     ]),
     ("undo-of-itself", "d272933", "after a loss of power between the two files an undo restores the zero in force", [
         (STORE, "if (earlier && *earlier && restored && (*earlier)->id == restored->id) return std::nullopt;",
@@ -98,11 +98,11 @@ FAULTS = [Fault(*one) for one in [
         (STORE, "if (restored.zero) restored.unsynchronised = synchroniseNames(stateDirectory);", ""),
     ]),
     ("refused-zero-comes", "3fa57ca", "a zero that was refused because no frames came is taken when they do", [
-        (ZERO, "if (links_.cancel() || links_.state() != track::ZeroState::kTaken) answer(tl::unexpected(reason));",
+        (ZERO, "if (parts_.tracker.cancelZero() || parts_.tracker.zeroState() != track::ZeroState::kTaken)\n    answer(tl::unexpected(reason));",
          "answer(tl::unexpected(reason));"),
         (ZERO, "if (zero_ && !(taking && taken_.requested)) return handOver();", "if (zero_ && !taken_.requested) return handOver();"),
-        (ZERO, "std::min(clock_(), taking->until_ns) + kKeptWithin_ns;",
-         "(taking ? std::min(clock_(), taking->until_ns) : clock_()) + kKeptWithin_ns;"),
+        (ZERO, "std::min(options_.clock(), taking->until_ns) + kKeptWithin_ns;",
+         "(taking ? std::min(options_.clock(), taking->until_ns) : options_.clock()) + kKeptWithin_ns;"),
     ]),
     ("endless-step", "3fa57ca", "a step of a calibration that sees too few markers does not end", [
         (CALIBRATION, "if (!result) result = overdue(field);", ""),
@@ -111,10 +111,10 @@ FAULTS = [Fault(*one) for one in [
         (ZERO, "if (zero_ && !touch.empty() && !request_.anyway)", "if (zero_ && !touch.empty() && false)"),
     ]),
     ("step-waits", "531954f", "the control thread waits for the file of a calibration", [
-        (STEPS, "  work_ = {.done = links_.start(std::move(work)), .until_ns = links_.clock() + kWorkWithin_ns};",
+        (STEPS, "  work_ = {.done = parts_.host.start(std::move(work)), .until_ns = options_.clock() + kWorkWithin_ns};",
          "  std::promise<std::optional<Result>> done;\n"
          "  done.set_value(work());\n"
-         "  work_ = {.done = done.get_future(), .until_ns = links_.clock() + kWorkWithin_ns};"),
+         "  work_ = {.done = done.get_future(), .until_ns = options_.clock() + kWorkWithin_ns};"),
     ]),
     ("passed-on", "8964da1", "a request that is passed on is not answered through who passed it on", [
         (CONTROL, "if (!route.beyond.empty()) put(*beyond, ZMQ_SNDMORE);", ""),
@@ -123,7 +123,7 @@ FAULTS = [Fault(*one) for one in [
         ("gateway/relay.cpp", "    subscribeAgain(now);\n", ""),
     ]),
     ("short-links", "795f824", "links are too short for a stall of 80 ms", [
-        ("daemon/pipeline.h", "Link<Frame, kSlots> frames_;", "Link<Frame, 4> frames_;"),
-        ("daemon/pipeline.h", "Link<TractionField, kSlots> fields_;", "Link<TractionField, 4> fields_;"),
+        ("daemon/app/pipeline.h", "Link<Frame, kSlots> frames_;", "Link<Frame, 4> frames_;"),
+        ("daemon/app/pipeline.h", "Link<TractionField, kSlots> fields_;", "Link<TractionField, 4> fields_;"),
     ]),
 ]]
