@@ -66,8 +66,7 @@ const Bus::Connection* Bus::find(int id) const {
   return one == connections_.end() ? nullptr : &one->second;
 }
 
-int Bus::connect(int port, Peer& peer, const std::string& address, std::int64_t reads_bytesPerMs,
-                 const Credentials& credentials) {
+int Bus::connect(int port, Peer& peer, const std::string& address, std::int64_t reads_bytesPerMs) {
   const auto listens = std::ranges::find_if(sockets_, [port](const auto& one) { return one->port == port; });
   if (listens == sockets_.end()) return -1;
   Socket& socket = **listens;
@@ -80,14 +79,21 @@ int Bus::connect(int port, Peer& peer, const std::string& address, std::int64_t 
                                                 .id = id})
                         .first->second;
   if (reads_bytesPerMs > 0) slow_.insert(id);
-  greet(one, credentials);
+  socket.connections.push_back(&one);
+  if (socket.type == ZMQ_ROUTER) {
+    const auto number = static_cast<std::uint32_t>(++socket.routesSoFar);
+    one.route.resize(5);
+    for (std::size_t i = 1; i < 5; ++i) one.route[i] = static_cast<char>(number >> (32 - 8 * i));
+    socket.routes[one.route] = &one;
+    one.inbox = std::make_shared<Inbox>();
+    socket.inboxes.push_back(one.inbox);
+  }
   return id;
 }
 
 void Bus::send(int id, std::span<const std::string> parts) {
   Connection* const one = find(id);
   if (one == nullptr || one->hasEnded) return;
-  if (!one->isAdmitted) return (void)one->early.emplace_back(parts.begin(), parts.end());
   const std::int64_t largest = one->socket->largest;
   const bool isTooLarge = largest >= 0 && std::ranges::any_of(parts, [largest](const std::string& part) {
                             return std::cmp_greater(part.size(), largest);
@@ -99,7 +105,7 @@ void Bus::arrive(Connection& one, std::span<const std::string> parts) {
   Socket& socket = *one.socket;
   Message message;
   const auto add = [&](std::string_view bytes, bool more) {
-    message.push_back({std::make_shared<Content>(bytes), more, one.address, one.user});
+    message.push_back({std::make_shared<Content>(bytes), more, one.address});
   };
   if (socket.type == ZMQ_ROUTER) add(one.route, true);
   for (const std::string& part : parts) add(part, &part != &parts.back());
@@ -132,15 +138,14 @@ void Bus::cancel(Socket& socket, const std::string& topic) {
 void Bus::end(Connection& one) {
   if (std::exchange(one.hasEnded, true)) return;
   slow_.erase(one.id);
-  Socket* const socket = one.socket;
+  Socket& socket = *one.socket;
   one.queue.clear();
   one.kernel.clear();
   one.kernel_bytes = 0;
-  if (socket == nullptr) return;
-  std::erase(socket->connections, &one);
-  socket->routes.erase(one.route);
+  std::erase(socket.connections, &one);
+  socket.routes.erase(one.route);
   if (one.inbox) one.inbox->hasEnded = true;
-  for (const std::string& topic : one.subscriptions) cancel(*socket, topic);
+  for (const std::string& topic : one.subscriptions) cancel(socket, topic);
 }
 
 void Bus::disconnect(int id) {
@@ -168,7 +173,6 @@ std::size_t Bus::waitingRequests() const {
 }
 
 void Bus::turn() {
-  endHandshakes();
   const std::int64_t passed_ns = now() - std::exchange(turned_ns_, now());
   if (passed_ns == 0) return;
   for (const int id : slow_) read(*find(id), passed_ns);
@@ -221,8 +225,6 @@ void Bus::offer(Connection& one, const Message& message, std::uint64_t number) {
 
 void Bus::dispatch(Socket& socket, Message message) {
   const std::uint64_t number = ++messages_;
-  if (socket.type == ZMQ_REP) return settleHandshake(message);
-  if (socket.type == ZMQ_DEALER) return passOn(socket, message);
   if (socket.type == ZMQ_ROUTER) {
     const auto route = socket.routes.find(std::string(message[0].content->view()));
     if (route == socket.routes.end()) return;

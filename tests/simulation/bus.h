@@ -1,5 +1,5 @@
-// Simulates what libzmq does between the sockets of a program, daemon or gateway, and its peers: queues with limits,
-// subscriptions, the order of requests, handshakes, connections that end. zmq.cpp defines the program's calls of libzmq
+// Simulates what libzmq does between the daemon's sockets and its peers: queues with limits, subscriptions,
+// the order of requests, connections that end. zmq.cpp defines the program's calls of libzmq
 // by it.
 #pragma once
 
@@ -47,7 +47,6 @@ struct Part {
   std::shared_ptr<Content> content;
   bool more = false;                                ///< another part of the message follows
   std::shared_ptr<const std::string> address = {};  ///< of the peer that sent it
-  std::shared_ptr<const std::string> user = {};     ///< name of its key; null: it needed none
 };
 using Message = std::vector<Part>;
 
@@ -58,22 +57,6 @@ class Peer {
   /// Called when it has read a message. Must not call the bus. \param number of the message; all peers that read it
   /// are told the same one
   virtual void heed(std::span<const std::string_view> parts, std::uint64_t number) = 0;
-};
-
-/// A program that the simulated one connects to.
-class Server {
- public:
-  virtual ~Server() = default;
-  /// Called with what is sent to it, subscriptions and cancellations among them. Must not call the bus.
-  virtual void heed(const std::string& endpoint, std::span<const std::string_view> parts) = 0;
-  /// Called when the program has closed its socket. Must not call the bus.
-  virtual void lose(const std::string& endpoint) = 0;
-};
-
-/// How a peer shows who it is, where keys are needed.
-struct Credentials {
-  std::string key;        ///< CURVE key, 32 bytes; empty: it knows of none
-  bool isSilent = false;  ///< it connects, and says nothing
 };
 
 /// Bytes per millisecond that a peer reads.
@@ -88,16 +71,13 @@ class Bus {
 
   /// Connects to a port. Returns the number of the connection, which no other one gets; -1 if nobody listens. \param
   /// peer must outlive the connection \param address as ZeroMQ tells it
-  int connect(int port, Peer& peer, const std::string& address, std::int64_t reads_bytesPerMs,
-              const Credentials& credentials = {});
+  int connect(int port, Peer& peer, const std::string& address, std::int64_t reads_bytesPerMs);
   /// Sends a message of some parts. No effect if the connection has ended.
   void send(int id, std::span<const std::string> parts);
   /// Ends a connection, as its peer wants.
   void disconnect(int id);
   /// Returns whether the daemon has ended the connection. It must be given up by disconnect() all the same.
   bool hasEnded(int id) const;
-  /// Returns whether the connection's handshake is over: what is sent before waits for that.
-  bool isAdmitted(int id) const;
   /// Lets slow peers read for the time that has passed.
   void turn();
   /// Returns whether a subscription or cancellation waits to be noticed by the daemon.
@@ -107,14 +87,6 @@ class Bus {
   /// Returns whether any socket of the program can receive.
   bool isReadable() const;
 
-  // For servers.
-
-  /// Lets a server listen at an endpoint (ipc://PATH), and tells it the subscriptions there. It must outlive that.
-  void listen(const std::string& endpoint, Server& server);
-  void stopListening(const std::string& endpoint);
-  /// Sends a message to the sockets that are connected there and want it.
-  void sendFrom(const std::string& endpoint, std::span<const std::string> parts);
-
   // For the calls of libzmq. They return what those return.
 
   struct Socket;
@@ -123,9 +95,6 @@ class Bus {
   int set(Socket& socket, int option, const void* value, std::size_t size);
   int get(const Socket& socket, int option, void* value, std::size_t* size) const;
   int bind(Socket& socket, const std::string& endpoint);
-  int connect(Socket& socket, const std::string& endpoint);
-  /// Returns whether a message can be queued, which a DEALER without a server cannot.
-  bool canSend(const Socket& socket) const;
   void send(Socket& socket, Part part);
   bool receive(Socket& socket, Part& part);
   bool canReceive(const Socket& socket) const;
@@ -143,13 +112,6 @@ class Bus {
   void arrive(Connection& connection, std::span<const std::string> parts);
   void end(Connection& connection);
   static void cancel(Socket& socket, const std::string& topic);
-  // bus_handshakes.cpp
-  void greet(Connection& connection, const Credentials& credentials);
-  void admit(Connection& connection);
-  void settleHandshake(const Message& answer);
-  void endHandshakes();
-  void subscribe(Socket& socket, std::string_view topic, bool wants);
-  void passOn(const Socket& socket, const Message& message);
 
   void dispatch(Socket& socket, Message message);
   void offer(Connection& connection, const Message& message, std::uint64_t number);
@@ -162,12 +124,6 @@ class Bus {
   std::uint64_t messages_ = 0;
   std::int64_t turned_ns_;
   std::vector<std::unique_ptr<Socket>> sockets_;
-  struct Handshake {
-    int id;
-    std::int64_t until_ns;
-  };
-  std::vector<Handshake> handshakes_;       ///< that are not over
-  std::map<std::string, Server*> servers_;  ///< by endpoint
 };
 
 /// Returns the pointer to the bus that the daemon's sockets are on, which may be set. The bus must outlive the daemon.

@@ -17,12 +17,6 @@ Bus::Socket* Bus::open(int type) {
 
 void Bus::close(Socket* socket) {
   while (!socket->connections.empty()) end(*socket->connections[0]);
-  for (auto& [id, one] : connections_) {
-    if (one.socket != socket) continue;
-    end(one);  // its handshake was not over
-    one.socket = nullptr;
-  }
-  if (const auto server = servers_.find(socket->server); server != servers_.end()) server->second->lose(socket->server);
   std::erase_if(sockets_, [socket](const auto& one) { return one.get() == socket; });
 }
 
@@ -39,10 +33,6 @@ int Bus::set(Socket& socket, int option, const void* value, std::size_t size) {
   if (option == ZMQ_MAXMSGSIZE) socket.largest = number;
   if (option == ZMQ_CONFLATE) socket.conflates = number != 0;
   if (option == ZMQ_XPUB_VERBOSE) socket.isVerbose = number != 0;
-  if (option == ZMQ_CURVE_SERVER) socket.needsKey = number != 0;
-  const std::string_view text(static_cast<const char*>(value), size);
-  if (option == ZMQ_ZAP_DOMAIN) socket.domain = text;
-  if (option == ZMQ_SUBSCRIBE || option == ZMQ_UNSUBSCRIBE) subscribe(socket, text, option == ZMQ_SUBSCRIBE);
   return 0;
 }
 
@@ -63,7 +53,6 @@ int Bus::get(const Socket& socket, int option, void* value, std::size_t* size) c
 
 int Bus::bind(Socket& socket, const std::string& endpoint) {
   socket.endpoint = endpoint;
-  if (endpoint.starts_with("inproc://")) return 0;
   socket.port = std::stoi(endpoint.substr(endpoint.rfind(':') + 1));
   return 0;
 }
@@ -74,7 +63,7 @@ void Bus::send(Socket& socket, Part part) {
 }
 
 bool Bus::canReceive(const Socket& socket) const {
-  return !socket.incoming.empty() || !socket.subscriptions.empty() || !socket.received.empty() ||
+  return !socket.incoming.empty() || !socket.subscriptions.empty() ||
          std::ranges::any_of(socket.inboxes, [](const auto& inbox) { return !inbox->messages.empty(); });
 }
 
@@ -86,10 +75,7 @@ bool Bus::isReadable() const {
 bool Bus::receive(Socket& socket, Part& part) {
   if (socket.incoming.empty()) {
     Message message;
-    if (!socket.received.empty()) {
-      message = std::move(socket.received.front());
-      socket.received.pop_front();
-    } else if (!socket.subscriptions.empty()) {
+    if (!socket.subscriptions.empty()) {
       message = std::move(socket.subscriptions.front());
       socket.subscriptions.pop_front();
     }

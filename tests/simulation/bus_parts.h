@@ -12,11 +12,6 @@ struct Bus::Socket {
   std::size_t highWaterMark = 1000;
   bool conflates = false;
   bool isVerbose = false;          ///< each subscription is told, not only the first one of its topic
-  bool needsKey = false;           ///< it is a CURVE server
-  std::string domain;              ///< of its handshakes
-  std::string server;              ///< endpoint that it is connected to
-  std::vector<std::string> wants;  ///< subscriptions of a SUB
-  std::deque<Message> received;    ///< from the server, or of handshakes
   std::vector<Connection*> connections;
   Message outgoing;                            ///< parts of a message that is not complete
   std::deque<Part> incoming;                   ///< parts of the message that is being received
@@ -32,9 +27,7 @@ struct Bus::Connection {
   std::shared_ptr<const std::string> address;
   std::int64_t reads_bytesPerMs;
   int id;
-  bool hasEnded = false, isAdmitted = false;
-  std::shared_ptr<const std::string> user = {};
-  std::vector<std::vector<std::string>> early = {};  ///< what the peer sent before it was admitted
+  bool hasEnded = false;
   std::string route = {};
   std::shared_ptr<Inbox> inbox = {};
   std::vector<std::string> subscriptions = {};

@@ -60,8 +60,8 @@ int runStory(const std::string& path, bool showsLog) {
   return 0;
 }
 
-/// Ends after so many simulated hours, or minutes of real time. \param ofGateway runs stories of a gateway alone
-int runSeeds(std::uint64_t seed, std::uint64_t hours, std::uint64_t minutes, bool ofGateway, bool showsLog) {
+/// Ends after so many simulated hours, or minutes of real time.
+int runSeeds(std::uint64_t seed, std::uint64_t hours, std::uint64_t minutes, bool showsLog) {
   Simulation simulation;
   const auto end_ms = static_cast<std::int64_t>(hours) * 3'600'000;
   const double begin_s = seconds(), end_s = begin_s + 60.0 * static_cast<double>(minutes);
@@ -69,7 +69,7 @@ int runSeeds(std::uint64_t seed, std::uint64_t hours, std::uint64_t minutes, boo
   std::int64_t done_ms = 0;
   std::uint64_t fields = 0, zeros = 0, undone = 0, restarts = 0, delivered = 0;
   for (bool isLast = false; !isLast; ++seed) {
-    const Story story = ofGateway ? draw(World::kGateway, seed, kStory_ms) : draw(seed, kStory_ms);
+    const Story story = draw(seed, kStory_ms);
     const Result result = simulation.run(story, goesOn);
     done_ms += result.reached_ms;
     fields += result.account.fields();
@@ -96,8 +96,8 @@ int runSeeds(std::uint64_t seed, std::uint64_t hours, std::uint64_t minutes, boo
     }
     if (interrupted != 0) {
       tell();
-      std::printf("interrupted %.3f s into the story; to go on: tools/simulate %s--seed %llu\n",
-                  1e-3 * static_cast<double>(result.reached_ms), ofGateway ? "--gateway " : "",
+      std::printf("interrupted %.3f s into the story; to go on: tools/simulate --seed %llu\n",
+                  1e-3 * static_cast<double>(result.reached_ms),
                   static_cast<unsigned long long>(seed));
       return 130;
     }
@@ -115,11 +115,11 @@ int main(int argc, char** argv) {
   constexpr std::uint64_t kMostHours = 1'000'000;
   std::uint64_t seed = 1, hours = 0, minutes = 0;  // 0: not given
   std::string story;
-  bool showsLog = false, ofGateway = false;
+  bool showsLog = false;
   for (int i = 1; i < argc; ++i) {
     const std::string option = argv[i];
-    if (option == "--log" || option == "--gateway") {
-      (option == "--log" ? showsLog : ofGateway) = true;
+    if (option == "--log") {
+      showsLog = true;
       continue;
     }
     const bool known = option == "--seed" || option == "--hours" || option == "--minutes" || option == "--story";
@@ -138,5 +138,5 @@ int main(int argc, char** argv) {
   if (hours == 0) hours = minutes == 0 ? 1 : kMostHours;
   if (minutes == 0) minutes = 60 * kMostHours;
   std::signal(SIGINT, [](int) { interrupted = 1; });
-  return story.empty() ? runSeeds(seed, hours, minutes, ofGateway, showsLog) : runStory(story, showsLog);
+  return story.empty() ? runSeeds(seed, hours, minutes, showsLog) : runStory(story, showsLog);
 }

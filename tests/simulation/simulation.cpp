@@ -1,7 +1,6 @@
 #include "tests/simulation/simulation.h"
 
 #include "tests/simulation/assertion.h"
-#include "tests/simulation/gateway/run.h"
 #include "tests/simulation/run.h"
 #include "tests/simulation/shrink.h"
 
@@ -37,8 +36,7 @@ void breakLaw(Journal& journal, const Broken& broken) {
 }
 
 /// Runs a story to its end, or until it breaks a law.
-template <typename Kind>
-void complete(Kind& run, const std::function<bool()>& goesOn) {
+void complete(Run& run, const std::function<bool()>& goesOn) {
   Journal& journal = run.journal();
   try {
     run.go(goesOn);
@@ -50,8 +48,7 @@ void complete(Kind& run, const std::function<bool()>& goesOn) {
 }
 
 /// Runs a story in a world of its own, which stays in memory if an assertion failed.
-template <typename Kind>
-Result runIn(std::unique_ptr<Kind> run, const std::function<bool()>& goesOn) {
+Result runIn(std::unique_ptr<Run> run, const std::function<bool()>& goesOn) {
   Journal& journal = run->journal();
   const auto before = spdlog::default_logger();
   spdlog::set_default_logger(std::make_shared<spdlog::logger>(
@@ -75,8 +72,7 @@ Simulation::~Simulation() = default;
 Result Simulation::run(const Story& story, const std::function<bool()>& goesOn) {
   clocks() = {1000 * kSecond, 1'700'000'000 * kSecond};
   forgetBackground();
-  return story.world == World::kGateway ? runIn(std::make_unique<GatewayRun>(story), goesOn)
-                                        : runIn(std::make_unique<Run>(*gel_, story), goesOn);
+  return runIn(std::make_unique<Run>(*gel_, story), goesOn);
 }
 
 Story Simulation::shrink(const Story& story, const std::string& law, const std::function<bool()>& goesOn) {

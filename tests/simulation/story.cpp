@@ -16,7 +16,6 @@ struct Sort {
   int weight;               ///< of being drawn
   std::int64_t low, high;   ///< of the amount
   std::int64_t longest_ms;  ///< 0: it is of a moment
-  World world = World::kInstrument;
 };
 constexpr std::array kSorts = {
     Sort{Event::kLoss, "loss", 4, 1, 100, 20'000},
@@ -61,20 +60,6 @@ constexpr std::array kSorts = {
     Sort{Event::kOddRequest, "odd-request", 2, 0, 4, 0},
     Sort{Event::kSnapshot, "snapshot", 2, 0, 0, 0},
     Sort{Event::kPreviews, "previews", 2, 50, 500, 60'000},
-    Sort{Event::kRemoteSubscribers, "remote-subscribers", 3, 1, 100, 20'000, World::kGateway},
-    Sort{Event::kRemoteSlow, "remote-slow", 2, 1, 300, 30'000, World::kGateway},
-    Sort{Event::kRemoteRequests, "remote-requests", 6, 1, 1'500, 5'000, World::kGateway},
-    Sort{Event::kRemoteUnread, "remote-unread", 2, 1, 60, 15'000, World::kGateway},
-    Sort{Event::kRemotePreviews, "remote-previews", 3, 50, 2'000, 20'000, World::kGateway},
-    Sort{Event::kStrangers, "strangers", 5, 1, 20, 10'000, World::kGateway},
-    Sort{Event::kRevoked, "revoked", 5, 0, 3, 20'000, World::kGateway},
-    Sort{Event::kDemoted, "demoted", 4, 0, 3, 20'000, World::kGateway},
-    Sort{Event::kGarbledKey, "garbled-key", 2, 0, 3, 10'000, World::kGateway},
-    Sort{Event::kInstrumentGone, "instrument-gone", 4, 0, 0, 10'000, World::kGateway},
-    Sort{Event::kInstrumentSlow, "instrument-slow", 3, 1, 3'000, 10'000, World::kGateway},
-    Sort{Event::kUnsubscribed, "unsubscribed", 3, 0, 0, 0, World::kGateway},
-    Sort{Event::kRelayStarved, "relay-starved", 3, 0, 0, 2'000, World::kGateway},
-    Sort{Event::kRelayKilled, "relay-killed", 2, 0, 0, 0, World::kGateway},
 };
 static_assert(kSorts.size() == kEvents);
 
@@ -86,39 +71,14 @@ bool isOfPrograms(Event event) {
   return event >= Event::kSubscribers && event <= Event::kUnreadRequests;
 }
 
-/// Draws an event of a world by the weights.
-const Sort& drawSort(World world, Chance& chance) {
+/// Draws an event by the weights.
+const Sort& drawSort(Chance& chance) {
   int weights = 0;
-  for (const Sort& sort : kSorts) weights += sort.world == world ? sort.weight : 0;
+  for (const Sort& sort : kSorts) weights += sort.weight;
   auto drawn = static_cast<int>(chance.below(static_cast<std::uint64_t>(weights)));
   const Sort* sort = kSorts.data();
-  for (; sort->world != world || drawn >= sort->weight; ++sort) drawn -= sort->world == world ? sort->weight : 0;
+  for (; drawn >= sort->weight; ++sort) drawn -= sort->weight;
   return *sort;
-}
-
-Story drawOfGateway(std::uint64_t seed, std::int64_t lasts_ms) {
-  constexpr std::int64_t kMeanPause_ms = 4'000, kCalm_ms = 10'000, kFew = 30;
-  Chance chance(seed ^ 0x6a7e);
-  Story story{World::kGateway, seed, lasts_ms, {}};
-  for (std::int64_t at_ms = chance.between(0, 3000); at_ms < lasts_ms - kCalm_ms;
-       at_ms += chance.oneIn(3) ? chance.between(1, 300) : chance.between(0, 2 * kMeanPause_ms)) {
-    const Sort& sort = drawSort(World::kGateway, chance);
-    const bool isMany =
-        sort.high > kFew && sort.event != Event::kRemotePreviews && sort.event != Event::kInstrumentSlow;
-    Happening one{at_ms, sort.event, chance.between(sort.low, isMany && !chance.oneIn(4) ? kFew : sort.high), 0};
-    if (sort.longest_ms > 0)
-      one.for_ms = chance.between(10, std::min(sort.longest_ms, lasts_ms - kCalm_ms - at_ms + 10));
-    story.happenings.push_back(one);
-    if (sort.event != Event::kRelayStarved || chance.oneIn(2)) continue;
-    // While it stands still peers leave, and others get their descriptors.
-    const std::int64_t half_ms = one.for_ms / 2;
-    story.happenings.push_back({at_ms + chance.between(0, half_ms), Event::kStrangers, chance.between(1, 20),
-                                chance.between(10, 10 + half_ms / 2)});
-    story.happenings.push_back({at_ms + half_ms + chance.between(0, half_ms), Event::kRemoteSubscribers,
-                                chance.between(1, 100), chance.between(10, 5'000)});
-  }
-  std::ranges::stable_sort(story.happenings, {}, &Happening::at_ms);
-  return story;
 }
 
 bool isTime(std::int64_t ms) {
@@ -132,15 +92,17 @@ bool parse(const std::string& text, T& value) {
   return error == std::errc() && rest == text.data() + text.size();
 }
 
-Story drawOfInstrument(std::uint64_t seed, std::int64_t lasts_ms) {
+}  // namespace
+
+Story draw(std::uint64_t seed, std::int64_t lasts_ms) {
   constexpr std::int64_t kMeanPause_ms = 9'000, kCalm_ms = 15'000, kFew = 70;
   Chance chance(seed ^ 0x5eed);
-  Story story{World::kInstrument, seed, lasts_ms, {}};
+  Story story{seed, lasts_ms, {}};
   // Some begin before there is a first zero.
   for (std::int64_t at_ms = chance.oneIn(4) ? chance.between(0, 150) : chance.between(1000, 6000);
        at_ms < lasts_ms - kCalm_ms;
        at_ms += chance.oneIn(3) ? chance.between(1, 300) : chance.between(0, 2 * kMeanPause_ms)) {
-    const Sort* const sort = &drawSort(World::kInstrument, chance);
+    const Sort* const sort = &drawSort(chance);
     std::int64_t high = sort->high;
     if (sort->event == Event::kSlowDisk && !chance.oneIn(4)) high = 6'000;
     if (high > kFew && isOfPrograms(sort->event) && !chance.oneIn(8)) high = kFew;
@@ -189,19 +151,9 @@ Story drawOfInstrument(std::uint64_t seed, std::int64_t lasts_ms) {
   return story;
 }
 
-}  // namespace
-
-Story draw(World world, std::uint64_t seed, std::int64_t lasts_ms) {
-  return world == World::kGateway ? drawOfGateway(seed, lasts_ms) : drawOfInstrument(seed, lasts_ms);
-}
-
-Story draw(std::uint64_t seed, std::int64_t lasts_ms) {
-  return draw(seed % 8 == 5 ? World::kGateway : World::kInstrument, seed, lasts_ms);
-}
-
 std::string toText(const Story& story) {
   std::ostringstream out;
-  out << kTitle << (story.world == World::kGateway ? "\nof a gateway" : "") << "\nseed " << story.seed << "\nlasts "
+  out << kTitle << "\nseed " << story.seed << "\nlasts "
       << story.lasts_ms << " ms\n";
   for (const Happening& one : story.happenings) {
     const Sort& sort = sortOf(one.event);
@@ -235,10 +187,6 @@ tl::expected<Story, std::string> fromText(const std::string& text) {
     std::vector<std::string> word;
     for (std::string one; words >> one;) word.push_back(one);
     if (word.empty() || word[0][0] == '#') continue;
-    if (line == "of a gateway") {
-      story.world = World::kGateway;
-      continue;
-    }
     if (word[0] == "seed") {
       if (word.size() != 2 || !parse(word[1], story.seed)) return wrong("must be 'seed NUMBER'");
       continue;
@@ -253,9 +201,6 @@ tl::expected<Story, std::string> fromText(const std::string& text) {
       return wrong("must be 'TIME ms: EVENT ...'");
     const auto* sort = std::ranges::find_if(kSorts, [&](const Sort& each) { return word[2] == each.name; });
     if (sort == kSorts.end()) return wrong("no event is called '" + word[2] + "'");
-    if (sort->world == World::kInstrument && story.world == World::kGateway)
-      return wrong(word[2] + " does not happen in a story 'of a gateway'");
-    if (sort->world != story.world) return wrong(word[2] + " needs the line 'of a gateway' before it");
     one.event = sort->event;
     const std::size_t amounts = sort->low != sort->high ? 1 : 0, times = sort->longest_ms > 0 ? 3 : 0;
     if (word.size() != 3 + amounts + times) return wrong(word[2] + " has too many or too few words");

@@ -1,4 +1,4 @@
-// A story: the events that happen to an instrument, or to a gateway, in one run, also as a readable text.
+// A story: the events that happen to an instrument in one run, also as a readable text.
 #pragma once
 
 #include "tests/simulation/world.h"
@@ -58,27 +58,9 @@ enum class Event {
   kOddRequest,       ///< one sends what is no request, or not of the usual form, as Clients::askOddly() says
   kSnapshot,         ///< a picture is asked for
   kPreviews,         ///< one wants previews for a while, and changes its mind every so many ms
-  // Those of a gateway's world, each for a while. A number from 0 to 3 is that of a key (gateway/keys.h).
-  kRemoteSubscribers,  ///< so many subscribe, and read at once
-  kRemoteSlow,         ///< one subscribes, and reads so many bytes each ms
-  kRemoteRequests,     ///< one sends so many requests at once
-  kRemoteUnread,       ///< the same, and reads no answer
-  kRemotePreviews,     ///< one wants previews, and says so again, or no longer, every so many ms
-  kStrangers,          ///< so many clients try to connect without a key that allows it
-  kRevoked,            ///< a key is removed
-  kDemoted,            ///< a key may only read
-  kGarbledKey,         ///< a key's file is invalid
-  kInstrumentGone,     ///< the instrument does not run
-  kInstrumentSlow,     ///< it answers after so many ms
-  kUnsubscribed,       ///< it loses the gateway's subscription to latest
-  kRelayStarved,       ///< the gateway gets no processor time
-  kRelayKilled,        ///< the gateway is killed, and started again
 };
 
-inline constexpr std::size_t kEvents = 56;
-
-/// What a story happens to.
-enum class World { kInstrument, kGateway };
+inline constexpr std::size_t kEvents = 42;
 
 struct Happening {
   std::int64_t at_ms = 0;
@@ -88,15 +70,12 @@ struct Happening {
 };
 
 struct Story {
-  World world = World::kInstrument;
   std::uint64_t seed = 0;  ///< of noise, of delays, of what a loss of power leaves
   std::int64_t lasts_ms = 0;
   std::vector<Happening> happenings;  ///< in the order of their times
 };
 
 /// Draws a story at random; the same arguments give the same story.
-Story draw(World world, std::uint64_t seed, std::int64_t lasts_ms);
-/// Draws a story of a gateway for one seed in eight, of an instrument for all others.
 Story draw(std::uint64_t seed, std::int64_t lasts_ms);
 
 /// Returns the story as text, which fromText() reads.

@@ -1,4 +1,4 @@
-// Defines the calls of libzmq that daemon and gateway make by the simulated bus. What they do is that of libzmq 4.3.
+// Defines the calls of libzmq that the daemon makes by the simulated bus. What they do is that of libzmq 4.3.
 #include "tests/simulation/bus.h"
 
 #include <zmq.h>
@@ -68,10 +68,6 @@ int zmq_bind(void* socket, const char* endpoint) {
   return bus()->bind(socketOf(socket), endpoint);
 }
 
-int zmq_connect(void* socket, const char* endpoint) {
-  return bus()->connect(socketOf(socket), endpoint);
-}
-
 int zmq_msg_init(zmq_msg_t* message) {
   new (message) Part;
   return 0;
@@ -111,13 +107,11 @@ int zmq_msg_get(const zmq_msg_t* message, int property) {
   return property == ZMQ_MORE ? zmq_msg_more(message) : fail(EINVAL);
 }
 const char* zmq_msg_gets(const zmq_msg_t* message, const char* property) {
-  const Part& part = partOf(message);
-  const auto& text = std::string_view(property) == "User-Id" ? part.user : part.address;
-  return text ? text->c_str() : nullptr;
+  const auto& address = partOf(message).address;
+  return address && std::string_view(property) == "Peer-Address" ? address->c_str() : nullptr;
 }
 
 int zmq_msg_send(zmq_msg_t* message, void* socket, int flags) {
-  if (!bus()->canSend(socketOf(socket))) return fail(EAGAIN);
   const auto size = static_cast<int>(zmq_msg_size(message));
   Part part = std::exchange(partOf(message), {});
   if (!part.content) part.content = std::make_shared<Content>(std::size_t{0});

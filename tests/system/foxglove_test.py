@@ -17,7 +17,7 @@ import browser
 import rig
 import seed
 from deadline import HUNG_S
-from rig import BIN, PATIENCE
+from rig import PATIENCE
 from websocket import BINARY, PONG, TEXT, RawWebSocket
 
 CLIENT = pathlib.Path(os.environ.get("TRACTION_FOXGLOVE", rig.BUILD / "tests" / "system" / "foxglove"))
@@ -142,36 +142,19 @@ class Foxglove(browser.TestCase):
         while max(published, default=0) < sequences[-1]:
             for field in direct.collect(1):
                 published[field.header.sequence] = field
-        grid = description["nodes"]
-        row, column = np.divmod(np.arange(grid["rows"] * grid["columns"]), grid["columns"])
-        nodes = np.stack([grid["centre_m"]["x"] + grid["pitch_m"] * (column - (grid["columns"] - 1) / 2),
-                          grid["centre_m"]["y"] + grid["pitch_m"] * (row - (grid["rows"] - 1) / 2), 0 * row], 1)
-        arrows = compared = 0
+        compared = 0
         for (topic, time_ns), field in told.items():
             if topic != FIELD:
                 continue
             of_direct = published[int(field["header"]["sequence"])]
             self.assertEqual(field["force_N"], list(of_direct.force_N))
             self.assertEqual([field["resultant_N"][axis] for axis in "xyz"], list(rig.vector(of_direct.resultant_N)))
-            if (SCENE, time_ns) not in told:
-                continue
-            compared += 1
-            force = np.reshape(of_direct.force_N, (-1, 3)).astype(float)
-            entities = {entity["id"]: entity for entity in told[SCENE, time_ns]["entities"]}
-            self.assertEqual(entities["forces"]["frame_id"], "default")
-            shown = np.flatnonzero(np.linalg.norm(force, axis=1) > 1e-9)
-            self.assertEqual(len(entities["forces"]["arrows"]), len(shown))
-            for node, arrow in zip(shown, entities["forces"]["arrows"]):
-                tail, turn = ([arrow["pose"][part][axis] for axis in axes] for part, axes in (("position", "xyz"), ("orientation", "xyzw")))
-                length = arrow["shaft_length"] + arrow["head_length"]
-                x, axis, w = np.array([1.0, 0, 0]), np.array(turn[:3]), turn[3]
-                along = length * (x + 2 * w * np.cross(axis, x) + 2 * np.cross(axis, np.cross(axis, x)))
-                np.testing.assert_allclose(along, 0.02 * force[node], atol=1e-9)
-                np.testing.assert_allclose(tail + along, nodes[node], atol=1e-9)
-                arrows += 1
-        print(f"\n  {len(fields)} fields, {arrows} arrows of {compared} scenes compared", end=" ", flush=True)
+            if (SCENE, time_ns) in told:  # recording_test compares the drawings themselves
+                entities = {entity["id"]: entity for entity in told[SCENE, time_ns]["entities"]}
+                force = np.reshape(of_direct.force_N, (-1, 3)).astype(float)
+                self.assertEqual(len(entities["forces"]["arrows"]), np.count_nonzero(np.linalg.norm(force, axis=1) > 1e-9))
+                compared += 1
         self.assertGreater(compared, 10)
-        self.assertGreater(arrows, 4 * compared)
 
         client.ask(unsubscribe=FIELD)
         client.ask(send='{"op": "none"}')  # its answer comes behind the last field
@@ -249,38 +232,6 @@ class Foxglove(browser.TestCase):
         client.ask(subscribe=FIELD)
         client.message(FIELD)
 
-    def test_pages_of_other_origins_other_names_and_other_protocols_are_refused(self):
-        view = self.serve(None, "--foxglove-origin", "http://localhost:8080", "--name", "box.example.org")
-        port = view.foxglove_port
-        for origin in (None, "https://app.foxglove.dev", "https://lichtblick-suite.github.io", "file://", "http://localhost:8080"):
-            self.assertEqual(self.raw(view, origin=origin).status, 101, origin)
-        for origin in ("http://example.org", "null", f"http://127.0.0.1:{port}", "http://localhost:8081", "https://app.foxglove.dev.example.org"):
-            self.assertEqual(self.raw(view, origin=origin).status, 403, origin)
-        self.assertIn("--foxglove-origin http://example.org", view.wait_for("refused a Foxglove connection"))
-        for host in ("localhost", f"box.example.org:{port}", f"[::1]:{port}"):
-            self.assertEqual(self.raw(view, host=host).status, 101, host)
-        for host in ("example.org", "localhost.example.org", "127.0.0.1.example.org"):
-            self.assertEqual(self.raw(view, host=host).status, 421, host)
-        for subprotocol in (None, "foxglove.websocket.v2", "mqtt"):
-            self.assertEqual(self.raw(view, subprotocol=subprotocol).status, 400, subprotocol)
-        with socket.create_connection(("127.0.0.1", port), timeout=HUNG_S * PATIENCE) as plain:
-            plain.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
-            self.assertTrue(plain.recv(4096).startswith(b"HTTP/1.1 426 "))
-
-    def test_it_listens_beyond_the_loopback_only_with_insecure_and_names_a_port_in_use(self):
-        for address in ("0.0.0.0:0", "[::]:0", "192.0.2.1"):
-            process = self.rig.start(BIN / "traction-view", "--listen", "0", "--foxglove", address)
-            self.assertEqual(process.join(), os.EX_USAGE)
-            self.assertRegex(process.output(), "--foxglove: .*--insecure")
-        view = self.serve(None)
-        for address, code, words in ((f"127.0.0.1:{view.foxglove_port}", os.EX_UNAVAILABLE, "another port with --foxglove"),
-                                     ("127.0.0.1:x", os.EX_USAGE, "is not ADDRESS:PORT")):
-            process = self.rig.start(BIN / "traction-view", "--listen", "0", "--foxglove", address)
-            self.assertEqual(process.join(), code)
-            self.assertIn(words, process.output())
-        default = self.view(None, "--foxglove")
-        self.assertTrue(default.wait_for("ws://").endswith("ws://127.0.0.1:8765"))
-
     def test_malformed_messages_get_a_status_or_a_close_and_harm_no_other_client(self):
         self.rig.twin("idle", truth=False)
         view = self.serve(self.rig.daemon())
@@ -343,21 +294,6 @@ class Foxglove(browser.TestCase):
             received += len(payload)
             if (sequence := self.sequence_of(payload)) is not None:
                 yield sequence, received
-
-    def test_a_client_that_stops_reading_delays_no_other_and_goes_on_with_the_newest(self):
-        slow, witness = self.two_readers(receive_buffer=32 * 1024)
-        last, bytes_meanwhile = 0, 0
-        of_witness = self.fields(witness)
-        while bytes_meanwhile < 4 * (WINDOW + SENDING):  # more than the server lets lie on the way to a client
-            last, bytes_meanwhile = next(of_witness)
-        largest, previous, received_before = 0, None, 0
-        for sequence, received in self.fields(slow):
-            if previous is not None and sequence > previous + 1 and sequence >= last:
-                break
-            largest, previous, received_before = max(largest, received - received_before), sequence, received
-            self.assertLess(received, WINDOW + SENDING + 2 * largest)
-        print(f"\n  {received_before / 1024:.0f} KiB were on the way; {sequence - previous - 1} fields were passed over", end=" ", flush=True)
-        self.assertGreaterEqual(sequence, last)
 
     def test_a_client_that_confirms_nothing_is_sent_no_more_than_the_window(self):
         """Its kernel and its browser may hold megabytes: what it has read, it says by its answers to pings."""

@@ -215,26 +215,6 @@ class Page(TestCase):
         print(f"\n  {seen['width']} x {seen['height']}, markers stand out by {np.round(seen['contrasts'], 1)} levels", end=" ")
         self.assertGreater(min(map(abs, seen["contrasts"])), 5)
 
-    def test_the_surface_is_deepest_where_it_is_touched(self):
-        self.rig.twin("hold")
-        browser = self.browser(self.view(self.rig.daemon()))
-        browser.wait_for("window.traction?.model?.surface && traction.model.field.resultant_N[2] > 0.5", 120)
-        seen = browser.evaluate("""(() => {
-          const {displacement_mm: moved, positions_mm: at, field, surface, work_ms, rate_hz} = traction.model;
-          let deepest = 0;
-          for (let i = 2; i < moved.length; i += 3) if (moved[i] > moved[deepest + 2]) deepest = i - 2;
-          return {at: [at[deepest], at[deepest + 1]], depth: moved[deepest + 2], contact: field.contacts[0].position_m,
-                  pressed_mm: surface.deepest_mm, work_ms, rate_hz};
-        })()""")
-        drawn = browser.evaluate("traction.model.drawn")
-        time.sleep(3)
-        drawn = (browser.evaluate("traction.model.drawn") - drawn) / 3
-        print(f"\n  pressed in by {seen['depth']:.3f} mm at {seen['at']} mm, the contact is at {1e3 * np.array(seen['contact'])} mm"
-              f"\n  about {drawn:.0f} frames/s are drawn, {seen['work_ms']:.1f} ms of the page's own work each", end=" ")
-        self.assertGreater(seen["depth"], 0)
-        self.assertAlmostEqual(seen["depth"], seen["pressed_mm"], delta=0.15 * seen["depth"])
-        self.assertLess(np.linalg.norm(np.array(seen["at"]) - 1e3 * np.array(seen["contact"])), 4.0)  # two nodes
-
     def test_what_is_recorded_is_shown_again(self):
         """By the buttons, as who looks would do it; each number of a moment is the one that another subscriber has of it."""
         file, _, _ = self.draw_loads()

@@ -5,7 +5,6 @@ import json
 import os
 import pathlib
 import subprocess
-import sys
 import time
 import unittest
 
@@ -26,14 +25,6 @@ def read(*words):
     if done.returncode:
         raise AssertionError(done.stderr[-2000:])
     return [json.loads(line) for line in done.stdout.splitlines()]
-
-
-def read_ros2(path):
-    """What foreign readers of ROS 2's messages tell."""
-    done = subprocess.run(["node", READER / "read_ros2.js", path], capture_output=True, text=True, timeout=300)
-    if done.returncode:
-        raise AssertionError(done.stderr[-2000:])
-    return json.loads(done.stdout)
 
 
 def types_of(channel):
@@ -216,43 +207,6 @@ class Recording(steady.TestCase):
             print(f"{compared} arrows of {fields} fields compared", end=" ", flush=True)
             self.assertGreater(compared, 4 * fields)
             self.assertGreater(pictures, 0)
-
-    def test_what_the_ros2_bridge_writes(self):
-        """Its wrenches are the resultants and moments that another subscriber has of the same frames."""
-        with rig.Rig() as bench:
-            bench.twin("press", truth=False)
-            daemon = bench.daemon('[sensor]\nname = "left-finger"\n')
-            witness = bench.subscribe(daemon)
-            published = witness.collect(1)
-            path = bench.folder / "ros2.mcap"
-            bridge = bench.start(sys.executable, rig.SOURCE / "client/examples/python/ros2_bridge.py", "--output", path,
-                                 "--count", "120", "--stream", daemon.endpoint["stream"],
-                                 env={"PYTHONPATH": str(rig.SOURCE / "client/python")})
-            while bridge.child.poll() is None:
-                published += witness.collect(1)
-            self.assertEqual((bridge.join(), bridge.output()), (0, ""))
-            found = read_ros2(path)
-        self.assertEqual([one["topic"] for one in found["messages"]][:1], ["/tf_static"])
-        told = {}
-        for one in found["messages"]:
-            told.setdefault(one["topic"], {})[int(one["publish_time"])] = one["message"]
-        names = {"/left_finger/wrench", "/left_finger/forces", "/tf_static", "/diagnostics"}
-        self.assertEqual({channel["topic"] for channel in found["channels"]}, names)
-        wrenches, clouds, compared = told["/left_finger/wrench"], told["/left_finger/forces"], 0
-        self.assertEqual((len(wrenches), wrenches.keys()), (120, clouds.keys()))
-        for field in published:
-            header = field.header
-            taken_ns = header.received_real_ns - (header.received_ns - header.captured_ns if header.captured_ns else 0)
-            if taken_ns not in wrenches:  # before the bridge came
-                continue
-            compared += 1
-            self.assertEqual(wrenches[taken_ns]["header"]["frame_id"], "left_finger_gel")
-            for name, vector in (("force", field.resultant_N), ("torque", field.moment_Nm)):
-                self.assertEqual(wrenches[taken_ns]["wrench"][name], {axis: getattr(vector, axis) for axis in "xyz"})
-            points = np.frombuffer(bytes.fromhex(clouds[taken_ns]["data"]), "<f4").reshape(-1, 9)
-            np.testing.assert_array_equal(points[:, 3:6].ravel(), np.float32(field.force_N))
-        print(f"\n  {compared} fields compared", end=" ", flush=True)
-        self.assertGreater(compared, 100)
 
     def test_truth_and_replay(self):
         with rig.Rig() as bench:

@@ -6,10 +6,8 @@ in a network namespace made here.
 
 import os
 import pathlib
-import re
 import signal
 import subprocess
-import sys
 import time
 import unittest
 
@@ -61,13 +59,6 @@ class Demo(unittest.TestCase):
         for name in ("apt-get", "sudo", "cmake", "ninja", "unshare"):
             self.stubs.add(name)
 
-    def test_help_installs_and_builds_nothing(self):
-        self.forbid()
-        code, text = self.stubs.run(DEMO, "--help")
-        self.assertEqual(code, 0, text)
-        self.assertIn("usage: tools/demo", text)
-        self.assertEqual(self.stubs.called(), "")
-
     def test_wrong_words_end_it_at_once(self):
         self.forbid()
         for words, expected in ((["--fast"], 64), (["--seconds", "x"], 64), (["--seconds"], 64), (["--seconds", "-1"], 64),
@@ -117,73 +108,6 @@ class Demo(unittest.TestCase):
     def test_killed_without_warning_it_takes_everything_with_it(self):
         for end in (signal.SIGKILL, signal.SIGTERM, signal.SIGHUP):
             self.begins_a_view_and_gets(end)
-
-    def test_ended_before_a_pipe_was_opened_it_does_not_wait_for_it(self):
-        self.stubs.add("python3", f'sleep 3; exec {sys.executable} "$@"')
-        self.begins_a_view_and_gets(signal.SIGTERM)
-
-    # What it says.
-
-    def test_the_viewers_address_if_there_is_one(self):
-        self.stand_in()
-        _, text = self.demo("--seconds", "1")
-        self.assertNotIn("browser", text)
-        self.stubs.add("traction-view", "echo traction-view: http://127.0.0.1:1234/; exec sleep 1000", self.programs)
-        _, text = self.demo("--seconds", "1")
-        self.assertIn("in a browser on this machine: http://127.0.0.1:1234/", text)
-        self.stubs.add("traction-view", "echo no port is free; exit 69", self.programs)
-        ended, text = self.demo("--seconds", "1")
-        self.assertEqual(ended, 69, text)  # as without one: no field was measured
-        self.assertIn("no field was measured", text)
-
-    def test_says_every_second_what_it_waits_for(self):
-        self.stand_in(twin=READY.format(seconds=6, word="ready"))
-        _, text = self.demo("--seconds", "1")
-        seconds = [int(number) for number in re.findall(r"starting, (\d+) s", text)]
-        self.assertLessEqual(max(b - a for a, b in zip([0, *seconds], seconds)), 2)
-        self.assertGreater(len(seconds), 2)
-
-    def test_where_it_builds_when_the_build_folder_is_not_ours(self):
-        tree = self.stubs.folder / "tree"
-        tree.mkdir()
-        for folder in ("tools", "systemd", "twin"):
-            (tree / folder).symlink_to(TOOLS.parent / folder)
-        if os.getuid() == 0:
-            (tree / "build").mkdir()
-            os.chown(tree / "build", 1, 1)
-        else:
-            (tree / "build").symlink_to("/")
-        cache = self.stubs.folder / "cache"
-        self.stubs.env["XDG_CACHE_HOME"] = str(cache)
-        self.stand_in()
-        _, text = self.stubs.run(*OWN_NETWORK, tree / "tools" / "demo", "--programs", self.programs, "--seconds", "1")
-        self.assertRegex(text, f"belongs to somebody else: building in {cache}/tractiond/")
-
-    # Where no network namespace may be made.
-
-    def run_without_namespaces(self, script, *words, **options):
-        """In a network of its own from the start, with an unshare that refuses from then on."""
-        self.stubs.add("unshare", "echo unshare: Operation not permitted >&2; exit 1")
-        return self.stubs.run("/usr/bin/unshare", *OWN_NETWORK[1:], "sh", "-c",
-                              f'ip link set lo up; {script} exec "$@"', "sh", DEMO, *words, **options)
-
-    def test_without_namespaces_it_takes_the_loopback_that_is_there(self):
-        ended, text = self.run_without_namespaces("", "--programs", BIN, "--seconds", "8", timeout=200)
-        self.assertEqual(ended, 0, text)
-        self.assertIn("using the loopback that is there, 127.0.0.1:3956", text)
-        self.assertIn("Force on the gel", text)
-
-    def test_without_namespaces_a_taken_port_is_said_before_the_build(self):
-        for name in ("apt-get", "cmake", "ninja"):
-            self.stubs.add(name)
-        taken = self.stubs.folder / "taken"
-        take = (f"python3 -c 'import pathlib, socket, time; s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM); "
-                f"s.bind((\"127.0.0.1\", 3956)); pathlib.Path(\"{taken}\").touch(); time.sleep(30)' & "
-                f"until [ -e {taken} ]; do sleep 0.1; done; ")
-        ended, text = self.run_without_namespaces(take, "--seconds", "1")
-        self.assertEqual(ended, 69, text)
-        self.assertIn("3956 is in use", text)
-        self.assertNotRegex(self.stubs.called(), "apt-get|cmake|ninja")
 
     # What it keeps.
 

@@ -15,7 +15,6 @@
 #include <fstream>
 #include <iterator>
 #include <regex>
-#include <set>
 
 namespace tractiond::interleavings_test {
 namespace {
@@ -25,101 +24,6 @@ using explore::Plain;
 using explore::Report;
 using explore::require;
 using explore::Site;
-
-// The model itself, held against what the standard allows of the classic litmus tests.
-using Outcomes = std::set<std::pair<int, int>>;
-constexpr auto kRelaxed = std::memory_order_relaxed, kAcquire = std::memory_order_acquire,
-               kRelease = std::memory_order_release;
-
-class Litmus : public explore::Trial {
- public:
-  void after() override { outcomes.insert({a, b}); }
-  static inline Outcomes outcomes;
-
- protected:
-  Atomic<int> x, y;
-  int a = 0, b = 0;
-};
-
-template <typename T>
-Outcomes outcomesOf() {
-  Litmus::outcomes.clear();
-  EXPECT_EQ(explore::explore<T>().violation, "");
-  return Litmus::outcomes;
-}
-
-template <std::memory_order kStore, std::memory_order kLoad>
-struct MessagePassing : Litmus {
-  void first() override {
-    x.store(1, kRelaxed);
-    y.store(1, kStore);
-  }
-  void second() override {
-    a = y.load(kLoad);
-    b = x.load(kRelaxed);
-  }
-};
-
-struct StoreBuffering : Litmus {
-  void first() override {
-    x.store(1, kRelease);
-    a = y.load(kAcquire);
-  }
-  void second() override {
-    y.store(1, kRelease);
-    b = x.load(kAcquire);
-  }
-};
-
-template <std::memory_order kStore, bool kDependent>
-struct LoadBuffering : Litmus {
-  void first() override {
-    a = x.load(kRelaxed);
-    y.store(kDependent ? a : 1, kStore);
-  }
-  void second() override {
-    b = y.load(kAcquire);
-    x.store(1, kRelaxed);
-  }
-};
-
-struct TwoReads : Litmus {
-  void first() override {
-    x.store(1, kRelaxed);
-    x.store(2, kRelaxed);
-  }
-  void second() override {
-    a = x.load(kRelaxed);
-    b = x.load(kRelaxed);
-  }
-};
-
-// A relaxed read-modify-write of the other thread continues the release sequence.
-struct ReleaseSequence : Litmus {
-  void first() override {
-    x.store(1, kRelaxed);
-    y.store(1, kRelease);
-    for (int seen = 1; !y.compare_exchange_weak(seen, 2, kRelaxed, kRelaxed); seen = 1) {
-    }
-  }
-  void second() override {
-    a = y.load(kAcquire);
-    b = x.load(kRelaxed);
-  }
-};
-
-TEST(Explorer, AllowsWhatTheStandardAllows) {
-  const Outcomes every{{0, 0}, {0, 1}, {1, 0}, {1, 1}}, ordered{{0, 0}, {0, 1}, {1, 1}};
-  EXPECT_EQ((outcomesOf<MessagePassing<kRelease, kAcquire>>()), ordered);
-  EXPECT_EQ((outcomesOf<MessagePassing<kRelaxed, kAcquire>>()), every);
-  EXPECT_EQ((outcomesOf<MessagePassing<kRelease, kRelaxed>>()), every);
-  EXPECT_EQ(outcomesOf<StoreBuffering>(), every);
-  EXPECT_EQ((outcomesOf<LoadBuffering<kRelaxed, false>>()), every);
-  EXPECT_EQ((outcomesOf<LoadBuffering<kRelease, false>>()), (Outcomes{{0, 0}, {0, 1}, {1, 0}}));
-  EXPECT_EQ((outcomesOf<LoadBuffering<kRelaxed, true>>()), (Outcomes{{0, 0}, {1, 0}}));
-  EXPECT_EQ(outcomesOf<TwoReads>(), (Outcomes{{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}));
-  EXPECT_EQ(outcomesOf<ReleaseSequence>(), (Outcomes{{0, 0}, {0, 1}, {1, 1}, {2, 1}}));
-}
 
 struct Item {
   Plain<int> number;

@@ -11,7 +11,6 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
 
 class AravisCameraNames : public AravisCameraTest, public testing::WithParamInterface<const char*> {};
 
@@ -41,11 +40,6 @@ TEST_F(AravisCameraTest, ListsWhatIsThere) {
   EXPECT_EQ(byAddress["127.0.0.2"].protocol, "GigEVision");
 }
 
-TEST_F(AravisCameraTest, ListsAravisOwnTestCameraOnRequestOnly) {
-  EXPECT_THAT(listCameras(), IsEmpty());
-  ASSERT_EQ(listCameras(true).size(), 1U);
-}
-
 TEST_F(AravisCameraTest, TellsTwoCamerasApart) {
   fake();
   const FakeCamera other(FakeCamera::Options{.address = "127.0.0.2", .serial = "GV02"});
@@ -62,20 +56,6 @@ TEST_F(AravisCameraTest, NamesTheCamerasInSightWhenItsOwnIsNot) {
   EXPECT_EQ(error.exitCode, EX_UNAVAILABLE);
   EXPECT_THAT(error.message(), HasSubstr("Nobody-123"));
   EXPECT_THAT(error.message(), HasSubstr("Aravis-Fake-GV01"));
-}
-
-TEST_F(AravisCameraTest, IsUnavailableWhenNoneAnswers) {
-  EXPECT_EQ(openFails().exitCode, EX_UNAVAILABLE);
-}
-
-TEST_F(AravisCameraTest, EndsWhileItWaitsForACamera) {
-  options_.wait = true;
-  ASSERT_NO_FATAL_FAILURE(open());
-  EXPECT_EQ(camera_->state(), CameraState::kWaiting);
-  EXPECT_EQ(camera_->info(), nullptr);
-  Frame one;
-  EXPECT_EQ(camera_->next(one, milliseconds(1)), Next::kTimeout);
-  camera_.reset();
 }
 
 TEST_F(AravisCameraTest, WaitsForACameraThatComesLater) {

@@ -1,4 +1,4 @@
-// Aravis's GigE Vision camera that does not exist, and what an intruder may send in its name.
+// Aravis's GigE Vision camera that does not exist.
 #pragma once
 
 #include <sys/types.h>
@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <vector>
 
 struct _ArvGvFakeCamera;
 
@@ -29,7 +28,6 @@ class FakeCamera {
 
   void write(std::uint32_t address, std::uint32_t value);
   std::uint32_t read(std::uint32_t address) const;
-  void losePackets(double share);
 
  private:
   struct Painter;
@@ -47,23 +45,6 @@ class CameraProcess {
 
  private:
   pid_t child_;
-};
-
-/// Reads a register of the camera at 127.0.0.1 as any client may. Fails the test if it does not answer.
-std::uint32_t readRegister(std::uint32_t address);
-
-/// Sends datagrams to where the camera was told to stream to.
-class Intruder {
- public:
-  explicit Intruder(const FakeCamera& camera);
-  ~Intruder();
-  void send(const std::vector<std::uint8_t>& datagram) const;
-  /// A whole picture, as GigE Vision 1.x sends it.
-  void sendPicture(std::uint16_t id, std::uint64_t device_ns, int width, int height, std::uint32_t format,
-                   const std::vector<std::uint8_t>& data, int packetSize_bytes) const;
-
- private:
-  int socket_;
 };
 
 }  // namespace tractiond::test

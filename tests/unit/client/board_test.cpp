@@ -1,11 +1,9 @@
 #include "client/cli/board.h"
-#include "client/cli/reflection.h"
 #include "client/cli/top.h"
 #include "client/src/printable.h"
-#include "tests/support/recorded.h"
 #include "tests/support/seed.h"
+#include "traction/v1/status.pb.h"
 
-#include <google/protobuf/descriptor.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -289,70 +287,6 @@ TEST(Top, SubscribersAreTheConnectionsToAnEndpoint) {
   EXPECT_FALSE(subscribersOf("tcp://box:9872", folder));
   EXPECT_FALSE(subscribersOf("tcp://127.0.0.1:9872", folder / "nowhere"));
   std::filesystem::remove_all(folder);
-}
-
-TEST(Board, EveryFieldOfTheStatusIsDrawnAsRecorded) {
-  Instrument one;
-  v1::Status& status = one.status;
-  status.mutable_rates()->set_received_hz(60.5);
-  status.mutable_rates()->set_published_hz(59.25);
-  double next_s = 0.25e-3;
-  v1::Latencies& latencies = *status.mutable_latencies();
-  for (v1::Quantiles* stage :
-       {latencies.mutable_track(), latencies.mutable_solve(), latencies.mutable_send(), latencies.mutable_total()}) {
-    stage->set_p50_s(next_s += 1e-3);
-    stage->set_p99_s(next_s += 1e-3);
-    stage->set_max_s(next_s += 1e-3);
-  }
-  v1::CameraLink& link = *status.mutable_camera_link();
-  link.set_packets_resent(31);
-  link.set_packets_missing(32);
-  link.set_packets_refused(33);
-  link.set_ptp("Slave");
-  link.set_temperature(41.5);
-  for (const unsigned found : {575U, 569U}) {
-    v1::LayerStatus& layer = *status.mutable_markers()->add_layers();
-    layer.set_colour(found == 575 ? v1::COLOUR_BLUE : v1::COLOUR_RED);
-    layer.set_expected(found + 1);
-    layer.set_found(found);
-  }
-  status.mutable_markers()->set_remark("a remark");
-  status.mutable_rest_drift()->set_shift_u_px(0.125);
-  status.mutable_rest_drift()->set_shift_v_px(-0.25);
-  status.mutable_rest_drift()->set_age_s(75.0);
-  status.set_memory_bytes(64 << 20);
-  status.set_invalid_why("a reason");
-  v1::Scheduling& scheduling = *status.mutable_scheduling();
-  scheduling.set_asked_priority(20);
-  scheduling.set_asked_cpus("2-3");
-  scheduling.set_asked_lock(true);
-  scheduling.set_locked_bytes(512 << 20);
-  for (const unsigned priority : {20U, 0U}) {
-    v1::ThreadScheduling& thread = *scheduling.add_threads();
-    thread.set_priority(priority);
-    thread.set_cpus(priority == 20 ? "2-3" : "0-3");
-  }
-  /// Sets each number of the ledger to another value, in the order of declaration.
-  const auto count = [&](unsigned step) {
-    const auto copy = reflected(status);
-    const FieldDescriptor* field = statusDescriptor().FindFieldByName("ledger");
-    Reflected& ledger = *copy->GetReflection()->MutableMessage(copy.get(), field);
-    for (int i = 0; i < field->message_type()->field_count(); ++i) {
-      const auto number = static_cast<unsigned>(i);
-      ledger.GetReflection()->SetUInt64(&ledger, field->message_type()->field(i), 100 * (number + 1) + step * number);
-    }
-    status.mutable_ledger()->ParseFromString(ledger.SerializeAsString());
-  };
-  count(0);
-  one.sendStatus();
-  one.now += 2 * kSecond_ns;
-  count(1);
-  one.sendStatus();
-  one.field();
-  std::vector<Watched> many(5, one.watched);
-  const std::string pages = boardText(one.watched, one.now) + "\n" + boardLine(one.watched, one.now) + "\n\n" +
-                            one.page(120, 24) + "\n" + drawBoard(many, 100, 27, one.now).plain();
-  tractiond::test::expectAsRecorded(pages, "tests/golden/status/board.txt");
 }
 
 TEST(Board, WithoutColoursThereAreNone) {

@@ -64,14 +64,6 @@ class Echo(Case):
         self.assertRegex(err, rf"\Atractionctl: .*No space left on device; {len(lines)} messages printed\n\Z")
         self.assertGreater(len(lines), 3)
 
-    def test_file_that_may_not_grow_ends_echo(self):
-        with tempfile.TemporaryFile() as file:
-            limit = "ulimit -f 64; exec \"$@\""
-            child = subprocess.Popen(["sh", "-c", limit, "sh", PROGRAM, "echo", *self.publisher()], stdout=file,
-                                     stderr=subprocess.PIPE, text=True, start_new_session=True)
-            self.addCleanup(self.end, child)
-            self.ends(child, "File too large")
-
     def test_closed_pipe_ends_echo_also_where_nothing_is_published(self):
         draw = seed.chance(self.id())
         with zmq.Context() as context, context.socket(zmq.XPUB) as silent:

@@ -143,13 +143,6 @@ TEST(Picture, ArrowPointsAlongTheForceAtItsNode) {
   }
 }
 
-TEST(Picture, ArrowsStandOutFromTheShades) {
-  EXPECT_TRUE(isLight({110, 210, 255}));  // the strongest pull
-  EXPECT_TRUE(isLight({255, 248, 180}));  // the strongest press
-  EXPECT_FALSE(isLight({22, 24, 36}));    // no force
-  EXPECT_FALSE(isLight({0, 0, 255}));
-}
-
 TEST(Picture, EverySizeIsFilledAndNothingStandsOutside) {
   const Scene scene = sceneOf(fieldOf(3, 4, {0.1F, 0.2F, 3.0F}));
   for (const auto& [width, height] :
@@ -237,31 +230,6 @@ TEST(Stale, ReasonIsTheCamerasOrTheDaemons) {
   EXPECT_NE(later.after(10.0).page().find("tractiond is gone, no field for 16 s"), std::string::npos) << later.page();
 }
 
-TEST(Stale, WithoutAGelThatIsTheReasonAndLastsWithoutACount) {
-  const std::string why = "no gel: nothing is measured; set sensor.gel_file";
-  Scene scene;
-  scene.setConnected(true, kSecond_ns);
-  auto message = std::make_shared<v1::Status>();
-  message->set_camera(v1::CAMERA_STATE_STREAMING);
-  message->mutable_rates()->set_received_hz(30.0);
-  message->mutable_markers()->set_remark(why);
-  Status status{{}, message};
-  status.header.arrived_ns = 2 * kSecond_ns;
-  scene.add(status);
-  const Scene::Trouble trouble = scene.trouble(4 * kSecond_ns);
-  EXPECT_EQ(trouble.what, why);
-  EXPECT_EQ(scene.sentence(trouble), why);
-  message->set_camera(v1::CAMERA_STATE_LOST);
-  scene.add(status);
-  EXPECT_EQ(scene.trouble(4 * kSecond_ns).what, "the camera is lost");
-}
-
-TEST(Stale, StatusOfTheTimeBeforeIsNoReason) {
-  Later later;
-  later.after(0.1).status(v1::CAMERA_STATE_STREAMING, 60.0);
-  EXPECT_EQ(later.after(0.5).what(), "no field comes") << "its rate is of a second in which fields came";
-}
-
 TEST(Stale, NothingOfAnEarlierStartIsShown) {
   Later later;
   later.describe();
@@ -282,32 +250,11 @@ TEST(Stale, NothingOfAnEarlierStartIsShown) {
   EXPECT_EQ(later.line().find("restarted"), std::string::npos) << later.line();
 }
 
-TEST(Stale, DaemonThatNeverSendsIsNotCalledStartingForEver) {
-  Scene scene;
-  scene.setConnected(true, kSecond_ns);
-  EXPECT_EQ(scene.trouble(5 * kSecond_ns).what, "tractiond is starting");
-  const Scene::Trouble later = scene.trouble(13 * kSecond_ns);
-  EXPECT_EQ(scene.sentence(later),
-            "tractiond is there and sends nothing: it is starting, or has no processor time, for 12 s");
-}
-
 TEST(Stale, SlowCameraIsNotCalledSoBetweenItsFrames) {
   Later later;
   for (int i = 0; i < 5; ++i) later.after(0.9).frame();
   EXPECT_EQ(later.after(0.9).what(), "");
   EXPECT_EQ(later.after(2.0).what(), "tractiond is silent");
-}
-
-TEST(Stale, DurationsAreShort) {
-  for (const auto& [seconds, text] : {std::pair{0.44, "0.4 s"},
-                                      {9.94, "9.9 s"},
-                                      {9.96, "10 s"},
-                                      {119.0, "119 s"},
-                                      {150.0, "3 min"},
-                                      {7300.0, "2 h"},
-                                      {200'000.0, "2 days"}}) {
-    EXPECT_EQ(duration(seconds), text);
-  }
 }
 
 TEST(Picture, ZeroHasNoMinusAndIsNoDeviation) {
@@ -321,15 +268,6 @@ TEST(Picture, ZeroHasNoMinusAndIsNoDeviation) {
   }
   EXPECT_EQ(format("%+.1f %+.1f %d", -0.04, -0.06, -100), "+0.0 -0.1 -100");
   EXPECT_EQ(format("%.1f at 2026-00", -0.04), "0.0 at 2026-00");
-}
-
-TEST(Picture, InvalidFieldShowsNoNumbers) {
-  Field field = fieldOf(3, 4, {0.1F, 0.2F, 3.0F});
-  field.valid = false;
-  std::string all;
-  for (const std::string& line : drawn(sceneOf(field), 80, 24)) all += line + '\n';
-  EXPECT_EQ(all.find("+3.000"), std::string::npos) << all;
-  EXPECT_NE(all.find("too few markers are seen"), std::string::npos) << all;
 }
 
 TEST(Picture, InvalidFieldSaysWhy) {

@@ -11,7 +11,6 @@ import unittest
 import numpy as np
 import seed
 import suite
-from deadline import HUNG_S
 from ros2_sensor import Sensor, converted
 
 import ros2_bridge
@@ -208,52 +207,10 @@ class Messages(unittest.TestCase):
             of_camera = rotation(vector) @ np.diag([1, -1, -1]) @ (point - position)
             np.testing.assert_allclose(turned(quaternion, of_camera) + position, point, atol=1e-12)
 
-    def test_wrench_turns_and_shifts_into_another_frame_as_its_nodes_do(self):
-        """The forces of the cloud's points, summed in a frame of another place and attitude, are the wrench there."""
-        description = self.sensor.description(body=True)
-        sent = messages.Field.FromString(self.sensor.field(bad_nodes=False)[1])
-        force = np.float64(sent.force_N).reshape(-1, 3)
-        place = np.float64(messages.Description.FromString(description[1]).body.node_positions_m).reshape(-1, 3)
-        for vector, values in ((sent.resultant_N, force.sum(0)), (sent.moment_Nm, np.cross(place, force).sum(0))):
-            vector.x, vector.y, vector.z = values
-        told = converted(self.converter, description, ("field", sent.SerializeToString()))
-        wrench = Cdr(told[ros2.WRENCH][0])
-        wrench.header()
-        of_force, torque = np.array(wrench.numbers("ddd")), np.array(wrench.numbers("ddd"))
-        _, points, _ = cloud_of(told[ros2.FORCES][0])
-
-        turn, shift = rotation(self.sensor.numbers(3, 1)), np.array(self.sensor.numbers(3, 0.1))
-        place, force = (np.float64(points[:, :3]) - shift) @ turn.T, np.float64(points[:, 3:6]) @ turn.T
-        np.testing.assert_allclose(turn @ of_force, force.sum(0), atol=1e-12)
-        np.testing.assert_allclose(turn @ (torque + np.cross(of_force, shift)), np.cross(place, force).sum(0), atol=1e-12)
-
     def test_names_are_such_as_ros_allows(self):
         for sensor, node in (("default", "default"), ("left-finger", "left_finger"), ("3rd", "sensor_3rd"), ("", "sensor_"),
                              ("a b/ü", "a_b__"), ("_x9", "_x9")):
             self.assertEqual(ros2.node_name(sensor), node)
-
-    def test_tractionctl_reads_the_recording_and_recovers_what_is_cut_off(self):
-        self.sensor.rows = self.sensor.columns = 24
-        sent = [self.sensor.description(), *(self.sensor.field() for _ in range(100))]
-        with tempfile.TemporaryDirectory(prefix="traction-") as folder:
-            def ctl(*words):
-                done = subprocess.run([BUILD / "bin" / "tractionctl", *words], capture_output=True, text=True, timeout=HUNG_S)
-                self.assertEqual(done.returncode, 0, done.stderr)
-                return done.stdout + done.stderr
-            path, cut, recovered = (pathlib.Path(folder) / name for name in ("whole.mcap", "cut.mcap", "recovered.mcap"))
-            file, counts = ros2_bridge.File(path, self.converter.node), dict.fromkeys(ros2.TOPICS, 0)
-            for kind, payload in sent:
-                for sample in self.converter.convert(decode(kind, payload)):
-                    file.write(sample)
-                    counts[sample.topic] += 1
-            file.close()
-            told = json.loads(ctl("info", path, "--json"))
-            self.assertEqual({topic["topic"]: topic["messages"] for topic in told["topics"]},
-                             {topic.name.replace("~", "/gel_1"): count for topic, count in counts.items()})
-            self.assertRegex(ctl("recover", path, recovered), "2 chunks of .*, which was whole")
-            recovered.unlink()
-            cut.write_bytes(path.read_bytes()[:-100_000])
-            self.assertRegex(ctl("recover", cut, recovered), "1 chunks of ")
 
     @suite.npm
     def test_foreign_readers_find_every_number(self):

@@ -1,4 +1,4 @@
-// What the daemon's publisher sends arrives at the client library, number by number.
+// What the daemon's publisher sends arrives at the client library; tests/conformance compares every number.
 #include "tests/unit/client/subscriber_bench.h"
 
 namespace traction::subscriber_test {
@@ -35,64 +35,6 @@ TEST_F(SubscriberTest, LongestTimeIsNotOverAndTheShortestIs) {
   EXPECT_FALSE(subscriber.receive(std::chrono::milliseconds::min()));
 }
 
-TEST_F(SubscriberTest, FieldArrivesNumberByNumber) {
-  Subscriber subscriber(at(stream_));
-  const Field field = await<Field>(subscriber);
-  expectHeader(field.header);
-  EXPECT_EQ(field.header.flags, kZeroUnverified);
-  EXPECT_TRUE(field.valid);
-  ASSERT_EQ(field.force_N.size(), std::size_t{kNodeCount});
-  EXPECT_EQ(field.force_N[1], (std::array{3.125F, 4.125F, 5.125F}));
-  EXPECT_EQ(field.nodeValid, std::vector<std::uint8_t>(kNodeCount, 1));
-  EXPECT_EQ(field.resultant_N, (Vector3{1.0, 2.0, 3.0}));
-  EXPECT_EQ(field.moment_Nm, (Vector3{4.0, 5.0, 6.0}));
-  EXPECT_EQ(field.centreOfPressure_m, (Vector2{7.0, 8.0}));
-  EXPECT_TRUE(field.centreOfPressureValid);
-  EXPECT_EQ(field.resultantCovariance_N2.noise, (Matrix3{11, 12, 13, 21, 22, 23, 31, 32, 33}));
-  EXPECT_EQ(field.resultantCovariance_N2.systematic, (Matrix3{111, 112, 113, 121, 122, 123, 131, 132, 133}));
-  EXPECT_EQ(field.momentCovariance_N2m2.noise, (Matrix3{44, 45, 46, 54, 55, 56, 64, 65, 66}));
-  EXPECT_EQ(field.momentCovariance_N2m2.systematic, (Matrix3{144, 145, 146, 154, 155, 156, 164, 165, 166}));
-  EXPECT_EQ(field.resultantMomentCovariance_N2m.noise, (Matrix3{14, 15, 16, 24, 25, 26, 34, 35, 36}));
-  EXPECT_EQ(field.resultantMomentCovariance_N2m.systematic, (Matrix3{114, 115, 116, 124, 125, 126, 134, 135, 136}));
-  EXPECT_EQ(field.residual_px, 9.0);
-  EXPECT_EQ(field.validMarkers, kMarkerCount - 1U);
-  EXPECT_EQ(field.nodeDeviation_N[1], (std::array{3.0625F, 4.0625F, 5.0625F}));
-  EXPECT_EQ(field.method, Method::kContact);
-  EXPECT_EQ(field.pictureMotion.shift_px, (Vector2{11.0, 12.0}));
-  EXPECT_EQ(field.pictureMotion.scale, 13.0);
-  EXPECT_EQ(field.pictureMotion.roll_rad, 14.0);
-  ASSERT_EQ(field.contacts.size(), 2U);
-  EXPECT_EQ(field.contacts[1].position_m, (Vector2{13.0, 14.0}));
-  EXPECT_EQ(field.contacts[1].positionDeviation_m, (Vector2{15.0, 16.0}));
-  EXPECT_EQ(field.contacts[1].force_N, (Vector3{17.0, 18.0, 19.0}));
-  EXPECT_EQ(field.contacts[1].forceDeviation_N, (Vector3{20.0, 21.0, 22.0}));
-  EXPECT_EQ(field.contacts[1].area_m2, 23.0);
-  EXPECT_EQ(field.contacts[1].areaDeviation_m2, 24.0);
-}
-
-TEST_F(SubscriberTest, MarkersArriveNumberByNumber) {
-  Subscriber subscriber(at(stream_));
-  const Markers markers = await<Markers>(subscriber);
-  expectHeader(markers.header);
-  EXPECT_EQ(markers.header.flags, std::uint32_t{kZeroUnverified | kReacquiring});
-  ASSERT_EQ(markers.displacement_px.size(), std::size_t{kMarkerCount});
-  EXPECT_EQ(markers.displacement_px[1], (std::array{2.5F, 3.5F}));
-  EXPECT_EQ(markers.variance_px2[2], 2.25F);
-  EXPECT_EQ(markers.valid[0], 1);
-  EXPECT_EQ(markers.valid[kMarkerCount - 1], 0);
-  EXPECT_EQ(markers.validMarkers, kMarkerCount - 1U);
-}
-
-/// Two nodes and one marker.
-std::shared_ptr<const sensor::Body> smallBody() {
-  sensor::Body body;
-  body.nodes = (sensor::Points(3, 2) << 1, 4, 2, 5, 3, 6).finished();
-  body.normals = sensor::Points(Eigen::Vector3d::UnitZ().replicate(1, 2));
-  body.areas = Eigen::Vector2d(0.25, 0.5);
-  body.markers = Eigen::Vector3d(7, 8, 9);
-  return std::make_shared<const sensor::Body>(body);
-}
-
 TEST_F(SubscriberTest, DescriptionWithoutAGelSaysSo) {
   Description told = tractiond::publish::description();
   told.sensor.reset();
@@ -107,13 +49,7 @@ TEST_F(SubscriberTest, DescriptionWithoutAGelSaysSo) {
   EXPECT_EQ(description.camera.model, "Eye");
 }
 
-TEST_F(SubscriberTest, DescriptionArrivesFirstAndNumberByNumber) {
-  Description told = tractiond::publish::description();
-  told.sensor->body = smallBody();
-  told.host = tractiond::publish::hostId();
-  told.zero = tractiond::publish::restPose();
-  told.sensor->camera.aspect = 1.035;
-  open(told);
+TEST_F(SubscriberTest, DescriptionArrivesFirst) {
   Subscriber subscriber(at(stream_));
   std::optional<Message> first;
   while (!first) {
@@ -121,47 +57,7 @@ TEST_F(SubscriberTest, DescriptionArrivesFirstAndNumberByNumber) {
     publisher_->serve(-1, 5ms);
     first = subscriber.receive(5ms);
   }
-  ASSERT_TRUE(std::holds_alternative<traction::Description>(*first));
-  const auto& description = std::get<traction::Description>(*first);
-  EXPECT_EQ(description.header.sensor, "gel-1");
-  EXPECT_EQ(description.softwareVersion, "0.1.0");
-  EXPECT_TRUE(description.sameHost);
-  EXPECT_EQ(description.topics.size(), 5U);
-  EXPECT_TRUE(description.hasGel());
-  EXPECT_EQ(description.gel.youngsModulus_Pa, 0.18e6);
-  EXPECT_EQ(description.gel.poissonRatio, 0.49);
-  EXPECT_EQ(description.gel.size_m, (Vector3{0.1, 0.1, 0.04}));
-  ASSERT_EQ(description.layers.size(), 2U);
-  EXPECT_EQ(description.layers[0].colour, Colour::kGreen);
-  EXPECT_TRUE(description.layers[0].darker);
-  EXPECT_EQ(description.layers[1].colour, Colour::kRed);
-  EXPECT_FALSE(description.layers[1].darker);
-  EXPECT_EQ(description.layers[1].depth_m, 8e-3);
-  EXPECT_EQ(description.layers[1].diameter_m, 0.6e-3);
-  EXPECT_EQ(description.layers[1].grid.centre_m, (Vector2{1.5e-3, 1.5e-3}));
-  EXPECT_EQ(description.nodes.columns, 24U);
-  EXPECT_EQ(description.nodes.rows, 24U);
-  EXPECT_DOUBLE_EQ(description.nodes.position_m(0, 0)[0], -34.5e-3);
-  EXPECT_DOUBLE_EQ(description.nodes.position_m(0, 23)[1], 34.5e-3);
-  EXPECT_EQ(description.camera.vendor, "Acme");
-  EXPECT_EQ(description.camera.pixelFormat, "RGB8");
-  EXPECT_EQ(description.camera.width_px, 640U);
-  EXPECT_EQ(description.camera.aspect, 1.035);
-  EXPECT_EQ(description.camera.principal_px, (Vector2{319.5, 239.5}));
-  EXPECT_EQ(description.camera.position_m[2], 157e-3);
-  ASSERT_TRUE(description.body);
-  EXPECT_EQ(description.body->nodePositions_m, (std::vector<std::array<float, 3>>{{1, 2, 3}, {4, 5, 6}}));
-  EXPECT_EQ(description.body->nodeNormals, (std::vector<std::array<float, 3>>{{0, 0, 1}, {0, 0, 1}}));
-  EXPECT_EQ(description.body->nodeAreas_m2, (std::vector<float>{0.25F, 0.5F}));
-  EXPECT_EQ(description.body->markerPositions_m, (std::vector<std::array<float, 3>>{{7, 8, 9}}));
-  EXPECT_EQ(description.solver.mechanics, "block");
-  EXPECT_EQ(description.calibration.id, idOf(20));
-  EXPECT_EQ(description.calibration.time_ns, told.calibrated_ns);
-  ASSERT_TRUE(description.zero);
-  EXPECT_EQ(description.zero->id, idOf(50));
-  EXPECT_TRUE(description.zero->requested);
-  EXPECT_EQ(description.zero->restPosition_px[1], (std::array{3.0F, 4.0F}));
-  EXPECT_EQ(description.zero->markerPresent, (std::vector<std::uint8_t>{1, 0}));
+  EXPECT_TRUE(std::holds_alternative<traction::Description>(*first));
 }
 
 TEST_F(SubscriberTest, StatusArrivesWithTheLedger) {

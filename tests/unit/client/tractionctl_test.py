@@ -3,7 +3,6 @@
 import json
 import os
 import pty
-import re
 import select
 import signal
 import socket
@@ -12,7 +11,6 @@ import termios
 import time
 import unittest
 
-import suite
 import zmq
 from ctl import NO_CAMERA, OUTPUT, PROTOCOL, TEMPORARY, UNAVAILABLE, USAGE, Case, answer, ctl
 from deadline import HUNG_S
@@ -26,14 +24,6 @@ class Tractionctl(Case):
                         ["calibrate", "--weights", "1N"]):
             with self.subTest(command), open("/dev/full", "wb") as full:
                 self.ends(self.start(*command, *self.publisher(), stdout=full), "No space left on device")
-
-    def test_nobody_is_asked_what_the_disk_has_swallowed(self):
-        person, terminal = os.openpty()
-        with open("/dev/full", "wb") as full:
-            child = self.start("calibrate", "--weights", "1N", *self.publisher(), stdin=terminal, stdout=full)
-            self.ends(child, "No space left on device")
-        os.close(person)
-        os.close(terminal)
 
     def test_status_tells_where_frames_went(self):
         endpoints = self.publisher()
@@ -124,16 +114,6 @@ class Tractionctl(Case):
             self.assertEqual(ctl("calibrate", *steps, "--seconds", "7", *self.publisher(note))[0], 0)
             self.assertEqual(seen, expected)
 
-    def test_calibrate_tells_people_what_to_do(self):
-        code, out, err = ctl("calibrate", "weights", "finish", "--weights", "250g", *self.publisher())
-        self.assertEqual((code, err), (0, ""))
-        self.assertIn("put 250 gf on the gel", out)
-        self.assertIn("2 +- 0.5", out)
-        self.assertIn("note: a remark", out)
-        self.assertIn("Written: /gel.toml", out)
-        self.assertNotIn("press Enter", out)
-        self.assertNotIn("Geometry", out)
-
     def test_calibrate_tells_a_person_on_standard_error_what_json_waits_for(self):
         person, terminal = os.openpty()
         child = self.start("calibrate", "weights", "--weights", "250g", "--json", *self.publisher(), stdin=terminal,
@@ -169,16 +149,6 @@ class Tractionctl(Case):
             for command in (["calibrate", "noise"], ["camera"], ["zero"]):
                 self.fails(UNAVAILABLE, rf"nothing answers at {endpoint}; is tractiond running\?", *command, "--control",
                            endpoint)
-
-    @suite.realtime
-    def test_who_is_not_there_is_told_within_seconds(self):
-        with socket.socket() as nobody:
-            nobody.bind(("127.0.0.1", 0))  # and does not listen
-            for command in (["zero"], ["calibrate", "noise"], ["camera"]):
-                start = time.monotonic()
-                self.fails(UNAVAILABLE, "nothing answers at tcp", *command, "--control",
-                           f"tcp://127.0.0.1:{nobody.getsockname()[1]}")
-                self.assertLess(time.monotonic() - start, 10)  # 3 s
 
     def test_who_is_there_but_takes_no_requests_is_told(self):
         _, stream, *_ = self.publisher()
@@ -236,64 +206,6 @@ class Tractionctl(Case):
             self.fails(USAGE, "cannot connect to 'nonsense': .*; an endpoint is written tcp://HOST:PORT or ipc:///PATH",
                        command, option, "nonsense")
 
-    @suite.realtime
-    def test_watch_without_a_terminal_prints_a_line_a_second(self):
-        code, out, err = ctl("watch", "--seconds", "2", *self.publisher())
-        self.assertEqual((code, err), (0, ""))
-        self.assertNotIn("\x1b", out)
-        lines = [line for line in out.splitlines() if "force" in line]
-        self.assertTrue(1 <= len(lines) <= 3, out)
-        self.assertIn("force +1.500 -2.500 +3.500 N", lines[-1])
-
-    @suite.realtime
-    def test_watch_says_at_once_why_numbers_are_old(self):
-        context = self.enterContext(zmq.Context())
-
-        def open_at(endpoint):
-            socket = self.enterContext(context.socket(zmq.XPUB))
-            socket.linger = 0
-            socket.bind(endpoint)
-            return socket
-
-        def send(kind, message):
-            message.header.boot = boot
-            message.header.sequence = 1
-            socket.send_multipart([f"traction/v1/gel/{kind}/".encode(), message.SerializeToString(), b"0.0"])
-
-        def expect(pattern):
-            """The time until a line with it, between lines that have no old number."""
-            start = time.monotonic()
-            while True:
-                line = child.stdout.readline()
-                self.assertTrue(line, pattern)
-                if re.search(pattern, line):
-                    return time.monotonic() - start
-                self.assertNotIn("3.500", line)
-
-        boot = bytes(range(16))
-        socket = open_at("tcp://127.0.0.1:*")
-        endpoint = Publisher.endpoint(socket)
-        child = self.start("watch", "--connect", endpoint, stdout=subprocess.PIPE)
-        self.assertTrue(socket.poll(1000 * HUNG_S))
-        field = messages.Field(valid=True)
-        field.resultant_N.z = 3.5
-        send("field", field)
-        expect("force .* [+]3.500 N")
-        self.assertLess(expect("no force: no field for 0[.][4-9] s"), 2)  # 0.4 s on a machine at leisure
-        send("status", messages.Status(camera=messages.CAMERA_STATE_LOST))
-        self.assertLess(expect(r"no force: the camera is lost, no field for \d.\d s"), 1)
-        socket.close()
-        self.assertLess(expect("no force: tractiond is gone, no field for"), 1)
-        boot = bytes(range(1, 17))
-        socket = open_at(endpoint)
-        self.assertTrue(socket.poll(1000 * HUNG_S))
-        send("status", messages.Status(camera=messages.CAMERA_STATE_WAITING))
-        self.assertLess(expect("no force: tractiond was restarted: tractiond waits for a camera"), 1)
-        send("field", field)
-        expect("force .* [+]3.500 N .*! tractiond restarted")
-        child.send_signal(signal.SIGINT)
-        self.assertEqual(child.wait(HUNG_S), 0)
-
     def in_terminal(self, ending, *words, until=lambda output: b"+3.500" in output, **env):
         """Runs in a pseudo terminal, ends it by `ending(child, terminal)` once the output is as wanted; (exit code, output,
         settings kept).
@@ -341,12 +253,6 @@ class Tractionctl(Case):
         self.assertRegex(left, r"\d+ fields received, 0 messages lost" if command == "watch" else "l$")
         self.assertGreater(out.rindex("\x1b[?25h"), out.rindex("\x1b[?25l"))
 
-    def test_watch_draws_the_field(self):
-        _, out, _ = self.in_terminal(lambda child, _: child.send_signal(signal.SIGINT), "watch", *self.publisher())
-        text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", out)
-        for word in ("FORCE ON THE GEL", "+1.500", "-2.500", "into the gel", "q quits"):
-            self.assertIn(word, text)
-
     def test_top_shows_numbers_on_a_terminal_of_any_size(self):
         def quit(_, leader):
             os.write(leader, b"q")
@@ -370,38 +276,6 @@ class Tractionctl(Case):
         _, out, _ = self.in_terminal(quit, "top", *self.publisher(), LC_ALL="C")
         self.assertTrue(out.isascii())
         self.assertRegex(out, r"\x1b\[[0-9;]*38;5;")
-
-    @suite.realtime
-    def test_top_without_a_terminal_prints_a_line_a_second_for_each(self):
-        endpoints = [self.publisher()[1] for _ in range(2)]
-        code, out, err = ctl("top", "--seconds", "2", *endpoints)
-        self.assertEqual((code, err), (0, ""))
-        self.assertNotIn("\x1b", out)
-        for endpoint in endpoints:
-            lines = [line for line in out.splitlines() if line.startswith(endpoint)]
-            self.assertTrue(1 <= len(lines) <= 3, out)
-            self.assertRegex(lines[-1], r"force \+1.500 -2.500 \+3.500 N  rate \d+.\d/s")
-
-    def test_top_prints_all_numbers_once(self):
-        code, out, err = ctl("top", "--once", *self.publisher())
-        self.assertEqual((code, err), (0, ""))
-        self.assertNotIn("\x1b", out)
-        self.assertEqual(len(re.findall(r"(?m)^  force +\+1.500 -2.500 \+3.500 N$", out)), 1)
-
-    def test_watch_draws_in_ascii_where_the_locale_has_no_more(self):
-        code, out, _ = self.in_terminal(lambda child, _: child.send_signal(signal.SIGINT), "watch", *self.publisher(),
-                                        LC_ALL="C")
-        self.assertEqual(code, 0)
-        self.assertTrue(out.isascii())
-        text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", out)
-        for word in ("FORCE ON THE GEL", "+-----", "+1.500", "LC_ALL=C.UTF-8 tractionctl watch"):
-            self.assertIn(word, text)
-
-    def test_watch_says_why_there_is_no_live_view(self):
-        _, out, _ = self.in_terminal(lambda child, _: child.send_signal(signal.SIGINT), "watch", *self.publisher(),
-                                     TERM="dumb")
-        self.assertNotIn("\x1b", out)
-        self.assertRegex(out, r"\Atractionctl: TERM says .* one line a second instead of the live view\r\n")
 
     def test_watch_ends_with_its_terminal(self):
         leader, terminal = pty.openpty()
