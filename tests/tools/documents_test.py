@@ -10,7 +10,7 @@ RECORDS = sorted((SOURCE / "docs/decisions").glob("[0-9]*.md"))
 PAGES = [SOURCE / "README.md", *sorted((SOURCE / "docs").glob("**/*.md"))]
 SECTIONS = ["Status", "Context", "Decision", "Alternatives", "Measured", "Limits"]
 CODE = ("base", "client", "config", "daemon", "debian", "gateway", "lens", "manual", "proto", "recording", "sensor", "tests",
-        "tools", "twin")
+        "tools", "touch", "twin")
 
 
 def anchors(page):
