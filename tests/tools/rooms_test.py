@@ -7,7 +7,7 @@ import unittest
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 PARTED = ("client", "daemon")  # their folders are rooms
-ROOMS = ("base", "sensor", "proto", "recording", "gateway", "twin", "lens", *PARTED)
+ROOMS = ("base", "sensor", "touch", "proto", "recording", "gateway", "twin", "lens", *PARTED)
 
 
 def room_of(path):
