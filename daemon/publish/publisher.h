@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/error.h"
 #include "daemon/publish/description.h"
+#include "daemon/publish/newest_messages.h"
 #include "daemon/records/ledger.h"
 #include "daemon/records/preview.h"
 #include "daemon/records/traction_field.h"
@@ -43,7 +44,7 @@ struct PublishOptions {
 /// publish() and serve() are for one thread. describe() may be called from one other thread, offerPreview() from one
 /// more. unsent(), lastStatus(), lastDescription(), previewWanted() and the endpoints are thread-safe. A message for
 /// which ZeroMQ has no memory is dropped and counted (unsent()); a description is tried again.
-class Publisher {
+class Publisher final : public NewestMessages {
  public:
   /// Binds to the endpoints, and sends the description and a first status. The ledger must outlive this, the
   /// description need not; its sensor's name must be valid (traction::isValidName()), as loadConfig(), located() and
@@ -80,11 +81,8 @@ class Publisher {
   /// in Header.sequence.
   std::uint64_t unsent() const;
 
-  /// Returns the status that was sent last, as bytes of the message; rarely the one before it.
-  std::string lastStatus() const;
-  /// Returns the newest description, as bytes of the message, also if it has not been sent yet. Its header has the
-  /// sequence 0 and names no frame, as these bytes are not part of the topic.
-  std::string lastDescription() const;
+  std::string lastStatus() const override;
+  std::string lastDescription() const override;
 
   /// Return the endpoints as they were bound, in the order of the options, with the number of a port that was taken
   /// for *. Valid as long as the publisher; unchanged after open().

@@ -10,6 +10,7 @@
 #include "daemon/track/pixel_noise.h"
 #include "daemon/track/reference.h"
 #include "daemon/track/zero.h"
+#include "daemon/track/zero_tracker.h"
 #include "sensor/sensor.h"
 
 #include <atomic>
@@ -42,7 +43,7 @@ enum class Outcome {
 /// - a zero was taken in this run because requestZero() was called, or
 /// - the restored rest pose had been requested, and since the start ten frames in a row have shown displacements of at
 ///   most three deviations of the noise (rms over the markers): the unloaded picture agrees with it.
-class Tracker {
+class Tracker final : public ZeroTracker {
  public:
   /// The sensor must be trackable(), also with the pictures' format; it need not outlive the tracker.
   Tracker(const sensor::Sensor& sensor, const TrackOptions& options);
@@ -56,32 +57,15 @@ class Tracker {
   /// frame of the size of the sensor's camera \param field resize()d for all markers
   Outcome track(const Frame& frame, MarkerField& field);
 
-  /// Requests a new zero from the next frames, at most 2 zeroFrames. The old one stays in force meanwhile; with
-  /// awaitsGelCheck until putInForce(). A requested zero that is being taken is begun again. The appearance is learned
-  /// anew for it, as the lens may have been refocused. Returns at once; zeroState() shows how it goes. Thread-safe.
-  void requestZero() { zeroState_.store(ZeroState::kRequested, std::memory_order_relaxed); }
-
-  /// Cancels a request. Returns false if there is none to cancel: the automatic first zero cannot be cancelled; nor can
-  /// a requested one that has been taken, which takeRestPose() returns as soon as track() has returned. Thread-safe.
-  bool cancelZero();
-
-  /// Returns the state of the last zero; of a restored one kNone. Thread-safe.
-  ZeroState zeroState() const { return zeroState_.load(std::memory_order_relaxed); }
+  // These implement ZeroTracker.
+  void requestZero() override { zeroState_.store(ZeroState::kRequested, std::memory_order_relaxed); }
+  bool cancelZero() override;
+  ZeroState zeroState() const override { return zeroState_.load(std::memory_order_relaxed); }
+  bool takeRestPose(RestPose& pose) override { return finished_.take(pose); }
+  bool putInForce(const RestPose& pose, bool fits) override { return decisions_.put({pose, fits}); }
 
   /// Returns the number of still frames that a zero averages. Thread-safe.
   int zeroFrames() const { return options_.zeroFrames; }
-
-  /// Copies the newest finished rest pose, requested or automatic, into `pose`. Returns false, and leaves it as it is,
-  /// if there is none since the last call. Does not wait. Thread-safe, for one thread.
-  bool takeRestPose(RestPose& pose) { return finished_.take(pose); }
-
-  /// Puts a zero in force from the next frame on: the one that takeRestPose() returned last, or an earlier one. The
-  /// former is verified; the one that was in force before this one is, if it was then; the markers' appearance changes
-  /// with both. Any other zero is verified only by agreeing frames, if it was requested, and the appearance is kept.
-  /// Called with the zero that is in force, it rejects the one that was taken since. Of several calls before a frame
-  /// the last counts. \param fits as in setGelFits() \return false: nothing has changed, as
-  /// track() is reading the last call; try again later. Thread-safe, for one thread.
-  bool putInForce(const RestPose& pose, bool fits) { return decisions_.put({pose, fits}); }
 
   /// States whether the gel file fits the picture of this zero. If not, the fields carry kGelMismatch. Ignored unless
   /// the zero is in force in the next frame. Waits for some instructions of track() at most. Thread-safe, for one

@@ -52,11 +52,11 @@ def steady(fields, truth):
     return held[30:130]
 
 
-def live(scenario, seconds, record=False):
+def live(scenario, seconds, config="", record=False):
     """Twin, daemon and subscriber as processes: (fields, truth, daemon, its share of a core, its peak memory [MB])."""
     with rig.Rig() as bench:
         twin = bench.twin(scenario, ready=False)
-        daemon = bench.daemon("", *(("--record", bench.folder / "live.mcap") if record else ()))
+        daemon = bench.daemon(config, *(("--record", bench.folder / "live.mcap") if record else ()))
         subscriber = bench.subscribe(daemon)
         subscriber.collect(1)
         # In memory: who writes to the disk that is recorded on waits for it, and reads its next message late.
@@ -106,12 +106,62 @@ def under_load(load, fields, truth):
     row("                                          p99", f"{p99:.1f} ms", "<= 2 ms")
 
 
+def fewer_models(seconds):
+    """What a press costs where the processor is wanted for other things."""
+    _, _, _, cpu, _ = live("press", seconds, "[solve]\nmodels_hz = 10\n")
+    row("processor time with solve.models_hz = 10", f"{100 * cpu:.1f} % of a core", "<= 10 %", 0.10, cpu)
+
+
 def loads():
     own = rig.SOURCE / "tests/bench/loads"
     for load, scenario in (("untouched", "idle"), ("two contacts", "two_contacts"),
                            ("four contacts", own / "four_contacts.toml"), ("a palm", own / "palm.toml")):
         fields, truth, *_ = live(scenario, 10)
         under_load(load, fields, truth)
+
+
+def served(bench, scenario, rate_hz, pixel_format, config="", before=()):
+    """Frames of a load of 4 s that was drawn before, over and over, so that the twin takes no more of the processors than a
+    camera's network: the share that is lost or has no interval, and the latency of what came."""
+    pictures = pathlib.Path(bench.enter_context(tempfile.TemporaryDirectory(dir="/dev/shm"))) / "pictures.raw"
+    options = ("--format", pixel_format, "--rate", rate_hz)
+    run(rig.BIN / "traction-twin", scenario, "--cache", rig.cache_directory(), *options, "--seconds", 4, "--images", pictures)
+    twin = bench.twin(scenario, *options, "--serve", pictures, truth=False, ready=False)
+    daemon = bench.daemon(config, before=before, instance=scenario.stem)
+    subscriber = bench.subscribe(daemon, "traction/v1/" + scenario.stem + "/field")
+    subscriber.collect(4 * rate_hz)  # the zero, and the first contacts
+    cpu, since, fields = cpu_seconds(daemon.child.pid), time.monotonic(), []
+    while time.monotonic() - since < 12:
+        received = subscriber.receive(1.0)
+        if received is not None:
+            fields.append((received[1], time.monotonic_ns()))
+    cpu = (cpu_seconds(daemon.child.pid) - cpu) / (time.monotonic() - since)
+    subscriber.socket.close(0)
+    daemon.stop()
+    twin.stop()
+    pictures.unlink()
+    frames = fields[-1][0].header.frame_number - fields[0][0].header.frame_number + 1
+    without = 1 - sum(field.valid for field, _ in fields) / frames
+    latency = sorted((arrived_ns - field.header.received_ns) * 1e-6 for field, arrived_ns in fields)
+    row(f"    of {frames} frames lost", f"{100 * (1 - len(fields) / frames):.1f} %")
+    row("    lost, or published without an interval", f"{100 * without:.1f} %", "<= 5 %", 0.05, without)
+    row("    frame popped -> message received, p50", f"{latency[len(latency) // 2]:.1f} ms")
+    row("                                      p99", f"{latency[len(latency) * 99 // 100]:.1f} ms")
+    row("    processor time of the daemon", f"{100 * cpu:.1f} % of a core")
+
+
+def fast_cameras():
+    own = rig.SOURCE / "tests/bench/loads"
+    for loops in (0, 2):
+        for load in ("fast_press", "fast_slide", "fast_roll"):
+            with rig.Rig() as bench:
+                busy = [bench.start(sys.executable, "-c", "while True: pass") for _ in range(loops)]
+                print(f"{load} at 200 frames/s{', beside two busy loops' if busy else ''}")
+                served(bench, own / f"{load}.toml", 200, "RGB8")
+    with rig.Rig() as bench:
+        print("a gel of 7 x 10 dots, 320 x 240, at 1,000 frames/s, the daemon on one processor")
+        served(bench, own / "small_gel_press.toml", 1000, "Mono8", f'[sensor]\ngel_file = "{own / "small_gel.toml"}"\n',
+               before=("taskset", "-c", "1"))
 
 
 def sixty_frames_per_second(seconds):
@@ -239,7 +289,9 @@ def main():
     seconds = 10 if "--quick" in sys.argv[1:] else 60
     starts()
     sixty_frames_per_second(seconds)
+    fewer_models(seconds)
     loads()
+    fast_cameras()
     angle()
     stages()
     throughput()

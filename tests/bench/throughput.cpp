@@ -2,9 +2,9 @@
 // one subscriber in another process that must lose nothing. Prints JSON.
 // usage: throughput STATE_DIRECTORY
 #include "client/include/traction/subscriber.h"
+#include "daemon/app/pipeline.h"
 #include "daemon/capture/camera.h"
 #include "daemon/capture/memory_driver.h"
-#include "daemon/pipeline.h"
 #include "daemon/publish/publisher.h"
 #include "daemon/solve/make_solver.h"
 #include "daemon/track/tracker.h"
@@ -108,16 +108,23 @@ int main(int argc, char** argv) {
 
   auto source = capture::Camera::open(capture::fromMemory(movie, {.loops = kLoops}), {}, ledger);
   if (!source) return std::cerr << source.error().message() << "\n", 1;
+  struct Work final : Stages {
+    Work(track::Tracker& tracks, solve::FieldSolver& solves, publish::Publisher& publishes)
+        : tracker(tracks)
+        , solver(solves)
+        , publisher(publishes) {}
+    bool track(const Frame& frame, MarkerField& markers) override {
+      return tracker.track(frame, markers) == track::Outcome::kTracked;
+    }
+    void solve(const MarkerField& markers, TractionField& field) override { solver.solve(markers, field); }
+    void publish(const TractionField& field) override { publisher.publish(field); }
+    void serveSubscribers(int fd, std::chrono::milliseconds timeout) override { publisher.serve(fd, timeout); }
+    track::Tracker& tracker;
+    solve::FieldSolver& solver;
+    publish::Publisher& publisher;
+  } work(tracker, *made->solver, **publisher);
   Pipeline pipeline(
-      Stages{
-          .source = **source,
-          .track = [&](const Frame& frame,
-                       MarkerField& field) { return tracker.track(frame, field) == track::Outcome::kTracked; },
-          .solve = [&](const MarkerField& markers, TractionField& field) { made->solver->solve(markers, field); },
-          .publish = [&](const TractionField& field) { (*publisher)->publish(field); },
-          .serveSubscribers = [&](int fd, std::chrono::milliseconds timeout) { (*publisher)->serve(fd, timeout); },
-          .control = {},
-      },
+      **source, work,
       PipelineOptions{.markers = sensor.markerCount(), .nodes = sensor.nodes.count(), .whenFull = WhenFull::kWait},
       ledger, turns);
   pipeline.start();

@@ -9,7 +9,7 @@
 // JOB/NAME.f64 (frames x columns), and "columns" with a line for each. With --answer, also answers each frame by the
 // model of the frame before: whether it could be is in "answered", the figures are in answer_NAME.f64.
 #include "base/clock.h"
-#include "daemon/config_toml.h"
+#include "daemon/app/config_toml.h"
 #include "daemon/solve/make_solver.h"
 #include "tests/evaluation/eye.h"
 

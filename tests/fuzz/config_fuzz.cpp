@@ -1,4 +1,4 @@
-#include "daemon/config_toml.h"
+#include "daemon/app/config_toml.h"
 #include "tests/fuzz/target.h"
 #include "tests/support/places.h"
 

@@ -1,7 +1,7 @@
 // Requests for zeros, undo and calibration steps, as the control server passes them on; and the laws of their answers.
 #pragma once
 
-#include "daemon/calibrate/step_runner.h"
+#include "daemon/control/step_runner.h"
 #include "tests/simulation/ongoing.h"
 #include "tests/simulation/zeros.h"
 

@@ -13,25 +13,21 @@ Life::Life(const Around& around)
     , tracker_(around.gel)
     , truths_(kNumbers)
     , camera_(around.camera, start_.config.camera, ledger_, around.journal, around.starvation)
-    , network_(around.gel, ledger_, camera_, around.subscribers, around.starvation, around.journal,
-               {.zero =
-                    [this](const ZeroRequest& request) {
-                      around_.askers.heedZero(zeroWithin_s(), request.undo, request.anyway);
-                      procedures_.beginZero(request);
-                    },
-                .calibrate = [this](const CalibrationStep& step) { beginStep(step); }})
-    , pipeline_(stages(), {.markers = around.gel.sensor.markerCount(), .nodes = around.gel.sensor.nodes.count()},
+    , network_(around.gel, ledger_, camera_, around.subscribers, around.starvation, around.journal)
+    , pipeline_(*this, *this, {.markers = around.gel.sensor.markerCount(), .nodes = around.gel.sensor.nodes.count()},
                 ledger_, turns_)
-    , reloader_(start_.config, start_.calibration,
-                {.cameraHasRefused = [this] { return camera_.hasRefused(); },
-                 .reopenCamera =
-                     [this] {
-                       camera_.reopen(start_.config.camera);
-                       around_.fields.disturb(now());
-                     }})
+    , reloader_(start_.config, start_.calibration, *this)
     , hooks_(hooks())
     , supervisor_(hooks_, camera_, around.person, around.ongoing, around.journal, around.starvation)
-    , procedures_(around.gel.sensor, {.zeroFrames = kZeroFrames, .directory = kState}, links())
+    , procedures_({.sensor = around.gel.sensor,
+                   .frames = frames_,
+                   .markers = newest_,
+                   .watched = watched_,
+                   .tracker = *this,
+                   .gel = *this,
+                   .host = *this,
+                   .replies = *this},
+                  {.zeroFrames = kZeroFrames, .directory = kState})
     , solveThread_(
           [this] { hasStageEnded_[static_cast<std::size_t>(Stage::kSolve)] = !pipeline_.turn(Stage::kSolve, 0ms); }) {
   around_.fields.begin();
@@ -46,76 +42,75 @@ void Life::meetCamera() {
   procedures_.welcome(kCamera, 60.0, restored_.zero, restored_.before, restored_.isWritten);
 }
 
-Stages Life::stages() {
-  return {.source = *this,
-          .track = [this](const Frame& frame, MarkerField& markers) { return track(frame, markers); },
-          .solve =
-              [this](const MarkerField& markers, TractionField& field) {
-                around_.journal.law(markers.info.frameNumber == tracked_, "the newest frame is solved", [&] {
-                  return fmt::format("frame {}, while {} waits", markers.info.frameNumber, tracked_);
-                });
-                solving_.solve(markers, field);
-                worked_ = true;
-              },
-          .publish =
-              [this](const TractionField& field) {
-                network_.publish(field);
-                if (!field.valid) ledger_.invalid.add();
-                around_.fields.heed(field, truths_[field.markers.info.frameNumber % kNumbers]);
-                worked_ = true;
-              },
-          .serveSubscribers = [this](int, auto) { network_.serveSubscribers(); },
-          .control =
-              [this](auto) {
-                network_.control();
-                meetCamera();
-                procedures_.turn();
-              }};
+void Life::solve(const MarkerField& markers, TractionField& field) {
+  around_.journal.law(markers.info.frameNumber == tracked_, "the newest frame is solved",
+                      [&] { return fmt::format("frame {}, while {} waits", markers.info.frameNumber, tracked_); });
+  solving_.solve(markers, field);
+  worked_ = true;
 }
 
-ProcedureLinks Life::links() {
-  return {.frames = frames_,
-          .markers = newest_,
-          .watched = watched_,
-          .zero = {.request = [this] { tracker_.request(); },
-                   .cancel = [this] { return tracker_.cancel(); },
-                   .state = [this] { return tracker_.state(); },
-                   .take =
-                       [this](RestPose& pose) {
-                         const bool isThere = tracker_.takeRestPose(pose);
-                         if (isThere) around_.zeros.heedTaken(pose, tracker_.finishedPress_N());
-                         return isThere;
-                       },
-                   .putInForce =
-                       [this](const RestPose& pose, bool /*fits*/) {
-                         if (around_.chance.oneIn(8)) return false;  // the tracking thread is just taking one
-                         tracker_.putInForce(pose);
-                         return true;
-                       },
-                   .compare =
-                       [this](const RestPose& pose) {
-                         around_.zeros.noteCompared(pose);
-                         return GelReport();
-                       },
-                   .report = [this](const RestPose& pose, const GelReport&) { tracker_.setGelFits(pose.id); },
-                   .describe =
-                       [this](const RestPose& pose) {
-                         around_.zeros.describe(pose);
-                         network_.describe(pose);
-                       },
-                   .keep = [this](const RestPose& pose,
-                                  const RestPose* before) { return around_.zeros.keep(pose, before); },
-                   .answer =
-                       [this](const auto& result, const std::string& remark) {
-                         around_.askers.heedZeroAnswer(result);
-                         network_.answerZero(result, remark);
-                       }},
-          .startWork = [this](const calibrate::StepLinks::Work& work) { return around_.stepWork.begin(work); },
-          .answerCalibration =
-              [this](const auto& result) {
-                around_.askers.heedStepAnswer(result);
-                network_.answerStep(result);
-              }};
+void Life::publish(const TractionField& field) {
+  network_.publish(field);
+  if (!field.valid) ledger_.invalid.add();
+  around_.fields.heed(field, truths_[field.markers.info.frameNumber % kNumbers]);
+  worked_ = true;
+}
+
+void Life::control(std::chrono::milliseconds /*timeout*/) {
+  network_.control(*this);
+  meetCamera();
+  procedures_.turn();
+}
+
+void Life::reopen() {
+  camera_.reopen(start_.config.camera);
+  around_.fields.disturb(now());
+}
+
+bool Life::takeRestPose(RestPose& pose) {
+  const bool isThere = tracker_.takeRestPose(pose);
+  if (isThere) around_.zeros.heedTaken(pose, tracker_.finishedPress_N());
+  return isThere;
+}
+
+bool Life::putInForce(const RestPose& pose, bool /*fits*/) {
+  if (around_.chance.oneIn(8)) return false;  // the tracking thread is just taking one
+  tracker_.putInForce(pose);
+  return true;
+}
+
+GelReport Life::compare(const RestPose& zero) {
+  around_.zeros.noteCompared(zero);
+  return {};
+}
+
+void Life::report(const RestPose& zero, const GelReport& /*report*/) {
+  tracker_.setGelFits(zero.id);
+}
+
+void Life::describe(const RestPose& zero) {
+  around_.zeros.describe(zero);
+  network_.describe(zero);
+}
+
+void Life::answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark) {
+  around_.askers.heedZeroAnswer(result);
+  network_.replies().answerZero(result, remark);
+}
+
+void Life::answerCalibration(const calibrate::Result& result) {
+  around_.askers.heedStepAnswer(result);
+  network_.replies().answerCalibration(result);
+}
+
+void Life::answerSnapshot(const tl::expected<const Snapshot*, std::string>& result,
+                          const std::vector<sensor::MarkerLayer>& layers) {
+  network_.replies().answerSnapshot(result, layers);
+}
+
+void Life::beginZero(const ZeroRequest& request) {
+  around_.askers.heedZero(zeroWithin_s(), request.undo, request.anyway);
+  procedures_.zero().begin(request);
 }
 
 capture::Next Life::next(Frame& frame, std::chrono::milliseconds timeout) {
@@ -204,7 +199,7 @@ void Life::beginStep(const CalibrationStep& step) {
 }
 
 std::int64_t Life::stepWithin_ns(const CalibrationStep& step) const {
-  constexpr std::int64_t kSlack_ns = 11 * kSecond, kWork_ns = calibrate::StepRunner::kWorkWithin_ns;
+  constexpr std::int64_t kSlack_ns = 11 * kSecond, kWork_ns = control::StepRunner::kWorkWithin_ns;
   const std::int64_t frames_ns =
       static_cast<std::int64_t>(1e9 * (step.seconds + calibrate::CalibrationOptions{}.grace_s));
   return kSlack_ns + (step.kind == CalibrationStep::Kind::kNoise ? frames_ns : kWork_ns) +

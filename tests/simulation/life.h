@@ -2,8 +2,8 @@
 // procedures, reload and service loop.
 #pragma once
 
-#include "daemon/pipeline.h"
-#include "daemon/procedures.h"
+#include "daemon/app/pipeline.h"
+#include "daemon/control/procedures.h"
 #include "tests/simulation/askers.h"
 #include "tests/simulation/capture_side.h"
 #include "tests/simulation/fields.h"
@@ -37,7 +37,14 @@ struct Around {
   StepWork& stepWork;
 };
 
-class Life : public capture::FrameSource {
+class Life : public capture::FrameSource,
+             Stages,
+             ReloadedCamera,
+             track::ZeroTracker,
+             control::GelComparison,
+             control::ProcedureHost,
+             control::Replies,
+             control::Requests {
  public:
   /// Restores what is on the disk.
   explicit Life(const Around& around);
@@ -62,7 +69,7 @@ class Life : public capture::FrameSource {
   /// that before the solver bridges no stall. \param solvesBurst frames of a burst may still wait for the solver
   void checkEvictions(bool inBurst, bool solvesBurst);
 
-  const Procedures& procedures() const { return procedures_; }
+  const control::Procedures& procedures() const { return procedures_; }
   double zeroWithin_s();
   /// Returns the time within which a calibration step that is asked for now is answered.
   std::int64_t stepWithin_ns(const CalibrationStep& step) const;
@@ -78,13 +85,43 @@ class Life : public capture::FrameSource {
   void checkConfiguration();
 
  private:
-  Stages stages();
-  ProcedureLinks links();
-  bool track(const Frame& frame, MarkerField& markers);
+  // The stages.
+  bool track(const Frame& frame, MarkerField& markers) override;
+  void solve(const MarkerField& markers, TractionField& field) override;
+  void publish(const TractionField& field) override;
+  void serveSubscribers(int /*fd*/, std::chrono::milliseconds /*timeout*/) override { network_.serveSubscribers(); }
+  void control(std::chrono::milliseconds timeout) override;
+
+  // The camera of reloads.
+  bool hasRefused() const override { return camera_.hasRefused(); }
+  void reopen() override;
+
   void meetCamera();
 
   ServiceHooks hooks();
-  void beginStep(const CalibrationStep& step);
+
+  // The parts around the procedures.
+  void requestZero() override { tracker_.request(); }
+  bool cancelZero() override { return tracker_.cancel(); }
+  track::ZeroState zeroState() const override { return tracker_.state(); }
+  bool takeRestPose(RestPose& pose) override;
+  bool putInForce(const RestPose& pose, bool fits) override;
+  GelReport compare(const RestPose& zero) override;
+  void report(const RestPose& zero, const GelReport& report) override;
+  void describe(const RestPose& zero) override;
+  std::future<tl::expected<void, Error>> keep(const RestPose& zero, const RestPose* before) override {
+    return around_.zeros.keep(zero, before);
+  }
+  std::future<std::optional<calibrate::Result>> start(control::StepWork work) override {
+    return around_.stepWork.begin(work);
+  }
+  void answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark) override;
+  void answerCalibration(const calibrate::Result& result) override;
+  void answerSnapshot(const tl::expected<const Snapshot*, std::string>& result,
+                      const std::vector<sensor::MarkerLayer>& layers) override;
+  void beginZero(const ZeroRequest& request) override;
+  void beginStep(const CalibrationStep& step) override;
+  void askSnapshot() override { network_.askSnapshot(); }
 
   Around around_;
   Reread start_;  ///< its configuration is that in force
@@ -98,14 +135,14 @@ class Life : public capture::FrameSource {
   NetworkSide network_;
   Counter frames_;
   Mailbox<MarkerField> newest_;
-  Mailbox<Watched> watched_;
-  Watched lastWatched_;
+  Mailbox<control::Watched> watched_;
+  control::Watched lastWatched_;
   Pipeline pipeline_;
   std::array<bool, Supervisor::kStages> hasStageEnded_{};
   Reloader reloader_;
   const ServiceHooks hooks_;
   Supervisor supervisor_;
-  Procedures procedures_;
+  control::Procedures procedures_;
   Zeros::Left restored_;
   std::uint64_t evicted_ = 0, passedOver_ = 0;  ///< by other links than the solver's, and by that, at the last look
   std::uint64_t tracked_ = 0;                   ///< number of the frame that was tracked last

@@ -26,22 +26,16 @@ publish::Description describe(const Gel& gel) {
 }  // namespace
 
 NetworkSide::NetworkSide(const Gel& gel, const Ledger& ledger, CaptureSide& camera, Subscribers& subscribers,
-                         const Starvation& starvation, Journal& journal, Requests requests)
+                         const Starvation& starvation, Journal& journal)
     : camera_(camera)
     , subscribers_(subscribers)
     , starvation_(starvation)
     , journal_(journal)
     , description_(simulation::describe(gel))
-    , snapshots_([this](const Snapshots::Result& result) { control_->answerSnapshot(result, {}); })
     , publisher_(std::move(*publish::Publisher::open(
           {.stream = {endpoint(kStreamPort)}, .latest = {endpoint(kLatestPort)}}, description_, ledger, {})))
-    , control_(std::move(*publish::ControlServer::open({endpoint(kControlPort)},
-                                                       {.status = [this] { return publisher_->lastStatus(); },
-                                                        .description = [this] { return publisher_->lastDescription(); },
-                                                        .zero = std::move(requests.zero),
-                                                        .calibrate = std::move(requests.calibrate),
-                                                        .camera = [this](const auto& step) { camera_.ask(step); },
-                                                        .snapshot = [this] { snapshots_.ask(); }})))
+    , control_(std::move(*control::ControlServer::open({endpoint(kControlPort)}, *publisher_)))
+    , snapshots_(control_.get())
     , statuses_(ledger, journal) {
   subscribers_.begin();
 }
@@ -67,9 +61,10 @@ void NetworkSide::checkStatus() {
   if (std::exchange(statusesSoFar_, soFar) != soFar) statuses_.check(publisher_->lastStatus());
 }
 
-void NetworkSide::control() {
-  control_->serve(0ms);
+void NetworkSide::control(control::Requests& requests) {
+  control_->serve(0ms, requests);
   if (const auto answer = camera_.takeAnswer()) control_->answerCamera(*answer);
+  if (const auto step = control_->takeCameraStep()) camera_.ask(*step);
   snapshots_.turn();
   constexpr std::int64_t kHeard_ns = 300 * kMs;
   const std::int64_t changed_ns = subscribers_.previewsChanged_ns();

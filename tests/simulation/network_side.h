@@ -1,31 +1,24 @@
 // The publisher and the control server of a life, connected to each other and the procedures as Instrument does.
 #pragma once
 
-#include "daemon/procedures.h"
-#include "daemon/publish/control.h"
+#include "daemon/control/control_server.h"
+#include "daemon/control/procedures.h"
+#include "daemon/control/snapshots.h"
 #include "daemon/publish/publisher.h"
-#include "daemon/snapshots.h"
 #include "tests/simulation/capture_side.h"
 #include "tests/simulation/gel.h"
 #include "tests/simulation/statuses.h"
 #include "tests/simulation/subscribers.h"
 
-#include <functional>
 #include <memory>
 
 namespace tractiond::simulation {
 
 class NetworkSide {
  public:
-  /// What requests begin.
-  struct Requests {
-    std::function<void(const ZeroRequest&)> zero;
-    std::function<void(const CalibrationStep&)> calibrate;
-  };
-
   /// Listens, and lets the subscribers connect. All references must outlive it.
   NetworkSide(const Gel& gel, const Ledger& ledger, CaptureSide& camera, Subscribers& subscribers,
-              const Starvation& starvation, Journal& journal, Requests requests);
+              const Starvation& starvation, Journal& journal);
   ~NetworkSide();
 
   /// Does what the publishing thread does with a field. Law: it reaches who reads at once.
@@ -34,13 +27,11 @@ class NetworkSide {
   void serveSubscribers();
   /// Handles requests, and answers of the camera; what else the control thread does is done by the procedures. Law: it
   /// is known whether previews are wanted.
-  void control();
+  void control(control::Requests& requests);
+  void askSnapshot() { snapshots_.ask(); }
 
   void describe(const RestPose& pose);
-  void answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark) {
-    control_->answerZero(result, remark);
-  }
-  void answerStep(const calibrate::Result& result) { control_->answerCalibration(result); }
+  control::Replies& replies() { return *control_; }
 
  private:
   void checkStatus();
@@ -50,9 +41,9 @@ class NetworkSide {
   const Starvation& starvation_;
   Journal& journal_;
   publish::Description description_;
-  Snapshots snapshots_;
   std::unique_ptr<publish::Publisher> publisher_;
-  std::unique_ptr<publish::ControlServer> control_;
+  std::unique_ptr<control::ControlServer> control_;
+  control::Snapshots snapshots_;
   Statuses statuses_;
   std::uint64_t statusesSoFar_ = 0;
 };

@@ -1,7 +1,7 @@
 #include "tests/simulation/operator.h"
 
-#include "daemon/config_toml.h"
-#include "daemon/instance.h"
+#include "daemon/app/config_toml.h"
+#include "daemon/app/instance.h"
 #include "tests/simulation/gel.h"
 
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 // The configuration file and the operator who edits it; and the law of what a reload takes over.
 #pragma once
 
-#include "daemon/reload.h"
+#include "daemon/app/reload.h"
 #include "tests/simulation/disk.h"
 #include "tests/simulation/journal.h"
 

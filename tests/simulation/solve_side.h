@@ -2,7 +2,7 @@
 // makes of a frame.
 #pragma once
 
-#include "daemon/prompt_solver.h"
+#include "daemon/app/prompt_solver.h"
 #include "tests/simulation/fiber.h"
 #include "tests/simulation/journal.h"
 #include "tests/simulation/learning_solver.h"

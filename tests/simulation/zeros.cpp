@@ -25,7 +25,7 @@ std::future<tl::expected<void, Error>> Zeros::keep(const RestPose& pose, const R
                nameOf(pose.id));
   unsure_.push_back(pose.id);
   saved_.insert_or_assign(pose.id, pose);
-  auto done = keeping_.begin([&] { return zero::saveZeros(kState, pose, before, owner()); });
+  auto done = keeping_.begin([&] { return control::saveZeros(kState, pose, before, owner()); });
   const auto& one = keeping_.newest();
   journal_.say(fmt::format("zero {} is being written, for {} ms{}", nameOf(pose.id), (one.at_ns - now()) / kMs,
                            one.outcome ? "" : ", and cannot be"));
@@ -88,15 +88,15 @@ Zeros::Left Zeros::restore() {
     journal_.say("the daemon refuses a damaged zero, and the operator removes it: " + damage.message());
     disk_.remove(path);
   };
-  auto restored = zero::restoreZero(kState, owner());
+  auto restored = control::restoreZero(kState, owner());
   if (!restored) {
     remove(track::restPosePath(kState), restored.error());
-    restored = zero::restoreZero(kState, owner());
+    restored = control::restoreZero(kState, owner());
   }
-  auto before = zero::loadEarlierZero(kState, restored->zero, owner());
+  auto before = control::loadEarlierZero(kState, restored->zero, owner());
   if (!before) {
     remove(track::earlierPosePath(kState), before.error());
-    before = zero::loadEarlierZero(kState, restored->zero, owner());
+    before = control::loadEarlierZero(kState, restored->zero, owner());
   }
   hasFailed_ = static_cast<bool>(restored->unsynchronised);
   for (const auto* pose : {&restored->zero, &*before}) {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/error.h"
-#include "daemon/zero/zero_store.h"
+#include "daemon/control/zero_store.h"
 #include "tests/simulation/disk.h"
 #include "tests/simulation/gel.h"
 #include "tests/simulation/journal.h"
@@ -66,7 +66,7 @@ class Zeros {
  private:
   using Kept = tl::expected<void, Error>;
 
-  zero::ZeroOwner owner() const { return {gel_.sensor, PixelFormat::kRgb8, kCamera}; }
+  control::ZeroOwner owner() const { return {gel_.sensor, PixelFormat::kRgb8, kCamera}; }
   tl::expected<std::optional<RestPose>, Error> load() const;
   /// Reads the zero that would be left if the power was lost now and all was lost that can be.
   std::optional<Id> synchronised() const;

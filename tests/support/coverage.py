@@ -14,8 +14,6 @@ ALLOWED = 5.0  # points that the gate may be behind
 def room_of(file):
     """Returns the room of a source file: a folder of daemon/, or of the tree; client/viewer is one of its own."""
     parts = pathlib.PurePath(file).parts
-    if parts[0] == "daemon" and len(parts) == 2:
-        return "config" if parts[1].startswith("config") else "pipeline"
     if parts[0] == "daemon" or parts[:2] == ("client", "viewer"):
         return parts[1]
     return parts[0]

@@ -7,7 +7,7 @@ import unittest
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 PAGES = [SOURCE / "README.md", SOURCE / "CONTRIBUTING.md", *sorted((SOURCE / "docs").glob("**/*.md"))]
 CODE = ("base", "client", "config", "daemon", "debian", "gateway", "lens", "manual", "proto", "recording", "sensor", "tests",
-        "tools", "twin")
+        "tools", "touch", "twin")
 
 
 def anchors(page):

@@ -1,12 +1,13 @@
 """The rooms of the tree include of each other what docs/architecture.md says."""
 
+import graphlib
 import pathlib
 import re
 import unittest
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
-PARTED = ("client", "daemon")  # their folders are rooms; the files above these are the room on top
-ROOMS = ("base", "sensor", "proto", "recording", "gateway", "twin", "lens", *PARTED)
+PARTED = ("client", "daemon")  # their folders are rooms
+ROOMS = ("base", "sensor", "touch", "proto", "recording", "gateway", "twin", "lens", *PARTED)
 
 
 def room_of(path):
@@ -31,8 +32,11 @@ class Rooms(unittest.TestCase):
     def test_include_what_the_page_says(self):
         said = {room: set(others.split(", ")) for room, others in re.findall(
             r"^ ([\w/]+) +-> ([\w/]+(?:, [\w/]+)*)", (SOURCE / "docs/architecture.md").read_text(), re.M)}
-        found = {room: others for room, others in includes().items() if others and room != "daemon"}
+        found = {room: others for room, others in includes().items() if others}
         self.assertEqual(found, said)
+
+    def test_include_only_what_lies_below(self):
+        graphlib.TopologicalSorter(includes()).prepare()  # raises where there is a circle
 
     def test_threads_are_those_of_the_page(self):
         page = (SOURCE / "docs/architecture.md").read_text()

@@ -1,6 +1,6 @@
 // The client library's requests against the daemon's control server, and against forgeries.
 
-#include "daemon/publish/control.h"
+#include "daemon/control/control_server.h"
 #include "tests/unit/publish/support.h"
 #include "traction/control.h"
 #include "traction/subscriber.h"
@@ -22,32 +22,17 @@ namespace {
 using namespace std::chrono_literals;
 using tractiond::test::kHung;
 
-class ControlTest : public testing::Test {
+class ControlTest : public testing::Test, tractiond::control::Requests, tractiond::publish::NewestMessages {
  protected:
   ControlTest() {
-    v1::Status status;
-    status.set_uptime_s(12.0);
-    status.set_camera(v1::CAMERA_STATE_WAITING);
-    v1::Description description;
-    description.set_software_version("0.1.0");
-    auto opened = tractiond::publish::ControlServer::open(
-        {"tcp://127.0.0.1:*"}, {.status = [bytes = status.SerializeAsString()] { return bytes; },
-                                .description = [bytes = description.SerializeAsString()] { return bytes; },
-                                .zero =
-                                    [this](const auto&) {
-                                      const std::lock_guard lock(mutex_);
-                                      server_->answerZero(zero_);
-                                    },
-                                .camera =
-                                    [this](const tractiond::CameraStep& step) {
-                                      const std::lock_guard lock(mutex_);
-                                      step_ = step;
-                                      server_->answerCamera(report_);
-                                    }});
+    auto opened = tractiond::control::ControlServer::open({"tcp://127.0.0.1:*"}, *this);
     if (!opened) throw std::runtime_error(opened.error().message());
     server_ = *std::move(opened);
     thread_ = std::thread([this] {
-      while (!stop_) server_->serve(10ms);
+      while (!stop_) {
+        server_->serve(10ms, *this);
+        if (const auto step = server_->takeCameraStep()) ask(*step);
+      }
     });
   }
   ~ControlTest() override {
@@ -72,7 +57,32 @@ class ControlTest : public testing::Test {
     return step_;
   }
 
-  std::unique_ptr<tractiond::publish::ControlServer> server_;
+  std::string lastStatus() const override {
+    v1::Status status;
+    status.set_uptime_s(12.0);
+    status.set_camera(v1::CAMERA_STATE_WAITING);
+    return status.SerializeAsString();
+  }
+  std::string lastDescription() const override {
+    v1::Description description;
+    description.set_software_version("0.1.0");
+    return description.SerializeAsString();
+  }
+  void beginZero(const tractiond::ZeroRequest& /*request*/) override {
+    const std::lock_guard lock(mutex_);
+    server_->answerZero(zero_);
+  }
+  void beginStep(const tractiond::CalibrationStep& /*step*/) override {
+    server_->answerCalibration(tl::unexpected<std::string>("there is no gel"));
+  }
+  void askSnapshot() override {}
+  void ask(const tractiond::CameraStep& step) {
+    const std::lock_guard lock(mutex_);
+    step_ = step;
+    server_->answerCamera(report_);
+  }
+
+  std::unique_ptr<tractiond::control::ControlServer> server_;
   std::mutex mutex_;  // of the daemon's side: answers, and what was asked
   tl::expected<tractiond::RestPose, std::string> zero_;
   tractiond::CameraStep step_;
@@ -95,7 +105,7 @@ TEST_F(ControlTest, LongestTimeIsNotOver) {
     patient.calibrate({});
     ADD_FAILURE();
   } catch (const Error& error) {
-    EXPECT_STREQ(error.what(), "this request is not served here");
+    EXPECT_STREQ(error.what(), "there is no gel");
   }
 }
 

@@ -1,6 +1,6 @@
+#include "daemon/control/zero_store.h"
 #include "daemon/track/rest_pose.h"
 #include "daemon/track/rest_pose_file.h"
-#include "daemon/zero/zero_store.h"
 #include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -186,21 +186,21 @@ TEST_F(RestPoseFile, WhatCannotBeWrittenIsSaid) {
 
 TEST_F(RestPoseFile, AZeroThatReplacedNothingYetIsNotUndone) {
   const fs::path state = directory_ / "state";
-  const zero::ZeroOwner owner{sensor_, PixelFormat::kRgb8, "Camera-1"};
+  const control::ZeroOwner owner{sensor_, PixelFormat::kRgb8, "Camera-1"};
   const RestPose before = pose();
   RestPose zero = before;
   zero.taken_ns += 1;
   zero.id = idOf(zero);
-  ASSERT_TRUE(zero::saveZeros(state, zero, &before, owner));
+  ASSERT_TRUE(control::saveZeros(state, zero, &before, owner));
   EXPECT_EQ(load().value()->id, zero.id);
-  const auto restored = zero::restoreZero(state, owner);
+  const auto restored = control::restoreZero(state, owner);
   ASSERT_TRUE(restored) << restored.error().message();
   EXPECT_EQ(restored->zero->id, zero.id);
   EXPECT_FALSE(restored->unsynchronised);
-  EXPECT_EQ(zero::loadEarlierZero(state, zero, owner).value()->id, before.id);
+  EXPECT_EQ(control::loadEarlierZero(state, zero, owner).value()->id, before.id);
   // The power was lost after the first of the two files.
-  ASSERT_TRUE(zero::saveZeros(state, before, nullptr, owner));
-  EXPECT_FALSE(zero::loadEarlierZero(state, before, owner).value());
+  ASSERT_TRUE(control::saveZeros(state, before, nullptr, owner));
+  EXPECT_FALSE(control::loadEarlierZero(state, before, owner).value());
 }
 
 TEST_F(RestPoseFile, IdsDifferWhereAnythingDiffers) {

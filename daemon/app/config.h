@@ -1,0 +1,55 @@
+// The configuration: one struct, and one table with default, unit, range and meaning of every key.
+#pragma once
+
+#include "base/service/config_table.h"
+#include "daemon/app/previewer.h"
+#include "daemon/app/prompt_solver.h"
+#include "daemon/app/realtime.h"
+#include "daemon/capture/camera_options.h"
+#include "daemon/publish/publisher.h"
+#include "daemon/record/recorder.h"
+#include "daemon/solve/options.h"
+#include "daemon/track/tracker.h"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tractiond {
+
+/// Value of sensor.gel_file with which pictures can be seen and nothing is measured.
+inline constexpr std::string_view kNoGelFile = "none";
+
+/// Defaults are those of the folders' options.
+struct Config {
+  struct Sensor {
+    std::string name;     ///< in topics and messages; empty: the instance's
+    std::string gelFile;  ///< empty: the built-in gel, that of the paper; kNoGelFile: none
+    /// Returns whether gelFile is the name of a file.
+    bool namesGelFile() const { return !gelFile.empty() && gelFile != kNoGelFile; }
+  } sensor;
+  capture::CameraOptions camera;
+  track::TrackOptions track;
+  solve::SolveOptions solve;
+  PromptOptions prompt;
+  publish::PublishOptions publish;
+  PreviewOptions preview;
+  RecordOptions record;                       ///< from the command line
+  bool insecure = false;                      ///< true: endpoints may be reachable from other hosts
+  std::vector<std::string> controlEndpoints;  ///< empty, like those in `publish`: those of the instance
+  RealtimeOptions realtime;
+  std::string logLevel = "info";
+};
+
+/// Returns the table of all keys, section by section, bound to the fields of `config`, which must outlive it and stay
+/// where it is. Parsing, checking and printing use it.
+std::vector<Key> keysOf(Config& config);
+
+/// Lists the keys whose values differ, in the order of keysOf(). Options of the command line are no keys. Reentrant.
+std::vector<Change> changesBetween(const Config& before, const Config& after);
+
+/// Returns the text of a configuration file with every key, its value and meaning. parseConfig() restores the values of
+/// all keys from it; fields that are no keys, as those from the command line, then have their defaults.
+std::string configText(const Config& config);
+
+}  // namespace tractiond

@@ -1,0 +1,111 @@
+#include "daemon/app/gel_files.h"
+
+#include "base/whole_file.h"
+#include "daemon/app/config.h"
+#include "daemon/calibrate/calibration.h"
+#include "daemon/track/nominal.h"
+#include "sensor/gel_file.h"
+
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+namespace tractiond {
+namespace {
+
+/// Converts an error in a gel file, or in the influence file that it names.
+Error asError(const FileError& error, const std::string& gelFile) {
+  Error result{.exitCode = EX_CONFIG, .what = error.what, .where = error.where};
+  if (error.isData) {
+    result.exitCode = EX_DATAERR;
+    result.remedy = "write it again, as docs/influence-file.md says";
+  } else if (error.unreadable) {
+    result.exitCode = EX_NOINPUT;
+    result.remedy = error.where == gelFile ? "sensor.gel_file names it" : "gel.influence_file names it";
+  }
+  return result;
+}
+
+/// A file for a library that only reads files; deleted by the destructor.
+class TemporaryFile {
+ public:
+  TemporaryFile(const std::filesystem::path& path, const std::string& bytes)
+      : path_(path) {
+    std::ofstream(path, std::ios::binary) << bytes;
+  }
+  ~TemporaryFile() {
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace
+
+tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile) {
+  if (gelFile == kNoGelFile) {
+    return tl::unexpected(Error{.exitCode = EX_CONFIG,
+                                .what = "sensor.gel_file is \"none\": without a gel there are no forces",
+                                .remedy = "name a gel file"});
+  }
+  sensor::Sensor sensor;
+  if (!gelFile.empty()) {
+    auto loaded = sensor::loadGel(gelFile);
+    if (!loaded) return tl::unexpected(asError(loaded.error(), gelFile));
+    sensor = *std::move(loaded);
+    if (auto same = calibrate::verifyCalibration(sensor, gelFile); !same) return tl::unexpected(same.error());
+  }
+  if (auto sound = track::trackable(sensor); !sound) return tl::unexpected(sound.error());
+  return sensor;
+}
+
+tl::expected<std::optional<sensor::Sensor>, Error> loadGel(const std::string& gelFile) {
+  if (gelFile == kNoGelFile) return std::nullopt;
+  return loadSensor(gelFile).map([](sensor::Sensor sensor) { return std::optional(std::move(sensor)); });
+}
+
+void describeSensor(publish::Description& description, const sensor::Sensor& sensor, const solve::SolveOptions& solve) {
+  description.sensor = sensor;
+  description.mechanics = sensor.body                                     ? "influence file"
+                          : solve.model == sensor::elastic::Model::kBlock ? "block"
+                                                                          : "half-space";
+  description.noise_px = solve.noise_px;
+}
+
+tl::expected<void, Error> readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile,
+                                       publish::Beginning& beginning) {
+  tl::expected<void, Error> done;
+  const auto content = [&done](const std::string& file) {
+    if (file.empty()) return std::string();
+    const auto bytes = readWholeFile(file);
+    if (bytes) return std::string(bytes->begin(), bytes->end());
+    done = tl::unexpected(
+        Error{.exitCode = EX_NOINPUT,
+              .what = "the file cannot be read again for the recording, which lacks it: " + bytes.error().message(),
+              .where = file,
+              .remedy = "put it back, and record again"});
+    return std::string();
+  };
+  beginning.gel = content(gelFile);
+  beginning.influence = sensor.body ? content(sensor.body->file) : "";
+  return done;
+}
+
+tl::expected<sensor::Sensor, Error> recordedSensor(const publish::Beginning& beginning, const std::string& recording,
+                                                   const std::filesystem::path& scratch) {
+  if (beginning.gel.empty()) return sensor::Sensor();
+  std::optional<TemporaryFile> written;
+  if (!beginning.influence.empty()) written.emplace(scratch, beginning.influence);
+  auto sensor = sensor::parseGel(beginning.gel, recording, written ? scratch.string() : "");
+  if (sensor) return *std::move(sensor);
+  return tl::unexpected(
+      Error{.exitCode = EX_DATAERR, .what = "its gel file is damaged: " + sensor.error().what, .where = recording});
+}
+
+}  // namespace tractiond

@@ -1,0 +1,344 @@
+#include "daemon/app/instrument.h"
+
+#include "daemon/app/gel_files.h"
+#include "daemon/app/measurement.h"
+#include "daemon/app/no_gel.h"
+#include "daemon/capture/aravis_driver.h"
+#include "daemon/capture/last_will.h"
+#include "daemon/capture/pipe_driver.h"
+#include "daemon/solve/make_solver.h"
+#include "traction/v1/status.pb.h"
+
+#include <fcntl.h>
+#include <malloc.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <utility>
+
+namespace tractiond {
+namespace {
+
+/// Length of a turn while a step of a calibration looks at every frame.
+constexpr std::chrono::milliseconds kHurriedTurn{3};
+
+/// Returns the id of the calibration; all zero without a gel.
+Id calibrationId(const std::optional<sensor::Sensor>& gel, const solve::SolveOptions& solve) {
+  return gel ? solve::calibrationId(*gel, solve) : Id{};
+}
+
+/// Returns the ledger as a sentence. Frames that were averaged for a zero are not lost, nor are those without a gel.
+std::string account(const Ledger& ledger) {
+  if (const std::uint64_t shown = ledger.noGel.get(); shown != 0) {
+    return fmt::format("{} frames received, {} not measured as there is no gel, {} lost", ledger.received.get(), shown,
+                       ledger.losses() - shown);
+  }
+  const std::uint64_t zero = ledger.noRestPose.get();
+  return fmt::format("{} frames received, {} published, {} for the zero, {} lost", ledger.received.get(),
+                     ledger.published.get(), zero, ledger.losses() - zero);
+}
+
+/// Returns the resident memory [bytes]; 0: there is no /proc. Allocates nothing.
+std::uint64_t residentMemory() {
+  const int file = ::open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+  if (file < 0) return 0;
+  std::array<char, 128> text{};  // all pages, those resident, ...
+  const auto size = ::read(file, text.data(), text.size() - 1);
+  ::close(file);
+  char* behindAll = text.data();
+  if (size > 0) std::strtoull(text.data(), &behindAll, 10);
+  return std::strtoull(behindAll, nullptr, 10) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+}  // namespace
+
+Instrument::Instrument(Config config, OwnDirectory state, OwnDirectory runtime)
+    : config_(std::move(config))
+    , realtime_(std::make_shared<Realtime>(config_.realtime))
+    , state_(std::move(state))
+    , runtime_(std::move(runtime)) {}
+
+Instrument::~Instrument() = default;
+
+tl::expected<std::unique_ptr<Instrument>, Error> Instrument::make(const Config& config, const Places& places,
+                                                                  std::shared_ptr<const LineWriter> log) {
+  auto gel = loadGel(config.sensor.gelFile);
+  if (!gel) return tl::unexpected(gel.error());
+  if (!*gel && !config.record.file.empty()) {
+    return tl::unexpected(Error{.exitCode = EX_USAGE,
+                                .what = "--record keeps what forces are computed from, and there is no gel",
+                                .remedy = "name a gel file in sensor.gel_file, or start without --record"});
+  }
+  auto state = OwnDirectory::claim(places.state, "state directory");
+  if (!state) return tl::unexpected(state.error());
+  auto runtime = OwnDirectory::claim(places.runtime, "runtime directory");
+  if (!runtime) return tl::unexpected(runtime.error());
+  std::unique_ptr<Instrument> instrument(
+      new Instrument(completed(config, places), *std::move(state), *std::move(runtime)));
+  instrument->stateDirectory_ = places.state;
+  instrument->instance_ = places.instance;
+  instrument->log_ = std::move(log);
+  if (auto built = instrument->build(*std::move(gel)); !built) return tl::unexpected(built.error());
+  return instrument;
+}
+
+tl::expected<void, Error> Instrument::build(std::optional<sensor::Sensor> gel) {
+  const Config& config = config_;
+  description_.identity = {config.sensor.name, publish::randomId(), calibrationId(gel, config.solve)};
+  description_.softwareVersion = TRACTIOND_VERSION;
+  description_.host = publish::hostId();
+  if (gel) describeSensor(description_, *gel, config.solve);
+
+  if (auto opened = openSockets(); !opened) return opened;
+  if (auto processing = makeProcessing(std::move(gel)); !processing) return processing;
+  if (config.preview.rate_Hz > 0.0) previewer_.emplace(*publisher_, config.preview);
+
+  if (auto opened = openCamera(); !opened) return opened;
+  PipelineOptions options = processing_->pipelineOptions();
+  // Of a recording every picture counts; a camera's newest does.
+  options.whenFull = config.camera.images.empty() ? WhenFull::kEvictOldest : WhenFull::kWait;
+  options.controls = true;
+  options.previews = previewer_.has_value();
+  options.makesModels = processing_->promptSolver() != nullptr;
+  options.records = processing_->recorder() != nullptr;
+  pipeline_ = std::make_unique<Pipeline>(*camera_, static_cast<Stages&>(*this), options, ledger_, turns_);
+  reloader_.emplace(config_, description_.identity.calibration, static_cast<ReloadedCamera&>(*this));
+  return {};
+}
+
+tl::expected<void, Error> Instrument::openSockets() {
+  const Config& config = config_;
+  auto publisher =
+      publish::Publisher::open(config.publish, description_, ledger_, [this](auto& status) { measure(status); });
+  if (!publisher) return tl::unexpected(publisher.error());
+  publisher_ = *std::move(publisher);
+  // Its own one, as long as the control socket has none yet.
+  if (const int sender = threadCalled("ZMQbg/IO/0"); sender != 0) realtime_->adopt(sender);
+  auto server = control::ControlServer::open(config.controlEndpoints, *publisher_);
+  if (!server) return tl::unexpected(server.error());
+  controlServer_ = *std::move(server);
+  return {};
+}
+
+tl::expected<void, Error> Instrument::makeProcessing(std::optional<sensor::Sensor> gel) {
+  if (!gel) {
+    spdlog::warn("warning: {}", NoGel::kWhy);
+    processing_ = std::make_unique<NoGel>(*controlServer_);
+    return {};
+  }
+  auto measurement = Measurement::make(*std::move(gel), {.config = config_,
+                                                         .stateDirectory = stateDirectory_,
+                                                         .ledger = ledger_,
+                                                         .turns = turns_,
+                                                         .description = description_,
+                                                         .publisher = *publisher_,
+                                                         .replies = *controlServer_,
+                                                         .pipeline = pipeline_});
+  if (!measurement) return tl::unexpected(measurement.error());
+  processing_ = *std::move(measurement);
+  return {};
+}
+
+/// Returns the driver by the configuration.
+capture::OpenDriver Instrument::driver() const {
+  const capture::CameraOptions& options = config_.camera;
+  if (options.images.empty())
+    return capture::fromAravis(options,
+                               [realtime = realtime_](bool begins) { begins ? realtime->enter() : realtime->leave(); });
+  return capture::fromPipe({.path = options.images,
+                            .format = options.pixelFormat,
+                            .width = options.width,
+                            .height = options.height,
+                            .buffers = options.buffers,
+                            .frameRate_Hz = options.frameRate_Hz});
+}
+
+tl::expected<void, Error> Instrument::openCamera() {
+  const capture::CameraOptions& options = config_.camera;
+  const capture::Say say = [](capture::LogLevel level, const std::string& line) {
+    if (level == capture::LogLevel::kWarning)
+      spdlog::warn("warning: {}", line);
+    else
+      spdlog::info(line);
+  };
+  const bool piped = !options.images.empty();
+  auto camera = capture::Camera::open(
+      driver(),
+      {.wait = options.wait && !piped, .silenceTimeout_ms = options.silenceTimeout_ms, .buffers = options.buffers},
+      ledger_, say, [this](const auto& info) { return processing_->welcome(info); });
+  if (!camera) return tl::unexpected(camera.error());
+  camera_ = *std::move(camera);
+  return {};
+}
+
+tl::expected<void, Error> Instrument::start() {
+  realtime_->lockMemory();
+  if (auto started = pipeline_->start(); !started) return started;
+  realtime_->report();
+  const auto list = [](const std::vector<std::string>& endpoints) {
+    return fmt::format("{}", fmt::join(endpoints, " "));
+  };
+  spdlog::info("running: sensor {}, stream {}, latest {}, control {}", config_.sensor.name,
+               list(publisher_->streamEndpoints()), list(publisher_->latestEndpoints()),
+               list(controlServer_->endpoints()));
+  return {};
+}
+
+ServiceHooks Instrument::hooks(std::function<tl::expected<Reread, Error>()> read) {
+  return {.loops = loopsOf(turns_),
+          // A film ends when its last picture is measured, which may wait for the zero's verdict and solver: requests
+          // are answered and stop signals heeded meanwhile.
+          .ended = [this] { return pipeline_->ended() && (config_.camera.images.empty() || balanced(ledger_)); },
+          .statusLine = [this] { return statusLine(); },
+          .reload = reloader_->hook(std::move(read)),
+          .others = [this] { return !camera_->isForsaken(); }};
+}
+
+tl::expected<void, Error> Instrument::stop() {
+  pipeline_->stop();
+  auto recorded = processing_->finish();
+  spdlog::info("stopped: {}", account(ledger_));
+  if (!config_.camera.images.empty() && ledger_.noRestPose.get() > 0 && ledger_.published.get() == 0) {
+    spdlog::warn(
+        "warning: no field was published: the pictures ended before there was a zero, which is averaged over {} "
+        "of them (track.zero_frames), with the gel untouched",
+        config_.track.zeroFrames);
+  }
+  if (pipeline_->ended() && camera_->error().exitCode != EX_OK) return tl::unexpected(camera_->error());
+  if (!balanced(ledger_)) {
+    return tl::unexpected(Error{.exitCode = EX_SOFTWARE,
+                                .what = "the ledger does not balance: " + account(ledger_),
+                                .remedy = "this is a bug: please report it"});
+  }
+  return recorded;
+}
+
+bool Instrument::track(const Frame& frame, MarkerField& markers) {
+  const bool tracked = processing_->track(frame, markers);
+  if (previewer_) previewer_->takeFrame(frame, tracked ? &markers : nullptr);
+  return tracked;
+}
+
+void Instrument::publish(const TractionField& field) {
+  publisher_->publish(field);
+  processing_->takeField(field);
+}
+
+void Instrument::control(std::chrono::milliseconds timeout) {
+  controlServer_->serve(processing_->hurried() || cameraAsked_ ? std::min(timeout, kHurriedTurn) : timeout,
+                        *processing_);
+  meetCamera();
+  watchLastWill();
+  if (const auto answer = cameraAsked_ ? camera_->takeAnswer() : std::nullopt) {
+    cameraAsked_ = false;
+    controlServer_->answerCamera(*answer);
+  }
+  if (const auto step = controlServer_->takeCameraStep()) {
+    camera_->ask(*step);
+    cameraAsked_ = true;
+  }
+  processing_->turn();
+  const std::int64_t now_ns = monotonicNow();
+  giveMemoryBack(now_ns);
+  watchUnsent(now_ns);
+}
+
+/// Returns memory that is free, but not at the end of a heap, to the system: what waited for subscribers that have gone
+/// lies between what is still used.
+void Instrument::giveMemoryBack(std::int64_t now_ns) {
+  constexpr std::int64_t kBetween_ns = 10'000'000'000;  // the threads that allocate wait meanwhile, for a millisecond
+  constexpr std::size_t kWorthIt_bytes = 4 << 20;
+  if (now_ns - trimmed_ns_ < kBetween_ns) return;
+  trimmed_ns_ = now_ns;
+  if (mallinfo2().fordblks > kWorthIt_bytes) malloc_trim(0);
+}
+
+/// Warns of messages that were not published, at most once a second.
+void Instrument::watchUnsent(std::int64_t now_ns) {
+  const std::uint64_t unsent = publisher_->unsent();
+  if (unsent == toldUnsent_ || now_ns - toldUnsent_ns_ < 1'000'000'000) return;
+  toldUnsent_ = unsent;
+  toldUnsent_ns_ = now_ns;
+  spdlog::warn("warning: messages lost as there was no memory to publish them: {}", unsent);
+}
+
+/// Describes the camera for each session, as it may return with other values.
+void Instrument::meetCamera() {
+  const auto info = camera_->info();
+  if (!info || info->session == describedSession_) return;
+  describedSession_ = info->session;
+  processing_->meet(*info);
+  if (previewer_) previewer_->meet(info->shape.size);
+  describeCamera(*info);
+}
+
+/// Warns once. The process is forked before there are threads, so only a restart brings it back.
+void Instrument::watchLastWill() {
+  std::string why = capture::whyCameraWouldStayLocked();
+  if (why.empty() || why == lockedWhy_) return;
+  lockedWhy_ = std::move(why);
+  spdlog::warn(
+      "warning: {}: after a kill -9 of this daemon the camera stays locked for its heartbeat's time, 3 s for most; "
+      "only a restart starts that process again: sudo systemctl restart tractiond@{}",
+      lockedWhy_, instance_);
+}
+
+void Instrument::describeCamera(const capture::CameraInfo& info) {
+  description_.cameraVendor = info.name.vendor;
+  description_.cameraModel = info.name.model;
+  description_.cameraSerial = info.name.serial;
+  description_.pixelFormat = traitsOf(info.format).name;
+  description_.width_px = info.shape.width;
+  description_.height_px = info.shape.height;
+  publisher_->describe(description_);
+}
+
+void Instrument::measure(traction::v1::Status& status) {
+  if (camera_ && camera_->takeVitals(cameraVitals_)) {
+    status.set_camera(static_cast<traction::v1::CameraState>(cameraVitals_.state));
+    const bool wasOpen = cameraVitals_.state != CameraState::kUnknown && cameraVitals_.state != CameraState::kWaiting;
+    wasOpen ? status.mutable_camera_link()->CopyFrom(cameraVitals_.link) : status.clear_camera_link();
+  }
+  // What a camera waits for matters while it sends nothing.
+  const bool sends = cameraVitals_.state == CameraState::kStreaming && status.rates().received_hz() > 0.0;
+  status.mutable_camera_why()->assign(sends ? std::string_view() : cameraVitals_.why.view());
+  realtime_->read(*status.mutable_scheduling());  // else it stays as it was
+  traction::v1::Turns& turns = *status.mutable_turns();
+  turns.set_capture(turns_.capture.get());
+  turns.set_track(turns_.track.get());
+  turns.set_solve(turns_.solve.get());
+  turns.set_publish(turns_.publish.get());
+  turns.set_control(turns_.control.get());
+  status.set_log_lines_lost(log_ ? log_->lost() : 0);
+  if (controlServer_) status.set_answers_unsent(controlServer_->unsent());  // none at the first status
+  if (publisher_) status.set_messages_unsent(publisher_->unsent());         // likewise
+  status.set_memory_bytes(residentMemory());
+  const FixedText<200> unreleased(capture::whyCameraWouldStayLocked());
+  status.mutable_unreleased_why()->assign(unreleased.view());
+  if (processing_) processing_->measure(status);
+}
+
+std::string Instrument::statusLine() const {
+  const char* camera = "";
+  switch (camera_->state()) {
+  case CameraState::kUnknown:
+  case CameraState::kWaiting:
+    camera = "waiting for a camera";
+    break;
+  case CameraState::kConnecting:
+    camera = "setting the camera up";
+    break;
+  case CameraState::kStreaming:
+    camera = "streaming";
+    break;
+  case CameraState::kLost:
+    camera = "camera lost, looking for it";
+    break;
+  }
+  return fmt::format("{}; {}", camera, account(ledger_));
+}
+
+}  // namespace tractiond

@@ -1,0 +1,258 @@
+#include "daemon/app/measurement.h"
+
+#include "daemon/app/gel_files.h"
+#include "daemon/control/zero_store.h"
+#include "daemon/solve/make_solver.h"
+#include "daemon/track/nominal.h"
+
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <array>
+#include <thread>
+#include <utility>
+
+namespace tractiond {
+namespace {
+
+/// Returns a function that logs a line for each step of a new gel, and each ten per cent of one whose share is known.
+solve::Steps stepLines() {
+  return [last = -1, isNew = false](solve::Step step, double done) mutable {
+    constexpr std::array<const char*, 5> kNames{"influence", "products", "modes", "systematic errors",
+                                                "detection limit"};
+    const auto index = static_cast<std::size_t>(step);
+    isNew = isNew || step == solve::Step::kInfluence || step == solve::Step::kProducts;
+    const int line = 10 * static_cast<int>(index) + std::min(static_cast<int>(done * 10), 9);
+    if (!isNew || line == std::exchange(last, line)) return;
+    spdlog::info("a gel not seen before: computing its factors, step {} of {}: {}{}", index + 1, kNames.size(),
+                 kNames.at(index), step == solve::Step::kInfluence ? fmt::format(", {} %", 10 * (line % 10)) : "");
+  };
+}
+
+}  // namespace
+
+tl::expected<std::unique_ptr<Processing>, Error> Measurement::make(sensor::Sensor sensor, const Surroundings& around) {
+  std::unique_ptr<Measurement> measurement(new Measurement(std::move(sensor), around));
+  if (auto built = measurement->build(); !built) return tl::unexpected(built.error());
+  return measurement;
+}
+
+Measurement::Measurement(sensor::Sensor sensor, const Surroundings& around)
+    : around_(around)
+    , isFilm_(!around.config.camera.images.empty())
+    , sensor_(std::move(sensor))
+    , invalidFields_(around.config.track, around.config.solve) {
+  if (!isFilm_) promptSolver_.emplace(around.config.prompt, sensor_.markerCount(), sensor_.nodes.count());
+  constexpr int kNice = 10;  // of this thread only: frames are more urgent
+  compute_.run([] { setpriority(PRIO_PROCESS, 0, kNice); });
+}
+
+Measurement::~Measurement() {
+  restSolver_.reset();
+  compute_.awaitIdle();
+  disk_.awaitIdle();
+}
+
+tl::expected<void, Error> Measurement::build() {
+  const Config& config = around_.config;
+  auto made = solve::makeSolver(sensor_, config.solve, around_.stateDirectory, stepLines(),
+                                [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
+  if (!made) return tl::unexpected(made.error());
+  solver_.solver = std::move(made->solver);
+  around_.description.calibrated_ns = made->computed_ns;
+  if (solve::followsRest(sensor_)) {
+    restSolver_ = std::make_unique<RestSolver>(sensor_, config.solve, around_.stateDirectory, solver_.solver, compute_);
+  }
+  track::TrackOptions tracking = config.track;
+  tracking.awaitsGelCheck = true;  // forces are only computed from a zero that was compared with the gel file
+  tracker_ = std::make_unique<track::Tracker>(sensor_, tracking);
+  gelWatch_ = std::make_unique<control::GelWatch>(sensor_, *tracker_, newestMarkerStatus_, &around_.replies);
+  around_.description.detectionLimit_N = solver_.solver->detectionLimit_N();
+  around_.publisher.describe(around_.description);
+  procedures_ = std::make_unique<control::Procedures>(
+      control::ProcedureParts{.sensor = sensor_,
+                              .frames = tracked_,
+                              .markers = newestMarkers_,
+                              .watched = watched_,
+                              .tracker = *tracker_,
+                              .gel = *gelWatch_,
+                              .host = *this,
+                              .replies = around_.replies},
+      control::ProcedureOptions{.zeroFrames = config.track.zeroFrames, .directory = around_.stateDirectory});
+  if (!config.record.file.empty()) {
+    auto recorder = Recorder::open(config.record, around_.description.identity, sensor_.markerCount(),
+                                   sensor_.nodes.count(), {.published = around_.publisher});
+    if (!recorder) return tl::unexpected(recorder.error());
+    recorder_ = *std::move(recorder);
+    recordedConfig_ = configText(config);
+  }
+  return {};
+}
+
+PipelineOptions Measurement::pipelineOptions() const {
+  return {.markers = sensor_.markerCount(), .nodes = sensor_.nodes.count()};
+}
+
+tl::expected<void, Error> Measurement::welcome(const capture::CameraInfo& info) {
+  const sensor::Camera& expected = sensor_.camera;
+  if (info.shape.width != expected.width || info.shape.height != expected.height) {
+    return tl::unexpected(Error{
+        .exitCode = EX_CONFIG,
+        .what = fmt::format("the camera's picture is {} x {} pixels, the gel's is {} x {}", info.shape.width,
+                            info.shape.height, expected.width, expected.height),
+        .remedy =
+            "set camera.width_px and camera.height_px, or describe the gel's camera; to aim a camera before there is a "
+            "gel file, set sensor.gel_file = \"none\""});
+  }
+  if (auto possible = track::trackable(sensor_, info.format); !possible) return possible;
+  const std::string id = calibrate::cameraId(info.name.vendor, info.name.serial);
+  if (sensor_.calibration && sensor_.calibration->camera != id) {
+    return tl::unexpected(Error{
+        .exitCode = EX_CONFIG,
+        .what = fmt::format("the gel file was calibrated with camera {}, this is {}", sensor_.calibration->camera, id),
+        .where = around_.config.sensor.gelFile,
+        .remedy = "calibrate with this camera, starting from a gel file without calibration"});
+  }
+  if (info.session > 1) {  // the zero of the previous session is in force
+    if (id == cameraId_) return {};
+    return tl::unexpected(Error{.exitCode = EX_UNAVAILABLE,
+                                .what = fmt::format("camera {} is not {}, whose zero is in force", id, cameraId_),
+                                .remedy = "to use it, stop the daemon and set camera.id"});
+  }
+  cameraId_ = id;
+  // Without the earlier zero, a load that presses at the start would be zeroed.
+  auto restored = control::restoreZero(around_.stateDirectory, {sensor_, info.format, id});
+  if (!restored) return tl::unexpected(restored.error());
+  restored_ = std::move(restored->zero);
+  if (restored_) tracker_->restore(*restored_);
+  isRestoredWritten_ = !restored->unsynchronised;
+  if (!isRestoredWritten_)
+    spdlog::warn(
+        "warning: the stored zero may not survive a power failure, as its directory cannot be synchronised: {}",
+        restored->unsynchronised.message());
+  earlier_ = earlierZero(info);
+  if (recorder_) beginRecording(info);
+  return {};
+}
+
+void Measurement::beginRecording(const capture::CameraInfo& info) {
+  publish::Beginning beginning{.sensor = around_.config.sensor.name,
+                               .softwareVersion = TRACTIOND_VERSION,
+                               .calibration = around_.description.identity.calibration,
+                               .configuration = recordedConfig_,
+                               .gel = {},
+                               .influence = {},
+                               .rest = restored_,
+                               .cameraVendor = info.name.vendor,
+                               .cameraModel = info.name.model,
+                               .cameraSerial = info.name.serial};
+  if (const auto read = readGelFiles(sensor_, around_.config.sensor.gelFile, beginning); !read)
+    spdlog::warn("warning: {}", read.error().message());
+  recorder_->begin(beginning);
+}
+
+/// Returns the previous zero, which is needed for an undo only: an error of its file counts as no zero.
+std::optional<RestPose> Measurement::earlierZero(const capture::CameraInfo& info) const {
+  const auto pose = control::loadEarlierZero(around_.stateDirectory, restored_, {sensor_, info.format, cameraId_});
+  if (!pose) spdlog::warn("warning: the zero cannot be undone: {}", pose.error().message());
+  return pose.value_or(std::nullopt);
+}
+
+bool Measurement::track(const Frame& frame, MarkerField& markers) {
+  if (isFilm_) awaitFirstZero();
+  const bool tracked = tracker_->track(frame, markers) == track::Outcome::kTracked;
+  tracked_.add();
+  if (restSolver_) restSolver_->advanceZero(places_);
+  markers.places = places_;
+  gelWatch_->takeFrame(frame);
+  if (recorder_) recorder_->takeFrame(frame, tracker_->inputs(), places_);
+  if (tracked) newestMarkers_.put(markers);  // dropped if control is taking one at this moment
+  return tracked;
+}
+
+/// Waits, for pictures from a file, until the first zero is compared with the gel file and its solver is made: the time
+/// that these take must not decide which pictures are measured, and by which solver.
+void Measurement::awaitFirstZero() {
+  if (!tracker_->awaitsFirstVerdict()) return;
+  const auto waits = [this] { return tracker_->awaitsFirstVerdict() || (restSolver_ && restSolver_->done() == 0); };
+  while (waits() && !around_.pipeline->stopping()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    around_.turns.track.add();
+  }
+}
+
+void Measurement::solve(const MarkerField& markers, TractionField& field) {
+  if (restSolver_) restSolver_->take(solver_, markers.places);
+  if (promptSolver_) {
+    promptSolver_->solve(solver_.solver, markers, field);
+  } else {
+    solver_.solver->solve(markers, field);
+  }
+}
+
+void Measurement::takeField(const TractionField& field) {
+  if (!field.valid) {
+    around_.ledger.invalid.add();
+    invalidFields_.add(field);
+  }
+  if (recorder_) recorder_->takeField(field);
+}
+
+void Measurement::measure(traction::v1::Status& status) {
+  watched_.take(lastWatched_);
+  status.set_zero_within_s(lastWatched_.zeroWithin_s);
+  newestMarkerStatus_.swap(*status.mutable_markers());
+  const FixedText<300> why(invalidFields_.take());
+  status.mutable_invalid_why()->assign(why.view());
+  const RestDrift& drift = lastWatched_.drift;
+  if (drift.seen_ns == 0) return status.clear_rest_drift();
+  traction::v1::RestDrift& to = *status.mutable_rest_drift();
+  to.set_shift_u_px(drift.shiftU_px);
+  to.set_shift_v_px(drift.shiftV_px);
+  to.set_scale(drift.scale);
+  to.set_roll_rad(drift.roll);
+  to.set_rms_px(drift.rms_px);
+  to.set_age_s(std::max(static_cast<double>(monotonicNow() - drift.seen_ns) * 1e-9, 0.0));
+}
+
+void Measurement::meet(const capture::CameraInfo& info) {
+  format_ = info.format;
+  gelWatch_->meet(info.shape.size, info.waits());
+  procedures_->setWaits(info.waits());
+  if (std::exchange(hasMet_, true)) return;
+  procedures_->welcome(cameraId_, info.frameRate_Hz, restored_, earlier_, isRestoredWritten_);
+}
+
+void Measurement::turn() {
+  procedures_->turn();
+  gelWatch_->turn();
+  if (restSolver_) restSolver_->turn();
+}
+
+void Measurement::describe(const RestPose& zero) {
+  if (restSolver_) restSolver_->heed(zero);
+  around_.description.zero = zero;
+  around_.publisher.describe(around_.description);
+}
+
+std::future<tl::expected<void, Error>> Measurement::keep(const RestPose& zero, const RestPose* before) {
+  return disk_.start([this, zero, format = format_, earlier = before ? std::optional(*before) : std::nullopt] {
+    return control::saveZeros(around_.stateDirectory, zero, earlier ? &*earlier : nullptr,
+                              {sensor_, format, cameraId_});
+  });
+}
+
+std::future<std::optional<calibrate::Result>> Measurement::start(control::StepWork work) {
+  return compute_.start(std::move(work));
+}
+
+tl::expected<void, Error> Measurement::finish() {
+  gelWatch_->turn();  // the pictures of a file may have ended between two turns
+  if (!recorder_) return {};
+  auto closed = recorder_->close();
+  if (closed) spdlog::info("recorded: {}", recorder_->account());
+  return closed;
+}
+
+}  // namespace tractiond

@@ -1,0 +1,90 @@
+#include "daemon/app/serve.h"
+
+#include "base/service/log.h"
+#include "base/service/service.h"
+#include "daemon/app/config_toml.h"
+#include "daemon/app/instrument.h"
+#include "daemon/app/reload.h"
+#include "daemon/app/replay.h"
+#include "daemon/capture/last_will.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <optional>
+
+namespace tractiond {
+namespace {
+
+std::string line(const Error& error) {
+  return logLine("tractiond", spdlog::level::err, error.message());
+}
+
+/// Reads all that a reload needs.
+tl::expected<Reread, Error> readAgain(const Arguments& arguments) {
+  const auto places = located(arguments.places);
+  auto config = places ? configured(arguments, *places) : tl::unexpected(places.error());
+  if (!config) return tl::unexpected(config.error());
+  return reread(completed(*std::move(config), *places));
+}
+
+}  // namespace
+
+int failed(const Error& error) {
+  std::cerr << line(error) << "\n";
+  return error.exitCode;
+}
+
+tl::expected<Config, Error> configured(const Arguments& arguments, const Places& places) {
+  auto config = places.config.empty() ? tl::expected<Config, Error>() : loadConfig(places.config);
+  if (config) {
+    config->camera.images = arguments.images;
+    config->camera.inspector = "/proc/self/exe";
+    config->record = arguments.record;
+  }
+  return config;
+}
+
+int replayRecording(const Arguments& arguments, const Config& config, const Places& places) {
+  const auto log = startLog("tractiond", config.logLevel);
+  const auto done = replay(config, places, arguments.replay);
+  if (!done) log->write(line(done.error()));
+  log->drain();
+  return done ? EX_OK : done.error().exitCode;
+}
+
+int serve(const Arguments& arguments, const Config& config, const Places& places) {
+  // Before there are threads. Pictures from a file have no camera.
+  if (arguments.images.empty()) capture::startExecutor();  // the instrument warns of what fails
+  catchSignals();
+  if (const auto raised = raiseDescriptorLimit(); !raised) return failed(raised.error());
+  const auto log = startLog("tractiond", config.logLevel);
+  const auto failed = [&](const Error& error) {
+    log->write(line(error));
+    return error.exitCode;
+  };
+  const auto tellStopped = [&] { log->write(logLine("tractiond", spdlog::level::info, "stopped before it ran")); };
+  std::error_code ignored;
+  const bool recordsAnew = !config.record.file.empty() && !std::filesystem::exists(config.record.file, ignored);
+  std::optional<StopWhileStarting> starting([&] {
+    std::error_code failure;
+    for (const auto& file : socketFiles(completed(config, places))) std::filesystem::remove(file, failure);
+    // The instrument may have made it, and would not be started with it again.
+    if (recordsAnew && std::filesystem::is_empty(config.record.file, failure))
+      std::filesystem::remove(config.record.file, failure);
+    tellStopped();
+    log->drain();
+    std::_Exit(EX_OK);
+  });
+  auto instrument = Instrument::make(config, places, log);
+  starting.reset();
+  // What has failed meanwhile matters to nobody.
+  if (!instrument && serviceRequests().stop.wait(std::chrono::milliseconds(0))) return tellStopped(), EX_OK;
+  if (!instrument) return failed(instrument.error());
+  if (const auto started = (*instrument)->start(); !started) return failed(started.error());
+  run((*instrument)->hooks([arguments] { return readAgain(arguments); }));
+  const auto stopped = (*instrument)->stop();
+  return stopped ? EX_OK : failed(stopped.error());
+}
+
+}  // namespace tractiond

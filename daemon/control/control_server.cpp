@@ -1,0 +1,226 @@
+#include "daemon/control/control_server.h"
+
+#include "base/clock.h"
+#include "base/counter.h"
+#include "base/network/socket.h"
+#include "daemon/publish/wire_control.h"
+
+#include <spdlog/spdlog.h>
+
+#include <array>
+#include <deque>
+#include <optional>
+
+namespace tractiond::control {
+
+namespace {
+
+constexpr std::int64_t kLargestRequest = 65'536;
+constexpr int kWaitingReplies = 16;  ///< per peer; one that does not read loses the rest
+constexpr int kRequestsPerTurn = 64;
+constexpr std::size_t kLargestAskers = 64;  ///< of one zero, of one picture, of the camera
+
+}  // namespace
+
+struct ControlServer::Impl {
+  /// Back to who asked.
+  struct Route {
+    std::string peer;
+    std::string beyond;  ///< behind a peer that passes requests on; empty: the peer itself
+  };
+
+  explicit Impl(const publish::NewestMessages& newest)
+      : published(newest) {}
+  ~Impl() { network::release(endpoints); }
+
+  /// A request of any number of parts; the first four are kept. False: there is none.
+  bool receive() {
+    parts = 0;
+    for (;;) {
+      zmq::message_t surplus;
+      zmq::message_t& message = parts < request.size() ? request[parts] : surplus;
+      if (zmq_msg_recv(message.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) return false;
+      ++parts;
+      if (!message.more()) return true;
+    }
+  }
+
+  void reply(const Route& route, const std::string& bytes) { replyAll({route}, bytes); }
+
+  /// One message is shared by all.
+  void replyAll(const std::vector<Route>& routes, const std::string& bytes) {
+    if (routes.empty()) return;
+    auto message = network::copyOf(bytes);
+    std::uint64_t lost = 0;
+    for (const Route& route : routes) {
+      // All parts are made before the first is sent, so that a reply is sent as a whole or not at all.
+      auto peer = network::copyOf(route.peer), beyond = network::copyOf(route.beyond);
+      zmq::message_t empty, shared;
+      if (!message || !peer || !beyond) {
+        ++lost;
+        continue;
+      }
+      (void)zmq_msg_copy(shared.handle(), message->handle());  // needs no memory: bytes are shared
+      // ROUTER drops what is for a peer that has gone or does not read.
+      const auto put = [this](zmq::message_t& part, int flags) {
+        while (zmq_msg_send(part.handle(), socket.handle(), flags) < 0 && zmq_errno() == EINTR) {
+        }
+      };
+      put(*peer, ZMQ_SNDMORE);
+      if (!route.beyond.empty()) put(*beyond, ZMQ_SNDMORE);
+      put(empty, ZMQ_SNDMORE);
+      put(shared, ZMQ_DONTWAIT);
+    }
+    if (lost > 0) count(lost);
+  }
+
+  /// Counts answers for which ZeroMQ had no memory, and warns at most once a second.
+  void count(std::uint64_t lost) {
+    unsent.add(lost);
+    const std::int64_t now_ns = monotonicNow();
+    if (warned_ns && now_ns - *warned_ns < 1'000'000'000) return;
+    warned_ns = now_ns;
+    const std::uint64_t all = unsent.get();
+    spdlog::warn("warning: {} answer{} to requests could not be sent: {}", all, all == 1 ? "" : "s",
+                 zmq_strerror(ENOMEM));
+  }
+
+  void answer(Requests& requests) {
+    // [peer][empty][request], or [peer][beyond][empty][request]; a peer that does not speak REQ's envelope would not
+    // understand a reply either.
+    const bool passedOn = parts == 4 && !request[1].empty();
+    const std::size_t last = passedOn ? 3 : 2;
+    if (parts != last + 1 || !request[last - 1].empty()) return;
+    zmq::message_t& message = request[last];
+    const std::string name = network::peerName(message);
+    const Route peer{request[0].to_string(), passedOn ? request[1].to_string() : ""};
+    auto asked = publish::decodeRequest(message.to_string_view());
+    if (!asked) return reply(peer, publish::encodeErrorReply(asked.error()));
+    switch (asked->request) {
+    case publish::Request::kStatus:
+      return reply(peer, publish::encodeReply(asked->request, published.lastStatus()));
+    case publish::Request::kDescription:
+      return reply(peer, publish::encodeReply(asked->request, published.lastDescription()));
+    case publish::Request::kCalibrate:
+      if (calibrator) reply(*calibrator, publish::encodeErrorReply("another step of the calibration was asked for"));
+      calibrator = peer;
+      return requests.beginStep(asked->calibration);
+    case publish::Request::kSnapshot:
+      if (snapshotAskers.size() >= kLargestAskers)
+        return reply(peer, publish::encodeErrorReply("too many ask for a picture"));
+      snapshotAskers.push_back(peer);
+      if (snapshotAskers.size() == 1) requests.askSnapshot();
+      return;
+    case publish::Request::kCamera:
+      if (cameraAskers.size() >= kLargestAskers)
+        return reply(peer, publish::encodeErrorReply("too many ask for the camera"));
+      return cameraAskers.push_back({peer, std::move(asked->camera)});
+    case publish::Request::kZero:
+      asked->zero.asker = name;
+      if (!asked->onBehalfOf.empty()) asked->zero.asker = asked->onBehalfOf + " through " + asked->zero.asker;
+      return askZero(peer, asked->zero, requests);
+    }
+  }
+
+  void askZero(const Route& peer, const ZeroRequest& wanted, Requests& requests) {
+    if (zeroAskers.size() >= kLargestAskers) return reply(peer, publish::encodeErrorReply("too many ask for a zero"));
+    const bool first = zeroAskers.empty();
+    if (!first && (wanted.undo || wanted.anyway != zeroAsked.anyway)) {
+      return reply(peer, publish::encodeErrorReply("a zero is being taken; ask again"));
+    }
+    zeroAskers.push_back(peer);
+    if (!first) return;
+    zeroAsked = wanted;
+    requests.beginZero(wanted);
+  }
+
+  struct CameraAsker {
+    Route peer;
+    CameraStep step;
+  };
+
+  const publish::NewestMessages& published;
+  std::array<zmq::message_t, 4> request;
+  std::size_t parts = 0;
+  std::vector<Route> zeroAskers;
+  ZeroRequest zeroAsked;  ///< by the first of them
+  std::vector<Route> snapshotAskers;
+  std::optional<Route> calibrator;       ///< waits for the step that runs
+  std::deque<CameraAsker> cameraAskers;  ///< the first is asked for, if any is
+  bool cameraAsked = false;
+  Counter unsent;                         ///< answers for which there was no memory
+  std::optional<std::int64_t> warned_ns;  ///< of the last line
+  zmq::context_t context{1};  ///< its own: what peers send here does not keep the publisher's thread from sending
+  zmq::socket_t socket{context, zmq::socket_type::router};
+  std::vector<std::string> endpoints;
+};
+
+ControlServer::ControlServer(std::unique_ptr<Impl> impl)
+    : impl_(std::move(impl)) {}
+
+ControlServer::~ControlServer() = default;
+
+tl::expected<std::unique_ptr<ControlServer>, Error> ControlServer::open(const std::vector<std::string>& endpoints,
+                                                                        const publish::NewestMessages& published) try {
+  auto impl = std::make_unique<Impl>(published);
+  network::guard(impl->socket, kWaitingReplies, kLargestRequest);
+  auto bound = network::bind(impl->socket, endpoints);
+  if (!bound) return tl::unexpected(bound.error());
+  impl->endpoints = *std::move(bound);
+  return std::unique_ptr<ControlServer>(new ControlServer(std::move(impl)));
+} catch (const zmq::error_t& error) {
+  return tl::unexpected(Error{EX_OSERR, std::string("ZeroMQ cannot start: ") + error.what(), "", ""});
+}
+
+void ControlServer::serve(std::chrono::milliseconds timeout, Requests& requests) {
+  zmq_pollitem_t item = network::readable(impl_->socket);
+  zmq_poll(&item, 1, timeout.count());
+  for (int i = 0; i < kRequestsPerTurn && impl_->receive(); ++i) impl_->answer(requests);
+}
+
+std::optional<CameraStep> ControlServer::takeCameraStep() {
+  if (impl_->cameraAsked || impl_->cameraAskers.empty()) return std::nullopt;
+  impl_->cameraAsked = true;
+  return impl_->cameraAskers.front().step;
+}
+
+void ControlServer::answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark) {
+  const std::string bytes =
+      result ? publish::encodeZeroReply(*result, remark) : publish::encodeErrorReply(result.error());
+  impl_->replyAll(std::exchange(impl_->zeroAskers, {}), bytes);
+}
+
+void ControlServer::answerCalibration(const tl::expected<CalibrationReport, std::string>& result) {
+  const auto peer = std::exchange(impl_->calibrator, std::nullopt);
+  if (peer)
+    impl_->reply(*peer, result ? publish::encodeCalibrationReply(*result) : publish::encodeErrorReply(result.error()));
+}
+
+void ControlServer::answerCamera(const tl::expected<CameraReport, std::string>& result) {
+  if (!std::exchange(impl_->cameraAsked, false)) return;
+  const Impl::Route peer = std::move(impl_->cameraAskers.front().peer);
+  impl_->cameraAskers.pop_front();
+  impl_->reply(peer, result ? publish::encodeCameraReply(*result) : publish::encodeErrorReply(result.error()));
+}
+
+void ControlServer::answerSnapshot(const tl::expected<const Snapshot*, std::string>& result,
+                                   const std::vector<sensor::MarkerLayer>& layers) {
+  const auto askers = std::exchange(impl_->snapshotAskers, {});
+  if (askers.empty()) return;
+  impl_->replyAll(askers,
+                  result ? publish::encodeSnapshotReply(**result, layers) : publish::encodeErrorReply(result.error()));
+}
+
+bool ControlServer::zeroPending() const {
+  return !impl_->zeroAskers.empty();
+}
+
+std::uint64_t ControlServer::unsent() const {
+  return impl_->unsent.get();
+}
+
+const std::vector<std::string>& ControlServer::endpoints() const {
+  return impl_->endpoints;
+}
+
+}  // namespace tractiond::control

@@ -1,0 +1,89 @@
+#include "daemon/control/procedures.h"
+
+#include <spdlog/spdlog.h>
+
+namespace tractiond::control {
+namespace {
+
+/// Shortest time over which the rate is measured.
+constexpr std::int64_t kRateOver_ns = 2'000'000'000;
+
+}  // namespace
+
+Procedures::Procedures(const ProcedureParts& parts, const ProcedureOptions& options)
+    : parts_(parts)
+    , options_(options)
+    , driftWatch_(parts.sensor)
+    , steps_(parts, options)
+    , zero_(parts, options, steps_) {
+  MarkerField blank;
+  blank.resize(parts.sensor.markerCount());
+  parts_.markers.put(blank);  // allocates the memory, so that the tracking thread does not have to
+  parts_.markers.take(markers_);
+}
+
+void Procedures::welcome(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored,
+                         const std::optional<RestPose>& before, bool isWritten) {
+  camera_ = cameraId;
+  if (rate_Hz_ == 0.0) rate_Hz_ = rate_Hz;
+  zero_.setRate(rate_Hz_);
+  if (restored) {
+    spdlog::info("the zero is the one kept in {}", options_.directory.string());
+  } else {
+    spdlog::info("no zero is kept: the first {} still frames are taken for it", options_.zeroFrames);
+  }
+  zero_.welcome(restored, before, isWritten);
+}
+
+void Procedures::setWaits(const std::string& waits) {
+  waits_ = waits;
+  zero_.setWaits(waits);
+}
+
+void Procedures::beginStep(const CalibrationStep& step) {
+  using Kind = CalibrationStep::Kind;
+  const bool restsOnTheZero = step.kind != Kind::kStiffness && step.kind != Kind::kFinish;
+  if (restsOnTheZero) zero_.refuse("a step of a calibration was asked for before the zero was taken");
+  framesForStep_ = {parts_.frames, options_.clock()};
+  steps_.begin(step, zero_.inForce(), camera_);
+}
+
+void Procedures::turn() {
+  measureRate();
+  zero_.turn();
+  watchMarkers();
+  parts_.watched.put({driftWatch_.drift(), zero_.answeredWithin_s()});
+}
+
+void Procedures::watchMarkers() {
+  if (parts_.markers.take(markers_)) {
+    driftWatch_.add(markers_);
+    if (driftWatch_.takeWarning()) {
+      const RestDrift& drift = driftWatch_.drift();
+      spdlog::warn("warning: the untouched picture has drifted from the zero by ({:.3f}, {:.3f}) px, scale {:.1e}, "
+                   "roll {:.1e} rad; take a new zero with nothing touching the gel: tractionctl zero",
+                   drift.shiftU_px, drift.shiftV_px, drift.scale, drift.roll);
+    }
+    steps_.add(markers_);
+  }
+  steps_.turn();
+  if (steps_.isLooking() && framesForStep_.idle_ns(parts_.frames, options_.clock()) > ZeroProcedure::kNoFrames_ns) {
+    steps_.drop(noFrames(waits_));
+  }
+}
+
+void Procedures::measureRate() {
+  const std::uint64_t frames = parts_.frames.get();
+  const std::int64_t now_ns = options_.clock();
+  if (then_ns_ == 0) {
+    then_ns_ = now_ns;
+    framesThen_ = frames;
+  }
+  if (frames == framesThen_ || now_ns - then_ns_ < kRateOver_ns) return;
+  rate_Hz_ = static_cast<double>(frames - framesThen_) * 1e9 / static_cast<double>(now_ns - then_ns_);
+  zero_.setRate(rate_Hz_);
+  then_ns_ = now_ns;
+  framesThen_ = frames;
+}
+
+}  // namespace tractiond::control

@@ -1,0 +1,233 @@
+#include "daemon/app/gel_files.h"
+#include "daemon/app/no_gel.h"
+#include "daemon/capture/camera.h"
+#include "daemon/capture/memory_driver.h"
+#include "tests/support/temporary_folder.h"
+#include "traction/v1/status.pb.h"
+
+#include <gtest/gtest.h>
+#include <poll.h>
+
+#include <cstdint>
+#include <fstream>
+#include <string>
+#include <vector>
+
+namespace tractiond::no_gel_test {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// What the control server would have been told.
+struct Answers final : control::Replies {
+  void answerZero(const tl::expected<RestPose, std::string>& result, const std::string& /*remark*/) override {
+    zero = result.error();
+  }
+  void answerCalibration(const tl::expected<CalibrationReport, std::string>& result) override {
+    calibration = result.error();
+  }
+  void answerSnapshot(const tl::expected<const Snapshot*, std::string>& result,
+                      const std::vector<sensor::MarkerLayer>& /*layers*/) override {
+    if (!result) return reasons.push_back(result.error());
+    ++pictures;
+    if ((*result)->frame.width > 0) picture = plainPicture((*result)->frame);
+    markers = (*result)->place_px.size() + (*result)->spot_px.size();
+  }
+  std::vector<std::string> reasons;
+  std::string zero, calibration;
+  PlainPicture picture;
+  int pictures = 0;
+  std::size_t markers = 0;
+};
+
+/// A picture of counted bytes.
+std::vector<std::uint8_t> bytesOf(std::size_t size) {
+  std::vector<std::uint8_t> bytes(size);
+  for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<std::uint8_t>(31 * i);
+  return bytes;
+}
+
+TEST(NoGel, EachFrameOfAnySizeIsCountedAndNoFieldIsPublished) {
+  capture::Pictures pictures{.width = 37, .height = 23, .format = PixelFormat::kMono8, .data = {}};
+  for (int i = 0; i < 3; ++i) pictures.data.push_back(bytesOf(37 * 23));
+  Ledger ledger;
+  Turns turns;
+  Answers answers;
+  NoGel noGel(answers);
+  auto camera = capture::Camera::open(capture::fromMemory(pictures, {.loops = 40}), {.wait = false}, ledger, {},
+                                      [&](const auto& info) { return noGel.welcome(info); });
+  ASSERT_TRUE(camera) << camera.error().message();
+  struct Work final : Stages {
+    explicit Work(NoGel& processing)
+        : noGel(processing) {}
+    bool track(const Frame& frame, MarkerField& markers) override { return noGel.track(frame, markers); }
+    void solve(const MarkerField& markers, TractionField& field) override { noGel.solve(markers, field); }
+    void publish(const TractionField& /*field*/) override { ++published; }
+    void serveSubscribers(int fd, std::chrono::milliseconds timeout) override {
+      pollfd item{fd, POLLIN, 0};
+      poll(&item, 1, static_cast<int>(timeout.count()));
+    }
+    void control(std::chrono::milliseconds /*timeout*/) override { noGel.turn(); }
+    NoGel& noGel;
+    std::atomic<int> published = 0;
+  } work(noGel);
+  PipelineOptions options = noGel.pipelineOptions();
+  options.whenFull = WhenFull::kWait;
+  options.controls = true;
+  Pipeline pipeline(**camera, work, options, ledger, turns);
+  pipeline.start();
+  pipeline.finish();
+  EXPECT_EQ(ledger.received.get(), 120U);
+  EXPECT_EQ(ledger.noGel.get(), 120U);
+  EXPECT_EQ(ledger.noRestPose.get(), 0U);
+  EXPECT_EQ(work.published, 0);
+  EXPECT_TRUE(balanced(ledger));
+}
+
+TEST(NoGel, SnapshotOfEveryFormatHasTheSizeOfThePicture) {
+  for (const PixelFormatTraits& format : pixelFormats()) {
+    for (const auto& [width, height] : {std::pair{16, 10}, {334, 216}, {1, 1}, {7, 5}}) {
+      const bool isPaired = format.colours >= PixelColours::kYuyv;  // two pixels share their colour
+      if (isPaired && width % 2 != 0) continue;
+      SCOPED_TRACE(std::string(format.name) + " " + std::to_string(width) + " x " + std::to_string(height));
+      const std::vector<std::uint8_t> bytes = bytesOf(format.size(width, height));
+      Frame frame;
+      frame.data = bytes.data();
+      frame.size = bytes.size();
+      frame.width = width;
+      frame.height = height;
+      frame.stride = format.stride(width);
+      frame.format = format.format;
+      Answers answers;
+      NoGel noGel(answers);
+      MarkerField none;
+      noGel.askSnapshot();
+      for (int i = 0; i < 4 && answers.pictures == 0; ++i) {  // a first one tells how much room is needed
+        noGel.turn();
+        EXPECT_FALSE(noGel.track(frame, none));
+      }
+      ASSERT_EQ(answers.pictures, 1);
+      EXPECT_EQ(answers.picture.width, width);
+      EXPECT_EQ(answers.picture.height, height);
+      const int channels = format.colours == PixelColours::kMono ? 1 : 3;
+      EXPECT_EQ(answers.picture.channels, channels);
+      EXPECT_EQ(answers.picture.levels.size(), static_cast<std::size_t>(width * height * channels));
+      EXPECT_EQ(answers.markers, 0U);
+    }
+  }
+}
+
+TEST(NoGel, ZeroAndCalibrationAreRefusedWithTheRemedy) {
+  Answers answers;
+  NoGel noGel(answers);
+  noGel.beginZero({});
+  noGel.beginStep({});
+  for (const std::string& answer : {answers.zero, answers.calibration}) {
+    EXPECT_NE(answer.find("there is no gel"), std::string::npos) << answer;
+    EXPECT_NE(answer.find("sensor.gel_file"), std::string::npos) << answer;
+  }
+  traction::v1::Status status;
+  noGel.measure(status);
+  EXPECT_EQ(status.markers().layers_size(), 0);
+  EXPECT_EQ(status.markers().remark(), NoGel::kWhy);
+}
+
+TEST(NoGel, IsAGelFileCalledNone) {
+  const auto none = loadGel(std::string(kNoGelFile)), paper = loadGel("");
+  ASSERT_TRUE(none && paper);
+  EXPECT_FALSE(none->has_value());
+  EXPECT_TRUE(paper->has_value());
+  const auto forces = loadSensor(std::string(kNoGelFile));  // of a replay
+  ASSERT_FALSE(forces);
+  EXPECT_EQ(forces.error().exitCode, EX_CONFIG);
+}
+
+std::int64_t now_ns = 0;
+
+TEST(Snapshots, AreRefusedWhereNoFrameComesAndServeThoseWhoAskLater) {
+  Answers answers;
+  control::Snapshots snapshots(&answers, {}, 3.0, [] { return now_ns; });
+  const std::vector<std::uint8_t> bytes = bytesOf(12);
+  Frame frame;
+  frame.data = bytes.data();
+  frame.size = bytes.size();
+  const auto arrives = [&] {
+    if (Snapshot* const room = snapshots.lent()) {
+      room->copyFrom(frame);
+      snapshots.giveBack();
+    }
+  };
+  now_ns = 1'000'000'000;
+  snapshots.ask();
+  snapshots.turn();
+  now_ns += 3'000'000'000;
+  snapshots.turn();
+  EXPECT_TRUE(answers.reasons.empty());
+  now_ns += 1;
+  snapshots.turn();
+  EXPECT_EQ(answers.reasons, std::vector<std::string>{"no frames come from the camera"});
+  snapshots.ask();
+  for (int i = 0; i < 3; ++i) {
+    arrives();
+    snapshots.take();
+    snapshots.turn();
+  }
+  EXPECT_EQ(answers.pictures, 1);
+  EXPECT_EQ(answers.reasons.size(), 1U);
+  arrives();
+  EXPECT_EQ(snapshots.take(), nullptr);  // nobody wants one
+}
+
+TEST(Snapshots, OfATriggeredCameraTakeOneFrameOrSayWhatItWaitsFor) {
+  Answers answers;
+  control::Snapshots snapshots(&answers, {}, 3.0, [] { return now_ns; });
+  const std::vector<std::uint8_t> bytes = bytesOf(12);
+  Frame frame;
+  frame.data = bytes.data();
+  frame.size = bytes.size();
+  now_ns = 1'000'000'000;
+  snapshots.meet(bytes.size(), "it waits for triggers");
+  snapshots.ask();
+  snapshots.turn();
+  ASSERT_NE(snapshots.lent(), nullptr);
+  snapshots.lent()->copyFrom(frame);
+  snapshots.giveBack();
+  snapshots.take();
+  EXPECT_EQ(answers.pictures, 1);
+  snapshots.ask();
+  now_ns += 3'000'000'001;
+  snapshots.turn();
+  EXPECT_EQ(answers.reasons, std::vector<std::string>{"no frames come from the camera: it waits for triggers"});
+}
+
+TEST(Snapshots, AreAlsoForWhomeverTheTurnNames) {
+  control::Snapshots snapshots(nullptr);
+  Frame frame;
+  frame.data = nullptr;
+  frame.size = 0;
+  snapshots.turn(true);
+  ASSERT_NE(snapshots.lent(), nullptr);
+  snapshots.lent()->copyFrom(frame);
+  snapshots.giveBack();
+  EXPECT_NE(snapshots.take(), nullptr);
+}
+
+/// A recording without it would be replayed with the built-in gel.
+TEST(GelFiles, OneThatCannotBeReadIsAnError) {
+  const test::TemporaryFolder folder;
+  const std::string gel = folder.path() / "gel.toml";
+  std::ofstream(gel) << "format = 1\n";
+  publish::Beginning beginning;
+  EXPECT_TRUE(readGelFiles({}, "", beginning)) << "the built-in one";
+  EXPECT_TRUE(readGelFiles({}, gel, beginning));
+  EXPECT_EQ(beginning.gel, "format = 1\n");
+  std::filesystem::remove(gel);
+  const auto read = readGelFiles({}, gel, beginning);
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.error().exitCode, EX_NOINPUT);
+  EXPECT_EQ(read.error().where, gel);
+  EXPECT_EQ(beginning.gel, "");
+}
+
+}  // namespace
+}  // namespace tractiond::no_gel_test

@@ -1,0 +1,408 @@
+#include "base/clock.h"
+#include "daemon/app/pipeline.h"
+#include "tests/support/deadline.h"
+
+#include <dlfcn.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <pthread.h>
+
+#include <cerrno>
+#include <latch>
+#include <random>
+#include <set>
+#include <tuple>
+#include <vector>
+
+namespace tractiond::pipeline_test {
+namespace {
+
+thread_local int threadsLeft = -1;  ///< that this one may start; negative: any number
+
+}  // namespace
+}  // namespace tractiond::pipeline_test
+
+// In place of the C library's.
+extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*run)(void*), void* data) {
+  int& left = tractiond::pipeline_test::threadsLeft;
+  if (left == 0) return EAGAIN;
+  if (left > 0) --left;
+  const auto next = reinterpret_cast<decltype(&pthread_create)>(dlsym(RTLD_NEXT, "pthread_create"));
+  return next(thread, attributes, run, data);
+}
+
+namespace tractiond::pipeline_test {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr PipelineOptions kSmall{.markers = 3, .nodes = 2};
+
+/// Numbered frames from memory that must come back; some arrive broken.
+class CountingSource : public capture::FrameSource {
+ public:
+  CountingSource(std::uint64_t count, Ledger& ledger, std::uint64_t brokenEvery = 0)
+      : count_(count)
+      , brokenEvery_(brokenEvery)
+      , ledger_(ledger) {}
+
+  capture::Next next(Frame& frame, std::chrono::milliseconds) override {
+    if (sent_ == count_) return capture::Next::kEnd;
+    ledger_.received.add();
+    ++sent_;
+    if (brokenEvery_ > 0 && sent_ % brokenEvery_ == 0) {
+      ledger_.incomplete.add();
+      return capture::Next::kRejected;
+    }
+    frame = {};
+    frame.info.frameNumber = sent_;
+    frame.info.times.received_ns = monotonicNow();
+    frame.token = this;
+    out_.insert(sent_);
+    return capture::Next::kFrame;
+  }
+
+  void recycle(Frame& frame) override {
+    EXPECT_EQ(out_.erase(frame.info.frameNumber), 1U);
+    frame.token = nullptr;
+  }
+
+  std::size_t notGivenBack() const { return out_.size(); }
+
+ private:
+  std::uint64_t count_, brokenEvery_, sent_ = 0;
+  Ledger& ledger_;
+  std::set<std::uint64_t> out_;
+};
+
+/// Keeps the processor busy for a random while.
+class Dawdle {
+ public:
+  Dawdle(unsigned seed, int most)
+      : random_(seed)
+      , steps_(0, most) {}
+  void operator()() {
+    std::atomic<int> left = steps_(random_) * 50;
+    while (--left > 0) {
+    }
+  }
+
+ private:
+  std::minstd_rand random_;
+  std::uniform_int_distribution<int> steps_;
+};
+
+/// Stages whose result depends on the frame alone.
+struct Work : Stages {
+  explicit Work(int slowness = 0)
+      : slow{Dawdle{1, slowness}, Dawdle{2, slowness}, Dawdle{3, slowness}} {}
+  virtual ~Work() = default;
+
+  bool track(const Frame& frame, MarkerField& markers) override {
+    slow[0]();
+    markers.flags = 0;
+    markers.displacement_px[0] = static_cast<float>(frame.info.frameNumber);
+    return frame.info.frameNumber > restFrames;
+  }
+  void solve(const MarkerField& markers, TractionField& field) override {
+    slow[1]();
+    field.markers = markers;
+    field.flags = markers.flags;
+    field.force_N[0] = 2.0F * markers.displacement_px[0];
+  }
+  void publish(const TractionField& field) override {
+    slow[2]();
+    published.push_back(field);
+  }
+  void serveSubscribers(int fd, std::chrono::milliseconds timeout) override {
+    pollfd item{fd, POLLIN, 0};
+    poll(&item, 1, static_cast<int>(timeout.count()));
+  }
+
+  std::uint64_t restFrames = 0;
+  std::array<Dawdle, 3> slow;
+  std::vector<TractionField> published;
+  Turns turns;
+};
+
+TEST(Pipeline, EndsWhatItHasStartedIfAThreadCannotBe) {
+  constexpr int kThreads = 7;
+  PipelineOptions options = kSmall;
+  options.controls = options.previews = options.records = true;
+  for (int left = 0; left < kThreads; ++left) {
+    Ledger ledger;
+    CountingSource source(100, ledger);
+    Work work;
+    Pipeline pipeline(source, work, options, ledger, work.turns);
+    threadsLeft = left;
+    const auto started = pipeline.start();
+    threadsLeft = -1;
+    ASSERT_FALSE(started) << left;
+    EXPECT_EQ(started.error().exitCode, EX_OSERR);
+    EXPECT_TRUE(pipeline.stopping());
+    EXPECT_EQ(ledger.received.get(), 0U);
+    pipeline.finish();
+  }
+}
+
+TEST(Pipeline, AccountsForEveryFrameWhenStagesDawdleAndEvict) {
+  for (const int slowness : {0, 20, 200}) {
+    Ledger ledger;
+    CountingSource source(5000, ledger, 7);
+    Work work(slowness);
+    work.restFrames = 20;
+    Pipeline pipeline(source, work, kSmall, ledger, work.turns);
+    pipeline.start();
+    pipeline.finish();
+    EXPECT_TRUE(pipeline.ended());
+    EXPECT_TRUE(balanced(ledger));
+    EXPECT_EQ(ledger.received.get(), 5000U);
+    EXPECT_EQ(ledger.incomplete.get(), 5000U / 7);
+    EXPECT_EQ(ledger.discardedAtStop.get(), 0U);
+    EXPECT_EQ(work.published.size(), ledger.published.get());
+    EXPECT_EQ(source.notGivenBack(), 0U);
+    std::uint64_t last = 0;
+    for (const TractionField& field : work.published) {
+      EXPECT_GT(field.markers.info.frameNumber, last);
+      last = field.markers.info.frameNumber;
+    }
+    EXPECT_EQ(last, 5000U) << "newest wins";
+  }
+}
+
+TEST(Pipeline, GivesTheNewestFrameToASolverThatIsBehindAndFlagsTheGap) {
+  constexpr std::uint64_t kLast = 6;
+  /// Gives a frame for each that the test lets come, else a timeout at once.
+  class Paced : public CountingSource {
+   public:
+    using CountingSource::CountingSource;
+    capture::Next next(Frame& frame, std::chrono::milliseconds timeout) override {
+      std::this_thread::yield();
+      if (given_ == let) return capture::Next::kTimeout;
+      ++given_;
+      return CountingSource::next(frame, timeout);
+    }
+    std::atomic<std::uint64_t> let{0};
+
+   private:
+    std::uint64_t given_ = 0;
+  };
+  Ledger ledger;
+  Paced source(kLast + 1, ledger);
+  /// Does not solve the first frame before the test lets it.
+  struct Held final : Work {
+    bool track(const Frame& frame, MarkerField& markers) override {
+      const bool isTracked = Work::track(frame, markers);
+      tracked = frame.info.frameNumber;
+      return isTracked;
+    }
+    void solve(const MarkerField& markers, TractionField& field) override {
+      if (markers.info.frameNumber == 1) free.wait();
+      Work::solve(markers, field);
+    }
+    std::latch free{1};
+    std::atomic<std::uint64_t> tracked{0};
+  } work;
+  PipelineOptions options = kSmall;
+  options.turn = 1ms;
+  Pipeline pipeline(source, work, options, ledger, work.turns);
+  pipeline.start();
+  for (std::uint64_t number = 1; number <= kLast; ++number) {
+    source.let = number;
+    while (work.tracked < number) std::this_thread::yield();
+    for (const auto turns = work.turns.track.get(); work.turns.track.get() < turns + 2;) std::this_thread::yield();
+  }
+  work.free.count_down();
+  while (ledger.published.get() < 2) std::this_thread::yield();
+  source.let = kLast + 1;
+  while (ledger.published.get() < 3) std::this_thread::yield();
+  pipeline.stop();
+  EXPECT_EQ(ledger.evictedBeforeSolve.get(), kLast - 2);
+  EXPECT_TRUE(balanced(ledger));
+  ASSERT_EQ(work.published.size(), 3U);
+  for (const auto& [index, number, flag] :
+       {std::tuple(0U, std::uint64_t{1}, 0U), std::tuple(1U, kLast, 0U + kDiscontinuity),
+        std::tuple(2U, kLast + 1, 0U)}) {
+    const TractionField& field = work.published[index];
+    EXPECT_EQ(field.markers.info.frameNumber, number);
+    EXPECT_EQ(field.flags, flag) << number;
+    EXPECT_EQ(field.markers.flags, flag) << number;
+  }
+}
+
+TEST(Pipeline, FlagsEachFieldThatDoesNotFollowTheOneBefore) {
+  /// Frames of given numbers; the camera's clock jumps before one of them.
+  class Numbered : public capture::FrameSource {
+   public:
+    capture::Next next(Frame& frame, std::chrono::milliseconds) override {
+      if (next_ == numbers.size()) return capture::Next::kEnd;
+      frame = {};
+      frame.info.frameNumber = numbers[next_++];
+      frame.info.discontinuity = frame.info.frameNumber == jumps;
+      return capture::Next::kFrame;
+    }
+    void recycle(Frame&) override {}
+    std::vector<std::uint64_t> numbers{3, 4, 6, 7, 8, 9, 10, 11};
+    std::uint64_t jumps = 8;
+
+   private:
+    std::size_t next_ = 0;
+  } source;
+  Ledger ledger;
+  struct Lacking final : Work {
+    bool track(const Frame& frame, MarkerField& markers) override {
+      return Work::track(frame, markers) && frame.info.frameNumber != 10;
+    }
+  } work;
+  runInline(source, work, kSmall, ledger);
+  std::vector<std::uint64_t> flagged;
+  for (const TractionField& field : work.published) {
+    EXPECT_EQ(field.flags, field.markers.flags);
+    if (field.flags == kDiscontinuity) flagged.push_back(field.markers.info.frameNumber);
+  }
+  EXPECT_EQ(work.published.size(), 7U);
+  EXPECT_EQ(flagged, (std::vector<std::uint64_t>{6, 8, 11}));
+}
+
+TEST(Pipeline, ThatWaitsGivesWhatTheInlineRunGives) {
+  std::array<std::vector<TractionField>, 2> results;
+  for (const bool threaded : {false, true}) {
+    Ledger ledger;
+    CountingSource source(2000, ledger, 11);
+    Work work(threaded ? 20 : 0);
+    work.restFrames = 50;
+    PipelineOptions options = kSmall;
+    options.whenFull = WhenFull::kWait;
+    if (threaded) {
+      Pipeline pipeline(source, work, options, ledger, work.turns);
+      pipeline.start();
+      pipeline.finish();
+    } else {
+      runInline(source, work, options, ledger);
+    }
+    EXPECT_TRUE(balanced(ledger));
+    EXPECT_EQ(ledger.noRestPose.get(), 50U - 50 / 11);
+    EXPECT_EQ(ledger.published.get(), 2000U - 2000 / 11 - ledger.noRestPose.get());
+    EXPECT_EQ(source.notGivenBack(), 0U);
+    results[threaded] = std::move(work.published);
+  }
+  ASSERT_EQ(results[0].size(), results[1].size());
+  for (std::size_t i = 0; i < results[0].size(); ++i) {
+    EXPECT_EQ(results[0][i].force_N, results[1][i].force_N);
+    EXPECT_EQ(results[0][i].markers.info.frameNumber, results[1][i].markers.info.frameNumber);
+  }
+}
+
+TEST(Pipeline, StampsTheStagesInOrder) {
+  Ledger ledger;
+  CountingSource source(10, ledger);
+  Work work;
+  runInline(source, work, kSmall, ledger);
+  ASSERT_EQ(work.published.size(), 10U);
+  for (const TractionField& field : work.published) {
+    const FrameTimes& times = field.markers.info.times;
+    EXPECT_LE(times.received_ns, times.tracked_ns);
+    EXPECT_LE(times.tracked_ns, times.solved_ns);
+  }
+}
+
+TEST(Pipeline, StopsAnEndlessSourceAndWorksOffWhatItHas) {
+  Ledger ledger;
+  CountingSource source(~std::uint64_t{0}, ledger);
+  Work work(50);
+  PipelineOptions options = kSmall;
+  options.whenFull = WhenFull::kWait;
+  Pipeline pipeline(source, work, options, ledger, work.turns);
+  pipeline.start();
+  while (ledger.published.get() < 100) std::this_thread::yield();
+  pipeline.stop();
+  EXPECT_TRUE(balanced(ledger));
+  EXPECT_FALSE(pipeline.ended());
+  EXPECT_EQ(ledger.published.get(), ledger.received.get()) << "nothing was thrown away";
+  EXPECT_EQ(source.notGivenBack(), 0U);
+  pipeline.stop();  // a second time does nothing
+}
+
+TEST(Pipeline, WaitsForFieldsAfterTheLastOne) {
+  /// Frames, then a timeout at once, again and again.
+  class FallsSilent : public CountingSource {
+   public:
+    using CountingSource::CountingSource;
+    capture::Next next(Frame& frame, std::chrono::milliseconds timeout) override {
+      const capture::Next what = CountingSource::next(frame, timeout);
+      if (what != capture::Next::kEnd) return what;
+      std::this_thread::yield();
+      return capture::Next::kTimeout;
+    }
+  };
+  Ledger ledger;
+  FallsSilent source(10, ledger);
+  struct Waiting final : Work {
+    void serveSubscribers(int fd, std::chrono::milliseconds timeout) override {
+      pollfd item{fd, POLLIN, 0};
+      const bool timedOut = poll(&item, 1, static_cast<int>(timeout.count())) == 0;
+      if (timedOut && timeout > 0ms && published.size() == 10) waited = true;
+    }
+    std::atomic<bool> waited{false};
+  } work;
+  PipelineOptions options = kSmall;
+  options.turn = 1ms;
+  options.whenFull = WhenFull::kWait;
+  Pipeline pipeline(source, work, options, ledger, work.turns);
+  pipeline.start();
+  EXPECT_TRUE(test::eventually([&] {
+    std::this_thread::yield();
+    return work.waited.load();
+  }));
+  pipeline.stop();
+}
+
+TEST(Pipeline, LetsAHungStageBeSeenByItsTurns) {
+  /// Frames at the pace of the test, else a timeout at once.
+  class Paced : public capture::FrameSource {
+   public:
+    capture::Next next(Frame& frame, std::chrono::milliseconds) override {
+      std::this_thread::yield();
+      if (!wanted.exchange(false)) return capture::Next::kTimeout;
+      frame = {};
+      frame.info.frameNumber = 1;
+      return capture::Next::kFrame;
+    }
+    void recycle(Frame&) override {}
+    std::atomic<bool> wanted{false};
+  } source;
+  Ledger ledger;
+  struct Hanging final : Work {
+    void solve(const MarkerField& /*markers*/, TractionField& /*field*/) override {
+      hangs = true;
+      while (shallHang) std::this_thread::yield();
+    }
+    void control(std::chrono::milliseconds /*timeout*/) override { ++controlTurns, std::this_thread::yield(); }
+    std::atomic<bool> shallHang{true}, hangs{false};
+    std::atomic<int> controlTurns{0};
+  } work;
+  PipelineOptions options = kSmall;
+  options.controls = true;
+  options.turn = 1ms;
+  Pipeline pipeline(source, work, options, ledger, work.turns);
+  const auto advances = [](const Counter& turns) {
+    for (const auto start = turns.get(); turns.get() < start + 2;) std::this_thread::yield();
+  };
+  const Turns& turns = work.turns;
+  pipeline.start();
+  for (auto* stage : {&turns.capture, &turns.track, &turns.solve, &turns.publish, &turns.control}) {
+    advances(*stage);  // also without a frame
+  }
+  source.wanted = true;
+  while (!work.hangs) std::this_thread::yield();
+  const auto stuck = turns.solve.get();
+  for (auto* stage : {&turns.capture, &turns.track, &turns.publish, &turns.control}) advances(*stage);
+  EXPECT_EQ(turns.solve.get(), stuck);
+  work.shallHang = false;
+  advances(turns.solve);
+  pipeline.stop();
+  EXPECT_GT(work.controlTurns, 0);
+}
+
+}  // namespace
+}  // namespace tractiond::pipeline_test

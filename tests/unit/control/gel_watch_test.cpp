@@ -1,0 +1,161 @@
+#include "daemon/control/gel_watch.h"
+#include "tests/unit/track/scene.h"
+
+#include <gmock/gmock.h>
+#include <google/protobuf/arena.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <functional>
+#include <limits>
+#include <string>
+#include <utility>
+
+namespace tractiond::control {
+namespace {
+
+using track::Scene;
+using track::Tracking;
+
+/// A tracker, and the watch that compares its zeros with the gel file.
+struct Bench {
+  Bench()
+      : tracking(scene, {.awaitsGelCheck = true})
+      , watch(scene.sensor, tracking.tracker, status, nullptr) {}
+
+  void shoot(int frames, bool discontinuity = false) {
+    for (int i = 0; i < frames; ++i) {
+      tracking(scene.shoot(discontinuity));
+      watch.turn();
+    }
+  }
+
+  /// Shoots until there is a zero. \return what the watch says of it
+  std::string takeZero() {
+    RestPose pose;
+    for (int i = 0; i < 80; ++i) {
+      tracking(scene.shoot());
+      if (!tracking.tracker.takeRestPose(pose)) continue;
+      report = watch.compare(pose);
+      watch.report(pose, report);
+      tracking.tracker.putInForce(pose, report.fits());
+      return report.remark;
+    }
+    return "no zero";
+  }
+
+  void hideColumns(int count) {
+    for (int i = 0; i < scene.markers(); ++i) {
+      if (i % 24 < count) scene.now.col(i).setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+
+  bool mismatch() const { return (tracking.field.flags & kGelMismatch) != 0; }
+
+  Scene scene;
+  Tracking tracking;
+  Mailbox<traction::v1::MarkerStatus> status;
+  GelWatch watch;
+  GelReport report;  ///< on the zero that was taken last
+};
+
+// What hides columns while the picture is labelled anew makes its fields invalid, and no later ones.
+TEST(GelWatch, HiddenColumnsDoNotContradictTheGelFile) {
+  Bench bench;
+  ASSERT_EQ(bench.takeZero(), "");
+  bench.hideColumns(5);
+  bench.shoot(1, true);
+  bench.shoot(3);
+  EXPECT_TRUE(bench.report.fits());
+  EXPECT_TRUE(bench.mismatch());
+
+  bench.scene.now = bench.scene.rest;
+  bench.shoot(3);
+  EXPECT_FALSE(bench.mismatch());
+  bench.tracking.tracker.requestZero();
+  EXPECT_EQ(bench.takeZero(), "");
+  EXPECT_TRUE(bench.report.fits());
+}
+
+TEST(GelWatch, ColumnsThatAreNotThereContradictTheGelFile) {
+  Bench bench;
+  bench.hideColumns(2);
+  EXPECT_NE(bench.takeZero().find("the picture shows 22 x 24"), std::string::npos);
+  EXPECT_FALSE(bench.report.fits());
+}
+
+TEST(GelWatch, TellsWhatIsFoundOfTheMarkers) {
+  Bench bench;
+  bench.hideColumns(2);
+  bench.takeZero();
+  traction::v1::MarkerStatus status;
+  ASSERT_TRUE(bench.status.swap(status));
+  ASSERT_EQ(status.layers_size(), static_cast<int>(bench.scene.sensor.layers.size()));
+  EXPECT_EQ(status.layers(0).colour(), traction::v1::COLOUR_BLUE);
+  EXPECT_EQ(status.layers(0).expected(), 576U);
+  EXPECT_EQ(status.layers(0).columns(), 22U);
+  EXPECT_EQ(status.layers(0).rows(), 24U);
+  EXPECT_THAT(status.remark(), testing::StartsWith("the gel file does not fit the picture: "));
+  ASSERT_EQ(status.findings_size(), static_cast<int>(bench.report.findings.size()));
+  for (int i = 0; i < status.findings_size(); ++i) {
+    const GelReport::Finding& finding = bench.report.findings[static_cast<std::size_t>(i)];
+    EXPECT_EQ(status.findings(i).name(), finding.name);
+    EXPECT_EQ(status.findings(i).expected(), finding.expected);
+    EXPECT_EQ(status.findings(i).seen(), finding.seen);
+    EXPECT_EQ(status.findings(i).deviation(), finding.deviation);
+    EXPECT_EQ(status.findings(i).contradicts(), finding.contradicts);
+  }
+  EXPECT_FALSE(bench.status.swap(status)) << "it was taken";
+}
+
+TEST(GelWatch, TellsLaterWhatComesWhileTheStatusIsTaken) {
+  static std::function<void()> meanwhile;
+  google::protobuf::ArenaOptions options;
+  options.block_alloc = [](std::size_t size) {
+    if (const auto once = std::exchange(meanwhile, {})) once();
+    return std::malloc(size);
+  };
+  options.block_dealloc = [](void* block, std::size_t) { std::free(block); };
+  google::protobuf::Arena arena(options);
+  auto& taken = *google::protobuf::Arena::CreateMessage<traction::v1::MarkerStatus>(&arena);
+
+  Bench bench;
+  ASSERT_EQ(bench.takeZero(), "");
+  meanwhile = [&] { bench.watch.report({}, {.findings = {}, .remark = "it is another gel"}); };
+  ASSERT_TRUE(bench.status.take(taken)) << "which takes memory";
+  ASSERT_FALSE(meanwhile) << "it came meanwhile";
+  EXPECT_EQ(taken.remark(), "");
+  bench.watch.turn();
+  ASSERT_TRUE(bench.status.take(taken));
+  EXPECT_EQ(taken.remark(), "the gel file does not fit the picture: it is another gel");
+  bench.watch.turn();
+  EXPECT_FALSE(bench.status.take(taken)) << "it was told";
+}
+
+TEST(GelWatch, TellsWhyThereIsNoFirstZero) {
+  Bench bench;
+  traction::v1::MarkerStatus status;
+  const auto remark = [&] {
+    bench.status.take(status);
+    return status.remark();
+  };
+  for (int i = 0; i < 200; ++i) {
+    track::Bump press;
+    press.peak_px = {i < 15 ? 0.0 : 0.3 * (1 + i % 10), 0.0};
+    bench.scene.displace(press);
+    bench.shoot(1);
+    if (i == 100) {
+      EXPECT_EQ(remark(), "");
+    }
+  }
+  EXPECT_THAT(remark(),
+              testing::MatchesRegex("199 pictures have passed before there was a zero: at most 1[4-6] pictures "
+                                    "in a row were still, and 30 are needed: keep the gel untouched and the "
+                                    "camera still, or lower track.zero_frames"));
+  EXPECT_EQ(bench.takeZero(), "");
+  bench.shoot(1);
+  EXPECT_EQ(remark(), "");
+}
+
+}  // namespace
+}  // namespace tractiond::control

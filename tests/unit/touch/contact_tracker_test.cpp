@@ -1,0 +1,230 @@
+#include "touch/contact_tracker.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <numbers>
+
+namespace touch {
+namespace {
+
+constexpr std::int64_t kFrame_ns = 16'666'667;
+
+Observation at(double x_mm, double y_mm, double force_N = 1.0) {
+  return {{1e-3 * x_mm, 1e-3 * y_mm}, {5e-5, 5e-5}, {0.1, 0.0, force_N}, {0.01, 0.01, 0.02}, 3e-5, 1e-6};
+}
+
+/// A tracker and a sensor whose frames follow each other at 60 frames/s.
+struct Bench {
+  ContactTracker tracker;
+  Field field{1'000'000'000, true, false, {}, {}};
+
+  std::vector<Contact> see(std::vector<Observation> contacts, int frames = 1) {
+    field.valid = true;
+    field.contacts = std::move(contacts);
+    return pass(frames);
+  }
+  std::vector<Contact> seeNothingValid(int frames = 1) {
+    field.valid = false;
+    field.contacts.clear();
+    return pass(frames);
+  }
+  std::vector<Contact> pass(int frames) {
+    std::vector<Contact> last;
+    for (; frames > 0; --frames) {
+      field.time_ns += kFrame_ns;
+      last = tracker.update(field);
+    }
+    return last;
+  }
+};
+
+using Reported = std::vector<std::pair<std::uint64_t, Phase>>;
+
+Reported phases(const std::vector<Contact>& contacts) {
+  Reported result;
+  for (const Contact& one : contacts) result.emplace_back(one.id, one.phase);
+  return result;
+}
+
+TEST(Tracker, AContactBeginsMovesAndEnds) {
+  Bench bench;
+  EXPECT_EQ(phases(bench.see({at(0, 0)})), (Reported{{1, Phase::kBegin}}));
+  const std::int64_t begun_ns = bench.field.time_ns;
+  const Contact contact = bench.see({at(1, 0)}, 3).front();
+  EXPECT_EQ(contact.phase, Phase::kMove);
+  EXPECT_EQ(contact.begun_ns, begun_ns);
+  EXPECT_EQ(contact.seen_ns, begun_ns + 3 * kFrame_ns);
+  EXPECT_EQ(contact.position_m, at(1, 0).position_m);
+  EXPECT_EQ(contact.force_N, at(1, 0).force_N);
+  EXPECT_EQ(contact.forceDeviation_N, at(1, 0).forceDeviation_N);
+  EXPECT_NEAR(contact.radius_m, std::sqrt(3e-5 / std::numbers::pi), 1e-12);
+  EXPECT_NEAR(contact.radiusDeviation_m / contact.radius_m, 0.5 / 30, 1e-9);  // half of the area's, relative
+
+  const Contact absent = bench.see({}, 5).front();
+  EXPECT_EQ(absent.phase, Phase::kAbsent);
+  EXPECT_EQ(absent.force_N, (std::array<double, 3>{}));
+  EXPECT_EQ(absent.position_m, contact.position_m);
+  EXPECT_EQ(phases(bench.see({})), (Reported{{1, Phase::kEnd}}));  // 6 frames are 100.000002 ms
+  EXPECT_TRUE(bench.see({}).empty());
+}
+
+TEST(Tracker, ATouchWithin100MsAndReachIsTheSameContact) {
+  Bench bench;
+  bench.see({at(0, 0)}, 10);
+  bench.see({}, 4);
+  EXPECT_EQ(phases(bench.see({at(4, 0)})), (Reported{{1, Phase::kMove}}));
+  bench.see({}, 4);
+  EXPECT_EQ(phases(bench.see({at(14, 0)})), (Reported{{1, Phase::kAbsent}, {2, Phase::kBegin}}));  // too far away
+  bench.see({}, 4);
+  EXPECT_EQ(phases(bench.see({at(14, 1)})), (Reported{{2, Phase::kMove}}));
+  bench.see({}, 6);
+  EXPECT_EQ(phases(bench.see({at(14, 1)})), (Reported{{3, Phase::kBegin}}));  // too late
+}
+
+TEST(Tracker, NoContactIsFasterThanTheGreatestSpeed) {
+  Bench bench;
+  bench.see({at(0, 0)}, 10);
+  EXPECT_EQ(phases(bench.see({at(7, 0)})), (Reported{{1, Phase::kAbsent}, {2, Phase::kBegin}}));
+  Bench moving;  // at 0.45 m/s, from its first field on
+  for (int frame = 0; frame < 12; ++frame) {
+    EXPECT_EQ(moving.see({at(7.5 * frame - 45, 0)}).back().id, 1U);
+  }
+}
+
+TEST(Tracker, ContactsThatBecomeOneContinueTheStrongerAndPartAgain) {
+  Bench bench;
+  bench.see({at(-4, 0, 2.0), at(4, 0, 1.0)}, 10);
+  const Observation both = at(-4.0 / 3, 0, 3.0);
+  EXPECT_EQ(phases(bench.see({both})), (Reported{{1, Phase::kMove}, {2, Phase::kAbsent}}));
+  bench.see({both}, 3);
+  EXPECT_EQ(phases(bench.see({at(4, 0, 2.0), at(-4, 0, 1.0)})), (Reported{{1, Phase::kMove}, {2, Phase::kMove}}));
+  EXPECT_EQ(bench.see({at(4, 0, 2.0), at(-4, 0, 1.0)})[1].force_N[2], 2.0);  // 2 is the one on the right
+  EXPECT_EQ(phases(bench.see({both}, 7)), (Reported{{1, Phase::kMove}}));
+  EXPECT_EQ(phases(bench.see({at(-4, 0, 2.0), at(4, 0, 1.0)})), (Reported{{1, Phase::kMove}, {3, Phase::kBegin}}));
+}
+
+TEST(Tracker, AWideContactMayJumpByItsRadius) {
+  Bench bench;
+  Observation wide = at(0, 0);
+  wide.area_m2 = std::numbers::pi * 15e-3 * 15e-3;
+  bench.see({wide}, 10);
+  wide.position_m[0] = 12e-3;
+  EXPECT_EQ(phases(bench.see({wide})), (Reported{{1, Phase::kMove}}));
+  wide.position_m[0] = 30e-3;
+  EXPECT_EQ(phases(bench.see({wide})), (Reported{{1, Phase::kAbsent}, {2, Phase::kBegin}}));
+}
+
+TEST(Tracker, FieldsThatAreNotValidOrMissingEndNoContactBefore100Ms) {
+  Bench bench;
+  for (int frame = 0; frame < 10; ++frame) bench.see({at(3 * frame, 0)});  // 0.18 m/s
+  const std::vector<Contact> unknown = bench.seeNothingValid(3);
+  EXPECT_EQ(phases(unknown), (Reported{{1, Phase::kUnknown}}));
+  EXPECT_EQ(unknown.front().force_N, (std::array<double, 3>{}));
+  EXPECT_EQ(phases(bench.see({at(39, 0)})), (Reported{{1, Phase::kMove}}));  // where it was going
+  bench.field.time_ns += 3 * kFrame_ns;                                      // without a field
+  EXPECT_EQ(phases(bench.see({at(51, 0)})), (Reported{{1, Phase::kMove}}));
+  EXPECT_EQ(phases(bench.seeNothingValid(6)), (Reported{{1, Phase::kEnd}}));
+  EXPECT_EQ(phases(bench.see({at(51, 0)})), (Reported{{2, Phase::kBegin}}));
+  bench.field.time_ns += 10 * kFrame_ns;
+  EXPECT_EQ(phases(bench.see({at(51, 0)})), (Reported{{2, Phase::kEnd}, {3, Phase::kBegin}}));
+}
+
+TEST(Tracker, ALiftedContactIsNotFollowedThroughFieldsThatAreNotValid) {
+  Bench bench;
+  for (int frame = 0; frame < 10; ++frame) bench.see({at(3 * frame, 0)});
+  bench.see({});
+  bench.seeNothingValid(2);
+  EXPECT_EQ(phases(bench.see({at(39, 0)})), (Reported{{1, Phase::kAbsent}, {2, Phase::kBegin}}));
+}
+
+TEST(Tracker, NothingContinuesWhereFieldsCannotBeCompared) {
+  Bench bench;
+  std::uint64_t id = 0;
+  const auto expectRestart = [&](const char* what) {
+    SCOPED_TRACE(what);
+    EXPECT_EQ(phases(bench.see({at(0, 0)})), (Reported{{id, Phase::kEnd}, {id + 1, Phase::kBegin}}));
+    EXPECT_EQ(phases(bench.see({at(0, 0)})), (Reported{{id + 1, Phase::kMove}}));
+    ++id;
+  };
+  id = bench.see({at(0, 0)}).front().id;
+  bench.field.basis.zero[3] = 1;
+  expectRestart("a zero");
+  bench.field.basis.zero[3] = 0;
+  expectRestart("an undone zero");
+  bench.field.basis.calibration[0] = 1;
+  expectRestart("another gel file");
+  bench.field.basis.boot[15] = 1;
+  expectRestart("a restart");
+  bench.field.time_ns -= kFrame_ns;
+  expectRestart("the same time again");
+  bench.field.time_ns -= 1'000 * kFrame_ns;
+  expectRestart("an earlier time");
+  bench.field.time_ns = std::numeric_limits<std::int64_t>::min();
+  expectRestart("the first time that there is");
+  bench.field.time_ns = std::numeric_limits<std::int64_t>::max() - 10 * kFrame_ns;
+  expectRestart("the last time");
+  bench.field.time_ns = 0;
+  EXPECT_EQ(phases(bench.seeNothingValid()), (Reported{{id, Phase::kEnd}}));
+}
+
+TEST(Tracker, NumbersThatAreNoneMakeAFieldNotValid) {
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    Bench bench;
+    bench.see({at(0, 0)});
+    for (int which = 0; which < 6; ++which) {
+      Observation broken = at(0, 0);
+      (which == 0   ? broken.position_m[1]
+       : which == 1 ? broken.positionDeviation_m[0]
+       : which == 2 ? broken.force_N[2]
+       : which == 3 ? broken.forceDeviation_N[1]
+       : which == 4 ? broken.area_m2
+                    : broken.areaDeviation_m2) = bad;
+      EXPECT_EQ(phases(bench.see({at(0, 0), broken})), (Reported{{1, Phase::kUnknown}})) << which;
+      bench.see({at(0, 0)});
+    }
+    Observation negative = at(0, 0);
+    negative.positionDeviation_m[0] = -1e-3;
+    EXPECT_EQ(phases(bench.see({negative})), (Reported{{1, Phase::kUnknown}}));
+  }
+}
+
+TEST(Tracker, DoubtIsThatOfTheFieldInWhichAContactWasSeen) {
+  Bench bench;
+  bench.field.doubted = true;
+  EXPECT_TRUE(bench.see({at(0, 0)}).front().doubted);
+  bench.field.doubted = false;
+  EXPECT_TRUE(bench.seeNothingValid().front().doubted);
+  EXPECT_FALSE(bench.see({at(0, 0)}).front().doubted);
+}
+
+TEST(Tracker, AllContactsEndOnRequest) {
+  Bench bench;
+  bench.see({at(0, 0), at(20, 0), at(-20, 0)});
+  bench.see({at(0, 0)});
+  EXPECT_EQ(phases(bench.tracker.endAll()), (Reported{{1, Phase::kEnd}, {2, Phase::kEnd}, {3, Phase::kEnd}}));
+  EXPECT_TRUE(bench.tracker.endAll().empty());
+  EXPECT_EQ(phases(bench.see({at(0, 0)})), (Reported{{4, Phase::kBegin}}));
+}
+
+TEST(Tracker, NoMoreThanTheLargestNumberIsRead) {
+  Bench bench;
+  std::vector<Observation> many;
+  for (int i = 0; i < 100; ++i) many.push_back(at(20 * i, 0));
+  EXPECT_EQ(bench.see(many).size(), std::size_t{kMaxObservations});
+}
+
+TEST(Tracker, VelocityIsUnknownAtFirstThenThatOfTheMotion) {
+  Bench bench;
+  const Contact first = bench.see({at(0, 0)}).front();
+  EXPECT_EQ(first.velocity_m_s, (std::array<double, 2>{}));
+  EXPECT_EQ(first.velocityDeviation_m_s, (std::array<double, 2>{0.25, 0.25}));
+  Contact last;
+  for (int frame = 1; frame < 30; ++frame) last = bench.see({at(frame, -0.5 * frame)}).front();
+  EXPECT_NEAR(last.velocity_m_s[0], 0.06, 1e-3);
+  EXPECT_NEAR(last.velocity_m_s[1], -0.03, 1e-3);
+  EXPECT_LT(last.velocityDeviation_m_s[0], 0.02);
+}
+
+}  // namespace
+}  // namespace touch

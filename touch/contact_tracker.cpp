@@ -1,0 +1,203 @@
+// Each contact is followed by two Kalman filters, along x and y, of position and velocity under an acceleration that is
+// constant from one field to the next. What a contact may have become is weighed by likelihood: it moved, it jumped
+// (contacts became one, or one was divided), or it ended and another one began.
+#include "touch/contact_tracker.h"
+
+#include "touch/assignment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace touch {
+namespace {
+
+/// Cost of an end and a begin in one frame instead of a step: each happens once a second at 60 frames/s, the begin
+/// anywhere on 100 x 75 mm. -2 log(1/60 * 1/60 / 0.0075 m^2), less the 2 log(2 pi) that steps leave out.
+constexpr double kEndAndBegin = 2.9;
+/// Cost of a jump: once in ten seconds. -2 log(1/600).
+constexpr double kJump = 12.8;
+/// Cost of what is impossible. Ending and beginning always costs less.
+constexpr double kNever = 1000.0;
+/// Deviations within which a step lies.
+constexpr double kDeviations = 5.0;
+constexpr double kLeastVariance_m2 = 1e-12;  ///< of a place: numbers are single-precision in the solver
+
+double square(double x) {
+  return x * x;
+}
+
+/// In double precision, as the times of fields may be any.
+double seconds(std::int64_t from_ns, std::int64_t to_ns) {
+  return 1e-9 * (static_cast<double>(to_ns) - static_cast<double>(from_ns));
+}
+
+double radius(const Observation& of) {
+  return std::sqrt(of.area_m2 / std::numbers::pi);
+}
+
+template <typename Range>
+bool finite(const Range& numbers) {
+  return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
+}
+
+template <typename Range>
+bool deviations(const Range& numbers) {
+  return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x) && x >= 0.0; });
+}
+
+bool usable(const Field& field) {
+  return field.valid && std::all_of(field.contacts.begin(), field.contacts.end(), [](const Observation& one) {
+           return finite(one.position_m) && finite(one.force_N) && deviations(one.positionDeviation_m) &&
+                  deviations(one.forceDeviation_N) && deviations(std::array{one.area_m2, one.areaDeviation_m2});
+         });
+}
+
+double variance(double deviation) {
+  return std::max(square(deviation), kLeastVariance_m2);
+}
+
+/// Leaves out of a contact what holds only for a field in which it is seen.
+void withdraw(Contact& contact, Phase phase) {
+  contact.phase = phase;
+  contact.force_N = contact.forceDeviation_N = {};
+  contact.velocity_m_s = contact.velocityDeviation_m_s = {};
+}
+
+}  // namespace
+
+const std::vector<Contact>& ContactTracker::update(const Field& field) {
+  reported_.clear();
+  const bool valid = usable(field);
+  const bool advances = valid ? field.time_ns > last_ns_ : field.time_ns >= last_ns_;
+  const bool comparable = advances && (!valid || field.basis == basis_);
+  std::erase_if(tracks_, [&](Track& track) {
+    if (comparable && seconds(track.contact.seen_ns, field.time_ns) <= options_.memory_s) return false;
+    end(track);
+    return true;
+  });
+  if (valid) {
+    match(field);
+    basis_ = field.basis;
+    last_ns_ = field.time_ns;
+  } else {
+    for (Track& track : tracks_) withdraw(track.contact, Phase::kUnknown);
+  }
+  for (const Track& track : tracks_) reported_.push_back(track.contact);
+  return reported_;
+}
+
+const std::vector<Contact>& ContactTracker::endAll() {
+  reported_.clear();
+  for (Track& track : tracks_) end(track);
+  tracks_.clear();
+  return reported_;
+}
+
+void ContactTracker::end(Track& track) {
+  withdraw(track.contact, Phase::kEnd);
+  reported_.push_back(track.contact);
+}
+
+ContactTracker::Axis ContactTracker::unmoved(double position, double deviation) const {
+  return {position, 0.0, variance(deviation), 0.0, square(0.5 * options_.greatestSpeed_m_s)};
+}
+
+ContactTracker::Axis ContactTracker::predicted(const Axis& axis, double dt) const {
+  const double speed = square(options_.acceleration_m_s2 * dt);  // variance that the acceleration adds
+  return {axis.position + dt * axis.velocity, axis.velocity,
+          axis.positionVariance + dt * (2.0 * axis.covariance + dt * axis.velocityVariance) + 0.25 * dt * dt * speed,
+          axis.covariance + dt * axis.velocityVariance + 0.5 * dt * speed, axis.velocityVariance + speed};
+}
+
+ContactTracker::Step ContactTracker::step(const Track& track, const Observation& to, double dt) const {
+  const double reach = std::max({options_.reach_m, track.contact.radius_m, radius(to)});
+  double moved = 0.0, jumped = kJump, distance2 = 0.0, noise = 0.0;
+  for (int i = 0; i < 2; ++i) {
+    const Axis& last = track.axes[i];
+    const Axis next = predicted(last, dt);
+    const double observed = variance(to.positionDeviation_m[i]);
+    const double moving = next.positionVariance + observed;
+    const double jumping = last.positionVariance + observed + square(reach / 3.0);
+    moved += square(to.position_m[i] - next.position) / moving + std::log(moving);
+    jumped += square(to.position_m[i] - last.position) / jumping + std::log(jumping);
+    distance2 += square(to.position_m[i] - last.position);
+    noise = std::max(noise, last.positionVariance + observed);
+  }
+  const double distance = std::sqrt(distance2) - kDeviations * std::sqrt(noise);
+  if (track.absent || distance > options_.greatestSpeed_m_s * dt) moved = kNever;
+  if (distance > reach) jumped = kNever;
+  return {std::min({moved, jumped, kNever}), jumped < moved};
+}
+
+void ContactTracker::match(const Field& field) {
+  const int observations = static_cast<int>(std::min<std::size_t>(field.contacts.size(), kMaxObservations));
+  const int known = static_cast<int>(tracks_.size());
+  // Beyond the known contacts each observation has a column in which it is a contact that begins.
+  Eigen::MatrixXd cost = Eigen::MatrixXd::Constant(observations, known + observations, kEndAndBegin);
+  for (int row = 0; row < observations; ++row) {
+    for (int column = 0; column < known; ++column) {
+      const Track& track = tracks_[column];
+      cost(row, column) = step(track, field.contacts[row], seconds(track.contact.seen_ns, field.time_ns)).cost;
+    }
+  }
+  for (Track& track : tracks_) withdraw(track.contact, Phase::kAbsent);
+  const std::vector<int> pairs = assign(cost);
+  for (int row = 0; row < observations; ++row) {
+    if (pairs[row] < known) {
+      follow(tracks_[pairs[row]], field.contacts[row], field);
+    } else {
+      begin(field.contacts[row], field);
+    }
+  }
+  for (Track& track : tracks_) track.absent = track.contact.phase == Phase::kAbsent;
+}
+
+void ContactTracker::begin(const Observation& at, const Field& field) {
+  Track& track = tracks_.emplace_back();
+  track.contact.id = ++lastId_;
+  track.contact.begun_ns = field.time_ns;
+  for (int i = 0; i < 2; ++i) track.axes[i] = unmoved(at.position_m[i], at.positionDeviation_m[i]);
+  see(track, at, field, Phase::kBegin);
+}
+
+void ContactTracker::follow(Track& track, const Observation& to, const Field& field) const {
+  const double dt = seconds(track.contact.seen_ns, field.time_ns);
+  const bool jumped = step(track, to, dt).jumped;
+  for (int i = 0; i < 2; ++i) {
+    Axis& axis = track.axes[i];
+    if (jumped) {
+      axis = unmoved(to.position_m[i], to.positionDeviation_m[i]);
+      continue;
+    }
+    axis = predicted(axis, dt);
+    const double total = axis.positionVariance + variance(to.positionDeviation_m[i]);
+    const double gain = axis.positionVariance / total, velocityGain = axis.covariance / total;
+    const double innovation = to.position_m[i] - axis.position;
+    axis = {axis.position + gain * innovation, axis.velocity + velocityGain * innovation,
+            (1.0 - gain) * axis.positionVariance, (1.0 - gain) * axis.covariance,
+            axis.velocityVariance - velocityGain * axis.covariance};
+  }
+  see(track, to, field, Phase::kMove);
+}
+
+void ContactTracker::see(Track& track, const Observation& as, const Field& field, Phase phase) const {
+  Contact& contact = track.contact;
+  contact.phase = phase;
+  contact.doubted = field.doubted;
+  contact.seen_ns = field.time_ns;
+  contact.position_m = as.position_m;
+  contact.positionDeviation_m = as.positionDeviation_m;
+  contact.radius_m = radius(as);
+  // d sqrt(A / pi) = dA / (2 pi r)
+  contact.radiusDeviation_m =
+      contact.radius_m > 0.0 ? as.areaDeviation_m2 / (2.0 * std::numbers::pi * contact.radius_m) : 0.0;
+  contact.force_N = as.force_N;
+  contact.forceDeviation_N = as.forceDeviation_N;
+  for (int i = 0; i < 2; ++i) {
+    contact.velocity_m_s[i] = track.axes[i].velocity;
+    contact.velocityDeviation_m_s[i] = std::sqrt(track.axes[i].velocityVariance);
+  }
+}
+
+}  // namespace touch

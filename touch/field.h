@@ -1,0 +1,40 @@
+// What this room reads of a field, whatever message it came in. Gel frame, SI units.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace touch {
+
+/// What the numbers of a field are relative to. The contacts of two fields are comparable if it is the same in both.
+struct Basis {
+  using Id = std::array<std::uint8_t, 16>;
+  Id boot{};         ///< start of the daemon
+  Id calibration{};  ///< what the forces are computed from
+  Id zero{};         ///< what displacements are measured from
+  friend bool operator==(const Basis&, const Basis&) = default;
+};
+
+/// A contact as one field states it. Deviations are standard deviations that noise causes.
+struct Observation {
+  std::array<double, 2> position_m{};  ///< centre of its normal forces
+  std::array<double, 2> positionDeviation_m{};
+  std::array<double, 3> force_N{};  ///< shear (x, y) and normal force (z)
+  std::array<double, 3> forceDeviation_N{};
+  double area_m2 = 0.0;  ///< area of an even pressure as concentrated
+  double areaDeviation_m2 = 0.0;
+};
+
+/// Largest number of contacts in a field; further ones are not read.
+inline constexpr int kMaxObservations = 8;
+
+struct Field {
+  std::int64_t time_ns = 0;  ///< of capture, or else of arrival; CLOCK_MONOTONIC of the daemon's host
+  bool valid = false;        ///< false: nothing is known of this frame
+  bool doubted = false;      ///< true: a flag says that errors may exceed what the deviations say
+  Basis basis;
+  std::vector<Observation> contacts;  ///< strongest first
+};
+
+}  // namespace touch
