@@ -16,7 +16,7 @@ import seed
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 PAST = SOURCE / "tests/mutations"
 ROOMS = ("base", "sensor", "recording", "daemon", "gateway", "twin", "lens", "client/src", "client/cli")
-SIMULATED = ("base/", "daemon/capture/", "daemon/publish/", "daemon/zero/", "daemon/control/", "gateway/")
+SIMULATED = ("base/", "daemon/app/", "daemon/capture/", "daemon/control/", "daemon/publish/")
 ENOUGH = 0.9
 
 Mutation = collections.namedtuple("Mutation", "file line old new")
@@ -73,8 +73,8 @@ def draw(places, number):
 
 def tests_of(file):
     """Returns the names of the unit tests of a file's room."""
-    rooms = [*reversed(file.split("/")[:-1]), *(["pipeline", "app"] if file.startswith("daemon/") else [])]
-    listings = [listing for room in rooms if (listing := SOURCE / "tests/unit" / room / "CMakeLists.txt").exists()]
+    listings = [listing for room in reversed(file.split("/")[:-1])
+                if (listing := SOURCE / "tests/unit" / room / "CMakeLists.txt").exists()]
     return re.findall(r"traction_test\((\w+)", listings[0].read_text()) if listings else []
 
 

@@ -133,7 +133,6 @@ struct ProceduresBench final : GelComparison, ProcedureHost, Replies {
   bool keepFails = false, diskHangs = false;
   std::deque<std::packaged_task<std::optional<calibrate::Result>()>> works;  ///< that have been started
   bool workTakesLong = false;                                                ///< doWork() does it
-  std::function<void(const RestPose&)> onDescribed;
   int comparisons = 0;
   Id lastCompared{};
   Id reportedZero{};  ///< the zero that the status reports on
@@ -151,10 +150,7 @@ struct ProceduresBench final : GelComparison, ProcedureHost, Replies {
   }
   void report(const RestPose& pose, const GelReport& /*report*/) override { reportedZero = pose.id; }
 
-  void describe(const RestPose& pose) override {
-    described = pose;
-    if (onDescribed) onDescribed(pose);
-  }
+  void describe(const RestPose& pose) override { described = pose; }
   std::future<Kept> keep(const RestPose& pose, const RestPose* before) override {
     disk.emplace_back();
     auto done = disk.back().get_future();
