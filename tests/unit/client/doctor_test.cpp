@@ -86,8 +86,8 @@ struct HealthyBox : FakeBox {
     own(kKeys, {0, 0, 0, 0755});
     write("/home/ada/.config/traction/key", "", {0, kAda, kAda, 0600});
     start(1, "systemd");
-    start(50, "bash", {"bash", "-c", "arv-viewer tractiond --instance default"});
-    start(51, "tractiond", {kDaemon, "--check-config", "--instance=default"});  // a question, no daemon
+    start(50, "bash", {"bash", "--instance=right"});
+    start(51, "tractiond", {kDaemon, "--check-config", "--instance=right"});  // a question, no daemon
     start(700, "tractiond", {kDaemon, "--instance=default"});
     start(800, "nc");
     write("/proc/700/status", "Name:\ttractiond\nCapEff:\t00000000fF7Fbfff\n");
