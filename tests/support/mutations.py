@@ -105,9 +105,6 @@ ROOMS = {
          "if (!sensor.calibration || !sensor.calibration->hash.empty()) return {};"),
     ],
     "pipeline": [
-        ("tsan", "pipeline", "daemon/app/pipeline.cpp", "without threads the camera's memory is kept",
-         "source.recycle(frame);",
-         "if (frame.token == nullptr) source.recycle(frame);"),
         ("tsan", "pipeline", "daemon/app/pipeline.cpp", "a field is stamped as solved when its frame came",
          "field.markers.info.times.solved_ns = monotonicNow();",
          "field.markers.info.times.solved_ns = markers.info.times.received_ns;"),
