@@ -10,12 +10,10 @@
 //   3. A contact that a valid field does not show is absent. It continues if it is seen again within Options::memory_s,
 //      at most Options::reach_m or its radius from its last place; else it ends. Contacts that part again in that time
 //      therefore have their earlier ids.
-//   4. While fields are not valid or are missing, a contact is unknown. It continues by 1, or ends when it was not seen
-//   for
-//      Options::memory_s.
-//   5. Contacts end, and others begin, where fields cannot be compared: the basis changed (a zero, an undone zero,
-//   another
-//      gel file, a restart), or time did not advance.
+//   4. While fields are not valid or are missing, a contact is unknown. It continues by 1, or ends when it was not
+//      seen for Options::memory_s.
+//   5. Contacts end, and others begin, where fields cannot be compared: time did not advance, or the basis changed (a
+//      zero, an undone zero, another gel file, a restart).
 // Ids increase from 1 and are not used again. Each begin has one end, if endAll() is called at the end of the fields.
 #pragma once
 

@@ -145,9 +145,7 @@ tl::expected<void, Error> Instrument::makeProcessing(std::optional<sensor::Senso
 /// Returns the driver by the configuration.
 capture::OpenDriver Instrument::driver() const {
   const capture::CameraOptions& options = config_.camera;
-  if (options.images.empty())
-    return capture::fromAravis(options,
-                               [realtime = realtime_](bool begins) { begins ? realtime->enter() : realtime->leave(); });
+  if (options.images.empty()) return capture::fromAravis(options, realtime_);
   return capture::fromPipe({.path = options.images,
                             .format = options.pixelFormat,
                             .width = options.width,
@@ -187,13 +185,12 @@ tl::expected<void, Error> Instrument::start() {
   return {};
 }
 
-ServiceHooks Instrument::hooks(std::function<tl::expected<Reread, Error>()> read) {
+ServiceHooks Instrument::hooks() {
   return {.loops = loopsOf(turns_),
           // A film ends when its last picture is measured, which may wait for the zero's verdict and solver: requests
           // are answered and stop signals heeded meanwhile.
           .ended = [this] { return pipeline_->ended() && (config_.camera.images.empty() || balanced(ledger_)); },
           .statusLine = [this] { return statusLine(); },
-          .reload = reloader_->hook(std::move(read)),
           .others = [this] { return !camera_->isForsaken(); }};
 }
 

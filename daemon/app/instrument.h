@@ -15,7 +15,6 @@
 #include "sensor/sensor.h"
 
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -43,10 +42,11 @@ class Instrument final : Stages, ReloadedCamera {
   /// Starts the pipeline's threads, and returns when they run. Applies and logs the real-time settings. Must be called
   /// once. Fails with EX_OSERR if a thread cannot be started.
   tl::expected<void, Error> start();
-  /// Returns the hooks for run(). Their functions use this object, which must outlive them. \param read reads the
-  /// configuration for a reload; called on a thread of its own that a stop does not wait for, so that it must own what
-  /// it uses
-  ServiceHooks hooks(std::function<tl::expected<Reread, Error>()> read);
+  /// Returns the hooks for run(), without ServiceHooks::reload. Their functions use this object, which must outlive
+  /// them.
+  ServiceHooks hooks();
+  /// Applies what a reload has read: Reloader::takeOver(). For the thread of run().
+  void takeOver(const tl::expected<Reread, Error>& read) { reloader_->takeOver(read); }
 
   /// Stops the pipeline, closes the recording and checks the ledger; waits until the frames in flight are published.
   /// Must be called once, after start(). Fails with the error for which the source ended by itself, else with

@@ -26,27 +26,6 @@ TractionField blankField(const PipelineOptions& options) {
   return field;
 }
 
-// The work of each stage on one frame, threaded or inline: calls the function, sets the time, counts.
-
-bool trackOne(Stages& stages, const Frame& frame, MarkerField& markers, Counter& notTracked) {
-  markers.info = frame.info;
-  const bool tracked = stages.track(frame, markers);
-  markers.info.times.tracked_ns = monotonicNow();
-  if (!tracked) notTracked.add();
-  return tracked;
-}
-
-void solveOne(Stages& stages, const MarkerField& markers, TractionField& field) {
-  stages.solve(markers, field);
-  field.markers.info.times.solved_ns = monotonicNow();
-}
-
-void publishOne(Stages& stages, FieldGaps& gaps, TractionField& field, Ledger& ledger) {
-  gaps.mark(field);
-  stages.publish(field);
-  ledger.published.add();
-}
-
 /// Passes one element of a link to `work`; if there is none, calls `sleep`, which waits for more. Returns false if the
 /// link is closed and empty.
 template <typename T, std::size_t kSlots, typename Work, typename Sleep>
@@ -225,9 +204,13 @@ bool Pipeline::trackTurn(std::chrono::milliseconds timeout) {
       frames_,
       [this](const Frame& frame) {
         MarkerField& markers = acquire(markers_, turns_.track, options_.turn);
-        if (trackOne(stages_, frame, markers, ledger_.*options_.notTracked)) {
+        markers.info = frame.info;
+        const bool tracked = stages_.track(frame, markers);
+        markers.info.times.tracked_ns = monotonicNow();
+        if (tracked) {
           markers_.push(&markers);
         } else {
+          (ledger_.*options_.notTracked).add();
           markers_.putBack(&markers);
         }
       },
@@ -241,7 +224,8 @@ bool Pipeline::solveTurn(std::chrono::milliseconds timeout) {
       markers_,
       [this](const MarkerField& markers) {
         TractionField& field = acquire(fields_, turns_.solve, options_.turn);
-        solveOne(stages_, markers, field);
+        stages_.solve(markers, field);
+        field.markers.info.times.solved_ns = monotonicNow();
         fields_.push(&field);
       },
       [this, timeout] { markers_.wait(timeout); });
@@ -254,7 +238,9 @@ bool Pipeline::publishTurn(std::chrono::milliseconds timeout) {
   return workOffOne(
       fields_,
       [this](TractionField& field) {
-        publishOne(stages_, gaps_, field, ledger_);
+        gaps_.mark(field);
+        stages_.publish(field);
+        ledger_.published.add();
         stages_.serveSubscribers(fields_.fd(), 0ms);  // serves new subscribers even if fields arrive without a pause
       },
       [this, timeout] {
@@ -264,26 +250,8 @@ bool Pipeline::publishTurn(std::chrono::milliseconds timeout) {
 }
 
 /// Takes turns until the end.
-void Pipeline::repeat(void (Stages::*turn)(std::chrono::milliseconds)) const {
-  while (!stopping_.load(std::memory_order_relaxed)) (stages_.*turn)(options_.turn);
-}
-
-void runInline(capture::FrameSource& source, Stages& stages, const PipelineOptions& options, Ledger& ledger) {
-  Frame frame;
-  MarkerField markers = blankMarkers(options);
-  TractionField field = blankField(options);
-  FieldGaps gaps;
-  for (;;) {
-    const auto next = source.next(frame, options.turn);
-    if (next == capture::Next::kEnd) return;
-    if (next == capture::Next::kFrame) {
-      if (trackOne(stages, frame, markers, ledger.*options.notTracked)) {
-        solveOne(stages, markers, field);
-        publishOne(stages, gaps, field, ledger);
-      }
-      source.recycle(frame);
-    }
-  }
+void Pipeline::repeat(void (Stages::*function)(std::chrono::milliseconds)) const {
+  while (!stopping_.load(std::memory_order_relaxed)) (stages_.*function)(options_.turn);
 }
 
 bool balanced(const Ledger& ledger) {

@@ -109,7 +109,7 @@ class Pipeline {
   bool trackTurn(std::chrono::milliseconds timeout);
   bool solveTurn(std::chrono::milliseconds timeout);
   bool publishTurn(std::chrono::milliseconds timeout);
-  void repeat(void (Stages::*turn)(std::chrono::milliseconds)) const;
+  void repeat(void (Stages::*function)(std::chrono::milliseconds)) const;
 
   capture::FrameSource& source_;
   Stages& stages_;
@@ -132,11 +132,6 @@ class Pipeline {
   std::thread captureThread_, trackThread_, solveThread_, publishThread_, controlThread_, previewThread_, modelThread_,
       recordThread_;
 };
-
-/// Runs the stages in the calling thread, one frame after the other, until the source ends, and gives each frame back.
-/// Of the functions calls only track, solve and publish. No frame is evicted. \param ledger counts published frames,
-/// and those that were not tracked
-void runInline(capture::FrameSource& source, Stages& stages, const PipelineOptions& options, Ledger& ledger);
 
 /// Returns whether received = published + all losses. That must hold when no frame is in flight; while frames are, it
 /// usually does not.

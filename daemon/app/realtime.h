@@ -3,6 +3,7 @@
 #pragma once
 
 #include "base/fixed_text.h"
+#include "daemon/capture/aravis_driver.h"
 
 #include <sched.h>
 #include <tl/expected.hpp>
@@ -33,7 +34,7 @@ tl::expected<cpu_set_t, std::string> parseCpus(const std::string& list);
 FixedText<120> cpusText(const cpu_set_t& cpus);
 
 /// Settings of this process. Thread-safe.
-class Realtime {
+class Realtime final : public capture::ThreadWatch {
  public:
   /// Applies nothing yet. \param options with `cpus` that parseCpus() accepts; others throw tl::bad_expected_access
   explicit Realtime(RealtimeOptions options);
@@ -45,9 +46,9 @@ class Realtime {
   /// Applies the options to the calling thread, as one that a frame passes. Registers it with its present name until
   /// leave(); beyond twelve registered threads it is scheduled, but not listed. report() tells of a refusal. Threads
   /// that it starts get the default scheduling, but the same processors.
-  void enter();
+  void enter() override;
   /// Removes the calling thread from the registered ones; its scheduling stays.
-  void leave();
+  void leave() override;
   /// Applies the options to a library's thread that sends messages, with a priority one below a requested one (but at
   /// least 1), so that a client that floods it does not delay frames, and registers it as enter() does. The thread must
   /// live as long as this.

@@ -8,19 +8,6 @@
 #include <utility>
 
 namespace tractiond {
-namespace {
-
-void log(const tl::expected<std::vector<std::string>, Error>& news) {
-  if (!news)
-    spdlog::error("the configuration stays as it was: {}", news.error().message());
-  else if (news->empty())
-    spdlog::info("nothing in the configuration has changed");
-  else
-    for (const std::string& one : *news) spdlog::info("new in the configuration: {}", one);
-}
-
-}  // namespace
-
 tl::expected<Reread, Error> reread(Config completed) {
   const auto gel = loadGel(completed.sensor.gelFile);
   if (!gel) return tl::unexpected(gel.error());
@@ -60,10 +47,14 @@ tl::expected<std::vector<std::string>, Error> Reloader::apply(const Reread& read
   return news;
 }
 
-std::function<std::function<void()>()> Reloader::hook(std::function<tl::expected<Reread, Error>()> read) {
-  return [this, read = std::move(read)]() -> std::function<void()> {
-    return [this, was = read()] { log(was.and_then([this](const Reread& one) { return apply(one); })); };
-  };
+void Reloader::takeOver(const tl::expected<Reread, Error>& read) {
+  const auto news = read.and_then([this](const Reread& one) { return apply(one); });
+  if (!news)
+    spdlog::error("the configuration stays as it was: {}", news.error().message());
+  else if (news->empty())
+    spdlog::info("nothing in the configuration has changed");
+  else
+    for (const std::string& one : *news) spdlog::info("new in the configuration: {}", one);
 }
 
 }  // namespace tractiond

@@ -7,7 +7,6 @@
 
 #include <tl/expected.hpp>
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -53,10 +52,8 @@ class Reloader {
   /// there are none
   tl::expected<std::vector<std::string>, Error> apply(const Reread& read);
 
-  /// Returns ServiceHooks::reload, a function that reads, on any thread, and returns another one. That one applies what
-  /// was read and logs the result, an error too; it must be called on this object's thread. This must outlive both.
-  /// \param read owns what it uses
-  std::function<std::function<void()>()> hook(std::function<tl::expected<Reread, Error>()> read);
+  /// Applies what was read, and logs the result, an error too.
+  void takeOver(const tl::expected<Reread, Error>& read);
 
  private:
   Config& inForce_;

@@ -82,7 +82,11 @@ int serve(const Arguments& arguments, const Config& config, const Places& places
   if (!instrument && serviceRequests().stop.wait(std::chrono::milliseconds(0))) return tellStopped(), EX_OK;
   if (!instrument) return failed(instrument.error());
   if (const auto started = (*instrument)->start(); !started) return failed(started.error());
-  run((*instrument)->hooks([arguments] { return readAgain(arguments); }));
+  ServiceHooks hooks = (*instrument)->hooks();
+  hooks.reload = [&running = **instrument, arguments] {
+    return [&running, read = readAgain(arguments)] { running.takeOver(read); };
+  };
+  run(hooks);
   const auto stopped = (*instrument)->stop();
   return stopped ? EX_OK : failed(stopped.error());
 }

@@ -18,8 +18,9 @@
 #include <arv.h>
 #include <tl/expected.hpp>
 
+#include <atomic>
 #include <chrono>
-#include <functional>
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -201,9 +202,9 @@ tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info);
 
 /// Reads packet counters of a GigE Vision stream, which are added to those of `before`, PTP and temperature. Values
 /// that the camera lacks stay empty. Each register of a camera that is gone takes seconds: reads no further one once
-/// isLost() returns true.
+/// one of `lost` is set.
 CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& guard, const CameraLink& before,
-                    const std::function<bool()>& isLost);
+                    std::initializer_list<const std::atomic<bool>*> lost);
 
 // ---- aravis_clock.cpp
 

@@ -14,46 +14,60 @@ LatchedCounter::Answer answerOf(const Failure& failure) {
   return !failure ? kDone : failure.noAnswer() ? kNone : kRefused;
 }
 
-LatchedCounter counterAt(ArvDevice* device, std::uint64_t latch, std::uint32_t command, std::uint64_t value) {
-  LatchedCounter counter;
-  counter.latch = [=] {
+/// The registers of a device, which outlives it.
+class Registers final : public LatchedCounter {
+ public:
+  Registers(ArvDevice* device, std::uint64_t latch, std::uint32_t command, std::uint64_t value)
+      : device_(device)
+      , latch_(latch)
+      , command_(command)
+      , value_(value) {}
+
+  Answer latch() override {
     Failure failure;
-    arv_device_write_register(device, latch, command, failure.into());
+    arv_device_write_register(device_, latch_, command_, failure.into());
     return answerOf(failure);
-  };
-  counter.read = [=](std::array<std::uint8_t, 8>& bytes) {
+  }
+  Answer read(std::array<std::uint8_t, 8>& bytes) override {
     Failure failure;
-    arv_device_read_memory(device, value, static_cast<std::uint32_t>(bytes.size()), bytes.data(), failure.into());
+    arv_device_read_memory(device_, value_, static_cast<std::uint32_t>(bytes.size()), bytes.data(), failure.into());
     return answerOf(failure);
-  };
-  return counter;
-}
+  }
+  std::int64_t rawNow() override { return tractiond::rawNow(); }
+
+ private:
+  ArvDevice* device_;
+  std::uint64_t latch_;
+  std::uint32_t command_;
+  std::uint64_t value_;
+};
 
 }  // namespace
 
 std::unique_ptr<AskedClock> AskedClock::open(ArvDevice* device) {
   constexpr std::uint64_t kFastest_Hz = 1'000'000'000;  // of cameras
   if (firstFeature(device, {"TimestampLatch", "GevTimestampControlLatch"}).empty()) return nullptr;
-  LatchedCounter counter;
+  std::unique_ptr<LatchedCounter> counter;
   if (ARV_IS_GV_DEVICE(device)) {
-    counter = counterAt(device, 0x0944, 2, 0x0948);
-    counter.bigEndian = true;
-    counter.perSecond = arv_gv_device_get_timestamp_tick_frequency(ARV_GV_DEVICE(device), nullptr);
+    counter = std::make_unique<Registers>(device, 0x0944, 2, 0x0948);
+    counter->bigEndian = true;
+    counter->perSecond = arv_gv_device_get_timestamp_tick_frequency(ARV_GV_DEVICE(device), nullptr);
     // Without it, Aravis dates frames by the host's clock.
-    if (counter.perSecond == 0 || counter.perSecond > kFastest_Hz) return nullptr;
+    if (counter->perSecond == 0 || counter->perSecond > kFastest_Hz) return nullptr;
   } else if (ARV_IS_UV_DEVICE(device)) {
-    counter = counterAt(device, 0x01f8, 1, 0x01f0);
+    counter = std::make_unique<Registers>(device, 0x01f8, 1, 0x01f0);
   } else {
     return nullptr;
   }
-  ClockAsker asker(std::move(counter), rawNow);
+  ClockAsker asker(std::move(counter));
   for (int i = 0; i < 3; ++i)
     if (!asker.ask()) return nullptr;
   if (asker.fit().readings() < 2) return nullptr;  // what is latched stands still
   std::unique_ptr<AskedClock> clock(new AskedClock);
   clock->fit_.put(asker.fit());
-  clock->thread_ = std::jthread(
-      [asked = clock.get(), asker](const std::stop_token& stop) mutable { asked->run(stop, std::move(asker)); });
+  clock->thread_ = std::jthread([asked = clock.get(), asker = std::move(asker)](const std::stop_token& stop) mutable {
+    asked->run(stop, std::move(asker));
+  });
   return clock;
 }
 

@@ -42,7 +42,7 @@ struct Learnt {
 class AravisDriver : public Driver {
  public:
   static tl::expected<std::unique_ptr<Driver>, Error> open(const CameraOptions& options, const Opening& opening,
-                                                           const std::function<void(bool)>& receiving,
+                                                           std::shared_ptr<ThreadWatch> watch,
                                                            std::shared_ptr<Learnt> learnt);
   ~AravisDriver() override;
 
@@ -58,7 +58,7 @@ class AravisDriver : public Driver {
   void markSilent() override { silent_ = true; }
   void undo() override;
   CameraLink link(const CameraLink& before) override {
-    return readLink(camera_.get(), stream_.get(), guard_, before, [this] { return silent_ || controlLost_; });
+    return readLink(camera_.get(), stream_.get(), guard_, before, {&silent_, &controlLost_});
   }
   tl::expected<CameraReport, std::string> serve(const CameraStep& step) override {
     return serveFeatures(camera_.get(), step, options_.features, first_);
@@ -89,7 +89,7 @@ class AravisDriver : public Driver {
   std::atomic<bool> controlLost_{false};  // set by Aravis's heartbeat thread: outlives the camera
   std::atomic<bool> silent_{false};
   std::atomic<int> receivingThread_{0};  ///< Aravis's
-  std::function<void(bool)> receiving_;
+  std::shared_ptr<ThreadWatch> watch_;
   std::shared_ptr<Learnt> learnt_;
   GvcpSearch search_;
   ControlGuard guard_;  // before the camera, and after every other socket of this
@@ -124,11 +124,11 @@ AravisDriver::~AravisDriver() {
 }
 
 tl::expected<std::unique_ptr<Driver>, Error> AravisDriver::open(const CameraOptions& options, const Opening& opening,
-                                                                const std::function<void(bool)>& receiving,
+                                                                std::shared_ptr<ThreadWatch> watch,
                                                                 std::shared_ptr<Learnt> learnt) {
   auto driver = std::make_unique<AravisDriver>();
   driver->options_ = options;
-  driver->receiving_ = receiving;
+  driver->watch_ = std::move(watch);
   driver->learnt_ = std::move(learnt);
   CameraOptions& wanted = driver->options_;
   const CameraInfo* before = opening.before;
@@ -397,10 +397,9 @@ tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes, int fi
 void AravisDriver::onStream(void* driver, ArvStreamCallbackType type, ArvBuffer* /*buffer*/) {
   auto& self = *static_cast<AravisDriver*>(driver);
   if (type == ARV_STREAM_CALLBACK_TYPE_INIT) self.receivingThread_.store(gettid(), std::memory_order_relaxed);
-  const auto& receiving = self.receiving_;
-  if (!receiving) return;
-  if (type == ARV_STREAM_CALLBACK_TYPE_INIT) receiving(true);
-  if (type == ARV_STREAM_CALLBACK_TYPE_EXIT) receiving(false);
+  if (!self.watch_) return;
+  if (type == ARV_STREAM_CALLBACK_TYPE_INIT) self.watch_->enter();
+  if (type == ARV_STREAM_CALLBACK_TYPE_EXIT) self.watch_->leave();
 }
 
 /// Four frames, should they be slow; of a camera that waits for its trigger nothing comes.
@@ -430,15 +429,25 @@ AravisDriver::Proof AravisDriver::awaitWholeFrame() {
 /// A camera that is there and sends, while Aravis leaves its packets lie, can be had back by a stream of its own; what
 /// hangs is left behind.
 std::string AravisDriver::doubt() {
-  const bool isGigE = framePackets_ != 0;
-  ProcessorWait wait(receivingThread_.load(std::memory_order_relaxed));
-  switch (causeOfSilence({
-      .received = [&] { return isGigE ? arv_stream_get_info_uint64_by_name(stream_.get(), "n_received_packets") : 0; },
-      .hasPacketsWaiting = [&] { return isGigE && bytesWaiting(stream_.get()) != 0; },
-      .isWaitingForProcessor = [&] { return wait.lasts(); },
-      .answers = [&] { return info_.identity.empty() || search_.ask(info_.name.address, kAnswer) == info_.identity; },
-      .pause = [] { std::this_thread::sleep_for(milliseconds(50)); },
-  })) {
+  struct Signs final : StreamSigns {
+    explicit Signs(AravisDriver& own)
+        : driver(own) {}
+    std::uint64_t received() override {
+      return isGigE ? arv_stream_get_info_uint64_by_name(driver.stream_.get(), "n_received_packets") : 0;
+    }
+    bool hasPacketsWaiting() override { return isGigE && bytesWaiting(driver.stream_.get()) != 0; }
+    bool isWaitingForProcessor() override { return wait.lasts(); }
+    bool answers() override {
+      const CameraInfo& info = driver.info_;
+      return info.identity.empty() || driver.search_.ask(info.name.address, kAnswer) == info.identity;
+    }
+    void pause() override { std::this_thread::sleep_for(milliseconds(50)); }
+
+    AravisDriver& driver;
+    const bool isGigE = driver.framePackets_ != 0;
+    ProcessorWait wait{driver.receivingThread_.load(std::memory_order_relaxed)};
+  } signs(*this);
+  switch (causeOfSilence(signs)) {
   case Silence::kAlive:
     return "";
   case Silence::kThreadHangs:
@@ -558,9 +567,9 @@ std::string AravisDriver::objection() const {
 
 }  // namespace
 
-OpenDriver fromAravis(const CameraOptions& options, const std::function<void(bool)>& receiving) {
-  return [options, receiving, learnt = std::make_shared<Learnt>()](const Opening& opening) {
-    return AravisDriver::open(options, opening, receiving, learnt);
+OpenDriver fromAravis(const CameraOptions& options, std::shared_ptr<ThreadWatch> watch) {
+  return [options, watch = std::move(watch), learnt = std::make_shared<Learnt>()](const Opening& opening) {
+    return AravisDriver::open(options, opening, watch, learnt);
   };
 }
 

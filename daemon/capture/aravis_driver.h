@@ -10,15 +10,27 @@
 #include "daemon/capture/camera_options.h"
 #include "daemon/capture/driver.h"
 
+#include <memory>
+
 namespace tractiond::capture {
+
+/// Is told of Aravis's receiving thread, on that thread.
+class ThreadWatch {
+ public:
+  virtual void enter() = 0;  ///< Called when the thread begins.
+  virtual void leave() = 0;  ///< Called when it ends.
+
+ protected:
+  ~ThreadWatch() = default;
+};
 
 /// Returns a function that opens the camera, which blocks for seconds; `options` is copied. Exit codes of its errors:
 /// EX_UNAVAILABLE (no such camera, or it does not answer, may not be opened, or has a faulty description, or a stop was
 /// requested while it was located or inspected), EX_TEMPFAIL (another client holds it and has not left within 8 s, or a
 /// stop was requested meanwhile), EX_CONFIG (the camera refuses or lacks a setting, sends a format that cannot be
 /// read, or something else than it says), EX_NOPERM (a packet socket is not allowed), EX_OSERR (the kernel does not
-/// take the filters). \param receiving called on Aravis's receiving thread, with true when that begins and false when
-/// it ends; opening may start several in turn
-OpenDriver fromAravis(const CameraOptions& options, const std::function<void(bool)>& receiving = {});
+/// take the filters).
+/// \param watch may be empty; opening may start several threads in turn
+OpenDriver fromAravis(const CameraOptions& options, std::shared_ptr<ThreadWatch> watch = {});
 
 }  // namespace tractiond::capture

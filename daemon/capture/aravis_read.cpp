@@ -49,7 +49,8 @@ tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info) {
 }
 
 CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& guard, const CameraLink& before,
-                    const std::function<bool()>& isLost) {
+                    std::initializer_list<const std::atomic<bool>*> lost) {
+  const auto isLost = [&] { return std::ranges::any_of(lost, [](const auto* each) { return each->load(); }); };
   ArvDevice* device = arv_camera_get_device(camera);
   CameraLink link;
   if (ARV_IS_GV_STREAM(stream)) {

@@ -30,17 +30,17 @@ bool ClockAsker::ask() {
 LatchedCounter::Answer ClockAsker::question() {
   using enum LatchedCounter::Answer;
   ClockReading reading;
-  reading.before_ns = rawNow_();
-  if (const auto answer = counter_.latch(); answer != kDone) return answer;
-  reading.after_ns = rawNow_();
+  reading.before_ns = counter_->rawNow();
+  if (const auto answer = counter_->latch(); answer != kDone) return answer;
+  reading.after_ns = counter_->rawNow();
   std::array<std::uint8_t, 8> bytes{};
-  if (const auto answer = counter_.read(bytes); answer != kDone) return answer;
+  if (const auto answer = counter_->read(bytes); answer != kDone) return answer;
   if (reading.after_ns - reading.before_ns > kUsual_ns) return kDone;
   std::uint64_t ticks = 0;
   for (std::size_t i = 0; i < bytes.size(); ++i)
-    ticks = ticks << 8 | bytes[counter_.bigEndian ? i : bytes.size() - 1 - i];
+    ticks = ticks << 8 | bytes[counter_->bigEndian ? i : bytes.size() - 1 - i];
   // As Aravis counts a frame's stamp, which rounds.
-  const std::uint64_t second_ns = static_cast<std::uint64_t>(kSecond_ns), perSecond = counter_.perSecond;
+  const std::uint64_t second_ns = static_cast<std::uint64_t>(kSecond_ns), perSecond = counter_->perSecond;
   const auto rounded_ns = static_cast<std::int64_t>((second_ns + perSecond - 1) / perSecond);
   reading.device_ns =
       static_cast<std::int64_t>(ticks / perSecond * second_ns + ticks % perSecond * second_ns / perSecond);

@@ -5,27 +5,30 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
+#include <memory>
 #include <utility>
 
 namespace tractiond::capture {
 
 /// A camera's counter that can be latched: it stores its value at that moment, which is read afterwards.
-struct LatchedCounter {
-  enum class Answer { kDone, kRefused, kNone };                    ///< kNone: no answer in time
-  std::function<Answer()> latch;                                   ///< makes the counter store its value
-  std::function<Answer(std::array<std::uint8_t, 8>& bytes)> read;  ///< reads the stored value, 64 bits
-  std::uint64_t perSecond = 1'000'000'000;                         ///< 1 to 10^9
-  bool bigEndian = false;                                          ///< byte order of what `read` returns
+class LatchedCounter {
+ public:
+  enum class Answer { kDone, kRefused, kNone };  ///< kNone: no answer in time
+
+  virtual ~LatchedCounter() = default;
+  virtual Answer latch() = 0;                                   ///< Makes the counter store its value.
+  virtual Answer read(std::array<std::uint8_t, 8>& bytes) = 0;  ///< Reads the stored value, 64 bits.
+  virtual std::int64_t rawNow() = 0;                            ///< Returns CLOCK_MONOTONIC_RAW of the host [ns].
+
+  std::uint64_t perSecond = 1'000'000'000;  ///< 1 to 10^9
+  bool bigEndian = false;                   ///< byte order of what read() returns
 };
 
 /// Thread-bound; blocks as long as the counter's functions do. The caller waits between the readings.
 class ClockAsker {
  public:
-  /// \param rawNow returns CLOCK_MONOTONIC_RAW [ns]; a test's clock in tests
-  ClockAsker(LatchedCounter counter, std::function<std::int64_t()> rawNow)
-      : counter_(std::move(counter))
-      , rawNow_(std::move(rawNow)) {}
+  explicit ClockAsker(std::unique_ptr<LatchedCounter> counter)
+      : counter_(std::move(counter)) {}
 
   /// Reads the counter once and adds the reading to fit(), in nanoseconds. Returns false if the camera refused or did
   /// not answer in time. Returns true but adds nothing if latching took more than 0.1 s: the command may have been
@@ -49,8 +52,7 @@ class ClockAsker {
   static constexpr int kRefusals = 3;
   LatchedCounter::Answer question();
 
-  LatchedCounter counter_;
-  std::function<std::int64_t()> rawNow_;
+  std::unique_ptr<LatchedCounter> counter_;
   ClockFit fit_;
   int refusals_ = 0;
   std::int64_t pause_ns_ = 0;

@@ -16,12 +16,12 @@ namespace {
 /// Tables for shading correction are some hundred kilobytes.
 constexpr long long kLargestRegister_bytes = 16 << 20;
 
-/// Calls visit for each feature node below a node. Groups are feature nodes in Aravis, but have no value.
-void walk(ArvDomNode* node, const std::function<void(ArvGcNode*)>& visit) {
+/// Adds each feature node below a node. Groups are feature nodes in Aravis, but have no value.
+void collect(ArvDomNode* node, std::vector<ArvGcNode*>& nodes) {
   for (ArvDomNode* child = arv_dom_node_get_first_child(node); child != nullptr;
        child = arv_dom_node_get_next_sibling(child)) {
-    if (ARV_IS_GC_FEATURE_NODE(child) && !ARV_IS_GC_GROUP_NODE(child)) visit(ARV_GC_NODE(child));
-    walk(child, visit);
+    if (ARV_IS_GC_FEATURE_NODE(child) && !ARV_IS_GC_GROUP_NODE(child)) nodes.push_back(ARV_GC_NODE(child));
+    collect(child, nodes);
   }
 }
 
@@ -92,35 +92,37 @@ std::string circleIn(const std::unordered_map<std::string, std::vector<std::stri
 /// Returns the first register that claims more than any camera has; empty: there is none.
 std::string claimIn(ArvGc* description) {
   std::string claim;
-  forEachNode(description, [&](ArvGcNode* node) {
+  for (ArvGcNode* const node : nodesOf(description)) {
     const std::string length = elementText(node, "Length");
     const long long bytes = std::strtoll(length.c_str(), nullptr, 0);
     if (bytes < 0 || bytes > kLargestRegister_bytes)
       claim =
           "register " + text(arv_gc_feature_node_get_name(ARV_GC_FEATURE_NODE(node))) + " claims " + length + " bytes";
-  });
+  }
   return claim.empty() ? claim : "the camera's description is impossible: " + claim;
 }
 
 /// The same of registers whose length the camera tells. The references have been checked.
 std::string claimOf(ArvGc* description) {
   std::string claim;
-  forEachNode(description, [&](ArvGcNode* node) {
-    if (!ARV_IS_GC_REGISTER(node) || elementText(node, "pLength").empty()) return;
+  for (ArvGcNode* const node : nodesOf(description)) {
+    if (!ARV_IS_GC_REGISTER(node) || elementText(node, "pLength").empty()) continue;
     Failure failure;
     const guint64 bytes = arv_gc_register_get_length(ARV_GC_REGISTER(node), failure.into());
-    if (failure || bytes <= static_cast<guint64>(kLargestRegister_bytes)) return;
+    if (failure || bytes <= static_cast<guint64>(kLargestRegister_bytes)) continue;
     claim = "register " + text(arv_gc_feature_node_get_name(ARV_GC_FEATURE_NODE(node))) + " has " +
             std::to_string(bytes) + " bytes";
-  });
+  }
   return claim.empty() ? claim : "the camera cannot be believed: " + claim;
 }
 
 }  // namespace
 
-void forEachNode(ArvGc* description, const std::function<void(ArvGcNode*)>& visit) {
+std::vector<ArvGcNode*> nodesOf(ArvGc* description) {
+  std::vector<ArvGcNode*> nodes;
   ArvDomElement* root = arv_dom_document_get_document_element(ARV_DOM_DOCUMENT(description));
-  if (root != nullptr) walk(ARV_DOM_NODE(root), visit);
+  if (root != nullptr) collect(ARV_DOM_NODE(root), nodes);
+  return nodes;
 }
 
 std::vector<std::string> elementTexts(ArvGcNode* node, std::initializer_list<const char*> names) {
@@ -145,7 +147,7 @@ std::string faultOfText(std::string_view xml) {
 std::string faultOf(ArvGc* description) {
   if (std::string claim = claimIn(description); !claim.empty()) return claim;
   std::unordered_map<std::string, std::vector<std::string>> madeOf;
-  forEachNode(description, [&](ArvGcNode* node) {
+  for (ArvGcNode* const node : nodesOf(description)) {
     // Where two nodes have one name, either may be meant.
     auto& references = madeOf[text(arv_gc_feature_node_get_name(ARV_GC_FEATURE_NODE(node)))];
     addReferences(ARV_DOM_NODE(node), references);
@@ -155,7 +157,7 @@ std::string faultOf(ArvGc* description) {
       const std::vector<std::string> more = elementTextsOf(outer, kReferences);
       references.insert(references.end(), more.begin(), more.end());
     }
-  });
+  }
   if (madeOf.empty()) return "the camera's description is empty";
   if (std::string circle = circleIn(madeOf); !circle.empty()) return circle;
   return claimOf(description);

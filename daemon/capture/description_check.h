@@ -4,15 +4,15 @@
 
 #include "daemon/capture/aravis.h"
 
-#include <functional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace tractiond::capture {
 
-/// Calls visit for every feature node of a description (features, registers, entries, categories; not groups), those in
-/// groups and in other nodes too, in the order of the text.
-void forEachNode(ArvGc* description, const std::function<void(ArvGcNode*)>& visit);
+/// Returns every feature node of a description (features, registers, entries, categories; not groups), those in groups
+/// and in other nodes too, in the order of the text.
+std::vector<ArvGcNode*> nodesOf(ArvGc* description);
 
 /// Returns the texts of the elements directly in a node whose names are in the list, in the order of the description,
 /// without empty ones.

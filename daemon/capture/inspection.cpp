@@ -67,7 +67,7 @@ Inspection inspect(ArvDevice* device) {
   Failure failure;
   const Ref<ArvDevice> paper = makePaperDevice(std::string(xml, size), failure);
   if (!paper) return fault(failure.text());
-  forEachNode(arv_device_get_genicam(paper.get()), evaluate);
+  for (ArvGcNode* const node : nodesOf(arv_device_get_genicam(paper.get()))) evaluate(node);
   return {.outcome = Inspection::Outcome::kHarmless, .text = hashOf({xml, size})};
 }
 

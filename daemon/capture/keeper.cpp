@@ -168,6 +168,16 @@ void Keeper::renew() {
   open_ = std::exchange(openNext_, {});
 }
 
+/// Calls the driver on another thread: where the camera is gone, a call takes seconds, and that is to be noticed.
+/// \param what is given the driver, and puts its answer into Answers
+template <typename What>
+std::int64_t Keeper::callAside(What what) {
+  answers_ = std::make_shared<Answers>();
+  calls_->run([driver = driver_, to = answers_, what = std::move(what)] { what(*driver, *to); });
+  begin(kLinkCheck);
+  return clock_() + kLinkCheck.count();
+}
+
 /// While the camera streams: answers questions, checks the link.
 std::int64_t Keeper::accompany() {
   begin(rules_.slowest);
@@ -193,14 +203,6 @@ std::int64_t Keeper::accompany() {
     return callAside([before = linkBefore_](Driver& driver, Answers& to) { to.link = driver.link(before); });
   begin(kLinkCheck);
   return nextCheck_ns_;
-}
-
-/// Calls the driver on another thread: where the camera is gone, a call takes seconds, and that is to be noticed.
-std::int64_t Keeper::callAside(std::function<void(Driver&, Answers&)> what) {
-  answers_ = std::make_shared<Answers>();
-  calls_->run([driver = driver_, to = answers_, what = std::move(what)] { what(*driver, *to); });
-  begin(kLinkCheck);
-  return clock_() + kLinkCheck.count();
 }
 
 /// Heeds what the driver answered last.

@@ -134,7 +134,8 @@ class Keeper {
   std::int64_t accompany();
   /// Lets calls_ call the driver, and does not wait: however long that takes, the keeper does not count as hanging.
   /// Must not be called while `answers_` is set. Returns when the next turn is due, as turn().
-  std::int64_t callAside(std::function<void(Driver&, Answers&)> what);
+  template <typename What>
+  std::int64_t callAside(What what);
   /// Handles what the last liveness check said, which ends it, and what the call of callAside() returned, if that has
   /// ended. Does not wait for the driver; may call `say`.
   void heedAnswers();

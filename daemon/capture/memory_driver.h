@@ -6,7 +6,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <vector>
 
 namespace tractiond::capture {
@@ -21,11 +20,10 @@ struct Pictures {
 void sleepUntilMonotonic(std::int64_t until_ns);
 
 struct MemoryOptions {
-  std::uint64_t loops = 1;                           ///< how often the pictures are delivered; 0: without end
-  std::int64_t period_ns = 0;                        ///< time between two pictures; 0: none, pop() then never times out
-  std::function<std::int64_t()> now = monotonicNow;  ///< [ns]
-  /// Sleeps until a time of `now`.
-  std::function<void(std::int64_t until_ns)> sleepUntil = sleepUntilMonotonic;
+  std::uint64_t loops = 1;               ///< how often the pictures are delivered; 0: without end
+  std::int64_t period_ns = 0;            ///< time between two pictures; 0: none, pop() then never times out
+  std::int64_t (*now)() = monotonicNow;  ///< [ns]
+  void (*sleepUntil)(std::int64_t until_ns) = sleepUntilMonotonic;  ///< sleeps until a time of `now`
 };
 
 /// Returns a function that opens a driver for the pictures, and does not fail. Its buffers point to the pictures

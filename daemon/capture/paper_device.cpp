@@ -151,10 +151,9 @@ Ref<ArvDevice> makePaperDevice(const std::string& xml, Failure& failure) {
   object->paper->description.reset(arv_gc_new(device.get(), object->paper->xml.c_str(), object->paper->xml.size()));
   if (!object->paper->description) return refused("it is no GenICam description");
   if (const std::string fault = faultOf(object->paper->description.get()); !fault.empty()) return refused(fault);
-  forEachNode(object->paper->description.get(), [&](ArvGcNode* node) {
-    seed(device.get(), node, {"pIsImplemented", "pIsAvailable"}, true);
-  });
-  forEachNode(object->paper->description.get(), [&](ArvGcNode* node) { seed(device.get(), node, {"pMax"}, false); });
+  const auto nodes = nodesOf(object->paper->description.get());
+  for (ArvGcNode* const node : nodes) seed(device.get(), node, {"pIsImplemented", "pIsAvailable"}, true);
+  for (ArvGcNode* const node : nodes) seed(device.get(), node, {"pMax"}, false);
   return device;
 }
 

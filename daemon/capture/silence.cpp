@@ -5,7 +5,7 @@
 
 namespace tractiond::capture {
 
-Silence causeOfSilence(const StreamSigns& signs) {
+Silence causeOfSilence(StreamSigns& signs) {
   constexpr int kHanging = 5, kMost = 40;  // pauses
   const std::uint64_t before = signs.received();
   int idle = 0;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <string>
 
 namespace tractiond::capture {
@@ -12,18 +11,22 @@ namespace tractiond::capture {
 enum class Silence { kAlive, kThreadHangs, kNoAnswer };
 
 /// Observations of a stream. Called within causeOfSilence(), on its thread.
-struct StreamSigns {
-  std::function<std::uint64_t()> received;      ///< number of packets that the thread has taken since the start
-  std::function<bool()> hasPacketsWaiting;      ///< tells whether the kernel holds packets for the thread
-  std::function<bool()> isWaitingForProcessor;  ///< tells whether the thread has waited since the last call
-  std::function<bool()> answers;                ///< tells whether the camera answers in time
-  std::function<void()> pause;                  ///< sleeps 50 ms
+class StreamSigns {
+ public:
+  virtual std::uint64_t received() = 0;  ///< Returns the number of packets that the thread has taken since the start.
+  virtual bool hasPacketsWaiting() = 0;  ///< Returns whether the kernel holds packets for the thread.
+  virtual bool isWaitingForProcessor() = 0;  ///< Returns whether the thread has waited since the last call.
+  virtual bool answers() = 0;                ///< Returns whether the camera answers in time.
+  virtual void pause() = 0;                  ///< Sleeps 50 ms.
+
+ protected:
+  ~StreamSigns() = default;
 };
 
 /// Returns the cause. The thread hangs if packets wait and it takes none of them in five pauses in which it does not
 /// wait for a processor, or in 40 pauses in all. The camera is gone if it does not answer, and none of its packets
 /// arrives meanwhile. Blocks for 40 pauses and one call of `answers` at most.
-Silence causeOfSilence(const StreamSigns& signs);
+Silence causeOfSilence(StreamSigns& signs);
 
 /// Notices that a thread of this process waits for a processor. Thread-bound.
 class ProcessorWait {

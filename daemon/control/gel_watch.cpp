@@ -1,5 +1,6 @@
 #include "daemon/control/gel_watch.h"
 
+#include "base/clock.h"
 #include "base/fixed_text.h"
 #include "daemon/calibrate/gel_check.h"
 #include "daemon/publish/wire_parts.h"
@@ -15,12 +16,11 @@ namespace tractiond::control {
 
 namespace {
 
-constexpr double kMissing = 0.5;  // share of a layer's markers: with fewer the picture is examined
-constexpr int kZeroWithin = 4;    // multiple of the frames of a zero: a first zero that takes longer is reported
-
-std::int64_t ns(double seconds) {
-  return static_cast<std::int64_t>(1e9 * seconds);
-}
+constexpr double kMissing = 0.5;                      // share of a layer's markers: with fewer the picture is examined
+constexpr std::int64_t kPatience_ns = 1'000'000'000;  // markers must be missing for so long before an examination
+constexpr std::int64_t kBetween_ns = 5'000'000'000;   // time between two examinations
+constexpr std::int64_t kBetweenLines_ns = 30'000'000'000;  // time between two log lines of the same kind
+constexpr int kZeroWithin = 4;  // multiple of the frames of a zero: a first zero that takes longer is reported
 
 bool isMissing(const MarkerSight& sight) {
   const auto first = sight.layers.begin();
@@ -32,12 +32,11 @@ bool isMissing(const MarkerSight& sight) {
 }  // namespace
 
 GelWatch::GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<traction::v1::MarkerStatus>& status,
-                   Replies* replies, const GelWatchOptions& options)
+                   Replies* replies)
     : sensor_(sensor)
     , tracker_(tracker)
     , status_(status)
-    , options_(options)
-    , snapshots_(replies, sensor.layers, options.longestWait_s, options.clock) {
+    , snapshots_(replies, sensor.layers) {
   tracker.prepare(snapshots_.room());
 }
 
@@ -61,7 +60,7 @@ void GelWatch::report(const RestPose& zero, const GelReport& report) {
 }
 
 void GelWatch::turn() {
-  const std::int64_t now_ns = options_.clock();
+  const std::int64_t now_ns = monotonicNow();
   if (foundAt_ns_ == 0) foundAt_ns_ = now_ns;
   const bool fresh = tracker_.takeSight(sight_);
   if (fresh) {
@@ -85,8 +84,8 @@ void GelWatch::watchMissing(std::int64_t now_ns) {
     }
     return;
   }
-  if (now_ns - foundAt_ns_ < ns(options_.patience_s)) return;
-  if (examinedAt_ns_ != 0 && now_ns - examinedAt_ns_ < ns(options_.between_s)) return;
+  if (now_ns - foundAt_ns_ < kPatience_ns) return;
+  if (examinedAt_ns_ != 0 && now_ns - examinedAt_ns_ < kBetween_ns) return;
   examinedAt_ns_ = now_ns;
   examinationDue_ = true;
 }
@@ -108,7 +107,7 @@ void GelWatch::watchFirstZero(std::int64_t now_ns) {
   const std::string line =
       fmt::format("{} pictures {} before there was a zero: {}", first.frames, isThere ? "passed" : "have passed", why);
   if (!isThere) noZero_ = line;
-  if (!isFirstLine && now_ns - noZeroLoggedAt_ns_ < ns(options_.betweenLines_s)) return;
+  if (!isFirstLine && now_ns - noZeroLoggedAt_ns_ < kBetweenLines_ns) return;
   noZeroLoggedAt_ns_ = now_ns;
   spdlog::warn("warning: {}", line);
 }
@@ -116,8 +115,8 @@ void GelWatch::watchFirstZero(std::int64_t now_ns) {
 void GelWatch::examine(const Snapshot& snapshot) {
   const bool first = missing_.empty();
   missing_ = track::diagnose(sensor_, sight_, plainPicture(snapshot.frame));
-  const std::int64_t now_ns = options_.clock();
-  if (!first && now_ns - loggedAt_ns_ < ns(options_.betweenLines_s)) return;
+  const std::int64_t now_ns = monotonicNow();
+  if (!first && now_ns - loggedAt_ns_ < kBetweenLines_ns) return;
   loggedAt_ns_ = now_ns;
   spdlog::warn("warning: too few markers are found: {}; tractionctl snapshot --marked shows it", missing_);
 }

@@ -2,7 +2,6 @@
 // shows if not, and why there is no first zero.
 #pragma once
 
-#include "base/clock.h"
 #include "base/mailbox.h"
 #include "daemon/control/procedure_parts.h"
 #include "daemon/control/snapshots.h"
@@ -16,14 +15,6 @@
 namespace tractiond::control {
 
 /// Markers are missing if they are not followed, or if fewer than half of a layer's are found.
-struct GelWatchOptions {
-  double patience_s = 1.0;                 ///< time for which markers must be missing before the picture is examined
-  double between_s = 5.0;                  ///< time between two examinations
-  double betweenLines_s = 30.0;            ///< time between two log lines of the same kind
-  double longestWait_s = 3.0;              ///< longest wait for a frame after askSnapshot()
-  std::int64_t (*clock)() = monotonicNow;  ///< [ns]
-};
-
 /// Bound to the control thread, except for takeFrame().
 class GelWatch final : public GelComparison {
  public:
@@ -31,14 +22,14 @@ class GelWatch final : public GelComparison {
   /// thread is taking it, the next turn() puts it there
   /// \param replies gets the answer to askSnapshot() within turn(); outlives this; nullptr: that is not called
   GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<traction::v1::MarkerStatus>& status,
-           Replies* replies, const GelWatchOptions& options = {});
+           Replies* replies);
 
   // These implement GelComparison.
   GelReport compare(const RestPose& zero) override;
   void report(const RestPose& zero, const GelReport& report) override;
 
   /// Requests a snapshot of the next picture. A later turn() answers: with the snapshot, which is valid during the
-  /// answer, or with a sentence if no frame came within GelWatchOptions::longestWait_s. One request at a time.
+  /// answer, or with a sentence if no frame came within 3 s. One request at a time.
   void askSnapshot() { snapshots_.ask(); }
   /// Takes over the camera of a new session: Snapshots::meet().
   void meet(std::size_t frame_bytes, std::string waits) { snapshots_.meet(frame_bytes, std::move(waits)); }
@@ -66,7 +57,6 @@ class GelWatch final : public GelComparison {
   const sensor::Sensor& sensor_;
   track::Tracker& tracker_;
   Mailbox<traction::v1::MarkerStatus>& status_;
-  GelWatchOptions options_;
 
   MarkerSight sight_;
   bool hasZero_ = false;  ///< there is a zero

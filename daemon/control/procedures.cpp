@@ -35,11 +35,6 @@ void Procedures::welcome(const std::string& cameraId, double rate_Hz, const std:
   zero_.welcome(restored, before, isWritten);
 }
 
-void Procedures::setWaits(const std::string& waits) {
-  waits_ = waits;
-  zero_.setWaits(waits);
-}
-
 void Procedures::beginStep(const CalibrationStep& step) {
   using Kind = CalibrationStep::Kind;
   const bool restsOnTheZero = step.kind != Kind::kStiffness && step.kind != Kind::kFinish;
@@ -68,7 +63,7 @@ void Procedures::watchMarkers() {
   }
   steps_.turn();
   if (steps_.isLooking() && framesForStep_.idle_ns(parts_.frames, options_.clock()) > ZeroProcedure::kNoFrames_ns) {
-    steps_.drop(noFrames(waits_));
+    steps_.drop(noFrames(zero_.waits()));
   }
 }
 

@@ -29,7 +29,7 @@ class Procedures {
                const std::optional<RestPose>& before = {}, bool isWritten = true);
 
   /// Sets what the camera of a new session waits for (CameraInfo::waits()), for answers that no frames come.
-  void setWaits(const std::string& waits);
+  void setWaits(const std::string& waits) { zero_.setWaits(waits); }
 
   /// Returns what handles requests for zeros.
   ZeroProcedure& zero() { return zero_; }
@@ -55,7 +55,6 @@ class Procedures {
   const ProcedureParts parts_;
   const ProcedureOptions options_;
   std::string camera_;  ///< empty: none yet
-  std::string waits_;
   MarkerField markers_;
   calibrate::DriftWatch driftWatch_;
   StepRunner steps_;

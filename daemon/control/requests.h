@@ -14,6 +14,11 @@
 
 namespace tractiond::control {
 
+/// Returns why a request fails if no frames come. \param waits what the camera waits for; may be empty
+inline std::string noFrames(const std::string& waits) {
+  return "no frames come from the camera" + (waits.empty() ? "" : ": " + waits);
+}
+
 /// Handles requests that are answered later, each once, through Replies. All functions are called on the control
 /// thread.
 class Requests {

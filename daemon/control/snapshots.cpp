@@ -4,11 +4,9 @@
 
 namespace tractiond::control {
 
-Snapshots::Snapshots(Replies* replies, std::vector<sensor::MarkerLayer> layers, double longestWait_s,
-                     std::int64_t (*clock)())
+Snapshots::Snapshots(Replies* replies, std::vector<sensor::MarkerLayer> layers, std::int64_t (*clock)())
     : replies_(replies)
     , layers_(std::move(layers))
-    , longestWait_ns_(static_cast<std::int64_t>(1e9 * longestWait_s))
     , clock_(clock) {}
 
 void Snapshots::meet(std::size_t frame_bytes, std::string waits) {
@@ -24,24 +22,21 @@ const Snapshot* Snapshots::take() {
     snapshot->makeRoom(snapshot->frame.size);
     return nullptr;
   }
-  if (std::exchange(askedAt_ns_, 0) != 0) answer(snapshot);
+  if (std::exchange(askedAt_ns_, 0) != 0) replies_->answerSnapshot(snapshot, layers_);
   return snapshot;
 }
 
 void Snapshots::turn(bool isWanted) {
+  constexpr std::int64_t kLongestWait_ns = 3'000'000'000;
   if (!lent_ && (isWanted || askedAt_ns_ != 0)) {
     loan_.own()->makeRoom(frame_bytes_);
     lent_ = true;
     loan_.lend();
   }
-  if (askedAt_ns_ != 0 && clock_() - askedAt_ns_ > longestWait_ns_) {
+  if (askedAt_ns_ != 0 && clock_() - askedAt_ns_ > kLongestWait_ns) {
     askedAt_ns_ = 0;
-    answer(tl::unexpected("no frames come from the camera" + (waits_.empty() ? "" : ": " + waits_)));
+    replies_->answerSnapshot(tl::unexpected(noFrames(waits_)), layers_);
   }
-}
-
-void Snapshots::answer(const tl::expected<const Snapshot*, std::string>& result) {
-  replies_->answerSnapshot(result, layers_);
 }
 
 }  // namespace tractiond::control

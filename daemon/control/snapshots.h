@@ -18,9 +18,8 @@ class Snapshots {
   /// \param replies gets the answer to ask() within take() or turn(): the copy, which is valid during the call, or a
   /// sentence that states why there is none; nullptr: ask() is not called
   /// \param layers layers of the markers that copies hold
-  /// \param longestWait_s time after ask() without a frame after which the answer is an error
   /// \param clock [ns]
-  explicit Snapshots(Replies* replies, std::vector<sensor::MarkerLayer> layers = {}, double longestWait_s = 3.0,
+  explicit Snapshots(Replies* replies, std::vector<sensor::MarkerLayer> layers = {},
                      std::int64_t (*clock)() = monotonicNow);
 
   /// Returns the copy, to reserve memory for the markers that it is to hold. May only be called before the first
@@ -40,7 +39,7 @@ class Snapshots {
   const Snapshot* take();
 
   /// Asks the tracking thread for a copy of the next frame if a request is open or `isWanted`; answers a request that
-  /// has waited too long with an error. Does not wait. \param isWanted the caller itself wants what take() returns
+  /// has waited for 3 s with an error. Does not wait. \param isWanted the caller itself wants what take() returns
   void turn(bool isWanted = false);
 
   // For the tracking thread.
@@ -51,11 +50,8 @@ class Snapshots {
   void giveBack() { loan_.giveBack(); }
 
  private:
-  void answer(const tl::expected<const Snapshot*, std::string>& result);
-
   Replies* replies_;
   std::vector<sensor::MarkerLayer> layers_;
-  std::int64_t longestWait_ns_;
   std::int64_t (*clock_)();
   Loan<Snapshot> loan_;
   bool lent_ = false;

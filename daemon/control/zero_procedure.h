@@ -27,11 +27,6 @@
 
 namespace tractiond::control {
 
-/// Returns why a request fails if the tracker gets no frames. \param waits what the camera waits for; may be empty
-inline std::string noFrames(const std::string& waits) {
-  return "no frames come from the camera" + (waits.empty() ? "" : ": " + waits);
-}
-
 /// Answers each request once, within answeredWithin_s(). A request that was answered with an error changes nothing
 /// later. Thread-bound.
 class ZeroProcedure {
@@ -74,6 +69,7 @@ class ZeroProcedure {
   void setRate(double rate_Hz) { rate_Hz_ = rate_Hz; }
   /// Sets what the camera waits for before it sends frames, for answers that none come; empty: nothing.
   void setWaits(const std::string& waits) { waits_ = waits; }
+  const std::string& waits() const { return waits_; }
 
   /// Returns the zero in force, if there is one. It may change in begin(), welcome() and turn().
   const std::optional<RestPose>& inForce() const { return zero_; }

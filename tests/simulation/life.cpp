@@ -138,7 +138,7 @@ ServiceHooks Life::hooks() {
   return {.loops = loopsOf(turns_),
           .ended = [this] { return pipeline_.ended(); },
           .statusLine = [] { return std::string(); },
-          .reload = reloader_.hook([&person = around_.person] { return person.read(); }),
+          .reload = [this] { return [this, read = around_.person.read()] { reloader_.takeOver(read); }; },
           .others = [this] { return !camera_.isForsaken(); }};
 }
 

@@ -17,7 +17,6 @@ namespace {
 
 TEST(HotCapture, AllocatesAndLocksNothing) {
   test::FakeCamera fake({.rate_Hz = 200});
-  fake.losePackets(0.01);
   Ledger ledger;
   capture::CameraOptions options;
   options.id = "127.0.0.1";

@@ -146,7 +146,7 @@ std::int64_t now_ns = 0;
 
 TEST(Snapshots, AreRefusedWhereNoFrameComesAndServeThoseWhoAskLater) {
   Answers answers;
-  control::Snapshots snapshots(&answers, {}, 3.0, [] { return now_ns; });
+  control::Snapshots snapshots(&answers, {}, [] { return now_ns; });
   const std::vector<std::uint8_t> bytes = bytesOf(12);
   Frame frame;
   frame.data = bytes.data();
@@ -180,7 +180,7 @@ TEST(Snapshots, AreRefusedWhereNoFrameComesAndServeThoseWhoAskLater) {
 
 TEST(Snapshots, OfATriggeredCameraTakeOneFrameOrSayWhatItWaitsFor) {
   Answers answers;
-  control::Snapshots snapshots(&answers, {}, 3.0, [] { return now_ns; });
+  control::Snapshots snapshots(&answers, {}, [] { return now_ns; });
   const std::vector<std::uint8_t> bytes = bytesOf(12);
   Frame frame;
   frame.data = bytes.data();

@@ -125,6 +125,28 @@ struct Work : Stages {
   Turns turns;
 };
 
+/// Passes each frame through the stages before the next one is taken: what a pipeline must give, too.
+void runInline(capture::FrameSource& source, Stages& stages, const PipelineOptions& options, Ledger& ledger) {
+  Frame frame;
+  MarkerField markers;
+  TractionField field;
+  markers.resize(options.markers);
+  field.resize(options.markers, options.nodes);
+  for (auto next = capture::Next::kTimeout; next != capture::Next::kEnd;) {
+    next = source.next(frame, options.turn);
+    if (next != capture::Next::kFrame) continue;
+    markers.info = frame.info;
+    if (stages.track(frame, markers)) {
+      stages.solve(markers, field);
+      stages.publish(field);
+      ledger.published.add();
+    } else {
+      ledger.noRestPose.add();
+    }
+    source.recycle(frame);
+  }
+}
+
 TEST(Pipeline, EndsWhatItHasStartedIfAThreadCannotBe) {
   constexpr int kThreads = 7;
   PipelineOptions options = kSmall;
@@ -254,7 +276,11 @@ TEST(Pipeline, FlagsEachFieldThatDoesNotFollowTheOneBefore) {
       return Work::track(frame, markers) && frame.info.frameNumber != 10;
     }
   } work;
-  runInline(source, work, kSmall, ledger);
+  PipelineOptions options = kSmall;
+  options.whenFull = WhenFull::kWait;
+  Pipeline pipeline(source, work, options, ledger, work.turns);
+  pipeline.start();
+  pipeline.finish();
   std::vector<std::uint64_t> flagged;
   for (const TractionField& field : work.published) {
     EXPECT_EQ(field.flags, field.markers.flags);
@@ -297,7 +323,11 @@ TEST(Pipeline, StampsTheStagesInOrder) {
   Ledger ledger;
   CountingSource source(10, ledger);
   Work work;
-  runInline(source, work, kSmall, ledger);
+  PipelineOptions options = kSmall;
+  options.whenFull = WhenFull::kWait;
+  Pipeline pipeline(source, work, options, ledger, work.turns);
+  pipeline.start();
+  pipeline.finish();
   ASSERT_EQ(work.published.size(), 10U);
   for (const TractionField& field : work.published) {
     const FrameTimes& times = field.markers.info.times;

@@ -17,26 +17,39 @@ constexpr std::int64_t kHost_ns = 70'000 * kSecond_ns, kDevice_ns = 3'000 * kSec
 /// A camera 200 ppm fast, whose answers take about a millisecond.
 class ClockAskerTest : public testing::Test {
  protected:
-  ClockAsker asker(std::uint64_t perSecond = kSecond_ns, bool bigEndian = true) {
-    LatchedCounter counter;
-    counter.perSecond = perSecond;
-    counter.bigEndian = bigEndian;
-    counter.latch = [this, perSecond] {
-      now_ns_ += 7919 * ++questions_ % 50'000;  // no two answers take as long, or all times would be multiples of that
-      now_ns_ += answerTakes_ns_ / 2;
-      if (answer_ == Answer::kDone && !standsStill_)
+  /// The camera's counter.
+  class Counter final : public LatchedCounter {
+   public:
+    explicit Counter(ClockAskerTest& test)
+        : test_(test) {}
+    Answer latch() override {
+      // No two answers take as long, or all times would be multiples of that.
+      test_.now_ns_ += 7919 * ++test_.questions_ % 50'000;
+      test_.now_ns_ += test_.answerTakes_ns_ / 2;
+      if (test_.answer_ == Answer::kDone && !test_.standsStill_)
         latched_ =
-            static_cast<std::uint64_t>(std::floor(static_cast<long double>(shown_ns()) * perSecond / kSecond_ns));
-      now_ns_ += answerTakes_ns_ / 2;
-      return answer_;
-    };
-    counter.read = [this, bigEndian](std::array<std::uint8_t, 8>& bytes) {
+            static_cast<std::uint64_t>(std::floor(static_cast<long double>(test_.shown_ns()) * perSecond / kSecond_ns));
+      test_.now_ns_ += test_.answerTakes_ns_ / 2;
+      return test_.answer_;
+    }
+    Answer read(std::array<std::uint8_t, 8>& bytes) override {
       for (std::size_t i = 0; i < 8; ++i)
         bytes[i] = static_cast<std::uint8_t>(latched_ >> (bigEndian ? 56 - 8 * i : 8 * i));
-      now_ns_ += answerTakes_ns_;
-      return answer_;
-    };
-    return ClockAsker(counter, [this] { return kHost_ns + now_ns_; });
+      test_.now_ns_ += test_.answerTakes_ns_;
+      return test_.answer_;
+    }
+    std::int64_t rawNow() override { return kHost_ns + test_.now_ns_; }
+
+   private:
+    ClockAskerTest& test_;
+    std::uint64_t latched_ = 0;
+  };
+
+  ClockAsker asker(std::uint64_t perSecond = kSecond_ns, bool bigEndian = true) {
+    auto counter = std::make_unique<Counter>(*this);
+    counter->perSecond = perSecond;
+    counter->bigEndian = bigEndian;
+    return ClockAsker(std::move(counter));
   }
   std::int64_t shown_ns() const {
     return kDevice_ns + set_ns_ + now_ns_ + std::llround(200e-6 * static_cast<double>(now_ns_));
@@ -54,7 +67,6 @@ class ClockAskerTest : public testing::Test {
   std::int64_t set_ns_ = 0;  ///< by so much somebody has set the camera's clock
   Answer answer_ = Answer::kDone;
   bool standsStill_ = false;
-  std::uint64_t latched_ = 0;
 };
 
 TEST_F(ClockAskerTest, KnowsWhenTheCameraShowedWhatItDoesWhateverItCountsIn) {

@@ -10,12 +10,14 @@ using std::chrono::milliseconds;
 
 class MemoryDriverTest : public testing::Test {
  protected:
+  MemoryDriverTest() { now_ns_ = 1'000'000'000; }
+
   MemoryOptions paced(std::uint64_t loops, std::int64_t period_ns) {
     MemoryOptions options;
     options.loops = loops;
     options.period_ns = period_ns;
-    options.now = [this] { return now_ns_; };
-    options.sleepUntil = [this](std::int64_t until_ns) { now_ns_ = until_ns; };
+    options.now = [] { return now_ns_; };
+    options.sleepUntil = [](std::int64_t until_ns) { now_ns_ = until_ns; };
     return options;
   }
 
@@ -25,7 +27,7 @@ class MemoryDriverTest : public testing::Test {
 
   Ledger ledger_;
   Pictures pictures_{4, 2, PixelFormat::kBayerRG8, {std::vector<std::uint8_t>(8, 1), std::vector<std::uint8_t>(8, 2)}};
-  std::int64_t now_ns_ = 1'000'000'000;
+  static inline std::int64_t now_ns_ = 0;
 };
 
 TEST_F(MemoryDriverTest, HandsOutThePicturesThemselvesInTurnAndEnds) {

@@ -16,59 +16,64 @@ namespace tractiond::capture::silence_test {
 namespace {
 
 /// A camera and a thread that receives, by the number of pauses that have passed.
-struct Scene {
+struct Conditions {
   int takes = 1000;  ///< from here on the thread takes packets
   int runs = 0;      ///< until here it waits for a processor
   bool waiting = true, answers = true;
   std::uint64_t comesWithTheQuestion = 0;  ///< packets that are received while the camera is asked
   bool waitsAfterwards = false;            ///< a packet came, and nobody has fetched it yet
+};
 
+struct Scene final : StreamSigns {
+  explicit Scene(const Conditions& conditions)
+      : is(conditions) {}
+
+  Silence cause() { return causeOfSilence(*this); }
+
+  std::uint64_t received() override { return (pauses >= is.takes ? 100U : 0U) + late; }
+  bool hasPacketsWaiting() override { return is.waiting; }
+  bool isWaitingForProcessor() override { return pauses <= is.runs; }
+  bool answers() override {
+    late = is.comesWithTheQuestion;
+    is.waiting = is.waitsAfterwards;
+    return is.answers;
+  }
+  void pause() override { ++pauses; }
+
+  Conditions is;
   int pauses = 0;
   std::uint64_t late = 0;
-
-  Silence cause() {
-    return causeOfSilence({.received = [this] { return (pauses >= takes ? 100U : 0U) + late; },
-                           .hasPacketsWaiting = [this] { return waiting; },
-                           .isWaitingForProcessor = [this] { return pauses <= runs; },
-                           .answers =
-                               [this] {
-                                 late = comesWithTheQuestion;
-                                 waiting = waitsAfterwards;
-                                 return answers;
-                               },
-                           .pause = [this] { ++pauses; }});
-  }
 };
 
 TEST(SilenceOf, ACameraThatAnswersIsAlive) {
-  Scene scene{.waiting = false};
+  Scene scene({.waiting = false});
   EXPECT_EQ(scene.cause(), Silence::kAlive);
   EXPECT_EQ(scene.pauses, 0);
 }
 
 TEST(SilenceOf, ACameraThatNeitherAnswersNorSendsHasGone) {
-  EXPECT_EQ((Scene{.waiting = false, .answers = false}).cause(), Silence::kNoAnswer);
+  EXPECT_EQ(Scene({.waiting = false, .answers = false}).cause(), Silence::kNoAnswer);
 }
 
 TEST(SilenceOf, ACameraThatSendsIsAliveHoweverLateItAnswers) {
-  EXPECT_EQ((Scene{.waiting = false, .answers = false, .comesWithTheQuestion = 1}).cause(), Silence::kAlive);
-  EXPECT_EQ((Scene{.waiting = false, .answers = false, .waitsAfterwards = true}).cause(), Silence::kAlive);
+  EXPECT_EQ(Scene({.waiting = false, .answers = false, .comesWithTheQuestion = 1}).cause(), Silence::kAlive);
+  EXPECT_EQ(Scene({.waiting = false, .answers = false, .waitsAfterwards = true}).cause(), Silence::kAlive);
 }
 
 TEST(SilenceOf, AThreadThatLeavesPacketsLieHangs) {
-  Scene scene;
+  Scene scene({});
   EXPECT_EQ(scene.cause(), Silence::kThreadHangs);
   EXPECT_EQ(scene.pauses, 5);
 }
 
 TEST(SilenceOf, AThreadThatIsNotLetRunDoesNotHang) {
-  Scene starved{.takes = 20, .runs = 20};
+  Scene starved({.takes = 20, .runs = 20});
   EXPECT_EQ(starved.cause(), Silence::kAlive);
   EXPECT_EQ(starved.pauses, 20);
-  Scene hangsThen{.runs = 20};
+  Scene hangsThen({.runs = 20});
   EXPECT_EQ(hangsThen.cause(), Silence::kThreadHangs);
   EXPECT_EQ(hangsThen.pauses, 25);
-  Scene forEver{.runs = 1000};
+  Scene forEver({.runs = 1000});
   EXPECT_EQ(forEver.cause(), Silence::kThreadHangs);
   EXPECT_EQ(forEver.pauses, 40);
 }

@@ -167,7 +167,9 @@ TEST(OwnShape, IsAllowedUpToTwiceTheTypicalOne) {
   const std::vector<float> amplitude(centres.size(), 100.0F);
   errors.learnShape(centres, valid);
   errors.learnOwnShapes(centres, valid);
-  const auto neverDeformed = [](int, float) { return false; };
+  struct Never final : CentreErrors::DeformedFits {
+    bool adopt(int /*marker*/, float /*mostMisfit*/) override { return false; }
+  } neverDeformed;
   errors.weigh(lattice, 100, centres, displacement, amplitude, frames, neverDeformed, valid);
   EXPECT_EQ(std::count(valid.begin(), valid.end(), 1), 16);
   for (std::size_t i = 13; i < 16; ++i) centres[i].misfit *= 2.0F;
