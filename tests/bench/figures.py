@@ -39,8 +39,10 @@ def cpu_seconds(pid):
     return (int(words[11]) + int(words[12])) / TICKS
 
 
-def peak_memory_mb(pid):
-    return int(re.search(r"VmHWM:\s+(\d+)", pathlib.Path(f"/proc/{pid}/status").read_text())[1]) / 1024
+def memory_mb(pid):
+    """Resident now, and at most since the start."""
+    status = pathlib.Path(f"/proc/{pid}/status").read_text()
+    return tuple(int(re.search(rf"{name}:\s+(\d+)", status)[1]) / 1024 for name in ("VmRSS", "VmHWM"))
 
 
 def steady(fields, truth):
@@ -53,7 +55,8 @@ def steady(fields, truth):
 
 
 def live(scenario, seconds, config="", record=False):
-    """Twin, daemon and subscriber as processes: (fields, truth, daemon, its share of a core, its peak memory [MB])."""
+    """Twin, daemon and subscriber as processes: (fields, truth, daemon, its share of a core from the first load of a shipped
+    scenario on, its memory [MB] at the end and at most)."""
     with rig.Rig() as bench:
         twin = bench.twin(scenario, ready=False)
         daemon = bench.daemon(config, *(("--record", bench.folder / "live.mcap") if record else ()))
@@ -66,16 +69,16 @@ def live(scenario, seconds, config="", record=False):
             echo = subprocess.Popen([rig.BIN / "tractionctl", "echo", "--connect", daemon.endpoint["stream"],
                                      "--topic", "field"], stdout=file)
         subscriber.socket.close(0)  # only the measured subscriber stays
-        time.sleep(1.0)
+        time.sleep(6.0)  # the zero's solver is made, and the load is on
         cpu, since = cpu_seconds(daemon.child.pid), time.monotonic()
         time.sleep(seconds)
         cpu = (cpu_seconds(daemon.child.pid) - cpu) / (time.monotonic() - since)
-        peak_MB = peak_memory_mb(daemon.child.pid)
+        memory_MB = memory_mb(daemon.child.pid)
         echo.terminate()
         echo.wait()
         daemon.stop()
         twin.stop()
-        return json_lines(output), rig.read_truth(twin), daemon, cpu, peak_MB
+        return json_lines(output), rig.read_truth(twin), daemon, cpu, memory_MB
 
 
 def latency_ms(fields):
@@ -175,8 +178,10 @@ def sixty_frames_per_second(seconds):
     p50, p99 = latency_ms(fields)
     row("frame popped -> message received in another process, p50", f"{p50:.3f} ms", "<= 1 ms", 1, p50)
     row("                                                     p99", f"{p99:.3f} ms", "<= 2 ms", 2, p99)
-    row("peak resident memory of the daemon", f"{memory:.0f} MB", "<= 150 MB", 150, memory)
-    row("processor time of the daemon at 60 frames/s", f"{100 * cpu:.1f} % of a core", "<= 15 %", 0.15, cpu)
+    resident, peak = memory
+    row("resident memory of the daemon, one press", f"{resident:.0f} MB", "<= 130 MB", 130, resident)
+    row("    at most, while the zero's solver was made", f"{peak:.0f} MB")
+    row("processor time of the daemon, one press", f"{100 * cpu:.1f} % of a core", "<= 50 %", 0.5, cpu)
     resultant("400 gf press", fields, truth)
     under_load("one press", fields, truth)
 
@@ -210,11 +215,11 @@ def stages():
     for name, value in medians("solve_bench", "solve(InCache|Flushed)/0/").items():
         flushed = "Flushed" in name
         row(f"solving one frame, one thread, median{', cache flushed between frames' if flushed else ''}",
-            f"{value:.3f} ms", None if flushed else "<= 0.20 ms", None if flushed else 0.2, value)
+            f"{value:.3f} ms", None if flushed else "<= 1.5 ms", None if flushed else 1.5, value)
     report = json.loads(run(rig.BIN / "solve_bench", "--benchmark_format=json", "--benchmark_min_time=1",
                             "--benchmark_filter=solvePressed/fullFaceChangingMarkers/"))["benchmarks"][0]
     row("solving a contact of the whole face, 10 % changing markers missing, p99", f"{report['p99_ms']:.3f} ms",
-        "<= 2 ms", 2, report["p99_ms"])
+        "<= 30 ms", 30, report["p99_ms"])
 
 
 def throughput():
@@ -237,8 +242,8 @@ def starts():
         begin = time.monotonic()
         daemon = bench.start(rig.BIN / "tractiond", "--state", state, "--runtime", bench.folder / "run")
         daemon.wait_for("running: ", 120)
-        seconds, memory = time.monotonic() - begin, peak_memory_mb(daemon.child.pid)
-        row("a new block's influence matrix and factors: time", f"{seconds:.1f} s", "<= 10 s", 10, seconds)
+        seconds, memory = time.monotonic() - begin, memory_mb(daemon.child.pid)[1]
+        row("a new block's influence matrix and factors: time", f"{seconds:.1f} s", "<= 3 s", 3, seconds)
         row("    memory", f"{memory:.0f} MB", "<= 1000 MB", 1000, memory)
         daemon.stop()
 

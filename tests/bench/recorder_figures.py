@@ -34,7 +34,7 @@ def main():
     for name, with_it, alone in zip(("p50", "p99"), latency_ms(recorded), latency_ms(without)):
         row(f"frame popped -> message received, {name}, with and without it", f"{with_it:.3f}, {alone:.3f} ms",
             f"<= {AS_WITHOUT} x", AS_WITHOUT, with_it / alone)
-    row("peak resident memory of the daemon", f"{memory:.0f} MB")
+    row("peak resident memory of the daemon", f"{memory[1]:.0f} MB")
 
 
 if __name__ == "__main__":
