@@ -62,6 +62,10 @@ void catchSignals() {
   maskSignals(SIG_BLOCK);
 }
 
+void admitSignals() {
+  maskSignals(SIG_UNBLOCK);
+}
+
 StopWhileStarting::StopWhileStarting(std::function<void()> leave, milliseconds patience)
     : thread_([leave = std::move(leave), patience](const std::stop_token& started) {
       constexpr milliseconds kTurn{50};
@@ -111,7 +115,7 @@ bool logsToJournal() {
 
 void run(const ServiceHooks& hooks) {
   ServiceLoop loop(hooks);
-  maskSignals(SIG_UNBLOCK);
+  admitSignals();
   do wait(loop.patience(), loop.isReloading());
   while (loop.turn());
 }

@@ -26,6 +26,10 @@ namespace tractiond {
 /// threads inherit the blocked signals. (OpenBLAS's threads, which start before main(), may receive them all the same.)
 void catchSignals();
 
+/// Lets those signals reach the calling thread, whose waits they interrupt. run() does so; a program with a loop of its
+/// own (ServiceLoop) calls it once its threads are started.
+void admitSignals();
+
 /// What signals ask of the service.
 struct ServiceRequests {
   Event stop, reload;

@@ -107,6 +107,38 @@ void put(Json& json, const Field& field) {
   json.key("node_valid").booleans(field.nodeValid);
 }
 
+const char* nameOf(ContactPhase phase) {
+  constexpr std::array kNames = {"none", "begin", "move", "absent", "unknown", "end"};
+  return kNames.at(static_cast<std::size_t>(phase));
+}
+
+void put(Json& json, const TrackedContact& contact) {
+  json.open('{');
+  json.key("id").number(contact.id);
+  json.key("phase").string(nameOf(contact.phase));
+  json.key("doubted").boolean(contact.doubted);
+  json.key("begun_ns").number(contact.begun_ns);
+  json.key("seen_ns").number(contact.seen_ns);
+  json.key("position_m").numbers(contact.position_m);
+  json.key("position_deviation_m").numbers(contact.positionDeviation_m);
+  json.key("radius_m").number(contact.radius_m);
+  json.key("radius_deviation_m").number(contact.radiusDeviation_m);
+  json.key("force_N").numbers(contact.force_N);
+  json.key("force_deviation_N").numbers(contact.forceDeviation_N);
+  json.key("velocity_m_s").numbers(contact.velocity_m_s);
+  json.key("velocity_deviation_m_s").numbers(contact.velocityDeviation_m_s);
+  json.close('}');
+}
+
+void put(Json& json, const Contacts& contacts) {
+  put(json, "contacts", contacts.header);
+  json.key("run").string(toHex(contacts.run));
+  json.key("valid").boolean(contacts.valid);
+  json.key("contacts").open('[');
+  for (const TrackedContact& contact : contacts.contacts) put(json, contact);
+  json.close(']');
+}
+
 void put(Json& json, const Markers& markers) {
   put(json, "markers", markers.header);
   json.key("valid_markers").number(markers.validMarkers);

@@ -16,14 +16,14 @@ const repeated = 3;
 const utf8 = new TextDecoder("utf-8", {fatal: true, ignoreBOM: true});
 const readUtf8 = (bytes) => utf8.decode(bytes);
 
-const ids = new Set(["boot", "calibration", "zero", "id", "host"]);
+const ids = new Set(["boot", "calibration", "zero", "id", "host", "run"]);
 const nullable = new Set(["Description.zero", "Description.body", "Status.rest_drift", "Status.camera_link"]);
 const vectors = {Vector2: 2, Vector3: 3};
 /**
  * Machines are steered by these: a number among them that is NaN or infinite is refused. A detection limit of the solver
  * may be infinite.
  */
-const finite = new Set(["Field", "Markers", "Covariance", "Contact", "PictureMotion", "Preview", "Gel", "NodeGrid",
+const finite = new Set(["Field", "Markers", "Covariance", "Contact", "TrackedContact", "PictureMotion", "Preview", "Gel", "NodeGrid",
   "MarkerLayer", "Camera", "Zero", "Body"]);
 
 function require(condition, what) {

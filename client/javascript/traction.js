@@ -15,8 +15,9 @@ export {TractionError, decode};
 export const usual = "http://127.0.0.1:9880/stream/0";
 
 const root = "traction/v1/";
-const kinds = {field: "Field", markers: "Markers", description: "Description", status: "Status", preview: "Preview"};
-const usualTopics = ["field", "markers", "description", "status"];  // previews are made for who wants them
+const kinds = {field: "Field", markers: "Markers", description: "Description", status: "Status", preview: "Preview",
+  contacts: "Contacts"};
+const usualTopics = ["field", "markers", "description", "status"];  // previews are made for who wants them, contacts by traction-touch
 const version = 1;
 const shortest_ms = 200, longest_ms = 3000;  // before a connection is tried again
 const text = new TextDecoder();
@@ -43,7 +44,8 @@ function errorOf(bytes) {
  * One sensor. Connects by itself, again and again, until close(). Options:
  * - url: of the sensor's stream at traction-view, http: or ws:
  * - mode: "newest": of each kind of message the newest alone, nothing that waits; "stream": all of them, in order
- * - topics: array of "field", "markers", "description", "status", "preview", and traction-view's own "places", "surface",
+ * - topics: array of "field", "markers", "description", "status", "preview", "contacts" (of traction-touch, as it
+ *   sends them: who keeps them ends those of an earlier `run`), and traction-view's own "places", "surface",
  *   "picture" (a preview as JPEG); "time" and "recorder" come unasked
  * - onMessage(message), with message.kind; onError(TractionError); onConnected(boolean)
  */

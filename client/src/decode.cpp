@@ -1,6 +1,7 @@
 #include "client/src/decode.h"
 
 #include "client/src/messages.h"
+#include "traction/v1/contacts.pb.h"
 #include "traction/v1/description.pb.h"
 #include "traction/v1/field.pb.h"
 #include "traction/v1/markers.pb.h"
@@ -158,6 +159,40 @@ Contact contactOf(const pb::Contact& from) {
           vectorOf(from.force_deviation_n()),
           from.area_m2(),
           from.area_deviation_m2()};
+}
+
+/// Returns kNone for a phase of a later version.
+ContactPhase phaseOf(pb::ContactPhase from) {
+  switch (from) {
+  case pb::CONTACT_PHASE_BEGIN:
+    return ContactPhase::kBegin;
+  case pb::CONTACT_PHASE_MOVE:
+    return ContactPhase::kMove;
+  case pb::CONTACT_PHASE_ABSENT:
+    return ContactPhase::kAbsent;
+  case pb::CONTACT_PHASE_UNKNOWN:
+    return ContactPhase::kUnknown;
+  case pb::CONTACT_PHASE_END:
+    return ContactPhase::kEnd;
+  default:
+    return ContactPhase::kNone;
+  }
+}
+
+TrackedContact contactOf(const pb::TrackedContact& from) {
+  return {from.id(),
+          phaseOf(from.phase()),
+          from.doubted(),
+          from.begun_ns(),
+          from.seen_ns(),
+          vectorOf(from.position_m()),
+          vectorOf(from.position_deviation_m()),
+          from.radius_m(),
+          from.radius_deviation_m(),
+          vectorOf(from.force_n()),
+          vectorOf(from.force_deviation_n()),
+          vectorOf(from.velocity_m_s()),
+          vectorOf(from.velocity_deviation_m_s())};
 }
 
 /// Returns kNone for a method of a later daemon.
@@ -335,6 +370,17 @@ Description decodeDescription(std::string_view bytes) {
 
 Status decodeStatus(std::string_view bytes) {
   return statusOf(parse<pb::Status>(bytes));
+}
+
+Contacts decodeContacts(std::string_view bytes) {
+  const auto from = parse<pb::Contacts>(bytes);
+  Contacts contacts{headerOf(from.header()), idOf(from.run()), from.valid(), {}};
+  for (const pb::TrackedContact& each : from.contacts()) {
+    const TrackedContact& contact = contacts.contacts.emplace_back(contactOf(each));
+    requireFinite(contact.position_m, contact.positionDeviation_m, contact.radius_m, contact.radiusDeviation_m,
+                  contact.force_N, contact.forceDeviation_N, contact.velocity_m_s, contact.velocityDeviation_m_s);
+  }
+  return contacts;
 }
 
 Preview decodePreview(std::string_view bytes) {

@@ -20,12 +20,12 @@ void checkControl(const std::filesystem::path& directory) {
 
 }  // namespace
 
-std::vector<Endpoints> locate(const std::string& instance) {
+std::vector<Endpoints> locate(const std::string& instance, std::string_view program) {
   if (!isValidName(instance)) {
     throw Error(ErrorCode::kBadEndpoint, "'" + instance + "' is not an instance's name: 1 to 24 of A-Z a-z 0-9 _ -");
   }
   std::vector<Endpoints> possible;
-  for (const auto& directory : runtimeDirectories(instance)) {
+  for (const auto& directory : runtimeDirectories(instance, program)) {
     std::error_code ignored;
     const auto stream = directory / "stream";
     // Only the service's group may open the sockets of a service.
@@ -37,7 +37,7 @@ std::vector<Endpoints> locate(const std::string& instance) {
     possible.push_back(ipcEndpoints(directory));
   }
   if (instance != kDefaultInstance) {
-    const auto own = runtimeDirectories(instance).front(), folder = own.parent_path();
+    const auto own = runtimeDirectories(instance, program).front(), folder = own.parent_path();
     struct stat above {};
     // Otherwise another user could make it later.
     if (stat(folder.parent_path().c_str(), &above) == 0 && tractiond::canOthersWrite(above))
@@ -45,6 +45,7 @@ std::vector<Endpoints> locate(const std::string& instance) {
     checkControl(own);
     return possible;
   }
+  if (program == kTouch) return {touchTcpEndpoints()};
   Endpoints tcp = tcpEndpoints();
   tcp.control = possible.back().control;
   return {tcp};

@@ -12,7 +12,8 @@ namespace traction {
 /// others: the sockets of all directories in which it may start, of which /tmp/tractiond-UID is made so that it is no
 /// other user's. \throws Error kBadEndpoint if `instance` is not a valid name, or if another user may control the
 /// directory of the sockets
-std::vector<Endpoints> locate(const std::string& instance);
+/// \param program kDaemon, or kTouch, which has a stream only
+std::vector<Endpoints> locate(const std::string& instance, std::string_view program = kDaemon);
 
 /// Returns a kBadEndpoint error for an endpoint that ZeroMQ refuses for the reason `why`. The message shows how
 /// endpoints are written.

@@ -4,6 +4,7 @@
 #include "client/src/decode.h"
 #include "client/src/handshake.h"
 #include "client/src/locate.h"
+#include "client/src/paired_contacts.h"
 #include "client/src/printable.h"
 
 #include <zmq.hpp>
@@ -28,6 +29,10 @@ constexpr std::int64_t kRetry_ns = std::chrono::nanoseconds(kRetry).count();
 /// Time without a message on a new connection until the subscription is sent again.
 constexpr auto kUnheard = 1s;
 constexpr std::int64_t kUnheard_ns = std::chrono::nanoseconds(kUnheard).count();
+
+/// Time without a message of traction-touch after which its contacts end. It sends one for each field, and while there
+/// are contacts at least every 0.2 s.
+constexpr std::int64_t kTouchSilence_ns = std::chrono::nanoseconds(1s).count();
 
 /// Beginning of every topic, of all protocol versions.
 constexpr std::string_view kTopics = "traction/";
@@ -65,6 +70,7 @@ unsigned topicNamed(std::string_view kind) {
   if (kind == "description") return kDescription;
   if (kind == "status") return kStatus;
   if (kind == "preview") return kPreview;
+  if (kind == "contacts") return kContacts;
   return 0;  // of a later daemon
 }
 
@@ -78,6 +84,8 @@ Message decode(unsigned topic, std::string_view bytes) {
     return decodeStatus(bytes);
   case kPreview:
     return decodePreview(bytes);
+  case kContacts:
+    return decodeContacts(bytes);
   default:
     return decodeField(bytes);
   }
@@ -111,12 +119,16 @@ struct Subscriber::Impl {
     // of waited for. Latest subscribes to the first byte of a field, and receives nothing of a stream. It skips older
     // fields itself: ZeroMQ 4.3.4 aborts the process if a message in parts reaches a socket with ZMQ_CONFLATE.
     subscription = latest ? kFieldBegins : std::string_view();
-    endpoints = {options.endpoint};
-    if (options.endpoint.empty()) {
-      endpoints.clear();
+    if (!options.endpoint.empty()) {
+      endpoints = {options.endpoint};
+    } else if (latest || options.topics != kContacts) {
       for (const Endpoints& found : locate(options.instance)) endpoints.push_back(latest ? found.latest : found.stream);
     }
-    endpoint = endpoints.back();
+    if (!endpoints.empty()) endpoint = endpoints.back();
+    if (options.endpoint.empty() && !latest && (options.topics & kContacts) != 0) {
+      for (const Endpoints& found : locate(options.instance, kTouch)) endpoints.push_back(found.stream);
+    }
+    if (endpoint.empty()) endpoint = endpoints.back();
     socket.set(zmq::sockopt::linger, 0);
     socket.set(zmq::sockopt::rcvhwm, latest ? kLatestQueue : options.queue);
     // Keep-alive detects a daemon's host that disappears silently, and the socket reconnects. ZeroMQ's own heartbeats
@@ -202,9 +214,11 @@ struct Subscriber::Impl {
   }
 
   /// Waits for the next message, in kLatest for the newest, and reads its parts: [topic][payload][time], or [payload]
-  /// in kLatest. Returns false if there is none. \throws Error kNotAllowed
+  /// in kLatest. Returns false if there is none, also, with `isSilent`, as soon as traction-touch is silent. \throws
+  /// Error kNotAllowed
   bool next(std::chrono::milliseconds timeout) {
     const Clock::time_point end = endAfter(timeout);
+    isSilent = false;
     for (;;) {
       takeEvents();
       if (refusal) throw *std::exchange(refusal, std::nullopt);
@@ -213,12 +227,39 @@ struct Subscriber::Impl {
       auto left = std::max(std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now()), 0ms);
       if (!givenUp.empty()) left = std::min<std::chrono::milliseconds>(left, kRetry);
       if (unheardSince_ns) left = std::min<std::chrono::milliseconds>(left, kUnheard);
+      if (const auto heard_ns = touchHeard(); heard_ns) {
+        const std::chrono::nanoseconds patience(*heard_ns + kTouchSilence_ns - options.monotonicClock());
+        left = std::clamp(std::chrono::ceil<std::chrono::milliseconds>(patience), 0ms, left);
+      }
       std::array<zmq_pollitem_t, 2> items = {
           {{socket.handle(), 0, ZMQ_POLLIN, 0}, {monitor.handle(), 0, ZMQ_POLLIN, 0}}};
       if (zmq_poll(items.data(), items.size(), left.count()) < 0) return false;
       if (items[0].revents != 0) return options.mode == Mode::kLatest ? readNewest() : readParts();
-      if (Clock::now() >= end) return false;
+      // Only now: what waited was read, so that a slow reader is not taken for a silence.
+      const auto heard_ns = touchHeard();
+      isSilent = heard_ns && options.monotonicClock() - *heard_ns >= kTouchSilence_ns;
+      if (isSilent || Clock::now() >= end) return false;
     }
+  }
+
+  /// Returns when the traction-touch that was heard longest ago, of those with contacts, was heard [ns].
+  std::optional<std::int64_t> touchHeard() const {
+    std::optional<std::int64_t> first_ns;
+    for (const auto& [topic, touch] : touches) {
+      if (touch.contacts.areOpen()) first_ns = std::min(first_ns.value_or(touch.heard_ns), touch.heard_ns);
+    }
+    return first_ns;
+  }
+
+  /// Ends the contacts of a silent traction-touch.
+  Contacts endContacts(std::int64_t now_ns) {
+    const auto longest = std::min_element(touches.begin(), touches.end(), [](const auto& a, const auto& b) {
+      return std::pair(!a.second.contacts.areOpen(), a.second.heard_ns) <
+             std::pair(!b.second.contacts.areOpen(), b.second.heard_ns);
+    });
+    Contacts ends = longest->second.contacts.endAll();
+    ends.header.arrived_ns = now_ns;
+    return ends;
   }
 
   /// Reads the parts of the next message that has arrived already. Returns false, with the parts as they were, if there
@@ -302,8 +343,19 @@ struct Subscriber::Impl {
     Header& header = std::visit([](auto& any) -> Header& { return any.header; }, message);
     header.arrived_ns = now_ns;
     if (options.mode == Mode::kStream) countLosses(topic, header);
+    if (auto* contacts = std::get_if<Contacts>(&message)) {
+      Touch& touch = touches[topic];
+      touch.heard_ns = now_ns;
+      touch.contacts.complete(*contacts);
+    }
     return message;
   }
+
+  /// One topic of contacts.
+  struct Touch {
+    PairedContacts contacts;
+    std::int64_t heard_ns = 0;
+  };
 
   SubscriberOptions options;
   std::vector<std::string> endpoints;  ///< connected to
@@ -312,6 +364,8 @@ struct Subscriber::Impl {
   std::uint64_t lost = 0;
   std::set<std::string> sensors;                             ///< sensors whose previews are subscribed to
   std::map<std::string, std::pair<Id, std::uint64_t>> seen;  ///< topic -> boot id and sequence of its last message
+  std::map<std::string, Touch> touches;  ///< by topic
+  bool isSilent = false;                 ///< next() found contacts of which nothing was heard for kTouchSilence_ns
   std::array<zmq::message_t, 3> parts;
   std::size_t count = 0;
   zmq::context_t context{1};
@@ -338,7 +392,11 @@ std::optional<Message> Subscriber::receive(std::chrono::milliseconds timeout) tr
   const Clock::time_point end = endAfter(timeout);
   for (int passedOver = 0; passedOver < kMostPassedOver;) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
-    if (!impl_->next(std::max(left, std::chrono::milliseconds(0)))) break;
+    if (!impl_->next(std::max(left, std::chrono::milliseconds(0)))) {
+      if (!impl_->isSilent) break;
+      for (zmq::message_t& part : impl_->parts) part.rebuild();
+      return impl_->endContacts(impl_->options.monotonicClock());
+    }
     if (auto message = impl_->take(impl_->options.monotonicClock())) return message;
     if (left <= std::chrono::milliseconds(0)) ++passedOver;
   }

@@ -58,7 +58,8 @@ void addTop(Commands& commands) {
 void addEcho(Commands& commands) {
   static const std::map<std::string, unsigned> kTopics = {
       {"field", kField},   {"markers", kMarkers}, {"description", kDescription},
-      {"status", kStatus}, {"preview", kPreview}, {"all", kAllTopics}};
+      {"status", kStatus}, {"preview", kPreview}, {"contacts", kContacts},
+      {"all", kAllTopics}};
   const auto options = std::make_shared<EchoLine>();
   CLI::App& command = commands.add("echo", "Prints messages as JSON, one per line", [options](const Target& target) {
     if (options->latest && options->topic != "field")
@@ -68,7 +69,8 @@ void addEcho(Commands& commands) {
   });
   command
       .add_option("--topic", options->topic,
-                  "topic of the messages; all: each except preview, whose pixels are printed as base64")
+                  "topic of the messages; all: each except preview, whose pixels are printed as base64, and contacts, which "
+                  "traction-touch publishes")
       ->check(CLI::IsMember(&kTopics))
       ->capture_default_str();
   command.add_option("--count", options->count, "number of messages; without it: until Ctrl-C")

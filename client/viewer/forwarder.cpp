@@ -11,6 +11,7 @@ namespace traction::view {
 
 void Forwarder::pass(const Message& message, const Raw& raw) {
   const unsigned kind = kindOf(message);
+  if (raw.topic.empty() && kind == kContacts) return;  // the library's own ends of contacts
   if (kind != kPreview || wants(kPreview)) deliver_(kind, makeFrame(raw.topic, raw.bytes));
   if (const auto* field = std::get_if<Field>(&message); field != nullptr && wants(kSurface)) passSurface(*field);
   if (const auto* description = std::get_if<Description>(&message)) passPlaces(*description);

@@ -20,8 +20,8 @@ bool isDrawn(const ChannelType& type) {
 }
 
 unsigned kindOf(const Message& message) {
-  constexpr std::array<unsigned, 5> kKinds = {kFields, kMarkerLists, kDescriptions, kStatuses,
-                                              kPreviews};  // as in Message
+  constexpr std::array<unsigned, 6> kKinds = {kFields,   kMarkerLists, kDescriptions,
+                                              kStatuses, kPreviews,    0};  // as in Message; contacts are not received
   return kKinds.at(message.index());
 }
 

@@ -12,7 +12,8 @@ Frame makeFrame(std::string_view topic, std::string_view bytes) {
 }
 
 unsigned kindOf(const Message& message) {
-  constexpr std::array<unsigned, 5> kKinds = {kField, kMarkers, kDescription, kStatus, kPreview};  // as in Message
+  constexpr std::array<unsigned, 6> kKinds = {kField,  kMarkers, kDescription,
+                                               kStatus, kPreview, kContacts};  // as in Message
   return kKinds.at(message.index());
 }
 

@@ -271,8 +271,9 @@ class Server {
     hub.sessions.push_back(session);
     hub.used = Clock::now();
     const unsigned previews = (wanted.kinds & (unsigned{kPreview} | kPicture)) != 0 ? unsigned{kPreview} : 0U;
-    const bool wantsMore = (previews & ~hub.options.subscription.topics) != 0;
-    hub.options.subscription.topics |= previews;
+    const unsigned more = previews | (wanted.kinds & kContacts);
+    const bool wantsMore = (more & ~hub.options.subscription.topics) != 0;
+    hub.options.subscription.topics |= more;
     if (!hub.source || wantsMore) start(hub);
     hub.wanted |= wanted.kinds;
     if (hub.source) hub.forwarder->want(hub.wanted);

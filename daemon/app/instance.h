@@ -1,7 +1,8 @@
-// One of several daemons on a machine: locates its files and keeps other processes from its directories.
+// One of several daemons on a machine: locates its files.
 #pragma once
 
 #include "base/error.h"
+#include "base/service/own_directory.h"
 #include "daemon/app/config.h"
 
 #include <tl/expected.hpp>
@@ -32,27 +33,5 @@ Config completed(Config config, const Places& places);
 /// Returns the socket files of a completed configuration's ipc endpoints, whether they exist or not; abstract sockets
 /// (ipc://@NAME) have none.
 std::vector<std::filesystem::path> socketFiles(const Config& completed);
-
-/// A directory that this process holds exclusively. The directory itself is locked, so that no lock file stays behind.
-class OwnDirectory {
- public:
-  /// Locks the directory and creates it, with its parents, if it is missing. Does not wait for the lock. EX_TEMPFAIL:
-  /// another process holds it. EX_NOPERM: no permission to create, open or write it, or another user may control it:
-  /// every user can write into it; or, below a directory like /tmp, it or its parent belongs to another user than this
-  /// one and root. EX_CANTCREAT: it cannot be created or opened for another reason. \param what name for the error, of
-  /// which the first word names the option that states it: "state directory"
-  static tl::expected<OwnDirectory, Error> claim(const std::filesystem::path& path, const std::string& what);
-  OwnDirectory(OwnDirectory&& other) noexcept;  ///< Takes over the lock; `other` holds none afterwards.
-  OwnDirectory& operator=(OwnDirectory&&) = delete;
-  /// Unlocks the directory; removes it if claim() created it and it is empty, but no parent. Does nothing after a move.
-  ~OwnDirectory();
-
- private:
-  OwnDirectory(std::filesystem::path path, int descriptor, bool made);
-
-  std::filesystem::path path_;
-  int descriptor_;
-  bool made_;
-};
 
 }  // namespace tractiond

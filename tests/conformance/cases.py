@@ -8,7 +8,7 @@ import numpy as np
 from contract import draw, encode, key, run
 from form import echo, plain
 
-KINDS = ("Field", "Markers", "Description", "Status", "Preview")
+KINDS = ("Field", "Markers", "Description", "Status", "Preview", "Contacts")
 
 
 def topic(sensor, kind):
@@ -27,6 +27,9 @@ class Sender:
         values = draw(name, self.chance, count)
         at = self.sequence.get(name, self.chance.randrange(1, 1000) - 1) + 1 + skip
         self.sequence[name] = at
+        if name == "Contacts":  # clients let each that begins end
+            values["contacts"] = [{**draw("TrackedContact", self.chance), "id": id, "phase": phase}
+                                  for id in range(self.chance.randrange(3)) for phase in (1, self.chance.choice([2, 3, 4, 77]), 5)]
         values["header"] = {**draw("Header", self.chance), "sequence": at, "boot": self.boot, "sensor": self.sensor}
         return {"timestamp": 1.0, **values}
 
@@ -106,6 +109,8 @@ def damages(chance):
         "a rest pose with a mask of another size": ("Description", with_member(
             zero={"rest_position_px": single * 4, "marker_present": b"\1"})),
         "a body with other sizes": ("Description", with_member(body={"node_positions_m": single * 3})),
+        "a number of a lasting contact that is not finite": ("Contacts", with_member(
+            contacts=[{"phase": 1, **chance.choice([{"radius_m": bad}, {"velocity_m_s": {"y": bad}}])}])),
         "a picture of another size": ("Preview", lambda values: values.update(
             {chance.choice(["width", "height"]): 13, "pixels": values["pixels"] + b"\0"})),
         "a picture of which the product of the sizes overflows": ("Preview", with_member(
@@ -165,7 +170,7 @@ def stream(chance):
                                  "version", 0)]
     cases["no topic: latest instead of stream"] = [([encode("Field", one.make())], "bad_endpoint", 0)]
     cases["topics of a later daemon"] = [([name, b"\xff", b"0.0"], None, 0) for name in (
-        b"traction/v1/gel/contacts/", b"traction/v1/gel", b"traction/v1//", b"traction/v1/gel/field", b"traction/v1/a/b/field/")]
+        b"traction/v1/gel/slips/", b"traction/v1/gel", b"traction/v1//", b"traction/v1/gel/field", b"traction/v1/a/b/field/")]
     return cases
 
 

@@ -22,7 +22,7 @@ TOGETHER = {
     "Zero": {"rest_position_px": 2, "marker_present": 1},
     "Body": {"node_positions_m": 3, "node_normals": 3, "node_areas_m2": 1, "marker_positions_m": 3},
 }
-IDS = {"boot", "calibration", "zero", "id", "host"}
+IDS = {"boot", "calibration", "zero", "id", "host", "run"}
 MASKS = {"node_valid", "marker_valid", "marker_present"}
 PACKED = {Type.TYPE_DOUBLE: "<d", Type.TYPE_FLOAT: "<f"}
 LIMITS = {Type.TYPE_UINT32: (0, 2**32 - 1), Type.TYPE_UINT64: (0, 2**64 - 1), Type.TYPE_INT64: (-2**63, 2**63 - 1)}

@@ -334,7 +334,7 @@ class Subscriber:
     """A plain SUB socket and the generated messages: independent of our client library."""
 
     TYPES = {"field": messages.Field, "markers": messages.Markers, "description": messages.Description,
-             "preview": messages.Preview,
+             "preview": messages.Preview, "contacts": messages.Contacts,
              "status": messages.Status}
 
     def __init__(self, rig, endpoint, topic="", keys=None):

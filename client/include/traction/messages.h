@@ -1,4 +1,4 @@
-// The messages that tractiond publishes for each frame.
+// The messages that tractiond, and traction-touch, publish for each frame.
 //
 // Gel frame: right-handed, origin on the touched surface at the centre of the marker field; x points right and y up in
 // the camera's picture, z into the gel, towards the camera. A force is the force of the object on the gel: pressing is
@@ -88,7 +88,7 @@ enum class CaptureBound : std::uint8_t {
   kLatest,
 };
 
-/// Metadata of every message. For Field, Markers and Preview it describes their own frame; for Description and Status
+/// Metadata of every message. For Field, Markers, Contacts and Preview it describes their own frame; for Description and Status
 /// the frame published last.
 struct Header {
   /// Number of the message on its topic, from 1 at the daemon's start; a gap counts lost messages.
@@ -155,6 +155,44 @@ struct Markers {
   std::vector<float> variance_px2;                    ///< variance of each of the two coordinates
   std::vector<std::uint8_t> valid;                    ///< per marker; 0: not found, its numbers are 0
   std::uint32_t validMarkers = 0;                     ///< number of markers that are valid
+};
+
+/// What became of a TrackedContact.
+enum class ContactPhase : std::uint8_t {
+  kNone,     ///< of a later version
+  kBegin,    ///< seen for the first time
+  kMove,     ///< seen again
+  kAbsent,   ///< not in this field, and may come back: lifted, became one with another, or too faint
+  kUnknown,  ///< this field is not valid
+  kEnd,      ///< the last time that this id is reported
+};
+
+/// A contact that lasts. Position and radius are as last seen; force and velocity are 0, and say nothing, in the phases
+/// absent, unknown and end. Deviations are standard deviations that noise alone causes.
+struct TrackedContact {
+  std::uint64_t id = 0;  ///< from 1, increasing; not used again in a run
+  ContactPhase phase = ContactPhase::kNone;
+  bool doubted = false;       ///< errors may exceed the deviations: a flag of the field in which it was last seen
+  std::int64_t begun_ns = 0;  ///< capture time, else arrival, of the frames in which it was seen first and last
+  std::int64_t seen_ns = 0;
+  Vector2 position_m{};  ///< centre of its normal forces, gel frame
+  Vector2 positionDeviation_m{};
+  double radius_m = 0.0;  ///< of a disc with Contact::area_m2
+  double radiusDeviation_m = 0.0;
+  Vector3 force_N{};  ///< shear (x, y) and normal force (z), gel frame
+  Vector3 forceDeviation_N{};
+  Vector2 velocity_m_s{};  ///< of its position
+  Vector2 velocityDeviation_m_s{};
+};
+
+/// The contacts of one frame, by traction-touch. Each that begins ends once: see Subscriber.
+struct Contacts {
+  /// As of the field that this was made of, but `sequence` counts these messages from the start of traction-touch, and
+  /// `sent_ns` is of this message.
+  Header header;
+  Id run{};            ///< new at each start of traction-touch, with which ids begin again
+  bool valid = false;  ///< false: the field is not valid, or none came in time
+  std::vector<TrackedContact> contacts;  ///< first those that end here
 };
 
 /// A picture of the camera, reduced in size for display.

@@ -1,4 +1,4 @@
-// Receives the messages that an instance of tractiond publishes.
+// Receives the messages that an instance of tractiond publishes, and the contacts that traction-touch makes of them.
 #pragma once
 
 #include "traction/description.h"
@@ -14,7 +14,7 @@
 
 namespace traction {
 
-using Message = std::variant<Field, Markers, Description, Status, Preview>;
+using Message = std::variant<Field, Markers, Description, Status, Preview, Contacts>;
 
 /// The topics to receive, combined by bitwise or.
 enum Topics : unsigned {
@@ -22,8 +22,11 @@ enum Topics : unsigned {
   kMarkers = 2,
   kDescription = 4,
   kStatus = 8,
-  kAllTopics = 15,  ///< all but previews, which the daemon makes only while a client subscribes to them
+  /// All but previews, which the daemon makes only while a client subscribes to them, and contacts, which are of another
+  /// program.
+  kAllTopics = 15,
   kPreview = 16,
+  kContacts = 32,  ///< connects to the instance's traction-touch, too; alone: to nothing else
 };
 
 enum class Mode {
@@ -62,6 +65,10 @@ TRACTION_EXPORT std::optional<Message> decode(const Raw& raw);
 
 /// Subscriber of one instance. Not thread-safe: only one thread may use it at a time. It connects, and connects again,
 /// whenever the daemon runs.
+///
+/// Of contacts, each that begins ends once, whatever happens to traction-touch and to messages: one that was there
+/// before begins when it is first seen; one that is missing in a message, or is of another run, ends in it; and all end
+/// in a message of the library's own, for which raw() is empty, after a second without a message of traction-touch.
 class TRACTION_EXPORT Subscriber {
  public:
   /// Starts to connect and returns at once, whether or not the daemon runs. \param options are copied

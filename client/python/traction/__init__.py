@@ -22,8 +22,8 @@ from .errors import (BadEndpoint, BadKeys, Error, Malformed, NoAnswer, NotAllowe
                      Refused)
 from .intake import Mode, Topics  # noqa: E402
 from .keys import Keys, load_keys  # noqa: E402
-from .messages import (CaptureBound, Contact, Covariance, Field, Flag, Header, Markers, Method,  # noqa: E402
-                       PictureMotion, Preview, PreviewFormat, Solution)
+from .messages import (CaptureBound, Contact, ContactPhase, Contacts, Covariance, Field, Flag, Header, Markers,  # noqa: E402
+                       Method, PictureMotion, Preview, PreviewFormat, Solution, TrackedContact)
 from .status import CameraState, Ledger, Status  # noqa: E402
 from .subscriber import Subscriber, fields  # noqa: E402
 
@@ -31,8 +31,8 @@ __version__ = "0.1.0"
 
 __all__ = [
     "BadEndpoint", "BadKeys", "Body", "Calibration", "Camera", "CameraState", "CaptureBound", "Colour", "Contact",
-    "Control", "Covariance", "Description", "Error", "Field", "Flag", "Gel", "Grid", "Header", "Keys", "Ledger",
+    "ContactPhase", "Contacts", "Control", "Covariance", "Description", "Error", "Field", "Flag", "Gel", "Grid", "Header", "Keys", "Ledger",
     "Malformed", "Markers", "MarkerLayer", "Message", "Method", "Mode", "NoAnswer", "NotAllowed", "OtherVersion",
-    "PictureMotion", "Preview", "PreviewFormat", "Refused", "Solution", "Solver", "Status", "Subscriber", "Topics", "Zero",
-    "ZeroResult", "aio", "fields", "load_keys",
+    "PictureMotion", "Preview", "PreviewFormat", "Refused", "Solution", "Solver", "Status", "Subscriber", "Topics",
+    "TrackedContact", "Zero", "ZeroResult", "aio", "fields", "load_keys",
 ]

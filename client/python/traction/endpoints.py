@@ -1,4 +1,4 @@
-"""Where an instance of tractiond is met from here: as proto/traction/v1/endpoints.h has it."""
+"""Where an instance of tractiond, or of traction-touch, is met from here: as proto/traction/v1/endpoints.h has it."""
 
 import contextlib
 import os
@@ -25,11 +25,16 @@ class Endpoints:
 TCP = Endpoints("tcp://127.0.0.1:9872", "tcp://127.0.0.1:9873", f"ipc:///run/tractiond/{DEFAULT_INSTANCE}/control")
 
 
-def _runtime_directories(instance: str) -> list[Path]:
+DAEMON, TOUCH = "tractiond", "traction-touch"  # the programs that publish
+# Of the default instance alone; traction-touch has a stream only.
+_TCP = {DAEMON: TCP, TOUCH: Endpoints("tcp://127.0.0.1:9876", "", "")}
+
+
+def _runtime_directories(instance: str, program: str) -> list[Path]:
     """The user's own (without a login session in /tmp), the system's."""
     of_user = os.environ.get("XDG_RUNTIME_DIR", "")
-    own = Path(of_user, "tractiond") if of_user.startswith("/") else Path(f"/tmp/tractiond-{os.getuid()}")
-    return [own / instance, Path("/run/tractiond", instance)]
+    own = Path(of_user, program) if of_user.startswith("/") else Path(f"/tmp/{program}-{os.getuid()}")
+    return [own / instance, Path("/run", program, instance)]
 
 
 def _is_open(path: Path) -> bool:
@@ -73,22 +78,22 @@ def _check_control(directory: Path) -> None:
         )
 
 
-def locate(instance: str = DEFAULT_INSTANCE) -> list[Endpoints]:
+def locate(instance: str = DEFAULT_INSTANCE, program: str = DAEMON) -> list[Endpoints]:
     """Of the runtime directory in which the instance's sockets are. Where there is none: TCP for the default instance,
     else the directories in which it may start, of which /tmp/tractiond-UID is made so that it is no other user's. Never
     empty. Raises BadEndpoint for an impossible name, or if another user may control the directory."""
     if not re.fullmatch(r"[A-Za-z0-9_-]{1,24}", instance):
         raise BadEndpoint(f"'{instance}' is not an instance's name: 1 to 24 of A-Z a-z 0-9 _ -")
     possible = []
-    for directory in _runtime_directories(instance):
+    for directory in _runtime_directories(instance, program):
         found = Endpoints(*(f"ipc://{directory / name}" for name in ("stream", "latest", "control")))
         if _is_open(directory / "stream"):
             _check_control(directory)
             return [found]
         possible.append(found)
     if instance == DEFAULT_INSTANCE:
-        return [TCP]
-    own = _runtime_directories(instance)[0]
+        return [_TCP[program]]
+    own = _runtime_directories(instance, program)[0]
     with contextlib.suppress(OSError):
         if _can_others_write(own.parent.parent.stat()):
             own.parent.mkdir(0o700)  # otherwise another user could make it later

@@ -1,11 +1,14 @@
 """What arrives at a subscriber -> messages, with an account of what did not arrive. Knows no sockets."""
 
 import enum
+import math
 import re
 import time
 
 from .decode import Message, decode
 from .errors import BadEndpoint, Malformed, OtherVersion
+from .messages import Contacts
+from .paired_contacts import PairedContacts
 
 _TOPICS = b"traction/"  # begins every topic, of whatever version
 _TOPIC_ROOT = b"traction/v1/"
@@ -25,12 +28,16 @@ class Topics(enum.Flag):
     MARKERS = 2
     DESCRIPTION = 4
     STATUS = 8
-    ALL = 15  # but previews: the daemon makes them while somebody wants them
+    ALL = 15  # but previews: the daemon makes them while somebody wants them; and contacts, of another program
     PREVIEW = 16
+    CONTACTS = 32  # connects to the instance's traction-touch, too; alone: to nothing else
 
 
 _WANTED = {one.name.lower().encode(): one for one in (Topics.FIELD, Topics.MARKERS, Topics.DESCRIPTION, Topics.STATUS,
-                                                      Topics.PREVIEW) if one.name}
+                                                      Topics.PREVIEW, Topics.CONTACTS) if one.name}
+# Without a message of traction-touch its contacts end. It sends one for each field, and while there are contacts at least
+# every 0.2 s.
+_TOUCH_SILENCE_S = 1.0
 
 
 def _printable(text: bytes) -> str:
@@ -47,6 +54,7 @@ class Intake:
         self._kinds: dict[bytes, str | None] = {}  # topic -> "field"; None: not wanted, or of a later daemon
         self._sensors: set[bytes] = set()  # whose previews were asked for
         self._boots: dict[str, bytes] = {}  # sensor -> its daemon's last start
+        self._touches: dict[bytes, tuple[PairedContacts, float]] = {}  # topic -> contacts, time of its last message
         self.lost = 0
         self.restarts = 0
 
@@ -76,7 +84,23 @@ class Intake:
             if boot == header.boot and sequence != 0 and header.sequence > sequence + 1:
                 self.lost += header.sequence - sequence - 1
             self._seen[topic] = (header.boot, header.sequence)
+        if isinstance(message, Contacts):
+            contacts, _ = self._touches.get(topic, (PairedContacts(), 0.0))
+            self._touches[topic] = contacts, time.monotonic()
+            contacts.complete(message)
         return message
+
+    def until_silence_s(self) -> float:
+        """Time until contacts end, as traction-touch was not heard; inf: there are none."""
+        heard = min((heard for contacts, heard in self._touches.values() if contacts.are_open), default=math.inf)
+        return heard + _TOUCH_SILENCE_S - time.monotonic()
+
+    def end_silent(self) -> Contacts | None:
+        """Ends the contacts of a silent traction-touch. Only while nothing waits: a slow reader is not taken for a silence."""
+        for contacts, heard in self._touches.values():
+            if contacts.are_open and time.monotonic() - heard >= _TOUCH_SILENCE_S:
+                return contacts.end_all(time.monotonic_ns())
+        return None
 
     def wanted_too(self, parts: list[bytes]) -> bytes | None:
         """What to subscribe to, now that this is known: the daemon makes previews for who names them, and their topic has

@@ -1,4 +1,4 @@
-"""Messages that tractiond publishes of each frame. Names, units and frames are those of proto/traction/v1.
+"""Messages that tractiond, and traction-touch, publish of each frame. Names, units and frames are those of proto/traction/v1.
 
 Gel frame: the origin lies on the touched surface at the centre of the marker field; x points to the right and y up in
 the camera's picture, z into the gel, towards the camera. A force is the force of the object on the gel: pressing is
@@ -165,6 +165,47 @@ class Markers:
     variance_px2: Numbers  # (markers,) float32: variance of each of the two coordinates
     marker_valid: Mask  # (markers,); false: not seen, its numbers are 0
     valid_markers: int  # number of valid markers
+
+
+class ContactPhase(enum.Enum):
+    """What became of a TrackedContact."""
+
+    NONE = 0  # of a later version
+    BEGIN = 1  # seen for the first time
+    MOVE = 2  # seen again
+    ABSENT = 3  # not in this field, and may come back: lifted, became one with another, or too faint
+    UNKNOWN = 4  # this field is not valid
+    END = 5  # the last time that this id is reported
+
+
+@dataclass(slots=True, eq=False)
+class TrackedContact:
+    """A contact that lasts. Position and radius are as last seen; force and velocity are 0, and say nothing, in the phases
+    absent, unknown and end. Deviations are standard deviations, of the noise alone."""
+
+    id: int  # from 1, increasing; not used again in a run
+    phase: ContactPhase
+    doubted: bool  # errors may exceed the deviations: a flag of the field in which it was last seen
+    begun_ns: int  # capture time, else arrival, of the frames in which it was seen first and last
+    seen_ns: int
+    position_m: Vector2  # centre of its normal forces, gel frame
+    position_deviation_m: Vector2
+    radius_m: float  # of a disc with Contact.area_m2
+    radius_deviation_m: float
+    force_N: Vector3  # shear (x, y) and normal force (z), gel frame
+    force_deviation_N: Vector3
+    velocity_m_s: Vector2  # of its position
+    velocity_deviation_m_s: Vector2
+
+
+@dataclass(slots=True, eq=False)
+class Contacts:
+    """The contacts of one frame, by traction-touch. Each that begins ends once: see Subscriber."""
+
+    header: Header  # of the field; but sequence counts these messages, and sent_ns is of this message
+    run: Id  # new at each start of traction-touch, with which ids begin again
+    valid: bool  # false: the field is not valid, or none came in time
+    contacts: tuple[TrackedContact, ...]  # first those that end here
 
 
 class PreviewFormat(enum.Enum):

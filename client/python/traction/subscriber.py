@@ -1,4 +1,4 @@
-"""Receives what an instance of tractiond publishes."""
+"""Receives what an instance of tractiond publishes, and the contacts that traction-touch makes of it."""
 
 import math
 import time
@@ -10,7 +10,7 @@ import zmq
 
 from .connection import Connection
 from .decode import Message
-from .endpoints import DEFAULT_INSTANCE, locate
+from .endpoints import DEFAULT_INSTANCE, TOUCH, locate
 from .errors import NoAnswer
 from .intake import Intake, Mode, Topics
 from .keys import Keys
@@ -39,7 +39,12 @@ class Base:
         messages kept for a slow reader of the stream; more are lost. `timeout` [s] limits an iteration's wait; None: no limit.
         Raises BadEndpoint, BadKeys."""
         self._latest = latest = mode is Mode.LATEST
-        endpoints = [endpoint] if endpoint else [one.latest if latest else one.stream for one in locate(instance)]
+        endpoints, touch = [endpoint] if endpoint else [], []
+        if not endpoint and (latest or topics is not Topics.CONTACTS):
+            endpoints = [one.latest if latest else one.stream for one in locate(instance)]
+        if not endpoint and not latest and Topics.CONTACTS in topics:
+            touch = [one.stream for one in locate(instance, TOUCH)]
+        self.endpoint = (endpoints or touch)[-1]  # named in messages
         options: dict[int, int | bytes] = {
             # Keep-alive detects a daemon's host that disappears silently, and the socket reconnects. ZeroMQ's own
             # heartbeats are not used: in 4.3.4 a heartbeat that falls due after the connection's end aborts the process
@@ -49,10 +54,9 @@ class Base:
         # The stream subscribes to everything, so that a daemon of another version or a wrong endpoint is detected
         # instead of waited for.
         subscription = _FIELD_BEGINS if latest else b""
-        self._connection = Connection(zmq.SUB, endpoints, keys, _STRANGERS, options, subscription)
-        self._intake = Intake(endpoints[-1], mode, topics)
+        self._connection = Connection(zmq.SUB, endpoints + touch, keys, _STRANGERS, options, subscription)
+        self._intake = Intake(self.endpoint, mode, topics)
         self._timeout = timeout
-        self.endpoint = endpoints[-1]  # named in messages
 
     @property
     def lost(self) -> int:
@@ -85,7 +89,7 @@ class Base:
             message = self._intake.take(parts)
             if message is not None:
                 return message
-        return None
+        return self._intake.end_silent()
 
     def _newest(self) -> list[bytes] | None:
         """Returns the newest message that has arrived. ZMQ_CONFLATE would do the same, but ZeroMQ 4.3.4 aborts the process
@@ -107,7 +111,7 @@ class Base:
 
     def _wait_ms(self, end: float) -> int:
         """Returns the time to wait for an event, at most until `end` of time.monotonic() [s]. -1: no limit."""
-        left = min(max(0.0, end - time.monotonic()), self._connection.maintenance_s)
+        left = max(0.0, min(end - time.monotonic(), self._connection.maintenance_s, self._intake.until_silence_s()))
         return -1 if math.isinf(left) else math.ceil(1e3 * left)
 
     def _silence(self) -> NoAnswer:
@@ -119,7 +123,12 @@ def end_of(timeout: float | None) -> float:
 
 
 class Subscriber(Base):
-    """Is used by one thread at a time. The daemon may start later or restart: receive() continues."""
+    """Is used by one thread at a time. The daemon may start later or restart: receive() continues.
+
+    Of contacts, each that begins ends once, whatever happens to traction-touch and to messages: one that was there
+    before begins when it is first seen; one that is missing in a message, or is of another run, ends in it; and all end
+    in a message of the library's own after a second without a message of traction-touch.
+    """
 
     def receive(self, timeout: float | None = None) -> Message | None:
         """Returns the next message, or None after `timeout` seconds (None: no limit). A new subscriber is sent the

@@ -1,4 +1,5 @@
-// Names, topics, endpoints and directories of an instance of tractiond: the same for the daemon and its clients.
+// Names, topics, endpoints and directories of an instance of tractiond, and of traction-touch, which follows its contacts:
+// the same for the programs and their clients.
 #pragma once
 
 #include <unistd.h>
@@ -27,8 +28,8 @@ inline bool isValidName(std::string_view name) {
 /// Start of all topics of this version of the protocol.
 inline constexpr std::string_view kTopicRoot = "traction/v1/";
 
-/// Returns the topic "traction/v1/SENSOR/KIND/". `kind` is field, markers, description, status or preview; neither
-/// argument is checked. Because of the slash at the end no topic is the start of another one, which a subscription
+/// Returns the topic "traction/v1/SENSOR/KIND/". `kind` is field, markers, description, status, preview or contacts;
+/// neither argument is checked. Because of the slash at the end no topic is the start of another one, which a subscription
 /// would also receive.
 inline std::string topicOf(std::string_view sensor, std::string_view kind) {
   return std::string(kTopicRoot) + std::string(sensor) + "/" + std::string(kind) + "/";
@@ -46,11 +47,21 @@ struct Endpoints {
 /// change what is measured. 9872 is the default port of PlotJuggler.
 inline constexpr int kStreamPort = 9872;
 inline constexpr int kLatestPort = 9873;
+/// Of traction-touch's stream, also for the instance "default" alone. 9875 is that of traction-metrics.
+inline constexpr int kTouchPort = 9876;
+
+/// Names of the programs that publish, each in runtime directories of its own.
+inline constexpr std::string_view kDaemon = "tractiond", kTouch = "traction-touch";
 
 /// Returns the TCP endpoints of the instance "default", on 127.0.0.1; `control` is empty.
 inline Endpoints tcpEndpoints() {
   const std::string host = "tcp://127.0.0.1:";
   return {host + std::to_string(kStreamPort), host + std::to_string(kLatestPort), ""};
+}
+
+/// Returns the TCP endpoint of traction-touch of the instance "default"; its only socket is a stream.
+inline Endpoints touchTcpEndpoints() {
+  return {"tcp://127.0.0.1:" + std::to_string(kTouchPort), "", ""};
 }
 
 /// Default TCP port of the stream of a traction-gateway; the next two are those of latest and control.
@@ -63,15 +74,17 @@ inline Endpoints ipcEndpoints(const std::filesystem::path& runtimeDirectory) {
 }
 
 /// Returns the two directories that may be an instance's runtime directory. The first is the user's:
-/// $XDG_RUNTIME_DIR/tractiond/INSTANCE, or /tmp/tractiond-UID/INSTANCE if that variable is not an absolute path. The
-/// second is the system's: /run/tractiond/INSTANCE. A client uses the first one that exists. A daemon without
+/// $XDG_RUNTIME_DIR/PROGRAM/INSTANCE, or /tmp/PROGRAM-UID/INSTANCE if that variable is not an absolute path. The
+/// second is the system's: /run/PROGRAM/INSTANCE. A client uses the first one that exists. A program without
 /// $RUNTIME_DIRECTORY uses the second one if it runs as root, else the first. Does not access the disk.
-inline std::vector<std::filesystem::path> runtimeDirectories(const std::string& instance) {
+inline std::vector<std::filesystem::path> runtimeDirectories(const std::string& instance,
+                                                             std::string_view program = kDaemon) {
   const char* ofUser = std::getenv("XDG_RUNTIME_DIR");
+  const std::string name(program);
   const auto own = ofUser != nullptr && *ofUser == '/'
-                       ? std::filesystem::path(ofUser) / "tractiond"
-                       : std::filesystem::path("/tmp") / ("tractiond-" + std::to_string(getuid()));
-  return {own / instance, std::filesystem::path("/run/tractiond") / instance};
+                       ? std::filesystem::path(ofUser) / name
+                       : std::filesystem::path("/tmp") / (name + "-" + std::to_string(getuid()));
+  return {own / instance, std::filesystem::path("/run") / name / instance};
 }
 
 }  // namespace traction

@@ -1,0 +1,71 @@
+#include "client/touch/arguments.h"
+
+#include "client/cli/keys.h"
+#include "manual/describe.h"
+#include "proto/traction/v1/endpoints.h"
+
+#include <CLI/CLI.hpp>
+#include <sysexits.h>
+
+#include <iostream>
+#include <string>
+
+namespace traction::contacts {
+namespace {
+
+constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
+   0  stopped as asked
+  64  the command line is wrong
+  66  the file of the key cannot be read
+  69  an address is in use
+  71  the operating system refuses something
+  73  a directory or socket cannot be made
+  75  another traction-touch has this instance
+  77  no permission
+  78  the file of the key is wrong)";
+
+tl::unexpected<int> failed(int exitCode, const std::string& what) {
+  std::cerr << "traction-touch: " << what << '\n';
+  return tl::unexpected<int>(exitCode);
+}
+
+}  // namespace
+
+tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
+  Arguments arguments;
+  std::string keyFile, serverKey;
+  CLI::App app("Follows the contacts of a tractiond from frame to frame, and publishes them.", "traction-touch");
+  app.add_option("--instance", arguments.source.instance, "name of a tractiond on this machine, and of the sockets")
+      ->type_name("INSTANCE")
+      ->capture_default_str()
+      ->check([](const std::string& name) {
+        return isValidName(name) ? "" : "\"" + name + "\" is not a name: 1 to 24 of A-Z, a-z, 0-9, _ and - are";
+      });
+  app.add_option("--connect", arguments.source.endpoint, "ZeroMQ endpoint of the stream, instead of the instance's")
+      ->type_name("ENDPOINT");
+  app.add_option("--key", keyFile, "file of your key for a gateway; without: ~/.config/traction/key")
+      ->type_name("FILE");
+  app.add_option("--server-key", serverKey, "public key of the gateway, as tractionctl keys prints it on its host")
+      ->type_name("KEY");
+  app.add_option("--runtime", arguments.runtime, "directory of the sockets")->type_name("DIR");
+  app.set_version_flag("--version", "traction-touch " TRACTION_VERSION);
+  app.footer(kExitCodes);
+  manual::describable(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& stop) {
+    if (stop.get_exit_code() == 0) return tl::unexpected(app.exit(stop));  // help, version
+    return failed(EX_USAGE, std::string(stop.what()) + "; see traction-touch --help");
+  }
+  try {
+    if (!keyFile.empty() || !serverKey.empty()) arguments.source.keys = cli::keysFor(serverKey, keyFile);
+  } catch (const cli::KeyError& error) {
+    return failed(error.exitCode(), error.what());
+  } catch (const Error& error) {
+    return failed(EX_CONFIG, error.what());
+  }
+  arguments.source.topics = kField;
+  return arguments;
+}
+
+}  // namespace traction::contacts

@@ -1,0 +1,106 @@
+#include "client/touch/follower.h"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+namespace traction::contacts {
+namespace {
+
+/// Flags by which errors may exceed what the deviations say.
+constexpr std::uint32_t kDoubts = kZeroUnverified | kTorn | kUnexplained | kOutOfRange | kDoubtedOrigin;
+
+void observe(const Field& field, touch::Field& to) {
+  const Header& header = field.header;
+  to.time_ns = header.captured_ns != 0 ? header.captured_ns : header.received_ns;
+  to.valid = field.valid;
+  to.doubted = (header.flags & kDoubts) != 0;
+  to.basis = {.boot = header.boot, .calibration = header.calibration, .zero = header.zero};
+  to.contacts.clear();
+  for (const Contact& contact : field.contacts) {
+    to.contacts.push_back({.position_m = contact.position_m,
+                           .positionDeviation_m = contact.positionDeviation_m,
+                           .force_N = contact.force_N,
+                           .forceDeviation_N = contact.forceDeviation_N,
+                           .area_m2 = contact.area_m2,
+                           .areaDeviation_m2 = contact.areaDeviation_m2});
+  }
+}
+
+v1::ContactPhase wirePhase(touch::Phase phase) {
+  switch (phase) {
+  case touch::Phase::kBegin:
+    return v1::CONTACT_PHASE_BEGIN;
+  case touch::Phase::kMove:
+    return v1::CONTACT_PHASE_MOVE;
+  case touch::Phase::kAbsent:
+    return v1::CONTACT_PHASE_ABSENT;
+  case touch::Phase::kUnknown:
+    return v1::CONTACT_PHASE_UNKNOWN;
+  case touch::Phase::kEnd:
+    break;
+  }
+  return v1::CONTACT_PHASE_END;
+}
+
+void encode(const std::array<double, 2>& from, v1::Vector2& to) {
+  to.set_x(from[0]);
+  to.set_y(from[1]);
+}
+
+void encode(const std::array<double, 3>& from, v1::Vector3& to) {
+  to.set_x(from[0]);
+  to.set_y(from[1]);
+  to.set_z(from[2]);
+}
+
+void encode(const touch::Contact& from, v1::TrackedContact& to) {
+  to.set_id(from.id);
+  to.set_phase(wirePhase(from.phase));
+  to.set_doubted(from.doubted);
+  to.set_begun_ns(from.begun_ns);
+  to.set_seen_ns(from.seen_ns);
+  encode(from.position_m, *to.mutable_position_m());
+  encode(from.positionDeviation_m, *to.mutable_position_deviation_m());
+  to.set_radius_m(from.radius_m);
+  to.set_radius_deviation_m(from.radiusDeviation_m);
+  encode(from.force_N, *to.mutable_force_n());
+  encode(from.forceDeviation_N, *to.mutable_force_deviation_n());
+  encode(from.velocity_m_s, *to.mutable_velocity_m_s());
+  encode(from.velocityDeviation_m_s, *to.mutable_velocity_deviation_m_s());
+}
+
+}  // namespace
+
+const v1::Contacts& Follower::take(const Field& field, std::string_view bytes) {
+  field_.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));  // it was decoded before
+  message_.mutable_header()->Swap(field_.mutable_header());
+  arrived_ns_ = field.header.arrived_ns;
+  observe(field, observed_);
+  return fill(tracker_.update(observed_), field.valid, field.header.receivedReal_ns);
+}
+
+const v1::Contacts& Follower::wait(std::int64_t now_ns) {
+  touch::Field none;
+  none.time_ns = observed_.time_ns + (now_ns - arrived_ns_);  // on the clock of fields, which may be another host's
+  return fill(tracker_.update(none), false, options_.realClock());
+}
+
+const v1::Contacts& Follower::endAll() {
+  return fill(tracker_.endAll(), false, options_.realClock());
+}
+
+const v1::Contacts& Follower::fill(const std::vector<touch::Contact>& contacts, bool valid, std::int64_t real_ns) {
+  message_.set_timestamp(1e-9 * static_cast<double>(real_ns));
+  message_.set_run(options_.run.data(), options_.run.size());
+  message_.set_valid(valid);
+  message_.clear_contacts();
+  for (const touch::Contact& contact : contacts) encode(contact, *message_.add_contacts());
+  hasContacts_ = std::any_of(contacts.begin(), contacts.end(),
+                             [](const touch::Contact& each) { return each.phase != touch::Phase::kEnd; });
+  message_.mutable_header()->set_sequence(++sequence_);
+  message_.mutable_header()->set_sent_ns(options_.monotonicClock());
+  return message_;
+}
+
+}  // namespace traction::contacts

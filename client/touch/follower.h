@@ -1,0 +1,58 @@
+// Makes the messages of contacts of the messages of fields.
+#pragma once
+
+#include "base/clock.h"
+#include "touch/contact_tracker.h"
+#include "traction/messages.h"
+#include "traction/v1/contacts.pb.h"
+#include "traction/v1/field.pb.h"
+
+#include <cstdint>
+#include <string_view>
+
+namespace traction::contacts {
+
+/// Follows the contacts of one sensor. Thread-bound.
+class Follower {
+ public:
+  struct Options {
+    Id run{};                                                   ///< of the messages
+    std::int64_t (*monotonicClock)() = tractiond::monotonicNow;  ///< [ns], of Header::sent_ns
+    std::int64_t (*realClock)() = tractiond::realNow;            ///< [ns], of messages without a field
+  };
+  /// Time without a field after which contacts end [ns]: that after which they end without being seen.
+  static constexpr std::int64_t kSilence_ns = 100'000'000;
+
+  explicit Follower(const Options& options)
+      : options_(options) {}
+
+  // The messages that these return are valid until the next call.
+
+  /// Returns the contacts of a field. \param field with Header::arrived_ns \param bytes of its message, of which the
+  /// header is copied
+  const v1::Contacts& take(const Field& field, std::string_view bytes);
+
+  /// Returns whether contacts have begun and not ended.
+  bool hasContacts() const { return hasContacts_; }
+  /// Returns when the last field arrived [ns]; 0: none did.
+  std::int64_t arrived_ns() const { return arrived_ns_; }
+  /// Returns the contacts where no field has come since: unknown, and ended after kSilence_ns. A field must have been
+  /// taken. \param now_ns on the clock of Header::arrived_ns
+  const v1::Contacts& wait(std::int64_t now_ns);
+  /// Returns the ends of all contacts. A field must have been taken.
+  const v1::Contacts& endAll();
+
+ private:
+  const v1::Contacts& fill(const std::vector<touch::Contact>& contacts, bool valid, std::int64_t real_ns);
+
+  Options options_;
+  touch::ContactTracker tracker_;
+  touch::Field observed_;     ///< of the last field
+  v1::Field field_;           ///< the last field
+  v1::Contacts message_;
+  std::int64_t arrived_ns_ = 0;
+  std::uint64_t sequence_ = 0;
+  bool hasContacts_ = false;
+};
+
+}  // namespace traction::contacts

@@ -1,0 +1,267 @@
+// Fields in, contacts out, and what arrives of them at a subscriber.
+#include "client/src/paired_contacts.h"
+#include "client/touch/follower.h"
+#include "client/touch/publisher.h"
+#include "tests/support/deadline.h"
+#include "tests/support/seed.h"
+#include "traction/subscriber.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <optional>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace traction::contacts {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::int64_t kInterval_ns = 16'666'667;
+std::int64_t clock_ns = 0;  // NOLINT: the clock of a program is one, too
+
+Id idOf(std::uint8_t byte) {
+  Id id{};
+  id[0] = byte;
+  return id;
+}
+
+/// A sensor with its daemon: the field of each of its frames, as the client library returns it, and as it was sent.
+struct Sensor {
+  Field field;
+  std::string bytes;
+
+  Sensor() {
+    field.valid = true;
+    field.header.sensor = "gel";
+    field.header.boot = idOf(1);
+    field.header.captured_ns = 5'000'000'000;
+  }
+  void press(double x_m, double normal_N = 2.0) {
+    field.contacts.push_back({{x_m, 0.0}, {2e-5, 2e-5}, {0.0, 0.0, normal_N}, {0.01, 0.01, 0.01}, 5e-5, 1e-6});
+  }
+  void nextFrame() {
+    field.header.captured_ns += kInterval_ns;
+    field.header.received_ns = field.header.captured_ns + 5'000'000;
+    field.header.arrived_ns = clock_ns += kInterval_ns;
+    ++field.header.frameNumber;
+    v1::Field message;
+    message.mutable_header()->set_sensor(field.header.sensor);
+    message.mutable_header()->set_frame_number(field.header.frameNumber);
+    message.mutable_header()->set_sequence(1000 + field.header.frameNumber);
+    message.SerializeToString(&bytes);
+  }
+};
+
+v1::Contacts taken(Follower& follower, Sensor& sensor) {
+  sensor.nextFrame();
+  return follower.take(sensor.field, sensor.bytes);
+}
+
+Follower follower(std::uint8_t run = 7) {
+  return Follower({.run = idOf(run), .monotonicClock = [] { return clock_ns; }, .realClock = [] { return clock_ns; }});
+}
+
+TEST(Follower, GivesAPressOneIdFromItsBeginToItsEnd) {
+  Sensor sensor;
+  Follower follower = contacts::follower();
+  EXPECT_EQ(taken(follower, sensor).contacts_size(), 0);
+  sensor.press(0.004);
+  const v1::Contacts begin = taken(follower, sensor);
+  ASSERT_EQ(begin.contacts_size(), 1);
+  EXPECT_EQ(begin.contacts(0).phase(), v1::CONTACT_PHASE_BEGIN);
+  EXPECT_EQ(begin.contacts(0).position_m().x(), 0.004);
+  EXPECT_EQ(begin.contacts(0).force_n().z(), 2.0);
+  EXPECT_EQ(begin.contacts(0).begun_ns(), sensor.field.header.captured_ns);
+  EXPECT_EQ(begin.header().sensor(), "gel");
+  EXPECT_EQ(begin.header().frame_number(), sensor.field.header.frameNumber);
+  EXPECT_EQ(begin.header().sequence(), 2U) << "of this topic";
+  EXPECT_EQ(begin.run().size(), 16U);
+  sensor.field.header.flags = kTorn;
+  const v1::Contacts move = taken(follower, sensor);
+  EXPECT_EQ(move.contacts(0).phase(), v1::CONTACT_PHASE_MOVE);
+  EXPECT_TRUE(move.contacts(0).doubted());
+  sensor.field.contacts.clear();
+  v1::Contacts end;
+  for (int frame = 0; frame < 6; ++frame) end = taken(follower, sensor);
+  ASSERT_EQ(end.contacts_size(), 1);
+  EXPECT_EQ(end.contacts(0).phase(), v1::CONTACT_PHASE_END);
+  EXPECT_EQ(end.contacts(0).id(), begin.contacts(0).id());
+  EXPECT_FALSE(follower.hasContacts());
+}
+
+TEST(Follower, EndsContactsWhereNoFieldComesOrAnotherZeroHolds) {
+  Sensor sensor;
+  sensor.press(0.0);
+  Follower follower = contacts::follower();
+  taken(follower, sensor);
+  EXPECT_EQ(follower.wait(clock_ns + 50'000'000).contacts(0).phase(), v1::CONTACT_PHASE_UNKNOWN);
+  EXPECT_EQ(taken(follower, sensor).contacts(0).phase(), v1::CONTACT_PHASE_MOVE);
+  const v1::Contacts silent = follower.wait(clock_ns + Follower::kSilence_ns + 1000);
+  EXPECT_FALSE(silent.valid());
+  EXPECT_EQ(silent.contacts(0).phase(), v1::CONTACT_PHASE_END);
+  EXPECT_FALSE(follower.hasContacts());
+
+  EXPECT_EQ(taken(follower, sensor).contacts(0).id(), 2U);
+  sensor.field.header.zero = idOf(9);
+  const v1::Contacts other = taken(follower, sensor);
+  ASSERT_EQ(other.contacts_size(), 2);
+  EXPECT_EQ(other.contacts(0).phase(), v1::CONTACT_PHASE_END);
+  EXPECT_EQ(other.contacts(1).phase(), v1::CONTACT_PHASE_BEGIN);
+  EXPECT_EQ(other.contacts(1).id(), 3U);
+  EXPECT_EQ(follower.endAll().contacts(0).phase(), v1::CONTACT_PHASE_END);
+}
+
+/// A message as the client library decodes it, as far as pairing reads it.
+Contacts received(const v1::Contacts& sent) {
+  Contacts contacts;
+  std::copy(sent.run().begin(), sent.run().end(), contacts.run.begin());
+  for (const v1::TrackedContact& each : sent.contacts()) {
+    contacts.contacts.emplace_back().id = each.id();
+    contacts.contacts.back().phase = static_cast<ContactPhase>(each.phase());
+  }
+  return contacts;
+}
+
+/// Checks that begins and ends pair.
+struct Auditor {
+  std::map<std::uint64_t, Id> runs;  ///< id -> run of those that are open
+  std::size_t begun = 0;
+
+  void check(const Contacts& contacts) {
+    for (const TrackedContact& each : contacts.contacts) {
+      const auto run = runs.find(each.id);
+      if (each.phase == ContactPhase::kBegin) {
+        ASSERT_EQ(run, runs.end()) << "begins again";
+        runs[each.id] = contacts.run;
+        ++begun;
+        continue;
+      }
+      ASSERT_NE(run, runs.end()) << "without begin";
+      if (each.phase == ContactPhase::kEnd) {
+        runs.erase(run);
+      } else {
+        ASSERT_EQ(run->second, contacts.run) << "goes on in another run";
+      }
+    }
+    ASSERT_EQ(runs.size(),
+              std::count_if(contacts.contacts.begin(), contacts.contacts.end(),
+                            [](const TrackedContact& each) { return each.phase != ContactPhase::kEnd; }))
+        << "a contact is not reported";
+  }
+};
+
+TEST(PairedContacts, EndOnceWhateverIsLost) {
+  std::size_t begun = 0;
+  for (std::uint32_t sequence = 0; sequence < 20'000; ++sequence) {
+    SCOPED_TRACE(sequence);
+    std::seed_seq seeds{tractiond::test::seed(), sequence};
+    std::mt19937 random(seeds);
+    const auto chance = [&](double share) { return static_cast<double>(random()) < share * 4294967296.0; };
+    Sensor sensor;
+    auto follower = std::make_unique<Follower>(contacts::follower(1));
+    PairedContacts paired;
+    Auditor auditor;
+    bool hears = chance(0.5);  // else it comes late
+    for (int frame = 0; frame < 40; ++frame) {
+      sensor.field.contacts.clear();
+      for (int place = 0; place < 3; ++place) {
+        if (chance(0.6)) sensor.press(0.02 * place);
+      }
+      sensor.field.valid = !chance(0.1);
+      if (chance(0.02)) sensor.field.header.boot = idOf(static_cast<std::uint8_t>(random()));
+      if (chance(0.05)) {  // killed; it may find no field for a while
+        follower = std::make_unique<Follower>(contacts::follower(static_cast<std::uint8_t>(random() % 200)));
+      }
+      Contacts next = received(taken(*follower, sensor));
+      if (chance(0.03)) next = received(follower->wait(clock_ns + Follower::kSilence_ns + 1000));
+      if (chance(0.03)) next = received(follower->endAll());
+      if (chance(0.1)) hears = !hears;
+      if (!hears) continue;
+      paired.complete(next);
+      auditor.check(next);
+      if (chance(0.03)) auditor.check(paired.endAll());
+      if (HasFatalFailure()) return;
+    }
+    auditor.check(paired.endAll());
+    ASSERT_TRUE(auditor.runs.empty());
+    ASSERT_FALSE(paired.areOpen());
+    begun += auditor.begun;
+  }
+  EXPECT_GT(begun, 100'000U);
+}
+
+/// A publisher of contacts, and a subscriber whose time is this file's.
+class SubscriberContacts : public testing::Test {
+ protected:
+  void open() {
+    auto opened = Publisher::open({"tcp://127.0.0.1:*"});
+    ASSERT_TRUE(opened) << opened.error().message();
+    publisher_ = *std::move(opened);
+    SubscriberOptions options;
+    options.endpoint = publisher_->endpoints().front();
+    options.topics = kContacts;
+    options.monotonicClock = [] { return clock_ns; };
+    subscriber_.emplace(options);
+  }
+
+  /// Sends contacts of pressed fields until some arrive.
+  Contacts await(Follower& follower) {
+    std::optional<Message> message;
+    EXPECT_TRUE(tractiond::test::eventually([&] {
+      publisher_->send(taken(follower, sensor_));
+      message = subscriber_->receive(20ms);
+      return message.has_value();
+    }));
+    return std::get<Contacts>(message.value());
+  }
+
+  Sensor sensor_;
+  std::unique_ptr<Publisher> publisher_;
+  std::optional<Subscriber> subscriber_;
+};
+
+TEST_F(SubscriberContacts, EndAfterASilence) {
+  ASSERT_NO_FATAL_FAILURE(open());
+  Follower follower = contacts::follower();
+  sensor_.press(0.01);
+  const Contacts first = await(follower);
+  ASSERT_EQ(first.contacts.size(), 1U);
+  EXPECT_EQ(first.contacts[0].phase, ContactPhase::kBegin) << "also where it came late";
+  publisher_.reset();  // what is on its way arrives before
+  while (subscriber_->receive(50ms)) {
+  }
+  clock_ns += 2'000'000'000;
+  const auto message = subscriber_->receive(0ms);
+  ASSERT_TRUE(message);
+  const Contacts& ends = std::get<Contacts>(*message);
+  ASSERT_EQ(ends.contacts.size(), 1U);
+  EXPECT_EQ(ends.contacts[0].phase, ContactPhase::kEnd);
+  EXPECT_EQ(ends.contacts[0].id, first.contacts[0].id);
+  EXPECT_EQ(ends.run, first.run);
+  EXPECT_EQ(ends.header.sensor, "gel");
+  EXPECT_FALSE(ends.valid);
+  EXPECT_TRUE(subscriber_->raw().topic.empty());
+  EXPECT_FALSE(subscriber_->receive(0ms));
+}
+
+TEST_F(SubscriberContacts, ThatWaitedAreNoSilence) {
+  ASSERT_NO_FATAL_FAILURE(open());
+  Follower follower = contacts::follower();
+  sensor_.press(0.01);
+  await(follower);
+  EXPECT_TRUE(tractiond::test::eventually([&] {
+    publisher_->send(taken(follower, sensor_));
+    clock_ns += 10'000'000'000;  // the reader was busy; an end comes where the message has not arrived yet
+    const auto message = subscriber_->receive(1ms);
+    return message && std::get<Contacts>(*message).contacts.at(0).phase == ContactPhase::kMove;
+  }));
+}
+
+}  // namespace
+}  // namespace traction::contacts
