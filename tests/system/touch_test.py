@@ -1,16 +1,15 @@
 """traction-touch beside twin, daemon and clients: contacts begin, last and end, also when something of these is stopped."""
 
 import collections
+import pathlib
 import signal
 import sys
 import time
 import unittest
 
-import rig
-import suite
-
-sys.path.insert(0, str(rig.SOURCE / "client/python"))
-
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "client" / "python"))
+import rig  # noqa: E402
+import suite  # noqa: E402
 import traction  # noqa: E402
 from traction import ContactPhase  # noqa: E402
 
