@@ -27,8 +27,9 @@ class Install(unittest.TestCase):
 
     def test_everything_is_where_it_is_looked_for(self):
         files = self.files()
-        for wanted in ("bin/tractiond", "bin/tractionctl", "bin/traction-twin", "bin/traction-gateway",
+        for wanted in ("bin/tractiond", "bin/tractionctl", "bin/traction-twin", "bin/traction-gateway", "bin/traction-touch",
                        "lib/systemd/system/tractiond@.service", "lib/systemd/system/traction-gateway@.service",
+                       "lib/systemd/system/traction-touch@.service",
                        "lib/systemd/system/traction-metrics.socket", "lib/systemd/system/traction-metrics@.service",
                        "share/tractiond/prometheus/alerts.yml", "share/tractiond/grafana/tractiond.json", "share/man/man8/tractiond.8",
                        "share/man/man1/tractionctl.1", "share/man/man5/tractiond.toml.5",
