@@ -25,6 +25,12 @@ void watch(const SubscriberOptions& options, double seconds);
 /// Topics, instead of `options.topics` \throws Error kNoAnswer if no publisher is found in the first 3 s
 void echo(const SubscriberOptions& options, unsigned topics, long count);
 
+/// Prints a line for each contact that begins or ends, and one per second for each that lasts. Starts a traction-touch
+/// for the instance if none answers within half a second and `options.endpoint` is empty, and ends it. Returns after
+/// `seconds`, or on a signal. Reports on standard error what Notes reports. \throws Error kNoAnswer if no publisher is
+/// found in the first 3 s, or none can be started
+void touch(const SubscriberOptions& options, double seconds);
+
 /// The daemon runs but cannot publish fields: it has no camera or no gel file.
 class NoField : public std::runtime_error {
  public:

@@ -25,7 +25,8 @@ void echo(const SubscriberOptions& options, unsigned topics, long count) {
   Notes notes(subscriber,
               options.mode == Mode::kLatest ? "is it the endpoint 'stream' instead of 'latest'?"
                                             : "see tractionctl status",
-              "standard output is read too slowly, or this machine is too busy");
+              "standard output is read too slowly, or this machine is too busy",
+              topics == kContacts && options.endpoint.empty() ? "traction-touch" : "tractiond");
   Count printed = 0, unprinted = 0;
   const auto account = [&] {
     std::string text = std::to_string(printed) + " messages printed";

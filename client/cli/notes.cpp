@@ -22,22 +22,23 @@ const Header& headerOf(const Message& message) {
   return std::visit([](const auto& any) -> const Header& { return any.header; }, message);
 }
 
-Error noPublisher(const std::string& endpoints) {
-  return {ErrorCode::kNoAnswer, "no publisher at " + endpoints + "; is tractiond running?"};
+Error noPublisher(const std::string& endpoints, const std::string& program) {
+  return {ErrorCode::kNoAnswer, "no publisher at " + endpoints + "; is " + program + " running?"};
 }
 
-Notes::Notes(const Subscriber& subscriber, std::string onSilence, std::string onLoss)
+Notes::Notes(const Subscriber& subscriber, std::string onSilence, std::string onLoss, std::string program)
     : subscriber_(subscriber)
     , onSilence_(std::move(onSilence))
-    , onLoss_(std::move(onLoss)) {}
+    , onLoss_(std::move(onLoss))
+    , program_(std::move(program)) {}
 
 void Notes::noteConnection(bool isConnected, Clock::time_point now) {
   const bool late = now - start_ >= kPatience;
   if (!wasConnected_ && !isConnected && late) {
-    throw noPublisher(subscriber_.endpoint());
+    throw noPublisher(subscriber_.endpoint(), program_);
   }
   if (wasConnected_ && isConnected != isConnected_)
-    say(isConnected ? "tractiond is back" : "tractiond is gone; waiting for it");
+    say(program_ + (isConnected ? " is back" : " is gone; waiting for it"));
   isConnected_ = isConnected;
   wasConnected_ = wasConnected_ || isConnected;
   if (isConnected && late && !heard_) {

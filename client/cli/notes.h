@@ -14,18 +14,19 @@ namespace traction::cli {
 /// Returns the header of a message of any type; it refers to the message.
 const Header& headerOf(const Message& message);
 
-/// Returns, but does not throw, the error kNoAnswer that no publisher was found. \param endpoints for the message
-Error noPublisher(const std::string& endpoints);
+/// Returns, but does not throw, the error kNoAnswer that no publisher was found. \param endpoints and \param program for
+/// the message
+Error noPublisher(const std::string& endpoints, const std::string& program = "tractiond");
 
 /// Reports connection, restarts, silence and losses of one subscriber. Not thread-safe.
 class Notes {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// The 3 s of noteConnection() begin. \param subscriber must outlive the object \param onSilence likely cause if a
+  /// The 3 s of noteConnection() begin. \param program that publishes. \param subscriber must outlive the object \param onSilence likely cause if a
   /// publisher sends nothing in these 3 s \param onLoss likely cause of losses; both are parts of sentences for the
   /// operator
-  Notes(const Subscriber& subscriber, std::string onSilence, std::string onLoss);
+  Notes(const Subscriber& subscriber, std::string onSilence, std::string onLoss, std::string program = "tractiond");
 
   /// Prints on standard error that the connection is lost or back, that no message has come in the first 3 s although a
   /// publisher is connected (once), and losses, at most once per second. Must be called in every turn of the receiving
@@ -39,7 +40,7 @@ class Notes {
   void noteLosses(Clock::time_point now);
 
   const Subscriber& subscriber_;
-  std::string onSilence_, onLoss_;
+  std::string onSilence_, onLoss_, program_;
   bool isConnected_ = false, wasConnected_ = false, heard_ = false;
   bool toldNoGel_ = false;  ///< since the last restart of the daemon
   std::optional<Id> boot_;

@@ -54,6 +54,7 @@ class Commands {
 // does. Called once each, before the command line is parsed.
 void addWatch(Commands& commands);       ///< shows the forces live
 void addTop(Commands& commands);         ///< shows the state of instruments live
+void addTouch(Commands& commands);       ///< prints contacts as they begin, last and end
 void addEcho(Commands& commands);        ///< prints messages as JSON, one per line
 void addStatus(Commands& commands);      ///< prints the daemon's state and the ledger
 void addMetrics(Commands& commands);     ///< prints the state of daemons in Prometheus's format

@@ -1,4 +1,4 @@
-// watch, top and echo: what is received as it is published.
+// watch, top, touch and echo: what is received as it is published.
 
 #include "client/cli/commands.h"
 #include "client/cli/top.h"
@@ -53,6 +53,15 @@ void addTop(Commands& commands) {
       ->type_name("ENDPOINT");
   command.add_flag("--once", options->once, "prints all numbers once, and ends");
   addSeconds(command, options->seconds);
+}
+
+void addTouch(Commands& commands) {
+  const auto seconds = std::make_shared<double>(kForever);
+  addSeconds(commands.add("touch",
+                          "Prints contacts as they begin, last and end, each with its id; starts traction-touch if it "
+                          "does not run",
+                          [seconds](const Target& target) { return touch(target.subscription(), *seconds), EX_OK; }),
+             *seconds);
 }
 
 void addEcho(Commands& commands) {

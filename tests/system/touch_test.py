@@ -94,6 +94,27 @@ class Touch(unittest.TestCase):
         account.until(lambda message: message.run != run and is_pressed(message))
         self.assertFalse([key for key in account.open if key[0] == run])
 
+    def test_tractionctl_finds_it_or_starts_it(self):
+        self.bench.twin("hold")
+        daemon = self.bench.daemon()
+        session = self.bench.folder / "session"
+        (session / "tractiond").mkdir(parents=True)
+        (session / "tractiond" / "default").symlink_to(self.bench.folder / "default" / "run")
+        session = {"XDG_RUNTIME_DIR": str(session)}
+        alone = self.bench.start(rig.BIN / "tractionctl", "touch", env=session)
+        alone.wait_for("traction-touch: listening at ipc://.*/session/traction-touch/default/stream")
+        alone.wait_for(r"^contact \d+ .* begins +at .* radius")
+        beside = self.bench.start(rig.BIN / "tractionctl", "touch", env=session)
+        beside.wait_for(r"^contact \d+ .* begins +at ")
+        beside.wait_for(r"^contact \d+ .* lasts ")
+        self.assertNotIn("listening", beside.output())
+        echo = self.bench.start(rig.BIN / "tractionctl", "echo", "--topic", "contacts", env=session)
+        echo.wait_for('"topic":"contacts".*"phase":"begin"')
+        alone.stop()  # and its traction-touch with it
+        for each in (beside, echo):
+            each.wait_for(r"contact \d+ .* ends|\"phase\":\"end\"")
+        self.assertEqual(daemon.stop(), 0, daemon.output())
+
     def test_a_second_one_of_the_same_instance_is_refused(self):
         self.bench.twin("idle", ready=False)
         daemon = self.bench.daemon(ready=False)

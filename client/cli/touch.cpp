@@ -1,0 +1,132 @@
+#include "client/cli/commands.h"
+#include "client/cli/notes.h"
+#include "client/cli/output.h"
+#include "client/cli/terminal.h"
+#include "proto/traction/v1/endpoints.h"
+
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <sysexits.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace traction::cli {
+
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kTurn = 100ms;
+constexpr auto kAnswer = 500ms;  ///< until a traction-touch that runs is connected
+
+/// A traction-touch that this process has started. Its log goes to standard error.
+class OwnTouch {
+ public:
+  /// Takes the program beside this one, else that of PATH. It ends with this process, too. \throws Error kNoAnswer
+  OwnTouch(const std::string& instance, const std::filesystem::path& runtime) {
+    std::error_code none;
+    const auto beside = std::filesystem::read_symlink("/proc/self/exe", none).parent_path() / "traction-touch";
+    const std::string program = std::filesystem::exists(beside, none) ? beside.string() : "traction-touch";
+    child_ = fork();
+    if (child_ < 0) throw Error(ErrorCode::kNoAnswer, "no process can be started for traction-touch");
+    if (child_ > 0) return;
+    // Only what is safe while other threads of the parent may hold locks.
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    dup2(STDERR_FILENO, STDOUT_FILENO);
+    execlp(program.c_str(), program.c_str(), "--instance", instance.c_str(), "--runtime", runtime.c_str(), nullptr);
+    constexpr std::string_view kMissing = "tractionctl: traction-touch cannot be started; is it installed?\n";
+    if (write(STDERR_FILENO, kMissing.data(), kMissing.size()) < 0) _exit(EX_OSERR);
+    _exit(EX_UNAVAILABLE);
+  }
+  ~OwnTouch() {
+    kill(child_, SIGTERM);
+    waitpid(child_, nullptr, 0);
+  }
+  OwnTouch(const OwnTouch&) = delete;
+  OwnTouch& operator=(const OwnTouch&) = delete;
+
+ private:
+  pid_t child_ = 0;
+};
+
+std::string formatted(const char* format, double a, double b = 0.0, double c = 0.0) {
+  std::array<char, 100> text{};
+  std::snprintf(text.data(), text.size(), format, a, b, c);
+  return text.data();
+}
+
+/// Returns one line about a contact: its id, what it does, its age, and what is known of it.
+std::string lineOf(const TrackedContact& contact) {
+  constexpr std::array kWords = {"?", "begins", "lasts", "absent", "unknown", "ends"};
+  std::string line = "contact " + std::to_string(contact.id);
+  line.resize(std::max<std::size_t>(line.size(), 12), ' ');
+  line += formatted(" %6.1f s  ", 1e-9 * static_cast<double>(contact.seen_ns - contact.begun_ns));
+  line += kWords.at(static_cast<std::size_t>(contact.phase));
+  line.resize(std::max<std::size_t>(line.size(), 30), ' ');
+  line += formatted("  at %+6.2f %+6.2f mm", 1e3 * contact.position_m[0], 1e3 * contact.position_m[1]);
+  if (contact.phase == ContactPhase::kBegin || contact.phase == ContactPhase::kMove) {
+    const Vector3& force = contact.force_N;
+    line += formatted("  shear %.3f N  normal %+.3f N (deviation %.3f)", std::hypot(force[0], force[1]), force[2],
+                      contact.forceDeviation_N[2]);
+    line += formatted("  radius %.1f mm  speed %.1f mm/s", 1e3 * contact.radius_m,
+                      1e3 * std::hypot(contact.velocity_m_s[0], contact.velocity_m_s[1]));
+  }
+  if (contact.doubted) line += "  doubted";
+  return line;
+}
+
+}  // namespace
+
+void touch(const SubscriberOptions& options, double seconds) {
+  SubscriberOptions wanted = options;
+  wanted.topics = kContacts;
+  rememberSignals();
+  std::optional<OwnTouch> own;
+  Subscriber subscriber(wanted);
+  std::optional<Message> message;
+  if (options.endpoint.empty()) {
+    const Clock::time_point end = Clock::now() + kAnswer;
+    while (!message && !subscriber.isConnected() && Clock::now() < end && !stopRequested())
+      message = subscriber.receive(10ms);
+    if (!subscriber.isConnected()) {
+      const auto runtime = runtimeDirectories(options.instance, kTouch).front();  // where this user's clients look first
+      own.emplace(options.instance, runtime);
+      wanted.endpoint = ipcEndpoints(runtime).stream;
+      subscriber = Subscriber(wanted);
+    }
+  }
+  Notes notes(subscriber, "see tractionctl status", "standard output is read too slowly, or this machine is too busy",
+              options.endpoint.empty() ? "traction-touch" : "tractiond");
+  const Clock::time_point start = Clock::now();
+  std::map<std::uint64_t, Clock::time_point> printed;  // id -> when
+  for (; !stopRequested() && std::chrono::duration<double>(Clock::now() - start).count() < seconds; message.reset()) {
+    if (!message) message = subscriber.receive(kTurn);
+    const Clock::time_point now = Clock::now();
+    if (message) notes.hear(*message, now);
+    notes.noteConnection(subscriber.isConnected(), now);
+    expectReader();
+    if (!message) continue;
+    for (const TrackedContact& contact : std::get<Contacts>(*message).contacts) {
+      const bool isChange = contact.phase == ContactPhase::kBegin || contact.phase == ContactPhase::kEnd;
+      if (!isChange && now - printed[contact.id] < 1s) continue;
+      printed[contact.id] = now;
+      if (contact.phase == ContactPhase::kEnd) printed.erase(contact.id);
+      if (!printLine(lineOf(contact))) return;
+    }
+  }
+}
+
+}  // namespace traction::cli
