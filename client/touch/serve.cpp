@@ -5,6 +5,7 @@
 #include "base/service/log.h"
 #include "base/service/own_directory.h"
 #include "base/service/service.h"
+#include "base/service/time_slice.h"
 #include "client/touch/follower.h"
 #include "client/touch/publisher.h"
 #include "proto/traction/v1/endpoints.h"
@@ -125,6 +126,7 @@ int failed(const tractiond::Error& error) {
 
 int serve(const Arguments& arguments) {
   tractiond::catchSignals();
+  tractiond::shortenTimeSlice(0);  // and ZeroMQ's threads, which start later: a field waits for none that computes
   if (const auto raised = tractiond::raiseDescriptorLimit(); !raised) return failed(raised.error());
   const std::string& instance = arguments.source.instance;
   const auto runtime = std::filesystem::absolute(

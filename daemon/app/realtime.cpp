@@ -1,5 +1,6 @@
 #include "daemon/app/realtime.h"
 
+#include "base/service/time_slice.h"
 #include "traction/v1/status.pb.h"
 
 #include <dirent.h>
@@ -7,7 +8,6 @@
 #include <spdlog/spdlog.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -48,27 +48,6 @@ std::string_view nameOf(int threadId, std::array<char, 32>& room) {
   std::snprintf(path.data(), path.size(), "/proc/self/task/%d/comm", threadId);
   const std::size_t size = readFile(path.data(), room.data(), room.size());
   return {room.data(), size > 0 && room[size - 1] == '\n' ? size - 1 : size};
-}
-
-/// As in sched_setattr(2), which not all versions of the C library declare.
-struct Attributes {
-  std::uint32_t size = sizeof(Attributes), policy = 0;
-  std::uint64_t flags = 0;
-  std::int32_t nice = 0;
-  std::uint32_t priority = 0;
-  std::uint64_t runtime_ns = 0, deadline_ns = 0, period_ns = 0;
-};
-
-/// Requests the kernel's shortest time slice for a thread of the default scheduling: when it is woken, it runs before
-/// threads with a longer one, its share of the processor being as before. Without it a frame waits for what runs on
-/// all processors, among it the thread that makes models. From Linux 6.12 on; others ignore it.
-void shortenSlice(int threadId) {
-  constexpr std::uint64_t kSlice_ns = 100'000;
-  Attributes attributes;  // with the nice value, which is to stay
-  if (syscall(SYS_sched_getattr, threadId, &attributes, sizeof attributes, 0) != 0) return;
-  if (attributes.policy != SCHED_OTHER) return;
-  attributes.runtime_ns = kSlice_ns;
-  syscall(SYS_sched_setattr, threadId, &attributes, 0);
 }
 
 }  // namespace
@@ -159,7 +138,7 @@ void Realtime::include(int threadId, int priority) {
     // Threads that it starts get the default scheduling.
     if (sched_setscheduler(threadId, SCHED_FIFO | SCHED_RESET_ON_FORK, &param) != 0) priorityError_ = errno;
   } else {
-    shortenSlice(threadId);
+    shortenTimeSlice(threadId);
   }
   const auto free = std::ranges::find(threads_, 0, &Thread::id);
   if (free == threads_.end()) return;  // it is scheduled, but not listed
