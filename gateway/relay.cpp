@@ -1,6 +1,7 @@
 #include "gateway/relay.h"
 
 #include "base/counter.h"
+#include "base/directory.h"
 #include "base/network/socket.h"
 #include "gateway/keys.h"
 #include "gateway/messages.h"
@@ -52,6 +53,8 @@ struct Relay::Impl {
     latest.connect(endpoints.latest);
     latest.set(zmq::sockopt::subscribe, kFieldBegins);
     stream.connect(endpoints.stream);
+    const std::filesystem::path touch = traction::touchDirectoryBeside(instrument);
+    if (!touch.empty() && !canOthersControl(touch)) stream.connect(traction::ipcEndpoints(touch).stream);
     stream.set(zmq::sockopt::subscribe, traction::kTopicRoot);
     // A request that is sent while no instrument runs must not be carried out when one starts.
     control.set(zmq::sockopt::immediate, true);

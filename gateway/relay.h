@@ -1,5 +1,5 @@
-// Relays between one instrument, a tractiond on this host, and peers on the network: published messages outwards,
-// requests inwards.
+// Relays between one instrument, a tractiond on this host with the traction-touch beside it, and peers on the network:
+// published messages outwards, requests inwards.
 #pragma once
 
 #include "base/clock.h"

@@ -87,4 +87,12 @@ inline std::vector<std::filesystem::path> runtimeDirectories(const std::string& 
   return {own / instance, std::filesystem::path("/run") / name / instance};
 }
 
+/// Returns the runtime directory of the traction-touch beside a tractiond with this one: /run/traction-touch/INSTANCE for
+/// /run/tractiond/INSTANCE. Empty: the directory is not one of runtimeDirectories(). Does not access the disk.
+inline std::filesystem::path touchDirectoryBeside(const std::filesystem::path& runtimeDirectory) {
+  const std::filesystem::path program = runtimeDirectory.parent_path();
+  return program.filename() == kDaemon ? program.parent_path() / kTouch / runtimeDirectory.filename()
+                                       : std::filesystem::path();
+}
+
 }  // namespace traction

@@ -29,6 +29,7 @@ class RelayTest : public testing::Test {
  protected:
   RelayTest() {
     time_ns = 100 * kSecond_ns;
+    std::filesystem::create_directories(folder_);
     const traction::Endpoints endpoints = traction::ipcEndpoints(folder_);
     for (zmq::socket_t* socket : {&stream_, &latest_, &control_, &peer_}) socket->set(zmq::sockopt::linger, 0);
     stream_.set(zmq::sockopt::sndhwm, 0);
@@ -150,7 +151,7 @@ class RelayTest : public testing::Test {
   }
 
   const test::TemporaryFolder temporary_;
-  const std::filesystem::path& folder_ = temporary_.path();
+  const std::filesystem::path folder_ = temporary_.path() / "tractiond" / "gel";
   const test::CapturedLog log_;
   int fields_ = 0;
   zmq::context_t context_;
@@ -158,6 +159,24 @@ class RelayTest : public testing::Test {
       control_{context_, zmq::socket_type::router}, peer_{context_, zmq::socket_type::dealer};
   std::unique_ptr<Relay> relay_;
 };
+
+TEST_F(RelayTest, PassesTheContactsOfTheTractionTouchBesideTheInstrument) {
+  const std::filesystem::path beside = temporary_.path() / "traction-touch" / "gel";
+  std::filesystem::create_directories(beside);
+  zmq::socket_t touch(context_, zmq::socket_type::pub);
+  touch.set(zmq::sockopt::linger, 0);
+  touch.bind(traction::ipcEndpoints(beside).stream);
+  zmq::socket_t peer = subscriber();
+  std::vector<std::string> parts;
+  turnUntil([&] {
+    touch.send(zmq::str_buffer("traction/v1/gel/contacts/"), zmq::send_flags::sndmore);
+    touch.send(zmq::str_buffer("contacts"), zmq::send_flags::sndmore);
+    touch.send(zmq::str_buffer("1.0"));
+    parts = take(peer);
+    return !parts.empty();
+  });
+  EXPECT_EQ(parts, (std::vector<std::string>{"traction/v1/gel/contacts/", "contacts", "1.0"}));
+}
 
 TEST_F(RelayTest, RequestsBeyondTheLimitAreRefusedUntilTheSecondIsOver) {
   while (ask() == "no instrument is there; is tractiond running?") time_ns += kSecond_ns;  // not yet
