@@ -43,7 +43,7 @@ fs::path runtimeDirectory(const std::string& instance, std::string_view program)
 }
 
 tl::expected<OwnDirectory, Error> OwnDirectory::claim(const fs::path& path, const std::string& what,
-                                                         const std::string& program) {
+                                                      const std::string& program) {
   std::error_code failure;
   const bool made = fs::create_directories(path, failure);
   if (failure) return unusable(what, path, failure.value());

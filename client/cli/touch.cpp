@@ -36,11 +36,24 @@ constexpr auto kAnswer = 500ms;  ///< until a traction-touch that runs is connec
 class OwnTouch {
  public:
   /// Takes the program beside this one, else that of PATH. It ends with this process, too. \throws Error kNoAnswer
-  OwnTouch(const std::string& instance, const std::filesystem::path& runtime) {
+  OwnTouch(const std::string& instance, const std::filesystem::path& runtime)
+      : OwnTouch(programBeside(), instance, runtime) {}
+  ~OwnTouch() {
+    kill(child_, SIGTERM);
+    waitpid(child_, nullptr, 0);
+  }
+  OwnTouch(const OwnTouch&) = delete;
+  OwnTouch& operator=(const OwnTouch&) = delete;
+
+ private:
+  static std::string programBeside() {
     std::error_code none;
     const auto beside = std::filesystem::read_symlink("/proc/self/exe", none).parent_path() / "traction-touch";
-    const std::string program = std::filesystem::exists(beside, none) ? beside.string() : "traction-touch";
-    child_ = fork();
+    return std::filesystem::exists(beside, none) ? beside.string() : "traction-touch";
+  }
+
+  OwnTouch(const std::string& program, const std::string& instance, const std::filesystem::path& runtime)
+      : child_(fork()) {
     if (child_ < 0) throw Error(ErrorCode::kNoAnswer, "no process can be started for traction-touch");
     if (child_ > 0) return;
     // Only what is safe while other threads of the parent may hold locks.
@@ -51,15 +64,8 @@ class OwnTouch {
     if (write(STDERR_FILENO, kMissing.data(), kMissing.size()) < 0) _exit(EX_OSERR);
     _exit(EX_UNAVAILABLE);
   }
-  ~OwnTouch() {
-    kill(child_, SIGTERM);
-    waitpid(child_, nullptr, 0);
-  }
-  OwnTouch(const OwnTouch&) = delete;
-  OwnTouch& operator=(const OwnTouch&) = delete;
 
- private:
-  pid_t child_ = 0;
+  pid_t child_;
 };
 
 std::string formatted(const char* format, double a, double b = 0.0, double c = 0.0) {
@@ -102,7 +108,8 @@ void touch(const SubscriberOptions& options, double seconds) {
     while (!message && !subscriber.isConnected() && Clock::now() < end && !stopRequested())
       message = subscriber.receive(10ms);
     if (!subscriber.isConnected()) {
-      const auto runtime = runtimeDirectories(options.instance, kTouch).front();  // where this user's clients look first
+      const auto runtime =
+          runtimeDirectories(options.instance, kTouch).front();  // where this user's clients look first
       own.emplace(options.instance, runtime);
       wanted.endpoint = ipcEndpoints(runtime).stream;
       subscriber = Subscriber(wanted);

@@ -24,8 +24,7 @@ auto find(Range& contacts, std::uint64_t id) {
 void PairedContacts::complete(Contacts& contacts) {
   std::vector<TrackedContact> all, open;
   for (const TrackedContact& each : open_.contacts) {
-    const bool goesOn =
-        contacts.run == open_.run && find(contacts.contacts, each.id) != contacts.contacts.end();
+    const bool goesOn = contacts.run == open_.run && find(contacts.contacts, each.id) != contacts.contacts.end();
     if (goesOn) {
       open.push_back(each);
     } else {

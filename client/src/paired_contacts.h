@@ -8,8 +8,9 @@ namespace traction {
 /// The contacts of one topic, as the messages that a subscriber has received leave them. Thread-bound.
 class PairedContacts {
  public:
-  /// Takes the next message, and changes it so that begins and ends pair: adds, first, the ends of those that have begun
-  /// and are of another run or missing in it; lets one that has not begun begin where it is seen; leaves out others.
+  /// Takes the next message, and changes it so that begins and ends pair: adds, first, the ends of those that have
+  /// begun and are of another run or missing in it; lets one that has not begun begin where it is seen; leaves out
+  /// others.
   void complete(Contacts& contacts);
 
   /// Returns a message with the ends of all that have begun; its header is that of the last message.

@@ -364,8 +364,8 @@ struct Subscriber::Impl {
   std::uint64_t lost = 0;
   std::set<std::string> sensors;                             ///< sensors whose previews are subscribed to
   std::map<std::string, std::pair<Id, std::uint64_t>> seen;  ///< topic -> boot id and sequence of its last message
-  std::map<std::string, Touch> touches;  ///< by topic
-  bool isSilent = false;                 ///< next() found contacts of which nothing was heard for kTouchSilence_ns
+  std::map<std::string, Touch> touches;                      ///< by topic
+  bool isSilent = false;  ///< next() found contacts of which nothing was heard for kTouchSilence_ns
   std::array<zmq::message_t, 3> parts;
   std::size_t count = 0;
   zmq::context_t context{1};

@@ -16,7 +16,7 @@ namespace traction::contacts {
 class Follower {
  public:
   struct Options {
-    Id run{};                                                   ///< of the messages
+    Id run{};                                                    ///< of the messages
     std::int64_t (*monotonicClock)() = tractiond::monotonicNow;  ///< [ns], of Header::sent_ns
     std::int64_t (*realClock)() = tractiond::realNow;            ///< [ns], of messages without a field
   };
@@ -47,8 +47,8 @@ class Follower {
 
   Options options_;
   touch::ContactTracker tracker_;
-  touch::Field observed_;     ///< of the last field
-  v1::Field field_;           ///< the last field
+  touch::Field observed_;  ///< of the last field
+  v1::Field field_;        ///< the last field
   v1::Contacts message_;
   std::int64_t arrived_ns_ = 0;
   std::uint64_t sequence_ = 0;

@@ -24,8 +24,8 @@ struct Publisher::Impl {
   ~Impl() { tractiond::network::release(bound); }
 
   /// Drops the message if ZeroMQ has no memory for it.
-  void put(const void* bytes, std::size_t size, int flags) {
-    while (zmq_send(socket.handle(), bytes, size, flags) < 0 && zmq_errno() == EINTR) {
+  void put(const void* part, std::size_t size, int flags) {
+    while (zmq_send(socket.handle(), part, size, flags) < 0 && zmq_errno() == EINTR) {
     }
   }
 

@@ -27,9 +27,9 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr const char* kName = "traction-touch";
-constexpr std::int64_t kTurn_ns = 100'000'000;        ///< longest time between two turns of the service
-constexpr std::int64_t kTell_ns = 1'000'000'000;      ///< between two lines of the log about the same
-constexpr std::int64_t kUnheard_ns = 3'000'000'000;   ///< without a field until the log says so
+constexpr std::int64_t kTurn_ns = 100'000'000;       ///< longest time between two turns of the service
+constexpr std::int64_t kTell_ns = 1'000'000'000;     ///< between two lines of the log about the same
+constexpr std::int64_t kUnheard_ns = 3'000'000'000;  ///< without a field until the log says so
 
 std::string line(const tractiond::Error& error) {
   return tractiond::logLine(kName, spdlog::level::err, error.message());

@@ -77,9 +77,10 @@ void addEcho(Commands& commands) {
     return EX_OK;
   });
   command
-      .add_option("--topic", options->topic,
-                  "topic of the messages; all: each except preview, whose pixels are printed as base64, and contacts, which "
-                  "traction-touch publishes")
+      .add_option(
+          "--topic", options->topic,
+          "topic of the messages; all: each except preview, whose pixels are printed as base64, and contacts, which "
+          "traction-touch publishes")
       ->check(CLI::IsMember(&kTopics))
       ->capture_default_str();
   command.add_option("--count", options->count, "number of messages; without it: until Ctrl-C")

@@ -14,9 +14,9 @@ namespace {
 
 using namespace traction::cli;
 
-constexpr auto kCommands = {addWatch,    addTop,  addTouch,     addEcho,   addStatus, addMetrics,    addSnapshot,
-                            addDescribe, addZero, addCalibrate, addCamera, addKeys,   addRecordings, addDoctor,
-                            addTrigger};
+constexpr auto kCommands = {addWatch,   addTop,      addTouch,      addEcho,   addStatus,
+                            addMetrics, addSnapshot, addDescribe,   addZero,   addCalibrate,
+                            addCamera,  addKeys,     addRecordings, addDoctor, addTrigger};
 
 }  // namespace
 

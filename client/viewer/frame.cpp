@@ -13,7 +13,7 @@ Frame makeFrame(std::string_view topic, std::string_view bytes) {
 
 unsigned kindOf(const Message& message) {
   constexpr std::array<unsigned, 6> kKinds = {kField,  kMarkers, kDescription,
-                                               kStatus, kPreview, kContacts};  // as in Message
+                                              kStatus, kPreview, kContacts};  // as in Message
   return kKinds.at(message.index());
 }
 

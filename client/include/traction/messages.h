@@ -88,8 +88,8 @@ enum class CaptureBound : std::uint8_t {
   kLatest,
 };
 
-/// Metadata of every message. For Field, Markers, Contacts and Preview it describes their own frame; for Description and Status
-/// the frame published last.
+/// Metadata of every message. For Field, Markers, Contacts and Preview it describes their own frame; for Description
+/// and Status the frame published last.
 struct Header {
   /// Number of the message on its topic, from 1 at the daemon's start; a gap counts lost messages.
   std::uint64_t sequence = 0;
@@ -190,8 +190,8 @@ struct Contacts {
   /// As of the field that this was made of, but `sequence` counts these messages from the start of traction-touch, and
   /// `sent_ns` is of this message.
   Header header;
-  Id run{};            ///< new at each start of traction-touch, with which ids begin again
-  bool valid = false;  ///< false: the field is not valid, or none came in time
+  Id run{};                              ///< new at each start of traction-touch, with which ids begin again
+  bool valid = false;                    ///< false: the field is not valid, or none came in time
   std::vector<TrackedContact> contacts;  ///< first those that end here
 };
 

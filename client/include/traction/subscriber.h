@@ -22,8 +22,8 @@ enum Topics : unsigned {
   kMarkers = 2,
   kDescription = 4,
   kStatus = 8,
-  /// All but previews, which the daemon makes only while a client subscribes to them, and contacts, which are of another
-  /// program.
+  /// All but previews, which the daemon makes only while a client subscribes to them, and contacts, which are of
+  /// another program.
   kAllTopics = 15,
   kPreview = 16,
   kContacts = 32,  ///< connects to the instance's traction-touch, too; alone: to nothing else

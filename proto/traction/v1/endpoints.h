@@ -1,5 +1,5 @@
-// Names, topics, endpoints and directories of an instance of tractiond, and of traction-touch, which follows its contacts:
-// the same for the programs and their clients.
+// Names, topics, endpoints and directories of an instance of tractiond, and of traction-touch, which follows its
+// contacts: the same for the programs and their clients.
 #pragma once
 
 #include <unistd.h>
@@ -29,8 +29,8 @@ inline bool isValidName(std::string_view name) {
 inline constexpr std::string_view kTopicRoot = "traction/v1/";
 
 /// Returns the topic "traction/v1/SENSOR/KIND/". `kind` is field, markers, description, status, preview or contacts;
-/// neither argument is checked. Because of the slash at the end no topic is the start of another one, which a subscription
-/// would also receive.
+/// neither argument is checked. Because of the slash at the end no topic is the start of another one, which a
+/// subscription would also receive.
 inline std::string topicOf(std::string_view sensor, std::string_view kind) {
   return std::string(kTopicRoot) + std::string(sensor) + "/" + std::string(kind) + "/";
 }
@@ -87,8 +87,8 @@ inline std::vector<std::filesystem::path> runtimeDirectories(const std::string& 
   return {own / instance, std::filesystem::path("/run") / name / instance};
 }
 
-/// Returns the runtime directory of the traction-touch beside a tractiond with this one: /run/traction-touch/INSTANCE for
-/// /run/tractiond/INSTANCE. Empty: the directory is not one of runtimeDirectories(). Does not access the disk.
+/// Returns the runtime directory of the traction-touch beside a tractiond with this one: /run/traction-touch/INSTANCE
+/// for /run/tractiond/INSTANCE. Empty: the directory is not one of runtimeDirectories(). Does not access the disk.
 inline std::filesystem::path touchDirectoryBeside(const std::filesystem::path& runtimeDirectory) {
   const std::filesystem::path program = runtimeDirectory.parent_path();
   return program.filename() == kDaemon ? program.parent_path() / kTouch / runtimeDirectory.filename()

@@ -149,9 +149,8 @@ struct Auditor {
         ASSERT_EQ(run->second, contacts.run) << "goes on in another run";
       }
     }
-    ASSERT_EQ(runs.size(),
-              std::count_if(contacts.contacts.begin(), contacts.contacts.end(),
-                            [](const TrackedContact& each) { return each.phase != ContactPhase::kEnd; }))
+    ASSERT_EQ(runs.size(), std::count_if(contacts.contacts.begin(), contacts.contacts.end(),
+                                         [](const TrackedContact& each) { return each.phase != ContactPhase::kEnd; }))
         << "a contact is not reported";
   }
 };
