@@ -54,8 +54,8 @@ class Commands {
 // does. Called once each, before the command line is parsed.
 void addWatch(Commands& commands);       ///< shows the forces live
 void addTop(Commands& commands);         ///< shows the state of instruments live
-void addTouch(Commands& commands);       ///< prints contacts as they begin, last and end
 void addEcho(Commands& commands);        ///< prints messages as JSON, one per line
+void addTouch(Commands& commands);       ///< prints contacts as they begin, last and end
 void addStatus(Commands& commands);      ///< prints the daemon's state and the ledger
 void addMetrics(Commands& commands);     ///< prints the state of daemons in Prometheus's format
 void addSnapshot(Commands& commands);    ///< writes the camera's next picture as a PNG file

@@ -14,7 +14,7 @@ namespace {
 
 using namespace traction::cli;
 
-constexpr auto kCommands = {addWatch,   addTop,      addTouch,      addEcho,   addStatus,
+constexpr auto kCommands = {addWatch,   addTop,      addEcho,       addTouch,  addStatus,
                             addMetrics, addSnapshot, addDescribe,   addZero,   addCalibrate,
                             addCamera,  addKeys,     addRecordings, addDoctor, addTrigger};
 
