@@ -75,6 +75,11 @@ void put(Json& json, const Contact& contact) {
   json.key("force_deviation_N").numbers(contact.forceDeviation_N);
   json.key("area_m2").number(contact.area_m2);
   json.key("area_deviation_m2").number(contact.areaDeviation_m2);
+  json.key("moment_Nm").numbers(contact.moment_Nm);
+  json.key("position_z_m").number(contact.positionZ_m);
+  put(json, "force_covariance_N2", contact.forceCovariance_N2);
+  put(json, "moment_covariance_N2m2", contact.momentCovariance_N2m2);
+  put(json, "force_moment_covariance_N2m", contact.forceMomentCovariance_N2m);
   json.close('}');
 }
 

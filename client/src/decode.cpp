@@ -158,7 +158,12 @@ Contact contactOf(const pb::Contact& from) {
           vectorOf(from.force_n()),
           vectorOf(from.force_deviation_n()),
           from.area_m2(),
-          from.area_deviation_m2()};
+          from.area_deviation_m2(),
+          vectorOf(from.moment_nm()),
+          from.position_z_m(),
+          covarianceOf(from.force_covariance_n2()),
+          covarianceOf(from.moment_covariance_n2m2()),
+          covarianceOf(from.force_moment_covariance_n2m())};
 }
 
 /// Returns kNone for a phase of a later version.
@@ -338,13 +343,14 @@ Field decodeField(std::string_view bytes) {
   requireFinite(field.force_N, field.nodeDeviation_N, field.resultant_N, field.moment_Nm, field.centreOfPressure_m,
                 field.residual_px, field.regularisation_px_per_N, field.pictureMotion.shift_px,
                 field.pictureMotion.scale, field.pictureMotion.roll_rad);
-  for (const Covariance* each :
-       {&field.resultantCovariance_N2, &field.momentCovariance_N2m2, &field.resultantMomentCovariance_N2m}) {
-    requireFinite(each->noise, each->systematic);
-  }
+  const auto requireFiniteCovariances = [](const auto&... each) { (requireFinite(each.noise, each.systematic), ...); };
+  requireFiniteCovariances(field.resultantCovariance_N2, field.momentCovariance_N2m2,
+                           field.resultantMomentCovariance_N2m);
   for (const Contact& contact : field.contacts) {
     requireFinite(contact.position_m, contact.positionDeviation_m, contact.force_N, contact.forceDeviation_N,
-                  contact.area_m2, contact.areaDeviation_m2);
+                  contact.area_m2, contact.areaDeviation_m2, contact.moment_Nm, contact.positionZ_m);
+    requireFiniteCovariances(contact.forceCovariance_N2, contact.momentCovariance_N2m2,
+                             contact.forceMomentCovariance_N2m);
   }
   return field;
 }

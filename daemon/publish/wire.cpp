@@ -100,14 +100,15 @@ void set(const sensor::Body& from, pb::Body& to) {
   set(from.markers, *to.mutable_marker_positions_m());
 }
 
-/// The block of the wrench's covariances that begins at (row, column).
-void set(const TractionField& field, int row, int column, pb::Covariance& to) {
+/// The block of a wrench's covariances that begins at (row, column). \param of a field or a contact
+template <typename Wrench>
+void set(const Wrench& of, int row, int column, pb::Covariance& to) {
   to.clear_noise();
   to.clear_systematic();
   for (int i = row; i < row + 3; ++i) {
     for (int j = column; j < column + 3; ++j) {
-      to.add_noise(field.noise[6 * i + j]);
-      to.add_systematic(field.systematic[6 * i + j]);
+      to.add_noise(of.noise[6 * i + j]);
+      to.add_systematic(of.systematic[6 * i + j]);
     }
   }
 }
@@ -119,6 +120,11 @@ void set(const Contact& from, pb::Contact& to) {
   setXyz(from.forceDeviation_N, *to.mutable_force_deviation_n());
   to.set_area_m2(from.area_m2);
   to.set_area_deviation_m2(from.areaDeviation_m2);
+  setXyz(from.moment_Nm, *to.mutable_moment_nm());
+  to.set_position_z_m(from.positionZ_m);
+  set(from, 0, 0, *to.mutable_force_covariance_n2());
+  set(from, 3, 3, *to.mutable_moment_covariance_n2m2());
+  set(from, 0, 3, *to.mutable_force_moment_covariance_n2m());
 }
 
 pb::Method methodOf(Method method) {

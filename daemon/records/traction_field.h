@@ -16,6 +16,10 @@ struct Contact {
   std::array<double, 3> forceDeviation_N{};
   double area_m2 = 0.0;  ///< area of a uniform pressure of the same concentration
   double areaDeviation_m2 = 0.0;
+  double positionZ_m = 0.0;           ///< z of that centre; of a block 0
+  std::array<double, 3> moment_Nm{};  ///< about that centre, (position_m, positionZ_m)
+  WrenchCovariance noise{};           ///< of force_N and moment_Nm: the part that differs from frame to frame
+  WrenchCovariance systematic{};      ///< the part that does not
 };
 inline constexpr int kMaxContacts = 8;  ///< largest number of contacts in a field
 
@@ -50,7 +54,7 @@ struct TractionField {
   bool valid = false;              ///< false: too few markers, a wrong gel file or a numeric failure; all are 0
   Method method = Method::kNone;
   Solution solution = Solution::kNone;
-  std::uint64_t modelFrame = 0;  ///< number of that earlier frame; 0: none
+  std::uint64_t modelFrame = 0;                ///< number of that earlier frame; 0: none
   std::array<double, 3> resultant_N{};         ///< sum of the node forces
   std::array<double, 3> moment_Nm{};           ///< about the origin
   WrenchCovariance noise{};                    ///< of the two above: the part that differs from frame to frame

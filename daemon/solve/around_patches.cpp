@@ -76,11 +76,18 @@ void AroundPatches::setExtra(const Displacements& left, const RoundPatches& patc
       wrench *= freed_.unit(k, i);
     }
     spread_.divide(patch.place, true, share_);
+    const auto couple = [&](int unknown) -> Eigen::Map<Vector3d> {
+      return Vector3d::Map(extra_.pointForces_N(unknown).data() + 3 * (share_.size() + static_cast<std::size_t>(k)));
+    };
     for (std::size_t p = 0; p < share_.size(); ++p) {
       for (int i = 0; i < 3; ++i) {
         extra_.pointForces_N(freed_.index(k, i))[3 * p + static_cast<std::size_t>(i)] = freed_.unit(k, i) * share_[p];
       }
     }
+    for (int i = 0; i < kPatchLoads; ++i) {
+      couple(freed_.index(k, i)) = spread_.couple(freed_.unit(k, i) * PatchLoad::Unit(i));
+    }
+    const Vector3d coupleHere = spread_.couple(patch.load);
     for (int i = 0; i < kPatchPlaces; ++i) {  // by differences
       const double small = kSmall * freed_.unit(k, kPatchLoads + i);
       PatchPlace moved = patch.place;
@@ -91,6 +98,7 @@ void AroundPatches::setExtra(const Displacements& left, const RoundPatches& patc
         const double change = (movedShare_[p] - share_[p]) / kSmall;
         Vector3d::Map(forces.data() + 3 * p) = change * force;
       }
+      couple(freed_.index(k, kPatchLoads + i)) = (spread_.couple(patch.load) - coupleHere) / kSmall;
     }
   }
   extra_.multiply(left);
@@ -214,6 +222,7 @@ void AroundPatches::pointForces_N(int i, std::span<double> forces) {
     for (std::size_t p = 0; p < share_.size(); ++p) {
       Vector3d::Map(forces.data() + 3 * p) += share_[p] * found.load.head<3>();
     }
+    Vector3d::Map(forces.data() + 3 * (share_.size() + static_cast<std::size_t>(k))) = spread_.couple(found.load);
   }
 }
 

@@ -20,6 +20,8 @@ struct FoundPatch {
 /// Thread-bound. Allocates only when made.
 class AroundPatches {
  public:
+  static_assert(kCouples == RoundPatches::kMost);
+
   /// Values of rho (ModelOptions::roughness) of the patches that are tried; equally probable a priori.
   static constexpr std::array kRoughness = {0.1, 0.2, 0.4, 0.8};
 
@@ -43,8 +45,8 @@ class AroundPatches {
   double logEvidence(int i) { return posterior(i).logEvidence() - occam_; }
   /// Returns force and moment of atoms and patches about the origin of the gel frame [N, N m].
   std::array<double, 6> wrench(int i);
-  /// Computes the forces of the points (3P [N]). The force of a patch is spread over the points beneath it, so that
-  /// their centroid is its place.
+  /// Computes the forces of the points and the couples (3 (P + kCouples)). The force of a patch is spread over the
+  /// points beneath it, so that their centroid is its place.
   void pointForces_N(int i, std::span<double> forces);
 
   /// Returns the patches of the last solve(), and what frees them.

@@ -132,6 +132,7 @@ void join(const std::vector<LevelShapes>& levels, Atoms& atoms) {
   }
   atoms.shape = shape.sparseView();
   atoms.ofPoints = atoms.shape;
+  atoms.ofPoints.conservativeResize(atoms.points.cols() + kCouples, count);
   std::vector<Eigen::Triplet<double>> ofNodes;
   atoms.wrench.setZero(6, 3 * count);
   for (Index a = 0; a < count; ++a) {

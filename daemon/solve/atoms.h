@@ -11,6 +11,11 @@
 
 namespace tractiond::solve {
 
+/// Number of couples that forces may have besides those of the points, three components each [N m]: of each round patch
+/// what its wrench has more than its forces at the points, which is its torsion, and a moment where they do not reach
+/// its place. They are numbered like points, after the last one.
+inline constexpr int kCouples = 4;
+
 /// Atoms of one size. Neighbours among them have similar prior variances.
 struct Level {
   int first = 0, end = 0;  ///< its atoms: first .. end - 1
@@ -28,7 +33,8 @@ struct Atoms {
   std::vector<int> nearest;           ///< P: the point on the nearest node
   sensor::Points places;              ///< 3 x A [m], centres of the atoms
   Eigen::SparseMatrix<double> shape;  ///< P x A: share of each point in an atom's force; the sum of a column is 1
-  Eigen::SparseMatrix<double, Eigen::RowMajor> ofPoints, ofNodes;  ///< P x A, N x A: the same shares, row after row
+  /// (P + kCouples) x A, N x A: the same shares, row after row; a couple has none.
+  Eigen::SparseMatrix<double, Eigen::RowMajor> ofPoints, ofNodes;
   Eigen::Matrix<double, 6, Eigen::Dynamic> wrench;  ///< of unit forces of the atoms about the origin, 6 x 3A [1, m]
   std::vector<Level> levels;
   double depth_m = 0.0;  ///< depth of the nearest markers: they do not resolve forces that are closer together

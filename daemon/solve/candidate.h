@@ -23,8 +23,9 @@ class Candidate {
   /// published there. A node on which no unknown acts has the deviation 0.
   virtual void nodeDeviations_N(std::span<double> deviations) = 0;
 
-  /// Computes the covariance of kColumns linear functionals of the points' forces, row after row. \param weights 3P x
-  /// kColumns, row after row \param points that have weights other than 0; only theirs are read
+  /// Computes the covariance of kColumns linear functionals of the points' forces and the couples, row after row.
+  /// \param weights 3 (P + kCouples) x kColumns, row after row \param points that have weights other than 0; only
+  /// theirs are read
   virtual void covariance(std::span<const double> weights, std::span<const int> points,
                           std::span<double> covariance) = 0;
 

@@ -9,7 +9,7 @@ namespace tractiond::solve {
 ExtraUnknowns::ExtraUnknowns(const Factors& factors, const Atoms& atoms, int most)
     : factors_(factors)
     , atoms_(atoms)
-    , ofPoints_(3 * static_cast<std::size_t>(factors.pointCount()))
+    , ofPoints_(3 * static_cast<std::size_t>(factors.pointCount() + kCouples))
     , ofNodes_(3 * static_cast<std::size_t>(atoms.nodeCount()))
     , stride_((most + kColumns) / kColumns * kColumns)
     , columns_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(factors.influence.stride()))

@@ -21,7 +21,7 @@ class ExtraUnknowns {
 
   /// Sets the effect on the markers: `factor` times `displacement_px` (2M, 0 where missing).
   void setDisplacement(int unknown, const double* displacement_px, double factor);
-  /// Returns the effect on the forces of the points (3P), which the caller fills in.
+  /// Returns the effect on the forces of the points and on the couples (3 (P + kCouples)), which the caller fills in.
   std::span<double> pointForces_N(int unknown) {
     return std::span(pointForces_).subspan(static_cast<std::size_t>(unknown) * ofPoints_, ofPoints_);
   }
@@ -66,12 +66,12 @@ class ExtraUnknowns {
 
   const Factors& factors_;
   const Atoms& atoms_;
-  const std::size_t ofPoints_, ofNodes_;  // 3P, 3N
+  const std::size_t ofPoints_, ofNodes_;  // 3 (P + kCouples), 3N
   const int stride_;                      // the most unknowns and the picture, padded to panels
   int count_ = 0;
   LineArray<double> columns_, motion_;  // panels of kColumns columns, row after row
   std::vector<Eigen::Matrix<double, 6, 1>> wrench_;
-  std::vector<double> pointForces_;   // most x 3P
+  std::vector<double> pointForces_;   // most x 3 (P + kCouples)
   std::vector<double> nodeForces_;    // most x 3N
   std::vector<double> gram_;          // stride x stride
   std::vector<double> withMotion_;    // stride x kColumns: with the motion

@@ -46,17 +46,6 @@ void FieldRules::centre(TractionField& field) const {
   if (field.centreOfPressureValid) field.centreOfPressure_m = {-field.moment_Nm[1] / z, field.moment_Nm[0] / z};
 }
 
-Eigen::Vector3d FieldRules::centroid(const TractionField& field) const {
-  double sum = 0.0;
-  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
-  for (std::size_t n = 0; n < nodes_.size(); ++n) {
-    const double force = Eigen::Vector3f::Map(field.force_N.data() + 3 * n).norm();
-    sum += force;
-    moment += force * Eigen::Vector3d::Map(nodes_[n].data());
-  }
-  return sum > 0.0 ? Eigen::Vector3d(moment / sum) : moment;
-}
-
 void FieldRules::explain(double squaredResidual_px2, const UsedMarkers& markers, TractionField& field) {
   const auto count = static_cast<double>(markers.count());
   // Rounding can leave a perfect fit just below zero.
@@ -72,8 +61,14 @@ bool FieldRules::finite(const TractionField& field) {
   const auto isFinite = [](const auto& numbers) {
     return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
   };
+  const auto isFiniteContact = [&](const Contact& contact) {
+    return isFinite(contact.position_m) && isFinite(contact.positionDeviation_m) && isFinite(contact.moment_Nm) &&
+           std::isfinite(contact.area_m2) && std::isfinite(contact.areaDeviation_m2) && isFinite(contact.noise) &&
+           isFinite(contact.systematic);
+  };
   return std::isfinite(field.residual_px) && isFinite(field.resultant_N) && isFinite(field.moment_Nm) &&
-         isFinite(field.noise) && isFinite(field.systematic);
+         isFinite(field.noise) && isFinite(field.systematic) &&
+         std::all_of(field.contacts.begin(), field.contacts.begin() + field.contactCount, isFiniteContact);
 }
 
 }  // namespace tractiond::solve

@@ -27,17 +27,13 @@ class FieldRules {
   /// standard deviations by noise and SolveOptions::minPressForCentre_N; else only marks it as not valid.
   void centre(TractionField& field) const;
 
-  /// Returns the centroid of the nodes in the gel frame, weighted by the magnitudes of their forces [m]; the origin if
-  /// all are 0.
-  Eigen::Vector3d centroid(const TractionField& field) const;
-
   /// Sets the residual; sets the flag kUnexplained if noise and model errors do not explain it. \param
   /// squaredResidual_px2 sum over the coordinates of the used markers; below 0 counts as 0
   /// \param markers whose last choose() returned true
   static void explain(double squaredResidual_px2, const UsedMarkers& markers, TractionField& field);
 
-  /// Returns whether residual, resultant and moment of the field, with their uncertainty, are finite. Does not check
-  /// the node forces.
+  /// Returns whether residual, resultant, moment and contacts of the field, with their uncertainty, are finite. Does
+  /// not check the node forces.
   static bool finite(const TractionField& field);
 
  private:

@@ -1,7 +1,6 @@
 #include "daemon/solve/field_writer.h"
 
 #include "daemon/solve/mechanics_noise.h"
-#include "daemon/solve/systematic.h"
 #include "daemon/solve/wrench.h"
 
 #include <algorithm>
@@ -14,13 +13,14 @@ FieldWriter::FieldWriter(const Factors& factors, const Atoms& atoms, const senso
                          const SolveOptions& options, const std::array<double, 2>& detectionLimit_N)
     : factors_(factors)
     , atoms_(atoms)
-    , uncertainty_(sensor.uncertainty)
+    , mechanicsError_(std::hypot(factors.systematicErrors.displacement, sensor.uncertainty.model))
     , rules_(sensor, options)
     , strain_(sensor::nodePositions(sensor), atoms.depth_m, sensor.gel.youngsModulus)
     , motion_(sensor.pictureMotion.shift_px, sensor.pictureMotion.shift_px, sensor.pictureMotion.scale,
               sensor.pictureMotion.roll)
     , least_N_(std::min(detectionLimit_N[0], detectionLimit_N[1]))
-    , contacts_(atoms, sensor)
+    , systematic_(factors, sensor)
+    , contacts_(atoms, sensor, systematic_)
     , used_(factors.coordinateCount() / 2, options)
     , picture_(static_cast<std::size_t>(factors.coordinateCount()))
     , nodeForce_(3 * rules_.nodes().size())
@@ -44,8 +44,7 @@ bool FieldWriter::begin(const MarkerField& markers, TractionField& field) {
 }
 
 double FieldWriter::noise_px() const {
-  const double error = std::hypot(factors_.systematicErrors.displacement, uncertainty_.model);
-  return noiseWithMechanics_px(std::span(picture_), used_.noise_px(), error);
+  return noiseWithMechanics_px(std::span(picture_), used_.noise_px(), mechanicsError_);
 }
 
 void FieldWriter::write(const Estimate& estimate, Mixture& mixture, TractionField& field) {
@@ -68,7 +67,7 @@ void FieldWriter::publish(const Estimate& estimate, Mixture& mixture, TractionFi
   if (estimate.outcome == Estimate::Outcome::kFound) {
     field.method = Method::kContact;
     publishForces(estimate, mixture, field);
-    addSystematic(field);
+    field.systematic = systematic_.covariance(estimate.wrench, nodeForce_);
     field.contactCount = contacts_.list(estimate, mixture, least_N_, field.contacts);
   } else {  // what lies below the limit is not seen
     field.method = Method::kNoContact;
@@ -94,21 +93,6 @@ void FieldWriter::publishForces(const Estimate& estimate, Mixture& mixture, Trac
   std::copy_n(estimate.wrench.begin(), 3, field.resultant_N.begin());
   std::copy_n(estimate.wrench.begin() + 3, 3, field.moment_Nm.begin());
   field.noise = estimate.covariance;
-}
-
-/// A contact is misread as the nodes around it misread it, one on all nodes as these; between the two by the share of
-/// the face that an even pressure as concentrated would cover.
-void FieldWriter::addSystematic(TractionField& field) const {
-  double sum = 0.0, squares = 0.0;
-  for (std::size_t i = 0; i < nodeForce_.size(); i += 3) {
-    const double force2 = square(nodeForce_[i]) + square(nodeForce_[i + 1]) + square(nodeForce_[i + 2]);
-    sum += std::sqrt(force2);
-    squares += force2;
-  }
-  if (squares == 0.0) return;
-  const double whole = square(sum) / squares / static_cast<double>(nodeForce_.size() / 3);
-  field.systematic = systematicCovariance(wrenchOf(field), rules_.centroid(field), uncertainty_, atoms_.pitch_m,
-                                          factors_.systematicErrors, whole);
 }
 
 /// Returns the covariance of the wrench of a force just below the limit, anywhere on the nodes. It stays finite where

@@ -36,16 +36,16 @@ class FieldWriter {
  private:
   void publish(const Estimate& estimate, Mixture& mixture, TractionField& field);
   void publishForces(const Estimate& estimate, Mixture& mixture, TractionField& field);
-  void addSystematic(TractionField& field) const;
   Eigen::Matrix<double, 6, 6> unseen(const std::array<double, 2>& detectionLimit_N) const;
 
   const Factors& factors_;
   const Atoms& atoms_;
-  const sensor::Uncertainty uncertainty_;
+  const double mechanicsError_;  ///< relative, of displacements
   const FieldRules rules_;
   LargeStrain strain_;
   const Eigen::Vector4d motion_;  ///< standard deviations of its prior
   const double least_N_;          ///< least force of a contact without a patch
+  const SystematicPart systematic_;
   ModelContacts contacts_;
   WrenchCovariance unseen_{};  ///< of forces that may act although none is found
   // Of one frame.

@@ -5,6 +5,8 @@
 // to peak, which takes nothing from the resolution along it.
 #include "daemon/solve/hills.h"
 
+#include "daemon/solve/wrench.h"
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -185,61 +187,91 @@ void Hills::unite(const SolvedForces& forces) {
   peak_.assign(1, static_cast<int>(std::max_element(magnitude_.begin(), magnitude_.end()) - magnitude_.begin()));
 }
 
-Contact Hills::describe(const SolvedForces& solved, int hill) {
+Contact Hills::describe(const SolvedForces& solved, int hill, double least_deviations) {
   const auto nodes = solved.places();
   const auto forces = solved.forces_N();
   measure(solved);
   Contact contact;
   double sum = 0.0, squares = 0.0;  // of the forces; squares by area
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero(), force = normal, moment = normal;
+  const auto forceOf = [&](int i) { return Eigen::Vector3d::Map(forces.data() + std::ptrdiff_t{3} * i); };
   members_.clear();
   for (int i = 0; i < static_cast<int>(nodes.size()); ++i) {
     if (hillOf(i) != hill) continue;
     members_.push_back(i);
-    for (int axis = 0; axis < 3; ++axis) contact.force_N[axis] += forces[3 * i + axis];
+    force += forceOf(i);
+    moment += grid_.positions.col(nodes[i]).cross(forceOf(i));
     sum += magnitude_[i];
     squares += square(magnitude_[i]) / grid_.areas[nodes[i]];
     normal += magnitude_[i] * grid_.normals.col(nodes[i]);
   }
   normal.normalize();
   contact.area_m2 = square(sum) / squares;
+  for (std::size_t k = 0; k < solved.couplesAt().size(); ++k) {
+    if (hillOf(solved.couplesAt()[k]) == hill) moment += Eigen::Vector3d::Map(solved.couples_Nm().data() + 3 * k);
+  }
+  const WrenchCovariance noise = wrenchNoise(solved, hill);
+  setWrench(force, moment, noise, Eigen::Vector3d::Zero(), contact);
+  if (surety(contact) < least_deviations) return contact;
 
   // The centre of what presses, or, where nothing does, of all forces along their sum.
-  const auto force = Eigen::Vector3d::Map(contact.force_N.data());
-  const std::array<Eigen::Vector3d, 2> along = {normal, force.normalized()};
-  std::array<Eigen::Vector2d, 2> centre = {Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
-  for (std::size_t a = 0; a < along.size(); ++a) {
-    for (const int i : members_) {
-      const double share = along[a].dot(Eigen::Vector3d::Map(forces.data() + 3 * i)) / along[a].dot(force);
-      centre[a] += share * grid_.positions.col(nodes[i]).head<2>();
-    }
-  }
-  // Functionals: the force, the area, both centres.
+  const Eigen::Vector3d deviations(std::sqrt(noise[0]), std::sqrt(noise[7]), std::sqrt(noise[14]));
+  const bool presses = normal.dot(force) > kLeast_deviations * normal.cwiseProduct(deviations).norm();
+  const Eigen::Vector3d along = presses ? normal : force.normalized();
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (const int i : members_) centre += along.dot(forceOf(i)) / along.dot(force) * grid_.positions.col(nodes[i]);
+  setWrench(force, moment, noise, centre, contact);
+
+  // Functionals: the area, the centre.
   clearFunctionals();
   for (const int i : members_) {
     const double ofArea = 2.0 * contact.area_m2 * (1.0 / sum - magnitude_[i] / grid_.areas[nodes[i]] / squares);
+    const Eigen::Vector2d away = (grid_.positions.col(nodes[i]) - centre).head<2>() / along.dot(force);
     for (int axis = 0; axis < 3; ++axis) {
       double* const functionals = functionalsOf(i) + kColumns * axis;
-      functionals[axis] = 1.0;
-      functionals[3] = ofArea * forces[3 * i + axis] / magnitude_[i];
-      for (std::size_t a = 0; a < along.size(); ++a) {
-        Eigen::Vector2d::Map(functionals + 4 + 2 * a) =
-            along[a][axis] / along[a].dot(force) * (grid_.positions.col(nodes[i]).head<2>() - centre[a]);
-      }
+      functionals[0] = ofArea * forces[3 * i + axis] / magnitude_[i];
+      Eigen::Vector2d::Map(functionals + 1) = along[axis] * away;
     }
   }
   std::array<double, kColumns * kColumns> covariances{};
   solved.covariances(functionals_.data(), used_, covariances);
   const auto deviation = [&](int i) { return std::sqrt(covariances[static_cast<std::size_t>((kColumns + 1) * i)]); };
-  for (int axis = 0; axis < 3; ++axis) contact.forceDeviation_N[axis] = deviation(axis);
-  contact.areaDeviation_m2 = deviation(3);
-  const auto deviations = Eigen::Vector3d::Map(contact.forceDeviation_N.data());
-  const int which = normal.dot(force) > kLeast_deviations * normal.cwiseProduct(deviations).norm() ? 0 : 1;
-  for (int axis = 0; axis < 2; ++axis) {
-    contact.position_m[axis] = centre[static_cast<std::size_t>(which)][axis];
-    contact.positionDeviation_m[axis] = deviation(4 + 2 * which + axis);
-  }
+  contact.areaDeviation_m2 = deviation(0);
+  for (int axis = 0; axis < 2; ++axis) contact.positionDeviation_m[axis] = deviation(1 + axis);
   return contact;
+}
+
+/// Returns the covariance of the wrench of members_ about the origin.
+WrenchCovariance Hills::wrenchNoise(const SolvedForces& solved, int hill) {
+  const auto nodes = solved.places();
+  const WrenchCovariance* const whole = solved.wrenchCovariance();
+  if (whole != nullptr && members_.size() == nodes.size()) return *whole;
+  clearFunctionals();
+  for (const int i : members_) writeWrenches(grid_.positions.col(nodes[i]), 1.0, functionalsOf(i), kColumns);
+  for (std::size_t k = 0; k < solved.couplesAt().size(); ++k) {
+    if (hillOf(solved.couplesAt()[k]) != hill) continue;
+    double* const functionals = functionalsOf(static_cast<int>(nodes.size() + k));
+    for (int axis = 0; axis < 3; ++axis) functionals[kColumns * axis + 3 + axis] = 1.0;
+  }
+  std::array<double, kColumns * kColumns> covariances{};
+  solved.covariances(functionals_.data(), used_, covariances);
+  return firstSix(covariances);
+}
+
+WrenchCovariance firstSix(std::span<const double> covariances) {
+  WrenchCovariance result;
+  for (std::size_t i = 0; i < 6; ++i) std::copy_n(covariances.data() + kColumns * i, 6, result.data() + 6 * i);
+  return result;
+}
+
+void setWrench(const Eigen::Vector3d& force, const Eigen::Vector3d& moment, const WrenchCovariance& noise,
+               const Eigen::Vector3d& at, Contact& contact) {
+  contact.noise = covarianceAt(at, noise);
+  Eigen::Vector2d::Map(contact.position_m.data()) = at.head<2>();
+  contact.positionZ_m = at.z();
+  Eigen::Vector3d::Map(contact.force_N.data()) = force;
+  Eigen::Vector3d::Map(contact.moment_Nm.data()) = moment - at.cross(force);
+  for (std::size_t i = 0; i < 3; ++i) contact.forceDeviation_N[i] = std::sqrt(contact.noise[7 * i]);
 }
 
 double Hills::surety(const Contact& contact) {
@@ -256,18 +288,6 @@ void Hills::sort(std::span<Contact> contacts) {
   };
   std::sort(contacts.begin(), contacts.end(),
             [&](const Contact& a, const Contact& b) { return strength(a) > strength(b); });
-}
-
-int Hills::list(const SolvedForces& forces, std::array<Contact, kMaxContacts>& contacts) {
-  divide(forces);
-  std::size_t count = 0;
-  for (int hill = 0; hill < this->count() && count < kMaxContacts; ++hill) {
-    if (!stands(hill)) continue;
-    contacts[count] = describe(forces, hill);
-    if (count == 0 || surety(contacts[count]) > kLeast_deviations) ++count;
-  }
-  sort(std::span(contacts).first(count));
-  return static_cast<int>(count);
 }
 
 }  // namespace tractiond::solve

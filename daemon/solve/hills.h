@@ -2,6 +2,7 @@
 #pragma once
 
 #include "daemon/records/traction_field.h"
+#include "daemon/solve/atoms.h"
 #include "daemon/solve/kernels.h"
 #include "sensor/gel.h"
 
@@ -14,16 +15,20 @@
 
 namespace tractiond::solve {
 
-/// Forces at some places of a grid, with their covariance.
+/// Forces at some places of a grid and couples there, with their covariance.
 class SolvedForces {
  public:
-  virtual std::span<const int> places() const = 0;       ///< indices in the grid, each once
-  virtual std::span<const double> forces_N() const = 0;  ///< x, y, z of each place
-  /// Computes the covariance of kColumns linear functionals of forces_N(), row after row [N^2]. \param functionals
-  /// kColumns coefficients for each element of forces_N() \param of indices in places(), each once: only their
-  /// coefficients are read, all others count as 0
+  virtual std::span<const int> places() const = 0;         ///< indices in the grid, each once
+  virtual std::span<const double> forces_N() const = 0;    ///< x, y, z of each place
+  virtual std::span<const int> couplesAt() const = 0;      ///< indices in places(), at most kCouples
+  virtual std::span<const double> couples_Nm() const = 0;  ///< x, y, z of each couple
+  /// Computes the covariance of kColumns linear functionals of forces_N() and couples_Nm(), row after row. \param
+  /// functionals kColumns coefficients for each element of forces_N(), then of couples_Nm() \param of indices in
+  /// places(), or in couplesAt() after them, each once: only their coefficients are read, all others count as 0
   virtual void covariances(const double* functionals, std::span<const int> of,
                            std::array<double, kColumns * kColumns>& result) const = 0;
+  /// Returns the covariance of the wrench of all forces and couples about the origin; null: not known.
+  virtual const WrenchCovariance* wrenchCovariance() const = 0;
 
  protected:
   ~SolvedForces() = default;
@@ -36,6 +41,14 @@ struct PlaceGrid {
   Eigen::VectorXd areas;              ///< area that each place stands for [m^2]
 };
 
+/// Returns the first 6 x 6 elements of a matrix of kColumns x kColumns.
+WrenchCovariance firstSix(std::span<const double> covariances);
+
+/// Sets force, moment and position of a contact, and Contact::noise. \param moment about the origin, \param noise of
+/// both, likewise \param at the position
+void setWrench(const Eigen::Vector3d& force, const Eigen::Vector3d& moment, const WrenchCovariance& noise,
+               const Eigen::Vector3d& at, Contact& contact);
+
 /// A hill is a region of the grid around a local maximum of the magnitude of the forces. Hills are merged where the
 /// valley between their peaks is not deep enough to be certain. Thread-bound. Allocates only when made.
 class Hills {
@@ -43,7 +56,7 @@ class Hills {
   /// Least force of a contact, in its standard deviations.
   static constexpr double kLeast_deviations = 5.0;
 
-  /// \param mostPlaces largest number of SolvedForces::places()
+  /// \param mostPlaces largest number of SolvedForces::places(), with couples
   Hills(PlaceGrid grid, int mostPlaces);
 
   /// Divides the forces into hills; without forces there are none.
@@ -61,23 +74,20 @@ class Hills {
   /// Returns the hill that a place belongs to, after merging. \param index in SolvedForces::places()
   int hillOf(int index) const;
 
-  /// Returns the hill as a contact, in the gel frame. \param hill below count(), one that stands() \param forces at the
-  /// same places as when they were divided; their values may differ
-  Contact describe(const SolvedForces& forces, int hill);
+  /// Returns the hill as a contact, in the gel frame, without Contact::systematic; below a surety(), without place and
+  /// shape. \param hill below count(), one that stands() \param forces at the same places as when they were divided;
+  /// their values may differ
+  Contact describe(const SolvedForces& forces, int hill, double least_deviations);
 
   /// Returns the force of a contact in standard deviations, along the axis on which that is largest.
   static double surety(const Contact& contact);
-
-  /// Divides the forces and lists the contacts, strongest first: the hill of the highest peak, and those with a
-  /// surety() above kLeast_deviations; of more than kMaxContacts, those of the highest peaks. Returns their number; 0
-  /// without forces.
-  int list(const SolvedForces& forces, std::array<Contact, kMaxContacts>& contacts);
 
   /// Sorts contacts by the magnitude of their forces, strongest first.
   static void sort(std::span<Contact> contacts);
 
  private:
   void measure(const SolvedForces& forces);
+  WrenchCovariance wrenchNoise(const SolvedForces& forces, int hill);
   template <typename Use>
   void around(int place, int i, Use use) const;
   double strip(const SolvedForces& forces, int from, const Eigen::Vector2d& along, double at,

@@ -125,7 +125,7 @@ bool LinearModel::answer(std::span<const float> displacement_px, std::span<const
   for (Part& part : std::span(parts_).first(static_cast<std::size_t>(count_))) {
     if (&part != parts_.data() && !solve(part, noise_px)) return false;
     LinearPosterior& posterior = part.posterior;
-    addForces(part, mixture_.add(posterior, posterior.logEvidence() - part.penalty, posterior.wrench()));
+    addForces(part, mixture_.add(posterior, posterior.logEvidence() - part.penalty, wrenchOf(part)));
   }
   mixture_.weigh();
   publish(estimate);
@@ -233,7 +233,20 @@ bool LinearModel::solveFirst(double noise_px) {
   return true;
 }
 
-/// Computes the forces of the points.
+/// Returns the wrench. That of the posterior is linear: with a patch moves the load of then, not that of now.
+std::array<double, 6> LinearModel::wrenchOf(const Part& part) const {
+  std::array<double, 6> sum = part.posterior.wrench();
+  for (int k = 0; part.isPatched && k < patches_.count(); ++k) {
+    double grown = 0.0;
+    const RoundPatch now = patchNow(part, k, grown);
+    const auto& [place, load] = patches_.patch(k);
+    const Eigen::Vector3d away(now.place.x_m - place.x_m, now.place.y_m - place.y_m, 0.0);
+    Eigen::Vector3d::Map(sum.data() + 3) += away.cross(Eigen::Vector3d((now.load - grown * load).head<3>()));
+  }
+  return sum;
+}
+
+/// Computes the forces of the points, and the couples.
 void LinearModel::addForces(const Part& part, std::span<double> forces) {
   part.posterior.allForces_N(atomForces_);
   addUp(atoms_, atomForces_, forces);
@@ -248,6 +261,8 @@ void LinearModel::addForces(const Part& part, std::span<double> forces) {
     for (std::size_t p = 0; p < share_.size(); ++p) {
       Eigen::Vector3d::Map(forces.data() + 3 * p) += share_[p] * patch.load.head<3>();
     }
+    Eigen::Vector3d::Map(forces.data() + 3 * (share_.size() + static_cast<std::size_t>(k))) =
+        spread_.couple(patch.load);
   }
 }
 

@@ -70,6 +70,7 @@ class LinearModel {
   double squaresWithoutCurves(const Part& part);
   void takeCurves(const RoundPatches& patches);
   void takePicture(std::span<const int> missing);
+  std::array<double, 6> wrenchOf(const Part& part) const;
   void addForces(const Part& part, std::span<double> forces);
   RoundPatch patchNow(const Part& part, int patch, double& grown) const;
   void findPatches(Estimate& estimate);

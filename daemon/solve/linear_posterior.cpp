@@ -427,7 +427,8 @@ void LinearPosterior::allForces_N(std::span<double> forces) const {
 void LinearPosterior::addExtraForces_N(std::span<double> forces) const {
   const double* unit = extraForces_.data();
   for (const double times : extra()) {
-    for (double& force : forces) force += times * *unit++;
+    for (std::size_t i = 0; i < forces.size(); ++i) forces[i] += times * unit[i];
+    unit += 3 * model_.ofPoints.rows();
   }
 }
 

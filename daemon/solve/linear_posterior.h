@@ -73,7 +73,7 @@ class LinearPosterior final : public Candidate {
   std::array<double, 6> wrench() const;
   /// Computes the forces of all atoms (3A [N]).
   void allForces_N(std::span<double> forces) const;
-  /// Adds the forces of the points by the extra unknowns (3P [N]).
+  /// Adds the forces of the points and the couples by the extra unknowns (3 (P + kCouples)).
   void addExtraForces_N(std::span<double> forces) const;
   /// Computes the covariance of some extra unknowns, row after row. \param unknowns at most kColumns of them
   void extraCovariance(std::span<const int> unknowns, std::span<double> covariance);
@@ -137,9 +137,9 @@ class LinearPosterior final : public Candidate {
   int rank_ = 0, extraCount_ = 0;
   std::vector<int> atoms_, indexOf_;  // indexOf_: A, of each atom in atoms_, or -1
   std::vector<Block> roots_;
-  std::vector<double> extraForces_, extraNodeForces_;  // extra x 3P, x 3N
-  // Point after point: which atoms act there, by their indices in atoms_, with which share of their force; which extra
-  // unknowns, with which force. Those of a point begin at sharingFirst_ and extraFirst_.
+  std::vector<double> extraForces_, extraNodeForces_;  // extra x 3 (P + kCouples), x 3N
+  // Point after point, and couple after couple: which atoms act there, by their indices in atoms_, with which share of
+  // their force; which extra unknowns, with which force. Those of a point begin at sharingFirst_ and extraFirst_.
   std::vector<int> sharing_, extraUnknowns_;
   std::vector<double> shares_, extraShares_;
   std::vector<std::size_t> sharingFirst_, extraFirst_;

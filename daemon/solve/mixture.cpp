@@ -21,7 +21,7 @@ constexpr double kLittle = 1e-3;
 Mixture::Mixture(const Atoms& atoms, int most)
     : atoms_(atoms)
     , parts_(static_cast<std::size_t>(most))
-    , mean_(3 * static_cast<std::size_t>(atoms.pointCount()))
+    , mean_(3 * static_cast<std::size_t>(atoms.pointCount() + kCouples))
     , away_(mean_.size())
     , deviation_(3 * static_cast<std::size_t>(atoms.nodeCount()))
     , nodeAway_(deviation_.size()) {

@@ -20,8 +20,8 @@ class Mixture {
   void clear();
 
   /// Adds a candidate, which must live, with its results, until the next clear(). Returns the array of its points'
-  /// forces (3P [N]), which the caller must fill before weigh(). Must not be called more than `most` times (asserted).
-  /// \param worth log evidence \param wrench of the candidate [N, N m]
+  /// forces and couples (3 (P + kCouples)), which the caller must fill before weigh(). Must not be called more than
+  /// `most` times (asserted). \param worth log evidence \param wrench of the candidate [N, N m]
   std::span<double> add(Candidate& candidate, double worth, const std::array<double, 6>& wrench);
 
   /// Returns the largest `worth` of all candidates; there must be one.
@@ -37,7 +37,9 @@ class Mixture {
   /// Returns the wrench of the i-th candidate [N, N m].
   const std::array<double, 6>& wrench(int i) const { return parts_[static_cast<std::size_t>(i)].wrench; }
   /// Returns the mean forces of the points, 3P; set by weigh() and clear().
-  std::span<const double> pointForces_N() const { return mean_; }
+  std::span<const double> pointForces_N() const { return std::span(mean_).first(mean_.size() - 3 * kCouples); }
+  /// Returns the mean couples, as pointForces_N().
+  std::span<const double> couples_Nm() const { return std::span(mean_).last(3 * kCouples); }
   std::array<double, 6> wrench() const;         ///< Returns the mean force and moment about the origin [N, N m].
   std::array<double, kMotions> motion() const;  ///< Returns the mean motion, in deviations of its prior.
   double squaredResidual_px2() const;           ///< Returns the mean of the squared residuals [px^2].
@@ -47,7 +49,7 @@ class Mixture {
   /// Computes the standard deviations of the forces of all nodes (3N), as Candidate::nodeDeviations_N().
   void nodeDeviations_N(std::span<double> deviations);
 
-  /// Computes the covariance of kColumns functionals of the points' forces, as Candidate::covariance().
+  /// Computes the covariance of kColumns functionals of forces and couples, as Candidate::covariance().
   void covariance(std::span<const double> weights, std::span<const int> points, std::span<double> covariance);
 
  private:
@@ -55,7 +57,7 @@ class Mixture {
     Candidate* candidate = nullptr;
     double worth = 0.0, share = 0.0;
     std::array<double, 6> wrench{};
-    std::vector<double> force_N;  // 3P
+    std::vector<double> force_N;  // 3 (P + kCouples)
   };
 
   template <typename Use>
@@ -66,7 +68,7 @@ class Mixture {
   const Atoms& atoms_;
   std::vector<Part> parts_;
   int count_ = 0;
-  std::vector<double> mean_, away_;           // 3P: mean force; difference of a part's force from it
+  std::vector<double> mean_, away_;           // 3 (P + kCouples): mean; difference of a part from it
   std::vector<double> deviation_, nodeAway_;  // 3N: of a part
 };
 

@@ -35,6 +35,7 @@ void takeMeans(Mixture& mixture, Estimate& estimate) {
   const auto forces = mixture.pointForces_N();
   assert(estimate.force_N.size() == forces.size());
   std::copy(forces.begin(), forces.end(), estimate.force_N.begin());
+  std::copy_n(mixture.couples_Nm().begin(), estimate.couple_Nm.size(), estimate.couple_Nm.begin());
   estimate.wrench = mixture.wrench();
   mixture.wrenchCovariance(estimate.covariance);
   estimate.motion = mixture.motion();

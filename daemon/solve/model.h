@@ -23,17 +23,18 @@ struct Estimate {
     kFailed,  ///< displacements not finite, or the equations could not be solved; all numbers but rounds are 0
   };
   Outcome outcome = Outcome::kNothing;
-  std::vector<double> force_N;            ///< 3P, of Atoms::points
-  std::array<double, 6> wrench{};         ///< force and moment about the origin [N, N m]
-  std::array<double, 36> covariance{};    ///< of the wrench by noise and prior, row after row
-  std::array<double, kMotions> motion{};  ///< of the picture, in deviations of its prior
-  double squaredResidual_px2 = 0.0;       ///< sum over the coordinates not missing; rounding may make it < 0
-  double degrees = 0.0;                   ///< degrees of freedom that the field without patches uses
-  int atoms = 0;                          ///< number of atoms with a force in the field without patches
-  int rounds = 0;                         ///< number of rounds that were needed for it
-  int patchCount = 0;                     ///< number of `patches`; 0: no patches were compared with the field alone
-  double evenShare = 0.0;                 ///< probability that one contact presses evenly
-  double patchShare = 0.0;                ///< probability that there are patches rather than the field without them
+  std::vector<double> force_N;                   ///< 3P, of Atoms::points
+  std::array<double, 3 * kCouples> couple_Nm{};  ///< of each patch, besides the forces of the points
+  std::array<double, 6> wrench{};                ///< force and moment about the origin [N, N m]
+  std::array<double, 36> covariance{};           ///< of the wrench by noise and prior, row after row
+  std::array<double, kMotions> motion{};         ///< of the picture, in deviations of its prior
+  double squaredResidual_px2 = 0.0;              ///< sum over the coordinates not missing; rounding may make it < 0
+  double degrees = 0.0;                          ///< degrees of freedom that the field without patches uses
+  int atoms = 0;                                 ///< number of atoms with a force in the field without patches
+  int rounds = 0;                                ///< number of rounds that were needed for it
+  int patchCount = 0;       ///< number of `patches`; 0: no patches were compared with the field alone
+  double evenShare = 0.0;   ///< probability that one contact presses evenly
+  double patchShare = 0.0;  ///< probability that there are patches rather than the field without them
   std::array<FoundPatch, RoundPatches::kMost> patches{};
 };
 

@@ -1,5 +1,7 @@
 #include "daemon/solve/model_contacts.h"
 
+#include "daemon/solve/wrench.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +13,7 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 /// What is found farther than this from the edge of a patch, an even disc, does not lie at it [pitches].
 constexpr double kBeside = 1.5;
@@ -32,17 +35,25 @@ PlaceGrid gridOf(const Atoms& atoms, const sensor::Sensor& sensor) {
   return grid;
 }
 
+/// Returns force and moment of a contact about its point [N, N m].
+Vector6 wrenchOf(const Contact& contact) {
+  Vector6 wrench;
+  wrench << Vector3d::Map(contact.force_N.data()), Vector3d::Map(contact.moment_Nm.data());
+  return wrench;
+}
+
 auto forceOf(const Estimate& estimate, Index point) {
   return Vector3d::Map(estimate.force_N.data() + 3 * point);
 }
 
 }  // namespace
 
-ModelContacts::Found::Found(int points)
-    : forces_(3 * static_cast<std::size_t>(points))
-    , weights_(kColumns * forces_.size()) {
-  places_.reserve(static_cast<std::size_t>(points));
-  points_.reserve(static_cast<std::size_t>(points));
+ModelContacts::Found::Found(const Atoms& atoms)
+    : atoms_(atoms)
+    , forces_(3 * static_cast<std::size_t>(atoms.pointCount()))
+    , weights_(3UL * kColumns * static_cast<std::size_t>(atoms.pointCount() + kCouples)) {
+  places_.reserve(static_cast<std::size_t>(atoms.pointCount()));
+  points_.reserve(static_cast<std::size_t>(atoms.pointCount() + kCouples));
 }
 
 void ModelContacts::Found::take(const Estimate& estimate, Mixture& mixture, std::span<const unsigned char> has) {
@@ -54,6 +65,18 @@ void ModelContacts::Found::take(const Estimate& estimate, Mixture& mixture, std:
     std::copy(force.begin(), force.end(), forces_.begin() + 3 * std::ssize(places_));
     places_.push_back(static_cast<int>(p));
   }
+  const bool isAll = estimate.patchShare <= 0.5 && !places_.empty();  // else what lies beside the patches
+  whole_ = isAll ? &estimate.covariance : nullptr;
+  const int patches = isAll ? estimate.patchCount : 0;
+  couples_ = std::span(estimate.couple_Nm).first(3 * static_cast<std::size_t>(patches));
+  for (std::size_t k = 0; k < couplesAt().size(); ++k) couplesAt_[k] = nearest(estimate.patches[k].patch.place);
+}
+
+/// Returns the index in places() that is nearest to a patch.
+int ModelContacts::Found::nearest(const PatchPlace& place) const {
+  const auto away = [&](int point) { return (atoms_.points.col(point) - Vector3d(place.x_m, place.y_m, 0.0)).norm(); };
+  const auto found = std::min_element(places_.begin(), places_.end(), [&](int a, int b) { return away(a) < away(b); });
+  return static_cast<int>(found - places_.begin());
 }
 
 void ModelContacts::Found::covariances(const double* functionals, std::span<const int> of,
@@ -61,25 +84,28 @@ void ModelContacts::Found::covariances(const double* functionals, std::span<cons
   constexpr std::ptrdiff_t kNumbers = 3 * kColumns;  // of a place
   points_.clear();
   for (const int i : of) {
-    const int point = places_[static_cast<std::size_t>(i)];
+    const auto count = static_cast<int>(places_.size());
+    const int point = i < count ? places_[static_cast<std::size_t>(i)] : atoms_.pointCount() + i - count;
     std::copy_n(functionals + kNumbers * i, kNumbers, weights_.data() + kNumbers * point);
     points_.push_back(point);
   }
   mixture_->covariance(weights_, points_, result);
 }
 
-ModelContacts::ModelContacts(const Atoms& atoms, const sensor::Sensor& sensor)
+ModelContacts::ModelContacts(const Atoms& atoms, const sensor::Sensor& sensor, const SystematicPart& systematic)
     : atoms_(atoms)
+    , systematic_(systematic)
     , spread_(atoms)
-    , found_(atoms.pointCount())
-    , hills_(gridOf(atoms, sensor), atoms.pointCount())
+    , found_(atoms)
+    , hills_(gridOf(atoms, sensor), atoms.pointCount() + kCouples)
     , has_(static_cast<std::size_t>(atoms.pointCount()))
     , nearest_(has_.size())
     , part_(has_.size())
-    , weights_(3 * kColumns * has_.size())
-    , forces_(3 * has_.size()) {
+    , forces_(3 * has_.size())
+    , nodeForces_(3 * static_cast<std::size_t>(atoms.nodeCount()))
+    , weights_(3 * kColumns * (has_.size() + kCouples)) {
   for (auto& each : share_) each.resize(has_.size());
-  points_.reserve(has_.size());
+  points_.reserve(has_.size() + kCouples);
 }
 
 int ModelContacts::list(const Estimate& estimate, Mixture& mixture, double least_N,
@@ -87,10 +113,46 @@ int ModelContacts::list(const Estimate& estimate, Mixture& mixture, double least
   if (estimate.patchShare > 0.5) return listPatches(estimate, mixture, least_N, contacts);
   std::fill(has_.begin(), has_.end(), 1);
   found_.take(estimate, mixture, has_);
-  if (estimate.evenShare <= 0.5) return hills_.list(found_, contacts);
+  if (estimate.evenShare <= 0.5) return listHills(contacts);
   hills_.unite(found_);
-  contacts[0] = hills_.describe(found_, 0);
+  contacts[0] = describeHill(0, 0.0);
   return 1;
+}
+
+/// Lists the hill of the highest peak, and those with a surety above Hills::kLeast_deviations; of more than
+/// kMaxContacts, those of the highest peaks.
+int ModelContacts::listHills(std::array<Contact, kMaxContacts>& contacts) {
+  hills_.divide(found_);
+  std::size_t count = 0;
+  for (int hill = 0; hill < hills_.count() && count < kMaxContacts; ++hill) {
+    if (!hills_.stands(hill)) continue;
+    const double least = count == 0 ? 0.0 : Hills::kLeast_deviations;
+    contacts[count] = describeHill(hill, least);
+    if (Hills::surety(contacts[count]) >= least) ++count;
+  }
+  Hills::sort(std::span(contacts).first(count));
+  return static_cast<int>(count);
+}
+
+Contact ModelContacts::describeHill(int hill, double least_deviations) {
+  Contact contact = hills_.describe(found_, hill, least_deviations);
+  if (Hills::surety(contact) < least_deviations) return contact;
+  std::fill(forces_.begin(), forces_.end(), 0.0);
+  for (std::size_t i = 0; i < found_.places().size(); ++i) {
+    if (hills_.hillOf(static_cast<int>(i)) != hill) continue;
+    std::copy_n(found_.forces_N().data() + 3 * i, 3, forces_.data() + 3 * std::ptrdiff_t{found_.places()[i]});
+  }
+  addSystematic(contact);
+  return contact;
+}
+
+/// Adds the systematic part. forces_: those of the contact.
+void ModelContacts::addSystematic(Contact& contact) {
+  const Vector3d at(contact.position_m[0], contact.position_m[1], contact.positionZ_m);
+  std::array<double, 6> wrench{};
+  Vector6::Map(wrench.data()) = toPoint(-at) * wrenchOf(contact);
+  addAtNodes(atoms_, forces_, nodeForces_);
+  contact.systematic = covarianceAt(at, systematic_.covariance(wrench, nodeForces_));
 }
 
 int ModelContacts::listPatches(const Estimate& estimate, Mixture& mixture, double least_N,
@@ -152,7 +214,7 @@ int ModelContacts::listBeside(const Estimate& estimate, Mixture& mixture, double
   if (sum <= least_N) return 0;
   for (int hill = 0; hill < hills_.count() && count < kMaxContacts - kMost; ++hill) {
     if (!hills_.stands(hill)) continue;
-    Contact& contact = contacts[static_cast<std::size_t>(count)] = hills_.describe(found_, hill);
+    Contact& contact = contacts[static_cast<std::size_t>(count)] = describeHill(hill, Hills::kLeast_deviations);
     if (Vector3d::Map(contact.force_N.data()).norm() < least_N || Hills::surety(contact) < Hills::kLeast_deviations) {
       continue;
     }
@@ -190,45 +252,72 @@ Vector3d ModelContacts::gather(const Estimate& estimate, int contact) {
   return sum;
 }
 
-/// Describes a contact of patches: their forces, and its part of what is found besides.
+/// Describes a contact of patches: their forces and couples, and its part of what is found besides.
 Contact ModelContacts::describe(const Estimate& estimate, Mixture& mixture, int contact) {
   const Vector3d force = gather(estimate, contact);
-  // Centres of what presses, and of all along the force.
-  const std::array<Vector3d, 2> along = {Vector3d::UnitZ(), force.normalized()};
-  std::array<Vector2d, 2> centre = {Vector2d::Zero(), Vector2d::Zero()};
-  for (std::size_t i = 0; i < along.size(); ++i) {
-    for (std::size_t p = 0; p < has_.size(); ++p) {
-      const double share = along[i].dot(Vector3d::Map(forces_.data() + 3 * p)) / along[i].dot(force);
-      centre[i] += share * atoms_.points.col(static_cast<Index>(p)).head<2>();
-    }
+  Vector3d moment = Vector3d::Zero();
+  for (std::size_t p = 0; p < has_.size(); ++p) {
+    moment += atoms_.points.col(static_cast<Index>(p)).cross(Vector3d::Map(forces_.data() + 3 * p));
   }
-  // Functionals: the force, then these centres.
+  bool isAll = std::count(has_.begin(), has_.end(), 1) == 0;
+  for (int k = 0; k < estimate.patchCount; ++k) {
+    if (estimate.patches[static_cast<std::size_t>(k)].contact == contact)
+      moment += Vector3d::Map(estimate.couple_Nm.data() + std::ptrdiff_t{3} * k);
+    else
+      isAll = false;
+  }
+  // The noise of all that was found is known. Else, and where nothing presses, it takes functionals.
+  WrenchCovariance noise = estimate.covariance;
+  const auto presses = [&] { return force.z() > Hills::kLeast_deviations * std::sqrt(noise[14]); };
+  Vector2d ofAll = Vector2d::Zero(), ofAllDeviation = ofAll;
+  if (!isAll || !presses()) {
+    ofAll = setFunctionals(estimate, contact, force);
+    std::array<double, kColumns * kColumns> covariances{};
+    mixture.covariance(weights_, points_, covariances);
+    if (!isAll) noise = firstSix(covariances);
+    for (Index i = 0; i < 2; ++i)
+      ofAllDeviation[i] = std::sqrt(covariances[(kColumns + 1) * static_cast<std::size_t>(6 + i)]);
+  }
+  Contact result;
+  if (presses()) {  // about its centre, the moment across the normal is by the shift of the centre alone
+    setWrench(force, moment, noise, Vector3d(-moment.y(), moment.x(), 0.0) / force.z(), result);
+    result.positionDeviation_m = {std::sqrt(result.noise[28]) / force.z(), std::sqrt(result.noise[21]) / force.z()};
+  } else {
+    setWrench(force, moment, noise, Vector3d(ofAll.x(), ofAll.y(), 0.0), result);
+    Vector2d::Map(result.positionDeviation_m.data()) = ofAllDeviation;
+  }
+  setArea(estimate, contact, result);
+  addSystematic(result);
+  return result;
+}
+
+/// Sets the functionals of a contact of patches: its wrench about the origin, then the centre of its forces along their
+/// sum. Returns this centre.
+Vector2d ModelContacts::setFunctionals(const Estimate& estimate, int contact, const Vector3d& force) {
+  const Vector3d along = force / force.squaredNorm();
+  Vector2d centre = Vector2d::Zero();
+  for (std::size_t p = 0; p < has_.size(); ++p) {
+    centre += along.dot(Vector3d::Map(forces_.data() + 3 * p)) * atoms_.points.col(static_cast<Index>(p)).head<2>();
+  }
   points_.clear();
   for (std::size_t p = 0; p < has_.size(); ++p) {
     if (part_[p] == 0.0) continue;
     points_.push_back(static_cast<int>(p));
-    const Vector2d at = atoms_.points.col(static_cast<Index>(p)).head<2>();
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      double* const weights = weights_.data() + kColumns * (3 * p + axis);
-      std::fill_n(weights, kColumns, 0.0);
-      weights[axis] = part_[p];
-      for (std::size_t i = 0; i < along.size(); ++i) {
-        Vector2d::Map(weights + 3 + 2 * i) =
-            part_[p] * along[i][static_cast<Index>(axis)] / along[i].dot(force) * (at - centre[i]);
-      }
+    const Vector3d at = atoms_.points.col(static_cast<Index>(p));
+    double* const weights = weights_.data() + 3 * kColumns * p;
+    writeWrenches(at, part_[p], weights, kColumns);
+    for (Index axis = 0; axis < 3; ++axis) {
+      Vector2d::Map(weights + kColumns * axis + 6) = part_[p] * along[axis] * (at.head<2>() - centre);
     }
   }
-  std::array<double, kColumns * kColumns> covariances{};
-  mixture.covariance(weights_, points_, covariances);
-  const auto deviation = [&](std::size_t i) { return std::sqrt(covariances[(kColumns + 1) * i]); };
-  Contact result;
-  Vector3d::Map(result.force_N.data()) = force;
-  for (std::size_t axis = 0; axis < 3; ++axis) result.forceDeviation_N[axis] = deviation(axis);
-  const std::size_t which = force.z() > Hills::kLeast_deviations * deviation(2) ? 0 : 1;
-  Vector2d::Map(result.position_m.data()) = centre[which];
-  for (std::size_t axis = 0; axis < 2; ++axis) result.positionDeviation_m[axis] = deviation(3 + 2 * which + axis);
-  setArea(estimate, contact, result);
-  return result;
+  for (int k = 0; k < estimate.patchCount; ++k) {
+    if (estimate.patches[static_cast<std::size_t>(k)].contact != contact) continue;
+    points_.push_back(atoms_.pointCount() + k);
+    double* const weights = weights_.data() + std::ptrdiff_t{3 * kColumns} * points_.back();
+    std::fill_n(weights, 3 * kColumns, 0.0);
+    for (int axis = 0; axis < 3; ++axis) weights[kColumns * axis + 3 + axis] = 1.0;
+  }
+  return centre;
 }
 
 /// Gives the area of a contact of patches: of several, the squares of their pressures add up.

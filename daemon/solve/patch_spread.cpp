@@ -36,6 +36,12 @@ void spreadAlong(double at, double variance, bool centred, std::span<double> sha
   }
 }
 
+double centroidAlong(std::span<const double> share) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < share.size(); ++i) sum += static_cast<double>(i) * share[i];
+  return sum;
+}
+
 }  // namespace
 
 PatchSpread::PatchSpread(const Atoms& atoms)
@@ -53,6 +59,11 @@ void PatchSpread::divide(const PatchPlace& place, bool centred, std::span<double
   for (std::size_t p = 0, row = 0; row < up.size(); ++row) {
     for (const double each : across) share[p++] = each * up[row];
   }
+  off_.head<2>() = atoms_.pitch_m * (at - Eigen::Vector2d(centroidAlong(across), centroidAlong(up)));
+}
+
+Eigen::Vector3d PatchSpread::couple(const PatchLoad& load) const {
+  return off_.cross(load.head<3>()) + load[3] * Eigen::Vector3d::UnitZ();
 }
 
 }  // namespace tractiond::solve

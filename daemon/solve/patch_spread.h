@@ -19,9 +19,14 @@ class PatchSpread {
   /// of the shares is the place of the patch. A place beyond the grid of points counts as the nearest one on its border
   void divide(const PatchPlace& place, bool centred, std::span<double> share);
 
+  /// Returns what the wrench of a patch at the place of the last divide() has more than its forces at the points, a
+  /// couple [N m]: its torsion, and the moment by what their centroid is off.
+  Eigen::Vector3d couple(const PatchLoad& load) const;
+
  private:
   const Atoms& atoms_;
-  std::array<std::vector<double>, 2> along_;  // of the columns and rows of points
+  std::array<std::vector<double>, 2> along_;       // of the columns and rows of points
+  Eigen::Vector3d off_ = Eigen::Vector3d::Zero();  // of the last place from the centroid of its shares [m]
 };
 
 }  // namespace tractiond::solve

@@ -289,4 +289,25 @@ WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const
   return result;
 }
 
+SystematicPart::SystematicPart(const Factors& factors, const sensor::Sensor& sensor)
+    : errors_(factors.systematicErrors)
+    , uncertainty_(sensor.uncertainty)
+    , nodes_(sensor::nodePositions(sensor))
+    , pitch_m_(sensor.nodes.pitch) {}
+
+WrenchCovariance SystematicPart::covariance(const std::array<double, 6>& wrench,
+                                            std::span<const double> nodeForces_N) const {
+  double sum = 0.0, squares = 0.0;
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
+  for (Eigen::Index n = 0; n < nodes_.cols(); ++n) {
+    const double force2 = Eigen::Vector3d::Map(nodeForces_N.data() + 3 * n).squaredNorm(), force = std::sqrt(force2);
+    sum += force;
+    squares += force2;
+    centroid += force * nodes_.col(n);
+  }
+  if (squares == 0.0) return {};
+  const double whole = square(sum) / squares / static_cast<double>(nodes_.cols());
+  return systematicCovariance(wrench, centroid / sum, uncertainty_, pitch_m_, errors_, whole);
+}
+
 }  // namespace tractiond::solve

@@ -23,4 +23,22 @@ WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const
                                       const sensor::Uncertainty& uncertainty, double pitch_m,
                                       const SystematicErrors& errors, double whole);
 
+/// The systematic part of the covariance of forces on the nodes. Immutable once made.
+class SystematicPart {
+ public:
+  /// `factors` must outlive it.
+  SystematicPart(const Factors& factors, const sensor::Sensor& sensor);
+
+  /// Returns systematicCovariance() of forces on the nodes (3N [N]), 0 if all are 0. What is pressed in one place is
+  /// misread as the nodes around it misread it, what acts on all nodes as these; between the two by the share of the
+  /// face that an even pressure as concentrated would cover. \param wrench of the forces about the origin [N, N m]
+  WrenchCovariance covariance(const std::array<double, 6>& wrench, std::span<const double> nodeForces_N) const;
+
+ private:
+  const SystematicErrors& errors_;
+  const sensor::Uncertainty uncertainty_;
+  const sensor::Points nodes_;
+  const double pitch_m_;
+};
+
 }  // namespace tractiond::solve

@@ -17,6 +17,35 @@ inline Eigen::Matrix<double, 6, 3> unitWrenches(const Eigen::Vector3d& at) {
   return wrenches;
 }
 
+/// Writes the wrenches of forces at a point [m] along the three axes: six numbers of the row of each. \param factor the
+/// forces [N]
+inline void writeWrenches(const Eigen::Vector3d& at, double factor, double* rows, std::ptrdiff_t stride) {
+  const Eigen::Vector3d arm = factor * at;
+  for (const std::array<double, 6>& row :
+       {std::array{factor, 0.0, 0.0, 0.0, arm.z(), -arm.y()}, std::array{0.0, factor, 0.0, -arm.z(), 0.0, arm.x()},
+        std::array{0.0, 0.0, factor, arm.y(), -arm.x(), 0.0}}) {
+    std::copy(row.begin(), row.end(), rows);
+    rows += stride;
+  }
+}
+
+/// Returns what makes of a wrench about the origin that about a point [m]. The same point with the other sign takes it
+/// back.
+inline Eigen::Matrix<double, 6, 6> toPoint(const Eigen::Vector3d& at) {
+  Eigen::Matrix<double, 6, 6> matrix = Eigen::Matrix<double, 6, 6>::Identity();
+  matrix.leftCols<3>() = unitWrenches(-at);
+  return matrix;
+}
+
+/// Returns the covariance of a wrench about a point [m] from that about the origin.
+inline WrenchCovariance covarianceAt(const Eigen::Vector3d& at, const WrenchCovariance& aboutOrigin) {
+  using Matrix = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+  WrenchCovariance result;
+  const Eigen::Matrix<double, 6, 6> move = toPoint(at);
+  Matrix::Map(result.data()) = move * Matrix::Map(aboutOrigin.data()) * move.transpose();
+  return result;
+}
+
 /// Returns resultant and moment of a field [N, N m].
 inline std::array<double, 6> wrenchOf(const TractionField& field) {
   std::array<double, 6> wrench{};

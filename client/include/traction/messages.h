@@ -69,6 +69,12 @@ struct Contact {
   Vector3 forceDeviation_N{};
   double area_m2 = 0.0;  ///< area of a uniform pressure of the same concentration
   double areaDeviation_m2 = 0.0;
+  // All 0 if the daemon does not report them.
+  Vector3 moment_Nm{};       ///< of its forces about its point (position_m, positionZ_m), gel frame
+  double positionZ_m = 0.0;  ///< z of that centre: where the surface is curved; of a block 0
+  Covariance forceCovariance_N2;
+  Covariance momentCovariance_N2m2;      ///< of the moment about that point
+  Covariance forceMomentCovariance_N2m;  ///< row: component of the force; column: of the moment
 };
 
 /// Motion of the whole picture since the zero, caused by vibration or heat. Scale and roll are about the principal

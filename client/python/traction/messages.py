@@ -119,6 +119,12 @@ class Contact:
     force_deviation_N: Vector3
     area_m2: float  # area on which an even pressure would be as concentrated
     area_deviation_m2: float
+    # All 0 if the daemon does not tell.
+    moment_Nm: Vector3  # of its forces about its point, (position_m, position_z_m), gel frame
+    position_z_m: float  # z of that centre: where the surface is curved; of a block 0
+    force_covariance_N2: Covariance
+    moment_covariance_N2m2: Covariance  # of the moment about that point
+    force_moment_covariance_N2m: Covariance  # row: component of the force
 
 
 @dataclass(slots=True, eq=False)

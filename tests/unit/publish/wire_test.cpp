@@ -99,9 +99,17 @@ TEST(Wire, CovariancesAreTheBlocksOfTheWrenchsRowAfterRow) {
     for (double& number : expected) number += 100.0;
     EXPECT_EQ(std::vector(block.systematic().begin(), block.systematic().end()), expected);
   };
-  expectBlock(message.resultant_covariance_n2(), {11, 12, 13, 21, 22, 23, 31, 32, 33});
-  expectBlock(message.moment_covariance_n2m2(), {44, 45, 46, 54, 55, 56, 64, 65, 66});
-  expectBlock(message.resultant_moment_covariance_n2m(), {14, 15, 16, 24, 25, 26, 34, 35, 36});
+  const auto expectBlocks = [&](const pb::Covariance& force, const pb::Covariance& moment, const pb::Covariance& both) {
+    expectBlock(force, {11, 12, 13, 21, 22, 23, 31, 32, 33});
+    expectBlock(moment, {44, 45, 46, 54, 55, 56, 64, 65, 66});
+    expectBlock(both, {14, 15, 16, 24, 25, 26, 34, 35, 36});
+  };
+  expectBlocks(message.resultant_covariance_n2(), message.moment_covariance_n2m2(),
+               message.resultant_moment_covariance_n2m());
+  for (const pb::Contact& contact : message.contacts()) {
+    expectBlocks(contact.force_covariance_n2(), contact.moment_covariance_n2m2(),
+                 contact.force_moment_covariance_n2m());
+  }
 }
 
 TEST(Wire, ContactsAndHowTheForcesWereFoundArriveNumberByNumber) {
@@ -119,10 +127,12 @@ TEST(Wire, ContactsAndHowTheForcesWereFoundArriveNumberByNumber) {
   ASSERT_EQ(message.contacts_size(), 2);
   double expected = 0.0;
   for (const pb::Contact& contact : message.contacts()) {
-    for (const double number : {contact.position_m().x(), contact.position_m().y(), contact.position_deviation_m().x(),
-                                contact.position_deviation_m().y(), contact.force_n().x(), contact.force_n().y(),
-                                contact.force_n().z(), contact.force_deviation_n().x(), contact.force_deviation_n().y(),
-                                contact.force_deviation_n().z(), contact.area_m2(), contact.area_deviation_m2()}) {
+    for (const double number :
+         {contact.position_m().x(), contact.position_m().y(), contact.position_deviation_m().x(),
+          contact.position_deviation_m().y(), contact.force_n().x(), contact.force_n().y(), contact.force_n().z(),
+          contact.force_deviation_n().x(), contact.force_deviation_n().y(), contact.force_deviation_n().z(),
+          contact.area_m2(), contact.area_deviation_m2(), contact.position_z_m(), contact.moment_nm().x(),
+          contact.moment_nm().y(), contact.moment_nm().z()}) {
       EXPECT_EQ(number, ++expected);
     }
   }

@@ -188,7 +188,8 @@ TEST(LinearModel, AllocatesNothingWhenItAnswers) {
                      std::make_shared<const AtomModes>(factors, atoms, strongestModes(factors, options)));
   LinearScratch scratch;
   Modes modes(factors, atoms, options);
-  ModelContacts listing(atoms, sensor);
+  const SystematicPart systematic(factors, sensor);
+  ModelContacts listing(atoms, sensor, systematic);
   std::array<Contact, kMaxContacts> contacts;
   Estimate estimate;
   estimate.force_N.resize(3 * static_cast<std::size_t>(atoms.pointCount()));

@@ -16,68 +16,6 @@
 namespace tractiond::solve {
 namespace {
 
-/// The forces that are known, their model and what it answers.
-class LinearBench : public PatchBench {
- public:
-  /// \param hasPatches false: of the field alone
-  explicit LinearBench(bool hasPatches = true)
-      : PatchBench(smallSensor())
-      , linear_(factors(), atoms(), everyMode(),
-                std::make_shared<const AtomModes>(factors(), atoms(), strongestModes(factors(), everyMode())))
-      , modes_(factors(), atoms(), everyMode())
-      , hasPatches_(hasPatches) {
-    later_.force_N.resize(3 * static_cast<std::size_t>(atoms().pointCount()));
-  }
-
-  /// Solves a picture, and makes a linear model of it. `missing` must live until then.
-  Estimate make(const VectorXd& picture, const std::vector<int>& missing = {}) {
-    Estimate estimate = Bench::solve(solved(), picture, missing);
-    EXPECT_EQ(estimate.outcome, Estimate::Outcome::kFound);
-    EXPECT_TRUE(linear_.make(solved(), estimate, scratch_));
-    return estimate;
-  }
-
-  bool answer(const VectorXd& picture, const std::vector<int>& missing = {}, double noise_px = kNoise_px) {
-    std::vector<float> there = rounded(picture);
-    for (const int coordinate : missing) there[static_cast<std::size_t>(coordinate)] = 0.0F;
-    LineArray<double> displacement(static_cast<std::size_t>(factors().influence.stride()));
-    std::copy(there.begin(), there.end(), displacement.data());
-    modes_.look({displacement.data(), missing, 0.0, noise_px}, there);
-    return linear_.answer(there, missing, noise_px, modes_, later_);
-  }
-
-  const Estimate& later() const { return later_; }
-  LinearModel& linear() { return linear_; }
-  Model& solved() { return hasPatches_ ? model() : Bench::model(); }
-
- private:
-  LinearModel linear_;
-  LinearScratch scratch_;
-  Modes modes_;
-  bool hasPatches_;
-  Estimate later_;
-};
-
-VectorXd wrenchOf(const Load& load) {
-  VectorXd sum = VectorXd::Zero(6);
-  for (const PointForce& at : load) {
-    sum.head<3>() += at.force;
-    sum.tail<3>() += 1e-3 * Vector3d(at.x_mm, at.y_mm, 0.0).cross(at.force);
-  }
-  return sum;
-}
-
-/// Returns the centre of the normal forces [m].
-Eigen::Vector2d centreOf_m(const Load& load) {
-  const VectorXd wrench = wrenchOf(load);
-  return {-wrench[4] / wrench[2], wrench[3] / wrench[2]};
-}
-
-Load moved(Load load, double x_mm, double y_mm, double times = 1.0) {
-  for (PointForce& at : load) at = {at.x_mm + x_mm, at.y_mm + y_mm, times * at.force};
-  return load;
-}
-
 struct LinearCase {
   const char* name;
   bool hasPatches;
@@ -100,13 +38,6 @@ std::pair<VectorXd, RowMajor> covariancesOf(Mixture& mixture, const Atoms& atoms
   RowMajor covariance(kColumns, kColumns);
   mixture.covariance(all(weights), points, all(covariance));
   return {nodes, covariance};
-}
-
-/// Returns the forces of the nodes.
-VectorXd nodeForces(const Estimate& estimate, const Atoms& atoms) {
-  VectorXd nodes(3 * atoms.nodeCount());
-  addAtNodes(atoms, estimate.force_N, all(nodes));
-  return nodes;
 }
 
 Eigen::Matrix<double, kPerPatch, 1> valuesOf(const FoundPatch& patch) {

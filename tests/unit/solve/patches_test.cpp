@@ -165,7 +165,8 @@ TEST(EvenField, IsEven) {
 
 TEST(EvenField, IsListedAsOneContact) {
   PatchBench bench(smallSensor());
-  ModelContacts listing(bench.atoms(), bench.sensor());
+  const SystematicPart systematic(bench.factors(), bench.sensor());
+  ModelContacts listing(bench.atoms(), bench.sensor(), systematic);
   std::array<Contact, kMaxContacts> contacts;
   const Estimate estimate = bench.solve(bench.picture(disc(0, 0, 7.5, 3 * kPress), 2));
   ASSERT_GT(estimate.evenShare, 0.5);

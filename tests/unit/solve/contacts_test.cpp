@@ -1,0 +1,221 @@
+// What is stated of contacts, against loads that are known.
+#include "daemon/solve/model_contacts.h"
+#include "tests/support/seed.h"
+#include "tests/unit/solve/linear_bench.h"
+
+#include <gtest/gtest.h>
+
+namespace tractiond::solve {
+namespace {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+using Contacts = std::span<const Contact>;
+
+/// A sensor with errors of its own, and the list of its contacts.
+class ContactBench {
+ public:
+  ContactBench() {
+    factors_.systematicErrors = {.contact = {}, .wholeFace = {}, .contactScatter = {}, .wholeFaceScatter = {}};
+    for (int i = 0; i < 2 * 36; ++i) {
+      factors_.systematicErrors.contact.push_back(1e-3 * std::cos(i));
+      factors_.systematicErrors.wholeFace.push_back(2e-3 * std::sin(i));
+    }
+  }
+
+  LinearBench& bench() { return bench_; }
+  const SystematicPart& systematic() const { return systematic_; }
+
+  Contacts list(const Estimate& estimate, Mixture& mixture) {
+    const int count = listing_.list(estimate, mixture, 0.01, contacts_);
+    return {contacts_.data(), static_cast<std::size_t>(count)};
+  }
+  Contacts solve(const VectorXd& picture, Estimate& estimate) {
+    estimate = bench_.make(picture);
+    return list(estimate, bench_.solved().mixture());
+  }
+  /// By the model of the last solve().
+  Contacts answer(const VectorXd& picture) {
+    EXPECT_TRUE(bench_.answer(picture));
+    return list(bench_.later(), bench_.linear().mixture());
+  }
+
+ private:
+  LinearBench bench_;
+  Factors factors_;
+  SystematicPart systematic_{factors_, bench_.sensor()};
+  ModelContacts listing_{bench_.atoms(), bench_.sensor(), systematic_};
+  std::array<Contact, kMaxContacts> contacts_;
+};
+
+Vector3d pointOf(const Contact& contact) {
+  return {contact.position_m[0], contact.position_m[1], contact.positionZ_m};
+}
+
+Vector6 wrenchOf(const Contact& contact) {
+  Vector6 wrench;
+  wrench << Vector3d::Map(contact.force_N.data()), Vector3d::Map(contact.moment_Nm.data());
+  return wrench;
+}
+
+/// Force and moment about a point [m], from those about the origin.
+Vector6 about(const Vector3d& point, Vector6 wrench) {
+  wrench.tail<3>() -= point.cross(Vector3d(wrench.head<3>()));
+  return wrench;
+}
+
+/// The same of a covariance, column by column.
+Matrix6 covarianceAbout(const Vector3d& point, const Matrix6& covariance) {
+  Matrix6 half, whole;
+  for (Index i = 0; i < 6; ++i) half.col(i) = about(point, covariance.col(i));
+  for (Index i = 0; i < 6; ++i) whole.row(i) = about(point, half.row(i).transpose()).transpose();
+  return whole;
+}
+
+/// What is stated less what acts, in standard deviations of the noise.
+Vector6 errorOf(const Contact& contact, const Load& load) {
+  const Vector6 error = wrenchOf(contact) - about(pointOf(contact), wrenchOf(load));
+  return error.array() / Matrix6::Map(contact.noise.data()).diagonal().array().sqrt();
+}
+
+/// What the contacts leave of the wrench.
+Vector6 restOf(const Estimate& estimate, Contacts contacts) {
+  Vector6 rest = wrenchOf(estimate);
+  for (const Contact& each : contacts) rest -= about(-pointOf(each), wrenchOf(each));
+  return rest;
+}
+
+const Load kTwisted = disc(6, -4, 2.5, 10 * kPress + 3 * kShear - 2 * kAcross, 6.0);  // N, N mm
+
+TEST(Contacts, HaveTheTorqueOfTheirLoad) {
+  ContactBench contacts;
+  Estimate estimate;
+  const auto expectTruth = [](Contacts found, const Load& load) {
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_LT(errorOf(found[0], load).cwiseAbs().maxCoeff(), 4.0);
+    EXPECT_NEAR(found[0].moment_Nm[0], 0.0, 1e-12);  // it presses
+    EXPECT_NEAR(found[0].moment_Nm[1], 0.0, 1e-12);
+    const double deviation = std::sqrt(found[0].noise[35]);
+    EXPECT_GT(deviation, 1e-5);
+    EXPECT_LT(deviation, 3e-4);  // else a torque of 6 mN m says little
+  };
+  expectTruth(contacts.solve(contacts.bench().picture(kTwisted, 1), estimate), kTwisted);
+  EXPECT_GT(estimate.patchShare, 0.9);
+  expectTruth(contacts.answer(contacts.bench().picture(kTwisted, 2)), kTwisted);
+  const Load later = disc(6.2, -4.2, 2.5, 8 * kPress + 1.5 * kShear - kAcross, 2.0);
+  expectTruth(contacts.answer(contacts.bench().picture(later, 3)), later);
+}
+
+TEST(Contacts, HaveEachTheirOwnWrench) {
+  ContactBench contacts;
+  Estimate estimate;
+  const Load left = disc(-6, -4, 2, 5 * kPress - kShear, 3.0), right = disc(6, 4, 2, 8 * kPress + kAcross, -4.0);
+  const auto expectTruth = [&](Contacts found) {
+    ASSERT_EQ(found.size(), 2U);
+    EXPECT_LT(errorOf(found[0], right).cwiseAbs().maxCoeff(), 4.0);
+    EXPECT_LT(errorOf(found[1], left).cwiseAbs().maxCoeff(), 4.0);
+    for (const Contact& each : found) {
+      EXPECT_GT(std::sqrt(each.noise[35]), 1e-5);
+      EXPECT_LT(std::sqrt(each.noise[35]), 4e-4);
+    }
+  };
+  expectTruth(contacts.solve(contacts.bench().picture(both(left, right), 5), estimate));
+  EXPECT_GT(estimate.patchShare, 0.9);
+  expectTruth(contacts.answer(contacts.bench().picture(both(left, right), 6)));
+}
+
+TEST(Contacts, AddUpToTheResultant) {
+  const std::vector<std::pair<const char*, Load>> loads = {
+      {"one", kTwisted},
+      {"two", both(disc(-6, -4, 2, 5 * kPress, 2.0), disc(6, 4, 2, 8 * kPress + kShear, -3.0))},
+      {"a bar", both(both(disc(-4, 0, 2, 3 * kPress), disc(0, 0, 2, 3 * kPress)), disc(4, 0, 2, 3 * kPress, 1.0))},
+      {"in a corner, beyond the nodes", disc(-11, -9, 1.5, 5 * kPress + kAcross, 1.0)},
+      {"even", disc(0.5, -0.7, 9, 6 * kPress)},
+  };
+  unsigned seed = 10;
+  for (const auto& [name, load] : loads) {
+    ContactBench contacts;
+    Estimate estimate;
+    for (const bool isLinear : {false, true}) {
+      SCOPED_TRACE(testing::Message() << name << (isLinear ? ", by an earlier model" : ""));
+      const VectorXd picture = contacts.bench().picture(isLinear ? moved(load, 0.3, -0.2, 1.2) : load, ++seed);
+      const Contacts found = isLinear ? contacts.answer(picture) : contacts.solve(picture, estimate);
+      const Vector6 rest = restOf(isLinear ? contacts.bench().later() : estimate, found);
+      EXPECT_LT(rest.head<3>().norm(), 1e-9);
+      EXPECT_LT(rest.tail<3>().norm(), 1e-11);
+    }
+  }
+}
+
+/// A contact that is all there is has what is stated of the resultant.
+TEST(Contacts, OneHasTheUncertaintyOfTheResultant) {
+  for (const Load& load : {kTwisted, disc(0.5, -0.7, 9, 6 * kPress)}) {
+    ContactBench contacts;
+    Estimate estimate;
+    for (const bool isLinear : {false, true}) {
+      const VectorXd picture = contacts.bench().picture(load, 30);
+      const Contacts found = isLinear ? contacts.answer(picture) : contacts.solve(picture, estimate);
+      if (isLinear) estimate = contacts.bench().later();
+      ASSERT_EQ(found.size(), 1U);
+      const auto expectSame = [&](const WrenchCovariance& stated, const MatrixXd& aboutOrigin, double tolerance) {
+        const Matrix6 expected = covarianceAbout(pointOf(found[0]), aboutOrigin);
+        const VectorXd scale = expected.diagonal().cwiseSqrt().cwiseInverse();
+        EXPECT_LT((scale.asDiagonal() * (Matrix6::Map(stated.data()) - expected) * scale.asDiagonal()).norm(),
+                  tolerance);
+      };
+      expectSame(found[0].noise, covarianceOf(estimate), 1e-3);  // shares of a patch change by differences
+      const WrenchCovariance systematic =
+          contacts.systematic().covariance(estimate.wrench, all(nodeForces(estimate, contacts.bench().atoms())));
+      expectSame(found[0].systematic, MatrixXd(Matrix6::Map(systematic.data())), 1e-6);
+    }
+  }
+}
+
+TEST(Contacts, StateIntervalsThatHold) {
+  std::mt19937 random(test::seed());
+  const auto between = [&](double least, double most) { return std::uniform_real_distribution(least, most)(random); };
+  std::array<Vector6, 2> covered = {Vector6::Zero(), Vector6::Zero()}, squares = covered;
+  std::array<int, 2> count{};
+  constexpr int kLoads = 60, kLater = 5;
+  for (int i = 0; i < kLoads; ++i) {
+    ContactBench contacts;
+    Estimate estimate;
+    const double x_mm = between(-7, 7), y_mm = between(-5, 5), radius_mm = between(1.5, 3);
+    const auto draw = [&](double press_N) {
+      return disc(x_mm, y_mm, radius_mm,
+                  press_N * (kPress + between(-0.3, 0.3) * kShear + between(-0.3, 0.3) * kAcross),
+                  press_N * between(-0.5, 0.5));
+    };
+    const auto add = [&](std::size_t isLinear, Contacts found, const Load& load) {
+      if (found.size() != 1) return;
+      const Vector6 error = errorOf(found[0], load);
+      covered[isLinear] += (error.array().abs() < 1.96).cast<double>().matrix();
+      squares[isLinear] += error.cwiseAbs2();
+      ++count[isLinear];
+    };
+    const double press_N = between(0.5, 5);
+    const Load load = draw(press_N);
+    add(0, contacts.solve(contacts.bench().picture(load, static_cast<unsigned>(random())), estimate), load);
+    for (int later = 0; later < kLater; ++later) {
+      const Load now = draw(between(0.7, 1.3) * press_N);
+      const VectorXd picture = contacts.bench().picture(now, static_cast<unsigned>(random()));
+      if (!contacts.bench().answer(picture)) continue;
+      add(1, contacts.list(contacts.bench().later(), contacts.bench().linear().mixture()), now);
+    }
+  }
+  for (std::size_t isLinear = 0; isLinear < 2; ++isLinear) {
+    const Vector6 share = covered[isLinear] / count[isLinear];
+    std::printf("%s: %d contacts, Fx Fy Fz Mx My Mz within their 95 %% intervals: %.0f %.0f %.0f %.0f %.0f %.0f %%; "
+                "mean square of error by deviation %.2f %.2f %.2f %.2f %.2f %.2f\n",
+                isLinear != 0 ? "by an earlier model" : "solved", count[isLinear], 100 * share[0], 100 * share[1],
+                100 * share[2], 100 * share[3], 100 * share[4], 100 * share[5], squares[isLinear][0] / count[isLinear],
+                squares[isLinear][1] / count[isLinear], squares[isLinear][2] / count[isLinear],
+                squares[isLinear][3] / count[isLinear], squares[isLinear][4] / count[isLinear],
+                squares[isLinear][5] / count[isLinear]);
+    EXPECT_GT(share.minCoeff(), 0.85);
+    EXPECT_GT(share.mean(), 0.92);
+  }
+}
+
+}  // namespace
+}  // namespace tractiond::solve
