@@ -80,6 +80,10 @@ void put(Json& json, const Contact& contact) {
   put(json, "force_covariance_N2", contact.forceCovariance_N2);
   put(json, "moment_covariance_N2m2", contact.momentCovariance_N2m2);
   put(json, "force_moment_covariance_N2m", contact.forceMomentCovariance_N2m);
+  json.key("half_axes_m").numbers(contact.halfAxes_m);
+  json.key("half_axes_deviation_m").numbers(contact.halfAxesDeviation_m);
+  json.key("orientation_rad").number(contact.orientation_rad);
+  json.key("orientation_deviation_rad").number(contact.orientationDeviation_rad);
   json.close('}');
 }
 

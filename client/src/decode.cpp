@@ -163,7 +163,11 @@ Contact contactOf(const pb::Contact& from) {
           from.position_z_m(),
           covarianceOf(from.force_covariance_n2()),
           covarianceOf(from.moment_covariance_n2m2()),
-          covarianceOf(from.force_moment_covariance_n2m())};
+          covarianceOf(from.force_moment_covariance_n2m()),
+          vectorOf(from.half_axes_m()),
+          vectorOf(from.half_axes_deviation_m()),
+          from.orientation_rad(),
+          from.orientation_deviation_rad()};
 }
 
 /// Returns kNone for a phase of a later version.
@@ -348,7 +352,8 @@ Field decodeField(std::string_view bytes) {
                            field.resultantMomentCovariance_N2m);
   for (const Contact& contact : field.contacts) {
     requireFinite(contact.position_m, contact.positionDeviation_m, contact.force_N, contact.forceDeviation_N,
-                  contact.area_m2, contact.areaDeviation_m2, contact.moment_Nm, contact.positionZ_m);
+                  contact.area_m2, contact.areaDeviation_m2, contact.moment_Nm, contact.positionZ_m, contact.halfAxes_m,
+                  contact.halfAxesDeviation_m, contact.orientation_rad, contact.orientationDeviation_rad);
     requireFiniteCovariances(contact.forceCovariance_N2, contact.momentCovariance_N2m2,
                              contact.forceMomentCovariance_N2m);
   }

@@ -125,6 +125,10 @@ void set(const Contact& from, pb::Contact& to) {
   set(from, 0, 0, *to.mutable_force_covariance_n2());
   set(from, 3, 3, *to.mutable_moment_covariance_n2m2());
   set(from, 0, 3, *to.mutable_force_moment_covariance_n2m());
+  setXy(from.halfAxes_m, *to.mutable_half_axes_m());
+  setXy(from.halfAxesDeviation_m, *to.mutable_half_axes_deviation_m());
+  to.set_orientation_rad(from.orientation_rad);
+  to.set_orientation_deviation_rad(from.orientationDeviation_rad);
 }
 
 pb::Method methodOf(Method method) {

@@ -20,6 +20,11 @@ struct Contact {
   std::array<double, 3> moment_Nm{};  ///< about that centre, (position_m, positionZ_m)
   WrenchCovariance noise{};           ///< of force_N and moment_Nm: the part that differs from frame to frame
   WrenchCovariance systematic{};      ///< the part that does not
+  /// Of the ellipse of an even pressure with this area and the second moments of the forces, the larger one first.
+  std::array<double, 2> halfAxes_m{};
+  std::array<double, 2> halfAxesDeviation_m{};
+  double orientation_rad = 0.0;           ///< of the larger one, from x towards y, in [-pi/2, pi/2)
+  double orientationDeviation_rad = 0.0;  ///< at most pi / sqrt(12), that of any orientation
 };
 inline constexpr int kMaxContacts = 8;  ///< largest number of contacts in a field
 

@@ -63,8 +63,9 @@ bool FieldRules::finite(const TractionField& field) {
   };
   const auto isFiniteContact = [&](const Contact& contact) {
     return isFinite(contact.position_m) && isFinite(contact.positionDeviation_m) && isFinite(contact.moment_Nm) &&
-           std::isfinite(contact.area_m2) && std::isfinite(contact.areaDeviation_m2) && isFinite(contact.noise) &&
-           isFinite(contact.systematic);
+           isFinite(contact.noise) && isFinite(contact.systematic) && std::isfinite(contact.areaDeviation_m2) &&
+           isFinite(contact.halfAxes_m) && isFinite(contact.halfAxesDeviation_m) &&
+           std::isfinite(contact.orientation_rad) && std::isfinite(contact.orientationDeviation_rad);
   };
   return std::isfinite(field.residual_px) && isFinite(field.resultant_N) && isFinite(field.moment_Nm) &&
          isFinite(field.noise) && isFinite(field.systematic) &&

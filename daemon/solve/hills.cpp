@@ -5,6 +5,7 @@
 // to peak, which takes nothing from the resolution along it.
 #include "daemon/solve/hills.h"
 
+#include "daemon/solve/ellipse.h"
 #include "daemon/solve/wrench.h"
 
 #include <algorithm>
@@ -222,22 +223,35 @@ Contact Hills::describe(const SolvedForces& solved, int hill, double least_devia
   for (const int i : members_) centre += along.dot(forceOf(i)) / along.dot(force) * grid_.positions.col(nodes[i]);
   setWrench(force, moment, noise, centre, contact);
 
-  // Functionals: the area, the centre.
+  Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();
+  for (const int i : members_) {
+    const Eigen::Vector2d away = (grid_.positions.col(nodes[i]) - centre).head<2>();
+    moments += along.dot(forceOf(i)) / along.dot(force) * away * away.transpose();
+  }
+  constexpr double kEven = 1.0 / 12.0;  // second moment of an even pressure on a square
+  const Ellipse ellipse(moments, kEven * grid_.areas[nodes[peak_[hill]]]);
+
+  // Functionals: the numbers of the ellipse, the centre.
   clearFunctionals();
   for (const int i : members_) {
     const double ofArea = 2.0 * contact.area_m2 * (1.0 / sum - magnitude_[i] / grid_.areas[nodes[i]] / squares);
-    const Eigen::Vector2d away = (grid_.positions.col(nodes[i]) - centre).head<2>() / along.dot(force);
+    const Eigen::Vector2d away = (grid_.positions.col(nodes[i]) - centre).head<2>();
+    const Eigen::Vector3d stretch = ellipse.unit(away) - Eigen::Vector3d(ellipse.moments[0], ellipse.moments[1], 0.0);
     for (int axis = 0; axis < 3; ++axis) {
       double* const functionals = functionalsOf(i) + kColumns * axis;
       functionals[0] = ofArea * forces[3 * i + axis] / magnitude_[i];
-      Eigen::Vector2d::Map(functionals + 1) = along[axis] * away;
+      Eigen::Vector3d::Map(functionals + 1) = along[axis] / along.dot(force) * stretch;
+      Eigen::Vector2d::Map(functionals + Ellipse::kNumbers) = along[axis] / along.dot(force) * away;
     }
   }
   std::array<double, kColumns * kColumns> covariances{};
   solved.covariances(functionals_.data(), used_, covariances);
-  const auto deviation = [&](int i) { return std::sqrt(covariances[static_cast<std::size_t>((kColumns + 1) * i)]); };
-  contact.areaDeviation_m2 = deviation(0);
-  for (int axis = 0; axis < 2; ++axis) contact.positionDeviation_m[axis] = deviation(1 + axis);
+  const auto covariance = Eigen::Matrix<double, kColumns, kColumns>::Map(covariances.data());
+  setShape(ellipse, covariance.topLeftCorner<Ellipse::kNumbers, Ellipse::kNumbers>(), contact);
+  for (int axis = 0; axis < 2; ++axis) {
+    const int number = Ellipse::kNumbers + axis;
+    contact.positionDeviation_m[axis] = std::sqrt(covariance(number, number));
+  }
   return contact;
 }
 

@@ -1,5 +1,6 @@
 #include "daemon/solve/model_contacts.h"
 
+#include "daemon/solve/ellipse.h"
 #include "daemon/solve/wrench.h"
 
 #include <algorithm>
@@ -286,7 +287,7 @@ Contact ModelContacts::describe(const Estimate& estimate, Mixture& mixture, int 
     setWrench(force, moment, noise, Vector3d(ofAll.x(), ofAll.y(), 0.0), result);
     Vector2d::Map(result.positionDeviation_m.data()) = ofAllDeviation;
   }
-  setArea(estimate, contact, result);
+  setShape(estimate, contact, presses() ? Vector3d::UnitZ() : Vector3d(force.normalized()), result);
   addSystematic(result);
   return result;
 }
@@ -320,20 +321,50 @@ Vector2d ModelContacts::setFunctionals(const Estimate& estimate, int contact, co
   return centre;
 }
 
-/// Gives the area of a contact of patches: of several, the squares of their pressures add up.
-void ModelContacts::setArea(const Estimate& estimate, int contact, Contact& result) {
-  double sum = 0.0, squares = 0.0, doubt = 0.0;
-  for (const FoundPatch& found : std::span(estimate.patches).first(static_cast<std::size_t>(estimate.patchCount))) {
-    if (found.contact != contact) continue;
-    const double deviation = 4.0 * std::numbers::pi * std::sqrt(found.covariance(6, 6));
-    const double area = std::max(4.0 * std::numbers::pi * found.patch.place.spread_m2, deviation);
-    const double force = found.patch.load.head<3>().norm();
-    sum += force;
-    squares += square(force) / area;
-    doubt += square(square(force / area) * deviation);
-  }
+/// Gives the shape of a contact of patches: of several, the squares of their pressures add up to that of its area, and
+/// their places scatter. Each counts as round, and apart from the others and from what is found besides.
+void ModelContacts::setShape(const Estimate& estimate, int contact, const Vector3d& along, Contact& result) {
+  const auto each = [&](auto use) {
+    for (const FoundPatch& found : std::span(estimate.patches).first(static_cast<std::size_t>(estimate.patchCount))) {
+      if (found.contact != contact) continue;
+      const auto& [place, load] = found.patch;
+      const double spread = std::max(place.spread_m2, std::sqrt(found.covariance(6, 6)));
+      use(found.covariance, Vector2d(place.x_m, place.y_m), spread, Vector3d(load.head<3>()));
+    }
+  };
+  double sum = 0.0, squares = 0.0, total = 0.0, least = std::numeric_limits<double>::infinity();
+  Vector2d centre = Vector2d::Zero();
+  each([&](const auto&, const Vector2d& at, double spread, const Vector3d& force) {
+    sum += force.norm();
+    squares += force.squaredNorm() / (4.0 * std::numbers::pi * spread);
+    total += along.dot(force);
+    centre += along.dot(force) * at;
+    least = std::min(least, spread);
+  });
+  centre /= total;
   result.area_m2 = square(sum) / squares;
-  result.areaDeviation_m2 = square(result.area_m2 / sum) * std::sqrt(doubt);
+  Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();
+  each([&](const auto&, const Vector2d& at, double spread, const Vector3d& force) {
+    moments +=
+        along.dot(force) / total * (spread * Eigen::Matrix2d::Identity() + (at - centre) * (at - centre).transpose());
+  });
+  const Ellipse ellipse(moments, least);
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
+  each([&](const auto& ofPatch, const Vector2d& at, double spread, const Vector3d& force) {
+    const Vector2d away = ellipse.axes.transpose() * (at - centre);
+    const double weight = along.dot(force) / total;
+    Eigen::Matrix<double, Ellipse::kNumbers, kPerPatch> by = decltype(by)::Zero();
+    by(0, 6) = square(result.area_m2 / sum) * force.squaredNorm() / (4.0 * std::numbers::pi * square(spread));
+    const Vector3d ofForce =
+        ellipse.unit(at - centre) + Vector3d(spread - ellipse.moments[0], spread - ellipse.moments[1], 0.0);
+    by.block<3, 3>(1, 0) = ofForce * along.transpose() / total;
+    by.block<1, 2>(1, 4) = 2.0 * weight * away.x() * ellipse.axes.col(0).transpose();
+    by.block<1, 2>(2, 4) = 2.0 * weight * away.y() * ellipse.axes.col(1).transpose();
+    by.block<1, 2>(3, 4) = weight * (away.y() * ellipse.axes.col(0) + away.x() * ellipse.axes.col(1)).transpose();
+    by(1, 6) = by(2, 6) = weight;
+    covariance += by * ofPatch * by.transpose();
+  });
+  solve::setShape(ellipse, covariance, result);
 }
 
 }  // namespace tractiond::solve

@@ -67,7 +67,7 @@ class ModelContacts {
   Eigen::Vector2d setFunctionals(const Estimate& estimate, int contact, const Eigen::Vector3d& force);
   Contact describeHill(int hill, double least_deviations);
   void addSystematic(Contact& contact);
-  static void setArea(const Estimate& estimate, int contact, Contact& result);
+  static void setShape(const Estimate& estimate, int contact, const Eigen::Vector3d& along, Contact& result);
 
   const Atoms& atoms_;
   const SystematicPart& systematic_;

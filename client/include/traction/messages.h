@@ -75,6 +75,11 @@ struct Contact {
   Covariance forceCovariance_N2;
   Covariance momentCovariance_N2m2;      ///< of the moment about that point
   Covariance forceMomentCovariance_N2m;  ///< row: component of the force; column: of the moment
+  Vector2
+      halfAxes_m{};  ///< of the ellipse of an even pressure with this area and the moments of the forces; larger first
+  Vector2 halfAxesDeviation_m{};
+  double orientation_rad = 0.0;           ///< of the larger one, from x towards y, in [-pi/2, pi/2)
+  double orientationDeviation_rad = 0.0;  ///< at most pi / sqrt(12), where any orientation is possible
 };
 
 /// Motion of the whole picture since the zero, caused by vibration or heat. Scale and roll are about the principal

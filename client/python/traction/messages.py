@@ -125,6 +125,10 @@ class Contact:
     force_covariance_N2: Covariance
     moment_covariance_N2m2: Covariance  # of the moment about that point
     force_moment_covariance_N2m: Covariance  # row: component of the force
+    half_axes_m: Vector2  # of the ellipse of an even pressure with this area and the moments of the forces; larger first
+    half_axes_deviation_m: Vector2
+    orientation_rad: float  # of the larger one, from x towards y, in [-pi/2, pi/2)
+    orientation_deviation_rad: float  # at most pi / sqrt(12), where any orientation is possible
 
 
 @dataclass(slots=True, eq=False)

@@ -67,9 +67,10 @@ inline TractionField traction(int markers, int nodes, std::uint64_t number = 1) 
   std::iota(field.deviation_N.begin(), field.deviation_N.end(), 0.0625F);
   field.method = Method::kContact;
   field.pictureMotion = {11.0, 12.0, 13.0, 14.0};
-  field.contacts[0] = {{1, 2}, {3, 4}, {5, 6, 7}, {8, 9, 10}, 11, 12, 13, {14, 15, 16}, field.noise, field.systematic};
-  field.contacts[1] = {{17, 18}, {19, 20}, {21, 22, 23}, {24, 25, 26}, 27,
-                       28,       29,       {30, 31, 32}, field.noise,  field.systematic};
+  field.contacts[0] = {{1, 2},       {3, 4},      {5, 6, 7},        {8, 9, 10}, 11,       12, 13,
+                       {14, 15, 16}, field.noise, field.systematic, {17, 18},   {19, 20}, 21, 22};
+  field.contacts[1] = {{23, 24},     {25, 26},    {27, 28, 29},     {30, 31, 32}, 33,       34, 35,
+                       {36, 37, 38}, field.noise, field.systematic, {39, 40},     {41, 42}, 43, 44};
   field.contactCount = 2;
   field.flags = kZeroUnverified;
   return field;

@@ -127,12 +127,28 @@ TEST(Wire, ContactsAndHowTheForcesWereFoundArriveNumberByNumber) {
   ASSERT_EQ(message.contacts_size(), 2);
   double expected = 0.0;
   for (const pb::Contact& contact : message.contacts()) {
-    for (const double number :
-         {contact.position_m().x(), contact.position_m().y(), contact.position_deviation_m().x(),
-          contact.position_deviation_m().y(), contact.force_n().x(), contact.force_n().y(), contact.force_n().z(),
-          contact.force_deviation_n().x(), contact.force_deviation_n().y(), contact.force_deviation_n().z(),
-          contact.area_m2(), contact.area_deviation_m2(), contact.position_z_m(), contact.moment_nm().x(),
-          contact.moment_nm().y(), contact.moment_nm().z()}) {
+    for (const double number : {contact.position_m().x(),
+                                contact.position_m().y(),
+                                contact.position_deviation_m().x(),
+                                contact.position_deviation_m().y(),
+                                contact.force_n().x(),
+                                contact.force_n().y(),
+                                contact.force_n().z(),
+                                contact.force_deviation_n().x(),
+                                contact.force_deviation_n().y(),
+                                contact.force_deviation_n().z(),
+                                contact.area_m2(),
+                                contact.area_deviation_m2(),
+                                contact.position_z_m(),
+                                contact.moment_nm().x(),
+                                contact.moment_nm().y(),
+                                contact.moment_nm().z(),
+                                contact.half_axes_m().x(),
+                                contact.half_axes_m().y(),
+                                contact.half_axes_deviation_m().x(),
+                                contact.half_axes_deviation_m().y(),
+                                contact.orientation_rad(),
+                                contact.orientation_deviation_rad()}) {
       EXPECT_EQ(number, ++expected);
     }
   }

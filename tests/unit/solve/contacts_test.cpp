@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 namespace tractiond::solve {
 namespace {
 
@@ -169,6 +171,111 @@ TEST(Contacts, OneHasTheUncertaintyOfTheResultant) {
       expectSame(found[0].systematic, MatrixXd(Matrix6::Map(systematic.data())), 1e-6);
     }
   }
+}
+
+/// An even pressure on an ellipse.
+Load ellipse(double x_mm, double y_mm, double a_mm, double b_mm, double angle, const Vector3d& force_N) {
+  Load load;
+  for (const PointForce& at : disc(0.0, 0.0, 1.0, force_N)) {
+    const double along = a_mm * at.x_mm, across = b_mm * at.y_mm;
+    load.push_back({x_mm + std::cos(angle) * along - std::sin(angle) * across,
+                    y_mm + std::sin(angle) * along + std::cos(angle) * across, at.force});
+  }
+  return load;
+}
+
+/// Returns the angle in [-pi/2, pi/2) of the same axis.
+double ofAxis(double angle) {
+  return angle - std::numbers::pi * std::floor(angle / std::numbers::pi + 0.5);
+}
+
+TEST(Contacts, HaveTheShapeOfTheirLoad) {
+  double squares = 0.0;
+  int count = 0;
+  for (const double angle : {-1.5, -0.7, 0.0, 0.6, 1.4}) {
+    for (const auto& [load, ratio] : {std::pair{ellipse(0.4, -0.5, 9.0, 4.0, angle, 20 * kPress), 9.0 / 4.0},
+                                      {ellipse(0.4, -0.5, 8.0, 2.5, angle, 20 * kPress), 8.0 / 2.5}}) {
+      ContactBench contacts;
+      Estimate estimate;
+      for (const bool isLinear : {false, true}) {
+        const VectorXd picture = contacts.bench().picture(load, isLinear ? 5 : 6);
+        const Contacts found = isLinear ? contacts.answer(picture) : contacts.solve(picture, estimate);
+        ASSERT_EQ(found.size(), 1U);
+        const auto& [larger, smaller] = found[0].halfAxes_m;
+        const auto& [ofLarger, ofSmaller] = found[0].halfAxesDeviation_m;
+        EXPECT_NEAR(std::numbers::pi * larger * smaller, found[0].area_m2, 1e-9 * found[0].area_m2);
+        EXPECT_NEAR(std::log(larger / smaller / ratio), 0.0, 2.0 * (ofLarger / larger + ofSmaller / smaller));
+        EXPECT_LT(found[0].orientationDeviation_rad, 0.2);
+        squares += square(ofAxis(found[0].orientation_rad - angle) / found[0].orientationDeviation_rad);
+        ++count;
+      }
+    }
+  }
+  EXPECT_LT(squares, 2.0 * count);
+  EXPECT_GT(squares, 0.05 * count);
+}
+
+/// Two patches that are one contact, the deviations of whose loads and places are small and independent.
+TEST(Contacts, OfPatchesAreAsLongAsThesePatchesLieApart) {
+  ContactBench contacts;
+  Estimate estimate;
+  contacts.solve(contacts.bench().picture(both(disc(-6, -4, 2, 5 * kPress), disc(6, 4, 2, 8 * kPress)), 5), estimate);
+  ASSERT_EQ(estimate.patchCount, 2);
+  const PatchChange deviations = 1e-4 * (PatchChange() << 1, 1, 1, 1, 1e-2, 1e-2, 1e-5).finished();
+  for (std::size_t k = 0; k < 2; ++k) {
+    estimate.patches[k].contact = 0;
+    estimate.patches[k].covariance = deviations.cwiseAbs2().asDiagonal();
+  }
+  const auto shape = [&] {
+    const Contacts found = contacts.list(estimate, contacts.bench().solved().mixture());
+    EXPECT_EQ(found.size(), 1U);
+    return found[0];
+  };
+  const Contact contact = shape();
+  const auto& [left, right] = std::pair{estimate.patches[0].patch, estimate.patches[1].patch};
+  const double apart = std::hypot(left.place.x_m - right.place.x_m, left.place.y_m - right.place.y_m);
+  const double share = left.load[2] / (left.load[2] + right.load[2]);
+  const double spread = share * left.place.spread_m2 + (1.0 - share) * right.place.spread_m2;
+  const double ratio = std::sqrt((spread + share * (1.0 - share) * square(apart)) / spread);
+  EXPECT_NEAR(contact.halfAxes_m[0] / contact.halfAxes_m[1], ratio, 1e-9 * ratio);
+  EXPECT_NEAR(contact.orientation_rad, std::atan2(4.0, 6.0), 0.05);
+  // Their deviations, by differences.
+  Eigen::Vector4d squares = Eigen::Vector4d::Zero();
+  for (std::size_t k = 0; k < 2; ++k) {
+    RoundPatch& patch = estimate.patches[k].patch;
+    for (int i = 0; i < kPerPatch; ++i) {
+      const RoundPatch before = patch;
+      double& number = i < kPatchLoads ? patch.load[i]
+                       : i == 4        ? patch.place.x_m
+                       : i == 5        ? patch.place.y_m
+                                       : patch.place.spread_m2;
+      number += deviations[i];
+      const Contact changed = shape();
+      squares +=
+          Eigen::Vector4d(changed.halfAxes_m[0] - contact.halfAxes_m[0], changed.halfAxes_m[1] - contact.halfAxes_m[1],
+                          changed.orientation_rad - contact.orientation_rad, changed.area_m2 - contact.area_m2)
+              .cwiseAbs2();
+      patch = before;
+    }
+  }
+  const Eigen::Vector4d expected = squares.cwiseSqrt();
+  EXPECT_NEAR(contact.halfAxesDeviation_m[0], expected[0], 0.01 * expected[0]);
+  EXPECT_NEAR(contact.halfAxesDeviation_m[1], expected[1], 0.01 * expected[1]);
+  EXPECT_NEAR(contact.orientationDeviation_rad, expected[2], 0.01 * expected[2]);
+  EXPECT_NEAR(contact.areaDeviation_m2, expected[3], 0.01 * expected[3]);
+}
+
+TEST(Contacts, OfARoundPatchAreRound) {
+  ContactBench contacts;
+  Estimate estimate;
+  const Contacts found = contacts.solve(contacts.bench().picture(kTwisted, 1), estimate);
+  ASSERT_EQ(found.size(), 1U);
+  const double radius = std::sqrt(found[0].area_m2 / std::numbers::pi);
+  for (const double axis : found[0].halfAxes_m) EXPECT_NEAR(axis, radius, 1e-9 * radius);
+  for (const double deviation : found[0].halfAxesDeviation_m) {
+    EXPECT_NEAR(deviation / radius, 0.5 * found[0].areaDeviation_m2 / found[0].area_m2, 1e-9);
+  }
+  EXPECT_EQ(found[0].orientationDeviation_rad, std::numbers::pi / std::sqrt(12.0));
 }
 
 TEST(Contacts, StateIntervalsThatHold) {
