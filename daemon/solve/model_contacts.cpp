@@ -275,7 +275,7 @@ Contact ModelContacts::describe(const Estimate& estimate, Mixture& mixture, int 
     ofAll = setFunctionals(estimate, contact, force);
     std::array<double, kColumns * kColumns> covariances{};
     mixture.covariance(weights_, points_, covariances);
-    if (!isAll) noise = firstSix(covariances);
+    noise = firstSix(covariances);
     for (Index i = 0; i < 2; ++i)
       ofAllDeviation[i] = std::sqrt(covariances[(kColumns + 1) * static_cast<std::size_t>(6 + i)]);
   }

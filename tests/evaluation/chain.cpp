@@ -101,6 +101,15 @@ void write(const TractionField& field, Columns& out) {
     *number++ = contact.areaDeviation_m2;
   }
   out.add("contacts", contacts);  // of each: position 2, deviation 2, force 3, deviation 3, area, deviation
+  std::array<double, kMaxContacts * 75> wrenches{};
+  number = wrenches.begin();
+  for (int i = 0; i < field.contactCount; ++i) {
+    const Contact& contact = field.contacts[static_cast<std::size_t>(i)];
+    number = std::ranges::copy(contact.moment_Nm, number).out;
+    number = std::ranges::copy(contact.noise, number).out;
+    number = std::ranges::copy(contact.systematic, number).out;
+  }
+  out.add("contact_wrenches", wrenches);  // of each: moment 3, noise 36, systematic 36
 }
 
 /// The job's frames.

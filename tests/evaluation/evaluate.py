@@ -30,6 +30,7 @@ EXPERIMENTS = {  # in the order of the page
     "models": resultants.models,
     "two_contacts": contacts.two_contacts,
     "detection": contacts.detection,
+    "wrench": contacts.wrench,
     "coverage": coverage.coverage,
     "rim": coverage.rim,
     "shapes": unseen.unseen,
@@ -45,7 +46,7 @@ EXPERIMENTS = {  # in the order of the page
 }
 ORDER = list(EXPERIMENTS)
 
-SLOW = {"separation", "bias", "coverage", "rim", "shapes", "answers"}  # not in --quick, but by name: nothing is judged there
+SLOW = {"separation", "bias", "coverage", "rim", "wrench", "shapes", "answers"}  # not in --quick, but by name: nothing is judged there
 
 # Figures that must reach their targets for the test to pass; the others are printed. One name a figure, as in
 # the experiments. Times are never judged here.

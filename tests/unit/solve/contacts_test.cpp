@@ -149,9 +149,10 @@ TEST(Contacts, AddUpToTheResultant) {
   }
 }
 
-/// A contact that is all there is has what is stated of the resultant.
+/// A contact that is all there is has what is stated of the resultant. Where it does not press, its noise is that of
+/// functionals.
 TEST(Contacts, OneHasTheUncertaintyOfTheResultant) {
-  for (const Load& load : {kTwisted, disc(0.5, -0.7, 9, 6 * kPress)}) {
+  for (const Load& load : {kTwisted, disc(6, -4, 2.5, 5 * kShear, 4.0), disc(0.5, -0.7, 9, 6 * kPress)}) {
     ContactBench contacts;
     Estimate estimate;
     for (const bool isLinear : {false, true}) {
