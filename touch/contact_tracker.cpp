@@ -23,6 +23,9 @@ constexpr double kNever = 1000.0;
 constexpr double kDeviations = 5.0;
 constexpr double kLeastVariance_m2 = 1e-12;  ///< of a place: numbers are single-precision in the solver
 
+/// Time over which a contact that slips is seen to move [ns].
+constexpr std::int64_t kSlipTime_ns = 100'000'000;
+
 double square(double x) {
   return x * x;
 }
@@ -49,7 +52,8 @@ bool deviations(const Range& numbers) {
 bool usable(const Field& field) {
   return field.valid && std::all_of(field.contacts.begin(), field.contacts.end(), [](const Observation& one) {
            return finite(one.position_m) && finite(one.force_N) && deviations(one.positionDeviation_m) &&
-                  deviations(one.forceDeviation_N) && deviations(std::array{one.area_m2, one.areaDeviation_m2});
+                  deviations(one.forceDeviation_N) && deviations(std::array{one.area_m2, one.areaDeviation_m2, one.spreadRatioDeviation}) &&
+                  std::isfinite(one.spreadRatio);
          });
 }
 
@@ -62,6 +66,8 @@ void withdraw(Contact& contact, Phase phase) {
   contact.phase = phase;
   contact.force_N = contact.forceDeviation_N = {};
   contact.velocity_m_s = contact.velocityDeviation_m_s = {};
+  contact.slipState = SlipState::kUnknown;
+  contact.slip = {};
 }
 
 }  // namespace
@@ -198,6 +204,23 @@ void ContactTracker::see(Track& track, const Observation& as, const Field& field
     contact.velocity_m_s[i] = track.axes[i].velocity;
     contact.velocityDeviation_m_s[i] = std::sqrt(track.axes[i].velocityVariance);
   }
+  const auto& [x, y, z] = as.force_N;
+  const double shear = std::hypot(x, y);
+  const auto along = [&](const std::array<double, 2>& vector) {
+    return shear > 0.0 ? (x * vector[0] + y * vector[1]) / shear : 0.0;
+  };
+  const double shearDeviation = std::hypot(along({as.forceDeviation_N[0], 0.0}), along({0.0, as.forceDeviation_N[1]}));
+  contact.slip = partialSlip(
+      {z, as.forceDeviation_N[2], shear, shearDeviation, as.spreadRatio, as.spreadRatioDeviation});
+  auto& [before, since] = track.before;
+  if (field.time_ns - since.time_ns >= kSlipTime_ns) {
+    before = since.time_ns == 0 ? Seen{field.time_ns, as.position_m, as.positionDeviation_m} : since;
+    since = {field.time_ns, as.position_m, as.positionDeviation_m};
+  }
+  const double moved = along({as.position_m[0] - before.position_m[0], as.position_m[1] - before.position_m[1]});
+  const double deviation = std::hypot(along({as.positionDeviation_m[0], 0.0}), along({0.0, as.positionDeviation_m[1]}),
+                                      std::hypot(along({before.deviation_m[0], 0.0}), along({0.0, before.deviation_m[1]})));
+  contact.slipState = slipState(contact.slip, moved, deviation);
 }
 
 }  // namespace touch

@@ -18,6 +18,7 @@
 #pragma once
 
 #include "touch/field.h"
+#include "touch/partial_slip.h"
 
 #include <array>
 #include <cstdint>
@@ -49,6 +50,8 @@ struct Contact {
   std::array<double, 3> forceDeviation_N{};
   std::array<double, 2> velocity_m_s{};
   std::array<double, 2> velocityDeviation_m_s{};
+  SlipState slipState = SlipState::kUnknown;
+  PartialSlip slip;
 };
 
 /// Thread-bound.
@@ -77,8 +80,13 @@ class ContactTracker {
   struct Axis {  ///< position and velocity at the time when the contact was last seen, and their covariance
     double position, velocity, positionVariance, covariance, velocityVariance;
   };
+  struct Seen {  ///< where and when
+    std::int64_t time_ns = 0;
+    std::array<double, 2> position_m{}, deviation_m{};
+  };
   struct Track {
     Contact contact;
+    std::array<Seen, 2> before{};  ///< kSlipTime_ns to twice that ago, and since
     std::array<Axis, 2> axes{};
     bool absent = false;  ///< in the last valid field
   };

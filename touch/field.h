@@ -24,6 +24,9 @@ struct Observation {
   std::array<double, 3> forceDeviation_N{};
   double area_m2 = 0.0;  ///< area of an even pressure as concentrated
   double areaDeviation_m2 = 0.0;
+  /// Mean squared distance of its shear from its centre over that of its pressure. Deviation 0: not known.
+  double spreadRatio = 0.0;
+  double spreadRatioDeviation = 0.0;
 };
 
 /// Largest number of contacts in a field; further ones are not read.

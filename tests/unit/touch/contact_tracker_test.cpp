@@ -11,7 +11,7 @@ namespace {
 constexpr std::int64_t kFrame_ns = 16'666'667;
 
 Observation at(double x_mm, double y_mm, double force_N = 1.0) {
-  return {{1e-3 * x_mm, 1e-3 * y_mm}, {5e-5, 5e-5}, {0.1, 0.0, force_N}, {0.01, 0.01, 0.02}, 3e-5, 1e-6};
+  return {{1e-3 * x_mm, 1e-3 * y_mm}, {5e-5, 5e-5}, {0.1, 0.0, force_N}, {0.01, 0.01, 0.02}, 3e-5, 1e-6, 0.0, 0.0};
 }
 
 /// A tracker and a sensor whose frames follow each other at 60 frames/s.
@@ -224,6 +224,22 @@ TEST(Tracker, VelocityIsUnknownAtFirstThenThatOfTheMotion) {
   EXPECT_NEAR(last.velocity_m_s[0], 0.06, 1e-3);
   EXPECT_NEAR(last.velocity_m_s[1], -0.03, 1e-3);
   EXPECT_LT(last.velocityDeviation_m_s[0], 0.02);
+}
+
+TEST(Tracker, AShearedContactSlipsWhenItMovesAlongItsShear) {
+  const auto sheared = [](double x_mm) {
+    Observation one = at(x_mm, 0.0, 4.0);
+    one.force_N[0] = 1.9;
+    one.spreadRatio = 1.03;
+    one.spreadRatioDeviation = 0.03;
+    return one;
+  };
+  Bench bench;
+  EXPECT_EQ(bench.see({sheared(0.0)}, 30).front().slipState, SlipState::kIncipient);
+  for (int frame = 1; frame < 30; ++frame) bench.see({sheared(frame / 15.0)});  // 4 mm/s
+  EXPECT_EQ(bench.see({sheared(2.0)}).front().slipState, SlipState::kSlipping);
+  EXPECT_EQ(bench.see({}).front().slipState, SlipState::kUnknown);
+  EXPECT_EQ(bench.see({at(2.0, 0.0)}).front().slipState, SlipState::kUnknown);
 }
 
 }  // namespace
