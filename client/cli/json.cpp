@@ -84,6 +84,8 @@ void put(Json& json, const Contact& contact) {
   json.key("half_axes_deviation_m").numbers(contact.halfAxesDeviation_m);
   json.key("orientation_rad").number(contact.orientation_rad);
   json.key("orientation_deviation_rad").number(contact.orientationDeviation_rad);
+  json.key("shear_spread_ratio").number(contact.shearSpreadRatio);
+  json.key("shear_spread_ratio_deviation").number(contact.shearSpreadRatioDeviation);
   json.close('}');
 }
 
@@ -121,6 +123,11 @@ const char* nameOf(ContactPhase phase) {
   return kNames.at(static_cast<std::size_t>(phase));
 }
 
+const char* nameOf(SlipState state) {
+  constexpr std::array kNames = {"unknown", "sticking", "incipient", "slipping"};
+  return kNames.at(static_cast<std::size_t>(state));
+}
+
 void put(Json& json, const TrackedContact& contact) {
   json.open('{');
   json.key("id").number(contact.id);
@@ -136,6 +143,15 @@ void put(Json& json, const TrackedContact& contact) {
   json.key("force_deviation_N").numbers(contact.forceDeviation_N);
   json.key("velocity_m_s").numbers(contact.velocity_m_s);
   json.key("velocity_deviation_m_s").numbers(contact.velocityDeviation_m_s);
+  json.key("slip_state").string(nameOf(contact.slipState));
+  json.key("stick_ratio").number(contact.stickRatio);
+  json.key("stick_ratio_low").number(contact.stickRatioLow);
+  json.key("stick_ratio_high").number(contact.stickRatioHigh);
+  json.key("friction").number(contact.friction);
+  json.key("friction_low").number(contact.frictionLow);
+  json.key("friction_high").number(contact.frictionHigh);
+  json.key("slip_margin_N").number(contact.slipMargin_N);
+  json.key("holding_force_N").number(contact.holdingForce_N);
   json.close('}');
 }
 

@@ -167,7 +167,9 @@ Contact contactOf(const pb::Contact& from) {
           vectorOf(from.half_axes_m()),
           vectorOf(from.half_axes_deviation_m()),
           from.orientation_rad(),
-          from.orientation_deviation_rad()};
+          from.orientation_deviation_rad(),
+          from.shear_spread_ratio(),
+          from.shear_spread_ratio_deviation()};
 }
 
 /// Returns kNone for a phase of a later version.
@@ -188,6 +190,20 @@ ContactPhase phaseOf(pb::ContactPhase from) {
   }
 }
 
+/// Returns kUnknown for a state of a later version.
+SlipState stateOf(pb::SlipState from) {
+  switch (from) {
+  case pb::SLIP_STATE_STICKING:
+    return SlipState::kSticking;
+  case pb::SLIP_STATE_INCIPIENT:
+    return SlipState::kIncipient;
+  case pb::SLIP_STATE_SLIPPING:
+    return SlipState::kSlipping;
+  default:
+    return SlipState::kUnknown;
+  }
+}
+
 TrackedContact contactOf(const pb::TrackedContact& from) {
   return {from.id(),
           phaseOf(from.phase()),
@@ -201,7 +217,16 @@ TrackedContact contactOf(const pb::TrackedContact& from) {
           vectorOf(from.force_n()),
           vectorOf(from.force_deviation_n()),
           vectorOf(from.velocity_m_s()),
-          vectorOf(from.velocity_deviation_m_s())};
+          vectorOf(from.velocity_deviation_m_s()),
+          stateOf(from.slip_state()),
+          from.stick_ratio(),
+          from.stick_ratio_low(),
+          from.stick_ratio_high(),
+          from.friction(),
+          from.friction_low(),
+          from.friction_high(),
+          from.slip_margin_n(),
+          from.holding_force_n()};
 }
 
 /// Returns kNone for a method of a later daemon.
@@ -353,7 +378,8 @@ Field decodeField(std::string_view bytes) {
   for (const Contact& contact : field.contacts) {
     requireFinite(contact.position_m, contact.positionDeviation_m, contact.force_N, contact.forceDeviation_N,
                   contact.area_m2, contact.areaDeviation_m2, contact.moment_Nm, contact.positionZ_m, contact.halfAxes_m,
-                  contact.halfAxesDeviation_m, contact.orientation_rad, contact.orientationDeviation_rad);
+                  contact.halfAxesDeviation_m, contact.orientation_rad, contact.orientationDeviation_rad,
+                  contact.shearSpreadRatio, contact.shearSpreadRatioDeviation);
     requireFiniteCovariances(contact.forceCovariance_N2, contact.momentCovariance_N2m2,
                              contact.forceMomentCovariance_N2m);
   }
@@ -389,7 +415,9 @@ Contacts decodeContacts(std::string_view bytes) {
   for (const pb::TrackedContact& each : from.contacts()) {
     const TrackedContact& contact = contacts.contacts.emplace_back(contactOf(each));
     requireFinite(contact.position_m, contact.positionDeviation_m, contact.radius_m, contact.radiusDeviation_m,
-                  contact.force_N, contact.forceDeviation_N, contact.velocity_m_s, contact.velocityDeviation_m_s);
+                  contact.force_N, contact.forceDeviation_N, contact.velocity_m_s, contact.velocityDeviation_m_s,
+                  contact.stickRatio, contact.stickRatioLow, contact.stickRatioHigh, contact.friction,
+                  contact.frictionLow, contact.frictionHigh, contact.slipMargin_N, contact.holdingForce_N);
   }
   return contacts;
 }

@@ -23,7 +23,9 @@ void observe(const Field& field, touch::Field& to) {
                            .force_N = contact.force_N,
                            .forceDeviation_N = contact.forceDeviation_N,
                            .area_m2 = contact.area_m2,
-                           .areaDeviation_m2 = contact.areaDeviation_m2});
+                           .areaDeviation_m2 = contact.areaDeviation_m2,
+                           .spreadRatio = contact.shearSpreadRatio,
+                           .spreadRatioDeviation = contact.shearSpreadRatioDeviation});
   }
 }
 
@@ -41,6 +43,20 @@ v1::ContactPhase wirePhase(touch::Phase phase) {
     break;
   }
   return v1::CONTACT_PHASE_END;
+}
+
+v1::SlipState wireState(touch::SlipState state) {
+  switch (state) {
+  case touch::SlipState::kUnknown:
+    return v1::SLIP_STATE_UNKNOWN;
+  case touch::SlipState::kSticking:
+    return v1::SLIP_STATE_STICKING;
+  case touch::SlipState::kIncipient:
+    return v1::SLIP_STATE_INCIPIENT;
+  case touch::SlipState::kSlipping:
+    break;
+  }
+  return v1::SLIP_STATE_SLIPPING;
 }
 
 void encode(const std::array<double, 2>& from, v1::Vector2& to) {
@@ -68,6 +84,16 @@ void encode(const touch::Contact& from, v1::TrackedContact& to) {
   encode(from.forceDeviation_N, *to.mutable_force_deviation_n());
   encode(from.velocity_m_s, *to.mutable_velocity_m_s());
   encode(from.velocityDeviation_m_s, *to.mutable_velocity_deviation_m_s());
+  const touch::PartialSlip& slip = from.slip;
+  to.set_slip_state(wireState(from.slipState));
+  to.set_stick_ratio(slip.stickRatio.estimate);
+  to.set_stick_ratio_low(slip.stickRatio.low);
+  to.set_stick_ratio_high(slip.stickRatio.high);
+  to.set_friction(slip.friction.estimate);
+  to.set_friction_low(slip.friction.low);
+  to.set_friction_high(slip.friction.high);
+  to.set_slip_margin_n(slip.margin_N);
+  to.set_holding_force_n(slip.holding_N);
 }
 
 }  // namespace

@@ -129,6 +129,8 @@ void set(const Contact& from, pb::Contact& to) {
   setXy(from.halfAxesDeviation_m, *to.mutable_half_axes_deviation_m());
   to.set_orientation_rad(from.orientation_rad);
   to.set_orientation_deviation_rad(from.orientationDeviation_rad);
+  to.set_shear_spread_ratio(from.spreadRatio);
+  to.set_shear_spread_ratio_deviation(from.spreadRatioDeviation);
 }
 
 pb::Method methodOf(Method method) {

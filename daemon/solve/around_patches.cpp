@@ -180,7 +180,8 @@ FoundPatch AroundPatches::found(int patch) {
   PatchChange mean = PatchChange::Zero();
   for (int i = 0; i < kCount; ++i) mean += share[static_cast<std::size_t>(i)] / sum * change(i, patch);
 
-  FoundPatch found{freed_.changed(patch, mean)};
+  FoundPatch found;
+  found.patch = freed_.changed(patch, mean);
   const int count = extra_.count();
   for (int i = 0; i < kCount; ++i) {
     const PatchChange away = change(i, patch) - mean;

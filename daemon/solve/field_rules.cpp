@@ -65,7 +65,8 @@ bool FieldRules::finite(const TractionField& field) {
     return isFinite(contact.position_m) && isFinite(contact.positionDeviation_m) && isFinite(contact.moment_Nm) &&
            isFinite(contact.noise) && isFinite(contact.systematic) && std::isfinite(contact.areaDeviation_m2) &&
            isFinite(contact.halfAxes_m) && isFinite(contact.halfAxesDeviation_m) &&
-           std::isfinite(contact.orientation_rad) && std::isfinite(contact.orientationDeviation_rad);
+           std::isfinite(contact.orientation_rad) && std::isfinite(contact.orientationDeviation_rad) &&
+           std::isfinite(contact.spreadRatio) && std::isfinite(contact.spreadRatioDeviation);
   };
   return std::isfinite(field.residual_px) && isFinite(field.resultant_N) && isFinite(field.moment_Nm) &&
          isFinite(field.noise) && isFinite(field.systematic) &&

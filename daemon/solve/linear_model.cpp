@@ -39,6 +39,7 @@ LinearModel::LinearModel(const Factors& factors, const Atoms& atoms, const Model
             RoundPatches::kMost * RoundPatches::kPowers)
     , mixture_(atoms, kMost)
     , spread_(atoms)
+    , shearSpread_(factors)
     , displacement_(static_cast<std::size_t>(factors.influence.stride()))
     , straight_(displacement_.size())
     , shown_(static_cast<std::size_t>(factors.coordinateCount()))
@@ -53,6 +54,8 @@ LinearModel::LinearModel(const Factors& factors, const Atoms& atoms, const Model
 
 bool LinearModel::make(Model& model, const Estimate& estimate, LinearScratch& scratch) {
   assert(estimate.outcome == Estimate::Outcome::kFound);
+  const Displacements& picture = model.picture();
+  missingThen_.assign(picture.missing.begin(), picture.missing.end());
   std::array<int, 16> order{};
   patches_ = {};
   count_ = model.mixture().count();
@@ -75,9 +78,10 @@ bool LinearModel::make(Model& model, const Estimate& estimate, LinearScratch& sc
       patches_ = *solved.patches;
       takeCurves(model.patches());
     }
-    if (!part.posterior.make(*solved.posterior, model.products(), model.picture().missing,
+    if (!part.posterior.make(*solved.posterior, model.products(), missingThen_,
                              std::hypot(wrench[0], wrench[1], wrench[2]), curvesOf(part), scratch))
       return false;
+    if (i == 0 && part.isPatched) shearSpread_.make(part.posterior, patches_, model.patches(), missingThen_);
     if (i == 0) test_.make(part.posterior, solved.posterior->extraUnknowns(), curvesOf(part));
   }
   for (int k = 0; k < estimate.patchCount; ++k) {
@@ -87,8 +91,6 @@ bool LinearModel::make(Model& model, const Estimate& estimate, LinearScratch& sc
   degrees_ = estimate.degrees;
   atomCount_ = estimate.atoms;
   rounds_ = estimate.rounds;
-  const Displacements& picture = model.picture();
-  missingThen_.assign(picture.missing.begin(), picture.missing.end());
   std::copy_n(picture.displacement_px, shown_.size(), displacement_.data());
   std::transform(displacement_.data(), displacement_.data() + shown_.size(), shown_.begin(),
                  [](double each) { return static_cast<float>(each); });
@@ -121,6 +123,7 @@ bool LinearModel::answer(std::span<const float> displacement_px, std::span<const
   takePicture(missing);
   test_.begin(shown.matched());
   if (!solveFirst(noise_px) || !holds()) return false;
+  findExcess(noise_px);
   mixture_.clear();
   for (Part& part : std::span(parts_).first(static_cast<std::size_t>(count_))) {
     if (&part != parts_.data() && !solve(part, noise_px)) return false;
@@ -130,6 +133,18 @@ bool LinearModel::answer(std::span<const float> displacement_px, std::span<const
   mixture_.weigh();
   publish(estimate);
   return true;
+}
+
+/// Finds how far the shear of the patches is spread, by the likeliest candidate.
+void LinearModel::findExcess(double noise_px) {
+  excess_ = {};
+  const Part& part = parts_.front();
+  for (int k = 0; part.isPatched && k < patches_.count(); ++k) {
+    double grown = 0.0;
+    const RoundPatch now = patchNow(part, k, grown);
+    excess_[static_cast<std::size_t>(k)] =
+        shearSpread_.find(part.posterior, k, now, straight_.data(), noise_px, added_);
+  }
 }
 
 /// Returns whether nothing speaks against the model.
@@ -284,6 +299,7 @@ void LinearModel::findPatches(Estimate& estimate) {
   estimate.patchCount = patches_.count();
   for (int k = 0; k < patches_.count(); ++k) {
     FoundPatch& found = estimate.patches[static_cast<std::size_t>(k)] = {};
+    found.shearExcess = excess_[static_cast<std::size_t>(k)];
     found.contact = estimate.patchShare > 0.5 ? contact_[static_cast<std::size_t>(k)] : 0;
     PatchChange mean = PatchChange::Zero();
     const auto asVector = [](const RoundPatch& patch) {

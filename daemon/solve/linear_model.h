@@ -6,6 +6,7 @@
 #include "daemon/solve/linear_posterior.h"
 #include "daemon/solve/model.h"
 #include "daemon/solve/residual_test.h"
+#include "daemon/solve/shear_spread.h"
 
 #include <array>
 #include <memory>
@@ -64,6 +65,7 @@ class LinearModel {
   }
   bool solveFirst(double noise_px);
   bool holds() const;
+  void findExcess(double noise_px);
   void publish(Estimate& estimate);
   bool solve(Part& part, double noise_px);
   double straighten(const Part& part, std::span<double> times);
@@ -81,6 +83,7 @@ class LinearModel {
   ResidualTest test_;
   Mixture mixture_;
   PatchSpread spread_;
+  ShearSpread shearSpread_;
   // Of the picture that it was made from.
   int count_ = 0;  // parts; the first one is the likeliest
   FreedPatches patches_;
@@ -93,6 +96,7 @@ class LinearModel {
   Doubt own_;
   // Of the last answer.
   Doubt doubt_;
+  std::array<ShearExcess, RoundPatches::kMost> excess_{};
   LineArray<double> displacement_, straight_;  // straight_: as if what the patches do were linear in their shifts
   double shift_ = 0.0;                         // as Doubt::shift, of the candidate that was solved last
   std::array<double, RoundPatches::kMost * RoundPatches::kPowers> times_{};  // so much of each curve, likewise

@@ -446,6 +446,23 @@ void LinearPosterior::complete(std::span<const int> missing, std::span<const int
   }
 }
 
+void LinearPosterior::readColumn(const double* column_px, std::span<double> ofXi) const {
+  multiplyRows(rows_, {everyRow_.data(), static_cast<std::size_t>(rank_)}, column_px, ofXi.data());
+}
+
+void LinearPosterior::subtractAt(int coordinate, double displacement_px, std::span<double> ofXi) const {
+  for (int k = 0; k < rank_; ++k) ofXi[static_cast<std::size_t>(k)] -= displacement_px * double{rows_.row(k)[coordinate]};
+}
+
+void LinearPosterior::multiplyCovariance(std::span<double> ofXi) const {
+  if (isDense_) {
+    solveLower(factor(), rank_, ofXi.data());
+    solveLowerTransposed(factor(), rank_, ofXi.data());
+    return;
+  }
+  for (std::size_t k = 0; k < static_cast<std::size_t>(rank_); ++k) ofXi[k] /= precision_[k];
+}
+
 /// Divides kColumns functionals of xi by the root of its precision.
 void LinearPosterior::whiten(double* columns) const {
   if (isDense_) {

@@ -77,6 +77,12 @@ class LinearPosterior final : public Candidate {
   void addExtraForces_N(std::span<double> forces) const;
   /// Computes the covariance of some extra unknowns, row after row. \param unknowns at most kColumns of them
   void extraCovariance(std::span<const int> unknowns, std::span<double> covariance);
+  /// Computes what displacements v show of xi, (B R Q)' v / n^2 with the noise of make(). \param column_px 2M, padded
+  void readColumn(const double* column_px, std::span<double> ofXi) const;
+  /// Subtracts what a displacement at one coordinate shows.
+  void subtractAt(int coordinate, double displacement_px, std::span<double> ofXi) const;
+  /// Multiplies by the covariance of the last answer's xi, in place.
+  void multiplyCovariance(std::span<double> ofXi) const;
   /// Fills in what was found at the coordinates that are missing: make()'s `missing`, where the extra unknowns do not
   /// act, and those `added`. \param displacement_px 2M
   void complete(std::span<const int> missing, std::span<const int> added, std::span<float> displacement_px) const;

@@ -21,6 +21,12 @@ struct RoundPatch {
   PatchLoad load = PatchLoad::Zero();
 };
 
+/// By how much the spread of a contact's shear exceeds that of its pressure.
+struct ShearExcess {
+  double spread_m2 = 0.0;
+  double deviation_m2 = 0.0;  ///< by noise; 0: not known
+};
+
 /// Thread-bound. Allocates only when made.
 class RoundPatches {
  public:
@@ -77,6 +83,10 @@ class RoundPatches {
   /// Computes what a patch displaces beyond slope() after a shift of its place: as the factors of these powers of the
   /// shift in pitches, for up to one pitch. \param columns kPowers columns of 2M, padded [px]
   void curves(int patch, double* columns) const;
+
+  /// Computes how the displacements by a unit of a patch's shear change with its spread [px/(N m^2)]: 2M, padded.
+  /// \param axis 0: along x, 1: along y
+  void shearSlope(int patch, int axis, double* column) const;
 
   /// Subtracts the patches from the displacements. \param left_px remainder, which includes the picture's motion
   /// \param still_px the same without the motion. Both 2M, padded.

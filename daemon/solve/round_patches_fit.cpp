@@ -308,6 +308,19 @@ void RoundPatches::differentiateBar() {
   }
 }
 
+void RoundPatches::shearSlope(int patch, int axis, double* column) const {
+  // Mindlin's shear lacks that of a ball's contact of the radius of the area that sticks: the difference is exact where
+  // this is kStick of the whole radius.
+  constexpr double kStick = 0.67;
+  PatchPlace place = now_.patches[static_cast<std::size_t>(patch)].place;
+  const double step = (1.0 - square(kStick)) * place.spread_m2;
+  LineArray<double> inside(static_cast<std::size_t>(influence_.stride()));
+  influence_.halfSpace(place, PatchLoad::Unit(axis), column);
+  place.spread_m2 -= step;
+  influence_.halfSpace(place, PatchLoad::Unit(axis), inside.data());
+  for (int j = 0; j < influence_.stride(); ++j) column[j] = step > 0.0 ? (column[j] - inside.data()[j]) / step : 0.0;
+}
+
 void RoundPatches::curves(int patch, double* columns) const {
   // Differences over half a pitch and a whole one, of a half-space: what the block adds is smooth.
   constexpr double kApart = 0.5;

@@ -80,6 +80,9 @@ struct Contact {
   Vector2 halfAxesDeviation_m{};
   double orientation_rad = 0.0;           ///< of the larger one, from x towards y, in [-pi/2, pi/2)
   double orientationDeviation_rad = 0.0;  ///< at most pi / sqrt(12), where any orientation is possible
+  /// Of a round contact: mean squared distance of its shear from its centre over that of its pressure.
+  double shearSpreadRatio = 0.0;
+  double shearSpreadRatioDeviation = 0.0;  ///< 0: not known
 };
 
 /// Motion of the whole picture since the zero, caused by vibration or heat. Scale and roll are about the principal
@@ -178,6 +181,14 @@ enum class ContactPhase : std::uint8_t {
   kEnd,      ///< the last time that this id is reported
 };
 
+/// What a contact shows of slip.
+enum class SlipState : std::uint8_t {
+  kUnknown,    ///< says nothing about slip
+  kSticking,   ///< less than 0.9 of the shear is reached at which it slips
+  kIncipient,  ///< more than that is as likely as not
+  kSlipping,   ///< it moved along its shear in the last 0.2 s, and may bear no more
+};
+
 /// A contact that lasts. Position and radius are as last seen; force and velocity are 0, and say nothing, in the phases
 /// absent, unknown and end. Deviations are standard deviations that noise alone causes.
 struct TrackedContact {
@@ -194,6 +205,15 @@ struct TrackedContact {
   Vector3 forceDeviation_N{};
   Vector2 velocity_m_s{};  ///< of its position
   Vector2 velocityDeviation_m_s{};
+  /// Partial slip, if the contact is a ball's: medians and 95 % intervals. All 0 where nothing is known.
+  SlipState slipState = SlipState::kUnknown;
+  double stickRatio = 0.0;  ///< radius of what sticks over that of the contact
+  double stickRatioLow = 0.0, stickRatioHigh = 0.0;
+  double friction = 0.0;  ///< coefficient of friction
+  double frictionLow = 0.0;
+  double frictionHigh = 0.0;    ///< 3: the contact shows a lower bound only
+  double slipMargin_N = 0.0;    ///< further shear until it slips
+  double holdingForce_N = 0.0;  ///< normal force that holds the shear, by frictionLow, with a quarter in reserve
 };
 
 /// The contacts of one frame, by traction-touch. Each that begins ends once: see Subscriber.

@@ -23,7 +23,7 @@ from .errors import (BadEndpoint, BadKeys, Error, Malformed, NoAnswer, NotAllowe
 from .intake import Mode, Topics  # noqa: E402
 from .keys import Keys, load_keys  # noqa: E402
 from .messages import (CaptureBound, Contact, ContactPhase, Contacts, Covariance, Field, Flag, Header, Markers,  # noqa: E402
-                       Method, PictureMotion, Preview, PreviewFormat, Solution, TrackedContact)
+                       Method, PictureMotion, Preview, PreviewFormat, SlipState, Solution, TrackedContact)
 from .status import CameraState, Ledger, Status  # noqa: E402
 from .subscriber import Subscriber, fields  # noqa: E402
 
@@ -33,6 +33,6 @@ __all__ = [
     "BadEndpoint", "BadKeys", "Body", "Calibration", "Camera", "CameraState", "CaptureBound", "Colour", "Contact",
     "ContactPhase", "Contacts", "Control", "Covariance", "Description", "Error", "Field", "Flag", "Gel", "Grid", "Header", "Keys", "Ledger",
     "Malformed", "Markers", "MarkerLayer", "Message", "Method", "Mode", "NoAnswer", "NotAllowed", "OtherVersion",
-    "PictureMotion", "Preview", "PreviewFormat", "Refused", "Solution", "Solver", "Status", "Subscriber", "Topics",
+    "PictureMotion", "Preview", "PreviewFormat", "Refused", "SlipState", "Solution", "Solver", "Status", "Subscriber", "Topics",
     "TrackedContact", "Zero", "ZeroResult", "aio", "fields", "load_keys",
 ]

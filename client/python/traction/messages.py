@@ -129,6 +129,8 @@ class Contact:
     half_axes_deviation_m: Vector2
     orientation_rad: float  # of the larger one, from x towards y, in [-pi/2, pi/2)
     orientation_deviation_rad: float  # at most pi / sqrt(12), where any orientation is possible
+    shear_spread_ratio: float  # of a round contact: mean squared distance of shear over that of pressure
+    shear_spread_ratio_deviation: float  # 0: not known
 
 
 @dataclass(slots=True, eq=False)
@@ -188,6 +190,15 @@ class ContactPhase(enum.Enum):
     END = 5  # the last time that this id is reported
 
 
+class SlipState(enum.Enum):
+    """What a contact shows of slip."""
+
+    UNKNOWN = 0  # says nothing about slip
+    STICKING = 1  # less than 0.9 of the shear is reached at which it slips
+    INCIPIENT = 2  # more than that is as likely as not
+    SLIPPING = 3  # it moved along its shear in the last 0.2 s, and may bear no more
+
+
 @dataclass(slots=True, eq=False)
 class TrackedContact:
     """A contact that lasts. Position and radius are as last seen; force and velocity are 0, and say nothing, in the phases
@@ -206,6 +217,16 @@ class TrackedContact:
     force_deviation_N: Vector3
     velocity_m_s: Vector2  # of its position
     velocity_deviation_m_s: Vector2
+    # Partial slip, if the contact is a ball's: medians and 95 % intervals. All 0 where nothing is known.
+    slip_state: SlipState
+    stick_ratio: float  # radius of what sticks over that of the contact
+    stick_ratio_low: float
+    stick_ratio_high: float
+    friction: float  # coefficient of friction
+    friction_low: float
+    friction_high: float  # 3: the contact shows a lower bound only
+    slip_margin_N: float  # further shear until it slips
+    holding_force_N: float  # normal force that holds the shear, by friction_low, with a quarter in reserve
 
 
 @dataclass(slots=True, eq=False)

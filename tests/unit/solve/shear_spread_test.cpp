@@ -1,0 +1,106 @@
+// How far the shear of a ball's contact is spread, by Mindlin's tractions on a half-space.
+#include "daemon/solve/linear_model.h"
+#include "tests/unit/solve/presses.h"
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+namespace tractiond::solve {
+namespace {
+
+constexpr double kNormal_N = 4.0, kFriction = 0.5, kRadius_m = 5e-3, kSpread_m2 = kRadius_m * kRadius_m / 5.0;
+
+/// Displacements by a ball's contact under shear along a direction: q = mu (p(a) - s^3 p(s a)), s the stick ratio.
+VectorXd pictureOf(const Vector2d& at, const Vector2d& along, double stickRatio) {
+  const Vector3d shear = kFriction * kNormal_N * Vector3d(along.x(), along.y(), 0.0);
+  VectorXd picture = press(at, kRadius_m).image * (shear + kNormal_N * Vector3d::UnitZ());
+  if (stickRatio > 0.0) picture -= std::pow(stickRatio, 3) * press(at, stickRatio * kRadius_m).image * shear;
+  return picture;
+}
+
+/// Answers a picture by the model of another one of the same load.
+class ShearSpreadTest : public PressTest {
+ protected:
+  ShearSpreadTest()
+      : model_(paper(), paperFactors(), paperAtoms(), options_)
+      , linear_(paperFactors(), paperAtoms(), options_,
+                std::make_shared<const AtomModes>(paperFactors(), paperAtoms(),
+                                                  strongestModes(paperFactors(), options_)))
+      , modes_(paperFactors(), paperAtoms(), options_) {
+    estimate_.force_N.resize(3 * static_cast<std::size_t>(paperAtoms().pointCount()));
+  }
+
+  /// Returns e as a share of the pressure's spread.
+  ShearExcess found(const VectorXd& truth, const std::vector<int>& missing = {}) {
+    make(truth + noise());
+    const std::vector<float> picture = seenOf(truth + noise(), missing);
+    LineArray<double> displacement(static_cast<std::size_t>(paperFactors().influence.stride()));
+    std::copy(picture.begin(), picture.end(), displacement.data());
+    modes_.look({displacement.data(), missing, 0.0, kNoise_px}, picture);
+    EXPECT_TRUE(linear_.answer(picture, missing, kNoise_px, modes_, estimate_));
+    EXPECT_EQ(estimate_.patchCount, 1);
+    const ShearExcess excess = estimate_.patches[0].shearExcess;
+    return {excess.spread_m2 / kSpread_m2, excess.deviation_m2 / kSpread_m2};
+  }
+
+  Vector2d direction() {
+    const double angle = 2.0 * std::numbers::pi * uniform_(random_);
+    return {std::cos(angle), std::sin(angle)};
+  }
+  Vector2d place() { return {12e-3 * (uniform_(random_) - 0.5), 12e-3 * (uniform_(random_) - 0.5)}; }
+
+ private:
+  static std::vector<float> seenOf(const VectorXd& picture, const std::vector<int>& missing) {
+    std::vector<float> seen(static_cast<std::size_t>(picture.size()));
+    Eigen::VectorXf::Map(seen.data(), picture.size()) = picture.cast<float>();
+    for (const int coordinate : missing) seen[static_cast<std::size_t>(coordinate)] = 0.0F;
+    return seen;
+  }
+  void make(const VectorXd& picture) {
+    model_.solve(seenOf(picture, {}), {}, kNoise_px, estimate_);
+    EXPECT_TRUE(linear_.make(model_, estimate_, scratch_));
+  }
+
+  const ModelOptions options_ = modelOptions({});
+  Model model_;
+  LinearModel linear_;
+  LinearScratch scratch_;
+  Modes modes_;
+  Estimate estimate_;
+  std::uniform_real_distribution<double> uniform_;
+};
+
+TEST_F(ShearSpreadTest, IsThatOfMindlinsTractions) {
+  constexpr int kTrials = 12;
+  for (const double stickRatio : {0.0, 0.4, 0.67}) {
+    SCOPED_TRACE(stickRatio);
+    const double expected = (1.0 - std::pow(stickRatio, 5)) / (1.0 - std::pow(stickRatio, 3)) - 1.0;
+    double sum = 0.0;
+    int covered = 0;
+    for (int trial = 0; trial < kTrials; ++trial) {
+      const ShearExcess excess = found(pictureOf(place(), direction(), stickRatio));
+      EXPECT_LT(excess.deviation_m2, 0.1);
+      sum += excess.spread_m2;
+      covered += std::abs(excess.spread_m2 - expected) < 1.96 * excess.deviation_m2;
+    }
+    EXPECT_NEAR(sum / kTrials, expected, 0.04);
+    EXPECT_GE(covered, kTrials - 2);
+  }
+}
+
+TEST_F(ShearSpreadTest, IsFoundWithMarkersMissing) {
+  std::vector<int> missing;
+  for (int i = 0; i < 2 * paper().markerCount(); i += 20) missing.insert(missing.end(), {i, i + 1});
+  const ShearExcess excess = found(pictureOf({1e-3, 2e-3}, Vector2d::UnitX(), 0.4), missing);
+  EXPECT_NEAR(excess.spread_m2, 0.06, 2.0 * excess.deviation_m2);
+  EXPECT_LT(excess.deviation_m2, 0.1);
+}
+
+TEST_F(ShearSpreadTest, IsUncertainWithoutShear) {
+  const ShearExcess excess = found(press(Vector2d(2e-3, -1e-3), kRadius_m).image.col(2) * kNormal_N);
+  EXPECT_GT(excess.deviation_m2, 0.4);
+}
+
+}  // namespace
+}  // namespace tractiond::solve
