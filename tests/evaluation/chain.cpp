@@ -12,6 +12,7 @@
 #include "daemon/app/config_toml.h"
 #include "daemon/solve/make_solver.h"
 #include "tests/evaluation/eye.h"
+#include "touch/partial_slip.h"
 
 #include <CLI/CLI.hpp>
 
@@ -100,6 +101,20 @@ void write(const TractionField& field, Columns& out) {
     *number++ = contact.area_m2;
     *number++ = contact.areaDeviation_m2;
   }
+  std::array<double, 10> slip{};
+  if (field.contactCount > 0) {
+    const Contact& contact = field.contacts[0];
+    const auto& [x, y, z] = contact.force_N;
+    const auto& [deviationX, deviationY, deviationZ] = contact.forceDeviation_N;
+    const touch::PartialSlip found =
+        touch::partialSlip({z, deviationZ, std::hypot(x, y), std::hypot(deviationX, deviationY) / std::sqrt(2.0),
+                            contact.spreadRatio, contact.spreadRatioDeviation});
+    slip = {contact.spreadRatio,   contact.spreadRatioDeviation, static_cast<double>(found.known),
+            found.incipient,       found.stickRatio.estimate,    found.stickRatio.low,
+            found.stickRatio.high, found.friction.estimate,      found.friction.low,
+            found.friction.high};
+  }
+  out.add("slip", slip);  // of the strongest contact: spread ratio, deviation; known, incipient, stick ratio, friction
   out.add("contacts", contacts);  // of each: position 2, deviation 2, force 3, deviation 3, area, deviation
   std::array<double, kMaxContacts * 75> wrenches{};
   number = wrenches.begin();

@@ -12,6 +12,7 @@ import markers
 import paper
 import report
 import resultants
+import slip
 import unseen
 
 sys.path.insert(0, str(report.SOURCE / "tests" / "support"))
@@ -35,6 +36,7 @@ EXPERIMENTS = {  # in the order of the page
     "rim": coverage.rim,
     "shapes": unseen.unseen,
     "answers": answers.answers,
+    "slip": slip.slip,
     "missing": resultants.missing,
     "picture_motion": resultants.picture_motion,
     "large_strain": resultants.large_strain,
@@ -46,7 +48,7 @@ EXPERIMENTS = {  # in the order of the page
 }
 ORDER = list(EXPERIMENTS)
 
-SLOW = {"separation", "bias", "coverage", "rim", "wrench", "shapes", "answers"}  # not in --quick, but by name: nothing is judged there
+SLOW = {"separation", "bias", "coverage", "rim", "wrench", "shapes", "answers", "slip"}  # not in --quick, but by name: nothing is judged there
 
 # Figures that must reach their targets for the test to pass; the others are printed. One name a figure, as in
 # the experiments. Times are never judged here.

@@ -1,0 +1,124 @@
+"""The truth of a ball's contact under shear, by CalculiX (ccx): contact with Coulomb's friction on an elastic block.
+
+usage: friction.py FOLDER MESH MU   computes in FOLDER; prints the stick ratio of each increment, beside Mindlin's, and
+                                    writes the forces on the ball's nodes into FOLDER/ball_MESH_MU.npz
+
+A rigid ball is pressed into the block and then moved sideways until it slips. Half of the block is meshed (mirror plane
+y = 0); small strain, face-to-face contact with penalties. All nodes of the ball are held, so their reactions are the
+forces of contact. Lengths in mm, forces in N, stresses in MPa.
+"""
+
+import pathlib
+import sys
+
+import numpy as np
+from calculix import run_ccx
+
+YOUNG, POISSON = 0.18, 0.49
+RADIUS, DEPTH = 40.0, 0.45  # of the ball; its motion inwards. Sideways: beyond where it slips
+PENALTY, STICK = 5.0, 1.0  # [MPa/mm]
+
+
+def axes(mesh, reach=6.5):
+    """Planes of the block: even steps under the ball, then wider ones."""
+    fine = np.arange(0, reach + 1e-9, mesh)
+    across = np.concatenate([fine, reach + np.array([1.5, 4, 8, 14, 23])])
+    z = np.concatenate([np.arange(0, 2 + 1e-9, mesh), [3, 4.5, 6.5, 9, 13, 18, 25]])
+    return np.concatenate([-across[:0:-1], across]), across, z
+
+
+def bricks(x, y, z, first):
+    """Nodes (n x 3) and bricks (8 corners each) of a box; numbers from `first`."""
+    nodes = np.stack(np.meshgrid(x, y, z, indexing="ij"), -1).reshape(-1, 3)
+    number = first + np.arange(len(nodes)).reshape(len(x), len(y), len(z))
+    c = number[:-1, :-1, :-1], number[1:, :-1, :-1], number[1:, 1:, :-1], number[:-1, 1:, :-1]
+    d = number[:-1, :-1, 1:], number[1:, :-1, 1:], number[1:, 1:, 1:], number[:-1, 1:, 1:]
+    return nodes, number, np.stack([*c, *d], -1)
+
+
+def deck(mesh, friction):
+    x, y, z = axes(mesh)
+    nodes, number, cells = bricks(x, y, z, 1)
+    near = x[abs(x) <= 8.6]
+    ball, ball_number, ball_cells = bricks(near, y[y <= 8.6], np.array([-2.0, 0.0]), len(nodes) + 1)
+    sphere = (ball[:, 0] ** 2 + ball[:, 1] ** 2) / (2 * RADIUS)
+    ball[:, 2] -= sphere
+    everything = np.vstack([nodes, ball])
+    lines = ["*NODE, NSET=ALL"] + [f"{n},{p[0]:.9g},{p[1]:.9g},{p[2]:.9g}" for n, p in enumerate(everything, 1)]
+    count = 0
+    for name, part in (("GEL", cells), ("BALL", ball_cells)):
+        lines.append(f"*ELEMENT, TYPE=C3D8, ELSET={name}")
+        for corners in part.reshape(-1, 8):
+            count += 1
+            lines.append(f"{count}," + ",".join(map(str, corners)))
+    gel_elements = 1 + np.arange(cells[..., 0].size).reshape(cells.shape[:3])
+    ball_elements = gel_elements.size + 1 + np.arange(ball_cells[..., 0].size).reshape(ball_cells.shape[:3])
+    middle_x, middle_y = (x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2
+    under = gel_elements[np.ix_(abs(middle_x) < 6.5, middle_y < 6.5, [0])].ravel()
+    base = number[:, :, -1].ravel()
+    mirror = number[:, 0, :-1].ravel()
+    lines += ["*SURFACE, NAME=TOUCHED, TYPE=ELEMENT"] + [f"{e},S1" for e in under]
+    lines += ["*SURFACE, NAME=PROBE, TYPE=ELEMENT"] + [f"{e},S2" for e in ball_elements[:, :, -1].ravel()]
+    lines += ["*NSET, NSET=HELD", *[f"{n}," for n in ball_number.ravel()], "*NSET, NSET=BASE", *[f"{n}," for n in base]]
+    lines += ["*NSET, NSET=MIRROR", *[f"{n}," for n in mirror]]
+    lines += ["*NSET, NSET=BELOW", *[f"{n}," for n in ball_number[:, :, -1].ravel()]]
+    lines += ["*MATERIAL, NAME=RUBBER", "*ELASTIC", f"{YOUNG},{POISSON}", "*MATERIAL, NAME=STEEL", "*ELASTIC", "1.0,0.3"]
+    lines += ["*SOLID SECTION, ELSET=GEL, MATERIAL=RUBBER", "*SOLID SECTION, ELSET=BALL, MATERIAL=STEEL"]
+    lines += ["*SURFACE INTERACTION, NAME=RUB", "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR", f"{PENALTY},"]
+    lines += ["*FRICTION", f"{friction},{STICK}"]
+    lines += ["*CONTACT PAIR, INTERACTION=RUB, TYPE=SURFACE TO SURFACE", "TOUCHED,PROBE"]
+    lines += ["*BOUNDARY", "BASE,1,3", "MIRROR,2,2", "HELD,1,3"]
+    for step, (dx, dz) in enumerate([(0.0, DEPTH), (1.4 * friction, DEPTH)]):
+        lines += ["*STEP, INC=400", "*STATIC", "0.04,1.0,1e-4,0.07" if step else "0.2,1.0"]
+        lines += ["*BOUNDARY", f"HELD,1,1,{dx}", "HELD,2,2,0.0", f"HELD,3,3,{dz}"]
+        lines += ["*NODE PRINT, NSET=BELOW", "RF", "*END STEP"]
+    return lines, ball[ball_number[:, :, -1].ravel() - len(nodes) - 1], ball_number[:, :, -1].ravel()
+
+
+def forces(path, numbers):
+    """Times and, of each, the forces on the ball's nodes: nodes x 3. The other half is not in them."""
+    times, found = [], []
+    for line in path.read_text().splitlines():
+        words = line.split()
+        if line.lstrip().startswith("forces"):
+            times.append(float(words[-1]))
+            found.append({})
+        elif len(words) == 4 and found:
+            found[-1][int(words[0])] = [float(word) for word in words[1:]]
+    return np.array(times), np.array([[one[n] for n in numbers] for one in found])
+
+
+def widths(axis):
+    steps = np.diff(axis) / 2
+    return np.append(steps, 0) + np.append(0, steps)
+
+
+def report(folder, name, mesh, friction, ball, numbers):
+    times, force = forces(folder / f"{name}.dat", numbers)
+    np.savez_compressed(folder / f"{name}.npz", friction=friction, time=times, position=ball, force=force.astype("f4"))
+    x, y = np.unique(ball[:, 0]), np.unique(ball[:, 1])
+    area = 2 * np.outer(widths(x), widths(y)).ravel()
+    normal = np.c_[ball[:, :2] / RADIUS, np.ones(len(ball))]
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    for time, one in zip(times, 2 * force):
+        press = (one * normal).sum(1)
+        slides = np.linalg.norm(one - press[:, None] * normal, axis=1) / np.maximum(press, 1e-12) > 0.97 * friction
+        total = one.sum(0)
+        touches = press > 0.002 * press.max()
+        pressed = press.sum()
+        centre = (press * ball[:, 0]).sum() / pressed
+        radius = np.sqrt(2.5 * (press * ((ball[:, 0] - centre) ** 2 + ball[:, 1] ** 2)).sum() / pressed)
+        stick = np.sqrt(area[touches & ~slides].sum() / np.pi)
+        mindlin = np.cbrt(max(0, 1 - total[0] / (friction * total[2])))
+        print(
+            f"{time:.3f}  normal {total[2]:.4f}  shear {total[0]:.4f}  share of slipping {total[0] / friction / total[2]:.3f}"
+            f"  a {radius:.2f}  c/a {stick / radius:.3f}, Mindlin {mindlin:.3f}"
+        )
+
+
+if __name__ == "__main__":
+    folder, mesh, friction = pathlib.Path(sys.argv[1]), float(sys.argv[2]), float(sys.argv[3])
+    name = f"ball_{mesh}_{friction}"
+    lines, ball, numbers = deck(mesh, friction)
+    run_ccx(folder, name, lines, threads=1, may_end_early=True)
+    report(folder, name, mesh, friction, ball, numbers)
