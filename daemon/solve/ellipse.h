@@ -10,8 +10,8 @@ namespace tractiond::solve {
 
 /// Second moments of forces about their centre, by their principal axes.
 struct Ellipse {
-  /// \param moments [m^2] \param least value of each [m^2], above 0: what is narrower cannot be told
-  Ellipse(const Eigen::Matrix2d& moments, double least);
+  /// \param all moments [m^2] \param least value of each [m^2], above 0: what is narrower cannot be told
+  Ellipse(const Eigen::Matrix2d& all, double least);
 
   Eigen::Vector2d moments;  ///< the larger one first
   Eigen::Matrix2d axes;     ///< unit vectors, likewise, column by column

@@ -75,9 +75,9 @@ class Hills {
   int hillOf(int index) const;
 
   /// Returns the hill as a contact, in the gel frame, without Contact::systematic; below a surety(), without place and
-  /// shape. \param hill below count(), one that stands() \param forces at the same places as when they were divided;
+  /// shape. \param hill below count(), one that stands() \param solved at the same places as when they were divided;
   /// their values may differ
-  Contact describe(const SolvedForces& forces, int hill, double least_deviations);
+  Contact describe(const SolvedForces& solved, int hill, double least_deviations);
 
   /// Returns the force of a contact in standard deviations, along the axis on which that is largest.
   static double surety(const Contact& contact);
@@ -87,7 +87,7 @@ class Hills {
 
  private:
   void measure(const SolvedForces& forces);
-  WrenchCovariance wrenchNoise(const SolvedForces& forces, int hill);
+  WrenchCovariance wrenchNoise(const SolvedForces& solved, int hill);
   template <typename Use>
   void around(int place, int i, Use use) const;
   double strip(const SolvedForces& forces, int from, const Eigen::Vector2d& along, double at,
