@@ -148,9 +148,10 @@ TEST(LinearModel, CoversWhatALaterPictureShows) {
         EXPECT_LT(differenceInDeviations(bench.later(), wrenchOf(now)), 4.0);
         EXPECT_NEAR(bench.linear().doubt().scale, scale, 0.25 * scale);
         if (!now.empty() && bench.later().patchShare > 0.5 && bench.later().patchCount == 1) {
-          const auto& [patch, contact, covariance] = bench.later().patches[0];
-          const Eigen::Vector2d off = Eigen::Vector2d(patch.place.x_m, patch.place.y_m) - centreOf_m(now);
-          for (Index i = 0; i < 2; ++i) EXPECT_LT(std::abs(off[i]), 4.0 * std::sqrt(covariance(4 + i, 4 + i)));
+          const FoundPatch& found = bench.later().patches[0];
+          const PatchPlace& place = found.patch.place;
+          const Eigen::Vector2d off = Eigen::Vector2d(place.x_m, place.y_m) - centreOf_m(now);
+          for (Index i = 0; i < 2; ++i) EXPECT_LT(std::abs(off[i]), 4.0 * std::sqrt(found.covariance(4 + i, 4 + i)));
         }
       }
       // What a field has room for is covered as well; else it is not accepted.
