@@ -52,7 +52,8 @@ bool deviations(const Range& numbers) {
 bool usable(const Field& field) {
   return field.valid && std::all_of(field.contacts.begin(), field.contacts.end(), [](const Observation& one) {
            return finite(one.position_m) && finite(one.force_N) && deviations(one.positionDeviation_m) &&
-                  deviations(one.forceDeviation_N) && deviations(std::array{one.area_m2, one.areaDeviation_m2, one.spreadRatioDeviation}) &&
+                  deviations(one.forceDeviation_N) &&
+                  deviations(std::array{one.area_m2, one.areaDeviation_m2, one.spreadRatioDeviation}) &&
                   std::isfinite(one.spreadRatio);
          });
 }
@@ -204,23 +205,26 @@ void ContactTracker::see(Track& track, const Observation& as, const Field& field
     contact.velocity_m_s[i] = track.axes[i].velocity;
     contact.velocityDeviation_m_s[i] = std::sqrt(track.axes[i].velocityVariance);
   }
-  const auto& [x, y, z] = as.force_N;
-  const double shear = std::hypot(x, y);
-  const auto along = [&](const std::array<double, 2>& vector) {
-    return shear > 0.0 ? (x * vector[0] + y * vector[1]) / shear : 0.0;
-  };
-  const double shearDeviation = std::hypot(along({as.forceDeviation_N[0], 0.0}), along({0.0, as.forceDeviation_N[1]}));
-  contact.slip = partialSlip(
-      {z, as.forceDeviation_N[2], shear, shearDeviation, as.spreadRatio, as.spreadRatioDeviation});
+  judgeSlip(track, as);
+}
+
+/// Says what a contact that was just seen shows of slip.
+void ContactTracker::judgeSlip(Track& track, const Observation& as) {
+  const double shear = std::hypot(as.force_N[0], as.force_N[1]);
+  const double x = shear > 0.0 ? as.force_N[0] / shear : 0.0, y = shear > 0.0 ? as.force_N[1] / shear : 0.0;
+  const auto deviationAlong = [x, y](const auto& deviation) { return std::hypot(x * deviation[0], y * deviation[1]); };
+  Contact& contact = track.contact;
+  contact.slip = partialSlip({as.force_N[2], as.forceDeviation_N[2], shear, deviationAlong(as.forceDeviation_N),
+                              as.spreadRatio, as.spreadRatioDeviation});
+  const Seen now{contact.seen_ns, as.position_m, as.positionDeviation_m};
   auto& [before, since] = track.before;
-  if (field.time_ns - since.time_ns >= kSlipTime_ns) {
-    before = since.time_ns == 0 ? Seen{field.time_ns, as.position_m, as.positionDeviation_m} : since;
-    since = {field.time_ns, as.position_m, as.positionDeviation_m};
+  if (now.time_ns - since.time_ns >= kSlipTime_ns) {
+    before = since.time_ns == 0 ? now : since;
+    since = now;
   }
-  const double moved = along({as.position_m[0] - before.position_m[0], as.position_m[1] - before.position_m[1]});
-  const double deviation = std::hypot(along({as.positionDeviation_m[0], 0.0}), along({0.0, as.positionDeviation_m[1]}),
-                                      std::hypot(along({before.deviation_m[0], 0.0}), along({0.0, before.deviation_m[1]})));
-  contact.slipState = slipState(contact.slip, moved, deviation);
+  const double moved = x * (now.position_m[0] - before.position_m[0]) + y * (now.position_m[1] - before.position_m[1]);
+  contact.slipState =
+      slipState(contact.slip, moved, std::hypot(deviationAlong(now.deviation_m), deviationAlong(before.deviation_m)));
 }
 
 }  // namespace touch

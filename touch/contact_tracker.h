@@ -102,6 +102,7 @@ class ContactTracker {
   void begin(const Observation& at, const Field& field);
   void follow(Track& track, const Observation& to, const Field& field) const;
   void see(Track& track, const Observation& as, const Field& field, Phase phase) const;
+  static void judgeSlip(Track& track, const Observation& as);
   void end(Track& track);
 
   Options options_{};

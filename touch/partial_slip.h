@@ -25,9 +25,9 @@ struct Sheared {
 
 enum class SlipState {
   kUnknown,    ///< says nothing about slip
-  kSticking,   ///< more of the contact sticks than is left at 0.9 of the shear at which it slips
+  kSticking,   ///< less than 0.9 of the shear is reached at which it slips
   kIncipient,  ///< more than 0.9 of that shear is as likely as not reached
-  kSlipping,   ///< the contact moves along its shear, which may be all that it bears
+  kSlipping,   ///< the contact has moved along its shear, and may bear no more
 };
 
 struct PartialSlip {
@@ -36,8 +36,9 @@ struct PartialSlip {
   Interval stickRatio;  ///< c / a
   /// A high end of kLargestFriction: the contact shows a lower bound only.
   Interval friction;
-  double margin_N = 0.0;   ///< further shear until it slips, by the median of the friction
-  double holding_N = 0.0;  ///< normal force that holds the shear by the low end of the friction, with a quarter in reserve
+  double margin_N = 0.0;  ///< further shear until it slips, by the median of the friction
+  /// Normal force that holds the shear by the low end of the friction, with a quarter in reserve.
+  double holding_N = 0.0;
   double incipient = 0.0;  ///< probability that more than 0.9 of the shear is reached at which the contact slips
 };
 

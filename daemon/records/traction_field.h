@@ -25,8 +25,8 @@ struct Contact {
   std::array<double, 2> halfAxesDeviation_m{};
   double orientation_rad = 0.0;           ///< of the larger one, from x towards y, in [-pi/2, pi/2)
   double orientationDeviation_rad = 0.0;  ///< at most pi / sqrt(12), that of any orientation
-  double spreadRatio = 0.0;           ///< of a round contact: mean squared distance of shear over that of pressure
-  double spreadRatioDeviation = 0.0;  ///< 0: not known
+  double spreadRatio = 0.0;               ///< of a round contact: mean squared distance of shear over that of pressure
+  double spreadRatioDeviation = 0.0;      ///< 0: not known
 };
 inline constexpr int kMaxContacts = 8;  ///< largest number of contacts in a field
 

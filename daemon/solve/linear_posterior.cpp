@@ -451,7 +451,8 @@ void LinearPosterior::readColumn(const double* column_px, std::span<double> ofXi
 }
 
 void LinearPosterior::subtractAt(int coordinate, double displacement_px, std::span<double> ofXi) const {
-  for (int k = 0; k < rank_; ++k) ofXi[static_cast<std::size_t>(k)] -= displacement_px * double{rows_.row(k)[coordinate]};
+  for (int k = 0; k < rank_; ++k)
+    ofXi[static_cast<std::size_t>(k)] -= displacement_px * double{rows_.row(k)[coordinate]};
 }
 
 void LinearPosterior::multiplyCovariance(std::span<double> ofXi) const {

@@ -42,14 +42,16 @@ ShearExcess ShearSpread::find(const LinearPosterior& posterior, int patch, const
   const auto rank = static_cast<Index>(posterior.rank());
   const Eigen::Vector2d shear = now.load.head<2>();
   auto ofXi = VectorXd::Map(ofXi_.data(), rank);
-  ofXi = shear.x() * VectorXd::Map(slopes.ofXi[0].data(), rank) + shear.y() * VectorXd::Map(slopes.ofXi[1].data(), rank);
+  ofXi =
+      shear.x() * VectorXd::Map(slopes.ofXi[0].data(), rank) + shear.y() * VectorXd::Map(slopes.ofXi[1].data(), rank);
   double squares = shear.dot(slopes.products * shear), along = 0.0;
   for (Index axis = 0; axis < 2; ++axis) {
-    along += shear[axis] *
-             dotProduct(slopes.px_m2[static_cast<std::size_t>(axis)].data(), displacement_px, coordinates_);
+    along +=
+        shear[axis] * dotProduct(slopes.px_m2[static_cast<std::size_t>(axis)].data(), displacement_px, coordinates_);
   }
   for (const int coordinate : added) {
-    const double there = shear.x() * slopes.px_m2[0].data()[coordinate] + shear.y() * slopes.px_m2[1].data()[coordinate];
+    const double there =
+        shear.x() * slopes.px_m2[0].data()[coordinate] + shear.y() * slopes.px_m2[1].data()[coordinate];
     squares -= square(there);
     posterior.subtractAt(coordinate, there, ofXi_);
   }

@@ -1,6 +1,6 @@
-// Finds how far the shear under a round contact is spread, compared with the pressure. A round patch carries both alike;
-// where a ball sticks, its shear lies farther out (Cattaneo 1938, Mindlin 1949). One more unknown e for each patch, the
-// excess of the shear's spread over the pressure's, is added to a linear posterior after the fact:
+// Finds how far the shear under a round contact is spread, compared with the pressure. A round patch carries both
+// alike; where a ball sticks, its shear lies farther out (Cattaneo 1938, Mindlin 1949). One more unknown e for each
+// patch, the excess of the shear's spread over the pressure's, is added to a linear posterior after the fact:
 //
 //   v = F_x du_x/ds + F_y du_y/ds        u: displacements by a unit of shear, s: spread
 //   b = v'(d - B theta) / n^2,  K = v'v / n^2 - v'B cov(theta) B'v / n^4     what the picture says of e beyond theta
@@ -25,16 +25,16 @@ class ShearSpread {
   void make(const LinearPosterior& posterior, const FreedPatches& patches, const RoundPatches& fit,
             std::span<const int> missing);
 
-  /// Returns e of a patch. \param now the patch by the posterior's last answer \param displacement_px of the picture without the curves, 0 where missing \param added as given
-  /// to LinearPosterior::read()
-  ShearExcess find(const LinearPosterior& posterior, int patch, const RoundPatch& now,
-                   const double* displacement_px, double noise_px, std::span<const int> added);
+  /// Returns e of a patch. \param now the patch by the posterior's last answer \param displacement_px of the picture
+  /// without the curves, 0 where missing \param added as given to LinearPosterior::read()
+  ShearExcess find(const LinearPosterior& posterior, int patch, const RoundPatch& now, const double* displacement_px,
+                   double noise_px, std::span<const int> added);
 
  private:
   /// Of a patch, by a unit of shear along x and along y.
   struct Slopes {
-    std::array<LineArray<double>, 2> px_m2;     ///< du/ds, 2M, padded
-    std::array<std::vector<double>, 2> ofXi;    ///< what the posterior has of them
+    std::array<LineArray<double>, 2> px_m2;   ///< du/ds, 2M, padded
+    std::array<std::vector<double>, 2> ofXi;  ///< (B R Q)' du/ds / n^2
     Eigen::Matrix2d products = Eigen::Matrix2d::Zero();
   };
 

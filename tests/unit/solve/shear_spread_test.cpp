@@ -24,9 +24,9 @@ class ShearSpreadTest : public PressTest {
  protected:
   ShearSpreadTest()
       : model_(paper(), paperFactors(), paperAtoms(), options_)
-      , linear_(paperFactors(), paperAtoms(), options_,
-                std::make_shared<const AtomModes>(paperFactors(), paperAtoms(),
-                                                  strongestModes(paperFactors(), options_)))
+      , linear_(
+            paperFactors(), paperAtoms(), options_,
+            std::make_shared<const AtomModes>(paperFactors(), paperAtoms(), strongestModes(paperFactors(), options_)))
       , modes_(paperFactors(), paperAtoms(), options_) {
     estimate_.force_N.resize(3 * static_cast<std::size_t>(paperAtoms().pointCount()));
   }
