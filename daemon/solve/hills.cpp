@@ -8,6 +8,8 @@
 #include "daemon/solve/ellipse.h"
 #include "daemon/solve/wrench.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>

@@ -1,5 +1,7 @@
 #include "daemon/solve/linear_model.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>

@@ -3,6 +3,8 @@
 #include "daemon/solve/ellipse.h"
 #include "daemon/solve/wrench.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>

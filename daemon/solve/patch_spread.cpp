@@ -1,5 +1,7 @@
 #include "daemon/solve/patch_spread.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 

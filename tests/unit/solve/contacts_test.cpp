@@ -3,6 +3,7 @@
 #include "tests/support/seed.h"
 #include "tests/unit/solve/linear_bench.h"
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <numbers>

@@ -4,6 +4,7 @@
 #include "daemon/solve/linear_model.h"
 #include "tests/unit/solve/patch_bench.h"
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <memory>

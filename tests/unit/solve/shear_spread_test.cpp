@@ -2,8 +2,10 @@
 #include "daemon/solve/linear_model.h"
 #include "tests/unit/solve/presses.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <vector>
 
 namespace tractiond::solve {
