@@ -87,6 +87,7 @@ void Posterior::invertTogether() {
 }
 
 void Posterior::covariance(std::span<const double> weights, std::span<const int> points, std::span<double> covariance) {
+  assert(static_cast<Index>(weights.size()) >= 3 * kColumns * atoms_.points.cols());
   double* const columns = scratch_.data();
   std::fill_n(columns, kColumns * unknowns(), 0.0);
   setIndices();
