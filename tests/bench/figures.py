@@ -115,6 +115,27 @@ def fewer_models(seconds):
     row("processor time with solve.models_hz = 10", f"{100 * cpu:.1f} % of a core", "<= 10 %", 0.10, cpu)
 
 
+def touch():
+    """What traction-touch adds to a field, and what it costs."""
+    with rig.Rig() as bench:
+        bench.twin("press", ready=False)
+        daemon = bench.daemon()
+        process = bench.start(rig.BIN / "traction-touch", "--connect", daemon.endpoint["stream"], "--runtime",
+                              bench.folder / "touch")
+        process.wait_for("listening.*ipc")
+        process.endpoint = {"stream": f"ipc://{bench.folder / 'touch' / 'stream'}"}
+        fields, contacts = bench.subscribe(daemon, "traction/v1/default/field"), bench.subscribe(process, "traction/v1/default/contacts")
+        fields.collect(360)  # the zero's solver is made, and the load is on
+        cpu, since = cpu_seconds(process.child.pid), time.monotonic()
+        sent_ns = {field.header.frame_number: field.header.sent_ns for field in fields.collect(600)}
+        cpu = (cpu_seconds(process.child.pid) - cpu) / (time.monotonic() - since)
+        added = sorted(1e-6 * (each.header.sent_ns - sent_ns[each.header.frame_number]) for each in contacts.collect(960, "contacts")
+                       if each.header.frame_number in sent_ns)
+    row("field sent -> contacts sent, p50", f"{added[len(added) // 2]:.2f} ms")
+    row("                             p99", f"{added[len(added) * 99 // 100]:.2f} ms", "<= 1 ms", 1, added[len(added) * 99 // 100])
+    row("    processor time of traction-touch", f"{100 * cpu:.1f} % of a core", "<= 5 %", 0.05, cpu)
+
+
 def loads():
     own = rig.SOURCE / "tests/bench/loads"
     for load, scenario in (("untouched", "idle"), ("two contacts", "two_contacts"),
@@ -296,6 +317,7 @@ def main():
     sixty_frames_per_second(seconds)
     fewer_models(seconds)
     loads()
+    touch()
     fast_cameras()
     angle()
     stages()

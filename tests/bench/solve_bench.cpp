@@ -34,10 +34,10 @@ ModelSolver& theSolver() {
 }
 
 /// An even force on the nodes from `inner` to `reach` [pitches] around the middle, or around the places `distance` / 2
-/// [m] beside it, or `up` [m] above.
+/// [m] beside it, or `up` [m] above; or, with `apart`, as far above and below, in four places.
 struct Load {
   double reach = 1.8;  ///< that of a ball of 5 mm
-  double distance = 0.0, up = 0.0, inner = 0.0;
+  double distance = 0.0, apart = 0.0, up = 0.0, inner = 0.0;
   double force_N = 4.0;
 };
 
@@ -56,7 +56,8 @@ MarkerField pressed(const Load& load, int missing, unsigned seed) {
   Eigen::VectorXd forces = Eigen::VectorXd::Zero(influence.cols());
   const sensor::Points nodes = sensor::nodePositions(kSensor.nodes);
   for (Eigen::Index n = 0; n < nodes.cols(); ++n) {
-    const double away = std::hypot(std::abs(nodes(0, n)) - 0.5 * load.distance, nodes(1, n) - load.up);
+    const double y = load.apart > 0.0 ? std::abs(nodes(1, n)) - 0.5 * load.apart : nodes(1, n) - load.up;
+    const double away = std::hypot(std::abs(nodes(0, n)) - 0.5 * load.distance, y);
     if (away >= load.inner * kSensor.nodes.pitch && away <= load.reach * kSensor.nodes.pitch) forces[3 * n + 2] = 1.0;
   }
   forces *= load.force_N / forces.sum();
@@ -197,7 +198,8 @@ BENCHMARK(solveFlushed)->Arg(0)->Arg(115)->Arg(288)->UseManualTime()->Iterations
 
 constexpr int kTenth = 115;  // of the markers
 const Load kBall, kDisc{.reach = 3.4}, kRing{.reach = 4.0, .inner = 2.7}, kPair{.reach = 0.8, .distance = 9e-3},
-    kRim{.up = 30e-3}, kPalm{.reach = 10.0}, kFullFace{.reach = 100.0}, kNoLoad{.force_N = 0.0};
+    kFour{.reach = 1.3, .distance = 28e-3, .apart = 22e-3, .force_N = 7.0}, kRim{.up = 30e-3}, kPalm{.reach = 10.0},
+    kFullFace{.reach = 100.0}, kNoLoad{.force_N = 0.0};
 BENCHMARK_LOAD(press, kBall, 0);
 BENCHMARK_LOAD(pressChangingMarkers, kBall, kTenth);
 BENCHMARK_LOAD(disc, kDisc, 0);
@@ -222,6 +224,7 @@ BENCHMARK_LOAD(noLoad, kNoLoad, 0);
 BENCHMARK_ANSWER(press, kBall, 0);
 BENCHMARK_ANSWER(pressMissingMarkers, kBall, kTenth);
 BENCHMARK_ANSWER(pair, kPair, 0);
+BENCHMARK_ANSWER(four, kFour, 0);
 BENCHMARK_ANSWER(palm, kPalm, 0);
 BENCHMARK_ANSWER(fullFaceMissingMarkers, kFullFace, kTenth);
 BENCHMARK_ANSWER(noLoad, kNoLoad, 0);
