@@ -8,11 +8,14 @@ y = 0); small strain, face-to-face contact with penalties. All nodes of the ball
 forces of contact. Lengths in mm, forces in N, stresses in MPa.
 """
 
+import dataclasses
 import pathlib
 import sys
 
 import numpy as np
 from calculix import run_ccx
+
+DATA = pathlib.Path(__file__).parent / "data"
 
 YOUNG, POISSON = 0.18, 0.49
 RADIUS, DEPTH = 40.0, 0.45  # of the ball; its motion inwards. Sideways: beyond where it slips
@@ -88,37 +91,73 @@ def forces(path, numbers):
     return np.array(times), np.array([[one[n] for n in numbers] for one in found])
 
 
+@dataclasses.dataclass
+class Ball:
+    """A ball's contact at one moment, about its centre."""
+
+    time: float
+    friction: float
+    total: np.ndarray  # 3 [N]
+    stick: float  # radius of the area that sticks, over the contact's
+    radius: float
+    points: np.ndarray  # 2 x P [m]
+    forces: np.ndarray  # 3 x P [N]
+
+    @property
+    def share(self):
+        """Of the shear at which all slips."""
+        return self.total[0] / self.friction / self.total[2]
+
+
 def widths(axis):
     steps = np.diff(axis) / 2
     return np.append(steps, 0) + np.append(0, steps)
 
 
-def report(folder, name, mesh, friction, ball, numbers):
+def balls(path):
+    """Each moment of a file that report() has written."""
+    found = np.load(path)
+    friction, place = float(found["friction"]), found["position"]
+    area = 2 * np.outer(*(widths(np.unique(place[:, axis])) for axis in (0, 1))).ravel()
+    normal = np.c_[place[:, :2] / RADIUS, np.ones(len(place))]
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    for time, half in zip(found["time"], found["force"].astype(float)):
+        force = 2 * half
+        press = (force * normal).sum(1)
+        slides = np.linalg.norm(force - press[:, None] * normal, axis=1) > 0.97 * friction * np.maximum(press, 1e-12)
+        touches = press > 0.002 * press.max()
+        away = place[:, :2] - [(press * place[:, 0]).sum() / press.sum(), 0]
+        radius = np.sqrt(2.5 * (press * (away**2).sum(1)).sum() / press.sum())
+        stick = np.sqrt(area[touches & ~slides].sum() / np.pi) / radius
+        points, forces = np.r_[away, away * [1, -1]], np.r_[half, half * [1, -1, 1]]  # the other half mirrors it
+        used = np.tile(touches, 2)
+        yield Ball(time, friction, force.sum(0), stick, 1e-3 * radius, 1e-3 * points[used].T, forces[used].T)
+
+
+def report(folder, name, friction, ball, numbers):
     times, force = forces(folder / f"{name}.dat", numbers)
     np.savez_compressed(folder / f"{name}.npz", friction=friction, time=times, position=ball, force=force.astype("f4"))
-    x, y = np.unique(ball[:, 0]), np.unique(ball[:, 1])
-    area = 2 * np.outer(widths(x), widths(y)).ravel()
-    normal = np.c_[ball[:, :2] / RADIUS, np.ones(len(ball))]
-    normal /= np.linalg.norm(normal, axis=1)[:, None]
-    for time, one in zip(times, 2 * force):
-        press = (one * normal).sum(1)
-        slides = np.linalg.norm(one - press[:, None] * normal, axis=1) / np.maximum(press, 1e-12) > 0.97 * friction
-        total = one.sum(0)
-        touches = press > 0.002 * press.max()
-        pressed = press.sum()
-        centre = (press * ball[:, 0]).sum() / pressed
-        radius = np.sqrt(2.5 * (press * ((ball[:, 0] - centre) ** 2 + ball[:, 1] ** 2)).sum() / pressed)
-        stick = np.sqrt(area[touches & ~slides].sum() / np.pi)
-        mindlin = np.cbrt(max(0, 1 - total[0] / (friction * total[2])))
+    for each in balls(folder / f"{name}.npz"):
         print(
-            f"{time:.3f}  normal {total[2]:.4f}  shear {total[0]:.4f}  share of slipping {total[0] / friction / total[2]:.3f}"
-            f"  a {radius:.2f}  c/a {stick / radius:.3f}, Mindlin {mindlin:.3f}"
+            f"{each.time:.3f}  normal {each.total[2]:.4f}  shear {each.total[0]:.4f}  share of slipping {each.share:.3f}"
+            f"  a {1e3 * each.radius:.2f}  c/a {each.stick:.3f}, Mindlin {np.cbrt(max(0, 1 - each.share)):.3f}"
         )
 
 
-if __name__ == "__main__":
-    folder, mesh, friction = pathlib.Path(sys.argv[1]), float(sys.argv[2]), float(sys.argv[3])
+def main(folder):
+    """Computes the files of the evaluation."""
+    for mesh, friction in ((0.65, 0.3), (0.5, 0.5), (0.65, 0.8)):
+        ball(folder, mesh, friction)
+        name = f"ball_{mesh}_{friction}.npz"
+        (DATA / name).write_bytes((folder / name).read_bytes())
+
+
+def ball(folder, mesh, friction):
     name = f"ball_{mesh}_{friction}"
-    lines, ball, numbers = deck(mesh, friction)
+    lines, place, numbers = deck(mesh, friction)
     run_ccx(folder, name, lines, threads=1, may_end_early=True)
-    report(folder, name, mesh, friction, ball, numbers)
+    report(folder, name, friction, place, numbers)
+
+
+if __name__ == "__main__":
+    ball(pathlib.Path(sys.argv[1]), *map(float, sys.argv[2:4]))

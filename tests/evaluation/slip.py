@@ -1,10 +1,9 @@
 """What is seen of friction before a ball slips. Called like the paper's experiments; friction.py computes the truth."""
 
-import dataclasses
-
 import numpy as np
 
 import chain
+import friction
 import limits
 import shapes
 import truth
@@ -16,57 +15,12 @@ LEAST, MOST = 0.25, 1.005  # shares of the shear at which the ball slips
 SHARES = (0.25, 0.5, 0.7, 0.85, 0.95, MOST)
 
 
-@dataclasses.dataclass
-class Ball:
-    """A ball's contact at one moment, about its centre. CalculiX's mesh is half a block: the other half mirrors it."""
-
-    friction: float
-    share: float  # shear over that at which all slips
-    stick: float  # radius of the area that sticks, over the contact's
-    radius: float
-    points: np.ndarray  # 2 x P [m]
-    forces: np.ndarray  # 3 x P [N]
-
-
-def widths(axis):
-    steps = np.diff(axis) / 2
-    return np.append(steps, 0) + np.append(0, steps)
-
-
-def balls(path):
-    found = np.load(path)
-    friction, place = float(found["friction"]), found["position"]
-    x, y = np.unique(place[:, 0]), np.unique(place[:, 1])
-    area = 2 * np.outer(widths(x), widths(y)).ravel()
-    normal = np.c_[place[:, :2] / RADIUS, np.ones(len(place))]
-    normal /= np.linalg.norm(normal, axis=1)[:, None]
-    for half in found["force"].astype(float):
-        force = 2 * half
-        press = (force * normal).sum(1)
-        slides = np.linalg.norm(force - press[:, None] * normal, axis=1) > 0.97 * friction * np.maximum(press, 1e-12)
-        total = force.sum(0)
-        share = total[0] / friction / total[2]
-        if not LEAST <= share <= MOST:
-            continue
-        centre = np.array([(press * place[:, 0]).sum() / press.sum(), 0])
-        away = place[:, :2] - centre
-        radius = np.sqrt(2.5 * (press * (away**2).sum(1)).sum() / press.sum())
-        touches = press > 0.002 * press.max()
-        stick = np.sqrt(area[touches & ~slides].sum() / np.pi) / radius
-        points = np.r_[away, away * [1, -1]]
-        forces = np.r_[half, half * [1, -1, 1]]
-        used = np.tile(touches, 2)
-        yield Ball(friction, share, stick, 1e-3 * radius, 1e-3 * points[used].T, forces[used].T)
-
-
-RADIUS = 40.0  # of the balls [mm]
-
-
 class Series:
     """Balls of random size, force, place and direction, each in two frames: the first one makes the model."""
 
     def __init__(self, count, generator):
-        all_balls = [ball for path in sorted(truth.DATA.glob("ball_*.npz")) for ball in balls(path)]
+        all_balls = [ball for path in sorted(truth.DATA.glob("ball_*.npz")) for ball in friction.balls(path)]
+        all_balls = [ball for ball in all_balls if LEAST <= ball.share <= MOST]
         self.ball, self.radius, self.normal_N, self.displacement = [], [], [], []
         for _ in range(count):
             ball = all_balls[generator.integers(len(all_balls))]
@@ -105,9 +59,9 @@ def slip(report, quick):
     answered = found["answered"][1::2, 0] > 0
     ratio, _, known, incipient, stick, low, high, mu, mu_low, mu_high = found["answer_slip"][1::2].T
     known = answered & (known > 0)
-    share, true_stick, friction = (np.array([getattr(b, n) for b in drawn.ball]) for n in ("share", "stick", "friction"))
+    share, true_stick, true = (np.array([getattr(b, n) for b in drawn.ball]) for n in ("share", "stick", "friction"))
     covered = (low <= true_stick) & (true_stick <= high)
-    mu_covered = (mu_low <= friction) & (friction <= mu_high)
+    mu_covered = (mu_low <= true) & (true <= mu_high)
     lines = []
     for first, end in zip(SHARES, SHARES[1:]):
         here = (share >= first) & (share < end)
@@ -121,7 +75,7 @@ def slip(report, quick):
                 f"{100 * use.sum() / here.sum():.0f} %",
                 f"{rms((stick - true_stick)[use]):.3f}",
                 f"{100 * covered[use].mean():.0f} %",
-                f"{100 * rms((mu / friction - 1)[use]):.0f} %",
+                f"{100 * rms((mu / true - 1)[use]):.0f} %",
                 f"{100 * mu_covered[use].mean():.0f} %",
                 f"{100 * (incipient[use] > 0.5).mean():.0f} %",
             )
@@ -131,7 +85,7 @@ def slip(report, quick):
     )
     large = (np.array(drawn.radius) >= 5e-3) & (np.array(drawn.normal_N) >= 400 * chain.GF)
     late = known & large & (share >= 0.7)
-    sticks, frictions = rms((stick - true_stick)[late]), rms((mu / friction - 1)[late])
+    sticks, frictions = rms((stick - true_stick)[late]), rms((mu / true - 1)[late])
     report.row("stick ratio at 70 % of slipping and more, 400 gf, 5 mm, rms", f"{sticks:.3f}", "–", "<= 0.08", 0.08, sticks)
     report.row("friction at 70 % of slipping and more, 400 gf, 5 mm, rms", f"{100 * frictions:.1f} %", "–", "<= 8 %", 0.08, frictions)
     for label, which in (("stick ratio", covered), ("friction", mu_covered)):

@@ -406,6 +406,10 @@ def main(folder, wanted):
             linear(thickness, poisson, sets, folder)
     if not wanted or "strayed" in wanted:
         strayed(folder)
+    if not wanted or "friction" in wanted:
+        import friction
+
+        friction.main(folder)
     if not wanted or "influence" in wanted:
         import influence
 
