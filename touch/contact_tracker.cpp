@@ -67,8 +67,7 @@ void withdraw(Contact& contact, Phase phase) {
   contact.phase = phase;
   contact.force_N = contact.forceDeviation_N = {};
   contact.velocity_m_s = contact.velocityDeviation_m_s = {};
-  contact.slipState = SlipState::kUnknown;
-  contact.slip = {};
+  contact.slip.reset();
 }
 
 }  // namespace
@@ -210,21 +209,18 @@ void ContactTracker::see(Track& track, const Observation& as, const Field& field
 
 /// Says what a contact that was just seen shows of slip.
 void ContactTracker::judgeSlip(Track& track, const Observation& as) {
-  const double shear = std::hypot(as.force_N[0], as.force_N[1]);
-  const double x = shear > 0.0 ? as.force_N[0] / shear : 0.0, y = shear > 0.0 ? as.force_N[1] / shear : 0.0;
-  const auto deviationAlong = [x, y](const auto& deviation) { return std::hypot(x * deviation[0], y * deviation[1]); };
-  Contact& contact = track.contact;
-  contact.slip = partialSlip({as.force_N[2], as.forceDeviation_N[2], shear, deviationAlong(as.forceDeviation_N),
-                              as.spreadRatio, as.spreadRatioDeviation});
-  const Seen now{contact.seen_ns, as.position_m, as.positionDeviation_m};
+  const Seen now{track.contact.seen_ns, as.position_m, as.positionDeviation_m};
   auto& [before, since] = track.before;
   if (now.time_ns - since.time_ns >= kSlipTime_ns) {
     before = since.time_ns == 0 ? now : since;
     since = now;
   }
-  const double moved = x * (now.position_m[0] - before.position_m[0]) + y * (now.position_m[1] - before.position_m[1]);
-  contact.slipState =
-      slipState(contact.slip, moved, std::hypot(deviationAlong(now.deviation_m), deviationAlong(before.deviation_m)));
+  std::array<double, 2> moved{}, deviation{};
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    moved[i] = now.position_m[i] - before.position_m[i];
+    deviation[i] = std::hypot(now.deviation_m[i], before.deviation_m[i]);
+  }
+  track.contact.slip = partialSlip(as, moved, deviation);
 }
 
 }  // namespace touch

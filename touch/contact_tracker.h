@@ -22,6 +22,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace touch {
@@ -50,8 +51,7 @@ struct Contact {
   std::array<double, 3> forceDeviation_N{};
   std::array<double, 2> velocity_m_s{};
   std::array<double, 2> velocityDeviation_m_s{};
-  SlipState slipState = SlipState::kUnknown;
-  PartialSlip slip;
+  std::optional<Slip> slip;  ///< none: not known
 };
 
 /// Thread-bound.

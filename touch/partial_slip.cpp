@@ -22,8 +22,8 @@ constexpr double kReserve = 1.25;
 /// Width of the interval of a stick ratio from which on nothing is known of it.
 constexpr double kVague = 0.8;
 
-/// A contact has moved if it has by more than this [m] and by kSure deviations; it may bear no more shear if that is so
-/// probable.
+/// A contact has moved along its shear if it has by more than this [m] and by kSure deviations; it may bear no more
+/// shear if that is so probable.
 constexpr double kLeastMotion_m = 2e-4, kPossible = 0.05;
 
 /// Share of the shear at which a contact slips from which on it is about to.
@@ -52,11 +52,18 @@ double spreadRatio(double stickRatio) {
   return (1.0 + s + s2 + s2 * s + s2 * s2) / (1.0 + s + s2);
 }
 
-PartialSlip partialSlip(const Sheared& contact) {
-  const bool isSure = contact.normal_N > kSure * contact.normalDeviation_N &&
-                      contact.shear_N > kSure * contact.shearDeviation_N && contact.spreadRatioDeviation > 0.0;
-  const double least = contact.shear_N / contact.normal_N;
-  if (!isSure || !(least < kLargestFriction)) return {};
+std::optional<Slip> partialSlip(const Observation& contact, const std::array<double, 2>& moved_m,
+                                const std::array<double, 2>& movedDeviation_m) {
+  const double normal_N = contact.force_N[2], normalDeviation_N = contact.forceDeviation_N[2];
+  const double shear_N = std::hypot(contact.force_N[0], contact.force_N[1]);
+  const double x = shear_N > 0.0 ? contact.force_N[0] / shear_N : 0.0;
+  const double y = shear_N > 0.0 ? contact.force_N[1] / shear_N : 0.0;
+  const auto deviationAlong = [x, y](const auto& deviation) { return std::hypot(x * deviation[0], y * deviation[1]); };
+  const double shearDeviation_N = deviationAlong(contact.forceDeviation_N);
+  const bool isSure =
+      normal_N > kSure * normalDeviation_N && shear_N > kSure * shearDeviation_N && contact.spreadRatioDeviation > 0.0;
+  const double least = shear_N / normal_N;
+  if (!isSure || !(least < kLargestFriction)) return std::nullopt;
   // Steps from kLargestFriction down to the friction at which all slips.
   const double range = std::log(kLargestFriction / least);
   const auto frictionAt = [&](double fraction) { return kLargestFriction * std::exp(-range * fraction); };
@@ -72,33 +79,30 @@ PartialSlip partialSlip(const Sheared& contact) {
     sum += likelihood;
     if (least / frictionAt(fraction) > kIncipient) incipient += likelihood;
   }
-  if (!(sum > 0.0)) return {};
+  if (!(sum > 0.0)) return std::nullopt;
   for (double& each : probability) each /= sum;
-  PartialSlip slip;
-  slip.known = true;
+  Slip slip;
   slip.incipient = incipient / sum;
   const auto between = [&](double share, auto at) { return quantile(probability, share, at); };
   slip.stickRatio = {between(0.5, stickAt), between(0.975, stickAt), between(0.025, stickAt)};
   slip.friction = {between(0.5, frictionAt), between(0.975, frictionAt), between(0.025, frictionAt)};
   // Widen by the noise of the forces' ratio, which shifts all frictions alike.
-  const double noise =
-      1.96 * std::hypot(contact.shearDeviation_N / contact.shear_N, contact.normalDeviation_N / contact.normal_N);
+  const double noise = 1.96 * std::hypot(shearDeviation_N / shear_N, normalDeviation_N / normal_N);
   const auto widened = [&](double end) {
     const double away = std::log(end / slip.friction.estimate);
     return slip.friction.estimate * std::exp(std::copysign(std::hypot(away, noise), away));
   };
   slip.friction.low = widened(slip.friction.low);
   slip.friction.high = std::fmin(widened(slip.friction.high), kLargestFriction);
-  slip.margin_N = slip.friction.estimate * contact.normal_N - contact.shear_N;
-  slip.holding_N = kReserve * contact.shear_N / slip.friction.low;
+  slip.margin_N = slip.friction.estimate * normal_N - shear_N;
+  slip.holding_N = kReserve * shear_N / slip.friction.low;
+  const double moved = x * moved_m[0] + y * moved_m[1];
+  const bool hasMoved = moved > kLeastMotion_m && moved > kSure * deviationAlong(movedDeviation_m);
+  if (slip.stickRatio.high - slip.stickRatio.low > kVague) return slip;
+  slip.state = hasMoved && slip.incipient > kPossible ? SlipState::kSlipping
+               : slip.incipient >= 0.5                ? SlipState::kIncipient
+                                                      : SlipState::kSticking;
   return slip;
-}
-
-SlipState slipState(const PartialSlip& slip, double moved_m, double movedDeviation_m) {
-  if (!slip.known || slip.stickRatio.high - slip.stickRatio.low > kVague) return SlipState::kUnknown;
-  const bool hasMoved = moved_m > kLeastMotion_m && moved_m > kSure * movedDeviation_m;
-  if (hasMoved && slip.incipient > kPossible) return SlipState::kSlipping;
-  return slip.incipient >= 0.5 ? SlipState::kIncipient : SlipState::kSticking;
 }
 
 }  // namespace touch

@@ -6,6 +6,11 @@
 // A priori the logarithm of mu is even between Q / P and kLargestFriction. Of a contact that is no ball R means less.
 #pragma once
 
+#include "touch/field.h"
+
+#include <array>
+#include <optional>
+
 namespace touch {
 
 /// The largest coefficient of friction that is considered.
@@ -16,23 +21,15 @@ struct Interval {
   double estimate = 0.0, low = 0.0, high = 0.0;
 };
 
-/// A contact under shear. Deviations are standard deviations.
-struct Sheared {
-  double normal_N = 0.0, normalDeviation_N = 0.0;
-  double shear_N = 0.0, shearDeviation_N = 0.0;
-  double spreadRatio = 0.0, spreadRatioDeviation = 0.0;  ///< R; deviation 0: not known
-};
-
 enum class SlipState {
-  kUnknown,    ///< says nothing about slip
-  kSticking,   ///< less than 0.9 of the shear is reached at which it slips
-  kIncipient,  ///< more than 0.9 of that shear is as likely as not reached
+  kUnknown,    ///< says nothing about slip: little of the friction is known
+  kSticking,   ///< less than 0.9 of the shear is reached at which the contact slips
+  kIncipient,  ///< more than that is as likely as not
   kSlipping,   ///< the contact has moved along its shear, and may bear no more
 };
 
-struct PartialSlip {
-  /// False: a force is not sure, or R is not known; the numbers are 0. Says nothing about slip.
-  bool known = false;
+struct Slip {
+  SlipState state = SlipState::kUnknown;
   Interval stickRatio;  ///< c / a
   /// A high end of kLargestFriction: the contact shows a lower bound only.
   Interval friction;
@@ -42,11 +39,10 @@ struct PartialSlip {
   double incipient = 0.0;  ///< probability that more than 0.9 of the shear is reached at which the contact slips
 };
 
-/// Returns what a contact shows of its friction. Reentrant.
-PartialSlip partialSlip(const Sheared& contact);
-
-/// Returns the state of a contact. \param moved_m how far it has moved along its shear of late
-SlipState slipState(const PartialSlip& slip, double moved_m, double movedDeviation_m);
+/// Returns what a contact shows of its friction; nothing, which says nothing of slip, if a force is not sure or R is
+/// not known. Reentrant. \param moved_m how far it has moved of late, and the deviation of that
+std::optional<Slip> partialSlip(const Observation& contact, const std::array<double, 2>& moved_m,
+                                const std::array<double, 2>& movedDeviation_m);
 
 /// Returns R of a stick ratio from 0 to 1.
 double spreadRatio(double stickRatio);

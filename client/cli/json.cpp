@@ -128,6 +128,24 @@ const char* nameOf(SlipState state) {
   return kNames.at(static_cast<std::size_t>(state));
 }
 
+void put(Json& json, const char* key, const Interval& interval) {
+  json.key(key).open('{');
+  json.key("estimate").number(interval.estimate);
+  json.key("low").number(interval.low);
+  json.key("high").number(interval.high);
+  json.close('}');
+}
+
+void put(Json& json, const Slip& slip) {
+  json.open('{');
+  json.key("state").string(nameOf(slip.state));
+  put(json, "stick_ratio", slip.stickRatio);
+  put(json, "friction", slip.friction);
+  json.key("margin_N").number(slip.margin_N);
+  json.key("holding_force_N").number(slip.holdingForce_N);
+  json.close('}');
+}
+
 void put(Json& json, const TrackedContact& contact) {
   json.open('{');
   json.key("id").number(contact.id);
@@ -143,15 +161,11 @@ void put(Json& json, const TrackedContact& contact) {
   json.key("force_deviation_N").numbers(contact.forceDeviation_N);
   json.key("velocity_m_s").numbers(contact.velocity_m_s);
   json.key("velocity_deviation_m_s").numbers(contact.velocityDeviation_m_s);
-  json.key("slip_state").string(nameOf(contact.slipState));
-  json.key("stick_ratio").number(contact.stickRatio);
-  json.key("stick_ratio_low").number(contact.stickRatioLow);
-  json.key("stick_ratio_high").number(contact.stickRatioHigh);
-  json.key("friction").number(contact.friction);
-  json.key("friction_low").number(contact.frictionLow);
-  json.key("friction_high").number(contact.frictionHigh);
-  json.key("slip_margin_N").number(contact.slipMargin_N);
-  json.key("holding_force_N").number(contact.holdingForce_N);
+  json.key("slip");
+  if (contact.slip)
+    put(json, *contact.slip);
+  else
+    json.null();
   json.close('}');
 }
 

@@ -90,10 +90,11 @@ std::string lineOf(const TrackedContact& contact) {
     line += formatted("  radius %.1f mm  speed %.1f mm/s", 1e3 * contact.radius_m,
                       1e3 * std::hypot(contact.velocity_m_s[0], contact.velocity_m_s[1]));
   }
-  if (contact.slipState != SlipState::kUnknown) {
+  if (contact.slip && contact.slip->state != SlipState::kUnknown) {
     constexpr std::array kStates = {"", "sticks", "about to slip", "slips"};
-    line += std::string("  ") + kStates.at(static_cast<std::size_t>(contact.slipState));
-    line += formatted(", friction %.2f (%.2f to %.2f)", contact.friction, contact.frictionLow, contact.frictionHigh);
+    const auto& [estimate, low, high] = contact.slip->friction;
+    line += std::string("  ") + kStates.at(static_cast<std::size_t>(contact.slip->state));
+    line += formatted(", friction %.2f (%.2f to %.2f)", estimate, low, high);
   }
   if (contact.doubted) line += "  doubted";
   return line;

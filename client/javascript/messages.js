@@ -17,14 +17,14 @@ const utf8 = new TextDecoder("utf-8", {fatal: true, ignoreBOM: true});
 const readUtf8 = (bytes) => utf8.decode(bytes);
 
 const ids = new Set(["boot", "calibration", "zero", "id", "host", "run"]);
-const nullable = new Set(["Description.zero", "Description.body", "Status.rest_drift", "Status.camera_link"]);
+const nullable = new Set(["Description.zero", "Description.body", "Status.rest_drift", "Status.camera_link", "TrackedContact.slip"]);
 const vectors = {Vector2: 2, Vector3: 3};
 /**
  * Machines are steered by these: a number among them that is NaN or infinite is refused. A detection limit of the solver
  * may be infinite.
  */
-const finite = new Set(["Field", "Markers", "Covariance", "Contact", "TrackedContact", "PictureMotion", "Preview", "Gel", "NodeGrid",
-  "MarkerLayer", "Camera", "Zero", "Body"]);
+const finite = new Set(["Field", "Markers", "Covariance", "Contact", "TrackedContact", "Slip", "Interval", "PictureMotion", "Preview", "Gel",
+  "NodeGrid", "MarkerLayer", "Camera", "Zero", "Body"]);
 
 function require(condition, what) {
   if (!condition) throw malformed(what);

@@ -204,6 +204,15 @@ SlipState stateOf(pb::SlipState from) {
   }
 }
 
+Interval intervalOf(const pb::Interval& from) {
+  return {from.estimate(), from.low(), from.high()};
+}
+
+Slip slipOf(const pb::Slip& from) {
+  return {stateOf(from.state()), intervalOf(from.stick_ratio()), intervalOf(from.friction()), from.margin_n(),
+          from.holding_force_n()};
+}
+
 TrackedContact contactOf(const pb::TrackedContact& from) {
   return {from.id(),
           phaseOf(from.phase()),
@@ -218,15 +227,7 @@ TrackedContact contactOf(const pb::TrackedContact& from) {
           vectorOf(from.force_deviation_n()),
           vectorOf(from.velocity_m_s()),
           vectorOf(from.velocity_deviation_m_s()),
-          stateOf(from.slip_state()),
-          from.stick_ratio(),
-          from.stick_ratio_low(),
-          from.stick_ratio_high(),
-          from.friction(),
-          from.friction_low(),
-          from.friction_high(),
-          from.slip_margin_n(),
-          from.holding_force_n()};
+          from.has_slip() ? std::optional(slipOf(from.slip())) : std::nullopt};
 }
 
 /// Returns kNone for a method of a later daemon.
@@ -415,9 +416,11 @@ Contacts decodeContacts(std::string_view bytes) {
   for (const pb::TrackedContact& each : from.contacts()) {
     const TrackedContact& contact = contacts.contacts.emplace_back(contactOf(each));
     requireFinite(contact.position_m, contact.positionDeviation_m, contact.radius_m, contact.radiusDeviation_m,
-                  contact.force_N, contact.forceDeviation_N, contact.velocity_m_s, contact.velocityDeviation_m_s,
-                  contact.stickRatio, contact.stickRatioLow, contact.stickRatioHigh, contact.friction,
-                  contact.frictionLow, contact.frictionHigh, contact.slipMargin_N, contact.holdingForce_N);
+                  contact.force_N, contact.forceDeviation_N, contact.velocity_m_s, contact.velocityDeviation_m_s);
+    if (!contact.slip) continue;
+    for (const auto& [estimate, low, high] : {contact.slip->stickRatio, contact.slip->friction})
+      requireFinite(estimate, low, high);
+    requireFinite(contact.slip->margin_N, contact.slip->holdingForce_N);
   }
   return contacts;
 }

@@ -11,11 +11,7 @@ TrackedContact endOf(TrackedContact contact) {
   contact.phase = ContactPhase::kEnd;
   contact.force_N = contact.forceDeviation_N = {};
   contact.velocity_m_s = contact.velocityDeviation_m_s = {};
-  contact.slipState = SlipState::kUnknown;
-  for (double* each : {&contact.stickRatio, &contact.stickRatioLow, &contact.stickRatioHigh, &contact.friction,
-                       &contact.frictionLow, &contact.frictionHigh, &contact.slipMargin_N, &contact.holdingForce_N}) {
-    *each = 0.0;
-  }
+  contact.slip.reset();
   return contact;
 }
 

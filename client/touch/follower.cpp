@@ -70,6 +70,12 @@ void encode(const std::array<double, 3>& from, v1::Vector3& to) {
   to.set_z(from[2]);
 }
 
+void encode(const touch::Interval& from, v1::Interval& to) {
+  to.set_estimate(from.estimate);
+  to.set_low(from.low);
+  to.set_high(from.high);
+}
+
 void encode(const touch::Contact& from, v1::TrackedContact& to) {
   to.set_id(from.id);
   to.set_phase(wirePhase(from.phase));
@@ -84,16 +90,13 @@ void encode(const touch::Contact& from, v1::TrackedContact& to) {
   encode(from.forceDeviation_N, *to.mutable_force_deviation_n());
   encode(from.velocity_m_s, *to.mutable_velocity_m_s());
   encode(from.velocityDeviation_m_s, *to.mutable_velocity_deviation_m_s());
-  const touch::PartialSlip& slip = from.slip;
-  to.set_slip_state(wireState(from.slipState));
-  to.set_stick_ratio(slip.stickRatio.estimate);
-  to.set_stick_ratio_low(slip.stickRatio.low);
-  to.set_stick_ratio_high(slip.stickRatio.high);
-  to.set_friction(slip.friction.estimate);
-  to.set_friction_low(slip.friction.low);
-  to.set_friction_high(slip.friction.high);
-  to.set_slip_margin_n(slip.margin_N);
-  to.set_holding_force_n(slip.holding_N);
+  if (!from.slip) return;
+  v1::Slip& slip = *to.mutable_slip();
+  slip.set_state(wireState(from.slip->state));
+  encode(from.slip->stickRatio, *slip.mutable_stick_ratio());
+  encode(from.slip->friction, *slip.mutable_friction());
+  slip.set_margin_n(from.slip->margin_N);
+  slip.set_holding_force_n(from.slip->holding_N);
 }
 
 }  // namespace

@@ -6,7 +6,8 @@ import numpy as np
 
 from contract import ENUMS, IDS, MASKS, MESSAGES, TOGETHER, Type, is_repeated, name_of
 
-OPTIONAL = {("Description", "zero"), ("Description", "body"), ("Status", "rest_drift"), ("Status", "camera_link")}
+OPTIONAL = {("Description", "zero"), ("Description", "body"), ("Status", "rest_drift"), ("Status", "camera_link"),
+            ("TrackedContact", "slip")}
 FLAGS = {one.number: one.name.removeprefix("FLAG_").lower() for one in ENUMS["Flag"].value if one.number}
 
 

@@ -104,15 +104,22 @@ void write(const TractionField& field, Columns& out) {
   std::array<double, 10> slip{};
   if (field.contactCount > 0) {
     const Contact& contact = field.contacts[0];
-    const auto& [x, y, z] = contact.force_N;
-    const auto& [deviationX, deviationY, deviationZ] = contact.forceDeviation_N;
-    const touch::PartialSlip found =
-        touch::partialSlip({z, deviationZ, std::hypot(x, y), std::hypot(deviationX, deviationY) / std::sqrt(2.0),
-                            contact.spreadRatio, contact.spreadRatioDeviation});
-    slip = {contact.spreadRatio,   contact.spreadRatioDeviation, static_cast<double>(found.known),
-            found.incipient,       found.stickRatio.estimate,    found.stickRatio.low,
-            found.stickRatio.high, found.friction.estimate,      found.friction.low,
-            found.friction.high};
+    const touch::Observation seen{.force_N = contact.force_N,
+                                  .forceDeviation_N = contact.forceDeviation_N,
+                                  .spreadRatio = contact.spreadRatio,
+                                  .spreadRatioDeviation = contact.spreadRatioDeviation};
+    const std::optional<touch::Slip> found = touch::partialSlip(seen, {}, {});
+    const auto& [state, stick, friction, margin_N, holding_N, incipient] = found.value_or(touch::Slip{});
+    slip = {contact.spreadRatio,
+            contact.spreadRatioDeviation,
+            double(found.has_value()),
+            incipient,
+            stick.estimate,
+            stick.low,
+            stick.high,
+            friction.estimate,
+            friction.low,
+            friction.high};
   }
   out.add("slip", slip);  // of the strongest contact: spread ratio, deviation; known, incipient, stick ratio, friction
   out.add("contacts", contacts);  // of each: position 2, deviation 2, force 3, deviation 3, area, deviation

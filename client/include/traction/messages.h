@@ -75,8 +75,8 @@ struct Contact {
   Covariance forceCovariance_N2;
   Covariance momentCovariance_N2m2;      ///< of the moment about that point
   Covariance forceMomentCovariance_N2m;  ///< row: component of the force; column: of the moment
-  Vector2
-      halfAxes_m{};  ///< of the ellipse of an even pressure with this area and the moments of the forces; larger first
+  /// Of the ellipse of an even pressure with this area and the second moments of the forces, the larger one first.
+  Vector2 halfAxes_m{};
   Vector2 halfAxesDeviation_m{};
   double orientation_rad = 0.0;           ///< of the larger one, from x towards y, in [-pi/2, pi/2)
   double orientationDeviation_rad = 0.0;  ///< at most pi / sqrt(12), where any orientation is possible
@@ -181,12 +181,25 @@ enum class ContactPhase : std::uint8_t {
   kEnd,      ///< the last time that this id is reported
 };
 
-/// What a contact shows of slip.
 enum class SlipState : std::uint8_t {
-  kUnknown,    ///< says nothing about slip
-  kSticking,   ///< less than 0.9 of the shear is reached at which it slips
+  kUnknown,    ///< says nothing about slip: little of the friction is known
+  kSticking,   ///< less than 0.9 of the shear is reached at which the contact slips
   kIncipient,  ///< more than that is as likely as not
   kSlipping,   ///< it moved along its shear in the last 0.2 s, and may bear no more
+};
+
+/// Median and 95 % interval.
+struct Interval {
+  double estimate = 0.0, low = 0.0, high = 0.0;
+};
+
+/// What a contact shows of friction, if it is a ball's.
+struct Slip {
+  SlipState state = SlipState::kUnknown;
+  Interval stickRatio;          ///< radius of what sticks over that of the contact
+  Interval friction;            ///< coefficient of friction; a high end of 3: the contact shows a lower bound only
+  double margin_N = 0.0;        ///< further shear until it slips
+  double holdingForce_N = 0.0;  ///< normal force that holds the shear, by friction.low, with a quarter in reserve
 };
 
 /// A contact that lasts. Position and radius are as last seen; force and velocity are 0, and say nothing, in the phases
@@ -205,15 +218,7 @@ struct TrackedContact {
   Vector3 forceDeviation_N{};
   Vector2 velocity_m_s{};  ///< of its position
   Vector2 velocityDeviation_m_s{};
-  /// Partial slip, if the contact is a ball's: medians and 95 % intervals. All 0 where nothing is known.
-  SlipState slipState = SlipState::kUnknown;
-  double stickRatio = 0.0;  ///< radius of what sticks over that of the contact
-  double stickRatioLow = 0.0, stickRatioHigh = 0.0;
-  double friction = 0.0;  ///< coefficient of friction
-  double frictionLow = 0.0;
-  double frictionHigh = 0.0;    ///< 3: the contact shows a lower bound only
-  double slipMargin_N = 0.0;    ///< further shear until it slips
-  double holdingForce_N = 0.0;  ///< normal force that holds the shear, by frictionLow, with a quarter in reserve
+  std::optional<Slip> slip;  ///< none: not known, which does not mean that nothing slips
 };
 
 /// The contacts of one frame, by traction-touch. Each that begins ends once: see Subscriber.

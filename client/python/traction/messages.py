@@ -191,12 +191,30 @@ class ContactPhase(enum.Enum):
 
 
 class SlipState(enum.Enum):
-    """What a contact shows of slip."""
-
-    UNKNOWN = 0  # says nothing about slip
-    STICKING = 1  # less than 0.9 of the shear is reached at which it slips
+    UNKNOWN = 0  # says nothing about slip: little of the friction is known
+    STICKING = 1  # less than 0.9 of the shear is reached at which the contact slips
     INCIPIENT = 2  # more than that is as likely as not
     SLIPPING = 3  # it moved along its shear in the last 0.2 s, and may bear no more
+
+
+@dataclass(slots=True, eq=False)
+class Interval:
+    """Median and 95 % interval."""
+
+    estimate: float
+    low: float
+    high: float
+
+
+@dataclass(slots=True, eq=False)
+class Slip:
+    """What a contact shows of friction, if it is a ball's."""
+
+    state: SlipState
+    stick_ratio: Interval  # radius of what sticks over that of the contact
+    friction: Interval  # coefficient of friction; a high end of 3: the contact shows a lower bound only
+    margin_N: float  # further shear until it slips
+    holding_force_N: float  # normal force that holds the shear, by friction.low, with a quarter in reserve
 
 
 @dataclass(slots=True, eq=False)
@@ -217,16 +235,7 @@ class TrackedContact:
     force_deviation_N: Vector3
     velocity_m_s: Vector2  # of its position
     velocity_deviation_m_s: Vector2
-    # Partial slip, if the contact is a ball's: medians and 95 % intervals. All 0 where nothing is known.
-    slip_state: SlipState
-    stick_ratio: float  # radius of what sticks over that of the contact
-    stick_ratio_low: float
-    stick_ratio_high: float
-    friction: float  # coefficient of friction
-    friction_low: float
-    friction_high: float  # 3: the contact shows a lower bound only
-    slip_margin_N: float  # further shear until it slips
-    holding_force_N: float  # normal force that holds the shear, by friction_low, with a quarter in reserve
+    slip: Slip | None  # none: not known, which does not mean that nothing slips
 
 
 @dataclass(slots=True, eq=False)

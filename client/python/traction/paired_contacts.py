@@ -4,15 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from .messages import ContactPhase, Contacts, SlipState, TrackedContact
+from .messages import ContactPhase, Contacts, TrackedContact
 
 
 def _end_of(contact: TrackedContact) -> TrackedContact:
     """The end of a contact, without what holds only while it is seen."""
     return replace(contact, phase=ContactPhase.END, force_N=np.zeros(3), force_deviation_N=np.zeros(3),
-                   velocity_m_s=np.zeros(2), velocity_deviation_m_s=np.zeros(2), slip_state=SlipState.UNKNOWN,
-                   stick_ratio=0.0, stick_ratio_low=0.0, stick_ratio_high=0.0, friction=0.0, friction_low=0.0,
-                   friction_high=0.0, slip_margin_N=0.0, holding_force_N=0.0)
+                   velocity_m_s=np.zeros(2), velocity_deviation_m_s=np.zeros(2), slip=None)
 
 
 class PairedContacts:

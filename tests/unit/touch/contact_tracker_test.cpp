@@ -235,11 +235,11 @@ TEST(Tracker, AShearedContactSlipsWhenItMovesAlongItsShear) {
     return one;
   };
   Bench bench;
-  EXPECT_EQ(bench.see({sheared(0.0)}, 30).front().slipState, SlipState::kIncipient);
+  EXPECT_EQ(bench.see({sheared(0.0)}, 30).front().slip.value().state, SlipState::kIncipient);
   for (int frame = 1; frame < 30; ++frame) bench.see({sheared(frame / 15.0)});  // 4 mm/s
-  EXPECT_EQ(bench.see({sheared(2.0)}).front().slipState, SlipState::kSlipping);
-  EXPECT_EQ(bench.see({}).front().slipState, SlipState::kUnknown);
-  EXPECT_EQ(bench.see({at(2.0, 0.0)}).front().slipState, SlipState::kUnknown);
+  EXPECT_EQ(bench.see({sheared(2.0)}).front().slip.value().state, SlipState::kSlipping);
+  EXPECT_FALSE(bench.see({}).front().slip);
+  EXPECT_FALSE(bench.see({at(2.0, 0.0)}).front().slip);
 }
 
 }  // namespace
