@@ -1,12 +1,10 @@
 #include "gateway/arguments.h"
 
 #include "manual/describe.h"
+#include "manual/parse.h"
 #include "proto/traction/v1/endpoints.h"
 
 #include <CLI/CLI.hpp>
-#include <sysexits.h>
-
-#include <iostream>
 
 namespace tractiond::gateway {
 namespace {
@@ -42,13 +40,7 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   app.set_version_flag("--version", std::string("traction-gateway " TRACTIOND_VERSION));
   app.footer(kExitCodes);
   manual::describable(app);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& stop) {
-    if (stop.get_exit_code() == 0) return tl::unexpected(app.exit(stop));  // help, version
-    std::cerr << "traction-gateway: " << stop.what() << "; see traction-gateway --help\n";
-    return tl::unexpected(EX_USAGE);
-  }
+  if (const auto parsed = manual::parse(app, argc, argv); !parsed) return tl::unexpected(parsed.error());
   return arguments;
 }
 

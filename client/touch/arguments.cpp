@@ -2,6 +2,7 @@
 
 #include "client/cli/keys.h"
 #include "manual/describe.h"
+#include "manual/parse.h"
 #include "proto/traction/v1/endpoints.h"
 
 #include <CLI/CLI.hpp>
@@ -51,12 +52,7 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   app.set_version_flag("--version", "traction-touch " TRACTION_VERSION);
   app.footer(kExitCodes);
   manual::describable(app);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& stop) {
-    if (stop.get_exit_code() == 0) return tl::unexpected(app.exit(stop));  // help, version
-    return failed(EX_USAGE, std::string(stop.what()) + "; see traction-touch --help");
-  }
+  if (const auto parsed = manual::parse(app, argc, argv); !parsed) return tl::unexpected(parsed.error());
   try {
     if (!keyFile.empty() || !serverKey.empty()) arguments.source.keys = cli::keysFor(serverKey, keyFile);
   } catch (const cli::KeyError& error) {

@@ -2,6 +2,7 @@
 
 #include "client/cli/keys.h"
 #include "manual/describe.h"
+#include "manual/parse.h"
 #include "proto/traction/v1/endpoints.h"
 
 #include <CLI/CLI.hpp>
@@ -142,12 +143,7 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   manual::describable(app);
   addSources(app, line);
   addServer(app, line);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& stop) {
-    if (stop.get_exit_code() == 0) return tl::unexpected(app.exit(stop));  // help, version
-    return failed(std::string(stop.what()) + "; see traction-view --help");
-  }
+  if (const auto parsed = manual::parse(app, argc, argv); !parsed) return tl::unexpected(parsed.error());
   Arguments arguments{.server = line.server, .sources = {}};
   const auto page = listenAt("--listen", line.listen, line.server.listen, line.insecure);
   if (!page) return tl::unexpected(page.error());

@@ -2,10 +2,9 @@
 
 #include "manual/describe.h"
 #include "manual/number.h"
+#include "manual/parse.h"
 
 #include <CLI/CLI.hpp>
-
-#include <iostream>
 
 namespace tractiond {
 namespace {
@@ -66,13 +65,7 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   app.set_version_flag("--version", std::string("tractiond " TRACTIOND_VERSION));
   app.footer(kExitCodes);
   manual::describable(app);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& stop) {
-    if (stop.get_exit_code() == 0) return tl::unexpected(app.exit(stop));  // help, version
-    std::cerr << "tractiond: " << stop.what() << "; see tractiond --help\n";
-    return tl::unexpected(EX_USAGE);
-  }
+  if (const auto parsed = manual::parse(app, argc, argv); !parsed) return tl::unexpected(parsed.error());
   arguments.replay.ownGel = !places.config.empty();
   return arguments;
 }
