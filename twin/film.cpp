@@ -37,9 +37,15 @@ GelFilm::GelFilm(const Scenario& scenario, std::uint32_t seed, const std::filesy
   markers_px_ = rest_px_;
 }
 
-const Eigen::Matrix2Xd& GelFilm::markersAt(double phase_s) {
+std::vector<ContactState> GelFilm::statesAt(double phase_s) const {
+  if (held_) return *held_;
   std::vector<ContactState> states;
   for (const Contact& contact : scenario_.contacts) states.push_back(contact.at(phase_s));
+  return states;
+}
+
+const Eigen::Matrix2Xd& GelFilm::markersAt(double phase_s) {
+  const std::vector<ContactState> states = statesAt(phase_s);
   const double rise_K = scenario_.warmth.at(phase_s);
   if (states == states_ && rise_K == rise_K_ && creep_.isNone()) return markers_px_;
   states_ = states;
@@ -66,12 +72,11 @@ void GelFilm::draw(Picture& picture, Truth& truth) {
   truth = Truth{};
   truth.time_s = picture.time_s;
   truth.rise_K = scenario_.warmth.at(phase_s);
-  std::vector<ContactState> states;
-  for (const Contact& contact : scenario_.contacts) {
-    states.push_back(contact.at(phase_s));
-    if (!states.back().isLoaded()) continue;
-    truth.contacts.push_back({&contact, states.back()});
-    truth.resultant.add(states.back());
+  const std::vector<ContactState> states = statesAt(phase_s);
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    if (!states[i].isLoaded()) continue;
+    truth.contacts.push_back({scenario_.contacts[i].shape, scenario_.contacts[i].radius, states[i], {}});
+    truth.resultant.add(states[i]);
   }
   if (!creep_.isNone()) creep_.advance(picture.time_s, model_.displacement(states));
   for (const Absence& absence : scenario_.absences) {

@@ -8,14 +8,18 @@
 
 #include <map>
 #include <memory>
+#include <optional>
+#include <vector>
 
 namespace twin {
 
 /// The true state in one frame.
 struct Truth {
   struct Load {
-    const Contact* contact = nullptr;  ///< of the film; valid as long as the film lives
+    Contact::Shape shape = Contact::Shape::kHertz;
+    double radius = 0.0;  ///< [m]
     ContactState state;
+    std::optional<double> stickRatio;  ///< of an object in the hand
   };
   double time_s = 0.0;               ///< scenario time since the first frame
   std::optional<std::size_t> image;  ///< number of a given picture; nothing else is then known
@@ -25,6 +29,8 @@ struct Truth {
   double rise_K = 0.0;               ///< temperature above that of the first zero
   bool torn = false;                 ///< part of the picture is from an earlier time or shifted
   Eigen::Matrix2Xd displacement_px;  ///< of all markers, drawn or not; 2 x markers, (u, v)
+  std::optional<int> finger;         ///< of a hand: 0 or 1; `hand` is then set
+  Hand::State hand;
 };
 
 /// A source of pictures. Thread-bound.
@@ -48,7 +54,11 @@ class GelFilm : public Film {
   /// of the light go on, so picture.time_s must not fall.
   void draw(Picture& picture, Truth& truth) override;
 
+  /// Replaces the states of all contacts, at all times.
+  void hold(std::vector<ContactState> states) { held_ = std::move(states); }
+
  private:
+  std::vector<ContactState> statesAt(double phase_s) const;
   /// Returns the pixels of all markers, 2 x markers, at a time within the period.
   const Eigen::Matrix2Xd& markersAt(double phase_s);
 
@@ -58,6 +68,7 @@ class GelFilm : public Film {
   sensor::Projection project_;
   sensor::Points rest_;
   Eigen::Matrix2Xd rest_px_, markers_px_, drawn_px_;
+  std::optional<std::vector<ContactState>> held_;
   std::vector<ContactState> states_;
   Creep creep_;
   double rise_K_ = 0.0;                                      ///< temperature of markers_px_

@@ -26,14 +26,27 @@ Eigen::VectorXd interpolationNodes(double from, double to) {
   return nodes;
 }
 
-/// Returns the range of the patch's points along one axis, over all times [m].
-std::pair<double, double> visited(const Contact& contact, int axis) {
+bool visitSamePlaces(const Contact& a, const Contact& b) {
+  return std::ranges::equal(a.states, b.states, {}, &ContactState::position, &ContactState::position);
+}
+
+/// Returns the largest radius of the contacts that visit the same places as `contact` [m].
+double largestRadius(const std::vector<Contact>& contacts, const Contact& contact) {
+  double radius = contact.radius;
+  for (const Contact& other : contacts) {
+    if (visitSamePlaces(other, contact)) radius = std::max(radius, other.radius);
+  }
+  return radius;
+}
+
+/// Returns the range of the points of a patch of `radius` along one axis, over all times [m].
+std::pair<double, double> visited(const Contact& contact, double radius, int axis) {
   double from = contact.states.front().position[axis], to = from;
   for (const ContactState& state : contact.states) {
     from = std::min(from, state.position[axis]);
     to = std::max(to, state.position[axis]);
   }
-  return {from - contact.radius, to + contact.radius};
+  return {from - radius, to + radius};
 }
 
 void append(std::vector<double>& key, const Eigen::Ref<const Eigen::MatrixXd>& numbers) {
@@ -76,8 +89,12 @@ GelModel::GelModel(const sensor::Sensor& sensor, const std::vector<Contact>& con
     const auto pressed = spread(Eigen::Vector2d::Zero(), contact.radius, Eigen::Vector3d::UnitZ(), 0);
     const auto turned = sensor::elastic::twist(Eigen::Vector2d::Zero(), contact.radius, 1.0);
     const double farthest = sensor.gel.size.head<2>().norm();
-    const auto [left, right] = visited(contact, 0);
-    const auto [low, high] = visited(contact, 1);
+    const double radius = largestRadius(contacts, contact);
+    const auto [left, right] = visited(contact, radius, 0);
+    const auto [low, high] = visited(contact, radius, 1);
+    const auto same = std::ranges::find_if(contacts, [&](const Contact& c) { return visitSamePlaces(c, contact); });
+    const auto before = static_cast<std::size_t>(same - contacts.begin());
+    const bool isNew = before == patches_.size();
     Eigen::Matrix2Xd points(2, pressed.points.cols() + turned.points.cols());
     points << pressed.points.topRows<2>(), turned.points.topRows<2>();
     Eigen::VectorXd share = Eigen::VectorXd::Zero(points.cols());
@@ -86,7 +103,8 @@ GelModel::GelModel(const sensor::Sensor& sensor, const std::vector<Contact>& con
     turning.rightCols(turned.points.cols()) = turned.forces.topRows<2>();
     patches_.push_back({PatchField(sensor.gel, contact.shape, contact.radius, depths, farthest), points, share, turning,
                         interpolationNodes(left, right), interpolationNodes(low, high),
-                        3 * static_cast<Eigen::Index>(sources.size())});
+                        isNew ? 3 * static_cast<Eigen::Index>(sources.size()) : patches_[before].firstColumn});
+    if (!isNew) continue;
     for (const double y : patches_.back().nodesY) {
       for (const double x : patches_.back().nodesX) sources.emplace_back(x, y, 0.0);
     }
@@ -123,7 +141,7 @@ void GelModel::add(const Patch& patch, const ContactState& state) {
   for (Eigen::Index y = 0; y < patch.nodesY.size(); ++y) {
     for (Eigen::Index x = 0; x < patch.nodesX.size(); ++x, column += 3) {
       const Eigen::VectorXd weight = onX.col(x).cwiseProduct(onY.col(y));
-      loads_.segment<3>(column) = state.force * weight.dot(patch.pressed);
+      loads_.segment<3>(column) += state.force * weight.dot(patch.pressed);
       loads_.segment<2>(column) += state.torque * (patch.turning * weight);
     }
   }

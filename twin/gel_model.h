@@ -14,7 +14,7 @@ namespace twin {
 
 /// u = half-space field of each continuous patch + correction of the block. The correction varies slowly with the
 /// position of the load, so it is computed at Chebyshev points of the region that a contact visits, and interpolated.
-/// Thread-bound.
+/// Contacts that visit the same places share these points. Thread-bound.
 class GelModel {
  public:
   /// Computes the correction, which takes seconds and uses the BLAS's threads, or reads it from a directory. The

@@ -1,6 +1,7 @@
 // traction-twin: draws a scenario's frames ahead, serves them through the camera or writes them to a file, and writes
 // the true state of each.
 #include "twin/film.h"
+#include "twin/hand_output.h"
 #include "twin/options.h"
 #include "twin/output.h"
 
@@ -36,6 +37,14 @@ tl::expected<void, Failure> run(const Options& options) {
 
   auto truth = TruthWriter::open(options.truth);
   if (!truth) return tl::unexpected(truth.error());
+  if (scenario->hand) {
+    if (!options.images.empty() || !options.served.empty()) {
+      return tl::unexpected(
+          Failure{EX_USAGE, "a scenario with a gripper has two cameras: --images and --serve have one"});
+    }
+    HandFilm film(*scenario, options.seed, options.cache);
+    return serveHand(options, *scenario, film, **truth, isStopping);
+  }
   auto film = openFilm(options, *scenario);
   if (!film) return tl::unexpected(film.error());
   return options.images.empty() ? serve(options, *scenario, **film, **truth, isStopping)

@@ -56,6 +56,15 @@ tl::expected<Options, Failure> parseCommandLine(int argc, const char* const* arg
   auto* const address = app.add_option("--address", options.address, "Local IPv4 address to serve on; the port is 3956")
                             ->type_name("ADDRESS")
                             ->capture_default_str();
+  app.add_option("--second-address", options.secondAddress, "With a gripper: address of the second finger's camera")
+      ->type_name("ADDRESS")
+      ->capture_default_str();
+  app.add_option("--commands", options.commands,
+                 "With a gripper: ZeroMQ endpoint (PULL) for its commands, \"OPENING HEIGHT\" in metres")
+      ->type_name("ENDPOINT")
+      ->capture_default_str();
+  app.add_flag("--lockstep", options.lockstep,
+               "With a gripper: from the first command on, each pair of pictures waits for a command");
   app.add_option("--format", format, "Pixel format, in place of the scenario's")
       ->check([](const std::string& name) { return formatByName(name) ? "" : "it is one of " + formatNames(); },
               "{" + formatNames() + "}");

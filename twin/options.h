@@ -10,9 +10,13 @@ namespace twin {
 struct Options {
   std::string scenario;               ///< a path, or the name of a shipped scenario
   std::string address = "127.0.0.1";  ///< local IPv4 address to serve on
-  std::optional<Format> format;       ///< replaces the scenario's
-  std::optional<double> rate_hz;      ///< replaces the scenario's
-  std::uint32_t seed = 0;             ///< of the noise
+  // Of a scenario with a gripper.
+  std::string secondAddress = "127.0.0.2";        ///< of the second finger's camera
+  std::string commands = "tcp://127.0.0.1:9878";  ///< ZeroMQ endpoint that takes commands: PULL, binds
+  bool lockstep = false;                          ///< each pair of pictures waits for a command
+  std::optional<Format> format;                   ///< replaces the scenario's
+  std::optional<double> rate_hz;                  ///< replaces the scenario's
+  std::uint32_t seed = 0;                         ///< of the noise
   TruthOptions truth;
   double lostRatio = 0.0;        ///< share of the stream's packets that are not sent, 0 to 1
   double seconds = 0.0;          ///< time after which to end, of the scenario with `images`; 0: until a signal

@@ -175,6 +175,62 @@ Absence readAbsence(TomlTable& table, int markerCount) {
   return absence;
 }
 
+void readGripper(TomlTable& table, HandOptions& hand) {
+  table.read("opening_mm", hand.opening, {0, 1000, kMillimetres});
+  table.read("speed_mm_s", hand.speed, {1, 1000, kMillimetres});
+  table.read("acceleration_m_s2", hand.acceleration, {0.1, 100});
+}
+
+Disturbance readDisturbance(TomlTable& table) {
+  Disturbance disturbance;
+  table.read("at_s", disturbance.at_s, {0, 1e6});
+  table.read("duration_s", disturbance.duration_s, {1e-3, 1e3});
+  table.read("force_n", std::span(disturbance.force.data(), 2), {-100, 100});
+  table.read("acceleration_m_s2", std::span(disturbance.acceleration.data(), 2), {-100, 100});
+  table.read("mass_g", disturbance.mass, {0, 1e4, 1e3});
+  return disturbance;
+}
+
+void readObject(TomlTable& table, HandOptions& hand) {
+  std::string shape = "ball";
+  table.read("shape", shape);
+  if (shape != "ball" && shape != "box") table.fail("shape", "must be \"ball\" or \"box\"");
+  table.read("width_mm", hand.width, {5, 500, kMillimetres});
+  hand.profile = shape == "ball" ? Profile{0.0, 0.5 * hand.width} : Profile{4e-3, 10e-3};
+  if (shape == "box") table.read("face_radius_mm", hand.profile.flat, {0.5, 8, kMillimetres});
+  table.read("curvature_mm", hand.profile.curvature, {1, 1000, kMillimetres});
+  table.read("mass_g", hand.mass, {1, 1e4, 1e3});
+  table.read("friction", hand.friction, {0.01, 3});
+  table.read("stiffness_n_mm", hand.stiffness, {0.1, 1e6, 1e-3});
+  table.read("breaking_n", hand.breaking, {0.01, 1e9});
+  for (TomlTable& entry : table.tables("disturbances")) hand.disturbances.push_back(readDisturbance(entry));
+}
+
+/// Returns the contacts that an object in the hand can have with one finger.
+std::vector<Contact> handContacts() {
+  std::vector<Contact> contacts;
+  const Eigen::Vector2d end(Hand::kReach, Hand::kReach);
+  for (const double radius : RoundContact::radii()) {
+    contacts.push_back({Contact::Shape::kHertz, radius, {0.0, 1.0}, {{.position = -end}, {.position = end}}});
+  }
+  return contacts;
+}
+
+void readHand(TomlTable& root, Scenario& scenario) {
+  auto gripper = root.table("gripper"), object = root.table("object");
+  if (!gripper && !object) return;
+  scenario.hand.emplace();
+  if (gripper) readGripper(*gripper, *scenario.hand);
+  if (object) readObject(*object, *scenario.hand);
+  const char* const key = gripper ? "gripper" : "object";
+  if (!scenario.contacts.empty()) root.fail(key, "and contacts exclude each other: the object makes the contacts");
+  scenario.contacts = handContacts();
+  const double needed = Hand::kReach + RoundContact::radii().back();
+  if (0.5 * scenario.sensor.gel.size.head<2>().minCoeff() < needed) {
+    root.fail(key, "needs a gel of at least " + std::to_string(std::lround(2 * kMillimetres * needed)) + " mm");
+  }
+}
+
 tl::expected<Scenario, FileError> read(tl::expected<TomlTable, FileError> root) {
   if (!root) return tl::unexpected(root.error());
   int version = 0;
@@ -203,6 +259,7 @@ tl::expected<Scenario, FileError> read(tl::expected<TomlTable, FileError> root) 
   for (TomlTable& table : root->tables("tears")) {
     scenario.tears.push_back(readTear(table, scenario.sensor.camera));
   }
+  readHand(*root, scenario);
   root->read("period_s", scenario.period_s, {0.1, 1e6});
   if (auto done = root->finish(); !done) return tl::unexpected(done.error());
   return scenario;

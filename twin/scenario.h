@@ -5,9 +5,11 @@
 #include "sensor/sensor.h"
 #include "twin/creep.h"
 #include "twin/format.h"
+#include "twin/hand.h"
 #include "twin/optics.h"
 
 #include <array>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -86,6 +88,8 @@ struct Scenario {
   std::vector<Absence> absences;
   std::vector<Defocus> defocuses;
   std::vector<Tear> tears;
+  /// A gripper; `contacts` are then the pressures of RoundContact::radii() on one finger, at the ends of their reach.
+  std::optional<HandOptions> hand;
 };
 
 /// Force and moment of all contacts at one time, about the origin of the gel frame.

@@ -30,10 +30,18 @@ std::string list(const Numbers& numbers, const char* format = "%.9g") {
 }
 
 std::string toJson(const Truth::Load& load) {
-  const bool isDisc = load.contact->shape == Contact::Shape::kDisc;
+  const bool isDisc = load.shape == Contact::Shape::kDisc;
   return std::string(R"({"shape":")") + (isDisc ? "disc" : "hertz") + R"(","position_m":)" + list(load.state.position) +
-         R"(,"radius_m":)" + number(load.contact->radius) + R"(,"force_N":)" + list(load.state.force) +
-         R"(,"torque_Nm":)" + number(load.state.torque) + "}";
+         R"(,"radius_m":)" + number(load.radius) + R"(,"force_N":)" + list(load.state.force) + R"(,"torque_Nm":)" +
+         number(load.state.torque) + (load.stickRatio ? R"(,"stick_ratio":)" + number(*load.stickRatio) : "") + "}";
+}
+
+std::string toJson(const Hand::State& hand) {
+  const auto word = [](bool is) { return is ? "true" : "false"; };
+  return R"({"opening_m":)" + number(hand.opening) + R"(,"height_m":)" + number(hand.height) + R"(,"mass_kg":)" +
+         number(hand.mass) + R"(,"clearance_m":)" + number(hand.clearance) + R"(,"slid_m":)" + number(hand.slid) +
+         R"(,"lifted":)" + word(hand.lifted) + R"(,"dropped":)" + word(hand.dropped) + R"(,"broken":)" +
+         word(hand.broken) + "}";
 }
 
 }  // namespace
@@ -52,6 +60,7 @@ std::string toJson(const Truth& truth, const Stamp& stamp, bool withMarkers) {
   text += R"(],"missing":)" + list(truth.missing, "%.0f");
   if (truth.rise_K != 0.0) text += R"(,"rise_K":)" + number(truth.rise_K);
   if (truth.torn) text += R"(,"torn":true)";
+  if (truth.finger) text += R"(,"finger":)" + std::to_string(*truth.finger) + R"(,"hand":)" + toJson(truth.hand);
   if (withMarkers) text += R"(,"displacement_px":)" + list(truth.displacement_px.reshaped(), "%.4f");
   return text + "}";
 }

@@ -1,0 +1,158 @@
+#include "twin/hand_output.h"
+
+#include "twin/gv_camera.h"
+
+#include <sysexits.h>
+#include <zmq.hpp>
+
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <cstdio>
+#include <string_view>
+#include <thread>
+
+namespace twin {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Command {
+  double opening = 0.0, height = 0.0;  ///< [m]
+};
+
+std::optional<Command> parse(std::string_view text) {
+  Command command;
+  const char* const end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, command.opening);
+  if (first.ec != std::errc() || first.ptr == end || *first.ptr != ' ') return std::nullopt;
+  const auto second = std::from_chars(first.ptr + 1, end, command.height);
+  if (second.ec != std::errc() || second.ptr != end) return std::nullopt;
+  return command;
+}
+
+class Commands {
+ public:
+  static tl::expected<std::unique_ptr<Commands>, Failure> open(const std::string& endpoint) {
+    auto commands = std::make_unique<Commands>();
+    try {
+      commands->socket_.bind(endpoint);
+    } catch (const zmq::error_t& error) {
+      const int code = error.num() == EADDRINUSE ? EX_UNAVAILABLE : EX_USAGE;
+      return tl::unexpected(Failure{code, "cannot take commands on " + endpoint + ": " + error.what()});
+    }
+    return commands;
+  }
+
+  /// Returns the oldest command that has come; nothing if none comes in time.
+  std::optional<Command> next(std::chrono::milliseconds timeout) {
+    try {
+      zmq::message_t message;
+      socket_.set(zmq::sockopt::rcvtimeo, static_cast<int>(timeout.count()));
+      if (!socket_.recv(message)) return std::nullopt;
+      const auto command = parse(message.to_string_view());
+      if (!command)
+        std::fprintf(stderr, "traction-twin: a command must be two numbers, opening and height in metres\n");
+      return command;
+    } catch (const zmq::error_t&) {
+      return std::nullopt;  // interrupted by a signal: the twin is about to end
+    }
+  }
+
+ private:
+  zmq::context_t context_{1};
+  zmq::socket_t socket_{context_, zmq::socket_type::pull};
+};
+
+/// One finger: its camera, and the picture that is drawn, or is with the camera.
+struct Finger {
+  std::unique_ptr<GvCamera> camera;
+  Picture picture;
+  Truth truth;
+  bool queued = false;
+};
+
+}  // namespace
+
+tl::expected<void, Failure> serveHand(const Options& options, const Scenario& scenario, HandFilm& film,
+                                      TruthWriter& truth, const std::atomic<bool>& isStopping) {
+  auto commands = Commands::open(options.commands);
+  if (!commands) return tl::unexpected(commands.error());
+  const sensor::Camera& size = scenario.sensor.camera;
+  const std::array<std::string, 2> addresses = {options.address, options.secondAddress};
+  std::array<Finger, 2> fingers;
+  for (std::size_t i = 0; i < fingers.size(); ++i) {
+    auto camera =
+        GvCamera::open({addresses[i], size.width, size.height, scenario.format, scenario.rate_hz, options.lostRatio});
+    if (!camera) return tl::unexpected(camera.error());
+    fingers[i].camera = *std::move(camera);
+  }
+
+  double time_s = 0.0;
+  const auto shoot = [&](std::size_t index) {
+    Finger& finger = fingers[index];
+    Picture& picture = finger.picture;
+    picture.format = finger.camera->format();
+    picture.time_s = time_s;
+    film.draw(static_cast<int>(index), picture, finger.truth);
+    ++picture.number;
+    finger.camera->queue(picture);
+    finger.queued = true;
+  };
+  const auto takeBack = [&](Finger& finger, std::chrono::milliseconds timeout) {
+    if (!finger.queued || !finger.camera->takeBack(timeout)) return;
+    finger.queued = false;
+    if (finger.picture.stamp) truth.write(finger.truth, *finger.picture.stamp);
+  };
+  for (std::size_t i = 0; i < fingers.size(); ++i) shoot(i);
+  std::printf("ready %s and %s %dx%d %s %g Hz, commands at %s\n", options.address.c_str(),
+              options.secondAddress.c_str(), size.width, size.height, traitsOf(scenario.format).name, scenario.rate_hz,
+              options.commands.c_str());
+  std::fflush(stdout);
+
+  constexpr std::chrono::milliseconds kTurn(50), kAtOnce(0);
+  const auto end =
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.seconds));
+  const auto isOver = [&] { return isStopping || (options.seconds > 0.0 && Clock::now() >= end); };
+  bool commanded = false;
+  while (!isOver()) {
+    for (Finger& finger : fingers) takeBack(finger, kTurn);
+    // A client that chose another format gets its picture now.
+    bool sent = true;
+    for (std::size_t i = 0; i < fingers.size(); ++i) {
+      if (!fingers[i].queued && !fingers[i].picture.stamp) shoot(i);
+      sent = sent && !fingers[i].queued;
+    }
+    if (!sent) continue;
+    const double period_s = fingers[0].camera->framePeriod_s();
+    const bool waits = options.lockstep && commanded;
+    if (!waits) std::this_thread::sleep_for(std::chrono::duration<double>(period_s / 2));
+    std::optional<Command> command = (*commands)->next(waits ? kTurn : kAtOnce);
+    while (waits && !command && !isOver()) command = (*commands)->next(kTurn);
+    if (!options.lockstep) {
+      while (const auto newer = (*commands)->next(kAtOnce)) command = newer;
+    }
+    if (command) {
+      commanded = true;
+      film.hand().command(command->opening, command->height);
+    }
+    film.hand().advance(period_s);
+    time_s += period_s;
+    for (std::size_t i = 0; i < fingers.size(); ++i) shoot(i);
+  }
+  for (std::size_t i = 0; i < fingers.size(); ++i) {
+    std::atomic<bool> isClosed = false;
+    std::jthread closing([&] {
+      fingers[i].camera->close();
+      isClosed = true;
+    });
+    while (!isClosed) {
+      takeBack(fingers[i], kTurn);
+      if (!fingers[i].queued) shoot(i);
+    }
+    takeBack(fingers[i], kAtOnce);
+  }
+  return {};
+}
+
+}  // namespace twin
