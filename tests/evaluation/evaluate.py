@@ -7,6 +7,7 @@ import time
 import answers
 import contacts
 import coverage
+import grasp
 import instrument
 import markers
 import paper
@@ -37,6 +38,7 @@ EXPERIMENTS = {  # in the order of the page
     "shapes": unseen.unseen,
     "answers": answers.answers,
     "slip": slip.slip,
+    "grasp": grasp.grasp,
     "missing": resultants.missing,
     "picture_motion": resultants.picture_motion,
     "large_strain": resultants.large_strain,
@@ -48,7 +50,7 @@ EXPERIMENTS = {  # in the order of the page
 }
 ORDER = list(EXPERIMENTS)
 
-SLOW = {"separation", "bias", "coverage", "rim", "wrench", "shapes", "answers", "slip"}  # not in --quick, but by name: nothing is judged there
+SLOW = {"separation", "bias", "coverage", "rim", "wrench", "shapes", "answers", "slip", "grasp"}  # not in --quick, but by name: nothing is judged there
 
 # Figures that must reach their targets for the test to pass; the others are printed. One name a figure, as in
 # the experiments. Times are never judged here.

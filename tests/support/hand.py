@@ -1,10 +1,13 @@
 """One grasp through pictures: a twin with a gripper, two daemons, two traction-touch, and the example's controller.
 
+usage: hand.py SCENARIO OPENING_MM JERK FRICTION SEED   prints the outcome as JSON
+
 In lockstep: each pair of pictures waits for a command, so the outcome does not depend on the speed of the machine. Run it
 in a network namespace of its own, with 127.0.0.1 and 127.0.0.2.
 """
 
 import json
+import re
 import sys
 
 import numpy as np
@@ -43,8 +46,16 @@ def grasp(bench, scenario, opening_mm, jerk_m_s2, seed=0):
 
 
 def outcome(states, friction, jerk_m_s2):
-    """(dropped, broken, mean normal force while it is held, over the least that holds weight and jerk)."""
+    """`held_N`: mean normal force while it is in the air; `least_N`: the least that holds weight and jerk."""
     held = [state for state in states if state["clearance_m"] > 0.03]
-    least = [state["mass_kg"] * (GRAVITY + jerk_m_s2) / 2 / friction for state in held]
-    dropped = not held or states[-1]["dropped"] or states[-1]["slid_m"] > 5e-3
-    return dropped, states[-1]["broken"], np.mean([state["normal_N"] for state in held]) if held else 0.0, np.mean(least)
+    return {"dropped": not held or states[-1]["dropped"] or states[-1]["slid_m"] > 5e-3, "broken": states[-1]["broken"],
+            "held_N": float(np.mean([state["normal_N"] for state in held])) if held else 0.0,
+            "least_N": states[-1]["mass_kg"] * (GRAVITY + jerk_m_s2) / 2 / friction}
+
+
+if __name__ == "__main__":
+    with rig.Rig() as bench:
+        code, said, states = grasp(bench, sys.argv[1], float(sys.argv[2]), float(sys.argv[3]), int(sys.argv[5]))
+    result = outcome(states, float(sys.argv[4]), float(sys.argv[3]))
+    print(said)
+    print(json.dumps(result | {"code": code, "found": float(re.findall(r"friction ([0-9.]+)", said)[-1])}))
