@@ -33,6 +33,7 @@ Hand::Hand(const HandOptions& options, const sensor::Gel& gel)
     , height_{options.height, 0.0, options.height} {
   state_.opening = options.opening;
   state_.height = options.height;
+  state_.friction = options.friction;
   state_.mass = options.mass;
   state_.clearance = -options.mass * kGravity / kTable;
   state_.place.y() = state_.clearance - options.height;

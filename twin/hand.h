@@ -49,6 +49,7 @@ class Hand {
     double opening = 0.0, height = 0.0;               ///< of the gripper [m]
     Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< of the object on the gels: (y, z) in the hand [m]
     double clearance = 0.0;  ///< of the object above the table [m]; negative: it is pressed on it
+    double friction = 0.0;   ///< coefficient
     double mass = 0.0;       ///< [kg]
     double slid = 0.0;       ///< way on the gels since it left the table [m]
     bool lifted = false, dropped = false, broken = false;  ///< has been so

@@ -38,10 +38,10 @@ std::string toJson(const Truth::Load& load) {
 
 std::string toJson(const Hand::State& hand) {
   const auto word = [](bool is) { return is ? "true" : "false"; };
-  return R"({"opening_m":)" + number(hand.opening) + R"(,"height_m":)" + number(hand.height) + R"(,"mass_kg":)" +
-         number(hand.mass) + R"(,"clearance_m":)" + number(hand.clearance) + R"(,"slid_m":)" + number(hand.slid) +
-         R"(,"lifted":)" + word(hand.lifted) + R"(,"dropped":)" + word(hand.dropped) + R"(,"broken":)" +
-         word(hand.broken) + "}";
+  return R"({"opening_m":)" + number(hand.opening) + R"(,"height_m":)" + number(hand.height) + R"(,"friction":)" +
+         number(hand.friction) + R"(,"mass_kg":)" + number(hand.mass) + R"(,"clearance_m":)" + number(hand.clearance) +
+         R"(,"slid_m":)" + number(hand.slid) + R"(,"lifted":)" + word(hand.lifted) + R"(,"dropped":)" +
+         word(hand.dropped) + R"(,"broken":)" + word(hand.broken) + "}";
 }
 
 }  // namespace

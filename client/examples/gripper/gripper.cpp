@@ -5,6 +5,7 @@
 #include "grip.h"
 
 #include <traction/subscriber.h>
+#include <unistd.h>
 #include <zmq.h>
 
 #include <cstdio>
@@ -66,6 +67,21 @@ class Side {
   std::uint64_t frame_ = 0, felt_ = 0;  ///< numbers of the last field, and of the last contacts
 };
 
+/// Prints a line: over the last one on a terminal, unless it is another phase; elsewhere only then.
+void show(const grip::Grip& gripper, const grip::Finger& finger, bool isNew) {
+  constexpr const char* kNames[] = {"close", "probe", "lift", "hold", "lower", "open", "done", "failed"};
+  const bool isTerminal = isatty(STDOUT_FILENO) != 0;
+  if (!isNew && !isTerminal) return;
+  const double shear_N = std::hypot(finger.across_N, finger.up_N), most_N = gripper.friction() * finger.normal_N;
+  std::string cone(20, '.');
+  const double full = most_N > 0.0 ? std::min(shear_N / most_N, 1.0) : 0.0;
+  std::fill_n(cone.begin(), std::lround(20 * full), '#');
+  std::printf("%s%-6s normal %.2f N, shear %.2f N of the %.2f N it bears [%s]  friction %.2f, weight %4.0f mN%s",
+              isTerminal ? (isNew ? "\n" : "\r") : "", kNames[static_cast<int>(gripper.phase())], finger.normal_N,
+              shear_N, most_N, cone.c_str(), gripper.friction(), 1e3 * gripper.weight_N(), isTerminal ? "" : "\n");
+  std::fflush(stdout);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -86,7 +102,6 @@ int main(int argc, char** argv) {
   Side left(argv[1]), right(argv[2]);
 
   using Phase = grip::Grip::Phase;
-  constexpr const char* kNames[] = {"close", "probe", "lift", "hold", "lower", "open", "done", "failed"};
   Phase said = Phase::kDone;
   std::uint64_t last = 0;
   int blind = 0;
@@ -105,11 +120,8 @@ int main(int argc, char** argv) {
     char text[64];
     const int size = std::snprintf(text, sizeof text, "%.7f %.7f", target.opening_m, std::max(target.height_m, 0.0));
     zmq_send(commands, text, static_cast<std::size_t>(size), 0);
-    if (gripper.phase() == said) continue;
+    if (gripper.phase() != said || left.frame() % 12 == 0) show(gripper, left.finger(), gripper.phase() != said);
     said = gripper.phase();
-    std::printf("%-6s normal %.2f N of %.2f N wanted, friction %.2f, weight %.0f mN\n", kNames[static_cast<int>(said)],
-                left.finger().normal_N, gripper.wanted_N(), gripper.friction(), 1e3 * gripper.weight_N());
-    std::fflush(stdout);
   }
   zmq_close(commands);
   zmq_ctx_term(context);
