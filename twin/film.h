@@ -56,6 +56,7 @@ class GelFilm : public Film {
 
   /// Replaces the states of all contacts, at all times.
   void hold(std::vector<ContactState> states) { held_ = std::move(states); }
+  void reseed(std::uint32_t seed) { seed_ = seed; }
 
  private:
   std::vector<ContactState> statesAt(double phase_s) const;

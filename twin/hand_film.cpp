@@ -12,7 +12,9 @@ constexpr std::uint32_t kOtherNoise = 0x5bd1e995;  // between the seeds of the f
 HandFilm::HandFilm(const Scenario& scenario, std::uint32_t seed, const std::filesystem::path& cache,
                    const sensor::elastic::Progress& progress)
     : hand_(*scenario.hand, scenario.sensor.gel)
-    , films_{GelFilm(scenario, seed, cache, progress), GelFilm(scenario, seed ^ kOtherNoise, cache, progress)} {}
+    , films_(2, GelFilm(scenario, seed, cache, progress)) {
+  films_.back().reseed(seed ^ kOtherNoise);
+}
 
 void HandFilm::draw(int finger, Picture& picture, Truth& truth) {
   const RoundContact& contact = hand_.contact(finger);

@@ -19,7 +19,7 @@ class HandFilm {
 
  private:
   Hand hand_;
-  std::array<GelFilm, 2> films_;
+  std::vector<GelFilm> films_;  ///< one a finger, with the same mechanics
 };
 
 }  // namespace twin

@@ -1,5 +1,6 @@
 #include "tests/support/places.h"
 #include "twin/film.h"
+#include "twin/hand_film.h"
 #include "twin/truth_writer.h"
 
 #include <gtest/gtest.h>
@@ -67,6 +68,28 @@ TEST(Film, PressIsFourHundredGramForceAndPushesMarkersApart) {
   EXPECT_EQ(truth.displacement_px.norm(), 0.0);
   film.draw(frame = picture(42.0), truth);  // the second round
   EXPECT_EQ(truth.displacement_px.norm(), 0.0);
+}
+
+TEST(HandFilm, FingersSeeTheObjectHangFromThem) {
+  Scenario scenario = shipped("egg");
+  for (sensor::MarkerLayer& layer : scenario.sensor.layers) layer.columns = layer.rows = 8;  // those in the middle
+  HandFilm film(scenario, 0, {});
+  film.hand().command(42.6e-3, 0.0);
+  film.hand().advance(1.0);
+  film.hand().command(42.6e-3, 10e-3);
+  film.hand().advance(1.0);
+  for (const int finger : {0, 1}) {
+    Picture frame = picture(2.0);
+    Truth truth;
+    film.draw(finger, frame, truth);
+    EXPECT_EQ(truth.finger, finger);
+    ASSERT_EQ(truth.contacts.size(), 1U);
+    const ContactState& state = truth.contacts[0].state;
+    EXPECT_NEAR(state.force.y(), -0.06 * 9.80665 / 2, 0.01);
+    EXPECT_NEAR(state.force.z() / film.hand().state().normal, 1.0, 0.01);
+    EXPECT_TRUE(truth.resultant.force.isApprox(state.force, 1e-9));
+    EXPECT_GT(truth.displacement_px.row(1).maxCoeff(), 0.3);  // the gel follows the object down: to a larger v
+  }
 }
 
 TEST(Film, AnglePointsThirtyDegreesFromTheNormal) {
@@ -277,10 +300,9 @@ TEST(Film, RawPicturesComeInALoop) {
 }
 
 TEST(Truth, RecordIsJsonWithAllThatIsKnown) {
-  const Contact contact{Contact::Shape::kDisc, 4e-3, {0}, {}};
   Truth truth;
   truth.time_s = 1.5;
-  truth.contacts.push_back({&contact, {{1e-3, -2e-3}, {0.5, 0, 2}, 3e-3}});
+  truth.contacts.push_back({Contact::Shape::kDisc, 4e-3, {{1e-3, -2e-3}, {0.5, 0, 2}, 3e-3}, {}});
   truth.resultant.add(truth.contacts[0].state);
   truth.missing = {3, 7};
   truth.displacement_px.resize(2, 2);
