@@ -17,6 +17,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr double kFarthest_m = 10.0;
+
 struct Command {
   double opening = 0.0, height = 0.0;  ///< [m]
 };
@@ -28,6 +30,8 @@ std::optional<Command> parse(std::string_view text) {
   if (first.ec != std::errc() || first.ptr == end || *first.ptr != ' ') return std::nullopt;
   const auto second = std::from_chars(first.ptr + 1, end, command.height);
   if (second.ec != std::errc() || second.ptr != end) return std::nullopt;
+  const auto isPlace = [](double place_m) { return place_m >= 0.0 && place_m <= kFarthest_m; };  // false for NaN
+  if (!isPlace(command.opening) || !isPlace(command.height)) return std::nullopt;
   return command;
 }
 
@@ -52,7 +56,8 @@ class Commands {
       if (!socket_.recv(message)) return std::nullopt;
       const auto command = parse(message.to_string_view());
       if (!command)
-        std::fprintf(stderr, "traction-twin: a command must be two numbers, opening and height in metres\n");
+        std::fprintf(stderr,
+                     "traction-twin: a command is two numbers, opening and height in metres, such as 0.042 0.01\n");
       return command;
     } catch (const zmq::error_t&) {
       return std::nullopt;  // interrupted by a signal: the twin is about to end
