@@ -115,7 +115,7 @@ Contact readContact(TomlTable& table, const sensor::Gel& gel) {
   Contact contact;
   std::string shape = "hertz";
   table.read("shape", shape);
-  if (shape != "hertz" && shape != "disc") table.fail("shape", "must be \"hertz\" or \"disc\"");
+  if (shape != "hertz" && shape != "disc") table.fail("shape", R"(must be "hertz" or "disc")");
   contact.shape = shape == "disc" ? Contact::Shape::kDisc : Contact::Shape::kHertz;
   if (!table.has("radius_mm")) table.fail("radius_mm", "is missing");
   table.read("radius_mm", contact.radius, {0.5, 1000, kMillimetres});
@@ -194,7 +194,7 @@ Disturbance readDisturbance(TomlTable& table) {
 void readObject(TomlTable& table, HandOptions& hand) {
   std::string shape = "ball";
   table.read("shape", shape);
-  if (shape != "ball" && shape != "box") table.fail("shape", "must be \"ball\" or \"box\"");
+  if (shape != "ball" && shape != "box") table.fail("shape", R"(must be "ball" or "box")");
   table.read("width_mm", hand.width, {5, 500, kMillimetres});
   hand.profile = shape == "ball" ? Profile{0.0, 0.5 * hand.width} : Profile{4e-3, 10e-3};
   if (shape == "box") table.read("face_radius_mm", hand.profile.flat, {0.5, 8, kMillimetres});
