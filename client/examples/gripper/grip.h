@@ -20,12 +20,12 @@ struct Target {
 };
 
 struct Options {
-  double firstTouch_N = 0.3;   ///< normal force at which raising begins
-  double mostNormal_N = 5.0;   ///< is never exceeded: things break, and the gel has its range
-  double jerk_m_s2 = 3.0;      ///< acceleration of the hand that is to be held, beyond gravity
-  double reserve = 1.12;       ///< normal force over the least that holds: for errors of the friction
-  double height_m = 40e-3;     ///< to which it lifts
-  double hold_s = 6.0;         ///< for which it holds there
+  double firstTouch_N = 0.3;  ///< normal force at which raising begins
+  double mostNormal_N = 5.0;  ///< is never exceeded: things break, and the gel has its range
+  double jerk_m_s2 = 3.0;     ///< acceleration of the hand that is to be held, beyond gravity
+  double reserve = 1.12;      ///< normal force over the least that holds: for errors of the friction
+  double height_m = 40e-3;    ///< to which it lifts
+  double hold_s = 6.0;        ///< for which it holds there
 };
 
 class Grip {
