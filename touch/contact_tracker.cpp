@@ -170,6 +170,7 @@ void ContactTracker::begin(const Observation& at, const Field& field) {
 void ContactTracker::follow(Track& track, const Observation& to, const Field& field) const {
   const double dt = seconds(track.contact.seen_ns, field.time_ns);
   const bool jumped = step(track, to, dt).jumped;
+  if (jumped) track.slip = {};
   for (int i = 0; i < 2; ++i) {
     Axis& axis = track.axes[i];
     if (jumped) {
@@ -220,7 +221,7 @@ void ContactTracker::judgeSlip(Track& track, const Observation& as) {
     moved[i] = now.position_m[i] - before.position_m[i];
     deviation[i] = std::hypot(now.deviation_m[i], before.deviation_m[i]);
   }
-  track.contact.slip = partialSlip(as, moved, deviation);
+  track.contact.slip = track.slip.see(as, now.time_ns, moved, deviation);
 }
 
 }  // namespace touch

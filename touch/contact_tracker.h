@@ -86,6 +86,7 @@ class ContactTracker {
   };
   struct Track {
     Contact contact;
+    PartialSlip slip;
     std::array<Seen, 2> before{};  ///< kSlipTime_ns to twice that ago, and since
     std::array<Axis, 2> axes{};
     bool absent = false;  ///< in the last valid field

@@ -15,7 +15,7 @@ struct FoundPatch {
   int contact = 0;  ///< the first patch of the same contact, set by Model if Estimate::patchShare > 1/2; else 0
   /// Covariance of force, torsion, x, y, spread [N, N m, m, m, m^2].
   Eigen::Matrix<double, kPerPatch, kPerPatch> covariance = decltype(covariance)::Zero();
-  ShearExcess shearExcess;  ///< known of answers by an earlier model alone
+  SpreadRatio spreadRatio;  ///< known of answers by an earlier model alone
 };
 
 /// Thread-bound. Allocates only when made.

@@ -41,7 +41,7 @@ LinearModel::LinearModel(const Factors& factors, const Atoms& atoms, const Model
             RoundPatches::kMost * RoundPatches::kPowers)
     , mixture_(atoms, kMost)
     , spread_(atoms)
-    , shearSpread_(factors)
+    , shearSpread_(factors, atoms)
     , displacement_(static_cast<std::size_t>(factors.influence.stride()))
     , straight_(displacement_.size())
     , shown_(static_cast<std::size_t>(factors.coordinateCount()))
@@ -125,7 +125,7 @@ bool LinearModel::answer(std::span<const float> displacement_px, std::span<const
   takePicture(missing);
   test_.begin(shown.matched());
   if (!solveFirst(noise_px) || !holds()) return false;
-  findExcess(noise_px);
+  findSpreadRatios(noise_px);
   mixture_.clear();
   for (Part& part : std::span(parts_).first(static_cast<std::size_t>(count_))) {
     if (&part != parts_.data() && !solve(part, noise_px)) return false;
@@ -138,14 +138,20 @@ bool LinearModel::answer(std::span<const float> displacement_px, std::span<const
 }
 
 /// Finds how far the shear of the patches is spread, by the likeliest candidate.
-void LinearModel::findExcess(double noise_px) {
-  excess_ = {};
+void LinearModel::findSpreadRatios(double noise_px) {
+  spreadRatio_ = {};
   const Part& part = parts_.front();
-  for (int k = 0; part.isPatched && k < patches_.count(); ++k) {
-    double grown = 0.0;
-    const RoundPatch now = patchNow(part, k, grown);
-    excess_[static_cast<std::size_t>(k)] =
-        shearSpread_.find(part.posterior, k, now, straight_.data(), noise_px, added_);
+  if (!part.isPatched) return;
+  std::array<RoundPatch, RoundPatches::kMost> now;
+  std::array<double, RoundPatches::kMost> grown{};
+  for (int k = 0; k < patches_.count(); ++k) {
+    const auto number = static_cast<std::size_t>(k);
+    now[number] = patchNow(part, k, grown[number]);
+  }
+  const auto patches = std::span(now).first(static_cast<std::size_t>(patches_.count()));
+  for (std::size_t k = 0; k < patches.size(); ++k) {
+    spreadRatio_[k] = shearSpread_.find(part.posterior, patches_, patches, static_cast<int>(k), grown[k],
+                                        straight_.data(), noise_px, added_);
   }
 }
 
@@ -301,7 +307,7 @@ void LinearModel::findPatches(Estimate& estimate) {
   estimate.patchCount = patches_.count();
   for (int k = 0; k < patches_.count(); ++k) {
     FoundPatch& found = estimate.patches[static_cast<std::size_t>(k)] = {};
-    found.shearExcess = excess_[static_cast<std::size_t>(k)];
+    found.spreadRatio = spreadRatio_[static_cast<std::size_t>(k)];
     found.contact = estimate.patchShare > 0.5 ? contact_[static_cast<std::size_t>(k)] : 0;
     PatchChange mean = PatchChange::Zero();
     const auto asVector = [](const RoundPatch& patch) {

@@ -65,7 +65,7 @@ class LinearModel {
   }
   bool solveFirst(double noise_px);
   bool holds() const;
-  void findExcess(double noise_px);
+  void findSpreadRatios(double noise_px);
   void publish(Estimate& estimate);
   bool solve(Part& part, double noise_px);
   double straighten(const Part& part, std::span<double> times);
@@ -96,7 +96,7 @@ class LinearModel {
   Doubt own_;
   // Of the last answer.
   Doubt doubt_;
-  std::array<ShearExcess, RoundPatches::kMost> excess_{};
+  std::array<SpreadRatio, RoundPatches::kMost> spreadRatio_{};
   LineArray<double> displacement_, straight_;  // straight_: as if what the patches do were linear in their shifts
   double shift_ = 0.0;                         // as Doubt::shift, of the candidate that was solved last
   std::array<double, RoundPatches::kMost * RoundPatches::kPowers> times_{};  // so much of each curve, likewise

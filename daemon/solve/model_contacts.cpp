@@ -370,9 +370,8 @@ void ModelContacts::setShape(const Estimate& estimate, int contact, const Vector
   solve::setShape(ellipse, covariance, result);
 }
 
-/// Gives how far the shear of a contact that is one patch is spread. What is found beside the patch counts as pressure
-/// where it lies, and as shear that is spread as the pressure.
-void ModelContacts::setSpreadRatio(const Estimate& estimate, int contact, Contact& result) const {
+/// Gives how far the shear of a contact that is one patch is spread.
+void ModelContacts::setSpreadRatio(const Estimate& estimate, int contact, Contact& result) {
   const FoundPatch* only = nullptr;
   for (int k = 0; k < estimate.patchCount; ++k) {
     const FoundPatch& found = estimate.patches[static_cast<std::size_t>(k)];
@@ -380,19 +379,8 @@ void ModelContacts::setSpreadRatio(const Estimate& estimate, int contact, Contac
     if (only != nullptr) return;
     only = &found;
   }
-  const auto [place, load] = only->patch;
-  const double pressing_N = result.force_N[2], shear_N = std::hypot(result.force_N[0], result.force_N[1]);
-  double moment = load.z() * place.spread_m2;  // half the second moment
-  const auto& share = share_[static_cast<std::size_t>(contact)];
-  for (std::size_t p = 0; p < has_.size(); ++p) {
-    const double beside_N = forces_[3 * p + 2] - share[p] * load.z();
-    const Vector2d away = atoms_.points.col(static_cast<Index>(p)).head<2>() - Vector2d(place.x_m, place.y_m);
-    moment += 0.5 * beside_N * away.squaredNorm();
-  }
-  const double spread_m2 = moment / pressing_N, part = load.head<2>().norm() / shear_N;
-  if (!(pressing_N > 0.0) || !(spread_m2 > 0.0) || !(shear_N > 0.0)) return;
-  result.spreadRatio = 1.0 + part * only->shearExcess.spread_m2 / spread_m2;
-  result.spreadRatioDeviation = part * only->shearExcess.deviation_m2 / spread_m2;
+  result.spreadRatio = only->spreadRatio.value;
+  result.spreadRatioDeviation = only->spreadRatio.deviation;
 }
 
 }  // namespace tractiond::solve

@@ -68,7 +68,7 @@ class ModelContacts {
   Contact describeHill(int hill, double least_deviations);
   void addSystematic(Contact& contact);
   static void setShape(const Estimate& estimate, int contact, const Eigen::Vector3d& along, Contact& result);
-  void setSpreadRatio(const Estimate& estimate, int contact, Contact& result) const;
+  static void setSpreadRatio(const Estimate& estimate, int contact, Contact& result);
 
   const Atoms& atoms_;
   const SystematicPart& systematic_;

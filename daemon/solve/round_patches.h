@@ -21,10 +21,10 @@ struct RoundPatch {
   PatchLoad load = PatchLoad::Zero();
 };
 
-/// By how much the spread of a contact's shear exceeds that of its pressure.
-struct ShearExcess {
-  double spread_m2 = 0.0;
-  double deviation_m2 = 0.0;  ///< by noise; 0: not known
+/// How far the shear of a contact is spread: its mean squared distance from the centre over that of the pressure.
+struct SpreadRatio {
+  double value = 0.0;
+  double deviation = 0.0;  ///< 0: not known
 };
 
 /// Thread-bound. Allocates only when made.

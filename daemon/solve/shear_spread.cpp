@@ -4,13 +4,21 @@
 #include <cmath>
 
 namespace tractiond::solve {
+namespace {
+
+/// What is found farther than this from the edge of a patch is not of its contact [pitches].
+constexpr double kBeside = 1.5;
+
+}  // namespace
 
 using Eigen::Index, Eigen::VectorXd;
 
-ShearSpread::ShearSpread(const Factors& factors)
-    : coordinates_(factors.coordinateCount())
+ShearSpread::ShearSpread(const Factors& factors, const Atoms& atoms)
+    : atoms_(atoms)
+    , coordinates_(factors.coordinateCount())
     , ofXi_(LinearPosterior::kMostRank)
-    , shared_(LinearPosterior::kMostRank) {
+    , shared_(LinearPosterior::kMostRank)
+    , away_m2_(static_cast<std::size_t>(atoms.pointCount())) {
   for (Slopes& each : slopes_) {
     for (auto& column : each.px_m2) column = LineArray<double>(static_cast<std::size_t>(factors.influence.stride()));
     for (auto& column : each.ofXi) column.resize(LinearPosterior::kMostRank);
@@ -34,10 +42,9 @@ void ShearSpread::make(const LinearPosterior& posterior, const FreedPatches& pat
   }
 }
 
-ShearExcess ShearSpread::find(const LinearPosterior& posterior, int patch, const RoundPatch& now,
-                              const double* displacement_px, double noise_px, std::span<const int> added) {
-  const double spread = std::max(now.place.spread_m2, 0.0);
-  if (spread == 0.0) return {};
+/// Computes e. Leaves in shared_ by how much xi is less for a unit of it.
+ShearSpread::Excess ShearSpread::excess(const LinearPosterior& posterior, int patch, const RoundPatch& now,
+                                        const double* displacement_px, double noise_px, std::span<const int> added) {
   const Slopes& slopes = slopes_[static_cast<std::size_t>(patch)];
   const auto rank = static_cast<Index>(posterior.rank());
   const Eigen::Vector2d shear = now.load.head<2>();
@@ -59,10 +66,84 @@ ShearExcess ShearSpread::find(const LinearPosterior& posterior, int patch, const
   shared_ = ofXi_;
   posterior.multiplyCovariance(shared_);
   const auto shared = VectorXd::Map(shared_.data(), rank);
-  const double precision = squares / square(noise_px) - ofXi.dot(shared) + 1.0 / square(spread);
-  if (!(precision > 0.0)) return {};
+  const double precision = squares / square(noise_px) - ofXi.dot(shared) + 1.0 / square(now.place.spread_m2);
   const double shown = along / square(noise_px) - ofXi.dot(VectorXd::Map(posterior.xi().data(), rank));
-  return {shown / precision, 1.0 / std::sqrt(precision)};
+  return {shown / precision, 1.0 / precision};
+}
+
+/// Finds which points are those of the contact of a patch: at it, and nearer to it than to another one.
+void ShearSpread::weighPoints(std::span<const RoundPatch> now, int patch) {
+  const auto squaredDistance = [&](Eigen::Index point, const RoundPatch& from) {
+    return square(atoms_.points(0, point) - from.place.x_m) + square(atoms_.points(1, point) - from.place.y_m);
+  };
+  const RoundPatch& here = now[static_cast<std::size_t>(patch)];
+  const double reach_m = std::sqrt(5.0 * here.place.spread_m2) + kBeside * atoms_.pitch_m;
+  for (std::size_t p = 0; p < away_m2_.size(); ++p) {
+    const auto point = static_cast<Eigen::Index>(p);
+    const double squared = squaredDistance(point, here);
+    const bool isHere = squared < square(reach_m) && std::all_of(now.begin(), now.end(), [&](const RoundPatch& other) {
+                          return squared <= squaredDistance(point, other);
+                        });
+    away_m2_[p] = isHere ? 0.5 * squared : -1.0;
+  }
+}
+
+SpreadRatio ShearSpread::find(const LinearPosterior& posterior, const FreedPatches& freed,
+                              std::span<const RoundPatch> now, int patch, double grown, const double* displacement_px,
+                              double noise_px, std::span<const int> added) {
+  const auto& [place, load] = now[static_cast<std::size_t>(patch)];
+  if (!(place.spread_m2 > 0.0)) return {};
+  const auto [e_m2, variance_m4] =
+      excess(posterior, patch, now[static_cast<std::size_t>(patch)], displacement_px, noise_px, added);
+  if (!(variance_m4 > 0.0)) return {};
+  weighPoints(now, patch);
+  // Sum, and half the second moment, of shear and pressure: of the patch, and of the atoms at it.
+  const double patchShear_N = load.head<2>().norm();
+  const Eigen::Vector3d along(load.x() / patchShear_N, load.y() / patchShear_N, 0.0);
+  double shear_N = patchShear_N, pressing_N = load.z();
+  double ofShear = shear_N * place.spread_m2, ofPressure = pressing_N * place.spread_m2;
+  const Eigen::MatrixXd& unknowns = posterior.unknownsOfXi();
+  const auto xi = VectorXd::Map(posterior.xi().data(), static_cast<Index>(posterior.rank()));
+  theta_.noalias() = unknowns.leftCols(posterior.firstExtra()).transpose() * xi;
+  const auto atoms = posterior.atoms();
+  shares_.resize(atoms.size());
+  for (std::size_t i = 0; i < atoms.size(); ++i) {
+    auto& [sum, moment] = shares_[i] = {};
+    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, atoms[i]); it; ++it) {
+      const double away_m2 = away_m2_[static_cast<std::size_t>(it.row())];
+      if (away_m2 < 0.0) continue;
+      sum += it.value();
+      moment += it.value() * away_m2;
+    }
+    const Eigen::Vector3d force_N = posterior.root(static_cast<int>(i)) * theta_.segment<3>(3 * static_cast<Index>(i));
+    shear_N += sum * along.dot(force_N);
+    pressing_N += sum * force_N.z();
+    ofShear += moment * along.dot(force_N);
+    ofPressure += moment * force_N.z();
+  }
+  if (!(shear_N > 0.0) || !(pressing_N > 0.0) || !(ofShear > 0.0) || !(ofPressure > 0.0)) return {};
+  const double ratio = ofShear / shear_N / (ofPressure / pressing_N);
+  // How the logarithm of the ratio changes with the unknowns.
+  ofTheta_.setZero(posterior.firstExtra() + posterior.extraCount());
+  for (std::size_t i = 0; i < atoms.size(); ++i) {
+    const auto [sum, moment] = shares_[i];
+    if (sum == 0.0) continue;
+    const Eigen::Vector3d ofForce = (moment / ofShear - sum / shear_N) * along -
+                                    (moment / ofPressure - sum / pressing_N) * Eigen::Vector3d::UnitZ();
+    ofTheta_.segment<3>(3 * static_cast<Index>(i)) = posterior.root(static_cast<int>(i)).transpose() * ofForce;
+  }
+  const Eigen::Vector3d ofLoad = (place.spread_m2 / ofShear - 1.0 / shear_N) * along -
+                                 (place.spread_m2 / ofPressure - 1.0 / pressing_N) * Eigen::Vector3d::UnitZ();
+  const auto ofExtra = [&](int i) -> double& { return ofTheta_[posterior.firstExtra() + freed.index(patch, i)]; };
+  for (int i = 0; i < 3; ++i) ofExtra(i) = freed.unit(patch, i) * ofLoad[i];
+  ofExtra(6) = freed.unit(patch, 6) / grown * (patchShear_N / ofShear - load.z() / ofPressure);
+  auto ofXi = VectorXd::Map(ofXi_.data(), static_cast<Index>(posterior.rank()));
+  ofXi.noalias() = unknowns.leftCols(ofTheta_.size()) * ofTheta_;
+  const double slope = patchShear_N / ofShear - ofXi.dot(VectorXd::Map(shared_.data(), ofXi.size()));
+  std::copy_n(ofXi_.begin(), ofXi.size(), shared_.begin());
+  posterior.multiplyCovariance(shared_);
+  const double variance = square(slope) * variance_m4 + ofXi.dot(VectorXd::Map(shared_.data(), ofXi.size()));
+  return {ratio * (1.0 + slope * e_m2), ratio * std::sqrt(variance)};
 }
 
 }  // namespace tractiond::solve

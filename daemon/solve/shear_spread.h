@@ -5,7 +5,12 @@
 //   v = F_x du_x/ds + F_y du_y/ds        u: displacements by a unit of shear, s: spread
 //   b = v'(d - B theta) / n^2,  K = v'v / n^2 - v'B cov(theta) B'v / n^4     what the picture says of e beyond theta
 //   e ~ N(b / (K + 1 / p^2), 1 / (K + 1 / p^2)),  p: its prior deviation, the spread itself
-// The other unknowns stay as they are: the spread of the pressure would change by a few hundredths of e.
+//   theta(e) = theta - e cov(theta) B'v / n^2         what the others are then
+//
+// Patch and atoms share the load of a contact, and the wider it is the more the atoms have. So the ratio is that of all
+// that acts at the patch, with half the second moments M about its centre, of shear and of pressure:
+//   R = (M_shear + e F_shear) / sum of shear / (M_pressure / sum of pressure),   of theta(e)
+// It is linear in e and theta about e = 0 in its logarithm; both make its deviation.
 #pragma once
 
 #include "daemon/solve/freed_patches.h"
@@ -19,16 +24,17 @@ namespace tractiond::solve {
 /// Thread-bound; make() and find() may be called by different threads, one after the other.
 class ShearSpread {
  public:
-  explicit ShearSpread(const Factors& factors);  ///< of the posteriors
+  ShearSpread(const Factors& factors, const Atoms& atoms);  ///< of the posteriors; they must outlive it
 
   /// Prepares for the patches of a posterior. \param fit of these patches \param missing coordinates of its picture
   void make(const LinearPosterior& posterior, const FreedPatches& patches, const RoundPatches& fit,
             std::span<const int> missing);
 
-  /// Returns e of a patch. \param now the patch by the posterior's last answer \param displacement_px of the picture
-  /// without the curves, 0 where missing \param added as given to LinearPosterior::read()
-  ShearExcess find(const LinearPosterior& posterior, int patch, const RoundPatch& now, const double* displacement_px,
-                   double noise_px, std::span<const int> added);
+  /// Returns the ratio of a patch. \param freed what the posterior frees of the patches \param now the patches by its
+  /// last answer \param grown as by LinearModel::patchNow() of this one \param displacement_px of the picture without
+  /// the curves, 0 where missing \param added as given to LinearPosterior::read()
+  SpreadRatio find(const LinearPosterior& posterior, const FreedPatches& freed, std::span<const RoundPatch> now,
+                   int patch, double grown, const double* displacement_px, double noise_px, std::span<const int> added);
 
  private:
   /// Of a patch, by a unit of shear along x and along y.
@@ -38,9 +44,20 @@ class ShearSpread {
     Eigen::Matrix2d products = Eigen::Matrix2d::Zero();
   };
 
+  struct Excess {
+    double value_m2, variance_m4;
+  };
+  Excess excess(const LinearPosterior& posterior, int patch, const RoundPatch& now, const double* displacement_px,
+                double noise_px, std::span<const int> added);
+  void weighPoints(std::span<const RoundPatch> now, int patch);
+
+  const Atoms& atoms_;
   const int coordinates_;
   std::array<Slopes, static_cast<std::size_t>(RoundPatches::kMost)> slopes_;
   std::vector<double> ofXi_, shared_;
+  std::vector<double> away_m2_;  ///< of each point of the patch's contact half its squared distance; else -1
+  std::vector<std::array<double, 2>> shares_;  ///< of each atom: the share at the contact, its second moment
+  Eigen::VectorXd theta_, ofTheta_;
 };
 
 }  // namespace tractiond::solve

@@ -6,7 +6,8 @@
 // picture.f64 (frames x 5: how the picture strays: shift along u, v [px], scale - 1, roll [rad], brightness),
 // scatter.f64 (markers x 3, m: where the gel's own markers sit beside the gel file's places), highlight.f64 (frames x
 // 4: a highlight's centre u, v [px], radius [px] and strength [levels]) and options. Writes each figure of a frame to
-// JOB/NAME.f64 (frames x columns), and "columns" with a line for each. With --answer, also answers each frame by the
+// JOB/NAME.f64 (frames x columns), and "columns" with a line for each. With --as-daemon, most frames are answered by
+// an earlier frame's model, as in the daemon, which learns in no time. With --answer, also answers each frame by the
 // model of the frame before: whether it could be is in "answered", the figures are in answer_NAME.f64.
 #include "base/clock.h"
 #include "daemon/app/config_toml.h"
@@ -39,8 +40,9 @@ struct Options {
   int zeroEvery = 0;       // frames after which a new zero is taken; 0: one zero for all
   double largestStep_px = 1.5;
   unsigned seed = 1;
-  bool asDrawn = false;  // the zero tells nothing of the places of the markers
-  bool answer = false;   // answer each frame by the model of the frame before, too
+  bool asDrawn = false;   // the zero tells nothing of the places of the markers
+  bool answer = false;    // answer each frame by the model of the frame before, too
+  bool asDaemon = false;  // solve in full only what an earlier model cannot answer, and to learn when it grows old
 };
 
 /// Columns of numbers, a file for each name, a row a frame.
@@ -108,7 +110,7 @@ void write(const TractionField& field, Columns& out) {
                                   .forceDeviation_N = contact.forceDeviation_N,
                                   .spreadRatio = contact.spreadRatio,
                                   .spreadRatioDeviation = contact.spreadRatioDeviation};
-    const std::optional<touch::Slip> found = touch::partialSlip(seen, {}, {});
+    const std::optional<touch::Slip> found = touch::PartialSlip().see(seen, 1, {}, {});
     const auto& [state, stick, friction, margin_N, holding_N, incipient] = found.value_or(touch::Slip{});
     slip = {contact.spreadRatio,
             contact.spreadRatioDeviation,
@@ -202,6 +204,7 @@ void run(const Options& options) {
   TractionField field;
   markers.resize(sensor.markerCount());
   field.resize(sensor.markerCount(), sensor.nodes.count());
+  TractionField learnt = field;
 
   // As the daemon does at a zero; here only at the first one, as others show the same gel.
   bool followsRest = !options.asDrawn && solve::followsRest(sensor);
@@ -240,7 +243,6 @@ void run(const Options& options) {
         }
       }
       markers.validCount = static_cast<int>(std::count(markers.valid.begin(), markers.valid.end(), 1));
-      markers.info.frameNumber = frame;
       if (options.sameNoise) generator.seed(options.seed);
       addNoise(options.given_px, generator, markers);
     } else {
@@ -264,6 +266,7 @@ void run(const Options& options) {
       tracker->track(picture, markers);
     }
     const std::int64_t tracked_ns = monotonicNow();
+    markers.info.frameNumber = frame;
     if (options.extra_px > 0.0) addNoise(options.extra_px, generator, markers);
     if (options.answer) {
       const std::int64_t answering_ns = monotonicNow();
@@ -273,9 +276,14 @@ void run(const Options& options) {
       write(field, answers);
     }
     const std::int64_t solving_ns = monotonicNow();
-    solver->solve(markers, field);
+    const bool isAnswered = options.asDaemon && solver->answer(markers, field);
+    if (!isAnswered) solver->solve(markers, field);
     const std::int64_t solved_ns = monotonicNow();
-    if (options.answer) solver->learn();
+    if (isAnswered && field.method == Method::kContact && solver->wantsModel()) {
+      solver->solve(markers, learnt);
+      solver->learn();
+    }
+    if (!isAnswered && (options.answer || options.asDaemon)) solver->learn();
     write(field, out);
     out.add("track_ms", 1e-6 * static_cast<double>(tracked_ns - begin_ns));
     out.add("solve_ms", 1e-6 * static_cast<double>(solved_ns - solving_ns));
@@ -307,6 +315,7 @@ int main(int argc, char** argv) {
   app.add_option("--zero-every", options.zeroEvery, "frames after which a new zero is taken");
   app.add_flag("--as-drawn", options.asDrawn, "the markers' places are those of the gel file, not those of the zero");
   app.add_flag("--answer", options.answer, "answer each frame by the model of the frame before as well");
+  app.add_flag("--as-daemon", options.asDaemon, "answer by earlier models, as the daemon does");
   app.add_option("--seed", options.seed)->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   run(options);

@@ -6,6 +6,7 @@ import chain
 import friction
 import limits
 import shapes
+import slip_sequences
 import truth
 from report import rms
 from unseen import ALL_KNOWN
@@ -93,3 +94,4 @@ def slip(report, quick):
         report.row(
             f"{label}: covered by its 95 % interval", f"{100 * part:.1f} %", "–", "93 - 97 %", 0.97, part, least=0.93
         )
+    slip_sequences.sequences(report, quick, generator)

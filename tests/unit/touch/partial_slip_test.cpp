@@ -36,7 +36,7 @@ TEST(PartialSlip, ShearIsSpreadAsMindlinsTractionsAre) {
 
 /// What a contact at rest shows.
 std::optional<Slip> atRest(const Observation& contact) {
-  return partialSlip(contact, {}, {1e-4, 1e-4});
+  return PartialSlip().see(contact, 1, {}, {1e-4, 1e-4});
 }
 
 /// A contact of 4 N at a share of the shear at which it slips.
