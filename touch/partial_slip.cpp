@@ -12,15 +12,19 @@ constexpr double kLeastFriction = 0.03;
 /// Deviations from which on a force is sure.
 constexpr double kSure = 3.0;
 
-/// Shares of the deviation of R: what is new in each frame, and what stays (tools/evaluate --only slip prints both).
-constexpr double kNew = 0.75, kStays = 0.65;
+/// Shares of the deviation of R: what is new in a frame, with what the model of an earlier one adds to its answer, and
+/// what stays. With these, intervals of single frames and of many cover (tools/evaluate --only slip).
+constexpr double kNew = 1.1, kStays = 0.25;
 
 /// How far R of a ball on a real gel lies from Mindlin's, as a deviation that stays: of itself, and as a share of R
 /// - 1. Contacts with friction by finite elements differ by 0.02 at 60 % of slipping and beyond, by 0.06 at 30 %.
-constexpr double kModel = 0.01, kModelShare = 0.1;
+constexpr double kModel = 0.01, kModelShare = 0.08;
 
 /// Time in which the weight of a frame decays to 1 / e [s]. What stays is not the same after the shear has grown.
 constexpr double kMemory_s = 0.05;
+
+/// Shear that has not fallen may have grown beyond what is known, after so long without a frame that says of it [s].
+constexpr double kStale_s = 0.2;
 
 /// The shear has not fallen while Q / P is at least this share of the largest one of a contact that bore at least so
 /// much of the present normal force.
@@ -35,14 +39,16 @@ constexpr double kReserve = 1.25;
 /// Width of the interval of a stick ratio from which on nothing is known of it.
 constexpr double kVague = 0.8;
 
+/// Frames that must show the same of a motion or an alarm: one frame may be off, as where it was solved in another way.
+constexpr int kFrames = 2;
+
 /// A contact has moved if it has by more than this [m] and by kSure deviations; it may bear no more shear if that is so
 /// probable.
 constexpr double kLeastMotion_m = 2e-4, kPossible = 0.05;
 
 /// Share of the shear at which a contact slips from which on it is about to; the probability of that from which on it
-/// is, in so many frames, and below which it no longer is. Measured: docs/decisions/0047-slip-of-many-frames.md.
+/// is, and below which it no longer is. Measured: docs/decisions/0047-slip-of-many-frames.md.
 constexpr double kIncipient = 0.8, kAlarm = 0.8, kCalm = 0.3;
-constexpr int kAlarmFrames = 2;
 
 double squared(double x) {
   return x * x;
@@ -86,8 +92,8 @@ bool PartialSlip::isLoaded(double normal_N, double least) {
 
 /// Adds what a frame says of mu.
 void PartialSlip::add(const Observation& contact, double least, std::int64_t time_ns) {
-  const double age_s = 1e-9 * (static_cast<double>(time_ns) - static_cast<double>(last_ns_));
-  const double keep = std::exp(-age_s / kMemory_s), weight = 1.0 / squared(kNew * contact.spreadRatioDeviation);
+  const double keep = weight_ > 0.0 ? std::exp(-secondsSince(time_ns) / kMemory_s) : 0.0,
+               weight = 1.0 / squared(kNew * contact.spreadRatioDeviation);
   last_ns_ = time_ns;
   weight_ = keep * weight_ + weight;
   for (std::size_t i = 0; i < kSteps; ++i) {
@@ -119,8 +125,8 @@ double PartialSlip::weigh(double least, double noise, std::array<double, kSteps>
 
 /// Returns whether the alarm is on after a frame.
 bool PartialSlip::alarms(double incipient) {
-  sure_ = incipient >= kAlarm ? std::min(sure_ + 1, kAlarmFrames) : 0;
-  alarm_ = alarm_ ? incipient >= kCalm : sure_ == kAlarmFrames;
+  sure_ = incipient >= kAlarm ? std::min(sure_ + 1, kFrames) : 0;
+  alarm_ = alarm_ ? incipient >= kCalm : sure_ == kFrames;
   return alarm_;
 }
 
@@ -134,12 +140,15 @@ std::optional<Slip> PartialSlip::see(const Observation& contact, std::int64_t ti
   const auto deviationAlong = [x, y](const auto& deviation) { return std::hypot(x * deviation[0], y * deviation[1]); };
   const double shearDeviation_N = deviationAlong(contact.forceDeviation_N);
   const double moved = std::hypot(moved_m[0], moved_m[1]), along = x * moved_m[0] + y * moved_m[1];
-  if (moved > kLeastMotion_m && moved > kSure * std::hypot(movedDeviation_m[0], movedDeviation_m[1])) *this = {};
+  const bool hasMoved = moved > kLeastMotion_m && moved > kSure * std::hypot(movedDeviation_m[0], movedDeviation_m[1]);
+  movedFrames_ = hasMoved ? std::min(movedFrames_ + 1, kFrames) : 0;
+  if (movedFrames_ == kFrames) weight_ = mostNormal_N_ = 0.0;
   const double least = shear_N / normal_N;
   const bool isSure = normal_N > kSure * normalDeviation_N && shear_N > kSure * shearDeviation_N;
   if (!isSure || !(least < kLargestFriction)) return std::nullopt;
-  if (contact.spreadRatioDeviation > 0.0 && isLoaded(normal_N, least)) add(contact, least, time_ns);
-  if (weight_ == 0.0) return std::nullopt;
+  const bool loaded = isLoaded(normal_N, least);
+  if (contact.spreadRatioDeviation > 0.0 && loaded) add(contact, least, time_ns);
+  if (weight_ == 0.0 || (loaded && secondsSince(time_ns) > kStale_s)) return std::nullopt;
   std::array<double, kSteps> probability{};
   Slip slip;
   slip.incipient =
@@ -159,12 +168,13 @@ std::optional<Slip> PartialSlip::see(const Observation& contact, std::int64_t ti
   slip.stickRatio = {stickRatio(least / estimate), stickRatio(least / low), stickRatio(least / high)};
   slip.margin_N = std::fmax(0.0, estimate * normal_N - shear_N);
   slip.holding_N = kReserve * shear_N / low;
-  const bool hasMoved = along > kLeastMotion_m && along > kSure * deviationAlong(movedDeviation_m);
+  const bool slides =
+      movedFrames_ == kFrames && along > kLeastMotion_m && along > kSure * deviationAlong(movedDeviation_m);
   const bool isAlarm = alarms(slip.incipient);
   if (slip.stickRatio.high - slip.stickRatio.low > kVague) return slip;
-  slip.state = hasMoved && slip.incipient > kPossible ? SlipState::kSlipping
-               : isAlarm                              ? SlipState::kIncipient
-                                                      : SlipState::kSticking;
+  slip.state = slides && slip.incipient > kPossible ? SlipState::kSlipping
+               : isAlarm                            ? SlipState::kIncipient
+                                                    : SlipState::kSticking;
   return slip;
 }
 

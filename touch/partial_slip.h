@@ -56,8 +56,8 @@ struct Slip {
 class PartialSlip {
  public:
   /// Takes the next frame. Returns what is known of the friction now; nothing, which says nothing of slip, if a force
-  /// is not sure or R was never known. \param time_ns not before that of the last frame \param moved_m how far the
-  /// contact has moved of late, and the deviation of that; what was known of another place is forgotten
+  /// is not sure or R was not known of late. \param time_ns not before that of the last frame \param moved_m how far
+  /// the contact has moved of late, and the deviation of that; what was known of another place is forgotten
   std::optional<Slip> see(const Observation& contact, std::int64_t time_ns, const std::array<double, 2>& moved_m,
                           const std::array<double, 2>& movedDeviation_m);
 
@@ -69,6 +69,9 @@ class PartialSlip {
   };
 
   static const std::array<double, kSteps>& frictions();
+  double secondsSince(std::int64_t time_ns) const {  ///< since the last frame that was added
+    return 1e-9 * (static_cast<double>(time_ns) - static_cast<double>(last_ns_));
+  }
   bool isLoaded(double normal_N, double least);
   void add(const Observation& contact, double least, std::int64_t time_ns);
   double weigh(double least, double noise, std::array<double, kSteps>& probability) const;
@@ -78,7 +81,8 @@ class PartialSlip {
   double weight_ = 0.0;                     ///< W
   std::int64_t last_ns_ = 0;                ///< time of the last frame that was added
   double most_ = 0.0, mostNormal_N_ = 0.0;  ///< largest Q / P, and its P
-  int sure_ = 0;                            ///< frames since the alarm is sure
+  int movedFrames_ = 0;
+  int sure_ = 0;  ///< frames since the alarm is sure
   bool alarm_ = false;
 };
 

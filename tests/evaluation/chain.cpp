@@ -277,6 +277,7 @@ void run(const Options& options) {
     }
     const std::int64_t solving_ns = monotonicNow();
     const bool isAnswered = options.asDaemon && solver->answer(markers, field);
+    if (options.asDaemon) out.add("answered", isAnswered);
     if (!isAnswered) solver->solve(markers, field);
     const std::int64_t solved_ns = monotonicNow();
     if (isAnswered && field.method == Method::kContact && solver->wantsModel()) {

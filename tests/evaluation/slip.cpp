@@ -1,6 +1,6 @@
 // What traction-touch says of the slip of contacts, frame after frame.
 //
-// Reads observations.f64 from JOB: frames x 12, each sequence, time [s], position 2 [m], force 3 [N], deviation 3,
+// Reads observations.f64 from JOB: frames x 14, each sequence, time [s], position 2 [m], deviation 2, force 3 [N], deviation 3,
 // spread ratio, deviation. Sequences follow each other, and have nothing to do with each other. Writes slip.f64: frames
 // x 9, state
 // (-1: not known), stick ratio 3, friction 3 (estimate, low, high), probability of incipient slip, force that would
@@ -14,7 +14,7 @@
 
 namespace {
 
-constexpr double kPositionDeviation_m = 2e-5;
+constexpr double kBegin_s = 10.0;  // of the clock
 
 }  // namespace
 
@@ -23,20 +23,20 @@ int main(int, char** argv) {
   std::ofstream file(job / "slip.f64", std::ios::binary);
   touch::ContactTracker tracker;
   double last = -1.0;
-  for (const auto& row : evaluation::readAll<std::array<double, 12>>(job / "observations.f64")) {
+  for (const auto& row : evaluation::readAll<std::array<double, 14>>(job / "observations.f64")) {
     if (row[0] != last) tracker = {};
     last = row[0];
     touch::Field field;
-    field.time_ns = 1 + std::llround(1e9 * row[1]);
+    field.time_ns = std::llround(1e9 * (kBegin_s + row[1]));
     field.valid = true;
     field.contacts.push_back({.position_m = {row[2], row[3]},
-                              .positionDeviation_m = {kPositionDeviation_m, kPositionDeviation_m},
-                              .force_N = {row[4], row[5], row[6]},
-                              .forceDeviation_N = {row[7], row[8], row[9]},
+                              .positionDeviation_m = {row[4], row[5]},
+                              .force_N = {row[6], row[7], row[8]},
+                              .forceDeviation_N = {row[9], row[10], row[11]},
                               .area_m2 = 5e-5,
                               .areaDeviation_m2 = 1e-6,
-                              .spreadRatio = row[10],
-                              .spreadRatioDeviation = row[11]});
+                              .spreadRatio = row[12],
+                              .spreadRatioDeviation = row[13]});
     const std::optional<touch::Slip> slip = tracker.update(field).back().slip;
     const auto& [state, stick, friction, margin_N, holding_N, incipient] = slip.value_or(touch::Slip{});
     const std::array out{slip ? static_cast<double>(state) : -1.0,

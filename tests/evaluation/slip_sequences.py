@@ -86,7 +86,7 @@ class Pull:
 
 
 def judged(sequences):
-    """What touch says of sequences of observations (frames x 11): a list of frames x 9."""
+    """What touch says of sequences of observations (frames x 13): a list of frames x 9."""
     with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
         job = pathlib.Path(name)
         rows = [np.c_[np.full(len(one), number), one] for number, one in enumerate(sequences)]
@@ -100,14 +100,14 @@ def observations(found):
     """Of the strongest contact of frames, one sequence."""
     contact = found["contacts"].reshape(len(found["contacts"]), -1, 12)[:, 0]
     time = np.arange(len(contact)) / RATE
-    return np.c_[time, contact[:, :2], contact[:, 4:10], found["slip"][:, :2]]
+    return np.c_[time, contact[:, :10], found["slip"][:, :2]]
 
 
 class Errors:
     """Of the ratio that was read in a pull: what stays and what is new."""
 
     def __init__(self, pull, seen):
-        ratio, deviation = seen[:, 9], seen[:, 10]
+        ratio, deviation = seen[:, 11], seen[:, 12]
         known = deviation > 0
         self.pull, self.useful = pull, known.sum() > 12
         if not self.useful:
@@ -119,7 +119,7 @@ class Errors:
         new = (off - np.polyval(self.stays, share)) * weight
         self.new = rms(new) * np.sqrt(len(new) / (len(new) - STAYS - 1))
         self.correlation = (new[1:] * new[:-1]).mean() / (new**2).mean()
-        self.force_deviation = np.median(seen[known, 6:9], axis=0)
+        self.place_deviation, self.force_deviation = (np.median(seen[known, i : i + n], axis=0) for i, n in ((3, 2), (8, 3)))
 
     def draw(self, share, generator, correlation):
         """Observations of a pull of these shares, by the same errors that stay."""
@@ -132,10 +132,11 @@ class Errors:
         force = np.outer(np.ones(len(share)), [0, 0, self.pull.normal_N])
         force[:, 0] = share * path.friction * self.pull.normal_N
         force += self.force_deviation * generator.standard_normal(force.shape)
-        place = np.zeros((len(share), 2))
-        return np.c_[
-            np.arange(len(share)) / RATE, place, force, np.tile(self.force_deviation, (len(share), 1)), ratio, deviation
-        ]
+        place = self.place_deviation * generator.standard_normal((len(share), 2))
+        deviations = (np.tile(each, (len(share), 1)) for each in (self.place_deviation, self.force_deviation))
+        place_deviation, force_deviation = deviations
+        time = np.arange(len(share)) / RATE
+        return np.c_[time, place, place_deviation, force, force_deviation, ratio, deviation]
 
 
 def alarm(found):
@@ -144,7 +145,7 @@ def alarm(found):
 
 def report_pulls(report, label, pulls, found):
     """Alarms and friction of pulls; `pulls`: path and shares of each."""
-    late, early, foretold, off, stick_off, covered, stick_covered = [], 0, 0, [], [], [], []
+    late, early, foretold, known, off, stick_off, covered, stick_covered = [], 0, 0, [], [], [], [], []
     for (path, share), one in zip(pulls, found):
         state, stick, low, high, mu, mu_low, mu_high = one[:, :7].T
         on = alarm(one)
@@ -154,6 +155,7 @@ def report_pulls(report, label, pulls, found):
         due = np.searchsorted(share, 0.9)
         late.append(max(0, useful[0] - due) if len(useful) else np.inf)
         use = (share >= 0.7) & (state >= 0)
+        known += [(state >= 0)[share >= 0.7]]
         true_stick = np.interp(share, path.share, path.stick)
         off += [(mu / path.friction - 1)[use]]
         stick_off += [(stick - true_stick)[use]]
@@ -171,6 +173,7 @@ def report_pulls(report, label, pulls, found):
     )
     report.row(f"{label}: slips foretold", f"{foretold} of {len(late)}", "–", ">= 99 %", value=foretold / len(late), least=0.99)
     report.row(f"{label}: alarm before 70 %", f"{early} of {len(late)}")
+    report.row(f"{label}: frames from 70 % on in which slip is known", f"{100 * np.concatenate(known).mean():.0f} %")
     off, stick_off, covered, stick_covered = map(np.concatenate, (off, stick_off, covered, stick_covered))
     report.row(f"{label}: stick ratio from 70 % on, rms", f"{rms(stick_off):.3f}", "–", "<= 0.08", 0.08, rms(stick_off))
     report.row(f"{label}: friction from 70 % on, rms", f"{100 * rms(off):.1f} %", "–", "<= 8 %", 0.08, rms(off))

@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <optional>
 #include <random>
 
 namespace touch {
@@ -69,6 +72,104 @@ TEST(PartialSlip, IsNotKnownWithoutShearOrSpread) {
   faint.forceDeviation_N[0] = faint.force_N[0];
   EXPECT_FALSE(atRest(faint));
   EXPECT_FALSE(atRest({}));
+}
+
+/// Shows a contact to `slip` in frames of 60 Hz, one after the other.
+class Frames {
+ public:
+  explicit Frames(PartialSlip& slip)
+      : slip_(slip) {}
+  std::optional<Slip> see(const Observation& contact, const std::array<double, 2>& moved_m = {}) {
+    time_ns_ += 16'666'667;
+    return slip_.see(contact, time_ns_, moved_m, {1e-5, 1e-5});
+  }
+  std::optional<Slip> see(const Observation& contact, int frames) {
+    for (int i = 1; i < frames; ++i) see(contact);
+    return see(contact);
+  }
+
+ private:
+  PartialSlip& slip_;
+  std::int64_t time_ns_ = 1'000'000'000;
+};
+
+double width(const Slip& slip) {
+  return std::log(slip.friction.high / slip.friction.low);
+}
+
+TEST(PartialSlip, ManyFramesSayMoreButNotWhatStays) {
+  PartialSlip joined;
+  Frames frames(joined);
+  const Observation contact = sheared(0.7, 0.5, 0.05);
+  const double one = width(frames.see(contact).value()), many = width(frames.see(contact, 30).value());
+  EXPECT_LT(many, 0.8 * one);
+  EXPECT_NEAR(width(frames.see(contact, 300).value()), many, 0.01);
+  EXPECT_GT(many, 0.3 * one);
+}
+
+TEST(PartialSlip, AlarmsBeforeTheContactSlipsAndNotWhileItSticks) {
+  PartialSlip joined;
+  Frames frames(joined);
+  double at = 1.0;
+  for (double share = 0.2; share < 1.0; share += 0.01) {
+    if (frames.see(sheared(share, 0.5, 0.03)).value().state != SlipState::kIncipient) continue;
+    at = share;
+    break;
+  }
+  EXPECT_GT(at, 0.75);
+  EXPECT_LT(at, 0.9);
+}
+
+TEST(PartialSlip, OneFrameThatIsOffRaisesNoAlarm) {
+  PartialSlip joined;
+  Frames frames(joined);
+  EXPECT_EQ(frames.see(sheared(0.5, 0.5, 0.03), 10).value().state, SlipState::kSticking);
+  Observation off = sheared(0.5, 0.5, 0.003);
+  off.spreadRatio = 1.0;
+  EXPECT_EQ(frames.see(off).value().state, SlipState::kSticking);
+}
+
+TEST(PartialSlip, ShearThatFallsSaysNothingNewOfTheFriction) {
+  PartialSlip joined;
+  Frames frames(joined);
+  const Slip before = frames.see(sheared(0.85, 0.5, 0.03), 10).value();
+  Observation less = sheared(0.5, 0.5, 0.03);
+  less.spreadRatio = 0.9;  // the rim slips back
+  const Slip after = frames.see(less, 10).value();
+  EXPECT_NEAR(after.friction.estimate, before.friction.estimate, 0.02);
+  EXPECT_EQ(after.state, SlipState::kSticking);
+  EXPECT_NEAR(after.margin_N, 4.0 * after.friction.estimate - 1.0, 1e-9);
+}
+
+TEST(PartialSlip, IsNotKnownLongAfterTheLastSpread) {
+  PartialSlip joined;
+  Frames frames(joined);
+  const Observation known = sheared(0.85, 0.5, 0.03), unknown = sheared(0.85, 0.5, 0.0);
+  frames.see(known, 10);
+  EXPECT_TRUE(frames.see(unknown, 5));
+  EXPECT_FALSE(frames.see(unknown, 15));
+  EXPECT_TRUE(frames.see(known));
+  Observation less = unknown;
+  less.force_N[0] *= 0.5;
+  EXPECT_TRUE(frames.see(less, 60)) << "the friction is still that which it was";
+}
+
+TEST(PartialSlip, AContactThatGrewMuchStrongerIsLearntAnew) {
+  PartialSlip joined;
+  Frames frames(joined);
+  Observation faint = sheared(0.9, 1.0, 0.3);
+  for (double& force_N : faint.force_N) force_N *= 0.1;
+  frames.see(faint, 3);
+  EXPECT_NEAR(frames.see(sheared(0.8, 0.5, 0.03), 10).value().friction.estimate, 0.5, 0.04);
+}
+
+TEST(PartialSlip, WhatWasKnownOfAnotherPlaceIsForgotten) {
+  PartialSlip joined;
+  Frames frames(joined);
+  frames.see(sheared(0.8, 0.9, 0.03), 10);
+  for (int i = 0; i < 2; ++i) frames.see(sheared(0.8, 0.3, 0.03), {0.0, 1e-3});
+  const Observation there = sheared(0.8, 0.3, 0.03);
+  EXPECT_NEAR(frames.see(there, 2).value().friction.estimate, 0.3, 0.04);
 }
 
 TEST(PartialSlip, IntervalsCover) {
