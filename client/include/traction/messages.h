@@ -183,8 +183,8 @@ enum class ContactPhase : std::uint8_t {
 
 enum class SlipState : std::uint8_t {
   kUnknown,    ///< says nothing about slip: little of the friction is known
-  kSticking,   ///< less than 0.9 of the shear is reached at which the contact slips
-  kIncipient,  ///< more than that is as likely as not
+  kSticking,   ///< none of the others
+  kIncipient,  ///< the alarm: more than 0.8 of the shear is reached at which it slips, probably
   kSlipping,   ///< it moved along its shear in the last 0.2 s, and may bear no more
 };
 

@@ -192,8 +192,8 @@ class ContactPhase(enum.Enum):
 
 class SlipState(enum.Enum):
     UNKNOWN = 0  # says nothing about slip: little of the friction is known
-    STICKING = 1  # less than 0.9 of the shear is reached at which the contact slips
-    INCIPIENT = 2  # more than that is as likely as not
+    STICKING = 1  # none of the others
+    INCIPIENT = 2  # the alarm: more than 0.8 of the shear is reached at which it slips, probably
     SLIPPING = 3  # it moved along its shear in the last 0.2 s, and may bear no more
 
 

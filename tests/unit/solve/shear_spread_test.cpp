@@ -14,10 +14,10 @@ namespace {
 constexpr double kNormal_N = 4.0, kFriction = 0.5, kRadius_m = 5e-3;
 
 /// Displacements by a ball's contact under shear along a direction: q = mu (p(a) - s^3 p(s a)), s the stick ratio.
-VectorXd pictureOf(const Vector2d& at, const Vector2d& along, double stickRatio) {
+VectorXd pictureOf(const Vector2d& at, const Vector2d& along, double stickRatio, double radius_m = kRadius_m) {
   const Vector3d shear = kFriction * kNormal_N * Vector3d(along.x(), along.y(), 0.0);
-  VectorXd picture = press(at, kRadius_m).image * (shear + kNormal_N * Vector3d::UnitZ());
-  if (stickRatio > 0.0) picture -= std::pow(stickRatio, 3) * press(at, stickRatio * kRadius_m).image * shear;
+  VectorXd picture = press(at, radius_m).image * (shear + kNormal_N * Vector3d::UnitZ());
+  if (stickRatio > 0.0) picture -= std::pow(stickRatio, 3) * press(at, stickRatio * radius_m).image * shear;
   return picture;
 }
 
@@ -87,6 +87,13 @@ TEST_F(ShearSpreadTest, IsThatOfMindlinsTractions) {
     EXPECT_NEAR(sum / kTrials, expected, 0.04);
     EXPECT_GE(covered, kTrials - 2);
   }
+}
+
+TEST_F(ShearSpreadTest, OfAWideContactCountsWhatLiesBesideThePatch) {
+  constexpr int kTrials = 8;
+  double sum = 0.0;
+  for (int trial = 0; trial < kTrials; ++trial) sum += found(pictureOf(place(), direction(), 0.4, 6.8e-3)).value;
+  EXPECT_NEAR(sum / kTrials, (1.0 - std::pow(0.4, 5)) / (1.0 - std::pow(0.4, 3)), 0.03);
 }
 
 TEST_F(ShearSpreadTest, IsFoundWithMarkersMissing) {
