@@ -1,6 +1,6 @@
-// Each contact is followed by two Kalman filters, along x and y, of position and velocity under an acceleration that is
-// constant from one field to the next. What a contact may have become is weighed by likelihood: it moved, it jumped
-// (contacts became one, or one was divided), or it ended and another one began.
+// Each contact is followed by three Kalman filters, along x and y and of its orientation, of position and velocity
+// under an acceleration that is constant from one field to the next. What a contact may have become is weighed by
+// likelihood: it moved, it jumped (contacts became one, or one was divided), or it ended and another one began.
 #include "touch/contact_tracker.h"
 
 #include "touch/assignment.h"
@@ -21,7 +21,12 @@ constexpr double kJump = 12.8;
 constexpr double kNever = 1000.0;
 /// Deviations within which a step lies.
 constexpr double kDeviations = 5.0;
-constexpr double kLeastVariance_m2 = 1e-12;  ///< of a place: numbers are single-precision in the solver
+constexpr double kLeastVariance_m2 = 1e-12;    ///< of a place: numbers are single-precision in the solver
+constexpr double kLeastVariance_rad2 = 1e-12;  ///< of an orientation
+
+/// Deviation of what an orientation was seen to be more than predicted from which on half a turn, which looks the same
+/// as none, may be mistaken [rad]: a quarter turn is three of it.
+constexpr double kClear_rad = 0.5;
 
 /// Time over which a contact that slips is seen to move [ns].
 constexpr std::int64_t kSlipTime_ns = 100'000'000;
@@ -44,6 +49,10 @@ bool finite(const Range& numbers) {
   return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
 }
 
+bool finite(const Covariance& covariance) {
+  return finite(covariance.noise) && finite(covariance.systematic);
+}
+
 template <typename Range>
 bool deviations(const Range& numbers) {
   return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x) && x >= 0.0; });
@@ -52,9 +61,12 @@ bool deviations(const Range& numbers) {
 bool usable(const Field& field) {
   return field.valid && std::all_of(field.contacts.begin(), field.contacts.end(), [](const Observation& one) {
            return finite(one.position_m) && finite(one.force_N) && deviations(one.positionDeviation_m) &&
-                  deviations(one.forceDeviation_N) &&
-                  deviations(std::array{one.area_m2, one.areaDeviation_m2, one.spreadRatioDeviation}) &&
-                  std::isfinite(one.spreadRatio);
+                  deviations(one.forceDeviation_N) && finite(one.moment_Nm) && finite(one.forceCovariance_N2) &&
+                  finite(one.momentCovariance_N2m2) && finite(one.forceMomentCovariance_N2m) &&
+                  deviations(one.halfAxes_m) && deviations(one.halfAxesDeviation_m) &&
+                  deviations(std::array{one.area_m2, one.areaDeviation_m2, one.spreadRatioDeviation,
+                                        one.orientationDeviation_rad}) &&
+                  finite(std::array{one.spreadRatio, one.positionZ_m, one.orientation_rad});
          });
 }
 
@@ -65,8 +77,10 @@ double variance(double deviation) {
 /// Leaves out of a contact what holds only for a field in which it is seen.
 void withdraw(Contact& contact, Phase phase) {
   contact.phase = phase;
-  contact.force_N = contact.forceDeviation_N = {};
+  contact.force_N = contact.forceDeviation_N = contact.moment_Nm = {};
+  contact.forceCovariance_N2 = contact.momentCovariance_N2m2 = contact.forceMomentCovariance_N2m = {};
   contact.velocity_m_s = contact.velocityDeviation_m_s = {};
+  contact.angularVelocity_rad_s = contact.angularVelocityDeviation_rad_s = 0.0;
   contact.slip.reset();
 }
 
@@ -109,11 +123,22 @@ ContactTracker::Axis ContactTracker::unmoved(double position, double deviation) 
   return {position, 0.0, variance(deviation), 0.0, square(0.5 * options_.greatestSpeed_m_s)};
 }
 
-ContactTracker::Axis ContactTracker::predicted(const Axis& axis, double dt) const {
-  const double speed = square(options_.acceleration_m_s2 * dt);  // variance that the acceleration adds
-  return {axis.position + dt * axis.velocity, axis.velocity,
-          axis.positionVariance + dt * (2.0 * axis.covariance + dt * axis.velocityVariance) + 0.25 * dt * dt * speed,
-          axis.covariance + dt * axis.velocityVariance + 0.5 * dt * speed, axis.velocityVariance + speed};
+ContactTracker::Axis ContactTracker::unturned(const Observation& at) const {
+  return {at.orientation_rad, 0.0, square(at.orientationDeviation_rad), 0.0, square(options_.turn_rad_s)};
+}
+
+ContactTracker::Axis ContactTracker::Axis::predicted(double dt, double acceleration) const {
+  const double speed = square(acceleration * dt);  // variance that the acceleration adds
+  return {position + dt * velocity, velocity,
+          positionVariance + dt * (2.0 * covariance + dt * velocityVariance) + 0.25 * dt * dt * speed,
+          covariance + dt * velocityVariance + 0.5 * dt * speed, velocityVariance + speed};
+}
+
+void ContactTracker::Axis::correct(double innovation, double variance) {
+  const double total = positionVariance + variance;
+  const double gain = positionVariance / total, velocityGain = covariance / total;
+  *this = {position + gain * innovation, velocity + velocityGain * innovation, (1.0 - gain) * positionVariance,
+           (1.0 - gain) * covariance, velocityVariance - velocityGain * covariance};
 }
 
 ContactTracker::Step ContactTracker::step(const Track& track, const Observation& to, double dt) const {
@@ -121,7 +146,7 @@ ContactTracker::Step ContactTracker::step(const Track& track, const Observation&
   double moved = 0.0, jumped = kJump, distance2 = 0.0, noise = 0.0;
   for (int i = 0; i < 2; ++i) {
     const Axis& last = track.axes[i];
-    const Axis next = predicted(last, dt);
+    const Axis next = last.predicted(dt, options_.acceleration_m_s2);
     const double observed = variance(to.positionDeviation_m[i]);
     const double moving = next.positionVariance + observed;
     const double jumping = last.positionVariance + observed + square(reach / 3.0);
@@ -164,6 +189,7 @@ void ContactTracker::begin(const Observation& at, const Field& field) {
   track.contact.id = ++lastId_;
   track.contact.begun_ns = field.time_ns;
   for (int i = 0; i < 2; ++i) track.axes[i] = unmoved(at.position_m[i], at.positionDeviation_m[i]);
+  track.turn = unturned(at);
   see(track, at, field, Phase::kBegin);
 }
 
@@ -177,34 +203,44 @@ void ContactTracker::follow(Track& track, const Observation& to, const Field& fi
       axis = unmoved(to.position_m[i], to.positionDeviation_m[i]);
       continue;
     }
-    axis = predicted(axis, dt);
-    const double total = axis.positionVariance + variance(to.positionDeviation_m[i]);
-    const double gain = axis.positionVariance / total, velocityGain = axis.covariance / total;
-    const double innovation = to.position_m[i] - axis.position;
-    axis = {axis.position + gain * innovation, axis.velocity + velocityGain * innovation,
-            (1.0 - gain) * axis.positionVariance, (1.0 - gain) * axis.covariance,
-            axis.velocityVariance - velocityGain * axis.covariance};
+    axis = axis.predicted(dt, options_.acceleration_m_s2);
+    axis.correct(to.position_m[i] - axis.position, variance(to.positionDeviation_m[i]));
   }
+  if (jumped)
+    track.turn = unturned(to);
+  else
+    turn(track.turn, to, dt);
   see(track, to, field, Phase::kMove);
+}
+
+/// Follows an orientation, which begins anew where half a turn may be mistaken: of a round contact, always.
+void ContactTracker::turn(Axis& axis, const Observation& to, double dt) const {
+  const Axis next = axis.predicted(dt, options_.angularAcceleration_rad_s2);
+  const double seen = std::max(square(to.orientationDeviation_rad), kLeastVariance_rad2);
+  if (next.positionVariance + seen > square(kClear_rad)) {
+    axis = unturned(to);
+    return;
+  }
+  axis = next;
+  axis.correct(std::remainder(to.orientation_rad - axis.position, std::numbers::pi), seen);
 }
 
 void ContactTracker::see(Track& track, const Observation& as, const Field& field, Phase phase) const {
   Contact& contact = track.contact;
+  static_cast<Observation&>(contact) = as;
   contact.phase = phase;
   contact.doubted = field.doubted;
   contact.seen_ns = field.time_ns;
-  contact.position_m = as.position_m;
-  contact.positionDeviation_m = as.positionDeviation_m;
   contact.radius_m = radius(as);
   // d sqrt(A / pi) = dA / (2 pi r)
   contact.radiusDeviation_m =
       contact.radius_m > 0.0 ? as.areaDeviation_m2 / (2.0 * std::numbers::pi * contact.radius_m) : 0.0;
-  contact.force_N = as.force_N;
-  contact.forceDeviation_N = as.forceDeviation_N;
   for (int i = 0; i < 2; ++i) {
     contact.velocity_m_s[i] = track.axes[i].velocity;
     contact.velocityDeviation_m_s[i] = std::sqrt(track.axes[i].velocityVariance);
   }
+  contact.angularVelocity_rad_s = track.turn.velocity;
+  contact.angularVelocityDeviation_rad_s = std::sqrt(track.turn.velocityVariance);
   judgeSlip(track, as);
 }
 

@@ -35,22 +35,20 @@ enum class Phase : std::uint8_t {
   kEnd,      ///< the last time that this id is reported
 };
 
-struct Contact {
+/// What an observation states is as last seen, but forces, moments and their covariances are 0 in the phases absent,
+/// unknown and end, and so are velocities: they say nothing there.
+struct Contact : Observation {
   std::uint64_t id = 0;
   Phase phase = Phase::kBegin;
   bool doubted = false;       ///< as the field in which it was last seen
   std::int64_t begun_ns = 0;  ///< time of its first field; age: the time since then
   std::int64_t seen_ns = 0;   ///< time of the last field with it
-  /// As last seen.
-  std::array<double, 2> position_m{};
-  std::array<double, 2> positionDeviation_m{};
-  double radius_m = 0.0;  ///< both half axes: a field states an area only. Of a disc with this area
+  double radius_m = 0.0;      ///< of a disc with its area
   double radiusDeviation_m = 0.0;
-  /// 0 in the phases absent, unknown and end, which say nothing of them.
-  std::array<double, 3> force_N{};  ///< shear (x, y) and normal force (z)
-  std::array<double, 3> forceDeviation_N{};
   std::array<double, 2> velocity_m_s{};
   std::array<double, 2> velocityDeviation_m_s{};
+  double angularVelocity_rad_s = 0.0;  ///< of the larger half axis, from x towards y
+  double angularVelocityDeviation_rad_s = 0.0;
   std::optional<Slip> slip;  ///< none: not known
 };
 
@@ -62,6 +60,9 @@ class ContactTracker {
     double greatestSpeed_m_s = 0.5;  ///< of a contact; half of it is the deviation of a velocity before it is measured
     double acceleration_m_s2 = 3.0;  ///< deviation; a finger that draws circles of 15 mm twice a second has 2.4
     double reach_m = 6e-3;           ///< half of the distance from which on two contacts are told apart
+    double turn_rad_s = 5.0;         ///< deviation of an angular velocity before it is measured
+    /// Deviation. A finger that turns to and fro by a right angle twice a second has 88.
+    double angularAcceleration_rad_s2 = 90.0;
   };
 
   ContactTracker() = default;
@@ -79,6 +80,11 @@ class ContactTracker {
  private:
   struct Axis {  ///< position and velocity at the time when the contact was last seen, and their covariance
     double position, velocity, positionVariance, covariance, velocityVariance;
+
+    /// Returns where it leads in a time, under an acceleration with this deviation.
+    Axis predicted(double dt, double acceleration) const;
+    /// Takes what the position was seen to be more than predicted.
+    void correct(double innovation, double variance);
   };
   struct Seen {  ///< where and when
     std::int64_t time_ns = 0;
@@ -89,6 +95,7 @@ class ContactTracker {
     PartialSlip slip;
     std::array<Seen, 2> before{};  ///< kSlipTime_ns to twice that ago, and since
     std::array<Axis, 2> axes{};
+    Axis turn{};          ///< orientation and angular velocity
     bool absent = false;  ///< in the last valid field
   };
   struct Step {   ///< from a contact to an observation
@@ -97,11 +104,12 @@ class ContactTracker {
   };
 
   Axis unmoved(double position, double deviation) const;
-  Axis predicted(const Axis& axis, double dt) const;
+  Axis unturned(const Observation& at) const;
   Step step(const Track& track, const Observation& to, double dt) const;
   void match(const Field& field);
   void begin(const Observation& at, const Field& field);
   void follow(Track& track, const Observation& to, const Field& field) const;
+  void turn(Axis& axis, const Observation& to, double dt) const;
   void see(Track& track, const Observation& as, const Field& field, Phase phase) const;
   static void judgeSlip(Track& track, const Observation& as);
   void end(Track& track);

@@ -16,6 +16,11 @@ struct Basis {
   friend bool operator==(const Basis&, const Basis&) = default;
 };
 
+/// Two 3 x 3 matrices, row by row: what differs from frame to frame, and what does not. The total is their sum.
+struct Covariance {
+  std::array<double, 9> noise{}, systematic{};
+};
+
 /// A contact as one field states it. Deviations are standard deviations that noise causes.
 struct Observation {
   std::array<double, 2> position_m{};  ///< centre of its normal forces
@@ -27,6 +32,14 @@ struct Observation {
   /// Mean squared distance of its shear from its centre over that of its pressure. Deviation 0: not known.
   double spreadRatio = 0.0;
   double spreadRatioDeviation = 0.0;
+  std::array<double, 3> moment_Nm{};  ///< about (position_m, positionZ_m); of a block, z is the torque about the normal
+  double positionZ_m = 0.0;
+  Covariance forceCovariance_N2{}, momentCovariance_N2m2{};
+  Covariance forceMomentCovariance_N2m{};  ///< row: component of the force; column: of the moment
+  std::array<double, 2> halfAxes_m{};      ///< the larger one first
+  std::array<double, 2> halfAxesDeviation_m{};
+  double orientation_rad = 0.0;           ///< of the larger one, from x towards y; as good as that plus pi
+  double orientationDeviation_rad = 0.0;  ///< at most pi / sqrt(12): any orientation is possible
 };
 
 /// Largest number of contacts in a field; further ones are not read.

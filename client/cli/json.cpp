@@ -67,14 +67,8 @@ const char* nameOf(Solution solution) {
   return kNames.at(static_cast<std::size_t>(solution));
 }
 
-void put(Json& json, const Contact& contact) {
-  json.open('{');
-  json.key("position_m").numbers(contact.position_m);
-  json.key("position_deviation_m").numbers(contact.positionDeviation_m);
-  json.key("force_N").numbers(contact.force_N);
-  json.key("force_deviation_N").numbers(contact.forceDeviation_N);
-  json.key("area_m2").number(contact.area_m2);
-  json.key("area_deviation_m2").number(contact.areaDeviation_m2);
+/// Of a Contact or a TrackedContact.
+void putWrenchAndEllipse(Json& json, const auto& contact) {
   json.key("moment_Nm").numbers(contact.moment_Nm);
   json.key("position_z_m").number(contact.positionZ_m);
   put(json, "force_covariance_N2", contact.forceCovariance_N2);
@@ -84,6 +78,17 @@ void put(Json& json, const Contact& contact) {
   json.key("half_axes_deviation_m").numbers(contact.halfAxesDeviation_m);
   json.key("orientation_rad").number(contact.orientation_rad);
   json.key("orientation_deviation_rad").number(contact.orientationDeviation_rad);
+}
+
+void put(Json& json, const Contact& contact) {
+  json.open('{');
+  json.key("position_m").numbers(contact.position_m);
+  json.key("position_deviation_m").numbers(contact.positionDeviation_m);
+  json.key("force_N").numbers(contact.force_N);
+  json.key("force_deviation_N").numbers(contact.forceDeviation_N);
+  json.key("area_m2").number(contact.area_m2);
+  json.key("area_deviation_m2").number(contact.areaDeviation_m2);
+  putWrenchAndEllipse(json, contact);
   json.key("shear_spread_ratio").number(contact.shearSpreadRatio);
   json.key("shear_spread_ratio_deviation").number(contact.shearSpreadRatioDeviation);
   json.close('}');
@@ -166,6 +171,9 @@ void put(Json& json, const TrackedContact& contact) {
     put(json, *contact.slip);
   else
     json.null();
+  putWrenchAndEllipse(json, contact);
+  json.key("angular_velocity_rad_s").number(contact.angularVelocity_rad_s);
+  json.key("angular_velocity_deviation_rad_s").number(contact.angularVelocityDeviation_rad_s);
   json.close('}');
 }
 

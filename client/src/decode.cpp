@@ -52,6 +52,11 @@ void requireFinite(const Numbers&... numbers) {
   require((isFinite(numbers) && ...), "a number is not finite");
 }
 
+template <typename... Covariances>
+void requireFiniteCovariances(const Covariances&... covariances) {
+  (requireFinite(covariances.noise, covariances.systematic), ...);
+}
+
 /// Splits x y z x y z ... into vectors of kSize.
 template <std::size_t kSize>
 std::vector<std::array<float, kSize>> vectorsOf(const google::protobuf::RepeatedField<float>& numbers) {
@@ -227,7 +232,18 @@ TrackedContact contactOf(const pb::TrackedContact& from) {
           vectorOf(from.force_deviation_n()),
           vectorOf(from.velocity_m_s()),
           vectorOf(from.velocity_deviation_m_s()),
-          from.has_slip() ? std::optional(slipOf(from.slip())) : std::nullopt};
+          from.has_slip() ? std::optional(slipOf(from.slip())) : std::nullopt,
+          vectorOf(from.moment_nm()),
+          from.position_z_m(),
+          covarianceOf(from.force_covariance_n2()),
+          covarianceOf(from.moment_covariance_n2m2()),
+          covarianceOf(from.force_moment_covariance_n2m()),
+          vectorOf(from.half_axes_m()),
+          vectorOf(from.half_axes_deviation_m()),
+          from.orientation_rad(),
+          from.orientation_deviation_rad(),
+          from.angular_velocity_rad_s(),
+          from.angular_velocity_deviation_rad_s()};
 }
 
 /// Returns kNone for a method of a later daemon.
@@ -373,7 +389,6 @@ Field decodeField(std::string_view bytes) {
   requireFinite(field.force_N, field.nodeDeviation_N, field.resultant_N, field.moment_Nm, field.centreOfPressure_m,
                 field.residual_px, field.regularisation_px_per_N, field.pictureMotion.shift_px,
                 field.pictureMotion.scale, field.pictureMotion.roll_rad);
-  const auto requireFiniteCovariances = [](const auto&... each) { (requireFinite(each.noise, each.systematic), ...); };
   requireFiniteCovariances(field.resultantCovariance_N2, field.momentCovariance_N2m2,
                            field.resultantMomentCovariance_N2m);
   for (const Contact& contact : field.contacts) {
@@ -416,7 +431,12 @@ Contacts decodeContacts(std::string_view bytes) {
   for (const pb::TrackedContact& each : from.contacts()) {
     const TrackedContact& contact = contacts.contacts.emplace_back(contactOf(each));
     requireFinite(contact.position_m, contact.positionDeviation_m, contact.radius_m, contact.radiusDeviation_m,
-                  contact.force_N, contact.forceDeviation_N, contact.velocity_m_s, contact.velocityDeviation_m_s);
+                  contact.force_N, contact.forceDeviation_N, contact.velocity_m_s, contact.velocityDeviation_m_s,
+                  contact.moment_Nm, contact.positionZ_m, contact.halfAxes_m, contact.halfAxesDeviation_m,
+                  contact.orientation_rad, contact.orientationDeviation_rad, contact.angularVelocity_rad_s,
+                  contact.angularVelocityDeviation_rad_s);
+    requireFiniteCovariances(contact.forceCovariance_N2, contact.momentCovariance_N2m2,
+                             contact.forceMomentCovariance_N2m);
     if (!contact.slip) continue;
     for (const auto& [estimate, low, high] : {contact.slip->stickRatio, contact.slip->friction})
       requireFinite(estimate, low, high);

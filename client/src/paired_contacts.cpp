@@ -9,8 +9,10 @@ namespace {
 /// Returns the end of a contact, without what holds only while it is seen.
 TrackedContact endOf(TrackedContact contact) {
   contact.phase = ContactPhase::kEnd;
-  contact.force_N = contact.forceDeviation_N = {};
+  contact.force_N = contact.forceDeviation_N = contact.moment_Nm = {};
+  contact.forceCovariance_N2 = contact.momentCovariance_N2m2 = contact.forceMomentCovariance_N2m = {};
   contact.velocity_m_s = contact.velocityDeviation_m_s = {};
+  contact.angularVelocity_rad_s = contact.angularVelocityDeviation_rad_s = 0.0;
   contact.slip.reset();
   return contact;
 }

@@ -10,6 +10,10 @@ namespace {
 /// Flags by which errors may exceed what the deviations say.
 constexpr std::uint32_t kDoubts = kZeroUnverified | kTorn | kUnexplained | kOutOfRange | kDoubtedOrigin;
 
+touch::Covariance observed(const Covariance& covariance) {
+  return {covariance.noise, covariance.systematic};
+}
+
 void observe(const Field& field, touch::Field& to) {
   const Header& header = field.header;
   to.time_ns = header.captured_ns != 0 ? header.captured_ns : header.received_ns;
@@ -25,7 +29,16 @@ void observe(const Field& field, touch::Field& to) {
                            .area_m2 = contact.area_m2,
                            .areaDeviation_m2 = contact.areaDeviation_m2,
                            .spreadRatio = contact.shearSpreadRatio,
-                           .spreadRatioDeviation = contact.shearSpreadRatioDeviation});
+                           .spreadRatioDeviation = contact.shearSpreadRatioDeviation,
+                           .moment_Nm = contact.moment_Nm,
+                           .positionZ_m = contact.positionZ_m,
+                           .forceCovariance_N2 = observed(contact.forceCovariance_N2),
+                           .momentCovariance_N2m2 = observed(contact.momentCovariance_N2m2),
+                           .forceMomentCovariance_N2m = observed(contact.forceMomentCovariance_N2m),
+                           .halfAxes_m = contact.halfAxes_m,
+                           .halfAxesDeviation_m = contact.halfAxesDeviation_m,
+                           .orientation_rad = contact.orientation_rad,
+                           .orientationDeviation_rad = contact.orientationDeviation_rad});
   }
 }
 
@@ -70,6 +83,11 @@ void encode(const std::array<double, 3>& from, v1::Vector3& to) {
   to.set_z(from[2]);
 }
 
+void encode(const touch::Covariance& from, v1::Covariance& to) {
+  to.mutable_noise()->Add(from.noise.begin(), from.noise.end());
+  to.mutable_systematic()->Add(from.systematic.begin(), from.systematic.end());
+}
+
 void encode(const touch::Interval& from, v1::Interval& to) {
   to.set_estimate(from.estimate);
   to.set_low(from.low);
@@ -90,6 +108,17 @@ void encode(const touch::Contact& from, v1::TrackedContact& to) {
   encode(from.forceDeviation_N, *to.mutable_force_deviation_n());
   encode(from.velocity_m_s, *to.mutable_velocity_m_s());
   encode(from.velocityDeviation_m_s, *to.mutable_velocity_deviation_m_s());
+  encode(from.moment_Nm, *to.mutable_moment_nm());
+  to.set_position_z_m(from.positionZ_m);
+  encode(from.forceCovariance_N2, *to.mutable_force_covariance_n2());
+  encode(from.momentCovariance_N2m2, *to.mutable_moment_covariance_n2m2());
+  encode(from.forceMomentCovariance_N2m, *to.mutable_force_moment_covariance_n2m());
+  encode(from.halfAxes_m, *to.mutable_half_axes_m());
+  encode(from.halfAxesDeviation_m, *to.mutable_half_axes_deviation_m());
+  to.set_orientation_rad(from.orientation_rad);
+  to.set_orientation_deviation_rad(from.orientationDeviation_rad);
+  to.set_angular_velocity_rad_s(from.angularVelocity_rad_s);
+  to.set_angular_velocity_deviation_rad_s(from.angularVelocityDeviation_rad_s);
   if (!from.slip) return;
   v1::Slip& slip = *to.mutable_slip();
   slip.set_state(wireState(from.slip->state));

@@ -72,9 +72,9 @@ struct Contact {
   // All 0 if the daemon does not report them.
   Vector3 moment_Nm{};       ///< of its forces about its point (position_m, positionZ_m), gel frame
   double positionZ_m = 0.0;  ///< z of that centre: where the surface is curved; of a block 0
-  Covariance forceCovariance_N2;
-  Covariance momentCovariance_N2m2;      ///< of the moment about that point
-  Covariance forceMomentCovariance_N2m;  ///< row: component of the force; column: of the moment
+  Covariance forceCovariance_N2{};
+  Covariance momentCovariance_N2m2{};      ///< of the moment about that point
+  Covariance forceMomentCovariance_N2m{};  ///< row: component of the force; column: of the moment
   /// Of the ellipse of an even pressure with this area and the second moments of the forces, the larger one first.
   Vector2 halfAxes_m{};
   Vector2 halfAxesDeviation_m{};
@@ -202,8 +202,9 @@ struct Slip {
   double holdingForce_N = 0.0;  ///< normal force that holds the shear, by friction.low, with a quarter in reserve
 };
 
-/// A contact that lasts. Position and radius are as last seen; force and velocity are 0, and say nothing, in the phases
-/// absent, unknown and end. Deviations are standard deviations that noise alone causes.
+/// A contact that lasts. Position, radius, half axes and orientation are as last seen; force, moment, their covariances
+/// and velocities are 0, and say nothing, in the phases absent, unknown and end. Deviations are standard deviations
+/// that noise alone causes.
 struct TrackedContact {
   std::uint64_t id = 0;  ///< from 1, increasing; not used again in a run
   ContactPhase phase = ContactPhase::kNone;
@@ -219,6 +220,19 @@ struct TrackedContact {
   Vector2 velocity_m_s{};  ///< of its position
   Vector2 velocityDeviation_m_s{};
   std::optional<Slip> slip;  ///< none: not known, which does not mean that nothing slips
+  // As of Contact.
+  Vector3 moment_Nm{};  ///< about (position_m, positionZ_m); of a block, z is the torque about the normal
+  double positionZ_m = 0.0;
+  Covariance forceCovariance_N2{};
+  Covariance momentCovariance_N2m2{};
+  Covariance forceMomentCovariance_N2m{};
+  Vector2 halfAxes_m{};
+  Vector2 halfAxesDeviation_m{};
+  double orientation_rad = 0.0;
+  double orientationDeviation_rad = 0.0;
+
+  double angularVelocity_rad_s = 0.0;           ///< of the larger half axis, from x towards y
+  double angularVelocityDeviation_rad_s = 0.0;  ///< 5 where it is not measured, as of a round contact
 };
 
 /// The contacts of one frame, by traction-touch. Each that begins ends once: see Subscriber.

@@ -219,8 +219,9 @@ class Slip:
 
 @dataclass(slots=True, eq=False)
 class TrackedContact:
-    """A contact that lasts. Position and radius are as last seen; force and velocity are 0, and say nothing, in the phases
-    absent, unknown and end. Deviations are standard deviations, of the noise alone."""
+    """A contact that lasts. Position, radius, half axes and orientation are as last seen; force, moment, their covariances
+    and velocities are 0, and say nothing, in the phases absent, unknown and end. Deviations are standard deviations, of
+    the noise alone."""
 
     id: int  # from 1, increasing; not used again in a run
     phase: ContactPhase
@@ -236,6 +237,19 @@ class TrackedContact:
     velocity_m_s: Vector2  # of its position
     velocity_deviation_m_s: Vector2
     slip: Slip | None  # none: not known, which does not mean that nothing slips
+    # As of Contact.
+    moment_Nm: Vector3  # about (position_m, position_z_m), gel frame; of a block, z is the torque about the normal
+    position_z_m: float
+    force_covariance_N2: Covariance
+    moment_covariance_N2m2: Covariance
+    force_moment_covariance_N2m: Covariance
+    half_axes_m: Vector2
+    half_axes_deviation_m: Vector2
+    orientation_rad: float
+    orientation_deviation_rad: float
+
+    angular_velocity_rad_s: float  # of the larger half axis, from x towards y
+    angular_velocity_deviation_rad_s: float  # 5 where it is not measured, as of a round contact
 
 
 @dataclass(slots=True, eq=False)

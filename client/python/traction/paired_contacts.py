@@ -4,13 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from .messages import ContactPhase, Contacts, TrackedContact
+from .messages import ContactPhase, Contacts, Covariance, TrackedContact
 
 
 def _end_of(contact: TrackedContact) -> TrackedContact:
     """The end of a contact, without what holds only while it is seen."""
+    none = Covariance(np.zeros((3, 3)), np.zeros((3, 3)))
     return replace(contact, phase=ContactPhase.END, force_N=np.zeros(3), force_deviation_N=np.zeros(3),
-                   velocity_m_s=np.zeros(2), velocity_deviation_m_s=np.zeros(2), slip=None)
+                   velocity_m_s=np.zeros(2), velocity_deviation_m_s=np.zeros(2), slip=None, moment_Nm=np.zeros(3),
+                   force_covariance_N2=none, moment_covariance_N2m2=none, force_moment_covariance_N2m=none,
+                   angular_velocity_rad_s=0.0, angular_velocity_deviation_rad_s=0.0)
 
 
 class PairedContacts:

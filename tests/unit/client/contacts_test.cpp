@@ -95,6 +95,57 @@ TEST(Follower, GivesAPressOneIdFromItsBeginToItsEnd) {
   EXPECT_FALSE(follower.hasContacts());
 }
 
+TEST(Follower, StatesTheWrenchOfTheField) {
+  Sensor sensor;
+  sensor.press(0.004);
+  sensor.press(-0.02, 1.0);
+  double number = 0.0;
+  for (Contact& contact : sensor.field.contacts) {
+    contact.moment_Nm = {++number, ++number, ++number};
+    contact.positionZ_m = ++number;
+    for (Covariance* each :
+         {&contact.forceCovariance_N2, &contact.momentCovariance_N2m2, &contact.forceMomentCovariance_N2m}) {
+      each->noise.fill(++number);
+      each->systematic.fill(++number);
+    }
+    contact.halfAxes_m = {++number, ++number};
+    contact.halfAxesDeviation_m = {++number, ++number};
+    contact.orientation_rad = 0.1;
+    contact.orientationDeviation_rad = 0.01;
+  }
+  Follower follower = contacts::follower();
+  const v1::Contacts sent = taken(follower, sensor);
+  ASSERT_EQ(sent.contacts_size(), 2);
+  for (int i = 0; i < 2; ++i) {
+    SCOPED_TRACE(i);
+    const Contact& is = sensor.field.contacts[static_cast<std::size_t>(i)];
+    const v1::TrackedContact& told = sent.contacts(i);
+    const auto expectVector = [](const v1::Vector3& vector, const Vector3& expected) {
+      EXPECT_EQ((Vector3{vector.x(), vector.y(), vector.z()}), expected);
+    };
+    expectVector(told.force_n(), is.force_N);
+    expectVector(told.moment_nm(), is.moment_Nm);
+    EXPECT_EQ(told.position_z_m(), is.positionZ_m);
+    const auto expectCovariance = [](const v1::Covariance& covariance, const Covariance& expected) {
+      EXPECT_TRUE(std::ranges::equal(covariance.noise(), expected.noise));
+      EXPECT_TRUE(std::ranges::equal(covariance.systematic(), expected.systematic));
+    };
+    expectCovariance(told.force_covariance_n2(), is.forceCovariance_N2);
+    expectCovariance(told.moment_covariance_n2m2(), is.momentCovariance_N2m2);
+    expectCovariance(told.force_moment_covariance_n2m(), is.forceMomentCovariance_N2m);
+    EXPECT_EQ((Vector2{told.half_axes_m().x(), told.half_axes_m().y()}), is.halfAxes_m);
+    EXPECT_EQ((Vector2{told.half_axes_deviation_m().x(), told.half_axes_deviation_m().y()}), is.halfAxesDeviation_m);
+    EXPECT_EQ(told.orientation_rad(), is.orientation_rad);
+    EXPECT_EQ(told.orientation_deviation_rad(), is.orientationDeviation_rad);
+    EXPECT_GT(told.angular_velocity_deviation_rad_s(), 0.0);
+  }
+  sensor.field.valid = false;
+  const v1::Contacts unknown = taken(follower, sensor);
+  EXPECT_EQ(unknown.contacts(0).moment_nm().x(), 0.0);
+  EXPECT_EQ(unknown.contacts(0).force_covariance_n2().noise(0), 0.0);
+  EXPECT_EQ(unknown.contacts(0).half_axes_m().x(), sensor.field.contacts[0].halfAxes_m[0]) << "as last seen";
+}
+
 TEST(Follower, EndsContactsWhereNoFieldComesOrAnotherZeroHolds) {
   Sensor sensor;
   sensor.press(0.0);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <numbers>
 
@@ -67,6 +68,24 @@ TEST(Tracker, AContactBeginsMovesAndEnds) {
   EXPECT_EQ(absent.position_m, contact.position_m);
   EXPECT_EQ(phases(bench.see({})), (Reported{{1, Phase::kEnd}}));  // 6 frames are 100.000002 ms
   EXPECT_TRUE(bench.see({}).empty());
+}
+
+TEST(Tracker, ALongContactTurnsThroughHalfTurnsAndARoundOneIsNotSaidTo) {
+  Bench bench;
+  Observation bar = at(0, 0);
+  bar.orientationDeviation_rad = 0.02;
+  Contact contact;
+  for (int frame = 0; frame < 120; ++frame) {  // one turn in the two seconds, to the right: past -pi/2 twice
+    bar.orientation_rad = std::remainder(-2.0 * std::numbers::pi * frame / 120, std::numbers::pi);
+    contact = bench.see({bar}).front();
+    EXPECT_EQ(contact.orientation_rad, bar.orientation_rad);
+  }
+  EXPECT_NEAR(contact.angularVelocity_rad_s, -std::numbers::pi, 0.01);
+  EXPECT_LT(contact.angularVelocityDeviation_rad_s, 2.0);
+  bar.orientationDeviation_rad = std::numbers::pi / std::sqrt(12.0);
+  contact = bench.see({bar}).front();
+  EXPECT_EQ(contact.angularVelocity_rad_s, 0.0);
+  EXPECT_EQ(contact.angularVelocityDeviation_rad_s, ContactTracker::Options{}.turn_rad_s);
 }
 
 TEST(Tracker, ATouchWithin100MsAndReachIsTheSameContact) {
