@@ -8,6 +8,7 @@ import WebSocket from "#websocket";
 
 import {TractionError, malformed} from "./errors.js";
 import {answerIn, decode} from "./messages.js";
+import {PairedContacts} from "./paired_contacts.js";
 
 export {TractionError, decode};
 
@@ -20,6 +21,7 @@ const kinds = {field: "Field", markers: "Markers", description: "Description", s
 const usualTopics = ["field", "markers", "description", "status"];  // previews are made for who wants them, contacts by traction-touch
 const version = 1;
 const shortest_ms = 200, longest_ms = 3000;  // before a connection is tried again
+const turn_ms = 250;  // between two looks whether traction-touch is silent
 const text = new TextDecoder();
 
 /** From anywhere, for people: what a terminal would take as a command is left out. */
@@ -44,10 +46,13 @@ function errorOf(bytes) {
  * One sensor. Connects by itself, again and again, until close(). Options:
  * - url: of the sensor's stream at traction-view, http: or ws:
  * - mode: "newest": of each kind of message the newest alone, nothing that waits; "stream": all of them, in order
- * - topics: array of "field", "markers", "description", "status", "preview", "contacts" (of traction-touch, as it
- *   sends them: who keeps them ends those of an earlier `run`), and traction-view's own "places", "surface",
- *   "picture" (a preview as JPEG); "time" and "recorder" come unasked
+ * - topics: array of "field", "markers", "description", "status", "preview", "contacts" (of traction-touch), and
+ *   traction-view's own "places", "surface", "picture" (a preview as JPEG); "time" and "recorder" come unasked
  * - onMessage(message), with message.kind; onError(TractionError); onConnected(boolean)
+ *
+ * Of contacts, each that begins ends once, whatever happens to traction-touch and to messages: one that was there before
+ * begins when it is first seen; one that is missing in a message, or is of another run, ends in it; and all end in a
+ * message of the library's own after a second without a message of traction-touch.
  */
 export class Subscriber {
   /** Messages of mode "stream" that were sent since this subscriber joined and did not arrive, by gaps in their
@@ -59,6 +64,8 @@ export class Subscriber {
 
   #seen = new Map();  // topic -> last boot and sequence
   #boots = new Map();  // sensor -> its daemon's last start
+  #touches = new Map();  // topic -> PairedContacts
+  #turns = null;  // while contacts are open
   #questions = new Map();  // id -> what to do with the answer
   #options;
   #socket = null;
@@ -75,6 +82,7 @@ export class Subscriber {
   close() {
     this.#isClosed = true;
     clearTimeout(this.#timer);
+    clearInterval(this.#turns);
     this.#socket?.close();
   }
 
@@ -141,7 +149,28 @@ export class Subscriber {
     const message = {kind, ...decode(kinds[kind], bytes)};
     message.header.arrived_real_ns = realtime_ns();
     this.#count(topic, message.header);
+    if (kind === "contacts") this.#pair(topic, message);
     return message;
+  }
+
+  #pair(topic, message) {
+    if (!this.#touches.has(topic)) this.#touches.set(topic, new PairedContacts());
+    const paired = this.#touches.get(topic);
+    paired.complete(message, performance.now());
+    if (paired.areOpen && !this.#isClosed) this.#turns ??= setInterval(() => this.#endSilent(), turn_ms);
+  }
+
+  #endSilent() {
+    const all = [...this.#touches.values()];
+    for (const paired of all) {
+      const ends = paired.endIfSilent(performance.now());
+      if (!ends) continue;
+      ends.header.arrived_real_ns = realtime_ns();
+      this.#options.onMessage?.(ends);
+    }
+    if (all.some(({areOpen}) => areOpen)) return;
+    clearInterval(this.#turns);
+    this.#turns = null;
   }
 
   #count(topic, {sensor, boot, sequence}) {

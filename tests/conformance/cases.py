@@ -49,6 +49,45 @@ class Sender:
         return self.parts(name, changed if isinstance(changed, bytes) else encode(name, values)), "malformed"
 
 
+# What a contact does not say once it is not seen.
+UNSEEN = {"force_N", "force_deviation_N", "velocity_m_s", "velocity_deviation_m_s", "slip", "moment_Nm", "force_covariance_N2",
+          "moment_covariance_N2m2", "force_moment_covariance_N2m", "angular_velocity_rad_s", "angular_velocity_deviation_rad_s"}
+BEGIN, MOVE, ABSENT, UNKNOWN, END = range(1, 6)
+
+
+def paired(one):
+    """Contacts of which each that begins ends once, whatever is lost: what is sent, and what a client says of it."""
+    runs, last, steps = [one.chance.randbytes(16) for _ in range(2)], {}, []
+    for run, sent, expected in (
+            (0, {1: MOVE, 2: ABSENT}, {1: BEGIN}),  # it came late
+            (0, {1: BEGIN, 2: MOVE}, {1: MOVE, 2: BEGIN}),
+            (0, {2: ABSENT, 3: BEGIN}, {1: END, 2: ABSENT, 3: BEGIN}),  # the end of the first was lost
+            (0, {2: 77, 3: UNKNOWN}, {2: 77, 3: UNKNOWN}),  # of a later version
+            (1, {4: BEGIN, 5: UNKNOWN}, {2: END, 3: END, 4: BEGIN}),  # another start of traction-touch
+            (1, {4: END}, {4: END}),
+            (1, {4: END}, {})):
+        values = one.make("Contacts")
+        values.update(run=runs[run], contacts=[{**draw("TrackedContact", one.chance), "id": id, "phase": phase}
+                                               for id, phase in sent.items()])
+        drawn = {contact["id"]: contact for contact in values["contacts"]}
+        ends = {id: {name: value for name, value in contact.items() if name not in UNSEEN} for id, contact in last.items()}
+        said = [{**(drawn.get(id) or ends[id]), "phase": phase} for id, phase in expected.items()]
+        last |= drawn
+        steps.append((one.parts("Contacts", encode("Contacts", values, one.chance)),
+                      echo("contacts", plain("Contacts", {**values, "contacts": said})), 0))
+    return steps
+
+
+def silent(one):
+    """A contact that begins, and its end after a silence, as a client says it."""
+    values = one.make("Contacts")
+    contact = {**draw("TrackedContact", one.chance), "id": 1, "phase": BEGIN}
+    values.update(contacts=[contact])
+    end = {**{name: value for name, value in contact.items() if name not in UNSEEN}, "phase": END}
+    return one.parts("Contacts", encode("Contacts", values, one.chance)), *(
+        echo("contacts", plain("Contacts", each)) for each in (values, {**values, "valid": False, "contacts": [end]}))
+
+
 def with_member(**members):
     return lambda values: values.update(members)
 
@@ -110,7 +149,8 @@ def damages(chance):
             zero={"rest_position_px": single * 4, "marker_present": b"\1"})),
         "a body with other sizes": ("Description", with_member(body={"node_positions_m": single * 3})),
         "a number of a lasting contact that is not finite": ("Contacts", with_member(
-            contacts=[{"phase": 1, **chance.choice([{"radius_m": bad}, {"velocity_m_s": {"y": bad}}])}])),
+            contacts=[{"phase": 1, **chance.choice([{"radius_m": bad}, {"velocity_m_s": {"y": bad}}, {"angular_velocity_rad_s": bad},
+                                                       {"moment_covariance_N2m2": {"noise": [bad] * 9}}])}])),
         "a picture of another size": ("Preview", lambda values: values.update(
             {chance.choice(["width", "height"]): 13, "pixels": values["pixels"] + b"\0"})),
         "a picture of which the product of the sizes overflows": ("Preview", with_member(
@@ -161,6 +201,7 @@ def stream(chance):
     cases["another start of the daemon"] = before + [(*one.good(), 0), (*one.good(skip=2), 2)]
     one = sender()
     again = one.good()
+    cases["contacts begin and end in pairs"] = paired(sender())
     cases["the same twice"] = [(*again, 0), (*again, 0), (*one.good(), 0)]
     one = sender()
     parts, said = one.good()

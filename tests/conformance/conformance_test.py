@@ -103,6 +103,16 @@ class Checks:
         self.published(client, "stream", [*drawn, ("end", [(*end.good(), 0)])])
         print(f"{len(drawn)} cases", end=" ", flush=True)
 
+    def check_silence(self, client):
+        socket, endpoint = self.bind(zmq.XPUB)
+        reader = Reader(self, client, "stream", endpoint)
+        self.assertTrue(socket.poll(1000 * HUNG_S))
+        socket.recv()
+        parts, *said = cases.silent(cases.Sender(self.chance, "silent"))
+        socket.send_multipart(parts)
+        for each in said:
+            self.says(reader, each, "silence")
+
     def check_latest(self, client):
         drawn = [*cases.latest(self.chance).items()]
         self.chance.shuffle(drawn)
@@ -159,7 +169,7 @@ def add(case, client, part):
 
 
 for _client in READERS:
-    for _part in ("stream", "latest", "control"):
+    for _part in ("stream", "silence", "latest", "control"):
         add(JavaScript if _client == "javascript" else Conformance, _client, _part)
 
 
