@@ -97,6 +97,11 @@ std::string summary(const Scene& scene, std::int64_t now_ns) {
   } else {
     line += "  no force: " + wrong.front().what;
   }
+  for (const TrackedContact& each : scene.touching(now_ns).value_or(std::vector<TrackedContact>{})) {
+    if (isSeen(each))
+      line += format("  contact %llu %s %.3f N stick %s", static_cast<unsigned long long>(each.id),
+                     duration(age_s(each)).c_str(), length(each.force_N), stickRatio(each).c_str());
+  }
   if (const auto latency = scene.latency(now_ns)) {
     line += format("  latency %.2f ms p50 %.2f ms p99", latency->p50_ms, latency->p99_ms);
   }

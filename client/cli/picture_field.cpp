@@ -120,6 +120,19 @@ void drawResultant(Canvas& canvas, const Field& field, const Grid& nodes, const 
   canvas.text(left + static_cast<int>(x / 2.0), top + static_cast<int>(y / 4.0), "✛", kShear, Canvas::Paper::kKept);
 }
 
+/// Writes the ids of the contacts where they are.
+void drawIds(Canvas& canvas, const std::vector<TrackedContact>& contacts, const Grid& nodes, const Layout& layout,
+             int left, int top) {
+  for (const TrackedContact& each : contacts) {
+    const Vector2 at = shareOf(each.position_m, nodes);
+    if (!isSeen(each) || std::abs(at[0] - 0.5) >= 0.5 || std::abs(at[1] - 0.5) >= 0.5) continue;
+    const std::string id = std::to_string(each.id);
+    const int width = layout.width() - 2, start = static_cast<int>(at[0] * width) + 1;
+    canvas.text(left + std::max(0, std::min(start, width - static_cast<int>(id.size()))),
+                top + static_cast<int>((1.0 - at[1]) * (layout.height() - 2)), id, kShear, Canvas::Paper::kKept);
+  }
+}
+
 /// Draws the shades and arrows. Returns the force of full brightness [N].
 double drawCells(Canvas& canvas, const Scene& scene, const Layout& layout, int left, int top, Scale& scale,
                  std::int64_t now_ns, bool isOld) {
@@ -142,6 +155,7 @@ double drawCells(Canvas& canvas, const Scene& scene, const Layout& layout, int l
     }
   }
   if (!isOld) drawResultant(canvas, *scene.field, nodes, layout, left, top);
+  if (const auto contacts = scene.touching(now_ns)) drawIds(canvas, *contacts, nodes, layout, left, top);
   return full_N;
 }
 

@@ -99,6 +99,24 @@ class Panel {
 /// Rows of the figures of the link, and of the pictures.
 constexpr int kNumbers = 6, kPictures = 6;
 
+/// Writes the contacts of traction-touch, by increasing id, as many as leave room for the figures of the link.
+void drawContacts(Panel& panel, const std::vector<TrackedContact>& contacts) {
+  const auto room = static_cast<std::size_t>(std::max(0, panel.left() - kNumbers - 1));
+  if (contacts.empty() || room == 0) return panel.line("contacts", format("%zu", contacts.size()), "");
+  panel.heading("contact  force N    stick     age", kDim);
+  for (std::size_t i = 0; i < std::min(contacts.size(), room); ++i) {
+    const TrackedContact& each = contacts[i];
+    const bool slips = each.slip && each.slip->state >= SlipState::kIncipient;
+    const std::string force = isSeen(each) ? format("%.3f", length(each.force_N)) : "-";
+    const std::string stick = isSeen(each) ? stickRatio(each) : "absent";
+    panel.heading(format("%7llu %8s  %7s %7s", static_cast<unsigned long long>(each.id), force.c_str(), stick.c_str(),
+                         duration(age_s(each)).c_str()),
+                  slips          ? kWarning
+                  : isSeen(each) ? kPlain
+                                 : kDim);
+  }
+}
+
 void drawForce(Panel& panel, const Scene& scene, std::int64_t now_ns, const std::string& untold) {
   const Field none;
   const Field& field = scene.field ? *scene.field : none;
@@ -140,7 +158,9 @@ void drawForce(Panel& panel, const Scene& scene, std::int64_t now_ns, const std:
     panel.line("centre", "-", "");
   }
 
-  if (isKnown && field.method != Method::kNone) {
+  if (const auto contacts = scene.touching(now_ns)) {
+    drawContacts(panel, *contacts);
+  } else if (isKnown && field.method != Method::kNone) {
     const bool listed = field.method == Method::kContact || field.method == Method::kNoContact;
     panel.line("contacts", listed ? known(format("%zu", field.contacts.size())) : "-",
                listed ? "" : "large or unexplained: whole face");

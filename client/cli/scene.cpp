@@ -1,6 +1,7 @@
 #include "client/cli/scene.h"
 
 #include "client/cli/health.h"
+#include "client/cli/page.h"
 #include "traction/v1/status.pb.h"
 
 #include <algorithm>
@@ -20,6 +21,7 @@ constexpr std::size_t kSamples = 240;
 constexpr double kShortestPatience_s = 0.4;
 constexpr double kLongestPatience_s = 3.0;
 constexpr std::int64_t kStatusPatience_ns = 1'450'000'000;
+constexpr std::int64_t kTouchPatience_ns = 1'000'000'000;
 constexpr std::int64_t kSilence_ns = 2'500'000'000;  ///< a daemon sends its status once a second
 constexpr std::int64_t kStart_ns = 5'000'000'000;    ///< without a message on a new connection
 
@@ -33,6 +35,19 @@ double seconds(std::int64_t ns) {
 
 double length(const Vector3& vector) {
   return std::hypot(vector[0], vector[1], vector[2]);
+}
+
+double age_s(const TrackedContact& contact) {
+  return seconds(contact.seen_ns - contact.begun_ns);
+}
+
+bool isSeen(const TrackedContact& contact) {
+  return contact.phase == ContactPhase::kBegin || contact.phase == ContactPhase::kMove;
+}
+
+std::string stickRatio(const TrackedContact& contact) {
+  if (!contact.slip || contact.slip->state == SlipState::kUnknown) return "unknown";
+  return format("%.2f", contact.slip->stickRatio.estimate);
 }
 
 std::vector<std::string> words(std::uint32_t flags) {
@@ -55,6 +70,10 @@ std::string duration(double seconds) {
 }
 
 void Scene::add(Message message) {
+  if (auto* newContacts = std::get_if<Contacts>(&message)) {  // of another program: says nothing about the daemon
+    contacts_ = std::move(*newContacts);
+    return;
+  }
   const auto& header = std::visit([](const auto& any) -> const Header& { return any.header; }, message);
   lastArrival_ns = header.arrived_ns;
   heard_ = true;
@@ -94,6 +113,13 @@ void Scene::setConnected(bool isConnected, std::int64_t now_ns) {
   heard_ = heard_ && (isConnected || !connected_);
   connected_ = isConnected;
   wasConnected_ = wasConnected_ || isConnected;
+}
+
+std::optional<std::vector<TrackedContact>> Scene::touching(std::int64_t now_ns) const {
+  if (!contacts_ || now_ns - contacts_->header.arrived_ns > kTouchPatience_ns) return std::nullopt;
+  std::vector<TrackedContact> open = contacts_->contacts;
+  std::erase_if(open, [](const TrackedContact& each) { return each.phase == ContactPhase::kEnd; });
+  return open;
 }
 
 bool Scene::isOld(std::int64_t now_ns) const {

@@ -32,6 +32,10 @@ class Scene {
   /// be empty.
   std::string sentence(const Trouble& trouble) const;
 
+  /// Returns the contacts of traction-touch that have begun and not ended, by increasing id; nothing if it does not
+  /// run: no message of it came in the last second.
+  std::optional<std::vector<TrackedContact>> touching(std::int64_t now_ns) const;
+
   std::optional<Field> field;
   std::optional<Description> description;
   std::optional<Status> status;
@@ -77,6 +81,7 @@ class Scene {
   std::int64_t connectionChanged_ns_ = 0;
   Id boot_{};
   std::int64_t fieldArrival_ns_ = 0, statusArrival_ns_ = 0;  ///< of this start of the daemon; 0: none
+  std::optional<Contacts> contacts_;                         ///< of traction-touch
   std::deque<Arrival> arrivals_;
   std::deque<double> history_;
   std::int64_t sampled_ns_ = 0;
@@ -84,6 +89,13 @@ class Scene {
 
 /// Returns the Euclidean norm, in the unit of the vector.
 double length(const Vector3& vector);
+
+/// Returns the age of a contact when it was last seen [s].
+double age_s(const TrackedContact& contact);
+/// Returns whether force and velocity of a contact are known.
+bool isSeen(const TrackedContact& contact);
+/// Returns the stick ratio of a contact as text: "0.62", or "unknown".
+std::string stickRatio(const TrackedContact& contact);
 
 struct FlagText {
   Flag flag;

@@ -1,6 +1,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/notes.h"
 #include "client/cli/output.h"
+#include "client/cli/scene.h"
 #include "client/cli/terminal.h"
 #include "proto/traction/v1/endpoints.h"
 
@@ -79,21 +80,22 @@ std::string lineOf(const TrackedContact& contact) {
   constexpr std::array kWords = {"?", "begins", "lasts", "absent", "unknown", "ends"};
   std::string line = "contact " + std::to_string(contact.id);
   line.resize(std::max<std::size_t>(line.size(), 12), ' ');
-  line += formatted(" %6.1f s  ", 1e-9 * static_cast<double>(contact.seen_ns - contact.begun_ns));
+  line += formatted(" %6.1f s  ", age_s(contact));
   line += kWords.at(static_cast<std::size_t>(contact.phase));
   line.resize(std::max<std::size_t>(line.size(), 30), ' ');
   line += formatted("  at %+6.2f %+6.2f mm", 1e3 * contact.position_m[0], 1e3 * contact.position_m[1]);
-  if (contact.phase == ContactPhase::kBegin || contact.phase == ContactPhase::kMove) {
+  if (isSeen(contact)) {
     const Vector3& force = contact.force_N;
     line += formatted("  shear %.3f N  normal %+.3f N (deviation %.3f)", std::hypot(force[0], force[1]), force[2],
                       contact.forceDeviation_N[2]);
     line += formatted("  radius %.1f mm  speed %.1f mm/s", 1e3 * contact.radius_m,
                       1e3 * std::hypot(contact.velocity_m_s[0], contact.velocity_m_s[1]));
+    line += formatted("  torque %+.2f mN m", 1e3 * contact.moment_Nm[2]) + "  stick ratio " + stickRatio(contact);
   }
   if (contact.slip && contact.slip->state != SlipState::kUnknown) {
     constexpr std::array kStates = {"", "sticks", "about to slip", "slips"};
     const auto& [estimate, low, high] = contact.slip->friction;
-    line += std::string("  ") + kStates.at(static_cast<std::size_t>(contact.slip->state));
+    line += std::string(", ") + kStates.at(static_cast<std::size_t>(contact.slip->state));
     line += formatted(", friction %.2f (%.2f to %.2f)", estimate, low, high);
   }
   if (contact.doubted) line += "  doubted";

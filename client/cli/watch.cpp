@@ -34,7 +34,7 @@ Scene loop(Receiver& receiver, double seconds, Clock::duration step, Step&& show
 
 void watch(const SubscriberOptions& options, double seconds) {
   SubscriberOptions wanted = options;
-  wanted.topics = kField | kDescription | kStatus;
+  wanted.topics = kField | kDescription | kStatus | kContacts;
   const bool isLive = isTerminal();
   rememberSignals();
   Receiver receiver(wanted);

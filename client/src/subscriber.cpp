@@ -126,7 +126,10 @@ struct Subscriber::Impl {
     }
     if (!endpoints.empty()) endpoint = endpoints.back();
     if (options.endpoint.empty() && !latest && (options.topics & kContacts) != 0) {
-      for (const Endpoints& found : locate(options.instance, kTouch)) endpoints.push_back(found.stream);
+      for (const Endpoints& found : locate(options.instance, kTouch)) {
+        if (!endpoint.empty()) touch.insert(found.stream);
+        endpoints.push_back(found.stream);
+      }
     }
     if (endpoint.empty()) endpoint = endpoints.back();
     socket.set(zmq::sockopt::linger, 0);
@@ -359,6 +362,7 @@ struct Subscriber::Impl {
 
   SubscriberOptions options;
   std::vector<std::string> endpoints;  ///< connected to
+  std::set<std::string> touch;         ///< those of traction-touch beside a daemon's
   std::string endpoint;                ///< named in messages
   std::string_view subscription;       ///< beginning of the wanted messages
   std::uint64_t lost = 0;
@@ -417,7 +421,8 @@ std::uint64_t Subscriber::lost() const {
 
 bool Subscriber::isConnected() const {
   impl_->takeEvents();
-  return !impl_->connections.empty();
+  return std::any_of(impl_->connections.begin(), impl_->connections.end(),
+                     [this](const std::string& each) { return !impl_->touch.contains(each); });
 }
 
 const std::string& Subscriber::endpoint() const {

@@ -97,8 +97,8 @@ class TRACTION_EXPORT Subscriber {
   /// Mode::kLatest it is always 0.
   std::uint64_t lost() const;
 
-  /// Returns whether a publisher is connected, even if it has sent nothing yet. Does not wait. For the thread that uses
-  /// the subscriber, although it is const.
+  /// Returns whether a publisher is connected, even if it has sent nothing yet; where contacts are received besides
+  /// others, whether tractiond is. Does not wait. For the thread that uses the subscriber, although it is const.
   bool isConnected() const;
 
   /// Returns the endpoint that it connects to, for messages; the last one if the instance may be at several.

@@ -114,9 +114,9 @@ class Connection:
             raise BadEndpoint(f"cannot connect to '{endpoint}': {error.strerror}; an endpoint is written "
                               "tcp://HOST:PORT or ipc:///PATH") from None
 
-    @property
-    def is_connected(self) -> bool:
-        return bool(self._connections)
+    def is_connected_beside(self, others: frozenset[bytes]) -> bool:
+        """Whether a peer is connected at another endpoint than these."""
+        return not self._connections <= others
 
     @property
     def maintenance_s(self) -> float:

@@ -54,6 +54,7 @@ class Base:
         # The stream subscribes to everything, so that a daemon of another version or a wrong endpoint is detected
         # instead of waited for.
         subscription = _FIELD_BEGINS if latest else b""
+        self._touch = frozenset(one.encode() for one in touch) if endpoints else frozenset()
         self._connection = Connection(zmq.SUB, endpoints + touch, keys, _STRANGERS, options, subscription)
         self._intake = Intake(self.endpoint, mode, topics)
         self._timeout = timeout
@@ -71,9 +72,10 @@ class Base:
 
     @property
     def is_connected(self) -> bool:
-        """Whether a publisher is connected, even if nothing was received yet. Raises NotAllowed."""
+        """Whether a publisher is connected, even if nothing was received yet; where contacts are received besides others,
+        tractiond. Raises NotAllowed."""
         self._connection.maintain()
-        return self._connection.is_connected
+        return self._connection.is_connected_beside(self._touch)
 
     def close(self) -> None:
         """Ends the connection; so does the end of the object."""

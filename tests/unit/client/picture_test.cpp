@@ -283,6 +283,31 @@ TEST(Picture, InvalidFieldSaysWhy) {
       << summary(scene, kSecond_ns);
 }
 
+TEST(Picture, ContactsAreShownWhileTractionTouchRuns) {
+  Later later;
+  later.describe();
+  later.frame();
+  Contacts contacts;
+  contacts.header.boot[0] = 77;  // of a daemon before
+  contacts.header.arrived_ns = later.now;
+  TrackedContact contact;
+  contact.id = 4711;
+  contact.phase = ContactPhase::kMove;
+  contact.seen_ns = 2'300'000'000;
+  contact.force_N = {0.0, 0.3, 0.4};
+  contacts.contacts.push_back(contact);
+  later.scene.add(contacts);
+  EXPECT_NE(later.page().find("   4711    0.500  unknown   2.3 s"), std::string::npos) << later.page();
+  EXPECT_NE(later.line().find("contact 4711 2.3 s 0.500 N stick unknown"), std::string::npos) << later.line();
+  EXPECT_EQ(later.what(), "") << "the field is the present one's";
+  contacts.contacts[0].slip.emplace().state = SlipState::kIncipient;
+  contacts.contacts[0].slip->stickRatio.estimate = 0.62;
+  later.scene.add(contacts);
+  EXPECT_NE(later.page().find("   4711    0.500     0.62   2.3 s"), std::string::npos) << later.page();
+  later.after(1.1).frame();
+  EXPECT_EQ(later.page().find("4711"), std::string::npos);
+}
+
 TEST(Scale, RisesAtOnceAndFallsLate) {
   Scale scale;
   EXPECT_DOUBLE_EQ(scale.update(0.0, 0.015, 0), 0.02);
