@@ -51,11 +51,11 @@ class Browser:
         return value
 
 
-def start_view(rig, daemon, *options):
+def start_view(rig, daemon, *options, **process):
     """traction-view: with a daemon, or as the options say."""
     endpoints = [] if daemon is None else ["--connect", daemon.endpoint["stream"], "--control", daemon.endpoint["control"]]
     listen = [] if "--listen" in options else ["--listen", "0"]
-    process = rig.start(BIN / "traction-view", *endpoints, *listen, *options)
+    process = rig.start(BIN / "traction-view", *endpoints, *listen, *options, **process)
     process.url = re.search(r"http\S+/", process.wait_for("http"))[0]
     process.port = int(process.url.rsplit(":", 1)[1].rstrip("/"))
     return process
@@ -67,8 +67,8 @@ class TestCase(unittest.TestCase):
             self.skipTest("traction-view is not built: Node, npm or Boost's headers are missing")
         self.rig = self.enterContext(Rig())
 
-    def view(self, daemon, *options):
-        return start_view(self.rig, daemon, *options)
+    def view(self, daemon, *options, **process):
+        return start_view(self.rig, daemon, *options, **process)
 
     def browser(self, view, **size):
         if CHROMIUM is None:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import time
 import unittest
 import urllib.request
@@ -10,7 +11,7 @@ import numpy as np
 
 import seed
 from browser import TestCase
-from rig import PATIENCE, SOURCE
+from rig import BIN, PATIENCE, SOURCE
 
 PAGE_LIMIT = 1_000_000  # bytes, compressed
 
@@ -172,6 +173,36 @@ class Page(TestCase):
         print(f"\n  the nodes' centre is {distance:.2f} px from the markers', their scale {ratio:.4f} of theirs", end=" ")
         self.assertLess(distance, 1.0)
         self.assertTrue(0.9 < ratio < 1.0, ratio)  # farther away by the layer's depth
+
+    def test_contacts_of_traction_touch_are_shown_while_it_runs(self):
+        scenario = self.rig.folder / "shear.toml"
+        scenario.write_text('format = 1\nperiod_s = 1000000\n' + "".join(
+            f'[[contacts]]\nshape = "hertz"\nradius_mm = 5\ntime_s = [4, 5]\nx_mm = {x}\ny_mm = {y}\n'
+            f"force_x_n = [0, {shear}]\nforce_z_n = [0, {normal}]\n" for x, y, shear, normal in ((-9, 5, 1.5, 3), (10, -4, 0, 2))))
+        self.rig.twin(scenario)
+        self.rig.daemon()
+        session = self.rig.folder / "session"
+        (session / "tractiond").mkdir(parents=True)
+        (session / "tractiond" / "default").symlink_to(self.rig.folder / "default" / "run")
+        session = {"XDG_RUNTIME_DIR": str(session)}
+        view = self.view(None, "--instance", "default", env=session)
+        browser = self.browser(view)
+        rows = "document.querySelectorAll('#contacts .tracked')"
+        browser.wait_for("window.traction?.model?.field?.contacts.length === 2")
+        self.assertEqual(browser.evaluate(f"traction.model.tracked === null && {rows}.length"), 0)
+        touch = self.rig.start(BIN / "traction-touch", env=session)
+        browser.wait_for(f"traction.model.tracked?.length === 2 && {rows}.length === 2")
+        browser.wait_for(f"[...{rows}].every((row) => row.dataset.state !== 'absent')")
+        told = browser.evaluate(f"[...{rows}].map((row) => row.innerText)")
+        print("\n  " + "; ".join(" ".join(each.split()) for each in told), end=" ")
+        for each in told:
+            self.assertRegex(" ".join(each.split()), r"^\d+ ([0-9.]+ N|–) [0-9.]+ s (no valid field|absent|slip unknown|(sticks|about to slip|slips) · stick ratio [01].* friction .*)$")
+        if pictures := os.environ.get("TRACTION_PICTURES"):
+            browser.wait_for("traction.model.tracked.every(({phase}) => phase === 'move')")
+            browser.ask(picture=f"{pictures}/contacts.png")
+        touch.stop(signal.SIGKILL)
+        browser.wait_for(f"traction.model.tracked === null && {rows}.length === 0")
+        self.assertEqual(browser.ask(requests=True)["faults"], [])
 
     def test_nothing_is_asked_for_elsewhere_and_the_page_is_light(self):
         self.rig.twin("two_contacts")

@@ -25,7 +25,7 @@ class Sensor {
     this.history = new History();
     this.subscriber = new Subscriber({
       url: new URL(stream, location.href).href,
-      topics: ["field", "markers", "description", "status", "picture", "places", "surface", "health"],
+      topics: ["field", "markers", "description", "status", "picture", "places", "surface", "health", "contacts"],
       onConnected: (is) => { this.model.isConnected = is; },
       onError: (error) => { this.model.error = error.message; },
       onMessage: (message) => this.#take(message),
@@ -46,6 +46,7 @@ class Sensor {
         this.history.add(message);
         break;
       case "markers": model.takeMarkers(message); break;
+      case "contacts": model.takeContacts(message); break;
       case "description": model.takeDescription(message); break;
       case "status": model.status = message; break;
       case "surface": model.displacement_mm = message.displacement_mm; break;

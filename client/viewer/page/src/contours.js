@@ -2,6 +2,7 @@
 import {fit, say} from "./canvas.js";
 import {Scale, newtons} from "./scale.js";
 import {rampAt, theme} from "./theme.js";
+import {drawTouching} from "./touching.js";
 
 const levels = 8;
 const finest = 93;  // points along a side, at most, of the spline that is drawn
@@ -81,8 +82,9 @@ export class Contours {
     context.lineWidth = 1 / zoom;
     context.strokeRect(0, 0, wide - 1, high - 1);
     this.#lines(context, values, full, zoom);
+    drawTouching(context, model, (point) => this.#place(model, point));
     context.fillStyle = theme.text;
-    for (const contact of model.field.contacts) {
+    for (const contact of model.tracked ? [] : model.field.contacts) {
       const [x, y] = this.#place(model, contact.position_m);
       context.beginPath();
       context.arc(x, y, 2.5 / zoom, 0, 7);

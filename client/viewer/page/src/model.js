@@ -2,6 +2,7 @@
 
 import {isSlow} from "./canvas.js";
 
+const touch_ms = 1500;  // after a message of traction-touch, which sends one for each field
 const mostArrows = isSlow ? 25 : 50;  // along a side
 
 /** Of one sensor. Positions in mm, gel frame, unless a name says pixels. */
@@ -12,6 +13,7 @@ export class Model {
     this.field = null;
     this.markers = null;
     this.status = null;
+    this.contacts = null;  // the last message of traction-touch
     this.isConnected = false;
     this.error = "";
     this.time = null;  // of a recording: where it has got to
@@ -79,6 +81,18 @@ export class Model {
     for (let i = 0; i < rest.length; ++i) {
       this.markers_px[i] = markers.marker_valid[i >> 1] ? rest[i] + markers.displacement_px[i] : NaN;
     }
+  }
+
+  takeContacts(message) {
+    if (this.time?.speed === 0 && !message.valid) return;  // a recording that is paused is no silence
+    this.contacts = message;
+    this.contacts_ms = performance.now();
+  }
+
+  /** Contacts of traction-touch that have begun and not ended; null: it does not run. */
+  get tracked() {
+    const isHere = this.contacts !== null && (this.time !== null || performance.now() - this.contacts_ms < touch_ms);
+    return isHere ? this.contacts.contacts.filter(({phase}) => phase !== "end") : null;
   }
 
   takePlaces({places_px}) {

@@ -1,6 +1,7 @@
 // Writes the numbers and words beside the views.
 import {say as set} from "./canvas.js";
 import {deviations} from "./model.js";
+import {makeRow, showRow} from "./touching.js";
 
 export const flagWords = {};  // by their names, from the server
 const lamps = {measuring: "good", doubtful: "warn", no_forces: "bad", no_fields: "warn"};
@@ -89,6 +90,13 @@ export function showForce(model) {
 }
 
 export function showContacts(model) {
+  const {tracked} = model, list = $("contacts"), isTracked = Boolean(tracked?.length);
+  if (list.classList.toggle("tracked", isTracked) !== (list.firstChild?.className === "tracked")) list.replaceChildren();
+  if (isTracked) {
+    const lines = rows(list, tracked.length, makeRow);
+    tracked.forEach((contact, i) => showRow(lines[i], contact));
+    return;
+  }
   const contacts = model.field?.contacts.slice(0, 5) ?? [];
   if (contacts.length === 0) {
     const [only] = rows($("contacts"), 1, () => element("li"));

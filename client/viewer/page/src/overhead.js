@@ -2,6 +2,7 @@
 import {Scale, newtons} from "./scale.js";
 import {fit, ratio, say} from "./canvas.js";
 import {theme} from "./theme.js";
+import {drawTouching} from "./touching.js";
 
 const fullArrow = 2.2;  // node distances that the longest arrow takes
 const fullDisc = 0.46;  // of a node distance: the radius where one node takes the full pressure
@@ -54,6 +55,9 @@ export class Overhead {
     }
     if (model.isComplete && model.places_px.length === 2 * model.magnitude_N.length) {
       model.arrows = this.#forces(context, model.arrowGrid, zoom, theme.isLight && !model.preview);
+    }
+    if (model.places_px.length === 2 * model.columns * model.rows && model.columns > 1 && model.rows > 1) {
+      drawTouching(context, model, (point) => placeIn(model, point), model.preview ? "#e3eaec" : theme.text);
     }
     context.restore();
   }
@@ -140,6 +144,15 @@ export class Overhead {
     say(this.label, `full arrow ${newtons(full)}`);
     return {node, from_px: from, to_px: to, px_per_N};
   }
+}
+
+/** Where a point of the touched surface [m] lies in the picture [px]: between the nodes around it, or beyond those at the edge. */
+function placeIn({description: {nodes: {pitch_m, centre_m}}, columns, rows, places_px: places}, [x_m, y_m]) {
+  const x = (x_m - centre_m[0]) / pitch_m + (columns - 1) / 2, y = (y_m - centre_m[1]) / pitch_m + (rows - 1) / 2;
+  const column = Math.min(Math.max(Math.floor(x), 0), columns - 2), row = Math.min(Math.max(Math.floor(y), 0), rows - 2);
+  const s = x - column, t = y - row, i = row * columns + column;
+  return [0, 1].map((axis) => (1 - t) * ((1 - s) * places[2 * i + axis] + s * places[2 * (i + 1) + axis]) +
+    t * ((1 - s) * places[2 * (i + columns) + axis] + s * places[2 * (i + columns + 1) + axis]));
 }
 
 /** Unit vectors of the gel's x and y in the picture, of a mean node distance [px]. */

@@ -1,0 +1,87 @@
+// Contacts of traction-touch over the views, and how far each is from slipping.
+import {ratio, say} from "./canvas.js";
+import {theme} from "./theme.js";
+
+const words = {sticking: "sticks", incipient: "about to slip", slipping: "slips"};
+const colours = {sticking: "good", incipient: "warn", slipping: "bad"};
+const points = 40;  // of an ellipse
+const reach = 36;  // of the gauge's cone, in its own units
+
+export const isSeen = ({phase}) => phase === "begin" || phase === "move";
+const stateOf = (contact) => contact.slip?.state ?? "unknown";
+
+/**
+ * Draws an ellipse and the id of each contact that is seen, or of which this field says nothing. The colour says whether
+ * it slips.
+ * @param place of a point of the gel frame [m] in the context's units
+ * @param unknown colour of those of which that is not known
+ */
+export function drawTouching(context, model, place, unknown = theme.text) {
+  for (const contact of model.tracked ?? []) {
+    if (contact.phase === "absent") continue;
+    const [x, y] = contact.position_m, [a, b] = contact.half_axes_m.map((half) => half || contact.radius_m);
+    const cos = Math.cos(contact.orientation_rad), sin = Math.sin(contact.orientation_rad);
+    const before = context.getTransform(), pixels = ratio();
+    const onScreen = (point) => {
+      const {x: u, y: v} = before.transformPoint(new DOMPoint(...place(point)));
+      return [u / pixels, v / pixels];
+    };
+    context.save();
+    context.setTransform(pixels, 0, 0, pixels, 0, 0);
+    context.strokeStyle = context.fillStyle = theme[colours[stateOf(contact)]] ?? unknown;
+    context.lineWidth = 2;
+    context.setLineDash(colours[stateOf(contact)] ? [] : [5, 4]);  // not known
+    context.beginPath();
+    for (let i = 0; i < points; ++i) {
+      const across = a * Math.cos((2 * Math.PI * i) / points), along = b * Math.sin((2 * Math.PI * i) / points);
+      context.lineTo(...onScreen([x + cos * across - sin * along, y + sin * across + cos * along]));
+    }
+    context.closePath();
+    context.stroke();
+    const [u, v] = onScreen([x, y]);
+    context.font = "600 13px system-ui";
+    context.textAlign = "center";
+    context.textBaseline = "middle";
+    context.lineWidth = 3;
+    context.setLineDash([]);
+    context.strokeStyle = unknown === theme.text ? theme.card : "#0b1013";
+    context.strokeText(String(contact.id), u, v);
+    context.fillText(String(contact.id), u, v);
+    context.restore();
+  }
+}
+
+const at = (ratio) => {
+  const angle = Math.atan(ratio);
+  return [(reach * Math.sin(angle)).toFixed(1), (-reach * Math.cos(angle)).toFixed(1)];
+};
+function cone(friction) {
+  const [x, y] = at(friction);
+  return `M0 0L${-x} ${y}A${reach} ${reach} 0 0 1 ${x} ${y}Z`;
+}
+
+/** A row of the list: the force within the friction cone, and in words. */
+export function makeRow() {
+  const row = document.createElement("li");
+  row.className = "tracked";
+  row.innerHTML = `<svg viewBox="-37 -37 74 38" aria-hidden="true"><path class="possible"/><path class="sure"/><path class="force"/></svg>` +
+    "<b></b><span></span><small></small><em></em>";
+  return row;
+}
+
+export function showRow(row, contact) {
+  const [drawing, id, force, age, state] = row.children;
+  const [x, y, z] = contact.force_N, shear = Math.hypot(x, y), known = stateOf(contact), slip = known === "unknown" ? null : contact.slip;
+  const [possible, sure, needle] = drawing.children;
+  const isPressed = isSeen(contact) && z > 0;
+  possible.setAttribute("d", slip ? cone(slip.friction.high) : "");
+  sure.setAttribute("d", slip ? cone(slip.friction.low) : "");
+  needle.setAttribute("d", isPressed ? `M0 0L${at(shear / z).join(" ")}` : "");
+  say(id, String(contact.id));
+  say(force, isSeen(contact) ? `${Math.hypot(shear, z).toFixed(2)} N` : "–");
+  say(age, `${(Number(contact.seen_ns - contact.begun_ns) / 1e9).toFixed(1)} s`);
+  const {low, high, estimate} = slip?.friction ?? {};
+  say(state, !isSeen(contact) ? (contact.phase === "absent" ? "absent" : "no valid field") : !slip ? "slip unknown" : `${words[known]} · stick ratio ${slip.stick_ratio.estimate.toFixed(2)}\n` +
+    (high >= 3 ? `friction ≥ ${low.toFixed(2)}` : `friction ${estimate.toFixed(2)} (${low.toFixed(2)} – ${high.toFixed(2)})`));
+  row.dataset.state = isSeen(contact) ? known : "absent";
+}
