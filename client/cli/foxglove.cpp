@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <numbers>
 
 namespace traction::cli::foxglove {
 
@@ -183,6 +184,8 @@ std::vector<Drawn> Drawing::draw(const Message& message, std::uint64_t time_ns, 
     if ((wanted & kScene) != 0) drawScene(*field, places, time_ns, all);
     if ((wanted & kGrid) != 0 && !description_->body)
       all.push_back(gridOf(sensor_, description_->nodes, *field, time_ns));
+  } else if (const auto* contacts = std::get_if<Contacts>(&message)) {
+    if ((wanted & kScene) != 0) drawScene(*contacts, time_ns, all);
   } else if (const auto* status = std::get_if<Status>(&message)) {
     if ((wanted & kLog) != 0) log(*status, time_ns, all);
   } else if (const auto* preview = std::get_if<Preview>(&message)) {
@@ -243,6 +246,50 @@ void Drawing::drawScene(const Field& field, const std::vector<Vector3>& places, 
     const double size = norm(contact.force_N);
     // A contact states the deviations that noise causes, the resultant all of them.
     label.set_text(text("%.3f N +- %.2g (noise)", size, 2.0 * std::sqrt(variance) / size));
+  }
+  to.push_back(drawn("scene", "foxglove.SceneUpdate", update));
+}
+
+/// Draws the contacts of traction-touch: an ellipse with its id, green while it sticks, yellow before it slips, red
+/// when it does, grey where that is not known. They vanish with traction-touch.
+void Drawing::drawScene(const Contacts& contacts, std::uint64_t time_ns, std::vector<Drawn>& to) const {
+  constexpr int kPoints = 40;
+  constexpr std::array<Vector3, 4> kColours = {
+      {{0.6, 0.6, 0.6}, {0.3, 0.75, 0.45}, {0.95, 0.75, 0.1}, {0.9, 0.2, 0.15}}};
+  constexpr double kAbove_m = -0.5e-3;  // outside of the gel
+  ::foxglove::SceneUpdate update;
+  auto& entity = *update.add_entities();
+  set(*entity.mutable_timestamp(), time_ns);
+  entity.set_frame_id(sensor_);
+  entity.set_id("touch");
+  entity.mutable_lifetime()->set_seconds(1);
+  for (const TrackedContact& contact : contacts.contacts) {
+    if (!isSeen(contact)) continue;
+    const auto& [red, green, blue] =
+        kColours.at(static_cast<std::size_t>(contact.slip ? contact.slip->state : SlipState{}));
+    const auto& [x, y] = contact.position_m;
+    const double across = contact.halfAxes_m[0] > 0.0 ? contact.halfAxes_m[0] : contact.radius_m;
+    const double along = contact.halfAxes_m[1] > 0.0 ? contact.halfAxes_m[1] : contact.radius_m;
+    const double cosine = std::cos(contact.orientation_rad), sine = std::sin(contact.orientation_rad);
+    auto& ellipse = *entity.add_lines();
+    ellipse.set_type(::foxglove::LinePrimitive::LINE_LOOP);
+    ellipse.mutable_pose()->mutable_orientation()->set_w(1.0);
+    ellipse.set_thickness(0.6e-3);
+    set(*ellipse.mutable_color(), red, green, blue, 1.0);
+    for (int i = 0; i < kPoints; ++i) {
+      const double angle = 2.0 * std::numbers::pi * i / kPoints;
+      const double u = across * std::cos(angle), v = along * std::sin(angle);
+      auto& point = *ellipse.add_points();
+      point.set_x(x + cosine * u - sine * v);
+      point.set_y(y + sine * u + cosine * v);
+      point.set_z(contact.positionZ_m + kAbove_m);
+    }
+    auto& label = *entity.add_texts();
+    set(*label.mutable_pose(), {x, y + across + 3e-3, contact.positionZ_m + kAbove_m});
+    label.set_billboard(true);
+    label.set_font_size(3e-3);
+    set(*label.mutable_color(), red, green, blue, 1.0);
+    label.set_text(std::to_string(contact.id) + ": stick ratio " + stickRatio(contact));
   }
   to.push_back(drawn("scene", "foxglove.SceneUpdate", update));
 }

@@ -17,7 +17,7 @@ std::string_view descriptors();
 
 /// Kinds of drawings, combined by bitwise or.
 enum Drawings : unsigned {
-  kScene = 1,    ///< foxglove.SceneUpdate: forces and contacts; for a description, the gel
+  kScene = 1,    ///< foxglove.SceneUpdate: forces and contacts; for a description, the gel; contacts of traction-touch
   kGrid = 2,     ///< foxglove.Grid
   kPicture = 4,  ///< foxglove.RawImage
   kLog = 8,      ///< foxglove.Log
@@ -52,6 +52,7 @@ class Drawing {
 
  private:
   void drawScene(const Description& description, std::uint64_t time_ns, std::vector<Drawn>& to) const;
+  void drawScene(const Contacts& contacts, std::uint64_t time_ns, std::vector<Drawn>& to) const;
   void drawScene(const Field& field, const std::vector<Vector3>& places, std::uint64_t time_ns,
                  std::vector<Drawn>& to) const;
   void log(const Field& field, std::uint64_t time_ns, std::vector<Drawn>& to);

@@ -16,12 +16,12 @@ namespace {
 constexpr std::size_t kMostSensors = 64;  ///< of one source; limits the memory if a publisher sends endless names
 
 bool isDrawn(const ChannelType& type) {
-  return (type.kind & ~static_cast<unsigned>(kAllTopics | kPreview)) != 0;
+  return (type.kind & ~static_cast<unsigned>(kAllTopics | kPreview | kContacts)) != 0;
 }
 
 unsigned kindOf(const Message& message) {
   constexpr std::array<unsigned, 6> kKinds = {kFields,   kMarkerLists, kDescriptions,
-                                              kStatuses, kPreviews,    0};  // as in Message; contacts are not received
+                                              kStatuses, kPreviews,    kContactLists};  // as in Message
   return kKinds.at(message.index());
 }
 
@@ -58,7 +58,8 @@ void Converter::pass(const Message& message, const Raw& raw) {
   const unsigned kind = kindOf(message);
   const bool isLasting = (kind & (kDescriptions | kStatuses)) != 0;
   Sample sample{.sensor = sensor, .kind = kind, .isLasting = isLasting, .logTime_ns = now_ns(), .data = nullptr};
-  if (isLasting || (wanted & kind) != 0) {
+  const bool isAsSent = !raw.topic.empty() || kind != kContactLists;  // else the library's own ends of contacts
+  if (isAsSent && (isLasting || (wanted & kind) != 0)) {
     sample.data = std::make_shared<const std::string>(raw.bytes);
     deliver_(sample);
   }
@@ -76,7 +77,7 @@ void Converter::pass(const Message& message, const Raw& raw) {
                                     [&](const ChannelType& each) { return each.name == drawn.topic; });
     if (type == kChannelTypes.end()) continue;
     sample.kind = type->kind;
-    sample.slot = isDescription ? 1 : 0;
+    sample.slot = isDescription ? 1 : kind == kContactLists ? 2 : 0;
     sample.isLasting = isDescription;
     sample.data = std::make_shared<const std::string>(std::move(drawn.data));
     deliver_(sample);

@@ -15,19 +15,20 @@
 
 namespace traction::view::foxglove {
 
-/// One channel each of a sensor; or-ed. The first five are the messages as published, as in Topics.
+/// One channel each of a sensor; or-ed. The first six are the messages as published, as in Topics.
 enum Kinds : unsigned {
   kFields = kField,
   kMarkerLists = kMarkers,
   kDescriptions = kDescription,
   kStatuses = kStatus,
   kPreviews = kPreview,
-  kScenes = 32,
-  kGrids = 64,
-  kPictures = 128,
-  kLogs = 256,
+  kContactLists = kContacts,
+  kScenes = 64,
+  kGrids = 128,
+  kPictures = 256,
+  kLogs = 512,
   kOfPreviews = kPreviews | kPictures,  ///< the daemon makes previews only while they are subscribed to
-  kAllKinds = 511,
+  kAllKinds = 1023,
 };
 
 struct ChannelType {
@@ -35,15 +36,17 @@ struct ChannelType {
   std::string_view name;        ///< last part of the topic
   std::string_view schemaName;  ///< of a Protobuf message
 };
-inline constexpr std::array<ChannelType, 9> kChannelTypes = {{{kFields, "field", "traction.v1.Field"},
-                                                              {kMarkerLists, "markers", "traction.v1.Markers"},
-                                                              {kDescriptions, "description", "traction.v1.Description"},
-                                                              {kStatuses, "status", "traction.v1.Status"},
-                                                              {kPreviews, "preview", "traction.v1.Preview"},
-                                                              {kScenes, "scene", "foxglove.SceneUpdate"},
-                                                              {kGrids, "grid", "foxglove.Grid"},
-                                                              {kPictures, "picture", "foxglove.RawImage"},
-                                                              {kLogs, "log", "foxglove.Log"}}};
+inline constexpr std::array<ChannelType, 10> kChannelTypes = {
+    {{kFields, "field", "traction.v1.Field"},
+     {kMarkerLists, "markers", "traction.v1.Markers"},
+     {kDescriptions, "description", "traction.v1.Description"},
+     {kStatuses, "status", "traction.v1.Status"},
+     {kPreviews, "preview", "traction.v1.Preview"},
+     {kContactLists, "contacts", "traction.v1.Contacts"},
+     {kScenes, "scene", "foxglove.SceneUpdate"},
+     {kGrids, "grid", "foxglove.Grid"},
+     {kPictures, "picture", "foxglove.RawImage"},
+     {kLogs, "log", "foxglove.Log"}}};
 
 /// Returns the topic of a sensor's channel: "traction/v1/SENSOR/field/", "foxglove/SENSOR/scene". The name is not
 /// checked.
@@ -56,8 +59,8 @@ std::string_view schemaOf(const ChannelType& type);
 struct Sample {
   std::string sensor;  ///< name in the daemon's configuration
   unsigned kind = 0;   ///< one bit of Kinds
-  /// Messages of a channel that replace each other have the same slot: the gel and the forces of a scene have two, as a
-  /// client keeps both.
+  /// Messages of a channel that replace each other have the same slot: the gel, the forces and the contacts of
+  /// traction-touch of a scene have three, as a client keeps all.
   unsigned slot = 0;
   bool isLasting = false;        ///< valid until the next one of its slot: each new subscriber receives it at once
   std::uint64_t logTime_ns = 0;  ///< when it was converted [ns since 1970]

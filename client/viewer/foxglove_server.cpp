@@ -167,7 +167,7 @@ void FoxgloveServer::update(Feed& feed) {
   }
   if (isWanted && !feed.source) {
     feed.converter = makeConverter(feed);
-    feed.source = makeSource(feed, kAllTopics, *feed.converter);
+    feed.source = makeSource(feed, kAllTopics | kContacts, *feed.converter);
   } else if (!isWanted && feed.source) {
     stop(feed.source, feed.converter);
     for (ChannelState& each : channels_) {

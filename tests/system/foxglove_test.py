@@ -24,7 +24,7 @@ CLIENT = pathlib.Path(os.environ.get("TRACTION_FOXGLOVE", rig.BUILD / "tests" / 
 WINDOW = 512 * 1024  # foxglove_session.h
 SENDING = 2 * 128 * 1024 + 64 * 1024  # of the server's kernel, which doubles what it is asked for; and our receive buffer
 TOPICS = {f"traction/v1/default/{kind}/": f"traction.v1.{kind.capitalize()}"
-          for kind in ("field", "markers", "description", "status", "preview")} | {
+          for kind in ("field", "markers", "description", "status", "preview", "contacts")} | {
               "foxglove/default/scene": "foxglove.SceneUpdate", "foxglove/default/grid": "foxglove.Grid",
               "foxglove/default/picture": "foxglove.RawImage", "foxglove/default/log": "foxglove.Log"}
 FIELD_ID = 40  # of a subscription
