@@ -184,7 +184,7 @@ def main(words: list[str]) -> None:
 
     for each in (signal.SIGINT, signal.SIGTERM):
         signal.signal(each, end)
-    topics = traction.Topics.FIELD | traction.Topics.DESCRIPTION
+    topics = traction.Topics.FIELD | traction.Topics.DESCRIPTION | traction.Topics.CONTACTS
     with traction.Subscriber(asked.instance, endpoint=asked.stream, keys=keys, topics=topics) as subscriber:
         run(subscriber, open_output, asked.count, stop)
 

@@ -21,10 +21,14 @@ const readable = {
 /** Without the members that are undefined. */
 const plain = (value) => JSON.parse(JSON.stringify(value));
 
+/** Those of a release, without constants that only later ones have. */
+const commonOf = (members, release) =>
+  release.filter(({ name, isConstant }) => !isConstant || members.some((member) => member.name === name));
+
 /** Tells whether each definition is the one of the releases Humble and Jazzy. The first, without a name, is that of `kind`. */
 const isRos = (definitions, kind) =>
   definitions.every(({ name = kind, definitions: members }) =>
-    [common.ros2humble, common.ros2jazzy].every((release) => isDeepStrictEqual(plain(members), plain(release[name].definitions))),
+    [common.ros2humble, common.ros2jazzy].every((release) => isDeepStrictEqual(plain(members), plain(commonOf(members, release[name].definitions)))),
   );
 
 /** Throws unless the group is of whole records of its kind. */

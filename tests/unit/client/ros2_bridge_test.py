@@ -47,7 +47,7 @@ class Bridge(unittest.TestCase):
         self.addCleanup(thread.join)
 
     def test_publishes_serialised_messages_with_the_qos_of_the_page(self):
-        sent = [self.sensor.description(), *(self.sensor.field() for _ in range(10))]
+        sent = [self.sensor.description(), self.sensor.contacts(1), *(self.sensor.field() for _ in range(10))]
         self.send(*sent)
         ros = ros2_stand_in.Ros()
         with ros.installed():
@@ -61,6 +61,8 @@ class Bridge(unittest.TestCase):
                                   one.qos.durability.name) for topic, one in node.publishers.items()}, {
             "~/wrench": ("WrenchStamped", "KEEP_LAST", 5, "BEST_EFFORT", "VOLATILE"),
             "~/forces": ("PointCloud2", "KEEP_LAST", 5, "BEST_EFFORT", "VOLATILE"),
+            "~/contacts": ("PointCloud2", "KEEP_LAST", 5, "BEST_EFFORT", "VOLATILE"),
+            "~/contact_markers": ("MarkerArray", "KEEP_LAST", 10, "RELIABLE", "VOLATILE"),
             "/tf_static": ("TFMessage", "KEEP_LAST", 1, "RELIABLE", "TRANSIENT_LOCAL"),
             "/diagnostics": ("DiagnosticArray", "KEEP_LAST", 10, "RELIABLE", "VOLATILE")})
         expected = converted(ros2.Converter("gel-1"), *sent)

@@ -44,6 +44,21 @@ class Sensor:
             vector.x, vector.y, vector.z = self.numbers(3, 1)
         return "field", message.SerializeToString()
 
+    def contacts(self, count=2):
+        """Each of another phase; the first is seen."""
+        message = messages.Contacts(run=b"r" * 16, valid=True)
+        self.head(message)
+        for id, phase in zip(range(1, count + 1), (1, 3, 4, 5)):
+            contact = message.contacts.add(id=id, phase=phase, seen_ns=id, radius_m=3e-3)
+            contact.half_axes_m.x, contact.half_axes_m.y, contact.orientation_rad = 4e-3, 2e-3, self.draw.uniform(-1.5, 1.5)
+            for vector in (contact.force_N, contact.moment_Nm):
+                vector.x, vector.y, vector.z = self.numbers(3, 1)
+            contact.position_m.x, contact.position_m.y = self.numbers(2, 0.01)
+            if self.draw.random() < 0.5:
+                contact.slip.state = 2
+                contact.slip.stick_ratio.estimate, contact.slip.friction.low = self.draw.random(), self.draw.random()
+        return "contacts", message.SerializeToString()
+
     def description(self, body=False):
         message = messages.Description()
         self.head(message)

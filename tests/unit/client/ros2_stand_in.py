@@ -61,7 +61,7 @@ class Ros:
     """What happened. Once installed, `import rclpy` finds it for as long as the context lasts."""
 
     KINDS = {"geometry_msgs.msg": "WrenchStamped", "sensor_msgs.msg": "PointCloud2", "tf2_msgs.msg": "TFMessage",
-             "diagnostic_msgs.msg": "DiagnosticArray", "std_srvs.srv": "Trigger"}
+             "diagnostic_msgs.msg": "DiagnosticArray", "visualization_msgs.msg": "MarkerArray", "std_srvs.srv": "Trigger"}
 
     def __init__(self):
         self.arguments, self.signals, self.nodes, self.spun, self.is_running = None, None, [], [], False

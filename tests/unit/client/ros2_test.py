@@ -212,6 +212,26 @@ class Messages(unittest.TestCase):
                              ("a b/ü", "a_b__"), ("_x9", "_x9")):
             self.assertEqual(ros2.node_name(sensor), node)
 
+    def test_contacts_have_numbers_while_they_are_seen_and_markers_until_they_end(self):
+        for _ in range(10):
+            kind, payload = self.sensor.contacts(4)
+            sent = messages.Contacts.FromString(payload)
+            told = converted(self.converter, (kind, payload))
+            (data,), (markers,) = told[ros2.CONTACTS], told[ros2.CONTACT_MARKERS]
+            self.assertEqual(Cdr(data).header()[1], "gel_1_gel")
+            self.assertTrue(data.find(b"stick_ratio\0") > 0)
+            seen = sent.contacts[0]
+            row = np.frombuffer(data[-53:-1], "<f4")  # 13 numbers, and is_dense
+            expected = np.float32([seen.position_m.x, seen.position_m.y, 0, *(
+                getattr(vector, axis) for vector in (seen.force_N, seen.moment_Nm) for axis in "xyz"),
+                *((seen.slip.stick_ratio.estimate, seen.slip.friction.low, 0) if seen.HasField("slip") else [np.nan] * 3)])
+            self.assertEqual(int.from_bytes(data[-53:-49], "little"), 1)
+            np.testing.assert_array_equal(row[1:], expected)
+            cdr = Cdr(markers)
+            self.assertEqual(cdr.number("I"), 12)
+            self.assertEqual(cdr.header()[1], "gel_1_gel")
+            self.assertEqual((cdr.text(), cdr.numbers("iii")), ("contact", [1, 3, 0]))
+
     @suite.npm
     def test_foreign_readers_find_every_number(self):
         """In a recording: @mcap/core, @foxglove/rosmsg and @foxglove/rosmsg2-serialization, which also write the same bytes."""
@@ -223,6 +243,7 @@ class Messages(unittest.TestCase):
             flags = 1 << draw.randrange(10) if draw.random() < 0.5 else 0
             sent.append(self.sensor.field(flags, draw.random() < 0.9, draw.random() < 0.8, draw.random() < 0.8,
                                           captured=draw.random() < 0.9))
+            sent.append(self.sensor.contacts(draw.randrange(5)))
         with tempfile.TemporaryDirectory(prefix="traction-") as folder:
             path = pathlib.Path(folder) / "ros2.mcap"
             file = ros2_bridge.File(path, self.converter.node)
@@ -237,7 +258,8 @@ class Messages(unittest.TestCase):
         self.assertEqual(found["metadata"], [{"name": "rosbag2", "metadata": {"ROS_DISTRO": "unknown"}}])
         self.assertGreater(found["chunks"], 1)
         channels = {channel["topic"]: channel for channel in found["channels"]}
-        qos = {"/gel_1/wrench": (5, 2, 2), "/gel_1/forces": (5, 2, 2), "/tf_static": (1, 1, 1), "/diagnostics": (10, 1, 2)}
+        qos = {"/gel_1/wrench": (5, 2, 2), "/gel_1/forces": (5, 2, 2), "/tf_static": (1, 1, 1), "/diagnostics": (10, 1, 2),
+               "/gel_1/contacts": (5, 2, 2), "/gel_1/contact_markers": (10, 1, 2)}
         self.assertEqual(channels.keys(), qos.keys())
         for topic, channel in channels.items():
             (offered,) = json.loads(channel["metadata"]["offered_qos_profiles"])
@@ -252,7 +274,7 @@ class Messages(unittest.TestCase):
         self.assertEqual({(one["encapsulation"], one["is_same_bytes"]) for one in found["messages"]}, {("CDR_LE", True)})
         compared = self.compare(sent, {topic: iter([one["message"] for one in all]) for topic, all in told.items()})
         print(f"\n  {len(found['messages'])} messages, {compared} numbers of fields compared", end=" ")
-        self.assertGreater(compared, 10**5)
+        self.assertGreater(compared, 5 * 10**4)
 
     def compare(self, sent, told):
         """Holds what was read against what was sent; each message in turn. Returns how many numbers of fields it were."""
@@ -264,6 +286,16 @@ class Messages(unittest.TestCase):
                 self.assertEqual(transform["header"], header_of(description.header))
                 self.assertEqual(transform["child_frame_id"], "gel_1_camera_optical")
                 self.assertEqual(transform["transform"]["translation"], xyz(description.camera.position_m))
+                continue
+            if kind == "contacts":
+                contacts = messages.Contacts.FromString(payload)
+                cloud, markers = next(told["/gel_1/contacts"]), next(told["/gel_1/contact_markers"])["markers"]
+                self.assertEqual(cloud["width"], sum(one.phase < 3 for one in contacts.contacts))
+                self.assertEqual([one["id"] for one in markers], [one.id for one in contacts.contacts for _ in range(3)])
+                self.assertEqual([one["action"] for one in markers], [0 if one.phase < 3 else 2 for one in contacts.contacts for _ in range(3)])
+                for one, arrow in zip(contacts.contacts, markers[1::3]):
+                    tail, tip = ([point[axis] for axis in "xyz"] for point in arrow["points"])
+                    np.testing.assert_allclose(np.subtract(tip, tail), [0.01 * getattr(one.force_N, axis) for axis in "xyz"], atol=1e-12)
                 continue
             field = messages.Field.FromString(payload)
             header = field.header

@@ -4,6 +4,7 @@ What holds which number, and why: docs/ros2.md. client/examples/python/ros2_brid
 """
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,11 +13,11 @@ from numpy.typing import NDArray
 
 from ..decode import Message
 from ..description import Description
-from ..messages import Field, Flag, Header
+from ..messages import ContactPhase, Contacts, Field, Flag, Header, SlipState, TrackedContact
 from .cdr import serialize
 
-__all__ = ["Converter", "DIAGNOSTICS", "FORCES", "Qos", "STATIC_TRANSFORMS", "Sample", "TOPICS", "Topic", "WRENCH",
-           "is_usable", "node_name", "stamp_ns"]
+__all__ = ["CONTACTS", "CONTACT_MARKERS", "Converter", "DIAGNOSTICS", "FORCES", "Qos", "STATIC_TRANSFORMS", "Sample", "TOPICS",
+           "Topic", "WRENCH", "is_usable", "node_name", "stamp_ns"]
 
 _UNUSABLE = Flag.FEW_MARKERS | Flag.GEL_MISMATCH
 _OK, _WARN, _ERROR = 0, 1, 2  # DiagnosticStatus.level
@@ -25,6 +26,17 @@ _COLUMNS = ("x", "y", "z", "fx", "fy", "fz", "dx", "dy", "dz")
 _POINT_BYTES = 4 * len(_COLUMNS)
 _POINT_FIELDS = [{"name": name, "offset": 4 * i, "datatype": _FLOAT32, "count": 1} for i, name in enumerate(_COLUMNS)]
 _DIAGNOSTICS_PERIOD_NS = 10**9
+_UINT32 = 6  # PointField.datatype
+_CONTACT_COLUMNS = ("id", "x", "y", "z", "fx", "fy", "fz", "mx", "my", "mz", "stick_ratio", "friction_low", "friction_high")
+_CONTACT_FIELDS = [{"name": name, "offset": 4 * i, "datatype": _FLOAT32 if i else _UINT32, "count": 1}
+                   for i, name in enumerate(_CONTACT_COLUMNS)]
+_CONTACT_ROW = np.dtype([(name, "<f4" if i else "<u4") for i, name in enumerate(_CONTACT_COLUMNS)])
+_SEEN = (ContactPhase.BEGIN, ContactPhase.MOVE)
+# Of Marker.
+_ARROW, _CYLINDER, _TEXT, _ADD, _DELETE = 0, 3, 9, 0, 2
+_M_PER_N = 0.01  # length of the arrow of a contact
+_COLOURS = {SlipState.STICKING: (0.3, 0.75, 0.45), SlipState.INCIPIENT: (0.95, 0.75, 0.1), SlipState.SLIPPING: (0.9, 0.2, 0.15)}
+_GREY = (0.6, 0.6, 0.6)
 
 
 @dataclass(frozen=True)
@@ -47,7 +59,9 @@ WRENCH = Topic("~/wrench", "geometry_msgs/msg/WrenchStamped", Qos(False, False, 
 FORCES = Topic("~/forces", "sensor_msgs/msg/PointCloud2", Qos(False, False, 5))
 STATIC_TRANSFORMS = Topic("/tf_static", "tf2_msgs/msg/TFMessage", Qos(True, True, 1))
 DIAGNOSTICS = Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", Qos(True, False, 10))
-TOPICS = (WRENCH, FORCES, STATIC_TRANSFORMS, DIAGNOSTICS)
+CONTACTS = Topic("~/contacts", "sensor_msgs/msg/PointCloud2", Qos(False, False, 5))
+CONTACT_MARKERS = Topic("~/contact_markers", "visualization_msgs/msg/MarkerArray", Qos(True, False, 10))
+TOPICS = (WRENCH, FORCES, CONTACTS, CONTACT_MARKERS, STATIC_TRANSFORMS, DIAGNOSTICS)
 
 
 @dataclass(frozen=True)
@@ -93,6 +107,8 @@ class Converter:
         """Returns what is to be published of a message, which may be nothing. The sensor must be this one."""
         if isinstance(message, Description):
             return self._describe(message)
+        if isinstance(message, Contacts):
+            return [self._contacts(message), self._contact_markers(message)]
         if not isinstance(message, Field):
             return []
         samples = []
@@ -153,6 +169,36 @@ class Converter:
                             point_step=_POINT_BYTES, row_step=_POINT_BYTES * nodes.columns,
                             data=rows.astype("<f4", copy=False).tobytes(), is_dense=bool(field.node_valid.all()))
 
+    def _contacts(self, contacts: Contacts) -> Sample:
+        """Of those that are seen: one that is not has no force."""
+        seen = [one for one in contacts.contacts if one.phase in _SEEN]
+        rows = np.array([(one.id & 0xFFFFFFFF, *one.position_m, one.position_z_m, *one.force_N, *one.moment_Nm, *_slip(one))
+                         for one in seen], _CONTACT_ROW)
+        size = _CONTACT_ROW.itemsize
+        return self._sample(CONTACTS, contacts.header, header=self._header(contacts.header, self._gel_frame), height=1,
+                            width=len(seen), fields=_CONTACT_FIELDS, is_bigendian=False, point_step=size,
+                            row_step=size * len(seen), data=rows.tobytes(),
+                            is_dense=not any(np.isnan(rows[name]).any() for name in _CONTACT_COLUMNS[1:]))
+
+    def _contact_markers(self, contacts: Contacts) -> Sample:
+        """An outline, an arrow and a text for each that is seen; those that are not are deleted."""
+        markers = []
+        for one in contacts.contacts:
+            state = one.slip.state if one.slip else SlipState.UNKNOWN
+            x, y, z = map(float, (*one.position_m, one.position_z_m))
+            across, along = (float(half) or one.radius_m for half in one.half_axes_m)
+            tip, force = np.array([x, y, z]), one.force_N
+            label = "slip unknown" if state is SlipState.UNKNOWN or not one.slip else f"stick ratio {one.slip.stick_ratio.estimate:.2f}"
+            common = {"header": self._header(contacts.header, self._gel_frame), "id": one.id & 0x7FFFFFFF,
+                      "action": _ADD if one.phase in _SEEN else _DELETE,
+                      "color": dict(zip("rgba", (*_COLOURS.get(state, _GREY), 0.8)))}
+            angle = one.orientation_rad / 2
+            markers += [
+                _marker(common, "contact", _CYLINDER, (x, y, z), (2 * across, 2 * along, 5e-4), (float(np.sin(angle)), float(np.cos(angle)))),
+                _marker(common, "force", _ARROW, scale=(1.2e-3, 2.4e-3, 0.0), points=[_xyz(tip - _M_PER_N * force), _xyz(tip)]),
+                _marker(common, "label", _TEXT, (x, y + across + 3e-3, z), (0.0, 0.0, 3e-3), text=f"{one.id}: {label}")]
+        return self._sample(CONTACT_MARKERS, contacts.header, markers=markers)
+
     def _diagnostics_are_due(self, field: Field) -> bool:
         """Tells whether something has changed, or a second has passed."""
         header = field.header
@@ -181,6 +227,26 @@ def _flags(flags: Flag) -> dict[str, bool]:
     known = {f"FLAG_{flag.name}": flag in flags for flag in Flag}
     others = int(flags) & ~sum(Flag)
     return known | {f"FLAG_{1 << bit}": True for bit in range(others.bit_length()) if others >> bit & 1}
+
+
+def _slip(contact: TrackedContact) -> tuple[float, float, float]:
+    """Returns stick ratio, low and high end of the friction; NaN where they are not known."""
+    slip = contact.slip
+    if slip is None or slip.state is SlipState.UNKNOWN:
+        return (np.nan, np.nan, np.nan)
+    return slip.stick_ratio.estimate, slip.friction.low, slip.friction.high
+
+
+def _marker(common: dict[str, Any], namespace: str, kind: int, at: tuple[float, float, float] = (0.0, 0.0, 0.0),
+            scale: tuple[float, float, float] = (0.0, 0.0, 0.0), turn: tuple[float, float] = (0.0, 1.0), text: str = "",
+            points: Sequence[dict[str, float]] = ()) -> dict[str, Any]:
+    """Returns a Marker that vanishes a second after the last message. `turn` about z: z and w of the quaternion."""
+    return {**common, "ns": namespace, "type": kind,
+            "pose": {"position": dict(zip("xyz", at)), "orientation": {"x": 0.0, "y": 0.0, "z": turn[0], "w": turn[1]}},
+            "scale": dict(zip("xyz", scale)), "lifetime": {"sec": 1, "nanosec": 0}, "frame_locked": False, "points": points,
+            "colors": [], "texture_resource": "", "texture": {"header": common["header"], "format": "", "data": b""},
+            "uv_coordinates": [], "text": text, "mesh_resource": "", "mesh_file": {"filename": "", "data": b""},
+            "mesh_use_embedded_materials": False}
 
 
 def _xyz(vector: NDArray[np.float64]) -> dict[str, float]:

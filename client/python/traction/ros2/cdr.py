@@ -8,7 +8,7 @@ from .definitions import members
 
 _LITTLE_ENDIAN = bytes([0, 1, 0, 0])  # encapsulation header; alignment counts from behind it
 _BYTES = ("byte", "uint8")
-_NUMBERS = {"bool": "?", "byte": "B", "uint8": "B", "int32": "i", "uint32": "I", "float64": "d"}
+_NUMBERS = {"bool": "?", "byte": "B", "uint8": "B", "int32": "i", "uint32": "I", "float32": "f", "float64": "d"}
 
 
 def serialize(kind: str, values: Mapping[str, Any]) -> bytes:

@@ -7,6 +7,16 @@ _DEFINITIONS = {
 int32 sec
 uint32 nanosec
 """,
+    "builtin_interfaces/Duration": """\
+int32 sec
+uint32 nanosec
+""",
+    "std_msgs/ColorRGBA": """\
+float32 r
+float32 g
+float32 b
+float32 a
+""",
     "std_msgs/Header": """\
 builtin_interfaces/Time stamp
 string frame_id
@@ -21,6 +31,15 @@ float64 x 0
 float64 y 0
 float64 z 0
 float64 w 1
+""",
+    "geometry_msgs/Point": """\
+float64 x
+float64 y
+float64 z
+""",
+    "geometry_msgs/Pose": """\
+Point position
+Quaternion orientation
 """,
     "geometry_msgs/Wrench": """\
 Vector3 force
@@ -66,6 +85,59 @@ uint32 point_step
 uint32 row_step
 uint8[] data
 bool is_dense
+""",
+    "sensor_msgs/CompressedImage": """\
+std_msgs/Header header
+string format
+uint8[] data
+""",
+    "visualization_msgs/UVCoordinate": """\
+float32 u
+float32 v
+""",
+    "visualization_msgs/MeshFile": """\
+string filename
+uint8[] data
+""",
+    "visualization_msgs/Marker": """\
+int32 ARROW=0
+int32 CUBE=1
+int32 SPHERE=2
+int32 CYLINDER=3
+int32 LINE_STRIP=4
+int32 LINE_LIST=5
+int32 CUBE_LIST=6
+int32 SPHERE_LIST=7
+int32 POINTS=8
+int32 TEXT_VIEW_FACING=9
+int32 MESH_RESOURCE=10
+int32 TRIANGLE_LIST=11
+int32 ADD=0
+int32 MODIFY=0
+int32 DELETE=2
+int32 DELETEALL=3
+std_msgs/Header header
+string ns
+int32 id
+int32 type
+int32 action
+geometry_msgs/Pose pose
+geometry_msgs/Vector3 scale
+std_msgs/ColorRGBA color
+builtin_interfaces/Duration lifetime
+bool frame_locked
+geometry_msgs/Point[] points
+std_msgs/ColorRGBA[] colors
+string texture_resource
+sensor_msgs/CompressedImage texture
+UVCoordinate[] uv_coordinates
+string text
+string mesh_resource
+MeshFile mesh_file
+bool mesh_use_embedded_materials
+""",
+    "visualization_msgs/MarkerArray": """\
+Marker[] markers
 """,
     "diagnostic_msgs/KeyValue": """\
 string key
