@@ -81,6 +81,7 @@ void Tape::check(const tl::expected<void, recording::Error>& written) {
 }
 
 void Tape::add(const Message& message, const Raw& raw) {
+  if (raw.topic.empty()) return;
   const Header& header = headerOf(message);
   recording::Message record;
   record.channel = channelOf(std::string(raw.topic), [&] {

@@ -20,7 +20,8 @@ class Tape {
 
   /// Adds a copy of a message with its sequence number; may write those before it, and wait for the disk. Log time:
   /// when it arrived. Publish time: captureTime_ns(), or the log time if that is not known and for descriptions and
-  /// statuses. \param message of a Subscriber \param raw topic and bytes of `message`
+  /// statuses. Leaves out the library's own ends of contacts, which have no topic. \param message of a Subscriber
+  /// \param raw topic and bytes of `message`
   void add(const Message& message, const Raw& raw);
   /// Adds a line of JSON from traction-twin, without its line end, to the topic "truth/". The JSON is not checked. May
   /// write earlier messages and wait for the disk, as add(). Log time: now; publish time: the line's "monotonic_ns" if

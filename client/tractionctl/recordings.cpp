@@ -26,11 +26,13 @@ struct RecordingLine {
 void addRecordings(Commands& commands) {
   const auto options = std::make_shared<RecordingLine>();
   CLI::App& recording =
-      commands.add("record", "Records all published messages into a new MCAP file", [options](const Target& target) {
-        SubscriberOptions all = target.subscription();
-        if (options->pictures) all.topics |= kPreview;
-        return record(all, options->file, options->truth, options->seconds), EX_OK;
-      });
+      commands.add("record", "Records all published messages, and those of traction-touch, into a new MCAP file",
+                   [options](const Target& target) {
+                     SubscriberOptions all = target.subscription();
+                     all.topics |= kContacts;
+                     if (options->pictures) all.topics |= kPreview;
+                     return record(all, options->file, options->truth, options->seconds), EX_OK;
+                   });
   CLI::App& replaying = commands.add(
       "replay", "Publishes a recording again, in its own time, for all subscribers",
       [options](const Target&) { return replay(options->file, options->endpoint, options->speed), EX_OK; });

@@ -21,7 +21,7 @@ constexpr auto kTurn = 20ms;
 constexpr int kQueue = 4000;
 
 SubscriberOptions everything(SubscriberOptions options) {
-  options.topics = kAllTopics | kPreview;
+  options.topics = kAllTopics | kPreview | kContacts;
   options.queue = kQueue;
   return options;
 }

@@ -49,8 +49,8 @@ def answer(request):
 
 
 class Case(unittest.TestCase):
-    def publisher(self, reply=answer):
-        publisher = Publisher(reply)
+    def publisher(self, reply=answer, **options):
+        publisher = Publisher(reply, **options)
         self.addCleanup(publisher.close)
         return ["--connect", publisher.endpoint(publisher.stream), "--control", publisher.endpoint(publisher.control)]
 

@@ -10,7 +10,9 @@ from traction.v1 import messages
 class Publisher:
     """Sends fields, and answers requests with what `reply` makes of them, until it is closed."""
 
-    def __init__(self, reply=None):
+    def __init__(self, reply=None, contacts=False):
+        """`contacts`: sends those of a traction-touch, too, as a gateway forwards them."""
+        self.contacts = contacts
         self.context = zmq.Context()
         self.stream = self.bind(zmq.PUB)
         self.control = self.bind(zmq.REP)
@@ -43,6 +45,12 @@ class Publisher:
             field.force_N.extend([0.0] * (3 * 576))
             field.node_valid = bytes([1] * 576)
             self.stream.send_multipart([b"traction/v1/gel/field/", field.SerializeToString(), b"0.0"])
+            if self.contacts:
+                contacts = messages.Contacts(valid=True, run=bytes(range(16)))
+                contacts.header.CopyFrom(field.header)
+                contact = contacts.contacts.add(id=4711, phase=2, seen_ns=10**9, radius_m=2e-3)
+                contact.force_N.z = 3.5
+                self.stream.send_multipart([b"traction/v1/gel/contacts/", contacts.SerializeToString(), b"0.0"])
             if self.reply and self.control.poll(0):
                 request = messages.Request.FromString(self.control.recv())
                 self.control.send(self.reply(request).SerializeToString())

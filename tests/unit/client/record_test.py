@@ -52,10 +52,10 @@ class Record(Case):
         self.addCleanup(folder.cleanup)
         return folder.name
 
-    def record(self, name="a.mcap", size=300_000, ending=signal.SIGINT):
+    def record(self, name="a.mcap", size=300_000, ending=signal.SIGINT, **options):
         """Records until the file has that size."""
         path = self.folder / name
-        child = self.start("record", path, *self.publisher(), stdout=subprocess.PIPE)
+        child = self.start("record", path, *self.publisher(**options), stdout=subprocess.PIPE)
         while not path.exists() or path.stat().st_size < size:
             time.sleep(0.01)
         child.send_signal(ending)
@@ -81,6 +81,18 @@ class Record(Case):
         code, out, err = ctl("info", path)
         self.assertEqual((code, err), (0, ""))
         self.assertRegex(out, rf"traction/v1/gel/field/ +{topic['messages']} messages .* 0 lost")
+
+    def test_contacts_of_traction_touch_are_recorded_and_drawn(self):
+        path, drawn = self.record(contacts=True), self.folder / "drawn.mcap"
+        topics = {topic["topic"]: topic for topic in self.info(path)["topics"]}
+        self.assertEqual(topics.keys(), {"traction/v1/gel/field/", "traction/v1/gel/contacts/"})
+        contacts = topics["traction/v1/gel/contacts/"]
+        self.assertEqual((contacts["type"], contacts["lost"]), ("traction.v1.Contacts", 0))
+        self.assertGreater(contacts["messages"], 10)
+        self.assertEqual(ctl("export", path, drawn), (0, "", ""))
+        scenes = {topic["topic"]: topic for topic in self.info(drawn)["topics"]}["foxglove/gel/scene"]
+        self.assertEqual(scenes["messages"], contacts["messages"])  # without a description nodes are not drawn
+        self.assertEqual(drawn.read_bytes().count(b"4711: stick ratio unknown"), contacts["messages"])
 
     def test_exported_numbers_are_the_messages(self):
         path = self.record()
