@@ -4,6 +4,7 @@
 
 #include "client/cli/commands.h"
 #include "client/tractionctl/commands.h"
+#include "client/tractionctl/contacts.h"
 #include "client/tractionctl/parsing.h"
 #include "manual/number.h"
 
@@ -18,7 +19,7 @@ namespace {
 struct RecordingLine {
   double seconds = kForever, speed = 1.0;
   std::string file, output, sensor, truth, endpoint = "tcp://127.0.0.1:9892";
-  bool json = false, pictures = false;
+  bool json = false, pictures = false, contacts = false;
 };
 
 }  // namespace
@@ -41,9 +42,12 @@ void addRecordings(Commands& commands) {
   CLI::App& recovering =
       commands.add("recover", "Makes a complete recording from one that was cut off or is damaged",
                    [options](const Target&) { return recover(options->file, options->output), EX_OK; });
-  CLI::App& exporting = commands.add(
-      "export", "Writes the fields of a recording as CSV or NumPy arrays, or as drawings for Foxglove",
-      [options](const Target&) { return exportFields(options->file, options->output, options->sensor), EX_OK; });
+  CLI::App& exporting =
+      commands.add("export", "Writes the fields of a recording as CSV or NumPy arrays, or as drawings for Foxglove",
+                   [options](const Target&) {
+                     const auto write = options->contacts ? exportContacts : exportFields;
+                     return write(options->file, options->output, options->sensor), EX_OK;
+                   });
 
   recording.add_option("file", options->file, "file to write; an existing one is not replaced")
       ->type_name("FILE")
@@ -76,6 +80,8 @@ void addRecordings(Commands& commands) {
   exporting.add_option("output", options->output, "file to write: .csv, .npz or .mcap; an existing one is replaced")
       ->type_name("FILE")
       ->required();
+  exporting.add_flag("--contacts", options->contacts,
+                     "as CSV, the contacts that traction-touch makes of the fields, with ids; whether or not it ran");
   exporting.add_option("--sensor", options->sensor, "sensor whose fields are written, if the recording has several")
       ->type_name("NAME");
 }

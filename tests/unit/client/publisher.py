@@ -44,13 +44,15 @@ class Publisher:
             field.resultant_N.x, field.resultant_N.y, field.resultant_N.z = 1.5, -2.5, 3.5
             field.force_N.extend([0.0] * (3 * 576))
             field.node_valid = bytes([1] * 576)
-            self.stream.send_multipart([b"traction/v1/gel/field/", field.SerializeToString(), b"0.0"])
             if self.contacts:
+                contact = field.contacts.add(area_m2=1e-5, orientation_rad=0.5)
+                contact.force_N.z, contact.moment_Nm.z = 3.5, 0.25
                 contacts = messages.Contacts(valid=True, run=bytes(range(16)))
                 contacts.header.CopyFrom(field.header)
                 contact = contacts.contacts.add(id=4711, phase=2, seen_ns=10**9, radius_m=2e-3)
                 contact.force_N.z = 3.5
                 self.stream.send_multipart([b"traction/v1/gel/contacts/", contacts.SerializeToString(), b"0.0"])
+            self.stream.send_multipart([b"traction/v1/gel/field/", field.SerializeToString(), b"0.0"])
             if self.reply and self.control.poll(0):
                 request = messages.Request.FromString(self.control.recv())
                 self.control.send(self.reply(request).SerializeToString())

@@ -94,6 +94,20 @@ class Record(Case):
         self.assertEqual(scenes["messages"], contacts["messages"])  # without a description nodes are not drawn
         self.assertEqual(drawn.read_bytes().count(b"4711: stick ratio unknown"), contacts["messages"])
 
+    def test_exported_contacts_are_those_that_traction_touch_makes_of_the_fields(self):
+        path, file = self.record(contacts=True), self.folder / "touch.csv"
+        messages = {topic["type"]: topic["messages"] for topic in self.info(path)["topics"]}
+        self.assertEqual(ctl("export", path, file, "--contacts"), (0, "", ""))
+        table = np.genfromtxt(file, delimiter=",", names=True, dtype=None, encoding=None)
+        self.assertEqual(len(table), messages["traction.v1.Field"] + 1)
+        self.assertEqual([*table["phase"]], ["begin", *["move"] * (len(table) - 2), "end"])
+        self.assertEqual({*table["id"]}, {1})
+        self.assertTrue((table["force_z_N"][:-1] == 3.5).all() and (table["moment_z_Nm"][:-1] == 0.25).all())
+        self.assertEqual((table["force_z_N"][-1], table["moment_z_Nm"][-1], table["orientation_rad"][-1]), (0, 0, 0.5))
+        self.assertTrue(file.read_text().splitlines()[1].endswith(",,,,,,,,,"), "slip is not known")
+        self.assertEqual(ctl("export", path, self.folder / "touch.npz", "--contacts")[0], USAGE)
+        self.assertEqual(ctl("export", path, file, "--contacts", "--sensor", "other")[0], DATA)
+
     def test_exported_numbers_are_the_messages(self):
         path = self.record()
         messages = self.info(path)["topics"][0]["messages"]
