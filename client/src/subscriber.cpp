@@ -127,7 +127,7 @@ struct Subscriber::Impl {
     if (!endpoints.empty()) endpoint = endpoints.back();
     if (options.endpoint.empty() && !latest && (options.topics & kContacts) != 0) {
       for (const Endpoints& found : locate(options.instance, kTouch)) {
-        if (!endpoint.empty()) touch.insert(found.stream);
+        if (!endpoint.empty()) ofTouch.insert(found.stream);
         endpoints.push_back(found.stream);
       }
     }
@@ -362,7 +362,7 @@ struct Subscriber::Impl {
 
   SubscriberOptions options;
   std::vector<std::string> endpoints;  ///< connected to
-  std::set<std::string> touch;         ///< those of traction-touch beside a daemon's
+  std::set<std::string> ofTouch;       ///< those of traction-touch beside a daemon's
   std::string endpoint;                ///< named in messages
   std::string_view subscription;       ///< beginning of the wanted messages
   std::uint64_t lost = 0;
@@ -422,7 +422,7 @@ std::uint64_t Subscriber::lost() const {
 bool Subscriber::isConnected() const {
   impl_->takeEvents();
   return std::any_of(impl_->connections.begin(), impl_->connections.end(),
-                     [this](const std::string& each) { return !impl_->touch.contains(each); });
+                     [this](const std::string& each) { return !impl_->ofTouch.contains(each); });
 }
 
 const std::string& Subscriber::endpoint() const {

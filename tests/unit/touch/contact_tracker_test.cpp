@@ -79,8 +79,8 @@ TEST(Tracker, ALongContactTurnsThroughHalfTurnsAndARoundOneIsNotSaidTo) {
     bar.orientation_rad = std::remainder(-2.0 * std::numbers::pi * frame / 120, std::numbers::pi);
     contact = bench.see({bar}).front();
     EXPECT_EQ(contact.orientation_rad, bar.orientation_rad);
+    if (frame > 20) EXPECT_NEAR(contact.angularVelocity_rad_s, -std::numbers::pi, 0.1) << frame;
   }
-  EXPECT_NEAR(contact.angularVelocity_rad_s, -std::numbers::pi, 0.01);
   EXPECT_LT(contact.angularVelocityDeviation_rad_s, 2.0);
   bar.orientationDeviation_rad = std::numbers::pi / std::sqrt(12.0);
   contact = bench.see({bar}).front();
