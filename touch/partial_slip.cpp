@@ -48,7 +48,7 @@ constexpr double kLeastMotion_m = 2e-4, kPossible = 0.05;
 
 /// Share of the shear at which a contact slips from which on it is about to; the probability of that from which on it
 /// is, and below which it no longer is. Measured: docs/decisions/0047-slip-of-many-frames.md.
-constexpr double kIncipient = 0.8, kAlarm = 0.8, kCalm = 0.3;
+constexpr double kIncipient = 0.8, kAlarm = 0.8, kCalm = 0.1;
 
 double squared(double x) {
   return x * x;

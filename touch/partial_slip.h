@@ -36,7 +36,7 @@ enum class SlipState {
   kUnknown,   ///< says nothing about slip: little of the friction is known
   kSticking,  ///< none of the others
   /// The alarm: more than 0.8 of the shear is reached at which the contact slips, with a probability of 0.8 in two
-  /// frames; until that is below 0.3.
+  /// frames; until that is below 0.1.
   kIncipient,
   kSlipping,  ///< the contact has moved along its shear, and may bear no more
 };

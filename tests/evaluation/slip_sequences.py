@@ -1,14 +1,14 @@
 """The alarm before a ball slips, and its friction by many frames. Part of the section of slip.py.
 
-A ball is pressed, and its shear grows evenly: between the moments of CalculiX the forces are interpolated by the share of
-the shear at which it slips. Some go through pictures. What is read there of the spread of shear (ratio, deviation) is then
-split into an error that stays, a polynomial of the share, and noise with its correlation from frame to frame; thousands
-are drawn from these errors with new noise.
+A ball is pressed, and its shear grows evenly: between the moments of CalculiX the forces are interpolated by the share
+of the shear at which it slips. Some go through pictures. What is read there of the spread of shear (ratio, deviation)
+is split into an error that stays, a polynomial of the share, and noise with its correlation from frame to frame;
+a thousand are drawn from these errors with new noise.
 """
 
+import pathlib
 import subprocess
 import tempfile
-import pathlib
 
 import numpy as np
 
@@ -81,7 +81,8 @@ class Pull:
         for ball, share in zip(self.path.moments, self.path.share):
             forces = ball.forces * self.normal_N / ball.forces[2].sum()
             forces[:2] = rotation @ forces[:2] * share * self.path.friction * self.normal_N / forces[0].sum()
-            moments.append(shapes.displacements(THICKNESS, self.radius / ball.radius * rotation @ ball.points + self.place, forces))
+            points = self.radius / ball.radius * rotation @ ball.points + self.place
+            moments.append(shapes.displacements(THICKNESS, points, forces))
         return np.tensordot(self.path.weights(self.share), moments, 1)
 
 
@@ -97,7 +98,7 @@ def judged(sequences):
 
 
 def observations(found):
-    """Of the strongest contact of frames, one sequence."""
+    """Of the strongest contact of each frame."""
     contact = found["contacts"].reshape(len(found["contacts"]), -1, 12)[:, 0]
     time = np.arange(len(contact)) / RATE
     return np.c_[time, contact[:, :10], found["slip"][:, :2]]
@@ -119,7 +120,8 @@ class Errors:
         new = (off - np.polyval(self.stays, share)) * weight
         self.new = rms(new) * np.sqrt(len(new) / (len(new) - STAYS - 1))
         self.correlation = (new[1:] * new[:-1]).mean() / (new**2).mean()
-        self.place_deviation, self.force_deviation = (np.median(seen[known, i : i + n], axis=0) for i, n in ((3, 2), (8, 3)))
+        self.place_deviation = np.median(seen[known, 3:5], axis=0)
+        self.force_deviation = np.median(seen[known, 8:11], axis=0)
 
     def draw(self, share, generator, correlation):
         """Observations of a pull of these shares, by the same errors that stay."""
@@ -202,8 +204,7 @@ def sequences(report, quick, generator):
         as_daemon=True,
     )
     ends = np.cumsum([len(pull.share) for pull in pulls])[:-1]
-    parts = [dict(zip(("contacts", "slip"), two)) for two in zip(*(np.split(found[n], ends) for n in ("contacts", "slip")))]
-    seen = [observations(part) for part in parts]
+    seen = np.split(observations(found), ends)
     report_pulls(report, "pictures", [(pull.path, pull.share) for pull in pulls], judged(seen))
     errors = [one for one in (Errors(pull, part) for pull, part in zip(pulls, seen)) if one.useful]
     correlation = np.median([one.correlation for one in errors])
