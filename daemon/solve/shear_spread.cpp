@@ -18,7 +18,10 @@ ShearSpread::ShearSpread(const Factors& factors, const Atoms& atoms)
     , coordinates_(factors.coordinateCount())
     , ofXi_(LinearPosterior::kMostRank)
     , shared_(LinearPosterior::kMostRank)
-    , away_m2_(static_cast<std::size_t>(atoms.pointCount())) {
+    , away_m2_(static_cast<std::size_t>(atoms.pointCount()))
+    , shares_(static_cast<std::size_t>(atoms.count()))
+    , theta_(3 * atoms.count())
+    , ofTheta_(3 * atoms.count() + kMostFreed) {
   for (Slopes& each : slopes_) {
     for (auto& column : each.px_m2) column = LineArray<double>(static_cast<std::size_t>(factors.influence.stride()));
     for (auto& column : each.ofXi) column.resize(LinearPosterior::kMostRank);
@@ -104,9 +107,9 @@ SpreadRatio ShearSpread::find(const LinearPosterior& posterior, const FreedPatch
   double ofShear = shear_N * place.spread_m2, ofPressure = pressing_N * place.spread_m2;
   const Eigen::MatrixXd& unknowns = posterior.unknownsOfXi();
   const auto xi = VectorXd::Map(posterior.xi().data(), static_cast<Index>(posterior.rank()));
-  theta_.noalias() = unknowns.leftCols(posterior.firstExtra()).transpose() * xi;
+  auto theta = theta_.head(posterior.firstExtra());
+  theta.noalias() = unknowns.leftCols(posterior.firstExtra()).transpose() * xi;
   const auto atoms = posterior.atoms();
-  shares_.resize(atoms.size());
   for (std::size_t i = 0; i < atoms.size(); ++i) {
     auto& [sum, moment] = shares_[i] = {};
     for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, atoms[i]); it; ++it) {
@@ -115,7 +118,7 @@ SpreadRatio ShearSpread::find(const LinearPosterior& posterior, const FreedPatch
       sum += it.value();
       moment += it.value() * away_m2;
     }
-    const Eigen::Vector3d force_N = posterior.root(static_cast<int>(i)) * theta_.segment<3>(3 * static_cast<Index>(i));
+    const Eigen::Vector3d force_N = posterior.root(static_cast<int>(i)) * theta.segment<3>(3 * static_cast<Index>(i));
     shear_N += sum * along.dot(force_N);
     pressing_N += sum * force_N.z();
     ofShear += moment * along.dot(force_N);
@@ -124,26 +127,28 @@ SpreadRatio ShearSpread::find(const LinearPosterior& posterior, const FreedPatch
   if (!(shear_N > 0.0) || !(pressing_N > 0.0) || !(ofShear > 0.0) || !(ofPressure > 0.0)) return {};
   const double ratio = ofShear / shear_N / (ofPressure / pressing_N);
   // How the logarithm of the ratio changes with the unknowns.
-  ofTheta_.setZero(posterior.firstExtra() + posterior.extraCount());
+  auto ofTheta = ofTheta_.head(posterior.firstExtra() + posterior.extraCount());
+  ofTheta.setZero();
   for (std::size_t i = 0; i < atoms.size(); ++i) {
     const auto [sum, moment] = shares_[i];
     if (sum == 0.0) continue;
     const Eigen::Vector3d ofForce = (moment / ofShear - sum / shear_N) * along -
                                     (moment / ofPressure - sum / pressing_N) * Eigen::Vector3d::UnitZ();
-    ofTheta_.segment<3>(3 * static_cast<Index>(i)) = posterior.root(static_cast<int>(i)).transpose() * ofForce;
+    ofTheta.segment<3>(3 * static_cast<Index>(i)) = posterior.root(static_cast<int>(i)).transpose() * ofForce;
   }
   const Eigen::Vector3d ofLoad = (place.spread_m2 / ofShear - 1.0 / shear_N) * along -
                                  (place.spread_m2 / ofPressure - 1.0 / pressing_N) * Eigen::Vector3d::UnitZ();
-  const auto ofExtra = [&](int i) -> double& { return ofTheta_[posterior.firstExtra() + freed.index(patch, i)]; };
+  const auto ofExtra = [&](int i) -> double& { return ofTheta[posterior.firstExtra() + freed.index(patch, i)]; };
   for (int i = 0; i < 3; ++i) ofExtra(i) = freed.unit(patch, i) * ofLoad[i];
   ofExtra(6) = freed.unit(patch, 6) / grown * (patchShear_N / ofShear - load.z() / ofPressure);
   auto ofXi = VectorXd::Map(ofXi_.data(), static_cast<Index>(posterior.rank()));
-  ofXi.noalias() = unknowns.leftCols(ofTheta_.size()) * ofTheta_;
+  ofXi.noalias() = unknowns.leftCols(ofTheta.size()) * ofTheta;
   const double slope = patchShear_N / ofShear - ofXi.dot(VectorXd::Map(shared_.data(), ofXi.size()));
   std::copy_n(ofXi_.begin(), ofXi.size(), shared_.begin());
   posterior.multiplyCovariance(shared_);
   const double variance = square(slope) * variance_m4 + ofXi.dot(VectorXd::Map(shared_.data(), ofXi.size()));
-  return {ratio * (1.0 + slope * e_m2), ratio * std::sqrt(variance)};
+  const SpreadRatio found{ratio * (1.0 + slope * e_m2), ratio * std::sqrt(variance)};
+  return std::isfinite(found.value) && std::isfinite(found.deviation) ? found : SpreadRatio{};
 }
 
 }  // namespace tractiond::solve
