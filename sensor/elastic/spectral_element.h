@@ -18,9 +18,10 @@ std::vector<Lattice> shellNodes(int degree);
 /// node n.
 struct CondensedElement {
   int degree = 0;
-  Eigen::MatrixXd stiffness;  ///< lower triangle [N/m]
-  Eigen::MatrixXd factor;     ///< lower Cholesky factor of the interior's stiffness
-  Eigen::MatrixXd coupling;   ///< factor^-1 times the stiffness between interior (rows) and shell (columns)
+  Eigen::MatrixXd stiffness;  ///< symmetric [N/m]
+  /// Of each mirror class (spectral_element.cpp): the lower Cholesky factor of the interior's stiffness, and its
+  /// inverse times the stiffness between interior (rows) and shell (columns).
+  std::array<Eigen::MatrixXd, 8> factor, coupling;
 
   /// Returns the matrix that gives the displacement at points: rows are the shell's unknowns, column c * points + t is
   /// component c at point t. \param unit 3 x points in the element's coordinates [0, 1]^3
