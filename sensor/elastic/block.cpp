@@ -11,7 +11,7 @@
 //   3. A source's boundary data is the half-space field on the sides and the base, evaluated at the four mirror images
 //      of each point and averaged with the signs of the class. Mirror images of a source share this data.
 //
-// For far fewer sources than targets, their boundary data are the right-hand sides instead.
+// For fewer sources than targets, their boundary data are the right-hand sides instead.
 #include "sensor/elastic/block.h"
 
 #include "sensor/elastic/box_mesh.h"
@@ -489,11 +489,10 @@ Points BlockCorrection::displacement(const Points& sources, const Eigen::Matrix3
 
 MatrixXd blockDisplacement(const Gel& gel, const Points& targets, const Points& sources, const BlockOptions& options,
                            const Progress& progress) {
-  constexpr Index kFewer = 10;  // sources than targets
   BlockOptions fitted = options;
   for (int d = 0; d < 2; ++d)
     fitted.clearance = std::min(fitted.clearance, 0.5 * gel.size[d] - sources.row(d).cwiseAbs().maxCoeff());
-  fitted.solveForSources |= kFewer * sources.cols() < targets.cols();
+  fitted.solveForSources |= sources.cols() < targets.cols();
   MatrixXd u = BlockCorrection(gel, targets, fitted, progress).matrix(sources);
   inParallel(sources.cols(), [&](Index s) {
     for (Index t = 0; t < targets.cols(); ++t)

@@ -20,7 +20,7 @@ struct BlockOptions {
   /// Element boundaries of the quarter block along x, y and the depth, from 0 to 1, as fractions of half the width,
   /// half the height and the thickness; ascending. Empty: chosen from the gel's proportions and the clearance.
   std::array<std::vector<double>, 3> breaks;
-  /// The work is done for each call's sources, not for the targets: less work for far fewer sources than targets.
+  /// The work is done for each call's sources, not for the targets: less work for fewer sources than targets.
   bool solveForSources = false;
 };
 
@@ -28,8 +28,8 @@ struct BlockOptions {
 /// which ends the computation.
 using Progress = std::function<void(double)>;
 
-/// The correction w of one gel at fixed targets, for any forces. The constructor does most of the work, on the threads
-/// of the BLAS. Immutable afterwards and reentrant.
+/// The correction w of one gel at fixed targets, for any forces. The constructor does most of the work, on all the
+/// machine's cores. Immutable afterwards and reentrant.
 class BlockCorrection {
  public:
   /// Takes seconds. The arguments need not outlive the object. Asserts that BlockOptions::breaks begin with 0 and end
