@@ -24,9 +24,11 @@
 #include "sensor/elastic/spectral_element.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cmath>
 #include <map>
+#include <thread>
 
 namespace sensor::elastic {
 namespace {
@@ -365,10 +367,12 @@ BlockCorrection::Data::Data(const Gel& gel, const Points& points, const BlockOpt
     , boundary(makeBoundary(mesh))
     , elements(makeElements(mesh, whole, gel, targets.distinct, columns)) {
   if (!options.solveForSources) {
-    for (unsigned parity = 0; parity < kClasses; ++parity) {
-      if (progress) progress((parity + 1.0) / (kClasses + 1.0));
-      transfer[parity] = solver(parity).transfer();
-    }
+    std::atomic<int> begun = 0;
+    inParallel(kClasses, [&, caller = std::this_thread::get_id()](Index parity) {
+      const double done = ++begun / (kClasses + 1.0);
+      if (progress && std::this_thread::get_id() == caller) progress(done);
+      transfer[parity] = solver(static_cast<unsigned>(parity)).transfer();
+    });
     elements = {};
   }
   if (progress) progress(1.0);
@@ -415,7 +419,7 @@ PerClass BlockCorrection::Data::boundaryData(const Points& sources, const Eigen:
   }
 
   PerClass data;
-  for (unsigned parity = 0; parity < kClasses; ++parity) {
+  inParallel(kClasses, [&](Index parity) {
     data[parity] = MatrixXd::Zero(3 * boundary.count, width);
     for (Index node = 0; node < boundary.baseCount; ++node)
       for (int c = 0; c < 3; ++c) data[parity].row(3 * node + c) = sampled[parity].row(node).segment(c * width, width);
@@ -427,21 +431,21 @@ PerClass BlockCorrection::Data::boundaryData(const Points& sources, const Eigen:
         for (int c = 0; c < 3 && face.boundaryNodes[node] >= 0; ++c)
           data[parity].row(3 * face.boundaryNodes[node] + c) += loads.row(node).segment(c * width, width);
     }
-  }
+  });
   return data;
 }
 
 PerClass BlockCorrection::Data::respond(const Points& sources, const Eigen::Matrix3Xd* forces) const {
   const PerClass data = boundaryData(sources, forces);
   PerClass response;
-  if (!elements.at.empty()) {
-    for (unsigned parity = 0; parity < kClasses; ++parity) response[parity] = solver(parity).respond(data[parity]);
-    return response;
-  }
-  for (unsigned parity = 0; parity < kClasses; ++parity) {
-    response[parity].resize(transfer[parity].cols(), data[parity].cols());
-    multiply(1.0, transfer[parity], Op::kTransposed, data[parity], Op::kPlain, 0.0, response[parity]);
-  }
+  inParallel(kClasses, [&](Index parity) {
+    if (!elements.at.empty()) {
+      response[parity] = solver(static_cast<unsigned>(parity)).respond(data[parity]);
+    } else {
+      response[parity].resize(transfer[parity].cols(), data[parity].cols());
+      multiply(1.0, transfer[parity], Op::kTransposed, data[parity], Op::kPlain, 0.0, response[parity]);
+    }
+  });
   return response;
 }
 

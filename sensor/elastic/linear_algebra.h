@@ -1,6 +1,6 @@
 // Double-precision operations on large dense matrices by BLAS and LAPACK (OpenBLAS), which choose their kernels for the
-// machine at load time and use all its cores. Only this file calls them; small matrices use Eigen. Reentrant. Wrong
-// sizes are asserted.
+// machine at load time. Only this file calls them; small matrices use Eigen. Large products are divided among the
+// machine's cores; their results do not depend on how many there are. Reentrant. Wrong sizes are asserted.
 #pragma once
 
 #include <Eigen/Core>

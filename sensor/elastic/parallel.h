@@ -12,9 +12,13 @@
 
 namespace sensor::elastic {
 
+/// Processors that no call of inParallel() has a thread for, besides the one that the first caller uses.
+inline std::atomic<int> spareProcessors = static_cast<int>(std::max(std::thread::hardware_concurrency(), 1U)) - 1;
+
 /// Calls task(i) once for each i from 0 to count - 1, on as many threads as there are processors, the calling one among
-/// them, and returns when all are done; on fewer where the system gives no more. The tasks must not throw, nor write to
-/// the same memory.
+/// them, and returns when all are done; on fewer where other calls have them, or the system gives no more. A task may
+/// call it, too, and may throw on the calling thread only, which ends when the others have done the rest. The tasks
+/// must not write to the same memory.
 template <typename Task>
 void inParallel(Eigen::Index count, const Task& task) {
   std::atomic<Eigen::Index> next = 0;
@@ -22,11 +26,19 @@ void inParallel(Eigen::Index count, const Task& task) {
     for (Eigen::Index i = next++; i < count; i = next++) task(i);
   };
   std::vector<std::jthread> others;
-  try {
-    while (std::ssize(others) + 1 < std::min<Eigen::Index>(count, std::thread::hardware_concurrency())) {
-      others.emplace_back(work);
+  while (std::ssize(others) + 1 < count) {
+    if (spareProcessors-- > 0) {
+      try {
+        others.emplace_back([&] {
+          work();
+          ++spareProcessors;
+        });
+        continue;
+      } catch (const std::system_error&) {  // no more threads
+      }
     }
-  } catch (const std::system_error&) {  // no more threads
+    ++spareProcessors;
+    break;
   }
   work();
 }
