@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <limits>
 
 namespace tractiond::solve {
 namespace {
@@ -60,25 +59,26 @@ MatrixXd columnsOf(const RowMatrix& rows, Index first, Index end) {
   return columns;
 }
 
-/// Replaces a symmetric matrix by its eigenvectors; the values rise.
-tl::expected<void, Error> decompose(MatrixXd& matrix, VectorXd& values) {
-  if (sensor::elastic::eigenvectors(matrix, values)) return {};
+/// Replaces a symmetric matrix by its eigenvectors with values above `least`, which rise.
+tl::expected<void, Error> decompose(double least, MatrixXd& matrix, VectorXd& values) {
+  if (sensor::elastic::eigenvectorsAbove(least, matrix, values)) return {};
   return tl::unexpected(Error{EX_SOFTWARE, "the influence matrix's eigenvectors were not found", "", ""});
 }
 
-/// The left singular vectors of A, and the squares of the singular values, rising. \param points, \param wide of A
-tl::expected<void, Error> allModes(const MatrixXd& points, const MatrixXd& wide, const Stopping& stopping,
+/// The left singular vectors of A, and the squares of the singular values above `least`, rising. \param points,
+/// \param wide of A
+tl::expected<void, Error> allModes(const MatrixXd& points, const MatrixXd& wide, double least, const Stopping& stopping,
                                    MatrixXd& vectors, VectorXd& squares) {
   vectors.resize(points.rows(), points.rows());
   sensor::elastic::multiplyBySelf(1.0, points, Op::kPlain, 0.0, vectors);
   sensor::elastic::multiplyBySelf(1.0, wide, Op::kPlain, 1.0, vectors);
   if (isStopped(stopping)) return givenUp();
-  return decompose(vectors, squares);
+  return decompose(least, vectors, squares);
 }
 
 /// The same among the combinations of the right singular vectors V of `near`, by the Gram matrix V'A'A V, which has as
 /// few rows as there are modes. \param points of A
-tl::expected<void, Error> amongModes(const MatrixXd& points, const Atoms& atoms, const Factors& near,
+tl::expected<void, Error> amongModes(const MatrixXd& points, const Atoms& atoms, const Factors& near, double least,
                                      const Stopping& stopping, MatrixXd& vectors, VectorXd& squares) {
   // The forces of the modes on the points, those on wide atoms shared among the points.
   MatrixXd modes(near.rank(), points.cols()), ofAtom(3, near.rank());
@@ -99,11 +99,11 @@ tl::expected<void, Error> amongModes(const MatrixXd& points, const Atoms& atoms,
   if (isStopped(stopping)) return givenUp();
   sensor::elastic::multiplyBySelf(1.0, images, Op::kTransposed, 0.0, rotation);
   if (isStopped(stopping)) return givenUp();
-  if (auto found = decompose(rotation, squares); !found) return found;
+  if (auto found = decompose(least, rotation, squares); !found) return found;
   if (isStopped(stopping)) return givenUp();
-  vectors.resize(points.rows(), near.rank());
+  vectors.resize(points.rows(), rotation.cols());
   sensor::elastic::multiply(1.0, images, Op::kPlain, rotation, Op::kPlain, 0.0, vectors);
-  vectors *= squares.cwiseMax(0.0).cwiseSqrt().cwiseMax(std::numeric_limits<double>::min()).cwiseInverse().asDiagonal();
+  vectors *= squares.cwiseSqrt().cwiseInverse().asDiagonal();
   return {};
 }
 
@@ -165,14 +165,12 @@ tl::expected<Factors, Error> computeFactors(MatrixXd influence, const Atoms& ato
   if (decomposing) decomposing();
   MatrixXd vectors;
   VectorXd squares;  // rising
-  const auto decomposed = near != nullptr ? amongModes(influence, atoms, *near, stopping, vectors, squares)
-                                          : allModes(influence, wide, stopping, vectors, squares);
+  const double least = square(options.faintest * options.noise_px / force_N);
+  const auto decomposed = near != nullptr ? amongModes(influence, atoms, *near, least, stopping, vectors, squares)
+                                          : allModes(influence, wide, least, stopping, vectors, squares);
   if (!decomposed) return tl::unexpected(decomposed.error());
   if (isStopped(stopping)) return givenUp();
-  const Index found = squares.size();
-  const double smallest =
-      std::max(options.faintest * options.noise_px / force_N, kSmallest * std::sqrt(squares[found - 1]));
-  for (Index i = found - 1; i >= 0 && squares[i] > smallest * smallest; --i) {
+  for (Index i = squares.size() - 1; i >= 0 && squares[i] > square(kSmallest) * squares[squares.size() - 1]; --i) {
     factors.singularValues.push_back(std::sqrt(squares[i]));
   }
   const auto rank = static_cast<Index>(factors.singularValues.size());

@@ -151,7 +151,7 @@ Boundary makeBoundary(const BoxMesh& mesh) {
 
 // The elements in the order of the tree, with the targets inside them.
 struct Elements {
-  std::vector<MatrixXd> stiffnesses;  // lower triangles, one per shape
+  std::vector<MatrixXd> stiffnesses;  // one per shape
   std::map<Lattice, Element> at;
   Index columns = 0;
 };
@@ -196,16 +196,6 @@ Elements makeElements(const BoxMesh& mesh, const CellRange& whole, const Gel& ge
   return elements;
 }
 
-// Returns rows and columns of a symmetric matrix given by its lower triangle.
-MatrixXd part(const MatrixXd& lower, const std::vector<int>& rows, const std::vector<int>& columns) {
-  MatrixXd result(static_cast<Index>(rows.size()), static_cast<Index>(columns.size()));
-  for (std::size_t j = 0; j < columns.size(); ++j)
-    for (std::size_t i = 0; i < rows.size(); ++i)
-      result(static_cast<Index>(i), static_cast<Index>(j)) =
-          lower(std::max(rows[i], columns[j]), std::min(rows[i], columns[j]));
-  return result;
-}
-
 // Solves one class on the quarter block.
 class ClassSolver {
  public:
@@ -234,8 +224,7 @@ class ClassSolver {
       for (const int i : split.free) free.push_back(element.unknowns[i]);
       MatrixXd reaction(static_cast<Index>(rows.size()), elements_.columns);
       const MatrixXd atFree = x(free, Eigen::all);
-      multiply(-1.0, part(elements_.stiffnesses[element.shape], split.base, split.free), Op::kPlain, atFree, Op::kPlain,
-               0.0, reaction);
+      multiply(-1.0, stiffness(element, split.base, split.free), Op::kPlain, atFree, Op::kPlain, 0.0, reaction);
       reaction.middleCols(element.firstColumn, element.interpolation.cols()) +=
           element.interpolation(split.base, Eigen::all);
       result(rows, Eigen::all) += reaction;
@@ -276,13 +265,16 @@ class ClassSolver {
     return 3 * boundary_.ofNode[element.unknowns[i] / 3] + element.unknowns[i] % 3;
   }
 
+  MatrixXd stiffness(const Element& element, const std::vector<int>& rows, const std::vector<int>& columns) const {
+    return elements_.stiffnesses[element.shape](rows, columns);
+  }
+
   // Returns an element's right-hand sides, of its free unknowns.
   MatrixXd rightOf(const Element& element, const Split& split, Load& load) const {
     MatrixXd base(static_cast<Index>(split.base.size()), load.data.cols());
     MatrixXd right = MatrixXd::Zero(static_cast<Index>(split.free.size()), load.data.cols());
     for (Index i = 0; i < base.rows(); ++i) base.row(i) = load.data.row(boundaryRow(element, split.base[i]));
-    multiply(-1.0, part(elements_.stiffnesses[element.shape], split.free, split.base), Op::kPlain, base, Op::kPlain,
-             0.0, right);
+    multiply(-1.0, stiffness(element, split.free, split.base), Op::kPlain, base, Op::kPlain, 0.0, right);
     for (Index i = 0; i < right.rows(); ++i) {
       const int node = element.unknowns[split.free[i]] / 3;
       if (boundary_.ofNode[node] >= 0 && !load.isLoaded[node])
@@ -311,7 +303,7 @@ class ClassSolver {
       const Element& element = elements_.at.at(range.first);
       const Split split = splitUnknowns(element);
       const std::vector<int>& free = split.free;
-      Front front{{}, part(elements_.stiffnesses[element.shape], free, free), {}, 0};
+      Front front{{}, stiffness(element, free, free), {}, 0};
       if (load != nullptr) {
         front.right = rightOf(element, split, *load);
       } else {

@@ -6,12 +6,20 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 // LAPACK of OpenBLAS; the distribution's liblapack may be the slow reference implementation.
 extern "C" {
 void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
-void dsyevd_(const char* job, const char* uplo, const int* n, double* a, const int* lda, double* eigenvalues,
-             double* work, const int* workSize, int* integers, const int* integersSize, int* info);
+void dsytrd_(const char* uplo, const int* n, double* a, const int* lda, double* diagonal, double* beside,
+             double* reflectors, double* work, const int* workSize, int* info);
+void dstemr_(const char* job, const char* range, const int* n, double* diagonal, double* beside, const double* low,
+             const double* high, const int* first, const int* last, int* found, double* eigenvalues, double* vectors,
+             const int* ldz, const int* most, int* support, int* tryRelative, double* work, const int* workSize,
+             int* integers, const int* integersSize, int* info);
+void dormtr_(const char* side, const char* uplo, const char* op, const int* rows, const int* columns, const double* a,
+             const int* lda, const double* reflectors, double* c, const int* ldc, double* work, const int* workSize,
+             int* info);
 }
 
 namespace sensor::elastic {
@@ -88,20 +96,36 @@ bool factorise(MatrixRef a) {
   return info == 0;
 }
 
-bool eigenvectors(MatrixRef a, Eigen::VectorXd& eigenvalues) {
+// By the tridiagonal matrix of Householder's reflections, which are undone only for the eigenvectors that are asked
+// for.
+bool eigenvectorsAbove(double least, Eigen::MatrixXd& a, Eigen::VectorXd& eigenvalues) {
   assert(a.rows() == a.cols());
-  const int n = size(a.rows()), lda = stride(a.outerStride());
+  constexpr int kBlock = 64;  // columns that are reflected together
+  const int n = size(a.rows()), space = kBlock * stride(n), most = 10 * n;
+  Eigen::VectorXd diagonal(n), beside(n), reflectors(n), work(space);
+  Eigen::VectorXi support(2 * n), integers(most);
+  Eigen::MatrixXd vectors(n, n);
+  int info = 0, found = 0, tryRelative = 1;
+  dsytrd_("L", &n, a.data(), &n, diagonal.data(), beside.data(), reflectors.data(), work.data(), &space, &info);
+  if (info != 0) return false;
   eigenvalues.resize(n);
-  double workSize = 0.0;
-  int integersSize = 0, info = 0;
-  constexpr int kAsk = -1;
-  dsyevd_("V", "L", &n, a.data(), &lda, eigenvalues.data(), &workSize, &kAsk, &integersSize, &kAsk, &info);
-  Eigen::VectorXd work(static_cast<Eigen::Index>(workSize));
-  Eigen::VectorXi integers(integersSize);
-  const int available = size(work.size());
-  dsyevd_("V", "L", &n, a.data(), &lda, eigenvalues.data(), work.data(), &available, integers.data(), &integersSize,
-          &info);
-  return info == 0;
+  // All of them: to find those in a range by bisection takes longer.
+  dstemr_("V", "A", &n, diagonal.data(), beside.data(), nullptr, nullptr, nullptr, nullptr, &found, eigenvalues.data(),
+          vectors.data(), &n, &n, support.data(), &tryRelative, work.data(), &space, integers.data(), &most, &info);
+  if (info != 0) return false;
+  const auto above = (eigenvalues.array() > least).count();
+  eigenvalues = eigenvalues.tail(above).eval();
+  vectors = vectors.rightCols(above).eval();
+  inColumns(above, 2.0 * n * n, [&](Eigen::Index first, Eigen::Index count) {
+    const int columns = size(count), own = kBlock * stride(count);
+    Eigen::VectorXd scratch(own);
+    [[maybe_unused]] int failed = 0;
+    dormtr_("L", "L", "N", &n, &columns, a.data(), &n, reflectors.data(), vectors.data() + first * n, &n,
+            scratch.data(), &own, &failed);
+    assert(failed == 0);
+  });
+  a = std::move(vectors);
+  return true;
 }
 
 void solveLower(const ConstMatrixRef& lower, Op op, MatrixRef b) {

@@ -22,10 +22,10 @@ void multiplyBySelf(double alpha, const ConstMatrixRef& a, Op op, double beta, M
 /// Returns false if `a` is not positive definite; its lower triangle then has no meaning.
 [[nodiscard]] bool factorise(MatrixRef a);
 
-/// Replaces a symmetric matrix, of which only the lower triangle is read, by its orthonormal eigenvectors, one per
-/// column; eigenvalues, which are resized, ascend. Returns false if the iteration does not converge; the results then
-/// have no meaning.
-[[nodiscard]] bool eigenvectors(MatrixRef a, Eigen::VectorXd& eigenvalues);
+/// Replaces a symmetric matrix, of which only the lower triangle is read, by its orthonormal eigenvectors with
+/// eigenvalues above `least`, one per column; the eigenvalues, which are resized, ascend. Returns false if the
+/// iteration does not converge; the results then have no meaning.
+[[nodiscard]] bool eigenvectorsAbove(double least, Eigen::MatrixXd& a, Eigen::VectorXd& eigenvalues);
 
 /// Replaces b by op(lower)^-1 b. Only the lower triangle of `lower` is read; its diagonal must not contain 0.
 void solveLower(const ConstMatrixRef& lower, Op op, MatrixRef b);

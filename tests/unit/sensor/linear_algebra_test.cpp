@@ -56,10 +56,20 @@ TEST(LinearAlgebra, EigenvectorsDiagonalise) {
   MatrixXd vectors = a;
   vectors.triangularView<Eigen::StrictlyUpper>().setConstant(1e9);  // must not be read
   Eigen::VectorXd values;
-  ASSERT_TRUE(eigenvectors(vectors, values));
+  ASSERT_TRUE(eigenvectorsAbove(0.0, vectors, values));
+  ASSERT_EQ(values.size(), 12);
   EXPECT_LT((a * vectors - vectors * values.asDiagonal()).norm(), 1e-11);
   EXPECT_LT((vectors.transpose() * vectors - MatrixXd::Identity(12, 12)).norm(), 1e-12);
   EXPECT_TRUE(std::is_sorted(values.begin(), values.end()));
+
+  MatrixXd strongest = a;
+  Eigen::VectorXd above;
+  ASSERT_TRUE(eigenvectorsAbove(0.5 * (values[8] + values[9]), strongest, above));
+  ASSERT_EQ(above.size(), 3);
+  EXPECT_LT((above - values.tail(3)).norm(), 1e-12 * values[11]);
+  EXPECT_LT((a * strongest - strongest * above.asDiagonal()).norm(), 1e-11);
+  ASSERT_TRUE(eigenvectorsAbove(2.0 * values[11], strongest = a, above));
+  EXPECT_EQ(strongest.cols(), 0);
 }
 
 // Four subdomains in a row of 3 n + 1 unknowns each share their end unknowns.
