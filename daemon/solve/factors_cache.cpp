@@ -8,6 +8,8 @@
 #include "sensor/elastic/influence.h"
 
 #include <algorithm>
+#include <functional>
+#include <future>
 #include <span>
 #include <system_error>
 #include <utility>
@@ -111,10 +113,14 @@ tl::expected<Factors, Error> loadOrComputeFactors(const sensor::Sensor& sensor, 
   if (std::error_code none; fs::exists(path, none) || !fs::is_directory(stateDirectory, none)) {
     say("computing the factors: " + cached.error());
   }
-  auto factors = computeFactors(sensor, atoms, modelOptions(options), steps);
+  std::future<Strays> strays;  // while one core finds the eigenvectors
+  auto factors = computeFactors(sensor, atoms, modelOptions(options), [&](Step step, double done) {
+    if (step == Step::kModes) strays = std::async(straysOf, std::cref(sensor), std::cref(options));
+    if (steps) steps(step, done);
+  });
   if (!factors) return factors;
   if (steps) steps(Step::kSystematicErrors, 0.0);
-  factors->systematicErrors = systematicErrors(sensor, options, *factors, atoms);
+  factors->systematicErrors = systematicErrors(sensor, options, *factors, atoms, strays.get());
   factors->id = id;
   factors->computed_ns = realNow();
 

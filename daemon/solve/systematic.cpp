@@ -34,24 +34,22 @@ sensor::Camera strayed(const sensor::Sensor& sensor, int number) {
 }
 
 /// Nine nodes across the face, and forces there that make up any wrench.
-struct Loads {
-  explicit Loads(const sensor::Sensor& sensor) {
-    const sensor::NodeGrid& grid = sensor.nodes;
-    for (const int row : {grid.rows / 4, grid.rows / 2, grid.rows * 3 / 4}) {
-      for (const int column : {grid.columns / 4, grid.columns / 2, grid.columns * 3 / 4}) {
-        nodes.push_back(row * grid.columns + column);
-      }
+Strays ofNineNodes(const sensor::Sensor& sensor) {
+  const sensor::NodeGrid& grid = sensor.nodes;
+  Strays loads;
+  for (const int row : {grid.rows / 4, grid.rows / 2, grid.rows * 3 / 4}) {
+    for (const int column : {grid.columns / 4, grid.columns / 2, grid.columns * 3 / 4}) {
+      loads.nodes.push_back(row * grid.columns + column);
     }
-    positions = sensor::nodePositions(sensor)(Eigen::all, nodes);
-    Eigen::MatrixXd wrenches(6, 3 * positions.cols());
-    for (Eigen::Index i = 0; i < positions.cols(); ++i) wrenches.middleCols<3>(3 * i) = unitWrenches(positions.col(i));
-    forces = wrenches.completeOrthogonalDecomposition().pseudoInverse();  // a row of nodes makes no moment along it
   }
-
-  std::vector<int> nodes;
-  sensor::Points positions;
-  Eigen::MatrixXd forces;  // from wrenches to forces at the nodes, 27 x 6
-};
+  loads.places = sensor::nodePositions(sensor)(Eigen::all, loads.nodes);
+  Eigen::MatrixXd wrenches(6, 3 * loads.places.cols());
+  for (Eigen::Index i = 0; i < loads.places.cols(); ++i) {
+    wrenches.middleCols<3>(3 * i) = unitWrenches(loads.places.col(i));
+  }
+  loads.forces = wrenches.completeOrthogonalDecomposition().pseudoInverse();  // a row of nodes makes no moment along it
+  return loads;
+}
 
 Eigen::MatrixXd bodyColumns(const sensor::Sensor& sensor, const std::vector<int>& nodes) {
   Eigen::MatrixXd columns(sensor.body->influence.rows(), 3 * static_cast<Eigen::Index>(nodes.size()));
@@ -62,99 +60,6 @@ Eigen::MatrixXd bodyColumns(const sensor::Sensor& sensor, const std::vector<int>
   }
   return columns;
 }
-
-/// Changes of the displacements by unit forces at the nine nodes, 2M x 27 [px/N], by one standard deviation of each
-/// quantity that is not known exactly.
-class Strays {
- public:
-  Strays(const sensor::Sensor& sensor, const SolveOptions& options, const Loads& loads)
-      : sensor_(sensor)
-      , options_(options)
-      , loads_(loads)
-      , shallower_(sensor) {
-    for (sensor::MarkerLayer& layer : shallower_.layers) layer.depth *= 1.0 - kSmall;  // the base may be next to one
-    const sensor::Points markers = sensor::markerPositions(sensor);
-    if (sensor.body) {
-      unit_ = bodyColumns(sensor, loads.nodes);
-    } else {
-      sensor::Points both(3, 2 * markers.cols());
-      both << markers, sensor::markerPositions(shallower_);
-      unit_ = displacement(sensor, both);
-      shallow_ = unit_.bottomRows(3 * markers.cols());
-      unit_.conservativeResize(3 * markers.cols(), Eigen::NoChange);
-    }
-    straight_ = sensor::elastic::toImage(sensor, unit_);
-    for (int number = 0; number < kCameraNumbers; ++number) {
-      sensor::Sensor elsewhere = sensor;
-      elsewhere.camera = strayed(sensor, number);
-      add(elsewhere, unit_, 1.0);
-    }
-    if (!sensor.body) addBlock(markers);
-  }
-
-  /// Returns those by the camera's position, rotation and focal length, and by a block's Poisson's ratio, thickness and
-  /// depth of each layer.
-  const std::vector<Eigen::MatrixXd>& all() const { return strays_; }
-
-  /// Returns whether the depths of a block's markers scatter.
-  bool scatters() const { return scatter_.size() != 0; }
-
-  /// Returns those by each marker's own depth.
-  const Eigen::MatrixXd& scatter() const { return scatter_; }
-
-  /// Returns SystematicErrors::displacement.
-  double mechanicsError() const {
-    double squares = scatter_.squaredNorm();
-    for (std::size_t k = kCameraNumbers; k < strays_.size(); ++k) squares += strays_[k].squaredNorm();
-    return std::sqrt(squares / straight_.squaredNorm());
-  }
-
- private:
-  static constexpr double kSmall = 0.01;  // difference for derivatives
-
-  Eigen::MatrixXd displacement(const sensor::Sensor& of, const sensor::Points& markers) const {
-    constexpr int kDegree = 6;  // a derivative need not be right to more than a hundredth
-    return sensor::elastic::displacementMatrix(of.gel, options_.model, markers, loads_.positions,
-                                               {.degree = kDegree, .breaks = {}});
-  }
-
-  void add(const sensor::Sensor& strayed, const Eigen::MatrixXd& moved, double deviations) {
-    strays_.emplace_back(deviations * (sensor::elastic::toImage(strayed, moved) - straight_));
-  }
-
-  void addBlock(const sensor::Points& markers) {
-    const sensor::Uncertainty& by = sensor_.uncertainty;
-    sensor::Sensor other = sensor_;
-    const double step = other.gel.poissonRatio < 0.25 ? kSmall : -kSmall;
-    other.gel.poissonRatio += step;
-    add(other, displacement(other, markers), by.poissonRatio / step);
-
-    other = sensor_;
-    other.gel.size.z() *= 1.0 + kSmall;
-    // The camera stays where it is: its pose has an error of its own.
-    add(sensor_, displacement(other, markers), by.thickness / (kSmall * sensor_.gel.size.z()));
-
-    Eigen::MatrixXd byDepth = sensor::elastic::toImage(shallower_, shallow_) - straight_;  // [px/(N m)]
-    Eigen::Index first = 0;
-    for (const sensor::MarkerLayer& layer : sensor_.layers) {
-      const Eigen::Index rows = 2 * layer.count();
-      byDepth.middleRows(first, rows) /= -kSmall * layer.depth;
-      strays_.emplace_back(Eigen::MatrixXd::Zero(straight_.rows(), straight_.cols()));
-      strays_.back().middleRows(first, rows) = by.layerDepth * byDepth.middleRows(first, rows);
-      first += rows;
-    }
-    if (by.markerDepth > 0.0) scatter_ = by.markerDepth * byDepth;
-  }
-
-  const sensor::Sensor& sensor_;
-  const SolveOptions& options_;
-  const Loads& loads_;
-  sensor::Sensor shallower_;
-  Eigen::MatrixXd unit_, straight_;  // displacements of the markers [m/N]; in the picture [px/N]
-  Eigen::MatrixXd shallow_;          // those of the shallower markers of a block [m/N]
-  std::vector<Eigen::MatrixXd> strays_;
-  Eigen::MatrixXd scatter_;
-};
 
 /// What a force at `at` is misread by [force, moment about the place of the force], from what the wrench is.
 Reading aboutPlace(const Reading& reading, const Eigen::Vector3d& at) {
@@ -235,26 +140,84 @@ bool isWeighed(const sensor::Sensor& sensor) {
   return made && !made->stiffness.empty() && made->stiffness >= made->geometry;
 }
 
+Strays straysOf(const sensor::Sensor& sensor, const SolveOptions& options) {
+  constexpr int kDegree = 6;       // a derivative need not be right to more than a hundredth
+  constexpr double kSmall = 0.01;  // difference for derivatives
+  using sensor::elastic::toImage;
+  const sensor::Uncertainty& by = sensor.uncertainty;
+  const sensor::Points markers = sensor::markerPositions(sensor);
+  Strays strays = ofNineNodes(sensor);
+  // Displacements by unit forces at the nodes [m/N].
+  const auto displacement = [&](const sensor::Gel& gel, const sensor::Points& at) {
+    return sensor::elastic::displacementMatrix(gel, options.model, at, strays.places,
+                                               {.degree = kDegree, .breaks = {}});
+  };
+  sensor::Sensor shallower = sensor;
+  for (sensor::MarkerLayer& layer : shallower.layers) layer.depth *= 1.0 - kSmall;  // the base may be next to one
+  Eigen::MatrixXd unit, shallow;
+  if (sensor.body) {
+    unit = bodyColumns(sensor, strays.nodes);
+  } else {
+    sensor::Points both(3, 2 * markers.cols());
+    both << markers, sensor::markerPositions(shallower);
+    unit = displacement(sensor.gel, both);
+    shallow = unit.bottomRows(3 * markers.cols());
+    unit.conservativeResize(3 * markers.cols(), Eigen::NoChange);
+  }
+  const Eigen::MatrixXd straight = toImage(sensor, unit);  // [px/N]
+  const auto add = [&](const sensor::Sensor& strayed, const Eigen::MatrixXd& moved, double deviations) {
+    strays.all.emplace_back(deviations * (toImage(strayed, moved) - straight));
+  };
+  for (int number = 0; number < kCameraNumbers; ++number) {
+    sensor::Sensor elsewhere = sensor;
+    elsewhere.camera = strayed(sensor, number);
+    add(elsewhere, unit, 1.0);
+  }
+  if (!sensor.body) {
+    sensor::Sensor other = sensor;
+    const double step = other.gel.poissonRatio < 0.25 ? kSmall : -kSmall;
+    other.gel.poissonRatio += step;
+    add(other, displacement(other.gel, markers), by.poissonRatio / step);
+    other = sensor;
+    other.gel.size.z() *= 1.0 + kSmall;
+    // The camera stays where it is: its pose has an error of its own.
+    add(sensor, displacement(other.gel, markers), by.thickness / (kSmall * sensor.gel.size.z()));
+
+    Eigen::MatrixXd byDepth = toImage(shallower, shallow) - straight;  // [px/(N m)]
+    Eigen::Index first = 0;
+    for (const sensor::MarkerLayer& layer : sensor.layers) {
+      const Eigen::Index rows = 2 * layer.count();
+      byDepth.middleRows(first, rows) /= -kSmall * layer.depth;
+      strays.all.emplace_back(Eigen::MatrixXd::Zero(straight.rows(), straight.cols()));
+      strays.all.back().middleRows(first, rows) = by.layerDepth * byDepth.middleRows(first, rows);
+      first += rows;
+    }
+    if (by.markerDepth > 0.0) strays.scatter = by.markerDepth * byDepth;
+  }
+  double squares = strays.scatter.squaredNorm();
+  for (std::size_t k = kCameraNumbers; k < strays.all.size(); ++k) squares += strays.all[k].squaredNorm();
+  strays.displacement = std::sqrt(squares / straight.squaredNorm());
+  return strays;
+}
+
 SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Factors& factors,
-                                  const Atoms& atoms) {
-  const Loads loads(sensor);
-  const Strays strays(sensor, options, loads);
+                                  const Atoms& atoms, const Strays& strays) {
   SystematicErrors errors;
-  errors.displacement = strays.mechanicsError();
+  errors.displacement = strays.displacement;
   const std::vector<Readings> around =
-      contactReadings(sensor, factors, atoms, modelOptions(options), errors.displacement, loads.nodes);
+      contactReadings(sensor, factors, atoms, modelOptions(options), errors.displacement, strays.nodes);
   const Reading wholeFace = wholeFaceReading(factors, atoms, options.noise_px);
   const auto misread = [&](const Eigen::MatrixXd& stray, const auto& readingOf) {
     Matrix6 error = Matrix6::Zero();
-    for (std::size_t i = 0; i < loads.nodes.size(); ++i) {
+    for (std::size_t i = 0; i < strays.nodes.size(); ++i) {
       const auto column = 3 * static_cast<Eigen::Index>(i);
       for (int axis = 0; axis < 3; ++axis) {
-        error += readingOf(i, axis) * stray.col(column + axis) * loads.forces.row(column + axis);
+        error += readingOf(i, axis) * stray.col(column + axis) * strays.forces.row(column + axis);
       }
     }
     return error;
   };
-  for (const Eigen::MatrixXd& stray : strays.all()) {
+  for (const Eigen::MatrixXd& stray : strays.all) {
     Matrix6 contact = misread(
         stray, [&](std::size_t i, int axis) -> const Reading& { return around[i][static_cast<std::size_t>(axis)]; });
     Matrix6 whole = misread(stray, [&](std::size_t, int) -> const Reading& { return wholeFace; });
@@ -265,9 +228,9 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
     errors.contact.insert(errors.contact.end(), contact.data(), contact.data() + contact.size());
     errors.wholeFace.insert(errors.wholeFace.end(), whole.data(), whole.data() + whole.size());
   }
-  if (strays.scatters()) {
-    errors.contactScatter = contactScatter(around, strays.scatter(), loads.positions);
-    errors.wholeFaceScatter = wholeFaceScatter(wholeFace, strays.scatter(), loads.positions);
+  if (strays.scatter.size() != 0) {
+    errors.contactScatter = contactScatter(around, strays.scatter, strays.places);
+    errors.wholeFaceScatter = wholeFaceScatter(wholeFace, strays.scatter, strays.places);
   }
   return errors;
 }

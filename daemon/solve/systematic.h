@@ -5,11 +5,27 @@
 #include "daemon/solve/factors.h"
 #include "sensor/sensor.h"
 
+#include <vector>
+
 namespace tractiond::solve {
 
-/// Computes Factors::systematicErrors of the factors of the sensor's atoms. Takes seconds for a block. Reentrant.
+/// Changes of the displacements by unit forces at nine nodes across the face, by one standard deviation of each
+/// quantity that is not known exactly.
+struct Strays {
+  std::vector<int> nodes;
+  sensor::Points places;             ///< of the nodes [m]
+  Eigen::MatrixXd forces;            ///< from wrenches to forces at the nodes, 27 x 6
+  std::vector<Eigen::MatrixXd> all;  ///< 2M x 27 [px/N], in the order of SystematicErrors
+  Eigen::MatrixXd scatter;           ///< by each marker's own depth; empty if those do not scatter
+  double displacement = 0.0;         ///< SystematicErrors::displacement
+};
+
+/// Computes the strays of a sensor. Takes most of a second for a block. Reentrant.
+Strays straysOf(const sensor::Sensor& sensor, const SolveOptions& options);
+
+/// Computes Factors::systematicErrors of the factors of the sensor's atoms. Reentrant. \param strays of the sensor
 SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Factors& factors,
-                                  const Atoms& atoms);
+                                  const Atoms& atoms, const Strays& strays);
 
 /// Returns whether Young's modulus was measured with weights, and not before the camera's pose (by Calibration's dates;
 /// the pose may never have been measured): errors of the camera and the mechanics that scale a normal force are then

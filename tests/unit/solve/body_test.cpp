@@ -57,7 +57,7 @@ Factors factorsWithout(const sensor::Sensor& body, const sensor::Sensor& plain) 
   Factors factors = computeFactors(sensor::elastic::toImage(plain, displacement), atoms, motionPrior(plain),
                                    plain.gel.youngsModulus * square(plain.nodes.pitch), modelOptions(onHalfSpace()))
                         .value();
-  factors.systematicErrors = systematicErrors(plain, onHalfSpace(), factors, atoms);
+  factors.systematicErrors = systematicErrors(plain, onHalfSpace(), factors, atoms, straysOf(plain, onHalfSpace()));
   return factors;
 }
 

@@ -42,14 +42,14 @@ const Atoms& thinAtoms() {
 const Factors& thinFactors() {
   static const Factors factors = [] {
     Factors made = computeFactors(thin(), thinAtoms(), modelOptions({})).value();
-    made.systematicErrors = systematicErrors(thin(), {}, made, thinAtoms());
+    made.systematicErrors = systematicErrors(thin(), {}, made, thinAtoms(), straysOf(thin(), {}));
     return made;
   }();
   return factors;
 }
 
 SystematicErrors errorsOf(const sensor::Sensor& sensor) {
-  return systematicErrors(sensor, SolveOptions{}, thinFactors(), thinAtoms());
+  return systematicErrors(sensor, SolveOptions{}, thinFactors(), thinAtoms(), straysOf(sensor, SolveOptions{}));
 }
 
 Matrix6 error(const std::vector<double>& errors, int number) {
