@@ -7,6 +7,8 @@
 #include "daemon/app/serve.h"
 #include "daemon/capture/inspection.h"
 
+#include <malloc.h>
+
 #include <cstdlib>
 #include <iostream>
 #include <new>
@@ -23,6 +25,7 @@ int checkConfig(const Config& config) {
 }  // namespace
 
 int main(int argc, char** argv) try {
+  mallopt(M_ARENA_MAX, 1);  // of a thread's own heap the C library gives nothing back that is free at its end
   if (const auto enough = checkAddressSpace(); !enough) std::_Exit(failed(enough.error()));
   const auto arguments = parseArguments(argc, argv);
   if (!arguments) return arguments.error();

@@ -6,6 +6,7 @@
 #include "daemon/solve/factors.h"
 
 #include "sensor/elastic/linear_algebra.h"
+#include "sensor/elastic/parallel.h"
 
 #include <algorithm>
 #include <cassert>
@@ -114,15 +115,15 @@ bool multiplyInfluence(const MatrixXd& strays, const Stopping& stopping, Factors
   const Index count = factors.atomCount();
   factors.gram.resize(static_cast<std::size_t>(9 * count * (count + 1) / 2));
   factors.motionCoupling.resize(Eigen::NoChange, 3 * count);
-  MatrixXd products;
   for (Index first = 0; first < count; first += kTogether) {
+    if (isStopped(stopping)) return false;
     const Index end = std::min(first + kTogether, count);
     const MatrixXd own = columnsOf(factors.influence, 3 * first, 3 * end);
     factors.motionCoupling.middleCols(3 * first, own.cols()) = strays.transpose() * own;
-    for (Index other = 0; other < end; other += kTogether) {
-      if (isStopped(stopping)) return false;
+    sensor::elastic::inParallel((end + kTogether - 1) / kTogether, [&](Index part) {
+      const Index other = part * kTogether;
       const MatrixXd others = columnsOf(factors.influence, 3 * other, 3 * std::min(other + kTogether, end));
-      products.resize(own.cols(), others.cols());
+      MatrixXd products(own.cols(), others.cols());
       sensor::elastic::multiply(1.0, own, Op::kTransposed, others, Op::kPlain, 0.0, products);
       for (Index a = first; a < end; ++a) {
         double* const row = factors.gram.data() + 9 * (a * (a + 1) / 2 + other);
@@ -130,7 +131,7 @@ bool multiplyInfluence(const MatrixXd& strays, const Stopping& stopping, Factors
           Eigen::Map<Block>{row + 9 * b} = products.block<3, 3>(3 * (a - first), 3 * b);
         }
       }
-    }
+    });
   }
   return true;
 }
@@ -160,7 +161,7 @@ tl::expected<Factors, Error> computeFactors(MatrixXd influence, const Atoms& ato
 
   const MotionWeight weight(motion, options.noise_px);
   weight.apply(influence);
-  weight.apply(wide);
+  if (near == nullptr) weight.apply(wide);
   if (isStopped(stopping)) return givenUp();
   if (decomposing) decomposing();
   MatrixXd vectors;
