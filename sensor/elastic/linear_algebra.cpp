@@ -11,6 +11,8 @@
 // LAPACK of OpenBLAS; the distribution's liblapack may be the slow reference implementation.
 extern "C" {
 void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
+void dpstrf_(const char* uplo, const int* n, double* a, const int* lda, int* pivots, int* rank, const double* tolerance,
+             double* work, int* info);
 void dsytrd_(const char* uplo, const int* n, double* a, const int* lda, double* diagonal, double* beside,
              double* reflectors, double* work, const int* workSize, int* info);
 void dstemr_(const char* job, const char* range, const int* n, double* diagonal, double* beside, const double* low,
@@ -94,6 +96,18 @@ bool factorise(MatrixRef a) {
   int info = 0;
   dpotrf_("L", &n, a.data(), &lda, &info);
   return info == 0;
+}
+
+int factorisePivoted(double tolerance, Eigen::MatrixXd& a, Eigen::VectorXi& pivots) {
+  assert(a.rows() == a.cols());
+  const int n = size(a.rows()), lda = stride(a.rows());
+  int rank = 0, info = 0;
+  Eigen::VectorXd work(2 * n);
+  pivots.resize(n);
+  dpstrf_("L", &n, a.data(), &lda, pivots.data(), &rank, &tolerance, work.data(), &info);
+  assert(info >= 0);
+  pivots.array() -= 1;
+  return rank;
 }
 
 // By the tridiagonal matrix of Householder's reflections, which are undone only for the eigenvectors that are asked

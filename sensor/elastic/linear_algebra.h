@@ -22,6 +22,10 @@ void multiplyBySelf(double alpha, const ConstMatrixRef& a, Op op, double beta, M
 /// Returns false if `a` is not positive definite; its lower triangle then has no meaning.
 [[nodiscard]] bool factorise(MatrixRef a);
 
+/// Replaces the lower triangle of a positive semidefinite matrix by the columns of its Cholesky factor with pivots
+/// above `tolerance`, and returns their number: a(pivots, pivots) = L L^T. What is right of them has no meaning.
+int factorisePivoted(double tolerance, Eigen::MatrixXd& a, Eigen::VectorXi& pivots);
+
 /// Replaces a symmetric matrix, of which only the lower triangle is read, by its orthonormal eigenvectors with
 /// eigenvalues above `least`, one per column; the eigenvalues, which are resized, ascend. Returns false if the
 /// iteration does not converge; the results then have no meaning.

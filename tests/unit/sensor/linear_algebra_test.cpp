@@ -51,6 +51,16 @@ TEST(LinearAlgebra, IndefiniteMatrixIsReported) {
   EXPECT_FALSE(factorise(a));
 }
 
+TEST(LinearAlgebra, PivotedFactorHasTheRank) {
+  const MatrixXd columns = MatrixXd::Random(9, 4), a = columns * columns.transpose();
+  MatrixXd factor = a;
+  Eigen::VectorXi pivots;
+  const Eigen::Index rank = factorisePivoted(1e-12, factor, pivots);
+  ASSERT_EQ(rank, 4);
+  const MatrixXd lower = factor.leftCols(rank).triangularView<Eigen::Lower>();
+  EXPECT_LT((lower * lower.transpose() - a(pivots, pivots)).norm(), 1e-12);
+}
+
 TEST(LinearAlgebra, EigenvectorsDiagonalise) {
   const MatrixXd a = spd(12);
   MatrixXd vectors = a;
