@@ -17,7 +17,7 @@ namespace twin {
 /// Contacts that visit the same places share these points. Thread-bound.
 class GelModel {
  public:
-  /// Computes the correction, which takes seconds and uses the BLAS's threads, or reads it from a directory. The
+  /// Computes the correction, which takes seconds on all cores, or reads it from a directory. The
   /// arguments need not outlive the object. \param contacts must each have at least one state \param cache directory in
   /// which corrections are kept, which is created; empty: none. A failure to read or write it is ignored
   GelModel(const sensor::Sensor& sensor, const std::vector<Contact>& contacts, const std::filesystem::path& cache = {},

@@ -24,7 +24,7 @@ struct ContactReading {
 /// Gauss-Newton over place and radius, the rest is linear. Reentrant; immutable after construction.
 class ContactFit {
  public:
-  /// Computes the gel's mechanics: takes seconds, with the BLAS's threads. The sensor must be a block. Later calls may
+  /// Computes the gel's mechanics: takes seconds on all cores. The sensor must be a block. Later calls may
   /// use another camera pose than the sensor's. The sensor is copied. \param progress called meanwhile; may be empty
   explicit ContactFit(const sensor::Sensor& sensor, const sensor::elastic::Progress& progress = {});
 

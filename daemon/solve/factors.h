@@ -68,7 +68,7 @@ struct Factors {
   }
 };
 
-/// Computes the factors in seconds, with the threads of the BLAS and about twice the memory of the factors. Leaves
+/// Computes the factors in seconds, on all cores and with about twice the memory of the factors. Leaves
 /// `id`, `computed_ns` and `systematicErrors` to the caller. Fails if the matrix is not finite or all zero, or if all
 /// singular values are below ModelOptions::faintest (EX_CONFIG), if its eigenvectors are not found (EX_SOFTWARE), or
 /// with givenUp(). force_N and ModelOptions::noise_px must be above 0, and the sizes must fit (asserted). The

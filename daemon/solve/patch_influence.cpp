@@ -2,6 +2,7 @@
 #include "daemon/solve/patch_influence.h"
 
 #include "base/vector_clones.h"
+#include "sensor/elastic/parallel.h"
 #include "sensor/projection.h"
 
 #include <algorithm>
@@ -157,16 +158,18 @@ PatchInfluence::PatchInfluence(const sensor::Sensor& sensor, const Atoms& atoms,
   };
   for (std::size_t i = 0; i < exactly_.marker.size(); ++i) round(exactly_.marker[i], rounded_.marker[i]);
   for (std::size_t i = 0; i < exactly_.slope.size(); ++i) round(exactly_.slope[i], rounded_.slope[i]);
-  std::vector<double> column(static_cast<std::size_t>(stride()));
-  for (int i = 0; i < rest_.rows(); ++i) {
-    std::fill(column.begin(), column.end(), 0.0);
-    const auto point = atoms.points.col(i / 3);
-    const Source source{point.x(), point.y(), Eigen::Vector3d::Unit(i % 3)};
-    addHalfSpace({&source, 1}, column.data());
-    for (int j = 0; j < rest_.columns(); ++j) {
-      rest_.row(i)[j] = static_cast<float>(factors.influence.row(i)[j] - column[static_cast<std::size_t>(j)]);
+  sensor::elastic::inParallel(atoms.pointCount(), [&](Eigen::Index point) {
+    std::vector<double> column(static_cast<std::size_t>(stride()));
+    for (int axis = 0; axis < 3; ++axis) {
+      std::fill(column.begin(), column.end(), 0.0);
+      const Source source{atoms.points(0, point), atoms.points(1, point), Eigen::Vector3d::Unit(axis)};
+      addHalfSpace({&source, 1}, column.data());
+      const int i = 3 * static_cast<int>(point) + axis;
+      for (int j = 0; j < rest_.columns(); ++j) {
+        rest_.row(i)[j] = static_cast<float>(factors.influence.row(i)[j] - column[static_cast<std::size_t>(j)]);
+      }
     }
-  }
+  });
 }
 
 template <typename Number>

@@ -3,6 +3,7 @@
 #include "daemon/solve/linear_reading.h"
 #include "daemon/solve/wrench.h"
 #include "sensor/elastic/influence.h"
+#include "sensor/elastic/parallel.h"
 
 #include <Eigen/Dense>
 
@@ -204,9 +205,15 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
                                   const Atoms& atoms, const Strays& strays) {
   SystematicErrors errors;
   errors.displacement = strays.displacement;
-  const std::vector<Readings> around =
-      contactReadings(sensor, factors, atoms, modelOptions(options), errors.displacement, strays.nodes);
-  const Reading wholeFace = wholeFaceReading(factors, atoms, options.noise_px);
+  std::vector<Readings> around;
+  Reading wholeFace;
+  sensor::elastic::inParallel(2, [&](Eigen::Index which) {
+    if (which == 0) {
+      around = contactReadings(sensor, factors, atoms, modelOptions(options), errors.displacement, strays.nodes);
+    } else {
+      wholeFace = wholeFaceReading(factors, atoms, options.noise_px);
+    }
+  });
   const auto misread = [&](const Eigen::MatrixXd& stray, const auto& readingOf) {
     Matrix6 error = Matrix6::Zero();
     for (std::size_t i = 0; i < strays.nodes.size(); ++i) {
