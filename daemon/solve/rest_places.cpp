@@ -1,5 +1,7 @@
 #include "daemon/solve/rest_places.h"
 
+#include "sensor/elastic/parallel.h"
+
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
@@ -151,7 +153,7 @@ RestPlaces restPlaces(const sensor::Sensor& sensor, std::span<const float> place
 tl::expected<MatrixXd, Error> influenceAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& drawn,
                                                 const Stopping& stopping) {
   assert(!sensor.body && sensor.scatter.cols() == sensor.markerCount());
-  constexpr Index kTogether = 128;  // points
+  constexpr Index kTogether = 128, kMarkers = 64;  // points, markers together
   sensor::Sensor straight = sensor;
   straight.scatter.resize(3, 0);
   const auto scattered = interpolation(sensor);
@@ -166,7 +168,10 @@ tl::expected<MatrixXd, Error> influenceAtPlaces(const sensor::Sensor& sensor, co
     }
     if (isStopped(stopping)) return givenUp();
     influence.middleCols(3 * first, rest.cols()) = halfSpace(sensor, points);
-    influence.middleCols(3 * first, rest.cols()) += RowMajorMatrix(scattered * rest);
+    sensor::elastic::inParallel((sensor.markerCount() + kMarkers - 1) / kMarkers, [&](Index part) {
+      const Index row = 2 * kMarkers * part, rows = std::min(2 * kMarkers, scattered.rows() - row);
+      influence.block(row, 3 * first, rows, rest.cols()) += RowMajorMatrix(scattered.middleRows(row, rows) * rest);
+    });
   }
   return influence;
 }

@@ -347,7 +347,7 @@ struct BlockCorrection::Data {
 
  private:
   ClassSolver solver(unsigned parity) const { return {parity, mesh, whole, elements, boundary}; }
-  MatrixXd compress(MatrixXd& columns) const;
+  MatrixXd compress(MatrixXd& data) const;
   PerClass boundaryData(const Points& sources, const Eigen::Matrix3Xd* forces) const;
 };
 
@@ -430,18 +430,18 @@ PerClass BlockCorrection::Data::boundaryData(const Points& sources, const Eigen:
 
 // Replaces boundary data by fewer columns of which they are combinations; returns the shares of these. Sources side by
 // side have nearly the same data: of 588 columns of the paper's gel some 250 are left.
-MatrixXd BlockCorrection::Data::compress(MatrixXd& columns) const {
+MatrixXd BlockCorrection::Data::compress(MatrixXd& data) const {
   // Of the largest column. The influence differs by 3e-7 of its largest element; with a smaller share rounding makes it
   // more, and with 1e-6 it is 5e-6.
   constexpr double kNegligible = 1e-7;
-  MatrixXd scaled = columns, factor(columns.cols(), columns.cols());
+  MatrixXd scaled = data, factor(data.cols(), data.cols());
   scaled.topRows(3 * boundary.baseCount) *= youngsModulus * mesh.size({0, 0, 0}).z();  // displacements, as forces
   multiplyBySelf(1.0, scaled, Op::kTransposed, 0.0, factor);
   const double largest = factor.diagonal().maxCoeff();
   Eigen::VectorXi pivots;
   const Index rank = factorisePivoted(kNegligible * kNegligible * largest, factor, pivots);
-  columns = columns(Eigen::all, pivots.head(rank)).eval();
-  solveLowerRight(factor.topLeftCorner(rank, rank), Op::kTransposed, columns);
+  data = data(Eigen::all, pivots.head(rank)).eval();
+  solveLowerRight(factor.topLeftCorner(rank, rank), Op::kTransposed, data);
   MatrixXd shares = MatrixXd::Zero(rank, factor.cols());
   for (Index i = 0; i < factor.cols(); ++i) {
     const Index count = std::min(i + 1, rank);
