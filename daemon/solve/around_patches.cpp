@@ -36,7 +36,8 @@ AroundPatches::AroundPatches(const Factors& factors, const Atoms& atoms, const M
     , whole_(smooth_.size())
     , noise_(static_cast<std::size_t>(mostOf(options)))
     , share_(static_cast<std::size_t>(atoms.pointCount()))
-    , movedShare_(share_.size()) {
+    , movedShare_(share_.size())
+    , here_(3 * share_.size()) {
   resize(moments_, atoms.count());
   for (std::size_t i = 0; i < kRoughness.size(); ++i) {
     solutions_.push_back({{}, Posterior(factors, atoms, mostOf(options), kMostFreed)});
@@ -79,14 +80,16 @@ void AroundPatches::setExtra(const Displacements& left, const RoundPatches& patc
     const auto couple = [&](int unknown) -> Eigen::Map<Vector3d> {
       return Vector3d::Map(extra_.pointForces_N(unknown).data() + 3 * (share_.size() + static_cast<std::size_t>(k)));
     };
-    for (std::size_t p = 0; p < share_.size(); ++p) {
-      for (int i = 0; i < 3; ++i) {
-        extra_.pointForces_N(freed_.index(k, i))[3 * p + static_cast<std::size_t>(i)] = freed_.unit(k, i) * share_[p];
-      }
-    }
     for (int i = 0; i < kPatchLoads; ++i) {
-      couple(freed_.index(k, i)) = spread_.couple(freed_.unit(k, i) * PatchLoad::Unit(i));
+      const PatchLoad unit = freed_.unit(k, i) * PatchLoad::Unit(i);
+      const auto forces = extra_.pointForces_N(freed_.index(k, i));
+      for (std::size_t p = 0; p < share_.size(); ++p) {
+        Vector3d::Map(forces.data() + 3 * p) = spread_.force(unit, share_, p);
+      }
+      couple(freed_.index(k, i)) = spread_.couple(unit);
     }
+    for (std::size_t p = 0; p < share_.size(); ++p)
+      Vector3d::Map(here_.data() + 3 * p) = spread_.force(patch.load, share_, p);
     const Vector3d coupleHere = spread_.couple(patch.load);
     for (int i = 0; i < kPatchPlaces; ++i) {  // by differences
       const double small = kSmall * freed_.unit(k, kPatchLoads + i);
@@ -95,8 +98,8 @@ void AroundPatches::setExtra(const Displacements& left, const RoundPatches& patc
       spread_.divide(moved, true, movedShare_);
       const auto forces = extra_.pointForces_N(freed_.index(k, kPatchLoads + i));
       for (std::size_t p = 0; p < share_.size(); ++p) {
-        const double change = (movedShare_[p] - share_[p]) / kSmall;
-        Vector3d::Map(forces.data() + 3 * p) = change * force;
+        const Vector3d moved_N = spread_.force(patch.load, movedShare_, p);
+        Vector3d::Map(forces.data() + 3 * p) = (moved_N - Vector3d::Map(here_.data() + 3 * p)) / kSmall;
       }
       couple(freed_.index(k, kPatchLoads + i)) = (spread_.couple(patch.load) - coupleHere) / kSmall;
     }
@@ -221,7 +224,7 @@ void AroundPatches::pointForces_N(int i, std::span<double> forces) {
     const RoundPatch found = freed_.changed(k, change(i, k));
     spread_.divide(found.place, true, share_);
     for (std::size_t p = 0; p < share_.size(); ++p) {
-      Vector3d::Map(forces.data() + 3 * p) += share_[p] * found.load.head<3>();
+      Vector3d::Map(forces.data() + 3 * p) += spread_.force(found.load, share_, p);
     }
     Vector3d::Map(forces.data() + 3 * (share_.size() + static_cast<std::size_t>(k))) = spread_.couple(found.load);
   }

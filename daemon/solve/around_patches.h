@@ -88,6 +88,7 @@ class AroundPatches {
   std::vector<double> whole_;               // A: gamma of both
   std::vector<double> noise_;               // of the chosen atoms
   std::vector<double> share_, movedShare_;  // P
+  std::vector<double> here_;                // 3P: forces of a patch
   std::array<double, static_cast<std::size_t>(kMostFreed* kMostFreed)> covariance_{};
 };
 

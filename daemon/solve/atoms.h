@@ -12,8 +12,8 @@
 namespace tractiond::solve {
 
 /// Number of couples that forces may have besides those of the points, three components each [N m]: of each round patch
-/// what its wrench has more than its forces at the points, which is its torsion, and a moment where they do not reach
-/// its place. They are numbered like points, after the last one.
+/// what its wrench has more than its forces at the points, a moment where these do not reach its place. They are
+/// numbered like points, after the last one.
 inline constexpr int kCouples = 4;
 
 /// Atoms of one size. Neighbours among them have similar prior variances.

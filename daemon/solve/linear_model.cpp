@@ -282,7 +282,7 @@ void LinearModel::addForces(const Part& part, std::span<double> forces) {
     const RoundPatch patch = patchNow(part, k, grown);
     spread_.divide(patch.place, true, share_);
     for (std::size_t p = 0; p < share_.size(); ++p) {
-      Eigen::Vector3d::Map(forces.data() + 3 * p) += share_[p] * patch.load.head<3>();
+      Eigen::Vector3d::Map(forces.data() + 3 * p) += spread_.force(patch.load, share_, p);
     }
     Eigen::Vector3d::Map(forces.data() + 3 * (share_.size() + static_cast<std::size_t>(k))) =
         spread_.couple(patch.load);

@@ -102,12 +102,13 @@ ModelContacts::ModelContacts(const Atoms& atoms, const sensor::Sensor& sensor, c
     , found_(atoms)
     , hills_(gridOf(atoms, sensor), atoms.pointCount() + kCouples)
     , has_(static_cast<std::size_t>(atoms.pointCount()))
+    , share_(has_.size())
     , nearest_(has_.size())
     , part_(has_.size())
     , forces_(3 * has_.size())
     , nodeForces_(3 * static_cast<std::size_t>(atoms.nodeCount()))
     , weights_(3 * kColumns * (has_.size() + kCouples)) {
-  for (auto& each : share_) each.resize(has_.size());
+  for (auto& each : ofPatch_) each.resize(forces_.size());
   points_.reserve(has_.size() + kCouples);
 }
 
@@ -181,11 +182,14 @@ int ModelContacts::listPatches(const Estimate& estimate, Mixture& mixture, doubl
   return count;
 }
 
-/// Finds the patches' shares of the points, the patch that each point is nearest to, and those that lie beside all.
+/// Finds the patches' forces at the points, the patch that each point is nearest to, and those that lie beside all.
 void ModelContacts::share(const Estimate& estimate) {
   for (int k = 0; k < estimate.patchCount; ++k) {
-    spread_.divide(estimate.patches[static_cast<std::size_t>(k)].patch.place, true,
-                   share_[static_cast<std::size_t>(k)]);
+    const RoundPatch& patch = estimate.patches[static_cast<std::size_t>(k)].patch;
+    spread_.divide(patch.place, true, share_);
+    double* const forces = ofPatch_[static_cast<std::size_t>(k)].data();
+    for (std::size_t p = 0; p < share_.size(); ++p)
+      Vector3d::Map(forces + 3 * p) = spread_.force(patch.load, share_, p);
   }
   for (std::size_t p = 0; p < has_.size(); ++p) {
     double least = std::numeric_limits<double>::infinity();
@@ -240,7 +244,7 @@ Vector3d ModelContacts::gather(const Estimate& estimate, int contact) {
     double own_N = 0.0, all_N = nearest_N;
     Vector3d rest = forceOf(estimate, static_cast<Index>(p)), own = Vector3d::Zero();
     for (std::size_t k = 0; k < patches.size(); ++k) {
-      const Vector3d force = share_[k][p] * patches[k].patch.load.head<3>();
+      const Vector3d force = Vector3d::Map(ofPatch_[k].data() + 3 * p);
       all_N += force.norm();
       rest -= force;
       if (patches[k].contact != contact) continue;

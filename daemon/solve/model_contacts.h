@@ -76,13 +76,14 @@ class ModelContacts {
   Found found_;
   Hills hills_;
   // Of one frame.
-  std::vector<unsigned char> has_;                // P: points whose forces make contacts of their own
-  std::array<std::vector<double>, kMost> share_;  // P: of the points in the force of each patch
-  std::vector<int> nearest_;                      // P: patch
-  std::vector<double> part_, forces_;             // P, 3P: of one contact
-  std::vector<double> nodeForces_;                // 3N: likewise
-  std::vector<double> weights_;                   // 3 (P + kCouples) x kColumns: likewise
-  std::vector<int> points_;                       // that have a part in it
+  std::vector<unsigned char> has_;                  // P: points whose forces make contacts of their own
+  std::vector<double> share_;                       // P
+  std::array<std::vector<double>, kMost> ofPatch_;  // 3P: forces of each patch at the points
+  std::vector<int> nearest_;                        // P: patch
+  std::vector<double> part_, forces_;               // P, 3P: of one contact
+  std::vector<double> nodeForces_;                  // 3N: likewise
+  std::vector<double> weights_;                     // 3 (P + kCouples) x kColumns: likewise
+  std::vector<int> points_;                         // that have a part in it
 };
 
 }  // namespace tractiond::solve

@@ -1,7 +1,5 @@
 #include "daemon/solve/patch_spread.h"
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <cmath>
 
@@ -44,6 +42,13 @@ double centroidAlong(std::span<const double> share) {
   return sum;
 }
 
+/// Mean squared distance from a place; not 0, as shares spread over the points beside a patch, but for a single point.
+double squaredAlong(std::span<const double> share, double from) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < share.size(); ++i) sum += square(static_cast<double>(i) - from) * share[i];
+  return sum;
+}
+
 }  // namespace
 
 PatchSpread::PatchSpread(const Atoms& atoms)
@@ -61,11 +66,16 @@ void PatchSpread::divide(const PatchPlace& place, bool centred, std::span<double
   for (std::size_t p = 0, row = 0; row < up.size(); ++row) {
     for (const double each : across) share[p++] = each * up[row];
   }
-  off_.head<2>() = atoms_.pitch_m * (at - Eigen::Vector2d(centroidAlong(across), centroidAlong(up)));
+  centroid_ = {centroidAlong(across), centroidAlong(up)};
+  off_.head<2>() = atoms_.pitch_m * (at - centroid_);
+  spread_m2_ = pitch2 * (squaredAlong(across, centroid_.x()) + squaredAlong(up, centroid_.y()));
 }
 
-Eigen::Vector3d PatchSpread::couple(const PatchLoad& load) const {
-  return off_.cross(load.head<3>()) + load[3] * Eigen::Vector3d::UnitZ();
+Eigen::Vector3d PatchSpread::force(const PatchLoad& load, std::span<const double> share, std::size_t point) const {
+  const auto columns = static_cast<std::size_t>(atoms_.columns);
+  const Eigen::Vector2d at(static_cast<double>(point % columns), static_cast<double>(point / columns));
+  const Eigen::Vector2d arm = atoms_.pitch_m / spread_m2_ * (at - centroid_);
+  return share[point] * (load.head<3>() + load[3] * Eigen::Vector3d(-arm.y(), arm.x(), 0.0));
 }
 
 }  // namespace tractiond::solve

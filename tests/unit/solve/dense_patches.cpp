@@ -83,8 +83,14 @@ DensePatches::Vector DensePatches::centred(const Eigen::Vector3d& place) const {
   return share;
 }
 
-void DensePatches::addForces(const Patch& patch, const Vector& share, Vector& forces) {
-  for (Eigen::Index p = 0; p < share.size(); ++p) forces.segment<3>(3 * p) += share[p] * patch.load.head<3>();
+void DensePatches::addForces(const Patch& patch, const Vector& share, Vector& forces) const {
+  const Eigen::Vector3d centroid = points_ * share;
+  const Eigen::Matrix3Xd arms = points_.colwise() - centroid;
+  const double torsion = patch.load[3] / arms.colwise().squaredNorm().dot(share);
+  for (Eigen::Index p = 0; p < share.size(); ++p) {
+    const Eigen::Vector3d turning = torsion * Eigen::Vector3d::UnitZ().cross(Eigen::Vector3d(arms.col(p)));
+    forces.segment<3>(3 * p) += share[p] * (patch.load.head<3>() + turning);
+  }
 }
 
 DensePatches::Matrix DensePatches::footprint(const Vector& forces) const {
@@ -204,7 +210,9 @@ std::vector<DensePatches::Candidate> DensePatches::around(const Frame& frame, co
     toWrench(5, 4 * k + 3) = 1;
     wrench += toWrench.middleCols<4>(4 * k) * patch.load;
     along += force * force.transpose();
-    addForces(patch, spread(patch.place), forces);
+    Patch untwisted = patch;  // torsion tells nothing of what a patch is rough by
+    untwisted.load[3] = 0;
+    addForces(untwisted, spread(patch.place), forces);
   }
   Matrix extra(frame.d.size(), 7 * count);
   extra << columns, slopesOf(frame, patches, {});

@@ -38,7 +38,7 @@ class DensePatches : public DensePatchFit {
   /// The same with the place as their centroid, by bisection.
   Vector centred(const Eigen::Vector3d& place) const;
 
-  static void addForces(const Patch& patch, const Vector& share, Vector& forces);
+  void addForces(const Patch& patch, const Vector& share, Vector& forces) const;
 
   /// The even contact of forces of the points.
   /// `fieldDegrees`: degrees of freedom that were used for the forces.

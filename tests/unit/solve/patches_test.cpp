@@ -182,6 +182,21 @@ TEST(EvenField, IsListedAsOneContact) {
 }
 
 /// A field may have maxima where nothing touches.
+TEST(Patches, TurnTheForcesOfThePoints) {
+  PatchBench bench(smallSensor());
+  constexpr double kTorque = 1.0;  // of disc(): [N mm]
+  const Estimate estimate = bench.solve(bench.picture(disc(0.7, -1.2, 3, kPress, kTorque), 3));
+  ASSERT_GT(estimate.patchShare, 0.5);
+  double torque = 0.0, shear = 0.0;
+  for (int p = 0; p < bench.atoms().pointCount(); ++p) {
+    const Vector3d force = Vector3d::Map(estimate.force_N.data() + 3 * static_cast<Eigen::Index>(p));
+    torque += (bench.atoms().points.col(p) - Vector3d(0.7e-3, -1.2e-3, 0.0)).cross(force).z();
+    shear += force.x();
+  }
+  EXPECT_NEAR(1e3 * torque, kTorque, 0.1 * kTorque);
+  EXPECT_NEAR(shear, estimate.wrench[0], 1e-9);
+}
+
 TEST(Patches, AreAsManyAsThePictureTells) {
   PatchBench bench(smallSensor());
   RoundPatches patches(bench.sensor(), bench.atoms(), bench.factors());
