@@ -254,7 +254,7 @@ class Page(TestCase):
         folder = self.rig.folder / "recordings"
         folder.mkdir()
         browser = self.browser(self.view(daemon, "--recordings", folder))
-        browser.wait_for("window.traction?.model?.field && traction.model.description.zero && traction.model.preview")
+        browser.wait_for("window.traction?.model?.field && traction.model.description?.zero && traction.model.preview")
         witness = self.rig.subscribe(daemon, "traction/v1/default/field/")
         browser.ask(key="r")
         browser.wait_for("traction.model.recorder?.file")
