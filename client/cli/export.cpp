@@ -1,3 +1,4 @@
+#include "client/cli/csv_line.h"
 #include "client/cli/draft.h"
 #include "client/cli/notes.h"
 #include "client/cli/npz.h"
@@ -10,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -131,26 +131,9 @@ double deviationOf(const Covariance& covariance, std::size_t axis) {
   return std::sqrt(std::max(0.0, covariance.noise.at(4 * axis) + covariance.systematic.at(4 * axis)));
 }
 
-/// Writes a line of comma-separated values.
-class Line {
- public:
-  template <typename Number>
-  Line& add(Number number) {
-    std::array<char, 32> digits{};
-    if (!text_.empty()) text_ += ',';
-    text_.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
-    return *this;
-  }
-  Line& add(const Vector3& vector) { return add(vector[0]).add(vector[1]).add(vector[2]); }
-  Line& addDeviations(const Covariance& covariance) {
-    for (const std::size_t axis : {0, 1, 2}) add(deviationOf(covariance, axis));
-    return *this;
-  }
-  std::string take() { return std::move(text_) + "\n"; }
-
- private:
-  std::string text_;
-};
+std::array<double, 3> deviationsOf(const Covariance& covariance) {
+  return {deviationOf(covariance, 0), deviationOf(covariance, 1), deviationOf(covariance, 2)};
+}
 
 constexpr const char* kColumns =
     "log_time_ns,capture_time_ns,sequence,frame_number,camera_frame_id,valid,method,flags,"
@@ -159,11 +142,11 @@ constexpr const char* kColumns =
     "pressure_x_m,pressure_y_m,pressure_valid,contacts,residual_px,valid_markers\n";
 
 std::string lineOf(const recording::Message& record, const Field& field) {
-  Line line;
+  CsvLine line;
   line.add(record.logTime_ns).add(record.publishTime_ns).add(field.header.sequence).add(field.header.frameNumber);
   line.add(field.header.cameraFrameId).add(static_cast<int>(field.valid)).add(static_cast<int>(field.method));
-  line.add(field.header.flags).add(field.resultant_N).addDeviations(field.resultantCovariance_N2);
-  line.add(field.moment_Nm).addDeviations(field.momentCovariance_N2m2);
+  line.add(field.header.flags).add(field.resultant_N).add(deviationsOf(field.resultantCovariance_N2));
+  line.add(field.moment_Nm).add(deviationsOf(field.momentCovariance_N2m2));
   line.add(field.centreOfPressure_m[0]).add(field.centreOfPressure_m[1]);
   line.add(static_cast<int>(field.centreOfPressureValid)).add(field.contacts.size());
   line.add(field.residual_px).add(field.validMarkers);

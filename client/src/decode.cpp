@@ -157,24 +157,35 @@ Covariance covarianceOf(const pb::Covariance& from) {
   return {matrixOf(from.noise()), matrixOf(from.systematic())};
 }
 
+/// Takes what a Contact and a TrackedContact have alike. \throws Error as requireFinite()
+void takeWrenchAndEllipse(const auto& from, auto& to) {
+  to.position_m = vectorOf(from.position_m());
+  to.positionDeviation_m = vectorOf(from.position_deviation_m());
+  to.force_N = vectorOf(from.force_n());
+  to.forceDeviation_N = vectorOf(from.force_deviation_n());
+  to.moment_Nm = vectorOf(from.moment_nm());
+  to.positionZ_m = from.position_z_m();
+  to.forceCovariance_N2 = covarianceOf(from.force_covariance_n2());
+  to.momentCovariance_N2m2 = covarianceOf(from.moment_covariance_n2m2());
+  to.forceMomentCovariance_N2m = covarianceOf(from.force_moment_covariance_n2m());
+  to.halfAxes_m = vectorOf(from.half_axes_m());
+  to.halfAxesDeviation_m = vectorOf(from.half_axes_deviation_m());
+  to.orientation_rad = from.orientation_rad();
+  to.orientationDeviation_rad = from.orientation_deviation_rad();
+  requireFinite(to.position_m, to.positionDeviation_m, to.force_N, to.forceDeviation_N, to.moment_Nm, to.positionZ_m,
+                to.halfAxes_m, to.halfAxesDeviation_m, to.orientation_rad, to.orientationDeviation_rad);
+  requireFiniteCovariances(to.forceCovariance_N2, to.momentCovariance_N2m2, to.forceMomentCovariance_N2m);
+}
+
 Contact contactOf(const pb::Contact& from) {
-  return {vectorOf(from.position_m()),
-          vectorOf(from.position_deviation_m()),
-          vectorOf(from.force_n()),
-          vectorOf(from.force_deviation_n()),
-          from.area_m2(),
-          from.area_deviation_m2(),
-          vectorOf(from.moment_nm()),
-          from.position_z_m(),
-          covarianceOf(from.force_covariance_n2()),
-          covarianceOf(from.moment_covariance_n2m2()),
-          covarianceOf(from.force_moment_covariance_n2m()),
-          vectorOf(from.half_axes_m()),
-          vectorOf(from.half_axes_deviation_m()),
-          from.orientation_rad(),
-          from.orientation_deviation_rad(),
-          from.shear_spread_ratio(),
-          from.shear_spread_ratio_deviation()};
+  Contact contact;
+  takeWrenchAndEllipse(from, contact);
+  contact.area_m2 = from.area_m2();
+  contact.areaDeviation_m2 = from.area_deviation_m2();
+  contact.shearSpreadRatio = from.shear_spread_ratio();
+  contact.shearSpreadRatioDeviation = from.shear_spread_ratio_deviation();
+  requireFinite(contact.area_m2, contact.areaDeviation_m2, contact.shearSpreadRatio, contact.shearSpreadRatioDeviation);
+  return contact;
 }
 
 /// Returns kNone for a phase of a later version.
@@ -210,40 +221,34 @@ SlipState stateOf(pb::SlipState from) {
 }
 
 Interval intervalOf(const pb::Interval& from) {
+  requireFinite(from.estimate(), from.low(), from.high());
   return {from.estimate(), from.low(), from.high()};
 }
 
 Slip slipOf(const pb::Slip& from) {
+  requireFinite(from.margin_n(), from.holding_force_n());
   return {stateOf(from.state()), intervalOf(from.stick_ratio()), intervalOf(from.friction()), from.margin_n(),
           from.holding_force_n()};
 }
 
 TrackedContact contactOf(const pb::TrackedContact& from) {
-  return {from.id(),
-          phaseOf(from.phase()),
-          from.doubted(),
-          from.begun_ns(),
-          from.seen_ns(),
-          vectorOf(from.position_m()),
-          vectorOf(from.position_deviation_m()),
-          from.radius_m(),
-          from.radius_deviation_m(),
-          vectorOf(from.force_n()),
-          vectorOf(from.force_deviation_n()),
-          vectorOf(from.velocity_m_s()),
-          vectorOf(from.velocity_deviation_m_s()),
-          from.has_slip() ? std::optional(slipOf(from.slip())) : std::nullopt,
-          vectorOf(from.moment_nm()),
-          from.position_z_m(),
-          covarianceOf(from.force_covariance_n2()),
-          covarianceOf(from.moment_covariance_n2m2()),
-          covarianceOf(from.force_moment_covariance_n2m()),
-          vectorOf(from.half_axes_m()),
-          vectorOf(from.half_axes_deviation_m()),
-          from.orientation_rad(),
-          from.orientation_deviation_rad(),
-          from.angular_velocity_rad_s(),
-          from.angular_velocity_deviation_rad_s()};
+  TrackedContact contact;
+  takeWrenchAndEllipse(from, contact);
+  contact.id = from.id();
+  contact.phase = phaseOf(from.phase());
+  contact.doubted = from.doubted();
+  contact.begun_ns = from.begun_ns();
+  contact.seen_ns = from.seen_ns();
+  contact.radius_m = from.radius_m();
+  contact.radiusDeviation_m = from.radius_deviation_m();
+  contact.velocity_m_s = vectorOf(from.velocity_m_s());
+  contact.velocityDeviation_m_s = vectorOf(from.velocity_deviation_m_s());
+  if (from.has_slip()) contact.slip = slipOf(from.slip());
+  contact.angularVelocity_rad_s = from.angular_velocity_rad_s();
+  contact.angularVelocityDeviation_rad_s = from.angular_velocity_deviation_rad_s();
+  requireFinite(contact.radius_m, contact.radiusDeviation_m, contact.velocity_m_s, contact.velocityDeviation_m_s,
+                contact.angularVelocity_rad_s, contact.angularVelocityDeviation_rad_s);
+  return contact;
 }
 
 /// Returns kNone for a method of a later daemon.
@@ -391,14 +396,6 @@ Field decodeField(std::string_view bytes) {
                 field.pictureMotion.scale, field.pictureMotion.roll_rad);
   requireFiniteCovariances(field.resultantCovariance_N2, field.momentCovariance_N2m2,
                            field.resultantMomentCovariance_N2m);
-  for (const Contact& contact : field.contacts) {
-    requireFinite(contact.position_m, contact.positionDeviation_m, contact.force_N, contact.forceDeviation_N,
-                  contact.area_m2, contact.areaDeviation_m2, contact.moment_Nm, contact.positionZ_m, contact.halfAxes_m,
-                  contact.halfAxesDeviation_m, contact.orientation_rad, contact.orientationDeviation_rad,
-                  contact.shearSpreadRatio, contact.shearSpreadRatioDeviation);
-    requireFiniteCovariances(contact.forceCovariance_N2, contact.momentCovariance_N2m2,
-                             contact.forceMomentCovariance_N2m);
-  }
   return field;
 }
 
@@ -428,20 +425,7 @@ Status decodeStatus(std::string_view bytes) {
 Contacts decodeContacts(std::string_view bytes) {
   const auto from = parse<pb::Contacts>(bytes);
   Contacts contacts{headerOf(from.header()), idOf(from.run()), from.valid(), {}};
-  for (const pb::TrackedContact& each : from.contacts()) {
-    const TrackedContact& contact = contacts.contacts.emplace_back(contactOf(each));
-    requireFinite(contact.position_m, contact.positionDeviation_m, contact.radius_m, contact.radiusDeviation_m,
-                  contact.force_N, contact.forceDeviation_N, contact.velocity_m_s, contact.velocityDeviation_m_s,
-                  contact.moment_Nm, contact.positionZ_m, contact.halfAxes_m, contact.halfAxesDeviation_m,
-                  contact.orientation_rad, contact.orientationDeviation_rad, contact.angularVelocity_rad_s,
-                  contact.angularVelocityDeviation_rad_s);
-    requireFiniteCovariances(contact.forceCovariance_N2, contact.momentCovariance_N2m2,
-                             contact.forceMomentCovariance_N2m);
-    if (!contact.slip) continue;
-    for (const auto& [estimate, low, high] : {contact.slip->stickRatio, contact.slip->friction})
-      requireFinite(estimate, low, high);
-    requireFinite(contact.slip->margin_N, contact.slip->holdingForce_N);
-  }
+  for (const pb::TrackedContact& each : from.contacts()) contacts.contacts.push_back(contactOf(each));
   return contacts;
 }
 

@@ -1,5 +1,6 @@
 #include "client/tractionctl/contacts.h"
 
+#include "client/cli/csv_line.h"
 #include "client/cli/draft.h"
 #include "client/cli/recordings.h"
 #include "client/cli/skipped.h"
@@ -12,15 +13,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
 #include <map>
 #include <string>
 #include <string_view>
-#include <type_traits>
-#include <utility>
 #include <variant>
 
 namespace traction::cli {
@@ -34,49 +32,40 @@ constexpr std::string_view kColumns =
     "angular_velocity_rad_s,angular_velocity_deviation_rad_s,slip,stick_ratio,stick_ratio_low,stick_ratio_high,"
     "friction,friction_low,friction_high,margin_N,holding_force_N\n";
 
-/// A line of comma-separated values.
-class Line {
- public:
-  Line& add(std::string_view word) {
-    if (!text_.empty()) text_ += ',';
-    text_ += word;
-    return *this;
-  }
-  template <typename Number>
-  requires std::is_arithmetic_v<Number> Line& add(Number number) {
-    std::array<char, 32> digits{};
-    const char* const end = std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr;
-    return add(std::string_view(digits.data(), static_cast<std::size_t>(end - digits.data())));
-  }
-  Line& add(const v1::Vector2& vector) { return add(vector.x()).add(vector.y()); }
-  Line& add(const v1::Vector3& vector) { return add(vector.x()).add(vector.y()).add(vector.z()); }
-  Line& add(const v1::Interval& of) { return add(of.estimate()).add(of.low()).add(of.high()); }
-  Line& addDeviations(const v1::Covariance& covariance) {
-    for (const int at : {0, 4, 8}) add(std::sqrt(std::max(0.0, covariance.noise(at))));  // as that of the force
-    return *this;
-  }
-  std::string take() { return std::move(text_) + "\n"; }
+std::array<double, 2> arrayOf(const v1::Vector2& vector) {
+  return {vector.x(), vector.y()};
+}
 
- private:
-  std::string text_;
-};
+std::array<double, 3> arrayOf(const v1::Vector3& vector) {
+  return {vector.x(), vector.y(), vector.z()};
+}
+
+std::array<double, 3> arrayOf(const v1::Interval& of) {
+  return {of.estimate(), of.low(), of.high()};
+}
+
+/// Returns the deviations that noise causes, as those of the force.
+std::array<double, 3> deviationsOf(const v1::Covariance& covariance) {
+  const auto deviation = [&](int at) { return std::sqrt(std::max(0.0, covariance.noise(at))); };
+  return {deviation(0), deviation(4), deviation(8)};
+}
 
 std::string lineOf(const recording::Message& record, const v1::Header& header, const v1::TrackedContact& contact) {
   constexpr std::array<std::string_view, 6> kPhases = {"", "begin", "move", "absent", "unknown", "end"};
   constexpr std::array<std::string_view, 4> kStates = {"unknown", "sticking", "incipient", "slipping"};
-  Line line;
+  CsvLine line;
   line.add(record.logTime_ns).add(record.publishTime_ns).add(header.frame_number()).add(header.sensor());
   line.add(contact.id()).add(kPhases.at(static_cast<std::size_t>(contact.phase()))).add(int{contact.doubted()});
-  line.add(contact.begun_ns()).add(contact.seen_ns()).add(contact.position_m()).add(contact.position_z_m());
-  line.add(contact.position_deviation_m()).add(contact.force_n()).add(contact.force_deviation_n());
-  line.add(contact.moment_nm()).addDeviations(contact.moment_covariance_n2m2()).add(contact.radius_m());
-  line.add(contact.half_axes_m()).add(contact.orientation_rad()).add(contact.orientation_deviation_rad());
-  line.add(contact.velocity_m_s()).add(contact.angular_velocity_rad_s());
-  line.add(contact.angular_velocity_deviation_rad_s());
+  line.add(contact.begun_ns()).add(contact.seen_ns()).add(arrayOf(contact.position_m())).add(contact.position_z_m());
+  line.add(arrayOf(contact.position_deviation_m())).add(arrayOf(contact.force_n()));
+  line.add(arrayOf(contact.force_deviation_n())).add(arrayOf(contact.moment_nm()));
+  line.add(deviationsOf(contact.moment_covariance_n2m2())).add(contact.radius_m()).add(arrayOf(contact.half_axes_m()));
+  line.add(contact.orientation_rad()).add(contact.orientation_deviation_rad()).add(arrayOf(contact.velocity_m_s()));
+  line.add(contact.angular_velocity_rad_s()).add(contact.angular_velocity_deviation_rad_s());
   if (!contact.has_slip()) return line.add(",,,,,,,,").take();  // not known
   const v1::Slip& slip = contact.slip();
-  line.add(kStates.at(static_cast<std::size_t>(slip.state()))).add(slip.stick_ratio()).add(slip.friction());
-  return line.add(slip.margin_n()).add(slip.holding_force_n()).take();
+  line.add(kStates.at(static_cast<std::size_t>(slip.state()))).add(arrayOf(slip.stick_ratio()));
+  return line.add(arrayOf(slip.friction())).add(slip.margin_n()).add(slip.holding_force_n()).take();
 }
 
 }  // namespace
