@@ -66,16 +66,16 @@ void PatchSpread::divide(const PatchPlace& place, bool centred, std::span<double
   for (std::size_t p = 0, row = 0; row < up.size(); ++row) {
     for (const double each : across) share[p++] = each * up[row];
   }
-  centroid_ = {centroidAlong(across), centroidAlong(up)};
-  off_.head<2>() = atoms_.pitch_m * (at - centroid_);
-  spread_m2_ = pitch2 * (squaredAlong(across, centroid_.x()) + squaredAlong(up, centroid_.y()));
+  const Eigen::Vector2d centroid(centroidAlong(across), centroidAlong(up));
+  centroid_m_ = atoms_.points.col(0).head<2>() + atoms_.pitch_m * centroid;
+  off_.head<2>() = Eigen::Vector2d(place.x_m, place.y_m) - centroid_m_;
+  spread_m2_ = pitch2 * (squaredAlong(across, centroid.x()) + squaredAlong(up, centroid.y()));
 }
 
 Eigen::Vector3d PatchSpread::force(const PatchLoad& load, std::span<const double> share, std::size_t point) const {
-  const auto columns = static_cast<std::size_t>(atoms_.columns);
-  const Eigen::Vector2d at(static_cast<double>(point % columns), static_cast<double>(point / columns));
-  const Eigen::Vector2d arm = atoms_.pitch_m / spread_m2_ * (at - centroid_);
-  return share[point] * (load.head<3>() + load[3] * Eigen::Vector3d(-arm.y(), arm.x(), 0.0));
+  const Eigen::Vector2d arm = atoms_.points.col(static_cast<Eigen::Index>(point)).head<2>() - centroid_m_;
+  const double torsion = load[3] / spread_m2_;
+  return share[point] * (load.head<3>() + torsion * Eigen::Vector3d(-arm.y(), arm.x(), 0.0));
 }
 
 }  // namespace tractiond::solve

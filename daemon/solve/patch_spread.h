@@ -31,10 +31,10 @@ class PatchSpread {
  private:
   const Atoms& atoms_;
   std::array<std::vector<double>, 2> along_;  // of the columns and rows of points
-  // Of the last place: its way from the centroid of the shares [m], this centroid [pitches from the first point], and
-  // the mean squared distance of the shares from it [m^2].
+  // Of the last place: its way from the centroid of the shares, this centroid, and the mean squared distance of the
+  // shares from it.
   Eigen::Vector3d off_ = Eigen::Vector3d::Zero();
-  Eigen::Vector2d centroid_ = Eigen::Vector2d::Zero();
+  Eigen::Vector2d centroid_m_ = Eigen::Vector2d::Zero();
   double spread_m2_ = 1.0;
 };
 
