@@ -61,9 +61,8 @@ class ContactTracker {
     double acceleration_m_s2 = 3.0;  ///< deviation; a finger that draws circles of 15 mm twice a second has 2.4
     double reach_m = 6e-3;           ///< half of the distance from which on two contacts are told apart
     double turn_rad_s = 5.0;         ///< deviation of an angular velocity before it is measured
-    /// Deviation. A finger that turns to and fro by a right angle once a second has 22, for many fields in succession:
-    /// of that the intervals still hold.
-    double angularAcceleration_rad_s2 = 60.0;
+    /// Deviation. A finger that turns to and fro by a right angle twice a second has 88, for many fields in succession.
+    double angularAcceleration_rad_s2 = 155.0;
   };
 
   ContactTracker() = default;

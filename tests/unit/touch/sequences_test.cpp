@@ -260,17 +260,18 @@ TEST(Tracker, AContactThatIsOverlookedIsNotTakenForTheOther) {
 TEST(TrackerStatistics, AngularVelocitiesAreWithinTheirIntervals) {
   std::mt19937 random(tractiond::test::seed());
   std::normal_distribution<double> normal;
-  for (const double deviation : {0.01, 0.05, 0.2}) {  // of a bar that turns to and fro by a right angle once a second
+  constexpr double kTurning_1_s = 4.0 * std::numbers::pi;
+  for (const double deviation : {0.01, 0.05, 0.2}) {  // of a bar that turns to and fro by a right angle twice a second
     ContactTracker tracker;
     int covered = 0, fields = 0;
     for (; fields < 36'000; ++fields) {
-      const double angle = 2.0 * std::numbers::pi * fields / 60.0, reach = std::numbers::pi / 4;
+      const double angle = kTurning_1_s * fields / 60.0, reach = std::numbers::pi / 4;
       Observation bar{{}, {1e-5, 1e-5}, {0.0, 0.0, 1.0}, {}, 3e-5, 1e-6};
       bar.orientation_rad =
           std::remainder(1.2 + reach * std::sin(angle) + deviation * normal(random), std::numbers::pi);
       bar.orientationDeviation_rad = deviation;
       const Contact contact = tracker.update({fields * kInterval_ns + 1, true, false, {}, {bar}}).front();
-      const double off = contact.angularVelocity_rad_s - 2.0 * std::numbers::pi * reach * std::cos(angle);
+      const double off = contact.angularVelocity_rad_s - kTurning_1_s * reach * std::cos(angle);
       covered += std::abs(off) <= 1.96 * contact.angularVelocityDeviation_rad_s;
     }
     std::printf("orientation known to %.2f rad: %.1f %% of the angular velocities within 95 %% intervals\n", deviation,
