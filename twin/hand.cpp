@@ -13,7 +13,6 @@ constexpr double kStep = 1e-4;          // [s]
 constexpr double kFollowing = 60.0;     // [1/s] of the drives
 constexpr double kTable = 2e4;          // stiffness [N/m]
 constexpr double kTableDamping = 20.0;  // [N s/m]
-constexpr double kRough = 1.0;          // friction of the table, which keeps an object that is not held in place
 constexpr double kLift = 0.5e-3;        // clearance from which on the object counts as lifted [m]
 
 }  // namespace
@@ -87,7 +86,7 @@ void Hand::step(double duration) {
   if (touchesTable) {
     const double speed = velocity_.y() + height_.speed;
     carried.y() += std::max(-kTable * clearance - kTableDamping * speed, 0.0);
-    carried.x() -= kTableDamping * kRough * velocity_.x();
+    carried.x() -= kTableDamping * velocity_.x();  // friction, which keeps what is not held in place
   }
   velocity_ += duration * (carried / state_.mass + push);
   Eigen::Vector2d moved = duration * velocity_;
