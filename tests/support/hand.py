@@ -2,8 +2,8 @@
 
 usage: hand.py SCENARIO OPENING_MM JERK FRICTION SEED   prints the outcome as JSON
 
-In lockstep: each pair of pictures waits for a command, so the outcome does not depend on the speed of the machine. Run it
-in a network namespace of its own, with 127.0.0.1 and 127.0.0.2.
+In lockstep: each pair of pictures waits for a command, and each frame for its solution, up to a second. Run it in a network
+namespace of its own, with 127.0.0.1 and 127.0.0.2.
 """
 
 import json
@@ -26,7 +26,7 @@ def grasp(bench, scenario, opening_mm, jerk_m_s2, seed=0):
     for program in ("tractiond", "traction-touch"):
         (bench.folder / program).mkdir()
     for name, camera in sides.items():
-        daemons.append(bench.daemon(instance=name, camera=camera, ready=False))
+        daemons.append(bench.daemon("[solve]\npatience_ms = 1000\n", instance=name, camera=camera, ready=False))
         (bench.folder / "tractiond" / name).symlink_to(bench.folder / name / "run")  # where a user's instances are
     for name, daemon in zip(sides, daemons):
         daemon.wait_for("zero taken, by itself")
