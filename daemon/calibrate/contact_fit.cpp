@@ -11,6 +11,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 namespace tractiond::calibrate {
 
@@ -26,13 +28,58 @@ constexpr double kStep_m = 1e-5;  // step of place and radius for finite differe
 constexpr double kSettled_m = 1e-8;
 constexpr int kLinear = 7;  // linear unknowns: force, picture motion
 
-/// Sums over the valid coordinates: weight row^T row, and weight row^T value.
-struct Normal {
-  Eigen::MatrixXd matrix;
-  Eigen::VectorXd right;
+}  // namespace
+
+/// Normal equations, each unknown in units in which the diagonal is 1.
+struct ContactFit::Normal {
+  Normal() = default;
+  Normal(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right)
+      : unit(matrix.diagonal().cwiseSqrt().cwiseInverse())
+      , factor(unit.asDiagonal() * matrix * unit.asDiagonal())
+      , solution(unit.cwiseProduct(factor.solve(unit.cwiseProduct(right)))) {}
+
+  Eigen::MatrixXd inverse() const {
+    return unit.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(unit.size(), unit.size())) * unit.asDiagonal();
+  }
+
+  Eigen::VectorXd unit;
+  Eigen::LDLT<Eigen::MatrixXd> factor;
+  Eigen::VectorXd solution;
 };
 
-}  // namespace
+/// The best fit of a contact of one shape (x, y, radius).
+struct ContactFit::Trial {
+  Eigen::Vector3d shape = Eigen::Vector3d::Zero();
+  Eigen::MatrixXd columns;            ///< by force and motion of the picture
+  Eigen::VectorXd amounts, residual;  ///< of these; what is left of the displacements [px]
+  double cost = std::numeric_limits<double>::infinity();
+};
+
+Observed observe(const sensor::Sensor& sensor, const sensor::Camera& camera, const sensor::PictureMotion& motion,
+                 const Displacements& displacements, std::span<const float> variance_px2) {
+  sensor::Sensor seen = sensor;
+  seen.camera = camera;
+  const PictureMotionFit motionFit(seen);
+  const auto markers = static_cast<Eigen::Index>(displacements.valid.size());
+  Observed observed;
+  observed.value_px.setZero(2 * markers);
+  observed.weight.setZero(2 * markers);
+  observed.byMotion.resize(2 * markers, 4);
+  for (Eigen::Index m = 0; m < markers; ++m) {
+    const auto marker = static_cast<std::size_t>(m);
+    for (int k = 0; k < 4; ++k) {
+      observed.byMotion.col(k).segment<2>(2 * m) = motionFit.at(static_cast<int>(m), Eigen::Vector4d::Unit(k));
+    }
+    if (displacements.valid[marker] == 0 || !(variance_px2[marker] > 0.0F)) continue;
+    observed.weight.segment<2>(2 * m).setConstant(1.0 / static_cast<double>(variance_px2[marker]));
+    observed.value_px.segment<2>(2 * m) =
+        Eigen::Vector2f::Map(displacements.value_px.data() + 2 * marker).cast<double>();
+    observed.coordinates += 2;
+  }
+  observed.motionWeight << motion.shift_px, motion.shift_px, motion.scale, motion.roll;
+  observed.motionWeight = observed.motionWeight.cwiseAbs2().cwiseInverse().eval();
+  return observed;
+}
 
 ContactFit::ContactFit(const sensor::Sensor& sensor, const sensor::elastic::Progress& progress)
     : sensor_(sensor)
@@ -64,106 +111,87 @@ Eigen::MatrixXd ContactFit::unitFields(const sensor::Projection& projection, con
   return fields;
 }
 
+/// Fits force and motion for a shape.
+ContactFit::Trial ContactFit::at(const sensor::Projection& projection, const Observed& observed,
+                                 const Eigen::Vector3d& shape, bool roughly) const {
+  Trial trial;
+  trial.shape = shape;
+  trial.columns.resize(observed.value_px.size(), kLinear);
+  trial.columns << unitFields(projection, shape, roughly), observed.byMotion;
+  const Eigen::MatrixXd weighted = observed.weight.asDiagonal() * trial.columns;
+  Eigen::MatrixXd matrix = trial.columns.transpose() * weighted;
+  matrix.diagonal().tail<4>() += observed.motionWeight;
+  trial.amounts = matrix.ldlt().solve(weighted.transpose() * observed.value_px);
+  trial.residual = observed.value_px - trial.columns * trial.amounts;
+  trial.cost =
+      trial.residual.cwiseAbs2().dot(observed.weight) + trial.amounts.tail<4>().cwiseAbs2().dot(observed.motionWeight);
+  return trial;
+}
+
+/// Tries places around one.
+ContactFit::Trial ContactFit::first(const sensor::Projection& projection, const Observed& observed,
+                                    const Eigen::Vector2d& about) const {
+  Trial best;
+  for (int y = -kFirstReach; y <= kFirstReach; ++y) {
+    for (int x = -kFirstReach; x <= kFirstReach; ++x) {
+      const Eigen::Vector2d place = about + kFirstPitch * Eigen::Vector2d(x, y);
+      Trial trial = at(projection, observed, bounded({place.x(), place.y(), kFirstRadius}), true);
+      if (trial.cost < best.cost) best = std::move(trial);
+    }
+  }
+  return std::isfinite(best.cost) ? at(projection, observed, best.shape, false) : best;
+}
+
+/// Linearises about a trial: changes of the shape, of force and motion.
+ContactFit::Normal ContactFit::about(const sensor::Projection& projection, const Observed& observed,
+                                     const Trial& trial) const {
+  Eigen::MatrixXd columns(observed.value_px.size(), 3 + kLinear);
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector3d step = kStep_m * Eigen::Vector3d::Unit(k);
+    columns.col(k) =
+        (unitFields(projection, trial.shape + step, true) - unitFields(projection, trial.shape - step, true)) *
+        trial.amounts.head<3>() / (2 * kStep_m);
+  }
+  columns.rightCols(kLinear) = trial.columns;
+  const Eigen::MatrixXd weighted = observed.weight.asDiagonal() * columns;
+  Eigen::MatrixXd matrix = columns.transpose() * weighted;
+  Eigen::VectorXd right = weighted.transpose() * trial.residual;
+  matrix.diagonal().tail<4>() += observed.motionWeight;
+  right.tail<4>() -= observed.motionWeight.cwiseProduct(trial.amounts.tail<4>());
+  return {matrix, right};
+}
+
+Eigen::Vector3d ContactFit::bounded(const Eigen::Vector3d& shape) const {
+  const double radius = std::clamp(shape.z(), kLeastRadius, kLargestRadius);
+  const Eigen::Vector2d room = (0.5 * sensor_.gel.size.head<2>().array() - radius - kMargin).max(0.0);
+  const Eigen::Vector2d place = shape.head<2>().cwiseMax(-room).cwiseMin(room);
+  return {place.x(), place.y(), radius};
+}
+
 std::optional<ContactReading> ContactFit::operator()(const sensor::Camera& camera, const sensor::PictureMotion& motion,
                                                      const Displacements& displacements,
                                                      std::span<const float> variance_px2) const {
   sensor::Sensor seen = sensor_;
   seen.camera = camera;
   const sensor::Projection projection(camera, sensor_.gel.size.z());
-  const PictureMotionFit motionFit(seen);
-  std::vector<std::uint8_t> counts(displacements.valid.begin(), displacements.valid.end());
-  for (std::size_t m = 0; m < counts.size(); ++m) counts[m] = counts[m] != 0 && variance_px2[m] > 0.0F ? 1 : 0;
-  const auto whole = motionFit({displacements.value_px, counts});
+  const Observed observed = observe(sensor_, camera, motion, displacements, variance_px2);
+  std::vector<std::uint8_t> counts(displacements.valid.size());
+  for (std::size_t m = 0; m < counts.size(); ++m) counts[m] = observed.weight[static_cast<Eigen::Index>(2 * m)] > 0.0;
+  const auto whole = PictureMotionFit(seen)({displacements.value_px, counts});
   if (!whole) return std::nullopt;
+  const Eigen::VectorXf deformation = (observed.value_px - observed.byMotion * whole->value).cast<float>();
+  const std::span<const float> deformed(deformation.data(), displacements.value_px.size());
 
-  const Eigen::Index rows = 2 * markers_.cols();
-  Eigen::VectorXd value(rows), weight(rows);
-  Eigen::MatrixXd motions(rows, 4);
-  std::vector<float> deformation(displacements.value_px.begin(), displacements.value_px.end());
-  int coordinates = 0;
-  for (Eigen::Index m = 0; m < markers_.cols(); ++m) {
-    const bool valid = counts[m] != 0;
-    for (int k = 0; k < 4; ++k) {
-      motions.col(k).segment<2>(2 * m) = motionFit.at(static_cast<int>(m), Eigen::Vector4d::Unit(k));
-    }
-    const Eigen::Vector2d common = motionFit.at(static_cast<int>(m), whole->value);
-    for (int c = 0; c < 2; ++c) {
-      const Eigen::Index i = 2 * m + c;
-      value[i] = valid ? static_cast<double>(displacements.value_px[i]) : 0.0;
-      weight[i] = valid ? 1.0 / static_cast<double>(variance_px2[m]) : 0.0;
-      deformation[i] -= static_cast<float>(common[c]);
-      coordinates += valid ? 1 : 0;
-    }
-  }
-  Eigen::Vector4d prior;
-  prior << motion.shift_px, motion.shift_px, motion.scale, motion.roll;
-  prior = prior.cwiseAbs2().cwiseInverse();
-
-  const auto normalOf = [&](const Eigen::MatrixXd& columns, const Eigen::VectorXd& of) {
-    const Eigen::MatrixXd weighted = weight.asDiagonal() * columns;
-    return Normal{columns.transpose() * weighted, weighted.transpose() * of};
-  };
-  struct Fit {
-    Eigen::Vector3d shape = Eigen::Vector3d::Zero();
-    Eigen::MatrixXd columns;  ///< by force and motion
-    Eigen::VectorXd amounts, residual;
-    double cost = std::numeric_limits<double>::infinity();
-  };
-  const auto fitAt = [&](const Eigen::Vector3d& shape, bool roughly) {
-    Fit fit;
-    fit.shape = shape;
-    fit.columns.resize(rows, kLinear);
-    fit.columns << unitFields(projection, shape, roughly), motions;
-    Normal normal = normalOf(fit.columns, value);
-    normal.matrix.diagonal().tail<4>() += prior;
-    fit.amounts = normal.matrix.ldlt().solve(normal.right);
-    fit.residual = value - fit.columns * fit.amounts;
-    fit.cost = fit.residual.cwiseAbs2().dot(weight) + fit.amounts.tail<4>().cwiseAbs2().dot(prior);
-    return fit;
-  };
-  const auto bounded = [&](Eigen::Vector3d shape) {
-    shape.z() = std::clamp(shape.z(), kLeastRadius, kLargestRadius);
-    for (int axis = 0; axis < 2; ++axis) {
-      const double room = std::max(0.5 * sensor_.gel.size[axis] - shape.z() - kMargin, 0.0);
-      shape[axis] = std::clamp(shape[axis], -room, room);
-    }
-    return shape;
-  };
-
-  const Eigen::Vector2d about = largestBulge(seen, {deformation, counts}, 0.0).place;
-  Fit best;
-  for (int y = -kFirstReach; y <= kFirstReach; ++y) {
-    for (int x = -kFirstReach; x <= kFirstReach; ++x) {
-      Fit trial = fitAt(bounded({about.x() + kFirstPitch * x, about.y() + kFirstPitch * y, kFirstRadius}), true);
-      if (trial.cost < best.cost) best = std::move(trial);
-    }
-  }
+  Trial best = first(projection, observed, largestBulge(seen, {deformed, counts}, 0.0).place);
   if (!std::isfinite(best.cost)) return std::nullopt;
-  best = fitAt(best.shape, false);
-
   Normal normal;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    Eigen::MatrixXd columns(rows, 3 + kLinear);
-    for (int k = 0; k < 3; ++k) {
-      const Eigen::Vector3d step = kStep_m * Eigen::Vector3d::Unit(k);
-      columns.col(k) =
-          (unitFields(projection, best.shape + step, true) - unitFields(projection, best.shape - step, true)) *
-          best.amounts.head<3>() / (2 * kStep_m);
-    }
-    columns.rightCols(kLinear) = best.columns;
-    normal = normalOf(columns, best.residual);
-    normal.matrix.diagonal().tail<4>() += prior;
-    normal.right.tail<4>() -= prior.cwiseProduct(best.amounts.tail<4>());
-    const Eigen::VectorXd scale = normal.matrix.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::VectorXd change = scale.cwiseProduct(
-        (scale.asDiagonal() * normal.matrix * scale.asDiagonal()).ldlt().solve(scale.cwiseProduct(normal.right)));
-    if (!change.allFinite()) return std::nullopt;
+    normal = about(projection, observed, best);
+    if (!normal.solution.allFinite()) return std::nullopt;
     // Shortens the step until it reduces the residual; if no step does, the minimum is reached.
-    Fit next;
-    double share = 1.0;
-    for (; share > 0.01; share *= 0.5) {
-      next = fitAt(bounded(best.shape + share * change.head<3>()), false);
-      if (next.cost <= best.cost) break;
+    Trial next;
+    for (double share = 1.0; share > 0.01 && !(next.cost <= best.cost); share *= 0.5) {
+      next = at(projection, observed, bounded(best.shape + share * normal.solution.head<3>()), false);
     }
     if (next.cost > best.cost) break;
     const double moved = (next.shape - best.shape).norm();
@@ -171,21 +199,15 @@ std::optional<ContactReading> ContactFit::operator()(const sensor::Camera& camer
     if (moved < kSettled_m) break;
   }
 
-  const Eigen::VectorXd scale = normal.matrix.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd scaled = scale.asDiagonal() * normal.matrix * scale.asDiagonal();
-  const Eigen::MatrixXd covariance = scale.asDiagonal() *
-                                     scaled.ldlt().solve(Eigen::MatrixXd::Identity(3 + kLinear, 3 + kLinear)) *
-                                     scale.asDiagonal();
-  const double excess = best.cost / (coordinates - kLinear - 3);
+  const double excess = best.cost / (observed.coordinates - kLinear - 3);
   ContactReading reading;
   reading.force = best.amounts.head<3>();
-  reading.covariance = covariance.block<3, 3>(3, 3) * std::max(excess, 1.0);
+  reading.covariance = normal.inverse().block<3, 3>(3, 3) * std::max(excess, 1.0);
   reading.place = best.shape.head<2>();
   reading.radius = best.shape.z();
-  reading.residual_px = std::sqrt(weight.cwiseMin(1.0).dot(best.residual.cwiseAbs2()) / coordinates);
-  double expected = 0.0;
-  for (Eigen::Index i = 0; i < rows; ++i) expected += weight[i] > 0.0 ? 1.0 / weight[i] : 0.0;
-  reading.expected_px = std::sqrt(expected / coordinates);
+  const auto rootMean = [&](double squares) { return std::sqrt(squares / observed.coordinates); };
+  reading.residual_px = rootMean(observed.weight.cwiseMin(1.0).dot(best.residual.cwiseAbs2()));
+  reading.expected_px = rootMean((observed.weight.array() > 0.0).select(observed.weight.cwiseInverse(), 0.0).sum());
   if (!reading.force.allFinite() || !reading.covariance.allFinite()) return std::nullopt;
   return reading;
 }

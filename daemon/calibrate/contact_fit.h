@@ -18,6 +18,18 @@ struct ContactReading {
   double expected_px = 0.0;                              ///< expected residual by noise alone
 };
 
+/// Displacements as the equations of a weighted fit: rows are coordinates, u and v marker after marker.
+struct Observed {
+  Eigen::VectorXd value_px, weight;  ///< 2 M; the weight is 1 / variance [1/px^2]; both 0 where a marker is ignored
+  Eigen::Matrix<double, Eigen::Dynamic, 4> byMotion;  ///< 2 M x 4, by PictureMotion::value
+  Eigen::Vector4d motionWeight;                       ///< 1 / variance of PictureMotion::value
+  double coordinates = 0;                             ///< number of those that are not ignored
+};
+
+/// Parameters are those of ContactFit. Reentrant.
+Observed observe(const sensor::Sensor& sensor, const sensor::Camera& camera, const sensor::PictureMotion& motion,
+                 const Displacements& displacements, std::span<const float> variance_px2);
+
 /// Fits one round contact in the block: no regularisation, so that its force carries no bias.
 ///   minimise over place, radius, force f, picture motion m
 ///     sum over markers |d - J (U(place, radius) f) - M m|^2 / variance + sum (m / its deviation)^2
@@ -45,6 +57,13 @@ class ContactFit {
   }
 
  private:
+  struct Trial;
+  struct Normal;
+  Trial at(const sensor::Projection& projection, const Observed& observed, const Eigen::Vector3d& shape,
+           bool roughly) const;
+  Trial first(const sensor::Projection& projection, const Observed& observed, const Eigen::Vector2d& about) const;
+  Normal about(const sensor::Projection& projection, const Observed& observed, const Trial& trial) const;
+  Eigen::Vector3d bounded(const Eigen::Vector3d& shape) const;
   /// As fields(). \param roughly true: computes the correction for the block's sides and base as that of a point force
   Eigen::MatrixXd unitFields(const sensor::Projection& projection, const Eigen::Vector3d& shape, bool roughly,
                              double deeper = 0.0) const;

@@ -48,21 +48,12 @@ ThicknessCheck::Load ThicknessCheck::loadOf(const sensor::Camera& camera, const 
     load.columns.col(3 + k) = (fit_.fields(camera, load.shape + step) - fit_.fields(camera, load.shape - step)) *
                               load.force / (2.0 * kStep_m);
   }
-  sensor::Sensor seen = sensor_;
-  seen.camera = camera;
-  const PictureMotionFit motionFit(seen);
-  load.weight.resize(rows);
-  for (Eigen::Index m = 0; m < rows / 2; ++m) {
-    const auto marker = static_cast<std::size_t>(m);
-    const bool valid = displacements.valid[marker] != 0 && variance_px2[marker] > 0.0F;
-    load.weight.segment<2>(2 * m).setConstant(valid ? 1.0 / static_cast<double>(variance_px2[marker]) : 0.0);
-    for (int k = 0; k < 4; ++k) {
-      load.columns.col(6 + k).segment<2>(2 * m) = motionFit.at(static_cast<int>(m), Eigen::Vector4d::Unit(k));
-    }
-  }
+  const Observed observed = observe(sensor_, camera, motion, displacements, variance_px2);
+  load.columns.rightCols<4>() = observed.byMotion;
+  load.weight = observed.weight;
+  load.residual = (load.weight.array() > 0.0).select(observed.value_px - load.expected, 0.0);
   load.prior.setZero(kOfLoad);
-  load.prior.tail<4>() << motion.shift_px, motion.shift_px, motion.scale, motion.roll;
-  load.prior.tail<4>() = load.prior.tail<4>().cwiseAbs2().cwiseInverse().eval();
+  load.prior.tail<4>() = observed.motionWeight;
   return load;
 }
 
@@ -98,18 +89,13 @@ std::optional<ThicknessReading> ThicknessCheck::operator()(const sensor::Camera&
   const Eigen::Index known = 1 + static_cast<Eigen::Index>(sensor_.layers.size()), kThickness = kOfLoad + known;
   Eigen::MatrixXd columns(load.expected.size(), kThickness + 1);
   columns << load.columns, byElasticity(camera, load), byThickness(camera, load);
-  Eigen::VectorXd residual(load.expected.size());
-  for (Eigen::Index i = 0; i < residual.size(); ++i) {
-    const auto value = static_cast<double>(displacements.value_px[static_cast<std::size_t>(i)]);
-    residual[i] = load.weight[i] > 0.0 ? value - load.expected[i] : 0.0;
-  }
   Eigen::VectorXd prior = Eigen::VectorXd::Zero(columns.cols());
   prior.head(kOfLoad) = load.prior;
   prior.segment(kOfLoad, known).setOnes();
   const Eigen::MatrixXd weighted = load.weight.asDiagonal() * columns;
   Eigen::MatrixXd normal = columns.transpose() * weighted;
   normal.diagonal() += prior;
-  const Eigen::VectorXd right = weighted.transpose() * residual;
+  const Eigen::VectorXd right = weighted.transpose() * load.residual;
   const Eigen::VectorXd scale = normal.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::LDLT<Eigen::MatrixXd> factor(scale.asDiagonal() * normal * scale.asDiagonal());
   const Eigen::VectorXd found = scale.cwiseProduct(factor.solve(scale.cwiseProduct(right)));
@@ -118,7 +104,7 @@ std::optional<ThicknessReading> ThicknessCheck::operator()(const sensor::Camera&
   if (!found.allFinite() || !(variance > 0.0) || variance > 1.0 / kLeastInformation) return std::nullopt;
 
   // A residual beyond the noise has a cause that is none of the unknowns, and may also have changed this one.
-  const Eigen::VectorXd left = residual - columns * found;
+  const Eigen::VectorXd left = load.residual - columns * found;
   const double coordinates = static_cast<double>((load.weight.array() > 0.0).count());
   const double excess =
       left.cwiseAbs2().dot(load.weight) / std::max(coordinates - static_cast<double>(columns.cols()), 1.0);

@@ -48,8 +48,8 @@ class ThicknessCheck {
   /// A load, and the displacements about it.
   struct Load {
     Eigen::Vector3d shape, force;
-    Eigen::MatrixXd columns;  ///< by its unknowns
-    Eigen::VectorXd expected, weight, prior;
+    Eigen::MatrixXd columns;                            ///< by its unknowns
+    Eigen::VectorXd expected, residual, weight, prior;  ///< residual: 0 where a marker is ignored
   };
   Load loadOf(const sensor::Camera& camera, const sensor::PictureMotion& motion, const Displacements& displacements,
               std::span<const float> variance_px2, const ContactReading& reading) const;
