@@ -31,16 +31,32 @@ class Program {
   };
 
   void load(std::uint16_t width, std::uint32_t at) { add(BPF_LD | width | BPF_ABS, at); }
-  void loadLength() { add(BPF_LD | BPF_W | BPF_LEN, 0); }
   void mask(std::uint32_t bits) { add(BPF_ALU | BPF_AND | BPF_K, bits); }
   void jump(std::uint16_t test, std::uint32_t value, Label yes, Label no) {
     jumps_.push_back({code_.size(), yes, no});
     add(static_cast<std::uint16_t>(BPF_JMP | test | BPF_K), value);
   }
-  void give(std::uint32_t bytes) { add(BPF_RET | BPF_K, bytes); }
   void here(Label label) { places_[label] = code_.size(); }
 
+  void loadPacketId(bool isExtended) {
+    load(BPF_W, isExtended ? kUdpHeader + 16 : kKind);
+    if (!isExtended) mask(0xffffff);
+  }
+  void expectLength(std::uint32_t least, std::uint32_t most, Label then) {
+    add(BPF_LD | BPF_W | BPF_LEN, 0);
+    jump(BPF_JGE, least, kNext, kRefuse);
+    jump(BPF_JGT, most, kRefuse, then);
+  }
+  void expectSender(std::uint32_t address, Label then) {
+    load(BPF_W, static_cast<std::uint32_t>(SKF_NET_OFF) + 12);
+    jump(BPF_JEQ, address, then, kRefuse);
+  }
+
   std::vector<sock_filter> resolved() {
+    here(kTake);
+    add(BPF_RET | BPF_K, kWhole);
+    here(kRefuse);
+    add(BPF_RET | BPF_K, 0);
     for (const Jump& jump : jumps_) {
       const auto distance = [&](Label label) {
         return static_cast<std::uint8_t>(label == kNext ? 0 : places_[label] - jump.at - 1);
@@ -73,24 +89,14 @@ std::vector<sock_filter> streamFilter(const StreamShape& shape) {
   const auto full = static_cast<std::uint32_t>(shape.picture_bytes / block);
   const auto rest = static_cast<std::uint32_t>(shape.picture_bytes % block);
   Program program;
-  const auto loadId = [&] {
-    program.load(BPF_W, shape.extendedIds ? kUdpHeader + 16 : kKind);
-    if (!shape.extendedIds) program.mask(0xffffff);
-  };
-  const auto expectLength = [&](std::uint32_t least, std::uint32_t most, Program::Label then) {
-    program.loadLength();
-    program.jump(BPF_JGE, least, Program::kNext, Program::kRefuse);
-    program.jump(BPF_JGT, most, Program::kRefuse, then);
-  };
 
   // From any sender.
-  program.load(BPF_W, static_cast<std::uint32_t>(SKF_NET_OFF) + 12);
-  program.jump(BPF_JEQ, shape.cameraAddress, Program::kNext, Program::kRefuse);
+  program.expectSender(shape.cameraAddress, Program::kNext);
   if (shape.cameraPort != 0) {
     program.load(BPF_H, 0);
     program.jump(BPF_JEQ, shape.cameraPort, Program::kNext, Program::kRefuse);
   }
-  expectLength(data, kWhole, Program::kNext);
+  program.expectLength(data, kWhole, Program::kNext);
   program.load(BPF_H, kStatus);
   program.jump(BPF_JSET, 0x8000, Program::kErrorFollows, Program::kNext);
   program.load(BPF_B, kKind);
@@ -98,56 +104,47 @@ std::vector<sock_filter> streamFilter(const StreamShape& shape) {
   program.jump(BPF_JEQ, kTrailer | idWidth, Program::kTrailerFollows, Program::kNext);
   program.jump(BPF_JEQ, kLeader | idWidth, Program::kNext, Program::kRefuse);
 
-  loadId();
+  program.loadPacketId(shape.extendedIds);
   program.jump(BPF_JEQ, 0, Program::kNext, Program::kRefuse);
-  expectLength(data + kChunkLeader_bytes, kWhole, Program::kNext);
+  program.expectLength(data + kChunkLeader_bytes, kWhole, Program::kNext);
   program.load(BPF_H, data + 2);
   program.mask(0xffff & ~kChunksFollow);
   program.jump(BPF_JEQ, kPicture, Program::kPictureFollows, Program::kNext);
   program.jump(BPF_JEQ, kPictureAndChunks, Program::kPictureFollows, Program::kNext);
   program.jump(BPF_JEQ, kChunks, Program::kTake, Program::kRefuse);
   program.here(Program::kPictureFollows);
-  expectLength(data + kPictureLeader_bytes, kWhole, Program::kTake);
+  program.expectLength(data + kPictureLeader_bytes, kWhole, Program::kTake);
 
   program.here(Program::kErrorFollows);
   program.load(BPF_B, kKind);
   program.jump(BPF_JEQ, kTrailer | idWidth, Program::kTrailerFollows, Program::kNext);
   program.jump(BPF_JEQ, kData | idWidth, Program::kNext, Program::kRefuse);
-  loadId();
+  program.loadPacketId(shape.extendedIds);
   program.jump(BPF_JGT, blocks + 1, Program::kRefuse, Program::kTake);
 
   program.here(Program::kTrailerFollows);
-  loadId();
+  program.loadPacketId(shape.extendedIds);
   program.jump(BPF_JGE, 2, Program::kNext, Program::kRefuse);
   program.jump(BPF_JGT, blocks + 1, Program::kRefuse, Program::kTake);
 
   program.here(Program::kDataFollows);
-  loadId();
+  program.loadPacketId(shape.extendedIds);
   program.jump(BPF_JGE, 1, Program::kNext, Program::kRefuse);
   program.jump(BPF_JGT, blocks, Program::kRefuse, Program::kNext);
   program.jump(BPF_JGT, full, Program::kTailFollows, Program::kNext);
-  expectLength(data + block, data + block, Program::kTake);
+  program.expectLength(data + block, data + block, Program::kTake);
   program.here(Program::kTailFollows);
   program.jump(BPF_JEQ, full + 1, Program::kLastFollows, Program::kNext);
-  expectLength(data + 1, data + block, Program::kTake);
+  program.expectLength(data + 1, data + block, Program::kTake);
   program.here(Program::kLastFollows);
-  expectLength(data + std::max(rest, 1U), data + block, Program::kTake);
+  program.expectLength(data + std::max(rest, 1U), data + block, Program::kTake);
 
-  program.here(Program::kTake);
-  program.give(kWhole);
-  program.here(Program::kRefuse);
-  program.give(0);
   return program.resolved();
 }
 
 std::vector<sock_filter> senderFilter(std::uint32_t address) {
   Program program;
-  program.load(BPF_W, static_cast<std::uint32_t>(SKF_NET_OFF) + 12);
-  program.jump(BPF_JEQ, address, Program::kTake, Program::kRefuse);
-  program.here(Program::kTake);
-  program.give(kWhole);
-  program.here(Program::kRefuse);
-  program.give(0);
+  program.expectSender(address, Program::kTake);
   return program.resolved();
 }
 
