@@ -53,6 +53,32 @@ int kindOf(PixelFormat format) {
   return depth + (traits.colours >= PixelColours::kYuyv ? 3 : 0);
 }
 
+/// \param next the bytes behind the header
+RestPose poseOf(const Header& header, const char* next) {
+  RestPose pose;
+  pose.position_px.resize(2 * header.markers);
+  pose.amplitude.resize(header.markers);
+  pose.present.resize(header.markers);
+  if (header.version == kVersion) pose.oddity.resize(header.markers);
+  const auto read = [&next](auto& values) {
+    std::memcpy(values.data(), next, values.size() * sizeof values[0]);
+    next += values.size() * sizeof values[0];
+  };
+  read(pose.position_px);
+  read(pose.amplitude);
+  read(pose.present);
+  if (!pose.oddity.empty()) read(pose.oddity);
+  pose.noise = header.noise;
+  pose.shotNoise = header.shotNoise;
+  pose.light = header.light;
+  pose.crossTalk = header.crossTalk;
+  pose.taken_ns = header.taken_ns;
+  pose.requested = header.requested != 0;
+  pose.requestedBy.assign(next + header.camera, header.asker);
+  pose.id = header.id;
+  return pose;
+}
+
 }  // namespace
 
 std::filesystem::path restPosePath(const std::filesystem::path& stateDirectory) {
@@ -131,28 +157,7 @@ tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem:
               "(tractionctl zero)"});
   }
 
-  RestPose pose;
-  pose.position_px.resize(2 * header.markers);
-  pose.amplitude.resize(header.markers);
-  pose.present.resize(header.markers);
-  if (oddity) pose.oddity.resize(header.markers);
-  const char* next = bytes->data() + sizeof header;
-  const auto read = [&next](auto& values) {
-    std::memcpy(values.data(), next, values.size() * sizeof values[0]);
-    next += values.size() * sizeof values[0];
-  };
-  read(pose.position_px);
-  read(pose.amplitude);
-  read(pose.present);
-  if (oddity) read(pose.oddity);
-  pose.noise = header.noise;
-  pose.shotNoise = header.shotNoise;
-  pose.light = header.light;
-  pose.crossTalk = header.crossTalk;
-  pose.taken_ns = header.taken_ns;
-  pose.requested = header.requested != 0;
-  pose.requestedBy.assign(next + header.camera, header.asker);
-  pose.id = header.id;
+  RestPose pose = poseOf(header, bytes->data() + sizeof header);
   if (!isSane(pose) || idOf(pose) != pose.id) return refuse(EX_DATAERR, "is damaged: its numbers make no sense");
   return pose;
 }
