@@ -77,8 +77,21 @@ ResidualTest::ResidualTest(const Factors& factors, std::shared_ptr<const AtomMod
     , coefficients_(static_cast<std::size_t>(factors.coordinateCount())) {}
 
 void ResidualTest::make(const LinearPosterior& posterior, const ExtraUnknowns* extra, const RowMatrix& curves) {
-  const int rank = posterior.rank(), count = static_cast<int>(posterior.atoms().size());
-  const int firstCurve = posterior.firstExtra() + posterior.extraCount(), all = rank + curves.rows();
+  const int rank = posterior.rank();
+  layUnknowns(posterior, extra, curves);
+  Eigen::MatrixXd seen = seenBy(posterior, curves.rows());
+  // As if the coordinates that are missing were there: M holds them, too.
+  root_ = posterior.seenWhereMissing().transpose() * posterior.seenWhereMissing();
+  for (int k = 0; k < rank; ++k) root_(k, k) += 1.0 + posterior.lambda()[static_cast<std::size_t>(k)];
+  root_ = root_.llt().matrixL();
+  root_.triangularView<Eigen::Lower>().solveInPlace(seen.topRows(rank));
+  explain(seen, rank);
+}
+
+/// Computes what each mode shows of the unknowns and of the curves.
+void ResidualTest::layUnknowns(const LinearPosterior& posterior, const ExtraUnknowns* extra, const RowMatrix& curves) {
+  const int count = static_cast<int>(posterior.atoms().size());
+  const int firstCurve = posterior.firstExtra() + posterior.extraCount();
   std::fill(modesOfUnknowns_.all().begin(), modesOfUnknowns_.all().end(), 0.0F);
   for (int i = 0; i < count; ++i) {
     const int atom = posterior.atoms()[static_cast<std::size_t>(i)];
@@ -98,7 +111,13 @@ void ResidualTest::make(const LinearPosterior& posterior, const ExtraUnknowns* e
                sum_.data());
     for (int m = 0; m < modes_; ++m) modesOfUnknowns_.row(m)[column] = static_cast<float>(sum_.data()[kMotions + m]);
   }
-  Eigen::MatrixXd seen(all, modes_);  // M' / n, then the curves
+}
+
+/// Returns M' / n, then the curves: (rank + curves) x modes.
+Eigen::MatrixXd ResidualTest::seenBy(const LinearPosterior& posterior, int curves) {
+  const int rank = posterior.rank(), all = rank + curves;
+  const int firstCurve = posterior.firstExtra() + posterior.extraCount();
+  Eigen::MatrixXd seen(all, modes_);
   for (int first = 0; first < all; first += kColumns) {
     const int end = std::min(first + kColumns, all);
     std::fill_n(columns_.data(), columns_.size(), 0.0);
@@ -116,11 +135,12 @@ void ResidualTest::make(const LinearPosterior& posterior, const ExtraUnknowns* e
       for (int k = first; k < end; ++k) seen(k, m) = products_[static_cast<std::size_t>(kColumns * m + k - first)];
     }
   }
-  // As if the coordinates that are missing were there: M holds them, too.
-  root_ = posterior.seenWhereMissing().transpose() * posterior.seenWhereMissing();
-  for (int k = 0; k < rank; ++k) root_(k, k) += 1.0 + posterior.lambda()[static_cast<std::size_t>(k)];
-  root_ = root_.llt().matrixL();
-  root_.triangularView<Eigen::Lower>().solveInPlace(seen.topRows(rank));
+  return seen;
+}
+
+/// Computes what is explained of the atoms, and how surely each is then known. \param seen of seenBy(), whitened
+void ResidualTest::explain(const Eigen::MatrixXd& seen, int rank) {
+  const int all = static_cast<int>(seen.rows());
   precision_ = atomModes_->alone;
   explained_ = RowMatrix(3 * static_cast<int>(precision_.size()), all);
   for (int first = 0; first < all; first += kColumns) {

@@ -48,6 +48,10 @@ class ResidualTest {
   double surest(const LinearPosterior& posterior, std::span<const double> times, double noise_px);
 
  private:
+  void layUnknowns(const LinearPosterior& posterior, const ExtraUnknowns* extra, const RowMatrix& curves);
+  Eigen::MatrixXd seenBy(const LinearPosterior& posterior, int curves);
+  void explain(const Eigen::MatrixXd& seen, int rank);
+
   const Factors& factors_;
   const std::shared_ptr<const AtomModes> atomModes_;
   const int modes_;
