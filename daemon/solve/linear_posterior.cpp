@@ -419,8 +419,7 @@ std::array<double, 6> LinearPosterior::wrench() const {
 void LinearPosterior::allForces_N(std::span<double> forces) const {
   std::fill(forces.begin(), forces.end(), 0.0);
   for (std::size_t i = 0; i < atoms_.size(); ++i) {
-    Eigen::Vector3d::Map(forces.data() + 3 * Index{atoms_[i]}) =
-        roots_[i] * Eigen::Vector3d::Map(theta_.data() + 3 * i);
+    Eigen::Vector3d::Map(forces.data() + 3 * Index{atoms_[i]}) = atomForce_N(i);
   }
 }
 
@@ -529,12 +528,12 @@ void LinearPosterior::covariance(std::span<const double> weights, std::span<cons
   beginFunctionals();
   for (const int point : points) {
     const auto p = static_cast<std::size_t>(point);
-    const auto sharing = std::span(sharing_).subspan(sharingFirst_[p], sharingFirst_[p + 1] - sharingFirst_[p]);
+    const auto [sharing, shares] = this->sharing(p);
     const auto extra = std::span(extraUnknowns_).subspan(extraFirst_[p], extraFirst_[p + 1] - extraFirst_[p]);
     if (sharing.empty() && extra.empty()) continue;
     const double* const of = weights.data() + 3 * kColumns * p;
     for (const int atom : sharing) use(atom);
-    addShares(sharing, blockOf_, shares_.data() + sharingFirst_[p], of, blocks());
+    addShares(sharing, blockOf_, shares.data(), of, blocks());
     addForces(extra, extraShares_.data() + 3 * extraFirst_[p], of, functionals_.data());
   }
   multiplyBlocks(used_, roots_.data()->data(), blocks());  // so far of the forces of the atoms themselves

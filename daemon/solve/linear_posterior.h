@@ -69,6 +69,8 @@ class LinearPosterior final : public Candidate {
   std::span<const double> extra() const {
     return {theta_.data() + firstExtra(), static_cast<std::size_t>(extraCount_)};
   }
+  /// Returns the force of the i-th of atoms() [N]; of weigh().
+  Eigen::Vector3d atomForce_N(std::size_t i) const { return roots_[i] * Eigen::Vector3d::Map(theta_.data() + 3 * i); }
   /// Returns force and moment about the origin [N, N m].
   std::array<double, 6> wrench() const;
   /// Computes the forces of all atoms (3A [N]).
@@ -101,6 +103,15 @@ class LinearPosterior final : public Candidate {
   std::span<const int> atoms() const { return atoms_; }
   /// Returns the root of the prior of the i-th of atoms().
   const Block& root(int i) const { return roots_[static_cast<std::size_t>(i)]; }
+  struct Sharing {
+    std::span<const int> atoms;      ///< indices in atoms()
+    std::span<const double> shares;  ///< of the force of each
+  };
+  /// Returns which atoms act at a point.
+  Sharing sharing(std::size_t point) const {
+    const std::size_t first = sharingFirst_[point], count = sharingFirst_[point + 1] - first;
+    return {{sharing_.data() + first, count}, {shares_.data() + first, count}};
+  }
   int firstExtra() const { return 3 * static_cast<int>(atoms_.size()); }
   int extraCount() const { return extraCount_; }
   std::span<const double> lambda() const { return {lambda_.data(), static_cast<std::size_t>(rank_)}; }

@@ -19,9 +19,7 @@ ShearSpread::ShearSpread(const Factors& factors, const Atoms& atoms)
     , ofXi_(LinearPosterior::kMostRank)
     , shared_(LinearPosterior::kMostRank)
     , away_m2_(static_cast<std::size_t>(atoms.pointCount()))
-    , shares_(static_cast<std::size_t>(atoms.count()))
-    , theta_(3 * atoms.count())
-    , ofTheta_(3 * atoms.count() + kMostFreed) {
+    , shares_(static_cast<std::size_t>(atoms.count())) {
   for (Slopes& each : slopes_) {
     for (auto& column : each.px_m2) column = LineArray<double>(static_cast<std::size_t>(factors.influence.stride()));
     for (auto& column : each.ofXi) column.resize(LinearPosterior::kMostRank);
@@ -105,20 +103,21 @@ SpreadRatio ShearSpread::find(const LinearPosterior& posterior, const FreedPatch
   const Eigen::Vector3d along(load.x() / patchShear_N, load.y() / patchShear_N, 0.0);
   double shear_N = patchShear_N, pressing_N = load.z();
   double ofShear = shear_N * place.spread_m2, ofPressure = pressing_N * place.spread_m2;
-  const Eigen::MatrixXd& unknowns = posterior.unknownsOfXi();
-  const auto xi = VectorXd::Map(posterior.xi().data(), static_cast<Index>(posterior.rank()));
-  auto theta = theta_.head(posterior.firstExtra());
-  theta.noalias() = unknowns.leftCols(posterior.firstExtra()).transpose() * xi;
-  const auto atoms = posterior.atoms();
-  for (std::size_t i = 0; i < atoms.size(); ++i) {
-    auto& [sum, moment] = shares_[i] = {};
-    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, atoms[i]); it; ++it) {
-      const double away_m2 = away_m2_[static_cast<std::size_t>(it.row())];
-      if (away_m2 < 0.0) continue;
-      sum += it.value();
-      moment += it.value() * away_m2;
+  const auto shares = std::span(shares_).first(posterior.atoms().size());
+  std::fill(shares.begin(), shares.end(), std::array{0.0, 0.0});
+  for (std::size_t p = 0; p < away_m2_.size(); ++p) {
+    if (away_m2_[p] < 0.0) continue;
+    const auto [atoms, ofPoint] = posterior.sharing(p);
+    for (std::size_t k = 0; k < atoms.size(); ++k) {
+      auto& [sum, moment] = shares[static_cast<std::size_t>(atoms[k])];
+      sum += ofPoint[k];
+      moment += ofPoint[k] * away_m2_[p];
     }
-    const Eigen::Vector3d force_N = posterior.root(static_cast<int>(i)) * theta.segment<3>(3 * static_cast<Index>(i));
+  }
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    const auto [sum, moment] = shares[i];
+    if (sum == 0.0) continue;
+    const Eigen::Vector3d force_N = posterior.atomForce_N(i);
     shear_N += sum * along.dot(force_N);
     pressing_N += sum * force_N.z();
     ofShear += moment * along.dot(force_N);
@@ -126,23 +125,25 @@ SpreadRatio ShearSpread::find(const LinearPosterior& posterior, const FreedPatch
   }
   if (!(shear_N > 0.0) || !(pressing_N > 0.0) || !(ofShear > 0.0) || !(ofPressure > 0.0)) return {};
   const double ratio = ofShear / shear_N / (ofPressure / pressing_N);
-  // How the logarithm of the ratio changes with the unknowns.
-  auto ofTheta = ofTheta_.head(posterior.firstExtra() + posterior.extraCount());
-  ofTheta.setZero();
-  for (std::size_t i = 0; i < atoms.size(); ++i) {
-    const auto [sum, moment] = shares_[i];
+  // How the logarithm of the ratio changes with xi, by the unknowns that act at the contact.
+  const Eigen::MatrixXd& unknowns = posterior.unknownsOfXi();
+  auto ofXi = VectorXd::Map(ofXi_.data(), static_cast<Index>(posterior.rank()));
+  ofXi.setZero();
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    const auto [sum, moment] = shares[i];
     if (sum == 0.0) continue;
     const Eigen::Vector3d ofForce = (moment / ofShear - sum / shear_N) * along -
                                     (moment / ofPressure - sum / pressing_N) * Eigen::Vector3d::UnitZ();
-    ofTheta.segment<3>(3 * static_cast<Index>(i)) = posterior.root(static_cast<int>(i)).transpose() * ofForce;
+    const Eigen::Vector3d ofTheta = posterior.root(static_cast<int>(i)).transpose() * ofForce;
+    ofXi.noalias() += unknowns.middleCols<3>(3 * static_cast<Index>(i)) * ofTheta;
   }
+  const auto add = [&](int i, double ofUnit) {
+    ofXi += freed.unit(patch, i) * ofUnit * unknowns.col(posterior.firstExtra() + freed.index(patch, i));
+  };
   const Eigen::Vector3d ofLoad = (place.spread_m2 / ofShear - 1.0 / shear_N) * along -
                                  (place.spread_m2 / ofPressure - 1.0 / pressing_N) * Eigen::Vector3d::UnitZ();
-  const auto ofExtra = [&](int i) -> double& { return ofTheta[posterior.firstExtra() + freed.index(patch, i)]; };
-  for (int i = 0; i < 3; ++i) ofExtra(i) = freed.unit(patch, i) * ofLoad[i];
-  ofExtra(6) = freed.unit(patch, 6) / grown * (patchShear_N / ofShear - load.z() / ofPressure);
-  auto ofXi = VectorXd::Map(ofXi_.data(), static_cast<Index>(posterior.rank()));
-  ofXi.noalias() = unknowns.leftCols(ofTheta.size()) * ofTheta;
+  for (int i = 0; i < 3; ++i) add(i, ofLoad[i]);
+  add(6, (patchShear_N / ofShear - load.z() / ofPressure) / grown);
   const double slope = patchShear_N / ofShear - ofXi.dot(VectorXd::Map(shared_.data(), ofXi.size()));
   std::copy_n(ofXi_.begin(), ofXi.size(), shared_.begin());
   posterior.multiplyCovariance(shared_);

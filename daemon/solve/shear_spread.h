@@ -57,7 +57,6 @@ class ShearSpread {
   std::vector<double> ofXi_, shared_;
   std::vector<double> away_m2_;  ///< of each point of the patch's contact half its squared distance; else -1
   std::vector<std::array<double, 2>> shares_;  ///< of each atom: the share at the contact, its second moment
-  Eigen::VectorXd theta_, ofTheta_;
 };
 
 }  // namespace tractiond::solve
