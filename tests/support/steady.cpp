@@ -4,51 +4,67 @@
 #include <sched.h>
 #include <unistd.h>
 
-#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <thread>
+#include <vector>
 
 namespace tractiond::test {
 namespace {
 
 constexpr int kRuns = 5;
 
-}  // namespace
+/// Longest pause of the machine in which a camera's packets wait in their buffers and none is lost.
+constexpr std::chrono::milliseconds kSteady{20};
 
-Pauses::Pauses() {
-  cpu_set_t allowed;
-  CPU_ZERO(&allowed);
-  sched_getaffinity(0, sizeof allowed, &allowed);
-  for (std::size_t cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
-    if (!CPU_ISSET(cpu, &allowed)) continue;
-    threads_.emplace_back([this, cpu] {
-      cpu_set_t one;
-      CPU_ZERO(&one);
-      CPU_SET(cpu, &one);
-      sched_setaffinity(0, sizeof one, &one);
-      constexpr std::chrono::milliseconds kEvery{1};
-      while (!ending_) {
-        const auto begin = std::chrono::steady_clock::now();
-        std::this_thread::sleep_for(kEvery);
-        const std::int64_t waited_ns =
-            std::chrono::nanoseconds(std::chrono::steady_clock::now() - begin - kEvery).count();
-        std::int64_t longest_ns = longest_ns_;
-        while (waited_ns > longest_ns && !longest_ns_.compare_exchange_weak(longest_ns, waited_ns)) {
-        }
-      }
-    });
+/// Measures how long the processors stand still, or other programs use them: while it lives, one thread on each
+/// processor that the process may use sleeps for a millisecond again and again.
+class Pauses {
+ public:
+  Pauses() {
+    cpu_set_t allowed;
+    CPU_ZERO(&allowed);
+    sched_getaffinity(0, sizeof allowed, &allowed);
+    for (std::size_t cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
+      if (CPU_ISSET(cpu, &allowed)) threads_.emplace_back([this, cpu] { watch(cpu); });
+    }
   }
-}
+  ~Pauses() {
+    ending_ = true;
+    for (std::thread& thread : threads_) thread.join();
+  }
+  std::chrono::milliseconds longest() const {
+    return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::nanoseconds(longest_ns_));
+  }
 
-Pauses::~Pauses() {
-  ending_ = true;
-  for (std::thread& thread : threads_) thread.join();
-}
+ private:
+  void watch(std::size_t cpu) {
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    CPU_SET(cpu, &one);
+    sched_setaffinity(0, sizeof one, &one);
+    constexpr std::chrono::milliseconds kEvery{1};
+    while (!ending_) {
+      const auto begin = std::chrono::steady_clock::now();
+      std::this_thread::sleep_for(kEvery);
+      const std::int64_t waited_ns =
+          std::chrono::nanoseconds(std::chrono::steady_clock::now() - begin - kEvery).count();
+      std::int64_t longest_ns = longest_ns_;
+      while (waited_ns > longest_ns && !longest_ns_.compare_exchange_weak(longest_ns, waited_ns)) {
+      }
+    }
+  }
 
-std::chrono::milliseconds Pauses::takeLongest() {
-  return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::nanoseconds(longest_ns_.exchange(0)));
-}
+  std::atomic<std::int64_t> longest_ns_{0};
+  std::atomic<bool> ending_{false};
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace
 
 int runWhereTheMachineIsSteady(int argc, char** argv) {
   std::vector<char*> arguments(argv, argv + argc);
@@ -62,7 +78,7 @@ int runWhereTheMachineIsSteady(int argc, char** argv) {
   {
     Pauses pauses;
     result = RUN_ALL_TESTS();
-    longest = pauses.takeLongest();
+    longest = pauses.longest();
   }
   if (result == EXIT_SUCCESS || longest < kSteady || run == kRuns) return result;
   std::printf("The machine itself stood still for %lld ms: run %d of at most %d follows\n",

@@ -3,12 +3,9 @@
 #include "tests/unit/capture/aravis_camera_bench.h"
 #include "tests/unit/capture/own_network.h"
 
-#include <string_view>
-
 namespace tractiond::capture::aravis_camera_test {
 namespace {
 
-using test::CameraProcess;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -33,13 +30,6 @@ TEST_F(AravisCameraTest, FallsBackToPacketsThatArrive) {
   stream(3);
   EXPECT_EQ(ledger_.losses(), 0U);
   EXPECT_EQ(std::system("tc qdisc delete dev lo root"), 0);
-}
-
-TEST_F(AravisCameraTest, TellsWhenItUsesAPacketSocket) {
-  fake();
-  options_.packetSocket = PacketSocket::kAuto;
-  ASSERT_NO_FATAL_FAILURE(open());
-  EXPECT_TRUE(camera_->info()->packetSocket) << "root of this namespace may";
 }
 
 TEST_F(AravisCameraTest, RefusesPacketsAboveTheMtu) {
@@ -82,20 +72,10 @@ TEST_F(AravisCameraTest, TakesControlAgainWhereItWasTakenAway) {
   stream(10);
 }
 
-TEST_F(AravisCameraTest, MayEndRightAfterTheCameraDied) {
-  auto process = std::make_unique<CameraProcess>();
-  options_.pixelFormat = "RGB8";
-  ASSERT_NO_FATAL_FAILURE(open());
-  ASSERT_NO_FATAL_FAILURE(stream(3));
-  process->kill();
-  camera_.reset();
-}
-
 }  // namespace
 }  // namespace tractiond::capture::aravis_camera_test
 
 int main(int argc, char** argv) {
-  if (argc > 1 && std::string_view(argv[1]) == "--fake-camera") return tractiond::test::CameraProcess::main();
   tractiond::test::enterOwnNetwork(argc, argv);
   return tractiond::test::runWhereTheMachineIsSteady(argc, argv);
 }

@@ -3,10 +3,8 @@
 #include "base/aravis_versions.h"
 
 #include <arv.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <csignal>
 #include <cstring>
 #include <stdexcept>
 
@@ -47,39 +45,6 @@ std::uint32_t FakeCamera::read(std::uint32_t address) const {
   std::uint32_t value = 0;
   arv_fake_camera_read_register(arv_gv_fake_camera_get_fake_camera(camera_), address, &value);
   return value;
-}
-
-CameraProcess::CameraProcess() {
-  int ready[2] = {-1, -1};
-  if (pipe(ready) != 0) throw std::runtime_error("pipe");
-  child_ = fork();
-  if (child_ == 0) {
-    dup2(ready[1], STDOUT_FILENO);
-    execl("/proc/self/exe", "fake-camera", "--fake-camera", nullptr);
-    _exit(127);
-  }
-  close(ready[1]);
-  char byte = 0;
-  const bool started = ::read(ready[0], &byte, 1) == 1;
-  close(ready[0]);
-  if (!started) throw std::runtime_error("the camera process did not start");
-}
-
-CameraProcess::~CameraProcess() {
-  kill();
-}
-
-void CameraProcess::kill() {
-  if (child_ <= 0) return;
-  ::kill(child_, SIGKILL);
-  waitpid(child_, nullptr, 0);
-  child_ = 0;
-}
-
-int CameraProcess::main() {
-  const FakeCamera camera(FakeCamera::Options{.width = 512, .height = 512, .format = ARV_PIXEL_FORMAT_MONO_8});
-  if (::write(STDOUT_FILENO, "+", 1) != 1) return EXIT_FAILURE;
-  for (;;) pause();
 }
 
 }  // namespace tractiond::test

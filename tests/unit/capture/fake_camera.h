@@ -35,16 +35,4 @@ class FakeCamera {
   _ArvGvFakeCamera* camera_;
 };
 
-/// The same in a process of its own, which can be killed.
-class CameraProcess {
- public:
-  CameraProcess();
-  ~CameraProcess();
-  void kill();        ///< SIGKILL, and waits for the end
-  static int main();  ///< what `program --fake-camera` runs
-
- private:
-  pid_t child_;
-};
-
 }  // namespace tractiond::test

@@ -44,7 +44,6 @@ class SimulatedCamera {
   void step(std::int64_t time_ns) { device_ns_ += time_ns; }
   void delay(std::int64_t delay_ns) { delay_ns_ = delay_ns; }
   std::int64_t hostNow() const { return std::max(host_ns_, lastArrival_ns_); }
-  std::int64_t deviceNow() const { return device_ns_; }
   std::uint64_t nextId() const { return id_; }
 
  private:

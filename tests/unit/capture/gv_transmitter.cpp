@@ -99,7 +99,7 @@ bool GvTransmitter::streaming() const {
 /// GigE Vision control protocol: command, size, id; the answer's command is one more.
 void GvTransmitter::serve() {
   using Clock = std::chrono::steady_clock;
-  Clock::time_point done = Clock::time_point::max(), busy = Clock::time_point::min();  // as answersLate_ms says
+  Clock::time_point done = Clock::time_point::max();
   std::uint64_t controller = 0;  // address and port; what a client before left behind may still write
   while (!ending_) {
     if (Clock::now() >= done) {
@@ -121,11 +121,6 @@ void GvTransmitter::serve() {
     if (command == 0x82 && !denied && take(&in[8], 4) == kControl) controller = take(&in[12], 4) == 0 ? 0 : sender;
     Bytes answer;
     if (command == 0x40) {  // packets once more; it has no answer
-      if (answersLate_ms > 0 && Clock::now() > busy) {
-        std::this_thread::sleep_for(
-            std::chrono::milliseconds(std::uniform_int_distribution(0, answersLate_ms.load())(patience_)));
-        busy = Clock::now() + std::chrono::milliseconds(answersLate_ms);
-      }
       if (resends && got >= 20)
         sendAgain(static_cast<std::uint16_t>(take(&in[8], 4)), take(&in[12], 4), take(&in[16], 4));
       continue;

@@ -53,8 +53,6 @@ class GvTransmitter {
   /// Packets are sent again when they are asked for; one that has not been sent yet it says it does not have, or says
   /// nothing.
   std::atomic<bool> resends{false}, saysUnavailable{false};
-  /// It stands still for up to so long before it sends them again, and not for the next that come at once.
-  std::atomic<int> answersLate_ms{0};
   /// How a frame's packets are spread: called before each of them, with its number from 0 to `count` - 1.
   std::function<void(std::size_t number, std::size_t count)> pace;
 
@@ -82,8 +80,7 @@ class GvTransmitter {
   std::mutex sending_;
   std::map<std::uint16_t, Packets> sent_;  ///< of the last frames, what has been sent
   std::deque<std::uint16_t> sentIds_;
-  std::mt19937_64 fate_{seed() + 1};      ///< seed() itself is the test's
-  std::mt19937_64 patience_{seed() + 2};  ///< of the serving thread
+  std::mt19937_64 fate_{seed() + 1};  ///< seed() itself is the test's
 
   std::atomic<std::int64_t> clockSet_ns_{0}, clockShowed_ns_{0};
 

@@ -86,9 +86,8 @@ class Port {
 /// A process that has the executor, in a process group of its own. It is killed at the latest when this object ends.
 class Client {
  public:
-  /// \param what it does, \param first and before it starts the executor. Returns when both are done.
-  explicit Client(
-      const std::function<void()>& what, const std::function<void()>& first = [] {}) {
+  /// \param what it does after it has started the executor. Returns when both are done.
+  explicit Client(const std::function<void()>& what) {
     std::array<int, 2> done{};
     EXPECT_EQ(pipe(done.data()), 0);
     child_ = fork();
@@ -97,7 +96,6 @@ class Client {
       setrlimit(RLIMIT_CORE, &noCore);
       setpgid(0, 0);
       for (const int each : {SIGHUP, SIGINT, SIGQUIT}) std::signal(each, SIG_DFL);  // a script's job may ignore them
-      first();
       if (startExecutor() != 0) _exit(1);
       what();
       if (write(done[1], "", 1) != 1) _exit(1);
@@ -187,21 +185,6 @@ TEST_F(LastWill, ExecutorThatHasEndedIsNoticedAndReaped) {
   });
 }
 
-TEST_F(LastWill, ExecutorThatCannotBeStartedIsMissed) {
-  const pid_t process = fork();
-  if (process == 0) {
-    if (!whyCameraWouldStayLocked().empty()) _exit(1);  // it was not asked for
-    const rlimit none{0, 0};
-    setrlimit(RLIMIT_NOFILE, &none);
-    if (startExecutor() != EMFILE) _exit(2);
-    _exit(whyCameraWouldStayLocked().ends_with(std::string(" could not be started: ") + strerror(EMFILE)) ? 0 : 3);
-  }
-  int status = 0;
-  EXPECT_EQ(waitpid(process, &status, 0), process);
-  EXPECT_TRUE(WIFEXITED(status));
-  EXPECT_EQ(WEXITSTATUS(status), 0);
-}
-
 TEST_F(LastWill, WhatWasInheritedIsClosed) {
   std::array<int, 2> inherited{};
   ASSERT_EQ(pipe(inherited.data()), 0);
@@ -210,12 +193,6 @@ TEST_F(LastWill, WhatWasInheritedIsClosed) {
   pollfd item{inherited[0], POLLIN, 0};
   EXPECT_EQ(poll(&item, 1, test::kHung_ms), 1) << "the executor has the end that is written to";
   close(inherited[0]);
-}
-
-TEST_F(LastWill, StandardDescriptorsMayBeClosed) {
-  Client(armed, [] { close_range(STDIN_FILENO, STDERR_FILENO, 0); }).end(SIGKILL);
-  awaitExecutors();
-  EXPECT_EQ(camera.receive(0).first, kRelease);
 }
 
 }  // namespace

@@ -51,12 +51,6 @@ TEST_F(MemoryDriverTest, HandsOutThePicturesThemselvesInTurnAndEnds) {
   EXPECT_EQ(ledger_.received.get(), 6U);
 }
 
-TEST_F(MemoryDriverTest, GoesOnForEver) {
-  const auto source = open(paced(0, 0));
-  Frame frame;
-  for (int i = 0; i < 1000; ++i) ASSERT_EQ(source->next(frame, milliseconds(0)), Next::kFrame);
-}
-
 TEST_F(MemoryDriverTest, KeepsItsPace) {
   const auto source = open(paced(0, 20'000'000));
   Frame frame;

@@ -1,10 +1,17 @@
 // A camera with a driver of our choice: what the half that is the same for all of them makes of it.
+#include "base/clock.h"
+#include "daemon/capture/camera.h"
 #include "daemon/capture/intake.h"
-#include "tests/unit/capture/odd_camera.h"
+#include "tests/support/deadline.h"
 
 #include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
-#include <future>
+#include <array>
+#include <atomic>
+#include <deque>
+#include <mutex>
+#include <thread>
 
 namespace tractiond::capture::odd_camera_test {
 namespace {
@@ -12,6 +19,164 @@ namespace {
 using std::chrono::milliseconds;
 using testing::Contains;
 using testing::HasSubstr;
+
+/// The camera's time, which passes only when a test says so [ns].
+std::atomic<std::int64_t> virtual_ns{1'000'000'000};
+std::int64_t virtualNow() {
+  return virtual_ns;
+}
+
+/// What the test tells the driver to do next, shared with it.
+struct Script {
+  std::mutex mutex;
+  std::deque<Popped> pops;
+  CameraInfo info;
+  bool isSmaller = false;        // its pictures lack a row
+  std::atomic<int> sessions{0};  // counted by the camera's thread
+  int alive = 0, discarded = 0, given = 0;
+  std::optional<Error> refusal;
+  std::atomic<bool> answers{true};
+  std::atomic<int> doubts{0};  // how often it was asked whether it is there
+  std::int64_t (*clock)() = monotonicNow;
+  std::atomic<bool> hangs{false};                       // while it is opened
+  std::atomic<bool> callsHang{false}, isCalled{false};  // serve() and link(), as Aravis's do of a dead camera
+  std::uint64_t id = 0;
+  FrameExtras extras;
+};
+
+class ScriptedDriver : public Driver {
+ public:
+  explicit ScriptedDriver(Script& script)
+      : script_(script)
+      , info_(script.info) {
+    ++script_.alive;
+  }
+  ~ScriptedDriver() override {
+    const std::lock_guard lock(script_.mutex);
+    --script_.alive;
+  }
+  const CameraInfo& info() const override { return info_; }
+  Popped pop(Buffer& buffer, milliseconds timeout) override {
+    std::unique_lock lock(script_.mutex);
+    if (script_.pops.empty()) {
+      lock.unlock();
+      std::this_thread::sleep_for(std::min(timeout, milliseconds(5)));
+      return Popped::kNothing;
+    }
+    const Popped popped = script_.pops.front();
+    script_.pops.pop_front();
+    if (popped != Popped::kBuffer) return popped;
+    buffer.arrival = {
+        .complete = true, .shape = info_.shape, .id = ++script_.id, .device_ns = 0, .host_ns = script_.clock()};
+    if (script_.isSmaller) --buffer.arrival.shape.height;
+    picture_[0] = static_cast<std::uint8_t>(script_.id);
+    buffer.data = picture_.data();
+    buffer.extras = script_.extras;
+    buffer.handle = &script_;
+    return Popped::kBuffer;
+  }
+  std::string doubt() override {
+    const bool answers = script_.answers;
+    ++script_.doubts;
+    return answers ? "" : "it does not answer";
+  }
+  std::string objection() const override { return "sends pictures that lack a row"; }
+  void giveBack(void*) override { ++script_.given; }
+  Discard discard() const override {
+    return [](void* script) { ++static_cast<Script*>(script)->discarded; };
+  }
+  tl::expected<CameraReport, std::string> serve(const CameraStep& step) override {
+    hang();
+    return CameraReport{.remarks = {step.name}};
+  }
+  CameraLink link(const CameraLink& /*before*/) override {
+    hang();
+    return {};
+  }
+
+ private:
+  void hang() {
+    if (!script_.callsHang) return;
+    script_.isCalled = true;
+    script_.callsHang.wait(true);
+  }
+
+  Script& script_;
+  CameraInfo info_;
+  std::array<std::uint8_t, 600> picture_{};
+};
+
+class OddCamera : public testing::Test {
+ protected:
+  OddCamera() {
+    script_.info.name.id = "Odd";
+    script_.info.shape = {20, 30, 600, 1};
+  }
+  ~OddCamera() override {
+    camera_.reset();
+    expectNoneAlive();
+  }
+  void expectNoneAlive() {
+    EXPECT_TRUE(test::eventually([this] {  // it is closed elsewhere
+      std::this_thread::sleep_for(milliseconds(1));
+      return alive() == 0;
+    }));
+  }
+  int alive() {
+    const std::lock_guard lock(script_.mutex);
+    return script_.alive;
+  }
+  void open(CameraRules rules = {.silenceTimeout_ms = 0}) {
+    script_.clock = rules.clock;
+    auto camera = Camera::open(
+        [this](const Opening&) -> tl::expected<std::unique_ptr<Driver>, Error> {
+          while (script_.hangs) std::this_thread::sleep_for(milliseconds(1));
+          const std::lock_guard lock(script_.mutex);
+          ++script_.sessions;
+          if (script_.refusal) return tl::unexpected(*script_.refusal);
+          return std::make_unique<ScriptedDriver>(script_);
+        },
+        rules, ledger_,
+        [this](LogLevel, const std::string& line) {
+          const std::lock_guard lock(script_.mutex);
+          said_.push_back(line);
+        },
+        [this](const CameraInfo& info) -> tl::expected<void, Error> {
+          const std::lock_guard lock(script_.mutex);
+          welcomed_.push_back(info.session);
+          return {};
+        });
+    ASSERT_TRUE(camera) << camera.error().message();
+    camera_ = *std::move(camera);
+  }
+  void tell(std::initializer_list<Popped> pops) {
+    const std::lock_guard lock(script_.mutex);
+    script_.pops.insert(script_.pops.end(), pops);
+  }
+  Next nextOtherThan(Next dull, Frame& frame) {
+    Next next = dull;
+    EXPECT_TRUE(test::eventually([&] {
+      next = camera_->next(frame, milliseconds(20));
+      return next != dull;
+    }));
+    return next;
+  }
+
+  std::vector<std::string> said() {
+    const std::lock_guard lock(script_.mutex);
+    return said_;
+  }
+  std::vector<unsigned> welcomed() {
+    const std::lock_guard lock(script_.mutex);
+    return welcomed_;
+  }
+
+  Script script_;
+  Ledger ledger_;
+  std::vector<std::string> said_;
+  std::vector<unsigned> welcomed_;
+  std::unique_ptr<Camera> camera_;
+};
 
 TEST_F(OddCamera, OpensAgainInTheSameWayAndWelcomesEachSession) {
   open();
@@ -31,18 +196,6 @@ TEST_F(OddCamera, OpensAgainInTheSameWayAndWelcomesEachSession) {
   EXPECT_THAT(said(), Contains(HasSubstr("no longer under our control")));
   camera_.reset();
   EXPECT_EQ(script_.alive, 0);
-}
-
-TEST_F(OddCamera, PicturesMayBeOfAnySize) {
-  for (const std::size_t size : {1, 7, 8, 300, 600}) {
-    script_.info.shape = {static_cast<int>(size), 1, size, 1};
-    open();
-    Frame frame;
-    tell({Popped::kBuffer});
-    EXPECT_EQ(nextOtherThan(Next::kTimeout, frame), Next::kFrame) << size << " bytes";
-    camera_->recycle(frame);
-    camera_.reset();
-  }
 }
 
 TEST_F(OddCamera, FramesTellWhatTheyWereTakenWith) {
@@ -261,36 +414,6 @@ TEST_F(OddCamera, SaysThatWhatIsToOpenItHangs) {
   EXPECT_FALSE(camera_->isForsaken());
 }
 
-TEST(Keeper, HangsOnlyIfItsFirstTurnIsOverdue) {
-  Keeper keeper([](const Opening&) { return tl::unexpected(Error{.exitCode = EX_UNAVAILABLE, .what = "no camera"}); },
-                {.slowest = milliseconds(50), .clock = virtualNow}, {}, {});
-  EXPECT_FALSE(keeper.isForsaken());
-  virtual_ns += 1'100'000'000;
-  EXPECT_TRUE(keeper.isForsaken());
-  keeper.turn();
-  EXPECT_FALSE(keeper.isForsaken());
-}
-
-TEST_F(OddCamera, LetsNoThreadWaitForAWelcomeThatReadsAFile) {
-  open();
-  script_.readsSlowly = true;
-  tell({Popped::kGone});
-  Frame frame;
-  EXPECT_TRUE(test::eventually([&] {
-    camera_->next(frame, milliseconds(1));
-    return script_.isWelcomed.load();
-  }));
-  const std::future<void> user = std::async(std::launch::async, [&] {
-    camera_->next(frame, milliseconds(1));
-    camera_->info();
-    camera_->ask({.name = "Gain"});
-    camera_->takeAnswer();
-  });
-  EXPECT_EQ(user.wait_for(test::kHung), std::future_status::ready);
-  script_.readsSlowly = false;
-  script_.readsSlowly.notify_all();
-}
-
 TEST_F(OddCamera, AwaitsACameraForAsLongAsItTakes) {
   script_.refusal = Error{.exitCode = EX_UNAVAILABLE, .what = "no camera answers"};
   open({.wait = true, .silenceTimeout_ms = 0, .slowest = milliseconds(50), .clock = virtualNow});
@@ -341,21 +464,6 @@ TEST_F(OddCamera, IsOpenedAnewAsItIsToldOrAsBeforeWhereThatIsRefused) {
   EXPECT_EQ(camera_->info()->name.model, "later") << "no answer is no refusal";
   EXPECT_EQ(script_.alive, 1);
   EXPECT_EQ(ledger_.reconnects.get(), 4U);
-}
-
-TEST_F(OddCamera, IsClosedThatComesBackWhileAllEnds) {
-  tell({Popped::kGone});
-  open();
-  script_.hangs = true;
-  Frame frame;
-  while (script_.asked < 2) camera_->next(frame, milliseconds(1));
-  std::thread back([this] {
-    std::this_thread::sleep_for(milliseconds(50));
-    script_.hangs = false;
-  });
-  camera_.reset();
-  back.join();
-  expectNoneAlive();
 }
 
 TEST_F(OddCamera, MayEndAtAnyMoment) {

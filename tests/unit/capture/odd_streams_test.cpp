@@ -18,7 +18,6 @@ using std::chrono::milliseconds;
 using test::GvTransmitter;
 using testing::Contains;
 using testing::HasSubstr;
-using testing::StartsWith;
 using Bytes = std::vector<std::uint8_t>;
 
 constexpr std::size_t kRow = std::size_t{kWidth} * 3;
@@ -133,9 +132,7 @@ INSTANTIATE_TEST_SUITE_P(Cameras, Rounded,
 TEST_F(OddStreams, PacketsOfSeveralLengthsAreNamed) {
   sender_.alternates = true;
   stream();
-  EXPECT_EQ(refusal(),
-            "the camera sends packets of several lengths within a frame, the largest of 1464 bytes: where they "
-            "belong cannot be known; set camera.packet_size_bytes to another size");
+  EXPECT_THAT(refusal(), HasSubstr("camera.packet_size_bytes"));
 }
 
 /// As of a camera that waits for its trigger: nothing comes while it is opened.
@@ -170,21 +167,10 @@ TEST_F(OddStreams, RowsWithPaddingAreReadByTheirStride) {
   expectPictures();
 }
 
-TEST_F(OddStreams, PaddingThatDoesNotComeIsNamed) {
-  stream([](GvTransmitter::Picture& one) { one.paddingX = 8; });
-  EXPECT_THAT(refusal(), StartsWith("the camera sends 9216 bytes; a picture of 64 x 48 pixels in RGB8 has 9216, and 8 "
-                                    "bytes behind each row and 0 behind the last are padding by its leader"));
-}
-
 TEST_F(OddStreams, RowsThatMayBePaddedWithoutAWordAreNamed) {
   sender_.write(0x1f4, 8 * kHeight);
   stream([](GvTransmitter::Picture& one) { one.bytes.resize(kPicture_bytes + 8 * kHeight); });
   expectWarning("384 bytes follow each picture and are not explained by its leader, 8 for each row");
-}
-
-TEST_F(OddStreams, AnotherSizeIsNamed) {
-  stream([](GvTransmitter::Picture& one) { one.height = 47; });
-  EXPECT_THAT(refusal(), HasSubstr("the camera sends pictures of 64 x 47 pixels, its Width and Height say 64 x 48"));
 }
 
 TEST_F(OddStreams, AnotherPlaceOnTheSensorIsNamed) {
@@ -235,44 +221,37 @@ TEST_F(OddStreams, ThePictureInChunkDataIsUsed) {
   camera_->recycle(frame);
 }
 
-struct Other {
-  std::uint16_t type;
-  std::uint8_t dataKind;
-  const char* said;
+// ---------------------------------------------------------------- refusals
+/// A picture that cannot be used, and a part of what the operator reads.
+struct Unusable {
+  const char* name;
+  void (*change)(GvTransmitter::Picture&);
+  const char* why;
 };
 
-class OtherPayload : public OddStreams, public testing::WithParamInterface<Other> {};
-
-TEST_P(OtherPayload, IsNamedWithWhatEndsIt) {
-  stream([](GvTransmitter::Picture& one) {
-    one.payloadType = GetParam().type;
-    one.dataKind = GetParam().dataKind;
-  });
-  EXPECT_EQ(refusal(), GetParam().said);
+template <std::uint16_t type, std::uint8_t dataKind>
+void ofType(GvTransmitter::Picture& one) {
+  one.payloadType = type;
+  one.dataKind = dataKind;
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Cameras, OtherPayload,
-    testing::Values(
-        Other{
-            2, 3,
-            "the camera sends raw data (payload type 2), which cannot be read; choose a mode of the camera that sends "
-            "pictures"},
-        Other{
-            6, 3,
-            "the camera sends JPEG (payload type 6), which cannot be read; in camera.features: { ImageCompressionMode "
-            "= \"Off\" }"},
-        Other{10, 7,
-              "the camera sends multi-part pictures (payload type 10), which cannot be read; enable a single component "
-              "in camera.features: { ComponentSelector = \"Range\" }, { ComponentEnable = false } for each but "
-              "Intensity"},
-        Other{11, 8,
-              "the camera sends GenDC containers (payload type 11), which cannot be read; in camera.features: { "
-              "GenDCStreamingMode = \"Off\" }"},
-        Other{0x8001, 6,
-              "the camera sends a format of its maker's own, such as multi-zone pictures (payload type 0x8001), which "
-              "cannot be read; choose a mode of the camera that sends pictures of the standard, payload type 1"}),
-    [](const auto& one) { return "type" + std::to_string(one.param.type); });
+class UnusablePicture : public OddStreams, public testing::WithParamInterface<Unusable> {};
+
+TEST_P(UnusablePicture, IsNamedWithWhatEndsIt) {
+  stream(GetParam().change);
+  EXPECT_THAT(refusal(), HasSubstr(GetParam().why));
+}
+
+INSTANTIATE_TEST_SUITE_P(Cameras, UnusablePicture,
+                         testing::Values(Unusable{"PaddingThatDoesNotCome", [](auto& one) { one.paddingX = 8; },
+                                                  "8 bytes behind each row"},
+                                         Unusable{"AnotherSize", [](auto& one) { one.height = 47; }, "64 x 47 pixels"},
+                                         Unusable{"RawData", ofType<2, 3>, "payload type 2"},
+                                         Unusable{"Jpeg", ofType<6, 3>, "ImageCompressionMode"},
+                                         Unusable{"MultiPart", ofType<10, 7>, "ComponentSelector"},
+                                         Unusable{"GenDc", ofType<11, 8>, "GenDCStreamingMode"},
+                                         Unusable{"MakersOwn", ofType<0x8001, 6>, "0x8001"}),
+                         [](const auto& one) { return one.param.name; });
 
 }  // namespace
 }  // namespace tractiond::capture::odd_streams_test

@@ -231,25 +231,6 @@ TEST_F(PacketFilters, TheStreamTakesWhatItsCameraCanSendAndNothingElse) {
   EXPECT_GT(refused, 3000);
 }
 
-/// What was seen to end Aravis 0.8.26, or to take its memory.
-TEST_F(PacketFilters, TheStreamRefusesWhatADriverCannotBear) {
-  StreamShape shape{.cameraAddress = kCamera, .packetSize_bytes = 1500, .payload_bytes = 921'600};
-  attach(streamFilter(shape));
-  const auto packet = [](std::initializer_list<int> begin, std::size_t size) {
-    Packet made;
-    made.bytes.assign(begin.begin(), begin.end());
-    made.bytes.resize(size);
-    return made;
-  };
-  EXPECT_FALSE(passes(packet({0, 0, 0, 0, 0x82, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0xff, 0xff, 0xff, 0xfe}, 20)));
-  EXPECT_FALSE(passes(packet({0, 0, 0, 1, 7, 0, 0, 1}, 15)));           // multipart
-  EXPECT_FALSE(passes(packet({0, 0, 0, 1, 0x83, 0, 2, 0x7b}, 1472)));   // extended ids
-  EXPECT_FALSE(passes(packet({0, 0, 0, 1, 2, 0, 0, 0}, 16)));           // a trailer that comes first
-  EXPECT_FALSE(passes(packet({0, 0, 0, 1, 2, 0xff, 0xff, 0xfe}, 16)));  // a frame of 16 million packets
-  EXPECT_FALSE(passes(packet({0, 0, 0, 1, 4, 0, 0, 0}, 100)));          // all in one
-  EXPECT_TRUE(passes(packet({0, 0, 0, 1, 3, 0, 2, 0x76}, 1472)));
-}
-
 TEST_F(PacketFilters, TheControlChannelTakesAnswersOfItsCameraAndNothingElse) {
   attach(controlFilter(kCamera, ntohs(addressOf(camera_).sin_port)));
   int passed = 0, refused = 0;

@@ -108,7 +108,7 @@ class Quirks : public testing::Test {
     return picture;
   }
 
-  std::mt19937_64 random_{test::seed()};  ///< the sender's generators have the next two seeds
+  std::mt19937_64 random_{test::seed()};  ///< the sender's has the next seed
   test::GvTransmitter sender_;
   CameraOptions options_;
   Ledger ledger_;

@@ -9,7 +9,6 @@
 
 #include <limits>
 #include <random>
-#include <string>
 #include <vector>
 
 namespace tractiond::capture::sent_picture_test {
@@ -37,55 +36,6 @@ TEST(SentPicture, RowsBeginWhereTheLeaderSaysThatTheyDo) {
   sent.size += 100;
   ASSERT_TRUE(layoutOf(sent, kAgreed));
   EXPECT_EQ(layoutOf(sent, kAgreed)->bytes, 648U * 480 + 100);
-}
-
-/// Each with what the operator reads.
-TEST(SentPicture, WhatDiffersIsNamed) {
-  const auto expect = [](const SentPicture& sent, const std::string& why, const PictureShape& agreed = kAgreed) {
-    EXPECT_FALSE(layoutOf(sent, agreed)) << why;
-    EXPECT_EQ(deviation(sent, agreed), why);
-  };
-  SentPicture sent = asAgreed();
-  sent.width = 636;
-  expect(sent, "sends pictures of 636 x 480 pixels, its Width and Height say 640 x 480");
-  sent = asAgreed();
-  sent.format = kRgb8;
-  expect(sent, "sends pictures in RGB8, its PixelFormat says Mono8");
-  sent.format = 0x0108FFFF;
-  expect(sent, "sends pictures in 0x0108FFFF, its PixelFormat says Mono8");
-  sent = asAgreed();
-  sent.paddingX = 8;  // and no more bytes than without
-  expect(sent,
-         "sends 307200 bytes; a picture of 640 x 480 pixels in Mono8 has 307200, and 8 bytes behind each row and 0 "
-         "behind the last are padding by its leader");
-  sent = asAgreed();
-  sent.size = 307'199;
-  expect(sent, "sends 307199 bytes; a picture of 640 x 480 pixels in Mono8 has 307200");
-  sent = {.payloadType = 4, .size = 311'040};
-  expect(sent, "sends 311040 bytes as the first chunk of its chunk data, a picture of 640 x 480 pixels in Mono8 has "
-               "307200");
-  sent.size = 0;
-  expect(sent, "sends chunk data (payload type 4) that cannot be read");
-  // 5 pixels of 12 bits: rows begin within a byte.
-  sent = {.width = 5, .height = 2, .format = kMono12p, .paddingX = 1, .size = 17};
-  expect(sent, "says that 1 bytes behind each row and 0 behind the last are padding, though its rows end within a byte",
-         {5, 2, 15, kMono12p});
-}
-
-TEST(SentPicture, OtherPayloadTypesAreNamedWithTheFeatureThatEndsThem) {
-  const auto expect = [](int type, const std::string& why, const std::string& remedy) {
-    const SentPicture sent{.payloadType = type};
-    EXPECT_FALSE(layoutOf(sent, kAgreed)) << why;
-    EXPECT_EQ(deviation(sent, kAgreed), why);
-    EXPECT_EQ(remedyOf(type), remedy);
-  };
-  expect(6, "sends JPEG (payload type 6), which cannot be read",
-         "in camera.features: { ImageCompressionMode = \"Off\" }");
-  expect(11, "sends GenDC containers (payload type 11), which cannot be read",
-         "in camera.features: { GenDCStreamingMode = \"Off\" }");
-  expect(0x8001,
-         "sends a format of its maker's own, such as multi-zone pictures (payload type 0x8001), which cannot be read",
-         "choose a mode of the camera that sends pictures of the standard, payload type 1");
 }
 
 TEST(SentPicture, AtRandomIsUsedIfAllOfItFits) {
@@ -176,23 +126,6 @@ TEST(PacketSurvey, PacketsOfSeveralLengthsAreUneven) {
   EXPECT_FALSE(survey.isUneven());
   survey.see(packet(3, 7, 3, Bytes(1000)), 2000);
   EXPECT_TRUE(survey.isUneven());
-}
-
-TEST(PacketSurvey, ReadsNothingBeyondAPacket) {
-  std::mt19937_64 random(test::seed());
-  for (int i = 0; i < 20'000; ++i) {
-    PacketSurvey survey;
-    for (int j = 0; j < 6; ++j) {
-      Bytes bytes =
-          packet(static_cast<std::uint8_t>(random() % 2 == 0 ? 1 + random() % 4 : random()),
-                 static_cast<std::uint16_t>(random() % 2), static_cast<std::uint32_t>(random() % 4), leader());
-      bytes[4] = static_cast<std::uint8_t>(bytes[4] | (random() % 4 == 0 ? 0x80U : 0U));
-      bytes.resize(random() % 60);  // with an end of its own, for the sanitizers
-      bytes.shrink_to_fit();
-      survey.see(bytes, 1);
-    }
-    ASSERT_LE(survey.block_bytes(), 60U);
-  }
 }
 
 // ---------------------------------------------------------------- sizes to ask for

@@ -125,24 +125,6 @@ TEST(ProcessorWaitOf, AThreadThatIsNotLetRunIsWaiting) {
   starved.join();
 }
 
-TEST(ProcessorWaitOf, AThreadThatRunsIsNotWaiting) {
-  std::atomic<int> id{0};
-  std::atomic<bool> over{false};
-  std::thread runner([&] {
-    id = gettid();
-    while (!over) {
-    }
-  });
-  while (id == 0) sched_yield();
-  ProcessorWait wait(id);
-  EXPECT_TRUE(test::eventually([&] {
-    poll(nullptr, 0, 1);
-    return !wait.lasts();
-  }));
-  over = true;
-  runner.join();
-}
-
 TEST(ProcessorWaitOf, AThreadThatIsNotThereIsNotWaiting) {
   EXPECT_FALSE(ProcessorWait(0).lasts());
 }
