@@ -78,37 +78,6 @@ TEST(WireControl, StepsOfACalibrationAreTold) {
   EXPECT_FALSE(decoded());
 }
 
-TEST(WireControl, WhatIsAskedOfTheCameraIsTold) {
-  using Kind = CameraStep::Kind;
-  pb::Request request;
-  request.set_version(1);
-  const auto step = [&] {
-    const auto asked = decodeRequest(request.SerializeAsString());
-    EXPECT_TRUE(asked && asked->request == Request::kCamera) << request.camera().step_case();
-    return asked.value_or(Asked{}).camera;
-  };
-  request.mutable_camera()->mutable_list()->set_matching("gain");
-  request.mutable_camera()->mutable_list()->add_categories("AnalogControl");
-  EXPECT_EQ(step().kind, Kind::kList);
-  EXPECT_EQ(step().matching, "gain");
-  EXPECT_EQ(step().categories, std::vector<std::string>{"AnalogControl"});
-  request.mutable_camera()->mutable_read()->set_name("BalanceRatio[Red]");
-  EXPECT_EQ(step().kind, Kind::kRead);
-  EXPECT_EQ(step().name, "BalanceRatio[Red]");
-  request.mutable_camera()->mutable_write()->set_name("ExposureTime");
-  request.mutable_camera()->mutable_write()->set_value("4000.5");
-  EXPECT_EQ(step().kind, Kind::kWrite);
-  EXPECT_EQ(step().name, "ExposureTime");
-  EXPECT_EQ(step().value, "4000.5");
-  request.mutable_camera()->mutable_execute()->set_name("UserSetLoad");
-  EXPECT_EQ(step().kind, Kind::kExecute);
-  EXPECT_EQ(step().name, "UserSetLoad");
-  request.mutable_camera()->mutable_balance_white();
-  EXPECT_EQ(step().kind, Kind::kBalanceWhite);
-  request.mutable_camera()->mutable_trigger();
-  EXPECT_EQ(step().kind, Kind::kTrigger);
-}
-
 TEST(WireControl, ImpossibleRequestsForTheCameraAreRefused) {
   pb::Request request;
   request.set_version(1);
@@ -141,62 +110,6 @@ TEST(WireControl, ImpossibleRequestsForTheCameraAreRefused) {
   EXPECT_FALSE(refused());
   request.mutable_camera()->mutable_list()->set_matching(std::string(129, 'a'));
   EXPECT_TRUE(refused());
-}
-
-TEST(WireControl, FeaturesOfTheCameraArriveWordByWord) {
-  using Feature = CameraFeature;
-  const CameraReport report{.features = {{.name = "ExposureTime",
-                                          .value = "4000",
-                                          .unit = "us",
-                                          .kind = Feature::Kind::kFloat,
-                                          .access = Feature::Access::kReadWrite,
-                                          .minimum = 10.0,
-                                          .maximum = 1e6,
-                                          .increment = 0.5,
-                                          .description = "of a picture",
-                                          .configured = "5000",
-                                          .first = "5000",
-                                          .category = "AcquisitionControl"},
-                                         {.name = "BalanceRatioSelector",
-                                          .value = "Red",
-                                          .kind = Feature::Kind::kEnumeration,
-                                          .access = Feature::Access::kRead,
-                                          .entries = {"Red", "Blue"},
-                                          .selected = {"A=B"}},
-                                         {.name = "Odd",
-                                          .minimum = std::numeric_limits<double>::quiet_NaN(),
-                                          .maximum = std::numeric_limits<double>::infinity()}},
-                            .remarks = {"one"},
-                            .camera = "Acme-42"};
-  pb::Reply reply;
-  ASSERT_TRUE(reply.ParseFromString(encodeCameraReply(report)));
-  ASSERT_EQ(reply.camera().features_size(), 3);
-  const pb::CameraFeature& exposure = reply.camera().features(0);
-  EXPECT_EQ(exposure.name(), "ExposureTime");
-  EXPECT_EQ(exposure.value(), "4000");
-  EXPECT_EQ(exposure.unit(), "us");
-  EXPECT_EQ(exposure.kind(), pb::CAMERA_FEATURE_KIND_FLOAT);
-  EXPECT_EQ(exposure.access(), pb::CAMERA_FEATURE_ACCESS_READ_WRITE);
-  EXPECT_EQ(exposure.minimum(), 10.0);
-  EXPECT_EQ(exposure.maximum(), 1e6);
-  EXPECT_EQ(exposure.increment(), 0.5);
-  EXPECT_EQ(exposure.description(), "of a picture");
-  EXPECT_EQ(exposure.configured(), "5000");
-  EXPECT_EQ(exposure.first(), "5000");
-  EXPECT_EQ(exposure.category(), "AcquisitionControl");
-  const pb::CameraFeature& selector = reply.camera().features(1);
-  EXPECT_EQ(selector.kind(), pb::CAMERA_FEATURE_KIND_ENUMERATION);
-  EXPECT_EQ(selector.access(), pb::CAMERA_FEATURE_ACCESS_READ);
-  EXPECT_FALSE(selector.has_minimum());
-  EXPECT_FALSE(selector.has_maximum());
-  EXPECT_FALSE(selector.has_increment());
-  EXPECT_EQ(selector.entries_size(), 2);
-  EXPECT_EQ(selector.entries(1), "Blue");
-  EXPECT_EQ(selector.selected(0), "A=B");
-  EXPECT_FALSE(reply.camera().features(2).has_minimum()) << "no number on the wire is NaN or infinite";
-  EXPECT_FALSE(reply.camera().features(2).has_maximum());
-  EXPECT_EQ(reply.camera().remarks(0), "one");
-  EXPECT_EQ(reply.camera().camera(), "Acme-42");
 }
 
 // A reader refuses a message with text that is not UTF-8; a camera's registers hold anything.
@@ -258,16 +171,6 @@ TEST(WireControl, ASnapshotHasThePictureAndItsMarkers) {
   EXPECT_EQ(told.place_px_size(), static_cast<int>(2 * count));
   EXPECT_EQ(told.spot_px(1), 2.0F);
   EXPECT_EQ(told.spot_layer()[0], 1);
-}
-
-TEST(WireControl, RandomBytesAreNoRequestAndNoHarm) {
-  std::mt19937 random(1);
-  for (int i = 0; i < 20'000; ++i) {
-    std::string bytes(random() % 200, '\0');
-    for (char& byte : bytes) byte = static_cast<char>(random());
-    const auto request = decodeRequest(bytes);
-    EXPECT_TRUE(request || !request.error().empty());
-  }
 }
 
 TEST(WireControl, RepliesHoldWhatWasSent) {

@@ -157,27 +157,6 @@ TEST_F(WireRecording, ABeginningIsReadAgainExactly) {
   EXPECT_FALSE(decodeBeginning(encode(one))->rest);
 }
 
-TEST_F(WireRecording, WhatIsDamagedIsRefusedOrWhole) {
-  PictureMessage message(description().identity);
-  TrackedFrame again;
-  int taken = 0;
-  for (int i = 0; i < 3000; ++i) {
-    std::string bytes = message.encode(anyFrame(), any(1) == 1);
-    if (any(1) == 1) bytes.resize(any(bytes.size()));
-    for (std::uint64_t hits = any(3); hits > 0 && !bytes.empty(); --hits)
-      bytes[any(bytes.size() - 1)] = static_cast<char>(any(255));
-    if (!decodePicture(bytes, again)) continue;
-    ++taken;
-    const PixelFormatTraits& format = traitsOf(again.frame.format);
-    ASSERT_EQ(again.bytes.size(), again.frame.size);
-    ASSERT_GE(again.frame.size, again.frame.stride == 0
-                                    ? format.size(again.frame.width, again.frame.height)
-                                    : static_cast<std::size_t>(again.frame.stride) * (again.frame.height - 1) +
-                                          format.size(again.frame.width, 1));
-  }
-  EXPECT_GT(taken, 0);  // pixels carry no mark of their own; the chunk around them does
-}
-
 TEST_F(WireRecording, OfEarlierVersionsItIsKnownWhatTheyDoNotState) {
   std::string bytes = encode(Beginning{});
   for (const int version : {1, 2, 3}) {

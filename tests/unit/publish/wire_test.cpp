@@ -154,7 +154,7 @@ TEST(Wire, ContactsAndHowTheForcesWereFoundArriveNumberByNumber) {
   }
 }
 
-TEST(Wire, NothingOfTheFieldBeforeIsLeft) {
+TEST(Wire, InvalidFieldSaysSoAtEveryNodeAndNothingOfTheFieldBeforeIsLeft) {
   Wire wire(description().identity);
   fieldBytes(wire, traction(kMarkers, kNodes), heading());
   TractionField invalid;
@@ -163,6 +163,9 @@ TEST(Wire, NothingOfTheFieldBeforeIsLeft) {
   pb::Field message;
   ASSERT_TRUE(message.ParseFromString(bytes));
   EXPECT_EQ(message.timestamp(), 0.0);
+  EXPECT_FALSE(message.valid());
+  EXPECT_EQ(message.node_valid(), std::string(kNodes, '\0'));
+  EXPECT_EQ(message.force_n_size(), 3 * kNodes);
   EXPECT_TRUE(message.header().zero().empty());
   EXPECT_EQ(message.header().sequence(), 0U);
   EXPECT_EQ(message.header().sent_ns(), 0);
@@ -181,17 +184,6 @@ TEST(Wire, NothingOfTheFieldBeforeIsLeft) {
   for (const float deviation : message.node_deviation_n()) EXPECT_EQ(deviation, 0.0F);
   EXPECT_EQ(message.contacts_size(), 0);
   EXPECT_EQ(message.method(), pb::METHOD_NONE);
-}
-
-TEST(Wire, InvalidFieldSaysSoAtEveryNode) {
-  Wire wire(description().identity);
-  TractionField field;
-  field.resize(kMarkers, kNodes);
-  pb::Field message;
-  ASSERT_TRUE(message.ParseFromString(fieldBytes(wire, field, heading())));
-  EXPECT_FALSE(message.valid());
-  EXPECT_EQ(message.node_valid(), std::string(kNodes, '\0'));
-  EXPECT_EQ(message.force_n_size(), 3 * kNodes);
 }
 
 TEST(Wire, MarkersArriveNumberByNumber) {
