@@ -1,14 +1,9 @@
 #include "daemon/control/control_server.h"
-#include "tests/support/captured_log.h"
-#include "tests/support/no_memory.h"
-#include "tests/unit/base/network/raw_peer.h"
 #include "tests/unit/publish/support.h"
 #include "traction/v1/control.pb.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
-
-#include <random>
 
 namespace tractiond::control::control_server_test {
 namespace {
@@ -134,46 +129,6 @@ TEST_F(ControlTest, StatusAndDescriptionAreWhatTheHandlersSay) {
   EXPECT_EQ(status.status().uptime_s(), 12.0);
   const pb::Reply description = ask(request([](pb::Request& r) { r.mutable_description(); }));
   EXPECT_EQ(description.description().software_version(), "0.1.0");
-}
-
-TEST_F(ControlTest, WithoutMemoryForZeroMqAnswersAreCountedAndTheNextOneIsSent) {
-  const test::CapturedLog log;
-  description_.assign(std::size_t{3} << 20, 'x');  // three of them are too many for one user
-  auto socket = connect(zmq::socket_type::dealer);
-  send(socket, request([](pb::Request& r) { r.mutable_zero(); }));
-  serveUntil([&] { return server_->zeroPending(); });
-  for (int i = 0; i < 5; ++i) send(socket, request([](pb::Request& r) { r.mutable_description(); }));
-  test::memoryLeft = 0;
-  server_->answerZero(RestPose{});
-  serveUntil([&] { return server_->unsent() == 6; });
-  test::memoryLeft = -1;
-  EXPECT_EQ(log.count("warning: 1 answer to requests could not be sent: Cannot allocate memory"), 1U);
-  send(socket, statusRequest());
-  EXPECT_EQ(await(socket).error(), "");
-  EXPECT_EQ(server_->unsent(), 6U);
-}
-
-TEST_F(ControlTest, AnAnswerIsSentAsAWholeOrNotAtAllWhereverMemoryEnds) {
-  const std::string route(40, 'r');  // longer than what a message holds without memory
-  auto gateway = connect(zmq::socket_type::dealer);
-  const auto sendOn = [&] {
-    gateway.send(zmq::buffer(route), zmq::send_flags::sndmore);
-    send(gateway, statusRequest());
-  };
-  constexpr int kPieces = 3;  // the answer, and two addresses
-  for (int left = 0; left < kPieces; ++left) {
-    sendOn();
-    test::memoryLeft = left;
-    serveUntil([&] { return server_->unsent() > static_cast<std::uint64_t>(left); });
-    test::memoryLeft = -1;
-  }
-  sendOn();
-  serveUntil([&] { return (gateway.get(zmq::sockopt::events) & ZMQ_POLLIN) != 0; });
-  const auto parts = receiveParts(gateway);
-  ASSERT_EQ(parts.size(), 3U);
-  EXPECT_EQ(parts[0], route);
-  EXPECT_EQ(parts[1], "");
-  EXPECT_EQ(server_->unsent(), static_cast<std::uint64_t>(kPieces));
 }
 
 TEST_F(ControlTest, ZeroIsAnsweredWhenItIsTakenForAllWhoAsked) {
@@ -337,36 +292,6 @@ TEST_F(ControlTest, TooLargeARequestIsCutOff) {
   EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);
   zmq::message_t message;
   EXPECT_FALSE(socket.recv(message, zmq::recv_flags::dontwait));
-}
-
-TEST_F(ControlTest, HostileEnvelopesDoNotStopTheServer) {
-  std::mt19937 random(7);
-  auto hostile = connect(zmq::socket_type::dealer);
-  for (int i = 0; i < 2000; ++i) {
-    const auto parts = 1 + random() % 6;
-    for (std::size_t part = 0; part < parts; ++part) {
-      std::string bytes(random() % 3 == 0 ? 0 : random() % 300, '\0');
-      for (char& byte : bytes) byte = static_cast<char>(random());
-      hostile.send(zmq::buffer(bytes),
-                   (part + 1 < parts ? zmq::send_flags::sndmore : zmq::send_flags::none) | zmq::send_flags::dontwait);
-    }
-    if (i % 10 == 0) serve();
-  }
-  EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);
-}
-
-// With a high-water mark on what comes in, this aborts the process within ZeroMQ 4.3.4.
-TEST_F(ControlTest, PingBehindAFloodAndAResetDoNoHarm) {
-  for (int i = 0; i < 20; ++i) {
-    network::RawPeer peer(server_->endpoints().at(0), "DEALER");
-    std::string flood;
-    for (int k = 0; k < 100; ++k) flood += network::RawPeer::message("x");
-    peer.send(flood + network::RawPeer::command(std::string("\4PING\0\0", 7)) + network::RawPeer::message("x"));
-    const network::RawPeer sent(server_->endpoints().at(0), "DEALER");  // its handshake comes after what was sent
-    peer.reset();
-    const network::RawPeer gone(server_->endpoints().at(0), "DEALER");
-    EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);
-  }
 }
 
 TEST_F(ControlTest, AskerThatGoesAwayIsForgotten) {

@@ -5,11 +5,8 @@
 #include <google/protobuf/arena.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <functional>
 #include <limits>
 #include <string>
-#include <utility>
 
 namespace tractiond::control {
 namespace {
@@ -106,30 +103,6 @@ TEST(GelWatch, TellsWhatIsFoundOfTheMarkers) {
     EXPECT_EQ(status.findings(i).contradicts(), finding.contradicts);
   }
   EXPECT_FALSE(bench.status.swap(status)) << "it was taken";
-}
-
-TEST(GelWatch, TellsLaterWhatComesWhileTheStatusIsTaken) {
-  static std::function<void()> meanwhile;
-  google::protobuf::ArenaOptions options;
-  options.block_alloc = [](std::size_t size) {
-    if (const auto once = std::exchange(meanwhile, {})) once();
-    return std::malloc(size);
-  };
-  options.block_dealloc = [](void* block, std::size_t) { std::free(block); };
-  google::protobuf::Arena arena(options);
-  auto& taken = *google::protobuf::Arena::CreateMessage<traction::v1::MarkerStatus>(&arena);
-
-  Bench bench;
-  ASSERT_EQ(bench.takeZero(), "");
-  meanwhile = [&] { bench.watch.report({}, {.findings = {}, .remark = "it is another gel"}); };
-  ASSERT_TRUE(bench.status.take(taken)) << "which takes memory";
-  ASSERT_FALSE(meanwhile) << "it came meanwhile";
-  EXPECT_EQ(taken.remark(), "");
-  bench.watch.turn();
-  ASSERT_TRUE(bench.status.take(taken));
-  EXPECT_EQ(taken.remark(), "the gel file does not fit the picture: it is another gel");
-  bench.watch.turn();
-  EXPECT_FALSE(bench.status.take(taken)) << "it was told";
 }
 
 TEST(GelWatch, TellsWhyThereIsNoFirstZero) {

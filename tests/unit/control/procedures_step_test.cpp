@@ -22,22 +22,6 @@ TEST(Procedures, AStepDoesNotAnswerAnUndoThatIsBeingWritten) {
   EXPECT_FALSE(bench.stepAnswers[0]);
 }
 
-TEST(Procedures, AZeroThatComesIntoForceEndsTheStepThatRuns) {
-  ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", 60.0, bench.pose(1, true));
-  bench.diskHangs = true;
-  bench.procedures.zero().begin({});
-  bench.tracker.finish(bench.pose(2, true));
-  bench.turn();
-  bench.procedures.beginStep(ProceduresBench::noise(1.0));
-  EXPECT_TRUE(bench.stepAnswers.empty());
-  bench.writeOne();
-  bench.turn();
-  ASSERT_EQ(bench.zeroAnswers.size(), 1U);
-  ASSERT_EQ(bench.stepAnswers.size(), 1U) << "it began with the zero before";
-  EXPECT_FALSE(bench.stepAnswers[0]);
-}
-
 TEST(Procedures, AStepThatRestsOnTheZeroTakesOverFromOneThatIsAskedFor) {
   ProceduresBench bench;
   bench.procedures.welcome("Camera-1", 60.0, bench.pose(1, true));

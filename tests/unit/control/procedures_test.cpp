@@ -85,20 +85,6 @@ TEST(Procedures, AZeroIsComparedBeforeTheDiskIsAsked) {
   EXPECT_EQ(bench.reportedZero[0], 2);
 }
 
-TEST(Procedures, AZeroThatIsRefusedLeavesTheReportOnTheOneInForce) {
-  ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
-  bench.keepFails = true;
-  bench.doubt = "it looks pressed";
-  bench.procedures.zero().begin({});
-  bench.tracker.finish(bench.pose(2, true));
-  bench.turn();
-  ASSERT_TRUE(bench.tracker.adopted);
-  EXPECT_EQ(bench.tracker.adopted->id[0], 1);
-  EXPECT_TRUE(bench.tracker.adoptedFits);
-  EXPECT_EQ(bench.reportedZero[0], 1);
-}
-
 TEST(Procedures, AZeroThatTheDiskDoesNotTakeIsRefusedAndReplacedThere) {
   ProceduresBench bench;
   bench.takeThirdZeroWhileTheDiskHangs();
@@ -262,17 +248,6 @@ TEST(Procedures, AZeroThatWasRefusedIsOverwrittenAsSoonAsTheDiskTakesIt) {
   bench.turn();
   EXPECT_FALSE(bench.kept) << "it is on the disk";
   EXPECT_EQ(bench.zeroAnswers.size(), 1U);
-}
-
-TEST(Procedures, ARestoredZeroThatCouldNotBeSynchronisedIsWrittenUntilTheDiskTakesIt) {
-  ProceduresBench bench;
-  bench.keepFails = true;
-  bench.procedures.welcome("Camera-1", 0.0, bench.pose(2, true), bench.pose(1, true), false);
-  ASSERT_TRUE(bench.kept);
-  bench.recoverDisk();
-  ASSERT_TRUE(bench.kept);
-  EXPECT_EQ(bench.kept->id[0], 2);
-  EXPECT_EQ(bench.keptBefore->id[0], 1);
 }
 
 TEST(Procedures, AFirstZeroThatCouldNotBeWrittenIsWrittenLater) {
