@@ -84,39 +84,6 @@ TEST(NoGel, EachFrameOfAnySizeIsCountedAndNoFieldIsPublished) {
   EXPECT_TRUE(balanced(ledger));
 }
 
-TEST(NoGel, SnapshotOfEveryFormatHasTheSizeOfThePicture) {
-  for (const PixelFormatTraits& format : pixelFormats()) {
-    for (const auto& [width, height] : {std::pair{16, 10}, {334, 216}, {1, 1}, {7, 5}}) {
-      const bool isPaired = format.colours >= PixelColours::kYuyv;  // two pixels share their colour
-      if (isPaired && width % 2 != 0) continue;
-      SCOPED_TRACE(std::string(format.name) + " " + std::to_string(width) + " x " + std::to_string(height));
-      const std::vector<std::uint8_t> bytes = bytesOf(format.size(width, height));
-      Frame frame;
-      frame.data = bytes.data();
-      frame.size = bytes.size();
-      frame.width = width;
-      frame.height = height;
-      frame.stride = format.stride(width);
-      frame.format = format.format;
-      Answers answers;
-      NoGel noGel(answers);
-      MarkerField none;
-      noGel.askSnapshot();
-      for (int i = 0; i < 4 && answers.pictures == 0; ++i) {  // a first one tells how much room is needed
-        noGel.turn();
-        EXPECT_FALSE(noGel.track(frame, none));
-      }
-      ASSERT_EQ(answers.pictures, 1);
-      EXPECT_EQ(answers.picture.width, width);
-      EXPECT_EQ(answers.picture.height, height);
-      const int channels = format.colours == PixelColours::kMono ? 1 : 3;
-      EXPECT_EQ(answers.picture.channels, channels);
-      EXPECT_EQ(answers.picture.levels.size(), static_cast<std::size_t>(width * height * channels));
-      EXPECT_EQ(answers.markers, 0U);
-    }
-  }
-}
-
 TEST(NoGel, ZeroAndCalibrationAreRefusedWithTheRemedy) {
   Answers answers;
   NoGel noGel(answers);
@@ -198,18 +165,6 @@ TEST(Snapshots, OfATriggeredCameraTakeOneFrameOrSayWhatItWaitsFor) {
   now_ns += 3'000'000'001;
   snapshots.turn();
   EXPECT_EQ(answers.reasons, std::vector<std::string>{"no frames come from the camera: it waits for triggers"});
-}
-
-TEST(Snapshots, AreAlsoForWhomeverTheTurnNames) {
-  control::Snapshots snapshots(nullptr);
-  Frame frame;
-  frame.data = nullptr;
-  frame.size = 0;
-  snapshots.turn(true);
-  ASSERT_NE(snapshots.lent(), nullptr);
-  snapshots.lent()->copyFrom(frame);
-  snapshots.giveBack();
-  EXPECT_NE(snapshots.take(), nullptr);
 }
 
 /// A recording without it would be replayed with the built-in gel.

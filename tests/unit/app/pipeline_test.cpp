@@ -2,34 +2,14 @@
 #include "daemon/app/pipeline.h"
 #include "tests/support/deadline.h"
 
-#include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <poll.h>
-#include <pthread.h>
 
-#include <cerrno>
 #include <latch>
 #include <random>
 #include <set>
 #include <tuple>
 #include <vector>
-
-namespace tractiond::pipeline_test {
-namespace {
-
-thread_local int threadsLeft = -1;  ///< that this one may start; negative: any number
-
-}  // namespace
-}  // namespace tractiond::pipeline_test
-
-// In place of the C library's.
-extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*run)(void*), void* data) {
-  int& left = tractiond::pipeline_test::threadsLeft;
-  if (left == 0) return EAGAIN;
-  if (left > 0) --left;
-  const auto next = reinterpret_cast<decltype(&pthread_create)>(dlsym(RTLD_NEXT, "pthread_create"));
-  return next(thread, attributes, run, data);
-}
 
 namespace tractiond::pipeline_test {
 namespace {
@@ -144,26 +124,6 @@ void runInline(capture::FrameSource& source, Stages& stages, const PipelineOptio
       ledger.noRestPose.add();
     }
     source.recycle(frame);
-  }
-}
-
-TEST(Pipeline, EndsWhatItHasStartedIfAThreadCannotBe) {
-  constexpr int kThreads = 7;
-  PipelineOptions options = kSmall;
-  options.controls = options.previews = options.records = true;
-  for (int left = 0; left < kThreads; ++left) {
-    Ledger ledger;
-    CountingSource source(100, ledger);
-    Work work;
-    Pipeline pipeline(source, work, options, ledger, work.turns);
-    threadsLeft = left;
-    const auto started = pipeline.start();
-    threadsLeft = -1;
-    ASSERT_FALSE(started) << left;
-    EXPECT_EQ(started.error().exitCode, EX_OSERR);
-    EXPECT_TRUE(pipeline.stopping());
-    EXPECT_EQ(ledger.received.get(), 0U);
-    pipeline.finish();
   }
 }
 

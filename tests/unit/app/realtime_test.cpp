@@ -68,35 +68,6 @@ TEST(Cpus, AreReadAndWrittenAsTheKernelDoes) {
   EXPECT_EQ(setOf(*parseCpus("")), std::set<int>());
 }
 
-TEST(Cpus, ThatAreNoListAreRefused) {
-  Drawn drawn;
-  for (int trial = 0; trial < 300; ++trial) {
-    std::set<int> meant;
-    std::string text = drawn.list(meant);
-    const auto at = static_cast<std::size_t>(drawn.number(0, static_cast<int>(text.size())));
-    switch (drawn.number(0, 4)) {
-    case 0:
-      text.insert(at, 1, " ;ax.+\n"[drawn.number(0, 6)]);
-      break;
-    case 1:
-      text += drawn.number(0, 1) == 0 ? "," : "-";
-      break;
-    case 2:
-      text.insert(0, drawn.number(0, 1) == 0 ? "," : "-");
-      break;
-    case 3:
-      text += "," + std::to_string(drawn.number(CPU_SETSIZE, 1 << 30));
-      break;
-    default:
-      text += fmt::format(",{}-{}", drawn.number(500, 1000), drawn.number(0, 499));
-    }
-    ASSERT_FALSE(parseCpus(text)) << text;
-  }
-  EXPECT_FALSE(parseCpus("1-2-3"));
-  EXPECT_FALSE(parseCpus("1,,2"));
-  EXPECT_FALSE(parseCpus("99999999999999999999"));
-}
-
 TEST(Cpus, OfAListWithoutEndAreCut) {
   cpu_set_t cpus;
   CPU_ZERO(&cpus);

@@ -139,17 +139,6 @@ TEST_F(RestSolverTest, ASolverIsNotOvertaken) {
   EXPECT_EQ(solver.zero, zero(2).id);
 }
 
-/// Of zeros that come while one is worked on, the last one counts.
-TEST_F(RestSolverTest, TheNewestZeroWaits) {
-  PlacedSolver solver{drawn_};
-  for (int i = 0; i < 5; ++i) rest_->heed(zero());
-  settle();
-  EXPECT_GE(rest_->done(), 1U);
-  EXPECT_LE(rest_->done(), 5U);
-  pass(solver);
-  EXPECT_NE(solver.solver, drawn_);
-}
-
 TEST_F(RestSolverTest, AStopGivesUpTheSolverThatIsBeingMade) {
   PlacedSolver solver{drawn_};
   std::promise<void> begin;
@@ -178,16 +167,6 @@ TEST_F(RestSolverTest, BetweenItsStepsAStopIsNoticed) {
     EXPECT_FALSE(make([&] { return ++asked >= last; })) << last;
     EXPECT_EQ(asked, last) << "nothing is begun afterwards";
   }
-}
-
-TEST_F(RestSolverTest, ItsDirectoryMayBeGone) {
-  PlacedSolver solver{drawn_};
-  fs::remove_all(directory_);
-  rest_->heed(zero());
-  settle();
-  EXPECT_EQ(rest_->done(), 1U);
-  pass(solver);
-  EXPECT_NE(solver.solver, drawn_) << "its factors are computed again";
 }
 
 }  // namespace
