@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include <cerrno>
 #include <fstream>
 
 namespace tractiond::whole_file_test {
@@ -29,14 +28,6 @@ TEST(WholeFile, UnfinishedOneOfBeforeIsReplacedWithItsMode) {
   ASSERT_FALSE(replaceWholeFile(path, std::string_view("for all")));
   EXPECT_NE(fs::status(path).permissions() & fs::perms::owner_read, fs::perms::none);
   EXPECT_EQ(fs::status(path).permissions() & fs::perms::owner_exec, fs::perms::none);
-}
-
-TEST(WholeFile, EndsAlsoWhereASignalCameBefore) {
-  const test::TemporaryFolder folder;
-  const fs::path path = folder.path() / "state";
-  std::ofstream(path) << "all";
-  errno = EINTR;
-  EXPECT_EQ(textOf(path), "all");
 }
 
 TEST(WholeFile, NoLinkIsFollowed) {

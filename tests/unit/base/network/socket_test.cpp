@@ -60,13 +60,6 @@ TEST_F(SocketTest, TheNameOfThisHostIsItsLoopback) {
   EXPECT_TRUE(bound->front().starts_with("tcp://127.0.0.1:")) << bound->front();
 }
 
-TEST_F(SocketTest, WildcardPortIsResolved) {
-  const auto bound = tryBind(socket_, "tcp://127.0.0.1:*");
-  ASSERT_TRUE(bound);
-  EXPECT_TRUE(bound->at(0).starts_with("tcp://127.0.0.1:"));
-  EXPECT_EQ(bound->at(0).find('*'), std::string::npos);
-}
-
 TEST_F(SocketTest, ItsGroupMayConnectWhateverTheUmask) {
   const mode_t before = umask(0077);
   const fs::path path = folder_ / "control";
@@ -97,19 +90,6 @@ TEST_F(SocketTest, StaleSocketFileIsReplaced) {
   EXPECT_TRUE(tryBind(socket_, "ipc://" + path));
 }
 
-TEST_F(SocketTest, PathOfAStoppedListenerWithAFullQueueIsUnavailable) {
-  const std::string path = folder_ / "stream";
-  const int listener = bindFile(path, SOCK_STREAM);
-  ASSERT_EQ(listen(listener, 0), 0);
-  std::vector<int> waiting;
-  do waiting.push_back(::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-  while (connect(waiting.back(), plain(addressOf(path)), sizeof(sockaddr_un)) == 0);
-  EXPECT_EQ(errno, EAGAIN);
-  EXPECT_EQ(refused("ipc://" + path).exitCode, EX_UNAVAILABLE);
-  for (const int one : waiting) close(one);
-  close(listener);
-}
-
 TEST_F(SocketTest, SocketThatCannotBeConnectedToStaysWithItsOwner) {
   const std::string path = folder_ / "stream";
   const int owner = bindFile(path, SOCK_DGRAM);
@@ -136,34 +116,6 @@ TEST_F(SocketTest, NonsenseIsRefused) {
   EXPECT_EQ(refused("nonsense").exitCode, EX_CONFIG);
   EXPECT_EQ(refused("tcp://127.0.0.1:99999").exitCode, EX_CONFIG);
   EXPECT_NE(refused("tcp://192.0.2.1:9872").exitCode, EX_OK);
-}
-
-// Parts of this size fill ZeroMQ's buffer to the last byte: a connection whose peer does not read stops between two of
-// them.
-TEST_F(SocketTest, IsClosedWhilePeersLeaveThatGotAPartOfAMessage) {
-  constexpr std::size_t kPart = 8183;
-  const std::string part(kPart, 'x');
-  for (int round = 0; round < 60; ++round) {
-    zmq::context_t ours, theirs;
-    zmq::socket_t publisher(ours, zmq::socket_type::xpub);
-    guard(publisher, 100, 64);
-    const auto bound = bind(publisher, {"tcp://127.0.0.1:*"});
-    ASSERT_TRUE(bound);
-    zmq::socket_t subscriber(theirs, zmq::socket_type::sub);
-    subscriber.set(zmq::sockopt::rcvhwm, 2);
-    subscriber.set(zmq::sockopt::rcvbuf, 4096);
-    subscriber.set(zmq::sockopt::subscribe, "");
-    subscriber.connect(bound->front());
-    zmq::message_t subscription;
-    ASSERT_TRUE(publisher.recv(subscription));
-    for (int i = 0; i < 60; ++i) {
-      publisher.send(zmq::buffer(part), zmq::send_flags::sndmore);
-      publisher.send(zmq::buffer(part));
-    }
-    subscriber.close();
-    publisher.close();
-    release(*bound);
-  }
 }
 
 }  // namespace
