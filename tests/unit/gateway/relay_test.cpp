@@ -4,7 +4,6 @@
 #include "proto/traction/v1/endpoints.h"
 #include "tests/support/captured_log.h"
 #include "tests/support/deadline.h"
-#include "tests/support/no_memory.h"
 #include "tests/support/temporary_folder.h"
 #include "traction/v1/control.pb.h"
 
@@ -190,26 +189,6 @@ TEST_F(RelayTest, RequestsBeyondTheLimitAreRefusedUntilTheSecondIsOver) {
   EXPECT_EQ(ask(), "too many requests: more than 3 in a second");
 }
 
-TEST_F(RelayTest, AnswersForWhichThereIsNoMemoryAreCountedAndTheNextOneArrives) {
-  while (ask() == "no instrument is there; is tractiond running?") time_ns += kSecond_ns;  // not yet
-  time_ns += kSecond_ns;
-  const auto loseOne = [this] {
-    const std::uint64_t before = relay_->unsent();
-    test::memoryLeft = 0;
-    turnUntil([&] { return relay_->unsent() > before; });
-    test::memoryLeft = -1;
-    EXPECT_EQ(relay_->unsent(), before + 1);
-  };
-  for (int i = 0; i < 2; ++i) {
-    sendRequest();
-    loseOne();  // the gateway's own answer, that it cannot pass the request on
-  }
-  EXPECT_EQ(log_.count("an answer to a request could not be sent: no memory for it"), 1U) << "in five seconds";
-  EXPECT_EQ(ask(), "");
-  EXPECT_EQ(ask(), "too many requests: more than 3 in a second") << "an answer begins anew";
-  EXPECT_EQ(relay_->unsent(), 2U);
-}
-
 TEST_F(RelayTest, NewSubscribersAreToldTheDescriptionAtMostTenTimesASecond) {
   zmq::socket_t first = subscriber();
   topicsBeforeAField(first);
@@ -322,13 +301,6 @@ class RelayWithKeys : public testing::Test {
   const std::filesystem::path keys_ = folder_.path() / "keys";
   const network::KeyPair server_ = network::newKeyPair(), own_ = network::newKeyPair();
 };
-
-TEST_F(RelayWithKeys, TellsAtItsStartWhoseKeysAreAllowed) {
-  ASSERT_TRUE(network::allow(keys_, {.name = "arm-1", .key = own_.publicKey}));
-  const test::CapturedLog log;
-  ASSERT_TRUE(open());
-  EXPECT_EQ(log.count("arm-1"), 1U) << log.text();
-}
 
 TEST_F(RelayWithKeys, TellsAtItsStartThatNobodyIsAskedForAKey) {
   std::filesystem::remove_all(keys_);
