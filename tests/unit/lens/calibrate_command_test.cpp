@@ -170,7 +170,7 @@ TEST_F(CalibrateCommand, WritesNoAspectThatMayBeTheBoards) {
 }
 
 TEST_F(CalibrateCommand, RefusesABoardOfAnotherSize) {
-  for (const Board& other : {Board{8, 5, 10e-3}, Board{10, 7, 10e-3}, Board{11, 8, 10e-3}, Board{9, 7, 10e-3}}) {
+  for (const Board& other : {Board{8, 5, 10e-3}, Board{9, 7, 10e-3}}) {
     const cv::Mat spoilt = photograph(kTilted[0], kTilted[1], other);
     const std::string& file = options.pictures[3];
     ASSERT_TRUE(writePicture(file, spoilt));
@@ -205,12 +205,6 @@ TEST_F(CalibrateCommand, RefusesABlurredPicture) {
   } while (squareIn(picture) < 5.0 * kBlur_px);
   cv::GaussianBlur(picture, picture, {}, kBlur_px);
   expectRefused(spoil(picture), "is blurred");
-}
-
-TEST_F(CalibrateCommand, AsksForASharpPictureWhereTheSquaresMelted) {
-  cv::Mat picture = photograph(kTilted[0], kTilted[1]);
-  cv::GaussianBlur(picture, picture, {}, squareIn(picture));
-  expectRefused(spoil(picture), "it must lie in the picture as a whole, sharp");
 }
 
 TEST_F(CalibrateCommand, RefusesAPictureWithoutABoard) {
@@ -249,24 +243,6 @@ TEST_F(CalibrateCommand, RefusesViewsFromTheFrontAlone) {
   EXPECT_NE(done.error()[0].what.find("do not tell the focal length"), std::string::npos);
   EXPECT_NE(done.error()[0].where.find(options.pictures[7]), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(options.output));
-}
-
-/// What is missing is a tilt, even if the corners of one picture err by more than those of the others.
-TEST_F(CalibrateCommand, RefusesNoPictureFromTheFrontForAnother) {
-  for (const std::string& file : options.pictures) ASSERT_TRUE(writePicture(file, photograph(0.0, 0.02)));
-  cv::Mat u(truth.height, truth.width, CV_32F), v = u.clone(), bent;
-  for (int y = 0; y < u.rows; ++y) {
-    for (int x = 0; x < u.cols; ++x) {
-      u.at<float>(y, x) = static_cast<float>(x + 0.7 * std::sin(0.05 * y));
-      v.at<float>(y, x) = static_cast<float>(y + 0.7 * std::sin(0.06 * x));
-    }
-  }
-  cv::remap(photograph(0.0, 0.02), bent, u, v, cv::INTER_CUBIC, cv::BORDER_REPLICATE);
-  spoil(bent);
-  const Done done = calibrate(options);
-  ASSERT_FALSE(done);
-  ASSERT_EQ(done.error().size(), 1U);
-  EXPECT_NE(done.error()[0].what.find("do not tell the focal length"), std::string::npos) << done.error()[0].message();
 }
 
 TEST_F(CalibrateCommand, NamesEveryPictureThatDoesNotServe) {

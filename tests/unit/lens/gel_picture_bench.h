@@ -70,7 +70,6 @@ class GelPictureCommands : public Workplace {
 
   void writeGelFile(double aspect);
   RestMarkers noisyMarkers(double noise_px);
-  void tellApart(int trials);
 
   std::mt19937 generator{tractiond::test::seed()};
   sensor::Sensor truth;

@@ -10,7 +10,7 @@ namespace lens::gel_picture_commands_test {
 namespace {
 
 TEST_F(GelPictureCommands, PoseIsFoundFromAWrongOne) {
-  for (int trial = 0; trial < 5; ++trial) {
+  for (int trial = 0; trial < 3; ++trial) {
     sensor::Sensor believed = truth;  // the middle of what is possible
     believed.camera.position = {0, 0, 157e-3};
     truth.camera.position = believed.camera.position + within(2e-3);

@@ -47,7 +47,7 @@ class OwnGel : public GelPictureCommands {
 
 TEST_F(OwnGel, PoseIsFoundAtWhateverDistanceTheFileHasTheCamera) {
   ASSERT_TRUE(writePicture(options.picture, photographGrey()));
-  for (const double distance : {30e-3, 50e-3, 80e-3, 157e-3, 400e-3}) {
+  for (const double distance : {30e-3, 80e-3, 400e-3}) {
     sensor::Sensor file = truth;
     file.camera.position = {0.0, 0.0, distance};
     file.camera.rotation.setZero();
@@ -73,7 +73,7 @@ TEST_F(OwnGel, PoseIsFoundForACameraThatIsTurnedAndBeside) {
 
 TEST_F(OwnGel, OtherColumnsAndRowsAreRefusedUnlessForced) {
   ASSERT_TRUE(writePicture(options.picture, photographGrey()));
-  for (const auto& [columns, rows] : {std::pair(19, 20), std::pair(20, 19), std::pair(20, 21), std::pair(22, 20)}) {
+  for (const auto& [columns, rows] : {std::pair(19, 20), std::pair(20, 21)}) {
     for (const double distance : {104e-3, 157e-3}) {
       sensor::Sensor file = truth;
       file.layers[0].columns = columns;

@@ -12,7 +12,7 @@ namespace {
 
 /// However far off: solvePnP is told of no start at all.
 TEST_F(GelPictureCommands, SolvedPoseNeedsNoStart) {
-  for (int trial = 0; trial < 50; ++trial) {
+  for (int trial = 0; trial < 20; ++trial) {
     truth.camera.position = Eigen::Vector3d(0, 0, 157e-3) + within(40e-3);
     truth.camera.rotation = within(0.2);
     photograph();
@@ -113,15 +113,9 @@ FewDots::Reached FewDots::reach(int cameras) {
 }
 
 TEST_F(FewDots, OneOfSeveralStartsLeadsToTheLeastResidual) {
-  const Reached reached = reach(40);
+  const Reached reached = reach(20);
   EXPECT_LT(reached.first, reached.cameras);  // else these cameras show nothing
   EXPECT_EQ(reached.all, reached.cameras);
-}
-
-TEST_F(FewDots, OneOfSeveralStartsLeadsToTheLeastResidualInMany) {
-  const Reached reached = reach(300);
-  EXPECT_LT(reached.first, reached.cameras);
-  EXPECT_GE(100 * reached.all, 99 * reached.cameras);
 }
 
 }  // namespace
