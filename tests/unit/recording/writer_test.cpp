@@ -3,29 +3,11 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/recording/random_recording.h"
 
-#include <dlfcn.h>
 #include <sys/resource.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include <csignal>
 #include <fstream>
-
-namespace recording::writer_test {
-namespace {
-
-bool zlibHasMemory = true;
-
-}  // namespace
-}  // namespace recording::writer_test
-
-// In place of zlib's.
-extern "C" int deflateInit2_(z_streamp stream, int level, int method, int window, int memory, int strategy,
-                             const char* version, int size) {
-  if (!recording::writer_test::zlibHasMemory) return Z_MEM_ERROR;
-  const auto zlibs = reinterpret_cast<decltype(&deflateInit2_)>(dlsym(RTLD_NEXT, "deflateInit2_"));
-  return zlibs(stream, level, method, window, memory, strategy, version, size);
-}
 
 namespace recording::writer_test {
 namespace {
@@ -157,14 +139,6 @@ TEST(Writer, RefusesAMessageThatNoReaderWouldTake) {
   const Read result = read(memory.bytes);
   EXPECT_EQ(result.extent.trouble, "");
   EXPECT_EQ(result.messages.size(), 2U);
-}
-
-TEST(Deltas, WithoutMemoryForZlibAreNotMade) {
-  std::string scratch, packed;
-  zlibHasMemory = false;
-  EXPECT_FALSE(packDeltas("abcdef", 1, scratch, packed));
-  zlibHasMemory = true;
-  EXPECT_TRUE(packDeltas("abcdef", 1, scratch, packed));
 }
 
 TEST(Deltas, ThatAreDamagedLeaveZeros) {

@@ -27,38 +27,6 @@ TEST(PixelFormat, CodesAgreeWithWhatTheyAreMadeOf) {
   EXPECT_EQ(pixelFormatByName("RGB8Packed"), nullptr);
 }
 
-TEST(PixelFormat, NamesAgreeWithWhatTheySay) {
-  const auto starts = [](const PixelFormatTraits& format) -> std::string {
-    switch (format.colours) {
-    case PixelColours::kMono:
-      return "Mono";
-    case PixelColours::kBayerRG:
-      return "BayerRG";
-    case PixelColours::kBayerGR:
-      return "BayerGR";
-    case PixelColours::kBayerGB:
-      return "BayerGB";
-    case PixelColours::kBayerBG:
-      return "BayerBG";
-    case PixelColours::kRgb:
-      return "RGB";
-    case PixelColours::kBgr:
-      return "BGR";
-    case PixelColours::kYuyv:
-    case PixelColours::kUyvy:
-      return "YUV422_";
-    }
-    return "";
-  };
-  for (const PixelFormatTraits& format : pixelFormats()) {
-    std::string name = starts(format) + std::to_string(format.bits);
-    if (format.packing == PixelPacking::kStream) name += "p";
-    if (format.packing == PixelPacking::kTriple) name += "Packed";
-    if (format.colours == PixelColours::kUyvy) name += "_UYVY";
-    EXPECT_EQ(format.name, name);
-  }
-}
-
 // Of the standard's list (GenICam Pixel Format Values), by hand: a slip that keeps the two rules above.
 TEST(PixelFormat, HasTheCodesOfTheStandard) {
   const auto code = [](std::string_view name) { return pixelFormatByName(name)->code(); };
@@ -103,21 +71,6 @@ TEST(PixelFormat, SizesArePackedWithoutGaps) {
   EXPECT_EQ(format("Mono10p").stride(642), 0);
   EXPECT_EQ(format("RGB16").stride(5), 30);
   EXPECT_EQ(format("RGB8").stride(std::numeric_limits<int>::max()), 0) << "as a forged picture may state it";
-}
-
-TEST(PixelFormat, WordsForPeopleNameAll) {
-  std::set<std::string> said;
-  for (const char* order : {"Mono", "BayerRG", "BayerGR", "BayerGB", "BayerBG"}) {
-    for (const char* depth : {"8", "10", "10p", "10Packed", "12", "12p", "12Packed", "16"}) {
-      said.insert(std::string(order) + depth);
-    }
-  }
-  for (const char* order : {"RGB", "BGR"}) {
-    for (const char* depth : {"8", "10", "10p", "12", "12p", "16"}) said.insert(std::string(order) + depth);
-  }
-  said.insert({"Mono14", "Mono14p", "YUV422_8", "YUV422_8_UYVY"});
-  const std::vector<std::string> names = pixelFormatNames();
-  EXPECT_EQ(said, std::set<std::string>(names.begin(), names.end())) << kPixelFormatsInWords;
 }
 
 }  // namespace
