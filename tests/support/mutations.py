@@ -17,6 +17,8 @@ SOURCE = pathlib.Path(__file__).resolve().parents[2]
 PAST = SOURCE / "tests/mutations"
 ROOMS = ("base", "sensor", "recording", "daemon", "gateway", "twin", "lens", "client/src", "client/cli")
 SIMULATED = ("base/", "daemon/app/", "daemon/capture/", "daemon/control/", "daemon/publish/")
+# Tests elsewhere, and what they need, where what a room encodes is decoded, and the other way round.
+ELSEWHERE = {"daemon/publish/": ("client", "client_test"), "client/src/": ("clients.conformance", "conformance_reader")}
 ENOUGH = 0.9
 
 Mutation = collections.namedtuple("Mutation", "file line old new")
@@ -72,10 +74,11 @@ def draw(places, number):
 
 
 def tests_of(file):
-    """Returns the names of the unit tests of a file's room."""
+    """Returns {ctest test: target} of the unit tests of a file's room, and of those elsewhere that run it."""
     listings = [listing for room in reversed(file.split("/")[:-1])
                 if (listing := SOURCE / "tests/unit" / room / "CMakeLists.txt").exists()]
-    return re.findall(r"traction_test\((\w+)", listings[0].read_text()) if listings else []
+    tests = re.findall(r"traction_test\((\w+)", listings[0].read_text()) if listings else []
+    return {name: f"{name}_test" for name in tests} | dict(pair for room, pair in ELSEWHERE.items() if file.startswith(room))
 
 
 def run(project, log, *command, seconds=900):
@@ -96,16 +99,16 @@ def verdict(project, one, minutes, log):
     """Makes a mutation. Returns what notices it, "" if nothing does, None if it does not compile."""
     lines = (project / one.file).read_text().splitlines(keepends=True)
     (project / one.file).write_text("".join([*lines[:one.line], one.new + "\n", *lines[one.line + 1:]]))
-    names = tests_of(one.file)
+    tests = tests_of(one.file)
     if one.file.startswith(SIMULATED) and minutes:
-        names.append("simulation")
+        tests["simulation"] = "simulation_test"
     known = subprocess.run(["ninja", "-C", "build/release", "-t", "targets", "all"], cwd=project, stdout=subprocess.PIPE, text=True).stdout
-    names = [name for name in names if f"\n{name}_test: phony" in known]
-    if run(project, log, "tools/build", "release", *(f"{name}_test" for name in names)) != 0:
+    tests = {name: target for name, target in tests.items() if f"\n{target}: phony" in known}
+    if run(project, log, "tools/build", "release", *tests.values()) != 0:
         return None
     with open(log.name, "r+") as read:
         read.seek(0, os.SEEK_END)
-        code = run(project, log, "ctest", "--preset", "release", "-R", f"^({'|'.join(names)})$", "--no-tests=error",
+        code = run(project, log, "ctest", "--preset", "release", "-R", f"^({'|'.join(map(re.escape, tests))})$", "--no-tests=error",
                    "--stop-on-failure", "--timeout", "120", "--parallel", str(os.cpu_count()))
         failed = re.findall(r"^\[  FAILED  \] ([\w/]+\.[\w/]+)|\*\*\*(Timeout|Exception.*)", read.read(), re.M)
     if code != 0:

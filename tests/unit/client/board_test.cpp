@@ -132,21 +132,6 @@ TEST(Board, WhatIsOldLooksOldWithinHalfASecond) {
   EXPECT_TRUE(has(one.page(), "frames, not of now"));
 }
 
-TEST(Board, StatusOfNowIsNotOldWhereFieldsStayAway) {
-  Instrument one;
-  one.run(3.0);
-  one.now += kSecond_ns;
-  one.status.set_camera(v1::CAMERA_STATE_LOST);
-  one.status.set_memory_bytes(64 << 20);
-  one.sendStatus();
-  EXPECT_TRUE(has(one.page(), " camera lost, up ")) << one.page();
-  EXPECT_TRUE(has(one.page(), "! the camera is lost, no field for 1.0 s")) << one.page();
-  EXPECT_EQ(one.row("memory"), "64.0 MiB");
-  EXPECT_EQ(one.row("force"), "(+0.250 -0.500 +3.750 N)");
-  one.now += 1'500'000'000;
-  EXPECT_EQ(one.row("memory"), "(64.0 MiB)");
-}
-
 TEST(Board, RealTimeIsWhatWasGrantedAndACryWhereItWasNot) {
   Instrument one;
   one.run(2.0);
@@ -287,15 +272,6 @@ TEST(Top, SubscribersAreTheConnectionsToAnEndpoint) {
   EXPECT_FALSE(subscribersOf("tcp://box:9872", folder));
   EXPECT_FALSE(subscribersOf("tcp://127.0.0.1:9872", folder / "nowhere"));
   std::filesystem::remove_all(folder);
-}
-
-TEST(Board, WithoutColoursThereAreNone) {
-  Instrument one;
-  one.run(2.0);
-  const std::string text = drawBoard({one.watched}, 80, 24, one.now).render(Depth::kNone);
-  EXPECT_FALSE(std::regex_search(text, std::regex("\x1b\\[[0-9;]*[34]8;")));
-  EXPECT_TRUE(std::regex_search(text, std::regex("\x1b\\[0;1mleft")));
-  EXPECT_TRUE(has(drawBoard({one.watched}, 80, 24, one.now).render(Depth::k256), ";38;5;"));
 }
 
 }  // namespace

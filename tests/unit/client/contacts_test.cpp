@@ -276,30 +276,6 @@ class SubscriberContacts : public testing::Test {
   std::optional<Subscriber> subscriber_;
 };
 
-TEST_F(SubscriberContacts, EndAfterASilence) {
-  ASSERT_NO_FATAL_FAILURE(open());
-  Follower follower = contacts::follower();
-  sensor_.press(0.01);
-  const Contacts first = await(follower);
-  ASSERT_EQ(first.contacts.size(), 1U);
-  EXPECT_EQ(first.contacts[0].phase, ContactPhase::kBegin) << "also where it came late";
-  publisher_.reset();  // what is on its way arrives before
-  while (subscriber_->receive(50ms)) {
-  }
-  clock_ns += 2'000'000'000;
-  const auto message = subscriber_->receive(0ms);
-  ASSERT_TRUE(message);
-  const Contacts& ends = std::get<Contacts>(*message);
-  ASSERT_EQ(ends.contacts.size(), 1U);
-  EXPECT_EQ(ends.contacts[0].phase, ContactPhase::kEnd);
-  EXPECT_EQ(ends.contacts[0].id, first.contacts[0].id);
-  EXPECT_EQ(ends.run, first.run);
-  EXPECT_EQ(ends.header.sensor, "gel");
-  EXPECT_FALSE(ends.valid);
-  EXPECT_TRUE(subscriber_->raw().topic.empty());
-  EXPECT_FALSE(subscriber_->receive(0ms));
-}
-
 TEST_F(SubscriberContacts, ThatWaitedAreNoSilence) {
   ASSERT_NO_FATAL_FAILURE(open());
   Follower follower = contacts::follower();

@@ -1,14 +1,84 @@
 #include "client/doctor/checks.h"
-#include "tests/unit/client/doctor_box.h"
+#include "tests/support/temporary_folder.h"
+#include "traction/v1/status.pb.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <fstream>
 #include <functional>
+#include <map>
+#include <memory>
 #include <set>
+#include <utility>
 
 namespace traction::doctor::doctor_test {
 namespace {
+
+/// A box that does not exist: files in a directory of its own, with owners that a test makes up.
+class FakeBox : public Box {
+ public:
+  FakeBox()
+      : FakeBox(std::make_unique<tractiond::test::TemporaryFolder>()) {}
+
+  void write(const std::string& path, const std::string& text, FileStatus owner = {0, 0, 0, 0644}) {
+    std::filesystem::create_directories((folder_ / path.substr(1)).parent_path());
+    std::ofstream(folder_ / path.substr(1)) << text;
+    owners_[path] = owner;
+  }
+  void makeDirectory(const std::string& path, FileStatus owner = {0, 0, 0, 0755}) {
+    std::filesystem::create_directories(folder_ / path.substr(1));
+    owners_[path] = owner;
+  }
+  void remove(const std::string& path) { std::filesystem::remove_all(folder_ / path.substr(1)); }
+  void own(const std::string& path, FileStatus owner) { owners_[path] = owner; }
+  void start(int id, const std::string& name, const std::vector<std::string>& words = {}) {
+    std::string line;
+    for (const std::string& word : words) line += word + '\0';
+    write("/proc/" + std::to_string(id) + "/comm", name + "\n");
+    write("/proc/" + std::to_string(id) + "/cmdline", line);
+  }
+  void openSocket(int id, const std::string& inode) {
+    const auto folder = folder_ / "proc" / std::to_string(id) / "fd";
+    std::filesystem::create_directories(folder);
+    std::filesystem::create_symlink("socket:[" + inode + "]", folder / "7");
+  }
+
+  FileStatus fileStatus(const std::string& path) const override {
+    const FileStatus real = Box::fileStatus(path);
+    const auto owner = owners_.find(path);
+    return real.error != 0 || owner == owners_.end() ? real : owner->second;
+  }
+  std::optional<Space> space(const std::string&) const override { return room; }
+  std::optional<bool> keepsTime() const override { return timeIsKept; }
+  std::optional<Ran> run(const std::vector<std::string>& words) const override {
+    std::string line;
+    for (const std::string& word : words) line += (line.empty() ? "" : " ") + word;
+    for (const auto& [part, ran] : programs) {
+      if (line.find(part) != std::string::npos) return ran;
+    }
+    return std::nullopt;
+  }
+
+  Answer status(const std::string&) const override {
+    if (!published) return {{}, "no answer"};
+    return {Status{{}, std::make_shared<v1::Status>(*published)}, {}};
+  }
+
+  std::optional<v1::Status> published;  ///< by the daemon of each instance; none: it does not answer
+  std::optional<Space> room = Space{false, std::uint64_t{1} << 40};
+  std::optional<bool> timeIsKept = true;
+  std::map<std::string, Ran> programs;  ///< by a part of their command lines
+
+ private:
+  explicit FakeBox(std::unique_ptr<tractiond::test::TemporaryFolder> folder)
+      : Box(folder->path())
+      , temporary_(std::move(folder)) {}
+
+  std::unique_ptr<tractiond::test::TemporaryFolder> temporary_;
+  const std::filesystem::path& folder_ = temporary_->path();
+  std::map<std::string, FileStatus> owners_;
+};
 
 std::set<std::string> checksOf(const std::vector<Finding>& findings, std::initializer_list<Verdict> verdicts) {
   std::set<std::string> checks;
@@ -297,55 +367,6 @@ TEST(Doctor, ABoxThatShowsNothingIsNotKnown) {
   EXPECT_EQ(checksOf(findings, {Verdict::kWarn, Verdict::kFail}), std::set<std::string>{"user and group"});
 }
 
-TEST(Doctor, AKeyFileThatCannotBeLookedAtIsNotKnown) {
-  const std::string folder = "/etc/tractiond/keys";
-  FakeBox box;
-  box.makeDirectory(folder);
-  box.write(folder + "/ada.key", "", {EACCES, 0, 0, 0});
-  box.write(folder + "/bob.key", "");
-  const auto verdicts = [&](Verdict verdict) {
-    std::vector<Finding> findings;
-    checkAccess(Patient{box, kDaemon, {}, {}}, findings);
-    return checksOf(findings, {verdict});
-  };
-  EXPECT_TRUE(verdicts(Verdict::kUnknown).contains("keys"));
-  EXPECT_FALSE(verdicts(Verdict::kOk).contains("keys"));
-  box.own(folder + "/bob.key", {0, 0, 0, 0666});  // what is wrong is reported nevertheless
-  EXPECT_TRUE(verdicts(Verdict::kFail).contains("keys"));
-  EXPECT_FALSE(verdicts(Verdict::kUnknown).contains("keys"));
-}
-
-TEST(Doctor, KeysOfADirectoryThatCannotBeListedAreNotKnown) {
-  FakeBox box;
-  box.write("/etc/tractiond/keys", "");  // a file: also root cannot list it
-  std::vector<Finding> findings;
-  checkAccess(Patient{box, kDaemon, {}, {}}, findings);
-  const auto keys = std::ranges::find(findings, "keys", &Finding::check);
-  ASSERT_NE(keys, findings.end());
-  EXPECT_EQ(keys->verdict, Verdict::kUnknown);
-  EXPECT_EQ(keys->found, "not known: /etc/tractiond/keys cannot be listed: Not a directory");
-}
-
-TEST(Doctor, CamerasAndPortsOfAnInstanceThatIsNotKnownAreNot) {
-  FakeBox box;
-  box.write("/proc/net/tcp", "  sl  local_address rem_address   st\n");
-  Instance left, right;
-  left.name = "left", right.name = "right", right.whyUnknown = "the configuration is wrong";
-  left.settings = Settings();
-  const auto found = [&](const std::vector<Instance>& instances, const char* check) {
-    std::vector<Finding> findings;
-    checkCompetitors(Patient{box, kDaemon, {}, instances}, findings);
-    const Finding one = *std::ranges::find(findings, check, &Finding::check);
-    return one.verdict == Verdict::kUnknown ? one.found : one.verdict == Verdict::kOk ? "ok" : "wrong";
-  };
-  EXPECT_EQ(found({left, right}, "a camera each"), "not known: that of right: the configuration is wrong");
-  EXPECT_EQ(found({left, right}, "ports"), "not known: those of right: the configuration is wrong");
-  EXPECT_EQ(found({right}, "a camera each"), "ok");
-  EXPECT_EQ(found({left}, "ports"), "ok") << "a kernel without IPv6 has no second table";
-  box.remove("/proc/net/tcp");
-  EXPECT_EQ(found({left}, "ports"), "not known: /proc/net/tcp: No such file or directory");
-}
-
 TEST(Doctor, ProcessesThatCannotBeSeenAreNotKnown) {
   FakeBox box;
   box.makeDirectory("/sys/bus/usb");
@@ -369,56 +390,6 @@ TEST(Doctor, ProcessesThatCannotBeSeenAreNotKnown) {
   EXPECT_EQ(checks(Verdict::kUnknown), all) << "a process cannot be looked at";
   box.start(702, "arv-viewer");
   EXPECT_EQ(checks(Verdict::kWarn), std::set<std::string>{"camera programs"}) << "what is seen is reported";
-}
-
-TEST(Doctor, ACameraWhoseDeviceCannotBeLookedAtIsNotKnown) {
-  const std::string device = "/sys/bus/usb/devices/2-1";
-  FakeBox box;
-  box.write("/etc/udev/rules.d/60-tractiond.rules", "");
-  box.write(device + "/busnum", "2\n");
-  box.write(device + "/devnum", "7\n");
-  box.write(device + ":1.0/bInterfaceClass", "ef\n");
-  box.write(device + ":1.0/bInterfaceSubClass", "05\n");
-  Instance instance;
-  instance.settings = Settings();
-  std::vector<Finding> findings;
-  checkMachine(Patient{box, kDaemon, {}, {instance}}, findings);
-  EXPECT_EQ(std::ranges::find(findings, "USB permissions", &Finding::check)->found,
-            "not known: /dev/bus/usb/002/007: No such file or directory");
-}
-
-TEST(Doctor, RealTimeIsNotKnownWithoutTheUnit) {
-  FakeBox box;
-  box.start(700, "tractiond", {kDaemon});
-  box.write("/proc/700/limits", "Max realtime priority     50                   50\n"
-                                "Max locked memory         unlimited            unlimited            bytes\n");
-  Instance instance;
-  instance.name = "default";
-  instance.file = "/etc/tractiond/default.toml";
-  instance.settings = Settings();
-  instance.settings->priority = 40;
-  instance.processes = {700};
-  const auto findings = [&](Verdict verdict) {
-    std::vector<Finding> all;
-    checkService(Patient{box, kDaemon, {}, {instance}}, instance, all);
-    return checksOf(all, {verdict});
-  };
-  EXPECT_TRUE(findings(Verdict::kUnknown).contains("real time"));
-  box.programs["systemctl show"] = {0, "LoadState=loaded\n", ""};
-  EXPECT_TRUE(findings(Verdict::kUnknown).contains("real time"));
-  box.programs["systemctl show"] = {0, "LoadState=loaded\nRestrictRealtime=no\n", ""};
-  EXPECT_TRUE(findings(Verdict::kOk).contains("real time"));
-}
-
-TEST(Doctor, ADaemonThatDoesNotAnswerIsNotKnown) {
-  FakeBox box;
-  box.start(700, "tractiond", {kDaemon});
-  const auto findings = examine(box, kDaemon, "");
-  const auto found =
-      std::find_if(findings.begin(), findings.end(), [](const Finding& one) { return one.check == "measurement"; });
-  ASSERT_NE(found, findings.end());
-  EXPECT_EQ(found->verdict, Verdict::kUnknown);
-  EXPECT_EQ(found->found, "not known: no answer");
 }
 
 TEST(Doctor, AWrongConfigurationIsNamedAndItsNetworkNotKnown) {

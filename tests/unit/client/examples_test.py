@@ -46,12 +46,6 @@ class Examples(unittest.TestCase):
         numbers = [int(line["sequence"]) for line in lines]
         self.assertEqual(numbers, [*range(numbers[0], numbers[0] + 20)])
 
-    def test_force_meter_says_what_is_wrong(self):
-        child = run("force_meter.py", "nonsense")
-        out, err = child.communicate(timeout=120)
-        self.assertEqual((child.returncode, out), (1, ""))
-        self.assertRegex(err, r"\Aforce_meter: cannot connect to 'nonsense'.*\n\Z")
-
 
 class Hold(unittest.TestCase):
     """The dead man's rule of hold_force.py."""

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace traction::cli::picture_test {
 namespace {
@@ -109,25 +108,6 @@ class Later {
   }
 };
 
-TEST(Dots, ALineIsDrawnAsFarAsThePageGoes) {
-  const auto drawn = [](double x0, double y0, double x1, double y1) {
-    Dots dots(4, 1);
-    dots.line(x0, y0, x1, y1);
-    Canvas canvas(4, 1);
-    dots.paint(canvas, 0, 0, {});
-    return canvas.plain();
-  };
-  const std::string across = drawn(0, 1, 7, 1);
-  for (const double far : {8.0, 1e6, 1e12, 1e300}) {
-    EXPECT_EQ(drawn(0, 1, far, 1), across) << far;
-    EXPECT_EQ(drawn(-far, 1, far, 1), across) << far;
-    EXPECT_EQ(drawn(far, 1 + far, far, 1 - far), drawn(0, 9, 7, 9)) << far;
-  }
-  for (const double none : {std::nan(""), std::numeric_limits<double>::infinity()}) {
-    EXPECT_EQ(drawn(0, 1, none, 1), drawn(0, 9, 7, 9));
-  }
-}
-
 TEST(Picture, ArrowPointsAlongTheForceAtItsNode) {
   struct Case {
     int column, row;
@@ -171,22 +151,6 @@ TEST(Picture, HasAnAsciiForm) {
             std::all_of(colours.begin(), colours.end(), [](char c) { return c == 27 || (c >= 32 && c < 127); }));
       }
     }
-  }
-  const auto lines = [](std::array<float, 3> force) {
-    Scale scale;
-    return draw(sceneOf(fieldOf(5, 17, force)), 100, 30, scale, kSecond_ns, "").plain(Glyphs::kAscii);
-  };
-  EXPECT_NE(lines({1.0F, 0.0F, 0.0F}).find(". > ."), std::string::npos);
-  EXPECT_NE(lines({0.0F, -1.0F, 0.0F}).find(". v ."), std::string::npos);
-}
-
-TEST(Picture, StandardTerminalShowsTheForceAndTheWarnings) {
-  Field field = fieldOf(3, 4, {0.1F, 0.2F, 3.0F});
-  field.header.flags = kZeroUnverified;
-  std::string all;
-  for (const std::string& line : drawn(sceneOf(field), 80, 24)) all += line + '\n';
-  for (const char* text : {"+0.100 N", "+0.200 N", "+3.000 N", "zero not verified", "latency", "lost", "fields/s"}) {
-    EXPECT_NE(all.find(text), std::string::npos) << text << '\n' << all;
   }
 }
 
@@ -336,18 +300,6 @@ TEST(Scene, RateAndLatencyAreOfTheLastTwoSeconds) {
 
 TEST(Scene, AnotherHostsClockGivesNoLatency) {
   EXPECT_FALSE(sceneOf(fieldOf(0, 0, {}), false).latency(kSecond_ns));
-}
-
-/// Its fields were taken minutes ago, on this host.
-TEST(Scene, ARecordingThatIsSentAgainHasNoLatency) {
-  Scene scene = sceneOf(fieldOf(0, 0, {}));
-  for (int i = 1; i <= 300; ++i) {
-    Field field;
-    field.header.arrived_ns = 2'200 * kSecond_ns + i * kSecond_ns / 100;
-    field.header.received_ns = kSecond_ns + i * kSecond_ns / 100;
-    scene.add(field);
-  }
-  EXPECT_FALSE(scene.latency(2'203 * kSecond_ns));
 }
 
 TEST(Json, TextIsEscapedAndNumbersAreExact) {

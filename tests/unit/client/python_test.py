@@ -122,19 +122,6 @@ class Subscriber(Case):
             next(traction.fields(endpoint=endpoint, timeout=0.05))
         self.assertIsNone(self.subscriber(endpoint).receive(0))
 
-    def test_who_was_something_else_may_be_followed_by_a_publisher(self):
-        other, endpoint = self.bind(zmq.REP)
-        subscriber = self.subscriber(endpoint)
-        for _ in range(30):
-            self.assertIsNone(subscriber.receive(0.01))
-            self.assertFalse(subscriber.is_connected)
-        other.close()
-        publisher, _ = self.bind(endpoint=endpoint)
-        self.until(lambda: subscriber.is_connected, subscriber)
-        publisher.recv()
-        publisher.send_multipart(field(1))
-        self.assertEqual(subscriber.receive(HUNG_S).header.sequence, 1)
-
     def test_subscription_that_the_publisher_lost_is_sent_again_until_a_message_arrives(self):
         for mode, subscription, parts in ((traction.Mode.LATEST, b"\x09", field(1)[1:2]),
                                           (traction.Mode.STREAM, b"", field(1))):
@@ -147,37 +134,6 @@ class Subscriber(Case):
             publisher.setsockopt(zmq.SUBSCRIBE, subscription)
             publisher.send_multipart(parts)
             self.assertEqual(subscriber.receive(HUNG_S).header.sequence, 1)
-
-    def test_latest_connected_to_a_stream_does_no_harm(self):  # ZeroMQ 4.3.4 would abort the process
-        publisher = Publisher()
-        self.addCleanup(publisher.close)
-        subscriber = self.subscriber(publisher.endpoint(publisher.stream), mode=traction.Mode.LATEST)
-        self.assertIsNone(subscriber.receive(0.3))
-
-    def test_who_is_closed_or_dropped_at_any_moment_hinders_no_other(self):  # all of them share ZeroMQ's thread
-        draw = seed.chance(self.id())
-
-        async def in_a_loop(endpoint):
-            one = traction.aio.Subscriber(endpoint=endpoint)
-            await one.receive(draw.choice([0, 0.001, 0.005]))
-            return one
-
-        for _ in range(60):
-            publisher, endpoint = self.bind()
-            if draw.random() < 0.5:
-                one = traction.Subscriber(endpoint=endpoint)
-                one.receive(draw.choice([0, 0.001, 0.005]))
-            else:
-                one = asyncio.run(in_a_loop(endpoint))
-            if draw.random() < 0.5:
-                publisher.close(0)
-            if draw.random() < 0.5:
-                one.close()
-            del one
-            publisher.close(0)
-            other, endpoint = self.bind()
-            with traction.Subscriber(endpoint=endpoint) as subscriber:
-                self.until(lambda: other.poll(0), subscriber)
 
     def test_bad_endpoints_and_names_are_refused(self):
         for endpoint in ("nonsense", "tcp://", "http://localhost"):

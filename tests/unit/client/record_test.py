@@ -4,43 +4,16 @@ import json
 import pathlib
 import re
 import signal
-import struct
 import subprocess
 import tempfile
 import time
 import unittest
 
 import numpy as np
-from ctl import OUTPUT, PROGRAM, PROTOCOL, USAGE, Case, ctl
+from ctl import OUTPUT, PROGRAM, USAGE, Case, ctl
 from deadline import HUNG_S
 
 DATA, NO_INPUT, UNAVAILABLE, CANNOT_CREATE = 65, 66, 69, 73
-MAGIC = b"\x89MCAP0\r\n"
-MESSAGE, CHUNK, STATISTICS, FOOTER = 5, 6, 11, 2
-CHUNK_CRC, CHUNK_RECORDS, DATA_OF_MESSAGE = 24, 40, 22
-
-
-def records(content, at, end):
-    """Yields opcode, begin and end of the content of each record."""
-    while at < end:
-        length, = struct.unpack_from("<Q", content, at + 1)
-        yield content[at], at + 9, at + 9 + length
-        at += 9 + length
-
-
-def damaged(content, number):
-    """A recording whose message `number` cannot be decoded, and whose chunk says nothing of it."""
-    content = bytearray(content)
-    for opcode, begin, end in records(content, len(MAGIC), len(content) - len(MAGIC)):
-        if opcode != CHUNK:
-            continue
-        content[begin + CHUNK_CRC:begin + CHUNK_CRC + 4] = bytes(4)
-        for inner, first, last in records(content, begin + CHUNK_RECORDS, end):
-            number -= inner == MESSAGE
-            if number < 0:
-                content[first + DATA_OF_MESSAGE:last] = b"\xff" * (last - first - DATA_OF_MESSAGE)
-                return bytes(content)
-    raise AssertionError("there are fewer messages")
 
 
 class Record(Case):
@@ -167,26 +140,6 @@ class Record(Case):
         self.assertNotIn("without its end", child.stderr)
         self.assertGreater(messages, 5)
 
-    def test_what_is_no_recording_is_told(self):
-        path = self.record(size=50_000)
-        bytes_ = path.read_bytes()
-        files = {"empty": (b"", DATA, "is empty"),
-                 "letter": (b"Dear Sir or Madam", DATA, "is no recording"),
-                 "newer": (MAGIC.replace(b"0", b"1") + bytes_[8:], PROTOCOL, "newer version"),
-                 "short": (bytes_[:5], DATA, "is cut off after 5 bytes")}
-        for name, (content, code, text) in files.items():
-            (self.folder / name).write_bytes(content)
-            for words in (["info", self.folder / name], ["recover", self.folder / name, self.folder / "out"],
-                          ["export", self.folder / name, self.folder / "out.csv"]):
-                with self.subTest(name, command=words[0]):
-                    self.fails(code, text, *words)
-        later = self.folder / "later"
-        later.write_bytes(bytes_.replace(b"traction/v1/gel", b"traction/v2/gel"))
-        self.fails(PROTOCOL, "the topic is traction/v2/gel/field/", "export", later, self.folder / "out.csv")
-        self.fails(NO_INPUT, "No such file", "info", self.folder / "nowhere")
-        self.fails(NO_INPUT, "it is no file", "info", self.folder)
-        self.assertFalse((self.folder / "out").exists() or (self.folder / "out.csv").exists())
-
     def test_a_recording_that_was_cut_off_is_exported_as_far_as_it_goes(self):
         path = self.record()
         cut = self.folder / "cut.mcap"
@@ -196,19 +149,6 @@ class Record(Case):
         fields = len(np.load(self.folder / "cut.npz")["sequence"])
         self.assertEqual(fields, len((self.folder / "cut.csv").read_text().splitlines()) - 1)
         self.assertGreater(fields, 5)
-
-    def test_one_bad_message_costs_no_other(self):
-        path = self.record()
-        messages = self.info(path)["topics"][0]["messages"]
-        bad = self.folder / "bad.mcap"
-        bad.write_bytes(damaged(path.read_bytes(), 3))
-        self.assertEqual(ctl("export", path, self.folder / "whole.csv"), (0, "", ""))
-        whole = (self.folder / "whole.csv").read_text().splitlines()
-        told = "1 message was left out, the first number \\d+: what arrived is no message of tractiond; "
-        for output in ("bad.csv", "bad.npz"):
-            self.fails(DATA, f"{told}.*{output} has the {messages - 1} fields", "export", bad, self.folder / output)
-        self.assertEqual((self.folder / "bad.csv").read_text().splitlines(), whole[:4] + whole[5:])
-        self.assertEqual(len(np.load(self.folder / "bad.npz")["sequence"]), messages - 1)
 
     def test_wrong_words_and_places_are_told(self):
         path = self.record(size=50_000)
