@@ -7,18 +7,18 @@ import shutil
 import subprocess
 import unittest
 
-from stubs import SOURCE, TOOLS, Stubs
+from scripts import SOURCE, TOOLS, Scratch
 
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
 
 
 class Install(unittest.TestCase):
     def setUp(self):
-        self.stubs = Stubs(self)
-        self.prefix = self.stubs.scratch / "prefix"
-        code, text = self.stubs.run("cmake", "--install", BUILD, "--prefix", self.prefix)
+        self.place = Scratch(self)
+        self.prefix = self.place.scratch / "prefix"
+        code, text = self.place.run("cmake", "--install", BUILD, "--prefix", self.prefix)
         self.assertEqual(code, 0, text)
-        self.list = self.stubs.folder / "build" / "install_manifest.txt"
+        self.list = self.place.folder / "build" / "install_manifest.txt"
         self.list.parent.mkdir()
         shutil.copy(BUILD / self.list.name, self.list)
 
@@ -60,11 +60,11 @@ class Install(unittest.TestCase):
         other = self.prefix / "share" / "other" / "file"
         other.parent.mkdir()
         other.touch()
-        code, text = self.stubs.run(TOOLS / "uninstall", self.list.parent)
+        code, text = self.place.run(TOOLS / "uninstall", self.list.parent)
         self.assertEqual(code, 0, text)
         self.assertEqual(self.files(), {"share/other/file"})
         self.assertEqual([path for path in self.prefix.rglob("*traction*")], [])
-        self.assertEqual(self.stubs.run(TOOLS / "uninstall", self.list.parent)[0], 66)  # there is nothing any more
+        self.assertEqual(self.place.run(TOOLS / "uninstall", self.list.parent)[0], 66)  # there is nothing any more
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ import tempfile
 import tomllib
 import unittest
 
-from stubs import SOURCE
+from scripts import SOURCE
 
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
 MANUAL = BUILD / "manual"

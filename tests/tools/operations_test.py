@@ -1,6 +1,5 @@
 """What Prometheus and Grafana are told to ask for exists."""
 
-import json
 import pathlib
 import re
 import unittest

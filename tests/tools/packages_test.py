@@ -4,7 +4,7 @@ import re
 import subprocess
 import unittest
 
-from stubs import SOURCE, TOOLS
+from scripts import SOURCE, TOOLS
 
 
 class Packages(unittest.TestCase):
