@@ -5,13 +5,11 @@ import ctypes
 import json
 import os
 import signal
-import socket
 import subprocess
 import sys
 import threading
 import time
 
-import zmq
 
 import deaf
 import freezer
@@ -128,23 +126,6 @@ class Faults:
         return f"{count} pictures from {source}"
 
     @fault("camera")
-    def crafted_packets(self, draw):
-        count = 0
-        for forger in self.forgers([NEAR, STRANGER, CAMERA]):
-            for _ in range(draw.randint(20, 200)):
-                frame = (self.local.field.header.camera_frame_id + draw.randrange(4)) % 65535
-                with contextlib.suppress(OSError):
-                    forger.raw(bytes([0, 0, 0, 0, 0x82] + 10 * [0] + [1, 0xff, 0xff, 0xff, 0xfe]))
-                    forger.packet(7, draw.randrange(65536), 1, bytes(7))
-                    forger.packet(forger.TRAILER, draw.randrange(65536), 0xfffffe, bytes(8))
-                    forger.packet(forger.TRAILER, frame, 0, bytes(8))
-                    forger.raw(bytes(6) + frame.to_bytes(2, "big") + bytes([0x83]) + bytes(50))
-                    forger.raw(draw.randbytes(draw.randrange(PACKET)))
-                    count += 6
-            forger.close()
-        return f"{count}, from three addresses"
-
-    @fault("camera")
     def driver_hangs(self, draw):
         thread = next(tid for tid, name in freezer.threads(self.daemon.child.pid).items() if name == "arv_gv_stream")
         with freezer.Frozen(thread):
@@ -164,58 +145,6 @@ class Faults:
         for one in some:
             one.close()
         return f"{len(some)} of {count}, {between:.2f} s apart, for {seconds:.2f} s"
-
-    @fault()
-    def subscribers_stopped(self, draw):
-        remote = draw.random() < 0.5
-        where = (["--connect", self.gateway.endpoint["stream"], "--key", self.key_file] if remote else
-                 ["--connect", self.daemon.endpoint["stream"]])
-        some = [self.bench.start(rig.BIN / "tractionctl", "echo", *where) for _ in range(draw.randint(1, 5))]
-        self.wait(draw, 0.2, 1)
-        for one in some:
-            one.child.send_signal(signal.SIGSTOP)
-        seconds, leave = self.wait(draw, 0.5, 8), draw.choice([signal.SIGKILL, signal.SIGCONT])
-        for one in some:
-            one.child.send_signal(leave)
-        self.wait(draw, 0.1, 1)
-        for one in some:
-            one.kill()
-        return f"{len(some)} {'remote' if remote else 'local'}, for {seconds:.2f} s, then {leave.name}"
-
-    @fault()
-    def connections(self, draw):
-        """Local ones, that say nothing or nonsense, or subscribe and go."""
-        what, count, some = draw.choice(["silent", "junk", "fleeting"]), draw.randint(50, 500), []
-        for _ in range(count):
-            endpoint = self.daemon.endpoint[draw.choice(["stream", "latest", "control"])]
-            if what == "fleeting":
-                one = zmq.Context.instance().socket(zmq.SUB)
-                one.connect(endpoint)
-                one.subscribe(draw.randbytes(4))
-                one.close(0)
-                continue
-            one = socket.socket(socket.AF_UNIX)
-            one.settimeout(1)
-            with contextlib.suppress(OSError):
-                one.connect(endpoint.removeprefix("ipc://"))
-                if what == "junk":
-                    one.send(draw.randbytes(draw.randrange(1, 600)))
-            some.append(one)
-        seconds = self.wait(draw, 0.1, 3)
-        for one in some:
-            one.close()
-        return f"{count} {what}, for {seconds:.2f} s"
-
-    @fault("control")
-    def junk_requests(self, draw):
-        peer, count = zmq.Context.instance().socket(zmq.DEALER), draw.randint(100, 3000)
-        peer.connect(self.daemon.endpoint["control"])
-        for _ in range(count):
-            with contextlib.suppress(zmq.Again):
-                peer.send_multipart([b"", draw.choice([draw.randbytes(draw.randrange(300)), b"\x08\x01\x12\x00"])], zmq.DONTWAIT)
-        self.wait(draw, 0.1, 1)
-        peer.close(0)
-        return f"{count}"
 
     @fault("gateway")
     def gateway_flood(self, draw):
@@ -240,17 +169,6 @@ class Faults:
     @fault("gateway")
     def gateway_hangs(self, draw):
         return self.hang(self.gateway, draw)
-
-    @fault("gateway")
-    def keys_change(self, draw):
-        count = draw.randint(1, 10)
-        for _ in range(count):
-            self.bench.allow("mallory", zmq.curve_keypair()[0].decode(), *draw.choice([["--control"], []]))
-            (self.bench.folder / "keys" / "broken.key").write_bytes(draw.randbytes(100))
-            self.wait(draw, 0, 0.5)
-            self.bench.ctl("keys", "revoke", "mallory", "--directory", self.bench.folder / "keys")
-        (self.bench.folder / "keys" / "broken.key").unlink()
-        return f"{count} times"
 
     def reload(self, text):
         self.file.write_text(text)

@@ -1,7 +1,5 @@
-// Linked into a test program (no_memory.h), or preloaded (LD_PRELOAD): then the first COUNT messages of the thread
-// THREAD fail if $TRACTION_NO_MEMORY is THREAD:COUNT.
-#include "tests/support/no_memory.h"
-
+// Preloaded (LD_PRELOAD): the first COUNT messages of the thread THREAD fail, as if there was no memory for them, if
+// $TRACTION_NO_MEMORY is THREAD:COUNT.
 #include <dlfcn.h>
 #include <pthread.h>
 #include <zmq.h>
@@ -13,9 +11,6 @@
 #include <string_view>
 
 namespace tractiond::test {
-
-thread_local int memoryLeft = -1;
-
 namespace {
 
 std::string_view wanted() {
@@ -26,8 +21,6 @@ std::string_view wanted() {
 bool mustFail() {
   static const std::string_view thread = wanted().substr(0, wanted().find(':'));
   static std::atomic<int> left{std::atoi(wanted().data() + thread.size() + 1)};
-  if (memoryLeft > 0) return memoryLeft--, false;
-  if (memoryLeft == 0) return true;
   if (left == 0) return false;
   std::array<char, 16> name{};
   pthread_getname_np(pthread_self(), name.data(), name.size());
