@@ -1,25 +1,52 @@
-#include "client/cli/calibrate.h"
-
-#include "client/cli/json.h"
-#include "client/cli/output.h"
+// Guides an operator, or a script, through the calibration of a sensor.
+#include "client/cli/commands.h"
+#include "client/cli/exit_codes.h"
+#include "client/show/json.h"
+#include "client/show/output.h"
 #include "client/src/printable.h"
+#include "manual/number.h"
+#include "proto/traction/v1/endpoints.h"
+#include "traction/control.h"
 
+#include <sysexits.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <memory>
+#include <optional>
 #include <sstream>
+#include <string>
+#include <vector>
 
-namespace traction::cli {
+namespace traction::client {
 
 namespace {
 
-using Kind = CalibrationStep::Kind;
-
 constexpr double kGramForce = 9.80665e-3;  // [N]
 
+struct CalibrateOptions {
+  std::vector<std::string> steps;  ///< of geometry, noise, weights, finish; empty: all
+  std::vector<double> weights_N;   ///< in the order in which they are put on [N]; not empty if the step weights runs
+  /// Longest wait for each weight; duration of the noise step, if the step weights does not run. 0: the daemon's
+  /// default
+  double seconds = 0.0;
+  std::string name;       ///< name of the gel, for the file: 1 to 24 of A-Z a-z 0-9 _ -; empty: gel
+  bool keepZero = false;  ///< true: geometry uses the zero in force; false: takes a new one
+  bool anyway = false;    ///< true: proceeds even if something seems to touch the gel
+  bool yes = false;       ///< true: does not wait for Enter
+  bool json = false;
+};
+
+/// Runs the steps, always in the order geometry, noise, weights, finish, and prints instructions and reports on
+/// standard output, with `json` only the reports, one line of JSON each. The step weights reads each weight, and then
+/// estimates the stiffness. Waits for Enter after each instruction if standard input is a terminal and `options.yes` is
+/// false; the instruction is then printed with `json` as well, on standard error. Blocks until they are done; a step
+/// that fails ends it, and keeps what the steps before it did. \throws Error as Control::calibrate() and
+/// Control::zero() if a step fails, kNoAnswer before the first instruction if no daemon answers; OutputError if
+/// standard output cannot be written
 class Guide {
  public:
   Guide(const ControlOptions& control, const CalibrateOptions& options)
@@ -78,7 +105,7 @@ class Guide {
           " markers");
     }
     CalibrationStep step;
-    step.kind = Kind::kGeometry;
+    step.kind = CalibrationStep::Kind::kGeometry;
     step.anyway = options_.anyway;
     report("geometry", control_.calibrate(step));
   }
@@ -86,7 +113,7 @@ class Guide {
   void noise() const {
     instruct("Noise: leave the gel untouched, with the machine around it as it is in use");
     CalibrationStep step;
-    step.kind = Kind::kNoise;
+    step.kind = CalibrationStep::Kind::kNoise;
     if (!wants("weights")) step.seconds = options_.seconds;  // else it is the patience for the weights
     step.anyway = options_.anyway;
     report("noise", control_.calibrate(step));
@@ -94,7 +121,7 @@ class Guide {
 
   void weights() const {
     CalibrationStep step;
-    step.kind = Kind::kWeight;
+    step.kind = CalibrationStep::Kind::kWeight;
     step.seconds = options_.seconds;
     step.first = true;
     for (const double weight : options_.weights_N) {
@@ -106,14 +133,14 @@ class Guide {
       report("weight", control_.calibrate(step));
       step.first = false;
     }
-    step.kind = Kind::kStiffness;
+    step.kind = CalibrationStep::Kind::kStiffness;
     report("stiffness", control_.calibrate(step));
     say("Take the weight off.");
   }
 
   void finish() const {
     CalibrationStep step;
-    step.kind = Kind::kFinish;
+    step.kind = CalibrationStep::Kind::kFinish;
     step.name = options_.name;
     const CalibrationReport done = control_.calibrate(step);
     say("Written: " + done.path);
@@ -125,8 +152,8 @@ class Guide {
   bool asks_;
 };
 
-}  // namespace
-
+/// Parses a list of weights and returns newtons: "100gf,200gf,5N". Units: gf (or g, as a mass), kgf, mN and N. Returns
+/// nothing if it is not such a list, is empty, or has a weight that is not above 0 and at most 10^6 N.
 std::optional<std::vector<double>> parseWeights(const std::string& text) {
   constexpr double kLargest_N = 1e6;  // of a gel file
   const std::map<std::string, double> newtons = {
@@ -149,8 +176,54 @@ std::optional<std::vector<double>> parseWeights(const std::string& text) {
   return weights;
 }
 
-void calibrate(const ControlOptions& control, const CalibrateOptions& options) {
-  Guide(control, options).run();
+struct CalibrateLine {
+  CalibrateOptions steps;
+  std::string weights;
+};
+
+int run(CalibrateLine options, const ControlOptions& control) {
+  const std::vector<std::string>& steps = options.steps.steps;
+  if (const auto parsed = parseWeights(options.weights)) {
+    options.steps.weights_N = *parsed;
+  } else if (!options.weights.empty() || steps.empty() || std::ranges::find(steps, "weights") != steps.end()) {
+    return fail(
+        EX_USAGE,
+        (options.weights.empty() ? "missing weights, " : "'" + options.weights + "' is not a list of weights, ") +
+            std::string("for example: --weights 100gf,200gf,500gf; the units are gf, g, kgf, mN and N"));
+  }
+  Guide(control, options.steps).run();
+  return EX_OK;
 }
 
-}  // namespace traction::cli
+}  // namespace
+
+void addCalibrate(Commands& commands) {
+  const auto options = std::make_shared<CalibrateLine>();
+  CLI::App& command =
+      commands.add("calibrate", "Measures the camera's pose, the noise and the gel's stiffness, and writes a gel file",
+                   [options](const Target& target) { return run(*options, target.control()); });
+  CalibrateOptions& steps = options->steps;
+  command
+      .add_option("steps", steps.steps, "steps, of geometry, noise, weights, finish; without them: all, in this order")
+      ->check(CLI::IsMember({"geometry", "noise", "weights", "finish"}));
+  command
+      .add_option("--weights", options->weights, "weights, in the order in which they are put on: 100gf,200gf,500gf")
+      ->type_name("LIST");
+  command
+      .add_option("--seconds", steps.seconds,
+                  "longest wait for each weight; without the step weights, duration of the noise step")
+      ->type_name("SECONDS")
+      ->check(manual::number(1e-9, 3600.0, "a time above 0 s and of at most 3600 s, as in 30"));
+  command.add_option("--name", steps.name, "name of the gel; the name of the file begins with it")
+      ->type_name("NAME")
+      ->check([](const std::string& text) {
+        return isValidName(text) ? "" : "'" + text + "' is not a name for a gel: 1 to 24 of A-Z a-z 0-9 _ -";
+      });
+  command.add_flag("--keep-zero", steps.keepZero,
+                   "uses the zero in force for the geometry, instead of taking a new one");
+  command.add_flag("--anyway", steps.anyway, "proceeds even if something seems to touch the gel");
+  command.add_flag("--yes", steps.yes, "does not wait for Enter");
+  command.add_flag("--json", steps.json, "prints one line of JSON per step");
+}
+
+}  // namespace traction::client

@@ -1,14 +1,24 @@
-#include "client/cli/camera.h"
-
-#include "client/cli/json.h"
-#include "client/cli/output.h"
+// Reads and changes the camera's features.
+#include "client/cli/commands.h"
+#include "client/cli/exit_codes.h"
+#include "client/show/json.h"
+#include "client/show/output.h"
 #include "client/src/printable.h"
+#include "traction/control.h"
+
+#include <sysexits.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
-namespace traction::cli {
+namespace traction::client {
 
 namespace {
 
@@ -121,18 +131,9 @@ void append(CameraReport& report, CameraReport&& more) {
   report.camera = std::move(more.camera);
 }
 
-void print(const CameraReport& report, bool json) {
-  if (json) {
-    printLine(toJson(report));
-    return;
-  }
-  std::string lines = table(report);
-  for (const std::string& remark : report.remarks) lines += "note: " + printable(remark) + "\n";
-  if (!lines.empty()) printLine(lines.substr(0, lines.size() - 1));
-}
-
-}  // namespace
-
+/// Returns a table whose lines end with a newline: a block of lines for a single feature, one line per feature for
+/// several, below the names of their categories; empty without features. Marks with '*' values that differ from the
+/// configuration or from before the session's first write. What is not printable becomes '?'.
 std::string table(const CameraReport& report) {
   if (report.features.size() == 1) return block(report.features[0]);
   std::size_t nameWidth = 0, valueWidth = 0;
@@ -156,6 +157,18 @@ std::string table(const CameraReport& report) {
   return lines;
 }
 
+void print(const CameraReport& report, bool json) {
+  if (json) {
+    printLine(toJson(report));
+    return;
+  }
+  std::string lines = table(report);
+  for (const std::string& remark : report.remarks) lines += "note: " + printable(remark) + "\n";
+  if (!lines.empty()) printLine(lines.substr(0, lines.size() - 1));
+}
+
+/// Parses "ExposureTime=4000" into a step that writes, split at the first '='. Returns nothing if there is no '=', or
+/// nothing before it; the value may be empty.
 std::optional<CameraStep> parseWrite(const std::string& text) {
   const std::size_t sign = text.find('=');
   if (sign == 0 || sign == std::string::npos) return std::nullopt;
@@ -166,6 +179,8 @@ std::optional<CameraStep> parseWrite(const std::string& text) {
   return step;
 }
 
+/// Joins words into the writes that were probably meant, for an error message: "Gain 3" -> "Gain=3", "Gain" ->
+/// "Gain=VALUE"; "ExposureTime=4000" if a word is empty or begins with '='; empty without words.
 std::string asWrites(const std::vector<std::string>& words) {
   const auto isWrite = [](const std::string& word) { return word.find('=') != std::string::npos; };
   std::string writes;
@@ -178,6 +193,10 @@ std::string asWrites(const std::vector<std::string>& words) {
   return writes;
 }
 
+/// Carries out the steps in order and prints their reports together, as a table or one line of JSON; of a feature that
+/// several report, only the last state. Without features and remarks, the text is "done", or that no feature matches.
+/// If a step fails, later steps are not sent: the reports of the steps before it are printed, and its error is thrown
+/// with the feature's name; the error of the first step is thrown as it is. \throws Error, OutputError
 void camera(const ControlOptions& control, const std::vector<CameraStep>& steps, bool json) {
   const Control daemon(control);
   CameraReport report;
@@ -198,6 +217,8 @@ void camera(const ControlOptions& control, const std::vector<CameraStep>& steps,
                                                                           : "done");
 }
 
+/// Prints the features that the configuration sets or that were written, and the camera's temperatures: as a table
+/// below a line with the camera's name and its number of features, or as one line of JSON. \throws Error, OutputError
 void cameraSummary(const ControlOptions& control, bool json) {
   CameraReport report = Control(control).camera({});
   const std::size_t all = report.features.size();
@@ -214,10 +235,74 @@ void cameraSummary(const ControlOptions& control, bool json) {
   print(report, json);
 }
 
-void trigger(const ControlOptions& control) {
-  CameraStep step;
-  step.kind = CameraStep::Kind::kTrigger;
-  for (const std::string& remark : Control(control).camera(step).remarks) printLine("note: " + printable(remark));
+struct CameraLine {
+  CLI::App *camera = nullptr, *list = nullptr, *get = nullptr, *set = nullptr, *run = nullptr, *white = nullptr,
+           *temperature = nullptr;
+  bool json = false;
+  std::string part;
+  std::vector<std::string> categories, words;
+};
+
+int run(const CameraLine& given, const ControlOptions& control) {
+  if (given.camera->get_subcommands().empty()) return cameraSummary(control, given.json), EX_OK;
+  for (const auto& [command, example] :
+       {std::pair{given.get, "ExposureTime"}, {given.set, "ExposureTime=4000"}, {given.run, "UserSetLoad"}}) {
+    if (!command->parsed() || !given.words.empty()) continue;
+    return fail(EX_USAGE,
+                "missing feature name, for example: tractionctl camera " + command->get_name() + " " + example);
+  }
+  std::vector<CameraStep> steps;
+  for (const std::string& word : given.words) {
+    CameraStep step;
+    step.kind = given.get->parsed() ? CameraStep::Kind::kRead : CameraStep::Kind::kExecute;
+    step.name = word;
+    if (given.set->parsed()) {
+      const auto write = parseWrite(word);
+      if (!write) return fail(EX_USAGE, "'" + word + "' is not NAME=VALUE, for example: " + asWrites(given.words));
+      step = *write;
+    }
+    steps.push_back(step);
+  }
+  if (steps.empty()) steps.emplace_back();
+  if (given.list->parsed()) {
+    steps[0].matching = given.part;
+    steps[0].categories = given.categories;
+  }
+  if (given.temperature->parsed()) steps[0].matching = "temperature";
+  if (given.white->parsed()) steps[0].kind = CameraStep::Kind::kBalanceWhite;
+  return camera(control, steps, given.json), EX_OK;
 }
 
-}  // namespace traction::cli
+}  // namespace
+
+void addCamera(Commands& commands) {
+  const auto options = std::make_shared<CameraLine>();
+  CLI::App& camera = commands.add("camera",
+                                  "Reads and changes the camera's features while it runs; without a command: those "
+                                  "that are configured or were changed, and the temperature",
+                                  [options](const Target& target) { return run(*options, target.control()); });
+  options->camera = &camera;
+  options->list = camera.add_subcommand("list", "Lists features with their values and ranges");
+  options->get = camera.add_subcommand("get", "Prints everything about some features");
+  options->set = camera.add_subcommand("set", "Writes features");
+  options->run = camera.add_subcommand("run", "Runs commands of the camera, and waits for their end");
+  options->white =
+      camera.add_subcommand("white", "Balances white once, so that the present picture is grey on average");
+  options->temperature = camera.add_subcommand("temperature", "Prints the camera's temperatures");
+  camera.require_subcommand(0, 1);
+  camera.add_flag("--json", options->json, "as JSON");
+  camera.footer(
+      "A change lasts until the camera is opened again. A permanent setting belongs in [camera] of the configuration.");
+  options->list->add_option("part", options->part, "part of their names, in upper or lower case; without it: all");
+  options->list
+      ->add_option("--category", options->categories, "category, for example AnalogControl; may be given several times")
+      ->type_name("NAME");
+  options->get->add_option("names", options->words, "features, for example: ExposureTime BalanceRatio[Red]");
+  options->set->add_option("changes", options->words,
+                           "values, written one after another, for example: ExposureTime=4000");
+  options->run->add_option("names", options->words, "commands, run one after another");
+  for (CLI::App* one : camera.get_subcommands([](const CLI::App*) { return true; }))
+    one->add_flag("--json", options->json, "as JSON");
+}
+
+}  // namespace traction::client

@@ -1,56 +1,71 @@
-// Commands of tractionctl. They block until they are done. All throw traction::Error, and OutputError if standard
-// output cannot be written. What zero() and watch() print last may remain in the buffer of stdio until flushOutput().
-// Where a comment says "on a signal", it is SIGINT, SIGTERM or SIGHUP, whose handlers the command sets.
+// The commands of tractionctl: each adds itself to the command line.
 #pragma once
 
-#include "traction/control.h"
-#include "traction/subscriber.h"
+#include "client/cli/exit_codes.h"
+#include "client/cli/target.h"
 
-#include <limits>
-#include <stdexcept>
+#include <CLI/CLI.hpp>
+#include <sysexits.h>
 
-namespace traction::cli {
+#include <algorithm>
+#include <functional>
+#include <string>
+#include <vector>
 
-/// Duration of a command that ends on a signal only [s].
-constexpr double kForever = std::numeric_limits<double>::infinity();
+namespace traction::client {
 
-/// Runs the live view; unless isTerminal(), prints summary() once per second instead, and at once when the
-/// reason why there is no field changes. Returns after `seconds`, on a signal, or when the key q is pressed in the live
-/// view. Receives fields, descriptions and the status, whatever `options.topics` is. \param seconds kForever: no limit
-/// \throws Error kNoAnswer if no publisher is found in the first 3 s; later it waits for the daemon's return
-void watch(const SubscriberOptions& options, double seconds);
+/// Carries out a command, and blocks until it is done. Returns an exit code: of sysexits.h, or that of doctor.
+/// \throws Error, FileError, NoField or OutputError
+using Run = std::function<int(const Target& target)>;
 
-/// Prints messages of the chosen topics as JSON lines. Returns after `count` messages (negative: no limit), or on a
-/// signal. Reports on standard error what Notes reports, and the messages lost in all at the end. \param topics or-ed
-/// Topics, instead of `options.topics` \throws Error kNoAnswer if no publisher is found in the first 3 s
-void echo(const SubscriberOptions& options, unsigned topics, long count);
-
-/// Prints a line for each contact that begins or ends, and one per second for each that lasts. Starts a traction-touch
-/// for the instance if none answers within half a second and `options.endpoint` is empty, and ends it. Returns after
-/// `seconds`, or on a signal. Reports on standard error what Notes reports. \throws Error kNoAnswer if no publisher is
-/// found in the first 3 s, or none can be started
-void touch(const SubscriberOptions& options, double seconds);
-
-/// The daemon runs but cannot publish fields: it has no camera or no gel file.
-class NoField : public std::runtime_error {
+/// The commands, in the order in which --help lists them. Thread-bound.
+class Commands {
  public:
-  using std::runtime_error::runtime_error;
+  /// \param app command line to which the commands are added; must outlive the object
+  explicit Commands(CLI::App& app)
+      : app_(app) {}
+
+  /// Adds a command, and returns it for its options; the result lives as long as the command line. The variables that
+  /// the options fill must live as long as the command line. \param name must differ from those of the other commands
+  /// \param help one line for --help \param run called by run() if the command line names this command
+  CLI::App& add(const std::string& name, const std::string& help, Run run) {
+    commands_.push_back({app_.add_subcommand(name, help), std::move(run)});
+    return *commands_.back().app;
+  }
+
+  /// Carries out the command that the parsed command line names. Returns its exit code, and throws what it throws.
+  /// Prints an error and returns EX_USAGE if it names none.
+  int run(const Target& target) const {
+    const auto given = std::ranges::find_if(commands_, [](const Command& one) { return one.app->parsed(); });
+    if (given == commands_.end()) return fail(EX_USAGE, "a command is needed; see tractionctl --help");
+    return given->run(target);
+  }
+
+ private:
+  struct Command {
+    CLI::App* app;
+    Run run;
+  };
+  CLI::App& app_;
+  std::vector<Command> commands_;
 };
 
-/// Prints the status, as text or as one line of JSON. \throws NoField after printing it, if no field can be published
-void status(const ControlOptions& options, bool json);
-/// Writes the camera's next picture as a PNG file, which is replaced if it exists, and prints one line about it. \param
-/// marked true: draws the markers on it, or the spots found if no markers are labelled yet \throws OutputError also if
-/// the file cannot be written
-void snapshot(const ControlOptions& options, const std::string& path, bool marked);
-/// Prints the description as one line of JSON.
-void describe(const ControlOptions& options);
-/// `anyway`: takes the zero even if something seems to touch the gel. `undo`: restores the previous zero instead, and
-/// `anyway` has no effect.
-struct ZeroCommand {
-  bool anyway = false, undo = false, json = false;
-};
-/// Takes or restores a zero and prints the result with its remark, as text or as one line of JSON.
-void zero(const ControlOptions& options, const ZeroCommand& command);
+// Each function adds the command of its name, with its options, to the command line; the comment says what the command
+// does. Called once each, before the command line is parsed.
+void addWatch(Commands& commands);       ///< shows the forces live
+void addTop(Commands& commands);         ///< shows the state of instruments live
+void addEcho(Commands& commands);        ///< prints messages as JSON, one per line
+void addTouch(Commands& commands);       ///< prints contacts as they begin, last and end
+void addStatus(Commands& commands);      ///< prints the daemon's state and the ledger
+void addMetrics(Commands& commands);     ///< prints the state of daemons in Prometheus's format
+void addSnapshot(Commands& commands);    ///< writes the camera's next picture as a PNG file
+void addDescribe(Commands& commands);    ///< prints the description as JSON
+void addZero(Commands& commands);        ///< takes a zero, or restores the previous one
+void addCalibrate(Commands& commands);   ///< runs steps of a calibration
+void addCamera(Commands& commands);      ///< has subcommands that read and change the camera's features
+void addKeys(Commands& commands);        ///< has subcommands for files of keys: new, allow, revoke, list
+void addRecordings(Commands& commands);  ///< adds five commands: record, replay, info, recover and export
+void addDoctor(Commands& commands);      ///< examines this machine
+void addTrigger(Commands& commands);     ///< sends the camera one software trigger
 
-}  // namespace traction::cli
+}  // namespace traction::client

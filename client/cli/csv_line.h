@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace traction::cli {
+namespace traction::client {
 
 class CsvLine {
  public:
@@ -35,4 +35,4 @@ class CsvLine {
   std::string text_;
 };
 
-}  // namespace traction::cli
+}  // namespace traction::client

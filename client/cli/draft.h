@@ -1,7 +1,7 @@
 // Writes a file atomically.
 #pragma once
 
-#include "client/cli/recordings.h"
+#include "client/files/file_error.h"
 
 #include <sysexits.h>
 
@@ -13,17 +13,17 @@
 #include <system_error>
 #include <utility>
 
-namespace traction::cli {
+namespace traction::client {
 
 /// A temporary file beside the target, which replaces the target on finish() and is otherwise deleted. Nothing is
 /// synced: after a loss of power the target may be incomplete. Thread-bound.
 class Draft {
  public:
-  /// Creates the temporary file PATH.part, empty, and replaces an existing one. \throws RecordingError (EX_CANTCREAT)
+  /// Creates the temporary file PATH.part, empty, and replaces an existing one. \throws FileError (EX_CANTCREAT)
   explicit Draft(std::string path)
       : path_(std::move(path)) {
     std::FILE* const file = std::fopen(part().c_str(), "w");
-    if (file == nullptr) throw RecordingError(EX_CANTCREAT, path_ + " cannot be created: " + std::strerror(errno));
+    if (file == nullptr) throw FileError(EX_CANTCREAT, path_ + " cannot be created: " + std::strerror(errno));
     std::fclose(file);
   }
   /// Deletes the temporary file unless finish() has succeeded.
@@ -37,11 +37,11 @@ class Draft {
   /// Returns the path of the temporary file.
   std::string part() const { return path_ + ".part"; }
   /// Replaces the target, which need not exist, by the temporary file, which must be closed. Called at most once.
-  /// \throws RecordingError (EX_CANTCREAT): the target is then as before
+  /// \throws FileError (EX_CANTCREAT): the target is then as before
   void finish() {
     std::error_code error;
     std::filesystem::rename(part(), path_, error);
-    if (error) throw RecordingError(EX_CANTCREAT, path_ + ": " + error.message());
+    if (error) throw FileError(EX_CANTCREAT, path_ + ": " + error.message());
     done_ = true;
   }
 
@@ -50,4 +50,4 @@ class Draft {
   bool done_ = false;
 };
 
-}  // namespace traction::cli
+}  // namespace traction::client

@@ -1,12 +1,20 @@
 #include "client/cli/commands.h"
-#include "client/cli/json.h"
+#include "client/cli/exit_codes.h"
 #include "client/cli/notes.h"
-#include "client/cli/output.h"
-#include "client/cli/terminal.h"
+#include "client/cli/parsing.h"
+#include "client/show/json.h"
+#include "client/show/output.h"
+#include "client/show/terminal.h"
+#include "traction/subscriber.h"
+
+#include <sysexits.h>
 
 #include <cstdio>
+#include <map>
+#include <memory>
+#include <string>
 
-namespace traction::cli {
+namespace traction::client {
 
 namespace {
 
@@ -15,8 +23,9 @@ using Count = unsigned long long;
 
 constexpr auto kTurn = 100ms;
 
-}  // namespace
-
+/// Prints messages of the chosen topics as JSON lines. Returns after `count` messages (negative: no limit), or on a
+/// signal. Reports on standard error what Notes reports, and the messages lost in all at the end. \param topics or-ed
+/// Topics, instead of `options.topics` \throws Error kNoAnswer if no publisher is found in the first 3 s
 void echo(const SubscriberOptions& options, unsigned topics, long count) {
   SubscriberOptions wanted = options;
   const bool tellsWhy = (topics & (kField | kMarkers)) != 0;  // why none comes
@@ -59,4 +68,38 @@ void echo(const SubscriberOptions& options, unsigned topics, long count) {
   if (subscriber.lost() + unprinted != 0) std::fprintf(stderr, "tractionctl: %s\n", account().c_str());
 }
 
-}  // namespace traction::cli
+struct EchoLine {
+  std::string topic = "field";
+  long count = -1;
+  bool latest = false;
+};
+
+}  // namespace
+
+void addEcho(Commands& commands) {
+  static const std::map<std::string, unsigned> kTopics = {
+      {"field", kField},   {"markers", kMarkers}, {"description", kDescription},
+      {"status", kStatus}, {"preview", kPreview}, {"contacts", kContacts},
+      {"all", kAllTopics}};
+  const auto options = std::make_shared<EchoLine>();
+  CLI::App& command = commands.add("echo", "Prints messages as JSON, one per line", [options](const Target& target) {
+    if (options->latest && options->topic != "field")
+      return fail(EX_USAGE, "--latest provides only fields, not --topic " + options->topic);
+    echo(target.subscription(options->latest), kTopics.at(options->topic), options->count);
+    return EX_OK;
+  });
+  command
+      .add_option(
+          "--topic", options->topic,
+          "topic of the messages; all: each except preview, whose pixels are printed as base64, and contacts, which "
+          "traction-touch publishes")
+      ->check(CLI::IsMember(&kTopics))
+      ->capture_default_str();
+  command.add_option("--count", options->count, "number of messages; without it: until Ctrl-C")
+      ->type_name("NUMBER")
+      ->check(integer("a number of messages, as in 100"));
+  command.add_flag("--latest", options->latest,
+                   "only the newest field, from the endpoint 'latest': a slow reader misses those between");
+}
+
+}  // namespace traction::client

@@ -1,9 +1,10 @@
 #include "client/cli/csv_line.h"
 #include "client/cli/draft.h"
-#include "client/cli/notes.h"
 #include "client/cli/npz.h"
 #include "client/cli/recordings.h"
 #include "client/cli/skipped.h"
+#include "client/files/file_error.h"
+#include "client/files/message_header.h"
 #include "recording/reader.h"
 
 #include <sysexits.h>
@@ -25,7 +26,7 @@
 #include <utility>
 #include <vector>
 
-namespace traction::cli {
+namespace traction::client {
 
 namespace {
 
@@ -50,14 +51,14 @@ class Source {
           }
           if (message) use(record, *message);
         });
-    if (!extent) throw RecordingError(extent.error().exitCode, extent.error().message());
+    if (!extent) throw FileError(extent.error().exitCode, extent.error().message());
     return *extent;
   }
 
  private:
   static recording::Reader opened(const std::string& file) {
     auto reader = recording::Reader::open(file);
-    if (!reader) throw RecordingError(reader.error().exitCode, reader.error().message());
+    if (!reader) throw FileError(reader.error().exitCode, reader.error().message());
     return *std::move(reader);
   }
 
@@ -108,16 +109,16 @@ Survey surveyOf(const Source& source, const std::string& file, const std::string
   std::erase_if(sensors, [](const auto& one) { return one.second.counts.empty(); });
   if (sensors.empty()) {
     const std::string trouble = all.trouble();
-    throw RecordingError(all.skipped.exitCode(), file + " has no fields" + (trouble.empty() ? "" : "; " + trouble));
+    throw FileError(all.skipped.exitCode(), file + " has no fields" + (trouble.empty() ? "" : "; " + trouble));
   }
   std::string names;
   for (const auto& [name, survey] : sensors) names += (names.empty() ? "" : ", ") + name;
   if (wanted.empty() && sensors.size() > 1) {
-    throw RecordingError(EX_USAGE, file + " has fields of " + names + ": which? --sensor NAME");
+    throw FileError(EX_USAGE, file + " has fields of " + names + ": which? --sensor NAME");
   }
   const auto found = wanted.empty() ? sensors.begin() : sensors.find(wanted);
   if (found == sensors.end()) {
-    throw RecordingError(EX_DATAERR, file + " is of another sensor: it has fields of " + names + ", not of " + wanted);
+    throw FileError(EX_DATAERR, file + " is of another sensor: it has fields of " + names + ", not of " + wanted);
   }
   Survey survey = found->second;
   survey.sensor = found->first;
@@ -155,10 +156,10 @@ std::string lineOf(const recording::Message& record, const Field& field) {
 
 void writeCsv(const Source& source, const Survey& survey, const std::string& path) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "w"), &std::fclose);
-  if (!file) throw RecordingError(EX_IOERR, path + " cannot be written: " + std::strerror(errno));
+  if (!file) throw FileError(EX_IOERR, path + " cannot be written: " + std::strerror(errno));
   const auto put = [&](const std::string& text) {
     if (std::fwrite(text.data(), 1, text.size(), file.get()) == text.size()) return;
-    throw RecordingError(EX_IOERR, path + " cannot be written: " + std::strerror(errno));
+    throw FileError(EX_IOERR, path + " cannot be written: " + std::strerror(errno));
   };
   put(kColumns);
   Skipped again;
@@ -169,7 +170,7 @@ void writeCsv(const Source& source, const Survey& survey, const std::string& pat
       },
       again);
   if (std::fflush(file.get()) != 0) {
-    throw RecordingError(EX_IOERR, path + " cannot be written: " + std::strerror(errno));
+    throw FileError(EX_IOERR, path + " cannot be written: " + std::strerror(errno));
   }
 }
 
@@ -310,7 +311,7 @@ void writeNpz(const Source& source, Survey& survey, const std::string& path) try
   if (arrays.size() > columns.size()) writer.add(columns.size(), bytesOf(positions.data(), positions.size()));
   writer.finish();
 } catch (const NpzError& error) {
-  throw RecordingError(EX_IOERR, path + " cannot be written: " + error.what());
+  throw FileError(EX_IOERR, path + " cannot be written: " + error.what());
 }
 
 }  // namespace
@@ -319,7 +320,7 @@ void exportFields(const std::string& from, const std::string& to, const std::str
   const bool isCsv = to.ends_with(".csv");
   if (to.ends_with(".mcap")) return illustrate(from, to, sensor);
   if (!isCsv && !to.ends_with(".npz"))
-    throw RecordingError(EX_USAGE, "'" + to + "' ends neither with .csv nor with .npz nor with .mcap");
+    throw FileError(EX_USAGE, "'" + to + "' ends neither with .csv nor with .npz nor with .mcap");
   const Source source(from);
   Survey survey = surveyOf(source, from, sensor);
   Draft draft(to);
@@ -331,8 +332,8 @@ void exportFields(const std::string& from, const std::string& to, const std::str
   draft.finish();
   const std::string trouble = survey.trouble();
   if (trouble.empty()) return;
-  throw RecordingError(survey.skipped.exitCode(), from + ": " + trouble + "; " + to + " has the " +
-                                                      std::to_string(survey.fields()) + " fields that could be read");
+  throw FileError(survey.skipped.exitCode(), from + ": " + trouble + "; " + to + " has the " +
+                                                 std::to_string(survey.fields()) + " fields that could be read");
 }
 
-}  // namespace traction::cli
+}  // namespace traction::client

@@ -1,8 +1,9 @@
 #include "client/cli/draft.h"
-#include "client/cli/foxglove.h"
-#include "client/cli/notes.h"
 #include "client/cli/recordings.h"
 #include "client/cli/skipped.h"
+#include "client/files/file_error.h"
+#include "client/files/message_header.h"
+#include "client/show/foxglove.h"
 #include "recording/reader.h"
 #include "recording/writer.h"
 
@@ -15,7 +16,7 @@
 #include <system_error>
 #include <utility>
 
-namespace traction::cli {
+namespace traction::client {
 
 namespace {
 
@@ -64,7 +65,7 @@ class Illustrated {
   }
   template <typename Outcome>
   static void check(const Outcome& outcome) {
-    if (!outcome) throw RecordingError(outcome.error().exitCode, outcome.error().message());
+    if (!outcome) throw FileError(outcome.error().exitCode, outcome.error().message());
   }
 
   std::uint16_t idOf(const std::string& topic, const recording::Schema* schema, const std::string& encoding,
@@ -89,26 +90,25 @@ class Illustrated {
 
 void illustrate(const std::string& from, const std::string& to, const std::string& sensor) {
   const auto reader = recording::Reader::open(from);
-  if (!reader) throw RecordingError(reader.error().exitCode, reader.error().message());
+  if (!reader) throw FileError(reader.error().exitCode, reader.error().message());
   std::error_code unknown;
   if (std::filesystem::equivalent(from, to, unknown))
-    throw RecordingError(EX_USAGE, to + " is what is to be exported: another name for what comes of it");
+    throw FileError(EX_USAGE, to + " is what is to be exported: another name for what comes of it");
   Draft draft(to);
   Illustrated made(draft.part(), sensor);
   const auto extent = reader->read([&](const recording::Channel& channel, const recording::Schema* schema,
                                        const recording::Message& record) { made.add(channel, schema, record); });
-  if (!extent) throw RecordingError(extent.error().exitCode, extent.error().message());
+  if (!extent) throw FileError(extent.error().exitCode, extent.error().message());
   std::string trouble = extent->trouble;
   if (!made.skipped().isEmpty()) trouble += (trouble.empty() ? "" : "; ") + made.skipped().text();
   if (made.drawn() == 0) {
-    throw RecordingError(made.skipped().exitCode(), from + " has nothing to draw" +
-                                                        (sensor.empty() ? "" : " of " + sensor) +
-                                                        (trouble.empty() ? "" : "; " + trouble));
+    throw FileError(made.skipped().exitCode(), from + " has nothing to draw" + (sensor.empty() ? "" : " of " + sensor) +
+                                                   (trouble.empty() ? "" : "; " + trouble));
   }
   made.finish();
   draft.finish();
   if (!trouble.empty())
-    throw RecordingError(made.skipped().exitCode(), from + ": " + trouble + "; " + to + " has what could be read");
+    throw FileError(made.skipped().exitCode(), from + ": " + trouble + "; " + to + " has what could be read");
 }
 
-}  // namespace traction::cli
+}  // namespace traction::client

@@ -1,7 +1,12 @@
-#include "client/cli/keys.h"
-
+// Manages the keys for gateways.
 #include "base/network/keys.h"
-#include "client/cli/output.h"
+
+#include "client/cli/commands.h"
+#include "client/cli/exit_codes.h"
+#include "client/cli/parsing.h"
+#include "client/files/file_error.h"
+#include "client/files/keys.h"
+#include "client/show/output.h"
 #include "proto/traction/v1/endpoints.h"
 
 #include <sysexits.h>
@@ -9,10 +14,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
+#include <filesystem>
 #include <iostream>
+#include <memory>
+#include <string>
 
-namespace traction::cli {
+namespace traction::client {
 
 namespace {
 
@@ -21,13 +28,13 @@ namespace files = tractiond::network;
 
 template <typename Result>
 Result orThrow(tl::expected<Result, tractiond::Error> result) {
-  if (!result) throw KeyError(result.error().exitCode, result.error().message());
+  if (!result) throw FileError(result.error().exitCode, result.error().message());
   if constexpr (!std::is_void_v<Result>) return *std::move(result);
 }
 
 void checkName(const std::string& name) {
   if (isValidName(name)) return;
-  throw KeyError(EX_USAGE, "'" + name + "' is no name for a key: 1 to 24 of A-Z a-z 0-9 _ - are");
+  throw FileError(EX_USAGE, "'" + name + "' is no name for a key: 1 to 24 of A-Z a-z 0-9 _ - are");
 }
 
 /// Quotes a key for a shell: Z85 has no single quote, but many characters that a shell interprets.
@@ -47,32 +54,28 @@ files::KeyDirectory directoryOf(const fs::path& path) {
   return directory;
 }
 
-/// Checks that a key of this name has an effect once it is in the directory. \throws KeyError otherwise
+/// Checks that a key of this name has an effect once it is in the directory. \throws FileError otherwise
 void checkRoom(const files::KeyDirectory& known, const fs::path& directory, const std::string& name) {
   std::error_code ignored;
   if (!fs::exists(directory, ignored)) return;
   std::size_t count = known.keys().size();
   for (const tractiond::Error& fault : known.faults()) {
-    if (fault.where == directory.string()) throw KeyError(fault.exitCode, fault.message());
+    if (fault.where == directory.string()) throw FileError(fault.exitCode, fault.message());
     ++count;  // each other one is of one file
   }
   if (count < files::kMostKeys || fs::exists(directory / (name + ".key"), ignored)) return;
-  throw KeyError(EX_CONFIG, std::to_string(count) + " keys are in " + directory.string() +
-                                ", and with more none is taken; tractionctl keys revoke NAME removes one");
+  throw FileError(EX_CONFIG, std::to_string(count) + " keys are in " + directory.string() +
+                                 ", and with more none is taken; tractionctl keys revoke NAME removes one");
 }
 
-}  // namespace
+// All functions below throw FileError: EX_USAGE for an invalid name or key; EX_NOINPUT if a file does not exist or
+// cannot be read; EX_CONFIG if its content is not valid; EX_CANTCREAT if it cannot be written; EX_NOPERM without the
+// permission, or if a secret file can be read by others. Those that print do so on standard output, and throw
+// OutputError if it cannot be written. `directory` is the gateway's directory of keys. A name is 1 to 24 of A-Z, a-z,
+// 0-9, _ and -; a key is 40 characters of Z85.
 
-fs::path usualKeyFile() {
-  const auto absolute = [](const char* variable) -> fs::path {
-    const char* const value = std::getenv(variable);
-    return value != nullptr && *value == '/' ? value : "";
-  };
-  fs::path base = absolute("XDG_CONFIG_HOME");
-  if (base.empty()) base = absolute("HOME") / ".config";
-  return base / "traction" / "key";
-}
-
+/// Writes a new random key pair into a new file with mode 0600, and creates its directories. Prints the command that
+/// allows its public key under `name` on the gateway's machine. \throws FileError EX_CANTCREAT also if the file exists
 void newKey(const std::string& name, const fs::path& file) {
   checkName(name);
   const auto keys = files::newKeyPair();
@@ -80,15 +83,21 @@ void newKey(const std::string& name, const fs::path& file) {
   printLine("sudo tractionctl keys allow " + name + " " + quoted(keys.publicKey));
 }
 
+/// Allows a key under a name: to read, or with `control` also to send requests. Replaces an earlier key of this name;
+/// the gateway then ends all connections, and the clients that are still allowed connect again. Creates the gateway's
+/// own key pair if there is none. Prints the command with which a client connects. \throws FileError, and allows
+/// nothing: also EX_DATAERR if the key is allowed under another name, EX_NOPERM if every user can write into the
+/// directory, EX_CONFIG if it would have more than 1,000 keys; and if the gateway's own key pair cannot be read or is
+/// faulty
 void allowKey(const fs::path& directory, const std::string& name, const std::string& key, bool control) {
   checkName(name);
   if (!files::isKey(key)) {
-    throw KeyError(EX_USAGE, "'" + key + "' is not a key: 40 letters of Z85; in a shell they stand in single quotes");
+    throw FileError(EX_USAGE, "'" + key + "' is not a key: 40 letters of Z85; in a shell they stand in single quotes");
   }
   const auto known = directoryOf(directory);
   if (const auto* same = known.find(key); same != nullptr && same->name != name) {
-    throw KeyError(EX_DATAERR, "this key is \"" + same->name + "\"'s; tractionctl keys revoke " + same->name +
-                                   " takes it from there");
+    throw FileError(EX_DATAERR, "this key is \"" + same->name + "\"'s; tractionctl keys revoke " + same->name +
+                                    " takes it from there");
   }
   checkRoom(known, directory, name);
   const fs::path own = files::serverKeyFile(directory);
@@ -99,11 +108,15 @@ void allowKey(const fs::path& directory, const std::string& name, const std::str
   printLine("tractionctl watch --host " + hostName() + " --server-key " + quoted(server.publicKey));
 }
 
+/// Deletes the file of the key with this name; the gateway then closes its connections. Prints nothing.
 void revokeKey(const fs::path& directory, const std::string& name) {
   checkName(name);
   orThrow(files::revoke(directory, name));
 }
 
+/// Prints the gateway's public key, and the allowed keys with their permissions, as text or as one line of JSON.
+/// \throws FileError only after printing: the first faulty file, or else the reason why the gateway's key cannot be
+/// read
 void listKeys(const fs::path& directory, bool json) {
   const auto known = directoryOf(directory);
   const auto server = files::loadKeyPair(files::serverKeyFile(directory));
@@ -123,25 +136,55 @@ void listKeys(const fs::path& directory, bool json) {
                 quoted(one.key));
     }
   }
-  if (!known.faults().empty()) throw KeyError(known.faults()[0].exitCode, known.faults()[0].message());
-  if (!server) throw KeyError(server.error().exitCode, server.error().message());
+  if (!known.faults().empty()) throw FileError(known.faults()[0].exitCode, known.faults()[0].message());
+  if (!server) throw FileError(server.error().exitCode, server.error().message());
 }
 
-Keys keysFor(const std::string& serverKey, const fs::path& file) {
-  std::error_code ignored;
-  const fs::path from = file.empty() ? usualKeyFile() : file;
-  if (file.empty() && serverKey.empty() && !fs::exists(from, ignored)) return {};
-  if (file.empty() && !fs::exists(from, ignored)) {
-    throw KeyError(EX_NOINPUT,
-                   "there is no key of yours in " + from.string() + "; tractionctl keys new NAME makes one");
+struct KeysLine {
+  CLI::App *keys = nullptr, *create = nullptr, *allow = nullptr, *revoke = nullptr, *list = nullptr;
+  std::string name, key;
+  std::filesystem::path directory = tractiond::network::kKeyDirectory;
+  bool control = false, json = false;
+};
+
+int run(const KeysLine& given, const std::filesystem::path& file) {
+  if (given.keys->get_subcommands().empty()) {
+    return fail(EX_USAGE, "missing command, one of " + namesOf(*given.keys) + "; see tractionctl keys --help");
   }
-  Keys keys = loadKeys(from.string());
-  if (!serverKey.empty()) keys.serverKey = serverKey;
-  if (keys.serverKey.empty()) {  // otherwise the connection would be unencrypted, to any program that answers
-    throw KeyError(EX_USAGE, "the box's key is missing: --server-key KEY, or a line server = \"KEY\" in " +
-                                 from.string() + "; a host that asks for none is reached by --connect and --control");
-  }
-  return keys;
+  if (given.create->parsed()) newKey(given.name, file.empty() ? usualKeyFile() : std::filesystem::absolute(file));
+  if (given.allow->parsed()) allowKey(given.directory, given.name, given.key, given.control);
+  if (given.revoke->parsed()) revokeKey(given.directory, given.name);
+  if (given.list->parsed()) listKeys(given.directory, given.json);
+  return EX_OK;
 }
 
-}  // namespace traction::cli
+}  // namespace
+
+void addKeys(Commands& commands) {
+  const auto options = std::make_shared<KeysLine>();
+  CLI::App& keys = commands.add("keys", "Manages the keys of the clients of a traction-gateway",
+                                [options](const Target& target) { return run(*options, target.keyFile()); });
+  options->keys = &keys;
+  options->create = keys.add_subcommand(
+      "new", "Creates your key pair, and prints the command that allows it on the gateway's machine");
+  options->allow =
+      keys.add_subcommand("allow", "On the gateway's machine: allows a client key, and prints how its owner connects");
+  options->revoke =
+      keys.add_subcommand("revoke", "On the gateway's machine: revokes a client key and closes its connections");
+  options->list = keys.add_subcommand(
+      "list", "On the gateway's machine: prints its own key, and the allowed keys with their permissions");
+  keys.require_subcommand(0, 1);
+  for (CLI::App* one : {options->create, options->allow, options->revoke})
+    one->add_option("name", options->name, "name of a person or a program")->required();
+  options->allow->add_option("key", options->key, "public key, in single quotes")->required();
+  options->allow->add_flag("--control", options->control,
+                           "also allows zero, calibrate and camera, instead of reading only");
+  options->list->add_flag("--json", options->json, "as JSON");
+  for (CLI::App* one : {options->allow, options->revoke, options->list}) {
+    one->add_option("--directory", options->directory, "directory of the keys")
+        ->type_name("DIR")
+        ->capture_default_str();
+  }
+}
+
+}  // namespace traction::client

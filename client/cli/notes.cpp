@@ -1,9 +1,11 @@
 #include "client/cli/notes.h"
 
+#include "client/files/message_header.h"
+
 #include <cstdio>
 #include <utility>
 
-namespace traction::cli {
+namespace traction::client {
 
 namespace {
 
@@ -17,10 +19,6 @@ void say(const std::string& what) {
 }
 
 }  // namespace
-
-const Header& headerOf(const Message& message) {
-  return std::visit([](const auto& any) -> const Header& { return any.header; }, message);
-}
 
 Error noPublisher(const std::string& endpoints, const std::string& program) {
   return {ErrorCode::kNoAnswer, "no publisher at " + endpoints + "; is " + program + " running?"};
@@ -69,4 +67,4 @@ void Notes::noteLosses(Clock::time_point now) {
   toldAt_ = now;
 }
 
-}  // namespace traction::cli
+}  // namespace traction::client

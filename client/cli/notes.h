@@ -9,10 +9,7 @@
 #include <optional>
 #include <string>
 
-namespace traction::cli {
-
-/// Returns the header of a message of any type; it refers to the message.
-const Header& headerOf(const Message& message);
+namespace traction::client {
 
 /// Returns, but does not throw, the error kNoAnswer that no publisher was found. \param endpoints and \param program
 /// for the message
@@ -49,4 +46,4 @@ class Notes {
   Clock::time_point start_ = Clock::now(), toldAt_;
 };
 
-}  // namespace traction::cli
+}  // namespace traction::client

@@ -11,7 +11,7 @@
 #include <cstring>
 #include <utility>
 
-namespace traction::cli {
+namespace traction::client {
 
 namespace {
 
@@ -124,4 +124,4 @@ void NpzWriter::finish() {
   if (close(std::exchange(fd_, -1)) != 0) throw NpzError(std::strerror(errno));
 }
 
-}  // namespace traction::cli
+}  // namespace traction::client

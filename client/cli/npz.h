@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace traction::cli {
+namespace traction::client {
 
 /// The file cannot be written; what() is the reason.
 class NpzError : public std::runtime_error {
@@ -62,4 +62,4 @@ class NpzWriter {
   std::uint64_t end_ = 0;
 };
 
-}  // namespace traction::cli
+}  // namespace traction::client

@@ -1,13 +1,13 @@
 #include "client/cli/notes.h"
 #include "client/cli/recordings.h"
 #include "client/cli/sockets.h"
-#include "client/cli/tape.h"
-#include "client/cli/terminal.h"
+#include "client/files/tape.h"
+#include "client/show/terminal.h"
 
 #include <cstdio>
 #include <optional>
 
-namespace traction::cli {
+namespace traction::client {
 
 namespace {
 
@@ -53,4 +53,4 @@ void record(const SubscriberOptions& options, const std::string& file, const std
               tape.longestWait_s(), static_cast<unsigned long long>(subscriber.lost()));
 }
 
-}  // namespace traction::cli
+}  // namespace traction::client

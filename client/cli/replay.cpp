@@ -1,7 +1,8 @@
-#include "client/cli/output.h"
 #include "client/cli/recordings.h"
 #include "client/cli/sockets.h"
-#include "client/cli/terminal.h"
+#include "client/files/file_error.h"
+#include "client/show/output.h"
+#include "client/show/terminal.h"
 #include "recording/reader.h"
 
 #include <sysexits.h>
@@ -10,7 +11,7 @@
 #include <chrono>
 #include <cstdio>
 
-namespace traction::cli {
+namespace traction::client {
 
 namespace {
 
@@ -35,7 +36,7 @@ void listenUntil(Repeater& repeater, Clock::time_point due) {
 
 void replay(const std::string& file, const std::string& endpoint, double speed) {
   const auto reader = recording::Reader::open(file);
-  if (!reader) throw RecordingError(reader.error().exitCode, reader.error().message());
+  if (!reader) throw FileError(reader.error().exitCode, reader.error().message());
   Repeater repeater(endpoint);
   rememberSignals();
   printLine("waiting for a subscriber at " + repeater.endpoint());
@@ -53,12 +54,12 @@ void replay(const std::string& file, const std::string& endpoint, double speed) 
           listenUntil(repeater, begin + std::chrono::duration_cast<Clock::duration>(after));
           repeater.send({channel.topic, message.data}, 1e-9 * static_cast<double>(message.publishTime_ns));
         });
-    if (!extent) throw RecordingError(extent.error().exitCode, extent.error().message());
+    if (!extent) throw FileError(extent.error().exitCode, extent.error().message());
     printLine(file + ": " + std::to_string(messages) + " messages sent");
-    if (!extent->isWhole()) throw RecordingError(EX_DATAERR, file + ": " + extent->trouble);
+    if (!extent->isWhole()) throw FileError(EX_DATAERR, file + ": " + extent->trouble);
   } catch (const Stopped&) {
     std::printf("%s: stopped after %llu messages\n", file.c_str(), static_cast<unsigned long long>(messages));
   }
 }
 
-}  // namespace traction::cli
+}  // namespace traction::client

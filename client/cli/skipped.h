@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <string>
 
-namespace traction::cli {
+namespace traction::client {
 
 /// One bad message must not cost the others: they are exported, and the export fails afterwards with what was left out.
 /// Thread-bound.
@@ -38,4 +38,4 @@ class Skipped {
   std::string first_;
 };
 
-}  // namespace traction::cli
+}  // namespace traction::client

@@ -1,17 +1,24 @@
 // Writes a picture of the camera as a PNG file, with rings around markers and spots.
 #include "client/cli/commands.h"
-#include "client/cli/output.h"
+#include "client/cli/exit_codes.h"
+#include "client/show/output.h"
 #include "client/src/printable.h"
+#include "traction/control.h"
 
 #include <png.h>
+#include <sysexits.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <memory>
+#include <string>
 #include <vector>
 
-namespace traction::cli {
+namespace traction::client {
 
 namespace {
 
@@ -155,8 +162,9 @@ std::string reducedInWords(const Snapshot& snapshot) {
          " times smaller than the camera's picture: no use for traction-lens)";
 }
 
-}  // namespace
-
+/// Writes the camera's next picture as a PNG file, which is replaced if it exists, and prints one line about it. \param
+/// marked true: draws the markers on it, or the spots found if no markers are labelled yet \throws OutputError also if
+/// the file cannot be written
 void snapshot(const ControlOptions& options, const std::string& path, bool marked) {
   const Snapshot snapshot = Control(options).snapshot();
   Drawing drawing(snapshot);
@@ -192,4 +200,39 @@ void snapshot(const ControlOptions& options, const std::string& path, bool marke
   flushOutput();
 }
 
-}  // namespace traction::cli
+/// Returns the name with ".png" if it ends as that of a picture of another type; else an empty text.
+std::string asPng(const std::string& path) {
+  const std::size_t dot = path.rfind('.');
+  if (dot == std::string::npos || path.find('/', dot) != std::string::npos) return "";
+  std::string type = path.substr(dot + 1);
+  std::ranges::transform(type, type.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const char* other : {"jpg", "jpeg", "tif", "tiff", "bmp", "gif", "webp", "pgm", "ppm", "raw"}) {
+    if (type == other) return path.substr(0, dot) + ".png";
+  }
+  return "";
+}
+
+}  // namespace
+
+void addSnapshot(Commands& commands) {
+  struct Options {
+    std::string path;
+    bool marked = false;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App& command =
+      commands.add("snapshot", "Writes the camera's next picture as a PNG file", [options](const Target& target) {
+        if (std::string png = asPng(options->path); !png.empty()) {
+          return fail(EX_USAGE, "snapshot writes PNG files: name it " + png);
+        }
+        return snapshot(target.control(), options->path, options->marked), EX_OK;
+      });
+  command.add_option("file", options->path, "file to write; an existing one is replaced")
+      ->type_name("FILE")
+      ->required();
+  command.add_flag("--marked", options->marked,
+                   "draws rings in their colour around the markers found, crosses where they are lost, small dots "
+                   "where the gel file has them, and squares around other spots that look like markers");
+}
+
+}  // namespace traction::client

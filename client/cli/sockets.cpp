@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <map>
 
-namespace traction::cli {
+namespace traction::client {
 
 namespace {
 
@@ -104,4 +104,4 @@ void Repeater::send(const Raw& raw, double time_s) {
   impl_->sendParts(topic, kept);
 }
 
-}  // namespace traction::cli
+}  // namespace traction::client

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-namespace traction::cli {
+namespace traction::client {
 
 /// Receives the true states from traction-twin (--truth-endpoint). Thread-bound.
 class TruthListener {
@@ -52,4 +52,4 @@ class Repeater {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace traction::cli
+}  // namespace traction::client

@@ -1,24 +1,26 @@
-#include "client/cli/top.h"
-
-#include "client/cli/board.h"
+// Shows the state of instruments live.
+#include "client/cli/commands.h"
 #include "client/cli/instances.h"
 #include "client/cli/notes.h"
-#include "client/cli/output.h"
-#include "client/cli/receiver.h"
-#include "client/cli/terminal.h"
+#include "client/cli/parsing.h"
+#include "client/show/board.h"
+#include "client/show/output.h"
+#include "client/show/receiver.h"
+#include "client/show/terminal.h"
+#include "traction/subscriber.h"
 #include "traction/v1/status.pb.h"
 
-#include <algorithm>
-#include <array>
-#include <cstdio>
-#include <cstdlib>
-#include <deque>
-#include <fstream>
-#include <iterator>
-#include <memory>
-#include <sstream>
+#include <sysexits.h>
 
-namespace traction::cli {
+#include <algorithm>
+#include <cstdio>
+#include <deque>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace traction::client {
 
 namespace {
 
@@ -26,7 +28,7 @@ using namespace std::chrono_literals;
 
 constexpr auto kPage = 60ms;      ///< between two pages; old figures are marked within half a second
 constexpr auto kLine = 1s;        ///< between two lines
-constexpr auto kPatience = 3s;    ///< for a connection, and for the first figures
+constexpr auto kFirst = 3s;       ///< for a connection, and for the first figures
 constexpr auto kRecount = 500ms;  ///< between two counts of the subscribers
 constexpr std::size_t kCounts = 4;
 
@@ -82,6 +84,12 @@ class Watcher {
   bool isKnown_ = false;
 };
 
+struct TopCommand {
+  std::vector<std::string> endpoints;  ///< endpoints or names of local instances; empty: see top()
+  double seconds = kForever;           ///< duration
+  bool once = false;                   ///< prints all figures when they have arrived, or after 3 s, and ends
+};
+
 using Watchers = std::vector<std::unique_ptr<Watcher>>;
 
 Watchers watchersFor(const SubscriberOptions& options, const TopCommand& command, bool one) {
@@ -109,7 +117,7 @@ Watchers watchersFor(const SubscriberOptions& options, const TopCommand& command
 
 void expectPublisher(const Watchers& all, Clock::duration elapsed) {
   const bool isAnyKnown = std::any_of(all.begin(), all.end(), [](const auto& one) { return one->isKnown(); });
-  if (isAnyKnown || elapsed < kPatience) return;
+  if (isAnyKnown || elapsed < kFirst) return;
   std::string where;
   for (const auto& one : all) where += (where.empty() ? "" : ", ") + one->endpoint();
   throw noPublisher(where);
@@ -137,8 +145,12 @@ void printAll(const std::vector<Watched>& known, Clock::time_point now) {
   }
 }
 
-}  // namespace
-
+/// If isTerminal(), draws a page until q is pressed; otherwise prints one line per instrument and second. Returns also
+/// after `command.seconds` and on SIGINT, SIGTERM or SIGHUP, whose handlers it sets. An instrument that can no longer
+/// be received is shown with the reason. \param options for each subscription, except topics \param one without effect
+/// if endpoints are given; true: only the instance or endpoint of `options`; false: all instances of this machine
+/// \throws Error kNoAnswer if there is no publisher at any endpoint in the first 3 s, kBadEndpoint, kBadKeys;
+/// OutputError
 void top(const SubscriberOptions& options, const TopCommand& command, bool one) {
   rememberSignals();
   const Watchers all = watchersFor(options, command, one);
@@ -146,7 +158,7 @@ void top(const SubscriberOptions& options, const TopCommand& command, bool one) 
     const Clock::time_point start = Clock::now();
     loop(all, command.seconds, [&](const auto& known, Clock::time_point now, Clock::duration left) {
       const bool isComplete = std::all_of(all.begin(), all.end(), [](const auto& each) { return each->isComplete(); });
-      if (isComplete || now - start >= kPatience) return printAll(known, now), false;
+      if (isComplete || now - start >= kFirst) return printAll(known, now), false;
       std::this_thread::sleep_for(left);
       return true;
     });
@@ -173,31 +185,25 @@ void top(const SubscriberOptions& options, const TopCommand& command, bool one) 
   }
 }
 
-std::optional<int> subscribersOf(const std::string& endpoint, const std::filesystem::path& tables) {
-  const auto count = [&](const char* table, auto&& isOne) -> std::optional<int> {
-    std::ifstream file(tables / table);
-    std::string line;
-    if (!std::getline(file, line)) return std::nullopt;  // the heading
-    int connections = 0;
-    while (std::getline(file, line)) {
-      std::istringstream words(line);
-      const std::vector<std::string> all{std::istream_iterator<std::string>(words),
-                                         std::istream_iterator<std::string>()};
-      connections += isOne(all) ? 1 : 0;
-    }
-    return connections;
-  };
-  // The accepted ends have the listener's name; connected: state 03 of unix(7)'s, 01 of TCP's.
-  if (endpoint.rfind("ipc://", 0) == 0) {
-    const std::string path = endpoint.substr(6);
-    return count("unix", [&](const auto& all) { return all.size() == 8 && all[5] == "03" && all[7] == path; });
-  }
-  constexpr const char* kLoopback = "tcp://127.0.0.1:";
-  if (endpoint.rfind(kLoopback, 0) != 0) return std::nullopt;
-  std::array<char, 32> local{};
-  std::snprintf(local.data(), local.size(), "0100007F:%04X",
-                static_cast<unsigned>(std::strtoul(&endpoint[std::char_traits<char>::length(kLoopback)], nullptr, 10)));
-  return count("tcp", [&](const auto& all) { return all.size() > 3 && all[1] == local.data() && all[3] == "01"; });
+}  // namespace
+
+void addTop(Commands& commands) {
+  const auto options = std::make_shared<TopCommand>();
+  CLI::App& command =
+      commands.add("top",
+                   "Shows the state of instruments live: rates, latencies, the account of all frames; without a "
+                   "terminal, prints one line per second",
+                   [options](const Target& target) {
+                     const SubscriberOptions subscription = target.subscription();
+                     top(subscription, *options, target.isInstanceNamed() || !subscription.endpoint.empty());
+                     return EX_OK;
+                   });
+  command
+      .add_option("endpoints", options->endpoints,
+                  "ZeroMQ endpoints of streams, or instances on this machine; without them: all instances")
+      ->type_name("ENDPOINT");
+  command.add_flag("--once", options->once, "prints all numbers once, and ends");
+  addSeconds(command, options->seconds);
 }
 
-}  // namespace traction::cli
+}  // namespace traction::client

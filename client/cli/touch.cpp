@@ -1,9 +1,11 @@
 #include "client/cli/commands.h"
 #include "client/cli/notes.h"
-#include "client/cli/output.h"
-#include "client/cli/scene.h"
-#include "client/cli/terminal.h"
+#include "client/cli/parsing.h"
+#include "client/show/output.h"
+#include "client/show/scene.h"
+#include "client/show/terminal.h"
 #include "proto/traction/v1/endpoints.h"
+#include "traction/subscriber.h"
 
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -18,19 +20,20 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 
-namespace traction::cli {
+namespace traction::client {
 
 namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr auto kTurn = 100ms;
+constexpr auto kStep = 100ms;
 constexpr auto kAnswer = 500ms;  ///< until a traction-touch that runs is connected
 
 /// A traction-touch that this process has started. Its log goes to standard error.
@@ -102,8 +105,10 @@ std::string lineOf(const TrackedContact& contact) {
   return line;
 }
 
-}  // namespace
-
+/// Prints a line for each contact that begins or ends, and one per second for each that lasts. Starts a traction-touch
+/// for the instance if none answers within half a second and `options.endpoint` is empty, and ends it. Returns after
+/// `seconds`, or on a signal. Reports on standard error what Notes reports. \throws Error kNoAnswer if no publisher is
+/// found in the first 3 s, or none can be started
 void touch(const SubscriberOptions& options, double seconds) {
   SubscriberOptions wanted = options;
   wanted.topics = kContacts;
@@ -128,7 +133,7 @@ void touch(const SubscriberOptions& options, double seconds) {
   const Clock::time_point start = Clock::now();
   std::map<std::uint64_t, Clock::time_point> printed;  // id -> when
   for (; !stopRequested() && std::chrono::duration<double>(Clock::now() - start).count() < seconds; message.reset()) {
-    if (!message) message = subscriber.receive(kTurn);
+    if (!message) message = subscriber.receive(kStep);
     const Clock::time_point now = Clock::now();
     if (message) notes.hear(*message, now);
     notes.noteConnection(subscriber.isConnected(), now);
@@ -144,4 +149,15 @@ void touch(const SubscriberOptions& options, double seconds) {
   }
 }
 
-}  // namespace traction::cli
+}  // namespace
+
+void addTouch(Commands& commands) {
+  const auto seconds = std::make_shared<double>(kForever);
+  addSeconds(commands.add("touch",
+                          "Prints contacts as they begin, last and end, each with its id; starts traction-touch if it "
+                          "does not run",
+                          [seconds](const Target& target) { return touch(target.subscription(), *seconds), EX_OK; }),
+             *seconds);
+}
+
+}  // namespace traction::client

@@ -1,14 +1,19 @@
 #include "client/cli/commands.h"
 #include "client/cli/notes.h"
-#include "client/cli/output.h"
-#include "client/cli/picture.h"
-#include "client/cli/receiver.h"
-#include "client/cli/terminal.h"
+#include "client/cli/parsing.h"
+#include "client/show/output.h"
+#include "client/show/picture.h"
+#include "client/show/receiver.h"
+#include "client/show/terminal.h"
+#include "traction/subscriber.h"
+
+#include <sysexits.h>
 
 #include <cstdio>
+#include <memory>
 #include <thread>
 
-namespace traction::cli {
+namespace traction::client {
 
 namespace {
 
@@ -30,8 +35,10 @@ Scene loop(Receiver& receiver, double seconds, Clock::duration step, Step&& show
   }
 }
 
-}  // namespace
-
+/// Runs the live view; unless isTerminal(), prints summary() once per second instead, and at once when the
+/// reason why there is no field changes. Returns after `seconds`, on a signal, or when the key q is pressed in the live
+/// view. Receives fields, descriptions and the status, whatever `options.topics` is. \param seconds kForever: no limit
+/// \throws Error kNoAnswer if no publisher is found in the first 3 s; later it waits for the daemon's return
 void watch(const SubscriberOptions& options, double seconds) {
   SubscriberOptions wanted = options;
   wanted.topics = kField | kDescription | kStatus | kContacts;
@@ -74,4 +81,13 @@ void watch(const SubscriberOptions& options, double seconds) {
   if (glyphs == Glyphs::kAscii) std::printf("a finer picture in a UTF-8 locale: LC_ALL=C.UTF-8 tractionctl watch\n");
 }
 
-}  // namespace traction::cli
+}  // namespace
+
+void addWatch(Commands& commands) {
+  const auto seconds = std::make_shared<double>(kForever);
+  addSeconds(commands.add("watch", "Shows the forces live; without a terminal, prints one line per second",
+                          [seconds](const Target& target) { return watch(target.subscription(), *seconds), EX_OK; }),
+             *seconds);
+}
+
+}  // namespace traction::client

@@ -1,7 +1,7 @@
 // Checks access: users, groups, keys.
 
 #include "base/network/keys.h"
-#include "client/cli/keys.h"
+#include "client/files/keys.h"
 #include "client/doctor/checks.h"
 
 #include <algorithm>
@@ -117,7 +117,7 @@ void checkKeys(const Patient& patient, List& findings) {
 }
 
 void checkOwnKey(const Patient& patient, List& findings) {
-  const std::string file = cli::usualKeyFile();
+  const std::string file = client::usualKeyFile();
   const Box::FileStatus status = patient.box.fileStatus(file);
   if (status.error == ENOENT) {
     findings.push_back({"your key", Verdict::kOk, "there is none"});

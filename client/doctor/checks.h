@@ -80,7 +80,7 @@ void checkAccess(const Patient& patient, std::vector<Finding>& findings);
 void checkCompetitors(const Patient& patient, std::vector<Finding>& findings);
 /// Checks configuration, systemd unit, state directory, limits and real-time scheduling of an instance.
 void checkService(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
-/// Asks the running daemon for its status, as Box::status() does, and reports cli::problems() as one finding: kOk
+/// Asks the running daemon for its status, as Box::status() does, and reports client::problems() as one finding: kOk
 /// without one, kWarn if forces are doubtful, kFail if there are no valid forces, kUnknown if no daemon runs or
 /// answers.
 void checkMeasurement(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);

@@ -1,4 +1,4 @@
-#include "client/cli/health.h"
+#include "client/show/health.h"
 #include "client/doctor/checks.h"
 #include "traction/v1/status.pb.h"
 
@@ -15,14 +15,14 @@ void checkMeasurement(const Patient& patient, const Instance& instance, std::vec
     findings.push_back({check, Verdict::kUnknown, "not known: " + answer.why});
     return;
   }
-  const std::vector<cli::Problem> problems = cli::problems(*answer.status->message);
-  const cli::Health health = cli::healthOf(problems);
+  const std::vector<client::Problem> problems = client::problems(*answer.status->message);
+  const client::Health health = client::healthOf(problems);
   std::string found;
-  for (const cli::Problem& one : problems) found += (found.empty() ? "" : "; ") + sentence(one);
-  if (health == cli::Health::kMeasuring)
+  for (const client::Problem& one : problems) found += (found.empty() ? "" : "; ") + sentence(one);
+  if (health == client::Health::kMeasuring)
     findings.push_back({check, Verdict::kOk, "fields with valid forces are published"});
   else
-    findings.push_back({check, health == cli::Health::kDoubtful ? Verdict::kWarn : Verdict::kFail, found,
+    findings.push_back({check, health == client::Health::kDoubtful ? Verdict::kWarn : Verdict::kFail, found,
                         "tractionctl --instance " + instance.name + " status"});
 }
 

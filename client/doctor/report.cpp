@@ -1,4 +1,4 @@
-#include "client/cli/json_writer.h"
+#include "client/show/json_writer.h"
 #include "client/doctor/checks.h"
 #include "client/src/printable.h"
 
@@ -44,7 +44,7 @@ std::string reportText(const std::vector<Finding>& findings) {
 }
 
 std::string reportJson(const std::vector<Finding>& findings) {
-  cli::Json json;
+  client::Json json;
   json.open('{').key("checks").open('[');
   for (const Finding& one : findings) {
     std::string word = one.verdict == Verdict::kUnknown ? "unknown" : wordOf(one.verdict);

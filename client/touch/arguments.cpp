@@ -1,6 +1,7 @@
 #include "client/touch/arguments.h"
 
-#include "client/cli/keys.h"
+#include "client/files/file_error.h"
+#include "client/files/keys.h"
 #include "manual/describe.h"
 #include "manual/parse.h"
 #include "proto/traction/v1/endpoints.h"
@@ -54,8 +55,8 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   manual::describable(app);
   if (const auto parsed = manual::parse(app, argc, argv); !parsed) return tl::unexpected(parsed.error());
   try {
-    if (!keyFile.empty() || !serverKey.empty()) arguments.source.keys = cli::keysFor(serverKey, keyFile);
-  } catch (const cli::KeyError& error) {
+    if (!keyFile.empty() || !serverKey.empty()) arguments.source.keys = client::keysFor(serverKey, keyFile);
+  } catch (const client::FileError& error) {
     return failed(error.exitCode(), error.what());
   } catch (const Error& error) {
     return failed(EX_CONFIG, error.what());

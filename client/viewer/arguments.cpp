@@ -1,6 +1,6 @@
 #include "client/viewer/arguments.h"
 
-#include "client/cli/keys.h"
+#include "client/files/keys.h"
 #include "manual/describe.h"
 #include "manual/parse.h"
 #include "proto/traction/v1/endpoints.h"
@@ -104,7 +104,7 @@ tl::expected<ListenAddress, int> listenAt(const char* option, const std::string&
 tl::expected<std::vector<SourceOptions>, int> sourcesOf(const CommandLine& line) {
   if (line.controls.size() > line.streams.size()) return failed("there are more --control than --connect");
   const Keys keys =
-      line.keyFile.empty() && line.serverKey.empty() ? Keys() : cli::keysFor(line.serverKey, line.keyFile);
+      line.keyFile.empty() && line.serverKey.empty() ? Keys() : client::keysFor(line.serverKey, line.keyFile);
   std::vector<std::string> instances = line.instances;
   if (instances.empty() && line.streams.empty()) instances.emplace_back(kDefaultInstance);
   std::vector<SourceOptions> sources;

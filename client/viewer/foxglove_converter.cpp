@@ -1,7 +1,6 @@
 #include "client/viewer/foxglove_converter.h"
 
-#include "client/cli/capture_time.h"
-#include "client/cli/notes.h"
+#include "client/files/message_header.h"
 #include "proto/traction/v1/descriptors.h"
 #include "proto/traction/v1/endpoints.h"
 
@@ -28,10 +27,10 @@ unsigned kindOf(const Message& message) {
 /// Returns the drawings that channels of these kinds need.
 unsigned drawingsOf(unsigned kinds) {
   unsigned drawings = 0;
-  if ((kinds & kScenes) != 0) drawings |= cli::foxglove::kScene;
-  if ((kinds & kGrids) != 0) drawings |= cli::foxglove::kGrid;
-  if ((kinds & kPictures) != 0) drawings |= cli::foxglove::kPicture;
-  if ((kinds & kLogs) != 0) drawings |= cli::foxglove::kLog;
+  if ((kinds & kScenes) != 0) drawings |= client::foxglove::kScene;
+  if ((kinds & kGrids) != 0) drawings |= client::foxglove::kGrid;
+  if ((kinds & kPictures) != 0) drawings |= client::foxglove::kPicture;
+  if ((kinds & kLogs) != 0) drawings |= client::foxglove::kLog;
   return drawings;
 }
 
@@ -48,11 +47,11 @@ std::string topicOf(const std::string& sensor, const ChannelType& type) {
 }
 
 std::string_view schemaOf(const ChannelType& type) {
-  return isDrawn(type) ? cli::foxglove::descriptors() : descriptors();
+  return isDrawn(type) ? client::foxglove::descriptors() : descriptors();
 }
 
 void Converter::pass(const Message& message, const Raw& raw) {
-  const std::string& sensor = cli::headerOf(message).sensor;
+  const std::string& sensor = client::headerOf(message).sensor;
   if (!isValidName(sensor)) return;
   const unsigned wanted = wanted_;
   const unsigned kind = kindOf(message);
@@ -71,8 +70,8 @@ void Converter::pass(const Message& message, const Raw& raw) {
   }
   const bool isDescription = kind == kDescriptions;
   const unsigned drawings = drawingsOf(wanted | (isDescription ? kScenes : 0U));
-  for (cli::foxglove::Drawn& drawn :
-       drawing->second.draw(message, cli::captureTime_ns(message, sample.logTime_ns), drawings)) {
+  for (client::foxglove::Drawn& drawn :
+       drawing->second.draw(message, client::captureTime_ns(message, sample.logTime_ns), drawings)) {
     const auto* type = std::find_if(kChannelTypes.begin(), kChannelTypes.end(),
                                     [&](const ChannelType& each) { return each.name == drawn.topic; });
     if (type == kChannelTypes.end()) continue;

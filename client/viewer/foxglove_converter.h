@@ -1,7 +1,7 @@
 // The channels of a sensor on the Foxglove WebSocket, and the conversion of its messages to them.
 #pragma once
 
-#include "client/cli/foxglove.h"
+#include "client/show/foxglove.h"
 #include "traction/subscriber.h"
 
 #include <array>
@@ -89,7 +89,7 @@ class Converter {
  private:
   Deliver deliver_;
   std::atomic<unsigned> wanted_{0};
-  std::map<std::string, cli::foxglove::Drawing> drawings_;  ///< by sensor
+  std::map<std::string, client::foxglove::Drawing> drawings_;  ///< by sensor
 };
 
 }  // namespace traction::view::foxglove

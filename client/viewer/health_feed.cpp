@@ -1,6 +1,6 @@
 #include "client/viewer/health_feed.h"
 
-#include "client/cli/health.h"
+#include "client/show/health.h"
 
 namespace traction::view {
 
@@ -12,11 +12,11 @@ void HealthFeed::turn(bool isConnected, std::int64_t now_ns) {
   constexpr std::int64_t kPause_ns = 250'000'000;
   scene_.setConnected(isConnected, now_ns);
   if (now_ns - toldAt_ns_ < kPause_ns) return;
-  const std::vector<cli::Problem> problems = cli::problems(scene_, now_ns);
+  const std::vector<client::Problem> problems = client::problems(scene_, now_ns);
   std::string list;
-  for (const cli::Problem& one : problems) list += (list.empty() ? "" : ",") + jsonText(one.what);
+  for (const client::Problem& one : problems) list += (list.empty() ? "" : ",") + jsonText(one.what);
   std::string text =
-      std::string(R"({"health":")") + cli::nameOf(cli::healthOf(problems)) + R"(","problems":[)" + list + "]}";
+      std::string(R"({"health":")") + client::nameOf(client::healthOf(problems)) + R"(","problems":[)" + list + "]}";
   if (text == told_) return;
   told_ = std::move(text);
   toldAt_ns_ = now_ns;

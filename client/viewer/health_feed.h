@@ -1,7 +1,7 @@
 // Tells browsers what is wrong with a sensor, as tractionctl top does.
 #pragma once
 
-#include "client/cli/scene.h"
+#include "client/show/scene.h"
 #include "client/viewer/frame.h"
 
 #include <cstdint>
@@ -27,7 +27,7 @@ class HealthFeed {
 
  private:
   Deliver deliver_;
-  cli::Scene scene_;
+  client::Scene scene_;
   std::string told_;
   std::int64_t toldAt_ns_ = 0;
 };

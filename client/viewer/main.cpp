@@ -1,6 +1,6 @@
 // traction-view: the viewer's bridge.
-#include "client/cli/keys.h"
-#include "client/cli/output.h"
+#include "client/files/file_error.h"
+#include "client/show/output.h"
 #include "client/viewer/arguments.h"
 
 #include <sysexits.h>
@@ -21,13 +21,13 @@ int fail(int exitCode, const std::string& what) {
 int main(int argc, char** argv) try {
   const auto arguments = view::parseArguments(argc, argv);
   if (!arguments) return arguments.error();
-  cli::rememberOutputErrors();  // a recording at a file size limit ends, and not the program
+  client::rememberOutputErrors();  // a recording at a file size limit ends, and not the program
   view::serve(arguments->server, arguments->sources,
               [](const std::string& url) { std::cout << "traction-view: " << url << std::endl; });
   return EX_OK;
 } catch (const view::ServerError& error) {
   return fail(error.exitCode(), error.what());
-} catch (const cli::KeyError& error) {
+} catch (const client::FileError& error) {
   return fail(error.exitCode(), error.what());
 } catch (const Error& error) {
   return fail(error.code() == ErrorCode::kBadKeys ? EX_CONFIG : EX_USAGE, error.what());

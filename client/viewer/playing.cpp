@@ -1,6 +1,6 @@
 #include "client/viewer/playing.h"
 
-#include "client/cli/recordings.h"
+#include "client/files/file_error.h"
 
 #include <pthread.h>
 
@@ -25,7 +25,7 @@ constexpr std::uint64_t kBefore_ns = 1'500'000'000;
 
 recording::Reader opened(const std::filesystem::path& file) {
   auto reader = recording::Reader::open(file);
-  if (!reader) throw cli::RecordingError(reader.error().exitCode, reader.error().message());
+  if (!reader) throw client::FileError(reader.error().exitCode, reader.error().message());
   return *std::move(reader);
 }
 

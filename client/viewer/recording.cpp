@@ -1,6 +1,6 @@
 #include "client/viewer/recording.h"
 
-#include "client/cli/recordings.h"
+#include "client/files/file_error.h"
 
 #include <pthread.h>
 
@@ -89,7 +89,7 @@ void Recording::run(const std::stop_token& stop) {
     tape_.close();
     tape_.drop();
     tell();
-  } catch (const cli::RecordingError& error) {
+  } catch (const client::FileError& error) {
     tell(error.what());
   }
 }

@@ -1,7 +1,7 @@
 // Makes recordings of sensors, and lists those that exist.
 #pragma once
 
-#include "client/cli/tape.h"
+#include "client/files/tape.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -31,7 +31,7 @@ class Recording {
  public:
   /// Creates the file, which must not exist yet, and starts; does not wait for the daemon. Ignores the errors of
   /// Subscriber::receive(): messages that cannot be decoded are left out. \param options whose topics and queue are
-  /// ignored \throws cli::RecordingError, Error kBadEndpoint, kBadKeys
+  /// ignored \throws client::FileError, Error kBadEndpoint, kBadKeys
   Recording(const SubscriberOptions& options, const std::filesystem::path& file);
   /// Calls finish().
   ~Recording() { finish(); }
@@ -39,7 +39,7 @@ class Recording {
   Recording& operator=(const Recording&) = delete;
 
   struct State {
-    std::string account;               ///< cli::Tape::account(); empty before the first turn of the thread
+    std::string account;               ///< client::Tape::account(); empty before the first turn of the thread
     std::optional<std::string> error;  ///< why the recording has ended by itself
   };
   /// Returns a copy of the state. Does not wait for the disk. Thread-safe.
@@ -57,7 +57,7 @@ class Recording {
 
   std::string name_;
   Subscriber subscriber_;
-  cli::Tape tape_;
+  client::Tape tape_;
   mutable std::mutex mutex_;
   State state_;
   std::jthread thread_;  // last, as it uses the others

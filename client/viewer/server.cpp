@@ -1,7 +1,7 @@
 #include "client/viewer/server.h"
 
-#include "client/cli/receiver.h"
-#include "client/cli/recordings.h"
+#include "client/files/file_error.h"
+#include "client/show/receiver.h"
 #include "client/viewer/foxglove_server.h"
 #include "client/viewer/http_listener.h"
 #include "client/viewer/hub.h"
@@ -173,7 +173,7 @@ class Server {
               ",\"record\":" + (hasRecordings() && !options_.readOnly ? "true" : "false") + "}";
     }
     std::string flags;
-    for (const cli::FlagText& each : cli::kFlagTexts) {
+    for (const client::FlagText& each : client::kFlagTexts) {
       flags += std::string(flags.empty() ? "" : ",") + jsonText(each.name) + ":" + jsonText(each.words);
     }
     return "{\"version\":\"" TRACTION_VERSION "\",\"recordings\":" + std::string(hasRecordings() ? "true" : "false") +
@@ -249,7 +249,7 @@ class Server {
     try {
       show->playing = std::make_unique<Playing>(file, deliver);
       show->playing->want(wanted.kinds);
-    } catch (const cli::RecordingError& error) {
+    } catch (const client::FileError& error) {
       show->session->offer(kErrors, makeFrame("error", std::string("malformed ") + error.what()));
     } catch (const std::system_error& error) {  // no thread for it; the others go on
       show->session->offer(kErrors,
@@ -349,7 +349,7 @@ class Server {
                     hub.forwarder->pass(message, raw);
                     hub.health->take(message);
                   },
-              .turn = [&hub](bool isConnected) { hub.health->turn(isConnected, cli::nanoseconds(Clock::now())); },
+              .turn = [&hub](bool isConnected) { hub.health->turn(isConnected, client::nanoseconds(Clock::now())); },
               .fail =
                   [deliver](const Error& error, const Raw& raw) {
                     // Forwards a message that this program cannot decode, as the client may be able to.
@@ -376,7 +376,7 @@ class Server {
         from.answer(makeFrame("done/" + id, hub.recording->name()));
         return tellRecording(hub);
       }
-    } catch (const cli::RecordingError& error) {
+    } catch (const client::FileError& error) {
       return refuse(std::string("refused ") + error.what());
     } catch (const Error& error) {
       return refuse(std::string(nameOf(error.code())) + ' ' + error.what());

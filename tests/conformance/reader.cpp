@@ -1,6 +1,6 @@
 // The C++ client under the conformance suite: docs/clients.md says what a reader is.
 
-#include "client/cli/json.h"
+#include "client/show/json.h"
 #include "traction/control.h"
 #include "traction/subscriber.h"
 
@@ -39,7 +39,7 @@ std::string told(Read&& read) {
 }
 
 std::string answer(const traction::Control& control, const std::string& what) {
-  using traction::cli::toJson;
+  using traction::client::toJson;
   if (what == "status") return toJson(control.status());
   if (what == "describe") return toJson(control.description());
   return toJson(what == "zero" ? control.zero() : control.undoZero());
@@ -63,7 +63,7 @@ void ask(const std::string& endpoint) {
   for (;;) {
     const std::string line = told([&] {
       for (;;) {
-        if (const auto message = subscriber.receive(std::chrono::hours(1))) return traction::cli::toJson(*message);
+        if (const auto message = subscriber.receive(std::chrono::hours(1))) return traction::client::toJson(*message);
       }
     });
     std::cout << '{' << line << ",\"lost\":" << subscriber.lost() << '}' << std::endl;

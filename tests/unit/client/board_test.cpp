@@ -1,5 +1,5 @@
-#include "client/cli/board.h"
-#include "client/cli/top.h"
+#include "client/cli/instances.h"
+#include "client/show/board.h"
 #include "client/src/printable.h"
 #include "tests/support/seed.h"
 #include "traction/v1/status.pb.h"
@@ -13,7 +13,7 @@
 #include <random>
 #include <regex>
 
-namespace traction::cli::board_test {
+namespace traction::client::board_test {
 namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
@@ -275,4 +275,4 @@ TEST(Top, SubscribersAreTheConnectionsToAnEndpoint) {
 }
 
 }  // namespace
-}  // namespace traction::cli::board_test
+}  // namespace traction::client::board_test

@@ -1,7 +1,7 @@
-#include "client/cli/board.h"
-#include "client/cli/health.h"
-#include "client/cli/metrics.h"
-#include "client/cli/picture.h"
+#include "client/show/board.h"
+#include "client/show/health.h"
+#include "client/show/metrics.h"
+#include "client/show/picture.h"
 #include "traction/v1/status.pb.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <functional>
 #include <memory>
 
-namespace traction::cli::health_test {
+namespace traction::client::health_test {
 namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
@@ -106,4 +106,4 @@ TEST(Health, WatchAndTopShowTheSameProblems) {
 }
 
 }  // namespace
-}  // namespace traction::cli::health_test
+}  // namespace traction::client::health_test

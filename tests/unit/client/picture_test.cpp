@@ -1,6 +1,6 @@
-#include "client/cli/json.h"
-#include "client/cli/page.h"
-#include "client/cli/picture.h"
+#include "client/show/json.h"
+#include "client/show/page.h"
+#include "client/show/picture.h"
 #include "traction/v1/status.pb.h"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace traction::cli::picture_test {
+namespace traction::client::picture_test {
 namespace {
 
 constexpr int kColumns = 24;
@@ -314,4 +314,4 @@ TEST(Json, TextIsEscapedAndNumbersAreExact) {
 }
 
 }  // namespace
-}  // namespace traction::cli::picture_test
+}  // namespace traction::client::picture_test

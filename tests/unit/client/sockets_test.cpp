@@ -7,7 +7,7 @@
 #include <fstream>
 #include <optional>
 
-namespace traction::cli::sockets_test {
+namespace traction::client::sockets_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -55,4 +55,4 @@ TEST_F(RepeaterTest, LeavesAFileThatIsNoSocket) {
 }
 
 }  // namespace
-}  // namespace traction::cli::sockets_test
+}  // namespace traction::client::sockets_test

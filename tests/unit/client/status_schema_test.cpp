@@ -1,10 +1,10 @@
 // A field that is in the schema is printed: each one is changed alone, and what is printed must change.
 
-#include "client/cli/board.h"
-#include "client/cli/json.h"
-#include "client/cli/metrics.h"
-#include "client/cli/reflection.h"
-#include "client/cli/status_text.h"
+#include "client/show/board.h"
+#include "client/show/json.h"
+#include "client/show/metrics.h"
+#include "client/show/reflection.h"
+#include "client/show/status_text.h"
 
 #include <google/protobuf/descriptor.h>
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 #include <map>
 #include <set>
 
-namespace traction::cli::status_schema_test {
+namespace traction::client::status_schema_test {
 namespace {
 
 /// Sets every field of a message and of those in it, each to another number; arrays of messages get one element.
@@ -180,4 +180,4 @@ TEST(StatusSchema, EachMetricIsDeclaredAndUsed) {
 }
 
 }  // namespace
-}  // namespace traction::cli::status_schema_test
+}  // namespace traction::client::status_schema_test

@@ -1,0 +1,137 @@
+#include "client/files/tape.h"
+
+#include "client/files/file_error.h"
+#include "client/files/message_header.h"
+#include "proto/traction/v1/descriptors.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <system_error>
+
+namespace traction::client {
+
+namespace {
+
+constexpr std::uint64_t kOldTruth_ns = 10'000'000'000;
+
+/// Returns a clock's time [ns].
+std::int64_t timeOf(clockid_t clock) {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+/// Returns the name of the message's type in the schemas.
+std::string typeOf(const Message& message) {
+  constexpr std::array kTypes = {"Field", "Markers", "Description", "Status", "Preview", "Contacts"};  // as in Message
+  return std::string("traction.v1.") + kTypes.at(message.index());
+}
+
+/// Returns the CLOCK_MONOTONIC time in a line of traction-twin [ns]; 0 if the line has none.
+std::int64_t monotonicOf(std::string_view truth) {
+  constexpr std::string_view kKey = "\"monotonic_ns\":";
+  const std::size_t at = truth.find(kKey);
+  std::int64_t time_ns = 0;
+  if (at == std::string_view::npos) return time_ns;
+  std::from_chars(truth.data() + at + kKey.size(), truth.data() + truth.size(), time_ns);
+  return time_ns;
+}
+
+recording::NewFile opened(const std::string& path) {
+  auto file = recording::NewFile::create(path);
+  if (!file) throw FileError(file.error().exitCode, file.error().message());
+  return *std::move(file);
+}
+
+}  // namespace
+
+Tape::Tape(const std::string& path)
+    : path_(path)
+    , file_(opened(path))
+    , epoch_ns_(timeOf(CLOCK_REALTIME) - timeOf(CLOCK_MONOTONIC)) {
+  check(writer_.flush());
+}
+
+template <typename Declare>
+std::uint16_t Tape::channelOf(const std::string& topic, const Declare& declare) {
+  const auto known = channels_.find(topic);
+  return known != channels_.end() ? known->second : channels_[topic] = declare();
+}
+
+template <typename Write>
+void Tape::watch(const Write& write) {
+  const auto oldest = writer_.oldest_ns();
+  const std::uint64_t chunks = writer_.statistics().chunks;
+  const auto written = write();
+  if (oldest && writer_.statistics().chunks != chunks) longest_ns_ = std::max(longest_ns_, logNow() - *oldest);
+  check(written);
+}
+
+void Tape::check(const tl::expected<void, recording::Error>& written) {
+  if (written) return;
+  std::string what = written.error().message() + "; the recording has stopped with " + account();
+  if (!writer_.close()) what += ", without its end: tractionctl recover makes one that has it, on another disk";
+  drop();
+  throw FileError(written.error().exitCode, what);
+}
+
+void Tape::add(const Message& message, const Raw& raw) {
+  if (raw.topic.empty()) return;
+  const Header& header = headerOf(message);
+  recording::Message record;
+  record.channel = channelOf(std::string(raw.topic), [&] {
+    const std::string type = typeOf(message);
+    if (!schemas_.contains(type)) schemas_[type] = writer_.schema(type, "protobuf", descriptors());
+    return writer_.channel(schemas_[type], raw.topic, "protobuf", {{"sensor", header.sensor}});
+  });
+  record.sequence = static_cast<std::uint32_t>(header.sequence);
+  record.logTime_ns = static_cast<std::uint64_t>(epoch_ns_ + header.arrived_ns);
+  record.publishTime_ns = captureTime_ns(message, record.logTime_ns);
+  record.data = raw.bytes;
+  watch([&] { return writer_.write(record); });
+}
+
+void Tape::addTruth(const std::string& line) {
+  recording::Message record;
+  record.channel = channelOf("truth/", [&] {
+    return writer_.channel(writer_.schema("traction.Truth", "jsonschema", R"({"type":"object"})"), "truth/", "json");
+  });
+  record.logTime_ns = logNow();
+  const auto shown_ns = static_cast<std::uint64_t>(epoch_ns_ + monotonicOf(line));
+  const bool isOfThisHost = shown_ns <= record.logTime_ns && record.logTime_ns - shown_ns < kOldTruth_ns;
+  record.publishTime_ns = isOfThisHost ? shown_ns : record.logTime_ns;
+  record.data = line;
+  watch([&] { return writer_.write(record); });
+}
+
+void Tape::flushIfDue() {
+  if (writer_.isDue(logNow())) watch([&] { return writer_.flush(); });
+}
+
+void Tape::close() {
+  watch([&] { return writer_.close(); });
+}
+
+void Tape::drop() const {
+  std::error_code unknown;
+  if (isEmpty()) std::filesystem::remove(path_, unknown);
+}
+
+std::string Tape::account() const {
+  const recording::Statistics& all = writer_.statistics();
+  std::array<char, 120> text{};
+  std::snprintf(text.data(), text.size(), "%llu messages of %.1f s, %.1f MB",
+                static_cast<unsigned long long>(all.messages), 1e-9 * static_cast<double>(all.end_ns - all.begin_ns),
+                1e-6 * static_cast<double>(file_.size()));
+  return text.data();
+}
+
+std::uint64_t Tape::logNow() const {
+  return static_cast<std::uint64_t>(epoch_ns_ + timeOf(CLOCK_MONOTONIC));
+}
+
+}  // namespace traction::client

@@ -1,0 +1,135 @@
+// Writes JSON incrementally (RFC 8259).
+#pragma once
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace traction::client {
+
+/// Appends values one after another and inserts commas. Does not check the structure; text must be valid UTF-8. Each
+/// function returns this object.
+class Json {
+ public:
+  /// Writes the key of the next value, within an object.
+  Json& key(std::string_view name) {
+    separate();
+    quote(name);
+    text_ += ':';
+    first_ = true;
+    return *this;
+  }
+
+  /// Writes a number in the shortest form that reads back as the same number; null if it is not finite.
+  template <typename Number>
+  Json& number(Number value) {
+    separate();
+    if constexpr (std::is_floating_point_v<Number>) {
+      if (!std::isfinite(value)) {
+        text_ += "null";
+        return *this;
+      }
+    }
+    std::array<char, 32> digits{};
+    text_.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr);
+    return *this;
+  }
+  /// Writes true or false.
+  Json& boolean(bool value) {
+    separate();
+    text_ += value ? "true" : "false";
+    return *this;
+  }
+  /// Writes a text in quotes; quotes, backslashes and control characters are escaped.
+  Json& string(std::string_view value) {
+    separate();
+    quote(value);
+    return *this;
+  }
+  /// Writes null.
+  Json& null() {
+    separate();
+    text_ += "null";
+    return *this;
+  }
+
+  /// Opens an object '{' or an array '['.
+  Json& open(char bracket) {
+    separate();
+    text_ += bracket;
+    first_ = true;
+    return *this;
+  }
+  /// Closes the object with '}' or the array with ']' that was opened last; whether it is that kind is not checked.
+  Json& close(char bracket) {
+    text_ += bracket;
+    first_ = false;
+    return *this;
+  }
+
+  // Write arrays; booleans() writes 0 as false and any other number as true.
+  template <typename Range>
+  Json& numbers(const Range& values) {
+    open('[');
+    for (const auto& value : values) number(value);
+    return close(']');
+  }
+  Json& booleans(const std::vector<std::uint8_t>& values) {
+    open('[');
+    for (const auto value : values) boolean(value != 0);
+    return close(']');
+  }
+  Json& strings(const std::vector<std::string>& values) {
+    open('[');
+    for (const std::string& value : values) string(value);
+    return close(']');
+  }
+  /// Writes an array of arrays of numbers.
+  template <typename Range>
+  Json& vectors(const Range& values) {
+    open('[');
+    for (const auto& value : values) numbers(value);
+    return close(']');
+  }
+
+  /// Returns the text. The writer is then empty, as when it was made.
+  std::string take() {
+    first_ = true;
+    return std::exchange(text_, {});
+  }
+
+ private:
+  void separate() {
+    if (!first_) text_ += ',';
+    first_ = false;
+  }
+
+  void quote(std::string_view value) {
+    text_ += '"';
+    for (const char c : value) {
+      if (c == '"' || c == '\\') {
+        text_ += '\\';
+        text_ += c;
+      } else if (static_cast<unsigned char>(c) < 0x20) {
+        constexpr std::string_view kHex = "0123456789abcdef";
+        text_ += "\\u00";
+        text_ += kHex[static_cast<unsigned char>(c) >> 4];
+        text_ += kHex[c & 15];
+      } else {
+        text_ += c;
+      }
+    }
+    text_ += '"';
+  }
+
+  std::string text_;
+  bool first_ = true;
+};
+
+}  // namespace traction::client
