@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace traction::doctor {
@@ -20,6 +21,27 @@ struct Finding {
   std::string mend = {};      ///< command or line of a configuration that corrects it; empty: nothing to correct
   std::string instance = {};  ///< name of the instance that it concerns; empty: the whole machine
 };
+
+// Each returns a finding of a check that add() names.
+inline Finding ok(std::string found) {
+  return {{}, Verdict::kOk, std::move(found)};
+}
+/// \param why the check could not be carried out
+inline Finding unknown(const std::string& why) {
+  return {{}, Verdict::kUnknown, "not known: " + why};
+}
+inline Finding warn(std::string found, std::string mend) {
+  return {{}, Verdict::kWarn, std::move(found), std::move(mend)};
+}
+inline Finding fail(std::string found, std::string mend) {
+  return {{}, Verdict::kFail, std::move(found), std::move(mend)};
+}
+
+/// Appends the finding of a check.
+inline void add(std::vector<Finding>& findings, const char* check, Finding finding) {
+  finding.check = check;
+  findings.push_back(std::move(finding));
+}
 
 /// Requirements of an instance's configuration on its machine, in the words of `tractiond --print-config`.
 struct Settings {

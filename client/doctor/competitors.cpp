@@ -15,13 +15,11 @@ namespace traction::doctor {
 
 namespace {
 
-using List = std::vector<Finding>;
-
 /// Beginnings of their names: the kernel reports the first 15 letters.
 constexpr std::array kCameraPrograms = {"arv-viewer", "arv-camera-test", "arv-tool",     "PylonViewer",  "pylonviewer",
                                         "SpinView",   "VimbaViewer",     "VimbaXViewer", "tcam-capture", "MVS"};
 
-void checkCameraPrograms(const Patient& patient, List& findings) {
+Finding checkCameraPrograms(const Patient& patient) {
   std::string found, kill;
   for (const Process& process : patient.processes) {
     const bool isOne = std::any_of(kCameraPrograms.begin(), kCameraPrograms.end(),
@@ -30,27 +28,19 @@ void checkCameraPrograms(const Patient& patient, List& findings) {
     found += (found.empty() ? "" : ", ") + process.name + " (" + std::to_string(process.id) + ")";
     kill += " " + std::to_string(process.id);
   }
-  if (found.empty() && !patient.whyUnknown.empty()) {
-    findings.push_back({"camera programs", Verdict::kUnknown, "not known: " + patient.whyUnknown});
-  } else if (found.empty()) {
-    findings.push_back({"camera programs", Verdict::kOk, "none runs that is known to hold cameras"});
-  } else {
-    findings.push_back({"camera programs", Verdict::kWarn, found + " may hold the camera", "kill" + kill});
-  }
+  if (found.empty() && !patient.whyUnknown.empty()) return unknown(patient.whyUnknown);
+  if (found.empty()) return ok("none runs that is known to hold cameras");
+  return warn(found + " may hold the camera", "kill" + kill);
 }
 
-void checkModemManager(const Patient& patient, List& findings) {
+Finding checkModemManager(const Patient& patient) {
   const bool runs = std::any_of(patient.processes.begin(), patient.processes.end(),
                                 [](const Process& one) { return one.name == "ModemManager"; });
-  if (runs && mayUseUsb(patient)) {
-    findings.push_back({"ModemManager", Verdict::kWarn,
-                        "runs, and talks to new USB devices to see whether they are modems",
-                        "sudo systemctl disable --now ModemManager"});
-  } else if (!patient.whyUnknown.empty() && mayUseUsb(patient)) {
-    findings.push_back({"ModemManager", Verdict::kUnknown, "not known: " + patient.whyUnknown});
-  } else {
-    findings.push_back({"ModemManager", Verdict::kOk, runs ? "runs; no camera is on USB" : "does not run"});
-  }
+  if (runs && mayUseUsb(patient))
+    return warn("runs, and talks to new USB devices to see whether they are modems",
+                "sudo systemctl disable --now ModemManager");
+  if (!patient.whyUnknown.empty() && mayUseUsb(patient)) return unknown(patient.whyUnknown);
+  return ok(runs ? "runs; no camera is on USB" : "does not run");
 }
 
 /// Returns the first instance whose settings are not known, or null.
@@ -61,7 +51,7 @@ const Instance* unreadOf(const Patient& patient) {
 }
 
 /// Checks whether two instances use the same camera: by its id, or the first one that is found.
-void checkSharedCamera(const Patient& patient, List& findings) {
+Finding checkSharedCamera(const Patient& patient) {
   std::map<std::string, std::vector<const Instance*>> takers;
   for (const Instance& one : patient.instances) {
     if (one.settings) takers[one.settings->cameraId].push_back(&one);
@@ -70,33 +60,24 @@ void checkSharedCamera(const Patient& patient, List& findings) {
     if (all.size() < 2 || (id.empty() && patient.instances.size() < 2)) continue;
     std::string names;
     for (const Instance* one : all) names += (names.empty() ? "" : " and ") + one->name;
-    findings.push_back({"a camera each", Verdict::kFail,
-                        names + " take the same camera: " + (id.empty() ? "the first that is found" : id),
-                        "camera.id = \"ANOTHER\" in " + all.back()->file + "    # tractiond --cameras lists them"});
-    return;
+    return fail(names + " take the same camera: " + (id.empty() ? "the first that is found" : id),
+                "camera.id = \"ANOTHER\" in " + all.back()->file + "    # tractiond --cameras lists them");
   }
-  if (const Instance* unread = unreadOf(patient); unread != nullptr && patient.instances.size() > 1) {
-    findings.push_back(
-        {"a camera each", Verdict::kUnknown, "not known: that of " + unread->name + ": " + unread->whyUnknown});
-    return;
-  }
-  findings.push_back({"a camera each", Verdict::kOk, std::to_string(patient.instances.size()) + " instances"});
+  if (const Instance* unread = unreadOf(patient); unread != nullptr && patient.instances.size() > 1)
+    return unknown("that of " + unread->name + ": " + unread->whyUnknown);
+  return ok(std::to_string(patient.instances.size()) + " instances");
 }
 
-void checkTwoDaemons(const Patient& patient, List& findings) {
+Finding checkTwoDaemons(const Patient& patient) {
   for (const Instance& one : patient.instances) {
     if (one.processes.size() < 2) continue;
     std::string found, others;
     for (const int id : one.processes) found += (found.empty() ? "" : ", ") + std::to_string(id);
     for (std::size_t i = 1; i < one.processes.size(); ++i) others += " " + std::to_string(one.processes[i]);
-    findings.push_back({"other daemons", Verdict::kFail,
-                        "several tractiond of the instance " + one.name + " run: " + found, "sudo kill" + others});
-    return;
+    return fail("several tractiond of the instance " + one.name + " run: " + found, "sudo kill" + others);
   }
-  if (patient.whyUnknown.empty())
-    findings.push_back({"other daemons", Verdict::kOk, "no instance runs twice"});
-  else
-    findings.push_back({"other daemons", Verdict::kUnknown, "not known: " + patient.whyUnknown});
+  if (patient.whyUnknown.empty()) return ok("no instance runs twice");
+  return unknown(patient.whyUnknown);
 }
 
 /// Returns the inodes of listening sockets, by port. `unread` is set to the table that cannot be read, with the reason,
@@ -131,9 +112,9 @@ const Process* ownerOf(const Patient& patient, const std::string& inode) {
   return nullptr;
 }
 
-void checkPorts(const Patient& patient, List& findings) {
-  std::string unknown;
-  const auto all = listeners(patient.box, unknown);
+Finding checkPorts(const Patient& patient) {
+  std::string why;
+  const auto all = listeners(patient.box, why);
   int asked = 0;
   for (const Instance& one : patient.instances) {
     for (const std::string& endpoint : one.settings ? one.settings->endpoints : std::vector<std::string>()) {
@@ -147,36 +128,30 @@ void checkPorts(const Patient& patient, List& findings) {
         if (owner != nullptr ? owner->name == "tractiond" : !one.processes.empty()) continue;
         const std::string number = std::to_string(port);
         if (owner == nullptr && !patient.whyUnknown.empty()) {
-          unknown = "which program has port " + number + " of " + one.name + ": " + patient.whyUnknown;
+          why = "which program has port " + number + " of " + one.name + ": " + patient.whyUnknown;
           continue;
         }
-        findings.push_back(
-            {"ports", Verdict::kFail,
-             "port " + number + " of " + one.name + " is in use by " +
-                 (owner != nullptr ? owner->name + " (" + std::to_string(owner->id) + ")" : "another program"),
-             owner != nullptr
-                 ? "sudo kill " + std::to_string(owner->id) + ", or other [publish] endpoints in " + one.file
-                 : "sudo ss -ltnp 'sport = :" + number + "' tells which: stop it"});
-        return;
+        return fail("port " + number + " of " + one.name + " is in use by " +
+                        (owner != nullptr ? owner->name + " (" + std::to_string(owner->id) + ")" : "another program"),
+                    owner != nullptr
+                        ? "sudo kill " + std::to_string(owner->id) + ", or other [publish] endpoints in " + one.file
+                        : "sudo ss -ltnp 'sport = :" + number + "' tells which: stop it");
       }
     }
   }
-  if (const Instance* unread = unreadOf(patient)) unknown = "those of " + unread->name + ": " + unread->whyUnknown;
-  if (!unknown.empty()) {
-    findings.push_back({"ports", Verdict::kUnknown, "not known: " + unknown});
-    return;
-  }
-  findings.push_back({"ports", Verdict::kOk, std::to_string(asked) + " asked for; nobody else has them"});
+  if (const Instance* unread = unreadOf(patient)) why = "those of " + unread->name + ": " + unread->whyUnknown;
+  if (!why.empty()) return unknown(why);
+  return ok(std::to_string(asked) + " asked for; nobody else has them");
 }
 
 }  // namespace
 
-void checkCompetitors(const Patient& patient, List& findings) {
-  checkCameraPrograms(patient, findings);
-  checkModemManager(patient, findings);
-  checkSharedCamera(patient, findings);
-  checkTwoDaemons(patient, findings);
-  checkPorts(patient, findings);
+void checkCompetitors(const Patient& patient, std::vector<Finding>& findings) {
+  add(findings, "camera programs", checkCameraPrograms(patient));
+  add(findings, "ModemManager", checkModemManager(patient));
+  add(findings, "a camera each", checkSharedCamera(patient));
+  add(findings, "other daemons", checkTwoDaemons(patient));
+  add(findings, "ports", checkPorts(patient));
 }
 
 }  // namespace traction::doctor

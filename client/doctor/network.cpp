@@ -6,15 +6,13 @@
 
 #include <algorithm>
 #include <bit>
+#include <cctype>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 
 namespace traction::doctor {
 
 namespace {
-
-using List = std::vector<Finding>;
 
 /// Returns an IPv4 address in network byte order, as in /proc/net/route.
 std::optional<std::uint32_t> ipOf(const std::string& text) {
@@ -70,99 +68,70 @@ std::string bytes(double number) {
   return std::to_string(std::llround(number)) + " bytes";
 }
 
-void checkReceiveBuffer(const Box& box, const Settings& settings, List& findings) {
+Finding checkReceiveBuffer(const Box& box, const Settings& settings) {
   const auto most = box.number("/proc/sys/net/core/rmem_max");
   const double asked = settings.receiveBuffer_bytes;
   const std::string wanted = "camera.receive_buffer_bytes = " + std::to_string(std::llround(asked));
-  if (!most) {
-    findings.push_back({"receive buffer", Verdict::kUnknown, "not known: /proc/sys/net/core/rmem_max cannot be read"});
-  } else if (*most >= asked) {
-    findings.push_back({"receive buffer", Verdict::kOk, "the kernel grants " + bytes(*most) + ", " + wanted});
-  } else {
-    const std::string line = "net.core.rmem_max=" + std::to_string(std::llround(std::max(asked, 16'777'216.0)));
-    findings.push_back({"receive buffer", isAddress(settings.cameraId) ? Verdict::kFail : Verdict::kWarn,
-                        "the kernel grants at most " + bytes(*most) + ", " + wanted,
-                        "sudo sysctl -w " + line + " && echo " + line + " | sudo tee /etc/sysctl.d/60-tractiond.conf"});
-  }
+  if (!most) return unknown("/proc/sys/net/core/rmem_max cannot be read");
+  if (*most >= asked) return ok("the kernel grants " + bytes(*most) + ", " + wanted);
+  const std::string line = "net.core.rmem_max=" + std::to_string(std::llround(std::max(asked, 16'777'216.0)));
+  return {{},
+          isAddress(settings.cameraId) ? Verdict::kFail : Verdict::kWarn,
+          "the kernel grants at most " + bytes(*most) + ", " + wanted,
+          "sudo sysctl -w " + line + " && echo " + line + " | sudo tee /etc/sysctl.d/60-tractiond.conf"};
 }
 
-void checkMtu(const Box& box, const Settings& settings, const std::string& interface, List& findings) {
+Finding checkMtu(const Box& box, const Settings& settings, const std::string& interface) {
   constexpr double kJumbo = 9000.0;
   const auto mtu = box.number("/sys/class/net/" + interface + "/mtu");
   const std::string raise = "sudo ip link set " + interface + " mtu 9000";
-  if (!mtu) {
-    findings.push_back({"MTU", Verdict::kUnknown, "not known: that of " + interface + " cannot be read"});
-  } else if (settings.packetSize_bytes > *mtu) {
-    findings.push_back({"MTU", Verdict::kFail,
-                        interface + " has " + bytes(*mtu) + ", camera.packet_size_bytes = " +
-                            std::to_string(std::llround(settings.packetSize_bytes)) + ": the camera is refused",
-                        "sudo ip link set " + interface + " mtu " +
-                            std::to_string(std::llround(settings.packetSize_bytes)) +
-                            ", or camera.packet_size_bytes = 0"});
-  } else if (settings.packetSize_bytes == 0.0 && *mtu < kJumbo) {
-    findings.push_back({"MTU", Verdict::kWarn, interface + " has " + bytes(*mtu) + ": small packets cost time",
-                        raise + ", or, where camera or card take no larger ones, camera.packet_size_bytes = " +
-                            std::to_string(std::llround(*mtu))});
-  } else {
-    findings.push_back({"MTU", Verdict::kOk, interface + " has " + bytes(*mtu)});
-  }
+  if (!mtu) return unknown("that of " + interface + " cannot be read");
+  if (settings.packetSize_bytes > *mtu)
+    return fail(interface + " has " + bytes(*mtu) + ", camera.packet_size_bytes = " +
+                    std::to_string(std::llround(settings.packetSize_bytes)) + ": the camera is refused",
+                "sudo ip link set " + interface + " mtu " + std::to_string(std::llround(settings.packetSize_bytes)) +
+                    ", or camera.packet_size_bytes = 0");
+  if (settings.packetSize_bytes == 0.0 && *mtu < kJumbo)
+    return warn(interface + " has " + bytes(*mtu) + ": small packets cost time",
+                raise + ", or, where camera or card take no larger ones, camera.packet_size_bytes = " +
+                    std::to_string(std::llround(*mtu)));
+  return ok(interface + " has " + bytes(*mtu));
 }
 
-void checkReversePath(const Box& box, const std::string& interface, List& findings) {
+Finding checkReversePath(const Box& box, const std::string& interface) {
   const std::string folder = "/proc/sys/net/ipv4/conf/";
   const auto all = box.number(folder + "all/rp_filter"), one = box.number(folder + interface + "/rp_filter");
-  if (!all || !one) {
-    findings.push_back({"reverse path", Verdict::kUnknown, "not known: rp_filter of " + interface + " cannot be read"});
-  } else if (std::max(*all, *one) == 1.0) {  // the larger value applies; 2 accepts any return path
+  if (!all || !one) return unknown("rp_filter of " + interface + " cannot be read");
+  if (std::max(*all, *one) == 1.0) {  // the larger value applies; 2 accepts any return path
     const std::string line = "net.ipv4.conf." + interface + ".rp_filter=2";
-    findings.push_back(
-        {"reverse path", Verdict::kWarn,
-         interface + " drops what comes from where it would not answer to: cameras with another address",
-         "sudo sysctl -w " + line + " && echo " + line + " | sudo tee /etc/sysctl.d/61-tractiond-camera.conf"});
-  } else {
-    findings.push_back({"reverse path", Verdict::kOk, interface + " takes packets from everywhere"});
+    return warn(interface + " drops what comes from where it would not answer to: cameras with another address",
+                "sudo sysctl -w " + line + " && echo " + line + " | sudo tee /etc/sysctl.d/61-tractiond-camera.conf");
   }
+  return ok(interface + " takes packets from everywhere");
 }
 
-void checkNetworkManager(const Patient& patient, const std::string& interface, List& findings) {
+Finding checkNetworkManager(const Patient& patient, const std::string& interface) {
   const bool runs = std::any_of(patient.processes.begin(), patient.processes.end(),
                                 [](const Process& one) { return one.name == "NetworkManager"; });
-  if (!runs && !patient.whyUnknown.empty()) {
-    findings.push_back({"NetworkManager", Verdict::kUnknown, "not known: " + patient.whyUnknown});
-    return;
-  }
-  if (!runs || interface == "lo") {
-    findings.push_back({"NetworkManager", Verdict::kOk, runs ? "the camera is on the loopback" : "does not run"});
-    return;
-  }
+  if (!runs && !patient.whyUnknown.empty()) return unknown(patient.whyUnknown);
+  if (!runs || interface == "lo") return ok(runs ? "the camera is on the loopback" : "does not run");
   const auto index = patient.box.line("/sys/class/net/" + interface + "/ifindex");
   const Box::Reading device = patient.box.read("/run/NetworkManager/devices/" + index.value_or(""));
-  if (!index || !device) {
-    findings.push_back({"NetworkManager", Verdict::kUnknown, "not known: whether it manages " + interface});
-    return;
-  }
+  if (!index || !device) return unknown("whether it manages " + interface);
   const auto lines = linesOf(device.text);
   const bool manages = std::find(lines.begin(), lines.end(), "managed=true") != lines.end();
-  if (!manages) {
-    findings.push_back({"NetworkManager", Verdict::kOk, "leaves " + interface + " alone"});
-    return;
-  }
-  findings.push_back(
-      {"NetworkManager", Verdict::kWarn, "manages " + interface + ", and takes its address away when the cable was out",
-       "printf '[keyfile]\\nunmanaged-devices=interface-name:" + interface +
-           "\\n' | sudo tee /etc/NetworkManager/conf.d/tractiond.conf && sudo systemctl reload NetworkManager"
-           "    # its address then belongs into /etc/network/interfaces"});
+  if (!manages) return ok("leaves " + interface + " alone");
+  return warn("manages " + interface + ", and takes its address away when the cable was out",
+              "printf '[keyfile]\\nunmanaged-devices=interface-name:" + interface +
+                  "\\n' | sudo tee /etc/NetworkManager/conf.d/tractiond.conf && sudo systemctl reload NetworkManager"
+                  "    # its address then belongs into /etc/network/interfaces");
 }
 
-void checkPacketSocket(const Settings& settings, List& findings) {
-  if (settings.packetSocket == "off") {
-    findings.push_back({"packet filter", Verdict::kOk, "the kernel refuses what is not the camera's"});
-  } else {
-    findings.push_back({"packet filter", Verdict::kWarn,
-                        "camera.packet_socket = \"" + settings.packetSocket +
-                            "\" receives past the kernel's filter, and needs the capability CAP_NET_RAW",
-                        "camera.packet_socket = \"off\""});
-  }
+Finding checkPacketSocket(const Settings& settings) {
+  if (settings.packetSocket == "off") return ok("the kernel refuses what is not the camera's");
+  return warn("camera.packet_socket = \"" + settings.packetSocket +
+                  "\" receives past the kernel's filter, and needs the capability CAP_NET_RAW",
+              "camera.packet_socket = \"off\"");
 }
 
 }  // namespace
@@ -171,25 +140,20 @@ bool isAddress(const std::string& cameraId) {
   return ipOf(cameraId).has_value() || isMac(cameraId);
 }
 
-void checkNetwork(const Patient& patient, const Instance& instance, List& findings) {
-  if (!instance.settings) {
-    findings.push_back({"network", Verdict::kUnknown, "not known: " + instance.whyUnknown});
-    return;
-  }
+void checkNetwork(const Patient& patient, const Instance& instance, std::vector<Finding>& findings) {
+  if (!instance.settings) return add(findings, "network", unknown(instance.whyUnknown));
   const Settings& settings = *instance.settings;
-  checkReceiveBuffer(patient.box, settings, findings);
-  checkPacketSocket(settings, findings);
+  add(findings, "receive buffer", checkReceiveBuffer(patient.box, settings));
+  add(findings, "packet filter", checkPacketSocket(settings));
   const std::string interface = interfaceOf(patient.box, settings.cameraId);
-  if (interface.empty()) {
-    findings.push_back({"camera's link", Verdict::kUnknown,
-                        "not known: camera.id = \"" + settings.cameraId + "\" " +
-                            (isAddress(settings.cameraId) ? "is on no network of this machine"
-                                                          : "is no address; tractiond --cameras lists them")});
-    return;
-  }
-  checkMtu(patient.box, settings, interface, findings);
-  checkReversePath(patient.box, interface, findings);
-  checkNetworkManager(patient, interface, findings);
+  if (interface.empty())
+    return add(findings, "camera's link",
+               unknown("camera.id = \"" + settings.cameraId + "\" " +
+                       (isAddress(settings.cameraId) ? "is on no network of this machine"
+                                                     : "is no address; tractiond --cameras lists them")));
+  add(findings, "MTU", checkMtu(patient.box, settings, interface));
+  add(findings, "reverse path", checkReversePath(patient.box, interface));
+  add(findings, "NetworkManager", checkNetworkManager(patient, interface));
 }
 
 }  // namespace traction::doctor

@@ -1,5 +1,5 @@
-#include "client/show/json_writer.h"
 #include "client/doctor/checks.h"
+#include "client/show/json_writer.h"
 #include "client/src/printable.h"
 
 #include <algorithm>

@@ -16,41 +16,23 @@ namespace traction::doctor {
 
 namespace {
 
-using List = std::vector<Finding>;
-
-void checkConfiguration(const Patient& patient, const Instance& instance, List& findings) {
+Finding checkConfiguration(const Patient& patient, const Instance& instance) {
   const std::string& file = instance.file;
   const Box::FileStatus status = patient.box.fileStatus(file);
   const Box::Reading reading = patient.box.read(file);
-  if (reading.error == ENOENT) {
-    findings.push_back({"configuration", Verdict::kOk, "there is none: the defaults hold"});
-    return;
-  }
+  if (reading.error == ENOENT) return ok("there is none: the defaults hold");
   const auto user = idOf(patient.box, "/etc/passwd", "tractiond"), group = idOf(patient.box, "/etc/group", "tractiond");
   const bool readable = (status.mode & 004U) != 0 || (group && status.group == *group && (status.mode & 040U) != 0) ||
                         (user && status.user == *user && (status.mode & 0400U) != 0);
-  if (status.error == 0 && !readable) {
-    findings.push_back(
-        {"configuration", Verdict::kFail, "the user tractiond may not read " + file, "sudo chmod 644 " + file});
-    return;
-  }
-  if (!reading) {
-    findings.push_back(
-        {"configuration", Verdict::kUnknown, "not known: " + file + ": " + std::strerror(reading.error)});
-    return;
-  }
+  if (status.error == 0 && !readable) return fail("the user tractiond may not read " + file, "sudo chmod 644 " + file);
+  if (!reading) return unknown(file + ": " + std::strerror(reading.error));
   const auto ran = patient.box.run({patient.program, "--instance", instance.name, "--config", file, "--check-config"});
-  if (!ran) {
-    findings.push_back({"configuration", Verdict::kUnknown, "not known: " + patient.program + " cannot be run"});
-  } else if (ran->exitCode == 0) {
-    findings.push_back({"configuration", Verdict::kOk, file + " is right"});
-  } else {
-    std::string why = ran->complaint.substr(0, ran->complaint.find('\n'));
-    const std::string prefix = "tractiond: ";
-    if (why.rfind(prefix, 0) == 0) why.erase(0, prefix.size());
-    findings.push_back(
-        {"configuration", Verdict::kFail, why, "sudoedit " + file + " && tractiond --check-config --config " + file});
-  }
+  if (!ran) return unknown(patient.program + " cannot be run");
+  if (ran->exitCode == 0) return ok(file + " is right");
+  std::string why = ran->complaint.substr(0, ran->complaint.find('\n'));
+  const std::string prefix = "tractiond: ";
+  if (why.rfind(prefix, 0) == 0) why.erase(0, prefix.size());
+  return fail(why, "sudoedit " + file + " && tractiond --check-config --config " + file);
 }
 
 /// Returns the pairs KEY=VALUE of `systemctl show`.
@@ -66,59 +48,43 @@ std::map<std::string, std::string> shown(const Patient& patient, const std::stri
   return values;
 }
 
-void checkUnit(const Patient& patient, const Instance& instance, List& findings) {
+Finding checkUnit(const Patient& patient, const Instance& instance) {
   const std::string unit = "tractiond@" + instance.name;
   auto values = shown(patient, unit + ".service");
-  if (values.empty()) {
-    findings.push_back({"service", Verdict::kUnknown, "not known: systemctl does not answer"});
-  } else if (values["LoadState"] != "loaded") {
-    findings.push_back(
-        {"service", Verdict::kFail, "systemd does not know " + unit,
-         "sudo cmake --install build/programs && sudo systemctl daemon-reload, or sudo apt-get install tractiond"});
-  } else if (values["ActiveState"] == "failed") {
-    findings.push_back({"service", Verdict::kFail, unit + " has failed: " + values["Result"],
-                        "journalctl -u " + unit + " -p warning -n 20 tells why; then sudo systemctl restart " + unit});
-  } else if (values["UnitFileState"] != "enabled") {
-    findings.push_back(
-        {"service", Verdict::kWarn, unit + " does not start with the machine", "sudo systemctl enable --now " + unit});
-  } else if (values["ActiveState"] != "active" && values["ActiveState"] != "reloading") {
-    findings.push_back(
-        {"service", Verdict::kWarn, unit + " is " + values["ActiveState"], "sudo systemctl start " + unit});
-  } else {
-    findings.push_back(
-        {"service", Verdict::kOk, unit + " runs; started again " + values["NRestarts"] + " times by itself"});
-  }
+  if (values.empty()) return unknown("systemctl does not answer");
+  if (values["LoadState"] != "loaded")
+    return fail(
+        "systemd does not know " + unit,
+        "sudo cmake --install build/programs && sudo systemctl daemon-reload, or sudo apt-get install tractiond");
+  if (values["ActiveState"] == "failed")
+    return fail(unit + " has failed: " + values["Result"],
+                "journalctl -u " + unit + " -p warning -n 20 tells why; then sudo systemctl restart " + unit);
+  if (values["UnitFileState"] != "enabled")
+    return warn(unit + " does not start with the machine", "sudo systemctl enable --now " + unit);
+  if (values["ActiveState"] != "active" && values["ActiveState"] != "reloading")
+    return warn(unit + " is " + values["ActiveState"], "sudo systemctl start " + unit);
+  return ok(unit + " runs; started again " + values["NRestarts"] + " times by itself");
 }
 
-void checkState(const Patient& patient, const Instance& instance, List& findings) {
+Finding checkState(const Patient& patient, const Instance& instance) {
   constexpr std::uint64_t kEnough_bytes = 192 << 20;  // a gel's factors have 90 MB, and are written beside others
   const std::string folder = "/var/lib/tractiond/" + instance.name;
   const Box::FileStatus status = patient.box.fileStatus(folder);
-  if (status.error != 0 && status.error != ENOENT) {
-    findings.push_back(
-        {"state directory", Verdict::kUnknown, "not known: " + folder + ": " + std::strerror(status.error)});
-    return;
-  }
+  if (status.error != 0 && status.error != ENOENT) return unknown(folder + ": " + std::strerror(status.error));
   const auto space = patient.box.space(status.error == 0 ? folder : "/var/lib");
   const auto user = idOf(patient.box, "/etc/passwd", "tractiond");
-  if (status.error == 0 && (!user || status.user != *user || (status.mode & 0300U) != 0300U)) {
-    findings.push_back({"state directory", Verdict::kFail, "the user tractiond may not write in " + folder,
-                        "sudo chown -R tractiond:tractiond " + folder + " && sudo chmod u+rwx " + folder});
-  } else if (space && space->readOnly) {
-    findings.push_back({"state directory", Verdict::kFail, folder + " is on a file system that is read only",
-                        "sudo mount -o remount,rw $(findmnt -no TARGET --target " + folder + ")"});
-  } else if (space && space->free_bytes < kEnough_bytes) {
-    findings.push_back(
-        {"state directory", Verdict::kFail,
-         "the disk of " + folder + " is full: " + std::to_string(space->free_bytes >> 20) + " MiB are free",
-         "sudo apt-get clean && sudo journalctl --vacuum-size=100M"});
-  } else if (!space) {
-    findings.push_back({"state directory", Verdict::kUnknown, "not known: how much room " + folder + " has"});
-  } else {
-    findings.push_back({"state directory", Verdict::kOk,
-                        (status.error == 0 ? folder : "made at the first start") + ", " +
-                            std::to_string(space->free_bytes >> 20) + " MiB are free"});
-  }
+  if (status.error == 0 && (!user || status.user != *user || (status.mode & 0300U) != 0300U))
+    return fail("the user tractiond may not write in " + folder,
+                "sudo chown -R tractiond:tractiond " + folder + " && sudo chmod u+rwx " + folder);
+  if (space && space->readOnly)
+    return fail(folder + " is on a file system that is read only",
+                "sudo mount -o remount,rw $(findmnt -no TARGET --target " + folder + ")");
+  if (space && space->free_bytes < kEnough_bytes)
+    return fail("the disk of " + folder + " is full: " + std::to_string(space->free_bytes >> 20) + " MiB are free",
+                "sudo apt-get clean && sudo journalctl --vacuum-size=100M");
+  if (!space) return unknown("how much room " + folder + " has");
+  return ok((status.error == 0 ? folder : "made at the first start") + ", " + std::to_string(space->free_bytes >> 20) +
+            " MiB are free");
 }
 
 /// Returns the hard limit in a line of /proc/PID/limits; nothing if there is no such line.
@@ -146,28 +112,17 @@ std::string whyNotFound(const Patient& patient) {
   return patient.whyUnknown.empty() ? "the instance does not run" : patient.whyUnknown;
 }
 
-void checkLimits(const Patient& patient, const Instance& instance, List& findings) {
-  if (instance.processes.empty()) {
-    findings.push_back({"limits", Verdict::kUnknown, "not known: " + whyNotFound(patient)});
-    return;
-  }
+Finding checkLimits(const Patient& patient, const Instance& instance) {
+  if (instance.processes.empty()) return unknown(whyNotFound(patient));
   const std::string text = patient.box.read("/proc/" + std::to_string(instance.processes[0]) + "/limits").text;
   const auto files = limitOf(text, "Max open files"), memory = limitOf(text, "Max address space");
-  if (!files || !memory) {
-    findings.push_back({"limits", Verdict::kUnknown, "not known: those of the process may not be read"});
-    return;
-  }
+  if (!files || !memory) return unknown("those of the process may not be read");
   constexpr double kFewFiles = 4096.0, kLeastMemory = 2147483648.0;
   const auto edit = [&](const std::string& line) { return editOf(instance, line); };
-  if (*memory < kLeastMemory) {
-    findings.push_back(
-        {"limits", Verdict::kFail, inWords(memory) + " bytes of address space", edit("LimitAS=infinity")});
-  } else if (*files < kFewFiles) {
-    findings.push_back({"limits", Verdict::kWarn, inWords(files) + " descriptors: each subscriber takes one",
-                        edit("LimitNOFILE=65536")});
-  } else {
-    findings.push_back({"limits", Verdict::kOk, inWords(files) + " descriptors"});
-  }
+  if (*memory < kLeastMemory) return fail(inWords(memory) + " bytes of address space", edit("LimitAS=infinity"));
+  if (*files < kFewFiles)
+    return warn(inWords(files) + " descriptors: each subscriber takes one", edit("LimitNOFILE=65536"));
+  return ok(inWords(files) + " descriptors");
 }
 
 /// Returns whether a process has a capability, by the number of the capability and the text of /proc/PID/status.
@@ -193,70 +148,52 @@ std::set<int> cpusOf(const std::string& list) {
 }
 
 /// Compares the settings of [realtime] with the permissions of the running process.
-void checkRealTime(const Patient& patient, const Instance& instance, List& findings) {
-  const std::string check = "real time";
-  if (!instance.settings) {
-    findings.push_back({check, Verdict::kUnknown, "not known: " + instance.whyUnknown});
-    return;
-  }
+Finding checkRealTime(const Patient& patient, const Instance& instance) {
+  if (!instance.settings) return unknown(instance.whyUnknown);
   const Settings& asked = *instance.settings;
-  if (asked.priority == 0 && asked.cpus.empty() && !asked.lockMemory) {
-    findings.push_back({check, Verdict::kOk, "none is asked for"});
-    return;
-  }
+  if (asked.priority == 0 && asked.cpus.empty() && !asked.lockMemory) return ok("none is asked for");
   const std::set<int> wanted = cpusOf(asked.cpus),
                       there = cpusOf(patient.box.line("/sys/devices/system/cpu/online").value_or(""));
   if (!there.empty() && !std::includes(there.begin(), there.end(), wanted.begin(), wanted.end())) {
     const std::string online = *patient.box.line("/sys/devices/system/cpu/online");
-    findings.push_back({check, Verdict::kWarn,
-                        "realtime.cpus = \"" + asked.cpus + "\", and the processors are " + online,
-                        "realtime.cpus of these in " + instance.file});
-    return;
+    return warn("realtime.cpus = \"" + asked.cpus + "\", and the processors are " + online,
+                "realtime.cpus of these in " + instance.file);
   }
-  if (instance.processes.empty()) {
-    findings.push_back({check, Verdict::kUnknown, "not known: " + whyNotFound(patient)});
-    return;
-  }
+  if (instance.processes.empty()) return unknown(whyNotFound(patient));
   constexpr unsigned kMayLock = 14, kMaySchedule = 23;  // CAP_IPC_LOCK, CAP_SYS_NICE
   const std::string folder = "/proc/" + std::to_string(instance.processes[0]);
   const std::string limits = patient.box.read(folder + "/limits").text;
   const std::string status = patient.box.read(folder + "/status").text;
   const auto priority = limitOf(limits, "Max realtime priority"), memory = limitOf(limits, "Max locked memory");
-  if (!priority || !memory) {
-    findings.push_back({check, Verdict::kUnknown, "not known: the limits of the process may not be read"});
-    return;
-  }
+  if (!priority || !memory) return unknown("the limits of the process may not be read");
   std::string wrong, lines;
-  const auto add = [&](const std::string& what, const std::string& line) {
+  const auto lacks = [&](const std::string& what, const std::string& line) {
     wrong += (wrong.empty() ? "" : "; ") + what;
     lines += (lines.empty() ? "" : " ") + line;
   };
   if (asked.priority > *priority && !isCapable(status, kMaySchedule))
-    add("realtime.priority = " + std::to_string(asked.priority) + ", and " + inWords(priority) + " is allowed",
-        "LimitRTPRIO=" + std::to_string(asked.priority));
+    lacks("realtime.priority = " + std::to_string(asked.priority) + ", and " + inWords(priority) + " is allowed",
+          "LimitRTPRIO=" + std::to_string(asked.priority));
   const std::string restricts =
       asked.priority > 0 ? shown(patient, "tractiond@" + instance.name + ".service")["RestrictRealtime"] : "no";
   if (restricts == "yes")
-    add("realtime.priority = " + std::to_string(asked.priority) + ", and the unit's sandbox refuses all",
-        "RestrictRealtime=no");
+    lacks("realtime.priority = " + std::to_string(asked.priority) + ", and the unit's sandbox refuses all",
+          "RestrictRealtime=no");
   if (asked.lockMemory && !std::isinf(*memory) && !isCapable(status, kMayLock))
-    add("realtime.lock_memory, and " + inWords(memory) + " bytes are allowed", "LimitMEMLOCK=infinity");
-  if (!wrong.empty())
-    findings.push_back({check, Verdict::kWarn, wrong, editOf(instance, lines)});
-  else if (restricts.empty())
-    findings.push_back({check, Verdict::kUnknown, "not known: systemctl does not tell RestrictRealtime of the unit"});
-  else
-    findings.push_back({check, Verdict::kOk, "what is asked for is allowed"});
+    lacks("realtime.lock_memory, and " + inWords(memory) + " bytes are allowed", "LimitMEMLOCK=infinity");
+  if (!wrong.empty()) return warn(wrong, editOf(instance, lines));
+  if (restricts.empty()) return unknown("systemctl does not tell RestrictRealtime of the unit");
+  return ok("what is asked for is allowed");
 }
 
 }  // namespace
 
-void checkService(const Patient& patient, const Instance& instance, List& findings) {
-  checkConfiguration(patient, instance, findings);
-  checkUnit(patient, instance, findings);
-  checkState(patient, instance, findings);
-  checkLimits(patient, instance, findings);
-  checkRealTime(patient, instance, findings);
+void checkService(const Patient& patient, const Instance& instance, std::vector<Finding>& findings) {
+  add(findings, "configuration", checkConfiguration(patient, instance));
+  add(findings, "service", checkUnit(patient, instance));
+  add(findings, "state directory", checkState(patient, instance));
+  add(findings, "limits", checkLimits(patient, instance));
+  add(findings, "real time", checkRealTime(patient, instance));
 }
 
 }  // namespace traction::doctor
