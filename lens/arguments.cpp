@@ -2,6 +2,7 @@
 
 #include "manual/describe.h"
 #include "manual/number.h"
+#include "manual/parse.h"
 
 #include <CLI/CLI.hpp>
 
@@ -56,6 +57,81 @@ tl::unexpected<int> failed(const std::string& what) {
   return tl::unexpected<int>(EX_USAGE);
 }
 
+/// What the command line says of `calibrate`. The options fill it.
+struct CalibrateLine {
+  CalibrateOptions options;
+  std::string squares, square;
+
+  /// Returns the command; prints why the board is none.
+  tl::expected<Command, int> command() {
+    const auto size = parseSquares(squares);
+    if (!size) return failed("--squares is to be two numbers of 4 or more, such as 9x6; see traction-lens --help");
+    const auto sides = parseSquare(square);
+    if (!sides) return failed("--square-mm is to be one or two lengths of 0.1 to 1000 mm, such as 10 or 10.2x10");
+    options.board = {size->first, size->second, 1e-3 * sides->first, sides->second / sides->first};
+    options.boardIsMeasured = square.find('x') != std::string::npos;
+    if (size->first == size->second && sides->first != sides->second) {
+      return failed("squares that are oblong need a board with more of them along one side than along the other");
+    }
+    return [made = options] { return lens::calibrate(made); };
+  }
+};
+
+// Each adds a subcommand, whose options must outlive the command line.
+
+CLI::App& addCalibrate(CLI::App& app, CalibrateLine& line) {
+  auto* calibrate = app.add_subcommand("calibrate", kCalibrateHelp);
+  calibrate->add_option("PICTURES", line.options.pictures, "PNG, TIFF or JPEG")->type_name("FILE")->required();
+  calibrate->add_option("--squares", line.squares, "of the board along its sides, black and white, as in 9x6")
+      ->type_name("COLUMNSxROWS")
+      ->required();
+  calibrate
+      ->add_option("--square-mm", line.square,
+                   "side of a square; or, as ten squares measured along both sides give them, those along the rows and "
+                   "along the columns, as in 10.2x10")
+      ->type_name("MM[xMM]")
+      ->required();
+  calibrate->add_option("--gel", line.options.gel, "gel file to write the lens into; without: the paper's sensor")
+      ->type_name("FILE");
+  calibrate->add_option("--output", line.options.output, "gel file to be written")->type_name("FILE")->required();
+  calibrate->add_flag("--force", line.options.force, "replaces an existing file");
+  return *calibrate;
+}
+
+CLI::App& addPose(CLI::App& app, PoseOptions& options) {
+  auto* pose = app.add_subcommand(
+      "pose", "Finds where the camera is, from one picture of the untouched gel, however far off the gel file has it");
+  pose->add_option("PICTURE", options.picture, "PNG, TIFF or JPEG")->type_name("FILE")->required();
+  pose->add_option("--gel", options.gel, "gel file with the lens and the layers")->type_name("FILE")->required();
+  pose->add_option("--output", options.output, "gel file to be written")->type_name("FILE")->required();
+  pose->add_option("--accept-residual", options.acceptResidual_px,
+                   "writes the pose where up to so many pixels are left of the markers' places (rms), with a warning "
+                   "above 0.5; without: 0.5")
+      ->type_name("PX")
+      ->check(manual::number(0.01, 100.0));
+  pose->add_flag("--force", options.force,
+                 "replaces an existing file, and writes the pose although the picture shows other columns, rows or "
+                 "layers than the gel file, with a warning");
+  return *pose;
+}
+
+CLI::App& addMark(CLI::App& app, PictureOptions& options) {
+  auto* mark = app.add_subcommand("mark", "Draws the markers that are found in a picture of the untouched gel");
+  mark->add_option("PICTURE", options.picture, "PNG, TIFF or JPEG")->type_name("FILE")->required();
+  mark->add_option("--gel", options.gel, "gel file")->type_name("FILE")->required();
+  mark->add_option("--output", options.output, "PNG to be written")->type_name("FILE")->required();
+  return *mark;
+}
+
+CLI::App& addSheet(CLI::App& app, SheetsOptions& options) {
+  auto* sheet = app.add_subcommand("sheet", "Writes each layer of markers as SVG, to be printed at true scale");
+  sheet->add_option("--gel", options.gel, "gel file; without: the paper's sensor")->type_name("FILE");
+  sheet->add_option("--output-dir", options.directory, "for layer1.svg, layer2.svg; without: this one")
+      ->type_name("DIR");
+  sheet->add_flag("--mirrored", options.mirrored, "for a transfer that turns the print over");
+  return *sheet;
+}
+
 }  // namespace
 
 tl::expected<Command, int> parseArguments(int argc, char** argv) {
@@ -65,73 +141,20 @@ tl::expected<Command, int> parseArguments(int argc, char** argv) {
   app.footer(kExitCodes);
   manual::describable(app);
 
-  CalibrateOptions calibration;
-  std::string squares;
-  std::string square;
-  auto* calibrate = app.add_subcommand("calibrate", kCalibrateHelp);
-  calibrate->add_option("PICTURES", calibration.pictures, "PNG, TIFF or JPEG")->type_name("FILE")->required();
-  calibrate->add_option("--squares", squares, "of the board along its sides, black and white, as in 9x6")
-      ->type_name("COLUMNSxROWS")
-      ->required();
-  calibrate
-      ->add_option("--square-mm", square,
-                   "side of a square; or, as ten squares measured along both sides give them, those along the rows and "
-                   "along the columns, as in 10.2x10")
-      ->type_name("MM[xMM]")
-      ->required();
-  calibrate->add_option("--gel", calibration.gel, "gel file to write the lens into; without: the paper's sensor")
-      ->type_name("FILE");
-  calibrate->add_option("--output", calibration.output, "gel file to be written")->type_name("FILE")->required();
-  calibrate->add_flag("--force", calibration.force, "replaces an existing file");
-
+  CalibrateLine calibration;
   PoseOptions posing;
   PictureOptions marking;
-  auto* pose = app.add_subcommand(
-      "pose", "Finds where the camera is, from one picture of the untouched gel, however far off the gel file has it");
-  pose->add_option("PICTURE", posing.picture, "PNG, TIFF or JPEG")->type_name("FILE")->required();
-  pose->add_option("--gel", posing.gel, "gel file with the lens and the layers")->type_name("FILE")->required();
-  pose->add_option("--output", posing.output, "gel file to be written")->type_name("FILE")->required();
-  pose->add_option("--accept-residual", posing.acceptResidual_px,
-                   "writes the pose where up to so many pixels are left of the markers' places (rms), with a warning "
-                   "above 0.5; without: 0.5")
-      ->type_name("PX")
-      ->check(manual::number(0.01, 100.0));
-  pose->add_flag("--force", posing.force,
-                 "replaces an existing file, and writes the pose although the picture shows other columns, rows or "
-                 "layers than the gel file, with a warning");
-  auto* mark = app.add_subcommand("mark", "Draws the markers that are found in a picture of the untouched gel");
-  mark->add_option("PICTURE", marking.picture, "PNG, TIFF or JPEG")->type_name("FILE")->required();
-  mark->add_option("--gel", marking.gel, "gel file")->type_name("FILE")->required();
-  mark->add_option("--output", marking.output, "PNG to be written")->type_name("FILE")->required();
   SheetsOptions sheets;
-  auto* sheet = app.add_subcommand("sheet", "Writes each layer of markers as SVG, to be printed at true scale");
-  sheet->add_option("--gel", sheets.gel, "gel file; without: the paper's sensor")->type_name("FILE");
-  sheet->add_option("--output-dir", sheets.directory, "for layer1.svg, layer2.svg; without: this one")
-      ->type_name("DIR");
-  sheet->add_flag("--mirrored", sheets.mirrored, "for a transfer that turns the print over");
+  const CLI::App& calibrate = addCalibrate(app, calibration);
+  const CLI::App& pose = addPose(app, posing);
+  const CLI::App& mark = addMark(app, marking);
+  const CLI::App& sheet = addSheet(app, sheets);
 
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& done) {
-    return tl::unexpected(app.exit(done));
-  } catch (const CLI::ParseError& error) {
-    return failed(std::string(error.what()) + "; see traction-lens --help");
-  }
-  if (calibrate->parsed()) {
-    const auto size = parseSquares(squares);
-    if (!size) return failed("--squares is to be two numbers of 4 or more, such as 9x6; see traction-lens --help");
-    const auto sides = parseSquare(square);
-    if (!sides) return failed("--square-mm is to be one or two lengths of 0.1 to 1000 mm, such as 10 or 10.2x10");
-    calibration.board = {size->first, size->second, 1e-3 * sides->first, sides->second / sides->first};
-    calibration.boardIsMeasured = square.find('x') != std::string::npos;
-    if (size->first == size->second && sides->first != sides->second) {
-      return failed("squares that are oblong need a board with more of them along one side than along the other");
-    }
-    return [calibration] { return lens::calibrate(calibration); };
-  }
-  if (pose->parsed()) return [posing] { return lens::pose(posing); };
-  if (mark->parsed()) return [marking] { return lens::mark(marking); };
-  if (sheet->parsed()) return [sheets] { return writeSheets(sheets); };
+  if (const auto parsed = manual::parse(app, argc, argv); !parsed) return tl::unexpected(parsed.error());
+  if (calibrate.parsed()) return calibration.command();
+  if (pose.parsed()) return [posing] { return lens::pose(posing); };
+  if (mark.parsed()) return [marking] { return lens::mark(marking); };
+  if (sheet.parsed()) return [sheets] { return writeSheets(sheets); };
   return failed("a command is needed; see traction-lens --help");
 }
 

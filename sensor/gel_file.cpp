@@ -277,8 +277,25 @@ tl::expected<Sensor, FileError> loadGel(const std::string& path) {
   return read(TomlTable::load(path), path);
 }
 
-std::string gelText(const Sensor& sensor) {
-  const auto line = [](const std::string& key, const std::string& value) { return key + " = " + value + "\n"; };
+namespace {
+
+std::string line(const std::string& key, const std::string& value) {
+  return key + " = " + value + "\n";
+}
+
+/// The calibration comes first, and its hash before everything else: a truncated file must not pass as an uncalibrated
+/// one.
+std::string calibrationText(const Calibration& made) {
+  const auto mark = [](const std::string& key, const std::string& value) { return line("calibration." + key, value); };
+  return mark("hash", quoted(made.hash)) + mark("camera", quoted(made.camera)) + mark("date", quoted(made.date)) +
+         mark("geometry", quoted(made.geometry)) + mark("residual_px", number(made.residual_px)) +
+         mark("noise", quoted(made.noise)) + mark("noise_px", number(made.noise_px)) +
+         mark("stiffness", quoted(made.stiffness)) + mark("weights_n", list(made.weights)) +
+         mark("readings_n", list(made.readings)) + mark("linearity", number(made.linearity)) + "\n";
+}
+
+/// Returns the sections gel, layers and nodes.
+std::string bodyText(const Sensor& sensor) {
   const bool body = sensor.body != nullptr;
   const auto grid = [&](const auto& of) {
     return line("columns", std::to_string(of.columns)) + line("rows", std::to_string(of.rows)) +
@@ -287,21 +304,7 @@ std::string gelText(const Sensor& sensor) {
                 : line("pitch_mm", number(of.pitch * kMillimetres)) + line("centre_mm", list(of.centre, kMillimetres)));
   };
   const Gel& gel = sensor.gel;
-  std::string text;
-  if (const auto& made = sensor.calibration) {
-    // The calibration comes first, and its hash before everything else: a truncated file must not pass as an
-    // uncalibrated one.
-    const auto mark = [&](const std::string& key, const std::string& value) {
-      return line("calibration." + key, value);
-    };
-    text += mark("hash", quoted(made->hash)) + mark("camera", quoted(made->camera)) + mark("date", quoted(made->date)) +
-            mark("geometry", quoted(made->geometry)) + mark("residual_px", number(made->residual_px)) +
-            mark("noise", quoted(made->noise)) + mark("noise_px", number(made->noise_px)) +
-            mark("stiffness", quoted(made->stiffness)) + mark("weights_n", list(made->weights)) +
-            mark("readings_n", list(made->readings)) + mark("linearity", number(made->linearity)) + "\n";
-  }
-  text += line("format", std::to_string(kVersion));
-  text += "\n[gel]\n" + line("youngs_modulus_pa", number(gel.youngsModulus));
+  std::string text = "\n[gel]\n" + line("youngs_modulus_pa", number(gel.youngsModulus));
   if (body) {
     text += line("influence_file", quoted(std::filesystem::absolute(sensor.body->file)));
   } else {
@@ -315,25 +318,29 @@ std::string gelText(const Sensor& sensor) {
             (body ? "" : line("depth_mm", number(layer.depth * kMillimetres))) +
             line("diameter_mm", number(layer.diameter * kMillimetres));
   }
-  text += "\n[nodes]\n" + grid(sensor.nodes);
-  const Camera& camera = sensor.camera;
-  text += "\n[camera]\n" + line("width_px", std::to_string(camera.width)) +
-          line("height_px", std::to_string(camera.height)) + line("focal_px", number(camera.focal_px)) +
-          // It is omitted if it is 1, so that files calibrated before the key existed keep their hash.
-          (camera.aspect != 1.0 ? line("aspect", number(camera.aspect)) : "") +
-          line("principal_px", list(camera.principal_px)) + line("k1", number(camera.k1)) +
-          line("k2", number(camera.k2)) + line("position_mm", list(camera.position, kMillimetres)) +
-          line("rotation_rad", list(camera.rotation)) + line("gel_index", number(camera.gelIndex)) +
-          line("window_index", number(camera.windowIndex)) +
-          line("window_thickness_mm", number(camera.windowThickness * kMillimetres));
-  const Uncertainty& uncertainty = sensor.uncertainty;
-  text += "\n[uncertainty]\n" + line("youngs_modulus_relative", number(uncertainty.youngsModulus));
+  return text + "\n[nodes]\n" + grid(sensor.nodes);
+}
+
+std::string cameraText(const Camera& camera) {
+  return "\n[camera]\n" + line("width_px", std::to_string(camera.width)) +
+         line("height_px", std::to_string(camera.height)) + line("focal_px", number(camera.focal_px)) +
+         // It is omitted if it is 1, so that files calibrated before the key existed keep their hash.
+         (camera.aspect != 1.0 ? line("aspect", number(camera.aspect)) : "") +
+         line("principal_px", list(camera.principal_px)) + line("k1", number(camera.k1)) +
+         line("k2", number(camera.k2)) + line("position_mm", list(camera.position, kMillimetres)) +
+         line("rotation_rad", list(camera.rotation)) + line("gel_index", number(camera.gelIndex)) +
+         line("window_index", number(camera.windowIndex)) +
+         line("window_thickness_mm", number(camera.windowThickness * kMillimetres));
+}
+
+/// Omits values that are as before their keys existed, so that files calibrated then keep their hash.
+std::string uncertaintyText(const Uncertainty& uncertainty, bool body) {
+  std::string text = "\n[uncertainty]\n" + line("youngs_modulus_relative", number(uncertainty.youngsModulus));
   if (!body) {
     text +=
         line("poisson_ratio", number(uncertainty.poissonRatio)) +
         line("thickness_mm", number(uncertainty.thickness * kMillimetres)) +
         line("layer_depth_mm", number(uncertainty.layerDepth * kMillimetres)) +
-        // They are omitted if they are 0, so that files calibrated before the keys existed keep their hash.
         (uncertainty.markerDepth != 0.0 ? line("marker_depth_mm", number(uncertainty.markerDepth * kMillimetres))
                                         : "") +
         (uncertainty.markerPlace != 0.0 ? line("marker_place_mm", number(uncertainty.markerPlace * kMillimetres)) : "");
@@ -342,18 +349,23 @@ std::string gelText(const Sensor& sensor) {
           line("position_mm", list(uncertainty.position, kMillimetres)) +
           line("rotation_rad", list(uncertainty.rotation)) +
           line("focal_distance_correlation", number(uncertainty.focalDistance));
-  // Values of a lens that was not measured are omitted, so that files calibrated before these keys existed keep their
-  // hash.
-  const Uncertainty unmeasured;
+  const Uncertainty unmeasured;  // of a lens that was not measured
   if (uncertainty.principal_px != unmeasured.principal_px) {
     text += line("principal_px", number(uncertainty.principal_px));
   }
   if (uncertainty.k1 != unmeasured.k1) text += line("k1", number(uncertainty.k1));
   if (uncertainty.k2 != unmeasured.k2) text += line("k2", number(uncertainty.k2));
-  const PictureMotion& motion = sensor.pictureMotion;
-  text += "\n[picture_motion]\n" + line("shift_px", number(motion.shift_px)) + line("scale", number(motion.scale)) +
-          line("roll_rad", number(motion.roll));
   return text;
+}
+
+}  // namespace
+
+std::string gelText(const Sensor& sensor) {
+  const PictureMotion& motion = sensor.pictureMotion;
+  return (sensor.calibration ? calibrationText(*sensor.calibration) : "") + line("format", std::to_string(kVersion)) +
+         bodyText(sensor) + cameraText(sensor.camera) + uncertaintyText(sensor.uncertainty, sensor.body != nullptr) +
+         "\n[picture_motion]\n" + line("shift_px", number(motion.shift_px)) + line("scale", number(motion.scale)) +
+         line("roll_rad", number(motion.roll));
 }
 
 }  // namespace sensor

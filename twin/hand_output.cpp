@@ -6,11 +6,16 @@
 #include <zmq.hpp>
 
 #include <array>
+#include <atomic>
 #include <charconv>
 #include <chrono>
 #include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <thread>
+#include <utility>
 
 namespace twin {
 namespace {
@@ -69,12 +74,89 @@ class Commands {
   zmq::socket_t socket_{context_, zmq::socket_type::pull};
 };
 
+constexpr std::chrono::milliseconds kWait(50), kNoWait(0);
+
 /// One finger: its camera, and the picture that is drawn, or is with the camera.
 struct Finger {
   std::unique_ptr<GvCamera> camera;
   Picture picture;
   Truth truth;
   bool queued = false;
+};
+
+/// The fingers, and the time of the next pair of pictures.
+class Fingers {
+ public:
+  Fingers(std::array<Finger, 2> fingers, HandFilm& film, TruthWriter& truth)
+      : fingers_(std::move(fingers))
+      , film_(film)
+      , truth_(truth) {
+    shootAll();
+  }
+
+  /// Waits for the cameras, kWait each. Returns whether both have sent their pictures.
+  bool areSent() {
+    for (Finger& finger : fingers_) takeBack(finger, kWait);
+    // A client that chose another format gets its picture now.
+    bool sent = true;
+    for (std::size_t i = 0; i < fingers_.size(); ++i) {
+      if (!fingers_[i].queued && !fingers_[i].picture.stamp) shoot(i);
+      sent = sent && !fingers_[i].queued;
+    }
+    return sent;
+  }
+
+  /// Moves the hand on by a frame, and draws the next pair.
+  void advance() {
+    const double frame_s = period_s();
+    film_.hand().advance(frame_s);
+    time_s_ += frame_s;
+    shootAll();
+  }
+
+  double period_s() const { return fingers_[0].camera->framePeriod_s(); }
+
+  void close() {
+    for (std::size_t i = 0; i < fingers_.size(); ++i) {
+      std::atomic<bool> isClosed = false;
+      std::jthread closing([&] {
+        fingers_[i].camera->close();
+        isClosed = true;
+      });
+      while (!isClosed) {
+        takeBack(fingers_[i], kWait);
+        if (!fingers_[i].queued) shoot(i);
+      }
+      takeBack(fingers_[i], kNoWait);
+    }
+  }
+
+ private:
+  void shoot(std::size_t index) {
+    Finger& finger = fingers_[index];
+    Picture& picture = finger.picture;
+    picture.format = finger.camera->format();
+    picture.time_s = time_s_;
+    film_.draw(static_cast<int>(index), picture, finger.truth);
+    ++picture.number;
+    finger.camera->queue(picture);
+    finger.queued = true;
+  }
+
+  void shootAll() {
+    for (std::size_t i = 0; i < fingers_.size(); ++i) shoot(i);
+  }
+
+  void takeBack(Finger& finger, std::chrono::milliseconds timeout) {
+    if (!finger.queued || !finger.camera->takeBack(timeout)) return;
+    finger.queued = false;
+    if (finger.picture.stamp) truth_.write(finger.truth, *finger.picture.stamp);
+  }
+
+  std::array<Finger, 2> fingers_;
+  HandFilm& film_;
+  TruthWriter& truth_;
+  double time_s_ = 0.0;
 };
 
 }  // namespace
@@ -85,78 +167,39 @@ tl::expected<void, Failure> serveHand(const Options& options, const Scenario& sc
   if (!commands) return tl::unexpected(commands.error());
   const sensor::Camera& size = scenario.sensor.camera;
   const std::array<std::string, 2> addresses = {options.address, options.secondAddress};
-  std::array<Finger, 2> fingers;
-  for (std::size_t i = 0; i < fingers.size(); ++i) {
+  std::array<Finger, 2> opened;
+  for (std::size_t i = 0; i < opened.size(); ++i) {
     auto camera =
         GvCamera::open({addresses[i], size.width, size.height, scenario.format, scenario.rate_hz, options.lostRatio});
     if (!camera) return tl::unexpected(camera.error());
-    fingers[i].camera = *std::move(camera);
+    opened[i].camera = *std::move(camera);
   }
-
-  double time_s = 0.0;
-  const auto shoot = [&](std::size_t index) {
-    Finger& finger = fingers[index];
-    Picture& picture = finger.picture;
-    picture.format = finger.camera->format();
-    picture.time_s = time_s;
-    film.draw(static_cast<int>(index), picture, finger.truth);
-    ++picture.number;
-    finger.camera->queue(picture);
-    finger.queued = true;
-  };
-  const auto takeBack = [&](Finger& finger, std::chrono::milliseconds timeout) {
-    if (!finger.queued || !finger.camera->takeBack(timeout)) return;
-    finger.queued = false;
-    if (finger.picture.stamp) truth.write(finger.truth, *finger.picture.stamp);
-  };
-  for (std::size_t i = 0; i < fingers.size(); ++i) shoot(i);
+  Fingers fingers(std::move(opened), film, truth);
   std::printf("ready %s and %s %dx%d %s %g Hz, commands at %s\n", options.address.c_str(),
               options.secondAddress.c_str(), size.width, size.height, traitsOf(scenario.format).name, scenario.rate_hz,
               options.commands.c_str());
   std::fflush(stdout);
 
-  constexpr std::chrono::milliseconds kTurn(50), kAtOnce(0);
   const auto end =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.seconds));
   const auto isOver = [&] { return isStopping || (options.seconds > 0.0 && Clock::now() >= end); };
   bool commanded = false;
   while (!isOver()) {
-    for (Finger& finger : fingers) takeBack(finger, kTurn);
-    // A client that chose another format gets its picture now.
-    bool sent = true;
-    for (std::size_t i = 0; i < fingers.size(); ++i) {
-      if (!fingers[i].queued && !fingers[i].picture.stamp) shoot(i);
-      sent = sent && !fingers[i].queued;
-    }
-    if (!sent) continue;
-    const double period_s = fingers[0].camera->framePeriod_s();
+    if (!fingers.areSent()) continue;
     const bool waits = options.lockstep && commanded;
-    if (!waits) std::this_thread::sleep_for(std::chrono::duration<double>(period_s / 2));
-    std::optional<Command> command = (*commands)->next(waits ? kTurn : kAtOnce);
-    while (waits && !command && !isOver()) command = (*commands)->next(kTurn);
+    if (!waits) std::this_thread::sleep_for(std::chrono::duration<double>(fingers.period_s() / 2));
+    std::optional<Command> command = (*commands)->next(waits ? kWait : kNoWait);
+    while (waits && !command && !isOver()) command = (*commands)->next(kWait);
     if (!options.lockstep) {
-      while (const auto newer = (*commands)->next(kAtOnce)) command = newer;
+      while (const auto newer = (*commands)->next(kNoWait)) command = newer;
     }
     if (command) {
       commanded = true;
       film.hand().command(command->opening, command->height);
     }
-    film.hand().advance(period_s);
-    time_s += period_s;
-    for (std::size_t i = 0; i < fingers.size(); ++i) shoot(i);
+    fingers.advance();
   }
-  for (std::size_t i = 0; i < fingers.size(); ++i) {
-    std::atomic<bool> isClosed = false;
-    std::jthread closing([&] {
-      fingers[i].camera->close();
-      isClosed = true;
-    });
-    while (!isClosed) {
-      takeBack(fingers[i], kTurn);
-      if (!fingers[i].queued) shoot(i);
-    }
-    takeBack(fingers[i], kAtOnce);
-  }
+  fingers.close();
   return {};
 }
 

@@ -43,15 +43,8 @@ std::string shippedNames() {
   return text;
 }
 
-}  // namespace
-
-tl::expected<Options, Failure> parseCommandLine(int argc, const char* const* argv) {
-  Options options;
-  std::string format;
-  CLI::App app("A gel and a GigE Vision camera that do not exist: serves a scenario's pictures.", "traction-twin");
-  manual::describable(app);
-  app.footer([] { return "Shipped scenarios: " + shippedNames() + "\n\n" + kExitCodes; });
-  app.set_version_flag("--version", "traction-twin " TRACTION_VERSION);
+/// Adds the options, which fill `options` and the name of a pixel format. Both must outlive the command line.
+void addOptions(CLI::App& app, Options& options, std::string& format) {
   app.add_option("SCENARIO", options.scenario, "TOML file, or name of a shipped scenario")->type_name("");
   auto* const address = app.add_option("--address", options.address, "Local IPv4 address to serve on; the port is 3956")
                             ->type_name("ADDRESS")
@@ -92,6 +85,18 @@ tl::expected<Options, Failure> parseCommandLine(int argc, const char* const* arg
       ->type_name("FILE")
       ->excludes(address)
       ->excludes(lostRatio);
+}
+
+}  // namespace
+
+tl::expected<Options, Failure> parseCommandLine(int argc, const char* const* argv) {
+  Options options;
+  std::string format;
+  CLI::App app("A gel and a GigE Vision camera that do not exist: serves a scenario's pictures.", "traction-twin");
+  manual::describable(app);
+  app.footer([] { return "Shipped scenarios: " + shippedNames() + "\n\n" + kExitCodes; });
+  app.set_version_flag("--version", "traction-twin " TRACTION_VERSION);
+  addOptions(app, options, format);
   try {
     app.parse(argc, argv);
     // Checked here, so that an unknown word is reported first.

@@ -64,6 +64,15 @@ Renderer::Renderer(const sensor::Sensor& sensor, const Optics& optics, Format fo
     , gain_(optics.contrast * kUnits)
     , shotNoise_(optics.shotNoise)
     , readNoise_(optics.readNoise) {
+  drawBackground(optics);
+  light_.resize(background_.size());
+  if (traitsOf(format).bits > 8) deep_.resize(background_.size());
+  prepareDust(optics.dust);
+  makeLayers(sensor, optics);
+  makeNoise();
+}
+
+void Renderer::drawBackground(const Optics& optics) {
   for (int u = 0; u < width_; ++u) {
     const double x = position(u, width_);
     lightAcross_.push_back(static_cast<float>(1.0 + optics.lightSlope.x() * x - 0.5 * optics.lightFalloff * x * x));
@@ -75,7 +84,7 @@ Renderer::Renderer(const sensor::Sensor& sensor, const Optics& optics, Format fo
   background_.reserve(columns_ * static_cast<std::size_t>(height_));
   for (int v = 0; v < height_; ++v) {
     for (std::size_t i = 0; i < columns_; ++i) {
-      const std::size_t u = i / samplesPerPixel(format);
+      const std::size_t u = i / samplesPerPixel(format_);
       double level = optics.background * (lightDown_[v] + lightAcross_[u]);
       for (const Highlight& highlight : optics.highlights) {
         const Eigen::Vector2d from = Eigen::Vector2d(static_cast<double>(u), v) - highlight.centre_px;
@@ -84,10 +93,9 @@ Renderer::Renderer(const sensor::Sensor& sensor, const Optics& optics, Format fo
       background_.push_back(limited(static_cast<int>(std::lround(level * kUnits))));
     }
   }
-  light_.resize(background_.size());
-  if (traitsOf(format).bits > 8) deep_.resize(background_.size());
-  prepareDust(optics.dust);
+}
 
+void Renderer::makeLayers(const sensor::Sensor& sensor, const Optics& optics) {
   const sensor::Projection project(sensor.camera, sensor.gel.size.z());
   int firstMarker = 0;
   double largest = 0.0;
@@ -115,7 +123,9 @@ Renderer::Renderer(const sensor::Sensor& sensor, const Optics& optics, Format fo
   cellRows_ = static_cast<int>(height_ / cell_px_) + 3;
   firstInCell_.resize(static_cast<std::size_t>(cellColumns_ * cellRows_));
   nextInCell_.resize(static_cast<std::size_t>(firstMarker));
+}
 
+void Renderer::makeNoise() {
   std::mt19937 generator;
   std::normal_distribution<double> normal;
   noise_.resize(kNoiseCount + columns_);

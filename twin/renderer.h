@@ -57,6 +57,11 @@ class Renderer {
     std::vector<float> stamps;
   };
 
+  // Parts of the constructor.
+  void drawBackground(const Optics& optics);
+  void makeLayers(const sensor::Sensor& sensor, const Optics& optics);
+  void makeNoise();
+
   Layer makeLayer(const sensor::MarkerLayer& layer, int firstMarker, double radius_px, const Optics& optics) const;
   std::vector<float> makeStamps(double radius_px, int patch) const;
   /// Returns the first pixel (u, v) of the square in which a marker is drawn.
