@@ -78,7 +78,7 @@ std::string stateOf(const Watched& one, std::int64_t now_ns) {
   if (!one.scene.connected() && !one.scene.status) return "not there";
   if (!one.scene.status) return "no status yet";
   const v1::Status& status = *one.scene.status->message;
-  return inBrackets("camera " + wordOf(status.camera()) + ", up " + duration(status.uptime_s()),
+  return inBrackets("camera " + wordOf("CameraState", status.camera()) + ", up " + duration(status.uptime_s()),
                     one.scene.isStatusOld(now_ns));
 }
 
@@ -129,7 +129,8 @@ class Numbers {
     return ofStatus("markers", [](const v1::Status& s) {
       std::string text;
       for (const v1::LayerStatus& layer : s.markers().layers()) {
-        text += (text.empty() ? "" : ", ") + wordOf(layer.colour()) + format(" %u/%u", layer.found(), layer.expected());
+        text += (text.empty() ? "" : ", ") + wordOf("Colour", layer.colour()) +
+                format(" %u/%u", layer.found(), layer.expected());
       }
       return text.empty() ? std::string("-") : text;
     });

@@ -1,5 +1,6 @@
 #include "client/show/json.h"
 
+#include "client/show/base64.h"
 #include "client/show/json_writer.h"
 #include "client/show/reflection.h"
 #include "client/show/scene.h"
@@ -9,6 +10,12 @@
 namespace traction::client {
 
 namespace {
+
+/// \param type name of the protocol's enum, whose numbers those of the library are
+template <typename Enum>
+std::string wordOf(const char* type, Enum value) {
+  return client::wordOf(type, static_cast<int>(value));
+}
 
 void put(Json& json, const char* key, const std::optional<double>& number) {
   json.key(key);
@@ -39,10 +46,7 @@ void put(Json& json, const char* topic, const Header& header) {
   json.key("received_real_ns").number(header.receivedReal_ns);
   json.key("captured_ns").number(header.captured_ns);
   json.key("captured_error_ns").number(header.capturedError_ns);
-  json.key("captured_bound")
-      .string(header.capturedBound == CaptureBound::kBoth     ? "both"
-              : header.capturedBound == CaptureBound::kLatest ? "latest"
-                                                              : "none");
+  json.key("captured_bound").string(wordOf("CaptureBound", header.capturedBound));
   json.key("received_ns").number(header.received_ns);
   json.key("tracked_ns").number(header.tracked_ns);
   json.key("solved_ns").number(header.solved_ns);
@@ -55,16 +59,6 @@ void put(Json& json, std::string_view key, const Covariance& covariance) {
   json.key("noise").numbers(covariance.noise);
   json.key("systematic").numbers(covariance.systematic);
   json.close('}');
-}
-
-const char* nameOf(Method method) {
-  constexpr std::array kNames = {"none", "no_contact", "contact", "whole_face", "blend"};
-  return kNames.at(static_cast<std::size_t>(method));
-}
-
-const char* nameOf(Solution solution) {
-  constexpr std::array kNames = {"none", "full", "linear"};
-  return kNames.at(static_cast<std::size_t>(solution));
 }
 
 /// Of a Contact or a TrackedContact.
@@ -103,8 +97,8 @@ void put(Json& json, const Field& field) {
   field.centreOfPressureValid ? json.numbers(field.centreOfPressure_m) : json.null();
   json.key("residual_px").number(field.residual_px);
   json.key("valid_markers").number(field.validMarkers);
-  json.key("method").string(nameOf(field.method));
-  json.key("solution").string(nameOf(field.solution));
+  json.key("method").string(wordOf("Method", field.method));
+  json.key("solution").string(wordOf("Solution", field.solution));
   json.key("model_frame").number(field.modelFrame);
   json.key("regularisation_px_per_N").number(field.regularisation_px_per_N);
   put(json, "resultant_covariance_N2", field.resultantCovariance_N2);
@@ -123,16 +117,6 @@ void put(Json& json, const Field& field) {
   json.key("node_valid").booleans(field.nodeValid);
 }
 
-const char* nameOf(ContactPhase phase) {
-  constexpr std::array kNames = {"none", "begin", "move", "absent", "unknown", "end"};
-  return kNames.at(static_cast<std::size_t>(phase));
-}
-
-const char* nameOf(SlipState state) {
-  constexpr std::array kNames = {"unknown", "sticking", "incipient", "slipping"};
-  return kNames.at(static_cast<std::size_t>(state));
-}
-
 void put(Json& json, const char* key, const Interval& interval) {
   json.key(key).open('{');
   json.key("estimate").number(interval.estimate);
@@ -143,7 +127,7 @@ void put(Json& json, const char* key, const Interval& interval) {
 
 void put(Json& json, const Slip& slip) {
   json.open('{');
-  json.key("state").string(nameOf(slip.state));
+  json.key("state").string(wordOf("SlipState", slip.state));
   put(json, "stick_ratio", slip.stickRatio);
   put(json, "friction", slip.friction);
   json.key("margin_N").number(slip.margin_N);
@@ -154,7 +138,7 @@ void put(Json& json, const Slip& slip) {
 void put(Json& json, const TrackedContact& contact) {
   json.open('{');
   json.key("id").number(contact.id);
-  json.key("phase").string(nameOf(contact.phase));
+  json.key("phase").string(wordOf("ContactPhase", contact.phase));
   json.key("doubted").boolean(contact.doubted);
   json.key("begun_ns").number(contact.begun_ns);
   json.key("seen_ns").number(contact.seen_ns);
@@ -194,22 +178,6 @@ void put(Json& json, const Markers& markers) {
   json.key("marker_valid").booleans(markers.valid);
 }
 
-/// Encodes as base64 (RFC 4648).
-std::string toBase64(const std::vector<std::uint8_t>& bytes) {
-  constexpr std::string_view kLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t left = bytes.size() - i;
-    const std::uint32_t three = bytes[i] << 16U | (left > 1 ? bytes[i + 1] << 8U : 0U) | (left > 2 ? bytes[i + 2] : 0U);
-    text += kLetters[three >> 18U];
-    text += kLetters[(three >> 12U) & 63U];
-    text += left > 1 ? kLetters[(three >> 6U) & 63U] : '=';
-    text += left > 2 ? kLetters[three & 63U] : '=';
-  }
-  return text;
-}
-
 void put(Json& json, const Preview& preview) {
   put(json, "preview", preview.header);
   json.key("width").number(preview.width);
@@ -217,7 +185,7 @@ void put(Json& json, const Preview& preview) {
   json.key("format").string(preview.channels == 1 ? "mono8" : "rgb8");
   json.key("scale").number(preview.scale);
   json.key("origin_px").numbers(preview.origin_px);
-  json.key("pixels").string(toBase64(preview.pixels));
+  json.key("pixels").string(base64({reinterpret_cast<const char*>(preview.pixels.data()), preview.pixels.size()}));
 }
 
 void put(Json& json, const Grid& grid) {
@@ -284,7 +252,7 @@ void put(Json& json, const Description& description) {
   }
   json.key("layers").open('[');
   for (const MarkerLayer& layer : description.layers) {
-    json.open('{').key("colour").string(client::nameOf(layer.colour));
+    json.open('{').key("colour").string(wordOf("Colour", layer.colour));
     json.key("contrast").string(layer.darker ? "darker" : "brighter");
     put(json, layer.grid);
     json.key("depth_m").number(layer.depth_m);
@@ -371,12 +339,6 @@ void put(Json& json, const Status& status) {
   }
 }
 
-const char* nameOf(CameraFeature::Kind kind) {
-  constexpr std::array kNames = {"unknown",     "integer", "float",   "boolean",
-                                 "enumeration", "string",  "command", "register"};
-  return kNames.at(static_cast<std::size_t>(kind));
-}
-
 const char* nameOf(CameraFeature::Access access) {
   constexpr std::array kNames = {"none", "read", "write", "read-write"};
   return kNames.at(static_cast<std::size_t>(access));
@@ -410,7 +372,7 @@ void put(Json& json, const CameraFeature& feature) {
   json.key("name").string(feature.name);
   putValue(json, "value", feature.value, feature.kind);
   json.key("unit").string(feature.unit);
-  json.key("kind").string(nameOf(feature.kind));
+  json.key("kind").string(wordOf("CameraFeatureKind", feature.kind));
   json.key("access").string(nameOf(feature.access));
   put(json, "minimum", feature.minimum);
   put(json, "maximum", feature.maximum);
@@ -441,11 +403,6 @@ std::string object(const Any& any) {
 }
 
 }  // namespace
-
-const char* nameOf(Colour colour) {
-  constexpr std::array kNames = {"unknown", "blue", "red", "green", "grey"};
-  return kNames.at(static_cast<std::size_t>(colour));
-}
 
 std::string toHex(const Id& id) {
   std::string text;

@@ -25,6 +25,4 @@ std::string toJson(const CameraReport& report);
 /// Returns 32 lower-case hexadecimal digits; empty if the id is all zero.
 std::string toHex(const Id& id);
 
-const char* nameOf(Colour colour);  ///< Returns "unknown", "blue", "red", "green" or "grey".
-
 }  // namespace traction::client

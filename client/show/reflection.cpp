@@ -31,7 +31,7 @@ class Schema {
     if (status_ == nullptr) throw std::logic_error("no descriptor of the status");
   }
   const protobuf::Descriptor& status() const { return *status_; }
-  const protobuf::EnumDescriptor& enumeration(const char* name) const { return *pool_.FindEnumTypeByName(name); }
+  const protobuf::EnumDescriptor& enumeration(const std::string& name) const { return *pool_.FindEnumTypeByName(name); }
   std::unique_ptr<Reflected> make() { return std::unique_ptr<Reflected>(factory_.GetPrototype(status_)->New()); }
 
  private:
@@ -133,11 +133,8 @@ std::string wordOf(const protobuf::EnumDescriptor& type, int value) {
   return word;
 }
 
-std::string wordOf(v1::CameraState state) {
-  return wordOf(schema().enumeration("traction.v1.CameraState"), state);
-}
-std::string wordOf(v1::Colour colour) {
-  return wordOf(schema().enumeration("traction.v1.Colour"), colour);
+std::string wordOf(const std::string& type, int value) {
+  return wordOf(schema().enumeration("traction.v1." + type), value);
 }
 
 bool isSet(const Reflected& message, const FieldDescriptor& field) {

@@ -31,8 +31,8 @@ Scalar scalarOf(const Reflected& message, const FieldDescriptor& field, int inde
 
 /// Returns the word of an enum's value; that of 0 if the value is not known, as from a later daemon.
 std::string wordOf(const google::protobuf::EnumDescriptor& type, int value);
-std::string wordOf(v1::CameraState state);  ///< "streaming"
-std::string wordOf(v1::Colour colour);      ///< "blue"
+/// \param type name of an enum of the protocol: "Colour"; it must exist
+std::string wordOf(const std::string& type, int value);
 
 /// Returns whether a field, or each element of an array, is a message.
 inline bool isMessage(const FieldDescriptor& field) {

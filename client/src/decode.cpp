@@ -24,6 +24,12 @@ static_assert(static_cast<int>(kDiscontinuity) == pb::FLAG_DISCONTINUITY);
 static_assert(static_cast<int>(kReacquiring) == pb::FLAG_REACQUIRING);
 static_assert(static_cast<int>(kTorn) == pb::FLAG_TORN);
 static_assert(static_cast<int>(kDoubtedOrigin) == pb::FLAG_DOUBTED_ORIGIN);
+static_assert(static_cast<int>(Method::kBlend) == pb::Method_MAX);
+static_assert(static_cast<int>(Solution::kLinear) == pb::Solution_MAX);
+static_assert(static_cast<int>(ContactPhase::kEnd) == pb::ContactPhase_MAX);
+static_assert(static_cast<int>(SlipState::kSlipping) == pb::SlipState_MAX);
+static_assert(static_cast<int>(CaptureBound::kLatest) == pb::CaptureBound_MAX);
+static_assert(static_cast<int>(Colour::kGrey) == pb::Colour_MAX);
 
 Id idOf(const std::string& bytes) {
   Id id{};
@@ -92,9 +98,7 @@ Header headerOf(const pb::Header& from) {
   header.received_ns = from.received_ns();
   header.captured_ns = from.captured_ns();
   header.capturedError_ns = from.captured_error_ns();
-  header.capturedBound = from.captured_bound() == pb::CAPTURE_BOUND_BOTH     ? CaptureBound::kBoth
-                         : from.captured_bound() == pb::CAPTURE_BOUND_LATEST ? CaptureBound::kLatest
-                                                                             : CaptureBound::kNone;
+  header.capturedBound = enumOf(from.captured_bound(), CaptureBound::kLatest);
   header.tracked_ns = from.tracked_ns();
   header.solved_ns = from.solved_ns();
   header.sent_ns = from.sent_ns();
@@ -188,38 +192,6 @@ Contact contactOf(const pb::Contact& from) {
   return contact;
 }
 
-/// Returns kNone for a phase of a later version.
-ContactPhase phaseOf(pb::ContactPhase from) {
-  switch (from) {
-  case pb::CONTACT_PHASE_BEGIN:
-    return ContactPhase::kBegin;
-  case pb::CONTACT_PHASE_MOVE:
-    return ContactPhase::kMove;
-  case pb::CONTACT_PHASE_ABSENT:
-    return ContactPhase::kAbsent;
-  case pb::CONTACT_PHASE_UNKNOWN:
-    return ContactPhase::kUnknown;
-  case pb::CONTACT_PHASE_END:
-    return ContactPhase::kEnd;
-  default:
-    return ContactPhase::kNone;
-  }
-}
-
-/// Returns kUnknown for a state of a later version.
-SlipState stateOf(pb::SlipState from) {
-  switch (from) {
-  case pb::SLIP_STATE_STICKING:
-    return SlipState::kSticking;
-  case pb::SLIP_STATE_INCIPIENT:
-    return SlipState::kIncipient;
-  case pb::SLIP_STATE_SLIPPING:
-    return SlipState::kSlipping;
-  default:
-    return SlipState::kUnknown;
-  }
-}
-
 Interval intervalOf(const pb::Interval& from) {
   requireFinite(from.estimate(), from.low(), from.high());
   return {from.estimate(), from.low(), from.high()};
@@ -227,15 +199,15 @@ Interval intervalOf(const pb::Interval& from) {
 
 Slip slipOf(const pb::Slip& from) {
   requireFinite(from.margin_n(), from.holding_force_n());
-  return {stateOf(from.state()), intervalOf(from.stick_ratio()), intervalOf(from.friction()), from.margin_n(),
-          from.holding_force_n()};
+  return {enumOf(from.state(), SlipState::kSlipping), intervalOf(from.stick_ratio()), intervalOf(from.friction()),
+          from.margin_n(), from.holding_force_n()};
 }
 
 TrackedContact contactOf(const pb::TrackedContact& from) {
   TrackedContact contact;
   takeWrenchAndEllipse(from, contact);
   contact.id = from.id();
-  contact.phase = phaseOf(from.phase());
+  contact.phase = enumOf(from.phase(), ContactPhase::kEnd);
   contact.doubted = from.doubted();
   contact.begun_ns = from.begun_ns();
   contact.seen_ns = from.seen_ns();
@@ -251,50 +223,7 @@ TrackedContact contactOf(const pb::TrackedContact& from) {
   return contact;
 }
 
-/// Returns kNone for a method of a later daemon.
-Method methodOf(pb::Method from) {
-  switch (from) {
-  case pb::METHOD_NO_CONTACT:
-    return Method::kNoContact;
-  case pb::METHOD_CONTACT:
-    return Method::kContact;
-  case pb::METHOD_WHOLE_FACE:
-    return Method::kWholeFace;
-  case pb::METHOD_BLEND:
-    return Method::kBlend;
-  default:
-    return Method::kNone;
-  }
-}
-
-/// Returns kNone for a solution of a later daemon.
-Solution solutionOf(pb::Solution from) {
-  switch (from) {
-  case pb::SOLUTION_FULL:
-    return Solution::kFull;
-  case pb::SOLUTION_LINEAR:
-    return Solution::kLinear;
-  default:
-    return Solution::kNone;
-  }
-}
-
 }  // namespace
-
-Colour colourOf(pb::Colour colour) {
-  switch (colour) {
-  case pb::COLOUR_BLUE:
-    return Colour::kBlue;
-  case pb::COLOUR_RED:
-    return Colour::kRed;
-  case pb::COLOUR_GREEN:
-    return Colour::kGreen;
-  case pb::COLOUR_GREY:
-    return Colour::kGrey;
-  default:
-    return Colour::kUnknown;
-  }
-}
 
 Zero zeroOf(const pb::Zero& from) {
   Zero zero;
@@ -333,7 +262,8 @@ Description descriptionOf(const pb::Description& from) {
   description.gel = {from.gel().youngs_modulus_pa(), from.gel().poisson_ratio(), vectorOf(from.gel().size_m())};
   for (const pb::MarkerLayer& layer : from.layers()) {
     const Grid grid{layer.columns(), layer.rows(), layer.pitch_m(), vectorOf(layer.centre_m())};
-    description.layers.push_back({colourOf(layer.colour()), grid, layer.depth_m(), layer.diameter_m(), layer.darker()});
+    description.layers.push_back(
+        {enumOf(layer.colour(), Colour::kGrey), grid, layer.depth_m(), layer.diameter_m(), layer.darker()});
   }
   const pb::NodeGrid& nodes = from.nodes();
   description.nodes = {nodes.columns(), nodes.rows(), nodes.pitch_m(), vectorOf(nodes.centre_m())};
@@ -385,8 +315,8 @@ Field decodeField(std::string_view bytes) {
   require(field.nodeDeviation_N.empty() || field.nodeDeviation_N.size() == field.force_N.size(),
           "the field's deviations have another size");
   for (const pb::Contact& contact : from.contacts()) field.contacts.push_back(contactOf(contact));
-  field.method = methodOf(from.method());
-  field.solution = solutionOf(from.solution());
+  field.method = enumOf(from.method(), Method::kBlend);
+  field.solution = enumOf(from.solution(), Solution::kLinear);
   field.modelFrame = from.model_frame();
   field.regularisation_px_per_N = from.regularisation_px_per_n();
   field.pictureMotion = {vectorOf(from.picture_motion().shift_px()), from.picture_motion().scale(),

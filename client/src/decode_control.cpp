@@ -9,52 +9,18 @@ namespace traction {
 
 namespace {
 
+static_assert(static_cast<int>(CameraFeature::Kind::kRegister) == pb::CameraFeatureKind_MAX);
+static_assert(static_cast<int>(CameraFeature::Access::kReadWrite) == pb::CameraFeatureAccess_MAX);
+
 constexpr std::uint32_t kVersion = 1;
-
-/// Returns kUnknown for a kind of a later daemon.
-CameraFeature::Kind kindOf(pb::CameraFeatureKind from) {
-  using Kind = CameraFeature::Kind;
-  switch (from) {
-  case pb::CAMERA_FEATURE_KIND_INTEGER:
-    return Kind::kInteger;
-  case pb::CAMERA_FEATURE_KIND_FLOAT:
-    return Kind::kFloat;
-  case pb::CAMERA_FEATURE_KIND_BOOLEAN:
-    return Kind::kBoolean;
-  case pb::CAMERA_FEATURE_KIND_ENUMERATION:
-    return Kind::kEnumeration;
-  case pb::CAMERA_FEATURE_KIND_STRING:
-    return Kind::kString;
-  case pb::CAMERA_FEATURE_KIND_COMMAND:
-    return Kind::kCommand;
-  case pb::CAMERA_FEATURE_KIND_REGISTER:
-    return Kind::kRegister;
-  default:
-    return Kind::kUnknown;
-  }
-}
-
-CameraFeature::Access accessOf(pb::CameraFeatureAccess from) {
-  using Access = CameraFeature::Access;
-  switch (from) {
-  case pb::CAMERA_FEATURE_ACCESS_READ:
-    return Access::kRead;
-  case pb::CAMERA_FEATURE_ACCESS_WRITE:
-    return Access::kWrite;
-  case pb::CAMERA_FEATURE_ACCESS_READ_WRITE:
-    return Access::kReadWrite;
-  default:
-    return Access::kNone;
-  }
-}
 
 CameraFeature featureOf(const pb::CameraFeature& from) {
   CameraFeature feature;
   feature.name = from.name();
   feature.value = from.value();
   feature.unit = from.unit();
-  feature.kind = kindOf(from.kind());
-  feature.access = accessOf(from.access());
+  feature.kind = enumOf(from.kind(), CameraFeature::Kind::kRegister);
+  feature.access = enumOf(from.access(), CameraFeature::Access::kReadWrite);
   if (from.has_minimum()) feature.minimum = from.minimum();
   if (from.has_maximum()) feature.maximum = from.maximum();
   if (from.has_increment()) feature.increment = from.increment();
@@ -198,7 +164,7 @@ Snapshot decodeSnapshotReply(std::string_view bytes) {
   snapshot.receivedReal_ns = from.received_real_ns();
   const auto colourAt = [&from](char layer) {
     const int index = static_cast<unsigned char>(layer);
-    return index < from.colours_size() ? colourOf(from.colours(index)) : Colour::kUnknown;
+    return index < from.colours_size() ? enumOf(from.colours(index), Colour::kGrey) : Colour::kUnknown;
   };
   const auto placeOf = [](const auto& places, std::size_t i) {
     return std::array<float, 2>{places[static_cast<int>(2 * i)], places[static_cast<int>(2 * i + 1)]};

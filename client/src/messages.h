@@ -28,8 +28,12 @@ Parsed parse(std::string_view bytes) {
   return message;
 }
 
-/// Converts a colour; one that only a later daemon knows becomes kUnknown.
-Colour colourOf(pb::Colour colour);
+/// Converts an enum of the protocol to that of the library, which has the same numbers. One that only a later daemon
+/// knows becomes that of 0: none, or unknown. \param last of the library's enumerators
+template <typename Own, typename Wire>
+Own enumOf(Wire from, Own last) {
+  return from < 0 || static_cast<int>(from) > static_cast<int>(last) ? Own{} : static_cast<Own>(from);
+}
 /// Converts a zero; fails if its positions and presences differ in number. Does not check that numbers are finite.
 Zero zeroOf(const pb::Zero& from);
 /// Converts a description, and sets sameHost if the daemon's host has the same boot id of the kernel as this one. Fails

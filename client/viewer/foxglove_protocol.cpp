@@ -1,5 +1,7 @@
 #include "client/viewer/foxglove_protocol.h"
 
+#include "client/show/base64.h"
+
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -74,19 +76,6 @@ ClientMessage parseUnsubscribe(const Json& message) {
   return result;
 }
 
-std::string base64(std::string_view bytes) {
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t count = std::min<std::size_t>(bytes.size() - i, 3);
-    std::uint32_t bits = 0;
-    for (std::size_t k = 0; k < 3; ++k) bits = bits << 8 | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    for (std::size_t k = 0; k < 4; ++k) text += k <= count ? kDigits[bits >> (18 - 6 * k) & 63] : '=';
-  }
-  return text;
-}
-
 /// Writes JSON, and replaces bytes that are not UTF-8: error messages may quote bytes that clients sent.
 std::string dump(const Json& value) {
   return value.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -130,7 +119,7 @@ std::string advertise(const std::vector<Channel>& channels) {
                     {"encoding", "protobuf"},
                     {"schemaName", channel.schemaName},
                     {"schemaEncoding", "protobuf"},
-                    {"schema", base64(channel.schema)}});
+                    {"schema", client::base64(channel.schema)}});
   }
   return dump({{"op", "advertise"}, {"channels", list}});
 }
