@@ -34,13 +34,13 @@ namespace {
 class Source {
  public:
   explicit Source(const std::string& file)
-      : reader_(opened(file)) {}
+      : reader_(orThrow(recording::Reader::open(file))) {}
 
   using Use = std::function<void(const recording::Message&, const Message&)>;
 
   /// Calls `use` for each message that can be decoded, and counts the others.
   recording::Extent each(const Use& use, Skipped& skipped) const {
-    const auto extent = reader_.read(
+    return orThrow(reader_.read(
         [&](const recording::Channel& channel, const recording::Schema*, const recording::Message& record) {
           if (!channel.topic.ends_with("/field/") && !channel.topic.ends_with("/description/")) return;
           std::optional<Message> message;
@@ -50,18 +50,10 @@ class Source {
             skipped.add(error, record.sequence);
           }
           if (message) use(record, *message);
-        });
-    if (!extent) throw FileError(extent.error().exitCode, extent.error().message());
-    return *extent;
+        }));
   }
 
  private:
-  static recording::Reader opened(const std::string& file) {
-    auto reader = recording::Reader::open(file);
-    if (!reader) throw FileError(reader.error().exitCode, reader.error().message());
-    return *std::move(reader);
-  }
-
   recording::Reader reader_;
 };
 
@@ -87,10 +79,7 @@ struct Survey {
     return most.second;
   }
   /// Returns what keeps the export from being all of the recording, as text; empty: nothing.
-  std::string trouble() const {
-    return extent.trouble + (extent.isWhole() || skipped.isEmpty() ? "" : "; ") +
-           (skipped.isEmpty() ? "" : skipped.text());
-  }
+  std::string trouble() const { return troubleOf(extent, skipped); }
 };
 
 Survey surveyOf(const Source& source, const std::string& file, const std::string& wanted) {

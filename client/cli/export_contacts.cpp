@@ -71,8 +71,7 @@ std::string lineOf(const recording::Message& record, const v1::Header& header, c
 
 void exportContacts(const std::string& from, const std::string& to, const std::string& sensor) {
   if (!to.ends_with(".csv")) throw FileError(EX_USAGE, "'" + to + "' does not end with .csv, as contacts do");
-  const auto reader = recording::Reader::open(from);
-  if (!reader) throw FileError(reader.error().exitCode, reader.error().message());
+  const auto reader = orThrow(recording::Reader::open(from));
   Draft draft(to);
   std::ofstream file(draft.part());
   file << kColumns;
@@ -83,8 +82,8 @@ void exportContacts(const std::string& from, const std::string& to, const std::s
   const auto put = [&](const v1::Contacts& contacts, const recording::Message& record) {
     for (const v1::TrackedContact& each : contacts.contacts()) file << lineOf(record, contacts.header(), each);
   };
-  const auto extent =
-      reader->read([&](const recording::Channel& channel, const recording::Schema*, const recording::Message& record) {
+  const auto extent = orThrow(
+      reader.read([&](const recording::Channel& channel, const recording::Schema*, const recording::Message& record) {
         if (!channel.topic.ends_with("/field/")) return;
         try {
           const auto message = decode(Raw{channel.topic, record.data});
@@ -97,15 +96,13 @@ void exportContacts(const std::string& from, const std::string& to, const std::s
         } catch (const Error& error) {
           skipped.add(error, record.sequence);
         }
-      });
-  if (!extent) throw FileError(extent.error().exitCode, extent.error().message());
+      }));
   for (auto& [name, follower] : followers) {
     if (follower.hasContacts()) put(follower.endAll(), last);
   }
   file.close();
   if (!file) throw FileError(EX_IOERR, to + " cannot be written");
-  const std::string trouble =
-      extent->trouble + (skipped.isEmpty() ? "" : (extent->isWhole() ? "" : "; ") + skipped.text());
+  const std::string trouble = troubleOf(extent, skipped);
   if (fields == 0) {
     throw FileError(skipped.exitCode(), from + " has no fields" + (sensor.empty() ? "" : " of " + sensor) +
                                             (trouble.empty() ? "" : "; " + trouble));

@@ -30,7 +30,7 @@ class Illustrated {
   void add(const recording::Channel& channel, const recording::Schema* schema, const recording::Message& record) {
     auto copy = record;
     copy.channel = idOf(channel.topic, schema, channel.encoding, channel.metadata);
-    check(writer_.write(copy));
+    orThrow(writer_.write(copy));
     std::optional<Message> message;
     try {
       message = decode(Raw{channel.topic, record.data});
@@ -46,11 +46,11 @@ class Illustrated {
       copy.channel =
           idOf("foxglove/" + sensor + "/" + std::string(drawn.topic), &theirs, "protobuf", {{"sensor", sensor}});
       copy.data = drawn.data;
-      check(writer_.write(copy));
+      orThrow(writer_.write(copy));
       ++drawn_;
     }
   }
-  void finish() { check(writer_.close()); }
+  void finish() { orThrow(writer_.close()); }
   std::uint64_t drawn() const { return drawn_; }
   /// Returns the messages that were copied and could not be drawn.
   const Skipped& skipped() const { return skipped_; }
@@ -59,13 +59,7 @@ class Illustrated {
   static recording::NewFile opened(const std::string& path) {
     std::error_code unknown;
     std::filesystem::remove(path, unknown);
-    auto file = recording::NewFile::create(path);
-    check(file);
-    return *std::move(file);
-  }
-  template <typename Outcome>
-  static void check(const Outcome& outcome) {
-    if (!outcome) throw FileError(outcome.error().exitCode, outcome.error().message());
+    return orThrow(recording::NewFile::create(path));
   }
 
   std::uint16_t idOf(const std::string& topic, const recording::Schema* schema, const std::string& encoding,
@@ -89,18 +83,16 @@ class Illustrated {
 }  // namespace
 
 void illustrate(const std::string& from, const std::string& to, const std::string& sensor) {
-  const auto reader = recording::Reader::open(from);
-  if (!reader) throw FileError(reader.error().exitCode, reader.error().message());
+  const auto reader = orThrow(recording::Reader::open(from));
   std::error_code unknown;
   if (std::filesystem::equivalent(from, to, unknown))
     throw FileError(EX_USAGE, to + " is what is to be exported: another name for what comes of it");
   Draft draft(to);
   Illustrated made(draft.part(), sensor);
-  const auto extent = reader->read([&](const recording::Channel& channel, const recording::Schema* schema,
-                                       const recording::Message& record) { made.add(channel, schema, record); });
-  if (!extent) throw FileError(extent.error().exitCode, extent.error().message());
-  std::string trouble = extent->trouble;
-  if (!made.skipped().isEmpty()) trouble += (trouble.empty() ? "" : "; ") + made.skipped().text();
+  const auto extent =
+      orThrow(reader.read([&](const recording::Channel& channel, const recording::Schema* schema,
+                              const recording::Message& record) { made.add(channel, schema, record); }));
+  const std::string trouble = troubleOf(extent, made.skipped());
   if (made.drawn() == 0) {
     throw FileError(made.skipped().exitCode(), from + " has nothing to draw" + (sensor.empty() ? "" : " of " + sensor) +
                                                    (trouble.empty() ? "" : "; " + trouble));

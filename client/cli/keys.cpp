@@ -6,6 +6,7 @@
 #include "client/cli/parsing.h"
 #include "client/files/file_error.h"
 #include "client/files/keys.h"
+#include "client/show/json_writer.h"
 #include "client/show/output.h"
 #include "proto/traction/v1/endpoints.h"
 
@@ -25,12 +26,6 @@ namespace {
 
 namespace fs = std::filesystem;
 namespace files = tractiond::network;
-
-template <typename Result>
-Result orThrow(tl::expected<Result, tractiond::Error> result) {
-  if (!result) throw FileError(result.error().exitCode, result.error().message());
-  if constexpr (!std::is_void_v<Result>) return *std::move(result);
-}
 
 void checkName(const std::string& name) {
   if (isValidName(name)) return;
@@ -120,14 +115,14 @@ void revokeKey(const fs::path& directory, const std::string& name) {
 void listKeys(const fs::path& directory, bool json) {
   const auto known = directoryOf(directory);
   const auto server = files::loadKeyPair(files::serverKeyFile(directory));
-  // No letter of Z85, a name or a word needs an escape in JSON.
   if (json) {
-    std::string text = R"({"server_key":")" + (server ? server->publicKey : "") + R"(","allowed":[)";
+    Json text;
+    text.open('{').key("server_key").string(server ? server->publicKey : "").key("allowed").open('[');
     for (const auto& one : known.keys()) {
-      text += (text.back() == '[' ? R"({"name":")" : R"(,{"name":")") + one.name + R"(","permission":")" +
-              std::string(wordOf(one.permission)) + R"(","key":")" + one.key + R"("})";
+      text.open('{').key("name").string(one.name).key("permission").string(wordOf(one.permission));
+      text.key("key").string(one.key).close('}');
     }
-    printLine(text + "]}");
+    printLine(text.close(']').close('}').take());
   } else {
     if (server) printLine("this box's key is " + quoted(server->publicKey));
     for (const auto& one : known.keys()) {
@@ -137,7 +132,7 @@ void listKeys(const fs::path& directory, bool json) {
     }
   }
   if (!known.faults().empty()) throw FileError(known.faults()[0].exitCode, known.faults()[0].message());
-  if (!server) throw FileError(server.error().exitCode, server.error().message());
+  orThrow(server);
 }
 
 struct KeysLine {

@@ -27,12 +27,6 @@ namespace {
 
 using Count = unsigned long long;
 
-recording::Reader opened(const std::string& file) {
-  auto reader = recording::Reader::open(file);
-  if (!reader) throw FileError(reader.error().exitCode, reader.error().message());
-  return *std::move(reader);
-}
-
 struct Topic {
   std::string name, type, sensor;
   std::uint64_t messages = 0;
@@ -66,11 +60,11 @@ struct Contents {
 };
 
 Contents contentsOf(const std::string& file) {
-  const recording::Reader reader = opened(file);
+  const recording::Reader reader = orThrow(recording::Reader::open(file));
   Contents contents;
   contents.bytes = reader.file().size();
   std::map<std::uint16_t, Topic> topics;
-  const auto extent = reader.read(
+  contents.extent = orThrow(reader.read(
       [&](const recording::Channel& channel, const recording::Schema* schema, const recording::Message& message) {
         Topic& topic = topics[channel.id];
         if (topic.messages == 0) {
@@ -80,10 +74,8 @@ Contents contentsOf(const std::string& file) {
           topic.sensor = sensor != channel.metadata.end() ? sensor->second : "";
         }
         topic.add(message);
-      });
-  if (!extent) throw FileError(extent.error().exitCode, extent.error().message());
-  contents.extent = *extent;
-  const std::uint64_t messages = extent->messages;
+      }));
+  const std::uint64_t messages = contents.extent.messages;
   for (auto& [id, topic] : topics) {
     contents.begin_ns = std::min(contents.begin_ns, topic.begin_ns);
     contents.end_ns = std::max(contents.end_ns, topic.end_ns);
@@ -168,10 +160,9 @@ void info(const std::string& file, bool json) {
 }
 
 void recover(const std::string& from, const std::string& to) {
-  const recording::Reader reader = opened(from);
-  auto file = recording::NewFile::create(to);
-  if (!file) throw FileError(file.error().exitCode, file.error().message());
-  const auto extent = recording::recover(reader, *file);
+  const recording::Reader reader = orThrow(recording::Reader::open(from));
+  auto file = orThrow(recording::NewFile::create(to));
+  const auto extent = recording::recover(reader, file);
   if (!extent || extent->messages == 0) {
     std::error_code unknown;
     std::filesystem::remove(to, unknown);

@@ -35,8 +35,7 @@ void listenUntil(Repeater& repeater, Clock::time_point due) {
 }  // namespace
 
 void replay(const std::string& file, const std::string& endpoint, double speed) {
-  const auto reader = recording::Reader::open(file);
-  if (!reader) throw FileError(reader.error().exitCode, reader.error().message());
+  const auto reader = orThrow(recording::Reader::open(file));
   Repeater repeater(endpoint);
   rememberSignals();
   printLine("waiting for a subscriber at " + repeater.endpoint());
@@ -45,7 +44,7 @@ void replay(const std::string& file, const std::string& endpoint, double speed) 
   try {
     while (!repeater.isHeard()) listenUntil(repeater, Clock::now() + kTurn);
     begin = Clock::now();
-    const auto extent = reader->read(
+    const auto extent = orThrow(reader.read(
         [&](const recording::Channel& channel, const recording::Schema*, const recording::Message& message) {
           if (!channel.topic.starts_with("traction/")) return;  // the stream has no other
           if (messages++ == 0) first_ns = message.logTime_ns;
@@ -53,10 +52,9 @@ void replay(const std::string& file, const std::string& endpoint, double speed) 
           const std::chrono::duration<double> after(std::min(1e-9 * static_cast<double>(after_ns) / speed, kNever_s));
           listenUntil(repeater, begin + std::chrono::duration_cast<Clock::duration>(after));
           repeater.send({channel.topic, message.data}, 1e-9 * static_cast<double>(message.publishTime_ns));
-        });
-    if (!extent) throw FileError(extent.error().exitCode, extent.error().message());
+        }));
     printLine(file + ": " + std::to_string(messages) + " messages sent");
-    if (!extent->isWhole()) throw FileError(EX_DATAERR, file + ": " + extent->trouble);
+    if (!extent.isWhole()) throw FileError(EX_DATAERR, file + ": " + extent.trouble);
   } catch (const Stopped&) {
     std::printf("%s: stopped after %llu messages\n", file.c_str(), static_cast<unsigned long long>(messages));
   }

@@ -1,6 +1,7 @@
 // Counts the messages of a recording that an export leaves out.
 #pragma once
 
+#include "recording/reader.h"
 #include "traction/subscriber.h"
 
 #include <sysexits.h>
@@ -37,5 +38,11 @@ class Skipped {
   int exitCode_ = EX_DATAERR;
   std::string first_;
 };
+
+/// Returns what keeps an export from being all of a recording, as text; empty: nothing.
+inline std::string troubleOf(const recording::Extent& extent, const Skipped& skipped) {
+  if (skipped.isEmpty()) return extent.trouble;
+  return extent.trouble + (extent.trouble.empty() ? "" : "; ") + skipped.text();
+}
 
 }  // namespace traction::client

@@ -41,17 +41,11 @@ std::int64_t monotonicOf(std::string_view truth) {
   return time_ns;
 }
 
-recording::NewFile opened(const std::string& path) {
-  auto file = recording::NewFile::create(path);
-  if (!file) throw FileError(file.error().exitCode, file.error().message());
-  return *std::move(file);
-}
-
 }  // namespace
 
 Tape::Tape(const std::string& path)
     : path_(path)
-    , file_(opened(path))
+    , file_(orThrow(recording::NewFile::create(path)))
     , epoch_ns_(timeOf(CLOCK_REALTIME) - timeOf(CLOCK_MONOTONIC)) {
   check(writer_.flush());
 }

@@ -41,13 +41,4 @@ Frame errorFrame(const Error& error) {
   return makeFrame("error", std::string(nameOf(error.code())) + ' ' + error.what());
 }
 
-std::string jsonText(std::string_view text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-  }
-  return out + '"';
-}
-
 }  // namespace traction::view

@@ -39,10 +39,6 @@ const char* nameOf(ErrorCode code);
 /// Returns a frame of kErrors, with the error's code and sentence.
 Frame errorFrame(const Error& error);
 
-/// Returns `text` as a JSON string, quotes included; control characters become blanks. \param text must be UTF-8: this
-/// is not checked
-std::string jsonText(std::string_view text);
-
 /// Called on the thread of the part that delivers. \param kind one bit of Topics or Kinds
 using Deliver = std::function<void(unsigned kind, const Frame& frame)>;
 

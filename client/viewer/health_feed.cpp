@@ -1,6 +1,7 @@
 #include "client/viewer/health_feed.h"
 
 #include "client/show/health.h"
+#include "client/show/json_writer.h"
 
 namespace traction::view {
 
@@ -13,10 +14,10 @@ void HealthFeed::turn(bool isConnected, std::int64_t now_ns) {
   scene_.setConnected(isConnected, now_ns);
   if (now_ns - toldAt_ns_ < kPause_ns) return;
   const std::vector<client::Problem> problems = client::problems(scene_, now_ns);
-  std::string list;
-  for (const client::Problem& one : problems) list += (list.empty() ? "" : ",") + jsonText(one.what);
-  std::string text =
-      std::string(R"({"health":")") + client::nameOf(client::healthOf(problems)) + R"(","problems":[)" + list + "]}";
+  client::Json json;
+  json.open('{').key("health").string(client::nameOf(client::healthOf(problems))).key("problems").open('[');
+  for (const client::Problem& one : problems) json.string(one.what);
+  std::string text = json.close(']').close('}').take();
   if (text == told_) return;
   told_ = std::move(text);
   toldAt_ns_ = now_ns;

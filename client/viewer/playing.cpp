@@ -1,6 +1,7 @@
 #include "client/viewer/playing.h"
 
 #include "client/files/file_error.h"
+#include "client/show/json_writer.h"
 
 #include <pthread.h>
 
@@ -23,12 +24,6 @@ constexpr auto kReportEvery = 200ms;
 /// Time within which a recording has a message of each topic, except the description.
 constexpr std::uint64_t kBefore_ns = 1'500'000'000;
 
-recording::Reader opened(const std::filesystem::path& file) {
-  auto reader = recording::Reader::open(file);
-  if (!reader) throw client::FileError(reader.error().exitCode, reader.error().message());
-  return *std::move(reader);
-}
-
 /// Returns the sensor's part of a topic, "traction/v1/NAME/"; empty if it is no topic of a sensor.
 std::string prefixOf(std::string_view topic) {
   constexpr std::string_view kRoot = "traction/v1/";
@@ -48,7 +43,7 @@ std::chrono::nanoseconds timeToPlay(std::uint64_t after_ns, double speed) {
 }
 
 Playing::Playing(const std::filesystem::path& file, Deliver deliver)
-    : reader_(opened(file))
+    : reader_(client::orThrow(recording::Reader::open(file)))
     , deliver_(std::move(deliver))
     , forwarder_(deliver_)
     , thread_([this](const std::stop_token& stop) { run(stop); }) {}
@@ -165,10 +160,11 @@ void Playing::pass(std::string_view topic, std::string_view bytes) {
 }
 
 void Playing::reportTime(double at_s, double speed) {
-  std::array<char, 160> numbers{};
-  std::snprintf(numbers.data(), numbers.size(), R"({"begin_s":%.3f,"length_s":%.3f,"at_s":%.3f,"speed":%g,"trouble":)",
-                1e-9 * static_cast<double>(begin_ns_), 1e-9 * static_cast<double>(end_ns_ - begin_ns_), at_s, speed);
-  deliver_(kTime, makeFrame("view/time", numbers.data() + jsonText(trouble_) + '}'));
+  client::Json json;
+  json.open('{').key("begin_s").number(1e-9 * static_cast<double>(begin_ns_));
+  json.key("length_s").number(1e-9 * static_cast<double>(end_ns_ - begin_ns_)).key("at_s").number(at_s);
+  json.key("speed").number(speed).key("trouble").string(trouble_).close('}');
+  deliver_(kTime, makeFrame("view/time", json.take()));
 }
 
 }  // namespace traction::view

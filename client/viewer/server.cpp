@@ -1,6 +1,7 @@
 #include "client/viewer/server.h"
 
 #include "client/files/file_error.h"
+#include "client/show/json_writer.h"
 #include "client/show/receiver.h"
 #include "client/viewer/foxglove_server.h"
 #include "client/viewer/http_listener.h"
@@ -55,6 +56,13 @@ std::string unescaped(std::string_view path) {
     if (isEscape) i += 2;
   }
   return text;
+}
+
+/// Returns the state of a recording. \param file its name; empty: none is being made
+Frame recorderFrame(const std::string& file, const std::string& account, const std::string& error) {
+  client::Json json;
+  json.open('{').key("file").string(file).key("account").string(account).key("error").string(error).close('}');
+  return makeFrame("view/recorder", json.take());
 }
 
 class Server {
@@ -165,19 +173,19 @@ class Server {
   }
 
   std::string sensors() const {
-    std::string list;
+    const bool records = hasRecordings() && !options_.readOnly;
+    client::Json json;
+    json.open('{').key("version").string(TRACTION_VERSION).key("recordings").boolean(hasRecordings());
+    json.key("flags").open('{');
+    for (const client::FlagText& each : client::kFlagTexts) json.key(each.name).string(each.words);
+    json.close('}').key("sensors").open('[');
     for (std::size_t i = 0; i < hubs_.size(); ++i) {
-      const bool control = !options_.readOnly && hubs_[i]->control.has_value();
-      list += std::string(list.empty() ? "" : ",") + "{\"name\":" + jsonText(hubs_[i]->options.name) +
-              ",\"stream\":\"/stream/" + std::to_string(i) + "\",\"control\":" + (control ? "true" : "false") +
-              ",\"record\":" + (hasRecordings() && !options_.readOnly ? "true" : "false") + "}";
+      json.open('{').key("name").string(hubs_[i]->options.name);
+      json.key("stream").string("/stream/" + std::to_string(i));
+      json.key("control").boolean(!options_.readOnly && hubs_[i]->control.has_value());
+      json.key("record").boolean(records).close('}');
     }
-    std::string flags;
-    for (const client::FlagText& each : client::kFlagTexts) {
-      flags += std::string(flags.empty() ? "" : ",") + jsonText(each.name) + ":" + jsonText(each.words);
-    }
-    return "{\"version\":\"" TRACTION_VERSION "\",\"recordings\":" + std::string(hasRecordings() ? "true" : "false") +
-           ",\"flags\":{" + flags + "},\"sensors\":[" + list + "]}\n";
+    return json.close(']').close('}').take() + "\n";
   }
 
   Hub* findHub(std::string_view path) {
@@ -199,12 +207,12 @@ class Server {
   bool hasRecordings() const { return !options_.recordings.empty(); }
 
   std::string recordings() const {
-    std::string list;
+    client::Json json;
+    json.open('{').key("recordings").open('[');
     for (const RecordingFile& each : recordingsIn(options_.recordings)) {
-      list += std::string(list.empty() ? "" : ",") + "{\"name\":" + jsonText(each.name) +
-              ",\"bytes\":" + std::to_string(each.bytes) + "}";
+      json.open('{').key("name").string(each.name).key("bytes").number(each.bytes).close('}');
     }
-    return "{\"recordings\":[" + list + "]}\n";
+    return json.close(']').close('}').take() + "\n";
   }
 
   /// Returns the file of a path /recording/NAME; empty if it is not one of those listed.
@@ -320,9 +328,7 @@ class Server {
   void tellRecording(Hub& hub) {
     if (!hub.recording) return;
     const Recording::State now = hub.recording->state();
-    hub.deliver(kRecorder, makeFrame("view/recorder", "{\"file\":" + jsonText(hub.recording->name()) +
-                                                          ",\"account\":" + jsonText(now.account) +
-                                                          ",\"error\":" + jsonText(now.error.value_or("")) + "}"));
+    hub.deliver(kRecorder, recorderFrame(hub.recording->name(), now.account, now.error.value_or("")));
     if (!now.error) return;
     hub.recording.reset();
     hub.last.erase(kRecorder);
@@ -385,8 +391,7 @@ class Server {
                [this, &hub, id, ended = std::exchange(hub.recording, nullptr), session = from.weak_from_this()] {
                  const Recording::State last = ended->finish();  // waits for the disk
                  asio::post(context_, [&hub, id, last, name = ended->name(), session] {
-                   hub.deliver(kRecorder, makeFrame("view/recorder", "{\"file\":\"\",\"account\":\"\",\"error\":" +
-                                                                         jsonText(last.error.value_or("")) + "}"));
+                   hub.deliver(kRecorder, recorderFrame("", "", last.error.value_or("")));
                    hub.last.erase(kRecorder);
                    if (const auto still = session.lock())
                      still->answer(makeFrame("done/" + id, name + ": " + last.account));
