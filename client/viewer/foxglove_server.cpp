@@ -20,8 +20,6 @@ using foxglove::Level;
 using foxglove::Sample;
 using namespace std::chrono_literals;
 
-/// Samples of a source's thread that the server's thread has not taken yet; further ones are dropped.
-constexpr int kBacklog = 1000;
 /// Sources run on for this long without clients that want them: those that connect or subscribe again and again start
 /// and stop no threads.
 constexpr auto kLinger = 10s;
@@ -41,13 +39,12 @@ FoxgloveServer::FoxgloveServer(asio::io_context& context, const FoxgloveOptions&
                                std::vector<std::string> hostNames, const std::vector<SourceOptions>& sources)
     : options_(options)
     , hostNames_(std::move(hostNames))
-    , context_(context)
     , listener_(context, {options.listen, "--foxglove", options.connections},
                 [this](const Request& request, const auto& take) { return handle(request, take); })
     , timer_(context)
     , session_(std::to_string(getpid()) + "-" + std::to_string(Clock::now().time_since_epoch().count())) {
   for (const SourceOptions& each : sources) {
-    feeds_.push_back(std::make_unique<Feed>());
+    feeds_.push_back(std::make_unique<Feed>(context));
     feeds_.back()->number = feeds_.size();
     feeds_.back()->options = each;
   }
@@ -188,14 +185,8 @@ void FoxgloveServer::update(Feed& feed) {
 }
 
 std::unique_ptr<foxglove::Converter> FoxgloveServer::makeConverter(Feed& feed) {
-  return std::make_unique<foxglove::Converter>([this, &feed](const Sample& sample) {
-    if (feed.backlog.load() >= kBacklog) return;
-    ++feed.backlog;
-    asio::post(context_, [this, &feed, sample] {
-      --feed.backlog;
-      deliver(feed, sample);
-    });
-  });
+  return std::make_unique<foxglove::Converter>(
+      [this, &feed](const Sample& sample) { feed.backlog.post([this, &feed, sample] { deliver(feed, sample); }); });
 }
 
 std::unique_ptr<Source> FoxgloveServer::makeSource(Feed& feed, unsigned topics, foxglove::Converter& converter) {
@@ -207,12 +198,8 @@ std::unique_ptr<Source> FoxgloveServer::makeSource(Feed& feed, unsigned topics, 
         Source::Handlers{.pass = [&converter](const Message& message, const Raw& raw) { converter.pass(message, raw); },
                          .fail =
                              [this, &feed](const Error& error, const Raw&) {
-                               if (feed.backlog.load() >= kBacklog) return;
-                               ++feed.backlog;
-                               asio::post(context_, [this, &feed, what = std::string(error.what())] {
-                                 --feed.backlog;
-                                 tellError(feed, what);
-                               });
+                               feed.backlog.post(
+                                   [this, &feed, what = std::string(error.what())] { tellError(feed, what); });
                              }});
   } catch (const Error& error) {
     tellError(feed, error.what());

@@ -1,6 +1,7 @@
 // Serves what sensors publish, live, by the Foxglove WebSocket protocol, for Foxglove and Lichtblick. Only publishes.
 #pragma once
 
+#include "client/viewer/backlog.h"
 #include "client/viewer/foxglove_session.h"
 #include "client/viewer/http_listener.h"
 #include "client/viewer/refusals.h"
@@ -11,7 +12,6 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/thread_pool.hpp>
 
-#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <deque>
@@ -51,11 +51,14 @@ class FoxgloveServer {
   /// What one endpoint publishes: usually one sensor. Previews have a source of their own, so that starting it
   /// interrupts nothing else.
   struct Feed {
+    explicit Feed(boost::asio::io_context& context)
+        : backlog(context) {}
+
     std::size_t number = 0;
     SourceOptions options;
     std::unique_ptr<foxglove::Converter> converter, previewConverter;
     std::unique_ptr<Source> source, previewSource;
-    std::atomic<int> backlog{0};
+    Backlog backlog;
     Clock::time_point previewsWanted;  ///< when a client was subscribed to a picture last
     std::set<std::string> sensors;     ///< that are advertised, or refused
     std::string error;                 ///< told last; empty: none of late
@@ -89,7 +92,6 @@ class FoxgloveServer {
 
   FoxgloveOptions options_;
   std::vector<std::string> hostNames_;
-  boost::asio::io_context& context_;
   HttpListener listener_;
   boost::asio::steady_timer timer_;
   std::string session_;  ///< identifies this start of the program

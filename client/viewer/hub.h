@@ -1,6 +1,7 @@
 // What the server keeps of each sensor and of each recording that is played.
 #pragma once
 
+#include "client/viewer/backlog.h"
 #include "client/viewer/forwarder.h"
 #include "client/viewer/health_feed.h"
 #include "client/viewer/playing.h"
@@ -10,7 +11,6 @@
 
 #include <boost/asio/thread_pool.hpp>
 
-#include <atomic>
 #include <chrono>
 #include <list>
 #include <map>
@@ -21,6 +21,9 @@ namespace traction::view {
 
 /// One sensor and its sessions. Receives while there are sessions. Bound to the server's thread.
 struct Hub {
+  explicit Hub(boost::asio::io_context& context)
+      : backlog(context) {}
+
   /// Offers a frame to all sessions, and keeps it for new ones, in place of the one before, if its kind is sent rarely.
   /// \param kind one bit of Topics or Kinds
   void deliver(unsigned kind, const Frame& frame) {
@@ -36,7 +39,7 @@ struct Hub {
   std::map<unsigned, Frame> last;              ///< newest frame of each kept kind, by kind
   unsigned wanted = 0;                         ///< kinds that sessions have asked for
   std::chrono::steady_clock::time_point used;  ///< when it had a session last
-  std::atomic<int> backlog{0};                 ///< frames on their way from the source's thread to the server's
+  Backlog backlog;                             ///< frames on their way from the source's thread to the server's
   int questions = 0;                           ///< requests to the daemon that are not answered yet
   std::unique_ptr<Forwarder> forwarder;
   std::unique_ptr<HealthFeed> health;
@@ -47,8 +50,11 @@ struct Hub {
 
 /// A session that plays a recording. Bound to the server's thread.
 struct Show {
+  explicit Show(boost::asio::io_context& context)
+      : backlog(context) {}
+
   std::shared_ptr<Session> session;
-  std::atomic<int> backlog{0};
+  Backlog backlog;
   std::unique_ptr<Playing> playing;  ///< null: the recording cannot be read, or the session has ended
 
   /// Lets the playing end as soon as it can.

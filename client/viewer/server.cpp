@@ -32,8 +32,6 @@ using beast::error_code;
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-/// Messages of a source's thread that the server's thread has not taken yet; further ones are dropped.
-constexpr int kBacklog = 1000;
 /// A source runs on for this long without sessions, for a page that is reloaded.
 constexpr auto kLinger = 10s;
 /// Questions to one sensor that wait for an answer; further ones are refused.
@@ -73,7 +71,7 @@ class Server {
                   [this](const Request& request, const auto& take) { return handle(request, take); }) {
     if (options.foxglove) foxglove_.emplace(context_, *options.foxglove, options.names, sources);
     for (const SourceOptions& each : sources) {
-      hubs_.push_back(std::make_unique<Hub>());
+      hubs_.push_back(std::make_unique<Hub>(context_));
       Hub& hub = *hubs_.back();
       hub.options = each;
       if (each.control) hub.control.emplace(*each.control);
@@ -228,7 +226,7 @@ class Server {
 
   void openRecording(const std::filesystem::path& file, tcp::socket&& socket, const Request& request,
                      const SessionOptions& wanted) {
-    auto show = std::make_shared<Show>();
+    auto show = std::make_shared<Show>(context_);
     const std::weak_ptr<Show> seen = show;
     show->session = std::make_shared<Session>(
         std::move(socket), wanted,
@@ -243,14 +241,9 @@ class Server {
                   if (still && still->playing) still->playing->play(from_s, speed);
                 },
             .gone = [this](const Session* gone) { asio::post(context_, [this, gone] { endShow(gone); }); }});
-    const auto deliver = [this, seen](unsigned kind, const Frame& frame) {
+    const auto deliver = [seen](unsigned kind, const Frame& frame) {
       const auto still = seen.lock();
-      if (!still || still->backlog.load() >= kBacklog) return;
-      ++still->backlog;
-      asio::post(context_, [still, kind, frame] {
-        --still->backlog;
-        still->session->offer(kind, frame);
-      });
+      if (still) still->backlog.post([still, kind, frame] { still->session->offer(kind, frame); });
     };
     shows_.push_back(show);
     show->session->start(request);
@@ -335,13 +328,8 @@ class Server {
   }
 
   void start(Hub& hub) {
-    const auto deliver = [this, &hub](unsigned kind, const Frame& frame) {
-      if (hub.backlog.load() >= kBacklog) return;
-      ++hub.backlog;
-      asio::post(context_, [&hub, kind, frame] {
-        --hub.backlog;
-        hub.deliver(kind, frame);
-      });
+    const auto deliver = [&hub](unsigned kind, const Frame& frame) {
+      hub.backlog.post([&hub, kind, frame] { hub.deliver(kind, frame); });
     };
     hub.source.reset();  // waits for the thread that uses the two
     hub.forwarder = std::make_unique<Forwarder>(deliver);

@@ -13,10 +13,7 @@ namespace {
 namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 using beast::error_code;
-using namespace std::chrono_literals;
 
-/// A client that does not read for this long is closed.
-constexpr auto kPatience = 15s;
 /// Longest message of a client; the longest in use is "ask ID describe".
 constexpr std::size_t kLongestMessage = 256;
 /// Frames of a kind that may be on the way or wait in the browser.
@@ -24,8 +21,6 @@ constexpr int kWindow = 2;
 /// Frames that may wait for a client that wants all: ten seconds of fields and markers at 60 frames/s.
 constexpr std::size_t kQueue = 1200;
 constexpr std::size_t kAnswers = 16;
-/// Send buffer of the socket [bytes]. Data that waits in the kernel is old when it is read.
-constexpr int kSendBuffer = 128 * 1024;
 /// Highest speed of a recording, in multiples of its pace.
 constexpr double kFastest = 64.0;
 
@@ -72,7 +67,7 @@ Session::Session(boost::asio::ip::tcp::socket&& socket, const SessionOptions& op
     , options_(options)
     , handlers_(std::move(handlers)) {}
 
-void Session::start(const beast::http::request<beast::http::string_body>& request) {
+void Session::start(const Request& request) {
   error_code ignored;
   beast::get_lowest_layer(stream_).socket().set_option(boost::asio::socket_base::send_buffer_size(kSendBuffer),
                                                        ignored);

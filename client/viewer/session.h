@@ -2,10 +2,10 @@
 #pragma once
 
 #include "client/viewer/frame.h"
+#include "client/viewer/http_listener.h"
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core.hpp>
-#include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 
 #include <array>
@@ -49,7 +49,7 @@ class Session : public std::enable_shared_from_this<Session> {
 
   /// Accepts the handshake and starts to read and send. Returns at once. Must be called once. \param request that asked
   /// for the WebSocket
-  void start(const boost::beast::http::request<boost::beast::http::string_body>& request);
+  void start(const Request& request);
   /// Queues the frame as SessionOptions::newest says, if the client wants its kind; has no effect otherwise. In both
   /// modes it waits for the handshake and while another frame is being written. \param kind one bit of Topics or Kinds
   void offer(unsigned kind, const Frame& frame);
