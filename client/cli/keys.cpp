@@ -13,10 +13,8 @@
 #include <sysexits.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <filesystem>
-#include <iostream>
 #include <memory>
 #include <string>
 

@@ -12,8 +12,6 @@
 
 #include <sysexits.h>
 
-#include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <cstdio>
 #include <iostream>
