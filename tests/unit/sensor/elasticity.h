@@ -6,29 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <functional>
-#include <vector>
 
 namespace sensor::elastic {
 
 /// Displacement at a point [m/N]; column j under the unit force along axis j.
 using Field = std::function<Eigen::Matrix3d(const Eigen::Vector3d&)>;
-
-/// Runs `check` on a field that is dear to set up but answers many points at once: the first run only learns which
-/// points it asks for, in which order; the second gets the answers.
-template <typename Check>
-auto checkAtOnce(const std::function<std::vector<Eigen::Matrix3d>(const Eigen::Matrix3Xd&)>& evaluate,
-                 const Check& check) {
-  std::vector<Eigen::Vector3d> asked;
-  check(Field([&](const Eigen::Vector3d& x) -> Eigen::Matrix3d {
-    asked.push_back(x);
-    return Eigen::Matrix3d::Identity();
-  }));
-  Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(asked.size()));
-  for (std::size_t i = 0; i < asked.size(); ++i) points.col(static_cast<Eigen::Index>(i)) = asked[i];
-  const std::vector<Eigen::Matrix3d> answers = evaluate(points);
-  std::size_t next = 0;
-  return check(Field([&](const Eigen::Vector3d&) -> Eigen::Matrix3d { return answers[next++]; }));
-}
 
 /// Largest |kappa lap(u) + grad(div u)| over the three forces, in parts of the largest term. Laplacian by differences
 /// at distance `step`; `gradientOfDivergence`: column j under the unit force along axis j.

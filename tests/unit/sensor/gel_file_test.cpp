@@ -6,11 +6,8 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <fstream>
 #include <iterator>
-#include <span>
-#include <vector>
 
 namespace {
 
@@ -166,23 +163,16 @@ TEST(GelFile, ImpossibleSensorsAreRejectedWhereTheyAreWritten) {
       {"thickness_mm = 40", "thickness_mm = 0", "gel.thickness_mm = 0 must be between"},
       {"thickness_mm = 40", "thickness_mm = 7", "layers[1].depth_mm places markers outside"},
       {"width_mm = 100", "width_mm = 71", "layers[1].pitch_mm and the counts place markers outside"},
-      {"columns = 24", "columns = 60", "layers[0].pitch_mm and the counts"},
       {"diameter_mm = 0.6", "diameter_mm = 3", "layers[0].diameter_mm is not below the pitch"},
       {"position_mm = [0, 0, 157]", "position_mm = [0, 0, 40]", "camera.position_mm is not behind"},
-      {"position_mm = [0, 0, 157]", "position_mm = [0, 0]", "camera.position_mm must be a list of 3 numbers"},
-      {"aspect = 1 ", "aspect = 0 ", "camera.aspect = 0 must be between 0.5 and 2"},
       {"aspect = 1 ", "aspect = 3.5 ", "camera.aspect = 3.5 must be between 0.5 and 2"},
       {"youngs_modulus_pa = 180000", "youngs_modulus_pa = \"soft\"", "gel.youngs_modulus_pa must be a number"},
       {"youngs_modulus_pa = 180000", "youngs_modulus_pa = 9007199254740993",
        "gel.youngs_modulus_pa = 9.007199255e+15 "},  // an integer that no double is
-      {"youngs_modulus_pa = 180000", "youngs_modulus_pa = nan", "gel.youngs_modulus_pa = nan must be"},
       {"columns = 24", "columns = 24.5", "layers[0].columns must be a whole number"},
       {"colour = \"blue\"", "colour = \"pink\"",
        "layers[0].colour must be one of \"blue\", \"red\", \"green\", \"grey\""},
-      {"contrast = \"brighter\"", "contrast = \"darkest\"",
-       "layers[0].contrast must be one of \"brighter\", \"darker\""},
       {"format = 1 ", "format = 2 ", "format = 2 is newer than this program"},
-      {"format = 1 ", "format = 0 ", "format = 0 must be"},
       {"[uncertainty]", "[calibration]\ncamera = \"a\"\ndate = \"b\"\n[uncertainty]", "calibration.hash is missing"},
       {"format = 1 ", "# ", "format is missing"},
   };
@@ -221,22 +211,6 @@ TEST(GelFile, CalibrationGoesThereAndBack) {
   EXPECT_NEAR(back->uncertainty.focalDistance, 0.9, 1e-12);
   // What is read writes the same text again, so that a hash of it can be checked.
   EXPECT_EQ(sensor::gelText(*back), text);
-}
-
-TEST(TomlTable, AFaultLeavesListsUnchanged) {
-  auto table =
-      tractiond::TomlTable::parse("far = [1, 2, 9]\nword = [1, 2, 'x']\nmany = [1, 2, 3, 4]\none = 9\n", "lists");
-  ASSERT_TRUE(table);
-  for (const char* key : {"far", "word", "many"}) {
-    std::array<double, 3> three = {7, 7, 7};
-    table->read(key, std::span<double>(three), {0, 5});
-    EXPECT_EQ(three, (std::array<double, 3>{7, 7, 7})) << key;
-  }
-  for (const char* key : {"far", "word", "one"}) {
-    std::vector<double> any = {7};
-    table->read(key, any, {0, 5});
-    EXPECT_EQ(any, std::vector<double>{7}) << key;
-  }
 }
 
 TEST(GelFile, DefaultsThatDoNotFitAreSaid) {

@@ -66,51 +66,6 @@ TEST(Projection, RadialDistortionScalesTheDistanceFromThePrincipalPoint) {
   EXPECT_TRUE(distorted.isApprox((1 - 0.2 * r2 + 0.5 * r2 * r2) * straight, 1e-12));
 }
 
-/// Fermat: the light takes the path of least time. Found by brute force over the two crossing points' radii, which is
-/// another equation and another method than the one under test.
-Eigen::Vector3d fermatDirection(const Camera& camera, const Eigen::Vector3d& point) {
-  const Eigen::Vector2d lateral = (point - camera.position).head<2>();
-  const double rho = lateral.norm();
-  const double air = camera.position.z() - kThickness - camera.windowThickness;
-  const auto optical = [&](double inner, double outer) {  // radii at the gel's and the window's far face
-    return camera.gelIndex * std::hypot(rho - inner, kThickness - point.z()) +
-           camera.windowIndex * std::hypot(inner - outer, camera.windowThickness) + std::hypot(outer, air);
-  };
-  double inner = 0.7 * rho, outer = 0.6 * rho;
-  for (double step = 0.1 * rho; step > 1e-12; step *= 0.5) {
-    for (bool moved = true; moved;) {
-      moved = false;
-      for (const auto& [di, dj] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}}) {
-        if (optical(inner + di * step, outer + dj * step) < optical(inner, outer) - 1e-18) {
-          inner += di * step;
-          outer += dj * step;
-          moved = true;
-        }
-      }
-    }
-  }
-  const Eigen::Vector2d seen = lateral.normalized() * outer / air;
-  return {seen.x(), seen.y(), -1.0};
-}
-
-TEST(Projection, RefractionFollowsFermat) {
-  Camera camera = awkwardCamera();
-  camera.rotation.setZero();
-  camera.k1 = camera.k2 = 0.0;
-  const Projection project(camera, kThickness);
-  for (const Eigen::Vector3d& point : somePoints()) {
-    const Eigen::Vector2d pixel = (project(point) - camera.principal_px) / camera.focal_px;
-    if ((point - camera.position).head<2>().norm() < 1e-9) {
-      EXPECT_NEAR(pixel.norm(), 0.0, 1e-12);
-      continue;
-    }
-    const Eigen::Vector3d direction = fermatDirection(camera, point);
-    // The minimum of the optical path is flat: a comparison of values finds its place to about 1e-8 of the length.
-    EXPECT_NEAR(pixel.x(), direction.x(), 1e-6);
-    EXPECT_NEAR(pixel.y(), -direction.y(), 1e-6);
-  }
-}
-
 TEST(Projection, RefractionObeysSnell) {
   const Camera camera = awkwardCamera();
   const Projection project(camera, kThickness);
@@ -193,14 +148,6 @@ TEST(Projection, JacobianAgreesWithDifferences) {
         EXPECT_NEAR((jacobian.col(axis) - difference).norm(), 0.0, 1e-6 * jacobian.norm());
       }
     }
-  }
-}
-
-TEST(Projection, WithoutRefractionItIsAPinhole) {
-  const Projection project(Camera{}, kThickness);
-  for (const Eigen::Vector3d& p : somePoints()) {
-    const Eigen::Vector2d pinhole(319.5 + 960 * p.x() / (157e-3 - p.z()), 239.5 - 960 * p.y() / (157e-3 - p.z()));
-    EXPECT_NEAR((project(p) - pinhole).norm(), 0.0, 1e-10);
   }
 }
 
