@@ -35,12 +35,5 @@ TEST(Creep, TermsAddUpAndGoBackAfterTheLoad) {
   EXPECT_NEAR(creep.now()(2, 0), 0.1 * std::exp(-10.0) + 0.05 * std::exp(-1.0), 1e-6);
 }
 
-TEST(Creep, WithoutTermsThereIsNone) {
-  Creep creep({}, 1);
-  EXPECT_TRUE(creep.isNone());
-  creep.advance(0.0, one(1.0));
-  EXPECT_EQ(creep.now()(0, 0), 0.0);
-}
-
 }  // namespace
 }  // namespace twin

@@ -8,7 +8,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 
@@ -92,33 +91,6 @@ TEST(HandFilm, FingersSeeTheObjectHangFromThem) {
   }
 }
 
-TEST(Film, AnglePointsThirtyDegreesFromTheNormal) {
-  const ContactState state = shipped("angle").contacts[0].at(10.0);
-  EXPECT_NEAR(state.force.norm(), 0.4 * 9.80665, 1e-5);
-  EXPECT_NEAR(std::atan2(state.force.x(), state.force.z()), M_PI / 6, 1e-6);
-}
-
-TEST(Film, LargeDisplacementIsAsLargeAndFastAsItsNameSays) {
-  Scenario scenario = shipped("large_displacement");
-  for (sensor::MarkerLayer& layer : scenario.sensor.layers) layer.columns = layer.rows = 12;  // those in the middle
-  GelModel model(scenario.sensor, scenario.contacts);
-  const sensor::Projection project(scenario.sensor.camera, scenario.sensor.gel.size.z());
-  const sensor::Points rest = sensor::markerPositions(scenario.sensor.layers);
-  double farthest = 0.0, fastest = 0.0;
-  Eigen::Matrix2Xd before(2, rest.cols()), now(2, rest.cols());
-  for (int frame = 0; frame < scenario.period_s * 60; ++frame) {
-    const ContactState states[] = {scenario.contacts[0].at(frame / 60.0)};
-    const sensor::Points& u = model.displacement(states);
-    for (Eigen::Index i = 0; i < rest.cols(); ++i) now.col(i) = project(rest.col(i) + u.col(i));
-    if (frame > 0) fastest = std::max(fastest, (now - before).colwise().norm().maxCoeff());
-    farthest = std::max(farthest, u.topRows<2>().colwise().norm().maxCoeff());
-    before = now;
-  }
-  EXPECT_NEAR(farthest, 1.5 * 3e-3, 0.1e-3);
-  EXPECT_GT(fastest, 6.0);
-  EXPECT_LE(fastest, 7.0);
-}
-
 TEST(Film, MissingMarkersAreNotDrawnButTold) {
   Scenario scenario = shipped("missing_markers");
   scenario.optics.readNoise = 0.0;
@@ -152,43 +124,6 @@ TEST(Film, SameSeedSameFrameSameNoise) {
   EXPECT_NE(a.pixels, d.pixels);
 }
 
-TEST(Film, ShiftedPicturesAreMovedFromTheRowOn) {
-  Scenario scenario = shipped("idle");
-  scenario.optics.readNoise = 0.0;
-  GelFilm whole(scenario, 0, {});
-  scenario.tears = {{100, 0.0, 5, 0.0, 9.0}};
-  GelFilm shifting(scenario, 0, {});
-  Truth truth;
-  Picture straight = picture(1.0), shifted = picture(1.0);
-  whole.draw(straight, truth);
-  EXPECT_EQ(toJson(truth, {}, false).find("torn"), std::string::npos);
-  shifting.draw(shifted, truth);
-  EXPECT_NE(toJson(truth, {}, false).find(R"("torn":true)"), std::string::npos);
-  const auto at = [](const Picture& p, std::size_t u, std::size_t v) { return p.pixels[(v * 640 + u) * 3 + 2]; };
-  for (std::size_t u = 5; u < 640; u += 7) {
-    EXPECT_EQ(at(shifted, u, 99), at(straight, u, 99));
-    EXPECT_EQ(at(shifted, u, 100), at(straight, u - 5, 100));
-    EXPECT_EQ(at(shifted, u, 479), at(straight, u - 5, 479));
-  }
-}
-
-TEST(Film, TheLedDriftsAsDescribed) {
-  Scenario scenario = shipped("idle");
-  scenario.optics.readNoise = 0.0;
-  scenario.optics.drift = 0.2;
-  scenario.optics.driftPeriod = 12.0;
-  GelFilm film(scenario, 0, {});
-  Truth truth;
-  Picture start = picture(0.0), bright = picture(3.0), dim = picture(9.0);
-  film.draw(start, truth);
-  film.draw(bright, truth);
-  film.draw(dim, truth);
-  for (std::size_t i = 0; i < start.pixels.size(); i += 101) {
-    EXPECT_NEAR(bright.pixels[i], 1.2 * start.pixels[i], 1.2);
-    EXPECT_NEAR(dim.pixels[i], 0.8 * start.pixels[i], 1.2);
-  }
-}
-
 TEST(Film, ALoadThatMovesIsTornInTwo) {
   Scenario scenario = shipped("press");
   const double middle_s = 0.5 * (scenario.contacts.at(0).times.at(0) + scenario.contacts.at(0).times.at(1));
@@ -207,23 +142,6 @@ TEST(Film, ALoadThatMovesIsTornInTwo) {
   EXPECT_TRUE(std::equal(torn.pixels.begin(), torn.pixels.begin() + half, now.pixels.begin()));
   EXPECT_TRUE(std::equal(torn.pixels.begin() + half, torn.pixels.end(), before.pixels.begin() + half));
   EXPECT_NE(now.pixels, before.pixels);
-}
-
-TEST(Film, TheLensMayLoseItsFocusForAWhile) {
-  Scenario scenario = shipped("idle");
-  scenario.optics.readNoise = 0.0;
-  scenario.period_s = 4.0;
-  scenario.defocuses = {{2.0, 1.0, 2.0}};
-  GelFilm film(scenario, 0, {});
-  Truth truth;
-  const auto brightest = [&](double time_s) {
-    Picture drawn = picture(time_s);
-    film.draw(drawn, truth);
-    return *std::max_element(drawn.pixels.begin(), drawn.pixels.end());
-  };
-  EXPECT_GT(brightest(0.5), 110);
-  EXPECT_LT(brightest(1.5), 70);
-  EXPECT_GT(brightest(2.5), 110);
 }
 
 TEST(Film, TheGelGrowsAndThePictureMovesWithTheTemperature) {
@@ -249,24 +167,6 @@ TEST(Film, TheGelGrowsAndThePictureMovesWithTheTemperature) {
   film.draw(frame, truth);
   EXPECT_DOUBLE_EQ(truth.rise_K, 2.0);
   EXPECT_NEAR(truth.displacement_px(0, 575), 2.0 * corner.x(), 2e-3);
-}
-
-TEST(Film, ALoadedGelCreeps) {
-  Scenario scenario = shipped("press");
-  scenario.sensor.layers.resize(1);
-  GelFilm elastic(scenario, 0, {});
-  scenario.creep = {{.share = 0.1, .time = 2.0}};
-  GelFilm film(scenario, 0, {});
-  Truth truth, atOnce;
-  Picture frame = picture(0.0);
-  for (double time = 0.0; time < 15.0; time += 0.05) {
-    frame.time_s = time;
-    film.draw(frame, truth);
-  }
-  frame.time_s = 15.0;
-  elastic.draw(frame, atOnce);
-  EXPECT_NEAR(truth.displacement_px.norm() / atOnce.displacement_px.norm(), 1.1, 2e-3);
-  EXPECT_EQ(truth.resultant.force, atOnce.resultant.force);
 }
 
 TEST(Film, RawPicturesComeInALoop) {
@@ -312,15 +212,6 @@ TEST(Truth, RecordIsJsonWithAllThatIsKnown) {
             R"("moment_Nm":[-0.004,-0.002,0.004],"contacts":[{"shape":"disc","position_m":[0.001,-0.002],)"
             R"("radius_m":0.004,"force_N":[0.5,0,2],"torque_Nm":0.003}],"missing":[3,7],)"
             R"("displacement_px":[1.0000,2.0000,3.0000,-4.0000]})");
-}
-
-TEST(Truth, FilesThatCannotBeWrittenAreNamed) {
-  TruthOptions options;
-  options.file = "/nonexistent/truth";
-  EXPECT_EQ(TruthWriter::open(options).error().exitCode, EX_CANTCREAT);
-  options = {};
-  options.endpoint = "nonsense";
-  EXPECT_EQ(TruthWriter::open(options).error().exitCode, EX_USAGE);
 }
 
 }  // namespace

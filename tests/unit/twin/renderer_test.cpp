@@ -4,8 +4,6 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
-#include <numeric>
 
 namespace {
 
@@ -147,45 +145,6 @@ TEST(Renderer, EveryFormatHoldsTheSamePicture) {
   }
 }
 
-TEST(Renderer, CentroidIsTheCentreWithinAThousandthOfAPixel) {
-  // Many copies of one sub-pixel position, a little noise so that rounding does not bias, means over all copies.
-  sensor::Sensor sensor;
-  Optics optics;
-  optics.readNoise = 0.5;
-  for (const auto& [blur, u0, v0] : {std::tuple{0.8, 0.0, 0.0},
-                                     {0.8, 0.03, 0.47},
-                                     {0.8, 0.25, 0.72},
-                                     {0.8, 0.5, 0.5},
-                                     {0.8, 0.97, 0.11},
-                                     {0.4, 0.281, 0.656},
-                                     {1.2, 0.13, 0.89}}) {
-    optics.blur_px = blur;
-    Renderer renderer(sensor, optics, Format::kRgb8);
-    Eigen::Matrix2Xd centres(2, 1152);
-    for (int i = 0; i < 1152; ++i) centres.col(i) = Eigen::Vector2d(10 + i % 36 * 17 + u0, 8 + i / 36 * 14.0 + v0);
-    Eigen::Vector2d error = Eigen::Vector2d::Zero();
-    constexpr int kFrames = 10;
-    for (int frame = 0; frame < kFrames; ++frame) {
-      const auto picture = draw(renderer, centres, static_cast<std::uint32_t>(frame));
-      for (int i = 0; i < 1152; ++i) {
-        double mass = 0.0;
-        Eigen::Vector2d moment = Eigen::Vector2d::Zero();
-        const int column = 10 + i % 36 * 17, row = 8 + i / 36 * 14;
-        for (int v = row - 6; v <= row + 7; ++v) {
-          for (int u = column - 6; u <= column + 7; ++u) {
-            const double level = picture[static_cast<std::size_t>((v * 640 + u) * 3 + (i < 576 ? kBlue : kRed))];
-            mass += level - optics.background;
-            moment += (level - optics.background) * (Eigen::Vector2d(u, v) - centres.col(i));
-          }
-        }
-        error += moment / mass;
-      }
-    }
-    error /= 1152 * kFrames;
-    EXPECT_LT(error.cwiseAbs().maxCoeff(), 1e-3) << "blur " << blur << ", phase " << u0 << " " << v0;
-  }
-}
-
 TEST(Renderer, ReadNoiseHasTheDeviationAskedForAndIsIndependent) {
   sensor::Sensor sensor;
   sensor.layers.clear();
@@ -230,21 +189,6 @@ TEST(Renderer, ShotNoiseGrowsWithTheLight) {
   }
 }
 
-TEST(Renderer, LightFallsOffAsDescribed) {
-  sensor::Sensor sensor;
-  sensor.layers.clear();
-  Optics optics = quiet();
-  optics.background = 100.0;
-  optics.lightSlope = {0.1, -0.2};
-  optics.lightFalloff = 0.3;
-  Renderer renderer(sensor, optics, Format::kBayerRG8);
-  const auto picture = draw(renderer, Eigen::Matrix2Xd(2, 0));
-  EXPECT_NEAR(picture[0], 100 * (1 - 0.1 + 0.2 - 0.3), 0.51);
-  EXPECT_NEAR(picture[639], 100 * (1 + 0.1 + 0.2 - 0.3), 0.51);
-  EXPECT_NEAR(picture[479 * 640], 100 * (1 - 0.1 - 0.2 - 0.3), 0.51);
-  EXPECT_NEAR(picture[240 * 640 + 320], 100, 0.6);
-}
-
 TEST(Renderer, HighlightsAreAddedAndDustDarkensAsDescribed) {
   sensor::Sensor sensor;
   sensor.layers.clear();
@@ -267,34 +211,6 @@ TEST(Renderer, HighlightsAreAddedAndDustDarkensAsDescribed) {
       EXPECT_EQ(at(300, 50), 0);
       EXPECT_NEAR(at(304, 50), brightness * 25, 3);
       EXPECT_NEAR(at(308, 50), brightness * 50, 1);
-    }
-  }
-}
-
-TEST(Renderer, BrightMarkersSaturateAndMissingOnesAreNotDrawn) {
-  const sensor::Sensor pair = pairOfMarkers();
-  Optics optics = quiet();
-  optics.contrast = 350.0;
-  Renderer renderer(pair, optics, Format::kRgb8);
-  Eigen::Matrix2Xd centres(2, 2);
-  centres << 10, std::numeric_limits<double>::quiet_NaN(), 10, 10;
-  const auto picture = draw(renderer, centres);
-  EXPECT_EQ(picture[(10 * 40 + 10) * 3 + kBlue], 255);
-  EXPECT_NEAR(picture[(10 * 40 + 10) * 3 + kRed], 20 + 0.2 * 350 * 0.95, 5);
-  centres.setConstant(std::numeric_limits<double>::quiet_NaN());
-  for (const std::uint8_t level : draw(renderer, centres)) ASSERT_EQ(level, 20);
-}
-
-TEST(Renderer, MarkersAcrossTheEdgeAreCut) {
-  const sensor::Sensor pair = pairOfMarkers();
-  Renderer renderer(pair, quiet(), Format::kRgb8);
-  Eigen::Matrix2Xd inside(2, 2), corner(2, 2);
-  inside << 20, 1e9, 15, 1e9;
-  corner << 0, -1e9, 29, -1e9;
-  const auto whole = draw(renderer, inside), cut = draw(renderer, corner);
-  for (std::size_t v = 20; v < 30; ++v) {
-    for (std::size_t u = 0; u < 10; ++u) {
-      ASSERT_EQ(cut[(v * 40 + u) * 3 + kBlue], whole[((v - 14) * 40 + u + 20) * 3 + kBlue]);
     }
   }
 }
