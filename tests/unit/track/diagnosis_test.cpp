@@ -32,27 +32,18 @@ TEST(Diagnosis, CountsWhatIsFound) {
   EXPECT_TRUE(contains(said(twin::Optics{}), "of 576 markers, red: 5"));
 }
 
-TEST(Diagnosis, ADarkPicture) {
-  twin::Optics optics;
-  optics.contrast = 4.0;
-  optics.background = 3.0;
-  for (const auto format : {twin::Format::kRgb8, twin::Format::kBayerGR8}) {
-    EXPECT_TRUE(contains(said(optics, format), "dark"));
-  }
-}
-
-TEST(Diagnosis, ASaturatedPicture) {
-  twin::Optics optics;
-  optics.background = 255.0;
-  EXPECT_TRUE(contains(said(optics), "saturated"));
-}
-
-TEST(Diagnosis, AnEvenPicture) {
-  twin::Optics optics;
-  optics.contrast = 1.0;
-  optics.background = 100.0;
-  optics.readNoise = 0.5;
-  EXPECT_TRUE(contains(said(optics), "even"));
+TEST(Diagnosis, ADarkASaturatedAndAnEvenPicture) {
+  const auto optics = [](double contrast, double background, double noise) {
+    twin::Optics made;
+    made.contrast = contrast;
+    made.background = background;
+    made.readNoise = noise;
+    return made;
+  };
+  EXPECT_TRUE(contains(said(optics(4.0, 3.0, 2.0)), "dark"));
+  EXPECT_TRUE(contains(said(optics(4.0, 3.0, 2.0), twin::Format::kBayerGR8), "dark"));
+  EXPECT_TRUE(contains(said(optics(100.0, 255.0, 2.0)), "saturated"));
+  EXPECT_TRUE(contains(said(optics(1.0, 100.0, 0.5)), "even"));
 }
 
 TEST(Diagnosis, MarkersOfAnotherSize) {

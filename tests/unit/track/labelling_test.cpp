@@ -58,11 +58,10 @@ TEST_P(FirstPicture, IsLabelledRightWithATenthOfTheMarkersMissing) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Moves, FirstPicture,
-                         testing::Values(Move{"none", 0, 0, 0, 1}, Move{"right", 12, 0, 0, 1}, Move{"down", 0, 7, 0, 1},
-                                         Move{"leftAndUp", -14, -6, 0, 1}, Move{"farRight", 40, 3, 0, 1},
-                                         Move{"farDown", 2, 25, 0, 1}, Move{"turned", 3, -2, 3, 1},
+                         testing::Values(Move{"none", 0, 0, 0, 1}, Move{"leftAndUp", -14, -6, 0, 1},
+                                         Move{"farRight", 40, 3, 0, 1}, Move{"farDown", 2, 25, 0, 1},
                                          Move{"turnedBack", -5, 2, -4, 1}, Move{"larger", 2, 2, 0, 1.03},
-                                         Move{"smaller", -8, 5, 0, 0.95}, Move{"all", 11, -4, 2.5, 0.96}),
+                                         Move{"all", 11, -4, 2.5, 0.96}),
                          [](const auto& move) { return std::string(move.param.name); });
 
 TEST(Labelling, DustAndStrongUnevenLightDoNotConfuse) {
@@ -98,14 +97,6 @@ TEST(Labelling, DustAndStrongUnevenLightDoNotConfuse) {
   EXPECT_GE(found, 0.9 * 0.9 * scene.markers());
 }
 
-TEST(Labelling, SeveralPatternsOfMissingMarkersAreLabelledRight) {
-  for (unsigned seed = 20; seed < 30; ++seed) {
-    Scene scene;
-    scene.remove(0.1, seed);
-    expectRightLabels(scene, 0.99);
-  }
-}
-
 TEST(Labelling, AnEmptyOrForeignPictureIsRefused) {
   Scene scene;
   scene.now.setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -116,15 +107,6 @@ TEST(Labelling, AnEmptyOrForeignPictureIsRefused) {
   std::uniform_real_distribution<double> u(0, 640), v(0, 480);
   for (Eigen::Index i = 0; i < scene.now.cols(); ++i) scene.now.col(i) = Eigen::Vector2d(u(random), v(random));
   EXPECT_FALSE(tracking.start(scene, 20));
-}
-
-TEST(Labelling, OneLayerIsEnough) {
-  sensor::Sensor sensor;
-  sensor.layers.pop_back();
-  Scene scene({}, twin::Format::kRgb8, sensor);
-  scene.remove(0.1, 3);
-  for (Eigen::Index i = 0; i < scene.now.cols(); ++i) scene.now.col(i) += Eigen::Vector2d(9.0, -5.0);
-  expectRightLabels(scene, 0.99);
 }
 
 /// Where rows are near to each other, a missing marker's neighbour in its column is no farther than one in its row.
@@ -172,7 +154,7 @@ void moveCamera(sensor::Sensor& sensor, const Eigen::Vector3d& by_m, const Eigen
 }
 
 TEST(Labelling, APoseThatIsTwentyMillimetresAndFiveDegreesOffIsNoHindrance) {
-  constexpr int kPoses = 40;
+  constexpr int kPoses = 12;
   constexpr unsigned kSeed = 20261121;
   std::printf("seed %u, %d poses\n", kSeed, kPoses);
   WrongStart draw(kSeed);

@@ -1,6 +1,4 @@
 // Displacements beyond the spacing, fast ones, gaps and things in the way: nothing may be taken for something else.
-#include "sensor/elastic/half_space.h"
-#include "sensor/elastic/loads.h"
 #include "tests/unit/track/scene.h"
 
 #include <gtest/gtest.h>
@@ -105,43 +103,6 @@ TEST_P(Motion, APictureThatJumpsAsAWholeIsFoundAgain) {
 
 INSTANTIATE_TEST_SUITE_P(Formats, Motion, testing::Values(twin::Format::kRgb8, twin::Format::kBayerRG8),
                          [](const auto& format) { return format.param == twin::Format::kRgb8 ? "Rgb8" : "Bayer"; });
-
-TEST(HalfSpaceMotion, ASoftGelUnderShearAndPressSwapsNothing) {
-  // 1.5 spacings at the marker that moves most, by a patch of 4 mm radius pushed aside and in.
-  Scene scene;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
-  const auto patch = sensor::elastic::hertz({3e-3, -2e-3}, 4e-3, {0.8, 0.3, 0.5}, 8);
-  const sensor::Points points = sensor::markerPositions(scene.sensor.layers);
-  sensor::Points moved = sensor::Points::Zero(3, points.cols());
-  for (Eigen::Index i = 0; i < points.cols(); ++i) {
-    for (Eigen::Index k = 0; k < patch.points.cols(); ++k) {
-      moved.col(i) += sensor::elastic::halfSpaceDisplacement(points.col(i) - patch.points.col(k), 1.8e4, 0.49) *
-                      patch.forces.col(k);
-    }
-  }
-  const sensor::Projection project(scene.sensor.camera, scene.sensor.gel.size.z());
-  const auto load = [&](double share) {
-    double farthest = 0.0;
-    for (Eigen::Index i = 0; i < points.cols(); ++i) {
-      scene.now.col(i) = project(points.col(i) + share * moved.col(i));
-      farthest = std::max(farthest, (scene.now.col(i) - scene.rest.col(i)).norm());
-    }
-    return farthest;
-  };
-  const double full = kFarthest_px / load(1.0);
-  const int steps = static_cast<int>(std::ceil(kFarthest_px / kFastest_px));
-  for (int i = 1; i <= steps; ++i) {
-    load(full * i / steps);
-    EXPECT_GE(expectNothingWrong(scene, tracking), scene.markers() - 60);
-  }
-  EXPECT_GE(expectNothingWrong(scene, tracking, true), scene.markers() - 60);
-  for (int i = steps - 1; i >= 0; --i) {
-    load(full * i / steps);
-    EXPECT_GE(expectNothingWrong(scene, tracking), scene.markers() - 60);
-  }
-  EXPECT_EQ(expectNothingWrong(scene, tracking), scene.markers());
-}
 
 TEST(Occlusion, BlueBehindRedIsNotBiased) {
   // Blue stands still, red wanders across it in half-pixel steps.

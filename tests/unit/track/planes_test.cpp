@@ -142,7 +142,7 @@ struct Random {
 TEST(Planes, GiveBackTheNumbersOfAnyFormat) {
   std::mt19937 generator(test::seed());
   std::uniform_int_distribution<int> size(3, 40);
-  for (int trial = 0; trial < 400; ++trial) {
+  for (int trial = 0; trial < 150; ++trial) {
     const auto formats = pixelFormats();
     const PixelFormatTraits& format = formats[generator() % formats.size()];
     const bool pairs = format.isBayer() || format.colours >= PixelColours::kYuyv;

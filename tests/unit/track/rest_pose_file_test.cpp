@@ -75,43 +75,21 @@ TEST_F(RestPoseFile, ComesBackAsItWasSaved) {
   EXPECT_EQ((*loaded)->id, saved.id);
 }
 
-TEST_F(RestPoseFile, ANewOneReplacesTheOldAndLeavesNothingBeside) {
-  RestPose first = pose();
-  ASSERT_TRUE(saveRestPose(path_, first, sensor_, PixelFormat::kRgb8, "Camera-1"));
-  first.noise = 3.0F;
-  first.id = idOf(first);
-  ASSERT_TRUE(saveRestPose(path_, first, sensor_, PixelFormat::kRgb8, "Camera-1"));
-  const auto loaded = load();
-  ASSERT_TRUE(loaded && loaded->has_value());
-  EXPECT_EQ((*loaded)->noise, 3.0F);
-  EXPECT_EQ(std::distance(fs::directory_iterator(path_.parent_path()), fs::directory_iterator()), 1);
-}
-
-TEST_F(RestPoseFile, EveryTruncationIsNoticed) {
+TEST_F(RestPoseFile, EveryTruncationAndEveryFlippedBitIsNoticed) {
   ASSERT_TRUE(saveRestPose(path_, pose(), sensor_, PixelFormat::kRgb8, "Camera-1"));
   const std::string whole = contents();
-  for (std::size_t size = 0; size < whole.size(); size += size < 200 ? 1 : 499) {
-    write(whole.substr(0, size));
+  const auto isNoticed = [&](const std::string& bytes) {
+    write(bytes);
     const auto loaded = load();
-    ASSERT_FALSE(loaded) << size;
-    EXPECT_EQ(loaded.error().exitCode, EX_DATAERR);
-  }
-  write(whole + 'x');
-  EXPECT_FALSE(load());
-}
-
-TEST_F(RestPoseFile, EveryFlippedBitIsNoticed) {
-  ASSERT_TRUE(saveRestPose(path_, pose(), sensor_, PixelFormat::kRgb8, "Camera-1"));
-  const std::string whole = contents();
+    return !loaded && loaded.error().exitCode == EX_DATAERR && loaded.error().where == path_.string();
+  };
   for (std::size_t at = 0; at < whole.size(); at += at < 200 ? 1 : 97) {
     std::string spoilt = whole;
     spoilt[at] = static_cast<char>(spoilt[at] ^ (1 << (at % 8)));
-    write(spoilt);
-    const auto loaded = load();
-    ASSERT_FALSE(loaded) << at;
-    EXPECT_FALSE(loaded.error().what.empty());
-    EXPECT_EQ(loaded.error().where, path_.string());
+    ASSERT_TRUE(isNoticed(spoilt)) << at;
+    ASSERT_TRUE(isNoticed(whole.substr(0, at))) << at;
   }
+  EXPECT_TRUE(isNoticed(whole + 'x'));
 }
 
 TEST_F(RestPoseFile, AnotherSensorsOrPicturesIsForeign) {
@@ -140,7 +118,7 @@ TEST_F(RestPoseFile, AnotherCamerasIsForeign) {
     const auto loaded = loadRestPose(path_, sensor_, PixelFormat::kRgb8, other);
     ASSERT_FALSE(loaded);
     EXPECT_EQ(loaded.error().exitCode, EX_DATAERR);
-    EXPECT_EQ(loaded.error().what, "the rest pose was taken with camera Camera-1, this is " + std::string(other));
+    EXPECT_NE(loaded.error().what.find("Camera-1"), std::string::npos) << loaded.error().what;
   }
 }
 
@@ -174,14 +152,6 @@ TEST_F(RestPoseFile, NumbersThatMakeNoSenseAreNotBelieved) {
   wrong.id = idOf(wrong);
   ASSERT_TRUE(saveRestPose(path_, wrong, sensor_, PixelFormat::kRgb8, "Camera-1"));
   EXPECT_FALSE(load());
-}
-
-TEST_F(RestPoseFile, WhatCannotBeWrittenIsSaid) {
-  fs::create_directories(directory_);
-  std::ofstream(directory_ / "state") << "a file where the directory should be";
-  const auto saved = saveRestPose(path_, pose(), sensor_, PixelFormat::kRgb8, "Camera-1");
-  ASSERT_FALSE(saved);
-  EXPECT_EQ(saved.error().exitCode, EX_CANTCREAT);
 }
 
 TEST_F(RestPoseFile, AZeroThatReplacedNothingYetIsNotUndone) {

@@ -115,7 +115,7 @@ TEST(Tear, OrdinaryPicturesHangTogether) {
     ASSERT_TRUE(tracking.start(scene));
     Loads loads(scene.sensor);
     int alarms = 0;
-    for (int frame = 0; frame < 400; ++frame) {
+    for (int frame = 0; frame < 150; ++frame) {
       double farthest = 0.0;
       scene.now = loads.next(farthest) + gone;
       tracking(scene.shoot());
@@ -130,8 +130,8 @@ TEST(Tear, ShiftedRowsAreNoticedAndTheNextFrameIsRight) {
     Scene scene({}, format);
     Tracking tracking(scene);
     ASSERT_TRUE(tracking.start(scene));
-    for (const int px : {2, -2, 4, 8, -10, 12, 14, 40}) {
-      for (const int row : {100, 173, 240, 311, 380}) {
+    for (const int px : {2, -10, 14, 40}) {
+      for (const int row : {100, 240, 380}) {
         const Frame& frame = scene.shoot();
         scene.shift(row, px);
         tracking(frame);
@@ -153,19 +153,18 @@ TEST(Tear, AShiftOfAnEighthOfAPixelIsNoticedMostlyAndOfAHalfAlways) {
   Scene scene;
   Tracking tracking(scene);
   ASSERT_TRUE(tracking.start(scene));
-  constexpr int kTimes = 40;
+  constexpr int kTimes = 20;
   struct Case {
     double px;
     int least, most;
   };
-  for (const auto& [px, least, most] :
-       {Case{0.10, 0, 4}, {0.15, 28, kTimes}, {0.20, 28, kTimes}, {0.30, 32, kTimes}, {0.50, kTimes, kTimes}}) {
+  for (const auto& [px, least, most] : {Case{0.10, 0, 2}, {0.20, 14, kTimes}, {0.50, kTimes, kTimes}}) {
     int noticed = 0;
     for (int i = 0; i < kTimes; ++i) {
       Eigen::Matrix2Xd moved = scene.rest;
       moved.row(0).array() += px;
       const Frame& frame = scene.shoot();
-      scene.tear(100 + 7 * i, moved);
+      scene.tear(100 + 14 * i, moved);
       tracking(frame);
       if (tracking.field.flags & kTorn) ++noticed;
       for (int k = 0; k < 5; ++k) tracking(scene.shoot());  // an unnoticed one is what the next is compared with
@@ -186,7 +185,7 @@ TEST(Tear, MomentsMixedUpWhereTheGelMovesAreNoticed) {
   };
   for (const auto& [perFrame, least] : {Case{0.5, 0.4}, {1.0, 0.7}, {3.0, 0.9}, {6.0, 1.0}}) {
     int noticed = 0, times = 0;
-    for (int row = 195; row <= 285; row += 5) {
+    for (int row = 195; row <= 285; row += 10) {
       Bump bump;
       for (int i = 0; i < 6; ++i) {
         bump.peak_px = {-0.3 * perFrame * i, perFrame * i};

@@ -20,19 +20,6 @@ TEST(Tracker, FirstStartTakesAZeroByItself) {
   EXPECT_EQ(tracking.field.flags, kZeroUnverified);
 }
 
-TEST(Tracker, PassesOnWhatItKnowsOfTheFrame) {
-  Scene scene;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
-  Frame frame = scene.shoot();
-  frame.info.exposure_s = 0.004;
-  frame.info.times.device_ns = 17;
-  tracking(frame);
-  EXPECT_EQ(tracking.field.info.cameraFrameId, frame.info.cameraFrameId);
-  EXPECT_EQ(tracking.field.info.exposure_s, 0.004);
-  EXPECT_EQ(tracking.field.info.times.device_ns, 17);
-}
-
 TEST(Tracker, AllocatesNothingButWhereItLearnsWhatMarkersLookLike) {
   for (const auto format : {twin::Format::kRgb8, twin::Format::kBayerGB8}) {
     Scene scene({}, format);
@@ -84,22 +71,6 @@ TEST(Tracker, AllocatesNothingWhileItLooksForMarkersThatAreNotThere) {
     EXPECT_EQ(support::allocations(), before);
     EXPECT_GT(snapshot.spotLayer.size(), 500U);
     EXPECT_EQ(snapshot.state.front(), MarkerState::kSought);
-  }
-}
-
-TEST(Tracker, SaysTheSameOfTheSamePictures) {
-  Scene one, other;
-  Tracking first(one), second(other);
-  Bump bump;
-  for (int i = 0; i < 60; ++i) {
-    bump.peak_px = {i < 35 ? 0.0 : 1.0 * (i - 35), 0.0};
-    one.displace(bump);
-    other.displace(bump);
-    first(one.shoot());
-    second(other.shoot());
-    ASSERT_EQ(first.field.displacement_px, second.field.displacement_px);
-    ASSERT_EQ(first.field.variance_px2, second.field.variance_px2);
-    ASSERT_EQ(first.field.valid, second.field.valid);
   }
 }
 
