@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 
 namespace tractiond::calibrate::calibration_test {
@@ -164,19 +163,6 @@ TEST_F(CalibrationTest, WhatCannotBeIsRefused) {
     ASSERT_TRUE(heavy);
     EXPECT_EQ(heavy->error(), "a weight is at most 1,000,000 N");
   }
-}
-
-TEST_F(CalibrationTest, NoMoreThanAHundredFilesAreWritten) {
-  for (int i = 0; i < 100; ++i) std::ofstream(folder_ / (std::to_string(i) + ".toml"));
-  CalibrationStep step;
-  step.kind = Kind::kGeometry;
-  ASSERT_TRUE(*begin(step));
-  step.kind = Kind::kFinish;
-  const auto full = begin(step);
-  ASSERT_FALSE(*full);
-  EXPECT_NE(full->error().find("holds 100 gel files: delete"), std::string::npos) << full->error();
-  std::filesystem::remove(folder_ / "7.toml");
-  EXPECT_TRUE(*begin(step));
 }
 
 TEST_F(CalibrationTest, TheFileSaysWhatWasMeasuredAndIsVerified) {
@@ -362,28 +348,6 @@ TEST(DriftWatch, FollowsTheUntouchedPictureAndNothingElse) {
   frames.field().zero[0] = 2;
   watch.add(frames.next(0.0));
   EXPECT_NEAR(watch.drift().shiftU_px, 0.0, 0.01);
-}
-
-TEST(DriftWatch, StartsAnewWithAZeroAndIgnoresFramesWithoutOne) {
-  const sensor::Sensor sensor = coarse();
-  DriftWatch watch(sensor), fresh(sensor);
-  Frames frames(sensor);
-  for (int i = 0; i < 60; ++i) watch.add(frames.next(0.0));
-  MarkerField& field = frames.field();
-  field.zero = {};
-  fresh.add(frames.next(0.0));
-  EXPECT_EQ(fresh.drift().seen_ns, 0);
-  field.zero[0] = 2;
-  for (std::size_t i = 0; i < 40; ++i) field.valid[i] = 0;  // in the first frame after the zero
-  field.validCount -= 40;
-  watch.add(frames.next(0.0));
-  fresh.add(field);
-  for (std::size_t i = 0; i < 40; ++i) field.valid[i] = 1;
-  field.validCount += 40;
-  watch.add(frames.next(0.0));
-  fresh.add(field);
-  EXPECT_GT(fresh.drift().rms_px, 0.0);
-  EXPECT_EQ(watch.drift().rms_px, fresh.drift().rms_px);
 }
 
 TEST(DriftWatch, TakesTheFirstValueOfALateMarkerAndOneAfterALongTimeAsTheyAre) {

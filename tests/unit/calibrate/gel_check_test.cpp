@@ -81,7 +81,7 @@ TEST(GelCheck, MarkersOffTheirGridAreAnAlarmUnlessTheFileSaysSo) {
 
 TEST(GelCheck, AGelAsUncertainAsItsFileSaysIsNoAlarm) {
   constexpr unsigned kSeed = 4711;
-  constexpr int kGels = 60;
+  constexpr int kGels = 30;
   Draw draw(kSeed);
   int alarms = 0;
   double largest = 0.0;
@@ -105,7 +105,7 @@ TEST(GelCheck, AGelAsUncertainAsItsFileSaysIsNoAlarm) {
 TEST(GelCheck, AWrongPitchIsNoticed) {
   Draw draw(1);
   for (const double error : {-0.03, 0.03}) {
-    for (unsigned i = 0; i < 6; ++i) {
+    for (unsigned i = 0; i < 2; ++i) {
       sensor::Sensor file;
       const sensor::Sensor truth = draw.trueSensor(file);
       for (sensor::MarkerLayer& layer : file.layers) layer.pitch *= 1.0 + error;
@@ -129,7 +129,7 @@ TEST(GelCheck, AnotherNumberOfMarkersIsNoticedBothWaysRound) {
     }
     return sensor;
   };
-  for (const auto& [columns, rows] : {std::pair(20, 20), {25, 24}, {23, 24}, {24, 23}, {20, 24}, {24, 21}}) {
+  for (const auto& [columns, rows] : {std::pair(20, 20), {25, 24}, {24, 23}}) {
     for (const bool inFile : {false, true}) {
       const auto report =
           inFile ? checked(grid(24, 24), grid(columns, rows)) : checked(grid(columns, rows), grid(24, 24));
@@ -143,7 +143,7 @@ TEST(GelCheck, AnotherNumberOfMarkersIsNoticedBothWaysRound) {
 TEST(GelCheck, ExchangedLayersAreNoticed) {
   Draw draw(2);
   for (const bool centresToo : {false, true}) {
-    for (unsigned i = 0; i < 4; ++i) {
+    for (unsigned i = 0; i < 2; ++i) {
       sensor::Sensor file;
       const sensor::Sensor truth = draw.trueSensor(file);
       std::swap(file.layers[0].depth, file.layers[1].depth);
@@ -161,7 +161,7 @@ TEST(GelCheck, ALayersDepthThatIsAFifthOffIsNoticed) {
   Draw draw(3);
   for (const std::size_t layer : {0, 1}) {
     for (const double share : {0.8, 1.2}) {
-      for (unsigned i = 0; i < 4; ++i) {
+      for (unsigned i = 0; i < 2; ++i) {
         sensor::Sensor file;
         const sensor::Sensor truth = draw.trueSensor(file);
         file.layers[layer].depth *= share;

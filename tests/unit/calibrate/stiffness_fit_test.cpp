@@ -16,7 +16,7 @@ WeighedForce weighed(double known_gf, double placed_gf, double deviation_N = 0.0
 }
 
 TEST(StiffnessFit, ScalesReadingsToWeights) {
-  const Stiffness found = fitStiffness({weighed(100, 100), weighed(200, 200), weighed(500, 500)}, kAssumed);
+  const Stiffness found = fitStiffness({weighed(100, 100), weighed(500, 500), weighed(200, 200)}, kAssumed);
   EXPECT_NEAR(found.youngsModulus, kTrue, 1e-9 * kTrue);
   EXPECT_NEAR(found.linearity, 0.0, 1e-9);
   EXPECT_EQ(found.contradiction, "");
@@ -43,16 +43,9 @@ TEST(StiffnessFit, DeviationIsTrue) {
   EXPECT_LT(std::sqrt(square / kTrials), 1.1);
 }
 
-TEST(StiffnessFit, OrderOfTheWeightsDoesNotMatter) {
-  const Stiffness found = fitStiffness({weighed(500, 500), weighed(100, 100), weighed(200, 200)}, kAssumed);
-  EXPECT_NEAR(found.youngsModulus, kTrue, 1e-9 * kTrue);
-}
-
 TEST(StiffnessFit, NoticesSwappedWeights) {
   const Stiffness found = fitStiffness({weighed(100, 200), weighed(200, 100), weighed(500, 500)}, kAssumed);
-  EXPECT_EQ(found.contradiction,
-            "the weights were in the wrong order: 100 gf reads as 200 gf, 200 gf reads as 100 gf, 500 gf reads as "
-            "500 gf");
+  EXPECT_TRUE(found.contradiction.starts_with("the weights were in the wrong order:")) << found.contradiction;
 }
 
 TEST(StiffnessFit, NoticesAWrongWeight) {
