@@ -1,6 +1,6 @@
 # OpenCV's parts by their headers and libraries: what CMake itself finds OpenCV by comes with Debian's libopencv-dev,
-# which needs twice the room. traction_opencv for traction-lens, traction_opencv_peers for tools/bench --peers;
-# absent where something of them is.
+# which needs twice the room. traction_opencv for traction-lens; absent where something
+# of it is.
 find_path(OPENCV_INCLUDE opencv2/core.hpp PATH_SUFFIXES opencv4)
 
 function(traction_opencv_parts name)
@@ -18,4 +18,3 @@ function(traction_opencv_parts name)
 endfunction()
 
 traction_opencv_parts(traction_opencv calib3d imgcodecs imgproc core)
-traction_opencv_parts(traction_opencv_peers features2d video imgproc core)

@@ -40,7 +40,6 @@ struct Options {
   int zeroEvery = 0;       // frames after which a new zero is taken; 0: one zero for all
   double largestStep_px = 1.5;
   unsigned seed = 1;
-  bool asDrawn = false;   // the zero tells nothing of the places of the markers
   bool answer = false;    // answer each frame by the model of the frame before, too
   bool asDaemon = false;  // solve in full only what an earlier model cannot answer, and to learn when it grows old
 };
@@ -207,7 +206,7 @@ void run(const Options& options) {
   TractionField learnt = field;
 
   // As the daemon does at a zero; here only at the first one, as others show the same gel.
-  bool followsRest = !options.asDrawn && solve::followsRest(sensor);
+  bool followsRest = solve::followsRest(sensor);
   const auto follow = [&](std::span<const float> place_px, std::span<const std::uint8_t> present) {
     if (!std::exchange(followsRest, false)) return;
     solver = expect(solve::makeSolverAtRest(sensor, config.solve, options.state, place_px, present,
@@ -303,18 +302,13 @@ int main(int argc, char** argv) {
   app.add_option("--gel", options.gel, "gel file; default the paper's");
   app.add_option("--twin-gel", options.twinGel, "gel file of what the camera sees; default the same");
   app.add_option("--config", options.config, "configuration, of which [track] and [solve] count");
-  app.add_option("--contrast", options.optics.contrast, "levels")->capture_default_str();
   app.add_option("--background", options.optics.background, "levels")->capture_default_str();
   app.add_option("--format", options.format, "of the pictures")->capture_default_str();
-  app.add_option("--blur", options.optics.blur_px, "px")->capture_default_str();
-  app.add_option("--cross-talk", options.optics.crossTalk)->capture_default_str();
-  app.add_option("--noise", options.optics.readNoise, "levels")->capture_default_str();
   app.add_option("--given", options.given_px, "no pictures: displacements with this noise [px]");
   app.add_flag("--same-noise", options.sameNoise, "the given noise is the same in every frame");
   app.add_flag("--lit-at-zero", options.litAtZero, "the highlight is there when the zero is taken");
   app.add_option("--extra", options.extra_px, "noise added to the tracker's displacements [px]");
   app.add_option("--zero-every", options.zeroEvery, "frames after which a new zero is taken");
-  app.add_flag("--as-drawn", options.asDrawn, "the markers' places are those of the gel file, not those of the zero");
   app.add_flag("--answer", options.answer, "answer each frame by the model of the frame before as well");
   app.add_flag("--as-daemon", options.asDaemon, "answer by earlier models, as the daemon does");
   app.add_option("--seed", options.seed)->capture_default_str();
