@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace tractiond::simulation {
@@ -11,28 +12,34 @@ Askers::Askers(Zeros& zeros, const Starvation& starvation, Journal& journal)
     , starvation_(starvation)
     , journal_(journal) {}
 
-void Askers::heedZero(double within_s, bool undo, bool anyway) {
-  journal_.law(!std::exchange(zeroAsked_, true), "one zero is asked for at a time", "another one is open");
-  anyway_ = anyway;
-  isUndo_ = undo;
-  zeros_.heedAsked(undo);
+bool Askers::heedZero(double within_s, const ZeroRequest& request) {
+  const std::int64_t until_ns = within_s > 0.0 ? now() + static_cast<std::int64_t>(1e9 * within_s) + 500 * kMs : kNever;
+  journal_.say(request.undo ? "asked: undo" : request.anyway ? "asked: zero, anyway" : "asked: zero");
+  if (std::exchange(zeroAsked_, true)) {
+    const bool shares = !request.undo && !request_.undo && request.anyway == request_.anyway;
+    if (shares) zeroUntil_ns_ = std::min(zeroUntil_ns_, until_ns);
+    return false;
+  }
+  request_ = request;
+  zeros_.heedAsked(request.undo);
   askedWith_ = zeros_.inForce();
   expected_ = zeros_.previous();
-  zeroUntil_ns_ = within_s > 0.0 ? now() + static_cast<std::int64_t>(1e9 * within_s) + 500 * kMs : kNever;
+  zeroUntil_ns_ = until_ns;
   zeroAskedStarved_ns_ = starvation_.total_ns();
-  journal_.say(undo ? "asked: undo" : anyway ? "asked: zero, anyway" : "asked: zero");
+  return true;
 }
 
 void Askers::heedZeroAnswer(const tl::expected<RestPose, std::string>& answer) {
   journal_.say("answer: " + (answer ? "zero " + nameOf(answer->id) : answer.error()));
   journal_.law(std::exchange(zeroAsked_, false), "each request gets one answer", "an answer to nobody");
+  ++journal_.result.answers;
   if (!answer) return;
   journal_.law(zeros_.inForce() == answer->id, "the zero that is answered is in force", nameOf(answer->id));
   constexpr double kPress_N = 2.0;  // a weaker one may look like noise
-  journal_.law(isUndo_ || anyway_ || !askedWith_ ||
+  journal_.law(request_.undo || request_.anyway || !askedWith_ ||
                    zeros_.pressOf_N(answer->id) - zeros_.pressOf_N(*askedWith_) < kPress_N,
                "a zero is refused while something presses", fmt::format("{} N", zeros_.pressOf_N(answer->id)));
-  if (isUndo_) {
+  if (request_.undo) {
     journal_.law(askedWith_ != answer->id, "an undo restores another zero", nameOf(answer->id));
     journal_.law(!expected_ || *expected_ == answer->id, "an undo restores the zero before",
                  fmt::format("{}, not {}", nameOf(answer->id), expected_ ? nameOf(*expected_) : ""));
@@ -55,6 +62,7 @@ void Askers::heedStepAnswer(const calibrate::Result& answer) {
   journal_.say("answer: " + (answer ? std::string("the step is done") : answer.error()));
   journal_.law(std::exchange(stepAsked_, false), "each request gets one answer",
                "an answer to a step that nobody asked for");
+  ++journal_.result.answers;
 }
 
 void Askers::check() const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "daemon/control/step_runner.h"
+#include "daemon/records/zero_request.h"
 #include "tests/simulation/ongoing.h"
 #include "tests/simulation/zeros.h"
 
@@ -14,9 +15,10 @@ class Askers {
   /// All references must outlive it.
   Askers(Zeros& zeros, const Starvation& starvation, Journal& journal);
 
-  /// Notes a request for a zero, or an undo. Law: none is open. \param within_s time within which the answer must
-  /// come, as the status states; 0: none
-  void heedZero(double within_s, bool undo, bool anyway);
+  /// Notes a request for a zero, or an undo. \return whether it is to begin; a later one of the same kind shares the
+  /// answer to the one that is open, and another is refused \param within_s time within which the answer must come, as
+  /// the status states; 0: none
+  bool heedZero(double within_s, const ZeroRequest& request);
   /// Notes a request for a calibration step. \param within_ns time within which the answer must come
   void heedStep(const CalibrationStep& step, std::int64_t within_ns);
   void heedZeroAnswer(const tl::expected<RestPose, std::string>& answer);
@@ -32,7 +34,7 @@ class Askers {
   Journal& journal_;
 
   bool zeroAsked_ = false;
-  bool anyway_ = false, isUndo_ = false;
+  ZeroRequest request_;
   std::optional<Id> askedWith_, expected_;  ///< in force, and before it, when it was asked
   std::int64_t zeroUntil_ns_ = kNever, zeroAskedStarved_ns_ = 0;
   bool stepAsked_ = false;

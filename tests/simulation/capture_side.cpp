@@ -55,13 +55,12 @@ void CaptureSide::ask(const CameraStep& step) {
   camera_->ask(step);
 }
 
-std::optional<tl::expected<CameraReport, std::string>> CaptureSide::takeAnswer() {
-  auto answer = camera_->takeAnswer();
-  if (!answer) return std::nullopt;
+void CaptureSide::takeAnswer() {
+  const auto answer = camera_->takeAnswer();
+  if (!answer) return;
   journal_.say("answer: " + (*answer ? "the feature" : answer->error()));
   journal_.law(asked_ns_ != kNever, "each request gets one answer", "an answer of the camera to nobody");
   asked_ns_ = kNever;
-  return answer;
 }
 
 void CaptureSide::check() {

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <optional>
 #include <string>
 
 namespace tractiond::simulation {
@@ -48,7 +47,7 @@ class CaptureSide {
   /// Returns whether a request is open.
   bool isAsked() const { return asked_ns_ != kNever; }
   /// Takes the answer, if it has come. Law: a request is open.
-  std::optional<tl::expected<CameraReport, std::string>> takeAnswer();
+  void takeAnswer();
 
   /// Laws: the camera's state is true, its loss is noticed in time, the log tells why, and a request is answered in
   /// time.

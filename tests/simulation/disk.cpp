@@ -83,11 +83,6 @@ Disk::Condition Disk::is() const {
   return condition ? condition(working_ ? work_ns_ : clocks().monotonic_ns) : Condition();
 }
 
-bool Disk::hasLied(std::int64_t now_ns) const {
-  return std::ranges::any_of(
-      cached_, [now_ns](const Cached& one) { return one.operation.at_ns <= now_ns && one.written_ns > now_ns; });
-}
-
 std::int64_t Disk::spend(std::int64_t cost_ns) {
   if (working_) return work_ns_ += cost_ns;
   waited_ns_ += cost_ns;
@@ -116,19 +111,13 @@ Disk::State Disk::until(std::int64_t now_ns) const {
 
 void Disk::kill(std::int64_t now_ns) {
   before_ = now_ = until(now_ns);
-  std::erase_if(cached_, [now_ns](const Cached& one) {
-    return one.operation.at_ns > now_ns || one.written_ns <= now_ns;
-  });
-  for (Cached& one : cached_) one.written_ns = kNever;
   recent_.clear();
   files_.clear();
   working_ = false;
 }
 
 void Disk::losePower(std::int64_t now_ns, Chance& chance) {
-  hasLost_ = hasLost_ || hasLied(now_ns);
   kill(now_ns);
-  cached_.clear();
   std::map<std::string, int> names = now_.safeNames;
   const std::size_t kept = chance.below(now_.unsafe.size() + 1);
   for (std::size_t i = 0; i < kept; ++i) State::applyName(names, now_.unsafe[i]);
@@ -160,13 +149,6 @@ void Disk::put(const std::string& path, const std::string& content) {
   for (State* state : {&before_, &now_}) {
     state->names[path] = state->safeNames[path] = node;
     state->content[node] = state->safeContent[node] = content;
-  }
-}
-
-void Disk::remove(const std::string& path) {
-  for (State* state : {&before_, &now_}) {
-    state->names.erase(path);
-    state->safeNames.erase(path);
   }
 }
 
@@ -227,23 +209,13 @@ int Disk::fsync(int file) {
     spend(now.sync_ns);
     return fail(EIO);
   }
-  Operation operation{.at_ns = 0,
-                      .kind = names ? Kind::kSyncNames : Kind::kSync,
-                      .node = it->second.node,
-                      .path = {},
-                      .other = {},
-                      .bytes = {}};
-  if (now.lies) {
-    operation.at_ns = spend(now.sync_ns);
-    cached_.push_back({std::move(operation)});
-    return 0;
-  }
-  for (Cached& cached : cached_) {
-    if (cached.written_ns != kNever) continue;
-    record(cached.operation, 0);
-    cached.written_ns = recent_.back().at_ns;
-  }
-  return record(std::move(operation), now.sync_ns);
+  return record({.at_ns = 0,
+                 .kind = names ? Kind::kSyncNames : Kind::kSync,
+                 .node = it->second.node,
+                 .path = {},
+                 .other = {},
+                 .bytes = {}},
+                now.sync_ns);
 }
 
 int Disk::close(int file) {

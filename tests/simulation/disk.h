@@ -25,7 +25,6 @@ class Disk {
     std::int64_t open_ns = kCall_ns;  ///< that it takes to open a file for reading
     bool isFull = false;
     bool failsToSync = false;
-    bool lies = false;  ///< fsync succeeds, and leaves the content in the drive's cache
   };
   /// Returns the condition of the disk at a time, which may be later than now(), for work that goes on. Empty: it is
   /// well.
@@ -40,19 +39,12 @@ class Disk {
   /// Returns how long calls outside of such work have taken in all.
   std::int64_t waitedFor() const { return waited_ns_; }
 
-  /// Returns whether the drive's cache has content that fsync() has acknowledged. The next true fsync() writes it.
-  bool hasLied() const { return hasLied(clocks().monotonic_ns); }
-  /// Returns whether a loss of power since the last call may have lost such content.
-  bool takeLost() { return std::exchange(hasLost_, false); }
-
   /// Set the content to what is left after the processes have been killed, or the power was lost, at `now_ns`.
   void kill(std::int64_t now_ns);
   void losePower(std::int64_t now_ns, Chance& chance);
 
   /// Writes a file at once, and synchronises it.
   void put(const std::string& path, const std::string& content);
-  /// Removes a file at once, and synchronises that.
-  void remove(const std::string& path);
   /// Returns the content of a file if the power was lost now and all was lost that can be.
   std::optional<std::string> synchronised(const std::string& path) const;
 
@@ -91,18 +83,11 @@ class Disk {
   };
 
   Condition is() const;
-  bool hasLied(std::int64_t now_ns) const;
   std::int64_t spend(std::int64_t cost_ns);
   int record(Operation operation, std::int64_t cost_ns);
   State until(std::int64_t now_ns) const;
 
   State before_, now_;
-  struct Cached {
-    Operation operation;  ///< that was acknowledged
-    std::int64_t written_ns = kNever;
-  };
-  std::vector<Cached> cached_;
-  bool hasLost_ = false;
   std::vector<Operation> recent_;  ///< that lead from one to the other
   std::map<int, OpenFile> files_;
   int nextNode_ = 1, nextFile_ = 1000;

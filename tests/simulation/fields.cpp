@@ -26,7 +26,7 @@ void Fields::heed(const TractionField& field, const Truth& truth) {
   checkAge(truth);
   checkGap(field, truth);
   lastTruth_ = truth;
-  checkOrder(field.markers.info);
+  checkOrder(field);
 }
 
 void Fields::checkAge(const FrameInfo& info) const {
@@ -77,7 +77,12 @@ void Fields::checkGap(const TractionField& field, const Truth& truth) const {
   });
 }
 
-void Fields::checkOrder(const FrameInfo& info) {
+void Fields::checkOrder(const TractionField& field) {
+  const FrameInfo& info = field.markers.info;
+  const bool follows = last_.frameNumber == 0 || info.frameNumber == last_.frameNumber + 1;
+  journal_.law(follows || (field.flags & kDiscontinuity) != 0,
+               "a field that does not follow the one before has its flag",
+               [&] { return fmt::format("frame {} after {}", info.frameNumber, last_.frameNumber); });
   journal_.law(info.frameNumber > last_.frameNumber && info.times.received_ns >= last_.times.received_ns &&
                    info.times.captured_ns >= last_.times.captured_ns,
                "numbers and times rise", [&] {

@@ -30,7 +30,7 @@ class Fields {
 
  private:
   void checkAge(const FrameInfo& info) const;
-  void checkOrder(const FrameInfo& info);
+  void checkOrder(const TractionField& field);
   void checkGap(const TractionField& field, const Truth& truth) const;
   void checkAge(const Truth& truth) const;
   void checkNumbers(const TractionField& field) const;

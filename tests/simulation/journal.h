@@ -23,7 +23,7 @@ struct Result {
   std::string log;  ///< a line for each thing that happened
   Account account;
   std::uint64_t zerosAsked = 0, zerosTaken = 0, undone = 0, restarts = 0;
-  std::uint64_t answers = 0, delivered = 0;  ///< that clients and subscribers have read
+  std::uint64_t answers = 0;  ///< to requests for a zero or a step
   std::int64_t reached_ms = 0;
 };
 

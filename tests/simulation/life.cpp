@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 namespace tractiond::simulation {
 
 using std::chrono_literals::operator""ms;
@@ -13,7 +15,6 @@ Life::Life(const Around& around)
     , tracker_(around.gel)
     , truths_(kNumbers)
     , camera_(around.camera, start_.config.camera, ledger_, around.journal, around.starvation)
-    , network_(around.gel, ledger_, camera_, around.subscribers, around.starvation, around.journal)
     , pipeline_(*this, *this, {.markers = around.gel.sensor.markerCount(), .nodes = around.gel.sensor.nodes.count()},
                 ledger_, turns_)
     , reloader_(start_.config, start_.calibration, *this)
@@ -50,14 +51,14 @@ void Life::solve(const MarkerField& markers, TractionField& field) {
 }
 
 void Life::publish(const TractionField& field) {
-  network_.publish(field);
   if (!field.valid) ledger_.invalid.add();
   around_.fields.heed(field, truths_[field.markers.info.frameNumber % kNumbers]);
   worked_ = true;
 }
 
 void Life::control(std::chrono::milliseconds /*timeout*/) {
-  network_.control(*this);
+  camera_.takeAnswer();
+  for (const Happening& one : std::exchange(asked_, {})) begin(one);
   meetCamera();
   procedures_.turn();
 }
@@ -88,29 +89,25 @@ void Life::report(const RestPose& zero, const GelReport& /*report*/) {
   tracker_.setGelFits(zero.id);
 }
 
-void Life::describe(const RestPose& zero) {
-  around_.zeros.describe(zero);
-  network_.describe(zero);
-}
-
-void Life::answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark) {
-  around_.askers.heedZeroAnswer(result);
-  network_.replies().answerZero(result, remark);
-}
-
-void Life::answerCalibration(const calibrate::Result& result) {
-  around_.askers.heedStepAnswer(result);
-  network_.replies().answerCalibration(result);
-}
-
-void Life::answerSnapshot(const tl::expected<const Snapshot*, std::string>& result,
-                          const std::vector<sensor::MarkerLayer>& layers) {
-  network_.replies().answerSnapshot(result, layers);
-}
-
-void Life::beginZero(const ZeroRequest& request) {
-  around_.askers.heedZero(zeroWithin_s(), request.undo, request.anyway);
-  procedures_.zero().begin(request);
+void Life::begin(const Happening& one) {
+  CalibrationStep step;
+  switch (one.event) {
+  case Event::kQuestion:
+    if (!camera_.isAsked()) camera_.ask({.kind = CameraStep::Kind::kRead, .name = "Gain"});
+    return;
+  case Event::kNoise:
+    step.kind = CalibrationStep::Kind::kNoise;
+    step.seconds = 1e-3 * static_cast<double>(one.amount);
+    return beginStep(step);
+  case Event::kFinish:
+    step.kind = CalibrationStep::Kind::kFinish;
+    return beginStep(step);
+  default:
+    break;
+  }
+  const ZeroRequest request{.anyway = one.event == Event::kZeroAnyway, .undo = one.event == Event::kUndo};
+  ++around_.journal.result.zerosAsked;
+  if (around_.askers.heedZero(zeroWithin_s(), request)) procedures_.zero().begin(request);
 }
 
 capture::Next Life::next(Frame& frame, std::chrono::milliseconds timeout) {

@@ -7,7 +7,6 @@
 #include "tests/simulation/askers.h"
 #include "tests/simulation/capture_side.h"
 #include "tests/simulation/fields.h"
-#include "tests/simulation/network_side.h"
 #include "tests/simulation/operator.h"
 #include "tests/simulation/solve_side.h"
 #include "tests/simulation/supervisor.h"
@@ -28,7 +27,6 @@ struct Around {
   Askers& askers;
   Operator& person;
   Fields& fields;
-  Subscribers& subscribers;
   Journal& journal;
   Chance& chance;
   const Starvation& starvation;
@@ -43,8 +41,7 @@ class Life : public capture::FrameSource,
              track::ZeroTracker,
              control::GelComparison,
              control::ProcedureHost,
-             control::Replies,
-             control::Requests {
+             control::Replies {
  public:
   /// Restores what is on the disk.
   explicit Life(const Around& around);
@@ -69,10 +66,11 @@ class Life : public capture::FrameSource,
   /// that before the solver bridges no stall. \param solvesBurst frames of a burst may still wait for the solver
   void checkEvictions(bool inBurst, bool solvesBurst);
 
+  /// Asks for what happens to be asked for. The next turn of the control thread begins it; as by the control server,
+  /// one zero, and one feature of the camera, is asked for at a time.
+  void ask(const Happening& one) { asked_.push_back(one); }
+
   const control::Procedures& procedures() const { return procedures_; }
-  double zeroWithin_s();
-  /// Returns the time within which a calibration step that is asked for now is answered.
-  std::int64_t stepWithin_ns(const CalibrationStep& step) const;
   Supervisor& supervisor() { return supervisor_; }
   const Ledger& ledger() const { return ledger_; }
 
@@ -89,7 +87,7 @@ class Life : public capture::FrameSource,
   bool track(const Frame& frame, MarkerField& markers) override;
   void solve(const MarkerField& markers, TractionField& field) override;
   void publish(const TractionField& field) override;
-  void serveSubscribers(int /*fd*/, std::chrono::milliseconds /*timeout*/) override { network_.serveSubscribers(); }
+  void serveSubscribers(int /*fd*/, std::chrono::milliseconds /*timeout*/) override {}
   void control(std::chrono::milliseconds timeout) override;
 
   // The camera of reloads.
@@ -97,6 +95,11 @@ class Life : public capture::FrameSource,
   void reopen() override;
 
   void meetCamera();
+  void begin(const Happening& one);
+  double zeroWithin_s();
+  void beginStep(const CalibrationStep& step);
+  /// Returns the time within which a calibration step that is asked for now is answered.
+  std::int64_t stepWithin_ns(const CalibrationStep& step) const;
 
   ServiceHooks hooks();
 
@@ -108,20 +111,19 @@ class Life : public capture::FrameSource,
   bool putInForce(const RestPose& pose, bool fits) override;
   GelReport compare(const RestPose& zero) override;
   void report(const RestPose& zero, const GelReport& report) override;
-  void describe(const RestPose& zero) override;
+  void describe(const RestPose& zero) override { around_.zeros.describe(zero); }
   std::future<tl::expected<void, Error>> keep(const RestPose& zero, const RestPose* before) override {
     return around_.zeros.keep(zero, before);
   }
   std::future<std::optional<calibrate::Result>> start(control::StepWork work) override {
     return around_.stepWork.begin(work);
   }
-  void answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark) override;
-  void answerCalibration(const calibrate::Result& result) override;
-  void answerSnapshot(const tl::expected<const Snapshot*, std::string>& result,
-                      const std::vector<sensor::MarkerLayer>& layers) override;
-  void beginZero(const ZeroRequest& request) override;
-  void beginStep(const CalibrationStep& step) override;
-  void askSnapshot() override { network_.askSnapshot(); }
+  void answerZero(const tl::expected<RestPose, std::string>& result, const std::string& /*remark*/) override {
+    around_.askers.heedZeroAnswer(result);
+  }
+  void answerCalibration(const calibrate::Result& result) override { around_.askers.heedStepAnswer(result); }
+  void answerSnapshot(const tl::expected<const Snapshot*, std::string>& /*result*/,
+                      const std::vector<sensor::MarkerLayer>& /*layers*/) override {}
 
   Around around_;
   Reread start_;  ///< its configuration is that in force
@@ -132,7 +134,7 @@ class Life : public capture::FrameSource,
   static constexpr std::size_t kNumbers = 4096;  // more than are in flight
   std::vector<Truth> truths_;                    ///< by numbers of frames
   CaptureSide camera_;
-  NetworkSide network_;
+  std::vector<Happening> asked_;  ///< what the control thread has not begun yet
   Counter frames_;
   Mailbox<MarkerField> newest_;
   Mailbox<control::Watched> watched_;

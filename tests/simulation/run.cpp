@@ -24,18 +24,14 @@ Run::Run(const Gel& gel, const Story& story)
     , askers_(zeros_, starvation_, journal_)
     , person_(disk_, journal_)
     , stepWork_(disk_)
-    , fields_(zeros_, starvation_, journal_)
-    , subscribers_(bus_, starvation_, journal_)
-    , clients_(bus_, starvation_, journal_) {
+    , fields_(zeros_, starvation_, journal_) {
   disk_.condition = [this](std::int64_t at_ns) { return diskAt(at_ns); };
   disk() = &disk_;
-  bus() = &bus_;
 }
 
 Run::~Run() {
   life_.reset();
   disk() = nullptr;
-  bus() = nullptr;
 }
 
 Disk::Condition Run::diskAt(std::int64_t at) const {
@@ -46,7 +42,6 @@ Disk::Condition Run::diskAt(std::int64_t at) const {
     if (one.event == Event::kSlowDisk) is.sync_ns = is.open_ns = one.amount * kMs;
     is.isFull = is.isFull || one.event == Event::kFullDisk;
     is.failsToSync = is.failsToSync || one.event == Event::kFailingDisk;
-    is.lies = is.lies || one.event == Event::kLyingDisk;
   }
   return is;
 }
@@ -54,7 +49,6 @@ Disk::Condition Run::diskAt(std::int64_t at) const {
 void Run::happen(const Happening& one) {
   ongoing_.begin(one);
   camera_.heed(one);
-  subscribers_.heed(one);
   disturb(one);
   switch (one.event) {
   case Event::kTimeSet:
@@ -73,11 +67,9 @@ void Run::happen(const Happening& one) {
   case Event::kQuestion:
   case Event::kNoise:
   case Event::kFinish:
-  case Event::kRequests:
-  case Event::kUnreadRequests:
-  case Event::kOddRequest:
-  case Event::kSnapshot:
-    if (life_) ask(one);
+    if (!life_) break;
+    life_->ask(one);
+    controlAt_ns_ = std::max(now(), busyUntil_ns_[kControl]);  // it is woken
     break;
   case Event::kReopen:
     person_.edit(static_cast<Edit>(one.amount));
@@ -90,34 +82,6 @@ void Run::happen(const Happening& one) {
     break;
   default:
     break;
-  }
-}
-
-/// Sends a request, which wakes the control thread.
-void Run::ask(const Happening& one) {
-  controlAt_ns_ = std::max(now(), busyUntil_ns_[kControl]);
-  CalibrationStep step;
-  switch (one.event) {
-  case Event::kZero:
-  case Event::kZeroAnyway:
-  case Event::kUndo: {
-    ++journal_.result.zerosAsked;
-    constexpr std::int64_t kSlack_ns = 700 * kMs;
-    const double within_s = life_->zeroWithin_s();
-    return clients_.askZero(one.event == Event::kUndo, one.event == Event::kZeroAnyway,
-                            within_s > 0.0 ? static_cast<std::int64_t>(1e9 * within_s) + kSlack_ns : kNever);
-  }
-  case Event::kQuestion:
-    return clients_.askCamera();
-  case Event::kNoise:
-    step.kind = CalibrationStep::Kind::kNoise;
-    step.seconds = 1e-3 * static_cast<double>(one.amount);
-    return clients_.askNoise(step.seconds, life_->stepWithin_ns(step) + kSecond);
-  case Event::kFinish:
-    step.kind = CalibrationStep::Kind::kFinish;
-    return clients_.askFinish(life_->stepWithin_ns(step) + kSecond);
-  default:
-    return clients_.heed(one);
   }
 }
 
@@ -172,7 +136,6 @@ void Run::start() {
                                         .askers = askers_,
                                         .person = person_,
                                         .fields = fields_,
-                                        .subscribers = subscribers_,
                                         .journal = journal_,
                                         .chance = chance_,
                                         .starvation = starvation_,
@@ -196,7 +159,6 @@ void Run::die(const char* why, bool powerIsCut) {
   life_.reset();
   zeros_.die();
   askers_.die();
-  clients_.die();
   stepWork_.die();
   if (powerIsCut) {
     disk_.losePower(now(), chance_);
@@ -225,7 +187,6 @@ void Run::work() {
     std::array<std::size_t, kStages.size()> able{};
     std::size_t count = 0;
     ready_[0] = life_->wakes_ns() <= now();
-    ready_.back() = ready_.back() || (bus_.hasSubscriptions() && !life_->hasEnded());
     for (std::size_t i = 0; i < kStages.size(); ++i) {
       ready_[i] = ready_[i] || turned_ns_[i] + kIdleTurn_ns <= now();
       const std::int64_t until_ns = std::max(busyUntil_ns_[i], life_->waitsUntil_ns(kStages[i]));
@@ -269,7 +230,6 @@ void Run::leave() {
   journal_.law(spent_ns() < kSecond, "a stop waits for no reload",
                [&] { return fmt::format("{} ms", spent_ns() / kMs); });
   askers_.die();
-  clients_.die();
   const std::int64_t idle_ns = std::max(zeros_.idle_ns(), stepWork_.idle_ns());
   startAt_ns_ = std::min(idle_ns, now() + Supervisor::kStopsWithin_ns) + kPause_ns;
   fields_.disturb(startAt_ns_);
@@ -285,8 +245,6 @@ void Run::control() {
   zeros_.heedTurn(!disk.isFull && !disk.failsToSync && disk.sync_ns < kSecond);
   controlAt_ns_ = now() + (life_->procedures().hurried() ? 3 : chance_.between(20, 100)) * kMs;
   askers_.check();
-  clients_.check();
-  subscribers_.check();
   fields_.checkFlow();
   life_->checkConfiguration();
   life_->camera().check();
@@ -300,7 +258,7 @@ void Run::control() {
 }
 
 std::int64_t Run::nextMoment() const {
-  std::int64_t next = std::min({camera_.next_ns(), zeros_.next_ns(), stepWork_.next_ns(), subscribers_.next_ns()});
+  std::int64_t next = std::min({camera_.next_ns(), zeros_.next_ns(), stepWork_.next_ns()});
   if (!life_) return std::min(next, startAt_ns_);
   next = std::min({next, controlAt_ns_, keeperAt_ns_, life_->supervisor().next_ns(),
                    std::max(life_->wakes_ns(), busyUntil_ns_[0])});
@@ -322,9 +280,6 @@ void Run::turn() {
   camera_.turn();
   zeros_.turn();
   stepWork_.turn();
-  bus_.turn();
-  subscribers_.turn();
-  clients_.turn();
   if (!life_) start();
   if (life_) work();
 }

@@ -5,7 +5,6 @@
 // moment at which anything can happen.
 #pragma once
 
-#include "tests/simulation/clients.h"
 #include "tests/simulation/life.h"
 
 #include <functional>
@@ -41,7 +40,6 @@ class Run {
   void die(const char* why, bool powerIsCut = false);
   void work();
   void keep();
-  void ask(const Happening& one);
   void control();
   void leave();
   void stop();
@@ -60,9 +58,6 @@ class Run {
   Operator person_;
   StepWork stepWork_;
   Fields fields_;
-  Bus bus_;
-  Subscribers subscribers_;
-  Clients clients_;
 
   std::unique_ptr<Life> life_;
   std::int64_t waited_ns_ = 0;  ///< for the disk, until this life began

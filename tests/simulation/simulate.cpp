@@ -18,6 +18,7 @@ constexpr int kUsage = 64, kData = 65, kNoInput = 66, kBroken = 1;
 constexpr std::int64_t kStory_ms = 600'000;
 
 volatile std::sig_atomic_t interrupted = 0;
+std::uint64_t running = 0;  ///< seed
 
 bool goesOn() {
   return interrupted == 0;
@@ -67,27 +68,26 @@ int runSeeds(std::uint64_t seed, std::uint64_t hours, std::uint64_t minutes, boo
   const double begin_s = seconds(), end_s = begin_s + 60.0 * static_cast<double>(minutes);
   double told_s = begin_s;
   std::int64_t done_ms = 0;
-  std::uint64_t fields = 0, zeros = 0, undone = 0, restarts = 0, delivered = 0;
+  std::uint64_t fields = 0, zeros = 0, undone = 0, restarts = 0;
   for (bool isLast = false; !isLast; ++seed) {
     const Story story = draw(seed, kStory_ms);
+    running = seed;
     const Result result = simulation.run(story, goesOn);
     done_ms += result.reached_ms;
     fields += result.account.fields();
     zeros += result.zerosTaken;
     undone += result.undone;
     restarts += result.restarts;
-    delivered += result.delivered;
     if (showsLog) std::printf("%s", result.log.c_str());
     const double now_s = seconds();
     isLast = done_ms >= end_ms || now_s >= end_s;
     const auto tell = [&] {
       std::printf(
-          "seed %llu: %.2f h simulated in %.0f s (%.0f x), %llu fields, %llu zeros, %llu undone, %llu restarts, "
-          "%llu messages read\n",
+          "seed %llu: %.2f h simulated in %.0f s (%.0f x), %llu fields, %llu zeros, %llu undone, %llu restarts\n",
           static_cast<unsigned long long>(seed), 1e-3 * static_cast<double>(done_ms) / 3600, now_s - begin_s,
           1e-3 * static_cast<double>(done_ms) / (now_s - begin_s), static_cast<unsigned long long>(fields),
           static_cast<unsigned long long>(zeros), static_cast<unsigned long long>(undone),
-          static_cast<unsigned long long>(restarts), static_cast<unsigned long long>(delivered));
+          static_cast<unsigned long long>(restarts));
       std::fflush(stdout);
     };
     if (result.broken) {
@@ -137,5 +137,8 @@ int main(int argc, char** argv) {
   if (hours == 0) hours = minutes == 0 ? 1 : kMostHours;
   if (minutes == 0) minutes = 60 * kMostHours;
   std::signal(SIGINT, [](int) { interrupted = 1; });
+  std::signal(SIGABRT, [](int) {  // an assertion has failed
+    std::fprintf(stderr, "simulate: seed %llu\n", static_cast<unsigned long long>(running));
+  });
   return story.empty() ? runSeeds(seed, hours, minutes, showsLog) : runStory(story, showsLog);
 }

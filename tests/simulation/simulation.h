@@ -18,8 +18,8 @@ class Simulation {
   Simulation();
   ~Simulation();
 
-  /// Runs a story. A broken law is in Result::broken, and so is an assertion that failed or an exception that nobody
-  /// caught. \param goesOn asked once for each simulated second; false ends the run
+  /// Runs a story. A broken law is in Result::broken, and so is an exception that nobody caught. \param goesOn asked
+  /// once for each simulated second; false ends the run
   Result run(const Story& story, const std::function<bool()>& goesOn = {});
 
   /// Returns a story of few happenings that breaks the same law, as shrink.h says. \param goesOn as for run(); when it

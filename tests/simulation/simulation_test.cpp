@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <cassert>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -24,7 +23,7 @@ Simulation& simulation() {
   return one;
 }
 
-/// Sums the ledger's counters, the flags of fields, and what clients and subscribers have read.
+/// Sums the ledger's counters, the flags of fields, and answers.
 class Sums {
  public:
   void add(const Result& result) {
@@ -35,7 +34,6 @@ class Sums {
     }
     for (const auto& [name, count] : {std::pair{"answers", result.answers},
                                       {"fields", result.account.fields()},
-                                      {"messages read", result.delivered},
                                       {"restarts", result.restarts},
                                       {"undone", result.undone},
                                       {"valid fields", result.account.valid()},
@@ -75,33 +73,9 @@ TEST(Simulation, TheSameSeedGivesTheSameLogAndFields) {
   }
 }
 
-TEST(Simulation, AnAssertionThatFailsIsABrokenLawWithAShrunkStory) {
-  // Only the time of day that the story sets makes it fail.
-  const auto goesOn = [] {
-    assert(clocks().realAhead_ns == 1'700'000'000 * kSecond);
-    return true;
-  };
-  const Story story = *fromText(
-      "tractiond simulation, version 1\nseed 1\nlasts 20000 ms\n1000 ms: zero\n2000 ms: time-set 5\n4000 ms: kill\n");
-  const Result whole = simulation().run(story);
-  ASSERT_FALSE(whole.broken);
-  const Result result = simulation().run(story, goesOn);
-  ASSERT_TRUE(result.broken);
-  EXPECT_EQ(result.broken->law, "no assertion fails");
-  EXPECT_NE(result.broken->what.find("simulation_test.cpp"), std::string::npos);
-  EXPECT_NE(result.broken->what.find("realAhead_ns"), std::string::npos);
-  EXPECT_EQ(result.broken->at_ms / 1000, 2);
-  EXPECT_NE(result.log.find("BROKEN: no assertion fails"), std::string::npos);
-  const Story least = simulation().shrink(story, result.broken->law, goesOn);
-  ASSERT_EQ(least.happenings.size(), 1U);
-  EXPECT_EQ(least.happenings[0].event, Event::kTimeSet);
-  EXPECT_EQ(simulation().run(story).log, whole.log) << "what failed is still there";
-}
-
-/// Runs the stories of a folder beside this file, none of which may break a law.
-void runStories(const std::string& folder) {
+TEST(Simulation, StoriesThatOnceBrokeALawBreakNone) {
   Sums sums;
-  for (const auto& entry : std::filesystem::directory_iterator(test::source("tests/simulation/" + folder))) {
+  for (const auto& entry : std::filesystem::directory_iterator(test::source("tests/simulation/stories"))) {
     std::ifstream file(entry.path());
     const auto story = fromText({std::istreambuf_iterator<char>(file), {}});
     ASSERT_TRUE(story) << entry.path() << ": " << story.error();
@@ -109,15 +83,7 @@ void runStories(const std::string& folder) {
     EXPECT_FALSE(result.broken) << entry.path() << ": " << result.broken->law << "\n" << result.log;
     sums.add(result);
   }
-  sums.expectAsRecorded(folder);
-}
-
-TEST(Simulation, StoriesThatOnceBrokeALawBreakNone) {
-  runStories("stories");
-}
-
-TEST(Simulation, StoriesThatAreComparedWithTheWorldBreakNoLaw) {
-  runStories("worlds");
+  sums.expectAsRecorded("stories");
 }
 
 }  // namespace

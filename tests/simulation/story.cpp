@@ -41,7 +41,6 @@ constexpr std::array kSorts = {
     Sort{Event::kSlowDisk, "slow-disk", 5, 1, 80'000, 90'000},
     Sort{Event::kFullDisk, "full-disk", 2, 0, 0, 60'000},
     Sort{Event::kFailingDisk, "failing-disk", 2, 0, 0, 60'000},
-    Sort{Event::kLyingDisk, "lying-disk", 2, 0, 0, 60'000},
     Sort{Event::kZero, "zero", 14, 0, 0, 0},
     Sort{Event::kZeroAnyway, "zero-anyway", 3, 0, 0, 0},
     Sort{Event::kUndo, "undo", 8, 0, 0, 0},
@@ -52,23 +51,11 @@ constexpr std::array kSorts = {
     Sort{Event::kFinish, "finish", 3, 0, 0, 0},
     Sort{Event::kTouch, "touch", 6, 20, 4'000, 15'000},
     Sort{Event::kFewMarkers, "few-markers", 2, 0, 0, 60'000},
-    Sort{Event::kSubscribers, "subscribers", 2, 1, 2'000, 20'000},
-    Sort{Event::kSlowSubscriber, "slow-subscriber", 2, 1, 300, 40'000},
-    Sort{Event::kDeadSubscribers, "dead-subscribers", 2, 1, 100, 40'000},
-    Sort{Event::kRequests, "requests", 2, 1, 3'000, 0},
-    Sort{Event::kUnreadRequests, "unread-requests", 1, 1, 3'000, 20'000},
-    Sort{Event::kOddRequest, "odd-request", 2, 0, 4, 0},
-    Sort{Event::kSnapshot, "snapshot", 2, 0, 0, 0},
-    Sort{Event::kPreviews, "previews", 2, 50, 500, 60'000},
 };
 static_assert(kSorts.size() == kEvents);
 
 const Sort& sortOf(Event event) {
   return *std::ranges::find(kSorts, event, &Sort::event);
-}
-
-bool isOfPrograms(Event event) {
-  return event >= Event::kSubscribers && event <= Event::kUnreadRequests;
 }
 
 /// Draws an event by the weights.
@@ -95,7 +82,7 @@ bool parse(const std::string& text, T& value) {
 }  // namespace
 
 Story draw(std::uint64_t seed, std::int64_t lasts_ms) {
-  constexpr std::int64_t kMeanPause_ms = 9'000, kCalm_ms = 15'000, kFew = 70;
+  constexpr std::int64_t kMeanPause_ms = 9'000, kCalm_ms = 15'000;
   Chance chance(seed ^ 0x5eed);
   Story story{seed, lasts_ms, {}};
   // Some begin before there is a first zero.
@@ -105,7 +92,6 @@ Story draw(std::uint64_t seed, std::int64_t lasts_ms) {
     const Sort* const sort = &drawSort(chance);
     std::int64_t high = sort->high;
     if (sort->event == Event::kSlowDisk && !chance.oneIn(4)) high = 6'000;
-    if (high > kFew && isOfPrograms(sort->event) && !chance.oneIn(8)) high = kFew;
     Happening one{at_ms, sort->event, chance.between(sort->low, high), 0};
     if (sort->longest_ms > 0)
       one.for_ms = chance.between(10, std::min(sort->longest_ms, lasts_ms - kCalm_ms - at_ms + 10));
@@ -121,12 +107,6 @@ Story draw(std::uint64_t seed, std::int64_t lasts_ms) {
       story.happenings.push_back(
           {from_ms + chance.between(0, for_ms), Event::kTouch, chance.between(20, 4'000), chance.between(10, 3'000)});
     }
-    // Clients connect again while the publishing thread does not read what they said.
-    if (one.event == Event::kPreviews && chance.oneIn(2)) {
-      constexpr std::int64_t kPublishing = 3;
-      story.happenings.push_back(
-          {at_ms + chance.between(0, one.for_ms), Event::kStarved, kPublishing, chance.between(100, 2'000)});
-    }
     // People ask at the worst moment.
     const auto askWithin = [&](std::int64_t most_ms, Event event, std::int64_t amount) {
       at_ms += chance.between(0, std::min(one.for_ms, most_ms));
@@ -134,10 +114,6 @@ Story draw(std::uint64_t seed, std::int64_t lasts_ms) {
     };
     if (one.event == Event::kFewMarkers && chance.oneIn(3))
       askWithin(2'000, Event::kNoise, chance.between(500, 10'000));
-    if (one.event == Event::kLyingDisk && !chance.oneIn(3)) {
-      askWithin(5'000, Event::kZero, 0);
-      askWithin(5'000, Event::kPowerCut, 0);
-    }
     const bool fails = one.event == Event::kFullDisk || one.event == Event::kFailingDisk;
     if ((!fails && one.event != Event::kSlowDisk) || chance.oneIn(2)) continue;
     askWithin(10'000, chance.oneIn(4) ? Event::kUndo : Event::kZero, 0);

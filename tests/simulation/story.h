@@ -37,7 +37,6 @@ enum class Event {
   kSlowDisk,  ///< each fsync takes so many ms
   kFullDisk,
   kFailingDisk,  ///< fsync fails
-  kLyingDisk,    ///< fsync succeeds, and synchronises nothing
   // People's.
   kZero,
   kZeroAnyway,
@@ -49,18 +48,9 @@ enum class Event {
   kFinish,      ///< the step that writes the calibrated gel file
   kTouch,       ///< something presses with so many mN for a while
   kFewMarkers,  ///< the markers are hidden for a while
-  // Other programs'.
-  kSubscribers,      ///< so many subscribe for a while, and read at once
-  kSlowSubscriber,   ///< one subscribes for a while, and reads so many bytes each ms
-  kDeadSubscribers,  ///< so many subscribe for a while, and read nothing
-  kRequests,         ///< one sends so many requests at once
-  kUnreadRequests,   ///< the same, and reads no answer for a while
-  kOddRequest,       ///< one sends what is no request, or not of the usual form, as Clients::askOddly() says
-  kSnapshot,         ///< a picture is asked for
-  kPreviews,         ///< one wants previews for a while, and changes its mind every so many ms
 };
 
-inline constexpr std::size_t kEvents = 42;
+inline constexpr std::size_t kEvents = 33;
 
 struct Happening {
   std::int64_t at_ms = 0;

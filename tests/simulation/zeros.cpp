@@ -46,7 +46,7 @@ void Zeros::heedTurn(bool diskIsWell) {
     unsettled_ns_ = now();
     isSettled_ = false;
   }
-  if (isSettled_ || !inForce_ || now() - unsettled_ns_ < kSettled_ns || disk_.hasLied()) return;
+  if (isSettled_ || !inForce_ || now() - unsettled_ns_ < kSettled_ns) return;
   isSettled_ = true;
   journal_.law(synchronised() == inForce_, "the zero in force comes onto a disk that is well again",
                fmt::format("zero {} is in force", nameOf(*inForce_)));
@@ -69,7 +69,7 @@ tl::expected<std::optional<RestPose>, Error> Zeros::load() const {
 void Zeros::describe(const RestPose& pose) {
   const bool isOther = inForce_ && *inForce_ != pose.id;
   if (isOther) {
-    journal_.law(disk_.hasLied() || synchronised() == pose.id, "a zero in force is on the disk",
+    journal_.law(synchronised() == pose.id, "a zero in force is on the disk",
                  fmt::format("zero {} is in force", nameOf(pose.id)));
     journal_.law(pose.requested || hasUndone_, "no zero comes into force that nobody asked for", nameOf(pose.id));
     previous_ = inForce_;
@@ -82,22 +82,14 @@ void Zeros::describe(const RestPose& pose) {
 }
 
 Zeros::Left Zeros::restore() {
-  const bool hasLost = disk_.takeLost();
-  const auto remove = [&](const std::filesystem::path& path, const Error& damage) {
-    journal_.law(hasLost, "a zero survives the loss of power", [&] { return damage.message(); });
-    journal_.say("the daemon refuses a damaged zero, and the operator removes it: " + damage.message());
-    disk_.remove(path);
+  const auto survives = [this](const auto& loaded) {
+    journal_.law(loaded.has_value(), "a zero survives the loss of power",
+                 [&] { return loaded ? std::string() : loaded.error().message(); });
   };
-  auto restored = control::restoreZero(kState, owner());
-  if (!restored) {
-    remove(track::restPosePath(kState), restored.error());
-    restored = control::restoreZero(kState, owner());
-  }
-  auto before = control::loadEarlierZero(kState, restored->zero, owner());
-  if (!before) {
-    remove(track::earlierPosePath(kState), before.error());
-    before = control::loadEarlierZero(kState, restored->zero, owner());
-  }
+  const auto restored = control::restoreZero(kState, owner());
+  survives(restored);
+  const auto before = control::loadEarlierZero(kState, restored->zero, owner());
+  survives(before);
   hasFailed_ = static_cast<bool>(restored->unsynchronised);
   for (const auto* pose : {&restored->zero, &*before}) {
     if (!*pose) continue;
@@ -105,28 +97,24 @@ Zeros::Left Zeros::restore() {
     journal_.law(saved != saved_.end() && areSame(saved->second, **pose), "a zero is restored as it was saved",
                  [&] { return nameOf((*pose)->id); });
   }
-  if (hasLived_) check(restored->zero, hasLost);
+  if (hasLived_) check(restored->zero);
   hasLived_ = true;
   return {restored->zero, *before, !hasFailed_};
 }
 
-/// \param hasLost the disk may have lost what it had acknowledged: then any zero that was saved once may be left, or
-/// none
-void Zeros::check(const std::optional<RestPose>& restored, bool hasLost) {
+void Zeros::check(const std::optional<RestPose>& restored) {
   const std::string is = restored ? nameOf(restored->id) : "none";
   journal_.say("restored zero: " + is);
   const bool fits = restored ? restored->id == inForce_ || (!inForce_ && restored->id == restored_) ||
                                    std::ranges::find(unsure_, restored->id) != unsure_.end()
                              : !wasKept_;
-  const bool isOld = !restored || saved_.contains(restored->id);
-  if (hasLost && !restored) wasKept_ = false;
-  journal_.law(fits || (hasLost && isOld), "after a loss of power the state is that of before or after",
+  journal_.law(fits, "after a loss of power the state is that of before or after",
                fmt::format("zero {} is restored, {} was in force", is, inForce_ ? nameOf(*inForce_) : "none"));
   if (!hasFailed_) unsure_.clear();
   if (hasFailed_ && inForce_) unsure_.push_back(*inForce_);
   // Which zero is the one before is not followed here for another than that in force, nor for an older file of the
   // same.
-  if (hasLost || !restored || !inForce_ || restored->id != *inForce_) previous_.reset();
+  if (!restored || !inForce_ || restored->id != *inForce_) previous_.reset();
   inForce_.reset();
   restored_ = restored ? std::optional(restored->id) : std::nullopt;
   isSettled_ = true;

@@ -70,7 +70,7 @@ class Zeros {
   tl::expected<std::optional<RestPose>, Error> load() const;
   /// Reads the zero that would be left if the power was lost now and all was lost that can be.
   std::optional<Id> synchronised() const;
-  void check(const std::optional<RestPose>& restored, bool hasLost);
+  void check(const std::optional<RestPose>& restored);
 
   const Gel& gel_;
   Disk& disk_;

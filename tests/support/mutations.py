@@ -16,9 +16,9 @@ import seed
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 PAST = SOURCE / "tests/mutations"
 ROOMS = ("base", "sensor", "recording", "daemon", "gateway", "twin", "lens", "client/src", "client/files", "client/show", "client/cli")
-SIMULATED = ("base/", "daemon/app/", "daemon/capture/", "daemon/control/", "daemon/publish/")
 # Tests elsewhere, and what they need, where what a room encodes is decoded, and the other way round.
 ELSEWHERE = {"daemon/publish/": ("client", "client_test"), "client/src/": ("clients.conformance", "conformance_reader")}
+SIMULATED = ("base/", "daemon/app/", "daemon/capture/", "daemon/control/")
 ENOUGH = 0.9
 
 Mutation = collections.namedtuple("Mutation", "file line old new")

@@ -1,4 +1,0 @@
-tractiond simulation, version 1
-seed 1
-lasts 12000 ms
-5000 ms: kill
