@@ -11,7 +11,6 @@
 #include <cstdlib>
 #include <memory>
 #include <new>
-#include <numeric>
 
 namespace {
 
@@ -111,70 +110,6 @@ TEST(ModelSolver, AllocatesNothingWhateverIsMissing) {
   const Factors factors = computeFactors(points, atoms, still(points.rows()), scale_N, modelOptions({})).value();
   ModelSolver solver(factors, atoms, sensor);
   expectNoAllocation(solver, sensor, halfSpaceImage(sensor, sensor::nodePositions(sensor.nodes)));
-}
-
-TEST(Model, AllocatesNothingWhateverItFinds) {
-  const sensor::Sensor sensor = smallSensor();
-  const Atoms atoms = makeAtoms(sensor);
-  ModelOptions options;
-  options.mechanics = sensor::elastic::Model::kHalfSpace;
-  options.most = {{{5, 5, 10}, {10, 10, 20}}};
-  const Factors factors = computeFactors(sensor, atoms, options).value();
-  Model model(factors, atoms, options);
-  Estimate estimate;
-  estimate.force_N.resize(3 * static_cast<std::size_t>(atoms.pointCount()));
-  const Eigen::MatrixXd influence = halfSpaceImage(sensor, atoms.points);
-  Eigen::VectorXf pressed = (influence * Eigen::VectorXd::Constant(influence.cols(), 0.05)).cast<float>();
-  const Eigen::VectorXf still = Eigen::VectorXf::Zero(pressed.size());
-  for (Eigen::Index i = 0; i < pressed.size(); i += 7) pressed[i] += 0.2F;  // what no few atoms explain
-  const std::vector<int> missing = {2, 3, 10, 11, 100, 101};
-  int rounds = 0;
-  for (const Eigen::VectorXf& moved : {pressed, still}) {
-    for (const std::span<const int> without : {std::span<const int>(), std::span<const int>(missing)}) {
-      Eigen::VectorXf there = moved;
-      for (const int coordinate : without) there[coordinate] = 0.0F;
-      const int then = allocations;
-      model.solve({there.data(), static_cast<std::size_t>(there.size())}, without, options.noise_px, estimate);
-      EXPECT_EQ(allocations, then);
-      rounds = std::max(rounds, estimate.rounds);
-    }
-  }
-  EXPECT_EQ(rounds, 6);
-}
-
-TEST(Model, AllocatesNothingAroundPatches) {
-  const sensor::Sensor sensor = smallSensor();
-  const Atoms atoms = makeAtoms(sensor);
-  ModelOptions options;
-  options.mechanics = sensor::elastic::Model::kHalfSpace;
-  const Factors factors = computeFactors(sensor, atoms, options).value();
-  Model model(sensor, factors, atoms, options);
-  Estimate estimate;
-  estimate.force_N.resize(3 * static_cast<std::size_t>(atoms.pointCount()));
-  const auto press = [&](double x_m, double y_m) -> Eigen::VectorXf {
-    return (halfSpaceImage(sensor, Eigen::Vector3d(x_m, y_m, 0.0)) * Eigen::Vector3d(0.1, 0.0, 1.0)).cast<float>();
-  };
-  const Eigen::VectorXf one = press(1e-3, 2e-3), two = press(-6e-3, -4e-3) + press(6e-3, 4e-3);
-  const std::vector<int> missing = {2, 3, 10, 11, 100, 101};
-  std::vector<double> deviations(3 * static_cast<std::size_t>(atoms.nodeCount()));
-  const std::vector<double> weights(kColumns * 3 * static_cast<std::size_t>(atoms.pointCount()), 1.0);
-  std::vector<int> points(static_cast<std::size_t>(atoms.pointCount()));
-  std::iota(points.begin(), points.end(), 0);
-  std::array<double, std::size_t{kColumns} * kColumns> covariance{};
-  int patches = 0;
-  for (const Eigen::VectorXf& moved : {one, two}) {
-    for (const std::span<const int> without : {std::span<const int>(), std::span<const int>(missing)}) {
-      Eigen::VectorXf there = moved;
-      for (const int coordinate : without) there[coordinate] = 0.0F;
-      const int then = allocations;
-      model.solve({there.data(), static_cast<std::size_t>(there.size())}, without, options.noise_px, estimate);
-      model.mixture().nodeDeviations_N(deviations);
-      model.mixture().covariance(weights, points, covariance);
-      EXPECT_EQ(allocations, then);
-      patches += estimate.patchCount;
-    }
-  }
-  EXPECT_EQ(patches, 6);
 }
 
 TEST(LinearModel, AllocatesNothingWhenItAnswers) {

@@ -1,6 +1,5 @@
 // What is stated of contacts, against loads that are known.
 #include "daemon/solve/model_contacts.h"
-#include "tests/support/seed.h"
 #include "tests/unit/solve/linear_bench.h"
 
 #include <Eigen/Geometry>
@@ -278,52 +277,6 @@ TEST(Contacts, OfARoundPatchAreRound) {
     EXPECT_NEAR(deviation / radius, 0.5 * found[0].areaDeviation_m2 / found[0].area_m2, 1e-9);
   }
   EXPECT_EQ(found[0].orientationDeviation_rad, std::numbers::pi / std::sqrt(12.0));
-}
-
-TEST(Contacts, StateIntervalsThatHold) {
-  std::mt19937 random(test::seed());
-  const auto between = [&](double least, double most) { return std::uniform_real_distribution(least, most)(random); };
-  std::array<Vector6, 2> covered = {Vector6::Zero(), Vector6::Zero()}, squares = covered;
-  std::array<int, 2> count{};
-  constexpr int kLoads = 60, kLater = 5;
-  for (int i = 0; i < kLoads; ++i) {
-    ContactBench contacts;
-    Estimate estimate;
-    const double x_mm = between(-7, 7), y_mm = between(-5, 5), radius_mm = between(1.5, 3);
-    const auto draw = [&](double press_N) {
-      return disc(x_mm, y_mm, radius_mm,
-                  press_N * (kPress + between(-0.3, 0.3) * kShear + between(-0.3, 0.3) * kAcross),
-                  press_N * between(-0.5, 0.5));
-    };
-    const auto add = [&](std::size_t isLinear, Contacts found, const Load& load) {
-      if (found.size() != 1) return;
-      const Vector6 error = errorOf(found[0], load);
-      covered[isLinear] += (error.array().abs() < 1.96).cast<double>().matrix();
-      squares[isLinear] += error.cwiseAbs2();
-      ++count[isLinear];
-    };
-    const double press_N = between(0.5, 5);
-    const Load load = draw(press_N);
-    add(0, contacts.solve(contacts.bench().picture(load, static_cast<unsigned>(random())), estimate), load);
-    for (int later = 0; later < kLater; ++later) {
-      const Load now = draw(between(0.7, 1.3) * press_N);
-      const VectorXd picture = contacts.bench().picture(now, static_cast<unsigned>(random()));
-      if (!contacts.bench().answer(picture)) continue;
-      add(1, contacts.list(contacts.bench().later(), contacts.bench().linear().mixture()), now);
-    }
-  }
-  for (std::size_t isLinear = 0; isLinear < 2; ++isLinear) {
-    const Vector6 share = covered[isLinear] / count[isLinear];
-    std::printf("%s: %d contacts, Fx Fy Fz Mx My Mz within their 95 %% intervals: %.0f %.0f %.0f %.0f %.0f %.0f %%; "
-                "mean square of error by deviation %.2f %.2f %.2f %.2f %.2f %.2f\n",
-                isLinear != 0 ? "by an earlier model" : "solved", count[isLinear], 100 * share[0], 100 * share[1],
-                100 * share[2], 100 * share[3], 100 * share[4], 100 * share[5], squares[isLinear][0] / count[isLinear],
-                squares[isLinear][1] / count[isLinear], squares[isLinear][2] / count[isLinear],
-                squares[isLinear][3] / count[isLinear], squares[isLinear][4] / count[isLinear],
-                squares[isLinear][5] / count[isLinear]);
-    EXPECT_GT(share.minCoeff(), 0.85);
-    EXPECT_GT(share.mean(), 0.92);
-  }
 }
 
 }  // namespace

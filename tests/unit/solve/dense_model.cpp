@@ -52,7 +52,7 @@ DenseModel::Result DenseModel::solve(const Vector& displacement, const std::vect
       }
       if (result.atoms.empty()) {
         result.forces = Vector::Zero(3 * shape_.rows());
-        fit = posterior(H, motion, d, n2, {}, gamma, {}, Matrix(d.size(), 0));
+        fit = posterior(H, motion, d, n2, {}, gamma, {});
         result.residual = fit.residual;
         result.motion = fit.motion;
         return result;
@@ -66,7 +66,6 @@ DenseModel::Result DenseModel::solve(const Vector& displacement, const std::vect
           for (std::size_t k = 0; k < result.atoms.size(); ++k) {
             shown.mean.segment<3>(3 * result.atoms[k]) = fit.force.segment<3>(3 * static_cast<Eigen::Index>(k));
           }
-          result.evident = kronecker(shape_) * shown.mean;
         }
         if (i == 2) {
           result.atoms = smoothAtoms;
@@ -75,7 +74,7 @@ DenseModel::Result DenseModel::solve(const Vector& displacement, const std::vect
         }
         std::vector<Eigen::Matrix3d> omega;
         for (const int a : result.atoms) omega.push_back(directions(shown, evident(shown), a, i == 2));
-        fit = posterior(H, motion, d, n2, result.atoms, gamma, omega, Matrix(d.size(), 0));
+        fit = posterior(H, motion, d, n2, result.atoms, gamma, omega);
       }
       seen = {Vector::Zero(H.cols()), first.known, Vector::Zero(shape_.cols())};
       keep(fit, result.atoms, seen);
@@ -86,8 +85,6 @@ DenseModel::Result DenseModel::solve(const Vector& displacement, const std::vect
     const Matrix to = B * kronecker(shape_)(Eigen::all, components(result.atoms));
     result.covariance = to * fit.sigma * to.transpose();
     result.residual = fit.residual;
-    result.evidence = fit.evidence;
-    result.degrees = fit.known.sum();
     const double count = static_cast<double>(d.size());
     if (time == 1 || fit.residual < n2 * (count - fit.known.sum() + options_.gate * std::sqrt(2.0 * count))) break;
     const Vector explained = modes.s.asDiagonal() * modes.V.transpose() * seen.mean;
@@ -263,34 +260,28 @@ std::vector<int> DenseModel::select(Vector& gamma, const Vector& squares, int mo
 
 void DenseModel::roughen(std::vector<int>& atoms, Vector& gamma, const Vector& mean, const Vector& squares, int most,
                          double n2, bool continues) const {
-  Vector whole = beneath(kronecker(shape_) * mean, true);
+  Vector whole = beneath(kronecker(shape_) * mean);
   for (Eigen::Index a = 0; a < whole.size(); ++a) {
     const bool isSmall = !isAmbiguous(a) && !(a < points_.cols() && beyond_[a]);
     if (isSmall) whole[a] *= options_.roughness * options_.roughness;
   }
-  const Vector around = beneath(kronecker(shape_) * mean, true, options_.around * spacing_.front()),
-               size = sizes(squares);
+  const Vector around = beneath(kronecker(shape_) * mean, options_.around * spacing_.front()), size = sizes(squares);
   for (Eigen::Index a = points_.cols(); continues && a < whole.size(); ++a) {
     whole[a] += std::min(around[a], options_.unseen * options_.unseen * n2 / size[a] / 3);
   }
   for (const int a : atoms) whole[a] += gamma[a];
-  strongest(whole, squares, most, n2, atoms);
   gamma = whole;
-}
-
-void DenseModel::strongest(const Vector& whole, const Vector& squares, int most, double n2,
-                           std::vector<int>& atoms) const {
-  const Vector value = whole.cwiseProduct(sizes(squares));
+  const Vector value = whole.cwiseProduct(size);
   atoms = falling(value);
   atoms.resize(static_cast<std::size_t>(std::min<Eigen::Index>(most, value.size())));
   std::erase_if(atoms, [&](int a) { return value[a] <= options_.floor * n2; });
 }
 
-DenseModel::Vector DenseModel::beneath(const Vector& forces, bool continues, double around) const {
+DenseModel::Vector DenseModel::beneath(const Vector& forces, double around) const {
   const double pitch = spacing_.front(),
                side = spacing_[static_cast<std::size_t>(level_.at(static_cast<std::size_t>(plate_)))];
-  const Vector fine = reciprocalPressure(forces, std::hypot(pitch, around), continues),
-               coarse = reciprocalPressure(forces, std::hypot(std::max(pitch, side / 8), around), continues);
+  const Vector fine = reciprocalPressure(forces, std::hypot(pitch, around)),
+               coarse = reciprocalPressure(forces, std::hypot(std::max(pitch, side / 8), around));
   Vector whole(shape_.cols());
   for (Eigen::Index a = 0; a < whole.size(); ++a) {
     const double q = 1 / shape_.col(a).dot(a == plate_ ? coarse : fine) / shape_.col(a).maxCoeff();
@@ -299,7 +290,7 @@ DenseModel::Vector DenseModel::beneath(const Vector& forces, bool continues, dou
   return whole;
 }
 
-DenseModel::Vector DenseModel::reciprocalPressure(const Vector& forces, double reach, bool continues) const {
+DenseModel::Vector DenseModel::reciprocalPressure(const Vector& forces, double reach) const {
   const Eigen::Index count = points_.cols();
   Vector spread = Vector::Zero(count);
   for (Eigen::Index p = 0; p < count; ++p) {
@@ -313,22 +304,22 @@ DenseModel::Vector DenseModel::reciprocalPressure(const Vector& forces, double r
   }
   Vector pressure = spread;
   for (Eigen::Index p = 0; p < count; ++p) {
-    if (continues && beyond_[p]) pressure[p] = std::max(spread[p], spread[nearest_[static_cast<std::size_t>(p)]]);
+    if (beyond_[p]) pressure[p] = std::max(spread[p], spread[nearest_[static_cast<std::size_t>(p)]]);
   }
   return (pressure.array() + 1e-6 * spread.maxCoeff()).inverse();
 }
 
 DenseModel::Fit DenseModel::posterior(const Matrix& H, const Matrix& motion, const Vector& d, double n2,
                                       const std::vector<int>& atoms, const Vector& gamma,
-                                      const std::vector<Eigen::Matrix3d>& omega, const Matrix& extra) {
+                                      const std::vector<Eigen::Matrix3d>& omega) {
   const auto count = static_cast<Eigen::Index>(atoms.size());
   Matrix S = Matrix::Zero(3 * count, 3 * count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const auto index = static_cast<std::size_t>(i);
     S.block<3, 3>(3 * i, 3 * i) = Eigen::Matrix3d((gamma[atoms[index]] * omega[index]).llt().matrixL());
   }
-  Matrix B(d.size(), 3 * count + extra.cols() + motion.cols());
-  B << H(Eigen::all, components(atoms)) * S, extra, motion;
+  Matrix B(d.size(), 3 * count + motion.cols());
+  B << H(Eigen::all, components(atoms)) * S, motion;
   const Matrix A = B.transpose() * B + n2 * Matrix::Identity(B.cols(), B.cols());
   const Matrix inverse = A.inverse();
   const Vector x = inverse * (B.transpose() * d);
@@ -340,14 +331,6 @@ DenseModel::Fit DenseModel::posterior(const Matrix& H, const Matrix& motion, con
           n2 * S * inverse.topLeftCorner(3 * count, 3 * count) * S.transpose(),
           (d - B * x).squaredNorm(),
           x.tail<4>()};
-  // The displacements' own covariance, from nothing of the above.
-  const Eigen::LLT<Matrix> total(Matrix::Identity(d.size(), d.size()) + B * B.transpose() / n2);
-  fit.evidence = -Vector(Matrix(total.matrixL()).diagonal()).array().log().sum() - d.dot(total.solve(d)) / (2 * n2);
-  const Eigen::Index both = 3 * count + extra.cols();
-  Matrix scale = Matrix::Identity(both, both);
-  scale.topLeftCorner(3 * count, 3 * count) = S;
-  fit.whole = n2 * scale * inverse.topLeftCorner(both, both) * scale.transpose();
-  fit.extra = x.segment(3 * count, extra.cols());
   for (Eigen::Index i = 0; i < count; ++i) {
     fit.known[i] = 3 - fit.sigma.block<3, 3>(3 * i, 3 * i).trace() / gamma[atoms[static_cast<std::size_t>(i)]];
     fit.noise[i] = noise.block<3, 3>(3 * i, 3 * i).trace();

@@ -12,7 +12,7 @@
 
 namespace tractiond::solve {
 
-class DenseModel : protected DenseAtoms {
+class DenseModel : private DenseAtoms {
  public:
   using DenseAtoms::Matrix, DenseAtoms::Vector, DenseAtoms::pointsOf;
 
@@ -21,22 +21,18 @@ class DenseModel : protected DenseAtoms {
              double force_N, const ModelOptions& options);
 
   struct Result {
-    Vector forces = {};   ///< of the points
-    Vector evident = {};  ///< the same, before what may be unseen
+    Vector forces = {};  ///< of the points
     Eigen::Matrix<double, 6, 1> wrench = Eigen::Matrix<double, 6, 1>::Zero();
     Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
     double residual = 0.0;
     Eigen::Vector4d motion = Eigen::Vector4d::Zero();  ///< in its prior's deviations, of frames without a force
     std::vector<int> atoms = {};
     int rounds = 0;
-    double evidence = 0.0, degrees = 0.0;
   };
 
   Result solve(const Vector& displacement, const std::vector<int>& present, double noise_px) const;
 
-  const Matrix& shape() const { return shape_; }
-
- protected:
+ private:
   struct Modes {
     Vector s;
     Matrix V;
@@ -51,9 +47,6 @@ class DenseModel : protected DenseAtoms {
     Matrix sigma;
     double residual = 0.0;
     Eigen::Vector4d motion;
-    double evidence = 0.0;
-    Vector extra = {};
-    Matrix whole = {};  ///< covariance of the forces and the extra unknowns
   };
 
   static Modes modesOf(const Matrix& H, const Matrix& motion, double noise_px);
@@ -102,17 +95,14 @@ class DenseModel : protected DenseAtoms {
   void roughen(std::vector<int>& atoms, Vector& gamma, const Vector& mean, const Vector& squares, int most, double n2,
                bool continues) const;
 
-  /// Sets `atoms` to those with the largest values.
-  void strongest(const Vector& whole, const Vector& squares, int most, double n2, std::vector<int>& atoms) const;
+  /// Returns q^2 / 3 of all atoms under forces of the points; the points beyond the nodes have at least the pressure of
+  /// the nearest node. \param around distance over which the pressure is averaged more [m]
+  Vector beneath(const Vector& forces, double around = 0.0) const;
 
-  /// Returns q^2 / 3 of all atoms under forces of the points. \param continues whether the points beyond the nodes have
-  /// at least the pressure of the nearest node \param around distance over which the pressure is averaged more [m]
-  Vector beneath(const Vector& forces, bool continues, double around = 0.0) const;
-
-  Vector reciprocalPressure(const Vector& forces, double reach, bool continues) const;
+  Vector reciprocalPressure(const Vector& forces, double reach) const;
 
   static Fit posterior(const Matrix& H, const Matrix& motion, const Vector& d, double n2, const std::vector<int>& atoms,
-                       const Vector& gamma, const std::vector<Eigen::Matrix3d>& omega, const Matrix& extra);
+                       const Vector& gamma, const std::vector<Eigen::Matrix3d>& omega);
 
   static void keep(const Fit& fit, const std::vector<int>& atoms, Seen& seen);
 

@@ -125,19 +125,6 @@ TEST_F(FactorsCache, AnyChangedByteIsNoticed) {
   EXPECT_TRUE(load());
 }
 
-TEST_F(FactorsCache, AnyOtherLengthIsNoticed) {
-  obtain();
-  const std::vector<char> whole = content();
-  ASSERT_TRUE(load());
-  fs::resize_file(file(), whole.size() + 1);
-  EXPECT_FALSE(load());
-  for (std::size_t length = whole.size(); length > 0;) {
-    length -= std::min(length, next(length, whole.size()) - length);
-    fs::resize_file(file(), length);
-    ASSERT_FALSE(load()) << "length " << length;
-  }
-}
-
 TEST_F(FactorsCache, ASpoiltFileIsReplacedAndTheReasonTold) {
   obtain();
   const std::vector<char> whole = content();
@@ -160,29 +147,12 @@ TEST_F(FactorsCache, AnotherSensorsFileUnderThisNameIsRefused) {
   EXPECT_FALSE(steps_.empty());
 }
 
-TEST_F(FactorsCache, AFileThatCannotBeReadIsARemark) {
-  fs::create_directories(file());
-  obtain();
-  EXPECT_FALSE(steps_.empty());
-  EXPECT_EQ(remarks_.size(), 2U) << "neither read nor written";
-}
-
 TEST_F(FactorsCache, AStateDirectoryThatCannotBeWrittenIsARemark) {
   std::ofstream(state()) << "a file where the directory should be";
   obtain();
   EXPECT_FALSE(steps_.empty());
   ASSERT_EQ(remarks_.size(), 2U);
   EXPECT_NE(remarks_[1].find("not cached"), std::string::npos);
-}
-
-TEST_F(FactorsCache, DeletesWhatFormerVersionsCached) {
-  fs::create_directories(state());
-  const fs::path former = state() / "766634162537b6065a45aec193344d37.inverse";
-  std::ofstream(former) << "of the contact step";
-  obtain();
-  EXPECT_FALSE(fs::exists(former));
-  ASSERT_EQ(remarks_.size(), 1U);
-  EXPECT_NE(remarks_[0].find(former.string()), std::string::npos) << remarks_[0];
 }
 
 TEST_F(FactorsCache, KeepsTheNewestFour) {

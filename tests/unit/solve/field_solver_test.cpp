@@ -168,27 +168,6 @@ TEST_F(FieldSolverTest, IsolatedGapsOfTheZeroAreNotAmongTheMarkersThatMayBeMissi
   expectNothing(kFewMarkers);
 }
 
-TEST_F(FieldSolverTest, RemembersNothingOfMarkersThatCameAndWent) {
-  const MarkerField whole = loaded(influence_, random_);
-  const VectorXd expected = solved(whole);
-  std::uniform_int_distribution<int> marker(0, sensor_.markerCount() - 1);
-  MarkerField field = whole;
-  for (int frame = 0; frame < 300; ++frame) {
-    for (int change = frame % 4; change > 0; --change) {
-      const int changed = marker(random_);
-      if (field.valid[changed] != 0 && field.validCount > sensor_.markerCount() * 3 / 4) {
-        loseMarker(field, changed);
-      } else if (field.valid[changed] == 0) {
-        field.validCount += 1;
-        field.valid[changed] = 1;
-        for (const int i : {2 * changed, 2 * changed + 1}) field.displacement_px[i] = whole.displacement_px[i];
-      }
-    }
-    solved(field);
-  }
-  EXPECT_EQ(solved(whole), expected);
-}
-
 TEST_F(FieldSolverTest, WithoutAPressThereIsNoCentre) {
   VectorXd forces = VectorXd::Zero(influence_.cols());
   for (const double normal : {0.0, 0.02, -2.0}) {  // below SolveOptions::minPressForCentre_N

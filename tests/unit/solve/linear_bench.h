@@ -4,7 +4,6 @@
 #include "daemon/solve/linear_model.h"
 #include "tests/unit/solve/patch_bench.h"
 
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -92,16 +91,6 @@ class LinearBench : public PatchBench {
   bool hasPatches_;
   Estimate later_;
 };
-
-/// Returns force and moment about the origin [N, N m].
-inline VectorXd wrenchOf(const Load& load) {
-  VectorXd sum = VectorXd::Zero(6);
-  for (const PointForce& at : load) {
-    sum.head<3>() += at.force;
-    sum.tail<3>() += 1e-3 * Vector3d(at.x_mm, at.y_mm, 0.0).cross(at.force);
-  }
-  return sum;
-}
 
 /// Returns the centre of the normal forces [m].
 inline Eigen::Vector2d centreOf_m(const Load& load) {

@@ -195,15 +195,6 @@ TEST(Model, FindsWhatIsDetectedAlsoWhereNoAtomIsEvident) {
   expectSame(estimate, sure.twin(displacement));
 }
 
-TEST(Model, KeepsNothingFromFrameToFrame) {
-  Bench bench(smallSensor());
-  const VectorXd a = bench.picture({{1, 2, kPress}}, 1), b = bench.picture(square(2, 0, 6, 3), 2);
-  const Estimate first = bench.solve(a);
-  bench.solve(b, {4, 5, 10, 11});
-  bench.solve(bench.picture({}, 3));
-  EXPECT_EQ(forcesOf(bench.solve(a)), forcesOf(first));
-}
-
 TEST(Model, LeavingFaintModesOutDoesNotShow) {
   ModelOptions options = everyMode();
   options.faintest = ModelOptions().faintest;

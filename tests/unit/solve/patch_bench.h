@@ -1,8 +1,11 @@
-// Round loads, and a sensor with its model of contacts and patches and the dense twin of it.
+// Round loads, and a sensor with its model of contacts and patches.
 #pragma once
 
-#include "tests/unit/solve/dense_patches.h"
 #include "tests/unit/solve/model_bench.h"
+
+#include <Eigen/Geometry>
+
+#include <cmath>
 
 namespace tractiond::solve {
 
@@ -11,22 +14,15 @@ class PatchBench : public Bench {
  public:
   explicit PatchBench(const sensor::Sensor& sensor, const ModelOptions& options = everyMode())
       : Bench(sensor, options, blockImage)
-      , model_(this->sensor(), factors(), atoms(), options)
-      , twin_(sensor.nodes, sensor.layers.front().depth, influence(), strays(), scale_N(), options,
-              [this](const sensor::Points& sources) { return halfSpaceImage(this->sensor(), sources); }) {}
+      , model_(this->sensor(), factors(), atoms(), options) {}
 
   Estimate solve(const VectorXd& displacement, const std::vector<int>& missing = {}) {
     return Bench::solve(model_, displacement, missing);
   }
-  DensePatches::Mixed twin(const VectorXd& displacement, const std::vector<int>& missing = {}) const {
-    return twin_.solve(displacement, presentOf(missing), kNoise_px);
-  }
-  const DensePatches& dense() const { return twin_; }
   Model& model() { return model_; }
 
  private:
   Model model_;
-  DensePatches twin_;
 };
 
 /// An even pressure on a disc, and a torsion.
@@ -51,6 +47,16 @@ inline Load disc(double x_mm, double y_mm, double radius_mm, const Vector3d& for
 inline Load both(Load a, const Load& b) {
   a.insert(a.end(), b.begin(), b.end());
   return a;
+}
+
+/// Returns force and moment about the origin [N, N m].
+inline VectorXd wrenchOf(const Load& load) {
+  VectorXd sum = VectorXd::Zero(6);
+  for (const PointForce& at : load) {
+    sum.head<3>() += at.force;
+    sum.tail<3>() += 1e-3 * Vector3d(at.x_mm, at.y_mm, 0.0).cross(at.force);
+  }
+  return sum;
 }
 
 }  // namespace tractiond::solve

@@ -1,5 +1,4 @@
-// Round patches as the mean of the prior against their dense twin (dense_patches.h), and what must hold without one.
-#include "daemon/solve/model_contacts.h"
+// Round patches as the mean of the prior, against the loads that are known.
 #include "tests/unit/solve/patch_bench.h"
 
 #include <gtest/gtest.h>
@@ -8,43 +7,6 @@ namespace tractiond::solve {
 namespace {
 
 using Outcome = Estimate::Outcome;
-
-void expectSame(const Estimate& fast, const DensePatches::Mixed& slow) {
-  ASSERT_EQ(fast.outcome, Outcome::kFound);
-  ASSERT_EQ(fast.patchCount, static_cast<int>(slow.patches.size()));
-  EXPECT_NEAR(fast.patchShare, slow.share, 1e-3);
-  EXPECT_NEAR(fast.evenShare, slow.even, 1e-3);
-  EXPECT_LT(differenceInDeviations(fast, slow.wrench), 2e-3);
-  EXPECT_LT((covarianceOf(fast) - slow.covariance).norm(), 1e-4 * slow.covariance.norm());
-  EXPECT_LT((forcesOf(fast) - slow.forces).cwiseAbs().maxCoeff(), 2e-5 * slow.forces.cwiseAbs().maxCoeff());
-  for (std::size_t k = 0; k < slow.patches.size(); ++k) {
-    const FoundPatch& found = fast.patches[k];
-    Eigen::Matrix<double, 7, 1> values, expected;
-    values << found.patch.load, found.patch.place.x_m, found.patch.place.y_m, found.patch.place.spread_m2;
-    expected << slow.patches[k].load, slow.patches[k].place;
-    const VectorXd deviation = slow.patchCovariance[k].diagonal().cwiseSqrt();
-    EXPECT_LT(((values - expected).array() / deviation.array()).abs().maxCoeff(), 2e-3);
-    const MatrixXd scale = deviation.cwiseInverse().asDiagonal();
-    EXPECT_LT((scale * (found.covariance - slow.patchCovariance[k]) * scale).cwiseAbs().maxCoeff(), 1e-3);
-  }
-}
-
-TEST(PatchInfluence, IsExact) {
-  PatchBench bench(smallSensor());
-  PatchInfluence influence(bench.sensor(), bench.atoms(), bench.factors());
-  std::vector<double> columns(static_cast<std::size_t>(kPatchLoads * influence.stride()));
-  const Eigen::Index coordinates = bench.influence().rows();
-  for (const Eigen::Vector3d& place : {Vector3d(0, 0, 3e-6), Vector3d(1.3e-3, -2.1e-3, 0),
-                                       Vector3d(-13e-3, 12e-3, 9e-6), Vector3d(9.2e-3, 1e-3, -1e-6)}) {
-    influence.columns({place[0], place[1], place[2]}, columns.data());
-    const MatrixXd found = Eigen::Map<const MatrixXd, 0, Eigen::OuterStride<>>(
-        columns.data(), coordinates, kPatchLoads, Eigen::OuterStride<>(influence.stride()));
-    const MatrixXd expected = bench.dense().columns(place);
-    for (int i = 0; i < kPatchLoads; ++i) {
-      EXPECT_LT((found.col(i) - expected.col(i)).norm(), 1e-6 * expected.col(i).norm());
-    }
-  }
-}
 
 /// The cubics, and the ring that stands for a ball's pressure.
 TEST(PatchInfluence, IsThatOfABall) {
@@ -71,22 +33,22 @@ TEST(PatchInfluence, IsThatOfABall) {
 
 using NamedLoads = std::vector<std::pair<const char*, Load>>;
 
-/// Expects the model and its twin to agree on each load. Returns the number of those for which `is` is true.
+/// Expects what acts to be within what is stated of each load. Returns the number of those for which `is` is true.
 template <typename Is>
-int countWhereSame(const NamedLoads& loads, unsigned seed, Is is) {
+int countWhereTrue(const NamedLoads& loads, unsigned seed, Is is) {
   PatchBench bench(smallSensor());
   int count = 0;
   for (const auto& [name, load] : loads) {
     SCOPED_TRACE(name);
-    const VectorXd displacement = bench.picture(load, seed++);
-    const Estimate estimate = bench.solve(displacement);
-    expectSame(estimate, bench.twin(displacement));
+    const Estimate estimate = bench.solve(bench.picture(load, seed++));
+    EXPECT_EQ(estimate.outcome, Outcome::kFound);
+    EXPECT_LT(differenceInDeviations(estimate, wrenchOf(load)), 4.0);
     count += is(estimate) ? 1 : 0;
   }
   return count;
 }
 
-TEST(Patches, AgreeWithTheDenseTwin) {
+TEST(Patches, StandForRoundContactsWithinWhatIsStated) {
   const NamedLoads loads = {
       {"in the middle", disc(1, 2, 2, kPress)},
       {"with friction", disc(-2.5, 0.5, 2.5, kPress + 0.4 * kShear)},
@@ -100,7 +62,7 @@ TEST(Patches, AgreeWithTheDenseTwin) {
       {"a bar", both(both(disc(-4, 0, 2, kPress), disc(0, 0, 2, kPress)), disc(4, 0, 2, kPress))},
       {"broad", square(0, 0, 7, 2)},
   };
-  EXPECT_EQ(countWhereSame(loads, 1, [](const Estimate& one) { return one.patchShare > 0.5; }), 8);
+  EXPECT_EQ(countWhereTrue(loads, 1, [](const Estimate& one) { return one.patchShare > 0.5; }), 8);
 }
 
 /// An even pressure on a ring.
@@ -114,7 +76,7 @@ Load ring(double x_mm, double y_mm, double radius_mm, const Vector3d& force_N) {
   return load;
 }
 
-TEST(EvenField, AgreesWithTheDenseTwin) {
+TEST(EvenField, StandsForBroadContactsWithinWhatIsStated) {
   const NamedLoads loads = {
       {"disc", disc(0.5, -0.7, 9, 6 * kPress)},
       {"sheared", disc(-1, 0.5, 9, 3 * kPress + 3 * kShear)},
@@ -123,20 +85,18 @@ TEST(EvenField, AgreesWithTheDenseTwin) {
       {"beside a ball", both(square(-4, 3, 6, 6), disc(8, -8, 1, 0.4 * kPress))},
       {"partly beyond the nodes", square(8, 2, 7, 6)},
   };
-  EXPECT_EQ(countWhereSame(loads, 50, [](const Estimate& one) { return one.evenShare > 0.5; }), 4);
+  EXPECT_EQ(countWhereTrue(loads, 50, [](const Estimate& one) { return one.evenShare > 0.5; }), 4);
 }
 
 TEST(EvenField, TakesOutMissingMarkers) {
   PatchBench bench(smallSensor());
-  const std::vector<int> missing = missingOf(smallSensor());
-  const VectorXd displacement = bench.picture(disc(0.5, -0.7, 9, 10 * kPress), 60);
-  const Estimate estimate = bench.solve(displacement, missing);
-  const DensePatches::Mixed twin = bench.twin(displacement, missing);
+  const Load load = disc(0.5, -0.7, 9, 10 * kPress);
+  const VectorXd displacement = bench.picture(load, 60);
+  const Estimate estimate = bench.solve(displacement, missingOf(smallSensor())), whole = bench.solve(displacement);
   EXPECT_GT(estimate.evenShare, 0.9);
-  EXPECT_NEAR(estimate.evenShare, twin.even, 0.01);
-  EXPECT_LT(differenceInDeviations(estimate, twin.wrench), 0.05);  // the start alone is not exact
-  EXPECT_LT((covarianceOf(estimate) - twin.covariance).norm(), 0.02 * twin.covariance.norm());
-  EXPECT_GT(differenceInDeviations(estimate, wrenchOf(bench.solve(displacement))), 0.2);
+  EXPECT_LT(differenceInDeviations(estimate, wrenchOf(load)), 4.0);
+  EXPECT_GT(differenceInDeviations(estimate, wrenchOf(whole)), 0.2);
+  EXPECT_GT(covarianceOf(estimate).determinant(), covarianceOf(whole).determinant());
 }
 
 /// Within an even contact the nodes' forces are alike.
@@ -161,24 +121,6 @@ TEST(EvenField, IsEven) {
     without += unevenness(alone.solve(displacement));
   }
   EXPECT_LT(with, 0.4 * without);
-}
-
-TEST(EvenField, IsListedAsOneContact) {
-  PatchBench bench(smallSensor());
-  const SystematicPart systematic(bench.factors(), bench.sensor());
-  ModelContacts listing(bench.atoms(), bench.sensor(), systematic);
-  std::array<Contact, kMaxContacts> contacts;
-  const Estimate estimate = bench.solve(bench.picture(disc(0, 0, 7.5, 3 * kPress), 2));
-  ASSERT_GT(estimate.evenShare, 0.5);
-  ASSERT_EQ(listing.list(estimate, bench.model().mixture(), 0.01, contacts), 1);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double variance = estimate.covariance[7 * axis];
-    EXPECT_NEAR(contacts[0].force_N[axis], estimate.wrench[axis], 1e-5);
-    EXPECT_NEAR(contacts[0].forceDeviation_N[axis], std::sqrt(variance), 1e-3 * std::sqrt(variance));
-  }
-  for (std::size_t axis = 0; axis < 2; ++axis) {
-    EXPECT_NEAR(contacts[0].position_m[axis], 0.0, 4.0 * contacts[0].positionDeviation_m[axis]);
-  }
 }
 
 /// A field may have maxima where nothing touches.
@@ -224,19 +166,16 @@ TEST(Patches, AreAsManyAsThePictureTells) {
 
 TEST(Patches, TakeOutMissingMarkers) {
   PatchBench bench(smallSensor());
-  const std::vector<int> missing = missingOf(smallSensor());
   unsigned seed = 30;
   for (const Load& load : {disc(4, 3, 2, kPress), disc(-8, 1, 2.5, kPress + 0.3 * kShear, 0.5),
                            both(disc(-6, -4, 2, 0.5 * kPress), disc(5, 3, 2, kPress))}) {
     const VectorXd displacement = bench.picture(load, seed++);
-    const Estimate estimate = bench.solve(displacement, missing);
-    const DensePatches::Mixed twin = bench.twin(displacement, missing);
-    ASSERT_EQ(estimate.patchCount, static_cast<int>(twin.patches.size()));
+    const Estimate estimate = bench.solve(displacement, missingOf(smallSensor())), whole = bench.solve(displacement);
+    EXPECT_EQ(estimate.patchCount, whole.patchCount);
     EXPECT_GT(estimate.patchShare, 0.9);
-    EXPECT_NEAR(estimate.patchShare, twin.share, 0.01);
-    EXPECT_LT(differenceInDeviations(estimate, twin.wrench), 0.05);  // the start alone is not exact
-    EXPECT_LT((covarianceOf(estimate) - twin.covariance).norm(), 0.02 * twin.covariance.norm());
-    EXPECT_GT(differenceInDeviations(estimate, wrenchOf(bench.solve(displacement))), 0.2);
+    EXPECT_LT(differenceInDeviations(estimate, wrenchOf(load)), 4.0);
+    EXPECT_GT(differenceInDeviations(estimate, wrenchOf(whole)), 0.2);
+    EXPECT_GT(covarianceOf(estimate).determinant(), covarianceOf(whole).determinant());
   }
 }
 
@@ -319,18 +258,6 @@ TEST(Patches, KeepNothingFromFrameToFrame) {
   EXPECT_EQ(forcesOf(again), forcesOf(first));
   EXPECT_EQ(wrenchOf(again), wrenchOf(first));
   EXPECT_EQ(again.patchShare, first.patchShare);
-}
-
-TEST(Patches, GrowWithTheStiffness) {
-  sensor::Sensor soft = smallSensor(), stiff = soft;
-  stiff.gel.youngsModulus *= 10.0;
-  PatchBench a(soft), b(stiff);
-  const VectorXd displacement = a.picture(disc(1, 2, 2, kPress + 0.2 * kShear), 5);
-  const Estimate one = a.solve(displacement), ten = b.solve(displacement);
-  ASSERT_EQ(one.patchCount, 1);
-  EXPECT_LT((10.0 * wrenchOf(one) - wrenchOf(ten)).norm(), 1e-4 * wrenchOf(ten).norm());
-  EXPECT_NEAR(one.patchShare, ten.patchShare, 1e-3);
-  EXPECT_NEAR(one.patches[0].patch.place.x_m, ten.patches[0].patch.place.x_m, 1e-7);
 }
 
 }  // namespace

@@ -16,7 +16,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-using sensor::elastic::Model;
 using sensor::elastic::PatchQuadrature;
 
 constexpr double kForce = 4.0;  // [N]
@@ -63,8 +62,8 @@ class Loads {
   sensor::Points sources_;
 };
 
-Eigen::MatrixXd image(const sensor::Sensor& sensor, Model model, const sensor::Points& sources) {
-  if (model == Model::kHalfSpace) return halfSpaceImage(sensor, sources);
+/// By the mechanics of the block, 2M x 3S [px/N].
+Eigen::MatrixXd image(const sensor::Sensor& sensor, const sensor::Points& sources) {
   const sensor::Points markers = sensor::markerPositions(sensor.layers);
   const sensor::Projection projection(sensor.camera, sensor.gel.size.z());
   const Eigen::MatrixXd displacement = sensor::elastic::blockDisplacement(sensor.gel, markers, sources);
@@ -75,17 +74,8 @@ Eigen::MatrixXd image(const sensor::Sensor& sensor, Model model, const sensor::P
   return result;
 }
 
-class Recovery : public testing::TestWithParam<Model> {
- protected:
-  void expectLoadsBack(FieldSolver& solver, const sensor::Sensor& sensor, const Loads& loads,
-                       const Eigen::MatrixXd& pixels);
-};
-
-INSTANTIATE_TEST_SUITE_P(Models, Recovery, testing::Values(Model::kBlock, Model::kHalfSpace),
-                         [](const auto& model) { return model.param == Model::kBlock ? "Block" : "HalfSpace"; });
-
-void Recovery::expectLoadsBack(FieldSolver& solver, const sensor::Sensor& sensor, const Loads& loads,
-                               const Eigen::MatrixXd& pixels) {
+void expectLoadsBack(FieldSolver& solver, const sensor::Sensor& sensor, const Loads& loads,
+                     const Eigen::MatrixXd& pixels) {
   TractionField field;
   field.resize(sensor.markerCount(), sensor.nodes.count());
   std::mt19937 random(1);
@@ -116,17 +106,17 @@ void Recovery::expectLoadsBack(FieldSolver& solver, const sensor::Sensor& sensor
 }
 
 /// Of the points, then of the loads, 2M x 3S: at once, as the block's preparation takes the time.
-Eigen::MatrixXd imageOf(const sensor::Sensor& sensor, Model model, const sensor::Points& points, const Loads& loads) {
+Eigen::MatrixXd imageOf(const sensor::Sensor& sensor, const sensor::Points& points, const Loads& loads) {
   sensor::Points sources(3, points.cols() + loads.sources().cols());
   sources << points, loads.sources();
-  return image(sensor, model, sources);
+  return image(sensor, sources);
 }
 
-TEST_P(Recovery, LoadsComeBackWithinOnePercent) {
+TEST(Recovery, LoadsComeBackWithinOnePercent) {
   const sensor::Sensor sensor;
   const Loads loads;
   const Atoms atoms = makeAtoms(sensor);
-  const Eigen::MatrixXd everything = imageOf(sensor, GetParam(), atoms.points, loads);
+  const Eigen::MatrixXd everything = imageOf(sensor, atoms.points, loads);
   const Factors factors = computeFactors(everything.leftCols(3 * atoms.points.cols()), atoms, still(everything.rows()),
                                          sensor.gel.youngsModulus * square(sensor.nodes.pitch), modelOptions({}))
                               .value();

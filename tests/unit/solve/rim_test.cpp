@@ -49,7 +49,7 @@ TEST_F(RimTest, AWeakPressInACornerIsReadWithinItsInterval) {
   const Press corner = press({-33e-3, -33e-3}, 2.5e-3);
   const Vector3d force(0.0, 0.0, 25.0 * kGramForce);
   Vector3d mean = Vector3d::Zero();
-  constexpr int kFrames = 300;
+  constexpr int kFrames = 120;
   for (int i = 0; i < kFrames; ++i) {
     solve(corner.image * force + noise());
     const Vector3d error = resultant() - force;

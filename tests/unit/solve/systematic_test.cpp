@@ -12,7 +12,6 @@
 #include <cmath>
 #include <map>
 #include <memory>
-#include <random>
 
 namespace tractiond::solve::systematic_test {
 namespace {
@@ -119,8 +118,6 @@ const std::map<int, Eigen::MatrixXd>& seenByOthers() {
 }
 
 /// Returns the wrenches, 6 x 27, that are read for unit forces at the nine places, which the pictures show.
-using Readings = Eigen::MatrixXd(const Eigen::MatrixXd& image);
-
 Eigen::MatrixXd byModel(const Eigen::MatrixXd& image) {
   static ModelSolver solver(thinFactors(), thinAtoms(), thin());
   Eigen::MatrixXd read(6, image.cols());
@@ -128,96 +125,27 @@ Eigen::MatrixXd byModel(const Eigen::MatrixXd& image) {
   return read;
 }
 
-/// Reads by least squares with forces of 9 mN expected of all atoms, and the motion of the picture.
-Eigen::MatrixXd byAllAtoms(const Eigen::MatrixXd& image) {
-  static const Eigen::MatrixXd reading = [] {
-    const double noise_px = SolveOptions{}.noise_px;
-    const Atoms& atoms = thinAtoms();
-    const Eigen::MatrixXd shape = atoms.shape, wrenchesOfPoints = wrenches(atoms.points);
-    const Eigen::MatrixXd ofPoints = sensor::elastic::toImage(
-        thin(),
-        sensor::elastic::displacementMatrix(thin().gel, Model::kBlock, sensor::markerPositions(thin()), atoms.points));
-    const MotionPrior motion = motionPrior(thin());
-    const Eigen::Index forces = 3 * shape.cols();
-    Eigen::MatrixXd seen = Eigen::MatrixXd::Zero(ofPoints.rows(), forces + kMotions);
-    Eigen::MatrixXd units = Eigen::MatrixXd::Zero(6, seen.cols());
-    for (Eigen::Index a = 0; a < shape.cols(); ++a) {
-      for (Eigen::Index p = 0; p < shape.rows(); ++p) {
-        if (shape(p, a) == 0.0) continue;
-        seen.middleCols<3>(3 * a) += 9e-3 * shape(p, a) * ofPoints.middleCols<3>(3 * p);
-        units.middleCols<3>(3 * a) += 9e-3 * shape(p, a) * wrenchesOfPoints.middleCols<3>(3 * p);
-      }
-    }
-    seen.rightCols<kMotions>() = motion.modes * motion.variances.cwiseSqrt().asDiagonal();
-    Eigen::MatrixXd normal = seen.transpose() * seen;
-    normal.diagonal().array() += noise_px * noise_px;
-    return Eigen::MatrixXd(units * normal.llt().solve(seen.transpose()));
-  }();
-  return reading * image;
-}
-
-/// Presses and shears each of the nine places, and adds up what is misread of a wrench that they share.
-/// \param share by which the prediction may miss; of a press on another thickness
-void expectPredicted(Readings* readings, const std::vector<double>& errors, double share, double shareOfThickness) {
-  const Eigen::MatrixXd shares = wrenches(places()).completeOrthogonalDecomposition().pseudoInverse();  // 27 x 6
-  const Eigen::MatrixXd straight = readings(seen(thin()));
-  for (const auto& [number, image] : seenByOthers()) {
-    const Eigen::MatrixXd measured = (readings(image) - straight) * shares;
-    const Matrix6 predicted = error(errors, number);
-    for (const int axis : {0, 2}) {
-      const Eigen::Vector3d force = measured.col(axis).head<3>(), expected = predicted.col(axis).head<3>();
-      const double allowed = number == kThickness && axis == 2 ? shareOfThickness : share;
-      EXPECT_LT((force - expected).norm(), std::max(1e-4, allowed * expected.norm()))
-          << number << ", axis " << axis << ": " << force.transpose() << " instead of " << expected.transpose();
-    }
-  }
-}
-
 const SystematicErrors& thinErrors() {
   return thinFactors().systematicErrors;
 }
 
-/// Covariance of a contact's wrench by depths that scatter alone.
-Matrix6 byScatter(const SystematicErrors& errors, const std::array<double, 6>& wrench, const Eigen::Vector3d& at) {
-  sensor::Uncertainty none;
-  none.youngsModulus = none.model = 0.0;
-  SystematicErrors scatter;
-  scatter.contactScatter = errors.contactScatter;
-  return Matrix6::Map(systematicCovariance(wrench, at, none, thin().nodes.pitch, scatter, 0.0).data());
-}
-
+/// Presses and shears each of the nine places, and adds up what is misread of a wrench that they share.
 TEST(Systematic, AContactIsMisreadAsPredicted) {
   ASSERT_EQ(thinErrors().contact.size(), 36U * kCount);
-  // The solver fits a patch, whose reading the prediction linearises; a press reaches furthest, and there the thickness
-  // shows most.
-  expectPredicted(byModel, thinErrors().contact, 0.1, 0.3);
-}
-
-// Without the noise of the mechanics the model took what a wrong depth leaves for force, as soon as that was above the
-// noise of the markers: 5 % of a shear of 8 N.
-TEST(Systematic, SoIsAContactOfAnyForce) {
-  static ModelSolver solver(thinFactors(), thinAtoms(), thin());
-  const Eigen::MatrixXd straight = seen(thin());
-  constexpr Eigen::Index kMiddle = 4;
-  for (const int number : {kPoisson, kThickness, kBlue, kRed}) {
+  const Eigen::MatrixXd shares = wrenches(places()).completeOrthogonalDecomposition().pseudoInverse();  // 27 x 6
+  const Eigen::MatrixXd straight = byModel(seen(thin()));
+  for (const auto& [number, image] : seenByOthers()) {
+    const Eigen::MatrixXd measured = (byModel(image) - straight) * shares;
     const Matrix6 predicted = error(thinErrors().contact, number);
     for (const int axis : {0, 2}) {
-      const Eigen::Index column = 3 * kMiddle + axis;
-      const Eigen::VectorXd other = seenByOthers().at(number).col(column);
-      for (const double force_N : {0.5, 1.0, 4.0, 8.0}) {
-        const Eigen::VectorXd misread =
-            (reading(solver, force_N * other) - reading(solver, force_N * straight.col(column))) / force_N;
-        const Eigen::Vector3d excess = misread.head<3>() - predicted.col(axis).head<3>();
-        EXPECT_LT(excess.norm(), 0.003) << number << ", axis " << axis << ", " << force_N << " N";
-      }
+      const Eigen::Vector3d force = measured.col(axis).head<3>(), expected = predicted.col(axis).head<3>();
+      // The solver fits a patch, whose reading the prediction linearises; a press reaches furthest, and there the
+      // thickness shows most.
+      const double allowed = number == kThickness && axis == 2 ? 0.3 : 0.1;
+      EXPECT_LT((force - expected).norm(), std::max(1e-4, allowed * expected.norm()))
+          << number << ", axis " << axis << ": " << force.transpose() << " instead of " << expected.transpose();
     }
   }
-}
-
-TEST(Systematic, SoIsTheWholeFace) {
-  ASSERT_EQ(thinErrors().wholeFace.size(), 36U * kCount);
-  expectPredicted(byAllAtoms, thinErrors().wholeFace, 0.06,
-                  0.01);  // but for the step of the derivatives, the same sum
 }
 
 TEST(Systematic, PressAndShearAreMisreadApart) {
@@ -258,39 +186,6 @@ TEST(Systematic, ABodyHasTheCamerasErrorsAlone) {
   for (int number = 0; number < kPoisson; ++number) {
     const Matrix6 block = error(exact.contact, number);
     EXPECT_LT((error(errors.contact, number) - block).norm(), 0.02 * block.norm() + 1e-6);
-  }
-}
-
-TEST(Systematic, ScatteredDepthsMisreadAContactAsPredicted) {
-  constexpr int kGels = 12;
-  constexpr double kScatter_m = 0.1e-3;
-  sensor::Sensor made = thin();
-  made.uncertainty.markerDepth = kScatter_m;
-  const SystematicErrors errors = errorsOf(made);
-  ModelSolver solver(thinFactors(), thinAtoms(), thin());
-  for (sensor::MarkerLayer& layer : made.layers) layer.depth += kScatter_m;
-  const sensor::Points at = places();
-  const Eigen::MatrixXd straight = seen(thin()), byDepth = seen(made) - straight, units = wrenches(at);
-  std::mt19937_64 generator(1);
-  std::normal_distribution<double> normal;
-  for (const int axis : {0, 2}) {
-    Vector6 measured = Vector6::Zero(), predicted = Vector6::Zero();  // sums of squares
-    for (int gel = 0; gel < kGels; ++gel) {
-      Eigen::VectorXd deviations(straight.rows());  // of each marker's depth
-      for (Eigen::Index i = 0; i < deviations.size(); i += 2) deviations.segment<2>(i).setConstant(normal(generator));
-      for (Eigen::Index column = axis; column < straight.cols(); column += 3) {
-        const Eigen::VectorXd image = straight.col(column) + deviations.cwiseProduct(byDepth.col(column));
-        const Vector6 misread = reading(solver, kForce_N * image) - reading(solver, kForce_N * straight.col(column));
-        measured += misread.cwiseAbs2();
-        std::array<double, 6> wrench{};
-        Vector6::Map(wrench.data()) = kForce_N * units.col(column);
-        predicted += byScatter(errors, wrench, at.col(column / 3)).diagonal();
-      }
-    }
-    // 108 draws tell a deviation to a tenth.
-    for (const int component : {axis, 2, 3, 4}) {
-      EXPECT_NEAR(std::sqrt(measured[component] / predicted[component]), 1.0, 0.25) << axis << ", " << component;
-    }
   }
 }
 

@@ -8,7 +8,7 @@ namespace {
 using TouchTest = PressTest;
 
 TEST_F(TouchTest, NothingTouchesAndNothingIsRead) {
-  for (int i = 0; i < 2000; ++i) {
+  for (int i = 0; i < 500; ++i) {
     EXPECT_EQ(solve(noise()).method, Method::kNoContact);
     EXPECT_EQ(resultant(), Vector3d::Zero());
     EXPECT_GT(field_.noise[14], 0.0);
@@ -59,28 +59,6 @@ TEST_F(TouchTest, FalseAlarmsOfHoursAreAsManyAsAllowed) {
   print("paper's gel, noise of 0.06 px", paper(), often, 100'000);
 }
 
-TEST_F(TouchTest, SmallestForcesThatAreFound) {
-  random_.seed(test::seed());
-  std::uniform_int_distribution<int> place(4, 19);
-  for (const int axis : {0, 2}) {
-    double half_gf = 0.0, all_gf = 0.0;
-    for (int step = 1; all_gf == 0.0 && step < 100; ++step) {
-      constexpr int kFrames = 1000;
-      int found = 0;
-      for (int i = 0; i < kFrames; ++i) {
-        const int node = place(random_) * paper().nodes.columns + place(random_);
-        solve(influence().col(3 * node + axis) * (0.1 * step * kGramForce) + noise());
-        found += field_.method == Method::kNoContact ? 0 : 1;
-      }
-      if (half_gf == 0.0 && found >= 0.5 * kFrames) half_gf = 0.1 * step;
-      if (found >= 0.99 * kFrames) all_gf = 0.1 * step;
-    }
-    std::printf("a force on one node, %s: found in half of the frames from %.1f gf on, in 99 %% from %.1f gf on\n",
-                axis == 0 ? "along the surface" : "into it", half_gf, all_gf);
-    EXPECT_LT(all_gf, 4.0);
-  }
-}
-
 // The light is uneven: on one side the markers' noise is twice that of the mean.
 TEST_F(TouchTest, MarkersThatAreNoisierThanOthersAreNoTouch) {
   const auto frame = [&](double force_N) {
@@ -104,7 +82,7 @@ TEST_F(TouchTest, MarkersThatAreNoisierThanOthersAreNoTouch) {
 // forty a shear of 50 gf was read with a false press of 30 gf.
 TEST_F(TouchTest, NoiseDoesNotSpreadAWeakShearOverTheFace) {
   const Press patch = press({12e-3, -9e-3}, 2.5e-3);
-  for (const double gramForce : {7.0, 10.0, 14.0, 20.0, 50.0, 100.0}) {
+  for (const double gramForce : {7.0, 14.0, 50.0}) {
     const VectorXd displacement = patch.image * Vector3d(gramForce * kGramForce, 0.0, 0.0);
     for (int i = 0; i < 100; ++i) {
       solve(displacement + noise());
@@ -210,7 +188,7 @@ TEST_F(TouchTest, TwoContactsAreToldApart) {
   const std::array<std::array<Vector3d, 2>, 3> cases = {{{Vector3d(0.0, 0.0, 100.0), Vector3d(0.0, 0.0, 100.0)},
                                                          {Vector3d(0.0, 0.0, 120.0), Vector3d(0.0, 0.0, 60.0)},
                                                          {Vector3d(30.0, 0.0, 90.0), Vector3d(0.0, -40.0, 90.0)}}};
-  for (int trial = 0; trial < 36; ++trial) {
+  for (int trial = 0; trial < 24; ++trial) {
     const Vector2d centre(place(random_), place(random_));
     const double angle = turn(random_), distance = trial % 2 == 0 ? 7e-3 : 11e-3;
     const Vector2d half = 0.5 * distance * Vector2d(std::cos(angle), std::sin(angle));
@@ -218,7 +196,7 @@ TEST_F(TouchTest, TwoContactsAreToldApart) {
     const auto& forces = cases[static_cast<std::size_t>(trial) % cases.size()];
     VectorXd image = VectorXd::Zero(influence().rows());
     for (std::size_t i = 0; i < 2; ++i) image += presses[i].image * forces[i] * kGramForce;
-    for (int frame = 0; frame < 5; ++frame, ++all) {
+    for (int frame = 0; frame < 3; ++frame, ++all) {
       if (solve(image + noise()).contactCount != 2) continue;
       Vector3d sum = Vector3d::Zero();
       for (int i = 0; i < 2; ++i) sum += Vector3d::Map(field_.contacts[static_cast<std::size_t>(i)].force_N.data());
@@ -271,8 +249,8 @@ TEST_F(TouchTest, OneContactIsNotTwoWhateverItsShape) {
       const MatrixXd images = halfSpaceImage(paper(), points);
       VectorXd image = VectorXd::Zero(images.rows());
       for (int i = 0; i < points.cols(); ++i) image += shares[i] * images.col(3 * i + 2);
-      for (const double gramForce : {50.0, 100.0, 200.0, 400.0}) {
-        for (int frame = 0; frame < 4; ++frame, ++all) {
+      for (const double gramForce : {50.0, 100.0, 400.0}) {
+        for (int frame = 0; frame < 2; ++frame, ++all) {
           split += solve(image * gramForce * kGramForce + noise()).contactCount > 1 ? 1 : 0;
         }
       }
@@ -303,14 +281,6 @@ TEST_F(TouchTest, AWeakContactBesideAStrongOneIsAContact) {
   EXPECT_GE(found, 0.9 * all);
 }
 
-TEST_F(TouchTest, FiveGramForceIsFound) {
-  const Press patch = press({-11.2e-3, 6.7e-3}, 1.5e-3);
-  const VectorXd image = patch.image.col(2) * 5.0 * kGramForce;
-  int found = 0;
-  for (int i = 0; i < 100; ++i) found += solve(image + noise()).contactCount == 1 ? 1 : 0;
-  EXPECT_GE(found, 95);
-}
-
 TEST_F(TouchTest, TheTruthIsWithinTheStatedInterval) {
   std::vector<Press> patches;
   std::uniform_real_distribution<double> place(-27e-3, 27e-3), share(-1.0, 1.0), size(10.0, 200.0);
@@ -335,17 +305,6 @@ TEST_F(TouchTest, TheTruthIsWithinTheStatedInterval) {
   }
   EXPECT_GT(inside, 0.92 * all);
   std::printf("inside the stated 95 %% interval: %.1f %%\n", 100.0 * inside / all);
-}
-
-TEST_F(TouchTest, ASmallContactLosesNoForceAndFeignsNone) {
-  for (const Vector2d& at : {Vector2d(-30e-3, 0.0), Vector2d(0.7e-3, 0.4e-3)}) {
-    const Press patch = press(at, 2.5e-3);
-    for (int axis = 0; axis < 3; ++axis) {
-      const Vector3d force = 50.0 * kGramForce * Vector3d::Unit(axis);
-      solve(patch.image * force);
-      EXPECT_LT((resultant() - force).norm(), 0.8 * kGramForce) << "along axis " << axis << " at " << at.x();
-    }
-  }
 }
 
 TEST_F(TouchTest, AMovedPictureIsNotAForce) {
