@@ -45,15 +45,6 @@ def memory_mb(pid):
     return tuple(int(re.search(rf"{name}:\s+(\d+)", status)[1]) / 1024 for name in ("VmRSS", "VmHWM"))
 
 
-def steady(fields, truth):
-    """The first 100 frames of the longest constant load, half a second after it was reached."""
-    loaded = [field for field in fields if any(truth[field["camera_frame_id"]]["force_N"])]
-    peak = max(np.linalg.norm(truth[field["camera_frame_id"]]["force_N"]) for field in loaded)
-    held = [field for field in loaded
-            if np.linalg.norm(truth[field["camera_frame_id"]]["force_N"]) > peak * (1 - 1e-6)]
-    return held[30:130]
-
-
 def live(scenario, seconds, config="", record=False):
     """Twin, daemon and subscriber as processes: (fields, truth, daemon, its share of a core from the first load of a shipped
     scenario on, its memory [MB] at the end and at most)."""
@@ -203,23 +194,7 @@ def sixty_frames_per_second(seconds):
     row("resident memory of the daemon, one press", f"{resident:.0f} MB", "<= 130 MB", 130, resident)
     row("    at most, while the zero's solver was made", f"{peak:.0f} MB")
     row("processor time of the daemon, one press", f"{100 * cpu:.1f} % of a core", "<= 50 %", 0.5, cpu)
-    resultant("400 gf press", fields, truth)
     under_load("one press", fields, truth)
-
-
-def resultant(name, fields, truth):
-    held = steady(fields, truth)
-    measured = np.mean([field["resultant_N"] for field in held], axis=0)
-    true = np.array(truth[held[0]["camera_frame_id"]]["force_N"])
-    off = abs(np.linalg.norm(measured) / np.linalg.norm(true) - 1)
-    angle = np.degrees(np.arccos(min(1, measured @ true / np.linalg.norm(measured) / np.linalg.norm(true))))
-    row(f"{name}, mean of {len(held)} frames: magnitude", f"{100 * off:.2f} % off", "<= 2 %", 0.02, off)
-    row("    direction", f"{angle:.2f} deg off", "<= 1 deg", 1, angle)
-
-
-def angle():
-    fields, truth, *_ = live("angle", 10)
-    resultant("400 gf at 30 deg", fields, truth)
 
 
 def stages():
@@ -285,32 +260,6 @@ def starts():
             statistics.median(times))
 
 
-def mechanics():
-    text = run(rig.BIN / "block_test", "--gtest_filter=Block.AgreesWithFiniteElements")
-    worst = max(map(float, re.findall(r"largest error ([\d.]+) %", text)))
-    row("marker displacement of the block against the reference, largest", f"{worst:.4f} % of the peak", "<= 0.1 %",
-        0.1, worst)
-
-
-def centres():
-    text = run(rig.BIN / "track_test", "--gtest_filter=Centre.*")
-    for name, rms, systematic in re.findall(r"^(RGB8|BayerRG8) +rms ([\d.]+) px, systematic ([\d.]+) px", text, re.M):
-        judged = name == "RGB8"
-        row(f"marker centre, {name}: RMS", f"{rms} px", "<= 0.025 px" if judged else None,
-            0.025 if judged else None, float(rms))
-        row("    systematic", f"{systematic} px", "<= 0.005 px" if judged else None, 0.005 if judged else None,
-            float(systematic))
-
-
-def large_displacement():
-    sys.path.insert(0, str(rig.SOURCE / "tests/system"))
-    from tracking_test import follow
-    result = follow("large_displacement", 600)
-    row(f"large displacement, up to {result['largest_px']:.1f} px: markers swapped", str(result["swapped"]), "0", 0,
-        result["swapped"])
-    row("    markers valid", f"{100 * result['valid']:.2f} %")
-
-
 def main():
     seconds = 10 if "--quick" in sys.argv[1:] else 60
     starts()
@@ -319,13 +268,9 @@ def main():
     loads()
     touch()
     fast_cameras()
-    angle()
     stages()
     throughput()
     python_reader()
-    mechanics()
-    centres()
-    large_displacement()
 
 
 if __name__ == "__main__":

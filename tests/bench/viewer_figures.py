@@ -5,7 +5,6 @@ import json
 import pathlib
 import threading
 import time
-import urllib.request
 
 import numpy as np
 import zmq
@@ -178,16 +177,6 @@ def delays(browser, twin, bench):
     row("                                                        p99", f"{p99:.1f} ms", "<= 60 ms", 60, p99)
 
 
-def page(view, browser):
-    weight = sum(len(urllib.request.urlopen(view.url + file).read()) for file in ("", "app.js", "app.css", "icon.svg"))
-    row("the page, compressed", f"{weight / 1e6:.3f} MB", "<= 1 MB", 1e6, weight)
-    own = (view.url, view.url.replace("http", "ws"), "data:", "blob:")
-    foreign = [url for url in browser.ask(requests=True)["requests"] if not url.startswith(own)]
-    row("    requests outside its own origin", str(len(foreign)), "0", 0, len(foreign))
-    serious = [one for one in browser.ask(accessibility=True) if one["impact"] in ("serious", "critical")]
-    row("    serious findings of axe-core", str(len(serious)), "0", 0, len(serious))
-
-
 def main():
     with rig.Rig() as bench:
         twin = bench.twin("hold")
@@ -195,7 +184,6 @@ def main():
         view = start_view(bench, daemon)
         browser = Browser(bench, view.url)
         browser.wait_for("window.traction?.model?.surface && traction.model.field.resultant_N[2] > 3", 120)
-        page(view, browser)
         browser.ask(ignoreRequests=True)
         rates(browser, "24 x 24 nodes, four views", 30)
         delays(browser, twin, bench)
