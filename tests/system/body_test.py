@@ -89,34 +89,10 @@ class Body(unittest.TestCase):
 
     def test_bad_files(self):
         config = self.write("--radius", "0")
-        with np.load(self.influence()) as file:
-            good = {**file}
-        holed = good["influence"].copy()
-        holed[3, 1, 4, 2] = np.nan
-        for words, change in [
-                (["influence[3, 1, 4, 2] is NaN"], {"influence": holed}),
-                (["influence has the shape (1152, 3, 575, 3)"], {"influence": good["influence"][:, :, 1:]}),
-                (["node_areas is missing"], {"node_areas": None}),
-                (["units", "mm"], {"units": "mm"}),
-                (["node_positions is of type <i8"], {"node_positions": np.zeros((576, 3), np.int64)}),
-                (["marker_positions[0] has z"], {"marker_positions": good["marker_positions"] * 1e3})]:
-            self.change(**{**good, **change})
-            self.refused(DATA, [*words, "docs/influence-file.md"], config)
-
-        np.savez_compressed(self.influence(), **good)
-        self.refused(DATA, ["compressed"], config)
-
-        self.change(**good)
-        bytes_ = bytearray(self.influence().read_bytes())
-        bytes_[len(bytes_) // 2] ^= 1
-        self.influence().write_bytes(bytes_)
-        self.refused(DATA, ["influence has a wrong checksum"], config)
-        self.influence().write_bytes(bytes_[:len(bytes_) // 2])
-        self.refused(DATA, ["cut short"], config)
-
+        self.change(units="mm")
+        self.refused(DATA, ["units", "mm", "docs/influence-file.md"], config)
         self.influence().unlink()
         self.refused(NO_INPUT, ["gel.influence_file"], config)
-
 
 if __name__ == "__main__":
     unittest.main()

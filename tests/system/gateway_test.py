@@ -292,32 +292,6 @@ class Start(steady.TestCase):
         gateway.wait_for("nobody is asked for a key, as gateway.insecure = true wants it")
         self.assertEqual(gateway.stop(), 0)
 
-    def test_with_a_secret_key_that_is_none(self):
-        folder = self.bench.folder / "keys"
-        folder.mkdir()
-        path = folder / "gateway.secret"
-        good = pair()
-
-        def spoil(text, mode=0o600):
-            path.write_text(text)
-            path.chmod(mode)
-
-        cases = {
-            "others can read": lambda: spoil(f'public = "{good[0]}"\nsecret = "{good[1]}"\n', 0o644),
-            "does not belong to the secret": lambda: spoil(f'public = "{pair()[0]}"\nsecret = "{good[1]}"\n'),
-            "is not a key: 40 letters": lambda: spoil('public = "x"\nsecret = "y"\n'),
-            "no regular file": lambda: (path.unlink(), os.mkfifo(path)),
-            "it is a directory": lambda: (path.unlink(), path.mkdir()),
-        }
-        for pattern, make in cases.items():
-            with self.subTest(pattern):
-                make()
-                gateway = self.bench.gateway(self.nobody, ready=False)
-                self.assertIn(gateway.join(), (os.EX_CONFIG, os.EX_NOPERM, os.EX_NOINPUT), gateway.output())
-                self.assertEqual(len(gateway.lines), 1, gateway.output())
-                self.assertRegex(gateway.output(), f"gateway.secret.*{pattern}")
-                self.assertNotIn(good[1], gateway.output())
-
     def test_systemd_hears_of_it_and_a_stop_is_obeyed_at_once(self):
         systemd = rig.Systemd(self.bench, watchdog_s=1.0)
         gateway = self.bench.gateway(self.nobody, env=systemd.env)
@@ -327,18 +301,6 @@ class Start(steady.TestCase):
         begin = time.monotonic()
         self.assertEqual(gateway.stop(), 0, gateway.output())
         print(f"\n  stopped in {time.monotonic() - begin:.2f} s", end=" ", flush=True)
-
-    def test_an_endpoint_in_use_or_of_nobody(self):
-        first = self.bench.gateway(self.nobody)
-        for endpoint, code, pattern in ((first.endpoint["stream"], os.EX_UNAVAILABLE, r"is in use by another program; is another traction-gateway running\?.* \[gateway\] of /.*\.toml"),
-                                        ("tcp://192.0.2.1:9882", os.EX_UNAVAILABLE, "is not an address of this machine"),
-                                        ("tcp://127.0.0.1:99999", os.EX_CONFIG, "is not a number from 0 to 65535"),
-                                        ("ipc:///tmp/x", os.EX_CONFIG, "which is not tcp://ADDRESS:PORT")):
-            second = self.bench.gateway(self.nobody, f'latest = ["{endpoint}"]\n', ready=False)
-            self.assertEqual(second.join(), code, second.output())
-            self.assertEqual(len(second.lines), 1, second.output())
-            self.assertRegex(second.output(), pattern)
-
 
 class Commands(steady.TestCase):
     def test_from_nothing_to_a_remote_view(self):

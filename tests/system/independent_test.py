@@ -13,8 +13,6 @@ REST, RAMP, HOLD = 45, 6, 12  # frames
 STRAIGHT = independent.Camera()
 ASKEW = independent.Camera(position_mm=(2.0, -1.0, 178.0), rotation_rad=(0.012, -0.02, 0.05), k1=-0.15, k2=0.05,
                            principal_px=(335.0, 258.0), gel_index=1.41, window_index=1.49, window_thickness_mm=10.0)
-SQUEEZED = independent.Camera(position_mm=(2.0, -1.0, 185.0), rotation_rad=(0.012, -0.02, 0.05), k1=-0.15, k2=0.05,
-                              principal_px=(335.0, 258.0), aspect=1.035)
 # What is pressed where: [m], [N], [N m], and the markers' displacement [m].
 Load = collections.namedtuple("Load", "place force torque displacement")
 
@@ -94,25 +92,14 @@ class Independent(unittest.TestCase):
 
     # Forces are 1.5 to 4 N, moments 0.005 to 0.05 N m.
 
-    def test_half_space_rgb8(self):
-        self.check(half_space, STRAIGHT, "RGB8", "half-space", 0.04, 0.08, 0.0015, 0.001)
-
     def test_half_space_camera_askew_behind_lens_and_window(self):
         self.check(half_space, ASKEW, "RGB8", "half-space", 0.04, 0.08, 0.0015, 0.001)
-
-    def test_half_space_camera_whose_scale_differs_in_x_and_y(self):
-        self.check(half_space, SQUEEZED, "RGB8", "half-space", 0.04, 0.08, 0.0015, 0.001)
 
     def test_half_space_bayer(self):
         self.check(half_space, STRAIGHT, "BayerGR8", "half-space", 0.1, 0.12, 0.003, 0.001)
 
     def test_block_by_finite_elements(self):
         self.check(block, STRAIGHT, "RGB8", "block", 0.04, 0.08, 0.0015, 0.001)
-
-    def test_half_space_read_as_block(self):
-        """Not the same body: other magnitudes (and no lean, which reads as a moment of a shear), the same signs."""
-        self.check(half_space, STRAIGHT, "RGB8", "block", 0.04, 1.5, 0.015, 0.005, names=("press", "torsion"))
-
 
 if __name__ == "__main__":
     unittest.main()

@@ -33,55 +33,39 @@ class Input(unittest.TestCase):
         path.write_text(text)
         return path
 
-    # --- the daemon's configuration
+    def test_wrong_configurations_and_gel_files(self):
+        newer = (rig.SOURCE / "config/gels/paper.toml").read_text().replace("format = 1", "format = 2")
+        for code, words, config in (
+                (CONFIG, ["tractiond.toml:2", "pakcet_timeout_us", "packet_timeout_us"], "[camera]\npakcet_timeout_us = 3\n"),
+                (CONFIG, ["tractiond.toml:1"], "[camera\n"),
+                (NO_INPUT, ["nowhere.toml"], '[sensor]\ngel_file = "nowhere.toml"\n'),
+                (CONFIG, ["gel.toml", "format"], f'[sensor]\ngel_file = "{self.file("gel.toml", newer)}"\n'),
+                (UNAVAILABLE, ["camera"], "[camera]\nwait = false\n")):
+            with self.subTest(config):
+                self.daemon(code, words, config)
 
-    def test_unknown_key_names_the_nearest(self):
-        self.daemon(CONFIG, ["tractiond.toml:2", "pakcet_timeout_us", "packet_timeout_us"],
-                    "[camera]\npakcet_timeout_us = 3\n")
+    def test_wrong_command_lines(self):
+        for program, code, words, *arguments in (
+                ("tractiond", NO_INPUT, ["nowhere.toml"], "--config", "nowhere.toml"),
+                ("tractiond", USAGE, ["--colour"], "--colour"),
+                ("tractiond", USAGE, ["a/b"], "--instance", "a/b"),
+                ("traction-twin", NO_INPUT, ["no-such"], "no-such"),
+                ("traction-twin", CONFIG, ["bad.toml:2", "perid_s", "period_s"], self.file("bad.toml", "format = 1\nperid_s = 1\n")),
+                ("traction-twin", UNAVAILABLE, ["10.1.2.3"], "idle", "--cache", rig.cache_directory(), "--address", "10.1.2.3"),
+                ("traction-twin", DATA, ["odd.raw"], "idle", "--serve", self.file("odd.raw", "x" * 1000)),
+                ("traction-twin", 73, ["/nowhere/pictures"], "idle", "--cache", rig.cache_directory(), "--images", "/nowhere/pictures"),
+                ("traction-twin", USAGE, ["--lost-ratio", "--images"], "idle", "--images", "-", "--lost-ratio", "0.1"),
+                ("tractionctl", USAGE, ["dance"], "dance"),
+                ("tractionctl", USAGE, ["carrier-pigeon"], "echo", "--connect", "carrier-pigeon://home"),
+                ("tractionctl", USAGE, ["weather"], "echo", "--topic", "weather")):
+            with self.subTest(arguments):
+                self.refused(code, words, self.bench.start(rig.BIN / program, *arguments))
 
-    def test_keys_of_earlier_versions(self):
-        self.daemon(CONFIG, ["tractiond.toml:2", "solve.solver", "regularisation", "delete"],
-                    '[solve]\nsolver = "contact-step"\nregularisation = 0.001\n')
-
-    def test_wrong_type(self):
-        self.daemon(CONFIG, ["tractiond.toml:2", "camera.wait"], '[camera]\nwait = "yes"\n')
-
-    def test_out_of_range(self):
-        self.daemon(CONFIG, ["tractiond.toml:2", "noise_px"], "[solve]\nnoise_px = -1.0\n")
-
-    def test_no_toml(self):
-        self.daemon(CONFIG, ["tractiond.toml:1"], "[camera\n")
-
-    def test_missing_configuration(self):
-        self.refused(NO_INPUT, ["nowhere.toml"], self.bench.start(rig.BIN / "tractiond", "--config", "nowhere.toml"))
-
-    def test_a_folder_for_a_configuration(self):
-        self.refused(NO_INPUT, [str(self.bench.folder)],
-                     self.bench.start(rig.BIN / "tractiond", "--config", self.bench.folder))
-
-    def test_unknown_option(self):
-        self.refused(USAGE, ["--colour"], self.bench.start(rig.BIN / "tractiond", "--colour"))
-
-    def test_impossible_instance_name(self):
-        self.refused(USAGE, ["a/b"], self.bench.start(rig.BIN / "tractiond", "--instance", "a/b"))
-
-    # --- the gel file
-
-    def test_missing_gel_file(self):
-        self.daemon(NO_INPUT, ["nowhere.toml"], '[sensor]\ngel_file = "nowhere.toml"\n')
-
-    def test_gel_file_of_a_newer_version(self):
-        text = (rig.SOURCE / "config/gels/paper.toml").read_text().replace("format = 1", "format = 2")
-        self.daemon(CONFIG, ["gel.toml", "format"], f'[sensor]\ngel_file = "{self.file("gel.toml", text)}"\n')
-
-    def test_impossible_gel(self):
-        text = (rig.SOURCE / "config/gels/paper.toml").read_text().replace("0.49", "0.5")
-        self.daemon(CONFIG, ["gel.toml", "poisson"], f'[sensor]\ngel_file = "{self.file("gel.toml", text)}"\n')
+    def test_ctl_without_a_daemon(self):
+        for command in ("status", "zero"):
+            self.refused(UNAVAILABLE, [], self.bench.start(rig.BIN / "tractionctl", command, env={"XDG_RUNTIME_DIR": str(self.bench.folder)}))
 
     # --- what the daemon meets
-
-    def test_no_camera_and_not_to_wait(self):
-        self.daemon(UNAVAILABLE, ["camera"], '[camera]\nwait = false\n')
 
     def test_camera_held_by_another_client(self):
         self.bench.twin("idle")
@@ -114,31 +98,9 @@ class Input(unittest.TestCase):
 
     # --- the twin
 
-    def twin(self, code, words, *arguments):
-        self.refused(code, words, self.bench.start(rig.BIN / "traction-twin", *arguments))
-
-    def test_twin_unknown_scenario(self):
-        self.twin(NO_INPUT, ["no-such"], "no-such")
-
-    def test_twin_unknown_key(self):
-        self.twin(CONFIG, ["bad.toml:2", "perid_s", "period_s"], self.file("bad.toml", "format = 1\nperid_s = 1\n"))
-
     def test_twin_address_in_use(self):
         self.bench.twin("idle")
-        self.twin(UNAVAILABLE, ["127.0.0.1"], "idle", "--cache", rig.cache_directory())
-
-    def test_twin_foreign_address(self):
-        self.twin(UNAVAILABLE, ["10.1.2.3"], "idle", "--cache", rig.cache_directory(), "--address", "10.1.2.3")
-
-    def test_twin_images_of_a_wrong_size(self):
-        self.twin(DATA, ["odd.raw"], "idle", "--serve", self.file("odd.raw", "x" * 1000))
-
-    def test_twin_truth_that_cannot_be_written(self):
-        self.twin(73, ["/nowhere/truth"], "idle", "--cache", rig.cache_directory(), "--truth", "/nowhere/truth")
-
-    def test_twin_pictures_that_cannot_be_written(self):
-        self.twin(73, ["/nowhere/pictures"], "idle", "--cache", rig.cache_directory(), "--images", "/nowhere/pictures")
-        self.twin(USAGE, ["--lost-ratio", "--images"], "idle", "--images", "-", "--lost-ratio", "0.1")
+        self.refused(UNAVAILABLE, ["127.0.0.1"], self.bench.start(rig.BIN / "traction-twin", "idle", "--cache", rig.cache_directory()))
 
     def test_twin_pictures_that_nobody_reads(self):
         pipe = self.bench.folder / "pictures"
@@ -162,25 +124,6 @@ class Input(unittest.TestCase):
         with open(pipe, "rb", buffering=0) as source:
             source.read(1)
         self.refused(74, [str(pipe), "Broken pipe"], twin)
-
-    # --- the client
-
-    def ctl(self, code, words, *arguments, env=None):
-        self.refused(code, words, self.bench.start(rig.BIN / "tractionctl", *arguments, env=env))
-
-    def test_ctl_without_a_daemon(self):
-        environment = {"XDG_RUNTIME_DIR": str(self.bench.folder)}
-        for command in ("status", "zero"):
-            self.ctl(UNAVAILABLE, [], command, env=environment)
-
-    def test_ctl_unknown_command(self):
-        self.ctl(USAGE, ["dance"], "dance")
-
-    def test_ctl_bad_endpoint(self):
-        self.ctl(USAGE, ["carrier-pigeon"], "echo", "--connect", "carrier-pigeon://home")
-
-    def test_ctl_unknown_topic(self):
-        self.ctl(USAGE, ["weather"], "echo", "--topic", "weather")
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ import sys
 import time
 import unittest
 
-import zmq
 
 CLIENT = pathlib.Path(__file__).resolve().parents[2] / "client" / "python"
 EXAMPLES = CLIENT.parent / "examples" / "python"
@@ -80,18 +79,6 @@ class Python(steady.TestCase):
         status = control.status()
         self.assertIs(status.camera, traction.CameraState.STREAMING)
         self.assertEqual(status.ledger.received, status.ledger.published + status.ledger.in_flight + status.ledger.losses)
-
-    def test_through_a_gateway(self):
-        public, secret = (key.decode() for key in zmq.curve_keypair())
-        keys = traction.Keys(self.bench.allow("ada", public), public, secret)
-        gateway = self.bench.gateway(self.daemon)
-        for mode in traction.Mode:
-            field = next(traction.fields(endpoint=gateway.endpoint[mode.value], keys=keys, mode=mode, timeout=60))
-            self.assertEqual(field.force_N.shape, (576, 3))
-        with self.assertRaises((traction.NotAllowed, traction.Refused)):
-            traction.Control(endpoint=gateway.endpoint["control"], keys=keys).zero()
-        with self.assertRaises(traction.NotAllowed):
-            next(traction.fields(endpoint=gateway.endpoint["stream"], timeout=60))
 
     def test_force_meter(self):
         child = python(self.bench, EXAMPLES / "force_meter.py")

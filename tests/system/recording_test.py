@@ -12,11 +12,9 @@ import numpy as np
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 
 import rig
-import seed
 import steady
 
 READER = pathlib.Path(os.environ.get("TRACTION_MCAP", rig.BUILD / "tests" / "system" / "mcap"))
-CUTS, AT_ONCE = 1000, 50
 
 
 def read(*words):
@@ -233,42 +231,6 @@ class Recording(steady.TestCase):
             self.assertEqual([one.SerializeToString(deterministic=True) for one in again],
                              [rig.messages.Field.FromString(one).SerializeToString(deterministic=True) for one in kept])
             self.assertEqual(replayer.join(), 0, replayer.output())
-
-    def test_what_is_recovered_of_any_cut_is_whole_to_a_foreign_reader(self):
-        place = seed.chance(self.id())
-        with rig.Rig() as bench:
-            bench.twin("press", truth=False)
-            daemon = bench.daemon()
-            bench.subscribe(daemon).collect(1)
-            path, cut = bench.folder / "whole.mcap", bench.folder / "cut.mcap"
-            code, out = bench.ctl("record", path, "--seconds", "1", "--connect", daemon.endpoint["stream"])
-            self.assertEqual(code, 0, out)
-            daemon.stop()
-            (found,) = read(path)
-            chunks = found["chunks"]
-            self.assertGreater(len(chunks), 4)
-            content = path.read_bytes()
-            whole = 0
-            for _ in range(0, CUTS, AT_ONCE):
-                expected, files = [], []
-                for number in range(AT_ONCE):
-                    size = place.randrange(8, len(content))
-                    cut.write_bytes(content[:size])
-                    before = [chunk for chunk in chunks if chunk["end"] <= size]
-                    file = bench.folder / f"{number}.mcap"
-                    file.unlink(missing_ok=True)
-                    done = subprocess.run([rig.BIN / "tractionctl", "recover", cut, file], capture_output=True, text=True)
-                    self.assertEqual(done.returncode, 0 if before else 65, done.stderr)
-                    self.assertEqual(file.exists(), bool(before))
-                    if not before:
-                        continue
-                    files.append(file)
-                    whole += len(before)
-                    expected.append(sum(chunk["messages"] for chunk in before))
-                for count, one in zip(expected, read("--counts", *files), strict=True):
-                    self.assertEqual(one, {"messages": count, "statistics": count})
-            print(f"{CUTS} cuts, {whole} whole chunks before them, all recovered ", end="", flush=True)
-
 
 if __name__ == "__main__":
     unittest.main()

@@ -1,7 +1,6 @@
 """A thread that hangs, whosever it is: systemd's watchdog fires within a second, or the daemon mends it by itself."""
 
 import os
-import re
 import signal
 import time
 import unittest
@@ -71,49 +70,6 @@ class Stalls(steady.TestCase):
                     self.assertTrue(noticed)
                     self.assertLess(noticed - begin, NOTICED_S)
             daemon.kill()
-
-    def test_who_looks_for_a_lost_camera(self):
-        """While fields flow nobody misses it."""
-        twin = self.bench.twin("idle", truth=False)
-        daemon = self.bench.daemon(env=self.systemd.env)
-        self.bench.subscribe(daemon).collect(60)
-        tid = next(tid for tid, name in freezer.threads(daemon.child.pid).items() if name == "camera-keeper")
-        with freezer.Frozen(tid):
-            time.sleep(self.draw.uniform(0, 3))
-            self.assertFalse(self.starved())
-            twin.kill()
-            begin = time.monotonic()
-            while not (fires := self.starved()) and time.monotonic() < begin + 30 * rig.PATIENCE:
-                time.sleep(0.01)
-        self.assertTrue(fires)  # as seen while the thread stood: set free, it feeds at once
-        print(f"\n  the watchdog fires {fires - begin:.2f} s after the camera has gone", end=" ", flush=True)
-        daemon.kill()
-
-    def test_the_first_field_after_the_restart(self):
-        """As systemd does it: the watchdog fires, the process is aborted, and after RestartSec= there is another."""
-        unit = (rig.SOURCE / "systemd/tractiond@.service.in").read_text()
-        pause_s = float(re.search(r"(?m)^RestartSec=([\d.]+)$", unit)[1])
-        self.bench.twin("idle", truth=False)
-        daemon = self.bench.daemon(env=self.systemd.env)
-        noticed, restarted = [], []
-        for stage in self.draw.sample(["tr-capture", "tr-track", "tr-solve", "tr-publish", "tr-control"], 5):
-            self.bench.subscribe(daemon).collect(60)
-            tid = next(tid for tid, name in freezer.threads(daemon.child.pid).items() if name == stage)
-            begin = time.monotonic()
-            with freezer.Frozen(tid):
-                while not self.starved():
-                    time.sleep(0.01)
-                fired = time.monotonic()
-                daemon.child.send_signal(signal.SIGABRT)
-            daemon.join()
-            time.sleep(pause_s)
-            daemon = self.bench.daemon(env=self.systemd.env, state=daemon.state)
-            self.bench.subscribe(daemon).collect(1)
-            self.assertNotIn("held by another client", daemon.output(), "the one that was aborted did not say it is free")
-            noticed.append(fired - begin)
-            restarted.append(time.monotonic() - fired)
-        for what, seconds in (("the watchdog fires after", noticed), ("a field comes another", restarted)):
-            print(f"\n  {what}", " ".join(f"{one:.2f}" for one in sorted(seconds)), "s", end="", flush=True)
 
     def test_what_takes_long_is_no_stall(self):
         """The machine is busy, and people ask for everything that is not done in a moment."""

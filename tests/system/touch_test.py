@@ -9,7 +9,6 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "client" / "python"))
 import rig  # noqa: E402
-import suite  # noqa: E402
 import traction  # noqa: E402
 from traction import ContactPhase  # noqa: E402
 
@@ -129,21 +128,6 @@ class Touch(unittest.TestCase):
         other = touch(self.bench, daemon, ready=False, name="other")  # the port is the first one's
         self.assertEqual(other.join(), 69)
         self.assertIn("--instance", other.output())
-
-    @suite.realtime
-    def test_a_press_has_one_id(self):
-        self.bench.twin("press")
-        daemon = self.bench.daemon()
-        account = self.follow(touch(self.bench, daemon).endpoint)
-        pressed = account.until(is_pressed)
-        [contact] = [each for each in pressed.contacts if each.force_N[2] > 2.0]
-        key = pressed.run, contact.id
-        account.until(lambda _: key not in account.open)
-        self.assertEqual(account.phases[key][0], BEGIN)
-        self.assertEqual(account.phases[key][-1], END)
-        self.assertGreater(account.phases[key].count(MOVE), 60)
-        self.assertEqual([END], [phase for phase in account.phases[key] if phase is END])
-
 
 if __name__ == "__main__":
     unittest.main()

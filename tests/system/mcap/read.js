@@ -1,5 +1,5 @@
-// What the makers of MCAP read in recordings. usage: node read.js [--counts] FILE...
-// For each file a line of JSON; with --counts only how many messages there are, by the index and from front to back.
+// What the makers of MCAP read in recordings. usage: node read.js FILE...
+// For each file a line of JSON.
 import { McapIndexedReader, McapStreamReader } from "@mcap/core";
 import { readFileSync } from "node:fs";
 
@@ -14,35 +14,24 @@ function readable(bytes) {
   };
 }
 
-/** Front to back: records of every kind, all CRCs checked. Of a whole recording only. */
-function stream(bytes) {
+/** Returns the number of messages, front to back: records of every kind, all CRCs checked. Of a whole recording only. */
+function count(bytes) {
   const reader = new McapStreamReader({ includeChunks: true, validateCrcs: true });
   reader.append(bytes);
-  const chunks = [];
   let messages = 0;
-  for (let record; (record = reader.nextRecord()); ) {
-    if (record.type === "Chunk") chunks.push({ messages: 0 });
-    if (record.type !== "Message") continue;
-    ++messages;
-    ++chunks[chunks.length - 1].messages;
-  }
+  for (let record; (record = reader.nextRecord()); ) messages += record.type === "Message" ? 1 : 0;
   if (!reader.done() || reader.bytesRemaining() !== 0) throw new Error("not read to its end");
-  return { messages, chunks };
+  return messages;
 }
 
 const base64 = (bytes) => Buffer.from(bytes).toString("base64");
 
-const counts = process.argv[2] === "--counts";
-for (const file of process.argv.slice(counts ? 3 : 2)) {
+for (const file of process.argv.slice(2)) {
   const bytes = readFileSync(file);
   const indexed = await McapIndexedReader.Initialize({ readable: readable(bytes) });
-  const fromFront = stream(bytes);
+  const fromFront = count(bytes);
   const messages = [];
   for await (const message of indexed.readMessages({ validateCrcs: true })) {
-    if (counts) {
-      messages.push(0);
-      continue;
-    }
     messages.push({
       topic: indexed.channelsById.get(message.channelId).topic,
       sequence: message.sequence,
@@ -51,11 +40,7 @@ for (const file of process.argv.slice(counts ? 3 : 2)) {
       data: base64(message.data),
     });
   }
-  if (messages.length !== fromFront.messages) throw new Error("the index leads elsewhere");
-  if (counts) {
-    console.log(JSON.stringify({ messages: messages.length, statistics: Number(indexed.statistics.messageCount) }));
-    continue;
-  }
+  if (messages.length !== fromFront) throw new Error("the index leads elsewhere");
   const channels = [...indexed.channelsById.values()].map((channel) => {
     const schema = indexed.schemasById.get(channel.schemaId);
     return {
@@ -68,13 +53,11 @@ for (const file of process.argv.slice(counts ? 3 : 2)) {
       messages: Number(indexed.statistics.channelMessageCounts.get(channel.id)),
     };
   });
-  const ends = indexed.chunkIndexes.map((chunk) => Number(chunk.chunkStartOffset + chunk.chunkLength));
   console.log(
     JSON.stringify({
       library: indexed.header.library,
       messages,
       channels,
-      chunks: fromFront.chunks.map((chunk, i) => ({ end: ends[i], messages: chunk.messages })),
     }),
   );
 }
