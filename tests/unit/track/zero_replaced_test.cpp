@@ -137,33 +137,6 @@ TEST(Zero, LearnsAnewWhatMarkersLookLike) {
   }
 }
 
-TEST(Zero, ThatIsRefusedLeavesTheAppearanceAsItWas) {
-  // What it learnt was learnt of a picture that somebody blurred for a moment.
-  twin::Optics blurred;
-  blurred.blur_px = 1.6;
-  Scene scene, other;
-  Tracking tracking(scene), calm(other);
-  ASSERT_TRUE(tracking.start(scene));
-  ASSERT_TRUE(calm.start(other));
-  tracking.tracker.requestZero();
-  for (int i = 0; i < kZeroFrames; ++i) {
-    for (Scene* each : {&scene, &other}) {
-      each->change(i == 0 ? blurred : twin::Optics{});
-      each->displace(press(0.05 * i));
-    }
-    shoot(scene, tracking, 1);
-    shoot(other, calm, 1);
-  }
-  ASSERT_GT(tracking.tracker.zeroState(), ZeroState::kTaken);
-  scene.now = scene.rest;
-  other.now = other.rest;
-  shoot(scene, tracking, 100);  // what was known of the surroundings is forgotten meanwhile
-  shoot(other, calm, 100);
-  for (std::size_t i = 0; i < tracking.field.displacement_px.size(); ++i) {
-    ASSERT_NEAR(tracking.field.displacement_px[i], calm.field.displacement_px[i], 1e-4);
-  }
-}
-
 TEST(Zero, ThatIsPutBackHasItsAppearanceAgain) {
   // What was learnt for the zero that replaced it was learnt of a blurred picture.
   twin::Optics blurred;
