@@ -36,6 +36,12 @@ class Faults(steady.TestCase):
     def stream(self, count):
         self.published += self.subscriber.collect(count)
 
+    def forger(self, source):
+        """Sends to the stream from an address; 127.0.0.1 is the camera's own."""
+        forger = rig.Forger("127.0.0.1", rig.stream_port(self.daemon), source)
+        self.addCleanup(forger.close)
+        return forger
+
     def status(self):
         """It is put together once a second: the first that comes may know nothing of what has just been done."""
         return self.subscriber.collect(2, "status")[1]
@@ -104,6 +110,25 @@ class Faults(steady.TestCase):
         self.assertGreater(ledger.incomplete, 10)
         self.end()
 
+    def test_packets_that_end_a_driver_or_fill_its_memory(self):
+        self.begin()
+        memory_MiB = self.daemon.memory_MiB()
+        for source in ("127.0.0.1", "127.0.0.2"):
+            forger = self.forger(source)
+            for _ in range(200):
+                forger.raw(bytes([0, 0, 0, 0, 0x82] + 10 * [0] + [1, 0xff, 0xff, 0xff, 0xfe]))  # 64 GB, by its number
+                forger.packet(7, self.draw.randrange(65536), 1, bytes(7))  # multipart
+                forger.packet(rig.Forger.TRAILER, self.draw.randrange(65536), 0xfffffe, bytes(8))
+                frame = (self.published[-1].header.camera_frame_id + self.draw.randrange(4)) % 65535
+                forger.packet(rig.Forger.TRAILER, frame, 0, bytes(8))
+                forger.packet(rig.Forger.PAYLOAD, frame, 500, bytes(1000))
+                forger.raw(bytes(6) + frame.to_bytes(2, "big") + bytes([0x83]) + bytes(50))  # ids of the other width
+                forger.raw(self.draw.randbytes(self.draw.randrange(PACKET)))
+            self.stream(20)
+        self.assertLess(self.daemon.memory_MiB() - memory_MiB, 50)
+        self.assertGreater(self.refused(1001), 1000)
+        self.end()
+
     def test_any_datagrams_from_another_address(self):
         """20,000 a second: nothing is invented, and the process stays as it is."""
         self.begin()
@@ -139,8 +164,7 @@ class Faults(steady.TestCase):
     def test_a_stranger_that_is_faster_than_the_camera(self):
         self.begin("--rate", "10")
         before = self.ledger()
-        forger = rig.Forger("127.0.0.1", rig.stream_port(self.daemon), "127.0.0.2")
-        self.addCleanup(forger.close)
+        forger = self.forger("127.0.0.2")
         picture = self.draw.randbytes(3 * WIDTH * HEIGHT)
         for _ in range(15):  # each true frame has been sent once, before the camera does
             forger.frame((self.published[-1].header.camera_frame_id + 1) % 65535, picture, WIDTH, HEIGHT, time.time_ns(),
