@@ -9,30 +9,43 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <vector>
 
 namespace lens::calibrate_command_test {
 namespace {
 
-/// A random lens and eight good pictures; each test spoils something.
-class CalibrateCommand : public Workplace {
- protected:
-  CalibrateCommand()
-      : truth(draw.camera()) {
-    options.board = {9, 6, 10e-3};
-    options.output = path("out.toml");
-    for (int i = 0; i < 8; ++i) {
-      cv::Mat picture;
-      do {  // a small board in dim focus is none
-        picture = photograph(kTilted[0], kTilted[1]);
-      } while (!findCorners(picture, options.board));
-      add(picture);
+constexpr Board kBoard{9, 6, 10e-3};
+
+/// A random lens and eight good pictures through it, drawn once for all tests.
+struct Pictures {
+  Pictures() {
+    while (views.size() < 8) {  // a small board in dim focus is none
+      const cv::Mat picture =
+          photograph(truth, kBoard, draw.pose(truth, kBoard, kTilted[0], kTilted[1]), draw.shot(), draw.generator);
+      if (findCorners(picture, kBoard)) views.push_back(picture);
     }
   }
-
-  cv::Mat photograph(double least, double most, const Board& board = {9, 6, 10e-3}) {
-    return lens::photograph(truth, board, draw.pose(truth, board, least, most), draw.shot(), draw.generator);
+  static const Pictures& drawn() {
+    static const Pictures pictures;
+    return pictures;
   }
 
+  Draw draw{tractiond::test::seed()};
+  TrueCamera truth = draw.camera();
+  std::vector<cv::Mat> views;
+};
+
+/// The same in files; each test spoils something.
+class CalibrateCommand : public Workplace {
+ protected:
+  CalibrateCommand() {
+    options.board = kBoard;
+    options.output = path("out.toml");
+    for (const cv::Mat& view : Pictures::drawn().views) add(view);
+  }
+  cv::Mat photograph(double least, double most, const Board& board = kBoard) {
+    return lens::photograph(truth, board, draw.pose(truth, board, least, most), draw.shot(), draw.generator);
+  }
   void add(const cv::Mat& picture) {
     options.pictures.push_back(path("view" + std::to_string(options.pictures.size()) + ".png"));
     ASSERT_TRUE(writePicture(options.pictures.back(), picture));
@@ -63,8 +76,8 @@ class CalibrateCommand : public Workplace {
     EXPECT_FALSE(std::filesystem::exists(options.output));
   }
 
-  Draw draw{tractiond::test::seed()};
-  TrueCamera truth;
+  Draw draw = Pictures::drawn().draw;
+  TrueCamera truth = Pictures::drawn().truth;
   CalibrateOptions options;
 };
 
