@@ -58,10 +58,11 @@ TEST(StiffnessFit, NoticesAWeightThatDoesNotPress) {
   EXPECT_TRUE(found.contradiction.starts_with("100 gf does not press")) << found.contradiction;
 }
 
-TEST(StiffnessFit, TellsHowLinearTheGelIs) {
+TEST(StiffnessFit, TellsHowLinearTheGelIsAndIsAsUncertain) {
   const Stiffness found = fitStiffness({weighed(100, 101), weighed(500, 495)}, kAssumed);
   EXPECT_GT(found.linearity, 0.005);
   EXPECT_LT(found.linearity, 0.02);
+  EXPECT_NEAR(found.deviation, 0.007, 0.001);  // three times what their readings state, as they disagree
   EXPECT_EQ(found.contradiction, "");
 }
 

@@ -124,6 +124,43 @@ TEST(Film, SameSeedSameFrameSameNoise) {
   EXPECT_NE(a.pixels, d.pixels);
 }
 
+TEST(Film, ShiftedPicturesAreMovedFromTheRowOn) {
+  Scenario scenario = shipped("idle");
+  scenario.optics.readNoise = 0.0;
+  GelFilm whole(scenario, 0, {});
+  scenario.tears = {{100, 0.0, 5, 0.0, 9.0}};
+  GelFilm shifting(scenario, 0, {});
+  Truth truth;
+  Picture straight = picture(1.0), shifted = picture(1.0);
+  whole.draw(straight, truth);
+  EXPECT_EQ(toJson(truth, {}, false).find("torn"), std::string::npos);
+  shifting.draw(shifted, truth);
+  EXPECT_NE(toJson(truth, {}, false).find(R"("torn":true)"), std::string::npos);
+  const auto at = [](const Picture& p, std::size_t u, std::size_t v) { return p.pixels[(v * 640 + u) * 3 + 2]; };
+  for (std::size_t u = 5; u < 640; u += 7) {
+    EXPECT_EQ(at(shifted, u, 99), at(straight, u, 99));
+    EXPECT_EQ(at(shifted, u, 100), at(straight, u - 5, 100));
+    EXPECT_EQ(at(shifted, u, 479), at(straight, u - 5, 479));
+  }
+}
+
+TEST(Film, TheLedDriftsAsDescribed) {
+  Scenario scenario = shipped("idle");
+  scenario.optics.readNoise = 0.0;
+  scenario.optics.drift = 0.2;
+  scenario.optics.driftPeriod = 12.0;
+  GelFilm film(scenario, 0, {});
+  Truth truth;
+  Picture start = picture(0.0), bright = picture(3.0), dim = picture(9.0);
+  film.draw(start, truth);
+  film.draw(bright, truth);
+  film.draw(dim, truth);
+  for (std::size_t i = 0; i < start.pixels.size(); i += 101) {
+    EXPECT_NEAR(bright.pixels[i], 1.2 * start.pixels[i], 1.2);
+    EXPECT_NEAR(dim.pixels[i], 0.8 * start.pixels[i], 1.2);
+  }
+}
+
 TEST(Film, ALoadThatMovesIsTornInTwo) {
   Scenario scenario = shipped("press");
   const double middle_s = 0.5 * (scenario.contacts.at(0).times.at(0) + scenario.contacts.at(0).times.at(1));
@@ -142,6 +179,23 @@ TEST(Film, ALoadThatMovesIsTornInTwo) {
   EXPECT_TRUE(std::equal(torn.pixels.begin(), torn.pixels.begin() + half, now.pixels.begin()));
   EXPECT_TRUE(std::equal(torn.pixels.begin() + half, torn.pixels.end(), before.pixels.begin() + half));
   EXPECT_NE(now.pixels, before.pixels);
+}
+
+TEST(Film, TheLensMayLoseItsFocusForAWhile) {
+  Scenario scenario = shipped("idle");
+  scenario.optics.readNoise = 0.0;
+  scenario.period_s = 4.0;
+  scenario.defocuses = {{2.0, 1.0, 2.0}};
+  GelFilm film(scenario, 0, {});
+  Truth truth;
+  const auto brightest = [&](double time_s) {
+    Picture drawn = picture(time_s);
+    film.draw(drawn, truth);
+    return *std::max_element(drawn.pixels.begin(), drawn.pixels.end());
+  };
+  EXPECT_GT(brightest(0.5), 110);
+  EXPECT_LT(brightest(1.5), 70);
+  EXPECT_GT(brightest(2.5), 110);
 }
 
 TEST(Film, TheGelGrowsAndThePictureMovesWithTheTemperature) {
@@ -167,6 +221,24 @@ TEST(Film, TheGelGrowsAndThePictureMovesWithTheTemperature) {
   film.draw(frame, truth);
   EXPECT_DOUBLE_EQ(truth.rise_K, 2.0);
   EXPECT_NEAR(truth.displacement_px(0, 575), 2.0 * corner.x(), 2e-3);
+}
+
+TEST(Film, ALoadedGelCreeps) {
+  Scenario scenario = shipped("press");
+  scenario.sensor.layers.resize(1);
+  GelFilm elastic(scenario, 0, {});
+  scenario.creep = {{.share = 0.1, .time = 2.0}};
+  GelFilm film(scenario, 0, {});
+  Truth truth, atOnce;
+  Picture frame = picture(0.0);
+  for (double time = 0.0; time < 15.0; time += 0.05) {
+    frame.time_s = time;
+    film.draw(frame, truth);
+  }
+  frame.time_s = 15.0;
+  elastic.draw(frame, atOnce);
+  EXPECT_NEAR(truth.displacement_px.norm() / atOnce.displacement_px.norm(), 1.1, 2e-3);
+  EXPECT_EQ(truth.resultant.force, atOnce.resultant.force);
 }
 
 TEST(Film, RawPicturesComeInALoop) {

@@ -145,6 +145,21 @@ TEST(Renderer, EveryFormatHoldsTheSamePicture) {
   }
 }
 
+TEST(Renderer, LightFallsOffAsDescribed) {
+  sensor::Sensor sensor;
+  sensor.layers.clear();
+  Optics optics = quiet();
+  optics.background = 100.0;
+  optics.lightSlope = {0.1, -0.2};
+  optics.lightFalloff = 0.3;
+  Renderer renderer(sensor, optics, Format::kBayerRG8);
+  const auto picture = draw(renderer, Eigen::Matrix2Xd(2, 0));
+  EXPECT_NEAR(picture[0], 100 * (1 - 0.1 + 0.2 - 0.3), 0.51);
+  EXPECT_NEAR(picture[639], 100 * (1 + 0.1 + 0.2 - 0.3), 0.51);
+  EXPECT_NEAR(picture[479 * 640], 100 * (1 - 0.1 - 0.2 - 0.3), 0.51);
+  EXPECT_NEAR(picture[240 * 640 + 320], 100, 0.6);
+}
+
 TEST(Renderer, ReadNoiseHasTheDeviationAskedForAndIsIndependent) {
   sensor::Sensor sensor;
   sensor.layers.clear();
