@@ -1,0 +1,126 @@
+// Joins several fingers to one hand: frames that were captured together, and the wrench of all fingers in one frame.
+//
+// Matching. Half the shortest interval between two frames of a finger is the tolerance.
+//   1. A set is one frame of each finger. The times of capture of all of them agree with that of the first finger's
+//      frame within the tolerance, to which the stated errors of both times are added. So fingers whose cameras run
+//      freely, at the same rate, have sets as well.
+//   2. Of the frames that wait, the set is taken whose times agree best. Its frames, and those before them, are used
+//   up:
+//      none is matched twice, and sets come in the order of time.
+//   3. Interval: the median of the last ones, each divided by the increase of the frame's number, so that lost frames
+//      count for nothing.
+//   4. A finger without a frame makes the grasp invalid, and is named. A grasp is never that of some of the fingers.
+//
+// Wrench. With the pose (R, p) of a gel in the hand, force and moment about the hand's origin are A w, and their
+// covariance A C A^T, where A = [R 0; [p]x R, R]. Noise of two fingers is independent. Systematic errors are not where
+// fingers have their numbers of one gel file: for errors a, b with any correlation, cov(a + b) <= 2 (cov(a) + cov(b)),
+// and so on, since cov(a - b) >= 0. The right side is what is stated.
+#pragma once
+
+#include "touch/field.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace touch {
+
+/// From a gel's frame to the hand's.
+struct Pose {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+};
+
+/// Force and moment about an origin, x y z each [N, N m], with the two parts of their covariance.
+struct Wrench {
+  using Vector6 = Eigen::Matrix<double, 6, 1>;
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  Vector6 value = Vector6::Zero();
+  Matrix6 noise = Matrix6::Zero(), systematic = Matrix6::Zero();
+};
+
+/// Why a finger is, or is not, in a grasp.
+enum class FingerState : std::uint8_t {
+  kMatched,
+  kNotValid,   ///< it is, but its field is not valid
+  kUnmatched,  ///< its frames come, at other times than those of the other fingers
+  kUndated,    ///< its frames come without a bound of their time of capture
+  kMissing,    ///< none has arrived for Hand::kSilence_ns
+  kAmbiguous,  ///< frames of two daemons came for it, or another finger has the same sensor
+};
+
+/// Which sides of a time of capture are bounds; the lower one of kLatest leaves out a delay that is not known.
+enum class CaptureBound : std::uint8_t { kNone, kBoth, kLatest };
+
+/// What a field of one finger says.
+struct FingerFrame {
+  std::string sensor;
+  Basis::Id boot{}, calibration{};
+  std::uint64_t number = 0;
+  std::int64_t captured_ns = 0, error_ns = 0;  ///< time of capture and its half width; all fingers have one clock
+  CaptureBound bound = CaptureBound::kNone;    ///< what of captured_ns +- error_ns is a bound
+  bool valid = false;
+  Wrench wrench{};  ///< of all that acts on the gel, gel frame
+  // Not read here, for who makes a message of the grasp.
+  std::uint32_t flags = 0;
+  std::int64_t received_ns = 0, receivedReal_ns = 0;
+};
+
+struct Grasp {
+  struct Finger {
+    FingerState state = FingerState::kMissing;
+    FingerFrame frame;  ///< the wrench is in the hand's frame, and 0 unless the state is kMatched
+  };
+  bool valid = false;  ///< all fingers are matched
+  Wrench wrench{};     ///< hand's frame; 0 unless valid
+  /// Interval that contains the times of capture of all fingers, with their errors; 0 if there is no set.
+  std::int64_t earliest_ns = 0, latest_ns = 0;
+  std::vector<Finger> fingers;
+};
+
+/// Thread-bound.
+class Hand {
+ public:
+  static constexpr std::int64_t kSilence_ns = 100'000'000;
+  /// How long a finger is ambiguous after it was seen to be.
+  static constexpr std::int64_t kAmbiguity_ns = 1'000'000'000;
+
+  /// \param poses of the fingers' gels
+  explicit Hand(const std::vector<Pose>& poses);
+
+  // The grasps that these return are valid until the next call. `now_ns`: any clock, the same in all calls.
+
+  /// Takes a frame of a finger. Returns the grasp, if the frame completes a set; else null.
+  const Grasp* take(std::size_t finger, const FingerFrame& frame, std::int64_t now_ns);
+  /// Returns an invalid grasp, which says of each finger what is known of it.
+  const Grasp& wait(std::int64_t now_ns);
+
+ private:
+  struct Track {
+    Wrench::Matrix6 toHand;
+    std::vector<FingerFrame> waiting;  ///< not matched yet, at most kWaiting; oldest first
+    std::vector<double> intervals_ns;  ///< the last ones, at most kIntervals
+    FingerFrame last;                  ///< whatever it is
+    Basis::Id bootBefore{};            ///< that from which `last.boot` differs
+    std::int64_t heard_ns = 0;         ///< when it arrived
+    std::int64_t ambiguousUntil_ns = 0;
+    bool isHeard = false;
+  };
+  static constexpr std::size_t kWaiting = 8, kIntervals = 8;
+
+  bool isAmbiguous(std::size_t finger, const FingerFrame& frame, std::int64_t now_ns);
+  static void follow(Track& track, const FingerFrame& frame);
+  static double interval_ns(const Track& track);
+  /// Returns the places of a set in each `waiting`; empty if there is none.
+  std::vector<std::size_t> findSet() const;
+  void join(const std::vector<std::size_t>& set);
+
+  std::vector<Track> tracks_;
+  Grasp grasp_;
+};
+
+}  // namespace touch
