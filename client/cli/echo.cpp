@@ -35,7 +35,7 @@ void echo(const SubscriberOptions& options, unsigned topics, long count) {
               options.mode == Mode::kLatest ? "is it the endpoint 'stream' instead of 'latest'?"
                                             : "see tractionctl status",
               "standard output is read too slowly, or this machine is too busy",
-              topics == kContacts && options.endpoint.empty() ? "traction-touch" : "tractiond");
+              (topics & ~kOfTouch) == 0 && options.endpoint.empty() ? "traction-touch" : "tractiond");
   Count printed = 0, unprinted = 0;
   const auto account = [&] {
     std::string text = std::to_string(printed) + " messages printed";
@@ -80,7 +80,7 @@ void addEcho(Commands& commands) {
   static const std::map<std::string, unsigned> kTopics = {
       {"field", kField},   {"markers", kMarkers}, {"description", kDescription},
       {"status", kStatus}, {"preview", kPreview}, {"contacts", kContacts},
-      {"all", kAllTopics}};
+      {"grasp", kGrasp},   {"all", kAllTopics}};
   const auto options = std::make_shared<EchoLine>();
   CLI::App& command = commands.add("echo", "Prints messages as JSON, one per line", [options](const Target& target) {
     if (options->latest && options->topic != "field")
@@ -91,8 +91,8 @@ void addEcho(Commands& commands) {
   command
       .add_option(
           "--topic", options->topic,
-          "topic of the messages; all: each except preview, whose pixels are printed as base64, and contacts, which "
-          "traction-touch publishes")
+          "topic of the messages; all: each except preview, whose pixels are printed as base64, and contacts and "
+          "grasp, which traction-touch publishes")
       ->check(CLI::IsMember(&kTopics))
       ->capture_default_str();
   command.add_option("--count", options->count, "number of messages; without it: until Ctrl-C")

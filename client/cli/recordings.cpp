@@ -183,7 +183,7 @@ void addRecordings(Commands& commands) {
       commands.add("record", "Records all published messages, and those of traction-touch, into a new MCAP file",
                    [options](const Target& target) {
                      SubscriberOptions all = target.subscription();
-                     all.topics |= kContacts;
+                     all.topics |= kOfTouch;
                      if (options->pictures) all.topics |= kPreview;
                      return record(all, options->file, options->truth, options->seconds), EX_OK;
                    });

@@ -105,13 +105,36 @@ std::string lineOf(const TrackedContact& contact) {
   return line;
 }
 
+/// Returns one line about a hand: what its fingers bear together, or why that is not known.
+std::string lineOf(const Grasp& grasp) {
+  constexpr std::array kWords = {"not known", "matched",  "not valid", "unmatched", "without a bound of time",
+                                 "missing",   "ambiguous"};
+  std::string line = "hand " + grasp.header.sensor;
+  if (grasp.valid) {
+    const auto& [x, y, z] = grasp.force_N;
+    const auto deviation = [&](std::size_t axis) {
+      return std::sqrt(grasp.forceCovariance_N2.noise[4 * axis] + grasp.forceCovariance_N2.systematic[4 * axis]);
+    };
+    line += formatted("  force %+.3f %+.3f %+.3f N", x, y, z);
+    line += formatted(" (deviations %.3f %.3f %.3f)", deviation(0), deviation(1), deviation(2));
+    line += formatted("  moment %+.2f %+.2f %+.2f mN m", 1e3 * grasp.moment_Nm[0], 1e3 * grasp.moment_Nm[1],
+                      1e3 * grasp.moment_Nm[2]);
+    return line;
+  }
+  for (const Finger& finger : grasp.fingers) {
+    if (finger.state != FingerState::kMatched)
+      line += "  " + finger.instance + ": " + kWords.at(static_cast<std::size_t>(finger.state));
+  }
+  return line;
+}
+
 /// Prints a line for each contact that begins or ends, and one per second for each that lasts. Starts a traction-touch
 /// for the instance if none answers within half a second and `options.endpoint` is empty, and ends it. Returns after
 /// `seconds`, or on a signal. Reports on standard error what Notes reports. \throws Error kNoAnswer if no publisher is
 /// found in the first 3 s, or none can be started
 void touch(const SubscriberOptions& options, double seconds) {
   SubscriberOptions wanted = options;
-  wanted.topics = kContacts;
+  wanted.topics = kOfTouch;
   rememberSignals();
   std::optional<OwnTouch> own;
   Subscriber subscriber(wanted);
@@ -132,6 +155,8 @@ void touch(const SubscriberOptions& options, double seconds) {
               options.endpoint.empty() ? "traction-touch" : "tractiond");
   const Clock::time_point start = Clock::now();
   std::map<std::uint64_t, Clock::time_point> printed;  // id -> when
+  std::string told = "?";                              // why a grasp was not valid
+  Clock::time_point toldAt;
   for (; !stopRequested() && std::chrono::duration<double>(Clock::now() - start).count() < seconds; message.reset()) {
     if (!message) message = subscriber.receive(kStep);
     const Clock::time_point now = Clock::now();
@@ -139,6 +164,14 @@ void touch(const SubscriberOptions& options, double seconds) {
     notes.noteConnection(subscriber.isConnected(), now);
     expectReader();
     if (!message) continue;
+    if (const auto* grasp = std::get_if<Grasp>(&*message)) {
+      std::string state = grasp->valid ? "" : lineOf(*grasp);
+      if (state == told && now - toldAt < 1s) continue;
+      told = std::move(state);
+      toldAt = now;
+      if (!printLine(lineOf(*grasp))) return;
+      continue;
+    }
     for (const TrackedContact& contact : std::get<Contacts>(*message).contacts) {
       const bool isChange = contact.phase == ContactPhase::kBegin || contact.phase == ContactPhase::kEnd;
       if (!isChange && now - printed[contact.id] < 1s) continue;

@@ -27,7 +27,8 @@ std::int64_t timeOf(clockid_t clock) {
 
 /// Returns the name of the message's type in the schemas.
 std::string typeOf(const Message& message) {
-  constexpr std::array kTypes = {"Field", "Markers", "Description", "Status", "Preview", "Contacts"};  // as in Message
+  constexpr std::array kTypes = {"Field",   "Markers",  "Description", "Status",
+                                 "Preview", "Contacts", "Grasp"};  // as in Message
   return std::string("traction.v1.") + kTypes.at(message.index());
 }
 

@@ -17,8 +17,8 @@ export const usual = "http://127.0.0.1:9880/stream/0";
 
 const root = "traction/v1/";
 const kinds = {field: "Field", markers: "Markers", description: "Description", status: "Status", preview: "Preview",
-  contacts: "Contacts"};
-const usualTopics = ["field", "markers", "description", "status"];  // previews are made for who wants them, contacts by traction-touch
+  contacts: "Contacts", grasp: "Grasp"};
+const usualTopics = ["field", "markers", "description", "status"];  // previews are made for who wants them, contacts and grasps by traction-touch
 const version = 1;
 const shortest_ms = 200, longest_ms = 3000;  // before a connection is tried again
 const turn_ms = 250;  // between two looks whether traction-touch is silent
@@ -46,7 +46,7 @@ function errorOf(bytes) {
  * One sensor. Connects by itself, again and again, until close(). Options:
  * - url: of the sensor's stream at traction-view, http: or ws:
  * - mode: "newest": of each kind of message the newest alone, nothing that waits; "stream": all of them, in order
- * - topics: array of "field", "markers", "description", "status", "preview", "contacts" (of traction-touch), and
+ * - topics: array of "field", "markers", "description", "status", "preview", "contacts", "grasp" (of traction-touch), and
  *   traction-view's own "places", "surface", "picture" (a preview as JPEG); "time" and "recorder" come unasked
  * - onMessage(message), with message.kind; onError(TractionError); onConnected(boolean)
  *

@@ -61,13 +61,20 @@ void put(Json& json, std::string_view key, const Covariance& covariance) {
   json.close('}');
 }
 
+/// Of a Contact, a TrackedContact, a Finger or a Grasp.
+void putWrench(Json& json, const auto& of) {
+  json.key("force_N").numbers(of.force_N);
+  json.key("moment_Nm").numbers(of.moment_Nm);
+  put(json, "force_covariance_N2", of.forceCovariance_N2);
+  put(json, "moment_covariance_N2m2", of.momentCovariance_N2m2);
+  put(json, "force_moment_covariance_N2m", of.forceMomentCovariance_N2m);
+}
+
 /// Of a Contact or a TrackedContact.
 void putWrenchAndEllipse(Json& json, const auto& contact) {
-  json.key("moment_Nm").numbers(contact.moment_Nm);
+  putWrench(json, contact);
+  json.key("force_deviation_N").numbers(contact.forceDeviation_N);
   json.key("position_z_m").number(contact.positionZ_m);
-  put(json, "force_covariance_N2", contact.forceCovariance_N2);
-  put(json, "moment_covariance_N2m2", contact.momentCovariance_N2m2);
-  put(json, "force_moment_covariance_N2m", contact.forceMomentCovariance_N2m);
   json.key("half_axes_m").numbers(contact.halfAxes_m);
   json.key("half_axes_deviation_m").numbers(contact.halfAxesDeviation_m);
   json.key("orientation_rad").number(contact.orientation_rad);
@@ -78,8 +85,6 @@ void put(Json& json, const Contact& contact) {
   json.open('{');
   json.key("position_m").numbers(contact.position_m);
   json.key("position_deviation_m").numbers(contact.positionDeviation_m);
-  json.key("force_N").numbers(contact.force_N);
-  json.key("force_deviation_N").numbers(contact.forceDeviation_N);
   json.key("area_m2").number(contact.area_m2);
   json.key("area_deviation_m2").number(contact.areaDeviation_m2);
   putWrenchAndEllipse(json, contact);
@@ -146,8 +151,6 @@ void put(Json& json, const TrackedContact& contact) {
   json.key("position_deviation_m").numbers(contact.positionDeviation_m);
   json.key("radius_m").number(contact.radius_m);
   json.key("radius_deviation_m").number(contact.radiusDeviation_m);
-  json.key("force_N").numbers(contact.force_N);
-  json.key("force_deviation_N").numbers(contact.forceDeviation_N);
   json.key("velocity_m_s").numbers(contact.velocity_m_s);
   json.key("velocity_deviation_m_s").numbers(contact.velocityDeviation_m_s);
   json.key("slip");
@@ -167,6 +170,29 @@ void put(Json& json, const Contacts& contacts) {
   json.key("valid").boolean(contacts.valid);
   json.key("contacts").open('[');
   for (const TrackedContact& contact : contacts.contacts) put(json, contact);
+  json.close(']');
+}
+
+void put(Json& json, const Finger& finger) {
+  json.open('{');
+  json.key("instance").string(finger.instance);
+  json.key("link").string(finger.link);
+  json.key("state").string(wordOf("FingerState", finger.state));
+  json.key("sensor").string(finger.sensor);
+  json.key("frame_number").number(finger.frameNumber);
+  json.key("captured_ns").number(finger.captured_ns);
+  json.key("captured_error_ns").number(finger.capturedError_ns);
+  json.key("captured_bound").string(wordOf("CaptureBound", finger.capturedBound));
+  putWrench(json, finger);
+  json.close('}');
+}
+
+void put(Json& json, const Grasp& grasp) {
+  put(json, "grasp", grasp.header);
+  json.key("valid").boolean(grasp.valid);
+  putWrench(json, grasp);
+  json.key("fingers").open('[');
+  for (const Finger& finger : grasp.fingers) put(json, finger);
   json.close(']');
 }
 

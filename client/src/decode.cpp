@@ -4,6 +4,7 @@
 #include "traction/v1/contacts.pb.h"
 #include "traction/v1/description.pb.h"
 #include "traction/v1/field.pb.h"
+#include "traction/v1/grasp.pb.h"
 #include "traction/v1/markers.pb.h"
 #include "traction/v1/preview.pb.h"
 
@@ -30,6 +31,7 @@ static_assert(static_cast<int>(ContactPhase::kEnd) == pb::ContactPhase_MAX);
 static_assert(static_cast<int>(SlipState::kSlipping) == pb::SlipState_MAX);
 static_assert(static_cast<int>(CaptureBound::kLatest) == pb::CaptureBound_MAX);
 static_assert(static_cast<int>(Colour::kGrey) == pb::Colour_MAX);
+static_assert(static_cast<int>(FingerState::kAmbiguous) == pb::FingerState_MAX);
 
 Id idOf(const std::string& bytes) {
   Id id{};
@@ -161,24 +163,30 @@ Covariance covarianceOf(const pb::Covariance& from) {
   return {matrixOf(from.noise()), matrixOf(from.systematic())};
 }
 
+/// Takes force, moment and their covariances. \throws Error as requireFinite()
+void takeWrench(const auto& from, auto& to) {
+  to.force_N = vectorOf(from.force_n());
+  to.moment_Nm = vectorOf(from.moment_nm());
+  to.forceCovariance_N2 = covarianceOf(from.force_covariance_n2());
+  to.momentCovariance_N2m2 = covarianceOf(from.moment_covariance_n2m2());
+  to.forceMomentCovariance_N2m = covarianceOf(from.force_moment_covariance_n2m());
+  requireFinite(to.force_N, to.moment_Nm);
+  requireFiniteCovariances(to.forceCovariance_N2, to.momentCovariance_N2m2, to.forceMomentCovariance_N2m);
+}
+
 /// Takes what a Contact and a TrackedContact have alike. \throws Error as requireFinite()
 void takeWrenchAndEllipse(const auto& from, auto& to) {
   to.position_m = vectorOf(from.position_m());
   to.positionDeviation_m = vectorOf(from.position_deviation_m());
-  to.force_N = vectorOf(from.force_n());
+  takeWrench(from, to);
   to.forceDeviation_N = vectorOf(from.force_deviation_n());
-  to.moment_Nm = vectorOf(from.moment_nm());
   to.positionZ_m = from.position_z_m();
-  to.forceCovariance_N2 = covarianceOf(from.force_covariance_n2());
-  to.momentCovariance_N2m2 = covarianceOf(from.moment_covariance_n2m2());
-  to.forceMomentCovariance_N2m = covarianceOf(from.force_moment_covariance_n2m());
   to.halfAxes_m = vectorOf(from.half_axes_m());
   to.halfAxesDeviation_m = vectorOf(from.half_axes_deviation_m());
   to.orientation_rad = from.orientation_rad();
   to.orientationDeviation_rad = from.orientation_deviation_rad();
-  requireFinite(to.position_m, to.positionDeviation_m, to.force_N, to.forceDeviation_N, to.moment_Nm, to.positionZ_m,
-                to.halfAxes_m, to.halfAxesDeviation_m, to.orientation_rad, to.orientationDeviation_rad);
-  requireFiniteCovariances(to.forceCovariance_N2, to.momentCovariance_N2m2, to.forceMomentCovariance_N2m);
+  requireFinite(to.position_m, to.positionDeviation_m, to.forceDeviation_N, to.positionZ_m, to.halfAxes_m,
+                to.halfAxesDeviation_m, to.orientation_rad, to.orientationDeviation_rad);
 }
 
 Contact contactOf(const pb::Contact& from) {
@@ -221,6 +229,20 @@ TrackedContact contactOf(const pb::TrackedContact& from) {
   requireFinite(contact.radius_m, contact.radiusDeviation_m, contact.velocity_m_s, contact.velocityDeviation_m_s,
                 contact.angularVelocity_rad_s, contact.angularVelocityDeviation_rad_s);
   return contact;
+}
+
+Finger fingerOf(const pb::Finger& from) {
+  Finger finger;
+  takeWrench(from, finger);
+  finger.instance = from.instance();
+  finger.link = from.link();
+  finger.state = enumOf(from.state(), FingerState::kAmbiguous);
+  finger.sensor = from.sensor();
+  finger.frameNumber = from.frame_number();
+  finger.captured_ns = from.captured_ns();
+  finger.capturedError_ns = from.captured_error_ns();
+  finger.capturedBound = enumOf(from.captured_bound(), CaptureBound::kLatest);
+  return finger;
 }
 
 }  // namespace
@@ -357,6 +379,16 @@ Contacts decodeContacts(std::string_view bytes) {
   Contacts contacts{headerOf(from.header()), idOf(from.run()), from.valid(), {}};
   for (const pb::TrackedContact& each : from.contacts()) contacts.contacts.push_back(contactOf(each));
   return contacts;
+}
+
+Grasp decodeGrasp(std::string_view bytes) {
+  const auto from = parse<pb::Grasp>(bytes);
+  Grasp grasp;
+  takeWrench(from, grasp);
+  grasp.header = headerOf(from.header());
+  grasp.valid = from.valid();
+  for (const pb::Finger& each : from.fingers()) grasp.fingers.push_back(fingerOf(each));
+  return grasp;
 }
 
 Preview decodePreview(std::string_view bytes) {

@@ -71,6 +71,7 @@ unsigned topicNamed(std::string_view kind) {
   if (kind == "status") return kStatus;
   if (kind == "preview") return kPreview;
   if (kind == "contacts") return kContacts;
+  if (kind == "grasp") return kGrasp;
   return 0;  // of a later daemon
 }
 
@@ -86,6 +87,8 @@ Message decode(unsigned topic, std::string_view bytes) {
     return decodePreview(bytes);
   case kContacts:
     return decodeContacts(bytes);
+  case kGrasp:
+    return decodeGrasp(bytes);
   default:
     return decodeField(bytes);
   }
@@ -121,11 +124,11 @@ struct Subscriber::Impl {
     subscription = latest ? kFieldBegins : std::string_view();
     if (!options.endpoint.empty()) {
       endpoints = {options.endpoint};
-    } else if (latest || options.topics != kContacts) {
+    } else if (latest || (options.topics & ~kOfTouch) != 0) {
       for (const Endpoints& found : locate(options.instance)) endpoints.push_back(latest ? found.latest : found.stream);
     }
     if (!endpoints.empty()) endpoint = endpoints.back();
-    if (options.endpoint.empty() && !latest && (options.topics & kContacts) != 0) {
+    if (options.endpoint.empty() && !latest && (options.topics & kOfTouch) != 0) {
       for (const Endpoints& found : locate(options.instance, kTouch)) {
         if (!endpoint.empty()) ofTouch.insert(found.stream);
         endpoints.push_back(found.stream);

@@ -19,8 +19,8 @@ bool isDrawn(const ChannelType& type) {
 }
 
 unsigned kindOf(const Message& message) {
-  constexpr std::array<unsigned, 6> kKinds = {kFields,   kMarkerLists, kDescriptions,
-                                              kStatuses, kPreviews,    kContactLists};  // as in Message
+  constexpr std::array<unsigned, 7> kKinds = {kFields, kMarkerLists, kDescriptions, kStatuses, kPreviews, kContactLists,
+                                              0};  // as in Message; a grasp has no channel
   return kKinds.at(message.index());
 }
 

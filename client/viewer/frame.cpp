@@ -12,8 +12,8 @@ Frame makeFrame(std::string_view topic, std::string_view bytes) {
 }
 
 unsigned kindOf(const Message& message) {
-  constexpr std::array<unsigned, 6> kKinds = {kField,  kMarkers, kDescription,
-                                              kStatus, kPreview, kContacts};  // as in Message
+  constexpr std::array<unsigned, 7> kKinds = {kField,   kMarkers,  kDescription, kStatus,
+                                              kPreview, kContacts, kGrasp};  // as in Message
   return kKinds.at(message.index());
 }
 

@@ -21,7 +21,7 @@ constexpr auto kTurn = 20ms;
 constexpr int kQueue = 4000;
 
 SubscriberOptions everything(SubscriberOptions options) {
-  options.topics = kAllTopics | kPreview | kContacts;
+  options.topics = kAllTopics | kPreview | kOfTouch;
   options.queue = kQueue;
   return options;
 }

@@ -272,7 +272,7 @@ class Server {
     hub.sessions.push_back(session);
     hub.used = Clock::now();
     const unsigned previews = (wanted.kinds & (unsigned{kPreview} | kPicture)) != 0 ? unsigned{kPreview} : 0U;
-    const unsigned more = previews | (wanted.kinds & kContacts);
+    const unsigned more = previews | (wanted.kinds & kOfTouch);
     const bool wantsMore = (more & ~hub.options.subscription.topics) != 0;
     hub.options.subscription.topics |= more;
     if (!hub.source || wantsMore) start(hub);

@@ -31,6 +31,7 @@ unsigned kindNamed(std::string_view name) {
   if (name == "status") return kStatus;
   if (name == "preview") return kPreview;
   if (name == "contacts") return kContacts;
+  if (name == "grasp") return kGrasp;
   if (name == "picture") return kPicture;
   if (name == "places") return kPlaces;
   if (name == "surface") return kSurface;

@@ -8,7 +8,7 @@ import numpy as np
 from contract import draw, encode, key, run
 from form import echo, plain
 
-KINDS = ("Field", "Markers", "Description", "Status", "Preview", "Contacts")
+KINDS = ("Field", "Markers", "Description", "Status", "Preview", "Contacts", "Grasp")
 
 
 def topic(sensor, kind):
@@ -151,6 +151,9 @@ def damages(chance):
         "a number of a lasting contact that is not finite": ("Contacts", with_member(
             contacts=[{"phase": 1, **chance.choice([{"radius_m": bad}, {"velocity_m_s": {"y": bad}}, {"angular_velocity_rad_s": bad},
                                                        {"moment_covariance_N2m2": {"noise": [bad] * 9}}])}])),
+        "a number of a grasp that is not finite": ("Grasp", with_member(
+            **chance.choice([{"force_N": {"z": bad}}, {"moment_covariance_N2m2": {"systematic": [bad] * 9}},
+                             {"fingers": [{}, {"moment_Nm": {"x": bad}}]}]))),
         "a picture of another size": ("Preview", lambda values: values.update(
             {chance.choice(["width", "height"]): 13, "pixels": values["pixels"] + b"\0"})),
         "a picture of which the product of the sizes overflows": ("Preview", with_member(

@@ -58,7 +58,7 @@ void ask(const std::string& endpoint) {
   traction::SubscriberOptions options;
   options.endpoint = endpoint;
   options.mode = mode;
-  options.topics = traction::kAllTopics | traction::kPreview | traction::kContacts;
+  options.topics = traction::kAllTopics | traction::kPreview | traction::kOfTouch;
   traction::Subscriber subscriber(options);
   for (;;) {
     const std::string line = told([&] {

@@ -79,7 +79,7 @@ if (mode === "control") {
   }
 } else {
   const subscriber = new Subscriber({
-    url: at, mode: "stream", topics: ["field", "markers", "description", "status", "preview", "contacts"],
+    url: at, mode: "stream", topics: ["field", "markers", "description", "status", "preview", "contacts", "grasp"],
     onMessage: (message) => print(`"message":${json(echo(message.kind, message))},"lost":${subscriber.lost}`),
     onError: (error) => print(`"error":${json(error.code)},"lost":${subscriber.lost}`)});
 }

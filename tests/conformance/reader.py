@@ -50,7 +50,7 @@ def main():
             print(json.dumps(tell(kind, asks[what])), flush=True)
         return
     with traction.Subscriber(endpoint=endpoint, mode=traction.Mode(mode),
-                             topics=traction.Topics.ALL | traction.Topics.PREVIEW | traction.Topics.CONTACTS) as subscriber:
+                             topics=traction.Topics.ALL | traction.Topics.PREVIEW | traction.Topics.OF_TOUCH) as subscriber:
         while True:
             told = tell(None, subscriber.receive)
             print(json.dumps({**told, "lost": subscriber.lost}), flush=True)

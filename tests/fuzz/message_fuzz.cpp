@@ -1,9 +1,11 @@
 #include "client/src/decode.h"
 #include "client/src/decode_control.h"
 #include "tests/fuzz/target.h"
+#include "traction/v1/contacts.pb.h"
 #include "traction/v1/control.pb.h"
 #include "traction/v1/description.pb.h"
 #include "traction/v1/field.pb.h"
+#include "traction/v1/grasp.pb.h"
 #include "traction/v1/markers.pb.h"
 #include "traction/v1/preview.pb.h"
 #include "traction/v1/status.pb.h"
@@ -31,12 +33,18 @@ std::vector<std::string> seeds() {
   preview.set_height(1);
   preview.set_format(pb::PREVIEW_FORMAT_MONO8);
   preview.set_pixels("ab");
+  pb::Contacts contacts;
+  contacts.mutable_header()->set_frame_number(1);
+  contacts.add_contacts()->mutable_slip()->set_state(pb::SLIP_STATE_STICKING);
+  pb::Grasp grasp;
+  grasp.mutable_header()->set_frame_number(1);
+  grasp.add_fingers()->set_state(pb::FINGER_STATE_MATCHED);
   pb::Reply reply;
   reply.set_version(1);
   *reply.mutable_status() = status;
   std::vector<std::string> all;
   for (const google::protobuf::MessageLite* one : std::initializer_list<const google::protobuf::MessageLite*>{
-           &field, &markers, &status, &description, &preview, &reply}) {
+           &field, &markers, &status, &description, &preview, &contacts, &grasp, &reply}) {
     all.push_back(one->SerializeAsString());
   }
   return all;
@@ -56,6 +64,8 @@ bool feed(std::string_view bytes) {
   attempt(traction::decodeDescription);
   attempt(traction::decodeStatus);
   attempt(traction::decodePreview);
+  attempt(traction::decodeContacts);
+  attempt(traction::decodeGrasp);
   attempt(traction::decodeStatusReply);
   attempt(traction::decodeDescriptionReply);
   attempt(traction::decodeSnapshotReply);

@@ -245,6 +245,51 @@ struct Contacts {
   std::vector<TrackedContact> contacts;  ///< first those that end here
 };
 
+/// Whether a finger's frame is in a Grasp.
+enum class FingerState : std::uint8_t {
+  kNone,       ///< of a later version
+  kMatched,    ///< its frame is one of those that were captured together
+  kNotValid,   ///< so it is, but its field is not valid
+  kUnmatched,  ///< its frames come, but not at the time of the other fingers' frames
+  kUndated,    ///< its frames come without a bound of their time of capture
+  kMissing,    ///< no frame of it came in the last 0.1 s
+  kAmbiguous,  ///< frames of two daemons came for it in the last second, or another finger has the same sensor
+};
+
+/// A finger of a Grasp, in whose frame and about whose origin its part of the wrench is.
+struct Finger {
+  std::string instance;  ///< of tractiond, from the hand file
+  std::string link;      ///< name of its gel's frame in the robot's description (URDF), from the hand file
+  FingerState state = FingerState::kNone;
+  // As in the header of its Field; of the last one where it is not matched.
+  std::string sensor;
+  std::uint64_t frameNumber = 0;
+  std::int64_t captured_ns = 0;
+  std::int64_t capturedError_ns = 0;
+  CaptureBound capturedBound = CaptureBound::kNone;
+  // Its part of the grasp; 0 in every other state than kMatched.
+  Vector3 force_N{};
+  Vector3 moment_Nm{};
+  Covariance forceCovariance_N2;
+  Covariance momentCovariance_N2m2;
+  Covariance forceMomentCovariance_N2m;  ///< row: component of the force; column: of the moment
+};
+
+/// What all fingers of a hand bear together, at one time, by traction-touch --hand. In the hand's frame, which is that
+/// of the poses in the hand file; forces are those of the object on the hand, moments about the origin.
+struct Grasp {
+  /// `sensor` is the name of the hand, `boot` new at each start of traction-touch; `flags` are those of all fingers
+  /// together. captured_ns +- capturedError_ns contains the times of capture of all fingers, with their errors.
+  Header header;
+  bool valid = false;   ///< false: a finger is not kMatched; the wrench is 0
+  Vector3 force_N{};    ///< sum over the fingers of the whole field's resultant
+  Vector3 moment_Nm{};  ///< about the origin of the hand's frame
+  Covariance forceCovariance_N2;
+  Covariance momentCovariance_N2m2;
+  Covariance forceMomentCovariance_N2m;  ///< row: component of the force; column: of the moment
+  std::vector<Finger> fingers;           ///< in the order of the hand file
+};
+
 /// A picture of the camera, reduced in size for display.
 struct Preview {
   Header header;  ///< of the picture's frame; tracked_ns and solved_ns are 0

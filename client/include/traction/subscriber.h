@@ -14,7 +14,7 @@
 
 namespace traction {
 
-using Message = std::variant<Field, Markers, Description, Status, Preview, Contacts>;
+using Message = std::variant<Field, Markers, Description, Status, Preview, Contacts, Grasp>;
 
 /// The topics to receive, combined by bitwise or.
 enum Topics : unsigned {
@@ -22,11 +22,14 @@ enum Topics : unsigned {
   kMarkers = 2,
   kDescription = 4,
   kStatus = 8,
-  /// All but previews, which the daemon makes only while a client subscribes to them, and contacts, which are of
-  /// another program.
+  /// All but previews, which the daemon makes only while a client subscribes to them, and contacts and grasps, which
+  /// are of another program.
   kAllTopics = 15,
   kPreview = 16,
-  kContacts = 32,  ///< connects to the instance's traction-touch, too; alone: to nothing else
+  // Each connects to the instance's traction-touch, too; without topics of tractiond: to nothing else.
+  kContacts = 32,
+  kGrasp = 64,    ///< `instance` is the name of a hand
+  kOfTouch = 96,  ///< both of these
 };
 
 enum class Mode {

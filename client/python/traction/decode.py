@@ -15,20 +15,20 @@ from numpy.typing import NDArray
 
 from .description import Body, Camera, Description, Gel, Grid, MarkerLayer, Zero
 from .errors import Malformed
-from .messages import (Contact, Contacts, Covariance, Field, Interval, Markers, PictureMotion, Preview, PreviewFormat, Slip,
-                       TrackedContact)
+from .messages import (Contact, Contacts, Covariance, Field, Finger, Grasp, Interval, Markers, PictureMotion, Preview,
+                       PreviewFormat, Slip, TrackedContact)
 from .shapes import Axes, Bytes, OneByteEach, Packed, SixteenBytes
 from .status import Histogram, Status
 from .wire import parse
 
-Message = Field | Markers | Description | Status | Preview | Contacts
+Message = Field | Markers | Description | Status | Preview | Contacts | Grasp
 
 Convert = Callable[[Any], Any]
 
 # Machines are steered by these: a number among them that is NaN or infinite is refused. A detection limit of the solver
 # may be infinite.
-_FINITE = (Field, Markers, Covariance, Contact, TrackedContact, Slip, Interval, PictureMotion, Preview, Gel, Grid, MarkerLayer,
-           Camera, Zero, Body)
+_FINITE = (Field, Markers, Covariance, Contact, TrackedContact, Slip, Interval, Finger, Grasp, PictureMotion, Preview, Gel, Grid,
+           MarkerLayer, Camera, Zero, Body)
 
 
 def _require(condition: bool, what: str) -> None:
@@ -196,9 +196,9 @@ def reader(kind: type) -> Convert:
 
 
 def decode(kind: str, payload: bytes) -> Message:
-    """A message of a stream: "field", "markers", "description", "status", "preview" or "contacts". Raises Malformed."""
+    """A message of a stream: "field", "markers", "description", "status", "preview", "contacts" or "grasp". Raises Malformed."""
     name, read = _KINDS[kind]
     return cast(Message, read(parse(name, payload)))
 
 
-_KINDS = {one.__name__.lower(): (one.__name__, reader(one)) for one in (Field, Markers, Description, Status, Preview, Contacts)}
+_KINDS = {one.__name__.lower(): (one.__name__, reader(one)) for one in typing.get_args(Message)}

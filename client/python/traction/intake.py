@@ -28,13 +28,16 @@ class Topics(enum.Flag):
     MARKERS = 2
     DESCRIPTION = 4
     STATUS = 8
-    ALL = 15  # but previews: the daemon makes them while somebody wants them; and contacts, of another program
+    ALL = 15  # but previews: the daemon makes them while somebody wants them; and contacts and grasps, of another program
     PREVIEW = 16
-    CONTACTS = 32  # connects to the instance's traction-touch, too; alone: to nothing else
+    # Each connects to the instance's traction-touch, too; without topics of tractiond: to nothing else.
+    CONTACTS = 32
+    GRASP = 64  # `instance` is the name of a hand
+    OF_TOUCH = 96  # both of these
 
 
 _WANTED = {one.name.lower().encode(): one for one in (Topics.FIELD, Topics.MARKERS, Topics.DESCRIPTION, Topics.STATUS,
-                                                      Topics.PREVIEW, Topics.CONTACTS) if one.name}
+                                                      Topics.PREVIEW, Topics.CONTACTS, Topics.GRASP) if one.name}
 # Without a message of traction-touch its contacts end. It sends one for each field, and while there are contacts at least
 # every 0.2 s.
 _TOUCH_SILENCE_S = 1.0

@@ -262,6 +262,54 @@ class Contacts:
     contacts: tuple[TrackedContact, ...]  # first those that end here
 
 
+class FingerState(enum.Enum):
+    """Whether a finger's frame is in a Grasp."""
+
+    NONE = 0  # of a later version
+    MATCHED = 1  # its frame is one of those that were captured together
+    NOT_VALID = 2  # so it is, but its field is not valid
+    UNMATCHED = 3  # its frames come, but not at the time of the other fingers' frames
+    UNDATED = 4  # its frames come without a bound of their time of capture
+    MISSING = 5  # no frame of it came in the last 0.1 s
+    AMBIGUOUS = 6  # frames of two daemons came for it in the last second, or another finger has the same sensor
+
+
+@dataclass(slots=True, eq=False)
+class Finger:
+    """A finger of a Grasp, in whose frame and about whose origin its part of the wrench is."""
+
+    instance: str  # of tractiond, from the hand file
+    link: str  # name of its gel's frame in the robot's description (URDF), from the hand file
+    state: FingerState
+    # As in the header of its Field; of the last one where it is not matched.
+    sensor: str
+    frame_number: int
+    captured_ns: int
+    captured_error_ns: int
+    captured_bound: CaptureBound
+    # Its part of the grasp; 0 in every other state than MATCHED.
+    force_N: Vector3
+    moment_Nm: Vector3
+    force_covariance_N2: Covariance
+    moment_covariance_N2m2: Covariance
+    force_moment_covariance_N2m: Covariance  # row: component of the force
+
+
+@dataclass(slots=True, eq=False)
+class Grasp:
+    """What all fingers of a hand bear together, at one time, by traction-touch --hand. In the hand's frame, which is that of
+    the poses in the hand file; forces are those of the object on the hand, moments about the origin."""
+
+    header: Header  # sensor: name of the hand; boot: new at each start of traction-touch; flags: of all fingers together
+    valid: bool  # false: a finger is not MATCHED; the wrench is 0
+    force_N: Vector3  # sum over the fingers of the whole field's resultant
+    moment_Nm: Vector3  # about the origin of the hand's frame
+    force_covariance_N2: Covariance
+    moment_covariance_N2m2: Covariance
+    force_moment_covariance_N2m: Covariance  # row: component of the force
+    fingers: tuple[Finger, ...]  # in the order of the hand file
+
+
 class PreviewFormat(enum.Enum):
     UNKNOWN = 0
     MONO8 = 1

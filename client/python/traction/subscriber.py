@@ -40,9 +40,9 @@ class Base:
         Raises BadEndpoint, BadKeys."""
         self._latest = latest = mode is Mode.LATEST
         endpoints, touch = [endpoint] if endpoint else [], []
-        if not endpoint and (latest or topics is not Topics.CONTACTS):
+        if not endpoint and (latest or topics & ~Topics.OF_TOUCH):
             endpoints = [one.latest if latest else one.stream for one in locate(instance)]
-        if not endpoint and not latest and Topics.CONTACTS in topics:
+        if not endpoint and not latest and topics & Topics.OF_TOUCH:
             touch = [one.stream for one in locate(instance, TOUCH)]
         self.endpoint = (endpoints or touch)[-1]  # named in messages
         options: dict[int, int | bytes] = {
