@@ -6,11 +6,13 @@
 #include <tl/expected.hpp>
 
 #include <filesystem>
+#include <string>
 
 namespace traction::contacts {
 
 struct Arguments {
   SubscriberOptions source;       ///< of the fields; `source.instance` also names the sockets
+  std::string hand;               ///< path of a hand file, in place of `source`; empty: none
   std::filesystem::path runtime;  ///< directory of the sockets; empty: to be found from the instance
 };
 

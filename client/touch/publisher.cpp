@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <cstdio>
+#include <string_view>
 #include <utility>
 
 namespace traction::contacts {
@@ -22,6 +23,16 @@ constexpr std::int64_t kLargestSubscription = 64;
 
 struct Publisher::Impl {
   ~Impl() { tractiond::network::release(bound); }
+
+  void send(const auto& message, std::string_view kind) {
+    const std::string topic = topicOf(message.header().sensor(), kind);
+    message.SerializeToString(&bytes);
+    std::array<char, 40> time{};
+    const int length = std::snprintf(time.data(), time.size(), "%.9f", message.timestamp());
+    put(topic.data(), topic.size(), ZMQ_SNDMORE);
+    put(bytes.data(), bytes.size(), ZMQ_SNDMORE);
+    put(time.data(), static_cast<std::size_t>(length), 0);
+  }
 
   /// Drops the message if ZeroMQ has no memory for it.
   void put(const void* part, std::size_t size, int flags) {
@@ -53,13 +64,11 @@ Publisher::open(const std::vector<std::string>& endpoints) try {
 }
 
 void Publisher::send(const v1::Contacts& contacts) {
-  const std::string topic = topicOf(contacts.header().sensor(), "contacts");
-  contacts.SerializeToString(&impl_->bytes);
-  std::array<char, 40> time{};
-  const int length = std::snprintf(time.data(), time.size(), "%.9f", contacts.timestamp());
-  impl_->put(topic.data(), topic.size(), ZMQ_SNDMORE);
-  impl_->put(impl_->bytes.data(), impl_->bytes.size(), ZMQ_SNDMORE);
-  impl_->put(time.data(), static_cast<std::size_t>(length), 0);
+  impl_->send(contacts, "contacts");
+}
+
+void Publisher::send(const v1::Grasp& grasp) {
+  impl_->send(grasp, "grasp");
 }
 
 const std::vector<std::string>& Publisher::endpoints() const {

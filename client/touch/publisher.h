@@ -1,8 +1,9 @@
-// Sends contacts to subscribers.
+// Sends contacts and grasps to subscribers.
 #pragma once
 
 #include "base/error.h"
 #include "traction/v1/contacts.pb.h"
+#include "traction/v1/grasp.pb.h"
 
 #include <tl/expected.hpp>
 
@@ -22,8 +23,9 @@ class Publisher {
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
 
-  /// Sends a message on the topic of the sensor in its header. Does not wait: a slow subscriber loses it.
+  /// Sends a message on the topic of the sensor, or the hand, in its header. Does not wait: a slow subscriber loses it.
   void send(const v1::Contacts& contacts);
+  void send(const v1::Grasp& grasp);
 
   /// Returns the endpoints as they were bound.
   const std::vector<std::string>& endpoints() const;

@@ -7,6 +7,7 @@
 #include "base/service/service.h"
 #include "base/service/time_slice.h"
 #include "client/touch/follower.h"
+#include "client/touch/hand_relay.h"
 #include "client/touch/publisher.h"
 #include "proto/traction/v1/endpoints.h"
 
@@ -117,35 +118,10 @@ class Relay {
   std::int64_t started_ns_ = now(), told_ns_ = 0;
 };
 
-}  // namespace
-
-int failed(const tractiond::Error& error) {
-  std::cerr << line(error) << "\n";
-  return error.exitCode;
-}
-
-int serve(const Arguments& arguments) {
-  tractiond::catchSignals();
-  tractiond::shortenTimeSlice(0);  // and ZeroMQ's threads, which start later: a field waits for none that computes
-  if (const auto raised = tractiond::raiseDescriptorLimit(); !raised) return failed(raised.error());
-  const std::string& instance = arguments.source.instance;
-  const auto runtime = std::filesystem::absolute(
-      arguments.runtime.empty() ? tractiond::runtimeDirectory(instance, kTouch) : arguments.runtime);
-  const auto own = tractiond::OwnDirectory::claim(runtime, "runtime directory", kName);
-  if (!own) return failed(own.error());
-  std::vector<std::string> endpoints = {ipcEndpoints(runtime).stream};
-  if (instance == kDefaultInstance) endpoints.push_back(touchTcpEndpoints().stream);
-  const auto log = tractiond::startLog(kName, "info");
-  const auto publisher = Publisher::open(endpoints);
-  if (!publisher) {
-    tractiond::Error error = publisher.error();
-    if (tractiond::network::isInUse(error))
-      error.remedy = "is another traction-touch running? Give this one a name with --instance";
-    return log->write(line(error)), error.exitCode;
-  }
-  Relay relay(arguments.source, **publisher);
-  for (const std::string& endpoint : (*publisher)->endpoints()) spdlog::info("listening at {}", endpoint);
-
+/// Runs until a signal comes.
+template <typename AnyRelay>
+int run(AnyRelay&& relay, const Publisher& publisher) {
+  for (const std::string& endpoint : publisher.endpoints()) spdlog::info("listening at {}", endpoint);
   const tractiond::ServiceHooks hooks{
       .loops = {}, .ended = [] { return false; }, .statusLine = [&] { return relay.statusLine(); }};
   tractiond::ServiceLoop loop(hooks);
@@ -160,6 +136,39 @@ int serve(const Arguments& arguments) {
   relay.endAll();
   spdlog::info("stopped");
   return EX_OK;
+}
+
+}  // namespace
+
+int failed(const tractiond::Error& error) {
+  std::cerr << line(error) << "\n";
+  return error.exitCode;
+}
+
+int serve(const Arguments& arguments) {
+  tractiond::catchSignals();
+  tractiond::shortenTimeSlice(0);  // and ZeroMQ's threads, which start later: a field waits for none that computes
+  if (const auto raised = tractiond::raiseDescriptorLimit(); !raised) return failed(raised.error());
+  const auto hand = arguments.hand.empty() ? tl::expected<HandFile, tractiond::Error>() : loadHand(arguments.hand);
+  if (!hand) return failed(hand.error());
+  const std::string& instance = arguments.hand.empty() ? arguments.source.instance : hand->name;
+  const auto runtime = std::filesystem::absolute(
+      arguments.runtime.empty() ? tractiond::runtimeDirectory(instance, kTouch) : arguments.runtime);
+  const auto own = tractiond::OwnDirectory::claim(runtime, "runtime directory", kName);
+  if (!own) return failed(own.error());
+  std::vector<std::string> endpoints = {ipcEndpoints(runtime).stream};
+  if (instance == kDefaultInstance) endpoints.push_back(touchTcpEndpoints().stream);
+  const auto log = tractiond::startLog(kName, "info");
+  const auto publisher = Publisher::open(endpoints);
+  if (!publisher) {
+    tractiond::Error error = publisher.error();
+    if (tractiond::network::isInUse(error))
+      error.remedy =
+          "is another traction-touch running? Give this one a name with --instance, or in the file of the hand";
+    return log->write(line(error)), error.exitCode;
+  }
+  return arguments.hand.empty() ? run(Relay(arguments.source, **publisher), **publisher)
+                                : run(HandRelay(*hand, randomId(), **publisher), **publisher);
 }
 
 }  // namespace traction::contacts

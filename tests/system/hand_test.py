@@ -2,6 +2,8 @@
 
 import unittest
 
+import numpy as np
+
 import hand
 import rig
 
@@ -9,7 +11,7 @@ import rig
 class Hand(unittest.TestCase):
     def test_an_egg_is_lifted_held_lightly_and_put_down(self):
         bench = self.enterContext(rig.Rig())
-        code, said, states = hand.grasp(bench, "egg", opening_mm=60, jerk_m_s2=3)
+        code, said, states, grasps = hand.grasp(bench, "egg", opening_mm=60, jerk_m_s2=3)
         self.assertEqual(code, 0, said)
         found = hand.outcome(states, friction=0.5, jerk_m_s2=3)
         self.assertFalse(found["dropped"], said)
@@ -18,6 +20,19 @@ class Hand(unittest.TestCase):
         self.assertLess(found["held_N"], 1.3 * found["least_N"])
         self.assertGreater(max(state["clearance_m"] for state in states), 0.035)
         self.assertLess(abs(states[-1]["clearance_m"]), 1e-3)
+
+        # The grasp is of frames of one moment, and its intervals contain the truth.
+        self.assertGreater(len(grasps), 0.8 * len(states))
+        numbers = {grasp.fingers[0].frame_number - grasp.fingers[1].frame_number for grasp, _ in grasps}
+        self.assertEqual(len(numbers), 1, numbers)
+        off = np.array([[*(grasp.force_N - truth[:3]), *(grasp.moment_Nm - truth[3:])] for grasp, truth in grasps])
+        deviations = np.array([[*grasp.force_covariance_N2.deviation, *grasp.moment_covariance_N2m2.deviation] for grasp, _ in grasps])
+        weights = np.array([truth[2] for _, truth in grasps])
+        held = weights < -0.5
+        covered = (abs(off[held]) < 1.96 * deviations[held]).mean(axis=0)
+        print(f"{held.sum()} of {len(grasps)} grasps hold it: off {np.sqrt((off[held] ** 2).mean(axis=0))}, covered {covered}")
+        self.assertGreater(covered.min(), 0.85)
+        self.assertAlmostEqual(np.mean([grasp.force_N[2] for grasp, _ in np.array(grasps, object)[held]]), weights[held].mean(), delta=0.02)
 
 
 if __name__ == "__main__":

@@ -1,16 +1,22 @@
-"""traction-touch beside twin, daemon and clients: contacts begin, last and end, also when something of these is stopped."""
+"""traction-touch beside twin, daemon and clients: contacts begin, last and end, also when something of these is stopped; and
+fields of several sensors are one hand's."""
 
 import collections
 import pathlib
 import signal
 import sys
+import threading
 import time
 import unittest
+import unittest.mock
+
+import numpy as np
+import zmq
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "client" / "python"))
 import rig  # noqa: E402
 import traction  # noqa: E402
-from traction import ContactPhase  # noqa: E402
+from traction import ContactPhase, FingerState  # noqa: E402
 
 BEGIN, MOVE, END = ContactPhase.BEGIN, ContactPhase.MOVE, ContactPhase.END
 
@@ -128,6 +134,107 @@ class Touch(unittest.TestCase):
         other = touch(self.bench, daemon, ready=False, name="other")  # the port is the first one's
         self.assertEqual(other.join(), 69)
         self.assertIn("--instance", other.output())
+
+
+
+class Fingers:
+    """Daemons of two fingers, whose cameras are triggered together at 60 frames/s: what they publish of forces that are given."""
+
+    def __init__(self, folder, **forces):
+        self.forces, self.sensors = forces, {name: name for name in forces}
+        self.context, self.stopping = zmq.Context(), threading.Event()
+        self.sockets = {}
+        for name in forces:
+            (folder / "tractiond" / name).mkdir(parents=True)
+            self.sockets[name] = self.context.socket(zmq.PUB)
+            self.sockets[name].bind(f"ipc://{folder / 'tractiond' / name / 'stream'}")
+        self.thread = threading.Thread(target=self.run)
+        self.thread.start()
+
+    def run(self):
+        frame = 0
+        while not self.stopping.wait(1 / 60):
+            frame, now = frame + 1, time.monotonic_ns()
+            for name, force in list(self.forces.items()):
+                field = rig.messages.Field(timestamp=1.0, valid=True)
+                header = field.header
+                header.sensor, header.boot = self.sensors[name], name.encode().ljust(16)
+                header.sequence = header.frame_number = frame
+                header.captured_ns, header.captured_error_ns, header.captured_bound = now, 100_000, 1
+                field.resultant_N.x, field.resultant_N.y, field.resultant_N.z = force
+                field.resultant_covariance_N2.noise.extend((0.01**2 * np.eye(3)).ravel())
+                topic = f"traction/v1/{header.sensor}/field/".encode()
+                self.sockets[name].send_multipart([topic, field.SerializeToString(), b"1.0"])
+
+    def close(self):
+        self.stopping.set()
+        self.thread.join()
+        self.context.destroy(linger=0)
+
+
+class Hand(unittest.TestCase):
+    FILE = rig.SOURCE / "config" / "hand.toml"
+
+    def setUp(self):
+        self.bench = self.enterContext(rig.Rig())
+        self.enterContext(unittest.mock.patch.dict("os.environ", XDG_RUNTIME_DIR=str(self.bench.folder)))
+
+    def hand(self, file, *more):
+        return self.bench.start(rig.BIN / "traction-touch", "--hand", file, "--runtime",
+                                self.bench.folder / "traction-touch" / "gripper", *more)
+
+    def until(self, subscriber, wanted):
+        deadline = time.monotonic() + rig.HUNG_S * rig.PATIENCE
+        while time.monotonic() < deadline:
+            message = subscriber.receive(1.0)
+            if message is not None and wanted(message):
+                return message
+        self.fail("that did not come")
+
+    def test_two_fingers_that_hold_something_are_one_grasp(self):
+        fingers = Fingers(self.bench.folder, left=(0.1, -0.3, 2.0), right=(0.1, -0.3, 2.0))
+        self.addCleanup(fingers.close)
+        hand = self.hand(self.FILE)
+        hand.wait_for("listening")
+        clients = [self.bench.start(rig.BIN / "tractionctl", *words, "--instance", "gripper")
+                   for words in (["touch"], ["echo", "--topic", "grasp"])]
+        subscriber = self.enterContext(traction.Subscriber("gripper", topics=traction.Topics.GRASP))
+        grasp = self.until(subscriber, lambda grasp: grasp.valid)
+        # It is pressed from both sides, weighs 0.6 N, and is not turned: x of one gel is against that of the other.
+        np.testing.assert_allclose(grasp.force_N, [0, 0, -0.6], atol=1e-9)
+        np.testing.assert_allclose(grasp.moment_Nm, [0, 0, 0.1 * 0.044], atol=1e-9)
+        np.testing.assert_allclose(grasp.force_covariance_N2.deviation, 0.01 * 2**0.5)
+        self.assertEqual([finger.link for finger in grasp.fingers], ["left_gel", "right_gel"])
+        self.assertEqual(grasp.fingers[0].frame_number, grasp.fingers[1].frame_number)
+        self.assertEqual(grasp.header.captured_error_ns, 100_000)
+        clients[0].wait_for(r"^hand gripper  force .0\.000 .0\.000 -0\.600 N \(deviations 0\.014 .*  moment .* \+4\.40 mN m")
+        clients[1].wait_for('"topic":"grasp".*"valid":true.*"state":"matched"')
+        hand.wait_for("all fingers are matched")
+
+        fingers.sensors["right"] = "left"
+        self.until(subscriber, lambda grasp: {finger.state for finger in grasp.fingers} == {FingerState.AMBIGUOUS})
+        fingers.sensors["right"] = "right"
+        self.until(subscriber, lambda grasp: grasp.valid)
+        force = fingers.forces.pop("right")
+        grasp = self.until(subscriber, lambda grasp: grasp.fingers[1].state is FingerState.MISSING)
+        self.assertFalse(grasp.valid)
+        self.assertFalse(grasp.force_N.any())
+        clients[0].wait_for(r"^hand gripper .* right: missing")
+        hand.wait_for("right: no frames come")
+        fingers.forces["right"] = force
+        self.until(subscriber, lambda grasp: grasp.valid)
+        self.assertEqual(hand.stop(), 0, hand.output())
+
+    def test_a_file_that_is_wrong_or_missing_is_refused(self):
+        wrong = self.bench.folder / "wrong.toml"
+        wrong.write_text(self.FILE.read_text().replace('"right"', '"left"'))
+        for words, code, said in (([wrong], 78, 'wrong.toml:.* finger.1..instance = "left" is that of another finger'),
+                                  ([self.bench.folder / "missing.toml"], 66, "missing.toml: cannot be read"),
+                                  ([self.FILE, "--instance", "left"], 64, "--hand")):
+            process = self.hand(*words)
+            self.assertEqual(process.join(), code, process.output())
+            self.assertRegex(process.output(), said)
+
 
 if __name__ == "__main__":
     unittest.main()
