@@ -136,7 +136,6 @@ class Touch(unittest.TestCase):
         self.assertIn("--instance", other.output())
 
 
-
 class Fingers:
     """Daemons of two fingers, whose cameras are triggered together at 60 frames/s: what they publish of forces that are given."""
 
