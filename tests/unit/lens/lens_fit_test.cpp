@@ -156,7 +156,7 @@ class OblongBoard : public testing::TestWithParam<double> {
 
 TEST_P(OblongBoard, IsNeverTakenForOtherPixels) {
   std::array<int, 4> told{};
-  for (int i = 0; i < 12; ++i) {
+  for (int i = 0; i < 6; ++i) {
     const TrueCamera truth = draw.camera();
     const bool turned = i % 2 == 1;
     const auto views = turnedCorners(draw, truth, printed, kError_px, turned);
@@ -184,7 +184,7 @@ TEST_P(OblongBoard, IsNeverTakenForOtherPixels) {
 
 TEST_P(OblongBoard, IsNotWhatOtherPixelsAreTakenFor) {
   std::array<int, 4> told{};
-  for (int i = 0; i < 12; ++i) {
+  for (int i = 0; i < 6; ++i) {
     TrueCamera truth = draw.camera();
     truth.aspect = 1.0 / GetParam();
     const bool turned = i % 2 == 1;
@@ -203,7 +203,7 @@ TEST_P(OblongBoard, IsNotWhatOtherPixelsAreTakenFor) {
   std::printf("board %d, pixels %d, either %d, neither %d\n", told[2], told[1], told[3], told[0]);
 }
 
-INSTANTIATE_TEST_SUITE_P(Shares, OblongBoard, testing::Values(1.005, 1.02, 1.05));
+INSTANTIATE_TEST_SUITE_P(Shares, OblongBoard, testing::Values(1.005, 1.05));
 
 /// Boards that stand upright and hardly tilted: what is wide in them is wide in all.
 TEST(AnyBoard, SeenAlikeInAllPicturesTellsNotWhichOfTheTwoIsOblong) {
