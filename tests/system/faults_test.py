@@ -112,6 +112,7 @@ class Faults(steady.TestCase):
 
     def test_packets_that_end_a_driver_or_fill_its_memory(self):
         self.begin()
+        self.daemon.wait_for("the model takes the places")  # what making it takes is given back
         memory_MiB = self.daemon.memory_MiB()
         for source in ("127.0.0.1", "127.0.0.2"):
             forger = self.forger(source)
