@@ -11,11 +11,11 @@ import rig
 class Unit:
     """Keeps a program running while this is entered. `died` and `ready`: when it ended and was ready again (time.monotonic())."""
 
-    def __init__(self, name, start):
-        """`name` of the unit's file; `start` returns the program, ready."""
+    def __init__(self, name, start, memory_MiB=None):
+        """`name` of the unit's file; `start` returns the program, ready; `memory_MiB`: a limit as an operator may set it."""
         text = (rig.SOURCE / f"systemd/{name}@.service.in").read_text()
         number, unit = re.search(r"(?m)^MemoryMax=(\d+)([MG])$", text).groups()
-        self.memory_MiB = int(number) * {"M": 1, "G": 1024}[unit]
+        self.memory_MiB = memory_MiB or int(number) * {"M": 1, "G": 1024}[unit]
         self.pause_s = float(re.search(r"(?m)^RestartSec=([\d.]+)$", text)[1])
         self.start, self.process, self.over = start, start(), threading.Event()
         self.died, self.ready, self.peak_MiB = [], [], 0.0
