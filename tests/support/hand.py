@@ -81,12 +81,13 @@ class Grasps:
 
 
 def wrench_at(grasp, records):
-    """The true force and moment of the frames of a grasp, in the frame of config/hand.toml; None: they are not recorded."""
+    """The true force and moment at the times of a grasp, in the frame of config/hand.toml; None: they are not recorded. In
+    lockstep the camera's clock does not run as the host's, so these times are some frames off."""
     total = np.zeros(6)
     for side, finger in zip((-1, 1), grasp.fingers):
         own = [record for record in records if record["finger"] == (side > 0)]
         near = min(own, key=lambda record: abs(record["monotonic_ns"] - finger.captured_ns))
-        if abs(near["monotonic_ns"] - finger.captured_ns) > 4e6:
+        if abs(near["monotonic_ns"] - finger.captured_ns) > 1e6 + 2 * finger.captured_error_ns:
             return None
         x, y, z = near["force_N"]
         force = np.array([side * z, side * x, y])  # twin/hand.h
