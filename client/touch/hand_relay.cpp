@@ -98,7 +98,9 @@ void HandRelay::tell() {
 }
 
 std::string HandRelay::statusLine() const {
-  return now_;
+  std::uint64_t lost = 0;
+  for (const Source& finger : fingers_) lost += finger.subscriber.lost();
+  return now_ + (lost == 0 ? "" : ", " + std::to_string(lost) + " fields were lost");
 }
 
 }  // namespace traction::contacts
