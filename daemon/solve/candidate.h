@@ -3,6 +3,7 @@
 
 #include "daemon/solve/motion_weight.h"
 
+#include <algorithm>
 #include <array>
 #include <span>
 
@@ -28,6 +29,13 @@ class Candidate {
   /// theirs are read
   virtual void covariance(std::span<const double> weights, std::span<const int> points,
                           std::span<double> covariance) = 0;
+
+  /// Computes lower bounds of the diagonal of covariance(), of the same functionals, in a small part of its time; 0,
+  /// where it cannot be done.
+  virtual void leastVariances(std::span<const double> /*weights*/, std::span<const int> /*points*/,
+                              std::span<double> variances) {
+    std::fill(variances.begin(), variances.end(), 0.0);
+  }
 
  protected:
   ~Candidate() = default;

@@ -115,10 +115,18 @@ bool Hills::isValleyBetween(const SolvedForces& forces, int lower, int higher) {
       height(0.0, 1.0, static_cast<int>(k));
       height(valleys_[first + k].second, -1.0, static_cast<int>(k));
     }
+    const auto isSure = [&](std::size_t k, double variance) {
+      return valleys_[first + k].first > kFall_deviations * std::sqrt(variance);
+    };
+    std::array<double, kColumns> least{};
+    forces.leastVariances(functionals_.data(), used_, least);
+    bool possible = false;
+    for (std::size_t k = 0; k < count; ++k) possible = possible || isSure(k, least[k]);
+    if (!possible) continue;
     std::array<double, kColumns * kColumns> covariances{};
     forces.covariances(functionals_.data(), used_, covariances);
     for (std::size_t k = 0; k < count; ++k) {
-      if (valleys_[first + k].first > kFall_deviations * std::sqrt(covariances[(kColumns + 1) * k])) return true;
+      if (isSure(k, covariances[(kColumns + 1) * k])) return true;
     }
   }
   return false;
@@ -190,7 +198,7 @@ void Hills::unite(const SolvedForces& forces) {
   peak_.assign(1, static_cast<int>(std::max_element(magnitude_.begin(), magnitude_.end()) - magnitude_.begin()));
 }
 
-Contact Hills::describe(const SolvedForces& solved, int hill, double least_deviations) {
+std::optional<Contact> Hills::describe(const SolvedForces& solved, int hill, double least_deviations, double least_N) {
   const auto nodes = solved.places();
   const auto forces = solved.forces_N();
   measure(solved);
@@ -208,6 +216,7 @@ Contact Hills::describe(const SolvedForces& solved, int hill, double least_devia
     squares += square(magnitude_[i]) / grid_.areas[nodes[i]];
     normal += magnitude_[i] * grid_.normals.col(nodes[i]);
   }
+  if (force.norm() < least_N || isFaint(solved, hill, force, least_deviations)) return std::nullopt;
   normal.normalize();
   contact.area_m2 = square(sum) / squares;
   for (std::size_t k = 0; k < solved.couplesAt().size(); ++k) {
@@ -215,7 +224,7 @@ Contact Hills::describe(const SolvedForces& solved, int hill, double least_devia
   }
   const WrenchCovariance noise = wrenchNoise(solved, hill);
   setWrench(force, moment, noise, Eigen::Vector3d::Zero(), contact);
-  if (surety(contact) < least_deviations) return contact;
+  if (surety(contact) < least_deviations) return std::nullopt;
 
   // The centre of what presses, or, where nothing does, of all forces along their sum.
   const Eigen::Vector3d deviations(std::sqrt(noise[0]), std::sqrt(noise[7]), std::sqrt(noise[14]));
@@ -257,11 +266,18 @@ Contact Hills::describe(const SolvedForces& solved, int hill, double least_devia
   return contact;
 }
 
-/// Returns the covariance of the wrench of members_ about the origin.
-WrenchCovariance Hills::wrenchNoise(const SolvedForces& solved, int hill) {
+/// Returns whether the force of members_ is below a surety() even by the least that its variances can be.
+bool Hills::isFaint(const SolvedForces& solved, int hill, const Eigen::Vector3d& force, double least_deviations) {
+  if (least_deviations == 0.0) return false;
+  setWrenches(solved, hill);
+  std::array<double, kColumns> least{};
+  solved.leastVariances(functionals_.data(), used_, least);
+  return (force.array().square() < square(least_deviations) * Eigen::Array3d::Map(least.data())).all();
+}
+
+/// Sets the functionals that are the wrench of members_ about the origin.
+void Hills::setWrenches(const SolvedForces& solved, int hill) {
   const auto nodes = solved.places();
-  const WrenchCovariance* const whole = solved.wrenchCovariance();
-  if (whole != nullptr && members_.size() == nodes.size()) return *whole;
   clearFunctionals();
   for (const int i : members_) writeWrenches(grid_.positions.col(nodes[i]), 1.0, functionalsOf(i), kColumns);
   for (std::size_t k = 0; k < solved.couplesAt().size(); ++k) {
@@ -269,6 +285,13 @@ WrenchCovariance Hills::wrenchNoise(const SolvedForces& solved, int hill) {
     double* const functionals = functionalsOf(static_cast<int>(nodes.size() + k));
     for (int axis = 0; axis < 3; ++axis) functionals[kColumns * axis + 3 + axis] = 1.0;
   }
+}
+
+/// Returns the covariance of the wrench of members_ about the origin.
+WrenchCovariance Hills::wrenchNoise(const SolvedForces& solved, int hill) {
+  const WrenchCovariance* const whole = solved.wrenchCovariance();
+  if (whole != nullptr && members_.size() == solved.places().size()) return *whole;
+  setWrenches(solved, hill);
   std::array<double, kColumns * kColumns> covariances{};
   solved.covariances(functionals_.data(), used_, covariances);
   return firstSix(covariances);

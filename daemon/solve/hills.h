@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include <array>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -27,6 +28,9 @@ class SolvedForces {
   /// places(), or in couplesAt() after them, each once: only their coefficients are read, all others count as 0
   virtual void covariances(const double* functionals, std::span<const int> of,
                            std::array<double, kColumns * kColumns>& result) const = 0;
+  /// Computes lower bounds of the diagonal, in a small part of the time of covariances(). Arguments as there.
+  virtual void leastVariances(const double* functionals, std::span<const int> of,
+                              std::array<double, kColumns>& variances) const = 0;
   /// Returns the covariance of the wrench of all forces and couples about the origin; null: not known.
   virtual const WrenchCovariance* wrenchCovariance() const = 0;
 
@@ -74,10 +78,10 @@ class Hills {
   /// Returns the hill that a place belongs to, after merging. \param index in SolvedForces::places()
   int hillOf(int index) const;
 
-  /// Returns the hill as a contact, in the gel frame, without Contact::systematic; below a surety(), without place and
-  /// shape. \param hill below count(), one that stands() \param solved at the same places as when they were divided;
-  /// their values may differ
-  Contact describe(const SolvedForces& solved, int hill, double least_deviations);
+  /// Returns the hill as a contact, in the gel frame, without Contact::systematic; nothing if its force is below a
+  /// surety() or a magnitude. \param hill below count(), one that stands() \param solved at the same places as when
+  /// they were divided; their values may differ
+  std::optional<Contact> describe(const SolvedForces& solved, int hill, double least_deviations, double least_N);
 
   /// Returns the force of a contact in standard deviations, along the axis on which that is largest.
   static double surety(const Contact& contact);
@@ -87,6 +91,8 @@ class Hills {
 
  private:
   void measure(const SolvedForces& forces);
+  bool isFaint(const SolvedForces& solved, int hill, const Eigen::Vector3d& force, double least_deviations);
+  void setWrenches(const SolvedForces& solved, int hill);
   WrenchCovariance wrenchNoise(const SolvedForces& solved, int hill);
   template <typename Use>
   void around(int place, int i, Use use) const;

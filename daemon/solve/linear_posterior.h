@@ -95,6 +95,8 @@ class LinearPosterior final : public Candidate {
   void wrenchCovariance(std::array<double, 36>& covariance) override;
   void nodeDeviations_N(std::span<double> deviations) override;
   void covariance(std::span<const double> weights, std::span<const int> points, std::span<double> covariance) override;
+  void leastVariances(std::span<const double> weights, std::span<const int> points,
+                      std::span<double> variances) override;
 
   // What it was made of.
 
@@ -140,6 +142,8 @@ class LinearPosterior final : public Candidate {
   void whiten(double* columns) const;
   void denseNodeVariances(std::span<double> variances);
   void beginFunctionals();
+  void setFunctionals(std::span<const double> weights, std::span<const int> points);
+  void showFunctionals(int rank);
   void use(int atom);
   double* blocks() { return functionals_.row(extraCount_).data(); }
   void functionalCovariance(int count, double* covariance);
@@ -160,9 +164,9 @@ class LinearPosterior final : public Candidate {
   std::vector<int> sharing_, extraUnknowns_;
   std::vector<double> shares_, extraShares_;
   std::vector<std::size_t> sharingFirst_, extraFirst_;
-  std::vector<double> lambda_;
-  RowMatrix rows_;     // (B R Q)' / n^2, rank x 2M
-  Eigen::MatrixXd q_;  // Q', rank x unknowns; what is across it is a small difference
+  std::vector<double> lambda_;  // ascending
+  RowMatrix rows_;              // (B R Q)' / n^2, rank x 2M
+  Eigen::MatrixXd q_;           // Q', rank x unknowns; what is across it is a small difference
   Eigen::MatrixXd seenWhereMissing_;
   Eigen::MatrixXd curves_;           // rank x curves: y of each
   std::vector<float> nodes_;         // 3N x rank, padded: forces by xi

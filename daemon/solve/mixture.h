@@ -51,6 +51,8 @@ class Mixture {
 
   /// Computes the covariance of kColumns functionals of forces and couples, as Candidate::covariance().
   void covariance(std::span<const double> weights, std::span<const int> points, std::span<double> covariance);
+  /// Computes lower bounds of its diagonal, as Candidate::leastVariances().
+  void leastVariances(std::span<const double> weights, std::span<const int> points, std::span<double> variances);
 
  private:
   struct Part {

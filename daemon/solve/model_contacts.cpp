@@ -84,6 +84,18 @@ int ModelContacts::Found::nearest(const PatchPlace& place) const {
 
 void ModelContacts::Found::covariances(const double* functionals, std::span<const int> of,
                                        std::array<double, kColumns * kColumns>& result) const {
+  weighPoints(functionals, of);
+  mixture_->covariance(weights_, points_, result);
+}
+
+void ModelContacts::Found::leastVariances(const double* functionals, std::span<const int> of,
+                                          std::array<double, kColumns>& variances) const {
+  weighPoints(functionals, of);
+  mixture_->leastVariances(weights_, points_, variances);
+}
+
+/// Sets the weights of the points in functionals.
+void ModelContacts::Found::weighPoints(const double* functionals, std::span<const int> of) const {
   constexpr std::ptrdiff_t kNumbers = 3 * kColumns;  // of a place
   points_.clear();
   for (const int i : of) {
@@ -92,7 +104,6 @@ void ModelContacts::Found::covariances(const double* functionals, std::span<cons
     std::copy_n(functionals + kNumbers * i, kNumbers, weights_.data() + kNumbers * point);
     points_.push_back(point);
   }
-  mixture_->covariance(weights_, points_, result);
 }
 
 ModelContacts::ModelContacts(const Atoms& atoms, const sensor::Sensor& sensor, const SystematicPart& systematic)
@@ -119,7 +130,7 @@ int ModelContacts::list(const Estimate& estimate, Mixture& mixture, double least
   found_.take(estimate, mixture, has_);
   if (estimate.evenShare <= 0.5) return listHills(contacts);
   hills_.unite(found_);
-  contacts[0] = describeHill(0, 0.0);
+  contacts[0] = *describeHill(0, 0.0, 0.0);
   return 1;
 }
 
@@ -131,22 +142,21 @@ int ModelContacts::listHills(std::array<Contact, kMaxContacts>& contacts) {
   for (int hill = 0; hill < hills_.count() && count < kMaxContacts; ++hill) {
     if (!hills_.stands(hill)) continue;
     const double least = count == 0 ? 0.0 : Hills::kLeast_deviations;
-    contacts[count] = describeHill(hill, least);
-    if (Hills::surety(contacts[count]) >= least) ++count;
+    if (const auto contact = describeHill(hill, least, 0.0)) contacts[count++] = *contact;
   }
   Hills::sort(std::span(contacts).first(count));
   return static_cast<int>(count);
 }
 
-Contact ModelContacts::describeHill(int hill, double least_deviations) {
-  Contact contact = hills_.describe(found_, hill, least_deviations);
-  if (Hills::surety(contact) < least_deviations) return contact;
+std::optional<Contact> ModelContacts::describeHill(int hill, double least_deviations, double least_N) {
+  std::optional<Contact> contact = hills_.describe(found_, hill, least_deviations, least_N);
+  if (!contact) return contact;
   std::fill(forces_.begin(), forces_.end(), 0.0);
   for (std::size_t i = 0; i < found_.places().size(); ++i) {
     if (hills_.hillOf(static_cast<int>(i)) != hill) continue;
     std::copy_n(found_.forces_N().data() + 3 * i, 3, forces_.data() + 3 * std::ptrdiff_t{found_.places()[i]});
   }
-  addSystematic(contact);
+  addSystematic(*contact);
   return contact;
 }
 
@@ -221,11 +231,9 @@ int ModelContacts::listBeside(const Estimate& estimate, Mixture& mixture, double
   if (sum <= least_N) return 0;
   for (int hill = 0; hill < hills_.count() && count < kMaxContacts - kMost; ++hill) {
     if (!hills_.stands(hill)) continue;
-    Contact& contact = contacts[static_cast<std::size_t>(count)] = describeHill(hill, Hills::kLeast_deviations);
-    if (Vector3d::Map(contact.force_N.data()).norm() < least_N || Hills::surety(contact) < Hills::kLeast_deviations) {
-      continue;
-    }
-    ++count;
+    const auto contact = describeHill(hill, Hills::kLeast_deviations, least_N);
+    if (!contact) continue;
+    contacts[static_cast<std::size_t>(count++)] = *contact;
     for (std::size_t i = 0; i < found_.places().size(); ++i) {
       if (hills_.hillOf(static_cast<int>(i)) == hill) has_[static_cast<std::size_t>(found_.places()[i])] = 1;
     }

@@ -10,6 +10,8 @@
 #include "daemon/solve/model.h"
 #include "daemon/solve/systematic.h"
 
+#include <optional>
+
 namespace tractiond::solve {
 
 /// Thread-bound. Allocates only when made.
@@ -40,10 +42,13 @@ class ModelContacts {
     std::span<const double> couples_Nm() const override { return couples_; }
     void covariances(const double* functionals, std::span<const int> of,
                      std::array<double, kColumns * kColumns>& result) const override;
+    void leastVariances(const double* functionals, std::span<const int> of,
+                        std::array<double, kColumns>& variances) const override;
     const WrenchCovariance* wrenchCovariance() const override { return whole_; }
 
    private:
     int nearest(const PatchPlace& place) const;
+    void weighPoints(const double* functionals, std::span<const int> of) const;
 
     const Atoms& atoms_;
     Mixture* mixture_ = nullptr;
@@ -65,7 +70,7 @@ class ModelContacts {
   Eigen::Vector3d gather(const Estimate& estimate, int contact);
   Contact describe(const Estimate& estimate, Mixture& mixture, int contact);
   Eigen::Vector2d setFunctionals(const Estimate& estimate, int contact, const Eigen::Vector3d& force);
-  Contact describeHill(int hill, double least_deviations);
+  std::optional<Contact> describeHill(int hill, double least_deviations, double least_N);
   void addSystematic(Contact& contact);
   static void setShape(const Estimate& estimate, int contact, const Eigen::Vector3d& along, Contact& result);
   static void setSpreadRatio(const Estimate& estimate, int contact, Contact& result);
