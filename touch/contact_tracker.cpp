@@ -35,11 +35,6 @@ double square(double x) {
   return x * x;
 }
 
-/// In double precision, as the times of fields may be any.
-double seconds(std::int64_t from_ns, std::int64_t to_ns) {
-  return 1e-9 * (static_cast<double>(to_ns) - static_cast<double>(from_ns));
-}
-
 double radius(const Observation& of) {
   return std::sqrt(of.area_m2 / std::numbers::pi);
 }
@@ -196,7 +191,10 @@ void ContactTracker::begin(const Observation& at, const Field& field) {
 void ContactTracker::follow(Track& track, const Observation& to, const Field& field) const {
   const double dt = seconds(track.contact.seen_ns, field.time_ns);
   const bool jumped = step(track, to, dt).jumped;
-  if (jumped) track.slip = {};
+  if (jumped) {
+    track.slip = {};
+    track.before = {};
+  }
   for (int i = 0; i < 2; ++i) {
     Axis& axis = track.axes[i];
     if (jumped) {
@@ -246,18 +244,21 @@ void ContactTracker::see(Track& track, const Observation& as, const Field& field
 
 /// Says what a contact that was just seen shows of slip.
 void ContactTracker::judgeSlip(Track& track, const Observation& as) {
-  const Seen now{track.contact.seen_ns, as.position_m, as.positionDeviation_m};
+  const Seen now{track.contact.seen_ns, as.position_m, as.positionDeviation_m, as.orientation_rad,
+                 as.orientationDeviation_rad};
   auto& [before, since] = track.before;
   if (now.time_ns - since.time_ns >= kSlipTime_ns) {
     before = since.time_ns == 0 ? now : since;
     since = now;
   }
-  std::array<double, 2> moved{}, deviation{};
-  for (std::size_t i = 0; i < moved.size(); ++i) {
-    moved[i] = now.position_m[i] - before.position_m[i];
-    deviation[i] = std::hypot(now.deviation_m[i], before.deviation_m[i]);
+  Motion moved;
+  for (std::size_t i = 0; i < moved.way_m.size(); ++i) {
+    moved.way_m[i] = now.position_m[i] - before.position_m[i];
+    moved.wayDeviation_m[i] = std::hypot(now.deviation_m[i], before.deviation_m[i]);
   }
-  track.contact.slip = track.slip.see(as, now.time_ns, moved, deviation);
+  moved.turn_rad = std::remainder(now.orientation_rad - before.orientation_rad, std::numbers::pi);
+  moved.turnDeviation_rad = std::hypot(now.orientationDeviation_rad, before.orientationDeviation_rad);
+  track.contact.slip = track.slip.see(as, now.time_ns, moved);
 }
 
 }  // namespace touch
