@@ -31,6 +31,10 @@ constexpr double kClear_rad = 0.5;
 /// Time over which a contact that slips is seen to move [ns].
 constexpr std::int64_t kSlipTime_ns = 100'000'000;
 
+/// Way by which the pressure's centre goes along the shear of a contact that sticks, over its radius, for each unit of
+/// shear over normal force; and its deviation. CalculiX: 0.07 of a ball, 0.11 of a bar (tests/evaluation/friction.py).
+constexpr double kSway = 0.09, kSwayDeviation = 0.04;
+
 double square(double x) {
   return x * x;
 }
@@ -244,8 +248,9 @@ void ContactTracker::see(Track& track, const Observation& as, const Field& field
 
 /// Says what a contact that was just seen shows of slip.
 void ContactTracker::judgeSlip(Track& track, const Observation& as) {
-  const Seen now{track.contact.seen_ns, as.position_m, as.positionDeviation_m, as.orientation_rad,
-                 as.orientationDeviation_rad};
+  Seen now{track.contact.seen_ns,      as.position_m, as.positionDeviation_m, {}, as.orientation_rad,
+           as.orientationDeviation_rad};
+  if (as.force_N[2] > 0.0) now.shear = {as.force_N[0] / as.force_N[2], as.force_N[1] / as.force_N[2]};
   auto& [before, since] = track.before;
   if (now.time_ns - since.time_ns >= kSlipTime_ns) {
     before = since.time_ns == 0 ? now : since;
@@ -253,8 +258,9 @@ void ContactTracker::judgeSlip(Track& track, const Observation& as) {
   }
   Motion moved;
   for (std::size_t i = 0; i < moved.way_m.size(); ++i) {
-    moved.way_m[i] = now.position_m[i] - before.position_m[i];
-    moved.wayDeviation_m[i] = std::hypot(now.deviation_m[i], before.deviation_m[i]);
+    const double sheared_m = track.contact.radius_m * (now.shear[i] - before.shear[i]);
+    moved.way_m[i] = now.position_m[i] - before.position_m[i] - kSway * sheared_m;
+    moved.wayDeviation_m[i] = std::hypot(now.deviation_m[i], before.deviation_m[i], kSwayDeviation * sheared_m);
   }
   moved.turn_rad = std::remainder(now.orientation_rad - before.orientation_rad, std::numbers::pi);
   moved.turnDeviation_rad = std::hypot(now.orientationDeviation_rad, before.orientationDeviation_rad);
