@@ -31,13 +31,12 @@ constexpr double kClear_rad = 0.5;
 /// Time over which a contact that slips is seen to move [ns].
 constexpr std::int64_t kSlipTime_ns = 100'000'000;
 
+/// Way by which the pressure's centre goes along the shear of a contact that sticks, over its radius, for each unit of
+/// shear over normal force; and its deviation. CalculiX: 0.07 of a ball, 0.11 of a bar (tests/evaluation/friction.py).
+constexpr double kSway = 0.09, kSwayDeviation = 0.04;
+
 double square(double x) {
   return x * x;
-}
-
-/// In double precision, as the times of fields may be any.
-double seconds(std::int64_t from_ns, std::int64_t to_ns) {
-  return 1e-9 * (static_cast<double>(to_ns) - static_cast<double>(from_ns));
 }
 
 double radius(const Observation& of) {
@@ -196,7 +195,10 @@ void ContactTracker::begin(const Observation& at, const Field& field) {
 void ContactTracker::follow(Track& track, const Observation& to, const Field& field) const {
   const double dt = seconds(track.contact.seen_ns, field.time_ns);
   const bool jumped = step(track, to, dt).jumped;
-  if (jumped) track.slip = {};
+  if (jumped) {
+    track.slip = {};
+    track.before = {};
+  }
   for (int i = 0; i < 2; ++i) {
     Axis& axis = track.axes[i];
     if (jumped) {
@@ -246,18 +248,23 @@ void ContactTracker::see(Track& track, const Observation& as, const Field& field
 
 /// Says what a contact that was just seen shows of slip.
 void ContactTracker::judgeSlip(Track& track, const Observation& as) {
-  const Seen now{track.contact.seen_ns, as.position_m, as.positionDeviation_m};
+  Seen now{track.contact.seen_ns,      as.position_m, as.positionDeviation_m, {}, as.orientation_rad,
+           as.orientationDeviation_rad};
+  if (as.force_N[2] > 0.0) now.shear = {as.force_N[0] / as.force_N[2], as.force_N[1] / as.force_N[2]};
   auto& [before, since] = track.before;
   if (now.time_ns - since.time_ns >= kSlipTime_ns) {
     before = since.time_ns == 0 ? now : since;
     since = now;
   }
-  std::array<double, 2> moved{}, deviation{};
-  for (std::size_t i = 0; i < moved.size(); ++i) {
-    moved[i] = now.position_m[i] - before.position_m[i];
-    deviation[i] = std::hypot(now.deviation_m[i], before.deviation_m[i]);
+  Motion moved;
+  for (std::size_t i = 0; i < moved.way_m.size(); ++i) {
+    const double sheared_m = track.contact.radius_m * (now.shear[i] - before.shear[i]);
+    moved.way_m[i] = now.position_m[i] - before.position_m[i] - kSway * sheared_m;
+    moved.wayDeviation_m[i] = std::hypot(now.deviation_m[i], before.deviation_m[i], kSwayDeviation * sheared_m);
   }
-  track.contact.slip = track.slip.see(as, now.time_ns, moved, deviation);
+  moved.turn_rad = std::remainder(now.orientation_rad - before.orientation_rad, std::numbers::pi);
+  moved.turnDeviation_rad = std::hypot(now.orientationDeviation_rad, before.orientationDeviation_rad);
+  track.contact.slip = track.slip.see(as, now.time_ns, moved);
 }
 
 }  // namespace touch

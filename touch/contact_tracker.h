@@ -89,6 +89,8 @@ class ContactTracker {
   struct Seen {  ///< where and when
     std::int64_t time_ns = 0;
     std::array<double, 2> position_m{}, deviation_m{};
+    std::array<double, 2> shear{};  ///< over the normal force
+    double orientation_rad = 0.0, orientationDeviation_rad = 0.0;
   };
   struct Track {
     Contact contact;

@@ -42,6 +42,11 @@ struct Observation {
   double orientationDeviation_rad = 0.0;  ///< at most pi / sqrt(12): any orientation is possible
 };
 
+/// Returns the time between two, in double precision, as the times of fields may be any.
+inline double seconds(std::int64_t from_ns, std::int64_t to_ns) {
+  return 1e-9 * (static_cast<double>(to_ns) - static_cast<double>(from_ns));
+}
+
 /// Largest number of contacts in a field; further ones are not read.
 inline constexpr int kMaxObservations = 8;
 

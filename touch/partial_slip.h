@@ -1,6 +1,14 @@
-// Friction of a contact, from how far its shear is spread (Cattaneo 1938, Mindlin 1949).
+// Friction of a contact: what it bears, what it bore while it slid, and, of a ball, how far its shear is spread.
 //
-// A ball that is pressed with P and pulled sideways with Q slips in a ring around a disc that sticks, of c / a of the
+// What it bears. Shear Q and torque T slip together at about (Q / mu P)^2 + (T / mu P r)^2 = 1 (Goyal 1991, Howe and
+// Cutkosky 1996), r the mean distance of the pressure from its centre. So mu is at least L / P, of the load
+// L = sqrt(Q^2 + (T / r)^2), whatever touches: the model kBound.
+//
+// What it bore while it slid, or turned, along its load: then L / P is mu, of any contact: the model kSliding. It is
+// kept while the contact lasts, until it slides again, goes elsewhere, or bears more.
+//
+// How far its shear is spread (Cattaneo 1938, Mindlin 1949): the model kBall, which is used where no slide was seen. A
+// ball that is pressed with P and pulled sideways with Q slips in a ring around a disc that sticks, of c / a of the
 // contact's radius. Its shear lies farther out than its pressure, by R, the ratio of the mean squared distances:
 //   Q = mu P (1 - (c/a)^3),   R = (1 - (c/a)^5) / (1 - (c/a)^3)      from 5/3, all sticks, to 1, all slips
 // Of a contact that is no ball R means less.
@@ -12,12 +20,14 @@
 // A priori ln mu is even between Q / P of the last frame and kLargestFriction.
 //
 // The relation holds for shear that grows under a force that stays. A frame in which Q / P has fallen says nothing new
-// of mu: the shear was let go, or the contact is pressed harder.
+// of mu: the shear was let go, or the contact is pressed harder. Torque slips the rim alike: c / a by L is within 0.03
+// of that under torque alone (Lubkin 1951); R is not, and not used where torque is more than a small part of the load.
 #pragma once
 
 #include "touch/field.h"
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -41,25 +51,38 @@ enum class SlipState {
   kSlipping,  ///< the contact has moved along its shear, and may bear no more
 };
 
+/// What the friction is known by.
+enum class SlipModel {
+  kBall,     ///< the spread of the shear, as of a ball
+  kBound,    ///< the load alone
+  kSliding,  ///< the load while the contact slid
+};
+
 struct Slip {
-  SlipState state = SlipState::kUnknown;
-  Interval stickRatio;  ///< c / a
-  /// A high end of kLargestFriction: the contact shows a lower bound only.
+  SlipState state = SlipState::kUnknown;  ///< of kBound always unknown
+  SlipModel model = SlipModel::kBound;
+  Interval stickRatio;  ///< c / a of a ball under this load
+  /// Of kBound the estimate is the low end, and the high end kLargestFriction: the contact shows a lower bound only.
   Interval friction;
-  double margin_N = 0.0;  ///< further shear until it slips, by the median of the friction
-  /// Normal force that holds the shear by the low end of the friction, with a quarter in reserve.
+  double margin_N = 0.0;  ///< further shear, in any direction, until it slips, by the estimate of the friction
+  /// Normal force that holds the load by the low end of the friction, with a quarter in reserve.
   double holding_N = 0.0;
-  double incipient = 0.0;  ///< probability that more than 0.8 of the shear is reached at which the contact slips
+  double incipient = 0.0;  ///< probability that more than 0.8 of the load is reached at which the contact slips
+};
+
+/// How far a contact has moved of late, and the deviations of that.
+struct Motion {
+  std::array<double, 2> way_m{}, wayDeviation_m{};
+  double turn_rad = 0.0, turnDeviation_rad = 0.0;
 };
 
 /// Joins what the frames of one contact say. Thread-bound.
 class PartialSlip {
  public:
-  /// Takes the next frame. Returns what is known of the friction now; nothing, which says nothing of slip, if a force
-  /// is not sure or R was not known of late. \param time_ns not before that of the last frame \param moved_m how far
-  /// the contact has moved of late, and the deviation of that; what was known of another place is forgotten
-  std::optional<Slip> see(const Observation& contact, std::int64_t time_ns, const std::array<double, 2>& moved_m,
-                          const std::array<double, 2>& movedDeviation_m);
+  /// Takes the next frame. Returns what is known of the friction now; nothing, which says nothing of slip, if load or
+  /// normal force is not sure. \param time_ns not before that of the last frame \param moved what was known of another
+  /// place is forgotten
+  std::optional<Slip> see(const Observation& contact, std::int64_t time_ns, const Motion& moved);
 
  private:
   static constexpr std::size_t kSteps = 256;  ///< of ln mu
@@ -67,20 +90,38 @@ class PartialSlip {
     double away = 0.0;                        ///< w (R_k - R_k(mu))
     double stays = 0.0;                       ///< w h^2
   };
+  struct Load {
+    double shear_N = 0.0, torque_N = 0.0;   ///< Q, T / r
+    double all_N = 0.0, deviation_N = 0.0;  ///< L
+    double least = 0.0;                     ///< L / P
+    double noise = 0.0, form = 0.0;         ///< deviations of ln (L / P): new in each frame, and by what touches
+    double logDeviation() const { return std::hypot(noise, form); }
+    double low() const;  ///< of L / P
+  };
+  struct Slide {  ///< weighted means over the frames of a slide
+    double weight = 0.0, logFriction = 0.0, logNormal = 0.0;
+    double deviation = 0.0;  ///< of logFriction, that stays
+    std::int64_t last_ns = 0;
+  };
 
   static const std::array<double, kSteps>& frictions();
-  double secondsSince(std::int64_t time_ns) const {  ///< since the last frame that was added
-    return 1e-9 * (static_cast<double>(time_ns) - static_cast<double>(last_ns_));
-  }
-  bool isLoaded(double normal_N, double least);
+  static Load loadOf(const Observation& contact);
+  bool slides(const Observation& contact, const Load& load, std::int64_t time_ns, const Motion& moved);
+  bool isLoaded(double normal_N, const Load& load);
   void add(const Observation& contact, double least, std::int64_t time_ns);
-  double weigh(double least, double noise, std::array<double, kSteps>& probability) const;
+  void addSlide(const Load& load, double normal_N, std::int64_t time_ns);
+  double slideDeviation(double normal_N) const;
+  double surelyBorne(double normal_N) const;
+  double weigh(const Load& load, double normal_N, std::array<double, kSteps>& probability) const;
+  void judge(const Load& load, double normal_N, Slip& slip) const;
   bool alarms(double incipient);
 
   std::array<Sums, kSteps> sums_{};
   double weight_ = 0.0;                     ///< W
   std::int64_t last_ns_ = 0;                ///< time of the last frame that was added
-  double most_ = 0.0, mostNormal_N_ = 0.0;  ///< largest Q / P, and its P
+  double most_ = 0.0, mostNormal_N_ = 0.0;  ///< largest L / P, and its P
+  double borne_ = 0.0;                      ///< the largest low end of that
+  Slide slide_;
   int movedFrames_ = 0;
   int sure_ = 0;  ///< frames since the alarm is sure
   bool alarm_ = false;

@@ -97,9 +97,13 @@ std::string lineOf(const TrackedContact& contact) {
   }
   if (contact.slip && contact.slip->state != SlipState::kUnknown) {
     constexpr std::array kStates = {"", "sticks", "about to slip", "slips"};
+    constexpr std::array kModels = {"", " by the spread of its shear", "", " by its slide"};
     const auto& [estimate, low, high] = contact.slip->friction;
     line += std::string(", ") + kStates.at(static_cast<std::size_t>(contact.slip->state));
     line += formatted(", friction %.2f (%.2f to %.2f)", estimate, low, high);
+    line += kModels.at(static_cast<std::size_t>(contact.slip->model));
+  } else if (contact.slip) {
+    line += formatted(", friction %.2f or more", contact.slip->friction.low);
   }
   if (contact.doubted) line += "  doubted";
   return line;

@@ -137,6 +137,7 @@ void put(Json& json, const Slip& slip) {
   put(json, "friction", slip.friction);
   json.key("margin_N").number(slip.margin_N);
   json.key("holding_force_N").number(slip.holdingForce_N);
+  json.key("model").string(wordOf("SlipModel", slip.model));
   json.close('}');
 }
 

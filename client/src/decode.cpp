@@ -29,6 +29,7 @@ static_assert(static_cast<int>(Method::kBlend) == pb::Method_MAX);
 static_assert(static_cast<int>(Solution::kLinear) == pb::Solution_MAX);
 static_assert(static_cast<int>(ContactPhase::kEnd) == pb::ContactPhase_MAX);
 static_assert(static_cast<int>(SlipState::kSlipping) == pb::SlipState_MAX);
+static_assert(static_cast<int>(SlipModel::kSliding) == pb::SlipModel_MAX);
 static_assert(static_cast<int>(CaptureBound::kLatest) == pb::CaptureBound_MAX);
 static_assert(static_cast<int>(Colour::kGrey) == pb::Colour_MAX);
 static_assert(static_cast<int>(FingerState::kAmbiguous) == pb::FingerState_MAX);
@@ -207,8 +208,12 @@ Interval intervalOf(const pb::Interval& from) {
 
 Slip slipOf(const pb::Slip& from) {
   requireFinite(from.margin_n(), from.holding_force_n());
-  return {enumOf(from.state(), SlipState::kSlipping), intervalOf(from.stick_ratio()), intervalOf(from.friction()),
-          from.margin_n(), from.holding_force_n()};
+  return {enumOf(from.state(), SlipState::kSlipping),
+          intervalOf(from.stick_ratio()),
+          intervalOf(from.friction()),
+          from.margin_n(),
+          from.holding_force_n(),
+          enumOf(from.model(), SlipModel::kSliding)};
 }
 
 TrackedContact contactOf(const pb::TrackedContact& from) {

@@ -72,6 +72,18 @@ v1::SlipState wireState(touch::SlipState state) {
   return v1::SLIP_STATE_SLIPPING;
 }
 
+v1::SlipModel wireModel(touch::SlipModel model) {
+  switch (model) {
+  case touch::SlipModel::kBall:
+    return v1::SLIP_MODEL_BALL;
+  case touch::SlipModel::kBound:
+    return v1::SLIP_MODEL_BOUND;
+  case touch::SlipModel::kSliding:
+    break;
+  }
+  return v1::SLIP_MODEL_SLIDING;
+}
+
 void encode(const std::array<double, 2>& from, v1::Vector2& to) {
   to.set_x(from[0]);
   to.set_y(from[1]);
@@ -126,6 +138,7 @@ void encode(const touch::Contact& from, v1::TrackedContact& to) {
   encode(from.slip->friction, *slip.mutable_friction());
   slip.set_margin_n(from.slip->margin_N);
   slip.set_holding_force_n(from.slip->holding_N);
+  slip.set_model(wireModel(from.slip->model));
 }
 
 }  // namespace

@@ -72,6 +72,20 @@ class Columns {
   std::map<std::string, std::ofstream> files_;
 };
 
+/// Friction of a contact, whatever touches: its low end while it is at rest; estimate, low and high end if it slides
+/// along its load.
+std::array<double, 4> frictionOf(touch::Observation seen) {
+  seen.spreadRatioDeviation = 0.0;
+  const touch::Slip rests = touch::PartialSlip().see(seen, 1, {}).value_or(touch::Slip{});
+  touch::PartialSlip sliding;
+  touch::Motion moved{.turn_rad = std::copysign(0.2, seen.moment_Nm[2]), .turnDeviation_rad = 0.01};
+  for (std::size_t i = 0; i < 2; ++i) moved.way_m[i] = 1e-3 * seen.force_N[i];
+  sliding.see(seen, 1, moved);
+  const touch::Slip slides = sliding.see(seen, 2, moved).value_or(touch::Slip{});
+  if (slides.model != touch::SlipModel::kSliding) return {rests.friction.low};
+  return {rests.friction.low, slides.friction.estimate, slides.friction.low, slides.friction.high};
+}
+
 /// All that is published of a frame. New figures: a line each.
 void write(const TractionField& field, Columns& out) {
   out.add("valid", field.valid);
@@ -103,26 +117,33 @@ void write(const TractionField& field, Columns& out) {
     *number++ = contact.areaDeviation_m2;
   }
   std::array<double, 10> slip{};
+  std::array<double, 4> friction{};
   if (field.contactCount > 0) {
     const Contact& contact = field.contacts[0];
-    const touch::Observation seen{.force_N = contact.force_N,
-                                  .forceDeviation_N = contact.forceDeviation_N,
-                                  .spreadRatio = contact.spreadRatio,
-                                  .spreadRatioDeviation = contact.spreadRatioDeviation};
-    const std::optional<touch::Slip> found = touch::PartialSlip().see(seen, 1, {}, {});
-    const auto& [state, stick, friction, margin_N, holding_N, incipient] = found.value_or(touch::Slip{});
+    touch::Observation seen{.force_N = contact.force_N,
+                            .forceDeviation_N = contact.forceDeviation_N,
+                            .spreadRatio = contact.spreadRatio,
+                            .spreadRatioDeviation = contact.spreadRatioDeviation,
+                            .moment_Nm = contact.moment_Nm,
+                            .halfAxes_m = contact.halfAxes_m,
+                            .halfAxesDeviation_m = contact.halfAxesDeviation_m};
+    seen.momentCovariance_N2m2.noise[8] = contact.noise[35];
+    friction = frictionOf(seen);
+    const touch::Slip found = touch::PartialSlip().see(seen, 1, {}).value_or(touch::Slip{});
+    const auto& [state, model, stick, by, margin_N, holding_N, incipient] = found;
     slip = {contact.spreadRatio,
             contact.spreadRatioDeviation,
-            double(found.has_value()),
+            double(model == touch::SlipModel::kBall),
             incipient,
             stick.estimate,
             stick.low,
             stick.high,
-            friction.estimate,
-            friction.low,
-            friction.high};
+            by.estimate,
+            by.low,
+            by.high};
   }
   out.add("slip", slip);  // of the strongest contact: spread ratio, deviation; known, incipient, stick ratio, friction
+  out.add("friction", friction);
   out.add("contacts", contacts);  // of each: position 2, deviation 2, force 3, deviation 3, area, deviation
   std::array<double, kMaxContacts * 75> wrenches{};
   number = wrenches.begin();

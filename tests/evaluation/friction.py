@@ -1,10 +1,12 @@
-"""The truth of a ball's contact under shear, by CalculiX (ccx): contact with Coulomb's friction on an elastic block.
+"""The truth of contacts under shear and torque, by CalculiX (ccx): contact with Coulomb's friction on an elastic block.
 
-usage: friction.py FOLDER MESH MU   computes in FOLDER; prints the stick ratio of each increment, beside Mindlin's, and
-                                    writes the forces on the ball's nodes into FOLDER/ball_MESH_MU.npz
+usage: friction.py FOLDER MESH MU        computes in FOLDER; prints the stick ratio of each increment, beside Mindlin's,
+                                         and writes the forces on the ball's nodes into FOLDER/ball_MESH_MU.npz
+       friction.py FOLDER MESH MU PROBE  the same of a probe (twisted_ball, bar) that turns, and may move sideways, into
+                                         FOLDER/PROBE_MESH_MU.npz
 
 A rigid ball is pressed into the block and then moved sideways until it slips. Half of the block is meshed (mirror plane
-y = 0); small strain, face-to-face contact with penalties. All nodes of the ball are held, so their reactions are the
+y = 0), all of it for a probe that turns; small strain, face-to-face contact with penalties. All nodes of the ball are held, so their reactions are the
 forces of contact. Lengths in mm, forces in N, stresses in MPa.
 """
 
@@ -20,6 +22,18 @@ DATA = pathlib.Path(__file__).parent / "data"
 YOUNG, POISSON = 0.18, 0.49
 RADIUS, DEPTH = 40.0, 0.45  # of the ball; its motion inwards. Sideways: beyond where it slips
 PENALTY, STICK = 5.0, 1.0  # [MPa/mm]
+
+
+def sphere(x, y):
+    return (x**2 + y**2) / (2 * RADIUS)
+
+
+def bar(x, y):
+    """A flat face of 8 x 3 mm, with edges of 4 mm radius."""
+    return (np.maximum(abs(x) - 4, 0) ** 2 + np.maximum(abs(y) - 1.5, 0) ** 2) / 8
+
+
+TURNING = {"twisted_ball": (sphere, 0.0, 0.3), "bar": (bar, 1.4, 0.3)}  # way sideways [mm], turn [rad], per friction
 
 
 def axes(mesh, reach=6.5):
@@ -39,13 +53,15 @@ def bricks(x, y, z, first):
     return nodes, number, np.stack([*c, *d], -1)
 
 
-def deck(mesh, friction):
+def deck(mesh, friction, surface=sphere, way=1.4, turn=None):
+    """Lines, and places and numbers of the probe's nodes that may touch. \param turn None: half of all is meshed"""
     x, y, z = axes(mesh)
+    if turn is not None:
+        y = x
     nodes, number, cells = bricks(x, y, z, 1)
     near = x[abs(x) <= 8.6]
-    ball, ball_number, ball_cells = bricks(near, y[y <= 8.6], np.array([-2.0, 0.0]), len(nodes) + 1)
-    sphere = (ball[:, 0] ** 2 + ball[:, 1] ** 2) / (2 * RADIUS)
-    ball[:, 2] -= sphere
+    ball, ball_number, ball_cells = bricks(near, y[abs(y) <= 8.6], np.array([-2.0, 0.0]), len(nodes) + 1)
+    ball[:, 2] -= surface(ball[:, 0], ball[:, 1])
     everything = np.vstack([nodes, ball])
     lines = ["*NODE, NSET=ALL"] + [f"{n},{p[0]:.9g},{p[1]:.9g},{p[2]:.9g}" for n, p in enumerate(everything, 1)]
     count = 0
@@ -57,23 +73,29 @@ def deck(mesh, friction):
     gel_elements = 1 + np.arange(cells[..., 0].size).reshape(cells.shape[:3])
     ball_elements = gel_elements.size + 1 + np.arange(ball_cells[..., 0].size).reshape(ball_cells.shape[:3])
     middle_x, middle_y = (x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2
-    under = gel_elements[np.ix_(abs(middle_x) < 6.5, middle_y < 6.5, [0])].ravel()
+    under = gel_elements[np.ix_(abs(middle_x) < 6.5, abs(middle_y) < 6.5, [0])].ravel()
     base = number[:, :, -1].ravel()
-    mirror = number[:, 0, :-1].ravel()
+    mirror = number[:, 0, :-1].ravel() if turn is None else []
     lines += ["*SURFACE, NAME=TOUCHED, TYPE=ELEMENT"] + [f"{e},S1" for e in under]
     lines += ["*SURFACE, NAME=PROBE, TYPE=ELEMENT"] + [f"{e},S2" for e in ball_elements[:, :, -1].ravel()]
     lines += ["*NSET, NSET=HELD", *[f"{n}," for n in ball_number.ravel()], "*NSET, NSET=BASE", *[f"{n}," for n in base]]
-    lines += ["*NSET, NSET=MIRROR", *[f"{n}," for n in mirror]]
+    if turn is None:
+        lines += ["*NSET, NSET=MIRROR", *[f"{n}," for n in mirror]]
     lines += ["*NSET, NSET=BELOW", *[f"{n}," for n in ball_number[:, :, -1].ravel()]]
     lines += ["*MATERIAL, NAME=RUBBER", "*ELASTIC", f"{YOUNG},{POISSON}", "*MATERIAL, NAME=STEEL", "*ELASTIC", "1.0,0.3"]
     lines += ["*SOLID SECTION, ELSET=GEL, MATERIAL=RUBBER", "*SOLID SECTION, ELSET=BALL, MATERIAL=STEEL"]
     lines += ["*SURFACE INTERACTION, NAME=RUB", "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR", f"{PENALTY},"]
     lines += ["*FRICTION", f"{friction},{STICK}"]
     lines += ["*CONTACT PAIR, INTERACTION=RUB, TYPE=SURFACE TO SURFACE", "TOUCHED,PROBE"]
-    lines += ["*BOUNDARY", "BASE,1,3", "MIRROR,2,2", "HELD,1,3"]
-    for step, (dx, dz) in enumerate([(0.0, DEPTH), (1.4 * friction, DEPTH)]):
+    lines += ["*BOUNDARY", "BASE,1,3", "HELD,1,3"] + (["MIRROR,2,2"] if turn is None else [])
+    for step, share in enumerate((0.0, friction)):
         lines += ["*STEP, INC=400", "*STATIC", "0.04,1.0,1e-4,0.07" if step else "0.2,1.0"]
-        lines += ["*BOUNDARY", f"HELD,1,1,{dx}", "HELD,2,2,0.0", f"HELD,3,3,{dz}"]
+        lines += ["*BOUNDARY", f"HELD,3,3,{DEPTH}"]
+        if turn is None:
+            lines += [f"HELD,1,1,{way * share}", "HELD,2,2,0.0"]
+        else:
+            for n, (px, py, _) in zip(ball_number.ravel(), ball):
+                lines += [f"{n},1,1,{share * (way - turn * py):.9g}", f"{n},2,2,{share * turn * px:.9g}"]
         lines += ["*NODE PRINT, NSET=BELOW", "RF", "*END STEP"]
     return lines, ball[ball_number[:, :, -1].ravel() - len(nodes) - 1], ball_number[:, :, -1].ravel()
 
@@ -107,6 +129,20 @@ class Ball:
     def share(self):
         """Of the shear at which all slips."""
         return self.total[0] / self.friction / self.total[2]
+
+
+def loaded(friction, points, forces):
+    """Part of the friction that is used, over all nodes."""
+    return np.linalg.norm(forces[:2], axis=0).sum() / friction / forces[2].sum()
+
+
+def moments(path):
+    """Each moment of a file that turning() has written: friction, places about the centre of pressure, forces."""
+    found = np.load(path)
+    for force in found["force"].astype(float):
+        pressed = force[:, 2] > 0.002 * force[:, 2].max()
+        place = found["position"][:, :2] - force[:, 2] @ found["position"][:, :2] / force[:, 2].sum()
+        yield float(found["friction"]), 1e-3 * place[pressed].T, force[pressed].T
 
 
 def widths(axis):
@@ -150,6 +186,19 @@ def main(folder):
         ball(folder, mesh, friction)
         name = f"ball_{mesh}_{friction}.npz"
         (DATA / name).write_bytes((folder / name).read_bytes())
+    for mesh, friction, probe in ((0.8, 0.5, "twisted_ball"), (1.0, 0.5, "bar")):
+        turning(folder, mesh, friction, probe)
+        name = f"{probe}_{mesh}_{friction}.npz"
+        (DATA / name).write_bytes((folder / name).read_bytes())
+
+
+def turning(folder, mesh, friction, probe):
+    surface, way, turn = TURNING[probe]
+    name = f"{probe}_{mesh}_{friction}"
+    lines, place, numbers = deck(mesh, friction, surface, way, turn)
+    run_ccx(folder, name, lines, threads=1, may_end_early=True)
+    times, force = forces(folder / f"{name}.dat", numbers)
+    np.savez_compressed(folder / f"{name}.npz", friction=friction, time=times, position=place, force=force.astype("f4"))
 
 
 def ball(folder, mesh, friction):
@@ -160,4 +209,7 @@ def ball(folder, mesh, friction):
 
 
 if __name__ == "__main__":
-    ball(pathlib.Path(sys.argv[1]), *map(float, sys.argv[2:4]))
+    if len(sys.argv) > 4:
+        turning(pathlib.Path(sys.argv[1]), *map(float, sys.argv[2:4]), sys.argv[4])
+    else:
+        ball(pathlib.Path(sys.argv[1]), *map(float, sys.argv[2:4]))

@@ -1,16 +1,15 @@
 // What traction-touch says of the slip of contacts, frame after frame.
 //
-// Reads observations.f64 from JOB: frames x 14, each sequence, time [s], position 2 [m], deviation 2, force 3 [N], deviation 3,
-// spread ratio, deviation. Sequences follow each other, and have nothing to do with each other. Writes slip.f64: frames
-// x 9, state
-// (-1: not known), stick ratio 3, friction 3 (estimate, low, high), probability of incipient slip, force that would
-// hold.
+// Reads observations.f64 from JOB: frames x 14, each sequence, time [s], position 2 [m], deviation 2, force 3 [N],
+// deviation 3, spread ratio, deviation. Sequences follow each other, and have nothing to do with each other. Writes
+// slip.f64: frames x 9, state
+// (-1: not known, or a lower bound alone), stick ratio 3, friction 3 (estimate, low, high), probability of incipient
+// slip, force that would hold.
 #include "tests/evaluation/eye.h"
 #include "touch/contact_tracker.h"
 
 #include <cmath>
 #include <fstream>
-#include <optional>
 
 namespace {
 
@@ -37,9 +36,9 @@ int main(int, char** argv) {
                               .areaDeviation_m2 = 1e-6,
                               .spreadRatio = row[12],
                               .spreadRatioDeviation = row[13]});
-    const std::optional<touch::Slip> slip = tracker.update(field).back().slip;
-    const auto& [state, stick, friction, margin_N, holding_N, incipient] = slip.value_or(touch::Slip{});
-    const std::array out{slip ? static_cast<double>(state) : -1.0,
+    const touch::Slip slip = tracker.update(field).back().slip.value_or(touch::Slip{});
+    const auto& [state, model, stick, friction, margin_N, holding_N, incipient] = slip;
+    const std::array out{model == touch::SlipModel::kBound ? -1.0 : static_cast<double>(state),
                          stick.estimate,
                          stick.low,
                          stick.high,

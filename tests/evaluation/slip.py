@@ -46,6 +46,8 @@ def slip(report, quick):
         of 4 to 7 mm radius, 2 to 8 N, any place and direction; frames that are answered by the model of the frame
         before. Share: of the shear at which the ball slips. "Pictures": shear that grows by 3 N/s until the ball slips, 5 to
         7 mm, 400 gf and more, 60 frames/s, joined as by traction-touch; "drawn" from the errors of those, 0.5 to 3 N/s.
+        Turned: a ball, and a bar of 8 x 3 mm with edges of 4 mm radius that is pulled as well, 2 to 6 N, single frames; the
+        bound at any torque, and the friction that a slide shows in the last moments, when all slips.
         The same loads again by `tools/evaluate {again}`.""",
     )
     print(f"seed {report.seed}: the same loads again by tools/evaluate {again}", flush=True)
@@ -97,3 +99,44 @@ def slip(report, quick):
             f"{label}: covered by its 95 % interval", f"{100 * part:.1f} %", "–", "93 - 97 %", 0.97, part, least=0.93
         )
     slip_sequences.sequences(report, quick, generator)
+    for probe, name in (("twisted_ball", "ball that is turned"), ("bar", "bar that is pulled and turned")):
+        any_contact(report, quick, generator, probe, name)
+
+
+def any_contact(report, quick, generator, probe, name):
+    """The friction of what is no ball under shear: bounds at any load, slides at the last three moments."""
+    (path,) = truth.DATA.glob(f"{probe}_*.npz")
+    moments = [one for one in friction.moments(path) if friction.loaded(*one) > 0.1]
+    drawn, displacement = [], []
+    for _ in range(30 if quick else 200):
+        drawn.append(generator.integers(len(moments)))
+        _, points, forces = moments[drawn[-1]]
+        turn = generator.uniform(0, 2 * np.pi)
+        rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+        forces = forces * generator.uniform(2, 6) / forces[2].sum()
+        forces[:2] = rotation @ forces[:2]
+        place = generator.uniform(-0.02, 0.02, (2, 1))
+        points = generator.uniform(1, 1.3) * rotation @ points + place
+        displacement.append(shapes.displacements(THICKNESS, points, forces))
+    gel = chain.gel_text(THICKNESS) + ALL_KNOWN
+    found = limits.run(report, np.array(displacement), gel=gel, zero_every=100, seed=report.seed % 2**20)
+    low, mu, mu_low, mu_high = found["friction"].T
+    true, slides = moments[0][0], (np.array(drawn) >= len(moments) - 3) & (mu_high > 0)
+    bounded = low > 0
+    report.row(
+        f"{name}: friction at or above the low end of the bound",
+        f"{100 * (low[bounded] <= true).mean():.0f} % of {bounded.sum()}; the largest {low.max() / true:.2f} of it",
+        "–",
+        ">= 97.5 %",
+        value=(low[bounded] <= true).mean(),
+        least=0.975,
+    )
+    covered, off = ((mu_low <= true) & (true <= mu_high))[slides].mean(), mu[slides] / true - 1
+    report.row(
+        f"{name}, while it slides: friction off, mean and rms; covered by its interval",
+        f"{100 * off.mean():+.0f} %, {100 * rms(off):.0f} %; {100 * covered:.0f} % of {slides.sum()}",
+        "–",
+        ">= 93 %",
+        value=covered,
+        least=0.93,
+    )

@@ -8,6 +8,8 @@
 #pragma once
 
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -162,6 +164,22 @@ struct Field {
   std::uint32_t validMarkers = 0;  ///< number of markers that the forces were computed from
 };
 
+/// Shear of a node over its normal force, and the standard deviation that noise alone causes. Where a ball slips it is
+/// the friction, where it sticks less. Returns none where the normal force is below three deviations, or those are not
+/// told.
+struct ShearRatio {
+  double ratio = 0.0, deviation = 0.0;
+};
+inline std::optional<ShearRatio> shearRatio(const Field& field, std::size_t node) {
+  if (node >= field.force_N.size() || node >= field.nodeDeviation_N.size()) return std::nullopt;
+  const auto& [x, y, normal] = field.force_N[node];
+  const auto& [ofX, ofY, ofNormal] = field.nodeDeviation_N[node];
+  if (!(normal > 3.0F * ofNormal)) return std::nullopt;
+  const double shear = std::hypot(x, y), ratio = shear / normal;
+  const double across = shear > 0.0 ? std::hypot(x * ofX, y * ofY) / shear : std::fmax(ofX, ofY);
+  return ShearRatio{ratio, std::hypot(across, ratio * ofNormal) / normal};
+}
+
 /// The markers of one frame, in the order of Description::layers, layer after layer.
 struct Markers {
   Header header;
@@ -184,8 +202,16 @@ enum class ContactPhase : std::uint8_t {
 enum class SlipState : std::uint8_t {
   kUnknown,    ///< says nothing about slip: little of the friction is known
   kSticking,   ///< none of the others
-  kIncipient,  ///< the alarm: more than 0.8 of the shear is reached at which it slips, probably
-  kSlipping,   ///< it moved along its shear in the last 0.2 s, and may bear no more
+  kIncipient,  ///< the alarm: more than 0.8 of the load is reached at which it slips, probably
+  kSlipping,   ///< it moved along its load in the last 0.2 s, and may bear no more
+};
+
+/// What the friction of a contact is known by.
+enum class SlipModel : std::uint8_t {
+  kNone,     ///< of a later version, or of an early one, which had the ball alone
+  kBall,     ///< how far its shear is spread, as under a ball
+  kBound,    ///< what it bears: the least friction that bears its shear and torque; the state is kUnknown
+  kSliding,  ///< what it bore while it slid or turned along its load
 };
 
 /// Median and 95 % interval.
@@ -193,13 +219,15 @@ struct Interval {
   double estimate = 0.0, low = 0.0, high = 0.0;
 };
 
-/// What a contact shows of friction, if it is a ball's.
+/// What a contact shows of friction. Its load is shear and torque together, as in contacts.proto.
 struct Slip {
   SlipState state = SlipState::kUnknown;
-  Interval stickRatio;          ///< radius of what sticks over that of the contact
-  Interval friction;            ///< coefficient of friction; a high end of 3: the contact shows a lower bound only
+  Interval stickRatio;  ///< radius of what sticks over that of the contact, of a ball under this load
+  /// Coefficient of friction; a high end of 3: the contact shows a lower bound only. Of kBound the estimate is that.
+  Interval friction;
   double margin_N = 0.0;        ///< further shear until it slips
-  double holdingForce_N = 0.0;  ///< normal force that holds the shear, by friction.low, with a quarter in reserve
+  double holdingForce_N = 0.0;  ///< normal force that holds the load, by friction.low, with a quarter in reserve
+  SlipModel model = SlipModel::kNone;
 };
 
 /// A contact that lasts. Position, radius, half axes and orientation are as last seen; force, moment, their covariances

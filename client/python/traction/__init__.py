@@ -23,7 +23,7 @@ from .errors import (BadEndpoint, BadKeys, Error, Malformed, NoAnswer, NotAllowe
 from .intake import Mode, Topics  # noqa: E402
 from .keys import Keys, load_keys  # noqa: E402
 from .messages import (CaptureBound, Contact, ContactPhase, Contacts, Covariance, Field, Finger, FingerState, Flag,  # noqa: E402
-                       Grasp, Header, Interval, Markers, Method, PictureMotion, Preview, PreviewFormat, Slip, SlipState, Solution,
+                       Grasp, Header, Interval, Markers, Method, PictureMotion, Preview, PreviewFormat, Slip, SlipModel, SlipState, Solution,
                        TrackedContact)
 from .status import CameraState, Ledger, Status  # noqa: E402
 from .subscriber import Subscriber, fields  # noqa: E402
@@ -35,6 +35,6 @@ __all__ = [
     "ContactPhase", "Contacts", "Control", "Covariance", "Description", "Error", "Field", "Finger", "FingerState", "Flag", "Gel",
     "Grasp", "Grid", "Header", "Interval", "Keys", "Ledger",
     "Malformed", "Markers", "MarkerLayer", "Message", "Method", "Mode", "NoAnswer", "NotAllowed", "OtherVersion",
-    "PictureMotion", "Preview", "PreviewFormat", "Refused", "Slip", "SlipState", "Solution", "Solver", "Status", "Subscriber", "Topics",
+    "PictureMotion", "Preview", "PreviewFormat", "Refused", "Slip", "SlipModel", "SlipState", "Solution", "Solver", "Status", "Subscriber", "Topics",
     "TrackedContact", "Zero", "ZeroResult", "aio", "fields", "load_keys",
 ]

@@ -167,6 +167,17 @@ class Field:
     solution: Solution
     model_frame: int  # of Solution.LINEAR: Header.frame_number of that frame; else 0
 
+    def shear_ratio(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Shear over normal force of each node, and the standard deviation that noise alone causes; NaN where the normal force
+        is below three deviations, or those are not told. Where a ball slips it is the friction, where it sticks less. (nodes,)"""
+        known = len(self.node_deviation_N) == len(self.force_N)
+        force, deviation = self.force_N.astype(float), self.node_deviation_N.astype(float) if known else np.full(self.force_N.shape, np.inf)
+        pressed = force[:, 2] > 3 * deviation[:, 2]
+        normal, shear = np.where(pressed, force[:, 2], np.nan), np.hypot(force[:, 0], force[:, 1])
+        across = np.linalg.norm(force[:, :2] * deviation[:, :2], axis=1) / np.maximum(shear, 1e-12)
+        across = np.where(shear > 0, across, deviation[:, :2].max(axis=1))
+        return shear / normal, np.hypot(across, shear / normal * deviation[:, 2]) / normal
+
 
 @dataclass(slots=True, eq=False)
 class Markers:
@@ -193,8 +204,17 @@ class ContactPhase(enum.Enum):
 class SlipState(enum.Enum):
     UNKNOWN = 0  # says nothing about slip: little of the friction is known
     STICKING = 1  # none of the others
-    INCIPIENT = 2  # the alarm: more than 0.8 of the shear is reached at which it slips, probably
-    SLIPPING = 3  # it moved along its shear in the last 0.2 s, and may bear no more
+    INCIPIENT = 2  # the alarm: more than 0.8 of the load is reached at which it slips, probably
+    SLIPPING = 3  # it moved along its load in the last 0.2 s, and may bear no more
+
+
+class SlipModel(enum.Enum):
+    """What the friction of a contact is known by."""
+
+    NONE = 0  # of a later version, or of an early one, which had the ball alone
+    BALL = 1  # how far its shear is spread, as under a ball
+    BOUND = 2  # what it bears: the least friction that bears its shear and torque; the state is UNKNOWN
+    SLIDING = 3  # what it bore while it slid or turned along its load
 
 
 @dataclass(slots=True, eq=False)
@@ -208,13 +228,14 @@ class Interval:
 
 @dataclass(slots=True, eq=False)
 class Slip:
-    """What a contact shows of friction, if it is a ball's."""
+    """What a contact shows of friction. Its load is shear and torque together, as in contacts.proto."""
 
     state: SlipState
-    stick_ratio: Interval  # radius of what sticks over that of the contact
-    friction: Interval  # coefficient of friction; a high end of 3: the contact shows a lower bound only
+    stick_ratio: Interval  # radius of what sticks over that of the contact, of a ball under this load
+    friction: Interval  # coefficient of friction; a high end of 3: a lower bound only, and of BOUND the estimate is that
     margin_N: float  # further shear until it slips
-    holding_force_N: float  # normal force that holds the shear, by friction.low, with a quarter in reserve
+    holding_force_N: float  # normal force that holds the load, by friction.low, with a quarter in reserve
+    model: SlipModel
 
 
 @dataclass(slots=True, eq=False)

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
@@ -144,6 +145,34 @@ TEST(Follower, StatesTheWrenchOfTheField) {
   EXPECT_EQ(unknown.contacts(0).moment_nm().x(), 0.0);
   EXPECT_EQ(unknown.contacts(0).force_covariance_n2().noise(0), 0.0);
   EXPECT_EQ(unknown.contacts(0).half_axes_m().x(), sensor.field.contacts[0].halfAxes_m[0]) << "as last seen";
+}
+
+TEST(Follower, SaysByWhatTheFrictionIsKnown) {
+  clock_ns = 1'000'000'000;
+  Follower touch = follower();
+  Sensor sensor;
+  sensor.press(0.0);
+  Contact& contact = sensor.field.contacts[0];
+  contact.force_N[0] = 1.0;
+  EXPECT_EQ(taken(touch, sensor).contacts(0).slip().model(), v1::SLIP_MODEL_BOUND);
+  for (int frame = 0; frame < 30; ++frame) {
+    contact.position_m[0] += 1e-4;
+    taken(touch, sensor);
+  }
+  const v1::Contacts slid = taken(touch, sensor);
+  EXPECT_EQ(slid.contacts(0).slip().model(), v1::SLIP_MODEL_SLIDING);
+  EXPECT_NEAR(slid.contacts(0).slip().friction().estimate(), 0.5, 0.02);
+}
+
+TEST(Field, StatesTheShearOfANodeOverItsNormalForce) {
+  Field field;
+  field.force_N = {{0.03F, 0.04F, 0.1F}, {0.03F, 0.04F, 0.01F}};
+  field.nodeDeviation_N = {{0.01F, 0.01F, 0.02F}, {0.01F, 0.01F, 0.02F}};
+  const ShearRatio known = shearRatio(field, 0).value();
+  EXPECT_NEAR(known.ratio, 0.5, 1e-6);
+  EXPECT_NEAR(known.deviation, std::hypot(0.1, 0.5 * 0.2), 1e-6);
+  EXPECT_FALSE(shearRatio(field, 1));
+  EXPECT_FALSE(shearRatio(field, 2));
 }
 
 TEST(Follower, EndsContactsWhereNoFieldComesOrAnotherZeroHolds) {

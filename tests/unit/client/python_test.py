@@ -62,6 +62,19 @@ class Case(unittest.TestCase):
             subscriber.receive(0.01)
 
 
+class Field(unittest.TestCase):
+    def test_it_states_the_shear_of_each_node_over_its_normal_force(self):
+        def told(deviation):
+            message = messages.Field(valid=True, force_N=[0.03, 0.04, 0.1, 0.03, 0.04, 0.01], node_valid=b"\1\1", node_deviation_N=deviation)
+            return traction.decode.decode("field", message.SerializeToString()).shear_ratio()
+
+        ratio, deviation = told(2 * [0.01, 0.01, 0.02])
+        self.assertAlmostEqual(ratio[0], 0.5, 6)
+        self.assertAlmostEqual(deviation[0], 0.02 ** 0.5 * 1.0, 6)
+        for numbers in (ratio[1:], deviation[1:], *told([])):
+            self.assertTrue(all(number != number for number in numbers))
+
+
 class Subscriber(Case):
     def test_it_connects_again_and_a_new_start_is_told_and_is_no_loss(self):
         draw = seed.chance(self.id())

@@ -77,7 +77,7 @@ class Record(Case):
         self.assertEqual({*table["id"]}, {1})
         self.assertTrue((table["force_z_N"][:-1] == 3.5).all() and (table["moment_z_Nm"][:-1] == 0.25).all())
         self.assertEqual((table["force_z_N"][-1], table["moment_z_Nm"][-1], table["orientation_rad"][-1]), (0, 0, 0.5))
-        self.assertTrue(file.read_text().splitlines()[1].endswith(",,,,,,,,,"), "slip is not known")
+        self.assertTrue(file.read_text().splitlines()[1].endswith(",,,,,,,,,,"), "slip is not known")
         self.assertEqual(ctl("export", path, self.folder / "touch.npz", "--contacts")[0], USAGE)
         self.assertEqual(ctl("export", path, file, "--contacts", "--sensor", "other")[0], DATA)
 

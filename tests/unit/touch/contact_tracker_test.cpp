@@ -2,9 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
+#include <utility>
+#include <vector>
 
 namespace touch {
 namespace {
@@ -258,7 +262,20 @@ TEST(Tracker, AShearedContactSlipsWhenItMovesAlongItsShear) {
   for (int frame = 1; frame < 30; ++frame) bench.see({sheared(frame / 15.0)});  // 4 mm/s
   EXPECT_EQ(bench.see({sheared(2.0)}).front().slip.value().state, SlipState::kSlipping);
   EXPECT_FALSE(bench.see({}).front().slip);
-  EXPECT_FALSE(bench.see({at(2.0, 0.0)}).front().slip);
+  EXPECT_EQ(bench.see({at(2.0, 0.0)}).front().slip.value().state, SlipState::kUnknown);
+}
+
+TEST(Tracker, WhatShearsAContactThatSticksIsNoSlide) {
+  Bench bench;
+  for (int frame = 0; frame < 60; ++frame) {
+    const double shear_N = std::min(2.0, 0.3 * frame);
+    Observation one =
+        at(0.17 * shear_N, 0.0, 4.0);  // 0.34 mm in 0.1 s: 0.1 radii for each unit of shear over normal force
+    one.area_m2 = 1.5e-4;
+    one.force_N[0] = shear_N;
+    const std::optional<Slip> slip = bench.see({one}).front().slip;
+    if (slip) EXPECT_EQ(slip->model, SlipModel::kBound) << frame;
+  }
 }
 
 }  // namespace

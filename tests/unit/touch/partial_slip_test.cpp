@@ -6,8 +6,10 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <random>
+#include <utility>
 
 namespace touch {
 namespace {
@@ -39,7 +41,7 @@ TEST(PartialSlip, ShearIsSpreadAsMindlinsTractionsAre) {
 
 /// What a contact at rest shows.
 std::optional<Slip> atRest(const Observation& contact) {
-  return PartialSlip().see(contact, 1, {}, {1e-4, 1e-4});
+  return PartialSlip().see(contact, 1, {.wayDeviation_m = {1e-4, 1e-4}});
 }
 
 /// A contact of 4 N at a share of the shear at which it slips.
@@ -66,8 +68,7 @@ TEST(PartialSlip, ShowsALowerBoundOnlyWhereLittleSlips) {
   EXPECT_GT(slip.friction.high, 0.9 * kLargestFriction);
 }
 
-TEST(PartialSlip, IsNotKnownWithoutShearOrSpread) {
-  EXPECT_FALSE(atRest(sheared(0.7, 0.5, 0.0)));
+TEST(PartialSlip, IsNotKnownWithoutLoad) {
   Observation faint = sheared(0.7, 0.5, 0.03);
   faint.forceDeviation_N[0] = faint.force_N[0];
   EXPECT_FALSE(atRest(faint));
@@ -79,9 +80,10 @@ class Frames {
  public:
   explicit Frames(PartialSlip& slip)
       : slip_(slip) {}
-  std::optional<Slip> see(const Observation& contact, const std::array<double, 2>& moved_m = {}) {
+  std::optional<Slip> see(const Observation& contact, const std::array<double, 2>& moved_m = {},
+                          double turn_rad = 0.0) {
     time_ns_ += 16'666'667;
-    return slip_.see(contact, time_ns_, moved_m, {1e-5, 1e-5});
+    return slip_.see(contact, time_ns_, {moved_m, {1e-5, 1e-5}, turn_rad, 0.01});
   }
   std::optional<Slip> see(const Observation& contact, int frames) {
     for (int i = 1; i < frames; ++i) see(contact);
@@ -146,12 +148,12 @@ TEST(PartialSlip, IsNotKnownLongAfterTheLastSpread) {
   Frames frames(joined);
   const Observation known = sheared(0.85, 0.5, 0.03), unknown = sheared(0.85, 0.5, 0.0);
   frames.see(known, 10);
-  EXPECT_TRUE(frames.see(unknown, 5));
-  EXPECT_FALSE(frames.see(unknown, 15));
-  EXPECT_TRUE(frames.see(known));
+  EXPECT_EQ(frames.see(unknown, 5).value().model, SlipModel::kBall);
+  EXPECT_EQ(frames.see(unknown, 15).value().model, SlipModel::kBound);
+  EXPECT_EQ(frames.see(known).value().model, SlipModel::kBall);
   Observation less = unknown;
   less.force_N[0] *= 0.5;
-  EXPECT_TRUE(frames.see(less, 60)) << "the friction is still that which it was";
+  EXPECT_EQ(frames.see(less, 60).value().model, SlipModel::kBall) << "the friction is still that which it was";
 }
 
 TEST(PartialSlip, AContactThatGrewMuchStrongerIsLearntAnew) {
@@ -170,6 +172,131 @@ TEST(PartialSlip, WhatWasKnownOfAnotherPlaceIsForgotten) {
   for (int i = 0; i < 2; ++i) frames.see(sheared(0.8, 0.3, 0.03), {0.0, 1e-3});
   const Observation there = sheared(0.8, 0.3, 0.03);
   EXPECT_NEAR(frames.see(there, 2).value().friction.estimate, 0.3, 0.04);
+}
+
+/// A contact of 4 N, round with even pressure, no ball. \param torque_N torque over its lever
+Observation borne(double shear_N, double torque_N = 0.0) {
+  Observation contact;
+  contact.force_N = {shear_N, 0.0, 4.0};
+  contact.forceDeviation_N = {0.01, 0.01, 0.01};
+  contact.halfAxes_m = {5e-3, 5e-3};
+  contact.moment_Nm[2] = torque_N * 0.75 * 5e-3;
+  contact.momentCovariance_N2m2.noise[8] = 1e-10;
+  return contact;
+}
+
+TEST(PartialSlip, WhatAnyContactBearsIsALowerBound) {
+  for (const auto& [shear_N, torque_N] : {std::pair{1.0, 0.0}, {0.6, 0.8}, {0.0, 1.0}}) {
+    const Slip slip = atRest(borne(shear_N, torque_N)).value();
+    EXPECT_EQ(slip.model, SlipModel::kBound);
+    EXPECT_EQ(slip.state, SlipState::kUnknown);
+    EXPECT_LT(slip.friction.low, 0.25);
+    EXPECT_GT(slip.friction.low, 0.25 * 0.7);
+    EXPECT_EQ(slip.friction.high, kLargestFriction);
+    EXPECT_EQ(slip.margin_N, 0.0);
+    EXPECT_GT(slip.holding_N, 4.0);
+  }
+}
+
+TEST(PartialSlip, WhatAContactHasBorneItBearsAgain) {
+  PartialSlip joined;
+  Frames frames(joined);
+  frames.see(borne(2.0));
+  EXPECT_NEAR(frames.see(borne(0.5)).value().margin_N, 1.5, 0.06);
+}
+
+/// Frames of a contact that slides along x with a friction of 0.5.
+void slide(Frames& frames, int count = 10) {
+  for (int i = 0; i < count; ++i) frames.see(borne(2.0), {1e-3, 1e-4});
+}
+
+TEST(PartialSlip, AContactThatSlidShowsItsFriction) {
+  PartialSlip joined;
+  Frames frames(joined);
+  slide(frames);
+  EXPECT_EQ(frames.see(borne(2.0), {1e-3, 0.0}).value().state, SlipState::kSlipping);
+  const Slip held = frames.see(borne(1.2), 600).value();
+  EXPECT_EQ(held.model, SlipModel::kSliding);
+  EXPECT_EQ(held.state, SlipState::kSticking);
+  EXPECT_NEAR(held.friction.estimate, 0.5, 0.01);
+  EXPECT_LT(held.friction.low, 0.5);
+  EXPECT_GT(held.friction.high, 0.5);
+  EXPECT_LT(held.friction.high / held.friction.low, 1.25);
+  EXPECT_NEAR(held.margin_N, 0.8, 0.04);
+  EXPECT_NEAR(held.holding_N, 1.25 * 1.2 / held.friction.low, 1e-9);
+  EXPECT_EQ(frames.see(borne(1.85), 3).value().state, SlipState::kIncipient);
+  Observation pressed = borne(1.2);
+  pressed.force_N[2] = 12.0;
+  EXPECT_GT(width(frames.see(pressed).value()), 1.5 * width(held)) << "friction may depend on the normal force";
+}
+
+TEST(PartialSlip, AContactThatTurnedShowsItsFriction) {
+  PartialSlip joined;
+  Frames frames(joined);
+  for (int i = 0; i < 10; ++i) frames.see(borne(0.0, -2.0), {}, -0.2);
+  const Slip slip = frames.see(borne(0.5)).value();
+  EXPECT_EQ(slip.model, SlipModel::kSliding);
+  EXPECT_NEAR(slip.friction.estimate, 0.5, 0.04);
+}
+
+TEST(PartialSlip, OnlyMotionAlongTheLoadIsASlide) {
+  PartialSlip joined;
+  Frames frames(joined);
+  for (int i = 0; i < 10; ++i) frames.see(borne(2.0), {0.0, 1e-3});
+  EXPECT_EQ(frames.see(borne(2.0)).value().model, SlipModel::kBound);
+  for (int i = 0; i < 10; ++i) frames.see(borne(0.0, 2.0), {}, -0.2);
+  EXPECT_EQ(frames.see(borne(2.0)).value().model, SlipModel::kBound);
+  slide(frames);
+  for (int i = 0; i < 30; ++i) frames.see(borne(0.5), {0.0, 1e-3});
+  EXPECT_EQ(frames.see(borne(2.0)).value().model, SlipModel::kBound) << "it is elsewhere";
+}
+
+TEST(PartialSlip, FrictionOfASlideIsNotThatOfShearThatWasLetGo) {
+  PartialSlip joined;
+  Frames frames(joined);
+  slide(frames);
+  for (double shear_N = 2.0; shear_N > 0.2; shear_N *= 0.8) frames.see(borne(shear_N), {1e-3, 0.0});
+  frames.see(borne(-0.5), {1e-3, 0.0});
+  EXPECT_NEAR(frames.see(borne(0.5)).value().friction.estimate, 0.5, 0.03);
+}
+
+TEST(PartialSlip, AContactThatBearsMoreHasNotSlid) {
+  PartialSlip joined;
+  Frames frames(joined);
+  slide(frames);
+  EXPECT_EQ(frames.see(borne(3.0), 2).value().model, SlipModel::kBound);
+}
+
+TEST(PartialSlip, SpreadOfTheShearSaysNothingUnderTorque) {
+  Observation contact = borne(1.0, 0.8);
+  contact.spreadRatio = 1.0;
+  contact.spreadRatioDeviation = 0.03;
+  EXPECT_EQ(atRest(contact).value().model, SlipModel::kBound);
+}
+
+/// Stick ratio of a ball under a share of the torque at which it slips (Lubkin 1951). The torque at a stick ratio c is
+/// 4 / pi mu P a (c^3 I(c) + 3 Integral of s^2 I(s) from c to 1), with I(s) = K - E of the modulus sqrt(1 - s^2).
+double lubkin(double share) {
+  constexpr int kSteps = 20'000;
+  double beyond = 0.0;
+  for (int i = kSteps - 1; i > 0; --i) {
+    const double s = (i + 0.5) / kSteps, modulus = std::sqrt(1.0 - s * s);
+    const double difference = std::comp_ellint_1(modulus) - std::comp_ellint_2(modulus);
+    beyond += 3.0 * s * s * difference / kSteps;
+    const double torque = 4.0 / std::numbers::pi * (s * s * s * difference + beyond);
+    if (torque >= share * 3.0 * std::numbers::pi / 16.0) return s;
+  }
+  return 0.0;
+}
+
+TEST(PartialSlip, TorqueSlipsTheRimOfABallAlmostAsShearDoes) {
+  PartialSlip joined;
+  Frames frames(joined);
+  for (int i = 0; i < 10; ++i) frames.see(borne(0.0, 2.0), {}, 0.2);
+  for (const double share : {0.3, 0.6, 0.8}) {
+    const Slip slip = frames.see(borne(0.0, share * 2.0)).value();
+    EXPECT_NEAR(slip.stickRatio.estimate, lubkin(share), 0.045) << share;
+  }
 }
 
 TEST(PartialSlip, IntervalsCover) {
