@@ -57,8 +57,8 @@ class Grid {
     return std::max(at(nodes_.deviation_N, node)[0], at(nodes_.deviation_N, node)[1]);
   }
   Vector2d place(int node) const {
-    const Vector2d steps(node % nodes_.columns - 0.5 * (nodes_.columns - 1),
-                         node / nodes_.columns - 0.5 * (nodes_.rows - 1));
+    const int column = node % nodes_.columns, row = node / nodes_.columns;
+    const Vector2d steps(column - 0.5 * (nodes_.columns - 1), row - 0.5 * (nodes_.rows - 1));
     return Vector2d(nodes_.centre_m[0], nodes_.centre_m[1]) + nodes_.pitch_m * steps;
   }
   double pitch_m() const { return nodes_.pitch_m; }
