@@ -23,8 +23,8 @@ const vectors = {Vector2: 2, Vector3: 3};
  * Machines are steered by these: a number among them that is NaN or infinite is refused. A detection limit of the solver
  * may be infinite.
  */
-const finite = new Set(["Field", "Markers", "Covariance", "Contact", "TrackedContact", "Slip", "Interval", "Finger", "Grasp", "PictureMotion", "Preview",
-  "Gel", "NodeGrid", "MarkerLayer", "Camera", "Zero", "Body"]);
+const finite = new Set(["Field", "Markers", "Covariance", "Contact", "TrackedContact", "Slip", "Interval", "CriticalPoint", "Finger", "Grasp", "PictureMotion",
+  "Preview", "Gel", "NodeGrid", "MarkerLayer", "Camera", "Zero", "Body"]);
 
 function require(condition, what) {
   if (!condition) throw malformed(what);

@@ -56,6 +56,6 @@ export class PairedContacts {
     if (!isSure) return null;
     const contacts = [...this.#open.values()].map(endOf);
     this.#open.clear();
-    return {...this.#last, header: {...this.#last.header}, valid: false, contacts};
+    return {...this.#last, header: {...this.#last.header}, valid: false, contacts, critical_points: []};
   }
 }

@@ -165,12 +165,28 @@ void put(Json& json, const TrackedContact& contact) {
   json.close('}');
 }
 
+void put(Json& json, const CriticalPoint& point) {
+  json.open('{');
+  json.key("id").number(point.id);
+  json.key("kind").string(wordOf("CriticalPointKind", point.kind));
+  json.key("index").number(point.index);
+  json.key("begun_ns").number(point.begun_ns);
+  json.key("position_m").numbers(point.position_m);
+  json.key("position_deviation_m").numbers(point.positionDeviation_m);
+  json.key("strength").number(point.strength);
+  json.key("angle_rad").number(point.angle_rad);
+  json.close('}');
+}
+
 void put(Json& json, const Contacts& contacts) {
   put(json, "contacts", contacts.header);
   json.key("run").string(toHex(contacts.run));
   json.key("valid").boolean(contacts.valid);
   json.key("contacts").open('[');
   for (const TrackedContact& contact : contacts.contacts) put(json, contact);
+  json.close(']');
+  json.key("critical_points").open('[');
+  for (const CriticalPoint& point : contacts.criticalPoints) put(json, point);
   json.close(']');
 }
 

@@ -30,6 +30,7 @@ static_assert(static_cast<int>(Solution::kLinear) == pb::Solution_MAX);
 static_assert(static_cast<int>(ContactPhase::kEnd) == pb::ContactPhase_MAX);
 static_assert(static_cast<int>(SlipState::kSlipping) == pb::SlipState_MAX);
 static_assert(static_cast<int>(SlipModel::kSliding) == pb::SlipModel_MAX);
+static_assert(static_cast<int>(CriticalPointKind::kSaddle) == pb::CriticalPointKind_MAX);
 static_assert(static_cast<int>(CaptureBound::kLatest) == pb::CaptureBound_MAX);
 static_assert(static_cast<int>(Colour::kGrey) == pb::Colour_MAX);
 static_assert(static_cast<int>(FingerState::kAmbiguous) == pb::FingerState_MAX);
@@ -236,6 +237,20 @@ TrackedContact contactOf(const pb::TrackedContact& from) {
   return contact;
 }
 
+CriticalPoint pointOf(const pb::CriticalPoint& from) {
+  CriticalPoint point;
+  point.id = from.id();
+  point.kind = enumOf(from.kind(), CriticalPointKind::kSaddle);
+  point.index = from.index();
+  point.begun_ns = from.begun_ns();
+  point.position_m = vectorOf(from.position_m());
+  point.positionDeviation_m = vectorOf(from.position_deviation_m());
+  point.strength = from.strength();
+  point.angle_rad = from.angle_rad();
+  requireFinite(point.position_m, point.positionDeviation_m, point.strength, point.angle_rad);
+  return point;
+}
+
 Finger fingerOf(const pb::Finger& from) {
   Finger finger;
   takeWrench(from, finger);
@@ -381,8 +396,9 @@ Status decodeStatus(std::string_view bytes) {
 
 Contacts decodeContacts(std::string_view bytes) {
   const auto from = parse<pb::Contacts>(bytes);
-  Contacts contacts{headerOf(from.header()), idOf(from.run()), from.valid(), {}};
+  Contacts contacts{headerOf(from.header()), idOf(from.run()), from.valid(), {}, {}};
   for (const pb::TrackedContact& each : from.contacts()) contacts.contacts.push_back(contactOf(each));
+  for (const pb::CriticalPoint& each : from.critical_points()) contacts.criticalPoints.push_back(pointOf(each));
   return contacts;
 }
 

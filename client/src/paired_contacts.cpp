@@ -49,11 +49,11 @@ void PairedContacts::complete(Contacts& contacts) {
     }
   }
   contacts.contacts = std::move(all);
-  open_ = {contacts.header, contacts.run, contacts.valid, std::move(open)};
+  open_ = {contacts.header, contacts.run, contacts.valid, std::move(open), {}};
 }
 
 Contacts PairedContacts::endAll() {
-  Contacts ends{open_.header, open_.run, false, {}};
+  Contacts ends{open_.header, open_.run, false, {}, {}};
   for (const TrackedContact& each : open_.contacts) ends.contacts.push_back(endOf(each));
   open_.contacts.clear();
   return ends;

@@ -70,7 +70,7 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   } catch (const Error& error) {
     return failed(EX_CONFIG, error.what());
   }
-  arguments.source.topics = kField;
+  arguments.source.topics = kField | kDescription;
   return arguments;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <vector>
 
 namespace traction::contacts {
@@ -9,6 +10,9 @@ namespace {
 
 /// Flags by which errors may exceed what the deviations say.
 constexpr std::uint32_t kDoubts = kZeroUnverified | kTorn | kUnexplained | kOutOfRange | kDoubtedOrigin;
+
+/// Largest number of critical points in a message: the strongest.
+constexpr std::size_t kMostPoints = 16;
 
 touch::Covariance observed(const Covariance& covariance) {
   return {covariance.noise, covariance.systematic};
@@ -141,32 +145,65 @@ void encode(const touch::Contact& from, v1::TrackedContact& to) {
   slip.set_model(wireModel(from.slip->model));
 }
 
+void encode(const touch::TrackedCriticalPoint& from, v1::CriticalPoint& to) {
+  constexpr std::array kKinds = {v1::CRITICAL_POINT_KIND_VORTEX, v1::CRITICAL_POINT_KIND_SOURCE,
+                                 v1::CRITICAL_POINT_KIND_SINK, v1::CRITICAL_POINT_KIND_SADDLE};
+  to.set_id(from.id);
+  to.set_kind(kKinds.at(static_cast<std::size_t>(from.kind)));
+  to.set_index(from.index);
+  to.set_begun_ns(from.begun_ns);
+  encode(from.position_m, *to.mutable_position_m());
+  encode(from.positionDeviation_m, *to.mutable_position_deviation_m());
+  to.set_strength(from.strength);
+  to.set_angle_rad(from.angle_rad);
+}
+
 }  // namespace
+
+void Follower::describe(const Description& description) {
+  nodes_ = description.body ? Grid{} : description.nodes;
+  calibration_ = description.calibration.id;
+}
 
 const v1::Contacts& Follower::take(const Field& field, std::string_view bytes) {
   field_.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));  // it was decoded before
   message_.mutable_header()->Swap(field_.mutable_header());
   arrived_ns_ = field.header.arrived_ns;
   observe(field, observed_);
-  return fill(tracker_.update(observed_), field.valid, field.header.receivedReal_ns);
+  std::vector<touch::CriticalPoint> points;
+  if (field.header.calibration == calibration_) {
+    points = touch::criticalPoints({.columns = static_cast<int>(nodes_.columns),
+                                    .rows = static_cast<int>(nodes_.rows),
+                                    .pitch_m = nodes_.pitch_m,
+                                    .centre_m = nodes_.centre_m,
+                                    .force_N = field.force_N,
+                                    .deviation_N = field.nodeDeviation_N});
+    points.resize(std::min(points.size(), kMostPoints));
+  }
+  return fill(tracker_.update(observed_), pointTracker_.update(observed_, points), field.valid,
+              field.header.receivedReal_ns);
 }
 
 const v1::Contacts& Follower::wait(std::int64_t now_ns) {
   touch::Field none;
   none.time_ns = observed_.time_ns + (now_ns - arrived_ns_);  // on the clock of fields, which may be another host's
-  return fill(tracker_.update(none), false, options_.realClock());
+  return fill(tracker_.update(none), {}, false, options_.realClock());
 }
 
 const v1::Contacts& Follower::endAll() {
-  return fill(tracker_.endAll(), false, options_.realClock());
+  return fill(tracker_.endAll(), {}, false, options_.realClock());
 }
 
-const v1::Contacts& Follower::fill(const std::vector<touch::Contact>& contacts, bool valid, std::int64_t real_ns) {
+const v1::Contacts& Follower::fill(const std::vector<touch::Contact>& contacts,
+                                   const std::vector<touch::TrackedCriticalPoint>& points, bool valid,
+                                   std::int64_t real_ns) {
   message_.set_timestamp(1e-9 * static_cast<double>(real_ns));
   message_.set_run(options_.run.data(), options_.run.size());
   message_.set_valid(valid);
   message_.clear_contacts();
   for (const touch::Contact& contact : contacts) encode(contact, *message_.add_contacts());
+  message_.clear_critical_points();
+  for (const touch::TrackedCriticalPoint& point : points) encode(point, *message_.add_critical_points());
   hasContacts_ = std::any_of(contacts.begin(), contacts.end(),
                              [](const touch::Contact& each) { return each.phase != touch::Phase::kEnd; });
   message_.mutable_header()->set_sequence(++sequence_);

@@ -3,6 +3,8 @@
 
 #include "base/clock.h"
 #include "touch/contact_tracker.h"
+#include "touch/critical_point_tracker.h"
+#include "traction/description.h"
 #include "traction/messages.h"
 #include "traction/v1/contacts.pb.h"
 #include "traction/v1/field.pb.h"
@@ -26,6 +28,9 @@ class Follower {
   explicit Follower(const Options& options)
       : options_(options) {}
 
+  /// Takes where the nodes are, without which there are no critical points.
+  void describe(const Description& description);
+
   // The messages that these return are valid until the next call.
 
   /// Returns the contacts of a field. \param field with Header::arrived_ns \param bytes of its message, of which the
@@ -43,10 +48,14 @@ class Follower {
   const v1::Contacts& endAll();
 
  private:
-  const v1::Contacts& fill(const std::vector<touch::Contact>& contacts, bool valid, std::int64_t real_ns);
+  const v1::Contacts& fill(const std::vector<touch::Contact>& contacts,
+                           const std::vector<touch::TrackedCriticalPoint>& points, bool valid, std::int64_t real_ns);
 
   Options options_;
   touch::ContactTracker tracker_;
+  touch::CriticalPointTracker pointTracker_;
+  Grid nodes_;  ///< of fields with this calibration; none of a body
+  Id calibration_{};
   touch::Field observed_;  ///< of the last field
   v1::Field field_;        ///< the last field
   v1::Contacts message_;

@@ -59,7 +59,10 @@ class Relay {
     try {
       const auto patience = std::chrono::ceil<milliseconds>(std::chrono::nanoseconds(patience_ns));
       if (const auto message = subscriber_.receive(patience)) {
-        pass(std::get<Field>(*message));
+        if (const auto* description = std::get_if<Description>(&*message))
+          follower_.describe(*description);
+        else
+          pass(std::get<Field>(*message));
       } else if (follower_.hasContacts() && now() >= silentAt()) {
         publisher_.send(follower_.wait(now()));
       }

@@ -85,7 +85,7 @@ def silent(one):
     values.update(contacts=[contact])
     end = {**{name: value for name, value in contact.items() if name not in UNSEEN}, "phase": END}
     return one.parts("Contacts", encode("Contacts", values, one.chance)), *(
-        echo("contacts", plain("Contacts", each)) for each in (values, {**values, "valid": False, "contacts": [end]}))
+        echo("contacts", plain("Contacts", each)) for each in (values, {**values, "valid": False, "contacts": [end], "critical_points": []}))
 
 
 def with_member(**members):
@@ -151,6 +151,8 @@ def damages(chance):
         "a number of a lasting contact that is not finite": ("Contacts", with_member(
             contacts=[{"phase": 1, **chance.choice([{"radius_m": bad}, {"velocity_m_s": {"y": bad}}, {"angular_velocity_rad_s": bad},
                                                        {"moment_covariance_N2m2": {"noise": [bad] * 9}}])}])),
+        "a number of a critical point that is not finite": ("Contacts", with_member(
+            critical_points=[chance.choice([{"strength": bad}, {"position_m": {"y": bad}}])])),
         "a number of a grasp that is not finite": ("Grasp", with_member(
             **chance.choice([{"force_N": {"z": bad}}, {"moment_covariance_N2m2": {"systematic": [bad] * 9}},
                              {"fingers": [{}, {"moment_Nm": {"x": bad}}]}]))),

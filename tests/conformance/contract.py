@@ -25,7 +25,8 @@ TOGETHER = {
 IDS = {"boot", "calibration", "zero", "id", "host", "run"}
 MASKS = {"node_valid", "marker_valid", "marker_present"}
 PACKED = {Type.TYPE_DOUBLE: "<d", Type.TYPE_FLOAT: "<f"}
-LIMITS = {Type.TYPE_UINT32: (0, 2**32 - 1), Type.TYPE_UINT64: (0, 2**64 - 1), Type.TYPE_INT64: (-2**63, 2**63 - 1)}
+LIMITS = {Type.TYPE_UINT32: (0, 2**32 - 1), Type.TYPE_UINT64: (0, 2**64 - 1), Type.TYPE_INT32: (-2**31, 2**31 - 1),
+          Type.TYPE_INT64: (-2**63, 2**63 - 1)}
 
 
 def name_of(field):

@@ -11,9 +11,11 @@ import grasp
 import instrument
 import markers
 import paper
+import points
 import report
 import resultants
 import slip
+import strokes
 import unseen
 
 sys.path.insert(0, str(report.SOURCE / "tests" / "support"))
@@ -38,7 +40,9 @@ EXPERIMENTS = {  # in the order of the page
     "shapes": unseen.unseen,
     "answers": answers.answers,
     "slip": slip.slip,
+    "points": points.points,
     "grasp": grasp.grasp,
+    "strokes": strokes.strokes,
     "missing": resultants.missing,
     "picture_motion": resultants.picture_motion,
     "large_strain": resultants.large_strain,
@@ -50,7 +54,7 @@ EXPERIMENTS = {  # in the order of the page
 }
 ORDER = list(EXPERIMENTS)
 
-SLOW = {"separation", "bias", "coverage", "rim", "wrench", "shapes", "answers", "slip", "grasp"}  # not in --quick, but by name: nothing is judged there
+SLOW = {"separation", "bias", "coverage", "rim", "wrench", "shapes", "answers", "slip", "points", "grasp", "strokes"}  # not in --quick, but by name: nothing is judged there
 
 # Figures that must reach their targets for the test to pass; the others are printed. One name a figure, as in
 # the experiments. Times are never judged here.

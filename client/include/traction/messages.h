@@ -263,14 +263,36 @@ struct TrackedContact {
   double angularVelocityDeviation_rad_s = 0.0;  ///< 5 where it is not measured, as of a round contact
 };
 
+enum class CriticalPointKind : std::uint8_t {
+  kNone,    ///< of a later version
+  kVortex,  ///< the shear turns about it more than it points away from it or towards it
+  kSource,  ///< points away from it
+  kSink,    ///< points towards it
+  kSaddle,
+};
+
+/// Where the shear on the gel vanishes, and around which it turns.
+struct CriticalPoint {
+  /// From 1, increasing; not used again in a run. It lasts while no field is without the point for 0.1 s.
+  std::uint64_t id = 0;
+  CriticalPointKind kind = CriticalPointKind::kNone;
+  std::int32_t index = 0;         ///< Poincare's: -1 of a saddle, 1 of the others
+  std::int64_t begun_ns = 0;      ///< of the frame in which it was seen first, as TrackedContact::begun_ns
+  Vector2 position_m{};           ///< gel frame
+  Vector2 positionDeviation_m{};  ///< that noise alone causes, at most
+  double strength = 0.0;          ///< least change of the nodes' shear by which it vanishes, in their deviations
+  double angle_rad = 0.0;         ///< 0: source, +-pi/2: vortex (+: from x towards y), pi: sink; of a saddle 0
+};
+
 /// The contacts of one frame, by traction-touch. Each that begins ends once: see Subscriber.
 struct Contacts {
   /// As of the field that this was made of, but `sequence` counts these messages from the start of traction-touch, and
   /// `sent_ns` is of this message.
   Header header;
-  Id run{};                              ///< new at each start of traction-touch, with which ids begin again
-  bool valid = false;                    ///< false: the field is not valid, or none came in time
-  std::vector<TrackedContact> contacts;  ///< first those that end here
+  Id run{};                                   ///< new at each start of traction-touch, with which ids begin again
+  bool valid = false;                         ///< false: the field is not valid, or none came in time
+  std::vector<TrackedContact> contacts;       ///< first those that end here
+  std::vector<CriticalPoint> criticalPoints;  ///< that this field shows
 };
 
 /// Whether a finger's frame is in a Grasp.

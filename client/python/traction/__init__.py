@@ -22,9 +22,9 @@ from .errors import (BadEndpoint, BadKeys, Error, Malformed, NoAnswer, NotAllowe
                      Refused)
 from .intake import Mode, Topics  # noqa: E402
 from .keys import Keys, load_keys  # noqa: E402
-from .messages import (CaptureBound, Contact, ContactPhase, Contacts, Covariance, Field, Finger, FingerState, Flag,  # noqa: E402
-                       Grasp, Header, Interval, Markers, Method, PictureMotion, Preview, PreviewFormat, Slip, SlipModel, SlipState, Solution,
-                       TrackedContact)
+from .messages import (CaptureBound, Contact, ContactPhase, Contacts, Covariance, CriticalPoint, CriticalPointKind,  # noqa: E402
+                       Field, Finger, FingerState, Flag, Grasp, Header, Interval, Markers, Method, PictureMotion, Preview, PreviewFormat, Slip,
+                       SlipModel, SlipState, Solution, TrackedContact)
 from .status import CameraState, Ledger, Status  # noqa: E402
 from .subscriber import Subscriber, fields  # noqa: E402
 
@@ -32,8 +32,8 @@ __version__ = "0.1.0"
 
 __all__ = [
     "BadEndpoint", "BadKeys", "Body", "Calibration", "Camera", "CameraState", "CaptureBound", "Colour", "Contact",
-    "ContactPhase", "Contacts", "Control", "Covariance", "Description", "Error", "Field", "Finger", "FingerState", "Flag", "Gel",
-    "Grasp", "Grid", "Header", "Interval", "Keys", "Ledger",
+    "ContactPhase", "Contacts", "Control", "Covariance", "CriticalPoint", "CriticalPointKind", "Description", "Error", "Field", "Finger",
+    "FingerState", "Flag", "Gel", "Grasp", "Grid", "Header", "Interval", "Keys", "Ledger",
     "Malformed", "Markers", "MarkerLayer", "Message", "Method", "Mode", "NoAnswer", "NotAllowed", "OtherVersion",
     "PictureMotion", "Preview", "PreviewFormat", "Refused", "Slip", "SlipModel", "SlipState", "Solution", "Solver", "Status", "Subscriber", "Topics",
     "TrackedContact", "Zero", "ZeroResult", "aio", "fields", "load_keys",

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from .description import Body, Camera, Description, Gel, Grid, MarkerLayer, Zero
 from .errors import Malformed
-from .messages import (Contact, Contacts, Covariance, Field, Finger, Grasp, Interval, Markers, PictureMotion, Preview,
-                       PreviewFormat, Slip, TrackedContact)
+from .messages import (Contact, Contacts, Covariance, CriticalPoint, Field, Finger, Grasp, Interval, Markers, PictureMotion,
+                       Preview, PreviewFormat, Slip, TrackedContact)
 from .shapes import Axes, Bytes, OneByteEach, Packed, SixteenBytes
 from .status import Histogram, Status
 from .wire import parse
@@ -27,8 +27,8 @@ Convert = Callable[[Any], Any]
 
 # Machines are steered by these: a number among them that is NaN or infinite is refused. A detection limit of the solver
 # may be infinite.
-_FINITE = (Field, Markers, Covariance, Contact, TrackedContact, Slip, Interval, Finger, Grasp, PictureMotion, Preview, Gel, Grid,
-           MarkerLayer, Camera, Zero, Body)
+_FINITE = (Field, Markers, Covariance, Contact, TrackedContact, Slip, Interval, CriticalPoint, Finger, Grasp, PictureMotion, Preview,
+           Gel, Grid, MarkerLayer, Camera, Zero, Body)
 
 
 def _require(condition: bool, what: str) -> None:

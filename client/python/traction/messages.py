@@ -273,6 +273,28 @@ class TrackedContact:
     angular_velocity_deviation_rad_s: float  # 5 where it is not measured, as of a round contact
 
 
+class CriticalPointKind(enum.Enum):
+    NONE = 0  # of a later version
+    VORTEX = 1  # the shear turns about it more than it points away from it or towards it
+    SOURCE = 2  # points away from it
+    SINK = 3  # points towards it
+    SADDLE = 4
+
+
+@dataclass(slots=True, eq=False)
+class CriticalPoint:
+    """Where the shear on the gel vanishes, and around which it turns."""
+
+    id: int  # from 1, increasing; not used again in a run; it lasts while no field is without the point for 0.1 s
+    kind: CriticalPointKind
+    index: int  # Poincare's: -1 of a saddle, 1 of the others
+    begun_ns: int  # of the frame in which it was seen first, as TrackedContact.begun_ns
+    position_m: Vector2  # gel frame
+    position_deviation_m: Vector2  # that noise alone causes, at most
+    strength: float  # least change of the nodes' shear by which it vanishes, in their deviations
+    angle_rad: float  # 0: source, +-pi/2: vortex (+: from x towards y), pi: sink; of a saddle 0
+
+
 @dataclass(slots=True, eq=False)
 class Contacts:
     """The contacts of one frame, by traction-touch. Each that begins ends once: see Subscriber."""
@@ -281,6 +303,7 @@ class Contacts:
     run: Id  # new at each start of traction-touch, with which ids begin again
     valid: bool  # false: the field is not valid, or none came in time
     contacts: tuple[TrackedContact, ...]  # first those that end here
+    critical_points: tuple[CriticalPoint, ...]  # that this field shows
 
 
 class FingerState(enum.Enum):

@@ -52,4 +52,5 @@ class PairedContacts:
         assert self._last is not None
         ends = tuple(_end_of(one) for one in self._open.values())
         self._open.clear()
-        return replace(self._last, header=replace(self._last.header, arrived_ns=now_ns), valid=False, contacts=ends)
+        return replace(self._last, header=replace(self._last.header, arrived_ns=now_ns), valid=False, contacts=ends,
+                       critical_points=())

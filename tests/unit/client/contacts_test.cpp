@@ -175,6 +175,33 @@ TEST(Field, StatesTheShearOfANodeOverItsNormalForce) {
   EXPECT_FALSE(shearRatio(field, 2));
 }
 
+TEST(Follower, ListsTheCriticalPointsOfFieldsOnADescribedGrid) {
+  Sensor sensor;
+  Description description;
+  description.nodes = {7, 7, 3e-3, {0.01, 0.0}};
+  description.calibration.id = sensor.field.header.calibration = idOf(3);
+  for (int i = 0; i < 49; ++i) {
+    const float x = static_cast<float>(i % 7 - 3), y = static_cast<float>(i / 7 - 3);
+    sensor.field.force_N.push_back({-0.1F * (y + 0.5F), 0.1F * x, 1.0F});
+    sensor.field.nodeDeviation_N.push_back({0.01F, 0.01F, 0.01F});
+  }
+  Follower follower = contacts::follower();
+  EXPECT_EQ(taken(follower, sensor).critical_points_size(), 0) << "where the nodes are is not known";
+  follower.describe(description);
+  const v1::Contacts first = taken(follower, sensor);
+  ASSERT_EQ(first.critical_points_size(), 1);
+  EXPECT_EQ(first.critical_points(0).kind(), v1::CRITICAL_POINT_KIND_VORTEX);
+  EXPECT_EQ(first.critical_points(0).index(), 1);
+  EXPECT_NEAR(first.critical_points(0).position_m().x(), 0.01, 1e-6);
+  EXPECT_NEAR(first.critical_points(0).position_m().y(), -1.5e-3, 1e-6);
+  EXPECT_GT(first.critical_points(0).angle_rad(), 1.5);
+  EXPECT_EQ(taken(follower, sensor).critical_points(0).id(), first.critical_points(0).id());
+  EXPECT_EQ(follower.wait(clock_ns).critical_points_size(), 0);
+  description.body.emplace();
+  follower.describe(description);
+  EXPECT_EQ(taken(follower, sensor).critical_points_size(), 0) << "its nodes are no flat grid";
+}
+
 TEST(Follower, EndsContactsWhereNoFieldComesOrAnotherZeroHolds) {
   Sensor sensor;
   sensor.press(0.0);

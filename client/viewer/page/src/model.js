@@ -89,10 +89,17 @@ export class Model {
     this.contacts_ms = performance.now();
   }
 
+  get #isTouchHere() {
+    return this.contacts !== null && (this.time !== null || performance.now() - this.contacts_ms < touch_ms);
+  }
+
   /** Contacts of traction-touch that have begun and not ended; null: it does not run. */
   get tracked() {
-    const isHere = this.contacts !== null && (this.time !== null || performance.now() - this.contacts_ms < touch_ms);
-    return isHere ? this.contacts.contacts.filter(({phase}) => phase !== "end") : null;
+    return this.#isTouchHere ? this.contacts.contacts.filter(({phase}) => phase !== "end") : null;
+  }
+
+  get criticalPoints() {
+    return this.#isTouchHere ? this.contacts.critical_points : [];
   }
 
   takePlaces({places_px}) {

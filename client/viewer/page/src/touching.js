@@ -1,4 +1,4 @@
-// Contacts of traction-touch over the views, and how far each is from slipping.
+// Contacts and critical points of traction-touch over the views, and how far each contact is from slipping.
 import {ratio, say} from "./canvas.js";
 import {theme} from "./theme.js";
 
@@ -10,24 +10,55 @@ const reach = 36;  // of the gauge's cone, in its own units
 export const isSeen = ({phase}) => phase === "begin" || phase === "move";
 const stateOf = (contact) => contact.slip?.state ?? "unknown";
 
+const glyph = 5;  // half of a critical point's size [px]
+
+/** Draws a critical point of the shear: a vortex as an arrow that turns as it does, a source as a circle around a dot, a sink
+    as one around a cross, a saddle as a cross. */
+function drawPoint(context, {kind, angle_rad}) {
+  const cross = (half) => {
+    for (const side of [-1, 1]) {
+      context.moveTo(-half, side * half);
+      context.lineTo(half, -side * half);
+    }
+  };
+  context.beginPath();
+  if (kind === "saddle") {
+    cross(glyph);
+  } else if (kind === "vortex") {
+    const turn = Math.sign(angle_rad);  // y is up in each view, and down on a canvas
+    context.arc(0, 0, glyph, (-turn * Math.PI) / 2, 0, turn > 0);
+    context.moveTo(glyph - 3, 3 * turn);
+    context.lineTo(glyph, 0);
+    context.lineTo(glyph + 3, 3 * turn);
+  } else {
+    context.arc(0, 0, glyph, 0, 2 * Math.PI);
+    if (kind === "sink") cross(glyph / Math.SQRT2);
+    else context.rect(-0.5, -0.5, 1, 1);
+  }
+  context.stroke();
+}
+
 /**
- * Draws an ellipse and the id of each contact that is seen, or of which this field says nothing. The colour says whether
- * it slips.
+ * Draws an ellipse and the id of each contact that is seen, or of which this field says nothing, and the critical points of the
+ * shear. The colour says whether a contact slips.
  * @param place of a point of the gel frame [m] in the context's units
  * @param unknown colour of those of which that is not known
  */
 export function drawTouching(context, model, place, unknown = theme.text) {
+  const before = context.getTransform(), pixels = ratio();
+  const onScreen = (point) => {
+    const {x: u, y: v} = before.transformPoint(new DOMPoint(...place(point)));
+    return [u / pixels, v / pixels];
+  };
+  context.save();
+  context.setTransform(pixels, 0, 0, pixels, 0, 0);
+  context.font = "600 13px system-ui";
+  context.textAlign = "center";
+  context.textBaseline = "middle";
   for (const contact of model.tracked ?? []) {
     if (contact.phase === "absent") continue;
     const [x, y] = contact.position_m, [a, b] = contact.half_axes_m.map((half) => half || contact.radius_m);
     const cos = Math.cos(contact.orientation_rad), sin = Math.sin(contact.orientation_rad);
-    const before = context.getTransform(), pixels = ratio();
-    const onScreen = (point) => {
-      const {x: u, y: v} = before.transformPoint(new DOMPoint(...place(point)));
-      return [u / pixels, v / pixels];
-    };
-    context.save();
-    context.setTransform(pixels, 0, 0, pixels, 0, 0);
     context.strokeStyle = context.fillStyle = theme[colours[stateOf(contact)]] ?? unknown;
     context.lineWidth = 2;
     context.setLineDash(colours[stateOf(contact)] ? [] : [5, 4]);  // not known
@@ -39,16 +70,21 @@ export function drawTouching(context, model, place, unknown = theme.text) {
     context.closePath();
     context.stroke();
     const [u, v] = onScreen([x, y]);
-    context.font = "600 13px system-ui";
-    context.textAlign = "center";
-    context.textBaseline = "middle";
     context.lineWidth = 3;
     context.setLineDash([]);
     context.strokeStyle = unknown === theme.text ? theme.card : "#0b1013";
     context.strokeText(String(contact.id), u, v);
     context.fillText(String(contact.id), u, v);
-    context.restore();
   }
+  context.setLineDash([]);
+  context.lineWidth = 1.5;
+  context.strokeStyle = unknown;
+  for (const point of model.criticalPoints) {
+    const [u, v] = onScreen(point.position_m);
+    context.setTransform(pixels, 0, 0, pixels, pixels * u, pixels * v);
+    drawPoint(context, point);
+  }
+  context.restore();
 }
 
 const at = (ratio) => {

@@ -1,0 +1,65 @@
+// Makes symbols of what one contact does between its begin and its end.
+#pragma once
+
+#include "client/input/strokes/alphabet.h"
+#include "client/input/strokes/recogniser.h"
+#include "traction/messages.h"
+
+#include <map>
+#include <optional>
+#include <string>
+
+namespace traction::input {
+
+/// What was written.
+struct Reading {
+  enum class Kind {
+    kSymbol,    ///< `symbol`
+    kMode,      ///< from now on the strokes of the mode `symbol`
+    kTap,       ///< the contact moved too little for a stroke
+    kDoubtful,  ///< `symbol` is the likeliest, but another one nearly as likely, or none is like it: nothing is written
+  };
+  Kind kind = Kind::kTap;
+  std::string symbol;
+  double margin = 0.0;    ///< Recogniser::Best
+  double distance = 0.0;  ///< the same
+};
+
+/// Reads strokes in the modes of an alphabet. Thread-bound.
+class StrokeReader {
+ public:
+  struct Options {
+    /// Smallest extent of a stroke, in the unit of the points: 3 mm for places; for shear, some 0.3 N.
+    double leastExtent = 3.0;
+    double leastMargin = 0.03;    ///< below it a stroke is doubtful
+    double mostDistance = 1.2e4;  ///< above it as well: 5 cells off in each point, of the 32 of a stroke's size
+  };
+
+  explicit StrokeReader(const Alphabet& alphabet)
+      : StrokeReader(alphabet, Options{}) {}
+  StrokeReader(const Alphabet& alphabet, const Options& options);
+
+  /// Takes where the contact is now, or its shear: x to the right, y up. The first one begins a stroke.
+  void move(const std::array<double, 2>& to) { stroke_.push_back(to); }
+  /// Ends the stroke. Returns nothing if none has begun.
+  std::optional<Reading> end();
+  /// Forgets the stroke: the contact was lost, or is no stroke.
+  void cancel() { stroke_.clear(); }
+
+  /// Returns the stroke so far: to teach.
+  const Stroke& stroke() const { return stroke_; }
+  /// Returns in which mode the next stroke is read.
+  const std::string& mode() const { return mode_; }
+
+ private:
+  Options options_;
+  std::map<std::string, Recogniser, std::less<>> modes_;
+  std::string mode_{kLetters};
+  Stroke stroke_;
+};
+
+/// Returns the symbol of a vortex: "turn left" from x towards y, as a hand turns counter-clockwise; "turn right".
+/// Nothing of other points.
+std::optional<std::string> symbolOf(const CriticalPoint& point);
+
+}  // namespace traction::input
