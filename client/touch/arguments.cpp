@@ -1,16 +1,12 @@
 #include "client/touch/arguments.h"
 
-#include "client/files/file_error.h"
-#include "client/files/keys.h"
+#include "client/touch/source.h"
 #include "manual/describe.h"
 #include "manual/parse.h"
-#include "proto/traction/v1/endpoints.h"
 
 #include <CLI/CLI.hpp>
-#include <sysexits.h>
 
-#include <iostream>
-#include <string>
+#include <utility>
 
 namespace traction::contacts {
 namespace {
@@ -26,16 +22,11 @@ constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
   77  no permission
   78  the file of the key, or of the hand, is wrong)";
 
-tl::unexpected<int> failed(int exitCode, const std::string& what) {
-  std::cerr << "traction-touch: " << what << '\n';
-  return tl::unexpected<int>(exitCode);
-}
-
 }  // namespace
 
 tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   Arguments arguments;
-  std::string keyFile, serverKey;
+  SourceWords words;
   CLI::App app(
       "Follows the contacts of a tractiond from frame to frame, or joins several to a hand, and publishes that.",
       "traction-touch");
@@ -44,33 +35,16 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
                      "file of a hand: joins the fields of its fingers, instances on this machine, to grasps; the "
                      "sockets have the name of the hand")
           ->type_name("FILE");
-  app.add_option("--instance", arguments.source.instance, "name of a tractiond on this machine, and of the sockets")
-      ->type_name("INSTANCE")
-      ->capture_default_str()
-      ->check([](const std::string& name) {
-        return isValidName(name) ? "" : "\"" + name + "\" is not a name: 1 to 24 of A-Z, a-z, 0-9, _ and - are";
-      })
-      ->excludes(hand);
-  app.add_option("--connect", arguments.source.endpoint, "ZeroMQ endpoint of the stream, instead of the instance's")
-      ->type_name("ENDPOINT")
-      ->excludes(hand);
-  app.add_option("--key", keyFile, "file of your key for a gateway; without: ~/.config/traction/key")
-      ->type_name("FILE");
-  app.add_option("--server-key", serverKey, "public key of the gateway, as tractionctl keys prints it on its host")
-      ->type_name("KEY");
+  addSource(app, words, "name of a tractiond on this machine, and of the sockets", hand);
   app.add_option("--runtime", arguments.runtime, "directory of the sockets")->type_name("DIR");
   app.set_version_flag("--version", "traction-touch " TRACTION_VERSION);
   app.footer(kExitCodes);
   manual::describable(app);
   if (const auto parsed = manual::parse(app, argc, argv); !parsed) return tl::unexpected(parsed.error());
-  try {
-    if (!keyFile.empty() || !serverKey.empty()) arguments.source.keys = client::keysFor(serverKey, keyFile);
-  } catch (const client::FileError& error) {
-    return failed(error.exitCode(), error.what());
-  } catch (const Error& error) {
-    return failed(EX_CONFIG, error.what());
-  }
-  arguments.source.topics = kField | kDescription;
+  auto source = sourceOf(words, "traction-touch");
+  if (!source) return tl::unexpected(source.error());
+  arguments.source = *std::move(source);
+  arguments.source.topics = kField | kDescription;  // where the nodes are, for critical points
   return arguments;
 }
 

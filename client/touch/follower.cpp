@@ -170,6 +170,7 @@ const v1::Contacts& Follower::take(const Field& field, std::string_view bytes) {
   message_.mutable_header()->Swap(field_.mutable_header());
   arrived_ns_ = field.header.arrived_ns;
   observe(field, observed_);
+  time_ns_ = observed_.time_ns;
   std::vector<touch::CriticalPoint> points;
   if (field.header.calibration == calibration_) {
     points = touch::criticalPoints({.columns = static_cast<int>(nodes_.columns),
@@ -187,6 +188,7 @@ const v1::Contacts& Follower::take(const Field& field, std::string_view bytes) {
 const v1::Contacts& Follower::wait(std::int64_t now_ns) {
   touch::Field none;
   none.time_ns = observed_.time_ns + (now_ns - arrived_ns_);  // on the clock of fields, which may be another host's
+  time_ns_ = none.time_ns;
   return fill(tracker_.update(none), {}, false, options_.realClock());
 }
 
@@ -197,6 +199,7 @@ const v1::Contacts& Follower::endAll() {
 const v1::Contacts& Follower::fill(const std::vector<touch::Contact>& contacts,
                                    const std::vector<touch::TrackedCriticalPoint>& points, bool valid,
                                    std::int64_t real_ns) {
+  contacts_ = &contacts;
   message_.set_timestamp(1e-9 * static_cast<double>(real_ns));
   message_.set_run(options_.run.data(), options_.run.size());
   message_.set_valid(valid);

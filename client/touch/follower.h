@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <string_view>
+#include <vector>
 
 namespace traction::contacts {
 
@@ -39,6 +40,11 @@ class Follower {
 
   /// Returns whether contacts have begun and not ended.
   bool hasContacts() const { return hasContacts_; }
+  /// Returns the contacts of the last message, as they were before they were encoded. They are valid until the next
+  /// call of one of the functions below. A field must have been taken.
+  const std::vector<touch::Contact>& contacts() const { return *contacts_; }
+  /// Returns the time of the last message [ns], on the clock of fields.
+  std::int64_t time_ns() const { return time_ns_; }
   /// Returns when the last field arrived [ns]; 0: none did.
   std::int64_t arrived_ns() const { return arrived_ns_; }
   /// Returns the contacts where no field has come since: unknown, and ended after kSilence_ns. A field must have been
@@ -59,7 +65,9 @@ class Follower {
   touch::Field observed_;  ///< of the last field
   v1::Field field_;        ///< the last field
   v1::Contacts message_;
+  const std::vector<touch::Contact>* contacts_ = nullptr;  ///< of the tracker
   std::int64_t arrived_ns_ = 0;
+  std::int64_t time_ns_ = 0;
   std::uint64_t sequence_ = 0;
   bool hasContacts_ = false;
 };

@@ -28,6 +28,8 @@ class Install(unittest.TestCase):
     def test_everything_is_where_it_is_looked_for(self):
         files = self.files()
         for wanted in ("bin/tractiond", "bin/tractionctl", "bin/traction-twin", "bin/traction-gateway", "bin/traction-touch",
+                       "bin/traction-input", "share/tractiond/input/mouse.toml", "lib/systemd/user/traction-input@.service",
+                       "lib/udev/rules.d/70-traction-input.rules",
                        "lib/systemd/system/tractiond@.service", "lib/systemd/system/traction-gateway@.service",
                        "lib/systemd/system/traction-touch@.service",
                        "lib/systemd/system/traction-metrics.socket", "lib/systemd/system/traction-metrics@.service",

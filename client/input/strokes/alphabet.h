@@ -1,4 +1,4 @@
-// The strokes of an alphabet, in a TOML file: config/input/alphabet.toml has those that are shipped, and a user's own
+// The strokes of an alphabet, in a TOML file: config/input/strokes/alphabet.toml has those that are shipped, and a user's own
 // may be added (traction-input teach).
 #pragma once
 

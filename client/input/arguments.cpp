@@ -1,0 +1,47 @@
+#include "client/input/arguments.h"
+
+#include "client/touch/source.h"
+#include "manual/describe.h"
+#include "manual/parse.h"
+
+#include <CLI/CLI.hpp>
+
+#include <utility>
+
+namespace traction::input {
+namespace {
+
+constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
+   0  stopped as asked, or the profile is right
+  64  the command line is wrong
+  66  the profile, or the file of the key, cannot be read
+  69  the kernel has no uinput, or another program serves the socket of 3-D mice
+  71  the operating system refuses something
+  73  the socket of 3-D mice cannot be made
+  77  no permission to make input devices
+  78  the profile, or the file of the key, is wrong)";
+
+}  // namespace
+
+tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
+  Arguments arguments;
+  contacts::SourceWords words;
+  CLI::App app(
+      "Makes the gel of a tractiond a mouse, a touch screen, a pen, a 3-D mouse or a controller for music and art.",
+      "traction-input");
+  app.add_option("--profile", arguments.profile, "what to use it as: mouse, touch, tablet, puck, music; or a TOML file")
+      ->type_name("NAME|FILE")
+      ->required();
+  app.add_flag("--check", arguments.checks, "only checks the profile");
+  contacts::addSource(app, words, "name of a tractiond on this machine", nullptr);
+  app.set_version_flag("--version", "traction-input " TRACTION_VERSION);
+  app.footer(kExitCodes);
+  manual::describable(app);
+  if (const auto parsed = manual::parse(app, argc, argv); !parsed) return tl::unexpected(parsed.error());
+  auto source = contacts::sourceOf(words, "traction-input");
+  if (!source) return tl::unexpected(source.error());
+  arguments.source = *std::move(source);
+  return arguments;
+}
+
+}  // namespace traction::input

@@ -1,0 +1,98 @@
+// Touches as events of input devices: a mouse, a touch screen (multitouch protocol B) and a pen.
+#pragma once
+
+#include "client/input/events.h"
+#include "client/input/pointer.h"
+#include "client/input/touches.h"
+#include "client/input/tuio.h"
+
+#include <array>
+#include <cstdint>
+#include <utility>
+
+namespace traction::input {
+
+class PointerDevice : public Output {
+ public:
+  static EventDevice::Ability ability();
+  PointerDevice(EventDevice device, const PointerOptions& options)
+      : device_(std::move(device))
+      , pointer_(options) {}
+
+  void write(const Touches& touches) override;
+
+ private:
+  EventDevice device_;
+  Pointer pointer_;
+};
+
+struct TouchOptions {
+  double fullPress_N = 20.0;  ///< largest press that is reported
+};
+
+/// Pressure is in grams, with resolution 1; places and sizes are in hundredths of a millimetre. Further touches than
+/// there are slots are not reported.
+class TouchDevice : public Output {
+ public:
+  static EventDevice::Ability ability(const Area& area, const TouchOptions& options);
+  TouchDevice(EventDevice device, const Area& area, const TouchOptions& options)
+      : device_(std::move(device))
+      , area_(area)
+      , options_(options) {}
+
+  void write(const Touches& touches) override;
+
+ private:
+  void describe(const Touch& touch);
+
+  static constexpr std::size_t kSlots = 10;
+
+  EventDevice device_;
+  Area area_;
+  TouchOptions options_;
+  std::array<std::uint64_t, kSlots> slots_{};  ///< ids of touches; 0: the slot is free
+  std::uint64_t first_ = 0;                    ///< the touch that programs without multitouch follow; 0: none
+  bool isTouched_ = false;
+};
+
+struct PenOptions {
+  double fullPress_N = 10.0;  ///< press that is reported as the largest
+};
+
+/// The touch that began first as a pen, which leans as the force does. It is near while it touches only.
+class PenDevice : public Output {
+ public:
+  static EventDevice::Ability ability(const Area& area);
+  PenDevice(EventDevice device, const Area& area, const PenOptions& options)
+      : device_(std::move(device))
+      , area_(area)
+      , options_(options) {}
+
+  void write(const Touches& touches) override;
+
+ private:
+  void touch(bool isDown);
+
+  EventDevice device_;
+  Area area_;
+  PenOptions options_;
+  std::uint64_t id_ = 0;  ///< of the touch that is the pen; 0: none
+};
+
+/// One touch is a pointer, several are touches: each goes to one of two devices. From the second touch on until all are
+/// lifted, it is the other one.
+class OneOrSeveral : public Output {
+ public:
+  OneOrSeveral(PointerDevice one, TouchDevice several)
+      : one_(std::move(one))
+      , several_(std::move(several)) {}
+
+  void write(const Touches& touches) override;
+
+ private:
+  PointerDevice one_;
+  TouchDevice several_;
+  bool areSeveral_ = false;
+};
+
+}  // namespace traction::input

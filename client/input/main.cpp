@@ -1,0 +1,77 @@
+// traction-input: parses the arguments, runs, and returns the exit code.
+#include "base/error.h"
+#include "base/service/log.h"
+#include "base/service/service.h"
+#include "base/service/time_slice.h"
+#include "client/input/arguments.h"
+#include "client/input/outputs.h"
+#include "client/input/profile.h"
+#include "client/touch/relay.h"
+
+#include <sysexits.h>
+
+#include <exception>
+#include <iostream>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace traction::input {
+namespace {
+
+constexpr const char* kName = "traction-input";
+
+int failed(const tractiond::Error& error) {
+  std::cerr << tractiond::logLine(kName, spdlog::level::err, error.message()) << "\n";
+  return error.exitCode;
+}
+
+/// Passes contacts on to all outputs.
+class Outputs : public contacts::RelayOutput {
+ public:
+  Outputs(double turn_rad, std::vector<std::unique_ptr<Output>> outputs)
+      : view_(turn_rad)
+      , outputs_(std::move(outputs)) {}
+
+  void take(const contacts::Follower& follower, const v1::Contacts&, const Field* field) override {
+    const Touches& touches = view_.take(follower.contacts(), field, follower.time_ns());
+    for (const auto& output : outputs_) output->write(touches);
+  }
+  void turn() override {
+    for (const auto& output : outputs_) output->turn();
+  }
+
+ private:
+  View view_;
+  std::vector<std::unique_ptr<Output>> outputs_;
+};
+
+int serve(const Arguments& arguments) {
+  const auto profile = loadProfile(arguments.profile);
+  if (!profile) return failed(profile.error());
+  if (arguments.checks) return EX_OK;
+  tractiond::catchSignals();
+  tractiond::shortenTimeSlice(0);  // and ZeroMQ's threads, which start later
+  const auto log = tractiond::startLog(kName, "info");
+  auto outputs = openOutputs(*profile);
+  if (!outputs)
+    return log->write(tractiond::logLine(kName, spdlog::level::err, outputs.error().message())),
+           outputs.error().exitCode;
+  Outputs all(profile->turn_rad, *std::move(outputs));
+  contacts::Relay relay(arguments.source, all);
+  contacts::runRelay(relay);
+  return EX_OK;
+}
+
+}  // namespace
+}  // namespace traction::input
+
+int main(int argc, char** argv) try {
+  const auto arguments = traction::input::parseArguments(argc, argv);
+  return arguments ? traction::input::serve(*arguments) : arguments.error();
+} catch (const traction::Error& error) {
+  return traction::input::failed(
+      {.exitCode = error.code() == traction::ErrorCode::kBadKeys ? EX_CONFIG : EX_USAGE, .what = error.what()});
+} catch (const std::exception& error) {
+  return traction::input::failed({.exitCode = EX_OSERR, .what = error.what()});
+}

@@ -1,0 +1,84 @@
+// Open Sound Control 1.0 in datagrams: its encoding, and the forces on the gel for music and art programs.
+#pragma once
+
+#include "base/error.h"
+#include "client/input/affine.h"
+#include "client/input/touches.h"
+
+#include <tl/expected.hpp>
+
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace traction::input {
+
+/// A message: an address, and arguments in the order in which they are added.
+class OscMessage {
+ public:
+  explicit OscMessage(std::string address)
+      : address_(std::move(address)) {}
+
+  OscMessage& add(std::int32_t number);
+  OscMessage& add(std::string_view text);
+  /// Adds numbers as floats.
+  OscMessage& add(std::initializer_list<double> numbers);
+  /// Adds a time [ns since 1970].
+  OscMessage& addTime(std::int64_t real_ns);
+
+  std::string bytes() const;
+
+ private:
+  std::string address_;
+  std::string types_ = ",";
+  std::string arguments_;
+};
+
+/// Returns the bytes of a bundle that takes effect at once.
+std::string bundleOf(const std::vector<OscMessage>& messages);
+
+/// Sends datagrams to one address. What nobody receives is lost.
+class Datagrams {
+ public:
+  /// \param address "HOST:PORT", or "[HOST]:PORT" for IPv6. EX_CONFIG: it is none; EX_OSERR: no socket can be made
+  static tl::expected<Datagrams, tractiond::Error> open(const std::string& address);
+  ~Datagrams();
+  Datagrams(Datagrams&& other) noexcept
+      : descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+  /// Does not wait.
+  void send(std::string_view bytes) const;
+
+ private:
+  explicit Datagrams(int descriptor)
+      : descriptor_(descriptor) {}
+
+  int descriptor_;
+};
+
+struct OscOptions {
+  std::string address = "127.0.0.1:9000";
+  std::string prefix = "/traction";  ///< of all addresses, to tell several gels apart
+};
+
+/// For each field a bundle of PREFIX/touch for each touch, PREFIX/lift for each that ended, PREFIX/wrench, and
+/// PREFIX/gesture (docs/input.md).
+class OscOutput : public Output {
+ public:
+  OscOutput(Datagrams datagrams, std::string prefix)
+      : datagrams_(std::move(datagrams))
+      , prefix_(std::move(prefix)) {}
+
+  void write(const Touches& touches) override;
+
+ private:
+  Datagrams datagrams_;
+  std::string prefix_;
+  Gesture gesture_;
+  std::vector<std::uint64_t> open_;  ///< ids of the touches of the last field
+};
+
+}  // namespace traction::input

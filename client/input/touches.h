@@ -1,0 +1,68 @@
+// What touches the gel as its user sees it, and what outputs are.
+#pragma once
+
+#include "touch/contact_tracker.h"
+#include "traction/messages.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace traction::input {
+
+using Wrench = std::array<double, 6>;  ///< force [N] and moment [N m], each (x, y, z)
+
+// All is in the user's frame: its origin is that of the gel frame, x points to the right, y away from the user (up on a
+// screen), z out of the gel. The gel frame is that of the camera, which sees the gel from behind.
+
+/// A contact from its begin to its end.
+struct Touch {
+  std::uint64_t id = 0;
+  /// False: it is not in this field, and may come back; the rest is as last seen.
+  bool seen = false;
+  std::array<double, 2> position_m{};
+  std::array<double, 2> velocity_m_s{};
+  std::array<double, 2> shear_N{};  ///< on the gel
+  double press_N = 0.0;             ///< into the gel
+  double torque_Nm = 0.0;           ///< about z, on the gel
+  double radius_m = 0.0;
+  std::array<double, 2> halfAxes_m{};  ///< the larger one first
+  double orientation_rad = 0.0;        ///< of the larger one, from x towards y, in [-pi/2, pi/2)
+};
+
+struct Touches {
+  std::int64_t time_ns = 0;    ///< of capture; increases
+  bool valid = false;          ///< false: nothing is known of this moment
+  std::vector<Touch> touches;  ///< that have begun and not ended, by increasing id
+  Wrench wrench{};             ///< on the whole gel, about the origin; 0 without touches, as last seen where not valid
+};
+
+/// Turns contacts into the user's frame. Thread-bound.
+class View {
+ public:
+  /// \param turn_rad angle from the user's y to the gel's, counter-clockwise for the user
+  explicit View(double turn_rad)
+      : turn_rad_(turn_rad) {}
+
+  /// Returns what touches the gel, valid until the next call. \param field that the contacts are of; null: none came
+  const Touches& take(const std::vector<touch::Contact>& contacts, const Field* field, std::int64_t time_ns);
+
+ private:
+  Touch turned(const touch::Contact& contact) const;
+
+  double turn_rad_;
+  Touches touches_;
+};
+
+/// Writes what touches the gel in the form that other programs read. Thread-bound.
+class Output {
+ public:
+  virtual ~Output() = default;
+
+  /// Where a touch is no longer listed, it is lifted.
+  virtual void write(const Touches& touches) = 0;
+  /// Is called at least ten times a second, whether or not something is written.
+  virtual void turn() {}
+};
+
+}  // namespace traction::input

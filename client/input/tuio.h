@@ -1,0 +1,52 @@
+// TUIO 1.1 (2Dcur) and 2.0 (ptr) over OSC: touches for multi-touch programs. www.tuio.org
+#pragma once
+
+#include "client/input/osc.h"
+#include "client/input/touches.h"
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace traction::input {
+
+struct TuioOptions {
+  std::string address = "127.0.0.1:3333";
+  double fullPress_N = 10.0;  ///< press that TUIO 2.0 calls 1
+};
+
+/// The rectangle about the origin that a program's window or screen is mapped to.
+struct Area {
+  std::array<double, 2> size_m = {0.072, 0.072};
+
+  /// Returns a place as fractions from the upper left corner, at most its edge.
+  std::array<double, 2> fractions(const std::array<double, 2>& position_m) const;
+};
+
+/// Returns the messages of a bundle. \param frame number of the bundle, from 1
+std::vector<OscMessage> tuio11(const Touches& touches, const Area& area, std::int32_t frame);
+/// \param real_ns time of the frame [ns since 1970]
+std::vector<OscMessage> tuio20(const Touches& touches, const Area& area, double fullPress_N, std::int32_t frame,
+                               std::int64_t real_ns);
+
+/// Sends a bundle for each field while something touches the gel, and once after it.
+class TuioOutput : public Output {
+ public:
+  enum class Version : std::uint8_t { k11, k20 };
+
+  TuioOutput(Datagrams datagrams, Version version, const Area& area, double fullPress_N);
+
+  void write(const Touches& touches) override;
+
+ private:
+  Datagrams datagrams_;
+  Version version_;
+  Area area_;
+  double fullPress_N_;
+  std::int32_t frame_;  ///< number of the last bundle
+  bool isTouched_ = false;
+};
+
+}  // namespace traction::input

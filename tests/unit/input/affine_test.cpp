@@ -1,0 +1,88 @@
+// Contacts into the user's frame; wrench and gestures as axes.
+#include "client/input/affine.h"
+#include "tests/support/seed.h"
+#include "tests/unit/input/touches.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <random>
+
+namespace traction::input::test {
+namespace {
+
+TEST(View, ShowsTheGelFromTheSideOfItsUser) {
+  touch::Contact contact;
+  contact.id = 7;
+  contact.position_m = {0.01, 0.02};
+  contact.force_N = {0.3, 0.4, 2.0};
+  contact.moment_Nm = {0.0, 0.0, 5e-3};
+  contact.orientation_rad = 0.5;
+  Field field;
+  field.valid = true;
+  field.resultant_N = {0.3, 0.4, 2.0};
+  field.moment_Nm = {1e-3, 2e-3, 3e-3};
+  View view(0.0);
+  const Touches& touches = view.take({contact}, &field, 5);
+  ASSERT_EQ(touches.touches.size(), 1U);
+  EXPECT_EQ(touches.touches[0].position_m, (std::array{-0.01, 0.02}));
+  EXPECT_EQ(touches.touches[0].shear_N, (std::array{-0.3, 0.4}));
+  EXPECT_EQ(touches.touches[0].press_N, 2.0);
+  EXPECT_EQ(touches.touches[0].torque_Nm, -5e-3);
+  EXPECT_NEAR(touches.touches[0].orientation_rad, -0.5, 1e-12);
+  EXPECT_EQ(touches.wrench, (Wrench{-0.3, 0.4, -2.0, -1e-3, 2e-3, -3e-3}));
+
+  contact.phase = touch::Phase::kUnknown;  // its forces are 0 then, and say nothing
+  contact.force_N = {};
+  View turned(std::numbers::pi / 2);
+  EXPECT_NEAR(turned.take({contact}, &field, 6).touches[0].position_m[0], -0.02, 1e-12);
+  const Touches& unknown = view.take({contact}, nullptr, 6);
+  EXPECT_FALSE(unknown.touches[0].seen);
+  EXPECT_EQ(unknown.touches[0].press_N, 2.0);
+  EXPECT_EQ(unknown.wrench[2], -2.0);
+  contact.phase = touch::Phase::kEnd;
+  EXPECT_TRUE(view.take({contact}, nullptr, 7).touches.empty());
+  EXPECT_EQ(view.take({}, nullptr, 8).wrench, Wrench{});
+}
+
+TEST(Axes, AreProportionalBeyondTheDeadZoneAndEndAtThoseOfAMouse) {
+  const auto axes = axesOf({1.2, -1.2, 0.19, 0.0, -0.014, 9.0}, AxesOptions{});
+  EXPECT_EQ(axes, (std::array<std::int32_t, 6>{60, -60, 0, 0, -50, 350}));
+}
+
+TEST(Gesture, OfTwoFingersIsReadWithinTwoPercentOfItsRange) {
+  using Place = std::complex<double>;
+  std::mt19937 random(tractiond::test::seed());
+  std::normal_distribution<double> noise(0.0, 3e-5);
+  Gesture gesture;
+  constexpr double kTurn = 1.5, kScale = 1.8;
+  const Place shift(0.012, -0.008);
+  Similarity read;
+  std::int64_t time_ns = 0;
+  for (int frame = 0; frame <= 120; ++frame) {
+    const double part = frame / 120.0;
+    const Place factor = std::polar(std::pow(kScale, part), kTurn * part);
+    std::vector<Touch> touches;
+    for (const Place from : {Place(-0.008, 0.001), Place(0.009, 0.0)}) {
+      const Place centre(0.0005, 0.0005), at = centre + factor * (from - centre) + part * shift;
+      touches.push_back(touchOf(touches.size() + 1, at.real() + noise(random), at.imag() + noise(random)));
+    }
+    Touches field = fieldOf(touches, time_ns += kFrame_ns);
+    if (frame % 10 == 5) field.touches[1].seen = false;  // as last seen
+    read = gesture.follow(field);
+    const Similarity same = gesture.follow(fieldOf(field.touches, time_ns));
+    EXPECT_EQ(same.turn_rad, read.turn_rad);
+  }
+  EXPECT_NEAR(read.turn_rad, kTurn, 0.02 * kTurn);
+  EXPECT_NEAR(read.scale, kScale, 0.02 * (kScale - 1.0));
+  EXPECT_NEAR(read.shift_m[0], shift.real(), 0.02 * 0.012);
+  EXPECT_NEAR(read.shift_m[1], shift.imag(), 0.02 * 0.012);
+  // One is lifted and put down elsewhere: that is no motion, and then another gesture.
+  gesture.follow(fieldOf({touchOf(1, 0.0, 0.0)}));
+  EXPECT_EQ(gesture.follow(fieldOf({touchOf(1, 0.01, 0.0), touchOf(3, 0.02, 0.02)})).turn_rad, 0.0);
+}
+
+}  // namespace
+}  // namespace traction::input::test
