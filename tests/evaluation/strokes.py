@@ -5,7 +5,7 @@ import subprocess
 import chain
 from report import SOURCE
 
-ALPHABET = SOURCE / "config" / "input" / "alphabet.toml"
+ALPHABET = SOURCE / "config" / "input" / "strokes" / "alphabet.toml"
 TARGETS = {"own": 0.99, "foreign": 0.97}
 
 
