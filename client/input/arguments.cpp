@@ -26,10 +26,11 @@ constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
 tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   Arguments arguments;
   contacts::SourceWords words;
-  CLI::App app(
-      "Makes the gel of a tractiond a mouse, a touch screen, a pen, a 3-D mouse or a controller for music and art.",
-      "traction-input");
-  app.add_option("--profile", arguments.profile, "what to use it as: mouse, touch, tablet, puck, music; or a TOML file")
+  CLI::App app("Makes the gel of a tractiond a mouse, a touch screen, a pen, a keyboard for strokes, a 3-D mouse or a "
+               "controller for music and art.",
+               "traction-input");
+  app.add_option("--profile", arguments.profile,
+                 "what to use it as: mouse, touch, tablet, strokes, puck, music; or a TOML file")
       ->type_name("NAME|FILE")
       ->required();
   app.add_flag("--check", arguments.checks, "only checks the profile");

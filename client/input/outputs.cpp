@@ -1,10 +1,14 @@
 #include "client/input/outputs.h"
 
 #include "client/input/devices.h"
+#include "client/input/keyboard.h"
 #include "client/input/osc.h"
 #include "client/input/spacenav.h"
 #include "client/input/tuio.h"
 
+#include <sysexits.h>
+
+#include <algorithm>
 #include <utility>
 
 namespace traction::input {
@@ -26,6 +30,19 @@ Made oneOrSeveral(const Profile& profile) {
   if (!several) return tl::unexpected(several.error());
   return std::make_unique<OneOrSeveral>(PointerDevice(*std::move(one), *profile.pointer),
                                         TouchDevice(*std::move(several), profile.area, *profile.touch));
+}
+
+Made keyboard(const TextOptions& options) {
+  const auto path = options.alphabet.empty() ? shippedFolder() / "strokes/alphabet.toml" : options.alphabet;
+  const auto alphabet = loadAlphabet(path);
+  if (!alphabet) return tl::unexpected(alphabet.error());
+  const auto strange = std::find_if(alphabet->begin(), alphabet->end(),
+                                    [](const Template& each) { return !Keyboard::canType(each.symbol); });
+  if (strange != alphabet->end()) {
+    return tl::unexpected(tractiond::Error{EX_CONFIG, "no key types '" + strange->symbol + "'", path.string(),
+                                           "symbols are a to z, 0 to 9, space, delete, digits and letters"});
+  }
+  return onDevice<Keyboard>(Keyboard::ability(), *alphabet, options);
 }
 
 Made tuio(const TuioOptions& options, TuioOutput::Version version, const Area& area) {
@@ -54,6 +71,7 @@ tl::expected<std::vector<std::unique_ptr<Output>>, tractiond::Error> openOutputs
   } else if (profile.pen) {
     made.push_back(onDevice<PenDevice>(PenDevice::ability(profile.area), profile.area, *profile.pen));
   }
+  if (profile.text) made.push_back(keyboard(*profile.text));
   if (profile.spacenav) {
     const auto& socket = profile.spacenav->socket;
     made.push_back(Spacenav::open(socket.empty() ? spacenavSocket() : socket, profile.spacenav->axes));

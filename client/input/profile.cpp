@@ -19,6 +19,7 @@ constexpr Range kDeadZone{0.0, 1000.0};
 constexpr Range kMoment{0.0, 1e6, 1e3};                          // [N mm]
 constexpr Range kGain{-1e6, 1e6}, kMomentGain{-1e6, 1e6, 1e-3};  // [counts / N], [counts / N mm]
 constexpr Range kSize{1.0, 1000.0, 1e3};                         // [mm]
+constexpr Range kStroke{0.1, 1000.0};                            // [mm]
 constexpr Range kTime{0.0, 10'000.0, 1e-6};                      // [ms], in memory [ns]
 constexpr Range kAngle{-360.0, 360.0, 180.0 / std::numbers::pi};
 
@@ -41,6 +42,13 @@ void read(TomlTable& table, TouchOptions& touch) {
 
 void read(TomlTable& table, PenOptions& pen) {
   table.read("full_press_N", pen.fullPress_N, kForce);
+}
+
+void read(TomlTable& table, TextOptions& text) {
+  std::string alphabet;
+  table.read("alphabet", alphabet);
+  text.alphabet = alphabet;
+  table.read("least_mm", text.leastExtent_mm, kStroke);
 }
 
 void read(TomlTable& table, SpacenavOptions& spacenav) {
@@ -78,22 +86,32 @@ tl::expected<Profile, tractiond::Error> read(tl::expected<TomlTable, FileError> 
   read(*root, "pointer", profile.pointer);
   read(*root, "touch", profile.touch);
   read(*root, "pen", profile.pen);
+  read(*root, "text", profile.text);
   read(*root, "spacenav", profile.spacenav);
   read(*root, "tuio", profile.tuio11);
   read(*root, "tuio2", profile.tuio20);
   read(*root, "osc", profile.osc);
   if (profile.pen && (profile.pointer || profile.touch))
     root->fail("pen", "is one device more for the same contact: leave it out, or pointer and touch");
-  const bool isEmpty = !profile.pointer && !profile.touch && !profile.pen && !profile.spacenav && !profile.tuio11 &&
-                       !profile.tuio20 && !profile.osc;
+  if (profile.text && (profile.pointer || profile.touch || profile.pen))
+    root->fail("text", "is one device more for the same contact: leave it out, or pointer, touch and pen");
+  const bool isEmpty = !profile.pointer && !profile.touch && !profile.pen && !profile.text && !profile.spacenav &&
+                       !profile.tuio11 && !profile.tuio20 && !profile.osc;
   if (const auto sound = root->finish(); !sound) return tl::unexpected(tractiond::asError(sound.error()));
   if (isEmpty)
-    return tl::unexpected(tractiond::Error{EX_CONFIG, "the profile has no output", "",
-                                           "it needs a table: pointer, touch, pen, spacenav, tuio, tuio2 or osc"});
+    return tl::unexpected(
+        tractiond::Error{EX_CONFIG, "the profile has no output", "",
+                         "it needs a table: pointer, touch, pen, text, spacenav, tuio, tuio2 or osc"});
   return profile;
 }
 
 }  // namespace
+
+std::filesystem::path shippedFolder() {
+  std::error_code ignored;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", ignored);
+  return program.parent_path().parent_path() / "share/tractiond/input";
+}
 
 tl::expected<Profile, tractiond::Error> parseProfile(std::string_view text, const std::string& name) {
   return read(TomlTable::parse(text, name));
@@ -101,9 +119,7 @@ tl::expected<Profile, tractiond::Error> parseProfile(std::string_view text, cons
 
 tl::expected<Profile, tractiond::Error> loadProfile(const std::string& nameOrPath) {
   if (nameOrPath.find_first_of("/.") != std::string::npos) return read(TomlTable::load(nameOrPath));
-  std::error_code ignored;
-  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", ignored);
-  return read(TomlTable::load(program.parent_path().parent_path() / "share/tractiond/input" / (nameOrPath + ".toml")));
+  return read(TomlTable::load(shippedFolder() / (nameOrPath + ".toml")));
 }
 
 }  // namespace traction::input

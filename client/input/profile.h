@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "client/input/affine.h"
 #include "client/input/devices.h"
+#include "client/input/keyboard.h"
 #include "client/input/osc.h"
 #include "client/input/pointer.h"
 #include "client/input/tuio.h"
@@ -29,15 +30,19 @@ struct Profile {
   std::optional<PointerOptions> pointer;
   std::optional<TouchOptions> touch;  ///< with `pointer`: several touches only
   std::optional<PenOptions> pen;      ///< without those
+  std::optional<TextOptions> text;    ///< without all of these
   std::optional<SpacenavOptions> spacenav;
   std::optional<TuioOptions> tuio11, tuio20;
   std::optional<OscOptions> osc;
 };
 
+/// Returns the folder of what is shipped: share/tractiond/input beside the directory of this program.
+std::filesystem::path shippedFolder();
+
 /// Parses the text of a profile. EX_CONFIG: it is wrong. \param name of the file in errors
 tl::expected<Profile, tractiond::Error> parseProfile(std::string_view text, const std::string& name);
-/// Parses a file, or a shipped profile: share/tractiond/input/NAME.toml beside the directory of this program.
-/// EX_NOINPUT: it cannot be read. Otherwise as parseProfile().
+/// Parses a file, or a shipped profile: NAME.toml in shippedFolder(). EX_NOINPUT: it cannot be read. Otherwise as
+/// parseProfile().
 tl::expected<Profile, tractiond::Error> loadProfile(const std::string& nameOrPath);
 
 }  // namespace traction::input

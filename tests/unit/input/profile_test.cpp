@@ -22,6 +22,7 @@ TEST(Profile, ThoseThatAreShippedHaveTheirOutputs) {
   EXPECT_TRUE(tablet.pen && !tablet.touch);
   EXPECT_TRUE(puck.spacenav && !puck.pointer);
   EXPECT_TRUE(load("music").osc);
+  EXPECT_TRUE(load("strokes").text);
   // What they say is the default.
   EXPECT_EQ(mouse.pointer->decision_ns, PointerOptions{}.decision_ns);
   EXPECT_DOUBLE_EQ(mouse.pointer->speed_N, PointerOptions{}.speed_N);
@@ -41,6 +42,7 @@ TEST(Profile, AFaultIsNamedWithItsLine) {
   EXPECT_NE(errorOf("[pointr]\n").find("pointr"), std::string::npos);
   EXPECT_NE(errorOf("[pointer]\nrelease_N = 2\n").find("must be below press_N"), std::string::npos);
   EXPECT_NE(errorOf("[pen]\n[touch]\n").find("one device more"), std::string::npos);
+  EXPECT_NE(errorOf("[text]\n[touch]\n").find("one device more"), std::string::npos);
   EXPECT_NE(errorOf("area_mm = [0, 3]\n[pen]\n").find("my.toml:1: "), std::string::npos);
   EXPECT_NE(errorOf("").find("has no output"), std::string::npos);
   EXPECT_EQ(errorOf("[pointer]\n[touch]\n[osc]\n[spacenav]\n"), "");

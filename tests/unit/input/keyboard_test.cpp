@@ -1,0 +1,94 @@
+// Strokes in, keys out, read as a program reads them.
+#include "client/input/keyboard.h"
+#include "tests/support/places.h"
+#include "tests/unit/input/touches.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <linux/input.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <vector>
+
+namespace traction::input::test {
+namespace {
+
+class KeyboardTest : public testing::Test {
+ protected:
+  ~KeyboardTest() override { close(ends_[0]); }
+
+  /// Draws a symbol of the alphabet, 20 mm high, without lifting the touch.
+  void draw(std::uint64_t id, const std::string& symbol, const std::string& mode = "letters") {
+    for (const Template& each : alphabet_) {
+      if (each.symbol != symbol || each.mode != mode) continue;
+      for (const auto& [x, y] : each.stroke) keyboard_.write(fieldOf({touchOf(id, 2e-4 * x, 2e-4 * y)}));
+      return;
+    }
+    FAIL() << "no stroke for " << symbol;
+  }
+  void lift() { keyboard_.write(fieldOf({})); }
+
+  /// Returns the keys that went down, each of which must be up again.
+  std::vector<int> typed() {
+    std::array<input_event, 64> events{};
+    const ssize_t size = read(ends_[0], events.data(), sizeof events);
+    std::vector<int> down;
+    int held = 0;
+    for (ssize_t i = 0; i < size / static_cast<ssize_t>(sizeof events[0]); ++i) {
+      const input_event& event = events[static_cast<std::size_t>(i)];
+      if (event.type != EV_KEY) continue;
+      if (event.value == 1) down.push_back(event.code);
+      held += event.value == 1 ? 1 : -1;
+    }
+    EXPECT_EQ(held, 0);
+    return down;
+  }
+
+ private:
+  static std::array<int, 2> pipeEnds() {
+    std::array<int, 2> ends{};
+    EXPECT_EQ(pipe2(ends.data(), O_NONBLOCK), 0);
+    return ends;
+  }
+  const std::array<int, 2> ends_ = pipeEnds();
+
+ protected:
+  const Alphabet alphabet_ = loadAlphabet(tractiond::test::source("config/input/strokes/alphabet.toml")).value();
+  Keyboard keyboard_{EventDevice(ends_[1]), alphabet_, {}};
+};
+
+TEST_F(KeyboardTest, EachSymbolThatIsShippedTypesItsKey) {
+  EXPECT_TRUE(std::all_of(alphabet_.begin(), alphabet_.end(),
+                          [](const Template& each) { return Keyboard::canType(each.symbol); }));
+  draw(1, "t");
+  EXPECT_EQ(typed(), std::vector<int>{}) << "before it is lifted";
+  lift();
+  EXPECT_EQ(typed(), std::vector<int>{KEY_T});
+  for (const char* symbol : {"z", "space", "delete"}) draw(2, symbol), lift();
+  EXPECT_EQ(typed(), (std::vector<int>{KEY_Z, KEY_SPACE, KEY_BACKSPACE}));
+  draw(3, "digits");
+  lift();
+  draw(4, "7", "digits");
+  lift();
+  EXPECT_EQ(typed(), std::vector<int>{KEY_7});
+}
+
+TEST_F(KeyboardTest, ATapSeveralTouchesAndALostSensorTypeNothing) {
+  keyboard_.write(fieldOf({touchOf(1, 0.0, 0.0)}));
+  lift();
+  draw(2, "z");
+  keyboard_.write(fieldOf({touchOf(2, 0.0, 0.0), touchOf(3, 0.01, 0.0)}));
+  keyboard_.write(fieldOf({touchOf(2, 0.0, 0.0)}));
+  lift();
+  draw(4, "z");
+  keyboard_.write(Touches{});
+  lift();
+  EXPECT_EQ(typed(), std::vector<int>{});
+  EXPECT_FALSE(Keyboard::canType("é"));
+}
+
+}  // namespace
+}  // namespace traction::input::test
