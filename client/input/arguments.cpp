@@ -5,7 +5,9 @@
 #include "manual/parse.h"
 
 #include <CLI/CLI.hpp>
+#include <sysexits.h>
 
+#include <iostream>
 #include <utility>
 
 namespace traction::input {
@@ -29,16 +31,24 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   CLI::App app("Makes the gel of a tractiond a mouse, a touch screen, a pen, a keyboard for strokes, a 3-D mouse or a "
                "controller for music and art.",
                "traction-input");
-  app.add_option("--profile", arguments.profile,
-                 "what to use it as: mouse, touch, tablet, strokes, puck, music; or a TOML file")
-      ->type_name("NAME|FILE")
-      ->required();
+  auto* const profile = app.add_option("--profile", arguments.profile,
+                                       "what to use it as: mouse, touch, tablet, strokes, puck, music; or a TOML file")
+                            ->type_name("NAME|FILE");
+  auto* const teach = app.add_option("--teach", arguments.taught,
+                                     "prints what is drawn as strokes of this symbol, for the file of an alphabet")
+                          ->type_name("SYMBOL")
+                          ->excludes(profile);
+  app.add_flag("--digits", arguments.areDigits, "what is taught is read after the stroke of digits")->needs(teach);
   app.add_flag("--check", arguments.checks, "only checks the profile");
   contacts::addSource(app, words, "name of a tractiond on this machine", nullptr);
   app.set_version_flag("--version", "traction-input " TRACTION_VERSION);
   app.footer(kExitCodes);
   manual::describable(app);
   if (const auto parsed = manual::parse(app, argc, argv); !parsed) return tl::unexpected(parsed.error());
+  if (arguments.profile.empty() && arguments.taught.empty()) {
+    std::cerr << "traction-input: --profile is missing, or --teach; see traction-input --help\n";
+    return tl::unexpected(EX_USAGE);
+  }
   auto source = contacts::sourceOf(words, "traction-input");
   if (!source) return tl::unexpected(source.error());
   arguments.source = *std::move(source);

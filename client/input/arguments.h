@@ -11,7 +11,9 @@ namespace traction::input {
 
 struct Arguments {
   SubscriberOptions source;  ///< of the fields
-  std::string profile;       ///< name of a shipped one, or path of a file
+  std::string profile;       ///< name of a shipped one, or path of a file; or else
+  std::string taught;        ///< symbol whose strokes are printed
+  bool areDigits = false;    ///< they are of the mode "digits"
   bool checks = false;       ///< true: only checks the profile
 };
 

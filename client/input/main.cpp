@@ -6,6 +6,7 @@
 #include "client/input/arguments.h"
 #include "client/input/outputs.h"
 #include "client/input/profile.h"
+#include "client/input/teacher.h"
 #include "client/touch/relay.h"
 
 #include <sysexits.h>
@@ -46,14 +47,23 @@ class Outputs : public contacts::RelayOutput {
   std::vector<std::unique_ptr<Output>> outputs_;
 };
 
+/// Returns the outputs of the profile, or the one that prints strokes.
+tl::expected<std::vector<std::unique_ptr<Output>>, tractiond::Error> outputsOf(const Arguments& arguments,
+                                                                               const Profile& profile) {
+  if (arguments.taught.empty()) return openOutputs(profile);
+  std::vector<std::unique_ptr<Output>> outputs;
+  outputs.push_back(std::make_unique<Teacher>(arguments.taught, arguments.areDigits, std::cout));
+  return outputs;
+}
+
 int serve(const Arguments& arguments) {
-  const auto profile = loadProfile(arguments.profile);
+  const auto profile = arguments.taught.empty() ? loadProfile(arguments.profile) : Profile();
   if (!profile) return failed(profile.error());
   if (arguments.checks) return EX_OK;
   tractiond::catchSignals();
   tractiond::shortenTimeSlice(0);  // and ZeroMQ's threads, which start later
   const auto log = tractiond::startLog(kName, "info");
-  auto outputs = openOutputs(*profile);
+  auto outputs = outputsOf(arguments, *profile);
   if (!outputs)
     return log->write(tractiond::logLine(kName, spdlog::level::err, outputs.error().message())),
            outputs.error().exitCode;

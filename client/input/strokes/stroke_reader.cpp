@@ -4,9 +4,7 @@
 #include <utility>
 
 namespace traction::input {
-namespace {
 
-/// Returns the larger side of the box around a stroke.
 double extent(const Stroke& stroke) {
   double largest = 0.0;
   for (const std::size_t axis : {0U, 1U}) {
@@ -16,8 +14,6 @@ double extent(const Stroke& stroke) {
   }
   return largest;
 }
-
-}  // namespace
 
 StrokeReader::StrokeReader(const Alphabet& alphabet, const Options& options)
     : options_(options) {

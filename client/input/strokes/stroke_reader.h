@@ -25,6 +25,9 @@ struct Reading {
   double distance = 0.0;  ///< the same
 };
 
+/// Returns the larger side of the box around a stroke, which has a point at least.
+double extent(const Stroke& stroke);
+
 /// Reads strokes in the modes of an alphabet. Thread-bound.
 class StrokeReader {
  public:
@@ -46,8 +49,6 @@ class StrokeReader {
   /// Forgets the stroke: the contact was lost, or is no stroke.
   void cancel() { stroke_.clear(); }
 
-  /// Returns the stroke so far: to teach.
-  const Stroke& stroke() const { return stroke_; }
   /// Returns in which mode the next stroke is read.
   const std::string& mode() const { return mode_; }
 

@@ -1,5 +1,6 @@
 // Strokes in, keys out, read as a program reads them.
 #include "client/input/keyboard.h"
+#include "client/input/teacher.h"
 #include "tests/support/places.h"
 #include "tests/unit/input/touches.h"
 
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -88,6 +90,21 @@ TEST_F(KeyboardTest, ATapSeveralTouchesAndALostSensorTypeNothing) {
   lift();
   EXPECT_EQ(typed(), std::vector<int>{});
   EXPECT_FALSE(Keyboard::canType("é"));
+}
+
+TEST(Teacher, PrintsStrokesThatAnAlphabetTakes) {
+  std::ostringstream out;
+  Teacher teacher("w", false, out);
+  for (const int x : {0, 1, 2, 3, 4}) teacher.write(fieldOf({touchOf(1, 1e-3 * x, x % 2 == 0 ? 4e-3 : 0.0)}));
+  teacher.write(fieldOf({}));
+  teacher.write(fieldOf({touchOf(2, 0.0, 0.0)}));
+  teacher.write(fieldOf({}));
+  const auto taught = parseAlphabet(out.str(), "taught");
+  ASSERT_TRUE(taught) << taught.error().message();
+  ASSERT_EQ(taught->size(), 1U) << "a tap is no stroke";
+  EXPECT_EQ(taught->front().symbol, "w");
+  EXPECT_EQ(taught->front().mode, kLetters);
+  EXPECT_EQ(taught->front().stroke, (Stroke{{0, 4}, {1, 0}, {2, 4}, {3, 0}, {4, 4}}));
 }
 
 }  // namespace
