@@ -35,9 +35,10 @@ struct CriticalPoint {
   int index = 1;  ///< -1: a saddle
   /// Where shear over pressure vanishes, which changes more evenly than the shear: fitted to the nodes around.
   std::array<double, 2> position_m{};
-  std::array<double, 2> positionDeviation_m{};  ///< by noise that is the same in the nodes around: at most that
-  std::array<double, 2> betweenNodes_m{};       ///< where the shear vanishes that is linear between the nodes
-  double strength = 0.0;                        ///< robustness [deviations of a node's shear]
+  /// That noise of the nodes around causes if it is the same in all of them; places are off by a third more (rms).
+  std::array<double, 2> positionDeviation_m{};
+  std::array<double, 2> betweenNodes_m{};  ///< where the shear vanishes that is linear between the nodes
+  double strength = 0.0;                   ///< robustness [deviations of a node's shear]
   /// Direction of the shear beside that away from the point, from x towards y: 0 of a source, +-pi/2 of a vortex, pi of
   /// a sink. Of a saddle 0.
   double angle_rad = 0.0;

@@ -276,12 +276,13 @@ struct CriticalPoint {
   /// From 1, increasing; not used again in a run. It lasts while no field is without the point for 0.1 s.
   std::uint64_t id = 0;
   CriticalPointKind kind = CriticalPointKind::kNone;
-  std::int32_t index = 0;         ///< Poincare's: -1 of a saddle, 1 of the others
-  std::int64_t begun_ns = 0;      ///< of the frame in which it was seen first, as TrackedContact::begun_ns
-  Vector2 position_m{};           ///< gel frame
-  Vector2 positionDeviation_m{};  ///< that noise alone causes, at most
-  double strength = 0.0;          ///< least change of the nodes' shear by which it vanishes, in their deviations
-  double angle_rad = 0.0;         ///< 0: source, +-pi/2: vortex (+: from x towards y), pi: sink; of a saddle 0
+  std::int32_t index = 0;     ///< Poincare's: -1 of a saddle, 1 of the others
+  std::int64_t begun_ns = 0;  ///< of the frame in which it was seen first, as TrackedContact::begun_ns
+  Vector2 position_m{};       ///< gel frame
+  /// That noise of the nodes around causes if it is the same in all of them; places are off by a third more (rms).
+  Vector2 positionDeviation_m{};
+  double strength = 0.0;   ///< least change of the nodes' shear by which it vanishes, in their deviations
+  double angle_rad = 0.0;  ///< 0: source, +-pi/2: vortex (+: from x towards y), pi: sink; of a saddle 0
 };
 
 /// The contacts of one frame, by traction-touch. Each that begins ends once: see Subscriber.

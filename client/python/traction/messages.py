@@ -290,7 +290,8 @@ class CriticalPoint:
     index: int  # Poincare's: -1 of a saddle, 1 of the others
     begun_ns: int  # of the frame in which it was seen first, as TrackedContact.begun_ns
     position_m: Vector2  # gel frame
-    position_deviation_m: Vector2  # that noise alone causes, at most
+    # That noise of the nodes around causes if it is the same in all of them; places are off by a third more (rms).
+    position_deviation_m: Vector2
     strength: float  # least change of the nodes' shear by which it vanishes, in their deviations
     angle_rad: float  # 0: source, +-pi/2: vortex (+: from x towards y), pi: sink; of a saddle 0
 

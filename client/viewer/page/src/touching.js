@@ -10,11 +10,12 @@ const reach = 36;  // of the gauge's cone, in its own units
 export const isSeen = ({phase}) => phase === "begin" || phase === "move";
 const stateOf = (contact) => contact.slip?.state ?? "unknown";
 
-const glyph = 5;  // half of a critical point's size [px]
+const glyph = 7;  // half of a critical point's size [px]
+const barb = 3;  // of a vortex's arrow: half its width, and its length [px]
 
-/** Draws a critical point of the shear: a vortex as an arrow that turns as it does, a source as a circle around a dot, a sink
-    as one around a cross, a saddle as a cross. */
-function drawPoint(context, {kind, angle_rad}) {
+/** Makes a critical point of the shear the context's path: a vortex is an arrow that turns as it does, a source a circle around
+    a dot, a sink one around a cross, a saddle a cross. */
+function trace(context, {kind, angle_rad}) {
   const cross = (half) => {
     for (const side of [-1, 1]) {
       context.moveTo(-half, side * half);
@@ -27,15 +28,15 @@ function drawPoint(context, {kind, angle_rad}) {
   } else if (kind === "vortex") {
     const turn = Math.sign(angle_rad);  // y is up in each view, and down on a canvas
     context.arc(0, 0, glyph, (-turn * Math.PI) / 2, 0, turn > 0);
-    context.moveTo(glyph - 3, 3 * turn);
-    context.lineTo(glyph, 0);
-    context.lineTo(glyph + 3, 3 * turn);
+    context.moveTo(glyph - barb, 0);
+    context.lineTo(glyph + barb, 0);
+    context.lineTo(glyph, -barb * turn);
+    context.closePath();
   } else {
     context.arc(0, 0, glyph, 0, 2 * Math.PI);
     if (kind === "sink") cross(glyph / Math.SQRT2);
     else context.rect(-0.5, -0.5, 1, 1);
   }
-  context.stroke();
 }
 
 /**
@@ -45,7 +46,8 @@ function drawPoint(context, {kind, angle_rad}) {
  * @param unknown colour of those of which that is not known
  */
 export function drawTouching(context, model, place, unknown = theme.text) {
-  const before = context.getTransform(), pixels = ratio();
+  const before = context.getTransform(), pixels = ratio(), wide = context.canvas.width / pixels;
+  const edge = unknown === theme.text ? theme.card : "#0b1013";  // stands out from what is below
   const onScreen = (point) => {
     const {x: u, y: v} = before.transformPoint(new DOMPoint(...place(point)));
     return [u / pixels, v / pixels];
@@ -53,8 +55,8 @@ export function drawTouching(context, model, place, unknown = theme.text) {
   context.save();
   context.setTransform(pixels, 0, 0, pixels, 0, 0);
   context.font = "600 13px system-ui";
-  context.textAlign = "center";
-  context.textBaseline = "middle";
+  context.textAlign = "left";
+  context.textBaseline = "bottom";
   for (const contact of model.tracked ?? []) {
     if (contact.phase === "absent") continue;
     const [x, y] = contact.position_m, [a, b] = contact.half_axes_m.map((half) => half || contact.radius_m);
@@ -63,26 +65,34 @@ export function drawTouching(context, model, place, unknown = theme.text) {
     context.lineWidth = 2;
     context.setLineDash(colours[stateOf(contact)] ? [] : [5, 4]);  // not known
     context.beginPath();
+    let right, top;  // of its rim
     for (let i = 0; i < points; ++i) {
       const across = a * Math.cos((2 * Math.PI * i) / points), along = b * Math.sin((2 * Math.PI * i) / points);
-      context.lineTo(...onScreen([x + cos * across - sin * along, y + sin * across + cos * along]));
+      const [u, v] = onScreen([x + cos * across - sin * along, y + sin * across + cos * along]);
+      context.lineTo(u, v);
+      if (i === 0 || u - v > right - top) [right, top] = [u, v];
     }
     context.closePath();
     context.stroke();
-    const [u, v] = onScreen([x, y]);
+    // Beside it: in its middle is the vortex of one that is turned.
+    const written = [String(contact.id), Math.min(right + 2, wide - 24), Math.max(top, 14)];
     context.lineWidth = 3;
     context.setLineDash([]);
-    context.strokeStyle = unknown === theme.text ? theme.card : "#0b1013";
-    context.strokeText(String(contact.id), u, v);
-    context.fillText(String(contact.id), u, v);
+    context.strokeStyle = edge;
+    context.strokeText(...written);
+    context.fillText(...written);
   }
   context.setLineDash([]);
-  context.lineWidth = 1.5;
-  context.strokeStyle = unknown;
+  context.lineCap = "round";
   for (const point of model.criticalPoints) {
     const [u, v] = onScreen(point.position_m);
     context.setTransform(pixels, 0, 0, pixels, pixels * u, pixels * v);
-    drawPoint(context, point);
+    trace(context, point);
+    for (const [width, colour] of [[5, edge], [2, unknown]]) {
+      context.lineWidth = width;
+      context.strokeStyle = colour;
+      context.stroke();
+    }
   }
   context.restore();
 }
