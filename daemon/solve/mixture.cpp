@@ -13,7 +13,7 @@ namespace {
 /// not show.
 constexpr double kNothing = 1e-9;
 
-/// A candidate with a smaller share adds nothing to variances but its distance from the mean.
+/// A candidate with a smaller share adds nothing to the nodes' variances but its distance from the mean.
 constexpr double kLittle = 1e-3;
 
 }  // namespace
@@ -129,7 +129,7 @@ void Mixture::covariance(std::span<const double> weights, std::span<const int> p
   eachThatCounts([&](Part& part) {
     std::array<double, std::size_t{kColumns} * kColumns> within{};
     std::array<double, kColumns> away{};
-    if (part.share > kLittle) part.candidate->covariance(weights, points, within);
+    part.candidate->covariance(weights, points, within);
     for (const int point : points) {
       const auto first = 3 * static_cast<std::size_t>(point);
       std::array<double, 3> deviation;
