@@ -139,6 +139,7 @@ class LinearPosterior final : public Candidate {
   double likeliestScale() const;
   double forceOfXi_N() const;
   double dot(const std::vector<double>& a, const std::vector<double>& b) const;
+  // linear_posterior_covariance.cpp
   void whiten(double* columns) const;
   void denseNodeVariances(std::span<double> variances);
   void beginFunctionals();

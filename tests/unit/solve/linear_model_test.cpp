@@ -51,6 +51,24 @@ void expectRatios(const VectorXd& found, const VectorXd& expected, double tolera
   EXPECT_LT((found.array() / expected.array()).maxCoeff(), 1.0 + tolerance);
 }
 
+TEST(LinearModel, BoundsVariancesFromBelow) {
+  for (const auto& [name, hasPatches, load] : linearCases()) {
+    LinearBench bench(hasPatches);
+    for (const std::vector<int>& missing : {std::vector<int>{}, missingOf(bench.sensor())}) {
+      SCOPED_TRACE(testing::Message() << name << ", " << missing.size() << " missing");
+      const VectorXd picture = bench.picture(load, 3);
+      bench.make(picture, {});
+      ASSERT_TRUE(bench.answer(picture, missing));
+      const auto [nodes, covariance] = covariancesOf(bench.linear().mixture(), bench.atoms());
+      const auto [weights, points] = functionals(bench.atoms());
+      VectorXd least(kColumns);
+      bench.linear().mixture().leastVariances(all(weights), points, all(least));
+      EXPECT_LT((least.array() / covariance.diagonal().array()).maxCoeff(), 1.0 + 1e-9);
+      EXPECT_GT((least.array() / covariance.diagonal().array()).maxCoeff(), 0.05) << "is of no use";
+    }
+  }
+}
+
 /// But for what it leaves to the prior, with loads about 0 instead of about the fit: a tenth of a variance, hence up to
 /// the root of this of a deviation.
 TEST(LinearModel, AnswersItsOwnPictureAsTheSolveDid) {
