@@ -3,6 +3,7 @@
 #include "client/cli/recordings.h"
 #include "client/cli/skipped.h"
 #include "client/files/file_error.h"
+#include "client/show/reflection.h"
 #include "client/touch/follower.h"
 #include "proto/traction/v1/endpoints.h"
 #include "recording/reader.h"
@@ -50,23 +51,20 @@ std::array<double, 3> deviationsOf(const v1::Covariance& covariance) {
 }
 
 std::string lineOf(const recording::Message& record, const v1::Header& header, const v1::TrackedContact& contact) {
-  constexpr std::array<std::string_view, 6> kPhases = {"", "begin", "move", "absent", "unknown", "end"};
-  constexpr std::array<std::string_view, 4> kStates = {"unknown", "sticking", "incipient", "slipping"};
   CsvLine line;
   line.add(record.logTime_ns).add(record.publishTime_ns).add(header.frame_number()).add(header.sensor());
-  line.add(contact.id()).add(kPhases.at(static_cast<std::size_t>(contact.phase()))).add(int{contact.doubted()});
+  line.add(contact.id()).add(wordOf("ContactPhase", contact.phase())).add(int{contact.doubted()});
   line.add(contact.begun_ns()).add(contact.seen_ns()).add(arrayOf(contact.position_m())).add(contact.position_z_m());
   line.add(arrayOf(contact.position_deviation_m())).add(arrayOf(contact.force_n()));
   line.add(arrayOf(contact.force_deviation_n())).add(arrayOf(contact.moment_nm()));
   line.add(deviationsOf(contact.moment_covariance_n2m2())).add(contact.radius_m()).add(arrayOf(contact.half_axes_m()));
   line.add(contact.orientation_rad()).add(contact.orientation_deviation_rad()).add(arrayOf(contact.velocity_m_s()));
   line.add(contact.angular_velocity_rad_s()).add(contact.angular_velocity_deviation_rad_s());
-  constexpr std::array<std::string_view, 4> kModels = {"", "ball", "bound", "sliding"};
   if (!contact.has_slip()) return line.add(",,,,,,,,,").take();  // not known
   const v1::Slip& slip = contact.slip();
-  line.add(kStates.at(static_cast<std::size_t>(slip.state()))).add(arrayOf(slip.stick_ratio()));
+  line.add(wordOf("SlipState", slip.state())).add(arrayOf(slip.stick_ratio()));
   line.add(arrayOf(slip.friction())).add(slip.margin_n()).add(slip.holding_force_n());
-  return line.add(kModels.at(static_cast<std::size_t>(slip.model()))).take();
+  return line.add(wordOf("SlipModel", slip.model())).take();
 }
 
 }  // namespace
