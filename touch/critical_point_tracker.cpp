@@ -26,9 +26,7 @@ const std::vector<TrackedCriticalPoint>& CriticalPointTracker::update(const Fiel
   seen_.clear();
   const bool advances = field.valid ? field.time_ns > last_ns_ : field.time_ns >= last_ns_;
   if (!advances || (field.valid && field.basis != basis_)) tracks_.clear();
-  std::erase_if(tracks_, [&](const Track& track) {
-    return 1e-9 * static_cast<double>(field.time_ns - track.seen_ns) > kMemory_s;
-  });
+  std::erase_if(tracks_, [&](const Track& track) { return seconds(track.seen_ns, field.time_ns) > kMemory_s; });
   if (!field.valid) return seen_;
   basis_ = field.basis;
   last_ns_ = field.time_ns;

@@ -1,8 +1,8 @@
 // Follows critical points from field to field, as contacts are: each has an id for as long as it lasts.
 //
 //   1. A point continues an earlier one of the same index that was last seen at most kReach_m from there. Of all ways
-//   to
-//      pair them, that with the least sum of squared distances is taken. Its kind may change: a vortex becomes a sink.
+//      to pair them, that with the least sum of squared distances is taken. Its kind may change: a vortex becomes a
+//      sink.
 //   2. One that a field does not show, or of which the field says nothing as it is not valid, has its id again if it is
 //      seen within kMemory_s.
 //   3. All are new where fields cannot be compared: time did not advance, or the basis changed.

@@ -1,5 +1,7 @@
 #include "client/input/pointer.h"
 
+#include "touch/field.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -27,7 +29,7 @@ PointerStep Pointer::step(const Touches& touches) {
   }
   if (seen->id == id_) {
     const double size_N = std::hypot(seen->shear_N[0], seen->shear_N[1]);
-    const double dt = std::clamp(1e-9 * static_cast<double>(touches.time_ns - moved_ns_), 0.0, kLongestStep_s);
+    const double dt = std::clamp(touch::seconds(moved_ns_, touches.time_ns), 0.0, kLongestStep_s);
     const double counts_N =
         size_N > options_.deadZone_N ? options_.speed_N * dt * (size_N - options_.deadZone_N) / size_N : 0.0;
     const auto whole = [&](double& rest, double counts) {
