@@ -1,5 +1,5 @@
 // The strokes of an alphabet, in a TOML file: config/input/strokes/alphabet.toml has those that are shipped, and a
-// user's own may be added (traction-input teach).
+// user's own may be added (traction-input --teach).
 #pragma once
 
 #include "base/error.h"

@@ -35,9 +35,4 @@ std::optional<Reading> StrokeReader::end() {
   return reading;
 }
 
-std::optional<std::string> symbolOf(const CriticalPoint& point) {
-  if (point.kind != CriticalPointKind::kVortex) return std::nullopt;
-  return point.angle_rad > 0.0 ? "turn left" : "turn right";
-}
-
 }  // namespace traction::input

@@ -3,7 +3,6 @@
 
 #include "client/input/strokes/alphabet.h"
 #include "client/input/strokes/recogniser.h"
-#include "traction/messages.h"
 
 #include <map>
 #include <optional>
@@ -49,18 +48,11 @@ class StrokeReader {
   /// Forgets the stroke: the contact was lost, or is no stroke.
   void cancel() { stroke_.clear(); }
 
-  /// Returns in which mode the next stroke is read.
-  const std::string& mode() const { return mode_; }
-
  private:
   Options options_;
   std::map<std::string, Recogniser, std::less<>> modes_;
   std::string mode_{kLetters};
   Stroke stroke_;
 };
-
-/// Returns the symbol of a vortex: "turn left" from x towards y, as a hand turns counter-clockwise; "turn right".
-/// Nothing of other points.
-std::optional<std::string> symbolOf(const CriticalPoint& point);
 
 }  // namespace traction::input

@@ -99,7 +99,6 @@ TEST(StrokeReader, ReadsDigitsInAModeOfTheirOwn) {
   StrokeReader reader(shipped());
   EXPECT_EQ(readingOf(reader, strokeOf("i")).symbol, "i");
   EXPECT_EQ(readingOf(reader, strokeOf("digits")).kind, Kind::kMode);
-  EXPECT_EQ(reader.mode(), kDigits);
   EXPECT_EQ(readingOf(reader, strokeOf("i")).symbol, "1");
   EXPECT_EQ(readingOf(reader, strokeOf("letters", kDigits)).kind, Kind::kMode);
   EXPECT_EQ(readingOf(reader, strokeOf("i")).symbol, "i");
@@ -124,17 +123,6 @@ TEST(StrokeReader, LearnsWhatIsTaught) {
   const Template taught{.mode = std::string(kLetters), .symbol = "hello ", .stroke = strokeOf("w")};
   StrokeReader other(parseAlphabet(textOf({taught}), "own.toml").value());
   EXPECT_EQ(readingOf(other, strokeOf("w")).symbol, "hello ");
-}
-
-TEST(Symbols, AVortexTurnsLeftOrRight) {
-  CriticalPoint point;
-  point.kind = CriticalPointKind::kVortex;
-  point.angle_rad = 1.6;
-  EXPECT_EQ(symbolOf(point), "turn left");
-  point.angle_rad = -1.6;
-  EXPECT_EQ(symbolOf(point), "turn right");
-  point.kind = CriticalPointKind::kSaddle;
-  EXPECT_FALSE(symbolOf(point));
 }
 
 }  // namespace
