@@ -15,7 +15,7 @@ std::string endpointFault(const std::vector<std::string>& endpoints) {
 }
 
 tl::expected<Config, Error> read(tl::expected<TomlTable, FileError> file) {
-  if (!file) return tl::unexpected(asError(file.error()));
+  if (!file) return tl::unexpected(asError(file.error(), kDefaultsHold));
   Config config;
   return readTable(*file, keysOf(config)).map([&] { return config; });
 }

@@ -151,11 +151,11 @@ std::vector<Change> changesBetween(const std::vector<Key>& before, const std::ve
   return changes;
 }
 
-Error asError(const FileError& error) {
+Error asError(const FileError& error, const std::string& unreadable) {
   return {.exitCode = error.unreadable ? EX_NOINPUT : EX_CONFIG,
           .what = error.what,
           .where = error.where,
-          .remedy = error.unreadable ? "without a configuration file the defaults hold" : ""};
+          .remedy = error.unreadable ? unreadable : ""};
 }
 
 tl::expected<void, Error> readTable(TomlTable& root, const std::vector<Key>& keys) {

@@ -87,8 +87,12 @@ struct Change {
 /// Lists the keys whose values differ, in the order of the tables, which must have the same keys in the same order.
 std::vector<Change> changesBetween(const std::vector<Key>& before, const std::vector<Key>& after);
 
-/// Converts an error in a configuration file: EX_NOINPUT if the file cannot be read, else EX_CONFIG.
-Error asError(const FileError& error);
+/// What to do where the file of a program's configuration cannot be read.
+inline constexpr const char* kDefaultsHold = "without a configuration file the defaults hold";
+
+/// Converts an error in a file of TOML: EX_NOINPUT if the file cannot be read, else EX_CONFIG. \param unreadable what
+/// to do if it cannot be read
+Error asError(const FileError& error, const std::string& unreadable = "");
 
 /// Reads every key of the table from a file into the values that the keys point to; missing keys keep their values, and
 /// Entries are added to those that there are. Fails with EX_CONFIG for the first fault, also for an unknown key or a

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <bit>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <memory>
 
@@ -80,7 +81,12 @@ tl::expected<Datagrams, tractiond::Error> Datagrams::open(const std::string& add
                                            "write HOST:PORT, for example 127.0.0.1:3333"});
   };
   const std::size_t colon = address.rfind(':');
-  if (colon == std::string::npos || colon + 1 == address.size()) return wrong("it has no port");
+  if (colon == std::string::npos) return wrong("it has no port");
+  const char* const end = address.data() + address.size();
+  unsigned port = 0;  // of more than 16 bits getaddrinfo() takes the lower ones
+  const auto [parsed, failed] = std::from_chars(address.data() + colon + 1, end, port);
+  if (failed != std::errc() || parsed != end || port < 1 || port > 65535)
+    return wrong("its port is not a number from 1 to 65535");
   std::string host = address.substr(0, colon);
   if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
   addrinfo hints{};

@@ -79,7 +79,8 @@ void read(TomlTable& root, const char* key, std::optional<Options>& output) {
 }
 
 tl::expected<Profile, tractiond::Error> read(tl::expected<TomlTable, FileError> root) {
-  if (!root) return tl::unexpected(tractiond::asError(root.error()));
+  if (!root)
+    return tl::unexpected(tractiond::asError(root.error(), "the shipped profiles are in " + shippedFolder().string()));
   Profile profile;
   root->read("turn_deg", profile.turn_rad, kAngle);
   root->read("area_mm", profile.area.size_m, kSize);

@@ -38,7 +38,8 @@ std::filesystem::path spacenavSocket() {
 tl::expected<std::unique_ptr<Spacenav>, tractiond::Error> Spacenav::open(const std::filesystem::path& path,
                                                                          const AxesOptions& options) {
   if (auto fault = tractiond::network::checkEndpoint("ipc://" + path.string())) {
-    if (tractiond::network::isInUse(*fault)) fault->remedy = "is it spacenavd's? Stop that, or name another socket";
+    fault->remedy = tractiond::network::isInUse(*fault) ? "is it spacenavd's? Stop that, or name another socket"
+                                                        : "name another one in the profile, as spacenav.socket";
     return tl::unexpected(*std::move(fault));
   }
   const int descriptor = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);

@@ -58,7 +58,7 @@ tl::expected<Config, Error> parseRecordedConfig(std::istream& text, const std::s
 
 tl::expected<Config, Error> loadConfig(const std::string& path) {
   auto root = TomlTable::load(path);
-  if (!root) return tl::unexpected(asError(root.error()));
+  if (!root) return tl::unexpected(asError(root.error(), kDefaultsHold));
   refuseFormer(*root);
   auto config = read(*root);
   if (config && config->sensor.namesGelFile()) {

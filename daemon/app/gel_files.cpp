@@ -16,7 +16,7 @@ namespace tractiond {
 namespace {
 
 /// Converts an error in a gel file, or in the influence file that it names.
-Error asError(const FileError& error, const std::string& gelFile) {
+Error gelError(const FileError& error, const std::string& gelFile) {
   Error result{.exitCode = EX_CONFIG, .what = error.what, .where = error.where};
   if (error.isData) {
     result.exitCode = EX_DATAERR;
@@ -57,7 +57,7 @@ tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile) {
   sensor::Sensor sensor;
   if (!gelFile.empty()) {
     auto loaded = sensor::loadGel(gelFile);
-    if (!loaded) return tl::unexpected(asError(loaded.error(), gelFile));
+    if (!loaded) return tl::unexpected(gelError(loaded.error(), gelFile));
     sensor = *std::move(loaded);
     if (auto same = calibrate::verifyCalibration(sensor, gelFile); !same) return tl::unexpected(same.error());
   }

@@ -24,7 +24,8 @@ TEST(Osc, EncodesTheExamplesOfTheSpecification) {
 }
 
 TEST(Osc, RefusesWhatIsNoAddressToSendTo) {
-  for (const char* const address : {"localhost", "127.0.0.1:", "127.0.0.1:port", "no.such.host.invalid:1"}) {
+  for (const char* const address :
+       {"localhost", "127.0.0.1:", "127.0.0.1:port", "127.0.0.1:99999", "127.0.0.1:0", "no.such.host.invalid:1"}) {
     const auto datagrams = Datagrams::open(address);
     ASSERT_FALSE(datagrams) << address;
     EXPECT_EQ(datagrams.error().exitCode, EX_CONFIG);

@@ -47,6 +47,7 @@ TEST(Profile, AFaultIsNamedWithItsLine) {
   EXPECT_NE(errorOf("").find("has no output"), std::string::npos);
   EXPECT_EQ(errorOf("[pointer]\n[touch]\n[osc]\n[spacenav]\n"), "");
   EXPECT_EQ(loadProfile("/nowhere.toml").error().exitCode, EX_NOINPUT);
+  EXPECT_NE(loadProfile("nosuch").error().message().find("the shipped profiles are in"), std::string::npos);
 }
 
 }  // namespace
