@@ -2,6 +2,8 @@
 
 #include "sensor/influence_file.h"
 
+#include <Eigen/Eigenvalues>
+
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -175,6 +177,30 @@ void readPictureMotion(TomlTable& table, PictureMotion& motion) {
   table.read("roll_rad", motion.roll, {0.0, 0.1});
 }
 
+std::vector<CreepTerm> readCreep(std::vector<TomlTable> tables) {
+  constexpr std::size_t kMost = 8;
+  std::vector<CreepTerm> terms;
+  for (TomlTable& table : tables) {
+    CreepTerm& term = terms.emplace_back();
+    for (const char* key : {"share", "time_s", "deviation"}) {
+      if (!table.has(key)) table.fail(key, "is missing");
+    }
+    table.read("share", term.share, {0.0, 1.0});
+    table.read("time_s", term.time_s, {1e-3, 1e6});
+    table.read("deviation", term.deviation, {0.0, 1.0});
+    table.read("correlation", term.correlation, {-1.0, 1.0});
+    if (terms.size() > kMost) table.fail("share", "is of a ninth term; at most 8 are possible");
+    if (terms.size() > 1 && term.time_s <= terms[terms.size() - 2].time_s)
+      table.fail("time_s", "must be above that of the term before");
+    if (!term.correlation.empty() && term.correlation.size() != terms.size() - 1)
+      table.fail("correlation", "must have a number for each term before this one");
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(creepCovariance(terms), Eigen::EigenvaluesOnly);
+    if (eigen.eigenvalues()[0] < -1e-9 * eigen.eigenvalues().sum())
+      table.fail("correlation", "contradicts those of the terms before");
+  }
+  return terms;
+}
+
 Calibration readCalibration(TomlTable& table) {
   Calibration calibration;
   for (const std::string_view key : {"camera", "date", "hash"}) {
@@ -231,6 +257,7 @@ Sensor readSensor(TomlTable& root, bool body) {
   check(sensor.camera, sensor.gel, root, "camera", camera ? &*camera : nullptr);
   if (auto table = root.table("uncertainty")) readUncertainty(*table, body, sensor.uncertainty);
   if (auto table = root.table("picture_motion")) readPictureMotion(*table, sensor.pictureMotion);
+  sensor.creep = readCreep(root.tables("creep"));
   if (auto table = root.table("calibration")) sensor.calibration = readCalibration(*table);
   return sensor;
 }
@@ -358,6 +385,16 @@ std::string uncertaintyText(const Uncertainty& uncertainty, bool body) {
   return text;
 }
 
+std::string creepText(const std::vector<CreepTerm>& terms) {
+  std::string text;
+  for (const CreepTerm& term : terms) {
+    text += "\n[[creep]]\n" + line("share", number(term.share)) + line("time_s", number(term.time_s)) +
+            line("deviation", number(term.deviation)) +
+            (term.correlation.empty() ? "" : line("correlation", list(term.correlation)));
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string gelText(const Sensor& sensor) {
@@ -365,7 +402,7 @@ std::string gelText(const Sensor& sensor) {
   return (sensor.calibration ? calibrationText(*sensor.calibration) : "") + line("format", std::to_string(kVersion)) +
          bodyText(sensor) + cameraText(sensor.camera) + uncertaintyText(sensor.uncertainty, sensor.body != nullptr) +
          "\n[picture_motion]\n" + line("shift_px", number(motion.shift_px)) + line("scale", number(motion.scale)) +
-         line("roll_rad", number(motion.roll));
+         line("roll_rad", number(motion.roll)) + creepText(sensor.creep);
 }
 
 }  // namespace sensor

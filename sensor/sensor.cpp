@@ -28,4 +28,19 @@ Eigen::VectorXd nodeAreas(const Sensor& sensor) {
   return Eigen::VectorXd::Constant(sensor.nodes.count(), sensor.nodes.pitch * sensor.nodes.pitch);
 }
 
+Eigen::MatrixXd creepCovariance(const std::vector<CreepTerm>& terms) {
+  const auto count = static_cast<Eigen::Index>(terms.size());
+  Eigen::MatrixXd covariance(count, count);
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      const auto& with = terms[i].correlation;
+      const double correlation = i == j ? 1.0 : j < with.size() ? with[j] : 0.0;
+      const double element = correlation * terms[i].deviation * terms[j].deviation;
+      const auto row = static_cast<Eigen::Index>(i), column = static_cast<Eigen::Index>(j);
+      covariance(row, column) = covariance(column, row) = element;
+    }
+  }
+  return covariance;
+}
+
 }  // namespace sensor

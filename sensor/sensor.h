@@ -34,6 +34,16 @@ struct Uncertainty {
   double k1 = 1.0, k2 = 10.0;  ///< of Camera::k1 and Camera::k2
 };
 
+/// A term of the gel's creep, a Prony series: under a load that stays, the compliance grows by
+/// share (1 - exp(-t / time_s)).
+struct CreepTerm {
+  double share = 0.0;               ///< of the compliance at once
+  double time_s = 1.0;              ///< [s]
+  double deviation = 0.0;           ///< standard deviation of the share
+  std::vector<double> correlation;  ///< of the share's error with those of the terms before this one
+  bool operator==(const CreepTerm&) const = default;
+};
+
 /// Motion of the whole picture from frame to frame, relative to the zero, by vibration and heat: standard deviations.
 /// Scale and roll are about the principal point.
 struct PictureMotion {
@@ -77,6 +87,7 @@ struct Sensor {
   Camera camera;
   Uncertainty uncertainty;
   PictureMotion pictureMotion;
+  std::vector<CreepTerm> creep;            ///< empty: it is not known, and nothing is corrected for it
   std::optional<Calibration> calibration;  ///< empty: the parameters are as designed or estimated
   std::shared_ptr<const Body> body;  ///< null: the block; else `gel` supplies only Young's modulus and the thickness
   /// 3 x M [m]: offset of each marker of the block from its place in the grid of its layer. Empty: on the grid. It is
@@ -93,5 +104,8 @@ Points markerPositions(const Sensor& sensor);
 Points nodePositions(const Sensor& sensor);
 Points nodeNormals(const Sensor& sensor);
 Eigen::VectorXd nodeAreas(const Sensor& sensor);
+
+/// Returns the covariance of the shares of terms of creep.
+Eigen::MatrixXd creepCovariance(const std::vector<CreepTerm>& terms);
 
 }  // namespace sensor

@@ -103,7 +103,7 @@ struct FlagText {
   const char* words;  ///< for people
 };
 /// Most important first.
-inline constexpr std::array<FlagText, 10> kFlagTexts = {{
+inline constexpr std::array<FlagText, 11> kFlagTexts = {{
     {kDoubtedOrigin, "doubted_origin", "perhaps not the camera's picture: its packets came twice or early"},
     {kZeroUnverified, "zero_unverified", "zero not verified"},
     {kFewMarkers, "few_markers", "too few markers"},
@@ -113,6 +113,7 @@ inline constexpr std::array<FlagText, 10> kFlagTexts = {{
     {kGelMismatch, "gel_mismatch", "not the gel of the gel file: see tractionctl status"},
     {kNotSolved, "not_solved", "not solved in time"},
     {kOutOfRange, "out_of_range", "beyond the range of known uncertainty"},
+    {kRecovering, "recovering", "the gel recovers from earlier loads"},
     {kDiscontinuity, "discontinuity", "frames were lost before this one"},
 }};
 

@@ -25,6 +25,8 @@ static_assert(static_cast<int>(kDiscontinuity) == pb::FLAG_DISCONTINUITY);
 static_assert(static_cast<int>(kReacquiring) == pb::FLAG_REACQUIRING);
 static_assert(static_cast<int>(kTorn) == pb::FLAG_TORN);
 static_assert(static_cast<int>(kDoubtedOrigin) == pb::FLAG_DOUBTED_ORIGIN);
+static_assert(static_cast<int>(kNotSolved) == pb::FLAG_NOT_SOLVED);
+static_assert(static_cast<int>(kRecovering) == pb::FLAG_RECOVERING);
 static_assert(static_cast<int>(Method::kBlend) == pb::Method_MAX);
 static_assert(static_cast<int>(Solution::kLinear) == pb::Solution_MAX);
 static_assert(static_cast<int>(ContactPhase::kEnd) == pb::ContactPhase_MAX);

@@ -42,6 +42,7 @@ Measurement::Measurement(sensor::Sensor sensor, const Surroundings& around)
     : around_(around)
     , isFilm_(!around.config.camera.images.empty())
     , sensor_(std::move(sensor))
+    , creep_(sensor_.creep, sensor_.markerCount())
     , invalidFields_(around.config.track, around.config.solve) {
   if (!isFilm_) promptSolver_.emplace(around.config.prompt, sensor_.markerCount(), sensor_.nodes.count());
   constexpr int kNice = 10;  // of this thread only: frames are more urgent
@@ -167,6 +168,7 @@ bool Measurement::track(const Frame& frame, MarkerField& markers) {
   markers.places = places_;
   gelWatch_->takeFrame(frame);
   if (recorder_) recorder_->takeFrame(frame, tracker_->inputs(), places_);
+  if (tracked) creep_.advance(markers);
   if (tracked) newestMarkers_.put(markers);  // dropped if control is taking one at this moment
   return tracked;
 }

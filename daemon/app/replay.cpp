@@ -11,6 +11,7 @@
 #include "daemon/record/recorder.h"
 #include "daemon/record/replay_solver.h"
 #include "daemon/records/field_gaps.h"
+#include "daemon/solve/creep_memory.h"
 #include "daemon/solve/make_solver.h"
 #include "daemon/track/nominal.h"
 #include "daemon/track/rest_pose.h"
@@ -98,6 +99,7 @@ class Replay {
   std::vector<PlacedSolver> atRest_;           ///< for those in the zeros, from the one in use on
   Mailbox<traction::v1::MarkerStatus> markerStatus_;
   std::optional<control::GelWatch> gelWatch_;
+  std::optional<solve::CreepMemory> creep_;
 
   publish::TrackedFrame frame_;
   MarkerField markers_;
@@ -139,6 +141,7 @@ void Replay::open(const Frame& first) {
   openPublisher();
   if (!config_.record.file.empty()) openRecorder();
   makeTracker();
+  creep_.emplace(sensor_.creep, sensor_.markerCount());
   markers_.resize(sensor_.markerCount());
   field_.resize(sensor_.markerCount(), sensor_.nodes.count());
   isOpen_ = true;
@@ -367,6 +370,7 @@ void Replay::picture(std::string_view bytes) {
   const PlacedSolver placed = solverOf(frame_);
   if (recorder_) recorder_->takeFrame(frame, tracker_->inputs(), placed.zero);
   if (tracked) {
+    creep_->advance(markers_);
     markers_.info.times.tracked_ns = frame.info.times.received_ns;  // no time passes
     solver_.solve(placed.solver, markers_, field_);
     field_.markers.info.times.solved_ns = frame.info.times.received_ns;

@@ -244,7 +244,7 @@ std::optional<Result> Calibration::weigh(const MarkerField& field) {
   Weighing& w = *weighing_;
   const std::int64_t now_ns = field.info.times.received_ns;
   const PictureMotionFit fit(candidate_);
-  const auto motion = fit({field.displacement_px, field.valid});
+  const auto motion = fit({field.byForces_px(), field.valid});
   if (!motion) {
     ++unusable_;
     return std::nullopt;
@@ -256,8 +256,8 @@ std::optional<Result> Calibration::weigh(const MarkerField& field) {
   };
   for (std::size_t i = 0; i < field.valid.size(); ++i) {
     const Eigen::Vector2d common = fit.at(static_cast<int>(i), motion->value);
-    w.deformation[2 * i] = field.displacement_px[2 * i] - static_cast<float>(common.x());
-    w.deformation[2 * i + 1] = field.displacement_px[2 * i + 1] - static_cast<float>(common.y());
+    w.deformation[2 * i] = field.byForces_px()[2 * i] - static_cast<float>(common.x());
+    w.deformation[2 * i + 1] = field.byForces_px()[2 * i + 1] - static_cast<float>(common.y());
   }
   const Bulge load = largestBulge(candidate_, {w.deformation, field.valid}, options_.still_px);
   if (!load.found()) lastWeight_px_.clear();
@@ -282,8 +282,8 @@ std::optional<Result> Calibration::weigh(const MarkerField& field) {
   const int half = w.frames < options_.weightFrames / 2 ? 0 : 1;
   for (std::size_t i = 0; i < field.valid.size(); ++i) {
     if (!field.valid[i]) continue;
-    w.sums[half][2 * i] += field.displacement_px[2 * i];
-    w.sums[half][2 * i + 1] += field.displacement_px[2 * i + 1];
+    w.sums[half][2 * i] += field.byForces_px()[2 * i];
+    w.sums[half][2 * i + 1] += field.byForces_px()[2 * i + 1];
     ++w.counts[half][i];
     w.variance[i] += field.variance_px2[i];
   }

@@ -23,12 +23,12 @@ void DriftWatch::add(const MarkerField& field) {
     std::ranges::fill(seen_ns_, 0);
     warned_ = false;
   }
-  const auto motion = fit_({field.displacement_px, field.valid});
+  const auto motion = fit_({field.byForces_px(), field.valid});
   if (!motion || (field.flags & kFewMarkers) != 0) return;
   for (std::size_t i = 0; i < field.valid.size(); ++i) {
     const Eigen::Vector2d common = fit_.at(static_cast<int>(i), motion->value);
-    rest_px_[2 * i] = field.displacement_px[2 * i] - static_cast<float>(common.x());
-    rest_px_[2 * i + 1] = field.displacement_px[2 * i + 1] - static_cast<float>(common.y());
+    rest_px_[2 * i] = field.byForces_px()[2 * i] - static_cast<float>(common.x());
+    rest_px_[2 * i + 1] = field.byForces_px()[2 * i + 1] - static_cast<float>(common.y());
   }
   if (largestBulge(sensor_, {rest_px_, field.valid}, options_.allowance_px).found()) return;
 

@@ -29,6 +29,7 @@ static_assert(static_cast<int>(pb::FLAG_OUT_OF_RANGE) == kOutOfRange);
 static_assert(static_cast<int>(pb::FLAG_GEL_MISMATCH) == kGelMismatch);
 static_assert(static_cast<int>(pb::FLAG_DOUBTED_ORIGIN) == kDoubtedOrigin);
 static_assert(static_cast<int>(pb::FLAG_NOT_SOLVED) == kNotSolved);
+static_assert(static_cast<int>(pb::FLAG_RECOVERING) == kRecovering);
 
 double seconds(std::int64_t ns) {
   return static_cast<double>(ns) * 1e-9;

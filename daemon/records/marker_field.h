@@ -26,6 +26,9 @@ enum Flags : std::uint32_t {
   kDoubtedOrigin = 1U << 8,
   /// No model of an earlier frame holds, and this frame's own was not solved in time: the field is not valid.
   kNotSolved = 1U << 9,
+  /// The gel has yet to recover from earlier loads, by more or less than is known: what it shows of them is not told
+  /// apart from a force as small.
+  kRecovering = 1U << 10,
 };
 
 /// The rest pose: the place and the appearance of each marker of the unloaded gel in the picture. M is the number of
@@ -60,6 +63,15 @@ struct MarkerField {
   Id zero{};             ///< the rest pose from which the displacements are measured
   Id places{};  ///< the zero for whose places of the markers the forces are to be solved; all zero: those of the gel
                 ///< file
+
+  // Of a gel whose creep is known (solve::CreepMemory); else empty.
+  std::vector<float> elastic_px;  ///< 2 M: displacements by the forces of this moment alone; where valid is 0: 0
+  /// 2 M each: what errors of the terms of creep, each by a standard deviation, do to these.
+  std::vector<float> creepErrors_px;
+  float creepError_px = 0.0F;  ///< root of the sum of their squares
+
+  /// Returns what is displaced by the forces of this moment, as far as that is known.
+  const std::vector<float>& byForces_px() const { return elastic_px.empty() ? displacement_px : elastic_px; }
 
   void resize(int markers);  ///< Sizes the arrays for M markers, and sets their elements, but nothing else, to 0.
 };

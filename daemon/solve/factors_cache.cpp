@@ -87,7 +87,9 @@ void addSensor(const sensor::Sensor& sensor, Hasher& hasher) {
 
 }  // namespace
 
-Id calibrationId(const sensor::Sensor& sensor, const SolveOptions& options) {
+namespace {
+
+Id factorsId(const sensor::Sensor& sensor, const SolveOptions& options) {
   const ModelOptions model = modelOptions(options);
   Hasher hasher;
   hasher.text("factors");
@@ -99,13 +101,29 @@ Id calibrationId(const sensor::Sensor& sensor, const SolveOptions& options) {
   return hasher.digest();
 }
 
+}  // namespace
+
+Id calibrationId(const sensor::Sensor& sensor, const SolveOptions& options) {
+  const Id factors = factorsId(sensor, options);
+  if (sensor.creep.empty()) return factors;
+  Hasher hasher;
+  hasher.bytes(factors.data(), factors.size());
+  for (const sensor::CreepTerm& term : sensor.creep) {
+    hasher.value(term.share);
+    hasher.value(term.time_s);
+    hasher.value(term.deviation);
+    hasher.range(std::span<const double>(term.correlation));
+  }
+  return hasher.digest();
+}
+
 tl::expected<Factors, Error> loadOrComputeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
                                                   const SolveOptions& options, const fs::path& stateDirectory,
                                                   const Steps& steps, const Remark& remark) {
   const auto say = [&remark](const std::string& line) {
     if (remark) remark(line);
   };
-  const Id id = calibrationId(sensor, options);
+  const Id id = factorsId(sensor, options);
   const fs::path path = cachePath(stateDirectory, id);
   auto cached = loadFactors(path, id, 2 * sensor.markerCount(), atoms);
   if (cached) return *std::move(cached);

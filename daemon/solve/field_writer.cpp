@@ -6,8 +6,33 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 namespace tractiond::solve {
+namespace {
+
+/// Forces of fewer standard deviations of what the gel may remember are taken for that. Displacements of more standard
+/// deviations of noise, all together, may look like a force.
+constexpr double kRemembered = 3.0, kSeen = 5.0;
+
+void addScaled(const WrenchCovariance& from, double factor, WrenchCovariance& to) {
+  for (std::size_t i = 0; i < to.size(); ++i) to[i] += factor * from[i];
+}
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+Vector6 wrenchOf(const Contact& contact) {
+  return (Vector6() << Eigen::Vector3d::Map(contact.force_N.data()), Eigen::Vector3d::Map(contact.moment_Nm.data()))
+      .finished();
+}
+
+/// Adds the covariance by errors of one deviation each, the columns.
+template <typename Errors>
+void addErrors(const Errors& errors, WrenchCovariance& to) {
+  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(to.data()) += errors * errors.transpose();
+}
+
+}  // namespace
 
 FieldWriter::FieldWriter(const Factors& factors, const Atoms& atoms, const sensor::Sensor& sensor,
                          const SolveOptions& options, const std::array<double, 2>& detectionLimit_N)
@@ -21,6 +46,7 @@ FieldWriter::FieldWriter(const Factors& factors, const Atoms& atoms, const senso
     , least_N_(std::min(detectionLimit_N[0], detectionLimit_N[1]))
     , systematic_(factors, sensor)
     , contacts_(atoms, sensor, systematic_)
+    , creep_(sensor)
     , used_(factors.coordinateCount() / 2, options)
     , picture_(static_cast<std::size_t>(factors.coordinateCount()))
     , nodeForce_(3 * rules_.nodes().size())
@@ -40,11 +66,12 @@ bool FieldWriter::begin(const MarkerField& markers, TractionField& field) {
     return false;
   }
   std::copy_n(used_.row_px().begin(), picture_.size(), picture_.begin());
+  creep_.take(field.markers);
   return true;
 }
 
 double FieldWriter::noise_px() const {
-  return noiseWithMechanics_px(std::span(picture_), used_.noise_px(), mechanicsError_);
+  return std::hypot(noiseWithMechanics_px(std::span(picture_), used_.noise_px(), mechanicsError_), creep_.noise_px());
 }
 
 void FieldWriter::write(const Estimate& estimate, Mixture& mixture, TractionField& field) {
@@ -69,12 +96,51 @@ void FieldWriter::publish(const Estimate& estimate, Mixture& mixture, TractionFi
     publishForces(estimate, mixture, field);
     field.systematic = systematic_.covariance(estimate.wrench, nodeForce_);
     field.contactCount = contacts_.list(estimate, mixture, least_N_, field.contacts);
-  } else {  // what lies below the limit is not seen
-    field.method = Method::kNoContact;
-    field.noise = unseen_;
+    if (!addCreep(field)) publishNothing(field);
+  } else {
+    publishNothing(field);
   }
   FieldRules::explain(estimate.squaredResidual_px2, used_, field);
   rules_.centre(field);
+}
+
+/// What lies below the limit is not seen, nor what the gel may remember.
+void FieldWriter::publishNothing(TractionField& field) {
+  const auto motion = field.pictureMotion;
+  FieldRules::clear(field);
+  field.valid = true;
+  field.pictureMotion = motion;
+  field.method = Method::kNoContact;
+  field.noise = unseen_;
+  const double seen = creep_.displacement_px() / (kSeen * used_.noise_px());
+  addScaled(unseen_, square(seen), field.systematic);
+  if (seen > 1.0) field.flags |= kRecovering;
+}
+
+/// Adds what errors of the creep do, and removes contacts that may be nothing else. Returns false if that is all that
+/// there is.
+bool FieldWriter::addCreep(TractionField& field) const {
+  if (creep_.displacement_px() <= 0.0) return true;
+  const std::array<double, 6> all = solve::wrenchOf(field);
+  Vector6 beside = Vector6::Map(all.data());
+  Eigen::Matrix<double, 6, CreepErrors::kMost> errors;
+  errors.setZero();
+  int left = 0;
+  for (int i = 0; i < field.contactCount; ++i) {
+    Contact contact = field.contacts[static_cast<std::size_t>(i)];
+    const Eigen::Vector3d at(contact.position_m[0], contact.position_m[1], contact.positionZ_m);
+    const CreepErrors::Shares shares = creep_.about(at);
+    const Vector6 own = wrenchOf(contact), wrench = toPoint(-at) * own;
+    errors += wrench * shares.transpose();
+    beside -= wrench;
+    if (shares.norm() * kRemembered > 1.0) continue;
+    addErrors(own * shares.transpose(), contact.systematic);
+    field.contacts[static_cast<std::size_t>(left++)] = contact;
+  }
+  addErrors(errors + beside * creep_.ofAll().transpose(), field.systematic);
+  const int removed = std::exchange(field.contactCount, left) - left;
+  if (removed > 0) field.flags |= kRecovering;
+  return removed == 0 || left > 0;
 }
 
 void FieldWriter::publishForces(const Estimate& estimate, Mixture& mixture, TractionField& field) {

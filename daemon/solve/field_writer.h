@@ -1,6 +1,7 @@
 // Writes what was found in a picture as a field.
 #pragma once
 
+#include "daemon/solve/creep_errors.h"
 #include "daemon/solve/field_rules.h"
 #include "daemon/solve/large_strain.h"
 #include "daemon/solve/model_contacts.h"
@@ -26,7 +27,7 @@ class FieldWriter {
   /// Returns the chosen markers, and their displacements (2M [px], 0 where missing).
   const UsedMarkers& used() const { return used_; }
   std::span<const float> picture() const { return picture_; }
-  /// Returns the standard deviation of a coordinate, that of the mechanics included [px].
+  /// Returns the standard deviation of a coordinate, that of the mechanics and of the creep included [px].
   double noise_px() const;
 
   /// Completes the field. If the estimate has failed, or a number is not finite, the field is not valid and says so.
@@ -36,6 +37,8 @@ class FieldWriter {
  private:
   void publish(const Estimate& estimate, Mixture& mixture, TractionField& field);
   void publishForces(const Estimate& estimate, Mixture& mixture, TractionField& field);
+  void publishNothing(TractionField& field);
+  bool addCreep(TractionField& field) const;
   Eigen::Matrix<double, 6, 6> unseen(const std::array<double, 2>& detectionLimit_N) const;
 
   const Factors& factors_;
@@ -49,6 +52,7 @@ class FieldWriter {
   ModelContacts contacts_;
   WrenchCovariance unseen_{};  ///< of forces that may act although none is found
   // Of one frame.
+  CreepErrors creep_;
   UsedMarkers used_;
   std::vector<float> picture_;                     ///< 2M [px]
   std::vector<double> nodeForce_, nodeDeviation_;  ///< 3N

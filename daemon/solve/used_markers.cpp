@@ -43,7 +43,7 @@ bool UsedMarkers::choose(const MarkerField& markers) {
         missing_.push_back(static_cast<int>(coordinate));
         continue;
       }
-      const float displacement = markers.displacement_px[coordinate];
+      const float displacement = markers.byForces_px()[coordinate];
       ++count_;
       row_[coordinate] = displacement;
       squares_ += square(displacement);

@@ -5,12 +5,14 @@
 // Reads from JOB: displacement.f64 (frames x markers x 3, m); and, where they are there, missing.u8 (frames x markers),
 // picture.f64 (frames x 5: how the picture strays: shift along u, v [px], scale - 1, roll [rad], brightness),
 // scatter.f64 (markers x 3, m: where the gel's own markers sit beside the gel file's places), highlight.f64 (frames x
-// 4: a highlight's centre u, v [px], radius [px] and strength [levels]) and options. Writes each figure of a frame to
+// 4: a highlight's centre u, v [px], radius [px] and strength [levels]), time.f64 (frames: when each is taken [s], for
+// gels that creep) and options. Writes each figure of a frame to
 // JOB/NAME.f64 (frames x columns), and "columns" with a line for each. With --as-daemon, most frames are answered by
 // an earlier frame's model, as in the daemon, which learns in no time. With --answer, also answers each frame by the
 // model of the frame before: whether it could be is in "answered", the figures are in answer_NAME.f64.
 #include "base/clock.h"
 #include "daemon/app/config_toml.h"
+#include "daemon/solve/creep_memory.h"
 #include "daemon/solve/make_solver.h"
 #include "tests/evaluation/eye.h"
 #include "touch/partial_slip.h"
@@ -164,13 +166,15 @@ struct Job {
       , missing(readAll<std::uint8_t>(options.job / "missing.u8"))
       , stray(readAll<Stray>(options.job / "picture.f64"))
       , scatter(readAll<double>(options.job / "scatter.f64"))
-      , highlight(readAll<std::array<double, 4>>(options.job / "highlight.f64")) {
+      , highlight(readAll<std::array<double, 4>>(options.job / "highlight.f64"))
+      , time_s(readAll<double>(options.job / "time.f64")) {
     const std::size_t count = static_cast<std::size_t>(markerCount);
     frames = displacement.size() / (3 * count);
     if (frames == 0 || displacement.size() != 3 * count * frames) fail("displacement.f64 is not frames x markers x 3");
     if (!missing.empty() && missing.size() != count * frames) fail("missing.u8 is not frames x markers");
     if (!stray.empty() && stray.size() != frames) fail("picture.f64 is not frames x 5");
     if (!scatter.empty() && scatter.size() != 3 * count) fail("scatter.f64 is not markers x 3");
+    if (!time_s.empty() && time_s.size() != frames) fail("time.f64 is not frames");
     if (!highlight.empty() && highlight.size() != frames) fail("highlight.f64 is not frames x 4");
   }
 
@@ -194,6 +198,7 @@ struct Job {
   std::vector<Stray> stray;
   std::vector<double> scatter;
   std::vector<std::array<double, 4>> highlight;
+  std::vector<double> time_s;
 };
 
 void addNoise(double sigma_px, std::mt19937_64& generator, MarkerField& field) {
@@ -225,6 +230,7 @@ void run(const Options& options) {
   markers.resize(sensor.markerCount());
   field.resize(sensor.markerCount(), sensor.nodes.count());
   TractionField learnt = field;
+  solve::CreepMemory creep(job.time_s.empty() ? std::vector<sensor::CreepTerm>{} : sensor.creep, sensor.markerCount());
 
   // As the daemon does at a zero; here only at the first one, as others show the same gel.
   bool followsRest = solve::followsRest(sensor);
@@ -288,6 +294,8 @@ void run(const Options& options) {
     const std::int64_t tracked_ns = monotonicNow();
     markers.info.frameNumber = frame;
     if (options.extra_px > 0.0) addNoise(options.extra_px, generator, markers);
+    if (!job.time_s.empty()) markers.info.times.captured_ns = 1 + std::llround(1e9 * job.time_s[frame]);
+    creep.advance(markers);
     if (options.answer) {
       const std::int64_t answering_ns = monotonicNow();
       const bool isAnswered = solver->answer(markers, field);

@@ -78,6 +78,7 @@ ARRAYS = {
     "stray": ("picture.f64", float),
     "scatter": ("scatter.f64", float),
     "highlight": ("highlight.f64", float),
+    "time": ("time.f64", float),
 }
 
 
@@ -86,7 +87,8 @@ def run(displacement, gel=None, twin_gel=None, solve="", state=None, **given):
     the camera sees. `solve`: lines of the configuration's [solve]. `state`: where factors are kept. Arrays of ARRAYS:
     `missing`, frames x markers, 1 where not drawn; `stray`, frames x 5, shift u, v [px], scale - 1, roll [rad],
     brightness; `scatter`, markers x 3 [m], how far the gel's markers sit from the gel file's places; `highlight`,
-    frames x 4, centre u, v [px], radius [px], strength [levels]. Others: the program's options; one that is True is a
+    frames x 4, centre u, v [px], radius [px], strength [levels]; `time`, frames, when each is taken [s], for gels that
+    creep. Others: the program's options; one that is True is a
     flag.
     """
     with tempfile.TemporaryDirectory(prefix="evaluation-") as name:

@@ -7,6 +7,7 @@ import time
 import answers
 import contacts
 import coverage
+import creep
 import grasp
 import instrument
 import markers
@@ -46,7 +47,7 @@ EXPERIMENTS = {  # in the order of the page
     "missing": resultants.missing,
     "picture_motion": resultants.picture_motion,
     "large_strain": resultants.large_strain,
-    "creep": instrument.creep,
+    "creep": creep.creep,
     "calibration": instrument.calibration,
     "centres": instrument.centres,
     "markers": markers.markers,

@@ -1,4 +1,4 @@
-"""The instrument itself: marker centres, time a frame, a gel that creeps, calibration. Each takes the report and whether
+"""The instrument itself: marker centres, time a frame, calibration. Each takes the report and whether
 to be quick, like the experiments.
 """
 
@@ -110,38 +110,6 @@ def timing(report, quick):
             report.row(
                 "influence matrix and factors of a new gel, all cores", f"{time.monotonic() - begin:.1f} s", "8.5 s"
             )
-
-
-def creep(report, quick):
-    report.section(
-        "Creep",
-        """
-        The probe presses with 200 gf for 60 s and is taken away. The gel's compliance grows by 2 % with a time of 1 s
-        and by 3 % with one of 20 s (the twin's Prony series; a gel of one's own may do more or less). The daemon knows
-        nothing of it: what it reads beside the true load, mean of 10 frames. The calibration of Young's modulus waits
-        1.5 s, and so has part of this in it.""",
-    )
-    terms = ((0.02, 1.0), (0.03, 20.0))  # share of the compliance, time [s]
-    held_s, frames = 60.0, 10
-    after_put_s = np.array([0.1, 0.5, 1, 2, 5, 10, 20, 40, 60])
-    after_taken_s = np.array([0.1, 1, 2, 5, 10, 20, 40, 60])
-    held = 1 + sum(share * -np.expm1(-after_put_s / tau) for share, tau in terms)
-    left = sum(share * -np.expm1(-held_s / tau) * np.exp(-after_taken_s / tau) for share, tau in terms)
-    share = np.concatenate([held, left])
-    force = np.array([0, 0, 200 * GF])
-    displacement = share[:, None, None] * probe(force[None])
-    found = chain.run(np.repeat(displacement, frames, axis=0))
-    reading = found.resultant_N.reshape(len(share), frames, 3).mean(1) / GF
-    put, taken = np.split(reading[:, 2], [len(held)])
-    report.table(
-        ["seconds", "held, 200 gf: read [gf]", "off"],
-        [(f"{t:g}", f"{z:.1f}", f"{z / 2 - 100:+.1f} %") for t, z in zip(after_put_s, put)],
-    )
-    report.table(
-        ["seconds after release", "false force [gf]"], [(f"{t:g}", f"{z:.1f}") for t, z in zip(after_taken_s, taken)]
-    )
-    report.row("reading of a constant 200 gf, from 0.1 to 60 s", f"{put[0]:.1f} to {put[-1]:.1f} gf")
-    report.row("    false force 1 s after it is gone; 60 s after", f"{taken[1]:.1f} gf; {taken[-1]:.1f} gf")
 
 
 def calibration(report, quick):

@@ -35,6 +35,8 @@ enum Flag : std::uint32_t {
   kDoubtedOrigin = 256,
   /// No model of an earlier frame holds, and its own solution did not come in time; the field is not valid.
   kNotSolved = 512,
+  /// The gel has yet to recover from earlier loads: a force as small as what is not known of that is not told.
+  kRecovering = 1024,
 };
 
 /// A 3 x 3 matrix, row by row, indices in the order x, y, z.

@@ -28,6 +28,7 @@ class Flag(enum.IntFlag):
     GEL_MISMATCH = 128  # the rest picture contradicts the gel file: the field is not valid
     DOUBTED_ORIGIN = 256  # packets came twice: they may be another sender's
     NOT_SOLVED = 512  # no model of an earlier frame holds, and this one was not solved in time: the field is not valid
+    RECOVERING = 1024  # the gel has yet to recover from earlier loads: a force as small as what is not known of that is not told
 
 
 class CaptureBound(enum.Enum):

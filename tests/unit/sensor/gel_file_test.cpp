@@ -18,6 +18,7 @@ using tractiond::FileError;
 void expectSame(const Sensor& a, const Sensor& b) {
   EXPECT_DOUBLE_EQ(a.gel.youngsModulus, b.gel.youngsModulus);
   EXPECT_DOUBLE_EQ(a.gel.poissonRatio, b.gel.poissonRatio);
+  EXPECT_EQ(a.creep, b.creep);
   EXPECT_TRUE(a.gel.size.isApprox(b.gel.size, 1e-15));
   ASSERT_EQ(a.layers.size(), b.layers.size());
   for (std::size_t i = 0; i < a.layers.size(); ++i) {
@@ -112,6 +113,8 @@ TEST(GelFile, WhatIsWrittenIsRead) {
                         .k1 = 0.0017,
                         .k2 = 0.019};
   sensor.pictureMotion = {0.031, 2.5e-5, 3.5e-5};
+  sensor.creep = {{.share = 0.021, .time_s = 0.7, .deviation = 0.0013},
+                  {.share = 0.034, .time_s = 22.5, .deviation = 0.0024, .correlation = {-0.31}}};
   const auto read = parseGel(sensor::gelText(sensor), "written");
   ASSERT_TRUE(read.has_value()) << read.error().where << read.error().what;
   expectSame(*read, sensor);
@@ -156,6 +159,7 @@ TEST(GelFile, LongKeysAndTextsAreShortenedInErrors) {
 }
 
 TEST(GelFile, ImpossibleSensorsAreRejectedWhereTheyAreWritten) {
+  const std::string kTerm = "[[creep]]\nshare = 0.1\ntime_s = 1\ndeviation = 0.01\n";
   const struct {
     std::string from, to, what;
   } cases[] = {
@@ -175,6 +179,14 @@ TEST(GelFile, ImpossibleSensorsAreRejectedWhereTheyAreWritten) {
       {"format = 1 ", "format = 2 ", "format = 2 is newer than this program"},
       {"[uncertainty]", "[calibration]\ncamera = \"a\"\ndate = \"b\"\n[uncertainty]", "calibration.hash is missing"},
       {"format = 1 ", "# ", "format is missing"},
+      {"[uncertainty]", "[[creep]]\nshare = 0.1\ntime_s = 1\n[uncertainty]", "creep[0].deviation is missing"},
+      {"[uncertainty]", kTerm + kTerm + "[uncertainty]", "creep[1].time_s must be above that of the term before"},
+      {"[uncertainty]", kTerm + "correlation = [0.5]\n[uncertainty]",
+       "creep[0].correlation must have a number for each"},
+      {"[uncertainty]",
+       kTerm + "[[creep]]\nshare = 0.1\ntime_s = 2\ndeviation = 0.01\ncorrelation = [1]\n" +
+           "[[creep]]\nshare = 0.1\ntime_s = 3\ndeviation = 0.01\ncorrelation = [1, -1]\n[uncertainty]",
+       "creep[2].correlation contradicts those of the terms before"},
   };
   for (const auto& [from, to, what] : cases) {
     const FileError error = fault(changed(from, to));
