@@ -1,3 +1,5 @@
+"""Lets `python3 -m traction_gel` run the program."""
+
 import sys
 
 from .cli import main

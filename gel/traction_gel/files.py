@@ -11,6 +11,7 @@ import numpy as np
 from .problem import Problem
 
 CAMERA = {"width_px": 640, "height_px": 480, "focal_px": 960, "principal_px": [319.5, 239.5], "position_mm": [0, 0, 157]}
+LEAST_MARKERS = 4  # columns and rows of a layer that tractiond can follow
 KEYS = {
     "": {"format", "error_percent", "shape", "material", "layers", "nodes", "camera", "uncertainty", "picture_motion"},
     "shape": {"kind", "gel_file", "bone_file", "bonded_box_mm", "diameter_mm", "length_mm", "gel_mm", "width_mm", "height_mm",
@@ -47,7 +48,7 @@ def read(path):
         raise Problem("material.poisson_ratio is above 0.4999: 0.5 is incompressible, silicone has 0.49 to 0.499")
     for name, table in [("nodes.", task["nodes"])] + [(f"layers[{k}].", layer) for k, layer in enumerate(task["layers"])]:
         for key in ("columns", "rows"):
-            _number(table, name, key, 1, 1000)
+            _number(table, name, key, 1 if name == "nodes." else LEAST_MARKERS, 1000)
         if name == "nodes." or "positions_mm" not in table:
             _number(table, name, "pitch_mm", 0.05, 100)
         if name != "nodes.":

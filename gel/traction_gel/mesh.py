@@ -15,7 +15,7 @@ from .mechanics import BONDED, FREE
 from .problem import Problem
 
 VOLUME = 10  # region of the tetrahedra
-GROWTH = 0.3  # of the elements' size with the distance from nodes and markers
+GROWTH = 0.2  # of the elements' size with the distance from nodes and markers
 CELLS = 48  # of the grid on which sizes are given to gmsh, along the longest side
 
 

@@ -14,9 +14,11 @@ def draw(result, path):
         cut = result.corners[faces]
         cut = cut[(cut[:, :, 1].min(1) <= 0) & (cut[:, :, 1].max(1) >= 0)].mean(1)
         side.plot(cut[:, 0], cut[:, 2], ".", color=colour, ms=4, label=label)
-    side.plot(result.nodes[:, 0], result.nodes[:, 2], "k.", ms=3, label="nodes")
-    side.quiver(*result.nodes[:, [0, 2]].T, *result.normals[:, [0, 2]].T, angles="xy", width=0.002, color="0.5")
-    side.plot(result.markers[:, 0], result.markers[:, 2], "r.", ms=3, label="markers")
+    thick = 0.6 * np.sqrt(result.areas.mean())  # of the slice that is shown
+    cut = abs(result.nodes[:, 1]) < thick
+    side.plot(*result.nodes[cut][:, [0, 2]].T, "k.", ms=4, label="nodes")
+    side.quiver(*result.nodes[cut][:, [0, 2]].T, *result.normals[cut][:, [0, 2]].T, angles="xy", width=0.002, color="0.5")
+    side.plot(*result.markers[abs(result.markers[:, 1]) < thick][:, [0, 2]].T, "r.", ms=4, label="markers")
     side.set(aspect="equal", xlabel="x [mm]", ylabel="z [mm], into the gel")
     side.legend(fontsize="small")
     middle = np.linalg.norm(result.nodes[:, :2], axis=1).argmin()
@@ -24,6 +26,6 @@ def draw(result, path):
     front.plot(*result.nodes[:, :2].T, "k.", ms=2)
     front.quiver(*result.markers[:, :2].T, *moved[:, :2].T, color="r", angles="xy")
     front.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
-    front.set_title(f"a press on the middle node: markers move by up to {1e3 * np.linalg.norm(moved, axis=1).max():.2g} mm/N")
+    front.set_title(f"press on the middle node: up to {1e3 * np.linalg.norm(moved, axis=1).max():.2g} mm/N")
     figure.savefig(path, dpi=110)
     pyplot.close(figure)

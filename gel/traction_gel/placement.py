@@ -119,18 +119,17 @@ def nodes(surface, table):
         return f"nodes: row {number // table['columns']}, column {number % table['columns']}"
 
     centres, pitch = grid(table), table["pitch_mm"]
-    positions, inward = surface.wrap(centres, 0.0, name)
     part = pitch * ((np.arange(SAMPLES) + 0.5) / SAMPLES - 0.5)
     inside = np.stack(np.meshgrid(part, part), -1).reshape(-1, 2)
     corner = pitch / 2 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-    each = np.concatenate([inside, corner])
+    each = np.concatenate([[[0, 0]], inside, corner])
     spread = (centres[:, None] + each).reshape(-1, 2)
-    points = surface.wrap(spread, 0.0, lambda number: name(number // len(each)) + " (its area)")[0]
+    points, inward = surface.wrap(spread, 0.0, lambda number: f"{name(number // len(each))} (its area)")
     points = points.reshape(len(centres), len(each), 3)
-    samples, corners = points[:, : len(inside)], points[:, len(inside) :]
+    positions, samples, corners = points[:, 0], points[:, 1:-4], points[:, -4:]
     areas = np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1) / 2
     weights = np.kron(np.eye(len(centres)), np.full((1, len(inside)), 1 / len(inside)))
-    return positions, inward, areas, samples.reshape(-1, 3), weights
+    return positions, inward[:: len(each)], areas, samples.reshape(-1, 3), weights
 
 
 def markers(surface, layers):
