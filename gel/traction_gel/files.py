@@ -37,6 +37,12 @@ def read(path):
     for name in ("shape", "material", "layers", "nodes"):
         if not task.get(name):
             raise Problem(f"{path}: [{name}] is missing")
+    for name, table in task.items():
+        tables = table if name == "layers" and isinstance(table, list) else [table]
+        if name not in ("format", "error_percent") and not all(isinstance(each, dict) for each in tables):
+            raise Problem(f"{path}: {name} is no table: write [{name}], and [[layers]] for each layer")
+    if isinstance(task["layers"], dict):
+        raise Problem(f"{path}: write [[layers]], for each layer, and not [layers]")
     for name, known in KEYS.items():
         for table in [task] if not name else task[name] if name == "layers" else [task[name]]:
             for key in table.keys() - known:
@@ -49,13 +55,32 @@ def read(path):
     for name, table in [("nodes.", task["nodes"])] + [(f"layers[{k}].", layer) for k, layer in enumerate(task["layers"])]:
         for key in ("columns", "rows"):
             _number(table, name, key, 1 if name == "nodes." else LEAST_MARKERS, 1000)
+        _list(table, name, "centre_mm", (2,))
         if name == "nodes." or "positions_mm" not in table:
             _number(table, name, "pitch_mm", 0.05, 100)
         if name != "nodes.":
             _number(table, name, "diameter_mm", 0.01, 100)
+            _number(table, name, "scatter_mm", 0, 100, 0)
+            _list(table, name, "positions_mm", (table["columns"] * table["rows"], 3))
             if "positions_mm" not in table:
                 _number(table, name, "depth_mm", 0.05, 1000)
+    _list(task["shape"], "shape.", "bonded_box_mm", (2, 3))
+    for key, value in CAMERA.items():
+        if isinstance(value, list):
+            _list(task["camera"], "camera.", key, (len(value),))
+        else:
+            _number(task["camera"], "camera.", key, 1, 1e6)
     return task
+
+
+def _list(table, name, key, shape):
+    """Raises a Problem if the key is there and holds no numbers of this shape."""
+    try:
+        right = key not in table or np.shape(np.array(table[key], float)) == shape
+    except (TypeError, ValueError):
+        right = False
+    if not right:
+        raise Problem(f"{name}{key} must hold {' x '.join(map(str, shape))} numbers, in brackets")
 
 
 def _number(table, name, key, least, most, default=None):

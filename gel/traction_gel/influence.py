@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+import scipy.spatial
 
 from . import mechanics, placement
 from .mesh import Body
@@ -74,15 +75,14 @@ def compute(task, folder, say):
 def _refined(body, task, markers, points, weights, say):
     """Returns the gel on the coarsest mesh whose estimated error is small enough, and that error."""
     fine = np.concatenate([points, markers])
-    near = np.linalg.norm(markers[:, None] - points[None, :: len(points) // len(weights)], axis=2).min(1)
-    size, before = max(near.min(), 0.2 * np.median(near)), None
+    depth = scipy.spatial.cKDTree(points).query(markers)[0]
+    size, before = max(depth.min(), 0.2 * np.median(depth)), None
     sampled = np.unique(np.linspace(0, len(weights) - 1, SAMPLED).astype(int))
     few = markers[_nearest(markers, points, weights[sampled])]
     while True:
         mesh = body.elements(size, fine)
         gel = mechanics.Gel(mesh, task["material"]["poisson_ratio"])
-        now = gel.influence(few, points, weights[sampled]).transpose(0, 1, 2, 3)
-        now = now.reshape(len(few), 3, -1)
+        now = gel.influence(few, points, weights[sampled]).reshape(len(few), 3, -1)
         error = np.inf if before is None else estimated_error(before, now)
         shown = "" if before is None else f", estimated error {100 * error:.2f} % of the peak"
         say(f"mesh of {size:.2f} mm: {gel.unknowns} unknowns{shown}", False)

@@ -144,8 +144,6 @@ def markers(surface, layers):
         count = layer["columns"] * layer["rows"]
         if "positions_mm" in layer:
             found = np.array(layer["positions_mm"], float)
-            if found.shape != (count, 3):
-                raise Problem(f"layers[{number}].positions_mm has {len(found)} places, and columns x rows are {count}")
             normals = np.full((count, 3), np.nan)
         else:
             plane = grid(layer)

@@ -159,6 +159,8 @@ class Fingertip(unittest.TestCase):
         for tables, said in (
             ({"material": {"poisson_ratio": 0.5}}, "poisson_ratio"),
             ({"shape": {"gel_mm": 12}}, "shape.gel_mm"),
+            ({"camera": {"position_mm": [0, 0]}}, "camera.position_mm"),
+            ({"nodes": {"columns": 2.5}}, "nodes.columns"),
             ({"shape": {"diameter_mm": 0.02, "gel_mm": 0.004, "length_mm": 0.01}}, "metres and millimetres"),
             ({"nodes": {"pitch_mm": 12}}, "nodes: row 0, column 0"),
             ({"camera": {"focal_px": 8000}}, "layers[0]: marker in row 0, column 0"),
