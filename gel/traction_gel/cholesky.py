@@ -8,7 +8,6 @@ import contextlib
 import ctypes
 import ctypes.util
 import signal
-import threading
 
 import numpy as np
 import scipy.sparse
@@ -35,11 +34,8 @@ class _Dense(ctypes.Structure):
 
 @contextlib.contextmanager
 def ctrl_c_ends_at_once():
-    """Lets Ctrl-C end the process inside a long call of a C library, where Python does not see it. Use it only where no
-    temporary file exists."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
+    """Lets Ctrl-C end the process inside a long call of a C library, where Python does not see it. Use it in the main
+    thread, and only where no temporary file exists."""
     before = signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         yield

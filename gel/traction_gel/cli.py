@@ -37,10 +37,7 @@ def mesh(options, say):
     path = pathlib.Path(options.description)
     task = files.read(path)
     result = influence.compute(task, path.parent, say)
-    draw = None
-    if not options.no_picture:
-        from .picture import draw
-    written = files.write(task, result, options.output or path.stem, draw)
+    written = files.write(task, result, options.output or path.stem)
     say(f"estimated error {result.error_percent:.2f} % of the peak; wrote {', '.join(map(str, written))}", False)
 
 

@@ -23,7 +23,6 @@ COMMANDS = {
             HELP,
             ("", "DESCRIPTION", "TOML file: shape, material, markers and nodes"),
             ("--output", "NAME", "Write NAME.npz, NAME_gel.toml, NAME.png; without it named as DESCRIPTION, in this folder"),
-            ("--no-picture", "", "Write no picture"),
         ],
     )
 }
@@ -89,8 +88,5 @@ def parse(arguments, version):
     for name, (_, options) in COMMANDS.items():
         command = commands.add_parser(name, command=name)
         for names, value, _ in options[1:]:
-            if not names:
-                command.add_argument(value.lower())
-            else:
-                command.add_argument(*names.split(","), **({} if value else {"action": "store_true"}))
+            command.add_argument(names or value.lower())
     return parser.parse_args(arguments)

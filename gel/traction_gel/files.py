@@ -8,6 +8,7 @@ import tomllib
 
 import numpy as np
 
+from .picture import draw
 from .problem import Problem
 
 CAMERA = {"width_px": 640, "height_px": 480, "focal_px": 960, "principal_px": [319.5, 239.5], "position_mm": [0, 0, 157]}
@@ -130,11 +131,11 @@ def replaced(*paths):
             name.unlink(missing_ok=True)
 
 
-def write(task, result, stem, draw):
-    """Writes STEM.npz, STEM_gel.toml and, if `draw` is a function of result and path, STEM.png. Returns their paths."""
+def write(task, result, stem):
+    """Writes STEM.npz, STEM_gel.toml and STEM.png. Returns their paths."""
     stem = pathlib.Path(stem)
-    paths = [stem.with_name(stem.name + end) for end in (".npz", "_gel.toml", ".png")][: 3 if draw else 2]
-    with replaced(*paths) as (influence, gel, *picture):
+    paths = [stem.with_name(stem.name + end) for end in (".npz", "_gel.toml", ".png")]
+    with replaced(*paths) as (influence, gel, picture):
         np.savez(
             influence,
             format="traction-influence/1",
@@ -147,6 +148,5 @@ def write(task, result, stem, draw):
             marker_positions=1e-3 * result.markers,
         )
         gel.write_text(gel_text(task, result, paths[0].name))
-        if picture:
-            draw(result, picture[0])
+        draw(result, picture)
     return paths

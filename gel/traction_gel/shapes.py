@@ -157,7 +157,6 @@ def _from_files(shape, folder):
     gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
     gel = _solids(pathlib.Path(folder, shape["gel_file"]), "shape.gel_file")
     bone = _solids(pathlib.Path(folder, shape["bone_file"]), "shape.bone_file") if "bone_file" in shape else []
-    _check_extent([tag for _, tag in gel])
     volumes, bonded = _with_bone(gel, bone)
     if "bonded_box_mm" in shape:
         low, high = shape["bonded_box_mm"]
