@@ -12,7 +12,8 @@ from scripts import SOURCE
 
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
 MANUAL = BUILD / "manual"
-SECTIONS = {"tractiond": 8, "traction-gateway": 8, "traction-touch": 8, "traction-input": 1, "tractionctl": 1, "traction-twin": 1, "traction-lens": 1, "traction-view": 1}
+SECTIONS = {"tractiond": 8, "traction-gateway": 8, "traction-touch": 8, "traction-input": 1, "tractionctl": 1, "traction-twin": 1, "traction-lens": 1, "traction-view": 1,
+            "traction-gel": 1}
 # A machine that npm does not reach cannot build the viewer.
 PROGRAMS = [name for name in SECTIONS if name != "traction-view" or (BUILD / "bin" / name).exists()]
 CONFIGURATIONS = {"tractiond.toml": "tractiond", "traction-gateway.toml": "traction-gateway"}

@@ -7,7 +7,8 @@ import unittest
 
 BUILD = pathlib.Path(os.environ["TRACTION_BUILD"])
 ROOT = pathlib.Path(__file__).resolve().parents[3]
-PROGRAMS = ["tractiond", "tractionctl", "traction-gateway", "traction-touch", "traction-input", "traction-twin", "traction-lens"]
+PROGRAMS = ["tractiond", "tractionctl", "traction-gateway", "traction-touch", "traction-input", "traction-twin", "traction-lens",
+            "traction-gel"]
 if (BUILD / "bin" / "traction-view").exists():  # which a machine that npm does not reach cannot build
     PROGRAMS.append("traction-view")
 TOOLS = sorted(path.name for path in (ROOT / "tools").iterdir())

@@ -1,0 +1,1 @@
+"""Makes the influence file of a gel of any shape, from its geometry: docs/fingertip.md."""

@@ -1,0 +1,61 @@
+"""Runs traction-gel."""
+
+import pathlib
+import sys
+
+from . import command_line
+from .problem import Problem
+
+VERSION = "0.1.0"
+DATA_ERROR, NO_INPUT, CANNOT_CREATE, INTERRUPTED = 65, 66, 73, 130
+
+
+class Reporter:
+    """Says on standard error how far the work is; a line that replaces another only where a person looks on."""
+
+    def __init__(self):
+        self.open = False
+
+    def __call__(self, text, again):
+        if again and not sys.stderr.isatty():
+            return
+        begin = "\r" if self.open and again else "\n" if self.open else ""
+        print(begin + text, end="" if again else "\n", file=sys.stderr, flush=True)
+        self.open = again
+
+    def close(self):
+        """Ends a line that is still open."""
+        if self.open:
+            print(file=sys.stderr)
+        self.open = False
+
+
+def mesh(options, say):
+    """Runs `traction-gel mesh`."""
+    from . import files, influence  # gmsh and GetFEM: --help does not need them
+
+    path = pathlib.Path(options.description)
+    task = files.read(path)
+    result = influence.compute(task, path.parent, say)
+    written = files.write(task, result, options.output or path.stem)
+    say(f"estimated error {result.error_percent:.2f} % of the peak; wrote {', '.join(map(str, written))}", False)
+
+
+def main(arguments=None):
+    """Returns the exit code."""
+    options = command_line.parse(arguments, VERSION)
+    say = Reporter()
+    try:
+        mesh(options, say)
+        return 0
+    except Problem as problem:
+        code, text = DATA_ERROR if pathlib.Path(options.description).exists() else NO_INPUT, str(problem)
+    except MemoryError as error:
+        code, text = DATA_ERROR, str(error) or "too little memory: raise error_percent"
+    except OSError as error:
+        code, text = CANNOT_CREATE, str(error)
+    except KeyboardInterrupt:
+        code, text = INTERRUPTED, "interrupted; nothing was written"
+    say.close()
+    print(f"{command_line.NAME}: {text}", file=sys.stderr)
+    return code

@@ -1,0 +1,103 @@
+"""From a description of a fingertip to its influences: meshes get finer until the estimated error is small enough."""
+
+import dataclasses
+
+import numpy as np
+import scipy.spatial
+
+from . import mechanics, placement
+from .mesh import Body
+from .problem import Problem
+
+FINER = 0.75  # the elements' size from one mesh to the next
+MOST_UNKNOWNS = 450_000  # 12 GB
+SAMPLED = 8  # nodes whose influence is compared between meshes
+
+
+@dataclasses.dataclass
+class Fingertip:
+    """The result. Lengths in mm; influence in m/N."""
+
+    nodes: np.ndarray
+    normals: np.ndarray
+    areas: np.ndarray
+    markers: np.ndarray
+    influence: np.ndarray
+    thickness: float
+    error_percent: float
+    corners: np.ndarray
+    free: np.ndarray
+    bonded: np.ndarray
+
+
+def estimated_error(coarse, fine):
+    """Largest difference of a marker's displacement between two meshes, as a part of the load's largest displacement.
+    The finer mesh errs by less."""
+    off = np.linalg.norm(coarse - fine, axis=1).max(0)
+    return (off / np.linalg.norm(fine, axis=1).max(0)).max()
+
+
+def compute(task, folder, say):
+    """\\param task a checked input (files.read)
+    \\param folder which the names of files count from
+    \\param say is called with text for people, and whether it replaces the line before
+    """
+    with Body(task["shape"], folder) as body:
+        box = body.box()
+        pitch = min(table["pitch_mm"] for table in [task["nodes"], *task["layers"]] if "pitch_mm" in table)
+        say("surface", False)
+        corners, free, bonded = body.surface(max(pitch / 3, (box[1] - box[0]).max() / 150))
+        surface = placement.Surface(corners, free)
+        nodes, normals, areas, points, weights = placement.nodes(surface, task["nodes"])
+        markers, inward, names = placement.markers(surface, task["layers"])
+        placement.check_inside(markers, names, corners, free, bonded)
+        placement.check_seen(markers, inward, names, task["camera"])
+        gel, error = _refined(body, task, markers, points, weights, say)
+
+    def progress(part):
+        say(f"influence of {len(nodes)} nodes on {len(markers)} markers: {100 * part:.0f} %", True)
+
+    influence = gel.influence(markers, points, weights, progress)
+    return Fingertip(
+        nodes,
+        normals,
+        areas,
+        markers,
+        influence * 1e3 / task["material"]["youngs_modulus_pa"],
+        float(box[1, 2]),
+        100 * error,
+        corners,
+        free,
+        bonded,
+    )
+
+
+def _refined(body, task, markers, points, weights, say):
+    """Returns the gel on the coarsest mesh whose estimated error is small enough, and that error."""
+    fine = np.concatenate([points, markers])
+    depth = scipy.spatial.cKDTree(points).query(markers)[0]
+    size, before = max(depth.min(), 0.2 * np.median(depth)), None
+    sampled = np.unique(np.linspace(0, len(weights) - 1, SAMPLED).astype(int))
+    few = markers[_nearest(markers, points, weights[sampled])]
+    while True:
+        mesh = body.elements(size, fine)
+        gel = mechanics.Gel(mesh, task["material"]["poisson_ratio"])
+        now = gel.influence(few, points, weights[sampled]).reshape(len(few), 3, -1)
+        error = np.inf if before is None else estimated_error(before, now)
+        shown = "" if before is None else f", estimated error {100 * error:.2f} % of the peak"
+        say(f"mesh of {size:.2f} mm: {gel.unknowns} unknowns{shown}", False)
+        if 100 * error <= task["error_percent"]:
+            return gel, error
+        if gel.unknowns / FINER**3 > MOST_UNKNOWNS:
+            raise Problem(
+                f"the estimated error is {100 * error:.2f} %, and error_percent asks for {task['error_percent']:g}: a finer "
+                "mesh would need too much memory. Raise error_percent, or place markers deeper"
+            )
+        before, size = now, size * FINER
+
+
+def _nearest(markers, points, weights):
+    """Numbers of the markers nearest to each node, 8 of each."""
+    centres = weights @ points
+    order = np.argsort(np.linalg.norm(markers[None] - centres[:, None], axis=2), axis=1)
+    return np.unique(order[:, :8])

@@ -1,0 +1,197 @@
+"""Where nodes and markers are: grids that are wrapped on the touched surface, or on one below it. Lengths in mm."""
+
+import collections
+
+import numpy as np
+
+from .problem import Problem
+
+RAYS = 360  # azimuths in which the surface is walked; between them it is interpolated
+SAMPLES = 4  # along each side of a node's area
+AXIS = np.array([1.3e-5, 0.7e-5])  # x, y of the axis [mm]: beside a corner of the triangles that may lie at 0
+
+
+class Surface:
+    """The touched surface as triangles. A point is given by its distance from the point on the z axis, along the
+    surface, and by the azimuth in which it lies."""
+
+    def __init__(self, corners, triangles):
+        """\\param triangles T x 3, in an order by which their normals point out of the gel"""
+        self.corners, self.triangles = corners, triangles
+        self.plane = corners[:, :2] - AXIS
+        a, b, c = corners[triangles].transpose(1, 0, 2)
+        normals = np.zeros_like(corners)
+        for k in range(3):
+            np.add.at(normals, triangles[:, k], np.cross(c - a, b - a))  # into the gel
+        self.normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+        self.top = self._top()
+        self.beside = collections.defaultdict(list)
+        for number, triangle in enumerate(triangles.tolist()):
+            for one, two in zip(triangle, triangle[1:] + triangle[:1]):
+                self.beside[min(one, two), max(one, two)].append(number)
+
+    def _top(self):
+        """Returns the triangle that the z axis crosses first."""
+        a, b, c = self.plane[self.triangles].transpose(1, 0, 2)
+        cross = lambda p, q: p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]  # noqa: E731
+        weights = np.stack([cross(b, c), cross(c, a), cross(a, b)], 1)
+        area = weights.sum(1, keepdims=True)
+        weights = weights / np.where(area == 0, 1, area)
+        hit = np.flatnonzero((area[:, 0] != 0) & (weights >= -1e-9).all(1))
+        if not len(hit):
+            raise Problem("the z axis does not cross the touched surface: move the gel, its middle belongs at x = y = 0")
+        heights = (weights[hit] * self.corners[self.triangles[hit], 2]).sum(1)
+        if abs(heights.min()) > 1e-2:
+            raise Problem(
+                f"the touched surface crosses the z axis at {heights.min():.3g} mm: move the gel, it belongs at z = 0, "
+                "with z into the gel and towards the camera"
+            )
+        return int(hit[heights.argmin()])
+
+    def profile(self, azimuth, depth, reach):
+        """Walks from the axis on the surface `depth` below the touched one, as far as `reach` or to the end. Returns
+        distances (P) and, for each, the point and the normal into the gel (P x 6)."""
+        across = np.array([-np.sin(azimuth), np.cos(azimuth)])
+        side = self.plane @ across
+        side[side == 0] = 1e-12
+        forward = np.array([np.cos(azimuth), np.sin(azimuth)])
+
+        def crossing(edge):
+            one, two = edge
+            part = side[one] / (side[one] - side[two])
+            normal = (1 - part) * self.normals[one] + part * self.normals[two]
+            return (1 - part) * self.corners[one] + part * self.corners[two], normal / np.linalg.norm(normal)
+
+        def crossed(number):
+            a, b, c = self.triangles[number].tolist()
+            edges = [(min(e), max(e)) for e in ((a, b), (b, c), (c, a))]
+            return [edge for edge in edges if (side[edge[0]] > 0) != (side[edge[1]] > 0)]
+
+        ends = sorted(((crossing(edge), edge) for edge in crossed(self.top)), key=lambda end: (end[0][0][:2] - AXIS) @ forward)
+        if len(ends) < 2:
+            raise Problem("the touched surface cannot be walked from the z axis: is it smooth there?")
+        ((back, inward), _), (first, edge) = ends
+        part = -((back[:2] - AXIS) @ forward) / ((first[0] - back)[:2] @ forward)
+        start, normal = back + part * (first[0] - back), (1 - part) * inward + part * first[1]
+        found = [np.concatenate([start + depth * normal, normal])]
+        found.append(np.concatenate([first[0] + depth * first[1], first[1]]))
+        triangle, distances = self.top, [0.0, np.linalg.norm((found[1] - found[0])[:3])]
+        while distances[-1] < reach:
+            beyond = [number for number in self.beside[edge] if number != triangle]
+            if not beyond:
+                break
+            triangle = beyond[0]
+            edge = next(each for each in crossed(triangle) if each != edge)
+            point, normal = crossing(edge)
+            found.append(np.concatenate([point + depth * normal, normal]))
+            distances.append(distances[-1] + np.linalg.norm((found[-1] - found[-2])[:3]))
+        return np.array(distances), np.array(found)
+
+    def wrap(self, plane, depth, name):
+        """Puts points of a plane (P x 2: distance and azimuth about the origin) on the surface `depth` below the touched
+        one. Returns points and normals into the gel, each P x 3. \param name names a point by its number"""
+        distance, turn = np.hypot(*plane.T), np.arctan2(plane[:, 1], plane[:, 0]) % (2 * np.pi) / (2 * np.pi) * RAYS
+        ray, part = np.divmod(turn, 1)
+        rays = [self.profile(2 * np.pi * k / RAYS, depth, distance.max()) for k in range(RAYS)]
+        found = np.zeros((len(plane), 6))
+        for number, (at, k) in enumerate(zip(distance, ray.astype(int))):
+            for (along, values), share in ((rays[k % RAYS], 1 - part[number]), (rays[(k + 1) % RAYS], part[number])):
+                if at > along[-1] and share > 0:
+                    raise Problem(
+                        f"{name(number)} lies {at:.3g} mm from the axis along the surface, which ends there after "
+                        f"{along[-1]:.3g} mm: smaller pitch_mm, or fewer columns and rows"
+                    )
+                found[number] += share * np.array([np.interp(at, along, column) for column in values.T])
+        return found[:, :3], found[:, 3:] / np.linalg.norm(found[:, 3:], axis=1, keepdims=True)
+
+
+def grid(table, shift=(0.0, 0.0)):
+    """x, y of a grid's points: index row * columns + column, column along +x, row along +y."""
+    columns, rows, pitch = table["columns"], table["rows"], table["pitch_mm"]
+    x, y = np.meshgrid(np.arange(columns) - (columns - 1) / 2, np.arange(rows) - (rows - 1) / 2)
+    return pitch * np.column_stack([x.ravel(), y.ravel()]) + np.asarray(table.get("centre_mm", shift), float)
+
+
+def nodes(surface, table):
+    """Places the force nodes. Returns positions, normals, areas, and the points and weights (N x P) of their areas."""
+
+    def name(number):
+        return f"nodes: row {number // table['columns']}, column {number % table['columns']}"
+
+    centres, pitch = grid(table), table["pitch_mm"]
+    part = pitch * ((np.arange(SAMPLES) + 0.5) / SAMPLES - 0.5)
+    inside = np.stack(np.meshgrid(part, part), -1).reshape(-1, 2)
+    corner = pitch / 2 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    each = np.concatenate([[[0, 0]], inside, corner])
+    spread = (centres[:, None] + each).reshape(-1, 2)
+    points, inward = surface.wrap(spread, 0.0, lambda number: f"{name(number // len(each))} (its area)")
+    points = points.reshape(len(centres), len(each), 3)
+    positions, samples, corners = points[:, 0], points[:, 1:-4], points[:, -4:]
+    areas = np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1) / 2
+    weights = np.kron(np.eye(len(centres)), np.full((1, len(inside)), 1 / len(inside)))
+    return positions, inward[:: len(each)], areas, samples.reshape(-1, 3), weights
+
+
+def markers(surface, layers):
+    """Places the markers of all layers. Returns positions, normals (NaN for those of a list), and their names."""
+    positions, inward, names = [], [], []
+    for number, layer in enumerate(layers):
+
+        def name(marker, number=number, layer=layer):
+            row, column = divmod(marker, layer["columns"])
+            return f"layers[{number}]: marker in row {row}, column {column}"
+
+        count = layer["columns"] * layer["rows"]
+        if "positions_mm" in layer:
+            found = np.array(layer["positions_mm"], float)
+            normals = np.full((count, 3), np.nan)
+        else:
+            plane = grid(layer)
+            scatter = np.random.default_rng(number).normal(0, layer.get("scatter_mm", 0.0), plane.shape)
+            found, normals = surface.wrap(plane + scatter, layer["depth_mm"], name)
+        positions.append(found)
+        inward.append(normals)
+        names += [name(marker) for marker in range(count)]
+    return np.concatenate(positions), np.concatenate(inward), names
+
+
+def turns(points, corners, triangles):
+    """How often a closed surface goes around each point: 1 inside, 0 outside (the sum of solid angles)."""
+    total = np.zeros(len(points))
+    for number, point in enumerate(points):
+        a, b, c = (corners[triangles] - point).transpose(1, 0, 2)
+        la, lb, lc = (np.linalg.norm(each, axis=1) for each in (a, b, c))
+        below = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
+        total[number] = np.arctan2((a * np.cross(b, c)).sum(1), below).sum() / (2 * np.pi)
+    return total
+
+
+def check_inside(points, names, corners, free, bonded):
+    """Raises a Problem for the first marker that is not in the gel."""
+    inside = abs(turns(points, corners, np.concatenate([free, bonded]))) > 0.5
+    for number in np.flatnonzero(~inside):
+        to_free, to_bonded = (
+            np.linalg.norm(corners[np.unique(faces)] - points[number], axis=1).min() for faces in (free, bonded)
+        )
+        where = "inside the bone, or behind the base" if to_bonded < to_free else "outside the gel"
+        place = ", ".join(f"{value:.3g}" for value in points[number])
+        raise Problem(f"{names[number]} at ({place}) mm is {where}")
+
+
+def check_seen(points, inward, names, camera):
+    """Raises a Problem for the first marker that the camera cannot see: beyond its picture, or on a surface that turns
+    away from it. The bone is taken as transparent."""
+    eye = np.array(camera["position_mm"], float)
+    depth = eye[2] - points[:, 2]
+    if camera.get("rotation_rad", [0, 0, 0]) == [0, 0, 0]:
+        u = camera["principal_px"][0] + camera["focal_px"] * (points[:, 0] - eye[0]) / depth
+        v = camera["principal_px"][1] - camera["focal_px"] * (points[:, 1] - eye[1]) / depth
+        beyond = (u < 0) | (v < 0) | (u > camera["width_px"] - 1) | (v > camera["height_px"] - 1) | (depth <= 0)
+        for number in np.flatnonzero(beyond):
+            raise Problem(
+                f"{names[number]} is at ({u[number]:.0f}, {v[number]:.0f}) px, beyond the camera's picture: move the "
+                "camera away, take a shorter lens, or fewer markers"
+            )
+    away = ((eye - points) * inward).sum(1) < 0
+    for number in np.flatnonzero(away):
+        raise Problem(f"{names[number]} is on a surface that the camera cannot see: smaller pitch_mm, or fewer markers")

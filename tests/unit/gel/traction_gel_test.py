@@ -1,0 +1,198 @@
+"""traction-gel: its mechanics against the daemon's block, shapes against each other, and what it says to wrong input."""
+
+import os
+import pathlib
+import signal
+import subprocess
+import tempfile
+import tomllib
+import unittest
+
+import gmsh
+import numpy as np
+import suite
+from traction_gel import files, influence, mechanics, mesh, placement
+from traction_gel.problem import Problem
+
+BIN = pathlib.Path(os.environ["TRACTION_BUILD"]) / "bin"
+SHIPPED = pathlib.Path(__file__).resolve().parents[3] / "gel" / "fingertip.toml"
+YOUNG = 180000
+
+
+def fingertip(**tables):
+    """The shipped fingertip with fewer and deeper markers, and other tables; small enough for seconds."""
+    task = tomllib.loads(SHIPPED.read_text())
+    task["error_percent"] = 20
+    task["layers"][0] |= {"columns": 5, "rows": 4, "pitch_mm": 1.5}
+    task["nodes"] |= {"columns": 3, "rows": 4, "pitch_mm": 2}
+    return {name: table | tables.get(name, {}) if isinstance(table, dict) else tables.get(name, table)
+            for name, table in task.items()}
+
+
+def block(count, error):
+    grid = {"columns": count, "rows": count, "pitch_mm": 3}
+    return {
+        "shape": {"kind": "block", "width_mm": 60, "height_mm": 60, "thickness_mm": 20},
+        "material": {"youngs_modulus_pa": YOUNG, "poisson_ratio": 0.49},
+        "layers": [grid | {"colour": "blue", "depth_mm": 6, "diameter_mm": 0.6},
+                   grid | {"colour": "red", "depth_mm": 8, "diameter_mm": 0.6, "centre_mm": [1.5, 1.5]}],
+        "nodes": grid, "camera": files.CAMERA, "error_percent": error,
+    }
+
+
+def quiet(*_):
+    pass
+
+
+class Kelvin(unittest.TestCase):
+    def test_stress_is_that_of_the_displacement(self):
+        poisson, at, step = 0.4, np.array([[0.3, -0.5, 0.9]]), 1e-5
+        slope = np.stack([
+            (mechanics.kelvin(at + step * axis, 1, poisson) - mechanics.kelvin(at - step * axis, 1, poisson))[0] / (2 * step)
+            for axis in np.eye(3)], axis=1)  # component, direction, force
+        shear, bulk = 1 / (2 * (1 + poisson)), poisson / ((1 + poisson) * (1 - 2 * poisson))
+        stress = shear * (slope + slope.transpose(1, 0, 2)) + bulk * np.einsum("kka,ij->ija", slope, np.eye(3))
+        np.testing.assert_allclose(mechanics.kelvin_stress(at, poisson)[0], stress, atol=1e-7)
+
+
+class Block(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="traction-")))
+
+    def errors(self, task):
+        """The largest error of a marker's displacement for each node and axis, as a part of the largest displacement."""
+        found = influence.compute(task, ".", quiet)
+        part = 3e-3 * ((np.arange(placement.SAMPLES) + 0.5) / placement.SAMPLES - 0.5)
+        count = placement.SAMPLES**2
+        rows = [[3 * node + axis, 1e-3 * x + a, 1e-3 * y + b, *np.eye(3)[axis] / count]
+                for node, (x, y, _) in enumerate(found.nodes) for axis in range(3) for a in part for b in part]
+        np.array(rows).tofile(self.folder / "forces.f64")
+        gel = 'format = 1\n[gel]\nwidth_mm = 60\nheight_mm = 60\nthickness_mm = 20\n'
+        for layer in task["layers"]:
+            gel += "[[layers]]\n" + "".join(f"{key} = {files._toml(value)}\n" for key, value in layer.items())
+        gel += "[nodes]\n" + "".join(f"{key} = {value}\n" for key, value in task["nodes"].items())
+        (self.folder / "gel.toml").write_text(gel)
+        subprocess.run([BIN / "evaluation_mechanics", self.folder, self.folder / "gel.toml"], check=True)
+        true = np.fromfile(self.folder / "displacement.f64").reshape(3 * len(found.nodes), -1, 3)
+        own = found.influence.transpose(2, 3, 0, 1).reshape(true.shape)
+        off = np.linalg.norm(own - true, axis=2).max(1) / np.linalg.norm(true, axis=2).max(1)
+        return off.max(), found.error_percent / 100
+
+    def test_is_that_of_the_daemon_within_the_estimated_error(self):
+        error, estimated = self.errors(block(3, 4))
+        self.assertLess(error, estimated)
+
+    @suite.minutes
+    def test_is_that_of_the_daemon_within_half_a_percent_of_the_peak(self):
+        self.assertLess(self.errors(block(8, 0.5))[0], 5e-3)
+
+
+class Fingertip(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="traction-")))
+
+    def write(self, task):
+        """A description; returns its path."""
+        text = "".join(f"{key} = {files._toml(value)}\n" for key, value in task.items() if not isinstance(value, (dict, list)))
+        for name, tables in task.items():
+            for table in tables if isinstance(tables, list) else [tables] if isinstance(tables, dict) else []:
+                text += f"[[{name}]]\n" if isinstance(tables, list) else f"[{name}]\n"
+                text += "".join(f"{key} = {files._toml(value)}\n" for key, value in table.items())
+        path = self.folder / "tip.toml"
+        path.write_text(text)
+        return path
+
+    def run_program(self, task, *words):
+        return subprocess.run([BIN / "traction-gel", "mesh", self.write(task), *words], cwd=self.folder,
+                              text=True, capture_output=True, timeout=300)
+
+    def test_the_daemon_takes_what_is_written(self):
+        done = self.run_program(fingertip())
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual({path.name for path in self.folder.iterdir()}, {"tip.toml", "tip.npz", "tip_gel.toml", "tip.png"})
+        (self.folder / "config.toml").write_text(f'[sensor]\ngel_file = "{self.folder / "tip_gel.toml"}"\n')
+        checked = subprocess.run([BIN / "tractiond", "--check-config", "--config", self.folder / "config.toml"],
+                                 capture_output=True, text=True)
+        self.assertEqual(checked.returncode, 0, checked.stdout + checked.stderr)
+        with np.load(self.folder / "tip.npz") as file:
+            centre = np.array([0, 0, 10e-3])
+            np.testing.assert_allclose(file["node_normals"], (centre - file["node_positions"]) / 10e-3, atol=0.01)
+            np.testing.assert_allclose(np.linalg.norm(file["marker_positions"] - centre, axis=1), 8e-3, atol=2e-5)
+            self.assertTrue((np.diff(file["marker_positions"][:5, 0]) > 0).all())  # columns along +x
+
+    def test_both_ways_of_reciprocity_agree(self):
+        task = fingertip()
+        with mesh.Body(task["shape"], ".") as body:
+            corners, free, _ = body.surface(1.0)
+            surface = placement.Surface(corners, free)
+            _, _, _, points, weights = placement.nodes(surface, task["nodes"])
+            markers = placement.markers(surface, task["layers"])[0]
+            gel = mechanics.Gel(body.elements(3.0, markers), 0.49)
+        by_nodes = gel.influence(markers, points, weights)
+        by_markers = np.concatenate([gel.influence(part, points, weights) for part in np.array_split(markers, 2)])
+        np.testing.assert_allclose(by_markers, by_nodes, atol=1e-9 * abs(by_nodes).max())
+
+    def test_files_of_cad_are_the_built_in_shape(self):
+        gmsh.initialize([], False)
+        gmsh.option.setNumber("General.Terminal", 0)
+        occ = gmsh.model.occ
+        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+        for name, radius in (("gel", 10), ("bone", 6)):
+            whole, _ = occ.fuse([(3, occ.addSphere(0, 0, 10, radius))], [(3, occ.addCylinder(0, 0, 10, 0, 0, 18, radius))])
+            occ.intersect(whole, [(3, occ.addBox(-20, -20, -1, 40, 40, 19))])
+            occ.synchronize()
+            gmsh.write(str(self.folder / f"{name}.step"))
+            gmsh.clear()
+        gmsh.finalize()
+        areas = []
+        for shape in ({"gel_file": "gel.step", "bone_file": "bone.step"}, fingertip()["shape"]):
+            with mesh.Body(shape, self.folder) as body:
+                corners, *surfaces = body.surface(0.8)
+            sides = [corners[faces[:, 1:]] - corners[faces[:, :1]] for faces in surfaces]
+            areas.append([np.linalg.norm(np.cross(side[:, 0], side[:, 1]), axis=1).sum() / 2 for side in sides])
+        np.testing.assert_allclose(*areas, rtol=0.005)  # free, bonded
+        done = self.run_program(fingertip() | {"shape": {"gel_file": "gel.step"}})
+        self.assertEqual(done.returncode, 65)
+        self.assertIn("no part of the gel is bonded", done.stderr)
+
+    def test_wrong_input_is_refused_with_what_is_wrong(self):
+        for tables, said in (
+            ({"material": {"poisson_ratio": 0.5}}, "poisson_ratio"),
+            ({"shape": {"gel_mm": 12}}, "shape.gel_mm"),
+            ({"camera": {"position_mm": [0, 0]}}, "camera.position_mm"),
+            ({"nodes": {"columns": 2.5}}, "nodes.columns"),
+            ({"shape": {"diameter_mm": 0.02, "gel_mm": 0.004, "length_mm": 0.01}}, "metres and millimetres"),
+            ({"nodes": {"pitch_mm": 12}}, "nodes: row 0, column 0"),
+            ({"camera": {"focal_px": 8000}}, "layers[0]: marker in row 0, column 0"),
+        ):
+            with self.subTest(said), self.assertRaises(Problem) as raised:
+                influence.compute(files.read(self.write(fingertip(**tables))), self.folder, quiet)
+            self.assertIn(said, str(raised.exception))
+        for depth, said in ((4.5, "inside the bone"), (-0.5, "outside the gel")):
+            place = {"positions_mm": [[0, 0, depth]] * 16, "columns": 4, "rows": 4, "diameter_mm": 0.3}
+            with self.subTest(said), self.assertRaises(Problem) as raised:
+                influence.compute(files.read(self.write(fingertip() | {"layers": [place]})), self.folder, quiet)
+            self.assertRegex(str(raised.exception), rf"marker in row 0, column 0 at .*{said}")
+
+    def test_a_hole_is_told_with_its_place(self):
+        corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+        with self.assertRaisesRegex(Problem, r"not closed: .* at \(0.5, 0, 0.5\) mm|not closed"):
+            mesh.oriented(corners, np.array([[0, 1, 2], [0, 1, 3], [0, 2, 3]]))
+
+    def test_ctrl_c_leaves_nothing(self):
+        path = self.write(fingertip(error_percent=0.02))
+        temporary = self.folder / "temporary"
+        temporary.mkdir()
+        program = subprocess.Popen([BIN / "traction-gel", "mesh", path], cwd=self.folder, stderr=subprocess.PIPE, text=True,
+                                   env=os.environ | {"TMPDIR": str(temporary)})
+        self.assertIn("surface", program.stderr.readline())
+        program.stderr.readline()
+        program.send_signal(signal.SIGINT)
+        self.assertIn(program.wait(120), (130, -signal.SIGINT))
+        program.stderr.close()
+        self.assertEqual(list(temporary.iterdir()), [])
+        self.assertEqual({each.name for each in self.folder.iterdir()}, {"tip.toml", "temporary"})
+
+
+if __name__ == "__main__":
+    unittest.main()
