@@ -23,7 +23,8 @@ SLIPPING = 3  # touch::SlipState
 
 
 def moments(name):
-    """From little shear until all slips: friction, places about the probe, forces; and the point about which it turns [m]."""
+    """From little shear until all slips: friction, places about the probe, forces; and the point about which it turns
+    [m], if it does."""
     (path,) = truth.DATA.glob(f"{name}_*.npz") if name in friction.TURNING else [truth.DATA / f"{name}.npz"]
     if name in friction.TURNING:
         found = list(friction.moments(path, about_probe=True))
@@ -43,7 +44,8 @@ class Slide:
         self.coefficient = self.moments[0][0]
         used = np.array([friction.loaded(*one) for one in self.moments])
         self.friction = used[-1] * self.coefficient  # that it shows: with its slopes it ploughs
-        self.used = np.interp(np.linspace(0, len(used) - 1, PULLED), np.arange(len(used)), used / used[-1])  # as it is pulled
+        at = np.linspace(0, len(used) - 1, PULLED)
+        self.used = np.interp(at, np.arange(len(used)), used / used[-1])  # in each frame until it slides
         self.speed, self.normal_N = generator.uniform(*SPEED), generator.uniform(2, 6)
         self.turn, self.place = generator.uniform(0, 2 * np.pi), generator.uniform(-0.012, 0.012, (2, 1))
         self.size = generator.uniform(1, 1.3)
@@ -60,7 +62,8 @@ class Slide:
                 continue
             rotation = turned(way / np.linalg.norm(self.about))
             away = points - self.about[:, None]
-            shown.append(self._shown(self.about[:, None] + rotation @ away, np.vstack([rotation @ forces[:2], forces[2:]])))
+            turned_forces = np.vstack([rotation @ forces[:2], forces[2:]])
+            shown.append(self._shown(self.about[:, None] + rotation @ away, turned_forces))
         return np.array(shown)
 
     def _between(self, at):
@@ -114,8 +117,9 @@ def slides(report, quick, generator, names):
     )
     report.row("contacts that are pulled and taken for sliding before all slips", f"{early} of {len(drawn)}", "–", "0", 0, early)
     report.row(
-        "slides: friction off, mean and rms; covered by its interval (the coefficient: of a probe with slopes less); frames called slipping",
-        f"{100 * off.mean():+.0f} %, {100 * rms(off):.0f} %; {100 * np.mean(covered):.0f} % ({100 * np.mean(given):.0f} %); {100 * np.mean(slipping):.0f} %",
+        "slides: friction off, mean and rms; covered by its interval (CalculiX's coefficient); frames called slipping",
+        f"{100 * off.mean():+.0f} %, {100 * rms(off):.0f} %; {100 * np.mean(covered):.0f} % "
+        f"({100 * np.mean(given):.0f} %); {100 * np.mean(slipping):.0f} %",
         "–",
         ">= 93 %",
         value=np.mean(covered),
