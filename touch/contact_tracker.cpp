@@ -32,7 +32,8 @@ constexpr double kClear_rad = 0.5;
 constexpr std::int64_t kSlipTime_ns = 100'000'000;
 
 /// Way by which the pressure's centre goes along the shear of a contact that sticks, over its radius, for each unit of
-/// shear over normal force; and its deviation. CalculiX: 0.07 of a ball, 0.11 of a bar (tests/evaluation/friction.py).
+/// shear over normal force; and its deviation. CalculiX: 0.07 of a ball and a flat punch, 0.11 of a bar and a cylinder
+/// (tests/evaluation/friction.py).
 constexpr double kSway = 0.09, kSwayDeviation = 0.04;
 
 double square(double x) {

@@ -50,7 +50,8 @@ constexpr double kLeastMotion_m = 2e-4, kLeastTurn_rad = 0.05, kAlong = 0.8;
 constexpr double kPossible = 0.05;
 
 /// Mean distance of a pressure from its centre, over the mean radius of its ellipse: 0.62 of a ball, 0.67 - 0.69 of an
-/// even pressure, disc or bar, 0.74 - 0.80 of a bar with rounded edges; and the deviation of that as a share.
+/// even pressure, disc or bar, with rounded edges 0.74 - 0.80 of a bar, 0.73 - 0.77 of a flat punch, 0.68 - 0.72 of a
+/// cylinder on its side (tests/evaluation/friction.py); and the deviation of that as a share.
 constexpr double kLever = 0.75, kLeverShare = 0.12;
 
 /// Deviation of the load at which shear and torque slip together, as a share, where they are alike: it lies 11 % below

@@ -74,6 +74,21 @@ class Columns {
   std::map<std::string, std::ofstream> files_;
 };
 
+/// What touch reads of a contact besides its place.
+touch::Observation observationOf(const Contact& contact) {
+  touch::Observation seen{.force_N = contact.force_N,
+                          .forceDeviation_N = contact.forceDeviation_N,
+                          .spreadRatio = contact.spreadRatio,
+                          .spreadRatioDeviation = contact.spreadRatioDeviation,
+                          .moment_Nm = contact.moment_Nm,
+                          .halfAxes_m = contact.halfAxes_m,
+                          .halfAxesDeviation_m = contact.halfAxesDeviation_m,
+                          .orientation_rad = contact.orientation_rad,
+                          .orientationDeviation_rad = contact.orientationDeviation_rad};
+  seen.momentCovariance_N2m2.noise[8] = contact.noise[35];
+  return seen;
+}
+
 /// Friction of a contact, whatever touches: its low end while it is at rest; estimate, low and high end if it slides
 /// along its load.
 std::array<double, 4> frictionOf(touch::Observation seen) {
@@ -122,14 +137,7 @@ void write(const TractionField& field, Columns& out) {
   std::array<double, 4> friction{};
   if (field.contactCount > 0) {
     const Contact& contact = field.contacts[0];
-    touch::Observation seen{.force_N = contact.force_N,
-                            .forceDeviation_N = contact.forceDeviation_N,
-                            .spreadRatio = contact.spreadRatio,
-                            .spreadRatioDeviation = contact.spreadRatioDeviation,
-                            .moment_Nm = contact.moment_Nm,
-                            .halfAxes_m = contact.halfAxes_m,
-                            .halfAxesDeviation_m = contact.halfAxesDeviation_m};
-    seen.momentCovariance_N2m2.noise[8] = contact.noise[35];
+    const touch::Observation seen = observationOf(contact);
     friction = frictionOf(seen);
     const touch::Slip found = touch::PartialSlip().see(seen, 1, {}).value_or(touch::Slip{});
     const auto& [state, model, stick, by, margin_N, holding_N, incipient] = found;
@@ -147,6 +155,22 @@ void write(const TractionField& field, Columns& out) {
   out.add("slip", slip);  // of the strongest contact: spread ratio, deviation; known, incipient, stick ratio, friction
   out.add("friction", friction);
   out.add("contacts", contacts);  // of each: position 2, deviation 2, force 3, deviation 3, area, deviation
+  std::array<double, kMaxContacts * 10> shapes{};
+  number = shapes.begin();
+  for (int i = 0; i < field.contactCount; ++i) {
+    const touch::Observation seen = observationOf(field.contacts[static_cast<std::size_t>(i)]);
+    number = std::ranges::copy(std::array{seen.spreadRatio, seen.spreadRatioDeviation, seen.moment_Nm[2],
+                                          seen.momentCovariance_N2m2.noise[8]},
+                               number)
+                 .out;
+    number = std::ranges::copy(seen.halfAxes_m, number).out;
+    number = std::ranges::copy(seen.halfAxesDeviation_m, number).out;
+    *number++ = seen.orientation_rad;
+    *number++ = seen.orientationDeviation_rad;
+  }
+  out.add(
+      "shapes",
+      shapes);  // of each: spread ratio, deviation, torque, variance, half axes 2, deviation 2, orientation, deviation
   std::array<double, kMaxContacts * 75> wrenches{};
   number = wrenches.begin();
   for (int i = 0; i < field.contactCount; ++i) {

@@ -2,12 +2,12 @@
 
 usage: friction.py FOLDER MESH MU        computes in FOLDER; prints the stick ratio of each increment, beside Mindlin's,
                                          and writes the forces on the ball's nodes into FOLDER/ball_MESH_MU.npz
-       friction.py FOLDER MESH MU PROBE  the same of a probe (twisted_ball, bar) that turns, and may move sideways, into
+       friction.py FOLDER MESH MU PROBE  the same of a probe of TURNING, which may turn, and move sideways, into
                                          FOLDER/PROBE_MESH_MU.npz
 
 A rigid ball is pressed into the block and then moved sideways until it slips. Half of the block is meshed (mirror plane
-y = 0), all of it for a probe that turns; small strain, face-to-face contact with penalties. All nodes of the ball are held, so their reactions are the
-forces of contact. Lengths in mm, forces in N, stresses in MPa.
+y = 0), all of it for a probe of TURNING; some of these are moved back part of the way. Small strain, face-to-face contact
+with penalties. All nodes of the ball are held, so their reactions are the forces of contact. Lengths in mm, forces in N, stresses in MPa.
 """
 
 import dataclasses
@@ -33,10 +33,30 @@ def bar(x, y):
     return (np.maximum(abs(x) - 4, 0) ** 2 + np.maximum(abs(y) - 1.5, 0) ** 2) / 8
 
 
-TURNING = {"twisted_ball": (sphere, 0.0, 0.3), "bar": (bar, 1.4, 0.3)}  # way sideways [mm], turn [rad], per friction
+def punch(x, y):
+    """A flat face of 6 mm diameter, with an edge of 2 mm radius."""
+    return np.maximum(np.hypot(x, y) - 3, 0) ** 2 / 4
 
 
-def axes(mesh, reach=6.5):
+def roller(x, y):
+    """A cylinder of 10 mm radius on its side, 6 mm long, with ends of 4 mm radius."""
+    return y**2 / 20 + np.maximum(abs(x) - 3, 0) ** 2 / 8
+
+
+REACH = 6.5  # from the middle, that may touch
+# Way sideways [mm], turn [rad], both per friction; the part of them to which it goes back, if it does, and REACH.
+# With half the mesh, punch and roller bear 1 and 2 % more load when all slips; the mean distance of their pressure
+# from its centre, over the mean radius of its ellipse, is 0.765 instead of 0.751 and 0.70 instead of 0.715.
+TURNING = {
+    "twisted_ball": (sphere, 0.0, 0.3, None, REACH),
+    "bar": (bar, 1.4, 0.3, None, REACH),
+    "pulled_punch": (punch, 0.9, 0.0, None, 4.5),
+    "punch": (punch, 0.9, 0.3, 0.8, 4.5),
+    "roller": (roller, 0.9, 0.3, 0.8, 5.5),
+}
+
+
+def axes(mesh, reach=REACH):
     """Planes of the block: even steps under the ball, then wider ones."""
     fine = np.arange(0, reach + 1e-9, mesh)
     across = np.concatenate([fine, reach + np.array([1.5, 4, 8, 14, 23])])
@@ -53,9 +73,9 @@ def bricks(x, y, z, first):
     return nodes, number, np.stack([*c, *d], -1)
 
 
-def deck(mesh, friction, surface=sphere, way=1.4, turn=None):
+def deck(mesh, friction, surface=sphere, way=1.4, turn=None, back=None, reach=REACH):
     """Lines, and places and numbers of the probe's nodes that may touch. \param turn None: half of all is meshed"""
-    x, y, z = axes(mesh)
+    x, y, z = axes(mesh, reach)
     if turn is not None:
         y = x
     nodes, number, cells = bricks(x, y, z, 1)
@@ -73,7 +93,7 @@ def deck(mesh, friction, surface=sphere, way=1.4, turn=None):
     gel_elements = 1 + np.arange(cells[..., 0].size).reshape(cells.shape[:3])
     ball_elements = gel_elements.size + 1 + np.arange(ball_cells[..., 0].size).reshape(ball_cells.shape[:3])
     middle_x, middle_y = (x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2
-    under = gel_elements[np.ix_(abs(middle_x) < 6.5, abs(middle_y) < 6.5, [0])].ravel()
+    under = gel_elements[np.ix_(abs(middle_x) < reach, abs(middle_y) < reach, [0])].ravel()
     base = number[:, :, -1].ravel()
     mirror = number[:, 0, :-1].ravel() if turn is None else []
     lines += ["*SURFACE, NAME=TOUCHED, TYPE=ELEMENT"] + [f"{e},S1" for e in under]
@@ -88,7 +108,7 @@ def deck(mesh, friction, surface=sphere, way=1.4, turn=None):
     lines += ["*FRICTION", f"{friction},{STICK}"]
     lines += ["*CONTACT PAIR, INTERACTION=RUB, TYPE=SURFACE TO SURFACE", "TOUCHED,PROBE"]
     lines += ["*BOUNDARY", "BASE,1,3", "HELD,1,3"] + (["MIRROR,2,2"] if turn is None else [])
-    for step, share in enumerate((0.0, friction)):
+    for step, share in enumerate([0.0, friction] + ([] if back is None else [back * friction])):
         lines += ["*STEP, INC=400", "*STATIC", "0.04,1.0,1e-4,0.07" if step else "0.2,1.0"]
         lines += ["*BOUNDARY", f"HELD,3,3,{DEPTH}"]
         if turn is None:
@@ -122,6 +142,7 @@ class Ball:
     total: np.ndarray  # 3 [N]
     stick: float  # radius of the area that sticks, over the contact's
     radius: float
+    centre: np.ndarray  # of the pressure [m]
     points: np.ndarray  # 2 x P [m]
     forces: np.ndarray  # 3 x P [N]
 
@@ -136,13 +157,23 @@ def loaded(friction, points, forces):
     return np.linalg.norm(forces[:2], axis=0).sum() / friction / forces[2].sum()
 
 
-def moments(path):
-    """Each moment of a file that turning() has written: friction, places about the centre of pressure, forces."""
+def moments(path, about_probe=False):
+    """Each moment of a file that turning() has written: friction, places about the centre of pressure or the probe's,
+    forces."""
     found = np.load(path)
     for force in found["force"].astype(float):
         pressed = force[:, 2] > 0.002 * force[:, 2].max()
-        place = found["position"][:, :2] - force[:, 2] @ found["position"][:, :2] / force[:, 2].sum()
+        place = found["position"][:, :2]
+        if not about_probe:
+            place = place - force[:, 2] @ place / force[:, 2].sum()
         yield float(found["friction"]), 1e-3 * place[pressed].T, force[pressed].T
+
+
+def slipping(which):
+    """Whether all slips in each of the moments of one probe: the part of the friction that is used differs from 1 by the
+    probe's slopes and the contact's penalties."""
+    used = np.array([loaded(*one) for one in which])
+    return used > 0.98 * used.max()
 
 
 def widths(axis):
@@ -167,7 +198,8 @@ def balls(path):
         stick = np.sqrt(area[touches & ~slides].sum() / np.pi) / radius
         points, forces = np.r_[away, away * [1, -1]], np.r_[half, half * [1, -1, 1]]  # the other half mirrors it
         used = np.tile(touches, 2)
-        yield Ball(time, friction, force.sum(0), stick, 1e-3 * radius, 1e-3 * points[used].T, forces[used].T)
+        centre = 1e-3 * (place[:, :2] - away)[0]
+        yield Ball(time, friction, force.sum(0), stick, 1e-3 * radius, centre, 1e-3 * points[used].T, forces[used].T)
 
 
 def report(folder, name, friction, ball, numbers):
@@ -186,16 +218,21 @@ def main(folder):
         ball(folder, mesh, friction)
         name = f"ball_{mesh}_{friction}.npz"
         (DATA / name).write_bytes((folder / name).read_bytes())
-    for mesh, friction, probe in ((0.8, 0.5, "twisted_ball"), (1.0, 0.5, "bar")):
+    for mesh, friction, probe in (
+        (0.8, 0.5, "twisted_ball"),
+        (1.0, 0.5, "bar"),
+        (1.0, 0.3, "punch"),
+        (1.0, 0.5, "pulled_punch"),
+        (1.0, 0.8, "roller"),
+    ):
         turning(folder, mesh, friction, probe)
         name = f"{probe}_{mesh}_{friction}.npz"
         (DATA / name).write_bytes((folder / name).read_bytes())
 
 
 def turning(folder, mesh, friction, probe):
-    surface, way, turn = TURNING[probe]
     name = f"{probe}_{mesh}_{friction}"
-    lines, place, numbers = deck(mesh, friction, surface, way, turn)
+    lines, place, numbers = deck(mesh, friction, *TURNING[probe])
     run_ccx(folder, name, lines, threads=1, may_end_early=True)
     times, force = forces(folder / f"{name}.dat", numbers)
     np.savez_compressed(folder / f"{name}.npz", friction=friction, time=times, position=place, force=force.astype("f4"))

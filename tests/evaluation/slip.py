@@ -6,6 +6,7 @@ import chain
 import friction
 import limits
 import shapes
+import slides
 import slip_sequences
 import truth
 from report import rms
@@ -46,8 +47,12 @@ def slip(report, quick):
         of 4 to 7 mm radius, 2 to 8 N, any place and direction; frames that are answered by the model of the frame
         before. Share: of the shear at which the ball slips. "Pictures": shear that grows by 3 N/s until the ball slips, 5 to
         7 mm, 400 gf and more, 60 frames/s, joined as by traction-touch; "drawn" from the errors of those, 0.5 to 3 N/s.
-        Turned: a ball, and a bar of 8 x 3 mm with edges of 4 mm radius that is pulled as well, 2 to 6 N, single frames; the
-        bound at any torque, and the friction that a slide shows in the last moments, when all slips.
+        Turned: a ball (friction 0.5), and, pulled as well, a bar of 8 x 3 mm with edges of 4 mm radius (0.5), a flat
+        round punch of 6 mm with an edge of 2 mm radius (0.3) and a cylinder of 10 mm radius on its side (0.8), the last
+        two to and fro, 2 to 6 N, single frames; the bound at any torque, and the friction that a slide shows in the
+        moments in which all slips. Slides: these and a punch that is pulled alone (0.5), through the moments of CalculiX
+        in half a second until all slips, and on at 2 to 10 mm/s, 60 frames/s; their motion is seen in the pictures, by
+        traction-touch.
         The same loads again by `tools/evaluate {again}`.""",
     )
     print(f"seed {report.seed}: the same loads again by tools/evaluate {again}", flush=True)
@@ -99,15 +104,22 @@ def slip(report, quick):
             f"{label}: covered by its 95 % interval", f"{100 * part:.1f} %", "–", "93 - 97 %", 0.97, part, least=0.93
         )
     slip_sequences.sequences(report, quick, generator)
-    for probe, name in (("twisted_ball", "ball that is turned"), ("bar", "bar that is pulled and turned")):
+    for probe, name in (
+        ("twisted_ball", "ball that is turned"),
+        ("bar", "bar that is pulled and turned"),
+        ("punch", "round punch that is pulled and turned"),
+        ("roller", "cylinder that is pulled and turned"),
+    ):
         any_contact(report, quick, generator, probe, name)
+    balls = ["ball_0.65_0.3", "ball_0.5_0.5", "ball_0.65_0.8"]
+    slides.slides(report, quick, generator, [*balls, "bar", "punch", "pulled_punch", "roller"])
 
 
 def any_contact(report, quick, generator, probe, name):
-    """The friction of what is no ball under shear: bounds at any load, slides at the last three moments."""
+    """The friction of what is no ball under shear: bounds at any load, slides where all slips."""
     (path,) = truth.DATA.glob(f"{probe}_*.npz")
     moments = [one for one in friction.moments(path) if friction.loaded(*one) > 0.1]
-    drawn, displacement = [], []
+    drawn, displacement, loads = [], [], []
     for _ in range(30 if quick else 200):
         drawn.append(generator.integers(len(moments)))
         _, points, forces = moments[drawn[-1]]
@@ -117,11 +129,12 @@ def any_contact(report, quick, generator, probe, name):
         forces[:2] = rotation @ forces[:2]
         place = generator.uniform(-0.02, 0.02, (2, 1))
         points = generator.uniform(1, 1.3) * rotation @ points + place
+        loads.append((points, forces))
         displacement.append(shapes.displacements(THICKNESS, points, forces))
     gel = chain.gel_text(THICKNESS) + ALL_KNOWN
     found = limits.run(report, np.array(displacement), gel=gel, zero_every=100, seed=report.seed % 2**20)
     low, mu, mu_low, mu_high = found["friction"].T
-    true, slides = moments[0][0], (np.array(drawn) >= len(moments) - 3) & (mu_high > 0)
+    true, all_slips = moments[0][0], friction.slipping(moments)[drawn] & (mu_high > 0)
     bounded = low > 0
     report.row(
         f"{name}: friction at or above the low end of the bound",
@@ -131,12 +144,43 @@ def any_contact(report, quick, generator, probe, name):
         value=(low[bounded] <= true).mean(),
         least=0.975,
     )
-    covered, off = ((mu_low <= true) & (true <= mu_high))[slides].mean(), mu[slides] / true - 1
+    covered, off = ((mu_low <= true) & (true <= mu_high))[all_slips].mean(), mu[all_slips] / true - 1
     report.row(
         f"{name}, while it slides: friction off, mean and rms; covered by its interval",
-        f"{100 * off.mean():+.0f} %, {100 * rms(off):.0f} %; {100 * covered:.0f} % of {slides.sum()}",
+        f"{100 * off.mean():+.0f} %, {100 * rms(off):.0f} %; {100 * covered:.0f} % of {all_slips.sum()}",
         "–",
         ">= 93 %",
         value=covered,
         least=0.93,
     )
+    nodes(report, name, found, loads, np.array([friction.loaded(*moments[one]) for one in drawn]))
+
+
+def nodes(report, name, found, loads, used):
+    """How far the shear ratio of the nodes is told apart in the middle of a contact and at its rim."""
+    force, deviation = (found[which].reshape(len(loads), -1, 3) for which in ("force_N", "deviation_N"))
+    read, true = [], []
+    for (points, forces), at, of in zip(loads, force, deviation):
+        seen = at[:, 2] > 3 * of[:, 2]  # as shearRatio()
+        read.append(middle_over_rim(limits.NODES[:, seen], at[seen].T, points, forces[2]))
+        true.append(middle_over_rim(points, forces, points, forces[2]))
+    told = []
+    for first, end in ((0.5, 0.7), (0.7, 0.9), (0.9, 1.2)):
+        here = (used >= first) & (used < end) & np.isfinite(read)
+        of_these, truly = np.array(read)[here], np.array(true)[here]
+        told.append(f"{of_these.mean():.2f} +- {of_these.std():.2f} ({truly.mean():.2f})")
+    figure = "shear ratio of middle over rim while 50 - 70, 70 - 90, 90 - 100 % of the friction are used: read (true)"
+    report.row(f"{name}: {figure}", "; ".join(told))
+
+
+def middle_over_rim(places, forces, points, pressure):
+    """Shear over normal force within the ellipse of the pressure's deviations, over that beyond 1.5 of them."""
+    centre = points @ pressure / pressure.sum()
+    away, arms = places - centre[:, None], points - centre[:, None]
+    spread = arms * pressure @ arms.T / pressure.sum()
+    squared = np.einsum("ip,ij,jp->p", away, np.linalg.inv(spread), away)
+    parts = [forces[:, squared < 1], forces[:, squared > 2.25]]
+    if min(part.shape[1] for part in parts) == 0:
+        return np.nan
+    middle, rim = (np.hypot(*part[:2]).sum() / part[2].sum() for part in parts)
+    return middle / rim

@@ -87,28 +87,34 @@ class Pull:
 
 
 def judged(sequences):
-    """What touch says of sequences of observations (frames x 13): a list of frames x 9."""
+    """What touch says of sequences of observations (rows x 23, one a contact; see slip.cpp): a list of fields x 10."""
     with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
         job = pathlib.Path(name)
         rows = [np.c_[np.full(len(one), number), one] for number, one in enumerate(sequences)]
         np.concatenate(rows).astype(float).tofile(job / "observations.f64")
         subprocess.run([chain.BUILD / "bin/evaluation_slip", job], check=True)
-        found = np.fromfile(job / "slip.f64").reshape(-1, 9)
-    return np.split(found, np.cumsum([len(one) for one in sequences])[:-1])
+        found = np.fromfile(job / "slip.f64").reshape(-1, 10)
+    return np.split(found, np.cumsum([len(np.unique(one[:, 0])) for one in sequences])[:-1])
 
 
-def observations(found):
-    """Of the strongest contact of each frame."""
-    contact = found["contacts"].reshape(len(found["contacts"]), -1, 12)[:, 0]
-    time = np.arange(len(contact)) / RATE
-    return np.c_[time, contact[:, :10], found["slip"][:, :2]]
+def observations(found, lengths):
+    """Of sequences of so many frames: time and contacts; a row of zeros where there is none."""
+    contacts, shapes_found = (found[n].reshape(len(found[n]), -1, w) for n, w in (("contacts", 12), ("shapes", 10)))
+    sequences, frame = [], 0
+    for length in lengths:
+        count = np.maximum(found["contact_count"][frame : frame + length, 0].astype(int), 1)
+        which = frame + np.repeat(np.arange(length), count), np.concatenate([np.arange(each) for each in count])
+        sequences.append(np.c_[(which[0] - frame) / RATE, contacts[which], shapes_found[which]])
+        frame += length
+    return sequences
 
 
 class Errors:
     """Of the ratio that was read in a pull: what stays and what is new."""
 
     def __init__(self, pull, seen):
-        ratio, deviation = seen[:, 11], seen[:, 12]
+        seen = seen[np.unique(seen[:, 0], return_index=True)[1]]  # the strongest contact of each frame
+        ratio, deviation = seen[:, 13], seen[:, 14]
         known = deviation > 0
         self.pull, self.useful = pull, known.sum() > 12
         if not self.useful:
@@ -137,8 +143,9 @@ class Errors:
         place = self.place_deviation * generator.standard_normal((len(share), 2))
         deviations = (np.tile(each, (len(share), 1)) for each in (self.place_deviation, self.force_deviation))
         place_deviation, force_deviation = deviations
-        time = np.arange(len(share)) / RATE
-        return np.c_[time, place, place_deviation, force, force_deviation, ratio, deviation]
+        time, area = np.arange(len(share)) / RATE, np.tile([5e-5, 1e-6], (len(share), 1))
+        shape = np.zeros((len(share), 8))  # without torque
+        return np.c_[time, place, place_deviation, force, force_deviation, area, ratio, deviation, shape]
 
 
 def alarm(found):
@@ -203,8 +210,7 @@ def sequences(report, quick, generator):
         seed=report.seed % 2**20,
         as_daemon=True,
     )
-    ends = np.cumsum([len(pull.share) for pull in pulls])[:-1]
-    seen = np.split(observations(found), ends)
+    seen = observations(found, [len(pull.share) for pull in pulls])
     report_pulls(report, "pictures", [(pull.path, pull.share) for pull in pulls], judged(seen))
     errors = [one for one in (Errors(pull, part) for pull, part in zip(pulls, seen)) if one.useful]
     correlation = np.median([one.correlation for one in errors])

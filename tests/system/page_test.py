@@ -200,9 +200,35 @@ class Page(TestCase):
         if pictures := os.environ.get("TRACTION_PICTURES"):
             browser.wait_for("traction.model.tracked.every(({phase}) => phase === 'move')")
             browser.ask(picture=f"{pictures}/contacts.png")
+        self.check_stick_and_slip(browser)
         touch.stop(signal.SIGKILL)
         browser.wait_for(f"traction.model.tracked === null && {rows}.length === 0")
         self.assertEqual(browser.ask(requests=True)["faults"], [])
+
+    def check_stick_and_slip(self, browser):
+        """The shear of the twin's contact follows its pressure: all of it slips. Of the contact without shear nothing is known."""
+        browser.wait_for("traction.model.tracked.filter(({slip}) => slip && slip.state !== 'unknown').length === 1 && "
+                         "traction.model.stick_slip.some(({share}) => share !== null)")
+        nodes = browser.evaluate("""(async () => {
+          do await new Promise(requestAnimationFrame); while (!traction.model.stick_slip.some(({share}) => share !== null));
+          const canvas = document.querySelector("#view-c canvas"), context = canvas.getContext("2d"), zoom = canvas.width / canvas.clientWidth;
+          const loaded = ({force_N: [x, y]}) => Math.hypot(x, y) > 0.5;
+          const sheared = traction.model.tracked.find(loaded)?.id;
+          return traction.model.stick_slip.map(({contact, share, at_px: [u, v]}) => ({sheared: contact === sheared, share,
+            colour: Array.from(context.getImageData(Math.round(zoom * u), Math.round(zoom * v), 1, 1).data.slice(0, 3))}));
+        })()""")
+        shares = [node["share"] for node in nodes if node["sheared"] and node["share"] is not None]
+        unknown = [node for node in nodes if not node["sheared"]]
+        print(f"\n  shear of nodes over friction: {np.mean(shares):.2f} +- {np.std(shares):.2f}; {len(unknown)} not known", end=" ")
+        self.assertGreater(len(shares), 3)
+        self.assertAlmostEqual(np.mean(shares), 1, delta=0.15)
+        self.assertGreater(len(unknown), 3)
+        def reddish(nodes):  # or hollow: the contours are blue to yellow
+            return np.mean([red > 90 and max(green, blue) < 80 for red, green, blue in (node["colour"] for node in nodes)])
+        self.assertGreater(reddish([node for node in nodes if node["share"] is not None]), 0.7)  # an outline may lie over it
+        self.assertEqual(reddish(unknown), 0)
+        self.assertEqual({node["share"] for node in unknown}, {None})
+        self.assertFalse(browser.evaluate("document.getElementById('legend-c').hidden"))
 
     def test_nothing_is_asked_for_elsewhere_and_the_page_is_light(self):
         self.rig.twin("two_contacts")

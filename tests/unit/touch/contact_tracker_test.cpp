@@ -265,6 +265,26 @@ TEST(Tracker, AShearedContactSlipsWhenItMovesAlongItsShear) {
   EXPECT_EQ(bench.see({at(2.0, 0.0)}).front().slip.value().state, SlipState::kUnknown);
 }
 
+TEST(Tracker, AContactOfAnyShapeSlidesAlongACurve) {
+  // As a body does that is pulled and turned: at 10 mm/s about a point 3 mm beside it.
+  Bench bench;
+  std::optional<Slip> slip;
+  for (int frame = 0; frame < 60; ++frame) {
+    const double angle = std::fmax(0.0, frame - 30) * 10.0 / 3.0 / 60.0;
+    Observation one = at(3.0 * std::sin(angle), -3.0 * std::cos(angle), 4.0);
+    one.force_N[0] = 1.2 * std::cos(angle);
+    one.force_N[1] = 1.2 * std::sin(angle);
+    one.moment_Nm[2] = 2e-3;
+    one.halfAxes_m = {3.6e-3, 3.6e-3};
+    one.orientationDeviation_rad = 0.9;
+    slip = bench.see({one}).front().slip;
+    if (frame <= 30) EXPECT_EQ(slip.value().model, SlipModel::kBound) << frame;
+  }
+  EXPECT_EQ(slip.value().state, SlipState::kSlipping);
+  EXPECT_EQ(slip.value().model, SlipModel::kSliding);
+  EXPECT_NEAR(slip.value().friction.estimate, std::hypot(1.2, 2e-3 / 2.7e-3) / 4.0, 0.01);
+}
+
 TEST(Tracker, WhatShearsAContactThatSticksIsNoSlide) {
   Bench bench;
   for (int frame = 0; frame < 60; ++frame) {

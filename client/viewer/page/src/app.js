@@ -68,7 +68,7 @@ const canvasOf = (letter) => $(`view-${letter}`).querySelector("canvas");
 const views = {
   a: new Surface(canvasOf("a"), $("scale-a"), redraw),
   b: new Overhead(canvasOf("b"), $("scale-b"), redraw),
-  c: new Contours(canvasOf("c"), $("scale-c")),
+  c: new Contours(canvasOf("c"), $("scale-c"), $("legend-c")),
   d: new Flow(canvasOf("d"), $("scale-d"), redraw),
 };
 const plot = new Plot($("plot"));

@@ -42,6 +42,19 @@ export function fit(canvas) {
   return {context, width, height};
 }
 
+/**
+ * Makes a function of where points of the gel frame [m] lie on the screen [CSS px], by the context's transform as it is now.
+ * @param place of a point in the context's units
+ */
+export function screenPlaces(context, place) {
+  const before = context.getTransform(), pixels = ratio();
+  const onScreen = (point) => {
+    const {x: u, y: v} = before.transformPoint(new DOMPoint(...place(point)));
+    return [u / pixels, v / pixels];
+  };
+  return Object.assign(onScreen, {pixels});
+}
+
 /** A text that is there already costs nothing. */
 export function say(element, text) {
   if (element.textContent !== text) element.textContent = text;

@@ -1,6 +1,7 @@
-// View c: how large the forces are, as filled contours of a spline surface through the nodes.
+// View c: how large the forces are, as filled contours of a spline surface through the nodes; and which nodes stick and slip.
 import {fit, say} from "./canvas.js";
 import {Scale, newtons} from "./scale.js";
+import {drawStickSlip, gradient} from "./stick_slip.js";
 import {rampAt, theme} from "./theme.js";
 import {drawTouching} from "./touching.js";
 
@@ -48,9 +49,11 @@ export class Spline {
 }
 
 export class Contours {
-  constructor(canvas, label) {
+  constructor(canvas, label, legend) {
     this.canvas = canvas;
     this.label = label;
+    this.legend = legend;
+    legend.querySelector("i").style.background = gradient;
     this.scale = new Scale(0.01);
     this.picture = document.createElement("canvas");
   }
@@ -82,7 +85,10 @@ export class Contours {
     context.lineWidth = 1 / zoom;
     context.strokeRect(0, 0, wide - 1, high - 1);
     this.#lines(context, values, full, zoom);
-    drawTouching(context, model, (point) => this.#place(model, point));
+    const place = (point) => this.#place(model, point);
+    model.stick_slip = drawStickSlip(context, model, place);
+    this.legend.hidden = model.stick_slip.length === 0;
+    drawTouching(context, model, place);
     context.fillStyle = theme.text;
     for (const contact of model.tracked ? [] : model.field.contacts) {
       const [x, y] = this.#place(model, contact.position_m);

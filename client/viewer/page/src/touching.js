@@ -1,5 +1,5 @@
 // Contacts and critical points of traction-touch over the views, and how far each contact is from slipping.
-import {ratio, say} from "./canvas.js";
+import {say, screenPlaces} from "./canvas.js";
 import {theme} from "./theme.js";
 
 const words = {sticking: "sticks", incipient: "about to slip", slipping: "slips"};
@@ -8,7 +8,7 @@ const points = 40;  // of an ellipse
 const reach = 36;  // of the gauge's cone, in its own units
 
 export const isSeen = ({phase}) => phase === "begin" || phase === "move";
-const stateOf = (contact) => contact.slip?.state ?? "unknown";
+export const stateOf = (contact) => contact.slip?.state ?? "unknown";
 
 const glyph = 7;  // half of a critical point's size [px]
 const barb = 3;  // of a vortex's arrow: half its width, and its length [px]
@@ -46,12 +46,8 @@ function trace(context, {kind, angle_rad}) {
  * @param unknown colour of those of which that is not known
  */
 export function drawTouching(context, model, place, unknown = theme.text) {
-  const before = context.getTransform(), pixels = ratio(), wide = context.canvas.width / pixels;
+  const onScreen = screenPlaces(context, place), {pixels} = onScreen, wide = context.canvas.width / pixels;
   const edge = unknown === theme.text ? theme.card : "#0b1013";  // stands out from what is below
-  const onScreen = (point) => {
-    const {x: u, y: v} = before.transformPoint(new DOMPoint(...place(point)));
-    return [u / pixels, v / pixels];
-  };
   context.save();
   context.setTransform(pixels, 0, 0, pixels, 0, 0);
   context.font = "600 13px system-ui";
