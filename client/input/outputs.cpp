@@ -39,8 +39,9 @@ Made keyboard(const TextOptions& options) {
   const auto strange = std::find_if(alphabet->begin(), alphabet->end(),
                                     [](const Template& each) { return !Keyboard::canType(each.symbol); });
   if (strange != alphabet->end()) {
-    return tl::unexpected(tractiond::Error{EX_CONFIG, "no key types '" + strange->symbol + "'", path.string(),
-                                           "symbols are a to z, 0 to 9, space, delete, digits and letters"});
+    return tl::unexpected(
+        tractiond::Error{EX_CONFIG, "no key types '" + strange->symbol + "'", path.string(),
+                         "symbols are a to z, 0 to 9, digits, letters, and names of keys: docs/input.md"});
   }
   return onDevice<Keyboard>(Keyboard::ability(), *alphabet, options);
 }

@@ -3,6 +3,9 @@
 #include "base/service/config_table.h"
 #include "base/toml_table.h"
 
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <numbers>
 #include <system_error>
 #include <utility>
@@ -17,6 +20,7 @@ using tractiond::TomlTable;
 constexpr Range kForce{0.001, 1000.0};
 constexpr Range kDeadZone{0.0, 1000.0};
 constexpr Range kMoment{0.0, 1e6, 1e3};                          // [N mm]
+constexpr Range kTurn{0.01, 1e6, 1e3};                           // [N mm]
 constexpr Range kGain{-1e6, 1e6}, kMomentGain{-1e6, 1e6, 1e-3};  // [counts / N], [counts / N mm]
 constexpr Range kSize{1.0, 1000.0, 1e3};                         // [mm]
 constexpr Range kStroke{0.1, 1000.0};                            // [mm]
@@ -49,6 +53,19 @@ void read(TomlTable& table, TextOptions& text) {
   table.read("alphabet", alphabet);
   text.alphabet = alphabet;
   table.read("least_mm", text.leastExtent_mm, kStroke);
+  auto most_ns = static_cast<double>(text.press.most_ns);
+  table.read("tap_N", text.press.tap_N, kForce);
+  table.read("hard_press_N", text.press.hardPress_N, kForce);
+  table.read("press_ms", most_ns, kTime);
+  table.read("turn_N_mm", text.press.turn_Nm, kTurn);
+  text.press.most_ns = static_cast<std::int64_t>(most_ns);
+  if (!(text.press.tap_N < text.press.hardPress_N)) table.fail("hard_press_N", "must be above tap_N");
+  for (std::size_t i = 0; i < text.pressSymbols.size(); ++i) {
+    constexpr std::array kKeys = {"tap", "hard_press", "turn_left", "turn_right"};  // as Press has them
+    std::string& symbol = text.pressSymbols[i];
+    table.read(kKeys.at(i), symbol);
+    if (!symbol.empty() && Keyboard::keyOf(symbol) == 0) table.fail(kKeys.at(i), "no key types \"" + symbol + "\"");
+  }
 }
 
 void read(TomlTable& table, SpacenavOptions& spacenav) {
