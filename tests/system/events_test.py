@@ -2,6 +2,7 @@
 
 import pathlib
 import re
+import time
 import unittest
 
 import rig
@@ -93,6 +94,21 @@ class Events(unittest.TestCase):
         evtest.wait_for(r"\(BTN_LEFT\), value 0")
         buttons = re.findall(r"BTN_LEFT.* (pressed|released)", libinput.output())
         self.assertEqual(buttons.count("pressed"), buttons.count("released"), libinput.output())
+
+    def test_a_tap_is_a_key(self):
+        device, evtest, libinput = self.use("[text]\npress_ms = 10000")
+        libinput.wait_for(r"DEVICE_ADDED .*cap:k")
+        self.gel.contacts = [(0.0, 0.0, (0.0, 0.0, 2.0))]
+        time.sleep(0.5)
+        self.gel.contacts = []
+        evtest.wait_for(r"\(KEY_SPACE\), value 1")
+        libinput.wait_for("KEYBOARD_KEY .* released")
+        self.stop(device, evtest, libinput)
+
+    def test_zoom_is_a_mouse_with_a_key(self):
+        device, evtest, libinput = self.use("[zoom]")
+        libinput.wait_for(r"DEVICE_ADDED .*cap:kp")
+        self.stop(device, evtest, libinput)
 
 
 if __name__ == "__main__":

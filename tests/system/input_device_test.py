@@ -107,6 +107,7 @@ class InputDevice(unittest.TestCase):
         # The user sees the gel from the other side than the camera.
         dump.wait_for(r"/gel/touch ifffffff 1 -10\.0+ -5\.0+ -0\.250* 0\.50* 2\.0+ -?0\.0+ 3\.989")
         dump.wait_for(r"/gel/wrench ffffff -0\.250* 0\.50* -2\.0+ 10\.0+ -20\.0+ -6\.250*")
+        dump.wait_for(r"/gel/affine fff 0\.0+ 0\.0+ 0\.0+")  # it does not know where nodes are
         dump.wait_for(r"/gel/gesture ffff 0\.0+ 0\.0+ 0\.0+ 1\.0+")
         self.gel.silent = True  # in the middle of a touch
         dump.wait_for(r"/gel/lift i 1$")

@@ -21,7 +21,12 @@ TEST(Profile, ThoseThatAreShippedHaveTheirOutputs) {
   EXPECT_TRUE(touch.touch && !touch.pointer && touch.tuio11 && touch.tuio20);
   EXPECT_TRUE(tablet.pen && !tablet.touch);
   EXPECT_TRUE(puck.spacenav && !puck.pointer);
-  EXPECT_TRUE(load("music").osc);
+  const Profile music = load("music");
+  EXPECT_TRUE(music.osc);
+  EXPECT_TRUE(mouse.zoom);
+  EXPECT_DOUBLE_EQ(mouse.zoom->gain, ZoomOptions{}.gain);
+  EXPECT_DOUBLE_EQ(mouse.zoom->deadZone_Pa_m, ZoomOptions{}.deadZone_Pa_m);
+  EXPECT_DOUBLE_EQ(music.osc->gradientDeadZone_Pa_m, OscOptions{}.gradientDeadZone_Pa_m);
   const Profile strokes = load("strokes");
   EXPECT_TRUE(strokes.text);
   // What they say is the default.
