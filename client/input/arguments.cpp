@@ -52,6 +52,7 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   auto source = contacts::sourceOf(words, "traction-input");
   if (!source) return tl::unexpected(source.error());
   arguments.source = *std::move(source);
+  arguments.source.topics = kField | kDescription;  // where the nodes are
   return arguments;
 }
 
