@@ -98,16 +98,20 @@ class Events(unittest.TestCase):
     def test_a_tap_is_a_key(self):
         device, evtest, libinput = self.use("[text]\npress_ms = 10000")
         libinput.wait_for(r"DEVICE_ADDED .*cap:k")
-        self.gel.contacts = [(0.0, 0.0, (0.0, 0.0, 2.0))]
-        time.sleep(0.5)
-        self.gel.contacts = []
-        evtest.wait_for(r"\(KEY_SPACE\), value 1")
+        while "(KEY_SPACE), value 1" not in evtest.output():  # it may not read fields yet
+            for self.gel.contacts in ([(0.0, 0.0, (0.0, 0.0, 2.0))], []):
+                time.sleep(0.5)
+            evtest.read()
         libinput.wait_for("KEYBOARD_KEY .* released")
         self.stop(device, evtest, libinput)
 
     def test_zoom_is_a_mouse_with_a_key(self):
         device, evtest, libinput = self.use("[zoom]")
         libinput.wait_for(r"DEVICE_ADDED .*cap:kp")
+        self.gel.contacts, self.gel.spread_Pa_m = [(0.0, 0.0, (0.0, 0.0, 2.0))], 1e6
+        libinput.wait_for("KEYBOARD_KEY .* pressed")
+        libinput.wait_for(r"POINTER_SCROLL_WHEEL .*vert -\d+")  # away from the user: nearer
+        libinput.wait_for("KEYBOARD_KEY .* released")
         self.stop(device, evtest, libinput)
 
 
