@@ -211,7 +211,7 @@ class InputDevice(unittest.TestCase):
             self.assertRegex(device.output(), said)
         missing = self.bench.start(INPUT, "--profile", "harp")
         self.assertEqual(missing.join(), 66, missing.output())
-        for name in ("mouse", "touch", "tablet", "puck", "music"):
+        for name in ("mouse", "touch", "tablet", "strokes", "puck", "zoom", "music"):
             checked = self.bench.start(INPUT, "--profile", name, "--check")
             self.assertEqual(checked.join(), 0, checked.output())
 

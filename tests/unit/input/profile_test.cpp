@@ -23,9 +23,10 @@ TEST(Profile, ThoseThatAreShippedHaveTheirOutputs) {
   EXPECT_TRUE(puck.spacenav && !puck.pointer);
   const Profile music = load("music");
   EXPECT_TRUE(music.osc);
-  EXPECT_TRUE(mouse.zoom);
-  EXPECT_DOUBLE_EQ(mouse.zoom->gain, ZoomOptions{}.gain);
-  EXPECT_DOUBLE_EQ(mouse.zoom->deadZone_Pa_m, ZoomOptions{}.deadZone_Pa_m);
+  const Profile zoom = load("zoom");
+  EXPECT_TRUE(zoom.zoom && !mouse.zoom);
+  EXPECT_DOUBLE_EQ(zoom.zoom->gain, ZoomOptions{}.gain);
+  EXPECT_DOUBLE_EQ(zoom.zoom->deadZone_Pa_m, ZoomOptions{}.deadZone_Pa_m);
   EXPECT_DOUBLE_EQ(music.osc->gradientDeadZone_Pa_m, OscOptions{}.gradientDeadZone_Pa_m);
   const Profile strokes = load("strokes");
   EXPECT_TRUE(strokes.text);
