@@ -21,11 +21,26 @@ std::array<std::int32_t, 6> axesOf(const Wrench& wrench, const AxesOptions& opti
   for (std::size_t i = 0; i < axes.size(); ++i) {
     const double deadZone = i < 3 ? options.deadZone_N : options.deadZone_Nm;
     const double gain = i < 3 ? options.gain_N : options.gain_Nm;
-    const double beyond = std::max(std::abs(wrench[i]) - deadZone, 0.0);
-    const double counts = std::min(std::round(gain * beyond), static_cast<double>(kMostCounts));
-    axes[i] = static_cast<std::int32_t>(std::copysign(counts, wrench[i]));
+    const double counts = std::round(gain * beyond(wrench[i], 0.0, deadZone));
+    axes[i] = static_cast<std::int32_t>(std::clamp<double>(counts, -kMostCounts, kMostCounts));
   }
   return axes;
+}
+
+double beyond(double value, double deviation, double deadZone) {
+  return std::copysign(std::max(std::abs(value) - std::max(deadZone, 3.0 * deviation), 0.0), value);
+}
+
+int Zoom::step(const Touches& touches) {
+  const bool isTouched = touches.valid && !touches.touches.empty();
+  const std::int64_t before_ns = std::exchange(time_ns_, isTouched ? touches.time_ns : 0);
+  if (!isTouched || before_ns == 0) return rest_ = 0.0, 0;
+  const double dt = stepOf(before_ns, touches.time_ns);
+  const Gradient& gradient = touches.gradient;
+  rest_ += options_.gain * dt * beyond(gradient.dilation_Pa_m, gradient.deviation_Pa_m, options_.deadZone_Pa_m);
+  const double notches = std::trunc(rest_);
+  rest_ -= notches;
+  return static_cast<int>(notches);
 }
 
 const Similarity& Gesture::follow(const Touches& touches) {

@@ -22,6 +22,29 @@ inline constexpr int kMostCounts = 350;
 /// Returns the counts of the six components of a wrench.
 std::array<std::int32_t, 6> axesOf(const Wrench& wrench, const AxesOptions& options);
 
+struct ZoomOptions {
+  double deadZone_Pa_m = 5e5;  ///< of the dilation; three deviations of it are one as well
+  double gain = 1e-5;          ///< notches of a wheel per second, for each Pa/m beyond the dead zone
+};
+
+/// Returns what is beyond the dead zone, and beyond three deviations.
+double beyond(double value, double deviation, double deadZone);
+
+/// The dilation of the whole field as a wheel that turns the faster the more it is spread. Thread-bound.
+class Zoom {
+ public:
+  explicit Zoom(const ZoomOptions& options)
+      : options_(options) {}
+
+  /// Returns the notches that the wheel turns in a field; above 0, away from the user.
+  int step(const Touches& touches);
+
+ private:
+  ZoomOptions options_;
+  std::int64_t time_ns_ = 0;  ///< of the last field with touches; 0: the last one had none
+  double rest_ = 0.0;         ///< notches that are not sent yet
+};
+
 /// How the fingers have moved since there are several: the similarity that maps their places then to those now.
 struct Similarity {
   std::array<double, 2> shift_m{};  ///< of their centre

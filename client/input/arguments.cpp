@@ -31,9 +31,10 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   CLI::App app("Makes the gel of a tractiond a mouse, a touch screen, a pen, a keyboard for strokes, a 3-D mouse or a "
                "controller for music and art.",
                "traction-input");
-  auto* const profile = app.add_option("--profile", arguments.profile,
-                                       "what to use it as: mouse, touch, tablet, strokes, puck, music; or a TOML file")
-                            ->type_name("NAME|FILE");
+  auto* const profile =
+      app.add_option("--profile", arguments.profile,
+                     "what to use it as: mouse, touch, tablet, strokes, puck, zoom, music; or a TOML file")
+          ->type_name("NAME|FILE");
   auto* const teach = app.add_option("--teach", arguments.taught,
                                      "prints what is drawn as strokes of this symbol, for the file of an alphabet")
                           ->type_name("SYMBOL")
@@ -52,6 +53,7 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   auto source = contacts::sourceOf(words, "traction-input");
   if (!source) return tl::unexpected(source.error());
   arguments.source = *std::move(source);
+  arguments.source.topics = kField | kDescription;  // where the nodes are
   return arguments;
 }
 

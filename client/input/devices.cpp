@@ -162,6 +162,27 @@ void PenDevice::touch(bool isDown) {
   device_.add(EV_KEY, BTN_TOUCH, isDown ? 1 : 0);
 }
 
+EventDevice::Ability ZoomDevice::ability() {
+  return {.name = "traction-input zoom",
+          .keys = {KEY_LEFTCTRL, BTN_LEFT},  // without a button and axes it is no mouse
+          .relative = {REL_X, REL_Y, REL_WHEEL, REL_WHEEL_HI_RES},
+          .properties = {INPUT_PROP_POINTER},
+          .absolute = {}};
+}
+
+void ZoomDevice::write(const Touches& touches) {
+  constexpr int kNotch = 120;
+  const int notches = zoom_.step(touches);
+  if (notches == 0) return;
+  device_.add(EV_KEY, KEY_LEFTCTRL, 1);
+  device_.report();
+  device_.add(EV_REL, REL_WHEEL, notches);
+  device_.add(EV_REL, REL_WHEEL_HI_RES, kNotch * notches);
+  device_.report();
+  device_.add(EV_KEY, KEY_LEFTCTRL, 0);
+  device_.report();
+}
+
 void OneOrSeveral::write(const Touches& touches) {
   if (touches.touches.empty()) areSeveral_ = false;
   if (touches.touches.size() > 1) areSeveral_ = true;

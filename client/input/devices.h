@@ -1,6 +1,8 @@
-// Touches as events of input devices: a mouse, a touch screen (multitouch protocol B) and a pen.
+// Touches as events of input devices: a mouse, a touch screen (multitouch protocol B), a pen and a wheel
+// that zooms.
 #pragma once
 
+#include "client/input/affine.h"
 #include "client/input/events.h"
 #include "client/input/pointer.h"
 #include "client/input/touches.h"
@@ -77,6 +79,21 @@ class PenDevice : public Output {
   Area area_;
   PenOptions options_;
   std::uint64_t id_ = 0;  ///< of the touch that is the pen; 0: none
+};
+
+/// A wheel with the key Ctrl held, by which programs zoom.
+class ZoomDevice : public Output {
+ public:
+  static EventDevice::Ability ability();
+  ZoomDevice(EventDevice device, const ZoomOptions& options)
+      : device_(std::move(device))
+      , zoom_(options) {}
+
+  void write(const Touches& touches) override;
+
+ private:
+  EventDevice device_;
+  Zoom zoom_;
 };
 
 /// One touch is a pointer, several are touches: each goes to one of two devices. From the second touch on until all are

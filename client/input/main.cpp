@@ -35,7 +35,8 @@ class Outputs : public contacts::RelayOutput {
       , outputs_(std::move(outputs)) {}
 
   void take(const contacts::Follower& follower, const v1::Contacts&, const Field* field) override {
-    const Touches& touches = view_.take(follower.contacts(), field, follower.time_ns());
+    const Touches& touches = view_.take(follower.contacts(), field, follower.time_ns(),
+                                        field != nullptr ? follower.nodesOf(*field) : nullptr);
     for (const auto& output : outputs_) output->write(touches);
   }
   void turn() override {

@@ -131,6 +131,13 @@ void OscOutput::write(const Touches& touches) {
   const Wrench& wrench = touches.wrench;
   messages.push_back(OscMessage(prefix_ + "/wrench")
                          .add({wrench[0], wrench[1], wrench[2], 1e3 * wrench[3], 1e3 * wrench[4], 1e3 * wrench[5]}));
+  const Gradient& gradient = touches.gradient;
+  const auto inUnits = [&](double of_Pa_m) {
+    return 1e-6 * beyond(of_Pa_m, gradient.deviation_Pa_m, gradientDeadZone_Pa_m_);
+  };
+  messages.push_back(
+      OscMessage(prefix_ + "/affine")
+          .add({inUnits(gradient.dilation_Pa_m), inUnits(gradient.stretch_Pa_m), inUnits(gradient.shear_Pa_m)}));
   const Similarity& motion = gesture_.follow(touches);
   messages.push_back(OscMessage(prefix_ + "/gesture")
                          .add({1e3 * motion.shift_m[0], 1e3 * motion.shift_m[1], motion.turn_rad, motion.scale}));

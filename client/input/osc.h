@@ -62,21 +62,24 @@ class Datagrams {
 struct OscOptions {
   std::string address = "127.0.0.1:9000";
   std::string prefix = "/traction";  ///< of all addresses, to tell several gels apart
+  double gradientDeadZone_Pa_m = 5e5;
 };
 
-/// For each field a bundle of PREFIX/touch for each touch, PREFIX/lift for each that ended, PREFIX/wrench, and
-/// PREFIX/gesture (docs/input.md).
+/// For each field a bundle of PREFIX/touch for each touch, PREFIX/lift for each that ended, PREFIX/wrench,
+/// PREFIX/affine and PREFIX/gesture (docs/input.md).
 class OscOutput : public Output {
  public:
-  OscOutput(Datagrams datagrams, std::string prefix)
+  OscOutput(Datagrams datagrams, const OscOptions& options)
       : datagrams_(std::move(datagrams))
-      , prefix_(std::move(prefix)) {}
+      , prefix_(options.prefix)
+      , gradientDeadZone_Pa_m_(options.gradientDeadZone_Pa_m) {}
 
   void write(const Touches& touches) override;
 
  private:
   Datagrams datagrams_;
   std::string prefix_;
+  double gradientDeadZone_Pa_m_;
   Gesture gesture_;
   std::vector<std::uint64_t> open_;  ///< ids of the touches of the last field
 };

@@ -39,8 +39,9 @@ Made keyboard(const TextOptions& options) {
   const auto strange = std::find_if(alphabet->begin(), alphabet->end(),
                                     [](const Template& each) { return !Keyboard::canType(each.symbol); });
   if (strange != alphabet->end()) {
-    return tl::unexpected(tractiond::Error{EX_CONFIG, "no key types '" + strange->symbol + "'", path.string(),
-                                           "symbols are a to z, 0 to 9, space, delete, digits and letters"});
+    return tl::unexpected(
+        tractiond::Error{EX_CONFIG, "no key types '" + strange->symbol + "'", path.string(),
+                         "symbols are a to z, 0 to 9, digits, letters, and names of keys: docs/input.md"});
   }
   return onDevice<Keyboard>(Keyboard::ability(), *alphabet, options);
 }
@@ -54,7 +55,7 @@ Made tuio(const TuioOptions& options, TuioOutput::Version version, const Area& a
 Made osc(const OscOptions& options) {
   auto datagrams = Datagrams::open(options.address);
   if (!datagrams) return tl::unexpected(datagrams.error());
-  return std::make_unique<OscOutput>(*std::move(datagrams), options.prefix);
+  return std::make_unique<OscOutput>(*std::move(datagrams), options);
 }
 
 }  // namespace
@@ -71,6 +72,7 @@ tl::expected<std::vector<std::unique_ptr<Output>>, tractiond::Error> openOutputs
   } else if (profile.pen) {
     made.push_back(onDevice<PenDevice>(PenDevice::ability(profile.area), profile.area, *profile.pen));
   }
+  if (profile.zoom) made.push_back(onDevice<ZoomDevice>(ZoomDevice::ability(), *profile.zoom));
   if (profile.text) made.push_back(keyboard(*profile.text));
   if (profile.spacenav) {
     const auto& socket = profile.spacenav->socket;

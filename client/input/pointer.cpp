@@ -1,17 +1,9 @@
 #include "client/input/pointer.h"
 
-#include "touch/field.h"
-
 #include <algorithm>
 #include <cmath>
 
 namespace traction::input {
-namespace {
-
-/// A longer time between two fields counts as this one: where fields were lost, shear is not known.
-constexpr double kLongestStep_s = 0.1;
-
-}  // namespace
 
 PointerStep Pointer::step(const Touches& touches) {
   PointerStep step;
@@ -29,7 +21,7 @@ PointerStep Pointer::step(const Touches& touches) {
   }
   if (seen->id == id_) {
     const double size_N = std::hypot(seen->shear_N[0], seen->shear_N[1]);
-    const double dt = std::clamp(touch::seconds(moved_ns_, touches.time_ns), 0.0, kLongestStep_s);
+    const double dt = stepOf(moved_ns_, touches.time_ns);
     const double counts_N =
         size_N > options_.deadZone_N ? options_.speed_N * dt * (size_N - options_.deadZone_N) / size_N : 0.0;
     const auto whole = [&](double& rest, double counts) {

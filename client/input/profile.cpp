@@ -3,6 +3,9 @@
 #include "base/service/config_table.h"
 #include "base/toml_table.h"
 
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <numbers>
 #include <system_error>
 #include <utility>
@@ -16,11 +19,13 @@ using tractiond::TomlTable;
 
 constexpr Range kForce{0.001, 1000.0};
 constexpr Range kDeadZone{0.0, 1000.0};
-constexpr Range kMoment{0.0, 1e6, 1e3};                          // [N mm]
-constexpr Range kGain{-1e6, 1e6}, kMomentGain{-1e6, 1e6, 1e-3};  // [counts / N], [counts / N mm]
-constexpr Range kSize{1.0, 1000.0, 1e3};                         // [mm]
-constexpr Range kStroke{0.1, 1000.0};                            // [mm]
-constexpr Range kTime{0.0, 10'000.0, 1e-6};                      // [ms], in memory [ns]
+constexpr Range kMoment{0.0, 1e6, 1e3};                                // [N mm]
+constexpr Range kTurn{0.01, 1e6, 1e3};                                 // [N mm]
+constexpr Range kGain{-1e6, 1e6}, kMomentGain{-1e6, 1e6, 1e-3};        // [counts / N], [counts / N mm]
+constexpr Range kGradient{0.0, 1e6, 1e-6}, kZoomGain{-1e6, 1e6, 1e6};  // [kPa / mm], [notches / s / (kPa / mm)]
+constexpr Range kSize{1.0, 1000.0, 1e3};                               // [mm]
+constexpr Range kStroke{0.1, 1000.0};                                  // [mm]
+constexpr Range kTime{0.0, 10'000.0, 1e-6};                            // [ms], in memory [ns]
 constexpr Range kAngle{-360.0, 360.0, 180.0 / std::numbers::pi};
 
 void read(TomlTable& table, PointerOptions& pointer) {
@@ -49,6 +54,24 @@ void read(TomlTable& table, TextOptions& text) {
   table.read("alphabet", alphabet);
   text.alphabet = alphabet;
   table.read("least_mm", text.leastExtent_mm, kStroke);
+  auto most_ns = static_cast<double>(text.press.most_ns);
+  table.read("tap_N", text.press.tap_N, kForce);
+  table.read("hard_press_N", text.press.hardPress_N, kForce);
+  table.read("press_ms", most_ns, kTime);
+  table.read("turn_N_mm", text.press.turn_Nm, kTurn);
+  text.press.most_ns = static_cast<std::int64_t>(most_ns);
+  if (!(text.press.tap_N < text.press.hardPress_N)) table.fail("hard_press_N", "must be above tap_N");
+  for (std::size_t i = 0; i < text.pressSymbols.size(); ++i) {
+    constexpr std::array kKeys = {"tap", "hard_press", "turn_left", "turn_right"};  // as Press has them
+    std::string& symbol = text.pressSymbols[i];
+    table.read(kKeys.at(i), symbol);
+    if (!symbol.empty() && Keyboard::keyOf(symbol) == 0) table.fail(kKeys.at(i), "no key types \"" + symbol + "\"");
+  }
+}
+
+void read(TomlTable& table, ZoomOptions& zoom) {
+  table.read("dead_zone_kPa_mm", zoom.deadZone_Pa_m, kGradient);
+  table.read("notches_per_kPa_mm", zoom.gain, kZoomGain);
 }
 
 void read(TomlTable& table, SpacenavOptions& spacenav) {
@@ -69,6 +92,7 @@ void read(TomlTable& table, TuioOptions& tuio) {
 void read(TomlTable& table, OscOptions& osc) {
   table.read("address", osc.address);
   table.read("prefix", osc.prefix);
+  table.read("affine_dead_zone_kPa_mm", osc.gradientDeadZone_Pa_m, kGradient);
   if (!osc.prefix.starts_with('/')) table.fail("prefix", "must begin with /");
 }
 
@@ -88,6 +112,7 @@ tl::expected<Profile, tractiond::Error> read(tl::expected<TomlTable, FileError> 
   read(*root, "touch", profile.touch);
   read(*root, "pen", profile.pen);
   read(*root, "text", profile.text);
+  read(*root, "zoom", profile.zoom);
   read(*root, "spacenav", profile.spacenav);
   read(*root, "tuio", profile.tuio11);
   read(*root, "tuio2", profile.tuio20);
@@ -96,13 +121,13 @@ tl::expected<Profile, tractiond::Error> read(tl::expected<TomlTable, FileError> 
     root->fail("pen", "is one device more for the same contact: leave it out, or pointer and touch");
   if (profile.text && (profile.pointer || profile.touch || profile.pen))
     root->fail("text", "is one device more for the same contact: leave it out, or pointer, touch and pen");
-  const bool isEmpty = !profile.pointer && !profile.touch && !profile.pen && !profile.text && !profile.spacenav &&
-                       !profile.tuio11 && !profile.tuio20 && !profile.osc;
+  const bool isEmpty = !profile.pointer && !profile.touch && !profile.pen && !profile.text && !profile.zoom &&
+                       !profile.spacenav && !profile.tuio11 && !profile.tuio20 && !profile.osc;
   if (const auto sound = root->finish(); !sound) return tl::unexpected(tractiond::asError(sound.error()));
   if (isEmpty)
     return tl::unexpected(
         tractiond::Error{EX_CONFIG, "the profile has no output", "",
-                         "it needs a table: pointer, touch, pen, text, spacenav, tuio, tuio2 or osc"});
+                         "it needs a table: pointer, touch, pen, text, zoom, spacenav, tuio, tuio2 or osc"});
   return profile;
 }
 

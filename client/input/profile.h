@@ -31,6 +31,7 @@ struct Profile {
   std::optional<TouchOptions> touch;  ///< with `pointer`: several touches only
   std::optional<PenOptions> pen;      ///< without those
   std::optional<TextOptions> text;    ///< without all of these
+  std::optional<ZoomOptions> zoom;
   std::optional<SpacenavOptions> spacenav;
   std::optional<TuioOptions> tuio11, tuio20;
   std::optional<OscOptions> osc;

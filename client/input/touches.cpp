@@ -1,5 +1,7 @@
 #include "client/input/touches.h"
 
+#include "touch/field.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -24,7 +26,12 @@ std::array<double, 2> turned(const std::array<double, 2>& inGel, double turn_rad
 
 }  // namespace
 
-const Touches& View::take(const std::vector<touch::Contact>& contacts, const Field* field, std::int64_t time_ns) {
+double stepOf(std::int64_t before_ns, std::int64_t now_ns) {
+  return std::clamp(touch::seconds(before_ns, now_ns), 0.0, 0.1);
+}
+
+const Touches& View::take(const std::vector<touch::Contact>& contacts, const Field* field, std::int64_t time_ns,
+                          const Grid* nodes) {
   touches_.time_ns = time_ns;
   touches_.valid = field != nullptr && field->valid;
   const std::vector<Touch> before = std::exchange(touches_.touches, {});
@@ -38,12 +45,60 @@ const Touches& View::take(const std::vector<touch::Contact>& contacts, const Fie
   }
   if (touches_.touches.empty()) {
     touches_.wrench = {};
+    touches_.gradient = {};
   } else if (touches_.valid) {
     const std::array<double, 3> force = input::turned(field->resultant_N, turn_rad_);
     const std::array<double, 3> moment = input::turned(field->moment_Nm, turn_rad_);
     touches_.wrench = {force[0], force[1], force[2], moment[0], moment[1], moment[2]};
+    touches_.gradient = nodes != nullptr ? gradientOf(*field, *nodes) : Gradient{};
   }
   return touches_;
+}
+
+Gradient View::gradientOf(const Field& field, const Grid& nodes) const {
+  struct Node {
+    std::array<double, 2> place{}, force{};
+    double press = 0.0, deviation = 0.0;
+  };
+  std::vector<Node> pressed;
+  std::array<double, 2> centre{};  // of pressure
+  double sum = 0.0;
+  for (std::uint32_t i = 0; i < std::min(field.force_N.size(), field.nodeDeviation_N.size()); ++i) {
+    const auto& [x, y, press] = field.force_N[i];
+    if (!(press > 0.0F)) continue;
+    pressed.push_back({.place = input::turned(nodes.position_m(i % nodes.columns, i / nodes.columns), turn_rad_),
+                       .force = input::turned(std::array<double, 2>{x, y}, turn_rad_),
+                       .press = press,
+                       .deviation = std::max(field.nodeDeviation_N[i][0], field.nodeDeviation_N[i][1])});
+    for (const std::size_t k : {0U, 1U}) centre[k] += press * pressed.back().place[k];
+    sum += press;
+  }
+
+  // Weighted least squares about the centre, where the gradient does not depend on the mean force: forces times places,
+  // over places times places.
+  double xx = 0.0, xy = 0.0, yy = 0.0;
+  for (Node& node : pressed) {
+    for (const std::size_t k : {0U, 1U}) node.place[k] -= centre[k] / sum;
+    xx += node.press * node.place[0] * node.place[0];
+    xy += node.press * node.place[0] * node.place[1];
+    yy += node.press * node.place[1] * node.place[1];
+  }
+  const double determinant = xx * yy - xy * xy;
+  if (!(determinant > 1e-6 * xx * yy)) return {};  // nodes in a line, or none
+  std::array<std::array<double, 2>, 2> growth{};   // of a component along an axis [Pa/m]
+  double variance = 0.0;
+  for (const Node& node : pressed) {
+    const double scale = node.press / (determinant * nodes.pitch_m * nodes.pitch_m);
+    const auto [x, y] = node.place;
+    const std::array weights = {scale * (yy * x - xy * y), scale * (xx * y - xy * x)};
+    for (const std::size_t of : {0U, 1U})
+      for (const std::size_t along : {0U, 1U}) growth[of][along] += node.force[of] * weights[along];
+    variance += node.deviation * node.deviation * (weights[0] * weights[0] + weights[1] * weights[1]);
+  }
+  return {.dilation_Pa_m = growth[0][0] + growth[1][1],
+          .stretch_Pa_m = growth[0][0] - growth[1][1],
+          .shear_Pa_m = growth[0][1] + growth[1][0],
+          .deviation_Pa_m = std::sqrt(variance)};
 }
 
 Touch View::turned(const touch::Contact& contact) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "touch/contact_tracker.h"
+#include "traction/description.h"
 #include "traction/messages.h"
 
 #include <array>
@@ -30,12 +31,26 @@ struct Touch {
   double orientation_rad = 0.0;        ///< of the larger one, from x towards y, in [-pi/2, pi/2)
 };
 
+/// How the shear of the whole field changes with the place: what an affine map of places to tractions says, fitted to
+/// the nodes that are pressed, but for its turn, which is a torque.
+struct Gradient {
+  double dilation_Pa_m = 0.0;   ///< growth of x along x, and of y along y: above 0, the gel is spread
+  double stretch_Pa_m = 0.0;    ///< growth of x along x less that of y along y
+  double shear_Pa_m = 0.0;      ///< growth of x along y, and of y along x
+  double deviation_Pa_m = 0.0;  ///< of each, that noise alone causes; an upper bound
+};
+
 struct Touches {
   std::int64_t time_ns = 0;    ///< of capture; increases
   bool valid = false;          ///< false: nothing is known of this moment
   std::vector<Touch> touches;  ///< that have begun and not ended, by increasing id
   Wrench wrench{};             ///< on the whole gel, about the origin; 0 without touches, as last seen where not valid
+  Gradient gradient{};         ///< of the whole gel; 0 without touches, as last seen where not valid
 };
+
+/// Returns the time from one field to the next [s], for what moves at a speed. A longer time than 0.1 s counts as this:
+/// where fields were lost, forces are not known.
+double stepOf(std::int64_t before_ns, std::int64_t now_ns);
 
 /// Turns contacts into the user's frame. Thread-bound.
 class View {
@@ -45,9 +60,12 @@ class View {
       : turn_rad_(turn_rad) {}
 
   /// Returns what touches the gel, valid until the next call. \param field that the contacts are of; null: none came
-  const Touches& take(const std::vector<touch::Contact>& contacts, const Field* field, std::int64_t time_ns);
+  /// \param nodes of the field; null: they are not known
+  const Touches& take(const std::vector<touch::Contact>& contacts, const Field* field, std::int64_t time_ns,
+                      const Grid* nodes = nullptr);
 
  private:
+  Gradient gradientOf(const Field& field, const Grid& nodes) const;
   Touch turned(const touch::Contact& contact) const;
 
   double turn_rad_;

@@ -17,7 +17,30 @@ std::array<double, 2> Area::fractions(const std::array<double, 2>& position_m) c
   return {std::clamp(0.5 + position_m[0] / size_m[0], 0.0, 1.0), std::clamp(0.5 - position_m[1] / size_m[1], 0.0, 1.0)};
 }
 
-std::vector<OscMessage> tuio11(const Touches& touches, const Area& area, std::int32_t frame) {
+Motions motionsOf(const Touches& touches, const Motions& before, const Area& area, double fullPress_N) {
+  constexpr double kMemory_s = 0.05;
+  Motions motions;
+  for (const Touch& touch : touches.touches) {
+    const auto known = before.find(touch.id);
+    Motion& now = motions[touch.id];
+    if (known != before.end()) now = known->second;
+    if (!touch.seen) continue;
+    const Motion then = now;
+    now.time_ns = touches.time_ns;
+    now.velocity = {touch.velocity_m_s[0] / area.size_m[0], -touch.velocity_m_s[1] / area.size_m[1]};
+    now.press = std::clamp(touch.press_N / fullPress_N, 0.0, 1.0);
+    const double dt = then.time_ns != 0 ? stepOf(then.time_ns, now.time_ns) : 0.0;
+    if (!(dt > 0.0)) continue;
+    const auto follow = [&](double& rate, double change) { rate += (change / dt - rate) * dt / (dt + kMemory_s); };
+    follow(now.acceleration,
+           std::hypot(now.velocity[0], now.velocity[1]) - std::hypot(then.velocity[0], then.velocity[1]));
+    follow(now.pressSpeed, now.press - then.press);
+    follow(now.pressAcceleration, now.pressSpeed - then.pressSpeed);
+  }
+  return motions;
+}
+
+std::vector<OscMessage> tuio11(const Touches& touches, const Motions& motions, const Area& area, std::int32_t frame) {
   constexpr const char* kProfile = "/tuio/2Dcur";
   std::vector<OscMessage> messages;
   messages.push_back(OscMessage(kProfile).add("source").add(kSource));
@@ -25,17 +48,17 @@ std::vector<OscMessage> tuio11(const Touches& touches, const Area& area, std::in
   for (const Touch& touch : touches.touches) alive.add(static_cast<std::int32_t>(touch.id));
   for (const Touch& touch : touches.touches) {
     const auto [x, y] = area.fractions(touch.position_m);
+    const Motion& motion = motions.at(touch.id);
     messages.push_back(OscMessage(kProfile)
                            .add("set")
                            .add(static_cast<std::int32_t>(touch.id))
-                           .add({x, y, touch.velocity_m_s[0] / area.size_m[0], -touch.velocity_m_s[1] / area.size_m[1],
-                                 0.0}));  // the acceleration is not known
+                           .add({x, y, motion.velocity[0], motion.velocity[1], motion.acceleration}));
   }
   messages.push_back(OscMessage(kProfile).add("fseq").add(frame));
   return messages;
 }
 
-std::vector<OscMessage> tuio20(const Touches& touches, const Area& area, double fullPress_N, std::int32_t frame,
+std::vector<OscMessage> tuio20(const Touches& touches, const Motions& motions, const Area& area, std::int32_t frame,
                                std::int64_t real_ns) {
   std::vector<OscMessage> messages;
   const auto tenthsOfMm = [](double size_m) { return static_cast<std::int32_t>(std::lround(1e4 * size_m)); };
@@ -48,14 +71,16 @@ std::vector<OscMessage> tuio20(const Touches& touches, const Area& area, double 
   for (const Touch& touch : touches.touches) {
     const auto id = static_cast<std::int32_t>(touch.id);
     const auto [x, y] = area.fractions(touch.position_m);
+    const Motion& motion = motions.at(touch.id);
     // How far the force is from the normal, as a finger or a pen that leans.
     const double shear_rad = std::atan2(std::hypot(touch.shear_N[0], touch.shear_N[1]), std::max(touch.press_N, 0.0));
     messages.push_back(OscMessage("/tuio2/ptr")
                            .add(id)
                            .add(0)  // any pointer of any user
                            .add(0)
-                           .add({x, y, -touch.orientation_rad, shear_rad, touch.radius_m / area.size_m[1],
-                                 std::clamp(touch.press_N / fullPress_N, 0.0, 1.0)}));
+                           .add({x, y, -touch.orientation_rad, shear_rad, touch.radius_m / area.size_m[1], motion.press,
+                                 motion.velocity[0], motion.velocity[1], motion.pressSpeed, motion.acceleration,
+                                 motion.pressAcceleration}));
     alive.add(id);
   }
   messages.push_back(std::move(alive));
@@ -73,10 +98,10 @@ TuioOutput::TuioOutput(Datagrams datagrams, Version version, const Area& area, d
 void TuioOutput::write(const Touches& touches) {
   if (touches.touches.empty() && !isTouched_) return;
   isTouched_ = !touches.touches.empty();
+  motions_ = motionsOf(touches, motions_, area_, fullPress_N_);
   ++frame_;
-  datagrams_.send(bundleOf(version_ == Version::k11
-                               ? tuio11(touches, area_, frame_)
-                               : tuio20(touches, area_, fullPress_N_, frame_, tractiond::realNow())));
+  datagrams_.send(bundleOf(version_ == Version::k11 ? tuio11(touches, motions_, area_, frame_)
+                                                    : tuio20(touches, motions_, area_, frame_, tractiond::realNow())));
 }
 
 }  // namespace traction::input

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,10 +26,25 @@ struct Area {
   std::array<double, 2> fractions(const std::array<double, 2>& position_m) const;
 };
 
-/// Returns the messages of a bundle. \param frame number of the bundle, from 1
-std::vector<OscMessage> tuio11(const Touches& touches, const Area& area, std::int32_t frame);
+/// How a touch moves, in sizes of the area, and how its press changes, in full presses; changes are those of the last
+/// 50 ms.
+struct Motion {
+  std::int64_t time_ns = 0;
+  std::array<double, 2> velocity{};  ///< to the right and down [1/s]
+  double acceleration = 0.0;         ///< of the speed [1/s^2]
+  double press = 0.0;                ///< 0 to 1
+  double pressSpeed = 0.0;           ///< [1/s]
+  double pressAcceleration = 0.0;    ///< [1/s^2]
+};
+using Motions = std::map<std::uint64_t, Motion>;  ///< by the touch's id
+
+/// Returns how touches move. \param before what it returned for the field before
+Motions motionsOf(const Touches& touches, const Motions& before, const Area& area, double fullPress_N);
+
+/// Returns the messages of a bundle. \param motions of all touches \param frame number of the bundle, from 1
+std::vector<OscMessage> tuio11(const Touches& touches, const Motions& motions, const Area& area, std::int32_t frame);
 /// \param real_ns time of the frame [ns since 1970]
-std::vector<OscMessage> tuio20(const Touches& touches, const Area& area, double fullPress_N, std::int32_t frame,
+std::vector<OscMessage> tuio20(const Touches& touches, const Motions& motions, const Area& area, std::int32_t frame,
                                std::int64_t real_ns);
 
 /// Sends a bundle for each field while something touches the gel, and once after it.
@@ -45,6 +61,7 @@ class TuioOutput : public Output {
   Version version_;
   Area area_;
   double fullPress_N_;
+  Motions motions_;
   std::int32_t frame_;  ///< number of the last bundle
   bool isTouched_ = false;
 };

@@ -165,6 +165,10 @@ void Follower::describe(const Description& description) {
   calibration_ = description.calibration.id;
 }
 
+const Grid* Follower::nodesOf(const Field& field) const {
+  return field.header.calibration == calibration_ && nodes_.columns > 0 ? &nodes_ : nullptr;
+}
+
 const v1::Contacts& Follower::take(const Field& field, std::string_view bytes) {
   field_.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));  // it was decoded before
   message_.mutable_header()->Swap(field_.mutable_header());

@@ -31,6 +31,8 @@ class Follower {
 
   /// Takes where the nodes are, without which there are no critical points.
   void describe(const Description& description);
+  /// Returns the nodes of a field; null: they are not known, or on a body.
+  const Grid* nodesOf(const Field& field) const;
 
   // The messages that these return are valid until the next call.
 

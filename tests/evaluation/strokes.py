@@ -11,15 +11,15 @@ TARGETS = {"own": 0.99, "foreign": 0.97}
 
 def strokes(report, quick):
     again = report.again(quick)
+    writers, each = (4, 2) if quick else (60, 2)
     report.section(
         "Letters by strokes",
         f"""
         Strokes of 6 to 25 mm, 30 to 120 mm/s at 60 frames/s, with tremor (8 to 12 Hz), other slant, turn, aspect, ends and shape
-        each time, by writers each of whom has own shapes, slant and aspect throughout. Own: by three strokes of each symbol that the writer
+        each time, by {writers} writers each of whom has own shapes, slant and aspect throughout. Own: by three strokes of each symbol that the writer
         recorded; foreign: by the shipped alphabet. A doubtful stroke writes nothing, and counts as not read. The same strokes again by
         `tools/evaluate {again}`.""",
     )
-    writers, each = (4, 2) if quick else (40, 10)
     ran = subprocess.run([chain.BUILD / "bin/evaluation_strokes", ALPHABET, str(writers), str(each), str(report.seed)],
                          capture_output=True, text=True, check=True)
     for line in ran.stdout.splitlines():

@@ -6,7 +6,7 @@ namespace fuzz {
 
 std::vector<std::string> seeds() {
   std::vector<std::string> all;
-  for (const char* const name : {"mouse", "music", "puck", "strokes", "tablet", "touch"})
+  for (const char* const name : {"mouse", "music", "puck", "strokes", "tablet", "touch", "zoom"})
     all.push_back(fileText(tractiond::test::source("config/input/" + std::string(name) + ".toml")));
   return all;
 }

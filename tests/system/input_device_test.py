@@ -21,11 +21,15 @@ INPUT = rig.BIN / "traction-input"
 
 
 class Gel:
-    """A daemon's stream of fields, 60 a second, with the contacts that are given: (x_mm, y_mm, force_N)."""
+    """A daemon's stream of fields, 60 a second, with the contacts that are given: (x_mm, y_mm, force_N); and with tractions that
+    grow by `spread_Pa_m` from the middle outwards.
+    """
+
+    GRID, PITCH_M, CALIBRATION = 24, 3e-3, b"calibration".ljust(16)
 
     def __init__(self, folder):
         self.endpoint = f"ipc://{folder / 'stream'}"
-        self.contacts, self.valid, self.silent = [], True, False
+        self.contacts, self.valid, self.silent, self.spread_Pa_m = [], True, False, 0.0
         self.sent = {}  # frame number -> when its field was sent
         self.context, self.stopping = zmq.Context(), threading.Event()
         self.socket = self.context.socket(zmq.PUB)
@@ -55,8 +59,23 @@ class Gel:
                 wrench += [*force, *np.cross([1e-3 * x_mm, 1e-3 * y_mm, 0.0], force)]
             field.resultant_N.x, field.resultant_N.y, field.resultant_N.z = wrench[:3]
             field.moment_Nm.x, field.moment_Nm.y, field.moment_Nm.z = wrench[3:]
+            if self.spread_Pa_m:
+                self.spread(field)
             self.sent[frame] = time.monotonic()
             self.socket.send_multipart([b"traction/v1/gel/field/", field.SerializeToString(), b"1.0"])
+
+    def spread(self, field):
+        """Adds the nodes' forces, and tells first where the nodes are."""
+        description = rig.messages.Description(header=field.header, nodes={"columns": self.GRID, "rows": self.GRID, "pitch_m": self.PITCH_M})
+        description.calibration.id = field.header.calibration = self.CALIBRATION
+        self.socket.send_multipart([b"traction/v1/gel/description/", description.SerializeToString(), b"1.0"])
+        along = self.PITCH_M * (np.arange(self.GRID) - (self.GRID - 1) / 2)
+        x, y = np.meshgrid(along, along)
+        force = self.PITCH_M**2 * self.spread_Pa_m * np.stack([x, y, 0 * x], axis=-1)
+        force[..., 2] = np.where(np.hypot(x, y) < 8e-3, 0.1, 0.0)
+        field.force_N.extend(force.ravel())
+        field.node_deviation_N.extend([1e-4] * force.size)
+        field.node_valid = b"\1" * self.GRID**2
 
     def close(self):
         self.stopping.set()
@@ -107,6 +126,10 @@ class InputDevice(unittest.TestCase):
         # The user sees the gel from the other side than the camera.
         dump.wait_for(r"/gel/touch ifffffff 1 -10\.0+ -5\.0+ -0\.250* 0\.50* 2\.0+ -?0\.0+ 3\.989")
         dump.wait_for(r"/gel/wrench ffffff -0\.250* 0\.50* -2\.0+ 10\.0+ -20\.0+ -6\.250*")
+        dump.wait_for(r"/gel/affine fff 0\.0+ 0\.0+ 0\.0+")
+        self.gel.spread_Pa_m = 1e6  # 2 kPa/mm of dilation, less the dead zone
+        dump.wait_for(r"/gel/affine fff 1\.(4999|5000)\d* -?0\.0+ -?0\.0+")
+        self.gel.spread_Pa_m = 0.0
         dump.wait_for(r"/gel/gesture ffff 0\.0+ 0\.0+ 0\.0+ 1\.0+")
         self.gel.silent = True  # in the middle of a touch
         dump.wait_for(r"/gel/lift i 1$")
@@ -163,7 +186,7 @@ class InputDevice(unittest.TestCase):
         device = self.use(profile)
         self.gel.contacts = [(18.0, 4.5, (0.0, 2.5, 2.5))]
         self.until(client, "add", version=1, id=1, x=0.25, y=0.4375)
-        self.until(client, "add", version=2, id=1, x=0.25, y=0.4375, press=0.25, shear=np.pi / 4, radius=3.989 / 72)
+        self.until(client, "add", version=2, id=1, x=0.25, y=0.4375, vy=0.0, press=0.25, shear=np.pi / 4, radius=3.989 / 72)
         self.gel.contacts = [(18.0, 0.0, (0.0, 0.0, 2.5)), (-18.0, 0.0, (0.0, 0.0, 5.0))]
         self.until(client, "add", version=2, id=2, x=0.75, press=0.5)
         self.until(client, "update", version=1, id=1, y=0.5)
@@ -188,7 +211,7 @@ class InputDevice(unittest.TestCase):
             self.assertRegex(device.output(), said)
         missing = self.bench.start(INPUT, "--profile", "harp")
         self.assertEqual(missing.join(), 66, missing.output())
-        for name in ("mouse", "touch", "tablet", "puck", "music"):
+        for name in ("mouse", "touch", "tablet", "strokes", "puck", "zoom", "music"):
             checked = self.bench.start(INPUT, "--profile", name, "--check")
             self.assertEqual(checked.join(), 0, checked.output())
 

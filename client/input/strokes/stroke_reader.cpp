@@ -1,6 +1,7 @@
 #include "client/input/strokes/stroke_reader.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 namespace traction::input {
@@ -17,7 +18,17 @@ double extent(const Stroke& stroke) {
 
 StrokeReader::StrokeReader(const Alphabet& alphabet, const Options& options)
     : options_(options) {
-  for (const Template& each : alphabet) modes_[each.mode].add(each.symbol, each.stroke);
+  // Leans and widens each as much as writers do all that they write.
+  constexpr double kSlant = 0.2, kWide = 1.2;
+  constexpr std::array<std::array<double, 2>, 5> kHands = {
+      {{1.0, 0.0}, {1.0, kSlant}, {1.0, -kSlant}, {kWide, 0.0}, {1.0 / kWide, 0.0}}};
+  for (const Template& each : alphabet) {
+    for (const auto& [wide, slant] : kHands) {
+      Stroke stroke = each.stroke;
+      for (auto& [x, y] : stroke) x = wide * x + slant * y;
+      modes_[each.mode].add(each.symbol, stroke);
+    }
+  }
 }
 
 std::optional<Reading> StrokeReader::end() {

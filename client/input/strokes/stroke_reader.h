@@ -27,7 +27,7 @@ struct Reading {
 /// Returns the larger side of the box around a stroke, which has a point at least.
 double extent(const Stroke& stroke);
 
-/// Reads strokes in the modes of an alphabet. Thread-bound.
+/// Reads strokes in the modes of an alphabet, each also leaning to either side, wider and narrower. Thread-bound.
 class StrokeReader {
  public:
   struct Options {

@@ -25,8 +25,8 @@ first.addTuioListener({
   addTuioBlob: none, updateTuioBlob: none, removeTuioBlob: none, refresh: none,
 });
 const of20 = (event) => (object) => {
-  const { position, shear, radius, press } = object.pointer;
-  tell({ version: 2, event, id: object.sessionId, x: position.x, y: position.y, shear, radius, press });
+  const { position, velocity, shear, radius, press } = object.pointer;
+  tell({ version: 2, event, id: object.sessionId, x: position.x, y: position.y, vy: velocity.y, shear, radius, press });
 };
 second.addTuioListener({ tuioAdd: of20("add"), tuioUpdate: of20("update"), tuioRemove: of20("remove"), tuioRefresh: none });
 

@@ -52,6 +52,73 @@ TEST(Axes, AreProportionalBeyondTheDeadZoneAndEndAtThoseOfAMouse) {
   EXPECT_EQ(axes, (std::array<std::int32_t, 6>{60, -60, 0, 0, -50, 350}));
 }
 
+/// A field under two round contacts whose traction is an affine map of places, as a user sees both, with noise.
+/// \param growth of x along x, of x along y, of y along x, of y along y [Pa/m]
+Field affineField(const Grid& nodes, const std::array<double, 4>& growth, double turn_rad, double noise_N) {
+  std::mt19937 random(tractiond::test::seed());
+  std::normal_distribution<double> noise(0.0, noise_N);
+  const double area_m2 = nodes.pitch_m * nodes.pitch_m;
+  Field field;
+  field.valid = true;
+  for (std::uint32_t i = 0; i < nodes.columns * nodes.rows; ++i) {
+    const auto [x, y] = nodes.position_m(i % nodes.columns, i / nodes.columns);
+    const bool isPressed = std::hypot(x - 0.008, y - 0.003) < 0.007 || std::hypot(x + 0.012, y + 0.004) < 0.005;
+    // Mirrored, and then turned.
+    const std::complex<double> place = std::polar(1.0, turn_rad) * std::complex<double>(-x, y);
+    const auto along = [&](double ofX, double ofY) { return ofX * place.real() + ofY * place.imag(); };
+    const std::complex<double> force =
+        area_m2 * std::complex<double>(2'000.0 + along(growth[0], growth[1]), along(growth[2], growth[3]) - 3'000.0);
+    const std::complex<double> back = std::polar(1.0, -turn_rad) * force;
+    const auto deviation = isPressed ? static_cast<float>(noise_N) : 0.0F;
+    field.nodeDeviation_N.push_back({deviation, deviation, deviation});
+    field.force_N.push_back({});
+    if (isPressed)
+      field.force_N.back() = {static_cast<float>(-back.real() + noise(random)),
+                              static_cast<float>(back.imag() + noise(random)), 0.1F};
+  }
+  return field;
+}
+
+TEST(Gradient, OfAnAffineFieldIsReadWithinTwoPercentOfTheRange) {
+  const Grid nodes{.columns = 24, .rows = 24, .pitch_m = 2e-3, .centre_m = {1e-3, 0.0}};
+  constexpr double kRange_Pa_m = 2e6, kNoise_N = 2e-3;
+  touch::Contact contact;
+  contact.id = 1;
+  for (const double turn_rad : {0.0, 0.7}) {
+    for (const std::array<double, 4>& growth :
+         {std::array{1e6, 0.0, 0.0, 1e6}, std::array{-1e6, 0.0, 0.0, 1e6}, std::array{0.0, 0.5e6, 1.5e6, 0.0},
+          std::array{0.0, 1e6, -1e6, 0.0}}) {  // the last one is a twist alone
+      View view(turn_rad);
+      const Field field = affineField(nodes, growth, turn_rad, kNoise_N);
+      const Gradient read = view.take({contact}, &field, 1, &nodes).gradient;
+      EXPECT_NEAR(read.dilation_Pa_m, growth[0] + growth[3], 0.02 * kRange_Pa_m);
+      EXPECT_NEAR(read.stretch_Pa_m, growth[0] - growth[3], 0.02 * kRange_Pa_m);
+      EXPECT_NEAR(read.shear_Pa_m, growth[1] + growth[2], 0.02 * kRange_Pa_m);
+      EXPECT_GT(read.deviation_Pa_m, 0.0);
+      EXPECT_LT(read.deviation_Pa_m, 0.02 * kRange_Pa_m);
+      EXPECT_EQ(view.take({}, &field, 2, &nodes).gradient.dilation_Pa_m, 0.0);
+    }
+  }
+}
+
+TEST(Zoom, TurnsAtTheSpeedOfTheDilationBeyondNoiseAndDeadZone) {
+  Zoom zoom({.deadZone_Pa_m = 0.5e6, .gain = 1e-5});
+  const auto turned = [&](double dilation_Pa_m, double deviation_Pa_m) {
+    int notches = 0;
+    for (int frame = 0; frame <= 60; ++frame) {
+      Touches field = fieldOf({touchOf(1, 0.0, 0.0)}, (1 + frame) * kFrame_ns);
+      field.gradient = {.dilation_Pa_m = dilation_Pa_m, .deviation_Pa_m = deviation_Pa_m};
+      notches += zoom.step(field);
+    }
+    zoom.step(fieldOf({}));
+    return notches;
+  };
+  EXPECT_EQ(turned(1.55e6, 1e4), 10);
+  EXPECT_EQ(turned(-1.55e6, 1e4), -10);
+  EXPECT_EQ(turned(0.49e6, 1e4), 0);
+  EXPECT_EQ(turned(1.55e6, 0.6e6), 0) << "as noise alone may do";
+}
+
 TEST(Gesture, OfTwoFingersIsReadWithinTwoPercentOfItsRange) {
   using Place = std::complex<double>;
   std::mt19937 random(tractiond::test::seed());

@@ -11,6 +11,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -26,12 +29,23 @@ class KeyboardTest : public testing::Test {
   void draw(std::uint64_t id, const std::string& symbol, const std::string& mode = "letters") {
     for (const Template& each : alphabet_) {
       if (each.symbol != symbol || each.mode != mode) continue;
-      for (const auto& [x, y] : each.stroke) keyboard_.write(fieldOf({touchOf(id, 2e-4 * x, 2e-4 * y)}));
+      for (const auto& [x, y] : each.stroke)
+        keyboard_.write(fieldOf({touchOf(id, 2e-4 * x, 2e-4 * y)}, time_ns_ += kFrame_ns));
       return;
     }
     FAIL() << "no stroke for " << symbol;
   }
-  void lift() { keyboard_.write(fieldOf({})); }
+  /// Presses in one place, without lifting the touch. \param torque_Nm at a time [s]
+  void press(
+      std::uint64_t id, double seconds, double press_N,
+      const std::function<double(double)>& torque_Nm = [](double) { return 0.0; }) {
+    for (int frame = 0; frame < 60.0 * seconds; ++frame) {
+      Touch touch = touchOf(id, 0.0, 0.0, press_N);
+      touch.torque_Nm = torque_Nm(frame / 60.0);
+      keyboard_.write(fieldOf({touch}, time_ns_ += kFrame_ns));
+    }
+  }
+  void lift() { keyboard_.write(fieldOf({}, time_ns_ += kFrame_ns)); }
 
   /// Returns the keys that went down, each of which must be up again.
   std::vector<int> typed() {
@@ -60,6 +74,7 @@ class KeyboardTest : public testing::Test {
  protected:
   const Alphabet alphabet_ = loadAlphabet(tractiond::test::source("config/input/strokes/alphabet.toml")).value();
   Keyboard keyboard_{EventDevice(ends_[1]), alphabet_, {}};
+  std::int64_t time_ns_ = 0;
 };
 
 TEST_F(KeyboardTest, EachSymbolThatIsShippedTypesItsKey) {
@@ -78,9 +93,41 @@ TEST_F(KeyboardTest, EachSymbolThatIsShippedTypesItsKey) {
   EXPECT_EQ(typed(), std::vector<int>{KEY_7});
 }
 
-TEST_F(KeyboardTest, ATapSeveralTouchesAndALostSensorTypeNothing) {
-  keyboard_.write(fieldOf({touchOf(1, 0.0, 0.0)}));
+TEST_F(KeyboardTest, TapsAndHardPressesTypeTheirKeysWhereTheyAreLifted) {
+  press(1, 0.2, 2.0);
+  EXPECT_EQ(typed(), std::vector<int>{}) << "before it is lifted";
   lift();
+  EXPECT_EQ(typed(), std::vector<int>{KEY_SPACE});
+  press(2, 0.2, 5.0);
+  lift();
+  EXPECT_EQ(typed(), std::vector<int>{KEY_ENTER});
+  press(3, 0.2, 0.3), lift();  // hardly touched
+  press(4, 1.0, 5.0), lift();  // rests
+  press(5, 0.2, 2.0);
+  keyboard_.write(Touches{});  // lost
+  lift();
+  EXPECT_EQ(typed(), std::vector<int>{});
+}
+
+TEST_F(KeyboardTest, EachTurnTypesOnceWhateverTheTremor) {
+  press(1, 1.0, 2.0, [](double time_s) { return 6e-3 * time_s + 1e-3 * std::sin(60.0 * time_s); });
+  EXPECT_EQ(typed(), std::vector<int>{KEY_LEFT}) << "while it touches";
+  press(1, 1.0, 2.0, [](double time_s) { return 6e-3 - 12e-3 * time_s; });
+  EXPECT_EQ(typed(), std::vector<int>{KEY_RIGHT});
+  lift();
+  EXPECT_EQ(typed(), std::vector<int>{}) << "neither a tap nor a stroke";
+  press(2, 0.2, 2.0, [](double) { return 8e-3; });
+  draw(2, "z");
+  lift();
+  EXPECT_EQ(typed(), std::vector<int>{KEY_LEFT}) << "what was a turn is no stroke";
+  draw(3, "z");
+  press(3, 0.2, 2.0, [](double) { return 8e-3; });
+  draw(3, "z");
+  lift();
+  EXPECT_EQ(typed().size(), 1U) << "what was a stroke is no turn";
+}
+
+TEST_F(KeyboardTest, SeveralTouchesAndALostSensorTypeNothing) {
   draw(2, "z");
   keyboard_.write(fieldOf({touchOf(2, 0.0, 0.0), touchOf(3, 0.01, 0.0)}));
   keyboard_.write(fieldOf({touchOf(2, 0.0, 0.0)}));

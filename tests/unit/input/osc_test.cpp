@@ -42,14 +42,39 @@ TEST(Tuio, PlacesAreFractionsFromTheUpperLeftCorner) {
 
 TEST(Tuio, ABundleListsWhatIsAliveAndLastItsNumber) {
   const Area area;
-  const auto touched = tuio11(fieldOf({touchOf(3, 0.0, 0.0), touchOf(5, 0.01, 0.0)}), area, 9);
+  const Touches two = fieldOf({touchOf(3, 0.0, 0.0), touchOf(5, 0.01, 0.0)});
+  const auto touched = tuio11(two, motionsOf(two, {}, area, 10.0), area, 9);
   ASSERT_EQ(touched.size(), 5U);
   EXPECT_EQ(touched[1].bytes(), OscMessage("/tuio/2Dcur").add("alive").add(3).add(5).bytes());
   EXPECT_EQ(touched[2].bytes(), OscMessage("/tuio/2Dcur").add("set").add(3).add({0.5, 0.5, 0.0, -0.0, 0.0}).bytes());
   EXPECT_EQ(touched[4].bytes(), OscMessage("/tuio/2Dcur").add("fseq").add(9).bytes());
-  const auto lifted = tuio20(fieldOf({}), area, 10.0, 10, 0);
+  const auto lifted = tuio20(fieldOf({}), {}, area, 10, 0);
   ASSERT_EQ(lifted.size(), 2U);
   EXPECT_EQ(lifted[1].bytes(), OscMessage("/tuio2/alv").bytes());
+}
+
+TEST(Tuio, SpeedsAndAccelerationsAreThoseOfTheTouchInSizesOfTheArea) {
+  // Away from the user from rest at 0.03 m/s^2 for a second, while the press grows by 8 N/s^2 from nothing.
+  const Area area{{0.06, 0.03}};
+  Motions motions;
+  Touches field;
+  for (int frame = 0; frame <= 60; ++frame) {
+    const double time_s = frame / 60.0;
+    Touch touch = touchOf(4, 0.0, 0.0, 4.0 * time_s * time_s);
+    touch.velocity_m_s = {0.0, 0.03 * time_s};
+    touch.seen = frame % 10 != 5;
+    if (!touch.seen) touch.press_N = 0.0;
+    field = fieldOf({touch}, (1 + frame) * kFrame_ns);
+    motions = motionsOf(field, motions, area, 10.0);
+  }
+  const Motion& motion = motions.at(4);
+  EXPECT_DOUBLE_EQ(motion.velocity[1], -1.0);
+  EXPECT_NEAR(motion.acceleration, 1.0, 0.02);
+  EXPECT_NEAR(motion.pressSpeed, 0.8, 0.05);  // as it was 50 ms ago
+  EXPECT_NEAR(motion.pressAcceleration, 0.8, 0.02);
+  const auto pointer = tuio20(field, motions, area, 1, 0).at(1).bytes();
+  EXPECT_NE(pointer.find(",iiifffffffffff\0"_bytes), std::string::npos);
+  EXPECT_TRUE(motionsOf(fieldOf({}), motions, area, 10.0).empty());
 }
 
 }  // namespace
