@@ -62,10 +62,10 @@ void read(TomlTable& table, TextOptions& text) {
   text.press.most_ns = static_cast<std::int64_t>(most_ns);
   if (!(text.press.tap_N < text.press.hardPress_N)) table.fail("hard_press_N", "must be above tap_N");
   for (std::size_t i = 0; i < text.pressSymbols.size(); ++i) {
-    constexpr std::array kKeys = {"tap", "hard_press", "turn_left", "turn_right"};  // as Press has them
+    constexpr std::array kNames = {"tap", "hard_press", "turn_left", "turn_right"};  // as Press has them
     std::string& symbol = text.pressSymbols[i];
-    table.read(kKeys.at(i), symbol);
-    if (!symbol.empty() && Keyboard::keyOf(symbol) == 0) table.fail(kKeys.at(i), "no key types \"" + symbol + "\"");
+    table.read(kNames.at(i), symbol);
+    if (!symbol.empty() && Keyboard::keyOf(symbol) == 0) table.fail(kNames.at(i), "no key types \"" + symbol + "\"");
   }
 }
 
