@@ -1,6 +1,8 @@
 """A gel that creeps: what is read while a load stays and after it has gone, where the gel file knows of it and where it
 does not. The gel's creep is a closed form of ramps, not the recursion by which the daemon takes it off."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 
 import chain
@@ -145,18 +147,19 @@ def creep(report, quick):
     listed = int(aware.contacts[aware.time_s > HELD_S + 0.5].max())
     report.row("    contacts listed from half a second after release on", f"{listed}", "–", "0", 0, listed, name="creep, contacts")
 
-    gels = 6 if quick else 60
+    gels = 6 if quick else 20
     wide = gel_text(np.zeros(3), np.diag(np.full(3, 0.02**2)), [1.0, 10.0, 100.0])
     for name, text in (("calibrated", None), ("not calibrated", wide)):
-        held, gone, listed, worst = [], [], [], []
+        jobs = []
         for number in range(gels):
             terms = drawn(generator)
-            gel = text or gel_text(*calibrated(terms, generator), FILE_TIMES_S)
-            read = Read(terms, gel, report.seed % 10**6 + number)
-            held.append(read.at("covered", HELD))
-            gone.append(read.at("covered", after))
-            listed.append(read.at("contacts", after[2:]) > 0)
-            worst.append(max(abs(read.at("error_gf", HELD))))
+            jobs.append((terms, text or gel_text(*calibrated(terms, generator), FILE_TIMES_S), report.seed % 10**6 + number))
+        with ThreadPoolExecutor(2) as pool:
+            read = list(pool.map(lambda job: Read(*job), jobs))
+        held = [each.at("covered", HELD) for each in read]
+        gone = [each.at("covered", after) for each in read]
+        listed = [each.at("contacts", after[2:]) > 0 for each in read]
+        worst = [max(abs(each.at("error_gf", HELD))) for each in read]
         share = float(np.mean(held))
         report.row(
             f"hidden numbers, {name}: 95 % interval while held",
