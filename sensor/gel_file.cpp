@@ -178,7 +178,6 @@ void readPictureMotion(TomlTable& table, PictureMotion& motion) {
 }
 
 std::vector<CreepTerm> readCreep(std::vector<TomlTable> tables) {
-  constexpr std::size_t kMost = 8;
   std::vector<CreepTerm> terms;
   for (TomlTable& table : tables) {
     CreepTerm& term = terms.emplace_back();
@@ -189,7 +188,8 @@ std::vector<CreepTerm> readCreep(std::vector<TomlTable> tables) {
     table.read("time_s", term.time_s, {1e-3, 1e6});
     table.read("deviation", term.deviation, {0.0, 1.0});
     table.read("correlation", term.correlation, {-1.0, 1.0});
-    if (terms.size() > kMost) table.fail("share", "is of a ninth term; at most 8 are possible");
+    if (terms.size() > kMostCreepTerms)
+      table.fail("share", "is of one term too many; at most " + std::to_string(kMostCreepTerms) + " are possible");
     if (terms.size() > 1 && term.time_s <= terms[terms.size() - 2].time_s)
       table.fail("time_s", "must be above that of the term before");
     if (!term.correlation.empty() && term.correlation.size() != terms.size() - 1)

@@ -44,6 +44,8 @@ struct CreepTerm {
   bool operator==(const CreepTerm&) const = default;
 };
 
+inline constexpr int kMostCreepTerms = 8;
+
 /// Motion of the whole picture from frame to frame, relative to the zero, by vibration and heat: standard deviations.
 /// Scale and roll are about the principal point.
 struct PictureMotion {

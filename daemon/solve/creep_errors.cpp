@@ -6,7 +6,9 @@
 #include <Eigen/Cholesky>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 namespace tractiond::solve {
 namespace {
@@ -29,25 +31,25 @@ double shareOf(double with, double squares, double noise) {
 CreepErrors::CreepErrors(const sensor::Sensor& sensor)
     : places_(sensor::markerPositions(sensor))
     , reach_m_(kReach * sensor.nodes.pitch)
-    , rest_(2 * static_cast<std::size_t>(places_.cols())) {}
+    , rest_(2 * places_.cols()) {}
 
 void CreepErrors::take(const MarkerField& markers) {
   markers_ = &markers;
   noise_px_ = 0.0;
   ofAll_.setZero();
   if (!(markers.creepError_px > 0.0F)) return;
-  const std::size_t coordinates = markers.elastic_px.size();
-  double squares = 0.0, noise = 0.0, variance = 0.0;
-  for (const float each : markers.elastic_px) squares += double{each} * double{each};
-  for (const float each : markers.variance_px2) noise += 2.0 * double{each};
-  for (std::size_t k = 0; k < markers.creepErrors_px.size() / coordinates; ++k) {
-    const auto error = std::span(markers.creepErrors_px).subspan(k * coordinates, coordinates);
-    double with = 0.0;
-    for (std::size_t i = 0; i < coordinates; ++i) with += double{error[i]} * double{markers.elastic_px[i]};
-    ofAll_[static_cast<Eigen::Index>(k)] = shareOf(with, squares, noise);
-    const auto share = static_cast<float>(squares > 0.0 ? with / squares : 0.0);
-    for (std::size_t i = 0; i < coordinates; ++i) rest_[i] = error[i] - share * markers.elastic_px[i];
-    variance += square(noiseWithMechanics_px(std::span<const float>(rest_), 0.0, 1.0));
+  const auto coordinates = std::ssize(markers.elastic_px);
+  const Eigen::Map<const Eigen::VectorXf> elastic(markers.elastic_px.data(), coordinates);
+  const Eigen::Map<const Eigen::VectorXf> variances(markers.variance_px2.data(), coordinates / 2);
+  const double squares = double{elastic.squaredNorm()}, noise = 2.0 * double{variances.sum()};
+  double variance = 0.0;
+  for (Eigen::Index k = 0; k < std::ssize(markers.creepErrors_px) / coordinates; ++k) {
+    const Eigen::Map<const Eigen::VectorXf> error(markers.creepErrors_px.data() + k * coordinates, coordinates);
+    const double with = double{error.dot(elastic)};
+    ofAll_[k] = shareOf(with, squares, noise);
+    rest_ = error - static_cast<float>(squares > 0.0 ? with / squares : 0.0) * elastic;
+    variance +=
+        square(noiseWithMechanics_px(std::span<const float>(rest_.data(), markers.elastic_px.size()), 0.0, 1.0));
   }
   noise_px_ = std::sqrt(variance);
 }

@@ -5,15 +5,12 @@
 #include "daemon/records/marker_field.h"
 #include "sensor/sensor.h"
 
-#include <array>
-#include <vector>
-
 namespace tractiond::solve {
 
 /// Thread-bound. Allocates only when made.
 class CreepErrors {
  public:
-  static constexpr int kMost = 8;  ///< terms of a gel file
+  static constexpr int kMost = sensor::kMostCreepTerms;
   /// By which share forces are wrong by one deviation of each of the errors, which are independent.
   using Shares = Eigen::Matrix<double, kMost, 1>;
 
@@ -38,7 +35,7 @@ class CreepErrors {
   const sensor::Points places_;  ///< of the markers
   const double reach_m_;
   const MarkerField* markers_ = nullptr;
-  std::vector<float> rest_;
+  Eigen::VectorXf rest_;
   Shares ofAll_ = Shares::Zero();
   double noise_px_ = 0.0;
 };

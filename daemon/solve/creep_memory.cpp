@@ -14,77 +14,70 @@ Eigen::MatrixXd rootOf(const Eigen::MatrixXd& covariance) {
   return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
+Eigen::VectorXd each(const std::vector<sensor::CreepTerm>& terms, double sensor::CreepTerm::*number) {
+  Eigen::VectorXd numbers(std::ssize(terms));
+  std::ranges::transform(terms, numbers.begin(), number);
+  return numbers;
+}
+
 }  // namespace
 
 CreepMemory::CreepMemory(const std::vector<sensor::CreepTerm>& terms, int markers)
-    : coordinates_(2 * static_cast<std::size_t>(markers))
+    : shares_(each(terms, &sensor::CreepTerm::share))
+    , times_s_(each(terms, &sensor::CreepTerm::time_s))
     , root_(rootOf(sensor::creepCovariance(terms)))
-    , elastic_(coordinates_) {
-  for (const sensor::CreepTerm& term : terms) {
-    terms_.push_back({.share = term.share, .time_s = term.time_s, .follows = std::vector<double>(coordinates_)});
-  }
-}
+    , elastic_(2 * markers)
+    , next_(2 * markers)
+    , follows_(2 * markers, shares_.size()) {}
 
 void CreepMemory::advance(MarkerField& markers) {
-  if (terms_.empty()) return;
+  const Eigen::Index coordinates = elastic_.size(), terms = shares_.size();
+  if (terms == 0) return;
   const FrameTimes& times = markers.info.times;
   const std::int64_t now_ns = times.captured_ns != 0 ? times.captured_ns : times.received_ns;
-  if (!hasBegun_ || markers.zero != zero_) {
-    std::ranges::fill(elastic_, 0.0);
-    for (Term& term : terms_) std::ranges::fill(term.follows, 0.0);
+  if (zero_ != markers.zero) {
+    elastic_.setZero();
+    follows_.setZero();
     time_ns_ = now_ns;
   }
-  hasBegun_ = true;
   zero_ = markers.zero;
-  step(1e-9 * static_cast<double>(std::max<std::int64_t>(now_ns - time_ns_, 0)));
+  const double seconds = 1e-9 * static_cast<double>(std::max<std::int64_t>(now_ns - time_ns_, 0));
   time_ns_ = now_ns;
-  takeOff(markers);
-  findErrors(markers);
-}
 
-/// Sets how the terms follow over a step in which u is linear.
-void CreepMemory::step(double seconds) {
-  for (Term& term : terms_) {
-    const double steps = seconds / term.time_s;
-    term.left = std::exp(-steps);
-    const double mean = steps > 0.0 ? -std::expm1(-steps) / steps : 1.0;  // of the decay over the step
-    term.before = mean - term.left;
-    term.now = 1.0 - mean;
-  }
-}
-
-void CreepMemory::takeOff(MarkerField& markers) {
-  markers.elastic_px.resize(coordinates_);
+  // What follows of earlier frames, and how much of this one will: u is linear over the step.
   double own = 1.0;  // of the new u in d
-  for (const Term& term : terms_) own += term.share * term.now;
-  for (std::size_t i = 0; i < coordinates_; ++i) {
-    const double before = elastic_[i];
-    const bool isValid = markers.valid[i / 2] != 0;
-    if (isValid) {
-      double displacement = markers.displacement_px[i];
-      for (const Term& term : terms_) displacement -= term.share * (term.left * term.follows[i] + term.before * before);
-      elastic_[i] = displacement / own;
-    }
-    for (Term& term : terms_)
-      term.follows[i] = term.left * term.follows[i] + term.before * before + term.now * elastic_[i];
-    markers.elastic_px[i] = isValid ? static_cast<float>(elastic_[i]) : 0.0F;
+  for (Eigen::Index k = 0; k < terms; ++k) {
+    const double steps = seconds / times_s_[k], left = std::exp(-steps);
+    const double mean = steps > 0.0 ? -std::expm1(-steps) / steps : 1.0;  // of the decay over the step
+    follows_.col(k) = left * follows_.col(k) + (mean - left) * elastic_;
+    own += shares_[k] * (1.0 - mean);
   }
-}
+  next_ = Eigen::Map<const Eigen::VectorXf>(markers.displacement_px.data(), coordinates).cast<double>();
+  for (Eigen::Index k = 0; k < terms; ++k) next_ -= shares_[k] * follows_.col(k);
+  next_ /= own;
+  const auto eachMissing = [&](auto use) {
+    for (std::size_t marker = 0; marker < markers.valid.size(); ++marker) {
+      if (markers.valid[marker] == 0) use(2 * static_cast<Eigen::Index>(marker));
+    }
+  };
+  eachMissing([&](Eigen::Index at) { next_.segment<2>(at) = elastic_.segment<2>(at); });
+  elastic_.swap(next_);
+  for (Eigen::Index k = 0; k < terms; ++k) {
+    const double steps = seconds / times_s_[k];
+    if (steps > 0.0) follows_.col(k) += (1.0 + std::expm1(-steps) / steps) * elastic_;
+  }
 
-void CreepMemory::findErrors(MarkerField& markers) const {
-  markers.creepErrors_px.resize(terms_.size() * coordinates_);
-  double squares = 0.0;
-  auto error = markers.creepErrors_px.begin();
-  for (Eigen::Index column = 0; column < root_.cols(); ++column) {
-    for (std::size_t i = 0; i < coordinates_; ++i, ++error) {
-      double sum = 0.0;
-      for (std::size_t k = 0; k < terms_.size(); ++k)
-        sum += root_(static_cast<Eigen::Index>(k), column) * terms_[k].follows[i];
-      *error = markers.valid[i / 2] != 0 ? static_cast<float>(sum) : 0.0F;
-      squares += double{*error} * double{*error};
-    }
-  }
-  markers.creepError_px = static_cast<float>(std::sqrt(squares));
+  markers.elastic_px.resize(static_cast<std::size_t>(coordinates));
+  markers.creepErrors_px.resize(static_cast<std::size_t>(coordinates * terms));
+  Eigen::Map<Eigen::VectorXf> elastic(markers.elastic_px.data(), coordinates);
+  Eigen::Map<Eigen::MatrixXf> errors(markers.creepErrors_px.data(), coordinates, terms);
+  elastic = elastic_.cast<float>();
+  errors = follows_.lazyProduct(root_).cast<float>();
+  eachMissing([&](Eigen::Index at) {
+    elastic.segment<2>(at).setZero();
+    errors.middleRows<2>(at).setZero();
+  });
+  markers.creepError_px = errors.norm();
 }
 
 }  // namespace tractiond::solve

@@ -9,6 +9,7 @@
 #include "daemon/records/marker_field.h"
 #include "sensor/sensor.h"
 
+#include <optional>
 #include <vector>
 
 namespace tractiond::solve {
@@ -27,22 +28,12 @@ class CreepMemory {
   void advance(MarkerField& markers);
 
  private:
-  struct Term {
-    double share, time_s;
-    double left = 1.0, before = 0.0, now = 0.0;  ///< shares in the new h: of h, of the u before and of the new one
-    std::vector<double> follows;                 ///< h, 2 M
-  };
-  void step(double seconds);
-  void takeOff(MarkerField& markers);
-  void findErrors(MarkerField& markers) const;
-
-  const std::size_t coordinates_;
-  const Eigen::MatrixXd root_;   ///< of the covariance of the shares
-  std::vector<double> elastic_;  ///< u
-  std::vector<Term> terms_;
+  const Eigen::VectorXd shares_, times_s_;
+  const Eigen::MatrixXd root_;      ///< of the covariance of the shares
+  Eigen::VectorXd elastic_, next_;  ///< u, 2 M
+  Eigen::MatrixXd follows_;         ///< h of each term, 2 M x terms
   std::int64_t time_ns_ = 0;
-  Id zero_{};
-  bool hasBegun_ = false;
+  std::optional<Id> zero_;  ///< of the last frame
 };
 
 }  // namespace tractiond::solve

@@ -15,10 +15,6 @@ namespace {
 /// deviations of noise, all together, may look like a force.
 constexpr double kRemembered = 3.0, kSeen = 5.0;
 
-void addScaled(const WrenchCovariance& from, double factor, WrenchCovariance& to) {
-  for (std::size_t i = 0; i < to.size(); ++i) to[i] += factor * from[i];
-}
-
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 Vector6 wrenchOf(const Contact& contact) {
@@ -113,7 +109,7 @@ void FieldWriter::publishNothing(TractionField& field) {
   field.method = Method::kNoContact;
   field.noise = unseen_;
   const double seen = creep_.displacement_px() / (kSeen * used_.noise_px());
-  addScaled(unseen_, square(seen), field.systematic);
+  std::ranges::transform(unseen_, field.systematic.begin(), [&](double each) { return square(seen) * each; });
   if (seen > 1.0) field.flags |= kRecovering;
 }
 

@@ -1,5 +1,7 @@
 // What solving one frame costs: 1152 markers, 576 nodes, one thread. "Flushed" evicts the factors from the caches
 // before each frame, as a camera at 60 frames/s and the machine's other work do.
+#include "daemon/solve/creep_errors.h"
+#include "daemon/solve/creep_memory.h"
 #include "daemon/solve/factors_cache.h"
 #include "daemon/solve/model_solver.h"
 #include "tests/support/temporary_folder.h"
@@ -182,6 +184,23 @@ void prepareCold(benchmark::State& state) {
   state.counters["peak_MB"] = static_cast<double>(usage.ru_maxrss) / 1e3;
 }
 
+/// What three terms of creep add to a frame with one contact: taken off, and what errors of them do.
+void creep(benchmark::State& state) {
+  sensor::Sensor sensor;
+  for (const double time_s : {1.0, 10.0, 100.0}) {
+    sensor.creep.push_back({.share = 0.02, .time_s = time_s, .deviation = 0.002, .correlation = {}});
+  }
+  CreepMemory memory(sensor.creep, sensor.markerCount());
+  CreepErrors errors(sensor);
+  MarkerField field = pressed({}, 0, 1);
+  for (auto _ : state) {
+    field.info.times.captured_ns += 16'666'667;
+    memory.advance(field);
+    errors.take(field);
+    benchmark::DoNotOptimize(errors.about({0.0, 0.0, 0.0}));
+  }
+}
+
 void prepareWarm(benchmark::State& state) {
   const test::TemporaryFolder directory;
   benchmark::DoNotOptimize(loadOrComputeFactors(kSensor, theAtoms(), SolveOptions{}, directory.path()));
@@ -229,6 +248,7 @@ BENCHMARK_ANSWER(palm, kPalm, 0);
 BENCHMARK_ANSWER(fullFaceMissingMarkers, kFullFace, kTenth);
 BENCHMARK_ANSWER(noLoad, kNoLoad, 0);
 BENCHMARK(solveChanging)->Arg(1)->Arg(115)->Arg(288)->Unit(benchmark::kMillisecond);
+BENCHMARK(creep)->Unit(benchmark::kMillisecond);
 BENCHMARK(prepareWarm)->Unit(benchmark::kMillisecond)->Iterations(10)->UseRealTime();
 
 }  // namespace

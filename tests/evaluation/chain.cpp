@@ -254,7 +254,7 @@ void run(const Options& options) {
   markers.resize(sensor.markerCount());
   field.resize(sensor.markerCount(), sensor.nodes.count());
   TractionField learnt = field;
-  solve::CreepMemory creep(job.time_s.empty() ? std::vector<sensor::CreepTerm>{} : sensor.creep, sensor.markerCount());
+  solve::CreepMemory creep(sensor.creep, sensor.markerCount());
 
   // As the daemon does at a zero; here only at the first one, as others show the same gel.
   bool followsRest = solve::followsRest(sensor);
