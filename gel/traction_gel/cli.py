@@ -6,7 +6,6 @@ import sys
 from . import command_line
 from .problem import Problem
 
-VERSION = "0.1.0"
 DATA_ERROR, NO_INPUT, CANNOT_CREATE, INTERRUPTED = 65, 66, 73, 130
 
 
@@ -41,9 +40,9 @@ def mesh(options, say):
     say(f"estimated error {result.error_percent:.2f} % of the peak; wrote {', '.join(map(str, written))}", False)
 
 
-def main(arguments=None):
+def main(version, arguments=None):
     """Returns the exit code."""
-    options = command_line.parse(arguments, VERSION)
+    options = command_line.parse(arguments, version)
     say = Reporter()
     try:
         mesh(options, say)

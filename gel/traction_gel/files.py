@@ -29,8 +29,8 @@ def read(path):
     try:
         with open(path, "rb") as file:
             task = tomllib.load(file)
-    except FileNotFoundError:
-        raise Problem(f"{path} does not exist") from None
+    except OSError as error:
+        raise Problem(f"{path} cannot be read: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise Problem(f"{path} is no TOML: {error}") from None
     if task.get("format") != 1:

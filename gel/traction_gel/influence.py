@@ -77,7 +77,7 @@ def _refined(body, task, markers, points, weights, say):
     fine = np.concatenate([points, markers])
     depth = scipy.spatial.cKDTree(points).query(markers)[0]
     size, before = max(depth.min(), 0.2 * np.median(depth)), None
-    sampled = np.unique(np.linspace(0, len(weights) - 1, SAMPLED).astype(int))
+    sampled = np.unique(np.linspace(0, weights.shape[0] - 1, SAMPLED).astype(int))
     few = markers[_nearest(markers, points, weights[sampled])]
     while True:
         mesh = body.elements(size, fine)

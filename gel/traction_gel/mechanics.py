@@ -110,7 +110,6 @@ class Gel:
         \\param weights N x P, sparse: how the force of a node is spread over the points; a row's sum is 1
         \\param progress is called with the part that is done, 0 to 1
         """
-        weights = scipy.sparse.csr_matrix(weights)
         mean = self.at(points, weights)[:, self.moving]
         count, nodes = len(markers), weights.shape[0]
         rest = np.empty((3 * nodes, 3 * count))

@@ -3,6 +3,7 @@
 import collections
 
 import numpy as np
+import scipy.sparse
 
 from .problem import Problem
 
@@ -92,7 +93,8 @@ class Surface:
         one. Returns points and normals into the gel, each P x 3. \param name names a point by its number"""
         distance, turn = np.hypot(*plane.T), np.arctan2(plane[:, 1], plane[:, 0]) % (2 * np.pi) / (2 * np.pi) * RAYS
         ray, part = np.divmod(turn, 1)
-        rays = [self.profile(2 * np.pi * k / RAYS, depth, distance.max()) for k in range(RAYS)]
+        used = np.unique(np.concatenate([ray, ray + 1]).astype(int) % RAYS)
+        rays = {k: self.profile(2 * np.pi * k / RAYS, depth, distance.max()) for k in used}
         found = np.zeros((len(plane), 6))
         for number, (at, k) in enumerate(zip(distance, ray.astype(int))):
             for (along, values), share in ((rays[k % RAYS], 1 - part[number]), (rays[(k + 1) % RAYS], part[number])):
@@ -105,11 +107,11 @@ class Surface:
         return found[:, :3], found[:, 3:] / np.linalg.norm(found[:, 3:], axis=1, keepdims=True)
 
 
-def grid(table, shift=(0.0, 0.0)):
+def grid(table):
     """x, y of a grid's points: index row * columns + column, column along +x, row along +y."""
     columns, rows, pitch = table["columns"], table["rows"], table["pitch_mm"]
     x, y = np.meshgrid(np.arange(columns) - (columns - 1) / 2, np.arange(rows) - (rows - 1) / 2)
-    return pitch * np.column_stack([x.ravel(), y.ravel()]) + np.asarray(table.get("centre_mm", shift), float)
+    return pitch * np.column_stack([x.ravel(), y.ravel()]) + np.asarray(table.get("centre_mm", (0, 0)), float)
 
 
 def nodes(surface, table):
@@ -128,7 +130,7 @@ def nodes(surface, table):
     points = points.reshape(len(centres), len(each), 3)
     positions, samples, corners = points[:, 0], points[:, 1:-4], points[:, -4:]
     areas = np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1) / 2
-    weights = np.kron(np.eye(len(centres)), np.full((1, len(inside)), 1 / len(inside)))
+    weights = scipy.sparse.kron(scipy.sparse.eye(len(centres)), np.full((1, len(inside)), 1 / len(inside)), "csr")
     return positions, inward[:: len(each)], areas, samples.reshape(-1, 3), weights
 
 
