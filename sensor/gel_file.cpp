@@ -233,7 +233,7 @@ std::string list(const Vector& values, double perUnit = 1.0) {
   return text + "]";
 }
 
-/// Reads all tables. \param body true: an influence file supplies the mechanics and the positions of markers and nodes
+/// Reads all tables but those of creep. \param body true: an influence file supplies the mechanics and the positions of markers and nodes
 Sensor readSensor(TomlTable& root, bool body) {
   Sensor sensor;
   if (auto table = root.table("gel")) readMaterial(*table, body, sensor.gel);
@@ -257,7 +257,6 @@ Sensor readSensor(TomlTable& root, bool body) {
   check(sensor.camera, sensor.gel, root, "camera", camera ? &*camera : nullptr);
   if (auto table = root.table("uncertainty")) readUncertainty(*table, body, sensor.uncertainty);
   if (auto table = root.table("picture_motion")) readPictureMotion(*table, sensor.pictureMotion);
-  sensor.creep = readCreep(root.tables("creep"));
   if (auto table = root.table("calibration")) sensor.calibration = readCalibration(*table);
   return sensor;
 }
@@ -280,6 +279,7 @@ tl::expected<Sensor, FileError> read(tl::expected<TomlTable, FileError> root, co
     ownStiffness = table->has("youngs_modulus_pa");
   }
   Sensor sensor = readSensor(*root, !influenceFile.empty());
+  sensor.creep = readCreep(root->tables("creep"));
   if (auto done = root->finish(); !done) return tl::unexpected(done.error());
   if (influenceFile.empty()) return sensor;
   auto body = loadBody(influence.empty() ? std::filesystem::path(name).parent_path() / influenceFile

@@ -27,9 +27,9 @@ tl::expected<Sensor, FileError> parseGel(std::string_view text, const std::strin
 /// cannot be read.
 tl::expected<Sensor, FileError> loadGel(const std::string& path);
 
-/// Reads the tables of a gel that are part of a larger file: without a version and an influence file. Faults are kept
-/// in `root` until its finish(): if that fails, the returned sensor must not be used. Other keys of `root` are left for
-/// the caller to read.
+/// Reads the tables of a gel that are part of a larger file: without a version, an influence file and what is
+/// known of its creep. Faults are kept in `root` until its finish(): if that fails, the returned sensor must not be
+/// used. Other keys of `root` are left for the caller to read.
 Sensor readGel(TomlTable& root);
 
 /// Returns the text of a gel file that parseGel() reads. Numbers have 15 digits. Of a body it holds the absolute path

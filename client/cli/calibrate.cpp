@@ -28,11 +28,12 @@ namespace {
 constexpr double kGramForce = 9.80665e-3;  // [N]
 
 struct CalibrateOptions {
-  std::vector<std::string> steps;  ///< of geometry, noise, weights, finish; empty: all
+  std::vector<std::string> steps;  ///< of geometry, noise, creep, weights, finish; empty: all but creep
   std::vector<double> weights_N;   ///< in the order in which they are put on [N]; not empty if the step weights runs
   /// Longest wait for each weight; duration of the noise step, if the step weights does not run. 0: the daemon's
   /// default
   double seconds = 0.0;
+  double hold_s = 60.0;   ///< for which a load stays in the step creep
   std::string name;       ///< name of the gel, for the file: 1 to 24 of A-Z a-z 0-9 _ -; empty: gel
   bool keepZero = false;  ///< true: geometry uses the zero in force; false: takes a new one
   bool anyway = false;    ///< true: proceeds even if something seems to touch the gel
@@ -40,7 +41,7 @@ struct CalibrateOptions {
   bool json = false;
 };
 
-/// Runs the steps, always in the order geometry, noise, weights, finish, and prints instructions and reports on
+/// Runs the steps, always in the order geometry, noise, creep, weights, finish, and prints instructions and reports on
 /// standard output, with `json` only the reports, one line of JSON each. The step weights reads each weight, and then
 /// estimates the stiffness. Waits for Enter after each instruction if standard input is a terminal and `options.yes` is
 /// false; the instruction is then printed with `json` as well, on standard error. Blocks until they are done; a step
@@ -58,6 +59,7 @@ class Guide {
     control_.description();  // fails if no daemon answers, before the operator is asked to do anything
     if (wants("geometry")) geometry();
     if (wants("noise")) noise();
+    if (!options_.steps.empty() && wants("creep")) creep();
     if (wants("weights")) weights();
     if (wants("finish")) finish();
   }
@@ -80,6 +82,12 @@ class Guide {
     if (options_.json) std::fprintf(stderr, "%s; then press Enter.\n", sentence.c_str());
     for (int c = std::getchar(); c != '\n' && c != EOF; c = std::getchar()) {
     }
+  }
+
+  /// Tells what is to be done while the next step runs.
+  void announce(const std::string& sentence) const {
+    say(sentence);
+    if (options_.json && asks_) std::fprintf(stderr, "%s\n", sentence.c_str());
   }
 
   void report(const std::string& step, const CalibrationReport& report) const {
@@ -117,6 +125,20 @@ class Guide {
     if (!wants("weights")) step.seconds = options_.seconds;  // else it is the patience for the weights
     step.anyway = options_.anyway;
     report("noise", control_.calibrate(step));
+  }
+
+  void creep() const {
+    instruct("Creep: leave the gel untouched until it has recovered from earlier loads");
+    CalibrationStep step;
+    step.kind = CalibrationStep::Kind::kCreep;
+    step.seconds = options_.hold_s;
+    char time[40];
+    std::snprintf(time, sizeof time, "%g s", options_.hold_s);
+    announce(std::string("  put a weight on the gel in two seconds or more, quickly, and let it stand for ") + time);
+    report("creep", control_.calibrate(step));
+    announce(std::string("  take it away now, quickly, and leave the gel untouched for ") + time);
+    step.kind = CalibrationStep::Kind::kRecovery;
+    report("recovery", control_.calibrate(step));
   }
 
   void weights() const {
@@ -204,8 +226,9 @@ void addCalibrate(Commands& commands) {
                    [options](const Target& target) { return run(*options, target.control()); });
   CalibrateOptions& steps = options->steps;
   command
-      .add_option("steps", steps.steps, "steps, of geometry, noise, weights, finish; without them: all, in this order")
-      ->check(CLI::IsMember({"geometry", "noise", "weights", "finish"}));
+      .add_option("steps", steps.steps,
+                  "steps, of geometry, noise, creep, weights, finish; without them: all but creep, in this order")
+      ->check(CLI::IsMember({"geometry", "noise", "creep", "weights", "finish"}));
   command
       .add_option("--weights", options->weights, "weights, in the order in which they are put on: 100gf,200gf,500gf")
       ->type_name("LIST");
@@ -214,6 +237,11 @@ void addCalibrate(Commands& commands) {
                   "longest wait for each weight; without the step weights, duration of the noise step")
       ->type_name("SECONDS")
       ->check(manual::number(1e-9, 3600.0, "a time above 0 s and of at most 3600 s, as in 30"));
+  command
+      .add_option("--hold", steps.hold_s,
+                  "time for which a weight stays in the step creep, and the gel recovers; by default 60")
+      ->type_name("SECONDS")
+      ->check(manual::number(10.0, 3600.0, "a time of 10 to 3600 s, as in 60"));
   command.add_option("--name", steps.name, "name of the gel; the name of the file begins with it")
       ->type_name("NAME")
       ->check([](const std::string& text) {

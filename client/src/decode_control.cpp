@@ -100,6 +100,12 @@ std::string encodeCalibration(const CalibrationStep& step) {
   case CalibrationStep::Kind::kFinish:
     request.mutable_finish()->set_name(step.name);
     break;
+  case CalibrationStep::Kind::kCreep:
+    request.mutable_creep()->set_duration_s(step.seconds);
+    break;
+  case CalibrationStep::Kind::kRecovery:
+    request.mutable_recovery();
+    break;
   }
   return message.SerializeAsString();
 }

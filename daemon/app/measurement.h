@@ -9,8 +9,8 @@
 #include "daemon/control/gel_watch.h"
 #include "daemon/control/procedures.h"
 #include "daemon/record/recorder.h"
-#include "daemon/solve/creep_memory.h"
 #include "daemon/solve/field_solver.h"
+#include "daemon/track/creep_memory.h"
 #include "daemon/track/tracker.h"
 #include "sensor/sensor.h"
 
@@ -90,7 +90,7 @@ class Measurement : public Processing, private control::ProcedureHost {
   std::optional<RestPose> restored_, earlier_;  // written before the control thread meets the camera, read after
   bool isRestoredWritten_ = true;               // false: a loss of power may undo restored_; accessed as restored_
   std::unique_ptr<track::Tracker> tracker_;
-  solve::CreepMemory creep_;                  // used by the tracking thread alone
+  track::CreepMemory creep_;                  // used by the tracking thread alone
   PlacedSolver solver_;                       // used by the solving thread alone once it runs
   std::optional<PromptSolver> promptSolver_;  // none: the pictures come from a file
   Id places_{};  // the zero of the solver for the next frame; used by the tracking thread alone

@@ -11,7 +11,7 @@
 #include "daemon/record/recorder.h"
 #include "daemon/record/replay_solver.h"
 #include "daemon/records/field_gaps.h"
-#include "daemon/solve/creep_memory.h"
+#include "daemon/track/creep_memory.h"
 #include "daemon/solve/make_solver.h"
 #include "daemon/track/nominal.h"
 #include "daemon/track/rest_pose.h"
@@ -99,7 +99,7 @@ class Replay {
   std::vector<PlacedSolver> atRest_;           ///< for those in the zeros, from the one in use on
   Mailbox<traction::v1::MarkerStatus> markerStatus_;
   std::optional<control::GelWatch> gelWatch_;
-  std::optional<solve::CreepMemory> creep_;
+  std::optional<track::CreepMemory> creep_;
 
   publish::TrackedFrame frame_;
   MarkerField markers_;

@@ -21,11 +21,13 @@ namespace {
 namespace fs = std::filesystem;
 using Kind = CalibrationStep::Kind;
 
-constexpr double kLongest_s = 3600.0;    // longest duration of a step
-constexpr double kLargest_N = 1e6;       // weight that a gel file can hold
-constexpr int kMostFiles = 100;          // gel files in the state directory: a client may request them without end
-constexpr double kFarFromTheFile = 3.0;  // deviations of the focal length that are worth a remark
+constexpr double kLongest_s = 3600.0;      // longest duration of a step
+constexpr double kShortestCreep_s = 10.0;  // a shorter one shows nothing but how the load was put on
+constexpr double kLargest_N = 1e6;         // weight that a gel file can hold
+constexpr int kMostFiles = 100;            // gel files in the state directory: a client may request them without end
+constexpr double kFarFromTheFile = 3.0;    // deviations of the focal length that are worth a remark
 constexpr double kBadResidual_px = 0.3;
+constexpr double kBadCreep = 0.005;  // of the load's displacement: what the terms may leave
 constexpr double kCreeping = 0.005;  // growth of a load's displacement between the halves of its reading
 // A residual above both shows that the load is not a single round contact: relative to the noise, and in pixels, as
 // markers of a real gel do not move as exactly as the block that is computed.
@@ -97,7 +99,8 @@ sensor::Calibration& Calibration::made() {
 std::optional<Result> Calibration::begin(const CalibrationStep& step, const RestPose* zero, const std::string& camera,
                                          const fs::path& directory) {
   running_.reset();
-  if (inForce_.body && step.kind != Kind::kNoise && step.kind != Kind::kFinish) {
+  if (step.kind != Kind::kRecovery) creep_.reset();
+  if (inForce_.body && (step.kind == Kind::kGeometry || step.kind == Kind::kWeight || step.kind == Kind::kStiffness)) {
     return refused("geometry and weights are fitted to flat layers in a block alone: for a body with an influence file "
                    "set gel.youngs_modulus_pa so that the published force is that of a weight");
   }
@@ -114,26 +117,54 @@ std::optional<Result> Calibration::begin(const CalibrationStep& step, const Rest
     }
     if (!contactFit_) contactFit_ = std::make_unique<ContactFit>(inForce_, options_.progress);
     weighing_ = std::make_unique<Weighing>(zero->present.size());
+  } else if (step.kind == Kind::kCreep) {
+    const double held_s = step.seconds > 0.0 ? std::min(step.seconds, kLongest_s) : options_.creep_s;
+    if (held_s < kShortestCreep_s)
+      return refused(
+          fmt::format("a load must stay for {:.0f} s at least to show how the gel creeps", kShortestCreep_s));
+    creep_ = std::make_unique<CreepReading>(inForce_, held_s, options_.creep);
+  } else if (step.kind == Kind::kRecovery) {
+    if (!creep_ || !creep_->hasHeld())
+      return refused(
+          "there is no load whose end could be watched: it must have stayed for a step \"creep\" just before");
   } else {
     noise_ = std::make_unique<RestNoiseMeter>(candidate_, options_.noise);
   }
   running_ = step;
-  if (!(step.seconds > 0.0)) running_->seconds = step.kind == Kind::kNoise ? options_.noise_s : options_.patience_s;
-  running_->seconds = std::min(running_->seconds, kLongest_s);
+  if (creep_) {
+    running_->seconds = options_.creep.patience_s + creep_->held_s();
+  } else if (!(step.seconds > 0.0)) {
+    running_->seconds = step.kind == Kind::kNoise ? options_.noise_s : options_.patience_s;
+  }
+  running_->seconds = std::min(running_->seconds, kLongest_s + options_.creep.patience_s);
   begun_ns_ = 0;
   frames_ = unusable_ = 0;
   return std::nullopt;
 }
 
+void Calibration::drop() {
+  running_.reset();
+  creep_.reset();
+}
+
 std::optional<Result> Calibration::add(const MarkerField& field) {
-  if (!running_) return std::nullopt;
+  if (memory_) {
+    withMemory_ = field;
+    memory_->advance(withMemory_);
+  }
+  if (!running_) {
+    if (creep_ && (field.flags & kFewMarkers) == 0) creep(field);
+    return std::nullopt;
+  }
   if (begun_ns_ == 0) begun_ns_ = field.info.times.received_ns;
   ++frames_;
   std::optional<Result> result;
   if ((field.flags & kFewMarkers) != 0) {
     ++unusable_;
   } else {
-    result = running_->kind == Kind::kNoise ? noise(field) : weigh(field);
+    result = creep_                           ? creep(field)
+             : running_->kind == Kind::kNoise ? noise(field)
+                                              : weigh(memory_ ? withMemory_ : field);
   }
   if (!result) result = overdue(field);
   if (result) running_.reset();
@@ -237,6 +268,39 @@ std::optional<Result> Calibration::noise(const MarkerField& field) {
   if (found.overPromised > 1.2 || found.overPromised < 0.8) {
     report.remarks.push_back("the markers' noise is not what the tracker promises: zero again");
   }
+  return report;
+}
+
+std::optional<Result> Calibration::creep(const MarkerField& field) {
+  const auto found = creep_->add(field);
+  if (!found) return std::nullopt;
+  if (!*found) {
+    creep_.reset();
+    return refused(found->error());
+  }
+  const Creep& creep = **found;
+  const bool isHeld = creep.fit.now > 0.0;
+  if (!isHeld) creep_.reset();
+  candidate_.creep = creep.fit.terms;
+  made();
+  weights_.clear();  // they were read with other creep
+  heaviest_.reset();
+  const Eigen::VectorXd load_px = creep.fit.load * creep.pattern_px;
+  memory_ = std::make_unique<track::CreepMemory>(candidate_.creep, candidate_.markerCount());
+  memory_->resume(creep.zero, creep.time_ns, creep.fit.now * load_px, load_px * creep.fit.follows.transpose());
+
+  CalibrationReport report;
+  for (const sensor::CreepTerm& term : candidate_.creep)
+    report.figures.push_back({fmt::format("share_of_{:g}_s", term.time_s), term.share, term.deviation});
+  report.figures.push_back({"error", creep.fit.error, 0.0});
+  if (isHeld) report.remarks.push_back("how the gel recovers makes this more certain: take the load away");
+  if (creep.fit.error > kBadCreep) {
+    report.remarks.push_back(
+        fmt::format("the load's displacement differs by {:.1f} % from what any such creep explains: "
+                    "did it stand still, and was the temperature constant?",
+                    100.0 * creep.fit.error));
+  }
+  report.remarks.push_back("Young's modulus must be measured after this, without creep: read the weights");
   return report;
 }
 

@@ -3,11 +3,13 @@
 
 #include "base/error.h"
 #include "daemon/calibrate/contact_fit.h"
+#include "daemon/calibrate/creep_reading.h"
 #include "daemon/calibrate/geometry_fit.h"
 #include "daemon/calibrate/rest_noise.h"
 #include "daemon/calibrate/stiffness_fit.h"
 #include "daemon/calibrate/thickness_check.h"
 #include "daemon/records/calibration.h"
+#include "daemon/track/creep_memory.h"
 
 #include <tl/expected.hpp>
 
@@ -24,12 +26,14 @@ struct CalibrationOptions {
   double grace_s = 15;     ///< time beyond that, in which a step may collect enough frames
   double settle_s = 1.5;   ///< time for which a weight must have been still: most of a gel's creep is over then
   int weightFrames = 60;   ///< frames averaged after that
+  double creep_s = 60.0;   ///< for which a load stays and the gel recovers, unless the request states it
   double still_px = 0.02;  ///< largest smooth displacement that counts as still
   double other = 0.15;     ///< relative change of a load that makes it another weight
   sensor::elastic::Progress progress = {};  ///< called while the first weight and the first stiffness are computed
   GeometryOptions geometry = {};
   RestNoiseOptions noise = {};
   StiffnessOptions stiffness = {};
+  CreepReadingOptions creep = {};
 };
 
 using Result = tl::expected<CalibrationReport, std::string>;  ///< the error is a sentence for the operator
@@ -38,7 +42,8 @@ using Result = tl::expected<CalibrationReport, std::string>;  ///< the error is 
 /// zero comes into force, the caller must call drop(): neither is noticed here.
 ///
 /// Steps may be repeated and come in any order; each replaces its part of the sensor in force, and what was not
-/// measured stays as it is. The sensor in force itself does not change: the gel file applies from the next start.
+/// measured stays as it is. The sensor in force itself does not change: the gel file applies from the next start. But
+/// weights that are read after the gel's creep has been measured are read without what the gel remembers.
 /// Thread-bound.
 class Calibration {
  public:
@@ -47,14 +52,14 @@ class Calibration {
   ~Calibration();
 
   /// Carries out a step (kGeometry, kStiffness, kFinish) and returns its result, or begins one that looks at frames
-  /// (kNoise, kWeight) and returns nothing: its frames go to add(). Drops a step that runs. The first weight takes
-  /// seconds of work, the first stiffness twice as many, kFinish waits for the disk. The result is an error if there is
-  /// no zero (except for kStiffness and kFinish), nothing to evaluate or write, something seems to touch and `anyway`
-  /// is false, the fit fails or the weights contradict each other, a weight is not above 0 or above 1e6 N, the file
-  /// cannot be written, or the sensor has an influence file (except for kNoise and kFinish). A new geometry discards
-  /// the weights read before. \param zero in force; nullptr: none yet; need not outlive the call \param camera see
-  /// cameraId(); empty: kFinish fails \param directory for the gel file, which never replaces another; kFinish fails if
-  /// it holds 100 files "*.toml"
+  /// (kNoise, kWeight, kCreep, kRecovery) and returns nothing: its frames go to add(). Drops a step that runs. The
+  /// first weight takes seconds of work, the first stiffness twice as many, kFinish waits for the disk. The result is
+  /// an error if there is no zero (except for kStiffness and kFinish), nothing to evaluate or write, something seems to
+  /// touch and `anyway` is false, the fit fails or the weights contradict each other, a weight is not above 0 or above
+  /// 1e6 N, the file cannot be written, or the sensor has an influence file (but for kGeometry, kWeight and kStiffness
+  /// alone), or kRecovery does not follow kCreep. A new geometry or creep discards the weights read before. \param zero
+  /// in force; nullptr: none yet; need not outlive the call \param camera see cameraId(); empty: kFinish fails \param
+  /// directory for the gel file, which never replaces another; kFinish fails if it holds 100 files "*.toml"
   std::optional<Result> begin(const CalibrationStep& step, const RestPose* zero, const std::string& camera,
                               const std::filesystem::path& directory);
 
@@ -65,11 +70,12 @@ class Calibration {
   bool nextTakesLong() const;
 
   /// Ends the step that runs without a result; what earlier steps measured stays.
-  void drop() { running_.reset(); }
+  void drop();
 
-  /// Gives a frame to the step that runs. Returns its result when it ends, else nothing, also if no step runs. The
-  /// result is an error if something touches (kNoise), no new weight came to rest (kWeight), or frames came too slowly
-  /// or with too few markers. See nextTakesLong(). Frames with kFewMarkers only count for the time.
+  /// Gives a frame to the step that runs, and to what goes on between steps: the load of kCreep, and the gel's memory.
+  /// Returns its result when it ends, else nothing, also if no step runs. The result is an error if something touches
+  /// (kNoise), no new weight came to rest (kWeight), the load did not stay as it must (kCreep, kRecovery), or frames
+  /// came too slowly or with too few markers. See nextTakesLong(). Frames with kFewMarkers only count for the time.
   std::optional<Result> add(const MarkerField& field);
 
  private:
@@ -79,6 +85,7 @@ class Calibration {
   Result geometry(const RestPose& zero, bool anyway);
   std::optional<Result> noise(const MarkerField& field);
   std::optional<Result> weigh(const MarkerField& field);
+  std::optional<Result> creep(const MarkerField& field);
   std::optional<Result> overdue(const MarkerField& field) const;
   Result read();
   Result stiffness();
@@ -102,6 +109,9 @@ class Calibration {
   int frames_ = 0, unusable_ = 0;  ///< of the step; of these, without enough markers
   std::unique_ptr<RestNoiseMeter> noise_;
   std::unique_ptr<Weighing> weighing_;
+  std::unique_ptr<CreepReading> creep_;         ///< from kCreep until the end of kRecovery
+  std::unique_ptr<track::CreepMemory> memory_;  ///< of the creep measured here; null: that in force applies
+  MarkerField withMemory_;                      ///< the last frame, by that memory
 };
 
 /// Returns the hash of everything that the gel file states except the hash itself, and of the contents of its influence

@@ -5,6 +5,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <cmath>
+
 namespace tractiond::calibrate {
 namespace {
 
@@ -60,6 +62,21 @@ std::string touchIn(const sensor::Sensor& sensor, const RestPose& zero) {
   const Geometry found = fitGeometry(sensor, zero.position_px, zero.present, {});
   if (found.outcome != Geometry::Outcome::kConverged || !found.bulge.found()) return "";
   return touching(found.bulge) + " (markers that are damaged or printed off their places look the same)";
+}
+
+std::string recovering(const MarkerField& markers) {
+  const auto coordinates = std::ssize(markers.elastic_px);
+  if (coordinates == 0) return "";
+  const auto map = [coordinates](const std::vector<float>& values) {
+    return Eigen::Map<const Eigen::MatrixXf>(values.data(), coordinates, std::ssize(values) / coordinates);
+  };
+  // Of the valid markers alone: the others' displacements are 0, and so are these.
+  const Eigen::VectorXf squares = (map(markers.displacement_px) - map(markers.elastic_px)).rowwise().squaredNorm() +
+                                  map(markers.creepErrors_px).rowwise().squaredNorm();
+  const float largest_px = std::sqrt(squares.reshaped(2, coordinates / 2).colwise().sum().maxCoeff());
+  if (largest_px <= DriftOptions{}.allowance_px) return "";
+  return fmt::format("the gel still recovers from earlier loads, which displace markers by up to {:.2f} px",
+                     largest_px);
 }
 
 }  // namespace tractiond::calibrate

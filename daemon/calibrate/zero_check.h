@@ -23,6 +23,10 @@ std::string touchSince(const sensor::Sensor& sensor, const RestPose& before, con
 /// text if nothing does, if the fit fails, and for a body with an influence file.
 std::string touchIn(const sensor::Sensor& sensor, const RestPose& zero);
 
+/// Describes by how much the gel may still be displaced by earlier loads, if that is more than heat does; else, or if
+/// its creep is not known, empty.
+std::string recovering(const MarkerField& markers);
+
 /// Describes a bulge as a touch, with its place and size. The bulge must be found(): this function does not check it.
 std::string touching(const Bulge& bulge);
 

@@ -15,7 +15,7 @@ Procedures::Procedures(const ProcedureParts& parts, const ProcedureOptions& opti
     , options_(options)
     , driftWatch_(parts.sensor)
     , steps_(parts, options)
-    , zero_(parts, options, steps_) {
+    , zero_(parts, options, markers_, steps_) {
   MarkerField blank;
   blank.resize(parts.sensor.markerCount());
   parts_.markers.put(blank);  // allocates the memory, so that the tracking thread does not have to

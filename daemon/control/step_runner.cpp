@@ -43,7 +43,7 @@ void StepRunner::drop(const std::string& reason) {
 }
 
 void StepRunner::add(const MarkerField& field) {
-  if (!isLooking()) return;
+  if (work_) return;
   if (calibration_.nextTakesLong()) return run([this, field] { return calibration_.add(field); });
   if (const auto result = calibration_.add(field)) answer(*result);
 }

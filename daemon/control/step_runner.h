@@ -28,8 +28,8 @@ class StepRunner {
   /// that ends without frames is answered as usual. Has no effect without a step. \param reason sentence for the client
   void drop(const std::string& reason);
 
-  /// Gives a frame to the step that looks at frames, if there is one; answers the step if it ends with that. A frame
-  /// that comes while work is under way is dropped.
+  /// Gives a frame to the calibration; answers the step if it ends with that. A frame that comes while work is under
+  /// way is dropped.
   void add(const MarkerField& field);
 
   /// Answers what has ended or takes too long, and begins the step that waits. Does not wait. Must be called in each

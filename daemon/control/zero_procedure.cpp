@@ -78,12 +78,15 @@ void ZeroProcedure::heedTaken() {
   // A zero that no operator has requested may itself have been taken under load.
   const std::string touch = zero_ && zero_->requested ? calibrate::touchSince(parts_.sensor, *zero_, taken_)
                                                       : calibrate::touchIn(parts_.sensor, taken_);
+  const std::string recovering = zero_ ? calibrate::recovering(newest_) : "";
   const std::string moved = zero_ ? calibrate::movedBetween(parts_.sensor, *zero_, taken_) : "";
   if (taken_.requested) taken_.requestedBy = request_.asker;
   if (zero_ && !touch.empty() && !request_.anyway)
     return refuseTaken(touch + "; remove it and try again, or use: tractionctl zero --anyway");
+  if (!recovering.empty() && !request_.anyway)
+    return refuseTaken(recovering + "; wait and try again, or use: tractionctl zero --anyway");
   const GelReport report = parts_.gel.compare(taken_);
-  const std::string doubt = both(report.doubt(), touch);
+  const std::string doubt = both(both(report.doubt(), touch), recovering);
   if (zero_) {
     // An earlier write may have held this one up.
     const std::int64_t until_ns = std::min(options_.clock(), taking->until_ns) + kKeptWithin_ns;

@@ -31,12 +31,15 @@ namespace tractiond::control {
 /// later. Thread-bound.
 class ZeroProcedure {
  public:
-  /// \param steps outlives this. A step that looks at frames is ended when the tracker has taken a zero that may come
-  /// into force, before the comparison, and before an undo takes effect; not for the restored zero, nor again when a
-  /// zero that was taken comes into force
-  ZeroProcedure(const ProcedureParts& parts, const ProcedureOptions& options, StepRunner& steps)
+  /// \param newest markers, in which the gel may recover from earlier loads; outlives this \param steps outlives this.
+  /// A step that looks at frames is ended when the tracker has taken a zero that may come into force, before the
+  /// comparison, and before an undo takes effect; not for the restored zero, nor again when a zero that was taken comes
+  /// into force
+  ZeroProcedure(const ProcedureParts& parts, const ProcedureOptions& options, const MarkerField& newest,
+                StepRunner& steps)
       : parts_(parts)
       , options_(options)
+      , newest_(newest)
       , writer_(options.clock, parts.host)
       , steps_(steps) {}
 
@@ -51,8 +54,8 @@ class ZeroProcedure {
   /// an earlier zero takes too long, and refuses an undo if a zero is being written or there is no previous one; else
   /// answers in a later turn(), rarely an undo within this call. The zero comes into force when it has been written to
   /// the disk; until then the previous one stays in force. A zero is refused if it cannot be written, or if something
-  /// seems to touch and `anyway` is false. The first zero comes into force at once, also if something seems to touch:
-  /// the answer then has a remark.
+  /// seems to touch, or the gel recovers, and `anyway` is false. The first zero comes into force at once, also if
+  /// something seems to touch: the answer then has a remark.
   void begin(const ZeroRequest& request);
 
   /// Answers the open request with this error and gives its zero up, unless the tracker has taken it already, or it is
@@ -117,6 +120,7 @@ class ZeroProcedure {
 
   const ProcedureParts parts_;
   const ProcedureOptions options_;
+  const MarkerField& newest_;
   ZeroWriter writer_;
   StepRunner& steps_;
   double rate_Hz_ = 0.0;

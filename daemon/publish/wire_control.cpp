@@ -26,7 +26,8 @@ bool isTime(double seconds) {
 }
 
 tl::expected<CalibrationStep, std::string> decodeStep(const pb::CalibrateRequest& request) {
-  if (!isTime(request.noise().duration_s()) || !isTime(request.weight().patience_s()))
+  if (!isTime(request.noise().duration_s()) || !isTime(request.weight().patience_s()) ||
+      !isTime(request.creep().duration_s()))
     return tl::unexpected<std::string>("a step of a calibration takes 0 (as long as is usual) to 3600 s");
   CalibrationStep step;
   switch (request.step_case()) {
@@ -53,6 +54,13 @@ tl::expected<CalibrationStep, std::string> decodeStep(const pb::CalibrateRequest
     step.name = request.finish().name();
     if (step.name.empty() || traction::isValidName(step.name)) return step;
     return tl::unexpected<std::string>("that is no name for a gel: 1 to 24 of A-Z, a-z, 0-9, _ and - are");
+  case pb::CalibrateRequest::kCreep:
+    step.kind = CalibrationStep::Kind::kCreep;
+    step.seconds = request.creep().duration_s();
+    return step;
+  case pb::CalibrateRequest::kRecovery:
+    step.kind = CalibrationStep::Kind::kRecovery;
+    return step;
   case pb::CalibrateRequest::STEP_NOT_SET:
     break;
   }

@@ -13,9 +13,13 @@ struct CalibrationStep {
     kWeight,     ///< waits until a known weight lies on the gel at rest, and reads it
     kStiffness,  ///< estimates Young's modulus from the weights read so far
     kFinish,     ///< writes the gel file
+    kCreep,      ///< waits for a load that stays, and measures how the gel creeps under it
+    kRecovery,   ///< waits until that load has gone, and measures the creep again with how the gel recovers
   };
   Kind kind = Kind::kGeometry;
-  double seconds = 0.0;   ///< kNoise: duration; kWeight: longest wait; 0: that of CalibrationOptions; at most 3600 s
+  /// kNoise: duration; kWeight: longest wait; kCreep: for which the load stays; 0: that of CalibrationOptions; at most
+  /// 3600 s
+  double seconds = 0.0;
   double weight_N = 0.0;  ///< kWeight: finite and above 0, else the step is refused
   bool first = false;     ///< kWeight: true discards the weights read before
   bool anyway = false;    ///< kGeometry, kNoise: true proceeds even if something seems to touch

@@ -64,7 +64,7 @@ struct MarkerField {
   Id places{};  ///< the zero for whose places of the markers the forces are to be solved; all zero: those of the gel
                 ///< file
 
-  // Of a gel whose creep is known (solve::CreepMemory); else empty.
+  // Of a gel whose creep is known (track::CreepMemory); else empty.
   std::vector<float> elastic_px;  ///< 2 M: displacements by the forces of this moment alone; where valid is 0: 0
   /// 2 M each: what errors of the terms of creep, each by a standard deviation, do to these.
   std::vector<float> creepErrors_px;

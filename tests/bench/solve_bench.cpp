@@ -1,9 +1,9 @@
 // What solving one frame costs: 1152 markers, 576 nodes, one thread. "Flushed" evicts the factors from the caches
 // before each frame, as a camera at 60 frames/s and the machine's other work do.
 #include "daemon/solve/creep_errors.h"
-#include "daemon/solve/creep_memory.h"
 #include "daemon/solve/factors_cache.h"
 #include "daemon/solve/model_solver.h"
+#include "daemon/track/creep_memory.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/solve/sensors.h"
 
@@ -184,13 +184,13 @@ void prepareCold(benchmark::State& state) {
   state.counters["peak_MB"] = static_cast<double>(usage.ru_maxrss) / 1e3;
 }
 
-/// What three terms of creep add to a frame with one contact: taken off, and what errors of them do.
+/// What five terms of creep add to a frame with one contact: taken off, and what errors of them do.
 void creep(benchmark::State& state) {
   sensor::Sensor sensor;
-  for (const double time_s : {1.0, 10.0, 100.0}) {
+  for (const double time_s : {1.0, 4.0, 15.0, 120.0, 1200.0}) {
     sensor.creep.push_back({.share = 0.02, .time_s = time_s, .deviation = 0.002, .correlation = {}});
   }
-  CreepMemory memory(sensor.creep, sensor.markerCount());
+  track::CreepMemory memory(sensor.creep, sensor.markerCount());
   CreepErrors errors(sensor);
   MarkerField field = pressed({}, 0, 1);
   for (auto _ : state) {

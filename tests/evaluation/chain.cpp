@@ -12,7 +12,7 @@
 // model of the frame before: whether it could be is in "answered", the figures are in answer_NAME.f64.
 #include "base/clock.h"
 #include "daemon/app/config_toml.h"
-#include "daemon/solve/creep_memory.h"
+#include "daemon/track/creep_memory.h"
 #include "daemon/solve/make_solver.h"
 #include "tests/evaluation/eye.h"
 #include "touch/partial_slip.h"
@@ -254,7 +254,7 @@ void run(const Options& options) {
   markers.resize(sensor.markerCount());
   field.resize(sensor.markerCount(), sensor.nodes.count());
   TractionField learnt = field;
-  solve::CreepMemory creep(sensor.creep, sensor.markerCount());
+  track::CreepMemory creep(sensor.creep, sensor.markerCount());
 
   // As the daemon does at a zero; here only at the first one, as others show the same gel.
   bool followsRest = solve::followsRest(sensor);

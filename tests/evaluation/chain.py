@@ -117,6 +117,23 @@ def run(displacement, gel=None, twin_gel=None, solve="", state=None, **given):
         return found
 
 
+def calibrate_creep(press, amounts, times_s, held_s, seed, pictures):
+    """The tables [[creep]] that the daemon's calibration writes, for a load that displaces the markers by these amounts
+    of a press (markers x 3 [m]) at these times."""
+    with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
+        job = pathlib.Path(name)
+        for file, values in (("displacement", press), ("amount", amounts), ("time", times_s)):
+            np.ascontiguousarray(values, float).tofile(job / f"{file}.f64")
+        (job / "gel").write_text(gel_text())
+        command = [BUILD / "bin/evaluation_calibrate", job, "--gel", job / "gel", "--twin-gel", job / "gel"]
+        command += ["--creep", held_s, "--seed", seed, *([] if pictures else ["--given", 0.03])]
+        result = subprocess.run(list(map(str, command)), capture_output=True, text=True)
+        if result.returncode:
+            raise RuntimeError(f"{' '.join(map(str, command))}: {result.stderr}")
+        (path,) = job.glob("gel-*.toml")
+        return "".join(path.read_text().partition("[[creep]]")[1:])
+
+
 def mechanics(gel, forces):
     """Displacements by the project's own block [m], loads x 1152 x 3. `forces`: rows of load, x, y, force."""
     with tempfile.TemporaryDirectory(prefix="evaluation-") as name:

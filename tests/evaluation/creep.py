@@ -13,7 +13,7 @@ from unseen import ALL_KNOWN
 RAMP_S, HELD_S = 0.1, 60.0  # a press comes and goes within RAMP_S
 LOAD_GF = 200.0
 PAPER = np.array([[0.02, 1.0], [0.03, 20.0]])  # share of the compliance, time [s]
-FILE_TIMES_S = np.array([0.3, 3.0, 30.0])  # at which a calibration finds shares
+FRAMES_HZ = 20  # of a calibration
 BURST_S = np.arange(10) / 60
 HELD = np.array([0.2, 0.5, 1, 2, 5, 10, 20, 40, 59.8])
 GONE = np.array([0.2, 0.5, 1, 2, 5, 10, 20, 40, 60])  # seconds after the release
@@ -41,27 +41,17 @@ def times():
     return np.unique(np.round(np.concatenate([[0], fast, slow, HELD_S + np.concatenate([[0], fast, slow]), burst]), 4))
 
 
-def calibrated(terms, generator, noise=0.0005):
-    """What a calibration would find by a minute of creep under a weight, with noise as a share of the displacement:
-    shares at FILE_TIMES_S, and their covariance."""
-    time_s = np.arange(1 / 60, 60, 1 / 60)
-    grown = -np.expm1(-time_s[:, None] / terms[:, 1]) @ terms[:, 0] + noise * generator.standard_normal(len(time_s))
-    columns = -np.expm1(-time_s[:, None] / FILE_TIMES_S)
-    # The noise of a drifting picture is not independent from frame to frame: a second is one reading.
-    weight = 1 / (60 * noise**2)
-    prior = np.eye(len(FILE_TIMES_S)) / 0.05**2
-    covariance = np.linalg.inv(weight * columns.T @ columns + prior)
-    return np.maximum(covariance @ columns.T @ grown * weight, 0), covariance
+def calibrated(terms, seed, pictures=False):
+    """A gel file with the creep that the daemon's calibration finds by a minute under this load, and another after it."""
+    time_s = np.arange(0, 2 * HELD_S + 4, 1 / FRAMES_HZ)
+    _, moved = displaced(terms, time_s - 2)
+    press = probe(np.array([[0, 0, LOAD_GF * GF]]))[0]
+    return chain.gel_text() + ALL_KNOWN + chain.calibrate_creep(press, moved, time_s, HELD_S - 2, seed, pictures)
 
 
-def gel_text(share, covariance, time_s):
-    deviation = np.sqrt(np.diag(covariance))
-    correlation = covariance / np.outer(deviation, deviation)
+def uncalibrated(deviation, times_s):
     text = chain.gel_text() + ALL_KNOWN
-    for i, tau in enumerate(time_s):
-        text += f"[[creep]]\nshare = {share[i]}\ntime_s = {tau}\ndeviation = {deviation[i]}\n"
-        text += f"correlation = {[float(each) for each in correlation[i, :i]]}\n" if i else ""
-    return text
+    return text + "".join(f"[[creep]]\nshare = 0\ntime_s = {tau}\ndeviation = {deviation}\n" for tau in times_s)
 
 
 class Read:
@@ -100,13 +90,13 @@ def creep(report, quick):
         "Creep",
         f"""
         A press of {LOAD_GF:g} gf that stays for {HELD_S:g} s and is taken away. The gel's compliance grows by 2 % with
-        a time of 1 s and by 3 % with one of 20 s. Without `[[creep]]` in the gel file nothing is corrected; with it,
-        what a calibration by a minute under a weight would find at its own three times is. Then gels with hidden
+        a time of 1 s and by 3 % with one of 20 s. Without `[[creep]]` in the gel file nothing is corrected; with
+        it, what `tractionctl calibrate creep` finds by a minute under the load and one of recovery is. Then gels with hidden
         numbers (two terms of 0 to 3 %, times of 0.5 to 5 and 5 to 40 s), each with its own calibration, or with none but wide
         deviations (no share, +- 2 % at 1, 10 and 100 s).""",
     )
     generator = np.random.default_rng(report.seed)
-    known = gel_text(*calibrated(PAPER, generator), FILE_TIMES_S)
+    known = calibrated(PAPER, report.seed % 10**6, report.pictures)
     unaware = Read(PAPER, None, 1, report.pictures)
     aware = Read(PAPER, known, 1, report.pictures)
     report.table(
@@ -148,14 +138,14 @@ def creep(report, quick):
     report.row("    contacts listed from half a second after release on", f"{listed}", "–", "0", 0, listed, name="creep, contacts")
 
     gels = 6 if quick else 20
-    wide = gel_text(np.zeros(3), np.diag(np.full(3, 0.02**2)), [1.0, 10.0, 100.0])
+    wide = uncalibrated(0.02, [1.0, 10.0, 100.0])
     for name, text in (("calibrated", None), ("not calibrated", wide)):
         jobs = []
         for number in range(gels):
             terms = drawn(generator)
-            jobs.append((terms, text or gel_text(*calibrated(terms, generator), FILE_TIMES_S), report.seed % 10**6 + number))
+            jobs.append((terms, report.seed % 10**6 + number))
         with ThreadPoolExecutor(2) as pool:
-            read = list(pool.map(lambda job: Read(*job), jobs))
+            read = list(pool.map(lambda job: Read(job[0], text or calibrated(*job), job[1]), jobs))
         held = [each.at("covered", HELD) for each in read]
         gone = [each.at("covered", after) for each in read]
         listed = [each.at("contacts", after[2:]) > 0 for each in read]

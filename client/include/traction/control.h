@@ -53,10 +53,13 @@ struct CalibrationStep {
     kWeight,     ///< waits until a known weight lies on the gel at rest, and reads it
     kStiffness,  ///< estimates Young's modulus from the weights read so far; refused if they contradict each other
     kFinish,     ///< writes the gel file
+    kCreep,      ///< waits for a load that stays, and measures how the gel creeps under it
+    kRecovery,   ///< waits until that load has gone, and measures the creep again with how the gel recovers
   };
   Kind kind = Kind::kGeometry;
-  /// [s] For kNoise: duration of the measurement. For kWeight: longest wait for the weight. 0: the daemon's default.
-  /// Refused unless it is from 0 to 3600.
+  /// [s] For kNoise: duration of the measurement. For kWeight: longest wait for the weight. For kCreep: how long the
+  /// load stays; for kRecovery: the same, for the time of the answer alone. 0: the daemon's default. Refused unless it
+  /// is from 0 to 3600.
   double seconds = 0.0;
   double weight_N = 0.0;  ///< for kWeight [N]
   bool first = false;     ///< for kWeight: true discards the weights read before
@@ -86,9 +89,9 @@ struct Snapshot {
   /// Camera pixels per pixel of this picture, in each direction: it has the means of such blocks. Above 1 only where
   /// the picture would exceed 16 MiB.
   std::uint32_t reduced = 1;
-  std::vector<std::uint8_t> levels;     ///< height x width x channels, row by row
-  std::string pixelFormat;              ///< pixel format that the camera sent
-  std::uint64_t frameNumber = 0;        ///< Header::frameNumber of the frame
+  std::vector<std::uint8_t> levels;  ///< height x width x channels, row by row
+  std::string pixelFormat;           ///< pixel format that the camera sent
+  std::uint64_t frameNumber = 0;     ///< Header::frameNumber of the frame
   /// When the frame came from the camera driver: CLOCK_REALTIME of the daemon's host [ns since 1970].
   std::int64_t receivedReal_ns = 0;
   std::vector<Marker> markers;  ///< empty without a gel file, as `spots` are

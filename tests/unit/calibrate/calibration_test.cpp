@@ -3,6 +3,7 @@
 #include "sensor/gel_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/calibrate/markers.h"
+#include "twin/creep.h"
 
 #include <gtest/gtest.h>
 
@@ -243,6 +244,77 @@ TEST(BodyCalibration, OnlyTheNoiseIsMeasuredAndTheHashIsOfItsContent) {
   body.influence(1, 2) = 1e-9;
   sensor.body = std::make_shared<const sensor::Body>(body);
   EXPECT_NE(calibrationHash(sensor), hash);
+}
+
+/// A gel that yields by 2 % within seconds and by 3 % within ten, under a load that comes and goes.
+class CreepingGel : public CalibrationTest {
+ protected:
+  std::optional<Result> under(double press_px, double seconds) {
+    for (int i = 0; i < seconds * kRate_Hz; ++i) {
+      time_s_ += 1.0 / kRate_Hz;
+      creep_.advance(time_s_, sensor::Points::Constant(3, 1, press_px));
+      if (auto result = calibration_.add(frames_.next(press_px + creep_.now()(0, 0)))) return result;
+    }
+    return std::nullopt;
+  }
+
+  std::optional<Result> begin(Kind kind, double seconds = 0.0) {
+    CalibrationStep step;
+    step.kind = kind;
+    step.seconds = seconds;
+    return CalibrationTest::begin(step);
+  }
+
+  static std::string refusal(const std::optional<Result>& result) {
+    return result && !*result ? result->error() : "nothing was refused";
+  }
+
+  twin::Creep creep_{{{.share = 0.02, .time = 1.0}, {.share = 0.03, .time = 10.0}}, 1};
+  double time_s_ = 0.0;
+};
+
+double figure(const Result& result, const std::string& name) {
+  const auto& figures = result->figures;
+  return std::ranges::find(figures, name, &CalibrationReport::Figure::name)->value;
+}
+
+TEST_F(CreepingGel, ReadsWeightsAsHeavyAtOnceAsLaterOnceItsCreepIsMeasured) {
+  EXPECT_FALSE(begin(Kind::kCreep, 20.0));
+  EXPECT_FALSE(under(0.0, 2.0));
+  const auto held = under(1.0, 21.0);
+  ASSERT_TRUE(held && *held) << refusal(held);
+  EXPECT_FALSE(under(1.0, 0.5));  // until the next request comes
+  EXPECT_FALSE(begin(Kind::kRecovery));
+  EXPECT_FALSE(under(1.0, 2.0));
+  const auto recovered = under(0.0, 21.0);
+  ASSERT_TRUE(recovered && *recovered) << refusal(recovered);
+  EXPECT_LT(figure(*recovered, "error"), 2e-3);
+
+  EXPECT_FALSE(CalibrationTest::begin(weight(1.0)));
+  const auto atOnce = under(1.0, 5.0);
+  ASSERT_TRUE(atOnce && *atOnce) << refusal(atOnce);
+  EXPECT_FALSE(under(1.5, 20.0));
+  EXPECT_FALSE(CalibrationTest::begin(weight(1.5)));
+  const auto later = under(1.5, 5.0);
+  ASSERT_TRUE(later && *later) << refusal(later);
+  EXPECT_NEAR(figure(*later, "reading_gf") / figure(*atOnce, "reading_gf"), 1.5, 0.005 * 1.5);
+
+  const auto written = begin(Kind::kFinish);
+  ASSERT_TRUE(written && *written) << refusal(written);
+  EXPECT_EQ(sensor::loadGel((*written)->path)->creep.size(), 5U);
+}
+
+TEST_F(CreepingGel, ALoadThatLeavesTooEarlyOrNeverCameIsRefused) {
+  EXPECT_FALSE(begin(Kind::kCreep, 20.0));
+  EXPECT_FALSE(under(0.0, 2.0));
+  EXPECT_FALSE(under(1.0, 12.0));
+  EXPECT_EQ(refusal(under(0.0, 1.0)), "the load left after 12 s; it must stay for 20 s");
+  EXPECT_EQ(refusal(begin(Kind::kRecovery)),
+            "there is no load whose end could be watched: it must have stayed for a step \"creep\" just before");
+  EXPECT_FALSE(begin(Kind::kCreep, 20.0));
+  EXPECT_EQ(refusal(under(0.0, 70.0)), "no load was put on the gel");
+  EXPECT_FALSE(begin(Kind::kCreep, 20.0));
+  EXPECT_TRUE(refusal(under(1.0, 1.0)).starts_with("something touches the gel already"));
 }
 
 TEST_F(CalibrationTest, NoiseUnderATouchIsRefused) {

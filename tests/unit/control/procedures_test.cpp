@@ -154,6 +154,34 @@ RestPose pressed(const ProceduresBench& bench, std::uint8_t id, float peak_px) {
   return pose;
 }
 
+TEST(Procedures, AZeroWhileTheGelRecoversIsRefusedUnlessItIsWantedAnyway) {
+  ProceduresBench bench;
+  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
+  const auto zero = [&](float remembered_px, bool anyway) {
+    MarkerField field;
+    field.resize(bench.sensor.markerCount());
+    std::ranges::fill(field.valid, std::uint8_t{1});
+    field.elastic_px.resize(field.displacement_px.size());
+    field.creepErrors_px.resize(field.displacement_px.size());
+    field.displacement_px[700] = remembered_px;
+    bench.markers.put(field);
+    bench.turn();
+    bench.procedures.zero().begin({.anyway = anyway, .asker = "10.0.0.7"});
+    bench.tracker.finish(bench.pose(2, true));
+    bench.turn();
+    return bench.zeroAnswers.back();
+  };
+  ASSERT_FALSE(zero(0.05F, false));
+  EXPECT_NE(
+      bench.zeroAnswers.back().error().find("recovers from earlier loads, which displace markers by up to 0.05 px"),
+      std::string::npos);
+  EXPECT_EQ(bench.tracker.adopted->id[0], 1);
+  ASSERT_TRUE(zero(0.05F, true));
+  EXPECT_NE(bench.remark.find("recovers from earlier loads"), std::string::npos);
+  ASSERT_TRUE(zero(0.01F, false));
+  EXPECT_EQ(bench.remark, "");
+}
+
 TEST(Procedures, AZeroInWhichSomethingTouchesIsRefusedUnlessItIsWantedAnyway) {
   ProceduresBench bench;
   bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));

@@ -57,6 +57,8 @@ TEST(WireControl, StepsOfACalibrationAreTold) {
     EXPECT_FALSE(decoded()) << seconds;
     request.mutable_calibrate()->mutable_weight()->set_patience_s(seconds);
     EXPECT_FALSE(decoded()) << seconds;
+    request.mutable_calibrate()->mutable_creep()->set_duration_s(seconds);
+    EXPECT_FALSE(decoded()) << seconds;
   }
   request.mutable_calibrate()->mutable_weight()->set_patience_s(0.0);
   request.mutable_calibrate()->mutable_weight()->set_weight_n(0.5);
@@ -68,6 +70,13 @@ TEST(WireControl, StepsOfACalibrationAreTold) {
   request.mutable_calibrate()->mutable_stiffness();
   EXPECT_EQ(decoded().value(), Request::kCalibrate);
   EXPECT_EQ(step.kind, Kind::kStiffness);
+  request.mutable_calibrate()->mutable_creep()->set_duration_s(120.0);
+  EXPECT_EQ(decoded().value(), Request::kCalibrate);
+  EXPECT_EQ(step.kind, Kind::kCreep);
+  EXPECT_EQ(step.seconds, 120.0);
+  request.mutable_calibrate()->mutable_recovery();
+  EXPECT_EQ(decoded().value(), Request::kCalibrate);
+  EXPECT_EQ(step.kind, Kind::kRecovery);
   request.mutable_calibrate()->mutable_finish()->set_name("left");
   EXPECT_EQ(decoded().value(), Request::kCalibrate);
   EXPECT_EQ(step.kind, Kind::kFinish);

@@ -60,6 +60,12 @@ TEST(Scenario, ResultantIsAboutTheOrigin) {
   EXPECT_TRUE(resultant.moment.isApprox(expected + Eigen::Vector3d(0, 0, 0.5)));
 }
 
+TEST(Scenario, OfAGelThatCreepsNobodyIsAskedHowWellThatIsKnown) {
+  const Scenario scenario = parsed("[[creep]]\nshare = 0.02\ntime_s = 3\n");
+  ASSERT_EQ(scenario.creep.size(), 1U);
+  EXPECT_EQ(scenario.creep[0].time, 3.0);
+}
+
 TEST(Scenario, AbsencesAreListedOrDrawn) {
   const Scenario scenario =
       parsed("[[missing]]\nfraction = 0.1\n[[missing]]\nmarkers = [3, 1151]\nfrom_s = 2\nto_s = 4\n");

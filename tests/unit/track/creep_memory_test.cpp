@@ -1,4 +1,4 @@
-#include "daemon/solve/creep_memory.h"
+#include "daemon/track/creep_memory.h"
 #include "twin/creep.h"
 
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-namespace tractiond::solve {
+namespace tractiond::track {
 namespace {
 
 const std::vector<sensor::CreepTerm> kTerms = {
@@ -103,4 +103,4 @@ TEST(CreepMemory, DoesNothingWhereTimeDoesNotAdvance) {
 }
 
 }  // namespace
-}  // namespace tractiond::solve
+}  // namespace tractiond::track

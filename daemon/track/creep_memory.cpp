@@ -1,11 +1,11 @@
-#include "daemon/solve/creep_memory.h"
+#include "daemon/track/creep_memory.h"
 
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
 
-namespace tractiond::solve {
+namespace tractiond::track {
 namespace {
 
 Eigen::MatrixXd rootOf(const Eigen::MatrixXd& covariance) {
@@ -80,4 +80,12 @@ void CreepMemory::advance(MarkerField& markers) {
   markers.creepError_px = errors.norm();
 }
 
-}  // namespace tractiond::solve
+void CreepMemory::resume(const Id& zero, std::int64_t time_ns, const Eigen::VectorXd& elastic_px,
+                         const Eigen::MatrixXd& follows_px) {
+  zero_ = zero;
+  time_ns_ = time_ns;
+  elastic_ = elastic_px;
+  follows_ = follows_px;
+}
+
+}  // namespace tractiond::track

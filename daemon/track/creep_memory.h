@@ -12,7 +12,7 @@
 #include <optional>
 #include <vector>
 
-namespace tractiond::solve {
+namespace tractiond::track {
 
 /// Thread-bound. Allocates only when made, and at its first frame.
 class CreepMemory {
@@ -27,6 +27,11 @@ class CreepMemory {
   /// taken over; another zero begins with a gel at rest.
   void advance(MarkerField& markers);
 
+  /// Continues from what is known otherwise, instead of a gel at rest. \param elastic_px u, 2 M \param follows_px h of
+  /// each term, 2 M x terms
+  void resume(const Id& zero, std::int64_t time_ns, const Eigen::VectorXd& elastic_px,
+              const Eigen::MatrixXd& follows_px);
+
  private:
   const Eigen::VectorXd shares_, times_s_;
   const Eigen::MatrixXd root_;      ///< of the covariance of the shares
@@ -36,4 +41,4 @@ class CreepMemory {
   std::optional<Id> zero_;  ///< of the last frame
 };
 
-}  // namespace tractiond::solve
+}  // namespace tractiond::track
