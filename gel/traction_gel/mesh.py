@@ -83,6 +83,17 @@ class Body:
             gmsh.write(path)
             return getfem.Mesh("import", "gmsh", path)
 
+    def with_bone_at(self, mesh, offset):
+        """Returns a copy of tetrahedra whose bonded surface is moved by `offset`; the free one stays where it is."""
+        moved = getfem.Mesh("clone", mesh)
+        points = mesh.pts().T
+        on = [np.unique(mesh.pid_in_regions(region)) for region in (FREE, BONDED)]
+        far = [scipy.spatial.cKDTree(points[each]).query(points)[0] for each in on]
+        part = far[0] / np.maximum(far[0] + far[1], 1e-9)
+        part[on[1]] = 1
+        moved.set_pts((points + part[:, None] * offset).T)
+        return moved
+
     def _mesh(self, dimension, size):
         self._build()
         low, high = self.box()

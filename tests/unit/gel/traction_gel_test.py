@@ -25,6 +25,7 @@ def fingertip(**tables):
     task["error_percent"] = 20
     task["layers"][0] |= {"columns": 5, "rows": 4, "pitch_mm": 1.5}
     task["nodes"] |= {"columns": 3, "rows": 4, "pitch_mm": 2}
+    task["deviations"] = {"bone_mm": [0, 0, 0]}
     return {name: table | tables.get(name, {}) if isinstance(table, dict) else tables.get(name, table)
             for name, table in task.items()}
 
@@ -225,6 +226,17 @@ class Fingertip(unittest.TestCase):
             shape = {"gel_file": "gel.stl", "bone_file": "bone.stl"}
             with self.subTest(said), self.assertRaisesRegex(Problem, said), mesh.Body(shape, self.folder):
                 pass
+
+    def test_an_error_of_the_bones_place_is_what_another_bone_does(self):
+        task = fingertip(error_percent=5, deviations={"bone_mm": [0, 0, 0.2]})
+        found = influence.compute(task, ".", quiet)
+        self.assertEqual(len(found.errors), 1)
+        # The middle of the hemisphere has a gel 0.2 mm thicker above its bone, as a hemisphere of 4.2 mm has it.
+        thicker = influence.compute(fingertip(error_percent=1, shape={"gel_mm": 4.2}), ".", quiet).influence
+        straight = influence.compute(fingertip(error_percent=1), ".", quiet).influence
+        middle = np.argsort(np.linalg.norm(found.nodes[:, :2], axis=1))[:2]
+        one, two = (field[:, :, middle, 2][:, 2] for field in (found.errors[0], thicker - straight))
+        np.testing.assert_allclose(one, two, atol=0.25 * abs(two).max())
 
     def test_ctrl_c_leaves_nothing(self):
         path = self.write(fingertip(error_percent=0.02))
