@@ -92,7 +92,8 @@ class Finger:
         who, level = np.nonzero(exists)
         x, y, z = flat[who].T
         outward = np.column_stack([x, y, np.minimum(z, 0)])
-        depth, part = planes[level], planes[level] / planes[-1]
+        depth = planes[level]
+        part = np.maximum(depth - (RADIUS - MARKERS), 0) / (MARKERS - BONE)  # markers stay where they are
         axis = np.column_stack([0 * z, 0 * z, RADIUS + LENGTH * np.maximum(z, 0)])
         self.positions = axis + (RADIUS - depth)[:, None] * outward + np.outer(part, bone)
         self.base = level == len(planes) - 1
