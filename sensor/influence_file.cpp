@@ -111,6 +111,25 @@ tl::expected<Eigen::MatrixXd, FileError> influence(const NumpyFile& file, std::s
       RowMajor::Map(array->values.data(), static_cast<Eigen::Index>(flat[0]), static_cast<Eigen::Index>(flat[1])));
 }
 
+/// Reads the changes of the influence; none if the file has no such array.
+tl::expected<std::vector<Eigen::MatrixXd>, FileError> influenceErrors(const NumpyFile& file, std::size_t markers,
+                                                                      std::size_t nodes) {
+  constexpr const char* kName = "influence_errors";
+  std::vector<Eigen::MatrixXd> errors;
+  if (!file.has(kName)) return errors;
+  const auto array = file.numbers(kName);
+  if (!array) return tl::unexpected(array.error());
+  const std::size_t count = array->shape.empty() ? 0 : array->shape.front();
+  const std::vector<std::size_t> expected = {count, markers, 3, nodes, 3};
+  if (array->shape != expected) return tl::unexpected(wrongShape(file, kName, *array, expected));
+  const auto rows = static_cast<Eigen::Index>(3 * markers), columns = static_cast<Eigen::Index>(3 * nodes);
+  for (std::size_t k = 0; k < count; ++k) {
+    errors.emplace_back(
+        RowMajor::Map(array->values.data() + static_cast<Eigen::Index>(k) * rows * columns, rows, columns));
+  }
+  return errors;
+}
+
 /// Returns the median over the nodes of E * distance * (displacement per force), for the marker nearest to each node;
 /// the displacement along the force is averaged over the three axes. It is about 1/3 under the surface of a half-space,
 /// less near a bonded face, and larger in a thin shell.
@@ -183,13 +202,16 @@ tl::expected<Body, FileError> loadBody(const std::string& path) {
   if (!surface) return tl::unexpected(surface.error());
   auto matrix = influence(*file, markerCount, nodeCount);
   if (!matrix) return tl::unexpected(matrix.error());
+  auto errors = influenceErrors(*file, markerCount, nodeCount);
+  if (!errors) return tl::unexpected(errors.error());
   Body body{.file = path,
             .youngsModulus = *modulus,
             .influence = *std::move(matrix),
             .nodes = *std::move(nodes),
             .normals = *std::move(inward),
             .areas = *std::move(surface),
-            .markers = *std::move(markers)};
+            .markers = *std::move(markers),
+            .errors = *std::move(errors)};
   if (auto sound = checkCompliance(*file, body); !sound) return tl::unexpected(sound.error());
   return body;
 }

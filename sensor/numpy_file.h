@@ -36,6 +36,9 @@ class NumpyFile {
   /// \param name keyword of savez(), without ".npy"
   tl::expected<NumpyArray, FileError> numbers(const std::string& name) const;
 
+  /// Returns whether there is an array of this name.
+  bool has(const std::string& name) const { return members_.contains(name); }
+
   /// Returns a string (NumPy's types U, little endian, and S) up to its first NUL. Fails (`isData`) if it is missing,
   /// not a single string, or not ASCII. \param name as in numbers()
   tl::expected<std::string, FileError> text(const std::string& name) const;

@@ -79,6 +79,9 @@ struct Body {
   Points normals;              ///< 3 x N, unit vectors into the body
   Eigen::VectorXd areas;       ///< N, surface area of each node [m^2]
   Points markers;              ///< 3 x M [m]
+  /// As `influence`: its change by one standard deviation of each quantity of the body that is not known exactly, such
+  /// as the position of a bone. The errors are independent.
+  std::vector<Eigen::MatrixXd> errors;
 };
 
 /// A sensor. The defaults are the paper's.

@@ -499,6 +499,7 @@ std::string calibrationHash(const sensor::Sensor& sensor) {
     };
     hasher.value(body.youngsModulus);
     add(body.influence);
+    for (const Eigen::MatrixXd& each : body.errors) add(each);
     add(body.nodes);
     add(body.normals);
     add(body.areas);

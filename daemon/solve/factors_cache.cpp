@@ -58,6 +58,7 @@ void addSensor(const sensor::Sensor& sensor, Hasher& hasher) {
   if (sensor.body) {
     hasher.value(sensor.body->youngsModulus);
     vector(sensor.body->influence);
+    for (const Eigen::MatrixXd& each : sensor.body->errors) vector(each);
     hasher.value(sensor.nodes.columns);
   }
   if (sensor.body || sensor.nodes.count() == 1) hasher.value(sensor.nodes.pitch);  // else told by the places

@@ -52,11 +52,13 @@ Strays ofNineNodes(const sensor::Sensor& sensor) {
   return loads;
 }
 
-Eigen::MatrixXd bodyColumns(const sensor::Sensor& sensor, const std::vector<int>& nodes) {
-  Eigen::MatrixXd columns(sensor.body->influence.rows(), 3 * static_cast<Eigen::Index>(nodes.size()));
+/// Returns the columns of some nodes of the body's influence, or of one of its errors, for the gel's own modulus.
+Eigen::MatrixXd bodyColumns(const sensor::Sensor& sensor, const Eigen::MatrixXd& influence,
+                            const std::vector<int>& nodes) {
+  Eigen::MatrixXd columns(influence.rows(), 3 * static_cast<Eigen::Index>(nodes.size()));
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     columns.middleCols<3>(3 * static_cast<Eigen::Index>(i)) =
-        sensor.body->influence.middleCols<3>(3 * static_cast<Eigen::Index>(nodes[i])) *
+        influence.middleCols<3>(3 * static_cast<Eigen::Index>(nodes[i])) *
         (sensor.body->youngsModulus / sensor.gel.youngsModulus);
   }
   return columns;
@@ -157,7 +159,7 @@ Strays straysOf(const sensor::Sensor& sensor, const SolveOptions& options) {
   for (sensor::MarkerLayer& layer : shallower.layers) layer.depth *= 1.0 - kSmall;  // the base may be next to one
   Eigen::MatrixXd unit, shallow;
   if (sensor.body) {
-    unit = bodyColumns(sensor, strays.nodes);
+    unit = bodyColumns(sensor, sensor.body->influence, strays.nodes);
   } else {
     sensor::Points both(3, 2 * markers.cols());
     both << markers, sensor::markerPositions(shallower);
@@ -174,7 +176,11 @@ Strays straysOf(const sensor::Sensor& sensor, const SolveOptions& options) {
     elsewhere.camera = strayed(sensor, number);
     add(elsewhere, unit, 1.0);
   }
-  if (!sensor.body) {
+  if (sensor.body) {
+    for (const Eigen::MatrixXd& error : sensor.body->errors) {
+      add(sensor, unit + bodyColumns(sensor, error, strays.nodes), 1.0);
+    }
+  } else {
     sensor::Sensor other = sensor;
     const double step = other.gel.poissonRatio < 0.25 ? kSmall : -kSmall;
     other.gel.poissonRatio += step;

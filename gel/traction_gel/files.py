@@ -14,13 +14,15 @@ from .problem import Problem
 CAMERA = {"width_px": 640, "height_px": 480, "focal_px": 960, "principal_px": [319.5, 239.5], "position_mm": [0, 0, 157]}
 LEAST_MARKERS = 4  # columns and rows of a layer that tractiond can follow
 KEYS = {
-    "": {"format", "error_percent", "shape", "material", "layers", "nodes", "camera", "uncertainty", "picture_motion"},
+    "": {"format", "error_percent", "shape", "material", "layers", "nodes", "camera", "uncertainty", "picture_motion",
+         "deviations"},
     "shape": {"kind", "gel_file", "bone_file", "bonded_box_mm", "diameter_mm", "length_mm", "gel_mm", "width_mm", "height_mm",
               "thickness_mm"},
     "material": {"youngs_modulus_pa", "poisson_ratio"},
     "layers": {"colour", "contrast", "columns", "rows", "pitch_mm", "centre_mm", "depth_mm", "diameter_mm", "scatter_mm",
                "positions_mm"},
     "nodes": {"columns", "rows", "pitch_mm", "centre_mm"},
+    "deviations": {"bone_mm"},
 }  # fmt: skip
 
 
@@ -45,7 +47,7 @@ def read(path):
     if isinstance(task["layers"], dict):
         raise Problem(f"{path}: write [[layers]], for each layer, and not [layers]")
     for name, known in KEYS.items():
-        for table in [task] if not name else task[name] if name == "layers" else [task[name]]:
+        for table in [task] if not name else task[name] if name == "layers" else [task.get(name, {})]:
             for key in table.keys() - known:
                 raise Problem(f"{path}: {name + '.' if name else ''}{key} is unknown: one of {', '.join(sorted(known))}")
     task["camera"] = CAMERA | task.get("camera", {})
@@ -66,6 +68,7 @@ def read(path):
             if "positions_mm" not in table:
                 _number(table, name, "depth_mm", 0.05, 1000)
     _list(task["shape"], "shape.", "bonded_box_mm", (2, 3))
+    _list(task.get("deviations", {}), "deviations.", "bone_mm", (3,))
     for key, value in CAMERA.items():
         if isinstance(value, list):
             _list(task["camera"], "camera.", key, (len(value),))
@@ -142,6 +145,7 @@ def write(task, result, stem):
             units="SI",
             youngs_modulus=float(task["material"]["youngs_modulus_pa"]),
             influence=result.influence.astype(np.float32),
+            **({"influence_errors": result.errors.astype(np.float32)} if len(result.errors) else {}),
             node_positions=1e-3 * result.nodes,
             node_normals=result.normals,
             node_areas=1e-6 * result.areas,

@@ -16,13 +16,14 @@ SAMPLED = 8  # nodes whose influence is compared between meshes
 
 @dataclasses.dataclass
 class Fingertip:
-    """The result. Lengths in mm; influence in m/N."""
+    """The result. Lengths in mm; influence and its errors in m/N."""
 
     nodes: np.ndarray
     normals: np.ndarray
     areas: np.ndarray
     markers: np.ndarray
     influence: np.ndarray
+    errors: np.ndarray
     thickness: float
     error_percent: float
     corners: np.ndarray
@@ -52,7 +53,8 @@ def compute(task, folder, say):
         markers, inward, names = placement.markers(surface, task["layers"])
         placement.check_inside(markers, names, corners, free, bonded)
         placement.check_seen(markers, inward, names, task["camera"])
-        gel, error = _refined(body, task, markers, points, weights, say)
+        gel, error, size = _refined(body, task, markers, points, weights, say)
+        errors = _by_bone(body, task, size / FINER**2, markers, points, weights, say)
 
     def progress(part):
         say(f"influence of {len(nodes)} nodes on {len(markers)} markers: {100 * part:.0f} %", True)
@@ -64,6 +66,7 @@ def compute(task, folder, say):
         areas,
         markers,
         influence * 1e3 / task["material"]["youngs_modulus_pa"],
+        errors * 1e3 / task["material"]["youngs_modulus_pa"],
         float(box[1, 2]),
         100 * error,
         corners,
@@ -73,7 +76,7 @@ def compute(task, folder, say):
 
 
 def _refined(body, task, markers, points, weights, say):
-    """Returns the gel on the coarsest mesh whose estimated error is small enough, and that error."""
+    """Returns the gel on the coarsest mesh whose estimated error is small enough, that error, and the mesh's size."""
     fine = np.concatenate([points, markers])
     depth = scipy.spatial.cKDTree(points).query(markers)[0]
     size, before = max(depth.min(), 0.2 * np.median(depth)), None
@@ -87,13 +90,26 @@ def _refined(body, task, markers, points, weights, say):
         shown = "" if before is None else f", estimated error {100 * error:.2f} % of the peak"
         say(f"mesh of {size:.2f} mm: {gel.unknowns} unknowns{shown}", False)
         if 100 * error <= task["error_percent"]:
-            return gel, error
+            return gel, error, size
         if gel.unknowns / FINER**3 > MOST_UNKNOWNS:
             raise Problem(
                 f"the estimated error is {100 * error:.2f} %, and error_percent asks for {task['error_percent']:g}: a finer "
                 "mesh would need too much memory. Raise error_percent, or place markers deeper"
             )
         before, size = now, size * FINER
+
+
+def _by_bone(body, task, size, markers, points, weights, say):
+    """Returns the changes of the influence by a standard deviation of the bone's place along each axis, K x M x 3 x N x
+    3, on a mesh of this size: a difference need not be as precise as what it is added to."""
+    steps = [step for step in np.diag(task.get("deviations", {}).get("bone_mm", [0, 0, 0])) if step.any()]
+    mesh = body.elements(size, np.concatenate([points, markers])) if steps else None
+    fields = []
+    for number, step in enumerate([np.zeros(3), *steps] if steps else []):
+        say(f"influence of the bone's place: {100 * number / (len(steps) + 1):.0f} %", True)
+        gel = mechanics.Gel(body.with_bone_at(mesh, step), task["material"]["poisson_ratio"])
+        fields.append(gel.influence(markers, points, weights))
+    return np.array([field - fields[0] for field in fields[1:]])
 
 
 def _nearest(markers, points, weights):

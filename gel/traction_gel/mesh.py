@@ -1,6 +1,5 @@
 """Tetrahedra of the gel, from gmsh to GetFEM, and triangles of its surface. Lengths in mm."""
 
-import collections
 import pathlib
 import signal
 import tempfile
@@ -10,7 +9,7 @@ import gmsh
 import numpy as np
 import scipy.spatial
 
-from . import shapes
+from . import shapes, triangles
 from .mechanics import BONDED, FREE
 from .problem import Problem
 
@@ -32,15 +31,20 @@ class Body:
         for name in ("ExtendFromBoundary", "FromPoints", "FromCurvature"):
             gmsh.option.setNumber(f"Mesh.CharacteristicLength{name}", 0)
         try:
-            self.volumes, self.bonded = shapes.build(self.shape, self.folder)
+            self._build()
         except BaseException:
             gmsh.finalize()
             raise
+        return self
+
+    def _build(self):
+        """Makes the model anew, which is all that takes every mesh away: triangles of a file are geometry and mesh."""
+        gmsh.clear()
+        self.volumes, self.bonded = shapes.build(self.shape, self.folder)
         self.faces = {tag for _, tag in gmsh.model.getBoundary([(3, tag) for tag in self.volumes], oriented=False)}
         gmsh.model.addPhysicalGroup(3, self.volumes, VOLUME)
         gmsh.model.addPhysicalGroup(2, sorted(self.bonded), BONDED)
         gmsh.model.addPhysicalGroup(2, sorted(self.faces - self.bonded), FREE)
-        return self
 
     def __exit__(self, *_):
         gmsh.finalize()
@@ -59,12 +63,12 @@ class Body:
         index[numbers.astype(int)] = np.arange(len(numbers))
         corners = places.reshape(-1, 3)
 
-        def triangles(faces):
+        def numbered(faces):
             parts = [gmsh.model.mesh.getElementsByType(2, face)[1].astype(int) for face in sorted(faces)]
             return index[np.concatenate(parts)].reshape(-1, 3)
 
-        free, bonded = triangles(self.faces - self.bonded), triangles(self.bonded)
-        whole = oriented(corners, np.concatenate([free, bonded]))
+        free, bonded = numbered(self.faces - self.bonded), numbered(self.bonded)
+        whole = triangles.oriented(corners, np.concatenate([free, bonded]))
         return corners, whole[: len(free)], whole[len(free) :]
 
     def elements(self, size, fine):
@@ -79,7 +83,19 @@ class Body:
             gmsh.write(path)
             return getfem.Mesh("import", "gmsh", path)
 
+    def with_bone_at(self, mesh, offset):
+        """Returns a copy of tetrahedra whose bonded surface is moved by `offset`; the free one stays where it is."""
+        moved = getfem.Mesh("clone", mesh)
+        points = mesh.pts().T
+        on = [np.unique(mesh.pid_in_regions(region)) for region in (FREE, BONDED)]
+        far = [scipy.spatial.cKDTree(points[each]).query(points)[0] for each in on]
+        part = far[0] / np.maximum(far[0] + far[1], 1e-9)
+        part[on[1]] = 1
+        moved.set_pts((points + part[:, None] * offset).T)
+        return moved
+
     def _mesh(self, dimension, size):
+        self._build()
         low, high = self.box()
         step = (high - low).max() / CELLS
         counts = np.ceil((high - low) / step).astype(int) + 3
@@ -93,45 +109,9 @@ class Body:
             gmsh.model.mesh.field.setString(field, "FileName", str(path))
             gmsh.model.mesh.field.setNumber(field, "TextFormat", 1)
             gmsh.model.mesh.field.setAsBackgroundMesh(field)
-            gmsh.model.mesh.clear()
             try:
                 gmsh.model.mesh.generate(dimension)
             except Exception as error:  # gmsh raises this class
                 raise Problem(f"gmsh cannot mesh the gel: {error}. Does its surface intersect itself?") from None
             finally:
                 gmsh.model.mesh.field.remove(field)
-
-
-def oriented(corners, triangles):
-    """Turns the triangles of a closed surface so that their normals point out of the body. Raises a Problem at a hole."""
-    result = triangles.copy()
-    beside = collections.defaultdict(list)
-    for number, triangle in enumerate(triangles.tolist()):
-        for one, two in zip(triangle, triangle[1:] + triangle[:1]):
-            beside[min(one, two), max(one, two)].append(number)
-    for (one, two), sharing in beside.items():
-        if len(sharing) != 2:
-            place = ", ".join(f"{value:.3g}" for value in (corners[one] + corners[two]) / 2)
-            raise Problem(f"the gel's surface is not closed: {len(sharing)} faces meet at ({place}) mm, and not 2")
-    shell = np.full(len(triangles), -1)
-    for start in range(len(triangles)):
-        if shell[start] >= 0:
-            continue
-        shell[start], waiting = start, [start]
-        while waiting:
-            number = waiting.pop()
-            triangle = result[number].tolist()
-            for one, two in zip(triangle, triangle[1:] + triangle[:1]):
-                for other in beside[min(one, two), max(one, two)]:
-                    if shell[other] >= 0:
-                        continue
-                    shell[other] = start
-                    waiting.append(other)
-                    there = result[other].tolist()
-                    if (one, two) in zip(there, there[1:] + there[:1]):  # the same way round: turned
-                        result[other] = result[other][::-1]
-    a, b, c = corners[result].transpose(1, 0, 2)
-    volumes = np.bincount(shell, (a * np.cross(b, c)).sum(1) / 6)
-    outermost = abs(volumes).argmax()
-    outward = (volumes > 0) == (np.arange(len(volumes)) == outermost)  # a cavity's volume counts as negative
-    return np.where(outward[shell][:, None], result, result[:, ::-1])

@@ -5,7 +5,9 @@ import math
 import pathlib
 
 import gmsh
+import numpy as np
 
+from . import triangles
 from .problem import Problem
 
 UNIT_LIMITS_MM = (2, 500)  # of the largest extent of a gel
@@ -128,9 +130,7 @@ BUILT_IN = {"hemisphere": _hemisphere, "ellipsoid": _ellipsoid, "dome": _dome, "
 def _solids(path, key):
     """Reads the solids of a STEP or BREP file."""
     if path.suffix.lower() not in (".step", ".stp", ".brep"):
-        raise Problem(f"{key}: {path} is neither STEP nor BREP: export the body as .step")
-    if not path.exists():
-        raise Problem(f"{key}: {path} does not exist")
+        raise Problem(f"{key}: {path} is none of .step, .brep, .stl: export the body as .step")
     try:
         parts = gmsh.model.occ.importShapes(str(path), highestDimOnly=False)
     except Exception as error:  # gmsh raises this class and ValueError
@@ -153,11 +153,30 @@ def _hole():
     return "export a solid body"
 
 
-def _from_files(shape, folder):
+def _from_triangles(paths):
+    """The gel from STL; the walls of its cavity that touch the bone are bonded."""
+    parts = {key: triangles.read(path, f"shape.{key}") for key, path in paths.items()}
+    corners, faces = parts["gel_file"]
+    _check_unit(np.ptp(corners, axis=0).max())
+    triangles.check(corners, faces, "shape.gel_file")
+    volume = triangles.volume(paths["gel_file"])
+    return [volume], triangles.touching(_faces([volume]), *parts["bone_file"]) if "bone_file" in parts else set()
+
+
+def _from_solids(paths):
     gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
-    gel = _solids(pathlib.Path(folder, shape["gel_file"]), "shape.gel_file")
-    bone = _solids(pathlib.Path(folder, shape["bone_file"]), "shape.bone_file") if "bone_file" in shape else []
-    volumes, bonded = _with_bone(gel, bone)
+    return _with_bone(*(_solids(paths[key], f"shape.{key}") if key in paths else [] for key in ("gel_file", "bone_file")))
+
+
+def _from_files(shape, folder):
+    paths = {key: pathlib.Path(folder, shape[key]) for key in ("gel_file", "bone_file") if key in shape}
+    for key, path in paths.items():
+        if not path.exists():
+            raise Problem(f"shape.{key}: {path} does not exist")
+    kinds = {path.suffix.lower() == ".stl" for path in paths.values()}
+    if len(kinds) > 1:
+        raise Problem("shape.gel_file and shape.bone_file must both be .stl, or both .step or .brep")
+    volumes, bonded = (_from_triangles if kinds.pop() else _from_solids)(paths)
     if "bonded_box_mm" in shape:
         low, high = shape["bonded_box_mm"]
         inside = gmsh.model.getEntitiesInBoundingBox(*low, *high, 2)
@@ -179,9 +198,13 @@ def _check_extent(volumes):
     gmsh.model.occ.synchronize()
     boxes = [gmsh.model.getBoundingBox(3, tag) for tag in volumes]
     largest = max(max(b - a for a, b in zip(box, box[3:])) for box in boxes)
+    _check_unit(largest)
+
+
+def _check_unit(largest):
     low, high = UNIT_LIMITS_MM
     if not low <= largest <= high:
         raise Problem(
             f"the gel is {largest:.3g} mm large, and gels have {low} to {high}: metres and millimetres were confused. "
-            "Files are read in their own unit; export in millimetres"
+            "STEP files are read in their own unit, others as millimetres; export in millimetres"
         )

@@ -93,26 +93,31 @@ class Mesh:
         return np.array([self.number[2 * i + s, 2 * j + t, 2 * layer] for s, t in FACE]), shape
 
     def deck(self, material):
-        """Nodes, elements, material, bonded base. The elements' order is right-handed as x, y, z are."""
-        lines = ["*NODE, NSET=ALL"]
-        lines += [f"{n + 1},{p[0]:.9g},{p[1]:.9g},{p[2]:.9g}" for n, p in enumerate(self.positions)]
-        lines.append("*ELEMENT, TYPE=C3D20R, ELSET=GEL")
         cells = np.stack(np.meshgrid(*[np.arange(len(axis) - 1) for axis in self.planes], indexing="ij"), -1).reshape(
             -1, 3
         )
-        for element, (i, j, k) in enumerate(cells, 1):
-            nodes = [str(self.number[2 * i + a, 2 * j + b, 2 * k + c]) for a, b, c in BRICK]
-            lines += [f"{element}," + ",".join(nodes[:10]) + ",", ",".join(nodes[10:])]
-        lines += [
-            "*MATERIAL, NAME=RUBBER",
-            *material,
-            "*DENSITY",
-            "1e-9",
-            "*SOLID SECTION, ELSET=GEL, MATERIAL=RUBBER",
-            "*BOUNDARY",
-        ]
-        lines += [f"{n + 1},1,3" for n in np.flatnonzero(self.base)]
-        return lines
+        bricks = [[self.number[2 * i + a, 2 * j + b, 2 * k + c] for a, b, c in BRICK] for i, j, k in cells]
+        return deck(self.positions, bricks, self.base, material)
+
+
+def deck(positions, bricks, base, material):
+    """Nodes (P x 3), elements (20 numbers from 1 each, right-handed as x, y, z are), material, bonded base (P)."""
+    lines = ["*NODE, NSET=ALL"]
+    lines += [f"{n + 1},{p[0]:.9g},{p[1]:.9g},{p[2]:.9g}" for n, p in enumerate(positions)]
+    lines.append("*ELEMENT, TYPE=C3D20R, ELSET=GEL")
+    for element, nodes in enumerate(bricks, 1):
+        nodes = list(map(str, nodes))
+        lines += [f"{element}," + ",".join(nodes[:10]) + ",", ",".join(nodes[10:])]
+    lines += [
+        "*MATERIAL, NAME=RUBBER",
+        *material,
+        "*DENSITY",
+        "1e-9",
+        "*SOLID SECTION, ELSET=GEL, MATERIAL=RUBBER",
+        "*BOUNDARY",
+    ]
+    lines += [f"{n + 1},1,3" for n in np.flatnonzero(base)]
+    return lines
 
 
 # Fine at the touched surface and where the bonded base meets the free sides; markers are at nodes.

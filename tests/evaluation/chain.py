@@ -134,14 +134,14 @@ def calibrate_creep(press, amounts, times_s, held_s, seed, pictures):
         return "".join(path.read_text().partition("[[creep]]")[1:])
 
 
-def mechanics(gel, forces):
-    """Displacements by the project's own block [m], loads x 1152 x 3. `forces`: rows of load, x, y, force."""
+def mechanics(gel, forces, markers=1152):
+    """Displacements by the project's own block [m], loads x markers x 3. `forces`: rows of load, x, y, force."""
     with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
         job = pathlib.Path(name)
         np.ascontiguousarray(forces, float).tofile(job / "forces.f64")
         (job / "gel").write_text(gel)
         subprocess.run([BUILD / "bin/evaluation_mechanics", job, job / "gel"], check=True)
-        return np.fromfile(job / "displacement.f64").reshape(-1, 1152, 3)
+        return np.fromfile(job / "displacement.f64").reshape(-1, markers, 3)
 
 
 def surface(gel, forces):

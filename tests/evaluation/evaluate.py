@@ -5,6 +5,7 @@ import sys
 import time
 
 import answers
+import bodies
 import contacts
 import coverage
 import creep
@@ -51,11 +52,12 @@ EXPERIMENTS = {  # in the order of the page
     "calibration": instrument.calibration,
     "centres": instrument.centres,
     "markers": markers.markers,
+    "bodies": bodies.bodies,
     "timing": instrument.timing,
 }
 ORDER = list(EXPERIMENTS)
 
-SLOW = {"separation", "bias", "coverage", "rim", "wrench", "shapes", "answers", "slip", "points", "grasp", "strokes"}  # not in --quick, but by name: nothing is judged there
+SLOW = {"separation", "bias", "coverage", "rim", "wrench", "shapes", "answers", "slip", "points", "grasp", "strokes", "bodies"}  # not in --quick, but by name: nothing is judged there
 
 # Figures that must reach their targets for the test to pass; the others are printed. One name a figure, as in
 # the experiments. Times are never judged here.

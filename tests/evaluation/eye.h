@@ -78,11 +78,11 @@ class Eye {
       , seed_(seed)
       , format_(format)
       , project_(sensor.camera, sensor.gel.size.z())
-      , markers_(sensor::markerPositions(sensor.layers))
+      , markers_(sensor::markerPositions(sensor))
       , places_(2, markers_.cols()) {}
 
   /// Sets the offset of the markers from their places, 3 x M [m].
-  void scatter(Eigen::Ref<const sensor::Points> by) { markers_ = sensor::markerPositions(sensor_.layers) + by; }
+  void scatter(Eigen::Ref<const sensor::Points> by) { markers_ = sensor::markerPositions(sensor_) + by; }
 
   /// Sets the only highlight; none if its strength is 0.
   void light(const twin::Highlight& highlight) {

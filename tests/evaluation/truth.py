@@ -410,6 +410,10 @@ def main(folder, wanted):
         import friction
 
         friction.main(folder)
+    if not wanted or "bodies" in wanted:
+        import fingertip
+
+        fingertip.main(folder)
     if not wanted or "influence" in wanted:
         import influence
 

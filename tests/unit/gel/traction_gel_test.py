@@ -11,7 +11,7 @@ import unittest
 import gmsh
 import numpy as np
 import suite
-from traction_gel import files, influence, mechanics, mesh, placement
+from traction_gel import files, influence, mechanics, mesh, placement, triangles
 from traction_gel.problem import Problem
 
 BIN = pathlib.Path(os.environ["TRACTION_BUILD"]) / "bin"
@@ -25,6 +25,7 @@ def fingertip(**tables):
     task["error_percent"] = 20
     task["layers"][0] |= {"columns": 5, "rows": 4, "pitch_mm": 1.5}
     task["nodes"] |= {"columns": 3, "rows": 4, "pitch_mm": 2}
+    task["deviations"] = {"bone_mm": [0, 0, 0]}
     return {name: table | tables.get(name, {}) if isinstance(table, dict) else tables.get(name, table)
             for name, table in task.items()}
 
@@ -177,7 +178,65 @@ class Fingertip(unittest.TestCase):
     def test_a_hole_is_told_with_its_place(self):
         corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
         with self.assertRaisesRegex(Problem, r"not closed: .* at \(0.5, 0, 0.5\) mm|not closed"):
-            mesh.oriented(corners, np.array([[0, 1, 2], [0, 1, 3], [0, 2, 3]]))
+            triangles.oriented(corners, np.array([[0, 1, 2], [0, 1, 3], [0, 2, 3]]))
+
+    def write_stl(self, size, change=lambda parts: parts):
+        """gel.stl and bone.stl of the shipped fingertip, in triangles of this size. \\param change makes other triangles, T x
+        3 x 3 [mm], of the gel's"""
+        task = fingertip()["shape"]
+        with mesh.Body(task, ".") as body:
+            corners, free, bonded = body.surface(size)
+        parts = {"gel": change(corners[np.concatenate([free, bonded])])}
+        with mesh.Body(task | {"diameter_mm": 12, "gel_mm": 3}, ".") as body:
+            corners, free, bonded = body.surface(size)
+        parts["bone"] = corners[free] + [0, 0, 4]  # the outside of a shell that is as large as the bone
+        for name, triangles_mm in parts.items():
+            text = "".join("facet normal 0 0 0\nouter loop\n" + "".join(f"vertex {x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in part)
+                           + "endloop\nendfacet\n" for part in triangles_mm)
+            (self.folder / f"{name}.stl").write_text(f"solid {name}\n{text}endsolid {name}\n")
+
+    def test_triangles_are_the_built_in_shape(self):
+        self.write_stl(0.7)
+        areas, found = [], []
+        for shape in ({"gel_file": "gel.stl", "bone_file": "bone.stl"}, fingertip()["shape"]):
+            with mesh.Body(shape, self.folder) as body:
+                corners, *surfaces = body.surface(0.8)
+            sides = [corners[faces[:, 1:]] - corners[faces[:, :1]] for faces in surfaces]
+            areas.append([np.linalg.norm(np.cross(side[:, 0], side[:, 1]), axis=1).sum() / 2 for side in sides])
+            task = fingertip(error_percent=3) | {"shape": shape}
+            found.append(influence.compute(task, self.folder, quiet).influence)
+        np.testing.assert_allclose(*areas, rtol=0.01)  # free, bonded
+        off = np.linalg.norm(found[0] - found[1], axis=1).max(0) / np.linalg.norm(found[1], axis=1).max(0)
+        self.assertLess(off.max(), 0.06)
+
+    def test_what_is_wrong_with_triangles_is_told_with_the_face(self):
+        def without(parts):
+            return np.delete(parts, 100, axis=0)
+
+        def crossed(parts):
+            return np.concatenate([parts, parts + [1, 1, 1]])
+
+        def in_metres(parts):
+            return 1e-3 * parts
+
+        for change, said in ((without, r"not closed: 1 faces meet at .* mm, and not 2; one is face \d+"),
+                             (crossed, r"faces \d+ and \d+ pass through each other near \("),
+                             (in_metres, "metres and millimetres were confused")):
+            self.write_stl(1.5, change)
+            shape = {"gel_file": "gel.stl", "bone_file": "bone.stl"}
+            with self.subTest(said), self.assertRaisesRegex(Problem, said), mesh.Body(shape, self.folder):
+                pass
+
+    def test_an_error_of_the_bones_place_is_what_another_bone_does(self):
+        task = fingertip(error_percent=5, deviations={"bone_mm": [0, 0, 0.2]})
+        found = influence.compute(task, ".", quiet)
+        self.assertEqual(len(found.errors), 1)
+        # The middle of the hemisphere has a gel 0.2 mm thicker above its bone, as a hemisphere of 4.2 mm has it.
+        thicker = influence.compute(fingertip(error_percent=1, shape={"gel_mm": 4.2}), ".", quiet).influence
+        straight = influence.compute(fingertip(error_percent=1), ".", quiet).influence
+        middle = np.argsort(np.linalg.norm(found.nodes[:, :2], axis=1))[:2]
+        one, two = (field[:, :, middle, 2][:, 2] for field in (found.errors[0], thicker - straight))
+        np.testing.assert_allclose(one, two, atol=0.25 * abs(two).max())
 
     def test_ctrl_c_leaves_nothing(self):
         path = self.write(fingertip(error_percent=0.02))

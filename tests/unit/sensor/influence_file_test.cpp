@@ -104,6 +104,19 @@ TEST_F(InfluenceFile, IsReadAsItWasWritten) {
   EXPECT_EQ(body->file, folder_ / "body.npz");
 }
 
+TEST_F(InfluenceFile, ErrorsAreReadWhereThereAreAny) {
+  EXPECT_TRUE(load(whole())->errors.empty());
+  std::vector<Member> members = whole();
+  members.push_back({"influence_errors", npz::numbers("2, 4, 3, 6, 3", counted(2 * 9 * kMarkers * kNodes))});
+  const auto body = load(members);
+  ASSERT_TRUE(body) << body.error().what;
+  ASSERT_EQ(body->errors.size(), 2U);
+  EXPECT_EQ(body->errors[0], body->influence);
+  EXPECT_NEAR(body->errors[1](2, 5), 1e-3 * (9 * kMarkers * kNodes + 3 * kNodes * 2 + 6), 1e-12);
+  members.back().content = npz::numbers("4, 3, 6, 3", counted(9 * kMarkers * kNodes));
+  EXPECT_EQ(fault(members), "influence_errors has the shape (4, 3, 6, 3) and not (4, 4, 3, 6, 3)");
+}
+
 TEST_F(InfluenceFile, MatrixMayBeFlatSingleOrInFortranOrder) {
   const std::vector<double> values = counted(9 * kMarkers * kNodes);
   const std::vector<float> single(values.begin(), values.end());

@@ -189,6 +189,24 @@ TEST(Systematic, ABodyHasTheCamerasErrorsAlone) {
   }
 }
 
+TEST(Systematic, ABodysOwnErrorsAreTakenForWhatTheyDo) {
+  sensor::Sensor sensor = thin();
+  const sensor::Gel gel = sensor.gel;
+  auto body = std::make_shared<sensor::Body>();
+  body->youngsModulus = sensor.gel.youngsModulus;
+  body->markers = sensor::markerPositions(sensor);
+  body->nodes = sensor::nodePositions(sensor);
+  body->influence = sensor::elastic::displacementMatrix(sensor, Model::kBlock);
+  sensor.gel.size.z() += sensor.uncertainty.thickness;
+  body->errors = {sensor::elastic::displacementMatrix(sensor, Model::kBlock) - body->influence};
+  sensor.gel = gel;
+  sensor.body = body;
+  const SystematicErrors errors = errorsOf(sensor);
+  ASSERT_EQ(errors.contact.size(), 36U * (kPoisson + 1));
+  const Matrix6 block = error(thinErrors().contact, kThickness);
+  EXPECT_LT((error(errors.contact, kPoisson) - block).norm(), 0.05 * block.norm());
+}
+
 TEST(Systematic, StiffnessScalesTheWholeWrench) {
   sensor::Uncertainty uncertainty;
   uncertainty.model = 0.0;
