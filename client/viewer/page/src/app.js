@@ -6,7 +6,7 @@ import {Contours} from "./contours.js";
 import {savePicture, saveText} from "./export.js";
 import {Flow} from "./flow.js";
 import {Model} from "./model.js";
-import {flagWords, showContacts, showFacts, showForce, showState} from "./numbers.js";
+import {flagWords, showContacts, showFacts, showForce, showState, showZero} from "./numbers.js";
 import {Overhead} from "./overhead.js";
 import {History, Plot} from "./plot.js";
 import {Choice, RecordButton, TimeBar} from "./recordings.js";
@@ -104,6 +104,7 @@ function showTexts(model) {
   model.work_ms = [...works].sort((a, b) => a - b)[works.length >> 1] ?? 0;
   showState(model);
   showFacts(model);
+  showZero(model);
   timeBar.show();
   recordButton.show();
   if (!isHeld) {

@@ -70,6 +70,14 @@ export function showState(model) {
   set($("state-text"), words);
 }
 
+/** What would be undone. */
+export function showZero({description}) {
+  const {time_ns, requested_by} = description?.zero ?? {};
+  const what = time_ns ? `the zero of ${new Date(Number(time_ns) / 1e6).toLocaleTimeString()}${requested_by ? `, by ${requested_by}` : ""}` : "the zero";
+  const title = `Takes back ${what}: the one before is in force again (U)`;
+  if ($("undo").title !== title) $("undo").title = title;
+}
+
 export function showForce(model) {
   const {field} = model;
   if (!field) return;
