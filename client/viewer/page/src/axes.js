@@ -1,11 +1,13 @@
 // The axes of the views in three dimensions: the edge of the touched face, with numbers.
-import {BufferGeometry, CanvasTexture, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, LinearFilter, Sprite, SpriteMaterial} from "three";
+import {BufferGeometry, CanvasTexture, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, LinearFilter, Sprite,
+  SpriteMaterial} from "three";
 
+import {sizeOf} from "./canvas.js";
 import {theme} from "./theme.js";
 
 const every_mm = 10, numbers_mm = 20;  // between ticks, between numbers
 const text_px = 22, tall_px = 32;  // of a number's picture
-const tall = 0.034;  // of a number: of the view's height, at a distance of 1
+const shown_px = 18;  // how tall that is on the screen
 
 /** A text that faces the camera, of the same size at any distance. */
 function label(text) {
@@ -22,7 +24,7 @@ function label(text) {
   map.minFilter = LinearFilter;
   map.generateMipmaps = false;
   const sprite = new Sprite(new SpriteMaterial({map, sizeAttenuation: false, depthTest: false, transparent: true}));
-  sprite.scale.set((tall * canvas.width) / tall_px, tall, 1);
+  sprite.userData.wide = canvas.width / tall_px;
   return sprite;
 }
 
@@ -32,9 +34,16 @@ export class Axes extends Group {
   /**
    * Draws the axes of a face.
    * @param face its {min, max} in x and y [mm]
+   * @param stage that they are in
    * @param depth the axis along z, of the view that has one: {value_mm, drawn_mm}
    */
-  update(face, depth = null) {
+  update(face, stage, depth = null) {
+    this.#write(face, depth);
+    const tall = (2 * shown_px * Math.tan((0.5 * stage.camera.fov * Math.PI) / 180)) / Math.max(1, sizeOf(stage.canvas).height);
+    for (const child of this.children) if (child.isSprite) child.scale.set(tall * child.userData.wide, tall, 1);
+  }
+
+  #write(face, depth) {
     const edge = 0.04 * (face.max[0] - face.min[0]);
     this.extent = {min: [face.min[0] - (depth ? 2 : 0) * edge, face.min[1] - 1.8 * edge, face.min[2]],
       max: [face.max[0] + 2 * edge, face.max[1], face.max[2] + 0.5 * (depth?.drawn_mm ?? 0)]};

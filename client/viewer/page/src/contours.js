@@ -82,7 +82,9 @@ export class Contours {
       this.picture.height = this.spline.high;
       this.image = new ImageData(this.spline.wide, this.spline.high);
     }
-    const nodes = model.pressures_kPa(this.quantity), largest = nodes.reduce((most, one) => Math.max(most, one), 0);
+    const nodes = model.pressures_kPa(this.quantity);
+    let largest = 0;
+    for (const one of nodes) if (one > largest) largest = one;
     const full = this.scale.update(largest);
     const {wide, high} = this.spline;
     const values = this.spline.update(nodes);
@@ -114,7 +116,8 @@ export class Contours {
     this.#bar(context, left + zoom * (wide - 1) + 18, margin.top, low - margin.top, full, width > wide_px ? model.mean_area_mm2 : 0);
     this.#underPointer(context, model, values, left, low, zoom);
     model.contours = {full_kPa: full, levels_kPa: Array.from({length: levels}, (_, i) => ((i + 1) * full) / (levels + 1))};
-    say(this.label, model.ghostWords + (largest > 0 ? `most ${pascals(largest)}` : "nothing touches"));
+    say(this.label, model.ghostWords + (largest > 0 ? `most ${pascals(largest)}` :
+      `nothing touches; a node is seen from ${newtons(model.description.solver.detection_limit_normal_N)}`));
   }
 
   /** The edge, the nodes, and millimetres. */
@@ -135,7 +138,8 @@ export class Contours {
     context.font = "11px system-ui";
     context.textBaseline = "middle";
     const ticks = (centre_mm, count, put) => {
-      const half = (1e3 * pitch_m * (count - 1)) / 2, step = 10 * Math.ceil(half / 40);
+      const half = (1e3 * pitch_m * (count - 1)) / 2, px_per_mm = (zoom * times) / (1e3 * pitch_m);
+      const step = [1, 2, 5, 10, 20, 50, 100].find((one) => one * px_per_mm >= 30) ?? 200;
       for (let at = Math.ceil((centre_mm - half) / step) * step; at <= centre_mm + half; at += step) {
         put((zoom * times * (at - centre_mm + half)) / (1e3 * pitch_m), String(at).replace("-", "−"));
       }

@@ -1,7 +1,7 @@
 // View d: the force vectors in three dimensions, with what is not known of their tips, and lines that follow the forces along
 // the surface: where they curl, something twists.
 import {BufferAttribute, BufferGeometry, Color, ConeGeometry, CylinderGeometry, DynamicDrawUsage, InstancedMesh, LineBasicMaterial,
-  LineSegments, Matrix4, MeshPhongMaterial, Quaternion, SphereGeometry, Vector3} from "three";
+  LineSegments, Matrix4, MeshLambertMaterial, MeshPhongMaterial, Quaternion, SphereGeometry, Vector3} from "three";
 
 import {Axes} from "./axes.js";
 import {isSlow, say} from "./canvas.js";
@@ -48,8 +48,8 @@ export class Flow {
     this.positions = positions;
     const {gel} = this.stage, nodes = columns * rows;
     if (this.shafts) gel.remove(this.shafts, this.heads, this.clouds);
-    const solid = new MeshPhongMaterial({specular: 0x666666, shininess: 40});
-    const pale = new MeshPhongMaterial({transparent: true, opacity: 0.28, depthWrite: false});
+    const solid = isSlow ? new MeshLambertMaterial() : new MeshPhongMaterial({specular: 0x666666, shininess: 40});
+    const pale = new MeshLambertMaterial({transparent: true, opacity: 0.28, depthWrite: false});
     const make = (geometry, material) => {
       const mesh = new InstancedMesh(geometry, material, nodes);
       mesh.frustumCulled = false;
@@ -72,7 +72,7 @@ export class Flow {
     const full_mm = this.depth.update(deepest);
     this.skin.update(model, (pit * grid.pitch_mm) / full_mm, 4 * full_mm, this.stage.camera.position);
     this.axes.visible = !model.description.body;
-    this.axes.update(this.skin.extent);
+    this.axes.update(this.skin.extent, this.stage);
     model.vectors = {sequence: model.field.header.sequence, ...this.#arrows(model, grid, full)};
     model.flow = this.#flow(grid, full);
     this.lines.visible = !model.isGhost && !model.description.body;  // a body's shear lies in no plane

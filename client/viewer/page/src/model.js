@@ -144,14 +144,16 @@ export class Model {
 
   /** @param quantity "pressure", along the normal; "shear", along the surface; "both", their magnitude */
   pressures_kPa(quantity) {
-    const {force_N} = this.shown, normals = this.description.body?.node_normals;
-    return Float32Array.from({length: force_N.length / 3}, (_, i) => {
-      const x = force_N[3 * i], y = force_N[3 * i + 1], z = force_N[3 * i + 2], all = Math.sqrt(x * x + y * y + z * z);
-      if (all === 0) return 0;
+    const {force_N} = this.shown, normals = this.description.body?.node_normals, values = new Float32Array(force_N.length / 3);
+    for (let i = 0; i < values.length; ++i) {
+      const x = force_N[3 * i], y = force_N[3 * i + 1], z = force_N[3 * i + 2];
+      if (x === 0 && y === 0 && z === 0) continue;
+      const all = Math.sqrt(x * x + y * y + z * z);
       const pressed = normals ? x * normals[3 * i] + y * normals[3 * i + 1] + z * normals[3 * i + 2] : z;
       const value = quantity === "both" ? all : quantity === "pressure" ? pressed : Math.sqrt(Math.max(0, all * all - pressed * pressed));
-      return (1e3 * value) / this.area_mm2(i);
-    });
+      values[i] = (1e3 * value) / this.area_mm2(i);
+    }
+    return values;
   }
 
   /** What arrows are drawn of: the nodes; of more than can be told apart the sums over square blocks of them, in the

@@ -44,6 +44,7 @@ export class Skin extends Group {
   #prepare({columns, rows, positions_mm}) {
     if (this.positions === positions_mm) return;
     this.positions = positions_mm;
+    this.still = null;  // what a surface that does not move was drawn for
     Object.assign(this, {columns, rows, extent: extentOf(positions_mm)});
     this.times = Math.max(1, Math.floor((finest - 1) / (Math.max(columns, rows) - 1)));
     const spline = () => new Spline(columns, rows, this.times);
@@ -82,8 +83,11 @@ export class Skin extends Group {
    */
   update(model, times, full_mm, eye, ofBody = null) {
     this.#prepare(model);
-    const {rest, deep, raised} = this, sun = sunlight, {wide, high} = this.tints, [bx, by, bz] = this.base;
     const isMoved = model.displacement_mm.length === model.positions_mm.length;
+    const still = isMoved || ofBody ? null : [theme.isLight, ...eye.toArray().map(Math.round)].join(" ");
+    if (still !== null && still === this.still) return;
+    this.still = still;
+    const {rest, deep, raised} = this, sun = sunlight, {wide, high} = this.tints, [bx, by, bz] = this.base;
     const [u, v, w] = this.splines.map((spline, axis) => (isMoved ? spline.update(model.displacement_mm, 3, axis) : spline.values));
     const tint = ofBody ? this.tints.update(ofBody) : null;
     const sideways = Math.min(times, mostSideways);

@@ -43,7 +43,7 @@ export class Surface {
     }
     skin.update(model, exaggeration, full, stage.camera.position, ofBody);
     axes.visible = !description.body;
-    axes.update(skin.extent, {value_mm: full, drawn_mm: exaggeration * full});
+    axes.update(skin.extent, stage, {value_mm: full, drawn_mm: exaggeration * full});
     stage.follow(axes.extent);
     model.surface = {deepest_mm: deepest, exaggeration, columns: skin.tints.wide, rows: skin.tints.high};
     say(this.label, words);
