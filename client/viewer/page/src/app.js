@@ -54,7 +54,7 @@ class Sensor {
         break;
       case "status": model.status = message; break;
       case "surface":
-        model.displacement_mm = message.displacement_mm;
+        if (model.field?.valid || !model.isTouched) model.displacement_mm = message.displacement_mm;  // else without forces for a moment
         model.surface_share = message.share;
         break;
       case "picture": views.b.show(message, model); return;  // draws when it is decoded

@@ -57,7 +57,7 @@ export class Flow {
       gel.add(mesh);
       return mesh;
     };
-    this.shafts = make(new CylinderGeometry(1, 1, 1, isSlow ? 6 : 12, 1, true).translate(0, 0.5, 0), solid);
+    this.shafts = make(new CylinderGeometry(1, 1, 1, isSlow ? 7 : 14).translate(0, 0.5, 0), solid);
     this.heads = make(new ConeGeometry(1, 1, isSlow ? 8 : 20).translate(0, -0.5, 0), solid);
     this.clouds = make(new SphereGeometry(1, isSlow ? 8 : 16, isSlow ? 6 : 12), pale);
   }
@@ -70,7 +70,7 @@ export class Flow {
     let deepest = 0;
     for (let i = 2; i < moved.length; i += 3) deepest = Math.max(deepest, Math.abs(moved[i]));
     const full_mm = this.depth.update(deepest);
-    this.skin.update(model, (pit * grid.pitch_mm) / full_mm, 4 * full_mm, this.stage.camera.position);
+    this.skin.update(model, (pit * grid.pitch_mm) / full_mm, 4 * full_mm, this.stage.toEye);
     this.axes.visible = !model.description.body;
     this.axes.update(this.skin.extent, this.stage);
     model.vectors = {sequence: model.field.header.sequence, ...this.#arrows(model, grid, full)};

@@ -14,7 +14,7 @@ export const sunlight = [-0.52, 0.347, 0.78];
 
 const from = new Vector3(0.1, -0.72, 0.62).normalize();  // where the camera stands at first, seen from what it looks at
 const settle_ms = 220;  // in which the camera goes two thirds of its way
-const most_ms = 50;  // of a step: a page that was hidden does not jump
+const most_ms = 200;  // of a step: a page that was hidden does not jump
 const slack = 0.08;  // of the box, by which what is touched may move or grow beyond it, and thrice by which it may shrink
 const arrived = 0.004;  // of the box
 const margin = 1.04;  // around it
@@ -72,6 +72,11 @@ export class Stage {
     if (!isFirst && !isShrunk && wanted.clone().expandByScalar(room).containsBox(box)) return;
     wanted.copy(box);
     if (isFirst) this.#shown.copy(box);
+  }
+
+  /** Unit vector from what is looked at to the camera. */
+  get toEye() {
+    return this.camera.position.clone().sub(this.controls.target).normalize();
   }
 
   /** By the keyboard [rad]. */

@@ -79,12 +79,12 @@ export class Skin extends Group {
    * @param times how often the motion into the gel is drawn larger
    * @param full_mm the motion that has the full colour
    * @param ofBody of a body, whose motion is not known: how strong each node's force is, 0 ... 1
-   * @param eye where the camera stands
+   * @param eye direction to the camera
    */
   update(model, times, full_mm, eye, ofBody = null) {
     this.#prepare(model);
     const isMoved = model.displacement_mm.length === model.positions_mm.length;
-    const still = isMoved || ofBody ? null : [theme.isLight, ...eye.toArray().map(Math.round)].join(" ");
+    const still = isMoved || ofBody ? null : [theme.isLight, ...eye.toArray().map((one) => one.toFixed(2))].join(" ");
     if (still !== null && still === this.still) return;
     this.still = still;
     const {rest, deep, raised} = this, sun = sunlight, {wide, high} = this.tints, [bx, by, bz] = this.base;
@@ -97,7 +97,7 @@ export class Skin extends Group {
       position[3 * i + 1] = by[i] + sideways * v[i];
       position[3 * i + 2] = bz[i] + times * w[i];
     }
-    const halfway = this.halfway.copy(eye).normalize().add(this.sun).normalize();  // Blinn, 1977
+    const halfway = this.halfway.copy(eye).add(this.sun).normalize();  // Blinn, 1977
     for (let y = 0, i = 0; y < high; ++y) {
       for (let x = 0; x < wide; ++x, ++i) {
         const east = 3 * (x + 1 < wide ? i + 1 : i), west = 3 * (x > 0 ? i - 1 : i);

@@ -41,7 +41,7 @@ export class Surface {
     } else if (model.surface_share < 1) {
       words = `half space yet, gel ${Math.floor(100 * model.surface_share)} %: ${words}`;
     }
-    skin.update(model, exaggeration, full, stage.camera.position, ofBody);
+    skin.update(model, exaggeration, full, stage.toEye, ofBody);
     axes.visible = !description.body;
     axes.update(skin.extent, stage, {value_mm: full, drawn_mm: exaggeration * full});
     stage.follow(axes.extent);
