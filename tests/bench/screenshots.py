@@ -1,6 +1,7 @@
 """What tools/screenshots does: pictures of traction-view's page, of each view, load and theme, on a screen and on a phone."""
 
 import pathlib
+import re
 import sys
 import time
 
@@ -31,7 +32,7 @@ def shoot(folder, load, text):
         scenario = bench.folder / "load.toml"
         scenario.write_text("format = 1\nperiod_s = 1000000\n" + text)
         bench.twin(scenario)
-        bench.daemon("[solve]\npatience_ms = 100\n")  # a late field is better than none where all share two processors
+        bench.daemon("[solve]\npatience_ms = 1000\n")  # a late field is better than none where all share two processors
         session = bench.folder / "session"
         (session / "tractiond").mkdir(parents=True)
         (session / "tractiond" / "default").symlink_to(bench.folder / "default" / "run")
@@ -39,7 +40,8 @@ def shoot(folder, load, text):
         bench.start(rig.BIN / "traction-touch", env=session)
         browser = Browser(bench, start_view(bench, None, "--instance", "default", env=session).url, *SCREEN)
         browser.wait_for(f"window.traction?.model?.tracked?.length === {text.count('[[contacts]]')} && traction.model.preview")
-        browser.wait_for("traction.model.surface_share === 1")
+        newtons = sum(map(float, re.findall(r"force_z_n = \[0, ([\d.]+)\]", text)))
+        browser.wait_for(f"traction.model.surface_share === 1 && traction.model.field.resultant_N[2] >= {0.9 * newtons}")
         for theme in ("light", "dark"):
             if browser.evaluate("document.documentElement.classList.contains('light')") != (theme == "light"):
                 browser.ask(key="d")

@@ -1,6 +1,5 @@
 #include "client/viewer/playing.h"
 #include "client/viewer/surface.h"
-
 #include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
