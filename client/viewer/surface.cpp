@@ -9,7 +9,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <map>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -29,7 +28,7 @@ struct Key {
   std::uint32_t columns, rows;
   double pitch_m;
   Vector2 centre_m;
-  auto operator<=>(const Key&) const = default;
+  bool operator==(const Key&) const = default;
 };
 
 Key keyOf(const Description& description) {
@@ -84,7 +83,7 @@ sensor::Points pointsOf(const Key& key) {
 }
 
 /// Returns the matrix of a half space [mm/N]: each distance of two nodes is computed once.
-Eigen::MatrixXf halfSpace_mm(const Key& key) {
+Eigen::MatrixXf halfSpaceMatrix(const Key& key) {
   const auto columns = static_cast<int>(key.columns), rows = static_cast<int>(key.rows), nodes = columns * rows;
   const int wide = 2 * columns - 1;
   std::vector<Eigen::Matrix3f> apart(static_cast<std::size_t>(wide) * (2 * key.rows - 1));
@@ -121,16 +120,19 @@ struct Surface::Work {
   /// Returns that of the process, which ends with the last surface that has it.
   static std::shared_ptr<Work> of(const Key& key) {
     static std::mutex mutex;
-    static std::map<Key, std::weak_ptr<Work>> all;
+    static std::vector<std::weak_ptr<Work>> all;
     const std::lock_guard lock(mutex);
-    std::erase_if(all, [](const auto& each) { return each.second.expired(); });
-    auto work = all[key].lock();
-    if (!work) all[key] = work = std::make_shared<Work>(key);
+    std::erase_if(all, [](const auto& each) { return each.expired(); });
+    for (const auto& each : all) {
+      if (auto work = each.lock(); work && work->key == key) return work;
+    }
+    auto work = std::make_shared<Work>(key);
+    all.push_back(work);
     return work;
   }
 
   void compute(const std::stop_token& stop) try {
-    halfSpace = halfSpace_mm(key);
+    halfSpace = halfSpaceMatrix(key);
     share.store(0.0F, std::memory_order_release);  // partner: the acquire in displacement(), which reads the matrix
     sensor::Gel gel;
     gel.youngsModulus = kModulus_Pa;

@@ -10,6 +10,7 @@ const levels = 9;  // so that those of a scale of 1, 2 or 5 are round
 const margin = {left: 34, top: 12, right: 76, bottom: 24};  // [px]
 const wide_px = 420, second_px = 56;  // of a view that shows newtons beside pascals, and their column
 const bar_px = 12;
+const mostDots = 24;  // for nodes, along a side
 const faded = 0.3;  // of the last touch
 const finest = 93;  // points along a side, at most, of the spline that is drawn
 
@@ -126,7 +127,7 @@ export class Contours {
     const right = left + zoom * (wide - 1), top = low - zoom * (high - 1);
     context.fillStyle = theme.grid;
     context.beginPath();
-    const every = Math.max(1, Math.ceil(4 / (zoom * times)));  // nodes
+    const every = Math.ceil(Math.max(columns, rows) / mostDots);
     for (let row = 0; row < rows; row += every) {
       for (let column = 0; column < columns; column += every) context.rect(left + zoom * times * column - 0.5, low - zoom * times * row - 0.5, 1, 1);
     }

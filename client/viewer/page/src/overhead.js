@@ -1,13 +1,14 @@
 // View b: what the camera sees, brighter than it is, and over it how the markers have moved, the forces along the surface as
 // arrows, and the pressure as discs.
 import {Scale, newtons} from "./scale.js";
-import {fit, ratio, say} from "./canvas.js";
+import {fit, isSlow, ratio, say} from "./canvas.js";
 import {theme} from "./theme.js";
 import {drawTouching} from "./touching.js";
 
 const fullArrow = 2.2;  // node distances that the longest arrow takes
 const fullMotion = 1.6;  // marker distances that the longest motion takes
 const leastMotion_px = 0.25;  // of a marker that has moved
+const shortest_px = isSlow ? 4 : 2.5;  // on the screen
 const dark = 0.02, bright = 0.998;  // shares of the picture's pixels that are darker than black and than white
 const fullDisc = 0.46;  // of a node distance: the radius where one node takes the full pressure
 
@@ -149,7 +150,7 @@ export class Overhead {
     context.beginPath();
     for (let i = 0; i < now.length; i += 2) {
       const dx = times * (now[i] - rest[i]), dy = times * (now[i + 1] - rest[i + 1]);
-      if (Math.hypot(dx, dy) * zoom > 2.5) arrow(context, rest[i], rest[i + 1], dx, dy, 0.3 * pitch);  // not NaN, of one that is not seen
+      if (Math.hypot(dx, dy) * zoom > shortest_px) arrow(context, rest[i], rest[i + 1], dx, dy, 0.3 * pitch, 5 / zoom);  // not NaN, of one that is not seen
     }
     context.stroke();
     return times;
@@ -192,11 +193,12 @@ export class Overhead {
   }
 }
 
-/** Adds an arrow to the context's path. @param most length of its head */
-function arrow(context, x, y, dx, dy, most) {
+/** Adds an arrow to the context's path. @param most length of its head @param least length of an arrow that has one */
+function arrow(context, x, y, dx, dy, most, least = 0) {
   const length = Math.hypot(dx, dy), head = Math.min(0.35 * length, most) / length;
   context.moveTo(x, y);
   context.lineTo(x + dx, y + dy);
+  if (length < least) return;
   for (const side of [0.5, -0.5]) {
     context.moveTo(x + dx, y + dy);
     context.lineTo(x + dx - head * (dx - side * dy), y + dy - head * (dy + side * dx));

@@ -9,7 +9,7 @@ import {onTheme, theme} from "./theme.js";
 
 const finest = isSlow ? 47 : 93;  // points along a side, at most
 const ambient = 0.54, diffuse = 0.54, gloss = 0.16, shininess = 48;
-const meshEvery = 2;  // nodes between lines of the grid
+const mostLines = 12;  // of the grid along a side
 const mostSideways = 3;  // times that motion along the surface is drawn larger
 
 /** Of the nodes: of a body's they are not in a plane. */
@@ -55,13 +55,15 @@ export class Skin extends Group {
     for (const name of ["position", "color"]) {
       geometry.setAttribute(name, new BufferAttribute(new Float32Array(3 * wide * high), 3).setUsage(DynamicDrawUsage));
     }
-    const faces = [], lines = [], every = meshEvery * this.times;
-    for (let y = 0; y < high; ++y) {
-      for (let x = 0; x < wide; ++x) {
-        const i = y * wide + x;
-        if (x + 1 < wide && y + 1 < high) faces.push(i, i + wide, i + 1, i + 1, i + wide, i + wide + 1);
-        if (y % every === 0 && x + 1 < wide) lines.push(i, i + 1);
-        if (x % every === 0 && y + 1 < high) lines.push(i, i + wide);
+    const faces = [], lines = [], every = Math.ceil(Math.max(columns, rows) / mostLines) * this.times;
+    const step = Math.ceil(Math.max(wide, high) / (finest + 1));  // of more nodes than can be told apart, every second, say
+    for (let y = 0; y < high; y += step) {
+      for (let x = 0; x < wide; x += step) {
+        const right = Math.min(x + step, wide - 1), up = Math.min(y + step, high - 1);
+        const [i, east, north, far] = [[x, y], [right, y], [x, up], [right, up]].map(([column, row]) => row * wide + column);
+        if (east > i && north > i) faces.push(i, north, east, east, north, far);
+        if (y % every < step && east > i) lines.push(i, east);
+        if (x % every < step && north > i) lines.push(i, north);
       }
     }
     geometry.setIndex(faces);
