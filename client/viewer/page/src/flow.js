@@ -1,12 +1,12 @@
 // View d: the force vectors in three dimensions, with what is not known of their tips, and lines that follow the forces along
 // the surface: where they curl, something twists.
 import {BufferAttribute, BufferGeometry, Color, ConeGeometry, CylinderGeometry, DynamicDrawUsage, InstancedMesh, LineBasicMaterial,
-  LineSegments, Matrix4, MeshLambertMaterial, MeshPhongMaterial, Quaternion, SphereGeometry, Vector3} from "three";
+  LineSegments, Matrix4, MeshBasicMaterial, MeshPhongMaterial, Quaternion, SphereGeometry, Vector3} from "three";
 
 import {Axes} from "./axes.js";
 import {isSlow, say} from "./canvas.js";
 import {Scale, newtons} from "./scale.js";
-import {Stage} from "./scene.js";
+import {Stage, sunlight} from "./scene.js";
 import {Skin} from "./skin.js";
 import {sharesOf, slipColourAt} from "./stick_slip.js";
 import {directionAt, theme} from "./theme.js";
@@ -19,9 +19,20 @@ const steps = 26, stride = 0.5;  // of a line, in node distances
 const together = isSlow ? 2 : 1;  // steps that are drawn as one
 const least = 0.03;  // of the full scale: lines end there, arrows begin
 const framed = 0.1;  // of the full scale: what is to be in view
+const leastSeen = 2.5;  // node distances that are in view
 const blur = 1.3;  // nodes
 const beyond = 2;  // nodes around what is touched where lines begin
 const faded = 0.6;  // of the last touch
+
+/** Colours a geometry along y by the light on it while it points down: for the processor, to which each pixel that is lit is dear. */
+function shade(geometry) {
+  const normals = geometry.getAttribute("normal"), [x, y, z] = sunlight, light = new Float32Array(3 * normals.count);
+  for (let i = 0; i < normals.count; ++i) {
+    const towards = x * normals.getX(i) - y * normals.getZ(i) - z * normals.getY(i);
+    light.fill(0.82 + 0.34 * towards, 3 * i, 3 * i + 3);
+  }
+  geometry.setAttribute("color", new BufferAttribute(light, 3));
+}
 
 export class Flow {
   /** colour: what the arrows' colour tells, "direction" or "slip" */
@@ -48,9 +59,10 @@ export class Flow {
     this.positions = positions;
     const {gel} = this.stage, nodes = columns * rows;
     if (this.shafts) gel.remove(this.shafts, this.heads, this.clouds);
-    const solid = isSlow ? new MeshLambertMaterial() : new MeshPhongMaterial({specular: 0x666666, shininess: 40});
-    const pale = new MeshLambertMaterial({transparent: true, opacity: 0.28, depthWrite: false});
+    const solid = isSlow ? new MeshBasicMaterial({vertexColors: true}) : new MeshPhongMaterial({specular: 0x666666, shininess: 40});
+    const pale = new MeshBasicMaterial({transparent: true, opacity: 0.28, depthWrite: false});
     const make = (geometry, material) => {
+      if (isSlow) shade(geometry);
       const mesh = new InstancedMesh(geometry, material, nodes);
       mesh.frustumCulled = false;
       mesh.instanceMatrix.setUsage(DynamicDrawUsage);
@@ -76,7 +88,7 @@ export class Flow {
     model.vectors = {sequence: model.field.header.sequence, ...this.#arrows(model, grid, full)};
     model.flow = this.#flow(grid, full);
     this.lines.visible = !model.isGhost && !model.description.body;  // a body's shear lies in no plane
-    this.stage.follow(this.box ?? this.axes.extent, grid.pitch_mm);
+    this.stage.follow(this.box ?? this.axes.extent, leastSeen * grid.pitch_mm);
     say(this.label, model.ghostWords + (grid.largest_N > 0 ? `full arrow ${newtons(full)}` : "nothing touches"));
     this.stage.render();
   }
