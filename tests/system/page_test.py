@@ -253,7 +253,7 @@ class Page(TestCase):
                             f"x_mm = {x}\ny_mm = {y}\nforce_x_n = [0, 0.8, 0.8, 0]\nforce_z_n = [0, {pressed_N}, {pressed_N}, 0]\n")
         self.rig.twin(scenario)
         cache = self.rig.folder / "cache"
-        view = self.view(self.rig.daemon("[solve]\npatience_ms = 100\n"), env={"XDG_CACHE_HOME": str(cache)})
+        view = self.view(self.rig.daemon("[solve]\npatience_ms = 1000\n"), env={"XDG_CACHE_HOME": str(cache)})
         browser = self.browser(view)
         coarse_ms, whole_ms = browser.evaluate("""(async () => {
           const when = async (holds) => { while (!holds()) await new Promise(requestAnimationFrame); return Math.round(performance.now()); };
@@ -262,9 +262,9 @@ class Page(TestCase):
         print(f"\n  a new gel's surface after {coarse_ms} ms, as a half space's; {whole_ms} ms, its own", end=" ")
         browser.wait_for(f"traction.model.field?.valid && traction.model.field.resultant_N[2] > {0.9 * pressed_N}")
         self.assertEqual(len(list((cache / "traction").iterdir())), 1)
-        time.sleep(3)  # the camera goes there
-        share = browser.evaluate("""(() => {
+        share = browser.evaluate("""(async () => {
           const {views: {d}, model} = traction, {width, height} = d.stage.canvas;
+          do await new Promise(requestAnimationFrame); while (!(d.box && d.stage.isSettled && model.field.valid));
           const look = (isVisible) => {
             d.shafts.visible = d.heads.visible = isVisible;
             d.draw(model);

@@ -25,6 +25,7 @@ export class Stage {
   #distance = 0;  // of the camera, as it was set last
   #byHand = 1;  // times that distance
   #drawn_ms = 0;
+  isSettled = false;  // what is wanted is in view
 
   /** @param redraw is called when the camera or the colours have changed */
   constructor(canvas, label, redraw) {
@@ -118,6 +119,7 @@ export class Stage {
     camera.far = 20 * this.#distance;
     camera.updateProjectionMatrix();
     camera.lookAt(controls.target);
+    this.isSettled = isThere;
     if (!isThere) this.redraw();
   }
 
