@@ -19,7 +19,7 @@ const steps = 26, stride = 0.5;  // of a line, in node distances
 const together = isSlow ? 2 : 1;  // steps that are drawn as one
 const least = 0.03;  // of the full scale: lines end there, arrows begin
 const framed = 0.1;  // of the full scale: what is to be in view
-const leastSeen = 2.5;  // node distances that are in view
+const leastSeen = 1.5;  // node distances that are in view
 const blur = 1.3;  // nodes
 const beyond = 2;  // nodes around what is touched where lines begin
 const faded = 0.6;  // of the last touch

@@ -15,7 +15,7 @@ export const sunlight = [-0.52, 0.347, 0.78];
 const from = new Vector3(0.1, -0.72, 0.62).normalize();  // where the camera stands at first, seen from what it looks at
 const settle_ms = 220;  // in which the camera goes two thirds of its way
 const most_ms = 200;  // of a step: a page that was hidden does not jump
-const slack = 0.08;  // of the box, by which what is touched may move or grow beyond it, and thrice by which it may shrink
+const slack = 0.08;  // of the box, by which what is touched may move or grow beyond it, and half as much again by which it may shrink
 const arrived = 0.004;  // of the box
 const margin = 1.04;  // around it
 
@@ -69,7 +69,7 @@ export class Stage {
     const size = box.getSize(new Vector3()), lacks = (axis) => 0.5 * Math.max(0, least - size[axis]);
     box.expandByVector(new Vector3(lacks("x"), lacks("y"), 0));
     const wanted = this.#wanted, room = slack * wanted.getSize(size).length(), isFirst = wanted.isEmpty();
-    const isShrunk = box.getSize(new Vector3()).length() < (1 - 3 * slack) * size.length();
+    const isShrunk = box.getSize(new Vector3()).length() < (1 - 1.5 * slack) * size.length();
     if (!isFirst && !isShrunk && wanted.clone().expandByScalar(room).containsBox(box)) return;
     wanted.copy(box);
     if (isFirst) this.#shown.copy(box);
