@@ -1,8 +1,8 @@
 #include "twin/gel_model.h"
 
 #include "sensor/elastic/loads.h"
+#include "sensor/elastic/matrix_cache.h"
 #include "sensor/elastic/quadrature.h"
-#include "twin/matrix_cache.h"
 
 #include <algorithm>
 #include <cmath>
@@ -65,10 +65,10 @@ Eigen::MatrixXd blockCorrection(const sensor::Gel& gel, const sensor::Points& ma
   append(key, markers);
   append(key, sources);
   if (!cache.empty()) {
-    if (auto known = loadMatrix(cache, key)) return *std::move(known);
+    if (auto known = sensor::elastic::loadMatrix(cache, key)) return *std::move(known);
   }
   const Eigen::MatrixXd correction = sensor::elastic::BlockCorrection(gel, markers, options, progress).matrix(sources);
-  if (!cache.empty()) saveMatrix(cache, key, correction);
+  if (!cache.empty()) sensor::elastic::saveMatrix(cache, key, correction);
   return correction;
 }
 

@@ -133,8 +133,9 @@ export class Subscriber {
     if (/^(reply|done|error)\//.test(topic)) return this.#answer(topic, bytes), null;
     if (topic === "view/places") return {kind: "places", places_px: new Float32Array(bytes.slice().buffer)};
     if (topic === "view/surface") {
+      const numbers = new Float32Array(bytes.slice(8).buffer);
       return {kind: "surface", sequence: new DataView(bytes.buffer, bytes.byteOffset).getBigUint64(0, true),
-        displacement_mm: new Float32Array(bytes.slice(8).buffer)};
+        share: numbers[0], displacement_mm: numbers.subarray(1)};
     }
     if (topic === "view/picture") {
       const [place, jpeg] = split(bytes);

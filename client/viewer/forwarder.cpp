@@ -24,9 +24,14 @@ void Forwarder::passSurface(const Field& field) {
   const auto* moved_mm = surface_.displacement(field);
   if (moved_mm == nullptr) return;
   const auto count = static_cast<std::size_t>(moved_mm->size());
-  std::string bytes(sizeof(field.header.sequence) + count * sizeof(float), '\0');
-  std::memcpy(bytes.data(), &field.header.sequence, sizeof(field.header.sequence));
-  std::memcpy(&bytes[sizeof(field.header.sequence)], moved_mm->data(), count * sizeof(float));
+  const float share = surface_.share();
+  std::string bytes;
+  const auto append = [&bytes](const void* from, std::size_t size) {
+    bytes.append(static_cast<const char*>(from), size);
+  };
+  append(&field.header.sequence, sizeof(field.header.sequence));
+  append(&share, sizeof(share));
+  append(moved_mm->data(), count * sizeof(float));
   deliver_(kSurface, makeFrame("view/surface", bytes));
 }
 

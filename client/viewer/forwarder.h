@@ -24,7 +24,7 @@ class Forwarder {
   void pass(const Message& message, const Raw& raw);
 
   /// Adds kinds (or-ed) to those that are wanted; none can be taken back. Matters for kPreview, kSurface and kPicture
-  /// only. The matrix for kSurface takes seconds, in which no kSurface is delivered, and memory. Thread-safe.
+  /// only. The matrix for kSurface takes seconds, in which it is of a half space, and memory. Thread-safe.
   void want(unsigned kinds) { wanted_ |= kinds; }
 
  private:

@@ -18,11 +18,11 @@ Frame makeFrame(std::string_view topic, std::string_view bytes);
 
 /// Kinds of frames, beside Topics; or-ed.
 enum Kinds : unsigned {
-  kErrors = 256,  ///< the topic is "error", the bytes are a code of docs/clients.md, a blank and a sentence
-  kPlaces = 512,  ///< "view/places": where the nodes are in the picture, float32 u, v [px]
-  kSurface =
-      1024,      ///< "view/surface": the sequence of a field as uint64, then x, y, z of node after node, float32 [mm]
-  kTime = 2048,  ///< "view/time": the position of a recording that is played, JSON
+  kErrors = 256,     ///< the topic is "error", the bytes are a code of docs/clients.md, a blank and a sentence
+  kPlaces = 512,     ///< "view/places": where the nodes are in the picture, float32 u, v [px]
+  kSurface = 1024,   ///< "view/surface": the sequence of a field as uint64, Surface::share() and x, y, z of node after
+                     ///< node [mm], float32
+  kTime = 2048,      ///< "view/time": the position of a recording that is played, JSON
   kRecorder = 4096,  ///< "view/recorder": the recording that is being made, JSON
   kPicture = 8192,   ///< "view/picture": where it lies in the camera's picture, JSON, a zero byte, a preview as JPEG
   kHealth = 16384,   ///< "view/health": how well a live sensor measures, and what is wrong, JSON

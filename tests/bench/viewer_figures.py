@@ -183,7 +183,7 @@ def main():
         daemon = bench.daemon()
         view = start_view(bench, daemon)
         browser = Browser(bench, view.url)
-        browser.wait_for("window.traction?.model?.surface && traction.model.field.resultant_N[2] > 3", 120)
+        browser.wait_for("window.traction?.model?.surface_share === 1 && traction.model.field?.resultant_N[2] > 3", 120)
         browser.ask(ignoreRequests=True)
         rates(browser, "24 x 24 nodes, four views", 30)
         delays(browser, twin, bench)

@@ -1,6 +1,6 @@
 // Chromium without a window, on a page, for tests/support/browser.py: browser.mjs BUILD CHROMIUM FOLDER URL [WIDTH HEIGHT]
 // Reads a line of JSON and answers with one: {"evaluate": EXPRESSION}, {"picture": FILE}, {"requests": true},
-// {"ignoreRequests": true}, {"key": KEY}, {"accessibility": true}.
+// {"ignoreRequests": true}, {"key": KEY}, {"size": [WIDTH, HEIGHT]}, {"accessibility": true}.
 import {spawn} from "node:child_process";
 import {readFileSync, writeFileSync} from "node:fs";
 import {createInterface} from "node:readline";
@@ -79,6 +79,7 @@ const tasks = {
     await send("Input.dispatchKeyEvent", {type: "keyUp", key});
     return key;
   },
+  size: ([width, height]) => send("Emulation.setDeviceMetricsOverride", {width, height, deviceScaleFactor: 1, mobile: width < 600}),
   async accessibility() {
     await evaluate(readFileSync(require.resolve("axe-core/axe.min.js"), "utf8") + ";0");
     return evaluate("axe.run().then(({violations}) => violations.map(({id, impact, nodes}) => " +
@@ -87,7 +88,7 @@ const tasks = {
 };
 
 for (const domain of ["Page", "Network", "Runtime", "Log", "Performance"]) await send(`${domain}.enable`);
-await send("Emulation.setDeviceMetricsOverride", {width: Number(width), height: Number(height), deviceScaleFactor: 1, mobile: Number(width) < 600});
+await tasks.size([Number(width), Number(height)]);
 await send("Page.navigate", {url});
 console.log(JSON.stringify({ready: true}));
 for await (const line of createInterface(process.stdin)) {

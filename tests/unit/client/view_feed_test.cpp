@@ -1,9 +1,14 @@
 #include "client/viewer/playing.h"
+#include "client/viewer/surface.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <limits>
+#include <thread>
 
 namespace traction::view {
 namespace {
@@ -18,6 +23,50 @@ TEST(Playing, TimeOfAMomentIsLimited) {
   for (const double speed : {0.0, -0.0, -1.0, std::nan("")}) EXPECT_EQ(timeToPlay(0, speed), 24h * 365);
   EXPECT_EQ(timeToPlay(std::numeric_limits<std::uint64_t>::max(), 1.0), 24h * 365);
   EXPECT_EQ(timeToPlay(kSecond, std::numeric_limits<double>::infinity()), 0s);
+}
+
+/// Returns a block of 30 x 30 x 10 mm with 6 x 6 nodes.
+Description smallGel(double modulus_Pa) {
+  Description description;
+  description.gel = {.youngsModulus_Pa = modulus_Pa, .poissonRatio = 0.48, .size_m = {0.03, 0.03, 0.01}};
+  description.nodes = {.columns = 6, .rows = 6, .pitch_m = 0.003, .centre_m = {}};
+  return description;
+}
+
+/// Waits until the gel's own matrix is there. Returns the motion under 1 N into the gel at node 14 [mm].
+Eigen::VectorXf motionOf(Surface& surface) {
+  Field field;
+  field.force_N.resize(36);
+  field.force_N[14] = {0.0F, 0.0F, 1.0F};
+  const auto deadline = std::chrono::steady_clock::now() + 10min;
+  while (std::chrono::steady_clock::now() < deadline) {
+    const Eigen::VectorXf* moved = surface.displacement(field);
+    if (moved != nullptr && surface.share() == 1.0F) return *moved;
+    std::this_thread::sleep_for(1ms);
+  }
+  return {};
+}
+
+TEST(Surface, IsComputedOnceForAGelOfAnyModulus) {
+  const tractiond::test::TemporaryFolder folder;
+  setenv("XDG_CACHE_HOME", folder.path().c_str(), 1);
+  Eigen::VectorXf first;
+  {
+    Surface surface;
+    surface.describe(smallGel(1e5));
+    first = motionOf(surface);
+  }
+  ASSERT_EQ(first.size(), 108);
+  EXPECT_GT(first[3 * 14 + 2], 1.5F * first[3 * 15 + 2]);  // where it is pressed
+  const std::filesystem::path cache = folder.path() / "traction";
+  const auto files = [&] { return std::distance(std::filesystem::directory_iterator(cache), {}); };
+  ASSERT_EQ(files(), 1);
+  const auto made = std::filesystem::last_write_time(*std::filesystem::directory_iterator(cache));
+  Surface calibrated;
+  calibrated.describe(smallGel(2e5));
+  EXPECT_LT((motionOf(calibrated) - 0.5F * first).norm(), 1e-5F * first.norm());
+  EXPECT_EQ(files(), 1);
+  EXPECT_EQ(std::filesystem::last_write_time(*std::filesystem::directory_iterator(cache)), made);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 #include "sensor/elastic/half_space.h"
 #include "sensor/elastic/loads.h"
+#include "sensor/elastic/matrix_cache.h"
 #include "twin/gel_model.h"
-#include "twin/matrix_cache.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -93,11 +93,11 @@ TEST(GelModel, CacheGivesTheSameAndIsNotTrustedWhenDamaged) {
   const auto directory = std::filesystem::path(testing::TempDir()) / ("twin-cache-" + std::to_string(getpid()));
   const std::vector<double> key = {1, 2, 3}, otherKey = {1, 2, 4};
   const Eigen::MatrixXd matrix = Eigen::MatrixXd::Random(7, 5);
-  EXPECT_FALSE(twin::loadMatrix(directory, key).has_value());
-  ASSERT_TRUE(twin::saveMatrix(directory, key, matrix));
-  ASSERT_TRUE(twin::loadMatrix(directory, key).has_value());
-  EXPECT_EQ(*twin::loadMatrix(directory, key), matrix);
-  EXPECT_FALSE(twin::loadMatrix(directory, otherKey).has_value());
+  EXPECT_FALSE(sensor::elastic::loadMatrix(directory, key).has_value());
+  ASSERT_TRUE(sensor::elastic::saveMatrix(directory, key, matrix));
+  ASSERT_TRUE(sensor::elastic::loadMatrix(directory, key).has_value());
+  EXPECT_EQ(*sensor::elastic::loadMatrix(directory, key), matrix);
+  EXPECT_FALSE(sensor::elastic::loadMatrix(directory, otherKey).has_value());
 
   const std::filesystem::path file = std::filesystem::directory_iterator(directory)->path();
   const auto size = std::filesystem::file_size(file);
@@ -106,12 +106,12 @@ TEST(GelModel, CacheGivesTheSameAndIsNotTrustedWhenDamaged) {
     stream.seekp(static_cast<std::streamoff>(size) - 3);
     stream.put('x');
   }
-  EXPECT_FALSE(twin::loadMatrix(directory, key).has_value());
-  ASSERT_TRUE(twin::saveMatrix(directory, key, matrix));
+  EXPECT_FALSE(sensor::elastic::loadMatrix(directory, key).has_value());
+  ASSERT_TRUE(sensor::elastic::saveMatrix(directory, key, matrix));
   std::filesystem::resize_file(file, size - 8);
-  EXPECT_FALSE(twin::loadMatrix(directory, key).has_value());
+  EXPECT_FALSE(sensor::elastic::loadMatrix(directory, key).has_value());
   std::filesystem::resize_file(file, 10);
-  EXPECT_FALSE(twin::loadMatrix(directory, key).has_value());
+  EXPECT_FALSE(sensor::elastic::loadMatrix(directory, key).has_value());
   std::filesystem::remove_all(directory);
 }
 

@@ -3,15 +3,15 @@ import {Subscriber, TractionError} from "../../../javascript/traction.js";
 
 import {isSlow, say} from "./canvas.js";
 import {Contours} from "./contours.js";
-import {Film, savePicture} from "./export.js";
+import {savePicture, saveText} from "./export.js";
 import {Flow} from "./flow.js";
 import {Model} from "./model.js";
-import {flagWords, showContacts, showFacts, showForce, showState} from "./numbers.js";
+import {flagWords, showContacts, showFacts, showForce, showState, showZero} from "./numbers.js";
 import {Overhead} from "./overhead.js";
 import {History, Plot} from "./plot.js";
 import {Choice, RecordButton, TimeBar} from "./recordings.js";
 import {Surface} from "./surface.js";
-import {onTheme, toggleTheme} from "./theme.js";
+import {directions, onTheme, toggleTheme} from "./theme.js";
 
 const $ = (id) => document.getElementById(id);
 const slow_ms = 75;  // between new texts and new plots, in turns: nobody reads faster
@@ -35,6 +35,7 @@ class Sensor {
   /** What was, when time has jumped. */
   forget() {
     this.history = new History();
+    this.model.peak = null;
   }
 
   #take(message) {
@@ -47,9 +48,15 @@ class Sensor {
         break;
       case "markers": model.takeMarkers(message); break;
       case "contacts": model.takeContacts(message); break;
-      case "description": model.takeDescription(message); break;
+      case "description":
+        if (model.zeroId && String(message.zero?.id) !== model.zeroId) this.history.mark("zero");
+        model.takeDescription(message);
+        break;
       case "status": model.status = message; break;
-      case "surface": model.displacement_mm = message.displacement_mm; break;
+      case "surface":
+        if (model.field?.valid || !model.isTouched) model.displacement_mm = message.displacement_mm;  // else without forces for a moment
+        model.surface_share = message.share;
+        break;
       case "picture": views.b.show(message, model); return;  // draws when it is decoded
       case "places": model.takePlaces(message); break;
       case "time": model.time = message; break;
@@ -68,12 +75,12 @@ const canvasOf = (letter) => $(`view-${letter}`).querySelector("canvas");
 const views = {
   a: new Surface(canvasOf("a"), $("scale-a"), redraw),
   b: new Overhead(canvasOf("b"), $("scale-b"), redraw),
-  c: new Contours(canvasOf("c"), $("scale-c"), $("legend-c")),
+  c: new Contours(canvasOf("c"), $("scale-c"), $("legend-c"), redraw),
   d: new Flow(canvasOf("d"), $("scale-d"), redraw),
 };
-const plot = new Plot($("plot"));
+const plot = new Plot($("plot"), $("plot-values"));
 const timeBar = new TimeBar(), recordButton = new RecordButton(notice), recordings = new Choice(openRecording);
-let played = null, film = null;
+let played = null;
 let owed = null;  // where the processor draws, the two views in three dimensions take turns: the one that waits
 
 function choose(sensor) {
@@ -97,6 +104,7 @@ function showTexts(model) {
   model.work_ms = [...works].sort((a, b) => a - b)[works.length >> 1] ?? 0;
   showState(model);
   showFacts(model);
+  showZero(model);
   timeBar.show();
   recordButton.show();
   if (!isHeld) {
@@ -128,7 +136,6 @@ function draw() {
   const takeTurns = isSlow && shown.includes(views.a) && shown.includes(views.d);
   owed = takeTurns ? (owed === views.a ? views.d : views.a) : null;
   for (const view of shown) if (view !== owed) view.draw(model);
-  film?.add(shownCanvases());
   ++model.drawn;
   model.drawn_sequence = model.field?.header.sequence;
   model.last_work_ms = performance.now() - begin;
@@ -188,23 +195,10 @@ function takePicture() {
   savePicture(shownCanvases(), nameOfFile());
 }
 
-async function toggleFilm() {
-  if (!Film.isPossible) return;
-  $("film").setAttribute("aria-pressed", String(!film));
-  if (!film) {
-    film = new Film(shownCanvases());
-    return redraw();
-  }
-  const ended = film;
-  film = null;
-  const bytes = await ended.end(nameOfFile());
-  notice(`A film of ${ended.pictures} pictures, ${(bytes / 1e6).toFixed(1)} MB`);
-}
-
 const actions = {
-  " ": hold, d: toggleTheme, p: takePicture, f: toggleFilm, r: () => recordButton.toggle(),
+  " ": hold, d: toggleTheme, p: takePicture, r: () => recordButton.toggle(),
   ",": () => timeBar.step(-1), ".": () => timeBar.step(1),
-  z: () => ask("zero", "The zero has been taken"), u: () => ask("undoZero", "The previous zero has been restored"),
+  z: () => ask("zero", "The zero has been taken"), u: () => ask("undoZero", "The zero before that one is in force again"),
   0: () => one(null), Escape: () => one(null),
   1: () => one("a"), 2: () => one("b"), 3: () => one("c"), 4: () => one("d"),
   ArrowLeft: () => turn(-0.1, 0), ArrowRight: () => turn(0.1, 0), ArrowUp: () => turn(0, 0.1), ArrowDown: () => turn(0, -0.1),
@@ -224,27 +218,38 @@ addEventListener("keydown", (event) => {
   action();
 });
 addEventListener("resize", redraw);
-onTheme(redraw);
+const colourWheel = () => { document.querySelector(".wheel").style.background = directions(); };
+onTheme(() => { colourWheel(); redraw(); });
+colourWheel();
 $("pause").onclick = hold;
 $("theme").onclick = toggleTheme;
 $("picture").onclick = takePicture;
-$("film").onclick = toggleFilm;
-$("film").hidden = !Film.isPossible;
+for (const ending of ["csv", "svg"]) $(ending).onclick = () => saveText(plot[ending](), `${nameOfFile()}-${plot.kind}`, ending);
 $("zero").onclick = actions.z;
 $("undo").onclick = actions.u;
 for (const figure of $("views").children) {
   figure.ondblclick = () => one(figure.id.at(-1));
   new ResizeObserver(redraw).observe(figure);
 }
-for (const button of document.querySelectorAll("[data-plot]")) {
-  button.onclick = () => {
-    plot.choose(button.dataset.plot);
-    for (const each of document.querySelectorAll("[data-plot]")) each.setAttribute("aria-pressed", String(each === button));
-  };
+
+/** Buttons of which one is pressed: each has a word in its data. */
+function choices(name, take) {
+  const buttons = document.querySelectorAll(`[data-${name}]`);
+  for (const button of buttons) {
+    button.onclick = () => {
+      take(button.dataset[name]);
+      for (const each of buttons) each.setAttribute("aria-pressed", String(each === button));
+      redraw();
+    };
+  }
 }
+choices("plot", (kind) => plot.choose(kind));
+choices("span", (seconds) => plot.look(Number(seconds)));
+choices("contours", (quantity) => { views.c.quantity = quantity; });
+choices("arrows", (colour) => { views.d.colour = colour; });
 
 async function start() {
-  window.traction = {model: null, views, get sensors() { return sensors.map((sensor) => sensor.model); }};
+  window.traction = {model: null, views, plot, get sensors() { return sensors.map((sensor) => sensor.model); }};
   const {sensors: list, recordings: hasRecordings, flags} = await (await fetch("sensors")).json();
   Object.assign(flagWords, flags);
   sensors = list.map((entry) => new Sensor(entry));

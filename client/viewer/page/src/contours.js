@@ -1,11 +1,17 @@
-// View c: how large the forces are, as filled contours of a spline surface through the nodes; and which nodes stick and slip.
+// View c: pressure, shear or both, as filled contours of a spline surface through the nodes; and which nodes stick and slip.
 import {fit, say} from "./canvas.js";
-import {Scale, newtons} from "./scale.js";
+import {show, spread} from "./numbers.js";
+import {Scale, newtons, pascals} from "./scale.js";
 import {drawStickSlip, gradient} from "./stick_slip.js";
 import {rampAt, theme} from "./theme.js";
 import {drawTouching} from "./touching.js";
 
-const levels = 8;
+const levels = 9;  // so that those of a scale of 1, 2 or 5 are round
+const margin = {left: 34, top: 12, right: 76, bottom: 24};  // [px]
+const wide_px = 420, second_px = 56;  // of a view that shows newtons beside pascals, and their column
+const bar_px = 12;
+const mostDots = 24;  // for nodes, along a side
+const faded = 0.3;  // of the last touch
 const finest = 93;  // points along a side, at most, of the spline that is drawn
 
 /** Weights of four neighbours at t between the second and third (Catmull and Rom, 1974). */
@@ -49,13 +55,20 @@ export class Spline {
 }
 
 export class Contours {
-  constructor(canvas, label, legend) {
+  /** what is drawn: "both", "pressure" or "shear" */
+  quantity = "both";
+  #pointer = null;
+
+  /** @param redraw is called when the pointer has moved */
+  constructor(canvas, label, legend, redraw) {
     this.canvas = canvas;
     this.label = label;
     this.legend = legend;
     legend.querySelector("i").style.background = gradient;
-    this.scale = new Scale(0.01);
+    this.scale = new Scale(0.2);  // [kPa]
     this.picture = document.createElement("canvas");
+    canvas.addEventListener("pointermove", ({offsetX, offsetY}) => { this.#pointer = [offsetX, offsetY]; redraw(); });
+    canvas.addEventListener("pointerleave", () => { this.#pointer = null; redraw(); });
   }
 
   draw(model) {
@@ -70,21 +83,25 @@ export class Contours {
       this.picture.height = this.spline.high;
       this.image = new ImageData(this.spline.wide, this.spline.high);
     }
-    const full = this.scale.update(model.largest_N);
+    const nodes = model.pressures_kPa(this.quantity);
+    let largest = 0;
+    for (const one of nodes) if (one > largest) largest = one;
+    const full = this.scale.update(largest);
     const {wide, high} = this.spline;
-    const values = this.spline.update(model.magnitude_N);
+    const values = this.spline.update(nodes);
     this.#paint(values, full);
-    const margin = 14;
-    const zoom = Math.min((width - 2 * margin) / (wide - 1), (height - 2 * margin) / (high - 1));
+    const right = margin.right + (width > wide_px ? second_px : 0);
+    const zoom = Math.max(0.1, Math.min((width - margin.left - right) / (wide - 1), (height - margin.top - margin.bottom) / (high - 1)));
+    const left = Math.round((width - zoom * (wide - 1) - right + margin.left) / 2), low = margin.top + zoom * (high - 1);
+    this.#axes(context, model, left, low, zoom);
     context.save();
-    context.translate((width - zoom * (wide - 1)) / 2, (height + zoom * (high - 1)) / 2);
+    context.translate(left, low);
     context.scale(zoom, -zoom);  // y is up
     context.imageSmoothingEnabled = true;
+    context.globalAlpha = model.isGhost ? faded : 1;
     context.drawImage(this.picture, -0.5, -0.5, wide, high);
-    context.strokeStyle = theme.line;
-    context.lineWidth = 1 / zoom;
-    context.strokeRect(0, 0, wide - 1, high - 1);
     this.#lines(context, values, full, zoom);
+    context.globalAlpha = 1;
     const place = (point) => this.#place(model, point);
     model.stick_slip = drawStickSlip(context, model, place);
     this.legend.hidden = model.stick_slip.length === 0;
@@ -97,8 +114,92 @@ export class Contours {
       context.fill();
     }
     context.restore();
-    model.contours = {full_N: full, levels_N: Array.from({length: levels}, (_, i) => ((i + 1) * full) / (levels + 1))};
-    say(this.label, `brightest ${newtons(full)} a node`);
+    this.#bar(context, left + zoom * (wide - 1) + 18, margin.top, low - margin.top, full, width > wide_px ? model.mean_area_mm2 : 0);
+    this.#underPointer(context, model, values, left, low, zoom);
+    model.contours = {full_kPa: full, levels_kPa: Array.from({length: levels}, (_, i) => ((i + 1) * full) / (levels + 1))};
+    say(this.label, model.ghostWords + (largest > 0 ? `most ${pascals(largest)}` :
+      `nothing touches; a node is seen from ${newtons(model.description.solver.detection_limit_normal_N)}`));
+  }
+
+  /** The edge, the nodes, and millimetres. */
+  #axes(context, model, left, low, zoom) {
+    const {wide, high, times} = this.spline, {pitch_m, centre_m, columns, rows} = model.description.nodes;
+    const right = left + zoom * (wide - 1), top = low - zoom * (high - 1);
+    context.fillStyle = theme.grid;
+    context.beginPath();
+    const every = Math.ceil(Math.max(columns, rows) / mostDots);
+    for (let row = 0; row < rows; row += every) {
+      for (let column = 0; column < columns; column += every) context.rect(left + zoom * times * column - 0.5, low - zoom * times * row - 0.5, 1, 1);
+    }
+    context.fill();
+    context.strokeStyle = theme.grid;
+    context.lineWidth = 1;
+    context.strokeRect(left - 0.5, top - 0.5, right - left + 1, low - top + 1);
+    context.fillStyle = theme.quiet;
+    context.font = "11px system-ui";
+    context.textBaseline = "middle";
+    const ticks = (centre_mm, count, put) => {
+      const half = (1e3 * pitch_m * (count - 1)) / 2, px_per_mm = (zoom * times) / (1e3 * pitch_m);
+      const step = [1, 2, 5, 10, 20, 50, 100].find((one) => one * px_per_mm >= 30) ?? 200;
+      for (let at = Math.ceil((centre_mm - half) / step) * step; at <= centre_mm + half; at += step) {
+        put((zoom * times * (at - centre_mm + half)) / (1e3 * pitch_m), String(at).replace("-", "−"));
+      }
+    };
+    context.textAlign = "center";
+    ticks(1e3 * centre_m[0], columns, (at, text) => {
+      context.fillRect(left + at, low + 1, 1, 4);
+      context.fillText(text, left + at, low + 13);
+    });
+    context.textAlign = "right";
+    ticks(1e3 * centre_m[1], rows, (at, text) => {
+      context.fillRect(left - 5, low - at, 4, 1);
+      context.fillText(text, left - 8, low - at);
+    });
+    context.textAlign = "left";
+    context.fillText("mm", right + 6, low + 13);
+  }
+
+  /** What the colours mean: a pressure, and the force of a node that has it. @param area_mm2 of a node; 0: without that */
+  #bar(context, left, top, tall, full, area_mm2) {
+    const steps = levels + 1;
+    for (let k = 0; k < steps; ++k) {
+      context.fillStyle = `rgb(${this.colours[k].map(Math.round).join(" ")})`;
+      context.fillRect(left, top + (tall * (steps - 1 - k)) / steps, bar_px, Math.ceil(tall / steps));
+    }
+    context.fillStyle = theme.quiet;
+    context.textAlign = "left";
+    for (let k = tall > 150 ? 2 : 5; k <= steps; k += tall > 150 ? 2 : 5) {
+      const y = top + tall * (1 - k / steps), value = (k * full) / steps;
+      context.fillText(pascals(value), left + bar_px + 5, y);
+      if (area_mm2 > 0) context.fillText(newtons(1e-3 * value * area_mm2), left + bar_px + 58, y);
+    }
+    if (area_mm2 > 0) context.fillText("a node", left + bar_px + 58, top + tall - 1);
+  }
+
+  #underPointer(context, model, values, left, low, zoom) {
+    model.pointed = null;
+    if (!this.#pointer) return;
+    const {wide, high, times} = this.spline, [u, v] = this.#pointer, x = (u - left) / zoom, y = (low - v) / zoom;
+    if (!(x >= 0 && y >= 0 && x <= wide - 1 && y <= high - 1)) return;
+    const {pitch_m, centre_m, columns, rows} = model.description.nodes;
+    const at_mm = [[x, columns, 0], [y, rows, 1]].map(([at, count, axis]) => 1e3 * (centre_m[axis] + pitch_m * (at / times - (count - 1) / 2)));
+    const node = Math.round(y / times) * columns + Math.round(x / times), deviation = model.shown.node_deviation_N;
+    const axis = this.quantity === "shear" ? 0 : 2, at = values[Math.round(y) * wide + Math.round(x)];
+    const kPa = this.quantity === "pressure" ? at : Math.max(0, at);  // a spline may go below what it goes through
+    const digits = kPa < 10 ? 2 : 1, doubt = deviation.length > 0 ? spread(1e3 * deviation[3 * node + axis] / model.area_mm2(node), digits) : "";
+    model.pointed = {kPa, at_mm, mm_per_px: (1e3 * pitch_m) / (times * zoom), text: `${show(kPa, digits)} ${doubt} kPa at ${at_mm.map((one) => show(one, 1)).join(", ")} mm`};
+    context.font = "12px system-ui";
+    const long = context.measureText(model.pointed.text).width + 12, from = Math.min(Math.max(u - long / 2, 2), this.canvas.clientWidth - long - 2);
+    const over = v > 40 ? v - 34 : v + 14;
+    context.strokeStyle = theme.text;
+    context.strokeRect(u - 4, v - 4, 8, 8);
+    context.fillStyle = theme.card;
+    context.fillRect(from, over, long, 20);
+    context.strokeStyle = theme.quiet;
+    context.strokeRect(from + 0.5, over + 0.5, long, 20);
+    context.fillStyle = theme.text;
+    context.textAlign = "left";
+    context.fillText(model.pointed.text, from + 6, over + 11);
   }
 
   #place(model, [x_m, y_m]) {

@@ -1,15 +1,15 @@
-// The views as a picture and as a film.
+// What is seen as files: the views as a picture, the plot as numbers or a drawing.
 
 /** Side by side on one canvas, as they are at this moment: what WebGL has drawn is gone after the frame. */
-function compose(sheet, canvases) {
-  const columns = Math.ceil(Math.sqrt(canvases.length));
+function compose(canvases) {
+  const columns = Math.ceil(Math.sqrt(canvases.length)), sheet = document.createElement("canvas");
   const width = Math.max(...canvases.map((canvas) => canvas.width)), height = Math.max(...canvases.map((canvas) => canvas.height));
-  const wide = columns * width, high = Math.ceil(canvases.length / columns) * height;
-  if (sheet.width !== wide || sheet.height !== high) Object.assign(sheet, {width: wide, height: high});
+  Object.assign(sheet, {width: columns * width, height: Math.ceil(canvases.length / columns) * height});
   const context = sheet.getContext("2d");
   context.fillStyle = getComputedStyle(document.documentElement).getPropertyValue("--card");
-  context.fillRect(0, 0, wide, high);
+  context.fillRect(0, 0, sheet.width, sheet.height);
   canvases.forEach((canvas, i) => context.drawImage(canvas, (i % columns) * width, Math.floor(i / columns) * height));
+  return sheet;
 }
 
 function save(blob, name, ending) {
@@ -20,39 +20,10 @@ function save(blob, name, ending) {
 }
 
 export function savePicture(canvases, name) {
-  const sheet = document.createElement("canvas");
-  compose(sheet, canvases);
-  sheet.toBlob((blob) => save(blob, name, "png"));
+  compose(canvases).toBlob((blob) => save(blob, name, "png"));
 }
 
-/** Grows with every add(); end() saves it. */
-export class Film {
-  static get isPossible() { return typeof MediaRecorder === "function" && MediaRecorder.isTypeSupported("video/webm"); }
-
-  constructor(canvases) {
-    this.sheet = document.createElement("canvas");
-    compose(this.sheet, canvases);  // a size that does not change: the encoder wants one
-    this.parts = [];
-    this.pictures = 0;
-    this.recorder = new MediaRecorder(this.sheet.captureStream(), {mimeType: "video/webm", videoBitsPerSecond: 6e6});
-    this.recorder.ondataavailable = ({data}) => this.parts.push(data);
-    this.recorder.start(1000);
-  }
-
-  add(canvases) {
-    compose(this.sheet, canvases);
-    ++this.pictures;
-  }
-
-  /** @returns a promise of its size [bytes] */
-  end(name) {
-    return new Promise((resolve) => {
-      this.recorder.onstop = () => {
-        const film = new Blob(this.parts, {type: "video/webm"});
-        save(film, name, "webm");
-        resolve(film.size);
-      };
-      this.recorder.stop();
-    });
-  }
+const types = {csv: "text/csv", svg: "image/svg+xml"};
+export function saveText(text, name, ending) {
+  save(new Blob([text], {type: types[ending]}), name, ending);
 }

@@ -3,6 +3,7 @@
 import {isSlow} from "./canvas.js";
 
 const touch_ms = 1500;  // after a message of traction-touch, which sends one for each field
+const sameTouch_ms = 500;  // without a contact, within one touch
 const mostArrows = isSlow ? 25 : 50;  // along a side
 
 /** Of one sensor. Positions in mm, gel frame, unless a name says pixels. */
@@ -22,11 +23,11 @@ export class Model {
     this.places_px = new Float32Array();  // of nodes in the camera's picture
     this.positions_mm = new Float32Array();  // x, y, z of nodes
     this.displacement_mm = new Float32Array();  // of the touched surface at the nodes: x, y, z
+    this.surface_share = 0;  // of the gel's computation; below 1 the surface moves as a half space does
     this.columns = 0;
     this.rows = 0;
-    this.magnitude_N = new Float32Array();
-    this.largest_N = 0;
     this.markers_px = new Float32Array();  // where they are now; NaN: not seen
+    this.peak = null;  // the last touch, when it was strongest: {field, force_N, seen_ms}
     this.fields = 0;  // that have come
     this.drawn = 0;
     this.rate_hz = 0;
@@ -34,6 +35,11 @@ export class Model {
     this.last_work_ms = 0;  // the page's own, for the frame drawn last
     this.work_ms = 0;  // the median of the last 60
     this.arrivals = [];
+  }
+
+  /** Of the zero in force; empty: there is none. */
+  get zeroId() {
+    return String(this.description?.zero?.id ?? "");
   }
 
   takeDescription(description) {
@@ -59,18 +65,39 @@ export class Model {
   takeField(field) {
     this.field = field;
     ++this.fields;
-    const {force_N} = field;
-    const nodes = force_N.length / 3;
-    if (this.magnitude_N.length !== nodes) this.magnitude_N = new Float32Array(nodes);
-    let largest = 0;
-    for (let i = 0; i < nodes; ++i) {
-      const x = force_N[3 * i], y = force_N[3 * i + 1], z = force_N[3 * i + 2];
-      const size = Math.sqrt(x * x + y * y + z * z);
-      this.magnitude_N[i] = size;
-      if (size > largest) largest = size;
+    if (field.valid) this.valid = field;
+    if (field.valid && isTouch(field)) {
+      const force_N = Math.hypot(...field.resultant_N);
+      if (!this.#isSameTouch || force_N >= this.peak.force_N) this.peak = {field, force_N};
+      this.peak.seen_ms = performance.now();
     }
-    this.largest_N = largest;
     this.#time(field.header);
+  }
+
+  get #isSameTouch() {
+    return this.peak !== null && performance.now() - this.peak.seen_ms < sameTouch_ms;
+  }
+
+  /** A field that is not valid for a moment ends no touch. */
+  get isTouched() {
+    return this.field !== null && (this.field.valid ? isTouch(this.field) : this.#isSameTouch);
+  }
+
+  /** What the views draw: the newest field; while nothing touches, the last touch. */
+  get shown() {
+    if (this.isGhost) return this.peak.field;
+    return this.field.valid || !this.isTouched ? this.field : this.valid;
+  }
+
+  get isGhost() {
+    return !this.isTouched && this.peak !== null && this.peak.field.force_N.length === this.field.force_N.length;
+  }
+
+  /** "last touch, 12 s ago: " while that is what is drawn. */
+  get ghostWords() {
+    if (!this.isGhost) return "";
+    const seconds = Math.round((performance.now() - this.peak.seen_ms) / 1e3);
+    return `last touch, ${seconds < 120 ? `${seconds} s` : `${Math.round(seconds / 60)} min`} ago: `;
   }
 
   takeMarkers(markers) {
@@ -107,16 +134,37 @@ export class Model {
     this.made = null;
   }
 
+  area_mm2(node) {
+    return this.description.body ? 1e6 * this.description.body.node_areas_m2[node] : this.mean_area_mm2;
+  }
+
+  get mean_area_mm2() {
+    return (1e3 * this.description.nodes.pitch_m) ** 2;
+  }
+
+  /** @param quantity "pressure", along the normal; "shear", along the surface; "both", their magnitude */
+  pressures_kPa(quantity) {
+    const {force_N} = this.shown, normals = this.description.body?.node_normals, values = new Float32Array(force_N.length / 3);
+    for (let i = 0; i < values.length; ++i) {
+      const x = force_N[3 * i], y = force_N[3 * i + 1], z = force_N[3 * i + 2];
+      if (x === 0 && y === 0 && z === 0) continue;
+      const all = Math.sqrt(x * x + y * y + z * z);
+      const pressed = normals ? x * normals[3 * i] + y * normals[3 * i + 1] + z * normals[3 * i + 2] : z;
+      const value = quantity === "both" ? all : quantity === "pressure" ? pressed : Math.sqrt(Math.max(0, all * all - pressed * pressed));
+      values[i] = (1e3 * value) / this.area_mm2(i);
+    }
+    return values;
+  }
+
   /** What arrows are drawn of: the nodes; of more than can be told apart the sums over square blocks of them, in the
       middle of each. */
   get arrowGrid() {
-    if (this.made?.field === this.field) return this.made;
-    const {columns, rows, field, positions_mm, places_px} = this;
+    const {columns, rows, shown: field, positions_mm, places_px} = this;
+    if (this.made?.field === field) return this.made;
     const block = Math.max(1, Math.ceil(Math.max(columns, rows) / mostArrows));
     const pitch_mm = 1e3 * block * this.description.nodes.pitch_m;
     if (block === 1) {
-      const {magnitude_N, largest_N} = this;
-      return this.made = {field, columns, rows, pitch_mm, force_N: field.force_N, magnitude_N, largest_N, positions_mm, places_px};
+      return this.made = {field, columns, rows, pitch_mm, positions_mm, places_px, deviation_N: field.node_deviation_N, ...sizesOf(field.force_N)};
     }
     const wide = Math.ceil(columns / block), high = Math.ceil(rows / block);
     const gather = (values, size) => {
@@ -135,15 +183,8 @@ export class Model {
     });
     // Where they are stays from field to field.
     const at = this.made ?? {positions_mm: mean(positions_mm, 3), places_px: places_px.length ? mean(places_px, 2) : places_px};
-    const force_N = gather(field.force_N, 3), magnitude_N = new Float32Array(wide * high);
-    let largest_N = 0;
-    for (let i = 0; i < magnitude_N.length; ++i) {
-      const x = force_N[3 * i], y = force_N[3 * i + 1], z = force_N[3 * i + 2];
-      magnitude_N[i] = Math.sqrt(x * x + y * y + z * z);
-      largest_N = Math.max(largest_N, magnitude_N[i]);
-    }
-    return this.made = {field, columns: wide, rows: high, pitch_mm, force_N, magnitude_N, largest_N,
-      positions_mm: at.positions_mm, places_px: at.places_px};
+    return this.made = {field, columns: wide, rows: high, pitch_mm, positions_mm: at.positions_mm, places_px: at.places_px,
+      deviation_N: [], ...sizesOf(gather(field.force_N, 3))};
   }
 
   /** False: the daemon has no gel file, and no field comes. */
@@ -171,6 +212,19 @@ export class Model {
     }
     this.latency_ms = this.latency_ms === null ? latency : this.latency_ms + 0.05 * (latency - this.latency_ms);
   }
+}
+
+const isTouch = ({contacts, method}) => contacts.length > 0 || method === "whole_face";
+
+function sizesOf(force_N) {
+  const magnitude_N = new Float32Array(force_N.length / 3);
+  let largest_N = 0;
+  for (let i = 0; i < magnitude_N.length; ++i) {
+    const x = force_N[3 * i], y = force_N[3 * i + 1], z = force_N[3 * i + 2];
+    magnitude_N[i] = Math.sqrt(x * x + y * y + z * z);
+    largest_N = Math.max(largest_N, magnitude_N[i]);
+  }
+  return {force_N, magnitude_N, largest_N};
 }
 
 /** Standard deviations: noise and systematic part together. */

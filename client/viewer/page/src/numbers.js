@@ -70,6 +70,14 @@ export function showState(model) {
   set($("state-text"), words);
 }
 
+/** What would be undone. */
+export function showZero({description}) {
+  const {time_ns, requested_by} = description?.zero ?? {};
+  const what = time_ns ? `the zero of ${new Date(Number(time_ns) / 1e6).toLocaleTimeString()}${requested_by ? `, by ${requested_by}` : ""}` : "the zero";
+  const title = `Takes back ${what}: the one before is in force again (U)`;
+  if ($("undo").title !== title) $("undo").title = title;
+}
+
 export function showForce(model) {
   const {field} = model;
   if (!field) return;
@@ -117,9 +125,9 @@ export function showContacts(model) {
 
 export function showFacts(model) {
   const {status, field, description} = model;
-  const lost = Object.entries(status?.ledger ?? {})
-                   .filter(([ name, number ]) => number > 0n && !notLost.includes(name))
-                   .map(([ name, number ]) => `${number} ${lossWords[name] ?? name.replaceAll("_", " ")}`);
+  const lost = Object.entries(status?.ledger ?? {}).filter(([name, number]) => number > 0n && !notLost.includes(name));
+  const number = lost.reduce((sum, [, one]) => sum + one, 0n), all = number + (status?.ledger.published ?? 0n);
+  const causes = lost.sort(([, a], [, b]) => Number(b - a)).map(([name, one]) => `${one} ${lossWords[name] ?? name.replaceAll("_", " ")}`);
   const facts = {
     sensor : field?.header.sensor || model.name,
     camera : status ? cameraWords[status.camera] : "–",
@@ -129,7 +137,7 @@ export function showFacts(model) {
     "in the daemon" : status ? `${(1e3 * status.latencies.total.p50_s).toFixed(1)} ms, 99 %: ${
                                    (1e3 * status.latencies.total.p99_s).toFixed(1)}`
                              : "–",
-    lost : status ? lost.join(", ") || "nothing" : "–",
+    lost : !status ? "–" : number === 0n ? "nothing" : `${number} of ${all}${causes.length > 1 ? ", most" : ""} ${causes[0].replace(/^\d+ /, "")}`,
     markers : field ? `${field.valid_markers} of ${
                           description?.layers.reduce((sum, layer) => sum + layer.columns * layer.rows, 0) ?? "–"}`
                     : "–",
@@ -144,7 +152,9 @@ export function showFacts(model) {
     set(list.children[2 * i], name);
     set(list.children[2 * i + 1], facts[name]);
   });
-  const words = doubtsOf(model);
+  list.title = causes.join(", ");
+  const words = doubtsOf(model).map((text) => (/^zero not verified/.test(text) && !model.time && !model.isTouched ?
+    `${text}: if nothing touches the gel, press Z` : text));
   const lines = rows($("flags"), words.length, () => element("li"));
   words.forEach((text, i) => set(lines[i], text));
 }

@@ -1,10 +1,15 @@
-// View b: what the camera sees, and over it the forces along the surface as arrows, the pressure as discs.
+// View b: what the camera sees, brighter than it is, and over it how the markers have moved, the forces along the surface as
+// arrows, and the pressure as discs.
 import {Scale, newtons} from "./scale.js";
-import {fit, ratio, say} from "./canvas.js";
+import {fit, isSlow, ratio, say} from "./canvas.js";
 import {theme} from "./theme.js";
 import {drawTouching} from "./touching.js";
 
 const fullArrow = 2.2;  // node distances that the longest arrow takes
+const fullMotion = 1.6;  // marker distances that the longest motion takes
+const leastMotion_px = 0.25;  // of a marker that has moved
+const shortest_px = isSlow ? 4 : 2.5;  // on the screen
+const dark = 0.02, bright = 0.998;  // shares of the picture's pixels that are darker than black and than white
 const fullDisc = 0.46;  // of a node distance: the radius where one node takes the full pressure
 
 export class Overhead {
@@ -16,6 +21,7 @@ export class Overhead {
     this.label = label;
     this.redraw = redraw;
     this.scale = new Scale(0.01);
+    this.motion = new Scale(leastMotion_px);
   }
 
   /** Shows the camera's picture behind the arrows, once the browser has decoded it. Drops one that comes later than a newer. */
@@ -24,10 +30,33 @@ export class Overhead {
     const decoded = await createImageBitmap(new Blob([jpeg], {type: "image/jpeg"})).catch(() => null);
     if (!decoded || number < (model.preview?.number ?? 0)) return;
     const canvas = Object.assign(document.createElement("canvas"), {width, height});
-    canvas.getContext("2d").drawImage(decoded, 0, 0);
+    const context = canvas.getContext("2d", {willReadFrequently: true});
+    context.drawImage(decoded, 0, 0);
     decoded.close();
-    model.preview = {number, canvas, width, height, scale, origin_px : [ u, v ]};
+    const brighter = this.#stretch(context, width, height);
+    model.preview = {number, canvas, width, height, scale, origin_px: [u, v], brighter};
     this.redraw();
+  }
+
+  /** Spreads the picture's light over all that a screen can show. @returns how much brighter it is */
+  #stretch(context, width, height) {
+    const image = context.getImageData(0, 0, width, height), {data} = image, counts = new Uint32Array(256);
+    for (let i = 0; i < data.length; i += 4) ++counts[Math.max(data[i], data[i + 1], data[i + 2])];
+    const levelOf = (share) => {
+      let level = 0;
+      for (let left = (share * data.length) / 4; level < 255 && (left -= counts[level]) > 0;) ++level;
+      return level;
+    };
+    const black = 0.8 * levelOf(dark), white = Math.max(levelOf(bright), black + 24);
+    this.levels ??= {black, white};
+    for (const [name, level] of [["black", black], ["white", white]]) this.levels[name] += 0.1 * (level - this.levels[name]);  // no flicker
+    const gain = Math.max(1, 255 / (this.levels.white - this.levels.black));
+    const table = Uint8ClampedArray.from({length: 256}, (_, level) => gain * (level - this.levels.black));
+    for (let i = 0; i < data.length; i += 4) {
+      for (let c = 0; c < 3; ++c) data[i + c] = table[data[i + c]];
+    }
+    context.putImageData(image, 0, 0);
+    return gain;
   }
 
   draw(model) {
@@ -53,8 +82,14 @@ export class Overhead {
     } else {
       this.#markers(context, model, zoom);
     }
-    if (model.isComplete && model.places_px.length === 2 * model.magnitude_N.length) {
+    const motion = this.#motion(context, model, zoom);
+    if (model.isComplete && model.places_px.length === 2 * model.columns * model.rows) {
+      context.globalAlpha = model.isGhost ? 0.35 : 1;
       model.arrows = this.#forces(context, model.arrowGrid, zoom, theme.isLight && !model.preview);
+      context.globalAlpha = 1;
+      const {brighter} = model.preview ?? {};
+      say(this.label, model.ghostWords + [`full arrow ${newtons(model.arrows.full_N)}`, motion && `motion × ${motion}`,
+        brighter > 1.05 && `light × ${brighter.toFixed(1)}`].filter(Boolean).join(", "));
     }
     if (model.places_px.length === 2 * model.columns * model.rows && model.columns > 1 && model.rows > 1) {
       drawTouching(context, model, (point) => placeIn(model, point), model.preview ? "#e3eaec" : theme.text);
@@ -101,6 +136,26 @@ export class Overhead {
     context.drawImage(this.picture, -0.5, -0.5, wide / dense, high / dense);
   }
 
+  /** Arrows by which the markers have moved, in steps of 1, 2, 5 times as long. @returns that factor; 0: none has moved */
+  #motion(context, model, zoom) {
+    const {markers_px: now, description: {zero, layers}} = model, rest = zero?.rest_position_px;
+    if (!rest || now.length !== rest.length || !model.isTouched) return 0;
+    let largest = leastMotion_px;
+    for (let i = 0; i < now.length; i += 2) largest = Math.max(largest, Math.hypot(now[i] - rest[i], now[i + 1] - rest[i + 1]) || 0);
+    const pitch = Math.hypot(rest[2] - rest[0], rest[3] - rest[1]) || 10;
+    const times = Math.max(1, Math.round((fullMotion * pitch) / this.motion.update(largest)));
+    if (layers.length === 0) return 0;
+    context.strokeStyle = model.preview || !theme.isLight ? "rgba(235,242,244,.85)" : theme.quiet;
+    context.lineWidth = 1 / zoom;
+    context.beginPath();
+    for (let i = 0; i < now.length; i += 2) {
+      const dx = times * (now[i] - rest[i]), dy = times * (now[i + 1] - rest[i + 1]);
+      if (Math.hypot(dx, dy) * zoom > shortest_px) arrow(context, rest[i], rest[i + 1], dx, dy, 0.3 * pitch, 5 / zoom);  // not NaN, of one that is not seen
+    }
+    context.stroke();
+    return times;
+  }
+
   #forces(context, {columns, rows, places_px: places, force_N: force, largest_N}, zoom, isOnLight) {
     const [across, up, pitch] = axes(places, columns, rows);
     const full = this.scale.update(largest_N);
@@ -108,7 +163,8 @@ export class Overhead {
     const nodes = force.length / 3;
     const from = [], to = [], node = [];
     context.fillStyle = isOnLight ? theme.accent : "#58c4b8";  // the camera's picture is dark
-    context.globalAlpha = isOnLight ? 0.32 : 0.5;
+    const alpha = context.globalAlpha;
+    context.globalAlpha = alpha * (isOnLight ? 0.32 : 0.5);
     context.beginPath();
     for (let i = 0; i < nodes; ++i) {
       const radius = fullDisc * pitch * Math.sqrt(Math.min(1, Math.abs(force[3 * i + 2]) / full));
@@ -117,7 +173,7 @@ export class Overhead {
       context.arc(places[2 * i], places[2 * i + 1], radius, 0, 7);
     }
     context.fill();
-    context.globalAlpha = 1;
+    context.globalAlpha = alpha;
     context.strokeStyle = context.fillStyle = isOnLight ? "#a33b12" : "#ffc36b";
     context.lineWidth = 1.6 / zoom;
     context.lineCap = "round";
@@ -130,19 +186,22 @@ export class Overhead {
       node.push(i);
       from.push(x, y);
       to.push(x + dx, y + dy);
-      const length = Math.hypot(dx, dy);
-      if (length * zoom < 1.5) continue;
-      context.moveTo(x, y);
-      context.lineTo(x + dx, y + dy);
-      const head = Math.min(0.35 * length, 0.45 * pitch) / length;
-      for (const side of [0.5, -0.5]) {
-        context.moveTo(x + dx, y + dy);
-        context.lineTo(x + dx - head * (dx - side * dy), y + dy - head * (dy + side * dx));
-      }
+      if (Math.hypot(dx, dy) * zoom > 1.5) arrow(context, x, y, dx, dy, 0.45 * pitch);
     }
     context.stroke();
-    say(this.label, `full arrow ${newtons(full)}`);
-    return {node, from_px: from, to_px: to, px_per_N};
+    return {node, from_px: from, to_px: to, px_per_N, full_N: full};
+  }
+}
+
+/** Adds an arrow to the context's path. @param most length of its head @param least length of an arrow that has one */
+function arrow(context, x, y, dx, dy, most, least = 0) {
+  const length = Math.hypot(dx, dy), head = Math.min(0.35 * length, most) / length;
+  context.moveTo(x, y);
+  context.lineTo(x + dx, y + dy);
+  if (length < least) return;
+  for (const side of [0.5, -0.5]) {
+    context.moveTo(x + dx, y + dy);
+    context.lineTo(x + dx - head * (dx - side * dy), y + dy - head * (dy + side * dx));
   }
 }
 

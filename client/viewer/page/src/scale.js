@@ -27,3 +27,7 @@ export class Scale {
 export function newtons(value) {
   return value >= 1 ? `${Number(value.toPrecision(2))} N` : `${Number((1e3 * value).toPrecision(2))} mN`;
 }
+
+export function pascals(kPa) {
+  return kPa >= 1000 ? `${Number((1e-3 * kPa).toPrecision(2))} MPa` : kPa >= 1 ? `${Number(kPa.toPrecision(2))} kPa` : `${Number((1e3 * kPa).toPrecision(2))} Pa`;
+}

@@ -9,6 +9,8 @@ const vague = 0.25;  // deviation of a share from which on it says nothing: its 
 const most_px = 7, least_px = 2;  // radius of a mark
 const dark = "#0b1013", light = "#ffffff";  // around a mark: stands out from any colour of the contours
 
+/** Of a share of the friction; grey where it is not known. @returns red, green, blue in 0 ... 1 */
+export const slipColourAt = (share) => (share == null ? [0.55, 0.55, 0.55] : slipRampAt(share));
 const colourOf = (share) => `rgb(${slipRampAt(share).map((one) => Math.round(255 * one)).join(" ")})`;
 /** CSS, for a legend. */
 export const gradient = `linear-gradient(90deg, ${Array.from({length: 8}, (_, i) => colourOf(i / 7)).join(", ")})`;
@@ -47,19 +49,24 @@ function nodesOf(model) {
   return found;
 }
 
+/** The share of each node under a contact, by its index; null: not known. */
+export const sharesOf = (model) => new Map(nodesOf(model).map(({node, share}) => [node, share]));
+
 /**
- * Draws a disc at each node under a contact, in the colour of its share; a hollow square where that is not known.
+ * Draws a disc at each node under a contact, in the colour of its share; a hollow square where that is not known; nothing
+ * where it is known of no node.
  * @param place of a point of the gel frame [m] in the context's units
  * @returns what was drawn
  */
 export function drawStickSlip(context, model, place) {
   const {positions_mm, description: {nodes: {pitch_m}}} = model;
   const onScreen = screenPlaces(context, place), [[left], [right]] = [onScreen([0, 0]), onScreen([pitch_m, 0])];
+  const drawn = nodesOf(model);
+  if (drawn.every(({share}) => share === null)) return [];
   const radius = Math.min(Math.max(0.3 * (right - left), least_px), most_px);
   context.save();
   context.resetTransform();
   context.scale(onScreen.pixels, onScreen.pixels);
-  const drawn = nodesOf(model);
   for (const one of drawn) {
     const {node, share} = one, [u, v] = one.at_px = onScreen([positions_mm[3 * node] / 1e3, positions_mm[3 * node + 1] / 1e3]);
     context.beginPath();

@@ -1,4 +1,4 @@
-#include "twin/matrix_cache.h"
+#include "sensor/elastic/matrix_cache.h"
 
 #include <unistd.h>
 
@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-namespace twin {
+namespace sensor::elastic {
 
 namespace {
 
@@ -30,7 +30,7 @@ struct Head {
 
 std::filesystem::path pathOf(const std::filesystem::path& directory, const std::vector<double>& key) {
   std::array<char, 40> name{};
-  std::snprintf(name.data(), name.size(), "twin-%016llx.matrix",
+  std::snprintf(name.data(), name.size(), "gel-%016llx.matrix",
                 static_cast<unsigned long long>(fowlerNollVo(bytes(std::span(key)))));
   return directory / name.data();
 }
@@ -94,4 +94,4 @@ bool saveMatrix(const std::filesystem::path& directory, const std::vector<double
   return false;
 }
 
-}  // namespace twin
+}  // namespace sensor::elastic

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-namespace twin {
+namespace sensor::elastic {
 
 /// Reads the matrix of `key` from the directory. Returns nothing if its file is missing, truncated, corrupt, of another
 /// key, or has more than 2^20 rows or columns. \param key all numbers that the matrix depends on
@@ -17,4 +17,4 @@ std::optional<Eigen::MatrixXd> loadMatrix(const std::filesystem::path& directory
 /// failure, without leaving a partial file. Old files are not deleted.
 bool saveMatrix(const std::filesystem::path& directory, const std::vector<double>& key, const Eigen::MatrixXd& matrix);
 
-}  // namespace twin
+}  // namespace sensor::elastic
