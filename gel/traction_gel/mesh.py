@@ -97,7 +97,7 @@ class Body:
     def _mesh(self, dimension, size):
         self._build()
         low, high = self.box()
-        step = (high - low).max() / CELLS
+        step = float((high - low).max() / CELLS)  # whose repr() is a number in every NumPy
         counts = np.ceil((high - low) / step).astype(int) + 3
         axes = [start - step + step * np.arange(count) for start, count in zip(low, counts)]
         points = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)

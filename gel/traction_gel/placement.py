@@ -90,7 +90,7 @@ class Surface:
 
     def wrap(self, plane, depth, name):
         """Puts points of a plane (P x 2: distance and azimuth about the origin) on the surface `depth` below the touched
-        one. Returns points and normals into the gel, each P x 3. \param name names a point by its number"""
+        one. Returns points and normals into the gel, each P x 3. \\param name names a point by its number"""
         distance, turn = np.hypot(*plane.T), np.arctan2(plane[:, 1], plane[:, 0]) % (2 * np.pi) / (2 * np.pi) * RAYS
         ray, part = np.divmod(turn, 1)
         used = np.unique(np.concatenate([ray, ray + 1]).astype(int) % RAYS)

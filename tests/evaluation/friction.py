@@ -74,7 +74,7 @@ def bricks(x, y, z, first):
 
 
 def deck(mesh, friction, surface=sphere, way=1.4, turn=None, back=None, reach=REACH):
-    """Lines, and places and numbers of the probe's nodes that may touch. \param turn None: half of all is meshed"""
+    """Lines, and places and numbers of the probe's nodes that may touch. \\param turn None: half of all is meshed"""
     x, y, z = axes(mesh, reach)
     if turn is not None:
         y = x
