@@ -42,7 +42,8 @@ class Surface:
         if not len(hit):
             raise Problem("the z axis does not cross the touched surface: move the gel, its middle belongs at x = y = 0")
         heights = (weights[hit] * self.corners[self.triangles[hit], 2]).sum(1)
-        if abs(heights.min()) > 1e-2:
+        edge = np.ptp(self.plane[self.triangles[hit[heights.argmin()]]], axis=0).max()
+        if abs(heights.min()) > 1e-2 + 0.05 * edge:  # as deep as a triangle may cut into a curved surface
             raise Problem(
                 f"the touched surface crosses the z axis at {heights.min():.3g} mm: move the gel, it belongs at z = 0, "
                 "with z into the gel and towards the camera"
