@@ -108,6 +108,7 @@ class Body:
             field = gmsh.model.mesh.field.add("Structured")
             gmsh.model.mesh.field.setString(field, "FileName", str(path))
             gmsh.model.mesh.field.setNumber(field, "TextFormat", 1)
+            gmsh.model.mesh.field.setNumber(field, "SetOutsideValue", 0)  # gmsh 4.8 leaves it uninitialised
             gmsh.model.mesh.field.setAsBackgroundMesh(field)
             try:
                 gmsh.model.mesh.generate(dimension)
