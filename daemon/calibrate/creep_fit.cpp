@@ -1,5 +1,7 @@
 #include "daemon/calibrate/creep_fit.h"
 
+#include "daemon/track/creep_memory.h"
+
 #include <Eigen/Cholesky>
 
 #include <algorithm>
@@ -59,9 +61,8 @@ std::optional<std::vector<Loaded>> settled(const std::vector<LoadReading>& readi
 Terms followed(const Terms& follows, const Terms& times_s, const Loaded& before, const Loaded& now) {
   Terms next;
   for (int k = 0; k < kTerms; ++k) {
-    const double steps = (now.reading.at_s - before.reading.at_s) / times_s[k], left = std::exp(-steps);
-    const double mean = steps > 0.0 ? -std::expm1(-steps) / steps : 1.0;  // of the decay over the step
-    next[k] = left * follows[k] + (mean - left) * before.load + (1.0 - mean) * now.load;
+    const track::CreepStep step(now.reading.at_s - before.reading.at_s, times_s[k]);
+    next[k] = step.left * follows[k] + step.before * before.load + step.now * now.load;
   }
   return next;
 }

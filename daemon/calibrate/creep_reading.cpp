@@ -1,5 +1,7 @@
 #include "daemon/calibrate/creep_reading.h"
 
+#include "daemon/track/creep_memory.h"
+
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
@@ -34,8 +36,7 @@ CreepReading::CreepReading(const sensor::Sensor& sensor, double held_s, const Cr
     , valid_(static_cast<std::size_t>(sensor.markerCount()), 1) {}
 
 std::optional<CreepReading::Result> CreepReading::add(const MarkerField& field) {
-  const FrameTimes& times = field.info.times;
-  const std::int64_t now_ns = times.captured_ns != 0 ? times.captured_ns : times.received_ns;
+  const std::int64_t now_ns = track::momentOf(field.info.times);
   if (!zero_) {
     zero_ = field.zero;
     begun_ns_ = now_ns_ = now_ns;

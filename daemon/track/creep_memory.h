@@ -14,6 +14,17 @@
 
 namespace tractiond::track {
 
+/// How h of a term of this time follows over a step in which u is linear: of itself, of u before and of u now.
+struct CreepStep {
+  CreepStep(double seconds, double time_s);
+  double left, before, now;
+};
+
+/// Returns when a frame was captured; where that is not known, when it was received.
+inline std::int64_t momentOf(const FrameTimes& times) {
+  return times.captured_ns != 0 ? times.captured_ns : times.received_ns;
+}
+
 /// Thread-bound. Allocates only when made, and at its first frame.
 class CreepMemory {
  public:
@@ -37,6 +48,7 @@ class CreepMemory {
   const Eigen::MatrixXd root_;      ///< of the covariance of the shares
   Eigen::VectorXd elastic_, next_;  ///< u, 2 M
   Eigen::MatrixXd follows_;         ///< h of each term, 2 M x terms
+  Eigen::VectorXf followed_;        ///< one column of these
   std::int64_t time_ns_ = 0;
   std::optional<Id> zero_;  ///< of the last frame
 };
