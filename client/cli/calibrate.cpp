@@ -134,7 +134,7 @@ class Guide {
     step.seconds = options_.hold_s;
     char time[40];
     std::snprintf(time, sizeof time, "%g s", options_.hold_s);
-    announce(std::string("  put a weight on the gel in two seconds or more, quickly, and let it stand for ") + time);
+    announce(std::string("  wait for two seconds, put a weight on the gel quickly, and let it stand for ") + time);
     report("creep", control_.calibrate(step));
     announce(std::string("  take it away now, quickly, and leave the gel untouched for ") + time);
     step.kind = CalibrationStep::Kind::kRecovery;

@@ -51,6 +51,9 @@ std::ptrdiff_t gelFilesIn(const fs::path& directory) {
   return std::ranges::count_if(entriesOf(directory), [](const fs::path& path) { return path.extension() == ".toml"; });
 }
 
+constexpr const char* kWithCreep =
+    "Young's modulus is that of some seconds after a touch: read the weights, without creep";
+
 tl::unexpected<std::string> refused(const std::string& sentence) {
   return tl::unexpected(sentence);
 }
@@ -131,12 +134,9 @@ std::optional<Result> Calibration::begin(const CalibrationStep& step, const Rest
     noise_ = std::make_unique<RestNoiseMeter>(candidate_, options_.noise);
   }
   running_ = step;
-  if (creep_) {
-    running_->seconds = options_.creep.patience_s + creep_->held_s();
-  } else if (!(step.seconds > 0.0)) {
-    running_->seconds = step.kind == Kind::kNoise ? options_.noise_s : options_.patience_s;
-  }
-  running_->seconds = std::min(running_->seconds, kLongest_s + options_.creep.patience_s);
+  if (!(step.seconds > 0.0)) running_->seconds = step.kind == Kind::kNoise ? options_.noise_s : options_.patience_s;
+  running_->seconds = std::min(running_->seconds, kLongest_s);
+  if (creep_) running_->seconds = options_.creep.patience_s + creep_->held_s();
   begun_ns_ = 0;
   frames_ = unusable_ = 0;
   return std::nullopt;
@@ -300,7 +300,7 @@ std::optional<Result> Calibration::creep(const MarkerField& field) {
                     "did it stand still, and was the temperature constant?",
                     100.0 * creep.fit.error));
   }
-  report.remarks.push_back("Young's modulus must be measured after this, without creep: read the weights");
+  report.remarks.push_back(kWithCreep);
   return report;
 }
 
@@ -482,6 +482,7 @@ Result Calibration::finish(const std::string& name, const std::string& camera, c
   written_ = path.string();
   CalibrationReport report;
   report.path = written_;
+  if (memory_ && weights_.empty()) report.remarks.push_back(kWithCreep);
   report.remarks.push_back("it counts once sensor.gel_file names it and tractiond is started again");
   return report;
 }
