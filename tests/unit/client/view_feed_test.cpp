@@ -1,5 +1,6 @@
 #include "client/viewer/playing.h"
 #include "client/viewer/surface.h"
+#include "tests/support/deadline.h"
 #include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
@@ -38,13 +39,13 @@ Eigen::VectorXf motionOf(Surface& surface) {
   Field field;
   field.force_N.resize(36);
   field.force_N[14] = {0.0F, 0.0F, 1.0F};
-  const auto deadline = std::chrono::steady_clock::now() + 10min;
-  while (std::chrono::steady_clock::now() < deadline) {
-    const Eigen::VectorXf* moved = surface.displacement(field);
-    if (moved != nullptr && surface.share() == 1.0F) return *moved;
-    std::this_thread::sleep_for(1ms);
-  }
-  return {};
+  const Eigen::VectorXf* moved = nullptr;
+  const bool isThere = tractiond::test::eventually([&] {
+    std::this_thread::yield();
+    moved = surface.displacement(field);
+    return moved != nullptr && surface.share() == 1.0F;
+  });
+  return isThere ? *moved : Eigen::VectorXf();
 }
 
 TEST(Surface, IsComputedOnceForAGelOfAnyModulus) {
