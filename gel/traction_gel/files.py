@@ -101,7 +101,9 @@ def _toml(value):
         return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
     if isinstance(value, bool):
         return str(value).lower()
-    return "[" + ", ".join(map(_toml, value)) + "]" if isinstance(value, list) else repr(value)
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    return repr(value if isinstance(value, int) else float(value))  # NumPy 2 writes its own numbers with their type
 
 
 def gel_text(task, result, influence_name):
