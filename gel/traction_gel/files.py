@@ -12,10 +12,12 @@ from .picture import draw
 from .problem import Problem
 
 CAMERA = {"width_px": 640, "height_px": 480, "focal_px": 960, "principal_px": [319.5, 239.5], "position_mm": [0, 0, 157]}
+SILICONE = [{"share": 0.015, "time_s": time_s, "deviation": 0.01} for time_s in (2, 20)]  # creep that nobody has measured
 LEAST_MARKERS = 4  # columns and rows of a layer that tractiond can follow
+LISTS = {"layers": "layer", "creep": "term"}
 KEYS = {
     "": {"format", "error_percent", "shape", "material", "layers", "nodes", "camera", "uncertainty", "picture_motion",
-         "deviations"},
+         "creep", "deviations"},
     "shape": {"kind", "gel_file", "bone_file", "bonded_box_mm", "diameter_mm", "length_mm", "gel_mm", "width_mm", "height_mm",
               "thickness_mm"},
     "material": {"youngs_modulus_pa", "poisson_ratio"},
@@ -41,11 +43,12 @@ def read(path):
         if not task.get(name):
             raise Problem(f"{path}: [{name}] is missing")
     for name, table in task.items():
-        tables = table if name == "layers" and isinstance(table, list) else [table]
+        tables = table if name in LISTS and isinstance(table, list) else [table]
         if name not in ("format", "error_percent") and not all(isinstance(each, dict) for each in tables):
             raise Problem(f"{path}: {name} is no table: write [{name}], and [[layers]] for each layer")
-    if isinstance(task["layers"], dict):
-        raise Problem(f"{path}: write [[layers]], for each layer, and not [layers]")
+    for name in LISTS:
+        if isinstance(task.get(name), dict):
+            raise Problem(f"{path}: write [[{name}]], for each {LISTS[name]}, and not [{name}]")
     for name, known in KEYS.items():
         for table in [task] if not name else task[name] if name == "layers" else [task.get(name, {})]:
             for key in table.keys() - known:
@@ -117,6 +120,7 @@ def gel_text(task, result, influence_name):
     tables += [("[uncertainty]", uncertainty)]
     if "picture_motion" in task:
         tables.append(("[picture_motion]", task["picture_motion"]))
+    tables += [("[[creep]]", term) for term in task.get("creep", SILICONE)]
     text = "# Made by traction-gel; change its input file, not this one.\n\nformat = 1\n"
     for head, table in tables:
         text += f"\n{head}\n" + "".join(f"{key} = {_toml(value)}\n" for key, value in table.items())
