@@ -6,14 +6,17 @@
 // picture.f64 (frames x 5: how the picture strays: shift along u, v [px], scale - 1, roll [rad], brightness),
 // scatter.f64 (markers x 3, m: where the gel's own markers sit beside the gel file's places), highlight.f64 (frames x
 // 4: a highlight's centre u, v [px], radius [px] and strength [levels]), time.f64 (frames: when each is taken [s], for
-// gels that creep) and options. Writes each figure of a frame to
-// JOB/NAME.f64 (frames x columns), and "columns" with a line for each. With --as-daemon, most frames are answered by
+// gels that creep and heat), amount.f64 (frames x patterns: displacement.f64 are then patterns x markers x 3, of which
+// each frame shows so much) and options. Writes each figure of a frame to
+// JOB/NAME.f64 (frames x columns), and "columns" with a line for each; with --brief nothing of single markers and
+// nodes. With --as-daemon, most frames are answered by
 // an earlier frame's model, as in the daemon, which learns in no time. With --answer, also answers each frame by the
 // model of the frame before: whether it could be is in "answered", the figures are in answer_NAME.f64.
 #include "base/clock.h"
 #include "daemon/app/config_toml.h"
-#include "daemon/track/creep_memory.h"
+#include "daemon/calibrate/zero_tracking.h"
 #include "daemon/solve/make_solver.h"
+#include "daemon/track/creep_memory.h"
 #include "tests/evaluation/eye.h"
 #include "touch/partial_slip.h"
 
@@ -43,19 +46,22 @@ struct Options {
   double largestStep_px = 1.5;
   unsigned seed = 1;
   bool answer = false;    // answer each frame by the model of the frame before, too
+  bool brief = false;     // write nothing of single markers and nodes
   bool asDaemon = false;  // solve in full only what an earlier model cannot answer, and to learn when it grows old
 };
 
 /// Columns of numbers, a file for each name, a row a frame.
 class Columns {
  public:
-  /// \param prefix of all names
-  explicit Columns(std::filesystem::path folder, std::string prefix = {})
+  /// \param prefix of all names \param most numbers of a row that is written
+  explicit Columns(std::filesystem::path folder, std::string prefix, std::size_t most)
       : folder_(std::move(folder))
-      , prefix_(std::move(prefix)) {}
+      , prefix_(std::move(prefix))
+      , most_(most) {}
 
   template <std::ranges::range Values>
   void add(const std::string& name, const Values& values) {
+    if (std::size(values) > most_) return;
     auto& file = files_[name];
     if (!file.is_open()) {
       file.open(folder_ / (prefix_ + name + ".f64"), std::ios::binary);
@@ -71,6 +77,7 @@ class Columns {
  private:
   std::filesystem::path folder_;
   std::string prefix_;
+  std::size_t most_;
   std::map<std::string, std::ofstream> files_;
 };
 
@@ -121,6 +128,7 @@ void write(const TractionField& field, Columns& out) {
   out.add("marker_px", field.markers.displacement_px);
   out.add("marker_variance_px2", field.markers.variance_px2);
   out.add("marker_valid", field.markers.valid);
+  out.add("heat_K", field.markers.heatDeviation_K);
   out.add("contact_count", field.contactCount);
   std::array<double, kMaxContacts * 12> contacts{};
   auto number = contacts.begin();
@@ -191,10 +199,14 @@ struct Job {
       , stray(readAll<Stray>(options.job / "picture.f64"))
       , scatter(readAll<double>(options.job / "scatter.f64"))
       , highlight(readAll<std::array<double, 4>>(options.job / "highlight.f64"))
-      , time_s(readAll<double>(options.job / "time.f64")) {
+      , time_s(readAll<double>(options.job / "time.f64"))
+      , amount(readAll<double>(options.job / "amount.f64")) {
     const std::size_t count = static_cast<std::size_t>(markerCount);
-    frames = displacement.size() / (3 * count);
-    if (frames == 0 || displacement.size() != 3 * count * frames) fail("displacement.f64 is not frames x markers x 3");
+    patterns = displacement.size() / (3 * count);
+    if (patterns == 0 || displacement.size() != 3 * count * patterns)
+      fail("displacement.f64 is not frames or patterns x markers x 3");
+    frames = amount.empty() ? patterns : amount.size() / patterns;
+    if (!amount.empty() && amount.size() != frames * patterns) fail("amount.f64 is not frames x patterns");
     if (!missing.empty() && missing.size() != count * frames) fail("missing.u8 is not frames x markers");
     if (!stray.empty() && stray.size() != frames) fail("picture.f64 is not frames x 5");
     if (!scatter.empty() && scatter.size() != 3 * count) fail("scatter.f64 is not markers x 3");
@@ -202,8 +214,17 @@ struct Job {
     if (!highlight.empty() && highlight.size() != frames) fail("highlight.f64 is not frames x 4");
   }
 
-  Eigen::Map<const sensor::Points> at(std::size_t frame) const {
-    return {displacement.data() + frame * 3 * static_cast<std::size_t>(markers), 3, markers};
+  sensor::Points at(std::size_t frame) const {
+    const std::size_t size = 3 * static_cast<std::size_t>(markers);
+    const auto pattern = [&](std::size_t i) {
+      return Eigen::Map<const sensor::Points>(displacement.data() + i * size, 3, markers);
+    };
+    if (amount.empty()) return pattern(frame);
+    sensor::Points sum = sensor::Points::Zero(3, markers);
+    for (std::size_t i = 0; i < patterns; ++i) {
+      if (const double share = amount[frame * patterns + i]; share != 0.0) sum += share * pattern(i);
+    }
+    return sum;
   }
   Stray strayAt(std::size_t frame) const { return stray.empty() ? Stray{} : stray[frame]; }
   twin::Highlight highlightAt(std::size_t frame) const {
@@ -216,13 +237,13 @@ struct Job {
   }
 
   int markers;
-  std::size_t frames = 0;
+  std::size_t frames = 0, patterns = 0;
   std::vector<double> displacement;
   std::vector<std::uint8_t> missing;
   std::vector<Stray> stray;
   std::vector<double> scatter;
   std::vector<std::array<double, 4>> highlight;
-  std::vector<double> time_s;
+  std::vector<double> time_s, amount;
 };
 
 void addNoise(double sigma_px, std::mt19937_64& generator, MarkerField& field) {
@@ -255,6 +276,7 @@ void run(const Options& options) {
   field.resize(sensor.markerCount(), sensor.nodes.count());
   TractionField learnt = field;
   track::CreepMemory creep(sensor.creep, sensor.markerCount());
+  calibrate::ZeroTracking zeroTracking(sensor, {.follows = config.track.followsDrift});
 
   // As the daemon does at a zero; here only at the first one, as others show the same gel.
   bool followsRest = solve::followsRest(sensor);
@@ -272,7 +294,8 @@ void run(const Options& options) {
   RestPose zero;
 
   std::filesystem::remove(options.job / "columns");
-  Columns out(options.job), answers(options.job, "answer_");
+  const std::size_t most = options.brief ? 400 : std::numeric_limits<std::size_t>::max();
+  Columns out(options.job, {}, most), answers(options.job, "answer_", most);
   for (std::size_t frame = 0; frame < job.frames; ++frame) {
     const Stray stray = job.strayAt(frame);
     Eigen::Matrix2Xd places = eye.project(job.at(frame), stray);
@@ -292,6 +315,7 @@ void run(const Options& options) {
               there ? static_cast<float>(here(c, m) - rest(c, m)) : 0.0F;
         }
       }
+      markers.zero = {1};
       markers.validCount = static_cast<int>(std::count(markers.valid.begin(), markers.valid.end(), 1));
       if (options.sameNoise) generator.seed(options.seed);
       addNoise(options.given_px, generator, markers);
@@ -318,8 +342,13 @@ void run(const Options& options) {
     const std::int64_t tracked_ns = monotonicNow();
     markers.info.frameNumber = frame;
     if (options.extra_px > 0.0) addNoise(options.extra_px, generator, markers);
-    if (!job.time_s.empty()) markers.info.times.captured_ns = 1 + std::llround(1e9 * job.time_s[frame]);
+    if (!job.time_s.empty()) {
+      markers.info.times.captured_ns = 1 + std::llround(1e9 * job.time_s[frame]);
+      markers.info.times.received_ns = markers.info.times.captured_ns;
+    }
+    if (!job.time_s.empty()) zeroTracking.takeOff(markers);
     creep.advance(markers);
+    if (!job.time_s.empty()) zeroTracking.watch(markers);
     if (options.answer) {
       const std::int64_t answering_ns = monotonicNow();
       const bool isAnswered = solver->answer(markers, field);
@@ -362,6 +391,7 @@ int main(int argc, char** argv) {
   app.add_flag("--lit-at-zero", options.litAtZero, "the highlight is there when the zero is taken");
   app.add_option("--extra", options.extra_px, "noise added to the tracker's displacements [px]");
   app.add_option("--zero-every", options.zeroEvery, "frames after which a new zero is taken");
+  app.add_flag("--brief", options.brief, "write nothing of single markers and nodes");
   app.add_flag("--answer", options.answer, "answer each frame by the model of the frame before as well");
   app.add_flag("--as-daemon", options.asDaemon, "answer by earlier models, as the daemon does");
   app.add_option("--seed", options.seed)->capture_default_str();

@@ -79,6 +79,7 @@ ARRAYS = {
     "scatter": ("scatter.f64", float),
     "highlight": ("highlight.f64", float),
     "time": ("time.f64", float),
+    "amount": ("amount.f64", float),
 }
 
 
@@ -88,7 +89,7 @@ def run(displacement, gel=None, twin_gel=None, solve="", state=None, **given):
     `missing`, frames x markers, 1 where not drawn; `stray`, frames x 5, shift u, v [px], scale - 1, roll [rad],
     brightness; `scatter`, markers x 3 [m], how far the gel's markers sit from the gel file's places; `highlight`,
     frames x 4, centre u, v [px], radius [px], strength [levels]; `time`, frames, when each is taken [s], for gels that
-    creep. Others: the program's options; one that is True is a
+    creep and heat; `amount`, frames x patterns, so much of each pattern of `displacement` a frame shows. Others: the program's options; one that is True is a
     flag.
     """
     with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
@@ -113,7 +114,7 @@ def run(displacement, gel=None, twin_gel=None, solve="", state=None, **given):
         found = Found()
         for line in (job / "columns").read_text().splitlines():
             column, width = line.split()
-            found[column] = np.fromfile(job / f"{column}.f64").reshape(len(displacement), int(width))
+            found[column] = np.fromfile(job / f"{column}.f64").reshape(-1, int(width))
         return found
 
 

@@ -49,9 +49,10 @@ def calibrated(terms, seed, pictures=False):
     return chain.gel_text() + ALL_KNOWN + chain.calibrate_creep(press, moved, time_s, HELD_S - 2, seed, pictures)
 
 
-def uncalibrated(deviation, times_s):
+def uncalibrated():
+    """What is said of silicone that nobody has measured: docs/calibration.md."""
     text = chain.gel_text() + ALL_KNOWN
-    return text + "".join(f"[[creep]]\nshare = 0\ntime_s = {tau}\ndeviation = {deviation}\n" for tau in times_s)
+    return text + "".join(f"[[creep]]\nshare = 0.015\ntime_s = {tau}\ndeviation = 0.01\n" for tau in (2.0, 20.0))
 
 
 class Read:
@@ -92,8 +93,8 @@ def creep(report, quick):
         A press of {LOAD_GF:g} gf that stays for {HELD_S:g} s and is taken away. The gel's compliance grows by 2 % with
         a time of 1 s and by 3 % with one of 20 s. Without `[[creep]]` in the gel file nothing is corrected; with
         it, what `tractionctl calibrate creep` finds by a minute under the load and one of recovery is. Then gels with hidden
-        numbers (two terms of 0 to 3 %, times of 0.5 to 5 and 5 to 40 s), each with its own calibration, or with none but wide
-        deviations (no share, +- 2 % at 1, 10 and 100 s).""",
+        numbers (two terms of 0 to 3 %, times of 0.5 to 5 and 5 to 40 s), each with its own calibration, or with what is said of silicone that
+        nobody has measured (1.5 +- 1 % at 2 and 20 s).""",
     )
     generator = np.random.default_rng(report.seed)
     known = calibrated(PAPER, report.seed % 10**6, report.pictures)
@@ -138,7 +139,7 @@ def creep(report, quick):
     report.row("    contacts listed from half a second after release on", f"{listed}", "–", "0", 0, listed, name="creep, contacts")
 
     gels = 6 if quick else 20
-    wide = uncalibrated(0.02, [1.0, 10.0, 100.0])
+    wide = uncalibrated()
     for name, text in (("calibrated", None), ("not calibrated", wide)):
         jobs = []
         for number in range(gels):

@@ -10,6 +10,7 @@ import contacts
 import coverage
 import creep
 import grasp
+import heat
 import instrument
 import markers
 import paper
@@ -49,6 +50,7 @@ EXPERIMENTS = {  # in the order of the page
     "picture_motion": resultants.picture_motion,
     "large_strain": resultants.large_strain,
     "creep": creep.creep,
+    "heat": heat.heat,
     "calibration": instrument.calibration,
     "centres": instrument.centres,
     "markers": markers.markers,
