@@ -43,6 +43,7 @@ void put(Json& json, const char* topic, const Header& header) {
   put(json, "gain", header.gain);
   json.key("line_status");
   header.lineStatus ? json.number(*header.lineStatus) : json.null();
+  put(json, "camera_temperature", header.cameraTemperature_C);
   json.key("received_real_ns").number(header.receivedReal_ns);
   json.key("captured_ns").number(header.captured_ns);
   json.key("captured_error_ns").number(header.capturedError_ns);

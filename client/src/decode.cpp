@@ -100,6 +100,7 @@ Header headerOf(const pb::Header& from) {
   header.exposure_s = from.exposure_s();
   if (from.has_gain()) header.gain = from.gain();
   if (from.has_line_status()) header.lineStatus = from.line_status();
+  if (from.has_camera_temperature()) header.cameraTemperature_C = from.camera_temperature();
   header.receivedReal_ns = from.received_real_ns();
   header.received_ns = from.received_ns();
   header.captured_ns = from.captured_ns();

@@ -146,6 +146,8 @@ std::vector<Key> keysOf(Config& config) {
           &config.track.zeroFrames, {2, 10'000}},
       {"track", "min_valid_fraction", "", "Share of the markers; with fewer, no zero is taken, and fields are flagged.",
           &config.track.minValidFraction, {0.1, 1}},
+      {"track", "zero_tracking", "", "Follow the zero while nothing touches, as heat moves it; a load that grows by less than 2 gf in half a minute is lost.",
+          &config.track.followsDrift},
 
       {"solve", "model", "", "Mechanics of the gel: a finite block, or the half-space of the paper.",
           choiceOf(solve.model, {{"block", Model::kBlock}, {"half-space", Model::kHalfSpace}})},

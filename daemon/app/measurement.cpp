@@ -43,6 +43,7 @@ Measurement::Measurement(sensor::Sensor sensor, const Surroundings& around)
     , isFilm_(!around.config.camera.images.empty())
     , sensor_(std::move(sensor))
     , creep_(sensor_.creep, sensor_.markerCount())
+    , zeroTracking_(sensor_, {.follows = around.config.track.followsDrift})
     , invalidFields_(around.config.track, around.config.solve) {
   if (!isFilm_) promptSolver_.emplace(around.config.prompt, sensor_.markerCount(), sensor_.nodes.count());
   constexpr int kNice = 10;  // of this thread only: frames are more urgent
@@ -126,7 +127,11 @@ tl::expected<void, Error> Measurement::welcome(const capture::CameraInfo& info) 
   auto restored = control::restoreZero(around_.stateDirectory, {sensor_, info.format, id});
   if (!restored) return tl::unexpected(restored.error());
   restored_ = std::move(restored->zero);
-  if (restored_) tracker_->restore(*restored_);
+  if (restored_) {
+    tracker_->restore(*restored_);
+    creep_.doubt();
+    zeroTracking_.resume();
+  }
   isRestoredWritten_ = !restored->unsynchronised;
   if (!isRestoredWritten_)
     spdlog::warn(
@@ -168,8 +173,12 @@ bool Measurement::track(const Frame& frame, MarkerField& markers) {
   markers.places = places_;
   gelWatch_->takeFrame(frame);
   if (recorder_) recorder_->takeFrame(frame, tracker_->inputs(), places_);
-  if (tracked) creep_.advance(markers);
-  if (tracked) newestMarkers_.put(markers);  // dropped if control is taking one at this moment
+  if (tracked) {
+    zeroTracking_.takeOff(markers);
+    creep_.advance(markers);
+    zeroTracking_.watch(markers);
+    newestMarkers_.put(markers);  // dropped if control is taking one at this moment
+  }
   return tracked;
 }
 

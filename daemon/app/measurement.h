@@ -6,6 +6,7 @@
 #include "daemon/app/processing.h"
 #include "daemon/app/prompt_solver.h"
 #include "daemon/app/rest_solver.h"
+#include "daemon/calibrate/zero_tracking.h"
 #include "daemon/control/gel_watch.h"
 #include "daemon/control/procedures.h"
 #include "daemon/record/recorder.h"
@@ -91,6 +92,7 @@ class Measurement : public Processing, private control::ProcedureHost {
   bool isRestoredWritten_ = true;               // false: a loss of power may undo restored_; accessed as restored_
   std::unique_ptr<track::Tracker> tracker_;
   track::CreepMemory creep_;                  // used by the tracking thread alone
+  calibrate::ZeroTracking zeroTracking_;      // as creep_
   PlacedSolver solver_;                       // used by the solving thread alone once it runs
   std::optional<PromptSolver> promptSolver_;  // none: the pictures come from a file
   Id places_{};  // the zero of the solver for the next frame; used by the tracking thread alone

@@ -7,12 +7,13 @@
 #include "daemon/app/gel_files.h"
 #include "daemon/app/instance.h"
 #include "daemon/app/rest_solver.h"
+#include "daemon/calibrate/zero_tracking.h"
 #include "daemon/control/gel_watch.h"
 #include "daemon/record/recorder.h"
 #include "daemon/record/replay_solver.h"
 #include "daemon/records/field_gaps.h"
-#include "daemon/track/creep_memory.h"
 #include "daemon/solve/make_solver.h"
+#include "daemon/track/creep_memory.h"
 #include "daemon/track/nominal.h"
 #include "daemon/track/rest_pose.h"
 #include "proto/traction/v1/endpoints.h"
@@ -100,6 +101,7 @@ class Replay {
   Mailbox<traction::v1::MarkerStatus> markerStatus_;
   std::optional<control::GelWatch> gelWatch_;
   std::optional<track::CreepMemory> creep_;
+  std::optional<calibrate::ZeroTracking> zeroTracking_;
 
   publish::TrackedFrame frame_;
   MarkerField markers_;
@@ -142,6 +144,11 @@ void Replay::open(const Frame& first) {
   if (!config_.record.file.empty()) openRecorder();
   makeTracker();
   creep_.emplace(sensor_.creep, sensor_.markerCount());
+  zeroTracking_.emplace(sensor_, calibrate::ZeroTrackingOptions{.follows = config_.track.followsDrift});
+  if (beginning_->rest) {
+    creep_->doubt();
+    zeroTracking_->resume();
+  }
   markers_.resize(sensor_.markerCount());
   field_.resize(sensor_.markerCount(), sensor_.nodes.count());
   isOpen_ = true;
@@ -370,7 +377,9 @@ void Replay::picture(std::string_view bytes) {
   const PlacedSolver placed = solverOf(frame_);
   if (recorder_) recorder_->takeFrame(frame, tracker_->inputs(), placed.zero);
   if (tracked) {
+    zeroTracking_->takeOff(markers_);
     creep_->advance(markers_);
+    zeroTracking_->watch(markers_);
     markers_.info.times.tracked_ns = frame.info.times.received_ns;  // no time passes
     solver_.solve(placed.solver, markers_, field_);
     field_.markers.info.times.solved_ns = frame.info.times.received_ns;

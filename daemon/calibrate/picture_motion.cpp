@@ -63,11 +63,20 @@ std::optional<PictureMotion> PictureMotionFit::operator()(const Displacements& d
 }
 
 Bulge largestBulge(const sensor::Sensor& sensor, const Displacements& displacements, double allowance_px) {
+  return BulgeSearch(sensor)(displacements, allowance_px);
+}
+
+BulgeSearch::BulgeSearch(const sensor::Sensor& sensor)
+    : layers_(sensor.layers)
+    , markers_(sensor::markerPositions(sensor)) {
+  squares_.reserve(static_cast<std::size_t>(markers_.cols()));
+}
+
+Bulge BulgeSearch::operator()(const Displacements& displacements, double allowance_px) {
   Bulge bulge;
-  std::vector<double> squares;  // squared differences of single markers from their neighbourhood
-  const sensor::Points markers = sensor::markerPositions(sensor);
+  squares_.clear();
   Eigen::Index first = 0;
-  for (const sensor::MarkerLayer& layer : sensor.layers) {
+  for (const sensor::MarkerLayer& layer : layers_) {
     for (int row = 1; row + 1 < layer.rows; ++row) {
       for (int column = 1; column + 1 < layer.columns; ++column) {
         std::array<float, 9> u{}, v{};
@@ -86,20 +95,20 @@ Bulge largestBulge(const sensor::Sensor& sensor, const Displacements& displaceme
         const Eigen::Index own = first + row * layer.columns + column;
         if (displacements.valid[own]) {
           const Eigen::Vector2d value(displacements.value_px[2 * own], displacements.value_px[2 * own + 1]);
-          squares.push_back((value - middle).squaredNorm());
+          squares_.push_back((value - middle).squaredNorm());
         }
         if (const double size = middle.norm(); size > bulge.size_px) {
           bulge.size_px = size;
-          bulge.place = markers.col(own).head<2>();
+          bulge.place = markers_.col(own).head<2>();
         }
       }
     }
     first += layer.count();
   }
   double deviation = 0.0;
-  if (!squares.empty()) {
-    const auto half = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
-    std::nth_element(squares.begin(), half, squares.end());
+  if (!squares_.empty()) {
+    const auto half = squares_.begin() + static_cast<std::ptrdiff_t>(squares_.size() / 2);
+    std::nth_element(squares_.begin(), half, squares_.end());
     deviation = std::sqrt(*half / (2.0 * std::numbers::ln2));  // of a coordinate, by the median of the lengths
   }
   bulge.limit_px = kSixSigma * kMedianOfNine * deviation + allowance_px;

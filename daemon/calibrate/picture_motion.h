@@ -7,6 +7,7 @@
 
 #include <optional>
 #include <span>
+#include <vector>
 
 namespace tractiond::calibrate {
 
@@ -51,9 +52,24 @@ struct Bulge {
   bool found() const { return size_px > limit_px; }  ///< Returns whether something seems to touch.
 };
 
-/// Returns the largest bulge of all layers; size 0 if there is no 3 x 3 neighbourhood with six valid markers. Its limit
-/// is six standard deviations of such a median, estimated from the markers' scatter, plus `allowance_px`. Reentrant.
-/// Allocates. \param displacements without the motion of the whole picture, which would count as a bulge
+/// Finds the largest bulge. Thread-bound. Allocates only when made.
+class BulgeSearch {
+ public:
+  /// Copies what it needs of the sensor.
+  explicit BulgeSearch(const sensor::Sensor& sensor);
+
+  /// Returns the largest bulge of all layers; size 0 if there is no 3 x 3 neighbourhood with six valid markers. Its
+  /// limit is six standard deviations of such a median, estimated from the markers' scatter, plus `allowance_px`.
+  /// \param displacements without the motion of the whole picture, which would count as a bulge
+  Bulge operator()(const Displacements& displacements, double allowance_px);
+
+ private:
+  const std::vector<sensor::MarkerLayer> layers_;
+  const sensor::Points markers_;
+  std::vector<double> squares_;  ///< squared differences of single markers from their neighbourhood
+};
+
+/// Returns BulgeSearch's result. Reentrant. Allocates.
 Bulge largestBulge(const sensor::Sensor& sensor, const Displacements& displacements, double allowance_px);
 
 }  // namespace tractiond::calibrate

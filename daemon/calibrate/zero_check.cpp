@@ -1,6 +1,5 @@
 #include "daemon/calibrate/zero_check.h"
 
-#include "daemon/calibrate/drift_watch.h"
 #include "daemon/calibrate/geometry_fit.h"
 
 #include <spdlog/fmt/fmt.h>
@@ -9,6 +8,9 @@
 
 namespace tractiond::calibrate {
 namespace {
+
+/// Largest smooth displacement by heat and creep between two zeros; a larger one is a touch.
+constexpr double kAllowance_px = 0.02;
 
 /// Displacements of the markers from one zero to another.
 struct Moved {
@@ -53,7 +55,7 @@ std::string touchSince(const sensor::Sensor& sensor, const RestPose& before, con
     moved.value_px[2 * i] -= static_cast<float>(common.x());
     moved.value_px[2 * i + 1] -= static_cast<float>(common.y());
   }
-  const Bulge bulge = largestBulge(sensor, {moved.value_px, moved.valid}, DriftOptions{}.allowance_px);
+  const Bulge bulge = largestBulge(sensor, {moved.value_px, moved.valid}, kAllowance_px);
   return bulge.found() ? touching(bulge) : "";
 }
 
@@ -65,16 +67,17 @@ std::string touchIn(const sensor::Sensor& sensor, const RestPose& zero) {
 }
 
 std::string recovering(const MarkerField& markers) {
-  const auto coordinates = std::ssize(markers.elastic_px);
-  if (coordinates == 0) return "";
+  const auto coordinates = std::ssize(markers.displacement_px);
+  if (markers.creepErrors_px.empty()) return "";
   const auto map = [coordinates](const std::vector<float>& values) {
     return Eigen::Map<const Eigen::MatrixXf>(values.data(), coordinates, std::ssize(values) / coordinates);
   };
   // Of the valid markers alone: the others' displacements are 0, and so are these.
-  const Eigen::VectorXf squares = (map(markers.displacement_px) - map(markers.elastic_px)).rowwise().squaredNorm() +
-                                  map(markers.creepErrors_px).rowwise().squaredNorm();
+  Eigen::VectorXf taken = map(markers.displacement_px) - map(markers.elastic_px);
+  if (!markers.drift_px.empty()) taken -= map(markers.drift_px);
+  const Eigen::VectorXf squares = taken.cwiseAbs2() + map(markers.creepErrors_px).rowwise().squaredNorm();
   const float largest_px = std::sqrt(squares.reshaped(2, coordinates / 2).colwise().sum().maxCoeff());
-  if (largest_px <= DriftOptions{}.allowance_px) return "";
+  if (largest_px <= kAllowance_px) return "";
   return fmt::format("the gel still recovers from earlier loads, which displace markers by up to {:.2f} px",
                      largest_px);
 }

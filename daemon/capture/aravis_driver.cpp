@@ -58,7 +58,9 @@ class AravisDriver : public Driver {
   void markSilent() override { silent_ = true; }
   void undo() override;
   CameraLink link(const CameraLink& before) override {
-    return readLink(camera_.get(), stream_.get(), guard_, before, {&silent_, &controlLost_});
+    CameraLink link = readLink(camera_.get(), stream_.get(), guard_, before, {&silent_, &controlLost_});
+    if (link.has_temperature()) temperature_C_.store(static_cast<float>(link.temperature()), std::memory_order_relaxed);
+    return link;
   }
   tl::expected<CameraReport, std::string> serve(const CameraStep& step) override {
     return serveFeatures(camera_.get(), step, options_.features, first_);
@@ -86,6 +88,7 @@ class AravisDriver : public Driver {
   void giveUp(Buffer& buffer);
 
   CameraOptions options_;
+  std::atomic<float> temperature_C_{std::numeric_limits<float>::quiet_NaN()};  // from link() to pop()
   std::atomic<bool> controlLost_{false};  // set by Aravis's heartbeat thread: outlives the camera
   std::atomic<bool> silent_{false};
   std::atomic<int> receivingThread_{0};  ///< Aravis's
@@ -553,6 +556,9 @@ void AravisDriver::describe(ArvBuffer* from, Buffer& buffer) {
   }
   arrival.shape = info_.shape;
   buffer.extras = found.extras;
+  const float temperature_C = temperature_C_.load(std::memory_order_relaxed);
+  buffer.extras.hasTemperature = std::isfinite(temperature_C);
+  if (buffer.extras.hasTemperature) buffer.extras.temperature_C = temperature_C;
   if (arrival.device_ns == 0 && found.timestamp_ns) arrival.device_ns = *found.timestamp_ns;
   if (arrival.id == 0 && found.frameId) arrival.id = *found.frameId;
   buffer.data = data;

@@ -13,7 +13,6 @@ constexpr std::int64_t kRateOver_ns = 2'000'000'000;
 Procedures::Procedures(const ProcedureParts& parts, const ProcedureOptions& options)
     : parts_(parts)
     , options_(options)
-    , driftWatch_(parts.sensor)
     , steps_(parts, options)
     , zero_(parts, options, markers_, steps_) {
   MarkerField blank;
@@ -47,14 +46,13 @@ void Procedures::turn() {
   measureRate();
   zero_.turn();
   watchMarkers();
-  parts_.watched.put({driftWatch_.drift(), zero_.answeredWithin_s()});
+  parts_.watched.put({markers_.drift, zero_.answeredWithin_s()});
 }
 
 void Procedures::watchMarkers() {
   if (parts_.markers.take(markers_)) {
-    driftWatch_.add(markers_);
-    if (driftWatch_.takeWarning()) {
-      const RestDrift& drift = driftWatch_.drift();
+    if (driftWarning_.take(parts_.sensor, markers_)) {
+      const RestDrift& drift = markers_.drift;
       spdlog::warn("warning: the untouched picture has drifted from the zero by ({:.3f}, {:.3f}) px, scale {:.1e}, "
                    "roll {:.1e} rad; take a new zero with nothing touching the gel: tractionctl zero",
                    drift.shiftU_px, drift.shiftV_px, drift.scale, drift.roll);

@@ -1,7 +1,7 @@
 // Handles requests for zeros and calibration steps, and measures the drift of the zero.
 #pragma once
 
-#include "daemon/calibrate/drift_watch.h"
+#include "daemon/calibrate/zero_tracking.h"
 #include "daemon/control/procedure_parts.h"
 #include "daemon/control/step_runner.h"
 #include "daemon/control/zero_procedure.h"
@@ -56,7 +56,7 @@ class Procedures {
   const ProcedureOptions options_;
   std::string camera_;  ///< empty: none yet
   MarkerField markers_;
-  calibrate::DriftWatch driftWatch_;
+  calibrate::DriftWarning driftWarning_;
   StepRunner steps_;
   ZeroProcedure zero_;
   double rate_Hz_ = 0.0;          ///< 0: not known

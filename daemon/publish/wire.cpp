@@ -182,8 +182,10 @@ void encode(const Heading& heading, pb::Header& header) {
   header.set_exposure_s(frame.exposure_s);
   header.clear_gain();
   header.clear_line_status();
+  header.clear_camera_temperature();
   if (frame.extras.hasGain) header.set_gain(frame.extras.gain);
   if (frame.extras.hasLines) header.set_line_status(frame.extras.lines);
+  if (frame.extras.hasTemperature) header.set_camera_temperature(frame.extras.temperature_C);
   header.set_received_real_ns(frame.times.receivedReal_ns);
   header.set_received_ns(frame.times.received_ns);
   header.set_captured_ns(frame.times.captured_ns);

@@ -99,6 +99,8 @@ void get(const pb::Header& from, FrameInfo& to) {
   to.extras.gain = from.gain();
   to.extras.hasLines = from.has_line_status();
   to.extras.lines = from.line_status();
+  to.extras.hasTemperature = from.has_camera_temperature();
+  to.extras.temperature_C = from.camera_temperature();
   to.discontinuity = (from.flags() & kDiscontinuity) != 0;
   to.doubted = (from.flags() & kDoubtedOrigin) != 0;
   to.times.device_ns = from.device_time_ns();

@@ -30,10 +30,11 @@ struct FrameTimes {
 
 /// Data that a camera may send beside the picture (its chunk data).
 struct FrameExtras {
-  double exposure_s = 0.0;  ///< 0: not sent
-  double gain = 0.0;        ///< in the camera's own unit
-  std::uint64_t lines = 0;  ///< levels of the camera's lines, line 0 in the lowest bit
-  bool hasGain = false, hasLines = false;
+  double exposure_s = 0.0;     ///< 0: not sent
+  double gain = 0.0;           ///< in the camera's own unit
+  std::uint64_t lines = 0;     ///< levels of the camera's lines, line 0 in the lowest bit
+  float temperature_C = 0.0F;  ///< as the camera said last, not with this picture
+  bool hasGain = false, hasLines = false, hasTemperature = false;
 };
 
 struct FrameInfo {

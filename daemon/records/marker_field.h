@@ -2,6 +2,7 @@
 #pragma once
 
 #include "daemon/records/frame.h"
+#include "daemon/records/rest_drift.h"
 
 #include <array>
 #include <string>
@@ -26,8 +27,8 @@ enum Flags : std::uint32_t {
   kDoubtedOrigin = 1U << 8,
   /// No model of an earlier frame holds, and this frame's own was not solved in time: the field is not valid.
   kNotSolved = 1U << 9,
-  /// The gel has yet to recover from earlier loads, by more or less than is known: what it shows of them is not told
-  /// apart from a force as small.
+  /// The gel has yet to recover from earlier loads, by more or less than is known, or heat may have bent it: what it
+  /// shows of that is not told apart from a force as small.
   kRecovering = 1U << 10,
 };
 
@@ -64,13 +65,20 @@ struct MarkerField {
   Id places{};  ///< the zero for whose places of the markers the forces are to be solved; all zero: those of the gel
                 ///< file
 
+  std::vector<float> elastic_px;  ///< 2 M: displacements by the forces of this moment alone, as far as that is known;
+                                  ///< where valid is 0: 0; empty: not known
+
   // Of a gel whose creep is known (track::CreepMemory); else empty.
-  std::vector<float> elastic_px;  ///< 2 M: displacements by the forces of this moment alone; where valid is 0: 0
   /// 2 M each: what errors of the terms of creep, each by a standard deviation, do to these.
   std::vector<float> creepErrors_px;
   float creepError_px = 0.0F;  ///< root of the sum of their squares
 
-  /// Returns what is displaced by the forces of this moment, as far as that is known.
+  // Of the picture while nothing touches (calibrate::ZeroTracking).
+  std::vector<float> drift_px;   ///< 2 M: what is taken off for it; where valid is 0: 0
+  RestDrift drift;               ///< as it was last seen
+  float heatDeviation_K = 0.0F;  ///< standard deviation of how much warmer the gel is since then
+
+  /// Returns elastic_px, or displacement_px where that is empty.
   const std::vector<float>& byForces_px() const { return elastic_px.empty() ? displacement_px : elastic_px; }
 
   void resize(int markers);  ///< Sizes the arrays for M markers, and sets their elements, but nothing else, to 0.

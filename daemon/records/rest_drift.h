@@ -13,6 +13,7 @@ struct RestDrift {
   double scale = 0.0;        ///< relative
   double roll = 0.0;         ///< [rad], u towards v
   double rms_px = 0.0;       ///< root mean square displacement of a coordinate without that motion
+  bool isFollowed = false;   ///< it is taken off
 };
 
 }  // namespace tractiond

@@ -15,6 +15,7 @@
 
 #include <tl/expected.hpp>
 
+#include <array>
 #include <functional>
 #include <vector>
 
@@ -34,6 +35,10 @@ struct SystematicErrors {
   /// matrices E, row after row. A force F has an error of force and moment about its place with the covariance
   /// sum E F F' E'.
   std::vector<double> contactScatter, wholeFaceScatter;
+
+  /// Covariances of the wrench of a small contact about its place, and of one on the whole face about the origin, by
+  /// 1 K since the zero, 6 x 6, row after row [N^2/K^2 ..].
+  std::array<double, 36> contactHeat{}, wholeFaceHeat{};
 
   /// Error of the displacements around a contact by a block's Poisson's ratio, thickness and depths, relative to these,
   /// rms. That by Uncertainty::model is not part of it.

@@ -21,7 +21,7 @@ using Magic = std::array<char, 8>;
 
 constexpr Magic kMagic = {'t', 'r', 'a', 'c', 't', 'f', 'a', 'c'};
 /// To be raised when the layout changes.
-constexpr std::uint32_t kFormatVersion = 3;
+constexpr std::uint32_t kFormatVersion = 4;
 
 /// In the machine's byte order: another order's version would not be known.
 struct Header {
@@ -62,6 +62,8 @@ void forEachArray(OfFactors& factors, Use use) {
   use(std::span(factors.systematicErrors.wholeFace));
   use(std::span(factors.systematicErrors.contactScatter));
   use(std::span(factors.systematicErrors.wholeFaceScatter));
+  use(std::span(factors.systematicErrors.contactHeat));
+  use(std::span(factors.systematicErrors.wholeFaceHeat));
 }
 
 Hash128 checksum(const Header& header, const Factors& factors) {

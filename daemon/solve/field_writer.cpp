@@ -11,10 +11,13 @@
 namespace tractiond::solve {
 namespace {
 
-/// Forces of fewer standard deviations of what the gel may remember are taken for that. Displacements of more standard
-/// deviations of noise, all together, may look like a force.
+/// Forces of fewer standard deviations of what the gel may remember, or of what heat may do, are taken for that.
+/// Displacements of more standard deviations of noise, all together, may look like a force.
 constexpr double kRemembered = 3.0, kSeen = 5.0;
+/// Standard deviation of a false force by heat from which on an untouched field says so: 0.5 gf.
+constexpr double kHeatForce_N = 5e-3;
 
+using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 Vector6 wrenchOf(const Contact& contact) {
@@ -25,7 +28,7 @@ Vector6 wrenchOf(const Contact& contact) {
 /// Adds the covariance by errors of one deviation each, the columns.
 template <typename Errors>
 void addErrors(const Errors& errors, WrenchCovariance& to) {
-  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(to.data()) += errors * errors.transpose();
+  Matrix6::Map(to.data()) += errors * errors.transpose();
 }
 
 }  // namespace
@@ -86,13 +89,15 @@ void FieldWriter::write(const Estimate& estimate, Mixture& mixture, TractionFiel
 
 void FieldWriter::publish(const Estimate& estimate, Mixture& mixture, TractionField& field) {
   field.valid = true;
-  for (int k = 0; k < kMotions; ++k) field.pictureMotion[k] = motion_[k] * estimate.motion[k];
+  const RestDrift drift = field.markers.drift.isFollowed ? field.markers.drift : RestDrift{};
+  const std::array<double, kMotions> before = {drift.shiftU_px, drift.shiftV_px, drift.scale, drift.roll};
+  for (int k = 0; k < kMotions; ++k) field.pictureMotion[k] = before[k] + motion_[k] * estimate.motion[k];
   if (estimate.outcome == Estimate::Outcome::kFound) {
     field.method = Method::kContact;
     publishForces(estimate, mixture, field);
-    field.systematic = systematic_.covariance(estimate.wrench, nodeForce_);
+    field.systematic = systematic_.covariance(estimate.wrench, nodeForce_, double{field.markers.heatDeviation_K});
     field.contactCount = contacts_.list(estimate, mixture, least_N_, field.contacts);
-    if (!addCreep(field)) publishNothing(field);
+    if (!addDrift(field)) publishNothing(field);
   } else {
     publishNothing(field);
   }
@@ -100,7 +105,7 @@ void FieldWriter::publish(const Estimate& estimate, Mixture& mixture, TractionFi
   rules_.centre(field);
 }
 
-/// What lies below the limit is not seen, nor what the gel may remember.
+/// What lies below the limit is not seen, nor what the gel may remember, nor what heat may have moved.
 void FieldWriter::publishNothing(TractionField& field) {
   const auto motion = field.pictureMotion;
   FieldRules::clear(field);
@@ -110,13 +115,19 @@ void FieldWriter::publishNothing(TractionField& field) {
   field.noise = unseen_;
   const double seen = creep_.displacement_px() / (kSeen * used_.noise_px());
   std::ranges::transform(unseen_, field.systematic.begin(), [&](double each) { return square(seen) * each; });
-  if (seen > 1.0) field.flags |= kRecovering;
+  const double heat_K = double{field.markers.heatDeviation_K};
+  const Matrix6::ConstMapType byHeat(factors_.systematicErrors.contactHeat.data());
+  Matrix6::Map(field.systematic.data()) += square(heat_K) * byHeat;
+  const bool isWarmer = square(heat_K) * byHeat.topLeftCorner<3, 3>().trace() > square(kHeatForce_N);
+  if (seen > 1.0 || isWarmer) field.flags |= kRecovering;
 }
 
-/// Adds what errors of the creep do, and removes contacts that may be nothing else. Returns false if that is all that
-/// there is.
-bool FieldWriter::addCreep(TractionField& field) const {
-  if (creep_.displacement_px() <= 0.0) return true;
+/// Adds what errors of the creep and of the temperature do, and removes contacts that may be nothing else. Returns
+/// false if that is all that there is.
+bool FieldWriter::addDrift(TractionField& field) const {
+  const double heat_K = double{field.markers.heatDeviation_K};
+  if (creep_.displacement_px() <= 0.0 && heat_K <= 0.0) return true;
+  const Matrix6 byHeat = square(heat_K) * Matrix6::Map(factors_.systematicErrors.contactHeat.data());
   const std::array<double, 6> all = solve::wrenchOf(field);
   Vector6 beside = Vector6::Map(all.data());
   Eigen::Matrix<double, 6, CreepErrors::kMost> errors;
@@ -129,8 +140,11 @@ bool FieldWriter::addCreep(TractionField& field) const {
     const Vector6 own = wrenchOf(contact), wrench = toPoint(-at) * own;
     errors += wrench * shares.transpose();
     beside -= wrench;
-    if (shares.norm() * kRemembered > 1.0) continue;
+    const Eigen::Vector3d force = own.head<3>();
+    const double warmth = force.dot(byHeat.topLeftCorner<3, 3>() * force) / square(force.squaredNorm());
+    if (std::hypot(shares.norm(), std::sqrt(warmth)) * kRemembered > 1.0) continue;
     addErrors(own * shares.transpose(), contact.systematic);
+    Matrix6::Map(contact.systematic.data()) += byHeat;
     field.contacts[static_cast<std::size_t>(left++)] = contact;
   }
   addErrors(errors + beside * creep_.ofAll().transpose(), field.systematic);

@@ -38,7 +38,7 @@ class FieldWriter {
   void publish(const Estimate& estimate, Mixture& mixture, TractionField& field);
   void publishForces(const Estimate& estimate, Mixture& mixture, TractionField& field);
   void publishNothing(TractionField& field);
-  bool addCreep(TractionField& field) const;
+  bool addDrift(TractionField& field) const;
   Eigen::Matrix<double, 6, 6> unseen(const std::array<double, 2>& detectionLimit_N) const;
 
   const Factors& factors_;

@@ -64,6 +64,25 @@ Eigen::MatrixXd bodyColumns(const sensor::Sensor& sensor, const Eigen::MatrixXd&
   return columns;
 }
 
+/// Returns how 1 K displaces the markers in the picture [px]. The gel's sides and its mount decide on it, which nobody
+/// has measured: the gel expands as if it were free, and bends as a block that is bonded to its base does at the rim.
+Eigen::VectorXd byHeat(const sensor::Sensor& sensor) {
+  constexpr double kExpansion = 3e-4;  // of silicone [1/K]
+  constexpr double kBend = 1.6e-4;     // of the distance from the principal point at half the picture's width [1/K]
+  const sensor::Points markers = sensor::markerPositions(sensor);
+  const sensor::Projection project(sensor.camera, sensor.gel.size.z());
+  const Eigen::Vector3d fixed =
+      sensor.body ? Eigen::Vector3d(markers.rowwise().mean()) : Eigen::Vector3d(0.0, 0.0, sensor.gel.size.z());
+  Eigen::VectorXd moved_px(2 * markers.cols());
+  for (Eigen::Index i = 0; i < markers.cols(); ++i) {
+    const Eigen::Vector3d marker = markers.col(i);
+    const Eigen::Vector2d away = project(marker) - sensor.camera.principal_px;
+    moved_px.segment<2>(2 * i) = kExpansion * (project.jacobian(marker) * (marker - fixed)) +
+                                 kBend * away.squaredNorm() / square(0.5 * sensor.camera.width) * away;
+  }
+  return moved_px;
+}
+
 /// What a force at `at` is misread by [force, moment about the place of the force], from what the wrench is.
 Reading aboutPlace(const Reading& reading, const Eigen::Vector3d& at) {
   Reading result = reading;
@@ -201,6 +220,7 @@ Strays straysOf(const sensor::Sensor& sensor, const SolveOptions& options) {
     }
     if (by.markerDepth > 0.0) strays.scatter = by.markerDepth * byDepth;
   }
+  strays.heat = byHeat(sensor);
   double squares = strays.scatter.squaredNorm();
   for (std::size_t k = kCameraNumbers; k < strays.all.size(); ++k) squares += strays.all[k].squaredNorm();
   strays.displacement = std::sqrt(squares / straight.squaredNorm());
@@ -241,6 +261,16 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
     errors.contact.insert(errors.contact.end(), contact.data(), contact.data() + contact.size());
     errors.wholeFace.insert(errors.wholeFace.end(), whole.data(), whole.data() + whole.size());
   }
+  Matrix6 byContact = Matrix6::Zero();
+  for (std::size_t i = 0; i < around.size(); ++i) {
+    for (const Reading& reading : around[i]) {
+      const Vector6 error = aboutPlace(reading, strays.places.col(static_cast<Eigen::Index>(i))) * strays.heat;
+      byContact += error * error.transpose() / static_cast<double>(3 * around.size());
+    }
+  }
+  const Vector6 onWhole = wholeFace * strays.heat;
+  Matrix6::Map(errors.contactHeat.data()) = byContact;
+  Matrix6::Map(errors.wholeFaceHeat.data()) = onWhole * onWhole.transpose();
   if (strays.scatter.size() != 0) {
     errors.contactScatter = contactScatter(around, strays.scatter, strays.places);
     errors.wholeFaceScatter = wholeFaceScatter(wholeFace, strays.scatter, strays.places);
@@ -250,7 +280,7 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
 
 WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const Eigen::Vector3d& at,
                                       const sensor::Uncertainty& uncertainty, double pitch_m,
-                                      const SystematicErrors& errors, double whole) {
+                                      const SystematicErrors& errors, double whole, double heat_K) {
   const Vector6 w = Vector6::Map(wrench.data());
   const double force = w.head<3>().squaredNorm(), moment = w.tail<3>().squaredNorm();
   Matrix6 covariance = (uncertainty.youngsModulus * uncertainty.youngsModulus) * w * w.transpose();
@@ -260,6 +290,10 @@ WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const
   covariance.diagonal().tail<3>().array() += model * (moment + pitch_m * pitch_m * force);
   if (whole < 1.0) covariance += (1.0 - whole) * covarianceBy(errors.contact, errors.contactScatter, w, at);
   if (whole > 0.0) covariance += whole * covarianceBy(errors.wholeFace, errors.wholeFaceScatter, w, at);
+  if (heat_K > 0.0) {
+    const Matrix6 contact = toPoint(-at) * Matrix6::Map(errors.contactHeat.data()) * toPoint(-at).transpose();
+    covariance += square(heat_K) * ((1.0 - whole) * contact + whole * Matrix6::Map(errors.wholeFaceHeat.data()));
+  }
   WrenchCovariance result;
   Eigen::Map<Matrix6>(result.data()) = covariance;
   return result;
@@ -271,8 +305,8 @@ SystematicPart::SystematicPart(const Factors& factors, const sensor::Sensor& sen
     , nodes_(sensor::nodePositions(sensor))
     , pitch_m_(sensor.nodes.pitch) {}
 
-WrenchCovariance SystematicPart::covariance(const std::array<double, 6>& wrench,
-                                            std::span<const double> nodeForces_N) const {
+WrenchCovariance SystematicPart::covariance(const std::array<double, 6>& wrench, std::span<const double> nodeForces_N,
+                                            double heat_K) const {
   double sum = 0.0, squares = 0.0;
   Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
   for (Eigen::Index n = 0; n < nodes_.cols(); ++n) {
@@ -283,7 +317,7 @@ WrenchCovariance SystematicPart::covariance(const std::array<double, 6>& wrench,
   }
   if (squares == 0.0) return {};
   const double whole = square(sum) / squares / static_cast<double>(nodes_.cols());
-  return systematicCovariance(wrench, centroid / sum, uncertainty_, pitch_m_, errors_, whole);
+  return systematicCovariance(wrench, centroid / sum, uncertainty_, pitch_m_, errors_, whole, heat_K);
 }
 
 }  // namespace tractiond::solve

@@ -17,6 +17,7 @@ struct Strays {
   Eigen::MatrixXd forces;            ///< from wrenches to forces at the nodes, 27 x 6
   std::vector<Eigen::MatrixXd> all;  ///< 2M x 27 [px/N], in the order of SystematicErrors
   Eigen::MatrixXd scatter;           ///< by each marker's own depth; empty if those do not scatter
+  Eigen::VectorXd heat;              ///< displacements by 1 K, 2M [px/K]
   double displacement = 0.0;         ///< SystematicErrors::displacement
 };
 
@@ -34,10 +35,11 @@ bool isWeighed(const sensor::Sensor& sensor);
 
 /// Returns the covariance of a wrench [N, N m] about the origin, (Fx .. Mz), 6 x 6, row after row, by the errors of
 /// Young's modulus, of the mechanics, and by `errors`. \param at place of the force [m], gel frame \param whole share
-/// of SystematicErrors::wholeFace, 0 to 1; the rest is that of SystematicErrors::contact
+/// of SystematicErrors::wholeFace, 0 to 1; the rest is that of SystematicErrors::contact \param heat_K standard
+/// deviation of the gel's temperature
 WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const Eigen::Vector3d& at,
                                       const sensor::Uncertainty& uncertainty, double pitch_m,
-                                      const SystematicErrors& errors, double whole);
+                                      const SystematicErrors& errors, double whole, double heat_K = 0.0);
 
 /// The systematic part of the covariance of forces on the nodes. Immutable once made.
 class SystematicPart {
@@ -48,7 +50,9 @@ class SystematicPart {
   /// Returns systematicCovariance() of forces on the nodes (3N [N]), 0 if all are 0. What is pressed in one place is
   /// misread as the nodes around it misread it, what acts on all nodes as these; between the two by the share of the
   /// face that an even pressure as concentrated would cover. \param wrench of the forces about the origin [N, N m]
-  WrenchCovariance covariance(const std::array<double, 6>& wrench, std::span<const double> nodeForces_N) const;
+  /// \param heat_K as for systematicCovariance()
+  WrenchCovariance covariance(const std::array<double, 6>& wrench, std::span<const double> nodeForces_N,
+                              double heat_K = 0.0) const;
 
  private:
   const SystematicErrors& errors_;

@@ -4,9 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tractiond::track {
 namespace {
+
+/// Of the times of creep, after which what was remembered has faded.
+constexpr double kForgotten = 3.0;
 
 Eigen::MatrixXd rootOf(const Eigen::MatrixXd& covariance) {
   if (covariance.size() == 0) return covariance;
@@ -47,7 +51,10 @@ void CreepMemory::advance(MarkerField& markers) {
     elastic_.setZero();
     follows_.setZero();
     time_ns_ = now_ns;
+    const double doubted_s = std::exchange(isDoubted_, false) ? kForgotten * times_s_.maxCoeff() : 0.0;
+    doubtedUntil_ns_ = now_ns + static_cast<std::int64_t>(1e9 * doubted_s);
   }
+  if (now_ns < doubtedUntil_ns_) markers.flags |= kRecovering;
   zero_ = markers.zero;
   const double seconds = 1e-9 * static_cast<double>(std::max<std::int64_t>(now_ns - time_ns_, 0));
   time_ns_ = now_ns;
@@ -55,6 +62,9 @@ void CreepMemory::advance(MarkerField& markers) {
   // What follows of earlier frames, and how much of this one will.
   double own = 1.0;  // of the new u in d
   next_ = Eigen::Map<const Eigen::VectorXf>(markers.displacement_px.data(), coordinates).cast<double>();
+  if (!markers.drift_px.empty()) {
+    next_ -= Eigen::Map<const Eigen::VectorXf>(markers.drift_px.data(), coordinates).cast<double>();
+  }
   for (Eigen::Index k = 0; k < terms; ++k) {
     const CreepStep step(seconds, times_s_[k]);
     follows_.col(k) = step.left * follows_.col(k) + step.before * elastic_;

@@ -38,6 +38,10 @@ class CreepMemory {
   /// taken over; another zero begins with a gel at rest.
   void advance(MarkerField& markers);
 
+  /// Says that the next frame's zero is of an earlier run: what the gel remembers of that is not known. Frames have
+  /// kRecovering until three times its longest time have passed.
+  void doubt() { isDoubted_ = true; }
+
   /// Continues from what is known otherwise, instead of a gel at rest. \param elastic_px u, 2 M \param follows_px h of
   /// each term, 2 M x terms
   void resume(const Id& zero, std::int64_t time_ns, const Eigen::VectorXd& elastic_px,
@@ -50,6 +54,8 @@ class CreepMemory {
   Eigen::MatrixXd follows_;         ///< h of each term, 2 M x terms
   Eigen::VectorXf followed_;        ///< one column of these
   std::int64_t time_ns_ = 0;
+  bool isDoubted_ = false;
+  std::int64_t doubtedUntil_ns_ = 0;
   std::optional<Id> zero_;  ///< of the last frame
 };
 

@@ -21,6 +21,7 @@ namespace tractiond::track {
 struct TrackOptions {
   int zeroFrames = 30;            ///< averaged for a rest pose; its error is then a fifth of one frame's
   double minValidFraction = 0.5;  ///< share of valid markers below which fields get kFewMarkers and no zero is taken
+  bool followsDrift = true;       ///< whether the zero is followed while nothing touches (calibrate::ZeroTracking)
   /// The first zero, or a restored one, is used after setGelFits() has been called for it; a requested one only after
   /// putInForce().
   bool awaitsGelCheck = false;

@@ -117,12 +117,13 @@ struct Header {
   Id zero{};                ///< identifies the zero that displacements are measured from
   std::uint32_t flags = 0;  ///< bitwise or of Flag
 
-  std::uint64_t cameraFrameId = 0;          ///< the camera's own count; 16 bit on GigE Vision 1.x
-  std::uint64_t frameNumber = 0;            ///< increases; jumps where frames of the camera were lost
-  std::int64_t deviceTime_ns = 0;           ///< the camera's clock, whose epoch the camera defines
-  double exposure_s = 0.0;                  ///< as sent with the frame, else as configured; 0: not reported
-  std::optional<double> gain;               ///< as sent with the frame, in the camera's unit
-  std::optional<std::uint64_t> lineStatus;  ///< as sent with the frame: levels of the camera's lines, line 0 in bit 0
+  std::uint64_t cameraFrameId = 0;           ///< the camera's own count; 16 bit on GigE Vision 1.x
+  std::uint64_t frameNumber = 0;             ///< increases; jumps where frames of the camera were lost
+  std::int64_t deviceTime_ns = 0;            ///< the camera's clock, whose epoch the camera defines
+  double exposure_s = 0.0;                   ///< as sent with the frame, else as configured; 0: not reported
+  std::optional<double> gain;                ///< as sent with the frame, in the camera's unit
+  std::optional<std::uint64_t> lineStatus;   ///< as sent with the frame: levels of the camera's lines, line 0 in bit 0
+  std::optional<float> cameraTemperature_C;  ///< as the camera said last
   /// When the frame came from the camera driver: CLOCK_REALTIME of the daemon's host [ns since 1970].
   std::int64_t receivedReal_ns = 0;
 

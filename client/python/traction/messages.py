@@ -75,6 +75,7 @@ class Header:
     exposure_s: float  # sent with the frame, else the setting; 0: not known
     gain: float | None  # as sent with the frame, in the camera's own unit
     line_status: int | None  # as sent with the frame: levels of the camera's lines, line 0 lowest
+    camera_temperature: float | None  # as the camera said last [degree C]
     received_real_ns: int  # CLOCK_REALTIME of the daemon's host when the frame came from the camera driver
 
     # CLOCK_MONOTONIC of the daemon's host.

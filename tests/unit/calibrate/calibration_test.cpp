@@ -1,7 +1,7 @@
 #include "daemon/calibrate/calibration.h"
-#include "daemon/calibrate/drift_watch.h"
 #include "sensor/gel_file.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/unit/calibrate/frames.h"
 #include "tests/unit/calibrate/markers.h"
 #include "twin/creep.h"
 
@@ -16,65 +16,6 @@ namespace tractiond::calibrate::calibration_test {
 namespace {
 
 using Kind = CalibrationStep::Kind;
-constexpr double kNoise_px = 0.016, kRate_Hz = 60.0;
-
-/// Few markers, so that the mechanics take no time.
-sensor::Sensor coarse() {
-  sensor::Sensor sensor;
-  for (sensor::MarkerLayer& layer : sensor.layers) {
-    layer.columns = layer.rows = 12;
-    layer.pitch = 6e-3;
-  }
-  return sensor;
-}
-
-/// Frames of a gel under a press of a strength, at 60 frames/s.
-class Frames {
- public:
-  explicit Frames(const sensor::Sensor& sensor)
-      : markers_(sensor::markerPositions(sensor.layers))
-      , motion_(sensor) {
-    field_.resize(sensor.markerCount());
-    std::fill(field_.valid.begin(), field_.valid.end(), std::uint8_t{1});
-    std::fill(field_.variance_px2.begin(), field_.variance_px2.end(), static_cast<float>(kNoise_px * kNoise_px));
-    field_.validCount = sensor.markerCount();
-    field_.info.times.received_ns = 1'000'000'000;
-    field_.zero[0] = 1;
-  }
-
-  /// \param moved_px 2 M
-  const MarkerField& next(const Eigen::VectorXd& moved_px) {
-    field_.info.times.received_ns += static_cast<std::int64_t>(1e9 / kRate_Hz);
-    for (Eigen::Index i = 0; i < moved_px.size(); ++i) {
-      field_.displacement_px[static_cast<std::size_t>(i)] =
-          static_cast<float>(moved_px[i] + kNoise_px * normal_(generator_));
-    }
-    return field_;
-  }
-
-  const MarkerField& next(double press_px, const Eigen::Vector4d& motion = Eigen::Vector4d::Zero()) {
-    field_.info.times.received_ns += static_cast<std::int64_t>(1e9 / kRate_Hz);
-    for (Eigen::Index i = 0; i < markers_.cols(); ++i) {
-      const Eigen::Vector2d away = markers_.col(i).head<2>();
-      Eigen::Vector2d moved = press_px * away / 6e-3 * std::exp(-away.squaredNorm() / (2 * 64e-6));
-      moved.y() = -moved.y();
-      moved += motion_.at(static_cast<int>(i), motion);
-      for (int c = 0; c < 2; ++c) {
-        field_.displacement_px[2 * i + c] = static_cast<float>(moved[c] + kNoise_px * normal_(generator_));
-      }
-    }
-    return field_;
-  }
-
-  MarkerField& field() { return field_; }
-
- private:
-  sensor::Points markers_;
-  PictureMotionFit motion_;
-  MarkerField field_;
-  std::mt19937 generator_{5};
-  std::normal_distribution<double> normal_;
-};
 
 class CalibrationTest : public testing::Test {
  protected:
@@ -394,56 +335,6 @@ TEST_F(Weights, TheModulusIsAsUncertainAsWhatItTakesUp) {
   EXPECT_GT(off, 5e-3 * truth_.gel.youngsModulus);  // else this gel shows nothing
   EXPECT_LT(off, 1.5 * modulus.deviation);          // more than two of those of a press
   EXPECT_LT(modulus.deviation, 0.02 * modulus.value);
-}
-
-TEST(DriftWatch, FollowsTheUntouchedPictureAndNothingElse) {
-  const sensor::Sensor sensor = coarse();
-  DriftWatch watch(sensor);
-  Frames frames(sensor);
-  const Eigen::Vector4d away(0.3, -0.1, 2e-4, 1e-4);
-  for (int i = 0; i < 60; ++i) watch.add(frames.next(0.0));
-  EXPECT_NEAR(watch.drift().shiftU_px, 0.0, 0.002);
-  EXPECT_FALSE(watch.takeWarning());
-  for (int i = 0; i < 1200; ++i) watch.add(frames.next(0.0, away));
-  EXPECT_NEAR(watch.drift().shiftU_px, away[0], 0.003);
-  EXPECT_NEAR(watch.drift().shiftV_px, away[1], 0.003);
-  EXPECT_NEAR(watch.drift().scale, away[2], 1e-5);
-  EXPECT_NEAR(watch.drift().roll, away[3], 1e-5);
-  EXPECT_LT(watch.drift().rms_px, 0.005);
-  EXPECT_TRUE(watch.takeWarning());
-  EXPECT_FALSE(watch.takeWarning());  // once is enough
-  const RestDrift before = watch.drift();
-  for (int i = 0; i < 60; ++i) watch.add(frames.next(1.0));
-  EXPECT_EQ(watch.drift().seen_ns, before.seen_ns);
-  EXPECT_EQ(watch.drift().shiftU_px, before.shiftU_px);
-  // A new zero is a new beginning.
-  frames.field().zero[0] = 2;
-  watch.add(frames.next(0.0));
-  EXPECT_NEAR(watch.drift().shiftU_px, 0.0, 0.01);
-}
-
-TEST(DriftWatch, TakesTheFirstValueOfALateMarkerAndOneAfterALongTimeAsTheyAre) {
-  const sensor::Sensor sensor = coarse();
-  DriftWatch watch(sensor);
-  Frames frames(sensor);
-  constexpr std::int64_t kMoment_ns = 1, kLong_ns = 60'000'000'000;
-  constexpr std::size_t kLate = 40;
-  MarkerField& field = frames.field();
-  const auto add = [&](std::int64_t after_ns, bool late, float away_px) {
-    field.info.times.received_ns += after_ns;
-    for (std::size_t i = 0; i < kLate; ++i) {
-      field.valid[i] = late ? 1 : 0;
-      field.displacement_px[2 * i] = field.displacement_px[2 * i + 1] = i % 2 == 0 ? away_px : -away_px;
-    }
-    field.validCount = sensor.markerCount() - (late ? 0 : static_cast<int>(kLate));
-    watch.add(field);
-    return watch.drift().rms_px;
-  };
-  const double alone_px = 0.01 * std::sqrt(static_cast<double>(kLate) / sensor.markerCount());
-  EXPECT_EQ(add(kMoment_ns, false, 0.0F), 0.0);
-  EXPECT_NEAR(add(kMoment_ns, true, 0.01F), alone_px, 1e-4);
-  EXPECT_NEAR(add(kLong_ns, false, 0.0F), 0.0, 1e-6);
-  EXPECT_NEAR(add(kMoment_ns, true, 0.0F), 0.0, 1e-6);
 }
 
 }  // namespace

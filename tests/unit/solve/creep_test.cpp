@@ -1,8 +1,21 @@
-// What a field says of a gel that creeps, as far as its creep is known.
+// What a field says of a gel that creeps, as far as its creep is known, and of one that may be warmer than at its zero.
 #include "tests/unit/solve/presses.h"
 
 namespace tractiond::solve {
 namespace {
+
+constexpr double kPerKelvin_N = 0.014;
+
+/// The solver of a gel of which a kelvin changes each force by so much.
+ModelSolver& warmSolver() {
+  static const Factors factors = [] {
+    Factors made = makePaperFactors();
+    for (const std::size_t axis : {0U, 1U, 2U}) made.systematicErrors.contactHeat[7 * axis] = square(kPerKelvin_N);
+    return made;
+  }();
+  static ModelSolver solver(factors, paperAtoms(), paper());
+  return solver;
+}
 
 class CreepTest : public PressTest {
  protected:
@@ -16,6 +29,12 @@ class CreepTest : public PressTest {
     return markers;
   }
   VectorXd pressed(double force_N, const Vector2d& at) const { return force_N * press(at, 4e-3).image.col(2); }
+
+  MarkerField warm(const VectorXd& now, float deviation_K) {
+    MarkerField markers = seen(now);
+    markers.heatDeviation_K = deviation_K;
+    return markers;
+  }
 
   const Vector2d here_{-12e-3, 6e-3}, there_{15e-3, -9e-3};
 };
@@ -61,6 +80,28 @@ TEST_F(CreepTest, OfTwoTheOneThatMayBeRememberedIsNotListed) {
 TEST_F(CreepTest, WellKnownCreepIsNotFlagged) {
   solve(frame(noise(), pressed(1e-3, here_)));
   EXPECT_EQ(field_.method, Method::kNoContact);
+  EXPECT_EQ(field_.flags & kRecovering, 0U);
+}
+
+TEST_F(CreepTest, AHeldForceIsAsUncertainAsTheTemperature) {
+  const VectorXd picture = pressed(2.0, here_) + noise();
+  warmSolver().solve(warm(picture, 3.0F), field_);
+  ASSERT_EQ(field_.contactCount, 1);
+  const double with = field_.systematic[14], ofContact = field_.contacts[0].systematic[14];
+  warmSolver().solve(warm(picture, 0.0F), field_);
+  for (const double variance : {with - field_.systematic[14], ofContact - field_.contacts[0].systematic[14]}) {
+    EXPECT_NEAR(std::sqrt(variance), 3.0 * kPerKelvin_N, 0.03 * kPerKelvin_N);
+  }
+}
+
+TEST_F(CreepTest, WhatHeatMayDoIsNoContactAndSaidSo) {
+  warmSolver().solve(warm(pressed(0.1, here_) + noise(), 0.0F), field_);
+  ASSERT_EQ(field_.contactCount, 1);
+  warmSolver().solve(warm(pressed(0.1, here_) + noise(), 5.0F), field_);
+  EXPECT_EQ(field_.method, Method::kNoContact);
+  EXPECT_NE(field_.flags & kRecovering, 0U);
+  EXPECT_GT(1.96 * std::sqrt(field_.noise[14] + field_.systematic[14]), 0.1);
+  warmSolver().solve(warm(noise(), 0.05F), field_);
   EXPECT_EQ(field_.flags & kRecovering, 0U);
 }
 

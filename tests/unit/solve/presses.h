@@ -40,11 +40,14 @@ inline const Atoms& paperAtoms() {
   return atoms;
 }
 
+inline Factors makePaperFactors() {
+  return computeFactors(halfSpaceImage(paper(), paperAtoms().points), paperAtoms(), paperMotion(),
+                        paper().gel.youngsModulus * square(paper().nodes.pitch), modelOptions({}))
+      .value();
+}
+
 inline const Factors& paperFactors() {
-  static const Factors factors =
-      computeFactors(halfSpaceImage(paper(), paperAtoms().points), paperAtoms(), paperMotion(),
-                     paper().gel.youngsModulus * square(paper().nodes.pitch), modelOptions({}))
-          .value();
+  static const Factors factors = makePaperFactors();
   return factors;
 }
 

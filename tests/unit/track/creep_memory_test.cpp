@@ -90,6 +90,17 @@ TEST(CreepMemory, BeginsAnewWithAnotherZero) {
   EXPECT_FLOAT_EQ(markers.creepError_px, 0.0F);
 }
 
+TEST(CreepMemory, SaysAfterAStartThatItKnowsNothingOfBefore) {
+  Gel gel;
+  CreepMemory memory(kTerms, 1);
+  memory.doubt();
+  for (const auto& [time_s, isDoubted] : {std::pair(0.0, true), std::pair(59.0, true), std::pair(61.0, false)}) {
+    MarkerField markers = gel.at(time_s, 0.0, 0.0);
+    memory.advance(markers);
+    EXPECT_EQ((markers.flags & kRecovering) != 0, isDoubted) << time_s;
+  }
+}
+
 TEST(CreepMemory, DoesNothingWhereTimeDoesNotAdvance) {
   CreepMemory memory(kTerms, 1);
   Gel gel;
