@@ -53,10 +53,7 @@ class Sensor {
         model.takeDescription(message);
         break;
       case "status": model.status = message; break;
-      case "surface":
-        if (model.field?.valid || !model.isTouched) model.displacement_mm = message.displacement_mm;  // else without forces for a moment
-        model.surface_share = message.share;
-        break;
+      case "surface": model.takeSurface(message); break;
       case "picture": views.b.show(message, model); return;  // draws when it is decoded
       case "places": model.takePlaces(message); break;
       case "time": model.time = message; break;
