@@ -91,6 +91,8 @@ void put(Json& json, const Contact& contact) {
   putWrenchAndEllipse(json, contact);
   json.key("shear_spread_ratio").number(contact.shearSpreadRatio);
   json.key("shear_spread_ratio_deviation").number(contact.shearSpreadRatioDeviation);
+  json.key("hertz_radius_m").number(contact.hertzRadius_m);
+  json.key("hertz_radius_deviation_m").number(contact.hertzRadiusDeviation_m);
   json.close('}');
 }
 

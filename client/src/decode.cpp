@@ -201,7 +201,10 @@ Contact contactOf(const pb::Contact& from) {
   contact.areaDeviation_m2 = from.area_deviation_m2();
   contact.shearSpreadRatio = from.shear_spread_ratio();
   contact.shearSpreadRatioDeviation = from.shear_spread_ratio_deviation();
-  requireFinite(contact.area_m2, contact.areaDeviation_m2, contact.shearSpreadRatio, contact.shearSpreadRatioDeviation);
+  contact.hertzRadius_m = from.hertz_radius_m();
+  contact.hertzRadiusDeviation_m = from.hertz_radius_deviation_m();
+  requireFinite(contact.area_m2, contact.areaDeviation_m2, contact.shearSpreadRatio, contact.shearSpreadRatioDeviation,
+                contact.hertzRadius_m, contact.hertzRadiusDeviation_m);
   return contact;
 }
 

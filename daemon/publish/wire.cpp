@@ -132,6 +132,8 @@ void set(const Contact& from, pb::Contact& to) {
   to.set_orientation_deviation_rad(from.orientationDeviation_rad);
   to.set_shear_spread_ratio(from.spreadRatio);
   to.set_shear_spread_ratio_deviation(from.spreadRatioDeviation);
+  to.set_hertz_radius_m(from.hertzRadius_m);
+  to.set_hertz_radius_deviation_m(from.hertzRadiusDeviation_m);
 }
 
 pb::Method methodOf(Method method) {

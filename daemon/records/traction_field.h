@@ -27,6 +27,8 @@ struct Contact {
   double orientationDeviation_rad = 0.0;  ///< at most pi / sqrt(12), that of any orientation
   double spreadRatio = 0.0;               ///< of a round contact: mean squared distance of shear over that of pressure
   double spreadRatioDeviation = 0.0;      ///< 0: not known
+  double hertzRadius_m = 0.0;             ///< of Hertz's pressure, where it is one round patch; else 0
+  double hertzRadiusDeviation_m = 0.0;
 };
 inline constexpr int kMaxContacts = 8;  ///< largest number of contacts in a field
 

@@ -302,7 +302,7 @@ Contact ModelContacts::describe(const Estimate& estimate, Mixture& mixture, int 
     Vector2d::Map(result.positionDeviation_m.data()) = ofAllDeviation;
   }
   setShape(estimate, contact, presses() ? Vector3d::UnitZ() : Vector3d(force.normalized()), result);
-  setSpreadRatio(estimate, contact, result);
+  setRound(estimate, contact, result);
   addSystematic(result);
   return result;
 }
@@ -382,8 +382,8 @@ void ModelContacts::setShape(const Estimate& estimate, int contact, const Vector
   solve::setShape(ellipse, covariance, result);
 }
 
-/// Gives how far the shear of a contact that is one patch is spread.
-void ModelContacts::setSpreadRatio(const Estimate& estimate, int contact, Contact& result) {
+/// Gives the radius of a contact that is one patch, by its area, and how far its shear is spread.
+void ModelContacts::setRound(const Estimate& estimate, int contact, Contact& result) {
   const FoundPatch* only = nullptr;
   for (int k = 0; k < estimate.patchCount; ++k) {
     const FoundPatch& found = estimate.patches[static_cast<std::size_t>(k)];
@@ -393,6 +393,8 @@ void ModelContacts::setSpreadRatio(const Estimate& estimate, int contact, Contac
   }
   result.spreadRatio = only->spreadRatio.value;
   result.spreadRatioDeviation = only->spreadRatio.deviation;
+  result.hertzRadius_m = std::sqrt(5.0 * result.area_m2 / (4.0 * std::numbers::pi));  // of its spread, radius^2 / 5
+  result.hertzRadiusDeviation_m = 0.5 * result.hertzRadius_m * result.areaDeviation_m2 / result.area_m2;
 }
 
 }  // namespace tractiond::solve

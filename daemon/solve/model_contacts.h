@@ -73,7 +73,7 @@ class ModelContacts {
   std::optional<Contact> describeHill(int hill, double least_deviations, double least_N);
   void addSystematic(Contact& contact);
   static void setShape(const Estimate& estimate, int contact, const Eigen::Vector3d& along, Contact& result);
-  static void setSpreadRatio(const Estimate& estimate, int contact, Contact& result);
+  static void setRound(const Estimate& estimate, int contact, Contact& result);
 
   const Atoms& atoms_;
   const SystematicPart& systematic_;

@@ -179,6 +179,13 @@ void write(const TractionField& field, Columns& out) {
   out.add(
       "shapes",
       shapes);  // of each: spread ratio, deviation, torque, variance, half axes 2, deviation 2, orientation, deviation
+  std::array<double, kMaxContacts * 2> radii{};
+  number = radii.begin();
+  for (int i = 0; i < field.contactCount; ++i) {
+    const Contact& contact = field.contacts[static_cast<std::size_t>(i)];
+    number = std::ranges::copy(std::array{contact.hertzRadius_m, contact.hertzRadiusDeviation_m}, number).out;
+  }
+  out.add("radii", radii);  // of each: that of Hertz's pressure, deviation
   std::array<double, kMaxContacts * 75> wrenches{};
   number = wrenches.begin();
   for (int i = 0; i < field.contactCount; ++i) {

@@ -1,6 +1,7 @@
 """Runs evaluation_chain on displacements and reads what it found."""
 
 import hashlib
+import json
 import os
 import pathlib
 import subprocess
@@ -146,14 +147,36 @@ def mechanics(gel, forces, markers=1152):
 
 
 def surface(gel, forces):
-    """How the touched surface moves at the nodes [m], frames x nodes x 3, as the viewer shows it. `forces`: the same
-    [N]."""
+    """How the touched surface moves at the nodes under even forces on their squares [m], frames x nodes x 3. `forces`: the
+    same [N]."""
     with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
         job = pathlib.Path(name)
         np.ascontiguousarray(forces, float).tofile(job / "force.f64")
         (job / "gel").write_text(gel)
         subprocess.run([BUILD / "bin/evaluation_surface", job, job / "gel"], check=True)
         return np.fromfile(job / "surface.f64").reshape(np.shape(forces))
+
+
+def under_rounds(found, moved, gel, nodes, places):
+    """What the viewer's page makes of that where contacts are round: how the nodes move inwards without these contacts,
+    frames x nodes, and what the contacts add at places (2 x P [m]), frames x P [m]. `gel`: modulus [Pa], Poisson's ratio."""
+    frames = []
+    for contacts, radii, one in zip(found.contacts_found, found.radii.reshape(len(moved), -1, 2), moved):
+        listed = [
+            {"position_m": row[:2], "position_deviation_m": row[2:4], "force_N": row[4:7], "force_deviation_N": row[7:10],
+             "moment_Nm": [0, 0, 0], "hertz_radius_m": radius, "hertz_radius_deviation_m": deviation}
+            for row, (radius, deviation) in zip(contacts.tolist(), radii.tolist())
+        ]
+        frames.append({"contacts": listed, "displacement_mm": (1e3 * one).ravel().tolist()})
+    columns, rows, pitch_m = nodes
+    description = {
+        "nodes": {"pitch_m": pitch_m, "centre_m": [0, 0]},
+        "gel": {"youngs_modulus_Pa": gel[0], "poisson_ratio": gel[1]},
+    }
+    job = {"columns": columns, "rows": rows, "description": description, "places_mm": (1e3 * places.T).tolist(), "frames": frames}
+    script = pathlib.Path(__file__).with_name("surface.mjs")
+    answer = subprocess.run(["node", script], input=json.dumps(job), capture_output=True, text=True, check=True).stdout
+    return tuple(1e-3 * np.array([frame[name] for frame in json.loads(answer)]) for name in ("beside", "under"))
 
 
 def calibrate(displacement, gel, twin_gel, weights_N, seed):

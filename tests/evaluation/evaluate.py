@@ -68,6 +68,7 @@ MUST_REACH = [
     "magnitude",
     "direction",
     "half-width",
+    "surface",
     "disc",
     "two contacts",
     "false splits",

@@ -3,6 +3,8 @@
 import json
 import os
 import signal
+import subprocess
+import sys
 import time
 import unittest
 import urllib.request
@@ -296,24 +298,94 @@ class Page(TestCase):
               const {at_mm, mm_per_px} = model.pointed;
               u += (1e3 * x - at_mm[0]) / mm_per_px, v -= (1e3 * y - at_mm[1]) / mm_per_px;
             }
-            const {pitch_m, centre_m, columns, rows} = model.description.nodes, {at_mm} = model.pointed;
-            const [column, row] = [columns, rows].map((count, axis) => Math.round((1e-3 * at_mm[axis] - centre_m[axis]) / pitch_m + (count - 1) / 2));
-            told[quantity] = {...model.pointed, full_kPa: model.contours.full_kPa, pitch_m,
-                              node_N: Array.from(model.field.force_N.slice(3 * (row * columns + column), 3 * (row * columns + column) + 3))};
+            told[quantity] = {...model.pointed, ...model.contours};
           }
           return told;
         })()""")
         print("\n  " + "; ".join(f"{name}: {one['text']}" for name, one in seen.items()), end=" ")
+        radius_m = 5e-3
         for name, one in seen.items():
             np.testing.assert_allclose(one["at_mm"], [x, y], atol=1.5)
-            force_N = one["node_N"][2] if name == "pressure" else np.linalg.norm(one["node_N"][:2] if name == "shear" else one["node_N"])
-            self.assertAlmostEqual(one["kPa"] / (1e-3 * force_N / one["pitch_m"] ** 2), 1, delta=0.3)  # the nearest node's, a spline apart
+            force_N = {"pressure": pressed_N, "shear": 0.8, "both": np.hypot(pressed_N, 0.8)}[name]
+            off_m = 1e-3 * np.linalg.norm(np.array(one["at_mm"]) - [x, y])
+            hertz_kPa = 1.5e-3 * force_N / (np.pi * radius_m**2) * np.sqrt(1 - (off_m / radius_m) ** 2)
+            self.assertAlmostEqual(one["kPa"] / hertz_kPa, 1, delta=0.15)
+            self.assertGreater(one["deviation_kPa"], 0)
             self.assertLess(one["kPa"], 1.05 * one["full_kPa"])
+            self.check_numbers_on_lines(one)
+        self.assertRegex(browser.evaluate("document.getElementById('scale-c').textContent"), "most [0-9]+ (k|)Pa by the contact's model")
+        self.check_depth(browser, pressed_N, radius_m)
+        picture = browser.evaluate("""(async () => {
+          const saved = new Promise((done) => { HTMLAnchorElement.prototype.click = function () { done([this.download, this.href]); }; });
+          document.getElementById("png").click();
+          const [name, url] = await saved, picture = Object.assign(new Image(), {src: url});
+          await picture.decode();
+          return {name, width: picture.width, height: picture.height};
+        })()""")
+        self.assertRegex(picture["name"], r"^default-force-.*\.png$")
+        self.assertEqual((picture["width"], picture["height"]), (1600, 600))
         rows = browser.evaluate("traction.plot.csv()").splitlines()
         self.assertEqual(rows[0].split(",")[:4], ["time_s", "force_x_N", "force_y_N", "force_z_N"])
         self.assertAlmostEqual(float(rows[-1].split(",")[3]), pressed_N, delta=0.1 * pressed_N)
         browser.wait_for("traction.model.isGhost && /^last touch, /.test(document.getElementById('scale-d').textContent)")
         self.assertGreater(browser.evaluate("traction.views.d.shafts.count"), 0)
+        self.assertEqual(browser.ask(requests=True)["faults"], [])
+
+    def check_numbers_on_lines(self, contours):
+        numbers = contours["numbers"]
+        self.assertGreater(len(numbers), 0)
+        for i, one in enumerate(numbers):
+            self.assertLess(min(abs(one["kPa"] - level) for level in contours["levels_kPa"]), 1e-6)
+            self.assertAlmostEqual(float(one["text"]) * {"MPa": 1e3, "kPa": 1, "Pa": 1e-3}[one["unit"]], one["kPa"], delta=0.06 * one["kPa"])
+            left, top, right, low = one["box"]
+            for other in numbers[:i]:
+                a, b, c, d = other["box"]
+                self.assertFalse(left < c and a < right and top < d and b < low, (one, other))
+
+    def check_depth(self, browser, pressed_N, radius_m):
+        """In the middle of a ball's contact, by Hertz, less what the block's base and sides hold: not that of even squares."""
+        seen = browser.evaluate("({depth_mm: traction.model.surface.deepest_mm, gel: traction.model.description.gel})")
+        hertz_mm = 750 * pressed_N * (1 - seen["gel"]["poisson_ratio"] ** 2) / (radius_m * seen["gel"]["youngs_modulus_Pa"])
+        expected_mm = hertz_mm - 0.053 * pressed_N  # mm/N, by CalculiX: beside a contact's rim, of the data of check_surface()
+        print(f"\n  {seen['depth_mm']:.3f} mm deep, {expected_mm:.3f} is expected", end=" ")
+        self.assertAlmostEqual(seen["depth_mm"] / expected_mm, 1, delta=0.05)
+
+    def test_a_body_is_drawn_with_its_arrows_at_its_nodes(self):
+        """The example of an influence file, a dome."""
+        examples = SOURCE / "docs" / "examples"
+        gel = self.rig.folder / "dome.toml"
+        gel.write_text((examples / "dome.toml").read_text())
+        subprocess.run([sys.executable, examples / "write_influence.py", self.rig.folder / "dome.npz", "--radius", "1"], check=True)
+        self.rig.twin("hold")
+        browser = self.browser(self.view(self.rig.daemon(f'[sensor]\ngel_file = "{gel}"\n[solve]\npatience_ms = 1000\n')))
+        browser.wait_for("window.traction?.model?.description?.body && traction.model.field?.resultant_N[2] > 1 && traction.model.preview")
+        seen = browser.evaluate("""(async () => {
+          const {model, views} = traction;
+          do await new Promise(requestAnimationFrame);
+          while (!(model.drawn_sequence === model.field.header.sequence && model.vectors?.sequence === model.drawn_sequence && model.vectors.node.length > 3));
+          const {arrows: {node, from_px}, vectors, description: {body}, field, places_px} = model;
+          return {node, from_px, vectors: {...vectors, sequence: 0}, places_px: Array.from(places_px), force_N: Array.from(field.force_N),
+                  at_m: Array.from(body.node_positions_m), normals: Array.from(body.node_normals),
+                  scale: document.getElementById("scale-a").textContent, hasAxes: views.a.axes.visible};
+        })()""")
+        at_mm, force, normals = (np.reshape(seen[name], (-1, 3)) for name in ("at_m", "force_N", "normals"))
+        at_mm = 1e3 * at_mm
+        self.assertGreater(np.ptp(at_mm[:, 2]), 1)
+        places = np.reshape(seen["places_px"], (-1, 2))
+        np.testing.assert_allclose(np.reshape(seen["from_px"], (-1, 2)), places[seen["node"]], atol=1e-3)
+        own = seen["vectors"]["node"]
+        start, end = (np.reshape(seen["vectors"][name], (-1, 3)) for name in ("from_mm", "to_mm"))
+        pressed = (force[own] * normals[own]).sum(axis=1) > 0  # those end at their nodes
+        np.testing.assert_allclose(np.where(pressed[:, None], end, start), at_mm[own], atol=1e-3)
+        np.testing.assert_allclose((end - start) / seen["vectors"]["mm_per_N"], force[own], atol=1e-5 * np.linalg.norm(force))
+        self.assertRegex(seen["scale"], "orange .* a node")
+        self.assertFalse(seen["hasAxes"])
+        for key in ("1", "2", "3", "4", "0"):
+            browser.ask(key=key)
+            drawn = browser.evaluate("traction.model.drawn")
+            browser.wait_for(f"traction.model.drawn > {drawn + 2}")
+        if pictures := os.environ.get("TRACTION_PICTURES"):
+            browser.ask(picture=f"{pictures}/body.png")
         self.assertEqual(browser.ask(requests=True)["faults"], [])
 
     def test_a_phone_shows_all_views(self):

@@ -87,6 +87,8 @@ struct Contact {
   /// Of a round contact: mean squared distance of its shear from its centre over that of its pressure.
   double shearSpreadRatio = 0.0;
   double shearSpreadRatioDeviation = 0.0;  ///< 0: not known
+  double hertzRadius_m = 0.0;  ///< of Hertz's pressure, of a contact that is described as one round patch; else 0
+  double hertzRadiusDeviation_m = 0.0;
 };
 
 /// Motion of the whole picture since the zero, caused by vibration or heat. Scale and roll are about the principal

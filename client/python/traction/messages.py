@@ -133,6 +133,8 @@ class Contact:
     orientation_deviation_rad: float  # at most pi / sqrt(12), where any orientation is possible
     shear_spread_ratio: float  # of a round contact: mean squared distance of shear over that of pressure
     shear_spread_ratio_deviation: float  # 0: not known
+    hertz_radius_m: float  # of Hertz's pressure, of a contact that is described as one round patch [m]; 0: it is not
+    hertz_radius_deviation_m: float  # [m]
 
 
 @dataclass(slots=True, eq=False)

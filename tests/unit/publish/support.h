@@ -71,6 +71,8 @@ inline TractionField traction(int markers, int nodes, std::uint64_t number = 1) 
                        {14, 15, 16}, field.noise, field.systematic, {17, 18},   {19, 20}, 21, 22};
   field.contacts[1] = {{23, 24},     {25, 26},    {27, 28, 29},     {30, 31, 32}, 33,       34, 35,
                        {36, 37, 38}, field.noise, field.systematic, {39, 40},     {41, 42}, 43, 44};
+  field.contacts[0].hertzRadius_m = 45.0;
+  field.contacts[0].hertzRadiusDeviation_m = 46.0;
   field.contactCount = 2;
   field.flags = kZeroUnverified;
   return field;

@@ -152,6 +152,9 @@ TEST(Wire, ContactsAndHowTheForcesWereFoundArriveNumberByNumber) {
       EXPECT_EQ(number, ++expected);
     }
   }
+  EXPECT_EQ(message.contacts(0).hertz_radius_m(), 45.0);
+  EXPECT_EQ(message.contacts(0).hertz_radius_deviation_m(), 46.0);
+  EXPECT_EQ(message.contacts(1).hertz_radius_m(), 0.0);
 }
 
 TEST(Wire, InvalidFieldSaysSoAtEveryNodeAndNothingOfTheFieldBeforeIsLeft) {

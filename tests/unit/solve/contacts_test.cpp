@@ -279,5 +279,20 @@ TEST(Contacts, OfARoundPatchAreRound) {
   EXPECT_EQ(found[0].orientationDeviation_rad, std::numbers::pi / std::sqrt(12.0));
 }
 
+TEST(Contacts, HaveTheRadiusOfTheBallsPressureWhereTheyAreOneRoundPatch) {
+  ContactBench contacts;
+  Estimate estimate;
+  const Contacts round = contacts.solve(contacts.bench().picture(disc(6, -4, 2.5, 10 * kPress), 1), estimate);
+  ASSERT_EQ(round.size(), 1U);
+  const double wanted_m = std::sqrt(5.0 / 4.0) * 2.5e-3;  // of the spread of an even disc, r^2 / 4
+  EXPECT_NEAR(round[0].hertzRadius_m, wanted_m, 2.0 * round[0].hertzRadiusDeviation_m);
+  EXPECT_GT(round[0].hertzRadiusDeviation_m, 0.0);
+  EXPECT_LT(round[0].hertzRadiusDeviation_m, 0.2 * wanted_m);
+  const Contacts large =
+      contacts.solve(contacts.bench().picture(ellipse(0.4, -0.5, 9.0, 4.0, 0.3, 20 * kPress), 2), estimate);
+  ASSERT_EQ(large.size(), 1U);
+  EXPECT_EQ(large[0].hertzRadius_m, 0.0);
+}
+
 }  // namespace
 }  // namespace tractiond::solve

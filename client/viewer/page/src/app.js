@@ -3,7 +3,7 @@ import {Subscriber, TractionError} from "../../../javascript/traction.js";
 
 import {isSlow, say} from "./canvas.js";
 import {Contours} from "./contours.js";
-import {savePicture, saveText} from "./export.js";
+import {saveDrawing, savePicture, saveText} from "./export.js";
 import {Flow} from "./flow.js";
 import {Model} from "./model.js";
 import {flagWords, showContacts, showFacts, showForce, showState, showZero} from "./numbers.js";
@@ -53,10 +53,7 @@ class Sensor {
         model.takeDescription(message);
         break;
       case "status": model.status = message; break;
-      case "surface":
-        if (model.field?.valid || !model.isTouched) model.displacement_mm = message.displacement_mm;  // else without forces for a moment
-        model.surface_share = message.share;
-        break;
+      case "surface": model.takeSurface(message); break;
       case "picture": views.b.show(message, model); return;  // draws when it is decoded
       case "places": model.takePlaces(message); break;
       case "time": model.time = message; break;
@@ -225,6 +222,7 @@ $("pause").onclick = hold;
 $("theme").onclick = toggleTheme;
 $("picture").onclick = takePicture;
 for (const ending of ["csv", "svg"]) $(ending).onclick = () => saveText(plot[ending](), `${nameOfFile()}-${plot.kind}`, ending);
+$("png").onclick = () => saveDrawing(plot.svg(), `${nameOfFile()}-${plot.kind}`);
 $("zero").onclick = actions.z;
 $("undo").onclick = actions.u;
 for (const figure of $("views").children) {

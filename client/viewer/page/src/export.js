@@ -23,6 +23,21 @@ export function savePicture(canvases, name) {
   compose(canvases).toBlob((blob) => save(blob, name, "png"));
 }
 
+const dense = 2;  // pixels of a drawing's unit
+
+/** The drawing as a picture. @returns what is saved */
+export async function saveDrawing(svg, name) {
+  const drawn = new Image(), url = URL.createObjectURL(new Blob([svg], {type: "image/svg+xml"}));
+  drawn.src = url;
+  await drawn.decode();
+  const canvas = Object.assign(document.createElement("canvas"), {width: dense * drawn.width, height: dense * drawn.height});
+  canvas.getContext("2d").drawImage(drawn, 0, 0, canvas.width, canvas.height);
+  URL.revokeObjectURL(url);
+  const blob = await new Promise((done) => canvas.toBlob(done));
+  save(blob, name, "png");
+  return blob;
+}
+
 const types = {csv: "text/csv", svg: "image/svg+xml"};
 export function saveText(text, name, ending) {
   save(new Blob([text], {type: types[ending]}), name, ending);

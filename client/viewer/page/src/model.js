@@ -1,9 +1,12 @@
 // What the page shows, as plain numbers: window.traction.model. Tests read it.
 
 import {isSlow} from "./canvas.js";
+import {roundContacts} from "./round.js";
 
 const touch_ms = 1500;  // after a message of traction-touch, which sends one for each field
 const sameTouch_ms = 500;  // without a contact, within one touch
+const mostRecent = 4;  // fields that wait for their surface
+const alone_ms = 300;  // after which a surface is drawn without its field
 const mostArrows = isSlow ? 25 : 50;  // along a side
 
 /** Of one sensor. Positions in mm, gel frame, unless a name says pixels. */
@@ -23,6 +26,10 @@ export class Model {
     this.places_px = new Float32Array();  // of nodes in the camera's picture
     this.positions_mm = new Float32Array();  // x, y, z of nodes
     this.displacement_mm = new Float32Array();  // of the touched surface at the nodes: x, y, z
+    this.displacement_of = null;  // the field that it is of; null: not here
+    this.recent = [];
+    this.waiting = null;  // the last surface whose field has not come
+    this.moved_ms = -Infinity;
     this.surface_share = 0;  // of the gel's computation; below 1 the surface moves as a half space does
     this.columns = 0;
     this.rows = 0;
@@ -66,6 +73,9 @@ export class Model {
     this.field = field;
     ++this.fields;
     if (field.valid) this.valid = field;
+    this.recent.push(field);
+    if (this.recent.length > mostRecent) this.recent.shift();
+    if (this.waiting?.sequence === field.header.sequence) this.#move(this.waiting, field);
     if (field.valid && isTouch(field)) {
       const force_N = Math.hypot(...field.resultant_N);
       if (!this.#isSameTouch || force_N >= this.peak.force_N) this.peak = {field, force_N};
@@ -108,6 +118,23 @@ export class Model {
     for (let i = 0; i < rest.length; ++i) {
       this.markers_px[i] = markers.marker_valid[i >> 1] ? rest[i] + markers.displacement_px[i] : NaN;
     }
+  }
+
+  /** With its field, whose round contacts it needs: either may come first, or be skipped. */
+  takeSurface(message) {
+    const field = this.recent.find(({header}) => header.sequence === message.sequence);
+    if (field) return this.#move(message, field);
+    if (this.waiting && performance.now() - this.moved_ms > alone_ms) this.#move(this.waiting, null);
+    this.waiting = message;
+  }
+
+  #move({displacement_mm, share}, field) {
+    this.waiting = null;
+    this.moved_ms = performance.now();
+    this.surface_share = share;
+    if (this.field?.valid === false && this.isTouched) return;  // without forces for a moment
+    this.displacement_mm = displacement_mm;
+    this.displacement_of = field;
   }
 
   takeContacts(message) {
@@ -154,6 +181,17 @@ export class Model {
       values[i] = (1e3 * value) / this.area_mm2(i);
     }
     return values;
+  }
+
+  /** Contacts of what is shown that their own model describes between the nodes. */
+  get rounds() {
+    if (this.roundsOf !== this.shown) [this.roundsOf, this.roundsMade] = [this.shown, roundContacts(this.shown, this.description)];
+    return this.roundsMade;
+  }
+
+  /** Those of the field that displacement_mm is of. */
+  get roundsMoved() {
+    return this.displacement_of === this.shown ? this.rounds : this.displacement_of ? roundContacts(this.displacement_of, this.description) : [];
   }
 
   /** What arrows are drawn of: the nodes; of more than can be told apart the sums over square blocks of them, in the

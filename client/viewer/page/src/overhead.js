@@ -1,7 +1,7 @@
 // View b: what the camera sees, brighter than it is, and over it how the markers have moved, the forces along the surface as
 // arrows, and the pressure as discs.
 import {Scale, newtons} from "./scale.js";
-import {fit, isSlow, ratio, say} from "./canvas.js";
+import {Ground, fit, isSlow, ratio, say} from "./canvas.js";
 import {theme} from "./theme.js";
 import {drawTouching} from "./touching.js";
 
@@ -10,6 +10,7 @@ const fullMotion = 1.6;  // marker distances that the longest motion takes
 const leastMotion_px = 0.25;  // of a marker that has moved
 const shortest_px = isSlow ? 4 : 2.5;  // on the screen
 const dark = 0.02, bright = 0.998;  // shares of the picture's pixels that are darker than black and than white
+const sampled = 7;  // of so many of the picture's pixels one tells how bright it is
 const fullDisc = 0.46;  // of a node distance: the radius where one node takes the full pressure
 
 export class Overhead {
@@ -22,6 +23,7 @@ export class Overhead {
     this.redraw = redraw;
     this.scale = new Scale(0.01);
     this.motion = new Scale(leastMotion_px);
+    this.ground = new Ground();
   }
 
   /** Shows the camera's picture behind the arrows, once the browser has decoded it. Drops one that comes later than a newer. */
@@ -41,10 +43,10 @@ export class Overhead {
   /** Spreads the picture's light over all that a screen can show. @returns how much brighter it is */
   #stretch(context, width, height) {
     const image = context.getImageData(0, 0, width, height), {data} = image, counts = new Uint32Array(256);
-    for (let i = 0; i < data.length; i += 4) ++counts[Math.max(data[i], data[i + 1], data[i + 2])];
+    for (let i = 0; i < data.length; i += 4 * sampled) ++counts[Math.max(data[i], data[i + 1], data[i + 2])];
     const levelOf = (share) => {
       let level = 0;
-      for (let left = (share * data.length) / 4; level < 255 && (left -= counts[level]) > 0;) ++level;
+      for (let left = (share * data.length) / (4 * sampled); level < 255 && (left -= counts[level]) > 0;) ++level;
       return level;
     };
     const black = 0.8 * levelOf(dark), white = Math.max(levelOf(bright), black + 24);
@@ -53,7 +55,9 @@ export class Overhead {
     const gain = Math.max(1, 255 / (this.levels.white - this.levels.black));
     const table = Uint8ClampedArray.from({length: 256}, (_, level) => gain * (level - this.levels.black));
     for (let i = 0; i < data.length; i += 4) {
-      for (let c = 0; c < 3; ++c) data[i + c] = table[data[i + c]];
+      data[i] = table[data[i]];
+      data[i + 1] = table[data[i + 1]];
+      data[i + 2] = table[data[i + 2]];
     }
     context.putImageData(image, 0, 0);
     return gain;
@@ -66,22 +70,29 @@ export class Overhead {
     const {context, width, height} = fitted;
     const zoom = Math.min(width / camera.width_px, height / camera.height_px);
     const left = Math.round((width - zoom * camera.width_px) / 2), top = Math.round((height - zoom * camera.height_px) / 2);
-    context.save();
-    context.beginPath();
-    context.roundRect(left, top, zoom * camera.width_px, zoom * camera.height_px, 6);
-    context.clip();
-    context.fillStyle = theme.isLight ? "#eceeeb" : "#0b1013";
-    context.fillRect(left, top, zoom * camera.width_px, zoom * camera.height_px);
-    context.translate(left, top);
-    context.scale(zoom, zoom);
-    context.translate(0.5, 0.5);  // (0, 0) is the centre of the first pixel
-    if (model.preview) {
+    const toPicture = (canvas) => {
+      canvas.translate(left, top);
+      canvas.scale(zoom, zoom);
+      canvas.translate(0.5, 0.5);  // (0, 0) is the centre of the first pixel
+    };
+    this.ground.put(fitted, [zoom, left, top, model.name, model.preview?.number], (below) => {
+      below.beginPath();
+      below.roundRect(left, top, zoom * camera.width_px, zoom * camera.height_px, 6);
+      below.clip();
+      below.fillStyle = theme.isLight ? "#eceeeb" : "#0b1013";
+      below.fillRect(left, top, zoom * camera.width_px, zoom * camera.height_px);
+      if (!model.preview) return;
       // Its pixels lie in the camera's: the first one's centre at the origin.
       const {canvas, width: wide, height: high, scale, origin_px: [u, v]} = model.preview;
-      context.drawImage(canvas, u - scale / 2, v - scale / 2, scale * wide, scale * high);
-    } else {
-      this.#markers(context, model, zoom);
-    }
+      toPicture(below);
+      below.drawImage(canvas, u - scale / 2, v - scale / 2, scale * wide, scale * high);
+    });
+    context.save();
+    context.beginPath();
+    context.rect(left, top, Math.floor(zoom * camera.width_px), Math.floor(zoom * camera.height_px));  // of whole pixels, which costs nothing
+    context.clip();
+    toPicture(context);
+    if (!model.preview) this.#markers(context, model, zoom);
     const motion = this.#motion(context, model, zoom);
     if (model.isComplete && model.places_px.length === 2 * model.columns * model.rows) {
       context.globalAlpha = model.isGhost ? 0.35 : 1;

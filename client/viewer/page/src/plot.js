@@ -202,7 +202,7 @@ export class Plot {
       return text([u(time), high - edge + 18], `${Number(time.toPrecision(3))} s`, `text-anchor="middle"`) +
         text([edge - 6, v(value)], Number(value.toPrecision(3)), `text-anchor="end"`);
     });
-    return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${wide} ${high}" font-family="sans-serif" font-size="12" fill="#444">` +
+    return `<svg xmlns="http://www.w3.org/2000/svg" width="${wide}" height="${high}" viewBox="0 0 ${wide} ${high}" font-family="sans-serif" font-size="12" fill="#444">` +
       `<rect width="${wide}" height="${high}" fill="white"/><rect x="${edge}" y="${edge}" width="${wide - 2 * edge}" height="${high - 2 * edge}" fill="none" stroke="#bbb"/>` +
       `${text([edge, edge - 14], `${this.kind} in ${unit}`)}${ticks.join("")}${lines.join("")}</svg>\n`;
   }

@@ -28,6 +28,8 @@ export function newtons(value) {
   return value >= 1 ? `${Number(value.toPrecision(2))} N` : `${Number((1e3 * value).toPrecision(2))} mN`;
 }
 
-export function pascals(kPa) {
-  return kPa >= 1000 ? `${Number((1e-3 * kPa).toPrecision(2))} MPa` : kPa >= 1 ? `${Number(kPa.toPrecision(2))} kPa` : `${Number((1e3 * kPa).toPrecision(2))} Pa`;
+/** @param of the value whose unit it has */
+export function pascals(kPa, of = kPa) {
+  const [unit, times] = of >= 1000 ? ["MPa", 1e-3] : of >= 1 ? ["kPa", 1] : ["Pa", 1e3];
+  return `${Number((times * kPa).toPrecision(2))} ${unit}`;
 }

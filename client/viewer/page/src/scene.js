@@ -33,7 +33,9 @@ export class Stage {
     this.label = label;
     this.redraw = redraw;
     try {
-      this.renderer = new WebGLRenderer({canvas, antialias: !isSlow, powerPreference: "low-power"});
+      // Without alpha the browser puts it there as it is; three.js would ask for alpha.
+      const context = canvas.getContext("webgl2", {alpha: false, antialias: !isSlow, powerPreference: "low-power"});
+      this.renderer = new WebGLRenderer({canvas, context});
       this.renderer.outputColorSpace = LinearSRGBColorSpace;
     } catch {
       this.renderer = null;  // the page's other half is seen all the same
@@ -127,9 +129,8 @@ export class Stage {
     if (!this.renderer) return say(this.label, "this browser has no WebGL");
     const {width, height} = sizeOf(this.canvas), pixels = ratio();
     if (width === 0 || height === 0) return;
-    if (this.canvas.width !== Math.floor(width * pixels) || this.canvas.height !== Math.floor(height * pixels)) {
-      this.renderer.setPixelRatio(pixels);
-      this.renderer.setSize(width, height, false);
+    if (this.canvas.width !== Math.round(width * pixels) || this.canvas.height !== Math.round(height * pixels)) {
+      this.renderer.setSize(Math.round(width * pixels), Math.round(height * pixels), false);
       this.camera.aspect = width / height;
     }
     this.#approach();

@@ -4,6 +4,7 @@ import {BufferAttribute, BufferGeometry, Color, DoubleSide, DynamicDrawUsage, Gr
 
 import {isSlow} from "./canvas.js";
 import {Spline} from "./contours.js";
+import {PressedSurface} from "./round.js";
 import {sunlight} from "./scene.js";
 import {onTheme, theme} from "./theme.js";
 
@@ -11,6 +12,7 @@ const finest = isSlow ? 47 : 93;  // points along a side, at most
 const ambient = 0.54, diffuse = 0.54, gloss = 0.16, shininess = 48;
 const mostLines = 12;  // of the grid along a side
 const mostSideways = 3;  // times that motion along the surface is drawn larger
+const flat = 3.5e-4;  // of the longer side: what a square may be off the plane of its corners and be drawn as two triangles
 
 /** Of the nodes: of a body's they are not in a plane. */
 export function extentOf(positions_mm) {
@@ -22,6 +24,16 @@ export function extentOf(positions_mm) {
   return {min, max};
 }
 
+/** Whether the points of a square are farther than `most` above or below the plane, if it is one, of its corners. */
+function isBent(position, [x0, y0, x1, y1], wide, most) {
+  const at = (x, y) => position[3 * (y * wide + x) + 2], low = at(x0, y0), east = at(x1, y0), north = at(x0, y1), far = at(x1, y1);
+  for (let y = y0; y <= y1; ++y) {
+    const t = (y - y0) / (y1 - y0), left = low + t * (north - low), right = east + t * (far - east);
+    for (let x = x0; x <= x1; ++x) if (Math.abs(at(x, y) - left - ((x - x0) / (x1 - x0)) * (right - left)) > most) return true;
+  }
+  return false;
+}
+
 export class Skin extends Group {
   /** @param isPale it is the ground for what stands on it */
   constructor(isPale = false) {
@@ -31,6 +43,7 @@ export class Skin extends Group {
     this.ink = new LineBasicMaterial({transparent: true, opacity: 0.28});
     this.sun = new Vector3(...sunlight);
     this.halfway = new Vector3();
+    this.pressed = new PressedSurface();
     const colour = () => {
       this.rest = new Color(isPale ? (theme.isLight ? "#dde6e3" : "#2a3a40") : theme.isLight ? "#b9cfcb" : "#4b6d75").toArray();
       this.deep = new Color(theme.isLight ? "#c96a2b" : "#ffb25c").toArray();
@@ -44,6 +57,7 @@ export class Skin extends Group {
   #prepare({columns, rows, positions_mm}) {
     if (this.positions === positions_mm) return;
     this.positions = positions_mm;
+    this.madeOf = this.madeWith = null;  // what the depths were computed of
     this.still = null;  // what a surface that does not move was drawn for
     Object.assign(this, {columns, rows, extent: extentOf(positions_mm)});
     this.times = Math.max(1, Math.floor((finest - 1) / (Math.max(columns, rows) - 1)));
@@ -55,26 +69,42 @@ export class Skin extends Group {
     for (const name of ["position", "color"]) {
       geometry.setAttribute(name, new BufferAttribute(new Float32Array(3 * wide * high), 3).setUsage(DynamicDrawUsage));
     }
-    const faces = [], lines = [], every = Math.ceil(Math.max(columns, rows) / mostLines) * this.times;
+    // The grid's squares, each as fine as it is known, and coarse: what the processor draws costs by the triangle.
+    this.squares = [];
     const step = Math.ceil(Math.max(wide, high) / (finest + 1));  // of more nodes than can be told apart, every second, say
-    for (let y = 0; y < high; y += step) {
-      for (let x = 0; x < wide; x += step) {
-        const right = Math.min(x + step, wide - 1), up = Math.min(y + step, high - 1);
-        const [i, east, north, far] = [[x, y], [right, y], [x, up], [right, up]].map(([column, row]) => row * wide + column);
-        if (east > i && north > i) faces.push(i, north, east, east, north, far);
-        if (y % every < step && east > i) lines.push(i, east);
-        if (x % every < step && north > i) lines.push(i, north);
+    const every = step * Math.ceil((Math.ceil(Math.max(columns, rows) / mostLines) * this.times) / step);
+    const indexOf = ([x, y]) => Math.min(y, high - 1) * wide + Math.min(x, wide - 1);
+    const mesh = (x0, y0, x1, y1, by) => {
+      const faces = [], lines = [];
+      for (let y = y0; y < y1; y += by) {
+        for (let x = x0; x < x1; x += by) {
+          const right = Math.min(x + by, x1), up = Math.min(y + by, y1);
+          const [i, east, north, far] = [[x, y], [right, y], [x, up], [right, up]].map(indexOf);
+          faces.push(i, north, east, east, north, far);
+          if (y === y0) lines.push(i, east);
+          if (x === x0) lines.push(i, north);
+        }
+      }
+      return {faces, lines};
+    };
+    for (let y = 0; y < high - 1; y += every) {
+      for (let x = 0; x < wide - 1; x += every) {
+        const box = [x, y, Math.min(x + every, wide - 1), Math.min(y + every, high - 1)];
+        this.squares.push({box, fine: mesh(...box, step), coarse: mesh(...box, every), isFine: null});
       }
     }
-    geometry.setIndex(faces);
+    this.side = Math.max(...[0, 1].map((axis) => this.extent.max[axis] - this.extent.min[axis]));
+    const indices = (name) => new BufferAttribute(new (wide * high > 65535 ? Uint32Array : Uint16Array)(
+      this.squares.reduce((sum, {fine}) => sum + fine[name].length, 0)), 1).setUsage(DynamicDrawUsage);
+    geometry.setIndex(indices("faces"));
     grid.setAttribute("position", geometry.getAttribute("position"));
-    grid.setIndex(lines);
+    grid.setIndex(indices("lines"));
     for (const old of this.children) old.geometry.dispose();
     this.clear();
     this.mesh = new Mesh(geometry, this.material);
-    const ruled = new LineSegments(grid, this.ink);
-    this.mesh.frustumCulled = ruled.frustumCulled = false;
-    this.add(this.mesh, ruled);
+    this.ruled = new LineSegments(grid, this.ink);
+    this.mesh.frustumCulled = this.ruled.frustumCulled = false;
+    this.add(this.mesh, this.ruled);
   }
 
   /**
@@ -90,7 +120,8 @@ export class Skin extends Group {
     if (still !== null && still === this.still) return;
     this.still = still;
     const {rest, deep, raised} = this, sun = sunlight, {wide, high} = this.tints, [bx, by, bz] = this.base;
-    const [u, v, w] = this.splines.map((spline, axis) => (isMoved ? spline.update(model.displacement_mm, 3, axis) : spline.values));
+    const [u, v] = this.splines.map((spline, axis) => (isMoved && axis < 2 ? spline.update(model.displacement_mm, 3, axis) : spline.values));
+    const w = this.inwards(model);
     const tint = ofBody ? this.tints.update(ofBody) : null;
     const sideways = Math.min(times, mostSideways);
     const position = this.mesh.geometry.getAttribute("position").array, colour = this.mesh.geometry.getAttribute("color").array;
@@ -115,6 +146,42 @@ export class Skin extends Group {
       }
     }
     for (const name of ["position", "color"]) this.mesh.geometry.getAttribute(name).needsUpdate = true;
+    this.#refine(position, ofBody !== null);
+  }
+
+  /** Draws the squares that are not flat as fine as they are known. */
+  #refine(position, isBody) {
+    const {wide} = this.tints, most = flat * this.side;
+    let isNew = false;
+    for (const square of this.squares) {
+      const isFine = isBody || isBent(position, square.box, wide, most);
+      isNew ||= isFine !== square.isFine;
+      square.isFine = isFine;
+    }
+    if (!isNew) return;
+    for (const [{geometry}, name] of [[this.mesh, "faces"], [this.ruled, "lines"]]) {
+      let count = 0;
+      for (const {isFine, fine, coarse} of this.squares) {
+        const these = (isFine ? fine : coarse)[name];
+        geometry.index.array.set(these, count);
+        count += these.length;
+      }
+      geometry.index.needsUpdate = true;
+      geometry.setDrawRange(0, count);
+    }
+  }
+
+  /** How deep each point is [mm]: beneath a round contact as a ball's pressure has it, not as squares around the nodes have. */
+  inwards(model) {
+    this.#prepare(model);
+    const spline = this.splines[2], {displacement_mm, displacement_of} = model;
+    if (displacement_mm.length !== model.positions_mm.length || (this.madeOf === displacement_mm && this.madeWith === displacement_of)) return spline.values;
+    [this.madeOf, this.madeWith] = [displacement_mm, displacement_of];
+    const rounds = model.roundsMoved;
+    if (rounds.length === 0) return spline.update(model.displacement_mm, 3, 2);
+    const values = spline.update(this.pressed.beside(rounds, model)), [x, y] = this.base;
+    for (const contact of rounds) for (let i = 0; i < values.length; ++i) values[i] += this.pressed.under(contact, x[i], y[i]);
+    return values;
   }
 
   /** Where a node of the model is drawn. */

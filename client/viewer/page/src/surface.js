@@ -25,9 +25,9 @@ export class Surface {
     if (!stage.renderer || !description || model.columns < 2 || model.rows < 2) return stage.render();
     const moved = model.displacement_mm, isMoved = moved.length === model.positions_mm.length;
     let deepest = 0, largest = 0;
-    for (let i = 2; isMoved && i < moved.length; i += 3) {
-      largest = Math.max(largest, Math.abs(moved[i]));
-      deepest = Math.max(deepest, moved[i]);
+    for (const inwards of isMoved ? skin.inwards(model) : []) {
+      largest = Math.max(largest, Math.abs(inwards));
+      deepest = Math.max(deepest, inwards);
     }
     const full = this.scale.update(largest), side = 1e3 * description.nodes.pitch_m * (Math.max(model.columns, model.rows) - 1);
     const exaggeration = Math.max(1, (height * side) / full);

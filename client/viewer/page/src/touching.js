@@ -44,10 +44,12 @@ function trace(context, {kind, angle_rad}) {
  * shear. The colour says whether a contact slips.
  * @param place of a point of the gel frame [m] in the context's units
  * @param unknown colour of those of which that is not known
+ * @returns boxes [left, top, right, low] on the screen that have an id or a critical point in them
  */
 export function drawTouching(context, model, place, unknown = theme.text) {
   const onScreen = screenPlaces(context, place), {pixels} = onScreen, wide = context.canvas.width / pixels;
   const edge = unknown === theme.text ? theme.card : "#0b1013";  // stands out from what is below
+  const taken = [];
   context.save();
   context.setTransform(pixels, 0, 0, pixels, 0, 0);
   context.font = "600 13px system-ui";
@@ -77,11 +79,13 @@ export function drawTouching(context, model, place, unknown = theme.text) {
     context.strokeStyle = edge;
     context.strokeText(...written);
     context.fillText(...written);
+    taken.push([written[1], written[2] - 14, written[1] + 8 * written[0].length, written[2]]);
   }
   context.setLineDash([]);
   context.lineCap = "round";
   for (const point of model.criticalPoints) {
     const [u, v] = onScreen(point.position_m);
+    taken.push([u - glyph, v - glyph, u + glyph, v + glyph]);
     context.setTransform(pixels, 0, 0, pixels, pixels * u, pixels * v);
     trace(context, point);
     for (const [width, colour] of [[5, edge], [2, unknown]]) {
@@ -91,6 +95,7 @@ export function drawTouching(context, model, place, unknown = theme.text) {
     }
   }
   context.restore();
+  return taken;
 }
 
 const at = (ratio) => {
