@@ -1,0 +1,34 @@
+// Keeps a gel file that a client asks to adopt, and says when the daemon is to start again with it.
+#pragma once
+
+#include "base/background_thread.h"
+
+#include <tl/expected.hpp>
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <future>
+#include <optional>
+#include <string>
+
+namespace tractiond {
+
+/// Bound to the control thread, except for isDue().
+class Adoption {
+ public:
+  /// Replaces the file on a thread of its own, as a disk may take seconds. Must not be called while one is under way.
+  void begin(const std::filesystem::path& path, std::string text);
+  /// Returns the outcome, once: the file is kept, or why it could not be written. Does not wait.
+  std::optional<tl::expected<void, std::string>> turn();
+  /// Returns whether the daemon is to start again: a gel file has been kept for as long as the answer to the client
+  /// takes on its way. Any thread.
+  bool isDue() const;
+
+ private:
+  std::optional<BackgroundThread> writer_;
+  std::future<tl::expected<void, std::string>> written_;
+  std::atomic<std::int64_t> kept_ns_{0};  ///< 0: none yet
+};
+
+}  // namespace tractiond
