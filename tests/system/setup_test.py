@@ -1,9 +1,12 @@
 """traction-view --setup: from a camera without a gel file to a daemon that measures with a calibrated one."""
 
 import json
+import re
 import socket
 import unittest
 import urllib.request
+
+import numpy as np
 
 import projector
 import rig
@@ -21,6 +24,25 @@ FORM = {"width_mm": 100, "height_mm": 100, "thickness_mm": 40, "youngs_modulus_k
         "layers": [LAYER, LAYER | {"colour": "red", "depth_mm": 8, "x_mm": 1.5, "y_mm": 1.5}]}
 WEIGHTS_GF = (100, 200, 500)
 ADOPTED = '[sensor]\ngel_file = "adopted"\n'
+
+
+def chessboard(tilt, turn, place_mm):
+    """A picture of 10 x 7 squares of 10 mm, 180 mm before a lens of 960 px; three by three rays a pixel."""
+    (a, b), offsets = tilt, (-1 / 3, 0, 1 / 3)
+    rotation = (np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]]) @
+                np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]]) @
+                np.array([[np.cos(b), 0, np.sin(b)], [0, 1, 0], [-np.sin(b), 0, np.cos(b)]]))
+    centre = np.array([*place_mm, 180.0])
+    picture = np.zeros((480, 640))
+    for du in offsets:
+        for dv in offsets:
+            v, u = np.mgrid[0:480, 0:640]
+            rays = np.stack([(u + du - 319.5) / 960, (v + dv - 239.5) / 960, np.ones_like(u, float)], axis=-1)
+            distance = (rotation[:, 2] @ centre) / (rays @ rotation[:, 2])
+            x, y = np.moveaxis((rays * distance[..., None] - centre) @ rotation[:, :2], -1, 0)
+            dark = (np.floor(x / 10 + 5) + np.floor(y / 10 + 3.5)) % 2 == 0
+            picture += np.where((abs(x) < 50) & (abs(y) < 35), np.where(dark, 40, 200), np.where((abs(x) < 60) & (abs(y) < 45), 200, 110)) / 9
+    return picture
 
 
 class Setup(TestCase):
@@ -222,13 +244,40 @@ class Setup(TestCase):
         self.assertIn('set sensor.gel_file = "adopted"', self.ask({"do": "adopt"}))
         self.assertEqual(daemon.stop(), 0, daemon.output())
 
-    def test_a_chessboard_that_is_not_seen_is_not_kept(self):
-        self.rig.twin("idle")
+    def test_pictures_of_a_chessboard_become_the_lens_of_the_gel(self):
+        blank, squares = np.full((480, 640), 90.0), {"columns": 10, "rows": 7}
+        boards = [chessboard(tilt, turn, place) for tilt, turn, place in (
+            ((0.5, 0), 0.1, (0, 0)), ((-0.5, 0), -0.1, (6, 4)), ((0, 0.6), 0.0, (-6, 4)), ((0, -0.5), 0.2, (6, -4)),
+            ((0.4, 0.4), -0.2, (-6, -4)), ((-0.4, 0.4), 0.0, (0, 3)), ((0.1, 0), 0.3, (0, -3)), ((0.4, -0.4), 0.1, (3, 0)))]
+        noise = np.random.default_rng(1)
+        shown = [np.clip(np.repeat(picture[:, :, None], 3, axis=2) + noise.normal(0, 1.5, (480, 640, 3)), 0, 255).astype(np.uint8).tobytes()
+                 for picture in boards + [blank] * 8]
+        file = self.rig.folder / "boards.raw"
+        file.write_bytes(b"".join(shown))
+        self.rig.twin("idle", "--serve", file, "--rate", 2, truth=False)
         view = self.view(self.rig.daemon(ADOPTED), "--setup", self.rig.folder / "setup")
         self.connect(view)
-        self.assertIn("shows no chessboard of 10x7 squares", self.ask({"do": "board", "columns": 10, "rows": 7}))
-        self.assertEqual(self.ask()["boards"], [])
-        self.assertIn("required", self.ask({"do": "lens", "columns": 10, "rows": 7, "square_mm": 10}))
+        taken, refused = 0, 0
+        while taken < 8 or refused == 0:
+            told = self.ask({"do": "board"} | squares)
+            if isinstance(told, str):
+                self.assertIn("board-", told)
+                self.assertIn("shows no chessboard of 10x7 squares", told)
+                refused += 1
+            else:
+                taken += 1
+                self.assertEqual(len(told["outlines"][told["name"]]), 8)
+        boards = self.ask()["boards"]
+        self.assertEqual(len(boards), taken, "what shows no board is not kept")
+        self.assertEqual(self.step(do="forget", name=boards[0])["boards"], boards[1:])
+        lens = self.step(do="lens", **squares, square_mm=10)
+        figures = {figure["name"]: figure for figure in lens["figures"]}
+        print(f"\n  {lens['pictures']} pictures, {refused} refused: focal length {figures['focal_px']['value']:.1f} +- "
+              f"{figures['focal_px']['deviation']:.1f} px, 960 are true", end=" ")
+        self.assertLess(abs(figures["focal_px"]["value"] - 960), 5 * figures["focal_px"]["deviation"])
+        self.assertEqual(self.step(do="gel", form=FORM | {"lens_mm": None}), {"lens_measured": True})
+        plan = (self.rig.folder / "setup" / "plan.toml").read_text()
+        self.assertAlmostEqual(float(re.search(r"focal_px = ([\d.]+)", plan)[1]), figures["focal_px"]["value"], delta=0.01)
 
     def status(self, view, path, host=None):
         """Of an HTTP request, whose path no library mends."""
