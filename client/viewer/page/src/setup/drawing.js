@@ -1,12 +1,12 @@
 // The gel to scale, from the side and from the camera, as the form has it.
 import {draw, make} from "./parts.js";
 
-const colours = {blue: "var(--blue)", red: "var(--red)", green: "var(--y)", grey: "var(--quiet)"};
+const colours = {blue: "var(--z)", red: "var(--x)", green: "var(--y)", grey: "var(--quiet)"};
 const mostDots = 900;  // of a layer: beyond, an outline says as much
 
 function dots(layer, sign, place, scale) {
   const {columns, rows, pitch_mm, diameter_mm, x_mm, y_mm, colour, contrast} = layer;
-  const fill = colours[colour] ?? colours.grey, radius = Math.max(0.6, (scale * diameter_mm) / 2);
+  const fill = colours[colour] ?? colours.grey, radius = Math.max(1, (scale * diameter_mm) / 2);
   const look = contrast === "darker" ? {fill, stroke: "var(--text)", "stroke-width": 0.5} : {fill};
   const made = draw("g", look);
   const many = columns * rows > mostDots ? Math.ceil(Math.sqrt((columns * rows) / mostDots)) : 1;

@@ -87,7 +87,7 @@ export const lens = {
       make("div", {class: "fields"}, number("Squares along the rows", "", "columns"), number("along the columns", "", "rows"),
         number("Side of a square along the rows", "mm", "square_mm"), number("along the columns", "mm", "square_v_mm")),
       make("p", {class: "quiet"}, "Measure ten squares along both sides, and write a tenth of both: printers stretch."),
-      make("div", {class: "pair"}, cover, make("div", {}, make("p", {}, count), make("p", {}, take, " ", make("label", {}, byItself, " by itself, when the board is still and lies otherwise")), says, gallery)),
+      make("div", {class: "pair"}, cover, make("div", {}, make("p", {}, count), make("p", {}, take, " ", make("label", {}, byItself, " by itself, when the board is still in a new place")), says, gallery)),
       make("p", {}, fit), trouble, result,
       make("p", {class: "quiet"}, "No chessboard at hand? Go on: the next step takes the data sheet's focal length, and forces are then less exact."));
     fill(boards);

@@ -22,7 +22,7 @@ export class Setup {
     this.sensor = sensor;
     this.state = {steps: {}, boards: [], files: [], folder: ""};
     this.when = when;
-    this.tabs = steps.map((step, i) => make("button", {role: "tab", id: `step-${step.name}`, "aria-controls": "step", onclick: () => this.show(i)}, make("span", {class: "number"}, String(i + 1)), step.title));
+    this.tabs = steps.map((step, i) => make("button", {role: "tab", id: `step-${step.name}`, "aria-controls": "step", onclick: () => this.show(i)}, make("span", {class: "number"}, String(i + 1)), make("span", {class: "title"}, step.title)));
     this.box = make("div", {id: "step", role: "tabpanel", tabindex: "-1"});
     this.element = make("section", {id: "setup", role: "main", "aria-label": "Setup"}, make("div", {role: "tablist", "aria-label": "Steps of the setup", onkeydown: (event) => this.#key(event)}, this.tabs), this.box);
   }
