@@ -2,18 +2,24 @@
 
 #include "base/clock.h"
 #include "base/whole_file.h"
+#include "daemon/track/rest_pose_file.h"
 
 #include <chrono>
 #include <utility>
 
 namespace tractiond {
 
-void Adoption::begin(const std::filesystem::path& path, std::string text) {
+void Adoption::begin(const std::filesystem::path& path, Adopted adopted) {
   writer_.emplace("tr-adopt");
-  written_ = writer_->start([path, text = std::move(text)]() -> tl::expected<void, std::string> {
-    const std::error_code error = replaceWholeFile(path, text);
-    if (!error) return {};
-    return tl::unexpected(path.string() + " cannot be written: " + error.message());
+  written_ = writer_->start([path, adopted = std::move(adopted)]() -> tl::expected<void, std::string> {
+    if (const std::error_code error = replaceWholeFile(path, adopted.gelFile))
+      return tl::unexpected(path.string() + " cannot be written: " + error.message());
+    for (const auto& zero : {track::restPosePath(path.parent_path()), track::earlierPosePath(path.parent_path())}) {
+      std::error_code ignored;
+      if (!track::loadRestPose(zero, adopted.sensor, adopted.format, adopted.camera))
+        std::filesystem::remove(zero, ignored);
+    }
+    return {};
   });
 }
 

@@ -94,7 +94,7 @@ tl::expected<void, Error> checkCamera(const sensor::Sensor& sensor, const captur
       .remedy = "calibrate with this camera, starting from a gel file without calibration"});
 }
 
-tl::expected<void, Error> checkAdopted(const std::string& text, const capture::CameraInfo& info) {
+tl::expected<sensor::Sensor, Error> readAdopted(const std::string& text, const capture::CameraInfo& info) {
   constexpr const char* kName = "the gel file";
   // A request does not make the daemon read other files.
   if (text.find("influence_file") != std::string::npos) {
@@ -102,11 +102,12 @@ tl::expected<void, Error> checkAdopted(const std::string& text, const capture::C
                                 .what = "a gel with an influence file cannot be adopted",
                                 .remedy = "name its gel file in sensor.gel_file"});
   }
-  const auto sensor = sensor::parseGel(text, kName);
+  auto sensor = sensor::parseGel(text, kName);
   if (!sensor) return tl::unexpected(gelError(sensor.error(), kName));
-  if (auto same = calibrate::verifyCalibration(*sensor, kName); !same) return same;
-  if (auto sound = track::trackable(*sensor); !sound) return sound;
-  return checkCamera(*sensor, info, kName);
+  if (auto same = calibrate::verifyCalibration(*sensor, kName); !same) return tl::unexpected(same.error());
+  if (auto sound = track::trackable(*sensor); !sound) return tl::unexpected(sound.error());
+  if (auto fits = checkCamera(*sensor, info, kName); !fits) return tl::unexpected(fits.error());
+  return *std::move(sensor);
 }
 
 void describeSensor(publish::Description& description, const sensor::Sensor& sensor, const solve::SolveOptions& solve) {

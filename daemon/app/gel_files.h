@@ -29,9 +29,9 @@ tl::expected<std::optional<sensor::Sensor>, Error> loadGel(const std::string& ge
 tl::expected<void, Error> checkCamera(const sensor::Sensor& sensor, const capture::CameraInfo& info,
                                       const std::string& gelFile);
 
-/// Fails if the text of a gel file cannot be put in force: it is wrong or names an influence file (EX_CONFIG,
-/// EX_DATAERR), or the checkCamera() of it fails.
-tl::expected<void, Error> checkAdopted(const std::string& text, const capture::CameraInfo& info);
+/// Reads the text of a gel file that is to be put in force. Fails if it cannot be: it is wrong or names an influence
+/// file (EX_CONFIG, EX_DATAERR), or the checkCamera() of it fails.
+tl::expected<sensor::Sensor, Error> readAdopted(const std::string& text, const capture::CameraInfo& info);
 
 /// Sets the sensor, its mechanics and the noise of a description. Leaves `detectionLimit_N` and
 /// `calibrated_ns`, which only the solver that was made knows, as they are.

@@ -3,6 +3,7 @@
 #include "daemon/app/gel_files.h"
 #include "daemon/app/measurement.h"
 #include "daemon/app/no_gel.h"
+#include "daemon/calibrate/calibration.h"
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/last_will.h"
 #include "daemon/capture/pipe_driver.h"
@@ -255,8 +256,12 @@ void Instrument::adopt(const std::string& gelFile) {
   if (!config_.record.file.empty()) return refuse("a recording is made of what this gel file computes (--record)");
   const auto camera = camera_->info();
   if (!camera) return refuse("no camera has been seen yet");
-  if (const auto sound = checkAdopted(gelFile, *camera); !sound) return refuse(sound.error().message());
-  adoption_.begin(config_.sensor.adopted, gelFile);
+  auto sensor = readAdopted(gelFile, *camera);
+  if (!sensor) return refuse(sensor.error().message());
+  adoption_.begin(config_.sensor.adopted, {.gelFile = gelFile,
+                                           .sensor = *std::move(sensor),
+                                           .format = camera->format,
+                                           .camera = calibrate::cameraId(camera->name.vendor, camera->name.serial)});
 }
 
 /// Returns memory that is free, but not at the end of a heap, to the system: what waited for subscribers that have gone

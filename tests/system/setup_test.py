@@ -3,6 +3,7 @@
 import json
 import re
 import socket
+import time
 import unittest
 import urllib.request
 
@@ -81,9 +82,11 @@ class Setup(TestCase):
 
     def await_gel(self, daemon):
         """It starts again with the gel that it has adopted."""
+        begin = time.monotonic()
         daemon.wait_for("starts again with the gel file that was adopted")
         daemon.forget()
         daemon.wait_for("zero taken, by itself|the zero is the one kept")
+        print(f"\n  measures again after {time.monotonic() - begin:.1f} s", end=" ")
         rig.keep_factors(daemon.state)
 
     def test_a_camera_becomes_a_calibrated_sensor(self):
@@ -112,6 +115,12 @@ class Setup(TestCase):
         self.step(do="gel", form=FORM | {"layers": [LAYER | {"columns": 23}, FORM["layers"][1]]})
         self.assertIn("shows another gel than the gel file", self.step(do="pose")["fault"])
         self.assertIn("there is no gel.toml yet", self.ask({"do": "adopt"}))
+        # A first try, whose zero the next gel cannot have.
+        self.step(do="gel", form=FORM | {"layers": [layer | {"diameter_mm": 0.62} for layer in FORM["layers"]]})
+        self.step(do="pose")
+        self.step(do="adopt")
+        self.await_gel(daemon)
+
         self.step(do="gel", form=FORM)
         self.assertIn("layer2.svg", self.step(do="sheet"))
         pose = self.step(do="pose")

@@ -3,6 +3,7 @@
 #include "daemon/app/no_gel.h"
 #include "daemon/capture/camera.h"
 #include "daemon/capture/memory_driver.h"
+#include "daemon/track/rest_pose_file.h"
 #include "tests/support/temporary_folder.h"
 #include "traction/v1/status.pb.h"
 
@@ -181,7 +182,7 @@ TEST(GelFiles, OnlyOneOfThisCameraThatReadsNoOtherFileIsAdopted) {
   camera.shape.height = 480;
   camera.format = PixelFormat::kRgb8;
   const auto why = [&camera](const std::string& text) {
-    const auto checked = checkAdopted(text, camera);
+    const auto checked = readAdopted(text, camera);
     return checked ? std::string() : checked.error().what;
   };
   const std::string gel = "format = 1\n";
@@ -202,12 +203,24 @@ TEST(Adoption, IsDueWhenTheFileIsKeptAndTheAnswerHasHadItsTime) {
   };
   Adoption adoption;
   EXPECT_EQ(adoption.turn(), std::nullopt);
-  adoption.begin(folder.path() / "absent/adopted.toml", "format = 1\n");
+  const Adopted gel{.gelFile = "format = 1\n", .sensor = {}, .format = PixelFormat::kRgb8, .camera = "Vendor-1"};
+  adoption.begin(folder.path() / "absent/adopted.toml", gel);
   EXPECT_THAT(outcome(adoption).error(), testing::HasSubstr("cannot be written"));
   EXPECT_FALSE(adoption.isDue());
-  adoption.begin(folder.path() / "adopted.toml", "format = 1\n");
+  const auto zero = track::restPosePath(folder.path()), earlier = track::earlierPosePath(folder.path());
+  RestPose pose;
+  pose.position_px.resize(2 * static_cast<std::size_t>(gel.sensor.markerCount()));
+  pose.present.resize(static_cast<std::size_t>(gel.sensor.markerCount()));
+  pose.amplitude.resize(pose.present.size());
+  sensor::Sensor other;
+  other.layers[0].diameter *= 2.0;
+  ASSERT_TRUE(track::saveRestPose(zero, pose, gel.sensor, gel.format, gel.camera));
+  ASSERT_TRUE(track::saveRestPose(earlier, pose, other, gel.format, gel.camera));
+  adoption.begin(folder.path() / "adopted.toml", gel);
   EXPECT_TRUE(outcome(adoption));
   EXPECT_EQ(adoption.turn(), std::nullopt);
+  EXPECT_TRUE(std::filesystem::exists(zero)) << "of the same markers";
+  EXPECT_FALSE(std::filesystem::exists(earlier)) << "of others";
   while (!adoption.isDue()) std::this_thread::sleep_for(1ms);
   std::ifstream kept(folder.path() / "adopted.toml");
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(kept), {}), "format = 1\n");
