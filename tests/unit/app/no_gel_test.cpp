@@ -3,6 +3,7 @@
 #include "daemon/app/no_gel.h"
 #include "daemon/capture/camera.h"
 #include "daemon/capture/memory_driver.h"
+#include "daemon/track/rest_pose.h"
 #include "daemon/track/rest_pose_file.h"
 #include "tests/support/temporary_folder.h"
 #include "traction/v1/status.pb.h"
@@ -212,6 +213,8 @@ TEST(Adoption, IsDueWhenTheFileIsKeptAndTheAnswerHasHadItsTime) {
   pose.position_px.resize(2 * static_cast<std::size_t>(gel.sensor.markerCount()));
   pose.present.resize(static_cast<std::size_t>(gel.sensor.markerCount()));
   pose.amplitude.resize(pose.present.size());
+  pose.noise = 1.0F;
+  pose.id = track::idOf(pose);
   sensor::Sensor other;
   other.layers[0].diameter *= 2.0;
   ASSERT_TRUE(track::saveRestPose(zero, pose, gel.sensor, gel.format, gel.camera));
