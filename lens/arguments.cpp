@@ -57,15 +57,16 @@ tl::unexpected<int> failed(const std::string& what) {
   return tl::unexpected<int>(EX_USAGE);
 }
 
-/// What the command line says of `calibrate`. The options fill it.
+/// What the command line says of `calibrate` and `board`. The options fill it.
 struct CalibrateLine {
   CalibrateOptions options;
   std::string squares, square;
+  std::string picture;  ///< of `board`
 
   /// Returns the command; prints why the board is none.
   tl::expected<Command, int> command() {
-    const auto size = parseSquares(squares);
-    if (!size) return failed("--squares is to be two numbers of 4 or more, such as 9x6; see traction-lens --help");
+    const auto size = squaresOf();
+    if (!size) return tl::unexpected(size.error());
     const auto sides = parseSquare(square);
     if (!sides) return failed("--square-mm is to be one or two lengths of 0.1 to 1000 mm, such as 10 or 10.2x10");
     options.board = {size->first, size->second, 1e-3 * sides->first, sides->second / sides->first};
@@ -74,6 +75,22 @@ struct CalibrateLine {
       return failed("squares that are oblong need a board with more of them along one side than along the other");
     }
     return [made = options] { return lens::calibrate(made); };
+  }
+
+  /// Does the same for the command that looks for the board in `picture`.
+  tl::expected<Command, int> boardCommand() const {
+    return squaresOf().map([this](const auto& size) -> Command {
+      return [file = picture, board = Board{.columns = size.first, .rows = size.second}] {
+        return findBoard(file, board);
+      };
+    });
+  }
+
+ private:
+  tl::expected<std::pair<int, int>, int> squaresOf() const {
+    const auto size = parseSquares(squares);
+    if (!size) return failed("--squares is to be two numbers of 4 or more, such as 9x6; see traction-lens --help");
+    return *size;
   }
 };
 
@@ -96,6 +113,15 @@ CLI::App& addCalibrate(CLI::App& app, CalibrateLine& line) {
   calibrate->add_option("--output", line.options.output, "gel file to be written")->type_name("FILE")->required();
   calibrate->add_flag("--force", line.options.force, "replaces an existing file");
   return *calibrate;
+}
+
+CLI::App& addBoard(CLI::App& app, CalibrateLine& line) {
+  auto* board = app.add_subcommand("board", "Finds the chessboard in one picture, and tells where and how sharp it is");
+  board->add_option("PICTURE", line.picture, "PNG, TIFF or JPEG")->type_name("FILE")->required();
+  board->add_option("--squares", line.squares, "of the board along its sides, black and white, as in 9x6")
+      ->type_name("COLUMNSxROWS")
+      ->required();
+  return *board;
 }
 
 CLI::App& addPose(CLI::App& app, PoseOptions& options) {
@@ -141,17 +167,19 @@ tl::expected<Command, int> parseArguments(int argc, char** argv) {
   app.footer(kExitCodes);
   manual::describable(app);
 
-  CalibrateLine calibration;
+  CalibrateLine calibration, finding;
   PoseOptions posing;
   PictureOptions marking;
   SheetsOptions sheets;
   const CLI::App& calibrate = addCalibrate(app, calibration);
+  const CLI::App& board = addBoard(app, finding);
   const CLI::App& pose = addPose(app, posing);
   const CLI::App& mark = addMark(app, marking);
   const CLI::App& sheet = addSheet(app, sheets);
 
   if (const auto parsed = manual::parse(app, argc, argv); !parsed) return tl::unexpected(parsed.error());
   if (calibrate.parsed()) return calibration.command();
+  if (board.parsed()) return finding.boardCommand();
   if (pose.parsed()) return [posing] { return lens::pose(posing); };
   if (mark.parsed()) return [marking] { return lens::mark(marking); };
   if (sheet.parsed()) return [sheets] { return writeSheets(sheets); };

@@ -206,6 +206,24 @@ void print(const std::vector<View>& views, const LensFit& fit, const Board& boar
 
 }  // namespace
 
+Done findBoard(const std::string& file, const Board& board) {
+  const auto picture = readPicture(file);
+  if (!picture) return tl::unexpected(Faults{picture.error()});
+  const auto found = findCorners(grey(*picture), board);
+  if (!found) return tl::unexpected(Faults{fault(file, found.error())});
+  std::printf("The outermost corners between four squares, around the board:\n");
+  const int across = board.columns - 1, last = board.corners() - 1;
+  int number = 0;
+  for (const int corner : {0, across - 1, last, last - across + 1}) {
+    const std::string name = "corner" + std::to_string(++number);
+    printFigure((name + "_u_px").c_str(), found->place_px(0, corner), -1.0, "px");
+    printFigure((name + "_v_px").c_str(), found->place_px(1, corner), -1.0, "px");
+  }
+  printFigure("edge_px", found->edgeWidth_px, -1.0, "px");
+  printFigure("square_px", found->smallestSquare_px, -1.0, "px");
+  return {};
+}
+
 Done calibrate(const CalibrateOptions& options) {
   auto file = loadCamera(options.gel);
   if (!file) return tl::unexpected(file.error());

@@ -36,6 +36,10 @@ struct CalibrateOptions {
 /// the focal length; EX_CANTCREAT, also for a file that exists.
 Done calibrate(const CalibrateOptions& options);
 
+/// Finds the board in one picture, before there are enough for a lens, and prints where its outer corners lie, and how
+/// sharp it is. Errors: those of readPicture(); EX_DATAERR if the picture shows no such board.
+Done findBoard(const std::string& picture, const Board& board);
+
 struct PictureOptions {
   std::string picture;  ///< file
   std::string gel;      ///< file

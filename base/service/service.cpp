@@ -1,5 +1,7 @@
 #include "base/service/service.h"
 
+#include "base/service/systemd.h"
+
 #include <poll.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -70,8 +72,13 @@ StopWhileStarting::StopWhileStarting(std::function<void()> leave, milliseconds p
     : thread_([leave = std::move(leave), patience](const std::stop_token& started) {
       constexpr milliseconds kTurn{50};
       maskSignals(SIG_UNBLOCK);
+      const milliseconds feeding = LivenessCheck::period(systemd::watchdog());
+      milliseconds unfed{0};
       while (!serviceRequests().stop.wait(kTurn)) {
         if (started.stop_requested()) return;
+        if ((unfed += kTurn) < feeding) continue;
+        unfed = {};
+        systemd::notify("WATCHDOG=1");
       }
       serviceRequests().stop.signal();  // for run()
       std::mutex mutex;

@@ -39,7 +39,8 @@ struct ServiceRequests {
 ServiceRequests& serviceRequests();
 
 /// Lets a stop signal end the process during the start, as long as the object exists: computing factors takes
-/// seconds, a camera that another program holds ten. Requires catchSignals().
+/// seconds, a camera that another program holds ten. Feeds the watchdog meanwhile, which already runs where a service
+/// starts again (ServiceHooks::startsAgain). Requires catchSignals().
 class StopWhileStarting {
  public:
   /// \param leave ends the process; called on a thread of its own if the start has not ended `patience` after the
@@ -88,6 +89,8 @@ struct ServiceHooks {
   std::function<std::function<void()>()> reload = {};
   std::function<bool()> others = {};                ///< liveness check of library threads; must not wait; none: alive
   std::int64_t (*monotonicClock)() = monotonicNow;  ///< times the updates of the status line [ns]
+  /// Returns whether run() is to return because the program starts again, as the same process; may be empty.
+  std::function<bool()> startsAgain = {};
 };
 
 /// Decides whether the watchdog is fed. Thread-bound.
@@ -126,7 +129,7 @@ class ServiceLoop {
 
   /// Heeds the serviceRequests(): begins a reload, and applies what one has read. Tells systemd the status once a
   /// second, and feeds the watchdog if LivenessCheck::isAlive(). Does not wait. Returns false, and tells systemd, if
-  /// the service is to stop or has ended by itself.
+  /// the service is to stop, has ended by itself, or starts again.
   bool turn();
   /// Returns after how long turn() is to be called again: at most 1 s, and 20 ms during a reload. If there is a
   /// request, the caller should call turn() at once, except for a reload during another one.

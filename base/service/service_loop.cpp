@@ -16,6 +16,10 @@ constexpr milliseconds kReloadCheck{20};
 /// How often the status line changes: each time systemd tells whoever listens to it.
 constexpr std::int64_t kStatus_ns = 1'000'000'000;
 
+std::string reloading() {
+  return "RELOADING=1\nMONOTONIC_USEC=" + std::to_string(monotonicNow() / 1000);
+}
+
 }  // namespace
 
 ServiceRequests& serviceRequests() {
@@ -38,7 +42,7 @@ bool StageWatch::allAdvanced() {
 }
 
 void ServiceLoop::Reload::begin() {
-  systemd::notify("RELOADING=1\nMONOTONIC_USEC=" + std::to_string(monotonicNow() / 1000));
+  systemd::notify(reloading());
   isUnderWay_ = true;
   if (!read_) return;
   reader_ = std::make_unique<BackgroundThread>("tr-reload");
@@ -74,6 +78,10 @@ bool ServiceLoop::turn() {
   ServiceRequests& requests = serviceRequests();
   if (requests.stop.wait(milliseconds(0)) || hooks_.ended()) {
     systemd::notify("STOPPING=1");
+    return false;
+  }
+  if (hooks_.startsAgain && hooks_.startsAgain()) {
+    systemd::notify(reloading());
     return false;
   }
   reload_.turn();

@@ -2,10 +2,10 @@
 #include "client/cli/commands.h"
 #include "client/cli/exit_codes.h"
 #include "client/show/output.h"
+#include "client/show/png_file.h"
 #include "client/src/printable.h"
 #include "traction/control.h"
 
-#include <png.h>
 #include <sysexits.h>
 
 #include <algorithm>
@@ -13,7 +13,6 @@
 #include <cctype>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <memory>
 #include <string>
 #include <vector>
@@ -171,16 +170,8 @@ void snapshot(const ControlOptions& options, const std::string& path, bool marke
   if (marked) mark(drawing, snapshot);
   const bool grey = snapshot.channels == 1 && !marked;
 
-  png_image image;
-  std::memset(&image, 0, sizeof image);
-  image.version = PNG_IMAGE_VERSION;
-  image.width = snapshot.width;
-  image.height = snapshot.height;
-  image.format = grey ? PNG_FORMAT_GRAY : PNG_FORMAT_RGB;
-  const auto* levels = grey ? snapshot.levels.data() : drawing.levels().data();
-  if (png_image_write_to_file(&image, path.c_str(), 0, levels, 0, nullptr) == 0) {
-    throw OutputError("cannot write " + path + ": " + image.message);
-  }
+  writePng(path, snapshot.width, snapshot.height, grey ? 1 : 3,
+           grey ? snapshot.levels.data() : drawing.levels().data());
   const auto count = [&](Snapshot::MarkerState state) {
     return std::count_if(snapshot.markers.begin(), snapshot.markers.end(),
                          [state](const auto& marker) { return marker.state == state; });

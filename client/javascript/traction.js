@@ -200,6 +200,12 @@ export class Subscriber {
   /** Ends it, and resolves with what is in it, for people. */
   stopRecording() { return this.#ask("stop", "done"); }
 
+  /**
+   * Carries out a step of a setup (traction-view --setup), and resolves with its result; docs/viewer.md lists the steps.
+   * @param request null: what there is
+   */
+  setup(request = null) { return this.#ask(request ? `setup ${JSON.stringify(request)}` : "setup", "done").then(JSON.parse); }
+
   /** Of a recording: goes on from there [s], at so many times its own pace; 0 shows that moment. */
   play(from_s, speed = 1) {
     if (this.isConnected) this.#socket.send(`play ${from_s} ${speed}`);

@@ -188,6 +188,10 @@ CalibrationReport Control::calibrate(const CalibrationStep& step) const {
           std::chrono::duration_cast<std::chrono::milliseconds>(std::min(time, kLongestWait))));
 }
 
+void Control::adopt(const std::string& gelFile) const {
+  decodeAdoptReply(ask(options_, encodeAdopt(gelFile), options_.workTimeout));
+}
+
 CameraReport Control::camera(const CameraStep& step) const {
   return decodeCameraReply(ask(options_, encodeCameraStep(step), options_.workTimeout));
 }

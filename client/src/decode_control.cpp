@@ -139,6 +139,13 @@ std::string encodeCameraStep(const CameraStep& step) {
   return message.SerializeAsString();
 }
 
+std::string encodeAdopt(const std::string& gelFile) {
+  pb::Request message;
+  message.set_version(kVersion);
+  message.mutable_adopt()->set_gel_file(gelFile);
+  return message.SerializeAsString();
+}
+
 Status decodeStatusReply(std::string_view bytes) {
   return statusOf(replyOf(bytes, pb::Reply::kStatus).status());
 }
@@ -198,7 +205,12 @@ CalibrationReport decodeCalibrationReply(std::string_view bytes) {
   }
   report.remarks.assign(from.remarks().begin(), from.remarks().end());
   report.path = from.path();
+  report.gelFile = from.gel_file();
   return report;
+}
+
+void decodeAdoptReply(std::string_view bytes) {
+  replyOf(bytes, pb::Reply::kAdopt);
 }
 
 CameraReport decodeCameraReply(std::string_view bytes) {

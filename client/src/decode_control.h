@@ -24,6 +24,7 @@ struct ZeroRequest {
 std::string encodeZero(const ZeroRequest& zero);
 std::string encodeCalibration(const CalibrationStep& step);
 std::string encodeCameraStep(const CameraStep& step);
+std::string encodeAdopt(const std::string& gelFile);
 
 // Decode the Protobuf bytes of a reply to the request of the same name; the bytes need not outlive the call. They check
 // shapes, not that numbers are finite, except those of a description (decode.h). They throw Error kMalformed, also for
@@ -34,5 +35,6 @@ Snapshot decodeSnapshotReply(std::string_view bytes);
 ZeroResult decodeZeroReply(std::string_view bytes);
 CalibrationReport decodeCalibrationReply(std::string_view bytes);
 CameraReport decodeCameraReply(std::string_view bytes);
+void decodeAdoptReply(std::string_view bytes);
 
 }  // namespace traction

@@ -83,6 +83,9 @@ void addServer(CLI::App& app, CommandLine& line) {
   app.add_option("--name", line.server.names, "name of this host that clients may use; may be repeated")
       ->type_name("HOST");
   app.add_flag("--read-only", line.server.readOnly, "refuse browsers' requests for a zero and for recordings");
+  app.add_option("--setup", line.server.setup,
+                 "folder of the guided setup of a gel, for the page's button 'Set up'; it is made if it does not exist")
+      ->type_name("FOLDER");
   app.add_option("--recordings", line.server.recordings,
                  "directory of the recordings that browsers may play, and for those that they make")
       ->type_name("DIRECTORY")
@@ -158,6 +161,11 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   auto sources = sourcesOf(line);
   if (!sources) return tl::unexpected(sources.error());
   arguments.sources = *std::move(sources);
+  if (!arguments.server.setup.empty() && (arguments.sources.size() != 1 || !arguments.sources[0].control)) {
+    return failed("--setup sets up one sensor, whose requests it can reach (--instance, or --connect with --control)");
+  }
+  if (!arguments.server.setup.empty() && arguments.server.readOnly)
+    return failed("--setup and --read-only exclude each other");
   return arguments;
 }
 

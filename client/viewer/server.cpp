@@ -8,6 +8,7 @@
 #include "client/viewer/hub.h"
 #include "client/viewer/page.h"
 #include "client/viewer/refusals.h"
+#include "client/viewer/setup.h"
 
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
@@ -41,6 +42,9 @@ constexpr int kQuestions = 8;
 constexpr const char* kPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; media-src blob:; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// Paths of the setup's files begin with this.
+constexpr std::string_view kSetupFiles = "/setup/";
 
 /// Decodes the percent escapes of a URL's path: "a%20b". Keeps malformed escapes as they are.
 std::string unescaped(std::string_view path) {
@@ -76,6 +80,11 @@ class Server {
       hub.options = each;
       if (each.control) hub.control.emplace(*each.control);
     }
+    if (!options.setup.empty()) {
+      std::error_code unknown;
+      const auto here = std::filesystem::read_symlink("/proc/self/exe", unknown).parent_path();
+      setup_.emplace(options.setup, sources.front().control.value(), here / "traction-lens");
+    }
   }
 
   ~Server() {
@@ -86,7 +95,7 @@ class Server {
   Server& operator=(const Server&) = delete;
 
   std::vector<std::string> urls() const {
-    std::vector<std::string> urls = {"http://" + listener_.authority() + "/"};
+    std::vector<std::string> urls = {"http://" + listener_.authority() + (setup_ ? "/#setup" : "/")};
     if (foxglove_) urls.push_back(foxglove_->url());
     return urls;
   }
@@ -142,6 +151,14 @@ class Server {
     } else if (path == "/recordings" && hasRecordings()) {
       response.set(http::field::content_type, "application/json");
       response.body() = recordings();
+    } else if (setup_ && path.starts_with(kSetupFiles)) {
+      SetupFile file = setup_->file(path.substr(kSetupFiles.size()));
+      if (file.content.empty()) {
+        refuse(http::status::not_found, "Not found.");
+      } else {
+        response.set(http::field::content_type, file.type);
+        response.body() = std::move(file.content);
+      }
     } else if (const PageFile* file = findPageFile(path)) {
       response.set(http::field::content_type, boost::string_view(file->type.data(), file->type.size()));
       response.set(http::field::content_encoding, "gzip");
@@ -181,6 +198,7 @@ class Server {
       json.open('{').key("name").string(hubs_[i]->options.name);
       json.key("stream").string("/stream/" + std::to_string(i));
       json.key("control").boolean(!options_.readOnly && hubs_[i]->control.has_value());
+      json.key("setup").boolean(setup_.has_value());
       json.key("record").boolean(records).close('}');
     }
     return json.close(']').close('}').take() + "\n";
@@ -387,6 +405,26 @@ class Server {
                });
   }
 
+  /// Answers a step of a setup on a thread of its own, one at a time: it may take minutes.
+  void askSetup(Session& from, const std::string& id, const std::string& request) {
+    const auto refuse = [&](const std::string& why) { from.answer(makeFrame("error/" + id, why)); };
+    if (!setup_) return refuse("refused this viewer offers no setup (--setup FOLDER)");
+    if (request.empty()) return from.answer(makeFrame("done/" + id, setup_->state()));
+    if (std::exchange(isSettingUp_, true)) return refuse("refused another step is being carried out; wait for its end");
+    asio::post(setter_, [this, id, request, session = from.weak_from_this()] {
+      Frame frame;
+      try {
+        frame = makeFrame("done/" + id, setup_->carryOut(request));
+      } catch (const Error& error) {
+        frame = makeFrame("error/" + id, std::string(nameOf(error.code())) + ' ' + error.what());
+      }
+      asio::post(context_, [this, frame, session] {
+        isSettingUp_ = false;
+        if (const auto still = session.lock()) still->answer(frame);
+      });
+    });
+  }
+
   /// Answers a question on the sensor's own thread, as an answer may take seconds.
   void ask(Hub& hub, Session& from, const std::string& id, const std::string& word) {
     constexpr std::array<std::pair<std::string_view, Question>, 4> kQuestionNames = {
@@ -397,6 +435,8 @@ class Server {
     const auto* found =
         std::find_if(kQuestionNames.begin(), kQuestionNames.end(), [&](const auto& one) { return one.first == word; });
     if (word == "record" || word == "stop") return askRecorder(hub, from, id, word == "record");
+    constexpr std::string_view kSetup = "setup";
+    if (word.starts_with(kSetup)) return askSetup(from, id, word.substr(std::min(word.size(), kSetup.size() + 1)));
     const bool changes = word == "zero" || word == "undo";
     const auto refuse = [&](const std::string& why) { from.answer(makeFrame("error/" + id, why)); };
     if (found == kQuestionNames.end()) return refuse("refused there is no such question");
@@ -426,6 +466,9 @@ class Server {
   std::optional<FoxgloveServer> foxglove_;
   std::atomic<std::size_t> endingShows_{0};  ///< whose threads have not ended yet
   asio::thread_pool reaper_{1};
+  std::optional<Setup> setup_;  ///< of the only sensor
+  bool isSettingUp_ = false;    ///< a step of the setup is being carried out
+  asio::thread_pool setter_{1};
   std::list<std::shared_ptr<Show>> shows_;
   std::vector<std::unique_ptr<Hub>> hubs_;  // last, as their threads use the context
 };

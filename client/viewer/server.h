@@ -26,6 +26,7 @@ struct ServerOptions {
   ListenAddress listen{.port = kPagePort};
   std::vector<std::string> names;           ///< of this host, accepted in requests besides IP addresses and localhost
   bool readOnly = false;                    ///< refuses requests for a zero and for recordings
+  std::string setup;                        ///< folder of a guided setup of the one sensor; empty: none is offered
   std::string recordings;                   ///< directory of recordings to play and to add to; empty: none
   unsigned connections = 256;               ///< HTTP connections at a time; a new one beyond this closes the oldest
   unsigned viewers = 64;                    ///< WebSockets of the page at a time

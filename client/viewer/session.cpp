@@ -14,8 +14,8 @@ namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 using beast::error_code;
 
-/// Longest message of a client; the longest in use is "ask ID describe".
-constexpr std::size_t kLongestMessage = 256;
+/// Longest message of a client; the longest in use describes a gel of four layers, "ask ID setup {...}".
+constexpr std::size_t kLongestMessage = 8192;
 /// Frames of a kind that may be on the way or wait in the browser.
 constexpr int kWindow = 2;
 /// Frames that may wait for a client that wants all: ten seconds of fields and markers at 60 frames/s.

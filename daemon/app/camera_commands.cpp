@@ -44,7 +44,7 @@ int planCamera(const std::string& file, const capture::CameraOptions& options) {
 int planCameraInChild(int argc, char** argv, const std::string& file) {
   std::vector<std::string> words(argv + 1, argv + argc);
   words.emplace_back("--limited");
-  const capture::ChildEnd end = capture::runChild(words, {});
+  const ChildEnd end = runChild(words, {});
   if (const std::string what = capture::misdeed(end); !what.empty())
     return failed({.exitCode = EX_DATAERR, .what = "the description " + what, .where = file});
   std::cout << end.output;

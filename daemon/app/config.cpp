@@ -87,7 +87,7 @@ std::vector<Key> keysOf(Config& config) {
       {"sensor", "name", "", "Name of the sensor in topics and messages; empty: the name of the instance.",
           &config.sensor.name, {}, name},
       {"sensor", "gel_file", "", "File that describes the gel, such as gels/paper.toml beside this file; empty: that one; \"none\": there is no gel, "
-          "and the camera's pictures can be seen.",
+          "and the camera's pictures can be seen; \"adopted\": the one that traction-view --setup has made, and none before.",
           &config.sensor.gelFile},
 
       {"camera", "id", "", "Device id, Vendor-Serial, IP or MAC address; empty: the first camera found.",

@@ -20,13 +20,18 @@ namespace tractiond {
 /// Value of sensor.gel_file with which pictures can be seen and nothing is measured.
 inline constexpr std::string_view kNoGelFile = "none";
 
+/// Value of sensor.gel_file for the gel file that a client had adopted (AdoptRequest), and for none before the first.
+inline constexpr std::string_view kAdoptedGelFile = "adopted";
+
 /// Defaults are those of the folders' options.
 struct Config {
   struct Sensor {
-    std::string name;     ///< in topics and messages; empty: the instance's
-    std::string gelFile;  ///< empty: the built-in gel, that of the paper; kNoGelFile: none
+    std::string name;  ///< in topics and messages; empty: the instance's
+    /// Empty: the built-in gel, that of the paper; kNoGelFile: none; kAdoptedGelFile until completed() has replaced it.
+    std::string gelFile;
+    std::string adopted;  ///< path at which an adopted gel file is kept, set by completed(); empty: none may be adopted
     /// Returns whether gelFile is the name of a file.
-    bool namesGelFile() const { return !gelFile.empty() && gelFile != kNoGelFile; }
+    bool namesGelFile() const { return !gelFile.empty() && gelFile != kNoGelFile && gelFile != kAdoptedGelFile; }
   } sensor;
   capture::CameraOptions camera;
   track::TrackOptions track;

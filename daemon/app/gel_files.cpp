@@ -6,6 +6,8 @@
 #include "daemon/track/nominal.h"
 #include "sensor/gel_file.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -68,6 +70,44 @@ tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile) {
 tl::expected<std::optional<sensor::Sensor>, Error> loadGel(const std::string& gelFile) {
   if (gelFile == kNoGelFile) return std::nullopt;
   return loadSensor(gelFile).map([](sensor::Sensor sensor) { return std::optional(std::move(sensor)); });
+}
+
+tl::expected<void, Error> checkCamera(const sensor::Sensor& sensor, const capture::CameraInfo& info,
+                                      const std::string& gelFile) {
+  const sensor::Camera& expected = sensor.camera;
+  if (info.shape.width != expected.width || info.shape.height != expected.height) {
+    return tl::unexpected(Error{
+        .exitCode = EX_CONFIG,
+        .what = fmt::format("the camera's picture is {} x {} pixels, the gel's is {} x {}", info.shape.width,
+                            info.shape.height, expected.width, expected.height),
+        .remedy =
+            "set camera.width_px and camera.height_px, or describe the gel's camera; to aim a camera before there is a "
+            "gel file, set sensor.gel_file = \"none\""});
+  }
+  if (auto possible = track::trackable(sensor, info.format); !possible) return possible;
+  const std::string id = calibrate::cameraId(info.name.vendor, info.name.serial);
+  if (!sensor.calibration || sensor.calibration->camera == id) return {};
+  return tl::unexpected(Error{
+      .exitCode = EX_CONFIG,
+      .what = fmt::format("the gel file was calibrated with camera {}, this is {}", sensor.calibration->camera, id),
+      .where = gelFile,
+      .remedy = "calibrate with this camera, starting from a gel file without calibration"});
+}
+
+tl::expected<sensor::Sensor, Error> readAdopted(const std::string& text, const capture::CameraInfo& info) {
+  constexpr const char* kName = "the gel file";
+  // A request does not make the daemon read other files.
+  if (text.find("influence_file") != std::string::npos) {
+    return tl::unexpected(Error{.exitCode = EX_CONFIG,
+                                .what = "a gel with an influence file cannot be adopted",
+                                .remedy = "name its gel file in sensor.gel_file"});
+  }
+  auto sensor = sensor::parseGel(text, kName);
+  if (!sensor) return tl::unexpected(gelError(sensor.error(), kName));
+  if (auto same = calibrate::verifyCalibration(*sensor, kName); !same) return tl::unexpected(same.error());
+  if (auto sound = track::trackable(*sensor); !sound) return tl::unexpected(sound.error());
+  if (auto fits = checkCamera(*sensor, info, kName); !fits) return tl::unexpected(fits.error());
+  return *std::move(sensor);
 }
 
 void describeSensor(publish::Description& description, const sensor::Sensor& sensor, const solve::SolveOptions& solve) {

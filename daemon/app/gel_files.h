@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/error.h"
+#include "daemon/capture/camera_info.h"
 #include "daemon/publish/description.h"
 #include "daemon/publish/wire_recording.h"
 #include "daemon/solve/options.h"
@@ -22,6 +23,15 @@ tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile);
 
 /// Does the same as loadSensor(), but returns nothing for kNoGelFile.
 tl::expected<std::optional<sensor::Sensor>, Error> loadGel(const std::string& gelFile);
+
+/// Fails with EX_CONFIG if the camera's pictures cannot be those of a sensor: by their size or format, or because its
+/// calibration is another camera's. \param gelFile names it in the error
+tl::expected<void, Error> checkCamera(const sensor::Sensor& sensor, const capture::CameraInfo& info,
+                                      const std::string& gelFile);
+
+/// Reads the text of a gel file that is to be put in force. Fails if it cannot be: it is wrong or names an influence
+/// file (EX_CONFIG, EX_DATAERR), or the checkCamera() of it fails.
+tl::expected<sensor::Sensor, Error> readAdopted(const std::string& text, const capture::CameraInfo& info);
 
 /// Sets the sensor, its mechanics and the noise of a description. Leaves `detectionLimit_N` and
 /// `calibrated_ns`, which only the solver that was made knows, as they are.

@@ -53,6 +53,11 @@ Config completed(Config config, const Places& places) {
   complete(config.publish.latest, &traction::Endpoints::latest);
   complete(config.controlEndpoints, &traction::Endpoints::control);
   if (config.sensor.name.empty()) config.sensor.name = places.instance;
+  if (config.sensor.gelFile == kAdoptedGelFile) {
+    config.sensor.adopted = places.state / "adopted.toml";
+    std::error_code absent;
+    config.sensor.gelFile = fs::exists(config.sensor.adopted, absent) ? config.sensor.adopted : std::string(kNoGelFile);
+  }
   return config;
 }
 

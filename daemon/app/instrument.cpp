@@ -3,6 +3,7 @@
 #include "daemon/app/gel_files.h"
 #include "daemon/app/measurement.h"
 #include "daemon/app/no_gel.h"
+#include "daemon/calibrate/calibration.h"
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/last_will.h"
 #include "daemon/capture/pipe_driver.h"
@@ -65,7 +66,8 @@ Instrument::~Instrument() = default;
 
 tl::expected<std::unique_ptr<Instrument>, Error> Instrument::make(const Config& config, const Places& places,
                                                                   std::shared_ptr<const LineWriter> log) {
-  auto gel = loadGel(config.sensor.gelFile);
+  const Config complete = completed(config, places);
+  auto gel = loadGel(complete.sensor.gelFile);
   if (!gel) return tl::unexpected(gel.error());
   if (!*gel && !config.record.file.empty()) {
     return tl::unexpected(Error{.exitCode = EX_USAGE,
@@ -76,8 +78,7 @@ tl::expected<std::unique_ptr<Instrument>, Error> Instrument::make(const Config& 
   if (!state) return tl::unexpected(state.error());
   auto runtime = OwnDirectory::claim(places.runtime, "runtime directory");
   if (!runtime) return tl::unexpected(runtime.error());
-  std::unique_ptr<Instrument> instrument(
-      new Instrument(completed(config, places), *std::move(state), *std::move(runtime)));
+  std::unique_ptr<Instrument> instrument(new Instrument(complete, *std::move(state), *std::move(runtime)));
   instrument->stateDirectory_ = places.state;
   instrument->instance_ = places.instance;
   instrument->log_ = std::move(log);
@@ -191,7 +192,8 @@ ServiceHooks Instrument::hooks() {
           // are answered and stop signals heeded meanwhile.
           .ended = [this] { return pipeline_->ended() && (config_.camera.images.empty() || balanced(ledger_)); },
           .statusLine = [this] { return statusLine(); },
-          .others = [this] { return !camera_->isForsaken(); }};
+          .others = [this] { return !camera_->isForsaken(); },
+          .startsAgain = [this] { return adoption_.isDue(); }};
 }
 
 tl::expected<void, Error> Instrument::stop() {
@@ -237,10 +239,29 @@ void Instrument::control(std::chrono::milliseconds timeout) {
     camera_->ask(*step);
     cameraAsked_ = true;
   }
+  if (const auto gelFile = controlServer_->takeGelFile()) adopt(*gelFile);
+  if (const auto kept = adoption_.turn()) controlServer_->answerAdoption(*kept);
   processing_->turn();
   const std::int64_t now_ns = monotonicNow();
   giveMemoryBack(now_ns);
   watchUnsent(now_ns);
+}
+
+void Instrument::adopt(const std::string& gelFile) {
+  const auto refuse = [this](std::string why) { controlServer_->answerAdoption(tl::unexpected(std::move(why))); };
+  if (config_.sensor.adopted.empty()) {
+    return refuse(
+        "the configuration of this daemon names its gel file: set sensor.gel_file = \"adopted\", and restart it");
+  }
+  if (!config_.record.file.empty()) return refuse("a recording is made of what this gel file computes (--record)");
+  const auto camera = camera_->info();
+  if (!camera) return refuse("no camera has been seen yet");
+  auto sensor = readAdopted(gelFile, *camera);
+  if (!sensor) return refuse(sensor.error().message());
+  adoption_.begin(config_.sensor.adopted, {.gelFile = gelFile,
+                                           .sensor = *std::move(sensor),
+                                           .format = camera->format,
+                                           .camera = calibrate::cameraId(camera->name.vendor, camera->name.serial)});
 }
 
 /// Returns memory that is free, but not at the end of a heap, to the system: what waited for subscribers that have gone

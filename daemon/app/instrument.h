@@ -3,6 +3,7 @@
 
 #include "base/service/line_writer.h"
 #include "base/service/service.h"
+#include "daemon/app/adoption.h"
 #include "daemon/app/config.h"
 #include "daemon/app/instance.h"
 #include "daemon/app/pipeline.h"
@@ -77,6 +78,7 @@ class Instrument final : Stages, ReloadedCamera {
 
   capture::OpenDriver driver() const;
   tl::expected<void, Error> openCamera();
+  void adopt(const std::string& gelFile);
   void meetCamera();
   void watchLastWill();
   void giveMemoryBack(std::int64_t now_ns);
@@ -102,6 +104,7 @@ class Instrument final : Stages, ReloadedCamera {
   std::unique_ptr<capture::Camera> camera_;
   std::unique_ptr<Pipeline> pipeline_;
   std::optional<Reloader> reloader_;  // for run()
+  Adoption adoption_;                 // for the control thread, and run()
 
   // For the control thread alone.
   std::string lockedWhy_;         // reason of the last warning

@@ -17,7 +17,7 @@ namespace {
 
 using namespace tractiond;
 
-int checkConfig(const Config& config) {
+int checkConfig(const Config& config) {  // completed()
   const auto gel = loadGel(config.sensor.gelFile);
   return gel ? EX_OK : failed(gel.error());
 }
@@ -42,7 +42,7 @@ int main(int argc, char** argv) try {
   }
   if (arguments->listCameras) return listCameras(config->camera);
   if (!arguments->replay.file.empty() && !arguments->checkConfig) return replayRecording(*arguments, *config, *places);
-  return arguments->checkConfig ? checkConfig(*config) : serve(*arguments, *config, *places);
+  return arguments->checkConfig ? checkConfig(completed(*config, *places)) : serve(*arguments, *config, *places, argv);
 } catch (const std::bad_alloc&) {
   return failed({.exitCode = EX_OSERR, .what = "there is no memory left", .remedy = "see MemoryMax= of the service"});
 } catch (const std::exception& error) {

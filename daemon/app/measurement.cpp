@@ -97,25 +97,8 @@ PipelineOptions Measurement::pipelineOptions() const {
 }
 
 tl::expected<void, Error> Measurement::welcome(const capture::CameraInfo& info) {
-  const sensor::Camera& expected = sensor_.camera;
-  if (info.shape.width != expected.width || info.shape.height != expected.height) {
-    return tl::unexpected(Error{
-        .exitCode = EX_CONFIG,
-        .what = fmt::format("the camera's picture is {} x {} pixels, the gel's is {} x {}", info.shape.width,
-                            info.shape.height, expected.width, expected.height),
-        .remedy =
-            "set camera.width_px and camera.height_px, or describe the gel's camera; to aim a camera before there is a "
-            "gel file, set sensor.gel_file = \"none\""});
-  }
-  if (auto possible = track::trackable(sensor_, info.format); !possible) return possible;
+  if (auto fits = checkCamera(sensor_, info, around_.config.sensor.gelFile); !fits) return fits;
   const std::string id = calibrate::cameraId(info.name.vendor, info.name.serial);
-  if (sensor_.calibration && sensor_.calibration->camera != id) {
-    return tl::unexpected(Error{
-        .exitCode = EX_CONFIG,
-        .what = fmt::format("the gel file was calibrated with camera {}, this is {}", sensor_.calibration->camera, id),
-        .where = around_.config.sensor.gelFile,
-        .remedy = "calibrate with this camera, starting from a gel file without calibration"});
-  }
   if (info.session > 1) {  // the zero of the previous session is in force
     if (id == cameraId_) return {};
     return tl::unexpected(Error{.exitCode = EX_UNAVAILABLE,

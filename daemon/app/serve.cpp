@@ -8,6 +8,8 @@
 #include "daemon/app/replay.h"
 #include "daemon/capture/last_will.h"
 
+#include <unistd.h>
+
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
@@ -53,7 +55,7 @@ int replayRecording(const Arguments& arguments, const Config& config, const Plac
   return done ? EX_OK : done.error().exitCode;
 }
 
-int serve(const Arguments& arguments, const Config& config, const Places& places) {
+int serve(const Arguments& arguments, const Config& config, const Places& places, char** argv) {
   // Before there are threads. Pictures from a file have no camera.
   if (arguments.images.empty()) capture::startExecutor();  // the instrument warns of what fails
   catchSignals();
@@ -87,7 +89,15 @@ int serve(const Arguments& arguments, const Config& config, const Places& places
     return [&running, read = readAgain(arguments)] { running.takeOver(read); };
   };
   run(hooks);
+  const bool startsAgain = hooks.startsAgain();
   const auto stopped = (*instrument)->stop();
+  if (startsAgain && stopped) {
+    (*instrument).reset();  // gives camera, sockets and directories back
+    log->write(logLine("tractiond", spdlog::level::info, "starts again with the gel file that was adopted"));
+    log->drain();
+    execv("/proc/self/exe", argv);  // the same process for systemd, and nothing of the old one's state
+    return failed({.exitCode = EX_OSERR, .what = "cannot start again", .remedy = "start it by hand"});
+  }
   return stopped ? EX_OK : failed(stopped.error());
 }
 

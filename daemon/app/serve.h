@@ -22,8 +22,8 @@ tl::expected<Config, Error> configured(const Arguments& arguments, const Places&
 /// it logs: that of the start (raiseDescriptorLimit(), Instrument::make()), of the source, EX_SOFTWARE if the ledger
 /// does not balance, or that of the recording. A stop signal during a long start ends the process with EX_OK. Must be
 /// called by the main thread before this program starts its first thread. \param config not completed() \param places
-/// located()
-int serve(const Arguments& arguments, const Config& config, const Places& places);
+/// located() \param argv of main(), with which the program replaces itself when a gel file has been adopted
+int serve(const Arguments& arguments, const Config& config, const Places& places, char** argv);
 
 /// Computes the recording that the arguments name again; see replay(). Logs the error if it returns one.
 int replayRecording(const Arguments& arguments, const Config& config, const Places& places);

@@ -482,6 +482,7 @@ Result Calibration::finish(const std::string& name, const std::string& camera, c
   written_ = path.string();
   CalibrationReport report;
   report.path = written_;
+  report.gelFile = text;
   if (memory_ && weights_.empty()) report.remarks.push_back(kWithCreep);
   report.remarks.push_back("it counts once sensor.gel_file names it and tractiond is started again");
   return report;

@@ -115,6 +115,11 @@ struct ControlServer::Impl {
       if (cameraAskers.size() >= kLargestAskers)
         return reply(peer, publish::encodeErrorReply("too many ask for the camera"));
       return cameraAskers.push_back({peer, std::move(asked->camera)});
+    case publish::Request::kAdopt:
+      if (adopter) return reply(peer, publish::encodeErrorReply("another gel file is being adopted"));
+      adopter = peer;
+      gelFile = std::move(asked->gelFile);
+      return;
     case publish::Request::kZero:
       asked->zero.asker = name;
       if (!asked->onBehalfOf.empty()) asked->zero.asker = asked->onBehalfOf + " through " + asked->zero.asker;
@@ -148,6 +153,8 @@ struct ControlServer::Impl {
   std::optional<Route> calibrator;       ///< waits for the step that runs
   std::deque<CameraAsker> cameraAskers;  ///< the first is asked for, if any is
   bool cameraAsked = false;
+  std::optional<Route> adopter;           ///< waits until its gel file is kept
+  std::optional<std::string> gelFile;     ///< that is to be adopted, until it is taken
   Counter unsent;                         ///< answers for which there was no memory
   std::optional<std::int64_t> warned_ns;  ///< of the last line
   zmq::context_t context{1};  ///< its own: what peers send here does not keep the publisher's thread from sending
@@ -182,6 +189,15 @@ std::optional<CameraStep> ControlServer::takeCameraStep() {
   if (impl_->cameraAsked || impl_->cameraAskers.empty()) return std::nullopt;
   impl_->cameraAsked = true;
   return impl_->cameraAskers.front().step;
+}
+
+std::optional<std::string> ControlServer::takeGelFile() {
+  return std::exchange(impl_->gelFile, std::nullopt);
+}
+
+void ControlServer::answerAdoption(const tl::expected<void, std::string>& result) {
+  const auto peer = std::exchange(impl_->adopter, std::nullopt);
+  if (peer) impl_->reply(*peer, result ? publish::encodeAdoptReply() : publish::encodeErrorReply(result.error()));
 }
 
 void ControlServer::answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark) {

@@ -42,6 +42,10 @@ class ControlServer final : public Replies {
   /// is none, or the camera is being asked.
   std::optional<CameraStep> takeCameraStep();
 
+  /// Returns the text of a gel file that a client asks to adopt, once; nothing: there is none. Another request before
+  /// answerAdoption() is answered with an error.
+  std::optional<std::string> takeGelFile();
+
   // The following have no effect if no client waits for the answer, and do not wait: the answer to a client that has
   // gone or does not read is dropped. An error is a sentence.
 
@@ -53,6 +57,9 @@ class ControlServer final : public Replies {
 
   /// Sends the camera's answer, or the error, to the client of the last takeCameraStep().
   void answerCamera(const tl::expected<CameraReport, std::string>& result);
+
+  /// Tells the client of the last takeGelFile() that its gel file is kept, or the error.
+  void answerAdoption(const tl::expected<void, std::string>& result);
 
   /// Sends the picture, or the error, to all clients that wait for one. Encodes it within the call, and halves it until
   /// it has at most 16 MiB.

@@ -85,6 +85,8 @@ tl::expected<Asked, std::string> decodeKind(const pb::Request& request) {
     return decodeCameraStep(request.camera()).map([](CameraStep step) {
       return Asked{.request = Request::kCamera, .camera = std::move(step)};
     });
+  case pb::Request::kAdopt:
+    return Asked{.request = Request::kAdopt, .gelFile = request.adopt().gel_file()};
   case pb::Request::REQUEST_NOT_SET:
     break;
   }
@@ -155,12 +157,19 @@ std::string encodeCalibrationReply(const CalibrationReport& report) {
   }
   for (const std::string& remark : report.remarks) told.add_remarks(remark);
   told.set_path(report.path);
+  told.set_gel_file(report.gelFile);
   return finish(reply);
 }
 
 std::string encodeCameraReply(const CameraReport& report) {
   pb::Reply reply;
   encode(report, *reply.mutable_camera());
+  return finish(reply);
+}
+
+std::string encodeAdoptReply() {
+  pb::Reply reply;
+  reply.mutable_adopt();
   return finish(reply);
 }
 

@@ -16,7 +16,7 @@
 
 namespace tractiond::publish {
 
-enum class Request { kStatus, kDescription, kZero, kCalibrate, kCamera, kSnapshot };
+enum class Request { kStatus, kDescription, kZero, kCalibrate, kCamera, kSnapshot, kAdopt };
 
 /// A request with its parameters.
 struct Asked {
@@ -24,6 +24,7 @@ struct Asked {
   ZeroRequest zero = {};             ///< kZero, without `asker`
   CalibrationStep calibration = {};  ///< kCalibrate
   CameraStep camera = {};            ///< kCamera
+  std::string gelFile = {};          ///< kAdopt: its text
   std::string onBehalfOf = {};       ///< client that a gateway names, printable; empty: the sender itself
 };
 
@@ -41,6 +42,7 @@ std::string encodeReply(Request request, std::string_view message);
 std::string encodeZeroReply(const RestPose& zero, std::string_view remark);
 std::string encodeCalibrationReply(const CalibrationReport& report);
 std::string encodeCameraReply(const CameraReport& report);
+std::string encodeAdoptReply();
 /// Halves the picture until it has at most 16 MiB; the places of markers stay those in the full one. \param snapshot
 /// must fit (FrameCopy::fits) \param layers layers of its markers; empty: there are none
 std::string encodeSnapshotReply(const Snapshot& snapshot, const std::vector<sensor::MarkerLayer>& layers);

@@ -35,6 +35,7 @@ struct CalibrationReport {
   std::vector<Figure> figures;
   std::vector<std::string> remarks;  ///< sentences for the operator
   std::string path;                  ///< gel file that was written; empty: none
+  std::string gelFile;               ///< its text
 };
 
 }  // namespace tractiond

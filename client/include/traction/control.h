@@ -108,6 +108,7 @@ struct CalibrationReport {
   std::vector<Figure> figures;
   std::vector<std::string> remarks;  ///< for a person to read
   std::string path;                  ///< gel file that was written, on the daemon's host; empty: none
+  std::string gelFile;               ///< its text
 };
 
 /// Requests that pass() sends; kZero is without ZeroOptions::anyway.
@@ -140,6 +141,12 @@ class TRACTION_EXPORT Control {
   CalibrationReport calibrate(const CalibrationStep& step) const;
   /// Carries out one request to the camera, after those that came before. Error kRefused also if the camera refuses it.
   CameraReport camera(const CameraStep& step) const;
+
+  /// Puts a gel file in force: the daemon keeps it in its state directory, and starts again with it after the answer;
+  /// for a gel that is new to it, it answers again when it has computed its factors. Error kRefused also unless the
+  /// daemon's sensor.gel_file is "adopted", and if the gel file is wrong or not of its camera. \param gelFile its text,
+  /// at most 60 kB
+  void adopt(const std::string& gelFile) const;
 
   /// Sends a request and returns its answer undecoded: the Protobuf bytes of a traction.v1.Reply, which may hold the
   /// daemon's error and is not checked. For gateways and exporters. \throws Error kBadEndpoint, kNoAnswer, kBadKeys,

@@ -6,6 +6,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 
 namespace tractiond::instance_test {
 namespace {
@@ -65,6 +66,23 @@ TEST(Instance, HasEndpointsOfItsOwnAndTheDefaultOneTcpAsWell) {
   given = completed(given, {.runtime = "/r"});
   EXPECT_EQ(given.publish.stream, std::vector<std::string>{"tcp://*:1"});
   EXPECT_EQ(given.sensor.name, "gel");
+}
+
+TEST(Instance, AdoptedGelFileIsTheOneOfTheStateDirectoryAndNoneBefore) {
+  const Folder folder;
+  const Places places{.state = folder / "", .runtime = "/r"};
+  Config config;
+  config.sensor.gelFile = kAdoptedGelFile;
+  EXPECT_FALSE(config.sensor.namesGelFile());
+  const std::string kept = places.state / "adopted.toml";
+  EXPECT_EQ(completed(config, places).sensor.gelFile, kNoGelFile);
+  EXPECT_EQ(completed(config, places).sensor.adopted, kept);
+  std::ofstream(kept) << "format = 1\n";
+  EXPECT_EQ(completed(config, places).sensor.gelFile, kept);
+  // Whoever names another one does not have it replaced by a request.
+  config.sensor.gelFile = "gel.toml";
+  EXPECT_EQ(completed(config, places).sensor.gelFile, "gel.toml");
+  EXPECT_EQ(completed(config, places).sensor.adopted, "");
 }
 
 TEST(OwnDirectory, IsMadeAndGoesWhenItIsEmpty) {

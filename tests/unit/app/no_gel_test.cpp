@@ -1,16 +1,23 @@
+#include "daemon/app/adoption.h"
 #include "daemon/app/gel_files.h"
 #include "daemon/app/no_gel.h"
 #include "daemon/capture/camera.h"
 #include "daemon/capture/memory_driver.h"
+#include "daemon/track/rest_pose.h"
+#include "daemon/track/rest_pose_file.h"
 #include "tests/support/temporary_folder.h"
 #include "traction/v1/status.pb.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>
 
 #include <cstdint>
 #include <fstream>
+#include <iterator>
+#include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace tractiond::no_gel_test {
@@ -165,6 +172,61 @@ TEST(Snapshots, OfATriggeredCameraTakeOneFrameOrSayWhatItWaitsFor) {
   now_ns += 3'000'000'001;
   snapshots.turn();
   EXPECT_EQ(answers.reasons, std::vector<std::string>{"no frames come from the camera: it waits for triggers"});
+}
+
+/// A gel file that the daemon could not start with again is not kept.
+TEST(GelFiles, OnlyOneOfThisCameraThatReadsNoOtherFileIsAdopted) {
+  capture::CameraInfo camera;
+  camera.name.vendor = "Vendor";
+  camera.name.serial = "1";
+  camera.shape.width = 640;
+  camera.shape.height = 480;
+  camera.format = PixelFormat::kRgb8;
+  const auto why = [&camera](const std::string& text) {
+    const auto checked = readAdopted(text, camera);
+    return checked ? std::string() : checked.error().what;
+  };
+  const std::string gel = "format = 1\n";
+  EXPECT_EQ(why(gel), "");
+  EXPECT_NE(why("format = "), "");
+  EXPECT_THAT(why(gel + "[gel]\ninfluence_file = \"/etc/shadow\"\n"), testing::HasSubstr("influence file"));
+  EXPECT_THAT(why(gel + "[camera]\nwidth_px = 641\n"), testing::HasSubstr("the gel's is 641 x 480"));
+  camera.format = PixelFormat::kMono8;
+  EXPECT_NE(why(gel), "") << "two colours";
+}
+
+TEST(Adoption, IsDueWhenTheFileIsKeptAndTheAnswerHasHadItsTime) {
+  const test::TemporaryFolder folder;
+  const auto outcome = [](Adoption& adoption) {
+    std::optional<tl::expected<void, std::string>> kept;
+    while (!(kept = adoption.turn())) std::this_thread::sleep_for(1ms);
+    return *kept;
+  };
+  Adoption adoption;
+  EXPECT_EQ(adoption.turn(), std::nullopt);
+  const Adopted gel{.gelFile = "format = 1\n", .sensor = {}, .format = PixelFormat::kRgb8, .camera = "Vendor-1"};
+  adoption.begin(folder.path() / "absent/adopted.toml", gel);
+  EXPECT_THAT(outcome(adoption).error(), testing::HasSubstr("cannot be written"));
+  EXPECT_FALSE(adoption.isDue());
+  const auto zero = track::restPosePath(folder.path()), earlier = track::earlierPosePath(folder.path());
+  RestPose pose;
+  pose.position_px.resize(2 * static_cast<std::size_t>(gel.sensor.markerCount()));
+  pose.present.resize(static_cast<std::size_t>(gel.sensor.markerCount()));
+  pose.amplitude.resize(pose.present.size());
+  pose.noise = 1.0F;
+  pose.id = track::idOf(pose);
+  sensor::Sensor other;
+  other.layers[0].diameter *= 2.0;
+  ASSERT_TRUE(track::saveRestPose(zero, pose, gel.sensor, gel.format, gel.camera));
+  ASSERT_TRUE(track::saveRestPose(earlier, pose, other, gel.format, gel.camera));
+  adoption.begin(folder.path() / "adopted.toml", gel);
+  EXPECT_TRUE(outcome(adoption));
+  EXPECT_EQ(adoption.turn(), std::nullopt);
+  EXPECT_TRUE(std::filesystem::exists(zero)) << "of the same markers";
+  EXPECT_FALSE(std::filesystem::exists(earlier)) << "of others";
+  while (!adoption.isDue()) std::this_thread::sleep_for(1ms);
+  std::ifstream kept(folder.path() / "adopted.toml");
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(kept), {}), "format = 1\n");
 }
 
 /// A recording without it would be replayed with the built-in gel.

@@ -255,6 +255,30 @@ TEST_F(ControlTest, StepOfACalibrationIsAnsweredWhenItIsDone) {
   server_->answerCalibration(CalibrationReport{});  // nobody waits any more
 }
 
+TEST_F(ControlTest, OneGelFileAtATimeIsAdopted) {
+  const auto adopt = [](const char* gelFile) {
+    pb::Request wanted;
+    wanted.set_version(1);
+    wanted.mutable_adopt()->set_gel_file(gelFile);
+    return wanted.SerializeAsString();
+  };
+  auto first = connect(zmq::socket_type::req);
+  first.send(zmq::buffer(adopt("one")), zmq::send_flags::none);
+  std::optional<std::string> taken;
+  serveUntil([&] { return (taken = server_->takeGelFile()).has_value(); });
+  EXPECT_EQ(taken, "one");
+  EXPECT_EQ(server_->takeGelFile(), std::nullopt);
+  EXPECT_EQ(ask(adopt("other")).error(), "another gel file is being adopted");
+  EXPECT_EQ(server_->takeGelFile(), std::nullopt);
+  server_->answerAdoption({});
+  EXPECT_EQ(await(first).reply_case(), pb::Reply::kAdopt);
+
+  first.send(zmq::buffer(adopt("wrong")), zmq::send_flags::none);
+  serveUntil([&] { return server_->takeGelFile() == "wrong"; });
+  server_->answerAdoption(tl::unexpected<std::string>("it is wrong"));
+  EXPECT_EQ(await(first).error(), "it is wrong");
+}
+
 TEST_F(ControlTest, CameraIsAskedOneThingAfterAnother) {
   const std::string trigger = request([](pb::Request& r) { r.mutable_camera()->mutable_trigger(); });
   EXPECT_EQ(ask(trigger).camera().camera(), "triggered");

@@ -81,6 +81,36 @@ class CalibrateCommand : public Workplace {
   CalibrateOptions options;
 };
 
+/// The viewer's page draws it around the pictures that were taken.
+TEST_F(CalibrateCommand, OneBoardIsToldWithItsOutline) {
+  testing::internal::CaptureStdout();
+  const Done done = findBoard(options.pictures[0], kBoard);
+  const std::string told = testing::internal::GetCapturedStdout();
+  ASSERT_TRUE(done);
+  const auto corners = findCorners(Pictures::drawn().views[0], kBoard);
+  ASSERT_TRUE(corners);
+  const auto number = [&told](const std::string& name) {
+    double value = 0.0;
+    const std::size_t at = told.find("  " + name + " ");
+    EXPECT_NE(at, std::string::npos) << name;
+    if (at != std::string::npos) std::sscanf(told.c_str() + at + 2 + name.size(), "%lf", &value);
+    return value;
+  };
+  const int outline[] = {0, 7, 39, 32};  // of 8 x 5 corners, around the board
+  for (int i = 0; i < 4; ++i) {
+    const std::string name = "corner" + std::to_string(i + 1);
+    EXPECT_NEAR(number(name + "_u_px"), corners->place_px(0, outline[i]), 1e-3);
+    EXPECT_NEAR(number(name + "_v_px"), corners->place_px(1, outline[i]), 1e-3);
+  }
+  EXPECT_NEAR(number("edge_px"), corners->edgeWidth_px, 1e-3);
+
+  const std::string empty = spoil(cv::Mat(480, 640, CV_8UC1, cv::Scalar(90)));
+  const Done none = findBoard(empty, kBoard);
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error()[0].exitCode, EX_DATAERR);
+  EXPECT_EQ(none.error()[0].where, empty);
+}
+
 TEST_F(CalibrateCommand, WritesTheLensIntoTheGelFile) {
   sensor::Sensor before;
   before.gel.youngsModulus = 1.3e5;

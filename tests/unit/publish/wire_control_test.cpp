@@ -200,13 +200,18 @@ TEST(WireControl, RepliesHoldWhatWasSent) {
   EXPECT_EQ(reply.zero().noise_levels(), 2.5);
   EXPECT_EQ(reply.zero().remark(), "touched");
 
-  const CalibrationReport report{.figures = {{"focal_px", 960.0, 2.0}}, .remarks = {"one"}, .path = "/gel.toml"};
+  const CalibrationReport report{
+      .figures = {{"focal_px", 960.0, 2.0}}, .remarks = {"one"}, .path = "/gel.toml", .gelFile = "format = 1"};
   ASSERT_TRUE(reply.ParseFromString(encodeCalibrationReply(report)));
   EXPECT_EQ(reply.calibrate().figures(0).name(), "focal_px");
   EXPECT_EQ(reply.calibrate().figures(0).value(), 960.0);
   EXPECT_EQ(reply.calibrate().figures(0).deviation(), 2.0);
   EXPECT_EQ(reply.calibrate().remarks(0), "one");
   EXPECT_EQ(reply.calibrate().path(), "/gel.toml");
+  EXPECT_EQ(reply.calibrate().gel_file(), "format = 1");
+
+  ASSERT_TRUE(reply.ParseFromString(encodeAdoptReply()));
+  EXPECT_EQ(reply.reply_case(), pb::Reply::kAdopt);
 
   ASSERT_TRUE(reply.ParseFromString(encodeErrorReply("no frames")));
   EXPECT_EQ(reply.error(), "no frames");

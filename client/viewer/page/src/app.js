@@ -10,6 +10,7 @@ import {flagWords, showContacts, showFacts, showForce, showState, showZero} from
 import {Overhead} from "./overhead.js";
 import {History, Plot} from "./plot.js";
 import {Choice, RecordButton, TimeBar} from "./recordings.js";
+import {Setup} from "./setup/setup.js";
 import {Surface} from "./surface.js";
 import {directions, onTheme, toggleTheme} from "./theme.js";
 
@@ -17,9 +18,10 @@ const $ = (id) => document.getElementById(id);
 const slow_ms = 75;  // between new texts and new plots, in turns: nobody reads faster
 
 class Sensor {
-  constructor({name, stream, control = false, record = false}) {
+  constructor({name, stream, control = false, record = false, setup = false}) {
     this.name = name;
     this.control = control;
+    this.setup = setup && new Setup(this);
     this.canRecord = record;
     this.model = new Model(name);
     this.history = new History();
@@ -85,6 +87,7 @@ function choose(sensor) {
   window.traction.model = sensor.model;
   for (const button of $("sensors").children) button.setAttribute("aria-current", String(button.sensor === sensor));
   for (const id of ["zero", "undo"]) $(id).hidden = !sensor.control;
+  $("setup-open").hidden = !sensor.setup;
   recordButton.choose(sensor);
   timeBar.choose(sensor === played ? sensor : null);
   redraw();
@@ -122,7 +125,7 @@ function draw() {
     if (!isPlotsTurn) showTexts(model);
     else if (!isHeld) plot.draw(chosen.history);
   }
-  if (isHeld) return;
+  if (isHeld || chosen.setup?.isOpen) return;
   if (!isNew) {
     owed?.draw(model);
     owed = null;
@@ -201,6 +204,14 @@ const actions = {
   ArrowLeft: () => turn(-0.1, 0), ArrowRight: () => turn(0.1, 0), ArrowUp: () => turn(0, 0.1), ArrowDown: () => turn(0, -0.1),
 };
 
+async function toggleSetup() {
+  const {setup} = chosen;
+  if (setup.isOpen) setup.close();
+  else await setup.open().catch((error) => notice(error.message));
+  $("setup-open").setAttribute("aria-pressed", String(setup.isOpen));
+  redraw();
+}
+
 function turn(across, up) {
   for (const view of Object.values(views)) view.stage?.turn(across, up);
 }
@@ -208,7 +219,7 @@ function turn(across, up) {
 addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   if (event.key === " " && event.target.closest("button")) return;
-  if (event.target.closest("input, select")) return;
+  if (event.target.closest("input, select, summary") || chosen?.setup?.isOpen) return;
   const action = actions[event.key] ?? actions[event.key.toLowerCase()];
   if (!action) return;
   event.preventDefault();
@@ -223,6 +234,7 @@ $("theme").onclick = toggleTheme;
 $("picture").onclick = takePicture;
 for (const ending of ["csv", "svg"]) $(ending).onclick = () => saveText(plot[ending](), `${nameOfFile()}-${plot.kind}`, ending);
 $("png").onclick = () => saveDrawing(plot.svg(), `${nameOfFile()}-${plot.kind}`);
+$("setup-open").onclick = toggleSetup;
 $("zero").onclick = actions.z;
 $("undo").onclick = actions.u;
 for (const figure of $("views").children) {
@@ -246,6 +258,11 @@ choices("span", (seconds) => plot.look(Number(seconds)));
 choices("contours", (quantity) => { views.c.quantity = quantity; });
 choices("arrows", (colour) => { views.d.colour = colour; });
 
+function whenConnected(act) {
+  if (chosen.model.isConnected) act();
+  else setTimeout(() => whenConnected(act), 50);
+}
+
 async function start() {
   window.traction = {model: null, views, plot, get sensors() { return sensors.map((sensor) => sensor.model); }};
   const {sensors: list, recordings: hasRecordings, flags} = await (await fetch("sensors")).json();
@@ -268,6 +285,7 @@ async function start() {
   }
   choose(sensors[0]);
   if (hasRecordings) await recordings.look();
+  if (location.hash === "#setup" && chosen.setup) whenConnected(toggleSetup);
   draw();
 }
 

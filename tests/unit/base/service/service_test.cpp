@@ -137,6 +137,28 @@ TEST(Service, TellsReadyFeedsTheWatchdogAndTellsStopping) {
   service.join();
 }
 
+TEST(Service, ThatStartsAgainIsReloadedAndNotStopped) {
+  NotifySocket systemd;
+  Fixture fixture;
+  std::atomic<bool> again{false};
+  ServiceHooks hooks = fixture.hooks();
+  hooks.startsAgain = [&] { return again.load(); };
+  std::thread service([&] { run(hooks); });
+  systemd.skipTo("WATCHDOG=1");
+  again = true;
+  std::string notice;
+  do notice = systemd.next();
+  while (!notice.starts_with("RELOADING=1\nMONOTONIC_USEC=") && notice != "STOPPING=1");
+  EXPECT_NE(notice, "STOPPING=1");
+  service.join();
+}
+
+TEST(Service, IsFedWhileItStarts) {
+  NotifySocket systemd;
+  const StopWhileStarting starting([] {});
+  systemd.skipTo("WATCHDOG=1");
+}
+
 TEST(Service, TellsItsStatusOnceASecond) {
   NotifySocket systemd;
   Fixture fixture;

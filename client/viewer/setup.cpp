@@ -1,0 +1,487 @@
+#include "client/viewer/setup.h"
+
+#include "base/child.h"
+#include "base/whole_file.h"
+#include "client/files/file_error.h"
+#include "client/show/json.h"
+#include "client/show/output.h"
+#include "client/show/png_file.h"
+#include "client/viewer/gel_form.h"
+#include "client/viewer/look.h"
+#include "sensor/gel_file.h"
+
+#include <sysexits.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <map>
+#include <optional>
+#include <utility>
+
+namespace traction::view {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;  // figures in the order in which they were told
+using namespace std::chrono_literals;
+
+constexpr const char* kState = "setup.json";
+constexpr const char* kPlan = "plan.toml";              // the gel as it is described
+constexpr const char* kLens = "lens.toml";              // the lens as it was measured
+constexpr const char* kPosed = "gel.toml";              // with the camera's pose
+constexpr const char* kCalibrated = "calibrated.toml";  // as the daemon has written it
+constexpr const char* kRest = "rest.png";
+constexpr const char* kMarked = "marked.png";
+constexpr std::size_t kMostBoards = 60;
+constexpr std::size_t kMostBytes = 64 << 20;  // of a file for the page
+constexpr auto kLensPatience = 5min;
+constexpr double kGramForce = 9.80665e-3;  // [N]
+
+[[noreturn]] void refuse(const std::string& why) {
+  throw Error(ErrorCode::kRefused, why);
+}
+
+std::string now() {
+  const std::time_t time = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&time, &parts);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text.data();
+}
+
+std::string text(const Json& from, const char* name, std::size_t most = 64) {
+  const auto found = from.find(name);
+  if (found == from.end() || !found->is_string()) return {};
+  auto value = found->get<std::string>();
+  if (value.size() > most) refuse(std::string(name) + " is too long");
+  return value;
+}
+
+double number(const Json& from, const char* name, double low, double high, std::optional<double> otherwise = {}) {
+  const auto found = from.find(name);
+  if (found == from.end() && otherwise) return *otherwise;
+  const double value = found != from.end() && found->is_number() ? found->get<double>() : NAN;
+  if (value >= low && value <= high) return value;
+  char limits[96];
+  std::snprintf(limits, sizeof limits, "%s is to be a number from %g to %g", name, low, high);
+  refuse(limits);
+}
+
+/// Returns the squares of a board as traction-lens takes them: "10x7".
+std::string squaresOf(const Json& request) {
+  return std::to_string(std::lround(number(request, "columns", 4, 100))) + "x" +
+         std::to_string(std::lround(number(request, "rows", 4, 100)));
+}
+
+bool flag(const Json& from, const char* name) {
+  const auto found = from.find(name);
+  return found != from.end() && found->is_boolean() && found->get<bool>();
+}
+
+std::string shortest(double value) {
+  std::array<char, 32> digits{};
+  std::snprintf(digits.data(), digits.size(), "%.6g", value);
+  return digits.data();
+}
+
+/// Returns the MIME type of a name that may be one of the folder's files; empty for every other name.
+std::string typeOf(std::string_view name) {
+  static const std::map<std::string_view, std::string> kTypes = {
+      {".png", "image/png"}, {".svg", "image/svg+xml"}, {".toml", "text/plain; charset=utf-8"}};
+  const bool isPlain = std::all_of(name.begin(), name.end(), [](unsigned char byte) {
+    return (byte >= 'a' && byte <= 'z') || (byte >= '0' && byte <= '9') || byte == '-' || byte == '.';
+  });
+  const std::size_t dot = name.rfind('.');
+  if (!isPlain || dot == std::string_view::npos || dot == 0 || name.size() > 32) return {};
+  const auto type = kTypes.find(name.substr(dot));
+  return type == kTypes.end() ? std::string() : type->second;
+}
+
+std::vector<std::string> linesOf(const std::string& from) {
+  std::vector<std::string> lines;
+  for (std::size_t begin = 0; begin < from.size();) {
+    const std::size_t end = std::min(from.find('\n', begin), from.size());
+    if (end > begin) lines.push_back(from.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return lines;
+}
+
+/// Reads what traction-lens prints: lines of a name, a number, perhaps "+-" and its deviation, a unit; and notes.
+Json readReport(const std::string& output) {
+  Json figures = Json::array(), notes = Json::array();
+  for (const std::string& line : linesOf(output)) {
+    std::array<char, 40> name{}, unit{};
+    double value = 0.0, deviation = 0.0;
+    if (line.starts_with("Written: ") || line.ends_with(":")) continue;
+    if (std::sscanf(line.c_str(), "  %39[a-z0-9_] %lf +- %lf %39s", name.data(), &value, &deviation, unit.data()) >=
+        3) {
+      figures.push_back({{"name", name.data()}, {"value", value}, {"deviation", deviation}, {"unit", unit.data()}});
+    } else if (std::sscanf(line.c_str(), "  %39[a-z0-9_] %lf %39s", name.data(), &value, unit.data()) >= 2) {
+      figures.push_back({{"name", name.data()}, {"value", value}, {"unit", unit.data()}});
+    } else {
+      notes.push_back(line.substr(line.find_first_not_of(' ')));
+    }
+  }
+  return {{"figures", figures}, {"notes", notes}};
+}
+
+Json numbersOf(const Look& look) {
+  return {{"histogram", look.histogram}, {"clipped", look.clipped}, {"bright", look.bright},
+          {"sharpness", look.sharpness}, {"markers", look.markers}, {"diameter_px", look.diameter_px},
+          {"pitch_px", look.pitch_px},   {"channel", look.channel}, {"darker", look.darker}};
+}
+
+}  // namespace
+
+Setup::Setup(fs::path folder, ControlOptions control, fs::path lens)
+    : folder_(std::move(folder))
+    , lens_(std::move(lens))
+    , control_(control) {
+  std::error_code error;
+  fs::create_directories(folder_, error);
+  if (error) throw client::FileError(EX_CANTCREAT, folder_.string() + " cannot be made: " + error.message());
+  if (!has(kState)) return;
+  const auto bytes = tractiond::readWholeFile(folder_ / kState, kMostBytes);
+  if (bytes) steps_ = Json::parse(bytes->begin(), bytes->end(), nullptr, false);
+  if (!bytes || !steps_.is_object()) {
+    throw client::FileError(EX_DATAERR, path(kState) + " is damaged: delete it to begin anew");
+  }
+}
+
+bool Setup::has(const std::string& name) const {
+  std::error_code ignored;
+  return fs::is_regular_file(folder_ / name, ignored);
+}
+
+void Setup::forget(const std::vector<std::string>& names) const {
+  std::error_code ignored;
+  for (const std::string& name : names) fs::remove(folder_ / name, ignored);
+}
+
+std::vector<std::string> Setup::boards() const {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator at(folder_, error), end; !error && at != end; at.increment(error)) {
+    const std::string name = at->path().filename();
+    if (name.starts_with("board-") && typeOf(name) == "image/png") names.push_back(name);
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+void Setup::write(const std::string& name, const std::string& content) const {
+  if (const std::error_code error = tractiond::replaceWholeFile(folder_ / name, content)) {
+    refuse(path(name) + " cannot be written: " + error.message());
+  }
+}
+
+void Setup::keep(const std::string& step, Json result) {
+  result["date"] = now();
+  const std::lock_guard lock(mutex_);
+  steps_[step] = std::move(result);
+  write(kState, steps_.dump(1) + "\n");
+}
+
+std::string Setup::state() const {
+  Json files = Json::array();
+  for (const char* name :
+       {kPlan, kLens, kPosed, kCalibrated, kRest, kMarked, "layer1.svg", "layer2.svg", "layer3.svg", "layer4.svg"}) {
+    if (has(name)) files.push_back(name);
+  }
+  std::error_code ignored;
+  const std::lock_guard lock(mutex_);
+  return Json{
+      {"folder", fs::absolute(folder_, ignored).string()}, {"steps", steps_}, {"boards", boards()}, {"files", files}}
+      .dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+SetupFile Setup::file(std::string_view name) const {
+  if (name == "look.jpg") {
+    const std::lock_guard lock(mutex_);
+    return {"image/jpeg", look_};
+  }
+  const std::string type = typeOf(name);
+  if (type.empty()) return {};
+  const auto bytes = tractiond::readWholeFile(folder_ / name, kMostBytes);
+  return bytes ? SetupFile{type, std::string(bytes->begin(), bytes->end())} : SetupFile{};
+}
+
+std::string Setup::carryOut(std::string_view request) {
+  using Step = Json (Setup::*)(const Json&);
+  static const std::map<std::string_view, Step> kSteps = {
+      {"camera", &Setup::camera},   {"forget", &Setup::removeBoard}, {"lens", &Setup::fitLens},
+      {"board", &Setup::takeBoard}, {"gel", &Setup::describeGel},    {"pose", &Setup::findPose},
+      {"adopt", &Setup::adopt},     {"zero", &Setup::zero},          {"measure", &Setup::measure}};
+  static const std::map<std::string_view, Json (Setup::*)()> kPlain = {{"look", &Setup::look},
+                                                                       {"sheet", &Setup::printSheets}};
+  const Json asked = Json::parse(request, nullptr, false);
+  if (!asked.is_object()) refuse("this is no request of a setup");
+  const std::string name = text(asked, "do");
+  try {
+    Json result;
+    if (const auto step = kSteps.find(name); step != kSteps.end())
+      result = (this->*step->second)(asked);
+    else if (const auto plain = kPlain.find(name); plain != kPlain.end())
+      result = (this->*plain->second)();
+    else
+      refuse("there is no step '" + name + "' of a setup");
+    return result.dump(-1, ' ', false, Json::error_handler_t::replace);
+  } catch (const client::OutputError& error) {
+    refuse(error.what());
+  } catch (const Json::exception&) {  // edited by hand
+    refuse(path(kState) + " is damaged: delete it to begin anew");
+  }
+}
+
+Json Setup::camera(const Json& request) {
+  CameraStep step;
+  step.name = text(request, "name");
+  step.value = text(request, "value");
+  step.matching = text(request, "matching");
+  step.kind = step.name.empty() ? CameraStep::Kind::kList : CameraStep::Kind::kWrite;
+  Json report = Json::parse(client::toJson(control_.camera(step)));
+  if (step.kind == CameraStep::Kind::kList) return report;
+  Json settings;
+  {
+    const std::lock_guard lock(mutex_);
+    settings = steps_.value("settings", Json::object());
+  }
+  settings[step.name] = step.value;
+  keep("settings", settings);
+  return report;
+}
+
+Json Setup::look() {
+  const Snapshot snapshot = control_.snapshot();
+  Json result = numbersOf(lookAt(snapshot));
+  const Preview picture = [&snapshot] {
+    Preview preview;
+    preview.width = snapshot.width;
+    preview.height = snapshot.height;
+    preview.channels = snapshot.channels;
+    preview.pixels = snapshot.levels;
+    return preview;
+  }();
+  result["width_px"] = snapshot.width * snapshot.reduced;
+  result["height_px"] = snapshot.height * snapshot.reduced;
+  result["reduced"] = snapshot.reduced;
+  result["pixel_format"] = snapshot.pixelFormat;
+  result["grey"] = snapshot.channels == 1;
+  const Description description = control_.description();
+  result["vendor"] = description.camera.vendor;
+  result["model"] = description.camera.model;
+  result["serial"] = description.camera.serial;
+  {
+    const std::lock_guard lock(mutex_);
+    look_ = encoder_.encode(picture);
+  }
+  keep("camera", result);
+  return result;
+}
+
+/// Returns a picture with all of the camera's pixels.
+Snapshot Setup::fullPicture() const {
+  Snapshot snapshot = control_.snapshot();
+  if (snapshot.reduced > 1) {
+    refuse(
+        "the picture has more than 16 MB, and would be reduced: set camera.width_px and height_px to a region of the "
+        "sensor");
+  }
+  return snapshot;
+}
+
+/// Takes a picture of the board, and keeps it if it shows the board as a whole.
+Json Setup::takeBoard(const Json& request) {
+  const std::string squares = squaresOf(request);
+  const std::vector<std::string> taken = boards();
+  if (taken.size() >= kMostBoards) refuse("there are " + std::to_string(kMostBoards) + " pictures: remove some");
+  const Snapshot snapshot = fullPicture();
+  int next = 1;
+  if (!taken.empty()) std::sscanf(taken.back().c_str(), "board-%d", &next), ++next;
+  std::array<char, 32> name{};
+  std::snprintf(name.data(), name.size(), "board-%03d.png", next);
+  client::writePng(path(name.data()), snapshot.width, snapshot.height, snapshot.channels, snapshot.levels.data());
+  Json seen;
+  try {
+    seen = runLens({"board", path(name.data()), "--squares", squares});
+  } catch (const Error&) {
+    forget({name.data()});
+    throw;
+  }
+  Json outlines;
+  {
+    const std::lock_guard lock(mutex_);
+    outlines = steps_.value("outlines", Json::object());
+  }
+  Json outline = Json::array();
+  for (const Json& figure : seen["figures"]) {
+    if (figure["name"].get<std::string>().starts_with("corner")) outline.push_back(figure["value"]);
+  }
+  outlines[name.data()] = outline;
+  keep("outlines", outlines);
+  return {{"name", name.data()}, {"boards", boards()}, {"outlines", outlines}};
+}
+
+Json Setup::removeBoard(const Json& request) {
+  const std::string name = text(request, "name");
+  const std::vector<std::string> taken = boards();
+  if (std::find(taken.begin(), taken.end(), name) == taken.end()) refuse("there is no picture " + name);
+  forget({name});
+  return {{"boards", boards()}};
+}
+
+/// Returns a text with the names of the folder's files alone, without the folder.
+std::string Setup::plain(std::string text) const {
+  const std::string folder = folder_.string() + "/";
+  for (std::size_t at = 0; (at = text.find(folder, at)) != std::string::npos;) text.erase(at, folder.size());
+  return text;
+}
+
+Json Setup::runLens(const std::vector<std::string>& arguments) const {
+  using How = tractiond::ChildEnd::How;
+  const auto end = tractiond::runChild(arguments, {.program = lens_, .patience = kLensPatience});
+  if (end.how == How::kNotStarted) refuse(lens_.string() + " cannot be started; is traction-lens installed?");
+  if (end.how != How::kExit) refuse("traction-lens did not come to an end");
+  if (end.code == 0) return readReport(plain(end.output));
+  std::string complaints;
+  for (std::string line : linesOf(plain(end.errors))) {
+    constexpr std::string_view kProgram = "traction-lens: ";
+    if (line.starts_with(kProgram)) line.erase(0, kProgram.size());
+    complaints += (complaints.empty() ? "" : "\n") + line;
+  }
+  refuse(complaints.empty() ? "traction-lens failed without a word" : complaints);
+}
+
+Json Setup::fitLens(const Json& request) {
+  const double across = number(request, "square_mm", 0.1, 1000),
+               along = number(request, "square_v_mm", 0.1, 1000, across);
+  std::vector<std::string> arguments = {
+      "calibrate",   "--force",
+      "--output",    path(kLens),
+      "--squares",   squaresOf(request),
+      "--square-mm", shortest(across) + (along == across ? "" : "x" + shortest(along))};
+  for (const std::string& name : boards()) arguments.push_back(path(name));
+  Json result = runLens(arguments);
+  result["pictures"] = boards().size();
+  result["squares"] = {request["columns"], request["rows"]};
+  result["square_mm"] = {across, along};
+  keep("lens", result);
+  return result;
+}
+
+Json Setup::describeGel(const Json& request) {
+  const auto form = request.find("form");
+  if (form == request.end() || !form->is_object()) refuse("the form is missing");
+  sensor::Sensor from;
+  const bool isMeasured = has(kLens);
+  if (isMeasured) {
+    auto lens = sensor::loadGel(path(kLens));
+    if (!lens) refuse(lens.error().what);
+    from = *std::move(lens);
+  }
+  const std::string gel = sensor::gelText(sensorOf(*form, from, isMeasured));
+  if (const auto sound = sensor::parseGel(gel, "the gel"); !sound) refuse(sound.error().what);
+  write(kPlan, "# The gel as it was described in traction-view --setup.\n" + gel);
+  keep("gel", {{"form", *form}});
+  return {{"lens_measured", isMeasured}};
+}
+
+Json Setup::printSheets() {
+  if (!has(kPlan)) refuse("describe the gel first");
+  runLens({"sheet", "--gel", path(kPlan), "--output-dir", folder_.string()});
+  return Json::parse(state())["files"];
+}
+
+Json Setup::findPose(const Json& request) {
+  if (!has(kPlan)) refuse("describe the gel first");
+  const double accepted_px = number(request, "accept_residual_px", 0.5, 100, 0.5);
+  const Snapshot snapshot = fullPicture();
+  client::writePng(path(kRest), snapshot.width, snapshot.height, snapshot.channels, snapshot.levels.data());
+  forget({kMarked});
+  const auto mark = [this](const char* gel) -> Json {
+    try {
+      return runLens({"mark", path(kRest), "--gel", path(gel), "--output", path(kMarked)});
+    } catch (const Error& error) {
+      return {{"notes", {error.what()}}};
+    }
+  };
+  const std::string posed = "posed.toml";  // of this try
+  std::vector<std::string> arguments = {"pose", path(kRest), "--gel", path(kPlan), "--output", path(posed)};
+  if (accepted_px > 0.5) arguments.insert(arguments.end(), {"--accept-residual", shortest(accepted_px)});
+  forget({posed});
+  Json result;
+  try {
+    result = runLens(arguments);
+  } catch (const Error& error) {
+    return {{"fault", error.what()}, {"marked", mark(kPlan)["notes"]}, {"picture", has(kMarked)}};
+  }
+  std::error_code error;
+  fs::rename(folder_ / posed, folder_ / kPosed, error);
+  if (error) refuse(path(kPosed) + " cannot be written: " + error.message());
+  result["marked"] = mark(kPosed)["notes"];
+  result["picture"] = has(kMarked);
+  keep("pose", result);
+  return result;
+}
+
+/// Puts the gel file in force: the calibrated one if it was made from the pose that is kept.
+Json Setup::adopt(const Json& request) {
+  const char* const name = flag(request, "calibrated") ? kCalibrated : kPosed;
+  const auto bytes = tractiond::readWholeFile(folder_ / name, kMostBytes);
+  if (!bytes) refuse(std::string("there is no ") + name + " yet");
+  control_.adopt(std::string(bytes->begin(), bytes->end()));
+  keep(flag(request, "calibrated") ? "adopted" : "tried", {{"file", name}});
+  return Json::object();
+}
+
+Json Setup::zero(const Json& request) {
+  const ZeroResult zero = control_.zero({.anyway = flag(request, "anyway")});
+  Json result = {{"present", zero.markersPresent},
+                 {"expected", zero.markersExpected},
+                 {"noise_levels", zero.noise_levels},
+                 {"remark", zero.remark}};
+  keep("zero", result);
+  return result;
+}
+
+Json Setup::measure(const Json& request) {
+  using Kind = CalibrationStep::Kind;
+  static const std::map<std::string, Kind> kKinds = {{"geometry", Kind::kGeometry}, {"noise", Kind::kNoise},
+                                                     {"weight", Kind::kWeight},     {"stiffness", Kind::kStiffness},
+                                                     {"creep", Kind::kCreep},       {"recovery", Kind::kRecovery},
+                                                     {"finish", Kind::kFinish}};
+  const std::string name = text(request, "step");
+  const auto kind = kKinds.find(name);
+  if (kind == kKinds.end()) refuse("there is no step '" + name + "' of a calibration");
+  CalibrationStep step;
+  step.kind = kind->second;
+  step.seconds = number(request, "seconds", 0, 3600, 0.0);
+  step.anyway = flag(request, "anyway");
+  step.first = flag(request, "first");
+  step.name = text(request, "name");
+  if (step.kind == Kind::kWeight) step.weight_N = kGramForce * number(request, "gf", 0.1, 1e6);
+  const CalibrationReport report = control_.calibrate(step);
+  Json result = Json::parse(client::toJson(name, report));
+  if (step.kind == Kind::kFinish) write(kCalibrated, report.gelFile);
+  if (step.kind == Kind::kWeight) {
+    Json weights = Json::array();
+    {
+      const std::lock_guard lock(mutex_);
+      if (!step.first && steps_.contains("weights")) weights = steps_["weights"]["read"];
+    }
+    result["gf"] = step.weight_N / kGramForce;
+    weights.push_back(result);
+    keep("weights", {{"read", weights}});
+  } else {
+    keep(name, result);
+  }
+  return result;
+}
+
+}  // namespace traction::view

@@ -1,0 +1,78 @@
+// The guided first hour: what a page of --setup asks for, done by requests to the daemon and by traction-lens, with all
+// files in one folder, so that each step can be left and taken up again.
+#pragma once
+
+#include "client/viewer/jpeg.h"
+#include "traction/control.h"
+
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace traction::view {
+
+/// A file that the page may read.
+struct SetupFile {
+  std::string type;     ///< MIME
+  std::string content;  ///< empty: there is none of that name
+};
+
+/// What was measured is kept in setup.json, one member for each step. carryOut() is for one thread at a time; the other
+/// functions may be called by any thread meanwhile.
+class Setup {
+ public:
+  /// \param folder is created if it does not exist \param control of the daemon \param lens path of traction-lens
+  /// \throws client::FileError if the folder cannot be made or setup.json is damaged
+  Setup(std::filesystem::path folder, ControlOptions control, std::filesystem::path lens);
+
+  /// Returns what there is, as JSON: {"folder", "steps": the content of setup.json, "boards": [name], "files": [name]}.
+  std::string state() const;
+
+  /// Carries out one step, which may take minutes, and returns its result as JSON. \param request untrusted:
+  /// {"do": step, ...}; docs/viewer.md lists them \throws Error kRefused with a sentence for the operator, and those of
+  /// Control
+  std::string carryOut(std::string_view request);
+
+  /// Returns a file of the folder, or the last picture ("look.jpg"). \param name untrusted
+  SetupFile file(std::string_view name) const;
+
+ private:
+  using Json = nlohmann::ordered_json;
+
+  Json camera(const Json& request);
+  Json look();
+  Json takeBoard(const Json& request);
+  Json removeBoard(const Json& request);
+  Json fitLens(const Json& request);
+  Json describeGel(const Json& request);
+  Json printSheets();
+  Json findPose(const Json& request);
+  Json adopt(const Json& request);
+  Json zero(const Json& request);
+  Json measure(const Json& request);
+
+  Snapshot fullPicture() const;
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  bool has(const std::string& name) const;
+  void forget(const std::vector<std::string>& names) const;
+  std::vector<std::string> boards() const;
+  void write(const std::string& name, const std::string& text) const;
+  std::string plain(std::string text) const;
+  /// Runs traction-lens. Returns {"figures": [{"name", "value", "deviation", "unit"}], "notes": [text]}.
+  /// \throws Error kRefused with all its complaints, a line each
+  Json runLens(const std::vector<std::string>& arguments) const;
+  void keep(const std::string& step, Json result);
+
+  const std::filesystem::path folder_, lens_;
+  const Control control_;
+  JpegEncoder encoder_;
+  mutable std::mutex mutex_;
+  Json steps_ = Json::object();  ///< guarded by mutex_
+  std::string look_;             ///< JPEG, guarded by mutex_
+};
+
+}  // namespace traction::view
