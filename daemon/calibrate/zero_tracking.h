@@ -18,6 +18,7 @@ struct ZeroTrackingOptions {
   double heat_K_per_s = 2.5e-3;   ///< deviation of how fast the temperature changes
   double bend_px_per_K = 2.5e-4;  ///< bulge by heat in a block that is bonded to its base, by finite elements
   double most_K = 10.0;           ///< bound of the deviation of the temperature
+  double resumed_K = 3.0;         ///< deviation of the temperature from that at a zero of an earlier run
 };
 
 /// Fits displacements that vary smoothly across each layer: by cubic polynomials in the picture, or linear ones where a

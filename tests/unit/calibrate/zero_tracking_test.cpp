@@ -90,7 +90,7 @@ TEST_F(ZeroTrackingTest, SaysHowWarmTheGelMayBe) {
 TEST_F(ZeroTrackingTest, DoesNotKnowHowWarmTheZeroOfAnEarlierRunIsUntilNothingTouches) {
   tracking_.resume();
   show(20, 1.0);
-  EXPECT_FLOAT_EQ(seen_.heatDeviation_K, static_cast<float>(ZeroTrackingOptions().most_K));
+  EXPECT_NEAR(seen_.heatDeviation_K, ZeroTrackingOptions().resumed_K, 0.06);
   show(10, 0.0, {0.2, 0.0, 1e-3, 0.0});
   EXPECT_LT(seen_.heatDeviation_K, 0.05);
   EXPECT_NEAR(left_px(), kNoise_px, 0.1 * kNoise_px);
