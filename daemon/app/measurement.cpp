@@ -113,7 +113,7 @@ tl::expected<void, Error> Measurement::welcome(const capture::CameraInfo& info) 
   if (restored_) {
     tracker_->restore(*restored_);
     creep_.doubt();
-    zeroTracking_.resume();
+    zeroTracking_.resume(restored_->taken_ns);
   }
   isRestoredWritten_ = !restored->unsynchronised;
   if (!isRestoredWritten_)

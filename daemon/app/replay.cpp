@@ -147,7 +147,7 @@ void Replay::open(const Frame& first) {
   zeroTracking_.emplace(sensor_, calibrate::ZeroTrackingOptions{.follows = config_.track.followsDrift});
   if (beginning_->rest) {
     creep_->doubt();
-    zeroTracking_->resume();
+    zeroTracking_->resume(beginning_->rest->taken_ns);
   }
   markers_.resize(sensor_.markerCount());
   field_.resize(sensor_.markerCount(), sensor_.nodes.count());

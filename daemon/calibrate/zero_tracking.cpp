@@ -82,8 +82,11 @@ void ZeroTracking::begin(const MarkerField& field) {
   zero_ = field.zero;
   now_ = {};
   frames_ = 0;
-  const double known_s = std::exchange(isResumed_, false) ? options_.resumed_K / options_.heat_K_per_s : 0.0;
-  rested_ns_ = field.info.times.received_ns - static_cast<std::int64_t>(1e9 * known_s);
+  const FrameTimes& times = field.info.times;
+  const double old_s = std::min(seconds(resumed_ns_.value_or(times.receivedReal_ns), times.receivedReal_ns),
+                                options_.resumed_K / options_.heat_K_per_s);
+  resumed_ns_.reset();
+  rested_ns_ = times.received_ns - static_cast<std::int64_t>(1e9 * old_s);
   rested_ = field.info.extras;
   std::ranges::fill(drift_px_, 0.0F);
 }

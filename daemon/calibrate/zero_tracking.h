@@ -5,6 +5,7 @@
 #include "daemon/calibrate/picture_motion.h"
 #include "daemon/records/marker_field.h"
 
+#include <optional>
 #include <vector>
 
 namespace tractiond::calibrate {
@@ -18,7 +19,7 @@ struct ZeroTrackingOptions {
   double heat_K_per_s = 2.5e-3;   ///< deviation of how fast the temperature changes
   double bend_px_per_K = 2.5e-4;  ///< bulge by heat in a block that is bonded to its base, by finite elements
   double most_K = 10.0;           ///< bound of the deviation of the temperature
-  double resumed_K = 3.0;         ///< deviation of the temperature from that at a zero of an earlier run
+  double resumed_K = 3.0;         ///< bound of it after a start with the zero of an earlier run
 };
 
 /// Fits displacements that vary smoothly across each layer: by cubic polynomials in the picture, or linear ones where a
@@ -42,8 +43,9 @@ class ZeroTracking {
  public:
   explicit ZeroTracking(const sensor::Sensor& sensor, const ZeroTrackingOptions& options = {});
 
-  /// Says that the next frame's zero is of an earlier run: nobody knows how warm it was then.
-  void resume() { isResumed_ = true; }
+  /// Says that the next frame's zero is of an earlier run: nobody knows how warm it was then. \param taken_ns
+  /// RestPose::taken_ns
+  void resume(std::int64_t taken_ns) { resumed_ns_ = taken_ns; }
 
   // Both are to be called for each frame, with track::CreepMemory::advance() between them.
 
@@ -65,7 +67,7 @@ class ZeroTracking {
   const SmoothFit smooth_;
   BulgeSearch bulges_;
   Id zero_{};
-  bool isResumed_ = false;
+  std::optional<std::int64_t> resumed_ns_;    ///< CLOCK_REALTIME of the zero of an earlier run
   std::vector<float> drift_px_;               ///< 2 M, from the zero; smooth
   std::vector<float> mean_px_;                ///< 2 M, of the window, without the drift; until its end the sum
   std::vector<int> shown_;                    ///< M, frames of the window that show the marker

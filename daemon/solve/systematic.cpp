@@ -65,20 +65,24 @@ Eigen::MatrixXd bodyColumns(const sensor::Sensor& sensor, const Eigen::MatrixXd&
 }
 
 /// Returns how 1 K displaces the markers in the picture [px]. The gel's sides and its mount decide on it, which nobody
-/// has measured: the gel expands as if it were free, and bends as a block that is bonded to its base does at the rim.
+/// has measured: the gel expands as if it were free, and bends as a block that is bonded to its base does. Of a gel
+/// that is flat its base holds the middle: both shrink with the square of thickness over width.
 Eigen::VectorXd byHeat(const sensor::Sensor& sensor) {
   constexpr double kExpansion = 3e-4;  // of silicone [1/K]
   constexpr double kBend = 1.6e-4;     // of the distance from the principal point at half the picture's width [1/K]
+  constexpr double kAsFree = 0.4;      // thickness over width from which on the sides reach everywhere
   const sensor::Points markers = sensor::markerPositions(sensor);
   const sensor::Projection project(sensor.camera, sensor.gel.size.z());
   const Eigen::Vector3d fixed =
       sensor.body ? Eigen::Vector3d(markers.rowwise().mean()) : Eigen::Vector3d(0.0, 0.0, sensor.gel.size.z());
+  const Eigen::Vector3d& size = sensor.gel.size;
+  const double flatness = sensor.body ? 1.0 : std::min(square(size.z() / (kAsFree * size.head<2>().minCoeff())), 1.0);
   Eigen::VectorXd moved_px(2 * markers.cols());
   for (Eigen::Index i = 0; i < markers.cols(); ++i) {
     const Eigen::Vector3d marker = markers.col(i);
     const Eigen::Vector2d away = project(marker) - sensor.camera.principal_px;
-    moved_px.segment<2>(2 * i) = kExpansion * (project.jacobian(marker) * (marker - fixed)) +
-                                 kBend * away.squaredNorm() / square(0.5 * sensor.camera.width) * away;
+    const double bend = kBend * away.squaredNorm() / square(0.5 * sensor.camera.width);
+    moved_px.segment<2>(2 * i) = flatness * (kExpansion * (project.jacobian(marker) * (marker - fixed)) + bend * away);
   }
   return moved_px;
 }
@@ -292,7 +296,9 @@ WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const
   if (whole > 0.0) covariance += whole * covarianceBy(errors.wholeFace, errors.wholeFaceScatter, w, at);
   if (heat_K > 0.0) {
     const Matrix6 contact = toPoint(-at) * Matrix6::Map(errors.contactHeat.data()) * toPoint(-at).transpose();
-    covariance += square(heat_K) * ((1.0 - whole) * contact + whole * Matrix6::Map(errors.wholeFaceHeat.data()));
+    // The whole face is misread a hundred times as much: by its share of the force, not of the variance.
+    covariance +=
+        square(heat_K) * ((1.0 - whole) * contact + square(whole) * Matrix6::Map(errors.wholeFaceHeat.data()));
   }
   WrenchCovariance result;
   Eigen::Map<Matrix6>(result.data()) = covariance;

@@ -24,6 +24,7 @@ FORM = {"width_mm": 100, "height_mm": 100, "thickness_mm": 40, "youngs_modulus_k
         "lens_mm": 5.376, "pixel_um": 5.6, "width_px": 640, "height_px": 480,
         "layers": [LAYER, LAYER | {"colour": "red", "depth_mm": 8, "x_mm": 1.5, "y_mm": 1.5}]}
 WEIGHTS_GF = (100, 200, 500)
+RECOVERING = 1024  # FLAG_RECOVERING
 ADOPTED = '[sensor]\ngel_file = "adopted"\n'
 
 
@@ -144,12 +145,15 @@ class Setup(TestCase):
             self.assertLess(abs(self.step(do="measure", step="weight", gf=gf, first=i == 0, seconds=60)["figures"]["reading_gf"]["value"] / gf - 0.9), 0.02)
         stiffness = self.step(do="measure", step="stiffness")["figures"]["youngs_modulus_pa"]
         print(f"  E {stiffness['value']:.0f} +- {stiffness['deviation']:.0f} Pa, z {geometry['position_z_mm']['value']:.2f} mm", end=" ")
-        self.assertAlmostEqual(stiffness["value"], HIDDEN["youngs_modulus_pa"], delta=2000)
+        # The twin's gel does not creep; the gel file says that silicone usually does.
+        self.assertAlmostEqual(stiffness["value"], HIDDEN["youngs_modulus_pa"], delta=2 * stiffness["deviation"])
         self.assertRegex(self.step(do="measure", step="finish", name="left")["path"], r"/state/left-.*\.toml$")
         self.step(do="adopt", calibrated=True)
         self.await_gel(daemon)
         field = self.rig.subscribe(daemon).collect(None, until=lambda field: field.valid)[-1]
-        self.assertAlmostEqual(field.resultant_N.z, 500 * rig.GRAM_FORCE, delta=0.05)
+        # The load stands since before the start: what the gel remembers is not known, and said not to be.
+        self.assertTrue(field.header.flags & RECOVERING)
+        self.assertAlmostEqual(field.resultant_N.z, 500 * rig.GRAM_FORCE, delta=0.03 * 500 * rig.GRAM_FORCE)
         self.assertAlmostEqual(json.loads(self.rig.ctl("--control", daemon.endpoint["control"], "describe")[1])["gel"]["youngs_modulus_Pa"],
                                stiffness["value"], delta=1e-3)
 

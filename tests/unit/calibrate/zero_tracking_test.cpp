@@ -88,7 +88,8 @@ TEST_F(ZeroTrackingTest, SaysHowWarmTheGelMayBe) {
 }
 
 TEST_F(ZeroTrackingTest, DoesNotKnowHowWarmTheZeroOfAnEarlierRunIsUntilNothingTouches) {
-  tracking_.resume();
+  frames_.field().info.times.receivedReal_ns = 10'000'000'000'000;
+  tracking_.resume(1);
   show(20, 1.0);
   EXPECT_NEAR(seen_.heatDeviation_K, ZeroTrackingOptions().resumed_K, 0.06);
   show(10, 0.0, {0.2, 0.0, 1e-3, 0.0});
