@@ -67,8 +67,7 @@ bool SmoothFit::operator()(const Displacements& displacements, std::span<float> 
 }
 
 ZeroTracking::ZeroTracking(const sensor::Sensor& sensor, const ZeroTrackingOptions& options)
-    : sensor_(sensor)
-    , options_(options)
+    : options_(options)
     , motion_(sensor)
     , smooth_(sensor)
     , bulges_(sensor)
@@ -141,8 +140,7 @@ void ZeroTracking::endWindow(const FrameInfo& last) {
   }
   if (!smooth_({mean_px_, enough_}, smooth_px_)) return;
   for (std::size_t i = 0; i < mean_px_.size(); ++i) mean_px_[i] -= smooth_px_[i];
-  const double allowance_px = options_.allowance_px + options_.bend_px_per_K * heatDeviation_K(last);
-  if (bulges_({mean_px_, enough_}, allowance_px).found()) return;
+  if (bulges_({mean_px_, enough_}, options_.allowance_px).found()) return;
 
   const double since_s = seconds(std::exchange(rested_ns_, last.times.received_ns), last.times.received_ns);
   rested_ = last.extras;

@@ -11,15 +11,14 @@
 namespace tractiond::calibrate {
 
 struct ZeroTrackingOptions {
-  bool follows = true;            ///< false: the drift is measured, and not taken off
-  double window_s = 4.0;          ///< the mean over so long, and over windowFrames, tells whether something touches
-  int windowFrames = 10;          ///< see window_s
-  double follow_s = 20.0;         ///< time constant of the drift
-  double allowance_px = 0.003;    ///< bulge that is no touch; 5 gf on 3 to 12 mm show 0.015 px or more
-  double heat_K_per_s = 2.5e-3;   ///< deviation of how fast the temperature changes
-  double bend_px_per_K = 2.5e-4;  ///< bulge by heat in a block that is bonded to its base, by finite elements
-  double most_K = 10.0;           ///< bound of the deviation of the temperature
-  double resumed_K = 3.0;         ///< bound of it after a start with the zero of an earlier run
+  bool follows = true;           ///< false: the drift is measured, and not taken off
+  double window_s = 4.0;         ///< the mean over so long, and over windowFrames, tells whether something touches
+  int windowFrames = 10;         ///< see window_s
+  double follow_s = 20.0;        ///< time constant of the drift
+  double allowance_px = 0.003;   ///< bulge that is no touch: 10 K leave 0.0024 px, 5 gf show 0.015 px or more
+  double heat_K_per_s = 2.5e-3;  ///< deviation of how fast the temperature changes
+  double most_K = 10.0;          ///< bound of the deviation of the temperature
+  double resumed_K = 3.0;        ///< bound of it after a start with the zero of an earlier run
 };
 
 /// Fits displacements that vary smoothly across each layer: by cubic polynomials in the picture, or linear ones where a
@@ -38,7 +37,7 @@ class SmoothFit {
   std::vector<int> ends_;                                                 ///< of the layers
 };
 
-/// Thread-bound. The sensor must outlive it. Allocates only when made, and at its first frame.
+/// Thread-bound. Copies what it needs of the sensor. Allocates only when made, and at its first frame.
 class ZeroTracking {
  public:
   explicit ZeroTracking(const sensor::Sensor& sensor, const ZeroTrackingOptions& options = {});
@@ -61,7 +60,6 @@ class ZeroTracking {
   void endWindow(const FrameInfo& last);
   double heatDeviation_K(const FrameInfo& now) const;
 
-  const sensor::Sensor& sensor_;
   const ZeroTrackingOptions options_;
   const PictureMotionFit motion_;
   const SmoothFit smooth_;

@@ -5,6 +5,7 @@
 #include "daemon/capture/memory_driver.h"
 #include "daemon/track/rest_pose.h"
 #include "daemon/track/rest_pose_file.h"
+#include "tests/support/deadline.h"
 #include "tests/support/temporary_folder.h"
 #include "traction/v1/status.pb.h"
 
@@ -199,8 +200,12 @@ TEST(Adoption, IsDueWhenTheFileIsKeptAndTheAnswerHasHadItsTime) {
   const test::TemporaryFolder folder;
   const auto outcome = [](Adoption& adoption) {
     std::optional<tl::expected<void, std::string>> kept;
-    while (!(kept = adoption.turn())) std::this_thread::sleep_for(1ms);
-    return *kept;
+    EXPECT_TRUE(test::eventually([&] {
+      std::this_thread::yield();
+      kept = adoption.turn();
+      return kept.has_value();
+    }));
+    return kept.value_or(tl::unexpected(std::string("neither kept nor refused")));
   };
   Adoption adoption;
   EXPECT_EQ(adoption.turn(), std::nullopt);
@@ -224,7 +229,10 @@ TEST(Adoption, IsDueWhenTheFileIsKeptAndTheAnswerHasHadItsTime) {
   EXPECT_EQ(adoption.turn(), std::nullopt);
   EXPECT_TRUE(std::filesystem::exists(zero)) << "of the same markers";
   EXPECT_FALSE(std::filesystem::exists(earlier)) << "of others";
-  while (!adoption.isDue()) std::this_thread::sleep_for(1ms);
+  EXPECT_TRUE(test::eventually([&] {
+    std::this_thread::yield();
+    return adoption.isDue();
+  }));
   std::ifstream kept(folder.path() / "adopted.toml");
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(kept), {}), "format = 1\n");
 }
