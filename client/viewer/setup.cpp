@@ -14,11 +14,13 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <map>
 #include <optional>
+#include <sstream>
 #include <utility>
 
 namespace traction::view {
@@ -116,17 +118,23 @@ std::vector<std::string> linesOf(const std::string& from) {
 Json readReport(const std::string& output) {
   Json figures = Json::array(), notes = Json::array();
   for (const std::string& line : linesOf(output)) {
-    std::array<char, 40> name{}, unit{};
-    double value = 0.0, deviation = 0.0;
     if (line.starts_with("Written: ") || line.ends_with(":")) continue;
-    if (std::sscanf(line.c_str(), "  %39[a-z0-9_] %lf +- %lf %39s", name.data(), &value, &deviation, unit.data()) >=
-        3) {
-      figures.push_back({{"name", name.data()}, {"value", value}, {"deviation", deviation}, {"unit", unit.data()}});
-    } else if (std::sscanf(line.c_str(), "  %39[a-z0-9_] %lf %39s", name.data(), &value, unit.data()) >= 2) {
-      figures.push_back({{"name", name.data()}, {"value", value}, {"unit", unit.data()}});
-    } else {
+    std::istringstream words(line);
+    std::string name, unit;
+    double value = 0.0;
+    if (!(words >> name >> value)) {
       notes.push_back(line.substr(line.find_first_not_of(' ')));
+      continue;
     }
+    Json figure = {{"name", name}, {"value", value}};
+    if (words >> unit && unit == "+-") {
+      double deviation = 0.0;
+      unit.clear();
+      words >> deviation >> unit;
+      figure["deviation"] = deviation;
+    }
+    figure["unit"] = unit;
+    figures.push_back(std::move(figure));
   }
   return {{"figures", figures}, {"notes", notes}};
 }
@@ -139,7 +147,7 @@ Json numbersOf(const Look& look) {
 
 }  // namespace
 
-Setup::Setup(fs::path folder, ControlOptions control, fs::path lens)
+Setup::Setup(fs::path folder, const ControlOptions& control, fs::path lens)
     : folder_(std::move(folder))
     , lens_(std::move(lens))
     , control_(control) {
@@ -303,7 +311,11 @@ Json Setup::takeBoard(const Json& request) {
   if (taken.size() >= kMostBoards) refuse("there are " + std::to_string(kMostBoards) + " pictures: remove some");
   const Snapshot snapshot = fullPicture();
   int next = 1;
-  if (!taken.empty()) std::sscanf(taken.back().c_str(), "board-%d", &next), ++next;
+  if (!taken.empty()) {
+    const std::string digits = taken.back().substr(std::string_view("board-").size());
+    std::from_chars(digits.data(), digits.data() + digits.size(), next);
+    ++next;
+  }
   std::array<char, 32> name{};
   std::snprintf(name.data(), name.size(), "board-%03d.png", next);
   client::writePng(path(name.data()), snapshot.width, snapshot.height, snapshot.channels, snapshot.levels.data());

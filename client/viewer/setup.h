@@ -27,7 +27,7 @@ class Setup {
  public:
   /// \param folder is created if it does not exist \param control of the daemon \param lens path of traction-lens
   /// \throws client::FileError if the folder cannot be made or setup.json is damaged
-  Setup(std::filesystem::path folder, ControlOptions control, std::filesystem::path lens);
+  Setup(std::filesystem::path folder, const ControlOptions& control, std::filesystem::path lens);
 
   /// Returns what there is, as JSON: {"folder", "steps": the content of setup.json, "boards": [name], "files": [name]}.
   std::string state() const;
@@ -60,7 +60,7 @@ class Setup {
   bool has(const std::string& name) const;
   void forget(const std::vector<std::string>& names) const;
   std::vector<std::string> boards() const;
-  void write(const std::string& name, const std::string& text) const;
+  void write(const std::string& name, const std::string& content) const;
   std::string plain(std::string text) const;
   /// Runs traction-lens. Returns {"figures": [{"name", "value", "deviation", "unit"}], "notes": [text]}.
   /// \throws Error kRefused with all its complaints, a line each

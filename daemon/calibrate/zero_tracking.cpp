@@ -99,11 +99,11 @@ void ZeroTracking::takeOff(MarkerField& field) {
     field.elastic_px[i] = field.displacement_px[i] - field.drift_px[i];
   }
   field.drift = now_;
-  field.heatDeviation_K = options_.follows ? static_cast<float>(heatDeviation_K(field.info)) : 0.0F;
+  field.heatDeviation_K = options_.follows ? static_cast<float>(warmthDeviation(field.info)) : 0.0F;
 }
 
 /// The camera's temperature only ever adds to it: a camera that says nothing, or the same all day, proves nothing.
-double ZeroTracking::heatDeviation_K(const FrameInfo& now) const {
+double ZeroTracking::warmthDeviation(const FrameInfo& now) const {
   const bool isTold = rested_.hasTemperature && now.extras.hasTemperature;
   const double told_K = isTold ? double{now.extras.temperature_C} - double{rested_.temperature_C} : 0.0;
   const double possible_K = options_.heat_K_per_s * seconds(rested_ns_, now.times.received_ns);

@@ -58,7 +58,7 @@ class ZeroTracking {
  private:
   void begin(const MarkerField& field);
   void endWindow(const FrameInfo& last);
-  double heatDeviation_K(const FrameInfo& now) const;
+  double warmthDeviation(const FrameInfo& now) const;  ///< [K]
 
   const ZeroTrackingOptions options_;
   const PictureMotionFit motion_;

@@ -115,7 +115,7 @@ void FieldWriter::publishNothing(TractionField& field) {
   field.noise = unseen_;
   const double seen = creep_.displacement_px() / (kSeen * used_.noise_px());
   std::ranges::transform(unseen_, field.systematic.begin(), [&](double each) { return square(seen) * each; });
-  const double heat_K = double{field.markers.heatDeviation_K};
+  const auto heat_K = double{field.markers.heatDeviation_K};
   const Matrix6::ConstMapType byHeat(factors_.systematicErrors.contactHeat.data());
   Matrix6::Map(field.systematic.data()) += square(heat_K) * byHeat;
   const bool isWarmer = square(heat_K) * byHeat.topLeftCorner<3, 3>().trace() > square(kHeatForce_N);
@@ -125,7 +125,7 @@ void FieldWriter::publishNothing(TractionField& field) {
 /// Adds what errors of the creep and of the temperature do, and removes contacts that may be nothing else. Returns
 /// false if that is all that there is.
 bool FieldWriter::addDrift(TractionField& field) const {
-  const double heat_K = double{field.markers.heatDeviation_K};
+  const auto heat_K = double{field.markers.heatDeviation_K};
   if (creep_.displacement_px() <= 0.0 && heat_K <= 0.0) return true;
   const Matrix6 byHeat = square(heat_K) * Matrix6::Map(factors_.systematicErrors.contactHeat.data());
   const std::array<double, 6> all = solve::wrenchOf(field);
