@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <numeric>
+#include <utility>
 
 namespace tractiond::solve {
 namespace {
@@ -13,8 +14,9 @@ constexpr double kPrecise = 1e-4;
 
 }  // namespace
 
-Amplitudes::Amplitudes(const Factors& factors)
+Amplitudes::Amplitudes(const Factors& factors, std::shared_ptr<const StrongModes> strong)
     : factors_(factors)
+    , strong_(std::move(strong))
     , there_(static_cast<std::size_t>(factors.left.stride()))
     , all_(there_.size())
     , filtered_(there_.size())
@@ -40,10 +42,15 @@ void Amplitudes::begin(std::span<const float> displacement_px, std::span<const i
   std::fill_n(there_.data(), there_.size(), 0.0);
 }
 
+/// The modes' left vectors, with those at least that are read.
+const RowMatrix& Amplitudes::left() const {
+  return columns_ <= strong_->left.columns() ? strong_->left : factors_.left;
+}
+
 void Amplitudes::read(int modes) {
   const int first = padded(columns_);  // what fills a line was read with it
   columns_ = kMotions + modes;
-  if (first < columns_) addColumns(factors_.left, everyCoordinate_, displacement_, first, columns_, there_.data());
+  if (first < columns_) addColumns(left(), everyCoordinate_, displacement_, first, columns_, there_.data());
   std::copy_n(there_.data(), there_.size(), all_.data());
   std::fill(completed_.begin(), completed_.end(), 0.0);
 }
@@ -52,13 +59,13 @@ void Amplitudes::read(int modes) {
 void Amplitudes::fit(const double* amplitudes, std::vector<double>& displacement) {
   for (int k = 0; k < columns_; ++k) filtered_.data()[k] = static_cast<float>(gain_[k] * amplitudes[k]);
   std::fill_n(filtered_.data() + columns_, padded(columns_) - columns_, 0.0F);
-  multiplyFirst(factors_.left, missing_, columns_, filtered_.data(), displacement.data());
+  multiplyFirst(left(), missing_, columns_, filtered_.data(), displacement.data());
 }
 
 /// Adds the amplitudes of displacements at the missing coordinates.
 void Amplitudes::project(std::span<const double> displacement, double* amplitudes) {
   for (std::size_t i = 0; i < missing_.size(); ++i) coefficients_[i] = static_cast<float>(displacement[i]);
-  addColumns(factors_.left, missing_, {coefficients_.data(), missing_.size()}, 0, columns_, amplitudes);
+  addColumns(left(), missing_, {coefficients_.data(), missing_.size()}, 0, columns_, amplitudes);
 }
 
 void Amplitudes::complete(double force_N, double noise_px) {

@@ -1,8 +1,9 @@
 // Computes a picture's amplitudes in the modes of the atoms' influence; completes the displacements of missing markers.
 #pragma once
 
-#include "daemon/solve/factors.h"
+#include "daemon/solve/strong_modes.h"
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -12,7 +13,7 @@ namespace tractiond::solve {
 class Amplitudes {
  public:
   /// `factors` must outlive it.
-  explicit Amplitudes(const Factors& factors);
+  Amplitudes(const Factors& factors, std::shared_ptr<const StrongModes> strong);
 
   /// Starts with a frame's displacements, 2M [px], 0 at the missing coordinates, and no modes. Both must live until the
   /// next begin().
@@ -40,7 +41,10 @@ class Amplitudes {
   void fit(const double* amplitudes, std::vector<double>& displacement);
   void project(std::span<const double> displacement, double* amplitudes);
 
+  const RowMatrix& left() const;
+
   const Factors& factors_;
+  const std::shared_ptr<const StrongModes> strong_;
   // Of the motion, then of the modes.
   LineArray<double> there_, all_;  // amplitudes: of the coordinates that are not missing, of all
   LineArray<float> filtered_;      // amplitudes, scratch

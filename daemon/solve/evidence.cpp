@@ -41,22 +41,7 @@ Block inverseOf(const Block& covariance) {
   return (covariance + kSingular * trace * Block::Identity()).inverse();
 }
 
-/// Returns how many singular values are above `least` [n / (E pitch^2)].
-int modesAbove(double least, const Factors& factors, const ModelOptions& options) {
-  const auto isStrong = [&](double s) { return s > least * options.noise_px / factors.force_N; };
-  const auto end = std::partition_point(factors.singularValues.begin(), factors.singularValues.end(), isStrong);
-  return static_cast<int>(end - factors.singularValues.begin());
-}
-
 }  // namespace
-
-int strongestModes(const Factors& factors, const ModelOptions& options) {
-  for (const double least : options.groups) {
-    const int count = modesAbove(least, factors, options);
-    if (count > 0) return count;
-  }
-  return factors.rank();
-}
 
 void resize(AtomMoments& moments, int atoms) {
   const auto count = static_cast<std::size_t>(atoms);
@@ -81,9 +66,11 @@ void makeEvident(const SurestForce& force, AtomMoments& moments) {
   moments.noise_N2[static_cast<std::size_t>(force.atom)] = 0.0;
 }
 
-Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOptions& options)
+Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOptions& options,
+                   std::shared_ptr<const StrongModes> strong)
     : factors_(factors)
     , atoms_(atoms)
+    , strong_(std::move(strong))
     , visible_(options.visible)
     , broad_(options.broad) {
   Tables tables;
@@ -93,6 +80,7 @@ Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOption
     if (count > (tables.ends.empty() ? 0 : tables.ends.back()) && count < rank) tables.ends.push_back(count);
   }
   tables.ends.push_back(rank);
+  assert(tables.ends.front() == strong_->count);
   tables.unexplained.resize(rank, kRatios);
   tables.logarithms.resize(rank, kRatios);
   const Eigen::ArrayXd s2 = Eigen::ArrayXd::Map(factors.singularValues.data(), rank).square();
@@ -114,6 +102,7 @@ Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOption
 Evidence::Evidence(const Evidence& other)
     : factors_(other.factors_)
     , atoms_(other.atoms_)
+    , strong_(other.strong_)
     , visible_(other.visible_)
     , broad_(other.broad_)
     , tables_(other.tables_) {
@@ -281,10 +270,15 @@ double Evidence::leastTypical_N(const SurestForce& force) const {
   return force.force_N.norm() / std::sqrt(static_cast<double>(everyPoint_.size()));
 }
 
+/// V of the points, with that many of its first modes at least.
+const RowMatrix& Evidence::right(int modes) const {
+  return modes <= strong_->count ? strong_->right : factors_.right;
+}
+
 /// Multiplies the rows of V of all atoms (3A) by the first `used` elements of filtered_.
 void Evidence::addUpModes(int used, std::vector<double>& sums) {
   std::fill_n(filtered_.data() + used, padded(used) - used, 0.0);
-  multiplyFirst(factors_.right, everyPoint_, used, filtered_.data(), pointMean_.data());
+  multiplyFirst(right(used), everyPoint_, used, filtered_.data(), pointMean_.data());
   for (int a = 0; a < atoms_.count(); ++a) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (Eigen::SparseMatrix<double>::InnerIterator it(atoms_.shape, a); it; ++it) {
@@ -315,7 +309,8 @@ void Evidence::start(std::span<const double> amplitudes, double noise_px, const 
 void Evidence::subtract(std::span<const double> forces_N, std::span<double> amplitudes) {
   for (std::size_t i = 0; i < coefficients_.size(); ++i) coefficients_[i] = static_cast<float>(forces_N[i]);
   std::fill_n(filtered_.data(), filtered_.size(), 0.0);
-  addColumns(factors_.right, everyPoint_, coefficients_, 0, static_cast<int>(amplitudes.size()), filtered_.data());
+  const auto modes = static_cast<int>(amplitudes.size());
+  addColumns(right(modes), everyPoint_, coefficients_, 0, modes, filtered_.data());
   for (std::size_t k = 0; k < amplitudes.size(); ++k) amplitudes[k] -= factors_.singularValues[k] * filtered_.data()[k];
 }
 

@@ -6,7 +6,7 @@
 // not visible are left out.
 #pragma once
 
-#include "daemon/solve/factors.h"
+#include "daemon/solve/strong_modes.h"
 
 #include <memory>
 #include <span>
@@ -49,14 +49,12 @@ double detectionThreshold(double falseAlarms, int atoms);
 /// Replaces the moments of an atom by a force that is evident: it has no noise.
 void makeEvident(const SurestForce& force, AtomMoments& moments);
 
-/// Returns the number of modes of the first group (ModelOptions::groups).
-int strongestModes(const Factors& factors, const ModelOptions& options);
-
 /// Thread-bound. Allocates only when made.
 class Evidence {
  public:
   /// `factors` and `atoms` must outlive it.
-  Evidence(const Factors& factors, const Atoms& atoms, const ModelOptions& options);
+  Evidence(const Factors& factors, const Atoms& atoms, const ModelOptions& options,
+           std::shared_ptr<const StrongModes> strong);
   /// Makes another one, for another thread, of the same factors, atoms and options.
   Evidence(const Evidence& other);
 
@@ -112,12 +110,14 @@ class Evidence {
   double noiseWhereShown(const SurestForce& force, std::span<const float> variance_px2) const;
   int likeliest(std::span<const double> amplitudes, double noise_px, double least_N);
   void makeRoom();
+  const RowMatrix& right(int modes) const;
   void addUpModes(int used, std::vector<double>& sums);
   static int lastVisible(const Factors& factors, const Tables& tables, double ratio, double visible);
   static void tabulate(const Factors& factors, const Atoms& atoms, Tables& tables);
 
   const Factors& factors_;
   const Atoms& atoms_;
+  const std::shared_ptr<const StrongModes> strong_;
   const double visible_, broad_;
   std::shared_ptr<const Tables> tables_;
   // Of one picture.

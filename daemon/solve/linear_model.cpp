@@ -34,10 +34,10 @@ constexpr double kLeastLoad = 0.1;
 }  // namespace
 
 LinearModel::LinearModel(const Factors& factors, const Atoms& atoms, const ModelOptions& options,
-                         std::shared_ptr<const AtomModes> modes)
+                         std::shared_ptr<const StrongModes> modes)
     : factors_(factors)
     , atoms_(atoms)
-    , test_(factors, std::move(modes), LinearPosterior::mostUnknowns(options.mostOfAnyRound(), kMostFreed),
+    , test_(std::move(modes), LinearPosterior::mostUnknowns(options.mostOfAnyRound(), kMostFreed),
             RoundPatches::kMost * RoundPatches::kPowers)
     , mixture_(atoms, kMost)
     , spread_(atoms)

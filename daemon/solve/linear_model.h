@@ -30,7 +30,7 @@ class LinearModel {
   /// `factors` and `atoms` must outlive it. \param options those of the models that it is made from
   /// \param modes of the same factors and atoms
   LinearModel(const Factors& factors, const Atoms& atoms, const ModelOptions& options,
-              std::shared_ptr<const AtomModes> modes);
+              std::shared_ptr<const StrongModes> modes);
 
   /// Makes it from the last solve() of a model, with the outcome kFound. Returns false if it was not possible. The
   /// arguments need not outlive the call.

@@ -41,9 +41,8 @@ ModelSolver::ModelSolver(const Factors& factors, const Atoms& atoms, const senso
     , motionAlone_(factors, atoms, 1)
     , empty_(atoms, 1) {
   for (Estimate* each : {&estimate_, &answer_}) each->force_N.resize(3 * static_cast<std::size_t>(atoms.pointCount()));
-  const auto atomModes = std::make_shared<const AtomModes>(factors, atoms, strongestModes(factors, options_));
   for (int i = 0; i < kModels; ++i) {
-    learnt_.push_back(std::make_shared<Learnt>(Learnt{LinearModel(factors, atoms, options_, atomModes), {}}));
+    learnt_.push_back(std::make_shared<Learnt>(Learnt{LinearModel(factors, atoms, options_, modes_.strong()), {}}));
   }
 }
 

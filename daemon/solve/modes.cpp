@@ -11,13 +11,15 @@ constexpr int kCompletions = 2;
 Modes::Modes(const Factors& factors, const Atoms& atoms, const ModelOptions& options)
     : factors_(factors)
     , detection_(detectionThreshold(options.falseAlarms, atoms.count()))
-    , amplitudes_(factors)
-    , evidence_(factors, atoms, options) {}
+    , strong_(std::make_shared<const StrongModes>(factors, atoms, options))
+    , amplitudes_(factors, strong_)
+    , evidence_(factors, atoms, options, strong_) {}
 
 Modes::Modes(const Modes& other)
     : factors_(other.factors_)
     , detection_(other.detection_)
-    , amplitudes_(other.factors_)
+    , strong_(other.strong_)
+    , amplitudes_(other.factors_, strong_)
     , evidence_(other.evidence_) {}
 
 const SurestForce& Modes::look(const Displacements& picture, std::span<const float> displacement_px) {

@@ -36,6 +36,7 @@ class Modes {
   std::span<const double> completed() const { return amplitudes_.completed(); }
   std::span<const double> amplitudes() const { return amplitudes_.values(); }  ///< of the modes that were read [px]
   Evidence& evidence() { return evidence_; }
+  const std::shared_ptr<const StrongModes>& strong() const { return strong_; }
 
  private:
   bool readMore(double least_N);
@@ -43,6 +44,7 @@ class Modes {
 
   const Factors& factors_;
   const double detection_;  ///< deviations of the surest force below which nothing touches
+  const std::shared_ptr<const StrongModes> strong_;
   Amplitudes amplitudes_;
   Evidence evidence_;
   SurestForce surest_;

@@ -35,37 +35,13 @@ Block inverseOf(const Block& covariance, double whole) {
 
 }  // namespace
 
-AtomModes::AtomModes(const Factors& factors, const Atoms& atoms, int modes)
-    : count(modes)
-    , rows(3 * atoms.count(), modes) {
-  for (int a = 0; a < atoms.count(); ++a) {
-    Block products = Block::Zero();
-    for (int axis = 0; axis < 3; ++axis) {
-      float* const to = rows.row(3 * a + axis);
-      for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
-        const float* const from = factors.right.row(3 * static_cast<int>(it.row()) + axis);
-        for (int k = 0; k < modes; ++k) {
-          to[k] += static_cast<float>(it.value() * factors.singularValues[static_cast<std::size_t>(k)] * from[k]);
-        }
-      }
-      for (int other = 0; other <= axis; ++other) {
-        const float* const before = rows.row(3 * a + other);
-        products(axis, other) = products(other, axis) = std::inner_product(to, to + modes, before, 0.0);
-      }
-    }
-    alone.push_back(products);
-  }
-}
-
-ResidualTest::ResidualTest(const Factors& factors, std::shared_ptr<const AtomModes> modes, int mostUnknowns,
-                           int mostCurves)
-    : factors_(factors)
-    , atomModes_(std::move(modes))
-    , modes_(atomModes_->count)
-    , everyCoordinate_(every(factors.coordinateCount()))
+ResidualTest::ResidualTest(std::shared_ptr<const StrongModes> modes, int mostUnknowns, int mostCurves)
+    : strong_(std::move(modes))
+    , modes_(strong_->count)
+    , everyCoordinate_(every(strong_->left.rows()))
     , everyMode_(every(modes_))
-    , everyComponent_(every(atomModes_->rows.rows()))
-    , precision_(atomModes_->alone.size())
+    , everyComponent_(every(strong_->rows.rows()))
+    , precision_(strong_->alone.size())
     , modesOfUnknowns_(modes_, mostUnknowns + mostCurves)
     , columns_(static_cast<std::size_t>(kColumns * std::max(modesOfUnknowns_.stride(), padded(modes_))))
     , sum_(static_cast<std::size_t>(padded(kMotions + modes_)))
@@ -74,7 +50,7 @@ ResidualTest::ResidualTest(const Factors& factors, std::shared_ptr<const AtomMod
     , products_(static_cast<std::size_t>(kColumns) * everyComponent_.size())
     , matched_(everyComponent_.size())
     , added_(everyComponent_.size())
-    , coefficients_(static_cast<std::size_t>(factors.coordinateCount())) {}
+    , coefficients_(everyCoordinate_.size()) {}
 
 void ResidualTest::make(const LinearPosterior& posterior, const ExtraUnknowns* extra, const RowMatrix& curves) {
   const int rank = posterior.rank();
@@ -96,7 +72,7 @@ void ResidualTest::layUnknowns(const LinearPosterior& posterior, const ExtraUnkn
   for (int i = 0; i < count; ++i) {
     const int atom = posterior.atoms()[static_cast<std::size_t>(i)];
     for (int axis = 0; axis < 3; ++axis) {
-      const float* const from = atomModes_->rows.row(3 * atom + axis);
+      const float* const from = strong_->rows.row(3 * atom + axis);
       for (int k = 0; k <= axis; ++k) {
         const auto factor = static_cast<float>(posterior.root(i)(axis, k));
         for (int m = 0; m < modes_; ++m) modesOfUnknowns_.row(m)[3 * i + k] += factor * from[m];
@@ -107,7 +83,7 @@ void ResidualTest::layUnknowns(const LinearPosterior& posterior, const ExtraUnkn
     if (column < firstCurve) extra->displacement(column - posterior.firstExtra(), coefficients_.data());
     const float* const displacement_px = column < firstCurve ? coefficients_.data() : curves.row(column - firstCurve);
     std::fill_n(sum_.data(), sum_.size(), 0.0);
-    addColumns(factors_.left, everyCoordinate_, {displacement_px, everyCoordinate_.size()}, 0, kMotions + modes_,
+    addColumns(strong_->left, everyCoordinate_, {displacement_px, everyCoordinate_.size()}, 0, kMotions + modes_,
                sum_.data());
     for (int m = 0; m < modes_; ++m) modesOfUnknowns_.row(m)[column] = static_cast<float>(sum_.data()[kMotions + m]);
   }
@@ -141,7 +117,7 @@ Eigen::MatrixXd ResidualTest::seenBy(const LinearPosterior& posterior, int curve
 /// Computes what is explained of the atoms, and how surely each is then known. \param seen of seenBy(), whitened
 void ResidualTest::explain(const Eigen::MatrixXd& seen, int rank) {
   const int all = static_cast<int>(seen.rows());
-  precision_ = atomModes_->alone;
+  precision_ = strong_->alone;
   explained_ = RowMatrix(3 * static_cast<int>(precision_.size()), all);
   for (int first = 0; first < all; first += kColumns) {
     const int end = std::min(first + kColumns, all), ofXi = std::clamp(rank - first, 0, kColumns);
@@ -149,7 +125,7 @@ void ResidualTest::explain(const Eigen::MatrixXd& seen, int rank) {
     for (int m = 0; m < modes_; ++m) {
       for (int k = first; k < end; ++k) columns_.data()[std::ptrdiff_t{kColumns} * m + k - first] = seen(k, m);
     }
-    multiplyRowsByColumns(atomModes_->rows, everyComponent_, columns_.data(), products_.data(), kColumns);
+    multiplyRowsByColumns(strong_->rows, everyComponent_, columns_.data(), products_.data(), kColumns);
     for (int row = 0; row < explained_.rows(); ++row) {
       for (int k = first; k < end; ++k) {
         explained_.row(row)[k] = static_cast<float>(products_[static_cast<std::size_t>(kColumns * row + k - first)]);
@@ -163,7 +139,7 @@ void ResidualTest::explain(const Eigen::MatrixXd& seen, int rank) {
     }
   }
   for (std::size_t a = 0; a < precision_.size(); ++a) {
-    precision_[a] = inverseOf(precision_[a], atomModes_->alone[a].trace());
+    precision_[a] = inverseOf(precision_[a], strong_->alone[a].trace());
   }
 }
 
@@ -179,10 +155,10 @@ void ResidualTest::begin(std::span<const float> displacement_px) {
 void ResidualTest::add(std::span<const int> coordinates, std::span<const float> displacement_px) {
   if (coordinates.empty()) return;
   std::fill_n(sum_.data(), sum_.size(), 0.0);
-  addColumns(factors_.left, coordinates, displacement_px, 0, kMotions + modes_, sum_.data());
+  addColumns(strong_->left, coordinates, displacement_px, 0, kMotions + modes_, sum_.data());
   std::transform(sum_.data() + kMotions, sum_.data() + kMotions + modes_, left_.data(),
                  [](double each) { return static_cast<float>(each); });
-  multiplyFirst(atomModes_->rows, everyComponent_, modes_, left_.data(), added_.data());
+  multiplyFirst(strong_->rows, everyComponent_, modes_, left_.data(), added_.data());
   for (std::size_t i = 0; i < added_.size(); ++i) matched_[i] += added_[i];
 }
 

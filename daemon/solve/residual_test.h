@@ -9,6 +9,7 @@
 #pragma once
 
 #include "daemon/solve/linear_posterior.h"
+#include "daemon/solve/strong_modes.h"
 
 #include <memory>
 #include <span>
@@ -16,21 +17,11 @@
 
 namespace tractiond::solve {
 
-/// What the strongest modes show of each atom. Immutable once made; any thread may read it.
-struct AtomModes {
-  /// The arguments need not outlive it. \param count number of the strongest modes that are looked at
-  AtomModes(const Factors& factors, const Atoms& atoms, int count);
-
-  int count;                 ///< of the modes
-  RowMatrix rows;            ///< (S V_a)', 3A x count [px/N]
-  std::vector<Block> alone;  ///< A: (S V_a)' S V_a
-};
-
 /// Thread-bound, as LinearPosterior.
 class ResidualTest {
  public:
-  /// `factors` must outlive it. \param mostUnknowns of a posterior \param mostCurves of a posterior
-  ResidualTest(const Factors& factors, std::shared_ptr<const AtomModes> modes, int mostUnknowns, int mostCurves);
+  /// \param mostUnknowns of a posterior \param mostCurves of a posterior
+  ResidualTest(std::shared_ptr<const StrongModes> modes, int mostUnknowns, int mostCurves);
 
   /// Prepares the test of a posterior. \param extra its extra unknowns, as it was made of; null: none \param curves
   /// that it was made with
@@ -52,8 +43,7 @@ class ResidualTest {
   Eigen::MatrixXd seenBy(const LinearPosterior& posterior, int curves);
   void explain(const Eigen::MatrixXd& seen, int rank);
 
-  const Factors& factors_;
-  const std::shared_ptr<const AtomModes> atomModes_;
+  const std::shared_ptr<const StrongModes> strong_;
   const int modes_;
   std::vector<int> everyCoordinate_, everyMode_, everyComponent_;
   std::vector<Block> precision_;  // A: K_a^-1

@@ -119,10 +119,9 @@ TEST(LinearModel, AllocatesNothingWhenItAnswers) {
   options.mechanics = sensor::elastic::Model::kHalfSpace;
   const Factors factors = computeFactors(sensor, atoms, options).value();
   Model model(sensor, factors, atoms, options);
-  LinearModel linear(factors, atoms, options,
-                     std::make_shared<const AtomModes>(factors, atoms, strongestModes(factors, options)));
-  LinearScratch scratch;
   Modes modes(factors, atoms, options);
+  LinearModel linear(factors, atoms, options, modes.strong());
+  LinearScratch scratch;
   const SystematicPart systematic(factors, sensor);
   ModelContacts listing(atoms, sensor, systematic);
   std::array<Contact, kMaxContacts> contacts;

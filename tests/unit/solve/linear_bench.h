@@ -56,9 +56,8 @@ class LinearBench : public PatchBench {
   /// \param hasPatches false: of the field alone
   explicit LinearBench(bool hasPatches = true)
       : PatchBench(smallSensor())
-      , linear_(factors(), atoms(), everyMode(),
-                std::make_shared<const AtomModes>(factors(), atoms(), strongestModes(factors(), everyMode())))
       , modes_(factors(), atoms(), everyMode())
+      , linear_(factors(), atoms(), everyMode(), modes_.strong())
       , hasPatches_(hasPatches) {
     later_.force_N.resize(3 * static_cast<std::size_t>(atoms().pointCount()));
   }
@@ -85,9 +84,9 @@ class LinearBench : public PatchBench {
   Model& solved() { return hasPatches_ ? model() : Bench::model(); }
 
  private:
+  Modes modes_;
   LinearModel linear_;
   LinearScratch scratch_;
-  Modes modes_;
   bool hasPatches_;
   Estimate later_;
 };

@@ -149,7 +149,8 @@ TEST(Amplitudes, CompleteWhatIsMissing) {
   Eigen::VectorXf there = picture.cast<float>();
   for (const int i : missing) there[i] = 0.0F;
   const double force_N = 0.02;
-  Amplitudes amplitudes(bench.factors());
+  const auto strong = std::make_shared<const StrongModes>(bench.factors(), bench.atoms(), everyMode());
+  Amplitudes amplitudes(bench.factors(), strong);
   const int rank = bench.factors().rank();
   amplitudes.begin({there.data(), static_cast<std::size_t>(there.size())}, missing);
   amplitudes.read(rank);
@@ -161,7 +162,7 @@ TEST(Amplitudes, CompleteWhatIsMissing) {
   const MatrixXd total = signal + kNoise_px * kNoise_px * MatrixXd::Identity(H.rows(), H.rows());
   VectorXd whole = picture;
   whole(missing) = signal(missing, present) * total(present, present).llt().solve(picture(present));
-  Amplitudes expected(bench.factors());
+  Amplitudes expected(bench.factors(), strong);
   const Eigen::VectorXf completed = whole.cast<float>();
   expected.begin({completed.data(), static_cast<std::size_t>(completed.size())}, {});
   expected.read(rank);

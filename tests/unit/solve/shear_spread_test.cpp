@@ -26,10 +26,8 @@ class ShearSpreadTest : public PressTest {
  protected:
   ShearSpreadTest()
       : model_(paper(), paperFactors(), paperAtoms(), options_)
-      , linear_(
-            paperFactors(), paperAtoms(), options_,
-            std::make_shared<const AtomModes>(paperFactors(), paperAtoms(), strongestModes(paperFactors(), options_)))
-      , modes_(paperFactors(), paperAtoms(), options_) {
+      , modes_(paperFactors(), paperAtoms(), options_)
+      , linear_(paperFactors(), paperAtoms(), options_, modes_.strong()) {
     estimate_.force_N.resize(3 * static_cast<std::size_t>(paperAtoms().pointCount()));
   }
 
@@ -64,9 +62,9 @@ class ShearSpreadTest : public PressTest {
 
   const ModelOptions options_ = modelOptions({});
   Model model_;
+  Modes modes_;
   LinearModel linear_;
   LinearScratch scratch_;
-  Modes modes_;
   Estimate estimate_;
   std::uniform_real_distribution<double> uniform_;
 };
