@@ -52,7 +52,8 @@ double Hills::strip(const SolvedForces& forces, int from, const Eigen::Vector2d&
                     const Eigen::Vector3d& direction, double factor, int column) {
   const auto force = forces.forces_N();
   const int row0 = forces.places()[from] / grid_.columns, column0 = forces.places()[from] % grid_.columns;
-  constexpr int kWindow = 3;  // holds every place that counts, from the one nearest to `at`
+  constexpr int kWindow = 2;  // holds every place that counts, from the one nearest to `at`
+  static_assert((kWindow + 0.5) * (kWindow + 0.5) > 1.0 + kHalfWidth * kHalfWidth);
   const int row = row0 + static_cast<int>(std::lround(along.y() * at));
   const int middle = column0 + static_cast<int>(std::lround(along.x() * at));
   double sum = 0.0;
