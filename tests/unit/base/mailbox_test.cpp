@@ -1,5 +1,7 @@
 #include "base/mailbox.h"
 
+#include "base/loan.h"
+
 #include <gtest/gtest.h>
 
 #include <thread>
@@ -54,6 +56,27 @@ TEST(Mailbox, NothingIsTornBetweenThreads) {
     newest = value[0];
   }
   putter.join();
+}
+
+TEST(Loan, ComesBackAsItWasFilled) {
+  constexpr int kLoans = 20000;
+  Loan<std::vector<int>> loan;
+  std::thread filler([&loan] {
+    for (int i = 1; i <= kLoans;) {
+      std::vector<int>* const record = loan.lent();
+      if (!record) continue;
+      for (int& element : *record) element = -element;
+      loan.giveBack();
+      ++i;
+    }
+  });
+  for (int i = 1; i <= kLoans; ++i) {
+    loan.own()->assign(64, i);
+    loan.lend();
+    while (!loan.own()) std::this_thread::yield();
+    EXPECT_EQ(*loan.own(), std::vector<int>(64, -i));
+  }
+  filler.join();
 }
 
 }  // namespace
