@@ -1,9 +1,8 @@
 #include "daemon/capture/inspection.h"
 
 #include "daemon/capture/aravis.h"
-#include "daemon/capture/description_check.h"
+#include "daemon/capture/gvcp_search.h"
 #include "daemon/capture/paper_device.h"
-#include "daemon/capture/unreadable.h"
 
 #include <algorithm>
 #include <iostream>
@@ -61,9 +60,7 @@ Inspection fault(const std::string& sentence) {
 Inspection inspect(ArvDevice* device) {
   std::size_t size = 0;
   const char* const xml = arv_device_get_genicam_xml(device, &size);
-  ArvGc* const description = arv_device_get_genicam(device);
-  if (xml == nullptr || description == nullptr) return fault("the camera has no description");
-  if (const std::string known = faultOf(description); !known.empty()) return fault(known);
+  if (xml == nullptr) return fault("the camera has no description");
   Failure failure;
   const Ref<ArvDevice> paper = makePaperDevice(std::string(xml, size), failure);
   if (!paper) return fault(failure.text());
@@ -73,16 +70,15 @@ Inspection inspect(ArvDevice* device) {
 
 /// Aravis says the same of a network camera that is not there and of one whose description it cannot read.
 Inspection unopened(const std::string& id, const Failure& failure) {
-  std::string why = isAddress(id) ? whyUnreadable(id) : "";
-  if (why.empty() && failure.noDescription())
-    why = "the camera answers, but its description cannot be read: " + failure.text();
-  if (why.empty()) return {.outcome = Inspection::Outcome::kAbsent, .text = failure.text()};
-  return {.outcome = Inspection::Outcome::kUnreadable, .text = why};
+  constexpr std::chrono::milliseconds kAnswer{300};
+  const bool answers = failure.noDescription() || (isAddress(id) && !GvcpSearch().ask(id, kAnswer).empty());
+  if (!answers) return {.outcome = Inspection::Outcome::kAbsent, .text = failure.text()};
+  return {.outcome = Inspection::Outcome::kUnreadable,
+          .text = "the camera answers, but its description cannot be read: " + failure.text() +
+                  "; close a client that may hold it alone, power it off and on, or load its firmware again"};
 }
 
 Inspection inspect(const std::string& id) {
-  if (const std::string why = isAddress(id) ? whyTooLarge(id) : ""; !why.empty())
-    return {.outcome = Inspection::Outcome::kUnreadable, .text = why};
   Failure failure;
   const Ref<ArvDevice> device(arv_open_device(id.c_str(), failure.into()));
   return device ? inspect(device.get()) : unopened(id, failure);
