@@ -50,7 +50,6 @@ struct Settings {
   int priority = 0;                                          ///< realtime.priority; 0: none is wanted
   std::string cpus;                                          ///< realtime.cpus: "2-3"; empty: all
   bool lockMemory = false;                                   ///< realtime.lock_memory
-  std::vector<std::string> endpoints;                        ///< of all kinds
 };
 
 /// An instance of tractiond on the machine, whether or not it runs.
@@ -98,7 +97,7 @@ void checkNetwork(const Patient& patient, const Instance& instance, std::vector<
 /// Checks user and group tractiond, whether the user who runs it is in that group, owners and permissions of the
 /// gateway's directory of keys and of its files, and the permissions of that user's own key file.
 void checkAccess(const Patient& patient, std::vector<Finding>& findings);
-/// Checks for other programs and daemons that use a camera or a port of an instance.
+/// Checks for other programs and instances that use the same camera.
 void checkCompetitors(const Patient& patient, std::vector<Finding>& findings);
 /// Checks configuration, systemd unit, state directory, limits and real-time scheduling of an instance.
 void checkService(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
