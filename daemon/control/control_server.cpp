@@ -14,7 +14,6 @@ namespace {
 constexpr std::int64_t kLargestRequest = 65'536;
 constexpr int kWaitingReplies = 16;  ///< per peer; one that does not read loses the rest
 constexpr int kRequestsPerTurn = 64;
-constexpr std::size_t kLargestAskers = 64;  ///< of one zero, of one picture, of the camera
 
 }  // namespace
 
@@ -84,14 +83,10 @@ struct ControlServer::Impl {
       calibrator = peer;
       return requests.beginStep(asked->calibration);
     case publish::Request::kSnapshot:
-      if (snapshotAskers.size() >= kLargestAskers)
-        return reply(peer, publish::encodeErrorReply("too many ask for a picture"));
       snapshotAskers.push_back(peer);
       if (snapshotAskers.size() == 1) requests.askSnapshot();
       return;
     case publish::Request::kCamera:
-      if (cameraAskers.size() >= kLargestAskers)
-        return reply(peer, publish::encodeErrorReply("too many ask for the camera"));
       return cameraAskers.push_back({peer, std::move(asked->camera)});
     case publish::Request::kAdopt:
       if (adopter) return reply(peer, publish::encodeErrorReply("another gel file is being adopted"));
@@ -106,7 +101,6 @@ struct ControlServer::Impl {
   }
 
   void askZero(const Route& peer, const ZeroRequest& wanted, Requests& requests) {
-    if (zeroAskers.size() >= kLargestAskers) return reply(peer, publish::encodeErrorReply("too many ask for a zero"));
     const bool first = zeroAskers.empty();
     if (!first && (wanted.undo || wanted.anyway != zeroAsked.anyway)) {
       return reply(peer, publish::encodeErrorReply("a zero is being taken; ask again"));

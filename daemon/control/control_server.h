@@ -17,9 +17,9 @@
 
 namespace tractiond::control {
 
-/// Thread-bound. A request that is malformed or unknown is answered with an error or dropped. So
-/// is a request for a zero, a picture or the camera for which 64 wait already. For a client that does not read, 16
-/// answers wait, and further ones are lost. The connection of a client that sends a part of more than 64 KiB is ended.
+/// Thread-bound. A request that is malformed or unknown is answered with an error or dropped. For a client that does
+/// not read, 16 answers wait, and further ones are lost. The connection of a client that sends a part of more than 64
+/// KiB is ended.
 class ControlServer final : public Replies {
  public:
   /// Binds to ZeroMQ endpoints: "ipc://PATH", whose directory must exist, or "tcp://ADDRESS:PORT", where port * takes a
