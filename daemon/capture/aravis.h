@@ -242,9 +242,6 @@ std::optional<Unreachable> unreachable(const std::string& address);
 
 /// Returns vendor and model by the camera's description; either may be empty.
 std::pair<std::string, std::string> makeOf(ArvDevice* device);
-/// Returns a warning if the camera is known for a byte order of registers that its description states wrongly; else an
-/// empty text.
-std::string byteOrderNote(ArvDevice* device);
 
 // ---- aravis_network.cpp
 

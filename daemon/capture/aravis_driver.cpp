@@ -75,7 +75,6 @@ class AravisDriver : public Driver {
   tl::expected<Proof, Error> tryStream(int packetSize_bytes);
   tl::expected<bool, Error> adaptStream(int asked_bytes);
   tl::expected<void, Error> startStream(int packetSize_bytes, int filled_bytes);
-  void warnOfOddities();
   StreamShape shapeOfStream() const;
   double patience_s() const;
   Proof awaitWholeFrame();
@@ -106,7 +105,6 @@ class AravisDriver : public Driver {
   int broken_ = 0;                             ///< frames in a row that were not whole
   std::optional<bool> extendedIds_;            ///< as its packets show; none: as the camera says
   std::optional<std::pair<int, int>> offset_;  ///< of its pictures, by the first leader
-  std::size_t unexplained_bytes_ = 0;          ///< behind the last picture, which are neither padding nor chunk data
   SentPicture unfit_;                          ///< the last frame that was whole and had another picture
   ChunkDescription chunks_;
   std::vector<Feature> undo_;                               ///< features as they were before it was set up
@@ -230,7 +228,6 @@ tl::expected<void, Error> AravisDriver::start() {
   }
   info_.packetSizeVerified = proof == Proof::kWhole;
   if (proof == Proof::kWhole) learnt_->streak = Learnt::kStreak;
-  warnOfOddities();
   if (proof == Proof::kBroken)
     info_.warnings.push_back("no whole frame has arrived yet, not even with packets of " +
                              std::to_string(info_.packetSize_bytes) + " bytes: the network loses packets");
@@ -303,24 +300,6 @@ tl::expected<bool, Error> AravisDriver::adaptStream(int asked_bytes) {
 
 std::string inWords(const std::pair<int, int>& place) {
   return "(" + std::to_string(place.first) + ", " + std::to_string(place.second) + ")";
-}
-
-/// Warns of what the first frames said that makes pictures wrong only if the camera means it.
-void AravisDriver::warnOfOddities() {
-  const auto rows = static_cast<std::size_t>(info_.shape.height);
-  if (unexplained_bytes_ > 0 && unexplained_bytes_ % rows == 0)
-    info_.warnings.push_back(std::to_string(unexplained_bytes_) +
-                             " bytes follow each picture and are not explained by its leader, " +
-                             std::to_string(unexplained_bytes_ / rows) +
-                             " for each row: if the picture is slanted, its rows are padded; choose another width");
-  gint x = 0, y = 0, width = 0, height = 0;
-  Failure failure;
-  arv_camera_get_region(camera_.get(), &x, &y, &width, &height, failure.into());
-  // Many cameras leave the offset out of their leaders: 0.
-  if (failure || !offset_ || *offset_ == std::pair(0, 0) || *offset_ == std::pair(x, y)) return;
-  info_.warnings.push_back("the leaders of its pictures say that these begin at " + inWords(*offset_) +
-                           " on the sensor, its OffsetX and OffsetY say " + inWords({x, y}) +
-                           ": a calibration holds for pictures from one place");
 }
 
 StreamShape AravisDriver::shapeOfStream() const {
@@ -517,9 +496,7 @@ void AravisDriver::describe(ArvBuffer* from, Buffer& buffer) {
   if (sent.payloadType == SentPicture::kChunks) sent.size = readBehind(1).value_or(0);
   auto layout = layoutOf(sent, info_.shape);
   if (layout && sent.payloadType != SentPicture::kChunks) {
-    const bool isExplained =
-        size <= layout->bytes || (arv_buffer_has_chunks(from) && readBehind(layout->bytes).has_value());
-    unexplained_bytes_ = isExplained ? 0 : size - layout->bytes;
+    if (size > layout->bytes && arv_buffer_has_chunks(from)) readBehind(layout->bytes);
     if (!offset_) offset_ = {sent.x, sent.y};
     if (*offset_ != std::pair(sent.x, sent.y)) layout.reset();
   }
