@@ -69,7 +69,6 @@ std::optional<Settings> settingsOf(const std::string& text) {
   Settings settings;
   const tractiond::Range any{.least = 0.0, .most = 1e12};
   camera->read("id", settings.cameraId);
-  camera->read("packet_socket", settings.packetSocket);
   camera->read("receive_buffer_bytes", settings.receiveBuffer_bytes, any);
   camera->read("packet_size_bytes", settings.packetSize_bytes, any);
   if (realtime) {

@@ -207,12 +207,8 @@ tl::expected<void, Error> AravisDriver::start() {
     return startStream(0, 0);
   }
 
-  const bool allowed = options_.packetSocket != PacketSocket::kOff && packetSocketAllowed();
-  if (options_.packetSocket == PacketSocket::kOn && !allowed)
-    return failed(EX_NOPERM, "camera.packet_socket = \"on\" needs the capability CAP_NET_RAW");
-  info_.packetSocket = allowed;
-  arv_camera_gv_set_stream_options(camera,
-                                   allowed ? ARV_GV_STREAM_OPTION_NONE : ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
+  // It would pass by the filter.
+  arv_camera_gv_set_stream_options(camera, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
   arv_camera_gv_set_packet_size_adjustment(camera, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
 
   const auto sizes = packetSizes(camera, options_);
@@ -231,7 +227,7 @@ tl::expected<void, Error> AravisDriver::start() {
   if (proof == Proof::kBroken)
     info_.warnings.push_back("no whole frame has arrived yet, not even with packets of " +
                              std::to_string(info_.packetSize_bytes) + " bytes: the network loses packets");
-  if (!info_.packetSocket && info_.receiveBuffer_bytes < options_.receiveBuffer_bytes)
+  if (info_.receiveBuffer_bytes < options_.receiveBuffer_bytes)
     info_.warnings.push_back("the kernel grants a receive buffer of " + std::to_string(info_.receiveBuffer_bytes) +
                              " bytes instead of " + std::to_string(options_.receiveBuffer_bytes) +
                              "; sysctl -w net.core.rmem_max=" + std::to_string(options_.receiveBuffer_bytes));
@@ -244,10 +240,8 @@ tl::expected<AravisDriver::Proof, Error> AravisDriver::tryStream(int packetSize_
   const int filled_bytes = packetSize_bytes == learnt_->asked_bytes ? learnt_->filled_bytes : packetSize_bytes;
   if (auto started = startStream(packetSize_bytes, filled_bytes); !started) return tl::unexpected(started.error());
   Proof proof = awaitWholeFrame();
-  // A packet socket has no filter, and a frame with holes counts as whole.
-  const bool isProved = proof == Proof::kUnfit || (proof == Proof::kWhole && !info_.packetSocket);
-  const bool isSilent = proof == Proof::kNothing && !info_.packetSocket && packetsRefused(stream_.get()) == 0;
-  if (!isProved && !isSilent) {
+  const bool isSilent = proof == Proof::kNothing && packetsRefused(stream_.get()) == 0;
+  if (proof != Proof::kUnfit && proof != Proof::kWhole && !isSilent) {
     const auto adapted = adaptStream(packetSize_bytes);
     if (!adapted) return tl::unexpected(adapted.error());
     if (*adapted) proof = awaitWholeFrame();
@@ -260,7 +254,7 @@ tl::expected<AravisDriver::Proof, Error> AravisDriver::tryStream(int packetSize_
 tl::expected<bool, Error> AravisDriver::adaptStream(int asked_bytes) {
   const auto patience = std::chrono::ceil<milliseconds>(std::chrono::duration<double>(patience_s() / 2));
   const StreamShape shape = shapeOfStream();
-  const auto surveyed = surveyStream(stream_.get(), shape, info_.packetSocket, patience);
+  const auto surveyed = surveyStream(stream_.get(), shape, patience);
   if (!surveyed) return tl::unexpected(surveyed.error());
   const PacketSurvey& survey = *surveyed;
   if (!survey.hasLeader()) return false;
@@ -351,9 +345,7 @@ tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes, int fi
                     "the camera refuses packets of " + std::to_string(packetSize_bytes) + " bytes", failure.text());
     const StreamShape shape = shapeOfStream();
     framePackets_ = shape.blocks() + 2;  // with leader and trailer
-    if (!info_.packetSocket) {
-      if (auto guarded = guardStream(stream_.get(), shape); !guarded) return guarded;
-    }
+    if (auto guarded = guardStream(stream_.get(), shape); !guarded) return guarded;
     // Of a frame whose camera pauses for longer than packet-timeout Aravis asks for all that is still to come, and by
     // default, a quarter of its packets, then never again for what is really lost.
     constexpr double kMostRequests = 2.0;  // of a frame's packets; Aravis allows no more

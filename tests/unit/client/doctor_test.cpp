@@ -89,13 +89,12 @@ const std::string kNode = "/dev/bus/usb/002/010", kMtu = "/sys/class/net/camera0
 const std::string kFilters = "/proc/sys/net/ipv4/conf/", kManaged = "/run/NetworkManager/devices/3";
 
 /// Puts a key's value into what the daemon prints of its configuration.
-void configure(FakeBox& box, bool onNetwork, const std::string& realTime = "", const std::string& packetSocket = "off",
-               int packet_bytes = 0) {
+void configure(FakeBox& box, bool onNetwork, const std::string& realTime = "", int packet_bytes = 0) {
   box.programs[kDaemon + " --instance default --print-config"] = {
       0,
-      std::string("[camera]\nid = \"") + (onNetwork ? "192.168.77.2" : "Maker-123") + "\"\npacket_socket = \"" +
-          packetSocket + "\"\nreceive_buffer_bytes = 8388608\npacket_size_bytes = " + std::to_string(packet_bytes) +
-          "\n" + realTime + "[log]\nlevel = \"info\"\n",
+      std::string("[camera]\nid = \"") + (onNetwork ? "192.168.77.2" : "Maker-123") +
+          "\"\nreceive_buffer_bytes = 8388608\npacket_size_bytes = " + std::to_string(packet_bytes) + "\n" + realTime +
+          "[log]\nlevel = \"info\"\n",
       ""};
 }
 
@@ -279,15 +278,13 @@ const std::vector<Fault> kOfUsb = {
      [](auto& box) {
        box.own(kNode, {0, 0, kGroup, 0640});
      }},
-    {"packet filter", [](auto& box) { configure(box, false, "", "auto"); }},
 };
 const std::vector<Fault> kOfTheNetwork = {
     {"MTU", [](auto& box) { box.write(kMtu, "8999\n"); }},
-    {"MTU", [](auto& box) { configure(box, true, "", "off", 9001); }},
+    {"MTU", [](auto& box) { configure(box, true, "", 9001); }},
     {"reverse path", [](auto& box) { box.filter("1\n", "0\n"); }},
     {"reverse path", [](auto& box) { box.filter("0\n", "1\n"); }},
     {"NetworkManager", [](auto& box) { box.write(kManaged, "[device]\nmanaged=true\nnm-owned=false\n"); }},
-    {"packet filter", [](auto& box) { configure(box, true, "", "on"); }},
     {"real time", [](auto& box) { configureRealTime(box), answerUnit(box, "loaded", "enabled", "active", true); }},
     {"real time", [](auto& box) { configureRealTime(box), limit(box, "65536", "unlimited", "39", "unlimited"); }},
     {"real time", [](auto& box) { configureRealTime(box), limit(box, "65536", "unlimited", "98", "8388608"); }},
