@@ -72,7 +72,8 @@ class Publisher final : public NewestMessages {
   bool previewWanted() const;
 
   /// Takes a picture to be sent within the next serve() or publish(). Returns whether it was taken: false, and the
-  /// picture is dropped, if the previous one has not been sent yet, or 64 wait for slow subscribers. Encodes it within the call, so it need not outlive it. Allocates.
+  /// picture is dropped, if the previous one has not been sent yet, or 64 wait for slow subscribers. Encodes it within
+  /// the call, so it need not outlive it. Allocates.
   bool offerPreview(const Preview& preview);
 
   std::string lastStatus() const override;

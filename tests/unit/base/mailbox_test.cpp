@@ -1,6 +1,5 @@
-#include "base/mailbox.h"
-
 #include "base/loan.h"
+#include "base/mailbox.h"
 
 #include <gtest/gtest.h>
 
