@@ -58,7 +58,7 @@ int start(const std::vector<std::string>& arguments, const std::string& program,
   posix_spawnattr_setsigmask(&attributes, &blocked);  // not as our threads have it
   posix_spawnattr_setsigdefault(&attributes, &all);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-  const int failure = posix_spawn(&child, program.c_str(), &actions, &attributes, words.data(), environ);
+  const int failure = posix_spawnp(&child, program.c_str(), &actions, &attributes, words.data(), environ);
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
   return failure;

@@ -9,7 +9,7 @@
 namespace tractiond {
 
 struct ChildOptions {
-  std::string program = "/proc/self/exe";         ///< path, not searched in PATH; the default is this very program
+  std::string program = "/proc/self/exe";         ///< path, or a name to be found by PATH; default: this very program
   std::chrono::milliseconds patience{10'000};     ///< longest run
   std::size_t most_bytes = std::size_t{1} << 20;  ///< limit of its standard output, and of its standard error
 };

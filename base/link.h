@@ -25,8 +25,8 @@ enum class WhenFull {
 
 /// Queue of kSlots elements for one producer thread and one consumer thread. Each side may hold one slot, so that with
 /// kEvictOldest at most kSlots - 2 wait: with three slots the consumer always takes the newest. Allocates and locks
-/// nothing after construction. Atomic and Wake are replaced only in interleavings_test.cpp.
-template <typename T, std::size_t kSlots, template <typename> typename Atomic = std::atomic, typename Wake = Event>
+/// nothing after construction.
+template <typename T, std::size_t kSlots>
 class Link {
   static_assert(kSlots >= 3, "one slot for each side and one on its way");
 
@@ -82,8 +82,7 @@ class Link {
 
   /// States that nothing more will be pushed, and wakes the consumer, which still gets what waits.
   void close() {
-    // release: partner is the acquire in closed(). A thread that sees the end sees all that was pushed before.
-    closed_.store(true, std::memory_order_release);
+    closed_ = true;
     filled_.signal();
   }
 
@@ -111,7 +110,7 @@ class Link {
 
   /// Returns whether the producer has closed the link. If it is called before take(): true and then nullptr means that
   /// everything has been taken.
-  bool closed() const { return closed_.load(std::memory_order_acquire); }  // partner: the release in close()
+  bool closed() const { return closed_; }
 
   // --- called when both threads have been joined
 
@@ -124,7 +123,7 @@ class Link {
   }
 
  private:
-  using Slots = Ring<T, std::bit_ceil(kSlots), Atomic>;
+  using Slots = Ring<T, std::bit_ceil(kSlots)>;
 
   void takeBack(T* slot) {
     reclaimed_(*slot);
@@ -139,9 +138,9 @@ class Link {
   std::size_t spares_ = 0;
   Slots waiting_;  // producer -> consumer, and back to the producer when evicted
   Slots free_;     // consumer -> producer
-  Wake filled_;
-  Wake freed_;
-  Atomic<bool> closed_{false};
+  Event filled_;
+  Event freed_;
+  std::atomic<bool> closed_{false};
 };
 
 }  // namespace tractiond

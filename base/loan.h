@@ -6,29 +6,28 @@
 namespace tractiond {
 
 /// Wait-free, for two threads. At first the owner has the record. The owner allocates all memory of it; the filler only
-/// writes into it, and reads a single atomic while nothing is wanted. Atomic is replaced only in
-/// interleavings_test.cpp.
-template <typename T, template <typename> typename Atomic = std::atomic>
+/// writes into it, and reads a single atomic while nothing is wanted.
+template <typename T>
 class Loan {
  public:
   // For the owner.
 
   /// Returns the record; nullptr while it is lent.
-  T* own() { return lent_.load(std::memory_order_acquire) ? nullptr : &record_; }  // partner: giveBack()
+  T* own() { return lent_ ? nullptr : &record_; }
   /// Lends the record: the owner must not touch it until own() returns it again.
-  void lend() { lent_.store(true, std::memory_order_release); }  // partner: lent()
+  void lend() { lent_ = true; }
 
   // For the filler.
 
   /// Returns the record if it is lent; nullptr if nothing is wanted.
-  T* lent() { return lent_.load(std::memory_order_acquire) ? &record_ : nullptr; }  // partner: lend()
+  T* lent() { return lent_ ? &record_ : nullptr; }
   /// Returns the filled record to the owner: the filler must not touch it until lent() returns it again. The owner is
   /// not woken.
-  void giveBack() { lent_.store(false, std::memory_order_release); }  // partner: own()
+  void giveBack() { lent_ = false; }
 
  private:
   T record_;
-  Atomic<bool> lent_{false};
+  std::atomic<bool> lent_{false};
 };
 
 }  // namespace tractiond

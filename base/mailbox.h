@@ -6,9 +6,8 @@
 
 namespace tractiond {
 
-/// Wait-free. One thread calls put(), one other take() or swap(). A value that was not taken is overwritten. Atomic is
-/// replaced only in interleavings_test.cpp.
-template <typename T, template <typename> typename Atomic = std::atomic>
+/// Wait-free. One thread calls put(), one other take() or swap(). A value that was not taken is overwritten.
+template <typename T>
 class Mailbox {
  public:
   /// \param room value of the empty slot, to reserve its memory
@@ -18,13 +17,10 @@ class Mailbox {
   /// Copies a value into the slot; does not allocate if the slot's T has the memory. Returns false, and changes
   /// nothing, if the other thread is taking at this moment: try again later.
   bool put(const T& value) {
-    State seen = state_.load(std::memory_order_relaxed);
-    // acquire: a take() or swap() that emptied the slot is done with it (its release store).
-    if (seen == State::kBusy || !state_.compare_exchange_strong(seen, State::kBusy, std::memory_order_acquire)) {
-      return false;
-    }
+    State seen = state_;
+    if (seen == State::kBusy || !state_.compare_exchange_strong(seen, State::kBusy)) return false;
     slot_ = value;
-    state_.store(State::kFull, std::memory_order_release);  // partner: the acquire in empty()
+    state_ = State::kFull;
     return true;
   }
 
@@ -49,14 +45,13 @@ class Mailbox {
   template <typename Move>
   bool empty(Move&& move) {
     State full = State::kFull;
-    // acquire: partner of the release in put().
-    if (!state_.compare_exchange_strong(full, State::kBusy, std::memory_order_acquire)) return false;
+    if (!state_.compare_exchange_strong(full, State::kBusy)) return false;
     move();
-    state_.store(State::kEmpty, std::memory_order_release);  // partner: the acquire in put()
+    state_ = State::kEmpty;
     return true;
   }
 
-  Atomic<State> state_{State::kEmpty};
+  std::atomic<State> state_{State::kEmpty};
   T slot_;
 };
 

@@ -1,7 +1,5 @@
 #include "gateway/messages.h"
 
-#include "base/network/socket.h"
-
 #include <cerrno>
 #include <cstring>
 
@@ -24,11 +22,9 @@ bool put(zmq::socket_t& socket, zmq::message_t& part, bool more) {
   return sent >= 0;
 }
 
-bool putAddressed(zmq::socket_t& socket, std::string_view to, std::optional<zmq::message_t> body) {
-  // All parts are made before the first is queued: what is left of a message would become the beginning of the next.
-  auto address = tractiond::network::copyOf(to);
-  zmq::message_t empty;
-  return address && body && put(socket, *address, true) && put(socket, empty, true) && put(socket, *body, false);
+bool putAddressed(zmq::socket_t& socket, std::string_view to, zmq::message_t body) {
+  zmq::message_t address(to.data(), to.size()), empty;
+  return put(socket, address, true) && put(socket, empty, true) && put(socket, body, false);
 }
 
 std::string property(zmq::message_t& message, const char* name) {

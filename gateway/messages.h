@@ -21,9 +21,8 @@ std::size_t receive(zmq::socket_t& socket, std::array<zmq::message_t, 4>& parts)
 /// the message for the peers concerned. \param more true: further parts follow
 bool put(zmq::socket_t& socket, zmq::message_t& part, bool more);
 
-/// Queues [to][empty][body], whole or not at all, without waiting. Returns whether it was queued: false if ZeroMQ has
-/// no memory for a part, or for the reasons of put().
-bool putAddressed(zmq::socket_t& socket, std::string_view to, std::optional<zmq::message_t> body);
+/// Queues [to][empty][body], whole or not at all, without waiting. Returns whether it was queued, as put().
+bool putAddressed(zmq::socket_t& socket, std::string_view to, zmq::message_t body);
 
 /// Returns a property of a message, such as "Peer-Address"; empty if it has none of this name.
 std::string property(zmq::message_t& message, const char* name);

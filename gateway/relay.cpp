@@ -1,6 +1,5 @@
 #include "gateway/relay.h"
 
-#include "base/counter.h"
 #include "base/directory.h"
 #include "base/network/socket.h"
 #include "gateway/keys.h"
@@ -235,7 +234,7 @@ struct Relay::Impl {
       // [peer][empty][request]
       if (count != 3 || !parts[1].empty()) continue;
       const std::string why = pass(parts[0].to_string_view(), parts[2], now);
-      if (!why.empty()) answer(parts[0].to_string_view(), network::copyOf(errorReply(why)), now);
+      if (!why.empty()) putAddressed((*front)[kControl], parts[0].to_string_view(), zmq::message_t(errorReply(why)));
     }
   }
 
@@ -251,30 +250,18 @@ struct Relay::Impl {
         request.to_string_view(), (user.empty() ? "somebody without a key" : "\"" + user + "\"") + " at " + address);
     if (!stated) return stated.error();
     const Route route{std::string(peer), generation};
-    auto forwarded = network::copyOf(*stated);
-    if (!forwarded) return "the gateway has no memory for this request";
-    if (putAddressed(control, route.text(), *std::move(forwarded))) return "";
+    if (putAddressed(control, route.text(), zmq::message_t(*stated))) return "";
     return "no instrument is there; is tractiond running?";
   }
 
-  /// Sends an answer to a client; counts it if there is no memory for it. A ROUTER's put() fails for no other reason.
-  void answer(std::string_view peer, std::optional<zmq::message_t> reply, std::int64_t now) {
-    if (putAddressed((*front)[kControl], peer, std::move(reply))) return;
-    unsent.add();
-    const std::string line = losses.next("an answer to a request could not be sent: no memory for it; " +
-                                             std::to_string(unsent.get()) + " since the start",
-                                         now);
-    if (!line.empty()) spdlog::warn("{}", line);
-  }
-
-  void passReplies(std::int64_t now) {
+  void passReplies() {
     for (int i = 0; i < kMessagesPerTurn; ++i) {
       const std::size_t count = receive(control, parts);
       if (count == 0) return;
       // [route][empty][reply]
       const std::optional<Route> route = Route::of(parts[0].to_string_view());
       if (count != 3 || !route || route->generation != generation) continue;
-      answer(route->peer, std::move(parts[2]), now);
+      putAddressed((*front)[kControl], route->peer, std::move(parts[2]));
     }
   }
 
@@ -306,10 +293,9 @@ struct Relay::Impl {
   bool descriptionDue = false;
   std::int64_t described_ns = 0;
   RequestLimit requests;
-  SeldomLine refusals, losses;
+  SeldomLine refusals;
   std::int64_t heard_ns, latest_ns, checked_ns = 0;
   std::atomic<bool> silent{false};
-  Counter unsent;
 
   zmq::context_t context{1};  ///< separate from the front's context: peers cannot affect the instrument's side
   zmq::socket_t stream{context, zmq::socket_type::sub};
@@ -345,7 +331,7 @@ tl::expected<void, Error> Relay::turn(milliseconds timeout) {
   const std::int64_t now = self.clock();
   self.passLatest();
   self.passStream();
-  self.passReplies(now);
+  self.passReplies();
   self.front->serve();
   self.takeSubscriptions(now);
   self.takePreviewSubscriptions();
@@ -360,10 +346,6 @@ const std::vector<std::string>& Relay::bound(Way way) const {
 
 bool Relay::isSilent() const {
   return impl_->silent;
-}
-
-std::uint64_t Relay::unsent() const {
-  return impl_->unsent.get();
 }
 
 }  // namespace tractiond::gateway

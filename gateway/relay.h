@@ -43,9 +43,6 @@ class Relay {
   const std::vector<std::string>& bound(Way way) const;
   /// Returns whether nothing has come from the instrument for three seconds. Thread-safe.
   bool isSilent() const;
-  /// Returns the number, since open(), of answers to requests that were dropped because ZeroMQ had no memory for them.
-  /// Thread-safe.
-  std::uint64_t unsent() const;
 
  private:
   struct Impl;

@@ -58,9 +58,7 @@ int serve(const Config& config, const std::filesystem::path& runtime, const std:
        .ended = [&] { return ended.load(); },
        .statusLine =
            [&] {
-             const std::uint64_t unsent = (*relay)->unsent();
-             return std::string((*relay)->isSilent() ? "nothing comes from the instrument" : "relays the instrument") +
-                    (unsent == 0 ? "" : ", " + std::to_string(unsent) + " answers not sent, as there was no memory");
+             return std::string((*relay)->isSilent() ? "nothing comes from the instrument" : "relays the instrument");
            },
        .reload = []() -> std::function<void()> {
          return [] { spdlog::info("keys are looked at all the time; the configuration wants a restart"); };

@@ -95,10 +95,4 @@ std::string peerName(zmq::message_t& message) {
   return "uid " + name.substr(uid, name.find(':', uid) - uid) + ", pid " + name.substr(name.rfind(':') + 1);
 }
 
-std::optional<zmq::message_t> copyOf(std::string_view bytes) try {
-  return zmq::message_t(bytes.data(), bytes.size());
-} catch (const zmq::error_t&) {
-  return std::nullopt;
-}
-
 }  // namespace tractiond::network

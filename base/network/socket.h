@@ -39,9 +39,6 @@ void release(const std::vector<std::string>& bound);
 /// host (ipc), or "an unknown peer" if ZeroMQ does not know the address.
 std::string peerName(zmq::message_t& message);
 
-/// Returns a message with a copy of these bytes; without a value if ZeroMQ has no memory for it.
-std::optional<zmq::message_t> copyOf(std::string_view bytes);
-
 /// Returns an item for zmq_poll() that becomes ready when there is something to receive.
 inline zmq_pollitem_t readable(zmq::socket_t& socket) {
   return {.socket = socket.handle(), .fd = 0, .events = ZMQ_POLLIN, .revents = 0};

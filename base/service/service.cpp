@@ -101,18 +101,6 @@ tl::expected<void, Error> raiseDescriptorLimit() {
                               .remedy = "allow 65536 (LimitNOFILE= of the service, ulimit -n)"});
 }
 
-tl::expected<void, Error> checkAddressSpace() {
-  constexpr rlim_t kLeast_MiB = 2048;
-  rlimit limit{};
-  getrlimit(RLIMIT_AS, &limit);
-  if (limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur >> 20 >= kLeast_MiB) return {};
-  return tl::unexpected(Error{.exitCode = EX_OSERR,
-                              .what = std::to_string(limit.rlim_cur >> 20) + " MiB of address space are too few",
-                              .remedy = "allow " + std::to_string(kLeast_MiB) +
-                                        " MiB or more (LimitAS= of the service, ulimit -v); to bound what it really "
-                                        "uses, MemoryMax="});
-}
-
 bool logsToJournal() {
   const char* const stream = std::getenv("JOURNAL_STREAM");  // device:inode
   struct stat own {};

@@ -56,10 +56,6 @@ class StopWhileStarting {
 /// process if none is left. Fails with EX_OSERR if that is less than 256.
 tl::expected<void, Error> raiseDescriptorLimit();
 
-/// Fails with EX_OSERR if the address space is limited (RLIMIT_AS) to less than 2 GiB, which factors, the threads'
-/// stacks and a camera's buffers take: libraries hang or end the process if memory is refused.
-tl::expected<void, Error> checkAddressSpace();
-
 /// Returns whether standard error is systemd's journal. The journal reads a line's priority from its start
 /// (sd-daemon(3)), and adds time and program by itself.
 bool logsToJournal();

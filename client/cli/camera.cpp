@@ -179,20 +179,6 @@ std::optional<CameraStep> parseWrite(const std::string& text) {
   return step;
 }
 
-/// Joins words into the writes that were probably meant, for an error message: "Gain 3" -> "Gain=3", "Gain" ->
-/// "Gain=VALUE"; "ExposureTime=4000" if a word is empty or begins with '='; empty without words.
-std::string asWrites(const std::vector<std::string>& words) {
-  const auto isWrite = [](const std::string& word) { return word.find('=') != std::string::npos; };
-  std::string writes;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (words[i].empty() || words[i][0] == '=') return "ExposureTime=4000";
-    writes += (writes.empty() ? "" : " ") + words[i];
-    if (isWrite(words[i])) continue;
-    writes += "=" + (i + 1 < words.size() && !isWrite(words[i + 1]) ? words[++i] : "VALUE");
-  }
-  return writes;
-}
-
 /// Carries out the steps in order and prints their reports together, as a table or one line of JSON; of a feature that
 /// several report, only the last state. Without features and remarks, the text is "done", or that no feature matches.
 /// If a step fails, later steps are not sent: the reports of the steps before it are printed, and its error is thrown
@@ -258,7 +244,7 @@ int run(const CameraLine& given, const ControlOptions& control) {
     step.name = word;
     if (given.set->parsed()) {
       const auto write = parseWrite(word);
-      if (!write) return fail(EX_USAGE, "'" + word + "' is not NAME=VALUE, for example: " + asWrites(given.words));
+      if (!write) return fail(EX_USAGE, "'" + word + "' is not NAME=VALUE, for example: ExposureTime=4000");
       step = *write;
     }
     steps.push_back(step);

@@ -1,22 +1,18 @@
 #include "client/doctor/box.h"
 
+#include "base/child.h"
 #include "traction/control.h"
 
 #include <fcntl.h>
-#include <poll.h>
-#include <spawn.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <sys/timex.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <charconv>
-#include <chrono>
-#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <iterator>
@@ -69,11 +65,6 @@ Box::Listing Box::list(const std::string& path) const {
   return listing;
 }
 
-std::string Box::target(const std::string& path) const {
-  std::error_code failure;
-  return fs::read_symlink(at(path), failure).string();
-}
-
 Box::FileStatus Box::fileStatus(const std::string& path) const {
   struct stat found {};
   if (stat(at(path).c_str(), &found) != 0) return {.error = errno};
@@ -101,49 +92,9 @@ Box::Answer Box::status(const std::string& instance) const try {
 }
 
 std::optional<Box::Ran> Box::run(const std::vector<std::string>& words) const {
-  using Clock = std::chrono::steady_clock;
-  constexpr auto kPatience = std::chrono::seconds(10);
-  std::array<std::array<int, 2>, 2> pipes{};
-  if (pipe2(pipes[0].data(), O_CLOEXEC) != 0) return std::nullopt;
-  if (pipe2(pipes[1].data(), O_CLOEXEC) != 0) {
-    for (const int end : pipes[0]) close(end);
-    return std::nullopt;
-  }
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&actions, pipes[0][1], STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, pipes[1][1], STDERR_FILENO);
-  std::vector<std::string> copies = words;
-  std::vector<char*> arguments;
-  for (std::string& word : copies) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  pid_t child = 0;
-  const bool started = posix_spawnp(&child, arguments[0], &actions, nullptr, arguments.data(), environ) == 0;
-  posix_spawn_file_actions_destroy(&actions);
-  for (auto& one : pipes) close(one[1]);
-  Ran ran;
-  const Clock::time_point end = Clock::now() + kPatience;
-  std::array<pollfd, 2> readers = {{{pipes[0][0], POLLIN, 0}, {pipes[1][0], POLLIN, 0}}};
-  while (started && Clock::now() < end && (readers[0].fd >= 0 || readers[1].fd >= 0)) {
-    if (poll(readers.data(), readers.size(), 100) <= 0) continue;
-    for (std::size_t i = 0; i < readers.size(); ++i) {
-      if (readers[i].revents == 0) continue;
-      std::array<char, 4096> part{};
-      const ssize_t size = ::read(readers[i].fd, part.data(), part.size());
-      if (size > 0) (i == 0 ? ran.output : ran.complaint).append(part.data(), static_cast<std::size_t>(size));
-      if (size == 0) readers[i].fd = -1;
-    }
-  }
-  for (auto& one : pipes) close(one[0]);
-  if (!started) return std::nullopt;
-  const bool late = Clock::now() >= end;
-  if (late) kill(child, SIGKILL);
-  int status = 0;
-  waitpid(child, &status, 0);
-  if (late || !WIFEXITED(status)) return std::nullopt;
-  ran.exitCode = WEXITSTATUS(status);
-  return ran;
+  tractiond::ChildEnd end = tractiond::runChild({words.begin() + 1, words.end()}, {.program = words[0]});
+  if (end.how != tractiond::ChildEnd::How::kExit) return std::nullopt;
+  return Ran{end.code, std::move(end.output), std::move(end.errors)};
 }
 
 Processes processesOf(const Box& box) {

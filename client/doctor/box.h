@@ -43,8 +43,6 @@ class Box {
   };
   /// Returns the names in a directory.
   Listing list(const std::string& path) const;
-  /// Returns the target of a symbolic link as the link states it; empty if it cannot be read or is no link.
-  std::string target(const std::string& path) const;
   /// Returns whether the path, with its symbolic links followed, exists and can be reached.
   bool exists(const std::string& path) const { return fileStatus(path).error == 0; }
 
@@ -67,8 +65,8 @@ class Box {
     std::string output, complaint;  ///< standard output and error
   };
   /// Runs a program, found by PATH, with its arguments and without input, and waits for it. Returns nothing if it
-  /// cannot be started, is ended by a signal, or takes longer than 10 s; it is then killed. A program that closes its
-  /// outputs is waited for without a limit. \param words path or name of the program, then its arguments; not empty
+  /// cannot be started, is ended by a signal, takes longer than 10 s or prints more than 1 MiB; it is then killed.
+  /// \param words path or name of the program, then its arguments; not empty
   virtual std::optional<Ran> run(const std::vector<std::string>& words) const;
 
   struct Answer {

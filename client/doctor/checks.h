@@ -45,12 +45,11 @@ inline void add(std::vector<Finding>& findings, const char* check, Finding findi
 
 /// Requirements of an instance's configuration on its machine, in the words of `tractiond --print-config`.
 struct Settings {
-  std::string cameraId, packetSocket = "off";
+  std::string cameraId;
   double receiveBuffer_bytes = 0.0, packetSize_bytes = 0.0;  ///< as in the configuration
   int priority = 0;                                          ///< realtime.priority; 0: none is wanted
   std::string cpus;                                          ///< realtime.cpus: "2-3"; empty: all
   bool lockMemory = false;                                   ///< realtime.lock_memory
-  std::vector<std::string> endpoints;                        ///< of all kinds
 };
 
 /// An instance of tractiond on the machine, whether or not it runs.
@@ -93,12 +92,12 @@ bool mayUseUsb(const Patient& patient);
 
 /// Checks frequency governor, clock source, time of day, and memory and permissions of USB.
 void checkMachine(const Patient& patient, std::vector<Finding>& findings);
-/// Checks the link to a camera on the network: receive buffer, MTU, reverse path filter, NetworkManager, packet filter.
+/// Checks the link to a camera on the network: receive buffer, MTU, reverse path filter, NetworkManager.
 void checkNetwork(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
 /// Checks user and group tractiond, whether the user who runs it is in that group, owners and permissions of the
 /// gateway's directory of keys and of its files, and the permissions of that user's own key file.
 void checkAccess(const Patient& patient, std::vector<Finding>& findings);
-/// Checks for other programs and daemons that use a camera or a port of an instance.
+/// Checks for other programs and instances that use the same camera.
 void checkCompetitors(const Patient& patient, std::vector<Finding>& findings);
 /// Checks configuration, systemd unit, state directory, limits and real-time scheduling of an instance.
 void checkService(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);

@@ -61,28 +61,20 @@ std::set<std::string> namesOf(const Patient& patient) {
 }
 
 /// Returns the settings by the daemon's own text of its configuration, which includes all defaults.
-std::optional<Settings> settingsOf(const std::string& text, const std::string& instance) {
+std::optional<Settings> settingsOf(const std::string& text) {
   auto root = tractiond::TomlTable::parse(text, "tractiond --print-config");
   if (!root) return std::nullopt;
-  auto camera = root->table("camera"), publish = root->table("publish"), realtime = root->table("realtime");
-  if (!camera || !publish) return std::nullopt;
+  auto camera = root->table("camera"), realtime = root->table("realtime");
+  if (!camera) return std::nullopt;
   Settings settings;
   const tractiond::Range any{.least = 0.0, .most = 1e12};
   camera->read("id", settings.cameraId);
-  camera->read("packet_socket", settings.packetSocket);
   camera->read("receive_buffer_bytes", settings.receiveBuffer_bytes, any);
   camera->read("packet_size_bytes", settings.packetSize_bytes, any);
   if (realtime) {
     realtime->read("priority", settings.priority, any);
     realtime->read("cpus", settings.cpus);
     realtime->read("lock_memory", settings.lockMemory);
-  }
-  const Endpoints own = tcpEndpoints();
-  for (const auto& [key, usual] : {std::pair{"stream", own.stream}, {"latest", own.latest}, {"control", own.control}}) {
-    std::vector<std::string> all;
-    publish->read(key, all);
-    if (all.empty() && instance == kDefaultInstance && !usual.empty()) all.push_back(usual);
-    settings.endpoints.insert(settings.endpoints.end(), all.begin(), all.end());
   }
   return settings;
 }
@@ -100,7 +92,7 @@ void readSettings(const Patient& patient, Instance& instance) {
     instance.whyUnknown = patient.program + " cannot be run";
     return;
   }
-  if (ran->exitCode == 0) instance.settings = settingsOf(ran->output, instance.name);
+  if (ran->exitCode == 0) instance.settings = settingsOf(ran->output);
   if (!instance.settings) instance.whyUnknown = "the configuration is wrong";
 }
 

@@ -127,13 +127,6 @@ Finding checkNetworkManager(const Patient& patient, const std::string& interface
                   "    # its address then belongs into /etc/network/interfaces");
 }
 
-Finding checkPacketSocket(const Settings& settings) {
-  if (settings.packetSocket == "off") return ok("the kernel refuses what is not the camera's");
-  return warn("camera.packet_socket = \"" + settings.packetSocket +
-                  "\" receives past the kernel's filter, and needs the capability CAP_NET_RAW",
-              "camera.packet_socket = \"off\"");
-}
-
 }  // namespace
 
 bool isAddress(const std::string& cameraId) {
@@ -144,7 +137,6 @@ void checkNetwork(const Patient& patient, const Instance& instance, std::vector<
   if (!instance.settings) return add(findings, "network", unknown(instance.whyUnknown));
   const Settings& settings = *instance.settings;
   add(findings, "receive buffer", checkReceiveBuffer(patient.box, settings));
-  add(findings, "packet filter", checkPacketSocket(settings));
   const std::string interface = interfaceOf(patient.box, settings.cameraId);
   if (interface.empty())
     return add(findings, "camera's link",

@@ -79,7 +79,6 @@ std::vector<Key> keysOf(Config& config) {
   solve::SolveOptions& solve = config.solve;
   publish::PublishOptions& publish = config.publish;
   RealtimeOptions& realtime = config.realtime;
-  using capture::PacketSocket;
   using sensor::elastic::Model;
 
   // clang-format off
@@ -132,9 +131,6 @@ std::vector<Key> keysOf(Config& config) {
           &camera.packetTimeout_us, {100, 1e6}},
       {"camera", "frame_retention_us", "us", "Time without a packet after which a frame is given up.",
           &camera.frameRetention_us, {1000, 10e6}},
-      {"camera", "packet_socket", "", "Receive without the IP stack and its filters: needs CAP_NET_RAW; slow on the loopback.",
-          choiceOf(camera.packetSocket,
-                 {{"off", PacketSocket::kOff}, {"auto", PacketSocket::kAuto}, {"on", PacketSocket::kOn}})},
       {"camera", "buffers", "frames", "Buffers of the driver; up to 7 are on their way to the tracker.",
           &camera.buffers, {9, 1000}},
       {"camera", "silence_timeout_ms", "ms", "Time without a frame after which the camera is lost; 0: only if the driver reports it.",

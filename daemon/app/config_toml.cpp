@@ -30,6 +30,7 @@ void ignoreFormer(TomlTable& root) {
   for (const std::string_view key : kFormer) {
     if (solve) solve->ignore(key);
   }
+  if (auto camera = root.table("camera")) camera->ignore("packet_socket");
 }
 
 tl::expected<Config, Error> read(TomlTable& root) {

@@ -5,7 +5,6 @@
 #include "daemon/app/no_gel.h"
 #include "daemon/calibrate/calibration.h"
 #include "daemon/capture/aravis_driver.h"
-#include "daemon/capture/last_will.h"
 #include "daemon/capture/pipe_driver.h"
 #include "daemon/solve/make_solver.h"
 #include "traction/v1/status.pb.h"
@@ -80,7 +79,6 @@ tl::expected<std::unique_ptr<Instrument>, Error> Instrument::make(const Config& 
   if (!runtime) return tl::unexpected(runtime.error());
   std::unique_ptr<Instrument> instrument(new Instrument(complete, *std::move(state), *std::move(runtime)));
   instrument->stateDirectory_ = places.state;
-  instrument->instance_ = places.instance;
   instrument->log_ = std::move(log);
   if (auto built = instrument->build(*std::move(gel)); !built) return tl::unexpected(built.error());
   return instrument;
@@ -230,7 +228,6 @@ void Instrument::control(std::chrono::milliseconds timeout) {
   controlServer_->serve(processing_->hurried() || cameraAsked_ ? std::min(timeout, kHurriedTurn) : timeout,
                         *processing_);
   meetCamera();
-  watchLastWill();
   if (const auto answer = cameraAsked_ ? camera_->takeAnswer() : std::nullopt) {
     cameraAsked_ = false;
     controlServer_->answerCamera(*answer);
@@ -242,9 +239,7 @@ void Instrument::control(std::chrono::milliseconds timeout) {
   if (const auto gelFile = controlServer_->takeGelFile()) adopt(*gelFile);
   if (const auto kept = adoption_.turn()) controlServer_->answerAdoption(*kept);
   processing_->turn();
-  const std::int64_t now_ns = monotonicNow();
-  giveMemoryBack(now_ns);
-  watchUnsent(now_ns);
+  giveMemoryBack(monotonicNow());
 }
 
 void Instrument::adopt(const std::string& gelFile) {
@@ -274,15 +269,6 @@ void Instrument::giveMemoryBack(std::int64_t now_ns) {
   if (mallinfo2().fordblks > kWorthIt_bytes) malloc_trim(0);
 }
 
-/// Warns of messages that were not published, at most once a second.
-void Instrument::watchUnsent(std::int64_t now_ns) {
-  const std::uint64_t unsent = publisher_->unsent();
-  if (unsent == toldUnsent_ || now_ns - toldUnsent_ns_ < 1'000'000'000) return;
-  toldUnsent_ = unsent;
-  toldUnsent_ns_ = now_ns;
-  spdlog::warn("warning: messages lost as there was no memory to publish them: {}", unsent);
-}
-
 /// Describes the camera for each session, as it may return with other values.
 void Instrument::meetCamera() {
   const auto info = camera_->info();
@@ -291,17 +277,6 @@ void Instrument::meetCamera() {
   processing_->meet(*info);
   if (previewer_) previewer_->meet(info->shape.size);
   describeCamera(*info);
-}
-
-/// Warns once. The process is forked before there are threads, so only a restart brings it back.
-void Instrument::watchLastWill() {
-  std::string why = capture::whyCameraWouldStayLocked();
-  if (why.empty() || why == lockedWhy_) return;
-  lockedWhy_ = std::move(why);
-  spdlog::warn(
-      "warning: {}: after a kill -9 of this daemon the camera stays locked for its heartbeat's time, 3 s for most; "
-      "only a restart starts that process again: sudo systemctl restart tractiond@{}",
-      lockedWhy_, instance_);
 }
 
 void Instrument::describeCamera(const capture::CameraInfo& info) {
@@ -331,11 +306,7 @@ void Instrument::measure(traction::v1::Status& status) {
   turns.set_publish(turns_.publish.get());
   turns.set_control(turns_.control.get());
   status.set_log_lines_lost(log_ ? log_->lost() : 0);
-  if (controlServer_) status.set_answers_unsent(controlServer_->unsent());  // none at the first status
-  if (publisher_) status.set_messages_unsent(publisher_->unsent());         // likewise
   status.set_memory_bytes(residentMemory());
-  const FixedText<200> unreleased(capture::whyCameraWouldStayLocked());
-  status.mutable_unreleased_why()->assign(unreleased.view());
   if (processing_) processing_->measure(status);
 }
 

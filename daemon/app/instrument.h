@@ -80,9 +80,7 @@ class Instrument final : Stages, ReloadedCamera {
   tl::expected<void, Error> openCamera();
   void adopt(const std::string& gelFile);
   void meetCamera();
-  void watchLastWill();
   void giveMemoryBack(std::int64_t now_ns);
-  void watchUnsent(std::int64_t now_ns);
   void describeCamera(const capture::CameraInfo& info);
   void measure(traction::v1::Status& status);
   std::string statusLine() const;
@@ -93,7 +91,6 @@ class Instrument final : Stages, ReloadedCamera {
   std::shared_ptr<Realtime> realtime_;  // shared with Aravis's thread, as a camera may be closed later
   OwnDirectory state_, runtime_;
   std::filesystem::path stateDirectory_;
-  std::string instance_;
   Ledger ledger_;
   Turns turns_;
   publish::Description description_;  // after the start for the control thread alone
@@ -107,9 +104,7 @@ class Instrument final : Stages, ReloadedCamera {
   Adoption adoption_;                 // for the control thread, and run()
 
   // For the control thread alone.
-  std::string lockedWhy_;         // reason of the last warning
-  std::uint64_t toldUnsent_ = 0;  // messages in the last warning
-  std::int64_t toldUnsent_ns_ = 0, trimmed_ns_ = 0;
+  std::int64_t trimmed_ns_ = 0;
   unsigned describedSession_ = 0;  // of the camera
   bool cameraAsked_ = false;
 

@@ -26,7 +26,6 @@ int checkConfig(const Config& config) {  // completed()
 
 int main(int argc, char** argv) try {
   mallopt(M_ARENA_MAX, 1);  // of a thread's own heap the C library gives nothing back that is free at its end
-  if (const auto enough = checkAddressSpace(); !enough) std::_Exit(failed(enough.error()));
   const auto arguments = parseArguments(argc, argv);
   if (!arguments) return arguments.error();
   if (!arguments->inspected.empty()) return capture::printInspection(arguments->inspected);

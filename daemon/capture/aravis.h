@@ -242,9 +242,6 @@ std::optional<Unreachable> unreachable(const std::string& address);
 
 /// Returns vendor and model by the camera's description; either may be empty.
 std::pair<std::string, std::string> makeOf(ArvDevice* device);
-/// Returns a warning if the camera is known for a byte order of registers that its description states wrongly; else an
-/// empty text.
-std::string byteOrderNote(ArvDevice* device);
 
 // ---- aravis_network.cpp
 
@@ -264,9 +261,9 @@ int setReceiveBuffer(ArvStream* stream, int size_bytes);
 /// packet. Fails with EX_OSERR.
 tl::expected<void, Error> guardStream(ArvStream* stream, const StreamShape& shape);
 /// Reads the stream's own packets, past the filter, until one frame has ended or `patience` is over: that frame is lost
-/// to Aravis. Not for a stream that is lent. Attaches the filter for `shape` again, unless the stream reads from a
-/// packet socket, of which this socket gets a copy. Fails as guardStream(). \param shape as of guardStream()
-tl::expected<PacketSurvey, Error> surveyStream(ArvStream* stream, const StreamShape& shape, bool packetSocket,
+/// to Aravis. Not for a stream that is lent. Attaches the filter for `shape` again. Fails as guardStream(). \param
+/// shape as of guardStream()
+tl::expected<PacketSurvey, Error> surveyStream(ArvStream* stream, const StreamShape& shape,
                                                std::chrono::milliseconds patience);
 /// Returns the number of packets that the kernel has dropped since a GigE Vision stream was opened: not the camera's,
 /// or the receive buffer was full. 0 if it is not known.
@@ -277,9 +274,6 @@ std::uint32_t bytesWaiting(ArvStream* stream);
 /// Asks a GigE Vision camera for what its packets look like. A port that it does not report is 0. \param
 /// packetSize_bytes with headers \param payload_bytes of the largest frame, with chunk data \param picture_bytes of it
 StreamShape streamShape(ArvCamera* camera, int packetSize_bytes, std::size_t payload_bytes, std::size_t picture_bytes);
-
-/// Returns whether this process may open packet sockets.
-bool packetSocketAllowed();
 
 /// Returns a warning with its remedy if the kernel gives USB devices less memory than `needed_bytes`, that of all
 /// buffers of the stream; else an empty text.

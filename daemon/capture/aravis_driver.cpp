@@ -12,9 +12,6 @@
 #include "daemon/capture/chunk_description.h"
 #include "daemon/capture/gvcp_search.h"
 #include "daemon/capture/sent_picture.h"
-#include "daemon/capture/silence.h"
-
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -22,7 +19,6 @@
 #include <cstring>
 #include <limits>
 #include <optional>
-#include <thread>
 #include <tuple>
 #include <utility>
 
@@ -79,7 +75,6 @@ class AravisDriver : public Driver {
   tl::expected<Proof, Error> tryStream(int packetSize_bytes);
   tl::expected<bool, Error> adaptStream(int asked_bytes);
   tl::expected<void, Error> startStream(int packetSize_bytes, int filled_bytes);
-  void warnOfOddities();
   StreamShape shapeOfStream() const;
   double patience_s() const;
   Proof awaitWholeFrame();
@@ -91,7 +86,6 @@ class AravisDriver : public Driver {
   std::atomic<float> temperature_C_{std::numeric_limits<float>::quiet_NaN()};  // from link() to pop()
   std::atomic<bool> controlLost_{false};  // set by Aravis's heartbeat thread: outlives the camera
   std::atomic<bool> silent_{false};
-  std::atomic<int> receivingThread_{0};  ///< Aravis's
   std::shared_ptr<ThreadWatch> watch_;
   std::shared_ptr<Learnt> learnt_;
   GvcpSearch search_;
@@ -111,7 +105,6 @@ class AravisDriver : public Driver {
   int broken_ = 0;                             ///< frames in a row that were not whole
   std::optional<bool> extendedIds_;            ///< as its packets show; none: as the camera says
   std::optional<std::pair<int, int>> offset_;  ///< of its pictures, by the first leader
-  std::size_t unexplained_bytes_ = 0;          ///< behind the last picture, which are neither padding nor chunk data
   SentPicture unfit_;                          ///< the last frame that was whole and had another picture
   ChunkDescription chunks_;
   std::vector<Feature> undo_;                               ///< features as they were before it was set up
@@ -121,6 +114,9 @@ class AravisDriver : public Driver {
 AravisDriver::~AravisDriver() {
   clock_.reset();
   if (stream_ && !silent_ && !controlLost_) arv_camera_stop_acquisition(camera_.get(), nullptr);
+  // A stream waits for its thread. Should that hang, the camera is free for the next driver all the same.
+  if (silent_ && framePackets_ != 0)
+    arv_gv_device_leave_control(ARV_GV_DEVICE(arv_camera_get_device(camera_.get())), nullptr);
   stream_.reset();
   guard_.disarm();
   camera_.reset();
@@ -211,12 +207,8 @@ tl::expected<void, Error> AravisDriver::start() {
     return startStream(0, 0);
   }
 
-  const bool allowed = options_.packetSocket != PacketSocket::kOff && packetSocketAllowed();
-  if (options_.packetSocket == PacketSocket::kOn && !allowed)
-    return failed(EX_NOPERM, "camera.packet_socket = \"on\" needs the capability CAP_NET_RAW");
-  info_.packetSocket = allowed;
-  arv_camera_gv_set_stream_options(camera,
-                                   allowed ? ARV_GV_STREAM_OPTION_NONE : ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
+  // It would pass by the filter.
+  arv_camera_gv_set_stream_options(camera, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
   arv_camera_gv_set_packet_size_adjustment(camera, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
 
   const auto sizes = packetSizes(camera, options_);
@@ -232,11 +224,10 @@ tl::expected<void, Error> AravisDriver::start() {
   }
   info_.packetSizeVerified = proof == Proof::kWhole;
   if (proof == Proof::kWhole) learnt_->streak = Learnt::kStreak;
-  warnOfOddities();
   if (proof == Proof::kBroken)
     info_.warnings.push_back("no whole frame has arrived yet, not even with packets of " +
                              std::to_string(info_.packetSize_bytes) + " bytes: the network loses packets");
-  if (!info_.packetSocket && info_.receiveBuffer_bytes < options_.receiveBuffer_bytes)
+  if (info_.receiveBuffer_bytes < options_.receiveBuffer_bytes)
     info_.warnings.push_back("the kernel grants a receive buffer of " + std::to_string(info_.receiveBuffer_bytes) +
                              " bytes instead of " + std::to_string(options_.receiveBuffer_bytes) +
                              "; sysctl -w net.core.rmem_max=" + std::to_string(options_.receiveBuffer_bytes));
@@ -249,10 +240,8 @@ tl::expected<AravisDriver::Proof, Error> AravisDriver::tryStream(int packetSize_
   const int filled_bytes = packetSize_bytes == learnt_->asked_bytes ? learnt_->filled_bytes : packetSize_bytes;
   if (auto started = startStream(packetSize_bytes, filled_bytes); !started) return tl::unexpected(started.error());
   Proof proof = awaitWholeFrame();
-  // A packet socket has no filter, and a frame with holes counts as whole.
-  const bool isProved = proof == Proof::kUnfit || (proof == Proof::kWhole && !info_.packetSocket);
-  const bool isSilent = proof == Proof::kNothing && !info_.packetSocket && packetsRefused(stream_.get()) == 0;
-  if (!isProved && !isSilent) {
+  const bool isSilent = proof == Proof::kNothing && packetsRefused(stream_.get()) == 0;
+  if (proof != Proof::kUnfit && proof != Proof::kWhole && !isSilent) {
     const auto adapted = adaptStream(packetSize_bytes);
     if (!adapted) return tl::unexpected(adapted.error());
     if (*adapted) proof = awaitWholeFrame();
@@ -265,7 +254,7 @@ tl::expected<AravisDriver::Proof, Error> AravisDriver::tryStream(int packetSize_
 tl::expected<bool, Error> AravisDriver::adaptStream(int asked_bytes) {
   const auto patience = std::chrono::ceil<milliseconds>(std::chrono::duration<double>(patience_s() / 2));
   const StreamShape shape = shapeOfStream();
-  const auto surveyed = surveyStream(stream_.get(), shape, info_.packetSocket, patience);
+  const auto surveyed = surveyStream(stream_.get(), shape, patience);
   if (!surveyed) return tl::unexpected(surveyed.error());
   const PacketSurvey& survey = *surveyed;
   if (!survey.hasLeader()) return false;
@@ -305,24 +294,6 @@ tl::expected<bool, Error> AravisDriver::adaptStream(int asked_bytes) {
 
 std::string inWords(const std::pair<int, int>& place) {
   return "(" + std::to_string(place.first) + ", " + std::to_string(place.second) + ")";
-}
-
-/// Warns of what the first frames said that makes pictures wrong only if the camera means it.
-void AravisDriver::warnOfOddities() {
-  const auto rows = static_cast<std::size_t>(info_.shape.height);
-  if (unexplained_bytes_ > 0 && unexplained_bytes_ % rows == 0)
-    info_.warnings.push_back(std::to_string(unexplained_bytes_) +
-                             " bytes follow each picture and are not explained by its leader, " +
-                             std::to_string(unexplained_bytes_ / rows) +
-                             " for each row: if the picture is slanted, its rows are padded; choose another width");
-  gint x = 0, y = 0, width = 0, height = 0;
-  Failure failure;
-  arv_camera_get_region(camera_.get(), &x, &y, &width, &height, failure.into());
-  // Many cameras leave the offset out of their leaders: 0.
-  if (failure || !offset_ || *offset_ == std::pair(0, 0) || *offset_ == std::pair(x, y)) return;
-  info_.warnings.push_back("the leaders of its pictures say that these begin at " + inWords(*offset_) +
-                           " on the sensor, its OffsetX and OffsetY say " + inWords({x, y}) +
-                           ": a calibration holds for pictures from one place");
 }
 
 StreamShape AravisDriver::shapeOfStream() const {
@@ -374,9 +345,7 @@ tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes, int fi
                     "the camera refuses packets of " + std::to_string(packetSize_bytes) + " bytes", failure.text());
     const StreamShape shape = shapeOfStream();
     framePackets_ = shape.blocks() + 2;  // with leader and trailer
-    if (!info_.packetSocket) {
-      if (auto guarded = guardStream(stream_.get(), shape); !guarded) return guarded;
-    }
+    if (auto guarded = guardStream(stream_.get(), shape); !guarded) return guarded;
     // Of a frame whose camera pauses for longer than packet-timeout Aravis asks for all that is still to come, and by
     // default, a quarter of its packets, then never again for what is really lost.
     constexpr double kMostRequests = 2.0;  // of a frame's packets; Aravis allows no more
@@ -399,7 +368,6 @@ tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes, int fi
 /// In Aravis's thread, which ends before the stream that this driver holds.
 void AravisDriver::onStream(void* driver, ArvStreamCallbackType type, ArvBuffer* /*buffer*/) {
   auto& self = *static_cast<AravisDriver*>(driver);
-  if (type == ARV_STREAM_CALLBACK_TYPE_INIT) self.receivingThread_.store(gettid(), std::memory_order_relaxed);
   if (!self.watch_) return;
   if (type == ARV_STREAM_CALLBACK_TYPE_INIT) self.watch_->enter();
   if (type == ARV_STREAM_CALLBACK_TYPE_EXIT) self.watch_->leave();
@@ -429,36 +397,14 @@ AravisDriver::Proof AravisDriver::awaitWholeFrame() {
   return broken > 0 ? Proof::kBroken : Proof::kNothing;
 }
 
-/// A camera that is there and sends, while Aravis leaves its packets lie, can be had back by a stream of its own; what
-/// hangs is left behind.
+/// An answer may be late where packets are not: one thread of a camera may do both.
 std::string AravisDriver::doubt() {
-  struct Signs final : StreamSigns {
-    explicit Signs(AravisDriver& own)
-        : driver(own) {}
-    std::uint64_t received() override {
-      return isGigE ? arv_stream_get_info_uint64_by_name(driver.stream_.get(), "n_received_packets") : 0;
-    }
-    bool hasPacketsWaiting() override { return isGigE && bytesWaiting(driver.stream_.get()) != 0; }
-    bool isWaitingForProcessor() override { return wait.lasts(); }
-    bool answers() override {
-      const CameraInfo& info = driver.info_;
-      return info.identity.empty() || driver.search_.ask(info.name.address, kAnswer) == info.identity;
-    }
-    void pause() override { std::this_thread::sleep_for(milliseconds(50)); }
-
-    AravisDriver& driver;
-    const bool isGigE = driver.framePackets_ != 0;
-    ProcessorWait wait{driver.receivingThread_.load(std::memory_order_relaxed)};
-  } signs(*this);
-  switch (causeOfSilence(signs)) {
-  case Silence::kAlive:
-    return "";
-  case Silence::kThreadHangs:
-    arv_gv_device_leave_control(ARV_GV_DEVICE(arv_camera_get_device(camera_.get())), nullptr);
-    return "Aravis's thread hangs that receives its packets";
-  case Silence::kNoAnswer:
-    break;
-  }
+  const auto received = [this] {
+    return framePackets_ == 0 ? 0 : arv_stream_get_info_uint64_by_name(stream_.get(), "n_received_packets");
+  };
+  const std::uint64_t before = received();
+  if (info_.identity.empty() || search_.ask(info_.name.address, kAnswer) == info_.identity) return "";
+  if (received() != before || (framePackets_ != 0 && bytesWaiting(stream_.get()) != 0)) return "";
   return "it does not answer";
 }
 
@@ -542,9 +488,7 @@ void AravisDriver::describe(ArvBuffer* from, Buffer& buffer) {
   if (sent.payloadType == SentPicture::kChunks) sent.size = readBehind(1).value_or(0);
   auto layout = layoutOf(sent, info_.shape);
   if (layout && sent.payloadType != SentPicture::kChunks) {
-    const bool isExplained =
-        size <= layout->bytes || (arv_buffer_has_chunks(from) && readBehind(layout->bytes).has_value());
-    unexplained_bytes_ = isExplained ? 0 : size - layout->bytes;
+    if (size > layout->bytes && arv_buffer_has_chunks(from)) readBehind(layout->bytes);
     if (!offset_) offset_ = {sent.x, sent.y};
     if (*offset_ != std::pair(sent.x, sent.y)) layout.reset();
   }

@@ -28,8 +28,7 @@ class ThreadWatch {
 /// EX_UNAVAILABLE (no such camera, or it does not answer, may not be opened, or has a faulty description, or a stop was
 /// requested while it was located or inspected), EX_TEMPFAIL (another client holds it and has not left within 8 s, or a
 /// stop was requested meanwhile), EX_CONFIG (the camera refuses or lacks a setting, sends a format that cannot be
-/// read, or something else than it says), EX_NOPERM (a packet socket is not allowed), EX_OSERR (the kernel does not
-/// take the filters).
+/// read, or something else than it says), EX_OSERR (the kernel does not take the filters).
 /// \param watch may be empty; opening may start several threads in turn
 OpenDriver fromAravis(const CameraOptions& options, std::shared_ptr<ThreadWatch> watch = {});
 

@@ -6,7 +6,6 @@
 
 #include <dirent.h>
 #include <ifaddrs.h>
-#include <linux/if_ether.h>
 #include <linux/sock_diag.h>
 #include <net/if.h>
 #include <netinet/in.h>
@@ -147,7 +146,7 @@ tl::expected<void, Error> guardStream(ArvStream* stream, const StreamShape& shap
   return unguarded(descriptor, why);
 }
 
-tl::expected<PacketSurvey, Error> surveyStream(ArvStream* stream, const StreamShape& shape, bool packetSocket,
+tl::expected<PacketSurvey, Error> surveyStream(ArvStream* stream, const StreamShape& shape,
                                                std::chrono::milliseconds patience) {
   const int descriptor = streamSocket(stream);
   PacketSurvey survey;
@@ -166,7 +165,7 @@ tl::expected<PacketSurvey, Error> surveyStream(ArvStream* stream, const StreamSh
           recvfrom(descriptor, packet.data(), packet.size(), MSG_DONTWAIT, reinterpret_cast<sockaddr*>(&from), &length);
       if (got > 0) survey.see({packet.data(), static_cast<std::size_t>(got)}, ntohs(from.sin_port));
     }
-    if (!packetSocket) why = attach(descriptor, streamFilter(shape));
+    why = attach(descriptor, streamFilter(shape));
   }
   aravis::startReceiving(stream);
   if (why != 0) return unguarded(descriptor, why);
@@ -212,13 +211,6 @@ void ControlGuard::disarm() {
 
 std::uint64_t ControlGuard::refused() const {
   return descriptor_ < 0 ? 0 : memoryOf(descriptor_, SK_MEMINFO_DROPS);
-}
-
-/// The test that Aravis itself makes.
-bool packetSocketAllowed() {
-  const int probe = socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC, htons(ETH_P_ALL));
-  if (probe >= 0) close(probe);
-  return probe >= 0;
 }
 
 tl::expected<std::vector<int>, Error> packetSizes(ArvCamera* camera, const CameraOptions& options) {

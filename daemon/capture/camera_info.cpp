@@ -19,7 +19,7 @@ std::string CameraInfo::summary() const {
   if (packetSize_bytes > 0)
     line += ", packets of " + std::to_string(packetSize_bytes) + " bytes" +
             (packetSizeVerified ? "" : " (no frame seen yet)") + ", receive buffer " +
-            std::to_string(receiveBuffer_bytes) + " bytes, " + (packetSocket ? "packet" : "normal") + " socket";
+            std::to_string(receiveBuffer_bytes) + " bytes";
   return line;
 }
 

@@ -46,7 +46,6 @@ struct CameraInfo {
   double exposure_s = 0.0;                  ///< 0: the camera does not tell
   int packetSize_bytes = 0;                 ///< with headers; 0: not a network camera
   bool packetSizeVerified = false;          ///< a whole frame has arrived with it
-  bool packetSocket = false;                ///< frames are read from a packet socket instead of the normal one
   int receiveBuffer_bytes = 0;              ///< as the kernel granted it; 0: there is none
   std::vector<std::string> settings;        ///< in the order they were made, as read back: "Name = value"
   Standing standing;                        ///< what the configuration left open

@@ -52,22 +52,6 @@ std::string interfaceTowards(const std::string& address) {
   return found;
 }
 
-/// Vendor and model by the camera's description, as Aravis writes them, of cameras whose registers have another byte
-/// order than they say and which the Aravis of Debian 12 does not know (later ones do).
-constexpr std::array<std::array<const char*, 2>, 12> kSwapped{
-    {{"AT_Automation_Technology_GmbH", "C6_X_GigE"},
-     {"DO3THINK", "MGV518"},
-     {"EVK", "HELIOS"},
-     {"IDS_Imaging_Development_Systems_GmbH", "GV_53FxLE_M"},
-     {"IDS_Imaging_Development_Systems_GmbH", "GV_58CxLE_M"},
-     {"IDS_Imaging_Development_Systems_GmbH", "GV_524xCP_NIR"},
-     {"IDS_Imaging_Development_Systems_GmbH", "GV_599xCP_C"},
-     {"NIT", "NSC1601GIGE"},
-     {"Sony", "XCG_CPSeries"},
-     {"TeledyneDALSA", "ICE"},
-     {"Xenics", "Wildcat"},
-     {"FLIR", "XscSeries"}}};
-
 }  // namespace
 
 std::optional<Unreachable> unreachable(const std::string& address) {
@@ -84,18 +68,6 @@ std::pair<std::string, std::string> makeOf(ArvDevice* device) {
   auto* description = ARV_GC_REGISTER_DESCRIPTION_NODE(root);
   return {text(arv_gc_register_description_node_get_vendor_name(description)),
           text(arv_gc_register_description_node_get_model_name(description))};
-}
-
-std::string byteOrderNote(ArvDevice* device) {
-  const auto [vendor, model] = makeOf(device);
-  for (const auto& [knownVendor, knownModel] : kSwapped) {
-    if (vendor == knownVendor && model == knownModel)
-      return "registers of the " + vendor + " " + model +
-             " have another byte order than they say, which this Aravis (" + std::to_string(ARAVIS_MAJOR_VERSION) +
-             "." + std::to_string(ARAVIS_MINOR_VERSION) + "." + std::to_string(ARAVIS_MICRO_VERSION) +
-             ") may not know: numbers may be refused or read wrongly; a newer Aravis knows it";
-  }
-  return {};
 }
 
 std::string shareAdvice(int cameras, double link_bytes_per_s, int packet_bytes) {
@@ -158,8 +130,6 @@ std::vector<CameraSight> inspectCameras(const std::string& inspector, bool withF
       } else if (ARV_IS_GV_DEVICE(device) && !arv_gv_device_is_controller(ARV_GV_DEVICE(device))) {
         sight.obstacle = "another client holds it";
         sight.remedy = "close that client; one that died loses it within some seconds";
-      } else if (const std::string note = byteOrderNote(device); !note.empty()) {
-        sight.notes.push_back(note);
       }
       if (device != nullptr && arv_camera_is_uv_device(camera.get())) {
         const guint payload = arv_camera_get_payload(camera.get(), nullptr);

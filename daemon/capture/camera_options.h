@@ -9,9 +9,6 @@
 
 namespace tractiond::capture {
 
-/// Whether a stream is read from a packet socket: kAuto: if this process may open one; kOn: else opening fails.
-enum class PacketSocket { kOff, kAuto, kOn };
-
 /// A GenICam feature, by its name in the camera, and its value. `true` executes a command.
 struct Feature {
   std::string name;
@@ -53,8 +50,6 @@ struct CameraOptions {
   int packetTimeout_us = 5'000;
   /// Time without a packet of a frame after which the frame is given up.
   int frameRetention_us = 100'000;
-  /// Packet sockets need CAP_NET_RAW, and deliver late or nothing on loopback.
-  PacketSocket packetSocket = PacketSocket::kOff;
   /// One fills, the others are in the pipeline. More only add lag when the pipeline stalls.
   int buffers = 10;
   /// Time without a frame after which the camera counts as lost. 0: only if it reports so (a trigger that may pause).

@@ -77,7 +77,6 @@ void planFeatures(ArvDevice* device, CameraPlan& plan) {
   const ChunkDescription chunks = describeChunks(device);
   plan.chunks = orNone(joined(chunks.names));
   for (const std::string& unread : chunks.unread) plan.notes.push_back(unread + " is computed: it is left out");
-  if (const std::string note = byteOrderNote(device); !note.empty()) plan.notes.push_back(note);
   if (!hasFeature(device, "TLParamsLocked")) plan.notes.emplace_back("it has no TLParamsLocked");
 }
 

@@ -68,8 +68,7 @@ class Driver {
   virtual Error end() const { return {.exitCode = EX_OK}; }
 
   /// Liveness check, called if no picture comes. Returns why the camera is lost, as the end of a sentence; empty if it
-  /// is alive or cannot be asked. If the thread that receives packets hangs, gives up the control of the camera. Takes
-  /// up to 0.4 s; 2.2 s if that thread waits for a processor.
+  /// is alive or cannot be asked. Takes up to 0.2 s.
   virtual std::string doubt() { return ""; }
 
   /// Returns in what the last picture that was whole and of another shape differed, as the end of a sentence about the

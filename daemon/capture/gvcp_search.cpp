@@ -22,8 +22,8 @@ using std::chrono::milliseconds;
 
 // GigE Vision 2.0, 16.1 and 28: all numbers are big-endian.
 constexpr char kKey = 0x42;
-constexpr std::uint8_t kAnswerWanted = 0x01, kMayBeBroadcast = 0x10;
-constexpr std::uint8_t kDiscovery = 0x02, kReadMemory = 0x84;  // an answer's number is one more
+constexpr char kAnswerWanted = 0x01, kMayBeBroadcast = 0x10;
+constexpr char kDiscovery = 0x02;  // an answer's number is one more
 constexpr std::size_t kHeader = 8;
 // In the bootstrap registers, which are the answer's body.
 constexpr std::size_t kHardwareAddress = kHeader + 0x0a, kHardwareAddressSize = 6;
@@ -65,17 +65,18 @@ void GvcpSearch::listenTo(const std::string& address) {
   static_cast<void>(connect(socket_, reinterpret_cast<const sockaddr*>(&camera), sizeof camera));
 }
 
-void GvcpSearch::send(const std::string& address, std::uint8_t flags, std::uint8_t command, const std::string& body) {
+void GvcpSearch::send(const std::string& address) {
   ++request_;
-  std::string packet{kKey, static_cast<char>(flags), 0, static_cast<char>(command), 0, static_cast<char>(body.size())};
-  packet += {static_cast<char>(request_ >> 8), static_cast<char>(request_ & 0xff)};
-  packet += body;
+  const std::array<char, kHeader> packet{kKey,
+                                         kAnswerWanted | kMayBeBroadcast,
+                                         0,
+                                         kDiscovery,
+                                         0,
+                                         0,
+                                         static_cast<char>(request_ >> 8),
+                                         static_cast<char>(request_ & 0xff)};
   const sockaddr_in to = socketAddress(address, port_);
   sendto(socket_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
-}
-
-void GvcpSearch::send(const std::string& address) {
-  send(address, kAnswerWanted | kMayBeBroadcast, kDiscovery, {});
 }
 
 void GvcpSearch::sendToAll() {
@@ -122,43 +123,6 @@ GvcpSearch::Identity GvcpSearch::ask(const std::string& address, milliseconds ti
     } while (monotonicNow() < until_ns);
   }
   return {};
-}
-
-GvcpSearch::Memory GvcpSearch::read(const std::string& camera, std::uint32_t from, std::uint32_t size) {
-  constexpr std::uint32_t kBlock = 512;  // a packet holds 540
-  constexpr int kTries = 4;
-  constexpr std::int64_t kPatience_ns = 250'000'000;
-  Memory memory;
-  listenTo(camera);
-  for (std::uint32_t at = 0; at < size; at += kBlock) {
-    const std::uint32_t count = std::min(kBlock, size - at);
-    std::string body;
-    for (const std::uint32_t word : {from + at, count})
-      for (const int shift : {24, 16, 8, 0}) body += static_cast<char>(word >> shift);
-    bool answered = false;
-    for (int i = 0; i < kTries && !answered; ++i) {
-      send(camera, kAnswerWanted, kReadMemory, body);
-      const std::int64_t until_ns = monotonicNow() + kPatience_ns;
-      do {
-        pollfd item{socket_, POLLIN, 0};
-        const std::int64_t left_ns = std::max<std::int64_t>(0, until_ns - monotonicNow());
-        if (poll(&item, 1, static_cast<int>(left_ns / 1'000'000)) <= 0) break;
-        std::array<char, kHeader + 4 + kBlock> packet{};
-        const ssize_t got = recv(socket_, packet.data(), packet.size(), 0);
-        if (got < static_cast<ssize_t>(kHeader)) break;  // nothing listens there
-        const auto half = [&](std::size_t where) {
-          return static_cast<unsigned>(static_cast<std::uint8_t>(packet[where]) << 8 |
-                                       static_cast<std::uint8_t>(packet[where + 1]));
-        };
-        if (half(2) != kReadMemory + 1U || half(6) != request_) continue;
-        if ((memory.refusal = half(0)) != 0) return memory.bytes.clear(), memory;
-        answered = got == static_cast<ssize_t>(kHeader + 4 + count);
-        if (answered) memory.bytes.append(packet.data() + kHeader + 4, count);
-      } while (!answered && monotonicNow() < until_ns);
-    }
-    if (!answered) return {};
-  }
-  return memory;
 }
 
 std::string GvcpSearch::locate(const Identity& camera, const std::string& lastAddress, milliseconds timeout,

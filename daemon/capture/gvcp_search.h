@@ -1,5 +1,5 @@
 // Asks GigE Vision cameras on the networks of this host by packets of the control protocol (GVCP). Aravis can do that
-// as well, but takes a second, and does not say why it cannot open one.
+// as well, but takes a second.
 #pragma once
 
 #include <chrono>
@@ -10,7 +10,7 @@
 
 namespace tractiond::capture {
 
-/// Sends discovery and read packets, which a camera answers whichever client controls it. Thread-bound.
+/// Sends discovery packets, which a camera answers whichever client controls it. Thread-bound.
 class GvcpSearch {
  public:
   /// Opens a socket; if that fails, usable() is false. \param port of the cameras; another than the protocol's in tests
@@ -32,15 +32,6 @@ class GvcpSearch {
   std::string locate(const Identity& camera, const std::string& lastAddress, std::chrono::milliseconds timeout,
                      const std::stop_token& stop);
 
-  /// What a camera answers to a question for its memory.
-  struct Memory {
-    std::string bytes;     ///< empty: it did not answer within 1 s, or refused
-    unsigned refusal = 0;  ///< status of a refusal, as GigE Vision numbers them; 0: none
-  };
-  /// Reads `size` bytes at an address of the camera's memory, in blocks of 512, also while another client controls the
-  /// camera. \param camera its IPv4 address \param from, size multiples of 4
-  Memory read(const std::string& camera, std::uint32_t from, std::uint32_t size);
-
   /// Returns whether there is a socket; without one, no camera is found.
   bool usable() const { return socket_ >= 0; }
 
@@ -50,7 +41,6 @@ class GvcpSearch {
     Identity camera;
   };
   void listenTo(const std::string& address);
-  void send(const std::string& address, std::uint8_t flags, std::uint8_t command, const std::string& body);
   void send(const std::string& address);
   void sendToAll();  ///< to the broadcast address of each IPv4 network, not to loopback; ignores errors
   std::optional<Answer> receive(std::int64_t until_ns);

@@ -1,29 +1,14 @@
 #include "daemon/capture/inspection.h"
 
 #include "daemon/capture/aravis.h"
-#include "daemon/capture/description_check.h"
+#include "daemon/capture/gvcp_search.h"
 #include "daemon/capture/paper_device.h"
-#include "daemon/capture/unreadable.h"
 
 #include <algorithm>
 #include <iostream>
-#include <iterator>
-#include <utility>
 
 namespace tractiond::capture {
 namespace {
-
-constexpr std::pair<Inspection::Outcome, std::string_view> kWords[] = {
-    {Inspection::Outcome::kHarmless, "harmless "},
-    {Inspection::Outcome::kFault, "fault "},
-    {Inspection::Outcome::kUnreadable, "unreadable "},
-    {Inspection::Outcome::kAbsent, "absent "}};
-constexpr std::size_t kHashDigits = 64, kLongest = 500;
-
-bool isHash(std::string_view text) {
-  return text.size() == kHashDigits &&
-         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
-}
 
 /// Asks for everything that a feature can be asked for; what it answers does not matter.
 void evaluate(ArvGcNode* node) {
@@ -61,9 +46,7 @@ Inspection fault(const std::string& sentence) {
 Inspection inspect(ArvDevice* device) {
   std::size_t size = 0;
   const char* const xml = arv_device_get_genicam_xml(device, &size);
-  ArvGc* const description = arv_device_get_genicam(device);
-  if (xml == nullptr || description == nullptr) return fault("the camera has no description");
-  if (const std::string known = faultOf(description); !known.empty()) return fault(known);
+  if (xml == nullptr) return fault("the camera has no description");
   Failure failure;
   const Ref<ArvDevice> paper = makePaperDevice(std::string(xml, size), failure);
   if (!paper) return fault(failure.text());
@@ -73,16 +56,15 @@ Inspection inspect(ArvDevice* device) {
 
 /// Aravis says the same of a network camera that is not there and of one whose description it cannot read.
 Inspection unopened(const std::string& id, const Failure& failure) {
-  std::string why = isAddress(id) ? whyUnreadable(id) : "";
-  if (why.empty() && failure.noDescription())
-    why = "the camera answers, but its description cannot be read: " + failure.text();
-  if (why.empty()) return {.outcome = Inspection::Outcome::kAbsent, .text = failure.text()};
-  return {.outcome = Inspection::Outcome::kUnreadable, .text = why};
+  constexpr std::chrono::milliseconds kAnswer{300};
+  const bool answers = failure.noDescription() || (isAddress(id) && !GvcpSearch().ask(id, kAnswer).empty());
+  if (!answers) return {.outcome = Inspection::Outcome::kAbsent, .text = failure.text()};
+  return {.outcome = Inspection::Outcome::kUnreadable,
+          .text = "the camera answers, but its description cannot be read: " + failure.text() +
+                  "; close a client that may hold it alone, power it off and on, or load its firmware again"};
 }
 
 Inspection inspect(const std::string& id) {
-  if (const std::string why = isAddress(id) ? whyTooLarge(id) : ""; !why.empty())
-    return {.outcome = Inspection::Outcome::kUnreadable, .text = why};
   Failure failure;
   const Ref<ArvDevice> device(arv_open_device(id.c_str(), failure.into()));
   return device ? inspect(device.get()) : unopened(id, failure);
@@ -98,39 +80,25 @@ std::string hashOf(std::string_view xml) {
   return hash;
 }
 
-std::string encodeInspection(const Inspection& inspection) {
-  const auto* const word = std::find_if(std::begin(kWords), std::end(kWords),
-                                        [&](const auto& one) { return one.first == inspection.outcome; });
-  return std::string(word->second) + inspection.text + "\n";
-}
-
-Inspection decodeInspection(std::string_view bytes) {
-  const Inspection odd = fault("the camera's description makes what evaluates it talk nonsense");
-  if (bytes.empty() || bytes.back() != '\n') return odd;
-  bytes.remove_suffix(1);
-  for (const auto& [outcome, word] : kWords) {
-    if (bytes.substr(0, word.size()) != word) continue;
-    std::string text(bytes.substr(word.size(), kLongest));
-    if (text.empty() || (outcome == Inspection::Outcome::kHarmless && !isHash(text))) return odd;
-    std::replace_if(
-        text.begin(), text.end(), [](char c) { return g_ascii_isprint(c) == 0; }, '?');
-    return {.outcome = outcome, .text = text};
-  }
-  return odd;
-}
-
 int printInspection(const std::string& id) {
   limitChild();
   // What Aravis and GLib say of a description that is none is said better, and once, by the result.
   g_log_set_default_handler([](auto...) {}, nullptr);
-  std::cout << encodeInspection(inspect(id)) << std::flush;
-  return EX_OK;
+  const Inspection inspection = inspect(id);
+  std::cout << inspection.text << std::flush;
+  return static_cast<int>(inspection.outcome);
 }
 
 Inspection inspectInChild(const std::string& id, const ChildOptions& options, const std::stop_token& stop) {
+  constexpr std::size_t kLongest = 500;
   const ChildEnd end = runChild({"--inspect", id}, options, stop);
-  const std::string what = misdeed(end);
-  return what.empty() ? decodeInspection(end.output) : fault("the camera's description " + what);
+  if (const std::string what = misdeed(end); !what.empty()) return fault("the camera's description " + what);
+  std::string said = end.output.substr(0, kLongest);
+  if (said.empty() || end.code > static_cast<int>(Inspection::Outcome::kAbsent))
+    return fault("the camera's description makes what evaluates it talk nonsense");
+  std::replace_if(
+      said.begin(), said.end(), [](char c) { return g_ascii_isprint(c) == 0; }, '?');
+  return {.outcome = static_cast<Inspection::Outcome>(end.code), .text = said};
 }
 
 }  // namespace tractiond::capture

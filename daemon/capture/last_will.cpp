@@ -5,15 +5,12 @@
 #include <poll.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
-#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
-#include <limits>
 #include <mutex>
 
 namespace tractiond::capture {
@@ -22,9 +19,6 @@ namespace {
 /// GigE Vision's control protocol: write 0 to the control channel privilege register.
 constexpr std::array<std::uint8_t, 16> kRelease{0x42, 0x01, 0x00, 0x82, 0, 8, 0xff, 0xff, 0, 0, 0x0a, 0x00, 0, 0, 0, 0};
 
-/// Instead of the executor's process number.
-constexpr pid_t kEnded = std::numeric_limits<pid_t>::min();
-
 /// What the executor is told: a camera, with the socket by which it is controlled; or without one, that it is closed.
 struct Order {
   std::uint32_t address;
@@ -32,10 +26,9 @@ struct Order {
 };
 
 struct Will {
-  std::mutex mutex;               ///< guards writing
-  int executor = -1;              ///< leads to it
-  std::atomic<pid_t> process{0};  ///< the executor's; 0: not asked for; -errno: it could not be started; kEnded
-  int socket = -1;                ///< of the camera that was armed last
+  std::mutex mutex;   ///< guards writing
+  int executor = -1;  ///< leads to it
+  int socket = -1;    ///< of the camera that was armed last
 };
 
 Will& will() {
@@ -116,11 +109,7 @@ void tellExecutor(int executor, const Order& order, int socket) {
 
 int startExecutor() {
   std::array<int, 2> ends{};
-  if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0) {
-    const int why = errno;
-    will().process = -why;
-    return why;
-  }
+  if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0) return errno;
   // A signal to the whole group (a terminal's, a watchdog's of systemd) is meant for this process alone.
   sigset_t all, before;
   sigfillset(&all);
@@ -131,7 +120,6 @@ int startExecutor() {
     liveAsExecutor(ends[1]);
   }
   const int why = child < 0 ? errno : 0;
-  will().process = child < 0 ? -why : child;
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
   close(ends[1]);
   if (why != 0) {
@@ -141,16 +129,6 @@ int startExecutor() {
   const std::lock_guard lock(will().mutex);
   will().executor = ends[0];
   return 0;
-}
-
-std::string whyCameraWouldStayLocked() {
-  // A child that has ended is reaped once; of two threads that ask at that moment, one gets ECHILD.
-  pid_t process = will().process;
-  if (process > 0 && waitpid(process, nullptr, WNOHANG) != 0) will().process = process = kEnded;
-  if (process >= 0) return {};
-  if (process == kEnded) return "the process tr-last-will, which gives the camera free, has ended";
-  return std::string("the process tr-last-will, which gives the camera free, could not be started: ") +
-         std::strerror(-process);
 }
 
 void armLastWill(int socket, std::uint32_t address, std::uint16_t port) {

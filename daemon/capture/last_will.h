@@ -1,9 +1,8 @@
-// Gives the camera free if the process ends without closing it. Otherwise the camera stays locked by the dead client until its
-// heartbeat times out, after 3 s for most (docs/decisions/0018-hangs.md).
+// Gives the camera free if the process ends without closing it. Otherwise the camera stays locked by the dead client
+// until its heartbeat times out, after 3 s for most (docs/decisions/0018-hangs.md).
 #pragma once
 
 #include <cstdint>
-#include <string>
 
 namespace tractiond::capture {
 
@@ -12,14 +11,9 @@ namespace tractiond::capture {
 /// if it cannot be started; the camera then stays locked after such an end
 int startExecutor();
 
-/// Returns why the camera would stay locked if this process were killed now, as the beginning of a sentence: the
-/// process of startExecutor() could not be started, or has ended. Empty if it runs, or if startExecutor() was not
-/// called. Does not wait. Any thread.
-std::string whyCameraWouldStayLocked();
-
-/// Gives the process of startExecutor() a copy of the socket by which a camera is controlled. Only the camera armed last
-/// is given free. Any thread. \param socket UDP, by which the camera is controlled; must
-/// stay open until disarmLastWill() \param address of the camera, IPv4: 127.0.0.1 is 0x7f000001
+/// Gives the process of startExecutor() a copy of the socket by which a camera is controlled. Only the camera armed
+/// last is given free. Any thread. \param socket UDP, by which the camera is controlled; must stay open until
+/// disarmLastWill() \param address of the camera, IPv4: 127.0.0.1 is 0x7f000001
 void armLastWill(int socket, std::uint32_t address, std::uint16_t port);
 /// Ends that for the camera. Must be called before the socket is closed. Has no effect unless the socket was armed
 /// last. Any thread.

@@ -1,12 +1,16 @@
 // Strategy. A subclass of Aravis's device over a sparse map of bytes. Many makes ask inquiry registers whether a
 // feature or an entry exists: those that are only read, and lead from pIsImplemented or pIsAvailable, are seeded with
-// ones; those that give an upper limit, with a large number.
+// ones; those that give an upper limit, with a large number. Aravis parses what it can of a file that was cut short, so
+// libxml2 reads the text first and says whether it is whole.
 #include "daemon/capture/paper_device.h"
 
-#include "daemon/capture/description_check.h"
+#include <libxml/SAX2.h>
+#include <libxml/parser.h>
 
-#include <cstdlib>
+#include <algorithm>
+#include <cctype>
 #include <set>
+#include <string_view>
 #include <unordered_map>
 
 namespace {
@@ -99,6 +103,45 @@ GType paperType() {
 namespace tractiond::capture {
 namespace {
 
+/// Adds each feature node below a node. Groups are feature nodes in Aravis, but have no value.
+void collect(ArvDomNode* node, std::vector<ArvGcNode*>& nodes) {
+  for (ArvDomNode* child = arv_dom_node_get_first_child(node); child != nullptr;
+       child = arv_dom_node_get_next_sibling(child)) {
+    if (ARV_IS_GC_FEATURE_NODE(child) && !ARV_IS_GC_GROUP_NODE(child)) nodes.push_back(ARV_GC_NODE(child));
+    collect(child, nodes);
+  }
+}
+
+/// Returns the texts of the elements directly in a node whose names are in the list, without empty ones.
+std::vector<std::string> elementTexts(ArvGcNode* node, std::initializer_list<const char*> names) {
+  std::vector<std::string> texts;
+  for (ArvDomNode* child = arv_dom_node_get_first_child(ARV_DOM_NODE(node)); child != nullptr;
+       child = arv_dom_node_get_next_sibling(child)) {
+    const char* name = arv_dom_node_get_node_name(child);
+    if (std::none_of(names.begin(), names.end(), [&](const char* one) { return g_strcmp0(name, one) == 0; })) continue;
+    ArvDomNode* content = arv_dom_node_get_first_child(child);
+    if (content != nullptr) texts.push_back(text(arv_dom_node_get_node_value(content)));
+  }
+  return texts;
+}
+
+/// Returns why the text of a description is not well-formed XML, as a sentence; empty: it is. Ignores white space and
+/// zero bytes at its end.
+std::string faultOfText(std::string_view xml) {
+  const std::size_t end =
+      xml.find_last_not_of(std::string_view(" \t\r\n\0", 5));  // some cameras fill up their last page
+  if (end == std::string_view::npos) return "the camera's description is empty";
+  xmlSAXHandler handler{};
+  handler.initialized = XML_SAX2_MAGIC;
+  handler.serror = [](void* /*data*/, xmlErrorPtr /*error*/) {};  // it is said below
+  if (xmlSAXUserParseMemory(&handler, nullptr, xml.data(), static_cast<int>(end + 1)) == 0) return {};
+  const xmlError* const error = xmlGetLastError();
+  std::string why = error == nullptr || error->message == nullptr ? "" : error->message;
+  while (!why.empty() && std::isspace(static_cast<unsigned char>(why.back())) != 0) why.pop_back();
+  return "the camera's description is cut short or damaged" +
+         (error == nullptr ? "" : " at line " + std::to_string(error->line) + ": " + why);
+}
+
 /// The registers that a node's value is read from.
 void registersBelow(ArvGc* description, const std::string& name, std::set<std::string>& seen,
                     std::vector<ArvGcNode*>& registers) {
@@ -139,6 +182,13 @@ void seed(ArvDevice* device, ArvGcNode* node, std::initializer_list<const char*>
 
 }  // namespace
 
+std::vector<ArvGcNode*> nodesOf(ArvGc* description) {
+  std::vector<ArvGcNode*> nodes;
+  ArvDomElement* root = arv_dom_document_get_document_element(ARV_DOM_DOCUMENT(description));
+  if (root != nullptr) collect(ARV_DOM_NODE(root), nodes);
+  return nodes;
+}
+
 Ref<ArvDevice> makePaperDevice(const std::string& xml, Failure& failure) {
   auto* object = static_cast<PaperDevice*>(g_object_new(paperType(), nullptr));
   Ref<ArvDevice> device(reinterpret_cast<ArvDevice*>(object));
@@ -150,8 +200,8 @@ Ref<ArvDevice> makePaperDevice(const std::string& xml, Failure& failure) {
   object->paper->xml = xml;
   object->paper->description.reset(arv_gc_new(device.get(), object->paper->xml.c_str(), object->paper->xml.size()));
   if (!object->paper->description) return refused("it is no GenICam description");
-  if (const std::string fault = faultOf(object->paper->description.get()); !fault.empty()) return refused(fault);
   const auto nodes = nodesOf(object->paper->description.get());
+  if (nodes.empty()) return refused("the camera's description is empty");
   for (ArvGcNode* const node : nodes) seed(device.get(), node, {"pIsImplemented", "pIsAvailable"}, true);
   for (ArvGcNode* const node : nodes) seed(device.get(), node, {"pMax"}, false);
   return device;

@@ -1,11 +1,7 @@
 #include "daemon/control/control_server.h"
 
-#include "base/clock.h"
-#include "base/counter.h"
 #include "base/network/socket.h"
 #include "daemon/publish/wire_control.h"
-
-#include <spdlog/spdlog.h>
 
 #include <array>
 #include <deque>
@@ -18,7 +14,6 @@ namespace {
 constexpr std::int64_t kLargestRequest = 65'536;
 constexpr int kWaitingReplies = 16;  ///< per peer; one that does not read loses the rest
 constexpr int kRequestsPerTurn = 64;
-constexpr std::size_t kLargestAskers = 64;  ///< of one zero, of one picture, of the camera
 
 }  // namespace
 
@@ -50,39 +45,21 @@ struct ControlServer::Impl {
   /// One message is shared by all.
   void replyAll(const std::vector<Route>& routes, const std::string& bytes) {
     if (routes.empty()) return;
-    auto message = network::copyOf(bytes);
-    std::uint64_t lost = 0;
+    zmq::message_t message(bytes.data(), bytes.size());
     for (const Route& route : routes) {
-      // All parts are made before the first is sent, so that a reply is sent as a whole or not at all.
-      auto peer = network::copyOf(route.peer), beyond = network::copyOf(route.beyond);
+      zmq::message_t peer(route.peer.data(), route.peer.size()), beyond(route.beyond.data(), route.beyond.size());
       zmq::message_t empty, shared;
-      if (!message || !peer || !beyond) {
-        ++lost;
-        continue;
-      }
-      (void)zmq_msg_copy(shared.handle(), message->handle());  // needs no memory: bytes are shared
+      shared.copy(message);
       // ROUTER drops what is for a peer that has gone or does not read.
       const auto put = [this](zmq::message_t& part, int flags) {
         while (zmq_msg_send(part.handle(), socket.handle(), flags) < 0 && zmq_errno() == EINTR) {
         }
       };
-      put(*peer, ZMQ_SNDMORE);
-      if (!route.beyond.empty()) put(*beyond, ZMQ_SNDMORE);
+      put(peer, ZMQ_SNDMORE);
+      if (!route.beyond.empty()) put(beyond, ZMQ_SNDMORE);
       put(empty, ZMQ_SNDMORE);
       put(shared, ZMQ_DONTWAIT);
     }
-    if (lost > 0) count(lost);
-  }
-
-  /// Counts answers for which ZeroMQ had no memory, and warns at most once a second.
-  void count(std::uint64_t lost) {
-    unsent.add(lost);
-    const std::int64_t now_ns = monotonicNow();
-    if (warned_ns && now_ns - *warned_ns < 1'000'000'000) return;
-    warned_ns = now_ns;
-    const std::uint64_t all = unsent.get();
-    spdlog::warn("warning: {} answer{} to requests could not be sent: {}", all, all == 1 ? "" : "s",
-                 zmq_strerror(ENOMEM));
   }
 
   void answer(Requests& requests) {
@@ -106,14 +83,10 @@ struct ControlServer::Impl {
       calibrator = peer;
       return requests.beginStep(asked->calibration);
     case publish::Request::kSnapshot:
-      if (snapshotAskers.size() >= kLargestAskers)
-        return reply(peer, publish::encodeErrorReply("too many ask for a picture"));
       snapshotAskers.push_back(peer);
       if (snapshotAskers.size() == 1) requests.askSnapshot();
       return;
     case publish::Request::kCamera:
-      if (cameraAskers.size() >= kLargestAskers)
-        return reply(peer, publish::encodeErrorReply("too many ask for the camera"));
       return cameraAskers.push_back({peer, std::move(asked->camera)});
     case publish::Request::kAdopt:
       if (adopter) return reply(peer, publish::encodeErrorReply("another gel file is being adopted"));
@@ -128,7 +101,6 @@ struct ControlServer::Impl {
   }
 
   void askZero(const Route& peer, const ZeroRequest& wanted, Requests& requests) {
-    if (zeroAskers.size() >= kLargestAskers) return reply(peer, publish::encodeErrorReply("too many ask for a zero"));
     const bool first = zeroAskers.empty();
     if (!first && (wanted.undo || wanted.anyway != zeroAsked.anyway)) {
       return reply(peer, publish::encodeErrorReply("a zero is being taken; ask again"));
@@ -153,10 +125,8 @@ struct ControlServer::Impl {
   std::optional<Route> calibrator;       ///< waits for the step that runs
   std::deque<CameraAsker> cameraAskers;  ///< the first is asked for, if any is
   bool cameraAsked = false;
-  std::optional<Route> adopter;           ///< waits until its gel file is kept
-  std::optional<std::string> gelFile;     ///< that is to be adopted, until it is taken
-  Counter unsent;                         ///< answers for which there was no memory
-  std::optional<std::int64_t> warned_ns;  ///< of the last line
+  std::optional<Route> adopter;        ///< waits until its gel file is kept
+  std::optional<std::string> gelFile;  ///< that is to be adopted, until it is taken
   zmq::context_t context{1};  ///< its own: what peers send here does not keep the publisher's thread from sending
   zmq::socket_t socket{context, zmq::socket_type::router};
   std::vector<std::string> endpoints;
@@ -229,10 +199,6 @@ void ControlServer::answerSnapshot(const tl::expected<const Snapshot*, std::stri
 
 bool ControlServer::zeroPending() const {
   return !impl_->zeroAskers.empty();
-}
-
-std::uint64_t ControlServer::unsent() const {
-  return impl_->unsent.get();
 }
 
 const std::vector<std::string>& ControlServer::endpoints() const {

@@ -17,10 +17,9 @@
 
 namespace tractiond::control {
 
-/// Thread-bound, except for unsent(). A request that is malformed or unknown is answered with an error or dropped. So
-/// is a request for a zero, a picture or the camera for which 64 wait already. For a client that does not read, 16
-/// answers wait, and further ones are lost. The connection of a client that sends a part of more than 64 KiB is ended.
-/// An answer for which ZeroMQ has no memory is dropped, and counted (unsent()).
+/// Thread-bound. A request that is malformed or unknown is answered with an error or dropped. For a client that does
+/// not read, 16 answers wait, and further ones are lost. The connection of a client that sends a part of more than 64
+/// KiB is ended.
 class ControlServer final : public Replies {
  public:
   /// Binds to ZeroMQ endpoints: "ipc://PATH", whose directory must exist, or "tcp://ADDRESS:PORT", where port * takes a
@@ -68,9 +67,6 @@ class ControlServer final : public Replies {
 
   /// Returns whether a zero or an undo was asked for and has not been answered, also if its client has gone.
   bool zeroPending() const;
-
-  /// Returns the number of answers that were dropped because ZeroMQ had no memory for them. Any thread.
-  std::uint64_t unsent() const;
 
   /// Returns the endpoints as they were bound.
   const std::vector<std::string>& endpoints() const;

@@ -2,7 +2,6 @@
 
 #include "daemon/publish/publisher.h"
 
-#include "base/counter.h"
 #include "base/loan.h"
 #include "base/network/socket.h"
 #include "daemon/publish/durations.h"
@@ -110,24 +109,13 @@ struct Publisher::Impl {
     return heading;
   }
 
-  /// Calls `make`, which sends a message; counts it if ZeroMQ has no memory for it. Returns whether it was sent.
-  template <typename Make>
-  bool trySending(Make make) try {
-    make();
-    return true;
-  } catch (const zmq::error_t&) {
-    unsent.add();
-    return false;
-  }
-
   void sendDescription() {
     const Heading heading = headingOf(kDescription);
     lastDescription_ns = heading.sent_ns;
-    descriptionDue = !trySending([&] {
-      zmq::message_t message(description->fill(heading));
-      description->write(message.data<std::uint8_t>());
-      send(kDescription, message, heading.sentReal_ns);
-    });
+    descriptionDue = false;
+    zmq::message_t message(description->fill(heading));
+    description->write(message.data<std::uint8_t>());
+    send(kDescription, message, heading.sentReal_ns);
   }
 
   void sendStatus() {
@@ -152,15 +140,13 @@ struct Publisher::Impl {
     total.take(*status.mutable_latencies()->mutable_total());
     lastStatus_ns = heading.sent_ns;
 
-    trySending([&] {
-      zmq::message_t message(wire.fillStatus(ledger, heading));
-      wire.writeStatus(message.data<std::uint8_t>());
-      // A reader in the way: it gets this one's predecessor, and nobody waits.
-      if (const std::unique_lock lock(lastMutex, std::try_to_lock); lock.owns_lock()) {
-        lastStatus.assign(message.data<char>(), message.size());
-      }
-      send(kStatus, message, heading.sentReal_ns);
-    });
+    zmq::message_t message(wire.fillStatus(ledger, heading));
+    wire.writeStatus(message.data<std::uint8_t>());
+    // A reader in the way: it gets this one's predecessor, and nobody waits.
+    if (const std::unique_lock lock(lastMutex, std::try_to_lock); lock.owns_lock()) {
+      lastStatus.assign(message.data<char>(), message.size());
+    }
+    send(kStatus, message, heading.sentReal_ns);
   }
 
   void count(const TractionField& field) {
@@ -208,7 +194,7 @@ struct Publisher::Impl {
 
   void sendPreview() {
     if (PreviewToSend* const one = preview.lent()) {
-      trySending([&] { send(kPreview, one->message, one->real_ns); });
+      send(kPreview, one->message, one->real_ns);
       preview.giveBack();
     }
   }
@@ -234,8 +220,7 @@ struct Publisher::Impl {
   Wire wire;
   std::array<std::string, kTopicCount> topics;
   std::array<std::uint64_t, kTopicCount> sequences{};
-  Heading last;    ///< of the last field
-  Counter unsent;  ///< messages for which ZeroMQ had no memory
+  Heading last;  ///< of the last field
 
   std::unique_ptr<DescriptionMessage> description;
   std::atomic<DescriptionMessage*> offered{nullptr};  ///< by describe()
@@ -254,7 +239,6 @@ struct Publisher::Impl {
   std::set<std::string> previewTopics;  ///< beginnings of that topic with a subscriber
   std::atomic<bool> previewWanted{false};
   PreviewMessage previewMessage;  ///< as all of offerPreview()'s, its thread's
-  Counter unsentPreviews;         ///< likewise
   std::atomic<int> waitingPreviews{0};
   Loan<PreviewToSend> preview;
 
@@ -302,22 +286,18 @@ void Publisher::publish(const TractionField& field) {
   self.last.zero = field.markers.zero;
 
   const Heading heading = self.headingOf(kField);
-  self.trySending([&] {
-    zmq::message_t forStream(self.wire.fill(field, heading));
-    self.wire.writeField(forStream.data<std::uint8_t>());
-    zmq::message_t forLatest;
-    forLatest.copy(forStream);
-    self.send(kField, forStream, times.receivedReal_ns);
-    Impl::put(self.latest, forLatest, 0);
-  });
+  zmq::message_t forStream(self.wire.fill(field, heading));
+  self.wire.writeField(forStream.data<std::uint8_t>());
+  zmq::message_t forLatest;
+  forLatest.copy(forStream);
+  self.send(kField, forStream, times.receivedReal_ns);
+  Impl::put(self.latest, forLatest, 0);
 
   Heading ofMarkers = self.headingOf(kMarkers);
   ofMarkers.flags = field.markers.flags;
-  self.trySending([&] {
-    zmq::message_t markers(self.wire.fill(field.markers, ofMarkers));
-    self.wire.writeMarkers(markers.data<std::uint8_t>());
-    self.send(kMarkers, markers, times.receivedReal_ns);
-  });
+  zmq::message_t markers(self.wire.fill(field.markers, ofMarkers));
+  self.wire.writeMarkers(markers.data<std::uint8_t>());
+  self.send(kMarkers, markers, times.receivedReal_ns);
 
   self.count(field);
   ++self.residuals;
@@ -367,7 +347,7 @@ bool Publisher::previewWanted() const {
   return impl_->previewWanted.load(std::memory_order_relaxed);
 }
 
-bool Publisher::offerPreview(const Preview& preview) try {
+bool Publisher::offerPreview(const Preview& preview) {
   Impl& self = *impl_;
   Impl::PreviewToSend* const next = self.preview.own();
   if (!next || self.waitingPreviews.load(std::memory_order_relaxed) >= kWaitingPreviews) return false;
@@ -384,13 +364,6 @@ bool Publisher::offerPreview(const Preview& preview) try {
   next->real_ns = preview.info.times.receivedReal_ns;
   self.preview.lend();
   return true;
-} catch (const zmq::error_t&) {
-  impl_->unsentPreviews.add();
-  return false;
-}
-
-std::uint64_t Publisher::unsent() const {
-  return impl_->unsent.get() + impl_->unsentPreviews.get();
 }
 
 std::string Publisher::lastStatus() const {

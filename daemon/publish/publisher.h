@@ -42,8 +42,7 @@ struct PublishOptions {
 };
 
 /// publish() and serve() are for one thread. describe() may be called from one other thread, offerPreview() from one
-/// more. unsent(), lastStatus(), lastDescription(), previewWanted() and the endpoints are thread-safe. A message for
-/// which ZeroMQ has no memory is dropped and counted (unsent()); a description is tried again.
+/// more. lastStatus(), lastDescription(), previewWanted() and the endpoints are thread-safe.
 class Publisher final : public NewestMessages {
  public:
   /// Binds to the endpoints, and sends the description and a first status. The ledger must outlive this, the
@@ -73,13 +72,9 @@ class Publisher final : public NewestMessages {
   bool previewWanted() const;
 
   /// Takes a picture to be sent within the next serve() or publish(). Returns whether it was taken: false, and the
-  /// picture is dropped, if the previous one has not been sent yet, 64 wait for slow subscribers, or ZeroMQ has no
-  /// memory for it. Encodes it within the call, so it need not outlive it. Allocates.
+  /// picture is dropped, if the previous one has not been sent yet, or 64 wait for slow subscribers. Encodes it within
+  /// the call, so it need not outlive it. Allocates.
   bool offerPreview(const Preview& preview);
-
-  /// Returns the number of messages that were dropped because ZeroMQ had no memory for them. Subscribers see the gaps
-  /// in Header.sequence.
-  std::uint64_t unsent() const;
 
   std::string lastStatus() const override;
   std::string lastDescription() const override;

@@ -4,11 +4,11 @@
 #include "client/include/traction/subscriber.h"
 #include "daemon/app/pipeline.h"
 #include "daemon/capture/camera.h"
-#include "daemon/capture/memory_driver.h"
 #include "daemon/publish/publisher.h"
 #include "daemon/solve/make_solver.h"
 #include "daemon/track/tracker.h"
 #include "sensor/elastic/half_space.h"
+#include "tests/support/memory_driver.h"
 #include "twin/renderer.h"
 
 #include <sys/wait.h>
@@ -29,11 +29,11 @@ constexpr int kPictures = 256;
 constexpr std::uint64_t kLoops = 40;
 
 /// A press that comes and goes. The tracker sees markers move; that the force is right is for other programs to show.
-capture::Pictures pictures(const sensor::Sensor& sensor) {
+test::Pictures pictures(const sensor::Sensor& sensor) {
   twin::Renderer renderer(sensor, {}, twin::Format::kRgb8);
   const sensor::Projection project(sensor.camera, sensor.gel.size.z());
   const sensor::Points markers = sensor::markerPositions(sensor.layers);
-  capture::Pictures result{.width = sensor.camera.width, .height = sensor.camera.height, .data = {}};
+  test::Pictures result{.width = sensor.camera.width, .height = sensor.camera.height, .data = {}};
   result.data.resize(kPictures, std::vector<std::uint8_t>(renderer.pictureSize()));
   Eigen::Matrix2Xd markers_px(2, markers.cols());
   for (int i = 0; i < kPictures; ++i) {
@@ -92,7 +92,7 @@ int main(int argc, char** argv) {
   }
 
   const sensor::Sensor sensor;
-  const capture::Pictures movie = pictures(sensor);
+  const test::Pictures movie = pictures(sensor);
   const auto made = solve::makeSolver(sensor, {}, state);
   if (!made) return std::cerr << made.error().message() << "\n", 1;
   Ledger ledger;
@@ -106,7 +106,7 @@ int main(int argc, char** argv) {
   if (!publisher) return std::cerr << publisher.error().message() << "\n", 1;
   for (int i = 0; i < 10; ++i) (*publisher)->serve(-1, std::chrono::milliseconds(100));  // the subscriber joins
 
-  auto source = capture::Camera::open(capture::fromMemory(movie, {.loops = kLoops}), {}, ledger);
+  auto source = capture::Camera::open(test::fromMemory(movie, kLoops), {}, ledger);
   if (!source) return std::cerr << source.error().message() << "\n", 1;
   struct Work final : Stages {
     Work(track::Tracker& tracks, solve::FieldSolver& solves, publish::Publisher& publishes)

@@ -33,17 +33,9 @@ double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-int tellBroken(Simulation& simulation, const Story& story, const Broken& broken, bool shrinks) {
+int tellBroken(const Story& story, const Broken& broken) {
   std::printf("\nseed %llu breaks a law after %.3f s: %s: %s\n", static_cast<unsigned long long>(story.seed),
               1e-3 * static_cast<double>(broken.at_ms), broken.law.c_str(), broken.what.c_str());
-  if (shrinks) {
-    std::fflush(stdout);
-    const Story least = simulation.shrink(story, broken.law, goesOn);
-    if (!goesOn()) std::printf("interrupted; a shorter story may break the law, too\n");
-    std::printf("its shortest story, %zu of %zu happenings:\n\n%s\n", least.happenings.size(), story.happenings.size(),
-                toText(least).c_str());
-    std::printf("%s", simulation.run(least).log.c_str());
-  }
   return kBroken;
 }
 
@@ -55,7 +47,7 @@ int runStory(const std::string& path, bool showsLog) {
   Simulation simulation;
   const Result result = simulation.run(*story);
   if (showsLog || result.broken) std::printf("%s%s", result.log.c_str(), result.account.text().c_str());
-  if (result.broken) return tellBroken(simulation, *story, *result.broken, false);
+  if (result.broken) return tellBroken(*story, *result.broken);
   std::printf("%s: no law is broken, %llu fields\n", path.c_str(),
               static_cast<unsigned long long>(result.account.fields()));
   return 0;
@@ -92,7 +84,8 @@ int runSeeds(std::uint64_t seed, std::uint64_t hours, std::uint64_t minutes, boo
     };
     if (result.broken) {
       tell();
-      return tellBroken(simulation, story, *result.broken, true);
+      std::printf("its story, for --story:\n\n%s\n%s", toText(story).c_str(), result.log.c_str());
+      return tellBroken(story, *result.broken);
     }
     if (interrupted != 0) {
       tell();

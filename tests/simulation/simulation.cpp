@@ -1,13 +1,11 @@
 #include "tests/simulation/simulation.h"
 
 #include "tests/simulation/run.h"
-#include "tests/simulation/shrink.h"
 
 #include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
 
 #include <exception>
-#include <optional>
 #include <utility>
 
 namespace tractiond::simulation {
@@ -69,16 +67,6 @@ Result Simulation::run(const Story& story, const std::function<bool()>& goesOn) 
   clocks() = {1000 * kSecond, 1'700'000'000 * kSecond};
   forgetBackground();
   return runIn(std::make_unique<Run>(*gel_, story), goesOn);
-}
-
-Story Simulation::shrink(const Story& story, const std::string& law, const std::function<bool()>& goesOn) {
-  bool isOver = false;
-  const auto asked = [&] { return !(isOver = goesOn && !goesOn()); };
-  return simulation::shrink(story, [&](const Story& one) -> std::optional<std::int64_t> {
-    if (isOver) return std::nullopt;
-    const Result result = run(one, asked);
-    return result.broken && result.broken->law == law ? std::optional(result.broken->at_ms) : std::nullopt;
-  });
 }
 
 }  // namespace tractiond::simulation

@@ -22,10 +22,6 @@ class Simulation {
   /// once for each simulated second; false ends the run
   Result run(const Story& story, const std::function<bool()>& goesOn = {});
 
-  /// Returns a story of few happenings that breaks the same law, as shrink.h says. \param goesOn as for run(); when it
-  /// returns false, the shortest story so far is returned
-  Story shrink(const Story& story, const std::string& law, const std::function<bool()>& goesOn = {});
-
  private:
   std::unique_ptr<const Gel> gel_;
 };

@@ -31,6 +31,11 @@ SOURCE = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(BUILD / "python"))
 
 from traction.v1 import messages  # noqa: E402  (generated into the build folder)
+from traction.v1.options_pb2 import metric  # noqa: E402
+from traction.v1.status_pb2 import Ledger  # noqa: E402
+
+LOSSES = tuple(field.name for field in Ledger.DESCRIPTOR.fields
+               if field.GetOptions().Extensions[metric].name == "frames_lost_total")
 
 GRAM_FORCE = 9.80665e-3  # [N]
 # Sanitizers slow everything down; deadlines, never results, are stretched by this.

@@ -10,7 +10,6 @@ import unittest
 
 import numpy as np
 
-import honest
 import rig
 import seed
 import steady
@@ -159,7 +158,7 @@ class Faults(steady.TestCase):
         while time.monotonic() < begin + seconds:
             self.stream(10)
         fields, after = len(self.published) - fields, self.ledger()
-        lost = {loss: getattr(after, loss) - getattr(before, loss) for loss in honest.LOSSES + ("missing", "doubted", "reconnects")}
+        lost = {loss: getattr(after, loss) - getattr(before, loss) for loss in rig.LOSSES + ("missing", "doubted", "reconnects")}
         return {"of": fields} | {loss: count for loss, count in lost.items() if count}
 
     def test_a_stranger_that_is_faster_than_the_camera(self):

@@ -6,7 +6,6 @@ import re
 import time
 import unittest
 
-import honest
 import projector
 import rig
 from deadline import HUNG_S
@@ -97,7 +96,7 @@ class NoGel(unittest.TestCase):
             statuses += [message] * (kind == "status")
         self.assertLessEqual(kinds, {"status", "description", "preview"})  # no field, no markers
         ledger = statuses[-1].ledger
-        self.assertEqual(ledger.received, ledger.in_flight + sum(getattr(ledger, loss) for loss in honest.LOSSES))
+        self.assertEqual(ledger.received, ledger.in_flight + sum(getattr(ledger, loss) for loss in rig.LOSSES))
         self.assertGreater(ledger.no_gel, 0)
         self.assertEqual(self.expect_a_balanced_end(daemon), 0)  # of a film each picture counts
 

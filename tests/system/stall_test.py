@@ -16,7 +16,7 @@ NOTICED_S = 1.0 + steady.STEADY_S
 # Nobody watches these (docs/security.md): no field comes, and each subscriber sees that.
 UNWATCHED = {"ZMQbg/IO/0"}
 # Fields flow without them, or again within four seconds. Besides, of those with the program's name: the log's, not the main one.
-MENDED = {"tr-preview", "tr-disk", "tr-compute", "libusb_event", "camera-keeper", "camera-calls", "arv_gv_stream", "ZMQbg/Reaper"}
+MENDED = {"tr-preview", "tr-disk", "tr-compute", "tr-model", "libusb_event", "camera-keeper", "camera-calls", "arv_gv_stream", "ZMQbg/Reaper"}
 
 
 class Stalls(steady.TestCase):

@@ -53,7 +53,6 @@ gel_file = 'a "quoted" \ path'
 [camera]
 wait = false
 gain = 1.5
-packet_socket = "auto"
 exposure_us = 333.25
 offset_x_px = 0
 trigger = "Line1"
@@ -77,7 +76,6 @@ insecure = true
   EXPECT_EQ(again->camera.offsetY, -1);
   EXPECT_EQ(again->camera.trigger, "Line1");
   EXPECT_EQ(again->camera.chunks.size(), 2U);
-  EXPECT_EQ(again->camera.packetSocket, capture::PacketSocket::kAuto);
   EXPECT_EQ(again->solve.noise_px, 0.0123);
   EXPECT_EQ(again->publish.stream.size(), 2U);
 }

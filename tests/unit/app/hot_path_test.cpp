@@ -3,10 +3,10 @@
 #include "daemon/app/pipeline.h"
 #include "daemon/app/previewer.h"
 #include "daemon/capture/camera.h"
-#include "daemon/capture/memory_driver.h"
 #include "daemon/publish/publisher.h"
 #include "daemon/solve/model_solver.h"
 #include "daemon/track/tracker.h"
+#include "tests/support/memory_driver.h"
 #include "tests/unit/app/interposed.h"
 #include "twin/renderer.h"
 
@@ -34,13 +34,13 @@ sensor::Sensor coarseSensor() {
 }
 
 /// A still gel, with noise; every tenth picture lacks some of its markers.
-capture::Pictures draw(const sensor::Sensor& sensor) {
+test::Pictures draw(const sensor::Sensor& sensor) {
   twin::Renderer renderer(sensor, {}, twin::Format::kRgb8);
   const sensor::Projection project(sensor.camera, sensor.gel.size.z());
   const sensor::Points points = sensor::markerPositions(sensor.layers);
   Eigen::Matrix2Xd markers(2, points.cols());
   for (Eigen::Index i = 0; i < points.cols(); ++i) markers.col(i) = project(points.col(i));
-  capture::Pictures pictures{sensor.camera.width, sensor.camera.height, PixelFormat::kRgb8, {}};
+  test::Pictures pictures{sensor.camera.width, sensor.camera.height, PixelFormat::kRgb8, {}};
   for (std::uint32_t seed = 1; seed <= 50; ++seed) {
     Eigen::Matrix2Xd drawn = markers;
     if (seed > 40 && seed % 10 == 0) drawn.leftCols(5).setConstant(std::nan(""));
@@ -106,7 +106,7 @@ class Work final : public Stages {
 
 void runCounted(WhenFull whenFull) {
   const sensor::Sensor sensor = coarseSensor();
-  const capture::Pictures pictures = draw(sensor);
+  const test::Pictures pictures = draw(sensor);
   const solve::Atoms atoms = solve::makeAtoms(sensor);
   solve::ModelOptions model;
   model.mechanics = sensor::elastic::Model::kHalfSpace;
@@ -134,7 +134,7 @@ void runCounted(WhenFull whenFull) {
   subscriber.set(zmq::sockopt::subscribe, "traction/v1/gel/preview/");
   subscriber.connect((*publisher)->streamEndpoints()[0]);
 
-  auto memory = capture::Camera::open(capture::fromMemory(pictures, {.loops = 0}), {}, ledger);
+  auto memory = capture::Camera::open(test::fromMemory(pictures, 0), {}, ledger);
   ASSERT_TRUE(memory);
   MarkedSource source(**memory);
   Work work(tracker, solver, **publisher, previewer);

@@ -2,10 +2,10 @@
 #include "daemon/app/gel_files.h"
 #include "daemon/app/no_gel.h"
 #include "daemon/capture/camera.h"
-#include "daemon/capture/memory_driver.h"
 #include "daemon/track/rest_pose.h"
 #include "daemon/track/rest_pose_file.h"
 #include "tests/support/deadline.h"
+#include "tests/support/memory_driver.h"
 #include "tests/support/temporary_folder.h"
 #include "traction/v1/status.pb.h"
 
@@ -56,13 +56,13 @@ std::vector<std::uint8_t> bytesOf(std::size_t size) {
 }
 
 TEST(NoGel, EachFrameOfAnySizeIsCountedAndNoFieldIsPublished) {
-  capture::Pictures pictures{.width = 37, .height = 23, .format = PixelFormat::kMono8, .data = {}};
+  test::Pictures pictures{.width = 37, .height = 23, .format = PixelFormat::kMono8, .data = {}};
   for (int i = 0; i < 3; ++i) pictures.data.push_back(bytesOf(37 * 23));
   Ledger ledger;
   Turns turns;
   Answers answers;
   NoGel noGel(answers);
-  auto camera = capture::Camera::open(capture::fromMemory(pictures, {.loops = 40}), {.wait = false}, ledger, {},
+  auto camera = capture::Camera::open(test::fromMemory(pictures, 40), {.wait = false}, ledger, {},
                                       [&](const auto& info) { return noGel.welcome(info); });
   ASSERT_TRUE(camera) << camera.error().message();
   struct Work final : Stages {

@@ -1,8 +1,11 @@
+#include "base/loan.h"
 #include "base/mailbox.h"
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace tractiond::mailbox_test {
@@ -33,6 +36,33 @@ TEST(Mailbox, IsSwappedOnce) {
   EXPECT_EQ(value, std::vector<int>(1, 3));
 }
 
+/// Calls a function while it is copied, as another thread might meanwhile.
+struct Watched {
+  int number = 0;
+  static inline std::function<void()> meanwhile;
+
+  Watched(int of = 0)
+      : number(of) {}
+  Watched(const Watched&) = default;
+  Watched& operator=(const Watched& other) {
+    if (const auto call = std::exchange(meanwhile, {})) call();
+    number = other.number;
+    return *this;
+  }
+};
+
+TEST(Mailbox, IsClosedToTheOtherSideWhileOneCopies) {
+  Mailbox<Watched> box;
+  Watched value, other;
+  Watched::meanwhile = [&] { EXPECT_FALSE(box.take(other)); };
+  EXPECT_TRUE(box.put(1));
+  Watched::meanwhile = [&] { EXPECT_FALSE(box.put(2)); };
+  EXPECT_TRUE(box.take(value));
+  EXPECT_EQ(value.number, 1);
+  EXPECT_FALSE(Watched::meanwhile) << "each was tried";
+  EXPECT_FALSE(box.take(value));
+}
+
 TEST(Mailbox, NothingIsTornBetweenThreads) {
   constexpr int kLast = 20000;
   Mailbox<std::vector<int>> box(std::vector<int>(64));
@@ -54,6 +84,27 @@ TEST(Mailbox, NothingIsTornBetweenThreads) {
     newest = value[0];
   }
   putter.join();
+}
+
+TEST(Loan, ComesBackAsItWasFilled) {
+  constexpr int kLoans = 20000;
+  Loan<std::vector<int>> loan;
+  std::thread filler([&loan] {
+    for (int i = 1; i <= kLoans;) {
+      std::vector<int>* const record = loan.lent();
+      if (!record) continue;
+      for (int& element : *record) element = -element;
+      loan.giveBack();
+      ++i;
+    }
+  });
+  for (int i = 1; i <= kLoans; ++i) {
+    loan.own()->assign(64, i);
+    loan.lend();
+    while (!loan.own()) std::this_thread::yield();
+    EXPECT_EQ(*loan.own(), std::vector<int>(64, -i));
+  }
+  filler.join();
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
 #include "daemon/capture/child.h"
-#include "daemon/capture/inspection.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,7 +12,6 @@ namespace {
 using std::chrono::milliseconds;
 using testing::HasSubstr;
 using How = ChildEnd::How;
-using Outcome = Inspection::Outcome;
 
 ChildEnd shell(const std::string& script, const ChildOptions& options = {.program = "/bin/sh"}) {
   return runChild({"-c", script}, options);
@@ -77,17 +75,6 @@ TEST(Child, ASignalThatEndsUsTogetherIsNotItsFault) {
     const ChildEnd end = shell("kill -" + std::string(signal) + " $$; echo on");
     EXPECT_EQ(misdeed(end), "") << signal;
     EXPECT_EQ(end.output, "on\n") << signal;
-  }
-}
-
-TEST(Inspection, IsReadAsItWasPrinted) {
-  for (const Inspection& one : {Inspection{Outcome::kHarmless, hashOf("<RegisterDescription/>")},
-                                Inspection{Outcome::kFault, "the camera's description goes in a circle at Gain"},
-                                Inspection{Outcome::kUnreadable, "the camera answers, but refuses to be read"},
-                                Inspection{Outcome::kAbsent, "no camera answers"}}) {
-    const Inspection read = decodeInspection(encodeInspection(one));
-    EXPECT_EQ(read.outcome, one.outcome);
-    EXPECT_EQ(read.text, one.text);
   }
 }
 

@@ -17,10 +17,7 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <cstdlib>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <string>
 #include <utility>
@@ -33,18 +30,6 @@ using Bytes = std::vector<std::uint8_t>;
 
 /// "Write 0 to the control channel privilege register", as GigE Vision spells it.
 const Bytes kRelease{0x42, 0x01, 0x00, 0x82, 0, 8, 0xff, 0xff, 0, 0, 0x0a, 0x00, 0, 0, 0, 0};
-
-/// Returns a child of this process; 0: it has none.
-pid_t childOfThis() {
-  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
-    const pid_t process = std::atoi(entry.path().filename().c_str());
-    std::ifstream file(entry.path() / "status");
-    for (std::string line; process > 0 && std::getline(file, line);) {
-      if (line == "PPid:\t" + std::to_string(getpid())) return process;
-    }
-  }
-  return 0;
-}
 
 /// A UDP port of this host.
 class Port {
@@ -171,18 +156,6 @@ TEST_F(LastWill, SignalToTheGroupIsForTheProcessAlone) {
     awaitExecutors();
     EXPECT_EQ(one.receive(0).first, kRelease) << strsignal(signal);
   }
-}
-
-TEST_F(LastWill, ExecutorThatHasEndedIsNoticedAndReaped) {
-  Client([] {
-    if (!whyCameraWouldStayLocked().empty()) _exit(1);
-    kill(childOfThis(), SIGKILL);
-    const bool noticed = test::eventually([] {
-      poll(nullptr, 0, 1);
-      return whyCameraWouldStayLocked() == "the process tr-last-will, which gives the camera free, has ended";
-    });
-    if (!noticed || childOfThis() != 0 || whyCameraWouldStayLocked().empty()) _exit(1);
-  });
 }
 
 TEST_F(LastWill, WhatWasInheritedIsClosed) {

@@ -85,17 +85,6 @@ class OddStreams : public Quirks {
     return error.message();
   }
 
-  /// Opens the camera until this is said, at once where the machine does not stand still meanwhile.
-  void expectWarning(const std::string& beginning) {
-    EXPECT_TRUE(test::eventually([&] {
-      camera_.reset();
-      open();
-      const std::vector<std::string> lines = said();
-      return HasFailure() || std::any_of(lines.begin(), lines.end(),
-                                         [&](const std::string& line) { return line.starts_with(beginning); });
-    })) << beginning;
-  }
-
   std::atomic<bool> ending_{false};
   std::thread thread_;
 };
@@ -164,20 +153,6 @@ TEST_F(OddStreams, RowsWithPaddingAreReadByTheirStride) {
     one.paddingY = 100;
   });
   ASSERT_NO_FATAL_FAILURE(open());
-  expectPictures();
-}
-
-TEST_F(OddStreams, RowsThatMayBePaddedWithoutAWordAreNamed) {
-  sender_.write(0x1f4, 8 * kHeight);
-  stream([](GvTransmitter::Picture& one) { one.bytes.resize(kPicture_bytes + 8 * kHeight); });
-  expectWarning("384 bytes follow each picture and are not explained by its leader, 8 for each row");
-}
-
-TEST_F(OddStreams, AnotherPlaceOnTheSensorIsNamed) {
-  stream([](GvTransmitter::Picture& one) { one.x = 16; });
-  expectWarning(
-      "the leaders of its pictures say that these begin at (16, 0) on the sensor, its OffsetX and OffsetY say "
-      "(0, 0)");
   expectPictures();
 }
 

@@ -146,10 +146,9 @@ class CameraCommand(Case):
         self.assertEqual([step for step, *_ in self.camera.asked], ["execute", "balance_white", "list", "trigger"])
 
     def test_wrong_words(self):
-        for words, meant in ((["Gain"], "Gain=VALUE"), (["Gain", "3"], "Gain=3"), (["=5"], "ExposureTime=4000"),
-                             (["BlackLevel=5", "Gain", "3"], "BlackLevel=5 Gain=3"), ([""], "ExposureTime=4000")):
+        for words in (["Gain"], ["=5"], ["BlackLevel=5", "Gain", "3"], [""]):
             wrong = next(word for word in words if word.find("=") < 1)
-            self.fails(USAGE, f"'{wrong}' is not NAME=VALUE, for example: {meant}", "camera", "set", *words, *self.endpoints)
+            self.fails(USAGE, f"'{wrong}' is not NAME=VALUE, for example: ExposureTime=4000", "camera", "set", *words, *self.endpoints)
         self.fails(USAGE, "nonsense", "camera", "nonsense")
         for command in ("get", "set", "run"):
             self.fails(USAGE, rf"missing feature name, for example: tractionctl camera {command} ", "camera", command)

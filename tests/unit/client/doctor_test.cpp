@@ -38,12 +38,6 @@ class FakeBox : public Box {
     write("/proc/" + std::to_string(id) + "/comm", name + "\n");
     write("/proc/" + std::to_string(id) + "/cmdline", line);
   }
-  void openSocket(int id, const std::string& inode) {
-    const auto folder = folder_ / "proc" / std::to_string(id) / "fd";
-    std::filesystem::create_directories(folder);
-    std::filesystem::create_symlink("socket:[" + inode + "]", folder / "7");
-  }
-
   FileStatus fileStatus(const std::string& path) const override {
     const FileStatus real = Box::fileStatus(path);
     const auto owner = owners_.find(path);
@@ -95,14 +89,12 @@ const std::string kNode = "/dev/bus/usb/002/010", kMtu = "/sys/class/net/camera0
 const std::string kFilters = "/proc/sys/net/ipv4/conf/", kManaged = "/run/NetworkManager/devices/3";
 
 /// Puts a key's value into what the daemon prints of its configuration.
-void configure(FakeBox& box, bool onNetwork, const std::string& realTime = "", const std::string& packetSocket = "off",
-               int packet_bytes = 0) {
+void configure(FakeBox& box, bool onNetwork, const std::string& realTime = "", int packet_bytes = 0) {
   box.programs[kDaemon + " --instance default --print-config"] = {
       0,
-      std::string("[camera]\nid = \"") + (onNetwork ? "192.168.77.2" : "Maker-123") + "\"\npacket_socket = \"" +
-          packetSocket + "\"\nreceive_buffer_bytes = 8388608\npacket_size_bytes = " + std::to_string(packet_bytes) +
-          "\n" + realTime +
-          "[publish]\nstream = [\"tcp://127.0.0.1:9872\"]\nlatest = []\ncontrol = []\n[log]\nlevel = \"info\"\n",
+      std::string("[camera]\nid = \"") + (onNetwork ? "192.168.77.2" : "Maker-123") +
+          "\"\nreceive_buffer_bytes = 8388608\npacket_size_bytes = " + std::to_string(packet_bytes) + "\n" + realTime +
+          "[log]\nlevel = \"info\"\n",
       ""};
 }
 
@@ -126,11 +118,6 @@ void limit(FakeBox& box, const char* files, const char* memory, const char* prio
                 files + "   files\nMax address space         unlimited            " + memory +
                 "   bytes\nMax realtime priority     0                    " + priority +
                 "\nMax locked memory         8388608              " + locked + "   bytes\n");
-}
-
-void listen(FakeBox& box, const char* table, const char* state, const char* inode) {
-  box.write(table, std::string("  sl  local_address rem_address   st\n   0: 0100007F:2690 00000000:0000 ") + state +
-                       " 00000000:00000000 00:00000000 00000000  0 0 " + inode + " 1 0 100 0 0 10 0\n");
 }
 
 /// A box on which nothing is wrong, with a camera on USB or in the network.
@@ -159,13 +146,8 @@ struct HealthyBox : FakeBox {
     start(50, "bash", {"bash", "--instance=right"});
     start(51, "tractiond", {kDaemon, "--check-config", "--instance=right"});  // a question, no daemon
     start(700, "tractiond", {kDaemon, "--instance=default"});
-    start(800, "nc");
     write("/proc/700/status", "Name:\ttractiond\nCapEff:\t00000000fF7Fbfff\n");
     limit(*this, "65536", "unlimited", "98", "unlimited");
-    openSocket(700, "4712");
-    openSocket(800, "4711");
-    write("/proc/net/tcp6", "");
-    listen(*this, "/proc/net/tcp", "0A", "4712");
     programs[kDaemon + " --instance default --config /etc/tractiond/default.toml --check-config"] = {0, "", ""};
     write("/etc/tractiond/default.toml", "");
     configure(*this, onNetwork);
@@ -262,10 +244,6 @@ const std::vector<Fault> kEverywhere = {
      [](auto& box) {
        box.own("/etc/tractiond/default.toml", {0, 0, kUser, 0600});
      }},
-    {"other daemons",
-     [](auto& box) {
-       box.start(701, "tractiond", {kDaemon, "--instance", "default"});
-     }},
     {"service", [](auto& box) { answerUnit(box, "not-found", "", "inactive"); }},
     {"service", [](auto& box) { answerUnit(box, "loaded", "disabled", "active"); }},
     {"service", [](auto& box) { answerUnit(box, "loaded", "enabled", "failed"); }},
@@ -282,8 +260,6 @@ const std::vector<Fault> kEverywhere = {
      [](auto& box) {
        box.own(kState, {0, kUser, kGroup, 0500});
      }},
-    {"ports", [](auto& box) { listen(box, "/proc/net/tcp", "0A", "4711"); }},
-    {"ports", [](auto& box) { listen(box, "/proc/net/tcp6", "0A", "4711"); }},
     {"receive buffer", [](auto& box) { box.write("/proc/sys/net/core/rmem_max", "8388607\n"); }},
     {"measurement", [](auto& box) { box.published->set_camera(v1::CAMERA_STATE_LOST); }},
     {"measurement", [](auto& box) { box.published->set_invalid_why("too few markers"); }},
@@ -302,16 +278,13 @@ const std::vector<Fault> kOfUsb = {
      [](auto& box) {
        box.own(kNode, {0, 0, kGroup, 0640});
      }},
-    {"ModemManager", [](auto& box) { box.start(601, "ModemManager"); }},
-    {"packet filter", [](auto& box) { configure(box, false, "", "auto"); }},
 };
 const std::vector<Fault> kOfTheNetwork = {
     {"MTU", [](auto& box) { box.write(kMtu, "8999\n"); }},
-    {"MTU", [](auto& box) { configure(box, true, "", "off", 9001); }},
+    {"MTU", [](auto& box) { configure(box, true, "", 9001); }},
     {"reverse path", [](auto& box) { box.filter("1\n", "0\n"); }},
     {"reverse path", [](auto& box) { box.filter("0\n", "1\n"); }},
     {"NetworkManager", [](auto& box) { box.write(kManaged, "[device]\nmanaged=true\nnm-owned=false\n"); }},
-    {"packet filter", [](auto& box) { configure(box, true, "", "on"); }},
     {"real time", [](auto& box) { configureRealTime(box), answerUnit(box, "loaded", "enabled", "active", true); }},
     {"real time", [](auto& box) { configureRealTime(box), limit(box, "65536", "unlimited", "39", "unlimited"); }},
     {"real time", [](auto& box) { configureRealTime(box), limit(box, "65536", "unlimited", "98", "8388608"); }},
@@ -362,34 +335,26 @@ TEST(Doctor, ABoxThatShowsNothingIsNotKnown) {
   box.timeIsKept.reset();
   const auto findings = examine(box, kDaemon, "");
   EXPECT_EQ(checksOf(findings, {Verdict::kUnknown}),
-            (std::set<std::string>{"clock source", "time of day", "camera programs", "other daemons", "service",
-                                   "state directory", "limits", "real time", "network", "measurement", "ports"}));
+            (std::set<std::string>{"clock source", "time of day", "camera programs", "service", "state directory",
+                                   "limits", "real time", "network", "measurement"}));
   EXPECT_EQ(checksOf(findings, {Verdict::kWarn, Verdict::kFail}), std::set<std::string>{"user and group"});
 }
 
 TEST(Doctor, ProcessesThatCannotBeSeenAreNotKnown) {
   FakeBox box;
-  box.makeDirectory("/sys/bus/usb");
-  box.write("/proc/net/tcp", "  sl  local_address rem_address   st\n"
-                             "   0: 0100007F:2690 00000000:0000 0A 0:0 0:0 0  0 0 4711 1\n");
-  const auto checks = [&](Verdict verdict) {
-    Patient patient = admit(box, kDaemon, "default");
-    patient.instances[0].settings = Settings{};
-    patient.instances[0].settings->endpoints = {"tcp://127.0.0.1:9872"};
+  const auto hasOne = [&](Verdict verdict) {
     std::vector<Finding> findings;
-    checkCompetitors(patient, findings);
-    return checksOf(findings, {verdict});
+    checkCompetitors(admit(box, kDaemon, "default"), findings);
+    return checksOf(findings, {verdict}).contains("camera programs");
   };
-  const std::set<std::string> all = {"camera programs", "ModemManager", "other daemons", "ports"};
   box.start(700, "bash");
-  EXPECT_EQ(checks(Verdict::kUnknown), all) << "the first process is hidden, as others may be";
+  EXPECT_TRUE(hasOne(Verdict::kUnknown)) << "the first process is hidden, as others may be";
   box.start(1, "systemd");
-  EXPECT_EQ(checks(Verdict::kUnknown), std::set<std::string>());
-  EXPECT_EQ(checks(Verdict::kFail), std::set<std::string>{"ports"});
+  EXPECT_TRUE(hasOne(Verdict::kOk));
   box.makeDirectory("/proc/701/comm");
-  EXPECT_EQ(checks(Verdict::kUnknown), all) << "a process cannot be looked at";
+  EXPECT_TRUE(hasOne(Verdict::kUnknown)) << "a process cannot be looked at";
   box.start(702, "arv-viewer");
-  EXPECT_EQ(checks(Verdict::kWarn), std::set<std::string>{"camera programs"}) << "what is seen is reported";
+  EXPECT_TRUE(hasOne(Verdict::kWarn)) << "what is seen is reported";
 }
 
 TEST(Doctor, AWrongConfigurationIsNamedAndItsNetworkNotKnown) {
@@ -412,7 +377,7 @@ TEST(Doctor, InstancesThatTakeTheSameCameraAreNamed) {
   for (const char* id : {"", "Maker-1"}) {
     FakeBox box;
     for (const char* name : {"left", "right"}) box.write(std::string("/etc/tractiond/") + name + ".toml", "");
-    const std::string rest = "\"\n[publish]\nstream = []\n";
+    const std::string rest = "\"\n";
     box.programs["left --print"] = {0, std::string("[camera]\nid = \"") + id + rest, ""};
     box.programs["right --print"] = {0, std::string("[camera]\nid = \"") + id + rest, ""};
     const auto shared = examine(box, kDaemon, "");

@@ -302,18 +302,6 @@ class RelayWithKeys : public testing::Test {
   const network::KeyPair server_ = network::newKeyPair(), own_ = network::newKeyPair();
 };
 
-TEST_F(RelayWithKeys, TellsAtItsStartThatNobodyIsAskedForAKey) {
-  std::filesystem::remove_all(keys_);
-  const test::CapturedLog log;
-  ASSERT_TRUE(open());
-  EXPECT_EQ(log.count("nobody is asked for a key: there is none in " + keys_.string()), 1U) << log.text();
-  EXPECT_EQ(log.count("allowed"), 0U) << log.text();
-}
-
-TEST_F(RelayTest, TellsAtItsStartThatItIsInsecure) {
-  EXPECT_EQ(log_.count("nobody is asked for a key, as gateway.insecure = true wants it"), 1U) << log_.text();
-}
-
 TEST_F(RelayWithKeys, AppliesAChangeToTheNextConnection) {
   const test::CapturedLog log;
   const auto relay = open();
