@@ -1,5 +1,6 @@
 """Tetrahedra of the gel, from gmsh to GetFEM, and triangles of its surface. Lengths in mm."""
 
+import itertools
 import pathlib
 import signal
 import tempfile
@@ -10,19 +11,23 @@ import numpy as np
 import scipy.spatial
 
 from . import shapes, triangles
-from .mechanics import BONDED, FREE
+from .mechanics import BONDED, FREE, VOLUME
 from .problem import Problem
 
-VOLUME = 10  # region of the tetrahedra
 GROWTH = 0.2  # of the elements' size with the distance from nodes and markers
+SMALLER = 0.7  # the largest element, where curved ones are inside out
+TETRAHEDRON = 11  # gmsh's number of those with 10 nodes
+# Corners, middles of edges and the middle of a tetrahedron, where curved sides may have turned it inside out.
+WITHIN = np.array([*itertools.product((0, 0.5, 1), repeat=3), (0.25, 0.25, 0.25)])
+WITHIN = WITHIN[WITHIN.sum(1) <= 1].ravel()
 CELLS = 48  # of the grid on which sizes are given to gmsh, along the longest side
 
 
 class Body:
     """The gel's geometry, open in gmsh while the context lasts."""
 
-    def __init__(self, shape, folder):
-        self.shape, self.folder = shape, folder
+    def __init__(self, shape, folder, materials=()):
+        self.shape, self.folder, self.materials = shape, folder, materials
 
     def __enter__(self):
         gmsh.initialize([], False)
@@ -40,9 +45,12 @@ class Body:
     def _build(self):
         """Makes the model anew, which is all that takes every mesh away: triangles of a file are geometry and mesh."""
         gmsh.clear()
-        self.volumes, self.bonded = shapes.build(self.shape, self.folder)
-        self.faces = {tag for _, tag in gmsh.model.getBoundary([(3, tag) for tag in self.volumes], oriented=False)}
-        gmsh.model.addPhysicalGroup(3, self.volumes, VOLUME)
+        self.parts, self.bonded = shapes.build(self.shape, self.materials, self.folder)
+        self.volumes = sum(self.parts, [])
+        self.faces = shapes.faces(self.volumes)
+        self.between = set().union(*map(shapes.faces, self.parts)) - self.faces
+        for number, part in enumerate(self.parts):
+            gmsh.model.addPhysicalGroup(3, part, VOLUME + number)
         gmsh.model.addPhysicalGroup(2, sorted(self.bonded), BONDED)
         gmsh.model.addPhysicalGroup(2, sorted(self.faces - self.bonded), FREE)
 
@@ -56,7 +64,7 @@ class Body:
 
     def surface(self, size):
         """Triangles of this size [mm]: corners (V x 3), and of the free and of the bonded faces corner numbers (T x 3),
-        in an order by which their normals point out of the gel."""
+        in an order by which their normals point out of the gel; those between materials in any order."""
         self._mesh(2, lambda points: np.full(len(points), size))
         numbers, places, _ = gmsh.model.mesh.getNodes()
         index = np.zeros(int(numbers.max()) + 1, int)
@@ -65,23 +73,38 @@ class Body:
 
         def numbered(faces):
             parts = [gmsh.model.mesh.getElementsByType(2, face)[1].astype(int) for face in sorted(faces)]
-            return index[np.concatenate(parts)].reshape(-1, 3)
+            return index[np.concatenate([np.zeros(0, int), *parts])].reshape(-1, 3)
 
-        free, bonded = numbered(self.faces - self.bonded), numbered(self.bonded)
+        free, bonded, between = map(numbered, (self.faces - self.bonded, self.bonded, self.between))
         whole = triangles.oriented(corners, np.concatenate([free, bonded]))
-        return corners, whole[: len(free)], whole[len(free) :]
+        return corners, whole[: len(free)], whole[len(free) :], between
 
     def elements(self, size, fine):
         """Tetrahedra with curved sides, as a mesh of GetFEM; of this size at the points `fine` (P x 3) and growing with
         the distance from them."""
-        tree = scipy.spatial.cKDTree(fine)
-        self._mesh(3, lambda points: size + GROWTH * tree.query(points)[0])
-        gmsh.model.mesh.setOrder(2)
+        self._curved(size, fine)
         gmsh.option.setNumber("Mesh.MshFileVersion", 2.2)
         with tempfile.TemporaryDirectory(prefix="traction-gel-") as folder:
             path = str(pathlib.Path(folder, "gel.msh"))
             gmsh.write(path)
             return getfem.Mesh("import", "gmsh", path)
+
+    def _curved(self, size, fine):
+        """Makes elements with curved sides; smaller ones where those in a thin skin would be inside out."""
+        tree = scipy.spatial.cKDTree(fine)
+        most = size + GROWTH * tree.query(self.box())[0].max()
+        for _ in range(6):
+            try:
+                self._mesh(3, lambda points, most=most: np.minimum(size + GROWTH * tree.query(points)[0], most))
+            except Problem as problem:
+                failed = problem
+            else:
+                gmsh.model.mesh.setOrder(2)
+                if gmsh.model.mesh.getJacobians(TETRAHEDRON, WITHIN)[1].min() > 0:
+                    return
+                failed = Problem("gmsh cannot mesh the gel: a skin, or another part, is too thin for its curvature")
+            most *= SMALLER
+        raise failed
 
     def with_bone_at(self, mesh, offset):
         """Returns a copy of tetrahedra whose bonded surface is moved by `offset`; the free one stays where it is."""
