@@ -3,6 +3,7 @@
 import dataclasses
 
 import numpy as np
+import scipy.sparse
 import scipy.spatial
 
 from . import mechanics, placement
@@ -17,16 +18,20 @@ SAMPLED = 8  # nodes whose influence is compared between meshes
 
 @dataclasses.dataclass
 class Fingertip:
-    """The result. Lengths in mm; influence and its errors in m/N."""
+    """The result. Lengths in mm; influence and its errors in m/N. A node's force is spread over points by weights; `size`
+    is that of the mesh."""
 
     nodes: np.ndarray
     normals: np.ndarray
     areas: np.ndarray
+    points: np.ndarray
+    weights: scipy.sparse.spmatrix
     markers: np.ndarray
     influence: np.ndarray
     errors: np.ndarray
     thickness: float
     error_percent: float
+    size: float
     corners: np.ndarray
     free: np.ndarray
     bonded: np.ndarray
@@ -66,11 +71,14 @@ def compute(task, folder, say):
         nodes,
         normals,
         areas,
+        points,
+        weights,
         markers,
         influence * 1e3 / task["material"]["youngs_modulus_pa"],
         errors * 1e3 / task["material"]["youngs_modulus_pa"],
         float(box[1, 2]),
         100 * error,
+        size,
         corners,
         free,
         bonded,

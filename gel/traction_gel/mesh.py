@@ -8,6 +8,7 @@ import tempfile
 import getfem
 import gmsh
 import numpy as np
+import scipy.sparse
 import scipy.spatial
 
 from . import shapes, triangles
@@ -16,10 +17,13 @@ from .problem import Problem
 
 GROWTH = 0.2  # of the elements' size with the distance from nodes and markers
 SMALLER = 0.7  # the largest element, where curved ones are inside out
-TETRAHEDRON = 11  # gmsh's number of those with 10 nodes
+TETRAHEDRON, TRIANGLE, BRICK = 11, 9, 17  # gmsh's numbers of kinds of elements, with 10, 6 and 20 nodes
 # Corners, middles of edges and the middle of a tetrahedron, where curved sides may have turned it inside out.
 WITHIN = np.array([*itertools.product((0, 0.5, 1), repeat=3), (0.25, 0.25, 0.25)])
 WITHIN = WITHIN[WITHIN.sum(1) <= 1].ravel()
+# A brick's, in CalculiX's order.
+EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
+TO_CALCULIX = [*range(8), 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15]  # from gmsh's order of a brick's nodes
 CELLS = 48  # of the grid on which sizes are given to gmsh, along the longest side
 
 
@@ -89,6 +93,11 @@ class Body:
             gmsh.write(path)
             return getfem.Mesh("import", "gmsh", path)
 
+    def bricks(self, size, fine):
+        """The gel in bricks of 20 nodes: tetrahedra as of elements(), each cut into four."""
+        self._curved(size, fine)
+        return Bricks(self.parts, self.bonded)
+
     def _curved(self, size, fine):
         """Makes elements with curved sides; smaller ones where those in a thin skin would be inside out."""
         tree = scipy.spatial.cKDTree(fine)
@@ -139,3 +148,65 @@ class Body:
                 raise Problem(f"gmsh cannot mesh the gel: {error}. Does its surface intersect itself?") from None
             finally:
                 gmsh.model.mesh.field.remove(field)
+
+
+def _cut():
+    """A tetrahedron cut into four bricks: 24 times the barycentric coordinates of their nodes, 4 x 20 x 4."""
+    bricks = []
+    for corner, one, two, three in ((0, 1, 2, 3), (1, 0, 3, 2), (2, 0, 1, 3), (3, 0, 2, 1)):
+        sets = [(), (one,), (one, two), (two,), (three,), (one, three), (one, two, three), (two, three)]
+        corners = np.zeros((8, 4), int)
+        for row, others in zip(corners, sets):
+            row[[corner, *others]] = 24 // (1 + len(others))
+        bricks.append(np.concatenate([corners, [(corners[a] + corners[b]) // 2 for a, b in EDGES]]))
+    return np.array(bricks)
+
+
+CUT = _cut()
+
+
+class Bricks:
+    """The tetrahedra of gmsh's current model, each cut into four bricks of 20 nodes: positions (P x 3), of each material the
+    nodes of its bricks (from 0, in the order of CalculiX), and whether a node is bonded (P)."""
+
+    def __init__(self, parts, bonded):
+        numbers, places, _ = gmsh.model.mesh.getNodes()
+        index = np.zeros(int(numbers.max()) + 1, int)
+        index[numbers.astype(int)] = np.arange(len(numbers))
+
+        def elements(kind, tags, count):
+            found = [gmsh.model.mesh.getElementsByType(kind, tag) for tag in tags]
+            tags, nodes = (np.concatenate(each).astype(int) for each in zip(*found))
+            return tags, index[nodes].reshape(-1, count)
+
+        cut = CUT.reshape(-1, 4)
+        shape = gmsh.model.mesh.getBasisFunctions(TETRAHEDRON, (cut[:, 1:] / 24).ravel(), "Lagrange")[1].reshape(-1, 10)
+        mark = np.random.default_rng(0).integers(2**60, size=len(numbers))  # sums of these tell nodes of bricks apart
+        found = [elements(TETRAHEDRON, part, 10) for part in parts]
+        self.tags, whole = map(np.concatenate, zip(*found))
+        keys, first, same = np.unique(mark[whole[:, :4]] @ cut.T, return_index=True, return_inverse=True)
+        self.positions = np.einsum("kn,tnc->tkc", shape, places.reshape(-1, 3)[whole]).reshape(-1, 3)[first]
+        self.nodes = same.reshape(-1, 20)
+        self.parts = np.split(self.nodes, 4 * np.cumsum([len(tags) for tags, _ in found])[:-1])
+        on_face = cut[cut[:, 3] == 0, :3]
+        self.bonded = np.isin(keys, mark[elements(TRIANGLE, sorted(bonded), 6)[1][:, :3]] @ on_face.T)
+
+    def weights(self, points):
+        """Returns the matrix of the bricks' shape functions at points, P x nodes; as long as the model is there."""
+        row = dict(zip(self.tags.tolist(), range(len(self.tags))))
+        shapes_at, nodes = [], []
+        for point in points:
+            tag, _, _, *local = gmsh.model.mesh.getElementByCoordinates(*point, 3)
+            target = np.array([1 - sum(local), *local])
+            brick = int(target.argmax())
+            inside = np.zeros(3)  # of the brick
+            for _ in range(8):  # Newton
+                slope = gmsh.model.mesh.getBasisFunctions(BRICK, inside, "GradLagrange")[1].reshape(20, 3)[TO_CALCULIX]
+                shape = gmsh.model.mesh.getBasisFunctions(BRICK, inside, "Lagrange")[1][TO_CALCULIX]
+                corners = CUT[brick] / 24
+                inside = inside - np.linalg.lstsq(corners.T @ slope, corners.T @ shape - target, rcond=None)[0]
+            shapes_at.append(gmsh.model.mesh.getBasisFunctions(BRICK, inside, "Lagrange")[1][TO_CALCULIX])
+            nodes.append(self.nodes[4 * row[tag] + brick])
+        ends = np.arange(len(points) + 1) * 20
+        values = np.concatenate(shapes_at), np.concatenate(nodes), ends
+        return scipy.sparse.csr_matrix(values, (len(points), len(self.positions)))

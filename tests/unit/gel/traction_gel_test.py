@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import tempfile
@@ -11,7 +12,7 @@ import unittest
 import gmsh
 import numpy as np
 import suite
-from traction_gel import files, influence, mechanics, mesh, placement, triangles
+from traction_gel import check, files, influence, mechanics, mesh, placement, triangles
 from traction_gel.problem import Problem
 
 BIN = pathlib.Path(os.environ["TRACTION_BUILD"]) / "bin"
@@ -268,6 +269,24 @@ class Fingertip(unittest.TestCase):
         change = stiffer.influence - found.influence
         np.testing.assert_allclose(found.errors[0], change, atol=0.15 * abs(change).max())
         self.assertGreater(abs(change).max(), 0.02 * abs(found.influence).max())
+
+    @unittest.skipUnless(shutil.which("ccx"), "needs calculix-ccx")
+    def test_calculix_confirms_a_gel_with_a_skin_and_no_wrong_one(self):
+        task = fingertip(error_percent=5, nodes={"columns": 1, "rows": 1}) | {"materials": [SKIN]}
+        task["shape"] = {"kind": "dome", "diameter_mm": 20, "height_mm": 6}
+        result = influence.compute(task, ".", quiet)
+        said = []
+        check.check(task, result, ".", lambda text, again: said.append(text))
+        self.assertRegex(said[-1], r"row 0, column 0: displacements differ by \d.*, largest \d")
+        with self.assertRaisesRegex(Problem, "CalculiX differs by"):
+            check.check(task | {"materials": [SKIN | {"youngs_modulus_pa": 2.5 * YOUNG}]}, result, ".", quiet)
+
+    def test_without_calculix_the_check_says_what_to_install(self):
+        command = ["/usr/bin/python3", BIN / "traction-gel", "mesh", self.write(fingertip()), "--check"]
+        done = subprocess.run(command, cwd=self.folder, text=True, capture_output=True,
+                              env=os.environ | {"PATH": str(self.folder)})
+        self.assertEqual(done.returncode, 65)
+        self.assertIn("install calculix-ccx", done.stderr)
 
     def test_ctrl_c_leaves_nothing(self):
         path = self.write(fingertip(error_percent=0.02))
