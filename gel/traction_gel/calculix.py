@@ -20,7 +20,7 @@ def run(folder, name, lines, threads=2, may_end_early=False):
     (folder / f"{name}.log").write_text(result.stdout + result.stderr)
     if (result.returncode or "*ERROR" in result.stdout) and not may_end_early:
         errors = " ".join(line.strip() for line in result.stdout.splitlines() if "*ERROR" in line)
-        raise RuntimeError(f"CalculiX (ccx) failed, see {folder / name}.log: {errors[:200]}")
+        raise RuntimeError(f"CalculiX (ccx) failed on {name}.inp: {errors[:200]}")
 
 
 def deck(positions, parts, base):

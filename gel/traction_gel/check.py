@@ -33,14 +33,17 @@ def check(task, result, folder, say):
         loaded, read = bricks.weights(result.points[points]), bricks.weights(result.markers)
     say(f"CalculiX: {sum(map(len, bricks.parts))} bricks", False)
     shares = result.weights[chosen][:, points] @ loaded
-    rows = map(shares.getrow, range(len(chosen)))
+    rows = (shares[[row]] for row in range(len(chosen)))
     columns = [(row.indices + 1, np.outer(row.data, axis)) for row in rows for axis in np.eye(3)]
     tables = [task["material"], *task.get("materials", [])]
     elastic = [f"{1e-6 * table['youngs_modulus_pa']:.9g},{table['poisson_ratio']:.9g}" for table in tables]
     parts = [(part + 1, ["*ELASTIC", numbers]) for part, numbers in zip(bricks.parts, elastic)]
     used = np.unique(read.indices)
     with tempfile.TemporaryDirectory(prefix="traction-gel-") as name:
-        stiffness = calculix.Stiffness(pathlib.Path(name), calculix.deck(bricks.positions, parts, bricks.bonded))
+        try:
+            stiffness = calculix.Stiffness(pathlib.Path(name), calculix.deck(bricks.positions, parts, bricks.bonded))
+        except RuntimeError as error:
+            raise Problem(str(error)) from None
         found = stiffness.solve(columns, used + 1)
     moved = 1e-3 * np.stack([read[:, used] @ one for one in found]).reshape(len(chosen), 3, -1, 3)
     own = result.influence[:, :, chosen].transpose(2, 3, 0, 1)
