@@ -31,11 +31,15 @@ class Reporter:
 
 def mesh(options, say):
     """Runs `traction-gel mesh`."""
-    from . import files, influence  # gmsh and GetFEM: --help does not need them
+    from . import check, files, influence  # gmsh and GetFEM: --help does not need them
 
     path = pathlib.Path(options.description)
     task = files.read(path)
+    if options.check:
+        check.available()
     result = influence.compute(task, path.parent, say)
+    if options.check:
+        check.check(task, result, path.parent, say)
     written = files.write(task, result, options.output or path.stem)
     say(f"estimated error {result.error_percent:.2f} % of the peak; wrote {', '.join(map(str, written))}", False)
 

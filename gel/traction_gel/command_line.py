@@ -8,7 +8,7 @@ NAME, WHAT = "traction-gel", "Makes the influence file and the gel file of a gel
 EXITS = {
     0: "done",
     64: "the command line is wrong",
-    65: "the description is wrong, or asks for an error that cannot be reached",
+    65: "the description is wrong, asks for an error that cannot be reached, or --check finds a larger one or no CalculiX",
     66: "the description cannot be read",
     73: "a file cannot be created",
     130: "interrupted; nothing was written",
@@ -22,6 +22,7 @@ COMMANDS = {
         [
             HELP,
             ("", "DESCRIPTION", "TOML file: shape, material, markers and nodes"),
+            ("--check", "", "Have CalculiX (ccx) compute a few loads anew, and fail beyond error_percent"),
             ("--output", "NAME", "Write NAME.npz, NAME_gel.toml, NAME.png; without it named as DESCRIPTION, in this folder"),
         ],
     )
@@ -88,5 +89,5 @@ def parse(arguments, version):
     for name, (_, options) in COMMANDS.items():
         command = commands.add_parser(name, command=name)
         for names, value, _ in options[1:]:
-            command.add_argument(names or value.lower())
+            command.add_argument(names or value.lower(), **({} if value else {"action": "store_true"}))
     return parser.parse_args(arguments)

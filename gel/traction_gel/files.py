@@ -14,17 +14,18 @@ from .problem import Problem
 CAMERA = {"width_px": 640, "height_px": 480, "focal_px": 960, "principal_px": [319.5, 239.5], "position_mm": [0, 0, 157]}
 SILICONE = [{"share": 0.015, "time_s": time_s, "deviation": 0.01} for time_s in (2, 20)]  # creep that nobody has measured
 LEAST_MARKERS = 4  # columns and rows of a layer that tractiond can follow
-LISTS = {"layers": "layer", "creep": "term"}
+LISTS = {"layers": "layer", "creep": "term", "materials": "material"}
 KEYS = {
     "": {"format", "error_percent", "shape", "material", "layers", "nodes", "camera", "uncertainty", "picture_motion",
-         "creep", "deviations"},
+         "creep", "deviations", "materials"},
     "shape": {"kind", "gel_file", "bone_file", "bonded_box_mm", "diameter_mm", "length_mm", "gel_mm", "width_mm", "height_mm",
               "thickness_mm"},
     "material": {"youngs_modulus_pa", "poisson_ratio"},
+    "materials": {"youngs_modulus_pa", "poisson_ratio", "skin_mm", "gel_file"},
     "layers": {"colour", "contrast", "columns", "rows", "pitch_mm", "centre_mm", "depth_mm", "diameter_mm", "scatter_mm",
                "positions_mm"},
     "nodes": {"columns", "rows", "pitch_mm", "centre_mm"},
-    "deviations": {"bone_mm"},
+    "deviations": {"bone_mm", "youngs_modulus_relative"},
 }  # fmt: skip
 
 
@@ -50,14 +51,18 @@ def read(path):
         if isinstance(task.get(name), dict):
             raise Problem(f"{path}: write [[{name}]], for each {LISTS[name]}, and not [{name}]")
     for name, known in KEYS.items():
-        for table in [task] if not name else task[name] if name == "layers" else [task.get(name, {})]:
+        for table in [task] if not name else task.get(name, []) if name in LISTS else [task.get(name, {})]:
             for key in table.keys() - known:
                 raise Problem(f"{path}: {name + '.' if name else ''}{key} is unknown: one of {', '.join(sorted(known))}")
     task["camera"] = CAMERA | task.get("camera", {})
     task["error_percent"] = _number(task, "", "error_percent", 0.01, 50, 1)
-    _number(task["material"], "material.", "youngs_modulus_pa", 100, 1e9)
-    if _number(task["material"], "material.", "poisson_ratio", 0, 0.5) > 0.4999:
-        raise Problem("material.poisson_ratio is above 0.4999: 0.5 is incompressible, silicone has 0.49 to 0.499")
+    others = task.get("materials", [])
+    for name, table in [("material.", task["material"])] + [(f"materials[{k}].", each) for k, each in enumerate(others)]:
+        _number(table, name, "youngs_modulus_pa", 100, 1e9)
+        if _number(table, name, "poisson_ratio", 0, 0.5) > 0.4999:
+            raise Problem(f"{name}poisson_ratio is above 0.4999: 0.5 is incompressible, silicone has 0.49 to 0.499")
+        if "skin_mm" in table:
+            _number(table, name, "skin_mm", 0.02, 100)
     for name, table in [("nodes.", task["nodes"])] + [(f"layers[{k}].", layer) for k, layer in enumerate(task["layers"])]:
         for key in ("columns", "rows"):
             _number(table, name, key, 1 if name == "nodes." else LEAST_MARKERS, 1000)
@@ -72,6 +77,7 @@ def read(path):
                 _number(table, name, "depth_mm", 0.05, 1000)
     _list(task["shape"], "shape.", "bonded_box_mm", (2, 3))
     _list(task.get("deviations", {}), "deviations.", "bone_mm", (3,))
+    _list(task.get("deviations", {}), "deviations.", "youngs_modulus_relative", (len(others),))
     for key, value in CAMERA.items():
         if isinstance(value, list):
             _list(task["camera"], "camera.", key, (len(value),))

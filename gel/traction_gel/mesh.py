@@ -1,5 +1,6 @@
 """Tetrahedra of the gel, from gmsh to GetFEM, and triangles of its surface. Lengths in mm."""
 
+import itertools
 import pathlib
 import signal
 import tempfile
@@ -7,22 +8,30 @@ import tempfile
 import getfem
 import gmsh
 import numpy as np
+import scipy.sparse
 import scipy.spatial
 
 from . import shapes, triangles
-from .mechanics import BONDED, FREE
+from .mechanics import BONDED, FREE, VOLUME
 from .problem import Problem
 
-VOLUME = 10  # region of the tetrahedra
 GROWTH = 0.2  # of the elements' size with the distance from nodes and markers
+SMALLER = 0.7  # the largest element, where curved ones are inside out
+TETRAHEDRON, TRIANGLE, BRICK = 11, 9, 17  # gmsh's numbers of kinds of elements, with 10, 6 and 20 nodes
+# Corners, middles of edges and the middle of a tetrahedron, where curved sides may have turned it inside out.
+WITHIN = np.array([*itertools.product((0, 0.5, 1), repeat=3), (0.25, 0.25, 0.25)])
+WITHIN = WITHIN[WITHIN.sum(1) <= 1].ravel()
+# A brick's, in CalculiX's order.
+EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
+TO_CALCULIX = [*range(8), 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15]  # from gmsh's order of a brick's nodes
 CELLS = 48  # of the grid on which sizes are given to gmsh, along the longest side
 
 
 class Body:
     """The gel's geometry, open in gmsh while the context lasts."""
 
-    def __init__(self, shape, folder):
-        self.shape, self.folder = shape, folder
+    def __init__(self, shape, folder, materials=()):
+        self.shape, self.folder, self.materials = shape, folder, materials
 
     def __enter__(self):
         gmsh.initialize([], False)
@@ -40,9 +49,12 @@ class Body:
     def _build(self):
         """Makes the model anew, which is all that takes every mesh away: triangles of a file are geometry and mesh."""
         gmsh.clear()
-        self.volumes, self.bonded = shapes.build(self.shape, self.folder)
-        self.faces = {tag for _, tag in gmsh.model.getBoundary([(3, tag) for tag in self.volumes], oriented=False)}
-        gmsh.model.addPhysicalGroup(3, self.volumes, VOLUME)
+        self.parts, self.bonded = shapes.build(self.shape, self.materials, self.folder)
+        self.volumes = sum(self.parts, [])
+        self.faces = shapes.faces(self.volumes)
+        self.between = set().union(*map(shapes.faces, self.parts)) - self.faces
+        for number, part in enumerate(self.parts):
+            gmsh.model.addPhysicalGroup(3, part, VOLUME + number)
         gmsh.model.addPhysicalGroup(2, sorted(self.bonded), BONDED)
         gmsh.model.addPhysicalGroup(2, sorted(self.faces - self.bonded), FREE)
 
@@ -56,7 +68,7 @@ class Body:
 
     def surface(self, size):
         """Triangles of this size [mm]: corners (V x 3), and of the free and of the bonded faces corner numbers (T x 3),
-        in an order by which their normals point out of the gel."""
+        in an order by which their normals point out of the gel; those between materials in any order."""
         self._mesh(2, lambda points: np.full(len(points), size))
         numbers, places, _ = gmsh.model.mesh.getNodes()
         index = np.zeros(int(numbers.max()) + 1, int)
@@ -65,23 +77,43 @@ class Body:
 
         def numbered(faces):
             parts = [gmsh.model.mesh.getElementsByType(2, face)[1].astype(int) for face in sorted(faces)]
-            return index[np.concatenate(parts)].reshape(-1, 3)
+            return index[np.concatenate([np.zeros(0, int), *parts])].reshape(-1, 3)
 
-        free, bonded = numbered(self.faces - self.bonded), numbered(self.bonded)
+        free, bonded, between = map(numbered, (self.faces - self.bonded, self.bonded, self.between))
         whole = triangles.oriented(corners, np.concatenate([free, bonded]))
-        return corners, whole[: len(free)], whole[len(free) :]
+        return corners, whole[: len(free)], whole[len(free) :], between
 
     def elements(self, size, fine):
         """Tetrahedra with curved sides, as a mesh of GetFEM; of this size at the points `fine` (P x 3) and growing with
         the distance from them."""
-        tree = scipy.spatial.cKDTree(fine)
-        self._mesh(3, lambda points: size + GROWTH * tree.query(points)[0])
-        gmsh.model.mesh.setOrder(2)
+        self._curved(size, fine)
         gmsh.option.setNumber("Mesh.MshFileVersion", 2.2)
         with tempfile.TemporaryDirectory(prefix="traction-gel-") as folder:
             path = str(pathlib.Path(folder, "gel.msh"))
             gmsh.write(path)
             return getfem.Mesh("import", "gmsh", path)
+
+    def bricks(self, size, fine):
+        """The gel in bricks of 20 nodes: tetrahedra as of elements(), each cut into four."""
+        self._curved(size, fine)
+        return Bricks(self.parts, self.bonded)
+
+    def _curved(self, size, fine):
+        """Makes elements with curved sides; smaller ones where those in a thin skin would be inside out."""
+        tree = scipy.spatial.cKDTree(fine)
+        most = size + GROWTH * tree.query(self.box())[0].max()
+        for _ in range(6):
+            try:
+                self._mesh(3, lambda points, most=most: np.minimum(size + GROWTH * tree.query(points)[0], most))
+            except Problem as problem:
+                failed = problem
+            else:
+                gmsh.model.mesh.setOrder(2)
+                if gmsh.model.mesh.getJacobians(TETRAHEDRON, WITHIN)[1].min() > 0:
+                    return
+                failed = Problem("gmsh cannot mesh the gel: a skin, or another part, is too thin for its curvature")
+            most *= SMALLER
+        raise failed
 
     def with_bone_at(self, mesh, offset):
         """Returns a copy of tetrahedra whose bonded surface is moved by `offset`; the free one stays where it is."""
@@ -116,3 +148,65 @@ class Body:
                 raise Problem(f"gmsh cannot mesh the gel: {error}. Does its surface intersect itself?") from None
             finally:
                 gmsh.model.mesh.field.remove(field)
+
+
+def _cut():
+    """A tetrahedron cut into four bricks: 24 times the barycentric coordinates of their nodes, 4 x 20 x 4."""
+    bricks = []
+    for corner, one, two, three in ((0, 1, 2, 3), (1, 0, 3, 2), (2, 0, 1, 3), (3, 0, 2, 1)):
+        sets = [(), (one,), (one, two), (two,), (three,), (one, three), (one, two, three), (two, three)]
+        corners = np.zeros((8, 4), int)
+        for row, others in zip(corners, sets):
+            row[[corner, *others]] = 24 // (1 + len(others))
+        bricks.append(np.concatenate([corners, [(corners[a] + corners[b]) // 2 for a, b in EDGES]]))
+    return np.array(bricks)
+
+
+CUT = _cut()
+
+
+class Bricks:
+    """The tetrahedra of gmsh's current model, each cut into four bricks of 20 nodes: positions (P x 3), of each material the
+    nodes of its bricks (from 0, in the order of CalculiX), and whether a node is bonded (P)."""
+
+    def __init__(self, parts, bonded):
+        numbers, places, _ = gmsh.model.mesh.getNodes()
+        index = np.zeros(int(numbers.max()) + 1, int)
+        index[numbers.astype(int)] = np.arange(len(numbers))
+
+        def elements(kind, tags, count):
+            found = [gmsh.model.mesh.getElementsByType(kind, tag) for tag in tags]
+            tags, nodes = (np.concatenate(each).astype(int) for each in zip(*found))
+            return tags, index[nodes].reshape(-1, count)
+
+        cut = CUT.reshape(-1, 4)
+        shape = gmsh.model.mesh.getBasisFunctions(TETRAHEDRON, (cut[:, 1:] / 24).ravel(), "Lagrange")[1].reshape(-1, 10)
+        mark = np.random.default_rng(0).integers(2**60, size=len(numbers))  # sums of these tell nodes of bricks apart
+        found = [elements(TETRAHEDRON, part, 10) for part in parts]
+        self.tags, whole = map(np.concatenate, zip(*found))
+        keys, first, same = np.unique(mark[whole[:, :4]] @ cut.T, return_index=True, return_inverse=True)
+        self.positions = np.einsum("kn,tnc->tkc", shape, places.reshape(-1, 3)[whole]).reshape(-1, 3)[first]
+        self.nodes = same.reshape(-1, 20)
+        self.parts = np.split(self.nodes, 4 * np.cumsum([len(tags) for tags, _ in found])[:-1])
+        on_face = cut[cut[:, 3] == 0, :3]
+        self.bonded = np.isin(keys, mark[elements(TRIANGLE, sorted(bonded), 6)[1][:, :3]] @ on_face.T)
+
+    def weights(self, points):
+        """Returns the matrix of the bricks' shape functions at points, P x nodes; as long as the model is there."""
+        row = dict(zip(self.tags.tolist(), range(len(self.tags))))
+        shapes_at, nodes = [], []
+        for point in points:
+            tag, _, _, *local = gmsh.model.mesh.getElementByCoordinates(*point, 3)
+            target = np.array([1 - sum(local), *local])
+            brick = int(target.argmax())
+            inside = np.zeros(3)  # of the brick
+            for _ in range(8):  # Newton
+                slope = gmsh.model.mesh.getBasisFunctions(BRICK, inside, "GradLagrange")[1].reshape(20, 3)[TO_CALCULIX]
+                shape = gmsh.model.mesh.getBasisFunctions(BRICK, inside, "Lagrange")[1][TO_CALCULIX]
+                corners = CUT[brick] / 24
+                inside = inside - np.linalg.lstsq(corners.T @ slope, corners.T @ shape - target, rcond=None)[0]
+            shapes_at.append(gmsh.model.mesh.getBasisFunctions(BRICK, inside, "Lagrange")[1][TO_CALCULIX])
+            nodes.append(self.nodes[4 * row[tag] + brick])
+        ends = np.arange(len(points) + 1) * 20
+        values = np.concatenate(shapes_at), np.concatenate(nodes), ends
+        return scipy.sparse.csr_matrix(values, (len(points), len(self.positions)))

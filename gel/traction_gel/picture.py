@@ -10,7 +10,8 @@ import numpy as np  # noqa: E402
 def draw(result, path):
     """From the side: where they are. From the camera: how the markers move under a force on the middle node."""
     figure, (side, front) = pyplot.subplots(1, 2, figsize=(10, 5), layout="constrained")
-    for faces, colour, label in ((result.free, "#bcd", "free surface"), (result.bonded, "#a87", "bonded surface")):
+    surfaces = [(result.free, "#bcd", "free surface"), (result.bonded, "#a87", "bonded surface")]
+    for faces, colour, label in surfaces + [(result.between, "#7b7", "between materials")] * (len(result.between) > 0):
         cut = result.corners[faces]
         cut = cut[(cut[:, :, 1].min(1) <= 0) & (cut[:, :, 1].max(1) >= 0)].mean(1)
         side.plot(cut[:, 0], cut[:, 2], ".", color=colour, ms=4, label=label)

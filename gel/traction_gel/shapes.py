@@ -13,20 +13,34 @@ from .problem import Problem
 UNIT_LIMITS_MM = (2, 500)  # of the largest extent of a gel
 
 
-def build(shape, folder):
-    """Makes the volumes of the gel in the current model. Returns the volumes and the bonded faces (tags).
+def build(shape, materials, folder):
+    """Makes the volumes of the gel in the current model. Returns those of each material, the table [material] first, and
+    the bonded faces (tags).
 
     \\param shape the table [shape] of the input
+    \\param materials the tables [[materials]]: each a skin or the solids of a file
     \\param folder which the names of files count from
     """
     kind = shape.get("kind")
-    if "gel_file" in shape:
-        volumes, bonded = _from_files(shape, folder)
-    elif kind in BUILT_IN:
-        volumes, bonded = BUILT_IN[kind](shape)
-    else:
+    if "gel_file" not in shape and kind not in BUILT_IN:
         raise Problem(f"shape.kind is {kind!r}: one of {', '.join(BUILT_IN)}, or give shape.gel_file")
-    _check_extent(volumes)
+    given, other = ("gel_file", "skin_mm") if "gel_file" in shape else ("skin_mm", "gel_file")
+    for number, material in enumerate(materials):
+        if given not in material or other in material:
+            why = f"[shape] has {'a' if given == 'gel_file' else 'no'} gel_file"
+            raise Problem(f"materials[{number}] must have {given}, and not {other}: {why}")
+    if "gel_file" in shape:
+        volumes, bonded = _from_files(shape, [material["gel_file"] for material in materials], folder)
+    else:
+        depths = np.cumsum([0.0, *(material["skin_mm"] for material in materials)])
+        volumes, bonded = BUILT_IN[kind](shape, depths)
+        volumes = volumes[-1:] + volumes[:-1]  # the core is the last from outside
+    _check_extent(sum(volumes, []))
+    parts = [faces(each) for each in volumes]
+    for number, part in enumerate(parts):
+        if len(parts) > 1 and not part & set().union(*(other for other in parts if other is not part)):
+            name = f"materials[{number - 1}]" if number else "[material]"
+            raise Problem(f"{name} touches no other material: its faces must lie on theirs, without a gap")
     return volumes, bonded
 
 
@@ -37,33 +51,47 @@ def _length(shape, key):
     return float(value)
 
 
-def _faces(volumes):
+def faces(volumes):
+    """The faces (tags) that bound volumes (tags): not those between two of them."""
     return {tag for _, tag in gmsh.model.getBoundary([(3, tag) for tag in volumes], oriented=False)}
 
 
-def _with_bone(gel, bone):
-    """Cuts the bone out of the gel; both are lists of (3, tag). The faces that they share are bonded."""
-    if not bone:
-        gmsh.model.occ.synchronize()
-        return [tag for _, tag in gel], set()
-    _, parts = gmsh.model.occ.fragment(gel, bone)
+def _divided(bodies):
+    """Cuts bodies, each a list of (3, tag), where they overlap: what is in several belongs to the last. They share the
+    faces where they touch. Returns the volumes of each (tags)."""
+    solids = sum(bodies, [])
+    parts = gmsh.model.occ.fragment(solids[:1], solids[1:])[1] if solids[1:] else [solids]
     gmsh.model.occ.synchronize()
-    bones = {tag for part in parts[len(gel) :] for _, tag in part}
-    gels = {tag for part in parts[: len(gel)] for _, tag in part} - bones
-    if not gels:
-        raise Problem("the bone fills the whole gel: is shape.bone_file the gel's, or shape.gel_mm too large?")
-    bonded = _faces(gels) & _faces(bones)
+    owners = [number for number, body in enumerate(bodies) for _ in body]
+    owner = {tag: number for number, part in zip(owners, parts) for _, tag in part}
+    return [sorted(tag for tag in owner if owner[tag] == number) for number in range(len(bodies))]
+
+
+def _with_bone(gels, bone):
+    """Cuts the bone out of the gel's bodies. The faces that they share with it are bonded."""
+    *volumes, bones = _divided([*gels, bone])
+    for number, each in enumerate(volumes):
+        if not each:
+            raise Problem(
+                f"nothing is left of part {number} of the gel: bone and other materials fill it. Is shape.bone_file the gel's?"
+            )
+    bonded = faces(sum(volumes, [])) & faces(bones)
     gmsh.model.occ.remove([(3, tag) for tag in bones])
     gmsh.model.occ.synchronize()
-    return sorted(gels), bonded
+    return volumes, bonded
 
 
-def _at_base(gel):
-    """Bonds the plane face farthest along z."""
-    gmsh.model.occ.synchronize()
-    volumes = [tag for _, tag in gel]
-    end = max(gmsh.model.getBoundingBox(3, tag)[5] for tag in volumes)
-    return volumes, {face for face in _faces(volumes) if gmsh.model.getBoundingBox(2, face)[2] > end - 1e-3}
+def _at_base(gels):
+    """Bonds the plane faces farthest along z."""
+    volumes = _divided(gels)
+    begins = {face: gmsh.model.getBoundingBox(2, face)[2] for face in faces(sum(volumes, []))}
+    return volumes, {face for face, begin in begins.items() if begin > max(begins.values()) - 1e-3}
+
+
+def _check_skins(depths, inside, key):
+    if depths[-1] >= inside:
+        skins = f"materials[{len(depths) - 2}].skin_mm: skins of {depths[-1]:g} mm together"
+        raise Problem(f"{skins} leave no gel, of shape.{key} {inside:g}")
 
 
 def _ball(radius, depth):
@@ -84,14 +112,16 @@ def _finger(radius, length, top):
     return whole
 
 
-def _hemisphere(shape):
+def _hemisphere(shape, depths):
     radius, length, gel = _length(shape, "diameter_mm") / 2, _length(shape, "length_mm"), _length(shape, "gel_mm")
     if gel >= radius:
         raise Problem(f"shape.gel_mm is {gel:g}: it must be below half the diameter, for there is a bone inside")
-    return _with_bone(_finger(radius, length, 0), _finger(radius - gel, length, gel))
+    _check_skins(depths, gel, "gel_mm")
+    *gels, bone = (_finger(radius - depth, length, depth) for depth in [*depths, gel])
+    return _with_bone(gels, bone)
 
 
-def _ellipsoid(shape):
+def _ellipsoid(shape, depths):
     axes = _length(shape, "width_mm") / 2, _length(shape, "height_mm") / 2, _length(shape, "length_mm")
     gel = _length(shape, "gel_mm")
     if gel >= min(axes):
@@ -105,23 +135,31 @@ def _ellipsoid(shape):
         lower = occ.addBox(-2 * axes[0], -2 * axes[1], -end, 4 * axes[0], 4 * axes[1], 2 * end)
         return occ.intersect([(3, ball)], [(3, lower)])[0]
 
-    return _with_bone(half(axes), half([axis - gel for axis in axes]))
+    _check_skins(depths, gel, "gel_mm")
+    *gels, bone = (half([axis - depth for axis in axes]) for depth in [*depths, gel])
+    return _with_bone(gels, bone)
 
 
-def _dome(shape):
+def _dome(shape, depths):
     diameter, height = _length(shape, "diameter_mm"), _length(shape, "height_mm")
     if height > diameter / 2:
         raise Problem(f"shape.height_mm is {height:g}: a dome is at most half as high as its diameter")
     radius = (diameter**2 / 4 + height**2) / (2 * height)
+    _check_skins(depths, height, "height_mm")
     occ = gmsh.model.occ
-    ball = _ball(radius, radius)
-    slab = occ.addBox(-diameter, -diameter, -1, 2 * diameter, 2 * diameter, 1 + height)
-    return _at_base(occ.intersect([(3, ball)], [(3, slab)])[0])
+
+    def cap(depth):
+        slab = occ.addBox(-diameter, -diameter, -1, 2 * diameter, 2 * diameter, 1 + height)
+        return occ.intersect([(3, _ball(radius - depth, radius))], [(3, slab)])[0]
+
+    return _at_base([cap(depth) for depth in depths])
 
 
-def _block(shape):
+def _block(shape, depths):
     width, height, depth = (_length(shape, key) for key in ("width_mm", "height_mm", "thickness_mm"))
-    return _at_base([(3, gmsh.model.occ.addBox(-width / 2, -height / 2, 0, width, height, depth))])
+    _check_skins(depths, depth, "thickness_mm")
+    box = gmsh.model.occ.addBox
+    return _at_base([[(3, box(-width / 2, -height / 2, top, width, height, depth - top))] for top in depths])
 
 
 BUILT_IN = {"hemisphere": _hemisphere, "ellipsoid": _ellipsoid, "dome": _dome, "block": _block}
@@ -155,36 +193,41 @@ def _hole():
 
 def _from_triangles(paths):
     """The gel from STL; the walls of its cavity that touch the bone are bonded."""
-    parts = {key: triangles.read(path, f"shape.{key}") for key, path in paths.items()}
-    corners, faces = parts["gel_file"]
+    parts = {key: triangles.read(path, key) for key, path in paths.items()}
+    corners, numbers = parts["shape.gel_file"]
     _check_unit(np.ptp(corners, axis=0).max())
-    triangles.check(corners, faces, "shape.gel_file")
-    volume = triangles.volume(paths["gel_file"])
-    return [volume], triangles.touching(_faces([volume]), *parts["bone_file"]) if "bone_file" in parts else set()
+    triangles.check(corners, numbers, "shape.gel_file")
+    volume = triangles.volume(paths["shape.gel_file"])
+    bone = parts.get("shape.bone_file")
+    return [[volume]], triangles.touching(faces([volume]), *bone) if bone else set()
 
 
 def _from_solids(paths):
     gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
-    return _with_bone(*(_solids(paths[key], f"shape.{key}") if key in paths else [] for key in ("gel_file", "bone_file")))
+    solids = {key: _solids(path, key) for key, path in paths.items()}
+    bone = solids.pop("shape.bone_file", [])
+    return _with_bone(list(solids.values()), bone)
 
 
-def _from_files(shape, folder):
-    paths = {key: pathlib.Path(folder, shape[key]) for key in ("gel_file", "bone_file") if key in shape}
+def _from_files(shape, others, folder):
+    """\\param others the files of further materials"""
+    paths = {f"shape.{key}": pathlib.Path(folder, shape[key]) for key in ("gel_file", "bone_file") if key in shape}
+    paths |= {f"materials[{number}].gel_file": pathlib.Path(folder, name) for number, name in enumerate(others)}
     for key, path in paths.items():
         if not path.exists():
-            raise Problem(f"shape.{key}: {path} does not exist")
+            raise Problem(f"{key}: {path} does not exist")
     kinds = {path.suffix.lower() == ".stl" for path in paths.values()}
-    if len(kinds) > 1:
-        raise Problem("shape.gel_file and shape.bone_file must both be .stl, or both .step or .brep")
+    if len(kinds) > 1 or others and True in kinds:
+        raise Problem("gel_file and bone_file must all be .step or .brep, or both .stl and without [[materials]]")
     volumes, bonded = (_from_triangles if kinds.pop() else _from_solids)(paths)
+    outside = faces(sum(volumes, []))
     if "bonded_box_mm" in shape:
         low, high = shape["bonded_box_mm"]
-        inside = gmsh.model.getEntitiesInBoundingBox(*low, *high, 2)
-        bonded |= {tag for _, tag in inside} & _faces(volumes)
+        bonded |= {tag for _, tag in gmsh.model.getEntitiesInBoundingBox(*low, *high, 2)} & outside
     if not bonded:
         raise Problem(
             "no part of the gel is bonded: its faces touch neither shape.bone_file nor lie in shape.bonded_box_mm. "
-            "The faces are " + "; ".join(map(_describe, sorted(_faces(volumes))))
+            "The faces are " + "; ".join(map(_describe, sorted(outside)))
         )
     return volumes, bonded
 

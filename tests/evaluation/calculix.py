@@ -8,11 +8,14 @@ Maxwell and Betti the displacements of the surface are those of the markers unde
 Lengths in mm, forces in N, stresses in MPa.
 """
 
-import os
 import pathlib
-import subprocess
+import sys
 
 import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "gel"))
+import traction_gel.calculix  # noqa: E402
+from traction_gel.calculix import deck, run  # noqa: E402
 
 CLASSES = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
 MIRRORS = [(0, 0), (1, 0), (0, 1), (1, 1)]
@@ -52,16 +55,6 @@ def serendipity(a, b):
     )
 
 
-def run_ccx(folder, name, lines, threads=2, may_end_early=False):
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / f"{name}.inp").write_text("\n".join(lines) + "\n")
-    environment = {**os.environ, "OMP_NUM_THREADS": str(threads)}
-    result = subprocess.run(["ccx", name], cwd=folder, capture_output=True, text=True, env=environment)
-    (folder / f"{name}.log").write_text(result.stdout + result.stderr)
-    if (result.returncode or "*ERROR" in result.stdout) and not may_end_early:
-        raise RuntimeError(f"ccx failed: see {folder / name}.log")
-
-
 class Mesh:
     """Bricks between the planes x, y, z [mm]; the first z is the touched surface, the last the bonded base."""
 
@@ -97,27 +90,7 @@ class Mesh:
             -1, 3
         )
         bricks = [[self.number[2 * i + a, 2 * j + b, 2 * k + c] for a, b, c in BRICK] for i, j, k in cells]
-        return deck(self.positions, bricks, self.base, material)
-
-
-def deck(positions, bricks, base, material):
-    """Nodes (P x 3), elements (20 numbers from 1 each, right-handed as x, y, z are), material, bonded base (P)."""
-    lines = ["*NODE, NSET=ALL"]
-    lines += [f"{n + 1},{p[0]:.9g},{p[1]:.9g},{p[2]:.9g}" for n, p in enumerate(positions)]
-    lines.append("*ELEMENT, TYPE=C3D20R, ELSET=GEL")
-    for element, nodes in enumerate(bricks, 1):
-        nodes = list(map(str, nodes))
-        lines += [f"{element}," + ",".join(nodes[:10]) + ",", ",".join(nodes[10:])]
-    lines += [
-        "*MATERIAL, NAME=RUBBER",
-        *material,
-        "*DENSITY",
-        "1e-9",
-        "*SOLID SECTION, ELSET=GEL, MATERIAL=RUBBER",
-        "*BOUNDARY",
-    ]
-    lines += [f"{n + 1},1,3" for n in np.flatnonzero(base)]
-    return lines
+        return deck(self.positions, [(bricks, material)], self.base)
 
 
 # Fine at the touched surface and where the bonded base meets the free sides; markers are at nodes.
@@ -166,25 +139,14 @@ def signs(mirrored, parity):
     return character, np.vstack([1 - 2 * mirrored, np.ones(mirrored.shape[1], int)])
 
 
-class Stiffness:
+class Stiffness(traction_gel.calculix.Stiffness):
     """A mesh's stiffness matrix, assembled by CalculiX."""
 
     YOUNG = 0.18
 
     def __init__(self, mesh, poisson, folder):
-        self.mesh, self.folder = mesh, folder
-        run_ccx(
-            folder,
-            "block",
-            mesh.deck(["*ELASTIC", f"{self.YOUNG},{poisson}"])
-            + ["*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"],
-        )
-        entries = np.fromfile(folder / "block.sti", sep=" ").reshape(-1, 3)
-        self.dofs = np.array([line.split(".") for line in (folder / "block.dof").read_text().split()], int)
-        self.row, self.column = entries[:, 0].astype(int) - 1, entries[:, 1].astype(int) - 1
-        self.values = entries[:, 2].copy()
-        for name in ("block.sti", "block.mas"):
-            (folder / name).unlink()
+        self.mesh = mesh
+        super().__init__(folder, mesh.deck(["*ELASTIC", f"{self.YOUNG},{poisson}"]))
 
     def solve(self, parity, columns, read):
         """Displacement [mm] of the nodes `read` in a class, columns x nodes x 3. A column is a load: nodes and their
@@ -194,57 +156,7 @@ class Stiffness:
             across = axis + 1
             for component in [across] if parity[axis] == 1 else [c for c in (1, 2, 3) if c != across]:
                 free[self.mesh.on_plane(axis), component] = False
-        kept = free[self.dofs[:, 0], self.dofs[:, 1]]
-        unknown = np.full(free.shape, -1)
-        unknown[self.dofs[kept, 0], self.dofs[kept, 1]] = np.arange(kept.sum())
-        new = np.cumsum(kept) - 1
-        inside = kept[self.row] & kept[self.column]
-        i, j = new[self.row[inside]], new[self.column[inside]]
-        row, column = np.maximum(i, j), np.minimum(i, j)
-        order = np.lexsort((row, column))
-        ends = np.concatenate([[0], np.cumsum(np.bincount(column, minlength=kept.sum()))])
-        at = [unknown[nodes][:, 1:] for nodes, _ in columns]
-        used = [(a >= 0) & (forces != 0) for a, (_, forces) in zip(at, columns)]
-        target = unknown[read][:, 1:]
-        self._write(
-            columns=ends,
-            rows=row[order],
-            right_columns=np.cumsum([0] + [u.sum() for u in used]),
-            right_rows=np.concatenate([a[u] for a, u in zip(at, used)]),
-            output=target[target >= 0],
-        )
-        self.values[inside][order].tofile(self.folder / "values")
-        np.concatenate([forces[u] for u, (_, forces) in zip(used, columns)]).tofile(self.folder / "right_values")
-        subprocess.run([sparse_solver(self.folder.parent), self.folder], check=True)
-        result = np.zeros((len(columns), len(read), 3))
-        result[:, target >= 0] = np.fromfile(self.folder / "solution").reshape(len(columns), -1)
-        for name in ("columns", "rows", "values", "right_columns", "right_rows", "right_values", "output", "solution"):
-            (self.folder / name).unlink()
-        return result
-
-    def _write(self, **arrays):
-        for name, array in arrays.items():
-            np.asarray(array, np.int32).tofile(self.folder / name)
-
-
-def sparse_solver(folder):
-    program = folder / "sparse_solver"
-    if not program.exists():
-        subprocess.run(
-            [
-                "c++",
-                "-std=c++20",
-                "-O2",
-                "-I/usr/include/eigen3",
-                "-I/usr/include/suitesparse",
-                pathlib.Path(__file__).parent / "sparse_solver.cpp",
-                "-lcholmod",
-                "-o",
-                program,
-            ],
-            check=True,
-        )
-    return program
+        return super().solve(columns, read, free)
 
 
 class Images:
@@ -384,7 +296,7 @@ def static(mesh, parity, material, steps, markers, folder, name, large=False, ex
             ]
         lines += ["*NODE PRINT, NSET=MARKERS, FREQUENCY=1000", "U", "*END STEP"]
     if not (folder / f"{name}.finished").exists():
-        run_ccx(folder, name, lines, may_end_early=large)
+        run(folder, name, lines, may_end_early=large)
         (folder / f"{name}.finished").touch()
     images, mirrored = fold(1e3 * np.asarray(markers))
     turn = np.vstack([1 - 2 * mirrored, np.ones(mirrored.shape[1], int)])

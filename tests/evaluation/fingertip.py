@@ -109,7 +109,7 @@ class Finger:
         return []
 
     def deck(self, material):
-        return calculix.deck(self.positions, self.bricks, self.base, material)
+        return calculix.deck(self.positions, [(self.bricks, material)], self.base)
 
     def weights(self, directions, depth):
         """Nodes and shape functions at directions (P x 3) from the ball's middle, on a plane between bricks: 8 x P each."""

@@ -15,7 +15,7 @@ import pathlib
 import sys
 
 import numpy as np
-from calculix import run_ccx
+from calculix import run
 
 DATA = pathlib.Path(__file__).parent / "data"
 
@@ -233,7 +233,7 @@ def main(folder):
 def turning(folder, mesh, friction, probe):
     name = f"{probe}_{mesh}_{friction}"
     lines, place, numbers = deck(mesh, friction, *TURNING[probe])
-    run_ccx(folder, name, lines, threads=1, may_end_early=True)
+    run(folder, name, lines, threads=1, may_end_early=True)
     times, force = forces(folder / f"{name}.dat", numbers)
     np.savez_compressed(folder / f"{name}.npz", friction=friction, time=times, position=place, force=force.astype("f4"))
 
@@ -241,7 +241,7 @@ def turning(folder, mesh, friction, probe):
 def ball(folder, mesh, friction):
     name = f"ball_{mesh}_{friction}"
     lines, place, numbers = deck(mesh, friction)
-    run_ccx(folder, name, lines, threads=1, may_end_early=True)
+    run(folder, name, lines, threads=1, may_end_early=True)
     report(folder, name, friction, place, numbers)
 
 

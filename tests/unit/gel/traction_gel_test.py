@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import tempfile
@@ -11,12 +12,13 @@ import unittest
 import gmsh
 import numpy as np
 import suite
-from traction_gel import files, influence, mechanics, mesh, placement, triangles
+from traction_gel import check, files, influence, mechanics, mesh, placement, triangles
 from traction_gel.problem import Problem
 
 BIN = pathlib.Path(os.environ["TRACTION_BUILD"]) / "bin"
 SHIPPED = pathlib.Path(__file__).resolve().parents[3] / "gel" / "fingertip.toml"
 YOUNG = 180000
+SKIN = {"skin_mm": 0.5, "youngs_modulus_pa": 5 * YOUNG, "poisson_ratio": 0.45}
 
 
 def fingertip(**tables):
@@ -26,8 +28,8 @@ def fingertip(**tables):
     task["layers"][0] |= {"columns": 5, "rows": 4, "pitch_mm": 1.5}
     task["nodes"] |= {"columns": 3, "rows": 4, "pitch_mm": 2}
     task["deviations"] = {"bone_mm": [0, 0, 0]}
-    return {name: table | tables.get(name, {}) if isinstance(table, dict) else tables.get(name, table)
-            for name, table in task.items()}
+    return tables | {name: table | tables.get(name, {}) if isinstance(table, dict) else tables.get(name, table)
+                     for name, table in task.items()}
 
 
 def block(count, error):
@@ -83,6 +85,11 @@ class Block(unittest.TestCase):
         error, estimated = self.errors(block(3, 4))
         self.assertLess(error, estimated)
 
+    def test_skins_of_the_same_material_change_nothing(self):
+        alike = block(3, 4)["material"]
+        error, estimated = self.errors(block(3, 4) | {"materials": [alike | {"skin_mm": 3}, alike | {"skin_mm": 4}]})
+        self.assertLess(error, estimated)  # the red markers are in the core, the blue ones in the second skin
+
     @suite.minutes
     def test_is_that_of_the_daemon_within_half_a_percent_of_the_peak(self):
         self.assertLess(self.errors(block(8, 0.5))[0], 5e-3)
@@ -123,35 +130,46 @@ class Fingertip(unittest.TestCase):
 
     def test_both_ways_of_reciprocity_agree(self):
         task = fingertip()
-        with mesh.Body(task["shape"], ".") as body:
-            corners, free, _ = body.surface(1.0)
+        with mesh.Body(task["shape"], ".", [{"skin_mm": 0.8}]) as body:
+            corners, free, _, _ = body.surface(1.0)
             surface = placement.Surface(corners, free)
             _, _, _, points, weights = placement.nodes(surface, task["nodes"])
             markers = placement.markers(surface, task["layers"])[0]
-            gel = mechanics.Gel(body.elements(3.0, markers), 0.49)
+            gel = mechanics.Gel(body.elements(2.0, markers), [(1, 0.49), (5, 0.4)])
         by_nodes = gel.influence(markers, points, weights)
         by_markers = np.concatenate([gel.influence(part, points, weights) for part in np.array_split(markers, 2)])
         np.testing.assert_allclose(by_markers, by_nodes, atol=1e-9 * abs(by_nodes).max())
+        gel.left_to_elements = lambda markers: np.ones(len(markers), bool)
+        for part in (markers, markers[:3]):  # by nodes, by markers
+            plain = gel.influence(part, points, weights)
+            np.testing.assert_allclose(plain, by_nodes[: len(part)], atol=0.04 * abs(by_nodes).max())
 
     def test_files_of_cad_are_the_built_in_shape(self):
         gmsh.initialize([], False)
         gmsh.option.setNumber("General.Terminal", 0)
         occ = gmsh.model.occ
         gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
-        for name, radius in (("gel", 10), ("bone", 6)):
+        for name, radius in (("gel", 10), ("core", 9), ("bone", 6), ("far", 1)):
             whole, _ = occ.fuse([(3, occ.addSphere(0, 0, 10, radius))], [(3, occ.addCylinder(0, 0, 10, 0, 0, 18, radius))])
             occ.intersect(whole, [(3, occ.addBox(-20, -20, -1, 40, 40, 19))])
+            occ.translate(occ.getEntities(3), 0, 0, 40 * (name == "far"))
             occ.synchronize()
             gmsh.write(str(self.folder / f"{name}.step"))
             gmsh.clear()
         gmsh.finalize()
-        areas = []
-        for shape in ({"gel_file": "gel.step", "bone_file": "bone.step"}, fingertip()["shape"]):
-            with mesh.Body(shape, self.folder) as body:
-                corners, *surfaces = body.surface(0.8)
-            sides = [corners[faces[:, 1:]] - corners[faces[:, :1]] for faces in surfaces]
-            areas.append([np.linalg.norm(np.cross(side[:, 0], side[:, 1]), axis=1).sum() / 2 for side in sides])
-        np.testing.assert_allclose(*areas, rtol=0.005)  # free, bonded
+        files_of_cad = {"gel_file": "gel.step", "bone_file": "bone.step"}
+        for cad, built_in in (([], []), ([{"gel_file": "core.step"}], [{"skin_mm": 1}])):
+            areas = []
+            for shape, materials in ((files_of_cad, cad), (fingertip()["shape"], built_in)):
+                with mesh.Body(shape, self.folder, materials) as body:
+                    corners, *surfaces = body.surface(0.8)
+                sides = [corners[faces[:, 1:]] - corners[faces[:, :1]] for faces in surfaces]
+                areas.append([np.linalg.norm(np.cross(side[:, 0], side[:, 1]), axis=1).sum() / 2 for side in sides])
+            np.testing.assert_allclose(*areas, rtol=0.005)  # free, bonded, between materials
+            self.assertEqual(areas[0][2] > 0, bool(cad))
+        apart = mesh.Body(files_of_cad, self.folder, [{"gel_file": "far.step"}])
+        with self.assertRaisesRegex(Problem, "touches no other"), apart:
+            pass
         done = self.run_program(fingertip() | {"shape": {"gel_file": "gel.step"}})
         self.assertEqual(done.returncode, 65)
         self.assertIn("no part of the gel is bonded", done.stderr)
@@ -165,6 +183,10 @@ class Fingertip(unittest.TestCase):
             ({"shape": {"diameter_mm": 0.02, "gel_mm": 0.004, "length_mm": 0.01}}, "metres and millimetres"),
             ({"nodes": {"pitch_mm": 12}}, "nodes: row 0, column 0"),
             ({"camera": {"focal_px": 8000}}, "layers[0]: marker in row 0, column 0"),
+            ({"materials": [SKIN | {"poisson_ratio": 0.5}]}, "materials[0].poisson_ratio"),
+            ({"materials": [SKIN, SKIN | {"skin_mm": 3.6}]}, "materials[1].skin_mm"),
+            ({"materials": [SKIN | {"gel_file": "skin.step"}]}, "materials[0] must have skin_mm"),
+            ({"deviations": {"youngs_modulus_relative": [0.1]}}, "deviations.youngs_modulus_relative"),
         ):
             with self.subTest(said), self.assertRaises(Problem) as raised:
                 influence.compute(files.read(self.write(fingertip(**tables))), self.folder, quiet)
@@ -185,10 +207,10 @@ class Fingertip(unittest.TestCase):
         3 x 3 [mm], of the gel's"""
         task = fingertip()["shape"]
         with mesh.Body(task, ".") as body:
-            corners, free, bonded = body.surface(size)
+            corners, free, bonded, _ = body.surface(size)
         parts = {"gel": change(corners[np.concatenate([free, bonded])])}
         with mesh.Body(task | {"diameter_mm": 12, "gel_mm": 3}, ".") as body:
-            corners, free, bonded = body.surface(size)
+            corners, free, bonded, _ = body.surface(size)
         parts["bone"] = corners[free] + [0, 0, 4]  # the outside of a shell that is as large as the bone
         for name, triangles_mm in parts.items():
             text = "".join("facet normal 0 0 0\nouter loop\n" + "".join(f"vertex {x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in part)
@@ -200,7 +222,7 @@ class Fingertip(unittest.TestCase):
         areas, found = [], []
         for shape in ({"gel_file": "gel.stl", "bone_file": "bone.stl"}, fingertip()["shape"]):
             with mesh.Body(shape, self.folder) as body:
-                corners, *surfaces = body.surface(0.8)
+                corners, *surfaces, _ = body.surface(0.8)
             sides = [corners[faces[:, 1:]] - corners[faces[:, :1]] for faces in surfaces]
             areas.append([np.linalg.norm(np.cross(side[:, 0], side[:, 1]), axis=1).sum() / 2 for side in sides])
             task = fingertip(error_percent=3) | {"shape": shape}
@@ -237,6 +259,34 @@ class Fingertip(unittest.TestCase):
         middle = np.argsort(np.linalg.norm(found.nodes[:, :2], axis=1))[:2]
         one, two = (field[:, :, middle, 2][:, 2] for field in (found.errors[0], thicker - straight))
         np.testing.assert_allclose(one, two, atol=0.25 * abs(two).max())
+
+    def test_an_error_of_a_skins_modulus_is_what_another_skin_does(self):
+        task = fingertip(error_percent=5) | {"materials": [SKIN]}
+        found = influence.compute(task | {"deviations": {"youngs_modulus_relative": [0.2]}}, ".", quiet)
+        self.assertEqual(len(found.errors), 1)
+        stiff = SKIN | {"youngs_modulus_pa": 1.2 * SKIN["youngs_modulus_pa"]}
+        stiffer = influence.compute(task | {"materials": [stiff]}, ".", quiet)
+        change = stiffer.influence - found.influence
+        np.testing.assert_allclose(found.errors[0], change, atol=0.15 * abs(change).max())
+        self.assertGreater(abs(change).max(), 0.02 * abs(found.influence).max())
+
+    @unittest.skipUnless(shutil.which("ccx"), "needs calculix-ccx")
+    def test_calculix_confirms_a_gel_with_a_skin_and_no_wrong_one(self):
+        task = fingertip(error_percent=5, nodes={"columns": 1, "rows": 1}) | {"materials": [SKIN]}
+        task["shape"] = {"kind": "dome", "diameter_mm": 20, "height_mm": 6}
+        result = influence.compute(task, ".", quiet)
+        said = []
+        check.check(task, result, ".", lambda text, again: said.append(text))
+        self.assertRegex(said[-1], r"row 0, column 0: displacements differ by \d.*, largest \d")
+        with self.assertRaisesRegex(Problem, "CalculiX differs by"):
+            check.check(task | {"materials": [SKIN | {"youngs_modulus_pa": 2.5 * YOUNG}]}, result, ".", quiet)
+
+    def test_without_calculix_the_check_says_what_to_install(self):
+        command = ["/usr/bin/python3", BIN / "traction-gel", "mesh", self.write(fingertip()), "--check"]
+        done = subprocess.run(command, cwd=self.folder, text=True, capture_output=True,
+                              env=os.environ | {"PATH": str(self.folder)})
+        self.assertEqual(done.returncode, 65)
+        self.assertIn("install calculix-ccx", done.stderr)
 
     def test_ctrl_c_leaves_nothing(self):
         path = self.write(fingertip(error_percent=0.02))
