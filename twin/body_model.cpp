@@ -16,9 +16,9 @@ namespace twin {
 namespace {
 
 constexpr double kNarrowest = 0.05;  // radius of the smallest patch, of the nodes' distance
-constexpr int kRings = 6;       // of points of a patch: closer than the nodes, so that it moves smoothly over them
-constexpr int kMostSteps = 20;  // of Newton's method; 3 or 4 on a ball
-constexpr double kClose = 1e-9;  // [m]
+constexpr int kRings = 6;            // of points of a patch: closer than the nodes, so that it moves smoothly over them
+constexpr int kMostSteps = 20;       // of Newton's method; 3 or 4 on a ball
+constexpr double kClose = 1e-9;      // [m]
 
 /// Returns weights (first column) of the four values at -1, 0, 1, 2 and their derivatives, at t between 0 and 1.
 Eigen::Matrix<double, 4, 2> cubic(double t) {
@@ -47,7 +47,7 @@ struct BodyModel::Spot {
   Eigen::Matrix<double, 3, 2> slope = Eigen::Matrix<double, 3, 2>::Zero();  ///< of the place by column and row
   std::array<Eigen::Index, 16> nodes{};
   std::array<double, 16> shares{};
-  double off = 0.0;                    ///< distance from what was looked for [m]
+  double off = 0.0;  ///< distance from what was looked for [m]
 };
 
 BodyModel::BodyModel(const sensor::Sensor& sensor)

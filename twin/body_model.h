@@ -15,17 +15,18 @@ struct BodyLoad {
   bool isWithin = true;                              ///< the patch is within the outermost nodes but one
 };
 
-/// The touched surface between the force nodes, and loads on it. Place and influence are interpolated alike, in rows and
-/// columns of the nodes, by cubic convolution (Keys 1981): a load moves smoothly from node to node, and force and moment
-/// of the nodes' forces are those of the load. Immutable and reentrant.
+/// The touched surface between the force nodes, and loads on it. Place and influence are interpolated alike, in rows
+/// and columns of the nodes, by cubic convolution (Keys 1981): a load moves smoothly from node to node, and force and
+/// moment of the nodes' forces are those of the load. Immutable and reentrant.
 class BodyModel {
  public:
   /// \param sensor has a body with at least 4 x 4 nodes
   explicit BodyModel(const sensor::Sensor& sensor);
 
-  /// Divides the traction of a patch among the nodes, narrower by what a force is spread on its node's area. The contact's position is where its centre is seen along z; its
-  /// force is along axes of which the third is the normal, and the others are x and y turned with it the shortest way;
-  /// the torque is about the normal. A patch that is not within the nodes is moved into them.
+  /// Divides the traction of a patch among the nodes, narrower by what a force is spread on its node's area. The
+  /// contact's position is where its centre is seen along z; its force is along axes of which the third is the normal,
+  /// and the others are x and y turned with it the shortest way; the torque is about the normal. A patch that is not
+  /// within the nodes is moved into them.
   BodyLoad load(const Contact& contact, const ContactState& state) const;
 
   /// Returns the displacements of all markers, 3 x markers [m]. \param nodeForces 3 x N [N]

@@ -18,7 +18,7 @@ namespace twin {
 struct Truth {
   struct Load {
     Contact::Shape shape = Contact::Shape::kHertz;
-    double radius = 0.0;  ///< [m]
+    double radius = 0.0;               ///< [m]
     ContactState state;                ///< of a body: its force is in the gel frame
     std::optional<double> stickRatio;  ///< of an object in the hand
     struct OnBody {

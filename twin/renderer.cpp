@@ -44,8 +44,8 @@ double faceOnRadius(const sensor::MarkerLayer& layer, const sensor::Projection& 
   return 0.5 * layer.diameter * std::sqrt(std::abs(scale.determinant()));
 }
 
-/// Returns two directions, 3 x 2, in the surface that a grid of points forms, of unit length and at a right angle: along
-/// +x, and on the side of +y. Of a single row or column it faces z.
+/// Returns two directions, 3 x 2, in the surface that a grid of points forms, of unit length and at a right angle:
+/// along +x, and on the side of +y. Of a single row or column it faces z.
 Eigen::Matrix<double, 3, 2> tangents(Eigen::Ref<const sensor::Points> grid, int columns, int rows, int column,
                                      int row) {
   const auto step = [&](int c0, int r0, int c1, int r1) -> Eigen::Vector3d {

@@ -245,7 +245,8 @@ tl::expected<void, FileError> takeGel(const std::string& path, Scenario& scenari
     const std::size_t end = path.rfind("_gel.toml");
     if (error.unreadable && end != std::string::npos) {
       const std::string file = std::filesystem::path(path).filename();
-      error.what += "; `traction-gel mesh " + path.substr(0, end) + ".toml` makes it here, and --gel " + file + " names it";
+      error.what +=
+          "; `traction-gel mesh " + path.substr(0, end) + ".toml` makes it here, and --gel " + file + " names it";
     }
     return tl::unexpected(error);
   }

@@ -101,10 +101,10 @@ struct Resultant {
   void add(const ContactState& contact);  ///< Adds force and moment of a contact on a block, torque included.
 };
 
-// These read a scenario in TOML, a file of at most 4 MiB, and its gel file, if it names one. They fail for wrong syntax,
-// an unknown key, a wrong type and an impossible value; the error has `unreadable` if a file is larger or cannot be read.
-// \param name names the file in errors; the gel file counts from its folder
-// \param gel path of a gel file in place of the scenario's gel; empty: none
+// These read a scenario in TOML, a file of at most 4 MiB, and its gel file, if it names one. They fail for wrong
+// syntax, an unknown key, a wrong type and an impossible value; the error has `unreadable` if a file is larger or
+// cannot be read. \param name names the file in errors; the gel file counts from its folder \param gel path of a gel
+// file in place of the scenario's gel; empty: none
 tl::expected<Scenario, tractiond::FileError> parseScenario(std::string_view text, const std::string& name,
                                                            const std::string& gel = {});
 tl::expected<Scenario, tractiond::FileError> loadScenario(const std::string& path, const std::string& gel = {});
