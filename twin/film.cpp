@@ -153,7 +153,7 @@ tl::expected<std::unique_ptr<RawFilm>, Failure> RawFilm::open(const std::filesys
                                                   " bytes, which is no multiple of a picture's " +
                                                   std::to_string(pictureSize)});
   }
-  auto film = std::unique_ptr<RawFilm>(new RawFilm);
+  auto film = std::make_unique<RawFilm>();
   film->format_ = format;
   film->pictureSize_ = pictureSize;
   film->pixels_.resize(size);
