@@ -28,11 +28,12 @@ GelFilm::GelFilm(const Scenario& scenario, std::uint32_t seed, const std::filesy
                  const sensor::elastic::Progress& progress)
     : scenario_(scenario)
     , seed_(seed)
-    , model_(scenario.sensor, scenario.contacts, cache, progress)
+    , model_(scenario.sensor, scenario.sensor.body ? std::vector<Contact>{} : scenario.contacts, cache, progress)
     , project_(scenario.sensor.camera, scenario.sensor.gel.size.z())
-    , rest_(sensor::markerPositions(scenario.sensor.layers))
+    , rest_(sensor::markerPositions(scenario.sensor))
     , rest_px_(2, rest_.cols())
     , creep_(scenario.creep, rest_.cols()) {
+  if (scenario.sensor.body) body_.emplace(scenario.sensor);
   project(project_, rest_, rest_px_);
   markers_px_ = rest_px_;
 }
@@ -44,13 +45,39 @@ std::vector<ContactState> GelFilm::statesAt(double phase_s) const {
   return states;
 }
 
+sensor::Points GelFilm::displacement(std::span<const ContactState> states) {
+  if (!body_) return model_.displacement(states);
+  sensor::Points forces = sensor::Points::Zero(3, scenario_.sensor.nodes.count());
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    if (states[i].isLoaded()) forces += body_->load(scenario_.contacts[i], states[i]).nodeForces;
+  }
+  return body_->displacement(forces);
+}
+
+void GelFilm::tell(std::span<const ContactState> states, Truth& truth) const {
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    if (!states[i].isLoaded()) continue;
+    const Contact& contact = scenario_.contacts[i];
+    truth.contacts.push_back({contact.shape, contact.radius, states[i], {}, {}});
+    if (!body_) {
+      truth.resultant.add(states[i]);
+      continue;
+    }
+    const BodyLoad load = body_->load(contact, states[i]);
+    truth.contacts.back().state.force = load.force;
+    truth.contacts.back().onBody = {load.place, load.normal};
+    truth.resultant.force += load.force;
+    truth.resultant.moment += body_->moment(load.nodeForces);
+  }
+}
+
 const Eigen::Matrix2Xd& GelFilm::markersAt(double phase_s) {
   const std::vector<ContactState> states = statesAt(phase_s);
   const double rise_K = scenario_.warmth.at(phase_s);
   if (states == states_ && rise_K == rise_K_ && creep_.isNone()) return markers_px_;
   states_ = states;
   rise_K_ = rise_K;
-  sensor::Points points = rest_ + model_.displacement(states);
+  sensor::Points points = rest_ + displacement(states);
   if (!creep_.isNone()) points += creep_.now();
   if (rise_K == 0.0) {
     project(project_, points, markers_px_);
@@ -73,12 +100,8 @@ void GelFilm::draw(Picture& picture, Truth& truth) {
   truth.time_s = picture.time_s;
   truth.rise_K = scenario_.warmth.at(phase_s);
   const std::vector<ContactState> states = statesAt(phase_s);
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    if (!states[i].isLoaded()) continue;
-    truth.contacts.push_back({scenario_.contacts[i].shape, scenario_.contacts[i].radius, states[i], {}});
-    truth.resultant.add(states[i]);
-  }
-  if (!creep_.isNone()) creep_.advance(picture.time_s, model_.displacement(states));
+  tell(states, truth);
+  if (!creep_.isNone()) creep_.advance(picture.time_s, displacement(states));
   for (const Absence& absence : scenario_.absences) {
     if (isNow(absence, phase_s)) {
       truth.missing.insert(truth.missing.end(), absence.markers.begin(), absence.markers.end());
@@ -130,7 +153,7 @@ tl::expected<std::unique_ptr<RawFilm>, Failure> RawFilm::open(const std::filesys
                                                   " bytes, which is no multiple of a picture's " +
                                                   std::to_string(pictureSize)});
   }
-  auto film = std::unique_ptr<RawFilm>(new RawFilm);
+  auto film = std::make_unique<RawFilm>();
   film->format_ = format;
   film->pictureSize_ = pictureSize;
   film->pixels_.resize(size);

@@ -1,6 +1,7 @@
 // Draws the pictures of the twin's camera frame by frame.
 #pragma once
 
+#include "twin/body_model.h"
 #include "twin/failure.h"
 #include "twin/gel_model.h"
 #include "twin/gv_camera.h"
@@ -17,9 +18,13 @@ namespace twin {
 struct Truth {
   struct Load {
     Contact::Shape shape = Contact::Shape::kHertz;
-    double radius = 0.0;  ///< [m]
-    ContactState state;
+    double radius = 0.0;               ///< [m]
+    ContactState state;                ///< of a body: its force is in the gel frame
     std::optional<double> stickRatio;  ///< of an object in the hand
+    struct OnBody {
+      Eigen::Vector3d place, normal;  ///< of the patch's centre, as of BodyLoad
+    };
+    std::optional<OnBody> onBody;
   };
   double time_s = 0.0;               ///< scenario time since the first frame
   std::optional<std::size_t> image;  ///< number of a given picture; nothing else is then known
@@ -60,11 +65,16 @@ class GelFilm : public Film {
 
  private:
   std::vector<ContactState> statesAt(double phase_s) const;
+  /// Returns the displacements of all markers, 3 x markers [m].
+  sensor::Points displacement(std::span<const ContactState> states);
+  /// Writes the contacts and their resultant.
+  void tell(std::span<const ContactState> states, Truth& truth) const;
   /// Returns the pixels of all markers, 2 x markers, at a time within the period.
   const Eigen::Matrix2Xd& markersAt(double phase_s);
 
   Scenario scenario_;
   std::uint32_t seed_;
+  std::optional<BodyModel> body_;  ///< in place of model_
   GelModel model_;
   sensor::Projection project_;
   sensor::Points rest_;

@@ -32,7 +32,7 @@ void HandFilm::draw(int finger, Picture& picture, Truth& truth) {
   film.draw(picture, truth);
   truth.contacts.clear();
   if (whole.isLoaded()) {
-    truth.contacts.push_back({Contact::Shape::kHertz, contact.radius(), whole, contact.stickRatio()});
+    truth.contacts.push_back({Contact::Shape::kHertz, contact.radius(), whole, contact.stickRatio(), {}});
   }
   truth.finger = finger;
   truth.hand = hand_.state();

@@ -27,7 +27,7 @@ tl::expected<std::unique_ptr<Film>, Failure> openFilm(const Options& options, co
 tl::expected<void, Failure> run(const Options& options) {
   const auto path = findScenario(options.scenario);
   if (!path) return tl::unexpected(path.error());
-  auto scenario = loadScenario(path->string());
+  auto scenario = loadScenario(path->string(), options.gel);
   if (!scenario) {
     const tractiond::FileError& error = scenario.error();
     return tl::unexpected(Failure{error.unreadable ? EX_NOINPUT : EX_CONFIG, error.where + ": " + error.what});

@@ -58,6 +58,8 @@ void addOptions(CLI::App& app, Options& options, std::string& format) {
       ->capture_default_str();
   app.add_flag("--lockstep", options.lockstep,
                "With a gripper: from the first command on, each pair of pictures waits for a command");
+  app.add_option("--gel", options.gel, "Gel file, in place of the scenario's gel, markers and camera")
+      ->type_name("FILE");
   app.add_option("--format", format, "Pixel format, in place of the scenario's")
       ->check([](const std::string& name) { return formatByName(name) ? "" : "it is one of " + formatNames(); },
               "{" + formatNames() + "}");

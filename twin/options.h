@@ -14,6 +14,7 @@ struct Options {
   std::string secondAddress = "127.0.0.2";        ///< of the second finger's camera
   std::string commands = "tcp://127.0.0.1:9878";  ///< ZeroMQ endpoint that takes commands: PULL, binds
   bool lockstep = false;                          ///< each pair of pictures waits for a command
+  std::string gel;                                ///< gel file in place of the scenario's gel; empty: none
   std::optional<Format> format;                   ///< replaces the scenario's
   std::optional<double> rate_hz;                  ///< replaces the scenario's
   std::uint32_t seed = 0;                         ///< of the noise

@@ -5,7 +5,9 @@
 // subtracted. Noise is a table of normal deviates that is read from a random offset in every row.
 #include "twin/renderer.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <Eigen/SVD>
 
 #include <algorithm>
 #include <cassert>
@@ -29,9 +31,35 @@ constexpr int kLargestStamp = 64;  // side; stamps of 512 px would take 300 MB p
 constexpr int kPiece = 64;         // of a row that is added together [px]
 // Limits of a marker's diameter or contrast, relative to its layer's.
 constexpr double kLeastShare = 0.3, kMostShare = 1.7;
+constexpr double kEdgeOn = 0.02;  // width over length of the thinnest marker that is drawn
 
 Channel channelOf(sensor::Colour colour) {
   return colour == sensor::Colour::kBlue ? kBlue : colour == sensor::Colour::kRed ? kRed : kGreen;
+}
+
+/// Returns the radius of a layer's markers, if they face the camera [px].
+double faceOnRadius(const sensor::MarkerLayer& layer, const sensor::Projection& project) {
+  const Eigen::Vector3d middle(layer.centre.x(), layer.centre.y(), layer.depth);
+  const Eigen::Matrix2d scale = project.jacobian(middle).leftCols<2>();
+  return 0.5 * layer.diameter * std::sqrt(std::abs(scale.determinant()));
+}
+
+/// Returns two directions, 3 x 2, in the surface that a grid of points forms, of unit length and at a right angle:
+/// along +x, and on the side of +y. Of a single row or column it faces z.
+Eigen::Matrix<double, 3, 2> tangents(Eigen::Ref<const sensor::Points> grid, int columns, int rows, int column,
+                                     int row) {
+  const auto step = [&](int c0, int r0, int c1, int r1) -> Eigen::Vector3d {
+    return grid.col(r1 * columns + c1) - grid.col(r0 * columns + c0);
+  };
+  Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY();
+  if (columns > 1 && rows > 1) {
+    x = step(std::max(column - 1, 0), row, std::min(column + 1, columns - 1), row).normalized();
+    y = step(column, std::max(row - 1, 0), column, std::min(row + 1, rows - 1));
+    y = (y - y.dot(x) * x).normalized();
+  }
+  Eigen::Matrix<double, 3, 2> both;
+  both << x, y;
+  return both;
 }
 
 std::int16_t limited(int units) {
@@ -105,11 +133,10 @@ void Renderer::makeLayers(const sensor::Sensor& sensor, const Optics& optics) {
   drawVariety(optics.variety);
   stretch_ = {1.0 / std::sqrt(sensor.camera.aspect), std::sqrt(sensor.camera.aspect)};
   longest_ = stretch_.maxCoeff() * (ownShapes_ ? kMostShare * (1.0 + elongation_) : 1.0);
+  if (sensor.body) foreshorten(sensor, project);
   firstMarker = 0;
   for (const sensor::MarkerLayer& layer : sensor.layers) {
-    const Eigen::Vector3d middle(layer.centre.x(), layer.centre.y(), layer.depth);
-    const Eigen::Matrix2d scale = project.jacobian(middle).leftCols<2>();
-    const double radius = 0.5 * layer.diameter * std::sqrt(std::abs(scale.determinant()));
+    const double radius = faceOnRadius(layer, project);
     layers_.push_back(makeLayer(layer, firstMarker, radius, optics));
     firstMarker += layer.count();
     largest = std::max(largest, longest_ * radius);
@@ -268,6 +295,29 @@ void Renderer::drawMarker(const Layer& layer, const Eigen::Vector2d& centre) {
   for (int row = 0; row < size; ++row) add(layer, first.x(), first.y(), row, blended + row * size);
 }
 
+/// Sets shapes and sizes of a body's markers.
+void Renderer::foreshorten(const sensor::Sensor& sensor, const sensor::Projection& project) {
+  ownShapes_ = true;
+  double longest = 1.0;
+  for (const sensor::MarkerLayer& layer : sensor.layers) {
+    const auto first = static_cast<Eigen::Index>(shapes_.size());
+    const auto grid = sensor.body->markers.middleCols(first, layer.count());
+    for (int i = 0; i < layer.count(); ++i) {
+      const Eigen::Matrix2d seen = stretch_.cwiseInverse().asDiagonal() * project.jacobian(grid.col(i)) *
+                                   tangents(grid, layer.columns, layer.rows, i % layer.columns, i / layer.columns);
+      const Eigen::Vector2d axes = Eigen::JacobiSVD<Eigen::Matrix2d>(seen).singularValues();
+      // y is up and v is down: what is seen from behind is not mirrored.
+      const bool isSeen = seen.determinant() < 0.0 && axes[1] > kEdgeOn * axes[0];
+      const double size = std::sqrt(axes.prod());
+      shapes_.push_back(isSeen ? Eigen::Matrix2d(seen / size) : Eigen::Matrix2d::Identity());
+      const double larger = isSeen ? 0.5 * layer.diameter * size / faceOnRadius(layer, project) : 0.0;
+      diameters_[shapes_.size() - 1] *= larger;
+      longest = std::max(longest, larger * axes[0] / size);
+    }
+  }
+  longest_ *= longest;
+}
+
 /// Draws the random deviations of each marker from its layer.
 void Renderer::drawVariety(const Variety& variety) {
   ownShapes_ = variety.any();
@@ -284,13 +334,20 @@ void Renderer::drawVariety(const Variety& variety) {
 void Renderer::drawOwnShape(const Layer& layer, int marker, const Eigen::Vector2d& centre) {
   const Eigen::Vector2d fromMiddle = centre - 0.5 * Eigen::Vector2d(width_ - 1, height_ - 1);
   const double toCorner = 0.5 * std::hypot(width_ - 1, height_ - 1);
-  const double along = 1.0 + elongation_ * fromMiddle.squaredNorm() / (toCorner * toCorner);
   const double radius = radiusOf(layer, marker);
+  if (radius == 0.0) return;
+  // Along the way from the picture's middle.
+  const Eigen::Matrix2d elongation =
+      Eigen::Matrix2d::Identity() + elongation_ / (toCorner * toCorner) * fromMiddle * fromMiddle.transpose();
+  const Eigen::JacobiSVD<Eigen::Matrix2d> shape(
+      shapes_.empty() ? elongation : Eigen::Matrix2d(elongation * shapes_[static_cast<std::size_t>(marker)]),
+      Eigen::ComputeFullU);
+  const Eigen::Vector2d axes = radius * shape.singularValues();
   const int left = corner(layer, centre).x(), top = corner(layer, centre).y();
   std::fill_n(patch_.begin(), layer.patch * layer.patch, 0.0F);
-  const std::vector<Strip> shape =
-      stretched(ellipseStrips(along * radius, radius, std::atan2(fromMiddle.y(), fromMiddle.x())));
-  blur_.add(shape, left - centre.x(), top - centre.y(), layer.patch, gain_ * contrasts_[marker], patch_);
+  const std::vector<Strip> strips =
+      stretched(ellipseStrips(axes[0], axes[1], std::atan2(shape.matrixU()(1, 0), shape.matrixU()(0, 0))));
+  blur_.add(strips, left - centre.x(), top - centre.y(), layer.patch, gain_ * contrasts_[marker], patch_);
   for (int row = 0; row < layer.patch; ++row) add(layer, left, top, row, patch_.data() + row * layer.patch);
 }
 

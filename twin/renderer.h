@@ -6,7 +6,9 @@
 // cover is the share of the pixel that the visible part of the marker's disc covers, after the blur. weight is 1 in the
 // marker's own channel and crossTalk in the others; it is 1 in all channels for grey markers and in grey pictures, and
 // negative for dark markers. A marker of a deeper layer, which is nearer to the camera, hides those behind it. clear is
-// 1 without dust. With Variety, each marker is drawn with its own shape, but hides others as a disc.
+// 1 without dust. With Variety, each marker is drawn with its own shape, but hides others as a disc. So is a marker of
+// a body: it is a disc in the surface that its layer forms at rest, as the camera sees it from there; one that faces
+// away is not drawn.
 #pragma once
 
 #include "sensor/sensor.h"
@@ -72,6 +74,7 @@ class Renderer {
   Strip stretched(const Strip& strip) const;
   std::vector<Strip> stretched(std::vector<Strip> region) const;
   void drawVariety(const Variety& variety);
+  void foreshorten(const sensor::Sensor& sensor, const sensor::Projection& project);
   double radiusOf(const Layer& layer, int marker) const { return layer.radius_px * diameters_[marker]; }
   void drawMarker(const Layer& layer, const Eigen::Vector2d& centre);
   void drawOwnShape(const Layer& layer, int marker, const Eigen::Vector2d& centre);
@@ -103,7 +106,9 @@ class Renderer {
   double longest_ = 1.0;     ///< upper limit of a marker's half axes, relative to the radius of its layer
   /// Factors of discs along u and v due to the camera's aspect; their product is 1.
   Eigen::Vector2d stretch_ = {1.0, 1.0};
-  std::vector<double> diameters_, contrasts_;   ///< of each marker, relative to its layer's
+  std::vector<double> diameters_, contrasts_;  ///< of each marker, relative to its layer's
+  /// Of each marker of a body, where it is drawn: makes its shape of a disc, without a change of area. Else empty.
+  std::vector<Eigen::Matrix2d> shapes_;
   std::vector<float> lightAcross_, lightDown_;  ///< light(u, v) = lightAcross_[u] + lightDown_[v]
   std::vector<std::int16_t> background_;        ///< picture without markers and noise
   std::vector<std::int16_t> light_;             ///< picture being drawn

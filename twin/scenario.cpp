@@ -1,9 +1,11 @@
 #include "twin/scenario.h"
 
 #include "sensor/gel_file.h"
+#include "twin/body_model.h"
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numeric>
 #include <random>
 
@@ -111,7 +113,8 @@ std::vector<double> readTimes(TomlTable& table) {
   return times;
 }
 
-Contact readContact(TomlTable& table, const sensor::Gel& gel) {
+/// \param body that is touched; empty: a block
+Contact readContact(TomlTable& table, const sensor::Gel& gel, const std::optional<BodyModel>& body) {
   Contact contact;
   std::string shape = "hertz";
   table.read("shape", shape);
@@ -130,8 +133,10 @@ Contact readContact(TomlTable& table, const sensor::Gel& gel) {
   const auto forceZ = track("force_z_n", 1000, 1), torque = track("torque_n_mm", 1e5, kMillimetres);
   for (std::size_t i = 0; i < count; ++i) {
     contact.states.push_back({{x[i], y[i]}, {forceX[i], forceY[i], forceZ[i]}, torque[i]});
-    const Eigen::Vector2d room = 0.5 * gel.size.head<2>() - contact.states.back().position.cwiseAbs();
-    if (room.minCoeff() < contact.radius) table.fail("radius_mm", "and the position reach beyond the gel's surface");
+    const ContactState& state = contact.states.back();
+    const Eigen::Vector2d room = 0.5 * gel.size.head<2>() - state.position.cwiseAbs();
+    const bool isOnGel = body ? body->load(contact, state).isWithin : room.minCoeff() >= contact.radius;
+    if (!isOnGel) table.fail("radius_mm", "and the position reach beyond the gel's surface");
   }
   return contact;
 }
@@ -224,6 +229,7 @@ void readHand(TomlTable& root, Scenario& scenario) {
   if (object) readObject(*object, *scenario.hand);
   const char* const key = gripper ? "gripper" : "object";
   if (!scenario.contacts.empty()) root.fail(key, "and contacts exclude each other: the object makes the contacts");
+  if (scenario.sensor.body) return root.fail(key, "needs a block, and the gel is another body");
   scenario.contacts = handContacts();
   const double needed = Hand::kReach + RoundContact::radii().back();
   if (0.5 * scenario.sensor.gel.size.head<2>().minCoeff() < needed) {
@@ -231,20 +237,58 @@ void readHand(TomlTable& root, Scenario& scenario) {
   }
 }
 
-tl::expected<Scenario, FileError> read(tl::expected<TomlTable, FileError> root) {
+/// Reads a gel file for the pictures: what it knows of its creep is what the gel does, unless the scenario says.
+tl::expected<void, FileError> takeGel(const std::string& path, Scenario& scenario) {
+  auto sensor = sensor::loadGel(path);
+  if (!sensor) {
+    FileError error = sensor.error();
+    const std::size_t end = path.rfind("_gel.toml");
+    if (error.unreadable && end != std::string::npos) {
+      const std::string file = std::filesystem::path(path).filename();
+      error.what +=
+          "; `traction-gel mesh " + path.substr(0, end) + ".toml` makes it here, and --gel " + file + " names it";
+    }
+    return tl::unexpected(error);
+  }
+  scenario.sensor = *std::move(sensor);
+  for (const sensor::CreepTerm& term : scenario.sensor.creep) scenario.creep.push_back({term.share, term.time_s});
+  return {};
+}
+
+/// \param name, gel as of parseScenario()
+tl::expected<Scenario, FileError> read(tl::expected<TomlTable, FileError> root, const std::string& name,
+                                       const std::string& gel) {
   if (!root) return tl::unexpected(root.error());
   int version = 0;
   if (!root->has("format")) root->fail("format", "is missing: a scenario starts with format = 1");
   root->read("format", version, {kVersion, kVersion});
 
   Scenario scenario;
-  scenario.sensor = sensor::readGel(*root);
+  std::string gelFile;
+  root->read("gel_file", gelFile);
+  if (gelFile.empty()) scenario.sensor = sensor::readGel(*root);
+  if (!gelFile.empty() || !gel.empty()) {
+    const auto named = std::filesystem::path(name).parent_path() / gelFile;
+    if (auto taken = takeGel(gel.empty() ? named.lexically_normal().string() : gel, scenario); !taken) {
+      return tl::unexpected(taken.error());
+    }
+  }
+  std::optional<BodyModel> body;
+  if (scenario.sensor.body) {
+    const sensor::NodeGrid& nodes = scenario.sensor.nodes;
+    if (std::min(nodes.columns, nodes.rows) < 4) {
+      root->fail("gel_file", "has a body with fewer than 4 x 4 nodes, between which the twin cannot interpolate");
+    } else {
+      body.emplace(scenario.sensor);
+    }
+  }
   if (auto table = root->table("stream")) readStream(*table, scenario);
   if (auto table = root->table("optics")) readOptics(*table, scenario.optics);
   for (TomlTable& table : root->tables("contacts")) {
-    scenario.contacts.push_back(readContact(table, scenario.sensor.gel));
+    scenario.contacts.push_back(readContact(table, scenario.sensor.gel, body));
     scenario.period_s = std::max(scenario.period_s, scenario.contacts.back().times.back());
   }
+  if (root->has("creep")) scenario.creep.clear();
   for (TomlTable& table : root->tables("creep")) scenario.creep.push_back(readCreep(table));
   if (auto table = root->table("warmth")) {
     readWarmth(*table, scenario.warmth);
@@ -296,12 +340,13 @@ void Resultant::add(const ContactState& contact) {
   moment += Eigen::Vector3d(p.y() * f.z(), -p.x() * f.z(), p.x() * f.y() - p.y() * f.x() + contact.torque);
 }
 
-tl::expected<Scenario, FileError> parseScenario(std::string_view text, const std::string& name) {
-  return read(TomlTable::parse(text, name));
+tl::expected<Scenario, FileError> parseScenario(std::string_view text, const std::string& name,
+                                                const std::string& gel) {
+  return read(TomlTable::parse(text, name), name, gel);
 }
 
-tl::expected<Scenario, FileError> loadScenario(const std::string& path) {
-  return read(TomlTable::load(path));
+tl::expected<Scenario, FileError> loadScenario(const std::string& path, const std::string& gel) {
+  return read(TomlTable::load(path), path, gel);
 }
 
 }  // namespace twin

@@ -16,7 +16,8 @@
 
 namespace twin {
 
-/// State of a contact at one time. Force and torque are those of the object on the gel, gel frame.
+/// State of a contact at one time. Force and torque are those of the object on the gel, gel frame; of a body, along the
+/// normal and across it (BodyModel::load).
 struct ContactState {
   Eigen::Vector2d position = Eigen::Vector2d::Zero();  ///< centre of the patch, gel frame [m]
   Eigen::Vector3d force = Eigen::Vector3d::Zero();     ///< [N], pressing: +z
@@ -97,13 +98,15 @@ struct Resultant {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();   ///< [N]
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();  ///< [N m]
 
-  void add(const ContactState& contact);  ///< Adds force and moment of a contact, torque included.
+  void add(const ContactState& contact);  ///< Adds force and moment of a contact on a block, torque included.
 };
 
-// These read a scenario in TOML, a file of at most 4 MiB. They fail for wrong syntax, an unknown key, a wrong type and
-// an impossible value; the error has `unreadable` if the file is larger or cannot be read. \param name names the file
-// in errors
-tl::expected<Scenario, tractiond::FileError> parseScenario(std::string_view text, const std::string& name);
-tl::expected<Scenario, tractiond::FileError> loadScenario(const std::string& path);
+// These read a scenario in TOML, a file of at most 4 MiB, and its gel file, if it names one. They fail for wrong
+// syntax, an unknown key, a wrong type and an impossible value; the error has `unreadable` if a file is larger or
+// cannot be read. \param name names the file in errors; the gel file counts from its folder \param gel path of a gel
+// file in place of the scenario's gel; empty: none
+tl::expected<Scenario, tractiond::FileError> parseScenario(std::string_view text, const std::string& name,
+                                                           const std::string& gel = {});
+tl::expected<Scenario, tractiond::FileError> loadScenario(const std::string& path, const std::string& gel = {});
 
 }  // namespace twin

@@ -31,8 +31,10 @@ std::string list(const Numbers& numbers, const char* format = "%.9g") {
 
 std::string toJson(const Truth::Load& load) {
   const bool isDisc = load.shape == Contact::Shape::kDisc;
-  return std::string(R"({"shape":")") + (isDisc ? "disc" : "hertz") + R"(","position_m":)" + list(load.state.position) +
-         R"(,"radius_m":)" + number(load.radius) + R"(,"force_N":)" + list(load.state.force) + R"(,"torque_Nm":)" +
+  const std::string place =
+      load.onBody ? list(load.onBody->place) + R"(,"normal":)" + list(load.onBody->normal) : list(load.state.position);
+  return std::string(R"({"shape":")") + (isDisc ? "disc" : "hertz") + R"(","position_m":)" + place + R"(,"radius_m":)" +
+         number(load.radius) + R"(,"force_N":)" + list(load.state.force) + R"(,"torque_Nm":)" +
          number(load.state.torque) + (load.stickRatio ? R"(,"stick_ratio":)" + number(*load.stickRatio) : "") + "}";
 }
 

@@ -2,10 +2,10 @@
 //
 // Keys of a record: camera_frame_id, device_ns, monotonic_ns (CLOCK_MONOTONIC of this host), scenario_s; force_N and
 // moment_Nm of all contacts on the gel, about the origin of the gel frame; contacts: shape, position_m, radius_m,
-// force_N, torque_Nm (about z); missing: indices of markers that are not drawn; rise_K if not 0; torn if true;
-// finger and hand (the gripper and its object), and stick_ratio of a contact, of a scenario with a gripper;
-// displacement_px: (u, v) of every marker, if requested. For a given picture only image, its number, follows
-// scenario_s.
+// force_N, torque_Nm (about z), of a body normal (and torque_Nm about it); missing: indices of markers that are not
+// drawn; rise_K if not 0; torn if true; finger and hand (the gripper and its object), and stick_ratio of a contact, of
+// a scenario with a gripper; displacement_px: (u, v) of every marker, if requested. For a given picture only image, its
+// number, follows scenario_s.
 #pragma once
 
 #include "twin/film.h"

@@ -354,7 +354,8 @@ def bodies(report, quick):
         nothing with its mesh: ball contacts' pressures of radius 1 to 3 mm, {LOADS_GF[0]} to {LOADS_GF[1]} gf, anywhere
         up to {fingertip.MOST_POLAR:g}° from the pole, in any direction within 45° of the normal, linear; gel file exact
         but for what is called hidden: Young's modulus by 2 %, the bone by {fingertip.BONE_MM} mm along each axis.
-        Markers are drawn as discs, not foreshortened. Errors are lengths of vectors, of single frames.""",
+        Markers are discs in the surface of their layer, as the camera sees them. Errors are lengths of vectors, of
+        single frames.""",
     )
     generator, truth = np.random.default_rng(report.seed), Truth()
     tip = Fingertip(report, anew=not quick)

@@ -10,6 +10,9 @@ import rig
 
 DATA, NO_INPUT = 65, 66
 EXAMPLES = rig.SOURCE / "docs" / "examples"
+sys.path.insert(0, str(EXAMPLES))
+
+import write_influence  # noqa: E402
 
 
 class Body(unittest.TestCase):
@@ -77,6 +80,60 @@ class Body(unittest.TestCase):
         wrench, _, _, description = self.measure(self.write("--radius", "1"))
         self.assertGreater(wrench[2], 1.0)
         self.assertGreater(max(description.body.node_positions_m[2::3]), 1e-3)
+
+    def write_fingertip(self):
+        """A fingertip as the shipped one but for its mechanics: of each node a half-space that touches it there. Returns the
+        path of its gel file."""
+        def on_ball(count, pitch, depth):
+            plane = write_influence.grid(count=count, pitch=pitch)
+            angle, turn = np.hypot(*plane.T) / (10e-3 - depth), np.arctan2(plane[:, 1], plane[:, 0])
+            inward = np.column_stack([-np.sin(angle) * np.cos(turn), -np.sin(angle) * np.sin(turn), np.cos(angle)])
+            return [0, 0, 10e-3] - (10e-3 - depth) * inward, inward
+        nodes, normals = on_ball(17, 1.3e-3, 0)
+        markers, _ = on_ball(15, 1e-3, 2e-3)
+        influence = np.empty((len(markers), 3, len(nodes), 3))
+        for n, axes in enumerate(write_influence.frames(normals)):
+            local = write_influence.half_space((markers - nodes[n]) @ axes.T, 0.18e6, 0.49)
+            influence[:, :, n, :] = axes.T @ local @ axes
+        np.savez(self.bench.folder / "tip.npz", format="traction-influence/1", units="SI", youngs_modulus=0.18e6,
+                 influence=influence, node_positions=nodes, node_normals=normals, node_areas=np.full(len(nodes), 1.69e-6),
+                 marker_positions=markers)
+        gel = self.bench.folder / "tip_gel.toml"
+        gel.write_text('format = 1\n[gel]\ninfluence_file = "tip.npz"\nthickness_mm = 18\n[[layers]]\ncolour = "blue"\n'
+                       'columns = 15\nrows = 15\ndiameter_mm = 0.3\n[nodes]\ncolumns = 17\nrows = 17\n'
+                       '[camera]\nfocal_px = 1000\nposition_mm = [0, 0, 45]\n')
+        return gel
+
+    def check_fingertip(self, scenario, pictures):
+        """Forces, moments and places of all frames, within the stated intervals of the twin's truth."""
+        gel = self.write_fingertip()
+        film, truth = self.bench.film(scenario, pictures, "--gel", gel, config=f'[sensor]\ngel_file = "{gel}"\n')
+        misses, places = [], []
+        for field in film.fields:
+            record = truth[field.header.camera_frame_id]
+            true = np.concatenate([record["force_N"], record["moment_Nm"]])
+            found = np.concatenate([rig.vector(field.resultant_N), rig.vector(field.moment_Nm)])
+            variance = np.concatenate([np.add(of.noise, of.systematic)[[0, 4, 8]]
+                                       for of in (field.resultant_covariance_N2, field.moment_covariance_N2m2)])
+            misses.append(abs(found - true) / np.sqrt(variance))
+            if np.linalg.norm(true[:3]) > 0.2:
+                self.assertEqual(len(field.contacts), 1)
+                contact, touched = field.contacts[0], record["contacts"][0]
+                place = np.array([contact.position_m.x, contact.position_m.y, contact.position_z_m])
+                places.append(np.linalg.norm(place - touched["position_m"]))
+                self.assertLess(np.linalg.norm(found - true), 0.03 * np.linalg.norm(true))
+                self.assertFalse(field.header.flags & 64)  # FLAG_OUT_OF_RANGE
+        self.assertGreater(len(places), pictures / 3)
+        self.assertGreater((np.array(misses) < 1.96).mean(), 0.95)
+        self.assertLess(max(places), 0.2e-3)
+        print(f"\n  {scenario}: at most {np.max(misses):.2f} of a deviation from the truth; places within "
+              f"{1e3 * max(places):.3f} mm", end=" ")
+
+    def test_fingertip_is_drawn_and_measured(self):
+        self.check_fingertip("fingertip", 720)
+
+    def test_fingertip_that_rolls_is_drawn_and_measured(self):
+        self.check_fingertip("fingertip_roll", 720)
 
     # --- what is wrong is said before anything is published
 

@@ -8,7 +8,8 @@ import replays
 import rig
 
 SCENARIOS = sorted(path for path in (rig.SOURCE / "twin/scenarios").glob("*.toml")
-                   if "[gripper]" not in path.read_text())  # two cameras, and what they see depends on a controller
+                   if "[gripper]" not in path.read_text()  # two cameras, and what they see depends on a controller
+                   and "gel_file" not in path.read_text())  # its influence takes minutes, and more space than the pictures
 
 
 class Golden(replays.Replays, unittest.TestCase):

@@ -16,7 +16,9 @@ namespace {
 using namespace twin;
 
 Scenario shipped(const std::string& name) {
-  const auto scenario = loadScenario(tractiond::test::source("twin/scenarios/" + name + ".toml"));
+  // The fingertip's own gel takes traction-gel minutes.
+  const std::string gel = name.starts_with("fingertip") ? tractiond::test::source("config/gels/paper.toml") : "";
+  const auto scenario = loadScenario(tractiond::test::source("twin/scenarios/" + name + ".toml"), gel);
   EXPECT_TRUE(scenario.has_value()) << scenario.error().where << ": " << scenario.error().what;
   return scenario.value_or(Scenario{});
 }

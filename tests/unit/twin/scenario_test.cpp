@@ -87,6 +87,10 @@ TEST(Scenario, MistakesAreNamedWithFileAndLine) {
        "contacts[0].x_mm must have as many values as time_s, 2, or one"},
       {"[[contacts]]\nradius_mm = 2\nx_mm = 49\n", "scenario.toml:3", "contacts[0].radius_mm and the position reach"},
       {"[[missing]]\nfrom_s = 1\n", "scenario.toml:2", "missing[0].markers or fraction must be given"},
+      {"gel_file = \"nowhere/tip_gel.toml\"\n", "nowhere/tip_gel.toml",
+       "cannot be read: No such file or directory; `traction-gel mesh nowhere/tip.toml` makes it here, and "
+       "--gel tip_gel.toml names it"},
+      {"gel_file = \"tip.toml\"\n[camera]\nfocal_px = 900\n", "tip.toml", "cannot be read"},
       {"[[missing]]\nmarkers = [1152]\n", "scenario.toml:3", "missing[0].markers = 1152 must be between 0 and 1151"},
   };
   for (const auto& [text, where, what] : cases) {
