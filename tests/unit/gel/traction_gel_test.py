@@ -85,6 +85,7 @@ class Block(unittest.TestCase):
         error, estimated = self.errors(block(3, 4))
         self.assertLess(error, estimated)
 
+    @suite.minutes
     def test_skins_of_the_same_material_change_nothing(self):
         alike = block(3, 4)["material"]
         error, estimated = self.errors(block(3, 4) | {"materials": [alike | {"skin_mm": 3}, alike | {"skin_mm": 4}]})
@@ -260,6 +261,7 @@ class Fingertip(unittest.TestCase):
         one, two = (field[:, :, middle, 2][:, 2] for field in (found.errors[0], thicker - straight))
         np.testing.assert_allclose(one, two, atol=0.25 * abs(two).max())
 
+    @suite.minutes
     def test_an_error_of_a_skins_modulus_is_what_another_skin_does(self):
         task = fingertip(error_percent=5) | {"materials": [SKIN]}
         found = influence.compute(task | {"deviations": {"youngs_modulus_relative": [0.2]}}, ".", quiet)
