@@ -18,22 +18,15 @@ struct Attributes {
   std::uint64_t runtime_ns = 0, deadline_ns = 0, period_ns = 0;
 };
 
-void setTimeSlice(int threadId, std::uint64_t slice_ns) {
-  Attributes attributes;  // with the nice value, which is to stay
-  if (syscall(SYS_sched_getattr, threadId, &attributes, sizeof attributes, 0) != 0) return;
-  if (attributes.policy != SCHED_OTHER) return;
-  attributes.runtime_ns = slice_ns;
-  syscall(SYS_sched_setattr, threadId, &attributes, 0);
-}
-
 }  // namespace
 
 void shortenTimeSlice(int threadId) {
-  setTimeSlice(threadId, 100'000);
-}
-
-void lengthenTimeSlice() {
-  setTimeSlice(0, 20'000'000);
+  constexpr std::uint64_t kSlice_ns = 100'000;
+  Attributes attributes;  // with the nice value, which is to stay
+  if (syscall(SYS_sched_getattr, threadId, &attributes, sizeof attributes, 0) != 0) return;
+  if (attributes.policy != SCHED_OTHER) return;
+  attributes.runtime_ns = kSlice_ns;
+  syscall(SYS_sched_setattr, threadId, &attributes, 0);
 }
 
 }  // namespace tractiond

@@ -1,7 +1,6 @@
 #include "daemon/app/pipeline.h"
 
 #include "base/clock.h"
-#include "base/service/time_slice.h"
 
 #include <pthread.h>
 #include <sys/resource.h>
@@ -86,12 +85,7 @@ tl::expected<void, Error> Pipeline::start() try {
   // Starts the consumers first, so that all threads run when the first frame arrives.
   if (options_.controls) run(controlThread_, "tr-control", false, [this] { loop(Stage::kControl); });
   if (options_.previews) run(previewThread_, "tr-preview", false, [this] { repeat(&Stages::preview); });
-  if (options_.makesModels) {
-    run(modelThread_, "tr-model", false, [this] {
-      lengthenTimeSlice();
-      repeat(&Stages::model);
-    });
-  }
+  if (options_.makesModels) run(modelThread_, "tr-model", false, [this] { repeat(&Stages::model); });
   if (options_.records) {
     run(recordThread_, "tr-record", false, [this] {
       constexpr int kNice = 10;  // of this thread only: its work is less urgent than frames
