@@ -5,32 +5,44 @@
 #include <array>
 #include <filesystem>
 #include <iterator>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace tractiond {
 namespace {
 
-/// Keys of [solve] in earlier versions, which solved by a contact step.
-constexpr std::array<std::string_view, 4> kFormer = {"solver", "regularisation", "contact_aware", "force_scale_newton"};
+struct Key {
+  std::string_view table, name;
+};
+
+/// Keys of earlier versions: of solving by a contact step, of packets that passed by the kernel's filter.
+constexpr std::array<Key, 5> kFormer = {{{"solve", "solver"},
+                                         {"solve", "regularisation"},
+                                         {"solve", "contact_aware"},
+                                         {"solve", "force_scale_newton"},
+                                         {"camera", "packet_socket"}}};
 
 /// Makes former keys a fault, all at once.
 void refuseFormer(TomlTable& root) {
-  auto solve = root.table("solve");
-  std::vector<std::string_view> there;
-  for (const std::string_view key : kFormer) {
-    if (solve && solve->has(key)) there.push_back(key);
+  std::optional<Key> first;
+  std::vector<std::string> others;
+  for (const Key& key : kFormer) {
+    const auto table = root.table(key.table);
+    if (!table || !table->has(key.name)) continue;
+    if (first) others.push_back(fmt::format("{}.{}", key.table, key.name));
+    if (!first) first = key;
   }
-  if (there.empty()) return;
-  solve->fail(there.front(),
-              fmt::format("is a key of an earlier version, which solved by a contact step; delete it{}{}",
-                          there.size() > 1 ? ", and also " : "", fmt::join(there.begin() + 1, there.end(), ", ")));
+  if (!first) return;
+  root.table(first->table)
+      ->fail(first->name, fmt::format("is a key of an earlier version; delete it{}{}",
+                                      others.empty() ? "" : ", and also ", fmt::join(others, ", ")));
 }
 
 void ignoreFormer(TomlTable& root) {
-  auto solve = root.table("solve");
-  for (const std::string_view key : kFormer) {
-    if (solve) solve->ignore(key);
+  for (const Key& key : kFormer) {
+    if (auto table = root.table(key.table)) table->ignore(key.name);
   }
-  if (auto camera = root.table("camera")) camera->ignore("packet_socket");
 }
 
 tl::expected<Config, Error> read(TomlTable& root) {

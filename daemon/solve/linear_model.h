@@ -45,7 +45,6 @@ class LinearModel {
   // Results of the last answer().
 
   const Doubt& doubt() const { return doubt_; }
-  const Doubt& ownDoubt() const { return own_; }  ///< of the picture that it was made from
   /// Returns what the estimate is the mean of, with its covariances.
   Mixture& mixture() { return mixture_; }
 

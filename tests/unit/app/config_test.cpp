@@ -174,16 +174,16 @@ TEST(Config, NamesTheNearestKeyOfAnUnknownOne) {
 }
 
 TEST(Config, NamesEveryKeyOfAnEarlierVersionThatIsToGo) {
-  EXPECT_EQ(
-      errorOf("[solve]\nnoise_px = 0.02\ncontact_aware = true\n"),
-      "test.toml:3: solve.contact_aware is a key of an earlier version, which solved by a contact step; delete it");
-  EXPECT_EQ(errorOf("[solve]\nregularisation = 0.001\nsolver = \"contact-step\"\nforce_scale_newton = 0.01\n"),
-            "test.toml:3: solve.solver is a key of an earlier version, which solved by a contact step; delete it, and "
-            "also regularisation, force_scale_newton");
+  EXPECT_EQ(errorOf("[solve]\nnoise_px = 0.02\ncontact_aware = true\n"),
+            "test.toml:3: solve.contact_aware is a key of an earlier version; delete it");
+  EXPECT_EQ(errorOf("[camera]\npacket_socket = \"off\"\n[solve]\nregularisation = 0.001\nsolver = \"contact-step\"\n"),
+            "test.toml:5: solve.solver is a key of an earlier version; delete it, and also solve.regularisation, "
+            "camera.packet_socket");
 }
 
 TEST(Config, OfARecordingMayHaveKeysOfEarlierVersions) {
-  std::istringstream text("[solve]\nsolver = \"contact-step\"\nregularisation = 0.001\nnoise_px = 0.02\n");
+  std::istringstream text("[solve]\nsolver = \"contact-step\"\nregularisation = 0.001\nnoise_px = "
+                          "0.02\n[camera]\npacket_socket = \"on\"\n");
   const auto config = parseRecordedConfig(text, "test.mcap");
   ASSERT_TRUE(config) << config.error().message();
   EXPECT_EQ(config->solve.noise_px, 0.02);
