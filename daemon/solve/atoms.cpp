@@ -222,6 +222,24 @@ void addAtNodes(const Atoms& atoms, std::span<const double> pointForces, std::sp
   }
 }
 
+std::array<int, 9> nineOf(const sensor::Points& places, int columns, int rows) {
+  const double quarter = 0.5 * std::sqrt(3.0);  // of a grid's width, in standard deviations of its places
+  const Eigen::Vector2d middle = places.topRows<2>().rowwise().mean();
+  const Eigen::Vector2d apart =
+      quarter * (places.topRows<2>().colwise() - middle).cwiseAbs2().rowwise().mean().cwiseSqrt();
+  std::array<int, 9> nine{};
+  for (int i = 0; i < 9; ++i) {
+    int& place = nine[static_cast<std::size_t>(i)];
+    if (std::min(columns, rows) >= 4) {
+      place = (1 + i / 3) * rows / 4 * columns + (1 + i % 3) * columns / 4;
+      continue;
+    }
+    const Eigen::Vector2d wanted = middle + apart.cwiseProduct(Eigen::Vector2d(i % 3 - 1, i / 3 - 1));
+    (places.topRows<2>().colwise() - wanted).colwise().squaredNorm().minCoeff(&place);
+  }
+  return nine;
+}
+
 void addUp(const Atoms& atoms, std::span<const double> forces, std::span<double> pointForces) {
   std::fill(pointForces.begin(), pointForces.end(), 0.0);
   for (int a = 0; a < atoms.count(); ++a) {

@@ -6,6 +6,7 @@
 
 #include <Eigen/SparseCore>
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -56,6 +57,11 @@ struct Atoms {
 /// hats of 8 pitches. Of a body with an influence file, whose nodes need not be a grid and whose mechanics are known at
 /// the nodes alone: points on the nodes.
 Atoms makeAtoms(const sensor::Sensor& sensor);
+
+/// Returns nine places that stand for all: of a grid, row after row, those a quarter of it apart; of a list, which is
+/// not a grid of at least 4 x 4, those that seen along z are next to where a grid as wide has these.
+/// \param places 3 x n, n > 0
+std::array<int, 9> nineOf(const sensor::Points& places, int columns, int rows);
 
 /// Computes the forces of the points (3P [N]: x, y, z of each point) from the forces of the atoms (3A [N], likewise).
 void addUp(const Atoms& atoms, std::span<const double> forces, std::span<double> pointForces);

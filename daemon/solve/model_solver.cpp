@@ -118,12 +118,7 @@ double ModelSolver::detectionLimit(int axis, double error) {
   std::vector<double> noise(static_cast<std::size_t>(factors_.coordinateCount()));
   std::vector<float> picture(noise.size());
   std::vector<double> exactly(static_cast<std::size_t>(factors_.influence.stride()));
-  const int points = atoms_.pointCount();
-  for (int i = 0; i < 9; ++i) {
-    // A third of the way apart on either axis of the grid; of a body, anywhere.
-    const int columns = atoms_.columns, rows = atoms_.rows;
-    const int point =
-        columns > 0 ? (1 + i / 3) * rows / 4 * columns + (1 + i % 3) * columns / 4 : (2 * i + 1) * points / 18;
+  for (const int point : nineOf(atoms_.points, atoms_.columns, atoms_.rows)) {
     const float* const unit = factors_.influence.row(3 * point + axis);
     for (double& each : noise) each = normal(generator);
     const auto finds = [&](double force_N) {

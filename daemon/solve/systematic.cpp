@@ -36,14 +36,11 @@ sensor::Camera strayed(const sensor::Sensor& sensor, int number) {
 
 /// Nine nodes across the face, and forces there that make up any wrench.
 Strays ofNineNodes(const sensor::Sensor& sensor) {
-  const sensor::NodeGrid& grid = sensor.nodes;
+  const sensor::Points all = sensor::nodePositions(sensor);
+  const auto nodes = nineOf(all, sensor.nodes.columns, sensor.nodes.rows);
   Strays loads;
-  for (const int row : {grid.rows / 4, grid.rows / 2, grid.rows * 3 / 4}) {
-    for (const int column : {grid.columns / 4, grid.columns / 2, grid.columns * 3 / 4}) {
-      loads.nodes.push_back(row * grid.columns + column);
-    }
-  }
-  loads.places = sensor::nodePositions(sensor)(Eigen::all, loads.nodes);
+  loads.nodes.assign(nodes.begin(), nodes.end());
+  loads.places = all(Eigen::all, loads.nodes);
   Eigen::MatrixXd wrenches(6, 3 * loads.places.cols());
   for (Eigen::Index i = 0; i < loads.places.cols(); ++i) {
     wrenches.middleCols<3>(3 * i) = unitWrenches(loads.places.col(i));

@@ -12,6 +12,9 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <numeric>
+#include <random>
+#include <vector>
 
 namespace tractiond::solve::systematic_test {
 namespace {
@@ -205,6 +208,20 @@ TEST(Systematic, ABodysOwnErrorsAreTakenForWhatTheyDo) {
   ASSERT_EQ(errors.contact.size(), 36U * (kPoisson + 1));
   const Matrix6 block = error(thinErrors().contact, kThickness);
   EXPECT_LT((error(errors.contact, kPoisson) - block).norm(), 0.05 * block.norm());
+}
+
+TEST(Systematic, ErrorsAreTakenAcrossAListOfNodesAsAcrossAGrid) {
+  const sensor::Sensor sensor = thin();
+  const sensor::Points grid = sensor::nodePositions(sensor);
+  const auto ofGrid = nineOf(grid, sensor.nodes.columns, sensor.nodes.rows);
+  std::vector<int> order(static_cast<std::size_t>(grid.cols()));
+  std::iota(order.begin(), order.end(), 0);
+  std::shuffle(order.begin(), order.end(), std::mt19937(1));
+  const sensor::Points list = grid(Eigen::all, order);
+  const auto ofList = nineOf(list, sensor.nodes.count(), 1);
+  for (std::size_t i = 0; i < ofList.size(); ++i) {
+    EXPECT_LT((list.col(ofList[i]) - grid.col(ofGrid[i])).norm(), 1.5 * sensor.nodes.pitch) << i;
+  }
 }
 
 TEST(Systematic, StiffnessScalesTheWholeWrench) {
