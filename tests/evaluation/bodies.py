@@ -3,6 +3,7 @@
 import hashlib
 import subprocess
 import time
+import tomllib
 
 import numpy as np
 
@@ -267,7 +268,7 @@ columns = {0}
 rows = {0}
 pitch_mm = {1}
 depth_mm = 4
-diameter_mm = 0.4
+diameter_mm = {4}
 [nodes]
 columns = {2}
 rows = {2}
@@ -279,9 +280,12 @@ position_mm = [0, 0, 70]
 
 
 def timing(report, tip, truth, generator):
-    """Track and solve of one frame, as the daemon does, in a press of 100 gf; a block of as many markers and nodes."""
+    """Track and solve of one frame, as the daemon does, in a press of 100 gf; a block of as many markers, as large in the
+    picture, and as many nodes."""
     count, nodes = (round(np.sqrt(len(each))) for each in (tip.markers, tip.nodes))
-    block = BLOCK.format(count, 1.5, nodes, 1.5)
+    description = tomllib.loads(DESCRIPTION.read_text())
+    away_mm = description["camera"]["position_mm"][2] - 1e3 * np.median(tip.markers[:, 2])
+    block = BLOCK.format(count, 1.5, nodes, 1.5, 66 * description["layers"][0]["diameter_mm"] / away_mm)
     rows = [[0, 0, 0, 0, 0, 1.0]]
     press = chain.mechanics(block, rows, count**2)
     own = np.einsum("a,amc->mc", -truth.directions[0], truth.unit[0])[None]
