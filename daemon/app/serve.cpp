@@ -6,13 +6,11 @@
 #include "daemon/app/instrument.h"
 #include "daemon/app/reload.h"
 #include "daemon/app/replay.h"
-#include "daemon/capture/last_will.h"
 
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <optional>
@@ -58,14 +56,9 @@ int replayRecording(const Arguments& arguments, const Config& config, const Plac
 }
 
 int serve(const Arguments& arguments, const Config& config, const Places& places, char** argv) {
-  // Before there are threads. Pictures from a file have no camera.
-  const int unstarted = arguments.images.empty() ? capture::startExecutor() : 0;
   catchSignals();
   if (const auto raised = raiseDescriptorLimit(); !raised) return failed(raised.error());
   const auto log = startLog("tractiond", config.logLevel);
-  if (unstarted != 0)
-    spdlog::warn("the process tr-last-will, which gives the camera free, could not be started: {}",
-                 std::strerror(unstarted));
   const auto failed = [&](const Error& error) {
     log->write(line(error));
     return error.exitCode;
