@@ -139,7 +139,7 @@ void printJson(const std::string& file, const Contents& contents) {
 
 struct RecordingLine {
   double seconds = kForever, speed = 1.0;
-  std::string file, output, sensor, truth, endpoint = "tcp://127.0.0.1:9892";
+  std::string file, output, sensor, endpoint = "tcp://127.0.0.1:9892";
   bool json = false, pictures = false, contacts = false;
 };
 
@@ -185,7 +185,7 @@ void addRecordings(Commands& commands) {
                      SubscriberOptions all = target.subscription();
                      all.topics |= kOfTouch;
                      if (options->pictures) all.topics |= kPreview;
-                     return record(all, options->file, options->truth, options->seconds), EX_OK;
+                     return record(all, options->file, options->seconds), EX_OK;
                    });
   CLI::App& replaying = commands.add(
       "replay", "Publishes a recording again, in its own time, for all subscribers",
@@ -211,10 +211,6 @@ void addRecordings(Commands& commands) {
   recording.add_flag("--pictures", options->pictures,
                      "records the camera's pictures, too, at the rate and width of the daemon's publish.preview_hz and "
                      "publish.preview_width_px");
-  recording
-      .add_option("--truth", options->truth,
-                  "endpoint at which a traction-twin publishes the truth (its --truth-endpoint)")
-      ->type_name("ENDPOINT");
   replaying
       .add_option("--bind", options->endpoint,
                   "ZeroMQ endpoint to publish at, for example for tractionctl watch --connect")

@@ -206,22 +206,15 @@ class Recording(steady.TestCase):
             self.assertGreater(compared, 4 * fields)
             self.assertGreater(pictures, 0)
 
-    def test_truth_and_replay(self):
+    def test_replay_publishes_what_was_recorded(self):
         with rig.Rig() as bench:
-            truth = f"ipc://{bench.folder / 'truth'}"
-            twin = bench.twin("press", "--truth-endpoint", truth)
+            bench.twin("press")
             daemon = bench.daemon()
             bench.subscribe(daemon).collect(1)
             path = bench.folder / "press.mcap"
-            code, out = bench.ctl("record", path, "--seconds", "2", "--truth", truth, "--connect", daemon.endpoint["stream"])
+            code, out = bench.ctl("record", path, "--seconds", "2", "--connect", daemon.endpoint["stream"])
             self.assertEqual(code, 0, out)
             (found,) = read(path)
-            lines = [base64.b64decode(one["data"]).decode() for one in found["messages"] if one["topic"] == "truth/"]
-            self.assertGreater(len(lines), 10)
-            self.assertLessEqual(set(lines), set(twin.truth_file.read_text().splitlines()))
-            (channel,) = (one for one in found["channels"] if one["topic"] == "truth/")
-            self.assertEqual((channel["encoding"], channel["schema_encoding"]), ("json", "jsonschema"))
-
             endpoint = f"ipc://{bench.folder / 'again'}"
             replayer = bench.start(rig.BIN / "tractionctl", "replay", path, "--bind", endpoint, "--speed", "2")
             replayer.wait_for("waiting for a subscriber")
