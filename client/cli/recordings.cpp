@@ -196,7 +196,7 @@ void addRecordings(Commands& commands) {
       commands.add("recover", "Makes a complete recording from one that was cut off or is damaged",
                    [options](const Target&) { return recover(options->file, options->output), EX_OK; });
   CLI::App& exporting =
-      commands.add("export", "Writes the fields of a recording as CSV or NumPy arrays, or as drawings for Foxglove",
+      commands.add("export", "Writes the fields of a recording as CSV, or as drawings for Foxglove",
                    [options](const Target&) {
                      const auto write = options->contacts ? exportContacts : exportFields;
                      return write(options->file, options->output, options->sensor), EX_OK;
@@ -226,7 +226,7 @@ void addRecordings(Commands& commands) {
   recovering.add_option("output", options->output, "file to write; an existing one is not replaced")
       ->type_name("FILE")
       ->required();
-  exporting.add_option("output", options->output, "file to write: .csv, .npz or .mcap; an existing one is replaced")
+  exporting.add_option("output", options->output, "file to write: .csv or .mcap; an existing one is replaced")
       ->type_name("FILE")
       ->required();
   exporting.add_flag("--contacts", options->contacts,

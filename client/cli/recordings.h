@@ -37,11 +37,11 @@ void info(const std::string& file, bool json);
 /// EX_DATAERR if no message can be read; nothing is written then
 void recover(const std::string& from, const std::string& to);
 
-/// Exports the fields of one sensor as CSV or NumPy arrays, or all as illustrate() does, by the file extension of `to`:
-/// .csv, .npz or .mcap; replaces `to`, and prints nothing. \param sensor empty: the only one; for .mcap all
+/// Exports the fields of one sensor as CSV, or all as illustrate() does, by the file extension of `to`: .csv or .mcap;
+/// replaces `to`, and prints nothing. \param sensor empty: the only one; for .mcap all
 /// \throws FileError also EX_USAGE for another extension, or if a sensor must be named; EX_DATAERR if there are no
-/// fields of the sensor; also after writing, if the recording is cut off or damaged or messages were left out: those
-/// that cannot be decoded and, in .npz, fields of another number of nodes than most
+/// fields of the sensor; also after writing, if the recording is cut off or damaged or messages were left out
+/// that cannot be decoded
 void exportFields(const std::string& from, const std::string& to, const std::string& sensor);
 
 /// Writes a recording of all messages and of their drawings for Foxglove; replaces `to`, and prints nothing. \param
