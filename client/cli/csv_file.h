@@ -56,8 +56,7 @@ class CsvFile {
   void finish() {
     const std::string trouble = troubleOf(extent_, skipped_);
     if (fields_ == 0 && !sensors_.empty()) {
-      throw FileError(EX_DATAERR,
-                      from_ + " is of another sensor: it has fields of " + names() + ", not of " + sensor_);
+      throw FileError(EX_DATAERR, from_ + " is of another sensor: it has fields of " + names() + ", not of " + sensor_);
     }
     if (fields_ == 0)
       throw FileError(skipped_.exitCode(), from_ + " has no fields" + (trouble.empty() ? "" : "; " + trouble));

@@ -195,12 +195,11 @@ void addRecordings(Commands& commands) {
   CLI::App& recovering =
       commands.add("recover", "Makes a complete recording from one that was cut off or is damaged",
                    [options](const Target&) { return recover(options->file, options->output), EX_OK; });
-  CLI::App& exporting =
-      commands.add("export", "Writes the fields of a recording as CSV, or as drawings for Foxglove",
-                   [options](const Target&) {
-                     const auto write = options->contacts ? exportContacts : exportFields;
-                     return write(options->file, options->output, options->sensor), EX_OK;
-                   });
+  CLI::App& exporting = commands.add("export", "Writes the fields of a recording as CSV, or as drawings for Foxglove",
+                                     [options](const Target&) {
+                                       const auto write = options->contacts ? exportContacts : exportFields;
+                                       return write(options->file, options->output, options->sensor), EX_OK;
+                                     });
 
   recording.add_option("file", options->file, "file to write; an existing one is not replaced")
       ->type_name("FILE")

@@ -17,8 +17,8 @@ namespace traction::client {
 /// Records every message of `options.topics` into a new file until SIGINT, SIGTERM or SIGHUP, whose handlers it sets,
 /// or until the time is over, and prints a summary. Reports on standard error what Notes reports. After an error the
 /// recording is closed with what came before, or deleted if nothing came. \param options whose queue is
-/// ignored \param seconds duration; infinity: no limit \throws Error kNoAnswer if no publisher is found in the first 3 s, or none is connected at the end and no
-/// message came, and those of Subscriber
+/// ignored \param seconds duration; infinity: no limit \throws Error kNoAnswer if no publisher is found in the first 3
+/// s, or none is connected at the end and no message came, and those of Subscriber
 void record(const SubscriberOptions& options, const std::string& file, double seconds);
 
 /// Publishes the recorded stream (topics "traction/...") at `endpoint`, at `speed` times its own rate; prints where,
