@@ -13,7 +13,7 @@ namespace traction::client {
 
 namespace {
 
-constexpr int kWhole = 21;   ///< rows of an instrument with all its figures
+constexpr int kWhole = 20;   ///< rows of an instrument with all its figures
 constexpr int kShort = 5;    ///< rows of an instrument with its main figures
 constexpr int kLedger = 40;  ///< columns of the ledger
 
@@ -199,11 +199,6 @@ class Numbers {
   bool fieldIsOld_, statusIsOld_;
 };
 
-Row subscribersOf(const Watched& one) {
-  return {"readers", one.subscribers ? format("%d here, this one too", *one.subscribers) : "not known here",
-          one.subscribers ? Tone::kPlain : Tone::kOld};
-}
-
 std::vector<Row> rowsOf(const Watched& one, std::int64_t now_ns) {
   const Numbers numbers(one.scene, now_ns);
   return {numbers.force(),
@@ -222,8 +217,7 @@ std::vector<Row> rowsOf(const Watched& one, std::int64_t now_ns) {
           numbers.packets(),
           numbers.warmth(),
           numbers.memory(),
-          numbers.realTime(),
-          subscribersOf(one)};
+          numbers.realTime()};
 }
 
 /// Returns the row of the losses: "lost 12: 10 stale (2.5/s), 2 never arrived".
