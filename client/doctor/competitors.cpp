@@ -1,32 +1,13 @@
-// Checks for other programs and instances that use the same camera.
+// Checks for instances that use the same camera.
 
 #include "client/doctor/checks.h"
 
 #include <algorithm>
-#include <array>
 #include <map>
 
 namespace traction::doctor {
 
 namespace {
-
-/// Beginnings of their names: the kernel reports the first 15 letters.
-constexpr std::array kCameraPrograms = {"arv-viewer", "arv-camera-test", "arv-tool",     "PylonViewer",  "pylonviewer",
-                                        "SpinView",   "VimbaViewer",     "VimbaXViewer", "tcam-capture", "MVS"};
-
-Finding checkCameraPrograms(const Patient& patient) {
-  std::string found, kill;
-  for (const Process& process : patient.processes) {
-    const bool isOne = std::any_of(kCameraPrograms.begin(), kCameraPrograms.end(),
-                                   [&](const char* name) { return process.name.rfind(name, 0) == 0; });
-    if (!isOne) continue;
-    found += (found.empty() ? "" : ", ") + process.name + " (" + std::to_string(process.id) + ")";
-    kill += " " + std::to_string(process.id);
-  }
-  if (found.empty() && !patient.whyUnknown.empty()) return unknown(patient.whyUnknown);
-  if (found.empty()) return ok("none runs that is known to hold cameras");
-  return warn(found + " may hold the camera", "kill" + kill);
-}
 
 /// Returns the first instance whose settings are not known, or null.
 const Instance* unreadOf(const Patient& patient) {
@@ -56,7 +37,6 @@ Finding checkSharedCamera(const Patient& patient) {
 }  // namespace
 
 void checkCompetitors(const Patient& patient, std::vector<Finding>& findings) {
-  add(findings, "camera programs", checkCameraPrograms(patient));
   add(findings, "a camera each", checkSharedCamera(patient));
 }
 
