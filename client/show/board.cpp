@@ -322,15 +322,8 @@ void drawShort(Canvas& canvas, int row, const Watched& one, std::int64_t now_ns)
   };
   put(row + 2,
       {numbers.force(), {"rate", format("%.1f/s", one.scene.rate_hz(now_ns))}, numbers.residual(), numbers.memory()});
-  const bool isOld = numbers.statusIsOld();
-  const auto median = [&](const char* name, Stage stage) -> Row {
-    if (!one.scene.status) return {name, "-", Tone::kOld};
-    return {name, inBrackets(format("%.2f", ((*one.scene.status)->latencies().*stage)().p50_s() * 1e3), isOld),
-            isOld ? Tone::kOld : Tone::kPlain};
-  };
-  put(row + 3, {median("ms: track", &v1::Latencies::track), median("solve", &v1::Latencies::solve),
-                median("send", &v1::Latencies::send), median("total", &v1::Latencies::total), numbers.found()});
-  put(row + 4, {lossesInWords(one.scene, isOld)});
+  put(row + 3, {numbers.latency(), numbers.found()});
+  put(row + 4, {lossesInWords(one.scene, numbers.statusIsOld())});
 }
 
 }  // namespace
