@@ -94,8 +94,6 @@ void checkNetwork(const Patient& patient, const Instance& instance, std::vector<
 /// Checks user and group tractiond, whether the user who runs it is in that group, owners and permissions of the
 /// gateway's directory of keys and of its files, and the permissions of that user's own key file.
 void checkAccess(const Patient& patient, std::vector<Finding>& findings);
-/// Checks for instances that use the same camera.
-void checkCompetitors(const Patient& patient, std::vector<Finding>& findings);
 /// Checks configuration, systemd unit, state directory and limits of an instance.
 void checkService(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
 /// Asks the running daemon for its status, as Box::status() does, and reports client::problems() as one finding: kOk

@@ -128,7 +128,6 @@ std::vector<Finding> examine(const Box& box, const std::string& program, const s
   std::vector<Finding> findings;
   checkMachine(patient, findings);
   checkAccess(patient, findings);
-  checkCompetitors(patient, findings);
   for (const Instance& one : patient.instances) {
     const std::size_t before = findings.size();
     checkService(patient, one, findings);

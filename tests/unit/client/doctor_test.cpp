@@ -334,20 +334,6 @@ TEST(Doctor, AWrongConfigurationIsNamedAndItsNetworkNotKnown) {
   }
 }
 
-TEST(Doctor, InstancesThatTakeTheSameCameraAreNamed) {
-  for (const char* id : {"", "Maker-1"}) {
-    FakeBox box;
-    for (const char* name : {"left", "right"}) box.write(std::string("/etc/tractiond/") + name + ".toml", "");
-    const std::string rest = "\"\n";
-    box.programs["left --print"] = {0, std::string("[camera]\nid = \"") + id + rest, ""};
-    box.programs["right --print"] = {0, std::string("[camera]\nid = \"") + id + rest, ""};
-    const auto shared = examine(box, kDaemon, "");
-    EXPECT_TRUE(checksOf(shared, {Verdict::kFail}).contains("a camera each"));
-    box.programs["right --print"] = {0, "[camera]\nid = \"Maker-2" + rest, ""};
-    EXPECT_TRUE(checksOf(examine(box, kDaemon, ""), {Verdict::kOk}).contains("a camera each"));
-  }
-}
-
 TEST(Doctor, JsonHoldsWhateverWasRead) {
   const std::string text = reportJson({{"a", Verdict::kFail, "quote \" back \\ bell \x07 é", "do", "left"}});
   EXPECT_EQ(text, R"({"checks":[{"check":"a","instance":"left","verdict":"fail","found":"quote \" back \\ bell ? é",)"
