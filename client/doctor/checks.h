@@ -91,10 +91,10 @@ bool mayUseUsb(const Patient& patient);
 void checkMachine(const Patient& patient, std::vector<Finding>& findings);
 /// Checks the link to a camera on the network: receive buffer, MTU, reverse path filter, NetworkManager.
 void checkNetwork(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
-/// Checks user and group tractiond, whether the user who runs it is in that group, owners and permissions of the
-/// gateway's directory of keys and of its files, and the permissions of that user's own key file.
+/// Checks user and group tractiond, whether the user who runs it is in that group, and whether others than root may
+/// change the gateway's keys.
 void checkAccess(const Patient& patient, std::vector<Finding>& findings);
-/// Checks configuration, systemd unit, state directory and limits of an instance.
+/// Checks configuration, systemd unit, and state directory of an instance.
 void checkService(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
 /// Asks the running daemon for its status, as Box::status() does, and reports client::problems() as one finding: kOk
 /// without one, kWarn if forces are doubtful, kFail if there are no valid forces, kUnknown if no daemon runs or

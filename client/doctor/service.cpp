@@ -1,12 +1,9 @@
-// Checks the service of an instance: configuration, systemd unit, state directory, limits.
+// Checks the service of an instance: configuration, systemd unit, state directory.
 
 #include "client/doctor/checks.h"
 
 #include <cerrno>
-#include <cmath>
-#include <cstdlib>
 #include <cstring>
-#include <limits>
 #include <map>
 
 namespace traction::doctor {
@@ -84,51 +81,12 @@ Finding checkState(const Patient& patient, const Instance& instance) {
             " MiB are free");
 }
 
-/// Returns the hard limit in a line of /proc/PID/limits; nothing if there is no such line.
-std::optional<double> limitOf(const std::string& limits, const std::string& name) {
-  for (const std::string& line : linesOf(limits)) {
-    if (line.rfind(name, 0) != 0) continue;
-    const auto words = wordsOf(line.substr(name.size()));  // soft hard unit
-    if (words.size() < 2) return std::nullopt;
-    return words[1] == "unlimited" ? std::numeric_limits<double>::infinity() : std::strtod(words[1].c_str(), nullptr);
-  }
-  return std::nullopt;
-}
-
-std::string inWords(std::optional<double> limit) {
-  return !limit ? "not known" : std::isinf(*limit) ? "no limit" : std::to_string(std::llround(*limit));
-}
-
-std::string editOf(const Instance& instance, const std::string& line) {
-  return "sudo systemctl edit tractiond@" + instance.name + " with [Service] " + line +
-         ", then sudo systemctl restart tractiond@" + instance.name;
-}
-
-/// Returns why an instance has no process.
-std::string whyNotFound(const Patient& patient) {
-  return patient.whyUnknown.empty() ? "the instance does not run" : patient.whyUnknown;
-}
-
-Finding checkLimits(const Patient& patient, const Instance& instance) {
-  if (instance.processes.empty()) return unknown(whyNotFound(patient));
-  const std::string text = patient.box.read("/proc/" + std::to_string(instance.processes[0]) + "/limits").text;
-  const auto files = limitOf(text, "Max open files"), memory = limitOf(text, "Max address space");
-  if (!files || !memory) return unknown("those of the process may not be read");
-  constexpr double kFewFiles = 4096.0, kLeastMemory = 2147483648.0;
-  const auto edit = [&](const std::string& line) { return editOf(instance, line); };
-  if (*memory < kLeastMemory) return fail(inWords(memory) + " bytes of address space", edit("LimitAS=infinity"));
-  if (*files < kFewFiles)
-    return warn(inWords(files) + " descriptors: each subscriber takes one", edit("LimitNOFILE=65536"));
-  return ok(inWords(files) + " descriptors");
-}
-
 }  // namespace
 
 void checkService(const Patient& patient, const Instance& instance, std::vector<Finding>& findings) {
   add(findings, "configuration", checkConfiguration(patient, instance));
   add(findings, "service", checkUnit(patient, instance));
   add(findings, "state directory", checkState(patient, instance));
-  add(findings, "limits", checkLimits(patient, instance));
 }
 
 }  // namespace traction::doctor
