@@ -14,30 +14,23 @@
 #include <thread>
 
 namespace tractiond::gateway {
-namespace {
-
-std::string line(const Error& error) {
-  return logLine("traction-gateway", spdlog::level::err, error.message());
-}
-
-}  // namespace
 
 int failed(const Error& error) {
-  std::cerr << line(error) << "\n";
+  std::cerr << logLine("traction-gateway", spdlog::level::err, error.message()) << "\n";
   return error.exitCode;
 }
 
 int serve(const Config& config, const std::filesystem::path& runtime, const std::filesystem::path& file) {
   catchSignals();
   if (const auto raised = raiseDescriptorLimit(); !raised) return failed(raised.error());
-  const auto log = startLog("traction-gateway", config.logLevel);
+  const Log log("traction-gateway", config.logLevel);
   auto relay = Relay::open(config, runtime);
   if (!relay) {
     Error error = relay.error();
     if (network::isInUse(error))
       error.remedy =
           "is another traction-gateway running? Each needs endpoints of its own: section [gateway] of " + file.string();
-    return log->write(line(error)), error.exitCode;
+    return spdlog::error("{}", error.message()), error.exitCode;
   }
   for (const Way way : {kStream, kLatest, kControl, kPreview}) {
     for (const std::string& endpoint : (*relay)->bound(way)) spdlog::info("listening at {}", endpoint);
@@ -65,7 +58,7 @@ int serve(const Config& config, const std::filesystem::path& runtime, const std:
        }});
   thread.request_stop();
   thread.join();
-  if (!result) return log->write(line(result.error())), result.error().exitCode;
+  if (!result) return spdlog::error("{}", result.error().message()), result.error().exitCode;
   spdlog::info("stopped");
   return EX_OK;
 }

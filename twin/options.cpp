@@ -67,8 +67,6 @@ void addOptions(CLI::App& app, Options& options, std::string& format) {
       ->check(manual::number(1.0, 1000.0));
   app.add_option("--seed", options.seed, "Of the noise")->capture_default_str();
   app.add_option("--truth", options.truth.file, "File for what is true in each frame, JSON lines")->type_name("FILE");
-  app.add_option("--truth-endpoint", options.truth.endpoint, "ZeroMQ endpoint to publish the same on, topic truth/")
-      ->type_name("ENDPOINT");
   app.add_flag("--truth-markers", options.truth.markers, "With the displacement of every marker [px]");
   auto* const lostRatio = app.add_option("--lost-ratio", options.lostRatio, "Share of the stream's packets to lose");
   lostRatio->check(manual::number(0.0, 1.0));

@@ -1,7 +1,6 @@
 #include "twin/truth_writer.h"
 
 #include <sysexits.h>
-#include <zmq.hpp>
 
 #include <array>
 #include <cerrno>
@@ -10,8 +9,6 @@
 namespace twin {
 
 namespace {
-
-constexpr const char* kTopic = "truth/";
 
 std::string number(double value, const char* format = "%.9g") {
   std::array<char, 40> buffer{};
@@ -67,15 +64,6 @@ std::string toJson(const Truth& truth, const Stamp& stamp, bool withMarkers) {
   return text + "}";
 }
 
-struct TruthWriter::Socket {
-  zmq::context_t context{1};
-  zmq::socket_t socket{context, zmq::socket_type::pub};
-};
-
-TruthWriter::TruthWriter()
-    : file_(nullptr, &std::fclose) {}
-TruthWriter::~TruthWriter() = default;
-
 tl::expected<std::unique_ptr<TruthWriter>, Failure> TruthWriter::open(const TruthOptions& options) {
   auto writer = std::unique_ptr<TruthWriter>(new TruthWriter);
   writer->markers_ = options.markers;
@@ -86,34 +74,13 @@ tl::expected<std::unique_ptr<TruthWriter>, Failure> TruthWriter::open(const Trut
           Failure{EX_CANTCREAT, "cannot write the truth to " + options.file.string() + ": " + std::strerror(errno)});
     }
   }
-  if (!options.endpoint.empty()) {
-    try {
-      writer->socket_ = std::make_unique<Socket>();
-      writer->socket_->socket.set(zmq::sockopt::linger, 0);
-      writer->socket_->socket.bind(options.endpoint);
-    } catch (const zmq::error_t& error) {
-      const int code = error.num() == EADDRINUSE ? EX_UNAVAILABLE : EX_USAGE;
-      return tl::unexpected(Failure{code, "cannot publish the truth on " + options.endpoint + ": " + error.what()});
-    }
-  }
   return writer;
 }
 
 void TruthWriter::write(const Truth& truth, const Stamp& stamp) {
-  if (!file_ && !socket_) return;
-  const std::string record = toJson(truth, stamp, markers_);
-  if (file_) {
-    std::fprintf(file_.get(), "%s\n", record.c_str());
-    std::fflush(file_.get());
-  }
-  if (socket_) {
-    try {
-      socket_->socket.send(zmq::buffer(std::string_view(kTopic)), zmq::send_flags::sndmore);
-      socket_->socket.send(zmq::buffer(record), zmq::send_flags::dontwait);
-    } catch (const zmq::error_t&) {
-      // Interrupted by a signal: the twin is about to end, and the record is lost.
-    }
-  }
+  if (!file_) return;
+  std::fprintf(file_.get(), "%s\n", toJson(truth, stamp, markers_).c_str());
+  std::fflush(file_.get());
 }
 
 }  // namespace twin

@@ -1,4 +1,4 @@
-// Writes the true state of each frame as JSON lines to a file and to a ZeroMQ topic.
+// Writes the true state of each frame as JSON lines to a file.
 //
 // Keys of a record: camera_frame_id, device_ns, monotonic_ns (CLOCK_MONOTONIC of this host), scenario_s; force_N and
 // moment_Nm of all contacts on the gel, about the origin of the gel frame; contacts: shape, position_m, radius_m,
@@ -17,29 +17,23 @@ namespace twin {
 
 struct TruthOptions {
   std::filesystem::path file;  ///< is created or emptied; empty: no file
-  std::string endpoint;        ///< of a PUB socket, which binds; the topic is "truth/"; empty: no socket
   bool markers = false;        ///< true: writes displacement_px
 };
 
-/// Writes records to a file and a socket, as the options state. Thread-bound.
+/// Writes records to a file, as the options state. Thread-bound.
 class TruthWriter {
  public:
-  /// Opens file and socket. Errors: EX_CANTCREAT for the file, EX_UNAVAILABLE if the endpoint is in use, EX_USAGE if it
-  /// cannot be bound for another reason.
+  /// Opens the file. Error: EX_CANTCREAT.
   static tl::expected<std::unique_ptr<TruthWriter>, Failure> open(const TruthOptions& options);
-  ~TruthWriter();
 
-  /// Writes one record, flushes the file, and sends [topic][record] without waiting. A record that cannot be sent or
-  /// written is lost without an error.
+  /// Writes one record, and flushes the file. A record that cannot be written is lost without an error.
   void write(const Truth& truth, const Stamp& stamp);
 
  private:
-  struct Socket;
-  TruthWriter();
+  TruthWriter() = default;
 
   bool markers_ = false;
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
-  std::unique_ptr<Socket> socket_;
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_{nullptr, &std::fclose};
 };
 
 /// Returns one record, without a line end. \param withMarkers true: includes displacement_px

@@ -3,6 +3,7 @@
 #include "client/cli/exit_codes.h"
 #include "client/show/json.h"
 #include "client/show/output.h"
+#include "client/show/page.h"
 #include "client/src/printable.h"
 #include "manual/number.h"
 #include "proto/traction/v1/endpoints.h"
@@ -24,8 +25,6 @@
 namespace traction::client {
 
 namespace {
-
-constexpr double kGramForce = 9.80665e-3;  // [N]
 
 struct CalibrateOptions {
   std::vector<std::string> steps;  ///< of geometry, noise, creep, weights, finish; empty: all but creep
@@ -149,7 +148,7 @@ class Guide {
     for (const double weight : options_.weights_N) {
       char text[100];
       std::snprintf(text, sizeof text, "Weights: put %.5g gf on the gel, near its middle, and let go of it",
-                    weight / kGramForce);
+                    weight / kGramForce_N);
       instruct(text);
       step.weight_N = weight;
       report("weight", control_.calibrate(step));
@@ -179,7 +178,7 @@ class Guide {
 std::optional<std::vector<double>> parseWeights(const std::string& text) {
   constexpr double kLargest_N = 1e6;  // of a gel file
   const std::map<std::string, double> newtons = {
-      {"gf", kGramForce}, {"g", kGramForce}, {"kgf", 1e3 * kGramForce}, {"mN", 1e-3}, {"N", 1.0}};
+      {"gf", kGramForce_N}, {"g", kGramForce_N}, {"kgf", 1e3 * kGramForce_N}, {"mN", 1e-3}, {"N", 1.0}};
   std::vector<double> weights;
   if (text.empty() || text.back() == ',') return std::nullopt;
   std::istringstream list(text);

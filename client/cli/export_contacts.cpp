@@ -1,12 +1,9 @@
+#include "client/cli/csv_file.h"
 #include "client/cli/csv_line.h"
-#include "client/cli/draft.h"
 #include "client/cli/recordings.h"
-#include "client/cli/skipped.h"
-#include "client/files/file_error.h"
 #include "client/show/reflection.h"
 #include "client/touch/follower.h"
 #include "proto/traction/v1/endpoints.h"
-#include "recording/reader.h"
 #include "traction/v1/contacts.pb.h"
 
 #include <sysexits.h>
@@ -14,12 +11,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
-#include <fstream>
 #include <map>
 #include <string>
 #include <string_view>
-#include <variant>
 
 namespace traction::client {
 namespace {
@@ -71,44 +65,22 @@ std::string lineOf(const recording::Message& record, const v1::Header& header, c
 
 void exportContacts(const std::string& from, const std::string& to, const std::string& sensor) {
   if (!to.ends_with(".csv")) throw FileError(EX_USAGE, "'" + to + "' does not end with .csv, as contacts do");
-  const auto reader = orThrow(recording::Reader::open(from));
-  Draft draft(to);
-  std::ofstream file(draft.part());
-  file << kColumns;
+  CsvFile file(from, to, sensor, kColumns);
   std::map<std::string, contacts::Follower> followers;  // by sensor
-  Skipped skipped;
   recording::Message last;
-  std::uint64_t fields = 0;
   const auto put = [&](const v1::Contacts& contacts, const recording::Message& record) {
-    for (const v1::TrackedContact& each : contacts.contacts()) file << lineOf(record, contacts.header(), each);
+    for (const v1::TrackedContact& each : contacts.contacts()) file.write(lineOf(record, contacts.header(), each));
   };
-  const auto extent = orThrow(
-      reader.read([&](const recording::Channel& channel, const recording::Schema*, const recording::Message& record) {
-        if (!channel.topic.ends_with("/field/")) return;
-        try {
-          const auto message = decode(Raw{channel.topic, record.data});
-          const auto& field = std::get<Field>(message.value());
-          if (!isValidName(field.header.sensor) || (!sensor.empty() && field.header.sensor != sensor)) return;
-          auto& follower = followers.try_emplace(field.header.sensor, contacts::Follower::Options{}).first->second;
-          put(follower.take(field, record.data), record);
-          last = record;
-          ++fields;
-        } catch (const Error& error) {
-          skipped.add(error, record.sequence);
-        }
-      }));
+  file.forEachField([&](const recording::Message& record, const Field& field) {
+    if (!isValidName(field.header.sensor)) return;
+    auto& follower = followers.try_emplace(field.header.sensor, contacts::Follower::Options{}).first->second;
+    put(follower.take(field, record.data), record);
+    last = record;
+  });
   for (auto& [name, follower] : followers) {
     if (follower.hasContacts()) put(follower.endAll(), last);
   }
-  file.close();
-  if (!file) throw FileError(EX_IOERR, to + " cannot be written");
-  const std::string trouble = troubleOf(extent, skipped);
-  if (fields == 0) {
-    throw FileError(skipped.exitCode(), from + " has no fields" + (sensor.empty() ? "" : " of " + sensor) +
-                                            (trouble.empty() ? "" : "; " + trouble));
-  }
-  draft.finish();
-  if (!trouble.empty()) throw FileError(skipped.exitCode(), from + ": " + trouble);
+  file.finish();
 }
 
 }  // namespace traction::client

@@ -1,11 +1,9 @@
 #include "client/cli/notes.h"
 #include "client/cli/recordings.h"
-#include "client/cli/sockets.h"
 #include "client/files/tape.h"
 #include "client/show/terminal.h"
 
 #include <cstdio>
-#include <optional>
 
 namespace traction::client {
 
@@ -18,13 +16,11 @@ constexpr int kQueue = 4000;  ///< messages that may wait for a slow disk: half 
 
 }  // namespace
 
-void record(const SubscriberOptions& options, const std::string& file, const std::string& truth, double seconds) {
+void record(const SubscriberOptions& options, const std::string& file, double seconds) {
   SubscriberOptions all = options;
   all.queue = kQueue;
   Subscriber subscriber(all);
   Notes notes(subscriber, "see tractionctl status", "the disk, or this machine, is too busy");
-  std::optional<TruthListener> listener;
-  if (!truth.empty()) listener.emplace(truth);
   Tape tape(file);
   rememberSignals();
   const auto begin = Notes::Clock::now();
@@ -36,7 +32,6 @@ void record(const SubscriberOptions& options, const std::string& file, const std
         tape.add(*message, subscriber.raw());
         notes.hear(*message, Notes::Clock::now());
       }
-      while (const auto line = listener ? listener->next() : std::nullopt) tape.addTruth(*line);
       notes.noteConnection(subscriber.isConnected(), Notes::Clock::now());
       tape.flushIfDue();
     }

@@ -139,7 +139,7 @@ void printJson(const std::string& file, const Contents& contents) {
 
 struct RecordingLine {
   double seconds = kForever, speed = 1.0;
-  std::string file, output, sensor, truth, endpoint = "tcp://127.0.0.1:9892";
+  std::string file, output, sensor, endpoint = "tcp://127.0.0.1:9892";
   bool json = false, pictures = false, contacts = false;
 };
 
@@ -185,7 +185,7 @@ void addRecordings(Commands& commands) {
                      SubscriberOptions all = target.subscription();
                      all.topics |= kOfTouch;
                      if (options->pictures) all.topics |= kPreview;
-                     return record(all, options->file, options->truth, options->seconds), EX_OK;
+                     return record(all, options->file, options->seconds), EX_OK;
                    });
   CLI::App& replaying = commands.add(
       "replay", "Publishes a recording again, in its own time, for all subscribers",
@@ -195,12 +195,11 @@ void addRecordings(Commands& commands) {
   CLI::App& recovering =
       commands.add("recover", "Makes a complete recording from one that was cut off or is damaged",
                    [options](const Target&) { return recover(options->file, options->output), EX_OK; });
-  CLI::App& exporting =
-      commands.add("export", "Writes the fields of a recording as CSV or NumPy arrays, or as drawings for Foxglove",
-                   [options](const Target&) {
-                     const auto write = options->contacts ? exportContacts : exportFields;
-                     return write(options->file, options->output, options->sensor), EX_OK;
-                   });
+  CLI::App& exporting = commands.add("export", "Writes the fields of a recording as CSV, or as drawings for Foxglove",
+                                     [options](const Target&) {
+                                       const auto write = options->contacts ? exportContacts : exportFields;
+                                       return write(options->file, options->output, options->sensor), EX_OK;
+                                     });
 
   recording.add_option("file", options->file, "file to write; an existing one is not replaced")
       ->type_name("FILE")
@@ -211,10 +210,6 @@ void addRecordings(Commands& commands) {
   recording.add_flag("--pictures", options->pictures,
                      "records the camera's pictures, too, at the rate and width of the daemon's publish.preview_hz and "
                      "publish.preview_width_px");
-  recording
-      .add_option("--truth", options->truth,
-                  "endpoint at which a traction-twin publishes the truth (its --truth-endpoint)")
-      ->type_name("ENDPOINT");
   replaying
       .add_option("--bind", options->endpoint,
                   "ZeroMQ endpoint to publish at, for example for tractionctl watch --connect")
@@ -230,7 +225,7 @@ void addRecordings(Commands& commands) {
   recovering.add_option("output", options->output, "file to write; an existing one is not replaced")
       ->type_name("FILE")
       ->required();
-  exporting.add_option("output", options->output, "file to write: .csv, .npz or .mcap; an existing one is replaced")
+  exporting.add_option("output", options->output, "file to write: .csv or .mcap; an existing one is replaced")
       ->type_name("FILE")
       ->required();
   exporting.add_flag("--contacts", options->contacts,

@@ -17,10 +17,9 @@ namespace traction::client {
 /// Records every message of `options.topics` into a new file until SIGINT, SIGTERM or SIGHUP, whose handlers it sets,
 /// or until the time is over, and prints a summary. Reports on standard error what Notes reports. After an error the
 /// recording is closed with what came before, or deleted if nothing came. \param options whose queue is
-/// ignored \param truth endpoint of a traction-twin's true states; empty: none \param seconds duration; infinity: no
-/// limit \throws Error kNoAnswer if no publisher is found in the first 3 s, or none is connected at the end and no
-/// message came, and those of Subscriber
-void record(const SubscriberOptions& options, const std::string& file, const std::string& truth, double seconds);
+/// ignored \param seconds duration; infinity: no limit \throws Error kNoAnswer if no publisher is found in the first 3
+/// s, or none is connected at the end and no message came, and those of Subscriber
+void record(const SubscriberOptions& options, const std::string& file, double seconds);
 
 /// Publishes the recorded stream (topics "traction/...") at `endpoint`, at `speed` times its own rate; prints where,
 /// and starts when a client subscribes. Returns after the last message, or early on SIGINT, SIGTERM or SIGHUP, whose
@@ -38,11 +37,11 @@ void info(const std::string& file, bool json);
 /// EX_DATAERR if no message can be read; nothing is written then
 void recover(const std::string& from, const std::string& to);
 
-/// Exports the fields of one sensor as CSV or NumPy arrays, or all as illustrate() does, by the file extension of `to`:
-/// .csv, .npz or .mcap; replaces `to`, and prints nothing. \param sensor empty: the only one; for .mcap all
+/// Exports the fields of one sensor as CSV, or all as illustrate() does, by the file extension of `to`: .csv or .mcap;
+/// replaces `to`, and prints nothing. \param sensor empty: the only one; for .mcap all
 /// \throws FileError also EX_USAGE for another extension, or if a sensor must be named; EX_DATAERR if there are no
-/// fields of the sensor; also after writing, if the recording is cut off or damaged or messages were left out: those
-/// that cannot be decoded and, in .npz, fields of another number of nodes than most
+/// fields of the sensor; also after writing, if the recording is cut off or damaged or messages were left out
+/// that cannot be decoded
 void exportFields(const std::string& from, const std::string& to, const std::string& sensor);
 
 /// Writes a recording of all messages and of their drawings for Foxglove; replaces `to`, and prints nothing. \param

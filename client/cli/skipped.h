@@ -17,11 +17,9 @@ class Skipped {
  public:
   /// Counts a message that cannot be decoded. \param sequence of its record
   void add(const Error& error, std::uint32_t sequence) {
-    add(error.what(), sequence);
-    if (count_ == 1 && error.code() == ErrorCode::kVersion) exitCode_ = EX_PROTOCOL;
-  }
-  void add(const std::string& why, std::uint32_t sequence) {
-    if (count_++ == 0) first_ = "number " + std::to_string(sequence) + ": " + why;
+    if (count_++ != 0) return;
+    first_ = "number " + std::to_string(sequence) + ": " + error.what();
+    if (error.code() == ErrorCode::kVersion) exitCode_ = EX_PROTOCOL;
   }
 
   bool isEmpty() const { return count_ == 0; }  ///< Returns whether none was left out.

@@ -10,42 +10,6 @@
 
 namespace traction::client {
 
-namespace {
-
-/// \param open may throw what ZeroMQ throws
-template <typename Open>
-void openAt(const std::string& endpoint, const Open& open) {
-  try {
-    open();
-  } catch (const zmq::error_t& error) {
-    throw Error(ErrorCode::kBadEndpoint, endpoint + ": " + error.what());
-  }
-}
-
-}  // namespace
-
-struct TruthListener::Impl {
-  zmq::context_t context{1};
-  zmq::socket_t socket{context, zmq::socket_type::sub};
-};
-
-TruthListener::TruthListener(const std::string& endpoint)
-    : impl_(std::make_unique<Impl>()) {
-  impl_->socket.set(zmq::sockopt::linger, 0);
-  impl_->socket.set(zmq::sockopt::subscribe, "truth/");
-  openAt(endpoint, [&] { impl_->socket.connect(endpoint); });
-}
-
-TruthListener::~TruthListener() = default;
-
-std::optional<std::string> TruthListener::next() {
-  zmq::message_t topic, text, surplus;
-  if (zmq_msg_recv(topic.handle(), impl_->socket.handle(), ZMQ_DONTWAIT) < 0) return std::nullopt;
-  bool more = topic.more() && zmq_msg_recv(text.handle(), impl_->socket.handle(), ZMQ_DONTWAIT) >= 0 && text.more();
-  while (more) more = zmq_msg_recv(surplus.handle(), impl_->socket.handle(), ZMQ_DONTWAIT) >= 0 && surplus.more();
-  return text.to_string();
-}
-
 struct Repeater::Impl {
   struct Kept {
     std::string bytes, time;
@@ -72,7 +36,11 @@ Repeater::Repeater(const std::string& endpoint)
   if (const auto error = tractiond::network::checkEndpoint(endpoint)) {
     throw Error(ErrorCode::kBadEndpoint, error->what);
   }
-  openAt(endpoint, [&] { impl_->socket.bind(endpoint); });
+  try {
+    impl_->socket.bind(endpoint);
+  } catch (const zmq::error_t& error) {
+    throw Error(ErrorCode::kBadEndpoint, endpoint + ": " + error.what());
+  }
 }
 
 Repeater::~Repeater() = default;

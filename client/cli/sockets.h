@@ -1,29 +1,12 @@
-// ZeroMQ sockets beside the library's: a source of a recording besides the stream, and the output of a replay.
+// The ZeroMQ socket of a replay.
 #pragma once
 
 #include "traction/subscriber.h"
 
 #include <memory>
-#include <optional>
 #include <string>
 
 namespace traction::client {
-
-/// Receives the true states from traction-twin (--truth-endpoint). Thread-bound.
-class TruthListener {
- public:
-  /// Starts to connect and returns at once. \throws Error kBadEndpoint
-  explicit TruthListener(const std::string& endpoint);
-  ~TruthListener();  ///< Disconnects; lines that wait are lost.
-
-  /// Returns the next waiting line of JSON, without its line end and not checked; nothing if there is none. Never
-  /// waits.
-  std::optional<std::string> next();
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
-};
 
 /// Publishes recorded messages as tractiond publishes its stream. Thread-bound.
 class Repeater {

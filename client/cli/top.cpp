@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <deque>
 #include <memory>
 #include <string>
 #include <thread>
@@ -26,11 +25,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto kPage = 60ms;      ///< between two pages; old figures are marked within half a second
-constexpr auto kLine = 1s;        ///< between two lines
-constexpr auto kFirst = 3s;       ///< for a connection, and for the first figures
-constexpr auto kRecount = 500ms;  ///< between two counts of the subscribers
-constexpr std::size_t kCounts = 4;
+constexpr auto kPage = 60ms;  ///< between two pages; old figures are marked within half a second
+constexpr auto kLine = 1s;    ///< between two lines
+constexpr auto kFirst = 3s;   ///< for a connection, and for the first figures
 
 /// Receives the messages of one instrument.
 class Watcher {
@@ -48,7 +45,6 @@ class Watcher {
       watched_.failure = error.what();
       watched_.scene.setConnected(false, nanoseconds(now));
     }
-    if (now >= recount_) recount(now);
     isKnown_ =
         isKnown_ || !watched_.failure.empty() || watched_.scene.connected() || watched_.scene.lastArrival_ns != 0;
     return watched_;
@@ -66,21 +62,8 @@ class Watcher {
   const std::string& endpoint() const { return receiver_.endpoint(); }
 
  private:
-  /// Takes the smallest of the last counts: the daemon connects to itself for a moment, again and again, as a liveness
-  /// check.
-  void recount(Clock::time_point now) {
-    recount_ = now + kRecount;
-    const auto count = subscribersOf(receiver_.endpoint());
-    if (!count) return watched_.subscribers.reset();
-    counts_.push_back(*count);
-    if (counts_.size() > kCounts) counts_.pop_front();
-    watched_.subscribers = *std::min_element(counts_.begin(), counts_.end());
-  }
-
   Receiver receiver_;
   Watched watched_;
-  Clock::time_point recount_;
-  std::deque<int> counts_;
   bool isKnown_ = false;
 };
 

@@ -2,6 +2,7 @@
 #include "client/cli/notes.h"
 #include "client/cli/parsing.h"
 #include "client/show/output.h"
+#include "client/show/page.h"
 #include "client/show/scene.h"
 #include "client/show/terminal.h"
 #include "proto/traction/v1/endpoints.h"
@@ -17,7 +18,6 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
-#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -72,38 +72,32 @@ class OwnTouch {
   pid_t child_;
 };
 
-std::string formatted(const char* format, double a, double b = 0.0, double c = 0.0) {
-  std::array<char, 100> text{};
-  std::snprintf(text.data(), text.size(), format, a, b, c);
-  return text.data();
-}
-
 /// Returns one line about a contact: its id, what it does, its age, and what is known of it.
 std::string lineOf(const TrackedContact& contact) {
   constexpr std::array kWords = {"?", "begins", "lasts", "absent", "unknown", "ends"};
   std::string line = "contact " + std::to_string(contact.id);
   line.resize(std::max<std::size_t>(line.size(), 12), ' ');
-  line += formatted(" %6.1f s  ", age_s(contact));
+  line += format(" %6.1f s  ", age_s(contact));
   line += kWords.at(static_cast<std::size_t>(contact.phase));
   line.resize(std::max<std::size_t>(line.size(), 30), ' ');
-  line += formatted("  at %+6.2f %+6.2f mm", 1e3 * contact.position_m[0], 1e3 * contact.position_m[1]);
+  line += format("  at %+6.2f %+6.2f mm", 1e3 * contact.position_m[0], 1e3 * contact.position_m[1]);
   if (isSeen(contact)) {
     const Vector3& force = contact.force_N;
-    line += formatted("  shear %.3f N  normal %+.3f N (deviation %.3f)", std::hypot(force[0], force[1]), force[2],
-                      contact.forceDeviation_N[2]);
-    line += formatted("  radius %.1f mm  speed %.1f mm/s", 1e3 * contact.radius_m,
-                      1e3 * std::hypot(contact.velocity_m_s[0], contact.velocity_m_s[1]));
-    line += formatted("  torque %+.2f mN m", 1e3 * contact.moment_Nm[2]) + "  stick ratio " + stickRatio(contact);
+    line += format("  shear %.3f N  normal %+.3f N (deviation %.3f)", std::hypot(force[0], force[1]), force[2],
+                   contact.forceDeviation_N[2]);
+    line += format("  radius %.1f mm  speed %.1f mm/s", 1e3 * contact.radius_m,
+                   1e3 * std::hypot(contact.velocity_m_s[0], contact.velocity_m_s[1]));
+    line += format("  torque %+.2f mN m", 1e3 * contact.moment_Nm[2]) + "  stick ratio " + stickRatio(contact);
   }
   if (contact.slip && contact.slip->state != SlipState::kUnknown) {
     constexpr std::array kStates = {"", "sticks", "about to slip", "slips"};
     constexpr std::array kModels = {"", " by the spread of its shear", "", " by its slide"};
     const auto& [estimate, low, high] = contact.slip->friction;
     line += std::string(", ") + kStates.at(static_cast<std::size_t>(contact.slip->state));
-    line += formatted(", friction %.2f (%.2f to %.2f)", estimate, low, high);
+    line += format(", friction %.2f (%.2f to %.2f)", estimate, low, high);
     line += kModels.at(static_cast<std::size_t>(contact.slip->model));
   } else if (contact.slip) {
-    line += formatted(", friction %.2f or more", contact.slip->friction.low);
+    line += format(", friction %.2f or more", contact.slip->friction.low);
   }
   if (contact.doubted) line += "  doubted";
   return line;
@@ -119,10 +113,10 @@ std::string lineOf(const Grasp& grasp) {
     const auto deviation = [&](std::size_t axis) {
       return std::sqrt(grasp.forceCovariance_N2.noise[4 * axis] + grasp.forceCovariance_N2.systematic[4 * axis]);
     };
-    line += formatted("  force %+.3f %+.3f %+.3f N", x, y, z);
-    line += formatted(" (deviations %.3f %.3f %.3f)", deviation(0), deviation(1), deviation(2));
-    line += formatted("  moment %+.2f %+.2f %+.2f mN m", 1e3 * grasp.moment_Nm[0], 1e3 * grasp.moment_Nm[1],
-                      1e3 * grasp.moment_Nm[2]);
+    line += format("  force %+.3f %+.3f %+.3f N", x, y, z);
+    line += format(" (deviations %.3f %.3f %.3f)", deviation(0), deviation(1), deviation(2));
+    line += format("  moment %+.2f %+.2f %+.2f mN m", 1e3 * grasp.moment_Nm[0], 1e3 * grasp.moment_Nm[1],
+                   1e3 * grasp.moment_Nm[2]);
     return line;
   }
   for (const Finger& finger : grasp.fingers) {

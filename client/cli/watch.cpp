@@ -46,10 +46,8 @@ void watch(const SubscriberOptions& options, double seconds) {
   rememberSignals();
   Receiver receiver(wanted);
   Scene last;
-  Glyphs glyphs = Glyphs::kUnicode;
   if (isLive) {
     const Terminal terminal;
-    glyphs = terminal.glyphs();
     Scale scale;
     last = loop(receiver, seconds, kPicture, [&](const Scene& scene, Clock::time_point now, Clock::duration left) {
       const auto [width, height] = terminal.size();
@@ -78,7 +76,6 @@ void watch(const SubscriberOptions& options, double seconds) {
     std::printf("%llu fields received, %llu messages lost on the way\n", static_cast<unsigned long long>(last.fields),
                 static_cast<unsigned long long>(last.lost));
   }
-  if (glyphs == Glyphs::kAscii) std::printf("a finer picture in a UTF-8 locale: LC_ALL=C.UTF-8 tractionctl watch\n");
 }
 
 }  // namespace

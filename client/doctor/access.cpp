@@ -2,7 +2,6 @@
 
 #include "base/network/keys.h"
 #include "client/doctor/checks.h"
-#include "client/files/keys.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -38,25 +37,17 @@ Finding checkGroup(const Patient& patient) {
               "sudo usermod -aG tractiond $USER    # then log in again");
 }
 
-/// Returns the command that sets owner and mode of a file.
-std::string ownCommand(const std::string& owner, const std::string& mode, const std::string& file) {
-  std::string command = "sudo chown ";
-  command.append(owner).append(1, ' ').append(file).append(" && sudo chmod ").append(mode).append(1, ' ').append(file);
-  return command;
-}
-
 Finding checkKeys(const Patient& patient) {
   const std::string folder = tractiond::network::kKeyDirectory;
   const Box::FileStatus status = patient.box.fileStatus(folder);
-  constexpr unsigned kOthersWrite = 022, kOthers = 007, kGroupReads = 040;
+  constexpr unsigned kOthersWrite = 022;
   if (status.error == ENOENT) return ok("there are none: clients of other hosts cannot connect");
   if (status.error != 0) return unknown(folder + ": " + std::strerror(status.error));
   if (status.user != 0 || (status.mode & kOthersWrite) != 0)
     return fail("others than root can write in " + folder + ", and thereby allow clients",
-                ownCommand("root", "755", folder));
+                "sudo chown root " + folder + " && sudo chmod 755 " + folder);
   const Box::Listing files = patient.box.list(folder);
   if (files.error != 0) return unknown(folder + " cannot be listed: " + std::strerror(files.error));
-  const auto gateway = idOf(patient.box, "/etc/group", "traction-gateway");
   int keys = 0;
   std::string unread;
   for (const std::string& name : files.names) {
@@ -66,27 +57,12 @@ Finding checkKeys(const Patient& patient) {
       unread = file + ": " + std::strerror(one.error);
       continue;
     }
-    const bool isSecret = name == "gateway.secret";
-    if (isSecret && ((one.mode & (kOthers | kOthersWrite)) != 0 || one.user != 0))
-      return fail("others can read or change the box's secret key " + file,
-                  ownCommand("root:traction-gateway", "640", file));
-    if (isSecret && (!gateway || one.group != *gateway || (one.mode & kGroupReads) == 0))
-      return fail("the gateway may not read " + file, ownCommand("root:traction-gateway", "640", file));
-    if (!isSecret && (one.user != 0 || (one.mode & kOthersWrite) != 0))
-      return fail("others than root can change " + file, ownCommand("root", "644", file));
-    keys += isSecret ? 0 : 1;
+    if (one.user != 0 || (one.mode & kOthersWrite) != 0)
+      return fail("others than root can change " + file, "sudo chown root " + file + " && sudo chmod go-w " + file);
+    keys += name == "gateway.secret" ? 0 : 1;
   }
   if (unread.empty()) return ok(std::to_string(keys) + " clients may connect");
   return unknown(unread);
-}
-
-Finding checkOwnKey(const Patient& patient) {
-  const std::string file = client::usualKeyFile();
-  const Box::FileStatus status = patient.box.fileStatus(file);
-  if (status.error == ENOENT) return ok("there is none");
-  if (status.error != 0) return unknown(file + ": " + std::strerror(status.error));
-  if ((status.mode & 077U) != 0) return fail("others can read " + file, "chmod 600 " + file);
-  return ok("no other user can read it");
 }
 
 }  // namespace
@@ -94,7 +70,6 @@ Finding checkOwnKey(const Patient& patient) {
 void checkAccess(const Patient& patient, std::vector<Finding>& findings) {
   add(findings, "user and group", checkGroup(patient));
   add(findings, "keys", checkKeys(patient));
-  add(findings, "your key", checkOwnKey(patient));
 }
 
 }  // namespace traction::doctor

@@ -47,9 +47,6 @@ inline void add(std::vector<Finding>& findings, const char* check, Finding findi
 struct Settings {
   std::string cameraId;
   double receiveBuffer_bytes = 0.0, packetSize_bytes = 0.0;  ///< as in the configuration
-  int priority = 0;                                          ///< realtime.priority; 0: none is wanted
-  std::string cpus;                                          ///< realtime.cpus: "2-3"; empty: all
-  bool lockMemory = false;                                   ///< realtime.lock_memory
 };
 
 /// An instance of tractiond on the machine, whether or not it runs.
@@ -90,16 +87,14 @@ bool mayUseUsb(const Patient& patient);
 // errors: a check that cannot be carried out is a finding kUnknown, one that does not apply kOk. They change nothing on
 // the machine; checkService() runs tractiond and systemctl by Box::run(), which may wait for 10 s each.
 
-/// Checks frequency governor, clock source, time of day, and memory and permissions of USB.
+/// Checks frequency governor, time of day, and permissions of USB.
 void checkMachine(const Patient& patient, std::vector<Finding>& findings);
 /// Checks the link to a camera on the network: receive buffer, MTU, reverse path filter, NetworkManager.
 void checkNetwork(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
-/// Checks user and group tractiond, whether the user who runs it is in that group, owners and permissions of the
-/// gateway's directory of keys and of its files, and the permissions of that user's own key file.
+/// Checks user and group tractiond, whether the user who runs it is in that group, and whether others than root may
+/// change the gateway's keys.
 void checkAccess(const Patient& patient, std::vector<Finding>& findings);
-/// Checks for other programs and instances that use the same camera.
-void checkCompetitors(const Patient& patient, std::vector<Finding>& findings);
-/// Checks configuration, systemd unit, state directory, limits and real-time scheduling of an instance.
+/// Checks configuration, systemd unit, and state directory of an instance.
 void checkService(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
 /// Asks the running daemon for its status, as Box::status() does, and reports client::problems() as one finding: kOk
 /// without one, kWarn if forces are doubtful, kFail if there are no valid forces, kUnknown if no daemon runs or

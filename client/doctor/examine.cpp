@@ -64,18 +64,13 @@ std::set<std::string> namesOf(const Patient& patient) {
 std::optional<Settings> settingsOf(const std::string& text) {
   auto root = tractiond::TomlTable::parse(text, "tractiond --print-config");
   if (!root) return std::nullopt;
-  auto camera = root->table("camera"), realtime = root->table("realtime");
+  auto camera = root->table("camera");
   if (!camera) return std::nullopt;
   Settings settings;
   const tractiond::Range any{.least = 0.0, .most = 1e12};
   camera->read("id", settings.cameraId);
   camera->read("receive_buffer_bytes", settings.receiveBuffer_bytes, any);
   camera->read("packet_size_bytes", settings.packetSize_bytes, any);
-  if (realtime) {
-    realtime->read("priority", settings.priority, any);
-    realtime->read("cpus", settings.cpus);
-    realtime->read("lock_memory", settings.lockMemory);
-  }
   return settings;
 }
 
@@ -133,7 +128,6 @@ std::vector<Finding> examine(const Box& box, const std::string& program, const s
   std::vector<Finding> findings;
   checkMachine(patient, findings);
   checkAccess(patient, findings);
-  checkCompetitors(patient, findings);
   for (const Instance& one : patient.instances) {
     const std::size_t before = findings.size();
     checkService(patient, one, findings);

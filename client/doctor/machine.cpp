@@ -1,9 +1,8 @@
-// Checks the machine itself: clocks, processors, USB.
+// Checks the machine itself: processors, time of day, USB.
 
 #include "client/doctor/checks.h"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 
 namespace traction::doctor {
@@ -31,39 +30,12 @@ Finding checkGovernor(const Patient& patient) {
               "echo performance | sudo tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor");
 }
 
-Finding checkClockSource(const Patient& patient) {
-  const std::string folder = "/sys/devices/system/clocksource/clocksource0/";
-  const auto current = patient.box.line(folder + "current_clocksource");
-  if (!current) return unknown(folder + " cannot be read");
-  // Clock sources that are read without a system call.
-  constexpr std::array kFast = {"tsc", "kvm-clock", "hyperv_clocksource_tsc_page", "arch_sys_counter"};
-  if (std::find(kFast.begin(), kFast.end(), *current) != kFast.end()) return ok(*current);
-  const auto words = wordsOf(patient.box.line(folder + "available_clocksource").value_or(""));
-  const bool hasTsc = std::find(words.begin(), words.end(), "tsc") != words.end();
-  return warn(*current + ": slow to read",
-              hasTsc ? "echo tsc | sudo tee " + folder + "current_clocksource"
-                     : "tsc=reliable on the kernel's command line (GRUB_CMDLINE_LINUX in /etc/default/grub, "
-                       "sudo update-grub), if the processors' counters agree");
-}
-
 Finding checkTime(const Patient& patient) {
   const auto keeps = patient.box.keepsTime();
   if (!keeps) return unknown("the kernel does not say whether it is kept");
   if (*keeps) return ok("kept by the network's");
   return warn("nobody keeps it: the times of messages drift from other hosts'",
               "sudo apt-get install systemd-timesyncd && sudo timedatectl set-ntp true");
-}
-
-Finding checkUsbMemory(const Patient& patient) {
-  constexpr double kEnough_MB = 1000.0;
-  const std::string file = "/sys/module/usbcore/parameters/usbfs_memory_mb";
-  const auto size = patient.box.number(file);
-  if (!mayUseUsb(patient)) return ok("no camera is on USB");
-  if (!size) return unknown(file + " cannot be read");
-  if (*size == 0.0 || *size >= kEnough_MB)
-    return ok(*size == 0.0 ? "without a limit" : patient.box.line(file).value_or("") + " MB");
-  return warn(patient.box.line(file).value_or("") + " MB: less than the buffers of a camera",
-              "echo 1000 | sudo tee " + file + "    # at each start: sudo systemd-tmpfiles --create tractiond.conf");
 }
 
 /// Returns the devices with an interface of USB3 Vision, which has class EF and subclass 05.
@@ -115,9 +87,7 @@ Finding checkUsbPermissions(const Patient& patient) {
 
 void checkMachine(const Patient& patient, std::vector<Finding>& findings) {
   add(findings, "governor", checkGovernor(patient));
-  add(findings, "clock source", checkClockSource(patient));
   add(findings, "time of day", checkTime(patient));
-  add(findings, "USB memory", checkUsbMemory(patient));
   add(findings, "USB permissions", checkUsbPermissions(patient));
 }
 

@@ -1,16 +1,10 @@
-// Checks the service of an instance: configuration, systemd unit, state directory, limits.
+// Checks the service of an instance: configuration, systemd unit, state directory.
 
 #include "client/doctor/checks.h"
 
-#include <algorithm>
 #include <cerrno>
-#include <cmath>
-#include <cstdlib>
 #include <cstring>
-#include <limits>
 #include <map>
-#include <set>
-#include <sstream>
 
 namespace traction::doctor {
 
@@ -37,8 +31,8 @@ Finding checkConfiguration(const Patient& patient, const Instance& instance) {
 
 /// Returns the pairs KEY=VALUE of `systemctl show`.
 std::map<std::string, std::string> shown(const Patient& patient, const std::string& unit) {
-  const auto ran = patient.box.run(
-      {"systemctl", "show", unit, "--property=LoadState,UnitFileState,ActiveState,Result,NRestarts,RestrictRealtime"});
+  const auto ran =
+      patient.box.run({"systemctl", "show", unit, "--property=LoadState,UnitFileState,ActiveState,Result,NRestarts"});
   std::map<std::string, std::string> values;
   if (!ran || ran->exitCode != 0) return values;
   for (const std::string& line : linesOf(ran->output)) {
@@ -87,113 +81,12 @@ Finding checkState(const Patient& patient, const Instance& instance) {
             " MiB are free");
 }
 
-/// Returns the hard limit in a line of /proc/PID/limits; nothing if there is no such line.
-std::optional<double> limitOf(const std::string& limits, const std::string& name) {
-  for (const std::string& line : linesOf(limits)) {
-    if (line.rfind(name, 0) != 0) continue;
-    const auto words = wordsOf(line.substr(name.size()));  // soft hard unit
-    if (words.size() < 2) return std::nullopt;
-    return words[1] == "unlimited" ? std::numeric_limits<double>::infinity() : std::strtod(words[1].c_str(), nullptr);
-  }
-  return std::nullopt;
-}
-
-std::string inWords(std::optional<double> limit) {
-  return !limit ? "not known" : std::isinf(*limit) ? "no limit" : std::to_string(std::llround(*limit));
-}
-
-std::string editOf(const Instance& instance, const std::string& line) {
-  return "sudo systemctl edit tractiond@" + instance.name + " with [Service] " + line +
-         ", then sudo systemctl restart tractiond@" + instance.name;
-}
-
-/// Returns why an instance has no process.
-std::string whyNotFound(const Patient& patient) {
-  return patient.whyUnknown.empty() ? "the instance does not run" : patient.whyUnknown;
-}
-
-Finding checkLimits(const Patient& patient, const Instance& instance) {
-  if (instance.processes.empty()) return unknown(whyNotFound(patient));
-  const std::string text = patient.box.read("/proc/" + std::to_string(instance.processes[0]) + "/limits").text;
-  const auto files = limitOf(text, "Max open files"), memory = limitOf(text, "Max address space");
-  if (!files || !memory) return unknown("those of the process may not be read");
-  constexpr double kFewFiles = 4096.0, kLeastMemory = 2147483648.0;
-  const auto edit = [&](const std::string& line) { return editOf(instance, line); };
-  if (*memory < kLeastMemory) return fail(inWords(memory) + " bytes of address space", edit("LimitAS=infinity"));
-  if (*files < kFewFiles)
-    return warn(inWords(files) + " descriptors: each subscriber takes one", edit("LimitNOFILE=65536"));
-  return ok(inWords(files) + " descriptors");
-}
-
-/// Returns whether a process has a capability, by the number of the capability and the text of /proc/PID/status.
-bool isCapable(const std::string& status, unsigned capability) {
-  const std::string key = "CapEff:";
-  for (const std::string& line : linesOf(status)) {
-    if (line.rfind(key, 0) == 0) return (std::strtoull(&line[key.size()], nullptr, 16) >> capability & 1U) != 0;
-  }
-  return false;
-}
-
-/// Returns the processors of a list such as "0-2,5".
-std::set<int> cpusOf(const std::string& list) {
-  std::set<int> cpus;
-  std::istringstream items(list);
-  for (std::string item; std::getline(items, item, ',');) {
-    char* behind = nullptr;
-    const long first = std::strtol(item.c_str(), &behind, 10);
-    const long last = *behind == '-' ? std::strtol(behind + 1, nullptr, 10) : first;
-    for (long cpu = first; cpu <= last; ++cpu) cpus.insert(static_cast<int>(cpu));
-  }
-  return cpus;
-}
-
-/// Compares the settings of [realtime] with the permissions of the running process.
-Finding checkRealTime(const Patient& patient, const Instance& instance) {
-  if (!instance.settings) return unknown(instance.whyUnknown);
-  const Settings& asked = *instance.settings;
-  if (asked.priority == 0 && asked.cpus.empty() && !asked.lockMemory) return ok("none is asked for");
-  const std::set<int> wanted = cpusOf(asked.cpus),
-                      there = cpusOf(patient.box.line("/sys/devices/system/cpu/online").value_or(""));
-  if (!there.empty() && !std::includes(there.begin(), there.end(), wanted.begin(), wanted.end())) {
-    const std::string online = *patient.box.line("/sys/devices/system/cpu/online");
-    return warn("realtime.cpus = \"" + asked.cpus + "\", and the processors are " + online,
-                "realtime.cpus of these in " + instance.file);
-  }
-  if (instance.processes.empty()) return unknown(whyNotFound(patient));
-  constexpr unsigned kMayLock = 14, kMaySchedule = 23;  // CAP_IPC_LOCK, CAP_SYS_NICE
-  const std::string folder = "/proc/" + std::to_string(instance.processes[0]);
-  const std::string limits = patient.box.read(folder + "/limits").text;
-  const std::string status = patient.box.read(folder + "/status").text;
-  const auto priority = limitOf(limits, "Max realtime priority"), memory = limitOf(limits, "Max locked memory");
-  if (!priority || !memory) return unknown("the limits of the process may not be read");
-  std::string wrong, lines;
-  const auto lacks = [&](const std::string& what, const std::string& line) {
-    wrong += (wrong.empty() ? "" : "; ") + what;
-    lines += (lines.empty() ? "" : " ") + line;
-  };
-  if (asked.priority > *priority && !isCapable(status, kMaySchedule))
-    lacks("realtime.priority = " + std::to_string(asked.priority) + ", and " + inWords(priority) + " is allowed",
-          "LimitRTPRIO=" + std::to_string(asked.priority));
-  const std::string restricts =
-      asked.priority > 0 ? shown(patient, "tractiond@" + instance.name + ".service")["RestrictRealtime"] : "no";
-  if (restricts == "yes")
-    lacks("realtime.priority = " + std::to_string(asked.priority) + ", and the unit's sandbox refuses all",
-          "RestrictRealtime=no");
-  if (asked.lockMemory && !std::isinf(*memory) && !isCapable(status, kMayLock))
-    lacks("realtime.lock_memory, and " + inWords(memory) + " bytes are allowed", "LimitMEMLOCK=infinity");
-  if (!wrong.empty()) return warn(wrong, editOf(instance, lines));
-  if (restricts.empty()) return unknown("systemctl does not tell RestrictRealtime of the unit");
-  return ok("what is asked for is allowed");
-}
-
 }  // namespace
 
 void checkService(const Patient& patient, const Instance& instance, std::vector<Finding>& findings) {
   add(findings, "configuration", checkConfiguration(patient, instance));
   add(findings, "service", checkUnit(patient, instance));
   add(findings, "state directory", checkState(patient, instance));
-  add(findings, "limits", checkLimits(patient, instance));
-  add(findings, "real time", checkRealTime(patient, instance));
 }
 
 }  // namespace traction::doctor

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
@@ -15,8 +14,6 @@
 namespace traction::client {
 
 namespace {
-
-constexpr std::uint64_t kOldTruth_ns = 10'000'000'000;
 
 /// Returns a clock's time [ns].
 std::int64_t timeOf(clockid_t clock) {
@@ -32,16 +29,6 @@ std::string typeOf(const Message& message) {
   return std::string("traction.v1.") + kTypes.at(message.index());
 }
 
-/// Returns the CLOCK_MONOTONIC time in a line of traction-twin [ns]; 0 if the line has none.
-std::int64_t monotonicOf(std::string_view truth) {
-  constexpr std::string_view kKey = "\"monotonic_ns\":";
-  const std::size_t at = truth.find(kKey);
-  std::int64_t time_ns = 0;
-  if (at == std::string_view::npos) return time_ns;
-  std::from_chars(truth.data() + at + kKey.size(), truth.data() + truth.size(), time_ns);
-  return time_ns;
-}
-
 }  // namespace
 
 Tape::Tape(const std::string& path)
@@ -49,12 +36,6 @@ Tape::Tape(const std::string& path)
     , file_(orThrow(recording::NewFile::create(path)))
     , epoch_ns_(timeOf(CLOCK_REALTIME) - timeOf(CLOCK_MONOTONIC)) {
   check(writer_.flush());
-}
-
-template <typename Declare>
-std::uint16_t Tape::channelOf(const std::string& topic, const Declare& declare) {
-  const auto known = channels_.find(topic);
-  return known != channels_.end() ? known->second : channels_[topic] = declare();
 }
 
 template <typename Write>
@@ -78,28 +59,17 @@ void Tape::add(const Message& message, const Raw& raw) {
   if (raw.topic.empty()) return;
   const Header& header = headerOf(message);
   recording::Message record;
-  record.channel = channelOf(std::string(raw.topic), [&] {
+  const auto [channel, isNew] = channels_.try_emplace(std::string(raw.topic));
+  if (isNew) {
     const std::string type = typeOf(message);
     if (!schemas_.contains(type)) schemas_[type] = writer_.schema(type, "protobuf", descriptors());
-    return writer_.channel(schemas_[type], raw.topic, "protobuf", {{"sensor", header.sensor}});
-  });
+    channel->second = writer_.channel(schemas_[type], raw.topic, "protobuf", {{"sensor", header.sensor}});
+  }
+  record.channel = channel->second;
   record.sequence = static_cast<std::uint32_t>(header.sequence);
   record.logTime_ns = static_cast<std::uint64_t>(epoch_ns_ + header.arrived_ns);
   record.publishTime_ns = captureTime_ns(message, record.logTime_ns);
   record.data = raw.bytes;
-  watch([&] { return writer_.write(record); });
-}
-
-void Tape::addTruth(const std::string& line) {
-  recording::Message record;
-  record.channel = channelOf("truth/", [&] {
-    return writer_.channel(writer_.schema("traction.Truth", "jsonschema", R"({"type":"object"})"), "truth/", "json");
-  });
-  record.logTime_ns = logNow();
-  const auto shown_ns = static_cast<std::uint64_t>(epoch_ns_ + monotonicOf(line));
-  const bool isOfThisHost = shown_ns <= record.logTime_ns && record.logTime_ns - shown_ns < kOldTruth_ns;
-  record.publishTime_ns = isOfThisHost ? shown_ns : record.logTime_ns;
-  record.data = line;
   watch([&] { return writer_.write(record); });
 }
 

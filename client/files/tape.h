@@ -9,7 +9,7 @@
 
 namespace traction::client {
 
-/// Writes one recording. Thread-bound. The constructor, add(), addTruth(), flushIfDue() and close() throw
+/// Writes one recording. Thread-bound. The constructor, add(), flushIfDue() and close() throw
 /// FileError (EX_CANTCREAT, EX_IOERR). The recording is then closed with what was written, and deleted if nothing
 /// was; of the functions that throw, none may be called afterwards. Without close(), what is buffered is lost, and the
 /// file has no end.
@@ -23,10 +23,6 @@ class Tape {
   /// statuses. Leaves out the library's own ends of contacts, which have no topic. \param message of a Subscriber
   /// \param raw topic and bytes of `message`
   void add(const Message& message, const Raw& raw);
-  /// Adds a line of JSON from traction-twin, without its line end, to the topic "truth/". The JSON is not checked. May
-  /// write earlier messages and wait for the disk, as add(). Log time: now; publish time: the line's "monotonic_ns" if
-  /// that is within the last 10 s of this host's clock, else the log time.
-  void addTruth(const std::string& line);
   /// Writes the buffered messages if the oldest is 0.15 s old, and waits for the disk; does nothing otherwise. Must be
   /// called in every turn of the receiving loop.
   void flushIfDue();
@@ -46,8 +42,6 @@ class Tape {
   /// Returns calendar time that advances with CLOCK_MONOTONIC from the start on, so that it never goes back [ns since
   /// 1970].
   std::uint64_t logNow() const;
-  template <typename Declare>
-  std::uint16_t channelOf(const std::string& topic, const Declare& declare);
   template <typename Write>
   void watch(const Write& write);
   void check(const tl::expected<void, recording::Error>& written);

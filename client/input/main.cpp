@@ -9,6 +9,7 @@
 #include "client/input/teacher.h"
 #include "client/touch/relay.h"
 
+#include <spdlog/spdlog.h>
 #include <sysexits.h>
 
 #include <exception>
@@ -63,11 +64,9 @@ int serve(const Arguments& arguments) {
   if (arguments.checks) return EX_OK;
   tractiond::catchSignals();
   tractiond::shortenTimeSlice(0);  // and ZeroMQ's threads, which start later
-  const auto log = tractiond::startLog(kName, "info");
+  const tractiond::Log log(kName, "info");
   auto outputs = outputsOf(arguments, *profile);
-  if (!outputs)
-    return log->write(tractiond::logLine(kName, spdlog::level::err, outputs.error().message())),
-           outputs.error().exitCode;
+  if (!outputs) return spdlog::error("{}", outputs.error().message()), outputs.error().exitCode;
   Outputs all(profile->turn_rad, *std::move(outputs));
   contacts::Relay relay(arguments.source, all);
   contacts::runRelay(relay);

@@ -13,7 +13,7 @@ namespace traction::client {
 
 namespace {
 
-constexpr int kWhole = 21;   ///< rows of an instrument with all its figures
+constexpr int kWhole = 20;   ///< rows of an instrument with all its figures
 constexpr int kShort = 5;    ///< rows of an instrument with its main figures
 constexpr int kLedger = 40;  ///< columns of the ledger
 
@@ -199,11 +199,6 @@ class Numbers {
   bool fieldIsOld_, statusIsOld_;
 };
 
-Row subscribersOf(const Watched& one) {
-  return {"readers", one.subscribers ? format("%d here, this one too", *one.subscribers) : "not known here",
-          one.subscribers ? Tone::kPlain : Tone::kOld};
-}
-
 std::vector<Row> rowsOf(const Watched& one, std::int64_t now_ns) {
   const Numbers numbers(one.scene, now_ns);
   return {numbers.force(),
@@ -222,8 +217,7 @@ std::vector<Row> rowsOf(const Watched& one, std::int64_t now_ns) {
           numbers.packets(),
           numbers.warmth(),
           numbers.memory(),
-          numbers.realTime(),
-          subscribersOf(one)};
+          numbers.realTime()};
 }
 
 /// Returns the row of the losses: "lost 12: 10 stale (2.5/s), 2 never arrived".
@@ -328,15 +322,8 @@ void drawShort(Canvas& canvas, int row, const Watched& one, std::int64_t now_ns)
   };
   put(row + 2,
       {numbers.force(), {"rate", format("%.1f/s", one.scene.rate_hz(now_ns))}, numbers.residual(), numbers.memory()});
-  const bool isOld = numbers.statusIsOld();
-  const auto median = [&](const char* name, Stage stage) -> Row {
-    if (!one.scene.status) return {name, "-", Tone::kOld};
-    return {name, inBrackets(format("%.2f", ((*one.scene.status)->latencies().*stage)().p50_s() * 1e3), isOld),
-            isOld ? Tone::kOld : Tone::kPlain};
-  };
-  put(row + 3, {median("ms: track", &v1::Latencies::track), median("solve", &v1::Latencies::solve),
-                median("send", &v1::Latencies::send), median("total", &v1::Latencies::total), numbers.found()});
-  put(row + 4, {lossesInWords(one.scene, isOld)});
+  put(row + 3, {numbers.latency(), numbers.found()});
+  put(row + 4, {lossesInWords(one.scene, numbers.statusIsOld())});
 }
 
 }  // namespace

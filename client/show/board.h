@@ -4,7 +4,6 @@
 #include "client/show/canvas.h"
 #include "client/show/scene.h"
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,8 +14,7 @@ struct Watched {
   std::string name;      ///< as requested: an endpoint, or the name of an instance
   std::string endpoint;  ///< empty: the name identifies it
   Scene scene;
-  std::string failure;             ///< why nothing more can be received; empty: it can
-  std::optional<int> subscribers;  ///< connections to its endpoint on this machine; empty: not known
+  std::string failure;  ///< why nothing more can be received; empty: it can
 };
 
 /// Draws a page of width x height characters: all figures of each instrument if there is room, or else the main ones;

@@ -9,27 +9,6 @@ namespace traction::client {
 
 namespace {
 
-/// Returns the ASCII character that resembles a glyph.
-std::string asciiOf(const std::string& glyph) {
-  if (glyph.size() == 1) return glyph;
-  constexpr std::array<std::pair<std::string_view, char>, 28> kAlike = {
-      {{"─", '-'},  {"│", '|'}, {"╭", '+'},  {"╮", '+'},  {"╰", '+'},  {"╯", '+'}, {"→", '>'},
-       {"↗", '/'},  {"↑", '^'}, {"↖", '\\'}, {"←", '<'},  {"↙", '/'},  {"↓", 'v'}, {"↘", '\\'},
-       {"⇒", '>'},  {"⇗", '/'}, {"⇑", '^'},  {"⇖", '\\'}, {"⇐", '<'},  {"⇙", '/'}, {"⇓", 'v'},
-       {"⇘", '\\'}, {"·", '.'}, {"×", 'x'},  {"±", '~'},  {"°", '\''}, {"✛", 'X'}, {"…", '.'}}};
-  for (const auto& [unicode, ascii] : kAlike) {
-    if (glyph == unicode) return {ascii};
-  }
-  // Braille, by the halves of the character that have dots.
-  if (glyph.size() == 3 && glyph[0] == '\xe2' && (glyph[1] & 0xfc) == 0xa0) {
-    const int dots = ((glyph[1] & 3) << 6) | (glyph[2] & 63);
-    constexpr int kUpper = 1 | 2 | 8 | 16;
-    const bool hasUpper = (dots & kUpper) != 0, hasLower = (dots & ~kUpper) != 0;
-    return {dots == 255 ? '#' : hasUpper && hasLower ? ':' : hasUpper ? '\'' : hasLower ? '.' : ' '};
-  }
-  return "?";
-}
-
 /// Returns the index in the terminal's cube of 6 x 6 x 6 colours.
 int paletteIndex(Colour24 colour) {
   constexpr std::array<int, 6> kLevels = {0, 95, 135, 175, 215, 255};
@@ -113,7 +92,7 @@ void Canvas::frame(int column, int row, int width, int height, const Style& styl
   text(right, bottom, "╯", style);
 }
 
-std::string Canvas::render(Depth depth, Glyphs glyphs) const {
+std::string Canvas::render(Depth depth) const {
   std::string out = "\x1b[H";
   for (int row = 0; row < height_; ++row) {
     out += "\x1b[" + std::to_string(row + 1) + ";1H";
@@ -131,18 +110,17 @@ std::string Canvas::render(Depth depth, Glyphs glyphs) const {
         out += 'm';
         before = &cell.style;
       }
-      out += glyphs == Glyphs::kAscii ? asciiOf(cell.glyph) : cell.glyph;
+      out += cell.glyph;
     }
   }
   return out + "\x1b[0m";
 }
 
-std::string Canvas::plain(Glyphs glyphs) const {
+std::string Canvas::plain() const {
   std::string out;
   for (int row = 0; row < height_; ++row) {
     for (int column = 0; column < width_; ++column) {
-      const std::string& glyph = cells_[static_cast<std::size_t>(row * width_ + column)].glyph;
-      out += glyphs == Glyphs::kAscii ? asciiOf(glyph) : glyph;
+      out += cells_[static_cast<std::size_t>(row * width_ + column)].glyph;
     }
     out += '\n';
   }

@@ -30,11 +30,6 @@ enum class Depth {
   kTrueColour,
 };
 
-enum class Glyphs {
-  kUnicode,
-  kAscii,  ///< replaces each other character by a similar ASCII character
-};
-
 /// How a character is drawn.
 struct Style {
   Colour24 ink{205, 208, 216};  ///< colour of the character
@@ -68,9 +63,9 @@ class Canvas {
   void frame(int column, int row, int width, int height, const Style& style);
 
   /// Returns the page as a terminal needs it, from the top left corner: UTF-8 with escape sequences, without line ends.
-  std::string render(Depth depth, Glyphs glyphs = Glyphs::kUnicode) const;
+  std::string render(Depth depth) const;
   /// Returns only the characters, without colours, as UTF-8, one line per row, each with a line end.
-  std::string plain(Glyphs glyphs = Glyphs::kUnicode) const;
+  std::string plain() const;
 
  private:
   struct Cell {

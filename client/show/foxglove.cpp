@@ -1,5 +1,6 @@
 #include "client/show/foxglove.h"
 
+#include "client/show/page.h"
 #include "client/show/scene.h"
 #include "traction/v1/status.pb.h"
 
@@ -11,7 +12,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <numbers>
 
@@ -78,12 +78,6 @@ void set(::foxglove::ArrowPrimitive& arrow, const Vector3& head, const Vector3& 
   } else {
     set(*arrow.mutable_color(), 0.95, 0.55, 0.1, opacity);
   }
-}
-
-std::string text(const char* format, double first, double second) {
-  std::array<char, 64> line{};
-  std::snprintf(line.data(), line.size(), format, first, second);
-  return line.data();
 }
 
 /// Returns the nodes' positions, gel frame; empty if the description has another number of nodes.
@@ -245,7 +239,7 @@ void Drawing::drawScene(const Field& field, const std::vector<Vector3>& places, 
     for (std::size_t i = 0; i < 3; ++i) variance += std::pow(contact.force_N[i] * contact.forceDeviation_N[i], 2);
     const double size = norm(contact.force_N);
     // A contact states the deviations that noise causes, the resultant all of them.
-    label.set_text(text("%.3f N +- %.2g (noise)", size, 2.0 * std::sqrt(variance) / size));
+    label.set_text(format("%.3f N +- %.2g (noise)", size, 2.0 * std::sqrt(variance) / size));
   }
   to.push_back(drawn("scene", "foxglove.SceneUpdate", update));
 }

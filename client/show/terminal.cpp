@@ -1,11 +1,9 @@
 #include "client/show/terminal.h"
 
-#include <langinfo.h>
 #include <poll.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <clocale>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
@@ -30,11 +28,6 @@ bool canBeDrawnOn() {
   return name != nullptr && *name != '\0' && std::strcmp(name, "dumb") != 0;
 }
 
-Glyphs glyphsOfLocale() {
-  std::setlocale(LC_CTYPE, "");
-  return std::strcmp(nl_langinfo(CODESET), "UTF-8") == 0 ? Glyphs::kUnicode : Glyphs::kAscii;
-}
-
 Depth depthOfTerminal() {
   const char* none = std::getenv("NO_COLOR");  // https://no-color.org
   if (none != nullptr && *none != '\0') return Depth::kNone;
@@ -55,8 +48,7 @@ std::string viewHint() {
 }
 
 Terminal::Terminal()
-    : depth_(depthOfTerminal())
-    , glyphs_(glyphsOfLocale()) {
+    : depth_(depthOfTerminal()) {
   if (isatty(STDIN_FILENO) && tcgetattr(STDIN_FILENO, &before_) == 0) {
     termios keys = before_;
     keys.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
@@ -78,7 +70,7 @@ Terminal::Size Terminal::size() const {
 }
 
 bool Terminal::show(const Canvas& canvas) const {
-  return writeAll(canvas.render(depth_, glyphs_));
+  return writeAll(canvas.render(depth_));
 }
 
 char Terminal::waitForKey(std::chrono::milliseconds timeout) const {

@@ -20,11 +20,11 @@ std::string viewHint();
 class Terminal {
  public:
   /// Switches to the alternate screen, without cursor and line wrapping. If standard input is a terminal, keys are then
-  /// read one by one, without echo, and Ctrl-Z is disabled. Sets the process's character type (LC_CTYPE) from the
-  /// environment, which also decides on colours (NO_COLOR, COLORTERM). Requires isTerminal(). rememberSignals() must
-  /// have been called, or a signal leaves the terminal as it is.
+  /// read one by one, without echo, and Ctrl-Z is disabled. The environment decides on colours
+  /// (NO_COLOR, COLORTERM). Requires isTerminal(). rememberSignals() must have been called, or a signal leaves the
+  /// terminal as it is.
   Terminal();
-  /// Restores the screen and standard input, but not the locale.
+  /// Restores the screen and standard input.
   ~Terminal();
   Terminal(const Terminal&) = delete;
   Terminal& operator=(const Terminal&) = delete;
@@ -37,9 +37,6 @@ class Terminal {
   /// Writes the page to standard output. Waits without a limit, also after a signal, for a terminal that does not read.
   /// Returns false if it is gone.
   bool show(const Canvas& canvas) const;
-  /// Returns the characters that the locale supports.
-  Glyphs glyphs() const { return glyphs_; }
-
   /// Waits for a key and returns its byte. Returns 0 after the timeout and on a signal; if standard input is not a
   /// terminal, after the timeout; if it has ended, at once. \param timeout negative: no limit
   char waitForKey(std::chrono::milliseconds timeout) const;
@@ -48,7 +45,6 @@ class Terminal {
   termios before_{};
   bool hasKeys_ = false;
   Depth depth_;
-  Glyphs glyphs_;
 };
 
 /// Makes SIGINT, SIGTERM and SIGHUP set stopRequested() instead of ending the process. May be called again.

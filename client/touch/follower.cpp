@@ -46,46 +46,17 @@ void observe(const Field& field, touch::Field& to) {
   }
 }
 
-v1::ContactPhase wirePhase(touch::Phase phase) {
-  switch (phase) {
-  case touch::Phase::kBegin:
-    return v1::CONTACT_PHASE_BEGIN;
-  case touch::Phase::kMove:
-    return v1::CONTACT_PHASE_MOVE;
-  case touch::Phase::kAbsent:
-    return v1::CONTACT_PHASE_ABSENT;
-  case touch::Phase::kUnknown:
-    return v1::CONTACT_PHASE_UNKNOWN;
-  case touch::Phase::kEnd:
-    break;
-  }
-  return v1::CONTACT_PHASE_END;
-}
+// The wire has another value, 0, before these.
+static_assert(v1::ContactPhase_MAX - v1::CONTACT_PHASE_BEGIN == static_cast<int>(touch::Phase::kEnd));
+static_assert(v1::SlipModel_MAX - v1::SLIP_MODEL_BALL == static_cast<int>(touch::SlipModel::kSliding));
+static_assert(static_cast<int>(v1::SlipState_MAX) == static_cast<int>(touch::SlipState::kSlipping));
 
-v1::SlipState wireState(touch::SlipState state) {
-  switch (state) {
-  case touch::SlipState::kUnknown:
-    return v1::SLIP_STATE_UNKNOWN;
-  case touch::SlipState::kSticking:
-    return v1::SLIP_STATE_STICKING;
-  case touch::SlipState::kIncipient:
-    return v1::SLIP_STATE_INCIPIENT;
-  case touch::SlipState::kSlipping:
-    break;
-  }
-  return v1::SLIP_STATE_SLIPPING;
+v1::ContactPhase wirePhase(touch::Phase phase) {
+  return static_cast<v1::ContactPhase>(static_cast<int>(phase) + v1::CONTACT_PHASE_BEGIN);
 }
 
 v1::SlipModel wireModel(touch::SlipModel model) {
-  switch (model) {
-  case touch::SlipModel::kBall:
-    return v1::SLIP_MODEL_BALL;
-  case touch::SlipModel::kBound:
-    return v1::SLIP_MODEL_BOUND;
-  case touch::SlipModel::kSliding:
-    break;
-  }
-  return v1::SLIP_MODEL_SLIDING;
+  return static_cast<v1::SlipModel>(static_cast<int>(model) + v1::SLIP_MODEL_BALL);
 }
 
 void encode(const std::array<double, 2>& from, v1::Vector2& to) {
@@ -137,7 +108,7 @@ void encode(const touch::Contact& from, v1::TrackedContact& to) {
   to.set_angular_velocity_deviation_rad_s(from.angularVelocityDeviation_rad_s);
   if (!from.slip) return;
   v1::Slip& slip = *to.mutable_slip();
-  slip.set_state(wireState(from.slip->state));
+  slip.set_state(static_cast<v1::SlipState>(from.slip->state));
   encode(from.slip->stickRatio, *slip.mutable_stick_ratio());
   encode(from.slip->friction, *slip.mutable_friction());
   slip.set_margin_n(from.slip->margin_N);

@@ -14,46 +14,12 @@ std::vector<touch::Pose> posesOf(const HandFile& hand) {
   return poses;
 }
 
-touch::CaptureBound observed(CaptureBound bound) {
-  switch (bound) {
-  case CaptureBound::kBoth:
-    return touch::CaptureBound::kBoth;
-  case CaptureBound::kLatest:
-    return touch::CaptureBound::kLatest;
-  case CaptureBound::kNone:
-    break;
-  }
-  return touch::CaptureBound::kNone;
-}
+static_assert(static_cast<int>(CaptureBound::kLatest) == static_cast<int>(touch::CaptureBound::kLatest));
+static_assert(static_cast<int>(v1::CaptureBound_MAX) == static_cast<int>(touch::CaptureBound::kLatest));
+static_assert(v1::FingerState_MAX - v1::FINGER_STATE_MATCHED == static_cast<int>(touch::FingerState::kAmbiguous));
 
-v1::CaptureBound wireBound(touch::CaptureBound bound) {
-  switch (bound) {
-  case touch::CaptureBound::kBoth:
-    return v1::CAPTURE_BOUND_BOTH;
-  case touch::CaptureBound::kLatest:
-    return v1::CAPTURE_BOUND_LATEST;
-  case touch::CaptureBound::kNone:
-    break;
-  }
-  return v1::CAPTURE_BOUND_NONE;
-}
-
-v1::FingerState wireState(touch::FingerState state) {
-  switch (state) {
-  case touch::FingerState::kMatched:
-    return v1::FINGER_STATE_MATCHED;
-  case touch::FingerState::kNotValid:
-    return v1::FINGER_STATE_NOT_VALID;
-  case touch::FingerState::kUnmatched:
-    return v1::FINGER_STATE_UNMATCHED;
-  case touch::FingerState::kUndated:
-    return v1::FINGER_STATE_UNDATED;
-  case touch::FingerState::kMissing:
-    return v1::FINGER_STATE_MISSING;
-  case touch::FingerState::kAmbiguous:
-    break;
-  }
-  return v1::FINGER_STATE_AMBIGUOUS;
+v1::FingerState wireState(touch::FingerState state) {  // the wire has another value, 0, before these
+  return static_cast<v1::FingerState>(static_cast<int>(state) + v1::FINGER_STATE_MATCHED);
 }
 
 /// Returns the whole of three parts: of the force, of the moment, and of the force (row) with the moment.
@@ -74,7 +40,7 @@ touch::FingerFrame observed(const Field& field) {
                            .number = header.frameNumber,
                            .captured_ns = header.captured_ns,
                            .error_ns = header.capturedError_ns,
-                           .bound = observed(header.capturedBound),
+                           .bound = static_cast<touch::CaptureBound>(header.capturedBound),
                            .valid = field.valid,
                            .wrench = {},
                            .flags = header.flags,
@@ -150,7 +116,7 @@ void Grasper::fillHeader(const touch::Grasp& grasp) {
   header.set_received_real_ns(isSet ? real_ns : 0);
   header.set_captured_ns(grasp.earliest_ns + (grasp.latest_ns - grasp.earliest_ns) / 2);
   header.set_captured_error_ns((grasp.latest_ns - grasp.earliest_ns + 1) / 2);
-  header.set_captured_bound(isSet ? wireBound(bound) : v1::CAPTURE_BOUND_NONE);
+  header.set_captured_bound(isSet ? static_cast<v1::CaptureBound>(bound) : v1::CAPTURE_BOUND_NONE);
   header.set_sequence(++sequence_);
   header.set_sent_ns(options_.monotonicClock());
   message_.set_timestamp(1e-9 * static_cast<double>(isSet ? real_ns : options_.realClock()));
@@ -168,7 +134,7 @@ const v1::Grasp& Grasper::fill(const touch::Grasp& grasp) {
     to.set_frame_number(from.frame.number);
     to.set_captured_ns(from.frame.captured_ns);
     to.set_captured_error_ns(from.frame.error_ns);
-    to.set_captured_bound(wireBound(from.frame.bound));
+    to.set_captured_bound(static_cast<v1::CaptureBound>(from.frame.bound));
     encode(from.frame.wrench, to);
   }
   return message_;

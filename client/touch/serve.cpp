@@ -22,10 +22,6 @@ namespace {
 
 constexpr const char* kName = "traction-touch";
 
-std::string line(const tractiond::Error& error) {
-  return tractiond::logLine(kName, spdlog::level::err, error.message());
-}
-
 /// Publishes the contacts of a relay.
 class Published : public RelayOutput {
  public:
@@ -49,7 +45,7 @@ int run(AnyRelay&& relay, const Publisher& publisher) {
 }  // namespace
 
 int failed(const tractiond::Error& error) {
-  std::cerr << line(error) << "\n";
+  std::cerr << tractiond::logLine(kName, spdlog::level::err, error.message()) << "\n";
   return error.exitCode;
 }
 
@@ -66,14 +62,14 @@ int serve(const Arguments& arguments) {
   if (!own) return failed(own.error());
   std::vector<std::string> endpoints = {ipcEndpoints(runtime).stream};
   if (instance == kDefaultInstance) endpoints.push_back(touchTcpEndpoints().stream);
-  const auto log = tractiond::startLog(kName, "info");
+  const tractiond::Log log(kName, "info");
   const auto publisher = Publisher::open(endpoints);
   if (!publisher) {
     tractiond::Error error = publisher.error();
     if (tractiond::network::isInUse(error))
       error.remedy =
           "is another traction-touch running? Give this one a name with --instance, or in the file of the hand";
-    return log->write(line(error)), error.exitCode;
+    return spdlog::error("{}", error.message()), error.exitCode;
   }
   Published published(**publisher);
   return arguments.hand.empty() ? run(Relay(arguments.source, published), **publisher)

@@ -145,8 +145,6 @@ void FoxgloveServer::unsubscribe(std::uint32_t channel) {
 void FoxgloveServer::tick() {
   timer_.expires_after(1s);
   timer_.async_wait([this](error_code) {
-    const auto all = sessions_;  // a copy: closing removes a session
-    for (const auto& session : all) session->closeIfUnresponsive();
     for (const auto& feed : feeds_) {
       update(*feed);
       if (Clock::now() - feed->failed > kErrorLasts) feed->error.clear();

@@ -1,8 +1,6 @@
 #include "client/viewer/foxglove_session.h"
 
 #include <boost/asio/post.hpp>
-#include <linux/sockios.h>
-#include <sys/ioctl.h>
 
 #include <algorithm>
 #include <charconv>
@@ -52,7 +50,6 @@ void Session::start(const Request& request, std::string_view subprotocol, std::d
   stream_.async_accept(request, [self = shared_from_this()](error_code error) {
     if (error) return self->close();
     self->isOpen_ = true;
-    self->progress_ = Clock::now();
     self->read();
     self->pump();
   });
@@ -163,7 +160,6 @@ bool Session::next() {
 
 void Session::pump() {
   if (!isOpen_ || isClosed_ || sending_) return;
-  if (sent_ == answered_) progress_ = Clock::now();
   if (!next()) return;
   const auto written = [self = shared_from_this()](error_code error, std::size_t bytes) {
     self->sending_.reset();
@@ -202,28 +198,11 @@ void Session::takePong(std::string_view payload) {
   // Pings of Beast's own timer are answered, too; they have no payload.
   if (bad != std::errc() || end != payload.data() + payload.size() || bytes != pinged_) return;
   answered_ = bytes;
-  progress_ = Clock::now();
   // Posts the work, as this function runs within a read of Beast.
   asio::post(stream_.get_executor(), [self = shared_from_this()] {
     self->ping();
     self->pump();
   });
-}
-
-int Session::unacknowledgedBytes() {
-  int bytes = 0;
-  const int socket = beast::get_lowest_layer(stream_).socket().native_handle();
-  return ioctl(socket, SIOCOUTQ, &bytes) == 0 ? bytes : 0;
-}
-
-void Session::closeIfUnresponsive() {
-  if (!isOpen_ || isClosed_) return;
-  const int unacknowledged = unacknowledgedBytes();
-  const bool owes = sending_.has_value() || sent_ != answered_;
-  // The amount of a large message on a slow line changes from second to second.
-  if (!owes || unacknowledged != unacknowledged_) progress_ = Clock::now();
-  unacknowledged_ = unacknowledged;
-  if (Clock::now() - progress_ > kPatience) close();
 }
 
 void Session::close() {

@@ -10,7 +10,6 @@
 #include <boost/beast/websocket.hpp>
 
 #include <array>
-#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -35,7 +34,7 @@ class Session : public std::enable_shared_from_this<Session> {
     std::function<std::string(Session& session, std::uint32_t channel)> subscribed;
     /// Called for each subscription that ends, also when the connection closes.
     std::function<void(std::uint32_t channel)> unsubscribed;
-    /// Called once, when the connection has closed: also within tell(), closeIfUnresponsive() and close().
+    /// Called once, when the connection has closed: also within tell() and close().
     std::function<void(const Session* session)> closed;
   };
 
@@ -54,16 +53,11 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Queues a sample, as the class comment says, for a client that is subscribed to the channel; has no effect
   /// otherwise.
   void offer(std::uint32_t channel, const Sample& sample);
-  /// Liveness check: closes the connection if, for kPatience (15 s), the client has acknowledged no bytes and answered
-  /// no ping, while a message or an unanswered ping was outstanding. Must be called about once a second: bytes that are
-  /// acknowledged between two calls count as progress. Has no effect before the end of the handshake.
-  void closeIfUnresponsive();
   /// Closes the connection at once and, within the call, calls Handlers::unsubscribed for each subscription and then
   /// Handlers::closed. Further calls have no effect.
   void close();
 
  private:
-  using Clock = std::chrono::steady_clock;
   struct Subscriber {
     std::uint32_t id = 0;  ///< of the subscription
     std::deque<Sample> waiting;
@@ -79,8 +73,6 @@ class Session : public std::enable_shared_from_this<Session> {
   bool next();
   void ping();
   void takePong(std::string_view payload);
-  /// Returns how many bytes lie in the send buffer and were not acknowledged by the client's host.
-  int unacknowledgedBytes();
 
   boost::beast::websocket::stream<boost::beast::tcp_stream> stream_;
   Handlers handlers_;
@@ -99,8 +91,6 @@ class Session : public std::enable_shared_from_this<Session> {
   std::uint64_t sent_ = 0, answered_ = 0;  ///< bytes; answered: up to the last ping that was answered
   std::uint64_t pinged_ = 0;               ///< bytes up to the last ping
   bool isPinging_ = false;                 ///< the last ping is being written
-  int unacknowledged_ = 0;                 ///< bytes, at the last closeIfUnresponsive()
-  Clock::time_point progress_ = Clock::now();
 };
 
 }  // namespace traction::view::foxglove

@@ -304,9 +304,7 @@ class Server {
     timer_.expires_after(1s);
     timer_.async_wait([this](error_code) {
       for (const auto& hub : hubs_) {
-        const auto all = hub->sessions;  // a copy: closing removes a session
-        for (const auto& session : all) session->closeIfUnresponsive();
-        if (!all.empty()) hub->used = Clock::now();
+        if (!hub->sessions.empty()) hub->used = Clock::now();
         tellRecording(*hub);
         if (hub->source && Clock::now() - hub->used > kLinger) {
           hub->source.reset();
@@ -315,8 +313,6 @@ class Server {
           hub->last.clear();
         }
       }
-      const auto shows = shows_;
-      for (const auto& show : shows) show->session->closeIfUnresponsive();
       tick();
     });
   }

@@ -78,7 +78,6 @@ void Session::start(const Request& request) {
   stream_.async_accept(request, [self = shared_from_this()](error_code error) {
     if (error) return self->close();
     self->open_ = true;
-    self->readAt_ = Clock::now();
     self->read();
     self->pump();
   });
@@ -98,7 +97,6 @@ void Session::read() {
 void Session::take(const std::string& text) {
   if (text == "next") {
     if (!unread_.empty()) unread_.pop_front();
-    readAt_ = Clock::now();
     return pump();
   }
   constexpr std::string_view kAsk = "ask ";
@@ -164,20 +162,13 @@ Frame Session::next() {
 
 void Session::pump() {
   if (!open_ || closed_ || sending_) return;
-  if (unread_.empty()) readAt_ = Clock::now();
   sending_ = next();
   if (!sending_) return;
   stream_.async_write(boost::asio::buffer(*sending_), [self = shared_from_this()](error_code error, std::size_t) {
     self->sending_.reset();
     if (error) return self->close();
-    if (!self->options_.newest) self->readAt_ = Clock::now();
     self->pump();
   });
-}
-
-void Session::closeIfUnresponsive() {
-  const bool hasUnread = sending_ || !unread_.empty();
-  if (open_ && hasUnread && Clock::now() - readAt_ > kPatience) close();
 }
 
 void Session::close() {

@@ -9,7 +9,6 @@
 #include <boost/beast/websocket.hpp>
 
 #include <array>
-#include <chrono>
 #include <deque>
 #include <functional>
 #include <memory>
@@ -39,7 +38,7 @@ class Session : public std::enable_shared_from_this<Session> {
     std::function<void(Session& from, const std::string& id, const std::string& question)> ask;
     /// Called for "play SECONDS SPEED". \param from_s finite \param speed from 0 to 64
     std::function<void(double from_s, double speed)> play;
-    /// Called once, when the connection has closed: also within answer() and closeIfUnresponsive().
+    /// Called once, when the connection has closed: also within answer().
     std::function<void(const Session* session)> gone;
   };
 
@@ -56,13 +55,8 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Queues the frame, before all that wait except earlier answers. Closes the connection instead if 16 answers wait:
   /// the client does not read.
   void answer(const Frame& frame);
-  /// Liveness check: closes the connection if the client has read nothing for 15 s while a frame was outstanding: being
-  /// written, or not acknowledged with "next". Has no effect before the end of the handshake.
-  void closeIfUnresponsive();
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   void read();
   void take(const std::string& text);
   void takeQuestion(std::string_view text);
@@ -80,8 +74,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::deque<Frame> answers_;
   Frame sending_;
   bool open_ = false, closed_ = false;
-  std::deque<unsigned> unread_;              ///< indices of frames that were sent and not acknowledged, oldest first
-  Clock::time_point readAt_ = Clock::now();  ///< when the client was last seen to read, or had nothing to read
+  std::deque<unsigned> unread_;  ///< indices of frames that were sent and not acknowledged, oldest first
 };
 
 }  // namespace traction::view

@@ -64,7 +64,7 @@ Instrument::Instrument(Config config, OwnDirectory state, OwnDirectory runtime)
 Instrument::~Instrument() = default;
 
 tl::expected<std::unique_ptr<Instrument>, Error> Instrument::make(const Config& config, const Places& places,
-                                                                  std::shared_ptr<const LineWriter> log) {
+                                                                  std::shared_ptr<const Log> log) {
   const Config complete = completed(config, places);
   auto gel = loadGel(complete.sensor.gelFile);
   if (!gel) return tl::unexpected(gel.error());

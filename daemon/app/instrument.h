@@ -1,7 +1,7 @@
 // Makes and runs all parts of one instance from a configuration.
 #pragma once
 
-#include "base/service/line_writer.h"
+#include "base/service/log.h"
 #include "base/service/service.h"
 #include "daemon/app/adoption.h"
 #include "daemon/app/config.h"
@@ -35,7 +35,7 @@ class Instrument final : Stages, ReloadedCamera {
   /// EX_OSERR: a file, directory or socket cannot be made. EX_SOFTWARE: the solver cannot be made. \param config not
   /// completed() yet; copied \param places located() \param log states the number of lost log lines; may be empty
   static tl::expected<std::unique_ptr<Instrument>, Error> make(const Config& config, const Places& places,
-                                                               std::shared_ptr<const LineWriter> log = {});
+                                                               std::shared_ptr<const Log> log = {});
   /// Stops the pipeline if stop() was not called (a recording then has no end), and waits for a zero that is being
   /// written, for a solver that is being made and for a calibration step.
   ~Instrument();
@@ -87,7 +87,7 @@ class Instrument final : Stages, ReloadedCamera {
 
   // In the order of construction.
   Config config_;
-  std::shared_ptr<const LineWriter> log_;
+  std::shared_ptr<const Log> log_;
   std::shared_ptr<Realtime> realtime_;  // shared with Aravis's thread, as a camera may be closed later
   OwnDirectory state_, runtime_;
   std::filesystem::path stateDirectory_;

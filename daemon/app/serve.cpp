@@ -6,23 +6,18 @@
 #include "daemon/app/instrument.h"
 #include "daemon/app/reload.h"
 #include "daemon/app/replay.h"
-#include "daemon/capture/last_will.h"
 
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <iostream>
+#include <memory>
 #include <optional>
 
 namespace tractiond {
 namespace {
-
-std::string line(const Error& error) {
-  return logLine("tractiond", spdlog::level::err, error.message());
-}
 
 /// Reads all that a reload needs.
 tl::expected<Reread, Error> readAgain(const Arguments& arguments) {
@@ -35,7 +30,7 @@ tl::expected<Reread, Error> readAgain(const Arguments& arguments) {
 }  // namespace
 
 int failed(const Error& error) {
-  std::cerr << line(error) << "\n";
+  std::cerr << logLine("tractiond", spdlog::level::err, error.message()) << "\n";
   return error.exitCode;
 }
 
@@ -50,27 +45,21 @@ tl::expected<Config, Error> configured(const Arguments& arguments, const Places&
 }
 
 int replayRecording(const Arguments& arguments, const Config& config, const Places& places) {
-  const auto log = startLog("tractiond", config.logLevel);
+  const Log log("tractiond", config.logLevel);
   const auto done = replay(config, places, arguments.replay);
-  if (!done) log->write(line(done.error()));
-  log->drain();
+  if (!done) spdlog::error("{}", done.error().message());
   return done ? EX_OK : done.error().exitCode;
 }
 
 int serve(const Arguments& arguments, const Config& config, const Places& places, char** argv) {
-  // Before there are threads. Pictures from a file have no camera.
-  const int unstarted = arguments.images.empty() ? capture::startExecutor() : 0;
   catchSignals();
   if (const auto raised = raiseDescriptorLimit(); !raised) return failed(raised.error());
-  const auto log = startLog("tractiond", config.logLevel);
-  if (unstarted != 0)
-    spdlog::warn("the process tr-last-will, which gives the camera free, could not be started: {}",
-                 std::strerror(unstarted));
-  const auto failed = [&](const Error& error) {
-    log->write(line(error));
+  const auto log = std::make_shared<Log>("tractiond", config.logLevel);
+  const auto failed = [](const Error& error) {
+    spdlog::error("{}", error.message());
     return error.exitCode;
   };
-  const auto tellStopped = [&] { log->write(logLine("tractiond", spdlog::level::info, "stopped before it ran")); };
+  const auto tellStopped = [] { spdlog::info("stopped before it ran"); };
   std::error_code ignored;
   const bool recordsAnew = !config.record.file.empty() && !std::filesystem::exists(config.record.file, ignored);
   std::optional<StopWhileStarting> starting([&] {
@@ -98,7 +87,7 @@ int serve(const Arguments& arguments, const Config& config, const Places& places
   const auto stopped = (*instrument)->stop();
   if (startsAgain && stopped) {
     (*instrument).reset();  // gives camera, sockets and directories back
-    log->write(logLine("tractiond", spdlog::level::info, "starts again with the gel file that was adopted"));
+    spdlog::info("starts again with the gel file that was adopted");
     log->drain();
     execv("/proc/self/exe", argv);  // the same process for systemd, and nothing of the old one's state
     return failed({.exitCode = EX_OSERR, .what = "cannot start again", .remedy = "start it by hand"});

@@ -79,25 +79,17 @@ void pauseUntil(std::int64_t until_ns, const std::stop_token& stop);
 
 // ---- aravis_network.cpp: answers
 
-/// Keeps answers of other hosts from the camera's control channel, and gives the camera free if this process aborts.
-/// Aravis hides the socket; the guard finds it as the one opened since the guard was made. So it must be made before
-/// the camera is opened, on the only thread that opens sockets. What is read while the camera is opened (its
-/// description) is not guarded. Thread-bound.
+/// Keeps answers of other hosts from the camera's control channel. Aravis hides the socket; the guard finds it as the
+/// one opened since the guard was made. So it must be made before the camera is opened, on the only thread that opens
+/// sockets. What is read while the camera is opened (its description) is not guarded. Thread-bound.
 class ControlGuard {
  public:
   /// Notes which sockets this process has open.
   ControlGuard();
-  ControlGuard(const ControlGuard&) = delete;
-  ControlGuard& operator=(const ControlGuard&) = delete;
-  ~ControlGuard();
   /// Guards the socket of a device that was opened since: lets the kernel pass only datagrams of controlFilter(),
-  /// discards those that came before, and calls armLastWill(). Fails with EX_OSERR: the socket was not found, or takes
-  /// no filter.
+  /// and discards those that came before. Fails with EX_OSERR: the socket was not found, or takes no filter.
   tl::expected<void, Error> guard(ArvGvDevice* device);
-  /// Calls disarmLastWill(): an aborting process then no longer gives the camera free. The socket stays filtered. Must
-  /// be called before the device is closed; the destructor does it as well. Has no effect without a guarded device.
-  void disarm();
-  /// Returns the number of datagrams that the kernel rejected; 0 unless the device is guarded and open.
+  /// Returns the number of datagrams that the kernel rejected; 0 without a guarded device, which must be open.
   std::uint64_t refused() const;
 
  private:

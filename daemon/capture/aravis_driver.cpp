@@ -118,7 +118,6 @@ AravisDriver::~AravisDriver() {
   if (silent_ && framePackets_ != 0)
     arv_gv_device_leave_control(ARV_GV_DEVICE(arv_camera_get_device(camera_.get())), nullptr);
   stream_.reset();
-  guard_.disarm();
   camera_.reset();
 }
 

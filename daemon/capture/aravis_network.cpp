@@ -2,7 +2,6 @@
 #include "base/clock.h"
 #include "daemon/capture/aravis.h"
 #include "daemon/capture/control_filter.h"
-#include "daemon/capture/last_will.h"
 
 #include <dirent.h>
 #include <ifaddrs.h>
@@ -20,7 +19,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
-#include <utility>
 
 namespace tractiond::capture {
 namespace {
@@ -195,18 +193,9 @@ tl::expected<void, Error> ControlGuard::guard(ArvGvDevice* device) {
     if (one.address == here && isNew && !isCamera) descriptor_ = one.descriptor;
   }
   const int why = attach(descriptor_, controlFilter(address, port));
-  if (why == 0) armLastWill(descriptor_, address, port);
   if (why == 0) return {};
   return failed(EX_OSERR, "the control channel's socket cannot be guarded against answers that are not the camera's",
                 descriptor_ < 0 ? "it is not found in /proc/self/fd" : std::strerror(why));
-}
-
-ControlGuard::~ControlGuard() {
-  disarm();
-}
-
-void ControlGuard::disarm() {
-  if (descriptor_ >= 0) disarmLastWill(std::exchange(descriptor_, -1));
 }
 
 std::uint64_t ControlGuard::refused() const {

@@ -30,6 +30,10 @@ static_assert(static_cast<int>(pb::FLAG_GEL_MISMATCH) == kGelMismatch);
 static_assert(static_cast<int>(pb::FLAG_DOUBTED_ORIGIN) == kDoubtedOrigin);
 static_assert(static_cast<int>(pb::FLAG_NOT_SOLVED) == kNotSolved);
 static_assert(static_cast<int>(pb::FLAG_RECOVERING) == kRecovering);
+static_assert(static_cast<int>(pb::METHOD_CONTACT) == static_cast<int>(Method::kContact));
+static_assert(static_cast<int>(pb::Solution_MAX) == static_cast<int>(Solution::kLinear));
+static_assert(static_cast<int>(pb::CaptureBound_MAX) == static_cast<int>(CaptureBound::kLatest));
+static_assert(pb::Colour_MAX - pb::COLOUR_BLUE == static_cast<int>(sensor::Colour::kGrey));
 
 double seconds(std::int64_t ns) {
   return static_cast<double>(ns) * 1e-9;
@@ -136,30 +140,6 @@ void set(const Contact& from, pb::Contact& to) {
   to.set_hertz_radius_deviation_m(from.hertzRadiusDeviation_m);
 }
 
-pb::Method methodOf(Method method) {
-  switch (method) {
-  case Method::kNone:
-    return pb::METHOD_NONE;
-  case Method::kNoContact:
-    return pb::METHOD_NO_CONTACT;
-  case Method::kContact:
-    return pb::METHOD_CONTACT;
-  }
-  return pb::METHOD_NONE;
-}
-
-pb::Solution solutionOf(Solution solution) {
-  switch (solution) {
-  case Solution::kNone:
-    return pb::SOLUTION_NONE;
-  case Solution::kFull:
-    return pb::SOLUTION_FULL;
-  case Solution::kLinear:
-    return pb::SOLUTION_LINEAR;
-  }
-  return pb::SOLUTION_NONE;
-}
-
 /// ByteSizeLong has just been called.
 void put(const google::protobuf::MessageLite& message, std::uint8_t* bytes) {
   message.SerializeWithCachedSizesToArray(bytes);
@@ -208,17 +188,7 @@ void encode(const RestPose& from, pb::Zero& to) {
 }
 
 pb::Colour wireColour(sensor::Colour colour) {
-  switch (colour) {
-  case sensor::Colour::kBlue:
-    return pb::COLOUR_BLUE;
-  case sensor::Colour::kRed:
-    return pb::COLOUR_RED;
-  case sensor::Colour::kGreen:
-    return pb::COLOUR_GREEN;
-  case sensor::Colour::kGrey:
-    return pb::COLOUR_GREY;
-  }
-  return pb::COLOUR_UNKNOWN;
+  return static_cast<pb::Colour>(static_cast<int>(colour) + pb::COLOUR_BLUE);
 }
 
 /// Sets what a description says of the gel, and of how forces are computed.
@@ -355,8 +325,8 @@ std::size_t Wire::fill(const TractionField& field, const Heading& heading) {
   set(field.deviation_N, *message.mutable_node_deviation_n());
   messages_->resizeContacts(field.contactCount);
   for (int i = 0; i < field.contactCount; ++i) set(field.contacts[i], *message.mutable_contacts(i));
-  message.set_method(methodOf(field.method));
-  message.set_solution(solutionOf(field.solution));
+  message.set_method(static_cast<pb::Method>(field.method));
+  message.set_solution(static_cast<pb::Solution>(field.solution));
   message.set_model_frame(field.modelFrame);
   pb::PictureMotion& motion = *message.mutable_picture_motion();
   motion.mutable_shift_px()->set_x(field.pictureMotion[0]);

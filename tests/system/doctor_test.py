@@ -2,8 +2,6 @@
 
 import json
 import os
-import pathlib
-import re
 import unittest
 
 import rig
@@ -24,13 +22,11 @@ class Doctor(unittest.TestCase):
     def test_a_daemon_that_runs(self):
         with rig.Rig() as bench:
             name = f"ward{os.getpid()}"  # tests beside this one have daemons, too
-            found = self.examined(bench, name)
-            self.assertEqual((found["limits"]["verdict"], found["measurement"]["verdict"]), ("unknown", "unknown"))
+            self.assertIn("does not run", self.examined(bench, name)["measurement"]["found"])
             bench.twin("hold", truth=False)
-            daemon = bench.daemon(instance=name)
-            found = self.examined(bench, name)
-            hard = re.search(r"Max open files +\S+ +(\d+)", pathlib.Path(f"/proc/{daemon.child.pid}/limits").read_text())[1]
-            self.assertIn(f"{hard} descriptors", found["limits"]["found"])
+            bench.daemon(instance=name)
+            self.assertNotIn("does not run", self.examined(bench, name)["measurement"]["found"])
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -25,6 +25,7 @@ from .keys import Keys, load_keys  # noqa: E402
 from .messages import (CaptureBound, Contact, ContactPhase, Contacts, Covariance, CriticalPoint, CriticalPointKind,  # noqa: E402
                        Field, Finger, FingerState, Flag, Grasp, Header, Interval, Markers, Method, PictureMotion, Preview, PreviewFormat, Slip,
                        SlipModel, SlipState, Solution, TrackedContact)
+from .recordings import Recorded, recording  # noqa: E402
 from .status import CameraState, Ledger, Status  # noqa: E402
 from .subscriber import Subscriber, fields  # noqa: E402
 
@@ -35,6 +36,6 @@ __all__ = [
     "ContactPhase", "Contacts", "Control", "Covariance", "CriticalPoint", "CriticalPointKind", "Description", "Error", "Field", "Finger",
     "FingerState", "Flag", "Gel", "Grasp", "Grid", "Header", "Interval", "Keys", "Ledger",
     "Malformed", "Markers", "MarkerLayer", "Message", "Method", "Mode", "NoAnswer", "NotAllowed", "OtherVersion",
-    "PictureMotion", "Preview", "PreviewFormat", "Refused", "Slip", "SlipModel", "SlipState", "Solution", "Solver", "Status", "Subscriber", "Topics",
-    "TrackedContact", "Zero", "ZeroResult", "aio", "fields", "load_keys",
+    "PictureMotion", "Preview", "PreviewFormat", "Recorded", "Refused", "Slip", "SlipModel", "SlipState", "Solution", "Solver", "Status", "Subscriber", "Topics",
+    "TrackedContact", "Zero", "ZeroResult", "aio", "fields", "load_keys", "recording",
 ]

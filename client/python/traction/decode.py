@@ -197,8 +197,8 @@ def reader(kind: type) -> Convert:
 
 def decode(kind: str, payload: bytes) -> Message:
     """A message of a stream: "field", "markers", "description", "status", "preview", "contacts" or "grasp". Raises Malformed."""
-    name, read = _KINDS[kind]
+    name, read = KINDS[kind]
     return cast(Message, read(parse(name, payload)))
 
 
-_KINDS = {one.__name__.lower(): (one.__name__, reader(one)) for one in typing.get_args(Message)}
+KINDS = {one.__name__.lower(): (one.__name__, reader(one)) for one in typing.get_args(Message)}

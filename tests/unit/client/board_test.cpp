@@ -1,15 +1,11 @@
-#include "client/cli/instances.h"
 #include "client/show/board.h"
 #include "client/src/printable.h"
 #include "tests/support/seed.h"
 #include "traction/v1/status.pb.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <random>
 #include <regex>
 
@@ -244,34 +240,6 @@ TEST(Board, TerminalObeysNobodyElse) {
   }
   EXPECT_EQ(printable("\xe0\xa0\x80\xed\x9f\xbf\xf0\x90\x80\x80\xf4\x8f\xbf\xbf"),
             "\xe0\xa0\x80\xed\x9f\xbf\xf0\x90\x80\x80\xf4\x8f\xbf\xbf");
-}
-
-TEST(Top, SubscribersAreTheConnectionsToAnEndpoint) {
-  const auto folder = std::filesystem::temp_directory_path() / ("tables-" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
-  std::mt19937 random(tractiond::test::seed());
-  std::ofstream local(folder / "unix"), tcp(folder / "tcp");
-  local << "Num       RefCount Protocol Flags    Type St Inode Path\n";
-  tcp << "  sl  local_address rem_address   st\n";
-  int here = 0, there = 0;
-  for (int i = 0; i < 100; ++i) {
-    const bool isConnected = random() % 2 == 0, isStream = random() % 2 == 0;
-    local << "00000000: 00000003 00000000 00000000 0001 " << (isConnected ? "03" : "01") << " " << i
-          << (isStream ? " /run/tractiond/left/stream" : " /run/tractiond/left/control") << "\n"
-          << "00000000: 00000003 00000000 00000000 0001 03 " << 1000 + i << "\n";  // the other end
-    here += isConnected && isStream ? 1 : 0;
-    tcp << "   0: 0100007F:" << (isStream ? "2690" : "2691") << " 0100007F:9999 " << (isConnected ? "01" : "0A")
-        << " 0:0 0:0 0 0 0 1\n"
-        << "   0: 0100007F:9999 0100007F:2690 01 0:0 0:0 0 0 0 1\n";
-    there += isConnected && isStream ? 1 : 0;
-  }
-  local.close();
-  tcp.close();
-  EXPECT_EQ(subscribersOf("ipc:///run/tractiond/left/stream", folder), here);
-  EXPECT_EQ(subscribersOf("tcp://127.0.0.1:9872", folder), there);
-  EXPECT_FALSE(subscribersOf("tcp://box:9872", folder));
-  EXPECT_FALSE(subscribersOf("tcp://127.0.0.1:9872", folder / "nowhere"));
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

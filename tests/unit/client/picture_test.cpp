@@ -133,27 +133,6 @@ TEST(Picture, EverySizeIsFilledAndNothingStandsOutside) {
   }
 }
 
-TEST(Picture, HasAnAsciiForm) {
-  Later later;
-  later.describe();
-  for (const double seconds : {0.0, 0.6}) {
-    later.after(seconds);
-    for (const auto& [width, height] : {std::pair{100, 30}, {80, 24}, {20, 8}}) {
-      Scale scale;
-      const Canvas canvas = draw(later.scene, width, height, scale, later.now, "");
-      const std::string ascii = canvas.plain(Glyphs::kAscii);
-      EXPECT_EQ(ascii.size(), static_cast<std::size_t>((width + 1) * height));
-      EXPECT_TRUE(std::all_of(ascii.begin(), ascii.end(), [](char c) { return c == '\n' || (c >= 32 && c < 127); }));
-      EXPECT_EQ(ascii.find('?'), std::string::npos) << "a glyph has no form in ASCII\n" << ascii;
-      for (const Depth depth : {Depth::k256, Depth::kTrueColour}) {
-        const std::string colours = canvas.render(depth, Glyphs::kAscii);
-        EXPECT_TRUE(
-            std::all_of(colours.begin(), colours.end(), [](char c) { return c == 27 || (c >= 32 && c < 127); }));
-      }
-    }
-  }
-}
-
 // Independent of the reason, which may be known later.
 TEST(Stale, NumbersLookSoWithinHalfASecond) {
   Later later;

@@ -93,7 +93,7 @@ Printed print(const Reflected& message) {
   const auto generated = std::make_shared<v1::Status>();
   generated->ParseFromString(message.SerializeAsString());
   const Status status{{}, generated};
-  Watched watched{"name", {}, {}, {}, {}};
+  Watched watched{"name", {}, {}, {}};
   watched.scene.setConnected(true, 1);
   watched.scene.add(status);
   return {toJson(status), statusText(status), boardText(watched, 1), metricsText({{"name", status}})};

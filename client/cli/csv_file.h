@@ -1,0 +1,88 @@
+// Writes numbers of the fields of a recording as CSV.
+#pragma once
+
+#include "client/cli/draft.h"
+#include "client/cli/skipped.h"
+#include "client/files/file_error.h"
+#include "recording/reader.h"
+#include "traction/subscriber.h"
+
+#include <sysexits.h>
+
+#include <cstdint>
+#include <fstream>
+#include <set>
+#include <string>
+#include <string_view>
+
+namespace traction::client {
+
+/// Writes a CSV file, which replaces `to`. Thread-bound. \throws FileError as exportFields()
+class CsvFile {
+ public:
+  /// \param sensor whose fields are written; empty: those of all
+  CsvFile(const std::string& from, const std::string& to, const std::string& sensor, std::string_view columns)
+      : from_(from)
+      , to_(to)
+      , sensor_(sensor)
+      , reader_(orThrow(recording::Reader::open(from)))
+      , draft_(to)
+      , file_(draft_.part()) {
+    file_ << columns;
+  }
+
+  /// Calls `put(record, field)` for each field that can be decoded.
+  template <typename Put>
+  void forEachField(Put&& put) {
+    extent_ = orThrow(reader_.read(
+        [&](const recording::Channel& channel, const recording::Schema*, const recording::Message& record) {
+          if (!channel.topic.ends_with("/field/")) return;
+          try {
+            const auto message = decode(Raw{channel.topic, record.data});
+            const auto& field = std::get<Field>(message.value());
+            sensors_.insert(field.header.sensor);
+            if (!sensor_.empty() && field.header.sensor != sensor_) return;
+            put(record, field);
+            ++fields_;
+          } catch (const Error& error) {
+            skipped_.add(error, record.sequence);
+          }
+        }));
+  }
+  void write(const std::string& lines) { file_ << lines; }
+  const std::set<std::string>& sensors() const { return sensors_; }  ///< Returns those that had fields.
+
+  /// Puts the file in place, unless it has no field. \throws FileError also after that, if fields were left out
+  void finish() {
+    const std::string trouble = troubleOf(extent_, skipped_);
+    if (fields_ == 0 && !sensors_.empty()) {
+      throw FileError(EX_DATAERR, from_ + " is of another sensor: it has fields of " + names() + ", not of " + sensor_);
+    }
+    if (fields_ == 0)
+      throw FileError(skipped_.exitCode(), from_ + " has no fields" + (trouble.empty() ? "" : "; " + trouble));
+    file_.close();
+    if (!file_) throw FileError(EX_IOERR, to_ + " cannot be written");
+    draft_.finish();
+    if (trouble.empty()) return;
+    throw FileError(skipped_.exitCode(), from_ + ": " + trouble + "; " + to_ + " has the " + std::to_string(fields_) +
+                                             " fields that could be read");
+  }
+  /// Returns the sensors' names: "left, right".
+  std::string names() const {
+    std::string text;
+    for (const std::string& name : sensors_) text += (text.empty() ? "" : ", ") + name;
+    return text;
+  }
+
+ private:
+  std::string from_, to_, sensor_;
+  recording::Reader reader_;
+  Draft draft_;
+  std::ofstream file_;
+  recording::Extent extent_;
+  Skipped skipped_;
+  std::set<std::string> sensors_;
+  std::uint64_t fields_ = 0;
+};
+
+}  // namespace traction::client

@@ -1,0 +1,71 @@
+"""Reads recordings (MCAP) of tractionctl and tractiond. docs/recordings.md says what is in them."""
+
+import re
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from os import PathLike
+from typing import BinaryIO
+
+from .decode import KINDS, Message, decode
+from .errors import Malformed
+
+_MAGIC = b"\x89MCAP0\r\n"
+_CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 4, 5, 6, 15
+_TOPIC = re.compile(rb"traction/v1/[^/]*/(.*)/")
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """A message of a recording, with its times [ns since 1970]."""
+
+    log_time_ns: int  # when the recorder received it
+    publish_time_ns: int  # of what is about a frame: when that was captured
+    message: Message
+
+
+def recording(path: str | PathLike[str]) -> Iterator[Recorded]:
+    """Yields the messages of a recording in the order in which they were received; those of other topics are left out. Raises
+    OSError, and Malformed for what is no recording, or compressed (`mcap decompress` makes one that is not), and where it is cut
+    off or damaged, after what stands before."""
+    with open(path, "rb") as file:
+        if file.read(len(_MAGIC)) != _MAGIC:
+            raise Malformed(f"{path} is no recording")
+        kinds: dict[int, str] = {}  # by channel
+        for operation, content in _records(file, str(path)):
+            if operation == _CHANNEL:
+                number, length = struct.unpack_from("<H2xI", content)
+                match = _TOPIC.fullmatch(content[8:8 + length])
+                if match and (kind := match[1].decode(errors="replace")) in KINDS:
+                    kinds[number] = kind
+            elif operation == _MESSAGE:
+                number, log_ns, publish_ns = struct.unpack_from("<H4xQQ", content)
+                if number in kinds:
+                    yield Recorded(log_ns, publish_ns, decode(kinds[number], content[22:]))
+
+
+def _records(file: BinaryIO, path: str) -> Iterator[tuple[int, bytes]]:
+    """Yields the records up to the summary, those of chunks one by one."""
+    while len(head := file.read(9)) == 9:
+        operation, length = struct.unpack("<BQ", head)
+        if operation == _DATA_END:
+            return
+        content = file.read(length)
+        if len(content) < length:
+            break
+        if operation != _CHUNK:
+            yield operation, content
+            continue
+        checksum, name = struct.unpack_from("<II", content, 24)
+        if name:
+            raise Malformed(f"{path} is compressed; mcap decompress makes a recording that can be read")
+        records = content[40:]
+        if checksum and checksum != zlib.crc32(records):
+            raise Malformed(f"{path} is damaged; tractionctl recover makes a whole recording of what can be read")
+        at = 0
+        while at < len(records):
+            operation, length = struct.unpack_from("<BQ", records, at)
+            yield operation, records[at + 9:at + 9 + length]
+            at += 9 + length
+    raise Malformed(f"{path} was not closed; tractionctl recover makes a whole recording of what can be read")
