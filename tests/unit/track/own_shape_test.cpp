@@ -149,35 +149,6 @@ TEST(OwnShape, ADiscThatALoadDeformsIsFound) {
   EXPECT_LE(load.rms_px, 0.02);
 }
 
-// Of dots whose typical misfit is large, the odd ones may have up to twice as much.
-TEST(OwnShape, IsAllowedUpToTwiceTheTypicalOne) {
-  const Lattice lattice{0, 4, 4};
-  CentreErrors errors(lattice.count(), 30.0F, 30);
-  std::vector<Centre> centres(16);
-  for (std::size_t i = 0; i < centres.size(); ++i) {
-    const float share = i < 13 ? 0.13F : 0.24F;
-    centres[i].amplitude = 100.0F;
-    centres[i].misfit = share * share * 1e4F;
-    centres[i].variance = 1e-4F;
-    centres[i].found = true;
-  }
-  std::vector<std::uint8_t> valid(centres.size(), 1);
-  const std::vector<std::uint8_t> frames(centres.size(), 0);
-  const std::vector<Vector> displacement(centres.size());
-  const std::vector<float> amplitude(centres.size(), 100.0F);
-  errors.learnShape(centres, valid);
-  errors.learnOwnShapes(centres, valid);
-  struct Never final : CentreErrors::DeformedFits {
-    bool adopt(int /*marker*/, float /*mostMisfit*/) override { return false; }
-  } neverDeformed;
-  errors.weigh(lattice, 100, centres, displacement, amplitude, frames, neverDeformed, valid);
-  EXPECT_EQ(std::count(valid.begin(), valid.end(), 1), 16);
-  for (std::size_t i = 13; i < 16; ++i) centres[i].misfit *= 2.0F;
-  errors.learnOwnShapes(centres, valid);
-  errors.weigh(lattice, 100, centres, displacement, amplitude, frames, neverDeformed, valid);
-  EXPECT_EQ(std::count(valid.begin(), valid.end(), 1), 13);
-}
-
 TEST(OwnShape, IsRememberedByTheZero) {
   Journey journey(dots(9.7), with({.diameter = 0.08, .elongation = 0.2, .seed = 5}));
   const int found = journey.rest();
