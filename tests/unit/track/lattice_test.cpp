@@ -1,0 +1,162 @@
+#include "daemon/track/lattice.h"
+#include "daemon/track/nominal.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <initializer_list>
+#include <random>
+
+namespace tractiond::track::lattice_test {
+namespace {
+
+constexpr float kSpacing = 19.0F;
+
+struct Grid {
+  Lattice lattice{3, 24, 24};  // not from index 0 on
+  std::vector<Vector> field = std::vector<Vector>(3 + 24 * 24);
+  std::vector<std::uint8_t> valid = std::vector<std::uint8_t>(3 + 24 * 24, 1);
+
+  template <typename F>
+  void fill(F f) {
+    for (int row = 0; row < 24; ++row) {
+      for (int column = 0; column < 24; ++column) field[lattice.at(column, row)] = f(column, row);
+    }
+  }
+  int invalid() const { return static_cast<int>(std::count(valid.begin(), valid.end(), 0)); }
+};
+
+Vector steepBump(int column, int row) {  // 29 px high, 0.4 spacings between neighbours where it is steepest
+  const double r2 = std::pow(column - 11.3, 2) + std::pow(row - 12.1, 2);
+  const auto height = static_cast<float>(29.0 * std::exp(-0.5 * r2 / (2.31 * 2.31)));
+  return {0.8F * height, -0.6F * height};
+}
+
+TEST(SmallestSpacing, IsThatOfRowsOrColumnsOfAnyLattice) {
+  std::vector<Vector> places;
+  const auto add = [&](int columns, int rows, float across, float down) {
+    const Lattice lattice{static_cast<int>(places.size()), columns, rows};
+    for (int row = 0; row < rows; ++row) {
+      for (int column = 0; column < columns; ++column)
+        places.push_back({across * static_cast<float>(column), down * static_cast<float>(row)});
+    }
+    return lattice;
+  };
+  const Lattice wide = add(4, 6, 12.0F, 9.0F), tall = add(5, 4, 8.0F, 10.0F);
+  EXPECT_EQ(smallestSpacing(places, {&wide, 1}), 9.0F);
+  EXPECT_EQ(smallestSpacing(places, {&tall, 1}), 8.0F);
+  EXPECT_EQ(smallestSpacing(places, std::array{wide, tall}), 8.0F);
+}
+
+TEST(Expectation, ContinuesAPlaneExactlyWhereverTheNodesAre) {
+  Grid grid;
+  const auto plane = [](int column, int row) {
+    return Vector{0.3F * static_cast<float>(column) - 2.0F, 1.0F - 0.2F * static_cast<float>(row)};
+  };
+  grid.fill(plane);
+  std::mt19937 random(1);
+  for (auto& valid : grid.valid) valid = random() % 3 != 0;
+  for (int row = 0; row < 24; ++row) {
+    for (int column = 0; column < 24; ++column) {
+      const auto found = expectation(grid.lattice, column, row, grid.field, grid.valid);
+      if (!found || found->nodes < 3) continue;
+      EXPECT_NEAR(found->value.u, plane(column, row).u, 0.15) << column << ' ' << row;
+      EXPECT_NEAR(found->value.v, plane(column, row).v, 0.15) << column << ' ' << row;
+    }
+  }
+}
+
+TEST(Expectation, SaysNothingWithoutNeighbours) {
+  Grid grid;
+  std::fill(grid.valid.begin(), grid.valid.end(), std::uint8_t{0});
+  grid.valid[grid.lattice.at(5, 5)] = 1;
+  EXPECT_FALSE(expectation(grid.lattice, 5, 5, grid.field, grid.valid));
+  EXPECT_FALSE(expectation(grid.lattice, 8, 5, grid.field, grid.valid));
+  EXPECT_TRUE(expectation(grid.lattice, 6, 6, grid.field, grid.valid));
+}
+
+TEST(IsolatedGaps, AreThoseWithHalfOfTheEightNodesAround) {
+  Grid grid;
+  const auto gaps = [&](std::initializer_list<std::array<int, 2>> missing) {
+    std::fill(grid.valid.begin(), grid.valid.end(), std::uint8_t{1});
+    for (const auto [column, row] : missing) grid.valid[grid.lattice.at(column, row)] = 0;
+    return isolatedGaps(grid.lattice, grid.valid);
+  };
+  EXPECT_EQ(gaps({}), 0);
+  EXPECT_EQ(gaps({{5, 5}, {12, 0}, {0, 12}}), 3);
+  EXPECT_EQ(gaps({{0, 0}, {23, 23}}), 0) << "three nodes around a corner";
+  EXPECT_EQ(gaps({{5, 5}, {6, 5}, {5, 6}, {6, 6}}), 4);
+  EXPECT_EQ(gaps({{4, 4}, {5, 4}, {6, 4}, {4, 5}, {5, 5}, {6, 5}, {4, 6}, {5, 6}, {6, 6}}), 4) << "a hole's corners";
+  std::fill(grid.valid.begin(), grid.valid.end(), std::uint8_t{1});
+  for (int row = 0; row < 24; ++row) {
+    for (const int column : {0, 10, 17, 18}) grid.valid[grid.lattice.at(column, row)] = 0;
+  }
+  EXPECT_EQ(isolatedGaps(grid.lattice, grid.valid), 24) << "of a column within others; not of the first, not of two";
+}
+
+TEST(Trust, SteepButSmoothFieldsPass) {
+  Grid grid;
+  grid.fill(steepBump);
+  Trust trust(grid.lattice, kSpacing);
+  EXPECT_EQ(trust.prune(grid.field, grid.valid, true), 0);
+  grid.fill([](int column, int) { return Vector{0.4F * kSpacing * static_cast<float>(column), 0.0F}; });
+  EXPECT_EQ(trust.prune(grid.field, grid.valid, true), 0);
+}
+
+TEST(Trust, ASingleSwapIsDroppedAlone) {
+  for (const bool corner : {false, true}) {
+    Grid grid;
+    grid.fill(steepBump);
+    const int node = corner ? grid.lattice.at(23, 0) : grid.lattice.at(9, 10);
+    grid.field[node].u += kSpacing;
+    Trust trust(grid.lattice, kSpacing);
+    EXPECT_EQ(trust.prune(grid.field, grid.valid, false), 1);
+    EXPECT_EQ(grid.valid[node], 0);
+  }
+}
+
+TEST(Trust, ASwappedPatchIsDroppedWholeAndNothingElse) {
+  Grid grid;
+  grid.fill([](int column, int row) {
+    const bool patch = column > 4 && column < 10 && row > 6 && row < 11;
+    return steepBump(column, row) + Vector{patch ? -kSpacing : 0.0F, 0.0F};
+  });
+  Trust trust(grid.lattice, kSpacing);
+  trust.prune(grid.field, grid.valid, false);
+  for (int row = 0; row < 24; ++row) {
+    for (int column = 0; column < 24; ++column) {
+      const bool patch = column > 4 && column < 10 && row > 6 && row < 11;
+      const bool near = column > 2 && column < 12 && row > 4 && row < 13;
+      const bool valid = grid.valid[grid.lattice.at(column, row)] != 0;
+      EXPECT_FALSE(patch && valid) << column << ' ' << row;
+      EXPECT_TRUE(near || valid) << column << ' ' << row;
+    }
+  }
+}
+
+TEST(Trust, WhatIsCutOffIsNotTrustedWhenLookedAtThoroughly) {
+  Grid grid;
+  for (int row = 0; row < 24; ++row) {
+    for (int column = 0; column < 24; ++column) {
+      const int r = std::max(std::abs(column - 12), std::abs(row - 12));
+      if (r == 3 || r == 4) grid.valid[grid.lattice.at(column, row)] = 0;
+    }
+  }
+  Trust trust(grid.lattice, kSpacing);
+  EXPECT_EQ(trust.prune(grid.field, grid.valid, false), 0);
+  EXPECT_EQ(trust.prune(grid.field, grid.valid, true), 25);
+  EXPECT_EQ(grid.valid[grid.lattice.at(12, 12)], 0);
+}
+
+TEST(Trust, AWrongFixOfAThirdOfTheSpacingIsAnOutlier) {
+  Grid grid;
+  grid.fill(steepBump);
+  grid.field[grid.lattice.at(18, 18)].v += 0.35F * kSpacing;
+  Trust trust(grid.lattice, kSpacing);
+  EXPECT_EQ(trust.prune(grid.field, grid.valid, false), 1);
+  EXPECT_EQ(grid.valid[grid.lattice.at(18, 18)], 0);
+}
+
+}  // namespace
+}  // namespace tractiond::track::lattice_test
