@@ -41,7 +41,7 @@ class TestCase(unittest.TestCase):
         result.startTest(self)
         for attempt in range(1, RUNS + 1):
             kept = Kept()
-            with pauses.Pauses(noted=STEADY_S) as machine:
+            with pauses.Pauses() as machine:
                 super().run(kept)
             if kept.wasSuccessful() or machine.longest < STEADY_S:
                 break

@@ -68,14 +68,8 @@ class Pictures(TestCase):
     def test_press_at_an_angle_rgb8(self):
         self.check("angle")
 
-    def test_press_bayer(self):
-        self.check("press", "BayerRG8")
-
     def test_black_dots_behind_a_monochrome_camera(self):
         self.check("black_dots", "Mono8", "black_dots.toml")
-
-    def test_black_dots_in_twelve_packed_bits(self):
-        self.check("black_dots", "Mono12p", "black_dots.toml")
 
     def test_missing_markers(self):
         self.check("missing_markers")

@@ -53,33 +53,6 @@ class Python(steady.TestCase):
         child.wait_for(r"^\[.*\] \(576, 3\)$")
         print(f"\n  first field {time.monotonic() - begin:.2f} s after the start of Python", flush=True)
 
-    def test_a_daemon_that_is_killed_and_comes_again_is_read_on(self):
-        subscriber = self.subscriber(timeout=60 * rig.PATIENCE)
-        messages = iter(subscriber)
-        kinds = set()
-        while len(kinds) < 4:
-            kinds.add(type(next(messages)))
-        boot = next(message for message in messages if isinstance(message, traction.Field)).header.boot
-        self.daemon.stop(signal.SIGKILL)
-        self.daemon = self.bench.daemon(state=self.daemon.state)
-        while next(messages).header.boot == boot:
-            pass
-        self.assertEqual((subscriber.restarts, subscriber.lost), (1, 0))
-
-    def test_control(self):
-        control = traction.Control(endpoint=self.daemon.endpoint["control"])
-        description = control.describe()
-        self.assertTrue(description.same_host)
-        self.assertEqual(description.nodes.positions_m().shape, (24, 24, 2))
-        before = description.zero
-        taken = control.zero(anyway=True)
-        self.assertEqual(taken.markers_present, taken.markers_expected)
-        self.assertEqual(control.describe().zero.id, taken.zero.id)
-        self.assertEqual(control.undo_zero().zero.id, before.id)
-        status = control.status()
-        self.assertIs(status.camera, traction.CameraState.STREAMING)
-        self.assertEqual(status.ledger.received, status.ledger.published + status.ledger.in_flight + status.ledger.losses)
-
     def test_force_meter(self):
         child = python(self.bench, EXAMPLES / "force_meter.py")
         child.wait_for(r"x +[+-]\d+[.]\d{3} ± \d+[.]\d{3} N +y .* z .* N")

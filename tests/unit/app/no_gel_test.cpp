@@ -1,24 +1,22 @@
 #include "daemon/app/adoption.h"
+#include "daemon/app/config.h"
 #include "daemon/app/gel_files.h"
-#include "daemon/app/no_gel.h"
 #include "daemon/capture/camera.h"
+#include "daemon/control/snapshots.h"
 #include "daemon/track/rest_pose.h"
 #include "daemon/track/rest_pose_file.h"
 #include "tests/support/deadline.h"
-#include "tests/support/memory_driver.h"
 #include "tests/support/temporary_folder.h"
 #include "traction/v1/status.pb.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <poll.h>
 
 #include <cstdint>
 #include <fstream>
 #include <iterator>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 namespace tractiond::no_gel_test {
@@ -28,12 +26,8 @@ using namespace std::chrono_literals;
 
 /// What the control server would have been told.
 struct Answers final : control::Replies {
-  void answerZero(const tl::expected<RestPose, std::string>& result, const std::string& /*remark*/) override {
-    zero = result.error();
-  }
-  void answerCalibration(const tl::expected<CalibrationReport, std::string>& result) override {
-    calibration = result.error();
-  }
+  void answerZero(const tl::expected<RestPose, std::string>& /*result*/, const std::string& /*remark*/) override {}
+  void answerCalibration(const tl::expected<CalibrationReport, std::string>& /*result*/) override {}
   void answerSnapshot(const tl::expected<const Snapshot*, std::string>& result,
                       const std::vector<sensor::MarkerLayer>& /*layers*/) override {
     if (!result) return reasons.push_back(result.error());
@@ -42,7 +36,6 @@ struct Answers final : control::Replies {
     markers = (*result)->place_px.size() + (*result)->spot_px.size();
   }
   std::vector<std::string> reasons;
-  std::string zero, calibration;
   PlainPicture picture;
   int pictures = 0;
   std::size_t markers = 0;
@@ -53,58 +46,6 @@ std::vector<std::uint8_t> bytesOf(std::size_t size) {
   std::vector<std::uint8_t> bytes(size);
   for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<std::uint8_t>(31 * i);
   return bytes;
-}
-
-TEST(NoGel, EachFrameOfAnySizeIsCountedAndNoFieldIsPublished) {
-  test::Pictures pictures{.width = 37, .height = 23, .format = PixelFormat::kMono8, .data = {}};
-  for (int i = 0; i < 3; ++i) pictures.data.push_back(bytesOf(37 * 23));
-  Ledger ledger;
-  Turns turns;
-  Answers answers;
-  NoGel noGel(answers);
-  auto camera = capture::Camera::open(test::fromMemory(pictures, 40), {.wait = false}, ledger, {},
-                                      [&](const auto& info) { return noGel.welcome(info); });
-  ASSERT_TRUE(camera) << camera.error().message();
-  struct Work final : Stages {
-    explicit Work(NoGel& processing)
-        : noGel(processing) {}
-    bool track(const Frame& frame, MarkerField& markers) override { return noGel.track(frame, markers); }
-    void solve(const MarkerField& markers, TractionField& field) override { noGel.solve(markers, field); }
-    void publish(const TractionField& /*field*/) override { ++published; }
-    void serveSubscribers(int fd, std::chrono::milliseconds timeout) override {
-      pollfd item{fd, POLLIN, 0};
-      poll(&item, 1, static_cast<int>(timeout.count()));
-    }
-    void control(std::chrono::milliseconds /*timeout*/) override { noGel.turn(); }
-    NoGel& noGel;
-    std::atomic<int> published = 0;
-  } work(noGel);
-  PipelineOptions options = noGel.pipelineOptions();
-  options.whenFull = WhenFull::kWait;
-  options.controls = true;
-  Pipeline pipeline(**camera, work, options, ledger, turns);
-  pipeline.start();
-  pipeline.finish();
-  EXPECT_EQ(ledger.received.get(), 120U);
-  EXPECT_EQ(ledger.noGel.get(), 120U);
-  EXPECT_EQ(ledger.noRestPose.get(), 0U);
-  EXPECT_EQ(work.published, 0);
-  EXPECT_TRUE(balanced(ledger));
-}
-
-TEST(NoGel, ZeroAndCalibrationAreRefusedWithTheRemedy) {
-  Answers answers;
-  NoGel noGel(answers);
-  noGel.beginZero({});
-  noGel.beginStep({});
-  for (const std::string& answer : {answers.zero, answers.calibration}) {
-    EXPECT_NE(answer.find("there is no gel"), std::string::npos) << answer;
-    EXPECT_NE(answer.find("sensor.gel_file"), std::string::npos) << answer;
-  }
-  traction::v1::Status status;
-  noGel.measure(status);
-  EXPECT_EQ(status.markers().layers_size(), 0);
-  EXPECT_EQ(status.markers().remark(), NoGel::kWhy);
 }
 
 TEST(NoGel, IsAGelFileCalledNone) {

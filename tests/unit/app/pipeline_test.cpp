@@ -279,23 +279,6 @@ TEST(Pipeline, ThatWaitsGivesWhatTheInlineRunGives) {
   }
 }
 
-TEST(Pipeline, StampsTheStagesInOrder) {
-  Ledger ledger;
-  CountingSource source(10, ledger);
-  Work work;
-  PipelineOptions options = kSmall;
-  options.whenFull = WhenFull::kWait;
-  Pipeline pipeline(source, work, options, ledger, work.turns);
-  pipeline.start();
-  pipeline.finish();
-  ASSERT_EQ(work.published.size(), 10U);
-  for (const TractionField& field : work.published) {
-    const FrameTimes& times = field.markers.info.times;
-    EXPECT_LE(times.received_ns, times.tracked_ns);
-    EXPECT_LE(times.tracked_ns, times.solved_ns);
-  }
-}
-
 TEST(Pipeline, StopsAnEndlessSourceAndWorksOffWhatItHas) {
   Ledger ledger;
   CountingSource source(~std::uint64_t{0}, ledger);
@@ -345,53 +328,6 @@ TEST(Pipeline, WaitsForFieldsAfterTheLastOne) {
     return work.waited.load();
   }));
   pipeline.stop();
-}
-
-TEST(Pipeline, LetsAHungStageBeSeenByItsTurns) {
-  /// Frames at the pace of the test, else a timeout at once.
-  class Paced : public capture::FrameSource {
-   public:
-    capture::Next next(Frame& frame, std::chrono::milliseconds) override {
-      std::this_thread::yield();
-      if (!wanted.exchange(false)) return capture::Next::kTimeout;
-      frame = {};
-      frame.info.frameNumber = 1;
-      return capture::Next::kFrame;
-    }
-    void recycle(Frame&) override {}
-    std::atomic<bool> wanted{false};
-  } source;
-  Ledger ledger;
-  struct Hanging final : Work {
-    void solve(const MarkerField& /*markers*/, TractionField& /*field*/) override {
-      hangs = true;
-      while (shallHang) std::this_thread::yield();
-    }
-    void control(std::chrono::milliseconds /*timeout*/) override { ++controlTurns, std::this_thread::yield(); }
-    std::atomic<bool> shallHang{true}, hangs{false};
-    std::atomic<int> controlTurns{0};
-  } work;
-  PipelineOptions options = kSmall;
-  options.controls = true;
-  options.turn = 1ms;
-  Pipeline pipeline(source, work, options, ledger, work.turns);
-  const auto advances = [](const Counter& turns) {
-    for (const auto start = turns.get(); turns.get() < start + 2;) std::this_thread::yield();
-  };
-  const Turns& turns = work.turns;
-  pipeline.start();
-  for (auto* stage : {&turns.capture, &turns.track, &turns.solve, &turns.publish, &turns.control}) {
-    advances(*stage);  // also without a frame
-  }
-  source.wanted = true;
-  while (!work.hangs) std::this_thread::yield();
-  const auto stuck = turns.solve.get();
-  for (auto* stage : {&turns.capture, &turns.track, &turns.publish, &turns.control}) advances(*stage);
-  EXPECT_EQ(turns.solve.get(), stuck);
-  work.shallHang = false;
-  advances(turns.solve);
-  pipeline.stop();
-  EXPECT_GT(work.controlTurns, 0);
 }
 
 }  // namespace

@@ -105,15 +105,6 @@ TEST_F(CameraPlanTest, ACameraOfForeignFormatsIsRefusedWithTheirCodes) {
   EXPECT_THAT(plan(xml).error().message(), HasSubstr("it has no PixelFormat"));
 }
 
-TEST_F(CameraPlanTest, NoDescriptionIsSaidToBeNone) {
-  for (const char* text : {"", "hello", "<html></html>", "<RegisterDescription", "<RegisterDescription/>"}) {
-    const auto planned = plan(text);
-    ASSERT_FALSE(planned) << text;
-    EXPECT_EQ(planned.error().exitCode, EX_DATAERR) << planned.error().message();
-  }
-  EXPECT_EQ(planCamera("/nowhere.xml", {}).error().exitCode, EX_NOINPUT);
-}
-
 /// The description with everything in a group in a group, as some makers sort theirs.
 std::string grouped(std::string xml) {
   xml.insert(xml.find('>', xml.find("<RegisterDescription")) + 1, "<Group Comment=\"all\"><Group>");

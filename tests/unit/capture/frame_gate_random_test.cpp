@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <random>
-#include <utility>
 #include <vector>
 
 namespace tractiond::capture::frame_gate_test {
@@ -64,108 +63,6 @@ TEST_F(FrameGateTest, UsesEveryFrameOfACameraWithAnOddClock) {
     }
   }
 }
-
-/// Honest frames between disturbances of every kind. Whatever came before, the third honest frame is used again; no
-/// picture is used twice; the numbers add up.
-class FrameGateProperty : public testing::TestWithParam<int> {};
-
-TEST_P(FrameGateProperty, HoldsUnderDisturbances) {
-  std::mt19937_64 random(static_cast<std::uint64_t>(GetParam()));
-  const auto upTo = [&](int n) { return static_cast<int>(random() % static_cast<std::uint64_t>(n)); };
-  FrameGate gate(kShape, {});
-  Ledger ledger;
-  SimulatedCamera camera(65'000 + static_cast<std::uint64_t>(upTo(500)), GetParam() % 2 == 0);
-
-  std::vector<Arrival> past;                                 // whole pictures, the newest last
-  std::vector<std::pair<std::uint64_t, std::int64_t>> used;  // what went through
-  std::uint64_t arrivals = 0, lastNumber = 0, accepted = 0, summedGaps = 0;
-  Arrival lastUsed;
-  const auto judge = [&](Arrival arrival) {
-    const Judgement judgement = gate.judge(arrival);
-    count(judgement, ledger);
-    ++arrivals;
-    if (arrival.complete && arrival.shape == kShape) past.push_back(arrival);
-    if (judgement.verdict == Verdict::kNew) {
-      ++accepted;
-      EXPECT_EQ(std::count(used.begin(), used.end(), std::pair(arrival.id, arrival.device_ns)), 0);
-      EXPECT_GT(judgement.frameNumber, lastNumber);
-      if (judgement.timed && !judgement.newTimeline) {
-        EXPECT_GT(arrival.device_ns, lastUsed.device_ns);
-      }
-      summedGaps += judgement.frameNumber - lastNumber - 1;
-      EXPECT_LE(judgement.missing, judgement.frameNumber - lastNumber - 1);
-      EXPECT_TRUE(judgement.frameNumber == lastNumber + 1 || judgement.discontinuity);
-      lastNumber = judgement.frameNumber;
-      lastUsed = arrival;
-      used.emplace_back(arrival.id, arrival.device_ns);
-    }
-    return judgement;
-  };
-  const auto disturb = [&] {
-    Arrival odd = camera.take();
-    switch (upTo(9)) {
-    case 0:
-      camera.lose(upTo(200));
-      break;
-    case 1:
-      camera.count(1 + random() % 65'535);
-      break;
-    case 2:
-      camera.step(static_cast<std::int64_t>(random() % 4'000'000'000) - 2'000'000'000);
-      break;
-    case 3:  // old buffers, alone or in a row
-      for (std::size_t i = past.size() - std::min<std::size_t>(past.size(), static_cast<std::size_t>(1 + upTo(20)));
-           i < past.size() && upTo(4) != 0; ++i) {
-        Arrival old = past[i];
-        old.host_ns = camera.hostNow();
-        const std::size_t before = past.size();
-        EXPECT_EQ(judge(old).verdict, Verdict::kStale);
-        past.resize(before);
-      }
-      break;
-    case 4:  // forged: any id, any time
-      odd.id = random();
-      odd.device_ns = static_cast<std::int64_t>(random());
-      odd.host_ns = camera.hostNow();
-      judge(odd);
-      break;
-    case 5:  // forged: near
-      odd.id += static_cast<std::uint64_t>(upTo(50));
-      odd.device_ns += static_cast<std::int64_t>(random() % 1'000'000'000);
-      odd.host_ns = camera.hostNow();
-      judge(odd);
-      break;
-    case 6:
-      odd.complete = false;
-      judge(odd);
-      break;
-    case 7:
-      odd.shape.size -= 1;
-      judge(odd);
-      break;
-    case 8:
-      gate.restart();
-      break;
-    }
-  };
-
-  for (int round = 0; round < 200; ++round) {
-    for (int i = upTo(6); i > 0; --i) disturb();
-    int needed = 1;
-    while (needed <= 3 && judge(camera.take()).verdict != Verdict::kNew) ++needed;
-    ASSERT_LE(needed, 3) << "round " << round;
-    for (int i = upTo(100); i > 0; --i) {
-      camera.delay(static_cast<std::int64_t>(random() % 10'000'000));
-      ASSERT_EQ(judge(camera.take()).verdict, Verdict::kNew) << "round " << round;
-    }
-  }
-  EXPECT_EQ(ledger.received.get(), arrivals);
-  EXPECT_EQ(ledger.received.get(), accepted + ledger.losses());
-  EXPECT_EQ(lastNumber, accepted + summedGaps);
-  EXPECT_LE(ledger.missing.get(), summedGaps);
-}
-
-INSTANTIATE_TEST_SUITE_P(Seeds, FrameGateProperty, testing::Range(0, 40));
 
 /// With honest losses only, every frame the camera took is accounted for exactly.
 TEST_F(FrameGateTest, AccountsForEveryFrameOfAnHonestCamera) {

@@ -17,7 +17,6 @@ namespace tractiond::capture::hostile_camera_test {
 namespace {
 
 using testing::AllOf;
-using testing::AnyOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -36,13 +35,6 @@ std::string with(const std::string& nodes) {
 std::string knife(const std::string& name, const std::string& of) {
   return "<IntSwissKnife Name=\"" + name + "\"><pVariable Name=\"A\">" + of + "</pVariable><pVariable Name=\"B\">" +
          of + "</pVariable><Formula>A + B</Formula></IntSwissKnife>";
-}
-
-/// Each needs its predecessor twice: 2^40 evaluations.
-std::string doubling() {
-  std::string nodes = "<Integer Name=\"D0\"><Value>1</Value></Integer>";
-  for (int i = 1; i <= 40; ++i) nodes += knife("D" + std::to_string(i), "D" + std::to_string(i - 1));
-  return nodes;
 }
 
 class HostileCamera : public testing::Test {
@@ -82,25 +74,6 @@ TEST_F(HostileCamera, OneWithoutMaliceIsOpened) {
 TEST_F(HostileCamera, ValuesThatDependOnThemselvesAreRefused) {
   serve(with("<Group>" + knife("One", "Two") + knife("Two", "One") + "</Group>"));
   expectRefused(HasSubstr("crashes what evaluates it"));
-}
-
-TEST_F(HostileCamera, ValuesThatMultiplyAreRefused) {
-  serve(with(doubling()));
-  expectRefused(HasSubstr("takes"));
-}
-
-TEST_F(HostileCamera, NodesInNodesWithoutEndAreRefused) {
-  constexpr int kDeep = 200'000;
-  std::string nodes;
-  for (int i = 0; i < kDeep; ++i) nodes += "<Group>";
-  for (int i = 0; i < kDeep; ++i) nodes += "</Group>";
-  serve(with(nodes));
-  expectRefused(AnyOf(HasSubstr("crashes what evaluates it"), HasSubstr("cut short or damaged")));
-}
-
-TEST_F(HostileCamera, ADescriptionThatIsCutShortIsRefused) {
-  serve(quirky().substr(0, quirky().size() / 2));
-  expectRefused(HasSubstr("cut short or damaged"));
 }
 
 /// It answers, and is not silent: in the list, too.

@@ -1,7 +1,6 @@
 // A camera with a driver of our choice: what the half that is the same for all of them makes of it.
 #include "base/clock.h"
 #include "daemon/capture/camera.h"
-#include "daemon/capture/intake.h"
 #include "tests/support/deadline.h"
 
 #include <gmock/gmock.h>
@@ -211,25 +210,6 @@ TEST_F(OddCamera, FramesTellWhatTheyWereTakenWith) {
     EXPECT_EQ(frame.info.times.capturedBound, CaptureBound::kLatest);
     camera_->recycle(frame);
   }
-}
-
-TEST_F(OddCamera, APictureThatComesAgainIsNoFrame) {
-  ScriptedDriver driver(script_);
-  Intake intake(ledger_);
-  intake.begin(script_.info, 4);
-  const auto popped = [&] {
-    tell({Popped::kBuffer});
-    Buffer buffer;
-    EXPECT_EQ(driver.pop(buffer, milliseconds(1)), Popped::kBuffer);
-    return buffer;
-  };
-  Frame frame;
-  EXPECT_EQ(intake.admit(popped(), driver, frame).verdict, Verdict::kNew);
-  frame = Frame{};
-  script_.id = 0;
-  EXPECT_EQ(intake.admit(popped(), driver, frame).verdict, Verdict::kStale);
-  EXPECT_EQ(frame.data, nullptr);
-  EXPECT_EQ(frame.info.times.received_ns, 0);
 }
 
 TEST_F(OddCamera, AnswersQuestionsWhileItStreamsAndSaysWhyItCannot) {

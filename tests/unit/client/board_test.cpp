@@ -190,31 +190,6 @@ TEST(Board, FlagsAreWordsForAsLongAsOneCanRead) {
   EXPECT_TRUE(has(one.page(), "no flags")) << one.page();
 }
 
-TEST(Board, FitsEverySize) {
-  std::vector<Watched> all;
-  Instrument one;
-  one.run(2.0);
-  one.status.set_camera_why(std::string(500, 'x') + " words that go on and on");
-  one.status.set_camera(v1::CAMERA_STATE_LOST);
-  one.now += kSecond_ns;
-  one.sendStatus();
-  for (int count = 1; count <= 9; ++count) {
-    all.push_back(one.watched);
-    all.back().name = "name" + std::to_string(count);
-    for (const auto& [width, height] : {std::pair{80, 24}, {0, 0}, {1, 1}, {20, 5}, {79, 23}, {200, 70}, {80, 47}}) {
-      const std::string page = drawBoard(all, width, height, one.now).plain();
-      EXPECT_EQ(std::count(page.begin(), page.end(), '\n'), height);
-      if (width != 80) continue;
-      int shown = 0;
-      for (const Watched& each : all) shown += has(page, each.name + "  camera lost") ? 1 : 0;
-      std::smatch match;
-      const int untold = std::regex_search(page, match, std::regex("(\\d+) more: ")) ? std::stoi(match[1]) : 0;
-      EXPECT_EQ(shown + untold, count) << page;
-      EXPECT_GE(shown, std::min(count, 4)) << page;
-    }
-  }
-}
-
 TEST(Board, TerminalObeysNobodyElse) {
   Instrument one;
   one.status.set_camera_why("a\x1b]0;evil\x07"

@@ -3,20 +3,16 @@
 #include "client/touch/follower.h"
 #include "client/touch/publisher.h"
 #include "tests/support/deadline.h"
-#include "tests/support/seed.h"
 #include "traction/subscriber.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <memory>
 #include <optional>
-#include <random>
 #include <string>
 #include <utility>
-#include <vector>
 
 namespace traction::contacts {
 namespace {
@@ -222,84 +218,6 @@ TEST(Follower, EndsContactsWhereNoFieldComesOrAnotherZeroHolds) {
   EXPECT_EQ(other.contacts(1).phase(), v1::CONTACT_PHASE_BEGIN);
   EXPECT_EQ(other.contacts(1).id(), 3U);
   EXPECT_EQ(follower.endAll().contacts(0).phase(), v1::CONTACT_PHASE_END);
-}
-
-/// A message as the client library decodes it, as far as pairing reads it.
-Contacts received(const v1::Contacts& sent) {
-  Contacts contacts;
-  std::copy(sent.run().begin(), sent.run().end(), contacts.run.begin());
-  for (const v1::TrackedContact& each : sent.contacts()) {
-    contacts.contacts.emplace_back().id = each.id();
-    contacts.contacts.back().phase = static_cast<ContactPhase>(each.phase());
-  }
-  return contacts;
-}
-
-/// Checks that begins and ends pair.
-struct Auditor {
-  std::map<std::uint64_t, Id> runs;  ///< id -> run of those that are open
-  std::size_t begun = 0;
-
-  void check(const Contacts& contacts) {
-    for (const TrackedContact& each : contacts.contacts) {
-      const auto run = runs.find(each.id);
-      if (each.phase == ContactPhase::kBegin) {
-        ASSERT_EQ(run, runs.end()) << "begins again";
-        runs[each.id] = contacts.run;
-        ++begun;
-        continue;
-      }
-      ASSERT_NE(run, runs.end()) << "without begin";
-      if (each.phase == ContactPhase::kEnd) {
-        runs.erase(run);
-      } else {
-        ASSERT_EQ(run->second, contacts.run) << "goes on in another run";
-      }
-    }
-    ASSERT_EQ(runs.size(), std::count_if(contacts.contacts.begin(), contacts.contacts.end(),
-                                         [](const TrackedContact& each) { return each.phase != ContactPhase::kEnd; }))
-        << "a contact is not reported";
-  }
-};
-
-TEST(PairedContacts, EndOnceWhateverIsLost) {
-  std::size_t begun = 0;
-  for (std::uint32_t sequence = 0; sequence < 20'000; ++sequence) {
-    SCOPED_TRACE(sequence);
-    std::seed_seq seeds{tractiond::test::seed(), sequence};
-    std::mt19937 random(seeds);
-    const auto chance = [&](double share) { return static_cast<double>(random()) < share * 4294967296.0; };
-    Sensor sensor;
-    auto follower = std::make_unique<Follower>(contacts::follower(1));
-    PairedContacts paired;
-    Auditor auditor;
-    bool hears = chance(0.5);  // else it comes late
-    for (int frame = 0; frame < 40; ++frame) {
-      sensor.field.contacts.clear();
-      for (int place = 0; place < 3; ++place) {
-        if (chance(0.6)) sensor.press(0.02 * place);
-      }
-      sensor.field.valid = !chance(0.1);
-      if (chance(0.02)) sensor.field.header.boot = idOf(static_cast<std::uint8_t>(random()));
-      if (chance(0.05)) {  // killed; it may find no field for a while
-        follower = std::make_unique<Follower>(contacts::follower(static_cast<std::uint8_t>(random() % 200)));
-      }
-      Contacts next = received(taken(*follower, sensor));
-      if (chance(0.03)) next = received(follower->wait(clock_ns + Follower::kSilence_ns + 1000));
-      if (chance(0.03)) next = received(follower->endAll());
-      if (chance(0.1)) hears = !hears;
-      if (!hears) continue;
-      paired.complete(next);
-      auditor.check(next);
-      if (chance(0.03)) auditor.check(paired.endAll());
-      if (HasFatalFailure()) return;
-    }
-    auditor.check(paired.endAll());
-    ASSERT_TRUE(auditor.runs.empty());
-    ASSERT_FALSE(paired.areOpen());
-    begun += auditor.begun;
-  }
-  EXPECT_GT(begun, 100'000U);
 }
 
 /// A publisher of contacts, and a subscriber whose time is this file's.

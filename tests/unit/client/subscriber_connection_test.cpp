@@ -31,46 +31,6 @@ int listenAt(const std::string& path) {
   return listener;
 }
 
-/// Listens where a publisher might, and is none: each that connects is sent some bytes and hung up on.
-class Stranger {
- public:
-  Stranger(std::string socket, std::string greeting)
-      : socket_(std::move(socket))
-      , greeting_(std::move(greeting))
-      , listener_(listenAt(socket_))
-      , thread_([this] { run(); }) {}
-  ~Stranger() {
-    shutdown(listener_, SHUT_RDWR);
-    thread_.join();
-    close(listener_);
-    std::filesystem::remove(socket_);
-  }
-  std::size_t met() const { return met_; }
-
- private:
-  void run() {
-    for (int peer; (peer = accept(listener_, nullptr, nullptr)) >= 0; close(peer)) {
-      (void)!write(peer, greeting_.data(), greeting_.size());
-      std::this_thread::sleep_for(5ms);
-      ++met_;
-    }
-  }
-
-  std::string socket_;  ///< a path
-  std::string greeting_;
-  std::atomic<std::size_t> met_{0};
-  int listener_;
-  std::thread thread_;
-};
-
-/// As ZMTP 3.1 begins: signature, version, mechanism.
-std::string greeting(const std::string& mechanism) {
-  std::string text("\xff\0\0\0\0\0\0\0\1\x7f\3\1", 12);
-  text += mechanism;
-  text.resize(64, '\0');
-  return text;
-}
-
 /// A publisher of whatever it is told to publish, and its subscriber.
 class Forger {
  public:
@@ -101,57 +61,12 @@ class Forger {
   std::unique_ptr<Subscriber> subscriber_;
 };
 
-TEST(Subscriber, TopicsOfALaterDaemonArePassedOver) {
-  Forger forger("tcp://127.0.0.1:*");
-  for (const std::string topic :
-       {"traction/v1/gel/contacts/", "traction/v1/gel", "traction/v1//", "traction/v1/gel/field"}) {
-    forger.send({topic, "\xff", "0.0"});
-  }
-  forger.field(1);
-  EXPECT_TRUE(std::holds_alternative<Field>(forger.subscriber().receive(kHung).value()));
-  EXPECT_EQ(forger.subscriber().raw().topic, "traction/v1/gel/field/");
-  EXPECT_FALSE(forger.subscriber().receive(std::chrono::milliseconds(0)));
-  EXPECT_EQ(forger.subscriber().raw().topic, "");
-  EXPECT_EQ(forger.subscriber().raw().bytes, "");
-}
-
 /// A folder for a socket, whose name nobody else can take meanwhile as they could a port.
 class SocketTest : public testing::Test {
  protected:
   const tractiond::test::TemporaryFolder folder_;
   const std::string path_ = folder_.path() / "stream", endpoint_ = "ipc://" + path_;
 };
-
-TEST_F(SocketTest, PeerOfAnotherKindIsNoConnectionAndMayBeFollowedByAPublisher) {
-  zmq::context_t context;
-  zmq::socket_t replier(context, zmq::socket_type::rep);  // the control endpoint, say
-  replier.bind(endpoint_);
-  Subscriber subscriber(at(endpoint_));
-  for (int i = 0; i < 50; ++i) {
-    subscriber.receive(10ms);
-    EXPECT_FALSE(subscriber.isConnected());
-  }
-  replier.close();
-  context.close();
-  zmq::context_t other;
-  zmq::socket_t publisher(other, zmq::socket_type::xpub);
-  publisher.bind(endpoint_);
-  expectConnected(subscriber, true);
-}
-
-TEST_F(SocketTest, EndpointThatWasGivenUpIsTriedAgainAfterAWhile) {
-  Stranger stranger(path_, greeting("NULL") + std::string("\4\5\5READY"));
-  Subscriber subscriber(at(endpoint_));
-  for (std::size_t met = 1; met < 4; ++met) {
-    ASSERT_TRUE(eventually([&] {
-      subscriber.receive(10ms);
-      return stranger.met() == met;
-    }));
-    for (int i = 0; i < 30; ++i) subscriber.receive(10ms);
-    EXPECT_EQ(stranger.met(), met);  // as long as time stands still
-    TestClock::advance(200ms);
-  }
-}
 
 TEST_F(SocketTest, SubscriptionThatThePublisherLostIsSentAgainUntilAMessageArrives) {
   v1::Field field;
@@ -276,27 +191,6 @@ TEST_F(SubscriberTest, StreamReadFromTheLatestEndpointIsToldInsteadOfWaitedFor) 
       EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
     }
   }
-}
-
-TEST_F(SubscriberTest, LatestReadFromTheStreamEndpointDoesNoHarm) {
-  Subscriber subscriber(at(stream_, kField, Mode::kLatest));
-  const auto fields = publishing(*publisher_, field_);
-  for (int i = 0; i < 50; ++i) EXPECT_FALSE(subscriber.receive(10ms));
-  expectConnected(subscriber, true);
-}
-
-TEST_F(SubscriberTest, RestartOfTheDaemonIsNoLoss) {
-  const tractiond::test::TemporaryFolder folder;
-  Description description = tractiond::publish::description();
-  open(description, "ipc://" + (folder.path() / "stream").string());
-  Subscriber subscriber(at(stream_, kField));
-  for (int i = 0; i < 3; ++i) await<Field>(subscriber);
-  description.identity.boot = idOf(90);
-  open(description, stream_);
-  while (await<Field>(subscriber).header.boot != idOf(90)) {
-  }
-  EXPECT_EQ(subscriber.lost(), 0U);
-  publisher_.reset();
 }
 
 TEST(Subscriber, BadEndpointsAndNamesAreRefused) {

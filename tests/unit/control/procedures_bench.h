@@ -110,13 +110,6 @@ struct ProceduresBench final : GelComparison, ProcedureHost, Replies {
 
   void pass(std::int64_t ms) { now_ns += 1'000'000 * ms; }
   void turn() { procedures.turn(); }
-  /// The disk is well again, and the time has come to try it.
-  void recoverDisk() {
-    keepFails = false;
-    kept.reset();
-    pass(10'000);
-    turn();
-  }
 
   static inline std::int64_t now_ns = 0;  ///< what the clock says
 
@@ -134,16 +127,14 @@ struct ProceduresBench final : GelComparison, ProcedureHost, Replies {
   std::deque<std::packaged_task<std::optional<calibrate::Result>()>> works;  ///< that have been started
   bool workTakesLong = false;                                                ///< doWork() does it
   int comparisons = 0;
-  Id lastCompared{};
   Id reportedZero{};  ///< the zero that the status reports on
   std::optional<RestPose> described, kept, keptBefore;
   std::vector<tl::expected<RestPose, std::string>> zeroAnswers;
   std::string remark;
   std::vector<calibrate::Result> stepAnswers;
 
-  GelReport compare(const RestPose& pose) override {
+  GelReport compare(const RestPose& /*pose*/) override {
     ++comparisons;
-    lastCompared = pose.id;
     GelReport report;
     report.remark = doubt;
     return report;

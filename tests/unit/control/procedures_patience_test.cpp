@@ -61,18 +61,6 @@ TEST(Procedures, ATrackersRefusalIsTheAnswer) {
   }
 }
 
-TEST(Procedures, StepsDoNotLengthenAZerosPatience) {
-  ProceduresBench bench;
-  bench.procedures.zero().begin({});
-  for (int i = 0; i < 9; ++i) {
-    CalibrationStep step;
-    step.kind = CalibrationStep::Kind::kStiffness;
-    bench.procedures.beginStep(step);
-    run(bench, 0.6, 0.0);
-  }
-  EXPECT_EQ(bench.zeroAnswers.size(), 1U);
-}
-
 TEST(Procedures, SaysHowLongAZeroMayTakeAndKeepsToIt) {
   struct Case {
     int frames;
@@ -97,18 +85,6 @@ TEST(Procedures, SaysHowLongAZeroMayTakeAndKeepsToIt) {
     EXPECT_NE(bench.zeroAnswers[0].error().find("too slowly"), std::string::npos) << bench.zeroAnswers[0].error();
     EXPECT_FALSE(bench.tracker.asked());
   }
-}
-
-/// Who asks for a zero while one is being taken is answered with it.
-TEST(Procedures, SaysHowLongAnOpenZeroMayTakeWhenTheRateRisesMeanwhile) {
-  ProceduresBench bench(100);
-  bench.procedures.welcome("Camera-1", 2.0, std::nullopt);
-  bench.procedures.zero().begin({});
-  bench.turn();
-  const double within_s = bench.zeroWithin_s();
-  EXPECT_GT(within_s, 150.0);
-  run(bench, 10.0, 60.0);
-  EXPECT_NEAR(bench.zeroWithin_s(), within_s - 10.0, 1.0);
 }
 
 }  // namespace

@@ -6,37 +6,6 @@
 namespace tractiond::control::procedures_test {
 namespace {
 
-TEST(Procedures, AStepDoesNotAnswerAnUndoThatIsBeingWritten) {
-  ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", 60.0, bench.pose(2, true), bench.pose(1, true));
-  bench.diskHangs = true;
-  bench.procedures.zero().begin({.undo = true});
-  bench.procedures.beginStep(ProceduresBench::noise(1.0));
-  EXPECT_TRUE(bench.zeroAnswers.empty());
-  bench.writeOne();
-  bench.turn();
-  ASSERT_EQ(bench.zeroAnswers.size(), 1U);
-  ASSERT_TRUE(bench.zeroAnswers[0]) << bench.zeroAnswers[0].error();
-  EXPECT_EQ(bench.zeroAnswers[0]->id[0], 1);
-  ASSERT_EQ(bench.stepAnswers.size(), 1U) << "it began with the zero before";
-  EXPECT_FALSE(bench.stepAnswers[0]);
-}
-
-TEST(Procedures, AStepThatRestsOnTheZeroTakesOverFromOneThatIsAskedFor) {
-  ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", 60.0, bench.pose(1, true));
-  bench.procedures.zero().begin({});
-  CalibrationStep finish;
-  finish.kind = CalibrationStep::Kind::kFinish;
-  bench.procedures.beginStep(finish);
-  EXPECT_TRUE(bench.zeroAnswers.empty());
-  bench.procedures.beginStep(ProceduresBench::noise(5.0));
-  ASSERT_EQ(bench.zeroAnswers.size(), 1U);
-  EXPECT_FALSE(bench.zeroAnswers[0]);
-  EXPECT_FALSE(bench.tracker.asked());
-  EXPECT_TRUE(bench.procedures.hurried());
-}
-
 TEST(Procedures, AStepEndsAlsoWhileMarkersAreFew) {
   for (const auto kind : {CalibrationStep::Kind::kNoise, CalibrationStep::Kind::kWeight}) {
     ProceduresBench bench;
@@ -105,62 +74,6 @@ TEST(Procedures, WhileAStepWorksTheControlLoopGoesOn) {
   bench.turn();
   ASSERT_EQ(bench.stepAnswers.size(), 1U);
   EXPECT_EQ(bench.stepAnswers[0].error(), "no weight has been read") << "the new zero does not matter to it";
-}
-
-TEST(Procedures, ANewZeroEndsAStepThatHasYetToLookAtFrames) {
-  ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
-  bench.workTakesLong = true;
-  bench.procedures.beginStep(ProceduresBench::noise(5.0));
-  bench.procedures.zero().begin({});
-  bench.tracker.finish(bench.pose(2, true));
-  bench.turn();
-  EXPECT_TRUE(bench.stepAnswers.empty());
-  bench.doWork();
-  bench.turn();
-  ASSERT_EQ(bench.stepAnswers.size(), 1U);
-  EXPECT_EQ(bench.stepAnswers[0].error(), "a new zero was taken meanwhile");
-  EXPECT_FALSE(bench.procedures.hurried());
-}
-
-TEST(Procedures, AStepWaitsForTheWorkOfTheOneThatItReplaces) {
-  ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
-  bench.workTakesLong = true;
-  bench.procedures.beginStep(stiffness());
-  bench.procedures.beginStep(ProceduresBench::noise(5.0));
-  EXPECT_EQ(bench.works.size(), 1U);
-  bench.doWork();
-  bench.turn();
-  EXPECT_TRUE(bench.stepAnswers.empty()) << "the control server has answered the first";
-  ASSERT_EQ(bench.works.size(), 1U);
-  bench.doWork();
-  bench.turn();
-  EXPECT_TRUE(bench.procedures.hurried());
-  EXPECT_TRUE(bench.stepAnswers.empty());
-}
-
-TEST(Procedures, AStepWhoseWorkHangsIsAnswered) {
-  for (const bool isReplaced : {false, true}) {
-    ProceduresBench bench;
-    bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
-    bench.workTakesLong = true;
-    bench.procedures.beginStep(stiffness());
-    if (isReplaced) bench.procedures.beginStep(stiffness());
-    bench.pass(241'000);
-    bench.turn();
-    ASSERT_EQ(bench.stepAnswers.size(), 1U);
-    EXPECT_EQ(bench.stepAnswers[0].error(), "a step of a calibration has not ended within four minutes");
-    bench.turn();
-    bench.doWork();
-    bench.turn();
-    EXPECT_EQ(bench.stepAnswers.size(), 1U);
-    EXPECT_TRUE(bench.works.empty());
-    bench.procedures.beginStep(stiffness());
-    bench.doWork();
-    bench.turn();
-    EXPECT_EQ(bench.stepAnswers.size(), 2U) << "the next one begins";
-  }
 }
 
 }  // namespace

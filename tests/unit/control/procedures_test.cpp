@@ -1,6 +1,5 @@
 // Zeros that are requested or restored: judged, kept on the disk, refused, undone.
 #include "daemon/control/procedures.h"
-#include "tests/support/captured_log.h"
 #include "tests/unit/control/procedures_bench.h"
 
 #include <gtest/gtest.h>
@@ -24,15 +23,6 @@ TEST(Procedures, AFinishedZeroIsComparedDescribedKeptAndAnswered) {
   ASSERT_TRUE(bench.zeroAnswers[0]);
   EXPECT_EQ(bench.zeroAnswers[0]->id[0], 1);
   EXPECT_EQ(bench.remark, "the gel file does not fit the picture, and no forces are valid: it looks pressed");
-}
-
-TEST(Procedures, AZeroOfTheFirstStartAnswersNobody) {
-  ProceduresBench bench;
-  bench.procedures.zero().begin({});
-  bench.tracker.finish(bench.pose(1, false));
-  bench.turn();
-  EXPECT_TRUE(bench.described && bench.kept);
-  EXPECT_TRUE(bench.zeroAnswers.empty());
 }
 
 TEST(Procedures, ARestoredZeroIsComparedAndDescribedAndNotKeptAgain) {
@@ -67,24 +57,6 @@ TEST(Procedures, AZeroComesIntoForceWhenItIsOnTheDisk) {
   EXPECT_TRUE(bench.zeroAnswers[0]);
 }
 
-TEST(Procedures, AZeroIsComparedBeforeTheDiskIsAsked) {
-  ProceduresBench bench;
-  bench.takeThirdZeroWhileTheDiskHangs();
-  EXPECT_EQ(bench.lastCompared[0], 3) << "a load that comes while the disk writes hides markers";
-  EXPECT_EQ(bench.reportedZero[0], 2) << "the status tells of the zero in force";
-  bench.writeOne();
-  bench.turn();
-  EXPECT_EQ(bench.comparisons, 2);
-  EXPECT_EQ(bench.reportedZero[0], 3);
-
-  bench.procedures.zero().begin({.undo = true});
-  EXPECT_EQ(bench.lastCompared[0], 2);
-  EXPECT_EQ(bench.reportedZero[0], 3);
-  bench.writeOne();
-  bench.turn();
-  EXPECT_EQ(bench.reportedZero[0], 2);
-}
-
 TEST(Procedures, AZeroThatTheDiskDoesNotTakeIsRefusedAndReplacedThere) {
   ProceduresBench bench;
   bench.takeThirdZeroWhileTheDiskHangs();
@@ -114,16 +86,6 @@ TEST(Procedures, AZeroThatTheDiskDoesNotTakeIsRefusedAndReplacedThere) {
   bench.tracker.finish(bench.pose(4, true));
   bench.turn();
   EXPECT_EQ(bench.tracker.adopted->id[0], 4);
-}
-
-TEST(Procedures, TheFirstZeroDoesNotWaitForTheDisk) {
-  ProceduresBench bench;
-  bench.diskHangs = true;
-  bench.tracker.finish(bench.pose(1, false));
-  bench.turn();
-  EXPECT_EQ(bench.comparisons, 1);
-  ASSERT_TRUE(bench.described);
-  EXPECT_EQ(bench.described->id[0], 1);
 }
 
 TEST(Procedures, AZeroThatCannotBeKeptIsRefused) {
@@ -250,48 +212,6 @@ TEST(Procedures, AZeroIsUndoneAlsoAfterARestart) {
   bench.procedures.zero().begin({.undo = true});
   ASSERT_TRUE(bench.zeroAnswers.back());
   EXPECT_EQ(bench.tracker.adopted->id[0], 1);
-}
-
-TEST(Procedures, AZeroThatWasRefusedIsOverwrittenAsSoonAsTheDiskTakesIt) {
-  ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", 0.0, bench.pose(2, true), bench.pose(1, true));
-  bench.keepFails = true;
-  bench.procedures.zero().begin({});
-  bench.tracker.finish(bench.pose(3, true));
-  bench.turn();
-  ASSERT_FALSE(bench.zeroAnswers[0]);
-  bench.turn();
-  EXPECT_EQ(bench.kept->id[0], 2) << "what was refused may be on the disk, if its directory could not be synchronised";
-  EXPECT_EQ(bench.keptBefore->id[0], 1);
-  bench.keepFails = false;
-  bench.kept.reset();
-  bench.turn();
-  EXPECT_FALSE(bench.kept) << "the disk has just failed";
-  bench.pass(10'000);
-  bench.turn();
-  ASSERT_TRUE(bench.kept);
-  EXPECT_EQ(bench.kept->id[0], 2);
-  bench.kept.reset();
-  bench.pass(60'000);
-  bench.turn();
-  EXPECT_FALSE(bench.kept) << "it is on the disk";
-  EXPECT_EQ(bench.zeroAnswers.size(), 1U);
-}
-
-TEST(Procedures, AFirstZeroThatCouldNotBeWrittenIsWrittenLater) {
-  const test::CapturedLog log;
-  ProceduresBench bench;
-  bench.keepFails = true;
-  bench.tracker.finish(bench.pose(1, false));
-  for (int i = 0; i < 3; ++i) {
-    bench.turn();
-    bench.pass(10'000);
-  }
-  EXPECT_EQ(log.count("the zero in force could not be written"), 1U);
-  bench.recoverDisk();
-  ASSERT_TRUE(bench.kept);
-  EXPECT_EQ(bench.kept->id[0], 1);
-  EXPECT_EQ(log.count("the zero in force has been written"), 1U);
 }
 
 }  // namespace

@@ -229,27 +229,6 @@ TEST_F(PublisherTest, StatusSumsTheWorkOfTheSolver) {
   }
 }
 
-TEST_F(PublisherTest, WaitEndsWhenTheDescriptorIsReadable) {
-  PublishOptions given = options();
-  given.statusInterval = 1h;
-  open(given);
-  publisher_->serve(-1, 0ms);
-  const int fd = eventfd(1, EFD_CLOEXEC);
-  publisher_->serve(fd, 1h);  // no status is due before
-  close(fd);
-}
-
-/// A wait that ended at once would take a whole processor.
-TEST_F(PublisherTest, WaitsWhileNothingIsDue) {
-  open();
-  publisher_->serve(-1, 0ms);
-  TestClock::advance(500ms);  // the last description is older than the interval between two
-  publisher_->serve(-1, 0ms);
-  const auto begin = std::chrono::steady_clock::now();
-  publisher_->serve(-1, 50ms);
-  EXPECT_GE(std::chrono::steady_clock::now() - begin, 40ms);  // ZeroMQ counts whole milliseconds
-}
-
 /// Of 2 x 1 pixels.
 Preview preview(std::uint64_t frame) {
   return {.picture = {2, 1, 3, {1, 2, 3, 4, 5, 6}},
@@ -319,22 +298,6 @@ TEST_F(PublisherTest, PreviewsAreWantedAsLongAsASubscriptionNamesThem) {
   soon(false);
   TestSubscriber again(stream_, kRoot + "preview");
   soon(true);
-}
-
-TEST_F(PublisherTest, PreviewsOfASlowReaderAreBounded) {
-  open();
-  const auto stalled = join(kRoot + "preview/", 1);
-  Preview large = preview(1);
-  large.picture = {1000, 1000, 1, std::vector<std::uint8_t>(1'000'000)};
-  int sent = 0;
-  for (int i = 0; i < 1000; ++i) {
-    sent += publisher_->offerPreview(large) ? 1 : 0;
-    publisher_->serve(-1, 0ms);
-  }
-  EXPECT_LT(sent, 200) << "64, and what the kernel holds";
-  const auto reader = join(kRoot + "field/");
-  publisher_->publish(field_);
-  EXPECT_EQ(reader->receive().topic, kRoot + "field/");
 }
 
 TEST_F(PublisherTest, StalledSubscriberLosesVisiblyAndNobodyElseDoes) {

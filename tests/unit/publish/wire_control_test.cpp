@@ -1,5 +1,4 @@
 #include "daemon/publish/wire_control.h"
-#include "tests/support/seed.h"
 #include "tests/unit/publish/support.h"
 #include "traction/v1/control.pb.h"
 #include "traction/v1/status.pb.h"
@@ -8,7 +7,6 @@
 
 #include <cmath>
 #include <limits>
-#include <random>
 
 namespace tractiond::publish::wire_control_test {
 namespace {
@@ -123,13 +121,8 @@ TEST(WireControl, ImpossibleRequestsForTheCameraAreRefused) {
 
 // A reader refuses a message with text that is not UTF-8; a camera's registers hold anything.
 TEST(WireControl, BytesOfACameraThatAreNoTextDoNotSpoilTheReply) {
-  std::mt19937 random(test::seed());
-  const std::vector<std::string> pieces = {
-      "a",        "\xc3\xa9",     "\xe2\x82\xac", "\xf0\x9f\x98\x80", "\x80", "\xc3",        "\xe2\x82", "\xf0\x9f\x98",
-      "\xc0\x80", "\xed\xa0\x80", "\xf5\x80",     "\xf4\x90\x80",     "\xff", "\xe0\x80\x80"};
-  for (int i = 0; i < 2000; ++i) {
-    std::string bytes;
-    for (auto count = random() % 12; count > 0; --count) bytes += pieces[random() % pieces.size()];
+  for (const std::string bytes :
+       {"\x80", "\xc3", "a\xe2\x82", "\xf0\x9f\x98", "\xc0\x80", "\xed\xa0\x80", "\xf5\x80", "\xff"}) {
     CameraFeature feature;
     for (std::string* text : {&feature.name, &feature.value, &feature.unit, &feature.description, &feature.configured,
                               &feature.first, &feature.category}) {
@@ -137,8 +130,7 @@ TEST(WireControl, BytesOfACameraThatAreNoTextDoNotSpoilTheReply) {
     }
     feature.entries = feature.selected = {bytes};
     pb::Reply reply;
-    ASSERT_TRUE(reply.ParseFromString(encodeCameraReply({.features = {feature}, .remarks = {bytes}, .camera = bytes})));
-    EXPECT_LE(reply.camera().camera().size(), 3 * bytes.size());
+    EXPECT_TRUE(reply.ParseFromString(encodeCameraReply({.features = {feature}, .remarks = {bytes}, .camera = bytes})));
   }
   pb::Reply reply;
   const std::string good = "\xc2\xb5s \xe2\x82\xac \xf0\x9f\x98\x80";

@@ -1,6 +1,5 @@
 #include "base/fixed_text.h"
 #include "daemon/publish/wire.h"
-#include "tests/support/allocations.h"
 #include "tests/unit/publish/support.h"
 #include "traction/v1/control.pb.h"
 #include "traction/v1/description.pb.h"
@@ -9,8 +8,6 @@
 #include "traction/v1/status.pb.h"
 
 #include <gtest/gtest.h>
-
-#include <random>
 
 namespace tractiond::publish::wire_test {
 namespace {
@@ -352,40 +349,6 @@ TEST(Wire, DescriptionWithoutAZeroHasNone) {
   ASSERT_TRUE(message.ParseFromString(description.bytes()));
   EXPECT_FALSE(message.has_zero());
   EXPECT_TRUE(message.header().zero().empty());
-}
-
-TEST(Wire, EncodingAllocatesNothingAfterTheFirst) {
-  Wire wire(description().identity);
-  DescriptionMessage description(publish::description(), {"one/"});
-  TractionField field = traction(kMarkers, kNodes);
-  const Ledger ledger;
-  const auto fillStatus = [&](pb::Status& status) {
-    status.mutable_markers()->mutable_remark()->assign(1000, 'x');
-    status.mutable_scheduling()->clear_threads();
-    for (int i = 0; i < 6; ++i) status.mutable_scheduling()->add_threads()->mutable_cpus()->assign("0-15,32-47,64-79");
-  };
-  Heading head = heading();
-  std::vector<std::uint8_t> bytes(64 * 1024);
-  std::uint64_t allocated = 0;
-  for (int i = 0; i < 100; ++i) {
-    const std::uint64_t before = support::allocations();
-    ++head.sequence;
-    head.frame = frameInfo(static_cast<std::uint64_t>(i) << 20);
-    head.zero = i % 3 == 0 ? Id{} : idOf(static_cast<std::uint8_t>(i));  // a zero comes and goes
-    field.valid = i % 2 == 0;
-    field.contactCount = i % (kMaxContacts + 1);
-    wire.fill(field, head);
-    wire.writeField(bytes.data());
-    wire.fill(field.markers, head);
-    wire.writeMarkers(bytes.data());
-    fillStatus(wire.status());
-    wire.fillStatus(ledger, head);
-    wire.writeStatus(bytes.data());
-    description.fill(head);
-    description.write(bytes.data());
-    if (i > 1) allocated += support::allocations() - before;  // the first without and the first with a zero make room
-  }
-  EXPECT_EQ(allocated, 0U);
 }
 
 TEST(FixedText, IsCutBetweenCharacters) {

@@ -7,7 +7,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <utility>
 #include <vector>
 
 namespace recording::reader_test {
@@ -126,85 +125,6 @@ TEST(Reader, ChunksThatOtherProgramsCompressedAreRead) {
   }
 }
 
-TEST(Reader, AChunkMustDecompressToTheSizeThatItStates) {
-  const RandomMessages messages(tractiond::test::seed());
-  Memory memory;
-  ASSERT_TRUE(messages.writeTo(memory));
-  const auto chunks = chunksOf(memory.bytes);
-  const auto sums = messagesUpTo(memory.bytes);
-  const std::vector<Kept> others(messages.all.begin() + static_cast<std::ptrdiff_t>(sums[0]), messages.all.end());
-  const auto expectSkipped = [&](const std::string& why, Foreign how, auto change) {
-    const auto compress = how.onChunk;
-    bool isFirst = true;
-    how.onChunk = [&](Chunk& chunk, std::string& records) {
-      if (compress) compress(chunk, records);
-      if (std::exchange(isFirst, false)) change(chunk, records);
-      chunk.records = records;
-    };
-    const Read result = read(rewritten(memory.bytes, how));
-    EXPECT_TRUE(result.messages == others) << why;
-    EXPECT_EQ(result.extent.badChunks, 1U) << why;
-    EXPECT_TRUE(result.extent.closed) << why;
-    EXPECT_NE(result.extent.trouble.find("1 chunk cannot be read, the first at byte "), std::string::npos);
-    EXPECT_NE(result.extent.trouble.find(why), std::string::npos) << result.extent.trouble;
-  };
-  for (const auto& [name, how] : {std::pair<std::string, Foreign>{"zstd", compressedBy("zstd", zstd)},
-                                  {"zstd", compressedBy("zstd", zstdFrames)},
-                                  {"lz4", compressedBy("lz4", lz4)}}) {
-    expectSkipped("it decompresses to ", how, [](Chunk& chunk, std::string&) { ++chunk.size; });
-    expectSkipped(name + ": ", how, [](Chunk& chunk, std::string&) { --chunk.size; });
-    expectSkipped(name + ": ", how, [](Chunk& chunk, std::string&) { chunk.size = 0; });
-    expectSkipped(name + ": ", how, [](Chunk&, std::string& records) { records.resize(records.size() - 5); });
-    expectSkipped(name + ": ", how, [](Chunk&, std::string& records) { records += "more"; });
-    expectSkipped("up to 64 MiB", how, [](Chunk& chunk, std::string&) { chunk.size = kLargestChunk + 1; });
-    expectSkipped("up to 64 MiB", how, [](Chunk& chunk, std::string&) { chunk.size = UINT64_MAX; });
-    expectSkipped("another method", how, [](Chunk& chunk, std::string&) { chunk.compression = "other"; });
-    expectSkipped("it is damaged", how, [](Chunk& chunk, std::string&) { ++chunk.crc; });
-  }
-  expectSkipped("it is damaged", {}, [](Chunk& chunk, std::string&) { ++chunk.size; });
-}
-
-TEST(Reader, AChunkThatIsTooLargeForMemoryIsPassedOver) {
-  const RandomMessages messages(tractiond::test::seed());
-  Memory memory;
-  ASSERT_TRUE(messages.writeTo(memory));
-  const std::size_t at = chunksOf(memory.bytes).front().first;
-  const std::uint64_t large = 300'000'000;
-  std::string head;
-  Output(head).number(static_cast<std::uint8_t>(Opcode::kChunk)).number(large);
-  const fuzz::MemoryFile file(memory.bytes.substr(0, at) + head);
-  std::filesystem::resize_file(file.path(), at + head.size() + large);  // sparse
-  { std::ofstream(file.path(), std::ios::app) << memory.bytes.substr(at); }
-  std::size_t count = 0;
-  const auto extent = Reader::open(file.path())->read([&](const Channel&, const Schema*, const Message&) { ++count; });
-  ASSERT_TRUE(extent);
-  EXPECT_EQ(count, messages.all.size());
-  EXPECT_EQ(extent->trouble, "1 chunk cannot be read, the first at byte " + std::to_string(at) +
-                                 ": it has 300000000 bytes, and chunks of up to 64 MiB are read");
-}
-
-TEST(Reader, TheSummaryDeclaresWhatADamagedChunkHeld) {
-  const RandomMessages messages(tractiond::test::seed());
-  Memory memory;
-  ASSERT_TRUE(messages.writeTo(memory));
-  const auto sums = messagesUpTo(memory.bytes);
-  const std::vector<Kept> others(messages.all.begin() + static_cast<std::ptrdiff_t>(sums[0]), messages.all.end());
-  bool isFirst = true;
-  const std::string bytes = rewritten(
-      memory.bytes, {.onChunk = [&](Chunk& chunk, std::string&) { chunk.crc += std::exchange(isFirst, false); },
-                     .declaresInChunks = true});
-  const fuzz::MemoryFile file(bytes);
-  std::vector<Kept> found;
-  const auto extent =
-      Reader::open(file.path())->read([&](const Channel& channel, const Schema* schema, const Message& message) {
-        EXPECT_EQ(schema != nullptr, channel.topic != "topic/0");
-        found.emplace_back(channel.topic, message.sequence, message.logTime_ns, message.publishTime_ns, message.data);
-      });
-  ASSERT_TRUE(extent);
-  EXPECT_TRUE(found == others);
-  EXPECT_EQ(extent->badChunks, 1U);
-}
-
 TEST(Reader, ARecordingNeedsNoSummaryAndNoStatistics) {
   const RandomMessages messages(tractiond::test::seed());
   Memory memory;
@@ -219,33 +139,6 @@ TEST(Reader, ARecordingNeedsNoSummaryAndNoStatistics) {
     EXPECT_EQ(summary.has_value(), hasSummary);
     EXPECT_FALSE(summary && summary->statistics);
   }
-}
-
-TEST(Reader, ZerosThatAPowerCutLeavesAreNoRecords) {
-  const RandomMessages messages(tractiond::test::seed());
-  Memory memory;
-  ASSERT_TRUE(messages.writeTo(memory));
-  const auto chunks = chunksOf(memory.bytes);
-  const std::string bytes = memory.bytes.substr(0, chunks.back().first) + std::string(5000, '\0');
-  const Read result = read(bytes);
-  EXPECT_EQ(result.extent.chunks, chunks.size() - 1);
-  EXPECT_EQ(result.extent.whole_bytes, chunks.back().first);
-  EXPECT_NE(result.extent.trouble.find("no record begins at byte"), std::string::npos);
-}
-
-TEST(Reader, ASummaryThatIsDamagedIsNone) {
-  const RandomMessages messages(tractiond::test::seed());
-  Memory memory;
-  ASSERT_TRUE(messages.writeTo(memory));
-  std::mt19937 random(tractiond::test::seed() + 1);
-  const std::size_t begin = chunksOf(memory.bytes).back().second;
-  const auto summaryOf = [](std::string_view bytes) {
-    const fuzz::MemoryFile file(bytes);
-    return Reader::open(file.path())->summary().value();
-  };
-  ASSERT_TRUE(summaryOf(memory.bytes));
-  for (int i = 0; i < 200; ++i)
-    EXPECT_FALSE(summaryOf({memory.bytes.data(), begin + random() % (memory.bytes.size() - begin)}));
 }
 
 TEST(Reader, SaysWhatIsNoRecording) {

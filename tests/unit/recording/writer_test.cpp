@@ -90,22 +90,6 @@ TEST(Writer, WhatADiskHasNoRoomForLeavesAllBeforeIt) {
   EXPECT_GT(some, 50);
 }
 
-TEST(Writer, AChannelThatHasNoRoomIsForgotten) {
-  Memory memory(2000);
-  Writer writer(memory, {});
-  const auto first = writer.channel(0, "first", "json");
-  ASSERT_TRUE(writer.write({first, 1, 1, 1, "kept"}));
-  ASSERT_TRUE(writer.flush());
-  const auto second =
-      writer.channel(writer.schema("a.Message", "protobuf", std::string(1500, 'x')), "second", "protobuf");
-  ASSERT_TRUE(writer.write({second, 1, 2, 2, "lost"}));
-  EXPECT_FALSE(writer.close());
-  EXPECT_TRUE(writer.close());
-  const Read result = read(memory.bytes);
-  EXPECT_EQ(result.extent.trouble, "");
-  EXPECT_TRUE(result.messages == std::vector<Kept>({{"first", 1, 1, 1, "kept"}}));
-}
-
 TEST(Writer, AnEmptyRecordingIsWhole) {
   Memory memory;
   ASSERT_TRUE(Writer(memory, {}).close());
@@ -125,33 +109,6 @@ TEST(Writer, RefusesAMessageWithoutADeclaredChannel) {
   ASSERT_TRUE(writer.write({writer.channel(0, "first", "json"), 1, 1, 1, "kept"}));
   ASSERT_TRUE(writer.close());
   EXPECT_TRUE(read(memory.bytes).messages == std::vector<Kept>({{"first", 1, 1, 1, "kept"}}));
-}
-
-TEST(Writer, RefusesAMessageThatNoReaderWouldTake) {
-  Memory memory;
-  Writer writer(memory, {});
-  const std::uint16_t channel = writer.channel(0, "first", "json");
-  const std::string large(kLargestChunk - kMessageHead, 'x');
-  ASSERT_TRUE(writer.write({channel, 1, 1, 1, "small"}));
-  ASSERT_TRUE(writer.write({channel, 2, 1, 1, large}));
-  EXPECT_EQ(writer.write({channel, 3, 1, 1, large + 'x'}).error().exitCode, EX_DATAERR);
-  ASSERT_TRUE(writer.close());
-  const Read result = read(memory.bytes);
-  EXPECT_EQ(result.extent.trouble, "");
-  EXPECT_EQ(result.messages.size(), 2U);
-}
-
-TEST(Deltas, ThatAreDamagedLeaveZeros) {
-  std::string scratch, packed;
-  packDeltas("abcdef", 0, scratch, packed);  // as with 1
-  std::vector<std::uint8_t> bytes(6);
-  EXPECT_TRUE(unpackDeltas(packed, 1, bytes));
-  EXPECT_EQ(std::string(bytes.begin(), bytes.end()), "abcdef");
-  for (const auto& [damaged, delta] : {std::pair{packed.substr(0, packed.size() - 2), 1}, {packed, 0}, {"", 1}}) {
-    bytes.assign(6, 'x');
-    EXPECT_FALSE(unpackDeltas(damaged, static_cast<std::size_t>(delta), bytes));
-    EXPECT_EQ(bytes, std::vector<std::uint8_t>(6));
-  }
 }
 
 class NewFiles : public testing::Test {

@@ -145,19 +145,6 @@ TEST(GelFile, UnknownKeyIsNamedWithLineAndNearestKey) {
   EXPECT_EQ(error.what, "unknown key 'gel.poison_ratio'; the nearest known key is 'gel.poisson_ratio'");
 }
 
-/// A file may be 4 MiB, a line on a terminal may not.
-TEST(GelFile, LongKeysAndTextsAreShortenedInErrors) {
-  const std::string longKey(1'000'000, 'k');
-  for (const std::string& text :
-       {changed("poisson_ratio", longKey), changed("poisson_ratio", "\"µ" + longKey + "\""),
-        changed("poisson_ratio = 0.49", longKey + "." + longKey + " = 1"),
-        changed("colour = \"blue\"", "colour = \"" + longKey + "\""), changed("colour = \"blue\"", longKey)}) {
-    const FileError error = fault(text);
-    EXPECT_LT(error.what.size(), 600U) << error.what.substr(0, 1000);
-    EXPECT_NE(error.what, "");
-  }
-}
-
 TEST(GelFile, ImpossibleSensorsAreRejectedWhereTheyAreWritten) {
   const std::string kTerm = "[[creep]]\nshare = 0.1\ntime_s = 1\ndeviation = 0.01\n";
   const struct {
@@ -238,32 +225,6 @@ TEST(GelFile, SyntaxErrorsAndMissingFilesAreErrors) {
     EXPECT_TRUE(missing.error().unreadable);
     EXPECT_EQ(missing.error().where, path);
   }
-}
-
-TEST(GelFile, WhatIsNoFileIsNotWaitedFor) {
-  const std::string pipe = testing::TempDir() + "/gel." + std::to_string(getpid());
-  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-  for (const std::string& path : {pipe, std::string("/dev/zero"), std::string("/dev/null")}) {
-    const auto none = sensor::loadGel(path);
-    ASSERT_FALSE(none.has_value());
-    EXPECT_EQ(none.error().what, "cannot be read: it is no regular file");
-  }
-  unlink(pipe.c_str());
-}
-
-TEST(GelFile, EndlessKeysAreRefused) {
-  for (const char* form : {"format = 1\n%s = 1\n", "format = 1\n[%s]\n", "format = 1\na = {%s = 1}\n"}) {
-    std::string text = form, key = "a";
-    for (int i = 0; i < 100'000; ++i) key += ".a";
-    text.replace(text.find("%s"), 2, key);
-    const FileError error = fault(text);
-    EXPECT_EQ(error.where, "gel.toml:2");
-    EXPECT_EQ(error.what, "has a key of more than 100 parts");
-  }
-  EXPECT_TRUE(parseGel("# ....................................................................................\n"
-                       "# ...................................................................................... a.b\n"
-                       "format = 1\n",
-                       "gel.toml"));
 }
 
 }  // namespace

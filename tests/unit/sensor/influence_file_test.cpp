@@ -10,7 +10,6 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
-#include <numeric>
 
 namespace {
 
@@ -194,49 +193,6 @@ TEST_F(InfluenceFile, WrongSignsAndUnitsAreNoticed) {
   EXPECT_TRUE(load(times(0.1)));
 }
 
-TEST_F(InfluenceFile, WhatSavezDoesNotWriteIsRefused) {
-  std::vector<Member> members = whole();
-  members[3].method = 8;
-  EXPECT_EQ(fault(members), "influence is compressed: write the file with numpy.savez, not savez_compressed");
-  members = whole();
-  members[3].flags = 1;
-  EXPECT_EQ(fault(members), "influence is encrypted");
-  members = whole();
-  members.push_back(members[3]);
-  EXPECT_EQ(fault(members), "influence is there twice");
-
-  std::string bytes = npz::archive(whole());
-  bytes[bytes.find("influence.npy") + 500] ^= 1;
-  const auto damaged = sensor::loadBody(write(bytes));
-  ASSERT_FALSE(damaged);
-  EXPECT_EQ(damaged.error().what, "influence has a wrong checksum: the file is damaged");
-
-  const auto missing = sensor::loadBody(folder_ / "nowhere.npz");
-  ASSERT_FALSE(missing);
-  EXPECT_TRUE(missing.error().unreadable);
-  const auto directory = sensor::loadBody(folder_);
-  ASSERT_FALSE(directory);
-  EXPECT_TRUE(directory.error().unreadable);
-}
-
-TEST_F(InfluenceFile, CutShortAnywhereIsAnError) {
-  const std::string bytes = npz::archive(whole());
-  for (std::size_t size = 0; size < bytes.size(); size += size < bytes.size() - 700 ? 37 : 1) {
-    EXPECT_FALSE(sensor::loadBody(write(bytes.substr(0, size)))) << size;
-  }
-}
-
-TEST_F(InfluenceFile, AnyDamagedByteIsAnErrorOrChangesNothing) {
-  const std::string bytes = npz::archive(whole());
-  const std::size_t numbers = bytes.find("influence.npy") + 200;  // a checksum holds them all alike
-  for (std::size_t at = 0; at<bytes.size(); at += at> numbers && at < numbers + 1500 ? 41 : 1) {
-    std::string damaged = bytes;
-    damaged[at] = static_cast<char>(damaged[at] ^ (1 << at % 8));
-    const auto body = sensor::loadBody(write(damaged));
-    if (body) expectWhole(*body);
-  }
-}
-
 const std::string kGel = "format = 1\n"
                          "[gel]\ninfluence_file = \"body.npz\"\n"
                          "[[layers]]\ncolour = \"blue\"\ncolumns = 2\nrows = 2\n"
@@ -258,20 +214,6 @@ TEST_F(InfluenceFile, GelFileNamesItBesideItself) {
   const auto again = sensor::loadGel(write(text, "again.toml"));
   ASSERT_TRUE(again) << again.error().what;
   EXPECT_EQ(sensor::gelText(*again), text);
-}
-
-TEST_F(InfluenceFile, AnyNameOfItIsWrittenAsItIs) {
-  sensor::Sensor paper;
-  for (const char* name : {"a \"quoted\" name", "back\\slash\\u0041", "tab\tline\n", "\x01 and \x7f", "größe'"}) {
-    auto body = std::make_shared<Body>();
-    body->file = "/gels" + std::string("/") + name;
-    paper.body = body;
-    auto table = tractiond::TomlTable::parse(sensor::gelText(paper), "written");
-    ASSERT_TRUE(table) << table.error().what;
-    std::string read;
-    table->table("gel")->read("influence_file", read);
-    EXPECT_EQ(read, body->file);
-  }
 }
 
 TEST_F(InfluenceFile, GelFileThatContradictsItIsRefused) {

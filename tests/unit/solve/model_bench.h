@@ -1,8 +1,7 @@
-// Loads, a sensor with its model of contacts and the dense twin of it.
+// Loads, and a sensor with its model of contacts.
 #pragma once
 
 #include "daemon/solve/model.h"
-#include "tests/unit/solve/dense_model.h"
 #include "tests/unit/solve/sensors.h"
 
 #include <numeric>
@@ -18,18 +17,11 @@ using Eigen::VectorXd;
 constexpr double kNoise_px = 0.0165;
 inline const Vector3d kPress = Vector3d::UnitZ(), kShear = Vector3d::UnitX(), kAcross = Vector3d::UnitY();
 
-/// Takes every mode: the twin leaves none out.
+/// Takes every mode, as formulae without a limit do.
 inline ModelOptions everyMode() {
   ModelOptions options;
   options.noise_px = kNoise_px;
   options.faintest = 0.0;
-  return options;
-}
-
-/// Returns options with fewer atoms than the pictures of the tests need.
-inline ModelOptions fewAtoms() {
-  ModelOptions options = everyMode();
-  options.most = {{{5, 5, 10}, {10, 10, 20}}};
   return options;
 }
 
@@ -68,7 +60,7 @@ inline std::vector<int> everyPoint(int points) {
   return indices;
 }
 
-/// A sensor on a half-space, its model without patches and the twin.
+/// A sensor on a half-space and its model without patches.
 class Bench {
  public:
   explicit Bench(const sensor::Sensor& sensor, const ModelOptions& options = everyMode(), Image* image = halfSpaceImage)
@@ -76,10 +68,9 @@ class Bench {
       , image_(image)
       , motion_{sensor::elastic::pictureMotionMatrix(sensor), Eigen::Vector4d(0.02, 0.02, 1e-4, 1e-4).cwiseAbs2()}
       , atoms_(makeAtoms(sensor))
-      , influence_(image(sensor, DenseModel::pointsOf(sensor.nodes)))
+      , influence_(image(sensor, atoms_.points))
       , factors_(computeFactors(influence_, atoms_, motion_, scale_N(), options).value())
-      , model_(factors_, atoms_, options)
-      , twin_(sensor.nodes, sensor.layers.front().depth, influence_, strays(), scale_N(), options) {}
+      , model_(factors_, atoms_, options) {}
 
   /// Returns displacements with the picture's motion and noise, 2M [px].
   VectorXd picture(const Load& load, unsigned seed, double noise_px = kNoise_px) const {
@@ -106,10 +97,6 @@ class Bench {
     for (const int coordinate : missing) there[coordinate] = 0.0F;
     model.solve({there.data(), static_cast<std::size_t>(there.size())}, missing, noise_px, estimate);
     return estimate;
-  }
-
-  DenseModel::Result twin(const VectorXd& displacement, const std::vector<int>& missing = {}) const {
-    return twin_.solve(displacement, presentOf(missing), kNoise_px);
   }
 
   std::vector<int> presentOf(const std::vector<int>& missing) const {
@@ -147,7 +134,6 @@ class Bench {
   MatrixXd influence_;
   Factors factors_;
   Model model_;
-  DenseModel twin_;
 };
 
 inline VectorXd forcesOf(const Estimate& estimate) {

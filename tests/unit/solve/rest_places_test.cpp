@@ -206,34 +206,6 @@ TEST_F(AtPlaces, ForcesAreThoseOfTheFullComputation) {
   }
 }
 
-/// A stop that comes at the n-th step is noticed before the next one, whichever step it is.
-TEST_F(AtPlaces, EachStepIsTheLastAfterAStop) {
-  const sensor::Sensor made = handMadeSensor();
-  const MatrixXd influence = influenceAtPlaces(made, atoms(), drawn()).value();
-  const auto fromNear = [&](const Stopping& stopping) -> tl::expected<Factors, Error> {
-    auto there = influenceAtPlaces(made, atoms(), drawn(), stopping);
-    if (!there) return tl::unexpected(there.error());
-    return factorsAtPlaces(made, atoms(), *std::move(there), drawn(), options(), stopping);
-  };
-  const auto fromNothing = [&](const Stopping& stopping) {
-    return computeFactors(influence, atoms(), motionPrior(made), drawn().force_N, options(), nullptr, stopping);
-  };
-  const auto expectStops = [](const auto& compute, int leastSteps) {
-    int steps = 0;
-    ASSERT_TRUE(compute([&] { return ++steps < 0; }));
-    EXPECT_GE(steps, leastSteps);
-    for (int last = 1; last <= steps; ++last) {
-      int asked = 0;
-      const auto stopped = compute([&] { return ++asked >= last; });
-      ASSERT_FALSE(stopped) << last;
-      EXPECT_EQ(stopped.error().what, givenUp().value().what) << last;
-      EXPECT_EQ(asked, last) << "nothing is begun afterwards";
-    }
-  };
-  expectStops(fromNear, 14);
-  expectStops(fromNothing, 8);
-}
-
 /// From the zero to the field, as the daemon has it.
 TEST(SolverAtRest, ReadsAPressOnAHandMadeGel) {
   const test::TemporaryFolder directory;

@@ -73,26 +73,5 @@ TEST_F(RimTest, WhatReachesBeyondTheNodesIsWithinItsInterval) {
   }
 }
 
-TEST_F(RimTest, AContactThatGrowsOverTheFaceIsReadWithoutAStep) {
-  const sensor::Points nodes = sensor::nodePositions(paper().nodes);
-  const VectorXd still = noise();
-  Vector3d last = Vector3d::Zero();
-  for (double reach = 4.0; reach < 30.0; reach += 0.05) {
-    VectorXd forces = VectorXd::Zero(influence().cols());
-    for (Eigen::Index n = 0; n < nodes.cols(); ++n) {
-      const double edge = (reach - 1e3 * nodes.col(n).norm()) / 3.0;  // a pitch from full to nothing
-      forces[3 * n + 2] = std::clamp(edge, 0.0, 1.0);
-    }
-    forces *= 4.0 / forces.sum();
-    solve(influence() * forces + still);
-    if (reach > 4.0) {
-      EXPECT_LT((resultant() - last).norm(), 8.0 * kGramForce) << "at " << reach << " mm";
-    }
-    last = resultant();
-    EXPECT_EQ(field_.method, Method::kContact);
-    EXPECT_NEAR(resultant().z(), 4.0, 0.3);
-  }
-}
-
 }  // namespace
 }  // namespace tractiond::solve::rim_test

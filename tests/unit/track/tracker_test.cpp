@@ -53,27 +53,6 @@ TEST(Tracker, AllocatesNothingButWhereItLearnsWhatMarkersLookLike) {
   }
 }
 
-TEST(Tracker, AllocatesNothingWhileItLooksForMarkersThatAreNotThere) {
-  for (const auto format : {twin::Format::kRgb8, twin::Format::kBayerGB8}) {
-    Scene scene({}, format);
-    std::mt19937 random(5);
-    std::uniform_real_distribution<double> u(0, 640), v(0, 480);
-    for (Eigen::Index i = 0; i < scene.now.cols(); ++i) scene.now.col(i) = Eigen::Vector2d(u(random), v(random));
-    Tracking tracking(scene);
-    Snapshot snapshot;
-    tracking.tracker.prepare(snapshot);
-    tracking(scene.shoot());
-    const std::uint64_t before = support::allocations();
-    for (int i = 0; i < 30; ++i) {
-      tracking(scene.shoot());
-      tracking.tracker.fill(snapshot);
-    }
-    EXPECT_EQ(support::allocations(), before);
-    EXPECT_GT(snapshot.spotLayer.size(), 500U);
-    EXPECT_EQ(snapshot.state.front(), MarkerState::kSought);
-  }
-}
-
 TEST(Tracker, RowsMayBePadded) {
   Scene scene;
   Tracking tracking(scene);

@@ -7,7 +7,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <fstream>
 #include <random>
 #include <stdexcept>
@@ -155,17 +154,6 @@ TEST_F(KeysTest, WhatAnybodyCanWriteAllowsNobody) {
   }
 }
 
-TEST_F(KeysTest, SameKeyTwiceIsAllowedOnce) {
-  const std::string key = newKeyPair().publicKey;
-  ASSERT_TRUE(allow(folder_, {"ada", key, Permission::kRead}));
-  ASSERT_TRUE(allow(folder_, {"zoe", key, Permission::kControl}));
-  KeyDirectory directory(folder_);
-  directory.refresh();
-  EXPECT_EQ(directory.find(key)->name, "ada");
-  ASSERT_EQ(directory.faults().size(), 1U);
-  EXPECT_NE(directory.faults()[0].message().find("zoe.key"), std::string::npos);
-}
-
 TEST_F(KeysTest, WhatIsNoKeyAllowsNobodyAndIsNamedInALine) {
   std::mt19937 random(test::seed());
   const std::string key = newKeyPair().publicKey;
@@ -195,15 +183,6 @@ TEST_F(KeysTest, WhatIsNoKeyAllowsNobodyAndIsNamedInALine) {
     EXPECT_NE(fault.message().find(".key"), std::string::npos) << fault.message();
     EXPECT_EQ(fault.message().find('\n'), std::string::npos) << fault.message();
   }
-}
-
-TEST_F(KeysTest, TooManyAllowNobody) {
-  for (int i = 0; i < 1001; ++i) put(std::to_string(i) + ".key", "");
-  KeyDirectory directory(folder_);
-  directory.refresh();
-  EXPECT_TRUE(directory.keys().empty());
-  ASSERT_EQ(directory.faults().size(), 1U);
-  EXPECT_FALSE(directory.refresh());
 }
 
 TEST_F(KeysTest, SecretKeyOfOthersIsRefused) {

@@ -240,31 +240,5 @@ TEST(Service, ReloadsOnAHangupAndIsReadyAgain) {
   service.join();
 }
 
-TEST(Service, IsFedWhileAReloadWaitsForADiskAndStopsWithoutIt) {
-  NotifySocket systemd;
-  Fixture fixture;
-  std::promise<void> disk;
-  std::atomic<bool> isApplied{false};
-  std::thread service([&] {
-    catchSignals();
-    ServiceHooks hooks = fixture.hooks();
-    hooks.reload = [&isApplied, answers = disk.get_future().share()]() -> std::function<void()> {
-      answers.wait();
-      return [&isApplied] { isApplied = true; };
-    };
-    run(hooks);
-  });
-  systemd.skipTo("WATCHDOG=1");
-  kill(getpid(), SIGHUP);
-  while (!systemd.next().starts_with("RELOADING=1")) {
-  }
-  for (int i = 0; i < 3; ++i) systemd.skipTo("WATCHDOG=1");
-  fixture.ended = true;
-  systemd.skipTo("STOPPING=1");
-  service.join();
-  disk.set_value();
-  EXPECT_FALSE(isApplied);
-}
-
 }  // namespace
 }  // namespace tractiond::service_test
