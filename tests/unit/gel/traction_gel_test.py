@@ -8,11 +8,12 @@ import subprocess
 import tempfile
 import tomllib
 import unittest
+import unittest.mock
 
 import gmsh
 import numpy as np
 import suite
-from traction_gel import check, files, influence, mechanics, mesh, placement, triangles
+from traction_gel import check, files, influence, mechanics, mesh, mould, placement, triangles
 from traction_gel.problem import Problem
 
 BIN = pathlib.Path(os.environ["TRACTION_BUILD"]) / "bin"
@@ -303,6 +304,101 @@ class Fingertip(unittest.TestCase):
         program.stderr.close()
         self.assertEqual(list(temporary.iterdir()), [])
         self.assertEqual({each.name for each in self.folder.iterdir()}, {"tip.toml", "temporary"})
+
+
+class Mould(unittest.TestCase):
+    """Of a description: what is written, read again."""
+
+    SHAPES = {  # of each: the volumes of the gel, of what a cup has room for, and of the bone
+        "hemisphere": ({"diameter_mm": 20, "length_mm": 8, "gel_mm": 4}, lambda r: 2 / 3 * np.pi * r**3 + 8 * np.pi * r**2, 10, 6),
+        "ellipsoid": ({"width_mm": 18, "height_mm": 18, "length_mm": 9, "gel_mm": 3}, lambda r: 2 / 3 * np.pi * r**3, 9, 6),
+        "dome": ({"diameter_mm": 20, "height_mm": 10}, lambda r: 2 / 3 * np.pi * r**3, 10, 0),
+        "block": ({"width_mm": 20, "height_mm": 20, "thickness_mm": 8}, lambda _: 20 * 20 * 8, 0, None),
+    }
+
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="traction-")))
+
+    def task(self, kind, **tables):
+        path = self.folder / "tip.toml"
+        path.write_text(SHIPPED.read_text())
+        return files.read(path) | {"shape": {"kind": kind} | self.SHAPES[kind][0]} | tables
+
+    def volume_of(self, path):
+        """Of what an STL file encloses; fails if it is not closed."""
+        with mesh.session():
+            corners, faces = triangles.read(path, path.name)
+        a, b, c = corners[triangles.oriented(corners, faces)].transpose(1, 0, 2)
+        return (a * np.cross(b, c)).sum() / 6
+
+    def test_the_cavities_are_the_gel_and_its_inner_layers(self):
+        self.check_cavities("hemisphere", "block")
+
+    @suite.minutes
+    def test_the_cavities_of_the_other_shapes_are_too(self):
+        self.check_cavities("ellipsoid", "dome")
+
+    def check_cavities(self, *kinds):
+        for kind in kinds:
+            _, solid, radius, bone = self.SHAPES[kind]
+            with self.subTest(kind):
+                task = self.task(kind)
+                said = []
+                mould.write(task, self.folder / kind, lambda text, again, said=said: said.append(text))
+                drawing = mould.Drawing(task)
+                pins = 2 * np.pi * (drawing.pin / 2)**2 * (drawing.lid + drawing.bridge)
+                block = 4 * np.prod(drawing.half) * (drawing.form.end + drawing.wall) + pins
+                room = block - self.volume_of(self.folder / f"{kind}_cup.stl")
+                wanted = solid(radius)
+                if bone:
+                    self.assertIn(f"cup: {1e-3 * (wanted - solid(bone)):.2f} ml of gel", said)
+                    inner = block - self.volume_of(self.folder / f"{kind}_cup_2mm.stl")
+                    np.testing.assert_allclose(inner, solid(radius - 2), rtol=0.01)
+                    np.testing.assert_allclose(room, wanted, rtol=0.01)
+                else:
+                    grooves = np.pi * (drawing.pour / 2)**2 * drawing.wall  # halves on both sides
+                    np.testing.assert_allclose(room, wanted + grooves, rtol=0.01)
+                    self.assertIn(f"cup: {1e-3 * wanted:.2f} ml of gel", said)
+
+    def test_a_bone_sits_where_the_description_has_it(self):
+        mould.write(self.task("hemisphere"), self.folder / "tip", quiet)
+        with mesh.session():
+            corners, _ = triangles.read(self.folder / "tip_bone.stl", "bone")
+        hangs = corners[:, 2].max() - files.MOULD["bridge_mm"]
+        self.assertAlmostEqual(hangs, 18 + files.MOULD["lid_mm"], 6)  # on the lid, which is on the cup's rim
+        below = corners[corners[:, 2] < 10 - 1e-6]
+        np.testing.assert_allclose(np.linalg.norm(below - [0, 0, 10], axis=1), 6, atol=1e-6)
+        self.assertAlmostEqual(corners[:, 2].min(), 4, 2)
+
+    def test_the_gel_comes_out_of_its_cup(self):
+        for kind in self.SHAPES:
+            with self.subTest(kind), mesh.session():
+                drawing = mould.Drawing(self.task(kind))
+                cup, gel = drawing.cup(0.0), drawing.form.solid(0.0)
+                for _ in range(8):
+                    gmsh.model.occ.translate(gel, 0, 0, drawing.form.end / 6)
+                    self.assertLess(mould.common(cup, gel), 1e-3)
+
+    def test_parts_that_do_not_fit_are_not_written(self):
+        right = mould.Drawing.column
+        for wrong, said in ((lambda self, low, high, more: right(self, low, high, more - 0.15 * (more > 0)), "bone and lid_half intersect"),
+                            (lambda self, low, high, more: right(self, low - 5, high, more + 0.05), "the cavity of cup has")):
+            with self.subTest(said), unittest.mock.patch.object(mould.Drawing, "column", wrong):
+                with self.assertRaisesRegex(Problem, said):
+                    mould.write(self.task("hemisphere"), self.folder / "tip", quiet)
+        self.assertEqual({path.name for path in self.folder.iterdir()}, {"tip.toml"})
+
+    def test_wrong_dimensions_are_refused(self):
+        for tables, said in (({"mould": {"pour_mm": 5}}, "mould.pour_mm"), ({"mould": {"wall_mm": 0}}, "mould.wall_mm"),
+                             ({"shape": {"gel_file": "gel.step"}}, "shape.gel_file")):
+            path = self.folder / "tip.toml"
+            text = SHIPPED.read_text()
+            for name, table in tables.items():
+                text = text.replace(f"[{name}]", f"[was_{name}]").replace("was_shape", "uncertainty")
+                text += f"\n[{name}]\n" + "".join(f"{key} = {files._toml(value)}\n" for key, value in table.items())
+            path.write_text(text)
+            with self.subTest(said), self.assertRaisesRegex(Problem, said):
+                mould.write(files.read(path), self.folder / "tip", quiet)
 
 
 if __name__ == "__main__":
