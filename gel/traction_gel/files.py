@@ -24,7 +24,7 @@ KEYS = {
     "material": {"youngs_modulus_pa", "poisson_ratio"},
     "materials": {"youngs_modulus_pa", "poisson_ratio", "skin_mm", "gel_file"},
     "layers": {"colour", "contrast", "columns", "rows", "pitch_mm", "centre_mm", "depth_mm", "diameter_mm", "scatter_mm",
-               "positions_mm"},
+               "positions_mm", "any_order", "least_mm", "seed"},
     "nodes": {"columns", "rows", "pitch_mm", "centre_mm"},
     "deviations": {"bone_mm", "youngs_modulus_relative"},
     "mould": {*MOULD, "pour_mm"},
@@ -74,6 +74,11 @@ def read(path):
         if name != "nodes.":
             _number(table, name, "diameter_mm", 0.01, 100)
             _number(table, name, "scatter_mm", 0, 100, 0)
+            _number(table, name, "least_mm", 0, 100, 0)
+            if _number(table, name, "seed", 0, 2**53, 0) != math.floor(table.get("seed", 0)):
+                raise Problem(f"{name}seed is {table['seed']!r}: it must be a whole number")
+            if not isinstance(table.get("any_order", False), bool):
+                raise Problem(f"{name}any_order is {table['any_order']!r}: it must be true or false")
             _list(table, name, "positions_mm", (table["columns"] * table["rows"], 3))
             if "positions_mm" not in table:
                 _number(table, name, "depth_mm", 0.05, 1000)

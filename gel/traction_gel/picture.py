@@ -49,7 +49,7 @@ def _section(corners, triangles):
 
 
 def draw_mould(parts, path):
-    """Put together, cut at x = 0, and taken apart, in the pose in which gel is poured. \param parts of mould.py"""
+    """Put together, cut at x = 0, and taken apart, in the pose in which gel is poured. \\param parts of mould.py"""
     figure = pyplot.figure(figsize=(10, 6), layout="constrained")
     section, apart = figure.add_subplot(1, 2, 1), figure.add_subplot(1, 2, 2, projection="3d")
     colours = dict(zip([part.name for part in parts], ("#a87", "#89b", "#bcd", "#9cb", "#b9c", "#cb9", "#9bc")))

@@ -12,6 +12,7 @@ import unittest.mock
 
 import gmsh
 import numpy as np
+import scipy.spatial
 import suite
 from traction_gel import check, files, influence, mechanics, mesh, mould, placement, triangles
 from traction_gel.problem import Problem
@@ -399,6 +400,43 @@ class Mould(unittest.TestCase):
             path.write_text(text)
             with self.subTest(said), self.assertRaisesRegex(Problem, said):
                 mould.write(files.read(path), self.folder / "tip", quiet)
+
+
+class RandomMarkers(unittest.TestCase):
+    LAYER = {"columns": 12, "rows": 9, "pitch_mm": 1, "depth_mm": 2, "least_mm": 0.65, "seed": 5, "diameter_mm": 0.3}
+
+    def setUp(self):
+        with mesh.Body(fingertip()["shape"], ".") as body:
+            corners, free, _, _ = body.surface(0.7)
+        self.surface = placement.Surface(corners, free)
+
+    def test_are_apart_on_their_surface_and_the_same_again(self):
+        found, _, _ = placement.markers(self.surface, [self.LAYER])
+        self.assertEqual(len(found), 12 * 9)
+        distance = scipy.spatial.cKDTree(found).query(found, 2)[0][:, 1]
+        self.assertGreaterEqual(distance.min(), 0.65)
+        np.testing.assert_allclose(np.linalg.norm(found - [0, 0, 10], axis=1), 8, atol=0.05)
+        np.testing.assert_array_equal(placement.markers(self.surface, [self.LAYER])[0], found)
+        self.assertGreater(abs(placement.markers(self.surface, [self.LAYER | {"seed": 6}])[0] - found).max(), 0.1)
+
+    def test_neighbours_of_the_grid_are_near_each_other(self):
+        found, _, _ = placement.markers(self.surface, [self.LAYER])
+        for order in (found, placement.markers(self.surface, [self.in_any_order(found)])[0]):
+            grid = order.reshape(9, 12, 3)
+            for axis in (0, 1):
+                self.assertLess(np.linalg.norm(np.diff(grid, axis=axis), axis=2).max(), 2.5)
+
+    def in_any_order(self, found):
+        shuffled = np.random.default_rng(1).permutation(found)
+        return self.LAYER | {"positions_mm": shuffled.tolist(), "any_order": True}
+
+    def test_a_grid_in_any_order_is_that_grid(self):
+        found, _, _ = placement.markers(self.surface, [self.LAYER | {"least_mm": 0}])
+        np.testing.assert_array_equal(placement.markers(self.surface, [self.in_any_order(found)])[0], found)
+
+    def test_more_than_have_room_are_refused(self):
+        with self.assertRaisesRegex(Problem, r"layers\[0\]: \d+ of 108 random markers have room at least 1 mm apart"):
+            placement.markers(self.surface, [self.LAYER | {"least_mm": 1}])
 
 
 if __name__ == "__main__":
