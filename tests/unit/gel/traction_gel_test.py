@@ -7,11 +7,13 @@ import signal
 import subprocess
 import tempfile
 import tomllib
+import types
 import unittest
 import unittest.mock
 
 import gmsh
 import numpy as np
+import scipy.sparse
 import scipy.spatial
 import suite
 from traction_gel import check, files, influence, mechanics, mesh, mould, placement, triangles
@@ -284,6 +286,35 @@ class Fingertip(unittest.TestCase):
         self.assertRegex(said[-1], r"row 0, column 0: displacements differ by \d.*, largest \d")
         with self.assertRaisesRegex(Problem, "CalculiX differs by"):
             check.check(task | {"materials": [SKIN | {"youngs_modulus_pa": 2.5 * YOUNG}]}, result, ".", quiet)
+
+    def check_by(self, *errors, asked=1):
+        """The check of two nodes' displacements by a CalculiX that errs by these parts of the peak, mesh after mesh. Returns what
+        is said, and the sizes of its meshes."""
+        true = np.random.default_rng(3).normal(size=(2, 3, 5, 3))
+        result = types.SimpleNamespace(weights=scipy.sparse.eye(2, format="csr"), influence=true.transpose(2, 3, 0, 1), size=1)
+        meshes, sizes, said = iter(errors), [], []
+
+        def found(task, result, chosen, size, folder):
+            sizes.append(size)
+            return true * (1 + next(meshes)), 10000 * len(sizes)
+
+        with unittest.mock.patch.object(check, "_by_calculix", found):
+            check.check({"error_percent": asked, "nodes": {"columns": 1}}, result, ".", lambda text, again: said.append(text))
+        return said, sizes
+
+    def test_calculix_is_believed_when_its_displacements_stay(self):
+        said, sizes = self.check_by(0.03, 0.009, 0.006, 0.1)  # the first is beyond what is asked for
+        np.testing.assert_allclose(np.divide(sizes[1:], sizes[:-1]), check.FINER)
+        self.assertEqual(len(sizes), 3)
+        self.assertRegex(said[2], r"those of the larger bricks by 0\.30 %")
+        self.assertRegex(said[3], r"row 0, column 0: displacements differ by .* largest 0\.60 %")
+        with self.assertRaisesRegex(Problem, r"CalculiX differs by 1\.\d+ % of the peak, and error_percent asks for 1"):
+            self.check_by(0.03, 0.013, 0.0125)
+
+    def test_a_calculix_whose_displacements_do_not_stay_cannot_tell(self):
+        for most, said in ((10000, "has 10000 bricks"), (18000, r"changes displacements by 0\.69 %")):
+            with unittest.mock.patch.object(check, "MOST_BRICKS", most), self.assertRaisesRegex(Problem, said):
+                self.check_by(0.001, 0.008, 0.001, 0.001)
 
     def test_without_calculix_the_check_says_what_to_install(self):
         command = ["/usr/bin/python3", BIN / "traction-gel", "mesh", self.write(fingertip()), "--check"]
