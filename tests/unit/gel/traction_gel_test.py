@@ -392,6 +392,16 @@ class Mould(unittest.TestCase):
                     np.testing.assert_allclose(room, wanted + grooves, rtol=0.01)
                     self.assertIn(f"cup: {1e-3 * wanted:.2f} ml of gel", said)
 
+    def test_the_command_writes_each_part_and_prints_nothing_else(self):
+        path = self.folder / "pad.toml"
+        text = SHIPPED.read_text().replace('"hemisphere"', '"block"\nwidth_mm = 30\nheight_mm = 20\nthickness_mm = 6')
+        path.write_text(text)
+        done = subprocess.run([BIN / "traction-gel", "mould", path], cwd=self.folder, text=True, capture_output=True, timeout=300)
+        self.assertEqual((done.returncode, done.stdout), (0, ""), done.stderr)
+        names = {f"pad_{part}.{kind}" for part in ("window", "cup", "cup_2mm") for kind in ("step", "stl")}
+        self.assertEqual({each.name for each in self.folder.iterdir()}, names | {"pad.toml", "pad_mould.png"})
+        self.assertIn("cup: 3.60 ml of gel", done.stderr)
+
     def test_a_bone_sits_where_the_description_has_it(self):
         mould.write(self.task("hemisphere"), self.folder / "tip", quiet)
         with mesh.session():
@@ -464,6 +474,20 @@ class RandomMarkers(unittest.TestCase):
     def test_a_grid_in_any_order_is_that_grid(self):
         found, _, _ = placement.markers(self.surface, [self.LAYER | {"least_mm": 0}])
         np.testing.assert_array_equal(placement.markers(self.surface, [self.in_any_order(found)])[0], found)
+
+    def test_a_description_has_them(self):
+        with tempfile.TemporaryDirectory(prefix="traction-") as folder:
+            path = pathlib.Path(folder, "tip.toml")
+
+            def read(lines):
+                path.write_text(SHIPPED.read_text().replace("[[layers]]", "[[layers]]\n" + lines))
+                return files.read(path)["layers"]
+
+            found, _, _ = placement.markers(self.surface, read("least_mm = 0.65\nseed = 2"))
+            self.assertEqual(len(found), 225)
+            for lines, said in (("least_mm = -1", "least_mm"), ("seed = 1.5", "seed"), ("any_order = 1", "any_order")):
+                with self.subTest(said), self.assertRaisesRegex(Problem, rf"layers\[0\].{said} is"):
+                    read(lines)
 
     def test_more_than_have_room_are_refused(self):
         with self.assertRaisesRegex(Problem, r"layers\[0\]: \d+ of 108 random markers have room at least 1 mm apart"):
