@@ -281,11 +281,20 @@ class Fingertip(unittest.TestCase):
         task = fingertip(error_percent=5, nodes={"columns": 1, "rows": 1}) | {"materials": [SKIN]}
         task["shape"] = {"kind": "dome", "diameter_mm": 20, "height_mm": 6}
         result = influence.compute(task, ".", quiet)
-        said = []
+        said, known, by_calculix = [], {}, check._by_calculix
+
+        def once(task, result, chosen, size, folder):
+            if size not in known:
+                known[size] = by_calculix(task, result, chosen, size, folder)
+            return known[size]
+
+        self.enterContext(unittest.mock.patch.object(check, "_by_calculix", once))
         check.check(task, result, ".", lambda text, again: said.append(text))
         self.assertRegex(said[-1], r"row 0, column 0: displacements differ by \d.*, largest \d")
+        alike = influence.compute(task | {"materials": [SKIN | {"youngs_modulus_pa": 2.5 * YOUNG}]}, ".", quiet)
+        result.influence = alike.influence
         with self.assertRaisesRegex(Problem, "CalculiX differs by"):
-            check.check(task | {"materials": [SKIN | {"youngs_modulus_pa": 2.5 * YOUNG}]}, result, ".", quiet)
+            check.check(task, result, ".", quiet)
 
     def check_by(self, *errors, asked=1):
         """The check of two nodes' displacements by a CalculiX that errs by these parts of the peak, mesh after mesh. Returns what
