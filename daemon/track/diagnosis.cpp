@@ -96,11 +96,15 @@ std::string aboutLayer(const sensor::Sensor& sensor, std::size_t index, const Pl
   }
   const std::vector<Vector> places = nominalPlaces(sensor);
   const Lattice lattice = latticesOf(sensor)[index];
-  const float expected = smallestSpacing(places, {&lattice, 1});
-  const auto seen = spacingOf(search.spots(channels, radius_px, dark));
-  if (seen && std::abs(*seen / expected - 1.0F) > kOtherSpacing) {
+  std::vector<Spot> described;
+  for (int i = 0; i < lattice.count(); ++i) {
+    const Vector place = places[static_cast<std::size_t>(lattice.first + i)];
+    described.push_back({place.u, place.v});
+  }
+  const auto seen = spacingOf(search.spots(channels, radius_px, dark)), expected = spacingOf(described);
+  if (seen && expected && std::abs(*seen / *expected - 1.0F) > kOtherSpacing) {
     return fmt::format("{} {} spots, {:.1f} px apart instead of {:.1f}: check pitch_mm and the camera's distance",
-                       asDescribed, name, *seen, expected);
+                       asDescribed, name, *seen, *expected);
   }
   return fmt::format("{} {} spots that do not lie in a grid of {} x {}", asDescribed, name, layer.columns, layer.rows);
 }

@@ -44,12 +44,22 @@ def mesh(options, say):
     say(f"estimated error {result.error_percent:.2f} % of the peak; wrote {', '.join(map(str, written))}", False)
 
 
+def mould(options, say):
+    """Runs `traction-gel mould`."""
+    from . import files
+    from . import mould as drawings
+
+    path = pathlib.Path(options.description)
+    written = drawings.write(files.read(path), options.output or path.stem, say)
+    say(f"wrote {', '.join(map(str, written))}", False)
+
+
 def main(version, arguments=None):
     """Returns the exit code."""
     options = command_line.parse(arguments, version)
     say = Reporter()
     try:
-        mesh(options, say)
+        {"mesh": mesh, "mould": mould}[options.command](options, say)
         return 0
     except Problem as problem:
         code, text = DATA_ERROR if pathlib.Path(options.description).exists() else NO_INPUT, str(problem)

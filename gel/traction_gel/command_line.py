@@ -4,7 +4,8 @@ import argparse
 import json
 import sys
 
-NAME, WHAT = "traction-gel", "Makes the influence file and the gel file of a gel of any shape, for tractiond."
+NAME = "traction-gel"
+WHAT = "Makes the influence file and the gel file of a gel of any shape, for tractiond, and draws what it is cast in."
 EXITS = {
     0: "done",
     64: "the command line is wrong",
@@ -25,7 +26,15 @@ COMMANDS = {
             ("--check", "", "Have CalculiX (ccx) compute a few loads anew, and fail beyond error_percent"),
             ("--output", "NAME", "Write NAME.npz, NAME_gel.toml, NAME.png; without it named as DESCRIPTION, in this folder"),
         ],
-    )
+    ),
+    "mould": (
+        "Draw bone, cups and lid to cast a built-in shape in, as STEP and STL",
+        [
+            HELP,
+            ("", "DESCRIPTION", "TOML file, of which shape, skins and depths of markers count, and [mould]"),
+            ("--output", "NAME", "Write NAME_bone.step, ..., NAME_mould.png; without it named as DESCRIPTION, in this folder"),
+        ],
+    ),
 }
 
 

@@ -13,19 +13,21 @@ from .problem import Problem
 
 CAMERA = {"width_px": 640, "height_px": 480, "focal_px": 960, "principal_px": [319.5, 239.5], "position_mm": [0, 0, 157]}
 SILICONE = [{"share": 0.015, "time_s": time_s, "deviation": 0.01} for time_s in (2, 20)]  # creep that nobody has measured
+MOULD = {"wall_mm": 4, "pin_mm": 3, "clearance_mm": 0.1, "lid_mm": 4, "bridge_mm": 4}
 LEAST_MARKERS = 4  # columns and rows of a layer that tractiond can follow
 LISTS = {"layers": "layer", "creep": "term", "materials": "material"}
 KEYS = {
     "": {"format", "error_percent", "shape", "material", "layers", "nodes", "camera", "uncertainty", "picture_motion",
-         "creep", "deviations", "materials"},
+         "creep", "deviations", "materials", "mould"},
     "shape": {"kind", "gel_file", "bone_file", "bonded_box_mm", "diameter_mm", "length_mm", "gel_mm", "width_mm", "height_mm",
               "thickness_mm"},
     "material": {"youngs_modulus_pa", "poisson_ratio"},
     "materials": {"youngs_modulus_pa", "poisson_ratio", "skin_mm", "gel_file"},
     "layers": {"colour", "contrast", "columns", "rows", "pitch_mm", "centre_mm", "depth_mm", "diameter_mm", "scatter_mm",
-               "positions_mm"},
+               "positions_mm", "any_order", "least_mm", "seed"},
     "nodes": {"columns", "rows", "pitch_mm", "centre_mm"},
     "deviations": {"bone_mm", "youngs_modulus_relative"},
+    "mould": {*MOULD, "pour_mm"},
 }  # fmt: skip
 
 
@@ -72,12 +74,20 @@ def read(path):
         if name != "nodes.":
             _number(table, name, "diameter_mm", 0.01, 100)
             _number(table, name, "scatter_mm", 0, 100, 0)
+            _number(table, name, "least_mm", 0, 100, 0)
+            if _number(table, name, "seed", 0, 2**53, 0) != math.floor(table.get("seed", 0)):
+                raise Problem(f"{name}seed is {table['seed']!r}: it must be a whole number")
+            if not isinstance(table.get("any_order", False), bool):
+                raise Problem(f"{name}any_order is {table['any_order']!r}: it must be true or false")
             _list(table, name, "positions_mm", (table["columns"] * table["rows"], 3))
             if "positions_mm" not in table:
                 _number(table, name, "depth_mm", 0.05, 1000)
     _list(task["shape"], "shape.", "bonded_box_mm", (2, 3))
     _list(task.get("deviations", {}), "deviations.", "bone_mm", (3,))
     _list(task.get("deviations", {}), "deviations.", "youngs_modulus_relative", (len(others),))
+    task["mould"] = MOULD | task.get("mould", {})
+    for key in task["mould"]:
+        _number(task["mould"], "mould.", key, 0.02, 100)
     for key, value in CAMERA.items():
         if isinstance(value, list):
             _list(task["camera"], "camera.", key, (len(value),))

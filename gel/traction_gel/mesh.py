@@ -1,5 +1,6 @@
 """Tetrahedra of the gel, from gmsh to GetFEM, and triangles of its surface. Lengths in mm."""
 
+import contextlib
 import itertools
 import pathlib
 import signal
@@ -27,6 +28,21 @@ TO_CALCULIX = [*range(8), 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15]  # from 
 CELLS = 48  # of the grid on which sizes are given to gmsh, along the longest side
 
 
+@contextlib.contextmanager
+def session():
+    """gmsh with an empty model, which says nothing and sizes elements by what it is told."""
+    gmsh.initialize([], False)
+    try:
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # newer versions of gmsh let it end the process
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+        for name in ("ExtendFromBoundary", "FromPoints", "FromCurvature"):
+            gmsh.option.setNumber(f"Mesh.CharacteristicLength{name}", 0)
+        yield
+    finally:
+        gmsh.finalize()
+
+
 class Body:
     """The gel's geometry, open in gmsh while the context lasts."""
 
@@ -34,16 +50,10 @@ class Body:
         self.shape, self.folder, self.materials = shape, folder, materials
 
     def __enter__(self):
-        gmsh.initialize([], False)
-        signal.signal(signal.SIGINT, signal.default_int_handler)  # newer versions of gmsh let it end the process
-        gmsh.option.setNumber("General.Terminal", 0)
-        for name in ("ExtendFromBoundary", "FromPoints", "FromCurvature"):
-            gmsh.option.setNumber(f"Mesh.CharacteristicLength{name}", 0)
-        try:
+        with contextlib.ExitStack() as stack:
+            stack.enter_context(session())
             self._build()
-        except BaseException:
-            gmsh.finalize()
-            raise
+            self._left = stack.pop_all()
         return self
 
     def _build(self):
@@ -59,7 +69,7 @@ class Body:
         gmsh.model.addPhysicalGroup(2, sorted(self.faces - self.bonded), FREE)
 
     def __exit__(self, *_):
-        gmsh.finalize()
+        self._left.close()
 
     def box(self):
         """Least and largest coordinates of the gel: 2 x 3."""

@@ -3,12 +3,14 @@
 import collections
 
 import numpy as np
+import scipy.optimize
 import scipy.sparse
 
 from .problem import Problem
 
 RAYS = 360  # azimuths in which the surface is walked; between them it is interpolated
 SAMPLES = 4  # along each side of a node's area
+TRIES = 60  # to place a random marker
 AXIS = np.array([1.3e-5, 0.7e-5])  # x, y of the axis [mm]: beside a corner of the triangles that may lie at 0
 
 
@@ -147,7 +149,11 @@ def markers(surface, layers):
         count = layer["columns"] * layer["rows"]
         if "positions_mm" in layer:
             found = np.array(layer["positions_mm"], float)
+            if layer.get("any_order", False):
+                found = found[arranged(found[:, :2], layer["columns"], layer["rows"])]
             normals = np.full((count, 3), np.nan)
+        elif layer.get("least_mm"):
+            found, normals = dots(surface, layer, f"layers[{number}]")
         else:
             plane = grid(layer)
             scatter = np.random.default_rng(number).normal(0, layer.get("scatter_mm", 0.0), plane.shape)
@@ -156,6 +162,37 @@ def markers(surface, layers):
         inward.append(normals)
         names += [name(marker) for marker in range(count)]
     return np.concatenate(positions), np.concatenate(inward), names
+
+
+def dots(surface, layer, name):
+    """Draws markers at random on the surface that a layer is on, where its grid would be, at least `least_mm` apart, and puts
+    them into the order of that grid. Returns positions and normals."""
+    count, least = layer["columns"] * layer["rows"], layer["least_mm"]
+    half = layer["pitch_mm"] / 2 * np.array([layer["columns"], layer["rows"]])
+    plane = np.random.default_rng(layer.get("seed", 0)).uniform(-half, half, (TRIES * count, 2)) + layer.get("centre_mm", (0, 0))
+    points, inward = surface.wrap(plane, layer["depth_mm"], lambda number: f"{name}: a random marker")
+    taken = []
+    for number, point in enumerate(points):
+        if ((points[taken] - point) ** 2).sum(1).min(initial=np.inf) >= least**2:
+            taken.append(number)
+            if len(taken) == count:
+                break
+    else:
+        raise Problem(
+            f"{name}: {len(taken)} of {count} random markers have room at least {least:g} mm apart: a smaller least_mm (two "
+            "thirds of pitch_mm have), or a larger pitch_mm"
+        )
+    taken = np.array(taken)[arranged(plane[taken], layer["columns"], layer["rows"])]
+    return points[taken], inward[taken]
+
+
+def arranged(plane, columns, rows):
+    """Returns the order in which points (P x 2) are a grid whose neighbours are near each other: each goes to one place of a
+    grid as large as they are, so that the squares of the ways have the least sum."""
+    low, high = plane.min(0), plane.max(0)
+    x, y = ((np.arange(size) + 0.5) / size for size in (columns, rows))
+    places = low + (high - low) * np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
+    return scipy.optimize.linear_sum_assignment(((places[:, None] - plane) ** 2).sum(2))[1]
 
 
 def turns(points, corners, triangles):

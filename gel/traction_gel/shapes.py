@@ -3,6 +3,8 @@ z axis at 0, z points into the gel."""
 
 import math
 import pathlib
+from collections.abc import Callable
+from typing import NamedTuple
 
 import gmsh
 import numpy as np
@@ -21,9 +23,6 @@ def build(shape, materials, folder):
     \\param materials the tables [[materials]]: each a skin or the solids of a file
     \\param folder which the names of files count from
     """
-    kind = shape.get("kind")
-    if "gel_file" not in shape and kind not in BUILT_IN:
-        raise Problem(f"shape.kind is {kind!r}: one of {', '.join(BUILT_IN)}, or give shape.gel_file")
     given, other = ("gel_file", "skin_mm") if "gel_file" in shape else ("skin_mm", "gel_file")
     for number, material in enumerate(materials):
         if given not in material or other in material:
@@ -33,7 +32,10 @@ def build(shape, materials, folder):
         volumes, bonded = _from_files(shape, [material["gel_file"] for material in materials], folder)
     else:
         depths = np.cumsum([0.0, *(material["skin_mm"] for material in materials)])
-        volumes, bonded = BUILT_IN[kind](shape, depths)
+        form = built_in(shape)
+        form.check_skins(depths)
+        gels = [form.solid(depth) for depth in depths]
+        volumes, bonded = _with_bone(gels, form.solid(form.inside)) if form.has_bone else _at_base(gels)
         volumes = volumes[-1:] + volumes[:-1]  # the core is the last from outside
     _check_extent(sum(volumes, []))
     parts = [faces(each) for each in volumes]
@@ -88,10 +90,20 @@ def _at_base(gels):
     return volumes, {face for face, begin in begins.items() if begin > max(begins.values()) - 1e-3}
 
 
-def _check_skins(depths, inside, key):
-    if depths[-1] >= inside:
-        skins = f"materials[{len(depths) - 2}].skin_mm: skins of {depths[-1]:g} mm together"
-        raise Problem(f"{skins} leave no gel, of shape.{key} {inside:g}")
+class BuiltIn(NamedTuple):
+    """A built-in shape. `solid` makes the shape less what is at most a depth below its touched surface: a list of (3, tag)."""
+
+    solid: Callable
+    end: float  # z of the plane in which it ends
+    base: tuple  # half its extent there, along x and y
+    inside: float  # the depth at which no gel is left
+    key: str  # of [shape], which states that
+    has_bone: bool  # what is below `inside`; if there is none, the gel is bonded in its base
+
+    def check_skins(self, depths):
+        if depths[-1] >= self.inside:
+            skins = f"materials[{len(depths) - 2}].skin_mm: skins of {depths[-1]:g} mm together"
+            raise Problem(f"{skins} leave no gel, of shape.{self.key} {self.inside:g}")
 
 
 def _ball(radius, depth):
@@ -112,57 +124,61 @@ def _finger(radius, length, top):
     return whole
 
 
-def _hemisphere(shape, depths):
+def _hemisphere(shape):
     radius, length, gel = _length(shape, "diameter_mm") / 2, _length(shape, "length_mm"), _length(shape, "gel_mm")
     if gel >= radius:
         raise Problem(f"shape.gel_mm is {gel:g}: it must be below half the diameter, for there is a bone inside")
-    _check_skins(depths, gel, "gel_mm")
-    *gels, bone = (_finger(radius - depth, length, depth) for depth in [*depths, gel])
-    return _with_bone(gels, bone)
+    return BuiltIn(lambda depth: _finger(radius - depth, length, depth), radius + length, (radius, radius), gel, "gel_mm", True)
 
 
-def _ellipsoid(shape, depths):
+def _ellipsoid(shape):
     axes = _length(shape, "width_mm") / 2, _length(shape, "height_mm") / 2, _length(shape, "length_mm")
     gel = _length(shape, "gel_mm")
     if gel >= min(axes):
         raise Problem(f"shape.gel_mm is {gel:g}: it must be below half of width and height, and below the length")
     occ, end = gmsh.model.occ, axes[2]
 
-    def half(semi):
+    def half(depth):
         ball = _ball(1, 0)
-        occ.dilate([(3, ball)], 0, 0, 0, *semi)
+        occ.dilate([(3, ball)], 0, 0, 0, *(axis - depth for axis in axes))
         occ.translate([(3, ball)], 0, 0, end)
         lower = occ.addBox(-2 * axes[0], -2 * axes[1], -end, 4 * axes[0], 4 * axes[1], 2 * end)
         return occ.intersect([(3, ball)], [(3, lower)])[0]
 
-    _check_skins(depths, gel, "gel_mm")
-    *gels, bone = (half([axis - depth for axis in axes]) for depth in [*depths, gel])
-    return _with_bone(gels, bone)
+    return BuiltIn(half, end, axes[:2], gel, "gel_mm", True)
 
 
-def _dome(shape, depths):
+def _dome(shape):
     diameter, height = _length(shape, "diameter_mm"), _length(shape, "height_mm")
     if height > diameter / 2:
         raise Problem(f"shape.height_mm is {height:g}: a dome is at most half as high as its diameter")
     radius = (diameter**2 / 4 + height**2) / (2 * height)
-    _check_skins(depths, height, "height_mm")
-    occ = gmsh.model.occ
 
     def cap(depth):
-        slab = occ.addBox(-diameter, -diameter, -1, 2 * diameter, 2 * diameter, 1 + height)
-        return occ.intersect([(3, _ball(radius - depth, radius))], [(3, slab)])[0]
+        slab = gmsh.model.occ.addBox(-diameter, -diameter, -1, 2 * diameter, 2 * diameter, 1 + height)
+        return gmsh.model.occ.intersect([(3, _ball(radius - depth, radius))], [(3, slab)])[0]
 
-    return _at_base([cap(depth) for depth in depths])
+    return BuiltIn(cap, height, (diameter / 2, diameter / 2), height, "height_mm", False)
 
 
-def _block(shape, depths):
-    width, height, depth = (_length(shape, key) for key in ("width_mm", "height_mm", "thickness_mm"))
-    _check_skins(depths, depth, "thickness_mm")
-    box = gmsh.model.occ.addBox
-    return _at_base([[(3, box(-width / 2, -height / 2, top, width, height, depth - top))] for top in depths])
+def _block(shape):
+    width, height, end = (_length(shape, key) for key in ("width_mm", "height_mm", "thickness_mm"))
+
+    def slab(depth):
+        return [(3, gmsh.model.occ.addBox(-width / 2, -height / 2, depth, width, height, end - depth))]
+
+    return BuiltIn(slab, end, (width / 2, height / 2), end, "thickness_mm", False)
 
 
 BUILT_IN = {"hemisphere": _hemisphere, "ellipsoid": _ellipsoid, "dome": _dome, "block": _block}
+
+
+def built_in(shape):
+    """Returns the BuiltIn of the table [shape]."""
+    kind = shape.get("kind")
+    if kind not in BUILT_IN:
+        raise Problem(f"shape.kind is {kind!r}: one of {', '.join(BUILT_IN)}, or give shape.gel_file")
+    return BUILT_IN[kind](shape)
 
 
 def _solids(path, key):
@@ -203,7 +219,6 @@ def _from_triangles(paths):
 
 
 def _from_solids(paths):
-    gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
     solids = {key: _solids(path, key) for key, path in paths.items()}
     bone = solids.pop("shape.bone_file", [])
     return _with_bone(list(solids.values()), bone)

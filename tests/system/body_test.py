@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import types
 import unittest
 
 import numpy as np
@@ -10,9 +11,14 @@ import rig
 
 DATA, NO_INPUT = 65, 66
 EXAMPLES = rig.SOURCE / "docs" / "examples"
-sys.path.insert(0, str(EXAMPLES))
+sys.path[:0] = [str(EXAMPLES), str(rig.SOURCE / "gel")]
 
 import write_influence  # noqa: E402
+
+try:
+    from traction_gel import placement  # what places the dots of a description; needs scipy, and no gmsh
+except ImportError:
+    placement = None
 
 
 class Body(unittest.TestCase):
@@ -81,16 +87,21 @@ class Body(unittest.TestCase):
         self.assertGreater(wrench[2], 1.0)
         self.assertGreater(max(description.body.node_positions_m[2::3]), 1e-3)
 
-    def write_fingertip(self):
+    def write_fingertip(self, random):
         """A fingertip as the shipped one but for its mechanics: of each node a half-space that touches it there. Returns the
-        path of its gel file."""
+        path of its gel file. \\param random whether its markers are dots at random, and no grid"""
         def on_ball(count, pitch, depth):
-            plane = write_influence.grid(count=count, pitch=pitch)
+            return wrap(write_influence.grid(count=count, pitch=pitch), depth)
+
+        def wrap(plane, depth, name=None):
             angle, turn = np.hypot(*plane.T) / (10e-3 - depth), np.arctan2(plane[:, 1], plane[:, 0])
             inward = np.column_stack([-np.sin(angle) * np.cos(turn), -np.sin(angle) * np.sin(turn), np.cos(angle)])
             return [0, 0, 10e-3] - (10e-3 - depth) * inward, inward
         nodes, normals = on_ball(17, 1.3e-3, 0)
         markers, _ = on_ball(15, 1e-3, 2e-3)
+        if random:
+            layer = {"columns": 15, "rows": 15, "pitch_mm": 1e-3, "depth_mm": 2e-3, "least_mm": 0.65e-3}  # here in m
+            markers, _ = placement.dots(types.SimpleNamespace(wrap=wrap), layer, "dots")
         influence = np.empty((len(markers), 3, len(nodes), 3))
         for n, axes in enumerate(write_influence.frames(normals)):
             local = write_influence.half_space((markers - nodes[n]) @ axes.T, 0.18e6, 0.49)
@@ -104,9 +115,9 @@ class Body(unittest.TestCase):
                        '[camera]\nfocal_px = 1000\nposition_mm = [0, 0, 45]\n')
         return gel
 
-    def check_fingertip(self, scenario, pictures):
+    def check_fingertip(self, scenario, pictures, random=False):
         """Forces, moments and places of all frames, within the stated intervals of the twin's truth."""
-        gel = self.write_fingertip()
+        gel = self.write_fingertip(random)
         film, truth = self.bench.film(scenario, pictures, "--gel", gel, config=f'[sensor]\ngel_file = "{gel}"\n')
         misses, places = [], []
         for field in film.fields:
@@ -134,6 +145,10 @@ class Body(unittest.TestCase):
 
     def test_fingertip_that_rolls_is_drawn_and_measured(self):
         self.check_fingertip("fingertip_roll", 720)
+
+    @unittest.skipUnless(placement, "needs python3-scipy")
+    def test_random_dots_are_drawn_and_measured(self):
+        self.check_fingertip("fingertip_roll", 720, random=True)
 
     # --- what is wrong is said before anything is published
 

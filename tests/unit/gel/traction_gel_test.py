@@ -7,12 +7,16 @@ import signal
 import subprocess
 import tempfile
 import tomllib
+import types
 import unittest
+import unittest.mock
 
 import gmsh
 import numpy as np
+import scipy.sparse
+import scipy.spatial
 import suite
-from traction_gel import check, files, influence, mechanics, mesh, placement, triangles
+from traction_gel import check, files, influence, mechanics, mesh, mould, placement, triangles
 from traction_gel.problem import Problem
 
 BIN = pathlib.Path(os.environ["TRACTION_BUILD"]) / "bin"
@@ -277,11 +281,49 @@ class Fingertip(unittest.TestCase):
         task = fingertip(error_percent=5, nodes={"columns": 1, "rows": 1}) | {"materials": [SKIN]}
         task["shape"] = {"kind": "dome", "diameter_mm": 20, "height_mm": 6}
         result = influence.compute(task, ".", quiet)
-        said = []
+        said, known, by_calculix = [], {}, check._by_calculix
+
+        def once(task, result, chosen, size, folder):
+            if size not in known:
+                known[size] = by_calculix(task, result, chosen, size, folder)
+            return known[size]
+
+        self.enterContext(unittest.mock.patch.object(check, "_by_calculix", once))
         check.check(task, result, ".", lambda text, again: said.append(text))
         self.assertRegex(said[-1], r"row 0, column 0: displacements differ by \d.*, largest \d")
+        alike = influence.compute(task | {"materials": [SKIN | {"youngs_modulus_pa": 2.5 * YOUNG}]}, ".", quiet)
+        result.influence = alike.influence
         with self.assertRaisesRegex(Problem, "CalculiX differs by"):
-            check.check(task | {"materials": [SKIN | {"youngs_modulus_pa": 2.5 * YOUNG}]}, result, ".", quiet)
+            check.check(task, result, ".", quiet)
+
+    def check_by(self, *errors, asked=1):
+        """The check of two nodes' displacements by a CalculiX that errs by these parts of the peak, mesh after mesh. Returns what
+        is said, and the sizes of its meshes."""
+        true = np.random.default_rng(3).normal(size=(2, 3, 5, 3))
+        result = types.SimpleNamespace(weights=scipy.sparse.eye(2, format="csr"), influence=true.transpose(2, 3, 0, 1), size=1)
+        meshes, sizes, said = iter(errors), [], []
+
+        def found(task, result, chosen, size, folder):
+            sizes.append(size)
+            return true * (1 + next(meshes)), 10000 * len(sizes)
+
+        with unittest.mock.patch.object(check, "_by_calculix", found):
+            check.check({"error_percent": asked, "nodes": {"columns": 1}}, result, ".", lambda text, again: said.append(text))
+        return said, sizes
+
+    def test_calculix_is_believed_when_its_displacements_stay(self):
+        said, sizes = self.check_by(0.03, 0.009, 0.006, 0.1)  # the first is beyond what is asked for
+        np.testing.assert_allclose(np.divide(sizes[1:], sizes[:-1]), check.FINER)
+        self.assertEqual(len(sizes), 3)
+        self.assertRegex(said[2], r"those of the larger bricks by 0\.30 %")
+        self.assertRegex(said[3], r"row 0, column 0: displacements differ by .* largest 0\.60 %")
+        with self.assertRaisesRegex(Problem, r"CalculiX differs by 1\.\d+ % of the peak, and error_percent asks for 1"):
+            self.check_by(0.03, 0.013, 0.0125)
+
+    def test_a_calculix_whose_displacements_do_not_stay_cannot_tell(self):
+        for most, said in ((10000, "has 10000 bricks"), (18000, r"changes displacements by 0\.69 %")):
+            with unittest.mock.patch.object(check, "MOST_BRICKS", most), self.assertRaisesRegex(Problem, said):
+                self.check_by(0.001, 0.008, 0.001, 0.001)
 
     def test_without_calculix_the_check_says_what_to_install(self):
         command = ["/usr/bin/python3", BIN / "traction-gel", "mesh", self.write(fingertip()), "--check"]
@@ -303,6 +345,162 @@ class Fingertip(unittest.TestCase):
         program.stderr.close()
         self.assertEqual(list(temporary.iterdir()), [])
         self.assertEqual({each.name for each in self.folder.iterdir()}, {"tip.toml", "temporary"})
+
+
+class Mould(unittest.TestCase):
+    """Of a description: what is written, read again."""
+
+    SHAPES = {  # of each: the volumes of the gel, of what a cup has room for, and of the bone
+        "hemisphere": ({"diameter_mm": 20, "length_mm": 8, "gel_mm": 4}, lambda r: 2 / 3 * np.pi * r**3 + 8 * np.pi * r**2, 10, 6),
+        "ellipsoid": ({"width_mm": 18, "height_mm": 18, "length_mm": 9, "gel_mm": 3}, lambda r: 2 / 3 * np.pi * r**3, 9, 6),
+        "dome": ({"diameter_mm": 20, "height_mm": 10}, lambda r: 2 / 3 * np.pi * r**3, 10, 0),
+        "block": ({"width_mm": 20, "height_mm": 20, "thickness_mm": 8}, lambda _: 20 * 20 * 8, 0, None),
+    }
+
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="traction-")))
+
+    def task(self, kind, **tables):
+        path = self.folder / "tip.toml"
+        path.write_text(SHIPPED.read_text())
+        return files.read(path) | {"shape": {"kind": kind} | self.SHAPES[kind][0]} | tables
+
+    def volume_of(self, path):
+        """Of what an STL file encloses; fails if it is not closed."""
+        with mesh.session():
+            corners, faces = triangles.read(path, path.name)
+        a, b, c = corners[triangles.oriented(corners, faces)].transpose(1, 0, 2)
+        return (a * np.cross(b, c)).sum() / 6
+
+    def test_the_cavities_are_the_gel_and_its_inner_layers(self):
+        self.check_cavities("hemisphere", "block")
+
+    @suite.minutes
+    def test_the_cavities_of_the_other_shapes_are_too(self):
+        self.check_cavities("ellipsoid", "dome")
+
+    def check_cavities(self, *kinds):
+        for kind in kinds:
+            _, solid, radius, bone = self.SHAPES[kind]
+            with self.subTest(kind):
+                task = self.task(kind)
+                said = []
+                mould.write(task, self.folder / kind, lambda text, again, said=said: said.append(text))
+                drawing = mould.Drawing(task)
+                pins = 2 * np.pi * (drawing.pin / 2)**2 * (drawing.lid + drawing.bridge)
+                block = 4 * np.prod(drawing.half) * (drawing.form.end + drawing.wall) + pins
+                room = block - self.volume_of(self.folder / f"{kind}_cup.stl")
+                wanted = solid(radius)
+                if bone:
+                    self.assertIn(f"cup: {1e-3 * (wanted - solid(bone)):.2f} ml of gel", said)
+                    inner = block - self.volume_of(self.folder / f"{kind}_cup_2mm.stl")
+                    np.testing.assert_allclose(inner, solid(radius - 2), rtol=0.01)
+                    np.testing.assert_allclose(room, wanted, rtol=0.01)
+                else:
+                    grooves = np.pi * (drawing.pour / 2)**2 * drawing.wall  # halves on both sides
+                    np.testing.assert_allclose(room, wanted + grooves, rtol=0.01)
+                    self.assertIn(f"cup: {1e-3 * wanted:.2f} ml of gel", said)
+
+    def test_the_command_writes_each_part_and_prints_nothing_else(self):
+        path = self.folder / "pad.toml"
+        text = SHIPPED.read_text().replace('"hemisphere"', '"block"\nwidth_mm = 30\nheight_mm = 20\nthickness_mm = 6')
+        path.write_text(text)
+        done = subprocess.run([BIN / "traction-gel", "mould", path], cwd=self.folder, text=True, capture_output=True, timeout=300)
+        self.assertEqual((done.returncode, done.stdout), (0, ""), done.stderr)
+        names = {f"pad_{part}.{kind}" for part in ("window", "cup", "cup_2mm") for kind in ("step", "stl")}
+        self.assertEqual({each.name for each in self.folder.iterdir()}, names | {"pad.toml", "pad_mould.png"})
+        self.assertIn("cup: 3.60 ml of gel", done.stderr)
+
+    def test_a_bone_sits_where_the_description_has_it(self):
+        mould.write(self.task("hemisphere"), self.folder / "tip", quiet)
+        with mesh.session():
+            corners, _ = triangles.read(self.folder / "tip_bone.stl", "bone")
+        hangs = corners[:, 2].max() - files.MOULD["bridge_mm"]
+        self.assertAlmostEqual(hangs, 18 + files.MOULD["lid_mm"], 6)  # on the lid, which is on the cup's rim
+        below = corners[corners[:, 2] < 10 - 1e-6]
+        np.testing.assert_allclose(np.linalg.norm(below - [0, 0, 10], axis=1), 6, atol=1e-6)
+        self.assertAlmostEqual(corners[:, 2].min(), 4, 2)
+
+    def test_the_gel_comes_out_of_its_cup(self):
+        for kind in self.SHAPES:
+            with self.subTest(kind), mesh.session():
+                drawing = mould.Drawing(self.task(kind))
+                cup, gel = drawing.cup(0.0), drawing.form.solid(0.0)
+                for _ in range(8):
+                    gmsh.model.occ.translate(gel, 0, 0, drawing.form.end / 6)
+                    self.assertLess(mould.common(cup, gel), 1e-3)
+
+    def test_parts_that_do_not_fit_are_not_written(self):
+        right = mould.Drawing.column
+        for wrong, said in ((lambda self, low, high, more: right(self, low, high, more - 0.15 * (more > 0)), "bone and lid_half intersect"),
+                            (lambda self, low, high, more: right(self, low - 5, high, more + 0.05), "the cavity of cup has")):
+            with self.subTest(said), unittest.mock.patch.object(mould.Drawing, "column", wrong):
+                with self.assertRaisesRegex(Problem, said):
+                    mould.write(self.task("hemisphere"), self.folder / "tip", quiet)
+        self.assertEqual({path.name for path in self.folder.iterdir()}, {"tip.toml"})
+
+    def test_wrong_dimensions_are_refused(self):
+        for tables, said in (({"mould": {"pour_mm": 5}}, "mould.pour_mm"), ({"mould": {"wall_mm": 0}}, "mould.wall_mm"),
+                             ({"shape": {"gel_file": "gel.step"}}, "shape.gel_file")):
+            path = self.folder / "tip.toml"
+            text = SHIPPED.read_text()
+            for name, table in tables.items():
+                text = text.replace(f"[{name}]", f"[was_{name}]").replace("was_shape", "uncertainty")
+                text += f"\n[{name}]\n" + "".join(f"{key} = {files._toml(value)}\n" for key, value in table.items())
+            path.write_text(text)
+            with self.subTest(said), self.assertRaisesRegex(Problem, said):
+                mould.write(files.read(path), self.folder / "tip", quiet)
+
+
+class RandomMarkers(unittest.TestCase):
+    LAYER = {"columns": 12, "rows": 9, "pitch_mm": 1, "depth_mm": 2, "least_mm": 0.65, "seed": 5, "diameter_mm": 0.3}
+
+    def setUp(self):
+        with mesh.Body(fingertip()["shape"], ".") as body:
+            corners, free, _, _ = body.surface(0.7)
+        self.surface = placement.Surface(corners, free)
+
+    def test_are_apart_on_their_surface_and_the_same_again(self):
+        found, _, _ = placement.markers(self.surface, [self.LAYER])
+        self.assertEqual(len(found), 12 * 9)
+        distance = scipy.spatial.cKDTree(found).query(found, 2)[0][:, 1]
+        self.assertGreaterEqual(distance.min(), 0.65)
+        np.testing.assert_allclose(np.linalg.norm(found - [0, 0, 10], axis=1), 8, atol=0.05)
+        np.testing.assert_array_equal(placement.markers(self.surface, [self.LAYER])[0], found)
+        self.assertGreater(abs(placement.markers(self.surface, [self.LAYER | {"seed": 6}])[0] - found).max(), 0.1)
+
+    def test_neighbours_of_the_grid_are_near_each_other(self):
+        found, _, _ = placement.markers(self.surface, [self.LAYER])
+        for order in (found, placement.markers(self.surface, [self.in_any_order(found)])[0]):
+            grid = order.reshape(9, 12, 3)
+            for axis in (0, 1):
+                self.assertLess(np.linalg.norm(np.diff(grid, axis=axis), axis=2).max(), 2.5)
+
+    def in_any_order(self, found):
+        shuffled = np.random.default_rng(1).permutation(found)
+        return self.LAYER | {"positions_mm": shuffled.tolist(), "any_order": True}
+
+    def test_a_grid_in_any_order_is_that_grid(self):
+        found, _, _ = placement.markers(self.surface, [self.LAYER | {"least_mm": 0}])
+        np.testing.assert_array_equal(placement.markers(self.surface, [self.in_any_order(found)])[0], found)
+
+    def test_a_description_has_them(self):
+        with tempfile.TemporaryDirectory(prefix="traction-") as folder:
+            path = pathlib.Path(folder, "tip.toml")
+
+            def read(lines):
+                path.write_text(SHIPPED.read_text().replace("[[layers]]", "[[layers]]\n" + lines))
+                return files.read(path)["layers"]
+
+            found, _, _ = placement.markers(self.surface, read("least_mm = 0.65\nseed = 2"))
+            self.assertEqual(len(found), 225)
+            for lines, said in (("least_mm = -1", "least_mm"), ("seed = 1.5", "seed"), ("any_order = 1", "any_order")):
+                with self.subTest(said), self.assertRaisesRegex(Problem, rf"layers\[0\].{said} is"):
+                    read(lines)
+
+    def test_more_than_have_room_are_refused(self):
+        with self.assertRaisesRegex(Problem, r"layers\[0\]: \d+ of 108 random markers have room at least 1 mm apart"):
+            placement.markers(self.surface, [self.LAYER | {"least_mm": 1}])
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 // Pictures in which no markers are found, and what is said of them.
 #include "daemon/track/diagnosis.h"
+#include "sensor/influence_file.h"
 #include "tests/unit/track/scene.h"
 
 #include <gtest/gtest.h>
@@ -67,6 +68,29 @@ TEST(Diagnosis, AnotherPitch) {
   for (sensor::MarkerLayer& layer : truth.layers) layer.pitch = 1.9e-3;
   Scene scene({}, twin::Format::kRgb8, truth);
   EXPECT_TRUE(contains(said(sensor::Sensor{}, scene), "px apart instead of"));
+}
+
+TEST(Diagnosis, RandomDotsBesideTheirPlaces) {
+  sensor::Sensor dots;
+  dots.layers.pop_back();
+  sensor::Body body{.file = "dots.npz",
+                    .youngsModulus = 1.0,
+                    .influence = {},
+                    .nodes = sensor::nodePositions(dots),
+                    .normals = sensor::nodeNormals(dots),
+                    .areas = sensor::nodeAreas(dots),
+                    .markers = sensor::markerPositions(dots),
+                    .errors = {}};
+  std::mt19937 generator(7);
+  std::uniform_real_distribution<double> beside(-0.9e-3, 0.9e-3);
+  for (Eigen::Index i = 0; i < body.markers.cols(); ++i) {
+    body.markers.col(i) += Eigen::Vector3d(beside(generator), beside(generator), 0.0);
+  }
+  ASSERT_TRUE(sensor::setBody(dots, std::move(body)));
+  Scene scene({}, twin::Format::kRgb8, dots);
+  scene.now = scene.rest.colwise() + Eigen::Vector2d(27.0, 27.0);
+  const std::string text = said(dots, scene);
+  EXPECT_TRUE(contains(text, "that do not lie in a grid")) << text;
 }
 
 }  // namespace
