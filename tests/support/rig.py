@@ -121,6 +121,36 @@ class Process:
         self.child.stdout.close()
 
 
+def weigh(process, nice):
+    """Gives the session of a process a smaller share of the processor than others. Says so where the kernel counts no sessions
+    (CONFIG_SCHED_AUTOGROUP); raises OSError where it refuses.
+    """
+    share = pathlib.Path(f"/proc/{process.child.pid}/autogroup")
+    if not share.exists():
+        print(f"\n  no autogroups in this kernel: {process.command[0]} has the same share as all ", end="", flush=True)
+        return
+    share.write_text(str(nice))
+    assert share.read_text().split()[1:] == ["nice", str(nice)], share.read_text()
+    time.sleep(0.3)  # it takes one a while
+
+
+def beside_burner(bench, seconds, processors, measure):
+    """What `measure` returns while a process that would come from elsewhere takes so many processors."""
+    burner = bench.start(sys.executable, SOURCE / "tests/support/burner.py", seconds, processors)
+    burner.wait_for("burning")
+    weigh(burner, 19)
+    result = measure()
+    burner.join(seconds + 30)
+    return result
+
+
+def times(flooded_ms, before_ms, burner_ms, processors):
+    """p99 under a flood beside two others: with nothing, and beside a process that takes what the flood took of the processors."""
+    return (f"p99 of others {before_ms:.2f} -> {flooded_ms:.2f} ms ({flooded_ms / before_ms:.2f} times; the flood itself took "
+            f"{processors:.2f} processors: beside a loop that takes as much {burner_ms:.2f} ms, of which the flood's is "
+            f"{flooded_ms / burner_ms:.2f} times)")
+
+
 def cache_directory():
     """Where twins and daemons of all tests and builds share what only depends on the gel: a sanitized daemon takes minutes."""
     path = SOURCE / "build" / "test-cache"

@@ -1,20 +1,25 @@
-"""traction-gateway between a daemon and peers with and without keys."""
+"""traction-gateway between a daemon and peers with and without keys, and under floods."""
 
 import os
 import re
 import shlex
 import signal
 import socket
+import sys
 import time
 import unittest
 
 import zmq
 
+import burner
 import rig
 import steady
+import unit
 from traction.v1 import messages
 
 ENDPOINTS = ("stream", "latest", "control")
+FLOOD = rig.SOURCE / "tests/support/flood.py"
+SECONDS = float(os.environ.get("TRACTION_FLOOD_SECONDS", "4"))  # of each flood
 
 
 def pair():
@@ -108,6 +113,59 @@ class Gateway(steady.TestCase):
         self.assertIn(returned, code if isinstance(code, tuple) else (code,), text)
         self.assertRegex(text, pattern)
 
+    def test_a_reader_may_not_control(self):
+        reader = self.key("reader")
+        gateway = self.bench.gateway(self.daemon)
+        self.bench.subscribe(gateway, keys=reader).collect(1)
+        self.assertFalse(self.silent(gateway, reader, "latest"))
+        self.assertIsNone(self.ask(gateway, reader, "zero", seconds=1))
+        gateway.wait_for('"reader" may only read')
+        self.told(gateway, reader, os.EX_NOPERM, "does not let this key do that", "zero")
+        self.bench.allow("reader", reader[1], "--control")  # more than before cuts nobody off
+        self.assertIsNotNone(self.ask(gateway, reader))
+        self.assertNotIn("a key was taken back", gateway.output())
+
+    def test_keys_are_allowed_and_taken_back_while_it_runs(self):
+        ada, bob = self.key("ada", "--control"), pair()
+        gateway = self.bench.gateway(self.daemon)
+        stays = self.bench.subscribe(gateway, "traction/v1/default/field/", keys=ada)
+        stays.collect(10)
+        server = self.bench.allow("bob", bob[0])
+        bob = (server, *bob)
+        watch = self.bench.start(rig.BIN / "tractionctl", "watch", "--connect", gateway.endpoint["stream"], "--key",
+                                 self.key_file(bob))
+        watch.wait_for("force [+-]")
+        goes = self.bench.subscribe(gateway, "traction/v1/default/field/", keys=bob)
+        goes.collect(10)
+        code, text = self.bench.ctl("keys", "revoke", "bob", "--directory", self.bench.folder / "keys")
+        self.assertEqual(code, 0, text)
+        self.assertEqual(watch.join(), os.EX_NOPERM, watch.output())
+        self.assertIn("does not let this key", watch.output())
+        time.sleep(1.0)
+        while goes.socket.poll(0):  # what was on its way
+            goes.socket.recv_multipart()
+        self.assertIsNone(goes.receive(1.5))
+        begin = time.monotonic()
+        while stays.socket.poll(0):
+            stays.socket.recv_multipart()
+        stays.collect(60)
+        print(f"\n  60 fields for who stays in {time.monotonic() - begin:.2f} s", end=" ", flush=True)
+        self.assertIsNotNone(self.ask(gateway, ada))
+        # The lesser permission is a key taken back, too.
+        self.bench.allow("ada", ada[1])
+        gateway.wait_for(r"allowed: ada \(read\)")
+        self.assertIsNone(self.ask(gateway, ada, seconds=1))
+        stays.collect(60)
+        self.assertEqual(gateway.stop(), 0, gateway.output())
+
+    def test_who_asked_is_passed_on_and_cannot_be_forged(self):
+        ada = self.key("ada", "--control")
+        gateway = self.bench.gateway(self.daemon)
+        reply = self.ask(gateway, ada, "zero", seconds=20, on_behalf_of="the queen")
+        self.assertRegex(reply.zero.zero.requested_by, r'^"ada" at 127\.0\.0\.1 through uid \d+, pid \d+$')
+        self.daemon.wait_for('as requested by "ada" at 127.0.0.1 through uid')
+        self.assertNotIn("queen", self.daemon.output())
+
     def test_it_is_killed_and_started_again(self):
         ada = self.key("ada")
         local = self.bench.subscribe(self.daemon, "traction/v1/default/field/")
@@ -125,6 +183,65 @@ class Gateway(steady.TestCase):
         self.assertEqual(numbers, list(range(numbers[0], numbers[0] + len(numbers))))
         self.assertEqual(second.stop(), 0, second.output())
 
+    def test_the_instrument_is_restarted(self):
+        ada = self.key("ada", "--control")
+        gateway = self.bench.gateway(self.daemon)
+        remote = self.bench.subscribe(gateway, keys=ada)
+        boot = remote.collect(5)[-1].header.boot
+        self.daemon.stop(signal.SIGKILL)
+        gateway.wait_for("nothing comes from the instrument")
+        begin = time.monotonic()
+        self.assertRegex(self.ask(gateway, ada, "zero").error, "no instrument is there; is tractiond running")
+        print(f"\n  told after {time.monotonic() - begin:.2f} s that no instrument is there", end=" ", flush=True)
+        self.daemon = self.bench.daemon(state=self.daemon.state)
+        gateway.wait_for("the instrument is heard again")
+        remote.collect(until=lambda field: field.header.boot != boot)
+        self.assertIsNotNone(self.ask(gateway, ada))
+        time.sleep(1.0)
+        self.daemon.read()
+        self.assertNotIn("as requested by", self.daemon.output())  # the zero that was asked for while it was away
+
+    def flood(self, kind, keys):
+        """Floods the gateway from another address for some seconds; what local and honest peers see of it. It may die at MemoryMax=."""
+        first = self.bench.gateway(self.daemon, "".join(f'{name} = ["tcp://*:*"]\n' for name in ENDPOINTS))
+        endpoints = {name: at.replace("0.0.0.0", "127.0.0.1") for name, at in first.endpoint.items()}
+        first.stop()
+
+        def start():
+            gateway = self.bench.gateway(self.daemon, "".join(
+                f'{name} = ["{at.replace("127.0.0.1", "*")}"]\n' for name, at in endpoints.items()))
+            gateway.endpoint = endpoints
+            rig.weigh(gateway, 10)  # as CPUWeight= of its unit
+            return gateway
+
+        with unit.Unit("traction-gateway", start) as service:
+            self.served_after(service.process, keys["ada"])
+            p99_before, rate_before = self.local_p99(SECONDS)
+            memory = service.process.memory_MiB()
+            ports = [at.rsplit(":", 1)[1] for at in endpoints.values()]
+            flood = self.bench.start(sys.executable, FLOOD, kind, SECONDS, *ports, *keys["eve"])
+            flood.wait_for("flooding")
+            rig.weigh(flood, 19)  # it would come from elsewhere
+            with burner.Share(flood) as share:
+                p99, rate = self.local_p99(0.8 * SECONDS)
+            self.assertEqual(flood.join(SECONDS + 20), 0, flood.output())
+            begin = time.monotonic()
+            again = self.served_after(service.process, keys["ada"])
+            self.assertIsNotNone(self.ask(service.process, keys["ada"]))
+            asked = time.monotonic() - begin
+            burnt, _ = rig.beside_burner(self.bench, SECONDS + 1, share.processors, lambda: self.local_p99(SECONDS))
+            times = rig.times(1e3 * p99, 1e3 * p99_before, 1e3 * burnt, share.processors)
+            gone = [ready - died for died, ready in zip(service.died, service.ready)]
+            print(f"\n  {kind}: {flood.lines[-1]}; {times}, {rate_before:.0f} -> {rate:.0f} fields/s; memory {memory:.1f} -> "
+                  f"{service.peak_MiB:.1f} MiB; died {len(gone)} times, back after {max(gone, default=0.0):.2f} s at most; honest peer "
+                  f"served after {again:.2f} s afterwards, answered after {asked:.2f} s", end=" ", flush=True)
+            rate_after = self.local_p99(1.0)[1]  # the machine may be busy with something else, too
+            self.assertGreater(rate, 0.6 * min(rate_before, rate_after))
+            self.assertLess(asked, 2.0 * rig.PATIENCE)
+            self.assertLess(max(gone, default=0.0), 1.0 * rig.PATIENCE)
+        self.assertIsNone(self.daemon.child.poll())
+        self.assertEqual(service.process.stop(), 0, service.process.output())
+
     def served_after(self, gateway, key):
         """After how long a peer that connects now has fields [s]."""
         begin = time.monotonic()
@@ -132,6 +249,27 @@ class Gateway(steady.TestCase):
         peer.collect(2)
         peer.socket.close(0)
         return time.monotonic() - begin
+
+    def local_p99(self, seconds):
+        """Latency [s] of a local subscriber that loses nothing, and the rate [1/s] at which it is served."""
+        local = self.bench.subscribe(self.daemon, "traction/v1/default/field/")
+        local.collect(1)
+        begin, latencies, numbers = time.monotonic(), [], []
+        while time.monotonic() < begin + seconds:
+            _, field, now = local.receive()
+            latencies.append((now - field.header.received_ns) * 1e-9)
+            numbers.append(field.header.sequence)
+        local.socket.close(0)  # what nobody reads any more would be sent all the same
+        self.assertEqual(numbers, list(range(numbers[0], numbers[0] + len(numbers))))
+        return sorted(latencies)[int(0.99 * len(latencies))], len(numbers) / seconds
+
+    def test_floods_stay_outside(self):
+        keys = {"ada": self.key("ada", "--control"), "eve": self.key("eve", "--control")}
+        for kind in ("silence", "junk", "handshakes", "connections", "subscriptions", "requests", "snapshots"):
+            with self.subTest(kind):
+                self.flood(kind, keys)
+        self.assertEqual(self.daemon.stop(), 0, self.daemon.output())
+
 
 class Start(steady.TestCase):
     """What it wants before it lets anybody in."""
