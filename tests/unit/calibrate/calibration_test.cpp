@@ -166,7 +166,8 @@ TEST(BodyCalibration, OnlyTheNoiseIsMeasuredAndTheHashIsOfItsContent) {
                     .nodes = sensor::nodePositions(sensor),
                     .normals = sensor::nodeNormals(sensor),
                     .areas = sensor::nodeAreas(sensor),
-                    .markers = sensor::markerPositions(sensor)};
+                    .markers = sensor::markerPositions(sensor),
+                    .errors = {}};
   sensor.body = std::make_shared<const sensor::Body>(body);
   Calibration calibration(sensor, {});
   RestPose zero;

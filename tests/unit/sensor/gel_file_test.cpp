@@ -113,7 +113,7 @@ TEST(GelFile, WhatIsWrittenIsRead) {
                         .k1 = 0.0017,
                         .k2 = 0.019};
   sensor.pictureMotion = {0.031, 2.5e-5, 3.5e-5};
-  sensor.creep = {{.share = 0.021, .time_s = 0.7, .deviation = 0.0013},
+  sensor.creep = {{.share = 0.021, .time_s = 0.7, .deviation = 0.0013, .correlation = {}},
                   {.share = 0.034, .time_s = 22.5, .deviation = 0.0024, .correlation = {-0.31}}};
   const auto read = parseGel(sensor::gelText(sensor), "written");
   ASSERT_TRUE(read.has_value()) << read.error().where << read.error().what;

@@ -123,7 +123,8 @@ TEST(Model, ReadsABodyByItsNodesAlone) {
                .nodes = nodes,
                .normals = sensor::nodeNormals(sensor),
                .areas = sensor::nodeAreas(sensor),
-               .markers = sensor::markerPositions(sensor)}));
+               .markers = sensor::markerPositions(sensor),
+               .errors = {}}));
   const Atoms atoms = makeAtoms(sensor);
   EXPECT_EQ(atoms.count(), sensor.nodes.count());
   EXPECT_NEAR(atoms.depth_m, 6e-3, 0.5e-3);

@@ -83,7 +83,9 @@ TEST(Tracker, ALongContactTurnsThroughHalfTurnsAndARoundOneIsNotSaidTo) {
     bar.orientation_rad = std::remainder(-2.0 * std::numbers::pi * frame / 120, std::numbers::pi);
     contact = bench.see({bar}).front();
     EXPECT_EQ(contact.orientation_rad, bar.orientation_rad);
-    if (frame > 20) EXPECT_NEAR(contact.angularVelocity_rad_s, -std::numbers::pi, 0.1) << frame;
+    if (frame > 20) {
+      EXPECT_NEAR(contact.angularVelocity_rad_s, -std::numbers::pi, 0.1) << frame;
+    }
   }
   EXPECT_LT(contact.angularVelocityDeviation_rad_s, 2.0);
   bar.orientationDeviation_rad = std::numbers::pi / std::sqrt(12.0);
@@ -278,7 +280,9 @@ TEST(Tracker, AContactOfAnyShapeSlidesAlongACurve) {
     one.halfAxes_m = {3.6e-3, 3.6e-3};
     one.orientationDeviation_rad = 0.9;
     slip = bench.see({one}).front().slip;
-    if (frame <= 30) EXPECT_EQ(slip.value().model, SlipModel::kBound) << frame;
+    if (frame <= 30) {
+      EXPECT_EQ(slip.value().model, SlipModel::kBound) << frame;
+    }
   }
   EXPECT_EQ(slip.value().state, SlipState::kSlipping);
   EXPECT_EQ(slip.value().model, SlipModel::kSliding);
@@ -294,7 +298,9 @@ TEST(Tracker, WhatShearsAContactThatSticksIsNoSlide) {
     one.area_m2 = 1.5e-4;
     one.force_N[0] = shear_N;
     const std::optional<Slip> slip = bench.see({one}).front().slip;
-    if (slip) EXPECT_EQ(slip->model, SlipModel::kBound) << frame;
+    if (slip) {
+      EXPECT_EQ(slip->model, SlipModel::kBound) << frame;
+    }
   }
 }
 

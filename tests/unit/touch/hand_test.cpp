@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 #include <set>
@@ -300,7 +301,7 @@ TEST(Hand, TwoDaemonsWithOneNameMakeAFingerAmbiguousAndARestartDoesNot) {
   bench.frames[1].number = 0;
   bench.takeAll();
   EXPECT_NE(bench.takeAll(), nullptr);
-  for (const std::uint8_t boot : {2, 77, 2}) {
+  for (const std::uint8_t boot : std::array<std::uint8_t, 3>{2, 77, 2}) {
     bench.frames[1].boot[0] = boot;
     bench.takeAll();
   }

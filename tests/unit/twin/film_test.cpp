@@ -276,7 +276,7 @@ TEST(Film, RawPicturesComeInALoop) {
 TEST(Truth, RecordIsJsonWithAllThatIsKnown) {
   Truth truth;
   truth.time_s = 1.5;
-  truth.contacts.push_back({Contact::Shape::kDisc, 4e-3, {{1e-3, -2e-3}, {0.5, 0, 2}, 3e-3}, {}});
+  truth.contacts.push_back({Contact::Shape::kDisc, 4e-3, {{1e-3, -2e-3}, {0.5, 0, 2}, 3e-3}, {}, {}});
   truth.resultant.add(truth.contacts[0].state);
   truth.missing = {3, 7};
   truth.displacement_px.resize(2, 2);
