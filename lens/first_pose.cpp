@@ -153,14 +153,14 @@ RestMarkers counted(const sensor::Sensor& sensor, RestMarkers markers) {
     return tractiond::calibrate::fitGeometryFrom(*start, sensor, labelled.place_px, labelled.present);
   };
   RestMarkers best = markers;
-  Geometry fit = fitted(markers);
+  Geometry least = fitted(markers);
   for (int rows = -kFarthest; rows <= kFarthest; ++rows) {
     for (int columns = -kFarthest; columns <= kFarthest; ++columns) {
       RestMarkers other = moved(sensor, markers, columns, rows);
       if (other.count() < fewest) continue;
-      const Geometry otherFit = fitted(other);
-      if (!isBetter(otherFit, fit)) continue;
-      fit = otherFit;
+      const Geometry found = fitted(other);
+      if (!isBetter(found, least)) continue;
+      least = found;
       best = std::move(other);
     }
   }

@@ -109,8 +109,9 @@ Eigen::Vector3d BodySurface::bounded(const Eigen::Vector3d& shape) const {
 Eigen::Vector2d BodySurface::nearest(const Eigen::Vector2d& place) const {
   Eigen::Index node = 0;
   (nodes_.topRows<2>().colwise() - place).colwise().squaredNorm().minCoeff(&node);
-  const double column = static_cast<double>(node % columns_), row = static_cast<double>(node / columns_);
-  return pitch_ * (Eigen::Vector2d(column, row) - 0.5 * Eigen::Vector2d(columns_ - 1, rows_ - 1));
+  const Eigen::Index column = node % columns_, row = node / columns_;
+  return pitch_ * (Eigen::Vector2d(static_cast<double>(column), static_cast<double>(row)) -
+                   0.5 * Eigen::Vector2d(columns_ - 1, rows_ - 1));
 }
 
 }  // namespace tractiond::calibrate
