@@ -1,9 +1,13 @@
 #include "lens/first_pose.h"
 
+#include "daemon/track/lattice.h"
+
 #include <Eigen/Geometry>
 #include <opencv2/calib3d.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace lens {
 
@@ -111,6 +115,54 @@ Geometry firstPose(const sensor::Sensor& sensor, const RestMarkers& markers, con
     guess.camera.k1 = distortion / cornerRadius2(sensor.camera);
     guess.camera.k2 = 0.0;
     fitAround();
+  }
+  return best;
+}
+
+namespace {
+
+/// Returns the markers with other labels: further columns and rows. Those beyond the grid are left out.
+RestMarkers moved(const sensor::Sensor& sensor, const RestMarkers& markers, int columns, int rows) {
+  RestMarkers result = markers;
+  std::ranges::fill(result.present, 0);
+  for (const tractiond::track::Lattice& lattice : tractiond::track::latticesOf(sensor)) {
+    for (int row = 0; row < lattice.rows; ++row) {
+      for (int column = 0; column < lattice.columns; ++column) {
+        if (!lattice.has(column + columns, row + rows)) continue;
+        const auto from = static_cast<std::size_t>(lattice.at(column, row));
+        const auto to = static_cast<std::size_t>(lattice.at(column + columns, row + rows));
+        result.present[to] = markers.present[from];
+        result.place_px[2 * to] = markers.place_px[2 * from];
+        result.place_px[2 * to + 1] = markers.place_px[2 * from + 1];
+      }
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+RestMarkers counted(const sensor::Sensor& sensor, RestMarkers markers) {
+  constexpr int kFarthest = 4;         // columns and rows
+  constexpr double kMostBeyond = 0.2;  // share of the markers that may lie beyond the grid
+  if (!sensor.body) return markers;
+  const int fewest = static_cast<int>((1.0 - kMostBeyond) * markers.count());
+  const auto fitted = [&sensor](const RestMarkers& labelled) {
+    const auto start = solvePose(sensor, labelled);
+    if (!start) return Geometry{};
+    return tractiond::calibrate::fitGeometryFrom(*start, sensor, labelled.place_px, labelled.present);
+  };
+  RestMarkers best = markers;
+  Geometry least = fitted(markers);
+  for (int rows = -kFarthest; rows <= kFarthest; ++rows) {
+    for (int columns = -kFarthest; columns <= kFarthest; ++columns) {
+      RestMarkers other = moved(sensor, markers, columns, rows);
+      if (other.count() < fewest) continue;
+      const Geometry found = fitted(other);
+      if (!isBetter(found, least)) continue;
+      least = found;
+      best = std::move(other);
+    }
   }
   return best;
 }

@@ -32,6 +32,12 @@ struct FirstPoseOptions {
 tractiond::calibrate::Geometry firstPose(const sensor::Sensor& sensor, const RestMarkers& markers,
                                          const FirstPoseOptions& options = {});
 
+/// Returns the markers with their columns and rows counted from where a pose fits them best, at most four further to
+/// each side. Where a picture does not show the grid's rims, the pose that the sensor has decides on the labels, and a
+/// pose that is off by a pitch makes all of them wrong. A body's markers are not at equal distances in the picture, so
+/// their places show it; a block's do not, and are returned as they are. Takes about a second. Reentrant.
+RestMarkers counted(const sensor::Sensor& sensor, RestMarkers markers);
+
 /// Returns another aspect than the sensor's if it explains the markers' positions and the sensor's does not; nothing if
 /// the sensor's does, no aspect does, or no pose is found. Does not use the sensor's pose. Reentrant.
 std::optional<tractiond::calibrate::AspectSeen> otherAspect(const sensor::Sensor& sensor, const RestMarkers& markers);

@@ -40,6 +40,7 @@ tl::expected<Seen, Faults> loadAndFindMarkers(const PictureOptions& options) {
   if (!markers) {
     return tl::unexpected(Faults{fault(options.picture, markers.error().what, markers.error().remedy)});
   }
+  *markers = counted(*sensor, *std::move(markers));
   std::printf("%d of %d markers found\n", markers->count(), sensor->markerCount());
   return Seen{*std::move(picture), *std::move(sensor), *std::move(markers)};
 }
@@ -85,8 +86,8 @@ void printScale(const sensor::Sensor& file, const sensor::Camera& found) {
   const double change = found.position.z() / file.camera.position.z() - 1.0;
   if (std::abs(change) < kFar) return;
   std::printf(
-      "  note: the camera is %.0f mm %s than in the gel file, if pitch_mm, depth_mm and focal_px are right; one "
-      "picture "
+      "  note: the camera is %.0f mm %s than in the gel file, if the markers' pitch and depth and focal_px are right; "
+      "one picture "
       "does not tell these from the distance: measure ten pitches, and from the lens to the gel's surface about %.0f "
       "mm\n",
       kMillimetres * std::abs(found.position.z() - file.camera.position.z()), change > 0.0 ? "farther" : "nearer",
@@ -148,16 +149,20 @@ Done pose(const PoseOptions& options) {
                      "--force writes the pose all the same; the daemon will doubt such a file, too")});
   }
   if (!isGood) {
-    char what[120], remedy[300];
+    char what[120], places[160] = "", remedy[400];
+    if (!posed.body) {  // whose file states no such deviation
+      std::snprintf(places, sizeof places,
+                    "if the markers were placed by hand, write marker_place_mm = %.2f into [uncertainty]; ",
+                    kMillimetres * 0.5 * first.diameter * found.residual_px /
+                        radius_px(seen->sensor, 0, seen->markers));
+    }
     std::snprintf(what, sizeof what,
                   "does not fit the gel file: %.2f px are left of the markers' places, at most %.2f are accepted",
                   found.residual_px, accepted_px);
     std::snprintf(remedy, sizeof remedy,
-                  "mend its layers, thickness and indices, or the lens; if the markers were placed by hand, write "
-                  "marker_place_mm = %.2f into [uncertainty]; --accept-residual %.1f writes this pose all the same, "
-                  "with which forces are less exact",
-                  kMillimetres * 0.5 * first.diameter * found.residual_px / radius_px(seen->sensor, 0, seen->markers),
-                  std::ceil(10.0 * found.residual_px) / 10.0);
+                  "mend its layers, thickness and indices, or the lens; %s--accept-residual %.1f writes this pose all "
+                  "the same, with which forces are less exact",
+                  places, std::ceil(10.0 * found.residual_px) / 10.0);
     return tl::unexpected(Faults{fault(options.picture, what, remedy)});
   }
   print(found);

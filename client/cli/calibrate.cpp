@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -29,6 +30,8 @@ namespace {
 struct CalibrateOptions {
   std::vector<std::string> steps;  ///< of geometry, noise, creep, weights, finish; empty: all but creep
   std::vector<double> weights_N;   ///< in the order in which they are put on [N]; not empty if the step weights runs
+  /// Of each weight, as CalibrationStep::direction; or one for all of them; or none: the daemon's default.
+  std::vector<std::array<double, 3>> directions;
   /// Longest wait for each weight; duration of the noise step, if the step weights does not run. 0: the daemon's
   /// default
   double seconds = 0.0;
@@ -55,7 +58,8 @@ class Guide {
       , asks_(!options.yes && isatty(STDIN_FILENO) != 0) {}
 
   void run() {
-    control_.description();  // fails if no daemon answers, before the operator is asked to do anything
+    // Fails if no daemon answers, before the operator is asked to do anything.
+    isBody_ = control_.description().body.has_value();
     if (wants("geometry")) geometry();
     if (wants("noise")) noise();
     if (!options_.steps.empty() && wants("creep")) creep();
@@ -145,12 +149,16 @@ class Guide {
     step.kind = CalibrationStep::Kind::kWeight;
     step.seconds = options_.seconds;
     step.first = true;
-    for (const double weight : options_.weights_N) {
+    const char* const where = isBody_ ? "" : ", near its middle,";
+    for (std::size_t i = 0; i < options_.weights_N.size(); ++i) {
+      step.weight_N = options_.weights_N[i];
+      if (!options_.directions.empty()) {
+        step.direction = options_.directions[std::min(i, options_.directions.size() - 1)];
+      }
       char text[100];
-      std::snprintf(text, sizeof text, "Weights: put %.5g gf on the gel, near its middle, and let go of it",
-                    weight / kGramForce_N);
+      std::snprintf(text, sizeof text, "Weights: put %.5g gf on the gel%s and let go of it",
+                    step.weight_N / kGramForce_N, where);
       instruct(text);
-      step.weight_N = weight;
       report("weight", control_.calibrate(step));
       step.first = false;
     }
@@ -171,6 +179,7 @@ class Guide {
   Control control_;
   const CalibrateOptions& options_;
   bool asks_;
+  bool isBody_ = false;  ///< its weights may have places of their own
 };
 
 /// Parses a list of weights and returns newtons: "100gf,200gf,5N". Units: gf (or g, as a mass), kgf, mN and N. Returns
@@ -197,9 +206,23 @@ std::optional<std::vector<double>> parseWeights(const std::string& text) {
   return weights;
 }
 
+/// Parses a direction: "0,0.5,1". Returns nothing if it is none, or has no length.
+std::optional<std::array<double, 3>> parseDirection(const std::string& text) {
+  std::istringstream list(text);
+  std::array<double, 3> direction{};
+  char comma = ',';
+  for (std::size_t i = 0; i < direction.size(); ++i) {
+    if ((i > 0 && !(list >> comma)) || comma != ',' || !(list >> direction[i])) return std::nullopt;
+  }
+  const bool isLong = std::hypot(direction[0], direction[1], direction[2]) > 0.0;
+  if (!isLong || list.peek() != std::istringstream::traits_type::eof()) return std::nullopt;
+  return direction;
+}
+
 struct CalibrateLine {
   CalibrateOptions steps;
   std::string weights;
+  std::vector<std::string> directions;
 };
 
 int run(CalibrateLine options, const ControlOptions& control) {
@@ -211,6 +234,15 @@ int run(CalibrateLine options, const ControlOptions& control) {
         EX_USAGE,
         (options.weights.empty() ? "missing weights, " : "'" + options.weights + "' is not a list of weights, ") +
             std::string("for example: --weights 100gf,200gf,500gf; the units are gf, g, kgf, mN and N"));
+  }
+  for (const std::string& text : options.directions) {
+    const auto direction = parseDirection(text);
+    if (!direction) return fail(EX_USAGE, "'" + text + "' is not a direction, for example: --direction 0,0.5,1");
+    options.steps.directions.push_back(*direction);
+  }
+  const std::size_t given = options.directions.size();
+  if (given > 1 && given != options.steps.weights_N.size()) {
+    return fail(EX_USAGE, "--direction is stated once, or once for each of --weights");
   }
   Guide(control, options.steps).run();
   return EX_OK;
@@ -231,6 +263,14 @@ void addCalibrate(Commands& commands) {
   command
       .add_option("--weights", options->weights, "weights, in the order in which they are put on: 100gf,200gf,500gf")
       ->type_name("LIST");
+  command
+      .add_option(
+          "--direction", options->directions,
+          "direction x,y,z in the gel's frame along which the weights are known, such as that in which a force "
+          "gauge measures; again for each of the weights, or once for all; without: z for a block, and the whole "
+          "force of another body")
+      ->type_name("X,Y,Z")
+      ->allow_extra_args(false);
   command
       .add_option("--seconds", steps.seconds,
                   "longest wait for each weight; without the step weights, duration of the noise step")

@@ -93,6 +93,12 @@ std::string encodeCalibration(const CalibrationStep& step) {
     request.mutable_weight()->set_weight_n(step.weight_N);
     request.mutable_weight()->set_patience_s(step.seconds);
     request.mutable_weight()->set_first(step.first);
+    if (step.direction != std::array<double, 3>{}) {
+      auto& along = *request.mutable_weight()->mutable_direction();
+      along.set_x(step.direction[0]);
+      along.set_y(step.direction[1]);
+      along.set_z(step.direction[2]);
+    }
     break;
   case CalibrationStep::Kind::kStiffness:
     request.mutable_stiffness();

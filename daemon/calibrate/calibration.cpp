@@ -103,10 +103,6 @@ std::optional<Result> Calibration::begin(const CalibrationStep& step, const Rest
                                          const fs::path& directory) {
   running_.reset();
   if (step.kind != Kind::kRecovery) creep_.reset();
-  if (inForce_.body && (step.kind == Kind::kGeometry || step.kind == Kind::kWeight || step.kind == Kind::kStiffness)) {
-    return refused("geometry and weights are fitted to flat layers in a block alone: for a body with an influence file "
-                   "set gel.youngs_modulus_pa so that the published force is that of a weight");
-  }
   if (step.kind == Kind::kStiffness) return stiffness();
   if (step.kind == Kind::kFinish) return finish(step.name, camera, directory);
   if (zero == nullptr) return refused("there is no zero yet: take one with nothing touching the gel");
@@ -114,6 +110,10 @@ std::optional<Result> Calibration::begin(const CalibrationStep& step, const Rest
   if (step.kind == Kind::kWeight) {
     if (!(step.weight_N > 0.0)) return refused("a weight must press: it is above 0");
     if (step.weight_N > kLargest_N) return refused("a weight is at most 1,000,000 N");
+    if (inForce_.body && std::min(inForce_.nodes.columns, inForce_.nodes.rows) < BodySurface::kFewest) {
+      return refused(
+          fmt::format("weights on a body need an influence file with {0} x {0} nodes or more", BodySurface::kFewest));
+    }
     if (step.first) {
       weights_.clear();
       heaviest_.reset();
@@ -228,10 +228,12 @@ Result Calibration::geometry(const RestPose& zero, bool anyway) {
     report.figures.push_back({std::string("rotation_") + axes[i] + "_rad", camera.rotation[i], known.rotation[i]});
   }
   report.figures.push_back({"focal_distance_correlation", known.focalDistance, 0.0});
-  report.remarks.push_back(fmt::format(
-      "focal length and distance, principal point and sideways position are known together much better than "
-      "alone: {} little but the picture's scale and place",
-      inForce_.layers.size() == 1 ? "one layer shows" : "two layers that lie so close show"));
+  if (!inForce_.body) {
+    report.remarks.push_back(fmt::format(
+        "focal length and distance, principal point and sideways position are known together much better than "
+        "alone: {} little but the picture's scale and place",
+        inForce_.layers.size() == 1 ? "one layer shows" : "two layers that lie so close show"));
+  }
   const double off = std::abs(camera.focal_px / inForce_.camera.focal_px - 1.0);
   if (off > kFarFromTheFile * inForce_.uncertainty.focal) {
     report.remarks.push_back("the focal length is far from the file's: is uncertainty.focal_relative too small?");
@@ -376,10 +378,18 @@ Result Calibration::read() {
       first += before * before;
     }
   }
-  const auto reading = (*contactFit_)(candidate_.camera, candidate_.pictureMotion, {mean, valid}, variance);
+  auto reading = (*contactFit_)(candidate_.camera, candidate_.pictureMotion, {mean, valid}, variance);
   if (!reading) return refused("the markers' displacements are not those of a weight");
-  weights_.push_back({running_->weight_N, reading->force.z(), std::sqrt(reading->covariance(2, 2))});
-  if (!heaviest_ || reading->force.z() > heaviest_->reading.force.z()) {
+  // A block lies; of a body nobody knows how it is turned, so a weight is all of the force.
+  const auto stated = Eigen::Vector3d::Map(running_->direction.data());
+  if (stated.squaredNorm() > 0.0) {
+    reading->along = stated.normalized();
+  } else if (inForce_.body) {
+    reading->along = reading->force.normalized();
+  }
+  const double read_N = reading->force.dot(reading->along);
+  weights_.push_back({running_->weight_N, read_N, std::sqrt(reading->along.dot(reading->covariance * reading->along))});
+  if (!heaviest_ || read_N > heaviest_->reading.force.dot(heaviest_->reading.along)) {
     heaviest_ = std::make_unique<Heaviest>(Heaviest{*reading, mean, variance, valid});
   }
   const double creep = first > 0.0 ? both / first - 1.0 : 0.0;
@@ -387,13 +397,14 @@ Result Calibration::read() {
   CalibrationReport report;
   const auto grams = [](double newtons) { return newtons / kGramForce; };
   report.figures = {{"weight_gf", grams(running_->weight_N), 0.0},
-                    {"reading_gf", grams(reading->force.z()), grams(weights_.back().deviation_N)},
-                    {"shear_gf", grams(reading->force.head<2>().norm()), 0.0},
+                    {"reading_gf", grams(read_N), grams(weights_.back().deviation_N)},
+                    {"shear_gf", grams(reading->force.cross(reading->normal).norm()), 0.0},
                     {"x_mm", 1e3 * reading->place.x(), 0.0},
                     {"y_mm", 1e3 * reading->place.y(), 0.0},
                     {"radius_mm", 1e3 * reading->radius, 0.0},
                     {"residual_px", reading->residual_px, 0.0},
                     {"creep", creep, 0.0}};
+  if (inForce_.body) report.figures.push_back({"z_mm", 1e3 * reading->place.z(), 0.0});
   double largest_px = 0.0;
   for (std::size_t i = 0; i < markers; ++i) {
     if (valid[i]) largest_px = std::max(largest_px, std::hypot(double{mean[2 * i]}, double{mean[2 * i + 1]}));
@@ -408,7 +419,10 @@ Result Calibration::read() {
 
 Result Calibration::stiffness() {
   if (weights_.empty()) return refused("no weight has been read");
-  const Stiffness found = fitStiffness(weights_, inForce_.gel.youngsModulus, options_.stiffness);
+  StiffnessOptions options = options_.stiffness;
+  // On a body the weights stand in several places, and its mechanics err otherwise in each.
+  if (inForce_.body) options.reading = std::hypot(options.reading, inForce_.uncertainty.model);
+  const Stiffness found = fitStiffness(weights_, inForce_.gel.youngsModulus, options);
   if (!found.contradiction.empty()) return refused(found.contradiction);
   if (!thicknessCheck_) thicknessCheck_ = std::make_unique<ThicknessCheck>(inForce_, *contactFit_, options_.progress);
   const double absorbed =
@@ -428,14 +442,18 @@ Result Calibration::stiffness() {
   for (std::size_t i = 0; i < weights_.size(); ++i) {
     record.weights.push_back(weights_[i].weight_N);
     record.readings.push_back(weights_[i].read_N * found.youngsModulus / inForce_.gel.youngsModulus);
-    report.figures.push_back({fmt::format("youngs_modulus_by_{:.4g}_gf_pa", weights_[i].weight_N / kGramForce),
-                              found.ofEach[i], found.ofEach[i] * weights_[i].deviation_N / weights_[i].read_N});
+    std::string name = fmt::format("youngs_modulus_by_{:.4g}_gf_pa", weights_[i].weight_N / kGramForce);
+    if (std::ranges::count(report.figures, name, &CalibrationReport::Figure::name) > 0) {
+      name = fmt::format("{}_{}", name, i + 1);  // the same weight in another place
+    }
+    report.figures.push_back({name, found.ofEach[i], found.ofEach[i] * weights_[i].deviation_N / weights_[i].read_N});
   }
   // The file's deviation stays that of a press: the solver takes off what the modulus has taken up.
   report.remarks.push_back(fmt::format(
       "a press like the weights is known to ± {:.2f} %; as the material's, the modulus is known to ± {:.2f} "
-      "% only, as it takes up errors of thickness, depths, Poisson's ratio and the camera's pose",
-      100.0 * found.deviation, 100.0 * std::hypot(found.deviation, absorbed)));
+      "% only, as it takes up errors of {} and the camera's pose",
+      100.0 * found.deviation, 100.0 * std::hypot(found.deviation, absorbed),
+      inForce_.body ? "the influence file" : "thickness, depths, Poisson's ratio"));
   if (weights_.size() < 2) report.remarks.push_back("one weight alone cannot be checked by another");
   tellThickness(report);
   return report;

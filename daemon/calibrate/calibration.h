@@ -56,9 +56,9 @@ class Calibration {
   /// first weight takes seconds of work, the first stiffness twice as many, kFinish waits for the disk. The result is
   /// an error if there is no zero (except for kStiffness and kFinish), nothing to evaluate or write, something seems to
   /// touch and `anyway` is false, the fit fails or the weights contradict each other, a weight is not above 0 or above
-  /// 1e6 N, the file cannot be written, or the sensor has an influence file (but for kGeometry, kWeight and kStiffness
-  /// alone), or kRecovery does not follow kCreep. A new geometry or creep discards the weights read before. \param zero
-  /// in force; nullptr: none yet; need not outlive the call \param camera see cameraId(); empty: kFinish fails \param
+  /// 1e6 N or put on a body with fewer than BodySurface::kFewest columns or rows of nodes, the file cannot be written,
+  /// or kRecovery does not follow kCreep. A new geometry or creep discards the weights read before. \param zero in
+  /// force; nullptr: none yet; need not outlive the call \param camera see cameraId(); empty: kFinish fails \param
   /// directory for the gel file, which never replaces another; kFinish fails if it holds 100 files "*.toml"
   std::optional<Result> begin(const CalibrationStep& step, const RestPose* zero, const std::string& camera,
                               const std::filesystem::path& directory);

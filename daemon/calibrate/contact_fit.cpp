@@ -1,6 +1,7 @@
 // Tries places around that of the largest displacement as start values, and makes a few Gauss-Newton steps from the
 // best one. The half-space part of a contact's field is summed over a quadrature of Hertz's pressure; the correction
 // for the block, which varies over lengths of the block, over four points with the same second moments as the pressure.
+// A body's field is that of its nodes, among which the contact is divided.
 #include "daemon/calibrate/contact_fit.h"
 
 #include "sensor/elastic/half_space.h"
@@ -21,6 +22,7 @@ namespace {
 constexpr double kLeastRadius = 0.5e-3, kLargestRadius = 15e-3;  // [m]
 constexpr double kFirstRadius = 3e-3;
 constexpr double kFirstPitch = 4e-3;  // distance of the places that are tried [m]
+constexpr double kFirstNodes = 2.0;   // the same on a body, in distances of its nodes
 constexpr int kFirstReach = 2;    // places to each side: the largest displacement is up to 8 mm away from the centre
 constexpr double kMargin = 1e-3;  // between a contact and the sides of the gel [m]
 constexpr int kIterations = 20;
@@ -83,11 +85,35 @@ Observed observe(const sensor::Sensor& sensor, const sensor::Camera& camera, con
 
 ContactFit::ContactFit(const sensor::Sensor& sensor, const sensor::elastic::Progress& progress)
     : sensor_(sensor)
-    , markers_(sensor::markerPositions(sensor))
-    , correction_(sensor.gel, markers_, {}, progress) {}
+    , markers_(sensor::markerPositions(sensor)) {
+  if (sensor.body) {
+    surface_.emplace(sensor);
+  } else {
+    correction_.emplace(sensor.gel, markers_, sensor::elastic::BlockOptions{}, progress);
+  }
+}
+
+Eigen::MatrixXd ContactFit::bodyFields(const sensor::Projection& projection, const Eigen::Vector3d& shape,
+                                       const Eigen::MatrixXd& influence) const {
+  const Eigen::VectorXd shares =
+      surface_->patch(shape).shares * (sensor_.body->youngsModulus / sensor_.gel.youngsModulus);
+  Eigen::MatrixXd displacement = Eigen::MatrixXd::Zero(influence.rows(), 3);
+  for (Eigen::Index n = 0; n < shares.size(); ++n) displacement += shares[n] * influence.middleCols<3>(3 * n);
+  Eigen::MatrixXd fields(2 * markers_.cols(), 3);
+  for (Eigen::Index m = 0; m < markers_.cols(); ++m) {
+    fields.middleRows<2>(2 * m) = projection.jacobian(markers_.col(m)) * displacement.middleRows<3>(3 * m);
+  }
+  return fields;
+}
+
+Eigen::MatrixXd ContactFit::fieldErrors(const sensor::Camera& camera, const Eigen::Vector3d& shape,
+                                        std::size_t number) const {
+  return bodyFields(sensor::Projection(camera, sensor_.gel.size.z()), shape, sensor_.body->errors[number]);
+}
 
 Eigen::MatrixXd ContactFit::unitFields(const sensor::Projection& projection, const Eigen::Vector3d& shape, bool roughly,
                                        double deeper) const {
+  if (surface_) return bodyFields(projection, shape, sensor_.body->influence);
   const Eigen::Vector2d place = shape.head<2>();
   const double radius = shape.z();
   const auto patch = sensor::elastic::hertz(place, radius, Eigen::Vector3d::UnitZ());
@@ -95,7 +121,7 @@ Eigen::MatrixXd ContactFit::unitFields(const sensor::Projection& projection, con
   sensor::Points corners = sensor::Points::Zero(3, roughly ? 1 : 4);
   corners.topRows<2>().colwise() = place;
   if (!roughly) corners.topRows<2>() += arm * (Eigen::Matrix<double, 2, 4>() << 1, -1, 0, 0, 0, 0, 1, -1).finished();
-  const Eigen::MatrixXd corrections = correction_.matrix(corners);
+  const Eigen::MatrixXd corrections = correction_->matrix(corners);
   const double share = 1.0 / static_cast<double>(corners.cols());
   Eigen::MatrixXd fields(2 * markers_.cols(), 3);
   for (Eigen::Index m = 0; m < markers_.cols(); ++m) {
@@ -132,9 +158,10 @@ ContactFit::Trial ContactFit::at(const sensor::Projection& projection, const Obs
 ContactFit::Trial ContactFit::first(const sensor::Projection& projection, const Observed& observed,
                                     const Eigen::Vector2d& about) const {
   Trial best;
+  const double pitch = surface_ ? kFirstNodes * surface_->pitch() : kFirstPitch;
   for (int y = -kFirstReach; y <= kFirstReach; ++y) {
     for (int x = -kFirstReach; x <= kFirstReach; ++x) {
-      const Eigen::Vector2d place = about + kFirstPitch * Eigen::Vector2d(x, y);
+      const Eigen::Vector2d place = about + pitch * Eigen::Vector2d(x, y);
       Trial trial = at(projection, observed, bounded({place.x(), place.y(), kFirstRadius}), true);
       if (trial.cost < best.cost) best = std::move(trial);
     }
@@ -162,6 +189,7 @@ ContactFit::Normal ContactFit::about(const sensor::Projection& projection, const
 }
 
 Eigen::Vector3d ContactFit::bounded(const Eigen::Vector3d& shape) const {
+  if (surface_) return surface_->bounded(shape);
   const double radius = std::clamp(shape.z(), kLeastRadius, kLargestRadius);
   const Eigen::Vector2d room = (0.5 * sensor_.gel.size.head<2>().array() - radius - kMargin).max(0.0);
   const Eigen::Vector2d place = shape.head<2>().cwiseMax(-room).cwiseMin(room);
@@ -182,7 +210,8 @@ std::optional<ContactReading> ContactFit::operator()(const sensor::Camera& camer
   const Eigen::VectorXf deformation = (observed.value_px - observed.byMotion * whole->value).cast<float>();
   const std::span<const float> deformed(deformation.data(), displacements.value_px.size());
 
-  Trial best = first(projection, observed, largestBulge(seen, {deformed, counts}, 0.0).place);
+  const Eigen::Vector2d moved = largestBulge(seen, {deformed, counts}, 0.0).place;
+  Trial best = first(projection, observed, surface_ ? surface_->nearest(moved) : moved);
   if (!std::isfinite(best.cost)) return std::nullopt;
   Normal normal;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
@@ -194,17 +223,23 @@ std::optional<ContactReading> ContactFit::operator()(const sensor::Camera& camer
       next = at(projection, observed, bounded(best.shape + share * normal.solution.head<3>()), false);
     }
     if (next.cost > best.cost) break;
-    const double moved = (next.shape - best.shape).norm();
+    const double step = (next.shape - best.shape).norm();
     best = std::move(next);
-    if (moved < kSettled_m) break;
+    if (step < kSettled_m) break;
   }
 
   const double excess = best.cost / (observed.coordinates - kLinear - 3);
   ContactReading reading;
   reading.force = best.amounts.head<3>();
   reading.covariance = normal.inverse().block<3, 3>(3, 3) * std::max(excess, 1.0);
-  reading.place = best.shape.head<2>();
+  reading.shape = best.shape;
+  reading.place.head<2>() = best.shape.head<2>();
   reading.radius = best.shape.z();
+  if (surface_) {
+    const BodySurface::Patch patch = surface_->patch(best.shape);
+    reading.place = patch.place;
+    reading.normal = patch.normal;
+  }
   const auto rootMean = [&](double squares) { return std::sqrt(squares / observed.coordinates); };
   reading.residual_px = rootMean(observed.weight.cwiseMin(1.0).dot(best.residual.cwiseAbs2()));
   reading.expected_px = rootMean((observed.weight.array() > 0.0).select(observed.weight.cwiseInverse(), 0.0).sum());

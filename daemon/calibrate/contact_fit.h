@@ -1,6 +1,7 @@
 // Measures one weight on the gel: its place, and its force under the assumed elasticity.
 #pragma once
 
+#include "daemon/calibrate/body_surface.h"
 #include "daemon/calibrate/picture_motion.h"
 #include "sensor/elastic/block.h"
 
@@ -12,8 +13,11 @@ namespace tractiond::calibrate {
 struct ContactReading {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();       ///< on the gel, gel frame, z into the gel [N]
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< [N^2], by the scatter of the residual
-  Eigen::Vector2d place = Eigen::Vector2d::Zero();       ///< of its centre, gel frame [m]
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();       ///< of its centre on the touched surface, gel frame [m]
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();     ///< of the surface there, into the gel
   double radius = 0.0;                                   ///< of a Hertz contact that is as broad [m]
+  Eigen::Vector3d shape = Eigen::Vector3d::Zero();       ///< place and radius, as for ContactFit::fields()
+  Eigen::Vector3d along = Eigen::Vector3d::UnitZ();      ///< direction in which the force is known: set by the caller
   double residual_px = 0.0;                              ///< root mean square over the valid coordinates
   double expected_px = 0.0;                              ///< expected residual by noise alone
 };
@@ -30,17 +34,19 @@ struct Observed {
 Observed observe(const sensor::Sensor& sensor, const sensor::Camera& camera, const sensor::PictureMotion& motion,
                  const Displacements& displacements, std::span<const float> variance_px2);
 
-/// Fits one round contact in the block: no regularisation, so that its force carries no bias.
+/// Fits one round contact on a block or a body: no regularisation, so that its force carries no bias.
 ///   minimise over place, radius, force f, picture motion m
 ///     sum over markers |d - J (U(place, radius) f) - M m|^2 / variance + sum (m / its deviation)^2
 /// Gauss-Newton over place and radius, the rest is linear. Reentrant; immutable after construction.
 class ContactFit {
  public:
-  /// Computes the gel's mechanics: takes seconds on all cores. The sensor must be a block. Later calls may
-  /// use another camera pose than the sensor's. The sensor is copied. \param progress called meanwhile; may be empty
+  /// Computes the mechanics of a block: takes seconds on all cores. A body has those of its influence file, and at
+  /// least BodySurface::kFewest columns and rows of nodes (asserted). Later calls may use another camera pose than the
+  /// sensor's. The sensor is copied. \param progress called meanwhile; may be empty
   explicit ContactFit(const sensor::Sensor& sensor, const sensor::elastic::Progress& progress = {});
 
-  /// Fits the contact, with a radius limited to 0.5 to 15 mm and within the sides of the gel. Returns nothing if fewer
+  /// Fits the contact, with a radius limited to 0.5 to 15 mm and within the sides of a block; for a body see
+  /// BodySurface::bounded(). Returns nothing if fewer
   /// than ten markers are valid and not ignored, or the fit fails. A poor fit is returned: then residual_px is far
   /// above expected_px. \param camera through which the displacements are seen \param motion deviations of the
   /// picture's motion \param variance_px2 M, variance of each of a marker's coordinates; not above 0: the marker is
@@ -50,11 +56,15 @@ class ContactFit {
                                            std::span<const float> variance_px2) const;
 
   /// Returns the displacements of all markers by unit forces along x, y, z on a contact, without motion of the picture,
-  /// 2 M x 3 [px/N]. \param shape x, y, radius [m]
-  /// \param deeper depth of the markers beyond that of the gel file [m]
+  /// 2 M x 3 [px/N]. \param shape x, y, radius [m]; of a body as for BodySurface::patch()
+  /// \param deeper depth of the markers of a block beyond that of the gel file [m]
   Eigen::MatrixXd fields(const sensor::Camera& camera, const Eigen::Vector3d& shape, double deeper = 0.0) const {
     return unitFields(sensor::Projection(camera, sensor_.gel.size.z()), shape, false, deeper);
   }
+
+  /// Returns the change of fields() by one standard deviation of a quantity of the body. \param number index into
+  /// sensor::Body::errors
+  Eigen::MatrixXd fieldErrors(const sensor::Camera& camera, const Eigen::Vector3d& shape, std::size_t number) const;
 
  private:
   struct Trial;
@@ -67,10 +77,14 @@ class ContactFit {
   /// As fields(). \param roughly true: computes the correction for the block's sides and base as that of a point force
   Eigen::MatrixXd unitFields(const sensor::Projection& projection, const Eigen::Vector3d& shape, bool roughly,
                              double deeper = 0.0) const;
+  /// Returns the same of a body whose influence is this one.
+  Eigen::MatrixXd bodyFields(const sensor::Projection& projection, const Eigen::Vector3d& shape,
+                             const Eigen::MatrixXd& influence) const;
 
   sensor::Sensor sensor_;
   sensor::Points markers_;
-  sensor::elastic::BlockCorrection correction_;
+  std::optional<sensor::elastic::BlockCorrection> correction_;  ///< of a block only
+  std::optional<BodySurface> surface_;                          ///< of a body only
 };
 
 }  // namespace tractiond::calibrate

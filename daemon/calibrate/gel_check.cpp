@@ -226,11 +226,17 @@ class Findings {
     const double limit = std::max(options_.largestResidual, kStatedPlaces * stated) * spacing_px();
     report_.findings.push_back({"residual_px", 0.0, fit.residual_px, limit / options_.alarm, fit.residual_px > limit});
     if (fit.residual_px > limit) {
-      say(fmt::format(
+      std::string remark = fmt::format(
           "{} markers are {:.1f} px (rms) from where the pattern of the file has them: is it that of another "
-          "gel, or was the zero taken under a load? If they were placed by hand, write marker_place_mm = {:.2f} into "
-          "[uncertainty]: their places are measured in each zero",
-          markers, fit.residual_px, 1e3 * sensor_.layers.front().pitch * fit.residual_px / spacing_px()));
+          "gel, or was the zero taken under a load?",
+          markers, fit.residual_px);
+      if (!sensor_.body) {  // whose file states no such deviation
+        remark += fmt::format(
+            " If they were placed by hand, write marker_place_mm = {:.2f} into [uncertainty]: their places are "
+            "measured in each zero",
+            1e3 * sensor_.layers.front().pitch * fit.residual_px / spacing_px());
+      }
+      say(remark);
     }
   }
 

@@ -29,15 +29,17 @@ sensor::Sensor withPoisson(sensor::Sensor sensor) {
 ThicknessCheck::ThicknessCheck(const sensor::Sensor& sensor, const ContactFit& fit,
                                const sensor::elastic::Progress& progress)
     : sensor_(sensor)
-    , fit_(fit)
-    , thinner_(withThickness(sensor, kThinner), progress)
-    , softer_(withPoisson(sensor), progress) {}
+    , fit_(fit) {
+  if (sensor.body) return;
+  thinner_.emplace(withThickness(sensor, kThinner), progress);
+  softer_.emplace(withPoisson(sensor), progress);
+}
 
 ThicknessCheck::Load ThicknessCheck::loadOf(const sensor::Camera& camera, const sensor::PictureMotion& motion,
                                             const Displacements& displacements, std::span<const float> variance_px2,
                                             const ContactReading& reading) const {
   Load load;
-  load.shape = {reading.place.x(), reading.place.y(), reading.radius};
+  load.shape = reading.shape;
   load.force = reading.force;
   const Eigen::Index rows = 2 * static_cast<Eigen::Index>(displacements.valid.size());
   load.columns.resize(rows, kOfLoad);
@@ -57,11 +59,18 @@ ThicknessCheck::Load ThicknessCheck::loadOf(const sensor::Camera& camera, const 
   return load;
 }
 
-/// Returns the changes of the displacements by one deviation of Poisson's ratio and of each layer's depth.
 Eigen::MatrixXd ThicknessCheck::byElasticity(const sensor::Camera& camera, const Load& load) const {
+  if (sensor_.body) {
+    const std::size_t errors = sensor_.body->errors.size();
+    Eigen::MatrixXd columns(load.expected.size(), static_cast<Eigen::Index>(errors));
+    for (std::size_t i = 0; i < errors; ++i) {
+      columns.col(static_cast<Eigen::Index>(i)) = fit_.fieldErrors(camera, load.shape, i) * load.force;
+    }
+    return columns;
+  }
   const auto layers = static_cast<Eigen::Index>(sensor_.layers.size());
   Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(load.expected.size(), 1 + layers);
-  columns.col(0) = softer_.fields(camera, load.shape) * load.force - load.expected;
+  columns.col(0) = softer_->fields(camera, load.shape) * load.force - load.expected;
   // The correction for the block's sides and base is smooth: an error of a layer's depth does not change it.
   const Eigen::VectorXd deeper = (fit_.fields(camera, load.shape, kStep_m) * load.force - load.expected) *
                                  (sensor_.uncertainty.layerDepth / kStep_m);
@@ -76,7 +85,8 @@ Eigen::MatrixXd ThicknessCheck::byElasticity(const sensor::Camera& camera, const
 
 /// Returns the change of the displacements per metre of the thickness.
 Eigen::VectorXd ThicknessCheck::byThickness(const sensor::Camera& camera, const Load& load) const {
-  return (thinner_.fields(camera, load.shape) * load.force - load.expected) / ((kThinner - 1.0) * sensor_.gel.size.z());
+  return (thinner_->fields(camera, load.shape) * load.force - load.expected) /
+         ((kThinner - 1.0) * sensor_.gel.size.z());
 }
 
 std::optional<ThicknessReading> ThicknessCheck::operator()(const sensor::Camera& camera,
@@ -84,6 +94,7 @@ std::optional<ThicknessReading> ThicknessCheck::operator()(const sensor::Camera&
                                                            const Displacements& displacements,
                                                            std::span<const float> variance_px2,
                                                            const ContactReading& reading) const {
+  if (sensor_.body) return std::nullopt;
   const Load load = loadOf(camera, motion, displacements, variance_px2, reading);
   // Columns: of the load, Poisson's ratio, depths, thickness. The last is in metres, the two before in deviations.
   const Eigen::Index known = 1 + static_cast<Eigen::Index>(sensor_.layers.size()), kThickness = kOfLoad + known;
@@ -124,18 +135,18 @@ double ThicknessCheck::absorbed(const sensor::Camera& camera, const sensor::Unce
   normal.diagonal() += load.prior;
   const Eigen::VectorXd scale = normal.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::LDLT<Eigen::MatrixXd> factor(scale.asDiagonal() * normal * scale.asDiagonal());
-  // How much of the normal force a fit takes for a change of the displacements, relative.
+  // How much of the known force a fit takes for a change of the displacements, relative.
   const auto misread = [&](const Eigen::VectorXd& change) {
     const Eigen::VectorXd right = weighted.transpose() * change;
-    return scale[2] * factor.solve(scale.cwiseProduct(right))[2] / load.force.z();
+    const Eigen::VectorXd taken = scale.cwiseProduct(factor.solve(scale.cwiseProduct(right)));
+    return taken.head<3>().dot(reading.along) / load.force.dot(reading.along);
   };
   const auto byCamera = [&](const auto& moveBy, double deviation, double step) {
     sensor::Camera moved = camera;
     moveBy(moved, step);
     return misread((fit_.fields(moved, load.shape) * load.force - load.expected) * (deviation / step));
   };
-  double sum = misread(byThickness(camera, load) * known.thickness);
-  sum *= sum;
+  double sum = sensor_.body ? 0.0 : std::pow(misread(byThickness(camera, load) * known.thickness), 2);
   const Eigen::MatrixXd changes = byElasticity(camera, load);
   for (const auto& change : changes.colwise()) sum += std::pow(misread(change), 2);
   for (int axis = 0; axis < 3; ++axis) {

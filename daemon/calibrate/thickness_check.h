@@ -1,5 +1,6 @@
-// Checks the block's thickness against the gel file. The rest picture does not show it, but the pattern of
-// displacements under a weight does: a thinner block moves less at a distance from the contact.
+// Checks the block's thickness against the gel file, and tells what a weight does not show. The rest picture does not
+// show the thickness, but the pattern of displacements under a weight does: a thinner block moves less at a distance
+// from the contact.
 #pragma once
 
 #include "daemon/calibrate/contact_fit.h"
@@ -25,20 +26,21 @@ struct ThicknessReading {
 /// construction.
 class ThicknessCheck {
  public:
-  /// Takes twice as long as making a ContactFit. `fit` must be of the same sensor and must outlive this; the sensor
-  /// need not. \param progress called meanwhile, from 0 to 1 twice; may be empty
+  /// Takes twice as long as making a ContactFit, and no time for a body. `fit` must be of the same sensor and must
+  /// outlive this; the sensor need not. \param progress called meanwhile, from 0 to 1 twice; may be empty
   ThicknessCheck(const sensor::Sensor& sensor, const ContactFit& fit, const sensor::elastic::Progress& progress = {});
 
   /// Estimates the thickness; parameters are those of ContactFit. Returns nothing if the displacements do not determine
-  /// it at all; else see `deviation`. \param reading that of ContactFit for the same displacements
+  /// it at all, and for a body; else see `deviation`. \param reading that of ContactFit for the same displacements
   std::optional<ThicknessReading> operator()(const sensor::Camera& camera, const sensor::PictureMotion& motion,
                                              const Displacements& displacements, std::span<const float> variance_px2,
                                              const ContactReading& reading) const;
 
   /// Returns the relative deviation of a Young's modulus that this weight gives, by what is uncertain of thickness,
-  /// Poisson's ratio, depths, the camera and the mechanics: the modulus takes up how these misread the weight, so that
-  /// later presses are read right, but it is not the material's. Other parameters are as above. \param known
-  /// deviations of the camera, the thickness and the model; those of Poisson's ratio and the depths are the sensor's
+  /// Poisson's ratio and depths of a block, or of a body's sensor::Body::errors, of the camera and the mechanics: the
+  /// modulus takes up how these misread the weight, so that later presses are read right, but it is not the material's.
+  /// Other parameters are as above. \param known deviations of the camera, the thickness and the model; those of
+  /// Poisson's ratio and the depths are the sensor's
   double absorbed(const sensor::Camera& camera, const sensor::Uncertainty& known, const sensor::PictureMotion& motion,
                   const Displacements& displacements, std::span<const float> variance_px2,
                   const ContactReading& reading) const;
@@ -53,12 +55,14 @@ class ThicknessCheck {
   };
   Load loadOf(const sensor::Camera& camera, const sensor::PictureMotion& motion, const Displacements& displacements,
               std::span<const float> variance_px2, const ContactReading& reading) const;
+  /// Returns the changes of the displacements by one deviation of Poisson's ratio and of each layer's depth; of a body
+  /// by those of its errors.
   Eigen::MatrixXd byElasticity(const sensor::Camera& camera, const Load& load) const;
   Eigen::VectorXd byThickness(const sensor::Camera& camera, const Load& load) const;
 
   sensor::Sensor sensor_;
   const ContactFit& fit_;
-  ContactFit thinner_, softer_;  ///< of a thinner block, of one with another Poisson's ratio
+  std::optional<ContactFit> thinner_, softer_;  ///< of a thinner block, of one with another Poisson's ratio
 };
 
 }  // namespace tractiond::calibrate

@@ -8,6 +8,7 @@
 #include <google/protobuf/stubs/logging.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace tractiond::publish {
@@ -45,6 +46,14 @@ tl::expected<CalibrationStep, std::string> decodeStep(const pb::CalibrateRequest
     step.weight_N = request.weight().weight_n();
     step.seconds = request.weight().patience_s();
     step.first = request.weight().first();
+    if (request.weight().has_direction()) {
+      const pb::Vector3& along = request.weight().direction();
+      step.direction = {along.x(), along.y(), along.z()};
+      const double length2 = along.x() * along.x() + along.y() * along.y() + along.z() * along.z();
+      if (!(length2 > 0.0) || !std::isfinite(length2)) {
+        return tl::unexpected<std::string>("the direction of a weight has a length above 0");
+      }
+    }
     return step;
   case pb::CalibrateRequest::kStiffness:
     step.kind = CalibrationStep::Kind::kStiffness;

@@ -1,5 +1,6 @@
 """A body from an influence file: measured as any other, and refused with one line where the file is wrong."""
 
+import json
 import subprocess
 import sys
 import types
@@ -7,6 +8,7 @@ import unittest
 
 import numpy as np
 
+import projector
 import rig
 
 DATA, NO_INPUT = 65, 66
@@ -87,7 +89,7 @@ class Body(unittest.TestCase):
         self.assertGreater(wrench[2], 1.0)
         self.assertGreater(max(description.body.node_positions_m[2::3]), 1e-3)
 
-    def write_fingertip(self, random):
+    def write_fingertip(self, random=False):
         """A fingertip as the shipped one but for its mechanics: of each node a half-space that touches it there. Returns the
         path of its gel file. \\param random whether its markers are dots at random, and no grid"""
         def on_ball(count, pitch, depth):
@@ -149,6 +151,54 @@ class Body(unittest.TestCase):
     @unittest.skipUnless(placement, "needs python3-scipy")
     def test_random_dots_are_drawn_and_measured(self):
         self.check_fingertip("fingertip_roll", 720, random=True)
+
+    def test_fingertip_is_calibrated(self):
+        """Of a finger that is stiffer than its file says, behind a camera that is turned and moved against it, by forces in several
+        places, each known along a direction of its own."""
+        gel = self.write_fingertip()
+        hidden = {"position_x_mm": 0.4, "position_y_mm": -0.3, "position_z_mm": 45.5, "rotation_x_rad": 0.02,
+                  "rotation_y_rad": -0.03, "rotation_z_rad": 0.015, "youngs_modulus_pa": 200e3}
+        true = self.bench.folder / "true_gel.toml"
+        values = list(hidden.values())
+        true.write_text(gel.read_text().replace("[gel]\n", "[gel]\nyoungs_modulus_pa = 200000\n").replace(
+            "position_mm = [0, 0, 45]", f"position_mm = {values[:3]}\nrotation_rad = {values[3:6]}"))
+        forces = [(0, 0, (0, 0, 0.6)), (3, 2, (0, 0.1, 0.6)), (-3.5, 1, (0.15, 0, 0.8))]  # along and across the normal
+        loads = self.bench.folder / "loads.toml"
+        loads.write_text("format = 1\nperiod_s = 1000\n" + "".join(
+            f"[[contacts]]\nradius_mm = 2\nx_mm = {x}\ny_mm = {y}\ntime_s = {[3 + n, 3.1 + n, 3.9 + n, 4 + n]}\n" + "".join(
+                f"force_{axis}_n = {[0, part, part, 0]}\n" for axis, part in zip("xyz", force))
+            for n, (x, y, force) in enumerate(forces)))
+        truth = self.bench.folder / "truth.jsonl"
+        rest, *loaded = projector.scenes(self.bench, loads, [(0, 0.5), (3.2, 3.8), (4.2, 4.8), (5.2, 5.8)], "--gel", true,
+                                         "--truth", truth)
+        with open(truth) as lines:
+            records = [record for record in map(json.loads, lines) if record["contacts"]]
+        known = [np.array(records[len(records) * (2 * n + 1) // 6]["force_N"]) for n in range(3)]
+        along = [np.array(axis) for axis in ((0, 0, 1), (0.3, 0.2, 0.9), (-0.3, 0, 0.9))]
+        newtons = [force @ axis / np.linalg.norm(axis) for force, axis in zip(known, along)]
+        pictures = projector.Projector(self.bench, rest)
+        daemon = self.bench.daemon(pictures.CONFIG + f'[sensor]\ngel_file = "{gel}"\n', "--images", pictures.pipe, camera=None)
+        daemon.wait_for("more than .uncertainty. says: measure it with tractionctl calibrate")
+        calibrate = ("--control", daemon.endpoint["control"], "calibrate", "--yes", "--json")
+        code, output = self.bench.ctl(*calibrate, "geometry")
+        self.assertEqual(code, 0, output)
+        figures = json.loads(output.splitlines()[-1])["figures"]
+        pictures.show(loaded[0])
+        asking = self.bench.start(rig.BIN / "tractionctl", *calibrate, "weights", "--seconds", 600, "--weights",
+                                  ",".join(f"{each}N" for each in newtons),
+                                  *("--direction={},{},{}".format(*axis) for axis in along))
+        for number, scene in enumerate(loaded[1:], 1):
+            while sum("weight_gf" in line for line in asking.lines) < number:
+                self.assertTrue(asking.read(0.1), asking.output())
+            pictures.show(scene)
+        self.assertEqual(asking.join(), 0, asking.output())
+        figures |= json.loads(asking.lines[-1])["figures"]
+        for name, value in hidden.items():
+            found = figures[name]
+            print(f"\n  {name:18} hidden {value:<8g} found {found['value']:.6g} +- {found['deviation']:.2g}", end=" ")
+            self.assertLess(abs(found["value"] - value), 4 * found["deviation"] + 1e-3 * abs(value), name)
+        # Between the nodes the twin moves the markers to 1 % (decision 62).
+        self.assertLess(abs(figures["youngs_modulus_pa"]["value"] / 200e3 - 1), 0.02)
 
     # --- what is wrong is said before anything is published
 

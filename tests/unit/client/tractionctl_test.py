@@ -88,6 +88,26 @@ class Tractionctl(Case):
         self.assertEqual([weight["first"]["value"] for weight in weights], [1, 0, 0])
         self.assertEqual(reports[-1]["path"], "/gel.toml")
 
+    def test_each_weight_has_its_direction_or_all_the_same(self):
+        for stated, expected in (((), [None, None]), (("0,0.5,1",), [(0, 0.5, 1)] * 2),
+                                 (("0,0,1", "-1,0,2e-1"), [(0, 0, 1), (-1, 0, 0.2)])):
+            seen = []
+
+            def note(request):
+                weight = request.calibrate.weight
+                if request.calibrate.WhichOneof("step") == "weight":
+                    along = weight.direction
+                    seen.append((along.x, along.y, along.z) if weight.HasField("direction") else None)
+                return answer(request)
+            words = [f"--direction={text}" for text in stated]
+            self.assertEqual(ctl("calibrate", "weights", "--weights", "1N,2N", *words, *self.publisher(note))[0], 0)
+            self.assertEqual(seen, expected)
+        for wrong in (("0,0",), ("0,0,0",), ("0,0,1,",), ("1,0,x",), ("0,0,1", "0,0,1", "0,0,1")):
+            words = [f"--direction={text}" for text in wrong]
+            code, out, err = ctl("calibrate", "weights", "--weights", "1N,2N", *words, *self.publisher())
+            self.assertEqual((code, out), (USAGE, ""))
+            self.assertIn("direction", err)
+
     def test_the_seconds_of_calibrate_are_of_the_weights_where_there_are_some(self):
         for steps, expected in ((("noise", "weights", "--weights", "1N"), [0, 7, 0]), (("noise",), [7])):
             seen = []

@@ -1,7 +1,10 @@
 // Starts from which the pose is fitted: none at all, or several.
 #include "daemon/calibrate/geometry_fit.h"
 #include "lens/first_pose.h"
+#include "tests/support/fingertip.h"
 #include "tests/unit/lens/gel_picture_bench.h"
+
+#include <opencv2/imgproc.hpp>
 
 #include <algorithm>
 #include <cstdio>
@@ -30,6 +33,44 @@ TEST_F(GelPictureCommands, SolvedPoseNeedsNoStart) {
     const auto refined = firstPose(believed, markers);
     ASSERT_EQ(refined.outcome, tractiond::calibrate::Geometry::Outcome::kConverged);
     EXPECT_LT(refined.residual_px, 1e-3);
+  }
+}
+
+/// A fingertip of which a housing hides a part, with dirt that looks like markers: no rim of the grid tells where its
+/// columns begin, and a turn of two degrees moves the picture by more than the markers' distance.
+TEST_F(GelPictureCommands, APoseOfABodyNeedsNoRimOfItsGrid) {
+  const sensor::Sensor file = tractiond::test::fingertip();
+  truth = file;
+  for (int trial = 0; trial < 6; ++trial) {
+    truth.camera = file.camera;
+    truth.camera.position += within(0.6e-3);
+    truth.camera.rotation = within(0.04);
+    cv::Mat picture = photograph();
+    const cv::Scalar background = picture.at<cv::Vec3b>(2, 2), marker(120, 40, 40);
+    for (int i = 0; i < 10; ++i) {
+      cv::circle(picture, cv::Point2d(between(180, 400), between(90, 390)), 3, marker, cv::FILLED, cv::LINE_AA);
+    }
+    const int hidden = 380 + 20 * (trial % 3);
+    if (trial % 2 == 0) {
+      picture.colRange(hidden, picture.cols).setTo(background);
+    } else {
+      picture.rowRange(hidden - 80, picture.rows).setTo(background);
+    }
+    const auto seen = findMarkers(picture, file);
+    ASSERT_TRUE(seen) << seen.error().what;
+    const RestMarkers markers = counted(file, *seen);
+    const auto found = firstPose(file, markers);
+    ASSERT_EQ(found.outcome, tractiond::calibrate::Geometry::Outcome::kConverged);
+    std::printf("%d markers: residual %.3f px, place off by %.3f mm +- %.3f, rotation by %.3f deg\n", markers.count(),
+                found.residual_px, 1e3 * (found.camera.position - truth.camera.position).norm(),
+                1e3 * found.uncertainty.position.norm(),
+                180 / 3.14159 * (found.camera.rotation - truth.camera.rotation).norm());
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(found.camera.position[axis], truth.camera.position[axis], 4 * found.uncertainty.position[axis]);
+      EXPECT_NEAR(found.camera.rotation[axis], truth.camera.rotation[axis], 4 * found.uncertainty.rotation[axis]);
+    }
+    EXPECT_LT((found.camera.position - truth.camera.position).norm(), 0.3e-3);
+    EXPECT_LT((found.camera.rotation - truth.camera.rotation).norm(), 3e-3);
   }
 }
 

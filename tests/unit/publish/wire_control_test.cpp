@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -65,6 +66,15 @@ TEST(WireControl, StepsOfACalibrationAreTold) {
   EXPECT_EQ(step.kind, Kind::kWeight);
   EXPECT_EQ(step.weight_N, 0.5);
   EXPECT_TRUE(step.first);
+  EXPECT_EQ(step.direction, (std::array{0.0, 0.0, 0.0}));
+  pb::Vector3& direction = *request.mutable_calibrate()->mutable_weight()->mutable_direction();
+  EXPECT_FALSE(decoded());
+  direction.set_x(-0.5);
+  direction.set_z(HUGE_VAL);
+  EXPECT_FALSE(decoded());
+  direction.set_z(2.0);
+  EXPECT_EQ(decoded().value(), Request::kCalibrate);
+  EXPECT_EQ(step.direction, (std::array{-0.5, 0.0, 2.0}));
   request.mutable_calibrate()->mutable_stiffness();
   EXPECT_EQ(decoded().value(), Request::kCalibrate);
   EXPECT_EQ(step.kind, Kind::kStiffness);

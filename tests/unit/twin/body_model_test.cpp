@@ -1,6 +1,5 @@
 // A body in the twin: loads between the nodes of a ball, and what a camera sees of its markers.
-#include "sensor/elastic/influence.h"
-#include "sensor/influence_file.h"
+#include "tests/support/fingertip.h"
 #include "twin/body_model.h"
 #include "twin/renderer.h"
 
@@ -13,45 +12,18 @@
 
 namespace {
 
+using tractiond::test::fingertip;
+using tractiond::test::kTipRadius;
 using twin::BodyLoad;
 using twin::BodyModel;
 using twin::Contact;
-
-constexpr double kRadius = 10e-3;
-
-/// Bends the plane z = depth to a ball about the tip, at equal distances along it.
-Eigen::Vector3d bent(const Eigen::Vector3d& flat) {
-  const double distance = flat.head<2>().norm(), radius = kRadius - flat.z(), angle = distance / radius;
-  const Eigen::Vector2d across = std::sin(angle) * radius * flat.head<2>() / std::max(distance, 1e-12);
-  return {across.x(), across.y(), kRadius - radius * std::cos(angle)};
-}
-
-/// A fingertip's grids. The influence is that of a half-space under the flat ones: smooth, and nothing more.
-sensor::Sensor fingertip(double markerPitch = 1e-3) {
-  sensor::Sensor sensor;
-  sensor.layers = {{.columns = 15, .rows = 15, .pitch = markerPitch, .depth = 2e-3, .diameter = 0.3e-3}};
-  sensor.nodes = {.columns = 17, .rows = 17, .pitch = 1.3e-3};
-  sensor.camera.position = {0.0, 0.0, 45e-3};
-  sensor::Body body{.file = "tip.npz",
-                    .youngsModulus = sensor.gel.youngsModulus,
-                    .influence = sensor::elastic::displacementMatrix(sensor, sensor::elastic::Model::kHalfSpace),
-                    .nodes = sensor::nodePositions(sensor),
-                    .normals = {},
-                    .areas = sensor::nodeAreas(sensor),
-                    .markers = sensor::markerPositions(sensor)};
-  for (auto point : body.nodes.colwise()) point = bent(point);
-  for (auto point : body.markers.colwise()) point = bent(point);
-  body.normals = (Eigen::Vector3d(0, 0, kRadius).replicate(1, body.nodes.cols()) - body.nodes) / kRadius;
-  EXPECT_TRUE(sensor::setBody(sensor, std::move(body)));
-  return sensor;
-}
 
 TEST(BodyModel, ForceAndMomentOfTheNodesAreThoseOfTheLoad) {
   const BodyModel model(fingertip());
   for (const Contact::Shape shape : {Contact::Shape::kHertz, Contact::Shape::kDisc}) {
     const BodyLoad load = model.load({.shape = shape, .radius = 2e-3, .times = {}, .states = {}},
                                      {{3e-3, -2e-3}, {0.2, -0.1, 1.0}, 4e-4});
-    const Eigen::Vector3d normal = (Eigen::Vector3d(0, 0, kRadius) - load.place) / kRadius;
+    const Eigen::Vector3d normal = (Eigen::Vector3d(0, 0, kTipRadius) - load.place) / kTipRadius;
     EXPECT_TRUE(load.isWithin);
     EXPECT_TRUE(load.place.head<2>().isApprox(Eigen::Vector2d(3e-3, -2e-3), 1e-6));
     EXPECT_LT((load.normal - normal).norm(), 2e-3);
@@ -119,7 +91,7 @@ TEST(Renderer, MarkersOfABodyAreSeenAsTheyLie) {
       sum += light;
       second += light * off * off.transpose();
     }
-    const Eigen::Vector3d outward = (place - Eigen::Vector3d(0, 0, kRadius)) / (kRadius - 2e-3);
+    const Eigen::Vector3d outward = (place - Eigen::Vector3d(0, 0, kTipRadius)) / (kTipRadius - 2e-3);
     const Eigen::Vector3d ray = (place - sensor.camera.position).normalized();
     if (outward.dot(ray) <= 0.0) {
       EXPECT_EQ(sum, 0.0) << column;
