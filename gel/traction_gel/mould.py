@@ -160,6 +160,20 @@ def common(one, other):
     return volume([solid for solid in found if solid[0] == 3])
 
 
+def show_quarters(solids, half):
+    """Divides bodies by the planes x = 0 and y = 0, and leaves their outer faces alone to be written: gmsh 4.13 cannot mesh every
+    face that closes around an axis."""
+    occ, far = gmsh.model.occ, 4 * max(half)
+    planes = [(2, occ.addRectangle(-far, -far, 0, 2 * far, 2 * far)) for _ in range(2)]
+    occ.rotate(planes[:1], 0, 0, 0, 1, 0, 0, math.pi / 2)
+    occ.rotate(planes[1:], 0, 0, 0, 0, 1, 0, math.pi / 2)
+    parts, _ = occ.fragment(solids, planes)
+    occ.synchronize()
+    volumes = [part for part in parts if part[0] == 3]
+    outer = gmsh.model.getBoundary(volumes, combined=True, oriented=False)
+    gmsh.model.addPhysicalGroup(2, [tag for _, tag in outer])
+
+
 def write(task, stem, say):
     """Writes STEM_PART.step and .stl for each part, and a picture, STEM_mould.png. Returns their paths. Raises a Problem, and
     writes nothing, if the parts do not fit together (check)."""
@@ -180,6 +194,7 @@ def write(task, stem, say):
                 held = volume(solids)
                 with silent():
                     gmsh.write(str(step))
+                show_quarters(solids, drawing.half)
                 gmsh.model.mesh.generate(2)
                 gmsh.write(str(stl))
                 parts.append(Part(name, held, *triangles.read(stl, name)))
