@@ -230,10 +230,11 @@ def check(drawing, task, parts, steps, say):
                 )
         filled = [*read[cup], *read[parts[0].name], *drawing.channels(depth)]
         found = gmsh.model.occ.cut(drawing.box(-drawing.wall, drawing.form.end), filled)[0]
-        gel = drawing.form.solid(depth)
+        held, there = drawing.weighed(found)
+        wanted, here = drawing.weighed(drawing.form.solid(depth))
         if drawing.form.has_bone:
-            gel = gmsh.model.occ.cut(gel, drawing.form.solid(drawing.form.inside))[0]
-        (held, there), (wanted, here) = drawing.weighed(found), drawing.weighed(gel)
+            bone, middle = drawing.weighed(drawing.form.solid(drawing.form.inside))
+            wanted, here = wanted - bone, (wanted * here - bone * middle) / (wanted - bone)
         if not math.isclose(held, wanted, rel_tol=SAME_STEP) or math.dist(there, here) > BESIDE:
             raise Problem(
                 f"mould: the cavity of {cup} has {held:.6g} mm³, and the gel {wanted:.6g}, or it lies beside it; nothing was "
