@@ -58,6 +58,24 @@ tl::unexpected<std::string> refused(const std::string& sentence) {
   return tl::unexpected(sentence);
 }
 
+/// Returns which markers are valid, and not much less exact than most: the scatter of all, by which a motion is told,
+/// says nothing of those that the rim of a body shows foreshortened.
+std::vector<std::uint8_t> exactMarkers(const MarkerField& field) {
+  constexpr float kMost = 4.0F;  // times the median variance
+  std::vector<float> variances;
+  for (std::size_t i = 0; i < field.valid.size(); ++i) {
+    if (field.valid[i] != 0) variances.push_back(field.variance_px2[i]);
+  }
+  if (variances.empty()) return std::vector<std::uint8_t>(field.valid.size(), 0);
+  const auto middle = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 2);
+  std::nth_element(variances.begin(), middle, variances.end());
+  std::vector<std::uint8_t> exact(field.valid.begin(), field.valid.end());
+  for (std::size_t i = 0; i < exact.size(); ++i) {
+    if (field.variance_px2[i] > kMost * *middle) exact[i] = 0;
+  }
+  return exact;
+}
+
 }  // namespace
 
 /// The reading from which the gel's thickness is determined best.
@@ -76,9 +94,11 @@ struct Calibration::Weighing {
       , counts{std::vector<int>(markers), std::vector<int>(markers)}
       , variance(markers) {}
 
-  std::vector<float> deformation;  ///< displacements in this frame, without the picture's motion
-  std::vector<float> reference;    ///< displacements in the frame since which nothing moved
+  std::vector<float> deformation;   ///< displacements in this frame, without the picture's motion
+  std::vector<float> reference;     ///< displacements in the frame since which nothing moved
+  std::vector<std::uint8_t> exact;  ///< of these: as exactMarkers()
   bool haveReference = false;
+  int changed = 0;  ///< frames up to this one that differ from the reference
   std::int64_t stillSince_ns = 0;
   int frames = 0;                           ///< number of frames in the sums
   std::array<std::vector<double>, 2> sums;  ///< sums over the first and the second half of the reading
@@ -316,9 +336,10 @@ std::optional<Result> Calibration::weigh(const MarkerField& field) {
     return std::nullopt;
   }
   std::vector<float> change(w.deformation.size());
-  const auto changeFrom = [&](const std::vector<float>& from) {
+  const std::vector<std::uint8_t> exact = exactMarkers(field);
+  const auto changeFrom = [&](const std::vector<float>& from, std::span<const std::uint8_t> valid) {
     for (std::size_t i = 0; i < change.size(); ++i) change[i] = w.deformation[i] - from[i];
-    return largestBulge(candidate_, {change, field.valid}, options_.still_px);
+    return largestBulge(candidate_, {change, valid}, options_.still_px);
   };
   for (std::size_t i = 0; i < field.valid.size(); ++i) {
     const Eigen::Vector2d common = fit.at(static_cast<int>(i), motion->value);
@@ -327,10 +348,17 @@ std::optional<Result> Calibration::weigh(const MarkerField& field) {
   }
   const Bulge load = largestBulge(candidate_, {w.deformation, field.valid}, options_.still_px);
   if (!load.found()) lastWeight_px_.clear();
-  const bool isNew = lastWeight_px_.empty() || changeFrom(lastWeight_px_).size_px > options_.other * load.size_px;
-  const bool moved = !w.haveReference || changeFrom(w.reference).found();
+  const bool isNew =
+      lastWeight_px_.empty() || changeFrom(lastWeight_px_, field.valid).size_px > options_.other * load.size_px;
+  std::vector<std::uint8_t> inBoth = exact;
+  for (std::size_t i = 0; w.haveReference && i < inBoth.size(); ++i) inBoth[i] &= w.exact[i];
+  // In two frames one after the other: noise of one frame is no motion.
+  w.changed = changeFrom(w.reference, inBoth).found() ? w.changed + 1 : 0;
+  const bool moved = !w.haveReference || w.changed >= 2;
   if (moved || !load.found() || !isNew) {
     w.reference = w.deformation;
+    w.exact = exact;
+    w.changed = 0;
     w.haveReference = true;
     w.stillSince_ns = now_ns;
     w.frames = 0;
