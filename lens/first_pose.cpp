@@ -11,18 +11,38 @@
 
 namespace lens {
 
+namespace {
+
+/// Returns where a pinhole without refraction would see a point from everywhere near the camera: along the line of
+/// sight, as far away as the line turns when the camera is moved sideways.
+Eigen::Vector3d apparentPlace(const sensor::Camera& camera, double gelThickness, const Eigen::Vector3d& point) {
+  constexpr double kStep = 1e-4;  // [m]
+  sensor::Camera plain = camera;
+  plain.focal_px = plain.aspect = 1.0;
+  plain.principal_px.setZero();
+  plain.rotation.setZero();
+  plain.k1 = plain.k2 = 0.0;
+  const auto slopes = [&](double right, double up) {  // along x and -y for each metre along -z
+    plain.position = camera.position + Eigen::Vector3d(right, up, 0.0);
+    return sensor::Projection(plain, gelThickness)(point);
+  };
+  const Eigen::Vector2d seen = slopes(0.0, 0.0);
+  const double turned = (slopes(-kStep, 0.0) - slopes(kStep, 0.0)).x() - (slopes(0.0, -kStep) - slopes(0.0, kStep)).y();
+  return camera.position + 4.0 * kStep / turned * Eigen::Vector3d(seen.x(), -seen.y(), -1.0);
+}
+
+}  // namespace
+
 std::optional<sensor::Camera> solvePose(const sensor::Sensor& sensor, const RestMarkers& markers) {
   sensor::Camera camera = sensor.camera;
   const sensor::Points points = sensor::markerPositions(sensor);
-  const double surface = sensor.gel.size.z() + camera.windowThickness;
   std::vector<cv::Point3d> objects;
   std::vector<cv::Point2d> places;
   for (std::size_t i = 0; i < markers.present.size(); ++i) {
     if (markers.present[i] == 0) continue;
-    const Eigen::Vector3d point = points.col(static_cast<Eigen::Index>(i));
-    const double apparentDepth =
-        camera.windowThickness / camera.windowIndex + (sensor.gel.size.z() - point.z()) / camera.gelIndex;
-    objects.emplace_back(point.x(), point.y(), surface - apparentDepth);
+    const Eigen::Vector3d place =
+        apparentPlace(sensor.camera, sensor.gel.size.z(), points.col(static_cast<Eigen::Index>(i)));
+    objects.emplace_back(place.x(), place.y(), place.z());
     places.emplace_back(markers.place_px[2 * i], markers.place_px[2 * i + 1]);
   }
   if (objects.size() < 4) return std::nullopt;
@@ -45,7 +65,7 @@ std::optional<sensor::Camera> solvePose(const sensor::Sensor& sensor, const Rest
   const Eigen::AngleAxisd off(Eigen::Matrix3d(toCamera * Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal()));
   camera.rotation = off.angle() * off.axis();
   camera.position = -toCamera.transpose() * shift;
-  if (!camera.position.allFinite() || camera.position.z() <= surface) return std::nullopt;
+  if (!camera.position.allFinite() || !sensor::isBehindWindow(camera, sensor.gel.size.z())) return std::nullopt;
   return camera;
 }
 

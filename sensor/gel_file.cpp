@@ -68,7 +68,7 @@ std::optional<Misfit> misfit(const NodeGrid& nodes, const Gel& gel) {
 }
 
 std::optional<Misfit> misfit(const Camera& camera, const Gel& gel) {
-  if (camera.position.z() > gel.size.z() + camera.windowThickness) return std::nullopt;
+  if (isBehindWindow(camera, gel.size.z())) return std::nullopt;
   return Misfit{"position_mm", "is not behind the gel and its window"};
 }
 
@@ -135,6 +135,27 @@ MarkerLayer readLayer(TomlTable& table, bool body) {
   return layer;
 }
 
+std::vector<RefractingSurface> readSurfaces(std::vector<TomlTable> tables) {
+  std::vector<RefractingSurface> surfaces;
+  const auto lowest = [](const RefractingSurface& surface) { return surface.centre.z() - surface.radii.z(); };
+  for (TomlTable& table : tables) {
+    RefractingSurface surface;
+    for (const char* key : {"centre_mm", "index"}) {
+      if (!table.has(key)) table.fail(key, "is missing");
+    }
+    table.read("centre_mm", std::span(surface.centre.data(), 3), {-1e4, 1e4, kMillimetres});
+    table.read("radii_mm", std::span(surface.radii.data(), 3), {0.01, 1e4, kMillimetres});
+    table.read("index", surface.index, {1.0, 3.0});
+    if (!surfaces.empty() && lowest(surface) <= lowest(surfaces.back()))
+      table.fail("centre_mm",
+                 "places it before the surface that is written before it: write them from the gel to the camera");
+    surfaces.push_back(surface);
+    if (surfaces.size() == tables.size() && surface.index != 1.0)
+      table.fail("index", "of the last surface must be 1: the camera is in air");
+  }
+  return surfaces;
+}
+
 void readCamera(TomlTable& table, Camera& camera) {
   table.read("width_px", camera.width, {8, 16384});
   table.read("height_px", camera.height, {8, 16384});
@@ -148,6 +169,11 @@ void readCamera(TomlTable& table, Camera& camera) {
   table.read("gel_index", camera.gelIndex, {1.0, 3.0});
   table.read("window_index", camera.windowIndex, {1.0, 3.0});
   table.read("window_thickness_mm", camera.windowThickness, {0.0, 1000, kMillimetres});
+  camera.surfaces = readSurfaces(table.tables("surfaces"));
+  for (const char* key : {"window_index", "window_thickness_mm"}) {
+    if (!camera.surfaces.empty() && table.has(key))
+      table.fail(key, "does not go with camera.surfaces: write a plane there");
+  }
 }
 
 void readUncertainty(TomlTable& table, bool body, Uncertainty& uncertainty) {
@@ -233,7 +259,8 @@ std::string list(const Vector& values, double perUnit = 1.0) {
   return text + "]";
 }
 
-/// Reads all tables but those of creep. \param body true: an influence file supplies the mechanics and the positions of markers and nodes
+/// Reads all tables but those of creep. \param body true: an influence file supplies the mechanics and the positions of
+/// markers and nodes
 Sensor readSensor(TomlTable& root, bool body) {
   Sensor sensor;
   if (auto table = root.table("gel")) readMaterial(*table, body, sensor.gel);
@@ -261,6 +288,32 @@ Sensor readSensor(TomlTable& root, bool body) {
   return sensor;
 }
 
+/// Fails if curved surfaces hide a marker from the camera, or from one that is a few deviations beside its place: the
+/// errors of its forces could not be stated.
+tl::expected<void, FileError> checkSeen(const Sensor& sensor, const std::string& name) {
+  if (sensor.camera.surfaces.empty()) return {};
+  constexpr double kDeviations = 3.0;
+  const Points markers = markerPositions(sensor);
+  for (int side = 0; side <= 6; ++side) {
+    Camera camera = sensor.camera;
+    if (side > 0) {
+      const int axis = (side - 1) / 2;
+      camera.position[axis] += (side % 2 == 0 ? -kDeviations : kDeviations) * sensor.uncertainty.position[axis];
+    }
+    const Projection project(camera, sensor.gel.size.z());
+    for (Eigen::Index m = 0; m < markers.cols(); ++m) {
+      if (project(markers.col(m)).allFinite()) continue;
+      return tl::unexpected(
+          FileError{.where = name,
+                    .what = "camera.surfaces: no light from marker " + std::to_string(m) + " at " +
+                            list(markers.col(m), kMillimetres) + " mm reaches the camera" +
+                            (side == 0 ? "" : " if it is three deviations (uncertainty.position_mm) beside its place") +
+                            ": the marker is behind a surface, or seen past the half of it that is towards lower z"});
+    }
+  }
+  return {};
+}
+
 /// Reads a gel file and its influence file; the parameters are those of parseGel().
 tl::expected<Sensor, FileError> read(tl::expected<TomlTable, FileError> root, const std::string& name,
                                      const std::string& influence = {}) {
@@ -281,12 +334,16 @@ tl::expected<Sensor, FileError> read(tl::expected<TomlTable, FileError> root, co
   Sensor sensor = readSensor(*root, !influenceFile.empty());
   sensor.creep = readCreep(root->tables("creep"));
   if (auto done = root->finish(); !done) return tl::unexpected(done.error());
-  if (influenceFile.empty()) return sensor;
+  if (influenceFile.empty()) {
+    if (auto seen = checkSeen(sensor, name); !seen) return tl::unexpected(seen.error());
+    return sensor;
+  }
   auto body = loadBody(influence.empty() ? std::filesystem::path(name).parent_path() / influenceFile
                                          : std::filesystem::path(influence));
   if (!body) return tl::unexpected(body.error());
   if (!ownStiffness) sensor.gel.youngsModulus = body->youngsModulus;
   if (auto fits = setBody(sensor, *std::move(body)); !fits) return tl::unexpected(fits.error());
+  if (auto seen = checkSeen(sensor, name); !seen) return tl::unexpected(seen.error());
   return sensor;
 }
 
@@ -349,15 +406,23 @@ std::string bodyText(const Sensor& sensor) {
 }
 
 std::string cameraText(const Camera& camera) {
-  return "\n[camera]\n" + line("width_px", std::to_string(camera.width)) +
-         line("height_px", std::to_string(camera.height)) + line("focal_px", number(camera.focal_px)) +
-         // It is omitted if it is 1, so that files calibrated before the key existed keep their hash.
-         (camera.aspect != 1.0 ? line("aspect", number(camera.aspect)) : "") +
-         line("principal_px", list(camera.principal_px)) + line("k1", number(camera.k1)) +
-         line("k2", number(camera.k2)) + line("position_mm", list(camera.position, kMillimetres)) +
-         line("rotation_rad", list(camera.rotation)) + line("gel_index", number(camera.gelIndex)) +
-         line("window_index", number(camera.windowIndex)) +
-         line("window_thickness_mm", number(camera.windowThickness * kMillimetres));
+  std::string text = "\n[camera]\n" + line("width_px", std::to_string(camera.width)) +
+                     line("height_px", std::to_string(camera.height)) + line("focal_px", number(camera.focal_px)) +
+                     // It is omitted if it is 1, so that files calibrated before the key existed keep their hash.
+                     (camera.aspect != 1.0 ? line("aspect", number(camera.aspect)) : "") +
+                     line("principal_px", list(camera.principal_px)) + line("k1", number(camera.k1)) +
+                     line("k2", number(camera.k2)) + line("position_mm", list(camera.position, kMillimetres)) +
+                     line("rotation_rad", list(camera.rotation)) + line("gel_index", number(camera.gelIndex));
+  if (camera.surfaces.empty()) {
+    text += line("window_index", number(camera.windowIndex)) +
+            line("window_thickness_mm", number(camera.windowThickness * kMillimetres));
+  }
+  for (const RefractingSurface& surface : camera.surfaces) {
+    text += "\n[[camera.surfaces]]\n" + line("centre_mm", list(surface.centre, kMillimetres)) +
+            (surface.isPlane() ? "" : line("radii_mm", list(surface.radii, kMillimetres))) +
+            line("index", number(surface.index));
+  }
+  return text;
 }
 
 /// Omits values that are as before their keys existed, so that files calibrated then keep their hash.

@@ -1,5 +1,5 @@
 // The gel file: one physical sensor in TOML, with a format version. config/gels/paper.toml shows every key except
-// gel.influence_file, which names an influence file (docs/influence-file.md).
+// gel.influence_file, which names an influence file (docs/influence-file.md), and camera.surfaces (docs/sensor.md).
 #pragma once
 
 #include "base/toml_table.h"

@@ -1,11 +1,11 @@
-// Projects gel coordinates to pixels: flat refracting windows, a pose, a pinhole, radial distortion, focal lengths in u
-// and v.
+// Projects gel coordinates to pixels: refraction at flat windows or at ellipsoids, a pose, a pinhole, radial
+// distortion, focal lengths in u and v.
 //
 // Pixels: (0, 0) is the centre of the top left pixel, u points right, v down. Camera frame: X along u, Y along v, Z
 // along the optical axis. In the nominal pose the camera looks along -z of the gel frame.
 #pragma once
 
-#include "sensor/gel.h"
+#include "sensor/sight_line.h"
 
 namespace sensor {
 
@@ -26,17 +26,22 @@ struct Camera {
   double gelIndex = 1.0;         ///< refractive index of the gel (silicone: 1.41)
   double windowIndex = 1.0;      ///< refractive index of the acrylic window (1.49)
   double windowThickness = 0.0;  ///< [m]; the window starts at z = gel thickness
+  /// Where light is refracted on its way from the gel to the camera, in this order. Empty: at the flat window, which is
+  /// otherwise not there.
+  std::vector<RefractingSurface> surfaces;
 };
 
-/// Projects points through gel, window and air, which meet in planes of constant z; the camera is in air. Immutable and
-/// reentrant.
+/// Returns whether the camera is behind everything that refracts, where a camera can be. \param gelThickness [m]
+bool isBehindWindow(const Camera& camera, double gelThickness);
+
+/// Projects points through gel and windows; the camera is in air. Immutable and reentrant.
 class Projection {
  public:
   /// Copies the camera's parameters; they are not checked. \param gelThickness z at which the gel ends [m]
   Projection(const Camera& camera, double gelThickness);
 
   /// Projects a point of the gel frame [m] to pixels (u, v), which may lie outside the picture. The point must lie in
-  /// the gel and in front of the camera (not checked).
+  /// the gel and in front of the camera (not checked). NaN if curved surfaces hide it.
   Eigen::Vector2d operator()(const Eigen::Vector3d& point) const;
 
   /// Returns d(pixel) / d(point) [px/m], 2 x 3, at a point of the gel frame [m], as above. Computed analytically.
@@ -50,9 +55,7 @@ class Projection {
   const Camera& camera() const { return camera_; }  ///< Returns the parameters given to the constructor.
 
  private:
-  struct Ray;
-  /// Solves for the ray from the camera to a gel point [m].
-  Ray rayTo(const Eigen::Vector3d& point) const;
+  SightLine sightLineTo(const Eigen::Vector3d& point) const;
 
   Camera camera_;
   double gelThickness_;

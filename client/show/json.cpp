@@ -266,6 +266,15 @@ void put(Json& json, const Camera& camera) {
   json.key("gel_index").number(camera.gelIndex);
   json.key("window_index").number(camera.windowIndex);
   json.key("window_thickness_m").number(camera.windowThickness_m);
+  json.key("surfaces").open('[');
+  for (const RefractingSurface& surface : camera.surfaces) {
+    json.open('{');
+    json.key("centre_m").numbers(surface.centre_m);
+    json.key("radii_m").numbers(surface.radii_m);
+    json.key("index").number(surface.index);
+    json.close('}');
+  }
+  json.close(']');
   json.close('}');
 }
 

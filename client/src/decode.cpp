@@ -153,6 +153,9 @@ Camera cameraOf(const pb::Camera& from) {
   camera.gelIndex = from.gel_index();
   camera.windowIndex = from.window_index();
   camera.windowThickness_m = from.window_thickness_m();
+  for (const pb::RefractingSurface& surface : from.surfaces()) {
+    camera.surfaces.push_back({vectorOf(surface.centre_m()), vectorOf(surface.radii_m()), surface.index()});
+  }
   return camera;
 }
 
@@ -295,6 +298,9 @@ void requireFiniteGeometry(const Description& description) {
   const Camera& camera = description.camera;
   requireFinite(camera.focal_px, camera.aspect, camera.principal_px, camera.k1, camera.k2, camera.position_m,
                 camera.rotation_rad, camera.gelIndex, camera.windowIndex, camera.windowThickness_m);
+  for (const RefractingSurface& surface : camera.surfaces) {
+    requireFinite(surface.centre_m, surface.radii_m, surface.index);
+  }
   if (description.zero) requireFinite(description.zero->restPosition_px);
   if (const auto& body = description.body) {
     requireFinite(body->nodePositions_m, body->nodeNormals, body->nodeAreas_m2, body->markerPositions_m);

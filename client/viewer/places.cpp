@@ -19,12 +19,17 @@ std::vector<float> nodePlaces_px(const Description& description) {
   camera.gelIndex = from.gelIndex;
   camera.windowIndex = from.windowIndex;
   camera.windowThickness = from.windowThickness_m;
+  for (const RefractingSurface& surface : from.surfaces) {
+    camera.surfaces.push_back({.centre = Eigen::Vector3d::Map(surface.centre_m.data()),
+                               .radii = Eigen::Vector3d::Map(surface.radii_m.data()),
+                               .index = surface.index});
+  }
   const double thickness = description.gel.size_m[2];
   // A description may hold any values: a projection from within the gel has no meaning.
   constexpr std::uint32_t kMost = 1000;
   const Grid& grid = description.nodes;
-  if (!(camera.position.z() > thickness) || !(from.focal_px > 0.0) || !(from.aspect > 0.0) || grid.columns > kMost ||
-      grid.rows > kMost)
+  if (!sensor::isBehindWindow(camera, thickness) || !(from.focal_px > 0.0) || !(from.aspect > 0.0) ||
+      grid.columns > kMost || grid.rows > kMost)
     return {};
 
   const sensor::Projection project(camera, thickness);

@@ -106,8 +106,7 @@ class Problem {
   template <typename Visit>
   bool project(const Unknowns& x, Visit&& visit) const {
     const sensor::Camera seen = camera(x);
-    const double window = sensor_.gel.size.z() + seen.windowThickness;
-    if (!(seen.position.z() > window)) return false;
+    if (!sensor::isBehindWindow(seen, sensor_.gel.size.z())) return false;
     const sensor::Projection projection(seen, sensor_.gel.size.z());
     const Eigen::Vector3d layer = x.tail<3>().cwiseProduct(units().tail<3>());
     for (std::size_t i = 0; i < used_.size(); ++i) {

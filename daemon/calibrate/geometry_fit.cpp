@@ -80,7 +80,7 @@ class Problem {
   bool project(const Eigen::VectorXd& x, Eigen::VectorXd& pixels) const {
     const sensor::Camera seen = camera(x);
     if (!(seen.focal_px > 0.0) || !(seen.aspect > 0.0)) return false;
-    if (!(seen.position.z() > start_.gel.size.z() + seen.windowThickness)) return false;
+    if (!sensor::isBehindWindow(seen, start_.gel.size.z())) return false;
     const sensor::Projection projection(seen, start_.gel.size.z());
     Eigen::Index marker = 0;
     for (std::size_t i = 0; i < start_.layers.size(); ++i) {

@@ -96,6 +96,12 @@ void set(const sensor::Camera& from, pb::Camera& to) {
   to.set_gel_index(from.gelIndex);
   to.set_window_index(from.windowIndex);
   to.set_window_thickness_m(from.windowThickness);
+  for (const sensor::RefractingSurface& surface : from.surfaces) {
+    pb::RefractingSurface& added = *to.add_surfaces();
+    setXyz(surface.centre, *added.mutable_centre_m());
+    setXyz(surface.radii, *added.mutable_radii_m());
+    added.set_index(surface.index);
+  }
 }
 
 void set(const sensor::Body& from, pb::Body& to) {

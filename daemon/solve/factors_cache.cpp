@@ -72,6 +72,11 @@ void addSensor(const sensor::Sensor& sensor, Hasher& hasher) {
   hasher.value(camera.gelIndex);
   hasher.value(camera.windowIndex);
   hasher.value(camera.windowThickness);
+  for (const sensor::RefractingSurface& surface : camera.surfaces) {
+    vector(surface.centre);
+    vector(surface.radii);
+    hasher.value(surface.index);
+  }
   vector(sensor.uncertainty.position);
   vector(sensor.uncertainty.rotation);
   hasher.value(sensor.uncertainty.focal);

@@ -10,6 +10,7 @@ import numpy as np
 
 from .picture import draw
 from .problem import Problem
+from .shapes import refracting_surfaces
 
 CAMERA = {"width_px": 640, "height_px": 480, "focal_px": 960, "principal_px": [319.5, 239.5], "position_mm": [0, 0, 157]}
 SILICONE = [{"share": 0.015, "time_s": time_s, "deviation": 0.01} for time_s in (2, 20)]  # creep that nobody has measured
@@ -18,7 +19,7 @@ LEAST_MARKERS = 4  # columns and rows of a layer that tractiond can follow
 LISTS = {"layers": "layer", "creep": "term", "materials": "material"}
 KEYS = {
     "": {"format", "error_percent", "shape", "material", "layers", "nodes", "camera", "uncertainty", "picture_motion",
-         "creep", "deviations", "materials", "mould"},
+         "creep", "deviations", "materials", "mould", "bone"},
     "shape": {"kind", "gel_file", "bone_file", "bonded_box_mm", "diameter_mm", "length_mm", "gel_mm", "width_mm", "height_mm",
               "thickness_mm"},
     "material": {"youngs_modulus_pa", "poisson_ratio"},
@@ -28,6 +29,7 @@ KEYS = {
     "nodes": {"columns", "rows", "pitch_mm", "centre_mm"},
     "deviations": {"bone_mm", "youngs_modulus_relative"},
     "mould": {*MOULD, "pour_mm"},
+    "bone": {"index", "gel_index", "wall_mm"},
 }  # fmt: skip
 
 
@@ -88,12 +90,26 @@ def read(path):
     task["mould"] = MOULD | task.get("mould", {})
     for key in task["mould"]:
         _number(task["mould"], "mould.", key, 0.02, 100)
+    if "bone" in task:
+        _bone(task)
     for key, value in CAMERA.items():
         if isinstance(value, list):
             _list(task["camera"], "camera.", key, (len(value),))
         else:
             _number(task["camera"], "camera.", key, 1, 1e6)
     return task
+
+
+def _bone(task):
+    """Writes into [camera] how the bone refracts."""
+    for key in ("index", "gel_index"):
+        _number(task["bone"], "bone.", key, 1, 3)
+    if "wall_mm" in task["bone"]:
+        _number(task["bone"], "bone.", "wall_mm", 0.02, 100)
+    for key in ("gel_index", "surfaces"):
+        if key in task["camera"]:
+            raise Problem(f"camera.{key} does not go with [bone], which says it")
+    task["camera"] |= {"gel_index": task["bone"]["gel_index"], "surfaces": refracting_surfaces(task)}
 
 
 def _list(table, name, key, shape):
@@ -120,6 +136,8 @@ def _toml(value):
         return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
     if isinstance(value, bool):
         return str(value).lower()
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key} = {_toml(each)}" for key, each in value.items()) + "}"
     if isinstance(value, list):
         return "[" + ", ".join(map(_toml, value)) + "]"
     return repr(value if isinstance(value, int) else float(value))  # NumPy 2 writes its own numbers with their type

@@ -47,6 +47,7 @@ class Drawing:
             raise Problem("moulds are drawn for the built-in shapes; draw that of shape.gel_file in the CAD program")
         self.form = shapes.built_in(shape)
         self.wall, self.pin, self.clearance = (table[key] for key in ("wall_mm", "pin_mm", "clearance_mm"))
+        self.hollow_wall = task.get("bone", {}).get("wall_mm")
         self.lid, self.bridge = (table["lid_mm"] if self.form.has_bone else 0.0), table["bridge_mm"]
         x, y = self.form.base
         self.half = x + self.wall, y + self.wall + self.pin
@@ -117,6 +118,13 @@ class Drawing:
         pins = self.pins(low, high, self.pin / 2 + self.clearance)
         return occ.cut(half, [*holes, *pins, *self.column(low, high, self.clearance)])[0]
 
+    def hollow(self):
+        """What is empty within a bone that has a wall."""
+        if self.hollow_wall is None:
+            return []
+        top = self.form.end + self.lid + self.bridge
+        return [*self.form.solid(self.form.inside + self.hollow_wall), *self.column(self.form.end, top, -self.hollow_wall)]
+
     def bone(self):
         occ, low, high = gmsh.model.occ, self.form.end + self.lid, self.form.end + self.lid + self.bridge
         if self.form.has_bone:
@@ -125,7 +133,7 @@ class Drawing:
             whole = occ.fuse(bridge, bone)[0]
         else:
             whole = self.box(low, high)
-        return occ.cut(whole, self.pins(low, high, self.pin / 2 + self.clearance))[0]
+        return occ.cut(whole, [*self.hollow(), *self.pins(low, high, self.pin / 2 + self.clearance)])[0]
 
     def parts(self, task):
         """Names of the parts, and what draws each."""
@@ -228,7 +236,7 @@ def check(drawing, task, parts, steps, say):
                 raise Problem(
                     f"mould: {one} and {other} intersect; nothing was written. Please report it, with the description"
                 )
-        filled = [*read[cup], *read[parts[0].name], *drawing.channels(depth)]
+        filled = [*read[cup], *read[parts[0].name], *drawing.hollow(), *drawing.channels(depth)]
         found = gmsh.model.occ.cut(drawing.box(-drawing.wall, drawing.form.end), filled)[0]
         held, there = drawing.weighed(found)
         wanted, here = drawing.weighed(drawing.form.solid(depth))

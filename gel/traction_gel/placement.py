@@ -220,10 +220,10 @@ def check_inside(points, names, corners, free, bonded):
 
 def check_seen(points, inward, names, camera):
     """Raises a Problem for the first marker that the camera cannot see: beyond its picture, or on a surface that turns
-    away from it. The bone is taken as transparent."""
+    away from it. The bone is taken as transparent. What curved surfaces hide, the daemon finds when it reads the gel file."""
     eye = np.array(camera["position_mm"], float)
     depth = eye[2] - points[:, 2]
-    if camera.get("rotation_rad", [0, 0, 0]) == [0, 0, 0]:
+    if camera.get("rotation_rad", [0, 0, 0]) == [0, 0, 0] and "surfaces" not in camera:
         u = camera["principal_px"][0] + camera["focal_px"] * (points[:, 0] - eye[0]) / depth
         v = camera["principal_px"][1] - camera["focal_px"] * (points[:, 1] - eye[1]) / depth
         beyond = (u < 0) | (v < 0) | (u > camera["width_px"] - 1) | (v > camera["height_px"] - 1) | (depth <= 0)

@@ -97,6 +97,7 @@ class BuiltIn(NamedTuple):
     end: float  # z of the plane in which it ends
     base: tuple  # half its extent there, along x and y
     inside: float  # the depth at which no gel is left
+    middle: float  # z of the centre of the ellipsoid that it is at the tip, with the half axes (*base, middle); of a bone
     key: str  # of [shape], which states that
     has_bone: bool  # what is below `inside`; if there is none, the gel is bonded in its base
 
@@ -128,7 +129,7 @@ def _hemisphere(shape):
     radius, length, gel = _length(shape, "diameter_mm") / 2, _length(shape, "length_mm"), _length(shape, "gel_mm")
     if gel >= radius:
         raise Problem(f"shape.gel_mm is {gel:g}: it must be below half the diameter, for there is a bone inside")
-    return BuiltIn(lambda depth: _finger(radius - depth, length, depth), radius + length, (radius, radius), gel, "gel_mm", True)
+    return BuiltIn(lambda depth: _finger(radius - depth, length, depth), radius + length, (radius, radius), gel, radius, "gel_mm", True)
 
 
 def _ellipsoid(shape):
@@ -145,7 +146,7 @@ def _ellipsoid(shape):
         lower = occ.addBox(-2 * axes[0], -2 * axes[1], -end, 4 * axes[0], 4 * axes[1], 2 * end)
         return occ.intersect([(3, ball)], [(3, lower)])[0]
 
-    return BuiltIn(half, end, axes[:2], gel, "gel_mm", True)
+    return BuiltIn(half, end, axes[:2], gel, end, "gel_mm", True)
 
 
 def _dome(shape):
@@ -158,7 +159,7 @@ def _dome(shape):
         slab = gmsh.model.occ.addBox(-diameter, -diameter, -1, 2 * diameter, 2 * diameter, 1 + height)
         return gmsh.model.occ.intersect([(3, _ball(radius - depth, radius))], [(3, slab)])[0]
 
-    return BuiltIn(cap, height, (diameter / 2, diameter / 2), height, "height_mm", False)
+    return BuiltIn(cap, height, (diameter / 2, diameter / 2), height, 0.0, "height_mm", False)
 
 
 def _block(shape):
@@ -167,7 +168,7 @@ def _block(shape):
     def slab(depth):
         return [(3, gmsh.model.occ.addBox(-width / 2, -height / 2, depth, width, height, end - depth))]
 
-    return BuiltIn(slab, end, (width / 2, height / 2), end, "thickness_mm", False)
+    return BuiltIn(slab, end, (width / 2, height / 2), end, 0.0, "thickness_mm", False)
 
 
 BUILT_IN = {"hemisphere": _hemisphere, "ellipsoid": _ellipsoid, "dome": _dome, "block": _block}
@@ -179,6 +180,23 @@ def built_in(shape):
     if kind not in BUILT_IN:
         raise Problem(f"shape.kind is {kind!r}: one of {', '.join(BUILT_IN)}, or give shape.gel_file")
     return BUILT_IN[kind](shape)
+
+
+def refracting_surfaces(task):
+    """Returns `camera.surfaces` of a gel file for the clear bone of [bone]: what the camera sees the gel through."""
+    shape, bone = task["shape"], task["bone"]
+    form = None if "gel_file" in shape else built_in(shape)
+    if form is None or not form.has_bone:
+        raise Problem("[bone] is for shapes with a bone, without gel_file: write [[camera.surfaces]] instead (docs/sensor.md)")
+    wall = bone.get("wall_mm")
+    depths = [form.inside] if wall is None else [form.inside, form.inside + wall]
+    axes = [[axis - depth for axis in (*form.base, form.middle)] for depth in depths]
+    if min(axes[-1]) <= 0:
+        raise Problem(f"bone.wall_mm is {wall:g}: the bone is not hollow then; leave it out")
+    found = [{"centre_mm": [0.0, 0.0, form.middle], "radii_mm": radii} for radii in axes]
+    if wall is None:
+        found.append({"centre_mm": [0.0, 0.0, form.end + task["mould"]["lid_mm"] + task["mould"]["bridge_mm"]]})
+    return [surface | {"index": index} for surface, index in zip(found, (bone["index"], 1.0))]
 
 
 def _solids(path, key):

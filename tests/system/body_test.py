@@ -89,9 +89,10 @@ class Body(unittest.TestCase):
         self.assertGreater(wrench[2], 1.0)
         self.assertGreater(max(description.body.node_positions_m[2::3]), 1e-3)
 
-    def write_fingertip(self, random=False):
+    def write_fingertip(self, random=False, window=False):
         """A fingertip as the shipped one but for its mechanics: of each node a half-space that touches it there. Returns the
-        path of its gel file. \\param random whether its markers are dots at random, and no grid"""
+        path of its gel file. \\param random whether its markers are dots at random, and no grid
+        \param window whether the camera is in a hollow bone that refracts, from where it sees fewer markers"""
         def on_ball(count, pitch, depth):
             return wrap(write_influence.grid(count=count, pitch=pitch), depth)
 
@@ -100,7 +101,8 @@ class Body(unittest.TestCase):
             inward = np.column_stack([-np.sin(angle) * np.cos(turn), -np.sin(angle) * np.sin(turn), np.cos(angle)])
             return [0, 0, 10e-3] - (10e-3 - depth) * inward, inward
         nodes, normals = on_ball(17, 1.3e-3, 0)
-        markers, _ = on_ball(15, 1e-3, 2e-3)
+        side = 11 if window else 15
+        markers, _ = on_ball(side, 1e-3, 2e-3)
         if random:
             layer = {"columns": 15, "rows": 15, "pitch_mm": 1e-3, "depth_mm": 2e-3, "least_mm": 0.65e-3}  # here in m
             markers, _ = placement.dots(types.SimpleNamespace(wrap=wrap), layer, "dots")
@@ -113,13 +115,16 @@ class Body(unittest.TestCase):
                  marker_positions=markers)
         gel = self.bench.folder / "tip_gel.toml"
         gel.write_text('format = 1\n[gel]\ninfluence_file = "tip.npz"\nthickness_mm = 18\n[[layers]]\ncolour = "blue"\n'
-                       'columns = 15\nrows = 15\ndiameter_mm = 0.3\n[nodes]\ncolumns = 17\nrows = 17\n'
-                       '[camera]\nfocal_px = 1000\nposition_mm = [0, 0, 45]\n')
+                       f'columns = {side}\nrows = {side}\ndiameter_mm = 0.3\n[nodes]\ncolumns = 17\nrows = 17\n'
+                       + ('[camera]\nfocal_px = 420\nposition_mm = [0, 0, 14]\ngel_index = 1.41\n'
+                          '[[camera.surfaces]]\ncentre_mm = [0, 0, 10]\nradii_mm = [6, 6, 6]\nindex = 1.5\n'
+                          '[[camera.surfaces]]\ncentre_mm = [0, 0, 10]\nradii_mm = [4.5, 4.5, 4.5]\nindex = 1\n' if window
+                          else '[camera]\nfocal_px = 1000\nposition_mm = [0, 0, 45]\n'))
         return gel
 
-    def check_fingertip(self, scenario, pictures, random=False):
+    def check_fingertip(self, scenario, pictures, **kind):
         """Forces, moments and places of all frames, within the stated intervals of the twin's truth."""
-        gel = self.write_fingertip(random)
+        gel = self.write_fingertip(**kind)
         film, truth = self.bench.film(scenario, pictures, "--gel", gel, config=f'[sensor]\ngel_file = "{gel}"\n')
         misses, places = [], []
         for field in film.fields:
@@ -144,6 +149,9 @@ class Body(unittest.TestCase):
 
     def test_fingertip_is_drawn_and_measured(self):
         self.check_fingertip("fingertip", 720)
+
+    def test_fingertip_behind_a_curved_window(self):
+        self.check_fingertip("fingertip_roll", 720, window=True)
 
     def test_fingertip_that_rolls_is_drawn_and_measured(self):
         self.check_fingertip("fingertip_roll", 720)

@@ -40,6 +40,14 @@ struct MarkerLayer {
   bool darker = false;  ///< true: markers are darker than their surroundings in the light of `colour`
 };
 
+/// A surface between two transparent materials: a plane of constant z, or the half of an ellipsoid that is towards
+/// lower z.
+struct RefractingSurface {
+  Vector3 centre_m{};  ///< gel frame; of a plane only z counts
+  Vector3 radii_m{};   ///< semi-axes along x, y, z; 0: a plane
+  double index = 1.0;  ///< refractive index of the material towards the camera
+};
+
 /// The camera, its projection and the refraction between gel and camera.
 struct Camera {
   std::string vendor, model, serial;  ///< as the camera reports them; empty: no camera opened yet
@@ -56,6 +64,7 @@ struct Camera {
   double gelIndex = 1.0;   ///< refractive index of the gel; 1: refraction is ignored
   double windowIndex = 1.0;
   double windowThickness_m = 0.0;
+  std::vector<RefractingSurface> surfaces;  ///< from the gel to the camera; empty: a flat window
 };
 
 /// How forces are computed from displacements.

@@ -13,7 +13,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from .description import Body, Camera, Description, Gel, Grid, MarkerLayer, Zero
+from .description import Body, Camera, Description, Gel, Grid, MarkerLayer, RefractingSurface, Zero
 from .errors import Malformed
 from .messages import (Contact, Contacts, Covariance, CriticalPoint, Field, Finger, Grasp, Interval, Markers, PictureMotion,
                        Preview, PreviewFormat, Slip, TrackedContact)
@@ -28,7 +28,7 @@ Convert = Callable[[Any], Any]
 # Machines are steered by these: a number among them that is NaN or infinite is refused. A detection limit of the solver
 # may be infinite.
 _FINITE = (Field, Markers, Covariance, Contact, TrackedContact, Slip, Interval, CriticalPoint, Finger, Grasp, PictureMotion, Preview,
-           Gel, Grid, MarkerLayer, Camera, Zero, Body)
+           Gel, Grid, MarkerLayer, Camera, RefractingSurface, Zero, Body)
 
 
 def _require(condition: bool, what: str) -> None:

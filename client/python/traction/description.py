@@ -62,6 +62,15 @@ class MarkerLayer(Grid):
 
 
 @dataclass(slots=True, eq=False)
+class RefractingSurface:
+    """A plane of constant z between two transparent materials, or the half of an ellipsoid that is towards lower z."""
+
+    centre_m: Vector3  # gel frame; of a plane only z counts
+    radii_m: Vector3  # semi-axes along x, y, z; 0: a plane
+    index: float  # refractive index of the material towards the camera
+
+
+@dataclass(slots=True, eq=False)
 class Camera:
     """What took the picture, and how a gel point gets onto it."""
 
@@ -81,6 +90,7 @@ class Camera:
     window_index: float
     window_thickness_m: float
     aspect: float  # focal length along v over that along u
+    surfaces: tuple[RefractingSurface, ...]  # from the gel to the camera; empty: a flat window
 
 
 @dataclass(slots=True, eq=False)

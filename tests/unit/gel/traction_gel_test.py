@@ -332,6 +332,18 @@ class Fingertip(unittest.TestCase):
         self.assertEqual(done.returncode, 65)
         self.assertIn("install calculix-ccx", done.stderr)
 
+    def test_a_clear_bone_refracts_as_the_gel_file_says(self):
+        def surfaces(**bone):
+            return files.read(self.write(fingertip(bone=bone)))["camera"]["surfaces"]
+
+        outside = {"centre_mm": [0.0, 0.0, 10.0], "radii_mm": [6.0, 6.0, 6.0], "index": 1.5}
+        self.assertEqual(surfaces(index=1.5, gel_index=1.41), [outside, {"centre_mm": [0.0, 0.0, 26.0], "index": 1.0}])
+        self.assertEqual(surfaces(index=1.5, gel_index=1.41, wall_mm=2), [outside, outside | {"radii_mm": [4.0] * 3, "index": 1.0}])
+        for bone, said in (({"index": 1.5}, "bone.gel_index"), ({"index": 1.5, "gel_index": 1.41, "wall_mm": 6}, "bone.wall_mm"),
+                           ({"index": 15, "gel_index": 1.41}, "bone.index")):
+            with self.subTest(said), self.assertRaisesRegex(Problem, said):
+                surfaces(**bone)
+
     def test_ctrl_c_leaves_nothing(self):
         path = self.write(fingertip(error_percent=0.02))
         temporary = self.folder / "temporary"
@@ -420,6 +432,11 @@ class Mould(unittest.TestCase):
         below = corners[corners[:, 2] < 10 - 1e-6]
         np.testing.assert_allclose(np.linalg.norm(below - [0, 0, 10], axis=1), 6, atol=1e-6)
         self.assertAlmostEqual(corners[:, 2].min(), 4, 2)
+
+    def test_a_bone_with_a_wall_is_hollow_and_open_to_the_camera(self):
+        with mould.session():
+            volumes = [mould.volume(mould.Drawing(self.task("hemisphere", **bone)).bone()) for bone in ({}, {"bone": {"wall_mm": 2}})]
+        np.testing.assert_allclose(volumes[0] - volumes[1], 2 / 3 * np.pi * 4**3 + np.pi * 4**2 * (26 - 10), rtol=0.01)
 
     def test_the_gel_comes_out_of_its_cup(self):
         for kind in self.SHAPES:

@@ -74,6 +74,36 @@ TEST_F(GelPictureCommands, APoseOfABodyNeedsNoRimOfItsGrid) {
   }
 }
 
+/// A camera in a fingertip's hollow bone, between whose surfaces and the gel light is refracted twice.
+TEST_F(GelPictureCommands, APoseIsFoundThroughACurvedWindow) {
+  sensor::Sensor file = tractiond::test::fingertip(0.7e-3);
+  file.camera.focal_px = 420;
+  file.camera.position = {0, 0, 14e-3};
+  file.camera.gelIndex = 1.41;
+  file.camera.surfaces = {{{0, 0, 10e-3}, {6e-3, 6e-3, 6e-3}, 1.5}, {{0, 0, 10e-3}, {4.5e-3, 4.5e-3, 4.5e-3}, 1.0}};
+  truth = file;
+  for (int trial = 0; trial < 2; ++trial) {
+    truth.camera = file.camera;
+    truth.camera.position += within(0.4e-3);
+    truth.camera.rotation = within(0.04);
+    const auto seen = findMarkers(photograph(), file);
+    ASSERT_TRUE(seen) << seen.error().what;
+    const RestMarkers markers = counted(file, *seen);
+    const auto found = firstPose(file, markers);
+    ASSERT_EQ(found.outcome, tractiond::calibrate::Geometry::Outcome::kConverged);
+    std::printf("%d markers: residual %.3f px, place off by %.3f mm +- %.3f, rotation by %.3f deg\n", markers.count(),
+                found.residual_px, 1e3 * (found.camera.position - truth.camera.position).norm(),
+                1e3 * found.uncertainty.position.norm(),
+                180 / 3.14159 * (found.camera.rotation - truth.camera.rotation).norm());
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(found.camera.position[axis], truth.camera.position[axis], 4 * found.uncertainty.position[axis]);
+      EXPECT_NEAR(found.camera.rotation[axis], truth.camera.rotation[axis], 4 * found.uncertainty.rotation[axis]);
+    }
+    EXPECT_LT((found.camera.position - truth.camera.position).norm(), 0.1e-3);
+    EXPECT_LT((found.camera.rotation - truth.camera.rotation).norm(), 5e-3);
+  }
+}
+
 /// Few dots of one plane behind a lens with strong barrel distortion that the file knows nothing of. Their pitch in y
 /// is not quite that in x, so that the fit has several minima; the start from the file's lens does not always lead into
 /// the lowest.

@@ -278,6 +278,7 @@ TEST(Wire, DescriptionArrivesNumberByNumber) {
   described.sensor->camera.gelIndex = 1.41;
   described.sensor->camera.windowIndex = 1.49;
   described.sensor->camera.rotation = {0.1, 0.2, 0.3};
+  described.sensor->camera.surfaces = {{{1e-3, 2e-3, 3e-3}, {4e-3, 5e-3, 6e-3}, 1.5}, {{0, 0, 20e-3}}};
   DescriptionMessage description(described, {"one/", "two/"});
   description.fill(heading());
   pb::Description message;
@@ -331,6 +332,12 @@ TEST(Wire, DescriptionArrivesNumberByNumber) {
   EXPECT_EQ(camera.gel_index(), 1.41);
   EXPECT_EQ(camera.window_index(), 1.49);
   EXPECT_EQ(camera.window_thickness_m(), 0.005);
+  ASSERT_EQ(camera.surfaces_size(), 2);
+  EXPECT_EQ(camera.surfaces(0).centre_m().y(), 2e-3);
+  EXPECT_EQ(camera.surfaces(0).radii_m().z(), 6e-3);
+  EXPECT_EQ(camera.surfaces(0).index(), 1.5);
+  EXPECT_EQ(camera.surfaces(1).radii_m().x(), 0.0);
+  EXPECT_EQ(camera.surfaces(1).index(), 1.0);
   EXPECT_EQ(message.solver().mechanics(), "block");
   EXPECT_EQ(message.calibration().id(), text(idOf(20)));
   EXPECT_EQ(message.calibration().time_ns(), described.calibrated_ns);

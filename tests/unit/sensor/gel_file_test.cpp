@@ -44,6 +44,12 @@ void expectSame(const Sensor& a, const Sensor& b) {
   EXPECT_DOUBLE_EQ(a.camera.gelIndex, b.camera.gelIndex);
   EXPECT_DOUBLE_EQ(a.camera.windowIndex, b.camera.windowIndex);
   EXPECT_DOUBLE_EQ(a.camera.windowThickness, b.camera.windowThickness);
+  ASSERT_EQ(a.camera.surfaces.size(), b.camera.surfaces.size());
+  for (std::size_t i = 0; i < a.camera.surfaces.size(); ++i) {
+    EXPECT_TRUE(a.camera.surfaces[i].centre.isApprox(b.camera.surfaces[i].centre, 1e-15));
+    EXPECT_TRUE(a.camera.surfaces[i].radii.isApprox(b.camera.surfaces[i].radii, 1e-15));
+    EXPECT_DOUBLE_EQ(a.camera.surfaces[i].index, b.camera.surfaces[i].index);
+  }
   EXPECT_DOUBLE_EQ(a.uncertainty.youngsModulus, b.uncertainty.youngsModulus);
   EXPECT_DOUBLE_EQ(a.uncertainty.poissonRatio, b.uncertainty.poissonRatio);
   EXPECT_DOUBLE_EQ(a.uncertainty.thickness, b.uncertainty.thickness);
@@ -98,7 +104,7 @@ TEST(GelFile, WhatIsWrittenIsRead) {
   sensor.layers[0] = {sensor::Colour::kGreen, 11, 7, 2.34567e-3, 5.1e-3, {-0.3e-3, 0.7e-3}, 0.45e-3, true};
   sensor.nodes = {9, 8, 3.3e-3, {0.1e-3, -0.2e-3}};
   sensor.camera = {800,  600,  1234.5, 1.035, {401.25, 298.5}, -0.11, 0.013, {1e-3, 2e-3, 99e-3}, {0.01, -0.02, 0.03},
-                   1.41, 1.49, 8e-3};
+                   1.41, 1.49, 8e-3,   {}};
   sensor.uncertainty = {.youngsModulus = 0.011,
                         .poissonRatio = 0.0037,
                         .thickness = 0.31e-3,
@@ -119,6 +125,11 @@ TEST(GelFile, WhatIsWrittenIsRead) {
   ASSERT_TRUE(read.has_value()) << read.error().where << read.error().what;
   expectSame(*read, sensor);
   expectSame(parseGel(sensor::gelText(Sensor{}), "written").value(), Sensor{});
+  Sensor curved;
+  curved.camera.gelIndex = 1.41;
+  curved.camera.surfaces = {{{1.1e-3, -0.7e-3, 150e-3}, {130e-3, 120e-3, 110e-3}, 1.49},
+                            {{0, 0, 50.1e-3}, {0, 0, 0}, 1.0}};
+  expectSame(parseGel(sensor::gelText(curved), "written").value(), curved);
 }
 
 /// A calibrated file from before the key existed keeps its text, and with it its hash.
@@ -179,6 +190,28 @@ TEST(GelFile, ImpossibleSensorsAreRejectedWhereTheyAreWritten) {
     const FileError error = fault(changed(from, to));
     EXPECT_EQ(error.what.substr(0, what.size()), what);
     EXPECT_EQ(error.where.substr(0, 9), "gel.toml:");
+  }
+}
+
+TEST(GelFile, ImpossibleWindowsAreRejected) {
+  const auto surface = [](const std::string& z, const std::string& rest) {
+    return "\n[[camera.surfaces]]\ncentre_mm = [0, 0, " + z + "]\n" + rest + "\n";
+  };
+  const struct {
+    std::string camera, what;
+  } cases[] = {
+      {surface("50", ""), "camera.surfaces[0].index is missing"},
+      {surface("50", "index = 1.49"), "camera.surfaces[0].index of the last surface must be 1"},
+      {surface("50", "index = 1\nradii_mm = [9, 9, 0]"), "camera.surfaces[0].radii_mm = 0 must be between"},
+      {surface("50", "index = 1.5") + surface("45", "index = 1"), "camera.surfaces[1].centre_mm places it before"},
+      {"window_index = 1.49\n" + surface("50", "index = 1"), "camera.window_index does not go with camera.surfaces"},
+      {surface("200", "index = 1"), "camera.position_mm is not behind"},
+      {surface("40", "radii_mm = [20, 20, 20]\nindex = 1"), "camera.surfaces: no light from marker 0 at [-34.5"},
+      {surface("160", "radii_mm = [155, 155, 155]\nindex = 1"), "camera.surfaces: no light from marker 154 at ["},
+  };
+  for (const auto& [camera, what] : cases) {
+    const FileError error = fault("format = 1\n[camera]\ngel_index = 1.41\n" + camera);
+    EXPECT_EQ(error.what.substr(0, what.size()), what);
   }
 }
 

@@ -96,6 +96,107 @@ TEST(Projection, RefractionObeysSnell) {
   }
 }
 
+/// A camera in a hollow bone, above or within its ellipsoids, or above a clear one with a flat end; turned and
+/// distorted.
+std::vector<Camera> camerasBehindCurvedWindows() {
+  Camera camera = awkwardCamera();
+  camera.position = {1e-3, -0.7e-3, 12e-3};
+  camera.surfaces = {{.centre = {0, 0, 10e-3}, .radii = {6e-3, 6e-3, 6e-3}, .index = 1.5},
+                     {.centre = {0.2e-3, 0, 10e-3}, .radii = {4e-3, 4.2e-3, 4.6e-3}, .index = 1.0}};
+  Camera above = camera;
+  above.position.z() = 45e-3;
+  Camera solid = above;
+  solid.surfaces.back() = {.centre = {0, 0, 18e-3}};
+  return {camera, above, solid};
+}
+
+std::vector<Eigen::Vector3d> pointsInFingertip() {
+  return {{0, 0, 2e-3}, {1e-3, 2e-3, 2.3e-3}, {-2e-3, -1.5e-3, 2.5e-3}, {2.7e-3, -1e-3, 2.6e-3}};
+}
+
+/// Fermat's principle, independent of Snell's law and of shooting rays: returns the direction (z = -1) in which the
+/// light leaves that takes the least optical path from the camera to the point.
+Eigen::Vector3d quickest(const Camera& camera, const Eigen::Vector3d& point) {
+  const auto path = [&](const Eigen::Vector4d& crossings, Eigen::Vector3d* first) {
+    Eigen::Vector3d from = point;
+    double length = 0.0, index = camera.gelIndex;
+    for (std::size_t i = 0; i < 2; ++i) {
+      const sensor::RefractingSurface& surface = camera.surfaces[i];
+      Eigen::Vector3d at(crossings[2 * i], crossings[2 * i + 1], surface.centre.z());
+      if (surface.radii.x() > 0.0) {
+        const Eigen::Vector2d r = (at - surface.centre).head<2>().cwiseQuotient(surface.radii.head<2>());
+        at.z() -= surface.radii.z() * std::sqrt(1.0 - r.squaredNorm());
+      }
+      length += index * (at - from).norm();
+      from = at;
+      index = surface.index;
+    }
+    if (first) *first = from;
+    return length + (camera.position - from).norm();
+  };
+  Eigen::Vector4d x;
+  for (int i = 0; i < 2; ++i) {  // from where the straight line crosses the surface's lowest plane
+    const double z = camera.surfaces[i].centre.z() - camera.surfaces[i].radii.z();
+    x.segment<2>(2 * i) =
+        (point + (camera.position - point) * (z - point.z()) / (camera.position.z() - point.z())).head<2>();
+  }
+  constexpr double kStep = 2e-6;
+  for (int iteration = 0; iteration < 20; ++iteration) {
+    Eigen::Vector4d gradient;
+    Eigen::Matrix4d hessian;
+    const auto at = [&](int i, double byI, int j, double byJ) {
+      Eigen::Vector4d moved = x;
+      moved[i] += byI * kStep;
+      moved[j] += byJ * kStep;
+      return path(moved, nullptr);
+    };
+    for (int i = 0; i < 4; ++i) {
+      gradient[i] = (at(i, 1, i, 0) - at(i, -1, i, 0)) / (2 * kStep);
+      for (int j = 0; j < 4; ++j) {
+        hessian(i, j) = (at(i, 1, j, 1) - at(i, 1, j, -1) - at(i, -1, j, 1) + at(i, -1, j, -1)) / (4 * kStep * kStep);
+      }
+    }
+    x -= hessian.ldlt().solve(gradient);
+  }
+  Eigen::Vector3d last;
+  path(x, &last);
+  return (last - camera.position) / (camera.position.z() - last.z());
+}
+
+TEST(Projection, LightThroughCurvedWindowsTakesTheQuickestWay) {
+  for (Camera camera : camerasBehindCurvedWindows()) {
+    camera.focal_px = camera.aspect = 1.0;  // a picture that shows the direction
+    camera.principal_px.setZero();
+    camera.rotation.setZero();
+    camera.k1 = camera.k2 = 0.0;
+    const Projection project(camera, kThickness);
+    for (const Eigen::Vector3d& point : pointsInFingertip()) {
+      const Eigen::Vector3d expected = quickest(camera, point);
+      const Eigen::Vector2d straight = (point - camera.position).head<2>() / (camera.position.z() - point.z());
+      EXPECT_NEAR((project(point) - Eigen::Vector2d(expected.x(), -expected.y())).norm(), 0.0, 1e-6);
+      EXPECT_GT((expected.head<2>() - straight).norm(), 5e-4) << "no refraction to speak of";
+    }
+  }
+}
+
+TEST(Projection, PlanesAreTheFlatWindow) {
+  const Camera flat = awkwardCamera();
+  Camera planes = flat;
+  planes.surfaces = {{.centre = {0, 0, kThickness}, .index = flat.windowIndex},
+                     {.centre = {0, 0, kThickness + flat.windowThickness}}};
+  for (const Eigen::Vector3d& point : somePoints()) {
+    EXPECT_NEAR((Projection(planes, kThickness)(point) - Projection(flat, kThickness)(point)).norm(), 0.0, 1e-9);
+  }
+}
+
+TEST(Projection, WhatCurvedWindowsHideIsNoNumber) {
+  const Camera camera = camerasBehindCurvedWindows().front();
+  const Projection project(camera, kThickness);
+  EXPECT_FALSE(project({0, 0, 5e-3}).allFinite()) << "in the bone";
+  EXPECT_FALSE(project({9e-3, 0, 11e-3}).allFinite()) << "above the half that is towards lower z";
+  EXPECT_FALSE(project({0, 0, 20e-3}).allFinite()) << "behind the camera";
+}
+
 TEST(Projection, AspectScalesVAfterTheDistortion) {
   Camera camera = awkwardCamera();
   const Projection square(camera, kThickness);
@@ -137,9 +238,12 @@ TEST(Projection, MotionIsThatOfTheCamera) {
 TEST(Projection, JacobianAgreesWithDifferences) {
   Camera squeezed = awkwardCamera();
   squeezed.aspect = 0.6;
-  for (const Camera& camera : {Camera{}, awkwardCamera(), squeezed}) {
-    const Projection project(camera, kThickness);
-    for (const Eigen::Vector3d& point : somePoints()) {
+  std::vector<Camera> cameras = camerasBehindCurvedWindows();
+  const std::size_t curved = cameras.size();
+  cameras.insert(cameras.end(), {Camera{}, awkwardCamera(), squeezed});
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const Projection project(cameras[i], kThickness);
+    for (const Eigen::Vector3d& point : i < curved ? pointsInFingertip() : somePoints()) {
       const auto jacobian = project.jacobian(point);
       constexpr double kStep = 1e-6;
       for (int axis = 0; axis < 3; ++axis) {

@@ -209,6 +209,7 @@ TEST_F(CalibrationId, DependsOnEverythingTheNumbersDependOn) {
   changed([](Sensor& s, SolveOptions&) { s.camera.gelIndex = 1.41; });
   changed([](Sensor& s, SolveOptions&) { s.camera.windowIndex = 1.49; });
   changed([](Sensor& s, SolveOptions&) { s.camera.windowThickness = 5e-3; });
+  changed([](Sensor& s, SolveOptions&) { s.camera.surfaces = {{.centre = {0, 0, 60e-3}}}; });
   changed([](Sensor&, SolveOptions& o) { o.model = sensor::elastic::Model::kHalfSpace; });
   changed([](Sensor&, SolveOptions& o) { o.noise_px *= 2.0; });
   std::sort(ids.begin(), ids.end());
