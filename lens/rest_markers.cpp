@@ -4,6 +4,7 @@
 #include "daemon/track/nominal.h"
 #include "daemon/track/spot_search.h"
 #include "daemon/track/tracker.h"
+#include "lens/dot_match.h"
 
 #include <Eigen/Geometry>
 
@@ -89,6 +90,11 @@ Search track(const Frame& still, const sensor::Sensor& start) {
 
 /// Returns what speaks against searching the picture for this gel, whatever its pose.
 tl::expected<void, Error> searchable(const sensor::Sensor& start, PixelFormat format) {
+  const sensor::Projection project(start.camera, start.gel.size.z());
+  const sensor::Points markers = sensor::markerPositions(start);
+  if (!std::ranges::all_of(markers.colwise(), [&](const auto& marker) { return project(marker).allFinite(); })) {
+    return refuse("would be of a camera that curved surfaces hide markers from", "check [[camera.surfaces]]");
+  }
   if (const auto able = track::trackable(start); !able) return able;
   return track::trackable(start, format);
 }
@@ -122,7 +128,10 @@ tl::expected<RestMarkers, Error> findMarkers(const cv::Mat& picture, const senso
     grid = seen;
     start.camera = facing(sensor, i, *seen);
   }
-  if (grid) {
+  // Dots without a grid have their places in the picture alone.
+  const auto dots = grid ? std::nullopt : matchDots(sensor, plain);
+  if (dots) start.camera = *dots;
+  if (grid || dots) {
     able = searchable(start, frame.format);
     if (able) {
       Search search = track(frame, start);
@@ -131,8 +140,9 @@ tl::expected<RestMarkers, Error> findMarkers(const cv::Mat& picture, const senso
   }
   if (best.markers.count() > 0) return std::move(best.markers);
   if (!able) {
-    return refuse((grid ? "cannot be searched: "
-                        : "shows no grid of spots, and cannot be searched where the gel file has the camera: ") +
+    return refuse((grid || dots
+                       ? "cannot be searched: "
+                       : "shows no grid of spots, and cannot be searched where the gel file has the camera: ") +
                       able.error().what,
                   able.error().remedy);
   }

@@ -26,7 +26,8 @@ struct RestMarkers {
 };
 
 /// Finds the markers of an untouched gel. The sensor's pose is tried first; if that shows fewer than nine tenths of the
-/// markers, the distance, place and roll at which the picture's own grid of spots would look as it does. The error
+/// markers, the distance, place and roll at which the picture's own grid of spots would look as it does, or, where spots form no
+/// grid, at which most markers lie on one. The error
 /// (EX_DATAERR) states the reason and the remedy, without the picture's name: markers that the tracker cannot find in
 /// such a picture, or too few of them in their order, with the daemon's diagnosis. Neither argument need outlive the
 /// result. Reentrant. \param picture 8 bits, grey or BGR, of the size of the sensor's camera (asserted)

@@ -74,6 +74,41 @@ TEST_F(GelPictureCommands, APoseOfABodyNeedsNoRimOfItsGrid) {
   }
 }
 
+/// Dots at random in place of a grid, as printed by hand: their places alone tell which is which.
+TEST_F(GelPictureCommands, APoseIsFoundByDotsWithoutAGrid) {
+  sensor::Sensor file = tractiond::test::fingertip();
+  sensor::Body dots = *file.body;
+  const sensor::Points flat = sensor::markerPositions(tractiond::test::flatTip().layers);
+  for (Eigen::Index i = 0; i < flat.cols(); ++i) {
+    const auto draw = [&] {
+      const Eigen::Vector3d beside(between(-0.5e-3, 0.5e-3), between(-0.5e-3, 0.5e-3), 0.0);
+      dots.markers.col(i) = tractiond::test::onTip(flat.col(i) + beside);
+    };
+    const auto isFree = [&] {
+      return i == 0 || (dots.markers.leftCols(i).colwise() - dots.markers.col(i)).colwise().norm().minCoeff() > 0.6e-3;
+    };
+    draw();
+    for (int attempt = 0; attempt < 200 && !isFree(); ++attempt) draw();
+  }
+  ASSERT_TRUE(sensor::setBody(file, std::move(dots)));
+  truth = file;
+  for (int trial = 0; trial < 2; ++trial) {
+    truth.camera = file.camera;
+    truth.camera.position += within(1.5e-3);
+    truth.camera.rotation = within(0.06);
+    const auto seen = findMarkers(photograph(), file);
+    ASSERT_TRUE(seen) << seen.error().what;
+    const auto found = firstPose(file, counted(file, *seen));
+    ASSERT_EQ(found.outcome, tractiond::calibrate::Geometry::Outcome::kConverged);
+    std::printf("%d markers: residual %.3f px, place off by %.3f mm, rotation by %.3f deg\n", seen->count(),
+                found.residual_px, 1e3 * (found.camera.position - truth.camera.position).norm(),
+                180 / 3.14159 * (found.camera.rotation - truth.camera.rotation).norm());
+    EXPECT_GT(seen->count(), 190);
+    EXPECT_LT((found.camera.position - truth.camera.position).norm(), 0.3e-3);
+    EXPECT_LT((found.camera.rotation - truth.camera.rotation).norm(), 3e-3);
+  }
+}
+
 /// A camera in a fingertip's hollow bone, between whose surfaces and the gel light is refracted twice.
 TEST_F(GelPictureCommands, APoseIsFoundThroughACurvedWindow) {
   sensor::Sensor file = tractiond::test::fingertip(0.7e-3);
