@@ -95,7 +95,7 @@ tl::expected<void, Error> searchable(const sensor::Sensor& start, PixelFormat fo
   if (!std::ranges::all_of(markers.colwise(), [&](const auto& marker) { return project(marker).allFinite(); })) {
     return refuse("would be of a camera that curved surfaces hide markers from", "check [[camera.surfaces]]");
   }
-  if (const auto able = track::trackable(start); !able) return able;
+  if (auto able = track::trackable(start); !able) return able;
   return track::trackable(start, format);
 }
 

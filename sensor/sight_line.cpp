@@ -144,7 +144,7 @@ std::optional<Miss> trace(const Eigen::Vector3d& eye, const Eigen::Vector2d& dir
 SightLine curvedSightLine(const Eigen::Vector3d& eye, const std::vector<RefractingSurface>& surfaces, double gelIndex,
                           const Eigen::Vector3d& point) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  const SightLine hidden{.direction = Eigen::Vector3d::Constant(kNan), .byPoint = Eigen::Matrix3d::Constant(kNan)};
+  SightLine hidden{.direction = Eigen::Vector3d::Constant(kNan), .byPoint = Eigen::Matrix3d::Constant(kNan)};
   if (!(eye.z() > point.z())) return hidden;
   Eigen::Vector2d direction = (point - eye).head<2>() / (eye.z() - point.z());
   std::optional<Miss> miss = trace(eye, direction, surfaces, gelIndex, point);
