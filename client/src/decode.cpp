@@ -180,6 +180,27 @@ Own decoded(const Wire& from) {
   return message;
 }
 
+Preview previewOf(const pb::Preview& from) {
+  Preview preview;
+  takeFields(preview.header, from.header());
+  preview.width = from.width();
+  preview.height = from.height();
+  preview.channels = from.format() == pb::PREVIEW_FORMAT_MONO8 ? 1 : 3;
+  require(from.format() == pb::PREVIEW_FORMAT_MONO8 || from.format() == pb::PREVIEW_FORMAT_RGB8,
+          "the preview's format is unknown");
+  // Compares one factor after another: the product of all three may exceed 64 bits.
+  const std::size_t row = std::size_t{preview.width} * preview.channels;
+  require(row == 0 || preview.height == 0
+              ? from.pixels().empty()
+              : from.pixels().size() % row == 0 && from.pixels().size() / row == preview.height,
+          "the preview has more or fewer pixels than its size says");
+  preview.pixels.assign(from.pixels().begin(), from.pixels().end());
+  preview.scale = from.scale();
+  take(preview.origin_px, from.origin_px());
+  require(isFinite(preview.scale) && isFinite(preview.origin_px), "a number is not finite");
+  return preview;
+}
+
 }  // namespace
 
 Zero zeroOf(const pb::Zero& from) {
@@ -205,50 +226,23 @@ Status statusOf(pb::Status from) {
   return status;
 }
 
-Field decodeField(std::string_view bytes) {
-  return decoded<Field>(parse<pb::Field>(bytes));
-}
-
-Markers decodeMarkers(std::string_view bytes) {
-  return decoded<Markers>(parse<pb::Markers>(bytes));
-}
-
-Description decodeDescription(std::string_view bytes) {
-  return descriptionOf(parse<pb::Description>(bytes));
-}
-
-Status decodeStatus(std::string_view bytes) {
-  return statusOf(parse<pb::Status>(bytes));
-}
-
-Contacts decodeContacts(std::string_view bytes) {
-  return decoded<Contacts>(parse<pb::Contacts>(bytes));
-}
-
-Grasp decodeGrasp(std::string_view bytes) {
-  return decoded<Grasp>(parse<pb::Grasp>(bytes));
-}
-
-Preview decodePreview(std::string_view bytes) {
-  const auto from = parse<pb::Preview>(bytes);
-  Preview preview;
-  takeFields(preview.header, from.header());
-  preview.width = from.width();
-  preview.height = from.height();
-  preview.channels = from.format() == pb::PREVIEW_FORMAT_MONO8 ? 1 : 3;
-  require(from.format() == pb::PREVIEW_FORMAT_MONO8 || from.format() == pb::PREVIEW_FORMAT_RGB8,
-          "the preview's format is unknown");
-  // Compares one factor after another: the product of all three may exceed 64 bits.
-  const std::size_t row = std::size_t{preview.width} * preview.channels;
-  require(row == 0 || preview.height == 0
-              ? from.pixels().empty()
-              : from.pixels().size() % row == 0 && from.pixels().size() / row == preview.height,
-          "the preview has more or fewer pixels than its size says");
-  preview.pixels.assign(from.pixels().begin(), from.pixels().end());
-  preview.scale = from.scale();
-  take(preview.origin_px, from.origin_px());
-  require(isFinite(preview.scale) && isFinite(preview.origin_px), "a number is not finite");
-  return preview;
+Message decode(unsigned topic, std::string_view bytes) {
+  switch (topic) {
+  case kMarkers:
+    return decoded<Markers>(parse<pb::Markers>(bytes));
+  case kDescription:
+    return descriptionOf(parse<pb::Description>(bytes));
+  case kStatus:
+    return statusOf(parse<pb::Status>(bytes));
+  case kPreview:
+    return previewOf(parse<pb::Preview>(bytes));
+  case kContacts:
+    return decoded<Contacts>(parse<pb::Contacts>(bytes));
+  case kGrasp:
+    return decoded<Grasp>(parse<pb::Grasp>(bytes));
+  default:
+    return decoded<Field>(parse<pb::Field>(bytes));
+  }
 }
 
 }  // namespace traction
