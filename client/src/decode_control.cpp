@@ -1,6 +1,7 @@
 #include "client/src/decode_control.h"
 
 #include "client/src/messages.h"
+#include "proto/traction/v1/vectors.h"
 #include "traction/v1/control.pb.h"
 
 #include <algorithm>
@@ -93,12 +94,8 @@ std::string encodeCalibration(const CalibrationStep& step) {
     request.mutable_weight()->set_weight_n(step.weight_N);
     request.mutable_weight()->set_patience_s(step.seconds);
     request.mutable_weight()->set_first(step.first);
-    if (step.direction != std::array<double, 3>{}) {
-      auto& along = *request.mutable_weight()->mutable_direction();
-      along.set_x(step.direction[0]);
-      along.set_y(step.direction[1]);
-      along.set_z(step.direction[2]);
-    }
+    if (step.direction != std::array<double, 3>{})
+      setVector(step.direction, *request.mutable_weight()->mutable_direction());
     break;
   case CalibrationStep::Kind::kStiffness:
     request.mutable_stiffness();

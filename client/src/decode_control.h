@@ -27,8 +27,8 @@ std::string encodeCameraStep(const CameraStep& step);
 std::string encodeAdopt(const std::string& gelFile);
 
 // Decode the Protobuf bytes of a reply to the request of the same name; the bytes need not outlive the call. They check
-// shapes, not that numbers are finite, except those of a description (decode.h). They throw Error kMalformed, also for
-// a reply to another request, kVersion, and kRefused with the daemon's reason.
+// shapes, not that numbers are finite, except those of a description (decode.h) and a zero. They throw Error
+// kMalformed, also for a reply to another request, kVersion, and kRefused with the daemon's reason.
 Status decodeStatusReply(std::string_view bytes);
 Description decodeDescriptionReply(std::string_view bytes);
 Snapshot decodeSnapshotReply(std::string_view bytes);

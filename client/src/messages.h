@@ -34,7 +34,7 @@ template <typename Own, typename Wire>
 Own enumOf(Wire from, Own last) {
   return from < 0 || static_cast<int>(from) > static_cast<int>(last) ? Own{} : static_cast<Own>(from);
 }
-/// Converts a zero; fails if its positions and presences differ in number. Does not check that numbers are finite.
+/// Converts a zero; fails if its positions and presences differ in number, or a position is not finite.
 Zero zeroOf(const pb::Zero& from);
 /// Converts a description, and sets sameHost if the daemon's host has the same boot id of the kernel as this one. Fails
 /// if arrays of the zero or the body differ in size, if a vector is incomplete, if an id is neither empty nor of 16

@@ -75,25 +75,6 @@ unsigned topicNamed(std::string_view kind) {
   return 0;  // of a later daemon
 }
 
-Message decode(unsigned topic, std::string_view bytes) {
-  switch (topic) {
-  case kMarkers:
-    return decodeMarkers(bytes);
-  case kDescription:
-    return decodeDescription(bytes);
-  case kStatus:
-    return decodeStatus(bytes);
-  case kPreview:
-    return decodePreview(bytes);
-  case kContacts:
-    return decodeContacts(bytes);
-  case kGrasp:
-    return decodeGrasp(bytes);
-  default:
-    return decodeField(bytes);
-  }
-}
-
 /// Returns the topic bit of traction/v1/<sensor>/<kind>/; 0 for a kind that this version does not know.
 unsigned kindOf(std::string_view topic) {
   const std::size_t slash = topic.find('/', kTopicRoot.size());
@@ -328,7 +309,7 @@ struct Subscriber::Impl {
     std::string topic;
     if (options.mode == Mode::kLatest) {
       if (count != 1) throw Error(ErrorCode::kMalformed, endpoint + " sends a field in several parts");
-      message = decodeField(parts[0].to_string_view());
+      message = decode(kField, parts[0].to_string_view());
     } else {
       if (count == 1 && !startsWith(kTopics)) {
         throw Error(ErrorCode::kBadEndpoint,

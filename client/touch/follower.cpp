@@ -1,5 +1,7 @@
 #include "client/touch/follower.h"
 
+#include "proto/traction/v1/vectors.h"
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -59,17 +61,6 @@ v1::SlipModel wireModel(touch::SlipModel model) {
   return static_cast<v1::SlipModel>(static_cast<int>(model) + v1::SLIP_MODEL_BALL);
 }
 
-void encode(const std::array<double, 2>& from, v1::Vector2& to) {
-  to.set_x(from[0]);
-  to.set_y(from[1]);
-}
-
-void encode(const std::array<double, 3>& from, v1::Vector3& to) {
-  to.set_x(from[0]);
-  to.set_y(from[1]);
-  to.set_z(from[2]);
-}
-
 void encode(const touch::Covariance& from, v1::Covariance& to) {
   to.mutable_noise()->Add(from.noise.begin(), from.noise.end());
   to.mutable_systematic()->Add(from.systematic.begin(), from.systematic.end());
@@ -87,21 +78,21 @@ void encode(const touch::Contact& from, v1::TrackedContact& to) {
   to.set_doubted(from.doubted);
   to.set_begun_ns(from.begun_ns);
   to.set_seen_ns(from.seen_ns);
-  encode(from.position_m, *to.mutable_position_m());
-  encode(from.positionDeviation_m, *to.mutable_position_deviation_m());
+  setVector(from.position_m, *to.mutable_position_m());
+  setVector(from.positionDeviation_m, *to.mutable_position_deviation_m());
   to.set_radius_m(from.radius_m);
   to.set_radius_deviation_m(from.radiusDeviation_m);
-  encode(from.force_N, *to.mutable_force_n());
-  encode(from.forceDeviation_N, *to.mutable_force_deviation_n());
-  encode(from.velocity_m_s, *to.mutable_velocity_m_s());
-  encode(from.velocityDeviation_m_s, *to.mutable_velocity_deviation_m_s());
-  encode(from.moment_Nm, *to.mutable_moment_nm());
+  setVector(from.force_N, *to.mutable_force_n());
+  setVector(from.forceDeviation_N, *to.mutable_force_deviation_n());
+  setVector(from.velocity_m_s, *to.mutable_velocity_m_s());
+  setVector(from.velocityDeviation_m_s, *to.mutable_velocity_deviation_m_s());
+  setVector(from.moment_Nm, *to.mutable_moment_nm());
   to.set_position_z_m(from.positionZ_m);
   encode(from.forceCovariance_N2, *to.mutable_force_covariance_n2());
   encode(from.momentCovariance_N2m2, *to.mutable_moment_covariance_n2m2());
   encode(from.forceMomentCovariance_N2m, *to.mutable_force_moment_covariance_n2m());
-  encode(from.halfAxes_m, *to.mutable_half_axes_m());
-  encode(from.halfAxesDeviation_m, *to.mutable_half_axes_deviation_m());
+  setVector(from.halfAxes_m, *to.mutable_half_axes_m());
+  setVector(from.halfAxesDeviation_m, *to.mutable_half_axes_deviation_m());
   to.set_orientation_rad(from.orientation_rad);
   to.set_orientation_deviation_rad(from.orientationDeviation_rad);
   to.set_angular_velocity_rad_s(from.angularVelocity_rad_s);
@@ -123,8 +114,8 @@ void encode(const touch::TrackedCriticalPoint& from, v1::CriticalPoint& to) {
   to.set_kind(kKinds.at(static_cast<std::size_t>(from.kind)));
   to.set_index(from.index);
   to.set_begun_ns(from.begun_ns);
-  encode(from.position_m, *to.mutable_position_m());
-  encode(from.positionDeviation_m, *to.mutable_position_deviation_m());
+  setVector(from.position_m, *to.mutable_position_m());
+  setVector(from.positionDeviation_m, *to.mutable_position_deviation_m());
   to.set_strength(from.strength);
   to.set_angle_rad(from.angle_rad);
 }

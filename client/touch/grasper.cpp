@@ -1,5 +1,7 @@
 #include "client/touch/grasper.h"
 
+#include "proto/traction/v1/vectors.h"
+
 #include <algorithm>
 #include <limits>
 
@@ -52,12 +54,6 @@ touch::FingerFrame observed(const Field& field) {
   return frame;
 }
 
-void encode(const Eigen::Vector3d& from, v1::Vector3& to) {
-  to.set_x(from.x());
-  to.set_y(from.y());
-  to.set_z(from.z());
-}
-
 void encode(const touch::Wrench& from, Eigen::Index row, Eigen::Index column, v1::Covariance& to) {
   const auto put = [&](const touch::Wrench::Matrix6& matrix, google::protobuf::RepeatedField<double>& numbers) {
     const Block block = matrix.block<3, 3>(row, column);
@@ -69,8 +65,8 @@ void encode(const touch::Wrench& from, Eigen::Index row, Eigen::Index column, v1
 
 /// Of a Grasp, or a Finger.
 void encode(const touch::Wrench& from, auto& to) {
-  encode(from.value.head<3>(), *to.mutable_force_n());
-  encode(from.value.tail<3>(), *to.mutable_moment_nm());
+  setVector(from.value.head<3>(), *to.mutable_force_n());
+  setVector(from.value.tail<3>(), *to.mutable_moment_nm());
   encode(from, 0, 0, *to.mutable_force_covariance_n2());
   encode(from, 3, 3, *to.mutable_moment_covariance_n2m2());
   encode(from, 0, 3, *to.mutable_force_moment_covariance_n2m());

@@ -5,6 +5,7 @@
 #include "client/files/file_error.h"
 #include "client/show/json.h"
 #include "client/show/output.h"
+#include "client/show/page.h"
 #include "client/show/png_file.h"
 #include "client/viewer/gel_form.h"
 #include "client/viewer/look.h"
@@ -41,7 +42,6 @@ constexpr const char* kMarked = "marked.png";
 constexpr std::size_t kMostBoards = 60;
 constexpr std::size_t kMostBytes = 64 << 20;  // of a file for the page
 constexpr auto kLensPatience = 5min;
-constexpr double kGramForce = 9.80665e-3;  // [N]
 
 [[noreturn]] void refuse(const std::string& why) {
   throw Error(ErrorCode::kRefused, why);
@@ -477,7 +477,7 @@ Json Setup::measure(const Json& request) {
   step.anyway = flag(request, "anyway");
   step.first = flag(request, "first");
   step.name = text(request, "name");
-  if (step.kind == Kind::kWeight) step.weight_N = kGramForce * number(request, "gf", 0.1, 1e6);
+  if (step.kind == Kind::kWeight) step.weight_N = client::kGramForce_N * number(request, "gf", 0.1, 1e6);
   const CalibrationReport report = control_.calibrate(step);
   Json result = Json::parse(client::toJson(name, report));
   if (step.kind == Kind::kFinish) write(kCalibrated, report.gelFile);
@@ -487,7 +487,7 @@ Json Setup::measure(const Json& request) {
       const std::lock_guard lock(mutex_);
       if (!step.first && steps_.contains("weights")) weights = steps_["weights"]["read"];
     }
-    result["gf"] = step.weight_N / kGramForce;
+    result["gf"] = step.weight_N / client::kGramForce_N;
     weights.push_back(result);
     keep("weights", {{"read", weights}});
   } else {

@@ -3,6 +3,7 @@
 #include "daemon/publish/wire.h"
 
 #include "daemon/publish/wire_parts.h"
+#include "proto/traction/v1/vectors.h"
 #include "traction/v1/description.pb.h"
 #include "traction/v1/field.pb.h"
 #include "traction/v1/markers.pb.h"
@@ -16,6 +17,7 @@
 namespace tractiond::publish {
 
 namespace pb = traction::v1;
+using traction::setVector;
 
 namespace {
 
@@ -59,19 +61,6 @@ void set(const Numbers& from, google::protobuf::RepeatedField<float>& to) {
                  [](auto number) { return static_cast<float>(number); });
 }
 
-template <typename Vector>
-void setXy(const Vector& from, pb::Vector2& to) {
-  to.set_x(from[0]);
-  to.set_y(from[1]);
-}
-
-template <typename Vector>
-void setXyz(const Vector& from, pb::Vector3& to) {
-  to.set_x(from[0]);
-  to.set_y(from[1]);
-  to.set_z(from[2]);
-}
-
 void set(const sensor::MarkerLayer& from, pb::MarkerLayer& to) {
   to.set_colour(wireColour(from.colour));
   to.set_darker(from.darker);
@@ -79,7 +68,7 @@ void set(const sensor::MarkerLayer& from, pb::MarkerLayer& to) {
   to.set_rows(static_cast<std::uint32_t>(from.rows));
   to.set_pitch_m(from.pitch);
   to.set_depth_m(from.depth);
-  setXy(from.centre, *to.mutable_centre_m());
+  setVector(from.centre, *to.mutable_centre_m());
   to.set_diameter_m(from.diameter);
 }
 
@@ -88,18 +77,18 @@ void set(const sensor::Camera& from, pb::Camera& to) {
   to.set_height_px(static_cast<std::uint32_t>(from.height));
   to.set_focal_px(from.focal_px);
   to.set_aspect(from.aspect);
-  setXy(from.principal_px, *to.mutable_principal_px());
+  setVector(from.principal_px, *to.mutable_principal_px());
   to.set_k1(from.k1);
   to.set_k2(from.k2);
-  setXyz(from.position, *to.mutable_position_m());
-  setXyz(from.rotation, *to.mutable_rotation_rad());
+  setVector(from.position, *to.mutable_position_m());
+  setVector(from.rotation, *to.mutable_rotation_rad());
   to.set_gel_index(from.gelIndex);
   to.set_window_index(from.windowIndex);
   to.set_window_thickness_m(from.windowThickness);
   for (const sensor::RefractingSurface& surface : from.surfaces) {
     pb::RefractingSurface& added = *to.add_surfaces();
-    setXyz(surface.centre, *added.mutable_centre_m());
-    setXyz(surface.radii, *added.mutable_radii_m());
+    setVector(surface.centre, *added.mutable_centre_m());
+    setVector(surface.radii, *added.mutable_radii_m());
     added.set_index(surface.index);
   }
 }
@@ -125,19 +114,19 @@ void set(const Wrench& of, int row, int column, pb::Covariance& to) {
 }
 
 void set(const Contact& from, pb::Contact& to) {
-  setXy(from.position_m, *to.mutable_position_m());
-  setXy(from.positionDeviation_m, *to.mutable_position_deviation_m());
-  setXyz(from.force_N, *to.mutable_force_n());
-  setXyz(from.forceDeviation_N, *to.mutable_force_deviation_n());
+  setVector(from.position_m, *to.mutable_position_m());
+  setVector(from.positionDeviation_m, *to.mutable_position_deviation_m());
+  setVector(from.force_N, *to.mutable_force_n());
+  setVector(from.forceDeviation_N, *to.mutable_force_deviation_n());
   to.set_area_m2(from.area_m2);
   to.set_area_deviation_m2(from.areaDeviation_m2);
-  setXyz(from.moment_Nm, *to.mutable_moment_nm());
+  setVector(from.moment_Nm, *to.mutable_moment_nm());
   to.set_position_z_m(from.positionZ_m);
   set(from, 0, 0, *to.mutable_force_covariance_n2());
   set(from, 3, 3, *to.mutable_moment_covariance_n2m2());
   set(from, 0, 3, *to.mutable_force_moment_covariance_n2m());
-  setXy(from.halfAxes_m, *to.mutable_half_axes_m());
-  setXy(from.halfAxesDeviation_m, *to.mutable_half_axes_deviation_m());
+  setVector(from.halfAxes_m, *to.mutable_half_axes_m());
+  setVector(from.halfAxesDeviation_m, *to.mutable_half_axes_deviation_m());
   to.set_orientation_rad(from.orientation_rad);
   to.set_orientation_deviation_rad(from.orientationDeviation_rad);
   to.set_shear_spread_ratio(from.spreadRatio);
@@ -201,12 +190,12 @@ pb::Colour wireColour(sensor::Colour colour) {
 void measured(const Description& description, const sensor::Sensor& sensor, pb::Description& message) {
   message.mutable_gel()->set_youngs_modulus_pa(sensor.gel.youngsModulus);
   message.mutable_gel()->set_poisson_ratio(sensor.gel.poissonRatio);
-  setXyz(sensor.gel.size, *message.mutable_gel()->mutable_size_m());
+  setVector(sensor.gel.size, *message.mutable_gel()->mutable_size_m());
   for (const sensor::MarkerLayer& layer : sensor.layers) set(layer, *message.add_layers());
   message.mutable_nodes()->set_columns(static_cast<std::uint32_t>(sensor.nodes.columns));
   message.mutable_nodes()->set_rows(static_cast<std::uint32_t>(sensor.nodes.rows));
   message.mutable_nodes()->set_pitch_m(sensor.nodes.pitch);
-  setXy(sensor.nodes.centre, *message.mutable_nodes()->mutable_centre_m());
+  setVector(sensor.nodes.centre, *message.mutable_nodes()->mutable_centre_m());
   set(sensor.camera, *message.mutable_camera());
 
   message.mutable_solver()->set_mechanics(description.mechanics);
@@ -276,7 +265,7 @@ std::size_t PreviewMessage::fill(const Preview& preview, const Heading& heading)
   set(picture.levels, *message_->mutable_pixels());
   message_->set_scale(preview.factor);
   const double origin_px = 0.5 * (preview.factor - 1);
-  setXy(std::array{origin_px, origin_px}, *message_->mutable_origin_px());
+  setVector(std::array{origin_px, origin_px}, *message_->mutable_origin_px());
   return message_->ByteSizeLong();
 }
 
@@ -319,9 +308,9 @@ std::size_t Wire::fill(const TractionField& field, const Heading& heading) {
   message.set_valid(field.valid);
   set(field.force_N, *message.mutable_force_n());
   message.mutable_node_valid()->assign(field.force_N.size() / 3, field.valid ? '\1' : '\0');
-  setXyz(field.resultant_N, *message.mutable_resultant_n());
-  setXyz(field.moment_Nm, *message.mutable_moment_nm());
-  setXy(field.centreOfPressure_m, *message.mutable_centre_of_pressure_m());
+  setVector(field.resultant_N, *message.mutable_resultant_n());
+  setVector(field.moment_Nm, *message.mutable_moment_nm());
+  setVector(field.centreOfPressure_m, *message.mutable_centre_of_pressure_m());
   message.set_centre_of_pressure_valid(field.centreOfPressureValid);
   message.set_residual_px(field.residual_px);
   message.set_valid_markers(static_cast<std::uint32_t>(field.markers.validCount));
@@ -335,8 +324,7 @@ std::size_t Wire::fill(const TractionField& field, const Heading& heading) {
   message.set_solution(static_cast<pb::Solution>(field.solution));
   message.set_model_frame(field.modelFrame);
   pb::PictureMotion& motion = *message.mutable_picture_motion();
-  motion.mutable_shift_px()->set_x(field.pictureMotion[0]);
-  motion.mutable_shift_px()->set_y(field.pictureMotion[1]);
+  setVector(field.pictureMotion, *motion.mutable_shift_px());
   motion.set_scale(field.pictureMotion[2]);
   motion.set_roll_rad(field.pictureMotion[3]);
   return message.ByteSizeLong();

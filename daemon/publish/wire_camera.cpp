@@ -15,20 +15,8 @@ constexpr std::size_t kLongestName = 128;
 constexpr std::size_t kLongestValue = 1024;
 constexpr int kMostCategories = 64;
 
-using Kind = CameraFeature::Kind;
-using Access = CameraFeature::Access;
-static_assert(pb::CAMERA_FEATURE_KIND_UNKNOWN == static_cast<int>(Kind::kUnknown));
-static_assert(pb::CAMERA_FEATURE_KIND_INTEGER == static_cast<int>(Kind::kInteger));
-static_assert(pb::CAMERA_FEATURE_KIND_FLOAT == static_cast<int>(Kind::kFloat));
-static_assert(pb::CAMERA_FEATURE_KIND_BOOLEAN == static_cast<int>(Kind::kBoolean));
-static_assert(pb::CAMERA_FEATURE_KIND_ENUMERATION == static_cast<int>(Kind::kEnumeration));
-static_assert(pb::CAMERA_FEATURE_KIND_STRING == static_cast<int>(Kind::kString));
-static_assert(pb::CAMERA_FEATURE_KIND_COMMAND == static_cast<int>(Kind::kCommand));
-static_assert(pb::CAMERA_FEATURE_KIND_REGISTER == static_cast<int>(Kind::kRegister));
-static_assert(pb::CAMERA_FEATURE_ACCESS_NONE == static_cast<int>(Access::kNone));
-static_assert(pb::CAMERA_FEATURE_ACCESS_READ == static_cast<int>(Access::kRead));
-static_assert(pb::CAMERA_FEATURE_ACCESS_WRITE == static_cast<int>(Access::kWrite));
-static_assert(pb::CAMERA_FEATURE_ACCESS_READ_WRITE == static_cast<int>(Access::kReadWrite));
+static_assert(pb::CameraFeatureKind_MAX == static_cast<int>(CameraFeature::Kind::kRegister));
+static_assert(pb::CameraFeatureAccess_MAX == static_cast<int>(CameraFeature::Access::kReadWrite));
 
 bool isWord(std::string_view text) {
   constexpr std::string_view kAllowed = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_";

@@ -59,13 +59,8 @@ bool feed(std::string_view bytes) {
     } catch (const traction::Error&) {
     }
   };
-  attempt(traction::decodeField);
-  attempt(traction::decodeMarkers);
-  attempt(traction::decodeDescription);
-  attempt(traction::decodeStatus);
-  attempt(traction::decodePreview);
-  attempt(traction::decodeContacts);
-  attempt(traction::decodeGrasp);
+  for (unsigned topic = traction::kField; topic <= traction::kGrasp; topic *= 2)
+    attempt([topic](std::string_view of) { return traction::decode(topic, of); });
   attempt(traction::decodeStatusReply);
   attempt(traction::decodeDescriptionReply);
   attempt(traction::decodeSnapshotReply);
