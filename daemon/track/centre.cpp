@@ -92,11 +92,18 @@ TRACTION_INLINE int sampleAt(const typename R::Type* row, int index) {
 /// a row is overwritten by the next one, that of the last row by zeros.
 template <typename R, typename S, typename Copy>
 TRACTION_INLINE void copyRows(const Plane& plane, S shape, const typename R::Type* row, float* out, const Copy& copy) {
-  const int width = 2 * shape.half;
+  const int width = 2 * shape.half, length = MarkerTemplate::rowLength(shape.half);
   for (int y = 0; y < width; ++y, row = rowAfter<R>(plane, row)) {
-    for (int x = 0; x < readOfRow(shape.half); x += kChunk) copy(row + x * R::step, out + y * width + x);
+    for (int x = 0; x < length; x += kChunk) copy(row + x * R::step, out + y * length + x);
+    if (width < length) {
+      using Chunk = float __attribute__((vector_size(kChunk * sizeof(float))));
+      Chunk samples;
+      std::memcpy(&samples, out + y * length, sizeof samples);
+      samples *= Chunk{1, 1, 1, 1, 1, 1};  // not the two behind a row of 6
+      std::memcpy(out + y * length, &samples, sizeof samples);
+    }
   }
-  for (int i = width * width; i < MarkerTemplate::paddedSamples(shape.half); ++i) out[i] = 0.0F;
+  for (int i = width * length; i < MarkerTemplate::paddedSamples(shape.half); ++i) out[i] = 0.0F;
 }
 
 /// Copies the window in levels, less an offset, which it returns: squares of large numbers would lose digits in a

@@ -53,7 +53,9 @@ MarkerTemplate::MarkerTemplate(double radius, double blur)
     const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(used(), 1 + kRows);
     float* rows = weights_.front().lane + index * kRows * samples();
     for (int k = 0; k < kRows; ++k) {
-      for (int i = 0; i < used(); ++i) rows[k * samples() + i] = static_cast<float>(q(i, k + 1));
+      for (int i = 0; i < used(); ++i) {
+        rows[k * samples() + i / width * rowLength(half_) + i % width] = static_cast<float>(q(i, k + 1));
+      }
     }
     phases_.push_back(phaseOf(qr.matrixQR().topRows<1 + kRows>()));
     phases_.back().cover = static_cast<float>(basis.col(1).mean());

@@ -54,13 +54,16 @@ class MarkerTemplate {
   int half() const { return half_; }
   int used() const { return 4 * half_ * half_; }        ///< Returns the window's number of samples without padding.
   int samples() const { return paddedSamples(half_); }  ///< Returns it with padding.
+  /// Returns the number of floats from one row of such a window to the next. Of 6 samples a row takes 8: the window is
+  /// padded to as many anyway.
+  static constexpr int rowLength(int half) { return half == 3 ? 8 : 2 * half; }
   /// Returns the number of samples, with padding, of a window of this half width.
   static constexpr int paddedSamples(int half) { return (4 * half * half + kLanes - 1) / kLanes * kLanes; }
   /// Returns the phase of a centre; valid as long as this. \param index (8ths of a sample down) * kPhases + (8ths of a
   /// sample across), each from 0 to kPhases - 1
   const Phase& phase(int index) const { return phases_[index]; }
-  /// Returns the weights of a phase: kRows rows of samples() numbers, each the window row by row, then the padding,
-  /// which is 0. Valid as long as this. \param index as for phase()
+  /// Returns the weights of a phase: kRows rows of samples() numbers, each the window row by row; the padding is 0.
+  /// Valid as long as this. \param index as for phase()
   const float* weights(int index) const { return weights_.front().lane + index * kRows * samples(); }
 
   /// Returns T at distance r, not below 0 [samples]: 1 within a large disc; 0 far outside the window.
