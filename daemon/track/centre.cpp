@@ -17,26 +17,35 @@ namespace tractiond::track {
 namespace {
 
 #define TRACTION_INLINE inline __attribute__((always_inline))
+#define TRACTION_LAMBDA __attribute__((always_inline))
 
 constexpr int kMaxSteps = 6;
-constexpr std::size_t kAhead = 8;  // windows prefetched
-constexpr int kSums = 16;          // lanes that are summed separately
-constexpr int kLanes = MarkerTemplate::kLanes;
+constexpr std::size_t kAhead = 8;              // windows prefetched
+constexpr int kSums = MarkerTemplate::kLanes;  // lanes that are summed separately
+constexpr int kChunk = 8;                      // samples of a row that are copied at once
 constexpr int kPhases = MarkerTemplate::kPhases;
 
 /// The shape of the window, as compile-time numbers for the common shapes.
 template <int kHalf>
 struct Shape {
-  static constexpr int half = kHalf, chunks = (2 * kHalf + kLanes - 1) / kLanes;
+  static constexpr int half = kHalf;
   explicit Shape(const MarkerTemplate&) {}
 };
 template <>
 struct Shape<0> {
-  int half, chunks;
+  int half;
   TRACTION_INLINE explicit Shape(const MarkerTemplate& marker)
-      : half(marker.half())
-      , chunks(marker.chunks()) {}
+      : half(marker.half()) {}
 };
+
+/// Returns how many samples are read of each row of a window: its own, and some to the right of it.
+constexpr int readOfRow(int half) {
+  return (2 * half + kChunk - 1) / kChunk * kChunk;
+}
+
+/// Room for a window and for what is read to the right of its last row.
+template <int kHalf>
+using Window = float[MarkerTemplate::paddedSamples(kHalf > 0 ? kHalf : MarkerTemplate::kMaxHalf) + kChunk];
 
 /// The range of centres whose windows lie within the picture [samples].
 struct Range {
@@ -46,7 +55,7 @@ struct Range {
 template <typename S>
 TRACTION_INLINE Range wholeWindow(const Plane& plane, S shape) {
   // One more sample to the right and below is reserved for reads that are wider than the window.
-  return {static_cast<float>(shape.half), static_cast<float>(plane.width - shape.chunks * kLanes + shape.half - 3),
+  return {static_cast<float>(shape.half), static_cast<float>(plane.width - readOfRow(shape.half) + shape.half - 3),
           static_cast<float>(plane.height - shape.half - 3)};
 }
 
@@ -79,26 +88,38 @@ TRACTION_INLINE int sampleAt(const typename R::Type* row, int index) {
   return row[index * R::step];
 }
 
+/// Copies the rows of a window one after another by `copy`, which copies kChunk samples. What it reads to the right of
+/// a row is overwritten by the next one, that of the last row by zeros.
+template <typename R, typename S, typename Copy>
+TRACTION_INLINE void copyRows(const Plane& plane, S shape, const typename R::Type* row, float* out, const Copy& copy) {
+  const int width = 2 * shape.half, length = MarkerTemplate::rowLength(shape.half);
+  for (int y = 0; y < width; ++y, row = rowAfter<R>(plane, row)) {
+    for (int x = 0; x < length; x += kChunk) copy(row + x * R::step, out + y * length + x);
+    if (width < length) {
+      using Chunk = float __attribute__((vector_size(kChunk * sizeof(float))));
+      Chunk samples;
+      std::memcpy(&samples, out + y * length, sizeof samples);
+      samples *= Chunk{1, 1, 1, 1, 1, 1};  // not the two behind a row of 6
+      std::memcpy(out + y * length, &samples, sizeof samples);
+    }
+  }
+  for (int i = width * length; i < MarkerTemplate::paddedSamples(shape.half); ++i) out[i] = 0.0F;
+}
+
 /// Copies the window in levels, less an offset, which it returns: squares of large numbers would lose digits in a
 /// float.
 template <typename R, typename S>
-TRACTION_INLINE float load(const Plane& plane, S shape, const float* mask, int left, int top, float* out) {
+TRACTION_INLINE float load(const Plane& plane, S shape, int left, int top, float* out) {
   const auto* row = rowAt<R>(plane, left, top);
   const int base = R::isWide ? *row : 0;
   const float gain = plane.gain;
-  for (int y = 0; y < 2 * shape.half; ++y, row = rowAfter<R>(plane, row)) {
-    for (int chunk = 0; chunk < shape.chunks; ++chunk, out += kLanes) {
-      const auto* p = row + chunk * kLanes * R::step;
-      if constexpr (R::isWide) {
-        for (int i = 0; i < kLanes; ++i) out[i] = gain * static_cast<float>(sampleAt<R>(p, i) - base);
-      } else {
-        for (int i = 0; i < kLanes; ++i) out[i] = static_cast<float>(sampleAt<R>(p, i));
-      }
+  copyRows<R>(plane, shape, row, out, [&](const auto* from, float* to) TRACTION_LAMBDA {
+    if constexpr (R::isWide) {
+      for (int i = 0; i < kChunk; ++i) to[i] = gain * static_cast<float>(sampleAt<R>(from, i) - base);
+    } else {
+      for (int i = 0; i < kChunk; ++i) to[i] = static_cast<float>(sampleAt<R>(from, i));
     }
-    if (2 * shape.half % kLanes != 0) {
-      for (int i = 0; i < kLanes; ++i) out[i - kLanes] *= mask[i];
-    }
-  }
+  });
   return R::isWide ? gain * static_cast<float>(base) : 0.0F;
 }
 
@@ -111,22 +132,18 @@ TRACTION_INLINE int otherAt(const Plane& plane, const typename R::Type* row, int
 
 /// Copies the window as above, without the share of the other colour.
 template <typename R, typename S>
-TRACTION_INLINE float loadUnmixed(const Plane& plane, const CrossTalk& crossTalk, S shape, const float* mask, int left,
-                                  int top, float* out) {
+TRACTION_INLINE float loadUnmixed(const Plane& plane, const CrossTalk& crossTalk, S shape, int left, int top,
+                                  float* out) {
   const float share = 0.25F * crossTalk.other;
   const float gain = (R::isWide ? plane.gain : 1.0F) / (1.0F - crossTalk.own * crossTalk.other);
   const auto* row = rowAt<R>(plane, left, top);
   const int base = R::isWide ? *row : 0, otherBase = R::isWide ? otherAt<R>(plane, row, 0) : 0;
-  for (int y = 0; y < 2 * shape.half; ++y, row = rowAfter<R>(plane, row)) {
-    for (int chunk = 0; chunk < shape.chunks; ++chunk, out += kLanes) {
-      const auto* p = row + chunk * kLanes * R::step;
-      for (int i = 0; i < kLanes; ++i) {
-        const int own = sampleAt<R>(p, i) - base, other = otherAt<R>(plane, p, i) - otherBase;
-        out[i] = gain * (static_cast<float>(own) - share * static_cast<float>(other));
-      }
+  copyRows<R>(plane, shape, row, out, [&](const auto* from, float* to) TRACTION_LAMBDA {
+    for (int i = 0; i < kChunk; ++i) {
+      const int own = sampleAt<R>(from, i) - base, other = otherAt<R>(plane, from, i) - otherBase;
+      to[i] = gain * (static_cast<float>(own) - share * static_cast<float>(other));
     }
-    for (int i = 0; i < kLanes; ++i) out[i - kLanes] *= mask[i];
-  }
+  });
   return gain * (static_cast<float>(base) - share * static_cast<float>(otherBase));
 }
 
@@ -163,7 +180,7 @@ TRACTION_INLINE void addLanes(const float (*lanes)[kSums], float* sum) {
 /// \param sign of the products with the weights, which are made for markers that are brighter than their surroundings
 template <typename S>
 TRACTION_INLINE Sums sums(S shape, const float* window, const float* weights, float sign) {
-  const int samples = 2 * shape.half * shape.chunks * kLanes;
+  const int samples = MarkerTemplate::paddedSamples(shape.half);
   alignas(64) float lanes[8][kSums];
   for (int i = 0; i < kSums; ++i) {
     float o = 0.0F, s = 0.0F, a = 0.0F, b = 0.0F, c = 0.0F, d = 0.0F, e = 0.0F, f = 0.0F;
@@ -206,14 +223,13 @@ TRACTION_INLINE void fitOne(const Plane& plane, const MarkerTemplate& marker, co
   const float slopeU = plane.scale * guess.slopeU, slopeV = plane.scale * guess.slopeV;  // per sample
   float x = (guess.u - plane.u0) * inverseScale, y = (guess.v - plane.v0) * inverseScale;
   centre = {};
-  alignas(64) float
-      window[kHalf > 0 ? 4 * kHalf * kLanes * ((2 * kHalf + kLanes - 1) / kLanes) : MarkerTemplate::kMaxSamples];
+  alignas(64) Window<kHalf> window;
   for (int steps = 0; steps < kMaxSteps; ++steps) {
     if (!(x >= low && x <= highX && y >= low && y <= highY)) break;
     const int across = static_cast<int>(x * kPhases + 0.5F), down = static_cast<int>(y * kPhases + 0.5F);
     const int left = across / kPhases - shape.half + 1, top = down / kPhases - shape.half + 1;
-    const float base = guess.mixed ? loadUnmixed<R>(plane, crossTalk, shape, marker.mask(), left, top, window)
-                                   : load<R>(plane, shape, marker.mask(), left, top, window);
+    const float base = guess.mixed ? loadUnmixed<R>(plane, crossTalk, shape, left, top, window)
+                                   : load<R>(plane, shape, left, top, window);
     const int index = down % kPhases * kPhases + across % kPhases;
     const Sums sum = sums(shape, window, marker.weights(index), plane.sign);
     const MarkerTemplate::Phase& phase = marker.phase(index);
@@ -279,14 +295,19 @@ TRACTION_INLINE void fitAll(const Plane& plane, const MarkerTemplate* markers, c
                             const Guess* guesses, Centre* centres, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
     const MarkerTemplate& marker = markers[guesses[i].size];
+    if (i + kAhead < count) prefetch<R>(plane, marker.half(), guesses[i + kAhead]);
     switch (marker.half()) {
     case 3:
-      if (i + kAhead < count) prefetch<R>(plane, 3, guesses[i + kAhead]);
       fitOne<R, 3>(plane, marker, crossTalk, guesses[i], centres[i]);
       break;
     case 4:
-      if (i + kAhead < count) prefetch<R>(plane, 4, guesses[i + kAhead]);
       fitOne<R, 4>(plane, marker, crossTalk, guesses[i], centres[i]);
+      break;
+    case 5:
+      fitOne<R, 5>(plane, marker, crossTalk, guesses[i], centres[i]);
+      break;
+    case 6:
+      fitOne<R, 6>(plane, marker, crossTalk, guesses[i], centres[i]);
       break;
     default:
       fitOne<R, 0>(plane, marker, crossTalk, guesses[i], centres[i]);
@@ -313,25 +334,25 @@ void fit(const Plane& plane, const MarkerTemplate* markers, const CrossTalk& cro
   }
 }
 
-void loadAny(const Plane& plane, const Shape<0>& shape, const float* mask, int left, int top, float* window) {
+void loadAny(const Plane& plane, const Shape<0>& shape, int left, int top, float* window) {
   switch (plane.step + (plane.wide ? 3 : 0)) {
   case 1:
-    load<Rows<std::uint8_t, 1>>(plane, shape, mask, left, top, window);
+    load<Rows<std::uint8_t, 1>>(plane, shape, left, top, window);
     break;
   case 2:
-    load<Rows<std::uint8_t, 2>>(plane, shape, mask, left, top, window);
+    load<Rows<std::uint8_t, 2>>(plane, shape, left, top, window);
     break;
   case 3:
-    load<Rows<std::uint8_t, 3>>(plane, shape, mask, left, top, window);
+    load<Rows<std::uint8_t, 3>>(plane, shape, left, top, window);
     break;
   case 4:
-    load<Rows<std::uint16_t, 1>>(plane, shape, mask, left, top, window);
+    load<Rows<std::uint16_t, 1>>(plane, shape, left, top, window);
     break;
   case 5:
-    load<Rows<std::uint16_t, 2>>(plane, shape, mask, left, top, window);
+    load<Rows<std::uint16_t, 2>>(plane, shape, left, top, window);
     break;
   default:
-    load<Rows<std::uint16_t, 3>>(plane, shape, mask, left, top, window);
+    load<Rows<std::uint16_t, 3>>(plane, shape, left, top, window);
   }
 }
 
@@ -356,13 +377,13 @@ float amplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, flo
   const float x = (u - plane.u0) / plane.scale, y = (v - plane.v0) / plane.scale;
   const int across = static_cast<int>(x * kPhases + 0.5F), down = static_cast<int>(y * kPhases + 0.5F);
   const int left = across / kPhases - marker.half() + 1, top = down / kPhases - marker.half() + 1;
-  if (!(x >= 0.0F && y >= 0.0F) || left < 0 || top < 0 || left + marker.chunks() * kLanes >= plane.width ||
+  if (!(x >= 0.0F && y >= 0.0F) || left < 0 || top < 0 || left + readOfRow(marker.half()) >= plane.width ||
       top + 2 * marker.half() > plane.height) {
     return clippedAmplitudeAt(plane, marker, u, v);
   }
   const Shape<0> shape(marker);
-  alignas(64) float window[MarkerTemplate::kMaxSamples];
-  loadAny(plane, shape, marker.mask(), left, top, window);
+  alignas(64) Window<0> window;
+  loadAny(plane, shape, left, top, window);
   const int index = down % kPhases * kPhases + across % kPhases;
   const Sums sum = sums(shape, window, marker.weights(index), plane.sign);
   const MarkerTemplate::Phase& phase = marker.phase(index);

@@ -39,13 +39,11 @@ MarkerTemplate::MarkerTemplate(double radius, double blur)
   // with a margin of a tenth of a deviation 2 % of it is lost. A wider window costs time and overlaps neighbours.
   half_ = std::clamp(1 + static_cast<int>(std::ceil(radius_ + 1.2 * blur - 0.25)), 3, kMaxHalf);
   const int width = 2 * half_;
-  chunks_ = (width + kLanes - 1) / kLanes;
-  for (int i = 0; i < kLanes; ++i) mask_[i] = (chunks_ - 1) * kLanes + i < width ? 1.0F : 0.0F;
 
   const double reach = 1.5 * half_ + 1.0;
   for (double r = 0.0; r < reach; r += kProfileStep) profile_.push_back(blurredDisc(r, radius_, blur));
 
-  weights_.resize(static_cast<std::size_t>(kPhases * kPhases * kRows * samples() / 16));
+  weights_.resize(static_cast<std::size_t>(kPhases * kPhases * kRows * samples() / kLanes));
   Eigen::MatrixXd basis(used(), 1 + kRows);
   for (int index = 0; index < kPhases * kPhases; ++index) {
     const double u = static_cast<double>(index % kPhases) / kPhases, v = static_cast<double>(index / kPhases) / kPhases;
@@ -56,7 +54,7 @@ MarkerTemplate::MarkerTemplate(double radius, double blur)
     float* rows = weights_.front().lane + index * kRows * samples();
     for (int k = 0; k < kRows; ++k) {
       for (int i = 0; i < used(); ++i) {
-        rows[k * samples() + i / width * chunks_ * kLanes + i % width] = static_cast<float>(q(i, k + 1));
+        rows[k * samples() + i / width * rowLength(half_) + i % width] = static_cast<float>(q(i, k + 1));
       }
     }
     phases_.push_back(phaseOf(qr.matrixQR().topRows<1 + kRows>()));

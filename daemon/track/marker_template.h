@@ -20,10 +20,9 @@ namespace tractiond::track {
 class MarkerTemplate {
  public:
   static constexpr int kPhases = 8;    ///< per sample and direction
-  static constexpr int kLanes = 8;     ///< a row of the window is padded with zeros to a multiple of this
+  static constexpr int kLanes = 16;    ///< a window is padded with zeros to a multiple of this
   static constexpr int kMaxHalf = 12;  ///< of the widest window
-  static constexpr int kMaxSamples = 2 * kMaxHalf * 3 * kLanes;
-  static constexpr int kRows = 6;  ///< of weights
+  static constexpr int kRows = 6;      ///< of weights
   using Functions = Eigen::Matrix<double, 1, 1 + kRows>;
   using Triangle = Eigen::Matrix<double, 1 + kRows, 1 + kRows>;
 
@@ -53,17 +52,18 @@ class MarkerTemplate {
   /// Returns half the width of the window, 3 to kMaxHalf; it spans floor(c) - half + 1 ... floor(c) + half in both
   /// directions.
   int half() const { return half_; }
-  int chunks() const { return chunks_; }  ///< Returns the chunks of kLanes samples in a row of the window.
-  /// Returns the window's number of samples with padding, a multiple of 16.
-  int samples() const { return 2 * half_ * chunks_ * kLanes; }
-  int used() const { return 4 * half_ * half_; }  ///< Returns the window's number of samples without padding.
-  /// Returns kLanes numbers for the last chunk of a row: 1 for a sample that is used, 0 for padding.
-  const float* mask() const { return mask_.data(); }
+  int used() const { return 4 * half_ * half_; }        ///< Returns the window's number of samples without padding.
+  int samples() const { return paddedSamples(half_); }  ///< Returns it with padding.
+  /// Returns the number of floats from one row of such a window to the next. Of 6 samples a row takes 8: the window is
+  /// padded to as many anyway.
+  static constexpr int rowLength(int half) { return half == 3 ? 8 : 2 * half; }
+  /// Returns the number of samples, with padding, of a window of this half width.
+  static constexpr int paddedSamples(int half) { return (4 * half * half + kLanes - 1) / kLanes * kLanes; }
   /// Returns the phase of a centre; valid as long as this. \param index (8ths of a sample down) * kPhases + (8ths of a
   /// sample across), each from 0 to kPhases - 1
   const Phase& phase(int index) const { return phases_[index]; }
-  /// Returns the weights of a phase: kRows rows of samples() numbers, each the window row by row with padding 0. Valid
-  /// as long as this. \param index as for phase()
+  /// Returns the weights of a phase: kRows rows of samples() numbers, each the window row by row; the padding is 0.
+  /// Valid as long as this. \param index as for phase()
   const float* weights(int index) const { return weights_.front().lane + index * kRows * samples(); }
 
   /// Returns T at distance r, not below 0 [samples]: 1 within a large disc; 0 far outside the window.
@@ -83,12 +83,11 @@ class MarkerTemplate {
 
  private:
   struct alignas(64) Line {
-    float lane[16];
+    float lane[kLanes];
   };
 
   double radius_ = 0.0;
-  int half_ = 0, chunks_ = 0;
-  std::array<float, kLanes> mask_{};
+  int half_ = 0;
   std::vector<double> profile_;
   std::vector<Line> weights_;
   std::vector<Phase> phases_;

@@ -9,7 +9,8 @@
 // gels that creep and heat), amount.f64 (frames x patterns: displacement.f64 are then patterns x markers x 3, of which
 // each frame shows so much) and options. Writes each figure of a frame to
 // JOB/NAME.f64 (frames x columns), and "columns" with a line for each; with --brief nothing of single markers and
-// nodes. With --as-daemon, most frames are answered by
+// nodes. With --cold, the caches are emptied before each frame that is judged: what was drawn before it leaves them as
+// full as it happens to. With --as-daemon, most frames are answered by
 // an earlier frame's model, as in the daemon, which learns in no time. With --answer, also answers each frame by the
 // model of the frame before: whether it could be is in "answered", the figures are in answer_NAME.f64.
 #include "base/clock.h"
@@ -47,6 +48,7 @@ struct Options {
   unsigned seed = 1;
   bool answer = false;    // answer each frame by the model of the frame before, too
   bool brief = false;     // write nothing of single markers and nodes
+  bool cold = false;      // empty the caches before each frame
   bool asDaemon = false;  // solve in full only what an earlier model cannot answer, and to learn when it grows old
 };
 
@@ -262,6 +264,12 @@ void addNoise(double sigma_px, std::mt19937_64& generator, MarkerField& field) {
   }
 }
 
+/// Reads and writes more than the caches hold.
+void emptyCaches() {
+  static std::vector<std::uint8_t> more(std::size_t{64} << 20);
+  for (std::uint8_t& each : more) ++each;
+}
+
 void run(const Options& options) {
   const sensor::Sensor sensor = loadSensor(options.gel);
   const sensor::Sensor seen = options.twinGel.empty() ? sensor : loadSensor(options.twinGel);
@@ -343,6 +351,7 @@ void run(const Options& options) {
       }
       const Frame picture = eye.shoot(places, stray.brightness);
       last = here;
+      if (options.cold) emptyCaches();
       begin_ns = monotonicNow();
       tracker->track(picture, markers);
     }
@@ -399,6 +408,7 @@ int main(int argc, char** argv) {
   app.add_option("--extra", options.extra_px, "noise added to the tracker's displacements [px]");
   app.add_option("--zero-every", options.zeroEvery, "frames after which a new zero is taken");
   app.add_flag("--brief", options.brief, "write nothing of single markers and nodes");
+  app.add_flag("--cold", options.cold, "empty the caches before each frame");
   app.add_flag("--answer", options.answer, "answer each frame by the model of the frame before as well");
   app.add_flag("--as-daemon", options.asDaemon, "answer by earlier models, as the daemon does");
   app.add_option("--seed", options.seed)->capture_default_str();
