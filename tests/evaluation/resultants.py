@@ -176,35 +176,6 @@ def bias(report, quick):
         )
 
 
-def models(report, quick):
-    report.section(
-        "Resultant by model",
-        """
-        200 gf as Hertz pressures of 5 mm diameter at eight places along x, y and z; single frames. Error: length of
-        the difference of the resultants, root mean square over the places.""",
-    )
-    lines = []
-    for thickness in (15, 40) if quick else (15, 25, 40):
-        try:
-            places = truth.load(thickness, 0.49, "places")
-        except FileNotFoundError:
-            continue
-        forces = 200 * places.forces()
-        for model, solve in (("half-space", 'model = "half-space"'), ("block", "")):
-            found = chain.run(200 * GF * places.displacement, gel=chain.gel_text(thickness), solve=solve)
-            error = np.linalg.norm(found.resultant_N / GF - forces, axis=1).reshape(-1, 3)
-            lines.append(
-                (
-                    f"{thickness} mm, {model}",
-                    f"{rms(error[:, 2]) / 2:.1f} %",
-                    f"{error[:, 2].max() / 2:.1f} %",
-                    f"{rms(error[:, :2]) / 2:.1f} %",
-                    f"{error[:, :2].max() / 2:.1f} %",
-                )
-            )
-    report.table(["gel, model", "press", "worst", "shear", "worst"], lines)
-
-
 def missing(report, quick):
     report.section(
         "Missing markers",
@@ -230,36 +201,6 @@ def missing(report, quick):
         growth,
         name="missing markers",
     )
-
-
-def picture_motion(report, quick):
-    report.section(
-        "Motion of the picture and heat", "The probe with 200 gf; mean of 20 frames each, less the same without motion."
-    )
-    frames = 20
-    displacement = np.repeat(probe(np.array([[0, 0, 200 * GF]])), frames, axis=0)
-    cases = {
-        "still": (0, 0, 0, 0, 1),
-        "shift of 0.05 px": (0.05, 0, 0, 0, 1),
-        "scale 1.0001": (0, 0, 1e-4, 0, 1),
-        "roll of 0.1 mrad": (0, 0, 0, 1e-4, 1),
-    }
-    means = {}
-    for label, stray in cases.items():
-        found = chain.run(displacement, stray=np.tile(np.array(stray, float), (frames, 1)))
-        means[label] = found.resultant_N.mean(0) / GF
-    lines = [
-        (label, *[f"{value:+.1f}" for value in mean - means["still"]])
-        for label, mean in means.items()
-        if label != "still"
-    ]
-    try:
-        warm = truth.load(40, 0.49, "expansion").displacement
-        found = chain.run(displacement + warm[0])
-        lines.append(("1 K warmer", *[f"{value:+.1f}" for value in found.resultant_N.mean(0) / GF - means["still"]]))
-    except FileNotFoundError:
-        pass
-    report.table(["what moves", "Fx [gf]", "Fy", "Fz"], lines)
 
 
 STRAIN_LIMIT = 0.25  # as in daemon/solve/large_strain.cpp
