@@ -259,10 +259,7 @@ class Probes:
 
     def __init__(self):
         with np.load(DATA / f"{name(40, 0.49, 'probes')}.npz") as file:
-            self.step, self.force, self.depth_mm, self.radius_mm = (
-                file[key] for key in ("step", "force", "depth", "radius")
-            )
-            self.labels = [list(PROBES)[number] for number in file["probe"]]
+            self.step, self.force, self.radius_mm = (file[key] for key in ("step", "force", "radius"))
             self.difference = file["difference"] * file["scale"][:, None, None, None]
 
     def at(self, place):
