@@ -7,7 +7,7 @@ import numpy as np
 import chain
 import truth
 from chain import GF
-from report import SOURCE, rms
+from report import SOURCE
 
 KNOWN = tomllib.loads((SOURCE / "config/gels/paper.toml").read_text())  # and how well: what the daemon states
 AXES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
@@ -166,31 +166,3 @@ def coverage(report, quick):
         " with weights",
         "coverage with weights",
     )
-
-
-def rim(report, quick):
-    report.section(
-        "Contacts at the rim that are no ball's",
-        """
-        At the rim of the marker field a lone contact is taken for a round patch as far as the picture allows: here are
-        other shapes, at a side and in a corner, pressed and sheared. Error: length of the resultant's, root mean square
-        over frames. Covered: share of the force's components within 1.96 stated deviations of noise and
-        `model_relative`; all that is drawn here, the daemon knows.""",
-    )
-    known = "[uncertainty]\nyoungs_modulus_relative = 0\nfocal_relative = 0\nposition_mm = [0, 0, 0]\n"
-    known += "rotation_rad = [0, 0, 0]\npoisson_ratio = 0\nthickness_mm = 0\nlayer_depth_mm = 0\n"
-    frames, lines = 5 if quick else 20, []
-    for thickness in (15, 40):
-        loads = truth.load(thickness, 0.49, "rim")
-        for label, (first, last) in truth.rim_shapes_at().items():
-            cells = []
-            for force in (20, 100, 400):
-                unit = np.repeat(loads.displacement[first:last], frames, axis=0)
-                found = chain.run(force * GF * unit, gel=chain.gel_text(thickness) + known, zero_every=4)
-                error = found.resultant_N - np.repeat(force * GF * loads.forces()[first:last], frames, axis=0)
-                covariance = found.noise_covariance + found.systematic_covariance
-                deviation = np.sqrt(covariance.reshape(-1, 6, 6)[:, range(3), range(3)])
-                size = rms(np.linalg.norm(error, axis=1)) / GF
-                cells.append(f"{size:.1f} gf, {100 * (abs(error) < 1.96 * deviation).mean():.0f} %")
-            lines.append((f"{label}, {thickness} mm", *cells))
-    report.table(["shape, gel", "20 gf", "100 gf", "400 gf"], lines)

@@ -8,7 +8,6 @@ import chain
 import creep
 import truth
 from chain import GF
-from unseen import ALL_KNOWN
 
 HOURS, RANGE_K = 8, 10
 STEADY_S = 1.0  # after a load has come or gone
@@ -42,7 +41,7 @@ class Day:
         single = [i for i, load in enumerate(loads.contacts) if np.isfinite(load[:, 0]).sum() == 1]
         patterns, amounts = [truth.load(40, 0.49, "expansion").displacement[0]], [self.expansion * self.heat_K]
         self.force_N, self.steady = np.zeros((len(self.time_s), 3)), np.ones(len(self.time_s), bool)
-        at, highest = 60.0, 0.0
+        at = 60.0
         while True:
             at += np.exp(draw.uniform(np.log(5), np.log(180)))
             held = np.exp(draw.uniform(np.log(2), np.log(120)))

@@ -1,9 +1,6 @@
-"""The instrument itself: marker centres, time a frame, calibration. Each takes the report and whether
+"""The instrument itself: marker centres, calibration. Each takes the report and whether
 to be quick, like the experiments.
 """
-
-import tempfile
-import time
 
 import numpy as np
 
@@ -11,7 +8,6 @@ import chain
 import truth
 from chain import GF
 from report import rms
-from truth import probe
 
 
 def marker_level(sigma_noise, radius_px=1.92, blur_px=0.8, contrast=100.0):
@@ -75,41 +71,6 @@ def centres(report, quick):
     )
     stated = np.sqrt(found.marker_variance_px2.reshape(places, frames, 1152)[:, :, valid].mean())
     report.row("    stated deviation over the real one", f"{stated / random:.2f}")
-
-
-def timing(report, quick):
-    report.section(
-        "Time per frame (the paper's table 1)",
-        """
-        One thread; medians here while other programs may run: tools/bench measures them alone. A contact of the whole
-        face: all the places' loads together, 10 % changing missing markers.""",
-    )
-    frames = 200 if quick else 600
-    steady = chain.run(np.repeat(probe(np.array([[0, 0, 400 * GF]])), frames, axis=0))
-    random = truth.load(40, 0.49, "random")
-    full = np.repeat(20 * GF * random.displacement[:60].sum(0)[None], frames, axis=0)
-    gone = np.random.default_rng(20056).random((frames, 1152)) < 0.1
-    face = chain.run(full, missing=gone)
-    track, solve = np.median(steady.track_ms), np.median(steady.solve_ms)
-    report.row("track, median", f"{track:.3f} ms", "1.07 ms", "<= 0.20 ms", 0.2, track, name="time to track")
-    report.row("solve, median", f"{solve:.3f} ms", "11.5 ms", "<= 0.30 ms", 0.3, solve, name="time to solve")
-    worst = np.quantile(face.solve_ms[1:], 0.99)
-    report.row(
-        "    p99, whole face, 10 % changing missing markers",
-        f"{worst:.3f} ms (median {np.median(face.solve_ms):.3f})",
-        "–",
-        "<= 2 ms",
-        2,
-        worst,
-        name="time to solve, p99",
-    )
-    if not quick:
-        with tempfile.TemporaryDirectory(prefix="evaluation-") as state:
-            begin = time.monotonic()
-            chain.run(np.zeros((1, 1152, 3)), given=0, state=state)
-            report.row(
-                "influence matrix and factors of a new gel, all cores", f"{time.monotonic() - begin:.1f} s", "8.5 s"
-            )
 
 
 def calibration(report, quick):

@@ -95,7 +95,7 @@ def smallest_press(report, quick, thickness, generator):
 
 
 def closest_pair(report, quick, thickness, generator):
-    """As in the section on two contacts: presses of 100 gf, 3 mm across, told apart when there are two contacts, each
+    """Presses of 100 gf, 3 mm across, told apart when there are two contacts, each
     within 1 mm and 10 %."""
     gel, count = chain.gel_text(thickness), 6 if quick else 60
     shares = {}

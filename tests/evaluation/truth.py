@@ -53,46 +53,6 @@ def random_loads(count):
     return result
 
 
-def pairs():
-    generator = np.random.default_rng(20052)
-    result = []
-    for distance in (4, 5, 6, 7, 8, 9, 10, 12):
-        for _ in range(6):
-            centre, turn = generator.uniform(-20, 20, 2), generator.uniform(0, 2 * np.pi)
-            half = distance / 2 * np.array([np.cos(turn), np.sin(turn)])
-            result.append([contact("hertz", *(centre + side * half), 1.5, AXES[2]) for side in (-1, 1)])
-    return result
-
-
-def rim_shapes():
-    """{shape: contacts that make it up, about the origin}: an even disc, bars and a ring of small patches."""
-    along = np.linspace(-1, 1, 6)
-    turns = np.arange(12) * np.pi / 6
-    return {
-        "disc of 10 mm": [("disc", 0, 0, 5)],
-        "disc of 16 mm": [("disc", 0, 0, 8)],
-        "bar of 8 mm": [("hertz", 3 * t * np.cos(1), 3 * t * np.sin(1), 1) for t in along],
-        "bar of 12 mm along the rim": [("hertz", 0, 5 * t, 1) for t in along],
-        "ring of 8 mm": [("hertz", 3.5 * np.cos(t), 3.5 * np.sin(t), 0.5) for t in turns],
-    }
-
-
-def rim_loads():
-    """Each shape at a side and in a corner: pressed, pressed and sheared, sheared."""
-    result = []
-    for parts in rim_shapes().values():
-        for x, y in ((30, 0), (31.5, -26)):
-            for force in ([0, 0, 1], [0.7, 0, 0.7], [0, 0.9, 0.3]):
-                share = np.array(force) / len(parts)
-                result.append([contact(shape, x + dx, y + dy, radius, share) for shape, dx, dy, radius in parts])
-    return result
-
-
-def rim_shapes_at():
-    """{shape: the first and the end of its loads}."""
-    return {label: (6 * i, 6 * (i + 1)) for i, label in enumerate(rim_shapes())}
-
-
 def catalogue():
     """(thickness [mm], Poisson's ratio): {set: loads}."""
     return {
@@ -101,11 +61,9 @@ def catalogue():
             "places": places(),
             "steps": [[contact("hertz", 1.5 + 3 * k / 8, 1.5, 0, AXES[2])] for k in range(9)],
             "disc": [[contact("disc", *place, 10, axis)] for place in [(0, 0), (12, -9)] for axis in AXES[[2, 0]]],
-            "pairs": pairs(),
             "random": random_loads(220),
-            "rim": rim_loads(),
         },
-        (15, 0.49): {"places": places(), "rim": rim_loads()},
+        (15, 0.49): {"places": places()},
         (25, 0.49): {"places": places()},
         (40, 0.3): {"centre": places(1)},
         (40, 0.45): {"centre": places(1)},
@@ -301,10 +259,7 @@ class Probes:
 
     def __init__(self):
         with np.load(DATA / f"{name(40, 0.49, 'probes')}.npz") as file:
-            self.step, self.force, self.depth_mm, self.radius_mm = (
-                file[key] for key in ("step", "force", "depth", "radius")
-            )
-            self.labels = [list(PROBES)[number] for number in file["probe"]]
+            self.step, self.force, self.radius_mm = (file[key] for key in ("step", "force", "radius"))
             self.difference = file["difference"] * file["scale"][:, None, None, None]
 
     def at(self, place):

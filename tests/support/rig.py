@@ -253,18 +253,20 @@ class Rig(contextlib.ExitStack):
         assert daemon.join() == 0, daemon.output()
         return film._replace(account=daemon.wait_for("stopped: "))
 
-    def film(self, scenario, pictures, *options, rest=200, config="", pixel_format="RGB8"):
-        """Feeds a scenario's first pictures; its first load comes after 240. Returns the Film and the truth of each frame, by
+    FILM_HZ = 20  # a third of a camera's: each picture is drawn and solved
+
+    def film(self, scenario, seconds, *options, config="", pixel_format="RGB8"):
+        """Feeds a scenario's first seconds; its first load comes after four. Returns the Film and the truth of each frame, by
         camera_frame_id.
         """
         truth_file = self.folder / "truth.jsonl"
         command = [BIN / "traction-twin", scenario, "--cache", cache_directory(), "--truth", truth_file, "--images", "-",
-                   "--format", pixel_format, "--rate", 60, *options]
+                   "--format", pixel_format, "--rate", self.FILM_HZ, *options]
         twin = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE, stdin=subprocess.DEVNULL,
                                 start_new_session=True)
         self.callback(twin.wait)
         self.callback(twin.kill)
-        film = self.feed(twin.stdout, pictures, rest, config, pixel_format)
+        film = self.feed(twin.stdout, round(seconds * self.FILM_HZ), 3 * self.FILM_HZ, config, pixel_format)
         twin.send_signal(signal.SIGTERM)
         twin.stdout.close()
         twin.truth_file = truth_file

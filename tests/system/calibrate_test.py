@@ -85,7 +85,7 @@ class TestCase(unittest.TestCase):
 
     def check_newtons(self, fields):
         """The last second's, of 3 N that press and 0.6 N that shear."""
-        force = np.mean([rig.vector(field.resultant_N) for field in fields[-50:]], axis=0)
+        force = np.mean([rig.vector(field.resultant_N) for field in fields[-15:]], axis=0)
         print(f"  then 0.6 N, 3 N read as {force[0]:.3f} N, {force[2]:.3f} N")
         self.assertLess(np.abs(force - (0.6, 0, 3)).max(), 0.06)
 
@@ -126,7 +126,7 @@ class Projected(TestCase):
 
         press = self.file("press.toml", GEL + "[[contacts]]\nradius_mm = 3\nx_mm = -4\ny_mm = 3\ntime_s = [4, 5]\n"
                           "force_z_n = [0, 3]\nforce_x_n = [0, 0.6]\n")
-        film, _ = self.bench.film(press, 360, config=f'[sensor]\ngel_file = "{path}"\n')
+        film, _ = self.bench.film(press, 6, config=f'[sensor]\ngel_file = "{path}"\n')
         self.check_newtons(film.fields)
 
 

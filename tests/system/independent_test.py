@@ -9,9 +9,9 @@ import numpy as np
 import independent
 import rig
 
-REST, RAMP, HOLD = 45, 6, 12  # frames
+REST, RAMP, HOLD = 45, 3, 12  # frames
 STRAIGHT = independent.Camera()
-ASKEW = independent.Camera(position_mm=(2.0, -1.0, 178.0), rotation_rad=(0.012, -0.02, 0.05), k1=-0.15, k2=0.05,
+ASKEW = independent.Camera(aspect=1.035, position_mm=(2.0, -1.0, 178.0), rotation_rad=(0.012, -0.02, 0.05), k1=-0.15, k2=0.05,
                            principal_px=(335.0, 258.0), gel_index=1.41, window_index=1.49, window_thickness_mm=10.0)
 # What is pressed where: [m], [N], [N m], and the markers' displacement [m].
 Load = collections.namedtuple("Load", "place force torque displacement")

@@ -5,10 +5,8 @@
 #include <gtest/gtest.h>
 #include <poll.h>
 
-#include <latch>
 #include <random>
 #include <set>
-#include <tuple>
 #include <vector>
 
 namespace tractiond::pipeline_test {
@@ -150,104 +148,6 @@ TEST(Pipeline, AccountsForEveryFrameWhenStagesDawdleAndEvict) {
     }
     EXPECT_EQ(last, 5000U) << "newest wins";
   }
-}
-
-TEST(Pipeline, GivesTheNewestFrameToASolverThatIsBehindAndFlagsTheGap) {
-  constexpr std::uint64_t kLast = 6;
-  /// Gives a frame for each that the test lets come, else a timeout at once.
-  class Paced : public CountingSource {
-   public:
-    using CountingSource::CountingSource;
-    capture::Next next(Frame& frame, std::chrono::milliseconds timeout) override {
-      std::this_thread::yield();
-      if (given_ == let) return capture::Next::kTimeout;
-      ++given_;
-      return CountingSource::next(frame, timeout);
-    }
-    std::atomic<std::uint64_t> let{0};
-
-   private:
-    std::uint64_t given_ = 0;
-  };
-  Ledger ledger;
-  Paced source(kLast + 1, ledger);
-  /// Does not solve the first frame before the test lets it.
-  struct Held final : Work {
-    bool track(const Frame& frame, MarkerField& markers) override {
-      const bool isTracked = Work::track(frame, markers);
-      tracked = frame.info.frameNumber;
-      return isTracked;
-    }
-    void solve(const MarkerField& markers, TractionField& field) override {
-      if (markers.info.frameNumber == 1) free.wait();
-      Work::solve(markers, field);
-    }
-    std::latch free{1};
-    std::atomic<std::uint64_t> tracked{0};
-  } work;
-  PipelineOptions options = kSmall;
-  options.turn = 1ms;
-  Pipeline pipeline(source, work, options, ledger, work.turns);
-  pipeline.start();
-  for (std::uint64_t number = 1; number <= kLast; ++number) {
-    source.let = number;
-    while (work.tracked < number) std::this_thread::yield();
-    for (const auto turns = work.turns.track.get(); work.turns.track.get() < turns + 2;) std::this_thread::yield();
-  }
-  work.free.count_down();
-  while (ledger.published.get() < 2) std::this_thread::yield();
-  source.let = kLast + 1;
-  while (ledger.published.get() < 3) std::this_thread::yield();
-  pipeline.stop();
-  EXPECT_EQ(ledger.evictedBeforeSolve.get(), kLast - 2);
-  EXPECT_TRUE(balanced(ledger));
-  ASSERT_EQ(work.published.size(), 3U);
-  for (const auto& [index, number, flag] :
-       {std::tuple(0U, std::uint64_t{1}, 0U), std::tuple(1U, kLast, 0U + kDiscontinuity),
-        std::tuple(2U, kLast + 1, 0U)}) {
-    const TractionField& field = work.published[index];
-    EXPECT_EQ(field.markers.info.frameNumber, number);
-    EXPECT_EQ(field.flags, flag) << number;
-    EXPECT_EQ(field.markers.flags, flag) << number;
-  }
-}
-
-TEST(Pipeline, FlagsEachFieldThatDoesNotFollowTheOneBefore) {
-  /// Frames of given numbers; the camera's clock jumps before one of them.
-  class Numbered : public capture::FrameSource {
-   public:
-    capture::Next next(Frame& frame, std::chrono::milliseconds) override {
-      if (next_ == numbers.size()) return capture::Next::kEnd;
-      frame = {};
-      frame.info.frameNumber = numbers[next_++];
-      frame.info.discontinuity = frame.info.frameNumber == jumps;
-      return capture::Next::kFrame;
-    }
-    void recycle(Frame&) override {}
-    std::vector<std::uint64_t> numbers{3, 4, 6, 7, 8, 9, 10, 11};
-    std::uint64_t jumps = 8;
-
-   private:
-    std::size_t next_ = 0;
-  } source;
-  Ledger ledger;
-  struct Lacking final : Work {
-    bool track(const Frame& frame, MarkerField& markers) override {
-      return Work::track(frame, markers) && frame.info.frameNumber != 10;
-    }
-  } work;
-  PipelineOptions options = kSmall;
-  options.whenFull = WhenFull::kWait;
-  Pipeline pipeline(source, work, options, ledger, work.turns);
-  pipeline.start();
-  pipeline.finish();
-  std::vector<std::uint64_t> flagged;
-  for (const TractionField& field : work.published) {
-    EXPECT_EQ(field.flags, field.markers.flags);
-    if (field.flags == kDiscontinuity) flagged.push_back(field.markers.info.frameNumber);
-  }
-  EXPECT_EQ(work.published.size(), 7U);
-  EXPECT_EQ(flagged, (std::vector<std::uint64_t>{6, 8, 11}));
 }
 
 TEST(Pipeline, ThatWaitsGivesWhatTheInlineRunGives) {

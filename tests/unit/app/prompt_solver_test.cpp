@@ -5,7 +5,6 @@
 
 #include <atomic>
 #include <memory>
-#include <thread>
 
 namespace tractiond {
 namespace {
@@ -77,49 +76,6 @@ TEST(FrameInterval, DoesNotGrowByFramesThatWereEvicted) {
     frame.times.received_ns = 5'000'000 * static_cast<std::int64_t>(number);
     EXPECT_EQ(interval.next(frame), std::chrono::milliseconds(5)) << number;
   }
-}
-
-TEST(PromptSolver, SolvesByTheOtherThreadWhatNoModelAnswers) {
-  const auto solver = std::make_shared<Double>(8);
-  PromptSolver prompt({.patience_ms = 60'000.0}, kMarkers, kNodes);
-  std::atomic<bool> stopping = false;
-  std::thread maker([&] {
-    while (!stopping) prompt.turn(1ms);
-  });
-  TractionField field = blank();
-  for (std::uint64_t number = 1; number <= 20; ++number) {
-    prompt.solve(solver, frame(number), field);
-    EXPECT_TRUE(field.valid);
-    EXPECT_EQ(field.markers.info.frameNumber, number);
-    EXPECT_EQ(field.resultant_N[2], static_cast<double>(number)) << "not another frame's solution";
-    if (number == 1 || number >= 8) {
-      EXPECT_EQ(field.solution, Solution::kFull);
-    }
-    if (field.solution == Solution::kLinear) {
-      EXPECT_LT(field.modelFrame, number);
-    }
-    while (number == 1 && solver->model == 0) std::this_thread::yield();
-  }
-  stopping = true;
-  maker.join();
-}
-
-TEST(PromptSolver, SaysSoIfAFrameIsNotSolvedInTime) {
-  const auto solver = std::make_shared<Double>(1000);
-  PromptSolver prompt({.patience_ms = 0.1}, kMarkers, kNodes);
-  TractionField field = blank();
-  prompt.solve(solver, frame(1, kTorn), field);
-  EXPECT_FALSE(field.valid);
-  EXPECT_EQ(field.flags, kTorn | kNotSolved);
-  EXPECT_EQ(field.solution, Solution::kNone);
-  EXPECT_EQ(field.resultant_N, (std::array<double, 3>{}));
-  EXPECT_EQ(field.markers.info.frameNumber, 1U);
-  // It is solved all the same, and the next frame is answered by its model.
-  prompt.turn(0ms);
-  prompt.solve(solver, frame(2), field);
-  EXPECT_TRUE(field.valid);
-  EXPECT_EQ(field.solution, Solution::kLinear);
-  EXPECT_EQ(field.modelFrame, 1U);
 }
 
 TEST(PromptSolver, ModelsTheNewestFrame) {

@@ -38,18 +38,6 @@ TEST(Reload, TakesWhatTheCameraAndTheLogMayTake) {
   EXPECT_EQ(fixture.opened, 1) << "nothing has changed";
 }
 
-TEST(Reload, TakesNothingBesideAKeyThatNeedsARestart) {
-  Fixture fixture;
-  Config next = fixture.inForce;
-  next.camera.gain = 2.0;
-  next.logLevel = "debug";
-  next.track.zeroFrames = 7;
-  EXPECT_EQ(fixture.apply(next).error().what, "not while it runs: track.zero_frames");
-  EXPECT_EQ(fixture.opened, 0);
-  EXPECT_TRUE(changesBetween(fixture.inForce, Fixture().inForce).empty());
-  EXPECT_EQ(spdlog::get_level(), spdlog::level::info);
-}
-
 TEST(Reload, TakesNothingWithAnotherGel) {
   Fixture fixture;
   Config next = fixture.inForce;
@@ -72,17 +60,6 @@ TEST(Reload, LeavesACameraAloneThatIsAPipe) {
   Config next = fixture.inForce;
   next.camera.gain = 2.0;
   EXPECT_EQ(fixture.apply(next).error().what, "not while it runs: camera.gain");
-}
-
-TEST(Reload, KeepsTheConfigurationThatCannotBeReadAnew) {
-  Fixture fixture;
-  Config next = fixture.inForce;
-  next.camera.gain = 2.0;
-  fixture.reloader.takeOver(Reread{next, {}});
-  EXPECT_EQ(fixture.opened, 1);
-  fixture.reloader.takeOver(tl::unexpected(Error{.what = "it cannot be read"}));
-  EXPECT_EQ(fixture.opened, 1);
-  EXPECT_EQ(fixture.inForce.camera.gain, 2.0);
 }
 
 }  // namespace

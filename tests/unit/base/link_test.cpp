@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <thread>
-#include <vector>
 
 namespace tractiond::link_test {
 namespace {
@@ -34,57 +33,6 @@ TEST(Ring, IsFirstInFirstOutAndBounded) {
     for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(ring.pop(), &items[i]);
     EXPECT_EQ(ring.pop(), nullptr);
   }
-}
-
-TEST(Link, NewestWinsAndTheOldestIsCountedAndReused) {
-  Counter evicted;
-  std::vector<std::uint64_t> reclaimed;
-  Link<Parcel, 4> link(WhenFull::kEvictOldest, evicted, {},
-                       [&](Parcel& parcel) { reclaimed.push_back(parcel.number); });
-  for (std::uint64_t n = 1; n <= 6; ++n) {
-    Parcel* slot = link.acquire();
-    slot->fill(n);
-    link.push(slot);
-  }
-  EXPECT_EQ(evicted.get(), 4U) << "one slot is for each side";
-  EXPECT_EQ(reclaimed, (std::vector<std::uint64_t>{1, 2, 3, 4}));
-  for (std::uint64_t n = 5; n <= 6; ++n) {
-    Parcel* slot = link.take();
-    ASSERT_NE(slot, nullptr);
-    EXPECT_EQ(slot->number, n);
-    link.release(slot);
-  }
-  EXPECT_EQ(link.take(), nullptr);
-  link.reclaim();
-  EXPECT_EQ(reclaimed, (std::vector<std::uint64_t>{1, 2, 3, 4, 5, 6}));
-}
-
-TEST(Link, OfThreeSlotsGivesTheNewest) {
-  Counter evicted;
-  Link<int, 3> link(WhenFull::kEvictOldest, evicted);
-  const auto push = [&](int n) {
-    int* slot = link.acquire();
-    *slot = n;
-    link.push(slot);
-  };
-  push(1);
-  int* held = link.take();
-  for (int n = 2; n <= 4; ++n) push(n);  // while the consumer is busy
-  EXPECT_EQ(*held, 1);
-  link.release(held);
-  EXPECT_EQ(*link.take(), 4);
-  EXPECT_EQ(link.take(), nullptr);
-  EXPECT_EQ(evicted.get(), 2U);
-}
-
-TEST(Link, ThatWaitsRefusesInsteadOfEvicting) {
-  Counter evicted;
-  Link<int, 3> link(WhenFull::kWait, evicted);
-  for (int n = 0; n < 3; ++n) link.push(link.acquire());
-  EXPECT_EQ(link.acquire(), nullptr);
-  link.release(link.take());
-  EXPECT_NE(link.acquire(), nullptr);
-  EXPECT_EQ(evicted.get(), 0U);
 }
 
 TEST(Link, DiscardsWhatIsStillOnItsWay) {

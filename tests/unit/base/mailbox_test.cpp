@@ -11,17 +11,6 @@
 namespace tractiond::mailbox_test {
 namespace {
 
-TEST(Mailbox, HoldsTheNewestOnce) {
-  Mailbox<int> box;
-  int value = 0;
-  EXPECT_FALSE(box.take(value));
-  EXPECT_TRUE(box.put(1));
-  EXPECT_TRUE(box.put(2));
-  EXPECT_TRUE(box.take(value));
-  EXPECT_EQ(value, 2);
-  EXPECT_FALSE(box.take(value));
-}
-
 TEST(Mailbox, IsSwappedOnce) {
   Mailbox<std::vector<int>> box;
   std::vector<int> value(3, 7);

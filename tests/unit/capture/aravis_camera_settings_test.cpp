@@ -102,39 +102,5 @@ TEST_F(AravisCameraTest, NamesWhatTheCameraOffersInsteadOfAFormat) {
   EXPECT_THAT(error.message(), HasSubstr("BayerGB8"));
 }
 
-struct Wire {
-  const char* name;
-  std::uint32_t code;
-  PixelFormat format;
-  int bytesPerPixel;
-  friend std::ostream& operator<<(std::ostream& out, const Wire& wire) { return out << wire.name; }
-};
-class AravisCameraFormats : public AravisCameraTest, public testing::WithParamInterface<Wire> {};
-
-TEST_P(AravisCameraFormats, ArriveAsTheyAre) {
-  fake(FakeCamera::Options{.format = GetParam().code});
-  ASSERT_NO_FATAL_FAILURE(open());
-  EXPECT_EQ(camera_->info()->format, GetParam().format);
-  Frame one;
-  ASSERT_NO_FATAL_FAILURE(frame(one));
-  EXPECT_EQ(one.format, GetParam().format);
-  EXPECT_EQ(one.stride, 64 * GetParam().bytesPerPixel);
-  EXPECT_EQ(one.size, static_cast<std::size_t>(one.stride) * 48);
-  EXPECT_GT(painted(one), 0U);
-  camera_->recycle(one);
-  stream(3);
-}
-
-INSTANTIATE_TEST_SUITE_P(All, AravisCameraFormats,
-                         testing::Values(Wire{"Mono8", ARV_PIXEL_FORMAT_MONO_8, PixelFormat::kMono8, 1},
-                                         Wire{"Mono16", ARV_PIXEL_FORMAT_MONO_16, PixelFormat::kMono16, 2},
-                                         Wire{"RGB8", ARV_PIXEL_FORMAT_RGB_8_PACKED, PixelFormat::kRgb8, 3},
-                                         Wire{"BGR8", ARV_PIXEL_FORMAT_BGR_8_PACKED, PixelFormat::kBgr8, 3},
-                                         Wire{"BayerRG8", ARV_PIXEL_FORMAT_BAYER_RG_8, PixelFormat::kBayerRG8, 1},
-                                         Wire{"BayerGR8", ARV_PIXEL_FORMAT_BAYER_GR_8, PixelFormat::kBayerGR8, 1},
-                                         Wire{"BayerGB8", ARV_PIXEL_FORMAT_BAYER_GB_8, PixelFormat::kBayerGB8, 1},
-                                         Wire{"BayerBG8", ARV_PIXEL_FORMAT_BAYER_BG_8, PixelFormat::kBayerBG8, 1}),
-                         [](const auto& kind) { return kind.param.name; });
-
 }  // namespace
 }  // namespace tractiond::capture::aravis_camera_test

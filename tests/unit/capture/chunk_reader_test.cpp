@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <bit>
 #include <random>
 #include <vector>
@@ -37,16 +36,6 @@ TEST(ChunkReader, ReadsWhatGigEVisionPutsBehindThePicture) {
   EXPECT_TRUE(found.extras.hasLines);
   EXPECT_EQ(found.extras.lines, 42U);
   EXPECT_FALSE(found.extras.hasGain);
-}
-
-TEST(ChunkReader, ThePictureMayBeAChunkItself) {
-  Bytes buffer;
-  chunk(buffer, 1, Bytes(300, 7), false);
-  chunk(buffer, 9, {4, 0}, false);
-  const std::vector<ChunkField> fields{{ChunkField::Meaning::kGain, 9, 0, 2, false, false, false, 0.5}};
-  Chunks found;
-  EXPECT_EQ(readChunks(buffer, 300, false, fields, found), 300U);
-  EXPECT_EQ(found.extras.gain, 2.0);
 }
 
 /// Any number of chunks of any size: all are found, whatever else there is.

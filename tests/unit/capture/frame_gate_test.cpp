@@ -7,30 +7,6 @@
 namespace tractiond::capture::frame_gate_test {
 namespace {
 
-TEST_F(FrameGateTest, UsesAnHonestStream) {
-  SimulatedCamera camera(1000);
-  for (std::uint64_t n = 1; n <= 1000; ++n) {
-    const Judgement judgement = judge(camera.take());
-    ASSERT_EQ(judgement.verdict, Verdict::kNew);
-    EXPECT_EQ(judgement.frameNumber, n);
-    EXPECT_FALSE(judgement.discontinuity);
-    EXPECT_EQ(judgement.newTimeline, n == 1);
-  }
-  EXPECT_EQ(ledger_.missing.get(), 0U);
-  EXPECT_EQ(ledger_.received.get(), 1000U);
-}
-
-TEST_F(FrameGateTest, CountsAGapAcrossTheWrap) {
-  SimulatedCamera camera(65'530);
-  stream(camera, 3);  // 65530 .. 65532
-  camera.lose(5);     // 65533, 65534, 65535, 1, 2
-  const Judgement judgement = judge(camera.take());
-  EXPECT_EQ(judgement.verdict, Verdict::kNew);
-  EXPECT_EQ(judgement.missing, 5U);
-  EXPECT_EQ(judgement.frameNumber, 9U);
-  EXPECT_TRUE(judgement.discontinuity);
-}
-
 TEST_F(FrameGateTest, FollowsA64BitCounterBeyond16And32Bits) {
   for (const std::uint64_t first : {std::uint64_t{65'400}, (std::uint64_t{1} << 32) - 100, std::uint64_t{1} << 63}) {
     FrameGate gate(kShape, {});
@@ -105,25 +81,6 @@ TEST_F(FrameGateTest, KnowsThePeriodFromTheSecondFrameOn) {
   stream(camera, 2);
   camera.count(camera.nextId() + 5);
   EXPECT_EQ(judge(camera.take()).verdict, Verdict::kImplausible);
-}
-
-TEST_F(FrameGateTest, RefusesARunOfOldBuffers) {
-  // Recycled buffers come out in the order they went in: each alone looks like the next of the one before.
-  for (const std::int64_t pace_ns : {std::int64_t{0}, kPeriod_ns}) {
-    FrameGate gate(kShape, {});
-    SimulatedCamera camera(500);
-    std::vector<Arrival> buffers;
-    for (int i = 0; i < 19; ++i) {
-      buffers.push_back(camera.take());
-      ASSERT_EQ(gate.judge(buffers.back()).verdict, Verdict::kNew);
-    }
-    for (Arrival old : buffers) {
-      camera.pass(pace_ns);
-      old.host_ns = camera.hostNow();
-      ASSERT_EQ(gate.judge(old).verdict, Verdict::kStale);
-    }
-    for (int i = 0; i < 10; ++i) ASSERT_EQ(gate.judge(camera.take()).verdict, Verdict::kNew);
-  }
 }
 
 TEST_F(FrameGateTest, LosesNothingToOneForgedFutureId) {

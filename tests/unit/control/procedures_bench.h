@@ -13,8 +13,6 @@ namespace tractiond::control {
 struct FakeTracker final : track::ZeroTracker {
   track::ZeroState state = track::ZeroState::kNone;
   std::optional<RestPose> finished, adopted;
-  bool adoptedFits = false;
-  bool busy = false;
 
   bool asked() const { return state == track::ZeroState::kRequested || state == track::ZeroState::kTaking; }
 
@@ -35,20 +33,14 @@ struct FakeTracker final : track::ZeroTracker {
     if (there) pose = *std::exchange(finished, std::nullopt);
     return there;
   }
-  bool putInForce(const RestPose& pose, bool fits) override {
-    if (busy) return false;
+  bool putInForce(const RestPose& pose, bool /*fits*/) override {
     adopted = pose;
-    adoptedFits = fits;
     return true;
   }
 };
 
 struct ProceduresBench final : GelComparison, ProcedureHost, Replies {
-  explicit ProceduresBench(int averaged = 30, const sensor::Sensor& inForce = {})
-      : zeroFrames(averaged)
-      , sensor(inForce) {
-    now_ns = 1'000'000'000;
-  }
+  ProceduresBench() { now_ns = 1'000'000'000; }
 
   RestPose pose(std::uint8_t id, bool requested) const {
     RestPose pose;
@@ -61,51 +53,10 @@ struct ProceduresBench final : GelComparison, ProcedureHost, Replies {
     return pose;
   }
 
-  static CalibrationStep noise(double seconds) {
-    CalibrationStep step;
-    step.kind = CalibrationStep::Kind::kNoise;
-    step.seconds = seconds;
-    return step;
-  }
-
-  /// A field of this moment in which nothing touches; with few markers, if so.
-  void field(bool few = false) {
-    MarkerField field;
-    field.resize(sensor.markerCount());
-    std::fill(field.valid.begin(), field.valid.end(), std::uint8_t{1});
-    std::fill(field.variance_px2.begin(), field.variance_px2.end(), 3e-4F);
-    field.validCount = sensor.markerCount();
-    field.flags = few ? kFewMarkers : 0U;
-    field.info.times.received_ns = now_ns;
-    frames.add();
-    markers.put(field);
-  }
-
-  double zeroWithin_s() {
-    Watched now;
-    watched.take(now);
-    return now.zeroWithin_s;
-  }
-
-  /// The disk is done with what it was given first.
-  void writeOne() {
-    disk.front().set_value(keepFails ? Kept(tl::unexpected(Error{.what = "the disk is full"})) : Kept());
-    disk.pop_front();
-  }
-
   /// Does the work of a calibration step that was started first.
   void doWork() {
     works.front()();
     works.pop_front();
-  }
-
-  /// Zero 2 is in force, 1 was before it, and 3 is being written.
-  void takeThirdZeroWhileTheDiskHangs() {
-    procedures.welcome("Camera-1", 0.0, pose(2, true), pose(1, true));
-    diskHangs = true;
-    procedures.zero().begin({});
-    tracker.finish(pose(3, true));
-    turn();
   }
 
   void pass(std::int64_t ms) { now_ns += 1'000'000 * ms; }
@@ -113,7 +64,6 @@ struct ProceduresBench final : GelComparison, ProcedureHost, Replies {
 
   static inline std::int64_t now_ns = 0;  ///< what the clock says
 
-  const int zeroFrames;
   sensor::Sensor sensor;
   Counter frames;
   Mailbox<MarkerField> markers;
@@ -122,12 +72,9 @@ struct ProceduresBench final : GelComparison, ProcedureHost, Replies {
   std::string doubt;
 
   using Kept = tl::expected<void, Error>;
-  std::deque<std::promise<Kept>> disk;  ///< what is being written
-  bool keepFails = false, diskHangs = false;
   std::deque<std::packaged_task<std::optional<calibrate::Result>()>> works;  ///< that have been started
   bool workTakesLong = false;                                                ///< doWork() does it
   int comparisons = 0;
-  Id reportedZero{};  ///< the zero that the status reports on
   std::optional<RestPose> described, kept, keptBefore;
   std::vector<tl::expected<RestPose, std::string>> zeroAnswers;
   std::string remark;
@@ -139,16 +86,15 @@ struct ProceduresBench final : GelComparison, ProcedureHost, Replies {
     report.remark = doubt;
     return report;
   }
-  void report(const RestPose& pose, const GelReport& /*report*/) override { reportedZero = pose.id; }
+  void report(const RestPose& /*pose*/, const GelReport& /*report*/) override {}
 
   void describe(const RestPose& pose) override { described = pose; }
   std::future<Kept> keep(const RestPose& pose, const RestPose* before) override {
-    disk.emplace_back();
-    auto done = disk.back().get_future();
     kept = pose;
     keptBefore = before ? std::optional(*before) : std::nullopt;
-    if (!diskHangs) writeOne();
-    return done;
+    std::promise<Kept> done;
+    done.set_value({});
+    return done.get_future();
   }
   std::future<std::optional<calibrate::Result>> start(StepWork work) override {
     works.emplace_back(std::move(work));
@@ -173,7 +119,7 @@ struct ProceduresBench final : GelComparison, ProcedureHost, Replies {
                          .gel = *this,
                          .host = *this,
                          .replies = *this},
-                        {.zeroFrames = zeroFrames, .directory = "/nowhere", .clock = [] { return now_ns; }}};
+                        {.zeroFrames = 30, .directory = "/nowhere", .clock = [] { return now_ns; }}};
 };
 
 }  // namespace tractiond::control

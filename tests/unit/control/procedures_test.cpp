@@ -1,4 +1,5 @@
-// Zeros that are requested or restored: judged, kept on the disk, refused, undone.
+// Zeros that are requested or restored, and a step of a calibration. What disks, frames and people do meanwhile:
+// tests/simulation.
 #include "daemon/control/procedures.h"
 #include "tests/unit/control/procedures_bench.h"
 
@@ -32,79 +33,6 @@ TEST(Procedures, ARestoredZeroIsComparedAndDescribedAndNotKeptAgain) {
   ASSERT_TRUE(bench.described);
   EXPECT_EQ(bench.described->id[0], 7);
   EXPECT_FALSE(bench.kept);
-}
-
-TEST(Procedures, AZeroComesIntoForceWhenItIsOnTheDisk) {
-  ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
-  bench.diskHangs = true;
-  bench.procedures.zero().begin({});
-  bench.tracker.finish(bench.pose(2, true));
-  for (int i = 0; i < 400; ++i) {  // frames come and go meanwhile
-    bench.pass(100);
-    bench.turn();
-  }
-  EXPECT_TRUE(bench.zeroAnswers.empty());
-  EXPECT_FALSE(bench.tracker.adopted);
-  EXPECT_EQ(bench.described->id[0], 1);
-  bench.writeOne();
-  bench.turn();
-  ASSERT_TRUE(bench.tracker.adopted);
-  EXPECT_EQ(bench.tracker.adopted->id[0], 2);
-  EXPECT_EQ(bench.reportedZero[0], 2);
-  EXPECT_EQ(bench.described->id[0], 2);
-  ASSERT_EQ(bench.zeroAnswers.size(), 1U);
-  EXPECT_TRUE(bench.zeroAnswers[0]);
-}
-
-TEST(Procedures, AZeroThatTheDiskDoesNotTakeIsRefusedAndReplacedThere) {
-  ProceduresBench bench;
-  bench.takeThirdZeroWhileTheDiskHangs();
-  bench.pass(ZeroProcedure::kKeptWithin_ns / 1'000'000 + 1);
-  bench.turn();
-  ASSERT_EQ(bench.zeroAnswers.size(), 1U);
-  ASSERT_FALSE(bench.zeroAnswers[0]);
-  EXPECT_NE(bench.zeroAnswers[0].error().find("was not written"), std::string::npos) << bench.zeroAnswers[0].error();
-  EXPECT_EQ(bench.tracker.adopted->id[0], 2);
-  bench.procedures.zero().begin({});
-  ASSERT_EQ(bench.zeroAnswers.size(), 2U) << "asked for while the disk hangs";
-  EXPECT_FALSE(bench.zeroAnswers[1]);
-  EXPECT_FALSE(bench.tracker.asked());
-
-  bench.writeOne();  // at last, and what a restart would find is not what is in force
-  bench.turn();
-  ASSERT_EQ(bench.disk.size(), 1U);
-  EXPECT_EQ(bench.kept->id[0], 2);
-  EXPECT_EQ(bench.keptBefore->id[0], 1);
-  bench.writeOne();
-  bench.turn();
-  EXPECT_EQ(bench.described->id[0], 2);
-  EXPECT_EQ(bench.zeroAnswers.size(), 2U);
-
-  bench.diskHangs = false;
-  bench.procedures.zero().begin({});
-  bench.tracker.finish(bench.pose(4, true));
-  bench.turn();
-  EXPECT_EQ(bench.tracker.adopted->id[0], 4);
-}
-
-TEST(Procedures, AZeroThatCannotBeKeptIsRefused) {
-  ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
-  bench.keepFails = bench.tracker.busy = true;
-  bench.procedures.zero().begin({});
-  bench.tracker.finish(bench.pose(2, true));
-  bench.turn();
-  ASSERT_EQ(bench.zeroAnswers.size(), 1U);
-  ASSERT_FALSE(bench.zeroAnswers[0]);
-  EXPECT_NE(bench.zeroAnswers[0].error().find("could not be written: the disk is full"), std::string::npos);
-  EXPECT_EQ(bench.described->id[0], 1);
-  EXPECT_FALSE(bench.tracker.adopted);
-  bench.tracker.busy = false;
-  bench.turn();
-  ASSERT_TRUE(bench.tracker.adopted);
-  EXPECT_EQ(bench.tracker.adopted->id[0], 1);
-  EXPECT_EQ(bench.reportedZero[0], 1);
 }
 
 /// Neighbours agree.
@@ -179,39 +107,52 @@ TEST(Procedures, WhatHeatDoesIsNoTouch) {
   EXPECT_TRUE(bench.zeroAnswers[0]);
 }
 
-TEST(Procedures, AZeroIsUndoneAndThatAsWell) {
+TEST(Procedures, AZeroThatHasJustBeenTakenIsTheAnswerAlsoWhenItIsTooLate) {
   ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
-  bench.procedures.zero().begin({.undo = true});
-  ASSERT_EQ(bench.zeroAnswers.size(), 1U);
-  EXPECT_FALSE(bench.zeroAnswers[0]) << "there is none before";
-
-  bench.procedures.zero().begin({.anyway = true});
-  bench.tracker.finish(bench.pose(2, true));
+  bench.procedures.zero().begin({});
   bench.turn();
-  for (const int id : {1, 2, 1}) {
-    bench.procedures.zero().begin({.undo = true});
-    ASSERT_TRUE(bench.zeroAnswers.back());
-    EXPECT_EQ(bench.zeroAnswers.back()->id[0], id);
-    EXPECT_EQ(bench.described->id[0], id);
-    EXPECT_EQ(bench.tracker.adopted->id[0], id);
-    EXPECT_EQ(bench.kept->id[0], id);
-    EXPECT_EQ(bench.keptBefore->id[0], 3 - id);
-  }
-  EXPECT_EQ(bench.zeroAnswers.size(), 5U);
-
-  bench.keepFails = true;
-  bench.procedures.zero().begin({.undo = true});
-  EXPECT_FALSE(bench.zeroAnswers.back());
-  EXPECT_EQ(bench.described->id[0], 1);
+  bench.pass(4900);
+  bench.turn();
+  bench.tracker.state = track::ZeroState::kTaken;  // its pose is on the way
+  bench.pass(1100);
+  bench.turn();
+  EXPECT_TRUE(bench.zeroAnswers.empty());
+  bench.tracker.finish(bench.pose(1, true));
+  bench.turn();
+  ASSERT_EQ(bench.zeroAnswers.size(), 1U);
+  EXPECT_TRUE(bench.zeroAnswers[0]);
 }
 
-TEST(Procedures, AZeroIsUndoneAlsoAfterARestart) {
+TEST(Procedures, ATrackersRefusalIsTheAnswer) {
+  for (const auto state : {track::ZeroState::kMoving, track::ZeroState::kTooFew, track::ZeroState::kTorn}) {
+    ProceduresBench bench;
+    bench.procedures.zero().begin({});
+    bench.tracker.state = state;
+    bench.turn();
+    bench.turn();
+    ASSERT_EQ(bench.zeroAnswers.size(), 1U);
+    EXPECT_EQ(bench.zeroAnswers[0].error(), track::describe(state));
+  }
+}
+
+TEST(Procedures, WhileAStepWorksTheControlLoopGoesOn) {
   ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", 0.0, bench.pose(2, true), bench.pose(1, true));
-  bench.procedures.zero().begin({.undo = true});
-  ASSERT_TRUE(bench.zeroAnswers.back());
-  EXPECT_EQ(bench.tracker.adopted->id[0], 1);
+  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
+  bench.workTakesLong = true;
+  CalibrationStep stiffness;
+  stiffness.kind = CalibrationStep::Kind::kStiffness;
+  bench.procedures.beginStep(stiffness);
+  bench.turn();
+  EXPECT_TRUE(bench.stepAnswers.empty());
+  EXPECT_FALSE(bench.procedures.hurried()) << "it looks at no frames";
+  bench.procedures.zero().begin({});
+  bench.tracker.finish(bench.pose(2, true));
+  bench.turn();
+  EXPECT_EQ(bench.zeroAnswers.size(), 1U);
+  bench.doWork();
+  bench.turn();
+  ASSERT_EQ(bench.stepAnswers.size(), 1U);
+  EXPECT_EQ(bench.stepAnswers[0].error(), "no weight has been read") << "the new zero does not matter to it";
 }
 
 }  // namespace

@@ -16,17 +16,6 @@ TEST(RequestLimit, HoldsForEachAndForAll) {
   EXPECT_EQ(limit.beyond("ada", 11 * kSecond_ns), 0) << "a second is over";
 }
 
-TEST(RequestLimit, BeginsAnewWithTheFirstRequestAfterASecond) {
-  RequestLimit limit(4, 2);
-  EXPECT_EQ(limit.beyond("ada", kSecond_ns), 0);
-  EXPECT_EQ(limit.beyond("ada", 2 * kSecond_ns - 1), 0);
-  EXPECT_EQ(limit.beyond("ada", 2 * kSecond_ns - 1), 2);
-  EXPECT_EQ(limit.beyond("ada", 5 * kSecond_ns / 2), 0) << "of the second from here on";
-  EXPECT_EQ(limit.beyond("ada", 3 * kSecond_ns), 0);
-  EXPECT_EQ(limit.beyond("ada", 7 * kSecond_ns / 2 - 1), 2);
-  EXPECT_EQ(limit.beyond("ada", 7 * kSecond_ns / 2), 0);
-}
-
 TEST(RequestLimit, IsOfEachBeforeItIsOfAll) {
   RequestLimit limit(100, 20);
   int passed = 0;

@@ -41,7 +41,7 @@ TEST_F(GelPictureCommands, SolvedPoseNeedsNoStart) {
 TEST_F(GelPictureCommands, APoseOfABodyNeedsNoRimOfItsGrid) {
   const sensor::Sensor file = tractiond::test::fingertip();
   truth = file;
-  for (int trial = 0; trial < 6; ++trial) {
+  for (int trial = 0; trial < 2; ++trial) {
     truth.camera = file.camera;
     truth.camera.position += within(0.6e-3);
     truth.camera.rotation = within(0.04);
@@ -50,8 +50,8 @@ TEST_F(GelPictureCommands, APoseOfABodyNeedsNoRimOfItsGrid) {
     for (int i = 0; i < 10; ++i) {
       cv::circle(picture, cv::Point2d(between(180, 400), between(90, 390)), 3, marker, cv::FILLED, cv::LINE_AA);
     }
-    const int hidden = 380 + 20 * (trial % 3);
-    if (trial % 2 == 0) {
+    const int hidden = 380 + 40 * trial;
+    if (trial == 0) {
       picture.colRange(hidden, picture.cols).setTo(background);
     } else {
       picture.rowRange(hidden - 80, picture.rows).setTo(background);

@@ -68,12 +68,21 @@ TEST(Corners, AreExactToThousandthsOfAPixel) {
   EXPECT_LE(worst_px, 0.02);
 }
 
-/// Corners of boards seen at random, each wrong by `error_px` (one deviation, each coordinate).
-std::vector<Corners> seenCorners(Draw& draw, const TrueCamera& truth, const Board& board, double error_px) {
-  std::normal_distribution<double> normal;
+/// Corners of boards seen at random, each wrong by `error_px` (one deviation, each coordinate). \param turned whether
+/// every other board is turned by 90 degrees
+std::vector<Corners> seenCorners(Draw& draw, const TrueCamera& truth, const Board& board, double error_px,
+                                 bool turned = false) {
   std::vector<Corners> views(kPictures);
-  for (Corners& view : views) {
-    const BoardPose pose = draw.pose(truth, board, kTilted[0], kTilted[1]);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < kPictures; ++i) {
+    BoardPose pose = draw.pose(truth, board, kTilted[0], kTilted[1]);
+    if (turned && i % 2 == 1) {
+      const Eigen::Vector2d middle = 0.5 * board.corner(board.corners() - 1);
+      const Eigen::Vector3d seen = pose.turn.leftCols<2>() * middle + pose.shift;
+      pose.turn = pose.turn * Eigen::AngleAxisd(0.5 * std::numbers::pi, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+      pose.shift = seen - pose.turn.leftCols<2>() * middle;
+    }
+    Corners& view = views[static_cast<std::size_t>(i)];
     view.place_px.resize(2, board.corners());
     for (int k = 0; k < board.corners(); ++k) {
       view.place_px.col(k) = seenAt(truth, pose, board.corner(k)) +
@@ -119,29 +128,6 @@ TEST(ExactCorners, GiveTheAspectExactly) {
   }
 }
 
-/// Boards of which every other one is turned by 90 degrees, or none.
-std::vector<Corners> turnedCorners(Draw& draw, const TrueCamera& truth, const Board& board, double error_px,
-                                   bool turned) {
-  std::vector<Corners> views(kPictures);
-  std::normal_distribution<double> normal(0.0, error_px);
-  for (int i = 0; i < kPictures; ++i) {
-    BoardPose pose = draw.pose(truth, board, kTilted[0], kTilted[1]);
-    if (turned && i % 2 == 1) {
-      const Eigen::Vector2d middle = 0.5 * board.corner(board.corners() - 1);
-      const Eigen::Vector3d seen = pose.turn.leftCols<2>() * middle + pose.shift;
-      pose.turn = pose.turn * Eigen::AngleAxisd(0.5 * std::numbers::pi, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-      pose.shift = seen - pose.turn.leftCols<2>() * middle;
-    }
-    Corners& view = views[static_cast<std::size_t>(i)];
-    view.place_px.resize(2, board.corners());
-    for (int k = 0; k < board.corners(); ++k) {
-      view.place_px.col(k) =
-          seenAt(truth, pose, board.corner(k)) + Eigen::Vector2d(normal(draw.generator), normal(draw.generator));
-    }
-  }
-  return views;
-}
-
 /// Printed too wide by a share, which nobody says.
 class OblongBoard : public testing::TestWithParam<double> {
  protected:
@@ -159,7 +145,7 @@ TEST_P(OblongBoard, IsNeverTakenForOtherPixels) {
   for (int i = 0; i < 6; ++i) {
     const TrueCamera truth = draw.camera();
     const bool turned = i % 2 == 1;
-    const auto views = turnedCorners(draw, truth, printed, kError_px, turned);
+    const auto views = seenCorners(draw, truth, printed, kError_px, turned);
     const LensFit fit = fitLens(views, asGiven, truth.width, truth.height);
     ASSERT_EQ(fit.outcome, LensFit::Outcome::kDone);
     EXPECT_EQ(fit.camera.aspect, 1.0);
@@ -189,7 +175,7 @@ TEST_P(OblongBoard, IsNotWhatOtherPixelsAreTakenFor) {
     truth.aspect = 1.0 / GetParam();
     const bool turned = i % 2 == 1;
     const LensFit fit =
-        fitLens(turnedCorners(draw, truth, asGiven, kError_px, turned), asGiven, truth.width, truth.height);
+        fitLens(seenCorners(draw, truth, asGiven, kError_px, turned), asGiven, truth.width, truth.height);
     ASSERT_EQ(fit.outcome, LensFit::Outcome::kDone);
     EXPECT_NE(fit.scale, Scale::kBoard);
     ++told[static_cast<std::size_t>(fit.scale)];

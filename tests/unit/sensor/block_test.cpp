@@ -85,8 +85,9 @@ TEST(Block, TurnsWithItsAxes) {
   Matrix3d turn;  // by a right angle
   turn << 0, -1, 0, 1, 0, 0, 0, 0, 1;
   const Points targets = points({{3, 4, 6}, {-20, 11, 8}, {30, -40, 25}}), source = points({{6, -13, 0}});
-  const MatrixXd u = blockDisplacement(gel, targets, source);
-  const MatrixXd v = blockDisplacement(turned, turn * targets, turn * source);
+  const BlockOptions options{.degree = 4, .breaks = {}};
+  const MatrixXd u = blockDisplacement(gel, targets, source, options);
+  const MatrixXd v = blockDisplacement(turned, turn * targets, turn * source, options);
   for (Index t = 0; t < targets.cols(); ++t)
     EXPECT_LT((at(v, t) - turn * at(u, t) * turn.transpose()).norm(), 1e-9 * at(u, t).norm());
 }
@@ -95,7 +96,8 @@ TEST(Block, SumsForcesAsItsMatrixDoes) {
   const Gel gel = block(100, 40, 0.49);
   const Points sources = points({{3, 4, 0}, {-3, 4, 0}, {7, -11, 0}, {0, -2, 0}});
   const Eigen::Matrix3Xd forces = Eigen::Matrix3Xd::Random(3, 4);
-  const BlockCorrection correction(gel, points({{3, 4, 6}, {3, -4, 6}, {0, 0, 8}, {-20, 11, 8}}));
+  const BlockOptions options{.degree = 4, .breaks = {}};
+  const BlockCorrection correction(gel, points({{3, 4, 6}, {3, -4, 6}, {0, 0, 8}, {-20, 11, 8}}), options);
   const Eigen::VectorXd expected = correction.matrix(sources) * forces.reshaped();
   EXPECT_LT((correction.displacement(sources, forces).reshaped() - expected).norm(), 1e-12 * expected.norm());
 }

@@ -316,24 +316,24 @@ TEST_F(TouchTest, AMovedPictureIsNotAForce) {
   }
 }
 
-// The same noise throughout: what changes is the load alone, in steps of a tenth of the noise.
+// The same noise throughout: what changes is the load alone, in steps of a fifth of the noise.
 TEST_F(TouchTest, AGrowingPressIsReadWithoutAStep) {
   for (const Vector2d& at : {Vector2d(1.1e-3, -7.9e-3), Vector2d(30.4e-3, 3.3e-3)}) {
     const Press patch = press(at, 2e-3);
     const VectorXd still = noise();
     Vector3d last = Vector3d::Zero();
     Method before = Method::kNoContact;
-    for (int step = 0; step <= 400; ++step) {
-      const Vector3d force = 0.1 * step * kGramForce * Vector3d::UnitZ();
+    for (int step = 0; step <= 200; ++step) {
+      const Vector3d force = 0.2 * step * kGramForce * Vector3d::UnitZ();
       solve(patch.image * force + still);
       if (field_.method == before) {
-        EXPECT_LT((resultant() - last).norm(), 0.6 * kGramForce) << "at " << 0.1 * step << " gf";
+        EXPECT_LT((resultant() - last).norm(), 0.6 * kGramForce) << "at " << 0.2 * step << " gf";
       } else {
         // Below the threshold nothing is read, whatever presses; what appears is all of it, once.
-        EXPECT_EQ(before, Method::kNoContact) << "at " << 0.1 * step << " gf";
+        EXPECT_EQ(before, Method::kNoContact) << "at " << 0.2 * step << " gf";
         for (int axis = 0; axis < 3; ++axis) {
           EXPECT_NEAR(resultant()[axis], force[axis], 4.0 * std::sqrt(field_.noise[7 * axis]))
-              << "along axis " << axis << " at " << 0.1 * step << " gf";
+              << "along axis " << axis << " at " << 0.2 * step << " gf";
         }
       }
       before = field_.method;

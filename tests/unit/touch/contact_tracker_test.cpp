@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -163,57 +162,6 @@ TEST(Tracker, ALiftedContactIsNotFollowedThroughFieldsThatAreNotValid) {
   EXPECT_EQ(phases(bench.see({at(39, 0)})), (Reported{{1, Phase::kAbsent}, {2, Phase::kBegin}}));
 }
 
-TEST(Tracker, NothingContinuesWhereFieldsCannotBeCompared) {
-  Bench bench;
-  std::uint64_t id = 0;
-  const auto expectRestart = [&](const char* what) {
-    SCOPED_TRACE(what);
-    EXPECT_EQ(phases(bench.see({at(0, 0)})), (Reported{{id, Phase::kEnd}, {id + 1, Phase::kBegin}}));
-    EXPECT_EQ(phases(bench.see({at(0, 0)})), (Reported{{id + 1, Phase::kMove}}));
-    ++id;
-  };
-  id = bench.see({at(0, 0)}).front().id;
-  bench.field.basis.zero[3] = 1;
-  expectRestart("a zero");
-  bench.field.basis.zero[3] = 0;
-  expectRestart("an undone zero");
-  bench.field.basis.calibration[0] = 1;
-  expectRestart("another gel file");
-  bench.field.basis.boot[15] = 1;
-  expectRestart("a restart");
-  bench.field.time_ns -= kFrame_ns;
-  expectRestart("the same time again");
-  bench.field.time_ns -= 1'000 * kFrame_ns;
-  expectRestart("an earlier time");
-  bench.field.time_ns = std::numeric_limits<std::int64_t>::min();
-  expectRestart("the first time that there is");
-  bench.field.time_ns = std::numeric_limits<std::int64_t>::max() - 10 * kFrame_ns;
-  expectRestart("the last time");
-  bench.field.time_ns = 0;
-  EXPECT_EQ(phases(bench.seeNothingValid()), (Reported{{id, Phase::kEnd}}));
-}
-
-TEST(Tracker, NumbersThatAreNoneMakeAFieldNotValid) {
-  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
-    Bench bench;
-    bench.see({at(0, 0)});
-    for (int which = 0; which < 6; ++which) {
-      Observation broken = at(0, 0);
-      (which == 0   ? broken.position_m[1]
-       : which == 1 ? broken.positionDeviation_m[0]
-       : which == 2 ? broken.force_N[2]
-       : which == 3 ? broken.forceDeviation_N[1]
-       : which == 4 ? broken.area_m2
-                    : broken.areaDeviation_m2) = bad;
-      EXPECT_EQ(phases(bench.see({at(0, 0), broken})), (Reported{{1, Phase::kUnknown}})) << which;
-      bench.see({at(0, 0)});
-    }
-    Observation negative = at(0, 0);
-    negative.positionDeviation_m[0] = -1e-3;
-    EXPECT_EQ(phases(bench.see({negative})), (Reported{{1, Phase::kUnknown}}));
-  }
-}
-
 TEST(Tracker, DoubtIsThatOfTheFieldInWhichAContactWasSeen) {
   Bench bench;
   bench.field.doubted = true;
@@ -221,15 +169,6 @@ TEST(Tracker, DoubtIsThatOfTheFieldInWhichAContactWasSeen) {
   bench.field.doubted = false;
   EXPECT_TRUE(bench.seeNothingValid().front().doubted);
   EXPECT_FALSE(bench.see({at(0, 0)}).front().doubted);
-}
-
-TEST(Tracker, AllContactsEndOnRequest) {
-  Bench bench;
-  bench.see({at(0, 0), at(20, 0), at(-20, 0)});
-  bench.see({at(0, 0)});
-  EXPECT_EQ(phases(bench.tracker.endAll()), (Reported{{1, Phase::kEnd}, {2, Phase::kEnd}, {3, Phase::kEnd}}));
-  EXPECT_TRUE(bench.tracker.endAll().empty());
-  EXPECT_EQ(phases(bench.see({at(0, 0)})), (Reported{{4, Phase::kBegin}}));
 }
 
 TEST(Tracker, NoMoreThanTheLargestNumberIsRead) {

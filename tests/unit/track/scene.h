@@ -106,8 +106,10 @@ class Scene {
   /// A disc of brightness over what was shot last, in all colours.
   void smear(double u, double v, double radius_px, std::uint8_t level) {
     const auto step = static_cast<int>(twin::samplesPerPixel(format_));
-    for (int y = 0; y < frame_.height; ++y) {
-      for (int x = 0; x < frame_.width; ++x) {
+    const auto from = [&](double centre) { return std::max(0, static_cast<int>(centre - radius_px)); };
+    const auto to = [&](double centre, int size) { return std::min(size, static_cast<int>(centre + radius_px) + 2); };
+    for (int y = from(v); y < to(v, frame_.height); ++y) {
+      for (int x = from(u); x < to(u, frame_.width); ++x) {
         if (std::hypot(x - u, y - v) > radius_px) continue;
         for (int k = 0; k < step; ++k) picture_[static_cast<std::size_t>(y * frame_.stride + x * step + k)] = level;
       }

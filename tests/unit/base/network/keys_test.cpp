@@ -185,15 +185,5 @@ TEST_F(KeysTest, WhatIsNoKeyAllowsNobodyAndIsNamedInALine) {
   }
 }
 
-TEST_F(KeysTest, SecretKeyOfOthersIsRefused) {
-  const fs::path path = serverKeyFile(folder_);
-  EXPECT_EQ(loadKeyPair(path).error().exitCode, EX_NOINPUT);
-  ASSERT_TRUE(saveKeyPair(path, newKeyPair()));
-  for (const mode_t mode : {0660, 0604, 0666}) {
-    chmod(path.c_str(), mode);
-    EXPECT_EQ(loadKeyPair(path).error().exitCode, EX_NOPERM);
-  }
-}
-
 }  // namespace
 }  // namespace tractiond::network::keys_test

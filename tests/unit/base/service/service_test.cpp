@@ -56,29 +56,16 @@ class NotifySocket {
     }
   }
 
-  /// Waits until the status has come three times without a word to the watchdog in between.
-  void expectStarved() {
-    int statuses = 0;
-    for (int messages = 0; statuses < 3 && messages < 3000; ++messages) {
-      const std::string message = next();
-      if (message == "STATUS=well") ++statuses;
-      if (message == "WATCHDOG=1") statuses = 0;
-    }
-    EXPECT_EQ(statuses, 3) << "the watchdog is fed";
-  }
-
  private:
   std::filesystem::path path_;
   int socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
 };
 
-/// Turns, and a clock, that advance with every turn of the service, but for a stage that hangs.
+/// Turns, and a clock, that advance with every turn of the service. What hangs is the simulation's.
 struct Fixture {
   void advance() {
     now_ns += step_ns;
-    for (Counter* stage : {&turns.capture, &turns.track, &turns.solve, &turns.publish, &turns.control}) {
-      if (stage != hung.load()) stage->add();
-    }
+    for (Counter* stage : {&turns.capture, &turns.track, &turns.solve, &turns.publish, &turns.control}) stage->add();
   }
   ServiceHooks hooks() {
     return {loopsOf(turns),
@@ -92,50 +79,9 @@ struct Fixture {
   static inline std::atomic<std::int64_t> now_ns{0};
 
   Turns turns;
-  std::atomic<const Counter*> hung{nullptr};
   std::atomic<bool> ended{false};
   std::atomic<std::int64_t> step_ns{300'000'000};
 };
-
-TEST(StageWatch, WantsATurnOfEveryStage) {
-  Turns turns;
-  StageWatch watch(loopsOf(turns));
-  EXPECT_FALSE(watch.allAdvanced());
-  const auto stages = {&turns.capture, &turns.track, &turns.solve, &turns.publish};
-  for (Counter* stage : stages) stage->add();
-  EXPECT_FALSE(watch.allAdvanced()) << "control stands still";
-  turns.control.add();
-  EXPECT_TRUE(watch.allAdvanced());
-  EXPECT_FALSE(watch.allAdvanced()) << "nothing since";
-}
-
-TEST(Service, StarvesTheWatchdogWhileALibraryHangs) {
-  NotifySocket systemd;
-  Fixture fixture;
-  std::atomic<bool> works{true};
-  ServiceHooks hooks = fixture.hooks();
-  hooks.others = [&] { return works.load(); };
-  std::thread service([&] { run(hooks); });
-  systemd.skipTo("WATCHDOG=1");
-  works = false;
-  systemd.expectStarved();
-  works = true;
-  systemd.skipTo("WATCHDOG=1");
-  fixture.ended = true;
-  service.join();
-}
-
-TEST(Service, TellsReadyFeedsTheWatchdogAndTellsStopping) {
-  NotifySocket systemd;
-  Fixture fixture;
-  std::thread service([&] { run(fixture.hooks()); });
-  EXPECT_EQ(systemd.next(), "READY=1\nSTATUS=well");
-  systemd.skipTo("WATCHDOG=1");
-  systemd.skipTo("WATCHDOG=1");
-  fixture.ended = true;
-  systemd.skipTo("STOPPING=1");
-  service.join();
-}
 
 TEST(Service, ThatStartsAgainIsReloadedAndNotStopped) {
   NotifySocket systemd;
@@ -172,20 +118,6 @@ TEST(Service, TellsItsStatusOnceASecond) {
   }
   fixture.ended = true;
   systemd.skipTo("STOPPING=1");
-  service.join();
-}
-
-TEST(Service, LetsTheWatchdogStarveWhenAStageHangs) {
-  NotifySocket systemd;
-  Fixture fixture;
-  std::thread service([&] { run(fixture.hooks()); });
-  systemd.skipTo("WATCHDOG=1");
-  fixture.hung = &fixture.turns.solve;
-  // After what was on its way when it hung the status goes on, and the watchdog gets nothing.
-  systemd.expectStarved();
-  fixture.hung = nullptr;
-  systemd.skipTo("WATCHDOG=1");
-  fixture.ended = true;
   service.join();
 }
 
