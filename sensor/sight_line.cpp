@@ -1,5 +1,6 @@
 #include "sensor/sight_line.h"
 
+#include <Eigen/LU>
 #include <unsupported/Eigen/AutoDiff>
 
 #include <cmath>
