@@ -16,8 +16,8 @@ __path__ = extend_path(__path__, __name__)
 from . import aio  # noqa: E402
 from .control import Control, ZeroResult  # noqa: E402
 from .decode import Message  # noqa: E402
-from .description import (Body, Calibration, Camera, Colour, Description, Gel, Grid, MarkerLayer, Solver,  # noqa: E402
-                          Zero)
+from .description import (Body, Calibration, Camera, Colour, Description, Gel, Grid, MarkerLayer,  # noqa: E402
+                          RefractingSurface, Solver, Zero)
 from .errors import (BadEndpoint, BadKeys, Error, Malformed, NoAnswer, NotAllowed, OtherVersion,  # noqa: E402
                      Refused)
 from .intake import Mode, Topics  # noqa: E402
@@ -36,6 +36,6 @@ __all__ = [
     "ContactPhase", "Contacts", "Control", "Covariance", "CriticalPoint", "CriticalPointKind", "Description", "Error", "Field", "Finger",
     "FingerState", "Flag", "Gel", "Grasp", "Grid", "Header", "Interval", "Keys", "Ledger",
     "Malformed", "Markers", "MarkerLayer", "Message", "Method", "Mode", "NoAnswer", "NotAllowed", "OtherVersion",
-    "PictureMotion", "Preview", "PreviewFormat", "Recorded", "Refused", "Slip", "SlipModel", "SlipState", "Solution", "Solver", "Status", "Subscriber", "Topics",
+    "PictureMotion", "Preview", "PreviewFormat", "Recorded", "RefractingSurface", "Refused", "Slip", "SlipModel", "SlipState", "Solution", "Solver", "Status", "Subscriber", "Topics",
     "TrackedContact", "Zero", "ZeroResult", "aio", "fields", "load_keys", "recording",
 ]
