@@ -33,9 +33,15 @@ std::vector<float> nodePlaces_px(const Description& description) {
     return {};
 
   const sensor::Projection project(camera, thickness);
+  sensor::Camera plain = camera;  // for nodes that curved surfaces hide
+  plain.surfaces.clear();
+  plain.gelIndex = plain.windowIndex = 1.0;
+  plain.windowThickness = 0.0;
+  const sensor::Projection straight(plain, thickness);
   std::vector<float> places;
   const auto add = [&](const Eigen::Vector3d& point) {
-    const Eigen::Vector2d place = project(point);
+    Eigen::Vector2d place = project(point);
+    if (!place.allFinite()) place = straight(point);
     places.push_back(static_cast<float>(place.x()));
     places.push_back(static_cast<float>(place.y()));
   };

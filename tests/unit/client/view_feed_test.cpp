@@ -1,3 +1,4 @@
+#include "client/viewer/places.h"
 #include "client/viewer/playing.h"
 #include "client/viewer/surface.h"
 #include "tests/support/deadline.h"
@@ -24,6 +25,22 @@ TEST(Playing, TimeOfAMomentIsLimited) {
   for (const double speed : {0.0, -0.0, -1.0, std::nan("")}) EXPECT_EQ(timeToPlay(0, speed), 24h * 365);
   EXPECT_EQ(timeToPlay(std::numeric_limits<std::uint64_t>::max(), 1.0), 24h * 365);
   EXPECT_EQ(timeToPlay(kSecond, std::numeric_limits<double>::infinity()), 0s);
+}
+
+/// Arrows are drawn from all of them: one that is no number would hide the others.
+TEST(Places, AreNumbersWhereACurvedWindowHidesNodes) {
+  Description description;
+  description.nodes = {.columns = 6, .rows = 6, .pitch_m = 0.008, .centre_m = {}};
+  description.camera.focal_px = 400.0;
+  description.camera.position_m = {0.0, 0.0, 0.014};
+  description.camera.gelIndex = 1.41;
+  description.camera.surfaces = {{{0.0, 0.0, 0.01}, {0.006, 0.006, 0.006}, 1.5},
+                                 {{0.0, 0.0, 0.01}, {0.0045, 0.0045, 0.0045}, 1.0}};
+  const std::vector<float> places = nodePlaces_px(description);
+  ASSERT_EQ(places.size(), 72U);
+  for (const float place : places) EXPECT_TRUE(std::isfinite(place));
+  EXPECT_NEAR(places[0], -400.0F * 20 / 14, 0.1F);              // hidden
+  EXPECT_GT(std::abs(places[2 * 14] + 400.0F * 4 / 14), 1.0F);  // refracted
 }
 
 /// Returns a block of 30 x 30 x 10 mm with 6 x 6 nodes.
