@@ -36,9 +36,35 @@ TEST_F(GelPictureCommands, SolvedPoseNeedsNoStart) {
   }
 }
 
+class PoseOfABody : public GelPictureCommands {
+ protected:
+  /// Finds the truth's pose in a picture of it, within four stated deviations and these limits.
+  void expectPose(const cv::Mat& picture, const sensor::Sensor& file, double most_m, double most_rad) {
+    const auto seen = findMarkers(picture, file);
+    ASSERT_TRUE(seen) << seen.error().what;
+    const RestMarkers markers = counted(file, *seen);
+    const auto found = firstPose(file, markers);
+    ASSERT_EQ(found.outcome, tractiond::calibrate::Geometry::Outcome::kConverged);
+    const Eigen::Vector3d place = found.camera.position - truth.camera.position,
+                          rotation = found.camera.rotation - truth.camera.rotation;
+    std::printf("%d markers: residual %.3f px, place off by %.3f mm +- %.3f, rotation by %.3f deg\n", markers.count(),
+                found.residual_px, 1e3 * place.norm(), 1e3 * found.uncertainty.position.norm(),
+                180 / 3.14159 * rotation.norm());
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_LT(std::abs(place[axis]), 4 * found.uncertainty.position[axis]);
+      EXPECT_LT(std::abs(rotation[axis]), 4 * found.uncertainty.rotation[axis]);
+    }
+    EXPECT_LT(place.norm(), most_m);
+    EXPECT_LT(rotation.norm(), most_rad);
+    found_ = markers.count();
+  }
+
+  int found_ = 0;  ///< markers of the last picture
+};
+
 /// A fingertip of which a housing hides a part, with dirt that looks like markers: no rim of the grid tells where its
 /// columns begin, and a turn of two degrees moves the picture by more than the markers' distance.
-TEST_F(GelPictureCommands, APoseOfABodyNeedsNoRimOfItsGrid) {
+TEST_F(PoseOfABody, NeedsNoRimOfItsGrid) {
   const sensor::Sensor file = tractiond::test::fingertip();
   truth = file;
   for (int trial = 0; trial < 2; ++trial) {
@@ -56,26 +82,12 @@ TEST_F(GelPictureCommands, APoseOfABodyNeedsNoRimOfItsGrid) {
     } else {
       picture.rowRange(hidden - 80, picture.rows).setTo(background);
     }
-    const auto seen = findMarkers(picture, file);
-    ASSERT_TRUE(seen) << seen.error().what;
-    const RestMarkers markers = counted(file, *seen);
-    const auto found = firstPose(file, markers);
-    ASSERT_EQ(found.outcome, tractiond::calibrate::Geometry::Outcome::kConverged);
-    std::printf("%d markers: residual %.3f px, place off by %.3f mm +- %.3f, rotation by %.3f deg\n", markers.count(),
-                found.residual_px, 1e3 * (found.camera.position - truth.camera.position).norm(),
-                1e3 * found.uncertainty.position.norm(),
-                180 / 3.14159 * (found.camera.rotation - truth.camera.rotation).norm());
-    for (int axis = 0; axis < 3; ++axis) {
-      EXPECT_NEAR(found.camera.position[axis], truth.camera.position[axis], 4 * found.uncertainty.position[axis]);
-      EXPECT_NEAR(found.camera.rotation[axis], truth.camera.rotation[axis], 4 * found.uncertainty.rotation[axis]);
-    }
-    EXPECT_LT((found.camera.position - truth.camera.position).norm(), 0.3e-3);
-    EXPECT_LT((found.camera.rotation - truth.camera.rotation).norm(), 3e-3);
+    expectPose(picture, file, 0.3e-3, 3e-3);
   }
 }
 
 /// Dots at random in place of a grid, as printed by hand: their places alone tell which is which.
-TEST_F(GelPictureCommands, APoseIsFoundByDotsWithoutAGrid) {
+TEST_F(PoseOfABody, IsFoundByDotsWithoutAGrid) {
   sensor::Sensor file = tractiond::test::fingertip();
   sensor::Body dots = *file.body;
   const sensor::Points flat = sensor::markerPositions(tractiond::test::flatTip().layers);
@@ -96,21 +108,13 @@ TEST_F(GelPictureCommands, APoseIsFoundByDotsWithoutAGrid) {
     truth.camera = file.camera;
     truth.camera.position += within(1.5e-3);
     truth.camera.rotation = within(0.06);
-    const auto seen = findMarkers(photograph(), file);
-    ASSERT_TRUE(seen) << seen.error().what;
-    const auto found = firstPose(file, counted(file, *seen));
-    ASSERT_EQ(found.outcome, tractiond::calibrate::Geometry::Outcome::kConverged);
-    std::printf("%d markers: residual %.3f px, place off by %.3f mm, rotation by %.3f deg\n", seen->count(),
-                found.residual_px, 1e3 * (found.camera.position - truth.camera.position).norm(),
-                180 / 3.14159 * (found.camera.rotation - truth.camera.rotation).norm());
-    EXPECT_GT(seen->count(), 190);
-    EXPECT_LT((found.camera.position - truth.camera.position).norm(), 0.3e-3);
-    EXPECT_LT((found.camera.rotation - truth.camera.rotation).norm(), 3e-3);
+    expectPose(photograph(), file, 0.3e-3, 3e-3);
+    EXPECT_GT(found_, 190);
   }
 }
 
 /// A camera in a fingertip's hollow bone, between whose surfaces and the gel light is refracted twice.
-TEST_F(GelPictureCommands, APoseIsFoundThroughACurvedWindow) {
+TEST_F(PoseOfABody, IsFoundThroughACurvedWindow) {
   sensor::Sensor file = tractiond::test::fingertip(0.7e-3);
   file.camera.focal_px = 420;
   file.camera.position = {0, 0, 14e-3};
@@ -121,21 +125,7 @@ TEST_F(GelPictureCommands, APoseIsFoundThroughACurvedWindow) {
     truth.camera = file.camera;
     truth.camera.position += within(0.4e-3);
     truth.camera.rotation = within(0.04);
-    const auto seen = findMarkers(photograph(), file);
-    ASSERT_TRUE(seen) << seen.error().what;
-    const RestMarkers markers = counted(file, *seen);
-    const auto found = firstPose(file, markers);
-    ASSERT_EQ(found.outcome, tractiond::calibrate::Geometry::Outcome::kConverged);
-    std::printf("%d markers: residual %.3f px, place off by %.3f mm +- %.3f, rotation by %.3f deg\n", markers.count(),
-                found.residual_px, 1e3 * (found.camera.position - truth.camera.position).norm(),
-                1e3 * found.uncertainty.position.norm(),
-                180 / 3.14159 * (found.camera.rotation - truth.camera.rotation).norm());
-    for (int axis = 0; axis < 3; ++axis) {
-      EXPECT_NEAR(found.camera.position[axis], truth.camera.position[axis], 4 * found.uncertainty.position[axis]);
-      EXPECT_NEAR(found.camera.rotation[axis], truth.camera.rotation[axis], 4 * found.uncertainty.rotation[axis]);
-    }
-    EXPECT_LT((found.camera.position - truth.camera.position).norm(), 0.1e-3);
-    EXPECT_LT((found.camera.rotation - truth.camera.rotation).norm(), 5e-3);
+    expectPose(photograph(), file, 0.1e-3, 5e-3);
   }
 }
 
