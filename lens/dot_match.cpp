@@ -21,7 +21,7 @@ constexpr double kTurn_rad = 0.035, kScale = 0.025;      // steps to each side
 constexpr double kSideways = 0.2;                        // of the picture's width
 constexpr double kNear = 1.0 / 3.0, kShift = 1.0 / 5.0;  // of the markers' distance in the picture
 constexpr std::size_t kLookedAt = 150;                   // markers that are looked at for each pose
-constexpr double kLeast = 0.4;                           // mean agreement of the markers with a true pose
+constexpr float kLeast = 0.4F;                           // mean agreement of the markers with a true pose
 
 /// The markers of a layer where the sensor's camera has them, about its principal point, and the picture's spots.
 struct Layer {
@@ -62,24 +62,41 @@ struct Change {
   Eigen::Vector2d shift_px = Eigen::Vector2d::Zero();
 };
 
-/// Returns the mean over the markers of 1 on a spot, falling to 0 as far away as counts as near.
-double agreement(const std::vector<Layer>& layers, const Eigen::Vector2d& principal_px, const Change& change) {
+/// A marker in the picture before the shift, for one turn and scale.
+struct Looked {
+  float u, v;
+  const cv::Mat* distance_px;
+  float perReach;  ///< 1 over how far away counts as near
+};
+
+/// Returns some markers of each layer, evenly.
+std::vector<Looked> lookedAt(const std::vector<Layer>& layers, const Eigen::Vector2d& principal_px,
+                             const Change& change) {
   const Eigen::Matrix2d turned = change.scale * Eigen::Rotation2Dd(change.turn_rad).toRotationMatrix();
-  const Eigen::Vector2d centre = principal_px + change.shift_px + Eigen::Vector2d(0.5, 0.5);
-  double sum = 0.0;
-  std::size_t count = 0;
+  std::vector<Looked> looked;
   for (const Layer& layer : layers) {
-    const double reach = kNear * layer.apart_px;
     const std::size_t stride = 1 + layer.markers_px.size() / kLookedAt;
-    for (std::size_t i = 0; i < layer.markers_px.size(); i += stride, ++count) {
-      const Eigen::Vector2d at = centre + turned * layer.markers_px[i];
-      if (!(at.x() >= 0.0 && at.y() >= 0.0 && at.x() < layer.distance_px.cols && at.y() < layer.distance_px.rows))
-        continue;
-      const double away = layer.distance_px.at<float>(static_cast<int>(at.y()), static_cast<int>(at.x()));
-      sum += std::max(0.0, 1.0 - away / reach);
+    for (std::size_t i = 0; i < layer.markers_px.size(); i += stride) {
+      const Eigen::Vector2f at = (principal_px + turned * layer.markers_px[i]).cast<float>();
+      looked.push_back(
+          {at.x() + 0.5F, at.y() + 0.5F, &layer.distance_px, static_cast<float>(1.0 / (kNear * layer.apart_px))});
     }
   }
-  return sum / static_cast<double>(count);
+  return looked;
+}
+
+/// Returns the mean over the markers of 1 on a spot, falling to 0 as far away as counts as near.
+float agreement(const std::vector<Looked>& looked, float right, float down) {
+  float sum = 0.0F;
+  for (const Looked& each : looked) {
+    const float u = each.u + right, v = each.v + down;
+    if (!(u >= 0.0F && v >= 0.0F && u < static_cast<float>(each.distance_px->cols) &&
+          v < static_cast<float>(each.distance_px->rows)))
+      continue;
+    const float away = each.distance_px->ptr<float>(static_cast<int>(v))[static_cast<int>(u)];
+    sum += std::max(0.0F, 1.0F - away * each.perReach);
+  }
+  return sum / static_cast<float>(looked.size());
 }
 
 /// Returns the spot next to each marker as the sensor's camera has it, if it is near.
@@ -102,20 +119,15 @@ RestMarkers labelled(const sensor::Sensor& sensor, const std::vector<Layer>& lay
 
 /// Returns a camera that sees the gel's middle so.
 sensor::Camera changed(const sensor::Sensor& sensor, const Change& change) {
-  const Eigen::Matrix3d nominal = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
   sensor::Camera camera = sensor.camera;
-  const double angle = camera.rotation.norm();
-  const Eigen::AngleAxisd before(angle,
-                                 angle > 0.0 ? Eigen::Vector3d(camera.rotation / angle) : Eigen::Vector3d::UnitZ());
-  const Eigen::AngleAxisd after(Eigen::AngleAxisd(change.turn_rad, Eigen::Vector3d::UnitZ()) * before);
-  camera.rotation = after.angle() * after.axis();
-  const Eigen::Matrix3d toCamera = after.toRotationMatrix() * nominal;
+  const Eigen::Matrix3d before = sensor::toCamera(camera);
+  const Eigen::Matrix3d after = Eigen::AngleAxisd(change.turn_rad, Eigen::Vector3d::UnitZ()) * before;
   const Eigen::Vector3d middle = sensor::markerPositions(sensor).rowwise().mean();
-  const double distance = (before.toRotationMatrix() * nominal * (middle - camera.position)).z();
-  const double away = distance / change.scale;
-  camera.position -= toCamera.transpose() *
-                     Eigen::Vector3d(change.shift_px.x() * away / camera.focal_px,
-                                     change.shift_px.y() * away / (camera.aspect * camera.focal_px), away - distance);
+  const double distance = (before * (middle - camera.position)).z(), away = distance / change.scale;
+  camera.position -= after.transpose() * Eigen::Vector3d(change.shift_px.x() * away / camera.focal_px,
+                                                         change.shift_px.y() * away / (camera.aspect * camera.focal_px),
+                                                         away - distance);
+  sensor::setToCamera(camera, after);
   return camera;
 }
 
@@ -126,18 +138,18 @@ std::optional<sensor::Camera> matchDots(const sensor::Sensor& sensor, const Plai
   const double step_px = std::max(1.0, kShift * layers.front().apart_px);
   const int shifts = static_cast<int>(kSideways * picture.width / step_px);
   Change best;
-  double most = 0.0;
-  const auto attempt = [&](const Change& change) {
-    const double found = agreement(layers, sensor.camera.principal_px, change);
-    if (found <= most) return;
-    most = found;
-    best = change;
-  };
+  float most = 0.0F;
   for (int turn = -kTurns; turn <= kTurns; ++turn) {
     for (int scale = -kScales; scale <= kScales; ++scale) {
+      Change change{.turn_rad = turn * kTurn_rad, .scale = 1.0 + scale * kScale};
+      const std::vector<Looked> looked = lookedAt(layers, sensor.camera.principal_px, change);
       for (int u = -shifts; u <= shifts; ++u) {
         for (int v = -shifts; v <= shifts; ++v) {
-          attempt({turn * kTurn_rad, 1.0 + scale * kScale, {u * step_px, v * step_px}});
+          change.shift_px = {u * step_px, v * step_px};
+          const float found = agreement(looked, static_cast<float>(u * step_px), static_cast<float>(v * step_px));
+          if (found <= most) continue;
+          most = found;
+          best = change;
         }
       }
     }

@@ -13,36 +13,42 @@ namespace lens {
 
 namespace {
 
-/// Returns where a pinhole without refraction would see a point from everywhere near the camera: along the line of
+/// Returns where a pinhole without refraction would see the markers from everywhere near the camera: along the line of
 /// sight, as far away as the line turns when the camera is moved sideways.
-Eigen::Vector3d apparentPlace(const sensor::Camera& camera, double gelThickness, const Eigen::Vector3d& point) {
-  constexpr double kStep = 1e-4;  // [m]
-  sensor::Camera plain = camera;
-  plain.focal_px = plain.aspect = 1.0;
-  plain.principal_px.setZero();
-  plain.rotation.setZero();
-  plain.k1 = plain.k2 = 0.0;
-  const auto slopes = [&](double right, double up) {  // along x and -y for each metre along -z
-    plain.position = camera.position + Eigen::Vector3d(right, up, 0.0);
-    return sensor::Projection(plain, gelThickness)(point);
+sensor::Points apparentMarkers(const sensor::Sensor& sensor) {
+  constexpr double kStep = 1e-4;                    // [m]
+  const auto from = [&](double right, double up) {  // projects to slopes along x and -y, for each metre along -z
+    sensor::Camera plain = sensor.camera;
+    plain.focal_px = plain.aspect = 1.0;
+    plain.principal_px.setZero();
+    plain.rotation.setZero();
+    plain.k1 = plain.k2 = 0.0;
+    plain.position += Eigen::Vector3d(right, up, 0.0);
+    return sensor::Projection(plain, sensor.gel.size.z());
   };
-  const Eigen::Vector2d seen = slopes(0.0, 0.0);
-  const double turned = (slopes(-kStep, 0.0) - slopes(kStep, 0.0)).x() - (slopes(0.0, -kStep) - slopes(0.0, kStep)).y();
-  return camera.position + 4.0 * kStep / turned * Eigen::Vector3d(seen.x(), -seen.y(), -1.0);
+  const sensor::Projection here = from(0.0, 0.0), left = from(-kStep, 0.0), right = from(kStep, 0.0),
+                           below = from(0.0, -kStep), above = from(0.0, kStep);
+  sensor::Points points = sensor::markerPositions(sensor);
+  for (auto point : points.colwise()) {
+    const Eigen::Vector3d marker = point;
+    const double turned = (left(marker) - right(marker)).x() - (below(marker) - above(marker)).y();
+    const Eigen::Vector2d seen = here(marker);
+    point = sensor.camera.position + 4.0 * kStep / turned * Eigen::Vector3d(seen.x(), -seen.y(), -1.0);
+  }
+  return points;
 }
 
 }  // namespace
 
 std::optional<sensor::Camera> solvePose(const sensor::Sensor& sensor, const RestMarkers& markers) {
   sensor::Camera camera = sensor.camera;
-  const sensor::Points points = sensor::markerPositions(sensor);
+  const sensor::Points points = apparentMarkers(sensor);
   std::vector<cv::Point3d> objects;
   std::vector<cv::Point2d> places;
   for (std::size_t i = 0; i < markers.present.size(); ++i) {
     if (markers.present[i] == 0) continue;
-    const Eigen::Vector3d place =
-        apparentPlace(sensor.camera, sensor.gel.size.z(), points.col(static_cast<Eigen::Index>(i)));
-    objects.emplace_back(place.x(), place.y(), place.z());
+    const Eigen::Vector3d point = points.col(static_cast<Eigen::Index>(i));
+    objects.emplace_back(point.x(), point.y(), point.z());
     places.emplace_back(markers.place_px[2 * i], markers.place_px[2 * i + 1]);
   }
   if (objects.size() < 4) return std::nullopt;
@@ -62,8 +68,7 @@ std::optional<sensor::Camera> solvePose(const sensor::Sensor& sensor, const Rest
   // seen = turn point + translation = exp(rotation) diag(1, -1, -1) (point - position)
   const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> toCamera(turn.ptr<double>());
   const Eigen::Map<const Eigen::Vector3d> shift(translation.ptr<double>());
-  const Eigen::AngleAxisd off(Eigen::Matrix3d(toCamera * Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal()));
-  camera.rotation = off.angle() * off.axis();
+  sensor::setToCamera(camera, toCamera);
   camera.position = -toCamera.transpose() * shift;
   if (!camera.position.allFinite() || !sensor::isBehindWindow(camera, sensor.gel.size.z())) return std::nullopt;
   return camera;
@@ -75,16 +80,10 @@ using tractiond::calibrate::Geometry;
 
 /// Returns the camera rotated about the origin of the gel frame, whose direction from the camera does not change.
 sensor::Camera tilted(sensor::Camera camera, const Eigen::Vector3d& by_rad) {
-  const Eigen::Matrix3d straight = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
-  const auto matrixOf = [](const Eigen::Vector3d& rotation) -> Eigen::Matrix3d {
-    const double angle = rotation.norm();
-    if (angle == 0.0) return Eigen::Matrix3d::Identity();
-    return Eigen::AngleAxisd(angle, rotation / angle).toRotationMatrix();
-  };
-  const Eigen::Matrix3d before = matrixOf(camera.rotation), after = matrixOf(by_rad) * before;
-  camera.position = (after * straight).transpose() * (before * straight) * camera.position;
-  const Eigen::AngleAxisd turned(after);
-  camera.rotation = turned.angle() * turned.axis();
+  const Eigen::Matrix3d before = sensor::toCamera(camera);
+  const Eigen::Matrix3d after = Eigen::AngleAxisd(by_rad.norm(), by_rad.normalized()) * before;
+  camera.position = after.transpose() * before * camera.position;
+  sensor::setToCamera(camera, after);
   return camera;
 }
 

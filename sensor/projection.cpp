@@ -6,6 +6,24 @@
 
 namespace sensor {
 
+namespace {
+
+/// Returns the rotation of a camera that looks along -z; it is its own inverse.
+Eigen::DiagonalMatrix<double, 3> nominal() {
+  return {1.0, -1.0, -1.0};
+}
+
+}  // namespace
+
+Eigen::Matrix3d toCamera(const Camera& camera) {
+  return Eigen::AngleAxisd(camera.rotation.norm(), camera.rotation.normalized()).toRotationMatrix() * nominal();
+}
+
+void setToCamera(Camera& camera, const Eigen::Matrix3d& rotation) {
+  const Eigen::AngleAxisd turned(Eigen::Matrix3d(rotation * nominal()));
+  camera.rotation = turned.angle() * turned.axis();
+}
+
 bool isBehindWindow(const Camera& camera, double gelThickness) {
   if (camera.surfaces.empty()) return camera.position.z() > gelThickness + camera.windowThickness;
   return isBehind(camera.surfaces.back(), camera.position);
@@ -14,12 +32,8 @@ bool isBehindWindow(const Camera& camera, double gelThickness) {
 Projection::Projection(const Camera& camera, double gelThickness)
     : camera_(camera)
     , gelThickness_(gelThickness)
-    , focal_px_(camera.focal_px, camera.aspect * camera.focal_px) {
-  const Eigen::Matrix3d nominal = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
-  const double angle = camera.rotation.norm();
-  toCamera_ = nominal;
-  if (angle > 0.0) toCamera_ = Eigen::AngleAxisd(angle, camera.rotation / angle).toRotationMatrix() * nominal;
-}
+    , focal_px_(camera.focal_px, camera.aspect * camera.focal_px)
+    , toCamera_(toCamera(camera)) {}
 
 SightLine Projection::sightLineTo(const Eigen::Vector3d& point) const {
   if (!camera_.surfaces.empty()) return curvedSightLine(camera_.position, camera_.surfaces, camera_.gelIndex, point);

@@ -31,6 +31,10 @@ struct Camera {
   std::vector<RefractingSurface> surfaces;
 };
 
+/// Returns the rotation from the gel frame to the camera frame, and sets Camera::rotation by it.
+Eigen::Matrix3d toCamera(const Camera& camera);
+void setToCamera(Camera& camera, const Eigen::Matrix3d& rotation);
+
 /// Returns whether the camera is behind everything that refracts, where a camera can be. \param gelThickness [m]
 bool isBehindWindow(const Camera& camera, double gelThickness);
 

@@ -335,12 +335,8 @@ class Findings {
     add("pitch_mm", pitch, seenPitch, ofPitch);
     if (otherGrid_) return;  // the assignment of the rows, and therefore the pose, is a guess then
     if (moved) {
-      const auto matrix = [](const Eigen::Vector3d& r) {
-        return Eigen::AngleAxisd(r.norm(), r.norm() > 0.0 ? Eigen::Vector3d(r.normalized()) : Eigen::Vector3d::UnitX());
-      };
-      const double angle = Eigen::AngleAxisd(matrix(seen.rotation).toRotationMatrix() *
-                                             matrix(file.rotation).toRotationMatrix().transpose())
-                               .angle();
+      const Eigen::Matrix3d turn = sensor::toCamera(seen) * sensor::toCamera(file).transpose();
+      const double angle = Eigen::AngleAxisd(turn).angle();
       const Eigen::Vector3d by = 1e3 * (seen.position - file.position);
       say(fmt::format(
           "the camera's pose in the file is off by {:.1f} mm ({:+.1f}, {:+.1f}, {:+.1f}) and {:.2f}°, more than "
