@@ -334,15 +334,13 @@ tl::expected<Sensor, FileError> read(tl::expected<TomlTable, FileError> root, co
   Sensor sensor = readSensor(*root, !influenceFile.empty());
   sensor.creep = readCreep(root->tables("creep"));
   if (auto done = root->finish(); !done) return tl::unexpected(done.error());
-  if (influenceFile.empty()) {
-    if (auto seen = checkSeen(sensor, name); !seen) return tl::unexpected(seen.error());
-    return sensor;
+  if (!influenceFile.empty()) {
+    auto body = loadBody(influence.empty() ? std::filesystem::path(name).parent_path() / influenceFile
+                                           : std::filesystem::path(influence));
+    if (!body) return tl::unexpected(body.error());
+    if (!ownStiffness) sensor.gel.youngsModulus = body->youngsModulus;
+    if (auto fits = setBody(sensor, *std::move(body)); !fits) return tl::unexpected(fits.error());
   }
-  auto body = loadBody(influence.empty() ? std::filesystem::path(name).parent_path() / influenceFile
-                                         : std::filesystem::path(influence));
-  if (!body) return tl::unexpected(body.error());
-  if (!ownStiffness) sensor.gel.youngsModulus = body->youngsModulus;
-  if (auto fits = setBody(sensor, *std::move(body)); !fits) return tl::unexpected(fits.error());
   if (auto seen = checkSeen(sensor, name); !seen) return tl::unexpected(seen.error());
   return sensor;
 }
