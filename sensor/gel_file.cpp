@@ -303,10 +303,13 @@ tl::expected<void, FileError> checkSeen(const Sensor& sensor, const std::string&
     const Projection project(camera, sensor.gel.size.z());
     for (Eigen::Index m = 0; m < markers.cols(); ++m) {
       if (project(markers.col(m)).allFinite()) continue;
+      const Eigen::Vector3d place = markers.col(m) * kMillimetres;
+      std::array<char, 64> at{};
+      std::snprintf(at.data(), at.size(), "(%.3g, %.3g, %.3g)", place.x(), place.y(), place.z());
       return tl::unexpected(
           FileError{.where = name,
                     .what = "camera.surfaces: no light from marker " + std::to_string(m) + " at " +
-                            list(markers.col(m), kMillimetres) + " mm reaches the camera" +
+                            std::string(at.data()) + " mm reaches the camera" +
                             (side == 0 ? "" : " if it is three deviations (uncertainty.position_mm) beside its place") +
                             ": the marker is behind a surface, or seen past the half of it that is towards lower z"});
     }

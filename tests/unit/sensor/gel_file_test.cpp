@@ -206,8 +206,9 @@ TEST(GelFile, ImpossibleWindowsAreRejected) {
       {surface("50", "index = 1.5") + surface("45", "index = 1"), "camera.surfaces[1].centre_mm places it before"},
       {"window_index = 1.49\n" + surface("50", "index = 1"), "camera.window_index does not go with camera.surfaces"},
       {surface("200", "index = 1"), "camera.position_mm is not behind"},
-      {surface("40", "radii_mm = [20, 20, 20]\nindex = 1"), "camera.surfaces: no light from marker 0 at [-34.5"},
-      {surface("160", "radii_mm = [155, 155, 155]\nindex = 1"), "camera.surfaces: no light from marker 154 at ["},
+      {surface("40", "radii_mm = [20, 20, 20]\nindex = 1"),
+       "camera.surfaces: no light from marker 0 at (-34.5, -34.5, 6) mm"},
+      {surface("160", "radii_mm = [155, 155, 155]\nindex = 1"), "camera.surfaces: no light from marker 154 at ("},
   };
   for (const auto& [camera, what] : cases) {
     const FileError error = fault("format = 1\n[camera]\ngel_index = 1.41\n" + camera);
