@@ -109,17 +109,12 @@ tl::expected<void, Error> Measurement::welcome(const capture::CameraInfo& info) 
   // Without the earlier zero, a load that presses at the start would be zeroed.
   auto restored = control::restoreZero(around_.stateDirectory, {sensor_, info.format, id});
   if (!restored) return tl::unexpected(restored.error());
-  restored_ = std::move(restored->zero);
+  restored_ = *std::move(restored);
   if (restored_) {
     tracker_->restore(*restored_);
     creep_.doubt();
     zeroTracking_.resume(restored_->taken_ns);
   }
-  isRestoredWritten_ = !restored->unsynchronised;
-  if (!isRestoredWritten_)
-    spdlog::warn(
-        "warning: the stored zero may not survive a power failure, as its directory cannot be synchronised: {}",
-        restored->unsynchronised.message());
   earlier_ = earlierZero(info);
   if (recorder_) beginRecording(info);
   return {};
@@ -215,7 +210,7 @@ void Measurement::meet(const capture::CameraInfo& info) {
   gelWatch_->meet(info.shape.size, info.waits());
   procedures_->setWaits(info.waits());
   if (std::exchange(hasMet_, true)) return;
-  procedures_->welcome(cameraId_, info.frameRate_Hz, restored_, earlier_, isRestoredWritten_);
+  procedures_->welcome(cameraId_, info.frameRate_Hz, restored_, earlier_);
 }
 
 void Measurement::turn() {

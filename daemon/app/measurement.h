@@ -89,7 +89,6 @@ class Measurement : public Processing, private control::ProcedureHost {
   sensor::Sensor sensor_;
   std::string cameraId_;                        // as restored_
   std::optional<RestPose> restored_, earlier_;  // written before the control thread meets the camera, read after
-  bool isRestoredWritten_ = true;               // false: a loss of power may undo restored_; accessed as restored_
   std::unique_ptr<track::Tracker> tracker_;
   track::CreepMemory creep_;                  // used by the tracking thread alone
   calibrate::ZeroTracking zeroTracking_;      // as creep_

@@ -22,7 +22,7 @@ Procedures::Procedures(const ProcedureParts& parts, const ProcedureOptions& opti
 }
 
 void Procedures::welcome(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored,
-                         const std::optional<RestPose>& before, bool isWritten) {
+                         const std::optional<RestPose>& before) {
   camera_ = cameraId;
   if (rate_Hz_ == 0.0) rate_Hz_ = rate_Hz;
   zero_.setRate(rate_Hz_);
@@ -31,7 +31,7 @@ void Procedures::welcome(const std::string& cameraId, double rate_Hz, const std:
   } else {
     spdlog::info("no zero is kept: the first {} still frames are taken for it", options_.zeroFrames);
   }
-  zero_.welcome(restored, before, isWritten);
+  zero_.welcome(restored, before);
 }
 
 void Procedures::beginStep(const CalibrationStep& step) {

@@ -13,7 +13,7 @@
 namespace tractiond::control {
 
 /// Answers each request once: a zero within Watched::zeroWithin_s, a calibration step within the time of
-/// CalibrationOptions plus twice ZeroProcedure::kNoFrames_ns, and StepRunner::kWorkWithin_ns before and after it. A
+/// CalibrationOptions plus twice ZeroProcedure::kNoFrames_ns and StepRunner::kWorkWithin_ns. A
 /// request for a zero that was answered with an error changes nothing later. Bound to the control thread.
 class Procedures {
  public:
@@ -24,9 +24,9 @@ class Procedures {
   /// Takes over the camera and the zeros of an earlier run; see ZeroProcedure::welcome(). Must be called once, when the
   /// camera has been opened for the first time. \param cameraId calibrate::cameraId() \param rate_Hz of its frames,
   /// until it is measured; 0: not known \param restored the zero of an earlier run, if there is one \param before the
-  /// zero that it replaced, if there is one \param isWritten as for ZeroProcedure::welcome()
+  /// zero that it replaced, if there is one
   void welcome(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored,
-               const std::optional<RestPose>& before = {}, bool isWritten = true);
+               const std::optional<RestPose>& before = {});
 
   /// Sets what the camera of a new session waits for (CameraInfo::waits()), for answers that no frames come.
   void setWaits(const std::string& waits) { zero_.setWaits(waits); }
@@ -35,10 +35,10 @@ class Procedures {
   ZeroProcedure& zero() { return zero_; }
 
   /// Handles a request for a calibration step. Drops a running step without an answer: the control server has answered
-  /// it; its work goes on, and the new step waits for its end. A step other than kStiffness and kFinish ends an open
+  /// it; while its work goes on, the new step is refused. A step other than kStiffness and kFinish ends an open
   /// request for a zero, which is answered with an error unless its zero has been taken. In turn, a zero that is taken
-  /// or comes into force ends a step that looks at frames or waits for work to end, with an error. Returns at once; a
-  /// later turn() answers, rarely this call.
+  /// or comes into force ends a step that looks at frames, with an error. Returns at once; a later turn() answers,
+  /// or this call.
   void beginStep(const CalibrationStep& step);
 
   /// Does what is due for zero, step and drift, and puts Watched. Must be called in each turn of the control loop. Does

@@ -13,15 +13,12 @@ StepRunner::StepRunner(const ProcedureParts& parts, const ProcedureOptions& opti
     , calibration_(parts.sensor, {.zeroFrames = options.zeroFrames}) {}
 
 void StepRunner::begin(const CalibrationStep& step, const std::optional<RestPose>& zero, const std::string& camera) {
-  Begin begin{step, zero, camera};
-  if (!work_) return start(std::move(begin));
-  work_->isAwaited = false;
-  waiting_ = std::move(begin);
-}
-
-void StepRunner::start(Begin begin) {
-  run([this, begin = std::move(begin)] {
-    return calibration_.begin(begin.step, begin.zero ? &*begin.zero : nullptr, begin.camera, options_.directory);
+  if (work_) {
+    work_->isAwaited = false;
+    return answer(tl::unexpected<std::string>("the step before is still being computed; ask again in a while"));
+  }
+  run([this, step, zero, camera] {
+    return calibration_.begin(step, zero ? &*zero : nullptr, camera, options_.directory);
   });
 }
 
@@ -31,10 +28,7 @@ void StepRunner::run(StepWork work) {
 }
 
 void StepRunner::drop(const std::string& reason) {
-  if (waiting_) {
-    waiting_.reset();
-    answer(tl::unexpected(reason));
-  } else if (work_) {
+  if (work_) {
     work_->dropReason = reason;
   } else if (calibration_.running()) {
     calibration_.drop();
@@ -51,13 +45,12 @@ void StepRunner::add(const MarkerField& field) {
 void StepRunner::turn() {
   if (!work_) return;
   if (work_->done.wait_for(std::chrono::seconds(0)) == std::future_status::ready) return heedEnd();
-  if (options_.clock() <= work_->until_ns || !(work_->isAwaited || waiting_)) return;
+  if (options_.clock() <= work_->until_ns || !work_->isAwaited) return;
   work_->isAwaited = false;
-  waiting_.reset();
   answer(tl::unexpected<std::string>("a step of a calibration has not ended within four minutes"));
 }
 
-/// Handles the end of background work: answers its request, or gives frames to its step; begins the step that waits.
+/// Handles the end of background work: answers its request, or gives frames to its step.
 void StepRunner::heedEnd() {
   UnderWay ended = *std::exchange(work_, std::nullopt);
   const std::optional<calibrate::Result> result = ended.done.get();
@@ -68,7 +61,6 @@ void StepRunner::heedEnd() {
   } else if (!ended.dropReason.empty()) {
     drop(ended.dropReason);
   }
-  if (waiting_) start(*std::exchange(waiting_, std::nullopt));
 }
 
 void StepRunner::answer(const calibrate::Result& result) {

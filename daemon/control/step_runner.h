@@ -11,29 +11,27 @@
 
 namespace tractiond::control {
 
-/// Answers each step once, unless another one replaces it before. Work that is under way cannot be stopped: what it has
-/// measured or written counts, also if its step was replaced or answered with an error. Must not be destroyed
-/// meanwhile. Thread-bound.
+/// Answers each step once, unless another one is requested before. Work that is under way cannot be stopped: what it has
+/// measured or written counts, also if its step was answered with an error. Must not be destroyed meanwhile.
+/// Thread-bound.
 class StepRunner {
  public:
   StepRunner(const ProcedureParts& parts, const ProcedureOptions& options);
 
-  /// Begins a step; returns at once, and may answer before. It replaces a step that has not been answered, also
-  /// one that waits, which is dropped without an answer; if work is under way, the new step begins when that has ended,
-  /// and is answered with an error instead once that work takes longer than kWorkWithin_ns. Parameters are those of
-  /// calibrate::Calibration::begin(); all are copied.
+  /// Begins a step; returns at once, and may answer before. It replaces a step that looks at frames, which is dropped
+  /// without an answer. While work is under way it is refused, and the step of that work gets no answer. Parameters are
+  /// those of calibrate::Calibration::begin(); all are copied.
   void begin(const CalibrationStep& step, const std::optional<RestPose>& zero, const std::string& camera);
 
-  /// Ends a step that looks at frames, or is going to, with this error; also one that waits for work to end. A step
-  /// that ends without frames is answered as usual. Has no effect without a step. \param reason sentence for the client
+  /// Ends a step that looks at frames, or is going to, with this error. A step that ends without frames is answered as
+  /// usual. Has no effect without a step. \param reason sentence for the client
   void drop(const std::string& reason);
 
   /// Gives a frame to the calibration; answers the step if it ends with that. A frame that comes while work is under
   /// way is dropped.
   void add(const MarkerField& field);
 
-  /// Answers what has ended or takes too long, and begins the step that waits. Does not wait. Must be called in each
-  /// turn of the control loop.
+  /// Answers what has ended or takes too long. Does not wait. Must be called in each turn of the control loop.
   void turn();
 
   /// Returns whether a step looks at frames now: not while work is under way.
@@ -44,12 +42,6 @@ class StepRunner {
   static constexpr std::int64_t kWorkWithin_ns = 240'000'000'000;
 
  private:
-  struct Begin {
-    CalibrationStep step;
-    std::optional<RestPose> zero;
-    std::string camera;
-  };
-
   struct UnderWay {
     std::future<std::optional<calibrate::Result>> done;
     std::int64_t until_ns;
@@ -57,7 +49,6 @@ class StepRunner {
     std::string dropReason = {};  ///< the answer if the step would look at frames; empty: it may
   };
 
-  void start(Begin begin);
   void run(StepWork work);
   void heedEnd();
   void answer(const calibrate::Result& result);
@@ -66,7 +57,6 @@ class StepRunner {
   const ProcedureOptions options_;
   calibrate::Calibration calibration_;  ///< used by the other thread while work_ is under way
   std::optional<UnderWay> work_;
-  std::optional<Begin> waiting_;  ///< for work_
 };
 
 }  // namespace tractiond::control

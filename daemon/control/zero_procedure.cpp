@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <chrono>
 #include <utility>
 
 namespace tractiond::control {
@@ -19,10 +20,13 @@ std::string both(const std::string& one, const std::string& other) {
   return one + (one.empty() || other.empty() ? "" : "; ") + other;
 }
 
+bool isDone(const std::future<ZeroProcedure::Written>& write) {
+  return write.valid() && write.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
 }  // namespace
 
-void ZeroProcedure::welcome(const std::optional<RestPose>& restored, const std::optional<RestPose>& before,
-                            bool isWritten) {
+void ZeroProcedure::welcome(const std::optional<RestPose>& restored, const std::optional<RestPose>& before) {
   zero_ = restored;
   before_ = before;
   if (!zero_) return;
@@ -31,15 +35,11 @@ void ZeroProcedure::welcome(const std::optional<RestPose>& restored, const std::
   const std::string doubt = both(report.doubt(), calibrate::touchIn(parts_.sensor, *zero_));
   if (!doubt.empty()) spdlog::warn("warning: the stored zero may be wrong: {}", doubt);
   parts_.host.describe(*zero_);
-  if (!isWritten) writer_.writeInForce(*zero_, this->before());
 }
 
 void ZeroProcedure::begin(const ZeroRequest& request) {
   assert(std::holds_alternative<Idle>(state_));
   request_ = request;
-  if (writer_.isStuck()) {
-    return answer(tl::unexpected<std::string>("the disk has not finished writing the last zero"));
-  }
   if (request.undo) return undo();
   const std::int64_t now_ns = options_.clock();
   state_ =
@@ -56,17 +56,14 @@ void ZeroProcedure::refuse(const std::string& reason) {
 
 void ZeroProcedure::turn() {
   if (!isHandedOver_) handOver();
-  heedWriter();
-  if (writer_.isDue()) writer_.writeInForce(*zero_, before());
-  if (!writer_.isBusy() && parts_.tracker.takeRestPose(taken_)) heedTaken();
+  heedWritten();
+  if (!std::holds_alternative<Keeping>(state_) && parts_.tracker.takeRestPose(taken_)) heedTaken();
   if (auto* const taking = std::get_if<Taking>(&state_)) watchTaking(*taking);
 }
 
 void ZeroProcedure::undo() {
-  if (writer_.isBusy()) return answer(tl::unexpected<std::string>("a zero is being written to the disk; ask again"));
   if (!zero_ || !before_) return answer(tl::unexpected<std::string>("there is no previous zero"));
-  keep({.zero = *before_, .report = parts_.gel.compare(*before_), .doubt = {}, .moved = {}},
-       options_.clock() + kKeptWithin_ns);
+  keep({.zero = *before_, .report = parts_.gel.compare(*before_), .doubt = {}, .moved = {}, .written = {}});
 }
 
 /// Handles a zero that the tracker has taken. The first one is in force already; a requested one comes into force when
@@ -87,11 +84,7 @@ void ZeroProcedure::heedTaken() {
     return refuseTaken(recovering + "; wait and try again, or use: tractionctl zero --anyway");
   const GelReport report = parts_.gel.compare(taken_);
   const std::string doubt = both(both(report.doubt(), touch), recovering);
-  if (zero_) {
-    // An earlier write may have held this one up.
-    const std::int64_t until_ns = std::min(options_.clock(), taking->until_ns) + kKeptWithin_ns;
-    return keep({.zero = taken_, .report = report, .doubt = doubt, .moved = moved}, until_ns);
-  }
+  if (zero_) return keep({.zero = taken_, .report = report, .doubt = doubt, .moved = moved, .written = {}});
   logTaken(doubt, moved);
   adoptFirst(report, doubt);
 }
@@ -105,7 +98,7 @@ void ZeroProcedure::adoptFirst(const GelReport& report, const std::string& doubt
     handOver();  // the tracker may use an earlier first zero
     if (!std::holds_alternative<Idle>(state_)) answer(taken_, doubt);
   }
-  writer_.writeInForce(taken_, nullptr);
+  firstWritten_ = parts_.host.keep(taken_, nullptr);
 }
 
 void ZeroProcedure::logTaken(const std::string& doubt, const std::string& moved) const {
@@ -122,19 +115,23 @@ void ZeroProcedure::refuseTaken(const std::string& reason) {
   answer(tl::unexpected("zero refused, the previous one stays in force: " + reason));
 }
 
-void ZeroProcedure::keep(Keeping keeping, std::int64_t until_ns) {
-  writer_.writeRequested(keeping.zero, &*zero_, until_ns);
+void ZeroProcedure::keep(Keeping keeping) {
+  keeping.written = parts_.host.keep(keeping.zero, &*zero_);
   state_ = std::move(keeping);
-  heedWriter();
+  heedWritten();
 }
 
-/// Puts the requested zero in force when it is on the disk, or refuses it.
-void ZeroProcedure::heedWriter() {
-  const std::optional<ZeroWriter::Written> written = writer_.turn();
-  if (!written) return;
-  const auto kept = std::get<Keeping>(std::exchange(state_, Idle{}));
-  if (!*written) {
-    const std::string why = written->error().message();
+/// Puts the requested zero in force when it is on the disk, or refuses it. Logs that the first one could not be written.
+void ZeroProcedure::heedWritten() {
+  if (isDone(firstWritten_)) {
+    if (const Written written = firstWritten_.get(); !written)
+      spdlog::error("the zero in force could not be written: {}", written.error().message());
+  }
+  const auto* const keeping = std::get_if<Keeping>(&state_);
+  if (keeping == nullptr || !isDone(keeping->written)) return;
+  auto kept = std::get<Keeping>(std::exchange(state_, Idle{}));
+  if (const Written written = kept.written.get(); !written) {
+    const std::string why = written.error().message();
     if (!request_.undo) return refuseTaken("it could not be written: " + why);
     return answer(tl::unexpected("previous zero not restored, because it could not be written: " + why));
   }
@@ -171,10 +168,6 @@ void ZeroProcedure::handOver() {
 
 /// Refuses the open request if the tracker refuses, or frames arrive too slowly or not at all.
 void ZeroProcedure::watchTaking(Taking& taking) {
-  if (writer_.isBusy() && options_.clock() > taking.until_ns + kKeptWithin_ns) {
-    parts_.tracker.cancelZero();
-    return answer(tl::unexpected<std::string>(ZeroWriter::kNotWritten));
-  }
   const track::ZeroState state = parts_.tracker.zeroState();
   if (track::isRefusal(state)) return answer(tl::unexpected<std::string>(track::describe(state)));
   if (taking.frames.idle_ns(parts_.frames, options_.clock()) > kNoFrames_ns) return refuse(noFrames(waits_));

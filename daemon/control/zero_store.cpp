@@ -2,8 +2,6 @@
 
 #include "base/whole_file.h"
 
-#include <utility>
-
 namespace tractiond::control {
 
 tl::expected<void, Error> saveZeros(const std::filesystem::path& stateDirectory, const RestPose& zero,
@@ -17,12 +15,11 @@ tl::expected<void, Error> saveZeros(const std::filesystem::path& stateDirectory,
   return save(track::restPosePath(stateDirectory), zero);
 }
 
-tl::expected<RestoredZero, Error> restoreZero(const std::filesystem::path& stateDirectory, const ZeroOwner& owner) {
+tl::expected<std::optional<RestPose>, Error> restoreZero(const std::filesystem::path& stateDirectory,
+                                                         const ZeroOwner& owner) {
   auto zero = track::loadRestPose(track::restPosePath(stateDirectory), owner.sensor, owner.format, owner.camera);
-  if (!zero) return tl::unexpected(zero.error());
-  RestoredZero restored{.zero = *std::move(zero), .unsynchronised = {}};
-  if (restored.zero) restored.unsynchronised = synchroniseNames(stateDirectory);
-  return restored;
+  if (zero && *zero) static_cast<void>(synchroniseNames(stateDirectory));
+  return zero;
 }
 
 tl::expected<std::optional<RestPose>, Error> loadEarlierZero(const std::filesystem::path& stateDirectory,

@@ -4,7 +4,6 @@
 #include "daemon/track/rest_pose_file.h"
 
 #include <optional>
-#include <system_error>
 
 namespace tractiond::control {
 
@@ -22,15 +21,11 @@ struct ZeroOwner {
 tl::expected<void, Error> saveZeros(const std::filesystem::path& stateDirectory, const RestPose& zero,
                                     const RestPose* before, const ZeroOwner& owner);
 
-struct RestoredZero {
-  std::optional<RestPose> zero;    ///< none: an earlier run has left none
-  std::error_code unsynchronised;  ///< why a loss of power may undo its file; no error: it cannot
-};
-
-/// Reads the zero that an earlier run has left, and synchronises its name: a daemon that was killed while it wrote the
-/// zero may not have done so. Waits for the disk. EX_NOINPUT: its file cannot be read. EX_DATAERR: it is damaged, or
-/// belongs to another sensor, picture or camera. A failed synchronisation is no error: see RestoredZero.
-tl::expected<RestoredZero, Error> restoreZero(const std::filesystem::path& stateDirectory, const ZeroOwner& owner);
+/// Reads the zero that an earlier run has left, if there is one, and synchronises its name: a daemon that was killed
+/// while it wrote the zero may not have done so. Waits for the disk. EX_NOINPUT: its file cannot be read. EX_DATAERR: it
+/// is damaged, or belongs to another sensor, picture or camera.
+tl::expected<std::optional<RestPose>, Error> restoreZero(const std::filesystem::path& stateDirectory,
+                                                         const ZeroOwner& owner);
 
 /// Reads the zero that `restored` replaced, for an undo. Returns nothing, without an error, if it is `restored` itself
 /// (power was lost while a new zero was written) or if there is no file. If `restored` is empty, returns the file's

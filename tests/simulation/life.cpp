@@ -40,7 +40,7 @@ Life::Life(const Around& around)
 void Life::meetCamera() {
   if (hasMet_ || !camera_.hasOpened()) return;
   hasMet_ = true;
-  procedures_.welcome(kCamera, 60.0, restored_.zero, restored_.before, restored_.isWritten);
+  procedures_.welcome(kCamera, 60.0, restored_.zero, restored_.before);
 }
 
 void Life::solve(const MarkerField& markers, TractionField& field) {

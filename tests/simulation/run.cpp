@@ -241,8 +241,7 @@ void Run::control() {
   if (!wasAsked && life_->camera().isAsked()) keep();  // the keeper is woken
   journal_.law(disk_.waitedFor() == waited_ns_, "the control thread waits for no disk",
                [&] { return fmt::format("{} ms", (disk_.waitedFor() - waited_ns_) / kMs); });
-  const Disk::Condition disk = diskAt(now());
-  zeros_.heedTurn(!disk.isFull && !disk.failsToSync && disk.sync_ns < kSecond);
+  zeros_.heedTurn();
   controlAt_ns_ = now() + (life_->procedures().hurried() ? 3 : chance_.between(20, 100)) * kMs;
   askers_.check();
   fields_.checkFlow();

@@ -39,17 +39,8 @@ void Zeros::turn() {
   });
 }
 
-void Zeros::heedTurn(bool diskIsWell) {
-  constexpr std::int64_t kSettled_ns = 15 * kSecond;  // a write that has failed is tried again within 10 s
+void Zeros::heedTurn() {
   if (keeping_.isIdle() && !hasFailed_) unsure_.clear();
-  if (!diskIsWell || !keeping_.isIdle()) {
-    unsettled_ns_ = now();
-    isSettled_ = false;
-  }
-  if (isSettled_ || !inForce_ || now() - unsettled_ns_ < kSettled_ns) return;
-  isSettled_ = true;
-  journal_.law(synchronised() == inForce_, "the zero in force comes onto a disk that is well again",
-               fmt::format("zero {} is in force", nameOf(*inForce_)));
 }
 
 std::optional<Id> Zeros::synchronised() const {
@@ -88,18 +79,18 @@ Zeros::Left Zeros::restore() {
   };
   const auto restored = control::restoreZero(kState, owner());
   survives(restored);
-  const auto before = control::loadEarlierZero(kState, restored->zero, owner());
+  const auto before = control::loadEarlierZero(kState, *restored, owner());
   survives(before);
-  hasFailed_ = static_cast<bool>(restored->unsynchronised);
-  for (const auto* pose : {&restored->zero, &*before}) {
+  hasFailed_ = *restored && synchronised() != (*restored)->id;
+  for (const auto* pose : {&*restored, &*before}) {
     if (!*pose) continue;
     const auto saved = saved_.find((*pose)->id);
     journal_.law(saved != saved_.end() && areSame(saved->second, **pose), "a zero is restored as it was saved",
                  [&] { return nameOf((*pose)->id); });
   }
-  if (hasLived_) check(restored->zero);
+  if (hasLived_) check(*restored);
   hasLived_ = true;
-  return {restored->zero, *before, !hasFailed_};
+  return {*restored, *before};
 }
 
 void Zeros::check(const std::optional<RestPose>& restored) {
@@ -117,7 +108,6 @@ void Zeros::check(const std::optional<RestPose>& restored) {
   if (!restored || !inForce_ || restored->id != *inForce_) previous_.reset();
   inForce_.reset();
   restored_ = restored ? std::optional(restored->id) : std::nullopt;
-  isSettled_ = true;
 }
 
 }  // namespace tractiond::simulation

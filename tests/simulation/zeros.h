@@ -33,7 +33,6 @@ class Zeros {
   /// Reads what an earlier life has left: the zero in force and the one before.
   struct Left {
     std::optional<RestPose> zero, before;
-    bool isWritten = true;  ///< the zero's name is synchronised
   };
   Left restore();
 
@@ -46,8 +45,8 @@ class Zeros {
   bool isIdle() const { return keeping_.isIdle(); }
   /// Returns when all writing has ended.
   std::int64_t idle_ns() const { return keeping_.idle_ns(); }
-  /// Notes that the control thread has taken a turn, and whether the disk is well at this time.
-  void heedTurn(bool diskIsWell);
+  /// Notes that the control thread has taken a turn.
+  void heedTurn();
   /// Drops all writing, as the daemon was killed.
   void die() {
     keeping_.die();
@@ -84,10 +83,8 @@ class Zeros {
   std::optional<Id> restored_;  ///< at the start of this life; it comes into force when the camera has been opened
   std::int64_t describedAt_ns_ = 0;
   std::vector<Id> unsure_;  ///< zeros that may be on the disk: of all writes since the last one that succeeded
-  bool hasFailed_ = false;  ///< the last write
+  bool hasFailed_ = false;  ///< the last write, or what was restored is not synchronised
   bool wasKept_ = false, hasUndone_ = false;
-  std::int64_t unsettled_ns_ = 0;  ///< when the disk was not well last, or something was being written
-  bool isSettled_ = false;         ///< the zero in force was found on the disk since, or is the one that was restored
 };
 
 }  // namespace tractiond::simulation
