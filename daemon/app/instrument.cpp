@@ -9,14 +9,12 @@
 #include "daemon/solve/make_solver.h"
 #include "traction/v1/status.pb.h"
 
-#include <fcntl.h>
 #include <malloc.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdlib>
+#include <fstream>
 #include <utility>
 
 namespace tractiond {
@@ -41,16 +39,11 @@ std::string account(const Ledger& ledger) {
                      ledger.published.get(), zero, ledger.losses() - zero);
 }
 
-/// Returns the resident memory [bytes]; 0: there is no /proc. Allocates nothing.
+/// Returns the resident memory [bytes].
 std::uint64_t residentMemory() {
-  const int file = ::open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
-  if (file < 0) return 0;
-  std::array<char, 128> text{};  // all pages, those resident, ...
-  const auto size = ::read(file, text.data(), text.size() - 1);
-  ::close(file);
-  char* behindAll = text.data();
-  if (size > 0) std::strtoull(text.data(), &behindAll, 10);
-  return std::strtoull(behindAll, nullptr, 10) * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  std::uint64_t all = 0, resident = 0;  // pages
+  std::ifstream("/proc/self/statm") >> all >> resident;
+  return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
 }  // namespace
@@ -298,7 +291,7 @@ void Instrument::measure(traction::v1::Status& status) {
   // What a camera waits for matters while it sends nothing.
   const bool sends = cameraVitals_.state == CameraState::kStreaming && status.rates().received_hz() > 0.0;
   status.mutable_camera_why()->assign(sends ? std::string_view() : cameraVitals_.why.view());
-  realtime_->read(*status.mutable_scheduling());  // else it stays as it was
+  realtime_->read(*status.mutable_scheduling());
   traction::v1::Turns& turns = *status.mutable_turns();
   turns.set_capture(turns_.capture.get());
   turns.set_track(turns_.track.get());

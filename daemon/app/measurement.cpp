@@ -192,8 +192,7 @@ void Measurement::measure(traction::v1::Status& status) {
   watched_.take(lastWatched_);
   status.set_zero_within_s(lastWatched_.zeroWithin_s);
   newestMarkerStatus_.swap(*status.mutable_markers());
-  const FixedText<300> why(invalidFields_.take());
-  status.mutable_invalid_why()->assign(why.view());
+  status.set_invalid_why(invalidFields_.take());
   const RestDrift& drift = lastWatched_.drift;
   if (drift.seen_ns == 0) return status.clear_rest_drift();
   traction::v1::RestDrift& to = *status.mutable_rest_drift();

@@ -1,10 +1,9 @@
 #include "daemon/app/realtime.h"
 
+#include "base/directory.h"
 #include "base/service/time_slice.h"
 #include "traction/v1/status.pb.h"
 
-#include <dirent.h>
-#include <fcntl.h>
 #include <spdlog/spdlog.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
@@ -14,40 +13,28 @@
 #include <cerrno>
 #include <charconv>
 #include <chrono>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
-#include <string_view>
 #include <thread>
 #include <utility>
 
 namespace tractiond {
 namespace {
 
-/// Reads a file into `room`, without a terminating zero. Returns the number of bytes. Allocates nothing.
-std::size_t readFile(const char* path, char* room, std::size_t size) {
-  const int file = ::open(path, O_RDONLY | O_CLOEXEC);
-  if (file < 0) return 0;
-  const auto got = ::read(file, room, size);
-  ::close(file);
-  return got > 0 ? static_cast<std::size_t>(got) : 0;
-}
-
 /// Returns VmLck of /proc/self/status [bytes].
 std::uint64_t lockedMemory() {
-  constexpr std::string_view kKey = "VmLck:";
-  std::array<char, 4096> room{};
-  const std::string_view text(room.data(), readFile("/proc/self/status", room.data(), room.size() - 1));
-  const auto found = text.find(kKey);
-  return found == std::string_view::npos ? 0 : std::strtoull(&text[found + kKey.size()], nullptr, 10) * 1024;
+  std::ifstream file("/proc/self/status");
+  std::uint64_t size_KiB = 0;
+  for (std::string word; file >> word && word != "VmLck:";) continue;
+  file >> size_KiB;
+  return size_KiB * 1024;
 }
 
-/// Returns the name of a thread, in `room`, which is larger than any name of the kernel.
-std::string_view nameOf(int threadId, std::array<char, 32>& room) {
-  std::array<char, 48> path{};
-  std::snprintf(path.data(), path.size(), "/proc/self/task/%d/comm", threadId);
-  const std::size_t size = readFile(path.data(), room.data(), room.size());
-  return {room.data(), size > 0 && room[size - 1] == '\n' ? size - 1 : size};
+/// Returns the name of a thread; empty if it has ended.
+std::string nameOf(int threadId) {
+  std::string name;
+  std::getline(std::ifstream(fmt::format("/proc/self/task/{}/comm", threadId)), name);
+  return name;
 }
 
 }  // namespace
@@ -78,28 +65,16 @@ tl::expected<cpu_set_t, std::string> parseCpus(const std::string& list) {
   return cpus;
 }
 
-FixedText<120> cpusText(const cpu_set_t& cpus) {
-  constexpr std::string_view kMore = ",...";
-  constexpr std::size_t kItem = 10;  // ",1022-1023"
-  std::array<char, 120> text{};
-  char* at = text.data();
-  const auto write = [&](int number) { at = std::to_chars(at, text.data() + text.size(), number).ptr; };
+std::string cpusText(const cpu_set_t& cpus) {
+  std::string text;
   for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
     if (!CPU_ISSET(cpu, &cpus)) continue;
-    const auto left = static_cast<std::size_t>(text.data() + text.size() - at);
-    if (left < kItem + 1 + kMore.size()) {
-      at = std::copy(kMore.begin(), kMore.end(), at);
-      break;
-    }
-    if (at != text.data()) *at++ = ',';
-    write(cpu);
+    text += (text.empty() ? "" : ",") + std::to_string(cpu);
     const int first = cpu;
     while (cpu + 1 < CPU_SETSIZE && CPU_ISSET(cpu + 1, &cpus)) ++cpu;
-    if (cpu == first) continue;
-    *at++ = '-';
-    write(cpu);
+    if (cpu != first) text += "-" + std::to_string(cpu);
   }
-  return FixedText<120>({text.data(), static_cast<std::size_t>(at - text.data())});
+  return text;
 }
 
 Realtime::Realtime(RealtimeOptions options)
@@ -140,46 +115,39 @@ void Realtime::include(int threadId, int priority) {
   } else {
     shortenTimeSlice(threadId);
   }
-  const auto free = std::ranges::find(threads_, 0, &Thread::id);
-  if (free == threads_.end()) return;  // it is scheduled, but not listed
-  std::array<char, 32> room{};
-  free->id = threadId;
-  free->name.assign(nameOf(threadId, room));
+  threads_[threadId] = nameOf(threadId);
 }
 
 void Realtime::leave() {
   const std::lock_guard lock(mutex_);
-  const auto own = std::ranges::find(threads_, static_cast<int>(gettid()), &Thread::id);
-  if (own != threads_.end()) own->id = 0;
+  threads_.erase(gettid());
 }
 
-bool Realtime::read(traction::v1::Scheduling& status) {
-  const std::unique_lock lock(mutex_, std::try_to_lock);
-  if (!lock.owns_lock()) return false;
+void Realtime::read(traction::v1::Scheduling& status) {
+  const std::lock_guard lock(mutex_);
   status.set_asked_priority(static_cast<std::uint32_t>(options_.priority));
-  status.mutable_asked_cpus()->assign(cpusText(cpus_).view());
+  status.set_asked_cpus(cpusText(cpus_));
   status.set_asked_lock(options_.lockMemory);
   status.set_locked_bytes(options_.lockMemory ? lockedMemory() : 0);
-  status.clear_threads();  // cleared elements keep their memory
+  status.clear_threads();
   for (const auto& [id, name] : threads_) {
     sched_param param{};
     cpu_set_t cpus;
-    if (id == 0 || sched_getparam(id, &param) != 0 || sched_getaffinity(id, sizeof cpus, &cpus) != 0) continue;
+    if (sched_getparam(id, &param) != 0 || sched_getaffinity(id, sizeof cpus, &cpus) != 0) continue;
     traction::v1::ThreadScheduling& thread = *status.add_threads();
-    thread.mutable_name()->assign(name.view());
+    thread.set_name(name);
     thread.set_priority(static_cast<std::uint32_t>(param.sched_priority));
-    thread.mutable_cpus()->assign(cpusText(cpus).view());
+    thread.set_cpus(cpusText(cpus));
   }
-  return true;
 }
 
 void Realtime::report() {
   if (options_.priority == 0 && options_.cpus.empty() && !options_.lockMemory) return;
   traction::v1::Scheduling status;
-  while (!read(status)) std::this_thread::yield();
+  read(status);
   std::string threads;
   bool allHave = true, allThere = true;
-  const std::string wanted(cpusText(cpus_).view());
+  const std::string wanted = cpusText(cpus_);
   std::string cpus = wanted;
   for (const traction::v1::ThreadScheduling& thread : status.threads()) {
     threads +=
@@ -210,15 +178,10 @@ int threadCalled(const std::string& name) {
   constexpr std::chrono::milliseconds kTurn{1};
   constexpr int kTurns = 100;
   for (int i = 0; i < kTurns; ++i) {
-    DIR* const folder = opendir("/proc/self/task");
-    int found = 0;
-    while (const dirent* const entry = folder == nullptr ? nullptr : readdir(folder)) {
-      const int threadId = static_cast<int>(std::strtol(entry->d_name, nullptr, 10));
-      std::array<char, 32> room{};
-      if (threadId != 0 && nameOf(threadId, room) == name) found = threadId;
+    for (const auto& thread : entriesOf("/proc/self/task")) {
+      const int threadId = std::stoi(thread.filename());
+      if (nameOf(threadId) == name) return threadId;
     }
-    if (folder != nullptr) closedir(folder);
-    if (found != 0) return found;
     std::this_thread::sleep_for(kTurn);
   }
   return 0;

@@ -2,13 +2,12 @@
 // settings in force are read back.
 #pragma once
 
-#include "base/fixed_text.h"
 #include "daemon/capture/aravis_driver.h"
 
 #include <sched.h>
 #include <tl/expected.hpp>
 
-#include <array>
+#include <map>
 #include <mutex>
 #include <string>
 
@@ -29,9 +28,8 @@ struct RealtimeOptions {
 /// whether they exist is not checked. An empty list has no processor. Fails with the rest of a sentence that begins
 /// with the key: `= "..." is no list ...`.
 tl::expected<cpu_set_t, std::string> parseCpus(const std::string& list);
-/// Returns processors in the kernel's list format, "0-2,5"; empty for none. A list that is too long is cut between two
-/// items and ends with ",...". Does not allocate.
-FixedText<120> cpusText(const cpu_set_t& cpus);
+/// Returns processors in the kernel's list format, "0-2,5"; empty for none.
+std::string cpusText(const cpu_set_t& cpus);
 
 /// Settings of this process. Thread-safe.
 class Realtime final : public capture::ThreadWatch {
@@ -44,8 +42,7 @@ class Realtime final : public capture::ThreadWatch {
   void lockMemory();
 
   /// Applies the options to the calling thread, as one that a frame passes. Registers it with its present name until
-  /// leave(); beyond twelve registered threads it is scheduled, but not listed. report() tells of a refusal. Threads
-  /// that it starts get the default scheduling, but the same processors.
+  /// leave(). report() tells of a refusal. Threads that it starts get the default scheduling, but the same processors.
   void enter() override;
   /// Removes the calling thread from the registered ones; its scheduling stays.
   void leave() override;
@@ -55,12 +52,11 @@ class Realtime final : public capture::ThreadWatch {
   void adopt(int threadId);
 
   /// Sets in `status` what was requested and what is in force now for the registered threads, without those that have
-  /// ended. Does not wait; allocates nothing once the message has its memory. \return false: another thread is using
-  /// this object, and nothing is set
-  bool read(traction::v1::Scheduling& status);
+  /// ended.
+  void read(traction::v1::Scheduling& status);
 
   /// Logs one line about what was granted, and a warning with its remedy for each thing that was not. Logs nothing if
-  /// nothing is requested. May wait for another thread that uses this object.
+  /// nothing is requested.
   void report();
 
  private:
@@ -69,12 +65,7 @@ class Realtime final : public capture::ThreadWatch {
   const RealtimeOptions options_;
   const cpu_set_t cpus_;
   std::mutex mutex_;
-  struct Thread {
-    int id = 0;  ///< 0: none
-    FixedText<15> name;
-  };
-  // A thread of Aravis that hangs, or ends late, may exist beside its successor.
-  std::array<Thread, 12> threads_{};
+  std::map<int, std::string> threads_;  ///< names of the registered threads, by their ids
   // errno of what was refused; 0: nothing.
   int priorityError_ = 0;
   int cpusError_ = 0;

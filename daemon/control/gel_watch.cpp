@@ -1,7 +1,6 @@
 #include "daemon/control/gel_watch.h"
 
 #include "base/clock.h"
-#include "base/fixed_text.h"
 #include "daemon/calibrate/gel_check.h"
 #include "daemon/publish/wire_parts.h"
 #include "daemon/track/diagnosis.h"
@@ -138,7 +137,7 @@ void GelWatch::tell() {
   if (hasZero_ && !report_.fits()) {
     remark += (remark.empty() ? "" : "; ") + ("the gel file does not fit the picture: " + report_.remark);
   }
-  status.mutable_remark()->assign(FixedText<1500>(remark).view());
+  status.set_remark(remark);
   for (std::size_t i = 0; hasZero_ && i < std::min(report_.findings.size(), kMostFindings); ++i) {
     const GelReport::Finding& from = report_.findings[i];
     traction::v1::GelFinding& to = *status.add_findings();

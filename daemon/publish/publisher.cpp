@@ -9,12 +9,15 @@
 #include "proto/traction/v1/endpoints.h"
 #include "traction/v1/status.pb.h"
 
+#include <google/protobuf/message_lite.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cassert>
-#include <charconv>
+#include <cinttypes>
 #include <cmath>
+#include <cstdio>
 #include <mutex>
 #include <set>
 
@@ -33,19 +36,20 @@ constexpr int kWaitingPreviews = 64;
 enum Topic : std::size_t { kField, kMarkers, kDescription, kStatus, kPreview, kTopicCount };
 constexpr std::array<const char*, kTopicCount> kKinds = {"field", "markers", "description", "status", "preview"};
 
-/// "1700000000.123456789"
-struct TimeText {
-  explicit TimeText(std::int64_t ns) {
-    char* const point = std::to_chars(text.data(), text.data() + text.size(), ns / 1'000'000'000).ptr;
-    *point = '.';
-    const std::int64_t padded = 1'000'000'000 + ns % 1'000'000'000;  // nine digits behind a one to be overwritten
-    char* const end = std::to_chars(point, text.data() + text.size(), padded).ptr;
-    *point = '.';
-    size = static_cast<std::size_t>(end - text.data());
-  }
+/// Encodes a message into ZeroMQ's memory.
+zmq::message_t packed(const google::protobuf::MessageLite& message) {
+  zmq::message_t bytes(message.ByteSizeLong());
+  message.SerializeWithCachedSizesToArray(bytes.data<std::uint8_t>());
+  return bytes;
+}
+
+/// Returns "1700000000.123456789".
+zmq::message_t timeText(std::int64_t ns) {
   std::array<char, 32> text{};
-  std::size_t size = 0;
-};
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  const int size = std::snprintf(text.data(), text.size(), "%" PRId64 ".%09" PRId64, ns / kSecond, ns % kSecond);
+  return {text.data(), static_cast<std::size_t>(size)};
+}
 
 }  // namespace
 
@@ -68,8 +72,7 @@ struct Publisher::Impl {
       , measure(std::move(ask))
       , identity(described.identity)
       , wire(described.identity)
-      , started_ns(given.monotonicClock())
-      , previewMessage(described.identity) {
+      , started_ns(given.monotonicClock()) {
     for (std::size_t i = 0; i < kTopicCount; ++i) topics[i] = traction::topicOf(identity.sensor, kKinds[i]);
     network::guard(stream, options.highWaterMark, kLargestSubscription);
     stream.set(zmq::sockopt::xpub_verbose, true);  // each new subscriber is seen, and the last one's leaving
@@ -94,8 +97,7 @@ struct Publisher::Impl {
   void send(Topic topic, zmq::message_t& message, std::int64_t real_ns) {
     // Without a function to free it ZeroMQ reads the topic where it is.
     zmq::message_t name(topics[topic].data(), topics[topic].size(), nullptr);
-    const TimeText text(real_ns);
-    zmq::message_t time(text.text.data(), text.size);
+    zmq::message_t time = timeText(real_ns);
     put(stream, name, ZMQ_SNDMORE);
     put(stream, message, ZMQ_SNDMORE);
     put(stream, time, 0);
@@ -113,8 +115,7 @@ struct Publisher::Impl {
     const Heading heading = headingOf(kDescription);
     lastDescription_ns = heading.sent_ns;
     descriptionDue = false;
-    zmq::message_t message(description->fill(heading));
-    description->write(message.data<std::uint8_t>());
+    zmq::message_t message = packed(description->fill(heading));
     send(kDescription, message, heading.sentReal_ns);
   }
 
@@ -140,8 +141,7 @@ struct Publisher::Impl {
     total.take(*status.mutable_latencies()->mutable_total());
     lastStatus_ns = heading.sent_ns;
 
-    zmq::message_t message(wire.fillStatus(ledger, heading));
-    wire.writeStatus(message.data<std::uint8_t>());
+    zmq::message_t message = packed(wire.fillStatus(ledger, heading));
     // A reader in the way: it gets this one's predecessor, and nobody waits.
     if (const std::unique_lock lock(lastMutex, std::try_to_lock); lock.owns_lock()) {
       lastStatus.assign(message.data<char>(), message.size());
@@ -238,7 +238,6 @@ struct Publisher::Impl {
 
   std::set<std::string> previewTopics;  ///< beginnings of that topic with a subscriber
   std::atomic<bool> previewWanted{false};
-  PreviewMessage previewMessage;  ///< as all of offerPreview()'s, its thread's
   std::atomic<int> waitingPreviews{0};
   Loan<PreviewToSend> preview;
 
@@ -286,8 +285,7 @@ void Publisher::publish(const TractionField& field) {
   self.last.zero = field.markers.zero;
 
   const Heading heading = self.headingOf(kField);
-  zmq::message_t forStream(self.wire.fill(field, heading));
-  self.wire.writeField(forStream.data<std::uint8_t>());
+  zmq::message_t forStream = packed(self.wire.fill(field, heading));
   zmq::message_t forLatest;
   forLatest.copy(forStream);
   self.send(kField, forStream, times.receivedReal_ns);
@@ -295,8 +293,7 @@ void Publisher::publish(const TractionField& field) {
 
   Heading ofMarkers = self.headingOf(kMarkers);
   ofMarkers.flags = field.markers.flags;
-  zmq::message_t markers(self.wire.fill(field.markers, ofMarkers));
-  self.wire.writeMarkers(markers.data<std::uint8_t>());
+  zmq::message_t markers = packed(self.wire.fill(field.markers, ofMarkers));
   self.send(kMarkers, markers, times.receivedReal_ns);
 
   self.count(field);
@@ -334,10 +331,10 @@ void Publisher::describe(const Description& description) {
   Heading heading;
   heading.sent_ns = self.options.monotonicClock();
   heading.sentReal_ns = self.options.realClock();
-  message->fill(heading);
+  const google::protobuf::MessageLite& filled = message->fill(heading);
   {
     const std::lock_guard lock(self.lastMutex);
-    self.lastDescription = message->bytes();
+    self.lastDescription = filled.SerializeAsString();
   }
   // release: partner is the acquire in takeDescription(). What had not been taken yet is out of date.
   delete self.offered.exchange(message.release(), std::memory_order_acq_rel);
@@ -355,9 +352,10 @@ bool Publisher::offerPreview(const Preview& preview) {
   heading.sequence = ++self.sequences[kPreview];
   heading.sent_ns = self.options.monotonicClock();
   heading.sentReal_ns = self.options.realClock();
-  const std::size_t size = self.previewMessage.fill(preview, heading);
+  const google::protobuf::MessageLite& message = self.wire.fill(preview, heading);
+  const std::size_t size = message.ByteSizeLong();
   auto bytes = std::make_unique_for_overwrite<std::uint8_t[]>(size);
-  self.previewMessage.write(bytes.get());
+  message.SerializeWithCachedSizesToArray(bytes.get());
   next->message = zmq::message_t(bytes.get(), size, Impl::freePreview, &self.waitingPreviews);
   bytes.release();
   self.waitingPreviews.fetch_add(1, std::memory_order_relaxed);

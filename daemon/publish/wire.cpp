@@ -135,11 +135,6 @@ void set(const Contact& from, pb::Contact& to) {
   to.set_hertz_radius_deviation_m(from.hertzRadiusDeviation_m);
 }
 
-/// ByteSizeLong has just been called.
-void put(const google::protobuf::MessageLite& message, std::uint8_t* bytes) {
-  message.SerializeWithCachedSizesToArray(bytes);
-}
-
 }  // namespace
 
 void encode(const Identity& identity, pb::Header& header) {
@@ -228,49 +223,11 @@ DescriptionMessage::DescriptionMessage(const Description& description, const std
 
 DescriptionMessage::~DescriptionMessage() = default;
 
-std::size_t DescriptionMessage::fill(const Heading& heading) {
+const google::protobuf::MessageLite& DescriptionMessage::fill(const Heading& heading) {
   message_->set_timestamp(seconds(heading.sentReal_ns));
   encode(heading, *message_->mutable_header());
   message_->mutable_header()->set_zero(message_->zero().id());
-  return message_->ByteSizeLong();
-}
-
-void DescriptionMessage::write(std::uint8_t* bytes) const {
-  put(*message_, bytes);
-}
-
-std::string DescriptionMessage::bytes() const {
-  return message_->SerializeAsString();
-}
-
-PreviewMessage::PreviewMessage(const Identity& identity)
-    : message_(std::make_unique<pb::Preview>()) {
-  encode(identity, *message_->mutable_header());
-}
-
-PreviewMessage::~PreviewMessage() = default;
-
-std::size_t PreviewMessage::fill(const Preview& preview, const Heading& heading) {
-  Heading ofFrame = heading;
-  ofFrame.frame = preview.info;
-  ofFrame.frame.times.tracked_ns = ofFrame.frame.times.solved_ns = 0;
-  ofFrame.flags = preview.flags;
-  ofFrame.zero = preview.zero;
-  message_->set_timestamp(seconds(preview.info.times.receivedReal_ns));
-  encode(ofFrame, *message_->mutable_header());
-  const PlainPicture& picture = preview.picture;
-  message_->set_width(static_cast<std::uint32_t>(picture.width));
-  message_->set_height(static_cast<std::uint32_t>(picture.height));
-  message_->set_format(picture.channels == 1 ? pb::PREVIEW_FORMAT_MONO8 : pb::PREVIEW_FORMAT_RGB8);
-  set(picture.levels, *message_->mutable_pixels());
-  message_->set_scale(preview.factor);
-  const double origin_px = 0.5 * (preview.factor - 1);
-  setVector(std::array{origin_px, origin_px}, *message_->mutable_origin_px());
-  return message_->ByteSizeLong();
-}
-
-void PreviewMessage::write(std::uint8_t* bytes) const {
-  put(*message_, bytes);
+  return *message_;
 }
 
 struct Wire::Messages {
@@ -287,6 +244,7 @@ struct Wire::Messages {
   pb::Field field;
   std::vector<std::unique_ptr<pb::Contact>> spare;  ///< contacts that are not in `field`
   pb::Markers markers;
+  pb::Preview preview;
   pb::Status status;
 };
 
@@ -296,12 +254,13 @@ Wire::Wire(const Identity& identity)
   for (int i = 0; i < kMaxContacts; ++i) set(Contact{}, *messages_->field.add_contacts());
   messages_->spare.reserve(kMaxContacts);
   encode(identity, *messages_->markers.mutable_header());
+  encode(identity, *messages_->preview.mutable_header());
   encode(identity, *messages_->status.mutable_header());
 }
 
 Wire::~Wire() = default;
 
-std::size_t Wire::fill(const TractionField& field, const Heading& heading) {
+const google::protobuf::MessageLite& Wire::fill(const TractionField& field, const Heading& heading) {
   pb::Field& message = messages_->field;
   message.set_timestamp(seconds(heading.frame.times.receivedReal_ns));
   encode(heading, *message.mutable_header());
@@ -327,10 +286,10 @@ std::size_t Wire::fill(const TractionField& field, const Heading& heading) {
   setVector(field.pictureMotion, *motion.mutable_shift_px());
   motion.set_scale(field.pictureMotion[2]);
   motion.set_roll_rad(field.pictureMotion[3]);
-  return message.ByteSizeLong();
+  return message;
 }
 
-std::size_t Wire::fill(const MarkerField& markers, const Heading& heading) {
+const google::protobuf::MessageLite& Wire::fill(const MarkerField& markers, const Heading& heading) {
   pb::Markers& message = messages_->markers;
   message.set_timestamp(seconds(heading.frame.times.receivedReal_ns));
   encode(heading, *message.mutable_header());
@@ -338,14 +297,34 @@ std::size_t Wire::fill(const MarkerField& markers, const Heading& heading) {
   set(markers.variance_px2, *message.mutable_variance_px2());
   set(markers.valid, *message.mutable_marker_valid());
   message.set_valid_markers(static_cast<std::uint32_t>(markers.validCount));
-  return message.ByteSizeLong();
+  return message;
+}
+
+const google::protobuf::MessageLite& Wire::fill(const Preview& preview, const Heading& heading) {
+  pb::Preview& message = messages_->preview;
+  Heading ofFrame = heading;
+  ofFrame.frame = preview.info;
+  ofFrame.frame.times.tracked_ns = ofFrame.frame.times.solved_ns = 0;
+  ofFrame.flags = preview.flags;
+  ofFrame.zero = preview.zero;
+  message.set_timestamp(seconds(preview.info.times.receivedReal_ns));
+  encode(ofFrame, *message.mutable_header());
+  const PlainPicture& picture = preview.picture;
+  message.set_width(static_cast<std::uint32_t>(picture.width));
+  message.set_height(static_cast<std::uint32_t>(picture.height));
+  message.set_format(picture.channels == 1 ? pb::PREVIEW_FORMAT_MONO8 : pb::PREVIEW_FORMAT_RGB8);
+  set(picture.levels, *message.mutable_pixels());
+  message.set_scale(preview.factor);
+  const double origin_px = 0.5 * (preview.factor - 1);
+  setVector(std::array{origin_px, origin_px}, *message.mutable_origin_px());
+  return message;
 }
 
 pb::Status& Wire::status() {
   return messages_->status;
 }
 
-std::size_t Wire::fillStatus(const Ledger& ledger, const Heading& heading) {
+const google::protobuf::MessageLite& Wire::fillStatus(const Ledger& ledger, const Heading& heading) {
   pb::Status& message = messages_->status;
   message.set_timestamp(seconds(heading.sentReal_ns));
   encode(heading, *message.mutable_header());
@@ -355,17 +334,7 @@ std::size_t Wire::fillStatus(const Ledger& ledger, const Heading& heading) {
   // Reads `received` last, so that frames which move on meanwhile do not make the rest negative.
   account.set_received(std::max(ledger.received.get(), ended));
   account.set_in_flight(account.received() - ended);
-  return message.ByteSizeLong();
-}
-
-void Wire::writeField(std::uint8_t* bytes) const {
-  put(messages_->field, bytes);
-}
-void Wire::writeMarkers(std::uint8_t* bytes) const {
-  put(messages_->markers, bytes);
-}
-void Wire::writeStatus(std::uint8_t* bytes) const {
-  put(messages_->status, bytes);
+  return message;
 }
 
 }  // namespace tractiond::publish

@@ -10,9 +10,11 @@
 #include <string>
 #include <vector>
 
+namespace google::protobuf {
+class MessageLite;
+}
 namespace traction::v1 {
 class Description;
-class Preview;
 class Status;
 }  // namespace traction::v1
 
@@ -36,54 +38,32 @@ class DescriptionMessage {
   DescriptionMessage(const Description& description, const std::vector<std::string>& topics);
   ~DescriptionMessage();
 
-  /// Sets the header; its zero is the description's, not the heading's. Returns the size of the message [bytes].
-  std::size_t fill(const Heading& heading);
-  /// Writes the message; `bytes` must have room for the size that fill() returned.
-  void write(std::uint8_t* bytes) const;
-  /// Returns the message as write() writes it; without fill(), with the identity alone in its header.
-  std::string bytes() const;
+  /// Sets the header; its zero is the description's, not the heading's. Returns the message.
+  const google::protobuf::MessageLite& fill(const Heading& heading);
 
  private:
   std::unique_ptr<traction::v1::Description> message_;
 };
 
-/// A preview message. Thread-bound, so that a preview can be encoded on another thread than the publishing one.
-class PreviewMessage {
- public:
-  /// \param identity part of every message; copied
-  explicit PreviewMessage(const Identity& identity);
-  ~PreviewMessage();
-
-  /// Sets the whole message; neither argument need outlive the call. \param heading only its sequence and times of
-  /// sending are used \return size [bytes]
-  std::size_t fill(const Preview& preview, const Heading& heading);
-  /// Writes the message; `bytes` must have room for the size that fill() returned.
-  void write(std::uint8_t* bytes) const;
-
- private:
-  std::unique_ptr<traction::v1::Preview> message_;
-};
-
-/// Encodes messages, one of each kind, in the same memory every time: nothing is allocated after the first of a kind.
-/// Each fill function returns the size [bytes]; the write function of the same kind then writes as many, and `bytes`
-/// must have room for them. Header and timestamp are from `heading` alone: frame, flags and zero of the record are not
-/// used. Thread-bound.
+/// Sets the fields of messages, one of each kind, in the same memory every time: nothing is allocated after the first of
+/// a kind. Each fill function sets the whole message, and returns it, valid until its next call; its arguments need not
+/// outlive the call. Header and timestamp of fields and markers are from `heading` alone: frame, flags and zero of the
+/// record are not used. Each kind is for one thread.
 class Wire {
  public:
   /// \param identity part of every message; copied
   explicit Wire(const Identity& identity);
   ~Wire();
 
-  std::size_t fill(const TractionField& field, const Heading& heading);  ///< Sets the whole message of a field.
-  std::size_t fill(const MarkerField& markers, const Heading& heading);  ///< Sets the whole message of markers.
-  /// Sets ledger, header and timestamp of status(), which must not be changed before writeStatus().
-  std::size_t fillStatus(const Ledger& ledger, const Heading& heading);
+  const google::protobuf::MessageLite& fill(const TractionField& field, const Heading& heading);
+  const google::protobuf::MessageLite& fill(const MarkerField& markers, const Heading& heading);
+  /// \param heading only its sequence and times of sending are used
+  const google::protobuf::MessageLite& fill(const Preview& preview, const Heading& heading);
+  /// Sets ledger, header and timestamp of status().
+  const google::protobuf::MessageLite& fillStatus(const Ledger& ledger, const Heading& heading);
   /// Returns the status, for the caller to set everything except ledger and header before fillStatus(). It keeps its
   /// values from one status to the next, and lives as long as this.
   traction::v1::Status& status();
-  void writeField(std::uint8_t* bytes) const;
-  void writeMarkers(std::uint8_t* bytes) const;
-  void writeStatus(std::uint8_t* bytes) const;
 
  private:
   struct Messages;

@@ -42,49 +42,22 @@ bool isPlain(std::string_view text, std::size_t longest) {
   return text.size() <= longest && std::ranges::none_of(text, isControl);
 }
 
-/// Of the UTF-8 character at the beginning; 0: there is none. The ranges of the Unicode standard, table 3-7.
-std::size_t characterLength(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
-  const auto follows = [&](std::size_t i, unsigned from = 0x80, unsigned to = 0xbf) {
-    return byte(i) >= from && byte(i) <= to;
-  };
-  const unsigned lead = byte(0);
-  if (lead < 0x80) return 1;
-  if (lead >= 0xc2 && lead <= 0xdf) return follows(1) ? 2 : 0;
-  if (lead >= 0xe0 && lead <= 0xef) {
-    return follows(1, lead == 0xe0 ? 0xa0 : 0x80, lead == 0xed ? 0x9f : 0xbf) && follows(2) ? 3 : 0;
-  }
-  if (lead < 0xf0 || lead > 0xf4) return 0;
-  return follows(1, lead == 0xf0 ? 0x90 : 0x80, lead == 0xf4 ? 0x8f : 0xbf) && follows(2) && follows(3) ? 4 : 0;
-}
-
-/// A camera's registers hold anything; readers refuse a message with text that is none.
-std::string text(std::string_view bytes) {
-  std::string result;
-  while (!bytes.empty()) {
-    const std::size_t length = characterLength(bytes);
-    result += length == 0 ? "?" : bytes.substr(0, length);
-    bytes.remove_prefix(std::max<std::size_t>(length, 1));
-  }
-  return result;
-}
-
 void encode(const CameraFeature& from, pb::CameraFeature& to) {
-  to.set_name(text(from.name));
-  to.set_value(text(from.value));
-  to.set_unit(text(from.unit));
+  to.set_name(from.name);
+  to.set_value(from.value);
+  to.set_unit(from.unit);
   to.set_kind(static_cast<pb::CameraFeatureKind>(from.kind));
   to.set_access(static_cast<pb::CameraFeatureAccess>(from.access));
   const auto isTold = [](const std::optional<double>& number) { return number && std::isfinite(*number); };
   if (isTold(from.minimum)) to.set_minimum(*from.minimum);
   if (isTold(from.maximum)) to.set_maximum(*from.maximum);
   if (isTold(from.increment)) to.set_increment(*from.increment);
-  for (const std::string& entry : from.entries) to.add_entries(text(entry));
-  to.set_description(text(from.description));
-  to.set_configured(text(from.configured));
-  to.set_first(text(from.first));
-  to.set_category(text(from.category));
-  for (const std::string& choice : from.selected) to.add_selected(text(choice));
+  for (const std::string& entry : from.entries) to.add_entries(entry);
+  to.set_description(from.description);
+  to.set_configured(from.configured);
+  to.set_first(from.first);
+  to.set_category(from.category);
+  for (const std::string& choice : from.selected) to.add_selected(choice);
 }
 
 }  // namespace
@@ -126,8 +99,8 @@ tl::expected<CameraStep, std::string> decodeCameraStep(const pb::CameraRequest& 
 
 void encode(const CameraReport& from, pb::CameraReply& to) {
   for (const CameraFeature& feature : from.features) encode(feature, *to.add_features());
-  for (const std::string& remark : from.remarks) to.add_remarks(text(remark));
-  to.set_camera(text(from.camera));
+  for (const std::string& remark : from.remarks) to.add_remarks(remark);
+  to.set_camera(from.camera);
 }
 
 }  // namespace tractiond::publish

@@ -18,8 +18,8 @@ namespace tractiond::publish {
 /// value or list in it is malformed or too long. Reentrant.
 tl::expected<CameraStep, std::string> decodeCameraStep(const traction::v1::CameraRequest& request);
 
-/// Encodes the camera's answer into an empty message. Bytes that are not UTF-8 become '?'; limits that are not finite
-/// are left out. Reentrant.
+/// Encodes the camera's answer into an empty message. Its texts must be UTF-8. Limits that are not finite are left out.
+/// Reentrant.
 void encode(const CameraReport& from, traction::v1::CameraReply& to);
 
 }  // namespace tractiond::publish

@@ -186,13 +186,13 @@ std::string encodeSnapshotReply(const Snapshot& snapshot, const std::vector<sens
   pb::Reply reply;
   pb::SnapshotReply& to = *reply.mutable_snapshot();
   PlainPicture picture = plainPicture(snapshot.frame);
-  std::uint32_t reduced = 1;
-  for (; picture.levels.size() > kLargestPicture; reduced *= 2) picture = halved(picture);
+  int reduced = 1;
+  while (picture.levels.size() > kLargestPicture) reduce(snapshot.frame, reduced *= 2, picture);
   to.set_width(static_cast<std::uint32_t>(picture.width));
   to.set_height(static_cast<std::uint32_t>(picture.height));
   to.set_channels(static_cast<std::uint32_t>(picture.channels));
   to.set_levels(picture.levels.data(), picture.levels.size());
-  to.set_reduced(reduced);
+  to.set_reduced(static_cast<std::uint32_t>(reduced));
   to.set_pixel_format(std::string(traitsOf(snapshot.frame.format).name));
   to.set_frame_number(snapshot.frame.info.frameNumber);
   to.set_received_real_ns(snapshot.frame.info.times.receivedReal_ns);

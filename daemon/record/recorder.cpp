@@ -3,6 +3,7 @@
 #include "proto/traction/v1/descriptors.h"
 #include "proto/traction/v1/endpoints.h"
 
+#include <google/protobuf/message_lite.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -139,12 +140,10 @@ void Recorder::drainFields() {
                                .zero = one->markers.zero,
                                .sent_ns = frame.times.solved_ns,
                                .sentReal_ns = frame.times.receivedReal_ns};
-      message_.resize(wire_.fill(*one, heading));
-      wire_.writeField(reinterpret_cast<std::uint8_t*>(message_.data()));
+      wire_.fill(*one, heading).SerializeToString(&message_);
       write("field", "Field", fieldSequence_, &frame, message_);
       heading.flags = one->markers.flags | gap;
-      message_.resize(wire_.fill(one->markers, heading));
-      wire_.writeMarkers(reinterpret_cast<std::uint8_t*>(message_.data()));
+      wire_.fill(one->markers, heading).SerializeToString(&message_);
       write("markers", "Markers", fieldSequence_, &frame, message_);
     }
     fields_.release(const_cast<TractionField*>(one));

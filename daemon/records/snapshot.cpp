@@ -185,23 +185,4 @@ void reduce(const Frame& frame, int factor, PlainPicture& to) {
   }
 }
 
-PlainPicture halved(const PlainPicture& picture) {
-  PlainPicture half{picture.width / 2, picture.height / 2, picture.channels, {}};
-  half.levels.reserve(picture.levels.size() / 4);
-  const auto at = [&](int x, int y, int channel) {
-    return static_cast<int>(
-        picture.levels[static_cast<std::size_t>((y * picture.width + x) * picture.channels + channel)]);
-  };
-  for (int y = 0; y < half.height; ++y) {
-    for (int x = 0; x < half.width; ++x) {
-      for (int c = 0; c < half.channels; ++c) {
-        const int sum =
-            at(2 * x, 2 * y, c) + at(2 * x + 1, 2 * y, c) + at(2 * x, 2 * y + 1, c) + at(2 * x + 1, 2 * y + 1, c);
-        half.levels.push_back(static_cast<std::uint8_t>((sum + 2) / 4));
-      }
-    }
-  }
-  return half;
-}
-
 }  // namespace tractiond

@@ -39,10 +39,6 @@ struct PlainPicture {
 /// (asserted), and its data must be valid during the call only. Reentrant.
 PlainPicture plainPicture(const Frame& frame);
 
-/// Returns the picture at half the width and height, rounded down: means of 2 x 2 pixels of each channel. A side of one
-/// pixel becomes 0. Reentrant.
-PlainPicture halved(const PlainPicture& picture);
-
 /// Writes plainPicture() reduced by `factor` to `to`: means of factor x factor pixels; incomplete blocks at the right
 /// and the bottom are dropped. Width and height are those of the frame, divided by `factor` and rounded down. Reuses
 /// the memory of `to`, and allocates that of two rows. Reentrant. \param factor from 1 to the smaller side of the frame

@@ -132,12 +132,5 @@ TEST(FrameCopy, IsWholeOrTellsWhatItNeeds) {
   }
 }
 
-TEST(PlainPicture, HalvedIsTheMean) {
-  const PlainPicture half = halved({4, 2, 1, {0, 4, 8, 8, 4, 8, 8, 8}});
-  EXPECT_EQ(half.width, 2);
-  EXPECT_EQ(half.height, 1);
-  EXPECT_EQ(half.levels, (Levels{4, 8}));
-}
-
 }  // namespace
 }  // namespace tractiond::snapshot_test
