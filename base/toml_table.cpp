@@ -44,17 +44,6 @@ int lineOfEndlessKey(std::string_view text) {
   return 0;
 }
 
-/// Returns a sentence without its middle if it is long, as one that repeats a key or a text of the file may be.
-std::string shortened(const std::string& sentence) {
-  constexpr std::size_t kLongest = 500, kBegin = 250, kEnd = 150;
-  if (sentence.size() <= kLongest) return sentence;
-  const auto isInside = [&](std::size_t at) { return (static_cast<unsigned char>(sentence[at]) & 0xc0) == 0x80; };
-  std::size_t end = kBegin, begin = sentence.size() - kEnd;  // not within a character
-  while (end > 0 && isInside(end)) --end;
-  while (begin < sentence.size() && isInside(begin)) ++begin;
-  return sentence.substr(0, end) + " ... " + sentence.substr(begin);
-}
-
 std::string rangeText(const Range& range) {
   if (range.least == range.most) return "must be " + text(range.least);
   if (std::isinf(range.most)) return "must be at least " + text(range.least);
@@ -79,7 +68,7 @@ struct TomlTable::Document {
   }
 
   void fail(const toml::node& node, const std::string& what) {
-    if (!fault) fault = FileError{where(node), shortened(what)};
+    if (!fault) fault = FileError{where(node), what};
   }
 
   /// Collects an error for each key that was not read, with its line.
@@ -94,7 +83,7 @@ struct TomlTable::Document {
           return misspellings(a, key) < misspellings(b, key);
         });
         if (nearest != read.end()) what += "; the nearest known key is '" + path + *nearest + "'";
-        unread.emplace_back(tomlKey.source().begin.line, FileError{where(node), shortened(what)});
+        unread.emplace_back(tomlKey.source().begin.line, FileError{where(node), what});
       } else if (const toml::table* inner = node.as_table()) {
         rejectUnread(*inner, name + ".");
       } else if (const toml::array* array = node.as_array()) {
@@ -124,7 +113,7 @@ tl::expected<TomlTable, FileError> TomlTable::parse(std::string_view text, const
   try {
     document->root = toml::parse(text, file);
   } catch (const toml::parse_error& error) {
-    return tl::unexpected(FileError{file + ":" + std::to_string(error.source().begin.line), shortened(error.what())});
+    return tl::unexpected(FileError{file + ":" + std::to_string(error.source().begin.line), error.what()});
   }
   const void* root = &document->root;
   return TomlTable(std::move(document), root, "");
@@ -297,8 +286,8 @@ void TomlTable::fail(std::string_view key, const std::string& what) {
   document_->fail(node ? *node : asTable(table_), path_ + std::string(key) + " " + what);
 }
 
-tl::expected<void, FileError> TomlTable::finish() {
-  if (!document_->fault) {
+tl::expected<void, FileError> TomlTable::finish(bool isStrict) {
+  if (!document_->fault && isStrict) {
     document_->unread.clear();
     document_->rejectUnread(document_->root, "");
     const auto first = std::min_element(document_->unread.begin(), document_->unread.end(),

@@ -62,8 +62,6 @@ class TomlTable {
   /// Returns all keys of this table with their values, in the order of the file. A value of another type is a fault,
   /// and is left out.
   std::vector<std::pair<std::string, Scalar>> entries();
-  /// Counts a key as read, whatever its value is. Keys of tables in that value still count as not read.
-  void ignore(std::string_view key) { find(key); }
   /// Returns whether the table has the key. This does not count as reading it.
   bool has(std::string_view key) const;
 
@@ -71,8 +69,8 @@ class TomlTable {
   /// effect if there is a fault already. \param what completes a sentence that begins with the key: "must be even"
   void fail(std::string_view key, const std::string& what);
   /// Fails with the first fault; if there is none, with the first key of the whole file that was not read, an unknown
-  /// one. Must be called when all known keys have been read.
-  tl::expected<void, FileError> finish();
+  /// one. Must be called when all known keys have been read. \param isStrict false: unknown keys are no fault
+  tl::expected<void, FileError> finish(bool isStrict = true);
 
  private:
   struct Document;

@@ -55,7 +55,7 @@ std::vector<Key> keysOf(Config& config) {
           &limits.requestsPerSecondEach, {1, 450}},
 
       {"log", "level", "", "Of what goes to standard error.",
-          choiceOf(config.logLevel, {"debug", "info", "warning", "error"})},
+          choiceOf(config.logLevel, logLevels())},
   };
   // clang-format on
 }

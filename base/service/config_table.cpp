@@ -1,25 +1,20 @@
 #include "base/service/config_table.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <map>
 
 namespace tractiond {
 namespace {
 
-/// Returns the shortest decimal that reads back as the same number; whole ones without an exponent.
+/// Returns the shortest decimal that reads back as the same number; whole ones without a point.
 std::string number(double value) {
-  if (value == std::trunc(value) && std::abs(value) < 1e15) return std::to_string(static_cast<std::int64_t>(value));
-  std::array<char, 40> text{};
-  for (int digits = 1; digits <= 17; ++digits) {
-    std::snprintf(text.data(), text.size(), "%.*g", digits, value);
-    if (std::stod(text.data()) == value) break;
-  }
-  return text.data();
+  const std::string text = fmt::format("{}", value);
+  return text.ends_with(".0") ? text.substr(0, text.size() - 2) : text;
 }
 
 struct ScalarText {
@@ -115,8 +110,8 @@ struct Reader {
 
 }  // namespace
 
-Choice choiceOf(std::string& value, std::vector<std::string> words) {
-  return {std::move(words), [&value] { return value; }, [&value](const std::string& word) { value = word; }};
+std::vector<std::pair<std::string, std::string>> logLevels() {
+  return {{"debug", "debug"}, {"info", "info"}, {"warning", "warning"}, {"error", "error"}};
 }
 
 bool isOnThisHost(std::string_view endpoint) {
@@ -158,7 +153,7 @@ Error asError(const FileError& error, const std::string& unreadable) {
           .remedy = error.unreadable ? unreadable : ""};
 }
 
-tl::expected<void, Error> readTable(TomlTable& root, const std::vector<Key>& keys) {
+tl::expected<void, Error> readTable(TomlTable& root, const std::vector<Key>& keys, bool isStrict) {
   std::map<std::string_view, std::optional<TomlTable>> sections;
   for (const Key& key : keys) {
     auto section = sections.find(key.section);
@@ -167,7 +162,7 @@ tl::expected<void, Error> readTable(TomlTable& root, const std::vector<Key>& key
     std::visit(Reader{*section->second, key}, key.value);
     if (const std::string fault = key.fault(); !fault.empty()) section->second->fail(key.name, fault);
   }
-  if (auto sound = root.finish(); !sound) return tl::unexpected(asError(sound.error()));
+  if (auto sound = root.finish(isStrict); !sound) return tl::unexpected(asError(sound.error()));
   return {};
 }
 

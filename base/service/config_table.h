@@ -45,13 +45,10 @@ struct Key {
   bool live = false;                                       ///< whether the value may change while the program runs
 };
 
-/// Returns a choice that sets `value` to one of the words. `value` must outlive it. Its `set` does not check the word.
-Choice choiceOf(std::string& value, std::vector<std::string> words);
-
 /// Returns a choice that sets `value` to the meaning of one of the words. `value` must outlive it. Its `get` returns an
 /// empty text for a value without a word, and its `set` ignores other words.
-template <typename Enum>
-Choice choiceOf(Enum& value, std::vector<std::pair<std::string, Enum>> meanings) {
+template <typename Value>
+Choice choiceOf(Value& value, std::vector<std::pair<std::string, Value>> meanings) {
   Choice result;
   for (const auto& [word, meaning] : meanings) result.words.push_back(word);
   result.get = [&value, meanings] {
@@ -97,6 +94,10 @@ Error asError(const FileError& error, const std::string& unreadable = "");
 /// Reads every key of the table from a file into the values that the keys point to; missing keys keep their values, and
 /// Entries are added to those that there are. Fails with EX_CONFIG for the first fault, also for an unknown key or a
 /// Key::fault of a section that the file has; some values are then changed already. \param root root table of the file
-tl::expected<void, Error> readTable(TomlTable& root, const std::vector<Key>& keys);
+/// \param isStrict false: unknown keys have no effect
+tl::expected<void, Error> readTable(TomlTable& root, const std::vector<Key>& keys, bool isStrict = true);
+
+/// Words for the lowest level of log lines, each of which is its own meaning, for choiceOf().
+std::vector<std::pair<std::string, std::string>> logLevels();
 
 }  // namespace tractiond

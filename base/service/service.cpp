@@ -10,10 +10,8 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <condition_variable>
 #include <csignal>
 #include <cstdlib>
-#include <mutex>
 #include <string>
 #include <utility>
 
@@ -68,8 +66,8 @@ void admitSignals() {
   maskSignals(SIG_UNBLOCK);
 }
 
-StopWhileStarting::StopWhileStarting(std::function<void()> leave, milliseconds patience)
-    : thread_([leave = std::move(leave), patience](const std::stop_token& started) {
+StopWhileStarting::StopWhileStarting(std::function<void()> leave)
+    : thread_([leave = std::move(leave)](const std::stop_token& started) {
       constexpr milliseconds kTurn{50};
       maskSignals(SIG_UNBLOCK);
       const milliseconds feeding = LivenessCheck::period(systemd::watchdog());
@@ -80,12 +78,7 @@ StopWhileStarting::StopWhileStarting(std::function<void()> leave, milliseconds p
         unfed = {};
         systemd::notify("WATCHDOG=1");
       }
-      serviceRequests().stop.signal();  // for run()
-      std::mutex mutex;
-      std::condition_variable_any changed;
-      std::unique_lock lock(mutex);
-      changed.wait_for(lock, started, patience, [] { return false; });
-      if (!started.stop_requested()) leave();
+      leave();
     }) {}
 
 tl::expected<void, Error> raiseDescriptorLimit() {

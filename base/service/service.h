@@ -43,10 +43,9 @@ ServiceRequests& serviceRequests();
 /// starts again (ServiceHooks::startsAgain). Requires catchSignals().
 class StopWhileStarting {
  public:
-  /// \param leave ends the process; called on a thread of its own if the start has not ended `patience` after the
-  /// signal. If it has ended, run() returns at once. The destructor waits for that thread, some 50 ms at most.
-  explicit StopWhileStarting(std::function<void()> leave,
-                             std::chrono::milliseconds patience = std::chrono::milliseconds(500));
+  /// \param leave ends the process; called on a thread of its own after the signal. The destructor waits for that
+  /// thread, some 50 ms at most.
+  explicit StopWhileStarting(std::function<void()> leave);
 
  private:
   std::jthread thread_;

@@ -3,6 +3,9 @@
 #include "daemon/records/pixel_format.h"
 #include "proto/traction/v1/endpoints.h"
 
+#include <filesystem>
+#include <iterator>
+
 namespace tractiond {
 namespace {
 
@@ -63,6 +66,15 @@ Entries entriesOf(std::vector<capture::Feature>& features) {
                     "#              { BalanceRatioSelector = \"Red\" }, { BalanceRatio = 1.4 },\n"
                     "#              { BalanceRatioSelector = \"Blue\" }, { BalanceRatio = 1.8 } ]\n";
   return entries;
+}
+
+tl::expected<Config, Error> read(tl::expected<TomlTable, FileError> root, bool isStrict = true) {
+  if (!root) return tl::unexpected(asError(root.error(), kDefaultsHold));
+  Config config;
+  return readTable(*root, keysOf(config), isStrict).map([&] {
+    if (config.camera.frameRate_Hz > 0.0) config.solve.frameRate_Hz = config.camera.frameRate_Hz;
+    return config;
+  });
 }
 
 }  // namespace
@@ -184,7 +196,7 @@ std::vector<Key> keysOf(Config& config) {
           &realtime.lockMemory},
 
       {"log", "level", "", "Lowest level of the lines on standard error.",
-          choiceOf(config.logLevel, {"debug", "info", "warning", "error"})},
+          choiceOf(config.logLevel, logLevels())},
   };
   // clang-format on
   for (Key& key : keys) key.live = isLive(key);
@@ -206,6 +218,22 @@ std::string configText(const Config& config) {
       "runtime directory,\n"
       "# and for the instance \"default\", control excepted, also tcp on the loopback, ports 9872 and 9873.\n",
       keysOf(copy), keysOf(standard));
+}
+
+tl::expected<Config, Error> parseConfig(std::istream& text, const std::string& name) {
+  return read(TomlTable::parse(std::string{std::istreambuf_iterator<char>(text), {}}, name));
+}
+
+tl::expected<Config, Error> parseRecordedConfig(const std::string& text, const std::string& name) {
+  return read(TomlTable::parse(text, name), false);
+}
+
+tl::expected<Config, Error> loadConfig(const std::string& path) {
+  auto config = read(TomlTable::load(path));
+  if (config && config->sensor.namesGelFile()) {
+    config->sensor.gelFile = std::filesystem::path(path).parent_path() / config->sensor.gelFile;
+  }
+  return config;
 }
 
 }  // namespace tractiond

@@ -1,6 +1,7 @@
-// The configuration: one struct, and one table with default, unit, range and meaning of every key.
+// The configuration: one struct, one table with default, unit, range and meaning of every key, and its file.
 #pragma once
 
+#include "base/error.h"
 #include "base/service/config_table.h"
 #include "daemon/app/previewer.h"
 #include "daemon/app/prompt_solver.h"
@@ -11,6 +12,9 @@
 #include "daemon/solve/options.h"
 #include "daemon/track/tracker.h"
 
+#include <tl/expected.hpp>
+
+#include <istream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -56,5 +60,19 @@ std::vector<Change> changesBetween(const Config& before, const Config& after);
 /// Returns the text of a configuration file with every key, its value and meaning. parseConfig() restores the values of
 /// all keys from it; fields that are no keys, as those from the command line, then have their defaults.
 std::string configText(const Config& config);
+
+/// Parses a configuration, up to the end of `text`. Missing keys keep their defaults; the gel file's name stays as it
+/// is written. EX_CONFIG: wrong syntax, an unknown key (the error states the nearest known one), a wrong type, a value
+/// out of its range or not allowed (Key::fault). Reentrant.
+/// \param name of the file in errors: "name:line: what"; is not opened
+tl::expected<Config, Error> parseConfig(std::istream& text, const std::string& name);
+
+/// Does the same with the configuration that a recording holds: unknown keys, as those of other versions, have no effect.
+tl::expected<Config, Error> parseRecordedConfig(const std::string& text, const std::string& name);
+
+/// Reads a configuration file; waits for the disk. Resolves the gel file's name relative to the file's directory,
+/// except "none" (a file of that name is ./none). EX_NOINPUT: the file is missing or cannot be read. EX_CONFIG as
+/// parseConfig(). Reentrant.
+tl::expected<Config, Error> loadConfig(const std::string& path);
 
 }  // namespace tractiond

@@ -97,7 +97,6 @@ tl::expected<void, Error> Instrument::build(std::optional<sensor::Sensor> gel) {
   options.makesModels = processing_->promptSolver() != nullptr;
   options.records = processing_->recorder() != nullptr;
   pipeline_ = std::make_unique<Pipeline>(*camera_, static_cast<Stages&>(*this), options, ledger_, turns_);
-  reloader_.emplace(config_, description_.identity.calibration, static_cast<ReloadedCamera&>(*this));
   return {};
 }
 
@@ -185,6 +184,11 @@ ServiceHooks Instrument::hooks() {
           .statusLine = [this] { return statusLine(); },
           .others = [this] { return !camera_->isForsaken(); },
           .startsAgain = [this] { return adoption_.isDue(); }};
+}
+
+void Instrument::takeOver(const tl::expected<Reread, Error>& read) {
+  if (tractiond::takeOver(read, config_, description_.identity.calibration, camera_->refusedLast()))
+    camera_->reopen(driver());
 }
 
 tl::expected<void, Error> Instrument::stop() {

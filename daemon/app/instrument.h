@@ -24,7 +24,7 @@
 namespace tractiond {
 
 /// Thread-bound, except for what the pipeline's threads do within.
-class Instrument final : Stages, ReloadedCamera {
+class Instrument final : Stages {
  public:
   /// Makes the parts: first those that fail fast (the gel, the directories, the sockets), then the solver (seconds,
   /// once per gel) and the camera. Blocks meanwhile, for the camera until the first try to open it has ended. On an
@@ -46,8 +46,8 @@ class Instrument final : Stages, ReloadedCamera {
   /// Returns the hooks for run(), without ServiceHooks::reload. Their functions use this object, which must outlive
   /// them.
   ServiceHooks hooks();
-  /// Applies what a reload has read: Reloader::takeOver(). For the thread of run().
-  void takeOver(const tl::expected<Reread, Error>& read) { reloader_->takeOver(read); }
+  /// Applies what a reload has read, and logs the result. For the thread of run().
+  void takeOver(const tl::expected<Reread, Error>& read);
 
   /// Stops the pipeline, closes the recording and checks the ledger; waits until the frames in flight are published.
   /// Must be called once, after start(). Fails with the error for which the source ended by itself, else with
@@ -71,10 +71,6 @@ class Instrument final : Stages, ReloadedCamera {
   void model(std::chrono::milliseconds timeout) override { processing_->promptSolver()->turn(timeout); }
   void record(std::chrono::milliseconds timeout) override { processing_->recorder()->turn(timeout); }
   void enter() override { realtime_->enter(); }
-
-  // These implement ReloadedCamera.
-  bool hasRefused() const override { return camera_->refusedLast(); }
-  void reopen() override { camera_->reopen(driver()); }
 
   capture::OpenDriver driver() const;
   tl::expected<void, Error> openCamera();
@@ -100,8 +96,7 @@ class Instrument final : Stages, ReloadedCamera {
   std::unique_ptr<Processing> processing_;
   std::unique_ptr<capture::Camera> camera_;
   std::unique_ptr<Pipeline> pipeline_;
-  std::optional<Reloader> reloader_;  // for run()
-  Adoption adoption_;                 // for the control thread, and run()
+  Adoption adoption_;  // for the control thread, and run()
 
   // For the control thread alone.
   std::int64_t trimmed_ns_ = 0;

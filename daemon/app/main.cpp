@@ -2,7 +2,7 @@
 #include "base/service/service.h"
 #include "daemon/app/arguments.h"
 #include "daemon/app/camera_commands.h"
-#include "daemon/app/config_toml.h"
+#include "daemon/app/config.h"
 #include "daemon/app/gel_files.h"
 #include "daemon/app/serve.h"
 #include "daemon/capture/inspection.h"

@@ -145,42 +145,29 @@ void Pipeline::loop(Stage stage) {
   }
 }
 
-Counter& Pipeline::turnsOf(Stage stage) {
-  switch (stage) {
-  case Stage::kCapture:
-    return turns_.capture;
-  case Stage::kTrack:
-    return turns_.track;
-  case Stage::kSolve:
-    return turns_.solve;
-  case Stage::kPublish:
-    return turns_.publish;
-  case Stage::kControl:
-    break;
-  }
-  return turns_.control;
-}
-
 bool Pipeline::turn(Stage stage, std::chrono::milliseconds timeout) {
-  const bool goesOn = work(stage, timeout);
-  if (goesOn) turnsOf(stage).add();
-  return goesOn;
-}
-
-bool Pipeline::work(Stage stage, std::chrono::milliseconds timeout) {
+  const auto take = [&](bool (Pipeline::*work)(std::chrono::milliseconds), Counter& turns) {
+    const bool goesOn = (this->*work)(timeout);
+    if (goesOn) turns.add();
+    return goesOn;
+  };
   switch (stage) {
   case Stage::kCapture:
-    return captureTurn(timeout);
+    return take(&Pipeline::captureTurn, turns_.capture);
   case Stage::kTrack:
-    return trackTurn(timeout);
+    return take(&Pipeline::trackTurn, turns_.track);
   case Stage::kSolve:
-    return solveTurn(timeout);
+    return take(&Pipeline::solveTurn, turns_.solve);
   case Stage::kPublish:
-    return publishTurn(timeout);
+    return take(&Pipeline::publishTurn, turns_.publish);
   case Stage::kControl:
     break;
   }
-  if (stopping_.load(std::memory_order_relaxed)) return false;
+  return take(&Pipeline::controlTurn, turns_.control);
+}
+
+bool Pipeline::controlTurn(std::chrono::milliseconds timeout) {
+  if (stopping()) return false;
   stages_.control(timeout);
   return true;
 }

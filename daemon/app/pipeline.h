@@ -103,12 +103,11 @@ class Pipeline {
  private:
   void join();
   void loop(Stage stage);
-  Counter& turnsOf(Stage stage);
-  bool work(Stage stage, std::chrono::milliseconds timeout);
   bool captureTurn(std::chrono::milliseconds timeout);
   bool trackTurn(std::chrono::milliseconds timeout);
   bool solveTurn(std::chrono::milliseconds timeout);
   bool publishTurn(std::chrono::milliseconds timeout);
+  bool controlTurn(std::chrono::milliseconds timeout);
   void repeat(void (Stages::*function)(std::chrono::milliseconds)) const;
 
   capture::FrameSource& source_;

@@ -15,46 +15,45 @@ tl::expected<Reread, Error> reread(Config completed) {
   return Reread{std::move(completed), calibration};
 }
 
-tl::expected<std::vector<std::string>, Error> Reloader::apply(const Reread& read) {
-  const bool piped = !inForce_.camera.images.empty();
-  std::vector<std::string> news, bound;
-  bool ofCamera = false;
-  for (const Change& change : changesBetween(inForce_, read.config)) {
+tl::expected<News, Error> apply(const Reread& read, Config& inForce, const Id& calibration, bool hasCameraRefused) {
+  const bool piped = !inForce.camera.images.empty();
+  News news;
+  std::vector<std::string> bound;
+  for (const Change& change : changesBetween(inForce, read.config)) {
     const bool camera = change.key.starts_with("camera.");
-    ofCamera = ofCamera || camera;
+    news.isOfCamera = news.isOfCamera || camera;
     if (change.live && !(camera && piped))
-      news.push_back(fmt::format("{} = {} (was {})", change.key, change.after.empty() ? "none" : change.after,
+      news.lines.push_back(fmt::format("{} = {} (was {})", change.key, change.after.empty() ? "none" : change.after,
                                  change.before.empty() ? "none" : change.before));
     else
       bound.push_back(change.key);
   }
-  if (bound.empty() && read.calibration != calibration_) bound.emplace_back("what sensor.gel_file holds");
+  if (bound.empty() && read.calibration != calibration) bound.emplace_back("what sensor.gel_file holds");
   if (!bound.empty()) {
     return tl::unexpected(Error{.exitCode = EX_CONFIG,
                                 .what = fmt::format("not while it runs: {}", fmt::join(bound, ", ")),
                                 .remedy = "restart the service"});
   }
-  if (!ofCamera && camera_.hasRefused()) {
-    ofCamera = true;
-    news.emplace_back("what the camera refused, once more");
+  if (!news.isOfCamera && hasCameraRefused) {
+    news.isOfCamera = true;
+    news.lines.emplace_back("what the camera refused, once more");
   }
-  inForce_.logLevel = read.config.logLevel;
-  spdlog::set_level(spdlog::level::from_str(inForce_.logLevel));
-  if (ofCamera) {
-    inForce_.camera = read.config.camera;
-    camera_.reopen();
-  }
+  inForce.logLevel = read.config.logLevel;
+  spdlog::set_level(spdlog::level::from_str(inForce.logLevel));
+  if (news.isOfCamera) inForce.camera = read.config.camera;
   return news;
 }
 
-void Reloader::takeOver(const tl::expected<Reread, Error>& read) {
-  const auto news = read.and_then([this](const Reread& one) { return apply(one); });
-  if (!news)
+bool takeOver(const tl::expected<Reread, Error>& read, Config& inForce, const Id& calibration, bool hasCameraRefused) {
+  const auto news =
+      read.and_then([&](const Reread& one) { return apply(one, inForce, calibration, hasCameraRefused); });
+  if (!news) {
     spdlog::error("the configuration stays as it was: {}", news.error().message());
-  else if (news->empty())
-    spdlog::info("nothing in the configuration has changed");
-  else
-    for (const std::string& one : *news) spdlog::info("new in the configuration: {}", one);
+    return false;
+  }
+  if (news->lines.empty()) spdlog::info("nothing in the configuration has changed");
+  for (const std::string& line : news->lines) spdlog::info("new in the configuration: {}", line);
+  return news->isOfCamera;
 }
 
 }  // namespace tractiond

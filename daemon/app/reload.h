@@ -23,42 +23,22 @@ struct Reread {
 /// Reentrant.
 tl::expected<Reread, Error> reread(Config completed);
 
-/// The camera of a Reloader, for its thread.
-class ReloadedCamera {
- public:
-  virtual bool hasRefused() const = 0;  ///< Returns Camera::refusedLast().
-  virtual void reopen() = 0;            ///< Opens the camera anew, with the options in force.
-
- protected:
-  ~ReloadedCamera() = default;
+/// What a reload changes.
+struct News {
+  std::vector<std::string> lines;  ///< "camera.gain = 2 (was 1)"; empty: nothing
+  bool isOfCamera = false;         ///< the camera is to be opened anew, with the configuration in force
 };
 
-/// Applies the changes of a configuration, or none of them if one needs a restart. If the camera refuses its changes,
-/// that is logged and the camera is opened as before. Thread-bound.
-class Reloader {
- public:
-  /// \param inForce     configuration that is changed; outlives this
-  /// \param calibration Reread::calibration of the gel in force
-  /// \param camera      outlives this
-  Reloader(Config& inForce, const Id& calibration, ReloadedCamera& camera)
-      : inForce_(inForce)
-      , calibration_(calibration)
-      , camera_(camera) {}
+/// Applies the changes of a configuration, or none of them if one needs a restart: sets the level of the log and the
+/// camera's options in force. The camera is also opened anew if it refused the last change. Fails with EX_CONFIG, and
+/// applies nothing, if a key that is not Key::live has changed, the contents of the gel file, or, with pictures from a
+/// file, a key of the camera.
+/// \param inForce          configuration that is changed
+/// \param calibration      Reread::calibration of the gel in force
+/// \param hasCameraRefused Camera::refusedLast()
+tl::expected<News, Error> apply(const Reread& read, Config& inForce, const Id& calibration, bool hasCameraRefused);
 
-  /// Applies what was read: sets the level of the log, and reopens the camera if its keys have changed, or if it
-  /// refused the last change. Fails with EX_CONFIG, and applies nothing, if a key that is not Key::live has changed,
-  /// the contents of the gel file, or, with pictures from a file, a key of the camera: they need a restart. \return the
-  /// changes, a line each: "camera.gain = 2 (was 1)", and a line if the camera only tries again what it refused; empty:
-  /// there are none
-  tl::expected<std::vector<std::string>, Error> apply(const Reread& read);
-
-  /// Applies what was read, and logs the result, an error too.
-  void takeOver(const tl::expected<Reread, Error>& read);
-
- private:
-  Config& inForce_;
-  const Id calibration_;
-  ReloadedCamera& camera_;
-};
+/// Does the same, and logs the result, an error too. Returns News::isOfCamera.
+bool takeOver(const tl::expected<Reread, Error>& read, Config& inForce, const Id& calibration, bool hasCameraRefused);
 
 }  // namespace tractiond

@@ -3,7 +3,7 @@
 // another gel file the zeros are taken at the same pictures, and are compared with that file.
 #include "daemon/app/replay.h"
 
-#include "daemon/app/config_toml.h"
+#include "daemon/app/config.h"
 #include "daemon/app/gel_files.h"
 #include "daemon/app/instance.h"
 #include "daemon/app/rest_solver.h"
@@ -25,7 +25,6 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
-#include <sstream>
 #include <thread>
 
 namespace tractiond {
@@ -165,8 +164,7 @@ void Replay::chooseSensor() {
     if (!sensor) throw Stopped{sensor.error()};
     sensor_ = *std::move(sensor);
   } else {
-    std::istringstream text(beginning_->configuration);
-    auto recorded = parseRecordedConfig(text, options_.file);
+    auto recorded = parseRecordedConfig(beginning_->configuration, options_.file);
     if (!recorded) {
       fail({.exitCode = EX_DATAERR,
             .what = "its configuration, of tractiond " + beginning_->softwareVersion +

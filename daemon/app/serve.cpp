@@ -2,7 +2,7 @@
 
 #include "base/service/log.h"
 #include "base/service/service.h"
-#include "daemon/app/config_toml.h"
+#include "daemon/app/config.h"
 #include "daemon/app/instrument.h"
 #include "daemon/app/reload.h"
 #include "daemon/app/replay.h"
@@ -59,7 +59,6 @@ int serve(const Arguments& arguments, const Config& config, const Places& places
     spdlog::error("{}", error.message());
     return error.exitCode;
   };
-  const auto tellStopped = [] { spdlog::info("stopped before it ran"); };
   std::error_code ignored;
   const bool recordsAnew = !config.record.file.empty() && !std::filesystem::exists(config.record.file, ignored);
   std::optional<StopWhileStarting> starting([&] {
@@ -68,14 +67,12 @@ int serve(const Arguments& arguments, const Config& config, const Places& places
     // The instrument may have made it, and would not be started with it again.
     if (recordsAnew && std::filesystem::is_empty(config.record.file, failure))
       std::filesystem::remove(config.record.file, failure);
-    tellStopped();
+    spdlog::info("stopped before it ran");
     log->drain();
     std::_Exit(EX_OK);
   });
   auto instrument = Instrument::make(config, places, log);
   starting.reset();
-  // What has failed meanwhile matters to nobody.
-  if (!instrument && serviceRequests().stop.wait(std::chrono::milliseconds(0))) return tellStopped(), EX_OK;
   if (!instrument) return failed(instrument.error());
   if (const auto started = (*instrument)->start(); !started) return failed(started.error());
   ServiceHooks hooks = (*instrument)->hooks();

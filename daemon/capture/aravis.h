@@ -51,7 +51,7 @@ class Failure {
     return &error_;
   }
   explicit operator bool() const { return error_ != nullptr; }
-  std::string text() const { return error_ == nullptr ? "unknown error" : error_->message; }
+  std::string text() const;
   /// Returns whether the camera did not answer, as opposed to refusing. False without an error.
   bool noAnswer() const;
   /// Returns whether the camera is there, but has no description that Aravis can read. False without an error.

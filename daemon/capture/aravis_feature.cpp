@@ -14,6 +14,10 @@
 
 namespace tractiond::capture {
 
+std::string Failure::text() const {
+  return error_ == nullptr ? "unknown error" : capture::text(error_->message);
+}
+
 bool Failure::noAnswer() const {
   return error_ != nullptr && error_->domain == ARV_DEVICE_ERROR &&
          (error_->code == ARV_DEVICE_ERROR_TIMEOUT || error_->code == ARV_DEVICE_ERROR_NOT_CONNECTED ||

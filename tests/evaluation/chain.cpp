@@ -14,7 +14,7 @@
 // an earlier frame's model, as in the daemon, which learns in no time. With --answer, also answers each frame by the
 // model of the frame before: whether it could be is in "answered", the figures are in answer_NAME.f64.
 #include "base/clock.h"
-#include "daemon/app/config_toml.h"
+#include "daemon/app/config.h"
 #include "daemon/calibrate/zero_tracking.h"
 #include "daemon/solve/make_solver.h"
 #include "daemon/track/creep_memory.h"

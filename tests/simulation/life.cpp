@@ -17,7 +17,6 @@ Life::Life(const Around& around)
     , camera_(around.camera, start_.config.camera, ledger_, around.journal, around.starvation)
     , pipeline_(*this, *this, {.markers = around.gel.sensor.markerCount(), .nodes = around.gel.sensor.nodes.count()},
                 ledger_, turns_)
-    , reloader_(start_.config, start_.calibration, *this)
     , hooks_(hooks())
     , supervisor_(hooks_, camera_, around.person, around.ongoing, around.journal, around.starvation)
     , procedures_({.sensor = around.gel.sensor,
@@ -63,7 +62,8 @@ void Life::control(std::chrono::milliseconds /*timeout*/) {
   procedures_.turn();
 }
 
-void Life::reopen() {
+void Life::takeOver(const tl::expected<Reread, Error>& read) {
+  if (!tractiond::takeOver(read, start_.config, start_.calibration, camera_.hasRefused())) return;
   camera_.reopen(start_.config.camera);
   around_.fields.disturb(now());
 }
@@ -135,7 +135,7 @@ ServiceHooks Life::hooks() {
   return {.loops = loopsOf(turns_),
           .ended = [this] { return pipeline_.ended(); },
           .statusLine = [] { return std::string(); },
-          .reload = [this] { return [this, read = around_.person.read()] { reloader_.takeOver(read); }; },
+          .reload = [this] { return [this, read = around_.person.read()] { takeOver(read); }; },
           .others = [this] { return !camera_.isForsaken(); }};
 }
 

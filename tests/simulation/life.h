@@ -37,7 +37,6 @@ struct Around {
 
 class Life : public capture::FrameSource,
              Stages,
-             ReloadedCamera,
              track::ZeroTracker,
              control::GelComparison,
              control::ProcedureHost,
@@ -90,10 +89,7 @@ class Life : public capture::FrameSource,
   void serveSubscribers(int /*fd*/, std::chrono::milliseconds /*timeout*/) override {}
   void control(std::chrono::milliseconds timeout) override;
 
-  // The camera of reloads.
-  bool hasRefused() const override { return camera_.hasRefused(); }
-  void reopen() override;
-
+  void takeOver(const tl::expected<Reread, Error>& read);
   void meetCamera();
   void begin(const Happening& one);
   double zeroWithin_s();
@@ -141,7 +137,6 @@ class Life : public capture::FrameSource,
   control::Watched lastWatched_;
   Pipeline pipeline_;
   std::array<bool, Supervisor::kStages> hasStageEnded_{};
-  Reloader reloader_;
   const ServiceHooks hooks_;
   Supervisor supervisor_;
   control::Procedures procedures_;

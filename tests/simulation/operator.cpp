@@ -1,6 +1,6 @@
 #include "tests/simulation/operator.h"
 
-#include "daemon/app/config_toml.h"
+#include "daemon/app/config.h"
 #include "daemon/app/instance.h"
 #include "tests/simulation/gel.h"
 

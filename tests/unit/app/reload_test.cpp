@@ -6,22 +6,16 @@
 namespace tractiond::reload_test {
 namespace {
 
-/// A configuration in force, and a camera that it is given to.
-struct Fixture final : ReloadedCamera {
+/// A configuration in force.
+struct Fixture {
   Fixture() { inForce.camera.gain = 1.0; }
   ~Fixture() { spdlog::set_level(spdlog::level::info); }
 
-  tl::expected<std::vector<std::string>, Error> apply(const Config& config, const Id& gel = {}) {
-    return reloader.apply({config, gel});
+  auto apply(const Config& config, const Id& gel = {}, bool hasRefused = false) {
+    return tractiond::apply({config, gel}, inForce, {}, hasRefused);
   }
 
   Config inForce;
-  bool hasRefused() const override { return refuses; }
-  void reopen() override { ++opened; }
-
-  bool refuses = false;
-  int opened = 0;
-  Reloader reloader{inForce, {}, *this};
 };
 
 TEST(Reload, TakesWhatTheCameraAndTheLogMayTake) {
@@ -29,13 +23,14 @@ TEST(Reload, TakesWhatTheCameraAndTheLogMayTake) {
   Config next = fixture.inForce;
   next.camera.gain = 2.0;
   next.logLevel = "debug";
-  EXPECT_EQ(fixture.apply(next).value(),
+  const News news = fixture.apply(next).value();
+  EXPECT_EQ(news.lines,
             (std::vector<std::string>{"camera.gain = 2 (was 1)", "log.level = \"debug\" (was \"info\")"}));
-  EXPECT_EQ(fixture.opened, 1);
+  EXPECT_TRUE(news.isOfCamera);
   EXPECT_EQ(fixture.inForce.camera.gain, 2.0);
   EXPECT_EQ(spdlog::get_level(), spdlog::level::debug);
-  EXPECT_TRUE(fixture.apply(next).value().empty());
-  EXPECT_EQ(fixture.opened, 1) << "nothing has changed";
+  EXPECT_TRUE(fixture.apply(next).value().lines.empty());
+  EXPECT_FALSE(fixture.apply(next).value().isOfCamera) << "nothing has changed";
 }
 
 TEST(Reload, TakesNothingWithAnotherGel) {
@@ -43,15 +38,14 @@ TEST(Reload, TakesNothingWithAnotherGel) {
   Config next = fixture.inForce;
   next.camera.gain = 2.0;
   EXPECT_EQ(fixture.apply(next, {1}).error().what, "not while it runs: what sensor.gel_file holds");
-  EXPECT_EQ(fixture.opened, 0);
   EXPECT_EQ(fixture.inForce.camera.gain, 1.0);
 }
 
 TEST(Reload, TriesOnceMoreWhatTheCameraRefused) {
   Fixture fixture;
-  fixture.refuses = true;
-  EXPECT_EQ(fixture.apply(fixture.inForce).value().size(), 1U);
-  EXPECT_EQ(fixture.opened, 1);
+  const News news = fixture.apply(Config(fixture.inForce), {}, true).value();
+  EXPECT_EQ(news.lines.size(), 1U);
+  EXPECT_TRUE(news.isOfCamera);
 }
 
 TEST(Reload, LeavesACameraAloneThatIsAPipe) {
