@@ -1,12 +1,9 @@
 #include "base/files.h"
 
-#include <dirent.h>
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <cstdio>
-#include <string_view>
 
 namespace tractiond::files {
 
@@ -36,35 +33,6 @@ int rename(const char* from, const char* to) {
 
 int unlink(const char* path) {
   return ::unlink(path);
-}
-
-int status(const char* path, struct stat& of) {
-  return ::stat(path, &of);
-}
-
-int statusOfLink(const char* path, struct stat& of) {
-  return ::lstat(path, &of);
-}
-
-Listing list(const char* path) {
-  Listing listing;
-  DIR* const directory = opendir(path);
-  if (directory == nullptr) {
-    listing.error = errno;
-    return listing;
-  }
-  listing.isOpened = true;
-  if (fstat(dirfd(directory), &listing.own) != 0) listing.own = {};
-  for (errno = 0; const dirent* const entry = readdir(directory); errno = 0) {
-    const std::string_view name = entry->d_name;
-    if (name == "." || name == "..") continue;
-    Listing::Entry& one = listing.entries.emplace_back();
-    one.name = name;
-    if (fstatat(dirfd(directory), entry->d_name, &one.of, 0) != 0) one.of = {};
-  }
-  listing.error = errno;
-  closedir(directory);
-  return listing;
 }
 
 bool isRegular(int file) {

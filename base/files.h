@@ -1,4 +1,4 @@
-// Reads and writes files of the state directory and of keys: by the operating system, or on a simulated disk
+// Reads and writes files of the state directory: by the operating system, or on a simulated disk
 // (tests/simulation), whichever is linked.
 #pragma once
 
@@ -7,9 +7,7 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <string>
 #include <system_error>
-#include <vector>
 
 namespace tractiond::files {
 
@@ -22,25 +20,9 @@ int fsync(int file);
 int close(int file);
 int rename(const char* from, const char* to);
 int unlink(const char* path);
-int status(const char* path, struct stat& of);        ///< stat()
-int statusOfLink(const char* path, struct stat& of);  ///< lstat()
 
 /// Returns whether an open file is a regular one; false also on an error.
 bool isRegular(int file);
-
-/// What a directory contains.
-struct Listing {
-  struct Entry {
-    std::string name;
-    struct stat of {};  ///< stat(); zeros if that fails
-  };
-  int error = 0;  ///< errno if the directory could not be opened, or read to its end; else 0
-  bool isOpened = false;
-  struct stat own {};          ///< of the directory; zeros if not known
-  std::vector<Entry> entries;  ///< in no order, without "." and ".."
-};
-/// Lists a directory. Thread-safe.
-Listing list(const char* path);
 
 /// Creates a directory and its parents. An existing directory is not an error, an empty path is one. Returns the error;
 /// an empty code on success. Thread-safe.

@@ -1,11 +1,9 @@
 #include "gateway/keys.h"
 
-#include "base/files.h"
-
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <filesystem>
+#include <system_error>
 
 namespace tractiond::gateway {
 namespace {
@@ -20,10 +18,9 @@ bool isLocal(const Config& config) {
 tl::expected<std::optional<network::KeyPair>, Error> serverKey(const Config& config) {
   if (config.insecure) return std::nullopt;
   const std::filesystem::path file = network::serverKeyFile(config.keys);
-  struct stat ignored {};
+  std::error_code ignored;
   // If the directory cannot be searched, loadKeyPair() reports the reason.
-  const bool isMissing = files::statusOfLink(file.c_str(), ignored) != 0 && (errno == ENOENT || errno == ENOTDIR);
-  if (!isMissing) {
+  if (std::filesystem::symlink_status(file, ignored).type() != std::filesystem::file_type::not_found) {
     return network::loadKeyPair(file).map([](network::KeyPair keys) { return std::optional(std::move(keys)); });
   }
   if (!isLocal(config)) {

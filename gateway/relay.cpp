@@ -3,7 +3,6 @@
 #include "base/directory.h"
 #include "base/network/socket.h"
 #include "gateway/keys.h"
-#include "gateway/messages.h"
 #include "gateway/rates.h"
 #include "gateway/request.h"
 #include "proto/traction/v1/endpoints.h"
@@ -13,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cstring>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -22,6 +22,9 @@
 namespace tractiond::gateway {
 namespace {
 
+using network::property;
+using network::put;
+using network::receive;
 using std::chrono::milliseconds;
 
 constexpr int kMessagesPerTurn = 64;
@@ -35,6 +38,32 @@ constexpr std::int64_t kUnheard_ns = 1'000'000'000;  ///< without a latest field
 constexpr int kWaitingForInstrument = 256;
 constexpr std::string_view kDescriptionEnds = "/description/", kPreviewEnds = "/preview/";
 constexpr std::string_view kFieldBegins = "\x09";  ///< Protobuf key of Field.timestamp
+
+/// Queues [to][empty][body], whole or not at all, without waiting. Returns whether it was queued: network::put().
+bool putAddressed(zmq::socket_t& socket, std::string_view to, zmq::message_t body) {
+  zmq::message_t address(to.data(), to.size()), empty;
+  return put(socket, address, true) && put(socket, empty, true) && put(socket, body, false);
+}
+
+/// Routing text that the instrument returns with its reply, so that the reply finds the client.
+struct Route {
+  std::string peer;              ///< routing id of the client's connection on the front's control socket
+  std::uint32_t generation = 0;  ///< opening of the front to which the connection belongs
+
+  /// Returns the route as bytes, from which of() restores it.
+  std::string text() const {
+    return peer + std::string(reinterpret_cast<const char*>(&generation), sizeof generation);
+  }
+  /// Restores a route. Returns nothing if the text is too short; nothing else is checked.
+  static std::optional<Route> of(std::string_view text) {
+    Route route;
+    if (text.size() < sizeof route.generation) return std::nullopt;
+    const std::size_t end = text.size() - sizeof route.generation;
+    std::memcpy(&route.generation, text.data() + end, sizeof route.generation);
+    route.peer = text.substr(0, end);
+    return route;
+  }
+};
 
 }  // namespace
 

@@ -57,7 +57,7 @@ tl::expected<AllowedKey, Error> loadAllowed(const fs::path& path) {
   auto file = TomlTable::load(path.string());
   if (!file) return tl::unexpected(asError(file.error()));
   struct stat status {};
-  if (files::status(path.c_str(), status) == 0 && canOthersWrite(status))
+  if (stat(path.c_str(), &status) == 0 && canOthersWrite(status))
     return tl::unexpected(openToOthers(path, "file"));
   readKey(*file, "key", allowed.key);
   std::string word;
@@ -157,7 +157,7 @@ tl::expected<KeyPair, Error> loadKeyPair(const fs::path& path) {
   auto file = TomlTable::load(path.string());
   if (!file) return tl::unexpected(asError(file.error()));
   struct stat status {};
-  if (files::status(path.c_str(), status) == 0 && canOthersRead(status)) {
+  if (stat(path.c_str(), &status) == 0 && canOthersRead(status)) {
     return tl::unexpected(Error{.exitCode = EX_NOPERM,
                                 .what = "others can read this secret key",
                                 .where = path.string(),
@@ -216,42 +216,32 @@ tl::expected<void, Error> revoke(const fs::path& directory, const std::string& n
                               .remedy = "tractionctl keys list prints the allowed clients"});
 }
 
-bool KeyDirectory::keep(int error) {
-  const Error fault{.exitCode = EX_NOINPUT,
-                    .what = "the directory of keys cannot be read to its end, so the keys read before stay allowed: " +
-                            std::generic_category().message(error),
-                    .where = path_.string()};
-  const bool isNew = faults_.size() != 1 || faults_[0].message() != fault.message();
-  faults_ = {fault};
-  listed_ = false;
-  return isNew;
-}
-
 bool KeyDirectory::refresh() {
   std::vector<Stamp> now;
-  std::optional<Error> failure;
-  const files::Listing listing = files::list(path_.c_str());
-  if (listing.isOpened) {
-    if (listing.error != 0) return keep(listing.error);
-    if (canOthersWrite(listing.own)) failure = openToOthers(path_, "directory of keys");
-    for (const auto& [name, of] : listing.entries) {
-      if (!name.ends_with(kEnding)) continue;
-      now.push_back(
-          {name, static_cast<long>(of.st_ino), static_cast<long>(of.st_size), of.st_ctim.tv_sec, of.st_ctim.tv_nsec});
-    }
-  } else {
-    if (isPassing(listing.error)) return false;
-    failure = Error{.exitCode = EX_NOINPUT,
-                    .what = "the directory of keys cannot be read: " + std::generic_category().message(listing.error),
-                    .where = path_.string()};
+  std::error_code error;
+  for (fs::directory_iterator entry(path_, error), end; !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename();
+    if (!name.ends_with(kEnding)) continue;
+    struct stat of {};
+    stat(entry->path().c_str(), &of);  // if that fails, so will the reading
+    now.push_back(
+        {name, static_cast<long>(of.st_ino), static_cast<long>(of.st_size), of.st_ctim.tv_sec, of.st_ctim.tv_nsec});
   }
-  if (failure) now.clear();
-  if (now.size() > kMostKeys) {
-    now.clear();
+  if (isPassing(error.value())) return false;
+  std::optional<Error> failure;
+  struct stat own {};
+  if (error) {
+    failure = Error{.exitCode = EX_NOINPUT,
+                    .what = "the directory of keys cannot be read: " + error.message(),
+                    .where = path_.string()};
+  } else if (stat(path_.c_str(), &own) == 0 && canOthersWrite(own)) {
+    failure = openToOthers(path_, "directory of keys");
+  } else if (now.size() > kMostKeys) {
     failure = Error{.exitCode = EX_CONFIG,
                     .what = "more than " + std::to_string(kMostKeys) + " keys are in one directory, and none is taken",
                     .where = path_.string()};
   }
+  if (failure) now.clear();
   std::ranges::sort(now, {}, &Stamp::name);
   if (!failure && listed_ && now == stamps_) return false;
   listed_ = !failure;

@@ -88,8 +88,8 @@ class KeyDirectory {
   /// Reads the directory in the first call, and again if a file NAME.key has changed, appeared or gone, or could not be
   /// read. Returns whether the keys or the faults have changed. A faulty file allows no key, nor does one with the key
   /// of a file before it in the order of names. No key is allowed if the directory cannot be read, can be written by
-  /// every user, or has more than kMostKeys. If it cannot be opened for lack of file descriptors or memory, everything
-  /// stays as it was; if it cannot be read to its end, the keys stay, with a fault. Waits for the disk.
+  /// every user, or has more than kMostKeys. If it cannot be read for lack of file descriptors or memory, everything stays
+  /// as it was. Waits for the disk.
   bool refresh();
 
   /// Returns the allowed keys, sorted by the names of their files. Valid until the next refresh().
@@ -105,9 +105,6 @@ class KeyDirectory {
     long inode, size, seconds, nanoseconds;  ///< of the inode's last change, which includes its owner and mode
     bool operator==(const Stamp&) const = default;
   };
-
-  /// Notes that the directory could not be read to its end. Returns whether that is new.
-  bool keep(int error);
 
   std::filesystem::path path_;
   bool listed_ = false;

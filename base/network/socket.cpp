@@ -85,10 +85,31 @@ void release(const std::vector<std::string>& bound) {
   }
 }
 
+std::size_t receive(zmq::socket_t& socket, std::array<zmq::message_t, 4>& parts) {
+  for (std::size_t count = 0;; ++count) {
+    zmq::message_t surplus;
+    zmq::message_t& part = count < parts.size() ? parts[count] : surplus;
+    if (zmq_msg_recv(part.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) return 0;
+    if (!part.more()) return count + 1;
+  }
+}
+
+bool put(zmq::socket_t& socket, zmq::message_t& part, bool more) {
+  int sent = -1;
+  do {
+    sent = zmq_msg_send(part.handle(), socket.handle(), ZMQ_DONTWAIT | (more ? ZMQ_SNDMORE : 0));
+  } while (sent < 0 && zmq_errno() == EINTR);
+  return sent >= 0;
+}
+
+std::string property(zmq::message_t& message, const char* name) {
+  const char* const text = zmq_msg_gets(message.handle(), name);
+  return text == nullptr ? "" : text;
+}
+
 std::string peerName(zmq::message_t& message) {
   constexpr std::string_view kThisHost = "localhost:";  // followed by uid:gid:pid of a process
-  const char* const address = zmq_msg_gets(message.handle(), "Peer-Address");
-  std::string name = address == nullptr ? "" : address;
+  std::string name = property(message, "Peer-Address");
   if (name.empty()) return "an unknown peer";
   if (!name.starts_with(kThisHost)) return name;
   const std::size_t uid = kThisHost.size();

@@ -7,6 +7,8 @@
 #include <tl/expected.hpp>
 #include <zmq.hpp>
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -38,6 +40,18 @@ void release(const std::vector<std::string>& bound);
 /// Returns the sender of a message as text for the log: its address, or "uid 1000, pid 4711" for a process on this
 /// host (ipc), or "an unknown peer" if ZeroMQ does not know the address.
 std::string peerName(zmq::message_t& message);
+
+/// Receives the next message whole, without waiting, and keeps its first four parts; elements of `parts` without a part
+/// are unchanged. Returns the number of its parts, which may exceed four; 0: there is none, or it cannot be received.
+std::size_t receive(zmq::socket_t& socket, std::array<zmq::message_t, 4>& parts);
+
+/// Queues one part of a message, without waiting; `part` is then empty. Returns whether it was queued: false, and
+/// `part` stays as it is, if a DEALER has no peer or its queue is full. A ROUTER or publisher returns true, and drops
+/// the message for the peers concerned. \param more true: further parts follow
+bool put(zmq::socket_t& socket, zmq::message_t& part, bool more);
+
+/// Returns a property of a message, such as "Peer-Address"; empty if it has none of this name.
+std::string property(zmq::message_t& message, const char* name);
 
 /// Returns an item for zmq_poll() that becomes ready when there is something to receive.
 inline zmq_pollitem_t readable(zmq::socket_t& socket) {

@@ -59,20 +59,6 @@ tl::expected<void, Error> raiseDescriptorLimit();
 /// (sd-daemon(3)), and adds time and program by itself.
 bool logsToJournal();
 
-/// Watches the turns of loops. Thread-bound.
-class StageWatch {
- public:
-  /// \param loops counters of turns; must outlive the object
-  explicit StageWatch(std::vector<const Counter*> loops);
-  /// Returns whether every loop has made a turn since this was true last. At first: since the construction if each had
-  /// made one by then, else since its start. True without loops. Does not wait.
-  bool allAdvanced();
-
- private:
-  std::vector<const Counter*> loops_;
-  std::vector<std::uint64_t> seen_;
-};
-
 /// What run() needs of a program. run() calls the functions on its own thread, except `reload`; `ended` and
 /// `statusLine` must be set.
 struct ServiceHooks {
@@ -92,16 +78,11 @@ struct ServiceHooks {
 class LivenessCheck {
  public:
   /// \param hooks must outlive the object
-  explicit LivenessCheck(const ServiceHooks& hooks)
-      : hooks_(hooks)
-      , watch_(hooks.loops) {}
+  explicit LivenessCheck(const ServiceHooks& hooks);
 
-  /// Returns whether the library threads are alive, and every loop has advanced since the last call in which all had.
-  /// Does not wait.
-  bool isAlive() {
-    const bool others = !hooks_.others || hooks_.others();
-    return watch_.allAdvanced() && others;
-  }
+  /// Returns whether the library threads are alive, and every loop has made a turn since the last call in which all had;
+  /// at first since the construction if each had made one by then, else since its start. Does not wait.
+  bool isAlive();
 
   /// Returns the time between two checks: a quarter of the watchdog's, as a stage may take half of that for one turn,
   /// and at most 1 s. \param watchdog time after which systemd ends the service; 0: there is no watchdog
@@ -112,8 +93,10 @@ class LivenessCheck {
   }
 
  private:
+  bool allAdvanced();
+
   const ServiceHooks& hooks_;
-  StageWatch watch_;
+  std::vector<std::uint64_t> seen_;
 };
 
 /// What run() does between two waits. Thread-bound.

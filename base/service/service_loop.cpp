@@ -27,15 +27,20 @@ ServiceRequests& serviceRequests() {
   return requests;
 }
 
-StageWatch::StageWatch(std::vector<const Counter*> loops)
-    : loops_(std::move(loops))
-    , seen_(loops_.size()) {
+LivenessCheck::LivenessCheck(const ServiceHooks& hooks)
+    : hooks_(hooks)
+    , seen_(hooks.loops.size()) {
   allAdvanced();
 }
 
-bool StageWatch::allAdvanced() {
+bool LivenessCheck::isAlive() {
+  const bool others = !hooks_.others || hooks_.others();
+  return allAdvanced() && others;
+}
+
+bool LivenessCheck::allAdvanced() {
   std::vector<std::uint64_t> now;
-  for (const Counter* loop : loops_) now.push_back(loop->get());
+  for (const Counter* loop : hooks_.loops) now.push_back(loop->get());
   const bool all = std::ranges::equal(now, seen_, std::ranges::not_equal_to());
   if (all) seen_ = std::move(now);
   return all;

@@ -28,18 +28,6 @@ struct ControlServer::Impl {
       : published(newest) {}
   ~Impl() { network::release(endpoints); }
 
-  /// A request of any number of parts; the first four are kept. False: there is none.
-  bool receive() {
-    parts = 0;
-    for (;;) {
-      zmq::message_t surplus;
-      zmq::message_t& message = parts < request.size() ? request[parts] : surplus;
-      if (zmq_msg_recv(message.handle(), socket.handle(), ZMQ_DONTWAIT) < 0) return false;
-      ++parts;
-      if (!message.more()) return true;
-    }
-  }
-
   void reply(const Route& route, const std::string& bytes) { replyAll({route}, bytes); }
 
   /// One message is shared by all.
@@ -51,18 +39,15 @@ struct ControlServer::Impl {
       zmq::message_t empty, shared;
       shared.copy(message);
       // ROUTER drops what is for a peer that has gone or does not read.
-      const auto put = [this](zmq::message_t& part, int flags) {
-        while (zmq_msg_send(part.handle(), socket.handle(), flags) < 0 && zmq_errno() == EINTR) {
-        }
-      };
-      put(peer, ZMQ_SNDMORE);
-      if (!route.beyond.empty()) put(beyond, ZMQ_SNDMORE);
-      put(empty, ZMQ_SNDMORE);
-      put(shared, ZMQ_DONTWAIT);
+      network::put(socket, peer, true);
+      if (!route.beyond.empty()) network::put(socket, beyond, true);
+      network::put(socket, empty, true);
+      network::put(socket, shared, false);
     }
   }
 
-  void answer(Requests& requests) {
+  /// \param parts number of parts of `request`
+  void answer(std::size_t parts, Requests& requests) {
     // [peer][empty][request], or [peer][beyond][empty][request]; a peer that does not speak REQ's envelope would not
     // understand a reply either.
     const bool passedOn = parts == 4 && !request[1].empty();
@@ -118,7 +103,6 @@ struct ControlServer::Impl {
 
   const publish::NewestMessages& published;
   std::array<zmq::message_t, 4> request;
-  std::size_t parts = 0;
   std::vector<Route> zeroAskers;
   ZeroRequest zeroAsked;  ///< by the first of them
   std::vector<Route> snapshotAskers;
@@ -152,7 +136,11 @@ tl::expected<std::unique_ptr<ControlServer>, Error> ControlServer::open(const st
 void ControlServer::serve(std::chrono::milliseconds timeout, Requests& requests) {
   zmq_pollitem_t item = network::readable(impl_->socket);
   zmq_poll(&item, 1, timeout.count());
-  for (int i = 0; i < kRequestsPerTurn && impl_->receive(); ++i) impl_->answer(requests);
+  for (int i = 0; i < kRequestsPerTurn; ++i) {
+    const std::size_t parts = network::receive(impl_->socket, impl_->request);
+    if (parts == 0) return;
+    impl_->answer(parts, requests);
+  }
 }
 
 std::optional<CameraStep> ControlServer::takeCameraStep() {

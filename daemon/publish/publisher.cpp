@@ -88,19 +88,14 @@ struct Publisher::Impl {
     network::release(latestEndpoints);
   }
 
-  /// XPUB and PUB never wait: a full pipe loses the message.
-  static void put(zmq::socket_t& socket, zmq::message_t& message, int flags) {
-    while (zmq_msg_send(message.handle(), socket.handle(), flags) < 0 && zmq_errno() == EINTR) {
-    }
-  }
-
   void send(Topic topic, zmq::message_t& message, std::int64_t real_ns) {
     // Without a function to free it ZeroMQ reads the topic where it is.
     zmq::message_t name(topics[topic].data(), topics[topic].size(), nullptr);
     zmq::message_t time = timeText(real_ns);
-    put(stream, name, ZMQ_SNDMORE);
-    put(stream, message, ZMQ_SNDMORE);
-    put(stream, time, 0);
+    // A full pipe loses the message.
+    network::put(stream, name, true);
+    network::put(stream, message, true);
+    network::put(stream, time, false);
   }
 
   Heading headingOf(Topic topic) {
@@ -289,7 +284,7 @@ void Publisher::publish(const TractionField& field) {
   zmq::message_t forLatest;
   forLatest.copy(forStream);
   self.send(kField, forStream, times.receivedReal_ns);
-  Impl::put(self.latest, forLatest, 0);
+  network::put(self.latest, forLatest, false);
 
   Heading ofMarkers = self.headingOf(kMarkers);
   ofMarkers.flags = field.markers.flags;

@@ -232,33 +232,9 @@ int Disk::unlink(const std::string& path) {
   return record({.at_ns = 0, .kind = Kind::kUnname, .node = 0, .path = path, .other = {}, .bytes = {}}, kCall_ns);
 }
 
-std::optional<int> Disk::inodeOf(const std::string& path) const {
-  const auto one = now_.names.find(path);
-  return one == now_.names.end() ? std::nullopt : std::optional(one->second);
-}
-
-std::vector<std::pair<std::string, int>> Disk::namesIn(const std::string& directory) const {
-  std::vector<std::pair<std::string, int>> names;
-  const std::string begin = directory + "/";
-  for (auto one = now_.names.lower_bound(begin); one != now_.names.end() && one->first.starts_with(begin); ++one)
-    names.emplace_back(one->first.substr(begin.size()), one->second);
-  return names;
-}
-
 }  // namespace tractiond::simulation
 
 namespace tractiond::files {
-
-namespace {
-
-struct stat ownFile(int inode) {
-  struct stat of {};
-  of.st_ino = static_cast<ino_t>(inode);
-  of.st_mode = S_IFREG | 0600;
-  return of;
-}
-
-}  // namespace
 
 using simulation::disk;
 
@@ -284,25 +260,6 @@ int rename(const char* from, const char* to) {
 }
 int unlink(const char* path) {
   return disk()->unlink(path);
-}
-int status(const char* path, struct stat& of) {
-  const auto inode = disk() == nullptr ? std::nullopt : disk()->inodeOf(path);
-  if (inode) {
-    of = ownFile(*inode);
-    return 0;
-  }
-  errno = ENOENT;
-  return -1;
-}
-int statusOfLink(const char* path, struct stat& of) {
-  return status(path, of);
-}
-Listing list(const char* path) {
-  Listing listing;
-  listing.isOpened = true;
-  listing.own.st_mode = S_IFDIR | 0755;
-  for (const auto& [name, inode] : disk()->namesIn(path)) listing.entries.push_back({name, ownFile(inode)});
-  return listing;
 }
 bool isRegular(int /*file*/) {
   return true;

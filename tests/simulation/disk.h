@@ -56,10 +56,6 @@ class Disk {
   int close(int file);
   int rename(const std::string& from, const std::string& to);
   int unlink(const std::string& path);
-  /// Returns the inode of a file; nothing if there is none.
-  std::optional<int> inodeOf(const std::string& path) const;
-  /// Returns the names in a directory and their inodes.
-  std::vector<std::pair<std::string, int>> namesIn(const std::string& directory) const;
 
  private:
   enum class Kind { kName, kUnname, kRename, kCut, kAppend, kSync, kSyncNames };
