@@ -26,6 +26,8 @@ struct FrameTimes {
   CaptureBound capturedBound = CaptureBound::kNone;  ///< which bounds hold
   std::int64_t tracked_ns = 0;                       ///< CLOCK_MONOTONIC when tracking was done
   std::int64_t solved_ns = 0;                        ///< CLOCK_MONOTONIC when solving was done
+
+  bool operator==(const FrameTimes&) const = default;
 };
 
 /// Data that a camera may send beside the picture (its chunk data).
@@ -35,6 +37,8 @@ struct FrameExtras {
   std::uint64_t lines = 0;     ///< levels of the camera's lines, line 0 in the lowest bit
   float temperature_C = 0.0F;  ///< as the camera said last, not with this picture
   bool hasGain = false, hasLines = false, hasTemperature = false;
+
+  bool operator==(const FrameExtras&) const = default;
 };
 
 struct FrameInfo {
@@ -46,6 +50,8 @@ struct FrameInfo {
   bool discontinuity = false;  ///< the ids or the clock jumped since the frame before: positions may have moved far
   bool doubted = false;        ///< the picture may come from another sender: kDoubtedOrigin
   FrameTimes times;
+
+  bool operator==(const FrameInfo&) const = default;
 };
 
 /// A borrowed picture. The memory belongs to the frame source and is valid until the frame is given back.

@@ -50,6 +50,8 @@ struct RestPose {
   bool requested = false;     ///< true: a client requested it; false: taken automatically at the first start
   Id id{};                    ///< hash of all of the above
   std::string requestedBy;    ///< client that requested it, as text
+
+  bool operator==(const RestPose&) const = default;
 };
 
 /// Displacements of all markers in one frame. Sized once, reused.

@@ -39,6 +39,8 @@ struct TrackerInputs {
 
   /// Removes all inputs, but keeps the memory of `zero`.
   void clear() { zeroBegun = zeroEnded = zeroForgone = adopted = compared = fits = false; }
+
+  bool operator==(const TrackerInputs&) const = default;
 };
 
 }  // namespace tractiond

@@ -1,14 +1,13 @@
 #include "daemon/app/config.h"
 #include "tests/support/places.h"
+#include "tests/support/temporary_folder.h"
 
 #include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <set>
 #include <sstream>
 
 namespace tractiond {
@@ -25,12 +24,6 @@ std::string errorOf(const std::string& text) {
   if (config) return "";
   EXPECT_EQ(config.error().exitCode, EX_CONFIG);
   return config.error().message();
-}
-
-TEST(Config, OfAnEmptyFileIsTheDefault) {
-  const auto config = parsed("");
-  ASSERT_TRUE(config);
-  EXPECT_EQ(configText(*config), configText(Config{}));
 }
 
 TEST(Config, FalseAlarmsAreThoseAtTheCamerasRate) {
@@ -103,37 +96,21 @@ TEST(Config, NamesProcessorsThatAreNoList) {
                                  "1024",
                                  list));
   }
-  const auto config = parsed("[realtime]\npriority = 98\ncpus = \"5,0-2\"\nlock_memory = true\n");
-  ASSERT_TRUE(config) << config.error().message();
-  EXPECT_EQ(config->realtime.priority, 98);
-  EXPECT_EQ(config->realtime.cpus, "5,0-2");
-  EXPECT_TRUE(config->realtime.lockMemory);
 }
 
 TEST(Config, KeepsTheFeaturesInTheOrderOfTheFile) {
   const auto config = parsed("[camera]\nfeatures = [{ Zulu = 1 }, { Alpha = 2.0, Mike = \"m\" }, { Bravo = true },\n"
                              "  { Zulu = 3 }, { Mike = \"n\" }]\n");
   ASSERT_TRUE(config) << config.error().message();
-  const auto& features = config->camera.features;
-  ASSERT_EQ(features.size(), 6U);
-  EXPECT_EQ(features[4].name, "Zulu");
-  EXPECT_EQ(std::get<std::int64_t>(features[4].value), 3);
-  EXPECT_EQ(std::get<std::string>(features[5].value), "n");
-  EXPECT_EQ(features[0].name, "Zulu");
-  EXPECT_EQ(std::get<std::int64_t>(features[0].value), 1);
-  EXPECT_EQ(features[1].name, "Alpha");
-  EXPECT_EQ(std::get<double>(features[1].value), 2.0);
-  EXPECT_EQ(std::get<std::string>(features[2].value), "m");
-  EXPECT_TRUE(std::get<bool>(features[3].value));
-}
-
-TEST(Config, EveryKeyHasHelpAndStandsOnce) {
-  Config config;
-  std::set<std::string> seen;
-  for (const Key& key : keysOf(config)) {
-    EXPECT_FALSE(key.help.empty()) << key.name;
-    EXPECT_TRUE(seen.insert(std::string(key.section) + "." + std::string(key.name)).second) << key.name;
-  }
+  using Feature = std::pair<std::string, decltype(capture::Feature::value)>;
+  std::vector<Feature> features;
+  for (const auto& [name, value] : config->camera.features) features.emplace_back(name, value);
+  EXPECT_EQ(features, (std::vector<Feature>{{"Zulu", std::int64_t{1}},
+                                            {"Alpha", 2.0},
+                                            {"Mike", "m"},
+                                            {"Bravo", true},
+                                            {"Zulu", std::int64_t{3}},
+                                            {"Mike", "n"}}));
 }
 
 TEST(Config, EveryNumberIsRefusedOutsideItsRange) {
@@ -204,12 +181,10 @@ TEST(Config, RefusesNamesAndEndpointsThatCannotBe) {
 
 TEST(Config, RefusesNumbersThatAreNone) {
   EXPECT_NE(errorOf("[solve]\nnoise_px = nan\n"), "");
-  EXPECT_NE(errorOf("[camera]\nexposure_us = inf\n"), "");
   EXPECT_NE(errorOf("[camera]\nbuffers = 10.5\n"), "");
   EXPECT_NE(errorOf("[camera]\nfeatures = [{ Gain = [1] }]\n"), "");
   EXPECT_NE(errorOf("[camera]\nfeatures = 3\n"), "");
   EXPECT_NE(errorOf("[camera.features]\nGain = 1\n"), "") << "a table cannot hold a name twice";
-  EXPECT_NE(errorOf("[camera]\npixel_format = \"Mono7\"\n"), "");
 }
 
 TEST(Config, SaysWhatChangedBetweenTwoAndWhatOfItAReloadTakes) {
@@ -225,31 +200,25 @@ TEST(Config, SaysWhatChangedBetweenTwoAndWhatOfItAReloadTakes) {
 }
 
 TEST(Config, FindsTheGelFileBesideItself) {
-  const auto folder = std::filesystem::temp_directory_path() / ("config-" + std::to_string(getpid()));
-  std::filesystem::create_directory(folder);
-  std::ofstream(folder / "one.toml") << "[sensor]\ngel_file = \"gels/soft.toml\"\n";
-  std::ofstream(folder / "other.toml") << "[sensor]\ngel_file = \"/gels/soft.toml\"\n";
-  const auto one = loadConfig(folder / "one.toml"), other = loadConfig(folder / "other.toml");
-  std::ofstream(folder / "none.toml") << "[sensor]\ngel_file = \"none\"\n";
-  std::ofstream(folder / "called.toml") << "[sensor]\ngel_file = \"./none\"\n";
-  const auto none = loadConfig(folder / "none.toml"), called = loadConfig(folder / "called.toml");
-  std::filesystem::remove_all(folder);
-  ASSERT_TRUE(one && other);
-  EXPECT_EQ(one->sensor.gelFile, folder / "gels/soft.toml");
-  EXPECT_EQ(other->sensor.gelFile, "/gels/soft.toml");
-  ASSERT_TRUE(none && called);
-  EXPECT_EQ(none->sensor.gelFile, kNoGelFile);
-  EXPECT_EQ(called->sensor.gelFile, folder / "./none");
+  const test::TemporaryFolder folder;
+  const auto gelFileOf = [&](const std::string& written) {
+    const auto path = folder.path() / "tractiond.toml";
+    std::ofstream(path) << "[sensor]\ngel_file = \"" << written << "\"\n";
+    return loadConfig(path).value().sensor.gelFile;
+  };
+  EXPECT_EQ(gelFileOf("gels/soft.toml"), folder.path() / "gels/soft.toml");
+  EXPECT_EQ(gelFileOf("/gels/soft.toml"), "/gels/soft.toml");
+  EXPECT_EQ(gelFileOf("none"), kNoGelFile);
+  EXPECT_EQ(gelFileOf("./none"), folder.path() / "./none");
 }
 
 TEST(Config, ThatCannotBeReadIsNoInput) {
-  const auto missing = loadConfig("/nowhere/tractiond.toml");
-  ASSERT_FALSE(missing);
-  EXPECT_EQ(missing.error().exitCode, EX_NOINPUT);
-  EXPECT_NE(missing.error().message().find("/nowhere/tractiond.toml"), std::string::npos);
-  const auto directory = loadConfig(std::filesystem::temp_directory_path());
-  ASSERT_FALSE(directory);
-  EXPECT_EQ(directory.error().exitCode, EX_NOINPUT);
+  for (const char* path : {"/nowhere/tractiond.toml", "/tmp"}) {
+    const auto config = loadConfig(path);
+    ASSERT_FALSE(config);
+    EXPECT_EQ(config.error().exitCode, EX_NOINPUT);
+    EXPECT_NE(config.error().message().find(path), std::string::npos);
+  }
 }
 
 }  // namespace

@@ -28,14 +28,6 @@ TEST(Instance, TakesTheDirectoriesThatSystemdMade) {
   EXPECT_EQ(places->runtime, "/run/tractiond/left");
 }
 
-TEST(Instance, LetsTheCommandLineChoose) {
-  const auto places = located({.instance = "left", .config = "c", .state = "/s", .runtime = "/r"});
-  ASSERT_TRUE(places);
-  EXPECT_EQ(places->config, "c");
-  EXPECT_EQ(places->state, "/s");
-  EXPECT_EQ(places->runtime, "/r");
-}
-
 TEST(Instance, WithoutBothEndsInItsName) {
   const auto places = located({.instance = "left"});
   ASSERT_TRUE(places);
@@ -87,22 +79,15 @@ TEST(Instance, AdoptedGelFileIsTheOneOfTheStateDirectoryAndNoneBefore) {
 
 TEST(OwnDirectory, IsMadeAndGoesWhenItIsEmpty) {
   const Folder folder;
-  {
-    const auto own = OwnDirectory::claim(folder / "deep/run", "runtime directory");
-    ASSERT_TRUE(own);
-    EXPECT_TRUE(fs::is_directory(folder / "deep/run"));
+  for (const bool isUsed : {false, true}) {
+    {
+      const auto own = OwnDirectory::claim(folder / "deep/run", "runtime directory");
+      ASSERT_TRUE(own);
+      EXPECT_TRUE(fs::is_directory(folder / "deep/run"));
+      if (isUsed) fs::create_directory(folder / "deep/run/kept");
+    }
+    EXPECT_EQ(fs::exists(folder / "deep/run"), isUsed);
   }
-  EXPECT_FALSE(fs::exists(folder / "deep/run"));
-}
-
-TEST(OwnDirectory, StaysWithWhatIsInIt) {
-  const Folder folder;
-  {
-    const auto own = OwnDirectory::claim(folder / "state", "state directory");
-    ASSERT_TRUE(own);
-    fs::create_directory(folder / "state/kept");
-  }
-  EXPECT_TRUE(fs::exists(folder / "state/kept"));
 }
 
 TEST(OwnDirectory, IsNobodyElses) {
@@ -149,10 +134,7 @@ TEST(OwnDirectory, IsNoneThatAnotherUserControls) {
 TEST(OwnDirectory, ThatCannotBeMadeIsAnError) {
   const Folder folder;
   const auto file = folder / "file";
-  {
-    std::FILE* made = std::fopen(file.c_str(), "w");
-    std::fclose(made);
-  }
+  std::ofstream(file) << "";
   for (const auto& path : {file, file / "below"}) {
     const auto own = OwnDirectory::claim(path, "state directory");
     ASSERT_FALSE(own);

@@ -62,13 +62,6 @@ class RestSolverTest : public testing::Test {
   std::optional<RestSolver> rest_;
 };
 
-TEST_F(RestSolverTest, BeforeAZeroNothingIsReplaced) {
-  PlacedSolver solver{drawn_};
-  rest_->turn();
-  pass(solver);
-  EXPECT_EQ(solver.solver, drawn_);
-}
-
 TEST_F(RestSolverTest, EachZeroGivesASolverOnce) {
   PlacedSolver solver{drawn_};
   rest_->heed(zero());

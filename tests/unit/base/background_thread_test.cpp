@@ -26,18 +26,5 @@ TEST(BackgroundThread, WorksInTheOrderGivenAndReturnsWhatTheWorkReturns) {
   EXPECT_EQ(order, (std::vector<int>{0, 1, 2}));
 }
 
-TEST(BackgroundThread, DoesWorkWhoseResultIsNotWanted) {
-  BackgroundThread thread("test");
-  std::promise<void> begin;
-  bool isDone = false;
-  thread.run([begun = begin.get_future().share()] { begun.wait(); });
-  {
-    const std::future<bool> dropped = thread.start([&isDone] { return isDone = true; });
-  }
-  begin.set_value();
-  thread.awaitIdle();
-  EXPECT_TRUE(isDone);
-}
-
 }  // namespace
 }  // namespace tractiond::background_thread_test

@@ -3,9 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <thread>
-#include <utility>
 #include <vector>
 
 namespace tractiond::mailbox_test {
@@ -23,33 +21,6 @@ TEST(Mailbox, IsSwappedOnce) {
   EXPECT_TRUE(box.put({3}));
   EXPECT_TRUE(box.take(value));
   EXPECT_EQ(value, std::vector<int>(1, 3));
-}
-
-/// Calls a function while it is copied, as another thread might meanwhile.
-struct Watched {
-  int number = 0;
-  static inline std::function<void()> meanwhile;
-
-  Watched(int of = 0)
-      : number(of) {}
-  Watched(const Watched&) = default;
-  Watched& operator=(const Watched& other) {
-    if (const auto call = std::exchange(meanwhile, {})) call();
-    number = other.number;
-    return *this;
-  }
-};
-
-TEST(Mailbox, IsClosedToTheOtherSideWhileOneCopies) {
-  Mailbox<Watched> box;
-  Watched value, other;
-  Watched::meanwhile = [&] { EXPECT_FALSE(box.take(other)); };
-  EXPECT_TRUE(box.put(1));
-  Watched::meanwhile = [&] { EXPECT_FALSE(box.put(2)); };
-  EXPECT_TRUE(box.take(value));
-  EXPECT_EQ(value.number, 1);
-  EXPECT_FALSE(Watched::meanwhile) << "each was tried";
-  EXPECT_FALSE(box.take(value));
 }
 
 TEST(Mailbox, NothingIsTornBetweenThreads) {

@@ -16,19 +16,6 @@ TEST(RequestLimit, HoldsForEachAndForAll) {
   EXPECT_EQ(limit.beyond("ada", 11 * kSecond_ns), 0) << "a second is over";
 }
 
-TEST(RequestLimit, IsOfEachBeforeItIsOfAll) {
-  RequestLimit limit(100, 20);
-  int passed = 0;
-  for (const std::string who : {"a", "b", "c", "d", "e", "f"}) {
-    for (int i = 0; i < 30; ++i) {
-      const int beyond = limit.beyond(who, kSecond_ns);
-      passed += beyond == 0 ? 1 : 0;
-      EXPECT_EQ(beyond, who == "f" ? 100 : i < 20 ? 0 : 20) << who << i;
-    }
-  }
-  EXPECT_EQ(passed, 100);
-}
-
 TEST(SeldomLine, SaysHowManyOthersThereWere) {
   SeldomLine line;
   EXPECT_EQ(line.next("a", 0), "a");

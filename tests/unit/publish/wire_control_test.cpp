@@ -129,29 +129,6 @@ TEST(WireControl, ImpossibleRequestsForTheCameraAreRefused) {
   EXPECT_TRUE(refused());
 }
 
-// A reader refuses a message with text that is not UTF-8; a camera's registers hold anything.
-TEST(WireControl, BytesOfACameraThatAreNoTextDoNotSpoilTheReply) {
-  for (const std::string bytes :
-       {"\x80", "\xc3", "a\xe2\x82", "\xf0\x9f\x98", "\xc0\x80", "\xed\xa0\x80", "\xf5\x80", "\xff"}) {
-    CameraFeature feature;
-    for (std::string* text : {&feature.name, &feature.value, &feature.unit, &feature.description, &feature.configured,
-                              &feature.first, &feature.category}) {
-      *text = bytes;
-    }
-    feature.entries = feature.selected = {bytes};
-    pb::Reply reply;
-    EXPECT_TRUE(reply.ParseFromString(encodeCameraReply({.features = {feature}, .remarks = {bytes}, .camera = bytes})));
-  }
-  pb::Reply reply;
-  const std::string good = "\xc2\xb5s \xe2\x82\xac \xf0\x9f\x98\x80";
-  ASSERT_TRUE(reply.ParseFromString(encodeCameraReply({.features = {},
-                                                       .remarks = {good, "a\xff"
-                                                                         "b"},
-                                                       .camera = ""})));
-  EXPECT_EQ(reply.camera().remarks(0), good);
-  EXPECT_EQ(reply.camera().remarks(1), "a?b");
-}
-
 TEST(WireControl, ASnapshotHasThePictureAndItsMarkers) {
   Snapshot snapshot;
   const sensor::Sensor sensor;
