@@ -82,11 +82,14 @@ ChildEnd runChild(const std::vector<std::string>& arguments, const ChildOptions&
   std::array<std::string*, 2> texts{&end.output, &end.errors};
   const auto until = Clock::now() + options.patience;
   end.how = How::kExit;
-  while (output.ends[0] >= 0 || errors.ends[0] >= 0) {
-    if (stop.stop_requested() || Clock::now() > until) {
-      end.how = stop.stop_requested() ? How::kStopped : How::kLate;
-      break;
-    }
+  const auto isOver = [&] {
+    if (stop.stop_requested())
+      end.how = How::kStopped;
+    else if (Clock::now() > until)
+      end.how = How::kLate;
+    return end.how != How::kExit;
+  };
+  while ((output.ends[0] >= 0 || errors.ends[0] >= 0) && !isOver()) {
     std::array<pollfd, 2> items{pollfd{output.ends[0], POLLIN, 0}, pollfd{errors.ends[0], POLLIN, 0}};
     if (poll(items.data(), items.size(), kTurn_ms) <= 0) continue;
     for (std::size_t i = 0; i < pipes.size(); ++i) {
@@ -107,10 +110,7 @@ ChildEnd runChild(const std::vector<std::string>& arguments, const ChildOptions&
   int status = 0;
   pid_t ended = 0;
   while (end.how == How::kExit && (ended = waitpid(child, &status, WNOHANG)) == 0) {
-    if (stop.stop_requested() || Clock::now() > until)
-      end.how = stop.stop_requested() ? How::kStopped : How::kLate;
-    else
-      poll(nullptr, 0, 1);
+    if (!isOver()) poll(nullptr, 0, 1);
   }
   if (end.how != How::kExit) {
     kill(child, SIGKILL);

@@ -18,6 +18,10 @@ constexpr std::size_t kPiece = std::size_t{256} << 10;
 
 }  // namespace
 
+Descriptor::~Descriptor() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
 tl::expected<NewFile, Error> NewFile::create(const std::filesystem::path& path) {
   const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0666);
   if (fd < 0) {
@@ -40,43 +44,35 @@ NewFile::NewFile(int fd, std::filesystem::path path)
     : fd_(fd)
     , path_(std::move(path)) {}
 
-NewFile::NewFile(NewFile&& other) noexcept
-    : fd_(std::exchange(other.fd_, -1))
-    , path_(std::move(other.path_))
-    , size_(other.size_) {}
-
-NewFile::~NewFile() {
-  if (fd_ >= 0) ::close(fd_);
-}
-
 Error NewFile::failure(int error) const {
   return {EX_IOERR, std::string("cannot be written: ") + std::strerror(error), path_};
 }
 
 tl::expected<void, Error> NewFile::append(std::string_view bytes, std::uint64_t reserve) {
   // File systems without fallocate report a lack of room only when writing.
-  if (fallocate(fd_, FALLOC_FL_KEEP_SIZE, static_cast<off_t>(size_), static_cast<off_t>(bytes.size() + reserve)) != 0 &&
+  const int fd = fd_.get();
+  if (fallocate(fd, FALLOC_FL_KEEP_SIZE, static_cast<off_t>(size_), static_cast<off_t>(bytes.size() + reserve)) != 0 &&
       (errno == ENOSPC || errno == EDQUOT)) {
     return tl::unexpected(failure(errno));
   }
   for (std::string_view left = bytes; !left.empty();) {
-    const ssize_t written = ::write(fd_, left.data(), std::min(left.size(), kPiece));
+    const ssize_t written = ::write(fd, left.data(), std::min(left.size(), kPiece));
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) {
       const int error = written < 0 ? errno : ENOSPC;
-      static_cast<void>(ftruncate(fd_, static_cast<off_t>(size_)));  // removes the part that was written
+      static_cast<void>(ftruncate(fd, static_cast<off_t>(size_)));  // removes the part that was written
       return tl::unexpected(failure(error));
     }
     left.remove_prefix(static_cast<std::size_t>(written));
   }
   size_ += bytes.size();
-  if (reserve == 0) static_cast<void>(ftruncate(fd_, static_cast<off_t>(size_)));  // releases the reserved room
+  if (reserve == 0) static_cast<void>(ftruncate(fd, static_cast<off_t>(size_)));  // releases the reserved room
   return {};
 }
 
 tl::expected<void, Error> NewFile::sync() {
   // EINVAL: a pipe has nothing to sync.
-  if (fdatasync(fd_) != 0 && errno != EINVAL) return tl::unexpected(failure(errno));
+  if (fdatasync(fd_.get()) != 0 && errno != EINVAL) return tl::unexpected(failure(errno));
   return {};
 }
 
@@ -84,29 +80,17 @@ tl::expected<OldFile, Error> OldFile::open(const std::filesystem::path& path) {
   const auto fail = [&](const std::string& why) {
     return tl::unexpected(Error{EX_NOINPUT, "cannot be read: " + why, path});
   };
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe would be waited for
-  if (fd < 0) return fail(std::strerror(errno));
+  Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));  // a pipe would be waited for
+  if (fd.get() < 0) return fail(std::strerror(errno));
   struct stat status {};
-  if (fstat(fd, &status) != 0 || !S_ISREG(status.st_mode)) {
-    ::close(fd);
-    return fail("it is no file");
-  }
-  return OldFile(fd, path, static_cast<std::uint64_t>(status.st_size));
+  if (fstat(fd.get(), &status) != 0 || !S_ISREG(status.st_mode)) return fail("it is no file");
+  return OldFile(std::move(fd), path, static_cast<std::uint64_t>(status.st_size));
 }
 
-OldFile::OldFile(int fd, std::filesystem::path path, std::uint64_t size)
-    : fd_(fd)
+OldFile::OldFile(Descriptor fd, std::filesystem::path path, std::uint64_t size)
+    : fd_(std::move(fd))
     , path_(std::move(path))
     , size_(size) {}
-
-OldFile::OldFile(OldFile&& other) noexcept
-    : fd_(std::exchange(other.fd_, -1))
-    , path_(std::move(other.path_))
-    , size_(other.size_) {}
-
-OldFile::~OldFile() {
-  if (fd_ >= 0) ::close(fd_);
-}
 
 tl::expected<void, Error> OldFile::read(std::uint64_t offset, std::uint64_t count, std::string& to) const {
   const auto failed = [&](const char* why) {
@@ -120,7 +104,7 @@ tl::expected<void, Error> OldFile::read(std::uint64_t offset, std::uint64_t coun
     return failed("there is no memory for it");
   }
   for (std::size_t done = 0; done < to.size();) {
-    const ssize_t got = pread(fd_, to.data() + done, to.size() - done, static_cast<off_t>(offset + done));
+    const ssize_t got = pread(fd_.get(), to.data() + done, to.size() - done, static_cast<off_t>(offset + done));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return failed(got < 0 ? std::strerror(errno) : "it has become shorter");
     done += static_cast<std::size_t>(got);

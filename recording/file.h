@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace recording {
 
@@ -26,16 +27,27 @@ class Sink {
   virtual tl::expected<void, Error> sync() = 0;
 };
 
+/// An open file, closed with its owner.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd)
+      : fd_(fd) {}
+  Descriptor(Descriptor&& other) noexcept
+      : fd_(std::exchange(other.fd_, -1)) {}
+  Descriptor& operator=(Descriptor&&) = delete;
+  ~Descriptor();
+  int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
 /// A new file. Thread-bound. append() and sync() fail with EX_IOERR, and wait for the disk.
 class NewFile : public Sink {
  public:
   /// Creates the file in an existing directory and makes its name durable, if the file system can: a failure of that is
   /// not reported. Error: EX_CANTCREAT, also if a file of this name exists: a recording is never overwritten.
   static tl::expected<NewFile, Error> create(const std::filesystem::path& path);
-  /// Closes the file without sync().
-  ~NewFile() override;
-  NewFile(NewFile&& other) noexcept;
-  NewFile& operator=(NewFile&&) = delete;
 
   /// Appends all bytes, or none if it fails, also if there is no room for `reserve` bytes behind them. File systems
   /// without fallocate() keep no room. If `reserve` is 0, gives back the room that was kept.
@@ -48,7 +60,7 @@ class NewFile : public Sink {
   NewFile(int fd, std::filesystem::path path);
   Error failure(int error) const;
 
-  int fd_;
+  Descriptor fd_;
   std::filesystem::path path_;
   std::uint64_t size_ = 0;
 };
@@ -58,9 +70,6 @@ class OldFile {
  public:
   /// Opens a regular file. Error: EX_NOINPUT, also if the path is of another kind.
   static tl::expected<OldFile, Error> open(const std::filesystem::path& path);
-  ~OldFile();
-  OldFile(OldFile&& other) noexcept;
-  OldFile& operator=(OldFile&&) = delete;
 
   /// Returns the size at opening [bytes].
   std::uint64_t size() const { return size_; }
@@ -71,9 +80,9 @@ class OldFile {
   tl::expected<void, Error> read(std::uint64_t offset, std::uint64_t count, std::string& to) const;
 
  private:
-  OldFile(int fd, std::filesystem::path path, std::uint64_t size);
+  OldFile(Descriptor fd, std::filesystem::path path, std::uint64_t size);
 
-  int fd_;
+  Descriptor fd_;
   std::filesystem::path path_;
   std::uint64_t size_;
 };

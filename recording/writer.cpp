@@ -1,9 +1,16 @@
 #include "recording/writer.h"
 
 #include <algorithm>
+#include <cassert>
 #include <utility>
 
 namespace recording {
+namespace {
+
+constexpr std::uint64_t kDeclared_bytes = 1 << 20;  ///< schemas and channels: more than a program's of this project
+constexpr std::uint64_t kIndex_bytes = 128, kPerChannel_bytes = 2 + 8;
+
+}  // namespace
 
 Writer::Writer(Sink& sink, WriterOptions options)
     : sink_(sink)
@@ -12,30 +19,17 @@ Writer::Writer(Sink& sink, WriterOptions options)
   putHeader(pending_, options_.library);
 }
 
-template <typename Record>
-void Writer::declare(const Record& record) {
-  const std::size_t before = pending_.size();
-  put(pending_, record);
-  summary_ += pending_.size() - before;
-}
-
-std::uint64_t Writer::endBytes(std::uint64_t ofIndex) const {
-  constexpr std::size_t kDataEnd = kRecordHead + 4, kOffset = kRecordHead + 1 + 8 + 8;
-  constexpr std::size_t kStatistics = kRecordHead + 8 + 2 + 4 * 4 + 8 + 8 + 4, kCount = 2 + 8;
-  return summary_ + ofIndex + kDataEnd + kStatistics + channels_.size() * kCount + 4 * kOffset + kFooterBytes +
-         kMagic.size();
-}
-
 std::uint16_t Writer::schema(std::string_view name, std::string_view encoding, std::string_view data) {
   const auto id = static_cast<std::uint16_t>(schemas_.size() + 1);
-  declare(schemas_.emplace_back(Schema{id, std::string(name), std::string(encoding), std::string(data)}));
+  put(pending_, schemas_.emplace_back(Schema{id, std::string(name), std::string(encoding), std::string(data)}));
   return id;
 }
 
 std::uint16_t Writer::channel(std::uint16_t schema, std::string_view topic, std::string_view encoding,
                               std::map<std::string, std::string> metadata) {
   const auto id = static_cast<std::uint16_t>(channels_.size() + 1);
-  declare(channels_.emplace_back(Channel{id, schema, std::string(topic), std::string(encoding), std::move(metadata)}));
+  put(pending_,
+      channels_.emplace_back(Channel{id, schema, std::string(topic), std::string(encoding), std::move(metadata)}));
   return id;
 }
 
@@ -48,9 +42,7 @@ bool Writer::isDue(std::uint64_t now_ns) const {
 }
 
 tl::expected<void, Error> Writer::write(const Message& message) {
-  if (message.channel == 0 || message.channel > channels_.size()) {
-    return tl::unexpected(Error{EX_SOFTWARE, "a message is of a channel that was not declared"});
-  }
+  assert(message.channel != 0 && message.channel <= channels_.size() && "of a channel that was declared");
   const std::uint64_t size = kMessageHead + message.data.size();
   if (size > kLargestChunk) {
     return tl::unexpected(Error{EX_DATAERR, "a message has " + std::to_string(message.data.size()) +
@@ -84,13 +76,6 @@ void Writer::addChunk(std::string& bytes, ChunkIndex& index) {
   index.indexLength = written_ + bytes.size() - index.offset - index.length;
 }
 
-void Writer::forgetPending() {
-  pending_.clear();
-  schemas_.resize(kept_.schemas);
-  channels_.resize(kept_.channels);
-  summary_ = kept_.summary;
-}
-
 tl::expected<void, Error> Writer::flush() {
   std::string bytes = pending_;
   ChunkIndex index;
@@ -99,17 +84,12 @@ tl::expected<void, Error> Writer::flush() {
   records_.clear();
   const auto entries = std::exchange(entries_, {});
   if (bytes.empty()) return {};
-  std::string indexRecord;
-  if (hasChunk) put(indexRecord, index);
-  if (auto appended = sink_.append(bytes, endBytes(indexRecord.size())); !appended) {
-    if (written_ != 0) forgetPending();
-    return appended;
-  }
+  // For the end: declarations, and the index of each chunk.
+  const std::uint64_t reserve = kDeclared_bytes + (chunks_.size() + 1) * (kIndex_bytes + channels_.size() * kPerChannel_bytes);
+  if (auto appended = sink_.append(bytes, reserve); !appended) return appended;
   written_ += bytes.size();
   pending_.clear();
-  kept_ = {schemas_.size(), channels_.size(), summary_};
   if (hasChunk) {
-    kept_.summary = summary_ += indexRecord.size();
     statistics_.begin_ns = chunks_.empty() ? begin_ns_ : std::min(statistics_.begin_ns, begin_ns_);
     statistics_.end_ns = std::max(statistics_.end_ns, end_ns_);
     for (const auto& [channel, ofChannel] : entries) {

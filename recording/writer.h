@@ -36,8 +36,8 @@ class Writer {
                         std::map<std::string, std::string> metadata = {});
 
   /// Adds a copy of a message to the current chunk. If that chunk is due or full, does flush() first, and so waits for
-  /// the disk; if that fails, the message is not added. Fails with EX_SOFTWARE if the message's channel has not been
-  /// declared, with EX_DATAERR if the message is larger than a chunk may be (kLargestChunk).
+  /// the disk; if that fails, the message is not added. Fails with EX_DATAERR if the message is larger than a chunk may
+  /// be (kLargestChunk). The message's channel must have been declared.
   tl::expected<void, Error> write(const Message& message);
   /// Returns the log time of the first message not written yet; nothing if all are written.
   std::optional<std::uint64_t> oldest_ns() const;
@@ -58,23 +58,11 @@ class Writer {
  private:
   /// Appends the current chunk and its message indexes to `bytes`, and fills `index`.
   void addChunk(std::string& bytes, ChunkIndex& index);
-  /// Appends a schema or channel record to pending_ and counts its bytes for the summary.
-  template <typename Record>
-  void declare(const Record& record);
-  /// Drops declarations that were not written: the room reserved for the end does not include them.
-  void forgetPending();
-  /// Returns the largest size of everything after the last chunk [bytes]. \param ofIndex size of the next chunk's index
-  std::uint64_t endBytes(std::uint64_t ofIndex) const;
 
   Sink& sink_;
   WriterOptions options_;
   std::uint64_t written_ = 0;  ///< bytes
   std::string pending_;        ///< records to write before the next chunk
-  std::uint64_t summary_ = 0;  ///< size of the schemas, channels and chunk indexes of the summary [bytes]
-  struct {
-    std::size_t schemas = 0, channels = 0;
-    std::uint64_t summary = 0;
-  } kept_;  ///< numbers and bytes of the declarations already written
   std::vector<Schema> schemas_;
   std::vector<Channel> channels_;
   std::string records_;  ///< of the current chunk

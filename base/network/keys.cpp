@@ -5,7 +5,6 @@
 #include "base/whole_file.h"
 #include "proto/traction/v1/endpoints.h"
 
-#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <zmq.h>
@@ -81,15 +80,10 @@ Error unusable(const fs::path& path, int error) {
 
 /// Creates a directory and its parents, which all may read, whatever the umask is.
 std::error_code createForAll(const fs::path& directory) {
-  constexpr mode_t kForAll = 0755;
   std::error_code error;
-  if (fs::exists(directory, error) || error) return error;
-  if (directory.has_parent_path()) error = createForAll(directory.parent_path());
-  if (error) return error;
-  if (mkdir(directory.c_str(), kForAll) != 0) return {errno == EEXIST ? 0 : errno, std::generic_category()};
-  const int made = open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);  // no link in its place
-  if (made < 0 || fchmod(made, kForAll) != 0) error.assign(errno, std::generic_category());
-  if (made >= 0) close(made);
+  const mode_t before = umask(022);
+  fs::create_directories(directory, error);
+  umask(before);
   return error;
 }
 

@@ -66,7 +66,7 @@ tl::expected<void, Error> saveKeyPair(const std::filesystem::path& path, const K
 
 /// Writes the gateway's own key to serverKeyFile() as saveKeyPair() does, with the same errors. As root the mode is
 /// 0640, so that the directory's group, the gateway's, can read it. The directories that it creates have mode 0755,
-/// whatever the umask.
+/// whatever the process's umask, which it changes meanwhile.
 tl::expected<void, Error> saveServerKey(const std::filesystem::path& directory, const KeyPair& keys);
 
 /// Writes NAME.key with mode 0644 and creates the directory as saveServerKey() does; replaces an existing file as a

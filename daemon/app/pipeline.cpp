@@ -14,18 +14,6 @@
 namespace tractiond {
 namespace {
 
-MarkerField blankMarkers(const PipelineOptions& options) {
-  MarkerField markers;
-  markers.resize(options.markers);
-  return markers;
-}
-
-TractionField blankField(const PipelineOptions& options) {
-  TractionField field;
-  field.resize(options.markers, options.nodes);
-  return field;
-}
-
 /// Passes one element of a link to `work`; if there is none, calls `sleep`, which waits for more. Returns false if the
 /// link is closed and empty.
 template <typename T, std::size_t kSlots, typename Work, typename Sleep>
@@ -61,8 +49,8 @@ Pipeline::Pipeline(capture::FrameSource& source, Stages& stages, const PipelineO
     , ledger_(ledger)
     , turns_(turns)
     , frames_(options.whenFull, ledger.evictedBeforeTrack, {}, [this](Frame& frame) { source_.recycle(frame); })
-    , markers_(options.whenFull, ledger.evictedBeforeSolve, blankMarkers(options))
-    , fields_(options.whenFull, ledger.evictedBeforePublish, blankField(options)) {}
+    , markers_(options.whenFull, ledger.evictedBeforeSolve, blankMarkers(options.markers))
+    , fields_(options.whenFull, ledger.evictedBeforePublish, blankField(options.markers, options.nodes)) {}
 
 Pipeline::~Pipeline() {
   stop();

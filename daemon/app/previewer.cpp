@@ -1,13 +1,11 @@
 #include "daemon/app/previewer.h"
 
+#include "base/clock.h"
+
 #include <algorithm>
+#include <utility>
 
 namespace tractiond {
-
-Previewer::Previewer(publish::Publisher& publisher, const PreviewOptions& options, std::int64_t (*clock)())
-    : publisher_(publisher)
-    , options_(options)
-    , clock_(clock) {}
 
 void Previewer::takeFrame(const Frame& frame, const MarkerField* markers) {
   Copy* const wanted = loan_.lent();
@@ -21,7 +19,7 @@ void Previewer::takeFrame(const Frame& frame, const MarkerField* markers) {
 
 void Previewer::turn(std::chrono::milliseconds timeout) {
   const bool wanted = publisher_.previewWanted();
-  const std::int64_t now_ns = clock_();
+  const std::int64_t now_ns = monotonicNow();
   if (Copy* const copy = loan_.own()) {
     if (std::exchange(lent_, false)) {
       if (!copy->fits) {

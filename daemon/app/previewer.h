@@ -24,9 +24,11 @@ struct PreviewOptions {
 /// Bound to its thread, except for takeFrame().
 class Previewer {
  public:
-  /// The publisher must outlive this. Any thread. \param clock [ns]
+  /// The publisher must outlive this. Any thread.
   /// \throws std::system_error if the process has no file descriptor left
-  Previewer(publish::Publisher& publisher, const PreviewOptions& options, std::int64_t (*clock)() = monotonicNow);
+  Previewer(publish::Publisher& publisher, const PreviewOptions& options)
+      : publisher_(publisher)
+      , options_(options) {}
 
   /// Takes over how many bytes a frame of the camera has, so that there is memory for the first one. Thread-safe.
   void meet(std::size_t frame_bytes) { frame_bytes_.store(frame_bytes, std::memory_order_relaxed); }
@@ -51,7 +53,6 @@ class Previewer {
 
   publish::Publisher& publisher_;
   PreviewOptions options_;
-  std::int64_t (*clock_)();
   Loan<Copy> loan_;
   Event taken_;
   bool lent_ = false;

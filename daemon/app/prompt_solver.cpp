@@ -17,26 +17,14 @@ constexpr std::chrono::nanoseconds kLeastPatience = 1ms, kMostPatience = 100ms;
 
 }  // namespace
 
-PromptSolver::Offer PromptSolver::room(int markers) {
-  Offer offer;
-  offer.markers.resize(markers);
-  return offer;
-}
-
-TractionField PromptSolver::room(int markers, int nodes) {
-  TractionField field;
-  field.resize(markers, nodes);
-  return field;
-}
-
 PromptSolver::PromptSolver(const PromptOptions& options, int markers, int nodes)
     : options_(options)
-    , offers_(room(markers))
-    , solutions_(room(markers, nodes))
-    , offer_(room(markers))
-    , solution_(room(markers, nodes))
-    , taken_(room(markers))
-    , field_(room(markers, nodes)) {}
+    , offers_({.solver = {}, .markers = blankMarkers(markers)})
+    , solutions_(blankField(markers, nodes))
+    , offer_{.solver = {}, .markers = blankMarkers(markers)}
+    , solution_(blankField(markers, nodes))
+    , taken_{.solver = {}, .markers = blankMarkers(markers)}
+    , field_(blankField(markers, nodes)) {}
 
 void PromptSolver::solve(const std::shared_ptr<solve::FieldSolver>& solver, const MarkerField& markers,
                          TractionField& field) {

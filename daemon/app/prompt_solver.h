@@ -52,8 +52,6 @@ class PromptSolver {
     MarkerField markers;
     bool isWaitedFor = false;
   };
-  static Offer room(int markers);
-  static TractionField room(int markers, int nodes);
 
   std::chrono::nanoseconds patience(const FrameInfo& frame);
   bool take();

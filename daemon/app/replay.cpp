@@ -148,8 +148,8 @@ void Replay::open(const Frame& first) {
     creep_->doubt();
     zeroTracking_->resume(beginning_->rest->taken_ns);
   }
-  markers_.resize(sensor_.markerCount());
-  field_.resize(sensor_.markerCount(), sensor_.nodes.count());
+  markers_ = blankMarkers(sensor_.markerCount());
+  field_ = blankField(sensor_.markerCount(), sensor_.nodes.count());
   isOpen_ = true;
   first_ns_ = first.info.times.received_ns;
   begun_ = Clock::now();

@@ -26,12 +26,6 @@ publish::TrackedFrame blankFrame(int markers) {
   return blank;
 }
 
-TractionField blankField(int markers, int nodes) {
-  TractionField blank;
-  blank.resize(markers, nodes);
-  return blank;
-}
-
 }  // namespace
 
 tl::expected<std::unique_ptr<Recorder>, Error> Recorder::open(const RecordOptions& options,

@@ -86,4 +86,7 @@ struct MarkerField {
   void resize(int markers);  ///< Sizes the arrays for M markers, and sets their elements, but nothing else, to 0.
 };
 
+/// Returns a field with room for M markers.
+MarkerField blankMarkers(int markers);
+
 }  // namespace tractiond

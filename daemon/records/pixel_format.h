@@ -12,62 +12,25 @@ namespace tractiond {
 
 /// The values are the 32-bit codes that cameras send (GenICam Pixel Format Naming Convention 2.4, and its Pixel Format
 /// Values for those that GigE Vision named before it: "...Packed"). Cameras spell names differently (RGB8Packed,
-/// YUV422Packed), never the codes.
+/// YUV422Packed), never the codes. Enumerators are those that code names; all that can be read: pixelFormats().
 enum class PixelFormat : std::uint32_t {
   kMono8 = 0x01080001,
-  kMono10 = 0x01100003,
-  kMono10p = 0x010A0046,
-  kMono10Packed = 0x010C0004,
   kMono12 = 0x01100005,
   kMono12p = 0x010C0047,
   kMono12Packed = 0x010C0006,
-  kMono14 = 0x01100025,
-  kMono14p = 0x010E0104,
-  kMono16 = 0x01100007,
   kBayerRG8 = 0x01080009,
   kBayerGR8 = 0x01080008,
   kBayerGB8 = 0x0108000A,
   kBayerBG8 = 0x0108000B,
-  kBayerRG10 = 0x0110000D,
-  kBayerGR10 = 0x0110000C,
-  kBayerGB10 = 0x0110000E,
-  kBayerBG10 = 0x0110000F,
-  kBayerRG10p = 0x010A0058,
-  kBayerGR10p = 0x010A0056,
-  kBayerGB10p = 0x010A0054,
-  kBayerBG10p = 0x010A0052,
-  kBayerRG10Packed = 0x010C0027,
-  kBayerGR10Packed = 0x010C0026,
-  kBayerGB10Packed = 0x010C0028,
-  kBayerBG10Packed = 0x010C0029,
   kBayerRG12 = 0x01100011,
   kBayerGR12 = 0x01100010,
   kBayerGB12 = 0x01100012,
   kBayerBG12 = 0x01100013,
   kBayerRG12p = 0x010C0059,
-  kBayerGR12p = 0x010C0057,
-  kBayerGB12p = 0x010C0055,
-  kBayerBG12p = 0x010C0053,
-  kBayerRG12Packed = 0x010C002B,
-  kBayerGR12Packed = 0x010C002A,
-  kBayerGB12Packed = 0x010C002C,
-  kBayerBG12Packed = 0x010C002D,
-  kBayerRG16 = 0x0110002F,
-  kBayerGR16 = 0x0110002E,
-  kBayerGB16 = 0x01100030,
-  kBayerBG16 = 0x01100031,
   kRgb8 = 0x02180014,
   kBgr8 = 0x02180015,
-  kRgb10 = 0x02300018,
-  kBgr10 = 0x02300019,
-  kRgb10p = 0x021E005C,
-  kBgr10p = 0x021E0048,
   kRgb12 = 0x0230001A,
   kBgr12 = 0x0230001B,
-  kRgb12p = 0x0224005D,
-  kBgr12p = 0x02240049,
-  kRgb16 = 0x02300033,
-  kBgr16 = 0x0230004B,
   kYuv422_8 = 0x02100032,
   kYuv422_8_UYVY = 0x0210001F,
 };
@@ -126,7 +89,7 @@ inline constexpr std::string_view kPixelFormatsInWords =
     "Mono, BayerRG, BayerGR, BayerGB, BayerBG with 8, 10, 10p, 10Packed, 12, 12p, 12Packed, 16; Mono14, Mono14p; "
     "RGB, BGR with 8, 10, 10p, 12, 12p, 16; YUV422_8, YUV422_8_UYVY";
 
-/// Returns the traits of a format, which must be an enumerator (asserted). They live as long as the program.
+/// Returns the traits of a format, which must be one of pixelFormats() (asserted). They live as long as the program.
 const PixelFormatTraits& traitsOf(PixelFormat format);
 
 // Return the traits of a format, which live as long as the program; nullptr if it cannot be read. A name must be

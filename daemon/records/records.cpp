@@ -15,6 +15,18 @@ void TractionField::resize(int markerCount, int nodeCount) {
   deviation_N.assign(static_cast<std::size_t>(3 * nodeCount), 0.0F);
 }
 
+MarkerField blankMarkers(int markers) {
+  MarkerField blank;
+  blank.resize(markers);
+  return blank;
+}
+
+TractionField blankField(int markers, int nodes) {
+  TractionField blank;
+  blank.resize(markers, nodes);
+  return blank;
+}
+
 std::string GelReport::doubt() const {
   return fits() ? "" : "the gel file does not fit the picture, and no forces are valid: " + remark;
 }

@@ -81,4 +81,7 @@ struct TractionField {
   void resize(int markerCount, int nodeCount);
 };
 
+/// Returns a field with room for M markers and N nodes.
+TractionField blankField(int markers, int nodes);
+
 }  // namespace tractiond
