@@ -32,21 +32,10 @@ struct Answers final : control::Replies {
                       const std::vector<sensor::MarkerLayer>& /*layers*/) override {
     if (!result) return reasons.push_back(result.error());
     ++pictures;
-    if ((*result)->frame.width > 0) picture = plainPicture((*result)->frame);
-    markers = (*result)->place_px.size() + (*result)->spot_px.size();
   }
   std::vector<std::string> reasons;
-  PlainPicture picture;
   int pictures = 0;
-  std::size_t markers = 0;
 };
-
-/// A picture of counted bytes.
-std::vector<std::uint8_t> bytesOf(std::size_t size) {
-  std::vector<std::uint8_t> bytes(size);
-  for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<std::uint8_t>(31 * i);
-  return bytes;
-}
 
 TEST(NoGel, IsAGelFileCalledNone) {
   const auto none = loadGel(std::string(kNoGelFile)), paper = loadGel("");
@@ -60,60 +49,57 @@ TEST(NoGel, IsAGelFileCalledNone) {
 
 std::int64_t now_ns = 0;
 
-TEST(Snapshots, AreRefusedWhereNoFrameComesAndServeThoseWhoAskLater) {
-  Answers answers;
-  control::Snapshots snapshots(&answers, {}, [] { return now_ns; });
-  const std::vector<std::uint8_t> bytes = bytesOf(12);
-  Frame frame;
-  frame.data = bytes.data();
-  frame.size = bytes.size();
-  const auto arrives = [&] {
-    if (Snapshot* const room = snapshots.lent()) {
+class SnapshotsTest : public testing::Test {
+ protected:
+  SnapshotsTest() { now_ns = 1'000'000'000; }
+
+  void arrive() {
+    Frame frame;
+    frame.data = bytes_.data();
+    frame.size = bytes_.size();
+    if (Snapshot* const room = snapshots_.lent()) {
       room->copyFrom(frame);
-      snapshots.giveBack();
+      snapshots_.giveBack();
     }
-  };
-  now_ns = 1'000'000'000;
-  snapshots.ask();
-  snapshots.turn();
-  now_ns += 3'000'000'000;
-  snapshots.turn();
-  EXPECT_TRUE(answers.reasons.empty());
-  now_ns += 1;
-  snapshots.turn();
-  EXPECT_EQ(answers.reasons, std::vector<std::string>{"no frames come from the camera"});
-  snapshots.ask();
-  for (int i = 0; i < 3; ++i) {
-    arrives();
-    snapshots.take();
-    snapshots.turn();
   }
-  EXPECT_EQ(answers.pictures, 1);
-  EXPECT_EQ(answers.reasons.size(), 1U);
-  arrives();
-  EXPECT_EQ(snapshots.take(), nullptr);  // nobody wants one
+
+  const std::vector<std::uint8_t> bytes_ = std::vector<std::uint8_t>(12, 31);
+  Answers answers_;
+  control::Snapshots snapshots_{&answers_, {}, [] { return now_ns; }};
+};
+
+TEST_F(SnapshotsTest, AreRefusedWhereNoFrameComesAndServeThoseWhoAskLater) {
+  snapshots_.ask();
+  snapshots_.turn();
+  now_ns += 3'000'000'000;
+  snapshots_.turn();
+  EXPECT_TRUE(answers_.reasons.empty());
+  now_ns += 1;
+  snapshots_.turn();
+  EXPECT_EQ(answers_.reasons, std::vector<std::string>{"no frames come from the camera"});
+  snapshots_.ask();
+  for (int i = 0; i < 3; ++i) {
+    arrive();
+    snapshots_.take();
+    snapshots_.turn();
+  }
+  EXPECT_EQ(answers_.pictures, 1);
+  EXPECT_EQ(answers_.reasons.size(), 1U);
+  arrive();
+  EXPECT_EQ(snapshots_.take(), nullptr);  // nobody wants one
 }
 
-TEST(Snapshots, OfATriggeredCameraTakeOneFrameOrSayWhatItWaitsFor) {
-  Answers answers;
-  control::Snapshots snapshots(&answers, {}, [] { return now_ns; });
-  const std::vector<std::uint8_t> bytes = bytesOf(12);
-  Frame frame;
-  frame.data = bytes.data();
-  frame.size = bytes.size();
-  now_ns = 1'000'000'000;
-  snapshots.meet(bytes.size(), "it waits for triggers");
-  snapshots.ask();
-  snapshots.turn();
-  ASSERT_NE(snapshots.lent(), nullptr);
-  snapshots.lent()->copyFrom(frame);
-  snapshots.giveBack();
-  snapshots.take();
-  EXPECT_EQ(answers.pictures, 1);
-  snapshots.ask();
+TEST_F(SnapshotsTest, OfATriggeredCameraTakeOneFrameOrSayWhatItWaitsFor) {
+  snapshots_.meet(bytes_.size(), "it waits for triggers");
+  snapshots_.ask();
+  snapshots_.turn();
+  arrive();
+  snapshots_.take();
+  EXPECT_EQ(answers_.pictures, 1);
+  snapshots_.ask();
   now_ns += 3'000'000'001;
-  snapshots.turn();
-  EXPECT_EQ(answers.reasons, std::vector<std::string>{"no frames come from the camera: it waits for triggers"});
+  snapshots_.turn();
+  EXPECT_EQ(answers_.reasons, std::vector<std::string>{"no frames come from the camera: it waits for triggers"});
 }
 
 /// A gel file that the daemon could not start with again is not kept.

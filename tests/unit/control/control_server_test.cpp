@@ -59,6 +59,12 @@ class ControlTest : public testing::Test, Requests, publish::NewestMessages {
   static std::string statusRequest() {
     return request([](pb::Request& r) { r.mutable_status(); });
   }
+  static std::string zeroRequest() {
+    return request([](pb::Request& r) { r.mutable_zero(); });
+  }
+  static std::string undoRequest() {
+    return request([](pb::Request& r) { r.mutable_zero()->set_undo(true); });
+  }
 
   template <typename Condition>
   void serveUntil(Condition condition) {
@@ -78,6 +84,18 @@ class ControlTest : public testing::Test, Requests, publish::NewestMessages {
     return reply;
   }
 
+  /// Returns a client that has sent a request.
+  zmq::socket_t asking(const std::string& bytes) {
+    auto socket = connect(zmq::socket_type::req);
+    socket.send(zmq::buffer(bytes), zmq::send_flags::none);
+    return socket;
+  }
+  /// Returns a client whose request for a zero has arrived.
+  zmq::socket_t askingForAZero(const std::string& bytes = zeroRequest()) {
+    auto socket = asking(bytes);
+    serveUntil([&] { return server_->zeroPending(); });
+    return socket;
+  }
   static void send(zmq::socket_t& dealer, const std::string& bytes) {
     dealer.send(zmq::message_t(), zmq::send_flags::sndmore);
     dealer.send(zmq::buffer(bytes), zmq::send_flags::none);
@@ -96,8 +114,7 @@ class ControlTest : public testing::Test, Requests, publish::NewestMessages {
   }
 
   pb::Reply ask(const std::string& bytes) {
-    auto socket = connect(zmq::socket_type::req);
-    socket.send(zmq::buffer(bytes), zmq::send_flags::none);
+    auto socket = asking(bytes);
     return await(socket);
   }
 
@@ -132,12 +149,8 @@ TEST_F(ControlTest, StatusAndDescriptionAreWhatTheHandlersSay) {
 }
 
 TEST_F(ControlTest, ZeroIsAnsweredWhenItIsTakenForAllWhoAsked) {
-  const std::string zero = request([](pb::Request& r) { r.mutable_zero(); });
-  auto one = connect(zmq::socket_type::req);
-  auto two = connect(zmq::socket_type::dealer);
-  one.send(zmq::buffer(zero), zmq::send_flags::none);
-  serveUntil([&] { return server_->zeroPending(); });
-  send(two, zero);
+  auto one = askingForAZero(), two = connect(zmq::socket_type::dealer);
+  send(two, zeroRequest());
   send(two, statusRequest());
   EXPECT_EQ(await(two).status().uptime_s(), 12.0);  // and what was sent before has come
   EXPECT_EQ(zeros_, 1);
@@ -150,28 +163,21 @@ TEST_F(ControlTest, ZeroIsAnsweredWhenItIsTakenForAllWhoAsked) {
 }
 
 TEST_F(ControlTest, WhoAsksForAnotherZeroMeanwhileIsSentAway) {
-  auto one = connect(zmq::socket_type::req);
-  one.send(zmq::buffer(request([](pb::Request& r) { r.mutable_zero(); })), zmq::send_flags::none);
-  serveUntil([&] { return server_->zeroPending(); });
+  auto one = askingForAZero();
   EXPECT_FALSE(zero_.anyway || zero_.undo);
   EXPECT_EQ(zero_.asker, "127.0.0.1");
   EXPECT_EQ(ask(request([](pb::Request& r) { r.mutable_zero()->set_anyway(true); })).error(),
             "a zero is being taken; ask again");
-  EXPECT_EQ(ask(request([](pb::Request& r) { r.mutable_zero()->set_undo(true); })).error(),
-            "a zero is being taken; ask again");
+  EXPECT_EQ(ask(undoRequest()).error(), "a zero is being taken; ask again");
   server_->answerZero(RestPose{});
   EXPECT_TRUE(await(one).error().empty());
-  auto two = connect(zmq::socket_type::req);
-  two.send(zmq::buffer(request([](pb::Request& r) { r.mutable_zero()->set_undo(true); })), zmq::send_flags::none);
-  serveUntil([&] { return server_->zeroPending(); });
+  const auto two = askingForAZero(undoRequest());
   EXPECT_TRUE(zero_.undo);
 }
 
 TEST_F(ControlTest, ALocalAskerIsNamedByItsProcess) {
   open("ipc://@tractiond-control-test-" + std::to_string(getpid()));
-  auto socket = connect(zmq::socket_type::req);
-  socket.send(zmq::buffer(request([](pb::Request& r) { r.mutable_zero(); })), zmq::send_flags::none);
-  serveUntil([&] { return server_->zeroPending(); });
+  const auto socket = askingForAZero();
   EXPECT_EQ(zero_.asker, "uid " + std::to_string(getuid()) + ", pid " + std::to_string(getpid()));
 }
 
@@ -216,17 +222,14 @@ TEST_F(ControlTest, NoPeerWritesTheLog) {
 }
 
 TEST_F(ControlTest, FailedZeroSaysWhy) {
-  auto socket = connect(zmq::socket_type::req);
-  socket.send(zmq::buffer(request([](pb::Request& r) { r.mutable_zero(); })), zmq::send_flags::none);
-  serveUntil([&] { return server_->zeroPending(); });
+  auto socket = askingForAZero();
   server_->answerZero(tl::make_unexpected(std::string("only 12 of 1152 markers were found")));
   EXPECT_EQ(await(socket).error(), "only 12 of 1152 markers were found");
 }
 
 TEST_F(ControlTest, PictureIsForAllWhoAsked) {
   const std::string wanted = request([](pb::Request& r) { r.mutable_snapshot(); });
-  auto one = connect(zmq::socket_type::req), two = connect(zmq::socket_type::dealer);
-  one.send(zmq::buffer(wanted), zmq::send_flags::none);
+  auto one = asking(wanted), two = connect(zmq::socket_type::dealer);
   serveUntil([&] { return snapshots_ > 0; });
   send(two, wanted);
   send(two, statusRequest());
@@ -238,16 +241,11 @@ TEST_F(ControlTest, PictureIsForAllWhoAsked) {
 }
 
 TEST_F(ControlTest, StepOfACalibrationIsAnsweredWhenItIsDone) {
-  const std::string noise =
-      request([](pb::Request& r) { r.mutable_calibrate()->mutable_noise()->set_duration_s(3.0); });
-  auto socket = connect(zmq::socket_type::req);
-  socket.send(zmq::buffer(noise), zmq::send_flags::none);
+  auto socket = asking(request([](pb::Request& r) { r.mutable_calibrate()->mutable_noise()->set_duration_s(3.0); }));
   serveUntil([&] { return !steps_.empty(); });
   EXPECT_EQ(steps_[0].seconds, 3.0);
   // Another request ends the step that runs.
-  auto other = connect(zmq::socket_type::req);
-  other.send(zmq::buffer(request([](pb::Request& r) { r.mutable_calibrate()->mutable_geometry(); })),
-             zmq::send_flags::none);
+  auto other = asking(request([](pb::Request& r) { r.mutable_calibrate()->mutable_geometry(); }));
   EXPECT_EQ(await(socket).error(), "another step of the calibration was asked for");
   EXPECT_EQ(steps_.size(), 2U);
   server_->answerCalibration(CalibrationReport{.figures = {{"k1", -0.1, 0.01}}, .remarks = {}, .path = "", .gelFile = ""});
@@ -262,8 +260,7 @@ TEST_F(ControlTest, OneGelFileAtATimeIsAdopted) {
     wanted.mutable_adopt()->set_gel_file(gelFile);
     return wanted.SerializeAsString();
   };
-  auto first = connect(zmq::socket_type::req);
-  first.send(zmq::buffer(adopt("one")), zmq::send_flags::none);
+  auto first = asking(adopt("one"));
   std::optional<std::string> taken;
   serveUntil([&] { return (taken = server_->takeGelFile()).has_value(); });
   EXPECT_EQ(taken, "one");
@@ -282,9 +279,7 @@ TEST_F(ControlTest, OneGelFileAtATimeIsAdopted) {
 TEST_F(ControlTest, CameraIsAskedOneThingAfterAnother) {
   const std::string trigger = request([](pb::Request& r) { r.mutable_camera()->mutable_trigger(); });
   EXPECT_EQ(ask(trigger).camera().camera(), "triggered");
-  auto one = connect(zmq::socket_type::req);
-  auto others = connect(zmq::socket_type::dealer);
-  one.send(zmq::buffer(read("One")), zmq::send_flags::none);
+  auto one = asking(read("One")), others = connect(zmq::socket_type::dealer);
   serveUntil([&] { return cameraSteps_.size() >= 2; });
   for (const std::string& bytes : {read("Two"), trigger, statusRequest()}) send(others, bytes);
   EXPECT_EQ(await(others).status().uptime_s(), 12.0);         // and what was sent before has come
@@ -319,11 +314,7 @@ TEST_F(ControlTest, TooLargeARequestIsCutOff) {
 }
 
 TEST_F(ControlTest, AskerThatGoesAwayIsForgotten) {
-  {
-    auto socket = connect(zmq::socket_type::req);
-    socket.send(zmq::buffer(request([](pb::Request& r) { r.mutable_zero(); })), zmq::send_flags::none);
-    serveUntil([&] { return server_->zeroPending(); });
-  }
+  askingForAZero().close();
   server_->answerZero(RestPose{});
   EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);
 }

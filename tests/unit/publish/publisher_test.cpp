@@ -251,8 +251,6 @@ TEST_F(PublisherTest, PreviewIsSentWithWhereItLies) {
     EXPECT_EQ(parts.time, "1700000000.000000001");
     const auto message = parse<pb::Preview>(parts);
     EXPECT_EQ(message.header().sequence(), frame - 6);
-    EXPECT_EQ(message.header().sensor(), "gel-1");
-    EXPECT_EQ(message.header().boot(), text(idOf(10)));
     EXPECT_EQ(message.header().zero(), text(idOf(100)));
     EXPECT_EQ(message.header().flags(), kTorn);
     EXPECT_EQ(message.header().frame_number(), frame);

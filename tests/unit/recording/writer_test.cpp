@@ -80,7 +80,7 @@ TEST(Writer, WhatADiskHasNoRoomForLeavesAllBeforeIt) {
   int some = 0;
   for (int i = 0; i < 100; ++i) {
     constexpr std::size_t kEnd = 1 << 20;  // that is kept for the end
-    Memory memory(kEnd / 2 + random() % (kEnd / 2 + enough.bytes.size() / 2));
+    Memory memory(kEnd + random() % (enough.bytes.size() / 2));
     EXPECT_FALSE(messages.writeTo(memory));
     if (memory.bytes.empty()) continue;  // not even for the end
     ++some;
