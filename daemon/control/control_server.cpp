@@ -185,10 +185,6 @@ void ControlServer::answerSnapshot(const tl::expected<const Snapshot*, std::stri
                   result ? publish::encodeSnapshotReply(**result, layers) : publish::encodeErrorReply(result.error()));
 }
 
-bool ControlServer::zeroPending() const {
-  return !impl_->zeroAskers.empty();
-}
-
 const std::vector<std::string>& ControlServer::endpoints() const {
   return impl_->endpoints;
 }

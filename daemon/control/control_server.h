@@ -65,9 +65,6 @@ class ControlServer final : public Replies {
   void answerSnapshot(const tl::expected<const Snapshot*, std::string>& result,
                       const std::vector<sensor::MarkerLayer>& layers) override;
 
-  /// Returns whether a zero or an undo was asked for and has not been answered, also if its client has gone.
-  bool zeroPending() const;
-
   /// Returns the endpoints as they were bound.
   const std::vector<std::string>& endpoints() const;
 

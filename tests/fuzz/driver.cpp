@@ -13,18 +13,12 @@
 
 namespace {
 
-/// Counts what it feeds to the parser.
-class Feeder {
- public:
-  bool feed(std::string_view bytes) {
-    ++executions_;
-    return fuzz::feed(bytes);
-  }
-  void print() const { std::printf("%llu executions\n", static_cast<unsigned long long>(executions_)); }
+unsigned long long executions = 0;
 
- private:
-  std::uint64_t executions_ = 0;
-};
+bool feed(std::string_view bytes) {
+  ++executions;
+  return fuzz::feed(bytes);
+}
 
 class Mutator {
  public:
@@ -84,44 +78,43 @@ class Mutator {
 };
 
 /// Returns whether all of them can be read.
-bool feedFiles(Feeder& feeder, const std::vector<std::string>& paths) {
+bool feedFiles(const std::vector<std::string>& paths) {
   for (const std::string& path : paths) {
     if (access(path.c_str(), R_OK) != 0) return std::perror(path.c_str()), false;
-    feeder.feed(fuzz::fileText(path));
+    feed(fuzz::fileText(path));
   }
   return true;
 }
 
 /// Feeds each seed, which the parser must take, and about kCuts of its beginnings.
-void feedSeeds(Feeder& feeder, const std::vector<std::string>& seeds) {
+void feedSeeds(const std::vector<std::string>& seeds) {
   constexpr std::size_t kCuts = 300;
   for (const std::string& one : seeds) {
-    fuzz::require(feeder.feed(one), "a seed is refused");
-    for (std::size_t size = 0; size <= one.size(); size += 1 + one.size() / kCuts) feeder.feed({one.data(), size});
+    fuzz::require(feed(one), "a seed is refused");
+    for (std::size_t size = 0; size <= one.size(); size += 1 + one.size() / kCuts) feed({one.data(), size});
   }
 }
 
-void feedChanges(Feeder& feeder, const std::vector<std::string>& seeds) {
+void feedChanges(const std::vector<std::string>& seeds) {
   constexpr int kChanges = 20'000;
   Mutator mutator(tractiond::test::seed(), seeds);
-  for (int i = 0; i < kChanges; ++i) feeder.feed(mutator.next());
+  for (int i = 0; i < kChanges; ++i) feed(mutator.next());
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   if (fuzz::begin != nullptr) fuzz::begin(argc, argv);
-  Feeder feeder;
   const std::vector<std::string> files(argv + 1, argv + argc);
   if (!files.empty()) {
-    if (!feedFiles(feeder, files)) return EX_NOINPUT;
+    if (!feedFiles(files)) return EX_NOINPUT;
   } else {
     tractiond::test::seed();  // prints it before anything can fail
     const std::vector<std::string> seeds = fuzz::seeds();
     if (seeds.empty() || std::ranges::any_of(seeds, &std::string::empty)) return std::puts("a seed is missing"), 1;
-    feedSeeds(feeder, seeds);
-    feedChanges(feeder, seeds);
+    feedSeeds(seeds);
+    feedChanges(seeds);
   }
-  feeder.print();
+  std::printf("%llu executions\n", executions);
   return 0;
 }

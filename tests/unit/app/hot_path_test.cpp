@@ -13,8 +13,6 @@
 #include <gtest/gtest.h>
 #include <zmq.hpp>
 
-#include <cstdlib>
-#include <mutex>
 
 namespace tractiond::hot_path_test {
 namespace {
@@ -170,22 +168,6 @@ void runCounted(WhenFull whenFull) {
   EXPECT_EQ(interposed::ours().locks, ours.locks);
   EXPECT_GT(interposed::ofLibraries().allocations, libraries.allocations)
       << "the counting works, and reaches into libraries";
-}
-
-TEST(HotPath, CountsWhatItShall) {
-  std::mutex mutex;
-  std::thread([&] {
-    interposed::markThisThread();
-    const auto before = interposed::ours();
-    interposed::count(true);
-    void* volatile memory = std::malloc(1);
-    std::free(memory);
-    { const std::lock_guard lock(mutex); }
-    interposed::count(false);
-    EXPECT_EQ(interposed::ours().allocations, before.allocations + 1);
-    EXPECT_EQ(interposed::ours().frees, before.frees + 1);
-    EXPECT_EQ(interposed::ours().locks, before.locks + 1);
-  }).join();
 }
 
 TEST(HotPath, AllocatesAndLocksNothingWhenLinksEvict) {

@@ -52,6 +52,12 @@ std::set<int> reservedNumbers(const DescriptorProto& message) {
   return numbers;
 }
 
+/// Name, number and type; options say only what is shown where.
+std::string plain(FieldDescriptorProto field) {
+  field.clear_options();
+  return field.SerializeAsString();
+}
+
 /// One line for everything that a reader of `before` would misread in `now`.
 std::vector<std::string> breaks(const Contract& before, const Contract& now) {
   std::vector<std::string> found;
@@ -66,17 +72,7 @@ std::vector<std::string> breaks(const Contract& before, const Contract& now) {
     for (const auto& field : old.field()) {
       const std::string which = name + "." + field.name() + " = " + std::to_string(field.number());
       const auto same = fields.find(field.number());
-      if (same == fields.end()) {
-        found.push_back(which + " is gone");
-        continue;
-      }
-      const FieldDescriptorProto& other = *same->second;
-      if (other.name() != field.name()) found.push_back(which + " is called " + other.name());
-      if (other.type() != field.type() || other.type_name() != field.type_name() || other.label() != field.label() ||
-          other.proto3_optional() != field.proto3_optional() || other.has_oneof_index() != field.has_oneof_index() ||
-          other.options().packed() != field.options().packed()) {
-        found.push_back(which + " is of another type");
-      }
+      if (same == fields.end() || plain(*same->second) != plain(field)) found.push_back(which + " is gone or another");
     }
     // A reserved number waits for the field whose name is reserved with it.
     const std::set<std::string> names(old.reserved_name().begin(), old.reserved_name().end());
