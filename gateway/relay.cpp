@@ -51,9 +51,7 @@ struct Route {
   std::uint32_t generation = 0;  ///< opening of the front to which the connection belongs
 
   /// Returns the route as bytes, from which of() restores it.
-  std::string text() const {
-    return peer + std::string(reinterpret_cast<const char*>(&generation), sizeof generation);
-  }
+  std::string text() const { return peer + std::string(reinterpret_cast<const char*>(&generation), sizeof generation); }
   /// Restores a route. Returns nothing if the text is too short; nothing else is checked.
   static std::optional<Route> of(std::string_view text) {
     Route route;

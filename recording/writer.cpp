@@ -85,7 +85,8 @@ tl::expected<void, Error> Writer::flush() {
   const auto entries = std::exchange(entries_, {});
   if (bytes.empty()) return {};
   // For the end: declarations, and the index of each chunk.
-  const std::uint64_t reserve = kDeclared_bytes + (chunks_.size() + 1) * (kIndex_bytes + channels_.size() * kPerChannel_bytes);
+  const std::uint64_t reserve =
+      kDeclared_bytes + (chunks_.size() + 1) * (kIndex_bytes + channels_.size() * kPerChannel_bytes);
   if (auto appended = sink_.append(bytes, reserve); !appended) return appended;
   written_ += bytes.size();
   pending_.clear();

@@ -56,8 +56,7 @@ tl::expected<AllowedKey, Error> loadAllowed(const fs::path& path) {
   auto file = TomlTable::load(path.string());
   if (!file) return tl::unexpected(asError(file.error()));
   struct stat status {};
-  if (stat(path.c_str(), &status) == 0 && canOthersWrite(status))
-    return tl::unexpected(openToOthers(path, "file"));
+  if (stat(path.c_str(), &status) == 0 && canOthersWrite(status)) return tl::unexpected(openToOthers(path, "file"));
   readKey(*file, "key", allowed.key);
   std::string word;
   file->read("permission", word);

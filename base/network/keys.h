@@ -88,8 +88,8 @@ class KeyDirectory {
   /// Reads the directory in the first call, and again if a file NAME.key has changed, appeared or gone, or could not be
   /// read. Returns whether the keys or the faults have changed. A faulty file allows no key, nor does one with the key
   /// of a file before it in the order of names. No key is allowed if the directory cannot be read, can be written by
-  /// every user, or has more than kMostKeys. If it cannot be read for lack of file descriptors or memory, everything stays
-  /// as it was. Waits for the disk.
+  /// every user, or has more than kMostKeys. If it cannot be read for lack of file descriptors or memory, everything
+  /// stays as it was. Waits for the disk.
   bool refresh();
 
   /// Returns the allowed keys, sorted by the names of their files. Valid until the next refresh().

@@ -80,8 +80,8 @@ class LivenessCheck {
   /// \param hooks must outlive the object
   explicit LivenessCheck(const ServiceHooks& hooks);
 
-  /// Returns whether the library threads are alive, and every loop has made a turn since the last call in which all had;
-  /// at first since the construction if each had made one by then, else since its start. Does not wait.
+  /// Returns whether the library threads are alive, and every loop has made a turn since the last call in which all
+  /// had; at first since the construction if each had made one by then, else since its start. Does not wait.
   bool isAlive();
 
   /// Returns the time between two checks: a quarter of the watchdog's, as a stage may take half of that for one turn,
@@ -102,7 +102,7 @@ class LivenessCheck {
 /// What run() does between two waits. Thread-bound.
 class ServiceLoop {
  public:
-  /// Tells systemd that the service is ready; turn() does if that notice is dropped. The hooks must outlive this.
+  /// Tells systemd that the service is ready. The hooks must outlive this.
   explicit ServiceLoop(const ServiceHooks& hooks);
 
   /// Heeds the serviceRequests(): begins a reload, and applies what one has read. Tells systemd the status once a
@@ -112,11 +112,11 @@ class ServiceLoop {
   /// Returns after how long turn() is to be called again: at most 1 s, and 20 ms during a reload. If there is a
   /// request, the caller should call turn() at once, except for a reload during another one.
   std::chrono::milliseconds patience() const;
-  /// Returns whether a reload is under way, until systemd has been told of its end.
+  /// Returns whether a reload is under way.
   bool isReloading() const { return reload_.isUnderWay(); }
 
  private:
-  /// A reload: its reading, what applies it, and that systemd is told.
+  /// A reload: its reading, and what applies it.
   class Reload {
    public:
     explicit Reload(const std::function<std::function<void()>()>& read)
@@ -129,19 +129,16 @@ class ServiceLoop {
 
    private:
     const std::function<std::function<void()>()>& read_;
-    bool isUnderWay_ = false;                   ///< until systemd has been told of its end
+    bool isUnderWay_ = false;
     std::unique_ptr<BackgroundThread> reader_;  ///< while it is read
     std::future<std::function<void()>> apply_;
   };
-
-  bool tellReady() const;
 
   const ServiceHooks& hooks_;
   const std::chrono::milliseconds patience_;
   LivenessCheck liveness_;
   Reload reload_;
   std::int64_t told_ns_;  ///< when the status was told last
-  bool isReadyTold_;
 };
 
 /// Notifies systemd that the service is ready, feeds the watchdog while LivenessCheck::isAlive(), and reloads on

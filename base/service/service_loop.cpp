@@ -60,7 +60,8 @@ void ServiceLoop::Reload::turn() {
     reader_.reset();
     if (const std::function<void()> apply = apply_.get()) apply();
   }
-  isUnderWay_ = !systemd::notify("READY=1");
+  isUnderWay_ = false;
+  systemd::notify("READY=1");
 }
 
 ServiceLoop::ServiceLoop(const ServiceHooks& hooks)
@@ -68,11 +69,8 @@ ServiceLoop::ServiceLoop(const ServiceHooks& hooks)
     , patience_(LivenessCheck::period(systemd::watchdog()))
     , liveness_(hooks)
     , reload_(hooks.reload)
-    , told_ns_(hooks.monotonicClock())
-    , isReadyTold_(tellReady()) {}
-
-bool ServiceLoop::tellReady() const {
-  return systemd::notify("READY=1\nSTATUS=" + hooks_.statusLine());
+    , told_ns_(hooks.monotonicClock()) {
+  systemd::notify("READY=1\nSTATUS=" + hooks_.statusLine());
 }
 
 milliseconds ServiceLoop::patience() const {
@@ -95,7 +93,6 @@ bool ServiceLoop::turn() {
     told_ns_ = now_ns;
     systemd::notify("STATUS=" + hooks_.statusLine());
   }
-  if (!isReadyTold_) isReadyTold_ = tellReady();
   if (liveness_.isAlive()) systemd::notify("WATCHDOG=1");
   return true;
 }

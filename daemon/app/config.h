@@ -67,7 +67,8 @@ std::string configText(const Config& config);
 /// \param name of the file in errors: "name:line: what"; is not opened
 tl::expected<Config, Error> parseConfig(std::istream& text, const std::string& name);
 
-/// Does the same with the configuration that a recording holds: unknown keys, as those of other versions, have no effect.
+/// Does the same with the configuration that a recording holds: unknown keys, as those of other versions, have no
+/// effect.
 tl::expected<Config, Error> parseRecordedConfig(const std::string& text, const std::string& name);
 
 /// Reads a configuration file; waits for the disk. Resolves the gel file's name relative to the file's directory,

@@ -94,8 +94,6 @@ tl::expected<void, Error> Instrument::build(std::optional<sensor::Sensor> gel) {
   options.whenFull = config.camera.images.empty() ? WhenFull::kEvictOldest : WhenFull::kWait;
   options.controls = true;
   options.previews = previewer_.has_value();
-  options.makesModels = processing_->promptSolver() != nullptr;
-  options.records = processing_->recorder() != nullptr;
   pipeline_ = std::make_unique<Pipeline>(*camera_, static_cast<Stages&>(*this), options, ledger_, turns_);
   return {};
 }
@@ -273,16 +271,12 @@ void Instrument::meetCamera() {
   describedSession_ = info->session;
   processing_->meet(*info);
   if (previewer_) previewer_->meet(info->shape.size);
-  describeCamera(*info);
-}
-
-void Instrument::describeCamera(const capture::CameraInfo& info) {
-  description_.cameraVendor = info.name.vendor;
-  description_.cameraModel = info.name.model;
-  description_.cameraSerial = info.name.serial;
-  description_.pixelFormat = traitsOf(info.format).name;
-  description_.width_px = info.shape.width;
-  description_.height_px = info.shape.height;
+  description_.cameraVendor = info->name.vendor;
+  description_.cameraModel = info->name.model;
+  description_.cameraSerial = info->name.serial;
+  description_.pixelFormat = traitsOf(info->format).name;
+  description_.width_px = info->shape.width;
+  description_.height_px = info->shape.height;
   publisher_->describe(description_);
 }
 

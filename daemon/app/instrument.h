@@ -68,8 +68,8 @@ class Instrument final : Stages {
   void serveSubscribers(int fd, std::chrono::milliseconds timeout) override { publisher_->serve(fd, timeout); }
   void control(std::chrono::milliseconds timeout) override;
   void preview(std::chrono::milliseconds timeout) override { previewer_->turn(timeout); }
-  void model(std::chrono::milliseconds timeout) override { processing_->promptSolver()->turn(timeout); }
-  void record(std::chrono::milliseconds timeout) override { processing_->recorder()->turn(timeout); }
+  void model(std::chrono::milliseconds timeout) override { processing_->model(timeout); }
+  void record(std::chrono::milliseconds timeout) override { processing_->record(timeout); }
   void enter() override { realtime_->enter(); }
 
   capture::OpenDriver driver() const;
@@ -77,7 +77,6 @@ class Instrument final : Stages {
   void adopt(const std::string& gelFile);
   void meetCamera();
   void giveMemoryBack(std::int64_t now_ns);
-  void describeCamera(const capture::CameraInfo& info);
   void measure(traction::v1::Status& status);
   std::string statusLine() const;
 

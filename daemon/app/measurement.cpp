@@ -93,7 +93,10 @@ tl::expected<void, Error> Measurement::build() {
 }
 
 PipelineOptions Measurement::pipelineOptions() const {
-  return {.markers = sensor_.markerCount(), .nodes = sensor_.nodes.count()};
+  return {.markers = sensor_.markerCount(),
+          .nodes = sensor_.nodes.count(),
+          .makesModels = promptSolver_.has_value(),
+          .records = recorder_ != nullptr};
 }
 
 tl::expected<void, Error> Measurement::welcome(const capture::CameraInfo& info) {

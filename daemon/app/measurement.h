@@ -66,8 +66,8 @@ class Measurement : public Processing, private control::ProcedureHost {
   /// Does what is due in the procedures, in the checks of the gel file, and for the solver of a new zero.
   void turn() override;
   bool hurried() const override { return procedures_->hurried() || gelWatch_->hurried(); }
-  PromptSolver* promptSolver() override { return promptSolver_ ? &*promptSolver_ : nullptr; }
-  Recorder* recorder() override { return recorder_.get(); }
+  void model(std::chrono::milliseconds timeout) override { promptSolver_->turn(timeout); }
+  void record(std::chrono::milliseconds timeout) override { recorder_->turn(timeout); }
   /// Explains missing markers a last time, and closes the recording, if there is one. Logs its summary, or returns its
   /// error.
   tl::expected<void, Error> finish() override;

@@ -33,8 +33,8 @@ class Processing : public control::Requests {
  public:
   virtual ~Processing() = default;
 
-  /// Returns the sizes of the records, and the counter of frames for which track() returns false. Called before the
-  /// pipeline is made.
+  /// Returns the sizes of the records, the counter of frames for which track() returns false, and whether there are
+  /// threads for model() and record(). Called before the pipeline is made.
   virtual PipelineOptions pipelineOptions() const = 0;
 
   // camera-keeper
@@ -71,12 +71,12 @@ class Processing : public control::Requests {
   /// a calibration step.
   virtual bool hurried() const = 0;
 
-  // Threads of their own, if there is such a part. Called before the pipeline is made, and on that thread.
+  // tr-model, tr-record, if pipelineOptions() says that there are such threads.
 
-  /// Returns the part whose turns tr-model takes.
-  virtual PromptSolver* promptSolver() { return nullptr; }
-  /// Returns the part whose turns tr-record takes.
-  virtual Recorder* recorder() { return nullptr; }
+  /// Implements Stages::model.
+  virtual void model(std::chrono::milliseconds /*timeout*/) {}
+  /// Implements Stages::record.
+  virtual void record(std::chrono::milliseconds /*timeout*/) {}
 
   // main
 

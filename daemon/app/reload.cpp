@@ -24,7 +24,7 @@ tl::expected<News, Error> apply(const Reread& read, Config& inForce, const Id& c
     news.isOfCamera = news.isOfCamera || camera;
     if (change.live && !(camera && piped))
       news.lines.push_back(fmt::format("{} = {} (was {})", change.key, change.after.empty() ? "none" : change.after,
-                                 change.before.empty() ? "none" : change.before));
+                                       change.before.empty() ? "none" : change.before));
     else
       bound.push_back(change.key);
   }

@@ -54,6 +54,13 @@ struct Stopped {
   std::optional<Error> error = {};
 };
 
+/// Returns the value, or ends the reading with the error.
+template <typename Value>
+Value orStop(tl::expected<Value, Error> result) {
+  if (!result) throw Stopped{std::move(result).error()};
+  return *std::move(result);
+}
+
 class Replay {
  public:
   Replay(Config config, Places places, ReplayOptions options)
@@ -132,9 +139,7 @@ void Replay::open(const Frame& first) {
   config_ = completed(config_, places_);
   config_.sensor.name = beginning_->sensor;
   if (!traction::isValidName(config_.sensor.name)) fail({.exitCode = EX_DATAERR, .what = "its sensor has no name"});
-  auto runtime = OwnDirectory::claim(places_.runtime, "runtime directory");
-  if (!runtime) throw Stopped{runtime.error()};
-  runtime_.emplace(*std::move(runtime));
+  runtime_.emplace(orStop(OwnDirectory::claim(places_.runtime, "runtime directory")));
   chooseSensor();
   checkPicture(first);
   if (beginning_->rest) require(*beginning_->rest);
@@ -160,9 +165,7 @@ void Replay::open(const Frame& first) {
 /// Takes sensor, tracking and solving from the recording, or from the configuration if it is asked for its own gel.
 void Replay::chooseSensor() {
   if (options_.ownGel) {
-    auto sensor = loadSensor(config_.sensor.gelFile);
-    if (!sensor) throw Stopped{sensor.error()};
-    sensor_ = *std::move(sensor);
+    sensor_ = orStop(loadSensor(config_.sensor.gelFile));
   } else {
     auto recorded = parseRecordedConfig(beginning_->configuration, options_.file);
     if (!recorded) {
@@ -173,9 +176,7 @@ void Replay::chooseSensor() {
     }
     config_.track = recorded->track;
     config_.solve = recorded->solve;
-    auto sensor = recordedSensor(*beginning_, options_.file, places_.runtime / "replayed.influence");
-    if (!sensor) fail(sensor.error());
-    sensor_ = *std::move(sensor);
+    sensor_ = orStop(recordedSensor(*beginning_, options_.file, places_.runtime / "replayed.influence"));
   }
   description_.identity = {config_.sensor.name, publish::randomId(), solve::calibrationId(sensor_, config_.solve)};
   sameGel_ = description_.identity.calibration == beginning_->calibration;
@@ -206,29 +207,24 @@ void Replay::makeSolver(const Frame& first) {
   description_.cameraModel = beginning_->cameraModel;
   description_.cameraSerial = beginning_->cameraSerial;
   description_.pixelFormat = traitsOf(first.format).name;
-  auto made = solve::makeSolver(sensor_, config_.solve, places_.state, {},
-                                [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
-  if (!made) throw Stopped{made.error()};
-  drawn_ = std::move(made->solver);
-  description_.calibrated_ns = made->computed_ns;
+  auto made = orStop(solve::makeSolver(sensor_, config_.solve, places_.state, {},
+                                       [](const std::string& remark) { spdlog::warn("warning: {}", remark); }));
+  drawn_ = std::move(made.solver);
+  description_.calibrated_ns = made.computed_ns;
   description_.detectionLimit_N = drawn_->detectionLimit_N();
 }
 
 void Replay::openPublisher() {
   config_.publish.monotonicClock = monotonicOfRecording;
   config_.publish.realClock = realOfRecording;
-  auto publisher = publish::Publisher::open(config_.publish, description_, ledger_, {});
-  if (!publisher) throw Stopped{publisher.error()};
-  publisher_ = *std::move(publisher);
+  publisher_ = orStop(publish::Publisher::open(config_.publish, description_, ledger_, {}));
 }
 
 /// Begins a recording of the replay.
 void Replay::openRecorder() {
-  auto recorder =
+  recorder_ = orStop(
       Recorder::open(config_.record, description_.identity, sensor_.markerCount(), sensor_.nodes.count(),
-                     {.published = *publisher_, .monotonicClock = monotonicOfRecording, .realClock = realOfRecording});
-  if (!recorder) throw Stopped{recorder.error()};
-  recorder_ = *std::move(recorder);
+                     {.published = *publisher_, .monotonicClock = monotonicOfRecording, .realClock = realOfRecording}));
   publish::Beginning again = *beginning_;
   again.softwareVersion = TRACTIOND_VERSION;
   again.calibration = description_.identity.calibration;
@@ -271,11 +267,10 @@ void Replay::describe(const RestPose& pose) {
   description_.zero = pose;
   publisher_->describe(description_);
   if (!solve::followsRest(sensor_)) return;
-  auto atRest = solve::makeSolverAtRest(sensor_, config_.solve, places_.state, pose.position_px, pose.present,
-                                        description_.detectionLimit_N,
-                                        [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
-  if (!atRest) throw Stopped{atRest.error()};
-  atRest_.push_back({std::move(atRest->solver), pose.id});
+  auto atRest = orStop(solve::makeSolverAtRest(sensor_, config_.solve, places_.state, pose.position_px, pose.present,
+                                               description_.detectionLimit_N,
+                                               [](const std::string& remark) { spdlog::warn("warning: {}", remark); }));
+  atRest_.push_back({std::move(atRest.solver), pose.id});
 }
 
 /// Returns the solver that the daemon used for a frame; where the recording does not state it, or the zeros are others

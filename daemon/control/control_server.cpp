@@ -29,6 +29,9 @@ struct ControlServer::Impl {
   ~Impl() { network::release(endpoints); }
 
   void reply(const Route& route, const std::string& bytes) { replyAll({route}, bytes); }
+  void reply(const std::optional<Route>& route, const std::string& bytes) {
+    if (route) reply(*route, bytes);
+  }
 
   /// One message is shared by all.
   void replyAll(const std::vector<Route>& routes, const std::string& bytes) {
@@ -64,7 +67,7 @@ struct ControlServer::Impl {
     case publish::Request::kDescription:
       return reply(peer, publish::encodeReply(asked->request, published.lastDescription()));
     case publish::Request::kCalibrate:
-      if (calibrator) reply(*calibrator, publish::encodeErrorReply("another step of the calibration was asked for"));
+      reply(calibrator, publish::encodeErrorReply("another step of the calibration was asked for"));
       calibrator = peer;
       return requests.beginStep(asked->calibration);
     case publish::Request::kSnapshot:
@@ -154,20 +157,18 @@ std::optional<std::string> ControlServer::takeGelFile() {
 }
 
 void ControlServer::answerAdoption(const tl::expected<void, std::string>& result) {
-  const auto peer = std::exchange(impl_->adopter, std::nullopt);
-  if (peer) impl_->reply(*peer, result ? publish::encodeAdoptReply() : publish::encodeErrorReply(result.error()));
+  impl_->reply(std::exchange(impl_->adopter, std::nullopt),
+               result ? publish::encodeAdoptReply() : publish::encodeErrorReply(result.error()));
 }
 
 void ControlServer::answerZero(const tl::expected<RestPose, std::string>& result, const std::string& remark) {
-  const std::string bytes =
-      result ? publish::encodeZeroReply(*result, remark) : publish::encodeErrorReply(result.error());
-  impl_->replyAll(std::exchange(impl_->zeroAskers, {}), bytes);
+  impl_->replyAll(std::exchange(impl_->zeroAskers, {}),
+                  result ? publish::encodeZeroReply(*result, remark) : publish::encodeErrorReply(result.error()));
 }
 
 void ControlServer::answerCalibration(const tl::expected<CalibrationReport, std::string>& result) {
-  const auto peer = std::exchange(impl_->calibrator, std::nullopt);
-  if (peer)
-    impl_->reply(*peer, result ? publish::encodeCalibrationReply(*result) : publish::encodeErrorReply(result.error()));
+  impl_->reply(std::exchange(impl_->calibrator, std::nullopt),
+               result ? publish::encodeCalibrationReply(*result) : publish::encodeErrorReply(result.error()));
 }
 
 void ControlServer::answerCamera(const tl::expected<CameraReport, std::string>& result) {

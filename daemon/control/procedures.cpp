@@ -15,7 +15,8 @@ Procedures::Procedures(const ProcedureParts& parts, const ProcedureOptions& opti
     , options_(options)
     , steps_(parts, options)
     , zero_(parts, options, markers_, steps_) {
-  parts_.markers.put(blankMarkers(parts.sensor.markerCount()));  // allocates the memory, so that the tracking thread does not have to
+  parts_.markers.put(
+      blankMarkers(parts.sensor.markerCount()));  // allocates the memory, so that the tracking thread does not have to
   parts_.markers.take(markers_);
 }
 

@@ -11,8 +11,8 @@
 
 namespace tractiond::control {
 
-/// Answers each step once, unless another one is requested before. Work that is under way cannot be stopped: what it has
-/// measured or written counts, also if its step was answered with an error. Must not be destroyed meanwhile.
+/// Answers each step once, unless another one is requested before. Work that is under way cannot be stopped: what it
+/// has measured or written counts, also if its step was answered with an error. Must not be destroyed meanwhile.
 /// Thread-bound.
 class StepRunner {
  public:

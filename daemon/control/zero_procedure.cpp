@@ -121,7 +121,8 @@ void ZeroProcedure::keep(Keeping keeping) {
   heedWritten();
 }
 
-/// Puts the requested zero in force when it is on the disk, or refuses it. Logs that the first one could not be written.
+/// Puts the requested zero in force when it is on the disk, or refuses it. Logs that the first one could not be
+/// written.
 void ZeroProcedure::heedWritten() {
   if (isDone(firstWritten_)) {
     if (const Written written = firstWritten_.get(); !written)

@@ -130,8 +130,8 @@ class ZeroProcedure {
   bool isHandedOver_ = true;  ///< to the tracker; false: tried again in the next turn
   std::variant<Idle, Taking, Keeping> state_;
   std::future<Written> firstWritten_;  ///< write of the first zero, which is in force already
-  ZeroRequest request_;  ///< the newest
-  RestPose taken_;       ///< by the tracker
+  ZeroRequest request_;                ///< the newest
+  RestPose taken_;                     ///< by the tracker
 };
 
 }  // namespace tractiond::control

@@ -22,8 +22,8 @@ tl::expected<void, Error> saveZeros(const std::filesystem::path& stateDirectory,
                                     const RestPose* before, const ZeroOwner& owner);
 
 /// Reads the zero that an earlier run has left, if there is one, and synchronises its name: a daemon that was killed
-/// while it wrote the zero may not have done so. Waits for the disk. EX_NOINPUT: its file cannot be read. EX_DATAERR: it
-/// is damaged, or belongs to another sensor, picture or camera.
+/// while it wrote the zero may not have done so. Waits for the disk. EX_NOINPUT: its file cannot be read. EX_DATAERR:
+/// it is damaged, or belongs to another sensor, picture or camera.
 tl::expected<std::optional<RestPose>, Error> restoreZero(const std::filesystem::path& stateDirectory,
                                                          const ZeroOwner& owner);
 

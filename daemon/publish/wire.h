@@ -45,10 +45,10 @@ class DescriptionMessage {
   std::unique_ptr<traction::v1::Description> message_;
 };
 
-/// Sets the fields of messages, one of each kind, in the same memory every time: nothing is allocated after the first of
-/// a kind. Each fill function sets the whole message, and returns it, valid until its next call; its arguments need not
-/// outlive the call. Header and timestamp of fields and markers are from `heading` alone: frame, flags and zero of the
-/// record are not used. Each kind is for one thread.
+/// Sets the fields of messages, one of each kind, in the same memory every time: nothing is allocated after the first
+/// of a kind. Each fill function sets the whole message, and returns it, valid until its next call; its arguments need
+/// not outlive the call. Header and timestamp of fields and markers are from `heading` alone: frame, flags and zero of
+/// the record are not used. Each kind is for one thread.
 class Wire {
  public:
   /// \param identity part of every message; copied

@@ -18,7 +18,7 @@ Life::Life(const Around& around)
     , pipeline_(*this, *this, {.markers = around.gel.sensor.markerCount(), .nodes = around.gel.sensor.nodes.count()},
                 ledger_, turns_)
     , hooks_(hooks())
-    , supervisor_(hooks_, camera_, around.person, around.ongoing, around.journal, around.starvation)
+    , supervisor_(hooks_, camera_, around.person, around.journal, around.starvation)
     , procedures_({.sensor = around.gel.sensor,
                    .frames = frames_,
                    .markers = newest_,

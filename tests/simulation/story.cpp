@@ -37,7 +37,6 @@ constexpr std::array kSorts = {
     Sort{Event::kSlowModels, "slow-models", 3, 1, 200, 20'000},
     Sort{Event::kKill, "kill", 1, 0, 0, 0},
     Sort{Event::kPowerCut, "power-cut", 3, 0, 0, 0},
-    Sort{Event::kDeaf, "deaf", 2, 0, 0, 5'000},
     Sort{Event::kSlowDisk, "slow-disk", 5, 1, 80'000, 90'000},
     Sort{Event::kFullDisk, "full-disk", 2, 0, 0, 60'000},
     Sort{Event::kFailingDisk, "failing-disk", 2, 0, 0, 60'000},

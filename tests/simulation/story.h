@@ -32,7 +32,6 @@ enum class Event {
   kSlowModels,  ///< a solution, and a model, takes up to so many ms for a while
   kKill,        ///< the daemon is killed, and started again
   kPowerCut,
-  kDeaf,  ///< systemd reads no notices for a while
   // The disk's, each for a while.
   kSlowDisk,  ///< each fsync takes so many ms
   kFullDisk,
@@ -50,7 +49,7 @@ enum class Event {
   kFewMarkers,  ///< the markers are hidden for a while
 };
 
-inline constexpr std::size_t kEvents = 33;
+inline constexpr std::size_t kEvents = 32;
 
 struct Happening {
   std::int64_t at_ms = 0;

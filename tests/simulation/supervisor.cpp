@@ -22,8 +22,8 @@ simulation::Supervisor*& listener() {
 
 namespace systemd {
 
-bool notify(const std::string& text) {
-  return listener() == nullptr || listener()->hear(text);
+void notify(const std::string& text) {
+  if (listener() != nullptr) listener()->hear(text);
 }
 
 std::chrono::microseconds watchdog() {
@@ -43,16 +43,14 @@ std::int64_t nanoseconds(std::chrono::nanoseconds time) {
 
 }  // namespace
 
-Supervisor::Supervisor(const ServiceHooks& hooks, const CaptureSide& camera, const Operator& person,
-                       const Ongoing& ongoing, Journal& journal, const Starvation& starvation)
+Supervisor::Supervisor(const ServiceHooks& hooks, const CaptureSide& camera, const Operator& person, Journal& journal,
+                       const Starvation& starvation)
     : camera_(camera)
     , person_(person)
-    , ongoing_(ongoing)
     , journal_(journal)
     , starvation_(starvation)
     , next_ns_(now())
     , fed_ns_(now())
-    , listens_ns_(now())
     , loop_(attend(hooks)) {}
 
 const ServiceHooks& Supervisor::attend(const ServiceHooks& hooks) {
@@ -77,15 +75,10 @@ void Supervisor::askStop() {
   askedStop_ns_ = next_ns_ = now();
 }
 
-bool Supervisor::hear(const std::string& text) {
+void Supervisor::hear(const std::string& text) {
   const auto is = [&text](const char* begin) { return text.starts_with(begin); };
   if (is("WATCHDOG=1")) isFed_ = true;
   if (is("RELOADING=1")) askedReload_ns_.reset();
-  if (ongoing_.lasts(Event::kDeaf)) {
-    listens_ns_ = ongoing_.until_ns(Event::kDeaf);
-    hasMissed_ = true;
-    return false;
-  }
   const Told before = told_;
   if (is("READY=1")) told_ = Told::kReady;
   if (is("RELOADING=1")) told_ = Told::kReloading;
@@ -94,8 +87,7 @@ bool Supervisor::hear(const std::string& text) {
                        : is("READY=1")                     ? before != Told::kReady
                        : is("RELOADING=1") || is("STATUS") ? before != Told::kNothing
                                                            : true;
-  journal_.law(isRight || hasMissed_, "systemd is told of start, reload and stop in their order", text);
-  return true;
+  journal_.law(isRight, "systemd is told of start, reload and stop in their order", text);
 }
 
 bool Supervisor::turn() {
@@ -125,13 +117,11 @@ void Supervisor::checkFeeding() {
   if (still == kStages) hasTurned_.fill(false);
 }
 
-/// From when it has been read, and systemd listens.
 void Supervisor::checkReload() const {
-  journal_.law(loop_.isReloading() || now() - listens_ns_ <= kSoon_ns || told_ == Told::kReady,
-               "systemd knows that the service is ready",
+  journal_.law(loop_.isReloading() || told_ == Told::kReady, "systemd knows that the service is ready",
                [&] { return fmt::format("told {}", static_cast<int>(told_)); });
   if (loop_.isReloading()) {
-    const std::int64_t over_ns = now() - std::max(person_.readUntil_ns(), listens_ns_);
+    const std::int64_t over_ns = now() - person_.readUntil_ns();
     journal_.law(over_ns <= kSoon_ns, "a reload ends in time",
                  [&] { return fmt::format("{} ms after it was read", over_ns / kMs); });
   } else if (askedReload_ns_) {

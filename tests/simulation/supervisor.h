@@ -19,8 +19,8 @@ class Supervisor {
 
   /// Begins to supervise a daemon that has started. All references must outlive it. Only one may exist at a time;
   /// systemd::notify() reaches it.
-  Supervisor(const ServiceHooks& hooks, const CaptureSide& camera, const Operator& person, const Ongoing& ongoing,
-             Journal& journal, const Starvation& starvation);
+  Supervisor(const ServiceHooks& hooks, const CaptureSide& camera, const Operator& person, Journal& journal,
+             const Starvation& starvation);
   ~Supervisor();
 
   /// Notes that a stage has taken a turn: the world's own account.
@@ -42,8 +42,8 @@ class Supervisor {
   /// Returns whether the daemon is to be killed, as it was not fed for too long. Law: something stood still.
   bool bites() const;
 
-  /// Hears a notice. Returns false if nobody listens. Law: notices come in their order.
-  bool hear(const std::string& text);
+  /// Hears a notice. Law: notices come in their order.
+  void hear(const std::string& text);
 
  private:
   enum class Told { kNothing, kReady, kReloading, kStopping };
@@ -55,16 +55,13 @@ class Supervisor {
 
   const CaptureSide& camera_;
   const Operator& person_;
-  const Ongoing& ongoing_;
   Journal& journal_;
   const Starvation& starvation_;
   Told told_ = Told::kNothing;
-  bool hasMissed_ = false;  ///< a notice, as it did not listen
-  bool isFed_ = false;      ///< in this turn
+  bool isFed_ = false;  ///< in this turn
   std::array<bool, kStages> hasTurned_{};
   std::int64_t next_ns_, fed_ns_;
   std::optional<std::int64_t> askedReload_ns_, askedStop_ns_;  ///< not heeded yet
-  std::int64_t listens_ns_;                                    ///< since then
   bool hasEnded_ = false;
   ServiceLoop loop_;
 };

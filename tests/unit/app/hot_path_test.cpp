@@ -13,7 +13,6 @@
 #include <gtest/gtest.h>
 #include <zmq.hpp>
 
-
 namespace tractiond::hot_path_test {
 namespace {
 

@@ -24,8 +24,7 @@ TEST(Reload, TakesWhatTheCameraAndTheLogMayTake) {
   next.camera.gain = 2.0;
   next.logLevel = "debug";
   const News news = fixture.apply(next).value();
-  EXPECT_EQ(news.lines,
-            (std::vector<std::string>{"camera.gain = 2 (was 1)", "log.level = \"debug\" (was \"info\")"}));
+  EXPECT_EQ(news.lines, (std::vector<std::string>{"camera.gain = 2 (was 1)", "log.level = \"debug\" (was \"info\")"}));
   EXPECT_TRUE(news.isOfCamera);
   EXPECT_EQ(fixture.inForce.camera.gain, 2.0);
   EXPECT_EQ(spdlog::get_level(), spdlog::level::debug);

@@ -247,7 +247,8 @@ TEST_F(ControlTest, StepOfACalibrationIsAnsweredWhenItIsDone) {
   auto other = asking(request([](pb::Request& r) { r.mutable_calibrate()->mutable_geometry(); }));
   EXPECT_EQ(await(socket).error(), "another step of the calibration was asked for");
   EXPECT_EQ(steps_.size(), 2U);
-  server_->answerCalibration(CalibrationReport{.figures = {{"k1", -0.1, 0.01}}, .remarks = {}, .path = "", .gelFile = ""});
+  server_->answerCalibration(
+      CalibrationReport{.figures = {{"k1", -0.1, 0.01}}, .remarks = {}, .path = "", .gelFile = ""});
   EXPECT_EQ(await(other).calibrate().figures(0).name(), "k1");
   server_->answerCalibration(CalibrationReport{});  // nobody waits any more
 }

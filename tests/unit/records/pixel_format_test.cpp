@@ -30,7 +30,18 @@ TEST(PixelFormat, CodesAgreeWithWhatTheyAreMadeOf) {
 
 // Of the standard's list (GenICam Pixel Format Values), by hand: a slip that keeps the two rules above.
 TEST(PixelFormat, HasTheCodesOfTheStandard) {
-  const std::map<std::string_view, std::uint32_t> standard = {{"Mono8", 0x01080001}, {"Mono10Packed", 0x010C0004}, {"Mono12", 0x01100005}, {"Mono12Packed", 0x010C0006}, {"Mono16", 0x01100007}, {"Mono10p", 0x010A0046}, {"Mono12p", 0x010C0047}, {"BayerGR8", 0x01080008}, {"BayerRG8", 0x01080009}, {"BayerGB8", 0x0108000A}, {"BayerBG8", 0x0108000B}, {"BayerRG12", 0x01100011}, {"BayerRG12p", 0x010C0059}, {"BayerRG12Packed", 0x010C002B}, {"BayerBG10p", 0x010A0052}, {"RGB8", 0x02180014}, {"BGR8", 0x02180015}, {"RGB12", 0x0230001A}, {"RGB12p", 0x0224005D}, {"YUV422_8", 0x02100032}, {"YUV422_8_UYVY", 0x0210001F}};
+  const std::map<std::string_view, std::uint32_t> standard = {
+      {"Mono8", 0x01080001},        {"Mono10Packed", 0x010C0004},
+      {"Mono12", 0x01100005},       {"Mono12Packed", 0x010C0006},
+      {"Mono16", 0x01100007},       {"Mono10p", 0x010A0046},
+      {"Mono12p", 0x010C0047},      {"BayerGR8", 0x01080008},
+      {"BayerRG8", 0x01080009},     {"BayerGB8", 0x0108000A},
+      {"BayerBG8", 0x0108000B},     {"BayerRG12", 0x01100011},
+      {"BayerRG12p", 0x010C0059},   {"BayerRG12Packed", 0x010C002B},
+      {"BayerBG10p", 0x010A0052},   {"RGB8", 0x02180014},
+      {"BGR8", 0x02180015},         {"RGB12", 0x0230001A},
+      {"RGB12p", 0x0224005D},       {"YUV422_8", 0x02100032},
+      {"YUV422_8_UYVY", 0x0210001F}};
   for (const auto& [name, code] : standard) EXPECT_EQ(pixelFormatByName(name)->code(), code) << name;
 }
 
