@@ -3,7 +3,6 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <limits>
 
 namespace recording {
 
@@ -33,16 +32,10 @@ namespace {
 
 /// Returns whether the stream is whole and has exactly as many bytes as `to`.
 bool inflateAll(std::string_view packed, std::span<std::uint8_t> to) {
-  if (packed.size() > std::numeric_limits<uInt>::max()) return false;
-  z_stream stream{};
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));  // zlib only reads it
-  stream.avail_in = static_cast<uInt>(packed.size());
-  stream.next_out = to.data();
-  stream.avail_out = static_cast<uInt>(to.size());
-  if (inflateInit(&stream) != Z_OK) return false;
-  const bool whole = inflate(&stream, Z_FINISH) == Z_STREAM_END && stream.avail_out == 0 && stream.avail_in == 0;
-  inflateEnd(&stream);
-  return whole;
+  uLongf size = to.size();
+  uLong taken = packed.size();
+  const int done = uncompress2(to.data(), &size, reinterpret_cast<const Bytef*>(packed.data()), &taken);
+  return done == Z_OK && size == to.size() && taken == packed.size();
 }
 
 }  // namespace

@@ -86,23 +86,19 @@ std::error_code createForAll(const fs::path& directory) {
   return error;
 }
 
-/// Writes the whole file or nothing. Root writes only into directories of root, where no other user can place a link.
+/// Writes the whole file or nothing, with this mode whatever the umask is. Follows no link. Root's file gets the group of
+/// its directory.
 tl::expected<void, Error> write(const fs::path& path, const std::string& text, mode_t mode) {
   const fs::path directory = path.parent_path();
   std::error_code error;
   fs::create_directories(directory, error);
   struct stat of {};
   if (!error && stat(directory.c_str(), &of) != 0) error.assign(errno, std::generic_category());
-  if (!error && geteuid() == 0 && of.st_uid != 0) {
-    return tl::unexpected(Error{.exitCode = EX_NOPERM,
-                                .what = "the directory is not root's, and root writes no key there",
-                                .where = directory.string(),
-                                .remedy = "sudo chown root " + directory.string()});
-  }
+  const mode_t before = umask(0);
   if (!error) error = replaceWholeFile(path, text, mode);
+  umask(before);
   if (error) return tl::unexpected(unusable(path, error.value()));
-  if (geteuid() == 0 && chown(path.c_str(), 0, of.st_gid) != 0) return tl::unexpected(unusable(path, errno));
-  if (chmod(path.c_str(), mode) != 0) return tl::unexpected(unusable(path, errno));  // whatever the umask is
+  if (geteuid() == 0 && lchown(path.c_str(), 0, of.st_gid) != 0) return tl::unexpected(unusable(path, errno));
   return {};
 }
 

@@ -1,5 +1,6 @@
 // Keys as files: the keys that may connect, and the secret keys of a gateway and of a client. Shared by the gateway,
-// tractionctl and the client library. Keys are CURVE keys, 40 characters of Z85. The functions are reentrant.
+// tractionctl and the client library. Keys are CURVE keys, 40 characters of Z85. The functions are reentrant;
+// those that write change the umask of the process meanwhile.
 #pragma once
 
 #include "base/error.h"
@@ -59,14 +60,12 @@ std::filesystem::path serverKeyFile(const std::filesystem::path& directory);
 tl::expected<KeyPair, Error> loadKeyPair(const std::filesystem::path& path);
 
 /// Writes a new file with mode 0600 and creates its directory and that one's parents. Errors: EX_CANTCREAT if the file
-/// exists or cannot be written, EX_NOPERM without the permission, and if root would write into a directory of another
-/// user. As root, the file gets the group of its directory. The mode does not depend on the process's umask. Does not
-/// check the keys. Waits for the disk. \param path must state a directory: a bare file name fails with EX_CANTCREAT
+/// exists or cannot be written, EX_NOPERM without the permission. As root, the file gets the group of its directory. The
+/// mode does not depend on the process's umask. Does not check the keys. Waits for the disk. \param path must state a directory: a bare file name fails with EX_CANTCREAT
 tl::expected<void, Error> saveKeyPair(const std::filesystem::path& path, const KeyPair& keys);
 
 /// Writes the gateway's own key to serverKeyFile() as saveKeyPair() does, with the same errors. As root the mode is
-/// 0640, so that the directory's group, the gateway's, can read it. The directories that it creates have mode 0755,
-/// whatever the process's umask, which it changes meanwhile.
+/// 0640, so that the directory's group, the gateway's, can read it. The directories that it creates have mode 0755.
 tl::expected<void, Error> saveServerKey(const std::filesystem::path& directory, const KeyPair& keys);
 
 /// Writes NAME.key with mode 0644 and creates the directory as saveServerKey() does; replaces an existing file as a

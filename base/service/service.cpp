@@ -70,7 +70,7 @@ StopWhileStarting::StopWhileStarting(std::function<void()> leave)
     : thread_([leave = std::move(leave)](const std::stop_token& started) {
       constexpr milliseconds kTurn{50};
       maskSignals(SIG_UNBLOCK);
-      const milliseconds feeding = LivenessCheck::period(systemd::watchdog());
+      const milliseconds feeding = feedingPeriod();
       milliseconds unfed{0};
       while (!serviceRequests().stop.wait(kTurn)) {
         if (started.stop_requested()) return;

@@ -74,30 +74,9 @@ struct ServiceHooks {
   std::function<bool()> startsAgain = {};
 };
 
-/// Decides whether the watchdog is fed. Thread-bound.
-class LivenessCheck {
- public:
-  /// \param hooks must outlive the object
-  explicit LivenessCheck(const ServiceHooks& hooks);
-
-  /// Returns whether the library threads are alive, and every loop has made a turn since the last call in which all
-  /// had; at first since the construction if each had made one by then, else since its start. Does not wait.
-  bool isAlive();
-
-  /// Returns the time between two checks: a quarter of the watchdog's, as a stage may take half of that for one turn,
-  /// and at most 1 s. \param watchdog time after which systemd ends the service; 0: there is no watchdog
-  static std::chrono::milliseconds period(std::chrono::microseconds watchdog) {
-    constexpr std::chrono::milliseconds kLongest{1000};
-    const auto quarter = std::chrono::duration_cast<std::chrono::milliseconds>(watchdog / 4);
-    return watchdog.count() == 0 ? kLongest : std::min(kLongest, quarter);
-  }
-
- private:
-  bool allAdvanced();
-
-  const ServiceHooks& hooks_;
-  std::vector<std::uint64_t> seen_;
-};
+/// Returns the time between two looks whether the watchdog is to be fed: a quarter of its time, as a stage may take half
+/// of that for one turn, and at most 1 s.
+std::chrono::milliseconds feedingPeriod();
 
 /// What run() does between two waits. Thread-bound.
 class ServiceLoop {
@@ -106,42 +85,30 @@ class ServiceLoop {
   explicit ServiceLoop(const ServiceHooks& hooks);
 
   /// Heeds the serviceRequests(): begins a reload, and applies what one has read. Tells systemd the status once a
-  /// second, and feeds the watchdog if LivenessCheck::isAlive(). Does not wait. Returns false, and tells systemd, if
-  /// the service is to stop, has ended by itself, or starts again.
+  /// second. Feeds the watchdog if the library threads are alive, and every loop has made a turn since the last call in
+  /// which all had; at first since the construction if each had made one by then, else since its start. Does not wait.
+  /// Returns false, and tells systemd, if the service is to stop, has ended by itself, or starts again.
   bool turn();
   /// Returns after how long turn() is to be called again: at most 1 s, and 20 ms during a reload. If there is a
   /// request, the caller should call turn() at once, except for a reload during another one.
   std::chrono::milliseconds patience() const;
   /// Returns whether a reload is under way.
-  bool isReloading() const { return reload_.isUnderWay(); }
+  bool isReloading() const { return reader_ != nullptr; }
 
  private:
-  /// A reload: its reading, and what applies it.
-  class Reload {
-   public:
-    explicit Reload(const std::function<std::function<void()>()>& read)
-        : read_(read) {}
-    /// Must not be called while one is under way.
-    void begin();
-    /// Ends it when it has been read.
-    void turn();
-    bool isUnderWay() const { return isUnderWay_; }
-
-   private:
-    const std::function<std::function<void()>()>& read_;
-    bool isUnderWay_ = false;
-    std::unique_ptr<BackgroundThread> reader_;  ///< while it is read
-    std::future<std::function<void()>> apply_;
-  };
+  void beginReload();
+  void endReload();
+  bool haveAllAdvanced();
 
   const ServiceHooks& hooks_;
   const std::chrono::milliseconds patience_;
-  LivenessCheck liveness_;
-  Reload reload_;
-  std::int64_t told_ns_;  ///< when the status was told last
+  std::vector<std::uint64_t> seen_;           ///< turns of the loops when all had advanced last
+  std::unique_ptr<BackgroundThread> reader_;  ///< while a reload is read
+  std::future<std::function<void()>> apply_;  ///< what it has read
+  std::int64_t told_ns_;                      ///< when the status was told last
 };
 
-/// Notifies systemd that the service is ready, feeds the watchdog while LivenessCheck::isAlive(), and reloads on
+/// Notifies systemd that the service is ready, feeds the watchdog while all of it advances, and reloads on
 /// SIGHUP. Returns on SIGTERM or SIGINT, or when the program has ended by itself, which it notices within a second.
 /// Without systemd it does the same, without notifications. Requires catchSignals(), whose signals it unblocks for the
 /// calling thread. \param hooks must outlive the call

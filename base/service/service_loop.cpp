@@ -27,18 +27,22 @@ ServiceRequests& serviceRequests() {
   return requests;
 }
 
-LivenessCheck::LivenessCheck(const ServiceHooks& hooks)
+milliseconds feedingPeriod() {
+  constexpr milliseconds kLongest{1000};
+  const auto quarter = std::chrono::duration_cast<milliseconds>(systemd::watchdog() / 4);
+  return quarter.count() == 0 ? kLongest : std::min(kLongest, quarter);
+}
+
+ServiceLoop::ServiceLoop(const ServiceHooks& hooks)
     : hooks_(hooks)
-    , seen_(hooks.loops.size()) {
-  allAdvanced();
+    , patience_(feedingPeriod())
+    , seen_(hooks.loops.size())
+    , told_ns_(hooks.monotonicClock()) {
+  haveAllAdvanced();
+  systemd::notify("READY=1\nSTATUS=" + hooks_.statusLine());
 }
 
-bool LivenessCheck::isAlive() {
-  const bool others = !hooks_.others || hooks_.others();
-  return allAdvanced() && others;
-}
-
-bool LivenessCheck::allAdvanced() {
+bool ServiceLoop::haveAllAdvanced() {
   std::vector<std::uint64_t> now;
   for (const Counter* loop : hooks_.loops) now.push_back(loop->get());
   const bool all = std::ranges::equal(now, seen_, std::ranges::not_equal_to());
@@ -46,31 +50,18 @@ bool LivenessCheck::allAdvanced() {
   return all;
 }
 
-void ServiceLoop::Reload::begin() {
+void ServiceLoop::beginReload() {
   systemd::notify(reloading());
-  isUnderWay_ = true;
-  if (!read_) return;
   reader_ = std::make_unique<BackgroundThread>("tr-reload");
-  apply_ = reader_->start(read_);
+  apply_ = reader_->start([read = hooks_.reload] { return read ? read() : nullptr; });
 }
 
-void ServiceLoop::Reload::turn() {
-  if (!isUnderWay_ || (reader_ && !reader_->awaitIdle(milliseconds(0)))) return;
-  if (reader_) {
-    reader_.reset();
-    if (const std::function<void()> apply = apply_.get()) apply();
-  }
-  isUnderWay_ = false;
+/// Applies what the reload has read, when it has.
+void ServiceLoop::endReload() {
+  if (!reader_ || !reader_->awaitIdle(milliseconds(0))) return;
+  reader_.reset();
+  if (const std::function<void()> apply = apply_.get()) apply();
   systemd::notify("READY=1");
-}
-
-ServiceLoop::ServiceLoop(const ServiceHooks& hooks)
-    : hooks_(hooks)
-    , patience_(LivenessCheck::period(systemd::watchdog()))
-    , liveness_(hooks)
-    , reload_(hooks.reload)
-    , told_ns_(hooks.monotonicClock()) {
-  systemd::notify("READY=1\nSTATUS=" + hooks_.statusLine());
 }
 
 milliseconds ServiceLoop::patience() const {
@@ -87,13 +78,14 @@ bool ServiceLoop::turn() {
     systemd::notify(reloading());
     return false;
   }
-  reload_.turn();
-  if (!isReloading() && requests.reload.wait(milliseconds(0))) reload_.begin();
+  endReload();
+  if (!isReloading() && requests.reload.wait(milliseconds(0))) beginReload();
   if (const std::int64_t now_ns = hooks_.monotonicClock(); now_ns - told_ns_ >= kStatus_ns) {
     told_ns_ = now_ns;
     systemd::notify("STATUS=" + hooks_.statusLine());
   }
-  if (liveness_.isAlive()) systemd::notify("WATCHDOG=1");
+  const bool areOthersAlive = !hooks_.others || hooks_.others();
+  if (haveAllAdvanced() && areOthersAlive) systemd::notify("WATCHDOG=1");
   return true;
 }
 

@@ -61,16 +61,4 @@ Config completed(Config config, const Places& places) {
   return config;
 }
 
-std::vector<fs::path> socketFiles(const Config& completed) {
-  constexpr std::string_view kIpc = "ipc://";
-  std::vector<fs::path> files;
-  for (const auto* list : {&completed.publish.stream, &completed.publish.latest, &completed.controlEndpoints}) {
-    for (const std::string_view endpoint : *list) {
-      if (endpoint.starts_with(kIpc) && !endpoint.starts_with("ipc://@"))
-        files.emplace_back(endpoint.substr(kIpc.size()));
-    }
-  }
-  return files;
-}
-
 }  // namespace tractiond

@@ -31,8 +31,4 @@ tl::expected<Places, Error> located(Places places);
 /// by kNoGelFile if there is none yet. Reentrant. \param places located()
 Config completed(Config config, const Places& places);
 
-/// Returns the socket files of a completed configuration's ipc endpoints, whether they exist or not; abstract sockets
-/// (ipc://@NAME) have none.
-std::vector<std::filesystem::path> socketFiles(const Config& completed);
-
 }  // namespace tractiond

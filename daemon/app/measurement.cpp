@@ -118,7 +118,10 @@ tl::expected<void, Error> Measurement::welcome(const capture::CameraInfo& info) 
     creep_.doubt();
     zeroTracking_.resume(restored_->taken_ns);
   }
-  earlier_ = earlierZero(info);
+  auto earlier = control::loadEarlierZero(around_.stateDirectory, restored_, {sensor_, info.format, id});
+  // Needed for an undo only.
+  if (!earlier) spdlog::warn("warning: the zero cannot be undone: {}", earlier.error().message());
+  earlier_ = earlier.value_or(std::nullopt);
   if (recorder_) beginRecording(info);
   return {};
 }
@@ -137,13 +140,6 @@ void Measurement::beginRecording(const capture::CameraInfo& info) {
   if (const auto read = readGelFiles(sensor_, around_.config.sensor.gelFile, beginning); !read)
     spdlog::warn("warning: {}", read.error().message());
   recorder_->begin(beginning);
-}
-
-/// Returns the previous zero, which is needed for an undo only: an error of its file counts as no zero.
-std::optional<RestPose> Measurement::earlierZero(const capture::CameraInfo& info) const {
-  const auto pose = control::loadEarlierZero(around_.stateDirectory, restored_, {sensor_, info.format, cameraId_});
-  if (!pose) spdlog::warn("warning: the zero cannot be undone: {}", pose.error().message());
-  return pose.value_or(std::nullopt);
 }
 
 bool Measurement::track(const Frame& frame, MarkerField& markers) {

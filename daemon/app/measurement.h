@@ -77,7 +77,6 @@ class Measurement : public Processing, private control::ProcedureHost {
   tl::expected<void, Error> build();
   void beginRecording(const capture::CameraInfo& info);
   void awaitFirstZero();
-  std::optional<RestPose> earlierZero(const capture::CameraInfo& info) const;
 
   // These implement control::ProcedureHost.
   void describe(const RestPose& zero) override;

@@ -1,5 +1,6 @@
 #include "daemon/app/serve.h"
 
+#include "base/network/socket_file.h"
 #include "base/service/log.h"
 #include "base/service/service.h"
 #include "daemon/app/config.h"
@@ -63,7 +64,10 @@ int serve(const Arguments& arguments, const Config& config, const Places& places
   const bool recordsAnew = !config.record.file.empty() && !std::filesystem::exists(config.record.file, ignored);
   std::optional<StopWhileStarting> starting([&] {
     std::error_code failure;
-    for (const auto& file : socketFiles(completed(config, places))) std::filesystem::remove(file, failure);
+    const Config complete = completed(config, places);
+    for (const auto* list : {&complete.publish.stream, &complete.publish.latest, &complete.controlEndpoints}) {
+      for (const std::string& endpoint : *list) std::filesystem::remove(network::socketFileOf(endpoint), failure);
+    }
     // The instrument may have made it, and would not be started with it again.
     if (recordsAnew && std::filesystem::is_empty(config.record.file, failure))
       std::filesystem::remove(config.record.file, failure);

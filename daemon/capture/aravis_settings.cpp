@@ -113,7 +113,7 @@ Result Setter::set(const Feature& feature) {
 Result Setter::setFormat(const std::string& name) {
   const std::string what = "the camera refuses camera.pixel_format = \"" + name + "\": ";
   const PixelFormatTraits* known = pixelFormatByName(name);
-  if (known == nullptr) return failed(EX_CONFIG, what + "it is not one of " + joined(pixelFormatNames()));
+  if (known == nullptr) return failed(EX_CONFIG, what + "it is not one of " + std::string(kPixelFormatsInWords));
   Failure failure;
   if (arv_camera_get_pixel_format(camera_, failure.into()) != known->code()) {
     guint count = 0;

@@ -12,9 +12,10 @@
 
 namespace tractiond::control {
 
-/// Answers each request once: a zero within Watched::zeroWithin_s, a calibration step within the time of
-/// CalibrationOptions plus twice ZeroProcedure::kNoFrames_ns and StepRunner::kWorkWithin_ns. A
-/// request for a zero that was answered with an error changes nothing later. Bound to the control thread.
+/// Answers each request once: a zero within Watched::zeroWithin_s, if the disk takes no longer than that allows; a
+/// calibration step within the time of CalibrationOptions plus twice ZeroProcedure::kNoFrames_ns, and what its
+/// computations and the disk take. A request for a zero that was answered with an error changes nothing later. Bound to
+/// the control thread.
 class Procedures {
  public:
   /// Reserves the memory of ProcedureParts::markers by a put() and a take(): must be made before another thread uses

@@ -23,7 +23,7 @@ void StepRunner::begin(const CalibrationStep& step, const std::optional<RestPose
 }
 
 void StepRunner::run(StepWork work) {
-  work_ = {.done = parts_.host.start(std::move(work)), .until_ns = options_.clock() + kWorkWithin_ns};
+  work_ = {.done = parts_.host.start(std::move(work))};
   turn();
 }
 
@@ -43,15 +43,7 @@ void StepRunner::add(const MarkerField& field) {
 }
 
 void StepRunner::turn() {
-  if (!work_) return;
-  if (work_->done.wait_for(std::chrono::seconds(0)) == std::future_status::ready) return heedEnd();
-  if (options_.clock() <= work_->until_ns || !work_->isAwaited) return;
-  work_->isAwaited = false;
-  answer(tl::unexpected<std::string>("a step of a calibration has not ended within four minutes"));
-}
-
-/// Handles the end of background work: answers its request, or gives frames to its step.
-void StepRunner::heedEnd() {
+  if (!work_ || work_->done.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
   UnderWay ended = *std::exchange(work_, std::nullopt);
   const std::optional<calibrate::Result> result = ended.done.get();
   if (!ended.isAwaited) {

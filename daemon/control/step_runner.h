@@ -4,7 +4,6 @@
 
 #include "daemon/control/procedure_parts.h"
 
-#include <cstdint>
 #include <future>
 #include <optional>
 #include <string>
@@ -31,26 +30,21 @@ class StepRunner {
   /// way is dropped.
   void add(const MarkerField& field);
 
-  /// Answers what has ended or takes too long. Does not wait. Must be called in each turn of the control loop.
+  /// Handles the end of background work: answers its request, or gives frames to its step. Does not wait. Must be called
+  /// in each turn of the control loop.
   void turn();
 
   /// Returns whether a step looks at frames now: not while work is under way.
   bool isLooking() const { return !work_ && calibration_.running(); }
 
-  /// Work that takes longer is answered with an error, and its later report is dropped. A small machine needs a minute
-  /// for the mechanics.
-  static constexpr std::int64_t kWorkWithin_ns = 240'000'000'000;
-
  private:
   struct UnderWay {
-    std::future<std::optional<calibrate::Result>> done;
-    std::int64_t until_ns;
+    std::future<std::optional<calibrate::Result>> done = {};
     bool isAwaited = true;        ///< false: its request has been answered
     std::string dropReason = {};  ///< the answer if the step would look at frames; empty: it may
   };
 
   void run(StepWork work);
-  void heedEnd();
   void answer(const calibrate::Result& result);
 
   const ProcedureParts parts_;

@@ -115,10 +115,7 @@ void get(const pb::Header& from, FrameInfo& to) {
 /// Bytes from a sample to the next of the same colour in its row; 1 where samples share bytes.
 std::uint32_t deltaOf(const PixelFormatTraits& format) {
   if (format.packing != PixelPacking::kWhole) return 1;
-  const std::uint32_t sample = format.bits > 8 ? 2 : 1;
-  if (format.isBayer()) return 2 * sample;
-  if (format.colours == PixelColours::kMono) return sample;
-  return format.colours >= PixelColours::kYuyv ? 2 * sample : 3 * sample;
+  return static_cast<std::uint32_t>(format.bitsPerPixel / 8) * (format.isBayer() ? 2 : 1);
 }
 
 /// That a picture has at least; 0: no picture has these numbers.

@@ -84,12 +84,6 @@ std::span<const PixelFormatTraits> pixelFormats() {
   return kFormats;
 }
 
-std::vector<std::string> pixelFormatNames() {
-  std::vector<std::string> names;
-  for (const PixelFormatTraits& format : kFormats) names.emplace_back(format.name);
-  return names;
-}
-
 const PixelFormatTraits& traitsOf(PixelFormat format) {
   const PixelFormatTraits* traits = pixelFormatByCode(static_cast<std::uint32_t>(format));
   assert(traits != nullptr);

@@ -4,9 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string>
 #include <string_view>
-#include <vector>
 
 namespace tractiond {
 
@@ -83,8 +81,6 @@ struct PixelFormatTraits {
 
 /// Returns all formats, in the order in which they are listed for the operator. They live as long as the program.
 std::span<const PixelFormatTraits> pixelFormats();
-/// Returns the names of pixelFormats().
-std::vector<std::string> pixelFormatNames();
 inline constexpr std::string_view kPixelFormatsInWords =
     "Mono, BayerRG, BayerGR, BayerGB, BayerBG with 8, 10, 10p, 10Packed, 12, 12p, 12Packed, 16; Mono14, Mono14p; "
     "RGB, BGR with 8, 10, 10p, 12, 12p, 16; YUV422_8, YUV422_8_UYVY";
