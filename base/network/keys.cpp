@@ -86,8 +86,8 @@ std::error_code createForAll(const fs::path& directory) {
   return error;
 }
 
-/// Writes the whole file or nothing, with this mode whatever the umask is. Follows no link. Root's file gets the group of
-/// its directory.
+/// Writes the whole file or nothing, with this mode whatever the umask is. Follows no link. Root's file gets the group
+/// of its directory.
 tl::expected<void, Error> write(const fs::path& path, const std::string& text, mode_t mode) {
   const fs::path directory = path.parent_path();
   std::error_code error;

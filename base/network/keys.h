@@ -60,8 +60,9 @@ std::filesystem::path serverKeyFile(const std::filesystem::path& directory);
 tl::expected<KeyPair, Error> loadKeyPair(const std::filesystem::path& path);
 
 /// Writes a new file with mode 0600 and creates its directory and that one's parents. Errors: EX_CANTCREAT if the file
-/// exists or cannot be written, EX_NOPERM without the permission. As root, the file gets the group of its directory. The
-/// mode does not depend on the process's umask. Does not check the keys. Waits for the disk. \param path must state a directory: a bare file name fails with EX_CANTCREAT
+/// exists or cannot be written, EX_NOPERM without the permission. As root, the file gets the group of its directory.
+/// The mode does not depend on the process's umask. Does not check the keys. Waits for the disk. \param path must state
+/// a directory: a bare file name fails with EX_CANTCREAT
 tl::expected<void, Error> saveKeyPair(const std::filesystem::path& path, const KeyPair& keys);
 
 /// Writes the gateway's own key to serverKeyFile() as saveKeyPair() does, with the same errors. As root the mode is

@@ -74,8 +74,8 @@ struct ServiceHooks {
   std::function<bool()> startsAgain = {};
 };
 
-/// Returns the time between two looks whether the watchdog is to be fed: a quarter of its time, as a stage may take half
-/// of that for one turn, and at most 1 s.
+/// Returns the time between two looks whether the watchdog is to be fed: a quarter of its time, as a stage may take
+/// half of that for one turn, and at most 1 s.
 std::chrono::milliseconds feedingPeriod();
 
 /// What run() does between two waits. Thread-bound.

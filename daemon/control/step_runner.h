@@ -30,8 +30,8 @@ class StepRunner {
   /// way is dropped.
   void add(const MarkerField& field);
 
-  /// Handles the end of background work: answers its request, or gives frames to its step. Does not wait. Must be called
-  /// in each turn of the control loop.
+  /// Handles the end of background work: answers its request, or gives frames to its step. Does not wait. Must be
+  /// called in each turn of the control loop.
   void turn();
 
   /// Returns whether a step looks at frames now: not while work is under way.
