@@ -12,6 +12,7 @@
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <csignal>
@@ -24,19 +25,10 @@ namespace {
 using spdlog::details::thread_pool;
 
 std::string prefix(std::string_view program, spdlog::level::level_enum level) {
-  if (!logsToJournal()) return std::string(program) + ": ";
-  switch (level) {
-  case spdlog::level::critical:
-  case spdlog::level::err:
-    return SD_ERR;
-  case spdlog::level::warn:
-    return SD_WARNING;
-  case spdlog::level::debug:
-  case spdlog::level::trace:
-    return SD_DEBUG;
-  default:
-    return SD_INFO;
-  }
+  // From trace on.
+  constexpr std::array<const char*, spdlog::level::n_levels> kPriorities = {SD_DEBUG, SD_DEBUG, SD_INFO, SD_WARNING,
+                                                                            SD_ERR,   SD_ERR,   SD_INFO};
+  return logsToJournal() ? kPriorities.at(level) : std::string(program) + ": ";
 }
 
 /// Starts spdlog's thread. It is never joined, because it waits for the reader, who may stand still when the process

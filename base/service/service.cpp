@@ -22,15 +22,10 @@ using std::chrono::milliseconds;
 
 constexpr std::array kSignals = {SIGTERM, SIGINT, SIGHUP};
 
-void onStopSignal(int) {
+template <Event ServiceRequests::*kRequest>
+void onSignal(int) {
   const int before = errno;
-  serviceRequests().stop.signal();
-  errno = before;
-}
-
-void onReloadSignal(int) {
-  const int before = errno;
-  serviceRequests().reload.signal();
+  (serviceRequests().*kRequest).signal();
   errno = before;
 }
 
@@ -55,7 +50,7 @@ void catchSignals() {
   const bool onTerminal = isatty(STDERR_FILENO) == 1;
   for (const int signal : kSignals) {
     struct sigaction action {};
-    action.sa_handler = signal == SIGHUP && !onTerminal ? onReloadSignal : onStopSignal;
+    action.sa_handler = signal == SIGHUP && !onTerminal ? onSignal<&ServiceRequests::reload> : onSignal<&ServiceRequests::stop>;
     action.sa_flags = SA_RESTART;
     sigaction(signal, &action, nullptr);
   }

@@ -30,24 +30,6 @@ Error gelError(const FileError& error, const std::string& gelFile) {
   return result;
 }
 
-/// A file for a library that only reads files; deleted by the destructor.
-class TemporaryFile {
- public:
-  TemporaryFile(const std::filesystem::path& path, const std::string& bytes)
-      : path_(path) {
-    std::ofstream(path, std::ios::binary) << bytes;
-  }
-  ~TemporaryFile() {
-    std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-
- private:
-  std::filesystem::path path_;
-};
-
 }  // namespace
 
 tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile) {
@@ -140,9 +122,11 @@ tl::expected<void, Error> readGelFiles(const sensor::Sensor& sensor, const std::
 tl::expected<sensor::Sensor, Error> recordedSensor(const publish::Beginning& beginning, const std::string& recording,
                                                    const std::filesystem::path& scratch) {
   if (beginning.gel.empty()) return sensor::Sensor();
-  std::optional<TemporaryFile> written;
-  if (!beginning.influence.empty()) written.emplace(scratch, beginning.influence);
-  auto sensor = sensor::parseGel(beginning.gel, recording, written ? scratch.string() : "");
+  const bool hasInfluence = !beginning.influence.empty();
+  if (hasInfluence) std::ofstream(scratch, std::ios::binary) << beginning.influence;
+  auto sensor = sensor::parseGel(beginning.gel, recording, hasInfluence ? scratch.string() : "");
+  std::error_code ignored;
+  std::filesystem::remove(scratch, ignored);
   if (sensor) return *std::move(sensor);
   return tl::unexpected(
       Error{.exitCode = EX_DATAERR, .what = "its gel file is damaged: " + sensor.error().what, .where = recording});

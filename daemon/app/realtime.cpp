@@ -11,10 +11,11 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <chrono>
 #include <cstring>
 #include <fstream>
+#include <regex>
+#include <sstream>
 #include <thread>
 #include <utility>
 
@@ -37,32 +38,27 @@ std::string nameOf(int threadId) {
   return name;
 }
 
+tl::unexpected<std::string> noList(const std::string& list) {
+  return tl::unexpected(
+      fmt::format("= \"{}\" is no list of processors like 0-2,5, each below {}", list, CPU_SETSIZE));
+}
+
 }  // namespace
 
 tl::expected<cpu_set_t, std::string> parseCpus(const std::string& list) {
+  static const std::regex kItem(R"(([0-9]{1,4})(-([0-9]{1,4}))?)");
   cpu_set_t cpus;
   CPU_ZERO(&cpus);
-  const char* at = list.data();
-  const char* const end = at + list.size();
-  const auto number = [&](unsigned& value) {
-    const auto [behind, error] = std::from_chars(at, end, value);
-    at = behind;
-    return error == std::errc() && value < CPU_SETSIZE;
-  };
-  const auto failed = [&] {
-    return tl::unexpected(
-        fmt::format("= \"{}\" is no list of processors like 0-2,5, each below {}", list, CPU_SETSIZE));
-  };
-  while (at != end) {
-    unsigned first = 0;
-    if (!number(first)) return failed();
-    unsigned last = first;
-    if (at != end && *at == '-' && (++at, !number(last))) return failed();
-    if (last < first) return failed();
-    for (unsigned cpu = first; cpu <= last; ++cpu) CPU_SET(cpu, &cpus);
-    if (at != end && (*at != ',' || ++at == end)) return failed();
+  bool isGood = !list.ends_with(',');
+  std::istringstream items(list);
+  for (std::string item; std::getline(items, item, ',');) {
+    std::smatch found;
+    if (!std::regex_match(item, found, kItem)) return noList(list);
+    const int first = std::stoi(found[1]), last = found[3].matched ? std::stoi(found[3]) : first;
+    isGood = isGood && first <= last && last < CPU_SETSIZE;
+    for (int cpu = first; isGood && cpu <= last; ++cpu) CPU_SET(cpu, &cpus);
   }
-  return cpus;
+  return isGood ? tl::expected<cpu_set_t, std::string>(cpus) : noList(list);
 }
 
 std::string cpusText(const cpu_set_t& cpus) {
