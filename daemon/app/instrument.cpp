@@ -23,11 +23,6 @@ namespace {
 /// Length of a turn while a step of a calibration looks at every frame.
 constexpr std::chrono::milliseconds kHurriedTurn{3};
 
-/// Returns the id of the calibration; all zero without a gel.
-Id calibrationId(const std::optional<sensor::Sensor>& gel, const solve::SolveOptions& solve) {
-  return gel ? solve::calibrationId(*gel, solve) : Id{};
-}
-
 /// Returns the ledger as a sentence. Frames that were averaged for a zero are not lost, nor are those without a gel.
 std::string account(const Ledger& ledger) {
   if (const std::uint64_t shown = ledger.noGel.get(); shown != 0) {
@@ -79,7 +74,8 @@ tl::expected<std::unique_ptr<Instrument>, Error> Instrument::make(const Config& 
 
 tl::expected<void, Error> Instrument::build(std::optional<sensor::Sensor> gel) {
   const Config& config = config_;
-  description_.identity = {config.sensor.name, publish::randomId(), calibrationId(gel, config.solve)};
+  description_.identity = {config.sensor.name, publish::randomId(),
+                           gel ? solve::calibrationId(*gel, config.solve) : Id{}};
   description_.softwareVersion = TRACTIOND_VERSION;
   description_.host = publish::hostId();
   if (gel) describeSensor(description_, *gel, config.solve);

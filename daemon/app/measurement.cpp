@@ -43,8 +43,7 @@ Measurement::Measurement(sensor::Sensor sensor, const Surroundings& around)
     , isFilm_(!around.config.camera.images.empty())
     , sensor_(std::move(sensor))
     , creep_(sensor_.creep, sensor_.markerCount())
-    , zeroTracking_(sensor_, {.follows = around.config.track.followsDrift})
-    , invalidFields_(around.config.track, around.config.solve) {
+    , zeroTracking_(sensor_, {.follows = around.config.track.followsDrift}) {
   if (!isFilm_) promptSolver_.emplace(around.config.prompt, sensor_.markerCount(), sensor_.nodes.count());
   constexpr int kNice = 10;  // of this thread only: frames are more urgent
   compute_.run([] { setpriority(PRIO_PROCESS, 0, kNice); });
@@ -182,16 +181,29 @@ void Measurement::solve(const MarkerField& markers, TractionField& field) {
 void Measurement::takeField(const TractionField& field) {
   if (!field.valid) {
     around_.ledger.invalid.add();
-    invalidFields_.add(field);
+    invalid_ = Invalid{field.flags, field.markers.validCount, static_cast<int>(field.markers.valid.size())};
   }
   if (recorder_) recorder_->takeField(field);
+}
+
+/// Explains the newest field that was not valid since the last call, and names the key that decides; empty: all were.
+std::string Measurement::whyInvalid() {
+  const auto invalid = std::exchange(invalid_, std::nullopt);
+  if (!invalid) return "";
+  if ((invalid->flags & kGelMismatch) != 0) return "the gel file does not fit the picture (sensor.gel_file)";
+  if ((invalid->flags & kNotSolved) != 0) return "their frames were not solved in time (solve.patience_ms)";
+  if ((invalid->flags & kFewMarkers) == 0) return "their numbers are not finite";
+  const Config& config = around_.config;
+  return fmt::format("{} of {} markers are found, too few or too uncertain (track.min_valid_fraction = {}, "
+                     "solve.max_missing_fraction = {})",
+                     invalid->found, invalid->markers, config.track.minValidFraction, config.solve.maxMissingFraction);
 }
 
 void Measurement::measure(traction::v1::Status& status) {
   watched_.take(lastWatched_);
   status.set_zero_within_s(lastWatched_.zeroWithin_s);
   newestMarkerStatus_.swap(*status.mutable_markers());
-  status.set_invalid_why(invalidFields_.take());
+  status.set_invalid_why(whyInvalid());
   const RestDrift& drift = lastWatched_.drift;
   if (drift.seen_ns == 0) return status.clear_rest_drift();
   traction::v1::RestDrift& to = *status.mutable_rest_drift();

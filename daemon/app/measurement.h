@@ -2,7 +2,6 @@
 #pragma once
 
 #include "base/background_thread.h"
-#include "daemon/app/invalid_fields.h"
 #include "daemon/app/processing.h"
 #include "daemon/app/prompt_solver.h"
 #include "daemon/app/rest_solver.h"
@@ -52,7 +51,7 @@ class Measurement : public Processing, private control::ProcedureHost {
   /// Computes the forces, with the newest solver that is ready: of pictures from a file by a model of each, else in
   /// time.
   void solve(const MarkerField& markers, TractionField& field) override;
-  /// Counts a field that is not valid (Ledger::invalid) and notes the reason for measure(); passes every field to the
+  /// Counts a field that is not valid (Ledger::invalid) and notes it for measure(); passes every field to the
   /// recorder, if there is one.
   void takeField(const TractionField& field) override;
   /// Sets the fields of the status that concern markers, zero and drift, and why fields are not valid.
@@ -83,6 +82,8 @@ class Measurement : public Processing, private control::ProcedureHost {
   std::future<tl::expected<void, Error>> keep(const RestPose& zero, const RestPose* before) override;
   std::future<std::optional<calibrate::Result>> start(control::StepWork work) override;
 
+  std::string whyInvalid();
+
   Surroundings around_;
   bool isFilm_;  // the pictures come from a file, and every one is measured
   sensor::Sensor sensor_;
@@ -112,7 +113,11 @@ class Measurement : public Processing, private control::ProcedureHost {
 
   // Used by the publishing thread alone.
   control::Watched lastWatched_;
-  InvalidFields invalidFields_;
+  struct Invalid {
+    std::uint32_t flags;
+    int found, markers;
+  };
+  std::optional<Invalid> invalid_;  // newest field that was not valid since the last status
 };
 
 }  // namespace tractiond

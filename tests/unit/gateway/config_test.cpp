@@ -24,18 +24,6 @@ TEST(GatewayConfig, ShippedFileIsTheDefaultsWithEveryKey) {
   EXPECT_EQ(text, configText(Config{})) << "run: traction-gateway --print-config > config/gateway.toml";
 }
 
-TEST(GatewayConfig, PrintedTextReadsBackToTheSame) {
-  Config config;
-  config.stream = {"tcp://127.0.0.1:1", "tcp://[::1]:2"};
-  config.insecure = true;
-  config.limits.requestsPerSecond = 7;
-  config.logLevel = "error";
-  std::istringstream stream(configText(config));
-  const auto again = parseConfig(stream, "gateway.toml");
-  ASSERT_TRUE(again) << again.error().message();
-  EXPECT_EQ(configText(*again), configText(config));
-}
-
 TEST(GatewayConfig, MistakesAreNamed) {
   EXPECT_NE(errorOf("[gateway]\nstream = [\"ipc:///run/x\"]").find("which is not tcp://ADDRESS:PORT"),
             std::string::npos);

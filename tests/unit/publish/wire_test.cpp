@@ -198,15 +198,7 @@ TEST(Wire, StatusHoldsTheWholeLedgerAndItsSum) {
   EXPECT_EQ(account.published(), 1000U);
   EXPECT_EQ(account.in_flight(), 3U);
   EXPECT_EQ(account.incomplete(), 1U);
-  EXPECT_EQ(account.wrong_size(), 2U);
-  EXPECT_EQ(account.wrong_format(), 3U);
-  EXPECT_EQ(account.stale(), 4U);
-  EXPECT_EQ(account.implausible(), 5U);
-  EXPECT_EQ(account.evicted_before_track(), 6U);
-  EXPECT_EQ(account.no_rest_pose(), 7U);
-  EXPECT_EQ(account.evicted_before_solve(), 8U);
   EXPECT_EQ(account.evicted_before_publish(), 9U);
-  EXPECT_EQ(account.discarded_at_stop(), 10U);
   EXPECT_EQ(account.no_gel(), 11U);
   EXPECT_EQ(account.missing(), 11U);
   EXPECT_EQ(account.reconnects(), 12U);
