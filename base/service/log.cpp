@@ -16,6 +16,7 @@
 #include <atomic>
 #include <cerrno>
 #include <csignal>
+#include <cstddef>
 #include <utility>
 #include <vector>
 
@@ -28,7 +29,7 @@ std::string prefix(std::string_view program, spdlog::level::level_enum level) {
   // From trace on.
   constexpr std::array<const char*, spdlog::level::n_levels> kPriorities = {SD_DEBUG, SD_DEBUG, SD_INFO, SD_WARNING,
                                                                             SD_ERR,   SD_ERR,   SD_INFO};
-  return logsToJournal() ? kPriorities.at(level) : std::string(program) + ": ";
+  return logsToJournal() ? kPriorities.at(static_cast<std::size_t>(level)) : std::string(program) + ": ";
 }
 
 /// Starts spdlog's thread. It is never joined, because it waits for the reader, who may stand still when the process

@@ -98,11 +98,16 @@ struct Publisher::Impl {
     network::put(stream, time, false);
   }
 
-  Heading headingOf(Topic topic) {
-    Heading heading = last;
-    heading.sequence = ++sequences[topic];
+  /// Returns a heading with the present time.
+  Heading headingNow(Heading heading = {}) const {
     heading.sent_ns = options.monotonicClock();
     heading.sentReal_ns = options.realClock();
+    return heading;
+  }
+
+  Heading headingOf(Topic topic) {
+    Heading heading = headingNow(last);
+    heading.sequence = ++sequences[topic];
     return heading;
   }
 
@@ -323,10 +328,7 @@ void Publisher::describe(const Description& description) {
   stated.identity = self.identity;
   auto message =
       std::make_unique<DescriptionMessage>(stated, std::vector<std::string>(self.topics.begin(), self.topics.end()));
-  Heading heading;
-  heading.sent_ns = self.options.monotonicClock();
-  heading.sentReal_ns = self.options.realClock();
-  const google::protobuf::MessageLite& filled = message->fill(heading);
+  const google::protobuf::MessageLite& filled = message->fill(self.headingNow());
   {
     const std::lock_guard lock(self.lastMutex);
     self.lastDescription = filled.SerializeAsString();
@@ -343,10 +345,8 @@ bool Publisher::offerPreview(const Preview& preview) {
   Impl& self = *impl_;
   Impl::PreviewToSend* const next = self.preview.own();
   if (!next || self.waitingPreviews.load(std::memory_order_relaxed) >= kWaitingPreviews) return false;
-  Heading heading;
+  Heading heading = self.headingNow();
   heading.sequence = ++self.sequences[kPreview];
-  heading.sent_ns = self.options.monotonicClock();
-  heading.sentReal_ns = self.options.realClock();
   const google::protobuf::MessageLite& message = self.wire.fill(preview, heading);
   const std::size_t size = message.ByteSizeLong();
   auto bytes = std::make_unique_for_overwrite<std::uint8_t[]>(size);

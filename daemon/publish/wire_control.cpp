@@ -26,27 +26,22 @@ bool isTime(double seconds) {
 }
 
 tl::expected<CalibrationStep, std::string> decodeStep(const pb::CalibrateRequest& request) {
+  using Kind = CalibrationStep::Kind;
   if (!isTime(request.noise().duration_s()) || !isTime(request.weight().patience_s()) ||
       !isTime(request.creep().duration_s()))
     return tl::unexpected<std::string>("a step of a calibration takes 0 (as long as is usual) to 3600 s");
-  CalibrationStep step;
   switch (request.step_case()) {
   case pb::CalibrateRequest::kGeometry:
-    step.kind = CalibrationStep::Kind::kGeometry;
-    step.anyway = request.geometry().anyway();
-    return step;
+    return CalibrationStep{.kind = Kind::kGeometry, .anyway = request.geometry().anyway()};
   case pb::CalibrateRequest::kNoise:
-    step.kind = CalibrationStep::Kind::kNoise;
-    step.seconds = request.noise().duration_s();
-    step.anyway = request.noise().anyway();
-    return step;
-  case pb::CalibrateRequest::kWeight:
-    step.kind = CalibrationStep::Kind::kWeight;
-    step.weight_N = request.weight().weight_n();
-    step.seconds = request.weight().patience_s();
-    step.first = request.weight().first();
-    if (request.weight().has_direction()) {
-      const pb::Vector3& along = request.weight().direction();
+    return CalibrationStep{
+        .kind = Kind::kNoise, .seconds = request.noise().duration_s(), .anyway = request.noise().anyway()};
+  case pb::CalibrateRequest::kWeight: {
+    const pb::CalibrateWeight& weight = request.weight();
+    CalibrationStep step{
+        .kind = Kind::kWeight, .seconds = weight.patience_s(), .weight_N = weight.weight_n(), .first = weight.first()};
+    if (weight.has_direction()) {
+      const pb::Vector3& along = weight.direction();
       step.direction = {along.x(), along.y(), along.z()};
       const double length2 = along.x() * along.x() + along.y() * along.y() + along.z() * along.z();
       if (!(length2 > 0.0) || !std::isfinite(length2)) {
@@ -54,21 +49,17 @@ tl::expected<CalibrationStep, std::string> decodeStep(const pb::CalibrateRequest
       }
     }
     return step;
+  }
   case pb::CalibrateRequest::kStiffness:
-    step.kind = CalibrationStep::Kind::kStiffness;
-    return step;
+    return CalibrationStep{.kind = Kind::kStiffness};
   case pb::CalibrateRequest::kFinish:
-    step.kind = CalibrationStep::Kind::kFinish;
-    step.name = request.finish().name();
-    if (step.name.empty() || traction::isValidName(step.name)) return step;
+    if (const std::string& name = request.finish().name(); name.empty() || traction::isValidName(name))
+      return CalibrationStep{.kind = Kind::kFinish, .name = name};
     return tl::unexpected<std::string>("that is no name for a gel: 1 to 24 of A-Z, a-z, 0-9, _ and - are");
   case pb::CalibrateRequest::kCreep:
-    step.kind = CalibrationStep::Kind::kCreep;
-    step.seconds = request.creep().duration_s();
-    return step;
+    return CalibrationStep{.kind = Kind::kCreep, .seconds = request.creep().duration_s()};
   case pb::CalibrateRequest::kRecovery:
-    step.kind = CalibrationStep::Kind::kRecovery;
-    return step;
+    return CalibrationStep{.kind = Kind::kRecovery};
   case pb::CalibrateRequest::STEP_NOT_SET:
     break;
   }

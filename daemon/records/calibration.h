@@ -24,10 +24,10 @@ struct CalibrationStep {
   double weight_N = 0.0;  ///< kWeight: finite and above 0, else the step is refused
   /// kWeight: of the known force on the gel, gel frame, of any length; 0: z of a block, that of the force itself of a
   /// body
-  std::array<double, 3> direction{};
-  bool first = false;   ///< kWeight: true discards the weights read before
-  bool anyway = false;  ///< kGeometry, kNoise: true proceeds even if something seems to touch
-  std::string name;     ///< kFinish: beginning of the file's name, before "-" and the date; empty: "gel"
+  std::array<double, 3> direction = {};
+  bool first = false;     ///< kWeight: true discards the weights read before
+  bool anyway = false;    ///< kGeometry, kNoise: true proceeds even if something seems to touch
+  std::string name = {};  ///< kFinish: beginning of the file's name, before "-" and the date; empty: "gel"
 };
 
 struct CalibrationReport {
