@@ -76,7 +76,6 @@ class Replay {
   void chooseSensor();
   void checkPicture(const Frame& picture) const;
   void makeSolver(const Frame& first);
-  void openPublisher();
   void openRecorder();
   void makeTracker();
   void picture(std::string_view bytes);
@@ -144,7 +143,9 @@ void Replay::open(const Frame& first) {
   checkPicture(first);
   if (beginning_->rest) require(*beginning_->rest);
   makeSolver(first);
-  openPublisher();
+  config_.publish.monotonicClock = monotonicOfRecording;
+  config_.publish.realClock = realOfRecording;
+  publisher_ = orStop(publish::Publisher::open(config_.publish, description_, ledger_, {}));
   if (!config_.record.file.empty()) openRecorder();
   makeTracker();
   creep_.emplace(sensor_.creep, sensor_.markerCount());
@@ -212,12 +213,6 @@ void Replay::makeSolver(const Frame& first) {
   drawn_ = std::move(made.solver);
   description_.calibrated_ns = made.computed_ns;
   description_.detectionLimit_N = drawn_->detectionLimit_N();
-}
-
-void Replay::openPublisher() {
-  config_.publish.monotonicClock = monotonicOfRecording;
-  config_.publish.realClock = realOfRecording;
-  publisher_ = orStop(publish::Publisher::open(config_.publish, description_, ledger_, {}));
 }
 
 /// Begins a recording of the replay.
