@@ -14,23 +14,6 @@ namespace {
 
 namespace pb = traction::v1;
 
-TEST(WireControl, RequestsAreTold) {
-  pb::Request request;
-  request.set_version(1);
-  request.mutable_status();
-  const auto decoded = [&] { return decodeRequest(request.SerializeAsString()); };
-  EXPECT_EQ(decoded().value().request, Request::kStatus);
-  request.mutable_description();
-  EXPECT_EQ(decoded().value().request, Request::kDescription);
-  request.mutable_zero();
-  EXPECT_EQ(decoded().value().request, Request::kZero);
-  request.clear_request();
-  EXPECT_FALSE(decoded());
-  request.mutable_zero();
-  request.set_version(2);
-  EXPECT_FALSE(decoded());
-}
-
 TEST(WireControl, StepsOfACalibrationAreTold) {
   using Kind = CalibrationStep::Kind;
   pb::Request request;
