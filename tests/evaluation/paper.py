@@ -47,10 +47,11 @@ def magnitude(report, quick):
         report.row(
             f"magnitude error, 0 - 750 gf, {label}",
             f"{rms(error):.1f} gf",
-            "30 gf",
             "<= 3 gf + 1 %" if judged else "",
-            *(1, step[worst] / (3 + 0.01 * applied[worst])) if judged else (),
-            name="magnitude",
+            step[worst] / (3 + 0.01 * applied[worst]),
+            paper="30 gf",
+            within=(0, 1),
+            must=True,
         )
         report.row(
             "    worst step", f"{step[worst]:.1f} gf at {applied[worst]} gf, mean off {error[:, worst].mean():+.1f}"
@@ -91,10 +92,10 @@ def direction(report, quick):
         report.row(
             f"direction error, 0 - 45 deg at 400 gf, {label}",
             f"{rms(error):.2f} deg",
-            "5 deg",
             "<= 0.4 deg" if judged else "",
-            *(0.4, rms(error)) if judged else (),
-            name="direction",
+            rms(error),
+            paper="5 deg",
+            must=True,
         )
         report.row("    worst step", f"{step[worst]:.2f} deg at {applied[worst]} deg")
 
@@ -146,7 +147,7 @@ def separation(report, quick):
             for c, axis in enumerate(("Fx", "Fy", "Fz"))
         ]
         best = distances[int(np.argmin(errors[1:].sum(1)))]
-        report.row(f"best distance between the layers, {noise} px of noise", f"{best} mm", "2 - 3 mm")
+        report.row(f"best distance between the layers, {noise} px of noise", f"{best} mm", paper="2 - 3 mm")
     report.table(["noise, component", *[f"{distance} mm" for distance in distances]], lines)
 
     def draw(axes):
@@ -184,12 +185,7 @@ def point_load(report, quick):
         drawn[label] = (offset, normal / normal.max())
         judged = label == "pictures"
         report.row(
-            f"half-width of a point load, {label}",
-            f"{half:.2f} mm",
-            "4 mm",
-            "<= 2.5 mm" if judged else "",
-            *(2.5, half) if judged else (),
-            name="half-width",
+            f"half-width of a point load, {label}", f"{half:.2f} mm", "<= 2.5 mm" if judged else "", half, paper="4 mm", must=True
         )
 
     def draw(axes):
@@ -252,10 +248,9 @@ def surface(report, quick):
         report.row(
             f"touched surface {label}, inwards, beyond the contact's rim",
             f"{100 * worst:.1f} %",
-            target=f"<= 3 % of {1e3 * depth.mean():.2f} mm",
-            limit=0.03,
-            value=worst,
-            name="surface",
+            f"<= 3 % of {1e3 * depth.mean():.2f} mm",
+            worst,
+            must=True,
         )
         shares = [error[:, :, 2][beyond > 1e-3 * mm].max() for mm in (1, 2, 3, 4, 6)]
         report.row("    1, 2, 3, 4, 6 mm beyond it", ", ".join(f"{100 * share:.1f}" for share in shares) + " %")
