@@ -143,14 +143,8 @@ class Body(unittest.TestCase):
         print(f"\n  {scenario}: at most {np.max(misses):.2f} of a deviation from the truth; places within "
               f"{1e3 * max(places):.3f} mm", end=" ")
 
-    def test_fingertip_is_drawn_and_measured(self):
-        self.check_fingertip("fingertip")
-
     def test_fingertip_behind_a_curved_window(self):
-        self.check_fingertip("fingertip_roll", window=True)
-
-    def test_fingertip_that_rolls_is_drawn_and_measured(self):
-        self.check_fingertip("fingertip_roll")
+        self.check_fingertip("fingertip", window=True)
 
     @unittest.skipUnless(placement, "needs python3-scipy")
     def test_random_dots_are_drawn_and_measured(self):
