@@ -12,9 +12,7 @@ import rig
 import seed
 import steady
 
-WIDTH, HEIGHT = 640, 480
 SUPPORT = rig.SOURCE / "tests/support"
-PACKET = 8996 - 36  # bytes of picture in a packet of the default size
 
 
 class Faults(steady.TestCase):
