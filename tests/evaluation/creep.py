@@ -97,9 +97,9 @@ def creep(report, quick):
         nobody has measured (1.5 +- 1 % at 2 and 20 s).""",
     )
     generator = np.random.default_rng(report.seed)
-    known = calibrated(PAPER, report.seed % 10**6, report.pictures)
-    unaware = Read(PAPER, None, 1, report.pictures)
-    aware = Read(PAPER, known, 1, report.pictures)
+    known = calibrated(PAPER, report.seed % 10**6, pictures=True)
+    unaware = Read(PAPER, None, 1, pictures=True)
+    aware = Read(PAPER, known, 1, pictures=True)
     report.table(
         ["seconds", "held: read [gf], not corrected", "corrected"],
         [
