@@ -140,12 +140,6 @@ std::string toText(const Story& story) {
   return out.str();
 }
 
-tl::expected<std::uint64_t, std::string> wholeNumber(const std::string& text, const std::string& what) {
-  std::uint64_t value = 0;
-  if (!parse(text, value)) return tl::unexpected(what + " is '" + text + "', must be a whole number below 2^64");
-  return value;
-}
-
 tl::expected<Story, std::string> fromText(const std::string& text) {
   std::istringstream lines(text);
   std::string line;
