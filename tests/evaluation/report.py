@@ -2,7 +2,6 @@
 
 import pathlib
 import re
-import subprocess
 
 import numpy as np
 
@@ -20,16 +19,6 @@ def bounds(target):
     sign, first, last, percent = re.match(r"([<>]?)=? ?([\d.]+)(?: [-–] ([\d.]+))? ?(%?)", target).groups()
     first, last = (float(number) / (100 if percent else 1) for number in (first, last or first))
     return (-np.inf if sign == "<" else first), (np.inf if sign == ">" else last)
-
-
-def commit():
-    """The last one that changed what is measured, and whether there are changes since."""
-
-    def git(*words):
-        command = ["git", "-C", SOURCE, *words, "--", "base", "daemon", "sensor", "twin"]
-        return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
-
-    return (git("log", "-1", "--format=%h") or "unknown") + (", changed" if git("status", "--porcelain") else "")
 
 
 def rewrite_page(head, order, anew):

@@ -11,7 +11,7 @@ import influence
 import limits
 import shapes
 from chain import GF
-from report import commit, rms
+from report import rms
 from resultants import OUT_OF_RANGE, UNEXPLAINED
 
 ALL_KNOWN = """[uncertainty]
@@ -138,7 +138,7 @@ def unseen(report, quick):
         stated uncertainty covers, with all hidden numbers drawn anew for each load; rim: within a pitch of the
         outermost nodes. Nothing of the solver has been set by these loads: they are another set in each run,
         and what is MISSED is what the solver does not do yet. No figure depends on how busy the machine is.
-        This run: commit {commit()}; the same loads again by `tools/evaluate {report.again}`.""",
+        The same loads again by `tools/evaluate {report.again}`.""",
     )
     thicknesses = (15, 40) if quick else influence.THICKNESSES
     with ThreadPoolExecutor(2) as pool:
