@@ -108,13 +108,12 @@ def random_loads(tip, truth, count, generator, hidden, frames=4):
     found = tip.run(moved, uncertainty, frames, zero_every=frames * 10, seed=int(generator.integers(2**20)))
     true, which = np.repeat(true, frames, axis=0), np.repeat(which, frames)
     places, forces = strongest(found)
-    variance = (found.noise_covariance + found.systematic_covariance).reshape(-1, 6, 6)
     wrench = np.hstack([true, np.cross(truth.places[which], true)])
     return chain.Found(
         true=true,
         size=np.linalg.norm(true, axis=1),
-        error=np.hstack([found.resultant_N, found.moment_Nm]) - wrench,
-        deviation=np.sqrt(np.diagonal(variance, axis1=1, axis2=2)),
+        error=found.wrench - wrench,
+        stated=found.deviation,
         read=found.resultant_N,
         off=np.linalg.norm(places - truth.places[which], axis=1),
         turned=angle(found.resultant_N, true),
@@ -182,7 +181,7 @@ def coverage(report, tip, truth, count, generator):
         ("E and the bone's position hidden", (fingertip.BONE_MM, 0.02)),
     ):
         found = random_loads(tip, truth, count, generator, hidden)
-        inside = abs(found.error) <= 1.96 * found.deviation
+        inside = abs(found.error) <= 1.96 * found.stated
         for part, name in ((slice(0, 3), "force"), (slice(3, 6), "moment")):
             share = inside[:, part].mean()
             each = ", ".join(f"{100 * axis:.0f}" for axis in inside[:, part].mean(0))

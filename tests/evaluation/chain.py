@@ -62,6 +62,17 @@ class Found(dict):
     __getattr__ = dict.__getitem__
 
     @property
+    def wrench(self):
+        """Force and moment, frames x 6 [N, N m]."""
+        return np.hstack([self["resultant_N"], self["moment_Nm"]])
+
+    @property
+    def deviation(self):
+        """Stated of them, in all."""
+        covariance = (self["noise_covariance"] + self["systematic_covariance"]).reshape(-1, 6, 6)
+        return np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0))
+
+    @property
     def contacts_found(self):
         """For each frame a C x 12 array: position 2, deviation 2, force 3, deviation 3, area, deviation."""
         table = self["contacts"].reshape(len(self["contacts"]), -1, 12)

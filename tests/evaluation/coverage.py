@@ -103,10 +103,9 @@ def random_loads(count, groups, weighed, seed, broken=0.0, scatter_mm=0.0):
         if weighed:  # as a weight would have it, put on once for each load's gel
             read = chain.run(np.array(weights), gel=gel, twin_gel=camera, given=0).resultant_N[:, 2]
             factor = WEIGHT_GF * GF / read * (1 + OF_WEIGHTS * generator.standard_normal(len(true)))
-        covariance = (found["noise_covariance"] + found["systematic_covariance"]).reshape(-1, 6, 6)
         factor = np.repeat(factor, FRAMES)[:, None]
-        errors.append(factor * np.hstack([found.resultant_N, found.moment_Nm]) - np.repeat(true, FRAMES, axis=0))
-        deviations.append(factor * np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0)))
+        errors.append(factor * found.wrench - np.repeat(true, FRAMES, axis=0))
+        deviations.append(factor * found.deviation)
     return np.concatenate(errors), np.concatenate(deviations)
 
 

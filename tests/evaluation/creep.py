@@ -67,9 +67,8 @@ class Read:
         found = chain.run(moved[:, None, None] * press, gel=gel, state=state, time=self.time_s, seed=seed, **how)
         self.read_gf = found.resultant_N[:, 2] / GF
         self.error_gf = self.read_gf - LOAD_GF * self.load
-        variance = (found.noise_covariance + found.systematic_covariance)[:, 14]
-        self.covered = abs(self.error_gf) <= 1.96 * np.sqrt(variance) / GF
-        self.width_gf = 1.96 * np.sqrt(variance) / GF
+        self.width_gf = 1.96 * found.deviation[:, 2] / GF
+        self.covered = abs(self.error_gf) <= self.width_gf
         self.contacts = found.contact_count[:, 0]
         self.recovering = found.flags[:, 0].astype(int) & 1024 != 0
 

@@ -97,7 +97,7 @@ def heat(report, quick):
     lines, drifts, false, covered = [], [], [], []
     for day, read in zip(days, found):
         error_gf = (read.resultant_N - day.force_N) / GF
-        deviation_gf = np.sqrt((read.noise_covariance + read.systematic_covariance)[:, [0, 7, 14]]) / GF
+        deviation_gf = read.deviation[:, :3] / GF
         held = (day.force_N != 0).any(1) & day.steady
         idle = (day.force_N == 0).all(1) & day.steady
         flagged = read.flags[:, 0].astype(int) & RECOVERING != 0

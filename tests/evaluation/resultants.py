@@ -206,9 +206,8 @@ def large_strain(report, quick):
     for place in places:
         pressed = probes.at(place)
         found = chain.run(np.repeat(pressed.displacement, frames, axis=0), zero_every=frames)
-        covariance = (found["noise_covariance"] + found["systematic_covariance"]).reshape(-1, 6, 6)
-        deviation = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)).reshape(-1, frames, 6).mean(1)
-        wrench = np.hstack([found.resultant_N, found.moment_Nm]).reshape(-1, frames, 6).mean(1)
+        deviation = found.deviation.reshape(-1, frames, 6).mean(1)
+        wrench = found.wrench.reshape(-1, frames, 6).mean(1)
         true = np.hstack([pressed.forces(), pressed.moments()])
         out_of_range = (found["flags"].astype(int) & OUT_OF_RANGE > 0).reshape(-1, frames).mean(1)
         strain = marker_strain(found.force_N.reshape(-1, 576, 3)).reshape(-1, frames).mean(1)

@@ -59,7 +59,7 @@ class Slide:
             if self.about is None:
                 shown.append(self._shown(points + [[way], [0]], forces))
                 continue
-            rotation = turned(way / np.linalg.norm(self.about))
+            rotation = shapes.turn(way / np.linalg.norm(self.about))
             away = points - self.about[:, None]
             turned_forces = np.vstack([rotation @ forces[:2], forces[2:]])
             shown.append(self._shown(self.about[:, None] + rotation @ away, turned_forces))
@@ -71,14 +71,7 @@ class Slide:
         return [low - 1, low, low + 1, low + 2], [0, low + 1 - at, at - low, 0]
 
     def _shown(self, points, forces):
-        rotation = turned(self.turn)
-        forces = forces * self.normal_N / forces[2].sum()
-        forces[:2] = rotation @ forces[:2]
-        return shapes.displacements(THICKNESS, self.size * rotation @ points + self.place, forces)
-
-
-def turned(angle):
-    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        return shapes.placed(THICKNESS, points, forces, self.normal_N, self.turn, self.size, self.place)
 
 
 def slides(report, quick, generator, names):

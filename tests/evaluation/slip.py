@@ -27,12 +27,8 @@ class Series:
         for _ in range(count):
             ball = all_balls[generator.integers(len(all_balls))]
             radius, normal_N, turn = generator.uniform(4e-3, 7e-3), generator.uniform(2, 8), generator.uniform(0, 2 * np.pi)
-            cosine, sine = np.cos(turn), np.sin(turn)
-            rotation = np.array([[cosine, -sine], [sine, cosine]])
-            points = radius / ball.radius * rotation @ ball.points + generator.uniform(-0.02, 0.02, (2, 1))
-            forces = ball.forces * normal_N / ball.forces[2].sum()
-            forces[:2] = rotation @ forces[:2]
-            self.displacement += 2 * [shapes.displacements(THICKNESS, points, forces)]
+            place, size = generator.uniform(-0.02, 0.02, (2, 1)), radius / ball.radius
+            self.displacement += 2 * [shapes.placed(THICKNESS, ball.points, ball.forces, normal_N, turn, size, place)]
             self.ball.append(ball)
             self.radius.append(radius)
             self.normal_N.append(normal_N)
@@ -119,7 +115,7 @@ def any_contact(report, quick, generator, probe, name):
         drawn.append(generator.integers(len(moments)))
         _, points, forces = moments[drawn[-1]]
         turn = generator.uniform(0, 2 * np.pi)
-        rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+        rotation = shapes.turn(turn)
         forces = forces * generator.uniform(2, 6) / forces[2].sum()
         forces[:2] = rotation @ forces[:2]
         place = generator.uniform(-0.02, 0.02, (2, 1))

@@ -71,8 +71,7 @@ class Pull:
         self.turn, self.place = generator.uniform(0, 2 * np.pi), generator.uniform(-0.02, 0.02, (2, 1))
 
     def displacement(self):
-        cosine, sine = np.cos(self.turn), np.sin(self.turn)
-        rotation, moments = np.array([[cosine, -sine], [sine, cosine]]), []
+        rotation, moments = shapes.turn(self.turn), []
         for ball, share in zip(self.path.moments, self.path.share):
             forces = ball.forces * self.normal_N / ball.forces[2].sum()
             forces[:2] = rotation @ forces[:2] * share * self.path.friction * self.normal_N / forces[0].sum()

@@ -63,9 +63,8 @@ class Measured:
     def __init__(self, found, wrench, frames):
         self.found, self.frames = found, frames
         shape = (len(wrench), frames, 6)
-        self.error = np.hstack([found.resultant_N, found.moment_Nm]).reshape(shape) - wrench[:, None]
-        covariance = (found["noise_covariance"] + found["systematic_covariance"]).reshape(*shape, 6)
-        self.deviation = np.sqrt(np.maximum(np.diagonal(covariance, axis1=2, axis2=3), 0))
+        self.error = found.wrench.reshape(shape) - wrench[:, None]
+        self.deviation = found.deviation.reshape(shape)
         self.covered = abs(self.error) <= 1.96 * self.deviation
         self.off = rms(np.linalg.norm(self.error[:, :, :3], axis=2), 1)
 
