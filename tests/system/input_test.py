@@ -54,16 +54,9 @@ class Input(unittest.TestCase):
                 ("traction-twin", UNAVAILABLE, ["10.1.2.3"], "idle", "--cache", rig.cache_directory(), "--address", "10.1.2.3"),
                 ("traction-twin", DATA, ["odd.raw"], "idle", "--serve", self.file("odd.raw", "x" * 1000)),
                 ("traction-twin", 73, ["/nowhere/pictures"], "idle", "--cache", rig.cache_directory(), "--images", "/nowhere/pictures"),
-                ("traction-twin", USAGE, ["--lost-ratio", "--images"], "idle", "--images", "-", "--lost-ratio", "0.1"),
-                ("tractionctl", USAGE, ["dance"], "dance"),
-                ("tractionctl", USAGE, ["carrier-pigeon"], "echo", "--connect", "carrier-pigeon://home"),
-                ("tractionctl", USAGE, ["weather"], "echo", "--topic", "weather")):
+                ("traction-twin", USAGE, ["--lost-ratio", "--images"], "idle", "--images", "-", "--lost-ratio", "0.1")):
             with self.subTest(arguments):
                 self.refused(code, words, self.bench.start(rig.BIN / program, *arguments))
-
-    def test_ctl_without_a_daemon(self):
-        for command in ("status", "zero"):
-            self.refused(UNAVAILABLE, [], self.bench.start(rig.BIN / "tractionctl", command, env={"XDG_RUNTIME_DIR": str(self.bench.folder)}))
 
     # --- what the daemon meets
 
