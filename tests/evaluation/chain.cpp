@@ -227,10 +227,8 @@ struct Job {
     return sum;
   }
   Stray strayAt(std::size_t frame) const { return stray.empty() ? Stray{} : stray[frame]; }
-  twin::Highlight highlightAt(std::size_t frame) const {
-    if (highlight.empty()) return {.strength = 0.0};
-    const auto& [u, v, radius, strength] = highlight[frame];
-    return {{u, v}, radius, strength};
+  std::array<double, 4> highlightAt(std::size_t frame) const {
+    return highlight.empty() ? std::array<double, 4>{} : highlight[frame];
   }
   bool isMissing(std::size_t frame, Eigen::Index marker) const {
     return !missing.empty() && missing[frame * static_cast<std::size_t>(markers) + static_cast<std::size_t>(marker)];
@@ -327,7 +325,7 @@ void run(const Options& options) {
       addNoise(options.given_px, generator, markers);
     } else {
       if (!tracker || (options.zeroEvery > 0 && frame % static_cast<std::size_t>(options.zeroEvery) == 0)) {
-        eye.light(options.litAtZero ? job.highlightAt(frame) : twin::Highlight{.strength = 0.0});
+        eye.light(options.litAtZero ? job.highlightAt(frame) : std::array<double, 4>{});
         tracker = trackerAtRest(sensor, config.track, eye, markers, &zero);
         follow(zero.position_px, zero.present);
         last = rest;
