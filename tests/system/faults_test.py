@@ -1,6 +1,5 @@
 """What a network and its inhabitants do to a stream: counted, never published, and the stream goes on."""
 
-import itertools
 import os
 import sys
 import time
@@ -59,18 +58,6 @@ class Faults(steady.TestCase):
             self.assertIsNotNone(record, "a frame was published that the camera never sent")
             self.assertEqual(record["device_ns"], field.header.device_time_ns)
             self.assertLess(np.linalg.norm(rig.vector(field.resultant_N)), 0.6)
-
-    def test_the_frame_counter_wraps(self):
-        self.begin()
-        self.stream(400)
-        ids = [field.header.camera_frame_id for field in self.published]
-        self.assertGreater(max(ids), 65000)
-        self.assertLess(ids[-1], 1000)
-        for before, after in itertools.pairwise(field.header for field in self.published):
-            step = (after.camera_frame_id - before.camera_frame_id) % 65535  # 1 follows 65535
-            self.assertEqual(after.frame_number - before.frame_number, step)
-        self.assertLess(self.ledger().missing, 1000, "the wrap is no loss of 65,000 frames")
-        self.end()
 
     def test_lost_packets(self):
         self.begin("--lost-ratio", "0.002")
