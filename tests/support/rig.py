@@ -20,6 +20,7 @@ import sys
 import tempfile
 import threading
 import time
+import unittest
 
 import numpy as np
 import zmq
@@ -305,6 +306,22 @@ class Rig(contextlib.ExitStack):
         """Runs tractionctl to its end: (exit code, output)."""
         process = self.start(BIN / "tractionctl", *words)
         return process.join(seconds), process.output()
+
+
+class TestCase(unittest.TestCase):
+    """One with a rig of its own."""
+
+    def setUp(self):
+        self.bench = self.enterContext(Rig())
+
+    def file(self, name, text):
+        path = self.bench.folder / name
+        path.write_text(text)
+        return path
+
+    def ctl(self, daemon, *words):
+        """Runs tractionctl beside a daemon: (exit code, output)."""
+        return self.bench.ctl("--control", daemon.endpoint["control"], *words)
 
 
 class Systemd:

@@ -3,7 +3,8 @@
 import os
 import threading
 import time
-import unittest
+
+import rig
 
 STEADY_S = 0.05  # longest pause at which twin, daemon and subscribers lose nothing
 
@@ -36,7 +37,7 @@ class Pauses:
             thread.join()
 
 
-class TestCase(unittest.TestCase):
+class TestCase(rig.TestCase):
     """Says how long the machine stood still, if that was long enough to lose something: a failure then says nothing of the
     programs."""
 

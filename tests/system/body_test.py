@@ -23,10 +23,7 @@ except ImportError:
     placement = None
 
 
-class Body(unittest.TestCase):
-    def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
-
+class Body(rig.TestCase):
     def write(self, *options):
         """The example's files; returns the configuration that names them."""
         gel = self.bench.folder / "dome.toml"

@@ -35,16 +35,10 @@ pitch_mm = 3.6
 """
 
 
-class TestCase(unittest.TestCase):
-    def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
-
-    def ctl(self, daemon, *words, seconds=240):
-        return self.bench.ctl("--control", daemon.endpoint["control"], *words, seconds=seconds)
-
-    def calibrate(self, daemon, *words, seconds=240):
+class TestCase(rig.TestCase):
+    def calibrate(self, daemon, *words):
         """The steps' reports by name; weights in a list."""
-        code, output = self.ctl(daemon, "calibrate", "--yes", "--json", *words, seconds=seconds)
+        code, output = self.ctl(daemon, "calibrate", "--yes", "--json", *words)
         self.assertEqual(code, DONE, output)
         reports = {"weight": []}
         for report in map(json.loads, output.splitlines()):
@@ -53,17 +47,6 @@ class TestCase(unittest.TestCase):
             else:
                 reports[report["step"]] = report
         return reports
-
-    def running(self, scenario, *options, gel=NOMINAL):
-        twin = self.bench.twin(scenario, *options, ready=False)
-        daemon = self.bench.daemon(f'[sensor]\ngel_file = "{self.file("nominal.toml", gel)}"\n')
-        daemon.wait_for("zero taken, by itself", 60)
-        return twin, daemon
-
-    def file(self, name, text):
-        path = self.bench.folder / name
-        path.write_text(text)
-        return path
 
     def check_found(self, reports):
         """What geometry, noise and stiffness say, against what the gel was made with."""
@@ -130,7 +113,7 @@ class Projected(TestCase):
 
 
 @suite.realtime
-class Zero(TestCase):
+class Independent(TestCase):
 
     def test_geometry_from_pictures_that_none_of_our_programs_drew(self):
         camera = independent.Camera(position_mm=(1.5, -1.0, 179.0), rotation_rad=(0.01, -0.012, 0.03), k1=-0.1,
@@ -143,8 +126,10 @@ class Zero(TestCase):
         with open(pictures, "wb") as file:
             for _ in range(60):
                 file.write(independent.frame(levels, "RGB8", noise))
-        _, daemon = self.running("idle", "--serve", pictures, "--rate", 20,
-                                 gel=nominal.gel_file() + NOMINAL.partition("\n")[2])
+        self.bench.twin("idle", "--serve", pictures, "--rate", 20, ready=False)
+        gel = self.file("nominal.toml", nominal.gel_file() + NOMINAL.partition("\n")[2])
+        daemon = self.bench.daemon(f'[sensor]\ngel_file = "{gel}"\n')
+        daemon.wait_for("zero taken, by itself")
         found = self.calibrate(daemon, "geometry")["geometry"]["figures"]
         value = {name: figure["value"] for name, figure in found.items()}
         fitted = independent.Camera(

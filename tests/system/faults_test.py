@@ -16,8 +16,8 @@ SUPPORT = rig.SOURCE / "tests/support"
 
 class Faults(steady.TestCase):
     def setUp(self):
+        super().setUp()
         self.draw = seed.chance(self.id())
-        self.bench = self.enterContext(rig.Rig())
         self.published = []
 
     def begin(self, *options, config=""):

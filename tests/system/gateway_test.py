@@ -28,7 +28,7 @@ def pair():
 
 class Gateway(steady.TestCase):
     def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
+        super().setUp()
         self.bench.twin("idle", "--rate", "60", truth=False)
         self.daemon = self.bench.daemon()
         self.bench.subscribe(self.daemon).collect(5)
@@ -204,7 +204,7 @@ class Start(steady.TestCase):
     """What it wants before it lets anybody in."""
 
     def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
+        super().setUp()
         self.nobody = type("Nobody", (), {"endpoint": {"stream": f"ipc://{self.bench.folder}/stream"}})
 
     def test_without_keys_it_listens_on_the_loopback_alone(self):

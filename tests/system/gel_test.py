@@ -23,15 +23,7 @@ def layers(columns=24, rows=24, pitch=3.0, blue=6.0, red=8.0):
     return LAYER.format("blue", columns, rows, pitch, 0, blue) + LAYER.format("red", columns, rows, pitch, 1.5, red)
 
 
-class Gel(unittest.TestCase):
-    def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
-
-    def file(self, name, text):
-        path = self.bench.folder / name
-        path.write_text("format = 1\n" + text)
-        return path
-
+class Gel(rig.TestCase):
     def daemon(self, config="", scenario="idle", **options):
         """A daemon that sees a scenario's first second, again and again."""
         scene, = projector.scenes(self.bench, scenario, [(0, 1)])
@@ -39,10 +31,8 @@ class Gel(unittest.TestCase):
         return self.bench.daemon(pictures.CONFIG + MECHANICS + config, "--images", pictures.pipe, camera=None, **options)
 
     def with_gel(self, gel, **options):
-        return self.daemon(f'[sensor]\ngel_file = "{self.file("gel.toml", gel)}"\n', **options)
-
-    def ctl(self, daemon, *words):
-        return self.bench.ctl("--control", daemon.endpoint["control"], *words)
+        path = self.file("gel.toml", "format = 1\n" + gel)
+        return self.daemon(f'[sensor]\ngel_file = "{path}"\n', **options)
 
     def expect_nothing_wrong(self, daemon, subscriber, count=60):
         for field in subscriber.collect(count):
@@ -100,7 +90,7 @@ class Gel(unittest.TestCase):
                              ("contrast_levels = 255\nbackground_levels = 255\n", r"saturated")):
             with self.subTest(says), rig.Rig() as bench:
                 self.bench = bench
-                daemon = self.daemon(scenario=self.file("light.toml", "[optics]\n" + optics))
+                daemon = self.daemon(scenario=self.file("light.toml", "format = 1\n[optics]\n" + optics))
                 daemon.wait_for(r"too few markers are found: blue: 0 of 576 markers, red: 0 of 576 markers; .*" + says)
                 code, output = self.ctl(daemon, "status")
                 self.assertRegex(output, r"markers +blue 0 of 576 \(0 in the zero\), red 0 of 576")

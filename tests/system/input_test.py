@@ -10,10 +10,7 @@ import rig
 USAGE, DATA, NO_INPUT, UNAVAILABLE, TEMPORARY, CONFIG = 64, 65, 66, 69, 75, 78
 
 
-class Input(unittest.TestCase):
-    def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
-
+class Input(rig.TestCase):
     def refused(self, code, words, process):
         """Ends by itself with the code and one line of error, behind what was logged, that has all the words."""
         self.assertEqual(process.join(), code, process.output())
@@ -27,11 +24,6 @@ class Input(unittest.TestCase):
         self.refused(code, words, process)
         left = [path.name for path in (self.bench.folder / "default" / "run").glob("*")]
         self.assertEqual(left, [])
-
-    def file(self, name, text):
-        path = self.bench.folder / name
-        path.write_text(text)
-        return path
 
     def test_wrong_configurations_and_gel_files(self):
         newer = (rig.SOURCE / "config/gels/paper.toml").read_text().replace("format = 1", "format = 2")

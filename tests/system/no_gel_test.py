@@ -18,13 +18,7 @@ WIDTH, HEIGHT = 333, 217  # unlike the paper's gel's
 PICTURE = bytes((7 * x + 3 * y) % 256 for y in range(HEIGHT) for x in range(WIDTH))
 
 
-class NoGel(unittest.TestCase):
-    def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
-
-    def ctl(self, daemon, *words):
-        return self.bench.ctl("--control", daemon.endpoint["control"], *words)
-
+class NoGel(rig.TestCase):
     def status_where(self, daemon, holds):
         """It is put together once a second."""
         until = time.monotonic() + HUNG_S

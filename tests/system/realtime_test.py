@@ -44,7 +44,7 @@ def grants(*limits):
 
 class RealTime(steady.TestCase):
     def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
+        super().setUp()
         self.bench.twin("idle", truth=False)
 
     def status(self, daemon, after=2):
@@ -89,11 +89,11 @@ class RealTime(steady.TestCase):
         self.assertEqual("realtime.lock_memory is not granted" in daemon.output(), not memory, daemon.output())
         self.assertNotIn("realtime.cpus", daemon.output())
 
-        code, text = self.bench.ctl("--control", daemon.endpoint["control"], "status")
+        code, text = self.ctl(daemon, "status")
         self.assertEqual(code, 0, text)
         self.assertEqual(f"on {cpu}" in text and "real time " in text, True, text)
         self.assertEqual("not granted" in text, not (time and memory), text)
-        code, text = self.bench.ctl("--control", daemon.endpoint["control"], "metrics")
+        code, text = self.ctl(daemon, "metrics")
         families = {family.name: family for family in parser.text_string_to_metric_families(text)}
         samples = families["traction_realtime_priority"].samples
         self.assertEqual(sorted(sample.labels["thread"] for sample in samples), FRAME_PATH)
@@ -113,9 +113,9 @@ class RealTime(steady.TestCase):
                      'realtime.cpus = "1023" is not granted: Invalid argument: it runs on ',
                      "realtime.lock_memory is not granted: .*LimitMEMLOCK=infinity"):
             daemon.wait_for("warning: " + line)
-        code, text = self.bench.ctl("--control", daemon.endpoint["control"], "status")
+        code, text = self.ctl(daemon, "status")
         self.assertRegex(text, "not granted: priority 20, processors 1023, memory")
-        code, text = self.bench.ctl("--control", daemon.endpoint["control"], "top", "--once")
+        code, text = self.ctl(daemon, "top", "--once")
         self.assertRegex(text, "! .*real time is not granted: priority 20, processors 1023, memory")
         self.assertEqual(daemon.stop(), 0, daemon.output())
 

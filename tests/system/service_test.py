@@ -14,10 +14,10 @@ import seed
 import suite
 
 
-class Service(unittest.TestCase):
+class Service(rig.TestCase):
     def setUp(self):
+        super().setUp()
         self.draw = seed.chance(self.id())
-        self.bench = self.enterContext(rig.Rig())
         self.systemd = rig.Systemd(self.bench)
 
     def check(self, daemon):

@@ -18,8 +18,8 @@ MENDED = {"tr-preview", "tr-disk", "tr-compute", "tr-model", "libusb_event", "ca
 
 class Stalls(steady.TestCase):
     def setUp(self):
+        super().setUp()
         self.draw = seed.chance(self.id())
-        self.bench = self.enterContext(rig.Rig())
         self.systemd = rig.Systemd(self.bench, WATCHDOG_S)
 
     def starved(self):
