@@ -323,6 +323,16 @@ class TestCase(unittest.TestCase):
         """Runs tractionctl beside a daemon: (exit code, output)."""
         return self.bench.ctl("--control", daemon.endpoint["control"], *words)
 
+    def status_where(self, daemon, holds):
+        """(exit code, output) of a status for which `holds`. It is put together once a second."""
+        until = time.monotonic() + HUNG_S
+        while True:
+            code, output = self.ctl(daemon, "status", "--json")
+            if code in (os.EX_OK, os.EX_NOINPUT) and holds(json.loads(output.splitlines()[0])):
+                return code, output
+            self.assertLess(time.monotonic(), until, output)
+            time.sleep(0.1)
+
 
 class Systemd:
     """Hears what a service tells it, always: a service waits for whoever reads no notices."""

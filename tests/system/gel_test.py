@@ -3,16 +3,13 @@ and the daemon says what it sees instead."""
 
 import json
 import pathlib
-import time
 import unittest
 
 import projector
 import rig
 from PIL import Image
-from deadline import HUNG_S
 
 GEL_MISMATCH = 128
-NO_FIELD_YET = 66  # of tractionctl status
 # Coarse nodes and closed-form mechanics: no test here needs a force that is true, and factors take little time.
 MECHANICS = '[solve]\nmodel = "half-space"\n'
 NODES = "[nodes]\ncolumns = 12\nrows = 12\npitch_mm = 6\n"
@@ -41,17 +38,6 @@ class Gel(rig.TestCase):
             self.assertEqual([field.resultant_N.x, field.resultant_N.y, field.resultant_N.z], [0, 0, 0])
             self.assertFalse(any(field.force_N))
 
-    def status_with_remark(self, daemon):
-        """It is put together once a second, so the log is ahead of it."""
-        until = time.monotonic() + HUNG_S
-        while True:
-            code, output = self.ctl(daemon, "status", "--json")
-            self.assertIn(code, (0, NO_FIELD_YET), output)
-            status = json.loads(output.splitlines()[0])
-            if (status["markers"]["remark"] and status["invalid_why"]) or time.monotonic() > until:
-                return status
-            time.sleep(0.1)
-
     def test_wrong_numbers_in_the_gel_file_are_noticed_before_a_force_is_published(self):
         for name, gel, says in (("number", layers(columns=20, rows=20), r"the file has 20 x 20 blue markers"),
                                 ("depth", layers(red=9.6), r"3\.60 mm below")):
@@ -61,7 +47,8 @@ class Gel(rig.TestCase):
                 fields = bench.subscribe(daemon, "traction/v1/default/field/")
                 daemon.wait_for(r"does not fit the picture.*" + says)
                 self.expect_nothing_wrong(daemon, fields)
-                status = self.status_with_remark(daemon)
+                _, output = self.status_where(daemon, lambda status: status["markers"]["remark"] and status["invalid_why"])
+                status = json.loads(output.splitlines()[0])
                 markers = status["markers"]
                 self.assertRegex(markers["remark"], says)
                 self.assertIn("sensor.gel_file", status["invalid_why"])

@@ -3,7 +3,6 @@ is measured."""
 
 import json
 import re
-import time
 import unittest
 
 import projector
@@ -19,17 +18,6 @@ PICTURE = bytes((7 * x + 3 * y) % 256 for y in range(HEIGHT) for x in range(WIDT
 
 
 class NoGel(rig.TestCase):
-    def status_where(self, daemon, holds):
-        """It is put together once a second."""
-        until = time.monotonic() + HUNG_S
-        while True:
-            code, output = self.ctl(daemon, "status", "--json")
-            status = json.loads(output.splitlines()[0]) if code in (0, NO_FIELD) else None
-            if status and holds(status):
-                return code, output
-            self.assertLess(time.monotonic(), until, output)
-            time.sleep(0.1)
-
     def expect_the_words(self, daemon):
         """Status, zero and calibration say that there is no gel."""
         code, output = self.status_where(daemon, lambda status: status["ledger"]["no_gel"] > 0)
