@@ -54,7 +54,7 @@ def text_of(gel, uncertainty=""):
 class Fingertip:
     """The gel as traction-gel makes it, and runs of the chain on it."""
 
-    def __init__(self, report, anew):
+    def __init__(self, anew):
         sources = [DESCRIPTION, *sorted((SOURCE / "gel" / "traction_gel").glob("*.py"))]
         name = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()[:12]
         self.gel, self.seconds = made(DESCRIPTION, BUILD / "evaluation-state" / f"fingertip-{name}", anew)
@@ -329,7 +329,7 @@ def bodies(report, quick):
         single frames; their times are with empty caches.""",
     )
     generator, truth = np.random.default_rng(report.seed), Truth()
-    tip = Fingertip(report, anew=not quick)
+    tip = Fingertip(anew=not quick)
     if tip.seconds:
         report.row("from the description to the files", f"{tip.seconds:.0f} s", "<= 10 min", tip.seconds / 60)
     mechanics(report, tip, truth)

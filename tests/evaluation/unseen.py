@@ -69,7 +69,7 @@ class Measured:
         self.off = rms(np.linalg.norm(self.error[:, :, :3], axis=2), 1)
 
 
-def known(drawn, frames, report, seed):
+def known(drawn, frames, seed):
     """The block is what the gel file says."""
     gel = chain.gel_text(drawn.thickness) + ALL_KNOWN
     unit = np.repeat(drawn.displacement, frames, axis=0)
@@ -89,7 +89,7 @@ def stray_of(drawn, number, generator):
     return moved
 
 
-def strayed(drawn, frames, report, seed):
+def strayed(drawn, frames, seed):
     """Each load on a gel, before a camera, in a picture that are drawn from what the gel file states."""
     generator = np.random.default_rng(seed)
     by = coverage.KNOWN["uncertainty"]["youngs_modulus_relative"]
@@ -121,7 +121,7 @@ def block(report, quick, thickness):
     families = count * shapes.INSIDE + max(1, count // 2) * shapes.BEYOND + max(2, 2 * count // 3) * shapes.PALMS
     drawn = Drawn(thickness, families, np.random.default_rng([report.seed, thickness]))
     seed = (report.seed + thickness) % 2**20
-    return drawn, known(drawn, frames, report, seed), strayed(drawn, frames, report, seed)
+    return drawn, known(drawn, frames, seed), strayed(drawn, frames, seed)
 
 
 def unseen(report, quick):
