@@ -17,12 +17,10 @@ import paper
 import points
 import report
 import resultants
+import seed
 import slip
 import strokes
 import unseen
-
-sys.path.insert(0, str(report.SOURCE / "tests" / "support"))
-import seed  # noqa: E402
 
 EXPERIMENTS = {  # in the order of the page
     "mechanics": resultants.mechanics,

@@ -4,6 +4,7 @@ import pathlib
 import re
 
 import numpy as np
+from target import bounds
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 PAGE = SOURCE / "docs" / "accuracy.md"
@@ -12,13 +13,6 @@ PICTURES = PAGE.with_suffix("")
 
 def rms(values, axis=None):
     return np.sqrt(np.mean(np.square(values), axis=axis))
-
-
-def bounds(target):
-    """The least and the most that a target allows."""
-    sign, first, last, percent = re.match(r"([<>]?)=? ?([\d.]+)(?: [-–] ([\d.]+))? ?(%?)", target).groups()
-    first, last = (float(number) / (100 if percent else 1) for number in (first, last or first))
-    return (-np.inf if sign == "<" else first), (np.inf if sign == ">" else last)
 
 
 def rewrite_page(head, order, anew):
