@@ -149,7 +149,7 @@ def calibrate_creep(press, amounts, times_s, held_s, seed, pictures):
 def mechanics(gel, forces, markers=1152):
     """Displacements by the project's own block [m], loads x markers x 3. `forces`: rows of load, x, y, force."""
     with job(forces=forces, gel=gel) as folder:
-        call("mechanics", folder, folder / "gel")
+        call("parts", "mechanics", folder, folder / "gel")
         return np.fromfile(folder / "displacement.f64").reshape(-1, markers, 3)
 
 
@@ -157,7 +157,7 @@ def surface(gel, forces):
     """How the touched surface moves at the nodes under even forces on their squares [m], frames x nodes x 3. `forces`: the
     same [N]."""
     with job(force=forces, gel=gel) as folder:
-        call("surface", folder, folder / "gel")
+        call("parts", "surface", folder, folder / "gel")
         return np.fromfile(folder / "surface.f64").reshape(np.shape(forces))
 
 

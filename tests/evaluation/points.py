@@ -47,10 +47,10 @@ class Load:
 
 
 def find(force, deviation, least):
-    """Rows of evaluation_points, of each field."""
+    """Rows of points.f64 (parts.cpp), of each field."""
     with chain.job() as job:
         np.stack([force, deviation], 1).astype(np.float32).tofile(job / "field.f32")
-        chain.call("points", job, least)
+        chain.call("parts", "points", job, least)
         rows = np.fromfile(job / "points.f64").reshape(-1, 10)
         return [rows[rows[:, 0] == frame] for frame in range(len(force))]
 

@@ -48,7 +48,7 @@ class Body(rig.TestCase):
         loads = np.column_stack([unit, nodes[unit // 3, :2], np.eye(3)[unit % 3]])
         loads.tofile(self.bench.folder / "forces.f64")
         gel = rig.SOURCE / "config" / "gels" / "paper.toml"
-        subprocess.run([rig.BUILD / "bin" / "evaluation_mechanics", self.bench.folder, gel], check=True)
+        subprocess.run([rig.BIN / "evaluation_parts", "mechanics", self.bench.folder, gel], check=True)
         displacement = np.fromfile(self.bench.folder / "displacement.f64").reshape(len(nodes), 3, -1, 3)
         self.change(influence=np.ascontiguousarray(displacement.transpose(2, 3, 0, 1)))
 
