@@ -80,7 +80,7 @@ def main():
         if arguments.quick and arguments.only == ORDER and name in SLOW:
             continue
         begin = time.monotonic()
-        page = report.Report(name, arguments.quick, not arguments.quick, arguments.seed)
+        page = report.Report(name, arguments.quick, arguments.seed)
         EXPERIMENTS[name](page, arguments.quick)
         print(f"({time.monotonic() - begin:.0f} s)", flush=True)
         missed += page.missed

@@ -37,8 +37,8 @@ def shrink(path):
 class Report:
     """Of one experiment."""
 
-    def __init__(self, experiment, quick, write, seed):
-        self.experiment, self.write = experiment, write  # write: figures, and text for the page
+    def __init__(self, experiment, quick, seed):
+        self.experiment, self.write = experiment, not quick  # write: figures, and text for the page
         self.seed = seed  # of what is drawn anew each time
         self.again = f"{'--quick ' * quick}--only {experiment} --seed {seed}"  # arguments that draw the same loads
         self.text, self.rows = [], []
