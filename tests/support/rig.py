@@ -14,6 +14,7 @@ import select
 import shutil
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
@@ -340,15 +341,19 @@ class Systemd:
         self.socket = rig.enter_context(socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM))
         path = str(rig.folder / "notify")
         self.socket.bind(path)
+        self.socket.setsockopt(socket.SOL_SOCKET, 35, 1)  # SO_TIMESTAMPNS: when it came, not when we find time to read
         self.env = {"NOTIFY_SOCKET": path, "WATCHDOG_USEC": str(int(1e6 * watchdog_s))}
-        self.fed = 0  # how often the watchdog was
+        self.fed = []  # when the watchdog was
         self.notices = queue.Queue()
         threading.Thread(target=self.read, daemon=True).start()
 
     def read(self):
         while True:
-            lines = self.socket.recv(4096).decode().splitlines()
-            self.fed += "WATCHDOG=1" in lines
+            data, ((_, _, stamp), *_), *_ = self.socket.recvmsg(4096, 256)
+            lines = data.decode().splitlines()
+            if "WATCHDOG=1" in lines:
+                seconds, nanoseconds = struct.unpack("qq", stamp)
+                self.fed.append(time.monotonic() - (time.time() - seconds - 1e-9 * nanoseconds))
             self.notices.put(lines)
 
     def wait_for(self, wanted):

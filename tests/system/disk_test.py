@@ -34,11 +34,11 @@ class Disk(steady.TestCase):
 
     def flows(self, fields, zero=None, count=100):
         """Waits for fields and for feeds of the watchdog."""
-        fed = self.systemd.fed
+        fed = len(self.systemd.fed)
         for field in fields.collect(count):
             if zero:
                 self.assertEqual(field.header.zero, zero)
-        fields.collect(until=lambda _: self.systemd.fed > fed + 3)
+        fields.collect(until=lambda _: len(self.systemd.fed) > fed + 3)
 
     def test_what_waits_for_the_disk_stops_nothing(self):
         self.bench.twin("idle", truth=False)

@@ -8,6 +8,7 @@ import unittest
 
 from prometheus_client import parser
 
+import freezer
 import rig
 import seed
 import steady
@@ -18,8 +19,7 @@ FIFO, OTHER = 1, 0
 
 def scheduling(pid):
     """(name, policy, priority, processors) of each thread, by the kernel."""
-    for task in pathlib.Path(f"/proc/{pid}/task").iterdir():
-        tid, name = int(task.name), (task / "comm").read_text().strip()
+    for tid, name in freezer.threads(pid).items():
         yield name, os.sched_getscheduler(tid), os.sched_getparam(tid).sched_priority, os.sched_getaffinity(tid)
 
 

@@ -1,5 +1,6 @@
 """What systemd sees of the daemon: ready, watchdog, stopping; and that nothing is left in its runtime directory."""
 
+import contextlib
 import os
 import re
 import signal
@@ -191,6 +192,25 @@ class Service(rig.TestCase):
         self.assertRegex(lines[-1], "^<3>.*frame_rte_hz")
         for line in lines:
             self.assertEqual(line.startswith("<4>"), "warning: " in line, line)
+
+    def test_with_a_log_that_nobody_reads(self):
+        reader, writer = os.pipe()
+        os.set_blocking(writer, False)
+        with contextlib.suppress(BlockingIOError):
+            while os.write(writer, 4096 * b"."):
+                pass
+        os.set_blocking(writer, True)
+        self.bench.twin("idle")
+        daemon = self.bench.daemon(env=self.systemd.env, ready=False, stderr=writer)
+        os.close(writer)
+        self.systemd.wait_for("READY=1")
+        self.bench.subscribe(daemon).collect(60)  # its status is a second old at most
+        code, output = self.bench.ctl("--control", daemon.endpoint["control"], "status")
+        self.assertEqual(code, 0, output)
+        self.assertEqual(daemon.stop(), 0)
+        self.systemd.wait_for("STOPPING=1")
+        os.close(reader)
+
 
 if __name__ == "__main__":
     unittest.main()
