@@ -210,7 +210,7 @@ def highlighted(report, quick, thickness, generator):
                 highlight=np.repeat(highlights, frames, axis=0),
                 zero_every=frames,
                 seed=generator.integers(2**20),
-                **({"lit_at_zero": True} if lit_at_zero else {}),
+                lit_at_zero=lit_at_zero or None,
             )
         )
     invented = np.concatenate([touched(found) for found in whole])
