@@ -17,14 +17,7 @@ if(TRACTION_CCACHE)
   endforeach()
 endif()
 
-option(TRACTION_COVERAGE "Count the lines that tests run: tools/coverage" OFF)
-if(TRACTION_COVERAGE)
-  # Counters of threads that meet may lose a count, but not become zero: whether a line ran stays true, in a fifth of the time.
-  add_compile_options(-O1 --coverage -fprofile-update=single -Wno-maybe-uninitialized)  # GCC 12 is misled at -O1
-  add_link_options(--coverage)
-else()
-  add_compile_options(-ffile-prefix-map=${PROJECT_SOURCE_DIR}/=)  # debuggers: start them at the top of the tree
-endif()
+add_compile_options(-ffile-prefix-map=${PROJECT_SOURCE_DIR}/=)  # debuggers: start them at the top of the tree
 
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE RelWithDebInfo)

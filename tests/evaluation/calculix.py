@@ -20,28 +20,11 @@ from traction_gel.calculix import deck, run  # noqa: E402
 CLASSES = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
 MIRRORS = [(0, 0), (1, 0), (0, 1), (1, 1)]
 
-# Nodes of a brick in ccx's order, in halves of its edges from its corner nearest to the origin.
+# Nodes of a brick in ccx's order, in halves of its edges from its corner nearest to the origin: corners, middles of edges.
 BRICK = [
-    (0, 0, 0),
-    (2, 0, 0),
-    (2, 2, 0),
-    (0, 2, 0),
-    (0, 0, 2),
-    (2, 0, 2),
-    (2, 2, 2),
-    (0, 2, 2),
-    (1, 0, 0),
-    (2, 1, 0),
-    (1, 2, 0),
-    (0, 1, 0),
-    (1, 0, 2),
-    (2, 1, 2),
-    (1, 2, 2),
-    (0, 1, 2),
-    (0, 0, 1),
-    (2, 0, 1),
-    (2, 2, 1),
-    (0, 2, 1),
+    (0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2),
+    (1, 0, 0), (2, 1, 0), (1, 2, 0), (0, 1, 0), (1, 0, 2), (2, 1, 2), (1, 2, 2), (0, 1, 2),
+    (0, 0, 1), (2, 0, 1), (2, 2, 1), (0, 2, 1),
 ]
 FACE = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)]
 

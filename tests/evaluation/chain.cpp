@@ -23,9 +23,12 @@
 
 #include <CLI/CLI.hpp>
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <ranges>
+#include <vector>
 
 using namespace tractiond;
 using namespace evaluation;
@@ -112,6 +115,24 @@ std::array<double, 4> frictionOf(touch::Observation seen) {
   return {rests.friction.low, slides.friction.estimate, slides.friction.low, slides.friction.high};
 }
 
+/// Returns the numbers of several ranges, one after another.
+template <std::ranges::range... Ranges>
+std::vector<double> joined(const Ranges&... ranges) {
+  std::vector<double> numbers;
+  (numbers.insert(numbers.end(), std::begin(ranges), std::end(ranges)), ...);
+  return numbers;
+}
+
+/// Adds `width` numbers of each contact, and zeros for those that there are not.
+template <typename Of>
+void addOfEach(const TractionField& field, const std::string& name, std::size_t width, Of of, Columns& out) {
+  std::vector<double> numbers;
+  for (int i = 0; i < field.contactCount; ++i)
+    numbers = joined(numbers, of(field.contacts[static_cast<std::size_t>(i)]));
+  numbers.resize(kMaxContacts * width);
+  out.add(name, numbers);
+}
+
 /// All that is published of a frame. New figures: a line each.
 void write(const TractionField& field, Columns& out) {
   out.add("valid", field.valid);
@@ -121,28 +142,12 @@ void write(const TractionField& field, Columns& out) {
   out.add("moment_Nm", field.moment_Nm);
   out.add("noise_covariance", field.noise);
   out.add("systematic_covariance", field.systematic);
-  out.add("centre_m", field.centreOfPressure_m);
-  out.add("centre_valid", field.centreOfPressureValid);
-  out.add("residual_px", field.residual_px);
-  out.add("picture_motion", field.pictureMotion);
   out.add("force_N", field.force_N);
   out.add("deviation_N", field.deviation_N);
   out.add("marker_px", field.markers.displacement_px);
   out.add("marker_variance_px2", field.markers.variance_px2);
   out.add("marker_valid", field.markers.valid);
-  out.add("heat_K", field.markers.heatDeviation_K);
   out.add("contact_count", field.contactCount);
-  std::array<double, kMaxContacts * 12> contacts{};
-  auto number = contacts.begin();
-  for (int i = 0; i < field.contactCount; ++i) {
-    const Contact& contact = field.contacts[static_cast<std::size_t>(i)];
-    number = std::ranges::copy(contact.position_m, number).out;
-    number = std::ranges::copy(contact.positionDeviation_m, number).out;
-    number = std::ranges::copy(contact.force_N, number).out;
-    number = std::ranges::copy(contact.forceDeviation_N, number).out;
-    *number++ = contact.area_m2;
-    *number++ = contact.areaDeviation_m2;
-  }
   std::array<double, 10> slip{};
   std::array<double, 4> friction{};
   if (field.contactCount > 0) {
@@ -164,39 +169,25 @@ void write(const TractionField& field, Columns& out) {
   }
   out.add("slip", slip);  // of the strongest contact: spread ratio, deviation; known, incipient, stick ratio, friction
   out.add("friction", friction);
-  out.add("contacts", contacts);  // of each: position 2, deviation 2, force 3, deviation 3, area, deviation
-  std::array<double, kMaxContacts * 10> shapes{};
-  number = shapes.begin();
-  for (int i = 0; i < field.contactCount; ++i) {
-    const touch::Observation seen = observationOf(field.contacts[static_cast<std::size_t>(i)]);
-    number = std::ranges::copy(std::array{seen.spreadRatio, seen.spreadRatioDeviation, seen.moment_Nm[2],
-                                          seen.momentCovariance_N2m2.noise[8]},
-                               number)
-                 .out;
-    number = std::ranges::copy(seen.halfAxes_m, number).out;
-    number = std::ranges::copy(seen.halfAxesDeviation_m, number).out;
-    *number++ = seen.orientation_rad;
-    *number++ = seen.orientationDeviation_rad;
-  }
-  out.add(
-      "shapes",
-      shapes);  // of each: spread ratio, deviation, torque, variance, half axes 2, deviation 2, orientation, deviation
-  std::array<double, kMaxContacts * 2> radii{};
-  number = radii.begin();
-  for (int i = 0; i < field.contactCount; ++i) {
-    const Contact& contact = field.contacts[static_cast<std::size_t>(i)];
-    number = std::ranges::copy(std::array{contact.hertzRadius_m, contact.hertzRadiusDeviation_m}, number).out;
-  }
-  out.add("radii", radii);  // of each: that of Hertz's pressure, deviation
-  std::array<double, kMaxContacts * 75> wrenches{};
-  number = wrenches.begin();
-  for (int i = 0; i < field.contactCount; ++i) {
-    const Contact& contact = field.contacts[static_cast<std::size_t>(i)];
-    number = std::ranges::copy(contact.moment_Nm, number).out;
-    number = std::ranges::copy(contact.noise, number).out;
-    number = std::ranges::copy(contact.systematic, number).out;
-  }
-  out.add("contact_wrenches", wrenches);  // of each: moment 3, noise 36, systematic 36
+  const auto addContacts = [&](const std::string& name, std::size_t width, auto of) {
+    addOfEach(field, name, width, of, out);
+  };
+  // Of each: position 2, deviation 2, force 3, deviation 3, area, deviation.
+  addContacts("contacts", 12, [](const Contact& of) {
+    return joined(of.position_m, of.positionDeviation_m, of.force_N, of.forceDeviation_N,
+                  std::array{of.area_m2, of.areaDeviation_m2});
+  });
+  // Of each: spread ratio, deviation, torque, variance, half axes 2, deviation 2, orientation, deviation.
+  addContacts("shapes", 10, [](const Contact& of) {
+    return joined(std::array{of.spreadRatio, of.spreadRatioDeviation, of.moment_Nm[2], of.noise[35]}, of.halfAxes_m,
+                  of.halfAxesDeviation_m, std::array{of.orientation_rad, of.orientationDeviation_rad});
+  });
+  // Of each: that of Hertz's pressure, deviation.
+  addContacts("radii", 2, [](const Contact& of) {
+    return joined(std::array{of.hertzRadius_m, of.hertzRadiusDeviation_m});
+  });
+  // Of each: moment 3, noise 36, systematic 36.
+  addContacts("contact_wrenches", 75, [](const Contact& of) { return joined(of.moment_Nm, of.noise, of.systematic); });
 }
 
 /// The job's frames.
@@ -236,10 +227,8 @@ struct Job {
     return sum;
   }
   Stray strayAt(std::size_t frame) const { return stray.empty() ? Stray{} : stray[frame]; }
-  twin::Highlight highlightAt(std::size_t frame) const {
-    if (highlight.empty()) return {.strength = 0.0};
-    const auto& [u, v, radius, strength] = highlight[frame];
-    return {{u, v}, radius, strength};
+  std::array<double, 4> highlightAt(std::size_t frame) const {
+    return highlight.empty() ? std::array<double, 4>{} : highlight[frame];
   }
   bool isMissing(std::size_t frame, Eigen::Index marker) const {
     return !missing.empty() && missing[frame * static_cast<std::size_t>(markers) + static_cast<std::size_t>(marker)];
@@ -336,7 +325,7 @@ void run(const Options& options) {
       addNoise(options.given_px, generator, markers);
     } else {
       if (!tracker || (options.zeroEvery > 0 && frame % static_cast<std::size_t>(options.zeroEvery) == 0)) {
-        eye.light(options.litAtZero ? job.highlightAt(frame) : twin::Highlight{.strength = 0.0});
+        eye.light(options.litAtZero ? job.highlightAt(frame) : std::array<double, 4>{});
         tracker = trackerAtRest(sensor, config.track, eye, markers, &zero);
         follow(zero.position_px, zero.present);
         last = rest;
@@ -366,10 +355,7 @@ void run(const Options& options) {
     creep.advance(markers);
     if (!job.time_s.empty()) zeroTracking.watch(markers);
     if (options.answer) {
-      const std::int64_t answering_ns = monotonicNow();
-      const bool isAnswered = solver->answer(markers, field);
-      answers.add("ms", 1e-6 * static_cast<double>(monotonicNow() - answering_ns));
-      out.add("answered", isAnswered);
+      out.add("answered", solver->answer(markers, field));
       write(field, answers);
     }
     const std::int64_t solving_ns = monotonicNow();

@@ -1,5 +1,6 @@
 """Runs evaluation_chain on displacements and reads what it found."""
 
+import contextlib
 import hashlib
 import json
 import os
@@ -61,6 +62,17 @@ class Found(dict):
     __getattr__ = dict.__getitem__
 
     @property
+    def wrench(self):
+        """Force and moment, frames x 6 [N, N m]."""
+        return np.hstack([self["resultant_N"], self["moment_Nm"]])
+
+    @property
+    def deviation(self):
+        """Stated of them, in all."""
+        covariance = (self["noise_covariance"] + self["systematic_covariance"]).reshape(-1, 6, 6)
+        return np.sqrt(np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0))
+
+    @property
     def contacts_found(self):
         """For each frame a C x 12 array: position 2, deviation 2, force 3, deviation 3, area, deviation."""
         table = self["contacts"].reshape(len(self["contacts"]), -1, 12)
@@ -74,87 +86,79 @@ def state_directory(*texts):
     return path
 
 
-ARRAYS = {
-    "missing": ("missing.u8", np.uint8),
-    "stray": ("picture.f64", float),
-    "scatter": ("scatter.f64", float),
-    "highlight": ("highlight.f64", float),
-    "time": ("time.f64", float),
-    "amount": ("amount.f64", float),
-}
+@contextlib.contextmanager
+def job(**contents):
+    """A folder with these files: texts; arrays of numbers, NAME.f64, or of bool, NAME.u8."""
+    with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
+        folder = pathlib.Path(name)
+        for name, content in contents.items():
+            if isinstance(content, str):
+                (folder / name).write_text(content)
+            elif np.asarray(content).dtype == bool:
+                np.ascontiguousarray(content).tofile(folder / f"{name}.u8")
+            else:
+                np.ascontiguousarray(content, float).tofile(folder / f"{name}.f64")
+        yield folder
+
+
+def call(program, *words):
+    """Runs one of the evaluation's programs. Returns what it printed."""
+    command = [str(word) for word in (BUILD / "bin" / f"evaluation_{program}", *words)]
+    ran = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "OPENBLAS_NUM_THREADS": "2"})
+    if ran.returncode:
+        raise RuntimeError(f"{' '.join(command)}: {ran.stderr}")
+    return ran.stdout
 
 
 def run(displacement, gel=None, twin_gel=None, solve="", state=None, **given):
     """displacement: frames x markers x 3 [m]. `gel`, `twin_gel`: texts of gel files, what the daemon believes and what
-    the camera sees. `solve`: lines of the configuration's [solve]. `state`: where factors are kept. Arrays of ARRAYS:
-    `missing`, frames x markers, 1 where not drawn; `stray`, frames x 5, shift u, v [px], scale - 1, roll [rad],
-    brightness; `scatter`, markers x 3 [m], how far the gel's markers sit from the gel file's places; `highlight`,
-    frames x 4, centre u, v [px], radius [px], strength [levels]; `time`, frames, when each is taken [s], for gels that
-    creep and heat; `amount`, frames x patterns, so much of each pattern of `displacement` a frame shows. Others: the program's options; one that is True is a
-    flag.
+    the camera sees. `solve`: lines of the configuration's [solve]. `state`: where factors are kept. Arrays:
+    `missing`, frames x markers, whether it is not drawn; `picture`, frames x 5, how the picture strays: shift u, v [px],
+    scale - 1, roll [rad], brightness; `scatter`, markers x 3 [m], how far the gel's markers sit from the gel file's
+    places; `highlight`, frames x 4, centre u, v [px], radius [px], strength [levels]; `time`, frames, when each is taken
+    [s], for gels that creep and heat; `amount`, frames x patterns, so much of each pattern of `displacement` a frame
+    shows. Others: the program's options; one that is True is a flag.
     """
-    with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
-        job, gel, solve = pathlib.Path(name), gel or gel_text(), solve
-        np.ascontiguousarray(displacement, float).tofile(job / "displacement.f64")
-        command = [BUILD / "bin/evaluation_chain", job, "--state", state or state_directory(gel, solve)]
-        for key in ARRAYS.keys() & given.keys():
-            file, kind = ARRAYS[key]
-            if (array := given.pop(key)) is not None:
-                np.ascontiguousarray(array, kind).tofile(job / file)
-        for key, text in (("gel", gel), ("twin-gel", twin_gel), ("config", solve and f"[solve]\n{solve}\n")):
-            if text:
-                (job / key).write_text(text)
-                command += [f"--{key}", job / key]
-        for key, value in given.items():
-            command += ["--" + key.replace("_", "-")] + ([] if value is True else [str(value)])
-        result = subprocess.run(
-            list(map(str, command)), capture_output=True, text=True, env={**os.environ, "OPENBLAS_NUM_THREADS": "2"}
-        )
-        if result.returncode:
-            raise RuntimeError(f"{' '.join(map(str, command))}: {result.stderr}")
+    gel = gel or gel_text()
+    texts = {"gel": gel, "twin-gel": twin_gel, "config": solve and f"[solve]\n{solve}\n"}
+    texts = {name: text for name, text in texts.items() if text}
+    arrays = {name: value for name, value in given.items() if isinstance(value, np.ndarray)}
+    options = ["--state", state or state_directory(gel, solve)]
+    for key, value in given.items():
+        if key not in arrays and value is not None:
+            options += ["--" + key.replace("_", "-")] + ([] if value is True else [value])
+    with job(displacement=displacement, **texts, **arrays) as folder:
+        call("chain", folder, *options, *(word for name in texts for word in (f"--{name}", folder / name)))
         found = Found()
-        for line in (job / "columns").read_text().splitlines():
+        for line in (folder / "columns").read_text().splitlines():
             column, width = line.split()
-            found[column] = np.fromfile(job / f"{column}.f64").reshape(-1, int(width))
+            found[column] = np.fromfile(folder / f"{column}.f64").reshape(-1, int(width))
         return found
 
 
 def calibrate_creep(press, amounts, times_s, held_s, seed, pictures):
     """The tables [[creep]] that the daemon's calibration writes, for a load that displaces the markers by these amounts
     of a press (markers x 3 [m]) at these times."""
-    with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
-        job = pathlib.Path(name)
-        for file, values in (("displacement", press), ("amount", amounts), ("time", times_s)):
-            np.ascontiguousarray(values, float).tofile(job / f"{file}.f64")
-        (job / "gel").write_text(gel_text())
-        command = [BUILD / "bin/evaluation_calibrate", job, "--gel", job / "gel", "--twin-gel", job / "gel"]
-        command += ["--creep", held_s, "--seed", seed, *([] if pictures else ["--given", 0.03])]
-        result = subprocess.run(list(map(str, command)), capture_output=True, text=True)
-        if result.returncode:
-            raise RuntimeError(f"{' '.join(map(str, command))}: {result.stderr}")
-        (path,) = job.glob("gel-*.toml")
+    with job(displacement=press, amount=amounts, time=times_s, gel=gel_text()) as folder:
+        gel, how = folder / "gel", [] if pictures else ["--given", 0.03]
+        call("calibrate", folder, "--gel", gel, "--twin-gel", gel, "--creep", held_s, "--seed", seed, *how)
+        (path,) = folder.glob("gel-*.toml")
         return "".join(path.read_text().partition("[[creep]]")[1:])
 
 
 def mechanics(gel, forces, markers=1152):
     """Displacements by the project's own block [m], loads x markers x 3. `forces`: rows of load, x, y, force."""
-    with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
-        job = pathlib.Path(name)
-        np.ascontiguousarray(forces, float).tofile(job / "forces.f64")
-        (job / "gel").write_text(gel)
-        subprocess.run([BUILD / "bin/evaluation_mechanics", job, job / "gel"], check=True)
-        return np.fromfile(job / "displacement.f64").reshape(-1, markers, 3)
+    with job(forces=forces, gel=gel) as folder:
+        call("parts", "mechanics", folder, folder / "gel")
+        return np.fromfile(folder / "displacement.f64").reshape(-1, markers, 3)
 
 
 def surface(gel, forces):
     """How the touched surface moves at the nodes under even forces on their squares [m], frames x nodes x 3. `forces`: the
     same [N]."""
-    with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
-        job = pathlib.Path(name)
-        np.ascontiguousarray(forces, float).tofile(job / "force.f64")
-        (job / "gel").write_text(gel)
-        subprocess.run([BUILD / "bin/evaluation_surface", job, job / "gel"], check=True)
-        return np.fromfile(job / "surface.f64").reshape(np.shape(forces))
+    with job(force=forces, gel=gel) as folder:
+        call("parts", "surface", folder, folder / "gel")
+        return np.fromfile(folder / "surface.f64").reshape(np.shape(forces))
 
 
 def under_rounds(found, moved, gel, nodes, places):
@@ -182,15 +186,9 @@ def under_rounds(found, moved, gel, nodes, places):
 def calibrate(displacement, gel, twin_gel, weights_N, seed):
     """Of each figure, value and deviation. displacement: weights x markers x 3 [m]; of figures of the same name, the
     first one's."""
-    with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
-        job = pathlib.Path(name)
-        np.ascontiguousarray(displacement, float).tofile(job / "displacement.f64")
-        (job / "gel").write_text(gel)
-        (job / "twin-gel").write_text(twin_gel)
-        command = [BUILD / "bin/evaluation_calibrate", job, "--gel", job / "gel", "--twin-gel", job / "twin-gel"]
-        command += ["--weights", ",".join(map(repr, map(float, weights_N))), "--seed", seed]
-        result = subprocess.run(list(map(str, command)), capture_output=True, text=True)
-        if result.returncode:
-            raise RuntimeError(f"{' '.join(map(str, command))}: {result.stderr}")
-        lines = [line.split() for line in (job / "figures").read_text().splitlines()]
+    with job(displacement=displacement, gel=gel, **{"twin-gel": twin_gel}) as folder:
+        weights = ",".join(map(repr, map(float, weights_N)))
+        gels = ["--gel", folder / "gel", "--twin-gel", folder / "twin-gel"]
+        call("calibrate", folder, *gels, "--weights", weights, "--seed", seed)
+        lines = [line.split() for line in (folder / "figures").read_text().splitlines()]
         return {words[1]: (float(words[2]), float(words[3])) for words in reversed(lines)}

@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 #include <tl/expected.hpp>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -16,7 +17,6 @@
 #include <memory>
 #include <random>
 #include <string>
-#include <tuple>
 #include <vector>
 
 namespace evaluation {
@@ -84,14 +84,12 @@ class Eye {
   /// Sets the offset of the markers from their places, 3 x M [m].
   void scatter(Eigen::Ref<const sensor::Points> by) { markers_ = sensor::markerPositions(sensor_) + by; }
 
-  /// Sets the only highlight; none if its strength is 0.
-  void light(const twin::Highlight& highlight) {
-    const auto key = [](const twin::Highlight& one) {
-      return std::tuple(one.centre_px.x(), one.centre_px.y(), one.radius_px, one.strength);
-    };
-    if (key(highlight) == key(highlight_)) return;
+  /// Sets the only highlight: centre u, v [px], radius [px], strength [levels]; none if that is 0.
+  void light(const std::array<double, 4>& highlight) {
+    if (highlight == highlight_) return;
     highlight_ = highlight;
-    optics_.highlights.assign(highlight.strength > 0.0 ? 1 : 0, highlight);
+    const auto& [u, v, radius, strength] = highlight;
+    optics_.highlights.assign(strength > 0.0 ? 1 : 0, {{u, v}, radius, strength});
     renderers_.clear();
   }
 
@@ -145,7 +143,7 @@ class Eye {
   Eigen::Matrix2Xd places_;
   std::map<double, twin::Renderer> renderers_;
   std::vector<std::uint8_t> picture_;
-  twin::Highlight highlight_{.strength = 0.0};
+  std::array<double, 4> highlight_{};
   std::uint32_t shots_ = 0;
 };
 

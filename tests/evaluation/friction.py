@@ -1,10 +1,5 @@
 """The truth of contacts under shear and torque, by CalculiX (ccx): contact with Coulomb's friction on an elastic block.
 
-usage: friction.py FOLDER MESH MU        computes in FOLDER; prints the stick ratio of each increment, beside Mindlin's,
-                                         and writes the forces on the ball's nodes into FOLDER/ball_MESH_MU.npz
-       friction.py FOLDER MESH MU PROBE  the same of a probe of TURNING, which may turn, and move sideways, into
-                                         FOLDER/PROBE_MESH_MU.npz
-
 A rigid ball is pressed into the block and then moved sideways until it slips. Half of the block is meshed (mirror plane
 y = 0), all of it for a probe of TURNING; some of these are moved back part of the way. Small strain, face-to-face contact
 with penalties. All nodes of the ball are held, so their reactions are the forces of contact. Lengths in mm, forces in N, stresses in MPa.
@@ -12,7 +7,6 @@ with penalties. All nodes of the ball are held, so their reactions are the force
 
 import dataclasses
 import pathlib
-import sys
 
 import numpy as np
 from calculix import run
@@ -158,7 +152,7 @@ def loaded(friction, points, forces):
 
 
 def moments(path, about_probe=False):
-    """Each moment of a file that turning() has written: friction, places about the centre of pressure or the probe's,
+    """Each moment of the file of a probe of TURNING: friction, places about the centre of pressure or the probe's,
     forces."""
     found = np.load(path)
     for force in found["force"].astype(float):
@@ -182,7 +176,7 @@ def widths(axis):
 
 
 def balls(path):
-    """Each moment of a file that report() has written."""
+    """Each moment of the file of a ball."""
     found = np.load(path)
     friction, place = float(found["friction"]), found["position"]
     area = 2 * np.outer(*(widths(np.unique(place[:, axis])) for axis in (0, 1))).ravel()
@@ -202,51 +196,20 @@ def balls(path):
         yield Ball(time, friction, force.sum(0), stick, 1e-3 * radius, centre, 1e-3 * points[used].T, forces[used].T)
 
 
-def report(folder, name, friction, ball, numbers):
-    times, force = forces(folder / f"{name}.dat", numbers)
-    np.savez_compressed(folder / f"{name}.npz", friction=friction, time=times, position=ball, force=force.astype("f4"))
-    for each in balls(folder / f"{name}.npz"):
-        print(
-            f"{each.time:.3f}  normal {each.total[2]:.4f}  shear {each.total[0]:.4f}  share of slipping {each.share:.3f}"
-            f"  a {1e3 * each.radius:.2f}  c/a {each.stick:.3f}, Mindlin {np.cbrt(max(0, 1 - each.share)):.3f}"
-        )
-
-
 def main(folder):
     """Computes the files of the evaluation."""
-    for mesh, friction in ((0.65, 0.3), (0.5, 0.5), (0.65, 0.8)):
-        ball(folder, mesh, friction)
-        name = f"ball_{mesh}_{friction}.npz"
-        (DATA / name).write_bytes((folder / name).read_bytes())
     for mesh, friction, probe in (
+        (0.65, 0.3, "ball"),
+        (0.5, 0.5, "ball"),
+        (0.65, 0.8, "ball"),
         (0.8, 0.5, "twisted_ball"),
         (1.0, 0.5, "bar"),
         (1.0, 0.3, "punch"),
         (1.0, 0.5, "pulled_punch"),
         (1.0, 0.8, "roller"),
     ):
-        turning(folder, mesh, friction, probe)
-        name = f"{probe}_{mesh}_{friction}.npz"
-        (DATA / name).write_bytes((folder / name).read_bytes())
-
-
-def turning(folder, mesh, friction, probe):
-    name = f"{probe}_{mesh}_{friction}"
-    lines, place, numbers = deck(mesh, friction, *TURNING[probe])
-    run(folder, name, lines, threads=1, may_end_early=True)
-    times, force = forces(folder / f"{name}.dat", numbers)
-    np.savez_compressed(folder / f"{name}.npz", friction=friction, time=times, position=place, force=force.astype("f4"))
-
-
-def ball(folder, mesh, friction):
-    name = f"ball_{mesh}_{friction}"
-    lines, place, numbers = deck(mesh, friction)
-    run(folder, name, lines, threads=1, may_end_early=True)
-    report(folder, name, friction, place, numbers)
-
-
-if __name__ == "__main__":
-    if len(sys.argv) > 4:
-        turning(pathlib.Path(sys.argv[1]), *map(float, sys.argv[2:4]), sys.argv[4])
-    else:
-        ball(pathlib.Path(sys.argv[1]), *map(float, sys.argv[2:4]))
+        name = f"{probe}_{mesh}_{friction}"
+        lines, place, numbers = deck(mesh, friction, *TURNING.get(probe, ()))
+        run(folder, name, lines, threads=1, may_end_early=True)
+        times, force = forces(folder / f"{name}.dat", numbers)
+        np.savez_compressed(DATA / f"{name}.npz", friction=friction, time=times, position=place, force=force.astype("f4"))

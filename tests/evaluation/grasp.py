@@ -60,30 +60,34 @@ def rows(report, grasps, where):
     dropped, broken, held, least, friction, found = (
         np.array([grasp[key] for grasp in grasps])
         for key in ("dropped", "broken", "held_N", "least_N", "friction", "found"))
-    report.row(f"{where}: dropped, broken of {len(grasps)}", f"{dropped.sum()}, {broken.sum()}", "–", "0, 0", 0,
-               int(dropped.sum() + broken.sum()), name=f"grasps {where}")
+    report.row(
+        f"{where}: dropped, broken of {len(grasps)}",
+        f"{dropped.sum()}, {broken.sum()}",
+        "0, 0",
+        int(dropped.sum() + broken.sum()),
+    )
     firm = least >= LEAST_N
     if firm.any():
         ratio = (held / least)[firm]
-        report.row("    normal force over the least that holds weight and jerk: mean, greatest",
-                   f"{ratio.mean():.2f}, {ratio.max():.2f}", "–", "<= 1.3", 1.3, ratio.max(), name=f"grip {where}")
+        report.row(
+            "    normal force over the least that holds weight and jerk: mean, greatest",
+            f"{ratio.mean():.2f}, {ratio.max():.2f}",
+            "<= 1.3",
+            ratio.max(),
+        )
         report.row("    friction that was found over the true one: mean, deviation (grips of 100 gf and more)",
                    f"{(found / friction)[firm].mean():.3f}, {(found / friction)[firm].std():.3f}")
 
 
 def grasp(report, quick):
-    again = report.again(quick)
     report.section(
         "Grasps",
         f"""
         Things of 30 to 80 g with friction 0.2 to 1, balls and faces with rounded edges, that break at 3 to 5 times the
         least force that holds them; jerks of the hand of up to 3 m/s^2 and bumps as strong. `client/examples/gripper`
         knows nothing of them but the jerk. Without pictures the forces have the noise that those of pictures have. The
-        same again by `tools/evaluate {again}`.""",
+        same again by `tools/evaluate {report.again}`.""",
     )
-    print(f"seed {report.seed}: the same again by tools/evaluate {again}", flush=True)
-    command = [chain.BUILD / "bin/evaluation_grasp", str(50 if quick else 1000), str(report.seed % 2**31)]
-    ran = subprocess.run(command, capture_output=True, text=True, check=True)
-    rows(report, [json.loads(line) for line in ran.stdout.splitlines()], "without pictures")
-    if report.pictures:
-        rows(report, through_pictures(2 if quick else 40, report.seed), "through pictures")
+    said = chain.call("grasp", 50 if quick else 1000, report.seed % 2**31)
+    rows(report, [json.loads(line) for line in said.splitlines()], "without pictures")
+    rows(report, through_pictures(2 if quick else 40, report.seed), "through pictures")

@@ -11,20 +11,14 @@ Lengths in mm, forces in N, stresses in MPa.
 import numpy as np
 import scipy.sparse
 import scipy.sparse.linalg
+from calculix import FACE, serendipity
 
 YOUNG, POISSON = 0.18, 0.49
 SHEAR, BULK = YOUNG / 2 / (1 + POISSON), YOUNG / 3 / (1 - 2 * POISSON)
 PENALTY = 200 * YOUNG  # per mm: the rod sinks 0.02 mm into the surface under 4 E
 ALONG = 0.2 * PENALTY
 CORNERS = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
-NODES = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)]  # in halves of an edge
 PICK = [0, 0, 1, 1, 2], [0, 1, 0, 1, 2]  # what is not 0 of a tensor: rr, rz, zr, zz, and around the axis
-
-
-def shape(a, b):
-    corners = [(1 + s * a) * (1 + t * b) * (s * a + t * b - 1) / 4 for s, t in CORNERS]
-    sides = [(1 - a * a) * (1 - b), (1 + a) * (1 - b * b), (1 - a * a) * (1 + b), (1 - a) * (1 - b * b)]
-    return np.array(corners + [side / 2 for side in sides])
 
 
 def slopes(a, b):
@@ -78,17 +72,17 @@ class Gel:
         fixed[places[1] == self.z[-1]] = True
         self.free = np.flatnonzero(~fixed.ravel())
         i, j = (axis.ravel() for axis in np.meshgrid(*[np.arange(len(a) - 1) for a in (self.r, self.z)], indexing="ij"))
-        cells = np.stack([self.number[2 * i + s, 2 * j + t] for s, t in NODES], 1)
+        cells = np.stack([self.number[2 * i + s, 2 * j + t] for s, t in FACE], 1)
         self.dofs = np.stack([2 * cells, 2 * cells + 1], 2).reshape(len(cells), 16)
         wide, high = np.diff(self.r)[i], np.diff(self.z)[j]
         gradients, weights = [], []
         for a, b in np.array(CORNERS) / np.sqrt(3):
-            radius = places[0][cells] @ shape(a, b)
+            radius = places[0][cells] @ serendipity(a, b)
             along_a, along_b = slopes(a, b)
             gradient = np.zeros((len(cells), 5, 16))
             gradient[:, 0, 0::2] = gradient[:, 2, 1::2] = 2 / wide[:, None] * along_a
             gradient[:, 1, 0::2] = gradient[:, 3, 1::2] = 2 / high[:, None] * along_b
-            gradient[:, 4, 0::2] = shape(a, b) / radius[:, None]
+            gradient[:, 4, 0::2] = serendipity(a, b) / radius[:, None]
             gradients.append(gradient)
             weights.append(2 * np.pi * radius * wide * high / 4)
         self.gradients, self.weights = np.array(gradients), np.array(weights)
@@ -267,10 +261,10 @@ class Gel:
         r = np.minimum(r, self.r[-1])
         i = np.clip(np.searchsorted(self.r, r, side="right") - 1, 0, len(self.r) - 2)
         j = np.clip(np.searchsorted(self.z, z, side="right") - 1, 0, len(self.z) - 2)
-        weights = shape(
+        weights = serendipity(
             2 * (r - self.r[i]) / np.diff(self.r)[i] - 1, 2 * (z - self.z[j]) / np.diff(self.z)[j] - 1
         )
-        nodes = np.array([self.number[2 * i + s, 2 * j + t] for s, t in NODES])
+        nodes = np.array([self.number[2 * i + s, 2 * j + t] for s, t in FACE])
         return np.einsum("n...,n...c->c...", weights, moved[nodes])
 
 

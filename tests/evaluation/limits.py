@@ -18,14 +18,6 @@ NO_CONTACT = 1  # the method of a frame whose forces are all zero
 TARGETS = {40: 3.5, 25: None, 15: 4.5}  # smallest press found [gf]
 
 
-def run(report, displacement, **options):
-    """Through pictures; without them with the noise that a picture's markers have."""
-    if not report.pictures:
-        options.pop("zero_every", None)
-        options["given"] = shapes.MARKER_NOISE_PX
-    return chain.run(displacement, **options)
-
-
 def limits(report, quick, thicknesses):
     generator = np.random.default_rng([report.seed, 1])
     for measure in (smallest_press, closest_pair, ramps, scattered, highlighted):
@@ -64,21 +56,18 @@ def touched(found):
 def smallest_press(report, quick, thickness, generator):
     gel, frames = chain.gel_text(thickness), 200 if quick else 3000
     unit = np.array([shapes.displacements(thickness, *one) for one in presses(20 if quick else 300, generator)])
-    idle = run(report, np.zeros((frames, 1152, 3)), gel=gel, zero_every=100, seed=generator.integers(2**20))
+    idle = chain.run(np.zeros((frames, 1152, 3)), gel=gel, zero_every=100, seed=generator.integers(2**20))
     alarms = touched(idle)
     size = np.linalg.norm(idle.resultant_N[alarms], axis=1) / GF
     report.row(
         f"{thickness} mm, nothing touches: frames that show a force",
         f"{alarms.sum()} of {frames}, at most {max(size, default=0):.1f} gf",
-        "–",
         "<= 1 %",
-        0.01,
         alarms.mean(),
-        name=f"false alarms, {thickness} mm",
     )
 
     def share(force):
-        found = run(report, force * GF * unit, gel=gel, zero_every=40, seed=generator.integers(2**20))
+        found = chain.run(force * GF * unit, gel=gel, zero_every=40, seed=generator.integers(2**20))
         return (found["contact_count"] > 0).mean()
 
     smallest, lines = found_from(share, FORCES)
@@ -86,10 +75,8 @@ def smallest_press(report, quick, thickness, generator):
     report.row(
         f"{thickness} mm, smallest press of 5 mm found in 95 % ({len(unit)} places)",
         f"{smallest} gf",
-        "–",
         f"<= {target} gf" if target else "",
-        *((target, smallest) if target else ()),
-        name=f"smallest press anywhere, {thickness} mm",
+        smallest,
     )
     report.row("    found", ", ".join(f"{force:g}: {100 * part:.0f}" for force, part in lines if part < 0.995) + " %")
 
@@ -107,8 +94,8 @@ def closest_pair(report, quick, thickness, generator):
             pair = [loads.patch("hertz", centre + side * half, 1.5e-3, [0, 0, 1]) for side in (-1, 1)]
             unit.append(shapes.displacements(thickness, *(np.hstack(both) for both in zip(*pair))))
             places.append([centre - half, centre + half])
-        found = run(
-            report, 100 * GF * np.repeat(unit, 2, axis=0), gel=gel, zero_every=40, seed=generator.integers(2**20)
+        found = chain.run(
+            100 * GF * np.repeat(unit, 2, axis=0), gel=gel, zero_every=40, seed=generator.integers(2**20)
         )
         shares[distance] = np.mean(
             [told_apart(seen, at) for seen, at in zip(found.contacts_found, np.repeat(places, 2, axis=0))]
@@ -121,16 +108,14 @@ def closest_pair(report, quick, thickness, generator):
         while shape == "disc" and load.points.shape[1] * 0.25 > 80:  # at most 10 mm across
             load = shapes.single(shape, generator, force=100 * GF, mixture="friction")
         single.append(shapes.displacements(thickness, load.points, load.forces))
-    alone = run(report, np.repeat(single, 2, axis=0), gel=gel, zero_every=40, seed=generator.integers(2**20))
+    alone = chain.run(np.repeat(single, 2, axis=0), gel=gel, zero_every=40, seed=generator.integers(2**20))
     split = (alone["contact_count"] > 1).mean()
     report.row(
         f"{thickness} mm, two contacts of 100 gf told apart from; false splits of a ball or a disc",
         f"{smallest:g} mm; {100 * split:.2f} %",
-        "–",
         "<= 6 mm; 0.5 %",
-        1,
         max(smallest / 6, split / 0.005),
-        name=f"two contacts anywhere, {thickness} mm",
+        within=(0, 1),
     )
     report.row("    told apart", ", ".join(f"{d:g} mm: {100 * share:.0f}" for d, share in shares.items()) + " %")
 
@@ -164,11 +149,8 @@ def ramps(report, quick, thickness, generator):
     report.row(
         f"{thickness} mm, largest jump in ramps of 1 gf steps to 100 gf, {len(jumps)} random shapes, no pictures",
         f"{largest[0]:.1f} gf, median {np.median([one[0] for one in jumps]):.1f}",
-        "–",
         "<= 1 gf",
-        1,
         largest[0],
-        name=f"ramp, {thickness} mm",
     )
     report.row("    in the step to; of", f"{largest[1]} gf; {largest[3].partition(', at')[0]}")
 
@@ -183,8 +165,7 @@ def scattered(report, quick, thickness, generator):
         some = presses(places, generator)
         for by in (scatter, None):
             unit = np.array([kept.displacement(*one, scatter=by) for one in some])
-            found = run(
-                report,
+            found = chain.run(
                 400 * GF * np.repeat(unit, frames, axis=0),
                 gel=chain.gel_text(thickness),
                 scatter=None if by is None else by.T,
@@ -200,11 +181,9 @@ def scattered(report, quick, thickness, generator):
     report.row(
         f"{thickness} mm, markers scattered by 0.3, 0.3, 0.1 mm, 400 gf: bias; deviation against a perfect grid's",
         f"{100 * off:.1f} % (worst {np.max(bias):.1f} gf); {ratio:.2f} x of {rms(perfect):.2f} gf",
-        "–",
         "<= 1 %; 1.3 x",
-        1,
         max(off / 0.01, ratio / 1.3),
-        name=f"scattered markers, {thickness} mm",
+        within=(0, 1),
     )
     report.row("    frames not valid", f"{100 * (1 - np.mean(valid)):.1f} %")
 
@@ -212,8 +191,6 @@ def scattered(report, quick, thickness, generator):
 def highlighted(report, quick, thickness, generator):
     """Nothing touches, but there is a highlight, white where 5 % of the markers are, grey around: anywhere, at half of
     the places when the zero is taken as well."""
-    if not report.pictures:
-        return
     places, frames = (2, 5) if quick else (30, 20)
     markers = loads.markers()
     focal, height = shapes.CAMERA
@@ -233,7 +210,7 @@ def highlighted(report, quick, thickness, generator):
                 highlight=np.repeat(highlights, frames, axis=0),
                 zero_every=frames,
                 seed=generator.integers(2**20),
-                **({"lit_at_zero": True} if lit_at_zero else {}),
+                lit_at_zero=lit_at_zero or None,
             )
         )
     invented = np.concatenate([touched(found) for found in whole])
@@ -242,11 +219,8 @@ def highlighted(report, quick, thickness, generator):
         f"{thickness} mm, nothing touches, a highlight saturates 5 % of the markers: frames that show a force",
         f"{invented.sum()} of {len(invented)}"
         + (f", median {np.median(size):.1f}, at most {size.max():.1f} gf" if len(size) else ""),
-        "–",
         "<= 1 %",
-        0.01,
         invented.mean(),
-        name=f"highlight, {thickness} mm",
     )
 
 
@@ -329,12 +303,4 @@ def other_gels(report, generator):
         off = max(off, *(figure / by for figure, by in zip(figures, straight)))
         lines.append((gel.label, f"{unit:.2g} gf", *[f"{figure:.2f}" for figure in figures]))
     report.table(["gel", "detection limit D", "error / max(D/3, 1.5 %): median", "95th percentile"], lines)
-    report.row(
-        "other gels (own mechanics, no pictures): worst of these over the paper's",
-        f"{off:.2f}",
-        "–",
-        "<= 1.2",
-        1.2,
-        off,
-        name="other gels",
-    )
+    report.row("other gels (own mechanics, no pictures): worst of these over the paper's", f"{off:.2f}", "<= 1.2", off)

@@ -1,14 +1,9 @@
 """Critical points of the shear: where the shear of a twist, a spread or a saddle vanishes. Called like the paper's experiments;
 VTK finds the same points in the same fields."""
 
-import pathlib
-import subprocess
-import tempfile
-
 import numpy as np
 
 import chain
-import limits
 import loads
 import shapes
 from chain import GF
@@ -52,11 +47,10 @@ class Load:
 
 
 def find(force, deviation, least):
-    """Rows of evaluation_points, of each field."""
-    with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
-        job = pathlib.Path(name)
+    """Rows of points.f64 (parts.cpp), of each field."""
+    with chain.job() as job:
         np.stack([force, deviation], 1).astype(np.float32).tofile(job / "field.f32")
-        subprocess.run([chain.BUILD / "bin/evaluation_points", job, str(least)], check=True)
+        chain.call("parts", "points", job, least)
         rows = np.fromfile(job / "points.f64").reshape(-1, 10)
         return [rows[rows[:, 0] == frame] for frame in range(len(force))]
 
@@ -113,7 +107,6 @@ def same(ours, theirs):
 
 
 def points(report, quick):
-    again = report.again(quick)
     report.section(
         "Critical points of the shear",
         f"""
@@ -121,13 +114,12 @@ def points(report, quick):
         place up to 0.4 of the radius beside the centre: turning (and up to 0.3 of that towards it or away), away from it or towards it, or
         a saddle; and a quarter without such a place, pulled or pressed alone. Listed are points of at least 3 deviations. Right: at most
         {1e3 * NEAR:.0f} mm from a true place with that index, once. VTK: all points of vtkVectorFieldTopology in what is touched, before the
-        weak ones are left out; but for those on an edge of a triangle. The same loads again by `tools/evaluate {again}`.""",
+        weak ones are left out; but for those on an edge of a triangle. The same loads again by `tools/evaluate {report.again}`.""",
     )
-    print(f"seed {report.seed}: the same loads again by tools/evaluate {again}", flush=True)
     generator = np.random.default_rng([report.seed, 7])
     kinds = ["vortex", "radial", "saddle", "none"]
     drawn = [Load(generator, kinds[i % 4]) for i in range(80 if quick else 1200)]
-    field = limits.run(report, np.array([load.displacement for load in drawn]), gel=chain.gel_text(THICKNESS), zero_every=100,
+    field = chain.run(np.array([load.displacement for load in drawn]), gel=chain.gel_text(THICKNESS), zero_every=100,
                        seed=report.seed % 2**20)
     force, deviation = (field[name].reshape(len(drawn), -1, 3) for name in ("force_N", "deviation_N"))
     listed, everything = find(force, deviation, 3), find(force, deviation, 0)
@@ -149,20 +141,23 @@ def points(report, quick):
     report.table(["load", "loads", "listed", "right", "place off, rms", "95 %"], lines)
     every = np.concatenate([right[kind] for kind in kinds])
     vortex = rms(error["vortex"])
-    report.row("vortices: place, rms; largest", f"{vortex:.3f} mm; {max(error['vortex']):.3f} mm", "–", "<= 0.5 mm", 0.5, vortex, name="vortices")
-    report.row("listed points whose index is right", f"{100 * every.mean():.2f} % of {len(every)}", "–", ">= 99 %", least=0.99,
-               value=every.mean(), name="index")
+    report.row("vortices: place, rms; largest", f"{vortex:.3f} mm; {max(error['vortex']):.3f} mm", "<= 0.5 mm", vortex)
+    report.row("listed points whose index is right", f"{100 * every.mean():.2f} % of {len(every)}", ">= 99 %", every.mean())
     report.row("true points that are too weak to be listed", f"{sum(missing.values())} of {3 * len(drawn) // 4}")
-    report.row("place off over its deviation, rms", f"{rms(ratio):.2f}", "–", "<= 1", 1, rms(ratio), name="deviation of the place, rms")
+    report.row("place off over its deviation, rms", f"{rms(ratio):.2f}", "<= 1", rms(ratio))
     near = np.abs(ratio)
-    report.row("coordinates off by at most two deviations of noise; largest", f"{100 * (near <= 2).mean():.1f} %; {near.max():.1f}", "–", ">= 95 %",
-               least=0.95, value=(near <= 2).mean(), name="deviation of the place")
+    report.row(
+        "coordinates off by at most two deviations of noise; largest",
+        f"{100 * (near <= 2).mean():.1f} %; {near.max():.1f}",
+        ">= 95 %",
+        (near <= 2).mean(),
+    )
     try:
         strong = [ours[ours[:, 2] >= 3] for ours in everything]
         theirs = [by_vtk(one, spread[:, :2].max(1) > 0) for one, spread in zip(force, deviation)]
         equal = [same(ours, those) for ours, those in zip(everything, theirs)]
         known = [is_known(point, those) for ours, those in zip(strong, theirs) for point in ours]
-        report.row("listed points that VTK has, too", f"{np.sum(known)} of {len(known)}", "–", "all", least=1.0, value=np.mean(known), name="VTK")
-        report.row("fields with VTK's points, weak ones as well", f"{np.sum(equal)} of {len(equal)}", "–", "all", least=1.0, value=np.mean(equal), name="VTK, weak points")
+        report.row("listed points that VTK has, too", f"{np.sum(known)} of {len(known)}", "all", np.mean(known), within=(1, 1))
+        report.row("fields with VTK's points, weak ones as well", f"{np.sum(equal)} of {len(equal)}", "all", np.mean(equal), within=(1, 1))
     except ModuleNotFoundError:
         report.row("fields with VTK's points", "not compared: python3-vtk9 is not installed")

@@ -2,9 +2,9 @@
 
 import pathlib
 import re
-import subprocess
 
 import numpy as np
+from target import bounds
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 PAGE = SOURCE / "docs" / "accuracy.md"
@@ -13,16 +13,6 @@ PICTURES = PAGE.with_suffix("")
 
 def rms(values, axis=None):
     return np.sqrt(np.mean(np.square(values), axis=axis))
-
-
-def commit():
-    """The last one that changed what is measured, and whether there are changes since."""
-
-    def git(*words):
-        command = ["git", "-C", SOURCE, *words, "--", "base", "daemon", "sensor", "twin"]
-        return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
-
-    return (git("log", "-1", "--format=%h") or "unknown") + (", changed" if git("status", "--porcelain") else "")
 
 
 def rewrite_page(head, order, anew):
@@ -47,32 +37,33 @@ def shrink(path):
 class Report:
     """Of one experiment."""
 
-    def __init__(self, experiment, write=False, seed=0, pictures=True):
-        self.experiment, self.write = experiment, write  # write: figures, and text for the page
-        self.seed, self.pictures = seed, pictures  # of what is drawn anew each time; False: no camera pictures there
+    def __init__(self, experiment, quick, seed):
+        self.experiment, self.write = experiment, not quick  # write: figures, and text for the page
+        self.seed = seed  # of what is drawn anew each time
+        self.again = f"{'--quick ' * quick}--only {experiment} --seed {seed}"  # arguments that draw the same loads
         self.text, self.rows = [], []
-        self.missed = []
-
-    def again(self, quick):
-        """Arguments of tools/evaluate that draw the same loads."""
-        words = ["--quick"] * quick + [f"--only {self.experiment} --seed {self.seed}"]
-        return " ".join(words + ["--without-pictures"] * (not self.pictures))
+        self.missed, self.failed = [], False
 
     def section(self, title, text=""):
         print(f"\n{title}", flush=True)
+        if self.again in text:
+            print(f"seed {self.seed}: the same again by tools/evaluate {self.again}", flush=True)
         self._end_table()
         self.text.append(f"\n## {title}\n\n`tools/evaluate --only {self.experiment}`\n")
         if text:
             self.text.append(" ".join(text.split()) + "\n")
 
-    def row(self, figure, measured, paper="–", target="", limit=None, value=None, least=None, name=None):
-        """`value` is held against `limit` (at most), or `least` (at least) as well; a figure without one is printed."""
+    def row(self, figure, measured, target="", value=None, paper="–", within=None, must=False):
+        """`value`, a number or several, is held against the target, "<= 3 mm", ">= 93 %" (a share) or "0", or is to lie
+        `within` two numbers; a figure without a target is printed. `must`: the test fails where it is missed."""
         verdict = ""
-        if limit is not None or least is not None:
-            good = value is not None and (limit is None or value <= limit) and (least is None or value >= least)
+        if target:
+            least, most = within or bounds(target)
+            good = bool(np.all(least <= np.asarray(value)) and np.all(np.asarray(value) <= most))
             verdict = "ok" if good else "MISSED"
             if not good:
-                self.missed.append(name or figure)
+                self.missed.append(figure.strip())
+                self.failed |= must
         print(f"{figure:76s} {measured:>34s}   {target:14s} {verdict}", flush=True)
         if not self.rows:
             self.rows = ["| figure | paper | measured | target | |", "|---|---|---|---|---|"]
@@ -86,28 +77,25 @@ class Report:
         rows = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)] + ["| " + " | ".join(l) + " |" for l in lines]
         self.text.append("\n".join(rows) + "\n")
 
-    def picture(self, name, draw, caption, panels=None, instead=None):
-        """`draw` gets the axes; with `panels` (rows, columns) an array of them. `instead`: the folder where there is no
-        page."""
-        if not self.write and not instead:
+    def picture(self, name, draw, caption, panels=None):
+        """For the page. `draw` gets the axes; with `panels` (rows, columns) an array of them."""
+        if not self.write:
             return
-        folder = PICTURES if self.write else instead
         self._end_table()
         import matplotlib
 
         matplotlib.use("Agg")
         from matplotlib import pyplot
 
-        folder.mkdir(parents=True, exist_ok=True)
+        PICTURES.mkdir(parents=True, exist_ok=True)
         figure, axes = pyplot.subplots(*(panels or (1, 1)), figsize=(12, 5.6) if panels else (6, 3.6), dpi=90)
         draw(axes)
         for one in np.ravel(axes):
             one.grid(alpha=0.3)
         figure.tight_layout()
-        figure.savefig(folder / f"{name}.png", metadata={"Software": None})
+        figure.savefig(PICTURES / f"{name}.png", metadata={"Software": None})
         if panels:
-            shrink(folder / f"{name}.png")
-        print(f"   picture: {folder / name}.png", flush=True)
+            shrink(PICTURES / f"{name}.png")
         pyplot.close(figure)
         self.text.append(f"![{caption}](accuracy/{name}.png)\n\n{caption}\n")
 

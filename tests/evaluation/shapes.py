@@ -299,6 +299,17 @@ def displacements(thickness, points, forces):
     return influence.of(thickness).displacement(points, forces)
 
 
+def turn(angle):
+    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+
+def placed(thickness, points, forces, normal_N, angle, size, place):
+    """displacements() of a contact about the origin that is so many times as large, turned, moved (2 x 1, m) and pressed."""
+    rotation, forces = turn(angle), forces * normal_N / forces[2].sum()
+    forces[:2] = rotation @ forces[:2]
+    return displacements(thickness, size * rotation @ points + place, forces)
+
+
 def patterns(load):
     """Unit forces of each contact by its own pressure, along x, y and z, and turning where it turns: K x 3 x P."""
     result = []

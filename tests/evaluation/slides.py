@@ -8,7 +8,6 @@ import numpy as np
 
 import chain
 import friction
-import limits
 import shapes
 import slip_sequences
 import truth
@@ -60,7 +59,7 @@ class Slide:
             if self.about is None:
                 shown.append(self._shown(points + [[way], [0]], forces))
                 continue
-            rotation = turned(way / np.linalg.norm(self.about))
+            rotation = shapes.turn(way / np.linalg.norm(self.about))
             away = points - self.about[:, None]
             turned_forces = np.vstack([rotation @ forces[:2], forces[2:]])
             shown.append(self._shown(self.about[:, None] + rotation @ away, turned_forces))
@@ -72,20 +71,12 @@ class Slide:
         return [low - 1, low, low + 1, low + 2], [0, low + 1 - at, at - low, 0]
 
     def _shown(self, points, forces):
-        rotation = turned(self.turn)
-        forces = forces * self.normal_N / forces[2].sum()
-        forces[:2] = rotation @ forces[:2]
-        return shapes.displacements(THICKNESS, self.size * rotation @ points + self.place, forces)
-
-
-def turned(angle):
-    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        return shapes.placed(THICKNESS, points, forces, self.normal_N, self.turn, self.size, self.place)
 
 
 def slides(report, quick, generator, names):
     drawn = [Slide(name, generator) for name in names for _ in range(1 if quick else 6)]
-    found = limits.run(
-        report,
+    found = chain.run(
         np.concatenate([one.displacement() for one in drawn]),
         gel=chain.gel_text(THICKNESS) + ALL_KNOWN,
         zero_every=PULLED + SLID,
@@ -110,20 +101,16 @@ def slides(report, quick, generator, names):
     report.row(
         "slides that are seen; way until then, median, largest",
         f"{np.isfinite(way).sum()} of {len(way)}; {np.median(way):.1f}, {way.max():.1f} mm",
-        "–",
         ">= 95 %",
-        value=np.isfinite(way).mean(),
-        least=0.95,
+        np.isfinite(way).mean(),
     )
-    report.row("contacts that are pulled and taken for sliding before all slips", f"{early} of {len(drawn)}", "–", "0", 0, early)
+    report.row("contacts that are pulled and taken for sliding before all slips", f"{early} of {len(drawn)}", "0", early)
     report.row(
         "slides: friction off, mean and rms; covered by its interval (CalculiX's coefficient); frames called slipping",
         f"{100 * off.mean():+.0f} %, {100 * rms(off):.0f} %; {100 * np.mean(covered):.0f} % "
         f"({100 * np.mean(given):.0f} %); {100 * np.mean(slipping):.0f} %",
-        "–",
         ">= 93 %",
-        value=np.mean(covered),
-        least=0.93,
+        np.mean(covered),
     )
     told = ", ".join(f"{name.replace('_', ' ')} {sum(each)} of {len(each)}" for name, each in alarms.items())
     report.row("alarm while less than 70 % of the friction is used", told)

@@ -1,14 +1,13 @@
 // How well strokes are read that writers draw: by templates that they recorded themselves, and by the shipped ones.
 //
 // usage: evaluation_strokes ALPHABET WRITERS STROKES SEED      strokes of each symbol by each writer. Prints for each
-// mode and kind of templates strokes, right and doubtful ones, and the most frequent mistakes.
+// mode and kind of templates strokes, right and doubtful ones.
 #include "client/input/strokes/stroke_reader.h"
 #include "tests/support/handwriting.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <map>
 #include <random>
 #include <string>
 #include <vector>
@@ -23,7 +22,6 @@ constexpr int kTaught = 3;             ///< strokes of each symbol that a writer
 
 struct Count {
   int all = 0, right = 0, doubtful = 0;
-  std::map<std::string, int> mistakes;
 };
 
 /// \param reader a copy: one that was read may have changed its mode
@@ -32,12 +30,8 @@ void read(StrokeReader reader, const Template& drawn, const Stroke& stroke, Coun
   const Reading reading = reader.end().value();
   const bool isWritten = reading.kind == Reading::Kind::kSymbol || reading.kind == Reading::Kind::kMode;
   ++count.all;
-  if (isWritten && reading.symbol == drawn.symbol) {
-    ++count.right;
-  } else {
-    count.doubtful += !isWritten;
-    ++count.mistakes[drawn.symbol + (isWritten ? "=" : "?") + reading.symbol];
-  }
+  count.right += isWritten && reading.symbol == drawn.symbol;
+  count.doubtful += !isWritten;
 }
 
 }  // namespace
@@ -73,13 +67,7 @@ int main(int argc, char** argv) {
       }
     }
     for (const auto& [name, count] : {std::pair("own", &own), std::pair("foreign", &foreign)}) {
-      std::printf("%s %s %d %d %d", std::string(mode).c_str(), name, count->all, count->right, count->doubtful);
-      std::vector<std::pair<int, std::string>> mistakes;
-      for (const auto& [mistake, times] : count->mistakes) mistakes.emplace_back(-times, mistake);
-      std::ranges::sort(mistakes);
-      mistakes.resize(std::min<std::size_t>(mistakes.size(), 12));
-      for (const auto& [times, mistake] : mistakes) std::printf(" %s:%d", mistake.c_str(), -times);
-      std::printf("\n");
+      std::printf("%s %s %d %d %d\n", std::string(mode).c_str(), name, count->all, count->right, count->doubtful);
     }
   }
 }

@@ -20,18 +20,14 @@ class Account {
 
   std::uint64_t fields() const { return fields_; }
   std::uint64_t valid() const { return valid_; }
-  /// Returns the hash of all published fields: forces, moments, covariances, contacts, flags, models, ids and times.
-  std::uint64_t hash() const { return hash_; }
   /// Returns a line for each counter that is not 0, with its name in the status, for each flag of fields,
   /// and for those that a model of an earlier frame has answered.
   std::string text() const;
 
  private:
-  void hash(const void* bytes, std::size_t size);
-
   std::map<std::string, std::uint64_t> counters_;  ///< by their names in message Ledger
   std::array<std::uint64_t, 32> flags_{};          ///< number of fields, by the flag's bit
-  std::uint64_t fields_ = 0, valid_ = 0, linear_ = 0, hash_ = 0;
+  std::uint64_t fields_ = 0, valid_ = 0, linear_ = 0;
 };
 
 }  // namespace tractiond::simulation

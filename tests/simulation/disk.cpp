@@ -53,9 +53,6 @@ void Disk::State::apply(const Operation& operation) {
     applyName(names, operation);
     unsafe.push_back(operation);
     break;
-  case Kind::kCut:
-    content[operation.node].clear();
-    break;
   case Kind::kAppend:
     content[operation.node] += operation.bytes;
     break;
@@ -160,8 +157,7 @@ int Disk::open(const std::string& path, int flags) {
     if (name == now_.names.end()) {
       if ((flags & O_CREAT) == 0) return fail(ENOENT);
       node = nextNode_++;
-      record({.at_ns = 0, .kind = Kind::kName, .node = node, .path = path, .other = {}, .bytes = {}}, 0);
-      record({.at_ns = 0, .kind = Kind::kCut, .node = node, .path = {}, .other = {}, .bytes = {}}, 0);
+      record({.kind = Kind::kName, .node = node, .path = path}, 0);
     } else {
       if ((flags & O_EXCL) != 0) return fail(EEXIST);
       node = name->second;
@@ -190,32 +186,21 @@ long Disk::write(int file, const void* bytes, std::size_t count) {
     return fail(ENOSPC);
   }
   const std::size_t some = count > 1 ? (count + 1) / 2 : count;  // a write may always be a short one
-  record({.at_ns = 0,
-          .kind = Kind::kAppend,
-          .node = it->second.node,
-          .path = {},
-          .other = {},
-          .bytes = std::string(static_cast<const char*>(bytes), some)},
-         kCall_ns);
+  const std::string content(static_cast<const char*>(bytes), some);
+  record({.kind = Kind::kAppend, .node = it->second.node, .bytes = content}, kCall_ns);
   return static_cast<long>(some);
 }
 
 int Disk::fsync(int file) {
   const auto it = files_.find(file);
   if (it == files_.end()) return fail(EBADF);
-  const bool names = it->second.node == kDirectory;
+  const int node = it->second.node;
   const Condition now = is();
   if (now.failsToSync) {
     spend(now.sync_ns);
     return fail(EIO);
   }
-  return record({.at_ns = 0,
-                 .kind = names ? Kind::kSyncNames : Kind::kSync,
-                 .node = it->second.node,
-                 .path = {},
-                 .other = {},
-                 .bytes = {}},
-                now.sync_ns);
+  return record({.kind = node == kDirectory ? Kind::kSyncNames : Kind::kSync, .node = node}, now.sync_ns);
 }
 
 int Disk::close(int file) {
@@ -224,12 +209,12 @@ int Disk::close(int file) {
 
 int Disk::rename(const std::string& from, const std::string& to) {
   if (!now_.names.contains(from)) return fail(ENOENT);
-  return record({.at_ns = 0, .kind = Kind::kRename, .node = 0, .path = from, .other = to, .bytes = {}}, kCall_ns);
+  return record({.kind = Kind::kRename, .path = from, .other = to}, kCall_ns);
 }
 
 int Disk::unlink(const std::string& path) {
   if (!now_.names.contains(path)) return fail(ENOENT);
-  return record({.at_ns = 0, .kind = Kind::kUnname, .node = 0, .path = path, .other = {}, .bytes = {}}, kCall_ns);
+  return record({.kind = Kind::kUnname, .path = path}, kCall_ns);
 }
 
 }  // namespace tractiond::simulation

@@ -58,12 +58,12 @@ class Disk {
   int unlink(const std::string& path);
 
  private:
-  enum class Kind { kName, kUnname, kRename, kCut, kAppend, kSync, kSyncNames };
+  enum class Kind { kName, kUnname, kRename, kAppend, kSync, kSyncNames };
   struct Operation {
-    std::int64_t at_ns;
     Kind kind;
     int node = 0;
-    std::string path, other, bytes;
+    std::string path = {}, other = {}, bytes = {};
+    std::int64_t at_ns = 0;
   };
   struct State {
     std::map<std::string, int> names, safeNames;

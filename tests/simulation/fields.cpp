@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-
 namespace tractiond::simulation {
 
 Fields::Fields(const Zeros& zeros, const Starvation& starvation, Journal& journal)
@@ -21,7 +18,7 @@ void Fields::begin() {
 void Fields::heed(const TractionField& field, const Truth& truth) {
   published_ns_ = now();
   checkAge(field.markers.info);
-  checkNumbers(field);
+  checkZero(field.markers.zero);
   journal_.result.account.add(field);
   checkAge(truth);
   checkGap(field, truth);
@@ -36,31 +33,12 @@ void Fields::checkAge(const FrameInfo& info) const {
                [&] { return fmt::format("{} ms", age_ns / kMs); });
 }
 
-void Fields::checkNumbers(const TractionField& field) const {
-  bool isFinite = true, isNothing = field.noise[0] == 0.0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    isFinite = isFinite && std::isfinite(field.resultant_N[i]) && std::isfinite(field.noise[7 * i]);
-    isNothing = isNothing && field.resultant_N[i] == 0.0 && field.moment_Nm[i] == 0.0;
-  }
-  const bool hasCovariance = field.noise[0] > 0.0 && field.noise[7] > 0.0 && field.noise[14] > 0.0;
-  journal_.law(isFinite && (field.valid ? hasCovariance : isNothing), "validity and covariance agree",
-               [&] { return fmt::format("valid {}, variance {}", field.valid, field.noise[14]); });
+void Fields::checkZero(const Id& zero) const {
   const auto& inForce = zeros_.inForce();
   const std::int64_t since_ns = now() - zeros_.describedAt_ns();
-  journal_.law(since_ns < kSecond + starvation_.since(zeros_.describedAt_ns()) || inForce == field.markers.zero,
-               "fields rest on the zero that is described", [&] {
-                 return fmt::format("{}, not {}", nameOf(field.markers.zero), inForce ? nameOf(*inForce) : "none");
-               });
-  const bool isLinear = field.solution == Solution::kLinear;
-  journal_.law(field.valid == (field.solution != Solution::kNone) && isLinear == (field.modelFrame != 0),
-               "a valid field says by whose model, no other does", [&] {
-                 return fmt::format("valid {}, solution {}, model frame {}", field.valid,
-                                    static_cast<int>(field.solution), field.modelFrame);
-               });
-  const auto isNull = [](const auto& values) { return std::ranges::all_of(values, [](float x) { return x == 0.0F; }); };
-  journal_.law(field.valid || (isNull(field.force_N) && isNull(field.deviation_N)), "no forces that are not valid", "");
-  journal_.law(!field.valid || (field.flags & kNotSolved) == 0, "what is not solved is not valid", "");
-  journal_.law(!field.valid || (field.flags & kFewMarkers) == 0, "few markers make a field not valid", "");
+  journal_.law(since_ns < kSecond + starvation_.since(zeros_.describedAt_ns()) || inForce == zero,
+               "fields rest on the zero that is described",
+               [&] { return fmt::format("{}, not {}", nameOf(zero), inForce ? nameOf(*inForce) : "none"); });
 }
 
 void Fields::checkAge(const Truth& truth) const {

@@ -33,7 +33,7 @@ class Fields {
   void checkOrder(const TractionField& field);
   void checkGap(const TractionField& field, const Truth& truth) const;
   void checkAge(const Truth& truth) const;
-  void checkNumbers(const TractionField& field) const;
+  void checkZero(const Id& zero) const;
 
   const Zeros& zeros_;
   const Starvation& starvation_;

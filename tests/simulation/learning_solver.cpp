@@ -5,6 +5,22 @@
 #include <utility>
 
 namespace tractiond::simulation {
+namespace {
+
+/// Returns whether a frame's picture is that of another one, but for their noise.
+bool holds(const MarkerField& model, const MarkerField& markers) {
+  constexpr double kMost = 2.0;  // of what noise makes of it
+  double squares_px2 = 0.0, expected_px2 = 0.0;
+  for (std::size_t i = 0; i < markers.displacement_px.size(); ++i) {
+    if (model.valid[i / 2] == 0 || markers.valid[i / 2] == 0) continue;
+    const double moved_px = markers.displacement_px[i] - model.displacement_px[i];
+    squares_px2 += moved_px * moved_px;
+    expected_px2 += model.variance_px2[i / 2] + markers.variance_px2[i / 2];
+  }
+  return squares_px2 <= kMost * expected_px2;
+}
+
+}  // namespace
 
 LearningSolver::LearningSolver(const Gel& gel, std::function<void()> work)
     : linear_(gel)
@@ -38,18 +54,6 @@ bool LearningSolver::answer(const MarkerField& markers, TractionField& field) no
   }
   wantsModel_ = markers.info.frameNumber - field.modelFrame >= kFresh;
   return true;
-}
-
-bool LearningSolver::holds(const MarkerField& model, const MarkerField& markers) {
-  constexpr double kMost = 2.0;  // of what noise makes of it
-  double squares_px2 = 0.0, expected_px2 = 0.0;
-  for (std::size_t i = 0; i < markers.displacement_px.size(); ++i) {
-    if (model.valid[i / 2] == 0 || markers.valid[i / 2] == 0) continue;
-    const double moved_px = markers.displacement_px[i] - model.displacement_px[i];
-    squares_px2 += moved_px * moved_px;
-    expected_px2 += model.variance_px2[i / 2] + markers.variance_px2[i / 2];
-  }
-  return squares_px2 <= kMost * expected_px2;
 }
 
 }  // namespace tractiond::simulation

@@ -9,8 +9,7 @@
 
 namespace tractiond::simulation {
 
-/// A model is the frame that it was made of. What it answers is what LinearSolver finds: forces are linear in the
-/// picture.
+/// A model is the frame that it was made of. What it answers is what LinearSolver finds.
 class LearningSolver : public solve::FieldSolver {
  public:
   /// The gel must outlive it. \param work lets the time pass that a solution takes, or a model
@@ -22,9 +21,6 @@ class LearningSolver : public solve::FieldSolver {
   bool answer(const MarkerField& markers, TractionField& field) noexcept override;
   bool wantsModel() const override { return wantsModel_; }
   std::array<double, 2> detectionLimit_N() const override { return {}; }
-
-  /// Returns whether a frame's picture is that of another one, but for their noise.
-  static bool holds(const MarkerField& model, const MarkerField& markers);
 
  private:
   LinearSolver linear_;  // of both threads: no time passes in it

@@ -1,5 +1,5 @@
-// Solves the fields of the simulation: by least squares for all nodes, as the model of the daemon takes a hundred times
-// longer than the rest of a frame here. What is valid, and what flags say, is by the same rules (solve/field_rules.h).
+// Solves the fields of the simulation, as the daemon's solver takes a hundred times longer than the rest of a frame
+// here.
 #pragma once
 
 #include "daemon/solve/field_rules.h"
@@ -8,8 +8,8 @@
 
 namespace tractiond::simulation {
 
-/// Takes the displacements of missing markers for 0. Finds no contact where the picture shows noise alone. Has no
-/// contacts and no systematic errors.
+/// Finds whether something touches, and a force that tells of which picture it is: its normal part is the sum of the
+/// squares of the displacements.
 class LinearSolver : public solve::FieldSolver {
  public:
   /// The gel must outlive it.
@@ -20,10 +20,7 @@ class LinearSolver : public solve::FieldSolver {
   std::array<double, 2> detectionLimit_N() const override { return {}; }
 
  private:
-  const Gel& gel_;
-  const solve::FieldRules rules_;
   solve::UsedMarkers used_;
-  Eigen::VectorXf displacement_px_, force_N_, residual_px_;
 };
 
 }  // namespace tractiond::simulation

@@ -7,7 +7,6 @@
 
 #include "tests/simulation/life.h"
 
-#include <functional>
 #include <memory>
 
 namespace tractiond::simulation {
@@ -19,9 +18,8 @@ class Run {
   Run(const Gel& gel, const Story& story);
   ~Run();
 
-  /// Runs the story. Throws Broken if a law does not hold. \param goesOn asked once for each simulated second; false
-  /// ends the run
-  void go(const std::function<bool()>& goesOn);
+  /// Runs the story: moves the clocks from moment to moment. Throws Broken if a law does not hold.
+  void go();
 
   Journal& journal() { return journal_; }
 

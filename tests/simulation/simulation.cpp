@@ -6,6 +6,8 @@
 #include <spdlog/spdlog.h>
 
 #include <exception>
+#include <functional>
+#include <string>
 #include <utility>
 
 namespace tractiond::simulation {
@@ -32,30 +34,6 @@ void breakLaw(Journal& journal, const Broken& broken) {
   journal.say("BROKEN: " + broken.law + ": " + broken.what);
 }
 
-/// Runs a story to its end, or until it breaks a law.
-void complete(Run& run, const std::function<bool()>& goesOn) {
-  Journal& journal = run.journal();
-  try {
-    run.go(goesOn);
-  } catch (const Broken& broken) {
-    breakLaw(journal, broken);
-  } catch (const std::exception& thrown) {
-    breakLaw(journal, {"no exception escapes", thrown.what(), journal.now_ms()});
-  }
-}
-
-/// Runs a story in a world of its own.
-Result runIn(std::unique_ptr<Run> run, const std::function<bool()>& goesOn) {
-  Journal& journal = run->journal();
-  const auto before = spdlog::default_logger();
-  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
-      "simulation", std::make_shared<Log>([&journal](const std::string& line) { journal.say(line); })));
-  complete(*run, goesOn);
-  spdlog::set_default_logger(before);
-  journal.result.reached_ms = journal.now_ms();
-  return std::move(journal.result);
-}
-
 }  // namespace
 
 Simulation::Simulation()
@@ -63,10 +41,24 @@ Simulation::Simulation()
 
 Simulation::~Simulation() = default;
 
-Result Simulation::run(const Story& story, const std::function<bool()>& goesOn) {
+Result Simulation::run(const Story& story) {
   clocks() = {1000 * kSecond, 1'700'000'000 * kSecond};
   forgetBackground();
-  return runIn(std::make_unique<Run>(*gel_, story), goesOn);
+  Run run(*gel_, story);
+  Journal& journal = run.journal();
+  const auto before = spdlog::default_logger();
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "simulation", std::make_shared<Log>([&journal](const std::string& line) { journal.say(line); })));
+  try {
+    run.go();
+  } catch (const Broken& broken) {
+    breakLaw(journal, broken);
+  } catch (const std::exception& thrown) {
+    breakLaw(journal, {"no exception escapes", thrown.what(), journal.now_ms()});
+  }
+  spdlog::set_default_logger(before);
+  journal.result.reached_ms = journal.now_ms();
+  return std::move(journal.result);
 }
 
 }  // namespace tractiond::simulation

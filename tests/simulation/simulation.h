@@ -6,7 +6,6 @@
 #include "tests/simulation/journal.h"
 #include "tests/simulation/story.h"
 
-#include <functional>
 #include <memory>
 #include <string>
 
@@ -18,9 +17,8 @@ class Simulation {
   Simulation();
   ~Simulation();
 
-  /// Runs a story. A broken law is in Result::broken, and so is an exception that nobody caught. \param goesOn asked
-  /// once for each simulated second; false ends the run
-  Result run(const Story& story, const std::function<bool()>& goesOn = {});
+  /// Runs a story. A broken law is in Result::broken, and so is an exception that nobody caught.
+  Result run(const Story& story);
 
  private:
   std::unique_ptr<const Gel> gel_;

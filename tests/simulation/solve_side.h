@@ -8,7 +8,6 @@
 #include "tests/simulation/learning_solver.h"
 #include "tests/simulation/ongoing.h"
 
-#include <array>
 #include <memory>
 
 namespace tractiond::simulation {
@@ -26,8 +25,8 @@ class SolveSide {
             const Ongoing& ongoing, Journal& journal);
 
   /// Solves a frame, on a fiber. Laws: it is this frame's field, with the numbers that the solver finds for this frame
-  /// alone, or not solved, and says so; it is linear by a model that is young enough, of the same zero and of the same
-  /// picture; and it waits for its solution no longer than for its patience, and not in vain if models are made fast.
+  /// alone, or not solved, and says so; and it waits for its solution no longer than for its patience, and not in vain
+  /// if models are made fast.
   void solve(const MarkerField& markers, TractionField& field);
 
   /// Takes a turn of tr-model, or goes on with the one that waits.
@@ -45,7 +44,6 @@ class SolveSide {
   std::int64_t patience_ns(const FrameInfo& info);
   void checkWait(const TractionField& field, std::int64_t patience_ns, std::int64_t lasted_ns) const;
   void checkNumbers(const MarkerField& markers, const TractionField& field);
-  void checkModel(const MarkerField& markers, const TractionField& field) const;
 
   const PromptOptions options_;
   Modelling& modelling_;
@@ -56,9 +54,6 @@ class SolveSide {
   TractionField expected_;
   const std::shared_ptr<LearningSolver> solver_;
   PromptSolver prompt_;
-  static constexpr std::size_t kPassed = 64;  // more than may be answered by one model
-  std::array<MarkerField, kPassed> passed_;   ///< the newest frames
-  std::size_t nextPassed_ = 0;
   std::int64_t last_ns_ = 0;  ///< when the frame before was received
   std::int64_t waited_ns_ = 0;
   bool hasStopped_ = false;

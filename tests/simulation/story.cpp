@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <sstream>
+#include <string>
 
 namespace tractiond::simulation {
 namespace {
@@ -67,15 +67,18 @@ const Sort& drawSort(Chance& chance) {
   return *sort;
 }
 
-bool isTime(std::int64_t ms) {
-  constexpr std::int64_t kYear_ms = 366LL * 86'400'000;
-  return ms >= 0 && ms <= kYear_ms;
-}
-
-template <typename T>
-bool parse(const std::string& text, T& value) {
-  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && rest == text.data() + text.size();
+/// Reads TIME ms: EVENT [AMOUNT] [for TIME ms]. Returns whether the line is that.
+bool parse(const std::string& line, Happening& one) {
+  std::istringstream words(line);
+  std::string unit, name, lasting;
+  if (!(words >> one.at_ms >> unit >> name) || unit != "ms:") return false;
+  const auto* sort = std::ranges::find_if(kSorts, [&](const Sort& each) { return name == each.name; });
+  if (sort == kSorts.end()) return false;
+  one.event = sort->event;
+  if (sort->low != sort->high) words >> one.amount;
+  if (sort->longest_ms > 0) words >> lasting >> one.for_ms >> unit;
+  const bool isWhole = !words.fail() && words.eof();
+  return isWhole && one.at_ms >= 0 && one.for_ms >= 0 && one.amount >= sort->low && one.amount <= sort->high;
 }
 
 }  // namespace
@@ -139,53 +142,21 @@ std::string toText(const Story& story) {
   return out.str();
 }
 
-tl::expected<std::uint64_t, std::string> wholeNumber(const std::string& text, const std::string& what) {
-  std::uint64_t value = 0;
-  if (!parse(text, value)) return tl::unexpected(what + " is '" + text + "', must be a whole number below 2^64");
-  return value;
-}
-
 tl::expected<Story, std::string> fromText(const std::string& text) {
   std::istringstream lines(text);
-  std::string line;
-  int number = 1;
-  const auto wrong = [&](const std::string& why) {
-    return tl::unexpected("line " + std::to_string(number) + ": " + why);
-  };
-  std::getline(lines, line);
-  if (line != kTitle)
-    return wrong("'" + line + "' is not a story of this version, whose first line is '" + kTitle + "'");
   Story story;
-  for (++number; std::getline(lines, line); ++number) {
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (++number == 1 ? line == kTitle : line.empty() || line[0] == '#') continue;
     std::istringstream words(line);
-    std::vector<std::string> word;
-    for (std::string one; words >> one;) word.push_back(one);
-    if (word.empty() || word[0][0] == '#') continue;
-    if (word[0] == "seed") {
-      if (word.size() != 2 || !parse(word[1], story.seed)) return wrong("must be 'seed NUMBER'");
-      continue;
-    }
-    if (word[0] == "lasts") {
-      if (word.size() != 3 || !parse(word[1], story.lasts_ms) || word[2] != "ms" || !isTime(story.lasts_ms))
-        return wrong("must be 'lasts NUMBER ms', at most a year");
-      continue;
-    }
-    Happening one;
-    if (word.size() < 3 || word[1] != "ms:" || !parse(word[0], one.at_ms) || !isTime(one.at_ms))
-      return wrong("must be 'TIME ms: EVENT ...'");
-    const auto* sort = std::ranges::find_if(kSorts, [&](const Sort& each) { return word[2] == each.name; });
-    if (sort == kSorts.end()) return wrong("no event is called '" + word[2] + "'");
-    one.event = sort->event;
-    const std::size_t amounts = sort->low != sort->high ? 1 : 0, times = sort->longest_ms > 0 ? 3 : 0;
-    if (word.size() != 3 + amounts + times) return wrong(word[2] + " has too many or too few words");
-    if (amounts > 0 && (!parse(word[3], one.amount) || one.amount < sort->low || one.amount > sort->high))
-      return wrong("'" + word[3] + "' is no number from " + std::to_string(sort->low) + " to " +
-                   std::to_string(sort->high));
-    if (times > 0 && (word[3 + amounts] != "for" || !parse(word[4 + amounts], one.for_ms) || !isTime(one.for_ms)))
-      return wrong("must end with 'for NUMBER ms'");
-    if (!story.happenings.empty() && story.happenings.back().at_ms > one.at_ms) return wrong("times must rise");
-    story.happenings.push_back(one);
+    std::string first;
+    words >> first;
+    if (first == "seed" && words >> story.seed) continue;
+    if (first == "lasts" && words >> story.lasts_ms) continue;
+    if (!parse(line, story.happenings.emplace_back()))
+      return tl::unexpected("line " + std::to_string(number) + ": '" + line + "' is no line of a story");
   }
+  std::ranges::stable_sort(story.happenings, {}, &Happening::at_ms);
   return story;
 }
 

@@ -72,7 +72,4 @@ std::string toText(const Story& story);
 /// Reads a story. Fails with the line and what is wrong with it.
 tl::expected<Story, std::string> fromText(const std::string& text);
 
-/// Reads a non-negative whole number. Fails with a sentence about `what`.
-tl::expected<std::uint64_t, std::string> wholeNumber(const std::string& text, const std::string& what);
-
 }  // namespace tractiond::simulation

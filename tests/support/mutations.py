@@ -150,8 +150,8 @@ def moved(patch):
     return text
 
 
-def apply(project, patch, *options):
-    return subprocess.run(["patch", "-p1", "--fuzz=2", "--silent", "--force", "--no-backup-if-mismatch", *options], cwd=project,
+def apply(project, patch):
+    return subprocess.run(["patch", "-p1", "--fuzz=2", "--silent", "--force", "--no-backup-if-mismatch"], cwd=project,
                           input=moved(patch), text=True, stdout=subprocess.DEVNULL).returncode == 0
 
 
@@ -173,28 +173,31 @@ def run_past(project, patches, minutes):
     return 0 if found >= ENOUGH * len(patches) else 8
 
 
+def clone():
+    """Returns a clone of the committed tree, in which the faults are made."""
+    project = SOURCE / "build/mutations/project"
+    if (project / ".git").exists():
+        subprocess.run(["git", "-C", project, "fetch", "--quiet", SOURCE, "HEAD"], check=True)
+        subprocess.run(["git", "-C", project, "reset", "--quiet", "--hard", "FETCH_HEAD"], check=True)
+    else:
+        subprocess.run(["git", "clone", "--quiet", SOURCE, project], check=True)
+    subprocess.run(["cmake", "--preset", "release"], cwd=project, check=True)
+    return project
+
+
 def main():
-    words = argparse.ArgumentParser()
-    words.add_argument("--project", type=pathlib.Path)  # a clone in which the faults are made; without one they are listed
-    words.add_argument("--random", type=int, default=0)
-    words.add_argument("--past", action="store_true")
+    words = argparse.ArgumentParser(prog="tools/mutations")
+    words.error = lambda what: words.exit(64, f"mutations: {what}; see tools/mutations --help\n")
+    kind = words.add_mutually_exclusive_group(required=True)
+    kind.add_argument("--random", type=int)
+    kind.add_argument("--past", action="store_true")
     words.add_argument("--minutes", type=int, default=0)
     words.add_argument("places", nargs="*")
     words = words.parse_args()
     if words.past:
         patches = [PAST / f"{name}.patch" for name in words.places] or sorted(PAST.glob("*.patch"))
-        if words.project:
-            return run_past(words.project, patches, words.minutes or 10)
-        for patch in patches:
-            print(f"{patch.stem:24} {patch.read_text().splitlines()[0]}"
-                  + ("" if apply(SOURCE, patch, "--dry-run") else "  DOES NOT APPLY"))
-        return 0
-    drawn = draw(words.places or ROOMS, words.random)
-    if words.project:
-        return run_random(words.project, drawn, words.random, words.minutes)
-    for one in drawn[:words.random]:
-        print(f"{one.file}:{one.line + 1}\n       - {one.old.strip()}\n       + {one.new.strip()}")
-    return 0
+        return run_past(clone(), patches, words.minutes or 10)
+    return run_random(clone(), draw(words.places or ROOMS, words.random), words.random, words.minutes)
 
 
 if __name__ == "__main__":

@@ -20,6 +20,7 @@ import sys
 import tempfile
 import threading
 import time
+import unittest
 
 import numpy as np
 import zmq
@@ -307,6 +308,32 @@ class Rig(contextlib.ExitStack):
         return process.join(seconds), process.output()
 
 
+class TestCase(unittest.TestCase):
+    """One with a rig of its own."""
+
+    def setUp(self):
+        self.bench = self.enterContext(Rig())
+
+    def file(self, name, text):
+        path = self.bench.folder / name
+        path.write_text(text)
+        return path
+
+    def ctl(self, daemon, *words):
+        """Runs tractionctl beside a daemon: (exit code, output)."""
+        return self.bench.ctl("--control", daemon.endpoint["control"], *words)
+
+    def status_where(self, daemon, holds):
+        """(exit code, output) of a status for which `holds`. It is put together once a second."""
+        until = time.monotonic() + HUNG_S
+        while True:
+            code, output = self.ctl(daemon, "status", "--json")
+            if code in (os.EX_OK, os.EX_NOINPUT) and holds(json.loads(output.splitlines()[0])):
+                return code, output
+            self.assertLess(time.monotonic(), until, output)
+            time.sleep(0.1)
+
+
 class Systemd:
     """Hears what a service tells it, always: a service waits for whoever reads no notices."""
 
@@ -391,50 +418,6 @@ def vector(message):
 
 
 def udp_ports(process):
-    """The UDP ports of a process, that with the largest receive buffer last."""
-    text = subprocess.run(["ss", "-Huanpme"], capture_output=True, text=True, check=True).stdout.replace("\n\t", " ")
-    found = [(int(re.search(r"skmem:\(r\d+,rb(\d+)", line)[1]), int(line.split()[3].rsplit(":", 1)[1]))
-             for line in text.splitlines() if f"pid={process.child.pid}," in line]
-    return [port for _, port in sorted(found)]
-
-
-def stream_port(process):
-    """The UDP port on which the daemon waits for pictures."""
-    return udp_ports(process)[-1]
-
-
-class Forger:
-    """Sends GigE Vision stream packets that no camera sent (GVSP 1.x, 16-bit block ids)."""
-
-    LEADER, TRAILER, PAYLOAD = 1, 2, 3
-    RGB8, BAYER_RG8 = 0x02180014, 0x01080009
-
-    def __init__(self, address, port, source=""):
-        self.target = (address, port)
-        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.socket.bind((source, 0))
-
-    def close(self):
-        self.socket.close()
-
-    def raw(self, data):
-        self.socket.sendto(data, self.target)
-
-    def packet(self, kind, frame_id, packet_id, body):
-        header = bytes([0, 0, frame_id >> 8, frame_id & 255, kind, (packet_id >> 16) & 255, (packet_id >> 8) & 255,
-                        packet_id & 255])
-        self.raw(header + body)
-
-    def frame(self, frame_id, picture, width, height, timestamp, pixel_format=RGB8, chunk=1400, trailer=True, first=1):
-        """A picture, from the packet `first` on. The chunk must be the stream's negotiated packet size less 36 bytes of headers."""
-        leader = ((1).to_bytes(4, "big") + timestamp.to_bytes(8, "big") + pixel_format.to_bytes(4, "big") +
-                  width.to_bytes(4, "big") + height.to_bytes(4, "big") + bytes(12))
-        self.packet(self.LEADER, frame_id, 0, leader)
-        parts = [picture[i:i + chunk] for i in range(0, len(picture), chunk)]
-        for number, part in enumerate(parts, first):
-            self.packet(self.PAYLOAD, frame_id, number, part)
-            if number % 8 == 0:
-                time.sleep(0.001)  # let the receiver breathe: a burst would overflow its buffer
-        if not trailer:
-            return
-        self.packet(self.TRAILER, frame_id, len(parts) + 1, (1).to_bytes(4, "big") + height.to_bytes(4, "big"))
+    """The UDP ports of a process."""
+    text = subprocess.run(["ss", "-Huanp"], capture_output=True, text=True, check=True).stdout
+    return [int(line.split()[3].rsplit(":", 1)[1]) for line in text.splitlines() if f"pid={process.child.pid}," in line]

@@ -1,53 +1,49 @@
 """Tests of programs that keep time, on a machine that may itself stand still."""
 
-import unittest
+import os
+import threading
+import time
 
-import pauses
+import rig
 
 STEADY_S = 0.05  # longest pause at which twin, daemon and subscribers lose nothing
-RUNS = 3
 
 
-class Kept(unittest.TestResult):
-    """What a test said, for whoever it is told."""
+class Pauses:
+    """The longest time [s] for which one that wants a moment now and then was not let run, on any processor: the machine's,
+    nobody's stall."""
+
+    EVERY_S = 0.02
 
     def __init__(self):
-        super().__init__()
-        self.told = []
+        self.over, self.longest = threading.Event(), 0.0
 
-    def tell(self, result):
-        for name, arguments in self.told:
-            getattr(result, name)(*arguments)
+    def __enter__(self):
+        self.threads = [threading.Thread(target=self.watch, args=[cpu]) for cpu in os.sched_getaffinity(0)]
+        for thread in self.threads:
+            thread.start()
+        return self
+
+    def watch(self, cpu):
+        os.sched_setaffinity(threading.get_native_id(), [cpu])
+        while not self.over.is_set():
+            begin = time.monotonic()
+            self.over.wait(self.EVERY_S)
+            self.longest = max(self.longest, time.monotonic() - begin - self.EVERY_S)
+
+    def __exit__(self, *_):
+        self.over.set()
+        for thread in self.threads:
+            thread.join()
 
 
-def keep(name):
-    def kept(self, *arguments):
-        self.told.append((name, arguments))
-        getattr(unittest.TestResult, name)(self, *arguments)
-    return kept
-
-
-for each in ("addError", "addFailure", "addSubTest", "addSuccess", "addSkip", "addExpectedFailure", "addUnexpectedSuccess"):
-    setattr(Kept, each, keep(each))
-
-
-class TestCase(unittest.TestCase):
-    """One that fails while the machine stands still says nothing of the programs: it runs again, up to three times in all, and
-    it is said. What the last run says, holds."""
+class TestCase(rig.TestCase):
+    """Says how long the machine stood still, if that was long enough to lose something: a failure then says nothing of the
+    programs."""
 
     def run(self, result=None):
-        if result is None:
-            return super().run()
-        result.startTest(self)
-        for attempt in range(1, RUNS + 1):
-            kept = Kept()
-            with pauses.Pauses() as machine:
-                super().run(kept)
-            if kept.wasSuccessful() or machine.longest < STEADY_S:
-                break
-            if attempt < RUNS:
-                print(f"\n  The machine itself stood still for {machine.longest:.2f} s: run {attempt + 1} of at most {RUNS} "
-                      f"follows what failed:\n{(kept.errors + kept.failures)[0][1]}", flush=True)
-        kept.tell(result)
-        result.stopTest(self)
+        with Pauses() as machine:
+            result = super().run(result)
+        if machine.longest >= STEADY_S:
+            print(f"\n  The machine itself stood still for {machine.longest:.2f} s", flush=True)
         return result

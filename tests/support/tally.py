@@ -1,16 +1,13 @@
-"""Counts what tests/test has run, and lists what there is.
+"""Counts what tools/test has run.
 
 usage: tally.py gate PRESET...   a test that failed, did not run, skipped a case or had none is a failure
        tally.py all PRESET...    prints figures, and what failed
-       tally.py list PRESET      prints each ctest test of a configured build with its suite
 Reads build/PRESET/tests.xml, which ctest has written (--output-junit).
 """
 
 import collections
-import json
 import pathlib
 import re
-import subprocess
 import sys
 import xml.etree.ElementTree
 
@@ -67,18 +64,8 @@ def everything(presets):
     return 1 if failed else 0
 
 
-def listing(presets):
-    shown = subprocess.run(["ctest", "--preset", presets[0], "--show-only=json-v1"], cwd=SOURCE, stdout=subprocess.PIPE,
-                           check=True).stdout
-    for test in sorted(json.loads(shown)["tests"], key=lambda test: test["name"]):
-        labels = next((each["value"] for each in test["properties"] if each["name"] == "LABELS"), [])
-        suite = "gate" if "gate" in labels else "all, " + next(label for label in labels if label != "all")
-        print(f"{presets[0]:8} {test['name']:36} {suite}")
-    return 0
-
-
 def main(words):
-    verbs = {"gate": gate, "all": everything, "list": listing}
+    verbs = {"gate": gate, "all": everything}
     if len(words) < 2 or words[0] not in verbs:
         print(__doc__, file=sys.stderr)
         return 64

@@ -1,7 +1,6 @@
 """Calibration of a sensor whose stiffness, pose and lens are not what its gel file says."""
 
 import json
-import time
 import unittest
 
 import numpy as np
@@ -36,16 +35,10 @@ pitch_mm = 3.6
 """
 
 
-class TestCase(unittest.TestCase):
-    def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
-
-    def ctl(self, daemon, *words, seconds=240):
-        return self.bench.ctl("--control", daemon.endpoint["control"], *words, seconds=seconds)
-
-    def calibrate(self, daemon, *words, seconds=240):
+class TestCase(rig.TestCase):
+    def calibrate(self, daemon, *words):
         """The steps' reports by name; weights in a list."""
-        code, output = self.ctl(daemon, "calibrate", "--yes", "--json", *words, seconds=seconds)
+        code, output = self.ctl(daemon, "calibrate", "--yes", "--json", *words)
         self.assertEqual(code, DONE, output)
         reports = {"weight": []}
         for report in map(json.loads, output.splitlines()):
@@ -54,17 +47,6 @@ class TestCase(unittest.TestCase):
             else:
                 reports[report["step"]] = report
         return reports
-
-    def running(self, scenario, *options, gel=NOMINAL):
-        twin = self.bench.twin(scenario, *options, ready=False)
-        daemon = self.bench.daemon(f'[sensor]\ngel_file = "{self.file("nominal.toml", gel)}"\n')
-        daemon.wait_for("zero taken, by itself", 60)
-        return twin, daemon
-
-    def file(self, name, text):
-        path = self.bench.folder / name
-        path.write_text(text)
-        return path
 
     def check_found(self, reports):
         """What geometry, noise and stiffness say, against what the gel was made with."""
@@ -131,40 +113,12 @@ class Projected(TestCase):
 
 
 @suite.realtime
-class Zero(TestCase):
-    def test_a_load_is_not_zeroed_by_mistake(self):
-        _, daemon = self.running(self.file("scenario.toml", "format = 1\nperiod_s = 1000\n[[contacts]]\nradius_mm = 3\n"
-                                           "x_mm = 12\ntime_s = [4, 5]\nforce_z_n = [0, 0.5]\n"))
-        subscriber = self.bench.subscribe(daemon)
-        subscriber.collect(None, until=lambda field: field.resultant_N.z > 0.4)
-        time.sleep(1.5 * rig.PATIENCE)
-        code, output = self.ctl(daemon, "zero")
-        self.assertEqual(code, TEMPORARY, output)
-        self.assertIn("zero refused, the previous one stays in force: something seems to touch the gel near", output)
-        daemon.wait_for("is refused, the previous one stays in force")
-        self.assertGreater(subscriber.collect(100)[-1].resultant_N.z, 0.4)
-
-        code, output = self.ctl(daemon, "zero", "--anyway")
-        self.assertEqual(code, DONE, output)
-        self.assertIn("warning: something seems to touch the gel near", output)
-        daemon.wait_for("this zero may be wrong")
-        subscriber.collect(None, until=lambda field: field.resultant_N.z < 0.1)
-        code, output = self.ctl(daemon, "describe")
-        self.assertRegex(json.loads(output)["rest_pose"]["requested_by"], r"uid \d+, pid \d+|127\.0\.0\.1")
-        code, output = self.ctl(daemon, "calibrate", "geometry", "--keep-zero")
-        self.assertEqual(code, TEMPORARY, output)
-        self.assertIn("take it away", output)
-
-        code, output = self.ctl(daemon, "zero", "--undo")
-        self.assertEqual(code, DONE, output)
-        self.assertIn("zero restored", output)
-        field = subscriber.collect(None, until=lambda field: field.resultant_N.z > 0.4)[-1]
-        self.assertTrue(field.header.flags & 1, "nobody has confirmed that zero")
-
+class RealTime(TestCase):
     def test_drift_is_published_and_not_mended(self):
-        _, daemon = self.running(self.file(
+        self.bench.twin(self.file(
             "scenario.toml", "format = 1\nperiod_s = 1000\n[warmth]\ntime_s = [4, 8]\nrise_k = [0, 1]\n"
-            "shift_px_per_k = [0.3, -0.2]\nroll_rad_per_k = 2e-4\n"))
+            "shift_px_per_k = [0.3, -0.2]\nroll_rad_per_k = 2e-4\n"), ready=False)
+        daemon = self.bench.daemon(f'[sensor]\ngel_file = "{self.file("nominal.toml", NOMINAL)}"\n')
         statuses = self.bench.subscribe(daemon, "traction/v1/default/status/")
         status = statuses.collect(None, "status", until=lambda status: status.rest_drift.shift_u_px > 0.295)[-1]
         drift = status.rest_drift
@@ -195,8 +149,10 @@ class Zero(TestCase):
         with open(pictures, "wb") as file:
             for _ in range(60):
                 file.write(independent.frame(levels, "RGB8", noise))
-        _, daemon = self.running("idle", "--serve", pictures, "--rate", 20,
-                                 gel=nominal.gel_file() + NOMINAL.partition("\n")[2])
+        self.bench.twin("idle", "--serve", pictures, "--rate", 20, ready=False)
+        gel = self.file("nominal.toml", nominal.gel_file() + NOMINAL.partition("\n")[2])
+        daemon = self.bench.daemon(f'[sensor]\ngel_file = "{gel}"\n')
+        daemon.wait_for("zero taken, by itself")
         found = self.calibrate(daemon, "geometry")["geometry"]["figures"]
         value = {name: figure["value"] for name, figure in found.items()}
         fitted = independent.Camera(

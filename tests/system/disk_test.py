@@ -11,7 +11,7 @@ WATCHDOG_S = 0.8  # WatchdogSec= of the unit
 
 class Disk(steady.TestCase):
     def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
+        super().setUp()
         self.systemd = rig.Systemd(self.bench, WATCHDOG_S)
         self.wish = self.bench.folder / "disk"
         self.takes("0")

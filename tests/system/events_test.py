@@ -12,9 +12,9 @@ GRAMS_250 = 250 * rig.GRAM_FORCE
 LAG = "your system is too slow|event processing lagging"  # libinput's, of an emulated machine
 
 
-class Events(unittest.TestCase):
+class Events(rig.TestCase):
     def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
+        super().setUp()
         self.gel = Gel(self.bench.folder)
         self.addCleanup(self.gel.close)
 

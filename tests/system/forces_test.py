@@ -56,9 +56,6 @@ class Forces(unittest.TestCase):
         self.assertEqual(sequence, list(range(sequence[0], sequence[0] + len(sequence))))
         self.check_forces(film.fields, truth)
 
-    def test_press_rgb8(self):
-        self.check("press")
-
     def test_press_at_an_angle_rgb8(self):
         self.check("angle")
 
@@ -67,6 +64,18 @@ class Forces(unittest.TestCase):
 
     def test_missing_markers(self):
         self.check("missing_markers")
+
+    def test_a_film_that_ends_before_the_verdict_is_measured_to_its_end(self):
+        """Its last pictures wait for the zero and its solver, as all others do."""
+        with rig.Rig() as bench:
+            film = bench.folder / "pictures"
+            twin = bench.start(rig.BIN / "traction-twin", "idle", "--cache", rig.cache_directory(), "--images", film, "--seconds", 0.6)
+            self.assertEqual(twin.join(), 0, twin.output())
+            daemon = bench.daemon('[camera]\nwidth_px = 640\nheight_px = 480\npixel_format = "RGB8"\n', "--images", film,
+                                  camera=None, ready=False)
+            self.assertEqual(daemon.join(), 0, daemon.output())
+        self.assertIn("the model takes the places of 1152 markers from the zero", daemon.output())
+        self.assertIn("stopped: 36 frames received, 6 published, 30 for the zero, 0 lost", daemon.output())
 
 
 if __name__ == "__main__":

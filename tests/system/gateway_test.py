@@ -28,7 +28,7 @@ def pair():
 
 class Gateway(steady.TestCase):
     def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
+        super().setUp()
         self.bench.twin("idle", "--rate", "60", truth=False)
         self.daemon = self.bench.daemon()
         self.bench.subscribe(self.daemon).collect(5)
@@ -113,59 +113,6 @@ class Gateway(steady.TestCase):
         self.assertIn(returned, code if isinstance(code, tuple) else (code,), text)
         self.assertRegex(text, pattern)
 
-    def test_a_reader_may_not_control(self):
-        reader = self.key("reader")
-        gateway = self.bench.gateway(self.daemon)
-        self.bench.subscribe(gateway, keys=reader).collect(1)
-        self.assertFalse(self.silent(gateway, reader, "latest"))
-        self.assertIsNone(self.ask(gateway, reader, "zero", seconds=1))
-        gateway.wait_for('"reader" may only read')
-        self.told(gateway, reader, os.EX_NOPERM, "does not let this key do that", "zero")
-        self.bench.allow("reader", reader[1], "--control")  # more than before cuts nobody off
-        self.assertIsNotNone(self.ask(gateway, reader))
-        self.assertNotIn("a key was taken back", gateway.output())
-
-    def test_keys_are_allowed_and_taken_back_while_it_runs(self):
-        ada, bob = self.key("ada", "--control"), pair()
-        gateway = self.bench.gateway(self.daemon)
-        stays = self.bench.subscribe(gateway, "traction/v1/default/field/", keys=ada)
-        stays.collect(10)
-        server = self.bench.allow("bob", bob[0])
-        bob = (server, *bob)
-        watch = self.bench.start(rig.BIN / "tractionctl", "watch", "--connect", gateway.endpoint["stream"], "--key",
-                                 self.key_file(bob))
-        watch.wait_for("force [+-]")
-        goes = self.bench.subscribe(gateway, "traction/v1/default/field/", keys=bob)
-        goes.collect(10)
-        code, text = self.bench.ctl("keys", "revoke", "bob", "--directory", self.bench.folder / "keys")
-        self.assertEqual(code, 0, text)
-        self.assertEqual(watch.join(), os.EX_NOPERM, watch.output())
-        self.assertIn("does not let this key", watch.output())
-        time.sleep(1.0)
-        while goes.socket.poll(0):  # what was on its way
-            goes.socket.recv_multipart()
-        self.assertIsNone(goes.receive(1.5))
-        begin = time.monotonic()
-        while stays.socket.poll(0):
-            stays.socket.recv_multipart()
-        stays.collect(60)
-        print(f"\n  60 fields for who stays in {time.monotonic() - begin:.2f} s", end=" ", flush=True)
-        self.assertIsNotNone(self.ask(gateway, ada))
-        # The lesser permission is a key taken back, too.
-        self.bench.allow("ada", ada[1])
-        gateway.wait_for(r"allowed: ada \(read\)")
-        self.assertIsNone(self.ask(gateway, ada, seconds=1))
-        stays.collect(60)
-        self.assertEqual(gateway.stop(), 0, gateway.output())
-
-    def test_who_asked_is_passed_on_and_cannot_be_forged(self):
-        ada = self.key("ada", "--control")
-        gateway = self.bench.gateway(self.daemon)
-        reply = self.ask(gateway, ada, "zero", seconds=20, on_behalf_of="the queen")
-        self.assertRegex(reply.zero.zero.requested_by, r'^"ada" at 127\.0\.0\.1 through uid \d+, pid \d+$')
-        self.daemon.wait_for('as requested by "ada" at 127.0.0.1 through uid')
-        self.assertNotIn("queen", self.daemon.output())
-
     def test_it_is_killed_and_started_again(self):
         ada = self.key("ada")
         local = self.bench.subscribe(self.daemon, "traction/v1/default/field/")
@@ -182,24 +129,6 @@ class Gateway(steady.TestCase):
         numbers = [field.header.sequence for field in local.collect(until=lambda field: field.header.sequence >= last)]
         self.assertEqual(numbers, list(range(numbers[0], numbers[0] + len(numbers))))
         self.assertEqual(second.stop(), 0, second.output())
-
-    def test_the_instrument_is_restarted(self):
-        ada = self.key("ada", "--control")
-        gateway = self.bench.gateway(self.daemon)
-        remote = self.bench.subscribe(gateway, keys=ada)
-        boot = remote.collect(5)[-1].header.boot
-        self.daemon.stop(signal.SIGKILL)
-        gateway.wait_for("nothing comes from the instrument")
-        begin = time.monotonic()
-        self.assertRegex(self.ask(gateway, ada, "zero").error, "no instrument is there; is tractiond running")
-        print(f"\n  told after {time.monotonic() - begin:.2f} s that no instrument is there", end=" ", flush=True)
-        self.daemon = self.bench.daemon(state=self.daemon.state)
-        gateway.wait_for("the instrument is heard again")
-        remote.collect(until=lambda field: field.header.boot != boot)
-        self.assertIsNotNone(self.ask(gateway, ada))
-        time.sleep(1.0)
-        self.daemon.read()
-        self.assertNotIn("as requested by", self.daemon.output())  # the zero that was asked for while it was away
 
     def flood(self, kind, keys):
         """Floods the gateway from another address for some seconds; what local and honest peers see of it. It may die at MemoryMax=."""
@@ -275,7 +204,7 @@ class Start(steady.TestCase):
     """What it wants before it lets anybody in."""
 
     def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
+        super().setUp()
         self.nobody = type("Nobody", (), {"endpoint": {"stream": f"ipc://{self.bench.folder}/stream"}})
 
     def test_without_keys_it_listens_on_the_loopback_alone(self):

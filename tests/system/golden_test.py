@@ -13,8 +13,8 @@ SCENARIOS = sorted(path for path in (rig.SOURCE / "twin/scenarios").glob("*.toml
                    and "gel_file" not in path.read_text())  # its influence takes minutes, and more space than the pictures
 
 
-# The others are as one of these.
-FEW = {"black_dots", "calibrate", "large_displacement", "missing_markers", "twist", "two_contacts"}
+# The others are as one of these, or as a film of forces_test.
+FEW = {"calibrate", "large_displacement", "twist", "two_contacts"}
 
 
 class Golden(replays.Replays, unittest.TestCase):

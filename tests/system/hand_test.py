@@ -8,10 +8,9 @@ import hand
 import rig
 
 
-class Hand(unittest.TestCase):
+class Hand(rig.TestCase):
     def test_an_egg_is_lifted_held_lightly_and_put_down(self):
-        bench = self.enterContext(rig.Rig())
-        code, said, states, grasps = hand.grasp(bench, "egg", opening_mm=60, jerk_m_s2=3)
+        code, said, states, grasps = hand.grasp(self.bench, "egg", opening_mm=60, jerk_m_s2=3)
         self.assertEqual(code, 0, said)
         found = hand.outcome(states, friction=0.5, jerk_m_s2=3)
         self.assertFalse(found["dropped"], said)

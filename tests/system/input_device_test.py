@@ -89,9 +89,9 @@ class Motion(ctypes.Structure):
                 ("period", ctypes.c_uint), ("data", ctypes.c_void_p), ("room", ctypes.c_char * 64)]
 
 
-class InputDevice(unittest.TestCase):
+class InputDevice(rig.TestCase):
     def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
+        super().setUp()
         self.gel = Gel(self.bench.folder)
         self.addCleanup(self.gel.close)
 

@@ -10,10 +10,7 @@ import rig
 USAGE, DATA, NO_INPUT, UNAVAILABLE, TEMPORARY, CONFIG = 64, 65, 66, 69, 75, 78
 
 
-class Input(unittest.TestCase):
-    def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
-
+class Input(rig.TestCase):
     def refused(self, code, words, process):
         """Ends by itself with the code and one line of error, behind what was logged, that has all the words."""
         self.assertEqual(process.join(), code, process.output())
@@ -27,11 +24,6 @@ class Input(unittest.TestCase):
         self.refused(code, words, process)
         left = [path.name for path in (self.bench.folder / "default" / "run").glob("*")]
         self.assertEqual(left, [])
-
-    def file(self, name, text):
-        path = self.bench.folder / name
-        path.write_text(text)
-        return path
 
     def test_wrong_configurations_and_gel_files(self):
         newer = (rig.SOURCE / "config/gels/paper.toml").read_text().replace("format = 1", "format = 2")
@@ -54,16 +46,9 @@ class Input(unittest.TestCase):
                 ("traction-twin", UNAVAILABLE, ["10.1.2.3"], "idle", "--cache", rig.cache_directory(), "--address", "10.1.2.3"),
                 ("traction-twin", DATA, ["odd.raw"], "idle", "--serve", self.file("odd.raw", "x" * 1000)),
                 ("traction-twin", 73, ["/nowhere/pictures"], "idle", "--cache", rig.cache_directory(), "--images", "/nowhere/pictures"),
-                ("traction-twin", USAGE, ["--lost-ratio", "--images"], "idle", "--images", "-", "--lost-ratio", "0.1"),
-                ("tractionctl", USAGE, ["dance"], "dance"),
-                ("tractionctl", USAGE, ["carrier-pigeon"], "echo", "--connect", "carrier-pigeon://home"),
-                ("tractionctl", USAGE, ["weather"], "echo", "--topic", "weather")):
+                ("traction-twin", USAGE, ["--lost-ratio", "--images"], "idle", "--images", "-", "--lost-ratio", "0.1")):
             with self.subTest(arguments):
                 self.refused(code, words, self.bench.start(rig.BIN / program, *arguments))
-
-    def test_ctl_without_a_daemon(self):
-        for command in ("status", "zero"):
-            self.refused(UNAVAILABLE, [], self.bench.start(rig.BIN / "tractionctl", command, env={"XDG_RUNTIME_DIR": str(self.bench.folder)}))
 
     # --- what the daemon meets
 

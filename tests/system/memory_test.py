@@ -15,19 +15,18 @@ LOCK_S = 3.0  # for which a camera may be locked after a crash (docs/security.md
 
 class Memory(steady.TestCase):
     def test_the_daemon_at_its_limit(self):
-        bench = self.enterContext(rig.Rig())
-        bench.twin("idle", "--rate", "60", truth=False)
-        state = bench.folder / "state"
-        with unit.Unit("tractiond", lambda: bench.daemon(state=state), LIMIT_MiB) as service:
-            bench.subscribe(service.process).collect(60)
+        self.bench.twin("idle", "--rate", "60", truth=False)
+        state = self.bench.folder / "state"
+        with unit.Unit("tractiond", lambda: self.bench.daemon(state=state), LIMIT_MiB) as service:
+            self.bench.subscribe(service.process).collect(60)
             before_MiB = service.process.memory_MiB()
-            hoarder = bench.start(sys.executable, HOARD, service.process.endpoint["control"])
+            hoarder = self.bench.start(sys.executable, HOARD, service.process.endpoint["control"])
             hoarder.wait_for("hoarding")
             begin = time.monotonic()
             while not service.ready:
                 self.assertLess(time.monotonic(), begin + 60 * rig.PATIENCE)
                 time.sleep(0.01)
-            bench.subscribe(service.process).collect(1)
+            self.bench.subscribe(service.process).collect(1)
             first_s = time.monotonic() - service.died[0]
             self.assertEqual(hoarder.join(), 0, hoarder.output())
             print(f"\n  {before_MiB:.0f} -> {service.peak_MiB:.0f} MiB by {hoarder.lines[-1]}, killed {service.died[0] - begin:.2f} s after "

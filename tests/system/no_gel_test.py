@@ -3,13 +3,12 @@ is measured."""
 
 import json
 import re
-import time
 import unittest
 
 import projector
 import rig
+from PIL import Image
 from deadline import HUNG_S
-from gel_test import png
 
 USAGE, NO_FIELD, REFUSED, CONFIG = 64, 66, 75, 78
 WHY = "no gel: nothing is measured; set sensor.gel_file"
@@ -18,24 +17,7 @@ WIDTH, HEIGHT = 333, 217  # unlike the paper's gel's
 PICTURE = bytes((7 * x + 3 * y) % 256 for y in range(HEIGHT) for x in range(WIDTH))
 
 
-class NoGel(unittest.TestCase):
-    def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
-
-    def ctl(self, daemon, *words):
-        return self.bench.ctl("--control", daemon.endpoint["control"], *words)
-
-    def status_where(self, daemon, holds):
-        """It is put together once a second."""
-        until = time.monotonic() + HUNG_S
-        while True:
-            code, output = self.ctl(daemon, "status", "--json")
-            status = json.loads(output.splitlines()[0]) if code in (0, NO_FIELD) else None
-            if status and holds(status):
-                return code, output
-            self.assertLess(time.monotonic(), until, output)
-            time.sleep(0.1)
-
+class NoGel(rig.TestCase):
     def expect_the_words(self, daemon):
         """Status, zero and calibration say that there is no gel."""
         code, output = self.status_where(daemon, lambda status: status["ledger"]["no_gel"] > 0)
@@ -57,9 +39,9 @@ class NoGel(unittest.TestCase):
         code, output = self.ctl(daemon, "snapshot", file)
         self.assertEqual(code, 0, output)
         self.assertRegex(output, f"{width} x {height} pixels of Mono8, frame [0-9]+; no gel: no markers are sought")
-        seen_width, seen_height, channels, levels = png(file)
-        self.assertEqual((seen_width, seen_height, channels), (width, height, 1))
-        return levels
+        with Image.open(file) as image:
+            self.assertEqual((image.size, image.mode), ((width, height), "L"))
+            return image.tobytes()
 
     def expect_a_balanced_end(self, daemon):
         self.assertEqual(daemon.stop(), 0, daemon.output())

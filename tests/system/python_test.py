@@ -37,7 +37,7 @@ def python(bench, *words, env=None):
 
 class Python(steady.TestCase):
     def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
+        super().setUp()
         self.twin = self.bench.twin("hold", truth=False)
         self.daemon = self.bench.daemon()
         next(traction.fields(endpoint=self.daemon.endpoint["stream"], timeout=60 * rig.PATIENCE))  # there is a zero

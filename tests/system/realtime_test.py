@@ -44,7 +44,7 @@ def grants(*limits):
 
 class RealTime(steady.TestCase):
     def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
+        super().setUp()
         self.bench.twin("idle", truth=False)
 
     def status(self, daemon, after=2):
@@ -73,12 +73,6 @@ class RealTime(steady.TestCase):
         self.assertEqual(status.scheduling.locked_bytes, locked(daemon.child.pid))
         return status
 
-    def test_nothing_unless_it_is_asked_for(self):
-        daemon = self.bench.daemon()
-        status = self.check(daemon, 0, os.sched_getaffinity(0))
-        self.assertEqual((status.scheduling.asked_priority, status.scheduling.asked_cpus, status.scheduling.asked_lock), (0, "", False))
-        self.assertNotIn("real time", daemon.output())
-
     def test_what_is_asked_for_is_shown_as_it_was_granted(self):
         draw = seed.chance(self.id())
         priority, cpu = draw.randint(1, 98), draw.choice(sorted(os.sched_getaffinity(0)))
@@ -95,11 +89,11 @@ class RealTime(steady.TestCase):
         self.assertEqual("realtime.lock_memory is not granted" in daemon.output(), not memory, daemon.output())
         self.assertNotIn("realtime.cpus", daemon.output())
 
-        code, text = self.bench.ctl("--control", daemon.endpoint["control"], "status")
+        code, text = self.ctl(daemon, "status")
         self.assertEqual(code, 0, text)
         self.assertEqual(f"on {cpu}" in text and "real time " in text, True, text)
         self.assertEqual("not granted" in text, not (time and memory), text)
-        code, text = self.bench.ctl("--control", daemon.endpoint["control"], "metrics")
+        code, text = self.ctl(daemon, "metrics")
         families = {family.name: family for family in parser.text_string_to_metric_families(text)}
         samples = families["traction_realtime_priority"].samples
         self.assertEqual(sorted(sample.labels["thread"] for sample in samples), FRAME_PATH)
@@ -119,23 +113,11 @@ class RealTime(steady.TestCase):
                      'realtime.cpus = "1023" is not granted: Invalid argument: it runs on ',
                      "realtime.lock_memory is not granted: .*LimitMEMLOCK=infinity"):
             daemon.wait_for("warning: " + line)
-        code, text = self.bench.ctl("--control", daemon.endpoint["control"], "status")
+        code, text = self.ctl(daemon, "status")
         self.assertRegex(text, "not granted: priority 20, processors 1023, memory")
-        code, text = self.bench.ctl("--control", daemon.endpoint["control"], "top", "--once")
+        code, text = self.ctl(daemon, "top", "--once")
         self.assertRegex(text, "! .*real time is not granted: priority 20, processors 1023, memory")
         self.assertEqual(daemon.stop(), 0, daemon.output())
-
-    def test_a_camera_that_comes_back_has_a_thread_like_the_one_before(self):
-        twin = self.bench.twin("idle", truth=False, address="127.0.0.2")
-        cpu = min(os.sched_getaffinity(0))
-        daemon = self.bench.daemon(f'[realtime]\npriority = 5\ncpus = "{cpu}"\n', camera="127.0.0.2")
-        priority = 5 if grants()[0] else 0
-        self.check(daemon, priority, {cpu})
-        twin.kill()
-        daemon.wait_for("is lost")
-        self.bench.twin("idle", truth=False, address="127.0.0.2")
-        daemon.wait_for("is back")
-        self.check(daemon, priority, {cpu})
 
 
 if __name__ == "__main__":

@@ -99,29 +99,6 @@ class Recording(steady.TestCase):
                 self.assertEqual(each.message.header.flags, field.header.flags)
                 self.assertEqual((str(each.log_time_ns), str(each.publish_time_ns)), (one["log_time"], one["publish_time"]))
 
-    def test_with_pictures(self):
-        with rig.Rig() as bench:
-            bench.twin("press", truth=False)
-            daemon = bench.daemon("[publish]\npreview_hz = 20\npreview_width_px = 1024\n")
-            bench.subscribe(daemon).collect(1)
-            path = bench.folder / "press.mcap"
-            code, out = bench.ctl("record", path, "--pictures", "--seconds", "2", "--connect", daemon.endpoint["stream"])
-            self.assertEqual(code, 0, out)
-            print("\n  " + out, end=" ", flush=True)
-            (found,) = read(path)
-            (channel,) = (one for one in found["channels"] if "/preview/" in one["topic"])
-            fields = {one["publish_time"] for one in found["messages"] if "/field/" in one["topic"]}
-            pictures = [one for one in found["messages"] if one["topic"] == channel["topic"]]
-            self.assertGreater(len(pictures), 10)
-            parser = types_of(channel)
-            for one in pictures:
-                picture = parser.FromString(base64.b64decode(one["data"]))
-                self.assertEqual((picture.width, picture.height, len(picture.pixels)), (640, 480, 640 * 480 * 3))
-            inside = [one["publish_time"] in fields for one in pictures[1:-1]]
-            self.assertGreater(sum(inside), 0.5 * len(inside))  # of the same frames, where no field was lost
-            code, out = bench.ctl("export", path, bench.folder / "press.csv")
-            self.assertEqual(code, 0, out)
-
     def test_what_foxglove_draws(self):
         """By Foxglove's own definitions: arrows that turn x into the force, where the node is, as long as it is strong."""
         with rig.Rig() as bench:

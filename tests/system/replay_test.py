@@ -174,16 +174,7 @@ class Replay(replays.Replays, steady.TestCase):
         refused("empty", b"", os.EX_DATAERR, "is empty")
         refused("text", b"this is no recording at all", os.EX_DATAERR, "is no recording")
         refused("newer", content[:5] + b"1" + content[6:], os.EX_PROTOCOL, "newer version.*;")
-        for number in range(10):
-            cut = place.randrange(9, len(content) - 1)
-            refused("cut", content[:cut], os.EX_DATAERR, "not closed|no pictures")
-        for number in range(10):
-            at = place.randrange(9, len(content) - 200)
-            file = bench.folder / "hit.mcap"
-            file.write_bytes(content[:at] + place.randbytes(100) + content[at + 100:])
-            process = bench.start(rig.BIN / "tractiond", "--replay", file, "--replay-rate", "0", "--state",
-                                  bench.folder / "default" / "state", "--runtime", bench.folder / "replay-run")
-            self.assertIn(process.join(120), (0, os.EX_DATAERR, os.EX_PROTOCOL, os.EX_CONFIG), process.output())
+        refused("cut", content[:place.randrange(9, len(content) - 1)], os.EX_DATAERR, "not closed|no pictures")
         process = bench.start(rig.BIN / "tractiond", "--replay", bench.folder / "none.mcap")
         self.assertEqual(process.join(), os.EX_NOINPUT, process.output())
         other = bench.folder / "other.toml"

@@ -15,10 +15,10 @@ import seed
 import suite
 
 
-class Service(unittest.TestCase):
+class Service(rig.TestCase):
     def setUp(self):
+        super().setUp()
         self.draw = seed.chance(self.id())
-        self.bench = self.enterContext(rig.Rig())
         self.systemd = rig.Systemd(self.bench)
 
     def check(self, daemon):
@@ -210,6 +210,7 @@ class Service(unittest.TestCase):
         self.assertEqual(daemon.stop(), 0)
         self.systemd.wait_for("STOPPING=1")
         os.close(reader)
+
 
 if __name__ == "__main__":
     unittest.main()

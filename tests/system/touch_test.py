@@ -60,10 +60,7 @@ def is_pressed(message):
     return any(contact.force_N[2] > 2.0 for contact in message.contacts)
 
 
-class Touch(unittest.TestCase):
-    def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
-
+class Touch(rig.TestCase):
     def follow(self, endpoint):
         return Account(self, self.enterContext(traction.Subscriber(endpoint=endpoint, topics=traction.Topics.CONTACTS)))
 
@@ -171,11 +168,11 @@ class Fingers:
         self.context.destroy(linger=0)
 
 
-class Hand(unittest.TestCase):
+class Hand(rig.TestCase):
     FILE = rig.SOURCE / "config" / "hand.toml"
 
     def setUp(self):
-        self.bench = self.enterContext(rig.Rig())
+        super().setUp()
         self.enterContext(unittest.mock.patch.dict("os.environ", XDG_RUNTIME_DIR=str(self.bench.folder)))
 
     def hand(self, file, *more):

@@ -2,7 +2,6 @@
 #include "daemon/app/pipeline.h"
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/camera.h"
-#include "tests/support/steady.h"
 #include "tests/unit/app/interposed.h"
 #include "tests/unit/capture/fake_camera.h"
 #include "tests/unit/capture/own_network.h"
@@ -70,5 +69,6 @@ TEST(HotCapture, AllocatesAndLocksNothing) {
 
 int main(int argc, char** argv) {
   tractiond::test::enterOwnNetwork(argc, argv);
-  return tractiond::test::runWhereTheMachineIsSteady(argc, argv);
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
 }

@@ -1,7 +1,8 @@
 // The camera at work: packets and their size, its stream, death and return.
-#include "tests/support/steady.h"
 #include "tests/unit/capture/aravis_camera_bench.h"
 #include "tests/unit/capture/own_network.h"
+
+#include <gtest/gtest.h>
 
 namespace tractiond::capture::aravis_camera_test {
 namespace {
@@ -76,5 +77,6 @@ TEST_F(AravisCameraTest, TakesControlAgainWhereItWasTakenAway) {
 
 int main(int argc, char** argv) {
   tractiond::test::enterOwnNetwork(argc, argv);
-  return tractiond::test::runWhereTheMachineIsSteady(argc, argv);
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
 }

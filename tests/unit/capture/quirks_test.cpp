@@ -3,7 +3,6 @@
 #include "base/clock.h"
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/camera.h"
-#include "tests/support/steady.h"
 #include "tests/unit/capture/own_network.h"
 #include "tests/unit/capture/quirks.h"
 
@@ -230,5 +229,6 @@ TEST_F(Quirks, NoAnswerIsNoRefusal) {
 
 int main(int argc, char** argv) {
   tractiond::test::enterOwnNetwork(argc, argv);
-  return tractiond::test::runWhereTheMachineIsSteady(argc, argv);
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
 }

@@ -86,7 +86,7 @@ class Block(unittest.TestCase):
             gel += "[[layers]]\n" + "".join(f"{key} = {files._toml(value)}\n" for key, value in layer.items())
         gel += "[nodes]\n" + "".join(f"{key} = {value}\n" for key, value in task["nodes"].items())
         (self.folder / "gel.toml").write_text(gel)
-        subprocess.run([BIN / "evaluation_mechanics", self.folder, self.folder / "gel.toml"], check=True)
+        subprocess.run([BIN / "evaluation_parts", "mechanics", self.folder, self.folder / "gel.toml"], check=True)
         true = np.fromfile(self.folder / "displacement.f64").reshape(3 * len(found.nodes), -1, 3)
         own = found.influence.transpose(2, 3, 0, 1).reshape(true.shape)
         off = np.linalg.norm(own - true, axis=2).max(1) / np.linalg.norm(true, axis=2).max(1)
