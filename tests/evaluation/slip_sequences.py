@@ -87,13 +87,13 @@ class Pull:
 
 
 def judged(sequences):
-    """What touch says of sequences of observations (rows x 23, one a contact; see slip.cpp): a list of fields x 10."""
+    """What touch says of sequences of observations (rows x 23, one a contact; see slip.cpp): a list of fields x 9."""
     with tempfile.TemporaryDirectory(prefix="evaluation-") as name:
         job = pathlib.Path(name)
         rows = [np.c_[np.full(len(one), number), one] for number, one in enumerate(sequences)]
         np.concatenate(rows).astype(float).tofile(job / "observations.f64")
         subprocess.run([chain.BUILD / "bin/evaluation_slip", job], check=True)
-        found = np.fromfile(job / "slip.f64").reshape(-1, 10)
+        found = np.fromfile(job / "slip.f64").reshape(-1, 9)
     return np.split(found, np.cumsum([len(np.unique(one[:, 0])) for one in sequences])[:-1])
 
 

@@ -111,36 +111,36 @@ TEST(Follower, StatesTheWrenchOfTheField) {
     contact.orientationDeviation_rad = 0.01;
   }
   Follower follower = contacts::follower();
-  const v1::Contacts sent = taken(follower, sensor);
-  ASSERT_EQ(sent.contacts_size(), 2);
-  for (int i = 0; i < 2; ++i) {
+  const auto told = [&] {
+    const auto message = decode(Raw{"traction/v1/gel/contacts/", taken(follower, sensor).SerializeAsString()});
+    return std::get<Contacts>(message.value()).contacts;
+  };
+  const std::vector<TrackedContact> seen = told();
+  ASSERT_EQ(seen.size(), 2U);
+  for (std::size_t i = 0; i < seen.size(); ++i) {
     SCOPED_TRACE(i);
-    const Contact& is = sensor.field.contacts[static_cast<std::size_t>(i)];
-    const v1::TrackedContact& told = sent.contacts(i);
-    const auto expectVector = [](const v1::Vector3& vector, const Vector3& expected) {
-      EXPECT_EQ((Vector3{vector.x(), vector.y(), vector.z()}), expected);
+    const Contact& is = sensor.field.contacts[i];
+    const auto expectSame = [](const Covariance& covariance, const Covariance& expected) {
+      EXPECT_EQ(covariance.noise, expected.noise);
+      EXPECT_EQ(covariance.systematic, expected.systematic);
     };
-    expectVector(told.force_n(), is.force_N);
-    expectVector(told.moment_nm(), is.moment_Nm);
-    EXPECT_EQ(told.position_z_m(), is.positionZ_m);
-    const auto expectCovariance = [](const v1::Covariance& covariance, const Covariance& expected) {
-      EXPECT_TRUE(std::ranges::equal(covariance.noise(), expected.noise));
-      EXPECT_TRUE(std::ranges::equal(covariance.systematic(), expected.systematic));
-    };
-    expectCovariance(told.force_covariance_n2(), is.forceCovariance_N2);
-    expectCovariance(told.moment_covariance_n2m2(), is.momentCovariance_N2m2);
-    expectCovariance(told.force_moment_covariance_n2m(), is.forceMomentCovariance_N2m);
-    EXPECT_EQ((Vector2{told.half_axes_m().x(), told.half_axes_m().y()}), is.halfAxes_m);
-    EXPECT_EQ((Vector2{told.half_axes_deviation_m().x(), told.half_axes_deviation_m().y()}), is.halfAxesDeviation_m);
-    EXPECT_EQ(told.orientation_rad(), is.orientation_rad);
-    EXPECT_EQ(told.orientation_deviation_rad(), is.orientationDeviation_rad);
-    EXPECT_GT(told.angular_velocity_deviation_rad_s(), 0.0);
+    EXPECT_EQ(seen[i].force_N, is.force_N);
+    EXPECT_EQ(seen[i].moment_Nm, is.moment_Nm);
+    EXPECT_EQ(seen[i].positionZ_m, is.positionZ_m);
+    expectSame(seen[i].forceCovariance_N2, is.forceCovariance_N2);
+    expectSame(seen[i].momentCovariance_N2m2, is.momentCovariance_N2m2);
+    expectSame(seen[i].forceMomentCovariance_N2m, is.forceMomentCovariance_N2m);
+    EXPECT_EQ(seen[i].halfAxes_m, is.halfAxes_m);
+    EXPECT_EQ(seen[i].halfAxesDeviation_m, is.halfAxesDeviation_m);
+    EXPECT_EQ(seen[i].orientation_rad, is.orientation_rad);
+    EXPECT_EQ(seen[i].orientationDeviation_rad, is.orientationDeviation_rad);
+    EXPECT_GT(seen[i].angularVelocityDeviation_rad_s, 0.0);
   }
   sensor.field.valid = false;
-  const v1::Contacts unknown = taken(follower, sensor);
-  EXPECT_EQ(unknown.contacts(0).moment_nm().x(), 0.0);
-  EXPECT_EQ(unknown.contacts(0).force_covariance_n2().noise(0), 0.0);
-  EXPECT_EQ(unknown.contacts(0).half_axes_m().x(), sensor.field.contacts[0].halfAxes_m[0]) << "as last seen";
+  const TrackedContact unknown = told()[0];
+  EXPECT_EQ(unknown.moment_Nm, Vector3{});
+  EXPECT_EQ(unknown.forceCovariance_N2.noise, Matrix3{});
+  EXPECT_EQ(unknown.halfAxes_m, sensor.field.contacts[0].halfAxes_m) << "as last seen";
 }
 
 TEST(Follower, SaysByWhatTheFrictionIsKnown) {
