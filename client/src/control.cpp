@@ -62,7 +62,7 @@ bool await(std::span<zmq_pollitem_t> items, std::chrono::steady_clock::time_poin
 void expectPeer(zmq::socket_t& monitor, const ControlOptions& options) {
   const auto end = endAfter(options.timeout);
   bool isSomebody = false;
-  Handshake handshake(options.endpoint, !options.keys.serverKey.empty(), 1);
+  Handshake handshake(options.endpoint, !options.keys.serverKey.empty());
   for (;;) {
     zmq_pollitem_t item{monitor.handle(), 0, ZMQ_POLLIN, 0};
     if (!await({&item, 1}, end)) break;

@@ -29,22 +29,18 @@ void useKeys(zmq::socket_t& socket, const Keys& keys) {
 std::optional<Error> Handshake::process(std::uint16_t event, std::uint32_t value) {
   // About 0.5 s; or 5 s, because a tractiond may still replace another listener.
   const int mostFailures = hasKeys_ ? 5 : 25;
-  const bool mismatch =
-      event == ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL && value == ZMQ_PROTOCOL_ERROR_ZMTP_MECHANISM_MISMATCH;
-  // Mismatches are not seen at each attempt: the other side notices them too, and may close the connection first.
-  if (mismatch) ++mismatches_;
   switch (event) {
   case ZMQ_EVENT_HANDSHAKE_SUCCEEDED:
     succeeded_ = true;
-    failures_ = mismatches_ = 0;
+    failures_ = 0;
     return std::nullopt;
   case ZMQ_EVENT_HANDSHAKE_FAILED_AUTH:
     return Error(ErrorCode::kNotAllowed,
                  "the gateway at " + endpoint_ +
                      " does not let this key do that; on its box, tractionctl keys list tells who may do what");
   case ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL:
-    if (!mismatch || mismatches_ < strangers_) return std::nullopt;
-    mismatches_ = 0;
+    // A mismatch is not seen at each attempt: the other side notices it too, and may close the connection first.
+    if (value != ZMQ_PROTOCOL_ERROR_ZMTP_MECHANISM_MISMATCH) return std::nullopt;
     return Error(ErrorCode::kNotAllowed, hasKeys_
                                              ? "who is at " + endpoint_ + " knows no keys; is it a gateway?"
                                              : "the gateway at " + endpoint_ + " asks for a key, and none is given");

@@ -40,9 +40,6 @@ constexpr std::string_view kTopics = "traction/";
 /// Protobuf key of Field.timestamp, which is the first field of a message and never 0.
 constexpr std::string_view kFieldBegins = "\x09";
 
-/// Number of security-mechanism mismatches after which the peer is reported as misconfigured.
-constexpr int kStrangers = 3;
-
 constexpr std::size_t kLongestTopic = 64;  // quoted in messages
 
 constexpr std::int64_t kLargestPart_bytes = 128 << 20;  // a picture of 40 million pixels of 24 bits
@@ -127,7 +124,7 @@ struct Subscriber::Impl {
     socket.set(zmq::sockopt::tcp_keepalive_cnt, 3);
     socket.set(zmq::sockopt::maxmsgsize, kLargestPart_bytes);
     useKeys(socket, options.keys);
-    handshake.emplace(endpoint, !options.keys.serverKey.empty(), kStrangers);
+    handshake.emplace(endpoint, !options.keys.serverKey.empty());
     zmq_socket_monitor(socket.handle(), kMonitor,
                        kHandshakeEvents | ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_CONNECT_RETRIED);
     monitor.set(zmq::sockopt::rcvhwm, 0);  // unread events would otherwise stop ZeroMQ's thread

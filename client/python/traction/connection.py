@@ -31,26 +31,22 @@ _number = itertools.count()
 class Handshake:
     """Finds out from the events of a monitor why no connection is made."""
 
-    def __init__(self, endpoint: str, has_keys: bool, strangers: int) -> None:
-        """`strangers` is the number of successive peers with another security mechanism that are reported."""
-        self._endpoint, self._has_keys, self._strangers = endpoint, has_keys, strangers
+    def __init__(self, endpoint: str, has_keys: bool) -> None:
+        self._endpoint, self._has_keys = endpoint, has_keys
         self._succeeded = False
-        self._failures = self._mismatches = 0  # handshakes without a reason; with another mechanism
+        self._failures = 0  # handshakes that failed without a reason
 
     def take(self, event: int, value: int) -> Error | None:
         """Processes an event. Returns why there is no connection, if that is certain."""
         if event == zmq.EVENT_HANDSHAKE_SUCCEEDED:
-            self._succeeded, self._failures, self._mismatches = True, 0, 0
+            self._succeeded, self._failures = True, 0
         elif event == zmq.EVENT_HANDSHAKE_FAILED_AUTH:
             return NotAllowed(f"the gateway at {self._endpoint} does not let this key do that; on its box, tractionctl "
                               "keys list tells who may do what")
         elif event == zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL and value == _MECHANISM_MISMATCH:
             # The peer detects the mismatch, too. If it ends the connection first, this event does not occur.
-            self._mismatches += 1
-            if self._mismatches >= self._strangers:
-                self._mismatches = 0
-                return NotAllowed(f"who is at {self._endpoint} knows no keys; is it a gateway?" if self._has_keys else
-                                  f"the gateway at {self._endpoint} asks for a key, and none is given")
+            return NotAllowed(f"who is at {self._endpoint} knows no keys; is it a gateway?" if self._has_keys else
+                              f"the gateway at {self._endpoint} asks for a key, and none is given")
         elif event == zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL and not self._succeeded:
             # A gateway that restarts or has too many connections does this, too: a client that was connected waits.
             self._failures += 1
@@ -73,12 +69,12 @@ def _end(socket: zmq.Socket[bytes], monitor: zmq.Socket[bytes]) -> None:
 class Connection:
     """Is used by one thread. A caller waits for `socket` and `monitor`."""
 
-    def __init__(self, kind: int, endpoints: list[str], keys: Keys | None, strangers: int,
+    def __init__(self, kind: int, endpoints: list[str], keys: Keys | None,
                  options: dict[int, int | bytes], subscription: bytes | None = None) -> None:
         """`options` of the socket are set before it connects. `subscription` is for a socket that subscribes.
         Raises BadEndpoint, BadKeys."""
         self._endpoints, self._subscription = endpoints, subscription
-        self._handshake = Handshake(endpoints[-1], keys is not None, strangers)
+        self._handshake = Handshake(endpoints[-1], keys is not None)
         self._connections: set[bytes] = set()  # endpoints with a peer
         self._unheard_since = math.inf  # time of the newest connection or subscription, if nothing was received since
         self._given_up: dict[bytes, float] = {}  # endpoint -> when to try it again

@@ -25,8 +25,6 @@ _QUIET_MS = 5  # silence after which nothing waits in the network: what waits th
 _CATCH_UP_S = 0.05  # until that silence at most: a publisher may never be silent for so long
 _MOST_PASSED = 100 * _LATEST_QUEUE  # a publisher may be faster than it is read
 
-_STRANGERS = 3  # security-mechanism mismatches after which the peer is reported as misconfigured
-
 
 class Base:
     """The common part of Subscriber and aio.Subscriber."""
@@ -55,7 +53,7 @@ class Base:
         # instead of waited for.
         subscription = _FIELD_BEGINS if latest else b""
         self._touch = frozenset(one.encode() for one in touch) if endpoints else frozenset()
-        self._connection = Connection(zmq.SUB, endpoints + touch, keys, _STRANGERS, options, subscription)
+        self._connection = Connection(zmq.SUB, endpoints + touch, keys, options, subscription)
         self._intake = Intake(self.endpoint, mode, topics)
         self._timeout = timeout
 
