@@ -284,9 +284,8 @@ struct Subscriber::Impl {
   /// Subscribes to the previews of the topic's sensor: the daemon makes previews only for a subscription to their full
   /// topic, which contains the sensor's name.
   void askForPreviews(std::string_view topic) {
-    constexpr std::size_t kMostSensors = 64;  // limits memory if a publisher sends endless names
     const std::size_t slash = topic.find('/', kTopicRoot.size());
-    if (slash == std::string_view::npos || sensors.size() == kMostSensors) return;
+    if (slash == std::string_view::npos) return;
     const std::string_view sensor = topic.substr(kTopicRoot.size(), slash - kTopicRoot.size());
     if (isValidName(sensor) && sensors.emplace(sensor).second)
       socket.set(zmq::sockopt::subscribe, topicOf(sensor, "preview"));
