@@ -1,7 +1,6 @@
 // Writes numbers of the fields of a recording as CSV.
 #pragma once
 
-#include "client/cli/draft.h"
 #include "client/cli/skipped.h"
 #include "client/files/file_error.h"
 #include "recording/reader.h"
@@ -9,7 +8,10 @@
 
 #include <sysexits.h>
 
+#include <cerrno>
 #include <cstdint>
+#include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <set>
 #include <string>
@@ -17,7 +19,8 @@
 
 namespace traction::client {
 
-/// Writes a CSV file, which replaces `to`. Thread-bound. \throws FileError as exportFields()
+/// Writes a CSV file, which replaces `to`, and is deleted without finish(). Thread-bound. \throws FileError as
+/// exportFields()
 class CsvFile {
  public:
   /// \param sensor whose fields are written; empty: those of all
@@ -26,10 +29,17 @@ class CsvFile {
       , to_(to)
       , sensor_(sensor)
       , reader_(orThrow(recording::Reader::open(from)))
-      , draft_(to)
-      , file_(draft_.part()) {
+      , file_(to) {
+    if (!file_) throw FileError(EX_CANTCREAT, to_ + " cannot be created: " + std::strerror(errno));
     file_ << columns;
   }
+
+  ~CsvFile() {
+    std::error_code unknown;
+    if (!isDone_) std::filesystem::remove(to_, unknown);
+  }
+  CsvFile(const CsvFile&) = delete;
+  CsvFile& operator=(const CsvFile&) = delete;
 
   /// Calls `put(record, field)` for each field that can be decoded.
   template <typename Put>
@@ -52,7 +62,7 @@ class CsvFile {
   void write(const std::string& lines) { file_ << lines; }
   const std::set<std::string>& sensors() const { return sensors_; }  ///< Returns those that had fields.
 
-  /// Puts the file in place, unless it has no field. \throws FileError also after that, if fields were left out
+  /// Closes the file. \throws FileError also after that, if fields were left out
   void finish() {
     const std::string trouble = troubleOf(extent_, skipped_);
     if (fields_ == 0 && !sensors_.empty()) {
@@ -62,7 +72,7 @@ class CsvFile {
       throw FileError(skipped_.exitCode(), from_ + " has no fields" + (trouble.empty() ? "" : "; " + trouble));
     file_.close();
     if (!file_) throw FileError(EX_IOERR, to_ + " cannot be written");
-    draft_.finish();
+    isDone_ = true;
     if (trouble.empty()) return;
     throw FileError(skipped_.exitCode(), from_ + ": " + trouble + "; " + to_ + " has the " + std::to_string(fields_) +
                                              " fields that could be read");
@@ -77,12 +87,12 @@ class CsvFile {
  private:
   std::string from_, to_, sensor_;
   recording::Reader reader_;
-  Draft draft_;
   std::ofstream file_;
   recording::Extent extent_;
   Skipped skipped_;
   std::set<std::string> sensors_;
   std::uint64_t fields_ = 0;
+  bool isDone_ = false;
 };
 
 }  // namespace traction::client
