@@ -28,6 +28,12 @@ constexpr double kLeastVariance_rad2 = 1e-12;  ///< of an orientation
 /// as none, may be mistaken [rad]: a quarter turn is three of it.
 constexpr double kClear_rad = 0.5;
 
+constexpr double kGreatestSpeed_m_s =
+    0.5;  ///< of a contact; half of it is the deviation of a velocity before it is measured
+constexpr double kAcceleration_m_s2 = 3.0;  ///< deviation; a finger that draws circles of 15 mm twice a second has 2.4
+/// Deviation. A finger that turns to and fro by a right angle twice a second has 88, for many fields in succession.
+constexpr double kAngularAcceleration_rad_s2 = 155.0;
+
 /// Time over which a contact that slips is seen to move [ns].
 constexpr std::int64_t kSlipTime_ns = 100'000'000;
 
@@ -44,38 +50,12 @@ double radius(const Observation& of) {
   return std::sqrt(of.area_m2 / std::numbers::pi);
 }
 
-template <typename Range>
-bool finite(const Range& numbers) {
-  return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
-}
-
-bool finite(const Covariance& covariance) {
-  return finite(covariance.noise) && finite(covariance.systematic);
-}
-
-template <typename Range>
-bool deviations(const Range& numbers) {
-  return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x) && x >= 0.0; });
-}
-
-bool usable(const Field& field) {
-  return field.valid && std::all_of(field.contacts.begin(), field.contacts.end(), [](const Observation& one) {
-           return finite(one.position_m) && finite(one.force_N) && deviations(one.positionDeviation_m) &&
-                  deviations(one.forceDeviation_N) && finite(one.moment_Nm) && finite(one.forceCovariance_N2) &&
-                  finite(one.momentCovariance_N2m2) && finite(one.forceMomentCovariance_N2m) &&
-                  deviations(one.halfAxes_m) && deviations(one.halfAxesDeviation_m) &&
-                  deviations(std::array{one.area_m2, one.areaDeviation_m2, one.spreadRatioDeviation,
-                                        one.orientationDeviation_rad}) &&
-                  finite(std::array{one.spreadRatio, one.positionZ_m, one.orientation_rad});
-         });
-}
-
 double variance(double deviation) {
   return std::max(square(deviation), kLeastVariance_m2);
 }
 
 /// Leaves out of a contact what holds only for a field in which it is seen.
-void withdraw(Contact& contact, Phase phase) {
+void withdraw(Contact& contact, ContactPhase phase) {
   contact.phase = phase;
   contact.force_N = contact.forceDeviation_N = contact.moment_Nm = {};
   contact.forceCovariance_N2 = contact.momentCovariance_N2m2 = contact.forceMomentCovariance_N2m = {};
@@ -88,20 +68,19 @@ void withdraw(Contact& contact, Phase phase) {
 
 const std::vector<Contact>& ContactTracker::update(const Field& field) {
   reported_.clear();
-  const bool valid = usable(field);
-  const bool advances = valid ? field.time_ns > last_ns_ : field.time_ns >= last_ns_;
-  const bool comparable = advances && (!valid || field.basis == basis_);
+  const bool advances = field.valid ? field.time_ns > last_ns_ : field.time_ns >= last_ns_;
+  const bool comparable = advances && (!field.valid || field.basis == basis_);
   std::erase_if(tracks_, [&](Track& track) {
-    if (comparable && seconds(track.contact.seen_ns, field.time_ns) <= options_.memory_s) return false;
+    if (comparable && seconds(track.contact.seen_ns, field.time_ns) <= kMemory_s) return false;
     end(track);
     return true;
   });
-  if (valid) {
+  if (field.valid) {
     match(field);
     basis_ = field.basis;
     last_ns_ = field.time_ns;
   } else {
-    for (Track& track : tracks_) withdraw(track.contact, Phase::kUnknown);
+    for (Track& track : tracks_) withdraw(track.contact, ContactPhase::kUnknown);
   }
   for (const Track& track : tracks_) reported_.push_back(track.contact);
   return reported_;
@@ -115,16 +94,16 @@ const std::vector<Contact>& ContactTracker::endAll() {
 }
 
 void ContactTracker::end(Track& track) {
-  withdraw(track.contact, Phase::kEnd);
+  withdraw(track.contact, ContactPhase::kEnd);
   reported_.push_back(track.contact);
 }
 
-ContactTracker::Axis ContactTracker::unmoved(double position, double deviation) const {
-  return {position, 0.0, variance(deviation), 0.0, square(0.5 * options_.greatestSpeed_m_s)};
+ContactTracker::Axis ContactTracker::unmoved(double position, double deviation) {
+  return {position, 0.0, variance(deviation), 0.0, square(0.5 * kGreatestSpeed_m_s)};
 }
 
-ContactTracker::Axis ContactTracker::unturned(const Observation& at) const {
-  return {at.orientation_rad, 0.0, square(at.orientationDeviation_rad), 0.0, square(options_.turn_rad_s)};
+ContactTracker::Axis ContactTracker::unturned(const Observation& at) {
+  return {at.orientation_rad, 0.0, square(at.orientationDeviation_rad), 0.0, square(kTurn_rad_s)};
 }
 
 ContactTracker::Axis ContactTracker::Axis::predicted(double dt, double acceleration) const {
@@ -141,12 +120,12 @@ void ContactTracker::Axis::correct(double innovation, double variance) {
            (1.0 - gain) * covariance, velocityVariance - velocityGain * covariance};
 }
 
-ContactTracker::Step ContactTracker::step(const Track& track, const Observation& to, double dt) const {
-  const double reach = std::max({options_.reach_m, track.contact.radius_m, radius(to)});
+ContactTracker::Step ContactTracker::step(const Track& track, const Observation& to, double dt) {
+  const double reach = std::max({kReach_m, track.contact.radius_m, radius(to)});
   double moved = 0.0, jumped = kJump, distance2 = 0.0, noise = 0.0;
   for (int i = 0; i < 2; ++i) {
     const Axis& last = track.axes[i];
-    const Axis next = last.predicted(dt, options_.acceleration_m_s2);
+    const Axis next = last.predicted(dt, kAcceleration_m_s2);
     const double observed = variance(to.positionDeviation_m[i]);
     const double moving = next.positionVariance + observed;
     const double jumping = last.positionVariance + observed + square(reach / 3.0);
@@ -156,13 +135,13 @@ ContactTracker::Step ContactTracker::step(const Track& track, const Observation&
     noise = std::max(noise, last.positionVariance + observed);
   }
   const double distance = std::sqrt(distance2) - kDeviations * std::sqrt(noise);
-  if (track.absent || distance > options_.greatestSpeed_m_s * dt) moved = kNever;
+  if (track.absent || distance > kGreatestSpeed_m_s * dt) moved = kNever;
   if (distance > reach) jumped = kNever;
   return {std::min({moved, jumped, kNever}), jumped < moved};
 }
 
 void ContactTracker::match(const Field& field) {
-  const int observations = static_cast<int>(std::min<std::size_t>(field.contacts.size(), kMaxObservations));
+  const int observations = static_cast<int>(field.contacts.size());
   const int known = static_cast<int>(tracks_.size());
   // Beyond the known contacts each observation has a column in which it is a contact that begins.
   Eigen::MatrixXd cost = Eigen::MatrixXd::Constant(observations, known + observations, kEndAndBegin);
@@ -172,7 +151,7 @@ void ContactTracker::match(const Field& field) {
       cost(row, column) = step(track, field.contacts[row], seconds(track.contact.seen_ns, field.time_ns)).cost;
     }
   }
-  for (Track& track : tracks_) withdraw(track.contact, Phase::kAbsent);
+  for (Track& track : tracks_) withdraw(track.contact, ContactPhase::kAbsent);
   const std::vector<int> pairs = assign(cost);
   for (int row = 0; row < observations; ++row) {
     if (pairs[row] < known) {
@@ -181,7 +160,7 @@ void ContactTracker::match(const Field& field) {
       begin(field.contacts[row], field);
     }
   }
-  for (Track& track : tracks_) track.absent = track.contact.phase == Phase::kAbsent;
+  for (Track& track : tracks_) track.absent = track.contact.phase == ContactPhase::kAbsent;
 }
 
 void ContactTracker::begin(const Observation& at, const Field& field) {
@@ -190,10 +169,10 @@ void ContactTracker::begin(const Observation& at, const Field& field) {
   track.contact.begun_ns = field.time_ns;
   for (int i = 0; i < 2; ++i) track.axes[i] = unmoved(at.position_m[i], at.positionDeviation_m[i]);
   track.turn = unturned(at);
-  see(track, at, field, Phase::kBegin);
+  see(track, at, field, ContactPhase::kBegin);
 }
 
-void ContactTracker::follow(Track& track, const Observation& to, const Field& field) const {
+void ContactTracker::follow(Track& track, const Observation& to, const Field& field) {
   const double dt = seconds(track.contact.seen_ns, field.time_ns);
   const bool jumped = step(track, to, dt).jumped;
   if (jumped) {
@@ -206,19 +185,19 @@ void ContactTracker::follow(Track& track, const Observation& to, const Field& fi
       axis = unmoved(to.position_m[i], to.positionDeviation_m[i]);
       continue;
     }
-    axis = axis.predicted(dt, options_.acceleration_m_s2);
+    axis = axis.predicted(dt, kAcceleration_m_s2);
     axis.correct(to.position_m[i] - axis.position, variance(to.positionDeviation_m[i]));
   }
   if (jumped)
     track.turn = unturned(to);
   else
     turn(track.turn, to, dt);
-  see(track, to, field, Phase::kMove);
+  see(track, to, field, ContactPhase::kMove);
 }
 
 /// Follows an orientation, which begins anew where half a turn may be mistaken: of a round contact, always.
-void ContactTracker::turn(Axis& axis, const Observation& to, double dt) const {
-  const Axis next = axis.predicted(dt, options_.angularAcceleration_rad_s2);
+void ContactTracker::turn(Axis& axis, const Observation& to, double dt) {
+  const Axis next = axis.predicted(dt, kAngularAcceleration_rad_s2);
   const double seen = std::max(square(to.orientationDeviation_rad), kLeastVariance_rad2);
   if (next.positionVariance + seen > square(kClear_rad)) {
     axis = unturned(to);
@@ -228,7 +207,7 @@ void ContactTracker::turn(Axis& axis, const Observation& to, double dt) const {
   axis.correct(std::remainder(to.orientation_rad - axis.position, std::numbers::pi), seen);
 }
 
-void ContactTracker::see(Track& track, const Observation& as, const Field& field, Phase phase) const {
+void ContactTracker::see(Track& track, const Observation& as, const Field& field, ContactPhase phase) {
   Contact& contact = track.contact;
   static_cast<Observation&>(contact) = as;
   contact.phase = phase;

@@ -3,15 +3,15 @@
 // Identity. Let the last place of a contact be where it was last seen.
 //   1. A contact of a field continues an earlier one if that can have moved there: it lies where position and velocity
 //      predict it, within the deviations, and no further from the last place than the greatest speed allows; or its
-//      centre jumped, by at most Options::reach_m or its own radius. Of all ways to pair contacts, the likeliest is
+//      centre jumped, by at most kReach_m or its own radius. Of all ways to pair contacts, the likeliest is
 //      taken.
 //   2. Contacts that become one continue the contact that is nearest to the common centre, which is the strongest one.
 //      A contact that is divided continues in the nearest part. The others end by 3, or begin.
-//   3. A contact that a valid field does not show is absent. It continues if it is seen again within Options::memory_s,
-//      at most Options::reach_m or its radius from its last place; else it ends. Contacts that part again in that time
+//   3. A contact that a valid field does not show is absent. It continues if it is seen again within kMemory_s,
+//      at most kReach_m or its radius from its last place; else it ends. Contacts that part again in that time
 //      therefore have their earlier ids.
 //   4. While fields are not valid or are missing, a contact is unknown. It continues by 1, or ends when it was not
-//      seen for Options::memory_s.
+//      seen for kMemory_s.
 //   5. Contacts end, and others begin, where fields cannot be compared: time did not advance, or the basis changed (a
 //      zero, an undone zero, another gel file, a restart).
 // Ids increase from 1 and are not used again. Each begin has one end, if endAll() is called at the end of the fields.
@@ -27,19 +27,11 @@
 
 namespace touch {
 
-enum class Phase : std::uint8_t {
-  kBegin,    ///< seen for the first time
-  kMove,     ///< seen again
-  kAbsent,   ///< not in this field, and may come back: it was lifted, became one with another, or is too faint
-  kUnknown,  ///< this field is not valid
-  kEnd,      ///< the last time that this id is reported
-};
-
 /// What an observation states is as last seen, but forces, moments and their covariances are 0 in the phases absent,
 /// unknown and end, and so are velocities: they say nothing there.
 struct Contact : Observation {
   std::uint64_t id = 0;
-  Phase phase = Phase::kBegin;
+  ContactPhase phase = ContactPhase::kBegin;
   bool doubted = false;       ///< as the field in which it was last seen
   std::int64_t begun_ns = 0;  ///< time of its first field; age: the time since then
   std::int64_t seen_ns = 0;   ///< time of the last field with it
@@ -55,23 +47,12 @@ struct Contact : Observation {
 /// Thread-bound.
 class ContactTracker {
  public:
-  struct Options {
-    double memory_s = 0.1;           ///< a contact ends when it was not seen for longer; two frame intervals at least
-    double greatestSpeed_m_s = 0.5;  ///< of a contact; half of it is the deviation of a velocity before it is measured
-    double acceleration_m_s2 = 3.0;  ///< deviation; a finger that draws circles of 15 mm twice a second has 2.4
-    double reach_m = 6e-3;           ///< half of the distance from which on two contacts are told apart
-    double turn_rad_s = 5.0;         ///< deviation of an angular velocity before it is measured
-    /// Deviation. A finger that turns to and fro by a right angle twice a second has 88, for many fields in succession.
-    double angularAcceleration_rad_s2 = 155.0;
-  };
-
-  ContactTracker() = default;
-  explicit ContactTracker(const Options& options)
-      : options_(options) {}
+  static constexpr double kMemory_s = 0.1;    ///< a contact ends when it was not seen for longer
+  static constexpr double kReach_m = 6e-3;    ///< half of the distance from which on two contacts are told apart
+  static constexpr double kTurn_rad_s = 5.0;  ///< deviation of an angular velocity before it is measured
 
   /// Takes the next field. Returns all contacts, first those that end here, each part by increasing id; valid
-  /// until the next call. A field in which a number is not finite or a deviation is negative counts as not valid. Where
-  /// no field comes, one that is not valid, with the time at present, lets contacts end.
+  /// until the next call. Where no field comes, one that is not valid, with the time at present, lets contacts end.
   const std::vector<Contact>& update(const Field& field);
 
   /// Ends all contacts: the sensor is lost, or the program stops. Returns as update().
@@ -105,18 +86,17 @@ class ContactTracker {
     bool jumped;
   };
 
-  Axis unmoved(double position, double deviation) const;
-  Axis unturned(const Observation& at) const;
-  Step step(const Track& track, const Observation& to, double dt) const;
+  static Axis unmoved(double position, double deviation);
+  static Axis unturned(const Observation& at);
+  static Step step(const Track& track, const Observation& to, double dt);
   void match(const Field& field);
   void begin(const Observation& at, const Field& field);
-  void follow(Track& track, const Observation& to, const Field& field) const;
-  void turn(Axis& axis, const Observation& to, double dt) const;
-  void see(Track& track, const Observation& as, const Field& field, Phase phase) const;
+  static void follow(Track& track, const Observation& to, const Field& field);
+  static void turn(Axis& axis, const Observation& to, double dt);
+  static void see(Track& track, const Observation& as, const Field& field, ContactPhase phase);
   static void judgeSlip(Track& track, const Observation& as);
   void end(Track& track);
 
-  Options options_{};
   std::vector<Track> tracks_;  ///< by increasing id
   std::vector<Contact> reported_;
   Basis basis_;

@@ -21,8 +21,8 @@ double cost(const CriticalPoint& from, const CriticalPoint& to) {
 
 }  // namespace
 
-const std::vector<TrackedCriticalPoint>& CriticalPointTracker::update(const Field& field,
-                                                                      const std::vector<CriticalPoint>& points) {
+const std::vector<CriticalPoint>& CriticalPointTracker::update(const Field& field,
+                                                               const std::vector<CriticalPoint>& points) {
   seen_.clear();
   const bool advances = field.valid ? field.time_ns > last_ns_ : field.time_ns >= last_ns_;
   if (!advances || (field.valid && field.basis != basis_)) tracks_.clear();
@@ -43,15 +43,13 @@ const std::vector<TrackedCriticalPoint>& CriticalPointTracker::update(const Fiel
     const auto column = static_cast<std::size_t>(pairs[row]);
     const bool isKnown = pairs[row] < known;
     Track& track = isKnown ? tracks_[column] : tracks_.emplace_back();
-    if (!isKnown) {
-      track.point.id = ++lastId_;
-      track.point.begun_ns = field.time_ns;
-    }
-    static_cast<CriticalPoint&>(track.point) = points[row];
-    track.seen_ns = field.time_ns;
-    seen_.push_back(track.point);
+    CriticalPoint point = points[row];
+    point.id = isKnown ? track.point.id : ++lastId_;
+    point.begun_ns = isKnown ? track.point.begun_ns : field.time_ns;
+    track = {point, field.time_ns};
+    seen_.push_back(point);
   }
-  std::ranges::sort(seen_, {}, &TrackedCriticalPoint::id);
+  std::ranges::sort(seen_, {}, &CriticalPoint::id);
   return seen_;
 }
 

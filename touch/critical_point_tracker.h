@@ -18,11 +18,6 @@
 
 namespace touch {
 
-struct TrackedCriticalPoint : CriticalPoint {
-  std::uint64_t id = 0;
-  std::int64_t begun_ns = 0;  ///< time of its first field
-};
-
 /// Thread-bound.
 class CriticalPointTracker {
  public:
@@ -30,17 +25,18 @@ class CriticalPointTracker {
   static constexpr double kReach_m = 6e-3;
 
   /// Takes what the next field shows. \param field says when it was, whether it is valid, and its basis
-  /// \param points of it Returns the points, by increasing id; valid until the next call.
-  const std::vector<TrackedCriticalPoint>& update(const Field& field, const std::vector<CriticalPoint>& points);
+  /// \param points of it, without ids and times of begin \returns the points with these, by increasing id; valid until
+  /// the next call
+  const std::vector<CriticalPoint>& update(const Field& field, const std::vector<CriticalPoint>& points);
 
  private:
   struct Track {
-    TrackedCriticalPoint point;
+    CriticalPoint point;
     std::int64_t seen_ns = 0;
   };
 
   std::vector<Track> tracks_;  ///< by increasing id
-  std::vector<TrackedCriticalPoint> seen_;
+  std::vector<CriticalPoint> seen_;
   Basis basis_;
   std::int64_t last_ns_ = 0;  ///< time of the last valid field
   std::uint64_t lastId_ = 0;

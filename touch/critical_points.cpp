@@ -143,7 +143,9 @@ Linear around(const Grid& grid, const Triangle& triangle, const Vector2d& place)
 
 CriticalPoint describe(const Grid& grid, const Triangle& triangle, int index) {
   Linear best = inTriangle(grid, triangle);
-  CriticalPoint point{.index = index, .betweenNodes_m = {best.zero.x(), best.zero.y()}};
+  CriticalPoint point;
+  point.index = index;
+  point.betweenNodes_m = {best.zero.x(), best.zero.y()};
   const Linear fitted = around(grid, triangle, best.zero);
   const double moved_m = (fitted.zero - best.zero).norm();
   if (moved_m <= grid.pitch_m() && fitted.J.determinant() * index > 0.0) best = fitted;
@@ -151,15 +153,15 @@ CriticalPoint describe(const Grid& grid, const Triangle& triangle, int index) {
   point.position_m = {best.zero.x(), best.zero.y()};
   point.positionDeviation_m = {deviation.x(), deviation.y()};
   if (index < 0) {
-    point.kind = CriticalKind::kSaddle;
+    point.kind = CriticalPointKind::kSaddle;
     return point;
   }
   const double along = best.J.trace(), across = best.J(1, 0) - best.J(0, 1);
   point.angle_rad = std::atan2(across, along);
   if (std::abs(across) > std::abs(along)) {
-    point.kind = CriticalKind::kVortex;
+    point.kind = CriticalPointKind::kVortex;
   } else {
-    point.kind = along > 0.0 ? CriticalKind::kSource : CriticalKind::kSink;
+    point.kind = along > 0.0 ? CriticalPointKind::kSource : CriticalPointKind::kSink;
   }
   return point;
 }
@@ -257,11 +259,7 @@ class Basins {
 bool isWhole(const NodeForces& nodes) {
   if (nodes.columns < 2 || nodes.rows < 2 || nodes.pitch_m <= 0.0) return false;
   const auto count = static_cast<std::size_t>(nodes.columns) * static_cast<std::size_t>(nodes.rows);
-  const auto isFinite = [](const std::array<float, 3>& each) {
-    return std::ranges::all_of(each, [](float x) { return std::isfinite(x); });
-  };
-  return nodes.force_N.size() == count && nodes.deviation_N.size() == count &&
-         std::ranges::all_of(nodes.force_N, isFinite) && std::ranges::all_of(nodes.deviation_N, isFinite);
+  return nodes.force_N.size() == count && nodes.deviation_N.size() == count;
 }
 
 }  // namespace

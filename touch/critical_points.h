@@ -7,8 +7,9 @@
 // reaches it from outside of what is touched, or another point of the other index. What noise makes vanishes at once.
 #pragma once
 
+#include "traction/messages.h"
+
 #include <array>
-#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -23,31 +24,18 @@ struct NodeForces {
   std::span<const std::array<float, 3>> deviation_N;  ///< of force_N; 0: nothing touches
 };
 
-enum class CriticalKind : std::uint8_t {
-  kVortex,  ///< the shear turns about it more than it points towards or away from it: all spirals that do
-  kSource,  ///< points away from it
-  kSink,    ///< points towards it
-  kSaddle,
-};
+using traction::CriticalPointKind;
 
-struct CriticalPoint {
-  CriticalKind kind = CriticalKind::kVortex;
-  int index = 1;  ///< -1: a saddle
-  /// Where shear over pressure vanishes, which changes more evenly than the shear: fitted to the nodes around.
-  std::array<double, 2> position_m{};
-  /// That noise of the nodes around causes if it is the same in all of them; places are off by a third more (rms).
-  std::array<double, 2> positionDeviation_m{};
+/// The position is where shear over pressure vanishes, which changes more evenly than the shear: fitted to the nodes
+/// around.
+struct CriticalPoint : traction::CriticalPoint {
   std::array<double, 2> betweenNodes_m{};  ///< where the shear vanishes that is linear between the nodes
-  double strength = 0.0;                   ///< robustness [deviations of a node's shear]
-  /// Direction of the shear beside that away from the point, from x towards y: 0 of a source, +-pi/2 of a vortex, pi of
-  /// a sink. Of a saddle 0.
-  double angle_rad = 0.0;
 };
 
 /// Strength from which on a point is listed.
 inline constexpr double kLeastStrength = 3.0;
 
-/// Returns the critical points, strongest first. None where numbers are missing or not finite. Reentrant.
+/// Returns the critical points, strongest first. None where numbers are missing. Reentrant.
 std::vector<CriticalPoint> criticalPoints(const NodeForces& nodes, double leastStrength = kLeastStrength);
 
 }  // namespace touch

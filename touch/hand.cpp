@@ -13,12 +13,9 @@ constexpr std::int64_t kLongestError_ns = 1'000'000'000;
 
 bool isDated(const FingerFrame& frame) {
   constexpr std::int64_t kLatest_ns = std::numeric_limits<std::int64_t>::max() / 2;
-  return frame.bound != CaptureBound::kNone && frame.captured_ns > 0 && frame.captured_ns < kLatest_ns &&
-         frame.error_ns >= 0 && frame.error_ns <= kLongestError_ns;
-}
-
-bool isFinite(const Wrench& wrench) {
-  return wrench.value.allFinite() && wrench.noise.allFinite() && wrench.systematic.allFinite();
+  return frame.header.capturedBound != CaptureBound::kNone && frame.header.captured_ns > 0 &&
+         frame.header.captured_ns < kLatest_ns && frame.header.capturedError_ns >= 0 &&
+         frame.header.capturedError_ns <= kLongestError_ns;
 }
 
 double difference_ns(std::int64_t a_ns, std::int64_t b_ns) {
@@ -73,13 +70,13 @@ bool Hand::isAmbiguous(std::size_t finger, const FingerFrame& frame, std::int64_
     one.ambiguousUntil_ns = now_ns + kAmbiguity_ns;
     one.waiting.clear();
   };
-  if (track.isHeard && frame.boot != track.last.boot) {
-    if (frame.boot == track.bootBefore) mark(track);
-    track.bootBefore = track.last.boot;
+  if (track.isHeard && frame.header.boot != track.last.header.boot) {
+    if (frame.header.boot == track.bootBefore) mark(track);
+    track.bootBefore = track.last.header.boot;
   }
   for (Track& other : tracks_) {
     if (&other == &track || !other.isHeard || now_ns - other.heard_ns > kAmbiguity_ns) continue;
-    if (other.last.boot != frame.boot && other.last.sensor != frame.sensor) continue;
+    if (other.last.header.boot != frame.header.boot && other.last.header.sensor != frame.header.sensor) continue;
     mark(track);
     mark(other);
   }
@@ -88,13 +85,15 @@ bool Hand::isAmbiguous(std::size_t finger, const FingerFrame& frame, std::int64_
 
 void Hand::follow(Track& track, const FingerFrame& frame) {
   const FingerFrame& before = track.last;
-  const double interval_ns = difference_ns(frame.captured_ns, before.captured_ns);
-  if (frame.boot != before.boot || frame.number <= before.number || frame.captured_ns < before.captured_ns) {
+  const double interval_ns = difference_ns(frame.header.captured_ns, before.header.captured_ns);
+  if (frame.header.boot != before.header.boot || frame.header.frameNumber <= before.header.frameNumber ||
+      frame.header.captured_ns < before.header.captured_ns) {
     track.waiting.clear();
     track.intervals_ns.clear();
   } else if (isDated(frame) && isDated(before)) {
     if (track.intervals_ns.size() == kIntervals) track.intervals_ns.erase(track.intervals_ns.begin());
-    track.intervals_ns.push_back(interval_ns / static_cast<double>(frame.number - before.number));
+    track.intervals_ns.push_back(interval_ns /
+                                 static_cast<double>(frame.header.frameNumber - before.header.frameNumber));
   }
 }
 
@@ -120,8 +119,8 @@ std::vector<std::size_t> Hand::findSet() const {
       double nearest_ns = kInfinity;
       const std::vector<FingerFrame>& waiting = tracks_[finger].waiting;
       for (std::size_t i = 0; i < waiting.size(); ++i) {
-        const double apart_ns = difference_ns(waiting[i].captured_ns, frame.captured_ns);
-        const auto errors_ns = static_cast<double>(waiting[i].error_ns + frame.error_ns);
+        const double apart_ns = difference_ns(waiting[i].header.captured_ns, frame.header.captured_ns);
+        const auto errors_ns = static_cast<double>(waiting[i].header.capturedError_ns + frame.header.capturedError_ns);
         if (apart_ns - errors_ns > 0.5 * shortest_ns || apart_ns >= nearest_ns) continue;
         nearest_ns = apart_ns;
         set[finger] = i;
@@ -146,21 +145,22 @@ void Hand::join(const std::vector<std::size_t>& set) {
     const auto used = track.waiting.begin() + static_cast<std::ptrdiff_t>(set[i]);
     finger.frame = *used;
     track.waiting.erase(track.waiting.begin(), used + 1);
-    const bool isKnown = finger.frame.valid && isFinite(finger.frame.wrench);
-    finger.state = isKnown ? FingerState::kMatched : FingerState::kNotValid;
-    if (isKnown) {
+    finger.state = finger.frame.valid ? FingerState::kMatched : FingerState::kNotValid;
+    if (finger.frame.valid) {
       transform(track.toHand, finger.frame.wrench);
     } else {
       finger.frame.wrench = {};
       grasp_.valid = false;
     }
-    grasp_.earliest_ns = std::min(grasp_.earliest_ns, finger.frame.captured_ns - finger.frame.error_ns);
-    grasp_.latest_ns = std::max(grasp_.latest_ns, finger.frame.captured_ns + finger.frame.error_ns);
+    grasp_.earliest_ns =
+        std::min(grasp_.earliest_ns, finger.frame.header.captured_ns - finger.frame.header.capturedError_ns);
+    grasp_.latest_ns =
+        std::max(grasp_.latest_ns, finger.frame.header.captured_ns + finger.frame.header.capturedError_ns);
   }
   if (!grasp_.valid) return;
   for (const Grasp::Finger& finger : grasp_.fingers) {
     const auto sharing = std::ranges::count_if(grasp_.fingers, [&](const Grasp::Finger& other) {
-      return other.frame.calibration == finger.frame.calibration;
+      return other.frame.header.calibration == finger.frame.header.calibration;
     });
     grasp_.wrench.value += finger.frame.wrench.value;
     grasp_.wrench.noise += finger.frame.wrench.noise;

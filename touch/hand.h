@@ -43,31 +43,13 @@ struct Wrench {
   Matrix6 noise = Matrix6::Zero(), systematic = Matrix6::Zero();
 };
 
-/// Why a finger is, or is not, in a grasp.
-enum class FingerState : std::uint8_t {
-  kMatched,
-  kNotValid,   ///< it is, but its field is not valid
-  kUnmatched,  ///< its frames come, at other times than those of the other fingers
-  kUndated,    ///< its frames come without a bound of their time of capture
-  kMissing,    ///< none has arrived for Hand::kSilence_ns
-  kAmbiguous,  ///< frames of two daemons came for it, or another finger has the same sensor
-};
-
-/// Which sides of a time of capture are bounds; the lower one of kLatest leaves out a delay that is not known.
-enum class CaptureBound : std::uint8_t { kNone, kBoth, kLatest };
+using traction::CaptureBound, traction::FingerState;
 
 /// What a field of one finger says.
 struct FingerFrame {
-  std::string sensor;
-  Basis::Id boot{}, calibration{};
-  std::uint64_t number = 0;
-  std::int64_t captured_ns = 0, error_ns = 0;  ///< time of capture and its half width; all fingers have one clock
-  CaptureBound bound = CaptureBound::kNone;    ///< what of captured_ns +- error_ns is a bound
+  traction::Header header;  ///< all fingers have one clock
   bool valid = false;
   Wrench wrench{};  ///< of all that acts on the gel, gel frame
-  // Not read here, for who makes a message of the grasp.
-  std::uint32_t flags = 0;
-  std::int64_t received_ns = 0, receivedReal_ns = 0;
 };
 
 struct Grasp {
@@ -105,7 +87,7 @@ class Hand {
     std::vector<FingerFrame> waiting;  ///< not matched yet, at most kWaiting; oldest first
     std::vector<double> intervals_ns;  ///< the last ones, at most kIntervals
     FingerFrame last;                  ///< whatever it is
-    Basis::Id bootBefore{};            ///< that from which `last.boot` differs
+    Id bootBefore{};                   ///< that from which the boot of `last` differs
     std::int64_t heard_ns = 0;         ///< when it arrived
     std::int64_t ambiguousUntil_ns = 0;
     bool isHeard = false;

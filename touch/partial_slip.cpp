@@ -201,14 +201,14 @@ double PartialSlip::surelyBorne(double normal_N) const {
 /// Adds what a frame says of mu.
 void PartialSlip::add(const Observation& contact, double least, std::int64_t time_ns) {
   const double keep = weight_ > 0.0 ? std::exp(-seconds(last_ns_, time_ns) / kMemory_s) : 0.0,
-               weight = 1.0 / squared(kNew * contact.spreadRatioDeviation);
+               weight = 1.0 / squared(kNew * contact.shearSpreadRatioDeviation);
   last_ns_ = time_ns;
   weight_ = keep * weight_ + weight;
   for (std::size_t i = 0; i < kSteps; ++i) {
     const double expected = spreadRatio(stickRatio(least / frictions()[i]));
     auto& [away, stays] = sums_[i];
-    away = keep * away + weight * (contact.spreadRatio - expected);
-    stays = keep * stays + weight * (squared(kStays * contact.spreadRatioDeviation) + squared(kModel) +
+    away = keep * away + weight * (contact.shearSpreadRatio - expected);
+    stays = keep * stays + weight * (squared(kStays * contact.shearSpreadRatioDeviation) + squared(kModel) +
                                      squared(kModelShare * (expected - 1.0)));
   }
 }
@@ -266,7 +266,7 @@ void PartialSlip::judge(const Load& load, double normal_N, Slip& slip) const {
   const auto& [estimate, low, high] = slip.friction;
   slip.stickRatio = {stickRatio(load.least / estimate), stickRatio(load.least / low), stickRatio(load.least / high)};
   slip.margin_N = std::fmax(0.0, estimate * normal_N - load.all_N);
-  slip.holding_N = kReserve * load.all_N / low;
+  slip.holdingForce_N = kReserve * load.all_N / low;
 }
 
 std::optional<Slip> PartialSlip::see(const Observation& contact, std::int64_t time_ns, const Motion& moved) {
@@ -277,7 +277,7 @@ std::optional<Slip> PartialSlip::see(const Observation& contact, std::int64_t ti
       normal_N > kSure * contact.forceDeviation_N[2] && load.all_N > kSure * load.deviation_N && load.all_N > 0.0;
   if (!isSure || !(load.least < kLargestFriction)) return std::nullopt;
   const bool loaded = isLoaded(normal_N, load);
-  if (contact.spreadRatioDeviation > 0.0 && loaded && load.torque_N < kTorque * load.shear_N)
+  if (contact.shearSpreadRatioDeviation > 0.0 && loaded && load.torque_N < kTorque * load.shear_N)
     add(contact, load.least, time_ns);
   if (isSliding) addSlide(load, normal_N, time_ns);
   const bool bearsMore =

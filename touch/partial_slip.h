@@ -37,37 +37,12 @@ namespace touch {
 /// The largest coefficient of friction that is considered.
 inline constexpr double kLargestFriction = 3.0;
 
-/// Median and 95 % interval.
-struct Interval {
-  double estimate = 0.0, low = 0.0, high = 0.0;
-};
+using traction::Interval, traction::SlipModel, traction::SlipState;
 
-enum class SlipState {
-  kUnknown,   ///< says nothing about slip: little of the friction is known
-  kSticking,  ///< none of the others
-  /// The alarm: more than 0.8 of the shear is reached at which the contact slips, with a probability of 0.8 in two
-  /// frames; until that is below 0.1.
-  kIncipient,
-  kSlipping,  ///< the contact has moved along its shear, and may bear no more
-};
-
-/// What the friction is known by.
-enum class SlipModel {
-  kBall,     ///< the spread of the shear, as of a ball
-  kBound,    ///< the load alone
-  kSliding,  ///< the load while the contact slid
-};
-
-struct Slip {
-  SlipState state = SlipState::kUnknown;  ///< of kBound always unknown
-  SlipModel model = SlipModel::kBound;
-  Interval stickRatio;  ///< c / a of a ball under this load
-  /// Of kBound the estimate is the low end, and the high end kLargestFriction: the contact shows a lower bound only.
-  Interval friction;
-  double margin_N = 0.0;  ///< further shear, in any direction, until it slips, by the estimate of the friction
-  /// Normal force that holds the load by the low end of the friction, with a quarter in reserve.
-  double holding_N = 0.0;
-  double incipient = 0.0;  ///< probability that more than 0.8 of the load is reached at which the contact slips
+/// Its `model` is kBall, kBound or kSliding. The alarm, kIncipient, is on from a probability of 0.8 in two frames that
+/// more than 0.8 of the load is reached at which the contact slips, until that is below 0.1.
+struct Slip : traction::Slip {
+  double incipient = 0.0;  ///< that probability
 };
 
 /// How far a contact has moved of late, and the deviations of that.

@@ -1,7 +1,6 @@
 // Writes numbers of the fields of a recording as CSV.
 #pragma once
 
-#include "client/cli/draft.h"
 #include "client/cli/skipped.h"
 #include "client/files/file_error.h"
 #include "recording/reader.h"
@@ -9,15 +8,49 @@
 
 #include <sysexits.h>
 
+#include <array>
+#include <cerrno>
+#include <charconv>
 #include <cstdint>
+#include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <set>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 
 namespace traction::client {
 
-/// Writes a CSV file, which replaces `to`. Thread-bound. \throws FileError as exportFields()
+/// A line of comma-separated values.
+class CsvLine {
+ public:
+  CsvLine& add(std::string_view word) {
+    if (!text_.empty()) text_ += ',';
+    text_ += word;
+    return *this;
+  }
+  /// Writes the fewest digits that give the number again, in any locale.
+  template <typename Number>
+  requires std::is_arithmetic_v<Number> CsvLine& add(Number number) {
+    std::array<char, 32> digits{};
+    const char* const end = std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr;
+    return add(std::string_view(digits.data(), static_cast<std::size_t>(end - digits.data())));
+  }
+  template <std::size_t kSize>
+  CsvLine& add(const std::array<double, kSize>& vector) {
+    for (const double each : vector) add(each);
+    return *this;
+  }
+  std::string take() { return std::move(text_) + "\n"; }
+
+ private:
+  std::string text_;
+};
+
+/// Writes a CSV file, which replaces `to`, and is deleted without finish(). Thread-bound. \throws FileError as
+/// exportFields()
 class CsvFile {
  public:
   /// \param sensor whose fields are written; empty: those of all
@@ -26,10 +59,17 @@ class CsvFile {
       , to_(to)
       , sensor_(sensor)
       , reader_(orThrow(recording::Reader::open(from)))
-      , draft_(to)
-      , file_(draft_.part()) {
+      , file_(to) {
+    if (!file_) throw FileError(EX_CANTCREAT, to_ + " cannot be created: " + std::strerror(errno));
     file_ << columns;
   }
+
+  ~CsvFile() {
+    std::error_code unknown;
+    if (!isDone_) std::filesystem::remove(to_, unknown);
+  }
+  CsvFile(const CsvFile&) = delete;
+  CsvFile& operator=(const CsvFile&) = delete;
 
   /// Calls `put(record, field)` for each field that can be decoded.
   template <typename Put>
@@ -52,7 +92,7 @@ class CsvFile {
   void write(const std::string& lines) { file_ << lines; }
   const std::set<std::string>& sensors() const { return sensors_; }  ///< Returns those that had fields.
 
-  /// Puts the file in place, unless it has no field. \throws FileError also after that, if fields were left out
+  /// Closes the file. \throws FileError also after that, if fields were left out
   void finish() {
     const std::string trouble = troubleOf(extent_, skipped_);
     if (fields_ == 0 && !sensors_.empty()) {
@@ -62,7 +102,7 @@ class CsvFile {
       throw FileError(skipped_.exitCode(), from_ + " has no fields" + (trouble.empty() ? "" : "; " + trouble));
     file_.close();
     if (!file_) throw FileError(EX_IOERR, to_ + " cannot be written");
-    draft_.finish();
+    isDone_ = true;
     if (trouble.empty()) return;
     throw FileError(skipped_.exitCode(), from_ + ": " + trouble + "; " + to_ + " has the " + std::to_string(fields_) +
                                              " fields that could be read");
@@ -77,12 +117,12 @@ class CsvFile {
  private:
   std::string from_, to_, sensor_;
   recording::Reader reader_;
-  Draft draft_;
   std::ofstream file_;
   recording::Extent extent_;
   Skipped skipped_;
   std::set<std::string> sensors_;
   std::uint64_t fields_ = 0;
+  bool isDone_ = false;
 };
 
 }  // namespace traction::client

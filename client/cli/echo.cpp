@@ -1,10 +1,10 @@
 #include "client/cli/commands.h"
 #include "client/cli/exit_codes.h"
 #include "client/cli/notes.h"
-#include "client/cli/parsing.h"
 #include "client/show/json.h"
 #include "client/show/output.h"
 #include "client/show/terminal.h"
+#include "manual/number.h"
 #include "traction/subscriber.h"
 
 #include <sysexits.h>
@@ -36,11 +36,10 @@ void echo(const SubscriberOptions& options, unsigned topics, long count) {
                                             : "see tractionctl status",
               "standard output is read too slowly, or this machine is too busy",
               (topics & ~kOfTouch) == 0 && options.endpoint.empty() ? "traction-touch" : "tractiond");
-  Count printed = 0, unprinted = 0;
+  Count printed = 0;
   const auto account = [&] {
     std::string text = std::to_string(printed) + " messages printed";
     if (subscriber.lost() != 0) text += ", " + std::to_string(subscriber.lost()) + " lost";
-    if (unprinted != 0) text += ", " + std::to_string(unprinted) + " that waited not printed";
     return text;
   };
   rememberSignals();
@@ -55,17 +54,13 @@ void echo(const SubscriberOptions& options, unsigned topics, long count) {
       notes.noteConnection(subscriber.isConnected(), Notes::Clock::now());
       expectReader();
       if (!message) continue;
-      if (printLine(toJson(*message))) {
-        ++printed;
-        continue;
-      }
-      // The reader stalls.
-      for (unprinted = 1; subscriber.receive(0ms);) ++unprinted;  // a description among them counts, too
+      if (!printLine(toJson(*message))) break;  // a signal came while the reader stalls
+      ++printed;
     }
   } catch (const OutputError& error) {
     throw OutputError(std::string(error.what()) + "; " + account());
   }
-  if (subscriber.lost() + unprinted != 0) std::fprintf(stderr, "tractionctl: %s\n", account().c_str());
+  if (subscriber.lost() != 0) std::fprintf(stderr, "tractionctl: %s\n", account().c_str());
 }
 
 struct EchoLine {
@@ -97,7 +92,7 @@ void addEcho(Commands& commands) {
       ->capture_default_str();
   command.add_option("--count", options->count, "number of messages; without it: until Ctrl-C")
       ->type_name("NUMBER")
-      ->check(integer("a number of messages, as in 100"));
+      ->check(manual::number(0.0, 1e15, "a number of messages, as in 100"));
   command.add_flag("--latest", options->latest,
                    "only the newest field, from the endpoint 'latest': a slow reader misses those between");
 }

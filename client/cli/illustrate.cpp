@@ -1,4 +1,3 @@
-#include "client/cli/draft.h"
 #include "client/cli/recordings.h"
 #include "client/cli/skipped.h"
 #include "client/files/file_error.h"
@@ -87,18 +86,17 @@ void illustrate(const std::string& from, const std::string& to, const std::strin
   std::error_code unknown;
   if (std::filesystem::equivalent(from, to, unknown))
     throw FileError(EX_USAGE, to + " is what is to be exported: another name for what comes of it");
-  Draft draft(to);
-  Illustrated made(draft.part(), sensor);
+  Illustrated made(to, sensor);
   const auto extent =
       orThrow(reader.read([&](const recording::Channel& channel, const recording::Schema* schema,
                               const recording::Message& record) { made.add(channel, schema, record); }));
   const std::string trouble = troubleOf(extent, made.skipped());
   if (made.drawn() == 0) {
+    std::filesystem::remove(to, unknown);
     throw FileError(made.skipped().exitCode(), from + " has nothing to draw" + (sensor.empty() ? "" : " of " + sensor) +
                                                    (trouble.empty() ? "" : "; " + trouble));
   }
   made.finish();
-  draft.finish();
   if (!trouble.empty())
     throw FileError(made.skipped().exitCode(), from + ": " + trouble + "; " + to + " has what could be read");
 }

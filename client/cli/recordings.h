@@ -10,9 +10,8 @@ namespace traction::client {
 // All functions below throw FileError: EX_NOINPUT if a recording cannot be read, EX_DATAERR if it is none or is
 // damaged, EX_PROTOCOL if it is of a newer version; EX_CANTCREAT if a file cannot be created; EX_IOERR if the disk
 // fails. They block until they are done, and throw OutputError if standard output cannot be written. A file that is
-// created must not exist yet (EX_CANTCREAT), except where the comment says that it is replaced, as a whole and only if
-// all of it could be written. What record() and replay() print last may remain in the buffer of stdio until
-// flushOutput().
+// created must not exist yet (EX_CANTCREAT), except where the comment says that it is replaced. What record() and
+// replay() print last may remain in the buffer of stdio until flushOutput().
 
 /// Records every message of `options.topics` into a new file until SIGINT, SIGTERM or SIGHUP, whose handlers it sets,
 /// or until the time is over, and prints a summary. Reports on standard error what Notes reports. After an error the

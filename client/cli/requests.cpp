@@ -1,7 +1,7 @@
 // status, metrics, describe, zero and trigger: one request each.
 #include "client/cli/commands.h"
 #include "client/cli/exit_codes.h"
-#include "client/cli/instances.h"
+#include "client/doctor/checks.h"
 #include "client/show/health.h"
 #include "client/show/json.h"
 #include "client/show/metrics.h"
@@ -54,7 +54,7 @@ void metrics(const ControlOptions& options, bool one, bool http) {
   constexpr std::chrono::milliseconds kPatience(1000);
   if (http) skipRequest();
   std::vector<Measured> all;
-  for (const std::string& name : one ? std::set<std::string>{options.instance} : instancesHere()) {
+  for (const std::string& name : one ? std::set<std::string>{options.instance} : doctor::instancesOf(doctor::Box())) {
     ControlOptions asked = options;
     asked.instance = name;
     if (!one) asked.timeout = kPatience;  // Prometheus waits ten seconds for all

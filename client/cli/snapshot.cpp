@@ -1,6 +1,5 @@
 // Writes a picture of the camera as a PNG file, with rings around markers and spots.
 #include "client/cli/commands.h"
-#include "client/cli/exit_codes.h"
 #include "client/show/output.h"
 #include "client/show/png_file.h"
 #include "client/src/printable.h"
@@ -10,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -191,18 +189,6 @@ void snapshot(const ControlOptions& options, const std::string& path, bool marke
   flushOutput();
 }
 
-/// Returns the name with ".png" if it ends as that of a picture of another type; else an empty text.
-std::string asPng(const std::string& path) {
-  const std::size_t dot = path.rfind('.');
-  if (dot == std::string::npos || path.find('/', dot) != std::string::npos) return "";
-  std::string type = path.substr(dot + 1);
-  std::ranges::transform(type, type.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  for (const char* other : {"jpg", "jpeg", "tif", "tiff", "bmp", "gif", "webp", "pgm", "ppm", "raw"}) {
-    if (type == other) return path.substr(0, dot) + ".png";
-  }
-  return "";
-}
-
 }  // namespace
 
 void addSnapshot(Commands& commands) {
@@ -213,9 +199,6 @@ void addSnapshot(Commands& commands) {
   const auto options = std::make_shared<Options>();
   CLI::App& command =
       commands.add("snapshot", "Writes the camera's next picture as a PNG file", [options](const Target& target) {
-        if (std::string png = asPng(options->path); !png.empty()) {
-          return fail(EX_USAGE, "snapshot writes PNG files: name it " + png);
-        }
         return snapshot(target.control(), options->path, options->marked), EX_OK;
       });
   command.add_option("file", options->path, "file to write; an existing one is replaced")

@@ -1,8 +1,8 @@
 // Shows the state of instruments live.
 #include "client/cli/commands.h"
-#include "client/cli/instances.h"
 #include "client/cli/notes.h"
 #include "client/cli/parsing.h"
+#include "client/doctor/checks.h"
 #include "client/show/board.h"
 #include "client/show/output.h"
 #include "client/show/receiver.h"
@@ -93,7 +93,7 @@ Watchers watchersFor(const SubscriberOptions& options, const TopCommand& command
   if (one) {
     add("", "");
   } else {
-    for (const std::string& name : instancesHere()) add(name, "");
+    for (const std::string& name : doctor::instancesOf(doctor::Box())) add(name, "");
   }
   return all;
 }

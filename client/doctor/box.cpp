@@ -5,7 +5,6 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <sys/statvfs.h>
 #include <sys/timex.h>
 #include <unistd.h>
 
@@ -13,8 +12,6 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
-#include <cstdlib>
-#include <cstring>
 #include <iterator>
 #include <sstream>
 
@@ -71,12 +68,6 @@ Box::FileStatus Box::fileStatus(const std::string& path) const {
   return {.error = 0, .user = found.st_uid, .group = found.st_gid, .mode = found.st_mode & 07777U};
 }
 
-std::optional<Box::Space> Box::space(const std::string& path) const {
-  struct statvfs found {};
-  if (statvfs(at(path).c_str(), &found) != 0) return std::nullopt;
-  return Space{(found.f_flag & ST_RDONLY) != 0, std::uint64_t{found.f_bavail} * found.f_frsize};
-}
-
 std::optional<bool> Box::keepsTime() const {
   timex asked{};
   if (adjtimex(&asked) < 0) return std::nullopt;
@@ -95,30 +86,6 @@ std::optional<Box::Ran> Box::run(const std::vector<std::string>& words) const {
   tractiond::ChildEnd end = tractiond::runChild({words.begin() + 1, words.end()}, {.program = words[0]});
   if (end.how != tractiond::ChildEnd::How::kExit) return std::nullopt;
   return Ran{end.code, std::move(end.output), std::move(end.errors)};
-}
-
-Processes processesOf(const Box& box) {
-  Processes found;
-  const Box::Listing names = box.list("/proc");
-  for (const std::string& name : names.names) {
-    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
-    const std::string file = "/proc/" + name + "/comm";
-    const Box::Reading comm = box.read(file);
-    const bool hasEnded = comm.error == ENOENT || comm.error == ESRCH;
-    if (!comm && !hasEnded) found.whyUnknown = file + ": " + std::strerror(comm.error);
-    if (!comm) continue;
-    const std::string title = comm.text.substr(0, comm.text.find('\n'));
-    Process process{static_cast<int>(std::strtol(name.c_str(), nullptr, 10)), title, {}};
-    std::istringstream words(box.read("/proc/" + name + "/cmdline").text);
-    for (std::string word; std::getline(words, word, '\0');) process.words.push_back(word);
-    found.all.push_back(std::move(process));
-  }
-  if (names.error != 0) {
-    found.whyUnknown = std::string("/proc cannot be listed: ") + std::strerror(names.error);
-  } else if (std::find(names.names.begin(), names.names.end(), "1") == names.names.end()) {
-    found.whyUnknown = "/proc hides the processes of other users";
-  }
-  return found;
 }
 
 std::vector<std::string> wordsOf(const std::string& line) {

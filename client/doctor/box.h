@@ -53,13 +53,6 @@ class Box {
   /// Returns owner, group and permissions of a file or directory, with symbolic links followed.
   virtual FileStatus fileStatus(const std::string& path) const;
 
-  struct Space {
-    bool readOnly = false;
-    std::uint64_t free_bytes = 0;  ///< that programs without privileges may use
-  };
-  /// Returns the space of the file system that the path is on; nothing if it is not known.
-  virtual std::optional<Space> space(const std::string& path) const;
-
   struct Ran {
     int exitCode = 0;
     std::string output, complaint;  ///< standard output and error
@@ -85,19 +78,6 @@ class Box {
 
   std::filesystem::path root_;
 };
-
-/// A process of the box.
-struct Process {
-  int id = 0;
-  std::string name;                ///< at most 15 letters
-  std::vector<std::string> words;  ///< of its command line, the program first; empty for threads of the kernel
-};
-struct Processes {
-  std::vector<Process> all;
-  std::string whyUnknown;  ///< why there may be more; empty: there are none
-};
-/// Returns the processes that /proc lists below the box's root; those that end meanwhile are left out.
-Processes processesOf(const Box& box);
 
 /// Splits a line at its blanks; no word is empty.
 std::vector<std::string> wordsOf(const std::string& line);

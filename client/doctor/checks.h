@@ -4,6 +4,7 @@
 #include "client/doctor/box.h"
 
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -55,22 +56,22 @@ struct Instance {
   std::string file;                  ///< path of its configuration, which need not exist
   std::optional<Settings> settings;  ///< none: not known
   std::string whyUnknown;            ///< why the settings are not known
-  std::vector<int> processes;        ///< ids of its processes of tractiond
 };
 
 /// The examined machine, with data that more than one check needs. Borrows the box.
 struct Patient {
   const Box& box;
   std::string program;  ///< path of tractiond
-  std::vector<Process> processes;
   std::vector<Instance> instances;
-  std::string whyUnknown = {};  ///< why there may be more processes; empty: there are none
 };
 
-/// Collects the processes and the instances with their settings. Runs `program` once for each instance, and waits for
-/// it, 10 s at most. What cannot be found out is left empty: it has no errors. The box must outlive the result. \param
-/// program path of tractiond \param instance the only one to examine; empty: all that have a configuration file, an
-/// enabled unit or a running daemon, or "default" if there are none
+/// Returns the names of the instances that have a configuration file, an enabled unit or a control socket; "default" if
+/// there are none. Directories that cannot be read count as empty.
+std::set<std::string> instancesOf(const Box& box);
+
+/// Collects the instances with their settings. Runs `program` once for each instance, and waits for it, 10 s at most.
+/// What cannot be found out is left empty: it has no errors. The box must outlive the result. \param program path of
+/// tractiond \param instance the only one to examine; empty: instancesOf()
 Patient admit(const Box& box, const std::string& program, const std::string& instance);
 
 /// Returns the id of a user or group from a file like /etc/passwd or /etc/group; nothing if the name is not in it or
@@ -87,19 +88,15 @@ bool mayUseUsb(const Patient& patient);
 // errors: a check that cannot be carried out is a finding kUnknown, one that does not apply kOk. They change nothing on
 // the machine; checkService() runs tractiond and systemctl by Box::run(), which may wait for 10 s each.
 
-/// Checks frequency governor, time of day, and permissions of USB.
+/// Checks frequency governor, time of day, the rule for cameras on USB, user and group tractiond, and whether the user
+/// who runs it is in that group.
 void checkMachine(const Patient& patient, std::vector<Finding>& findings);
 /// Checks the link to a camera on the network: receive buffer, MTU, reverse path filter, NetworkManager.
 void checkNetwork(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
-/// Checks user and group tractiond, whether the user who runs it is in that group, and whether others than root may
-/// change the gateway's keys.
-void checkAccess(const Patient& patient, std::vector<Finding>& findings);
-/// Checks configuration, systemd unit, and state directory of an instance.
+/// Checks configuration and systemd unit of an instance. Asks the running daemon for its status, as Box::status() does,
+/// and reports client::problems() as one finding: kOk without one, kWarn if forces are doubtful, kFail if there are no
+/// valid forces, kUnknown if no daemon answers.
 void checkService(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
-/// Asks the running daemon for its status, as Box::status() does, and reports client::problems() as one finding: kOk
-/// without one, kWarn if forces are doubtful, kFail if there are no valid forces, kUnknown if no daemon runs or
-/// answers.
-void checkMeasurement(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
 
 /// Carries out all checks, those of the machine first, then those of each instance, in order of their names, and sets
 /// Finding::instance of the latter. Blocks until they are done. \param box need not outlive the result \param program

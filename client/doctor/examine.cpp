@@ -3,10 +3,10 @@
 #include "proto/traction/v1/endpoints.h"
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <set>
 
 namespace traction::doctor {
@@ -14,51 +14,6 @@ namespace traction::doctor {
 namespace {
 
 constexpr const char* kFolder = "/etc/tractiond";
-
-/// Returns the value of an option of a command line.
-std::string valueOf(const std::vector<std::string>& words, const std::string& option) {
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (words[i] == option && i + 1 < words.size()) return words[i + 1];
-    if (words[i].rfind(option + "=", 0) == 0) return words[i].substr(option.size() + 1);
-  }
-  return "";
-}
-
-std::string instanceOf(const Process& process) {
-  const std::string name = valueOf(process.words, "--instance");
-  return name.empty() ? kDefaultInstance : name;
-}
-
-/// Returns whether a process is a daemon: it has no option that only prints something.
-bool isDaemon(const Process& process) {
-  static constexpr std::array kQuestions = {"--check-config", "--print-config", "--cameras",
-                                            "--plan",         "--version",      "--help"};
-  return process.name == "tractiond" &&
-         std::none_of(process.words.begin(), process.words.end(), [](const std::string& word) {
-           return std::find(kQuestions.begin(), kQuestions.end(), word.substr(0, word.find('='))) != kQuestions.end();
-         });
-}
-
-std::set<std::string> namesOf(const Patient& patient) {
-  std::set<std::string> names;
-  const auto add = [&](std::string name) {
-    if (isValidName(name)) names.insert(std::move(name));
-  };
-  for (const std::string& file : patient.box.list(kFolder).names) {
-    const std::filesystem::path path(file);
-    if (path.extension() == ".toml") add(path.stem());
-  }
-  const std::string unit = "tractiond@", kind = ".service";
-  for (const std::string& file : patient.box.list("/etc/systemd/system/multi-user.target.wants").names) {
-    if (file.rfind(unit, 0) == 0 && file.size() > unit.size() + kind.size())
-      add(file.substr(unit.size(), file.size() - unit.size() - kind.size()));
-  }
-  for (const Process& process : patient.processes) {
-    if (isDaemon(process)) add(instanceOf(process));
-  }
-  if (names.empty()) names.insert(kDefaultInstance);
-  return names;
-}
 
 /// Returns the settings by the daemon's own text of its configuration, which includes all defaults.
 std::optional<Settings> settingsOf(const std::string& text) {
@@ -93,14 +48,34 @@ void readSettings(const Patient& patient, Instance& instance) {
 
 }  // namespace
 
-Patient admit(const Box& box, const std::string& program, const std::string& instance) {
-  Processes processes = processesOf(box);
-  Patient patient{box, program, std::move(processes.all), {}, std::move(processes.whyUnknown)};
-  for (const std::string& name : instance.empty() ? namesOf(patient) : std::set<std::string>{instance}) {
-    Instance one{name, std::string(kFolder).append("/").append(name).append(".toml"), {}, {}, {}};
-    for (const Process& process : patient.processes) {
-      if (isDaemon(process) && instanceOf(process) == name) one.processes.push_back(process.id);
+std::set<std::string> instancesOf(const Box& box) {
+  std::set<std::string> names;
+  const auto add = [&](std::string name) {
+    if (isValidName(name)) names.insert(std::move(name));
+  };
+  for (const std::string& file : box.list(kFolder).names) {
+    const std::filesystem::path path(file);
+    if (path.extension() == ".toml") add(path.stem());
+  }
+  const std::string unit = "tractiond@", kind = ".service";
+  for (const std::string& file : box.list("/etc/systemd/system/multi-user.target.wants").names) {
+    if (file.rfind(unit, 0) == 0 && file.size() > unit.size() + kind.size())
+      add(file.substr(unit.size(), file.size() - unit.size() - kind.size()));
+  }
+  for (const std::filesystem::path& example : runtimeDirectories(kDefaultInstance)) {
+    const std::string folder = example.parent_path();
+    for (const std::string& name : box.list(folder).names) {
+      if (box.exists(std::string(folder).append("/").append(name).append("/control"))) add(name);
     }
+  }
+  if (names.empty()) names.insert(kDefaultInstance);
+  return names;
+}
+
+Patient admit(const Box& box, const std::string& program, const std::string& instance) {
+  Patient patient{box, program, {}};
+  for (const std::string& name : instance.empty() ? instancesOf(box) : std::set<std::string>{instance}) {
+    Instance one{name, std::string(kFolder).append("/").append(name).append(".toml"), {}, {}};
     readSettings(patient, one);
     patient.instances.push_back(std::move(one));
   }
@@ -127,12 +102,10 @@ std::vector<Finding> examine(const Box& box, const std::string& program, const s
   const Patient patient = admit(box, program, instance);
   std::vector<Finding> findings;
   checkMachine(patient, findings);
-  checkAccess(patient, findings);
   for (const Instance& one : patient.instances) {
     const std::size_t before = findings.size();
     checkService(patient, one, findings);
     checkNetwork(patient, one, findings);
-    checkMeasurement(patient, one, findings);
     for (std::size_t i = before; i < findings.size(); ++i) findings[i].instance = one.name;
   }
   return findings;

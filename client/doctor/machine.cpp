@@ -1,9 +1,8 @@
-// Checks the machine itself: processors, time of day, USB.
+// Checks the machine itself: processors, time of day, USB, user and group.
 
 #include "client/doctor/checks.h"
 
 #include <algorithm>
-#include <cstring>
 
 namespace traction::doctor {
 
@@ -38,49 +37,42 @@ Finding checkTime(const Patient& patient) {
               "sudo apt-get install systemd-timesyncd && sudo timedatectl set-ntp true");
 }
 
-/// Returns the devices with an interface of USB3 Vision, which has class EF and subclass 05.
-std::vector<std::string> usbCameras(const Box& box) {
-  const std::string folder = "/sys/bus/usb/devices/";
-  std::vector<std::string> devices;
-  for (const std::string& name : box.list(folder).names) {
-    const bool isVision =
-        box.line(folder + name + "/bInterfaceClass") == "ef" && box.line(folder + name + "/bInterfaceSubClass") == "05";
-    const std::string device = name.substr(0, name.find(':'));  // of the interface 2-1:1.0
-    if (isVision && std::find(devices.begin(), devices.end(), device) == devices.end()) devices.push_back(device);
-  }
-  return devices;
-}
-
-Finding checkUsbPermissions(const Patient& patient) {
+Finding checkUsbRule(const Patient& patient) {
   if (!mayUseUsb(patient)) return ok("no camera is on USB");
   const auto folders = {"/etc", "/lib", "/usr/lib", "/usr/local/lib"};
   const bool hasRule = std::any_of(folders.begin(), folders.end(), [&](const std::string& folder) {
     return patient.box.exists(folder + "/udev/rules.d/60-tractiond.rules");
   });
-  const std::string renew = "sudo udevadm control --reload && sudo udevadm trigger --subsystem-match=usb";
-  if (!hasRule)
-    return fail("the rule for cameras on USB is not installed",
-                "sudo cp systemd/udev.rules /etc/udev/rules.d/60-tractiond.rules && " + renew);
-  const auto group = idOf(patient.box, "/etc/group", "tractiond");
-  std::string closed, unread;
-  int cameras = 0;
-  for (const std::string& device : usbCameras(patient.box)) {
-    const std::string folder = "/sys/bus/usb/devices/" + device + "/";
-    const auto three = [&](const char* file) {
-      const std::string number = patient.box.line(folder + file).value_or("0");
-      return std::string(number.size() < 3 ? 3 - number.size() : 0, '0') + number;
-    };
-    const std::string node = "/dev/bus/usb/" + three("busnum") + "/" + three("devnum");
-    const Box::FileStatus status = patient.box.fileStatus(node);
-    ++cameras;
-    if (status.error != 0) unread = node + ": " + std::strerror(status.error);
-    if (status.error != 0 || (status.mode & 006U) == 006U) continue;
-    if (!group || status.group != *group || (status.mode & 060U) != 060U) closed += (closed.empty() ? "" : ", ") + node;
+  if (hasRule) return ok("the rule for cameras on USB is installed");
+  return fail("the rule for cameras on USB is not installed",
+              "sudo cp systemd/udev.rules /etc/udev/rules.d/60-tractiond.rules && sudo udevadm control --reload && "
+              "sudo udevadm trigger --subsystem-match=usb");
+}
+
+/// Returns the numbers behind a word of /proc/self/status.
+std::vector<std::string> ofOurselves(const Box& box, const std::string& word) {
+  for (const std::string& line : linesOf(box.read("/proc/self/status").text)) {
+    auto words = wordsOf(line);
+    if (words.empty() || words[0] != word + ":") continue;
+    words.erase(words.begin());
+    return words;
   }
-  if (!closed.empty()) return fail(closed + " may not be opened by the group tractiond", renew);
-  if (!unread.empty()) return unknown(unread);
-  return ok(cameras == 0 ? "the rule is installed; there is no camera on USB"
-                         : std::to_string(cameras) + " cameras may be opened");
+  return {};
+}
+
+Finding checkGroup(const Patient& patient) {
+  const auto group = idOf(patient.box, "/etc/group", "tractiond");
+  if (!idOf(patient.box, "/etc/passwd", "tractiond") || !group)
+    return fail("there is no user or no group tractiond", "sudo systemd-sysusers");
+  const auto users = ofOurselves(patient.box, "Uid");
+  if (users.size() < 2) return unknown("/proc/self/status cannot be read");
+  auto groups = ofOurselves(patient.box, "Groups");
+  const auto own = ofOurselves(patient.box, "Gid");
+  groups.insert(groups.end(), own.begin(), own.end());
+  const bool isIn = std::find(groups.begin(), groups.end(), std::to_string(*group)) != groups.end();
+  if (users[1] == "0" || isIn) return ok(users[1] == "0" ? "you are root" : "you are in the group tractiond");
+  return warn("you are not in the group tractiond, for which the sockets are",
+              "sudo usermod -aG tractiond $USER    # then log in again");
 }
 
 }  // namespace
@@ -88,7 +80,8 @@ Finding checkUsbPermissions(const Patient& patient) {
 void checkMachine(const Patient& patient, std::vector<Finding>& findings) {
   add(findings, "governor", checkGovernor(patient));
   add(findings, "time of day", checkTime(patient));
-  add(findings, "USB permissions", checkUsbPermissions(patient));
+  add(findings, "USB permissions", checkUsbRule(patient));
+  add(findings, "user and group", checkGroup(patient));
 }
 
 }  // namespace traction::doctor

@@ -110,17 +110,13 @@ Finding checkReversePath(const Box& box, const std::string& interface) {
   return ok(interface + " takes packets from everywhere");
 }
 
-Finding checkNetworkManager(const Patient& patient, const std::string& interface) {
-  const bool runs = std::any_of(patient.processes.begin(), patient.processes.end(),
-                                [](const Process& one) { return one.name == "NetworkManager"; });
-  if (!runs && !patient.whyUnknown.empty()) return unknown(patient.whyUnknown);
-  if (!runs || interface == "lo") return ok(runs ? "the camera is on the loopback" : "does not run");
-  const auto index = patient.box.line("/sys/class/net/" + interface + "/ifindex");
-  const Box::Reading device = patient.box.read("/run/NetworkManager/devices/" + index.value_or(""));
-  if (!index || !device) return unknown("whether it manages " + interface);
-  const auto lines = linesOf(device.text);
+Finding checkNetworkManager(const Box& box, const std::string& interface) {
+  if (interface == "lo") return ok("the camera is on the loopback");
+  const auto index = box.line("/sys/class/net/" + interface + "/ifindex");
+  if (!index) return unknown("whether it manages " + interface);
+  const auto lines = linesOf(box.read("/run/NetworkManager/devices/" + *index).text);
   const bool manages = std::find(lines.begin(), lines.end(), "managed=true") != lines.end();
-  if (!manages) return ok("leaves " + interface + " alone");
+  if (!manages) return ok("does not run, or leaves " + interface + " alone");
   return warn("manages " + interface + ", and takes its address away when the cable was out",
               "printf '[keyfile]\\nunmanaged-devices=interface-name:" + interface +
                   "\\n' | sudo tee /etc/NetworkManager/conf.d/tractiond.conf && sudo systemctl reload NetworkManager"
@@ -145,7 +141,7 @@ void checkNetwork(const Patient& patient, const Instance& instance, std::vector<
                                                      : "is no address; tractiond --cameras lists them")));
   add(findings, "MTU", checkMtu(patient.box, settings, interface));
   add(findings, "reverse path", checkReversePath(patient.box, interface));
-  add(findings, "NetworkManager", checkNetworkManager(patient, interface));
+  add(findings, "NetworkManager", checkNetworkManager(patient.box, interface));
 }
 
 }  // namespace traction::doctor

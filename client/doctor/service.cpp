@@ -1,6 +1,8 @@
-// Checks the service of an instance: configuration, systemd unit, state directory.
+// Checks the service of an instance: configuration, systemd unit, what it publishes.
 
 #include "client/doctor/checks.h"
+#include "client/show/health.h"
+#include "traction/v1/status.pb.h"
 
 #include <cerrno>
 #include <cstring>
@@ -60,25 +62,18 @@ Finding checkUnit(const Patient& patient, const Instance& instance) {
   return ok(unit + " runs; started again " + values["NRestarts"] + " times by itself");
 }
 
-Finding checkState(const Patient& patient, const Instance& instance) {
-  constexpr std::uint64_t kEnough_bytes = 192 << 20;  // a gel's factors have 90 MB, and are written beside others
-  const std::string folder = "/var/lib/tractiond/" + instance.name;
-  const Box::FileStatus status = patient.box.fileStatus(folder);
-  if (status.error != 0 && status.error != ENOENT) return unknown(folder + ": " + std::strerror(status.error));
-  const auto space = patient.box.space(status.error == 0 ? folder : "/var/lib");
-  const auto user = idOf(patient.box, "/etc/passwd", "tractiond");
-  if (status.error == 0 && (!user || status.user != *user || (status.mode & 0300U) != 0300U))
-    return fail("the user tractiond may not write in " + folder,
-                "sudo chown -R tractiond:tractiond " + folder + " && sudo chmod u+rwx " + folder);
-  if (space && space->readOnly)
-    return fail(folder + " is on a file system that is read only",
-                "sudo mount -o remount,rw $(findmnt -no TARGET --target " + folder + ")");
-  if (space && space->free_bytes < kEnough_bytes)
-    return fail("the disk of " + folder + " is full: " + std::to_string(space->free_bytes >> 20) + " MiB are free",
-                "sudo apt-get clean && sudo journalctl --vacuum-size=100M");
-  if (!space) return unknown("how much room " + folder + " has");
-  return ok((status.error == 0 ? folder : "made at the first start") + ", " + std::to_string(space->free_bytes >> 20) +
-            " MiB are free");
+Finding checkMeasurement(const Patient& patient, const Instance& instance) {
+  const Box::Answer answer = patient.box.status(instance.name);
+  if (!answer.status) return unknown(answer.why);
+  const std::vector<client::Problem> problems = client::problems(*answer.status->message);
+  const client::Health health = client::healthOf(problems);
+  std::string found;
+  for (const client::Problem& one : problems) found += (found.empty() ? "" : "; ") + sentence(one);
+  if (health == client::Health::kMeasuring) return ok("fields with valid forces are published");
+  return {{},
+          health == client::Health::kDoubtful ? Verdict::kWarn : Verdict::kFail,
+          found,
+          "tractionctl --instance " + instance.name + " status"};
 }
 
 }  // namespace
@@ -86,7 +81,7 @@ Finding checkState(const Patient& patient, const Instance& instance) {
 void checkService(const Patient& patient, const Instance& instance, std::vector<Finding>& findings) {
   add(findings, "configuration", checkConfiguration(patient, instance));
   add(findings, "service", checkUnit(patient, instance));
-  add(findings, "state directory", checkState(patient, instance));
+  add(findings, "measurement", checkMeasurement(patient, instance));
 }
 
 }  // namespace traction::doctor

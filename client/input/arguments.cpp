@@ -8,7 +8,6 @@
 #include <sysexits.h>
 
 #include <iostream>
-#include <utility>
 
 namespace traction::input {
 namespace {
@@ -50,10 +49,7 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
     std::cerr << "traction-input: --profile is missing, or --teach; see traction-input --help\n";
     return tl::unexpected(EX_USAGE);
   }
-  auto source = contacts::sourceOf(words, "traction-input");
-  if (!source) return tl::unexpected(source.error());
-  arguments.source = *std::move(source);
-  arguments.source.topics = kField | kDescription;  // where the nodes are
+  arguments.source = contacts::sourceOf(words);
   return arguments;
 }
 

@@ -18,7 +18,8 @@ struct Arguments {
 };
 
 /// Parses the command line. On failure returns an exit code: 0 after printing help or the version on standard output,
-/// else after printing an error on standard error. Reads the file of the key, if one is needed.
+/// else after printing an error on standard error. Reads the file of the key, if one is needed, and throws as
+/// contacts::sourceOf().
 tl::expected<Arguments, int> parseArguments(int argc, char** argv);
 
 }  // namespace traction::input

@@ -8,6 +8,7 @@
 #include "client/input/profile.h"
 #include "client/input/teacher.h"
 #include "client/touch/relay.h"
+#include "client/touch/source.h"
 
 #include <spdlog/spdlog.h>
 #include <sysexits.h>
@@ -22,11 +23,6 @@ namespace traction::input {
 namespace {
 
 constexpr const char* kName = "traction-input";
-
-int failed(const tractiond::Error& error) {
-  std::cerr << tractiond::logLine(kName, spdlog::level::err, error.message()) << "\n";
-  return error.exitCode;
-}
 
 /// Passes contacts on to all outputs.
 class Outputs : public contacts::RelayOutput {
@@ -60,7 +56,7 @@ tl::expected<std::vector<std::unique_ptr<Output>>, tractiond::Error> outputsOf(c
 
 int serve(const Arguments& arguments) {
   const auto profile = arguments.taught.empty() ? loadProfile(arguments.profile) : Profile();
-  if (!profile) return failed(profile.error());
+  if (!profile) return contacts::failed(kName, profile.error());
   if (arguments.checks) return EX_OK;
   tractiond::catchSignals();
   tractiond::shortenTimeSlice(0);  // and ZeroMQ's threads, which start later
@@ -79,9 +75,6 @@ int serve(const Arguments& arguments) {
 int main(int argc, char** argv) try {
   const auto arguments = traction::input::parseArguments(argc, argv);
   return arguments ? traction::input::serve(*arguments) : arguments.error();
-} catch (const traction::Error& error) {
-  return traction::input::failed(
-      {.exitCode = error.code() == traction::ErrorCode::kBadKeys ? EX_CONFIG : EX_USAGE, .what = error.what()});
 } catch (const std::exception& error) {
-  return traction::input::failed({.exitCode = EX_OSERR, .what = error.what()});
+  return traction::contacts::failed(traction::input::kName, error);
 }

@@ -36,10 +36,10 @@ const Touches& View::take(const std::vector<touch::Contact>& contacts, const Fie
   touches_.valid = field != nullptr && field->valid;
   const std::vector<Touch> before = std::exchange(touches_.touches, {});
   for (const touch::Contact& contact : contacts) {
-    if (contact.phase == touch::Phase::kEnd) continue;
+    if (contact.phase == ContactPhase::kEnd) continue;
     const auto known =
         std::find_if(before.begin(), before.end(), [&](const Touch& one) { return one.id == contact.id; });
-    const bool seen = contact.phase == touch::Phase::kBegin || contact.phase == touch::Phase::kMove;
+    const bool seen = contact.phase == ContactPhase::kBegin || contact.phase == ContactPhase::kMove;
     touches_.touches.push_back(seen || known == before.end() ? turned(contact) : *known);
     touches_.touches.back().seen = seen;
   }

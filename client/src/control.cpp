@@ -4,6 +4,8 @@
 #include "client/src/decode_control.h"
 #include "client/src/handshake.h"
 #include "client/src/locate.h"
+#include "client/src/messages.h"
+#include "traction/v1/control.pb.h"
 #include "traction/v1/status.pb.h"
 
 #include <unistd.h>
@@ -62,7 +64,7 @@ bool await(std::span<zmq_pollitem_t> items, std::chrono::steady_clock::time_poin
 void expectPeer(zmq::socket_t& monitor, const ControlOptions& options) {
   const auto end = endAfter(options.timeout);
   bool isSomebody = false;
-  Handshake handshake(options.endpoint, !options.keys.serverKey.empty(), 1);
+  Handshake handshake(options.endpoint, !options.keys.serverKey.empty());
   for (;;) {
     zmq_pollitem_t item{monitor.handle(), 0, ZMQ_POLLIN, 0};
     if (!await({&item, 1}, end)) break;
@@ -101,7 +103,9 @@ std::string awaitReply(zmq::socket_t& socket, zmq::socket_t& monitor, const std:
 constexpr std::int64_t kLargestReply_bytes = 128 << 20;  // a picture of 40 million pixels of 24 bits
 
 /// Connects, sends a request and returns the reply's bytes. \param timeout for the reply, once connected
-std::string ask(const ControlOptions& options, const std::string& request, std::chrono::milliseconds timeout) try {
+std::string send(const ControlOptions& options, pb::Request message, std::chrono::milliseconds timeout) try {
+  message.set_version(kControlVersion);
+  const std::string request = message.SerializeAsString();
   constexpr const char* kMonitor = "inproc://monitor";
   expectSocket(options.endpoint);
   zmq::context_t context(1);
@@ -126,6 +130,12 @@ std::string ask(const ControlOptions& options, const std::string& request, std::
   throw noConnection(options.endpoint, error);
 }
 
+/// The same, and returns the reply, which answers `expected`.
+pb::Reply ask(const ControlOptions& options, const pb::Request& request, pb::Reply::ReplyCase expected,
+              std::chrono::milliseconds timeout) {
+  return replyOf(send(options, request, timeout), expected);
+}
+
 }  // namespace
 
 Control::Control(const ControlOptions& options)
@@ -134,34 +144,38 @@ Control::Control(const ControlOptions& options)
 }
 
 Status Control::status() const {
-  return decodeStatusReply(ask(options_, encodeRequest(Request::kStatus), options_.timeout));
+  return statusOf(replyOf(pass(Question::kStatus), pb::Reply::kStatus).status());
 }
 
 Description Control::description() const {
-  return decodeDescriptionReply(ask(options_, encodeRequest(Request::kDescription), options_.timeout));
+  return descriptionOf(replyOf(pass(Question::kDescription), pb::Reply::kDescription).description());
 }
 
 ZeroResult Control::zero(const ZeroOptions& options) const {
-  return decodeZeroReply(
-      ask(options_, encodeZero({.anyway = options.anyway}), std::max(options_.zeroTimeout, zeroTakes())));
+  pb::Request request;
+  request.mutable_zero()->set_anyway(options.anyway);
+  return resultOf(ask(options_, request, pb::Reply::kZero, zeroTakes()).zero());
 }
 
 ZeroResult Control::undoZero() const {
-  return decodeZeroReply(ask(options_, encodeZero({.undo = true}), std::max(options_.zeroTimeout, zeroTakes())));
+  return resultOf(replyOf(pass(Question::kUndoZero), pb::Reply::kZero).zero());
 }
 
 std::string Control::pass(Question question) const {
+  pb::Request request;
   switch (question) {
   case Question::kStatus:
-    return ask(options_, encodeRequest(Request::kStatus), options_.timeout);
+    request.mutable_status();
+    break;
   case Question::kDescription:
-    return ask(options_, encodeRequest(Request::kDescription), options_.timeout);
+    request.mutable_description();
+    break;
   case Question::kZero:
-    return ask(options_, encodeZero({}), std::max(options_.zeroTimeout, zeroTakes()));
   case Question::kUndoZero:
-    return ask(options_, encodeZero({.undo = true}), std::max(options_.zeroTimeout, zeroTakes()));
+    request.mutable_zero()->set_undo(question == Question::kUndoZero);
+    return send(options_, request, zeroTakes());
   }
-  return {};
+  return send(options_, request, options_.timeout);
 }
 
 /// Returns how long a zero takes at most: a daemon may average over thousands of frames, and its disk may be slow.
@@ -169,31 +183,38 @@ std::chrono::milliseconds Control::zeroTakes() const {
   constexpr std::chrono::duration<double> kOnTheWay(2.0);
   try {
     const std::chrono::duration<double> within(std::clamp(status()->zero_within_s(), 0.0, kLongestZero_s));
-    return std::chrono::duration_cast<std::chrono::milliseconds>(within + kOnTheWay);
+    return std::max(options_.zeroTimeout, std::chrono::duration_cast<std::chrono::milliseconds>(within + kOnTheWay));
   } catch (const Error&) {  // the zero request itself reports the error
-    return {};
+    return options_.zeroTimeout;
   }
 }
 
 Snapshot Control::snapshot() const {
-  return decodeSnapshotReply(ask(options_, encodeRequest(Request::kSnapshot), options_.zeroTimeout));
+  pb::Request request;
+  request.mutable_snapshot();
+  return snapshotOf(ask(options_, request, pb::Reply::kSnapshot, options_.zeroTimeout).snapshot());
 }
 
 CalibrationReport Control::calibrate(const CalibrationStep& step) const {
   if (!std::isfinite(step.seconds)) throw Error(ErrorCode::kRefused, "the seconds of a step must be finite");
   const std::chrono::duration<double> time = std::chrono::duration<double>(options_.calibrationTimeout) +
                                              std::chrono::duration<double>(std::max(step.seconds, 0.0));
-  return decodeCalibrationReply(
-      ask(options_, encodeCalibration(step),
-          std::chrono::duration_cast<std::chrono::milliseconds>(std::min(time, kLongestWait))));
+  pb::Request request;
+  *request.mutable_calibrate() = requestOf(step);
+  const auto timeout = std::chrono::duration_cast<std::chrono::milliseconds>(std::min(time, kLongestWait));
+  return reportOf(ask(options_, request, pb::Reply::kCalibrate, timeout).calibrate());
 }
 
 void Control::adopt(const std::string& gelFile) const {
-  decodeAdoptReply(ask(options_, encodeAdopt(gelFile), options_.workTimeout));
+  pb::Request request;
+  request.mutable_adopt()->set_gel_file(gelFile);
+  ask(options_, request, pb::Reply::kAdopt, options_.workTimeout);
 }
 
 CameraReport Control::camera(const CameraStep& step) const {
-  return decodeCameraReply(ask(options_, encodeCameraStep(step), options_.workTimeout));
+  pb::Request request;
+  *request.mutable_camera() = requestOf(step);
+  return reportOf(ask(options_, request, pb::Reply::kCamera, options_.workTimeout).camera());
 }
 
 }  // namespace traction

@@ -2,9 +2,9 @@
 
 #include "client/src/messages.h"
 #include "proto/traction/v1/vectors.h"
-#include "traction/v1/control.pb.h"
 
 #include <algorithm>
+#include <string>
 
 namespace traction {
 
@@ -12,8 +12,6 @@ namespace {
 
 static_assert(static_cast<int>(CameraFeature::Kind::kRegister) == pb::CameraFeatureKind_MAX);
 static_assert(static_cast<int>(CameraFeature::Access::kReadWrite) == pb::CameraFeatureAccess_MAX);
-
-constexpr std::uint32_t kVersion = 1;
 
 CameraFeature featureOf(const pb::CameraFeature& from) {
   CameraFeature feature;
@@ -39,49 +37,21 @@ Snapshot::MarkerState markerStateOf(char byte) {
   return static_cast<Snapshot::MarkerState>(std::min<unsigned char>(static_cast<unsigned char>(byte), 3));
 }
 
-/// Parses a reply and checks that it answers `expected`. \throws Error kMalformed, kVersion, kRefused
+}  // namespace
+
 pb::Reply replyOf(std::string_view bytes, pb::Reply::ReplyCase expected) {
   auto reply = parse<pb::Reply>(bytes);
-  if (reply.version() != kVersion) {
+  if (reply.version() != kControlVersion) {
     throw Error(ErrorCode::kVersion, "the daemon speaks version " + std::to_string(reply.version()) +
-                                         " of the protocol, this library " + std::to_string(kVersion));
+                                         " of the protocol, this library " + std::to_string(kControlVersion));
   }
   if (!reply.error().empty()) throw Error(ErrorCode::kRefused, reply.error());
   require(reply.reply_case() == expected, "the reply does not answer the request");
   return reply;
 }
 
-}  // namespace
-
-std::string encodeRequest(Request request) {
-  pb::Request message;
-  message.set_version(kVersion);
-  switch (request) {
-  case Request::kStatus:
-    message.mutable_status();
-    break;
-  case Request::kDescription:
-    message.mutable_description();
-    break;
-  case Request::kSnapshot:
-    message.mutable_snapshot();
-    break;
-  }
-  return message.SerializeAsString();
-}
-
-std::string encodeZero(const ZeroRequest& zero) {
-  pb::Request message;
-  message.set_version(kVersion);
-  message.mutable_zero()->set_anyway(zero.anyway);
-  message.mutable_zero()->set_undo(zero.undo);
-  return message.SerializeAsString();
-}
-
-std::string encodeCalibration(const CalibrationStep& step) {
-  pb::Request message;
-  message.set_version(kVersion);
-  pb::CalibrateRequest& request = *message.mutable_calibrate();
+pb::CalibrateRequest requestOf(const CalibrationStep& step) {
+  pb::CalibrateRequest request;
   switch (step.kind) {
   case CalibrationStep::Kind::kGeometry:
     request.mutable_geometry()->set_anyway(step.anyway);
@@ -110,13 +80,11 @@ std::string encodeCalibration(const CalibrationStep& step) {
     request.mutable_recovery();
     break;
   }
-  return message.SerializeAsString();
+  return request;
 }
 
-std::string encodeCameraStep(const CameraStep& step) {
-  pb::Request message;
-  message.set_version(kVersion);
-  pb::CameraRequest& request = *message.mutable_camera();
+pb::CameraRequest requestOf(const CameraStep& step) {
+  pb::CameraRequest request;
   switch (step.kind) {
   case CameraStep::Kind::kList:
     request.mutable_list()->set_matching(step.matching);
@@ -139,33 +107,14 @@ std::string encodeCameraStep(const CameraStep& step) {
     request.mutable_trigger();
     break;
   }
-  return message.SerializeAsString();
+  return request;
 }
 
-std::string encodeAdopt(const std::string& gelFile) {
-  pb::Request message;
-  message.set_version(kVersion);
-  message.mutable_adopt()->set_gel_file(gelFile);
-  return message.SerializeAsString();
-}
-
-Status decodeStatusReply(std::string_view bytes) {
-  return statusOf(replyOf(bytes, pb::Reply::kStatus).status());
-}
-
-Description decodeDescriptionReply(std::string_view bytes) {
-  return descriptionOf(replyOf(bytes, pb::Reply::kDescription).description());
-}
-
-ZeroResult decodeZeroReply(std::string_view bytes) {
-  const pb::Reply reply = replyOf(bytes, pb::Reply::kZero);
-  const pb::ZeroReply& from = reply.zero();
+ZeroResult resultOf(const pb::ZeroReply& from) {
   return {zeroOf(from.zero()), from.markers_present(), from.markers_expected(), from.noise_levels(), from.remark()};
 }
 
-Snapshot decodeSnapshotReply(std::string_view bytes) {
-  const pb::Reply reply = replyOf(bytes, pb::Reply::kSnapshot);
-  const pb::SnapshotReply& from = reply.snapshot();
+Snapshot snapshotOf(const pb::SnapshotReply& from) {
   Snapshot snapshot;
   snapshot.width = from.width();
   snapshot.height = from.height();
@@ -199,9 +148,7 @@ Snapshot decodeSnapshotReply(std::string_view bytes) {
   return snapshot;
 }
 
-CalibrationReport decodeCalibrationReply(std::string_view bytes) {
-  const pb::Reply reply = replyOf(bytes, pb::Reply::kCalibrate);
-  const pb::CalibrateReply& from = reply.calibrate();
+CalibrationReport reportOf(const pb::CalibrateReply& from) {
   CalibrationReport report;
   for (const pb::Figure& figure : from.figures()) {
     report.figures.push_back({figure.name(), figure.value(), figure.deviation()});
@@ -212,16 +159,11 @@ CalibrationReport decodeCalibrationReply(std::string_view bytes) {
   return report;
 }
 
-void decodeAdoptReply(std::string_view bytes) {
-  replyOf(bytes, pb::Reply::kAdopt);
-}
-
-CameraReport decodeCameraReply(std::string_view bytes) {
-  const pb::Reply reply = replyOf(bytes, pb::Reply::kCamera);
+CameraReport reportOf(const pb::CameraReply& from) {
   CameraReport report;
-  for (const pb::CameraFeature& feature : reply.camera().features()) report.features.push_back(featureOf(feature));
-  report.remarks.assign(reply.camera().remarks().begin(), reply.camera().remarks().end());
-  report.camera = reply.camera().camera();
+  for (const pb::CameraFeature& feature : from.features()) report.features.push_back(featureOf(feature));
+  report.remarks.assign(from.remarks().begin(), from.remarks().end());
+  report.camera = from.camera();
   return report;
 }
 

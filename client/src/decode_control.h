@@ -1,40 +1,32 @@
-// Encodes requests to the control endpoint and decodes its replies (proto/traction/v1/control.proto).
+// Requests to the control endpoint, and its replies (proto/traction/v1/control.proto).
 #pragma once
 
 #include "traction/control.h"
+#include "traction/v1/control.pb.h"
 
-#include <string>
+#include <cstdint>
 #include <string_view>
 
 namespace traction {
 
-// The functions encode...() return a traction.v1.Request as Protobuf bytes. They check no values, and leave out
-// those that the kind of a step does not use. All functions of this file are reentrant.
+namespace pb = traction::v1;
 
-/// The requests without options.
-enum class Request { kStatus, kDescription, kSnapshot };
-std::string encodeRequest(Request request);
+inline constexpr std::uint32_t kControlVersion = 1;
 
-/// The options of a request for a zero.
-struct ZeroRequest {
-  bool anyway = false;  ///< see ZeroOptions
-  bool undo = false;    ///< true: restores the previous zero
-};
+// All functions of this file are reentrant.
 
-std::string encodeZero(const ZeroRequest& zero);
-std::string encodeCalibration(const CalibrationStep& step);
-std::string encodeCameraStep(const CameraStep& step);
-std::string encodeAdopt(const std::string& gelFile);
+/// Returns the part of a request for a step. Checks no values, and leaves out those that its kind does not use.
+pb::CalibrateRequest requestOf(const CalibrationStep& step);
+pb::CameraRequest requestOf(const CameraStep& step);
 
-// Decode the Protobuf bytes of a reply to the request of the same name; the bytes need not outlive the call. They check
-// shapes, not that numbers are finite, except those of a description (decode.h) and a zero. They throw Error
-// kMalformed, also for a reply to another request, kVersion, and kRefused with the daemon's reason.
-Status decodeStatusReply(std::string_view bytes);
-Description decodeDescriptionReply(std::string_view bytes);
-Snapshot decodeSnapshotReply(std::string_view bytes);
-ZeroResult decodeZeroReply(std::string_view bytes);
-CalibrationReport decodeCalibrationReply(std::string_view bytes);
-CameraReport decodeCameraReply(std::string_view bytes);
-void decodeAdoptReply(std::string_view bytes);
+/// Parses a reply and checks that it answers `expected`. \throws Error kMalformed, kVersion, and kRefused with the
+/// daemon's reason
+pb::Reply replyOf(std::string_view bytes, pb::Reply::ReplyCase expected);
+
+// Convert replies. They check shapes, not that numbers are finite, except those of a zero. \throws Error kMalformed
+Snapshot snapshotOf(const pb::SnapshotReply& from);
+ZeroResult resultOf(const pb::ZeroReply& from);
+CalibrationReport reportOf(const pb::CalibrateReply& from);
+CameraReport reportOf(const pb::CameraReply& from);
 
 }  // namespace traction

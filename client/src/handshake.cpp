@@ -27,36 +27,31 @@ void useKeys(zmq::socket_t& socket, const Keys& keys) {
 }
 
 std::optional<Error> Handshake::process(std::uint16_t event, std::uint32_t value) {
-  // About 0.5 s; or 5 s, because a tractiond may still replace another listener.
-  const int mostFailures = hasKeys_ ? 5 : 25;
-  const bool mismatch =
-      event == ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL && value == ZMQ_PROTOCOL_ERROR_ZMTP_MECHANISM_MISMATCH;
-  // Mismatches are not seen at each attempt: the other side notices them too, and may close the connection first.
-  if (mismatch) ++mismatches_;
+  constexpr int kMostFailures = 5;  // about 0.5 s
   switch (event) {
   case ZMQ_EVENT_HANDSHAKE_SUCCEEDED:
     succeeded_ = true;
-    failures_ = mismatches_ = 0;
+    failures_ = 0;
     return std::nullopt;
   case ZMQ_EVENT_HANDSHAKE_FAILED_AUTH:
     return Error(ErrorCode::kNotAllowed,
                  "the gateway at " + endpoint_ +
                      " does not let this key do that; on its box, tractionctl keys list tells who may do what");
   case ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL:
-    if (!mismatch || mismatches_ < strangers_) return std::nullopt;
-    mismatches_ = 0;
+    // A mismatch is not seen at each attempt: the other side notices it too, and may close the connection first.
+    if (value != ZMQ_PROTOCOL_ERROR_ZMTP_MECHANISM_MISMATCH) return std::nullopt;
     return Error(ErrorCode::kNotAllowed, hasKeys_
                                              ? "who is at " + endpoint_ + " knows no keys; is it a gateway?"
                                              : "the gateway at " + endpoint_ + " asks for a key, and none is given");
   case ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL:
     // Also happens when a gateway restarts or has too many connections, so a client that was admitted before waits.
-    if (succeeded_ || ++failures_ < mostFailures) return std::nullopt;
+    // Without keys, the mismatch tells what is wrong.
+    if (succeeded_ || !hasKeys_ || ++failures_ < kMostFailures) return std::nullopt;
     failures_ = 0;
     return Error(ErrorCode::kNotAllowed,
-                 "who is at " + endpoint_ + " ends each connection: " +
-                     (hasKeys_ ? "the server key is not this gateway's, or too many are connected; on its box, "
-                                 "tractionctl keys list tells its key"
-                               : "a gateway asks for a key, and none is given; anything else is no tractiond"));
+                 "who is at " + endpoint_ +
+                     " ends each connection: the server key is not this gateway's, or too many are connected; on its "
+                     "box, tractionctl keys list tells its key");
   default:
     return std::nullopt;
   }

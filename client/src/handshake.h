@@ -23,27 +23,22 @@ void useKeys(zmq::socket_t& socket, const Keys& keys);
 /// Tells from a socket's monitor events why a connection fails. Not thread-safe.
 class Handshake {
  public:
-  /// \param endpoint is named in errors \param hasKeys whether useKeys() has set keys \param strangers number of
-  /// security-mechanism mismatches without a successful handshake in between after which the peer is reported as
-  /// misconfigured
-  Handshake(std::string endpoint, bool hasKeys, int strangers)
+  /// \param endpoint is named in errors \param hasKeys whether useKeys() has set keys
+  Handshake(std::string endpoint, bool hasKeys)
       : endpoint_(std::move(endpoint))
-      , hasKeys_(hasKeys)
-      , strangers_(strangers) {}
+      , hasKeys_(hasKeys) {}
 
   /// Processes the next monitor event; ignores kinds other than kHandshakeEvents. \param value of the event
-  /// \return kNotAllowed, once it is certain that no connection is possible: at once if the peer refuses the key, after
-  /// `strangers` mismatches, or after 5 (25 without keys) connections that end without a reason, the latter only before
-  /// the first success; that count then begins anew. Nothing otherwise, as after other protocol failures.
+  /// \return kNotAllowed, once it is certain that no connection is possible: at once if the peer refuses the key or has
+  /// another security mechanism, or with keys after 5 connections that end without a reason before the first success;
+  /// that count then begins anew. Nothing otherwise, as after other protocol failures.
   std::optional<Error> process(std::uint16_t event, std::uint32_t value);
 
  private:
   std::string endpoint_;
   bool hasKeys_;
-  int strangers_;
   bool succeeded_ = false;
-  /// Failed handshakes without a stated reason, and security-mechanism mismatches.
-  int failures_ = 0, mismatches_ = 0;
+  int failures_ = 0;  ///< handshakes that failed without a stated reason
 };
 
 /// Returns the event and the value in the first part of a monitor message; both are 0 if the part is too short.

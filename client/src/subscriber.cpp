@@ -1,5 +1,6 @@
 #include "traction/subscriber.h"
 
+#include "base/clock.h"
 #include "client/src/deadline.h"
 #include "client/src/decode.h"
 #include "client/src/handshake.h"
@@ -10,7 +11,6 @@
 #include <zmq.hpp>
 
 #include <algorithm>
-#include <ctime>
 #include <map>
 #include <set>
 #include <utility>
@@ -40,29 +40,16 @@ constexpr std::string_view kTopics = "traction/";
 /// Protobuf key of Field.timestamp, which is the first field of a message and never 0.
 constexpr std::string_view kFieldBegins = "\x09";
 
-/// Number of security-mechanism mismatches after which the peer is reported as misconfigured.
-constexpr int kStrangers = 3;
-
 constexpr std::size_t kLongestTopic = 64;  // quoted in messages
 
 constexpr std::int64_t kLargestPart_bytes = 128 << 20;  // a picture of 40 million pixels of 24 bits
 
 /// Messages that wait in kLatest, of which all but the newest are passed over.
 constexpr int kLatestQueue = 1000;
-/// Silence after which nothing waits in the network: what waits there comes as fast as it is read.
-constexpr auto kQuiet = 5ms;
-/// Longest time until that silence: a publisher may never be silent for so long.
-constexpr auto kCatchUp = 50ms;
 /// Messages passed over at once: a publisher may be faster than it is read.
 constexpr int kMostPassed = 100 * kLatestQueue;
 
 constexpr const char* kMonitor = "inproc://monitor";
-
-std::int64_t monotonicNow() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
-}
 
 unsigned topicNamed(std::string_view kind) {
   if (kind == "field") return kField;
@@ -97,7 +84,7 @@ std::optional<Message> decode(const Raw& raw) {
 struct Subscriber::Impl {
   explicit Impl(const SubscriberOptions& given)
       : options(given) {
-    if (options.monotonicClock == nullptr) options.monotonicClock = monotonicNow;
+    if (options.monotonicClock == nullptr) options.monotonicClock = tractiond::monotonicNow;
     const bool latest = options.mode == Mode::kLatest;
     // The stream subscribes to everything, so that a daemon of another version or a wrong endpoint is detected instead
     // of waited for. Latest subscribes to the first byte of a field, and receives nothing of a stream. It skips older
@@ -127,7 +114,7 @@ struct Subscriber::Impl {
     socket.set(zmq::sockopt::tcp_keepalive_cnt, 3);
     socket.set(zmq::sockopt::maxmsgsize, kLargestPart_bytes);
     useKeys(socket, options.keys);
-    handshake.emplace(endpoint, !options.keys.serverKey.empty(), kStrangers);
+    handshake.emplace(endpoint, !options.keys.serverKey.empty());
     zmq_socket_monitor(socket.handle(), kMonitor,
                        kHandshakeEvents | ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_CONNECT_RETRIED);
     monitor.set(zmq::sockopt::rcvhwm, 0);  // unread events would otherwise stop ZeroMQ's thread
@@ -266,17 +253,11 @@ struct Subscriber::Impl {
     return true;
   }
 
-  /// Reads on to the newest message. Behind a queue that was full, newer ones wait in the network: they are read until
-  /// none comes for kQuiet. A queue may be full at half of its size, as ZeroMQ counts what was read in steps of that.
+  /// Reads on to the newest message that has arrived. After a stall that filled the queue, newer ones may still wait in
+  /// the network: the next call reads these.
   bool readNewest() {
     if (!readParts()) return false;
-    int passed = 0;
-    for (const Clock::time_point begin = Clock::now();;) {
-      while (passed < kMostPassed && readParts()) ++passed;
-      if (2 * passed < kLatestQueue || passed >= kMostPassed || Clock::now() - begin > kCatchUp) break;
-      zmq_pollitem_t item = {socket.handle(), 0, ZMQ_POLLIN, 0};
-      if (zmq_poll(&item, 1, kQuiet.count()) <= 0) break;
-    }
+    for (int passed = 0; passed < kMostPassed && readParts();) ++passed;
     return true;
   }
 
@@ -287,9 +268,8 @@ struct Subscriber::Impl {
   /// Subscribes to the previews of the topic's sensor: the daemon makes previews only for a subscription to their full
   /// topic, which contains the sensor's name.
   void askForPreviews(std::string_view topic) {
-    constexpr std::size_t kMostSensors = 64;  // limits memory if a publisher sends endless names
     const std::size_t slash = topic.find('/', kTopicRoot.size());
-    if (slash == std::string_view::npos || sensors.size() == kMostSensors) return;
+    if (slash == std::string_view::npos) return;
     const std::string_view sensor = topic.substr(kTopicRoot.size(), slash - kTopicRoot.size());
     if (isValidName(sensor) && sensors.emplace(sensor).second)
       socket.set(zmq::sockopt::subscribe, topicOf(sensor, "preview"));

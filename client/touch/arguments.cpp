@@ -6,8 +6,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include <utility>
-
 namespace traction::contacts {
 namespace {
 
@@ -41,10 +39,7 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   app.footer(kExitCodes);
   manual::describable(app);
   if (const auto parsed = manual::parse(app, argc, argv); !parsed) return tl::unexpected(parsed.error());
-  auto source = sourceOf(words, "traction-touch");
-  if (!source) return tl::unexpected(source.error());
-  arguments.source = *std::move(source);
-  arguments.source.topics = kField | kDescription;  // where the nodes are, for critical points
+  arguments.source = sourceOf(words);
   return arguments;
 }
 

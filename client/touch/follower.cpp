@@ -3,7 +3,6 @@
 #include "proto/traction/v1/vectors.h"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -16,57 +15,21 @@ constexpr std::uint32_t kDoubts = kZeroUnverified | kTorn | kUnexplained | kOutO
 /// Largest number of critical points in a message: the strongest.
 constexpr std::size_t kMostPoints = 16;
 
-touch::Covariance observed(const Covariance& covariance) {
-  return {covariance.noise, covariance.systematic};
-}
-
 void observe(const Field& field, touch::Field& to) {
   const Header& header = field.header;
   to.time_ns = header.captured_ns != 0 ? header.captured_ns : header.received_ns;
   to.valid = field.valid;
   to.doubted = (header.flags & kDoubts) != 0;
   to.basis = {.boot = header.boot, .calibration = header.calibration, .zero = header.zero};
-  to.contacts.clear();
-  for (const Contact& contact : field.contacts) {
-    to.contacts.push_back({.position_m = contact.position_m,
-                           .positionDeviation_m = contact.positionDeviation_m,
-                           .force_N = contact.force_N,
-                           .forceDeviation_N = contact.forceDeviation_N,
-                           .area_m2 = contact.area_m2,
-                           .areaDeviation_m2 = contact.areaDeviation_m2,
-                           .spreadRatio = contact.shearSpreadRatio,
-                           .spreadRatioDeviation = contact.shearSpreadRatioDeviation,
-                           .moment_Nm = contact.moment_Nm,
-                           .positionZ_m = contact.positionZ_m,
-                           .forceCovariance_N2 = observed(contact.forceCovariance_N2),
-                           .momentCovariance_N2m2 = observed(contact.momentCovariance_N2m2),
-                           .forceMomentCovariance_N2m = observed(contact.forceMomentCovariance_N2m),
-                           .halfAxes_m = contact.halfAxes_m,
-                           .halfAxesDeviation_m = contact.halfAxesDeviation_m,
-                           .orientation_rad = contact.orientation_rad,
-                           .orientationDeviation_rad = contact.orientationDeviation_rad});
-  }
+  to.contacts = field.contacts;
 }
 
-// The wire has another value, 0, before these.
-static_assert(v1::ContactPhase_MAX - v1::CONTACT_PHASE_BEGIN == static_cast<int>(touch::Phase::kEnd));
-static_assert(v1::SlipModel_MAX - v1::SLIP_MODEL_BALL == static_cast<int>(touch::SlipModel::kSliding));
-static_assert(static_cast<int>(v1::SlipState_MAX) == static_cast<int>(touch::SlipState::kSlipping));
-
-v1::ContactPhase wirePhase(touch::Phase phase) {
-  return static_cast<v1::ContactPhase>(static_cast<int>(phase) + v1::CONTACT_PHASE_BEGIN);
-}
-
-v1::SlipModel wireModel(touch::SlipModel model) {
-  return static_cast<v1::SlipModel>(static_cast<int>(model) + v1::SLIP_MODEL_BALL);
-}
-
-void encode(const touch::Covariance& from, v1::Covariance& to) {
+void encode(const Covariance& from, v1::Covariance& to) {
   to.mutable_noise()->Add(from.noise.begin(), from.noise.end());
   to.mutable_systematic()->Add(from.systematic.begin(), from.systematic.end());
 }
 
-void encode(const touch::Interval& from, v1::Interval& to) {
+void encode(const Interval& from, v1::Interval& to) {
   to.set_estimate(from.estimate);
   to.set_low(from.low);
   to.set_high(from.high);
@@ -74,7 +37,7 @@ void encode(const touch::Interval& from, v1::Interval& to) {
 
 void encode(const touch::Contact& from, v1::TrackedContact& to) {
   to.set_id(from.id);
-  to.set_phase(wirePhase(from.phase));
+  to.set_phase(static_cast<v1::ContactPhase>(from.phase));
   to.set_doubted(from.doubted);
   to.set_begun_ns(from.begun_ns);
   to.set_seen_ns(from.seen_ns);
@@ -103,15 +66,13 @@ void encode(const touch::Contact& from, v1::TrackedContact& to) {
   encode(from.slip->stickRatio, *slip.mutable_stick_ratio());
   encode(from.slip->friction, *slip.mutable_friction());
   slip.set_margin_n(from.slip->margin_N);
-  slip.set_holding_force_n(from.slip->holding_N);
-  slip.set_model(wireModel(from.slip->model));
+  slip.set_holding_force_n(from.slip->holdingForce_N);
+  slip.set_model(static_cast<v1::SlipModel>(from.slip->model));
 }
 
-void encode(const touch::TrackedCriticalPoint& from, v1::CriticalPoint& to) {
-  constexpr std::array kKinds = {v1::CRITICAL_POINT_KIND_VORTEX, v1::CRITICAL_POINT_KIND_SOURCE,
-                                 v1::CRITICAL_POINT_KIND_SINK, v1::CRITICAL_POINT_KIND_SADDLE};
+void encode(const touch::CriticalPoint& from, v1::CriticalPoint& to) {
   to.set_id(from.id);
-  to.set_kind(kKinds.at(static_cast<std::size_t>(from.kind)));
+  to.set_kind(static_cast<v1::CriticalPointKind>(from.kind));
   to.set_index(from.index);
   to.set_begun_ns(from.begun_ns);
   setVector(from.position_m, *to.mutable_position_m());
@@ -163,8 +124,7 @@ const v1::Contacts& Follower::endAll() {
 }
 
 const v1::Contacts& Follower::fill(const std::vector<touch::Contact>& contacts,
-                                   const std::vector<touch::TrackedCriticalPoint>& points, bool valid,
-                                   std::int64_t real_ns) {
+                                   const std::vector<touch::CriticalPoint>& points, bool valid, std::int64_t real_ns) {
   contacts_ = &contacts;
   message_.set_timestamp(1e-9 * static_cast<double>(real_ns));
   message_.set_run(options_.run.data(), options_.run.size());
@@ -172,9 +132,9 @@ const v1::Contacts& Follower::fill(const std::vector<touch::Contact>& contacts,
   message_.clear_contacts();
   for (const touch::Contact& contact : contacts) encode(contact, *message_.add_contacts());
   message_.clear_critical_points();
-  for (const touch::TrackedCriticalPoint& point : points) encode(point, *message_.add_critical_points());
+  for (const touch::CriticalPoint& point : points) encode(point, *message_.add_critical_points());
   hasContacts_ = std::any_of(contacts.begin(), contacts.end(),
-                             [](const touch::Contact& each) { return each.phase != touch::Phase::kEnd; });
+                             [](const touch::Contact& each) { return each.phase != ContactPhase::kEnd; });
   message_.mutable_header()->set_sequence(++sequence_);
   message_.mutable_header()->set_sent_ns(options_.monotonicClock());
   return message_;

@@ -56,8 +56,8 @@ class Follower {
   const v1::Contacts& endAll();
 
  private:
-  const v1::Contacts& fill(const std::vector<touch::Contact>& contacts,
-                           const std::vector<touch::TrackedCriticalPoint>& points, bool valid, std::int64_t real_ns);
+  const v1::Contacts& fill(const std::vector<touch::Contact>& contacts, const std::vector<touch::CriticalPoint>& points,
+                           bool valid, std::int64_t real_ns);
 
   Options options_;
   touch::ContactTracker tracker_;

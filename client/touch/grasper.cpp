@@ -16,14 +16,6 @@ std::vector<touch::Pose> posesOf(const HandFile& hand) {
   return poses;
 }
 
-static_assert(static_cast<int>(CaptureBound::kLatest) == static_cast<int>(touch::CaptureBound::kLatest));
-static_assert(static_cast<int>(v1::CaptureBound_MAX) == static_cast<int>(touch::CaptureBound::kLatest));
-static_assert(v1::FingerState_MAX - v1::FINGER_STATE_MATCHED == static_cast<int>(touch::FingerState::kAmbiguous));
-
-v1::FingerState wireState(touch::FingerState state) {  // the wire has another value, 0, before these
-  return static_cast<v1::FingerState>(static_cast<int>(state) + v1::FINGER_STATE_MATCHED);
-}
-
 /// Returns the whole of three parts: of the force, of the moment, and of the force (row) with the moment.
 touch::Wrench::Matrix6 whole(const Matrix3& force, const Matrix3& moment, const Matrix3& both) {
   const Eigen::Matrix3d cross = Eigen::Map<const Block>(both.data());
@@ -33,21 +25,9 @@ touch::Wrench::Matrix6 whole(const Matrix3& force, const Matrix3& moment, const 
 }
 
 touch::FingerFrame observed(const Field& field) {
-  const Header& header = field.header;
   const Covariance &force = field.resultantCovariance_N2, &moment = field.momentCovariance_N2m2,
                    &both = field.resultantMomentCovariance_N2m;
-  touch::FingerFrame frame{.sensor = header.sensor,
-                           .boot = header.boot,
-                           .calibration = header.calibration,
-                           .number = header.frameNumber,
-                           .captured_ns = header.captured_ns,
-                           .error_ns = header.capturedError_ns,
-                           .bound = static_cast<touch::CaptureBound>(header.capturedBound),
-                           .valid = field.valid,
-                           .wrench = {},
-                           .flags = header.flags,
-                           .received_ns = header.received_ns,
-                           .receivedReal_ns = header.receivedReal_ns};
+  touch::FingerFrame frame{.header = field.header, .valid = field.valid, .wrench = {}};
   frame.wrench.value << Eigen::Vector3d(field.resultant_N.data()), Eigen::Vector3d(field.moment_Nm.data());
   frame.wrench.noise = whole(force.noise, moment.noise, both.noise);
   frame.wrench.systematic = whole(force.systematic, moment.systematic, both.systematic);
@@ -99,13 +79,13 @@ void Grasper::fillHeader(const touch::Grasp& grasp) {
   v1::Header& header = *message_.mutable_header();
   std::uint32_t flags = 0;
   std::int64_t received_ns = 0, real_ns = 0;
-  touch::CaptureBound bound = touch::CaptureBound::kBoth;
+  CaptureBound bound = CaptureBound::kBoth;
   const bool isSet = grasp.latest_ns != 0;
   for (const touch::Grasp::Finger& each : grasp.fingers) {
-    flags |= each.frame.flags;
-    received_ns = std::max(received_ns, each.frame.received_ns);
-    real_ns = std::max(real_ns, each.frame.receivedReal_ns);
-    if (each.frame.bound != touch::CaptureBound::kBoth) bound = each.frame.bound;
+    flags |= each.frame.header.flags;
+    received_ns = std::max(received_ns, each.frame.header.received_ns);
+    real_ns = std::max(real_ns, each.frame.header.receivedReal_ns);
+    if (each.frame.header.capturedBound != CaptureBound::kBoth) bound = each.frame.header.capturedBound;
   }
   header.set_flags(isSet ? flags : 0);
   header.set_received_ns(isSet ? received_ns : 0);
@@ -125,12 +105,12 @@ const v1::Grasp& Grasper::fill(const touch::Grasp& grasp) {
   for (std::size_t i = 0; i < grasp.fingers.size(); ++i) {
     const touch::Grasp::Finger& from = grasp.fingers[i];
     v1::Finger& to = *message_.mutable_fingers(static_cast<int>(i));
-    to.set_state(wireState(from.state));
-    to.set_sensor(from.frame.sensor);
-    to.set_frame_number(from.frame.number);
-    to.set_captured_ns(from.frame.captured_ns);
-    to.set_captured_error_ns(from.frame.error_ns);
-    to.set_captured_bound(static_cast<v1::CaptureBound>(from.frame.bound));
+    to.set_state(static_cast<v1::FingerState>(from.state));
+    to.set_sensor(from.frame.header.sensor);
+    to.set_frame_number(from.frame.header.frameNumber);
+    to.set_captured_ns(from.frame.header.captured_ns);
+    to.set_captured_error_ns(from.frame.header.capturedError_ns);
+    to.set_captured_bound(static_cast<v1::CaptureBound>(from.frame.header.capturedBound));
     encode(from.frame.wrench, to);
   }
   return message_;

@@ -1,12 +1,15 @@
 #include "client/touch/source.h"
 
+#include "base/service/log.h"
 #include "client/files/file_error.h"
 #include "client/files/keys.h"
 #include "proto/traction/v1/endpoints.h"
 
+#include <spdlog/spdlog.h>
 #include <sysexits.h>
 
 #include <iostream>
+#include <new>
 
 namespace traction::contacts {
 
@@ -32,22 +35,27 @@ void addSource(CLI::App& app, SourceWords& words, const std::string& instance, C
       ->type_name("KEY");
 }
 
-tl::expected<SubscriberOptions, int> sourceOf(const SourceWords& words, const std::string& program) {
-  const auto failed = [&](int exitCode, const std::string& what) {
-    std::cerr << program << ": " << what << '\n';
-    return tl::unexpected(exitCode);
-  };
+SubscriberOptions sourceOf(const SourceWords& words) {
   SubscriberOptions options = words.options;
-  options.topics = kField;
-  try {
-    if (!words.keyFile.empty() || !words.serverKey.empty())
-      options.keys = client::keysFor(words.serverKey, words.keyFile);
-  } catch (const client::FileError& error) {
-    return failed(error.exitCode(), error.what());
-  } catch (const Error& error) {
-    return failed(EX_CONFIG, error.what());
-  }
+  options.topics = kField | kDescription;  // where the nodes are
+  if (!words.keyFile.empty() || !words.serverKey.empty())
+    options.keys = client::keysFor(words.serverKey, words.keyFile);
   return options;
+}
+
+int failed(const std::string& program, const tractiond::Error& error) {
+  std::cerr << tractiond::logLine(program, spdlog::level::err, error.message()) << "\n";
+  return error.exitCode;
+}
+
+int failed(const std::string& program, const std::exception& error) {
+  tractiond::Error told{.exitCode = EX_OSERR, .what = error.what()};
+  if (const auto* file = dynamic_cast<const client::FileError*>(&error)) told.exitCode = file->exitCode();
+  if (const auto* ours = dynamic_cast<const Error*>(&error))
+    told.exitCode = ours->code() == ErrorCode::kBadKeys ? EX_CONFIG : EX_USAGE;
+  if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr)
+    told = {.exitCode = EX_OSERR, .what = "there is no memory left", .remedy = "see MemoryMax= of the service"};
+  return failed(program, told);
 }
 
 }  // namespace traction::contacts

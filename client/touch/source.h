@@ -1,11 +1,12 @@
-// Options by which a program that follows contacts is told where their fields come from.
+// What the programs that follow contacts have in common: the options that say where their fields come from, and errors.
 #pragma once
 
+#include "base/error.h"
 #include "traction/subscriber.h"
 
 #include <CLI/CLI.hpp>
-#include <tl/expected.hpp>
 
+#include <exception>
 #include <string>
 
 namespace traction::contacts {
@@ -20,8 +21,12 @@ struct SourceWords {
 /// \param excluded option that excludes the first two; null: none
 void addSource(CLI::App& app, SourceWords& words, const std::string& instance, CLI::Option* excluded);
 
-/// Returns the options to subscribe to the fields with. Reads the file of the key, if one is needed. On failure returns
-/// an exit code, after printing an error on standard error.
-tl::expected<SubscriberOptions, int> sourceOf(const SourceWords& words, const std::string& program);
+/// Returns the options to subscribe to fields and descriptions with. Reads the file of the key, if one is needed.
+/// \throws Error, client::FileError
+SubscriberOptions sourceOf(const SourceWords& words);
+
+/// Prints an error on standard error, and returns its exit code.
+int failed(const std::string& program, const tractiond::Error& error);
+int failed(const std::string& program, const std::exception& error);
 
 }  // namespace traction::contacts

@@ -90,13 +90,13 @@ class Columns {
 touch::Observation observationOf(const Contact& contact) {
   touch::Observation seen{.force_N = contact.force_N,
                           .forceDeviation_N = contact.forceDeviation_N,
-                          .spreadRatio = contact.spreadRatio,
-                          .spreadRatioDeviation = contact.spreadRatioDeviation,
                           .moment_Nm = contact.moment_Nm,
                           .halfAxes_m = contact.halfAxes_m,
                           .halfAxesDeviation_m = contact.halfAxesDeviation_m,
                           .orientation_rad = contact.orientation_rad,
-                          .orientationDeviation_rad = contact.orientationDeviation_rad};
+                          .orientationDeviation_rad = contact.orientationDeviation_rad,
+                          .shearSpreadRatio = contact.spreadRatio,
+                          .shearSpreadRatioDeviation = contact.spreadRatioDeviation};
   seen.momentCovariance_N2m2.noise[8] = contact.noise[35];
   return seen;
 }
@@ -104,7 +104,7 @@ touch::Observation observationOf(const Contact& contact) {
 /// Friction of a contact, whatever touches: its low end while it is at rest; estimate, low and high end if it slides
 /// along its load.
 std::array<double, 4> frictionOf(touch::Observation seen) {
-  seen.spreadRatioDeviation = 0.0;
+  seen.shearSpreadRatioDeviation = 0.0;
   const touch::Slip rests = touch::PartialSlip().see(seen, 1, {}).value_or(touch::Slip{});
   touch::PartialSlip sliding;
   touch::Motion moved{.turn_rad = std::copysign(0.2, seen.moment_Nm[2]), .turnDeviation_rad = 0.01};
@@ -155,17 +155,10 @@ void write(const TractionField& field, Columns& out) {
     const touch::Observation seen = observationOf(contact);
     friction = frictionOf(seen);
     const touch::Slip found = touch::PartialSlip().see(seen, 1, {}).value_or(touch::Slip{});
-    const auto& [state, model, stick, by, margin_N, holding_N, incipient] = found;
-    slip = {contact.spreadRatio,
-            contact.spreadRatioDeviation,
-            double(model == touch::SlipModel::kBall),
-            incipient,
-            stick.estimate,
-            stick.low,
-            stick.high,
-            by.estimate,
-            by.low,
-            by.high};
+    slip = {contact.spreadRatio,   contact.spreadRatioDeviation, double(found.model == touch::SlipModel::kBall),
+            found.incipient,       found.stickRatio.estimate,    found.stickRatio.low,
+            found.stickRatio.high, found.friction.estimate,      found.friction.low,
+            found.friction.high};
   }
   out.add("slip", slip);  // of the strongest contact: spread ratio, deviation; known, incipient, stick ratio, friction
   out.add("friction", friction);

@@ -14,9 +14,9 @@
 //                     deviation 2, force 3 [N], deviation 3, area [m^2], deviation, spread ratio, deviation, torque
 //                     [N m], variance, half axes 2 [m], deviation 2, orientation [rad], deviation. Contacts of one time
 //                     are a field; one without normal force says that there is none. Sequences follow each other, and
-//                     have nothing to do with each other. Writes slip.f64: fields x 10, of the contact that is pressed
+//                     have nothing to do with each other. Writes slip.f64: fields x 9, of the contact that is pressed
 //                     most: state (-1: not known, or a lower bound alone), stick ratio 3, friction 3 (estimate, low,
-//                     high), probability of incipient slip, force that would hold, model
+//                     high), probability of incipient slip, force that would hold
 #include "sensor/elastic/block.h"
 #include "sensor/elastic/half_space.h"
 #include "sensor/elastic/surface.h"
@@ -132,31 +132,30 @@ touch::Observation observationOf(const Row& row) {
                           .forceDeviation_N = {row[9], row[10], row[11]},
                           .area_m2 = row[12],
                           .areaDeviation_m2 = row[13],
-                          .spreadRatio = row[14],
-                          .spreadRatioDeviation = row[15],
                           .moment_Nm = {0.0, 0.0, row[16]},
                           .halfAxes_m = {row[18], row[19]},
                           .halfAxesDeviation_m = {row[20], row[21]},
                           .orientation_rad = row[22],
-                          .orientationDeviation_rad = row[23]};
+                          .orientationDeviation_rad = row[23],
+                          .shearSpreadRatio = row[14],
+                          .shearSpreadRatioDeviation = row[15]};
   seen.momentCovariance_N2m2.noise[8] = row[17];
   return seen;
 }
 
-std::array<double, 10> judge(const std::vector<touch::Contact>& contacts) {
+std::array<double, 9> judge(const std::vector<touch::Contact>& contacts) {
   const auto most = std::ranges::max_element(contacts, {}, [](const touch::Contact& one) { return one.force_N[2]; });
   const touch::Slip slip = most == contacts.end() ? touch::Slip{} : most->slip.value_or(touch::Slip{});
-  const auto& [state, model, stick, friction, margin_N, holding_N, incipient] = slip;
-  return {model == touch::SlipModel::kBound ? -1.0 : static_cast<double>(state),
-          stick.estimate,
-          stick.low,
-          stick.high,
-          friction.estimate,
-          friction.low,
-          friction.high,
-          incipient,
-          holding_N,
-          static_cast<double>(model)};
+  const bool isKnown = slip.model == touch::SlipModel::kBall || slip.model == touch::SlipModel::kSliding;
+  return {isKnown ? static_cast<double>(slip.state) : -1.0,
+          slip.stickRatio.estimate,
+          slip.stickRatio.low,
+          slip.stickRatio.high,
+          slip.friction.estimate,
+          slip.friction.low,
+          slip.friction.high,
+          slip.incipient,
+          slip.holdingForce_N};
 }
 
 void slip(const path& job) {

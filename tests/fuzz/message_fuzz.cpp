@@ -1,5 +1,6 @@
 #include "client/src/decode.h"
 #include "client/src/decode_control.h"
+#include "client/src/messages.h"
 #include "tests/fuzz/target.h"
 #include "traction/v1/contacts.pb.h"
 #include "traction/v1/control.pb.h"
@@ -58,12 +59,14 @@ bool feed(std::string_view bytes) {
   };
   for (unsigned topic = traction::kField; topic <= traction::kGrasp; topic *= 2)
     attempt([topic](std::string_view of) { return traction::decode(topic, of); });
-  attempt(traction::decodeStatusReply);
-  attempt(traction::decodeDescriptionReply);
-  attempt(traction::decodeSnapshotReply);
-  attempt(traction::decodeZeroReply);
-  attempt(traction::decodeCalibrationReply);
-  attempt(traction::decodeCameraReply);
+  using Reply = traction::v1::Reply;
+  using traction::replyOf;
+  attempt([](std::string_view of) { return traction::statusOf(replyOf(of, Reply::kStatus).status()); });
+  attempt([](std::string_view of) { return traction::descriptionOf(replyOf(of, Reply::kDescription).description()); });
+  attempt([](std::string_view of) { return traction::snapshotOf(replyOf(of, Reply::kSnapshot).snapshot()); });
+  attempt([](std::string_view of) { return traction::resultOf(replyOf(of, Reply::kZero).zero()); });
+  attempt([](std::string_view of) { return traction::reportOf(replyOf(of, Reply::kCalibrate).calibrate()); });
+  attempt([](std::string_view of) { return traction::reportOf(replyOf(of, Reply::kCamera).camera()); });
   return taken;
 }
 

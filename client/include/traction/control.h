@@ -160,7 +160,7 @@ class TRACTION_EXPORT Control {
   const std::string& endpoint() const { return options_.endpoint; }
 
  private:
-  /// Asks the daemon how long a zero takes, and adds 2 s. Returns 0 if it does not answer.
+  /// Returns how long to wait for a zero: as long as the daemon says that it takes, and 2 s, but zeroTimeout at least.
   std::chrono::milliseconds zeroTakes() const;
 
   ControlOptions options_;

@@ -23,7 +23,6 @@ _HANDSHAKE = (zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_HANDSHAKE_FAILED_NO_DETA
               | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL | zmq.EVENT_HANDSHAKE_FAILED_AUTH)
 _MECHANISM_MISMATCH = 0x11000002  # ZMQ_PROTOCOL_ERROR_ZMTP_MECHANISM_MISMATCH
 _MOST_FAILURES = 5  # some 0.5 s
-_MOST_WITHOUT_KEYS = 25  # some 5 s: a tractiond may replace a peer of another kind
 
 _number = itertools.count()
 
@@ -31,35 +30,30 @@ _number = itertools.count()
 class Handshake:
     """Finds out from the events of a monitor why no connection is made."""
 
-    def __init__(self, endpoint: str, has_keys: bool, strangers: int) -> None:
-        """`strangers` is the number of successive peers with another security mechanism that are reported."""
-        self._endpoint, self._has_keys, self._strangers = endpoint, has_keys, strangers
+    def __init__(self, endpoint: str, has_keys: bool) -> None:
+        self._endpoint, self._has_keys = endpoint, has_keys
         self._succeeded = False
-        self._failures = self._mismatches = 0  # handshakes without a reason; with another mechanism
+        self._failures = 0  # handshakes that failed without a reason
 
     def take(self, event: int, value: int) -> Error | None:
         """Processes an event. Returns why there is no connection, if that is certain."""
         if event == zmq.EVENT_HANDSHAKE_SUCCEEDED:
-            self._succeeded, self._failures, self._mismatches = True, 0, 0
+            self._succeeded, self._failures = True, 0
         elif event == zmq.EVENT_HANDSHAKE_FAILED_AUTH:
             return NotAllowed(f"the gateway at {self._endpoint} does not let this key do that; on its box, tractionctl "
                               "keys list tells who may do what")
         elif event == zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL and value == _MECHANISM_MISMATCH:
             # The peer detects the mismatch, too. If it ends the connection first, this event does not occur.
-            self._mismatches += 1
-            if self._mismatches >= self._strangers:
-                self._mismatches = 0
-                return NotAllowed(f"who is at {self._endpoint} knows no keys; is it a gateway?" if self._has_keys else
-                                  f"the gateway at {self._endpoint} asks for a key, and none is given")
-        elif event == zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL and not self._succeeded:
-            # A gateway that restarts or has too many connections does this, too: a client that was connected waits.
+            return NotAllowed(f"who is at {self._endpoint} knows no keys; is it a gateway?" if self._has_keys else
+                              f"the gateway at {self._endpoint} asks for a key, and none is given")
+        elif event == zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL and self._has_keys and not self._succeeded:
+            # A gateway that restarts or has too many connections does this, too: a client that was connected waits. Without
+            # keys, the mismatch tells what is wrong.
             self._failures += 1
-            if self._failures >= (_MOST_FAILURES if self._has_keys else _MOST_WITHOUT_KEYS):
+            if self._failures >= _MOST_FAILURES:
                 self._failures = 0
-                return NotAllowed(f"who is at {self._endpoint} ends each connection: " + (
-                    "the server key is not this gateway's, or too many are connected; on its box, tractionctl keys list "
-                    "tells its key" if self._has_keys else
-                    "a gateway asks for a key, and none is given; anything else is no tractiond"))
+                return NotAllowed(f"who is at {self._endpoint} ends each connection: the server key is not this gateway's, or too "
+                                  "many are connected; on its box, tractionctl keys list tells its key")
         return None
 
 
@@ -73,12 +67,12 @@ def _end(socket: zmq.Socket[bytes], monitor: zmq.Socket[bytes]) -> None:
 class Connection:
     """Is used by one thread. A caller waits for `socket` and `monitor`."""
 
-    def __init__(self, kind: int, endpoints: list[str], keys: Keys | None, strangers: int,
+    def __init__(self, kind: int, endpoints: list[str], keys: Keys | None,
                  options: dict[int, int | bytes], subscription: bytes | None = None) -> None:
         """`options` of the socket are set before it connects. `subscription` is for a socket that subscribes.
         Raises BadEndpoint, BadKeys."""
         self._endpoints, self._subscription = endpoints, subscription
-        self._handshake = Handshake(endpoints[-1], keys is not None, strangers)
+        self._handshake = Handshake(endpoints[-1], keys is not None)
         self._connections: set[bytes] = set()  # endpoints with a peer
         self._unheard_since = math.inf  # time of the newest connection or subscription, if nothing was received since
         self._given_up: dict[bytes, float] = {}  # endpoint -> when to try it again

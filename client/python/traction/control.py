@@ -94,7 +94,7 @@ class Control:
 
     def _exchange(self, request: bytes, timeout: float) -> bytes:
         self._expect_socket()
-        connection = Connection(zmq.REQ, [self.endpoint], self._keys, 1, {})
+        connection = Connection(zmq.REQ, [self.endpoint], self._keys, {})
         try:
             self._expect_peer(connection)
             connection.socket.send(request)

@@ -111,8 +111,7 @@ class Intake:
         if self._mode is Mode.LATEST or Topics.PREVIEW not in self._topics:
             return None
         match = _OF_SENSOR.match(parts[0])
-        # Whoever publishes endless names fills no memory.
-        if match is None or match[0] in self._sensors or len(self._sensors) == 64:
+        if match is None or match[0] in self._sensors:
             return None
         self._sensors.add(match[0])
         return match[0] + b"preview/"
@@ -127,6 +126,5 @@ class Intake:
         match = _TOPIC.fullmatch(topic)
         wanted = match is not None and match[1] in _WANTED and _WANTED[match[1]] in self._topics
         kind = match[1].decode() if match is not None and wanted else None
-        if len(self._kinds) < 1000:  # whoever publishes endless names fills no memory
-            self._kinds[topic] = kind
+        self._kinds[topic] = kind
         return kind

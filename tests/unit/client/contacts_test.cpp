@@ -1,5 +1,4 @@
 // Fields in, contacts out, and what arrives of them at a subscriber.
-#include "client/src/paired_contacts.h"
 #include "client/touch/follower.h"
 #include "client/touch/publisher.h"
 #include "tests/support/deadline.h"
@@ -9,8 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 
@@ -98,6 +95,7 @@ TEST(Follower, StatesTheWrenchOfTheField) {
   sensor.press(-0.02, 1.0);
   double number = 0.0;
   for (Contact& contact : sensor.field.contacts) {
+    contact.force_N[0] = 0.5;
     contact.moment_Nm = {++number, ++number, ++number};
     contact.positionZ_m = ++number;
     for (Covariance* each :
@@ -111,53 +109,37 @@ TEST(Follower, StatesTheWrenchOfTheField) {
     contact.orientationDeviation_rad = 0.01;
   }
   Follower follower = contacts::follower();
-  const v1::Contacts sent = taken(follower, sensor);
-  ASSERT_EQ(sent.contacts_size(), 2);
-  for (int i = 0; i < 2; ++i) {
+  const auto told = [&] {
+    const auto message = decode(Raw{"traction/v1/gel/contacts/", taken(follower, sensor).SerializeAsString()});
+    return std::get<Contacts>(message.value()).contacts;
+  };
+  const std::vector<TrackedContact> seen = told();
+  ASSERT_EQ(seen.size(), 2U);
+  for (std::size_t i = 0; i < seen.size(); ++i) {
     SCOPED_TRACE(i);
-    const Contact& is = sensor.field.contacts[static_cast<std::size_t>(i)];
-    const v1::TrackedContact& told = sent.contacts(i);
-    const auto expectVector = [](const v1::Vector3& vector, const Vector3& expected) {
-      EXPECT_EQ((Vector3{vector.x(), vector.y(), vector.z()}), expected);
+    const Contact& is = sensor.field.contacts[i];
+    const auto expectSame = [](const Covariance& covariance, const Covariance& expected) {
+      EXPECT_EQ(covariance.noise, expected.noise);
+      EXPECT_EQ(covariance.systematic, expected.systematic);
     };
-    expectVector(told.force_n(), is.force_N);
-    expectVector(told.moment_nm(), is.moment_Nm);
-    EXPECT_EQ(told.position_z_m(), is.positionZ_m);
-    const auto expectCovariance = [](const v1::Covariance& covariance, const Covariance& expected) {
-      EXPECT_TRUE(std::ranges::equal(covariance.noise(), expected.noise));
-      EXPECT_TRUE(std::ranges::equal(covariance.systematic(), expected.systematic));
-    };
-    expectCovariance(told.force_covariance_n2(), is.forceCovariance_N2);
-    expectCovariance(told.moment_covariance_n2m2(), is.momentCovariance_N2m2);
-    expectCovariance(told.force_moment_covariance_n2m(), is.forceMomentCovariance_N2m);
-    EXPECT_EQ((Vector2{told.half_axes_m().x(), told.half_axes_m().y()}), is.halfAxes_m);
-    EXPECT_EQ((Vector2{told.half_axes_deviation_m().x(), told.half_axes_deviation_m().y()}), is.halfAxesDeviation_m);
-    EXPECT_EQ(told.orientation_rad(), is.orientation_rad);
-    EXPECT_EQ(told.orientation_deviation_rad(), is.orientationDeviation_rad);
-    EXPECT_GT(told.angular_velocity_deviation_rad_s(), 0.0);
+    EXPECT_EQ(seen[i].force_N, is.force_N);
+    EXPECT_EQ(seen[i].moment_Nm, is.moment_Nm);
+    EXPECT_EQ(seen[i].positionZ_m, is.positionZ_m);
+    expectSame(seen[i].forceCovariance_N2, is.forceCovariance_N2);
+    expectSame(seen[i].momentCovariance_N2m2, is.momentCovariance_N2m2);
+    expectSame(seen[i].forceMomentCovariance_N2m, is.forceMomentCovariance_N2m);
+    EXPECT_EQ(seen[i].halfAxes_m, is.halfAxes_m);
+    EXPECT_EQ(seen[i].halfAxesDeviation_m, is.halfAxesDeviation_m);
+    EXPECT_EQ(seen[i].orientation_rad, is.orientation_rad);
+    EXPECT_EQ(seen[i].orientationDeviation_rad, is.orientationDeviation_rad);
+    EXPECT_GT(seen[i].angularVelocityDeviation_rad_s, 0.0);
+    EXPECT_EQ(seen[i].slip.value().model, SlipModel::kBound);
   }
   sensor.field.valid = false;
-  const v1::Contacts unknown = taken(follower, sensor);
-  EXPECT_EQ(unknown.contacts(0).moment_nm().x(), 0.0);
-  EXPECT_EQ(unknown.contacts(0).force_covariance_n2().noise(0), 0.0);
-  EXPECT_EQ(unknown.contacts(0).half_axes_m().x(), sensor.field.contacts[0].halfAxes_m[0]) << "as last seen";
-}
-
-TEST(Follower, SaysByWhatTheFrictionIsKnown) {
-  clock_ns = 1'000'000'000;
-  Follower touch = follower();
-  Sensor sensor;
-  sensor.press(0.0);
-  Contact& contact = sensor.field.contacts[0];
-  contact.force_N[0] = 1.0;
-  EXPECT_EQ(taken(touch, sensor).contacts(0).slip().model(), v1::SLIP_MODEL_BOUND);
-  for (int frame = 0; frame < 30; ++frame) {
-    contact.position_m[0] += 1e-4;
-    taken(touch, sensor);
-  }
-  const v1::Contacts slid = taken(touch, sensor);
-  EXPECT_EQ(slid.contacts(0).slip().model(), v1::SLIP_MODEL_SLIDING);
-  EXPECT_NEAR(slid.contacts(0).slip().friction().estimate(), 0.5, 0.02);
+  const TrackedContact unknown = told()[0];
+  EXPECT_EQ(unknown.moment_Nm, Vector3{});
+  EXPECT_EQ(unknown.forceCovariance_N2.noise, Matrix3{});
+  EXPECT_EQ(unknown.halfAxes_m, sensor.field.contacts[0].halfAxes_m) << "as last seen";
 }
 
 TEST(Field, StatesTheShearOfANodeOverItsNormalForce) {
@@ -220,46 +202,20 @@ TEST(Follower, EndsContactsWhereNoFieldComesOrAnotherZeroHolds) {
   EXPECT_EQ(follower.endAll().contacts(0).phase(), v1::CONTACT_PHASE_END);
 }
 
-/// A publisher of contacts, and a subscriber whose time is this file's.
-class SubscriberContacts : public testing::Test {
- protected:
-  void open() {
-    auto opened = Publisher::open({"tcp://127.0.0.1:*"});
-    ASSERT_TRUE(opened) << opened.error().message();
-    publisher_ = *std::move(opened);
-    SubscriberOptions options;
-    options.endpoint = publisher_->endpoints().front();
-    options.topics = kContacts;
-    options.monotonicClock = [] { return clock_ns; };
-    subscriber_.emplace(options);
-  }
-
-  /// Sends contacts of pressed fields until some arrive.
-  Contacts await(Follower& follower) {
-    std::optional<Message> message;
-    EXPECT_TRUE(tractiond::test::eventually([&] {
-      publisher_->send(taken(follower, sensor_));
-      message = subscriber_->receive(20ms);
-      return message.has_value();
-    }));
-    return std::get<Contacts>(message.value());
-  }
-
-  Sensor sensor_;
-  std::unique_ptr<Publisher> publisher_;
-  std::optional<Subscriber> subscriber_;
-};
-
-TEST_F(SubscriberContacts, ThatWaitedAreNoSilence) {
-  ASSERT_NO_FATAL_FAILURE(open());
+TEST(Subscriber, ContactsThatWaitedAreNoSilence) {
+  const auto publisher = Publisher::open({"tcp://127.0.0.1:*"}).value();
+  Subscriber subscriber(
+      {.endpoint = publisher->endpoints().front(), .topics = kContacts, .monotonicClock = [] { return clock_ns; }});
   Follower follower = contacts::follower();
-  sensor_.press(0.01);
-  await(follower);
+  Sensor sensor;
+  sensor.press(0.01);
+  bool hasBegun = false;
   EXPECT_TRUE(tractiond::test::eventually([&] {
-    publisher_->send(taken(follower, sensor_));
-    clock_ns += 10'000'000'000;  // the reader was busy; an end comes where the message has not arrived yet
-    const auto message = subscriber_->receive(1ms);
-    return message && std::get<Contacts>(*message).contacts.at(0).phase == ContactPhase::kMove;
+    publisher->send(taken(follower, sensor));
+    if (hasBegun) clock_ns += 10'000'000'000;  // the reader is busy; an end comes where the message has not arrived yet
+    const auto message = subscriber.receive(hasBegun ? 1ms : 20ms);
+    if (!message) return false;
+    return std::exchange(hasBegun, true) && std::get<Contacts>(*message).contacts.at(0).phase == ContactPhase::kMove;
   }));
 }
 

@@ -32,18 +32,11 @@ class FakeBox : public Box {
   }
   void remove(const std::string& path) { std::filesystem::remove_all(folder_ / path.substr(1)); }
   void own(const std::string& path, FileStatus owner) { owners_[path] = owner; }
-  void start(int id, const std::string& name, const std::vector<std::string>& words = {}) {
-    std::string line;
-    for (const std::string& word : words) line += word + '\0';
-    write("/proc/" + std::to_string(id) + "/comm", name + "\n");
-    write("/proc/" + std::to_string(id) + "/cmdline", line);
-  }
   FileStatus fileStatus(const std::string& path) const override {
     const FileStatus real = Box::fileStatus(path);
     const auto owner = owners_.find(path);
     return real.error != 0 || owner == owners_.end() ? real : owner->second;
   }
-  std::optional<Space> space(const std::string&) const override { return room; }
   std::optional<bool> keepsTime() const override { return timeIsKept; }
   std::optional<Ran> run(const std::vector<std::string>& words) const override {
     std::string line;
@@ -60,7 +53,6 @@ class FakeBox : public Box {
   }
 
   std::optional<v1::Status> published;  ///< by the daemon of each instance; none: it does not answer
-  std::optional<Space> room = Space{false, std::uint64_t{1} << 40};
   std::optional<bool> timeIsKept = true;
   std::map<std::string, Ran> programs;  ///< by a part of their command lines
 
@@ -83,9 +75,8 @@ std::set<std::string> checksOf(const std::vector<Finding>& findings, std::initia
 }
 
 const std::string kDaemon = "/opt/bin/tractiond";
-constexpr std::uint32_t kUser = 990, kGroup = 991, kGateway = 992, kAda = 1000;
-const std::string kKeys = "/etc/tractiond/keys", kState = "/var/lib/tractiond/default";
-const std::string kNode = "/dev/bus/usb/002/010", kMtu = "/sys/class/net/camera0/mtu";
+constexpr std::uint32_t kUser = 990;
+const std::string kMtu = "/sys/class/net/camera0/mtu";
 const std::string kFilters = "/proc/sys/net/ipv4/conf/", kManaged = "/run/NetworkManager/devices/3";
 
 /// Puts a key's value into what the daemon prints of its configuration.
@@ -112,25 +103,14 @@ struct HealthyBox : FakeBox {
     for (const char* cpu : {"0", "1"})
       write("/sys/devices/system/cpu/cpu" + std::string(cpu) + "/cpufreq/scaling_governor", "performance\n");
     write("/etc/udev/rules.d/60-tractiond.rules", "");
-    usbDevice("0", "ef", "05");
-    usbDevice("1", "ef", "02");  // no camera
-    own(kNode, {0, 0, kGroup, 0660});
+    makeDirectory("/sys/bus/usb");
     write("/etc/passwd", "root:x:0:0::/root:/bin/sh\ntractiond2:x:5:5::/:/bin/sh\ntractiond:x:990:991::/:/bin/false\n");
-    write("/etc/group", "root:x:0:\nada:x:1000:\ntractiond:x:991:\ntraction-gateway:x:992:\n");
+    write("/etc/group", "root:x:0:\nada:x:1000:\ntractiond:x:991:\n");
     inGroups("27 991 1000");
-    write(kKeys + "/gateway.secret", "", {0, 0, kGateway, 0640});
-    write(kKeys + "/ada.key", "");
-    own(kKeys, {0, 0, 0, 0755});
-    start(1, "systemd");
-    start(50, "bash", {"bash", "--instance=right"});
-    start(51, "tractiond", {kDaemon, "--check-config", "--instance=right"});  // a question, no daemon
-    start(700, "tractiond", {kDaemon, "--instance=default"});
     programs[kDaemon + " --instance default --config /etc/tractiond/default.toml --check-config"] = {0, "", ""};
     write("/etc/tractiond/default.toml", "");
     configure(*this, onNetwork);
     answerUnit(*this, "loaded", "enabled", "active");
-    room = Space{false, std::uint64_t{400} << 20};
-    makeDirectory(kState, {0, kUser, kGroup, 0700});
     write("/proc/net/route", "Iface\tDestination\tGateway\tFlags\tRefCnt\tUse\tMetric\tMask\tMTU\tWindow\tIRTT\n"
                              "eth0\t00000000\t010200C0\t0003\t0\t0\t0\t00000000\t0\t0\t0\n"
                              "camera0\t004DA8C0\t00000000\t0001\t0\t0\t0\t00FFFFFF\t0\t0\t0\n"
@@ -142,21 +122,12 @@ struct HealthyBox : FakeBox {
     write(kMtu, "9000\n");
     filter("1\n", "2\n");
     write("/sys/class/net/camera0/ifindex", "3\n");
-    start(602, "NetworkManager");
     write("/run/NetworkManager/devices/2", "[device]\nmanaged=true\n");
     write(kManaged, "[device]\nmanaged=false\n");
     published.emplace();
     published->set_camera(v1::CAMERA_STATE_STREAMING);
     published->mutable_rates()->set_received_hz(60.0);
     published->mutable_rates()->set_published_hz(60.0);
-  }
-  void usbDevice(const std::string& number, const char* kind, const char* subclass) {
-    const std::string device = "/sys/bus/usb/devices/2-" + number;
-    write(device + "/busnum", "2\n");
-    write(device + "/devnum", "1" + number + "\n");
-    write(device + ":1.0/bInterfaceClass", std::string(kind) + "\n");
-    write(device + ":1.0/bInterfaceSubClass", std::string(subclass) + "\n");
-    write("/dev/bus/usb/002/01" + number, "", {0, 0, 0, 0600});
   }
   void inGroups(const std::string& groups) {
     write("/proc/self/status",
@@ -173,48 +144,21 @@ struct Fault {
   std::function<void(HealthyBox&)> make;
 };
 
+/// Returns a fault of owner or mode.
+Fault owned(const char* check, const char* path, const Box::FileStatus& owner) {
+  return {check, [=](HealthyBox& box) { box.own(path, owner); }};
+}
+
 const std::vector<Fault> kEverywhere = {
     {"governor", [](auto& box) { box.write("/sys/devices/system/cpu/cpu1/cpufreq/scaling_governor", "powersave\n"); }},
     {"time of day", [](auto& box) { box.timeIsKept = false; }},
     {"user and group", [](auto& box) { box.inGroups("27 9910"); }},
-    {"keys",
-     [](auto& box) {
-       box.own(kKeys, {0, 0, kGateway, 0775});
-     }},
-    {"keys",
-     [](auto& box) {
-       box.own(kKeys, {0, kAda, 0, 0755});
-     }},
-    {"keys",
-     [](auto& box) {
-       box.own(kKeys + "/ada.key", {0, 0, 0, 0666});
-     }},
-    {"keys",
-     [](auto& box) {
-       box.own(kKeys + "/ada.key", {0, kAda, 0, 0644});
-     }},
-    {"configuration",
-     [](auto& box) {
-       box.own("/etc/tractiond/default.toml", {0, 0, 0, 0640});
-     }},
-    {"configuration",
-     [](auto& box) {
-       box.own("/etc/tractiond/default.toml", {0, 0, kUser, 0600});
-     }},
+    owned("configuration", "/etc/tractiond/default.toml", {0, 0, 0, 0640}),
+    owned("configuration", "/etc/tractiond/default.toml", {0, 0, kUser, 0600}),
     {"service", [](auto& box) { answerUnit(box, "not-found", "", "inactive"); }},
     {"service", [](auto& box) { answerUnit(box, "loaded", "disabled", "active"); }},
     {"service", [](auto& box) { answerUnit(box, "loaded", "enabled", "failed"); }},
     {"service", [](auto& box) { answerUnit(box, "loaded", "enabled", "inactive"); }},
-    {"state directory", [](auto& box) { box.room->readOnly = true; }},
-    {"state directory", [](auto& box) { box.room->free_bytes = (192 << 20) - 1; }},
-    {"state directory",
-     [](auto& box) {
-       box.own(kState, {0, 0, 0, 0755});
-     }},
-    {"state directory",
-     [](auto& box) {
-       box.own(kState, {0, kUser, kGroup, 0500});
-     }},
     {"receive buffer", [](auto& box) { box.write("/proc/sys/net/core/rmem_max", "8388607\n"); }},
     {"measurement", [](auto& box) { box.published->set_camera(v1::CAMERA_STATE_LOST); }},
     {"measurement", [](auto& box) { box.published->set_invalid_why("too few markers"); }},
@@ -224,14 +168,6 @@ const std::vector<Fault> kEverywhere = {
 };
 const std::vector<Fault> kOfUsb = {
     {"USB permissions", [](auto& box) { box.remove("/etc/udev/rules.d/60-tractiond.rules"); }},
-    {"USB permissions",
-     [](auto& box) {
-       box.own(kNode, {0, 0, 0, 0660});
-     }},
-    {"USB permissions",
-     [](auto& box) {
-       box.own(kNode, {0, 0, kGroup, 0640});
-     }},
 };
 const std::vector<Fault> kOfTheNetwork = {
     {"MTU", [](auto& box) { box.write(kMtu, "8999\n"); }},
@@ -271,22 +207,22 @@ TEST(Doctor, FindsEachFaultAndNothingElse) {
 
 TEST(Doctor, ABoxThatShowsNothingIsNotKnown) {
   FakeBox box;
-  box.room.reset();
   box.timeIsKept.reset();
   const auto findings = examine(box, kDaemon, "");
   EXPECT_EQ(checksOf(findings, {Verdict::kUnknown}),
-            (std::set<std::string>{"time of day", "service", "state directory", "network", "measurement"}));
+            (std::set<std::string>{"time of day", "service", "network", "measurement"}));
   EXPECT_EQ(checksOf(findings, {Verdict::kWarn, Verdict::kFail}), std::set<std::string>{"user and group"});
 }
 
-TEST(Doctor, ProcessesThatCannotBeSeenAreNotKnown) {
+TEST(Doctor, ExaminesEachInstanceThatHasAConfigurationAUnitOrASocket) {
   FakeBox box;
-  box.start(700, "bash");
-  EXPECT_NE(processesOf(box).whyUnknown, "") << "the first process is hidden, as others may be";
-  box.start(1, "systemd");
-  EXPECT_EQ(processesOf(box).whyUnknown, "");
-  box.makeDirectory("/proc/701/comm");
-  EXPECT_NE(processesOf(box).whyUnknown, "") << "a process cannot be looked at";
+  EXPECT_EQ(instancesOf(box), std::set<std::string>{"default"});
+  box.write("/etc/tractiond/left.toml", "");
+  box.write("/etc/tractiond/no name.toml", "");
+  box.write("/etc/systemd/system/multi-user.target.wants/tractiond@right.service", "");
+  box.write("/run/tractiond/third/control", "");
+  box.makeDirectory("/run/tractiond/gone");
+  EXPECT_EQ(instancesOf(box), (std::set<std::string>{"left", "right", "third"}));
 }
 
 TEST(Doctor, AWrongConfigurationIsNamedAndItsNetworkNotKnown) {
@@ -309,16 +245,6 @@ TEST(Doctor, JsonHoldsWhateverWasRead) {
   const std::string text = reportJson({{"a", Verdict::kFail, "quote \" back \\ bell \x07 é", "do", "left"}});
   EXPECT_EQ(text, R"({"checks":[{"check":"a","instance":"left","verdict":"fail","found":"quote \" back \\ bell ? é",)"
                   R"("mend":"do"}],"exit_code":2})");
-}
-
-TEST(Doctor, ProgramsAreRunToTheirEnd) {
-  const Box box;
-  const auto ran = box.run({"sh", "-c", "echo out; echo err >&2; yes | head -c 300000; exit 7"});
-  ASSERT_TRUE(ran);
-  EXPECT_EQ(ran->exitCode, 7);
-  EXPECT_EQ(ran->output.size(), 300'004U);
-  EXPECT_EQ(ran->complaint, "err\n");
-  EXPECT_FALSE(box.run({"/nowhere/program"}));
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <optional>
 #include <random>
 #include <utility>
@@ -14,28 +13,9 @@
 namespace touch {
 namespace {
 
-/// Mindlin's shear at a distance from the centre, of a contact of radius 1.
-double shear(double r, double stickRatio) {
-  const double all = std::sqrt(std::fmax(0.0, 1.0 - r * r));
-  const double inside = r < stickRatio ? std::sqrt(stickRatio * stickRatio - r * r) : 0.0;
-  return all - inside;
-}
-
-/// Integral over the disc of the shear times a power of the distance.
-double moment(double stickRatio, int power) {
-  constexpr int kSteps = 20'000;
-  double sum = 0.0;
-  for (int i = 0; i < kSteps; ++i) {
-    const double r = (i + 0.5) / kSteps;
-    sum += shear(r, stickRatio) * std::pow(r, power + 1) / kSteps;
-  }
-  return sum;
-}
-
 TEST(PartialSlip, ShearIsSpreadAsMindlinsTractionsAre) {
-  const double pressure = moment(0.0, 2) / moment(0.0, 0);
   for (const double stickRatio : {0.0, 0.3, 0.67, 0.9})
-    EXPECT_NEAR(spreadRatio(stickRatio), moment(stickRatio, 2) / moment(stickRatio, 0) / pressure, 1e-4);
+    EXPECT_NEAR(spreadRatio(stickRatio), (1.0 - std::pow(stickRatio, 5)) / (1.0 - std::pow(stickRatio, 3)), 1e-12);
   EXPECT_DOUBLE_EQ(spreadRatio(1.0), 5.0 / 3.0);
 }
 
@@ -49,8 +29,8 @@ Observation sheared(double share, double friction, double ratioDeviation) {
   Observation contact;
   contact.force_N = {share * friction * 4.0, 0.0, 4.0};
   contact.forceDeviation_N = {0.01, 0.01, 0.01};
-  contact.spreadRatio = spreadRatio(std::cbrt(1.0 - share));
-  contact.spreadRatioDeviation = ratioDeviation;
+  contact.shearSpreadRatio = spreadRatio(std::cbrt(1.0 - share));
+  contact.shearSpreadRatioDeviation = ratioDeviation;
   return contact;
 }
 
@@ -75,11 +55,9 @@ TEST(PartialSlip, IsNotKnownWithoutLoad) {
   EXPECT_FALSE(atRest({}));
 }
 
-/// Shows a contact to `slip` in frames of 60 Hz, one after the other.
+/// Shows a contact in frames of 60 Hz, one after the other.
 class Frames {
  public:
-  explicit Frames(PartialSlip& slip)
-      : slip_(slip) {}
   std::optional<Slip> see(const Observation& contact, const std::array<double, 2>& moved_m = {},
                           double turn_rad = 0.0) {
     time_ns_ += 16'666'667;
@@ -91,7 +69,7 @@ class Frames {
   }
 
  private:
-  PartialSlip& slip_;
+  PartialSlip slip_;
   std::int64_t time_ns_ = 1'000'000'000;
 };
 
@@ -100,8 +78,7 @@ double width(const Slip& slip) {
 }
 
 TEST(PartialSlip, ManyFramesSayMoreButNotWhatStays) {
-  PartialSlip joined;
-  Frames frames(joined);
+  Frames frames;
   const Observation contact = sheared(0.7, 0.5, 0.05);
   const double one = width(frames.see(contact).value()), many = width(frames.see(contact, 30).value());
   EXPECT_LT(many, 0.8 * one);
@@ -110,8 +87,7 @@ TEST(PartialSlip, ManyFramesSayMoreButNotWhatStays) {
 }
 
 TEST(PartialSlip, AlarmsBeforeTheContactSlipsAndNotWhileItSticks) {
-  PartialSlip joined;
-  Frames frames(joined);
+  Frames frames;
   double at = 1.0;
   for (double share = 0.2; share < 1.0; share += 0.01) {
     if (frames.see(sheared(share, 0.5, 0.03)).value().state != SlipState::kIncipient) continue;
@@ -123,20 +99,18 @@ TEST(PartialSlip, AlarmsBeforeTheContactSlipsAndNotWhileItSticks) {
 }
 
 TEST(PartialSlip, OneFrameThatIsOffRaisesNoAlarm) {
-  PartialSlip joined;
-  Frames frames(joined);
+  Frames frames;
   EXPECT_EQ(frames.see(sheared(0.5, 0.5, 0.03), 10).value().state, SlipState::kSticking);
   Observation off = sheared(0.5, 0.5, 0.003);
-  off.spreadRatio = 1.0;
+  off.shearSpreadRatio = 1.0;
   EXPECT_EQ(frames.see(off).value().state, SlipState::kSticking);
 }
 
 TEST(PartialSlip, ShearThatFallsSaysNothingNewOfTheFriction) {
-  PartialSlip joined;
-  Frames frames(joined);
+  Frames frames;
   const Slip before = frames.see(sheared(0.85, 0.5, 0.03), 10).value();
   Observation less = sheared(0.5, 0.5, 0.03);
-  less.spreadRatio = 0.9;  // the rim slips back
+  less.shearSpreadRatio = 0.9;  // the rim slips back
   const Slip after = frames.see(less, 10).value();
   EXPECT_NEAR(after.friction.estimate, before.friction.estimate, 0.02);
   EXPECT_EQ(after.state, SlipState::kSticking);
@@ -144,8 +118,7 @@ TEST(PartialSlip, ShearThatFallsSaysNothingNewOfTheFriction) {
 }
 
 TEST(PartialSlip, IsNotKnownLongAfterTheLastSpread) {
-  PartialSlip joined;
-  Frames frames(joined);
+  Frames frames;
   const Observation known = sheared(0.85, 0.5, 0.03), unknown = sheared(0.85, 0.5, 0.0);
   frames.see(known, 10);
   EXPECT_EQ(frames.see(unknown, 5).value().model, SlipModel::kBall);
@@ -157,8 +130,7 @@ TEST(PartialSlip, IsNotKnownLongAfterTheLastSpread) {
 }
 
 TEST(PartialSlip, AContactThatGrewMuchStrongerIsLearntAnew) {
-  PartialSlip joined;
-  Frames frames(joined);
+  Frames frames;
   Observation faint = sheared(0.9, 1.0, 0.3);
   for (double& force_N : faint.force_N) force_N *= 0.1;
   frames.see(faint, 3);
@@ -166,8 +138,7 @@ TEST(PartialSlip, AContactThatGrewMuchStrongerIsLearntAnew) {
 }
 
 TEST(PartialSlip, WhatWasKnownOfAnotherPlaceIsForgotten) {
-  PartialSlip joined;
-  Frames frames(joined);
+  Frames frames;
   frames.see(sheared(0.8, 0.9, 0.03), 10);
   for (int i = 0; i < 2; ++i) frames.see(sheared(0.8, 0.3, 0.03), {0.0, 1e-3});
   const Observation there = sheared(0.8, 0.3, 0.03);
@@ -194,13 +165,12 @@ TEST(PartialSlip, WhatAnyContactBearsIsALowerBound) {
     EXPECT_GT(slip.friction.low, 0.25 * 0.7);
     EXPECT_EQ(slip.friction.high, kLargestFriction);
     EXPECT_EQ(slip.margin_N, 0.0);
-    EXPECT_GT(slip.holding_N, 4.0);
+    EXPECT_GT(slip.holdingForce_N, 4.0);
   }
 }
 
 TEST(PartialSlip, WhatAContactHasBorneItBearsAgain) {
-  PartialSlip joined;
-  Frames frames(joined);
+  Frames frames;
   frames.see(borne(2.0));
   EXPECT_NEAR(frames.see(borne(0.5)).value().margin_N, 1.5, 0.06);
 }
@@ -211,8 +181,7 @@ void slide(Frames& frames, int count = 10) {
 }
 
 TEST(PartialSlip, AContactThatSlidShowsItsFriction) {
-  PartialSlip joined;
-  Frames frames(joined);
+  Frames frames;
   slide(frames);
   EXPECT_EQ(frames.see(borne(2.0), {1e-3, 0.0}).value().state, SlipState::kSlipping);
   const Slip held = frames.see(borne(1.2), 600).value();
@@ -223,7 +192,7 @@ TEST(PartialSlip, AContactThatSlidShowsItsFriction) {
   EXPECT_GT(held.friction.high, 0.5);
   EXPECT_LT(held.friction.high / held.friction.low, 1.25);
   EXPECT_NEAR(held.margin_N, 0.8, 0.04);
-  EXPECT_NEAR(held.holding_N, 1.25 * 1.2 / held.friction.low, 1e-9);
+  EXPECT_NEAR(held.holdingForce_N, 1.25 * 1.2 / held.friction.low, 1e-9);
   EXPECT_EQ(frames.see(borne(1.85), 3).value().state, SlipState::kIncipient);
   Observation pressed = borne(1.2);
   pressed.force_N[2] = 12.0;
@@ -231,8 +200,7 @@ TEST(PartialSlip, AContactThatSlidShowsItsFriction) {
 }
 
 TEST(PartialSlip, AContactThatTurnedShowsItsFriction) {
-  PartialSlip joined;
-  Frames frames(joined);
+  Frames frames;
   for (int i = 0; i < 10; ++i) frames.see(borne(0.0, -2.0), {}, -0.2);
   const Slip slip = frames.see(borne(0.5)).value();
   EXPECT_EQ(slip.model, SlipModel::kSliding);
@@ -240,8 +208,7 @@ TEST(PartialSlip, AContactThatTurnedShowsItsFriction) {
 }
 
 TEST(PartialSlip, OnlyMotionAlongTheLoadIsASlide) {
-  PartialSlip joined;
-  Frames frames(joined);
+  Frames frames;
   for (int i = 0; i < 10; ++i) frames.see(borne(2.0), {0.0, 1e-3});
   EXPECT_EQ(frames.see(borne(2.0)).value().model, SlipModel::kBound);
   for (int i = 0; i < 10; ++i) frames.see(borne(0.0, 2.0), {}, -0.2);
@@ -252,8 +219,7 @@ TEST(PartialSlip, OnlyMotionAlongTheLoadIsASlide) {
 }
 
 TEST(PartialSlip, FrictionOfASlideIsNotThatOfShearThatWasLetGo) {
-  PartialSlip joined;
-  Frames frames(joined);
+  Frames frames;
   slide(frames);
   for (double shear_N = 2.0; shear_N > 0.2; shear_N *= 0.8) frames.see(borne(shear_N), {1e-3, 0.0});
   frames.see(borne(-0.5), {1e-3, 0.0});
@@ -261,42 +227,16 @@ TEST(PartialSlip, FrictionOfASlideIsNotThatOfShearThatWasLetGo) {
 }
 
 TEST(PartialSlip, AContactThatBearsMoreHasNotSlid) {
-  PartialSlip joined;
-  Frames frames(joined);
+  Frames frames;
   slide(frames);
   EXPECT_EQ(frames.see(borne(3.0), 2).value().model, SlipModel::kBound);
 }
 
 TEST(PartialSlip, SpreadOfTheShearSaysNothingUnderTorque) {
   Observation contact = borne(1.0, 0.8);
-  contact.spreadRatio = 1.0;
-  contact.spreadRatioDeviation = 0.03;
+  contact.shearSpreadRatio = 1.0;
+  contact.shearSpreadRatioDeviation = 0.03;
   EXPECT_EQ(atRest(contact).value().model, SlipModel::kBound);
-}
-
-/// Stick ratio of a ball under a share of the torque at which it slips (Lubkin 1951). The torque at a stick ratio c is
-/// 4 / pi mu P a (c^3 I(c) + 3 Integral of s^2 I(s) from c to 1), with I(s) = K - E of the modulus sqrt(1 - s^2).
-double lubkin(double share) {
-  constexpr int kSteps = 20'000;
-  double beyond = 0.0;
-  for (int i = kSteps - 1; i > 0; --i) {
-    const double s = (i + 0.5) / kSteps, modulus = std::sqrt(1.0 - s * s);
-    const double difference = std::comp_ellint_1(modulus) - std::comp_ellint_2(modulus);
-    beyond += 3.0 * s * s * difference / kSteps;
-    const double torque = 4.0 / std::numbers::pi * (s * s * s * difference + beyond);
-    if (torque >= share * 3.0 * std::numbers::pi / 16.0) return s;
-  }
-  return 0.0;
-}
-
-TEST(PartialSlip, TorqueSlipsTheRimOfABallAlmostAsShearDoes) {
-  PartialSlip joined;
-  Frames frames(joined);
-  for (int i = 0; i < 10; ++i) frames.see(borne(0.0, 2.0), {}, 0.2);
-  for (const double share : {0.3, 0.6, 0.8}) {
-    const Slip slip = frames.see(borne(0.0, share * 2.0)).value();
-    EXPECT_NEAR(slip.stickRatio.estimate, lubkin(share), 0.045) << share;
-  }
 }
 
 TEST(PartialSlip, IntervalsCover) {
@@ -308,7 +248,7 @@ TEST(PartialSlip, IntervalsCover) {
   for (int run = 0; run < kRuns; ++run) {
     const double truth = 0.2 * std::exp(std::log(5.0) * uniform(random)), share = 0.4 + 0.6 * uniform(random);
     Observation contact = sheared(share, truth, 0.05);
-    contact.spreadRatio += contact.spreadRatioDeviation * normal(random);
+    contact.shearSpreadRatio += contact.shearSpreadRatioDeviation * normal(random);
     for (const std::size_t i : {0, 2}) contact.force_N[i] += contact.forceDeviation_N[i] * normal(random);
     const Slip slip = atRest(contact).value();
     const double ratio = std::cbrt(1.0 - share);
