@@ -12,8 +12,8 @@
 
 namespace tractiond::control {
 
-/// Answers each request once: a zero within Watched::zeroWithin_s, a calibration step within the time of
-/// CalibrationOptions plus twice ZeroProcedure::kNoFrames_ns, and StepRunner::kWorkWithin_ns before and after it. A
+/// Answers each request once: a zero within Watched::zeroWithin_s, a calibration step within its seconds and
+/// Calibration::kGrace_s plus twice ZeroProcedure::kNoFrames_ns, and StepRunner::kWorkWithin_ns before and after it. A
 /// request for a zero that was answered with an error changes nothing later. Bound to the control thread.
 class Procedures {
  public:

@@ -197,8 +197,7 @@ void Life::beginStep(const CalibrationStep& step) {
 
 std::int64_t Life::stepWithin_ns(const CalibrationStep& step) const {
   constexpr std::int64_t kSlack_ns = 11 * kSecond, kWork_ns = control::StepRunner::kWorkWithin_ns;
-  const std::int64_t frames_ns =
-      static_cast<std::int64_t>(1e9 * (step.seconds + calibrate::CalibrationOptions{}.grace_s));
+  const std::int64_t frames_ns = static_cast<std::int64_t>(1e9 * (step.seconds + calibrate::Calibration::kGrace_s));
   return kSlack_ns + (step.kind == CalibrationStep::Kind::kNoise ? frames_ns : kWork_ns) +
          (around_.stepWork.isIdle() ? 0 : kWork_ns);  // it waits for earlier work
 }
