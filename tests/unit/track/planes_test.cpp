@@ -1,6 +1,7 @@
 // What is read of a picture, against bytes written by hand from the standards. formats_test.cpp tracks markers in them.
 #include "daemon/track/planes.h"
 #include "daemon/track/unpack.h"
+#include "tests/unit/track/scene.h"
 
 #include <gtest/gtest.h>
 
