@@ -106,23 +106,6 @@ TRACTION_INLINE void copyRows(const Plane& plane, S shape, const typename R::Typ
   for (int i = width * length; i < MarkerTemplate::paddedSamples(shape.half); ++i) out[i] = 0.0F;
 }
 
-/// Copies the window in levels, less an offset, which it returns: squares of large numbers would lose digits in a
-/// float.
-template <typename R, typename S>
-TRACTION_INLINE float load(const Plane& plane, S shape, int left, int top, float* out) {
-  const auto* row = rowAt<R>(plane, left, top);
-  const int base = R::isWide ? *row : 0;
-  const float gain = plane.gain;
-  copyRows<R>(plane, shape, row, out, [&](const auto* from, float* to) TRACTION_LAMBDA {
-    if constexpr (R::isWide) {
-      for (int i = 0; i < kChunk; ++i) to[i] = gain * static_cast<float>(sampleAt<R>(from, i) - base);
-    } else {
-      for (int i = 0; i < kChunk; ++i) to[i] = static_cast<float>(sampleAt<R>(from, i));
-    }
-  });
-  return R::isWide ? gain * static_cast<float>(base) : 0.0F;
-}
-
 /// Returns four times the other colour at a sample.
 template <typename R>
 TRACTION_INLINE int otherAt(const Plane& plane, const typename R::Type* row, int index) {
@@ -130,18 +113,22 @@ TRACTION_INLINE int otherAt(const Plane& plane, const typename R::Type* row, int
   return R::step == 2 ? beside(0) + beside(1) + beside(2) + beside(3) : 4 * beside(0);
 }
 
-/// Copies the window as above, without the share of the other colour.
-template <typename R, typename S>
-TRACTION_INLINE float loadUnmixed(const Plane& plane, const CrossTalk& crossTalk, S shape, int left, int top,
-                                  float* out) {
-  const float share = 0.25F * crossTalk.other;
-  const float gain = (R::isWide ? plane.gain : 1.0F) / (1.0F - crossTalk.own * crossTalk.other);
+/// Copies the window in levels, `kMixed` without the share of the other colour; less an offset, which it returns:
+/// squares of large numbers would lose digits in a float.
+template <bool kMixed, typename R, typename S>
+TRACTION_INLINE float load(const Plane& plane, const CrossTalk& crossTalk, S shape, int left, int top, float* out) {
+  const float share = kMixed ? 0.25F * crossTalk.other : 0.0F;
+  const float gain = (R::isWide ? plane.gain : 1.0F) / (kMixed ? 1.0F - crossTalk.own * crossTalk.other : 1.0F);
   const auto* row = rowAt<R>(plane, left, top);
-  const int base = R::isWide ? *row : 0, otherBase = R::isWide ? otherAt<R>(plane, row, 0) : 0;
+  const int base = R::isWide ? *row : 0, otherBase = R::isWide && kMixed ? otherAt<R>(plane, row, 0) : 0;
   copyRows<R>(plane, shape, row, out, [&](const auto* from, float* to) TRACTION_LAMBDA {
     for (int i = 0; i < kChunk; ++i) {
-      const int own = sampleAt<R>(from, i) - base, other = otherAt<R>(plane, from, i) - otherBase;
-      to[i] = gain * (static_cast<float>(own) - share * static_cast<float>(other));
+      const auto own = static_cast<float>(sampleAt<R>(from, i) - base);
+      if constexpr (kMixed) {
+        to[i] = gain * (own - share * static_cast<float>(otherAt<R>(plane, from, i) - otherBase));
+      } else {
+        to[i] = R::isWide ? gain * own : own;
+      }
     }
   });
   return gain * (static_cast<float>(base) - share * static_cast<float>(otherBase));
@@ -228,8 +215,8 @@ TRACTION_INLINE void fitOne(const Plane& plane, const MarkerTemplate& marker, co
     if (!(x >= low && x <= highX && y >= low && y <= highY)) break;
     const int across = static_cast<int>(x * kPhases + 0.5F), down = static_cast<int>(y * kPhases + 0.5F);
     const int left = across / kPhases - shape.half + 1, top = down / kPhases - shape.half + 1;
-    const float base = guess.mixed ? loadUnmixed<R>(plane, crossTalk, shape, left, top, window)
-                                   : load<R>(plane, shape, left, top, window);
+    const float base = guess.mixed ? load<true, R>(plane, crossTalk, shape, left, top, window)
+                                   : load<false, R>(plane, crossTalk, shape, left, top, window);
     const int index = down % kPhases * kPhases + across % kPhases;
     const Sums sum = sums(shape, window, marker.weights(index), plane.sign);
     const MarkerTemplate::Phase& phase = marker.phase(index);
@@ -334,28 +321,6 @@ void fit(const Plane& plane, const MarkerTemplate* markers, const CrossTalk& cro
   }
 }
 
-void loadAny(const Plane& plane, const Shape<0>& shape, int left, int top, float* window) {
-  switch (plane.step + (plane.wide ? 3 : 0)) {
-  case 1:
-    load<Rows<std::uint8_t, 1>>(plane, shape, left, top, window);
-    break;
-  case 2:
-    load<Rows<std::uint8_t, 2>>(plane, shape, left, top, window);
-    break;
-  case 3:
-    load<Rows<std::uint8_t, 3>>(plane, shape, left, top, window);
-    break;
-  case 4:
-    load<Rows<std::uint16_t, 1>>(plane, shape, left, top, window);
-    break;
-  case 5:
-    load<Rows<std::uint16_t, 2>>(plane, shape, left, top, window);
-    break;
-  default:
-    load<Rows<std::uint16_t, 3>>(plane, shape, left, top, window);
-  }
-}
-
 }  // namespace
 
 void fitCentres(const Plane& plane, std::span<const MarkerTemplate> markers, const CrossTalk& crossTalk,
@@ -381,11 +346,15 @@ float amplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, flo
       top + 2 * marker.half() > plane.height) {
     return clippedAmplitudeAt(plane, marker, u, v);
   }
-  const Shape<0> shape(marker);
-  alignas(64) Window<0> window;
-  loadAny(plane, shape, left, top, window);
+  const int width = 2 * marker.half();
+  alignas(64) Window<0> window = {};
+  const float base = plane.wide ? plane.at(left, top) : 0.0F;  // as load() does
+  for (int i = 0; i < marker.used(); ++i) {
+    window[i / width * MarkerTemplate::rowLength(marker.half()) + i % width] =
+        plane.at(left + i % width, top + i / width) - base;
+  }
   const int index = down % kPhases * kPhases + across % kPhases;
-  const Sums sum = sums(shape, window, marker.weights(index), plane.sign);
+  const Sums sum = sums(Shape<0>(marker), window, marker.weights(index), plane.sign);
   const MarkerTemplate::Phase& phase = marker.phase(index);
   return phase.solve[0] * sum.p0 + phase.solve[1] * sum.p1 + phase.solve[2] * sum.p2;
 }
