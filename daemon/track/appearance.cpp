@@ -1,5 +1,7 @@
 #include "daemon/track/appearance.h"
 
+#include "base/quantile.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -95,9 +97,7 @@ void forgetDust(std::span<int> steps) {
   std::vector<int> sizes;
   for (const int step : steps) sizes.push_back(std::abs(step));
   if (sizes.empty()) return;
-  const auto most = sizes.begin() + static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(sizes.size()));
-  std::nth_element(sizes.begin(), most, sizes.end());
-  const int limit = 3 * *most;
+  const int limit = 3 * quantile(sizes, 0.9);
   for (int& step : steps) {
     if (std::abs(step) > limit) step = 0;
   }
@@ -157,11 +157,6 @@ MarkerTemplate roughTemplate(const Plane& plane, double radius_px) {
   return templateFor(plane, radius_px, kTypicalBlur_px);
 }
 
-MarkerTemplate fittingTemplate(const Plane& plane, double radius_px, const CrossTalk& crossTalk,
-                               std::span<const Guess> places) {
-  return templateFor(plane, radius_px, fittingBlur(plane, radius_px, crossTalk, places).blur_px);
-}
-
 Sizes fittingSizes(const Plane& plane, double radius_px, const CrossTalk& crossTalk, std::span<const Guess> places,
                    std::span<const std::uint8_t> seen, std::size_t sample) {
   std::vector<Guess> typical;
@@ -179,13 +174,12 @@ Sizes fittingSizes(const Plane& plane, double radius_px, const CrossTalk& crossT
     }
     if (round == kSizeRounds || std::ranges::all_of(sorted, [](int step) { return step == 0; })) break;
     // Discs of medium size determine the blur better than all of them.
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
+    const int middle = quantile(sorted);
     typical.clear();
     for (std::size_t i = 0; i < places.size(); ++i) {
-      if (seen[i] && steps[i] == *middle) typical.push_back(places[i]);
+      if (seen[i] && steps[i] == middle) typical.push_back(places[i]);
     }
-    radius_px *= std::pow(kSizeStep, *middle);
+    radius_px *= std::pow(kSizeStep, middle);
     blur = fittingBlur(plane, radius_px, crossTalk, someOf(typical, sample)).blur_px;
   }
   Sizes sizes{{templateFor(plane, radius_px, blur)}, std::vector<std::uint8_t>(places.size()), radius_px};
@@ -206,9 +200,7 @@ float crossTalkInto(const Plane& own, const Plane& other, const MarkerTemplate& 
     if (centre.found) shares.push_back(amplitudeAt(other, marker, centre.u, centre.v) / centre.amplitude);
   }
   if (shares.empty()) return 0.0F;
-  const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
-  std::nth_element(shares.begin(), middle, shares.end());
-  return std::clamp(*middle, 0.0F, kMostCrossTalk);
+  return std::clamp(quantile(shares), 0.0F, kMostCrossTalk);
 }
 
 }  // namespace tractiond::track

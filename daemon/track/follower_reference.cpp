@@ -1,4 +1,5 @@
 // The reference of a follower: a zero, or the first picture in its place; and the appearance of the markers.
+#include "base/quantile.h"
 #include "daemon/track/appearance.h"
 #include "daemon/track/follower.h"
 #include "daemon/track/rest_pose.h"
@@ -13,12 +14,6 @@ namespace tractiond::track {
 namespace {
 
 constexpr std::size_t kAppearancePlaces = 300;
-
-float median(std::vector<float> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 
@@ -53,14 +48,6 @@ void Follower::learnAnew() {
   reference_.appearance.isKnown = false;
   seeksAll_ = true;
   acquireIn_ = 0;
-}
-
-const MarkerTemplate& Follower::roughOf(Layer& layer) {
-  if (layer.roughScale != layer.plane.scale) {
-    layer.rough = roughTemplate(layer.plane, appearanceOf(layer).radius_px);
-    layer.roughScale = layer.plane.scale;
-  }
-  return layer.rough;
 }
 
 /// Scales the radius with the pattern: the camera may be nearer or farther than described.
@@ -124,9 +111,8 @@ void Follower::placeUnlabelled() {
     const Lattice& lattice = layer.lattice;
     for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
       if (labelled_[i]) continue;
-      const int column = (i - lattice.first) % lattice.columns, row = (i - lattice.first) / lattice.columns;
-      const auto whole = expectation(lattice, column, row, displacement_, labelled_);
-      place_[i] = whole ? reference[i] + whole->value : reference[i];
+      const auto whole = expectation(lattice, i, displacement_, labelled_);
+      place_[i] = whole ? reference[i] + *whole : reference[i];
     }
   }
 }
@@ -137,7 +123,7 @@ void Follower::assumeRest() {
     const Lattice& lattice = layer.lattice;
     std::vector<float> amplitudes;
     for (const Spot& spot : layer.spots) amplitudes.push_back(spot.amplitude);
-    const float typical = median(amplitudes);
+    const float typical = quantile(amplitudes);
     for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
       reference_.place_px[i] = place_[i];
       reference_.amplitude[i] = typical;

@@ -12,7 +12,7 @@ namespace tractiond::track {
 /// Appearance of the markers in the picture. M is the number of markers.
 struct Appearance {
   struct Layer {
-    std::vector<MarkerTemplate> markers;  ///< the first is of the typical size
+    std::vector<MarkerTemplate> markers;  ///< the first is of the typical size; until they are learned a rough one
     CrossTalk crossTalk;                  ///< between this layer and the other one; 0 until it is learned
     double radius_px = 0.0;               ///< of the typical size; by the description until it is learned
   };
