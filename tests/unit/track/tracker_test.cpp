@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <thread>
-
 namespace tractiond::track::tracker_test {
 namespace {
 
@@ -92,22 +90,6 @@ TEST(Tracker, LargerMarkersAndPicturesAreTracked) {
       EXPECT_LT(comparison.rms_px, 0.025);
     }
   }
-}
-
-TEST(Tracker, AZeroMayBeRequestedAndTakenByAnotherThread) {
-  Scene scene;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
-  std::atomic<bool> done{false};
-  RestPose pose;
-  std::thread control([&] {
-    tracking.tracker.requestZero();
-    while (!tracking.tracker.takeRestPose(pose) || !pose.requested) std::this_thread::yield();
-    done = true;
-  });
-  for (int i = 0; i < 100000 && !done; ++i) tracking(scene.shoot());
-  control.join();
-  EXPECT_EQ(pose.amplitude.size(), static_cast<std::size_t>(scene.markers()));
 }
 
 }  // namespace
