@@ -6,6 +6,7 @@
 
 #include "base/vector_clones.h"
 #include "daemon/track/direct_fit.h"
+#include "daemon/track/template_step.h"
 
 #include <algorithm>
 #include <cassert>
@@ -16,7 +17,6 @@ namespace tractiond::track {
 
 namespace {
 
-#define TRACTION_INLINE inline __attribute__((always_inline))
 #define TRACTION_LAMBDA __attribute__((always_inline))
 
 constexpr int kMaxSteps = 6;
@@ -141,7 +141,8 @@ TRACTION_INLINE float unmixedNoise(const Plane& plane, const CrossTalk& crossTal
 }
 
 struct Sums {
-  float one, square, p0, p1, p2, p3, p4, p5;
+  float one, square;
+  WindowProducts p;
 };
 
 /// Sums up the lanes of each of four rows. Vectors of 16 bytes are a register of every machine; left to itself, GCC
@@ -170,31 +171,23 @@ TRACTION_INLINE Sums sums(S shape, const float* window, const float* weights, fl
   const int samples = MarkerTemplate::paddedSamples(shape.half);
   alignas(64) float lanes[8][kSums];
   for (int i = 0; i < kSums; ++i) {
-    float o = 0.0F, s = 0.0F, a = 0.0F, b = 0.0F, c = 0.0F, d = 0.0F, e = 0.0F, f = 0.0F;
+    float one = 0.0F, square = 0.0F, p[MarkerTemplate::kRows] = {};
     for (int k = 0; k < samples; k += kSums) {
       const float x = window[k + i];
-      o += x;
-      s += x * x;
-      a += x * weights[k + i];
-      b += x * weights[samples + k + i];
-      c += x * weights[2 * samples + k + i];
-      d += x * weights[3 * samples + k + i];
-      e += x * weights[4 * samples + k + i];
-      f += x * weights[5 * samples + k + i];
+      one += x;
+      square += x * x;
+#pragma GCC unroll 6
+      for (int row = 0; row < MarkerTemplate::kRows; ++row) p[row] += x * weights[row * samples + k + i];
     }
-    lanes[0][i] = o;
-    lanes[1][i] = s;
-    lanes[2][i] = a;
-    lanes[3][i] = b;
-    lanes[4][i] = c;
-    lanes[5][i] = d;
-    lanes[6][i] = e;
-    lanes[7][i] = f;
+    lanes[0][i] = one;
+    lanes[1][i] = square;
+#pragma GCC unroll 6
+    for (int row = 0; row < MarkerTemplate::kRows; ++row) lanes[2 + row][i] = p[row];
   }
   float sum[8];
   addLanes(lanes, sum);
   addLanes(lanes + 4, sum + 4);
-  return {sum[0], sum[1], sign * sum[2], sign * sum[3], sign * sum[4], sign * sum[5], sign * sum[6], sign * sum[7]};
+  return {sum[0], sum[1], {sign * sum[2], sign * sum[3], sign * sum[4], sign * sum[5], sign * sum[6], sign * sum[7]}};
 }
 
 template <typename R, int kHalf>
@@ -220,39 +213,19 @@ TRACTION_INLINE void fitOne(const Plane& plane, const MarkerTemplate& marker, co
     const int index = down % kPhases * kPhases + across % kPhases;
     const Sums sum = sums(shape, window, marker.weights(index), plane.sign);
     const MarkerTemplate::Phase& phase = marker.phase(index);
-    const auto& solve = phase.solve;
-    const auto& lean = phase.lean;
-    const float amplitude =
-        solve[0] * sum.p0 + solve[1] * sum.p1 + solve[2] * sum.p2 - lean[0] * slopeU - lean[1] * slopeV;
-    centre.amplitude = amplitude;
-    if (!(amplitude >= guess.minAmplitude)) break;
-    float du = (solve[3] * sum.p1 + solve[4] * sum.p2 - lean[2] * slopeU - lean[3] * slopeV) / amplitude;
-    float dv = (solve[5] * sum.p2 - lean[4] * slopeU - lean[5] * slopeV) / amplitude;
-    const float size =
-        (du < 0.0F ? -du : du) > (dv < 0.0F ? -dv : dv) ? (du < 0.0F ? -du : du) : (dv < 0.0F ? -dv : dv);
-    const bool done = size <= settled;
-    if (size > longest) {
-      du *= longest / size;
-      dv *= longest / size;
-    }
-    x = static_cast<float>(across) / kPhases + du;
-    y = static_cast<float>(down) / kPhases + dv;
-    if (done) {
+    const TemplateStep step = stepOf(phase, sum.p, slopeU, slopeV, longest);
+    centre.amplitude = step.amplitude;
+    if (!(step.amplitude >= guess.minAmplitude)) break;
+    x = static_cast<float>(across) / kPhases + step.du;
+    y = static_cast<float>(down) / kPhases + step.dv;
+    if (step.size <= settled) {
       const float used = static_cast<float>(marker.used());
       const float mean = sum.one / used;
-      const float rest = sum.square - sum.one * mean - sum.p0 * sum.p0 - sum.p1 * sum.p1 - sum.p2 * sum.p2 -
-                         sum.p3 * sum.p3 - sum.p4 * sum.p4 - sum.p5 * sum.p5;
+      float rest = sum.square - sum.one * mean;
+      for (const float p : sum.p) rest -= p * p;
       const float noise = plane.noise * (guess.mixed ? unmixedNoise(plane, crossTalk) : 1.0F);
-      centre.misfit = (rest > 0.0F ? rest : 0.0F) / ((used - 7.0F) * noise);
-      const float perVariance = noise * plane.scale * plane.scale / (amplitude * amplitude);
-      centre.variance = phase.variance * perVariance;
-      centre.blurred = sum.p3;
-      centre.slopeShare = phase.slopeShare * perVariance;
-      centre.slopeU = (phase.solveSlope[0] * sum.p4 + phase.solveSlope[1] * sum.p5) * inverseScale;
-      centre.slopeV = phase.solveSlope[2] * sum.p5 * inverseScale;
-      centre.slopeVariance = phase.slopeVariance * noise * inverseScale * inverseScale;
-      centre.level = base + mean + (0.5F - phase.cover) * plane.sign * amplitude;
-      centre.found = true;
+      const float misfit = (rest > 0.0F ? rest : 0.0F) / ((used - 7.0F) * noise);
+      describeFound(plane, phase, sum.p, noise, misfit, base + mean, centre);
       break;
     }
   }
@@ -355,8 +328,7 @@ float amplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, flo
   }
   const int index = down % kPhases * kPhases + across % kPhases;
   const Sums sum = sums(Shape<0>(marker), window, marker.weights(index), plane.sign);
-  const MarkerTemplate::Phase& phase = marker.phase(index);
-  return phase.solve[0] * sum.p0 + phase.solve[1] * sum.p1 + phase.solve[2] * sum.p2;
+  return stepOf(marker.phase(index), sum.p, 0.0F, 0.0F, 1.0F).amplitude;
 }
 
 }  // namespace tractiond::track
