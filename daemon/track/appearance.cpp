@@ -21,7 +21,8 @@ constexpr int kLeastStep = -20, kMostStep = 12;  // discs of 0.38 and of 1.8 tim
 constexpr int kPatience = 4;                     // steps without improvement before the search ends
 constexpr float kBetterMisfit = 0.85F;           // relative to the size before; a smaller improvement is noise
 constexpr int kSizeRounds = 2;
-constexpr double kOddShape = 0.03;  // rms misfit, share of the amplitude: more than weak noise causes
+constexpr std::size_t kPlaces = 300;  // that determine the blur
+constexpr double kOddShape = 0.03;    // rms misfit, share of the amplitude: more than weak noise causes
 constexpr double kFarBetter = 0.5;
 
 MarkerTemplate templateFor(const Plane& plane, double radius_px, double blur_px) {
@@ -103,10 +104,10 @@ void forgetDust(std::span<int> steps) {
   }
 }
 
-/// Returns evenly chosen elements: `count` of them, or a few less.
-std::vector<Guess> someOf(std::span<const Guess> all, std::size_t count) {
+/// Returns evenly chosen elements, kPlaces at most.
+std::vector<Guess> someOf(std::span<const Guess> all) {
   std::vector<Guess> some;
-  for (std::size_t i = 0; i < all.size(); i += all.size() / count + 1) some.push_back(all[i]);
+  for (std::size_t i = 0; i < all.size(); i += all.size() / kPlaces + 1) some.push_back(all[i]);
   return some;
 }
 
@@ -157,13 +158,15 @@ MarkerTemplate roughTemplate(const Plane& plane, double radius_px) {
   return templateFor(plane, radius_px, kTypicalBlur_px);
 }
 
-Sizes fittingSizes(const Plane& plane, double radius_px, const CrossTalk& crossTalk, std::span<const Guess> places,
-                   std::span<const std::uint8_t> seen, std::size_t sample) {
+std::vector<std::uint8_t> fitSizes(const Plane& plane, Appearance::Layer& layer, std::span<const Guess> places,
+                                   std::span<const std::uint8_t> seen) {
+  const CrossTalk& crossTalk = layer.crossTalk;
+  double& radius_px = layer.radius_px;
   std::vector<Guess> typical;
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (seen[i]) typical.push_back(places[i]);
   }
-  double blur = fittingRadius(plane, radius_px, crossTalk, someOf(typical, sample)).blur_px;
+  double blur = fittingRadius(plane, radius_px, crossTalk, someOf(typical)).blur_px;
   std::vector<int> steps;
   for (int round = 1;; ++round) {
     steps = stepsOfSize(plane, radius_px, blur, crossTalk, places);
@@ -180,14 +183,15 @@ Sizes fittingSizes(const Plane& plane, double radius_px, const CrossTalk& crossT
       if (seen[i] && steps[i] == middle) typical.push_back(places[i]);
     }
     radius_px *= std::pow(kSizeStep, middle);
-    blur = fittingBlur(plane, radius_px, crossTalk, someOf(typical, sample)).blur_px;
+    blur = fittingBlur(plane, radius_px, crossTalk, someOf(typical)).blur_px;
   }
-  Sizes sizes{{templateFor(plane, radius_px, blur)}, std::vector<std::uint8_t>(places.size()), radius_px};
+  layer.markers = {templateFor(plane, radius_px, blur)};
+  std::vector<std::uint8_t> sizes;
   std::map<int, std::uint8_t> known = {{0, 0}};
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const auto [place, isNew] = known.try_emplace(steps[i], static_cast<std::uint8_t>(sizes.markers.size()));
-    if (isNew) sizes.markers.push_back(templateFor(plane, radius_px * std::pow(kSizeStep, steps[i]), blur));
-    sizes.of[i] = place->second;
+  for (const int step : steps) {
+    const auto [place, isNew] = known.try_emplace(step, static_cast<std::uint8_t>(layer.markers.size()));
+    if (isNew) layer.markers.push_back(templateFor(plane, radius_px * std::pow(kSizeStep, step), blur));
+    sizes.push_back(place->second);
   }
   return sizes;
 }

@@ -11,12 +11,6 @@
 
 namespace tractiond::track {
 
-namespace {
-
-constexpr std::size_t kAppearancePlaces = 300;
-
-}  // namespace
-
 void Follower::adopt(const RestPose& pose) {
   for (int i = 0; i < markers_; ++i) {
     reference_.place_px[i] = {pose.position_px[2 * i], pose.position_px[2 * i + 1]};
@@ -94,11 +88,8 @@ void Follower::learnAppearance(std::span<const std::uint8_t> seen) {
     // Markers that differ too much from the others to be found may be present nevertheless.
     const auto first = static_cast<std::size_t>(layer.lattice.first),
                count = static_cast<std::size_t>(layer.lattice.count());
-    Sizes sizes = fittingSizes(layer.plane, appearanceOf(layer).radius_px, appearanceOf(layer).crossTalk,
-                               places(layer, true), seen.subspan(first, count), kAppearancePlaces);
-    appearanceOf(layer).markers = std::move(sizes.markers);
-    appearanceOf(layer).radius_px = sizes.radius_px;
-    std::ranges::copy(sizes.of, reference_.appearance.size.begin() + layer.lattice.first);
+    const auto sizes = fitSizes(layer.plane, appearanceOf(layer), places(layer, true), seen.subspan(first, count));
+    std::ranges::copy(sizes, reference_.appearance.size.begin() + layer.lattice.first);
   }
   reference_.appearance.isKnown = true;
 }

@@ -76,8 +76,10 @@ TEST(Appearance, BlurAndCrossTalkAreFoundAgain) {
       places.push_back({static_cast<float>(scene.rest(0, i)), static_cast<float>(scene.rest(1, i)), 20.0F, false});
     }
     const double radius_px = 0.5 * 0.6e-3 * 960.0 / 0.151;
-    const MarkerTemplate marker =
-        fittingSizes(blue, radius_px, {}, places, std::vector<std::uint8_t>(300, 1), 300).markers.front();
+    Appearance::Layer layer;
+    layer.radius_px = radius_px;
+    fitSizes(blue, layer, places, std::vector<std::uint8_t>(places.size(), 1));
+    const MarkerTemplate& marker = layer.markers.front();
     EXPECT_NEAR(crossTalkInto(blue, red, marker, places), 0.25, 0.01);
     // The pixel's own width adds 1/12 px^2 to the blur's variance.
     const MarkerTemplate expected(radius_px, std::sqrt(blur * blur + 1.0 / 12.0));
