@@ -109,10 +109,19 @@ void Follower::fit(const Layer& layer, std::span<const Guess> guesses, std::span
   fitCentres(layer.plane, appearanceOf(layer).markers, appearanceOf(layer).crossTalk, guesses, centres);
 }
 
-void Follower::fitAll(const Layer& layer) {
-  const auto first = static_cast<std::size_t>(layer.lattice.first),
-             count = static_cast<std::size_t>(layer.lattice.count());
-  fit(layer, std::span(guesses_).subspan(first, count), std::span(centres_).subspan(first, count));
+/// Fits the guesses of all markers.
+void Follower::fitGuesses() {
+  std::fill(valid_.begin(), valid_.end(), std::uint8_t{0});
+  std::fill(stepped_.begin(), stepped_.end(), std::uint8_t{0});
+  for (const Layer& layer : layers_) {
+    const auto first = static_cast<std::size_t>(layer.lattice.first),
+               count = static_cast<std::size_t>(layer.lattice.count());
+    fit(layer, std::span(guesses_).subspan(first, count), std::span(centres_).subspan(first, count));
+    for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
+      heedSlope(layer, i, centres_[i]);
+      accept(i, centres_[i], {guesses_[i].u, guesses_[i].v});
+    }
+  }
 }
 
 int Follower::countValid() const {
@@ -154,8 +163,6 @@ bool Follower::acquire() {
   if (!reference_.isZero) assumeRest();
   markOverlaps();
   valid_.swap(labelled_);
-  std::fill(valid_.begin(), valid_.end(), std::uint8_t{0});
-  std::fill(stepped_.begin(), stepped_.end(), std::uint8_t{0});
   for (int i = 0; i < markers_; ++i) {
     const bool seek = labelled_[i] && wanted(i);
     slopeFrames_[i] = 0;
@@ -163,13 +170,7 @@ bool Follower::acquire() {
     guesses_[i] = seek ? guessAt(i, place_[i]) : Guess{-1.0F};
   }
   errors_.forgetShape();
-  for (Layer& layer : layers_) {
-    fitAll(layer);
-    for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
-      heedSlope(layer, i, centres_[i]);
-      accept(i, centres_[i], {guesses_[i].u, guesses_[i].v});
-    }
-  }
+  fitGuesses();
   errors_.learnShape(centres_, valid_);
   if (learnsShapes) errors_.learnOwnShapes(centres_, valid_);
   newAppearance_ = false;
@@ -185,14 +186,10 @@ void Follower::follow() {
   for (int i = 0; i < markers_; ++i) {
     guesses_[i] = wanted(i) ? guessAt(i, place_[i] + velocity_[i]) : Guess{-1.0F};
   }
-  std::fill(valid_.begin(), valid_.end(), std::uint8_t{0});
-  std::fill(stepped_.begin(), stepped_.end(), std::uint8_t{0});
-  for (Layer& layer : layers_) {
-    fitAll(layer);
+  fitGuesses();
+  for (const Layer& layer : layers_) {
     for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
-      heedSlope(layer, i, centres_[i]);
-      if (accept(i, centres_[i], {guesses_[i].u, guesses_[i].v})) continue;
-      if (!wanted(i)) continue;
+      if (valid_[i] || !wanted(i)) continue;
       if (velocity_[i].squared() > 1.0F) fitAt(layer, i, previous_[i]);  // it may have stopped
     }
   }

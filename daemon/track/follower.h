@@ -144,7 +144,7 @@ class Follower {
   Appearance::Layer& appearanceOf(const Layer& layer) { return reference_.appearance.layers[layer.index]; }
   const Appearance::Layer& appearanceOf(const Layer& layer) const { return reference_.appearance.layers[layer.index]; }
   void fit(const Layer& layer, std::span<const Guess> guesses, std::span<Centre> centres) const;
-  void fitAll(const Layer& layer);
+  void fitGuesses();
   bool wanted(int marker) const { return reference_.present[marker] || seeksAll_; }
   int countValid() const;
   int countWanted() const;

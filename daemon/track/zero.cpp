@@ -28,15 +28,6 @@ constexpr float kContrasts = 4.0F;  // deviations of the markers' contrasts; sma
 
 const char* describe(ZeroState state) {
   switch (state) {
-  case ZeroState::kNone:
-    return "no zero was asked for";
-  case ZeroState::kRequested:
-    return "zero asked for";
-  case ZeroState::kTaking:
-  case ZeroState::kTakingFirst:
-    return "zero being taken";
-  case ZeroState::kTaken:
-    return "zero taken";
   case ZeroState::kMoving:
     return "zero refused: markers moved while it was taken; keep the gel untouched and the camera still";
   case ZeroState::kTooFew:
@@ -44,8 +35,9 @@ const char* describe(ZeroState state) {
   case ZeroState::kTorn:
     return "zero refused: most pictures are torn, their rows of different moments; is the camera or its link "
            "overloaded?";
+  default:
+    return "";
   }
-  return "";
 }
 
 float ZeroTaker::Sums::spread2() const {
