@@ -200,18 +200,5 @@ TEST(GelCheck, AnotherScaleInXAndYIsNamed) {
   }
 }
 
-TEST(GelCheck, OneLayerIsEnough) {
-  sensor::Sensor file;
-  file.layers.pop_back();
-  const auto right = checked(file, file);
-  ASSERT_TRUE(right);
-  EXPECT_TRUE(right->fits()) << right->remark;
-  sensor::Sensor truth = file;
-  truth.layers[0].pitch *= 0.97;
-  const auto wrong = checked(truth, file);
-  ASSERT_TRUE(wrong);
-  EXPECT_FALSE(wrong->fits());
-}
-
 }  // namespace
 }  // namespace tractiond::calibrate::gel_check_test

@@ -144,19 +144,5 @@ TEST(Planes, TheOtherColourIsTakenAtTheSamplesPlace) {
   }
 }
 
-TEST(Planes, AGreyPictureHasNoOtherColour) {
-  const std::vector<std::uint8_t> bytes(64 * 48);
-  const Frame frame = frameOf(bytes, 64, 48, PixelFormat::kMono8);
-  std::vector<MarkerLayer> layers(2);
-  layers[1].colour = Colour::kRed;
-  layers[1].darker = true;
-  Planes planes(layers);
-  planes.read(frame);
-  EXPECT_FALSE(planes.mixes());
-  EXPECT_EQ(planes.other(0).first, nullptr);
-  EXPECT_EQ(planes.own(0).first, bytes.data());  // no copy
-  EXPECT_EQ(planes.own(1).first, bytes.data());
-}
-
 }  // namespace
 }  // namespace tractiond::track::planes_test

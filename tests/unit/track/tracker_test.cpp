@@ -6,18 +6,6 @@
 namespace tractiond::track::tracker_test {
 namespace {
 
-TEST(Tracker, FirstStartTakesAZeroByItself) {
-  Scene scene;
-  Tracking tracking(scene);
-  EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kNone);
-  EXPECT_EQ(tracking(scene.shoot()), Outcome::kNoRestPose);
-  EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTakingFirst);
-  ASSERT_TRUE(tracking.start(scene));
-  EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTaken);
-  EXPECT_EQ(tracking.field.validCount, scene.markers());
-  EXPECT_EQ(tracking.field.flags, kZeroUnverified);
-}
-
 TEST(Tracker, AllocatesNothingButWhereItLearnsWhatMarkersLookLike) {
   for (const auto format : {twin::Format::kRgb8, twin::Format::kBayerGB8}) {
     Scene scene({}, format);
