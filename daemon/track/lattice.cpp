@@ -12,7 +12,6 @@ constexpr float kContradiction =
     0.5F;                          // of the spacing, between neighbours: a swap (1.0) less a slope (0.4) is above this
 constexpr float kOutlier = 0.25F;  // share of the spacing, from the mean of the neighbours on both sides
 constexpr int kAround = 4;         // number of the eight nodes around a gap
-constexpr float kSlopePrior = 0.01F;  // keeps the slope of the plane finite if the nodes lie in one line
 
 }  // namespace
 
@@ -58,31 +57,6 @@ std::vector<Lattice> latticesOf(const sensor::Sensor& sensor) {
     first += layer.count();
   }
   return lattices;
-}
-
-void PlaneFit::add(float weight, float x, float y, Vector value) {
-  w_ += weight;
-  wx_ += weight * x;
-  wy_ += weight * y;
-  wxx_ += weight * x * x;
-  wxy_ += weight * x * y;
-  wyy_ += weight * y * y;
-  f_ = f_ + weight * value;
-  fx_ = fx_ + weight * x * value;
-  fy_ = fy_ + weight * y * value;
-}
-
-/// Solves about the weighted centre: the slopes first, then the value there.
-void PlaneFit::solve() {
-  mx_ = wx_ / w_;
-  my_ = wy_ / w_;
-  mean_ = (1.0F / w_) * f_;
-  const float xx = wxx_ - w_ * mx_ * mx_ + kSlopePrior, yy = wyy_ - w_ * my_ * my_ + kSlopePrior,
-              xy = wxy_ - w_ * mx_ * my_;
-  const Vector sx = fx_ - (w_ * mx_) * mean_, sy = fy_ - (w_ * my_) * mean_;
-  const float inverse = 1.0F / (xx * yy - xy * xy);
-  slopeX_ = inverse * (yy * sx - xy * sy);
-  slopeY_ = inverse * (xx * sy - xy * sx);
 }
 
 std::optional<Vector> expectation(const Lattice& lattice, int node, std::span<const Vector> field,

@@ -46,9 +46,33 @@ std::vector<Lattice> latticesOf(const sensor::Sensor& sensor);
 /// Weighted least squares of a plane through values on a grid. Reentrant; allocates nothing.
 class PlaneFit {
  public:
-  void add(float weight, float x, float y, Vector value);
-  /// Must be called after the last add() and before at().
-  void solve();
+  void add(float weight, float x, float y, Vector value) {
+    w_ += weight;
+    wx_ += weight * x;
+    wy_ += weight * y;
+    wxx_ += weight * x * x;
+    wxy_ += weight * x * y;
+    wyy_ += weight * y * y;
+    f_ = f_ + weight * value;
+    fx_ = fx_ + weight * x * value;
+    fy_ = fy_ + weight * y * value;
+  }
+
+  /// Solves about the weighted centre: the slopes first, then the value there. Must be called after the last add() and
+  /// before at().
+  void solve() {
+    constexpr float kSlopePrior = 0.01F;  // keeps the slope finite if the places lie in one line
+    mx_ = wx_ / w_;
+    my_ = wy_ / w_;
+    mean_ = (1.0F / w_) * f_;
+    const float xx = wxx_ - w_ * mx_ * mx_ + kSlopePrior, yy = wyy_ - w_ * my_ * my_ + kSlopePrior,
+                xy = wxy_ - w_ * mx_ * my_;
+    const Vector sx = fx_ - (w_ * mx_) * mean_, sy = fy_ - (w_ * my_) * mean_;
+    const float inverse = 1.0F / (xx * yy - xy * xy);
+    slopeX_ = inverse * (yy * sx - xy * sy);
+    slopeY_ = inverse * (xx * sy - xy * sx);
+  }
+
   /// Returns the plane's value.
   Vector at(float x, float y) const { return mean_ + (x - mx_) * slopeX_ + (y - my_) * slopeY_; }
 
