@@ -84,10 +84,9 @@ Trust::Trust(const Lattice& lattice, float spacing_px)
     , piece_(static_cast<std::size_t>(lattice.count()))
     , stack_(static_cast<std::size_t>(lattice.count())) {}
 
-int Trust::prune(std::span<const Vector> displacement, std::span<std::uint8_t> valid, bool thorough) {
-  int dropped = dropOutliers(displacement, valid);
-  if (thorough || anyContradiction(displacement, valid)) dropped += keepLargestPiece(displacement, valid);
-  return dropped;
+void Trust::prune(std::span<const Vector> displacement, std::span<std::uint8_t> valid, bool thorough) {
+  dropOutliers(displacement, valid);
+  if (thorough || anyContradiction(displacement, valid)) keepLargestPiece(displacement, valid);
 }
 
 bool Trust::anyContradiction(std::span<const Vector> displacement, std::span<const std::uint8_t> valid) const {
@@ -102,9 +101,8 @@ bool Trust::anyContradiction(std::span<const Vector> displacement, std::span<con
   return false;
 }
 
-int Trust::dropOutliers(std::span<const Vector> displacement, std::span<std::uint8_t> valid) {
+void Trust::dropOutliers(std::span<const Vector> displacement, std::span<std::uint8_t> valid) {
   const float limit2 = limit2_ * (kOutlier * kOutlier) / (kContradiction * kContradiction);
-  int dropped = 0;
   enum class Verdict { kUnknown, kAgrees, kDiffers, kDiffersFromBoth };
   const auto between = [&](int node, int step) {
     if (!valid[node - step] || !valid[node + step]) return Verdict::kUnknown;
@@ -127,13 +125,11 @@ int Trust::dropOutliers(std::span<const Vector> displacement, std::span<std::uin
       const bool twice = across != Verdict::kUnknown && along != Verdict::kUnknown;
       if (!twice && across != Verdict::kDiffersFromBoth && along != Verdict::kDiffersFromBoth) continue;
       valid[node] = 0;
-      ++dropped;
     }
   }
-  return dropped;
 }
 
-int Trust::keepLargestPiece(std::span<const Vector> displacement, std::span<std::uint8_t> valid) {
+void Trust::keepLargestPiece(std::span<const Vector> displacement, std::span<std::uint8_t> valid) {
   // Diagonal neighbours and neighbours across one gap are connected, too.
   constexpr std::array<std::array<int, 2>, 12> kLinks = {
       {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}, {2, 0}, {-2, 0}, {0, 2}, {0, -2}}};
@@ -163,13 +159,9 @@ int Trust::keepLargestPiece(std::span<const Vector> displacement, std::span<std:
     }
     ++pieces;
   }
-  int dropped = 0;
   for (int node = 0; node < lattice_.count(); ++node) {
-    if (!valid[lattice_.first + node] || piece_[node] == largest) continue;
-    valid[lattice_.first + node] = 0;
-    ++dropped;
+    if (piece_[node] != largest) valid[lattice_.first + node] = 0;
   }
-  return dropped;
 }
 
 }  // namespace tractiond::track

@@ -99,21 +99,21 @@ class Trust {
   /// \param spacing_px distance between neighbours of the lattice in the untouched gel
   Trust(const Lattice& lattice, float spacing_px);
 
-  /// Sets `valid` to 0 where the displacement contradicts its surroundings, and returns for how many markers. Always:
+  /// Sets `valid` to 0 where the displacement contradicts its surroundings. Always:
   /// outliers of their row and column, which differ from the mean of the neighbours on both sides by more than a
   /// quarter of the spacing. Then, if `thorough`, or if neighbours still contradict each other: all but the largest
   /// connected piece. Considers only this lattice's nodes.
   /// \param thorough true: looks for separate pieces even if no neighbours contradict each other \param displacement,
   /// valid by marker of all layers
-  int prune(std::span<const Vector> displacement, std::span<std::uint8_t> valid, bool thorough);
+  void prune(std::span<const Vector> displacement, std::span<std::uint8_t> valid, bool thorough);
 
  private:
   bool contradicts(std::span<const Vector> displacement, int a, int b) const {
     return (displacement[a] - displacement[b]).squared() > limit2_;
   }
   bool anyContradiction(std::span<const Vector> displacement, std::span<const std::uint8_t> valid) const;
-  int dropOutliers(std::span<const Vector> displacement, std::span<std::uint8_t> valid);
-  int keepLargestPiece(std::span<const Vector> displacement, std::span<std::uint8_t> valid);
+  void dropOutliers(std::span<const Vector> displacement, std::span<std::uint8_t> valid);
+  void keepLargestPiece(std::span<const Vector> displacement, std::span<std::uint8_t> valid);
 
   Lattice lattice_;
   float limit2_;            ///< px^2
