@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -74,10 +73,10 @@ void print(const Geometry& found) {
 /// Returns what the picture shows of the layers that the sensor has otherwise: columns, rows, and of a second layer its
 /// place and depth against the first. Empty: nothing. \param sensor with the pose that was found
 std::string contradiction(const sensor::Sensor& sensor, const RestMarkers& markers) {
-  tractiond::calibrate::GelCheckOptions options;
   // Whoever accepts a residual accepts it here, too; and another aspect is reported already.
-  options.largestResidual = options.suspicious_px = std::numeric_limits<double>::infinity();
-  return tractiond::calibrate::checkGel(sensor, markers.place_px, markers.present, markers.seen, options).remark;
+  constexpr bool kJudgesResidual = false;
+  return tractiond::calibrate::checkGel(sensor, markers.place_px, markers.present, markers.seen, kJudgesResidual)
+      .remark;
 }
 
 /// Prints what a picture cannot tell if the pose is far from the file's: which length is wrong.

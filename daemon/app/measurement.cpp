@@ -43,7 +43,7 @@ Measurement::Measurement(sensor::Sensor sensor, const Surroundings& around)
     , isFilm_(!around.config.camera.images.empty())
     , sensor_(std::move(sensor))
     , creep_(sensor_.creep, sensor_.markerCount())
-    , zeroTracking_(sensor_, {.follows = around.config.track.followsDrift}) {
+    , zeroTracking_(sensor_, around.config.track.followsDrift) {
   if (!isFilm_) promptSolver_.emplace(around.config.prompt, sensor_.markerCount(), sensor_.nodes.count());
   constexpr int kNice = 10;  // of this thread only: frames are more urgent
   compute_.run([] { setpriority(PRIO_PROCESS, 0, kNice); });

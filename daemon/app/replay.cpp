@@ -149,7 +149,7 @@ void Replay::open(const Frame& first) {
   if (!config_.record.file.empty()) openRecorder();
   makeTracker();
   creep_.emplace(sensor_.creep, sensor_.markerCount());
-  zeroTracking_.emplace(sensor_, calibrate::ZeroTrackingOptions{.follows = config_.track.followsDrift});
+  zeroTracking_.emplace(sensor_, config_.track.followsDrift);
   if (beginning_->rest) {
     creep_->doubt();
     zeroTracking_->resume(beginning_->rest->taken_ns);

@@ -11,17 +11,8 @@
 namespace tractiond::calibrate {
 
 struct AspectCheckOptions {
-  double alarm = 5.0;     ///< deviations
   double pattern = 1e-3;  ///< deviation of the pitch in x against that in y, relative: a printer's feed
-  double better = 0.5;    ///< times the residual of the best camera with the file's aspect
-  double largestResidual_px =
-      0.5;  ///< of the camera with another aspect; a larger one shows that the aspect is not the cause
-  // Least deviations of the other parameters, so that the fit can explain the picture by them instead.
-  double focal = 0.2;          ///< relative
-  double largestFocal = 0.5;   ///< relative; a larger one is refused: from far away every slant looks like an aspect
-  double principal_px = 50.0;  ///< in u and in v
-  double k1 = 1.0, k2 = 10.0;
-  int iterations = 60;  ///< of each fit
+  int iterations = 60;    ///< of each fit
 };
 
 /// The aspect that explains the markers' places best.
@@ -46,7 +37,7 @@ struct AspectSeen {
 /// lens and another aspect look alike, and `differs` is false. Takes a tenth of a second. Reentrant. \param start the
 /// file's lens and aspect, and a pose from which the fits start \param place_px 2 M, as in RestPose \param first the
 /// aspect that the search starts from \param present M; 0: the marker is ignored \return nothing where no aspect
-/// explains the places with AspectCheckOptions::largestResidual_px, or too few markers are present
+/// explains the places within half a pixel, or too few markers are present
 std::optional<AspectSeen> seenAspect(const sensor::Sensor& start, double first, std::span<const float> place_px,
                                      std::span<const std::uint8_t> present, const AspectCheckOptions& options = {});
 

@@ -1,8 +1,8 @@
 #include "daemon/calibrate/calibration.h"
 
 #include "base/clock.h"
-#include "base/directory.h"
 #include "base/hash.h"
+#include "base/quantile.h"
 #include "base/whole_file.h"
 #include "daemon/calibrate/zero_check.h"
 #include "sensor/gel_file.h"
@@ -21,10 +21,15 @@ namespace {
 namespace fs = std::filesystem;
 using Kind = CalibrationStep::Kind;
 
-constexpr double kLongest_s = 3600.0;      // longest duration of a step
+constexpr double kLongest_s = 3600.0;  // longest duration of a step
+constexpr double kNoise_s = 5.0;       // duration of the noise step, unless the request states it
+constexpr double kPatience_s = 60.0;   // longest wait for a weight, unless the request states it
+constexpr double kSettle_s = 1.5;      // for which a weight must have been still: most of a gel's creep is over then
+constexpr int kWeightFrames = 60;      // averaged after that
+constexpr double kCreep_s = 60.0;      // for which a load stays and the gel recovers, unless the request states it
+constexpr double kOther = 0.15;        // relative change of a load that makes it another weight
 constexpr double kShortestCreep_s = 10.0;  // a shorter one shows nothing but how the load was put on
 constexpr double kLargest_N = 1e6;         // weight that a gel file can hold
-constexpr int kMostFiles = 100;            // gel files in the state directory: a client may request them without end
 constexpr double kFarFromTheFile = 3.0;    // deviations of the focal length that are worth a remark
 constexpr double kBadResidual_px = 0.3;
 constexpr double kBadCreep = 0.005;  // of the load's displacement: what the terms may leave
@@ -47,10 +52,6 @@ std::string date() {
   return utc("%Y-%m-%dT%H:%M:%SZ");
 }
 
-std::ptrdiff_t gelFilesIn(const fs::path& directory) {
-  return std::ranges::count_if(entriesOf(directory), [](const fs::path& path) { return path.extension() == ".toml"; });
-}
-
 constexpr const char* kWithCreep =
     "Young's modulus is that of some seconds after a touch: read the weights, without creep";
 
@@ -67,11 +68,10 @@ std::vector<std::uint8_t> exactMarkers(const MarkerField& field) {
     if (field.valid[i] != 0) variances.push_back(field.variance_px2[i]);
   }
   if (variances.empty()) return std::vector<std::uint8_t>(field.valid.size(), 0);
-  const auto middle = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 2);
-  std::nth_element(variances.begin(), middle, variances.end());
+  const float most = kMost * quantile(variances);
   std::vector<std::uint8_t> exact(field.valid.begin(), field.valid.end());
   for (std::size_t i = 0; i < exact.size(); ++i) {
-    if (field.variance_px2[i] > kMost * *middle) exact[i] = 0;
+    if (field.variance_px2[i] > most) exact[i] = 0;
   }
   return exact;
 }
@@ -88,17 +88,13 @@ struct Calibration::Heaviest {
 /// Waits for a weight that is still and is not the previous one; then averages its displacements.
 struct Calibration::Weighing {
   explicit Weighing(std::size_t markers)
-      : deformation(2 * markers)
-      , reference(2 * markers)
-      , sums{std::vector<double>(2 * markers), std::vector<double>(2 * markers)}
+      : sums{std::vector<double>(2 * markers), std::vector<double>(2 * markers)}
       , counts{std::vector<int>(markers), std::vector<int>(markers)}
       , variance(markers) {}
 
-  std::vector<float> deformation;   ///< displacements in this frame, without the picture's motion
-  std::vector<float> reference;     ///< displacements in the frame since which nothing moved
+  std::vector<float> reference;     ///< displacements in the frame since which nothing moved; empty: none yet
   std::vector<std::uint8_t> exact;  ///< of these: as exactMarkers()
-  bool haveReference = false;
-  int changed = 0;  ///< frames up to this one that differ from the reference
+  int changed = 0;                  ///< frames up to this one that differ from the reference
   std::int64_t stillSince_ns = 0;
   int frames = 0;                           ///< number of frames in the sums
   std::array<std::vector<double>, 2> sums;  ///< sums over the first and the second half of the reading
@@ -106,9 +102,9 @@ struct Calibration::Weighing {
   std::vector<double> variance;
 };
 
-Calibration::Calibration(const sensor::Sensor& inForce, const CalibrationOptions& options)
+Calibration::Calibration(const sensor::Sensor& inForce, int zeroFrames)
     : inForce_(inForce)
-    , options_(options)
+    , zeroFrames_(zeroFrames)
     , candidate_(inForce) {}
 
 Calibration::~Calibration() = default;
@@ -138,25 +134,25 @@ std::optional<Result> Calibration::begin(const CalibrationStep& step, const Rest
       weights_.clear();
       heaviest_.reset();
     }
-    if (!contactFit_) contactFit_ = std::make_unique<ContactFit>(inForce_, options_.progress);
+    if (!contactFit_) contactFit_ = std::make_unique<ContactFit>(inForce_);
     weighing_ = std::make_unique<Weighing>(zero->present.size());
   } else if (step.kind == Kind::kCreep) {
-    const double held_s = step.seconds > 0.0 ? std::min(step.seconds, kLongest_s) : options_.creep_s;
+    const double held_s = step.seconds > 0.0 ? std::min(step.seconds, kLongest_s) : kCreep_s;
     if (held_s < kShortestCreep_s)
       return refused(
           fmt::format("a load must stay for {:.0f} s at least to show how the gel creeps", kShortestCreep_s));
-    creep_ = std::make_unique<CreepReading>(inForce_, held_s, options_.creep);
+    creep_ = std::make_unique<CreepReading>(inForce_, held_s);
   } else if (step.kind == Kind::kRecovery) {
     if (!creep_ || !creep_->hasHeld())
       return refused(
           "there is no load whose end could be watched: it must have stayed for a step \"creep\" just before");
   } else {
-    noise_ = std::make_unique<RestNoiseMeter>(candidate_, options_.noise);
+    noise_ = std::make_unique<RestNoiseMeter>(candidate_);
   }
   running_ = step;
-  if (!(step.seconds > 0.0)) running_->seconds = step.kind == Kind::kNoise ? options_.noise_s : options_.patience_s;
+  if (!(step.seconds > 0.0)) running_->seconds = step.kind == Kind::kNoise ? kNoise_s : kPatience_s;
   running_->seconds = std::min(running_->seconds, kLongest_s);
-  if (creep_) running_->seconds = options_.creep.patience_s + creep_->held_s();
+  if (creep_) running_->seconds = CreepReading::kPatience_s + creep_->held_s();
   begun_ns_ = 0;
   frames_ = unusable_ = 0;
   return std::nullopt;
@@ -192,12 +188,12 @@ std::optional<Result> Calibration::add(const MarkerField& field) {
 }
 
 bool Calibration::nextTakesLong() const {
-  return running_ && running_->kind == Kind::kWeight && weighing_->frames + 1 >= options_.weightFrames;
+  return running_ && running_->kind == Kind::kWeight && weighing_->frames + 1 >= kWeightFrames;
 }
 
 std::optional<Result> Calibration::overdue(const MarkerField& field) const {
   const double elapsed_s = 1e-9 * static_cast<double>(field.info.times.received_ns - begun_ns_);
-  if (elapsed_s < running_->seconds + options_.grace_s) return std::nullopt;
+  if (elapsed_s < running_->seconds + kGrace_s) return std::nullopt;
   if (2 * unusable_ > frames_) {
     return refused(fmt::format("too few markers were seen in {} of {} frames: is something in front of the camera?",
                                unusable_, frames_));
@@ -206,12 +202,11 @@ std::optional<Result> Calibration::overdue(const MarkerField& field) const {
 }
 
 Result Calibration::geometry(const RestPose& zero, bool anyway) {
-  sensor::Sensor start = inForce_;
-  const Geometry found = fitGeometry(start, zero.position_px, zero.present, options_.geometry);
+  const Geometry found = fitGeometry(inForce_, zero.position_px, zero.present);
   if (found.outcome == Geometry::Outcome::kFewMarkers)
     return refused(
         fmt::format("the zero shows {} of {} markers, and at least {} must agree with each other for a geometry",
-                    std::ranges::count(zero.present, 1), zero.present.size(), options_.geometry.fewest));
+                    std::ranges::count(zero.present, 1), zero.present.size(), GeometryOptions{}.fewest));
   if (found.outcome == Geometry::Outcome::kDiverged) {
     return refused("no camera explains the markers' places: is the gel file that of another gel?");
   }
@@ -270,7 +265,7 @@ std::optional<Result> Calibration::noise(const MarkerField& field) {
   noise_->add(field);
   if (noise_->frames() == before) ++unusable_;
   const double elapsed_s = 1e-9 * static_cast<double>(field.info.times.received_ns - begun_ns_);
-  if (elapsed_s < running_->seconds || noise_->frames() < options_.noise.fewestFrames) return std::nullopt;
+  if (elapsed_s < running_->seconds || noise_->frames() < RestNoiseMeter::kFewestFrames) return std::nullopt;
   const RestNoise found = noise_->summary();
   if (found.bulge.found() && !running_->anyway) {
     return refused(touching(found.bulge) + "; take it away, or zero again if nothing does");
@@ -335,45 +330,36 @@ std::optional<Result> Calibration::weigh(const MarkerField& field) {
     ++unusable_;
     return std::nullopt;
   }
-  std::vector<float> change(w.deformation.size());
-  const std::vector<std::uint8_t> exact = exactMarkers(field);
+  const std::vector<float> deformation = fit.without(motion->value, field.byForces_px());
+  std::vector<float> change(deformation.size());
   const auto changeFrom = [&](const std::vector<float>& from, std::span<const std::uint8_t> valid) {
-    for (std::size_t i = 0; i < change.size(); ++i) change[i] = w.deformation[i] - from[i];
-    return largestBulge(candidate_, {change, valid}, options_.still_px);
+    for (std::size_t i = 0; i < change.size(); ++i) change[i] = deformation[i] - from[i];
+    return largestBulge(candidate_, {change, valid}, kUntouched_px);
   };
-  for (std::size_t i = 0; i < field.valid.size(); ++i) {
-    const Eigen::Vector2d common = fit.at(static_cast<int>(i), motion->value);
-    w.deformation[2 * i] = field.byForces_px()[2 * i] - static_cast<float>(common.x());
-    w.deformation[2 * i + 1] = field.byForces_px()[2 * i + 1] - static_cast<float>(common.y());
-  }
-  const Bulge load = largestBulge(candidate_, {w.deformation, field.valid}, options_.still_px);
+  const Bulge load = largestBulge(candidate_, {deformation, field.valid}, kUntouched_px);
   if (!load.found()) lastWeight_px_.clear();
-  const bool isNew =
-      lastWeight_px_.empty() || changeFrom(lastWeight_px_, field.valid).size_px > options_.other * load.size_px;
-  std::vector<std::uint8_t> inBoth = exact;
-  for (std::size_t i = 0; w.haveReference && i < inBoth.size(); ++i) inBoth[i] &= w.exact[i];
-  // In two frames one after the other: noise of one frame is no motion.
-  w.changed = changeFrom(w.reference, inBoth).found() ? w.changed + 1 : 0;
-  const bool moved = !w.haveReference || w.changed >= 2;
+  const bool isNew = lastWeight_px_.empty() || changeFrom(lastWeight_px_, field.valid).size_px > kOther * load.size_px;
+  bool moved = w.reference.empty();
+  const std::vector<std::uint8_t> exact = exactMarkers(field);
+  if (!moved) {
+    std::vector<std::uint8_t> inBoth = exact;
+    for (std::size_t i = 0; i < inBoth.size(); ++i) inBoth[i] &= w.exact[i];
+    // In two frames one after the other: noise of one frame is no motion.
+    w.changed = changeFrom(w.reference, inBoth).found() ? w.changed + 1 : 0;
+    moved = w.changed >= 2;
+  }
   if (moved || !load.found() || !isNew) {
-    w.reference = w.deformation;
+    w = Weighing(field.valid.size());
+    w.reference = deformation;
     w.exact = exact;
-    w.changed = 0;
-    w.haveReference = true;
     w.stillSince_ns = now_ns;
-    w.frames = 0;
-    for (int half = 0; half < 2; ++half) {
-      std::ranges::fill(w.sums[half], 0.0);
-      std::ranges::fill(w.counts[half], 0);
-    }
-    std::ranges::fill(w.variance, 0.0);
     if (1e-9 * static_cast<double>(now_ns - begun_ns_) < running_->seconds) return std::nullopt;
     if (!load.found()) return refused("no weight was put on the gel");
     if (!isNew) return refused("the weight was not changed");
     return refused("the weight did not come to rest");
   }
-  if (1e-9 * static_cast<double>(now_ns - w.stillSince_ns) < options_.settle_s) return std::nullopt;
-  const int half = w.frames < options_.weightFrames / 2 ? 0 : 1;
+  if (1e-9 * static_cast<double>(now_ns - w.stillSince_ns) < kSettle_s) return std::nullopt;
+  const int half = w.frames < kWeightFrames / 2 ? 0 : 1;
   for (std::size_t i = 0; i < field.valid.size(); ++i) {
     if (!field.valid[i]) continue;
     w.sums[half][2 * i] += field.byForces_px()[2 * i];
@@ -381,8 +367,8 @@ std::optional<Result> Calibration::weigh(const MarkerField& field) {
     ++w.counts[half][i];
     w.variance[i] += field.variance_px2[i];
   }
-  if (++w.frames < options_.weightFrames) return std::nullopt;
-  lastWeight_px_ = w.deformation;
+  if (++w.frames < kWeightFrames) return std::nullopt;
+  lastWeight_px_ = deformation;
   return read();
 }
 
@@ -397,7 +383,7 @@ Result Calibration::read() {
     if (w.counts[0][i] == 0 || w.counts[1][i] == 0) continue;
     valid[i] = 1;
     // The tracker's variance includes that of the zero, which averaging over frames does not reduce.
-    const double ofZero = 1.0 / options_.zeroFrames;
+    const double ofZero = 1.0 / zeroFrames_;
     variance[i] = static_cast<float>(w.variance[i] / count / (1.0 + ofZero) * (1.0 / count + ofZero));
     for (const std::size_t c : {2 * i, 2 * i + 1}) {
       mean[c] = static_cast<float>((w.sums[0][c] + w.sums[1][c]) / count);
@@ -406,7 +392,7 @@ Result Calibration::read() {
       first += before * before;
     }
   }
-  auto reading = (*contactFit_)(candidate_.camera, candidate_.pictureMotion, {mean, valid}, variance);
+  auto reading = (*contactFit_)(candidate_, {mean, valid}, variance);
   if (!reading) return refused("the markers' displacements are not those of a weight");
   // A block lies; of a body nobody knows how it is turned, so a weight is all of the force.
   const auto stated = Eigen::Vector3d::Map(running_->direction.data());
@@ -447,15 +433,14 @@ Result Calibration::read() {
 
 Result Calibration::stiffness() {
   if (weights_.empty()) return refused("no weight has been read");
-  StiffnessOptions options = options_.stiffness;
   // On a body the weights stand in several places, and its mechanics err otherwise in each.
-  if (inForce_.body) options.reading = std::hypot(options.reading, inForce_.uncertainty.model);
-  const Stiffness found = fitStiffness(weights_, inForce_.gel.youngsModulus, options);
+  const double model = inForce_.body ? inForce_.uncertainty.model : 0.0;
+  const Stiffness found = fitStiffness(weights_, inForce_.gel.youngsModulus, model);
   if (!found.contradiction.empty()) return refused(found.contradiction);
-  if (!thicknessCheck_) thicknessCheck_ = std::make_unique<ThicknessCheck>(inForce_, *contactFit_, options_.progress);
-  const double absorbed =
-      thicknessCheck_->absorbed(candidate_.camera, candidate_.uncertainty, candidate_.pictureMotion,
-                                {heaviest_->mean, heaviest_->valid}, heaviest_->variance, heaviest_->reading);
+  if (!thicknessCheck_) thicknessCheck_ = std::make_unique<ThicknessCheck>(inForce_, *contactFit_);
+  const Displacements heaviest{heaviest_->mean, heaviest_->valid};
+  const double absorbed = thicknessCheck_->absorbed(candidate_, heaviest, heaviest_->variance, heaviest_->reading);
+  const auto thickness = (*thicknessCheck_)(candidate_, heaviest, heaviest_->variance, heaviest_->reading);
   candidate_.gel.youngsModulus = found.youngsModulus;
   candidate_.uncertainty.youngsModulus = found.deviation;
   sensor::Calibration& record = made();
@@ -483,22 +468,16 @@ Result Calibration::stiffness() {
       100.0 * found.deviation, 100.0 * std::hypot(found.deviation, absorbed),
       inForce_.body ? "the influence file" : "thickness, depths, Poisson's ratio"));
   if (weights_.size() < 2) report.remarks.push_back("one weight alone cannot be checked by another");
-  tellThickness(report);
-  return report;
-}
-
-/// Reports the thickness by the heaviest weight, which determines it best.
-void Calibration::tellThickness(CalibrationReport& report) {
-  const auto found = (*thicknessCheck_)(candidate_.camera, candidate_.pictureMotion,
-                                        {heaviest_->mean, heaviest_->valid}, heaviest_->variance, heaviest_->reading);
-  if (!found) return;
+  if (!thickness) return report;
   const double expected = inForce_.gel.size.z();
-  report.figures.push_back({"thickness_mm", 1e3 * found->thickness, 1e3 * found->deviation});
-  if (!found->contradicts(expected)) return;
-  report.remarks.push_back(fmt::format("under the heaviest weight the markers move as in a block {:.1f} ± {:.1f} mm "
-                                       "thick, the file's has {:.1f} mm: check "
-                                       "thickness_mm, and calibrate again",
-                                       1e3 * found->thickness, 1e3 * found->deviation, 1e3 * expected));
+  report.figures.push_back({"thickness_mm", 1e3 * thickness->thickness, 1e3 * thickness->deviation});
+  if (thickness->contradicts(expected)) {
+    report.remarks.push_back(
+        fmt::format("under the heaviest weight the markers move as in a block {:.1f} ± {:.1f} mm thick, the file's has "
+                    "{:.1f} mm: check thickness_mm, and calibrate again",
+                    1e3 * thickness->thickness, 1e3 * thickness->deviation, 1e3 * expected));
+  }
+  return report;
 }
 
 Result Calibration::finish(const std::string& name, const std::string& camera, const fs::path& directory) {
@@ -512,10 +491,6 @@ Result Calibration::finish(const std::string& name, const std::string& camera, c
   record.camera = camera;
   record.date = date();
   record.hash = calibrationHash(sensor);
-  if (gelFilesIn(directory) >= kMostFiles) {
-    return refused(
-        fmt::format("{} holds {} gel files: delete those that are not used", directory.string(), kMostFiles));
-  }
   const std::string stem = (name.empty() ? "gel" : name) + "-" + utc("%Y%m%dT%H%M%SZ");
   fs::path path = directory / (stem + ".toml");
   std::error_code ignored;

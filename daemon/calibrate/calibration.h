@@ -19,26 +19,9 @@
 
 namespace tractiond::calibrate {
 
-struct CalibrationOptions {
-  int zeroFrames = 30;     ///< frames that the zero was averaged over: its error is in all displacements; above 0
-  double noise_s = 5.0;    ///< duration of the noise step, unless the request states it
-  double patience_s = 60;  ///< longest wait for a weight, unless the request states it
-  double grace_s = 15;     ///< time beyond that, in which a step may collect enough frames
-  double settle_s = 1.5;   ///< time for which a weight must have been still: most of a gel's creep is over then
-  int weightFrames = 60;   ///< frames averaged after that
-  double creep_s = 60.0;   ///< for which a load stays and the gel recovers, unless the request states it
-  double still_px = 0.02;  ///< largest smooth displacement that counts as still
-  double other = 0.15;     ///< relative change of a load that makes it another weight
-  sensor::elastic::Progress progress = {};  ///< called while the first weight and the first stiffness are computed
-  GeometryOptions geometry = {};
-  RestNoiseOptions noise = {};
-  StiffnessOptions stiffness = {};
-  CreepReadingOptions creep = {};
-};
-
 using Result = tl::expected<CalibrationReport, std::string>;  ///< the error is a sentence for the operator
 
-/// A step that runs ends within its seconds and grace_s, measured by the frames' times. If no frames come, or another
+/// A step that runs ends within its seconds and kGrace_s, measured by the frames' times. If no frames come, or another
 /// zero comes into force, the caller must call drop(): neither is noticed here.
 ///
 /// Steps may be repeated and come in any order; each replaces its part of the sensor in force, and what was not
@@ -47,8 +30,11 @@ using Result = tl::expected<CalibrationReport, std::string>;  ///< the error is 
 /// Thread-bound.
 class Calibration {
  public:
-  /// The sensor in force must outlive this.
-  explicit Calibration(const sensor::Sensor& inForce, const CalibrationOptions& options = {});
+  static constexpr double kGrace_s = 15.0;  ///< in which a step that has run its time may collect enough frames
+
+  /// The sensor in force must outlive this. \param zeroFrames frames that the zero was averaged over: its error is in
+  /// all displacements; above 0
+  explicit Calibration(const sensor::Sensor& inForce, int zeroFrames = 30);
   ~Calibration();
 
   /// Carries out a step (kGeometry, kStiffness, kFinish) and returns its result, or begins one that looks at frames
@@ -59,7 +45,7 @@ class Calibration {
   /// 1e6 N or put on a body with fewer than BodySurface::kFewest columns or rows of nodes, the file cannot be written,
   /// or kRecovery does not follow kCreep. A new geometry or creep discards the weights read before. \param zero in
   /// force; nullptr: none yet; need not outlive the call \param camera see cameraId(); empty: kFinish fails \param
-  /// directory for the gel file, which never replaces another; kFinish fails if it holds 100 files "*.toml"
+  /// directory for the gel file, which never replaces another
   std::optional<Result> begin(const CalibrationStep& step, const RestPose* zero, const std::string& camera,
                               const std::filesystem::path& directory);
 
@@ -89,12 +75,11 @@ class Calibration {
   std::optional<Result> overdue(const MarkerField& field) const;
   Result read();
   Result stiffness();
-  void tellThickness(CalibrationReport& report);
   Result finish(const std::string& name, const std::string& camera, const std::filesystem::path& directory);
   sensor::Calibration& made();
 
   const sensor::Sensor& inForce_;
-  CalibrationOptions options_;
+  const int zeroFrames_;
   sensor::Sensor candidate_;  ///< in force, with what has been measured
   bool measured_ = false;     ///< something that no file has yet
   std::string written_;       ///< the last file; empty: none

@@ -4,6 +4,7 @@
 // A body's field is that of its nodes, among which the contact is divided.
 #include "daemon/calibrate/contact_fit.h"
 
+#include "daemon/calibrate/scaled_equations.h"
 #include "sensor/elastic/half_space.h"
 #include "sensor/elastic/loads.h"
 
@@ -32,20 +33,9 @@ constexpr int kLinear = 7;  // linear unknowns: force, picture motion
 
 }  // namespace
 
-/// Normal equations, each unknown in units in which the diagonal is 1.
+/// Linearised equations of a trial.
 struct ContactFit::Normal {
-  Normal() = default;
-  Normal(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right)
-      : unit(matrix.diagonal().cwiseSqrt().cwiseInverse())
-      , factor(unit.asDiagonal() * matrix * unit.asDiagonal())
-      , solution(unit.cwiseProduct(factor.solve(unit.cwiseProduct(right)))) {}
-
-  Eigen::MatrixXd inverse() const {
-    return unit.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(unit.size(), unit.size())) * unit.asDiagonal();
-  }
-
-  Eigen::VectorXd unit;
-  Eigen::LDLT<Eigen::MatrixXd> factor;
+  ScaledEquations equations;
   Eigen::VectorXd solution;
 };
 
@@ -57,10 +47,7 @@ struct ContactFit::Trial {
   double cost = std::numeric_limits<double>::infinity();
 };
 
-Observed observe(const sensor::Sensor& sensor, const sensor::Camera& camera, const sensor::PictureMotion& motion,
-                 const Displacements& displacements, std::span<const float> variance_px2) {
-  sensor::Sensor seen = sensor;
-  seen.camera = camera;
+Observed observe(const sensor::Sensor& seen, const Displacements& displacements, std::span<const float> variance_px2) {
   const PictureMotionFit motionFit(seen);
   const auto markers = static_cast<Eigen::Index>(displacements.valid.size());
   Observed observed;
@@ -78,18 +65,19 @@ Observed observe(const sensor::Sensor& sensor, const sensor::Camera& camera, con
         Eigen::Vector2f::Map(displacements.value_px.data() + 2 * marker).cast<double>();
     observed.coordinates += 2;
   }
+  const sensor::PictureMotion& motion = seen.pictureMotion;
   observed.motionWeight << motion.shift_px, motion.shift_px, motion.scale, motion.roll;
   observed.motionWeight = observed.motionWeight.cwiseAbs2().cwiseInverse().eval();
   return observed;
 }
 
-ContactFit::ContactFit(const sensor::Sensor& sensor, const sensor::elastic::Progress& progress)
+ContactFit::ContactFit(const sensor::Sensor& sensor)
     : sensor_(sensor)
     , markers_(sensor::markerPositions(sensor)) {
   if (sensor.body) {
     surface_.emplace(sensor);
   } else {
-    correction_.emplace(sensor.gel, markers_, sensor::elastic::BlockOptions{}, progress);
+    correction_.emplace(sensor.gel, markers_);
   }
 }
 
@@ -185,7 +173,8 @@ ContactFit::Normal ContactFit::about(const sensor::Projection& projection, const
   Eigen::VectorXd right = weighted.transpose() * trial.residual;
   matrix.diagonal().tail<4>() += observed.motionWeight;
   right.tail<4>() -= observed.motionWeight.cwiseProduct(trial.amounts.tail<4>());
-  return {matrix, right};
+  const ScaledEquations equations(matrix);
+  return {equations, equations.solve(right)};
 }
 
 Eigen::Vector3d ContactFit::bounded(const Eigen::Vector3d& shape) const {
@@ -196,13 +185,10 @@ Eigen::Vector3d ContactFit::bounded(const Eigen::Vector3d& shape) const {
   return {place.x(), place.y(), radius};
 }
 
-std::optional<ContactReading> ContactFit::operator()(const sensor::Camera& camera, const sensor::PictureMotion& motion,
-                                                     const Displacements& displacements,
+std::optional<ContactReading> ContactFit::operator()(const sensor::Sensor& seen, const Displacements& displacements,
                                                      std::span<const float> variance_px2) const {
-  sensor::Sensor seen = sensor_;
-  seen.camera = camera;
-  const sensor::Projection projection(camera, sensor_.gel.size.z());
-  const Observed observed = observe(sensor_, camera, motion, displacements, variance_px2);
+  const sensor::Projection projection(seen.camera, sensor_.gel.size.z());
+  const Observed observed = observe(seen, displacements, variance_px2);
   std::vector<std::uint8_t> counts(displacements.valid.size());
   for (std::size_t m = 0; m < counts.size(); ++m) counts[m] = observed.weight[static_cast<Eigen::Index>(2 * m)] > 0.0;
   const auto whole = PictureMotionFit(seen)({displacements.value_px, counts});
@@ -231,7 +217,7 @@ std::optional<ContactReading> ContactFit::operator()(const sensor::Camera& camer
   const double excess = best.cost / (observed.coordinates - kLinear - 3);
   ContactReading reading;
   reading.force = best.amounts.head<3>();
-  reading.covariance = normal.inverse().block<3, 3>(3, 3) * std::max(excess, 1.0);
+  reading.covariance = normal.equations.inverse().block<3, 3>(3, 3) * std::max(excess, 1.0);
   reading.shape = best.shape;
   reading.place.head<2>() = best.shape.head<2>();
   reading.radius = best.shape.z();

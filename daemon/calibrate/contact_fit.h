@@ -31,8 +31,7 @@ struct Observed {
 };
 
 /// Parameters are those of ContactFit. Reentrant.
-Observed observe(const sensor::Sensor& sensor, const sensor::Camera& camera, const sensor::PictureMotion& motion,
-                 const Displacements& displacements, std::span<const float> variance_px2);
+Observed observe(const sensor::Sensor& seen, const Displacements& displacements, std::span<const float> variance_px2);
 
 /// Fits one round contact on a block or a body: no regularisation, so that its force carries no bias.
 ///   minimise over place, radius, force f, picture motion m
@@ -42,17 +41,16 @@ class ContactFit {
  public:
   /// Computes the mechanics of a block: takes seconds on all cores. A body has those of its influence file, and at
   /// least BodySurface::kFewest columns and rows of nodes (asserted). Later calls may use another camera pose than the
-  /// sensor's. The sensor is copied. \param progress called meanwhile; may be empty
-  explicit ContactFit(const sensor::Sensor& sensor, const sensor::elastic::Progress& progress = {});
+  /// sensor's. The sensor is copied.
+  explicit ContactFit(const sensor::Sensor& sensor);
 
   /// Fits the contact, with a radius limited to 0.5 to 15 mm and within the sides of a block; for a body see
   /// BodySurface::bounded(). Returns nothing if fewer
   /// than ten markers are valid and not ignored, or the fit fails. A poor fit is returned: then residual_px is far
-  /// above expected_px. \param camera through which the displacements are seen \param motion deviations of the
-  /// picture's motion \param variance_px2 M, variance of each of a marker's coordinates; not above 0: the marker is
-  /// ignored
-  std::optional<ContactReading> operator()(const sensor::Camera& camera, const sensor::PictureMotion& motion,
-                                           const Displacements& displacements,
+  /// above expected_px. \param seen the sensor with the camera through which the displacements are seen, and the
+  /// deviations of the picture's motion \param variance_px2 M, variance of each of a marker's coordinates; not above 0:
+  /// the marker is ignored
+  std::optional<ContactReading> operator()(const sensor::Sensor& seen, const Displacements& displacements,
                                            std::span<const float> variance_px2) const;
 
   /// Returns the displacements of all markers by unit forces along x, y, z on a contact, without motion of the picture,

@@ -16,7 +16,10 @@ namespace {
 /// from how a weight comes to rest; the last one stands for what a longer load would show.
 constexpr std::array kTimes = {1.0 / 60, 1.0 / 15, 1.0 / 4, 2.0, 20.0};
 constexpr int kTerms = kTimes.size();
-constexpr double kStep = 0.01;       // change from reading to reading by which the load is still on its way
+constexpr double kPrior = 0.05;  // deviation of each share before anything is measured
+constexpr double kLeastError =
+    5e-4;                       // lower bound of CreepFit::error: of the pictures' drift, which the rest may not show
+constexpr double kStep = 0.01;  // change from reading to reading by which the load is still on its way
 constexpr double kOnTheWay_s = 3.0;  // longest time for that
 constexpr int kRounds = 3;           // the load on its way is a share of what it displaces at once
 
@@ -94,8 +97,7 @@ std::vector<sensor::CreepTerm> termsOf(const Terms& shares, const Square& covari
 
 }  // namespace
 
-std::optional<CreepFit> fitCreep(const std::vector<LoadReading>& readings, double held_s,
-                                 const CreepFitOptions& options) {
+std::optional<CreepFit> fitCreep(const std::vector<LoadReading>& readings, double held_s) {
   auto all = settled(readings);
   if (!all) return std::nullopt;
   const auto staying = std::ranges::find_if(
@@ -105,7 +107,7 @@ std::optional<CreepFit> fitCreep(const std::vector<LoadReading>& readings, doubl
   const Terms times_s = held_s * Eigen::Map<const Terms>(kTimes.data());
   CreepFit fit;
   fit.load = staying->reading.amount;
-  fit.error = options.leastError;
+  fit.error = kLeastError;
   Terms shares, follows;
   Square covariance;
   for (int round = 0; round < kRounds; ++round) {
@@ -129,11 +131,11 @@ std::optional<CreepFit> fitCreep(const std::vector<LoadReading>& readings, doubl
       seconds += length_s;
     }
     Normal posterior = normal;
-    posterior.diagonal().tail<kTerms>().array() += std::pow(fit.error / options.prior, 2);
+    posterior.diagonal().tail<kTerms>().array() += std::pow(fit.error / kPrior, 2);
     const Unknowns found = withoutNegative(posterior, right);
     const double squares = std::max(square - 2.0 * found.dot(right) + found.dot(normal * found), 0.0);
     fit.load = found[0];
-    fit.error = std::max(std::sqrt(squares / seconds) / fit.load, options.leastError);
+    fit.error = std::max(std::sqrt(squares / seconds) / fit.load, kLeastError);
     shares = found.tail<kTerms>() / fit.load;
     Eigen::Matrix<double, kTerms, kTerms + 1> byUnknowns;
     byUnknowns << -shares, Square::Identity();

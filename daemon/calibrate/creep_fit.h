@@ -18,11 +18,6 @@ struct LoadReading {
   LoadPhase phase = LoadPhase::kUntouched;
 };
 
-struct CreepFitOptions {
-  double prior = 0.05;       ///< deviation of each share before anything is measured
-  double leastError = 5e-4;  ///< lower bound of CreepFit::error: of the pictures' drift, which the rest may not show
-};
-
 struct CreepFit {
   std::vector<sensor::CreepTerm> terms;  ///< at fixed times, which are parts of the time for which the load stays
   double load = 0.0;                     ///< amount that the load displaces at once
@@ -35,7 +30,6 @@ struct CreepFit {
 /// within three seconds, and must not change later. \param readings in order: untouched, loaded, released, or the
 /// former two \param held_s for which the load is to stay [s] \return nothing if the load does not come to rest or
 /// changes
-std::optional<CreepFit> fitCreep(const std::vector<LoadReading>& readings, double held_s,
-                                 const CreepFitOptions& options = {});
+std::optional<CreepFit> fitCreep(const std::vector<LoadReading>& readings, double held_s);
 
 }  // namespace tractiond::calibrate

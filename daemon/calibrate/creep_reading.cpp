@@ -10,6 +10,8 @@
 namespace tractiond::calibrate {
 namespace {
 
+constexpr double kUntouched_s = 1.0;    // for which the gel must be so before the load
+constexpr int kFewestMarkers = 50;      // that are seen all the time
 constexpr double kFast_s = 1.0;         // after a change, in which each frame is a sample
 constexpr double kLonger = 0.05;        // length of later samples, as a part of the time since the change
 constexpr double kStanding_s = 3.0;     // after a change, from which on nothing but the pattern may be seen
@@ -28,10 +30,9 @@ float largest(const Eigen::VectorXf& displacements) {
 
 }  // namespace
 
-CreepReading::CreepReading(const sensor::Sensor& sensor, double held_s, const CreepReadingOptions& options)
+CreepReading::CreepReading(const sensor::Sensor& sensor, double held_s)
     : sensor_(sensor)
     , held_s_(held_s)
-    , options_(options)
     , motion_(sensor)
     , valid_(static_cast<std::size_t>(sensor.markerCount()), 1) {}
 
@@ -46,16 +47,12 @@ std::optional<CreepReading::Result> CreepReading::add(const MarkerField& field) 
   const auto motion = motion_({field.displacement_px, field.valid});
   if (!motion) return std::nullopt;
   now_ns_ = now_ns;
-  Eigen::VectorXf displacement =
-      Eigen::Map<const Eigen::VectorXf>(field.displacement_px.data(), std::ssize(field.displacement_px));
-  for (int i = 0; i < std::ssize(field.valid); ++i)
-    displacement.segment<2>(2 * Eigen::Index{i}) -= motion_.at(i, motion->value).cast<float>();
+  const std::vector<float> remains_px = motion_.without(motion->value, field.displacement_px);
   for (std::size_t i = 0; i < valid_.size(); ++i) valid_[i] &= field.valid[i];
 
   const double now_s = 1e-9 * static_cast<double>(now_ns - begun_ns_);
-  const std::span seen(displacement.data(), field.displacement_px.size());
-  const auto state = watch(largestBulge(sensor_, {seen, field.valid}, options_.still_px), now_s);
-  keep(std::move(displacement), now_s);
+  const auto state = watch(largestBulge(sensor_, {remains_px, field.valid}, kUntouched_px), now_s);
+  keep(Eigen::Map<const Eigen::VectorXf>(remains_px.data(), std::ssize(remains_px)), now_s);
   if (!state) return std::nullopt;
   return *state ? find() : refused(state->error());
 }
@@ -70,11 +67,11 @@ std::optional<tl::expected<void, std::string>> CreepReading::watch(const Bulge& 
   };
   switch (phase_) {
   case LoadPhase::kUntouched:
-    if (load.found() && elapsed_s < options_.untouched_s)
+    if (load.found() && elapsed_s < kUntouched_s)
       return refused("something touches the gel already, or the zero no longer holds: take everything off, and zero");
     if (load.found())
       turnTo(LoadPhase::kLoaded);
-    else if (elapsed_s > options_.patience_s)
+    else if (elapsed_s > kPatience_s)
       return refused("no load was put on the gel");
     return std::nullopt;
   case LoadPhase::kLoaded:
@@ -88,7 +85,7 @@ std::optional<tl::expected<void, std::string>> CreepReading::watch(const Bulge& 
     } else if (!hasHeld_ && elapsed_s >= held_s_) {
       hasHeld_ = true;
       return Done();
-    } else if (elapsed_s > held_s_ + options_.patience_s) {
+    } else if (elapsed_s > held_s_ + kPatience_s) {
       return refused("the load was not taken away");
     }
     return std::nullopt;
@@ -102,7 +99,7 @@ std::optional<tl::expected<void, std::string>> CreepReading::watch(const Bulge& 
 /// Adds the displacements of a frame to the last sample, or begins another.
 void CreepReading::keep(Eigen::VectorXf displacement, double now_s) {
   const double elapsed_s = now_s - since_s_;
-  const double longest_s = phase_ == LoadPhase::kUntouched ? options_.patience_s
+  const double longest_s = phase_ == LoadPhase::kUntouched ? kPatience_s
                            : elapsed_s <= kFast_s          ? 0.0
                                                            : kLonger * elapsed_s;
   if (samples_.empty() || samples_.back().phase != phase_ || now_s - samples_.back().from_s > longest_s) {
@@ -116,7 +113,7 @@ void CreepReading::keep(Eigen::VectorXf displacement, double now_s) {
 
 CreepReading::Result CreepReading::find() const {
   const auto markers = std::ranges::count(valid_, 1);
-  if (markers < options_.fewestMarkers) return refused(fmt::format("only {} markers were seen all the time", markers));
+  if (markers < kFewestMarkers) return refused(fmt::format("only {} markers were seen all the time", markers));
   const Eigen::VectorXf pattern = patternOf();
   std::vector<LoadReading> readings;
   double end_s = samples_.front().to_s;
@@ -127,7 +124,7 @@ CreepReading::Result CreepReading::find() const {
                         .phase = sample.phase});
     end_s = sample.to_s;
   }
-  const auto fit = fitCreep(readings, held_s_, options_.fit);
+  const auto fit = fitCreep(readings, held_s_);
   if (!fit) {
     return refused("the load did not come to rest within three seconds, or moved later: put it on and take it away "
                    "quickly, and let it stand still");
@@ -162,7 +159,7 @@ Eigen::VectorXf CreepReading::displaced(const Sample& sample) const {
 
 /// Returns whether some dozens of samples show the pattern and nothing else, but for the ways of the load.
 bool CreepReading::isOfPattern(const Eigen::VectorXf& pattern) const {
-  const double allowance_px = std::max(options_.still_px, kOtherPattern * double{largest(pattern)});
+  const double allowance_px = std::max(kUntouched_px, kOtherPattern * double{largest(pattern)});
   double phase_s = 0.0;
   for (std::size_t i = 1; i < samples_.size(); ++i) {
     if (samples_[i].phase != samples_[i - 1].phase) phase_s = samples_[i].from_s;

@@ -14,14 +14,6 @@
 
 namespace tractiond::calibrate {
 
-struct CreepReadingOptions {
-  double patience_s = 60.0;  ///< longest wait for the load, and for its end
-  double untouched_s = 1.0;  ///< for which the gel must be so before the load
-  double still_px = 0.02;    ///< largest smooth displacement that counts as none
-  int fewestMarkers = 50;    ///< that are seen all the time
-  CreepFitOptions fit = {};
-};
-
 struct Creep {
   CreepFit fit;
   Eigen::VectorXd pattern_px;  ///< 2 M: what amount 1 displaces; 0 for markers that were not seen all the time
@@ -32,11 +24,13 @@ struct Creep {
 /// Keeps what the markers are displaced by, in the mean over ever longer times: some megabytes. Thread-bound.
 class CreepReading {
  public:
+  static constexpr double kPatience_s = 60.0;  ///< longest wait for the load, and for its end
+
   using Result = tl::expected<Creep, std::string>;  ///< the error is a sentence for the operator
 
   /// Waits for a load, on an untouched gel. The sensor must outlive this. \param held_s for which the load is to stay,
   /// and the gel to recover [s]
-  CreepReading(const sensor::Sensor& sensor, double held_s, const CreepReadingOptions& options = {});
+  CreepReading(const sensor::Sensor& sensor, double held_s);
 
   /// Adds a frame. Returns what the gel's creep is when the load has stayed for its time, and again when it has been
   /// away for as long, which takes tens of milliseconds. Returns an error if the load does not come to rest, moves,
@@ -64,7 +58,6 @@ class CreepReading {
 
   const sensor::Sensor& sensor_;
   const double held_s_;
-  const CreepReadingOptions options_;
   const PictureMotionFit motion_;
   LoadPhase phase_ = LoadPhase::kUntouched;
   double since_s_ = 0.0;        ///< when it began

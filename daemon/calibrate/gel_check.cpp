@@ -1,202 +1,53 @@
-// Solves least squares by Gauss-Newton steps, which are shortened if they do not reduce the residual: the pose in the
-// file may be wrong by centimetres. Quantities that a single picture does not distinguish are one finding: pitch, focal
-// length and distance make the scale of the picture; of the depths of the layers only the difference is visible, in the
-// ratio of their scales.
+// Quantities that a single picture does not distinguish are one finding: pitch, focal length and distance make the
+// scale of the picture; of the depths of the layers only the difference is visible, in the ratio of their scales.
 #include "daemon/calibrate/gel_check.h"
 
 #include "daemon/calibrate/aspect_check.h"
+#include "daemon/calibrate/geometry_fit.h"
 #include "sensor/colour_name.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
-#include <limits>
-#include <numeric>
-#include <optional>
 
 namespace tractiond::calibrate {
 
 namespace {
 
-constexpr int kPosition = 0, kRotation = 3, kDistortion = 6, kLayer = 8, kUnknowns = 11;
-constexpr int kFewest = 50;  // markers
-constexpr int kIterations = 40;
-constexpr double kSettled = 1e-4;  // step that ends the iteration, in the units below
-constexpr int kTrims = 2;
-constexpr double kOutlier = 5.0;             // times the scatter, which is estimated by the median
-constexpr double kMedianOfRayleigh = 1.177;  // median length, in deviations of a coordinate
-constexpr double kScatterFloor_px = 1e-3;
-constexpr double kStatedPlaces = 1.5;  // times the stated deviation of the places; few markers scatter by more
+// Limits beyond which the gel is reported as another one. The deviations are the gel file's [uncertainty], which does
+// not cover the pattern. After a calibration the pose is known so well that heat would be reported: hence the floors.
+constexpr double kAlarm = 5.0;      // deviations; a gel within its stated uncertainty is reported once in 2e5 zeros
+constexpr double kPitch = 3e-4;     // deviation of the pitch, relative
+constexpr double kOffset = 0.1e-3;  // deviation of a layer's place relative to the first, in x and in y [m]
+constexpr double kLeastPosition = 0.1e-3;  // floor of the deviation of the camera's position [m] ...
+constexpr double kLeastRotation = 1e-3;    // ... rotation [rad] ...
+constexpr double kLeastDistance = 1e-3;    // ... scale of the picture, relative ...
+constexpr double kLeastDepth = 0.05e-3;    // ... and of a layer's depth [m]
+constexpr double kSuspicious_px = 0.2;     // residual above which another aspect is tried
+constexpr AspectCheckOptions kAspect = {.pattern = 3e-3, .iterations = 15};
+// Root mean square residual, as a share of the spacing; a larger one shows another pattern, unless the file states such
+// a deviation of the markers' places, times the second number: few markers scatter by more.
+constexpr double kLargestResidual = 0.1, kStatedPlaces = 1.5;
 
-using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
-using Normal = Eigen::Matrix<double, kUnknowns, kUnknowns>;
-
-/// Returns the size of a unit of each unknown: about a pixel.
-Unknowns units() {
-  Unknowns u;
-  u << 0.15e-3, 0.15e-3, 0.6e-3, 1e-3, 1e-3, 4e-3, 0.07, 1.0, 0.6e-3, 0.15e-3, 0.15e-3;
-  return u;
+/// Fits the camera with the lens of the file, but for its distortion, and the second layer's place and depth. Prior
+/// deviations are wide: they only exclude absurd values.
+Geometry fitLoosely(const sensor::Sensor& sensor, std::span<const float> place_px,
+                    std::span<const std::uint8_t> present) {
+  sensor::Sensor loose = sensor;
+  loose.uncertainty.focal = loose.uncertainty.principal_px = 0.0;
+  loose.uncertainty.k1 = 0.35;
+  loose.uncertainty.k2 = 5.0;
+  return fitGeometry(loose, place_px, present, {.depth = 0.1, .holdsFirst = true, .pitch = 0.0, .shift = 0.1});
 }
-
-/// Returns wide prior deviations of the unknowns, in units: they only exclude absurd values.
-Unknowns looseDeviations() {
-  Unknowns u = Unknowns::Constant(1e3);
-  u.segment<2>(kDistortion).setConstant(5.0);
-  return u;
-}
-
-struct Fit {
-  sensor::Camera camera;
-  Eigen::Vector3d layer = Eigen::Vector3d::Zero();  ///< offset of the second layer from the file's: depth, x, y [m]
-  Unknowns deviation = Unknowns::Zero();            ///< standard deviations by the scatter [m, rad, 1]
-  double residual_px = 0.0;
-};
-
-class Problem {
- public:
-  Problem(const sensor::Sensor& sensor, std::span<const float> place_px, std::span<const std::uint8_t> present)
-      : sensor_(sensor)
-      , markers_(sensor::markerPositions(sensor))
-      , firstOfSecond_(sensor.layers.front().count()) {
-    const bool two = sensor.layers.size() > 1;
-    free_ = two ? kUnknowns : kLayer;
-    for (Eigen::Index i = 0; i < markers_.cols(); ++i) {
-      if (present[static_cast<std::size_t>(i)] == 0) continue;
-      used_.push_back(i);
-      seen_.emplace_back(place_px[2 * static_cast<std::size_t>(i)], place_px[2 * static_cast<std::size_t>(i) + 1]);
-    }
-  }
-
-  int used() const { return static_cast<int>(used_.size()); }
-
-  std::optional<Fit> run() {
-    Unknowns x = Unknowns::Zero();
-    for (int trims = 0;; ++trims) {
-      if (used() < kFewest) return std::nullopt;
-      if (!settle(x)) return std::nullopt;
-      if (trims == kTrims || !trim(x)) break;
-    }
-    Fit fit;
-    fit.camera = camera(x);
-    fit.layer = x.tail<3>().cwiseProduct(units().tail<3>());
-    const double scatter2 = std::max(squares(x) / (2 * used() - free_), kScatterFloor_px * kScatterFloor_px);
-    fit.residual_px = std::sqrt(squares(x) / (2 * used()));
-    const Normal covariance = scatter2 * normal_.ldlt().solve(Normal::Identity());
-    fit.deviation = covariance.diagonal().cwiseSqrt().cwiseProduct(units());
-    return fit;
-  }
-
- private:
-  sensor::Camera camera(const Unknowns& x) const {
-    const Unknowns change = x.cwiseProduct(units());
-    sensor::Camera camera = sensor_.camera;
-    camera.position += change.segment<3>(kPosition);
-    camera.rotation += change.segment<3>(kRotation);
-    camera.k1 += change[kDistortion];
-    camera.k2 += change[kDistortion + 1];
-    return camera;
-  }
-
-  /// Calls visit(number, predicted place) for each used marker. Returns false if no camera can have this pose.
-  template <typename Visit>
-  bool project(const Unknowns& x, Visit&& visit) const {
-    const sensor::Camera seen = camera(x);
-    if (!sensor::isBehindWindow(seen, sensor_.gel.size.z())) return false;
-    const sensor::Projection projection(seen, sensor_.gel.size.z());
-    const Eigen::Vector3d layer = x.tail<3>().cwiseProduct(units().tail<3>());
-    for (std::size_t i = 0; i < used_.size(); ++i) {
-      Eigen::Vector3d point = markers_.col(used_[i]);
-      if (used_[i] >= firstOfSecond_) point += Eigen::Vector3d(layer[1], layer[2], layer[0]);
-      point.z() = std::min(point.z(), sensor_.gel.size.z());
-      visit(i, projection(point));
-    }
-    return true;
-  }
-
-  double squares(const Unknowns& x) const {
-    double sum = 0.0;
-    const bool possible =
-        project(x, [&](std::size_t i, const Eigen::Vector2d& place) { sum += (seen_[i] - place).squaredNorm(); });
-    return possible && std::isfinite(sum) ? sum : std::numeric_limits<double>::infinity();
-  }
-
-  double cost(const Unknowns& x) const { return squares(x) + x.cwiseQuotient(looseDeviations()).squaredNorm(); }
-
-  bool settle(Unknowns& x) {
-    constexpr double kStep = 1e-3;
-    Eigen::Matrix<double, Eigen::Dynamic, kUnknowns> jacobian(2 * used_.size(), kUnknowns);
-    Eigen::VectorXd residual(2 * used_.size());
-    double before = cost(x);
-    if (!std::isfinite(before)) return false;
-    for (int iteration = 0; iteration < kIterations; ++iteration) {
-      project(x, [&](std::size_t i, const Eigen::Vector2d& place) {
-        residual.segment<2>(2 * static_cast<Eigen::Index>(i)) = seen_[i] - place;
-      });
-      jacobian.setZero();
-      for (int k = 0; k < free_; ++k) {
-        for (const double side : {1.0, -1.0}) {
-          Unknowns moved = x;
-          moved[k] += side * kStep;
-          project(moved, [&](std::size_t i, const Eigen::Vector2d& place) {
-            jacobian.block<2, 1>(2 * static_cast<Eigen::Index>(i), k) += side / (2.0 * kStep) * place;
-          });
-        }
-      }
-      const Unknowns weight = looseDeviations().cwiseAbs2().cwiseInverse();
-      normal_ = jacobian.transpose() * jacobian;
-      normal_.diagonal() += weight;
-      const Unknowns change = normal_.ldlt().solve(jacobian.transpose() * residual - weight.cwiseProduct(x));
-      if (!change.allFinite()) return false;
-      double share = 1.0, after = cost(x + change);
-      for (; after > before && share > 1e-3; after = cost(x + share * change)) share *= 0.5;
-      if (after > before) return true;  // the minimum is reached
-      x += share * change;
-      before = after;
-      if (share * change.cwiseAbs().maxCoeff() < kSettled) return true;
-    }
-    return std::isfinite(before);
-  }
-
-  /// Drops outliers: dust, misplaced markers, markers that a touch displaces. Returns false if there are none.
-  bool trim(const Unknowns& x) {
-    std::vector<double> distances(used_.size());
-    project(x, [&](std::size_t i, const Eigen::Vector2d& place) { distances[i] = (seen_[i] - place).norm(); });
-    std::vector<double> sorted = distances;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    const double limit = kOutlier * *middle / kMedianOfRayleigh + kScatterFloor_px;
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < used_.size(); ++i) {
-      if (distances[i] > limit) continue;
-      used_[kept] = used_[i];
-      seen_[kept++] = seen_[i];
-    }
-    const bool any = kept < used_.size();
-    used_.resize(kept);
-    seen_.resize(kept);
-    return any;
-  }
-
-  const sensor::Sensor& sensor_;
-  sensor::Points markers_;
-  Eigen::Index firstOfSecond_;
-  int free_ = kUnknowns;
-  std::vector<Eigen::Index> used_;
-  std::vector<Eigen::Vector2d> seen_;
-  Normal normal_ = Normal::Identity();
-};
 
 /// Collects findings, and sentences about those that contradict the gel file.
 class Findings {
  public:
-  Findings(const sensor::Sensor& sensor, const GelCheckOptions& options)
-      : sensor_(sensor)
-      , options_(options) {}
+  explicit Findings(const sensor::Sensor& sensor)
+      : sensor_(sensor) {}
 
   void compareCounts(std::span<const LatticeSeen> seen) {
     for (std::size_t i = 0; i < std::min(seen.size(), sensor_.layers.size()); ++i) {
@@ -218,25 +69,20 @@ class Findings {
     say(seen.what() + ": " + seen.remedy());
   }
 
-  void compareFit(const Fit& fit, int markers) {
+  void compareFit(const Geometry& fit, bool judgesResidual) {
     layers(fit);
     pose(fit);
     const double stated = sensor_.uncertainty.markerPlace / sensor_.layers.front().pitch;
-    const double limit = std::max(options_.largestResidual, kStatedPlaces * stated) * spacing_px();
-    report_.findings.push_back({"residual_px", 0.0, fit.residual_px, limit / options_.alarm, fit.residual_px > limit});
-    if (fit.residual_px > limit) {
-      std::string remark = fmt::format(
-          "{} markers are {:.1f} px (rms) from where the pattern of the file has them: is it that of another "
-          "gel, or was the zero taken under a load?",
-          markers, fit.residual_px);
-      if (!sensor_.body) {  // whose file states no such deviation
-        remark += fmt::format(
-            " If they were placed by hand, write marker_place_mm = {:.2f} into [uncertainty]: their places are "
-            "measured in each zero",
-            1e3 * sensor_.layers.front().pitch * fit.residual_px / spacing_px());
-      }
-      say(remark);
-    }
+    const double limit = std::max(kLargestResidual, kStatedPlaces * stated) * spacing_px();
+    if (!judgesResidual || !add("residual_px", 0.0, fit.residual_px, limit / kAlarm)) return;
+    say(fmt::format("{} markers are {:.1f} px (rms) from where the pattern of the file has them: is it that of another "
+                    "gel, or was the zero taken under a load?",
+                    fit.markers, fit.residual_px));
+    if (sensor_.body) return;  // whose file states no such deviation
+    report_.remark += fmt::format(
+        " If they were placed by hand, write marker_place_mm = {:.2f} into [uncertainty]: their places are measured in "
+        "each zero",
+        1e3 * sensor_.layers.front().pitch * fit.residual_px / spacing_px());
   }
 
   void say(const std::string& sentence) { report_.remark += (report_.remark.empty() ? "" : "; ") + sentence; }
@@ -244,12 +90,8 @@ class Findings {
   GelReport report() && { return std::move(report_); }
 
  private:
-  bool add(const char* name, double expected, double seen, double deviation) {
-    return add(std::string(name), expected, seen, deviation);
-  }
-
   bool add(std::string name, double expected, double seen, double deviation) {
-    const double limit = deviation > 0.0 ? options_.alarm * deviation : 0.5;
+    const double limit = deviation > 0.0 ? kAlarm * deviation : 0.5;
     const bool contradicts = !(std::abs(seen - expected) <= limit);
     report_.findings.push_back({std::move(name), expected, seen, deviation, contradicts});
     return contradicts;
@@ -265,18 +107,18 @@ class Findings {
     return sensor_.camera.focal_px * sensor_.layers.front().pitch / (sensor_.camera.position.z() - meanDepth());
   }
 
-  void layers(const Fit& fit) {
+  void layers(const Geometry& fit) {
     if (sensor_.layers.size() < 2) return;
     const sensor::MarkerLayer &one = sensor_.layers[0], &other = sensor_.layers[1];
-    const double depth = std::max(sensor_.uncertainty.layerDepth, options_.leastDepth);
+    const double depth = std::max(sensor_.uncertainty.layerDepth, kLeastDepth);
     // The ratio of the layers' scales gives the distance between them; it includes the errors of their pitches.
     const double distance = sensor_.camera.position.z() - meanDepth();
-    const double deviation = 1e3 * std::sqrt(2.0 * depth * depth + 2.0 * std::pow(options_.pitch * distance, 2) +
-                                             std::pow(fit.deviation[kLayer], 2));
-    const double expected = 1e3 * (other.depth - one.depth), seen = expected + 1e3 * fit.layer[0];
+    const double deviation = 1e3 * std::sqrt(2.0 * depth * depth + 2.0 * std::pow(kPitch * distance, 2) +
+                                             std::pow(fit.offsetDeviation[0], 2));
+    const double expected = 1e3 * (other.depth - one.depth), seen = expected + 1e3 * fit.offset[0];
     if (add("layer_distance_mm", expected, seen, deviation)) {
       otherLayers_ = true;
-      const bool exchanged = std::abs(seen + expected) < options_.alarm * deviation;
+      const bool exchanged = std::abs(seen + expected) < kAlarm * deviation;
       say(fmt::format(
           "the {} markers lie {:.2f} mm {} the {} ones by the file, {:.2f} ± {:.2f} mm {} by the picture: {}",
           nameOf(other.colour), std::abs(expected), expected < 0.0 ? "above" : "below", nameOf(one.colour),
@@ -285,37 +127,37 @@ class Findings {
                     : "check depth_mm (and pitch_mm) of both layers"));
     }
     for (const int axis : {0, 1}) {
-      const double offset = 1e3 * std::hypot(options_.offset, fit.deviation[kLayer + 1 + axis]);
+      const double offset = 1e3 * std::hypot(kOffset, fit.offsetDeviation[1 + axis]);
       const double has = 1e3 * (other.centre[axis] - one.centre[axis]);
-      if (add(axis == 0 ? "layer_offset_x_mm" : "layer_offset_y_mm", has, has + 1e3 * fit.layer[1 + axis], offset)) {
+      if (add(axis == 0 ? "layer_offset_x_mm" : "layer_offset_y_mm", has, has + 1e3 * fit.offset[1 + axis], offset)) {
         say(fmt::format("the {} markers are {:+.2f} mm from the {} ones in {} by the file, {:+.2f} ± {:.2f} mm by the "
                         "picture: check centre_mm and colour of both layers",
                         nameOf(other.colour), has, nameOf(one.colour), axis == 0 ? "x" : "y",
-                        has + 1e3 * fit.layer[1 + axis], offset));
+                        has + 1e3 * fit.offset[1 + axis], offset));
       }
     }
   }
 
-  void pose(const Fit& fit) {
+  void pose(const Geometry& fit) {
     const sensor::Camera &file = sensor_.camera, &seen = fit.camera;
     const sensor::Uncertainty& known = sensor_.uncertainty;
     const double distance = file.position.z() - meanDepth();
     // An error of the focal length in the file has the same effect as an error of the distance.
     const double focal = distance * known.focal;
     const double scale =
-        std::hypot(options_.pitch * distance,
+        std::hypot(kPitch * distance,
                    std::sqrt(std::max(0.0, known.position.z() * known.position.z() + focal * focal -
                                                2.0 * known.focalDistance * known.position.z() * focal)),
                    known.layerDepth);
-    const double ofDistance =
-        std::hypot(std::max(scale, options_.leastDistance * distance), fit.deviation[kPosition + 2]);
+    const double ofDistance = std::hypot(std::max(scale, kLeastDistance * distance), fit.uncertainty.position.z());
 
     bool moved = false;
     for (const int axis : {0, 1}) {
       // An error of the principal point in the file has the same effect as an error of the position.
-      const double deviation = std::hypot(
-          std::max(known.position[axis], options_.leastPosition),
-          known.principal_px * distance / (file.focal_px * (axis == 1 ? file.aspect : 1.0)), fit.deviation[axis]);
+      const double deviation =
+          std::hypot(std::max(known.position[axis], kLeastPosition),
+                     known.principal_px * distance / (file.focal_px * (axis == 1 ? file.aspect : 1.0)),
+                     fit.uncertainty.position[axis]);
       moved = add(axis == 0 ? "camera_x_mm" : "camera_y_mm", 1e3 * file.position[axis], 1e3 * seen.position[axis],
                   1e3 * deviation) ||
               moved;
@@ -324,7 +166,7 @@ class Findings {
                                                        "camera_rotation_z_rad"};
     for (const int axis : {0, 1, 2}) {
       const double deviation =
-          std::hypot(std::max(known.rotation[axis], options_.leastRotation), fit.deviation[kRotation + axis]);
+          std::hypot(std::max(known.rotation[axis], kLeastRotation), fit.uncertainty.rotation[axis]);
       moved = add(kRotations[axis], file.rotation[axis], seen.rotation[axis], deviation) || moved;
     }
     const bool scaled = add("camera_z_mm", 1e3 * file.position.z(), 1e3 * seen.position.z(), 1e3 * ofDistance);
@@ -353,7 +195,6 @@ class Findings {
   }
 
   const sensor::Sensor& sensor_;
-  const GelCheckOptions& options_;
   GelReport report_;
   bool otherGrid_ = false, otherLayers_ = false;
 };
@@ -361,30 +202,26 @@ class Findings {
 }  // namespace
 
 GelReport checkGel(const sensor::Sensor& sensor, std::span<const float> place_px, std::span<const std::uint8_t> present,
-                   std::span<const LatticeSeen> seen, const GelCheckOptions& options) {
-  Findings findings(sensor, options);
+                   std::span<const LatticeSeen> seen, bool judgesResidual) {
+  Findings findings(sensor);
   findings.compareCounts(seen);
-  Problem problem(sensor, place_px, present);
-  const auto fit = problem.run();
-  if (!fit || fit->residual_px > options.suspicious_px) {
-    AspectCheckOptions aspect;
-    aspect.alarm = options.alarm;
-    aspect.pattern = options.aspect;
-    aspect.iterations = options.aspectIterations;
+  const Geometry fit = fitLoosely(sensor, place_px, present);
+  const bool isFound = fit.outcome == Geometry::Outcome::kConverged;
+  if (!isFound || (judgesResidual && fit.residual_px > kSuspicious_px)) {
     // The pose of the file is the better start, as the fitted pose has compensated for the scale.
-    auto found = seenAspect(sensor, sensor.camera.aspect, place_px, present, aspect);
-    if (!found && fit) {
+    auto found = seenAspect(sensor, sensor.camera.aspect, place_px, present, kAspect);
+    if (!found && isFound) {
       sensor::Sensor posed = sensor;
-      posed.camera = fit->camera;
-      found = seenAspect(posed, posed.camera.aspect, place_px, present, aspect);
+      posed.camera = fit.camera;
+      found = seenAspect(posed, posed.camera.aspect, place_px, present, kAspect);
     }
     if (found && found->differs) {
       findings.addAspect(*found);
       return std::move(findings).report();
     }
   }
-  if (fit) {
-    findings.compareFit(*fit, problem.used());
+  if (isFound) {
+    findings.compareFit(fit, judgesResidual);
   } else {
     findings.say("no camera explains the markers' places: is the gel file that of another gel?");
   }

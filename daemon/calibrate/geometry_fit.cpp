@@ -3,9 +3,10 @@
 // central differences.
 #include "daemon/calibrate/geometry_fit.h"
 
-#include <Eigen/Cholesky>
+#include "daemon/calibrate/scaled_equations.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -29,30 +30,90 @@ Eigen::Matrix<double, kCamera, 1> cameraUnits() {
   return units;
 }
 
-class Problem {
+/// Returns the prior deviations of the unknowns; 0: it is fixed.
+Eigen::VectorXd deviationsOf(const sensor::Sensor& start, const GeometryOptions& options) {
+  const auto units = cameraUnits();
+  Eigen::VectorXd deviation =
+      Eigen::VectorXd::Constant(kCamera + kOfLayer * std::ssize(start.layers), std::numeric_limits<double>::infinity());
+  deviation[kFocal] = start.uncertainty.focal / units[kFocal];
+  deviation.segment<2>(kPrincipal).setConstant(start.uncertainty.principal_px / units[kPrincipal]);
+  deviation[kDistortion] = start.uncertainty.k1 / units[kDistortion];
+  deviation[kDistortion + 1] = start.uncertainty.k2 / units[kDistortion + 1];
+  deviation[kAspect] = options.aspect / units[kAspect];
+  for (int i = 0; i < std::ssize(start.layers); ++i) {
+    auto ofLayer = deviation.segment<kOfLayer>(kCamera + kOfLayer * i);
+    ofLayer << options.depth, options.pitch, options.shift, options.shift;
+    if (i == 0) ofLayer.tail<2>().setZero();
+    if (i == 0 && options.holdsFirst) ofLayer.setZero();
+  }
+  return deviation;
+}
+
+/// The iteration: present unknowns, residuals, and the markers that are used.
+class Fit {
  public:
-  Problem(const sensor::Sensor& start, const GeometryOptions& options)
+  Fit(const sensor::Sensor& start, const sensor::Camera& from, std::span<const float> seen_px,
+      std::span<const std::uint8_t> present, const GeometryOptions& options)
       : start_(start)
+      , options_(options)
       , markers_(sensor::markerPositions(start))
-      , unknowns_(kCamera + kOfLayer * static_cast<int>(start.layers.size()))
-      , deviation_(Eigen::VectorXd::Constant(unknowns_, std::numeric_limits<double>::infinity())) {
+      , deviation_(deviationsOf(start, options))
+      , unknowns_(static_cast<int>(deviation_.size()))
+      , seen_(
+            Eigen::Map<const Eigen::VectorXf>(seen_px.data(), static_cast<Eigen::Index>(seen_px.size())).cast<double>())
+      , counts_(present.begin(), present.end())
+      , x_(Eigen::VectorXd::Zero(unknowns_))
+      , modelled_(seen_.size())
+      , residual_(seen_.size())
+      , jacobian_(seen_.size(), unknowns_) {
     const auto units = cameraUnits();
-    deviation_[kFocal] = start.uncertainty.focal / units[kFocal];
-    deviation_.segment<2>(kPrincipal).setConstant(start.uncertainty.principal_px / units[kPrincipal]);
-    deviation_[kDistortion] = start.uncertainty.k1 / units[kDistortion];
-    deviation_[kDistortion + 1] = start.uncertainty.k2 / units[kDistortion + 1];
-    deviation_[kAspect] = options.aspect / units[kAspect];
-    for (std::size_t i = 0; i < start.layers.size(); ++i) {
-      auto ofLayer = deviation_.segment<kOfLayer>(kCamera + kOfLayer * static_cast<int>(i));
-      ofLayer << options.depth, options.pitch, options.shift, options.shift;
-      if (i == 0) ofLayer.tail<2>().setZero();
-    }
+    if (!isFixed(kDistortion)) x_[kDistortion] = (from.k1 - start.camera.k1) / units[kDistortion];
+    if (!isFixed(kDistortion + 1)) x_[kDistortion + 1] = (from.k2 - start.camera.k2) / units[kDistortion + 1];
   }
 
-  int unknowns() const { return unknowns_; }
-  double deviation(int unknown) const { return deviation_[unknown]; }
+  Geometry::Outcome run() {
+    using Outcome = Geometry::Outcome;
+    if (counted() < options_.fewest) return Outcome::kFewMarkers;
+    if (!moveTo(x_)) return Outcome::kDiverged;
+    int rounds = 0;
+    for (int iteration = 0; iteration < options_.iterations; ++iteration) {
+      const std::optional<double> moved = step();
+      if (!moved) return Outcome::kDiverged;
+      if (*moved > kSettled) continue;
+      // Repeats the fit without outliers, a few times at most: if a touch displaces many markers, they cannot be
+      // sorted out.
+      const bool dropped = dropOutliers();
+      if (counted() < options_.fewest) return Outcome::kFewMarkers;
+      if (!dropped || ++rounds == kRounds) return Outcome::kConverged;
+    }
+    return Outcome::kDiverged;
+  }
+
+  int counted() const { return static_cast<int>(std::ranges::count(counts_, 1)); }
+  double rms_px() const { return std::sqrt(residual_.squaredNorm() / (2 * counted())); }
+  sensor::Camera camera() const { return camera(x_); }
+  /// Returns the covariance of the camera's unknowns, in their units.
+  Eigen::Matrix<double, kCamera, kCamera> covariance() const {
+    const auto units = cameraUnits();
+    return units.asDiagonal() * covariance_.topLeftCorner<kCamera, kCamera>() * units.asDiagonal();
+  }
+  /// Sets Geometry's offset of the second layer and its deviation.
+  void compareLayers(Geometry& result) const {
+    constexpr std::array kOffset = {kCamera + kOfLayer, kCamera + kOfLayer + 2, kCamera + kOfLayer + 3};
+    if (unknowns_ < kCamera + 2 * kOfLayer) return;
+    result.offset = x_(kOffset);
+    result.offsetDeviation = covariance_.diagonal()(kOffset).cwiseSqrt();
+  }
+  /// Returns the residuals of all markers, including those that are not used.
+  std::vector<float> remains_px() const {
+    const Eigen::VectorXf all = (seen_ - modelled_).cast<float>();
+    return {all.begin(), all.end()};
+  }
+
+ private:
   /// Returns whether an unknown is fixed: its prior deviation is zero.
   bool isFixed(int unknown) const { return deviation_[unknown] == 0.0; }
+  double stepOf(int unknown) const { return unknown < kCamera ? kStep : kStep * deviation_[unknown]; }
 
   sensor::Camera camera(const Eigen::VectorXd& x) const {
     const Eigen::VectorXd change = x.head<kCamera>().cwiseProduct(cameraUnits());
@@ -65,15 +126,6 @@ class Problem {
     camera.k2 += change[kDistortion + 1];
     camera.aspect *= 1.0 + change[kAspect];
     return camera;
-  }
-
-  /// Returns the unknowns of the file's lens with another distortion.
-  Eigen::VectorXd distorted(double k1, double k2) const {
-    const auto units = cameraUnits();
-    Eigen::VectorXd x = Eigen::VectorXd::Zero(unknowns_);
-    if (!isFixed(kDistortion)) x[kDistortion] = (k1 - start_.camera.k1) / units[kDistortion];
-    if (!isFixed(kDistortion + 1)) x[kDistortion + 1] = (k2 - start_.camera.k2) / units[kDistortion + 1];
-    return x;
   }
 
   /// Projects all markers. Returns false if no camera can have this pose.
@@ -98,65 +150,8 @@ class Problem {
     return pixels.allFinite();
   }
 
-  double step(int unknown) const { return unknown < kCamera ? kStep : kStep * deviation_[unknown]; }
-
- private:
-  const sensor::Sensor& start_;
-  sensor::Points markers_;
-  int unknowns_;
-  Eigen::VectorXd deviation_;
-};
-
-/// The iteration: present unknowns, residuals, and the markers that are used.
-class Fit {
- public:
-  Fit(const sensor::Sensor& start, const sensor::Camera& from, std::span<const float> seen_px,
-      std::span<const std::uint8_t> present, const GeometryOptions& options)
-      : problem_(start, options)
-      , options_(options)
-      , seen_(
-            Eigen::Map<const Eigen::VectorXf>(seen_px.data(), static_cast<Eigen::Index>(seen_px.size())).cast<double>())
-      , counts_(present.begin(), present.end())
-      , x_(problem_.distorted(from.k1, from.k2))
-      , modelled_(seen_.size())
-      , residual_(seen_.size())
-      , jacobian_(seen_.size(), problem_.unknowns()) {}
-
-  Geometry::Outcome run() {
-    using Outcome = Geometry::Outcome;
-    if (counted() < options_.fewest) return Outcome::kFewMarkers;
-    if (!moveTo(x_)) return Outcome::kDiverged;
-    int rounds = 0;
-    for (int iteration = 0; iteration < options_.iterations; ++iteration) {
-      const std::optional<double> moved = step();
-      if (!moved) return Outcome::kDiverged;
-      if (*moved > kSettled) continue;
-      // Repeats the fit without outliers, a few times at most: if a touch displaces many markers, they cannot be
-      // sorted out.
-      const bool dropped = dropOutliers();
-      if (counted() < options_.fewest) return Outcome::kFewMarkers;
-      if (!dropped || ++rounds == kRounds) return Outcome::kConverged;
-    }
-    return Outcome::kDiverged;
-  }
-
-  int counted() const { return static_cast<int>(std::ranges::count(counts_, 1)); }
-  double rms_px() const { return std::sqrt(residual_.squaredNorm() / (2 * counted())); }
-  sensor::Camera camera() const { return problem_.camera(x_); }
-  /// Returns the covariance of the camera's unknowns, in their units.
-  Eigen::Matrix<double, kCamera, kCamera> covariance() const {
-    const auto units = cameraUnits();
-    return units.asDiagonal() * covariance_.topLeftCorner<kCamera, kCamera>() * units.asDiagonal();
-  }
-  /// Returns the residuals of all markers, including those that are not used.
-  std::vector<float> remains_px() const {
-    const Eigen::VectorXf all = (seen_ - modelled_).cast<float>();
-    return {all.begin(), all.end()};
-  }
-
- private:
   bool moveTo(const Eigen::VectorXd& x) {
-    if (!problem_.project(x, modelled_)) return false;
+    if (!project(x, modelled_)) return false;
     x_ = x;
     for (Eigen::Index i = 0; i < seen_.size(); ++i) residual_[i] = counts_[i / 2] != 0 ? seen_[i] - modelled_[i] : 0.0;
     return true;
@@ -164,17 +159,17 @@ class Fit {
 
   bool differentiate() {
     Eigen::VectorXd after(seen_.size()), before(seen_.size());
-    for (int k = 0; k < problem_.unknowns(); ++k) {
-      if (problem_.isFixed(k)) {
+    for (int k = 0; k < unknowns_; ++k) {
+      if (isFixed(k)) {
         jacobian_.col(k).setZero();
         continue;
       }
       Eigen::VectorXd moved = x_;
-      moved[k] += problem_.step(k);
-      if (!problem_.project(moved, after)) return false;
-      moved[k] -= 2 * problem_.step(k);
-      if (!problem_.project(moved, before)) return false;
-      jacobian_.col(k) = (after - before) / (2 * problem_.step(k));
+      moved[k] += stepOf(k);
+      if (!project(moved, after)) return false;
+      moved[k] -= 2 * stepOf(k);
+      if (!project(moved, before)) return false;
+      jacobian_.col(k) = (after - before) / (2 * stepOf(k));
     }
     for (Eigen::Index i = 0; i < seen_.size(); ++i) {
       if (counts_[i / 2] == 0) jacobian_.row(i).setZero();
@@ -185,8 +180,8 @@ class Fit {
   /// Returns the cost that is minimised, for a given scatter.
   double cost(double scatter2) const {
     double sum = residual_.squaredNorm() / scatter2;
-    for (int k = 0; k < problem_.unknowns(); ++k) {
-      const double deviation = problem_.deviation(k);
+    for (int k = 0; k < unknowns_; ++k) {
+      const double deviation = deviation_[k];
       if (deviation > 0.0 && std::isfinite(deviation)) sum += std::pow(x_[k] / deviation, 2);
     }
     return sum;
@@ -212,23 +207,20 @@ class Fit {
         std::max(residual_.squaredNorm() / (2 * counted() - kCamera), kScatterFloor_px * kScatterFloor_px);
     Eigen::MatrixXd normal = jacobian_.transpose() * jacobian_ / scatter2;
     Eigen::VectorXd right = jacobian_.transpose() * residual_ / scatter2;
-    for (int k = 0; k < problem_.unknowns(); ++k) {
-      if (problem_.isFixed(k)) {
+    for (int k = 0; k < unknowns_; ++k) {
+      if (isFixed(k)) {
         normal(k, k) = 1.0;
-      } else if (std::isfinite(problem_.deviation(k))) {
-        const double weight = 1.0 / (problem_.deviation(k) * problem_.deviation(k));
+      } else if (std::isfinite(deviation_[k])) {
+        const double weight = 1.0 / (deviation_[k] * deviation_[k]);
         normal(k, k) += weight;
         right[k] -= weight * x_[k];
       }
     }
-    // Scales to a unit diagonal, as the information on the unknowns differs by many decades.
-    const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::LDLT<Eigen::MatrixXd> factor(scale.asDiagonal() * normal * scale.asDiagonal());
-    const Eigen::VectorXd change = scale.cwiseProduct(factor.solve(scale.cwiseProduct(right)));
-    if (factor.info() != Eigen::Success || !change.allFinite()) return std::nullopt;
+    const ScaledEquations equations(normal);
+    const Eigen::VectorXd change = equations.solve(right);
+    if (!change.allFinite()) return std::nullopt;
     const bool lower = descend(change, scatter2);
-    covariance_ =
-        scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(normal.rows(), normal.cols())) * scale.asDiagonal();
+    covariance_ = equations.inverse();
     return lower ? std::sqrt(change.dot(normal * change)) : 0.0;
   }
 
@@ -245,8 +237,11 @@ class Fit {
     return dropped;
   }
 
-  Problem problem_;
+  const sensor::Sensor& start_;
   const GeometryOptions& options_;
+  sensor::Points markers_;
+  Eigen::VectorXd deviation_;  ///< as of deviationsOf()
+  int unknowns_;
   Eigen::VectorXd seen_;
   std::vector<std::uint8_t> counts_;
   Eigen::VectorXd x_, modelled_, residual_;
@@ -284,6 +279,7 @@ Geometry fitGeometryFrom(const sensor::Camera& from, const sensor::Sensor& file,
   result.k2Deviation = deviation[kDistortion + 1];
   result.principalDeviation_px = deviation.segment<2>(kPrincipal).maxCoeff();
   if (options.aspect > 0.0) result.aspectDeviation = start.camera.aspect * deviation[kAspect];
+  fit.compareLayers(result);
   result.residual_px = fit.rms_px();
   result.outliers = result.markers - fit.counted();
   result.markers = fit.counted();

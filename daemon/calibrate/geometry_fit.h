@@ -10,11 +10,12 @@ namespace tractiond::calibrate {
 
 /// Standard deviations of the pattern, by which the camera is measured, and of the camera's aspect.
 struct GeometryOptions {
-  double depth = 0.05e-3;  ///< of each layer's depth [m]: a good mould
-  double pitch = 3e-4;     ///< of each layer, relative: 20 um over the field
-  double shift = 0.05e-3;  ///< of a layer's place relative to the first, in x and y [m]
-  double aspect = 0.0;     ///< of the camera's aspect, relative; 0: the file's value is kept
-  double outlier = 5.0;    ///< deviations; markers beyond (dust, a misplaced one) are not used
+  double depth = 0.05e-3;   ///< of each layer's depth [m]: a good mould
+  bool holdsFirst = false;  ///< true: depth and pitch of the first layer are those of the file
+  double pitch = 3e-4;      ///< of each layer, relative: 20 um over the field
+  double shift = 0.05e-3;   ///< of a layer's place relative to the first, in x and y [m]
+  double aspect = 0.0;      ///< of the camera's aspect, relative; 0: the file's value is kept
+  double outlier = 5.0;     ///< deviations; markers beyond (dust, a misplaced one) are not used
   double allowance_px =
       0.02;             ///< error of a lens that k1 and k2 do not describe; as large as the effect of a touch of 10 gf
   int fewest = 50;      ///< markers; fewer do not determine the lens
@@ -34,6 +35,8 @@ struct Geometry {
   double k1Deviation = 0.0, k2Deviation = 0.0;
   double principalDeviation_px = 0.0;  ///< the larger of those in u and v
   double aspectDeviation = 0.0;
+  /// Depth, x and y of the second layer less those of the file, and their deviations [m]. 0: there is one layer.
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero(), offsetDeviation = Eigen::Vector3d::Zero();
   double residual_px = 0.0;  ///< root mean square over the coordinates that are used
   int markers = 0;           ///< number of markers used
   int outliers = 0;          ///< number of markers that are present, but not used

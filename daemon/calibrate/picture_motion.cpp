@@ -1,5 +1,7 @@
 #include "daemon/calibrate/picture_motion.h"
 
+#include "base/quantile.h"
+
 #include <Eigen/Cholesky>
 
 #include <algorithm>
@@ -17,12 +19,6 @@ constexpr int kNeighbours = 6;          // number of the 3 x 3 markers that must
 constexpr double kSixSigma = 6.0;       // the largest of a thousand medians stays below 4.5
 constexpr double kMedianOfNine = 0.41;  // deviation of the median of nine values, relative to that of one
 
-float medianOf(std::array<float, 9>& values, int count) {
-  const auto half = values.begin() + count / 2;
-  std::nth_element(values.begin(), half, values.begin() + count);
-  return *half;
-}
-
 }  // namespace
 
 PictureMotionFit::PictureMotionFit(const sensor::Sensor& sensor) {
@@ -36,6 +32,14 @@ PictureMotionFit::PictureMotionFit(const sensor::Sensor& sensor) {
 
 Eigen::Vector2d PictureMotionFit::at(int marker, const Eigen::Vector4d& motion) const {
   return byMotion_.middleRows<2>(2 * Eigen::Index{marker}) * motion;
+}
+
+std::vector<float> PictureMotionFit::without(const Eigen::Vector4d& motion, std::span<const float> value_px) const {
+  std::vector<float> remains(value_px.begin(), value_px.end());
+  for (std::size_t i = 0; i < remains.size() / 2; ++i) {
+    Eigen::Map<Eigen::Vector2f>(remains.data() + 2 * i) -= at(static_cast<int>(i), motion).cast<float>();
+  }
+  return remains;
 }
 
 std::optional<PictureMotion> PictureMotionFit::operator()(const Displacements& displacements) const {
@@ -91,7 +95,8 @@ Bulge BulgeSearch::operator()(const Displacements& displacements, double allowan
           }
         }
         if (count < kNeighbours) continue;
-        const Eigen::Vector2d middle(medianOf(u, count), medianOf(v, count));
+        const auto number = static_cast<std::size_t>(count);
+        const Eigen::Vector2d middle(quantile(std::span(u).first(number)), quantile(std::span(v).first(number)));
         const Eigen::Index own = first + row * layer.columns + column;
         if (displacements.valid[own]) {
           const Eigen::Vector2d value(displacements.value_px[2 * own], displacements.value_px[2 * own + 1]);
@@ -107,9 +112,8 @@ Bulge BulgeSearch::operator()(const Displacements& displacements, double allowan
   }
   double deviation = 0.0;
   if (!squares_.empty()) {
-    const auto half = squares_.begin() + static_cast<std::ptrdiff_t>(squares_.size() / 2);
-    std::nth_element(squares_.begin(), half, squares_.end());
-    deviation = std::sqrt(*half / (2.0 * std::numbers::ln2));  // of a coordinate, by the median of the lengths
+    deviation =
+        std::sqrt(quantile(squares_) / (2.0 * std::numbers::ln2));  // of a coordinate, by the median of the lengths
   }
   bulge.limit_px = kSixSigma * kMedianOfNine * deviation + allowance_px;
   return bulge;

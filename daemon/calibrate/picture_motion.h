@@ -38,9 +38,15 @@ class PictureMotionFit {
   /// sensor::markerPositions \param motion PictureMotion::value
   Eigen::Vector2d at(int marker, const Eigen::Vector4d& motion) const;
 
+  /// Returns the displacements without such a motion, 2 M, of all markers.
+  std::vector<float> without(const Eigen::Vector4d& motion, std::span<const float> value_px) const;
+
  private:
   Eigen::Matrix<double, Eigen::Dynamic, 4> byMotion_;  ///< d(u), d(v) / d(motion), marker after marker
 };
+
+/// Largest smooth displacement by heat and creep between two zeros; a larger one is a touch.
+inline constexpr double kUntouched_px = 0.02;
 
 /// A place where neighbouring markers agree that they are displaced. A touch causes that, errors of single markers do
 /// not.

@@ -5,10 +5,15 @@
 #include <cmath>
 
 namespace tractiond::calibrate {
+namespace {
 
-RestNoiseMeter::RestNoiseMeter(const sensor::Sensor& sensor, const RestNoiseOptions& options)
+// Lower bounds of RestNoise::motion: some seconds do not show how large it becomes in the hours until the next zero.
+constexpr sensor::PictureMotion kLeast = {.shift_px = 2e-3, .scale = 5e-6, .roll = 5e-6};
+
+}  // namespace
+
+RestNoiseMeter::RestNoiseMeter(const sensor::Sensor& sensor)
     : sensor_(sensor)
-    , options_(options)
     , fit_(sensor)
     , markers_(static_cast<std::size_t>(sensor.markerCount())) {}
 
@@ -51,10 +56,10 @@ RestNoise RestNoiseMeter::summary() const {
   noise.centre_px = std::sqrt(square / degrees);
   noise.overPromised = noise.centre_px / std::sqrt(promised_ / frames_);
   const Eigen::Vector4d own = ((motionSquare_ - motionNoise_) / frames_).cwiseMax(0.0);
-  noise.motion.shift_px = std::max(std::sqrt(0.5 * (own[0] + own[1])), options_.least.shift_px);
-  noise.motion.scale = std::max(std::sqrt(own[2]), options_.least.scale);
-  noise.motion.roll = std::max(std::sqrt(own[3]), options_.least.roll);
-  noise.bulge = largestBulge(sensor_, {mean_px, valid}, options_.allowance_px);
+  noise.motion.shift_px = std::max(std::sqrt(0.5 * (own[0] + own[1])), kLeast.shift_px);
+  noise.motion.scale = std::max(std::sqrt(own[2]), kLeast.scale);
+  noise.motion.roll = std::max(std::sqrt(own[3]), kLeast.roll);
+  noise.bulge = largestBulge(sensor_, {mean_px, valid}, kUntouched_px);
   return noise;
 }
 

@@ -7,33 +7,28 @@
 
 namespace tractiond::calibrate {
 
-struct RestNoiseOptions {
-  int fewestFrames = 30;       ///< that the caller must add before summary(); not checked
-  double allowance_px = 0.02;  ///< largest smooth displacement by heat and creep; a larger one is a touch
-  /// Lower bounds of RestNoise::motion: some seconds do not show how large it becomes in the hours until the next zero.
-  sensor::PictureMotion least = {.shift_px = 2e-3, .scale = 5e-6, .roll = 5e-6};
-};
-
 struct RestNoise {
   int frames = 0;                ///< number of frames used
   double centre_px = 0.0;        ///< deviation of a marker's coordinate in one frame, without the picture's motion
   double overPromised = 0.0;     ///< centre_px / the tracker's own estimate of it; 1: the tracker is right
-  sensor::PictureMotion motion;  ///< root mean squares from the zero, without the fit's own noise, at least `least`
+  sensor::PictureMotion motion;  ///< root mean squares from the zero, without the fit's own noise
   Bulge bulge;                   ///< of the mean displacement: found() if something touches
 };
 
 /// Thread-bound. The sensor must outlive it.
 class RestNoiseMeter {
  public:
-  explicit RestNoiseMeter(const sensor::Sensor& sensor, const RestNoiseOptions& options = {});
+  static constexpr int kFewestFrames = 30;  ///< for a useful result
+
+  explicit RestNoiseMeter(const sensor::Sensor& sensor);
 
   /// Adds a frame; ignores it if fewer than ten markers are valid. Checks neither its flags nor its zero.
   void add(const MarkerField& field);
   /// Returns the number of frames used so far.
   int frames() const { return frames_; }
 
-  /// Evaluates the frames added so far; there must be at least two (asserted), and for a useful result
-  /// options.fewestFrames. Markers that were valid in fewer than two frames are left out.
+  /// Evaluates the frames added so far; there must be at least two (asserted). Markers that were valid in fewer than
+  /// two frames are left out.
   RestNoise summary() const;
 
  private:
@@ -44,7 +39,6 @@ class RestNoiseMeter {
   };
 
   const sensor::Sensor& sensor_;
-  RestNoiseOptions options_;
   PictureMotionFit fit_;
   std::vector<Sums> markers_;  ///< of what remains after the picture's motion
   Eigen::Vector4d motionSquare_ = Eigen::Vector4d::Zero(), motionNoise_ = Eigen::Vector4d::Zero();

@@ -10,6 +10,12 @@ namespace tractiond::calibrate {
 
 namespace {
 
+// Relative deviations of a weight (class M3 has half of that), and of a reading in addition to its noise, as contacts
+// are not exactly round.
+constexpr double kWeight = 1e-3, kReading = 2e-3;
+// Largest relative deviation from proportionality; beyond it weights are wrong or the gel is not linear.
+constexpr double kContradiction = 0.1;
+
 std::string grams(double newtons) {
   return fmt::format("{:.4g} gf", newtons / kGramForce);
 }
@@ -20,11 +26,11 @@ struct Mean {
   double farthest = 0.0;  ///< largest deviation of a reading from proportionality
 };
 
-Mean meanOf(const std::vector<WeighedForce>& weights, const StiffnessOptions& options) {
+Mean meanOf(const std::vector<WeighedForce>& weights, double model) {
   double sum = 0.0, total = 0.0;
   std::vector<double> logarithms, shares;
   for (const WeighedForce& one : weights) {
-    const double relative = std::hypot(one.deviation_N / one.read_N, options.weight, options.reading);
+    const double relative = std::hypot(one.deviation_N / one.read_N, kWeight, std::hypot(kReading, model));
     logarithms.push_back(std::log(one.weight_N / one.read_N));
     shares.push_back(1.0 / (relative * relative));
     sum += shares.back() * logarithms.back();
@@ -42,29 +48,17 @@ Mean meanOf(const std::vector<WeighedForce>& weights, const StiffnessOptions& op
 }
 
 /// Returns a sentence about weights that do not agree.
-std::string complaint(const std::vector<WeighedForce>& weights, double assumedOver, const StiffnessOptions& options) {
-  std::vector<double> known, read;
+std::string complaint(const std::vector<WeighedForce>& weights, double assumedOver) {
+  std::string text = "the weights contradict each other:";
   for (const WeighedForce& one : weights) {
-    known.push_back(one.weight_N);
-    read.push_back(one.read_N);
-  }
-  std::ranges::sort(known);
-  std::ranges::sort(read);
-  std::vector<WeighedForce> sorted;
-  for (std::size_t i = 0; i < known.size(); ++i) sorted.push_back({known[i], read[i], 0.0});
-  const Mean inOrder = meanOf(sorted, options);
-  const bool swapped = inOrder.farthest <= options.contradiction;
-  std::string text = swapped ? "the weights were in the wrong order:" : "the weights contradict each other:";
-  const double scale = swapped ? std::exp(inOrder.logarithm) : assumedOver;
-  for (const WeighedForce& one : weights) {
-    text += (text.back() == ':' ? " " : ", ") + grams(one.weight_N) + " reads as " + grams(one.read_N * scale);
+    text += (text.back() == ':' ? " " : ", ") + grams(one.weight_N) + " reads as " + grams(one.read_N * assumedOver);
   }
   return text;
 }
 
 }  // namespace
 
-Stiffness fitStiffness(const std::vector<WeighedForce>& weights, double assumed, const StiffnessOptions& options) {
+Stiffness fitStiffness(const std::vector<WeighedForce>& weights, double assumed, double model) {
   assert(!weights.empty());
   Stiffness stiffness;
   for (const WeighedForce& one : weights) {
@@ -74,13 +68,11 @@ Stiffness fitStiffness(const std::vector<WeighedForce>& weights, double assumed,
     }
     stiffness.ofEach.push_back(assumed * one.weight_N / one.read_N);
   }
-  const Mean mean = meanOf(weights, options);
+  const Mean mean = meanOf(weights, model);
   stiffness.youngsModulus = assumed * std::exp(mean.logarithm);
   stiffness.deviation = mean.deviation;
   stiffness.linearity = mean.farthest;
-  if (mean.farthest > options.contradiction) {
-    stiffness.contradiction = complaint(weights, std::exp(mean.logarithm), options);
-  }
+  if (mean.farthest > kContradiction) stiffness.contradiction = complaint(weights, std::exp(mean.logarithm));
   return stiffness;
 }
 

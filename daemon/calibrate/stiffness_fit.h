@@ -8,13 +8,6 @@ namespace tractiond::calibrate {
 
 inline constexpr double kGramForce = 9.80665e-3;  ///< [N]
 
-struct StiffnessOptions {
-  double weight = 1e-3;   ///< deviation of a weight, relative: class M3 has half of that
-  double reading = 2e-3;  ///< of a reading, relative, in addition to its noise: contacts are not exactly round
-  double contradiction =
-      0.1;  ///< largest relative deviation from proportionality; beyond it weights are wrong or the gel is not linear
-};
-
 /// A known weight, and the force that is read with the assumed Young's modulus.
 struct WeighedForce {
   double weight_N = 0.0;
@@ -32,10 +25,10 @@ struct Stiffness {
 
 /// Estimates E. The force that is read is proportional to the assumed modulus, so each weight gives
 /// E = assumed * weight / reading; the result is the weighted mean of the logarithms. The weights may come in any
-/// order; `contradiction` names weights that contradict each other or fit only if they were exchanged. It also names a
+/// order; `contradiction` names weights that contradict each other. It also names a
 /// weight whose reading is not above 0; modulus, deviation and linearity are then 0, and ofEach ends before that
 /// weight. Reentrant. \param weights at least one (asserted), each above 0 \param assumed Young's modulus of the
-/// readings [Pa]
-Stiffness fitStiffness(const std::vector<WeighedForce>& weights, double assumed, const StiffnessOptions& options = {});
+/// readings [Pa] \param model relative deviation by which the mechanics err otherwise in each place
+Stiffness fitStiffness(const std::vector<WeighedForce>& weights, double assumed, double model = 0.0);
 
 }  // namespace tractiond::calibrate

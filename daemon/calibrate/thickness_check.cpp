@@ -1,6 +1,6 @@
 #include "daemon/calibrate/thickness_check.h"
 
-#include <Eigen/Cholesky>
+#include "daemon/calibrate/scaled_equations.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,43 +14,35 @@ constexpr double kThinner =
 constexpr double kStep_m = 1e-5;  // step of place, radius and depth for finite differences
 constexpr double kLeastInformation = 1e-12;
 
-sensor::Sensor withThickness(sensor::Sensor sensor, double share) {
-  sensor.gel.size.z() *= share;
-  return sensor;
-}
-
-sensor::Sensor withPoisson(sensor::Sensor sensor) {
-  sensor.gel.poissonRatio -= sensor.uncertainty.poissonRatio;
-  return sensor;
-}
-
 }  // namespace
 
-ThicknessCheck::ThicknessCheck(const sensor::Sensor& sensor, const ContactFit& fit,
-                               const sensor::elastic::Progress& progress)
+ThicknessCheck::ThicknessCheck(const sensor::Sensor& sensor, const ContactFit& fit)
     : sensor_(sensor)
     , fit_(fit) {
   if (sensor.body) return;
-  thinner_.emplace(withThickness(sensor, kThinner), progress);
-  softer_.emplace(withPoisson(sensor), progress);
+  sensor::Sensor thinner = sensor, softer = sensor;
+  thinner.gel.size.z() *= kThinner;
+  softer.gel.poissonRatio -= sensor.uncertainty.poissonRatio;
+  thinner_.emplace(thinner);
+  softer_.emplace(softer);
 }
 
-ThicknessCheck::Load ThicknessCheck::loadOf(const sensor::Camera& camera, const sensor::PictureMotion& motion,
-                                            const Displacements& displacements, std::span<const float> variance_px2,
-                                            const ContactReading& reading) const {
+ThicknessCheck::Load ThicknessCheck::loadOf(const sensor::Sensor& seen, const Displacements& displacements,
+                                            std::span<const float> variance_px2, const ContactReading& reading) const {
   Load load;
   load.shape = reading.shape;
   load.force = reading.force;
   const Eigen::Index rows = 2 * static_cast<Eigen::Index>(displacements.valid.size());
   load.columns.resize(rows, kOfLoad);
-  load.columns.leftCols<3>() = fit_.fields(camera, load.shape);
+  load.columns.leftCols<3>() = fit_.fields(seen.camera, load.shape);
   load.expected = load.columns.leftCols<3>() * load.force;
   for (int k = 0; k < 3; ++k) {
     const Eigen::Vector3d step = kStep_m * Eigen::Vector3d::Unit(k);
-    load.columns.col(3 + k) = (fit_.fields(camera, load.shape + step) - fit_.fields(camera, load.shape - step)) *
-                              load.force / (2.0 * kStep_m);
+    load.columns.col(3 + k) =
+        (fit_.fields(seen.camera, load.shape + step) - fit_.fields(seen.camera, load.shape - step)) * load.force /
+        (2.0 * kStep_m);
   }
-  const Observed observed = observe(sensor_, camera, motion, displacements, variance_px2);
+  const Observed observed = observe(seen, displacements, variance_px2);
   load.columns.rightCols<4>() = observed.byMotion;
   load.weight = observed.weight;
   load.residual = (load.weight.array() > 0.0).select(observed.value_px - load.expected, 0.0);
@@ -89,29 +81,25 @@ Eigen::VectorXd ThicknessCheck::byThickness(const sensor::Camera& camera, const 
          ((kThinner - 1.0) * sensor_.gel.size.z());
 }
 
-std::optional<ThicknessReading> ThicknessCheck::operator()(const sensor::Camera& camera,
-                                                           const sensor::PictureMotion& motion,
+std::optional<ThicknessReading> ThicknessCheck::operator()(const sensor::Sensor& seen,
                                                            const Displacements& displacements,
                                                            std::span<const float> variance_px2,
                                                            const ContactReading& reading) const {
   if (sensor_.body) return std::nullopt;
-  const Load load = loadOf(camera, motion, displacements, variance_px2, reading);
+  const Load load = loadOf(seen, displacements, variance_px2, reading);
   // Columns: of the load, Poisson's ratio, depths, thickness. The last is in metres, the two before in deviations.
   const Eigen::Index known = 1 + static_cast<Eigen::Index>(sensor_.layers.size()), kThickness = kOfLoad + known;
   Eigen::MatrixXd columns(load.expected.size(), kThickness + 1);
-  columns << load.columns, byElasticity(camera, load), byThickness(camera, load);
+  columns << load.columns, byElasticity(seen.camera, load), byThickness(seen.camera, load);
   Eigen::VectorXd prior = Eigen::VectorXd::Zero(columns.cols());
   prior.head(kOfLoad) = load.prior;
   prior.segment(kOfLoad, known).setOnes();
   const Eigen::MatrixXd weighted = load.weight.asDiagonal() * columns;
   Eigen::MatrixXd normal = columns.transpose() * weighted;
   normal.diagonal() += prior;
-  const Eigen::VectorXd right = weighted.transpose() * load.residual;
-  const Eigen::VectorXd scale = normal.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::LDLT<Eigen::MatrixXd> factor(scale.asDiagonal() * normal * scale.asDiagonal());
-  const Eigen::VectorXd found = scale.cwiseProduct(factor.solve(scale.cwiseProduct(right)));
-  const Eigen::VectorXd unit = Eigen::VectorXd::Unit(columns.cols(), kThickness);
-  const double variance = scale[kThickness] * scale[kThickness] * factor.solve(unit)[kThickness];
+  const ScaledEquations equations(normal);
+  const Eigen::VectorXd found = equations.solve(weighted.transpose() * load.residual);
+  const double variance = equations.variance(kThickness);
   if (!found.allFinite() || !(variance > 0.0) || variance > 1.0 / kLeastInformation) return std::nullopt;
 
   // A residual beyond the noise has a cause that is none of the unknowns, and may also have changed this one.
@@ -126,28 +114,26 @@ std::optional<ThicknessReading> ThicknessCheck::operator()(const sensor::Camera&
   return result;
 }
 
-double ThicknessCheck::absorbed(const sensor::Camera& camera, const sensor::Uncertainty& known,
-                                const sensor::PictureMotion& motion, const Displacements& displacements,
+double ThicknessCheck::absorbed(const sensor::Sensor& seen, const Displacements& displacements,
                                 std::span<const float> variance_px2, const ContactReading& reading) const {
-  const Load load = loadOf(camera, motion, displacements, variance_px2, reading);
+  const sensor::Uncertainty& known = seen.uncertainty;
+  const Load load = loadOf(seen, displacements, variance_px2, reading);
   const Eigen::MatrixXd weighted = load.weight.asDiagonal() * load.columns;
   Eigen::MatrixXd normal = load.columns.transpose() * weighted;
   normal.diagonal() += load.prior;
-  const Eigen::VectorXd scale = normal.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::LDLT<Eigen::MatrixXd> factor(scale.asDiagonal() * normal * scale.asDiagonal());
+  const ScaledEquations equations(normal);
   // How much of the known force a fit takes for a change of the displacements, relative.
   const auto misread = [&](const Eigen::VectorXd& change) {
-    const Eigen::VectorXd right = weighted.transpose() * change;
-    const Eigen::VectorXd taken = scale.cwiseProduct(factor.solve(scale.cwiseProduct(right)));
+    const Eigen::VectorXd taken = equations.solve(weighted.transpose() * change);
     return taken.head<3>().dot(reading.along) / load.force.dot(reading.along);
   };
   const auto byCamera = [&](const auto& moveBy, double deviation, double step) {
-    sensor::Camera moved = camera;
+    sensor::Camera moved = seen.camera;
     moveBy(moved, step);
     return misread((fit_.fields(moved, load.shape) * load.force - load.expected) * (deviation / step));
   };
-  double sum = sensor_.body ? 0.0 : std::pow(misread(byThickness(camera, load) * known.thickness), 2);
-  const Eigen::MatrixXd changes = byElasticity(camera, load);
+  double sum = sensor_.body ? 0.0 : std::pow(misread(byThickness(seen.camera, load) * known.thickness), 2);
+  const Eigen::MatrixXd changes = byElasticity(seen.camera, load);
   for (const auto& change : changes.colwise()) sum += std::pow(misread(change), 2);
   for (int axis = 0; axis < 3; ++axis) {
     const auto turn = [axis](sensor::Camera& moved, double by) { moved.rotation[axis] += by; };

@@ -27,22 +27,19 @@ struct ThicknessReading {
 class ThicknessCheck {
  public:
   /// Takes twice as long as making a ContactFit, and no time for a body. `fit` must be of the same sensor and must
-  /// outlive this; the sensor need not. \param progress called meanwhile, from 0 to 1 twice; may be empty
-  ThicknessCheck(const sensor::Sensor& sensor, const ContactFit& fit, const sensor::elastic::Progress& progress = {});
+  /// outlive this; the sensor need not.
+  ThicknessCheck(const sensor::Sensor& sensor, const ContactFit& fit);
 
   /// Estimates the thickness; parameters are those of ContactFit. Returns nothing if the displacements do not determine
   /// it at all, and for a body; else see `deviation`. \param reading that of ContactFit for the same displacements
-  std::optional<ThicknessReading> operator()(const sensor::Camera& camera, const sensor::PictureMotion& motion,
-                                             const Displacements& displacements, std::span<const float> variance_px2,
-                                             const ContactReading& reading) const;
+  std::optional<ThicknessReading> operator()(const sensor::Sensor& seen, const Displacements& displacements,
+                                             std::span<const float> variance_px2, const ContactReading& reading) const;
 
   /// Returns the relative deviation of a Young's modulus that this weight gives, by what is uncertain of thickness,
   /// Poisson's ratio and depths of a block, or of a body's sensor::Body::errors, of the camera and the mechanics: the
   /// modulus takes up how these misread the weight, so that later presses are read right, but it is not the material's.
-  /// Other parameters are as above. \param known deviations of the camera, the thickness and the model; those of
-  /// Poisson's ratio and the depths are the sensor's
-  double absorbed(const sensor::Camera& camera, const sensor::Uncertainty& known, const sensor::PictureMotion& motion,
-                  const Displacements& displacements, std::span<const float> variance_px2,
+  /// Parameters are as above.
+  double absorbed(const sensor::Sensor& seen, const Displacements& displacements, std::span<const float> variance_px2,
                   const ContactReading& reading) const;
 
  private:
@@ -53,8 +50,8 @@ class ThicknessCheck {
     Eigen::MatrixXd columns;                            ///< by its unknowns
     Eigen::VectorXd expected, residual, weight, prior;  ///< residual: 0 where a marker is ignored
   };
-  Load loadOf(const sensor::Camera& camera, const sensor::PictureMotion& motion, const Displacements& displacements,
-              std::span<const float> variance_px2, const ContactReading& reading) const;
+  Load loadOf(const sensor::Sensor& seen, const Displacements& displacements, std::span<const float> variance_px2,
+              const ContactReading& reading) const;
   /// Returns the changes of the displacements by one deviation of Poisson's ratio and of each layer's depth; of a body
   /// by those of its errors.
   Eigen::MatrixXd byElasticity(const sensor::Camera& camera, const Load& load) const;

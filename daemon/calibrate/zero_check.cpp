@@ -9,9 +9,6 @@
 namespace tractiond::calibrate {
 namespace {
 
-/// Largest smooth displacement by heat and creep between two zeros; a larger one is a touch.
-constexpr double kAllowance_px = 0.02;
-
 /// Displacements of the markers from one zero to another.
 struct Moved {
   std::vector<float> value_px;
@@ -46,16 +43,12 @@ std::string movedBetween(const sensor::Sensor& sensor, const RestPose& before, c
 }
 
 std::string touchSince(const sensor::Sensor& sensor, const RestPose& before, const RestPose& after) {
-  Moved moved(before, after);
+  const Moved moved(before, after);
   const PictureMotionFit fit(sensor);
   const auto motion = fit({moved.value_px, moved.valid});
   if (!motion) return "";
-  for (std::size_t i = 0; i < moved.valid.size(); ++i) {
-    const Eigen::Vector2d common = fit.at(static_cast<int>(i), motion->value);
-    moved.value_px[2 * i] -= static_cast<float>(common.x());
-    moved.value_px[2 * i + 1] -= static_cast<float>(common.y());
-  }
-  const Bulge bulge = largestBulge(sensor, {moved.value_px, moved.valid}, kAllowance_px);
+  const std::vector<float> remains_px = fit.without(motion->value, moved.value_px);
+  const Bulge bulge = largestBulge(sensor, {remains_px, moved.valid}, kUntouched_px);
   return bulge.found() ? touching(bulge) : "";
 }
 
@@ -77,7 +70,7 @@ std::string recovering(const MarkerField& markers) {
   if (!markers.drift_px.empty()) taken -= map(markers.drift_px);
   const Eigen::VectorXf squares = taken.cwiseAbs2() + map(markers.creepErrors_px).rowwise().squaredNorm();
   const float largest_px = std::sqrt(squares.reshaped(2, coordinates / 2).colwise().sum().maxCoeff());
-  if (largest_px <= kAllowance_px) return "";
+  if (largest_px <= kUntouched_px) return "";
   return fmt::format("the gel still recovers from earlier loads, which displace markers by up to {:.2f} px",
                      largest_px);
 }

@@ -9,6 +9,9 @@
 namespace tractiond::calibrate {
 namespace {
 
+constexpr int kWindowFrames = 10;      // of a window at least
+constexpr double kFollow_s = 20.0;     // time constant of the drift
+constexpr double kBulge_px = 0.003;    // bulge that is no touch: 10 K leave 0.0024 px, 5 gf show 0.015 px or more
 constexpr double kLargestDrift = 5.0;  // beyond which there is a warning, in deviations of the picture's motion
 
 /// Returns how far a motion displaces the edge of the picture.
@@ -66,8 +69,8 @@ bool SmoothFit::operator()(const Displacements& displacements, std::span<float> 
   return true;
 }
 
-ZeroTracking::ZeroTracking(const sensor::Sensor& sensor, const ZeroTrackingOptions& options)
-    : options_(options)
+ZeroTracking::ZeroTracking(const sensor::Sensor& sensor, bool follows)
+    : follows_(follows)
     , motion_(sensor)
     , smooth_(sensor)
     , bulges_(sensor)
@@ -82,8 +85,8 @@ void ZeroTracking::begin(const MarkerField& field) {
   now_ = {};
   frames_ = 0;
   const FrameTimes& times = field.info.times;
-  const double old_s = std::min(seconds(resumed_ns_.value_or(times.receivedReal_ns), times.receivedReal_ns),
-                                options_.resumed_K / options_.heat_K_per_s);
+  const double old_s =
+      std::min(seconds(resumed_ns_.value_or(times.receivedReal_ns), times.receivedReal_ns), kResumed_K / kHeat_K_per_s);
   resumed_ns_.reset();
   rested_ns_ = times.received_ns - static_cast<std::int64_t>(1e9 * old_s);
   rested_ = field.info.extras;
@@ -95,19 +98,19 @@ void ZeroTracking::takeOff(MarkerField& field) {
   field.drift_px.resize(drift_px_.size());
   field.elastic_px.resize(drift_px_.size());
   for (std::size_t i = 0; i < drift_px_.size(); ++i) {
-    field.drift_px[i] = options_.follows && field.valid[i / 2] != 0 ? drift_px_[i] : 0.0F;
+    field.drift_px[i] = follows_ && field.valid[i / 2] != 0 ? drift_px_[i] : 0.0F;
     field.elastic_px[i] = field.displacement_px[i] - field.drift_px[i];
   }
   field.drift = now_;
-  field.heatDeviation_K = options_.follows ? static_cast<float>(warmthDeviation(field.info)) : 0.0F;
+  field.heatDeviation_K = follows_ ? static_cast<float>(warmthDeviation(field.info)) : 0.0F;
 }
 
 /// The camera's temperature only ever adds to it: a camera that says nothing, or the same all day, proves nothing.
 double ZeroTracking::warmthDeviation(const FrameInfo& now) const {
   const bool isTold = rested_.hasTemperature && now.extras.hasTemperature;
   const double told_K = isTold ? double{now.extras.temperature_C} - double{rested_.temperature_C} : 0.0;
-  const double possible_K = options_.heat_K_per_s * seconds(rested_ns_, now.times.received_ns);
-  return std::min(std::hypot(possible_K, told_K), options_.most_K);
+  const double possible_K = kHeat_K_per_s * seconds(rested_ns_, now.times.received_ns);
+  return std::min(std::hypot(possible_K, told_K), kMost_K);
 }
 
 void ZeroTracking::watch(const MarkerField& field) {
@@ -123,10 +126,10 @@ void ZeroTracking::watch(const MarkerField& field) {
     if (field.valid[marker] == 0) continue;
     ++shown_[marker];
     for (const std::size_t i : {2 * marker, 2 * marker + 1}) {
-      mean_px_[i] += field.elastic_px[i] - (options_.follows ? 0.0F : drift_px_[i]);
+      mean_px_[i] += field.elastic_px[i] - (follows_ ? 0.0F : drift_px_[i]);
     }
   }
-  if (frames_ < options_.windowFrames || seconds(from_ns_, now_ns) < options_.window_s) return;
+  if (frames_ < kWindowFrames || seconds(from_ns_, now_ns) < kWindow_s) return;
   endWindow(field.info);
   frames_ = 0;
 }
@@ -140,11 +143,11 @@ void ZeroTracking::endWindow(const FrameInfo& last) {
   }
   if (!smooth_({mean_px_, enough_}, smooth_px_)) return;
   for (std::size_t i = 0; i < mean_px_.size(); ++i) mean_px_[i] -= smooth_px_[i];
-  if (bulges_({mean_px_, enough_}, options_.allowance_px).found()) return;
+  if (bulges_({mean_px_, enough_}, kBulge_px).found()) return;
 
   const double since_s = seconds(std::exchange(rested_ns_, last.times.received_ns), last.times.received_ns);
   rested_ = last.extras;
-  const auto share = static_cast<float>(-std::expm1(-since_s / options_.follow_s));
+  const auto share = static_cast<float>(-std::expm1(-since_s / kFollow_s));
   for (std::size_t i = 0; i < drift_px_.size(); ++i) drift_px_[i] += share * smooth_px_[i];
   if (const auto drifted = motion_({drift_px_, enough_})) {
     now_ = {.seen_ns = rested_ns_,
@@ -153,7 +156,7 @@ void ZeroTracking::endWindow(const FrameInfo& last) {
             .scale = drifted->value[2],
             .roll = drifted->value[3],
             .rms_px = drifted->rms_px,
-            .isFollowed = options_.follows};
+            .isFollowed = follows_};
   }
 }
 

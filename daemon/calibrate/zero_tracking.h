@@ -10,17 +10,6 @@
 
 namespace tractiond::calibrate {
 
-struct ZeroTrackingOptions {
-  bool follows = true;           ///< false: the drift is measured, and not taken off
-  double window_s = 4.0;         ///< the mean over so long, and over windowFrames, tells whether something touches
-  int windowFrames = 10;         ///< see window_s
-  double follow_s = 20.0;        ///< time constant of the drift
-  double allowance_px = 0.003;   ///< bulge that is no touch: 10 K leave 0.0024 px, 5 gf show 0.015 px or more
-  double heat_K_per_s = 2.5e-3;  ///< deviation of how fast the temperature changes
-  double most_K = 10.0;          ///< bound of the deviation of the temperature
-  double resumed_K = 3.0;        ///< bound of it after a start with the zero of an earlier run
-};
-
 /// Fits displacements that vary smoothly across each layer: by cubic polynomials in the picture, or linear ones where a
 /// layer has fewer than 60 markers. Heat is smooth, touches are not. Reentrant; immutable once made.
 class SmoothFit {
@@ -40,7 +29,13 @@ class SmoothFit {
 /// Thread-bound. Copies what it needs of the sensor. Allocates only when made, and at its first frame.
 class ZeroTracking {
  public:
-  explicit ZeroTracking(const sensor::Sensor& sensor, const ZeroTrackingOptions& options = {});
+  static constexpr double kWindow_s = 4.0;         ///< the mean over so long tells whether something touches
+  static constexpr double kHeat_K_per_s = 2.5e-3;  ///< deviation of how fast the temperature changes
+  static constexpr double kMost_K = 10.0;          ///< bound of the deviation of the temperature
+  static constexpr double kResumed_K = 3.0;        ///< bound of it after a start with the zero of an earlier run
+
+  /// \param follows false: the drift is measured, and not taken off
+  explicit ZeroTracking(const sensor::Sensor& sensor, bool follows = true);
 
   /// Says that the next frame's zero is of an earlier run: nobody knows how warm it was then. \param taken_ns
   /// RestPose::taken_ns
@@ -60,7 +55,7 @@ class ZeroTracking {
   void endWindow(const FrameInfo& last);
   double warmthDeviation(const FrameInfo& now) const;  ///< [K]
 
-  const ZeroTrackingOptions options_;
+  const bool follows_;
   const PictureMotionFit motion_;
   const SmoothFit smooth_;
   BulgeSearch bulges_;

@@ -13,7 +13,7 @@
 namespace tractiond::control {
 
 /// Answers each request once: a zero within Watched::zeroWithin_s, if the disk takes no longer than that allows; a
-/// calibration step within the time of CalibrationOptions plus twice ZeroProcedure::kNoFrames_ns, and what its
+/// calibration step within its seconds and Calibration::kGrace_s plus twice ZeroProcedure::kNoFrames_ns, and what its
 /// computations and the disk take. A request for a zero that was answered with an error changes nothing later. Bound to
 /// the control thread.
 class Procedures {

@@ -10,7 +10,7 @@ namespace tractiond::control {
 StepRunner::StepRunner(const ProcedureParts& parts, const ProcedureOptions& options)
     : parts_(parts)
     , options_(options)
-    , calibration_(parts.sensor, {.zeroFrames = options.zeroFrames}) {}
+    , calibration_(parts.sensor, options.zeroFrames) {}
 
 void StepRunner::begin(const CalibrationStep& step, const std::optional<RestPose>& zero, const std::string& camera) {
   if (work_) {

@@ -18,7 +18,7 @@ struct CalibrationStep {
     kRecovery,   ///< waits until that load has gone, and measures the creep again with how the gel recovers
   };
   Kind kind = Kind::kGeometry;
-  /// kNoise: duration; kWeight: longest wait; kCreep: for which the load stays; 0: that of CalibrationOptions; at most
+  /// kNoise: duration; kWeight: longest wait; kCreep: for which the load stays; 0: the usual one; at most
   /// 3600 s
   double seconds = 0.0;
   double weight_N = 0.0;  ///< kWeight: finite and above 0, else the step is refused

@@ -13,7 +13,6 @@ struct MarkerSight {
     int expected = 0;  ///< markers of the gel file
     int found = 0;     ///< markers found in this frame, also before there is a zero
     int inZero = 0;    ///< markers present in the zero in force; 0: no zero
-    int spots = 0;     ///< spots that resembled a marker when the whole picture was searched last
     LatticeSeen seen;  ///< when the markers were labelled last; 0: never
   };
   std::array<Layer, 2> layers{};

@@ -1,5 +1,7 @@
 #include "daemon/track/appearance.h"
 
+#include "base/quantile.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -19,7 +21,8 @@ constexpr int kLeastStep = -20, kMostStep = 12;  // discs of 0.38 and of 1.8 tim
 constexpr int kPatience = 4;                     // steps without improvement before the search ends
 constexpr float kBetterMisfit = 0.85F;           // relative to the size before; a smaller improvement is noise
 constexpr int kSizeRounds = 2;
-constexpr double kOddShape = 0.03;  // rms misfit, share of the amplitude: more than weak noise causes
+constexpr std::size_t kPlaces = 300;  // that determine the blur
+constexpr double kOddShape = 0.03;    // rms misfit, share of the amplitude: more than weak noise causes
 constexpr double kFarBetter = 0.5;
 
 MarkerTemplate templateFor(const Plane& plane, double radius_px, double blur_px) {
@@ -95,18 +98,16 @@ void forgetDust(std::span<int> steps) {
   std::vector<int> sizes;
   for (const int step : steps) sizes.push_back(std::abs(step));
   if (sizes.empty()) return;
-  const auto most = sizes.begin() + static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(sizes.size()));
-  std::nth_element(sizes.begin(), most, sizes.end());
-  const int limit = 3 * *most;
+  const int limit = 3 * quantile(sizes, 0.9);
   for (int& step : steps) {
     if (std::abs(step) > limit) step = 0;
   }
 }
 
-/// Returns evenly chosen elements: `count` of them, or a few less.
-std::vector<Guess> someOf(std::span<const Guess> all, std::size_t count) {
+/// Returns evenly chosen elements, kPlaces at most.
+std::vector<Guess> someOf(std::span<const Guess> all) {
   std::vector<Guess> some;
-  for (std::size_t i = 0; i < all.size(); i += all.size() / count + 1) some.push_back(all[i]);
+  for (std::size_t i = 0; i < all.size(); i += all.size() / kPlaces + 1) some.push_back(all[i]);
   return some;
 }
 
@@ -157,18 +158,15 @@ MarkerTemplate roughTemplate(const Plane& plane, double radius_px) {
   return templateFor(plane, radius_px, kTypicalBlur_px);
 }
 
-MarkerTemplate fittingTemplate(const Plane& plane, double radius_px, const CrossTalk& crossTalk,
-                               std::span<const Guess> places) {
-  return templateFor(plane, radius_px, fittingBlur(plane, radius_px, crossTalk, places).blur_px);
-}
-
-Sizes fittingSizes(const Plane& plane, double radius_px, const CrossTalk& crossTalk, std::span<const Guess> places,
-                   std::span<const std::uint8_t> seen, std::size_t sample) {
+std::vector<std::uint8_t> fitSizes(const Plane& plane, Appearance::Layer& layer, std::span<const Guess> places,
+                                   std::span<const std::uint8_t> seen) {
+  const CrossTalk& crossTalk = layer.crossTalk;
+  double& radius_px = layer.radius_px;
   std::vector<Guess> typical;
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (seen[i]) typical.push_back(places[i]);
   }
-  double blur = fittingRadius(plane, radius_px, crossTalk, someOf(typical, sample)).blur_px;
+  double blur = fittingRadius(plane, radius_px, crossTalk, someOf(typical)).blur_px;
   std::vector<int> steps;
   for (int round = 1;; ++round) {
     steps = stepsOfSize(plane, radius_px, blur, crossTalk, places);
@@ -179,21 +177,21 @@ Sizes fittingSizes(const Plane& plane, double radius_px, const CrossTalk& crossT
     }
     if (round == kSizeRounds || std::ranges::all_of(sorted, [](int step) { return step == 0; })) break;
     // Discs of medium size determine the blur better than all of them.
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
+    const int middle = quantile(sorted);
     typical.clear();
     for (std::size_t i = 0; i < places.size(); ++i) {
-      if (seen[i] && steps[i] == *middle) typical.push_back(places[i]);
+      if (seen[i] && steps[i] == middle) typical.push_back(places[i]);
     }
-    radius_px *= std::pow(kSizeStep, *middle);
-    blur = fittingBlur(plane, radius_px, crossTalk, someOf(typical, sample)).blur_px;
+    radius_px *= std::pow(kSizeStep, middle);
+    blur = fittingBlur(plane, radius_px, crossTalk, someOf(typical)).blur_px;
   }
-  Sizes sizes{{templateFor(plane, radius_px, blur)}, std::vector<std::uint8_t>(places.size()), radius_px};
+  layer.markers = {templateFor(plane, radius_px, blur)};
+  std::vector<std::uint8_t> sizes;
   std::map<int, std::uint8_t> known = {{0, 0}};
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const auto [place, isNew] = known.try_emplace(steps[i], static_cast<std::uint8_t>(sizes.markers.size()));
-    if (isNew) sizes.markers.push_back(templateFor(plane, radius_px * std::pow(kSizeStep, steps[i]), blur));
-    sizes.of[i] = place->second;
+  for (const int step : steps) {
+    const auto [place, isNew] = known.try_emplace(step, static_cast<std::uint8_t>(layer.markers.size()));
+    if (isNew) layer.markers.push_back(templateFor(plane, radius_px * std::pow(kSizeStep, step), blur));
+    sizes.push_back(place->second);
   }
   return sizes;
 }
@@ -206,9 +204,7 @@ float crossTalkInto(const Plane& own, const Plane& other, const MarkerTemplate& 
     if (centre.found) shares.push_back(amplitudeAt(other, marker, centre.u, centre.v) / centre.amplitude);
   }
   if (shares.empty()) return 0.0F;
-  const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
-  std::nth_element(shares.begin(), middle, shares.end());
-  return std::clamp(*middle, 0.0F, kMostCrossTalk);
+  return std::clamp(quantile(shares), 0.0F, kMostCrossTalk);
 }
 
 }  // namespace tractiond::track

@@ -6,6 +6,7 @@
 
 #include "base/vector_clones.h"
 #include "daemon/track/direct_fit.h"
+#include "daemon/track/template_step.h"
 
 #include <algorithm>
 #include <cassert>
@@ -16,7 +17,6 @@ namespace tractiond::track {
 
 namespace {
 
-#define TRACTION_INLINE inline __attribute__((always_inline))
 #define TRACTION_LAMBDA __attribute__((always_inline))
 
 constexpr int kMaxSteps = 6;
@@ -106,23 +106,6 @@ TRACTION_INLINE void copyRows(const Plane& plane, S shape, const typename R::Typ
   for (int i = width * length; i < MarkerTemplate::paddedSamples(shape.half); ++i) out[i] = 0.0F;
 }
 
-/// Copies the window in levels, less an offset, which it returns: squares of large numbers would lose digits in a
-/// float.
-template <typename R, typename S>
-TRACTION_INLINE float load(const Plane& plane, S shape, int left, int top, float* out) {
-  const auto* row = rowAt<R>(plane, left, top);
-  const int base = R::isWide ? *row : 0;
-  const float gain = plane.gain;
-  copyRows<R>(plane, shape, row, out, [&](const auto* from, float* to) TRACTION_LAMBDA {
-    if constexpr (R::isWide) {
-      for (int i = 0; i < kChunk; ++i) to[i] = gain * static_cast<float>(sampleAt<R>(from, i) - base);
-    } else {
-      for (int i = 0; i < kChunk; ++i) to[i] = static_cast<float>(sampleAt<R>(from, i));
-    }
-  });
-  return R::isWide ? gain * static_cast<float>(base) : 0.0F;
-}
-
 /// Returns four times the other colour at a sample.
 template <typename R>
 TRACTION_INLINE int otherAt(const Plane& plane, const typename R::Type* row, int index) {
@@ -130,18 +113,22 @@ TRACTION_INLINE int otherAt(const Plane& plane, const typename R::Type* row, int
   return R::step == 2 ? beside(0) + beside(1) + beside(2) + beside(3) : 4 * beside(0);
 }
 
-/// Copies the window as above, without the share of the other colour.
-template <typename R, typename S>
-TRACTION_INLINE float loadUnmixed(const Plane& plane, const CrossTalk& crossTalk, S shape, int left, int top,
-                                  float* out) {
-  const float share = 0.25F * crossTalk.other;
-  const float gain = (R::isWide ? plane.gain : 1.0F) / (1.0F - crossTalk.own * crossTalk.other);
+/// Copies the window in levels, `kMixed` without the share of the other colour; less an offset, which it returns:
+/// squares of large numbers would lose digits in a float.
+template <bool kMixed, typename R, typename S>
+TRACTION_INLINE float load(const Plane& plane, const CrossTalk& crossTalk, S shape, int left, int top, float* out) {
+  const float share = kMixed ? 0.25F * crossTalk.other : 0.0F;
+  const float gain = (R::isWide ? plane.gain : 1.0F) / (kMixed ? 1.0F - crossTalk.own * crossTalk.other : 1.0F);
   const auto* row = rowAt<R>(plane, left, top);
-  const int base = R::isWide ? *row : 0, otherBase = R::isWide ? otherAt<R>(plane, row, 0) : 0;
+  const int base = R::isWide ? *row : 0, otherBase = R::isWide && kMixed ? otherAt<R>(plane, row, 0) : 0;
   copyRows<R>(plane, shape, row, out, [&](const auto* from, float* to) TRACTION_LAMBDA {
     for (int i = 0; i < kChunk; ++i) {
-      const int own = sampleAt<R>(from, i) - base, other = otherAt<R>(plane, from, i) - otherBase;
-      to[i] = gain * (static_cast<float>(own) - share * static_cast<float>(other));
+      const auto own = static_cast<float>(sampleAt<R>(from, i) - base);
+      if constexpr (kMixed) {
+        to[i] = gain * (own - share * static_cast<float>(otherAt<R>(plane, from, i) - otherBase));
+      } else {
+        to[i] = R::isWide ? gain * own : own;
+      }
     }
   });
   return gain * (static_cast<float>(base) - share * static_cast<float>(otherBase));
@@ -154,7 +141,8 @@ TRACTION_INLINE float unmixedNoise(const Plane& plane, const CrossTalk& crossTal
 }
 
 struct Sums {
-  float one, square, p0, p1, p2, p3, p4, p5;
+  float one, square;
+  WindowProducts p;
 };
 
 /// Sums up the lanes of each of four rows. Vectors of 16 bytes are a register of every machine; left to itself, GCC
@@ -183,31 +171,23 @@ TRACTION_INLINE Sums sums(S shape, const float* window, const float* weights, fl
   const int samples = MarkerTemplate::paddedSamples(shape.half);
   alignas(64) float lanes[8][kSums];
   for (int i = 0; i < kSums; ++i) {
-    float o = 0.0F, s = 0.0F, a = 0.0F, b = 0.0F, c = 0.0F, d = 0.0F, e = 0.0F, f = 0.0F;
+    float one = 0.0F, square = 0.0F, p[MarkerTemplate::kRows] = {};
     for (int k = 0; k < samples; k += kSums) {
       const float x = window[k + i];
-      o += x;
-      s += x * x;
-      a += x * weights[k + i];
-      b += x * weights[samples + k + i];
-      c += x * weights[2 * samples + k + i];
-      d += x * weights[3 * samples + k + i];
-      e += x * weights[4 * samples + k + i];
-      f += x * weights[5 * samples + k + i];
+      one += x;
+      square += x * x;
+#pragma GCC unroll 6
+      for (int row = 0; row < MarkerTemplate::kRows; ++row) p[row] += x * weights[row * samples + k + i];
     }
-    lanes[0][i] = o;
-    lanes[1][i] = s;
-    lanes[2][i] = a;
-    lanes[3][i] = b;
-    lanes[4][i] = c;
-    lanes[5][i] = d;
-    lanes[6][i] = e;
-    lanes[7][i] = f;
+    lanes[0][i] = one;
+    lanes[1][i] = square;
+#pragma GCC unroll 6
+    for (int row = 0; row < MarkerTemplate::kRows; ++row) lanes[2 + row][i] = p[row];
   }
   float sum[8];
   addLanes(lanes, sum);
   addLanes(lanes + 4, sum + 4);
-  return {sum[0], sum[1], sign * sum[2], sign * sum[3], sign * sum[4], sign * sum[5], sign * sum[6], sign * sum[7]};
+  return {sum[0], sum[1], {sign * sum[2], sign * sum[3], sign * sum[4], sign * sum[5], sign * sum[6], sign * sum[7]}};
 }
 
 template <typename R, int kHalf>
@@ -228,44 +208,24 @@ TRACTION_INLINE void fitOne(const Plane& plane, const MarkerTemplate& marker, co
     if (!(x >= low && x <= highX && y >= low && y <= highY)) break;
     const int across = static_cast<int>(x * kPhases + 0.5F), down = static_cast<int>(y * kPhases + 0.5F);
     const int left = across / kPhases - shape.half + 1, top = down / kPhases - shape.half + 1;
-    const float base = guess.mixed ? loadUnmixed<R>(plane, crossTalk, shape, left, top, window)
-                                   : load<R>(plane, shape, left, top, window);
+    const float base = guess.mixed ? load<true, R>(plane, crossTalk, shape, left, top, window)
+                                   : load<false, R>(plane, crossTalk, shape, left, top, window);
     const int index = down % kPhases * kPhases + across % kPhases;
     const Sums sum = sums(shape, window, marker.weights(index), plane.sign);
     const MarkerTemplate::Phase& phase = marker.phase(index);
-    const auto& solve = phase.solve;
-    const auto& lean = phase.lean;
-    const float amplitude =
-        solve[0] * sum.p0 + solve[1] * sum.p1 + solve[2] * sum.p2 - lean[0] * slopeU - lean[1] * slopeV;
-    centre.amplitude = amplitude;
-    if (!(amplitude >= guess.minAmplitude)) break;
-    float du = (solve[3] * sum.p1 + solve[4] * sum.p2 - lean[2] * slopeU - lean[3] * slopeV) / amplitude;
-    float dv = (solve[5] * sum.p2 - lean[4] * slopeU - lean[5] * slopeV) / amplitude;
-    const float size =
-        (du < 0.0F ? -du : du) > (dv < 0.0F ? -dv : dv) ? (du < 0.0F ? -du : du) : (dv < 0.0F ? -dv : dv);
-    const bool done = size <= settled;
-    if (size > longest) {
-      du *= longest / size;
-      dv *= longest / size;
-    }
-    x = static_cast<float>(across) / kPhases + du;
-    y = static_cast<float>(down) / kPhases + dv;
-    if (done) {
+    const TemplateStep step = stepOf(phase, sum.p, slopeU, slopeV, longest);
+    centre.amplitude = step.amplitude;
+    if (!(step.amplitude >= guess.minAmplitude)) break;
+    x = static_cast<float>(across) / kPhases + step.du;
+    y = static_cast<float>(down) / kPhases + step.dv;
+    if (step.size <= settled) {
       const float used = static_cast<float>(marker.used());
       const float mean = sum.one / used;
-      const float rest = sum.square - sum.one * mean - sum.p0 * sum.p0 - sum.p1 * sum.p1 - sum.p2 * sum.p2 -
-                         sum.p3 * sum.p3 - sum.p4 * sum.p4 - sum.p5 * sum.p5;
+      float rest = sum.square - sum.one * mean;
+      for (const float p : sum.p) rest -= p * p;
       const float noise = plane.noise * (guess.mixed ? unmixedNoise(plane, crossTalk) : 1.0F);
-      centre.misfit = (rest > 0.0F ? rest : 0.0F) / ((used - 7.0F) * noise);
-      const float perVariance = noise * plane.scale * plane.scale / (amplitude * amplitude);
-      centre.variance = phase.variance * perVariance;
-      centre.blurred = sum.p3;
-      centre.slopeShare = phase.slopeShare * perVariance;
-      centre.slopeU = (phase.solveSlope[0] * sum.p4 + phase.solveSlope[1] * sum.p5) * inverseScale;
-      centre.slopeV = phase.solveSlope[2] * sum.p5 * inverseScale;
-      centre.slopeVariance = phase.slopeVariance * noise * inverseScale * inverseScale;
-      centre.level = base + mean + (0.5F - phase.cover) * plane.sign * amplitude;
-      centre.found = true;
+      const float misfit = (rest > 0.0F ? rest : 0.0F) / ((used - 7.0F) * noise);
+      describeFound(plane, phase, sum.p, noise, misfit, base + mean, centre);
       break;
     }
   }
@@ -334,28 +294,6 @@ void fit(const Plane& plane, const MarkerTemplate* markers, const CrossTalk& cro
   }
 }
 
-void loadAny(const Plane& plane, const Shape<0>& shape, int left, int top, float* window) {
-  switch (plane.step + (plane.wide ? 3 : 0)) {
-  case 1:
-    load<Rows<std::uint8_t, 1>>(plane, shape, left, top, window);
-    break;
-  case 2:
-    load<Rows<std::uint8_t, 2>>(plane, shape, left, top, window);
-    break;
-  case 3:
-    load<Rows<std::uint8_t, 3>>(plane, shape, left, top, window);
-    break;
-  case 4:
-    load<Rows<std::uint16_t, 1>>(plane, shape, left, top, window);
-    break;
-  case 5:
-    load<Rows<std::uint16_t, 2>>(plane, shape, left, top, window);
-    break;
-  default:
-    load<Rows<std::uint16_t, 3>>(plane, shape, left, top, window);
-  }
-}
-
 }  // namespace
 
 void fitCentres(const Plane& plane, std::span<const MarkerTemplate> markers, const CrossTalk& crossTalk,
@@ -381,13 +319,16 @@ float amplitudeAt(const Plane& plane, const MarkerTemplate& marker, float u, flo
       top + 2 * marker.half() > plane.height) {
     return clippedAmplitudeAt(plane, marker, u, v);
   }
-  const Shape<0> shape(marker);
-  alignas(64) Window<0> window;
-  loadAny(plane, shape, left, top, window);
+  const int width = 2 * marker.half();
+  alignas(64) Window<0> window = {};
+  const float base = plane.wide ? plane.at(left, top) : 0.0F;  // as load() does
+  for (int i = 0; i < marker.used(); ++i) {
+    window[i / width * MarkerTemplate::rowLength(marker.half()) + i % width] =
+        plane.at(left + i % width, top + i / width) - base;
+  }
   const int index = down % kPhases * kPhases + across % kPhases;
-  const Sums sum = sums(shape, window, marker.weights(index), plane.sign);
-  const MarkerTemplate::Phase& phase = marker.phase(index);
-  return phase.solve[0] * sum.p0 + phase.solve[1] * sum.p1 + phase.solve[2] * sum.p2;
+  const Sums sum = sums(Shape<0>(marker), window, marker.weights(index), plane.sign);
+  return stepOf(marker.phase(index), sum.p, 0.0F, 0.0F, 1.0F).amplitude;
 }
 
 }  // namespace tractiond::track

@@ -1,5 +1,7 @@
 #include "daemon/track/centre_errors.h"
 
+#include "base/quantile.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -27,7 +29,6 @@ CentreErrors::CentreErrors(int markers, float spacing_px, int zeroFrames)
     , perZeroFrame_(1.0F / static_cast<float>(zeroFrames))
     , noise_(kTypicalNoise)
     , shape_(static_cast<std::size_t>(markers))
-    , restShape_(shape_.size())
     , excess_(shape_.size())
     , variance_(excess_.size()) {
   shares_.reserve(excess_.size());
@@ -38,16 +39,11 @@ void CentreErrors::adopt(const RestPose& pose) {
   shotNoise_ = pose.shotNoise;
   light_ = pose.light;
   measured_ = true;
-  if (pose.oddity.size() == restShape_.size()) {
-    restShape_ = pose.oddity;
+  if (pose.oddity.size() == shape_.size()) {
+    shape_ = pose.oddity;
   } else {
-    std::fill(restShape_.begin(), restShape_.end(), 0.0F);
+    std::fill(shape_.begin(), shape_.end(), 0.0F);
   }
-  restoreOwnShapes();
-}
-
-void CentreErrors::restoreOwnShapes() {
-  shape_ = restShape_;
 }
 
 void CentreErrors::learnOwnShapes(std::span<const Centre> centres, std::span<const std::uint8_t> valid) {
@@ -70,9 +66,7 @@ void CentreErrors::learnShape(std::span<const Centre> centres, std::span<const s
     shares_.push_back(excess / (centres[i].amplitude * centres[i].amplitude));
   }
   if (shares_.empty()) return;
-  const auto typical = shares_.begin() + static_cast<std::ptrdiff_t>(kTypical * static_cast<double>(shares_.size()));
-  std::nth_element(shares_.begin(), typical, shares_.end());
-  typicalShape_ = std::min(std::sqrt(*typical), kMostShape);
+  typicalShape_ = std::min(std::sqrt(quantile(shares_, kTypical)), kMostShape);
 }
 
 void CentreErrors::forgetShape() {
@@ -111,7 +105,8 @@ float CentreErrors::strainAt(const Lattice& lattice, int marker, std::span<const
 
 void CentreErrors::weigh(const Lattice& lattice, int pixels, std::span<const Centre> centres,
                          std::span<const Vector> displacement, std::span<const float> restAmplitude,
-                         std::span<const std::uint8_t> frames, DeformedFits& deformed, std::span<std::uint8_t> valid) {
+                         std::span<const std::uint8_t> frames, const FitDeformed& fitDeformed,
+                         std::span<std::uint8_t> valid) {
   int deformedFits = 0;
   const float heeded = kHeeded * std::sqrt(2.0F / static_cast<float>(pixels - 7));
   for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
@@ -127,8 +122,7 @@ void CentreErrors::weigh(const Lattice& lattice, int pixels, std::span<const Cen
       excess = std::max((centre.misfit - shape * shape) / noise2 - 1.0F, 0.0F);
       // Large strained discs have a larger misfit. Dust and tears do not look like an ellipse.
       const float explained = atRest * atRest + (1.0F + 0.5F * heeded) * noise2;
-      if (excess > heeded && strain > kLeastStrain && deformedFits++ < kMostDeformedFits &&
-          deformed.adopt(i, explained)) {
+      if (excess > heeded && strain > kLeastStrain && deformedFits++ < kMostDeformedFits && fitDeformed(i, explained)) {
         excess = 0.0F;
       }
     }

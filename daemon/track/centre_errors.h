@@ -6,6 +6,7 @@
 #include "daemon/track/lattice.h"
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -38,31 +39,23 @@ class CentreErrors {
   /// Replaces the shape of each valid marker by that in the present frame, at most 0.3. Used while a zero is taken,
   /// which will state it.
   void learnOwnShapes(std::span<const Centre> centres, std::span<const std::uint8_t> valid);
-  /// Restores the shape of each marker from the zero in force.
-  void restoreOwnShapes();
 
   /// Returns whether the misfit of a fitted centre is small enough for this marker: at most (2 noise)^2 + (a (shape +
   /// 0.16))^2, a the amplitude, shape that of the marker, at least the typical one and at most twice that. \param
   /// centre one that was found
   bool isMarker(int marker, const Centre& centre) const;
 
-  /// Fits the disc of a marker as an ellipse of any size.
-  class DeformedFits {
-   public:
-    /// Makes the centre of such a fit the marker's and returns true, if its misfit is at most `mostMisfit`.
-    virtual bool adopt(int marker, float mostMisfit) = 0;
-
-   protected:
-    ~DeformedFits() = default;
-  };
+  /// Fits the disc of a marker as an ellipse of any size. If the misfit is at most the second number, makes the centre
+  /// of that fit the marker's, and returns true. A lambda of two references allocates nothing as such a function.
+  using FitDeformed = std::function<bool(int, float)>;
 
   /// Computes the variances of a layer's valid centres. A marker whose shape does not fit its strain (dust at its edge,
   /// the fringe of a reflection, white pixels) is displaced by that: its variance is increased or, if the misfit is too
   /// large, `valid` is set to 0.
   /// \param pixels used samples of the template \param frames for which the marker was followed, up to 2 kMemory - 1
-  /// \param deformed is asked for strained markers, at most 64
+  /// \param fitDeformed is called for strained markers, at most 64
   void weigh(const Lattice& lattice, int pixels, std::span<const Centre> centres, std::span<const Vector> displacement,
-             std::span<const float> restAmplitude, std::span<const std::uint8_t> frames, DeformedFits& deformed,
+             std::span<const float> restAmplitude, std::span<const std::uint8_t> frames, const FitDeformed& fitDeformed,
              std::span<std::uint8_t> valid);
   /// Returns the variance of each of a centre's two coordinates, as weigh() computed it last; by marker. The span stays
   /// in place. That of a marker that is not valid has no meaning.
@@ -86,7 +79,6 @@ class CentreErrors {
   float light_ = 0.0F;         ///< levels at which noise_ is stated
   float typicalShape_ = 0.0F;  ///< rms misfit of most markers beyond the noise, share of the amplitude
   std::vector<float> shape_;   ///< the same of each marker
-  std::vector<float> restShape_;
   std::vector<float> excess_;  ///< of misfit, in noise variances, mean over the frames
   std::vector<float> variance_, shares_;
 };

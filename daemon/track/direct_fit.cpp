@@ -2,6 +2,8 @@
 // which the tables of a whole window are made, so that all further steps are those of centre.cpp.
 #include "daemon/track/direct_fit.h"
 
+#include "daemon/track/template_step.h"
+
 #include <Eigen/Cholesky>
 
 #include <algorithm>
@@ -23,13 +25,6 @@ using Square = Eigen::Matrix<double, kCount, kCount>;
 template <int kCount>
 using Column = Eigen::Matrix<double, kCount, 1>;
 
-/// The part of a window that lies in the picture [samples]; right and bottom are the first samples beyond it.
-struct Part {
-  int left, right, top, bottom;
-
-  int count() const { return (right - left) * (bottom - top); }
-};
-
 /// Reads samples in levels, with or without the other colour's share.
 class Reader {
  public:
@@ -43,7 +38,7 @@ class Reader {
     const float own = plane_.at(x, y);
     if (!mixed_) return own;
     float other = 0.0F;
-    for (const std::ptrdiff_t offset : plane_.other) other += 0.25F * besides(x, y, offset);
+    for (const std::ptrdiff_t offset : plane_.other) other += 0.25F * plane_.at(x, y, offset);
     return gain_ * (own - share_ * other);
   }
 
@@ -51,14 +46,6 @@ class Reader {
   float noise() const { return gain_ * gain_ * (1.0F + plane_.otherNoise * share_ * share_); }
 
  private:
-  /// Returns the value `offset` values after sample (x, y), of any colour [levels].
-  float besides(int x, int y, std::ptrdiff_t offset) const {
-    const std::ptrdiff_t index = std::ptrdiff_t{x} * plane_.step + offset;
-    const std::uint8_t* row = plane_.first + y * plane_.stride;
-    return plane_.wide ? plane_.gain * static_cast<float>(reinterpret_cast<const std::uint16_t*>(row)[index])
-                       : static_cast<float>(row[index]);
-  }
-
   const Plane& plane_;
   float share_, gain_;
   bool mixed_;
@@ -79,13 +66,14 @@ template <int kCount, typename Functions>
 Products<kCount> productsAt(const Plane& plane, const MarkerTemplate& marker, const Reader& read, int rim, float x,
                             float y, const Functions& functionsAt) {
   const int left = static_cast<int>(x) - marker.half() + 1, top = static_cast<int>(y) - marker.half() + 1;
-  const Part part{std::max(left, rim), std::min(left + 2 * marker.half(), plane.width - rim), std::max(top, rim),
-                  std::min(top + 2 * marker.half(), plane.height - rim)};
+  const int right = std::min(left + 2 * marker.half(), plane.width - rim),
+            bottom = std::min(top + 2 * marker.half(), plane.height - rim);
+  const int firstColumn = std::max(left, rim), firstRow = std::max(top, rim);
   Products<kCount> products;
-  products.count = part.count();
-  products.base = read(part.left, part.top);
-  for (int row = part.top; row < part.bottom; ++row) {
-    for (int column = part.left; column < part.right; ++column) {
+  products.count = (right - firstColumn) * (bottom - firstRow);
+  products.base = read(firstColumn, firstRow);
+  for (int row = firstRow; row < bottom; ++row) {
+    for (int column = firstColumn; column < right; ++column) {
       const Column<kCount> functions = functionsAt(column - double{x}, row - double{y}).transpose();
       const double level = read(column, row) - products.base;
       products.functions += functions * functions.transpose();
@@ -106,12 +94,10 @@ float leftOver(const Products<kCount>& products, const Column<kCount>& explained
 /// The numbers that tables and sums give for a whole window, for the part that lies in the picture.
 struct Sums {
   MarkerTemplate::Phase phase = {};
-  Column<kFunctions> p;  ///< products with the orthonormal functions; the first is the constant
-  float mean = 0.0F;     ///< [levels]
-  float misfit = 0.0F;   ///< [levels^2]
-  bool known = false;    ///< the samples determine all functions
-
-  float at(int i) const { return static_cast<float>(p(i + 1)); }
+  WindowProducts p = {};
+  float mean = 0.0F;    ///< [levels]
+  float misfit = 0.0F;  ///< [levels^2]
+  bool known = false;   ///< the samples determine all functions
 };
 
 Sums sumsAt(const Plane& plane, const MarkerTemplate& marker, const Reader& read, int rim, float x, float y) {
@@ -123,9 +109,10 @@ Sums sumsAt(const Plane& plane, const MarkerTemplate& marker, const Reader& read
   sums.known = true;
   sums.phase = MarkerTemplate::phaseOf(factor.matrixU());
   sums.phase.cover = static_cast<float>(products.functions(0, 1) / products.count);
-  sums.p = factor.matrixL().solve(products.levels);
+  const Column<kFunctions> p = factor.matrixL().solve(products.levels);  // the first is with the constant
+  for (int i = 0; i < MarkerTemplate::kRows; ++i) sums.p[i] = plane.sign * static_cast<float>(p(i + 1));
   sums.mean = static_cast<float>(products.base + products.levels(0) / products.count);
-  sums.misfit = leftOver<kFunctions>(products, sums.p);
+  sums.misfit = leftOver<kFunctions>(products, p);
   return sums;
 }
 
@@ -158,36 +145,15 @@ void fitClippedCentre(const Plane& plane, const MarkerTemplate& marker, const Cr
     if (!picture.has(x, y)) break;
     const Sums sums = sumsAt(plane, marker, read, picture.rim, x, y);
     if (!sums.known) break;
-    const MarkerTemplate::Phase& phase = sums.phase;
-    const auto seen = [&](int i) { return plane.sign * sums.at(i); };
-    const auto& solve = phase.solve;
-    const auto& lean = phase.lean;
-    const float amplitude =
-        solve[0] * seen(0) + solve[1] * seen(1) + solve[2] * seen(2) - lean[0] * slopeU - lean[1] * slopeV;
-    centre.amplitude = amplitude;
-    if (!(amplitude >= guess.minAmplitude)) break;
-    float du = (solve[3] * seen(1) + solve[4] * seen(2) - lean[2] * slopeU - lean[3] * slopeV) / amplitude;
-    float dv = (solve[5] * seen(2) - lean[4] * slopeU - lean[5] * slopeV) / amplitude;
-    const float size = std::max(std::abs(du), std::abs(dv));
-    if (size > kLongest * picture.radius) {
-      du *= kLongest * picture.radius / size;
-      dv *= kLongest * picture.radius / size;
-    }
-    x += du;
-    y += dv;
-    if (size > kSettled * picture.radius) continue;
-
+    const TemplateStep step = stepOf(sums.phase, sums.p, slopeU, slopeV, kLongest * picture.radius);
+    centre.amplitude = step.amplitude;
+    if (!(step.amplitude >= guess.minAmplitude)) break;
+    x += step.du;
+    y += step.dv;
+    if (step.size > kSettled * picture.radius) continue;
+    if (!picture.has(x, y)) break;
     const float noise = plane.noise * read.noise();
-    const float perVariance = noise * plane.scale * plane.scale / (amplitude * amplitude);
-    centre.misfit = sums.misfit / noise;
-    centre.variance = phase.variance * perVariance;
-    centre.blurred = seen(3);
-    centre.slopeShare = phase.slopeShare * perVariance;
-    centre.slopeU = (phase.solveSlope[0] * seen(4) + phase.solveSlope[1] * seen(5)) / plane.scale;
-    centre.slopeV = phase.solveSlope[2] * seen(5) / plane.scale;
-    centre.slopeVariance = phase.slopeVariance * noise / (plane.scale * plane.scale);
-    centre.level = sums.mean + (0.5F - phase.cover) * plane.sign * amplitude;
-    centre.found = picture.has(x, y);
+    describeFound(plane, sums.phase, sums.p, noise, sums.misfit / noise, sums.mean, centre);
     break;
   }
   centre.u = plane.u0 + plane.scale * x;
@@ -198,9 +164,7 @@ float clippedAmplitudeAt(const Plane& plane, const MarkerTemplate& marker, float
   const float x = (u - plane.u0) / plane.scale, y = (v - plane.v0) / plane.scale;
   if (!Picture(plane, marker, {}).has(x, y)) return 0.0F;
   const Sums sums = sumsAt(plane, marker, Reader(plane, {}, false), 0, x, y);
-  if (!sums.known) return 0.0F;
-  const auto& solve = sums.phase.solve;
-  return plane.sign * (solve[0] * sums.at(0) + solve[1] * sums.at(1) + solve[2] * sums.at(2));
+  return sums.known ? stepOf(sums.phase, sums.p, 0.0F, 0.0F, 1.0F).amplitude : 0.0F;
 }
 
 bool fitDeformedCentre(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk, const Guess& guess,

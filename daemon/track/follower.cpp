@@ -9,6 +9,7 @@
 // Afterwards markers that contradict their neighbours, or lie behind a marker nearer to the camera, are rejected.
 #include "daemon/track/follower.h"
 
+#include "daemon/track/appearance.h"
 #include "daemon/track/direct_fit.h"
 #include "daemon/track/nominal.h"
 
@@ -108,10 +109,19 @@ void Follower::fit(const Layer& layer, std::span<const Guess> guesses, std::span
   fitCentres(layer.plane, appearanceOf(layer).markers, appearanceOf(layer).crossTalk, guesses, centres);
 }
 
-void Follower::fitAll(const Layer& layer) {
-  const auto first = static_cast<std::size_t>(layer.lattice.first),
-             count = static_cast<std::size_t>(layer.lattice.count());
-  fit(layer, std::span(guesses_).subspan(first, count), std::span(centres_).subspan(first, count));
+/// Fits the guesses of all markers.
+void Follower::fitGuesses() {
+  std::fill(valid_.begin(), valid_.end(), std::uint8_t{0});
+  std::fill(stepped_.begin(), stepped_.end(), std::uint8_t{0});
+  for (const Layer& layer : layers_) {
+    const auto first = static_cast<std::size_t>(layer.lattice.first),
+               count = static_cast<std::size_t>(layer.lattice.count());
+    fit(layer, std::span(guesses_).subspan(first, count), std::span(centres_).subspan(first, count));
+    for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
+      heedSlope(layer, i, centres_[i]);
+      accept(i, centres_[i], {guesses_[i].u, guesses_[i].v});
+    }
+  }
 }
 
 int Follower::countValid() const {
@@ -128,7 +138,9 @@ bool Follower::acquire() {
   LabelOptions options{.seenBefore = reference_.isZero, .least = kLabelled};
   for (std::size_t i = 0; i < layers_.size(); ++i) {
     Layer& layer = layers_[i];
-    const MarkerTemplate& marker = reference_.appearance.isKnown ? appearanceOf(layer).markers.front() : roughOf(layer);
+    Appearance::Layer& appearance = appearanceOf(layer);
+    if (appearance.markers.empty()) appearance.markers = {roughTemplate(layer.plane, appearance.radius_px)};
+    const MarkerTemplate& marker = appearance.markers.front();
     const auto found = workspace_->detector.find(layer.plane, layer.otherPlane, marker);
     options.border_px = std::max(options.border_px, Detector::border_px(layer.plane, marker));
     layer.spots.assign(found.begin(), found.end());
@@ -151,8 +163,6 @@ bool Follower::acquire() {
   if (!reference_.isZero) assumeRest();
   markOverlaps();
   valid_.swap(labelled_);
-  std::fill(valid_.begin(), valid_.end(), std::uint8_t{0});
-  std::fill(stepped_.begin(), stepped_.end(), std::uint8_t{0});
   for (int i = 0; i < markers_; ++i) {
     const bool seek = labelled_[i] && wanted(i);
     slopeFrames_[i] = 0;
@@ -160,13 +170,7 @@ bool Follower::acquire() {
     guesses_[i] = seek ? guessAt(i, place_[i]) : Guess{-1.0F};
   }
   errors_.forgetShape();
-  for (Layer& layer : layers_) {
-    fitAll(layer);
-    for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
-      heedSlope(layer, i, centres_[i]);
-      accept(i, centres_[i], {guesses_[i].u, guesses_[i].v});
-    }
-  }
+  fitGuesses();
   errors_.learnShape(centres_, valid_);
   if (learnsShapes) errors_.learnOwnShapes(centres_, valid_);
   newAppearance_ = false;
@@ -176,25 +180,17 @@ bool Follower::acquire() {
 }
 
 void Follower::follow() {
-  const bool wasTorn = torn_;
   torn_ = false;
   previous_ = place_;
   wasValid_ = valid_;
   for (int i = 0; i < markers_; ++i) {
     guesses_[i] = wanted(i) ? guessAt(i, place_[i] + velocity_[i]) : Guess{-1.0F};
   }
-  std::fill(valid_.begin(), valid_.end(), std::uint8_t{0});
-  std::fill(stepped_.begin(), stepped_.end(), std::uint8_t{0});
-  for (Layer& layer : layers_) {
-    fitAll(layer);
+  fitGuesses();
+  for (const Layer& layer : layers_) {
     for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
-      heedSlope(layer, i, centres_[i]);
-      if (accept(i, centres_[i], {guesses_[i].u, guesses_[i].v})) continue;
-      if (!wanted(i)) continue;
-      if (velocity_[i].squared() > 1.0F && fitAt(layer, i, previous_[i])) continue;  // it may have stopped
-      // Markers that the torn frame displaced are again where the last intact frame had them.
-      if (wasTorn && wasValid_[i] && tears_.referenceValid()[i])
-        fitAt(layer, i, reference_.place_px[i] + tears_.reference_px()[i]);
+      if (valid_[i] || !wanted(i)) continue;
+      if (velocity_[i].squared() > 1.0F) fitAt(layer, i, previous_[i]);  // it may have stopped
     }
   }
   if (std::exchange(newAppearance_, false)) {
@@ -207,18 +203,10 @@ void Follower::follow() {
 void Follower::finishFrame(bool thorough) {
   recover();
   markOverlaps();
-  struct Fits final : CentreErrors::DeformedFits {
-    Fits(Follower& own, const Layer& its)
-        : follower(own)
-        , layer(its) {}
-    bool adopt(int marker, float mostMisfit) override { return follower.adoptDeformed(layer, marker, mostMisfit); }
-    Follower& follower;
-    const Layer& layer;
-  };
   for (Layer& layer : layers_) {
-    Fits deformed(*this, layer);
+    const auto fitDeformed = [this, &layer](int marker, float most) { return adoptDeformed(layer, marker, most); };
     errors_.weigh(layer.lattice, appearanceOf(layer).markers.front().used(), centres_, displacement_,
-                  reference_.amplitude, slopeFrames_, deformed, valid_);
+                  reference_.amplitude, slopeFrames_, fitDeformed, valid_);
   }
   for (int i = 0; i < markers_; ++i) stepped_[i] = stepped_[i] && valid_[i];
   torn_ = tears_.torn(displacement_, errors_.variance_px2(), valid_) || torn_;

@@ -47,8 +47,6 @@ class Follower {
     Plane plane = {}, otherPlane = {};  ///< of this picture
     std::vector<Spot> spots = {};       ///< found when the whole picture was searched last
     LatticeSeen seen = {};              ///< when the markers were labelled last
-    MarkerTemplate rough = {};          ///< for spots whose blur is not known yet
-    float roughScale = 0.0F;            ///< scale of the plane that `rough` is for; 0: none yet
   };
 
   /// The sensor must be trackable(). `workspace` must outlive the follower and its copies. \param zeroFrames number of
@@ -127,7 +125,7 @@ class Follower {
   void follow();
   void finishFrame(bool thorough);
   void recover();
-  bool recoverOne(const Layer& layer, int marker, int column, int row);
+  bool recoverOne(const Layer& layer, int marker);
   bool searchAround(const Layer& layer, int marker, Vector place);
   bool fitAt(const Layer& layer, int marker, Vector place);
   bool adoptDeformed(const Layer& layer, int marker, float mostMisfit);
@@ -138,7 +136,6 @@ class Follower {
   void markOverlaps();
   void guessLost();
 
-  const MarkerTemplate& roughOf(Layer& layer);
   void learnSize(const Layer& layer, std::span<const std::uint8_t> seen);
   void learnAppearance(std::span<const std::uint8_t> seen);
   void placeUnlabelled();
@@ -147,7 +144,7 @@ class Follower {
   Appearance::Layer& appearanceOf(const Layer& layer) { return reference_.appearance.layers[layer.index]; }
   const Appearance::Layer& appearanceOf(const Layer& layer) const { return reference_.appearance.layers[layer.index]; }
   void fit(const Layer& layer, std::span<const Guess> guesses, std::span<Centre> centres) const;
-  void fitAll(const Layer& layer);
+  void fitGuesses();
   bool wanted(int marker) const { return reference_.present[marker] || seeksAll_; }
   int countValid() const;
   int countWanted() const;

@@ -17,14 +17,15 @@ constexpr int kSweeps = 40;
 constexpr float kBlurredRim_px = 1.2F;     // beyond a disc's radius
 constexpr float kOverlapMotion_px = 2.0F;  // largest approach of two colours from frame to frame
 
-int validNeighbours(const Lattice& lattice, int column, int row, const std::vector<std::uint8_t>& valid) {
+int validNeighbours(const Lattice& lattice, int marker, const std::vector<std::uint8_t>& valid) {
+  const int column = (marker - lattice.first) % lattice.columns, row = (marker - lattice.first) / lattice.columns;
   int count = 0;
   for (int y = std::max(row - 1, 0); y <= std::min(row + 1, lattice.rows - 1); ++y) {
     for (int x = std::max(column - 1, 0); x <= std::min(column + 1, lattice.columns - 1); ++x) {
       count += valid[lattice.at(x, y)];
     }
   }
-  return count - valid[lattice.at(column, row)];
+  return count - valid[marker];
 }
 
 }  // namespace
@@ -44,27 +45,26 @@ void Follower::recover() {
       bool progress = false;
       for (const int marker : lost_) {
         if (valid_[marker]) continue;
-        const int column = (marker - lattice.first) % lattice.columns, row = (marker - lattice.first) / lattice.columns;
-        const int neighbours = validNeighbours(lattice, column, row, valid_);
+        const int neighbours = validNeighbours(lattice, marker, valid_);
         if (neighbours < enough || neighbours <= attempts_[marker]) continue;
         attempts_[marker] = static_cast<std::uint8_t>(neighbours);
-        progress = recoverOne(layer, marker, column, row) || progress;
+        progress = recoverOne(layer, marker) || progress;
       }
       if (!progress) --enough;
     }
   }
 }
 
-bool Follower::recoverOne(const Layer& layer, int marker, int column, int row) {
+bool Follower::recoverOne(const Layer& layer, int marker) {
   Vector place = place_[marker];
-  const auto step = expectation(layer.lattice, column, row, increment_, stepped_);
-  const auto whole = expectation(layer.lattice, column, row, displacement_, valid_);
+  const auto step = expectation(layer.lattice, marker, increment_, stepped_);
+  const auto whole = expectation(layer.lattice, marker, displacement_, valid_);
   if (wasValid_[marker] && step) {
-    place = previous_[marker] + step->value;
+    place = previous_[marker] + *step;
     if (fitAt(layer, marker, place)) return true;
   }
   if (whole) {
-    place = reference_.place_px[marker] + whole->value;
+    place = reference_.place_px[marker] + *whole;
     if (fitAt(layer, marker, place)) return true;
   }
   const bool patient = lostFor_[marker] < kPatience || (frames_ + static_cast<unsigned>(marker)) % 16 == 0;
@@ -158,17 +158,16 @@ void Follower::guessLost() {
         continue;
       }
       if (!wanted(i)) continue;
-      const int column = (i - lattice.first) % lattice.columns, row = (i - lattice.first) / lattice.columns;
       stepped_[i] = 0;
-      const auto step = expectation(lattice, column, row, increment_, stepped_);
-      velocity_[i] = step ? step->value : Vector{};
+      const auto step = expectation(lattice, i, increment_, stepped_);
+      velocity_[i] = step ? *step : Vector{};
       if (valid_[i]) {
         lostFor_[i] = 0;
         continue;
       }
       ++lostFor_[i];
-      const auto whole = expectation(lattice, column, row, displacement_, valid_);
-      if (whole) place_[i] = reference_.place_px[i] + whole->value;
+      const auto whole = expectation(lattice, i, displacement_, valid_);
+      if (whole) place_[i] = reference_.place_px[i] + *whole;
     }
   }
 }

@@ -1,4 +1,5 @@
 // The reference of a follower: a zero, or the first picture in its place; and the appearance of the markers.
+#include "base/quantile.h"
 #include "daemon/track/appearance.h"
 #include "daemon/track/follower.h"
 #include "daemon/track/rest_pose.h"
@@ -9,18 +10,6 @@
 #include <utility>
 
 namespace tractiond::track {
-
-namespace {
-
-constexpr std::size_t kAppearancePlaces = 300;
-
-float median(std::vector<float> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-}  // namespace
 
 void Follower::adopt(const RestPose& pose) {
   for (int i = 0; i < markers_; ++i) {
@@ -53,14 +42,6 @@ void Follower::learnAnew() {
   reference_.appearance.isKnown = false;
   seeksAll_ = true;
   acquireIn_ = 0;
-}
-
-const MarkerTemplate& Follower::roughOf(Layer& layer) {
-  if (layer.roughScale != layer.plane.scale) {
-    layer.rough = roughTemplate(layer.plane, appearanceOf(layer).radius_px);
-    layer.roughScale = layer.plane.scale;
-  }
-  return layer.rough;
 }
 
 /// Scales the radius with the pattern: the camera may be nearer or farther than described.
@@ -107,11 +88,8 @@ void Follower::learnAppearance(std::span<const std::uint8_t> seen) {
     // Markers that differ too much from the others to be found may be present nevertheless.
     const auto first = static_cast<std::size_t>(layer.lattice.first),
                count = static_cast<std::size_t>(layer.lattice.count());
-    Sizes sizes = fittingSizes(layer.plane, appearanceOf(layer).radius_px, appearanceOf(layer).crossTalk,
-                               places(layer, true), seen.subspan(first, count), kAppearancePlaces);
-    appearanceOf(layer).markers = std::move(sizes.markers);
-    appearanceOf(layer).radius_px = sizes.radius_px;
-    std::ranges::copy(sizes.of, reference_.appearance.size.begin() + layer.lattice.first);
+    const auto sizes = fitSizes(layer.plane, appearanceOf(layer), places(layer, true), seen.subspan(first, count));
+    std::ranges::copy(sizes, reference_.appearance.size.begin() + layer.lattice.first);
   }
   reference_.appearance.isKnown = true;
 }
@@ -124,9 +102,8 @@ void Follower::placeUnlabelled() {
     const Lattice& lattice = layer.lattice;
     for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
       if (labelled_[i]) continue;
-      const int column = (i - lattice.first) % lattice.columns, row = (i - lattice.first) / lattice.columns;
-      const auto whole = expectation(lattice, column, row, displacement_, labelled_);
-      place_[i] = whole ? reference[i] + whole->value : reference[i];
+      const auto whole = expectation(lattice, i, displacement_, labelled_);
+      place_[i] = whole ? reference[i] + *whole : reference[i];
     }
   }
 }
@@ -137,7 +114,7 @@ void Follower::assumeRest() {
     const Lattice& lattice = layer.lattice;
     std::vector<float> amplitudes;
     for (const Spot& spot : layer.spots) amplitudes.push_back(spot.amplitude);
-    const float typical = median(amplitudes);
+    const float typical = quantile(amplitudes);
     for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
       reference_.place_px[i] = place_[i];
       reference_.amplitude[i] = typical;

@@ -44,24 +44,22 @@ Labeller::Labeller(const std::vector<Lattice>& lattices, int width_px, int heigh
   for (const Lattice& lattice : lattices) {
     Work work;
     work.lattice = lattice;
-    Wide& wide = work.wide;
-    wide.columns = lattice.columns;
-    wide.rows = lattice.rows;
-    wide.slackX = lattice.columns - 2;  // covers any two pictures that share a column
-    wide.slackY = lattice.rows - 2;
-    wide.lattice = {0, lattice.columns + 2 * wide.slackX, lattice.rows + 2 * wide.slackY};
-    const auto nodes = static_cast<std::size_t>(wide.lattice.count());
+    work.slackX = lattice.columns - 2;  // covers any two pictures that share a column
+    work.slackY = lattice.rows - 2;
+    const Lattice wide{0, lattice.columns + 2 * work.slackX, lattice.rows + 2 * work.slackY};
+    work.wide = wide;
+    const auto nodes = static_cast<std::size_t>(wide.count());
     work.reference.resize(nodes);
     work.displacement.resize(nodes);
     work.spot.resize(nodes);
     for (auto* flags : {&work.has, &work.tried, &work.neighbours, &work.visible}) flags->resize(nodes);
     work.open.reserve(nodes);
     work.taken.resize(static_cast<std::size_t>(spots));
-    const auto corners = static_cast<std::size_t>((wide.lattice.columns + 1) * (wide.lattice.rows + 1));
+    const auto corners = static_cast<std::size_t>((wide.columns + 1) * (wide.rows + 1));
     work.hasSum.resize(corners);
     work.missingSum.resize(corners);
     work.displacementSum.resize(corners);
-    work.shifts.reserve(static_cast<std::size_t>(wide.shifts()));
+    work.shifts.reserve(static_cast<std::size_t>((2 * work.slackX + 1) * (2 * work.slackY + 1)));
     works_.push_back(std::move(work));
   }
 }
@@ -77,12 +75,12 @@ bool Labeller::label(std::span<const std::span<const Spot>> spots, std::span<con
   chooseShifts();
   for (std::size_t layer = 0; layer < works_.size(); ++layer) {
     const Work& work = works_[layer];
-    const int left = work.wide.slackX - work.chosen.x, low = work.wide.slackY - work.chosen.y;
+    const int left = work.slackX - work.chosen.x, low = work.slackY - work.chosen.y;
     int found = 0;
     for (int row = 0; row < work.lattice.rows; ++row) {
       for (int column = 0; column < work.lattice.columns; ++column) {
         const int marker = work.lattice.at(column, row);
-        const int node = work.wide.lattice.at(column + left, row + low);
+        const int node = work.wide.at(column + left, row + low);
         labelled[marker] = work.has[node];
         if (!work.has[node]) continue;
         const Spot& spot = spots[layer][work.spot[node]];
@@ -117,17 +115,17 @@ void Labeller::chooseShifts() {
 
 void Labeller::prepare(Work& work, std::span<const Spot> spots, std::span<const Vector> reference) {
   const Lattice& lattice = work.lattice;
-  const Wide& wide = work.wide;
-  for (int row = 0; row < wide.lattice.rows; ++row) {
-    for (int column = 0; column < wide.lattice.columns; ++column) {
-      const int c = std::clamp(column - wide.slackX, 0, lattice.columns - 1),
-                r = std::clamp(row - wide.slackY, 0, lattice.rows - 1);
+  const Lattice& wide = work.wide;
+  for (int row = 0; row < wide.rows; ++row) {
+    for (int column = 0; column < wide.columns; ++column) {
+      const int c = std::clamp(column - work.slackX, 0, lattice.columns - 1),
+                r = std::clamp(row - work.slackY, 0, lattice.rows - 1);
       const int inwardC = c > 0 ? c - 1 : c + 1, inwardR = r > 0 ? r - 1 : r + 1;
       const Vector border = reference[lattice.at(c, r)];
-      const auto overC = static_cast<float>(std::abs(column - wide.slackX - c)),
-                 overR = static_cast<float>(std::abs(row - wide.slackY - r));
-      work.reference[wide.lattice.at(column, row)] = border + overC * (border - reference[lattice.at(inwardC, r)]) +
-                                                     overR * (border - reference[lattice.at(c, inwardR)]);
+      const auto overC = static_cast<float>(std::abs(column - work.slackX - c)),
+                 overR = static_cast<float>(std::abs(row - work.slackY - r));
+      work.reference[wide.at(column, row)] = border + overC * (border - reference[lattice.at(inwardC, r)]) +
+                                             overR * (border - reference[lattice.at(c, inwardR)]);
     }
   }
   work.spacing = smallestSpacing(reference, {&lattice, 1});
@@ -164,8 +162,8 @@ bool Labeller::grow(Work& work, std::span<const Spot> spots) {
   std::array<Seed, kSeeds> seeds;
   seeds.fill({std::numeric_limits<float>::infinity(), -1, -1});
   const float reach = kSeedReach * work.spacing;
-  const Lattice& wide = work.wide.lattice;
-  const int left = work.wide.slackX, low = work.wide.slackY;
+  const Lattice& wide = work.wide;
+  const int left = work.slackX, low = work.slackY;
   for (int row = low + 1; row + 1 < wide.rows - low; ++row) {
     for (int column = left + 1; column + 1 < wide.columns - left; ++column) {
       const int node = wide.at(column, row);
@@ -197,7 +195,7 @@ bool Labeller::grow(Work& work, std::span<const Spot> spots) {
 }
 
 void Labeller::setSpot(Work& work, std::span<const Spot> spots, int node, int spot) {
-  const Lattice& wide = work.wide.lattice;
+  const Lattice& wide = work.wide;
   work.spot[node] = spot;
   work.has[node] = 1;
   work.taken[spot] = 1;
@@ -213,7 +211,7 @@ void Labeller::setSpot(Work& work, std::span<const Spot> spots, int node, int sp
 }
 
 int Labeller::growFrom(Work& work, std::span<const Spot> spots, int seed, int spot) {
-  const Lattice& wide = work.wide.lattice;
+  const Lattice& wide = work.wide;
   std::fill(work.spot.begin(), work.spot.end(), -1);
   for (auto* flags : {&work.has, &work.tried, &work.neighbours, &work.taken}) {
     std::fill(flags->begin(), flags->end(), std::uint8_t{0});
@@ -230,11 +228,10 @@ int Labeller::growFrom(Work& work, std::span<const Spot> spots, int seed, int sp
     }
     if (next < 0) return grown;
     work.tried[next] = work.neighbours[next];
-    const auto expected = expectation(wide, next % wide.columns, next / wide.columns, work.displacement, work.has);
+    const auto expected = expectation(wide, next, work.displacement, work.has);
     if (!expected) continue;
     float distance = 0.0F, second = 0.0F;
-    const int found =
-        nearest(work, spots, work.reference[next] + expected->value, kReach * work.spacing, &distance, &second);
+    const int found = nearest(work, spots, work.reference[next] + *expected, kReach * work.spacing, &distance, &second);
     if (found < 0 || second - distance < kRunnerUp * work.spacing) continue;
     setSpot(work, spots, next, found);
     ++grown;
@@ -243,32 +240,15 @@ int Labeller::growFrom(Work& work, std::span<const Spot> spots, int seed, int sp
 
 /// Determines which nodes the picture should show, and computes the sums.
 void Labeller::findVisible(Work& work, float border_px) const {
-  const Lattice& wide = work.wide.lattice;
+  const Lattice& wide = work.wide;
   // Places far from all spots follow a plane through the motion of all nodes that have a spot.
-  Vector mean, byX, byY;
-  float n = 0, mx = 0, my = 0;
+  PlaneFit all;
   for (int node = 0; node < wide.count(); ++node) {
     if (!work.has[node]) continue;
-    n += 1.0F;
-    mx += static_cast<float>(node % wide.columns);
-    my += static_cast<float>(node / wide.columns);
-    mean = mean + work.displacement[node];
+    all.add(1.0F, static_cast<float>(node % wide.columns), static_cast<float>(node / wide.columns),
+            work.displacement[node]);
   }
-  mx /= n;
-  my /= n;
-  mean = (1.0F / n) * mean;
-  float xx = 1.0F, xy = 0.0F, yy = 1.0F;
-  for (int node = 0; node < wide.count(); ++node) {
-    if (!work.has[node]) continue;
-    const float x = static_cast<float>(node % wide.columns) - mx, y = static_cast<float>(node / wide.columns) - my;
-    xx += x * x;
-    xy += x * y;
-    yy += y * y;
-    byX = byX + x * (work.displacement[node] - mean);
-    byY = byY + y * (work.displacement[node] - mean);
-  }
-  const float inverse = 1.0F / (xx * yy - xy * xy);
-  const Vector slopeX = inverse * (yy * byX - xy * byY), slopeY = inverse * (xx * byY - xy * byX);
+  all.solve();
 
   const int pitch = wide.columns + 1;
   for (int row = 0; row < wide.rows; ++row) {
@@ -276,9 +256,8 @@ void Labeller::findVisible(Work& work, float border_px) const {
       const int node = wide.at(column, row);
       Vector moved = work.displacement[node];
       if (!work.has[node]) {
-        const auto expected = expectation(wide, column, row, work.displacement, work.has);
-        moved = expected ? expected->value
-                         : mean + (static_cast<float>(column) - mx) * slopeX + (static_cast<float>(row) - my) * slopeY;
+        const auto expected = expectation(wide, node, work.displacement, work.has);
+        moved = expected ? *expected : all.at(static_cast<float>(column), static_cast<float>(row));
       }
       const Vector place = work.reference[node] + moved;
       const bool inside =
@@ -296,12 +275,12 @@ void Labeller::findVisible(Work& work, float border_px) const {
 }
 
 void Labeller::scoreShifts(Work& work, bool seenBefore) const {
-  const Wide& wide = work.wide;
+  const Lattice& wide = work.wide;
   const Lattice& lattice = work.lattice;
-  const int pitch = wide.lattice.columns + 1;
+  const int pitch = wide.columns + 1;
   const int grown = work.hasSum.back();
   const auto referenceAt = [&](int column, int row) {
-    return work.reference[wide.lattice.at(column + wide.slackX, row + wide.slackY)];
+    return work.reference[wide.at(column + work.slackX, row + work.slackY)];
   };
   const Vector acrossX = (1.0F / static_cast<float>(lattice.columns - 1)) *
                          (referenceAt(lattice.columns - 1, lattice.rows / 2) - referenceAt(0, lattice.rows / 2));
@@ -309,22 +288,24 @@ void Labeller::scoreShifts(Work& work, bool seenBefore) const {
                          (referenceAt(lattice.columns / 2, lattice.rows - 1) - referenceAt(lattice.columns / 2, 0));
   const int shorter = std::min(lattice.columns, lattice.rows);
   work.shifts.clear();
-  for (int shift = 0; shift < wide.shifts(); ++shift) {
-    const int x = wide.xOf(shift), y = wide.yOf(shift);
-    const int low = (wide.slackY - y) * pitch + wide.slackX - x, high = low + lattice.rows * pitch;
-    const auto within = [&](const auto& sums) {
-      return sums[high + lattice.columns] - sums[high] - sums[low + lattice.columns] + sums[low];
-    };
-    const int inside = within(work.hasSum);
-    if (inside == 0) continue;
-    const Vector mean = (1.0F / static_cast<float>(inside)) * within(work.displacementSum) -
-                        static_cast<float>(x) * acrossX - static_cast<float>(y) * acrossY;
-    const float moved = std::sqrt(mean.squared()) / work.spacing;
-    const float cost = seenBefore ? kMoveCost * moved * moved : kFirstMoveCost * moved;
-    const float jump = seenBefore && moved > 0.5F ? kJumpCost * static_cast<float>(shorter) : 0.0F;
-    const float score = -kOutsideCost * static_cast<float>(grown - inside) -
-                        static_cast<float>(within(work.missingSum)) - cost * static_cast<float>(lattice.count()) - jump;
-    work.shifts.push_back({score, x, y, mean});
+  for (int y = -work.slackY; y <= work.slackY; ++y) {
+    for (int x = -work.slackX; x <= work.slackX; ++x) {
+      const int low = (work.slackY - y) * pitch + work.slackX - x, high = low + lattice.rows * pitch;
+      const auto within = [&](const auto& sums) {
+        return sums[high + lattice.columns] - sums[high] - sums[low + lattice.columns] + sums[low];
+      };
+      const int inside = within(work.hasSum);
+      if (inside == 0) continue;
+      const Vector mean = (1.0F / static_cast<float>(inside)) * within(work.displacementSum) -
+                          static_cast<float>(x) * acrossX - static_cast<float>(y) * acrossY;
+      const float moved = std::sqrt(mean.squared()) / work.spacing;
+      const float cost = seenBefore ? kMoveCost * moved * moved : kFirstMoveCost * moved;
+      const float jump = seenBefore && moved > 0.5F ? kJumpCost * static_cast<float>(shorter) : 0.0F;
+      const float score = -kOutsideCost * static_cast<float>(grown - inside) -
+                          static_cast<float>(within(work.missingSum)) - cost * static_cast<float>(lattice.count()) -
+                          jump;
+      work.shifts.push_back({score, x, y, mean});
+    }
   }
   const std::size_t best = std::min(kBestShifts, work.shifts.size());
   std::partial_sort(work.shifts.begin(), work.shifts.begin() + static_cast<std::ptrdiff_t>(best), work.shifts.end(),
@@ -335,16 +316,16 @@ void Labeller::scoreShifts(Work& work, bool seenBefore) const {
 /// Returns the extent of the lattice. A column is present if most of its visible nodes have spots; if few nodes are
 /// visible, the column is assumed to be present as described.
 LatticeSeen Labeller::extent(const Work& work) const {
-  const Wide& wide = work.wide;
-  const int left = wide.slackX - work.chosen.x, low = wide.slackY - work.chosen.y;
+  const Lattice& wide = work.wide;
+  const int left = work.slackX - work.chosen.x, low = work.slackY - work.chosen.y;
   // Returns the share of the line's visible nodes that have a spot; -1: too few are visible.
   const auto share = [&](bool column, int index) {
     const int length = column ? work.lattice.rows : work.lattice.columns;
     int visible = 0, there = 0;
     for (int i = 0; i < length; ++i) {
       const int x = left + (column ? index : i), y = low + (column ? i : index);
-      if (!wide.lattice.has(x, y)) return -1.0F;
-      const int node = wide.lattice.at(x, y);
+      if (!wide.has(x, y)) return -1.0F;
+      const int node = wide.at(x, y);
       if (!work.visible[node]) continue;
       ++visible;
       there += work.has[node];

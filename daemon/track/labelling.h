@@ -46,18 +46,6 @@ class Labeller {
   std::span<const LatticeSeen> seen() const { return seen_; }
 
  private:
-  /// A layer's lattice, extended by `slack` on all sides, with sums over its rectangles.
-  struct Wide {
-    int columns = 0, rows = 0;  ///< size of the layer's lattice
-    int slackX = 0, slackY = 0;
-    Lattice lattice;  ///< first = 0
-
-    int shiftsX() const { return 2 * slackX + 1; }
-    int shifts() const { return shiftsX() * (2 * slackY + 1); }
-    int xOf(int shift) const { return shift % shiftsX() - slackX; }
-    int yOf(int shift) const { return shift / shiftsX() - slackY; }
-  };
-
   /// A shift of all labels by (x, y): how well the picture then fits, and its distance from the reference.
   struct Shift {
     float score = 0.0F;
@@ -67,8 +55,9 @@ class Labeller {
 
   /// One layer while it is labelled.
   struct Work {
-    Lattice lattice;  ///< without extension
-    Wide wide;
+    Lattice lattice;  ///< of the layer
+    Lattice wide;     ///< extended by the slack on all sides; first = 0
+    int slackX = 0, slackY = 0;
     float spacing = 0.0F;           ///< smallestSpacing() [px]
     std::vector<Vector> reference;  ///< extended beyond the lattice
     std::vector<Vector> displacement;
@@ -79,7 +68,7 @@ class Labeller {
     std::vector<int> open;                 ///< nodes without a spot that have a neighbour with one
     std::vector<std::uint8_t> taken;       ///< by spot: it is assigned
     std::vector<std::uint8_t> visible;     ///< by node: its place is well within the picture
-    std::vector<int> hasSum, missingSum;   ///< cumulative counts of nodes: with a spot; visible, without one
+    std::vector<int> hasSum, missingSum;   ///< sums over rectangles of nodes: with a spot; visible, without one
     std::vector<Vector> displacementSum;
     std::vector<Shift> shifts;  ///< the best ones, best first
     Shift chosen;

@@ -12,7 +12,6 @@ constexpr float kContradiction =
     0.5F;                          // of the spacing, between neighbours: a swap (1.0) less a slope (0.4) is above this
 constexpr float kOutlier = 0.25F;  // share of the spacing, from the mean of the neighbours on both sides
 constexpr int kAround = 4;         // number of the eight nodes around a gap
-constexpr float kSlopePrior = 0.01F;  // keeps the slope of the plane finite if the nodes lie in one line
 
 }  // namespace
 
@@ -60,38 +59,23 @@ std::vector<Lattice> latticesOf(const sensor::Sensor& sensor) {
   return lattices;
 }
 
-std::optional<Expectation> expectation(const Lattice& lattice, int column, int row, std::span<const Vector> field,
-                                       std::span<const std::uint8_t> valid) {
-  float w = 0, wx = 0, wy = 0, wxx = 0, wxy = 0, wyy = 0;
-  Vector f, fx, fy;
-  int nodes = 0;
+std::optional<Vector> expectation(const Lattice& lattice, int node, std::span<const Vector> field,
+                                  std::span<const std::uint8_t> valid) {
+  const int column = (node - lattice.first) % lattice.columns, row = (node - lattice.first) / lattice.columns;
+  PlaneFit plane;
+  bool isBeside = false;
   for (int y = std::max(-2, -row); y <= std::min(2, lattice.rows - 1 - row); ++y) {
     for (int x = std::max(-2, -column); x <= std::min(2, lattice.columns - 1 - column); ++x) {
-      const int node = lattice.at(column + x, row + y);
-      if ((x == 0 && y == 0) || !valid[node]) continue;
-      if (std::abs(x) < 2 && std::abs(y) < 2) ++nodes;
+      const int beside = lattice.at(column + x, row + y);
+      if (beside == node || !valid[beside]) continue;
+      isBeside = isBeside || (std::abs(x) < 2 && std::abs(y) < 2);
       const auto dx = static_cast<float>(x), dy = static_cast<float>(y);
-      const float weight = 1.0F / (dx * dx + dy * dy);
-      w += weight;
-      wx += weight * dx;
-      wy += weight * dy;
-      wxx += weight * dx * dx;
-      wxy += weight * dx * dy;
-      wyy += weight * dy * dy;
-      f = f + weight * field[node];
-      fx = fx + weight * dx * field[node];
-      fy = fy + weight * dy * field[node];
+      plane.add(1.0F / (dx * dx + dy * dy), dx, dy, field[beside]);
     }
   }
-  if (nodes == 0) return std::nullopt;
-  // Solves about the weighted centre: the slopes first, then the value at the origin.
-  const float mx = wx / w, my = wy / w;
-  const Vector mean = (1.0F / w) * f;
-  const float xx = wxx - w * mx * mx + kSlopePrior, yy = wyy - w * my * my + kSlopePrior, xy = wxy - w * mx * my;
-  const Vector sx = fx - (w * mx) * mean, sy = fy - (w * my) * mean;
-  const float inverse = 1.0F / (xx * yy - xy * xy);
-  const Vector slopeX = inverse * (yy * sx - xy * sy), slopeY = inverse * (xx * sy - xy * sx);
-  return Expectation{mean - mx * slopeX - my * slopeY, nodes};
+  if (!isBeside) return std::nullopt;
+  plane.solve();
+  return plane.at(0.0F, 0.0F);
 }
 
 Trust::Trust(const Lattice& lattice, float spacing_px)
@@ -100,10 +84,9 @@ Trust::Trust(const Lattice& lattice, float spacing_px)
     , piece_(static_cast<std::size_t>(lattice.count()))
     , stack_(static_cast<std::size_t>(lattice.count())) {}
 
-int Trust::prune(std::span<const Vector> displacement, std::span<std::uint8_t> valid, bool thorough) {
-  int dropped = dropOutliers(displacement, valid);
-  if (thorough || anyContradiction(displacement, valid)) dropped += keepLargestPiece(displacement, valid);
-  return dropped;
+void Trust::prune(std::span<const Vector> displacement, std::span<std::uint8_t> valid, bool thorough) {
+  dropOutliers(displacement, valid);
+  if (thorough || anyContradiction(displacement, valid)) keepLargestPiece(displacement, valid);
 }
 
 bool Trust::anyContradiction(std::span<const Vector> displacement, std::span<const std::uint8_t> valid) const {
@@ -118,9 +101,8 @@ bool Trust::anyContradiction(std::span<const Vector> displacement, std::span<con
   return false;
 }
 
-int Trust::dropOutliers(std::span<const Vector> displacement, std::span<std::uint8_t> valid) {
+void Trust::dropOutliers(std::span<const Vector> displacement, std::span<std::uint8_t> valid) {
   const float limit2 = limit2_ * (kOutlier * kOutlier) / (kContradiction * kContradiction);
-  int dropped = 0;
   enum class Verdict { kUnknown, kAgrees, kDiffers, kDiffersFromBoth };
   const auto between = [&](int node, int step) {
     if (!valid[node - step] || !valid[node + step]) return Verdict::kUnknown;
@@ -143,13 +125,11 @@ int Trust::dropOutliers(std::span<const Vector> displacement, std::span<std::uin
       const bool twice = across != Verdict::kUnknown && along != Verdict::kUnknown;
       if (!twice && across != Verdict::kDiffersFromBoth && along != Verdict::kDiffersFromBoth) continue;
       valid[node] = 0;
-      ++dropped;
     }
   }
-  return dropped;
 }
 
-int Trust::keepLargestPiece(std::span<const Vector> displacement, std::span<std::uint8_t> valid) {
+void Trust::keepLargestPiece(std::span<const Vector> displacement, std::span<std::uint8_t> valid) {
   // Diagonal neighbours and neighbours across one gap are connected, too.
   constexpr std::array<std::array<int, 2>, 12> kLinks = {
       {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}, {2, 0}, {-2, 0}, {0, 2}, {0, -2}}};
@@ -179,41 +159,9 @@ int Trust::keepLargestPiece(std::span<const Vector> displacement, std::span<std:
     }
     ++pieces;
   }
-  for (int node = 0; node < lattice_.count(); ++node) piece_[node] = piece_[node] == largest ? 0 : 1;
-  const int dropped = dropMarked(valid);
-  return dropped + dropContradicting(displacement, valid);
-}
-
-/// Drops both of two neighbours that contradict each other within a piece, which other nodes connect: which of them is
-/// wrong is not known.
-int Trust::dropContradicting(std::span<const Vector> displacement, std::span<std::uint8_t> valid) {
-  std::fill(piece_.begin(), piece_.end(), 0);
-  for (int row = 0; row < lattice_.rows; ++row) {
-    for (int column = 0; column < lattice_.columns; ++column) {
-      const int node = lattice_.at(column, row);
-      if (!valid[node]) continue;
-      const auto check = [&](int other) {
-        if (valid[other] && contradicts(displacement, node, other)) {
-          piece_[node - lattice_.first] = 1;
-          piece_[other - lattice_.first] = 1;
-        }
-      };
-      if (column + 1 < lattice_.columns) check(node + 1);
-      if (row + 1 < lattice_.rows) check(node + lattice_.columns);
-    }
-  }
-  return dropMarked(valid);
-}
-
-/// Drops the valid nodes whose piece_ is 1, and returns their number.
-int Trust::dropMarked(std::span<std::uint8_t> valid) {
-  int dropped = 0;
   for (int node = 0; node < lattice_.count(); ++node) {
-    if (piece_[node] != 1 || !valid[lattice_.first + node]) continue;
-    valid[lattice_.first + node] = 0;
-    ++dropped;
+    if (piece_[node] != largest) valid[lattice_.first + node] = 0;
   }
-  return dropped;
 }
 
 }  // namespace tractiond::track

@@ -43,16 +43,52 @@ int isolatedGaps(const Lattice& lattice, std::span<const std::uint8_t> there);
 /// Returns the lattices of the sensor's layers, in their order; the indices are those of sensor::markerPositions.
 std::vector<Lattice> latticesOf(const sensor::Sensor& sensor);
 
-struct Expectation {
-  Vector value;   ///< in the unit of the field
-  int nodes = 0;  ///< valid ones among the eight nearest
+/// Weighted least squares of a plane through values on a grid. Reentrant; allocates nothing.
+class PlaneFit {
+ public:
+  void add(float weight, float x, float y, Vector value) {
+    w_ += weight;
+    wx_ += weight * x;
+    wy_ += weight * y;
+    wxx_ += weight * x * x;
+    wxy_ += weight * x * y;
+    wyy_ += weight * y * y;
+    f_ = f_ + weight * value;
+    fx_ = fx_ + weight * x * value;
+    fy_ = fy_ + weight * y * value;
+  }
+
+  /// Solves about the weighted centre: the slopes first, then the value there. Must be called after the last add() and
+  /// before at().
+  void solve() {
+    constexpr float kSlopePrior = 0.01F;  // keeps the slope finite if the places lie in one line
+    mx_ = wx_ / w_;
+    my_ = wy_ / w_;
+    mean_ = (1.0F / w_) * f_;
+    const float xx = wxx_ - w_ * mx_ * mx_ + kSlopePrior, yy = wyy_ - w_ * my_ * my_ + kSlopePrior,
+                xy = wxy_ - w_ * mx_ * my_;
+    const Vector sx = fx_ - (w_ * mx_) * mean_, sy = fy_ - (w_ * my_) * mean_;
+    const float inverse = 1.0F / (xx * yy - xy * xy);
+    slopeX_ = inverse * (yy * sx - xy * sy);
+    slopeY_ = inverse * (xx * sy - xy * sx);
+  }
+
+  /// Returns the plane's value.
+  Vector at(float x, float y) const { return mean_ + (x - mx_) * slopeX_ + (y - my_) * slopeY_; }
+
+ private:
+  float w_ = 0, wx_ = 0, wy_ = 0, wxx_ = 0, wxy_ = 0, wyy_ = 0;
+  Vector f_, fx_, fy_;
+  float mx_ = 0, my_ = 0;
+  Vector mean_, slopeX_, slopeY_;
 };
-/// Predicts the value of a smooth field at (column, row) from its neighbours: fits a plane to the valid nodes up to two
+
+/// Predicts the value of a smooth field at a node from its neighbours: fits a plane to the valid nodes up to two
 /// steps away, with larger weights for near ones. Returns nothing if none of the eight nearest is valid. Reentrant;
 /// allocates nothing.
-/// \param field, valid by marker of all layers; that of (column, row) itself is not used
-std::optional<Expectation> expectation(const Lattice& lattice, int column, int row, std::span<const Vector> field,
-                                       std::span<const std::uint8_t> valid);
+/// \param field, valid by marker of all layers; that of the node itself is not used
+std::optional<Vector> expectation(const Lattice& lattice, int node, std::span<const Vector> field,
+                                  std::span<const std::uint8_t> valid);
 
 /// Finds markers that were taken for others. In a smooth field neighbours' displacements differ by less than half the
 /// spacing, even where it is steep; a swap is an error of a whole spacing. Only the largest connected piece of the
@@ -63,23 +99,21 @@ class Trust {
   /// \param spacing_px distance between neighbours of the lattice in the untouched gel
   Trust(const Lattice& lattice, float spacing_px);
 
-  /// Sets `valid` to 0 where the displacement contradicts its surroundings, and returns for how many markers. Always:
+  /// Sets `valid` to 0 where the displacement contradicts its surroundings. Always:
   /// outliers of their row and column, which differ from the mean of the neighbours on both sides by more than a
   /// quarter of the spacing. Then, if `thorough`, or if neighbours still contradict each other: all but the largest
-  /// connected piece, and both of two neighbours in it that contradict each other. Considers only this lattice's nodes.
+  /// connected piece. Considers only this lattice's nodes.
   /// \param thorough true: looks for separate pieces even if no neighbours contradict each other \param displacement,
   /// valid by marker of all layers
-  int prune(std::span<const Vector> displacement, std::span<std::uint8_t> valid, bool thorough);
+  void prune(std::span<const Vector> displacement, std::span<std::uint8_t> valid, bool thorough);
 
  private:
   bool contradicts(std::span<const Vector> displacement, int a, int b) const {
     return (displacement[a] - displacement[b]).squared() > limit2_;
   }
   bool anyContradiction(std::span<const Vector> displacement, std::span<const std::uint8_t> valid) const;
-  int dropOutliers(std::span<const Vector> displacement, std::span<std::uint8_t> valid);
-  int keepLargestPiece(std::span<const Vector> displacement, std::span<std::uint8_t> valid);
-  int dropContradicting(std::span<const Vector> displacement, std::span<std::uint8_t> valid);
-  int dropMarked(std::span<std::uint8_t> valid);
+  void dropOutliers(std::span<const Vector> displacement, std::span<std::uint8_t> valid);
+  void keepLargestPiece(std::span<const Vector> displacement, std::span<std::uint8_t> valid);
 
   Lattice lattice_;
   float limit2_;            ///< px^2

@@ -26,11 +26,13 @@ struct Plane {
   float noise = 1.0F;  ///< variance of a sample, relative to one of the camera's: below 1 where several were averaged
   float unit = 1.0F;   ///< levels in 1/255 of the format's range
 
-  /// Returns the brightness of sample (x, y) [levels], which must lie within width and height.
-  float at(std::ptrdiff_t x, std::ptrdiff_t y) const {
+  /// Returns the brightness of sample (x, y) [levels], which must lie within width and height; with an offset [samples]
+  /// that of another colour's beside it.
+  float at(std::ptrdiff_t x, std::ptrdiff_t y, std::ptrdiff_t offset = 0) const {
     const std::uint8_t* row = first + y * stride;
-    return wide ? gain * static_cast<float>(reinterpret_cast<const std::uint16_t*>(row)[x * step])
-                : static_cast<float>(row[x * step]);
+    const std::ptrdiff_t index = x * step + offset;
+    return wide ? gain * static_cast<float>(reinterpret_cast<const std::uint16_t*>(row)[index])
+                : static_cast<float>(row[index]);
   }
 };
 

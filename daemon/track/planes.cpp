@@ -16,11 +16,6 @@ namespace {
 /// Samples have 16 units per level, above an offset that keeps them positive.
 constexpr int kYuvUnits = 16, kYuvOffset = 256;
 
-/// Returns the index of red in a pixel of RGB or BGR.
-int redIndex(PixelColours colours) {
-  return colours == PixelColours::kBgr ? 2 : 0;
-}
-
 struct Place {
   int u, v;
 };
@@ -50,16 +45,8 @@ bool isYuv(PixelColours colours) {
 
 /// Returns the colour that also shows glare.
 Colour glareColour(Colour own) {
-  switch (own) {
-  case Colour::kBlue:
-  case Colour::kGreen:
-    return Colour::kRed;
-  case Colour::kRed:
-    return Colour::kBlue;
-  case Colour::kGrey:
-    break;
-  }
-  return Colour::kGrey;
+  if (own == Colour::kGrey) return Colour::kGrey;
+  return own == Colour::kRed ? Colour::kBlue : Colour::kRed;
 }
 
 /// Computes for each two by two pixels the sum of the two greens, and twice the other colour at their centre, from its
@@ -135,15 +122,11 @@ void makeRgbOfYuv(const std::uint8_t* first, std::ptrdiff_t stride, int width, i
 
 /// Samples in whole bytes, in the order in which the camera sends them.
 struct Planes::Source {
-  const std::uint8_t* first = nullptr;
-  std::ptrdiff_t stride = 0;  ///< bytes
-  bool wide = false;
+  Plane all;  ///< of all samples, as if they were of one colour
   PixelColours colours = PixelColours::kMono;
   int bits = 8;
-  int width = 0, height = 0;
-  float gain = 1.0F, unit = 1.0F;
 
-  std::ptrdiff_t samplesPerRow() const { return stride / (wide ? 2 : 1); }
+  std::ptrdiff_t samplesPerRow() const { return all.stride / (all.wide ? 2 : 1); }
 
   bool has(Colour colour) const {
     if (isMosaic(colours)) return colour == Colour::kRed || colour == Colour::kBlue;
@@ -153,22 +136,15 @@ struct Planes::Source {
 
   /// Returns the plane of a colour that the source has.
   Plane plane(Colour colour) const {
-    Plane made;
-    made.first = first;
-    made.stride = stride;
-    made.wide = wide;
-    made.width = width;
-    made.height = height;
-    made.gain = gain;
-    made.unit = unit;
+    Plane made = all;
     std::ptrdiff_t from = 0;  // samples
     if (isMosaic(colours)) {
       const Place place = placeOf(colours, colour);
       from = place.v * samplesPerRow() + place.u;
-      made.stride = 2 * stride;
+      made.stride *= 2;
       made.step = 2;
-      made.width = width / 2;
-      made.height = height / 2;
+      made.width /= 2;
+      made.height /= 2;
       made.scale = 2.0F;
       made.u0 = static_cast<float>(place.u);
       made.v0 = static_cast<float>(place.v);
@@ -178,17 +154,15 @@ struct Planes::Source {
     } else if (isYuv(colours)) {
       from = colours == PixelColours::kUyvy ? 1 : 0;
       made.step = 2;
-    } else {
-      made.step = 1;
     }
-    made.first += (wide ? 2 : 1) * from;
+    made.first += (made.wide ? 2 : 1) * from;
     return made;
   }
 
   /// Returns the index of a colour in a pixel of RGB.
   int indexOf(Colour colour) const {
     if (colour == Colour::kGreen) return 1;
-    return colour == Colour::kRed ? redIndex(colours) : 2 - redIndex(colours);
+    return (colour == Colour::kRed) == (colours == PixelColours::kRgb) ? 0 : 2;
   }
 
   /// Sets in a plane of the source where the other colour lies, from a sample of `own`.
@@ -219,14 +193,15 @@ Planes::Planes(std::span<const sensor::MarkerLayer> layers) {
 
 Planes::Source Planes::sourceOf(const Frame& frame) {
   const PixelFormatTraits& format = traitsOf(frame.format);
-  Source source{.first = frame.data,
-                .stride = frame.stride,
-                .wide = format.bits > 8,
+  Source source{.all = {.first = frame.data,
+                        .stride = frame.stride,
+                        .step = 1,
+                        .wide = format.bits > 8,
+                        .width = frame.width,
+                        .height = frame.height,
+                        .unit = static_cast<float>(format.full()) / 255.0F},
                 .colours = format.colours,
-                .bits = format.bits,
-                .width = frame.width,
-                .height = frame.height,
-                .unit = static_cast<float>(format.full()) / 255.0F};
+                .bits = format.bits};
   if (format.packing != PixelPacking::kWhole) {
     const std::size_t perRow = static_cast<std::size_t>(frame.width) * (isRgb(format.colours) ? 3U : 1U);
     const auto rows = static_cast<std::size_t>(frame.height);
@@ -239,8 +214,8 @@ Planes::Source Planes::sourceOf(const Frame& frame) {
                unpacked_.data() + row * perRow);
       }
     }
-    source.first = reinterpret_cast<const std::uint8_t*>(unpacked_.data());
-    source.stride = static_cast<std::ptrdiff_t>(2 * perRow);
+    source.all.first = reinterpret_cast<const std::uint8_t*>(unpacked_.data());
+    source.all.stride = static_cast<std::ptrdiff_t>(2 * perRow);
   }
   const bool coloured =
       std::any_of(layers_.begin(), layers_.end(), [](const Layer& layer) { return layer.colour != Colour::kGrey; });
@@ -248,12 +223,12 @@ Planes::Source Planes::sourceOf(const Frame& frame) {
     unpacked_.resize(3 * static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height));
     makeRgbOfYuv(frame.data, frame.stride, frame.width, frame.height, format.colours == PixelColours::kUyvy ? 1 : 0,
                  unpacked_.data());
-    source.first = reinterpret_cast<const std::uint8_t*>(unpacked_.data());
-    source.stride = std::ptrdiff_t{6} * frame.width;
-    source.wide = true;
+    source.all.first = reinterpret_cast<const std::uint8_t*>(unpacked_.data());
+    source.all.stride = std::ptrdiff_t{6} * frame.width;
+    source.all.wide = true;
+    source.all.gain = 1.0F / kYuvUnits;
     source.colours = PixelColours::kRgb;
     source.bits = 14;
-    source.gain = 1.0F / kYuvUnits;
   }
   return source;
 }
@@ -285,35 +260,35 @@ void Planes::makeOwn(const Source& source, Layer& layer) {
     return;
   }
   const bool mosaic = isMosaic(source.colours), pairs = layer.colour == Colour::kGreen;
-  const int width = source.width / (mosaic ? 2 : 1), height = source.height / (mosaic ? 2 : 1);
+  const Plane& all = source.all;
+  const int width = all.width / (mosaic ? 2 : 1), height = all.height / (mosaic ? 2 : 1);
   const int summed = pairs ? 2 : mosaic ? 4 : 3;
   const int shift = source.bits <= 14 ? 0 : pairs ? 1 : 2;
   layer.made.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * (pairs ? 2U : 1U));
   const auto make = [&]<typename Sample>(Sample) {
     if (pairs) {
-      makeGreen<Sample>(source.first, source.stride, source.width, source.height,
-                        placeOf(source.colours, layer.otherColour), shift, layer.made.data());
+      makeGreen<Sample>(all.first, all.stride, all.width, all.height, placeOf(source.colours, layer.otherColour), shift,
+                        layer.made.data());
     } else if (mosaic) {
-      makeGreyOfMosaic<Sample>(source.first, source.stride, source.width, source.height, shift, layer.made.data());
+      makeGreyOfMosaic<Sample>(all.first, all.stride, all.width, all.height, shift, layer.made.data());
     } else {
-      makeGreyOfRgb<Sample>(source.first, source.stride, source.width, source.height, shift, layer.made.data());
+      makeGreyOfRgb<Sample>(all.first, all.stride, all.width, all.height, shift, layer.made.data());
     }
   };
-  if (source.wide) {
+  if (all.wide) {
     make(std::uint16_t{});
   } else {
     make(std::uint8_t{});
   }
-  layer.own = Plane{};
-  layer.own.first = reinterpret_cast<const std::uint8_t*>(layer.made.data());
-  layer.own.wide = true;
-  layer.own.step = pairs ? 2 : 1;
-  layer.own.stride = std::ptrdiff_t{2} * layer.own.step * width;
-  layer.own.width = width;
-  layer.own.height = height;
-  layer.own.gain = source.gain * static_cast<float>(1 << shift) / static_cast<float>(summed);
-  layer.own.noise = 1.0F / static_cast<float>(summed);
-  layer.own.unit = source.unit;
+  layer.own = {.first = reinterpret_cast<const std::uint8_t*>(layer.made.data()),
+               .stride = std::ptrdiff_t{pairs ? 4 : 2} * width,
+               .step = pairs ? 2 : 1,
+               .wide = true,
+               .width = width,
+               .height = height,
+               .gain = all.gain * static_cast<float>(1 << shift) / static_cast<float>(summed),
+               .noise = 1.0F / static_cast<float>(summed),
+               .unit = all.unit};
   if (mosaic) {
     layer.own.scale = 2.0F;
     layer.own.u0 = layer.own.v0 = 0.5F;
@@ -323,13 +298,6 @@ void Planes::makeOwn(const Source& source, Layer& layer) {
     layer.own.otherNoise =
         100.0F / 256.0F / layer.own.noise;  // variance of a mean with the weights 9, 3, 3, 1 sixteenths
   }
-}
-
-Plane planeOf(const Frame& frame, Colour colour) {
-  const sensor::MarkerLayer layer{.colour = colour};
-  Planes planes({&layer, 1});
-  planes.read(frame);
-  return planes.own(0);
 }
 
 }  // namespace tractiond::track

@@ -53,9 +53,4 @@ class Planes {
   bool mixes_ = false;
 };
 
-/// Returns the plane of a colour that the picture has as such, valid as long as the frame's memory. Must not be called
-/// for a plane that would be computed, whose memory is freed on return: packed formats, green and grey of a mosaic,
-/// grey of RGB, colours of YUV.
-Plane planeOf(const Frame& frame, sensor::Colour colour);
-
 }  // namespace tractiond::track

@@ -4,7 +4,6 @@
 #include "base/files.h"
 #include "base/hash.h"
 #include "base/whole_file.h"
-#include "daemon/track/rest_pose.h"
 
 #include <algorithm>
 #include <cstring>
@@ -16,7 +15,6 @@ namespace {
 constexpr std::array<char, 8> kMagic = {'t', 'r', 'a', 'c', 'r', 'e', 's', 't'};
 constexpr std::uint32_t kVersion = 4;
 constexpr std::uint32_t kWithoutOddity = 3;  ///< the version without the oddity of each marker
-constexpr std::uint32_t kWithoutCamera = 2;  ///< the version without the camera's name
 constexpr std::size_t kLongestName = 4096;
 
 struct Header {
@@ -123,28 +121,20 @@ tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem:
     return refuse(EX_NOINPUT, "cannot be read: " + bytes.error().message());
   }
   Header header;
-  if (bytes->size() < sizeof header) return refuse(EX_DATAERR, "is cut short");
-  std::memcpy(&header, bytes->data(), sizeof header);
-  if (header.magic != kMagic) return refuse(EX_DATAERR, "is not one: its first bytes are foreign");
-  if (header.version == kWithoutCamera) {
-    return refuse(EX_DATAERR, "is of an earlier version, which does not say whose camera it belongs to");
+  Hash128 checksum{};
+  const std::size_t most = bytes->size() < sizeof header + sizeof checksum ? 0 : bytes->size() - sizeof checksum;
+  if (most > 0) {
+    std::memcpy(&header, bytes->data(), sizeof header);
+    std::memcpy(checksum.data(), bytes->data() + most, sizeof checksum);
+  }
+  if (header.magic != kMagic || hash128(bytes->data(), most) != checksum) {
+    return refuse(EX_DATAERR, "is damaged: its checksum does not fit");
   }
   if (header.version != kVersion && header.version != kWithoutOddity) {
     return refuse(EX_DATAERR, "has version " + std::to_string(header.version) + ", this program writes " +
                                   std::to_string(kVersion));
   }
-  if (header.camera > kLongestName || header.asker > kLongestName)
-    return refuse(EX_DATAERR, "is damaged: it makes no sense");
-  const bool oddity = header.version == kVersion;
-  const std::size_t body = bodySize(header.markers, oddity);
-  const std::size_t whole = sizeof header + body + header.camera + header.asker + sizeof(Hash128);
-  if (bytes->size() < whole) return refuse(EX_DATAERR, "is cut short");
-  if (bytes->size() > whole) return refuse(EX_DATAERR, "is damaged: too long");
-  Hash128 checksum;
-  std::memcpy(checksum.data(), bytes->data() + whole - checksum.size(), checksum.size());
-  if (hash128(bytes->data(), whole - checksum.size()) != checksum) {
-    return refuse(EX_DATAERR, "is damaged: its checksum does not fit");
-  }
+  const std::size_t body = bodySize(header.markers, header.version == kVersion);
   if (header.owner != restPoseOwner(sensor, format) ||
       header.markers != static_cast<std::uint32_t>(sensor.markerCount())) {
     return refuse(EX_DATAERR, "belongs to other marker layers or another picture format");
@@ -157,9 +147,7 @@ tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem:
               "(tractionctl zero)"});
   }
 
-  RestPose pose = poseOf(header, bytes->data() + sizeof header);
-  if (!isSane(pose) || idOf(pose) != pose.id) return refuse(EX_DATAERR, "is damaged: its numbers make no sense");
-  return pose;
+  return poseOf(header, bytes->data() + sizeof header);
 }
 
 tl::expected<void, Error> saveRestPose(const std::filesystem::path& path, const RestPose& pose,

@@ -1,5 +1,6 @@
 #include "daemon/track/spot_search.h"
 
+#include "base/quantile.h"
 #include "daemon/track/appearance.h"
 #include "daemon/track/marker_template.h"
 #include "daemon/track/plane.h"
@@ -51,9 +52,7 @@ std::vector<Vector> toNearest(std::span<const Spot> spots) {
 float medianLength(const std::vector<Vector>& vectors) {
   std::vector<float> squares;
   for (const Vector& vector : vectors) squares.push_back(vector.squared());
-  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
-  std::ranges::nth_element(squares, middle);
-  return std::sqrt(*middle);
+  return std::sqrt(quantile(squares));
 }
 
 /// Returns the grid that most of the spots form.

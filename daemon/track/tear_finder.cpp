@@ -16,8 +16,7 @@ namespace {
 constexpr int kReach = 3;                     // rows on either side of a gap
 constexpr float kNoiseGain = 252.0F / 36.0F;  // squared weights of the fifth difference
 constexpr int kLeastColumns = 4;              // columns that have all six markers
-// Of the sum over the columns from its expectation by noise; the second if another layer shows a clear step.
-constexpr float kDeviations = 8.0F, kFaintDeviations = 8.0F;
+constexpr float kDeviations = 8.0F;           // of the sum over the columns from its expectation by noise
 // Share of the energy of the plain differences. A row that is cut through shows less of the step.
 constexpr float kFaint = 0.15F, kClear = 0.35F, kPlain = 0.6F;
 constexpr float kLeast_px2 = 0.01F;          // squared step, mean over the columns; smaller ones are harmless
@@ -86,12 +85,9 @@ void TearFinder::markSteps(const Lattice& lattice, std::span<const float> varian
       seen = Step::kUnknown;
       continue;
     }
-    const bool sure = fifths > kLeast_px2 * count && fifths > noise * (1.0F + kDeviations / std::sqrt(count));
-    if (sure && fifths > kClear * plain) {
-      seen = fifths > kPlain * plain ? Step::kPlain : Step::kClear;
-    } else if (fifths > kFaint * plain && fifths > noise * (1.0F + kFaintDeviations / std::sqrt(count))) {
-      seen = Step::kFaint;
-    }
+    if (fifths <= noise * (1.0F + kDeviations / std::sqrt(count)) || fifths <= kFaint * plain) continue;
+    const bool isLarge = fifths > kLeast_px2 * count && fifths > kClear * plain;
+    seen = !isLarge ? Step::kFaint : fifths > kPlain * plain ? Step::kPlain : Step::kClear;
   }
 }
 

@@ -67,7 +67,6 @@ void Tracker::reportSight() {
     MarkerSight::Layer& sight = sight_.layers[i];
     sight.found = ones(follower_.valid(), layers[i]);
     sight.inZero = reference.isZero ? ones(reference.present, layers[i]) : 0;
-    sight.spots = static_cast<int>(layers[i].spots.size());
     sight.seen = layers[i].seen;
   }
   sight_.following = follower_.following();

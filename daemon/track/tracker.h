@@ -95,13 +95,6 @@ class Tracker final : public ZeroTracker {
   void fill(Snapshot& snapshot) const;
 
  private:
-  /// A zero that can be restored.
-  struct Standing {
-    Id zero{};
-    bool verified = false;
-    Appearance appearance = {};  ///< known only if markers were seen while the zero was in force
-  };
-
   void reportSight();
   void write(const FrameInfo& info, bool relabelled, MarkerField& field);
 
@@ -125,7 +118,8 @@ class Tracker final : public ZeroTracker {
 
   Id zero_{};  ///< in force
   bool zeroWasRequested_ = false, verified_ = false;
-  Standing before_;   ///< of the zero that this one replaced
+  Id before_{};  ///< the zero that this one replaced
+  bool beforeWasVerified_ = false;
   int agreeing_ = 0;  ///< number of frames in a row that agree with the restored pose
 
   ZeroTaker taker_;

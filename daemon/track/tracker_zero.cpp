@@ -118,28 +118,15 @@ bool Tracker::report(ZeroState state) {
   return true;
 }
 
-/// Measures from another zero from now on. Restores the appearance of the markers if the zero is the proposed or the
-/// previous one; else keeps the present appearance.
+/// Measures from another zero from now on; the appearance of the markers changes with the proposed one alone.
 void Tracker::install(const RestPose& pose) {
-  Standing replaced{zero_, verified_};
-  Appearance* appearance = nullptr;
-  if (proposed_ns_ == pose.taken_ns) {
-    verified_ = true;
-    appearance = &proposed_;
-  } else if (before_.zero == pose.id) {
-    verified_ = before_.verified;
-    appearance = &before_.appearance;
-  } else {
-    verified_ = false;
-  }
+  const bool isProposed = proposed_ns_ == pose.taken_ns;
+  const bool verified = isProposed || (before_ == pose.id && beforeWasVerified_);
+  if (isProposed) follower_.exchangeAppearance(proposed_);
   proposed_ns_.reset();
   follower_.adopt(pose);
-  if (appearance != nullptr && appearance->isKnown) {
-    follower_.exchangeAppearance(*appearance);
-    std::swap(replaced.appearance, *appearance);
-  }
-  std::swap(before_, replaced);
-  zero_ = pose.id;
+  before_ = std::exchange(zero_, pose.id);
+  beforeWasVerified_ = std::exchange(verified_, verified);
   zeroWasRequested_ = pose.requested;
   agreeing_ = 0;
 }

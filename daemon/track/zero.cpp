@@ -3,6 +3,8 @@
 // true. The motion of the whole picture (vibration) is subtracted first, as it is no noise of a marker; it is averaged.
 #include "daemon/track/zero.h"
 
+#include "base/quantile.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -26,15 +28,6 @@ constexpr float kContrasts = 4.0F;  // deviations of the markers' contrasts; sma
 
 const char* describe(ZeroState state) {
   switch (state) {
-  case ZeroState::kNone:
-    return "no zero was asked for";
-  case ZeroState::kRequested:
-    return "zero asked for";
-  case ZeroState::kTaking:
-  case ZeroState::kTakingFirst:
-    return "zero being taken";
-  case ZeroState::kTaken:
-    return "zero taken";
   case ZeroState::kMoving:
     return "zero refused: markers moved while it was taken; keep the gel untouched and the camera still";
   case ZeroState::kTooFew:
@@ -42,8 +35,9 @@ const char* describe(ZeroState state) {
   case ZeroState::kTorn:
     return "zero refused: most pictures are torn, their rows of different moments; is the camera or its link "
            "overloaded?";
+  default:
+    return "";
   }
-  return "";
 }
 
 float ZeroTaker::Sums::spread2() const {
@@ -119,9 +113,7 @@ bool ZeroTaker::moved() {
     }
   }
   if (ratios_.empty()) return true;
-  const auto middle = ratios_.begin() + static_cast<std::ptrdiff_t>(ratios_.size() / 2);
-  std::nth_element(ratios_.begin(), middle, ratios_.end());
-  const float median = *middle;
+  const float median = quantile(ratios_);
   const auto ceiling = static_cast<float>(misfit_ / seen_) + kRounding * kRounding;
   if (median > kNoiseOverMisfit * kNoiseOverMisfit * ceiling) return true;
 
@@ -156,26 +148,19 @@ void ZeroTaker::finish(const Lattice& lattice, RestPose& pose) {
     const float noise2 = noise() * noise() + pose.shotNoise * (inverse * sums.level - meanLight);
     pose.oddity[i] = std::sqrt(std::max(inverse * sums.misfit - noise2, 0.0F)) / pose.amplitude[i];
   }
-  const auto around = [&](int i) {
-    const int index = i - lattice.first;
-    return expectation(lattice, index % lattice.columns, index / lattice.columns, field_, pose.present);
-  };
+  const auto around = [&](int i) { return expectation(lattice, i, field_, pose.present); };
   // Dust dims a marker, or is itself taken for a bright one. The differences without dust are those of most markers.
   for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) field_[i] = {pose.amplitude[i], 0.0F};
   const auto brighter = [&](int i) {
     const auto usual = around(i);
-    return usual ? std::log(pose.amplitude[i] / usual->value.u) : 0.0F;
+    return usual ? std::log(pose.amplitude[i] / usual->u) : 0.0F;
   };
   ratios_.clear();
   for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
     if (pose.present[i]) ratios_.push_back(std::abs(brighter(i)));
   }
-  float usual = 0.0F;
-  if (!ratios_.empty()) {
-    const auto middle = ratios_.begin() + static_cast<std::ptrdiff_t>(ratios_.size() / 2);
-    std::nth_element(ratios_.begin(), middle, ratios_.end());
-    usual = kContrasts / 0.6745F * *middle;  // the median of |x| is 0.6745 deviations
-  }
+  // The median of |x| is 0.6745 deviations.
+  const float usual = ratios_.empty() ? 0.0F : kContrasts / 0.6745F * quantile(ratios_);
   for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
     if (!pose.present[i]) continue;
     const float share = brighter(i);
@@ -186,7 +171,7 @@ void ZeroTaker::finish(const Lattice& lattice, RestPose& pose) {
   for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
     if (!pose.present[i]) {
       const auto moved = around(i);
-      place_[i] = before(i) + (moved ? moved->value : Vector{});
+      place_[i] = before(i) + (moved ? *moved : Vector{});
     }
   }
   for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {

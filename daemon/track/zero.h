@@ -27,8 +27,8 @@ inline bool isRefusal(ZeroState state) {
   return state >= ZeroState::kMoving;
 }
 
-/// Returns a state as a sentence without a full stop, for log and client; a literal, which lives as long as the
-/// program.
+/// Returns why a zero is refused, as a sentence without a full stop, for log and client; a literal, which lives as long
+/// as the program. Of other states: empty.
 const char* describe(ZeroState state);
 
 /// Thread-bound. Allocates only in the constructor.

@@ -273,7 +273,7 @@ void run(const Options& options) {
   field.resize(sensor.markerCount(), sensor.nodes.count());
   TractionField learnt = field;
   track::CreepMemory creep(sensor.creep, sensor.markerCount());
-  calibrate::ZeroTracking zeroTracking(sensor, {.follows = config.track.followsDrift});
+  calibrate::ZeroTracking zeroTracking(sensor, config.track.followsDrift);
 
   // As the daemon does at a zero; here only at the first one, as others show the same gel.
   bool followsRest = solve::followsRest(sensor);

@@ -198,7 +198,7 @@ void Life::beginStep(const CalibrationStep& step) {
 std::int64_t Life::stepWithin_ns(const CalibrationStep& step) const {
   constexpr std::int64_t kSlack_ns = 11 * kSecond, kDisk_ns = 1'000 * kSecond;
   if (step.kind != CalibrationStep::Kind::kNoise) return kDisk_ns;
-  return kSlack_ns + static_cast<std::int64_t>(1e9 * (step.seconds + calibrate::CalibrationOptions{}.grace_s));
+  return kSlack_ns + static_cast<std::int64_t>(1e9 * (step.seconds + calibrate::Calibration::kGrace_s));
 }
 
 double Life::zeroWithin_s() {

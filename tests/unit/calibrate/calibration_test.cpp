@@ -240,35 +240,6 @@ TEST_F(FingertipCalibration, ForcesInAnyPlaceAndDirectionGiveTheModulus) {
   EXPECT_LT((*result)->figures[1].value, 0.01);
 }
 
-TEST_F(FingertipCalibration, TheCameraIsFoundByTheMarkersPlaces) {
-  sensor::Camera camera = sensor_.camera;
-  camera.position += Eigen::Vector3d(0.5e-3, -0.4e-3, 0.7e-3);
-  camera.rotation = {0.03, -0.02, 0.04};
-  const sensor::Projection project(camera, sensor_.gel.size.z());
-  std::normal_distribution<double> noise(0.0, 0.003);
-  std::mt19937 generator(4);
-  RestPose zero;
-  for (const auto& marker : sensor_.body->markers.colwise()) {
-    for (const double place : project(marker)) {
-      zero.position_px.push_back(static_cast<float>(place + noise(generator)));
-    }
-  }
-  zero.present.assign(static_cast<std::size_t>(sensor_.markerCount()), 1);
-  zero.present[17] = zero.present[200] = 0;
-  CalibrationStep step;
-  step.kind = Kind::kGeometry;
-  const auto result = calibration_.begin(step, &zero, "Camera-1", "");
-  ASSERT_TRUE(result && *result) << (result ? result->error() : "nothing");
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto& place = (*result)->figures[static_cast<std::size_t>(8 + axis)];
-    const auto& turn = (*result)->figures[static_cast<std::size_t>(11 + axis)];
-    EXPECT_NEAR(place.value, 1e3 * camera.position[axis], 4 * place.deviation) << place.name;
-    EXPECT_LT(place.deviation, 0.2) << place.name;
-    EXPECT_NEAR(turn.value, camera.rotation[axis], 4 * turn.deviation) << turn.name;
-    EXPECT_LT(turn.deviation, 1e-3) << turn.name;
-  }
-}
-
 /// A gel that yields by 2 % within seconds and by 3 % within ten, under a load that comes and goes.
 class CreepingGel : public CalibrationTest {
  protected:

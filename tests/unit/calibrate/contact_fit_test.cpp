@@ -7,8 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
-#include <map>
-#include <sstream>
+#include <string>
 
 namespace tractiond::calibrate::contact_fit_test {
 namespace {
@@ -16,39 +15,33 @@ namespace {
 constexpr sensor::PictureMotion kMotion{.shift_px = 0.005, .scale = 1e-5, .roll = 1e-5};
 constexpr double kMeanNoise_px = 0.004;  // mean of a second's frames, and the zero's own
 
-const ContactFit& paperFit() {
+/// Reads what the sensor's camera sees by the paper's mechanics.
+std::optional<ContactReading> readBy(sensor::Sensor sensor, const Displacements& seen,
+                                     std::span<const float> variance_px2) {
   static const ContactFit fit{sensor::Sensor{}};
-  return fit;
+  sensor.pictureMotion = kMotion;
+  return fit(sensor, seen, variance_px2);
 }
 
-/// Displacements [m] of the paper's markers under 1 N, by finite elements that are none of ours; E = 0.018 MPa.
-sensor::Points finiteElements(const std::string& wanted) {
-  const sensor::Sensor sensor;
-  const sensor::Points markers = sensor::markerPositions(sensor.layers);
+/// Displacements [m] of the paper's markers under the file's first load, 1 N, by finite elements that are none of ours;
+/// E = 0.018 MPa. The file has column after column.
+sensor::Points finiteElements() {
+  const sensor::Points markers = sensor::markerPositions(sensor::Sensor{}.layers);
   std::ifstream file(test::source("tests/golden/block_reference.csv"));
-  std::string line;
-  std::getline(file, line);
-  std::vector<std::string> names;
-  std::stringstream header(line);
-  for (std::string name; std::getline(header, name, ',');) names.push_back(name);
-  sensor::Points found = sensor::Points::Zero(3, markers.cols());
-  int rows = 0;
-  while (std::getline(file, line)) {
-    std::map<std::string, std::string> row;
-    std::stringstream stream(line);
-    std::size_t next = 0;
-    for (std::string cell; std::getline(stream, cell, ',');) row[names[next++]] = cell;
-    if (row["case"] != wanted) continue;
-    const auto number = [&](const char* name) { return 1e-3 * std::stod(row[name]); };
-    const bool red = row["layer"].find('r') != std::string::npos;
-    const Eigen::Vector2d place(number("x"), number("y"));
-    for (Eigen::Index i = red ? 576 : 0; i < (red ? 1152 : 576); ++i) {
-      if ((markers.col(i).head<2>() - place).norm() > 1e-6) continue;
-      found.col(i) = Eigen::Vector3d(number("ux"), number("uy"), number("uz"));
-      ++rows;
+  std::string cell;
+  std::getline(file, cell);
+  sensor::Points found(3, markers.cols());
+  for (int line = 0; line < 1152; ++line) {
+    const int marker = line / 576 * 576 + line % 24 * 24 + line % 576 / 24;
+    for (int i = 0; i < 2; ++i) std::getline(file, cell, ',');  // load and layer
+    Eigen::Matrix<double, 6, 1> mm;
+    for (int i = 0; i < 6; ++i) {
+      std::getline(file, cell, i < 5 ? ',' : '\n');
+      mm[i] = std::stod(cell);
     }
+    EXPECT_LT((1e-3 * mm.head<3>() - markers.col(marker)).norm(), 1e-9);
+    found.col(marker) = 1e-3 * mm.tail<3>();
   }
-  EXPECT_EQ(rows, 1152);
   return found;
 }
 
@@ -61,9 +54,9 @@ Seen seenBy(const sensor::Sensor& sensor, const sensor::Points& displacement, un
 TEST(ContactFit, ReadsTheFiniteElementsForceInProportionToTheModulus) {
   const sensor::Sensor sensor;
   // 1 N on a gel of 0.2 MPa, read with 0.18 MPa.
-  const sensor::Points displacement = finiteElements("A") * 0.018 / 0.2;
+  const sensor::Points displacement = finiteElements() * 0.018 / 0.2;
   const Seen seen = seenBy(sensor, displacement, 1);
-  const auto reading = paperFit()(sensor.camera, kMotion, seen, seen.variance_px2);
+  const auto reading = readBy(sensor, seen, seen.variance_px2);
   ASSERT_TRUE(reading);
   std::printf("read %.5f +- %.5f N of 0.9, radius %.2f mm, place %.3f %.3f mm, residual %.4f px\n", reading->force.z(),
               std::sqrt(reading->covariance(2, 2)), 1e3 * reading->radius, 1e3 * reading->place.x(),
@@ -75,20 +68,20 @@ TEST(ContactFit, ReadsTheFiniteElementsForceInProportionToTheModulus) {
 
 TEST(ContactFit, NeedsTenMarkersThatAreNotIgnored) {
   const sensor::Sensor sensor;
-  const Seen seen = seenBy(sensor, finiteElements("A") * 0.018 / 0.2, 1);
+  const Seen seen = seenBy(sensor, finiteElements() * 0.018 / 0.2, 1);
   std::vector<float> variance_px2 = seen.variance_px2;
   std::fill(variance_px2.begin() + 9, variance_px2.end(), 0.0F);
-  EXPECT_FALSE(paperFit()(sensor.camera, kMotion, seen, variance_px2));
+  EXPECT_FALSE(readBy(sensor, seen, variance_px2));
 }
 
 TEST(ContactFit, DeviationIsTrue) {
   const sensor::Sensor sensor;
-  const sensor::Points displacement = finiteElements("A") * 0.018 / 0.18;
+  const sensor::Points displacement = finiteElements() * 0.018 / 0.18;
   double square = 0.0, claimed = 0.0;
   constexpr int kTrials = 20;
   for (unsigned trial = 0; trial < kTrials; ++trial) {
     const Seen seen = seenBy(sensor, displacement, 10 + trial);
-    const auto reading = paperFit()(sensor.camera, kMotion, seen, seen.variance_px2);
+    const auto reading = readBy(sensor, seen, seen.variance_px2);
     ASSERT_TRUE(reading);
     square += std::pow(reading->force.z() - 1.0, 2) / kTrials;
     claimed += reading->covariance(2, 2) / kTrials;
@@ -114,7 +107,7 @@ TEST(ContactFit, ReadsAFlatWeightOffTheCentreByATiltedCamera) {
     }
   }
   const Seen seen = seenBy(sensor, displacement, 4);
-  const auto reading = paperFit()(sensor.camera, kMotion, seen, seen.variance_px2);
+  const auto reading = readBy(sensor, seen, seen.variance_px2);
   ASSERT_TRUE(reading);
   std::printf("flat: read %.5f N of 2 N, radius %.2f mm, residual %.4f px of %.4f\n", reading->force.z(),
               1e3 * reading->radius, reading->residual_px, reading->expected_px);

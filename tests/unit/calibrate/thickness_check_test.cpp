@@ -14,9 +14,10 @@ constexpr double kMeanNoise_px = 0.004;  // mean of a second's frames, and the z
 
 /// A gel, and what its file says of it.
 struct Weighing {
-  explicit Weighing(const sensor::Sensor& file)
-      : fit(file)
-      , check(file, fit) {}
+  explicit Weighing(const sensor::Sensor& stated)
+      : file(stated)
+      , fit(stated)
+      , check(stated, fit) {}
 
   /// `weight` [N] on a round spot of `truth`, read by the file.
   std::optional<ThicknessReading> operator()(const sensor::Sensor& truth, const Eigen::Vector2d& place, double weight,
@@ -25,11 +26,15 @@ struct Weighing {
     const Eigen::VectorXd moved =
         world.fields(truth.camera, {place.x(), place.y(), 3e-3}) * Eigen::Vector3d(0.0, 0.0, weight);
     const Seen seen(moved.reshaped(2, moved.size() / 2), kMeanNoise_px, seed);
-    const auto reading = fit(truth.camera, kMotion, seen, seen.variance_px2);
+    sensor::Sensor known = file;
+    known.camera = truth.camera;
+    known.pictureMotion = kMotion;
+    const auto reading = fit(known, seen, seen.variance_px2);
     if (!reading) return std::nullopt;
-    return check(truth.camera, kMotion, seen, seen.variance_px2, *reading);
+    return check(known, seen, seen.variance_px2, *reading);
   }
 
+  sensor::Sensor file;
   ContactFit fit;
   ThicknessCheck check;
 };

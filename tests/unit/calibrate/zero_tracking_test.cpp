@@ -65,12 +65,11 @@ TEST_F(ZeroTrackingTest, KeepsALightTouchThatStays) {
 }
 
 TEST_F(ZeroTrackingTest, SaysHowWarmTheGelMayBe) {
-  const ZeroTrackingOptions options;
-  const auto far = 1e-3 * options.heat_K_per_s;
+  const auto far = 1e-3 * ZeroTracking::kHeat_K_per_s;
   show(10, 0.0);
-  EXPECT_LE(seen_.heatDeviation_K, options.heat_K_per_s * options.window_s);
+  EXPECT_LE(seen_.heatDeviation_K, ZeroTracking::kHeat_K_per_s * ZeroTracking::kWindow_s);
   show(60, 1.0);
-  EXPECT_NEAR(seen_.heatDeviation_K, options.heat_K_per_s * 62, options.heat_K_per_s * 3);
+  EXPECT_NEAR(seen_.heatDeviation_K, ZeroTracking::kHeat_K_per_s * 62, ZeroTracking::kHeat_K_per_s * 3);
   // What the camera says only adds to it, however large.
   FrameExtras& extras = frames_.field().info.extras;
   extras.temperature_C = 30.0F;
@@ -81,24 +80,24 @@ TEST_F(ZeroTrackingTest, SaysHowWarmTheGelMayBe) {
   EXPECT_NEAR(seen_.heatDeviation_K, 3.0, 0.01);
   extras.temperature_C = -1e9F;
   show(1, 1.0);
-  EXPECT_FLOAT_EQ(seen_.heatDeviation_K, static_cast<float>(options.most_K));
+  EXPECT_FLOAT_EQ(seen_.heatDeviation_K, static_cast<float>(ZeroTracking::kMost_K));
   extras.hasTemperature = false;
   show(1, 1.0);
-  EXPECT_LT(seen_.heatDeviation_K, options.heat_K_per_s * 7 + far);
+  EXPECT_LT(seen_.heatDeviation_K, ZeroTracking::kHeat_K_per_s * 7 + far);
 }
 
 TEST_F(ZeroTrackingTest, DoesNotKnowHowWarmTheZeroOfAnEarlierRunIsUntilNothingTouches) {
   frames_.field().info.times.receivedReal_ns = 10'000'000'000'000;
   tracking_.resume(1);
   show(20, 1.0);
-  EXPECT_NEAR(seen_.heatDeviation_K, ZeroTrackingOptions().resumed_K, 0.06);
+  EXPECT_NEAR(seen_.heatDeviation_K, ZeroTracking::kResumed_K, 0.06);
   show(10, 0.0, {0.2, 0.0, 1e-3, 0.0});
   EXPECT_LT(seen_.heatDeviation_K, 0.05);
   EXPECT_NEAR(left_px(), kNoise_px, 0.1 * kNoise_px);
 }
 
 TEST_F(ZeroTrackingTest, OnlyMeasuresIfItIsNotToFollow) {
-  ZeroTracking measures(sensor_, {.follows = false});
+  ZeroTracking measures(sensor_, false);
   for (int i = 0; i < 7200; ++i) {
     seen_ = frames_.next(0.0, {0.3, 0.0, 0.0, 0.0});
     measures.takeOff(seen_);

@@ -134,51 +134,6 @@ TEST(Labelling, AMissingMarkerIsNotItsNeighbourInADenseColumn) {
   }
 }
 
-/// The camera sees the gel well; the file has it `distance` and `angle` off, in random directions.
-struct WrongStart {
-  explicit WrongStart(unsigned seed)
-      : random(seed) {}
-
-  Eigen::Vector3d direction() {
-    std::normal_distribution<double> normal;
-    return Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
-  }
-  double share() { return std::uniform_real_distribution<double>(0.0, 1.0)(random); }
-
-  std::mt19937 random;
-};
-
-void moveCamera(sensor::Sensor& sensor, const Eigen::Vector3d& by_m, const Eigen::Vector3d& turned_rad) {
-  sensor.camera.position += by_m;
-  sensor.camera.rotation += turned_rad;
-}
-
-TEST(Labelling, APoseThatIsTwentyMillimetresAndFiveDegreesOffIsNoHindrance) {
-  constexpr int kPoses = 12;
-  constexpr unsigned kSeed = 20261121;
-  std::printf("seed %u, %d poses\n", kSeed, kPoses);
-  WrongStart draw(kSeed);
-  for (int i = 0; i < kPoses; ++i) {
-    sensor::Sensor truth;
-    moveCamera(truth, 1e-3 * draw.share() * draw.direction(), 0.01 * draw.share() * draw.direction());
-    sensor::Sensor file = truth;
-    const double size = i % 4 == 3 ? draw.share() : 1.0;  // most at the end of the range
-    moveCamera(file, size * 20e-3 * draw.direction(), size * 5.0 * M_PI / 180.0 * draw.direction());
-    Scene scene({}, i % 2 ? twin::Format::kBayerGR8 : twin::Format::kRgb8, truth);
-    scene.remove(0.05, static_cast<unsigned>(i));
-    Tracker tracker(file, {});
-    MarkerField field;
-    field.resize(scene.markers());
-    for (int k = 0; k < 40 && tracker.track(scene.shoot(), field) != Outcome::kTracked; ++k) {
-    }
-    expectRightPose(scene, tracker, 0.97);
-    if (HasFailure()) {
-      FAIL() << "pose " << i << ": position [mm] " << 1e3 * file.camera.position.transpose() << ", rotation "
-             << file.camera.rotation.transpose();
-    }
-  }
-}
-
 TEST(Trackable, RefusesWhatCannotBeTracked) {
   EXPECT_TRUE(trackable({}));
   sensor::Sensor sensor;

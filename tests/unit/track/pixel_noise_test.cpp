@@ -42,10 +42,5 @@ TEST(PixelNoise, GrowsWithTheLightAsTheCameraSays) {
   }
 }
 
-TEST(PixelNoise, IsNothingWithoutPictures) {
-  const PixelNoise noise(10);
-  EXPECT_EQ(noise.perLevel(), 0.0F);
-}
-
 }  // namespace
 }  // namespace tractiond::track::pixel_noise_test

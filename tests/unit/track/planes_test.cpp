@@ -1,6 +1,7 @@
 // What is read of a picture, against bytes written by hand from the standards. formats_test.cpp tracks markers in them.
 #include "daemon/track/planes.h"
 #include "daemon/track/unpack.h"
+#include "tests/unit/track/scene.h"
 
 #include <gtest/gtest.h>
 
@@ -141,20 +142,6 @@ TEST(Planes, TheOtherColourIsTakenAtTheSamplesPlace) {
       }
     }
   }
-}
-
-TEST(Planes, AGreyPictureHasNoOtherColour) {
-  const std::vector<std::uint8_t> bytes(64 * 48);
-  const Frame frame = frameOf(bytes, 64, 48, PixelFormat::kMono8);
-  std::vector<MarkerLayer> layers(2);
-  layers[1].colour = Colour::kRed;
-  layers[1].darker = true;
-  Planes planes(layers);
-  planes.read(frame);
-  EXPECT_FALSE(planes.mixes());
-  EXPECT_EQ(planes.other(0).first, nullptr);
-  EXPECT_EQ(planes.own(0).first, bytes.data());  // no copy
-  EXPECT_EQ(planes.own(1).first, bytes.data());
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // Pictures of a gel whose markers are where the test says.
 #pragma once
 
+#include "daemon/track/planes.h"
 #include "daemon/track/tracker.h"
 #include "twin/renderer.h"
 
@@ -28,6 +29,14 @@ struct Bump {
 /// Both name formats by GenICam's codes.
 inline PixelFormat pixelFormatOf(twin::Format format) {
   return static_cast<PixelFormat>(twin::traitsOf(format).code);
+}
+
+/// The plane of a colour that the picture has as such.
+inline Plane planeOf(const Frame& frame, sensor::Colour colour) {
+  const sensor::MarkerLayer layer{.colour = colour};
+  Planes planes({&layer, 1});
+  planes.read(frame);
+  return planes.own(0);
 }
 
 class Scene {

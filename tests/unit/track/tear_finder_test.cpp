@@ -83,7 +83,7 @@ TEST(TearFinder, TakesNoLoadForATear) {
   std::vector<Vector> displacement(count);
   std::vector<float> variance(count, 0.0165F * 0.0165F);
   std::vector<std::uint8_t> valid(count);
-  constexpr int kFrames = 10000;
+  constexpr int kFrames = 2000;
   int alarms = 0;
   double farthest = 0.0, fastest = 0.0;
   Eigen::Matrix2Xd before = scene.rest;
@@ -104,25 +104,6 @@ TEST(TearFinder, TakesNoLoadForATear) {
   std::printf("%d alarms in %d frames of loads, up to %.1f px far and %.1f px per frame\n", alarms, kFrames, farthest,
               fastest);
   EXPECT_EQ(alarms, 0);
-}
-
-TEST(Tear, OrdinaryPicturesHangTogether) {
-  for (const auto format : {twin::Format::kRgb8, twin::Format::kBayerRG8}) {
-    Scene scene({}, format);
-    scene.remove(0.05, 3);
-    const Eigen::Matrix2Xd gone = scene.rest.array().isFinite().select(0.0 * scene.rest, scene.rest);
-    Tracking tracking(scene);
-    ASSERT_TRUE(tracking.start(scene));
-    Loads loads(scene.sensor);
-    int alarms = 0;
-    for (int frame = 0; frame < 150; ++frame) {
-      double farthest = 0.0;
-      scene.now = loads.next(farthest) + gone;
-      tracking(scene.shoot());
-      if (tracking.field.flags & kTorn) ++alarms;
-    }
-    EXPECT_EQ(alarms, 0);
-  }
 }
 
 TEST(Tear, ShiftedRowsAreNoticedAndTheNextFrameIsRight) {

@@ -3,22 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <thread>
-
 namespace tractiond::track::tracker_test {
 namespace {
-
-TEST(Tracker, FirstStartTakesAZeroByItself) {
-  Scene scene;
-  Tracking tracking(scene);
-  EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kNone);
-  EXPECT_EQ(tracking(scene.shoot()), Outcome::kNoRestPose);
-  EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTakingFirst);
-  ASSERT_TRUE(tracking.start(scene));
-  EXPECT_EQ(tracking.tracker.zeroState(), ZeroState::kTaken);
-  EXPECT_EQ(tracking.field.validCount, scene.markers());
-  EXPECT_EQ(tracking.field.flags, kZeroUnverified);
-}
 
 TEST(Tracker, AllocatesNothingButWhereItLearnsWhatMarkersLookLike) {
   for (const auto format : {twin::Format::kRgb8, twin::Format::kBayerGB8}) {
@@ -92,22 +78,6 @@ TEST(Tracker, LargerMarkersAndPicturesAreTracked) {
       EXPECT_LT(comparison.rms_px, 0.025);
     }
   }
-}
-
-TEST(Tracker, AZeroMayBeRequestedAndTakenByAnotherThread) {
-  Scene scene;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
-  std::atomic<bool> done{false};
-  RestPose pose;
-  std::thread control([&] {
-    tracking.tracker.requestZero();
-    while (!tracking.tracker.takeRestPose(pose) || !pose.requested) std::this_thread::yield();
-    done = true;
-  });
-  for (int i = 0; i < 100000 && !done; ++i) tracking(scene.shoot());
-  control.join();
-  EXPECT_EQ(pose.amplitude.size(), static_cast<std::size_t>(scene.markers()));
 }
 
 }  // namespace

@@ -137,33 +137,6 @@ TEST(Zero, LearnsAnewWhatMarkersLookLike) {
   }
 }
 
-TEST(Zero, ThatIsPutBackHasItsAppearanceAgain) {
-  // What was learnt for the zero that replaced it was learnt of a blurred picture.
-  twin::Optics blurred;
-  blurred.blur_px = 1.6;
-  Scene scene, other;
-  Tracking tracking(scene), calm(other);
-  for (auto* each : {&tracking, &calm}) ASSERT_TRUE(each->start(each == &tracking ? scene : other));
-  RestPose before;
-  ASSERT_TRUE(tracking.tracker.takeRestPose(before));
-  scene.change(blurred);
-  other.change(blurred);
-  tracking.tracker.requestZero();
-  shoot(scene, tracking, kZeroFrames + 1);
-  shoot(other, calm, kZeroFrames + 1);
-  ASSERT_EQ(tracking.tracker.zeroState(), ZeroState::kTaken);
-  ASSERT_NE(tracking.field.zero, before.id);
-  ASSERT_TRUE(tracking.tracker.putInForce(before, true));
-  scene.change({});
-  other.change({});
-  shoot(scene, tracking, 100);
-  shoot(other, calm, 100);
-  EXPECT_EQ(tracking.field.zero, before.id);
-  for (std::size_t i = 0; i < tracking.field.displacement_px.size(); ++i) {
-    ASSERT_NEAR(tracking.field.displacement_px[i], calm.field.displacement_px[i], 1e-4);
-  }
-}
-
 RestPose restPose(Scene& scene, bool requested) {
   Tracking tracking(scene);
   EXPECT_TRUE(tracking.start(scene));

@@ -36,27 +36,6 @@ TEST(Zero, AFirstStartsIsUnverifiedAndARequestedOneIsVerified) {
   EXPECT_NEAR(second.crossTalk[1], 0.2, 0.02);
 }
 
-TEST(Zero, TheOldStaysInForceUntilTheNewIsComplete) {
-  Scene scene;
-  Tracking tracking(scene);
-  ASSERT_TRUE(tracking.start(scene));
-  scene.displace(press(4.0));
-  shoot(scene, tracking, 1);
-  const Id old = tracking.field.zero;
-  tracking.tracker.requestZero();
-  for (int i = 0; i < kZeroFrames; ++i) {
-    shoot(scene, tracking, 1);
-    EXPECT_EQ(tracking.field.zero, old);
-    EXPECT_EQ(compare(scene, tracking.field).wrong, 0);
-  }
-  shoot(scene, tracking, 1);
-  EXPECT_NE(tracking.field.zero, old);
-  double largest = 0.0;
-  for (const float displacement : tracking.field.displacement_px)
-    largest = std::max(largest, std::abs(double{displacement}));
-  EXPECT_LT(largest, 0.2);
-}
-
 TEST(Zero, IsRefusedWhileMarkersMove) {
   struct Case {
     const char* name;
@@ -128,20 +107,6 @@ TEST(Zero, AFirstStartTakesAsManyStillFramesAsAreNeededAndNoMore) {
     while (still < 60 && tracking(scene.shoot()) == Outcome::kNoRestPose) ++still;
     EXPECT_LE(still, kZeroFrames + 9) << moving << ": the try that the motion ends takes ten frames";
   }
-}
-
-TEST(Zero, AFirstStartCountsTheStillFrames) {
-  Scene scene;
-  Tracking tracking(scene);
-  MarkerSight sight;
-  shoot(scene, tracking, 27);
-  for (int i = 0; i < 100; ++i) {
-    scene.displace(press(0.3 * (1 + i % 10)));
-    tracking(scene.shoot());
-  }
-  ASSERT_TRUE(tracking.tracker.takeSight(sight));
-  EXPECT_EQ(sight.firstZero.frames, 126) << "each frame is reported before it is averaged";
-  EXPECT_NEAR(sight.firstZero.mostStill, 27, 1);
 }
 
 TEST(Zero, IsolatedGapsAreWrittenWithEachField) {
