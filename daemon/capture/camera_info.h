@@ -35,7 +35,6 @@ struct PictureShape {
 
 struct CameraInfo {
   CameraName name;
-  std::string identity;  ///< GvcpSearch::Identity of a network camera; empty: not known
   unsigned session = 0;  ///< from 1 on: how often it has been opened; 0 in Driver::info()
   PictureShape shape;
   PixelFormat format = PixelFormat::kRgb8;  ///< of its pictures
