@@ -32,14 +32,6 @@ std::uint64_t contentOf(const std::uint8_t* data, std::size_t size) {
   return XXH3_64bits(sample.data(), sizeof sample);
 }
 
-/// Of a picture, from its first row to the end of its last [bytes].
-std::size_t sizeOf(const CameraInfo& info, int stride) {
-  const PixelFormatTraits& format = traitsOf(info.format);
-  if (stride == 0) return info.shape.size;
-  return static_cast<std::size_t>(stride) * static_cast<std::size_t>(info.shape.height - 1) +
-         format.size(info.shape.width, 1);
-}
-
 }  // namespace
 
 tl::expected<std::unique_ptr<Camera>, Error> Camera::open(OpenDriver driver, const CameraRules& rules, Ledger& ledger,
@@ -146,7 +138,11 @@ Next Camera::admit(Frame& frame, const Buffer& buffer) {
   frame.info.times.capturedError_ns = captured.error_ns;
   frame.info.times.capturedBound = captured.bound;
   frame.data = buffer.data;
-  frame.size = sizeOf(info, buffer.stride);
+  // From the first row to the end of the last.
+  frame.size = buffer.stride == 0
+                   ? info.shape.size
+                   : static_cast<std::size_t>(buffer.stride) * static_cast<std::size_t>(info.shape.height - 1) +
+                         traitsOf(info.format).size(info.shape.width, 1);
   frame.width = arrival.shape.width;
   frame.height = arrival.shape.height;
   frame.stride = buffer.stride;

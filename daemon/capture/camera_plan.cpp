@@ -34,12 +34,6 @@ std::vector<Entry> entriesOf(ArvDevice* device, const char* name) {
   return entries;
 }
 
-std::vector<std::string> namesOf(const std::vector<Entry>& entries) {
-  std::vector<std::string> names;
-  for (const Entry& one : entries) names.push_back(one.name);
-  return names;
-}
-
 /// Lets the device stand at a pixel format, as any camera does at one of its own.
 void standAt(ArvDevice* device, const PixelFormatTraits& format) {
   ArvGcNode* node = arv_device_get_feature(device, "PixelFormat");
@@ -59,7 +53,9 @@ void planFeatures(ArvDevice* device, CameraPlan& plan) {
   plan.rate = orNone(firstFeature(device, {"AcquisitionFrameRate", "AcquisitionFrameRateAbs", "FPS"}));
   plan.exposure = orNone(exposureOf(device).feature);
   plan.gain = orNone(gainOf(device).feature);
-  plan.trigger = orNone(joined(namesOf(entriesOf(device, "TriggerSource"))));
+  std::vector<std::string> triggers;
+  for (const Entry& one : entriesOf(device, "TriggerSource")) triggers.push_back(one.name);
+  plan.trigger = orNone(joined(triggers));
   plan.clock = orNone(firstFeature(device, {"PtpEnable", "GevIEEE1588", "PtpMode"}));
   plan.link = orNone(firstFeature(device, {"DeviceLinkThroughputLimit", "GevSCPD"}));
   const ChunkDescription chunks = describeChunks(device);

@@ -227,18 +227,14 @@ void GvTransmitter::send(const Picture& picture) {
   Packets packets = packetsOf(picture);
   {
     const std::lock_guard lock(sending_);
-    if (sentIds_.size() == kRemembered) {
-      sent_.erase(sentIds_.front());
-      sentIds_.pop_front();
-    }
-    sentIds_.push_back(picture.id);
-    sent_[picture.id].clear();
+    if (sent_.size() == kRemembered) sent_.pop_front();
+    sent_.emplace_back(picture.id, Packets());
   }
   for (std::size_t number = 0; number < packets.size(); ++number) {
     if (pace) pace(number, packets.size());
     const std::lock_guard lock(sending_);
     sendOne(packets[number]);
-    if (resends) sent_[picture.id].push_back(std::move(packets[number]));
+    if (resends) sent_.back().second.push_back(std::move(packets[number]));
   }
 }
 
@@ -253,7 +249,7 @@ void GvTransmitter::sendOne(const Bytes& packet) {
 
 void GvTransmitter::sendAgain(std::uint16_t id, std::uint32_t first, std::uint32_t last) {
   const std::lock_guard lock(sending_);
-  const auto frame = sent_.find(id);
+  const auto frame = std::ranges::find(sent_, id, &std::pair<std::uint16_t, Packets>::first);
   for (std::uint32_t number = first; number <= last; ++number) {
     if (frame != sent_.end() && number < frame->second.size()) {
       sendOne(frame->second[number]);

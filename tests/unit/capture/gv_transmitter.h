@@ -8,12 +8,12 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <random>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 struct _ArvFakeCamera;
@@ -76,9 +76,8 @@ class GvTransmitter {
   Packets packetsOf(const Picture& picture) const;
 
   std::mutex sending_;
-  std::map<std::uint16_t, Packets> sent_;  ///< of the last frames, what has been sent
-  std::deque<std::uint16_t> sentIds_;
-  std::mt19937_64 fate_{seed() + 1};  ///< seed() itself is the test's
+  std::deque<std::pair<std::uint16_t, Packets>> sent_;  ///< of the last frames by their ids, what has been sent
+  std::mt19937_64 fate_{seed() + 1};                    ///< seed() itself is the test's
 
   std::atomic<std::int64_t> clockSet_ns_{0}, clockShowed_ns_{0};
 
