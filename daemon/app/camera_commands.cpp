@@ -3,7 +3,7 @@
 #include "daemon/app/serve.h"
 #include "daemon/capture/camera_list.h"
 #include "daemon/capture/camera_plan.h"
-#include "daemon/capture/child.h"
+#include "daemon/capture/inspection.h"
 
 #include <iostream>
 #include <vector>

@@ -131,12 +131,7 @@ tl::expected<void, Error> Instrument::makeProcessing(std::optional<sensor::Senso
 capture::OpenDriver Instrument::driver() const {
   const capture::CameraOptions& options = config_.camera;
   if (options.images.empty()) return capture::fromAravis(options, realtime_);
-  return capture::fromPipe({.path = options.images,
-                            .format = options.pixelFormat,
-                            .width = options.width,
-                            .height = options.height,
-                            .buffers = options.buffers,
-                            .frameRate_Hz = options.frameRate_Hz});
+  return capture::fromPipe(options);
 }
 
 tl::expected<void, Error> Instrument::openCamera() {

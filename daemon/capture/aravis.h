@@ -21,6 +21,7 @@
 #include <atomic>
 #include <chrono>
 #include <initializer_list>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -54,6 +55,8 @@ class Failure {
   std::string text() const;
   /// Returns whether the camera did not answer, as opposed to refusing. False without an error.
   bool noAnswer() const;
+  /// Returns EX_UNAVAILABLE if the camera did not answer, else EX_CONFIG: it refuses.
+  int exitCode() const;
   /// Returns whether the camera is there, but has no description that Aravis can read. False without an error.
   bool noDescription() const;
 
@@ -86,8 +89,9 @@ class ControlGuard {
  public:
   /// Notes which sockets this process has open.
   ControlGuard();
-  /// Guards the socket of a device that was opened since: lets the kernel pass only datagrams of controlFilter(),
-  /// and discards those that came before. Fails with EX_OSERR: the socket was not found, or takes no filter.
+  /// Guards the socket of a device that was opened since: lets the kernel pass only datagrams that the camera
+  /// sends (senderFilter()), and discards those that came before. Fails with EX_OSERR: the socket was not found, or
+  /// takes no filter.
   tl::expected<void, Error> guard(ArvGvDevice* device);
   /// Returns the number of datagrams that the kernel rejected; 0 without a guarded device, which must be open.
   std::uint64_t refused() const;
@@ -104,12 +108,16 @@ bool isAddress(const std::string& id);  ///< Returns whether a text is an IPv4 a
 std::string handleOf(const CameraName& camera);
 
 /// Finds the camera that CameraOptions::id names and opens it, after CameraOptions::inspector, if there is one, has
-/// evaluated its description (not with CameraOptions::fakeInterface). For a GigE Vision camera, then also guards its
-/// control channel, takes control, and stops an acquisition that an earlier client left running. Blocks for seconds.
+/// evaluated its description (not with CameraOptions::fakeInterface). Another client may hold it. Blocks for seconds.
 /// EX_UNAVAILABLE: the camera is absent, does not answer, may not be opened, has a faulty description, or a stop was
-/// requested while that was evaluated. EX_TEMPFAIL: another client holds it and has not left within 8 s of the call (a
-/// camera keeps to a dead client for 3 s by default), or a stop was requested meanwhile. EX_OSERR: the guard failed.
-/// \param opening `stop` ends both waits early, `say` is told of another client \param guard made before this call
+/// requested while that was evaluated.
+tl::expected<Ref<ArvCamera>, Error> findCamera(const CameraOptions& options, const std::stop_token& stop);
+
+/// Does as findCamera(). For a GigE Vision camera, then also guards its control channel, takes control, and stops an
+/// acquisition that an earlier client left running. EX_TEMPFAIL: another client holds it and has not left within 8 s of
+/// the call (a camera keeps to a dead client for 3 s by default), or a stop was requested meanwhile. EX_OSERR: the
+/// guard failed. \param opening `stop` ends both waits early, `say` is told of another client \param guard made before
+/// this call
 tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, const Opening& opening,
                                                   ControlGuard& guard);
 
@@ -120,18 +128,26 @@ CameraName nameOf(ArvCamera* camera);
 
 // ---- aravis_feature.cpp
 
-/// Writes one feature and reads it back, or executes a command and waits up to 10 s until it is done. Returns the line
-/// for CameraInfo::settings: "Name = value" as read back, with "(asked: value)" if the camera has rounded a number, or
-/// "Name executed". EX_CONFIG: the camera lacks the feature or refuses, or a text or switch reads back differently; the
-/// error states what is allowed. EX_UNAVAILABLE: no answer, or the command is not done after 10 s.
+/// Returns a feature's value as text: a number ("%.10g"), true or false, or the text itself.
+std::string textOf(const Feature& feature);
+/// Returns the entries of an enumeration that the camera offers now; empty if it has none.
+std::vector<std::string> offeredEntries(ArvDevice* device, const char* name);
+/// Writes one feature, also one whose value is given as text, and reads it back, or executes a command and waits up to
+/// 10 s until it is done. Returns the line for CameraInfo::settings: "Name = value" as read back, with "(asked: value)"
+/// if the camera has rounded a number, or "Name executed". EX_CONFIG: the camera lacks the feature or refuses, or a
+/// text or switch reads back differently; the error states what is allowed. EX_UNAVAILABLE: no answer, or the command
+/// is not done after 10 s.
 tl::expected<std::string, Error> writeFeature(ArvDevice* device, const Feature& feature);
-/// Returns a feature with its present value, which restores it when written. Returns nothing for a command, a register,
-/// and a feature that is absent, not available now, read-only, or cannot be read. One that is locked now is returned.
+/// Returns a feature with its present value as text, which restores it when written. Returns nothing for a command, and
+/// a feature that is absent, not available now, read-only, empty, or cannot be read. One that is locked now is
+/// returned.
 std::optional<Feature> standingAt(ArvDevice* device, const char* name);
 /// Returns whether the camera has the feature and it is available now.
 bool hasFeature(ArvDevice* device, const char* name);
 /// Returns the first of these names that hasFeature(); empty if the camera has none.
 std::string firstFeature(ArvDevice* device, std::initializer_list<const char*> names);
+/// Returns the texts of the elements of these names directly in a node of the camera's description, without empty ones.
+std::vector<std::string> elementTexts(ArvGcNode* node, std::initializer_list<const char*> names);
 /// Returns the text of the first element of this name directly in a node of the camera's description; empty without
 /// one.
 std::string elementText(ArvGcNode* node, const char* element);
@@ -147,7 +163,7 @@ std::string readFeature(ArvDevice* device, const std::string& name);
 /// write of this session, by name; receives that of a feature written now
 tl::expected<CameraReport, std::string> serveFeatures(ArvCamera* camera, const CameraStep& step,
                                                       const std::vector<Feature>& configured,
-                                                      std::vector<std::pair<std::string, std::string>>& first);
+                                                      std::map<std::string, std::string>& first);
 
 /// A quantity whose feature has several names and units among cameras. Its unit here: exposure in us, gain the
 /// camera's.
@@ -178,8 +194,6 @@ tl::expected<void, Error> applySettings(ArvCamera* camera, const CameraOptions& 
 std::string formatInWords(const std::string& name, std::int64_t code);
 /// Returns formatInWords() of each format that the camera offers now.
 std::vector<std::string> offeredFormats(ArvCamera* camera);
-/// Returns those of the offered formats that this program can read, sorted by bestFirst().
-std::vector<const PixelFormatTraits*> readableFormats(ArvCamera* camera);
 /// Sorts formats: with colours before grey, then by few bits per sample, then by few bits per pixel.
 void bestFirst(std::vector<const PixelFormatTraits*>& formats);
 
@@ -202,7 +216,7 @@ CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& gu
 
 /// Reads a camera's clock on a thread of its own, "camera-clock", as a camera that hangs makes each reading wait for
 /// seconds: up to 200 times a second at first, sixteen times from the fifth second on, once a second while there is no
-/// answer. The thread ends when the camera has refused three times in a row.
+/// answer.
 class AskedClock {
  public:
   /// Reads the clock three times and starts the thread. Returns nullptr if the clock cannot be read: the camera is
@@ -223,19 +237,10 @@ class AskedClock {
   std::jthread thread_;  ///< the last member, as it uses the others
 };
 
-// ---- camera_list.cpp
-
-/// Returns why this host cannot reach a network camera, as a sentence, and the remedy: its address is in none of the
-/// networks of this host. Nothing if it can be there.
-struct Unreachable {
-  std::string what, remedy;
-};
-std::optional<Unreachable> unreachable(const std::string& address);
-
-/// Returns vendor and model by the camera's description; either may be empty.
-std::pair<std::string, std::string> makeOf(ArvDevice* device);
-
 // ---- aravis_network.cpp
+
+/// Returns the interface in whose network an IPv4 address lies; empty: in none.
+std::string interfaceTowards(const std::string& address);
 
 /// Returns the packet sizes to try in turn [bytes with headers]: the largest that interface and camera carry, at most
 /// 9000, or 1500 if the interface's MTU is not known; then 1500 and 576, as far as they are smaller; each made even
@@ -261,8 +266,6 @@ tl::expected<PacketSurvey, Error> surveyStream(ArvStream* stream, const StreamSh
 /// or the receive buffer was full. 0 if it is not known.
 std::uint64_t packetsRefused(ArvStream* stream);
 
-/// Returns the memory of packets that the kernel has received and Aravis has not yet [bytes]; 0: none, or not known.
-std::uint32_t bytesWaiting(ArvStream* stream);
 /// Asks a GigE Vision camera for what its packets look like. A port that it does not report is 0. \param
 /// packetSize_bytes with headers \param payload_bytes of the largest frame, with chunk data \param picture_bytes of it
 StreamShape streamShape(ArvCamera* camera, int packetSize_bytes, std::size_t payload_bytes, std::size_t picture_bytes);

@@ -9,11 +9,6 @@
 namespace tractiond::capture {
 namespace {
 
-LatchedCounter::Answer answerOf(const Failure& failure) {
-  using enum LatchedCounter::Answer;
-  return !failure ? kDone : failure.noAnswer() ? kNone : kRefused;
-}
-
 /// The registers of a device, which outlives it.
 class Registers final : public LatchedCounter {
  public:
@@ -23,15 +18,10 @@ class Registers final : public LatchedCounter {
       , command_(command)
       , value_(value) {}
 
-  Answer latch() override {
-    Failure failure;
-    arv_device_write_register(device_, latch_, command_, failure.into());
-    return answerOf(failure);
-  }
-  Answer read(std::array<std::uint8_t, 8>& bytes) override {
-    Failure failure;
-    arv_device_read_memory(device_, value_, static_cast<std::uint32_t>(bytes.size()), bytes.data(), failure.into());
-    return answerOf(failure);
+  bool latch() override { return arv_device_write_register(device_, latch_, command_, nullptr) != FALSE; }
+  bool read(std::array<std::uint8_t, 8>& bytes) override {
+    return arv_device_read_memory(device_, value_, static_cast<std::uint32_t>(bytes.size()), bytes.data(), nullptr) !=
+           FALSE;
   }
   std::int64_t rawNow() override { return tractiond::rawNow(); }
 
@@ -73,10 +63,13 @@ std::unique_ptr<AskedClock> AskedClock::open(ArvDevice* device) {
 
 void AskedClock::run(const std::stop_token& stop, ClockAsker asker) {
   pthread_setname_np(pthread_self(), "camera-clock");
-  while (!asker.isRefused()) {
-    pauseUntil(monotonicNow() + asker.pause_ns(), stop);
+  constexpr std::int64_t kUnanswered_ns = 1'000'000'000;
+  for (std::int64_t pause_ns = asker.pause_ns();;) {
+    pauseUntil(monotonicNow() + pause_ns, stop);
     if (stop.stop_requested()) return;
-    if (asker.ask()) fit_.put(asker.fit());  // while the other side takes one, the next brings it
+    const bool answered = asker.ask();
+    if (answered) fit_.put(asker.fit());  // while the other side takes one, the next brings it
+    pause_ns = answered ? asker.pause_ns() : kUnanswered_ns;
   }
 }
 

@@ -9,6 +9,7 @@
 
 #include "base/clock.h"
 #include "daemon/capture/aravis.h"
+#include "daemon/capture/camera_list.h"
 #include "daemon/capture/chunk_description.h"
 #include "daemon/capture/gvcp_search.h"
 #include "daemon/capture/sent_picture.h"
@@ -18,6 +19,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -27,19 +29,11 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// What one opening leaves for the next.
-struct Learnt {
-  static constexpr int kStreak = 100;     ///< at first
-  std::atomic<bool> isDoubted{false};     ///< frames came that were not whole, and the opening had seen none
-  std::atomic<int> streak{kStreak};       ///< so many broken frames in a row are reason to open the camera again
-  int asked_bytes = 0, filled_bytes = 0;  ///< packets of the first size were asked for, and the second came; 0: none
-};
-
 class AravisDriver : public Driver {
  public:
   static tl::expected<std::unique_ptr<Driver>, Error> open(const CameraOptions& options, const Opening& opening,
                                                            std::shared_ptr<ThreadWatch> watch,
-                                                           std::shared_ptr<Learnt> learnt);
+                                                           std::shared_ptr<std::atomic<bool>> isDoubted);
   ~AravisDriver() override;
 
   const CameraInfo& info() const override { return info_; }
@@ -55,7 +49,7 @@ class AravisDriver : public Driver {
   void undo() override;
   CameraLink link(const CameraLink& before) override {
     CameraLink link = readLink(camera_.get(), stream_.get(), guard_, before, {&silent_, &controlLost_});
-    if (link.has_temperature()) temperature_C_.store(static_cast<float>(link.temperature()), std::memory_order_relaxed);
+    if (link.has_temperature()) temperature_C_ = static_cast<float>(link.temperature());
     return link;
   }
   tl::expected<CameraReport, std::string> serve(const CameraStep& step) override {
@@ -80,16 +74,15 @@ class AravisDriver : public Driver {
   Proof awaitWholeFrame();
   void describe(ArvBuffer* from, Buffer& buffer);
   void account(Arrival& arrival);
-  void giveUp(Buffer& buffer);
 
   CameraOptions options_;
   std::atomic<float> temperature_C_{std::numeric_limits<float>::quiet_NaN()};  // from link() to pop()
   std::atomic<bool> controlLost_{false};  // set by Aravis's heartbeat thread: outlives the camera
   std::atomic<bool> silent_{false};
   std::shared_ptr<ThreadWatch> watch_;
-  std::shared_ptr<Learnt> learnt_;
-  GvcpSearch search_;
-  ControlGuard guard_;  // before the camera, and after every other socket of this
+  /// Shared with the next opening: frames came that were not whole, and this one had seen none.
+  std::shared_ptr<std::atomic<bool>> isDoubted_;
+  ControlGuard guard_;  // before the camera
   Ref<ArvCamera> camera_;
   Ref<ArvStream> stream_;
   std::unique_ptr<AskedClock> clock_;  ///< none: it cannot be asked
@@ -100,15 +93,16 @@ class AravisDriver : public Driver {
     std::int64_t ignored = 0, twice = 0;
   } packets_;                                  ///< when they were counted last
   bool portIsTrue_ = true;                     ///< the camera sends from the port that it names
+  bool answersSearch_ = false;                 ///< as it did when it was opened: see doubt()
   bool isSeen_ = false;                        ///< a frame was whole, or its packets were read by surveyStream()
   bool isPatient_ = false;                     ///< waits for a frame of a camera that waits for its trigger
-  int broken_ = 0;                             ///< frames in a row that were not whole
+  int broken_ = 0;                             ///< frames that were not whole before the first that was
   std::optional<bool> extendedIds_;            ///< as its packets show; none: as the camera says
   std::optional<std::pair<int, int>> offset_;  ///< of its pictures, by the first leader
   SentPicture unfit_;                          ///< the last frame that was whole and had another picture
   ChunkDescription chunks_;
-  std::vector<Feature> undo_;                               ///< features as they were before it was set up
-  std::vector<std::pair<std::string, std::string>> first_;  ///< features as they were before people wrote them
+  std::vector<Feature> undo_;                 ///< features as they were before it was set up
+  std::map<std::string, std::string> first_;  ///< features as they were before people wrote them
 };
 
 AravisDriver::~AravisDriver() {
@@ -121,13 +115,28 @@ AravisDriver::~AravisDriver() {
   camera_.reset();
 }
 
+/// Returns what Aravis opens the camera of the session before by, as soon as it answers: at its address, or, at every
+/// second try, at a new one. Empty: it does not answer within a second, or a stop was requested.
+std::string locate(const CameraName& camera, const Opening& opening, bool withFake) {
+  constexpr milliseconds kAnswer{100};
+  constexpr int kTries = 10;
+  if (!camera.address.empty() && opening.attempt % 2 == 0) {
+    for (int i = 0; i < kTries && !opening.stop.stop_requested(); ++i)
+      if (answersSearch(camera.address, kAnswer)) return camera.address;
+    return {};
+  }
+  for (const CameraName& one : listCameras(withFake))
+    if (one.serial == camera.serial) return handleOf(one);
+  return {};
+}
+
 tl::expected<std::unique_ptr<Driver>, Error> AravisDriver::open(const CameraOptions& options, const Opening& opening,
                                                                 std::shared_ptr<ThreadWatch> watch,
-                                                                std::shared_ptr<Learnt> learnt) {
+                                                                std::shared_ptr<std::atomic<bool>> isDoubted) {
   auto driver = std::make_unique<AravisDriver>();
   driver->options_ = options;
   driver->watch_ = std::move(watch);
-  driver->learnt_ = std::move(learnt);
+  driver->isDoubted_ = std::move(isDoubted);
   CameraOptions& wanted = driver->options_;
   const CameraInfo* before = opening.before;
   if (before != nullptr) {
@@ -135,15 +144,9 @@ tl::expected<std::unique_ptr<Driver>, Error> AravisDriver::open(const CameraOpti
     wanted.width = before->shape.width;
     wanted.height = before->shape.height;
     wanted.pixelFormat = traitsOf(before->format).name;
-    // Not the first camera found, but the same one, as soon as it answers; it may have a new address.
-    if (before->identity.empty() || !driver->search_.usable()) {
-      if (options.id.empty()) wanted.id = before->name.vendor + "-" + before->name.serial;
-    } else {
-      constexpr milliseconds kPatience{1000};
-      wanted.id = driver->search_.locate(before->identity, before->name.address, kPatience, opening.stop);
-      if (wanted.id.empty())
-        return failed(EX_UNAVAILABLE, "camera " + before->name.id + " does not answer", before->name.address);
-    }
+    wanted.id = locate(before->name, opening, options.fakeInterface);
+    if (wanted.id.empty())
+      return failed(EX_UNAVAILABLE, "camera " + before->name.id + " does not answer", before->name.address);
   }
   auto connected = connectCamera(wanted, opening, driver->guard_);
   if (!connected) return tl::unexpected(connected.error());
@@ -154,7 +157,7 @@ tl::expected<std::unique_ptr<Driver>, Error> AravisDriver::open(const CameraOpti
   info.name = nameOf(camera);
   if (before != nullptr && (info.name.vendor != before->name.vendor || info.name.serial != before->name.serial))
     return failed(EX_UNAVAILABLE, "another camera answers, " + info.name.id);
-  if (!info.name.address.empty()) info.identity = driver->search_.ask(info.name.address, milliseconds(1000));
+  driver->answersSearch_ = !info.name.address.empty() && answersSearch(info.name.address, milliseconds(1000));
   g_signal_connect(arv_camera_get_device(camera), "control-lost",
                    G_CALLBACK(+[](ArvDevice*, std::atomic<bool>* lost) { lost->store(true); }), &driver->controlLost_);
 
@@ -191,7 +194,7 @@ tl::expected<void, Error> AravisDriver::start() {
   Failure refusal;  // a camera without modes refuses as well
   arv_camera_set_acquisition_mode(camera, ARV_ACQUISITION_MODE_CONTINUOUS, refusal.into());
   if (refusal && (mode == "SingleFrame" || mode == "MultiFrame"))
-    return failed(refusal.noAnswer() ? EX_UNAVAILABLE : EX_CONFIG,
+    return failed(refusal.exitCode(),
                   "the camera refuses AcquisitionMode = Continuous, and sends a picture or some with " + mode + ": " +
                       refusal.text(),
                   "its user set may lock it: load another with camera.features, or set the mode with the maker's tool");
@@ -213,7 +216,7 @@ tl::expected<void, Error> AravisDriver::start() {
   const auto sizes = packetSizes(camera, options_);
   if (!sizes) return tl::unexpected(sizes.error());
   portIsTrue_ = !info_.triggered;  // of a camera that waits, nothing comes to prove it
-  isPatient_ = learnt_->isDoubted.exchange(false);
+  isPatient_ = isDoubted_->exchange(false);
   Proof proof = Proof::kBroken;
   for (const int size : *sizes) {
     const auto tried = tryStream(size);
@@ -222,7 +225,6 @@ tl::expected<void, Error> AravisDriver::start() {
     if (proof != Proof::kBroken) break;
   }
   info_.packetSizeVerified = proof == Proof::kWhole;
-  if (proof == Proof::kWhole) learnt_->streak = Learnt::kStreak;
   if (proof == Proof::kBroken)
     info_.warnings.push_back("no whole frame has arrived yet, not even with packets of " +
                              std::to_string(info_.packetSize_bytes) + " bytes: the network loses packets");
@@ -236,8 +238,7 @@ tl::expected<void, Error> AravisDriver::start() {
 /// Starts the stream with packets of this size, and again if that shows that the camera sends others. Fails with
 /// EX_CONFIG if what it sends are not the pictures agreed upon.
 tl::expected<AravisDriver::Proof, Error> AravisDriver::tryStream(int packetSize_bytes) {
-  const int filled_bytes = packetSize_bytes == learnt_->asked_bytes ? learnt_->filled_bytes : packetSize_bytes;
-  if (auto started = startStream(packetSize_bytes, filled_bytes); !started) return tl::unexpected(started.error());
+  if (auto started = startStream(packetSize_bytes, packetSize_bytes); !started) return tl::unexpected(started.error());
   Proof proof = awaitWholeFrame();
   const bool isSilent = proof == Proof::kNothing && packetsRefused(stream_.get()) == 0;
   if (proof != Proof::kUnfit && proof != Proof::kWhole && !isSilent) {
@@ -264,14 +265,6 @@ tl::expected<bool, Error> AravisDriver::adaptStream(int asked_bytes) {
   sent.size = sent.payloadType == SentPicture::kChunks ? info_.shape.size : std::numeric_limits<std::size_t>::max();
   if (const std::string why = deviation(sent, info_.shape); !why.empty())
     return failed(EX_CONFIG, "the camera " + why, remedyOf(sent.payloadType));
-  if (survey.isAllInOne())
-    return failed(EX_CONFIG, "the camera sends each frame in one packet, which cannot be read",
-                  "in camera.features: { GevSCCFGAllInTransmission = false }");
-  if (survey.isUneven())
-    return failed(EX_CONFIG,
-                  "the camera sends packets of several lengths within a frame, the largest of " +
-                      std::to_string(survey.block_bytes()) + " bytes: where they belong cannot be known",
-                  "set camera.packet_size_bytes to another size");
   const std::size_t block_bytes =
       survey.block_bytes() == 0 ? static_cast<std::size_t>(shape.blockBytes()) : survey.block_bytes();
   StreamShape other = shape;
@@ -285,14 +278,8 @@ tl::expected<bool, Error> AravisDriver::adaptStream(int asked_bytes) {
                              "port of its address are taken");
   }
   extendedIds_ = other.extendedIds;
-  learnt_->asked_bytes = asked_bytes;
-  learnt_->filled_bytes = filled_bytes;
   if (auto started = startStream(asked_bytes, filled_bytes); !started) return tl::unexpected(started.error());
   return true;
-}
-
-std::string inWords(const std::pair<int, int>& place) {
-  return "(" + std::to_string(place.first) + ", " + std::to_string(place.second) + ")";
 }
 
 StreamShape AravisDriver::shapeOfStream() const {
@@ -314,8 +301,8 @@ tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes, int fi
     arv_camera_gv_set_packet_size(camera, filled_bytes, failure.into());
     if (!failure) info_.packetSize_bytes = static_cast<int>(arv_camera_gv_get_packet_size(camera, failure.into()));
     if (failure)
-      return failed(failure.noAnswer() ? EX_UNAVAILABLE : EX_CONFIG,
-                    "the camera refuses packets of " + std::to_string(filled_bytes) + " bytes", failure.text());
+      return failed(failure.exitCode(), "the camera refuses packets of " + std::to_string(filled_bytes) + " bytes",
+                    failure.text());
     if (filled_bytes != packetSize_bytes && info_.packetSize_bytes != filled_bytes)
       return failed(EX_CONFIG,
                     "the camera is asked for packets of " + std::to_string(packetSize_bytes) + " bytes, sends " +
@@ -340,8 +327,8 @@ tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes, int fi
       arv_camera_gv_set_packet_size(camera, packetSize_bytes, failure.into());
     }
     if (failure)
-      return failed(failure.noAnswer() ? EX_UNAVAILABLE : EX_CONFIG,
-                    "the camera refuses packets of " + std::to_string(packetSize_bytes) + " bytes", failure.text());
+      return failed(failure.exitCode(), "the camera refuses packets of " + std::to_string(packetSize_bytes) + " bytes",
+                    failure.text());
     const StreamShape shape = shapeOfStream();
     framePackets_ = shape.blocks() + 2;  // with leader and trailer
     if (auto guarded = guardStream(stream_.get(), shape); !guarded) return guarded;
@@ -402,13 +389,12 @@ std::string AravisDriver::doubt() {
     return framePackets_ == 0 ? 0 : arv_stream_get_info_uint64_by_name(stream_.get(), "n_received_packets");
   };
   const std::uint64_t before = received();
-  if (info_.identity.empty() || search_.ask(info_.name.address, kAnswer) == info_.identity) return "";
-  if (received() != before || (framePackets_ != 0 && bytesWaiting(stream_.get()) != 0)) return "";
-  return "it does not answer";
+  if (!answersSearch_ || answersSearch(info_.name.address, kAnswer)) return "";
+  return received() != before ? "" : "it does not answer";
 }
 
 Popped AravisDriver::pop(Buffer& buffer, milliseconds timeout) {
-  if (controlLost_.load(std::memory_order_relaxed)) return Popped::kGone;
+  if (controlLost_) return Popped::kGone;
   ArvBuffer* popped = arv_stream_try_pop_buffer(stream_.get());
   buffer.awaited = popped == nullptr;
   if (popped == nullptr) {
@@ -424,23 +410,12 @@ Popped AravisDriver::pop(Buffer& buffer, milliseconds timeout) {
   describe(popped, buffer);
   if (buffer.arrival.complete) {
     isSeen_ = true;
-    broken_ = 0;
-  } else if (++broken_ >= (isSeen_ ? learnt_->streak.load(std::memory_order_relaxed) : kFirstFrames)) {
-    giveUp(buffer);
+  } else if (!isSeen_ && ++broken_ == kFirstFrames) {  // the next opening finds out why
+    *isDoubted_ = true;
+    giveBack(std::exchange(buffer.handle, nullptr));
     return Popped::kBroken;
   }
   return Popped::kBuffer;
-}
-
-/// Lets the next opening find out why no frame is whole. Where none will be, as on a broken network, the camera is not
-/// opened again and again.
-void AravisDriver::giveUp(Buffer& buffer) {
-  constexpr int kLongest = 1 << 20;
-  if (isSeen_)
-    learnt_->streak = std::min(2 * learnt_->streak, kLongest);
-  else
-    learnt_->isDoubted = true;
-  giveBack(std::exchange(buffer.handle, nullptr));
 }
 
 /// Frames that are up to a hundred older than the newest, Aravis takes for late, and throws away.
@@ -499,7 +474,7 @@ void AravisDriver::describe(ArvBuffer* from, Buffer& buffer) {
   }
   arrival.shape = info_.shape;
   buffer.extras = found.extras;
-  const float temperature_C = temperature_C_.load(std::memory_order_relaxed);
+  const float temperature_C = temperature_C_;
   buffer.extras.hasTemperature = std::isfinite(temperature_C);
   if (buffer.extras.hasTemperature) buffer.extras.temperature_C = temperature_C;
   if (arrival.device_ns == 0 && found.timestamp_ns) arrival.device_ns = *found.timestamp_ns;
@@ -509,17 +484,15 @@ void AravisDriver::describe(ArvBuffer* from, Buffer& buffer) {
 }
 
 std::string AravisDriver::objection() const {
-  if (std::string why = deviation(unfit_, info_.shape); !why.empty()) return why;
-  return "moved its picture from " + inWords(offset_.value_or(std::pair(0, 0))) + " to " +
-         inWords({unfit_.x, unfit_.y}) + " by its leader";
+  const std::string why = deviation(unfit_, info_.shape);
+  return why.empty() ? "says that its picture has moved on the sensor" : why;
 }
 
 }  // namespace
 
 OpenDriver fromAravis(const CameraOptions& options, std::shared_ptr<ThreadWatch> watch) {
-  return [options, watch = std::move(watch), learnt = std::make_shared<Learnt>()](const Opening& opening) {
-    return AravisDriver::open(options, opening, watch, learnt);
-  };
+  return [options, watch = std::move(watch), isDoubted = std::make_shared<std::atomic<bool>>(false)](
+             const Opening& opening) { return AravisDriver::open(options, opening, watch, isDoubted); };
 }
 
 }  // namespace tractiond::capture

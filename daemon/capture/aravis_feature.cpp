@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <condition_variable>
 #include <cstdio>
@@ -22,6 +23,10 @@ bool Failure::noAnswer() const {
   return error_ != nullptr && error_->domain == ARV_DEVICE_ERROR &&
          (error_->code == ARV_DEVICE_ERROR_TIMEOUT || error_->code == ARV_DEVICE_ERROR_NOT_CONNECTED ||
           error_->code == ARV_DEVICE_ERROR_TRANSFER_ERROR);
+}
+
+int Failure::exitCode() const {
+  return noAnswer() ? EX_UNAVAILABLE : EX_CONFIG;
 }
 
 bool Failure::noDescription() const {
@@ -69,21 +74,30 @@ bool hasFeature(ArvDevice* device, const char* name) {
   return arv_device_is_feature_available(device, name, nullptr) != FALSE;
 }
 
-std::string elementText(ArvGcNode* node, const char* element) {
+std::vector<std::string> elementTexts(ArvGcNode* node, std::initializer_list<const char*> names) {
+  std::vector<std::string> texts;
   for (ArvDomNode* child = arv_dom_node_get_first_child(ARV_DOM_NODE(node)); child != nullptr;
        child = arv_dom_node_get_next_sibling(child)) {
-    if (g_strcmp0(arv_dom_node_get_node_name(child), element) != 0) continue;
+    const char* name = arv_dom_node_get_node_name(child);
+    if (std::none_of(names.begin(), names.end(), [&](const char* one) { return g_strcmp0(name, one) == 0; })) continue;
     ArvDomNode* content = arv_dom_node_get_first_child(child);
-    return content == nullptr ? "" : text(arv_dom_node_get_node_value(content));
+    if (content != nullptr) texts.push_back(text(arv_dom_node_get_node_value(content)));
   }
-  return {};
+  return texts;
 }
 
-namespace {
+std::string elementText(ArvGcNode* node, const char* element) {
+  const std::vector<std::string> texts = elementTexts(node, {element});
+  return texts.empty() ? "" : texts.front();
+}
 
-using Done = tl::expected<std::string, Error>;
+std::vector<std::string> offeredEntries(ArvDevice* device, const char* name) {
+  guint count = 0;
+  const char** entries = arv_device_dup_available_enumeration_feature_values_as_strings(device, name, &count, nullptr);
+  return taken(entries, count);
+}
 
-std::string written(const Feature& feature) {
+std::string textOf(const Feature& feature) {
   struct {
     std::string operator()(bool value) const { return value ? "true" : "false"; }
     std::string operator()(std::int64_t value) const { return std::to_string(value); }
@@ -93,8 +107,20 @@ std::string written(const Feature& feature) {
   return std::visit(spell, feature.value);
 }
 
+namespace {
+
+using Done = tl::expected<std::string, Error>;
+
+/// Returns a number whose text has nothing else.
+template <class Number>
+std::optional<Number> parsedAs(const std::string& text) {
+  Number value{};
+  const auto [behind, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && behind == text.data() + text.size() ? std::optional(value) : std::nullopt;
+}
+
 tl::unexpected<Error> refuse(const Feature& feature, const std::string& why, const std::string& remedy = {}) {
-  return failed(EX_CONFIG, "the camera refuses " + feature.name + " = " + written(feature) + ": " + why, remedy);
+  return failed(EX_CONFIG, "the camera refuses " + feature.name + " = " + textOf(feature) + ": " + why, remedy);
 }
 
 tl::unexpected<Error> refuse(const Feature& feature, const Failure& failure) {
@@ -105,7 +131,7 @@ tl::unexpected<Error> refuse(const Feature& feature, const Failure& failure) {
 
 Done readBack(const Feature& feature, const std::string& got, const Failure& failure) {
   if (failure) return refuse(feature, failure);
-  if (got != written(feature)) return refuse(feature, "it still says " + got);
+  if (got != textOf(feature)) return refuse(feature, "it still says " + got);
   return feature.name + " = " + got;
 }
 
@@ -137,8 +163,7 @@ Done awaitCommand(ArvDevice* device, ArvGcNode* command, const Feature& feature)
 }
 
 Done writeCommand(ArvDevice* device, ArvGcNode* node, const Feature& feature) {
-  const bool* execute = std::get_if<bool>(&feature.value);
-  if (execute == nullptr || !*execute) return refuse(feature, "it is a command", "write " + feature.name + " = true");
+  if (textOf(feature) != "true") return refuse(feature, "it is a command", "write " + feature.name + " = true");
   Failure failure;
   arv_device_execute_command(device, feature.name.c_str(), failure.into());
   if (failure) return refuse(feature, failure);
@@ -146,39 +171,33 @@ Done writeCommand(ArvDevice* device, ArvGcNode* node, const Feature& feature) {
 }
 
 Done writeBoolean(ArvDevice* device, const Feature& feature) {
-  const bool* value = std::get_if<bool>(&feature.value);
-  if (value == nullptr) return refuse(feature, "it is true or false");
+  const std::string value = textOf(feature);
+  if (value != "true" && value != "false") return refuse(feature, "it is true or false");
   Failure failure;
-  arv_device_set_boolean_feature_value(device, feature.name.c_str(), *value, failure.into());
+  arv_device_set_boolean_feature_value(device, feature.name.c_str(), value == "true", failure.into());
   if (failure) return refuse(feature, failure);
   const bool got = arv_device_get_boolean_feature_value(device, feature.name.c_str(), failure.into()) != FALSE;
   return readBack(feature, got ? "true" : "false", failure);
 }
 
 Done writeText(ArvDevice* device, const Feature& feature) {
-  const std::string* value = std::get_if<std::string>(&feature.value);
-  if (value == nullptr) return refuse(feature, "it is a text");
   Failure failure;
-  arv_device_set_string_feature_value(device, feature.name.c_str(), value->c_str(), failure.into());
+  arv_device_set_string_feature_value(device, feature.name.c_str(), textOf(feature).c_str(), failure.into());
   if (failure) return refuse(feature, failure);
   const std::string got = text(arv_device_get_string_feature_value(device, feature.name.c_str(), failure.into()));
   return readBack(feature, got, failure);
 }
 
 Done writeEnumeration(ArvDevice* device, const Feature& feature) {
-  guint count = 0;
-  const char** entries =
-      arv_device_dup_available_enumeration_feature_values_as_strings(device, feature.name.c_str(), &count, nullptr);
-  const std::vector<std::string> offered = taken(entries, count);
-  const std::string* value = std::get_if<std::string>(&feature.value);
-  if (value == nullptr || std::find(offered.begin(), offered.end(), *value) == offered.end())
+  const std::vector<std::string> offered = offeredEntries(device, feature.name.c_str());
+  if (std::find(offered.begin(), offered.end(), textOf(feature)) == offered.end())
     return refuse(feature, "it is one of " + joined(offered));
   return writeText(device, feature);
 }
 
 Done writeInteger(ArvDevice* device, const Feature& feature) {
-  const std::int64_t* value = std::get_if<std::int64_t>(&feature.value);
-  if (value == nullptr) return refuse(feature, "it is a whole number");
+  const auto value = parsedAs<std::int64_t>(textOf(feature));
+  if (!value) return refuse(feature, "it is a whole number");
   const char* name = feature.name.c_str();
   Failure failure;
   gint64 low = 0, high = 0;
@@ -197,20 +216,19 @@ Done writeInteger(ArvDevice* device, const Feature& feature) {
 }
 
 Done writeFloat(ArvDevice* device, const Feature& feature) {
-  const double* real = std::get_if<double>(&feature.value);
-  const std::int64_t* whole = std::get_if<std::int64_t>(&feature.value);
-  if (real == nullptr && whole == nullptr) return refuse(feature, "it is a number");
-  const double value = real != nullptr ? *real : static_cast<double>(*whole);
+  const double* exact = std::get_if<double>(&feature.value);  // its text is rounded
+  const auto value = exact != nullptr ? *exact : parsedAs<double>(textOf(feature));
+  if (!value) return refuse(feature, "it is a number");
   const char* name = feature.name.c_str();
   Failure failure;
   double low = 0, high = 0;
   arv_device_get_float_feature_bounds(device, name, &low, &high, failure.into());
-  if (!failure && (value < low || value > high))
+  if (!failure && (*value < low || *value > high))
     return refuse(feature, "it may be " + number(low) + " to " + number(high));
-  arv_device_set_float_feature_value(device, name, value, failure.into());
+  arv_device_set_float_feature_value(device, name, *value, failure.into());
   if (failure) return refuse(feature, failure);
   const double got = arv_device_get_float_feature_value(device, name, failure.into());
-  return readBack(feature, value, got, failure);
+  return readBack(feature, *value, got, failure);
 }
 
 }  // namespace
@@ -240,22 +258,11 @@ tl::expected<std::string, Error> writeFeature(ArvDevice* device, const Feature& 
 
 std::optional<Feature> standingAt(ArvDevice* device, const char* name) {
   ArvGcNode* node = arv_device_get_feature(device, name);
-  if (node == nullptr || !ARV_IS_GC_FEATURE_NODE(node) || ARV_IS_GC_COMMAND(node) || !hasFeature(device, name) ||
+  if (node == nullptr || ARV_IS_GC_COMMAND(node) ||
       arv_device_get_feature_access_mode(device, name) == ARV_GC_ACCESS_MODE_RO)
     return {};
-  Failure failure;
-  Feature feature{name, {}};
-  if (ARV_IS_GC_BOOLEAN(node))
-    feature.value = arv_device_get_boolean_feature_value(device, name, failure.into()) != FALSE;
-  else if (ARV_IS_GC_ENUMERATION(node) || ARV_IS_GC_STRING(node))
-    feature.value = text(arv_device_get_string_feature_value(device, name, failure.into()));
-  else if (ARV_IS_GC_INTEGER(node))
-    feature.value = std::int64_t{arv_device_get_integer_feature_value(device, name, failure.into())};
-  else if (ARV_IS_GC_FLOAT(node))
-    feature.value = arv_device_get_float_feature_value(device, name, failure.into());
-  else
-    return {};
-  return failure ? std::nullopt : std::optional(feature);
+  const std::string value = readFeature(device, name);
+  return value.empty() ? std::nullopt : std::optional(Feature{name, value});
 }
 
 std::string firstFeature(ArvDevice* device, std::initializer_list<const char*> names) {
@@ -279,13 +286,8 @@ Quantity gainOf(ArvDevice* device) {
 }
 
 std::optional<double> readQuantity(ArvDevice* device, const Quantity& quantity) {
-  if (quantity.feature.empty()) return {};
-  const char* name = quantity.feature.c_str();
-  Failure failure;
-  const bool whole = ARV_IS_GC_INTEGER(arv_device_get_feature(device, name));
-  const double value = whole ? static_cast<double>(arv_device_get_integer_feature_value(device, name, failure.into()))
-                             : arv_device_get_float_feature_value(device, name, failure.into());
-  return failure ? std::optional<double>() : value / quantity.perUnit;
+  const auto value = parsedAs<double>(readFeature(device, quantity.feature));
+  return value ? std::optional(*value / quantity.perUnit) : std::nullopt;
 }
 
 std::string readFeature(ArvDevice* device, const std::string& name) {

@@ -1,5 +1,5 @@
-// Strategy. Aravis lists and opens; what it is vague about is asked again: which of the listed it is, and whether we
-// control it.
+// Strategy. Aravis lists and opens; what it is vague about is asked again: which of the listed it is, whether we
+// control it, and why it cannot be opened.
 #include "base/clock.h"
 #include "daemon/capture/aravis.h"
 #include "daemon/capture/camera_list.h"
@@ -9,6 +9,11 @@
 #include <netinet/in.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
 
 namespace tractiond::capture {
 namespace {
@@ -33,6 +38,15 @@ bool matches(const CameraName& name, const std::string& id) {
   return same(name.id) || same(name.physicalId) || same(name.address) || same(name.vendor + "-" + name.serial);
 }
 
+/// The error of a network camera that this host cannot reach: its address is in none of the networks of this host.
+std::optional<Error> unreachable(const std::string& address) {
+  if (!isAddress(address) || !interfaceTowards(address).empty()) return std::nullopt;
+  return Error{.exitCode = EX_UNAVAILABLE,
+               .what = "its address " + address + " is in no network of this host",
+               .remedy = "give it one with \"arv-tool-0.8 network\" or the maker's tool (persistent or forced IP), or "
+                         "give this host's interface an address in the camera's network"};
+}
+
 /// What Aravis opens the camera by; without an id the first in the list that can be reached. Looks in the list itself:
 /// Aravis would ask the name server for an unknown id, and opens another as the first than it lists.
 tl::expected<std::string, Error> idFor(const CameraOptions& options) {
@@ -40,52 +54,16 @@ tl::expected<std::string, Error> idFor(const CameraOptions& options) {
   const std::string& id = options.id;
   if (isAddress(id)) return id;
   const std::vector<CameraName> all = listCameras(options.fakeInterface);
-  const auto found = std::find_if(all.begin(), all.end(), [&](const CameraName& c) { return matches(c, id); });
-  if (all.empty() && id.empty()) return failed(EX_UNAVAILABLE, "no camera answers", kWhatToCheck);
-  if (found == all.end() && !id.empty()) {
-    std::vector<std::string> ids;
-    for (const CameraName& camera : all) ids.push_back(camera.id);
-    return failed(EX_UNAVAILABLE, "there is no camera \"" + id + "\"",
-                  ids.empty() ? "no camera answers: " + std::string(kWhatToCheck) : "there are: " + joined(ids));
-  }
-  if (!id.empty()) return handleOf(*found);
-  const auto near = std::find_if(all.begin(), all.end(), [](const CameraName& c) { return !unreachable(handleOf(c)); });
-  return handleOf(near == all.end() ? all.front() : *near);
-}
-
-tl::unexpected<Error> damaged(const std::string& fault) {
-  return failed(EX_UNAVAILABLE, fault, "its firmware may be damaged, or it is not what it says");
-}
-
-tl::expected<Ref<ArvCamera>, Error> find(const CameraOptions& options, const std::stop_token& stop) {
-  const auto id = idFor(options);
-  if (!id) return tl::unexpected(id.error());
-  const std::string camera = "camera \"" + (options.id.empty() ? *id : options.id) + "\"";
-  const auto silent = [&](const std::string& why) {
-    if (const auto elsewhere = unreachable(*id))
-      return failed(EX_UNAVAILABLE, camera + " cannot be reached: " + elsewhere->what, elsewhere->remedy);
-    return failed(EX_UNAVAILABLE, camera + " does not answer", why);
-  };
-  std::string harmless;
-  if (!options.inspector.empty() && !options.fakeInterface) {
-    const Inspection inspection = inspectInChild(*id, {.program = options.inspector}, stop);
-    if (inspection.outcome == Inspection::Outcome::kAbsent) return silent(inspection.text);
-    if (inspection.outcome == Inspection::Outcome::kUnreadable)
-      return failed(EX_UNAVAILABLE, camera + ": " + inspection.text);
-    if (inspection.outcome == Inspection::Outcome::kFault) return damaged(inspection.text);
-    harmless = inspection.text;
-  }
-  Failure failure;
-  const Ref<ArvDevice> device(arv_open_device(id->c_str(), failure.into()));
-  if (device && !harmless.empty()) {
-    std::size_t size = 0;
-    const char* const xml = arv_device_get_genicam_xml(device.get(), &size);
-    if (xml == nullptr || hashOf({xml, size}) != harmless)
-      return damaged("the camera's description is not the one of a moment ago");
-  }
-  Ref<ArvCamera> opened(device ? arv_camera_new_with_device(device.get(), failure.into()) : nullptr);
-  if (!opened) return silent(failure.text());
-  return opened;
+  auto found = std::find_if(all.begin(), all.end(), [&](const CameraName& camera) {
+    return id.empty() ? !unreachable(handleOf(camera)) : matches(camera, id);
+  });
+  if (id.empty() && found == all.end()) found = all.begin();
+  if (found != all.end()) return handleOf(*found);
+  if (id.empty()) return failed(EX_UNAVAILABLE, "no camera answers", kWhatToCheck);
+  std::vector<std::string> ids;
+  for (const CameraName& camera : all) ids.push_back(camera.id);
+  return failed(EX_UNAVAILABLE, "there is no camera \"" + id + "\"",
+                ids.empty() ? "no camera answers: " + std::string(kWhatToCheck) : "there are: " + joined(ids));
 }
 
 /// Aravis opens a camera that another client controls without an error. The controlling client is not read while
@@ -96,6 +74,13 @@ bool takeControl(ArvGvDevice* device, std::int64_t until_ns, const std::stop_tok
     pauseUntil(monotonicNow() + 200'000'000, stop);
   }
   return true;
+}
+
+std::string firstLine(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  return line;
 }
 
 }  // namespace
@@ -136,12 +121,36 @@ CameraName nameOf(ArvCamera* camera) {
   return name;
 }
 
+tl::expected<Ref<ArvCamera>, Error> findCamera(const CameraOptions& options, const std::stop_token& stop) {
+  const auto id = idFor(options);
+  if (!id) return tl::unexpected(id.error());
+  const std::string camera = "camera \"" + (options.id.empty() ? *id : options.id) + "\"";
+  const auto silent = [&](const std::string& why) {
+    if (const auto elsewhere = unreachable(*id))
+      return failed(EX_UNAVAILABLE, camera + " cannot be reached: " + elsewhere->what, elsewhere->remedy);
+    return failed(EX_UNAVAILABLE, camera + " does not answer", why);
+  };
+  if (!options.inspector.empty() && !options.fakeInterface) {
+    const Inspection inspection = inspectInChild(*id, {.program = options.inspector}, stop);
+    if (inspection.outcome == Inspection::Outcome::kAbsent) return silent(inspection.text);
+    if (inspection.outcome == Inspection::Outcome::kUnreadable)
+      return failed(EX_UNAVAILABLE, camera + ": " + inspection.text);
+    if (inspection.outcome == Inspection::Outcome::kFault)
+      return failed(EX_UNAVAILABLE, inspection.text, "its firmware may be damaged, or it is not what it says");
+  }
+  Failure failure;
+  const Ref<ArvDevice> device(arv_open_device(id->c_str(), failure.into()));
+  Ref<ArvCamera> opened(device ? arv_camera_new_with_device(device.get(), failure.into()) : nullptr);
+  if (!opened) return silent(failure.text());
+  return opened;
+}
+
 tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, const Opening& opening,
                                                   ControlGuard& guard) {
   // A camera forgets a client that died 3 s after its last heartbeat, and one try may take Aravis 2.5 s.
   constexpr std::int64_t kPatience_ns = 8'000'000'000;
   const std::int64_t until_ns = monotonicNow() + kPatience_ns;
-  auto camera = find(options, opening.stop);
+  auto camera = findCamera(options, opening.stop);
   if (!camera) return camera;
   ArvDevice* device = arv_camera_get_device(camera->get());
   if (!ARV_IS_GV_DEVICE(device)) return camera;
@@ -156,6 +165,50 @@ tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, 
   // It may still send to a client that died; some cameras continue with that, such as Aravis's fake.
   arv_camera_stop_acquisition(camera->get(), nullptr);
   return camera;
+}
+
+std::string shareAdvice(int cameras, double link_bytes_per_s, int packet_bytes) {
+  if (cameras < 2 || link_bytes_per_s <= 0) return {};
+  const double share = 0.9 * link_bytes_per_s / cameras;
+  const double delay_ns = packet_bytes * (cameras - 1) / link_bytes_per_s * 1e9;
+  return std::to_string(cameras) +
+         " cameras share this link: give each throughput_bytes_per_s = " + std::to_string(std::llround(share)) +
+         ", or packet_delay_ns = " + std::to_string(std::llround(delay_ns)) + " with packets of " +
+         std::to_string(packet_bytes) + " bytes";
+}
+
+std::vector<CameraSight> inspectCameras(const std::string& inspector, bool withFake) {
+  std::vector<CameraSight> all;
+  std::map<std::string, std::vector<std::size_t>> onInterface;  // which of them
+  for (const CameraName& name : listCameras(withFake)) {
+    CameraSight sight{.name = name, .obstacle = {}, .remedy = {}, .notes = {}};
+    const auto camera =
+        findCamera({.id = handleOf(name), .inspector = inspector, .fakeInterface = name.protocol == "Fake"}, {});
+    ArvDevice* device = camera ? arv_camera_get_device(camera->get()) : nullptr;
+    if (!camera) {
+      sight.obstacle = camera.error().what;
+      sight.remedy = camera.error().remedy;
+    } else if (ARV_IS_GV_DEVICE(device) && !arv_gv_device_is_controller(ARV_GV_DEVICE(device))) {
+      sight.obstacle = "another client holds it";
+      sight.remedy = "close that client; one that died loses it within some seconds";
+    } else if (arv_camera_is_uv_device(camera->get())) {
+      const guint payload = arv_camera_get_payload(camera->get(), nullptr);
+      if (const std::string warning = usbMemoryWarning(payload * std::size_t{10}); !warning.empty())
+        sight.notes.push_back(warning);
+    }
+    if (name.protocol == "GigEVision" && sight.obstacle.empty())
+      onInterface[interfaceTowards(name.address)].push_back(all.size());
+    all.push_back(std::move(sight));
+  }
+  for (const auto& [interface, sharers] : onInterface) {
+    const double mbit_per_s =
+        std::atof(firstLine(std::filesystem::path("/sys/class/net") / interface / "speed").c_str());
+    const int mtu = std::atoi(firstLine(std::filesystem::path("/sys/class/net") / interface / "mtu").c_str());
+    const std::string advice = shareAdvice(static_cast<int>(sharers.size()), mbit_per_s * 1e6 / 8, std::min(mtu, 9000));
+    for (const std::size_t one : sharers)
+      if (!advice.empty()) all[one].notes.push_back(advice);
+  }
+  return all;
 }
 
 }  // namespace tractiond::capture

@@ -1,8 +1,8 @@
 // What the network between camera and host carries: packet sizes, receive buffers; and USB's memory.
 #include "base/clock.h"
 #include "daemon/capture/aravis.h"
-#include "daemon/capture/control_filter.h"
 
+#include <arpa/inet.h>
 #include <dirent.h>
 #include <ifaddrs.h>
 #include <linux/sock_diag.h>
@@ -32,19 +32,14 @@ std::uint32_t ipv4Of(GSocketAddress* address) {
 
 /// 0: not known.
 int mtuOf(ArvGvDevice* device) {
-  const std::uint32_t wanted = ipv4Of(arv_gv_device_get_interface_address(device));
-  ifaddrs* all = nullptr;
-  if (getifaddrs(&all) != 0) return 0;
+  char* address = g_inet_address_to_string(
+      g_inet_socket_address_get_address(G_INET_SOCKET_ADDRESS(arv_gv_device_get_device_address(device))));
+  const std::string interface = interfaceTowards(address);
+  g_free(address);
   ifreq request{};
-  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
-    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
-    sockaddr_in address{};
-    std::memcpy(&address, one->ifa_addr, sizeof address);
-    if (ntohl(address.sin_addr.s_addr) == wanted) std::strncpy(request.ifr_name, one->ifa_name, IFNAMSIZ - 1);
-  }
-  freeifaddrs(all);
+  interface.copy(request.ifr_name, IFNAMSIZ - 1);
   const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  const bool known = probe >= 0 && request.ifr_name[0] != '\0' && ioctl(probe, SIOCGIFMTU, &request) == 0;
+  const bool known = probe >= 0 && ioctl(probe, SIOCGIFMTU, &request) == 0;
   if (probe >= 0) close(probe);
   return known ? request.ifr_mtu : 0;
 }
@@ -84,33 +79,45 @@ int streamSocket(ArvStream* stream) {
   return -1;
 }
 
-/// Puts it on, and throws away what came before it did. Returns an error number.
-int attach(int descriptor, std::vector<sock_filter> code) {
+/// Puts it on, and throws away what came before it did. EX_OSERR: the socket takes none. \param descriptor -1: it was
+/// not found
+tl::expected<void, Error> attach(int descriptor, std::vector<sock_filter> code) {
   const sock_fprog program{static_cast<unsigned short>(code.size()), code.data()};
-  if (setsockopt(descriptor, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program) != 0) return errno;
+  if (setsockopt(descriptor, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program) != 0)
+    return failed(EX_OSERR, "a socket cannot be guarded against packets that are not the camera's",
+                  descriptor < 0 ? "it is not found in /proc/self/fd" : std::strerror(errno));
   for (char byte = 0; recv(descriptor, &byte, 1, MSG_DONTWAIT) >= 0;) {
   }
-  return 0;
+  return {};
 }
 
 bool usesExtendedIds(ArvDevice* device) {
   return readFeature(device, "GevGVSPExtendedIDMode") == "On";
 }
 
-/// Of a socket; 0: not known.
-std::uint32_t memoryOf(int descriptor, int which) {
+/// Packets that the kernel has dropped at a socket; 0: not known.
+std::uint32_t dropsOf(int descriptor) {
   std::uint32_t memory[SK_MEMINFO_VARS] = {};
   socklen_t length = sizeof memory;
-  return getsockopt(descriptor, SOL_SOCKET, SO_MEMINFO, memory, &length) == 0 ? memory[which] : 0;
-}
-
-/// The error of a stream's socket that takes no filter.
-tl::unexpected<Error> unguarded(int descriptor, int why) {
-  return failed(EX_OSERR, "the stream's socket cannot be guarded against packets that are not the camera's",
-                descriptor < 0 ? "it is not found in /proc/self/fd" : std::strerror(why));
+  return getsockopt(descriptor, SOL_SOCKET, SO_MEMINFO, memory, &length) == 0 ? memory[SK_MEMINFO_DROPS] : 0;
 }
 
 }  // namespace
+
+std::string interfaceTowards(const std::string& address) {
+  in_addr camera{};
+  ifaddrs* all = nullptr;
+  std::string found;
+  if (inet_pton(AF_INET, address.c_str(), &camera) != 1 || getifaddrs(&all) != 0) return found;
+  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
+    if (one->ifa_addr == nullptr || one->ifa_netmask == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
+    const auto own = reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr.s_addr;
+    const auto mask = reinterpret_cast<const sockaddr_in*>(one->ifa_netmask)->sin_addr.s_addr;
+    if ((own & mask) == (camera.s_addr & mask)) found = one->ifa_name;
+  }
+  freeifaddrs(all);
+  return found;
+}
 
 /// Aravis sets the size with the first packet only, and that frame would be lost already. Returns what was granted.
 int setReceiveBuffer(ArvStream* stream, int size_bytes) {
@@ -136,12 +143,10 @@ StreamShape streamShape(ArvCamera* camera, int packetSize_bytes, std::size_t pay
 }
 
 tl::expected<void, Error> guardStream(ArvStream* stream, const StreamShape& shape) {
-  const int descriptor = streamSocket(stream);
   aravis::stopReceiving(stream);
-  const int why = attach(descriptor, streamFilter(shape));
+  const auto attached = attach(streamSocket(stream), streamFilter(shape));
   aravis::startReceiving(stream);
-  if (why == 0) return {};
-  return unguarded(descriptor, why);
+  return attached;
 }
 
 tl::expected<PacketSurvey, Error> surveyStream(ArvStream* stream, const StreamShape& shape,
@@ -150,8 +155,8 @@ tl::expected<PacketSurvey, Error> surveyStream(ArvStream* stream, const StreamSh
   PacketSurvey survey;
   aravis::stopReceiving(stream);
   const std::int64_t until_ns = monotonicNow() + std::chrono::nanoseconds(patience).count();
-  int why = attach(descriptor, senderFilter(shape.cameraAddress));
-  if (why == 0) {
+  auto attached = attach(descriptor, senderFilter(shape.cameraAddress));
+  if (attached) {
     std::vector<std::uint8_t> packet(65536);
     while (!survey.isOver()) {
       const std::int64_t left_ms = (until_ns - monotonicNow()) / 1'000'000;
@@ -163,19 +168,15 @@ tl::expected<PacketSurvey, Error> surveyStream(ArvStream* stream, const StreamSh
           recvfrom(descriptor, packet.data(), packet.size(), MSG_DONTWAIT, reinterpret_cast<sockaddr*>(&from), &length);
       if (got > 0) survey.see({packet.data(), static_cast<std::size_t>(got)}, ntohs(from.sin_port));
     }
-    why = attach(descriptor, streamFilter(shape));
+    attached = attach(descriptor, streamFilter(shape));
   }
   aravis::startReceiving(stream);
-  if (why != 0) return unguarded(descriptor, why);
+  if (!attached) return tl::unexpected(attached.error());
   return survey;
 }
 
 std::uint64_t packetsRefused(ArvStream* stream) {
-  return memoryOf(streamSocket(stream), SK_MEMINFO_DROPS);
-}
-
-std::uint32_t bytesWaiting(ArvStream* stream) {
-  return memoryOf(streamSocket(stream), SK_MEMINFO_RMEM_ALLOC);
+  return dropsOf(streamSocket(stream));
 }
 
 ControlGuard::ControlGuard() {
@@ -192,14 +193,11 @@ tl::expected<void, Error> ControlGuard::guard(ArvGvDevice* device) {
     const bool isCamera = one.address == address && one.port == port;  // one that this process itself serves
     if (one.address == here && isNew && !isCamera) descriptor_ = one.descriptor;
   }
-  const int why = attach(descriptor_, controlFilter(address, port));
-  if (why == 0) return {};
-  return failed(EX_OSERR, "the control channel's socket cannot be guarded against answers that are not the camera's",
-                descriptor_ < 0 ? "it is not found in /proc/self/fd" : std::strerror(why));
+  return attach(descriptor_, senderFilter(address, port));
 }
 
 std::uint64_t ControlGuard::refused() const {
-  return descriptor_ < 0 ? 0 : memoryOf(descriptor_, SK_MEMINFO_DROPS);
+  return descriptor_ < 0 ? 0 : dropsOf(descriptor_);
 }
 
 tl::expected<std::vector<int>, Error> packetSizes(ArvCamera* camera, const CameraOptions& options) {

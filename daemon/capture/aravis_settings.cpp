@@ -39,18 +39,6 @@ void bestFirst(std::vector<const PixelFormatTraits*>& formats) {
   std::stable_sort(formats.begin(), formats.end(), [&](const auto* a, const auto* b) { return rank(a) < rank(b); });
 }
 
-std::vector<const PixelFormatTraits*> readableFormats(ArvCamera* camera) {
-  guint count = 0;
-  gint64* codes = arv_camera_dup_available_pixel_formats(camera, &count, nullptr);
-  std::vector<const PixelFormatTraits*> formats;
-  for (guint i = 0; codes != nullptr && i < count; ++i)
-    if (const PixelFormatTraits* known = pixelFormatByCode(static_cast<std::uint32_t>(codes[i])))
-      formats.push_back(known);
-  g_free(codes);
-  bestFirst(formats);
-  return formats;
-}
-
 namespace {
 
 using Result = tl::expected<void, Error>;
@@ -63,353 +51,328 @@ class Setter {
       , info_(info)
       , undo_(undo) {}
 
-  Result apply(const CameraOptions& options, const Standing* before);
+  Result apply(const CameraOptions& options, const Standing* before) {
+    Result result;
+    for (std::size_t i = 0; result && i < options.features.size(); ++i) result = set(options.features[i]);
+    if (result) result = options.pixelFormat.empty() ? chooseFormat() : setFormat(options.pixelFormat);
+    if (result) result = setRegion(options);
+    if (result && options.frameRate_Hz > 0) result = setRate(options.frameRate_Hz);
+    if (result && options.exposure_us > 0) {
+      switchOff("ExposureAuto");
+      result = setQuantity("exposure_us", "us", exposureOf(device_), options.exposure_us);
+    }
+    if (result && options.gain) {
+      switchOff("GainAuto");
+      result = setQuantity("gain", "", gainOf(device_), *options.gain);
+    }
+    if (result) result = setTrigger(options);
+    if (result && !options.strobeLine.empty()) result = setStrobe(options.strobeLine);
+    if (result && options.ptp) result = setPtp();
+    if (result) result = setLink(options);
+    if (result) result = setChunks(options.chunks);
+    if (result && before != nullptr) keep(*before, options);
+    const std::vector<std::string> on = triggersOn();
+    info_.triggered = !on.empty();
+    if (info_.triggered) info_.trigger = "TriggerMode is On" + (on.front().empty() ? "" : " for " + joined(on));
+    return result;
+  }
 
  private:
-  void remember(std::initializer_list<const char*> names);
-  void rememberTriggers();
-  tl::expected<std::string, Error> write(const Feature& feature);
-  Result set(const Feature& feature);
-  Result setFormat(const std::string& name);
-  Result chooseFormat();
-  Result setRegion(const CameraOptions& options);
-  Result setRate(double rate_Hz);
-  Result setTrigger(const CameraOptions& options);
-  Result setStrobe(const std::string& line);
-  Result setPtp();
-  Result setLink(const CameraOptions& options);
-  Result setChunks(const std::vector<std::string>& chunks);
-  Result setQuantity(const char* key, const char* unit, const Quantity& quantity, double value);
-  Result report(const char* key, const char* unit, double asked, double got, const Failure& failure);
-  void switchOff(const char* automatic);
-  void keep(const Standing& before, const CameraOptions& options);
-  void keepOne(const char* what, const char* unit, const Quantity& quantity, double before);
-  std::vector<std::string> triggersOn();
+  void remember(std::initializer_list<const char*> names) {
+    for (const char* name : names)
+      if (auto stood = standingAt(device_, name)) undo_.push_back(*std::move(stood));
+  }
+
+  tl::expected<std::string, Error> write(const Feature& feature) {
+    remember({feature.name.c_str()});
+    return writeFeature(device_, feature);
+  }
+
+  Result set(const Feature& feature) {
+    auto line = write(feature);
+    if (!line) return tl::unexpected(line.error());
+    info_.settings.push_back(*std::move(line));
+    return {};
+  }
+
+  /// By its code: cameras spell the names differently (RGB8Packed).
+  Result setFormat(const std::string& name) {
+    const std::string what = "the camera refuses camera.pixel_format = \"" + name + "\": ";
+    const PixelFormatTraits* known = pixelFormatByName(name);
+    if (known == nullptr) return failed(EX_CONFIG, what + "it is not one of " + std::string(kPixelFormatsInWords));
+    Failure failure;
+    if (arv_camera_get_pixel_format(camera_, failure.into()) != known->code()) {
+      guint count = 0;
+      gint64* codes = arv_camera_dup_available_pixel_formats(camera_, &count, failure.into());
+      const bool offered = codes != nullptr && std::find(codes, codes + count, gint64{known->code()}) != codes + count;
+      g_free(codes);
+      if (failure.noAnswer()) return failed(EX_UNAVAILABLE, "the camera does not answer: " + failure.text());
+      if (!offered) return failed(EX_CONFIG, what + "it offers " + joined(offeredFormats(camera_)));
+      remember({"PixelFormat"});
+      arv_camera_set_pixel_format(camera_, known->code(), failure.into());
+      if (failure) return failed(failure.exitCode(), what + failure.text());
+      if (arv_camera_get_pixel_format(camera_, failure.into()) != known->code())
+        return failed(EX_CONFIG, what + "it did not take it");
+    }
+    info_.settings.push_back("PixelFormat = " + name);
+    return {};
+  }
+
+  /// A camera that stands at a format which cannot be read is set to the best of those that can.
+  Result chooseFormat() {
+    Failure failure;
+    const ArvPixelFormat stood = arv_camera_get_pixel_format(camera_, failure.into());
+    if (failure || pixelFormatByCode(stood) != nullptr) return {};  // readPicture says what is wrong
+    guint count = 0;
+    gint64* codes = arv_camera_dup_available_pixel_formats(camera_, &count, nullptr);
+    std::vector<const PixelFormatTraits*> formats;
+    for (guint i = 0; codes != nullptr && i < count; ++i)
+      if (const PixelFormatTraits* known = pixelFormatByCode(static_cast<std::uint32_t>(codes[i])))
+        formats.push_back(known);
+    g_free(codes);
+    if (formats.empty()) return {};
+    bestFirst(formats);
+    const std::string own = text(arv_camera_get_pixel_format_as_string(camera_, failure.into()));
+    if (auto set = setFormat(std::string(formats.front()->name)); !set) return set;
+    info_.settings.back() += own.empty() ? " (chosen)" : " (chosen: " + own + " cannot be read)";
+    return {};
+  }
+
+  /// What a size may be depends on the offsets that stand: they go to 0 first, and to where they shall be last.
+  Result setRegion(const CameraOptions& options) {
+    struct Axis {
+      const char *size, *offset;
+      int wanted, at;
+    };
+    const std::array<Axis, 2> axes{
+        {{"Width", "OffsetX", options.width, options.offsetX}, {"Height", "OffsetY", options.height, options.offsetY}}};
+    for (const Axis& axis : axes) {
+      const bool movable = hasFeature(device_, axis.offset) &&
+                           arv_device_get_feature_access_mode(device_, axis.offset) != ARV_GC_ACCESS_MODE_RO;
+      if (axis.at > 0 && !movable)
+        return failed(EX_CONFIG, std::string("the camera's picture cannot be moved: it has no ") + axis.offset);
+      const gint64 stood = movable ? arv_device_get_integer_feature_value(device_, axis.offset, nullptr) : 0;
+      if (axis.wanted > 0) {
+        if (movable && stood != 0) remember({axis.offset});
+        if (movable && stood != 0) arv_device_set_integer_feature_value(device_, axis.offset, 0, nullptr);
+        if (auto done = set({axis.size, std::int64_t{axis.wanted}}); !done) return done;
+      }
+      if (axis.at >= 0 && movable) {
+        if (auto done = set({axis.offset, std::int64_t{axis.at}}); !done) return done;
+      } else if (axis.wanted > 0 && stood != 0) {
+        gint64 low = 0, high = 0;
+        arv_device_get_integer_feature_bounds(device_, axis.offset, &low, &high, nullptr);
+        if (auto done = set({axis.offset, std::clamp<std::int64_t>(stood, low, high)}); !done) return done;
+      }
+    }
+    return {};
+  }
+
+  Result report(const char* key, const char* unit, double asked, double got, const Failure& failure) {
+    const std::string what = std::string("camera.") + key + " = " + number(asked);
+    if (failure)
+      return failed(failure.exitCode(),
+                    (failure.noAnswer() ? "the camera does not answer to " : "the camera refuses ") + what + ": " +
+                        failure.text());
+    const double off = std::abs(got - asked);
+    info_.settings.push_back(std::string(key) + " = " + number(got) +
+                             (off > 1e-9 * std::abs(asked) ? " (asked: " + number(asked) + ")" : ""));
+    if (off > 0.01 * std::abs(asked))
+      info_.warnings.push_back("the camera made " + number(got) + " " + unit + " of " + what);
+    return {};
+  }
+
+  /// Of those that cameras spell in several ways, and as whole numbers or not.
+  Result setQuantity(const char* key, const char* unit, const Quantity& quantity, double value) {
+    const std::string what = std::string("camera.") + key + " = " + number(value);
+    if (quantity.feature.empty()) return failed(EX_CONFIG, what + ": the camera has no such setting");
+    const double raw = value * quantity.perUnit;
+    const bool whole = ARV_IS_GC_INTEGER(arv_device_get_feature(device_, quantity.feature.c_str()));
+    const Feature feature =
+        whole ? Feature{quantity.feature, std::int64_t{std::llround(raw)}} : Feature{quantity.feature, raw};
+    if (auto written = write(feature); !written) {
+      written.error().what = what + ": " + written.error().what;
+      return tl::unexpected(written.error());
+    }
+    return report(key, unit, value, readQuantity(device_, quantity).value_or(value), Failure());
+  }
+
+  /// A value that the camera changes by itself is none that was set.
+  void switchOff(const char* automatic) {
+    if (!hasFeature(device_, automatic) || readFeature(device_, automatic) == "Off") return;
+    if (auto line = write({automatic, std::string("Off")})) info_.settings.push_back(*line);
+  }
+
+  /// Calls `use` with each trigger selected in turn, with its name, or once with an empty name if triggers have none.
+  /// The one that was selected is put back.
+  template <class Use>
+  void forEachTrigger(Use use) {
+    const std::string selected = readFeature(device_, "TriggerSelector");
+    if (selected.empty()) return use(std::string());
+    const auto select = [&](const std::string& trigger) {
+      arv_device_set_string_feature_value(device_, "TriggerSelector", trigger.c_str(), nullptr);
+    };
+    for (const std::string& one : offeredEntries(device_, "TriggerSelector")) {
+      select(one);
+      use(one);
+    }
+    select(selected);
+  }
+
+  std::vector<std::string> triggersOn() {
+    std::vector<std::string> on;
+    forEachTrigger([&](const std::string& trigger) {
+      if (readFeature(device_, "TriggerMode") == "On") on.push_back(trigger);
+    });
+    return on;
+  }
+
+  /// Aravis knows the names and switches of each make, but clears all triggers on the way: they are put back.
+  Result setRate(double rate_Hz) {
+    const std::vector<std::string> on = triggersOn();
+    const std::string selected = readFeature(device_, "TriggerSelector");
+    remember({"AcquisitionFrameRateEnable", "AcquisitionFrameRateEnabled", "AcquisitionFrameRate",
+              "AcquisitionFrameRateAbs"});
+    Failure failure;
+    arv_camera_set_frame_rate(camera_, rate_Hz, failure.into());
+    const double got = failure ? 0.0 : arv_camera_get_frame_rate(camera_, failure.into());
+    if (auto done = report("frame_rate_hz", "frames/s", rate_Hz, got, failure); !done) return done;
+    for (const std::string& trigger : on) {
+      if (!trigger.empty()) arv_device_set_string_feature_value(device_, "TriggerSelector", trigger.c_str(), nullptr);
+      if (auto line = writeFeature(device_, {"TriggerMode", std::string("On")}); !line)
+        return tl::unexpected(line.error());
+    }
+    if (!selected.empty()) arv_device_set_string_feature_value(device_, "TriggerSelector", selected.c_str(), nullptr);
+    return {};
+  }
+
+  Result setTrigger(const CameraOptions& options) {
+    if (options.trigger.empty()) return {};
+    const std::string what = "camera.trigger = \"" + options.trigger + "\": ";
+    remember({"TriggerSelector"});
+    forEachTrigger([&](const std::string& /*trigger*/) {
+      remember({"TriggerMode", "TriggerSource", "TriggerSelector"});
+    });
+    Failure failure;
+    if (options.trigger == "off") {
+      if (hasFeature(device_, "TriggerSelector") || hasFeature(device_, "TriggerMode"))
+        arv_camera_clear_triggers(camera_, failure.into());
+    } else {
+      const std::string source = options.trigger == "software" ? "Software" : options.trigger;
+      const std::vector<std::string> sources = offeredEntries(device_, "TriggerSource");
+      if (!sources.empty() && std::find(sources.begin(), sources.end(), source) == sources.end())
+        return failed(EX_CONFIG, what + "the camera has no such source; it has " + joined(sources));
+      arv_camera_set_trigger(camera_, source.c_str(), failure.into());
+    }
+    if (failure)
+      return failed(failure.exitCode(),
+                    (failure.noAnswer() ? "the camera does not answer to " : "the camera refuses ") + what +
+                        failure.text());
+    info_.settings.push_back("trigger = " + options.trigger);
+    if (options.trigger != "off" && options.frameRate_Hz > 0) {
+      // Setting a trigger lifts the limit of the rate: it still bounds how fast triggers are followed.
+      for (const char* name : {"AcquisitionFrameRateEnable", "AcquisitionFrameRateEnabled"})
+        if (hasFeature(device_, name)) std::ignore = writeFeature(device_, {name, true});
+    }
+    return {};
+  }
+
+  Result setStrobe(const std::string& line) {
+    for (const Feature& feature : {Feature{"LineSelector", line}, Feature{"LineMode", std::string("Output")},
+                                   Feature{"LineSource", std::string("ExposureActive")}}) {
+      // Lines that can only be outputs have no mode, or one that cannot be written.
+      if (feature.name == "LineMode" &&
+          (!hasFeature(device_, "LineMode") || readFeature(device_, "LineMode") == "Output"))
+        continue;
+      if (auto done = set(feature); !done) {
+        done.error().what = "camera.strobe_line = \"" + line + "\": " + done.error().what;
+        return done;
+      }
+    }
+    return {};
+  }
+
+  Result setPtp() {
+    const std::string name = firstFeature(device_, {"PtpEnable", "GevIEEE1588", "PtpMode"});
+    if (name.empty()) return failed(EX_CONFIG, "camera.ptp = true: the camera has no PTP", "set it to false");
+    if (name != "PtpMode") return set({name, true});
+    const std::vector<std::string> modes = offeredEntries(device_, "PtpMode");
+    for (const char* mode : {"Slave", "SlaveOnly", "Auto", "On"})
+      if (std::find(modes.begin(), modes.end(), mode) != modes.end()) return set({"PtpMode", std::string(mode)});
+    return failed(EX_CONFIG,
+                  "camera.ptp = true: the camera's PtpMode cannot follow a master; it offers " + joined(modes));
+  }
+
+  Result setLink(const CameraOptions& options) {
+    Failure failure;
+    if (options.packetDelay_ns > 0 && arv_camera_is_gv_device(camera_)) {
+      remember({"GevSCPD"});
+      arv_camera_gv_set_packet_delay(camera_, std::llround(options.packetDelay_ns), failure.into());
+      const auto got = failure ? 0.0 : static_cast<double>(arv_camera_gv_get_packet_delay(camera_, failure.into()));
+      if (auto done = report("packet_delay_ns", "ns", options.packetDelay_ns, got, failure); !done) return done;
+    }
+    if (options.throughput_bytes_per_s <= 0) return {};
+    if (!hasFeature(device_, "DeviceLinkThroughputLimit"))
+      return failed(EX_CONFIG, "camera.throughput_bytes_per_s: the camera has no DeviceLinkThroughputLimit",
+                    "use camera.packet_delay_ns");
+    if (hasFeature(device_, "DeviceLinkThroughputLimitMode"))
+      if (auto done = set({"DeviceLinkThroughputLimitMode", std::string("On")}); !done) return done;
+    return set({"DeviceLinkThroughputLimit", std::int64_t{options.throughput_bytes_per_s}});
+  }
+
+  Result setChunks(const std::vector<std::string>& chunks) {
+    if (chunks.empty()) return {};
+    const std::string what = "camera.chunks = " + joined(chunks) + ": ";
+    if (!arv_camera_are_chunks_available(camera_, nullptr))
+      return failed(EX_CONFIG, what + "the camera sends no chunk data");
+    const std::vector<std::string> offered = offeredEntries(device_, "ChunkSelector");
+    for (const std::string& chunk : chunks)
+      if (std::find(offered.begin(), offered.end(), chunk) == offered.end())
+        return failed(EX_CONFIG, what + "the camera offers " + joined(offered));
+    Failure failure;
+    remember({"ChunkModeActive"});
+    std::string list;
+    for (const std::string& chunk : chunks) list += (list.empty() ? "" : ",") + chunk;
+    arv_camera_set_chunks(camera_, list.c_str(), failure.into());
+    if (failure) return failed(failure.exitCode(), "the camera refuses " + what + failure.text());
+    info_.settings.push_back("chunks = " + joined(chunks));
+    return {};
+  }
+
+  void keepOne(const char* what, const char* unit, const Quantity& quantity, double before) {
+    const auto same = [&](const std::optional<double>& value) {
+      return value && std::abs(*value - before) <= 1e-3 * std::abs(before);
+    };
+    const std::optional<double> now = readQuantity(device_, quantity);
+    if (!now || same(now)) return;
+    const auto settings = info_.settings.size();
+    const bool kept = setQuantity(what, unit, quantity, before) && same(readQuantity(device_, quantity));
+    info_.settings.resize(settings);
+    const std::string old = number(before) + (*unit == '\0' ? "" : std::string(" ") + unit);
+    info_.warnings.push_back(
+        std::string("the camera came back with ") + what + " = " + number(*now) +
+        (kept ? "; set to " + old + " again, as before" : " instead of " + old + ", which it does not take"));
+  }
+
+  void keep(const Standing& before, const CameraOptions& options) {
+    if (before.frameRate_Hz && options.frameRate_Hz <= 0 && arv_camera_is_frame_rate_available(camera_, nullptr)) {
+      const double now = arv_camera_get_frame_rate(camera_, nullptr);
+      if (std::abs(now - *before.frameRate_Hz) > 1e-3 * *before.frameRate_Hz) {
+        const bool kept = setRate(*before.frameRate_Hz).has_value();
+        info_.warnings.push_back("the camera came back with " + number(now) + " frames/s" +
+                                 (kept ? "; set as before" : ", and does not take the rate from before"));
+      }
+    }
+    if (before.exposure_us && options.exposure_us <= 0)
+      keepOne("exposure_us", "us", exposureOf(device_), *before.exposure_us);
+    if (before.gain && !options.gain) keepOne("gain", "", gainOf(device_), *before.gain);
+  }
 
   ArvCamera* camera_;
   ArvDevice* device_;
   CameraInfo& info_;
   std::vector<Feature>& undo_;
 };
-
-void Setter::remember(std::initializer_list<const char*> names) {
-  for (const char* name : names)
-    if (auto stood = standingAt(device_, name)) undo_.push_back(*std::move(stood));
-}
-
-tl::expected<std::string, Error> Setter::write(const Feature& feature) {
-  remember({feature.name.c_str()});
-  return writeFeature(device_, feature);
-}
-
-Result Setter::set(const Feature& feature) {
-  auto line = write(feature);
-  if (!line) return tl::unexpected(line.error());
-  info_.settings.push_back(*std::move(line));
-  return {};
-}
-
-/// By its code: cameras spell the names differently (RGB8Packed).
-Result Setter::setFormat(const std::string& name) {
-  const std::string what = "the camera refuses camera.pixel_format = \"" + name + "\": ";
-  const PixelFormatTraits* known = pixelFormatByName(name);
-  if (known == nullptr) return failed(EX_CONFIG, what + "it is not one of " + std::string(kPixelFormatsInWords));
-  Failure failure;
-  if (arv_camera_get_pixel_format(camera_, failure.into()) != known->code()) {
-    guint count = 0;
-    gint64* codes = arv_camera_dup_available_pixel_formats(camera_, &count, failure.into());
-    const bool offered = codes != nullptr && std::find(codes, codes + count, gint64{known->code()}) != codes + count;
-    g_free(codes);
-    if (failure.noAnswer()) return failed(EX_UNAVAILABLE, "the camera does not answer: " + failure.text());
-    if (!offered) return failed(EX_CONFIG, what + "it offers " + joined(offeredFormats(camera_)));
-    remember({"PixelFormat"});
-    arv_camera_set_pixel_format(camera_, known->code(), failure.into());
-    if (failure) return failed(failure.noAnswer() ? EX_UNAVAILABLE : EX_CONFIG, what + failure.text());
-    if (arv_camera_get_pixel_format(camera_, failure.into()) != known->code())
-      return failed(EX_CONFIG, what + "it did not take it");
-  }
-  info_.settings.push_back("PixelFormat = " + name);
-  return {};
-}
-
-/// A camera that stands at a format which cannot be read is set to the best of those that can.
-Result Setter::chooseFormat() {
-  Failure failure;
-  const ArvPixelFormat stood = arv_camera_get_pixel_format(camera_, failure.into());
-  if (failure || pixelFormatByCode(stood) != nullptr) return {};  // readPicture says what is wrong
-  const std::vector<const PixelFormatTraits*> formats = readableFormats(camera_);
-  if (formats.empty()) return {};
-  const std::string own = text(arv_camera_get_pixel_format_as_string(camera_, failure.into()));
-  if (auto set = setFormat(std::string(formats.front()->name)); !set) return set;
-  info_.settings.back() += own.empty() ? " (chosen)" : " (chosen: " + own + " cannot be read)";
-  return {};
-}
-
-/// What a size may be depends on the offsets that stand: they go to 0 first, and to where they shall be last.
-Result Setter::setRegion(const CameraOptions& options) {
-  struct Axis {
-    const char *size, *offset;
-    int wanted, at;
-  };
-  const std::array<Axis, 2> axes{
-      {{"Width", "OffsetX", options.width, options.offsetX}, {"Height", "OffsetY", options.height, options.offsetY}}};
-  for (const Axis& axis : axes) {
-    const bool movable = hasFeature(device_, axis.offset) &&
-                         arv_device_get_feature_access_mode(device_, axis.offset) != ARV_GC_ACCESS_MODE_RO;
-    if (axis.at > 0 && !movable)
-      return failed(EX_CONFIG, std::string("the camera's picture cannot be moved: it has no ") + axis.offset);
-    const gint64 stood = movable ? arv_device_get_integer_feature_value(device_, axis.offset, nullptr) : 0;
-    if (axis.wanted > 0) {
-      if (movable && stood != 0) remember({axis.offset});
-      if (movable && stood != 0) arv_device_set_integer_feature_value(device_, axis.offset, 0, nullptr);
-      if (auto done = set({axis.size, std::int64_t{axis.wanted}}); !done) return done;
-    }
-    if (axis.at >= 0 && movable) {
-      if (auto done = set({axis.offset, std::int64_t{axis.at}}); !done) return done;
-    } else if (axis.wanted > 0 && stood != 0) {
-      gint64 low = 0, high = 0;
-      arv_device_get_integer_feature_bounds(device_, axis.offset, &low, &high, nullptr);
-      if (auto done = set({axis.offset, std::clamp<std::int64_t>(stood, low, high)}); !done) return done;
-    }
-  }
-  return {};
-}
-
-Result Setter::report(const char* key, const char* unit, double asked, double got, const Failure& failure) {
-  const std::string what = std::string("camera.") + key + " = " + number(asked);
-  if (failure.noAnswer())
-    return failed(EX_UNAVAILABLE, "the camera does not answer to " + what + ": " + failure.text());
-  if (failure) return failed(EX_CONFIG, "the camera refuses " + what + ": " + failure.text());
-  const double off = std::abs(got - asked);
-  info_.settings.push_back(std::string(key) + " = " + number(got) +
-                           (off > 1e-9 * std::abs(asked) ? " (asked: " + number(asked) + ")" : ""));
-  if (off > 0.01 * std::abs(asked))
-    info_.warnings.push_back("the camera made " + number(got) + " " + unit + " of " + what);
-  return {};
-}
-
-/// Of those that cameras spell in several ways, and as whole numbers or not.
-Result Setter::setQuantity(const char* key, const char* unit, const Quantity& quantity, double value) {
-  const std::string what = std::string("camera.") + key + " = " + number(value);
-  if (quantity.feature.empty()) return failed(EX_CONFIG, what + ": the camera has no such setting");
-  const double raw = value * quantity.perUnit;
-  const bool whole = ARV_IS_GC_INTEGER(arv_device_get_feature(device_, quantity.feature.c_str()));
-  const Feature feature =
-      whole ? Feature{quantity.feature, std::int64_t{std::llround(raw)}} : Feature{quantity.feature, raw};
-  if (auto written = write(feature); !written) {
-    written.error().what = what + ": " + written.error().what;
-    return tl::unexpected(written.error());
-  }
-  return report(key, unit, value, readQuantity(device_, quantity).value_or(value), Failure());
-}
-
-/// A value that the camera changes by itself is none that was set.
-void Setter::switchOff(const char* automatic) {
-  if (!hasFeature(device_, automatic) || readFeature(device_, automatic) == "Off") return;
-  if (auto line = write({automatic, std::string("Off")})) info_.settings.push_back(*line);
-}
-
-std::vector<std::string> Setter::triggersOn() {
-  std::vector<std::string> on;
-  if (!hasFeature(device_, "TriggerMode")) return on;
-  if (!hasFeature(device_, "TriggerSelector")) {
-    if (readFeature(device_, "TriggerMode") == "On") on.emplace_back();
-    return on;
-  }
-  const std::string selected = readFeature(device_, "TriggerSelector");
-  guint count = 0;
-  const char** all = arv_camera_dup_available_enumerations_as_strings(camera_, "TriggerSelector", &count, nullptr);
-  for (const std::string& one : taken(all, count)) {
-    arv_device_set_string_feature_value(device_, "TriggerSelector", one.c_str(), nullptr);
-    if (readFeature(device_, "TriggerMode") == "On") on.push_back(one);
-  }
-  arv_device_set_string_feature_value(device_, "TriggerSelector", selected.c_str(), nullptr);
-  return on;
-}
-
-/// Of each selector in turn; the one that is selected now is put back last.
-void Setter::rememberTriggers() {
-  const std::optional<Feature> selected = standingAt(device_, "TriggerSelector");
-  if (!selected) return remember({"TriggerMode", "TriggerSource"});
-  undo_.push_back(*selected);
-  guint count = 0;
-  const char** all = arv_camera_dup_available_enumerations_as_strings(camera_, "TriggerSelector", &count, nullptr);
-  for (const std::string& one : taken(all, count)) {
-    arv_device_set_string_feature_value(device_, "TriggerSelector", one.c_str(), nullptr);
-    remember({"TriggerMode", "TriggerSource", "TriggerSelector"});
-  }
-  std::ignore = writeFeature(device_, *selected);
-}
-
-/// Aravis knows the names and switches of each make, but clears all triggers on the way: they are put back.
-Result Setter::setRate(double rate_Hz) {
-  const std::vector<std::string> on = triggersOn();
-  const std::string selected = readFeature(device_, "TriggerSelector");
-  remember(
-      {"AcquisitionFrameRateEnable", "AcquisitionFrameRateEnabled", "AcquisitionFrameRate", "AcquisitionFrameRateAbs"});
-  Failure failure;
-  arv_camera_set_frame_rate(camera_, rate_Hz, failure.into());
-  const double got = failure ? 0.0 : arv_camera_get_frame_rate(camera_, failure.into());
-  if (auto done = report("frame_rate_hz", "frames/s", rate_Hz, got, failure); !done) return done;
-  for (const std::string& trigger : on) {
-    if (!trigger.empty()) arv_device_set_string_feature_value(device_, "TriggerSelector", trigger.c_str(), nullptr);
-    if (auto line = writeFeature(device_, {"TriggerMode", std::string("On")}); !line)
-      return tl::unexpected(line.error());
-  }
-  if (!selected.empty()) arv_device_set_string_feature_value(device_, "TriggerSelector", selected.c_str(), nullptr);
-  return {};
-}
-
-Result Setter::setTrigger(const CameraOptions& options) {
-  if (options.trigger.empty()) return {};
-  const std::string what = "camera.trigger = \"" + options.trigger + "\": ";
-  rememberTriggers();
-  Failure failure;
-  if (options.trigger == "off") {
-    if (hasFeature(device_, "TriggerSelector") || hasFeature(device_, "TriggerMode"))
-      arv_camera_clear_triggers(camera_, failure.into());
-  } else {
-    const std::string source = options.trigger == "software" ? "Software" : options.trigger;
-    guint count = 0;
-    const char** names = arv_camera_dup_available_trigger_sources(camera_, &count, failure.into());
-    const std::vector<std::string> sources = taken(names, count);
-    if (!failure && std::find(sources.begin(), sources.end(), source) == sources.end())
-      return failed(EX_CONFIG, what + "the camera has no such source; it has " + joined(sources));
-    if (!failure) arv_camera_set_trigger(camera_, source.c_str(), failure.into());
-  }
-  if (failure.noAnswer()) return failed(EX_UNAVAILABLE, "the camera does not answer to " + what + failure.text());
-  if (failure) return failed(EX_CONFIG, "the camera refuses " + what + failure.text());
-  info_.settings.push_back("trigger = " + options.trigger);
-  if (options.trigger != "off" && options.frameRate_Hz > 0) {
-    // Setting a trigger lifts the limit of the rate: it still bounds how fast triggers are followed.
-    for (const char* name : {"AcquisitionFrameRateEnable", "AcquisitionFrameRateEnabled"})
-      if (hasFeature(device_, name)) std::ignore = writeFeature(device_, {name, true});
-  }
-  return {};
-}
-
-Result Setter::setStrobe(const std::string& line) {
-  for (const Feature& feature : {Feature{"LineSelector", line}, Feature{"LineMode", std::string("Output")},
-                                 Feature{"LineSource", std::string("ExposureActive")}}) {
-    // Lines that can only be outputs have no mode, or one that cannot be written.
-    if (feature.name == "LineMode" &&
-        (!hasFeature(device_, "LineMode") || readFeature(device_, "LineMode") == "Output"))
-      continue;
-    if (auto done = set(feature); !done) {
-      done.error().what = "camera.strobe_line = \"" + line + "\": " + done.error().what;
-      return done;
-    }
-  }
-  return {};
-}
-
-Result Setter::setPtp() {
-  const std::string name = firstFeature(device_, {"PtpEnable", "GevIEEE1588", "PtpMode"});
-  if (name.empty()) return failed(EX_CONFIG, "camera.ptp = true: the camera has no PTP", "set it to false");
-  if (name != "PtpMode") return set({name, true});
-  guint count = 0;
-  const char** entries =
-      arv_device_dup_available_enumeration_feature_values_as_strings(device_, "PtpMode", &count, nullptr);
-  const std::vector<std::string> modes = taken(entries, count);
-  for (const char* mode : {"Slave", "SlaveOnly", "Auto", "On"})
-    if (std::find(modes.begin(), modes.end(), mode) != modes.end()) return set({"PtpMode", std::string(mode)});
-  return failed(EX_CONFIG,
-                "camera.ptp = true: the camera's PtpMode cannot follow a master; it offers " + joined(modes));
-}
-
-Result Setter::setLink(const CameraOptions& options) {
-  Failure failure;
-  if (options.packetDelay_ns > 0 && arv_camera_is_gv_device(camera_)) {
-    remember({"GevSCPD"});
-    arv_camera_gv_set_packet_delay(camera_, std::llround(options.packetDelay_ns), failure.into());
-    const auto got = failure ? 0.0 : static_cast<double>(arv_camera_gv_get_packet_delay(camera_, failure.into()));
-    if (auto done = report("packet_delay_ns", "ns", options.packetDelay_ns, got, failure); !done) return done;
-  }
-  if (options.throughput_bytes_per_s <= 0) return {};
-  if (!hasFeature(device_, "DeviceLinkThroughputLimit"))
-    return failed(EX_CONFIG, "camera.throughput_bytes_per_s: the camera has no DeviceLinkThroughputLimit",
-                  "use camera.packet_delay_ns");
-  if (hasFeature(device_, "DeviceLinkThroughputLimitMode"))
-    if (auto done = set({"DeviceLinkThroughputLimitMode", std::string("On")}); !done) return done;
-  return set({"DeviceLinkThroughputLimit", std::int64_t{options.throughput_bytes_per_s}});
-}
-
-Result Setter::setChunks(const std::vector<std::string>& chunks) {
-  if (chunks.empty()) return {};
-  const std::string what = "camera.chunks = " + joined(chunks) + ": ";
-  if (!arv_camera_are_chunks_available(camera_, nullptr))
-    return failed(EX_CONFIG, what + "the camera sends no chunk data");
-  guint count = 0;
-  const char** names = arv_camera_dup_available_enumerations_as_strings(camera_, "ChunkSelector", &count, nullptr);
-  const std::vector<std::string> offered = taken(names, count);
-  for (const std::string& chunk : chunks)
-    if (std::find(offered.begin(), offered.end(), chunk) == offered.end())
-      return failed(EX_CONFIG, what + "the camera offers " + joined(offered));
-  Failure failure;
-  remember({"ChunkModeActive"});
-  std::string list;
-  for (const std::string& chunk : chunks) list += (list.empty() ? "" : ",") + chunk;
-  arv_camera_set_chunks(camera_, list.c_str(), failure.into());
-  if (failure)
-    return failed(failure.noAnswer() ? EX_UNAVAILABLE : EX_CONFIG, "the camera refuses " + what + failure.text());
-  info_.settings.push_back("chunks = " + joined(chunks));
-  return {};
-}
-
-void Setter::keepOne(const char* what, const char* unit, const Quantity& quantity, double before) {
-  const auto same = [&](const std::optional<double>& value) {
-    return value && std::abs(*value - before) <= 1e-3 * std::abs(before);
-  };
-  const std::optional<double> now = readQuantity(device_, quantity);
-  if (!now || same(now)) return;
-  const auto settings = info_.settings.size();
-  const bool kept = setQuantity(what, unit, quantity, before) && same(readQuantity(device_, quantity));
-  info_.settings.resize(settings);
-  const std::string old = number(before) + (*unit == '\0' ? "" : std::string(" ") + unit);
-  info_.warnings.push_back(
-      std::string("the camera came back with ") + what + " = " + number(*now) +
-      (kept ? "; set to " + old + " again, as before" : " instead of " + old + ", which it does not take"));
-}
-
-void Setter::keep(const Standing& before, const CameraOptions& options) {
-  if (before.frameRate_Hz && options.frameRate_Hz <= 0 && arv_camera_is_frame_rate_available(camera_, nullptr)) {
-    const double now = arv_camera_get_frame_rate(camera_, nullptr);
-    if (std::abs(now - *before.frameRate_Hz) > 1e-3 * *before.frameRate_Hz) {
-      const bool kept = setRate(*before.frameRate_Hz).has_value();
-      info_.warnings.push_back("the camera came back with " + number(now) + " frames/s" +
-                               (kept ? "; set as before" : ", and does not take the rate from before"));
-    }
-  }
-  if (before.exposure_us && options.exposure_us <= 0)
-    keepOne("exposure_us", "us", exposureOf(device_), *before.exposure_us);
-  if (before.gain && !options.gain) keepOne("gain", "", gainOf(device_), *before.gain);
-}
-
-Result Setter::apply(const CameraOptions& options, const Standing* before) {
-  Result result;
-  for (std::size_t i = 0; result && i < options.features.size(); ++i) result = set(options.features[i]);
-  if (result) result = options.pixelFormat.empty() ? chooseFormat() : setFormat(options.pixelFormat);
-  if (result) result = setRegion(options);
-  if (result && options.frameRate_Hz > 0) result = setRate(options.frameRate_Hz);
-  if (result && options.exposure_us > 0) {
-    switchOff("ExposureAuto");
-    result = setQuantity("exposure_us", "us", exposureOf(device_), options.exposure_us);
-  }
-  if (result && options.gain) {
-    switchOff("GainAuto");
-    result = setQuantity("gain", "", gainOf(device_), *options.gain);
-  }
-  if (result) result = setTrigger(options);
-  if (result && !options.strobeLine.empty()) result = setStrobe(options.strobeLine);
-  if (result && options.ptp) result = setPtp();
-  if (result) result = setLink(options);
-  if (result) result = setChunks(options.chunks);
-  if (result && before != nullptr) keep(*before, options);
-  const std::vector<std::string> on = triggersOn();
-  info_.triggered = !on.empty();
-  if (info_.triggered) info_.trigger = "TriggerMode is On" + (on.front().empty() ? "" : " for " + joined(on));
-  return result;
-}
 
 }  // namespace
 

@@ -3,10 +3,15 @@
 // session, and is discarded instead of given back.
 #include "daemon/capture/camera.h"
 
+#include "base/clock.h"
+
 #include <pthread.h>
+#include <xxhash.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 namespace tractiond::capture {
@@ -16,6 +21,16 @@ using std::chrono::milliseconds;
 
 /// A dead camera would hold us for ten seconds.
 constexpr milliseconds kPatienceAtEnd{500};
+
+/// Of 64 places all over the picture: the noise of a sensor alone makes it another in every picture.
+std::uint64_t contentOf(const std::uint8_t* data, std::size_t size) {
+  constexpr std::size_t kPlaces = 64;
+  std::array<std::uint64_t, kPlaces> sample{};
+  if (size < sizeof sample) return XXH3_64bits(data, size);
+  const std::size_t step = (size - sizeof(std::uint64_t)) / (kPlaces - 1);
+  for (std::size_t i = 0; i < kPlaces; ++i) std::memcpy(&sample[i], data + i * step, sizeof sample[i]);
+  return XXH3_64bits(sample.data(), sizeof sample);
+}
 
 }  // namespace
 
@@ -39,7 +54,6 @@ std::unique_ptr<Camera> Camera::withoutThread(OpenDriver driver, const CameraRul
 Camera::Camera(const CameraRules& rules, Ledger& ledger, std::shared_ptr<Keeper> keeper)
     : rules_(rules)
     , ledger_(ledger)
-    , intake_(ledger)
     , keeper_(std::move(keeper)) {}
 
 Camera::~Camera() {
@@ -97,13 +111,44 @@ std::int64_t Camera::patience() const {
 }
 
 Next Camera::admit(Frame& frame, const Buffer& buffer) {
-  const Arrival& arrival = buffer.arrival;
+  Arrival arrival = buffer.arrival;
   constexpr std::int64_t kForgotten = 64;  // a part in as many, with each arrival
   longest_ns_ = std::max(arrival.host_ns - lastArrival_ns_, longest_ns_ - longest_ns_ / kForgotten);
   lastArrival_ns_ = arrival.host_ns;
-  const Judgement judgement = intake_.admit(buffer, *driver_, frame);
+  const std::int64_t real_ns = realNow();
+  if (arrival.complete && buffer.data != nullptr) arrival.content = contentOf(buffer.data, arrival.shape.size);
+  const Judgement judgement = gate_->judge(arrival);
+  count(judgement, ledger_);
   if (judgement.verdict != Verdict::kNew) return Next::kRejected;
   lastWhole_ns_ = arrival.host_ns;
+  if (driver_->takeClock(asked_)) clock_.learn(asked_);
+  const DeviceClock::Moment captured = clock_.add(arrival, judgement, buffer.awaited);
+  const CameraInfo& info = driver_->info();
+  frame = Frame{};
+  frame.info.cameraFrameId = arrival.id;
+  frame.info.frameNumber = judgement.frameNumber;
+  frame.info.exposure_s = buffer.extras.exposure_s > 0 ? buffer.extras.exposure_s : info.exposure_s;
+  frame.info.extras = buffer.extras;
+  frame.info.discontinuity = judgement.discontinuity;
+  frame.info.doubted = judgement.doubted;
+  frame.info.times.device_ns = arrival.device_ns;
+  frame.info.times.received_ns = arrival.host_ns;
+  frame.info.times.receivedReal_ns = real_ns;
+  frame.info.times.captured_ns = captured.captured_ns;
+  frame.info.times.capturedError_ns = captured.error_ns;
+  frame.info.times.capturedBound = captured.bound;
+  frame.data = buffer.data;
+  // From the first row to the end of the last.
+  frame.size = buffer.stride == 0
+                   ? info.shape.size
+                   : static_cast<std::size_t>(buffer.stride) * static_cast<std::size_t>(info.shape.height - 1) +
+                         traitsOf(info.format).size(info.shape.width, 1);
+  frame.width = arrival.shape.width;
+  frame.height = arrival.shape.height;
+  frame.stride = buffer.stride;
+  frame.format = info.format;
+  frame.token = buffer.handle;
+  frame.session = session_;
   return Next::kFrame;
 }
 
@@ -126,9 +171,14 @@ bool Camera::adopt(milliseconds timeout) {
   session_ = keeper_->session();
   discard_ = driver_->discard();
   if (session_ > 1) ledger_.reconnects.add();
-  CameraInfo info = driver_->info();
-  info.session = session_;
-  intake_.begin(info, rules_.buffers);
+  const CameraInfo& info = driver_->info();
+  clock_.learn({});
+  if (gate_)
+    gate_->restart();
+  else
+    gate_.emplace(info.shape,
+                  FrameGate::Options{.zeroIsAnId = info.zeroIsAnId,
+                                     .memory = static_cast<std::size_t>(std::max(256, rules_.buffers + 64))});
   lastArrival_ns_ = lastWhole_ns_ = rules_.clock();
   longest_ns_ = 0;
   return true;

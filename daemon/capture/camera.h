@@ -1,12 +1,15 @@
 // A camera as a source of frames, for any driver: rejects buffers that are not new and whole, tells when a picture was
 // taken, and survives the loss of the camera.
 //
+// Pictures keep the shape of the first session. Those of earlier sessions stay known: one that comes again is stale.
+//
 // A session lasts from an opening of the camera to its loss or closing. The thread "camera-keeper" (keeper.h) opens the
 // driver, watches it while it streams, and closes it; next() only pops, admits and hands on.
 #pragma once
 
+#include "daemon/capture/device_clock.h"
+#include "daemon/capture/frame_gate.h"
 #include "daemon/capture/frame_source.h"
-#include "daemon/capture/intake.h"
 #include "daemon/capture/keeper.h"
 #include "daemon/records/ledger.h"
 
@@ -92,7 +95,9 @@ class Camera : public FrameSource {
 
   CameraRules rules_;
   Ledger& ledger_;
-  Intake intake_;
+  std::optional<FrameGate> gate_;  ///< from the first session on
+  CaptureClock clock_;
+  ClockFit asked_;                  ///< room for a reading of the driver
   std::shared_ptr<Keeper> keeper_;  ///< shared with its thread
   std::thread keeperThread_;
   Driver* driver_ = nullptr;  ///< borrowed from the keeper; none while the keeper opens or closes the camera

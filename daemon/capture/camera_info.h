@@ -35,7 +35,6 @@ struct PictureShape {
 
 struct CameraInfo {
   CameraName name;
-  std::string identity;  ///< GvcpSearch::Identity of a network camera; empty: not known
   unsigned session = 0;  ///< from 1 on: how often it has been opened; 0 in Driver::info()
   PictureShape shape;
   PixelFormat format = PixelFormat::kRgb8;  ///< of its pictures
@@ -52,10 +51,11 @@ struct CameraInfo {
   std::vector<std::string> warnings;        ///< one line each, with the remedy
 
   /// Returns what the camera waits for before it sends a frame, and how to end that; empty unless it is triggered.
-  std::string waits() const;
-
-  /// Describes camera, picture, rate, packets and receive buffer in one line for the log.
-  std::string summary() const;
+  std::string waits() const {
+    if (!triggered) return {};
+    return "it waits for triggers (" + (trigger.empty() ? "a trigger is on" : trigger) +
+           "): tractionctl trigger sends one, camera.trigger = \"off\" ends it";
+  }
 };
 
 }  // namespace tractiond::capture

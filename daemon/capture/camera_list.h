@@ -3,7 +3,6 @@
 
 #include "daemon/capture/camera_info.h"
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -16,7 +15,7 @@ std::vector<CameraName> listCameras(bool withFake = false);
 /// What to check where no camera answers.
 constexpr const char* kWhatToCheck =
     "see that it has power and a link light, that an interface of this host has an address in its network, and that no "
-    "firewall drops UDP port 3956";
+    "firewall drops UDP port 3956; for one on USB see tractionctl doctor";
 
 struct CameraSight {
   CameraName name;
@@ -25,9 +24,9 @@ struct CameraSight {
   std::vector<std::string> notes;  ///< warnings, one sentence each
 };
 
-/// Returns the cameras of listCameras() and the USB cameras that this process may not open or Aravis does not see.
-/// Opens each camera for a moment to find its obstacle. Notes shareAdvice() for network cameras at one interface.
-/// Blocks for seconds. \param inspector CameraOptions::inspector \param withFake as for listCameras()
+/// Returns the cameras of listCameras(). Opens each for a moment to find its obstacle. Notes shareAdvice() for network
+/// cameras at one interface. Blocks for seconds. \param inspector CameraOptions::inspector \param withFake as for
+/// listCameras()
 std::vector<CameraSight> inspectCameras(const std::string& inspector, bool withFake);
 
 /// Describes how several cameras can share a link, with the keys of the configuration to set: each camera's equal part
@@ -35,15 +34,5 @@ std::vector<CameraSight> inspectCameras(const std::string& inspector, bool withF
 /// fewer than two cameras, or if the rate of the link is 0 (not known). \param packet_bytes size of a packet with
 /// headers
 std::string shareAdvice(int cameras, double link_bytes_per_s, int packet_bytes);
-
-/// A USB3 Vision camera in the kernel's tables.
-struct UsbCamera {
-  std::string vendor, product, serial;
-  std::filesystem::path node;  ///< /dev/bus/usb/001/004
-  bool permitted = false;      ///< whether this process may open it
-};
-/// Returns the USB3 Vision cameras, found by their interface class, without opening them, sorted by `node`; empty if
-/// there are none or the tables cannot be read. \param sys other than /sys, \param dev other than /dev in tests
-std::vector<UsbCamera> usbCameras(const std::filesystem::path& sys = "/sys", const std::filesystem::path& dev = "/dev");
 
 }  // namespace tractiond::capture

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
-#include <tuple>
+#include <utility>
 
 namespace tractiond::capture {
 namespace {
@@ -34,12 +34,6 @@ std::vector<Entry> entriesOf(ArvDevice* device, const char* name) {
   return entries;
 }
 
-std::vector<std::string> namesOf(const std::vector<Entry>& entries) {
-  std::vector<std::string> names;
-  for (const Entry& one : entries) names.push_back(one.name);
-  return names;
-}
-
 /// Lets the device stand at a pixel format, as any camera does at one of its own.
 void standAt(ArvDevice* device, const PixelFormatTraits& format) {
   ArvGcNode* node = arv_device_get_feature(device, "PixelFormat");
@@ -48,30 +42,20 @@ void standAt(ArvDevice* device, const PixelFormatTraits& format) {
     arv_gc_integer_set_value(ARV_GC_INTEGER(behind), format.code(), nullptr);
 }
 
-/// Reads a description, without what tools print before it.
-tl::expected<std::string, Error> readDescription(const std::string& file) {
-  constexpr std::size_t kLargest_bytes = 64 << 20;
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) return tl::unexpected(Error{.exitCode = EX_NOINPUT, .what = "it cannot be read", .where = file});
-  std::string xml{std::istreambuf_iterator<char>(stream), {}};
-  const auto refuse = [&](std::string what) {
-    return tl::unexpected(Error{.exitCode = EX_DATAERR, .what = std::move(what), .where = file});
-  };
-  if (xml.size() > kLargest_bytes)
-    return refuse("a description of " + std::to_string(xml.size()) + " bytes is too long");
-  const std::size_t begin = xml.find('<');
-  if (begin == std::string::npos) return refuse("it is no GenICam description");
-  xml.erase(0, begin);
-  return xml;
-}
-
-/// Fills in the names of the camera's features, and notes on what is missing.
+/// Fills in the names of the camera and of its features, and notes on what is missing.
 void planFeatures(ArvDevice* device, CameraPlan& plan) {
-  std::tie(plan.vendor, plan.model) = makeOf(device);
+  ArvDomElement* root = arv_dom_document_get_document_element(ARV_DOM_DOCUMENT(arv_device_get_genicam(device)));
+  if (root != nullptr && ARV_IS_GC_REGISTER_DESCRIPTION_NODE(root)) {
+    auto* description = ARV_GC_REGISTER_DESCRIPTION_NODE(root);
+    plan.vendor = text(arv_gc_register_description_node_get_vendor_name(description));
+    plan.model = text(arv_gc_register_description_node_get_model_name(description));
+  }
   plan.rate = orNone(firstFeature(device, {"AcquisitionFrameRate", "AcquisitionFrameRateAbs", "FPS"}));
   plan.exposure = orNone(exposureOf(device).feature);
   plan.gain = orNone(gainOf(device).feature);
-  plan.trigger = orNone(joined(namesOf(entriesOf(device, "TriggerSource"))));
+  std::vector<std::string> triggers;
+  for (const Entry& one : entriesOf(device, "TriggerSource")) triggers.push_back(one.name);
+  plan.trigger = orNone(joined(triggers));
   plan.clock = orNone(firstFeature(device, {"PtpEnable", "GevIEEE1588", "PtpMode"}));
   plan.link = orNone(firstFeature(device, {"DeviceLinkThroughputLimit", "GevSCPD"}));
   const ChunkDescription chunks = describeChunks(device);
@@ -107,37 +91,36 @@ std::string planFormats(ArvDevice* device, CameraPlan& plan) {
 }  // namespace
 
 tl::expected<CameraPlan, Error> planCamera(const std::string& file, const CameraOptions& options) {
-  const auto xml = readDescription(file);
-  if (!xml) return tl::unexpected(xml.error());
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) return tl::unexpected(Error{.exitCode = EX_NOINPUT, .what = "it cannot be read", .where = file});
+  std::string xml{std::istreambuf_iterator<char>(stream), {}};
+  xml.erase(0, xml.find('<'));  // what tools print before it
   // What is wrong is said below, in one line.
   g_log_set_handler(
       "XML", GLogLevelFlags(G_LOG_LEVEL_MASK), [](auto...) {}, nullptr);
   Failure failure;
-  const auto refuse = [&](std::string what) {
-    return tl::unexpected(Error{.exitCode = EX_DATAERR, .what = std::move(what), .where = file});
+  const auto refuse = [&](int exitCode, std::string what) {
+    return tl::unexpected(Error{.exitCode = exitCode, .what = std::move(what), .where = file});
   };
-  const Ref<ArvDevice> device = makePaperDevice(*xml, failure);
-  if (!device) return refuse(failure.text());
+  const Ref<ArvDevice> device = makePaperDevice(xml, failure);
+  if (!device) return refuse(EX_DATAERR, failure.text());
   const Ref<ArvCamera> camera(arv_camera_new_with_device(device.get(), failure.into()));
-  if (!camera) return refuse("Aravis does not open it: " + failure.text());
+  if (!camera) return refuse(EX_DATAERR, "Aravis does not open it: " + failure.text());
 
   CameraPlan plan;
   planFeatures(device.get(), plan);
-  const auto refusedFor = [&](std::string what) {
-    return tl::unexpected(Error{.exitCode = EX_CONFIG, .what = std::move(what), .where = file});
-  };
-  if (const std::string why = planFormats(device.get(), plan); !why.empty()) return refusedFor(why);
+  if (const std::string why = planFormats(device.get(), plan); !why.empty()) return refuse(EX_CONFIG, why);
   plan.format = options.pixelFormat;
   if (!plan.format.empty() && std::find(plan.formats.begin(), plan.formats.end(), plan.format) == plan.formats.end())
-    return refusedFor("the camera refuses camera.pixel_format = \"" + plan.format + "\": it offers " +
-                      joined(plan.formats));
+    return refuse(EX_CONFIG, "the camera refuses camera.pixel_format = \"" + plan.format + "\": it offers " +
+                                 joined(plan.formats));
 
   CameraOptions others = options;
   others.pixelFormat.clear();
   CameraInfo info;
   std::vector<Feature> undo;  // not used: there is no camera to restore
   if (auto set = applySettings(camera.get(), others, nullptr, info, undo); !set)
-    return refusedFor(set.error().message());
+    return refuse(EX_CONFIG, set.error().message());
   if (!plan.format.empty()) plan.settings.push_back("PixelFormat = " + plan.format);
   for (const std::string& setting : info.settings)
     if (setting.find("PixelFormat = ") != 0) plan.settings.push_back(setting);

@@ -23,7 +23,7 @@ struct CameraPlan {
 /// Makes the settings of `options` on a device without a camera, and returns them. A file describes a family of
 /// cameras: one model may have fewer formats and triggers than it names. Names, kinds and refusals are the file's;
 /// numbers that are read are not the camera's, as registers begin as makePaperDevice() sets them. EX_NOINPUT: the file
-/// cannot be opened. EX_DATAERR: it is not a description, or has more than 64 MiB. EX_CONFIG: the camera would refuse a
+/// cannot be opened. EX_DATAERR: it is not a description. EX_CONFIG: the camera would refuse a
 /// setting, or the file names no format that this program can read. Turns off GLib's log of XML in this process. A
 /// damaged description can crash this process: tractiond calls it in a child.
 tl::expected<CameraPlan, Error> planCamera(const std::string& file, const CameraOptions& options);

@@ -12,7 +12,10 @@ constexpr double kReach_ns = 30e9;
 /// Assumed resolution of a clock, until it is known.
 constexpr std::int64_t kCoarse_ns = 1'000'000;
 constexpr int kDifferences = 2;
-constexpr double kPerNs = 1e-9;
+/// 500 ppm of the device's crystal, and as much of the host's.
+constexpr double kLargestRate = 1000e-6;
+/// Change of the rate per nanosecond: a crystal that warms by a kelvin per second.
+constexpr double kWander = 1e-6 * 1e-9;
 
 /// a - b as the two's complement says: the camera's times may be anything.
 std::int64_t difference(std::int64_t a, std::int64_t b) {
@@ -53,14 +56,13 @@ bool ClockFit::fit() {
     bounds_[i] = {x, static_cast<double>(one.before_ns - newest.before_ns) - x - resolution,
                   static_cast<double>(one.after_ns - newest.before_ns) - x + resolution};
   }
-  const double wander = options_.wander_per_s * kPerNs;
-  slowest_ = -options_.largestRate;
-  fastest_ = options_.largestRate;
+  slowest_ = -kLargestRate;
+  fastest_ = kLargestRate;
   for (std::size_t late = 0; late < count_; ++late) {
     for (std::size_t early = late + 1; early < count_; ++early) {
       const Bound &a = bounds_[early], &b = bounds_[late];
       const double way = b.x_ns - a.x_ns;
-      const double allowed = wander * -(a.x_ns + b.x_ns) / 2;
+      const double allowed = kWander * -(a.x_ns + b.x_ns) / 2;
       slowest_ = std::max(slowest_, (b.low_ns - a.high_ns) / way - allowed);
       fastest_ = std::min(fastest_, (b.high_ns - a.low_ns) / way + allowed);
     }
@@ -82,13 +84,12 @@ std::optional<ClockFit::Span> ClockFit::expected(std::int64_t device_ns, std::in
   const ClockReading& newest = ring_[(next_ + kMost - 1) % kMost];
   const auto x = static_cast<double>(difference(device_ns, newest.device_ns));
   if (std::abs(x) > kReach_ns) return std::nullopt;
-  const double wander = options_.wander_per_s * kPerNs;
-  const double slowest = std::max(slowest_ - wander * std::abs(x), -options_.largestRate);
-  const double fastest = std::min(fastest_ + wander * std::abs(x), options_.largestRate);
+  const double slowest = std::max(slowest_ - kWander * std::abs(x), -kLargestRate);
+  const double fastest = std::min(fastest_ + kWander * std::abs(x), kLargestRate);
   double low = -HUGE_VAL, high = HUGE_VAL;
   for (std::size_t i = 0; i < count_; ++i) {
     const double way = x - bounds_[i].x_ns;
-    const double allowed = wander * way * way / 2;
+    const double allowed = kWander * way * way / 2;
     low = std::max(low, bounds_[i].low_ns + std::min(slowest * way, fastest * way) - allowed);
     high = std::min(high, bounds_[i].high_ns + std::max(slowest * way, fastest * way) + allowed);
   }

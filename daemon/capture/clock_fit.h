@@ -17,25 +17,17 @@ struct ClockReading {
 
 /// Reentrant; a copy is some kilobytes without pointers. Allocates nothing.
 ///
-/// Model: host - device = y(device), with |y'| <= largestRate and |y''| <= wander. Each reading bounds y at its own
-/// place. Two readings bound the mean of y' between them; y' elsewhere differs from it by at most wander times the
-/// distance to their middle, and y differs from the tangent by at most half of wander times the distance squared. The
-/// result is what all readings allow, with no assumption about when between the two readings of the host's clock the
-/// device was read (Marzullo and Owicki 1983; Cristian 1989).
+/// Model: host - device = y(device), with |y'| <= 1000 ppm and |y''| <= wander, 1 ppm per second. Each reading bounds y
+/// at its own place. Two readings bound the mean of y' between them; y' elsewhere differs from it by at most wander
+/// times the distance to their middle, and y differs from the tangent by at most half of wander times the distance
+/// squared. The result is what all readings allow, with no assumption about when between the two readings of the host's
+/// clock the device was read (Marzullo and Owicki 1983; Cristian 1989).
 class ClockFit {
  public:
-  struct Options {
-    double largestRate = 1000e-6;  ///< 500 ppm of the device's crystal, and as much of the host's
-    double wander_per_s = 1e-6;    ///< change of the rate per second: a crystal that warms by a kelvin per second
-  };
   /// On the host's clock, both included.
   struct Span {
     std::int64_t earliest_ns = 0, latest_ns = 0;
   };
-
-  ClockFit() = default;
-  explicit ClockFit(const Options& options)
-      : options_(options) {}
 
   /// Adds the next reading. Forgets the readings before if it contradicts them or comes more than 30 s after the last
   /// one: the clock was set. Of more than 128 the oldest is dropped.
@@ -61,7 +53,6 @@ class ClockFit {
   std::optional<Span> expected(std::int64_t device_ns, std::int64_t resolution_ns) const;
   bool fit();
 
-  Options options_;
   std::array<ClockReading, kMost> ring_{};
   std::size_t next_ = 0, count_ = 0;
   std::array<Bound, kMost> bounds_{};

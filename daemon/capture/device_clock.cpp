@@ -12,6 +12,10 @@
 namespace tractiond::capture {
 namespace {
 
+/// The frame with the shortest delay of each window is used.
+constexpr std::int64_t kWindow_ns = 1'000'000'000;
+/// Camera crystals stay below 100 ppm; NTP slews up to 500 ppm.
+constexpr double kLargestDrift = 500e-6;
 /// Before a drift can be told from the jitter.
 constexpr std::size_t kWindowsForDrift = 4;
 /// GigE Vision stamps are often of a microsecond.
@@ -33,10 +37,6 @@ constexpr int kScatterFrames = 32;
 /// Of n frames whose delays are spread evenly over a range, the shortest is within so many n-th parts of that range
 /// from its lower end, in 99 of 100 cases; of other distributions that are densest there, more often.
 constexpr std::int64_t kParts = 5;
-/// For so long after the last frame that was dated from both sides others are taken to be under way for as long.
-constexpr std::int64_t kDelayHolds_ns = 30'000'000'000;
-/// By so many parts of their difference the shortest and the longest delay are forgotten with each frame.
-constexpr std::int64_t kForgetShortest = 4096, kForgetLongest = 256;
 
 }  // namespace
 
@@ -53,7 +53,7 @@ void DeviceClock::fit() {
     product += x * (lowest_[i].lead_ns - meanLead);
     square += x * x;
   }
-  drift_ = n < kWindowsForDrift ? 0 : std::clamp(product / square, -options_.largestDrift, options_.largestDrift);
+  drift_ = n < kWindowsForDrift ? 0 : std::clamp(product / square, -kLargestDrift, kLargestDrift);
   offset_ns_ = 0;
   double least = delay(open_), most = 0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -79,7 +79,7 @@ DeviceClock::Moment DeviceClock::add(std::int64_t device_ns, std::int64_t host_n
     deviceOrigin_ns_ = device_ns;
     hostOrigin_ns_ = host_ns;
     open_ = {};
-    openUntil_ns_ = static_cast<double>(options_.window_ns);
+    openUntil_ns_ = static_cast<double>(kWindow_ns);
     points_ = 1;
     fit();
   }
@@ -90,7 +90,7 @@ DeviceClock::Moment DeviceClock::add(std::int64_t device_ns, std::int64_t host_n
     lowest_[(points_ - 1) % kWindows] = open_;
     ++points_;
     open_ = point;
-    openUntil_ns_ = host + static_cast<double>(options_.window_ns);
+    openUntil_ns_ = host + static_cast<double>(kWindow_ns);
     fit();
   }
   if (delay(point) < delay(open_)) open_ = point;
@@ -101,15 +101,12 @@ DeviceClock::Moment DeviceClock::add(std::int64_t device_ns, std::int64_t host_n
   }
 
   Moment moment;
-  const std::int64_t mapped_ns = hostOrigin_ns_ + std::llround(device + line(host));
-  moment.captured_ns = std::clamp(mapped_ns, std::min(lastCaptured_ns_, host_ns), host_ns);
-  const std::int64_t moved_ns = std::abs(moment.captured_ns - mapped_ns);
-  lastCaptured_ns_ = moment.captured_ns;
+  moment.captured_ns = hostOrigin_ns_ + std::llround(device + line(host));
   // Until the drift is known it may be the largest. Afterwards the line runs on beyond the points that it was laid
   // through, by less than their own length: twice their scatter.
   moment.error_ns =
-      std::llround(points_ - 1 < kWindowsForDrift ? scatter_ns_ + options_.largestDrift * host : 2 * scatter_ns_) +
-      std::max(kResolution_ns, resolution_ns_) + moved_ns;
+      std::llround(points_ - 1 < kWindowsForDrift ? scatter_ns_ + kLargestDrift * host : 2 * scatter_ns_) +
+      std::max(kResolution_ns, resolution_ns_);
   return moment;
 }
 
@@ -140,29 +137,6 @@ std::int64_t CaptureClock::excess() {
   const std::int64_t now_ns = std::min(range_ns, kParts * range_ns / ++mapped_);
   excess_ns_ = mapped_ == 1 ? now_ns : std::min(excess_ns_, now_ns);
   return excess_ns_;
-}
-
-/// \param known on CLOCK_MONOTONIC_RAW
-void CaptureClock::learnDelay(const Arrival& arrival, const DeviceClock::Moment& known, bool awaited) {
-  if (!awaited) return;
-  const std::int64_t middle_ns = arrival.raw_ns - known.captured_ns;
-  const std::int64_t low_ns = middle_ns - known.error_ns, high_ns = middle_ns + known.error_ns;
-  const std::int64_t range_ns = longest_ns_ - shortest_ns_;
-  shortest_ns_ = delays_ == 0 ? low_ns : std::min(low_ns, shortest_ns_ + range_ns / kForgetShortest);
-  longest_ns_ = delays_ == 0 ? high_ns : std::max(high_ns, longest_ns_ - range_ns / kForgetLongest);
-  delayed_ns_ = arrival.raw_ns;
-  delays_ = std::min(delays_ + 1, kScatterFrames);
-}
-
-/// Of a frame whose stamp says nothing.
-std::optional<DeviceClock::Moment> CaptureClock::fromDelay(const Arrival& arrival) const {
-  if (delays_ < kScatterFrames || arrival.raw_ns - delayed_ns_ > kDelayHolds_ns) return std::nullopt;
-  const std::int64_t earliest_ns = arrival.raw_ns - longest_ns_ - queued_ns_ - kHostJitter_ns;
-  const std::int64_t latest_ns = std::min(arrival.raw_ns, arrival.raw_ns - shortest_ns_ + kHostJitter_ns);
-  DeviceClock::Moment moment;
-  moment.error_ns = (latest_ns - earliest_ns + 1) / 2;
-  moment.captured_ns = earliest_ns + moment.error_ns;
-  return moment;
 }
 
 /// CLOCK_MONOTONIC's, on the clock that the camera's is compared with.
@@ -202,19 +176,15 @@ DeviceClock::Moment CaptureClock::add(Arrival arrival, const Judgement& judgemen
   DeviceClock::Moment moment{arrival.host_ns, hostError(arrival, judgement.step, awaited)};
   learnRate(arrival);
   if (judgement.newTimeline) {
-    device_.restart();
+    device_ = {};  // the clock was set, or the camera is another one
     mapped_ = 0;
   }
-  std::optional<DeviceClock::Moment> known;
   if (judgement.timed) {
     DeviceClock::Moment mapped = corrected(device_.add(arrival.device_ns, arrival.raw_ns, judgement.step), arrival);
     mapped.error_ns += excess();
     if (mapped.error_ns <= moment.error_ns) moment = mapped;
-    known = fromBothSides(arrival);
-    if (known) learnDelay(arrival, *known, awaited);
+    if (const auto known = fromBothSides(arrival)) moment = corrected(*known, arrival);
   }
-  if (!known) known = fromDelay(arrival);
-  if (known) moment = corrected(*known, arrival);
   const std::int64_t captured_ns =
       std::clamp(moment.captured_ns, std::min(lastCaptured_ns_, arrival.host_ns), arrival.host_ns);
   moment.error_ns += std::abs(captured_ns - moment.captured_ns);

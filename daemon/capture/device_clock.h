@@ -19,31 +19,20 @@ namespace tractiond::capture {
 /// late by it, and has no lower bound.
 class DeviceClock {
  public:
-  struct Options {
-    std::int64_t window_ns = 1'000'000'000;  ///< the frame with the shortest delay of each window is used
-    double largestDrift = 500e-6;            ///< camera crystals stay below 100 ppm; NTP slews up to 500 ppm
-  };
   struct Moment {
-    /// Estimate on the clock of the arrivals; not after the arrival, and not before that of the frame before.
+    /// Estimate on the clock of the arrivals; of CaptureClock not after the arrival, nor before that of the frame
+    /// before.
     std::int64_t captured_ns = 0;
     /// Half width of the uncertainty. kBoth: both sides are bounds. kLatest: the upper side is a bound; the lower one
-    /// does not include the shortest delay, or, where earlier frames have shown the delays, fails for a few per cent.
+    /// does not include the shortest delay.
     std::int64_t error_ns = 0;
     CaptureBound bound = CaptureBound::kLatest;
   };
-
-  DeviceClock() = default;
-  explicit DeviceClock(const Options& options)
-      : options_(options) {}
 
   /// Adds a frame and returns when it was taken, with the bound kLatest. Must be called for every new frame in turn.
   /// \param device_ns its time stamp, any value \param host_ns its arrival, which never falls \param step increase of
   /// its id since the frame before
   Moment add(std::int64_t device_ns, std::int64_t host_ns, std::uint64_t step = 1);
-
-  /// Forgets the frames so far, but not the last estimate, before which no later one lies: the camera's clock was set,
-  /// or the camera is another one.
-  void restart() { *this = DeviceClock(options_, lastCaptured_ns_); }
 
   /// Returns the resolution of the stamps [ns]: their differences from an even pace are multiples of it; 0: not known.
   std::int64_t resolution() const { return resolution_ns_; }
@@ -56,16 +45,11 @@ class DeviceClock {
   };
   static constexpr std::size_t kWindows = 16;
 
-  DeviceClock(const Options& options, std::int64_t last_ns)
-      : options_(options)
-      , lastCaptured_ns_(last_ns) {}
-
   void fit();
   void learnResolution(std::int64_t device_ns, std::uint64_t step);
   double line(double host_ns) const { return offset_ns_ + drift_ * host_ns; }
   double delay(const Point& point) const { return point.lead_ns - line(point.host_ns); }
 
-  Options options_;
   std::array<Point, kWindows> lowest_{};  ///< of the closed windows, a ring
   std::size_t points_ = 0;                ///< closed windows since the restart, plus one for the open one
   Point open_;                            ///< lowest of the window that is filling
@@ -74,12 +58,10 @@ class DeviceClock {
   double offset_ns_ = 0, drift_ = 0, scatter_ns_ = 0;
   std::int64_t lastDevice_ns_ = 0, period_ns_ = 0;
   std::int64_t resolution_ns_ = 0;
-  std::int64_t lastCaptured_ns_ = INT64_MIN;
 };
 
 /// Estimates when a frame was taken, by the first of these that is possible:
 /// - by the camera's time stamp with bounds on both sides (ClockFit), if Judgement::timed and the clock can be read
-/// - by the arrival, less the delay of recent frames that had bounds on both sides
 /// - by the camera's time stamp with an upper bound (DeviceClock), if Judgement::timed and not less certain than the
 ///   arrival
 /// - by the arrival.
@@ -101,8 +83,6 @@ class CaptureClock {
   void learnRate(const Arrival& arrival);
   std::int64_t spread() const;
   std::int64_t excess();
-  void learnDelay(const Arrival& arrival, const DeviceClock::Moment& known, bool awaited);
-  std::optional<DeviceClock::Moment> fromDelay(const Arrival& arrival) const;
 
   DeviceClock device_;
   ClockFit fit_;
@@ -115,9 +95,6 @@ class CaptureClock {
   int frames_ = 0;               ///< number that the scatter was measured over, up to a sufficient one
   std::int64_t mapped_ = 0;      ///< frames since the device clock's start
   std::int64_t excess_ns_ = 0;   ///< by which the shortest delay of these may exceed the shortest possible one
-  std::int64_t shortest_ns_ = 0, longest_ns_ = 0;  ///< delays of frames dated from both sides, slowly forgotten
-  std::int64_t delayed_ns_ = 0;                    ///< time of the last of these
-  int delays_ = 0;                                 ///< number of frames that showed them, up to a sufficient one
 };
 
 }  // namespace tractiond::capture

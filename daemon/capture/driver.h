@@ -34,7 +34,7 @@ enum class Popped {
   kBuffer,
   kNothing,  ///< no buffer came within the timeout
   kGone,     ///< this process no longer controls the camera
-  kBroken,   ///< frames come, and for long none was whole: opening the camera again may tell why, or mend it
+  kBroken,   ///< the first frames of the session were not whole: opening the camera again may tell why
   kEnd,      ///< there will be no more buffers, as at the end of a file; see end()
 };
 

@@ -26,6 +26,15 @@ constexpr int kMostPaces = 16;
 /// Frames without a fault until a camera's clock is believed again.
 constexpr int kDistrust = 100;
 constexpr std::uint64_t kLast16BitId = 65535;
+/// A camera clock that gains more than this on the host's has stepped: a picture cannot arrive before it is taken.
+/// Larger than the jitter of a camera that stamps by its own operating system, and than a change of exposure time.
+constexpr std::int64_t kAhead_ns = 50'000'000;
+/// A camera clock that falls behind by more has stepped, or the host slept. Larger than any delay of a working host.
+constexpr std::int64_t kBehind_ns = 1'000'000'000;
+/// Largest delay with which a camera's operating system stamps a frame: ids may outrun the stamps by that.
+constexpr std::int64_t kStampJitter_ns = 8'000'000;
+/// Shortest frame period of any camera: bounds a gap of ids while the period is not known yet.
+constexpr std::int64_t kShortestPeriod_ns = 100'000;
 
 /// a - b as the two's complement says; ids and times from outside may be anything.
 std::int64_t difference(std::int64_t a, std::int64_t b) {
@@ -40,6 +49,14 @@ std::int64_t advance(std::uint64_t last, std::uint64_t id) {
       (static_cast<std::int64_t>(id) - static_cast<std::int64_t>(last) + static_cast<std::int64_t>(kLast16BitId)) %
       static_cast<std::int64_t>(kLast16BitId);
   return round <= static_cast<std::int64_t>(kLast16BitId / 2) ? round : round - static_cast<std::int64_t>(kLast16BitId);
+}
+
+/// Returns by how much an id may advance in `elapsed_ns` (by either clock, at least 0), at least 1. \param period_ns of
+/// the frames; 0: not known
+std::uint64_t largestStep(std::int64_t period_ns, std::int64_t elapsed_ns) {
+  const std::int64_t period = std::max(period_ns, kShortestPeriod_ns);
+  const std::int64_t most = elapsed_ns > INT64_MAX - kStampJitter_ns ? INT64_MAX : elapsed_ns + kStampJitter_ns;
+  return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(most / period));
 }
 
 }  // namespace
@@ -77,20 +94,13 @@ void FrameGate::extend(Track& track, const Arrival& arrival, Fit fit) {
   track.length = std::min(track.length + 1, kAgreeing);
 }
 
-std::uint64_t FrameGate::largestStep(std::int64_t period_ns, std::int64_t elapsed_ns) const {
-  const std::int64_t period = std::max(period_ns, options_.shortestPeriod_ns);
-  const std::int64_t most =
-      elapsed_ns > INT64_MAX - options_.stampJitter_ns ? INT64_MAX : elapsed_ns + options_.stampJitter_ns;
-  return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(most / period));
-}
-
-FrameGate::Fit FrameGate::follows(const Track& track, const Arrival& arrival) const {
+FrameGate::Fit FrameGate::follows(const Track& track, const Arrival& arrival) {
   const std::int64_t step = advance(track.id, arrival.id);
   if (step <= 0) return Fit::kNone;
   const std::int64_t elapsed = difference(arrival.device_ns, track.device_ns);
   const std::int64_t lag = difference(difference(arrival.host_ns, arrival.device_ns), track.offset_ns);
-  if (elapsed > 0 && static_cast<std::uint64_t>(step) <= largestStep(track.period_ns, elapsed) &&
-      lag >= -options_.ahead_ns && lag <= options_.behind_ns)
+  if (elapsed > 0 && static_cast<std::uint64_t>(step) <= largestStep(track.period_ns, elapsed) && lag >= -kAhead_ns &&
+      lag <= kBehind_ns)
     return Fit::kByBothClocks;
   // One more than the mean pace: frames reach the host less evenly than the camera takes them.
   const std::int64_t most =
@@ -99,7 +109,7 @@ FrameGate::Fit FrameGate::follows(const Track& track, const Arrival& arrival) co
 }
 
 /// Returns whether a frame, whole or damaged, may be the next of a track by its id and the host's clock alone.
-bool FrameGate::isNext(const Track& track, const Arrival& arrival) const {
+bool FrameGate::isNext(const Track& track, const Arrival& arrival) {
   const std::int64_t step = advance(track.id, arrival.id);
   return step > 0 && track.pace_ns > 0 && step <= 2 + 2 * ((arrival.host_ns - track.host_ns) / track.pace_ns);
 }

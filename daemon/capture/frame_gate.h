@@ -50,16 +50,6 @@ class FrameGate {
     /// USB3 Vision counts from 0. GigE Vision never sends 0: neither its 16-bit counter, which wraps from 65535 to 1,
     /// nor its 64-bit one.
     bool zeroIsAnId = false;
-    /// A camera clock that gains more than this on the host's has stepped: a picture cannot arrive before it is taken.
-    /// Larger than the jitter of a camera that stamps by its own operating system, and than a change of exposure time.
-    std::int64_t ahead_ns = 50'000'000;
-    /// A camera clock that falls behind by more has stepped, or the host slept. Larger than any delay of a working
-    /// host.
-    std::int64_t behind_ns = 1'000'000'000;
-    /// Largest delay with which a camera's operating system stamps a frame: ids may outrun the stamps by that.
-    std::int64_t stampJitter_ns = 8'000'000;
-    /// Shortest frame period of any camera: bounds a gap of ids while the period is not known yet.
-    std::int64_t shortestPeriod_ns = 100'000;
     /// Number of whole pictures that are remembered: more than the driver has buffers, each of which may come again.
     std::size_t memory = 256;
   };
@@ -104,14 +94,11 @@ class FrameGate {
 
   static Track begin(const Arrival& arrival);
   static void extend(Track& track, const Arrival& arrival, Fit fit);
-  Fit follows(const Track& track, const Arrival& arrival) const;
-  bool isNext(const Track& track, const Arrival& arrival) const;
+  static Fit follows(const Track& track, const Arrival& arrival);
+  static bool isNext(const Track& track, const Arrival& arrival);
   static std::int64_t frameTime(const Track& track);
   static std::int64_t longestMean(const Track& track);
   static std::int64_t elapsed(const Track& from, const Track& to);
-  /// Returns by how much an id may advance in `elapsed_ns` (by either clock, at least 0), at least 1. \param period_ns
-  /// of the frames; 0: not known
-  std::uint64_t largestStep(std::int64_t period_ns, std::int64_t elapsed_ns) const;
   Judgement acceptNext(const Arrival& arrival, Fit fit);
   Judgement acceptCandidate(const Arrival& arrival);
   Judgement accept(const Track& next, std::uint64_t step, bool newTimeline, bool jumped);

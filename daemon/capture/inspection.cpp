@@ -4,7 +4,14 @@
 #include "daemon/capture/gvcp_search.h"
 #include "daemon/capture/paper_device.h"
 
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
 #include <iostream>
 
 namespace tractiond::capture {
@@ -51,13 +58,13 @@ Inspection inspect(ArvDevice* device) {
   const Ref<ArvDevice> paper = makePaperDevice(std::string(xml, size), failure);
   if (!paper) return fault(failure.text());
   for (ArvGcNode* const node : nodesOf(arv_device_get_genicam(paper.get()))) evaluate(node);
-  return {.outcome = Inspection::Outcome::kHarmless, .text = hashOf({xml, size})};
+  return {.outcome = Inspection::Outcome::kHarmless, .text = "harmless"};
 }
 
 /// Aravis says the same of a network camera that is not there and of one whose description it cannot read.
 Inspection unopened(const std::string& id, const Failure& failure) {
   constexpr std::chrono::milliseconds kAnswer{300};
-  const bool answers = failure.noDescription() || (isAddress(id) && !GvcpSearch().ask(id, kAnswer).empty());
+  const bool answers = failure.noDescription() || (isAddress(id) && answersSearch(id, kAnswer));
   if (!answers) return {.outcome = Inspection::Outcome::kAbsent, .text = failure.text()};
   return {.outcome = Inspection::Outcome::kUnreadable,
           .text = "the camera answers, but its description cannot be read: " + failure.text() +
@@ -72,12 +79,44 @@ Inspection inspect(const std::string& id) {
 
 }  // namespace
 
-std::string hashOf(std::string_view xml) {
-  char* digits =
-      g_compute_checksum_for_data(G_CHECKSUM_SHA256, reinterpret_cast<const guchar*>(xml.data()), xml.size());
-  std::string hash = text(digits);
-  g_free(digits);
-  return hash;
+void limitChild() {
+  constexpr rlim_t kMemory_bytes = rlim_t{1} << 30, kProcessor_s = 5;
+  unsigned long pages = 0;
+  if (std::FILE* file = std::fopen("/proc/self/statm", "re")) {
+    if (std::fscanf(file, "%lu", &pages) != 1) pages = 0;
+    std::fclose(file);
+  }
+  const auto limit = [](__rlimit_resource what, rlim_t most) {
+    rlimit now{};
+    if (getrlimit(what, &now) != 0 || now.rlim_cur <= most) return;
+    now.rlim_cur = now.rlim_max = most;
+    setrlimit(what, &now);
+  };
+  limit(RLIMIT_AS, pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + kMemory_bytes);
+  limit(RLIMIT_CPU, kProcessor_s);
+  limit(RLIMIT_CORE, 0);
+  limit(RLIMIT_FSIZE, 0);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+}
+
+std::string misdeed(const ChildEnd& end) {
+  using How = ChildEnd::How;
+  switch (end.how) {
+  case How::kExit:
+    return {};
+  case How::kSignal:
+    if (end.code == SIGXCPU || end.code == SIGKILL) return "takes more time or memory than any camera's";
+    return "crashes what evaluates it (signal " + std::to_string(end.code) + ")";
+  case How::kLate:
+    return "takes longer than any camera's";
+  case How::kTooMuch:
+    return "makes what evaluates it talk without end";
+  case How::kStopped:
+    return "was not evaluated to its end";
+  case How::kNotStarted:
+    break;
+  }
+  return std::string("cannot be evaluated: no process can be started: ") + std::strerror(end.code);
 }
 
 int printInspection(const std::string& id) {

@@ -1,6 +1,8 @@
 #include "daemon/capture/keeper.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
 #include <utility>
 
 namespace tractiond::capture {
@@ -19,6 +21,20 @@ constexpr nanoseconds kLate{1'000'000'000};
 constexpr milliseconds kPatience{200};
 /// The next turn is due.
 constexpr std::int64_t kAtOnce = 0;
+
+/// Describes camera, picture, rate, packets and receive buffer in one line for the log.
+std::string summary(const CameraInfo& camera) {
+  std::array<char, 64> rate{};
+  if (camera.frameRate_Hz > 0) std::snprintf(rate.data(), rate.size(), ", %.4g frames/s", camera.frameRate_Hz);
+  std::string line = "camera " + camera.name.id + ": " + std::to_string(camera.shape.width) + " x " +
+                     std::to_string(camera.shape.height) + " " + std::string(traitsOf(camera.format).name) +
+                     rate.data() + (camera.triggered ? ", on trigger" : "");
+  if (camera.packetSize_bytes > 0)
+    line += ", packets of " + std::to_string(camera.packetSize_bytes) + " bytes" +
+            (camera.packetSizeVerified ? "" : " (no frame seen yet)") + ", receive buffer " +
+            std::to_string(camera.receiveBuffer_bytes) + " bytes";
+  return line;
+}
 
 }  // namespace
 
@@ -107,10 +123,10 @@ std::int64_t Keeper::offer(std::shared_ptr<const CameraInfo> seen) {
     const std::lock_guard lock(mutex_);
     info_ = before_ = std::move(seen);
     if (!stop_.stop_requested()) {  // else no thread would take it, or give it back
-      doubted_.store(-1, std::memory_order_relaxed);
-      session_.store(before_->session, std::memory_order_relaxed);
-      lent_.store(true, std::memory_order_relaxed);
-      offered_.store(driver_.get(), std::memory_order_release);  // partner: the acquire in borrow()
+      doubted_ = -1;
+      session_ = before_->session;
+      lent_ = true;
+      offered_ = driver_.get();
     }
     tried_ = true;
     changed_.notify_all();
@@ -129,7 +145,6 @@ std::int64_t Keeper::heedProblem(const Error& problem) {
          "the camera does not take what is new in the configuration, and is opened as before: " + problem.message());
     open_ = std::exchange(former_, {});
     refusedLast_ = true;
-    ++attempt_;
     phase_ = Phase::kSearching;
     return kAtOnce;
   }
@@ -169,11 +184,15 @@ void Keeper::renew() {
 }
 
 /// Calls the driver on another thread: where the camera is gone, a call takes seconds, and that is to be noticed.
-/// \param what is given the driver, and puts its answer into Answers
-template <typename What>
-std::int64_t Keeper::callAside(What what) {
+std::int64_t Keeper::callAside(std::optional<CameraStep> step) {
   answers_ = std::make_shared<Answers>();
-  calls_->run([driver = driver_, to = answers_, what = std::move(what)] { what(*driver, *to); });
+  const auto call = [driver = driver_, to = answers_, step = std::move(step), before = linkBefore_] {
+    if (step)
+      to->report = driver->serve(*step);
+    else
+      to->link = driver->link(before);
+  };
+  calls_->run(call);
   begin(kLinkCheck);
   return clock_() + kLinkCheck.count();
 }
@@ -182,9 +201,9 @@ std::int64_t Keeper::callAside(What what) {
 std::int64_t Keeper::accompany() {
   begin(rules_.slowest);
   heedAnswers();
-  if (!lent_.load(std::memory_order_acquire)) return lose();         // partner: the release in giveBack() and stop()
+  if (!lent_) return lose();
   if (stop_.stop_requested()) return clock_() + kLinkCheck.count();  // the capture thread gives it back in its own time
-  doubtedThen_ns_ = doubted_.load(std::memory_order_relaxed);
+  doubtedThen_ns_ = doubted_;
   if (doubtedThen_ns_ != -1) {
     doubtSaid_ = driver_->doubt();
     return kAtOnce;
@@ -198,9 +217,7 @@ std::int64_t Keeper::accompany() {
     const std::lock_guard lock(mutex_);
     step = question_;
   }
-  if (step) return callAside([step](Driver& driver, Answers& to) { to.report = driver.serve(*step); });
-  if (clock_() >= nextCheck_ns_)
-    return callAside([before = linkBefore_](Driver& driver, Answers& to) { to.link = driver.link(before); });
+  if (step || clock_() >= nextCheck_ns_) return callAside(std::move(step));
   begin(kLinkCheck);
   return nextCheck_ns_;
 }
@@ -209,8 +226,8 @@ std::int64_t Keeper::accompany() {
 void Keeper::heedAnswers() {
   if (doubtSaid_) {
     doubtWhy_ = *std::exchange(doubtSaid_, std::nullopt);
-    doubted_.store(-1, std::memory_order_relaxed);  // with what was asked in the meantime
-    if (!doubtWhy_.empty()) unanswered_.store(doubtedThen_ns_, std::memory_order_relaxed);
+    doubted_ = -1;  // with what was asked in the meantime
+    if (!doubtWhy_.empty()) unanswered_ = doubtedThen_ns_;
   }
   if (!answers_ || !calls_->awaitIdle(milliseconds(0))) return;
   const auto answers = std::exchange(answers_, nullptr);
@@ -230,7 +247,7 @@ void Keeper::heedAnswers() {
 std::int64_t Keeper::lose() {
   if (stop_.stop_requested()) return finish();
   const auto why = [this]() -> std::string {
-    switch (loss_.load(std::memory_order_relaxed)) {
+    switch (loss_) {
     case Loss::kReopened:
       return "";
     case Loss::kOtherPictures: {
@@ -283,7 +300,7 @@ std::int64_t Keeper::finish() {
   {
     const std::lock_guard lock(mutex_);
     tried_ = true;
-    done_.store(true, std::memory_order_release);  // partner: the acquire in end()
+    done_ = true;
     changed_.notify_all();
   }
   handed_.signal();
@@ -298,7 +315,7 @@ void Keeper::refuseQuestion(const std::string& why) {
 }
 
 void Keeper::show(CameraState now, const std::string& why) {
-  state_.store(now, std::memory_order_relaxed);
+  state_ = now;
   newest_.state = now;
   if (!why.empty() || now == CameraState::kStreaming) newest_.why = Line(why);
   vitals_.put(newest_);  // while the other side takes one, the next check brings it
@@ -310,7 +327,7 @@ void Keeper::tell(LogLevel level, const std::string& line) {
 }
 
 void Keeper::tellOf(const CameraInfo& opened) {
-  tell(LogLevel::kInfo, opened.summary());
+  tell(LogLevel::kInfo, summary(opened));
   for (const std::string& setting : opened.settings) tell(LogLevel::kInfo, "camera: " + setting);
   for (const std::string& warning : opened.warnings) tell(LogLevel::kWarning, warning);
 }
@@ -318,26 +335,24 @@ void Keeper::tellOf(const CameraInfo& opened) {
 // ---------------------------------------------------------------- the capture thread
 
 Driver* Keeper::borrow(milliseconds timeout) {
-  // acquire: partner of the release in offer(). With the driver comes its session.
-  if (Driver* driver = offered_.exchange(nullptr, std::memory_order_acquire)) return driver;
-  if (!done_.load(std::memory_order_relaxed)) handed_.wait(timeout);
-  return offered_.exchange(nullptr, std::memory_order_acquire);
+  if (Driver* driver = offered_.exchange(nullptr)) return driver;
+  if (!done_) handed_.wait(timeout);
+  return offered_.exchange(nullptr);
 }
 
 void Keeper::giveBack(Loss why) {
-  loss_.store(why, std::memory_order_relaxed);
-  lent_.store(false, std::memory_order_release);  // partner: the acquire in accompany()
+  loss_ = why;
+  lent_ = false;
   wake_->signal();
 }
 
 void Keeper::doubt(std::int64_t arrival_ns) {
-  doubted_.store(arrival_ns, std::memory_order_relaxed);
+  doubted_ = arrival_ns;
   wake_->signal();
 }
 
 const Error* Keeper::end() const {
-  // acquire: partner of the release in finish()
-  return done_.load(std::memory_order_acquire) && error_ ? &*error_ : nullptr;
+  return done_ && error_ ? &*error_ : nullptr;
 }
 
 // ---------------------------------------------------------------- any thread
@@ -385,7 +400,7 @@ void Keeper::stop() {
     welcome_ = {};
   }
   const std::lock_guard lock(mutex_);
-  lent_.store(false, std::memory_order_release);
+  lent_ = false;
   wake_->signal();
 }
 

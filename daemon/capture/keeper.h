@@ -70,7 +70,7 @@ class Keeper {
   /// driver is lent until giveBack() or stop().
   Driver* borrow(std::chrono::milliseconds timeout);
   /// Returns the session of the driver that was borrowed last.
-  unsigned session() const { return session_.load(std::memory_order_relaxed); }
+  unsigned session() const { return session_; }
   /// Returns the driver to the keeper, which then closes it and opens the camera again. The caller must not use it any
   /// more. \param why for the log, and the error of a request that has no answer yet
   void giveBack(Loss why);
@@ -78,10 +78,10 @@ class Keeper {
   /// CameraRules::clock. A request during a check is dropped.
   void doubt(std::int64_t arrival_ns);
   /// Returns whether the camera has failed the liveness check that doubt(arrival_ns) requested.
-  bool isUnanswered(std::int64_t arrival_ns) const { return unanswered_.load(std::memory_order_relaxed) == arrival_ns; }
+  bool isUnanswered(std::int64_t arrival_ns) const { return unanswered_ == arrival_ns; }
   /// Returns whether the camera is to be given back because of reopen(): true from reopen() until the keeper begins to
   /// open the camera with the new settings, not until it is open. Any thread.
-  bool isRenewing() const { return renewing_.load(std::memory_order_relaxed); }
+  bool isRenewing() const { return renewing_; }
   /// Returns the error with which the keeper has ended; nullptr if it has not, or was stopped without one. Lives as
   /// long as this.
   const Error* end() const;
@@ -90,10 +90,10 @@ class Keeper {
   // stop() and awaitEnd() may wait for the driver or for a Welcome.
 
   std::shared_ptr<const CameraInfo> info() const;  ///< Returns the newest session; nullptr if there was none.
-  CameraState state() const { return state_.load(std::memory_order_relaxed); }  ///< Returns the camera's state.
+  CameraState state() const { return state_; }     ///< Returns the camera's state.
   /// Returns whether no camera streams and the keeper hangs: its next turn is overdue, as after a call of longer than
   /// CameraRules::slowest and 1 s.
-  bool isForsaken() const { return !lent_.load(std::memory_order_relaxed) && clock_() > due_ns_; }
+  bool isForsaken() const { return !lent_ && clock_() > due_ns_; }
   /// Copies the newest vitals. Returns false, and leaves them as they are, if none were put since the last call. For
   /// one thread.
   bool takeVitals(CameraVitals& vitals) { return vitals_.take(vitals); }
@@ -132,10 +132,10 @@ class Keeper {
   std::int64_t offer(std::shared_ptr<const CameraInfo> seen);
   std::int64_t pause();
   std::int64_t accompany();
-  /// Lets calls_ call the driver, and does not wait: however long that takes, the keeper does not count as hanging.
-  /// Must not be called while `answers_` is set. Returns when the next turn is due, as turn().
-  template <typename What>
-  std::int64_t callAside(What what);
+  /// Lets calls_ send the driver a request, or ask for its link, and does not wait: however long that takes, the keeper
+  /// does not count as hanging. Must not be called while `answers_` is set. Returns when the next turn is due, as
+  /// turn().
+  std::int64_t callAside(std::optional<CameraStep> step);
   /// Handles what the last liveness check said, which ends it, and what the call of callAside() returned, if that has
   /// ended. Does not wait for the driver; may call `say`.
   void heedAnswers();

@@ -15,7 +15,7 @@ std::uint64_t number(Bytes bytes, std::size_t at, std::size_t width) {
 }
 
 constexpr std::size_t kShortHeader = 8, kLongHeader = 20;
-constexpr int kLeader = 1, kTrailer = 2, kAllIn = 4;
+constexpr int kLeader = 1, kTrailer = 2;
 constexpr std::size_t kTypeEnds = 4, kPictureEnds = 36;  // in the leader behind the header
 
 int side(Bytes bytes, std::size_t at) {
@@ -38,16 +38,12 @@ void PacketSurvey::see(Bytes packet, std::uint16_t fromPort) {
     if (frame != frame_ || kind == kTrailer || kind == kLeader) return;
     const std::uint64_t id = extended ? number(packet, 16, 4) : number(packet, 5, 3);
     if (id == lastId_) return;  // twice
+    lastId_ = id;
     ++packets_;
-    least_ = std::min(least_, packets_ == 1 ? SIZE_MAX : id > lastId_ ? last_bytes_ : body.size());
-    if (id > lastId_) {
-      lastId_ = id;
-      last_bytes_ = body.size();
-    }
     largest_ = std::max(largest_, body.size());
     return;
   }
-  if ((kind != kLeader && kind != kAllIn) || body.size() < kTypeEnds) return;
+  if (kind != kLeader || body.size() < kTypeEnds) return;
   SentPicture said;
   // The bit means chunk data beside the payload; a type of the maker's own has none.
   const auto type = static_cast<unsigned>(number(body, 2, 2));
@@ -66,7 +62,6 @@ void PacketSurvey::see(Bytes packet, std::uint16_t fromPort) {
   port_ = fromPort;
   hasLeader_ = true;
   extendedIds_ = extended;
-  isOver_ = isAllInOne_ = kind == kAllIn;
   frame_ = frame;
 }
 

@@ -24,22 +24,17 @@ class PacketSurvey {
   const SentPicture& picture() const { return picture_; }
   std::uint16_t port() const { return port_; }       ///< Returns the port that the leader came from.
   bool extendedIds() const { return extendedIds_; }  ///< Returns whether the ids are of 64 and 32 bits.
-  bool isAllInOne() const { return isAllInOne_; }    ///< Returns whether the leader, data and trailer are one packet.
-  /// Returns the bytes of each data packet but the last, without headers; 0: fewer than two came.
+  /// Returns the bytes of the largest data packet, without headers; 0: fewer than two came.
   std::size_t block_bytes() const { return packets_ < 2 ? 0 : largest_; }
-  /// Returns whether these differ; block_bytes() is then the largest.
-  bool isUneven() const { return packets_ >= 2 && least_ != largest_; }
 
  private:
   SentPicture picture_;
   std::uint16_t port_ = 0;
-  bool hasLeader_ = false, isOver_ = false, extendedIds_ = false, isAllInOne_ = false;
+  bool hasLeader_ = false, isOver_ = false, extendedIds_ = false;
   std::uint64_t frame_ = 0;
   int packets_ = 0;
-  std::uint64_t lastId_ = 0;      ///< the largest packet id
-  std::size_t last_bytes_ = 0;    ///< data of that packet
-  std::size_t largest_ = 0;       ///< of all data packets
-  std::size_t least_ = SIZE_MAX;  ///< of those before the last
+  std::uint64_t lastId_ = 0;  ///< of a packet
+  std::size_t largest_ = 0;   ///< data of a packet
 };
 
 }  // namespace tractiond::capture

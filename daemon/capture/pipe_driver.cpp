@@ -24,13 +24,13 @@ tl::unexpected<Error> failed(int exitCode, std::string what, std::string remedy 
 
 class PipeDriver : public Driver {
  public:
-  PipeDriver(int descriptor, const PipeOptions& options, const PixelFormatTraits& format)
+  PipeDriver(int descriptor, const CameraOptions& options, const PixelFormatTraits& format)
       : descriptor_(descriptor)
-      , path_(options.path)
+      , path_(options.images)
       , interval_ns_(options.frameRate_Hz > 0.0 ? 1e9 / options.frameRate_Hz : 0.0) {
     info_.name.id = info_.name.model = "images";
     info_.name.vendor = "images";
-    info_.name.address = options.path;
+    info_.name.address = options.images;
     info_.shape = {options.width, options.height, format.size(options.width, options.height), format.code()};
     info_.format = format.format;
     info_.triggered = true;  // pictures come as they come
@@ -131,17 +131,17 @@ void PipeDriver::handOn(std::vector<std::uint8_t>& picture, Buffer& buffer) {
 
 }  // namespace
 
-OpenDriver fromPipe(const PipeOptions& options) {
+OpenDriver fromPipe(const CameraOptions& options) {
   return [options](const Opening& /*opening*/) -> tl::expected<std::unique_ptr<Driver>, Error> {
-    const PixelFormatTraits* format = pixelFormatByName(options.format);
+    const PixelFormatTraits* format = pixelFormatByName(options.pixelFormat);
     if (format == nullptr || options.width <= 0 || options.height <= 0)
       return failed(EX_CONFIG, "pictures from a pipe do not say what they are",
                     "set camera.width_px, camera.height_px and camera.pixel_format");
     // Without O_NONBLOCK, opening a named pipe waits for its writer and cannot be stopped; pop() waits instead.
     constexpr int kFlags = O_RDONLY | O_CLOEXEC | O_NONBLOCK;
-    const int descriptor = options.path == "-" ? STDIN_FILENO : open(options.path.c_str(), kFlags);
+    const int descriptor = options.images == "-" ? STDIN_FILENO : open(options.images.c_str(), kFlags);
     if (descriptor < 0)
-      return failed(EX_NOINPUT, "the pictures " + options.path + " cannot be opened: " + std::strerror(errno));
+      return failed(EX_NOINPUT, "the pictures " + options.images + " cannot be opened: " + std::strerror(errno));
     return std::make_unique<PipeDriver>(descriptor, options, *format);
   };
 }

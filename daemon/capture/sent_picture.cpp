@@ -1,7 +1,6 @@
 #include "daemon/capture/sent_picture.h"
 
 #include <array>
-#include <limits>
 
 namespace tractiond::capture {
 namespace {
@@ -13,13 +12,9 @@ struct PayloadType {
 };
 
 /// GigE Vision 2.2, table of payload types; features by the SFNC.
-constexpr std::array<PayloadType, 8> kOthers = {{
-    {2, "raw data", "choose a mode of the camera that sends pictures"},
-    {3, "files", "choose a mode of the camera that sends pictures"},
+constexpr std::array<PayloadType, 4> kOthers = {{
     {6, "JPEG", "in camera.features: { ImageCompressionMode = \"Off\" }"},
     {7, "JPEG 2000", "in camera.features: { ImageCompressionMode = \"Off\" }"},
-    {8, "H.264", "in camera.features: { ImageCompressionMode = \"Off\" }"},
-    {9, "multi-zone pictures", "in camera.features: { DeviceTapGeometry = \"Geometry_1X_1Y\" }"},
     {10, "multi-part pictures",
      "enable a single component in camera.features: { ComponentSelector = \"Range\" }, { ComponentEnable = false } for "
      "each but Intensity"},
@@ -54,19 +49,6 @@ std::string sides(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
 
-/// Bytes of a row with what is behind it; nothing: rows begin within bytes, and cannot have anything behind them.
-std::optional<std::size_t> strideOf(const SentPicture& sent, const PixelFormatTraits& format, int width) {
-  const int row = format.stride(width);
-  if (row == 0) return sent.paddingX == 0 ? std::optional<std::size_t>(0) : std::nullopt;
-  const auto stride = static_cast<std::size_t>(row) + static_cast<std::size_t>(sent.paddingX);
-  if (stride > static_cast<std::size_t>(std::numeric_limits<int>::max())) return std::nullopt;
-  return stride;
-}
-
-bool sameShape(const SentPicture& sent, const PictureShape& agreed) {
-  return sent.width == agreed.width && sent.height == agreed.height && sent.format == agreed.format;
-}
-
 }  // namespace
 
 std::optional<PictureLayout> layoutOf(const SentPicture& sent, const PictureShape& agreed) {
@@ -77,13 +59,14 @@ std::optional<PictureLayout> layoutOf(const SentPicture& sent, const PictureShap
     if (sent.size != agreed.size) return std::nullopt;
     return PictureLayout{format->stride(agreed.width), agreed.size};
   }
-  if (!sameShape(sent, agreed)) return std::nullopt;
-  const auto stride = strideOf(sent, *format, agreed.width);
-  if (!stride) return std::nullopt;
-  const std::size_t rows = *stride == 0 ? agreed.size : *stride * static_cast<std::size_t>(agreed.height);
+  if (sent.width != agreed.width || sent.height != agreed.height || sent.format != agreed.format) return std::nullopt;
+  const int row = format->stride(agreed.width);
+  if (row == 0 && sent.paddingX != 0) return std::nullopt;  // rows begin within bytes
+  const std::size_t stride = row == 0 ? 0 : static_cast<std::size_t>(row) + static_cast<std::size_t>(sent.paddingX);
+  const std::size_t rows = row == 0 ? agreed.size : stride * static_cast<std::size_t>(agreed.height);
   const std::size_t bytes = rows + static_cast<std::size_t>(sent.paddingY);
   if (sent.size < bytes) return std::nullopt;
-  return PictureLayout{static_cast<int>(*stride), bytes};
+  return PictureLayout{static_cast<int>(stride), bytes};
 }
 
 std::string deviation(const SentPicture& sent, const PictureShape& agreed) {
@@ -95,8 +78,6 @@ std::string deviation(const SentPicture& sent, const PictureShape& agreed) {
   if (layoutOf(sent, agreed)) return {};
   const std::string picture = "a picture of " + sides(agreed.width, agreed.height) + " pixels in " +
                               nameOf(agreed.format) + " has " + std::to_string(agreed.size);
-  if (sent.payloadType == SentPicture::kChunks && sent.size == 0)
-    return "sends chunk data (payload type 4) that cannot be read";
   if (sent.payloadType == SentPicture::kChunks)
     return "sends " + std::to_string(sent.size) + " bytes as the first chunk of its chunk data, " + picture;
   if (sent.width != agreed.width || sent.height != agreed.height)
@@ -106,9 +87,6 @@ std::string deviation(const SentPicture& sent, const PictureShape& agreed) {
     return "sends pictures in " + nameOf(sent.format) + ", its PixelFormat says " + nameOf(agreed.format);
   const std::string padding = std::to_string(sent.paddingX) + " bytes behind each row and " +
                               std::to_string(sent.paddingY) + " behind the last";
-  const PixelFormatTraits* format = pixelFormatByCode(agreed.format);
-  if (format != nullptr && !strideOf(sent, *format, agreed.width))
-    return "says that " + padding + " are padding, though its rows end within a byte";
   return "sends " + std::to_string(sent.size) + " bytes; " + picture +
          (sent.paddingX == 0 && sent.paddingY == 0 ? "" : ", and " + padding + " are padding by its leader");
 }

@@ -14,69 +14,55 @@ constexpr std::uint32_t kWhole = 0xffffffff;
 constexpr std::uint32_t kPicture = 1, kChunks = 4, kPictureAndChunks = 5, kChunksFollow = 0x4000;
 constexpr std::uint32_t kChunkLeader_bytes = 12, kPictureLeader_bytes = 36;
 
-/// Instructions with names for where they jump; resolved once all are there.
+/// Instructions of a filter, which ends with take() or refuse().
 class Program {
  public:
-  enum Label {
-    kNext,
-    kRefuse,
-    kTake,
-    kTrailerFollows,
-    kDataFollows,
-    kErrorFollows,
-    kPictureFollows,
-    kTailFollows,
-    kLastFollows,
-    kLabels
-  };
-
-  void load(std::uint16_t width, std::uint32_t at) { add(BPF_LD | width | BPF_ABS, at); }
+  void load(unsigned width, std::uint32_t at) { add(BPF_LD | width | BPF_ABS, at); }
   void mask(std::uint32_t bits) { add(BPF_ALU | BPF_AND | BPF_K, bits); }
-  void jump(std::uint16_t test, std::uint32_t value, Label yes, Label no) {
-    jumps_.push_back({code_.size(), yes, no});
-    add(static_cast<std::uint16_t>(BPF_JMP | test | BPF_K), value);
-  }
-  void here(Label label) { places_[label] = code_.size(); }
-
   void loadPacketId(bool isExtended) {
     load(BPF_W, isExtended ? kUdpHeader + 16 : kKind);
     if (!isExtended) mask(0xffffff);
   }
-  void expectLength(std::uint32_t least, std::uint32_t most, Label then) {
-    add(BPF_LD | BPF_W | BPF_LEN, 0);
-    jump(BPF_JGE, least, kNext, kRefuse);
-    jump(BPF_JGT, most, kRefuse, then);
+  void take() { add(BPF_RET | BPF_K, kWhole); }
+  void refuse() { add(BPF_RET | BPF_K, 0); }
+
+  /// Runs `body`, which must end with take() or refuse(), if the test of what was loaded holds.
+  template <class Body>
+  void when(unsigned test, std::uint32_t value, Body body) {
+    const std::size_t at = code_.size();
+    add(BPF_JMP | test | BPF_K, value);
+    body();
+    code_[at].jf = static_cast<std::uint8_t>(code_.size() - at - 1);
   }
-  void expectSender(std::uint32_t address, Label then) {
+  /// Refuses the packet unless the test of what was loaded holds.
+  void expect(unsigned test, std::uint32_t value) {
+    add(BPF_JMP | test | BPF_K, value);
+    code_.back().jt = 1;
+    refuse();
+  }
+  void expectAtMost(std::uint32_t most) {
+    when(BPF_JGT, most, [this] { refuse(); });
+  }
+  void expectLength(std::uint32_t least, std::uint32_t most = kWhole) {
+    add(BPF_LD | BPF_W | BPF_LEN, 0);
+    expect(BPF_JGE, least);
+    expectAtMost(most);
+  }
+  /// \param port 0: any
+  void expectSender(std::uint32_t address, std::uint16_t port) {
     load(BPF_W, static_cast<std::uint32_t>(SKF_NET_OFF) + 12);
-    jump(BPF_JEQ, address, then, kRefuse);
+    expect(BPF_JEQ, address);
+    if (port == 0) return;
+    load(BPF_H, 0);
+    expect(BPF_JEQ, port);
   }
 
-  std::vector<sock_filter> resolved() {
-    here(kTake);
-    add(BPF_RET | BPF_K, kWhole);
-    here(kRefuse);
-    add(BPF_RET | BPF_K, 0);
-    for (const Jump& jump : jumps_) {
-      const auto distance = [&](Label label) {
-        return static_cast<std::uint8_t>(label == kNext ? 0 : places_[label] - jump.at - 1);
-      };
-      code_[jump.at].jt = distance(jump.yes);
-      code_[jump.at].jf = distance(jump.no);
-    }
-    return std::move(code_);
-  }
+  std::vector<sock_filter> code() { return std::move(code_); }
 
  private:
-  struct Jump {
-    std::size_t at;
-    Label yes, no;
-  };
-  void add(std::uint16_t code, std::uint32_t value) { code_.push_back({code, 0, 0, value}); }
+  void add(unsigned code, std::uint32_t value) { code_.push_back({static_cast<std::uint16_t>(code), 0, 0, value}); }
 
   std::vector<sock_filter> code_;
-  std::vector<Jump> jumps_;
-  std::size_t places_[kLabels] = {};
 };
 
 }  // namespace
@@ -89,63 +75,61 @@ std::vector<sock_filter> streamFilter(const StreamShape& shape) {
   const auto full = static_cast<std::uint32_t>(shape.picture_bytes / block);
   const auto rest = static_cast<std::uint32_t>(shape.picture_bytes % block);
   Program program;
+  const auto takeTrailer = [&] {
+    program.loadPacketId(shape.extendedIds);
+    program.expect(BPF_JGE, 2);
+    program.expectAtMost(blocks + 1);
+    program.take();
+  };
+  const auto takeData = [&] {
+    program.loadPacketId(shape.extendedIds);
+    program.expect(BPF_JGE, 1);
+    program.expectAtMost(blocks);
+    const auto takeBlock = [&](std::uint32_t least) {
+      program.expectLength(data + least, data + block);
+      program.take();
+    };
+    program.when(BPF_JEQ, full + 1, [&] { takeBlock(std::max(rest, 1U)); });
+    program.when(BPF_JGT, full, [&] { takeBlock(1); });
+    takeBlock(block);
+  };
 
-  // From any sender.
-  program.expectSender(shape.cameraAddress, Program::kNext);
-  if (shape.cameraPort != 0) {
-    program.load(BPF_H, 0);
-    program.jump(BPF_JEQ, shape.cameraPort, Program::kNext, Program::kRefuse);
-  }
-  program.expectLength(data, kWhole, Program::kNext);
+  program.expectSender(shape.cameraAddress, shape.cameraPort);
+  program.expectLength(data);
   program.load(BPF_H, kStatus);
-  program.jump(BPF_JSET, 0x8000, Program::kErrorFollows, Program::kNext);
+  program.when(BPF_JSET, 0x8000, [&] {  // it cannot send a packet again
+    program.load(BPF_B, kKind);
+    program.when(BPF_JEQ, kTrailer | idWidth, takeTrailer);
+    program.expect(BPF_JEQ, kData | idWidth);
+    program.loadPacketId(shape.extendedIds);
+    program.expectAtMost(blocks + 1);
+    program.take();
+  });
   program.load(BPF_B, kKind);
-  program.jump(BPF_JEQ, kData | idWidth, Program::kDataFollows, Program::kNext);
-  program.jump(BPF_JEQ, kTrailer | idWidth, Program::kTrailerFollows, Program::kNext);
-  program.jump(BPF_JEQ, kLeader | idWidth, Program::kNext, Program::kRefuse);
-
+  program.when(BPF_JEQ, kData | idWidth, takeData);
+  program.when(BPF_JEQ, kTrailer | idWidth, takeTrailer);
+  program.expect(BPF_JEQ, kLeader | idWidth);
   program.loadPacketId(shape.extendedIds);
-  program.jump(BPF_JEQ, 0, Program::kNext, Program::kRefuse);
-  program.expectLength(data + kChunkLeader_bytes, kWhole, Program::kNext);
+  program.expect(BPF_JEQ, 0);
+  program.expectLength(data + kChunkLeader_bytes);
   program.load(BPF_H, data + 2);
   program.mask(0xffff & ~kChunksFollow);
-  program.jump(BPF_JEQ, kPicture, Program::kPictureFollows, Program::kNext);
-  program.jump(BPF_JEQ, kPictureAndChunks, Program::kPictureFollows, Program::kNext);
-  program.jump(BPF_JEQ, kChunks, Program::kTake, Program::kRefuse);
-  program.here(Program::kPictureFollows);
-  program.expectLength(data + kPictureLeader_bytes, kWhole, Program::kTake);
-
-  program.here(Program::kErrorFollows);
-  program.load(BPF_B, kKind);
-  program.jump(BPF_JEQ, kTrailer | idWidth, Program::kTrailerFollows, Program::kNext);
-  program.jump(BPF_JEQ, kData | idWidth, Program::kNext, Program::kRefuse);
-  program.loadPacketId(shape.extendedIds);
-  program.jump(BPF_JGT, blocks + 1, Program::kRefuse, Program::kTake);
-
-  program.here(Program::kTrailerFollows);
-  program.loadPacketId(shape.extendedIds);
-  program.jump(BPF_JGE, 2, Program::kNext, Program::kRefuse);
-  program.jump(BPF_JGT, blocks + 1, Program::kRefuse, Program::kTake);
-
-  program.here(Program::kDataFollows);
-  program.loadPacketId(shape.extendedIds);
-  program.jump(BPF_JGE, 1, Program::kNext, Program::kRefuse);
-  program.jump(BPF_JGT, blocks, Program::kRefuse, Program::kNext);
-  program.jump(BPF_JGT, full, Program::kTailFollows, Program::kNext);
-  program.expectLength(data + block, data + block, Program::kTake);
-  program.here(Program::kTailFollows);
-  program.jump(BPF_JEQ, full + 1, Program::kLastFollows, Program::kNext);
-  program.expectLength(data + 1, data + block, Program::kTake);
-  program.here(Program::kLastFollows);
-  program.expectLength(data + std::max(rest, 1U), data + block, Program::kTake);
-
-  return program.resolved();
+  program.when(BPF_JEQ, kChunks, [&] { program.take(); });
+  program.when(BPF_JEQ, kPicture, [&] {
+    program.expectLength(data + kPictureLeader_bytes);
+    program.take();
+  });
+  program.expect(BPF_JEQ, kPictureAndChunks);
+  program.expectLength(data + kPictureLeader_bytes);
+  program.take();
+  return program.code();
 }
 
-std::vector<sock_filter> senderFilter(std::uint32_t address) {
+std::vector<sock_filter> senderFilter(std::uint32_t address, std::uint16_t port) {
   Program program;
-  program.expectSender(address, Program::kTake);
-  return program.resolved();
+  program.expectSender(address, port);
+  program.take();
+  return program.code();
 }
 
 int evenPacketSize(int largest, int headers_bytes, int least, int increment) {

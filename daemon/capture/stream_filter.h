@@ -44,8 +44,11 @@ struct StreamShape {
 /// PacketSurvey tells why. \param shape packetSize_bytes of at least 100, payload_bytes of at least 1
 std::vector<sock_filter> streamFilter(const StreamShape& shape);
 
-/// Returns the program that passes all datagrams from an address, for PacketSurvey.
-std::vector<sock_filter> senderFilter(std::uint32_t address);
+/// Returns the program that passes all datagrams from an address and port, for PacketSurvey and the control channel:
+/// Aravis 0.8.26 accepts an answer from any sender if it has the number of the request, which has 16 bits and counts
+/// up, and a forged one that no client controls the camera makes the camera count as lost. \param port in the byte
+/// order of the machine; 0: any
+std::vector<sock_filter> senderFilter(std::uint32_t address, std::uint16_t port = 0);
 
 /// Returns the largest size of packets, at most `largest`, whose block is a multiple of 64 bytes: many cameras round
 /// their blocks down to one of 8, 16 or 64. The size is `least` plus a multiple of `increment`, as the camera demands

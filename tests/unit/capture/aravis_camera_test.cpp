@@ -1,18 +1,132 @@
-// The camera at work: packets and their size, its stream, death and return.
-#include "tests/unit/capture/aravis_camera_bench.h"
+// Aravis's own GigE Vision camera, found, set and streaming over a loopback of its own.
+#include "base/clock.h"
+#include "daemon/capture/aravis_driver.h"
+#include "daemon/capture/camera.h"
+#include "tests/unit/capture/fake_camera.h"
 #include "tests/unit/capture/own_network.h"
 
+#include <arv.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <memory>
 
 namespace tractiond::capture::aravis_camera_test {
 namespace {
 
+using std::chrono::milliseconds;
+using test::FakeCamera;
+using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
+class AravisCameraTest : public testing::Test {
+ protected:
+  tl::expected<std::unique_ptr<Camera>, Error> tryToOpen() {
+    return Camera::open(fromAravis(options_), {.wait = false, .silenceTimeout_ms = options_.silenceTimeout_ms},
+                        ledger_);
+  }
+  void open() {
+    auto opened = tryToOpen();
+    ASSERT_TRUE(opened) << opened.error().message();
+    camera_ = std::move(*opened);
+  }
+  void expectRefused(int exitCode, std::initializer_list<const char*> words) {
+    const auto opened = tryToOpen();
+    ASSERT_FALSE(opened);
+    EXPECT_EQ(opened.error().exitCode, exitCode);
+    for (const char* word : words) EXPECT_THAT(opened.error().message(), HasSubstr(word));
+  }
+  /// Uses pictures, which must be of `size` bytes; fails the test if one does not come within five seconds.
+  void stream(int frames, std::size_t size = std::size_t{64} * 48 * 3) {
+    const std::int64_t until_ns = monotonicNow() + 5'000'000'000;
+    for (Frame one; frames > 0;) {
+      ASSERT_LT(monotonicNow(), until_ns) << "no frame";
+      if (camera_->next(one, milliseconds(100)) != Next::kFrame) continue;
+      EXPECT_EQ(one.size, size);
+      camera_->recycle(one);
+      --frames;
+    }
+  }
+
+  CameraOptions options_{.receiveBuffer_bytes = 2 << 20};
+  Ledger ledger_;
+  FakeCamera fake_;
+  std::unique_ptr<Camera> camera_;
+};
+
+// ---------------------------------------------------------------- finding it
+
+class AravisCameraNames : public AravisCameraTest, public testing::WithParamInterface<const char*> {};
+
+TEST_P(AravisCameraNames, OpenTheCamera) {
+  const FakeCamera other(FakeCamera::Options{.address = "127.0.0.2", .serial = "GV02"});
+  options_.id = GetParam();
+  ASSERT_NO_FATAL_FAILURE(open());
+  EXPECT_EQ(camera_->info()->name.id, "Aravis-Fake-GV02");
+  EXPECT_EQ(camera_->info()->name.address, "127.0.0.2");
+  stream(3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, AravisCameraNames, testing::Values("Aravis-Fake-GV02", "aravis-gv02", "127.0.0.2"));
+
+TEST_F(AravisCameraTest, NamesTheCamerasInSightWhenItsOwnIsNot) {
+  options_.id = "Nobody-123";
+  expectRefused(EX_UNAVAILABLE, {"Nobody-123", "Aravis-Fake-GV01"});
+}
+
+// ---------------------------------------------------------------- setting it
+
+TEST_F(AravisCameraTest, AppliesSettingsInOrderAndReadsThemBack) {
+  options_.width = 128;
+  options_.height = 96;
+  options_.pixelFormat = "BayerRG8";
+  options_.frameRate_Hz = 60;
+  options_.exposure_us = 2500;
+  options_.features = {{"GainRaw", std::int64_t{3}},
+                       {"ExposureTimeAbs", 1234.4},
+                       {"GainRaw", std::int64_t{7}},
+                       {"TriggerMode", std::string("Off")}};
+  ASSERT_NO_FATAL_FAILURE(open());
+  EXPECT_EQ(fake_.read(ARV_FAKE_CAMERA_REGISTER_PIXEL_FORMAT), ARV_PIXEL_FORMAT_BAYER_RG_8);
+  EXPECT_EQ(fake_.read(ARV_FAKE_CAMERA_REGISTER_GAIN_RAW), 7U);
+  EXPECT_EQ(fake_.read(ARV_FAKE_CAMERA_REGISTER_EXPOSURE_TIME_US), 2500U) << "tractiond's own keys come last";
+  const CameraInfo info = *camera_->info();
+  EXPECT_THAT(info.settings, ElementsAre("GainRaw = 3", "ExposureTimeAbs = 1234 (asked: 1234.4)", "GainRaw = 7",
+                                         "TriggerMode = Off", "PixelFormat = BayerRG8", "Width = 128", "Height = 96",
+                                         HasSubstr("frame_rate_hz = 60.0024"), "exposure_us = 2500"));
+  EXPECT_THAT(info.warnings, IsEmpty());
+  EXPECT_NEAR(info.exposure_s, 2500e-6, 1e-9);
+  stream(3, std::size_t{128} * 96);
+}
+
+TEST_F(AravisCameraTest, ATriggerSetBeforeTheRateStays) {
+  options_.frameRate_Hz = 60;
+  options_.features = {{"TriggerSelector", std::string("FrameStart")},
+                       {"TriggerSource", std::string("Software")},
+                       {"TriggerMode", std::string("On")}};
+  ASSERT_NO_FATAL_FAILURE(open());
+  EXPECT_EQ(fake_.read(ARV_FAKE_CAMERA_REGISTER_TRIGGER_MODE), 1U);
+  EXPECT_FALSE(camera_->info()->packetSizeVerified) << "nothing has come yet";
+}
+
+TEST_F(AravisCameraTest, ChoosesAFormatWhereItsOwnCannotBeRead) {
+  fake_.write(ARV_FAKE_CAMERA_REGISTER_PIXEL_FORMAT, ARV_PIXEL_FORMAT_RGB_8_PLANAR);
+  ASSERT_NO_FATAL_FAILURE(open());
+  EXPECT_TRUE(traitsOf(camera_->info()->format).isBayer()) << "the fewest bytes with colours";
+  EXPECT_THAT(camera_->info()->settings, Contains(HasSubstr("8 (chosen")));
+}
+
+TEST_F(AravisCameraTest, NamesWhatTheCameraOffersInsteadOfAFormat) {
+  options_.pixelFormat = "BGR8";
+  expectRefused(EX_CONFIG, {"BGR8", "it offers", "BayerGB8"});
+}
+
+// ---------------------------------------------------------------- packets
+
 TEST_F(AravisCameraTest, NegotiatesAndProvesThePacketSize) {
-  fake();
   ASSERT_NO_FATAL_FAILURE(open());
   EXPECT_EQ(camera_->info()->packetSize_bytes, 8996);
   EXPECT_TRUE(camera_->info()->packetSizeVerified);
@@ -23,7 +137,6 @@ TEST_F(AravisCameraTest, NegotiatesAndProvesThePacketSize) {
 TEST_F(AravisCameraTest, FallsBackToPacketsThatArrive) {
   // A switch on the way that carries less than the interface does.
   ASSERT_EQ(std::system("tc qdisc add dev lo root tbf rate 10gbit burst 4000 latency 50ms"), 0);
-  fake();
   ASSERT_NO_FATAL_FAILURE(open());
   EXPECT_EQ(camera_->info()->packetSize_bytes, 1444);
   EXPECT_TRUE(camera_->info()->packetSizeVerified);
@@ -33,13 +146,9 @@ TEST_F(AravisCameraTest, FallsBackToPacketsThatArrive) {
 }
 
 TEST_F(AravisCameraTest, RefusesPacketsAboveTheMtu) {
-  fake();
   ASSERT_EQ(std::system("ip link set lo mtu 1500"), 0);
   options_.packetSize_bytes = 9000;
-  const Error error = openFails();
-  EXPECT_EQ(error.exitCode, EX_CONFIG);
-  EXPECT_THAT(error.message(), HasSubstr("MTU"));
-  EXPECT_THAT(error.message(), HasSubstr("1500"));
+  expectRefused(EX_CONFIG, {"MTU", "1500"});
   options_.packetSize_bytes = 0;
   ASSERT_NO_FATAL_FAILURE(open());
   EXPECT_EQ(camera_->info()->packetSize_bytes, 1444);
@@ -48,7 +157,6 @@ TEST_F(AravisCameraTest, RefusesPacketsAboveTheMtu) {
 }
 
 TEST_F(AravisCameraTest, WarnsOfASmallReceiveBufferWithTheRemedy) {
-  fake();
   options_.receiveBuffer_bytes = 1 << 30;
   ASSERT_NO_FATAL_FAILURE(open());
   EXPECT_LT(camera_->info()->receiveBuffer_bytes, 1 << 30);
@@ -58,17 +166,14 @@ TEST_F(AravisCameraTest, WarnsOfASmallReceiveBufferWithTheRemedy) {
 
 TEST_F(AravisCameraTest, TakesControlAgainWhereItWasTakenAway) {
   constexpr std::uint32_t kControlPrivilege = 0x0a00;
-  fake();
   options_.silenceTimeout_ms = 0;  // the pictures still come
   ASSERT_NO_FATAL_FAILURE(open());
-  ASSERT_NO_FATAL_FAILURE(stream(10));
-  fake_->write(kControlPrivilege, 0);
+  stream(10);
+  fake_.write(kControlPrivilege, 0);
   const std::int64_t until_ns = monotonicNow() + 20'000'000'000;
-  Frame one;
-  while (ledger_.reconnects.get() == 0 && monotonicNow() < until_ns)
-    if (camera_->next(one, milliseconds(50)) == Next::kFrame) camera_->recycle(one);
+  while (ledger_.reconnects.get() == 0 && monotonicNow() < until_ns) stream(1);
   EXPECT_EQ(ledger_.reconnects.get(), 1U);
-  EXPECT_NE(fake_->read(kControlPrivilege), 0U);
+  EXPECT_NE(fake_.read(kControlPrivilege), 0U);
   stream(10);
 }
 

@@ -1,5 +1,5 @@
 #include "daemon/capture/camera_plan.h"
-#include "tests/support/places.h"
+#include "tests/unit/capture/quirky.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,6 @@
 
 #include <cstdio>
 #include <fstream>
-#include <iterator>
 
 namespace tractiond::capture::camera_plan_test {
 namespace {
@@ -15,11 +14,6 @@ namespace {
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
-
-std::string quirky() {
-  std::ifstream file(test::source("tests/unit/capture/descriptions/quirky.xml"));
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 class CameraPlanTest : public testing::Test {
  protected:
@@ -63,12 +57,32 @@ TEST_F(CameraPlanTest, AnExposureInMillisecondsIsOne) {
   EXPECT_THAT(planned->settings, Contains("exposure_us = 2500"));
 }
 
-TEST_F(CameraPlanTest, RefusalsAreTheCameras) {
-  const auto planned = plan(quirky(), {.features = {{"BalanceRatio", std::int64_t{5000}}}});
+struct Refusal {
+  const char* name;
+  Feature feature;
+  const char* says;
+};
+class CameraPlanRefusals : public CameraPlanTest, public testing::WithParamInterface<Refusal> {};
+
+TEST_P(CameraPlanRefusals, AreNamed) {
+  const auto planned = plan(quirky(), {.features = {GetParam().feature}});
   ASSERT_FALSE(planned);
   EXPECT_EQ(planned.error().exitCode, EX_CONFIG);
-  EXPECT_THAT(planned.error().message(), HasSubstr("it may be 0 to 4095"));
+  EXPECT_THAT(planned.error().message(), HasSubstr(GetParam().feature.name));
+  EXPECT_THAT(planned.error().message(), HasSubstr(GetParam().says));
 }
+
+INSTANTIATE_TEST_SUITE_P(
+    Kinds, CameraPlanRefusals,
+    testing::Values(Refusal{"Missing", {"ExposureTme", 5000.0}, "no feature ExposureTme"},
+                    Refusal{"NotANumber", {"ExposureTime", std::string("long")}, "it is a number"},
+                    Refusal{"NotWhole", {"BalanceRatio", 1.5}, "whole number"},
+                    Refusal{"TooLarge", {"BalanceRatio", std::int64_t{5000}}, "it may be 0 to 4095"},
+                    Refusal{"TooShort", {"ExposureTime", -1.0}, "it may be 10 to 1000000"},
+                    Refusal{"NoEntry", {"UserSetSelector", std::string("Perhaps")}, "it is one of Default, UserSet1"},
+                    Refusal{"Command", {"UserSetLoad", std::int64_t{1}}, "write UserSetLoad = true"},
+                    Refusal{"ReadOnly", {"DeviceModelName", std::string("Another")}, "can only be read"}),
+    [](const auto& kind) { return kind.param.name; });
 
 TEST_F(CameraPlanTest, AFormatIsOneOfTheFilesOrIsRefused) {
   const auto planned = plan(quirky(), {.pixelFormat = "Mono8"});
@@ -103,22 +117,6 @@ TEST_F(CameraPlanTest, ACameraOfForeignFormatsIsRefusedWithTheirCodes) {
               HasSubstr("RGB8Packed (0x00000010), BayerRG8 (0x0000000C), Mono8 (0x00000008)"));
   replace(xml, "<Enumeration Name=\"PixelFormat\">", "<Enumeration Name=\"Else\">");
   EXPECT_THAT(plan(xml).error().message(), HasSubstr("it has no PixelFormat"));
-}
-
-/// The description with everything in a group in a group, as some makers sort theirs.
-std::string grouped(std::string xml) {
-  xml.insert(xml.find('>', xml.find("<RegisterDescription")) + 1, "<Group Comment=\"all\"><Group>");
-  xml.insert(xml.find("</RegisterDescription"), "</Group></Group>");
-  return xml;
-}
-
-TEST_F(CameraPlanTest, GroupsChangeNothing) {
-  const auto plain = plan(quirky(), {.exposure_us = 200});
-  const auto sorted = plan(grouped(quirky()), {.exposure_us = 200});
-  ASSERT_TRUE(plain && sorted);
-  EXPECT_EQ(sorted->formats, plain->formats);
-  EXPECT_EQ(sorted->settings, plain->settings);
-  EXPECT_EQ(sorted->chunks, plain->chunks);
 }
 
 TEST_F(CameraPlanTest, ADescriptionCutShortIsRefusedWhereverTheCutIs) {

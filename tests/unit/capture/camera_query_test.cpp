@@ -1,13 +1,12 @@
 // What people ask of a camera's features, on a camera that is a description.
 #include "daemon/capture/aravis.h"
 #include "daemon/capture/paper_device.h"
-#include "tests/support/places.h"
+#include "tests/unit/capture/quirky.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <iterator>
+#include <map>
 
 namespace tractiond::capture::camera_query_test {
 namespace {
@@ -18,10 +17,8 @@ using Kind = CameraStep::Kind;
 class CameraQuery : public testing::Test {
  protected:
   CameraQuery() {
-    std::ifstream file(test::source("tests/unit/capture/descriptions/quirky.xml"));
-    const std::string xml{std::istreambuf_iterator<char>(file), {}};
     Failure failure;
-    device_ = makePaperDevice(xml, failure);
+    device_ = makePaperDevice(quirky(), failure);
     if (!device_) throw std::runtime_error(failure.text());
     camera_.reset(arv_camera_new_with_device(device_.get(), failure.into()));
     if (!camera_) throw std::runtime_error(failure.text());
@@ -40,7 +37,7 @@ class CameraQuery : public testing::Test {
 
   Ref<ArvDevice> device_;
   Ref<ArvCamera> camera_;
-  std::vector<std::pair<std::string, std::string>> first_;
+  std::map<std::string, std::string> first_;
 };
 
 /// A message with other text cannot be read by a client.
@@ -56,7 +53,7 @@ TEST_F(CameraQuery, WritesAndTellsWhatStoodBefore) {
   ASSERT_EQ(report->features.size(), 1U);
   EXPECT_EQ(report->features[0].value, "500");
   EXPECT_EQ(first_.size(), 1U);
-  EXPECT_THAT(refusal(Kind::kWrite, "ExposureTime", "long"), HasSubstr("is a number, not long"));
+  EXPECT_THAT(refusal(Kind::kWrite, "ExposureTime", "long"), HasSubstr("refuses ExposureTime = long: it is a number"));
   EXPECT_THAT(refusal(Kind::kWrite, "Exposuretime", "500"), HasSubstr("it has ExposureTime"));
   EXPECT_THAT(refusal(Kind::kWrite, "ExposureTme", "500"), HasSubstr("it has ExposureTime"));
   EXPECT_THAT(refusal(Kind::kWrite, "Gan", "5"), HasSubstr("Gain"));

@@ -1,13 +1,13 @@
 // When was the picture taken? Real packets, and the camera's clock is set meanwhile.
-#include "tests/support/places.h"
+#include "base/clock.h"
 #include "tests/unit/capture/quirks.h"
+#include "tests/unit/capture/quirky.h"
 
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
-#include <iterator>
 #include <map>
 
 namespace tractiond::capture::capture_time_test {
@@ -18,8 +18,7 @@ using test::GvTransmitter;
 
 /// The same camera, and it latches its clock.
 std::string withLatch() {
-  std::ifstream in(test::source("tests/unit/capture/descriptions/quirky.xml"));
-  std::string text{std::istreambuf_iterator<char>(in), {}};
+  std::string text = quirky();
   text.insert(text.find("<Port Name=\"Device\"/>"), R"(
     <Command Name="GevTimestampControlLatch"><pValue>LatchReg</pValue><CommandValue>2</CommandValue></Command>
     <IntReg Name="LatchReg"><Address>0x944</Address><Length>4</Length><AccessMode>WO</AccessMode><pPort>Device</pPort>
@@ -32,7 +31,7 @@ std::string withLatch() {
 
 class Timed : public Quirks {
  protected:
-  explicit Timed(const std::string& description = test::source("tests/unit/capture/descriptions/quirky.xml"))
+  explicit Timed(const std::string& description = quirkyFile())
       : Quirks(description) {}
 
   /// Streams pictures of a camera whose clock is off and set to another time halfway; each must have been taken when it

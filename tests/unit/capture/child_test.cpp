@@ -1,4 +1,4 @@
-#include "daemon/capture/child.h"
+#include "daemon/capture/inspection.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,24 +1,19 @@
 // Aravis's GigE Vision camera that does not exist.
 #pragma once
 
-#include <sys/types.h>
-
 #include <cstdint>
-#include <memory>
 #include <string>
 
 struct _ArvGvFakeCamera;
 
 namespace tractiond::test {
 
-/// A camera in this process. Every picture begins with its own number, as 8 bytes.
+/// A camera in this process, of 64 x 48 pixels in RGB8.
 class FakeCamera {
  public:
   struct Options {
     std::string address = "127.0.0.1";
     std::string serial = "GV01";
-    int width = 64, height = 48;
-    std::uint32_t format = 0x02180014;  ///< RGB8
     double rate_Hz = 100;
   };
   explicit FakeCamera(const Options& options);
@@ -30,8 +25,6 @@ class FakeCamera {
   std::uint32_t read(std::uint32_t address) const;
 
  private:
-  struct Painter;
-  std::unique_ptr<Painter> painter_;
   _ArvGvFakeCamera* camera_;
 };
 

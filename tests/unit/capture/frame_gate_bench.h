@@ -66,16 +66,6 @@ class FrameGateTest : public testing::Test {
   void stream(SimulatedCamera& camera, int frames) {
     for (int i = 0; i < frames; ++i) ASSERT_EQ(judge(camera.take()).verdict, Verdict::kNew) << i;
   }
-  /// Judges honest frames until one is used again, and says how many that took.
-  int framesUntilNew(SimulatedCamera& camera, Judgement* last = nullptr) {
-    for (int i = 1; i <= 100; ++i) {
-      const Judgement judgement = judge(camera.take());
-      if (last != nullptr) *last = judgement;
-      if (judgement.verdict == Verdict::kNew) return i;
-    }
-    return 101;
-  }
-
   FrameGate gate_{kShape, {}};
   Ledger ledger_;
 };

@@ -116,6 +116,10 @@ void GvTransmitter::serve() {
     const std::uint32_t command = take(&in[2], 2), id = take(&in[6], 2);
     const std::uint64_t sender = std::uint64_t{from.sin_addr.s_addr} << 16 | from.sin_port;
     const bool writes = command == 0x82 || command == 0x86;
+    if ((command == 0x80 || command == 0x82) && hangsAt != 0 && take(&in[8], 4) == hangsAt) {
+      hanging_ = true;
+      continue;
+    }
     const bool locked = locksAt != 0 && got >= 12 && take(&in[8], 4) == locksAt;
     const bool denied = writes && (locked || (controller != 0 && controller != sender));
     if (command == 0x82 && !denied && take(&in[8], 4) == kControl) controller = take(&in[12], 4) == 0 ? 0 : sender;
@@ -133,21 +137,11 @@ void GvTransmitter::serve() {
       arv_fake_camera_read_memory(camera_, 0, 0xf8, answer.data());
       break;
     }
-    case 0x80: {
-      const std::uint32_t address = take(&in[8], 4);
-      if (address == hangsAt) {
-        hanging_ = true;
-        continue;
-      }
-      put(answer, read(address), 4);
+    case 0x80:
+      put(answer, read(take(&in[8], 4)), 4);
       break;
-    }
     case 0x82: {
       const std::uint32_t address = take(&in[8], 4), value = take(&in[12], 4);
-      if (address == hangsAt) {
-        hanging_ = true;
-        continue;
-      }
       write(address, value);
       if (address == kClockControl && (value & 2U) != 0) {
         const std::uint64_t latched = ticks();
@@ -213,10 +207,9 @@ GvTransmitter::Packets GvTransmitter::packetsOf(const Picture& picture) const {
   packets.push_back(std::move(leader));
   const std::size_t asked = (read(kPacketSize) & 0xffff) - 36;
   const std::size_t block = asked - asked % static_cast<std::size_t>(roundsTo_bytes);
-  std::size_t size = 0;
-  for (std::size_t at = 0; at < picture.bytes.size(); at += size) {
+  for (std::size_t at = 0; at < picture.bytes.size(); at += block) {
     Bytes payload = begin(picture.dataKind);
-    size = std::min(alternates && packets.size() % 2 == 0 ? block / 2 : block, picture.bytes.size() - at);
+    const std::size_t size = std::min(block, picture.bytes.size() - at);
     payload.insert(payload.end(), picture.bytes.begin() + static_cast<std::ptrdiff_t>(at),
                    picture.bytes.begin() + static_cast<std::ptrdiff_t>(at + size));
     packets.push_back(std::move(payload));
@@ -234,18 +227,14 @@ void GvTransmitter::send(const Picture& picture) {
   Packets packets = packetsOf(picture);
   {
     const std::lock_guard lock(sending_);
-    if (sentIds_.size() == kRemembered) {
-      sent_.erase(sentIds_.front());
-      sentIds_.pop_front();
-    }
-    sentIds_.push_back(picture.id);
-    sent_[picture.id].clear();
+    if (sent_.size() == kRemembered) sent_.pop_front();
+    sent_.emplace_back(picture.id, Packets());
   }
   for (std::size_t number = 0; number < packets.size(); ++number) {
     if (pace) pace(number, packets.size());
     const std::lock_guard lock(sending_);
     sendOne(packets[number]);
-    if (resends) sent_[picture.id].push_back(std::move(packets[number]));
+    if (resends) sent_.back().second.push_back(std::move(packets[number]));
   }
 }
 
@@ -260,7 +249,7 @@ void GvTransmitter::sendOne(const Bytes& packet) {
 
 void GvTransmitter::sendAgain(std::uint16_t id, std::uint32_t first, std::uint32_t last) {
   const std::lock_guard lock(sending_);
-  const auto frame = sent_.find(id);
+  const auto frame = std::ranges::find(sent_, id, &std::pair<std::uint16_t, Packets>::first);
   for (std::uint32_t number = first; number <= last; ++number) {
     if (frame != sent_.end() && number < frame->second.size()) {
       sendOne(frame->second[number]);

@@ -8,12 +8,12 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <random>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 struct _ArvFakeCamera;
@@ -37,7 +37,7 @@ class GvTransmitter {
     std::uint16_t payloadType = 1;   ///< 1: picture; 0x4001: picture with chunk data; 4: chunk data, and others
     int width = 0, height = 0;
     std::uint32_t format = 0;
-    std::vector<std::uint8_t> bytes;               ///< with what lies behind the picture
+    std::vector<std::uint8_t> bytes = {};          ///< with what lies behind the picture
     int x = 0, y = 0, paddingX = 0, paddingY = 0;  ///< as the leader says
     std::uint8_t dataKind = 3;  ///< content type of the data packets: 6 of multi-zone, 7 of multi-part, 8 of GenDC
   };
@@ -45,8 +45,6 @@ class GvTransmitter {
 
   /// Its data packets have a multiple of so many bytes, fewer than it is asked for.
   std::atomic<int> roundsTo_bytes{1};
-  /// Every second data packet of a frame has only half of them.
-  std::atomic<bool> alternates{false};
 
   /// A link that loses this share of the stream's packets, those sent again too.
   std::atomic<double> loss{0.0};
@@ -78,9 +76,8 @@ class GvTransmitter {
   Packets packetsOf(const Picture& picture) const;
 
   std::mutex sending_;
-  std::map<std::uint16_t, Packets> sent_;  ///< of the last frames, what has been sent
-  std::deque<std::uint16_t> sentIds_;
-  std::mt19937_64 fate_{seed() + 1};  ///< seed() itself is the test's
+  std::deque<std::pair<std::uint16_t, Packets>> sent_;  ///< of the last frames by their ids, what has been sent
+  std::mt19937_64 fate_{seed() + 1};                    ///< seed() itself is the test's
 
   std::atomic<std::int64_t> clockSet_ns_{0}, clockShowed_ns_{0};
 

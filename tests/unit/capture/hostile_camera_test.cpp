@@ -5,13 +5,13 @@
 #include "tests/support/places.h"
 #include "tests/unit/capture/own_network.h"
 #include "tests/unit/capture/quirks.h"
+#include "tests/unit/capture/quirky.h"
 
 #include <gmock/gmock.h>
 #include <unistd.h>
 
 #include <cstdio>
 #include <fstream>
-#include <iterator>
 
 namespace tractiond::capture::hostile_camera_test {
 namespace {
@@ -19,11 +19,6 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
-
-std::string quirky() {
-  std::ifstream file(test::source("tests/unit/capture/descriptions/quirky.xml"));
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 /// The same with more in it.
 std::string with(const std::string& nodes) {
@@ -85,22 +80,6 @@ TEST_F(HostileCamera, ADescriptionThatCannotBeReadIsTold) {
     const auto sights = inspectCameras(options_.inspector, false);
     ASSERT_EQ(sights.size(), 1U);
     EXPECT_THAT(sights[0].obstacle, HasSubstr(kTold));
-  }
-}
-
-/// GigE Vision 1.2, 27.2: where the description is, as text.
-TEST_F(HostileCamera, APlaceThatIsNoneIsRefused) {
-  test::GvTransmitter& camera = serve(quirky());
-  for (const std::string url :
-       {"Local:camera.xml;10000;7fffffffffffffff", "Local:camera.zip;0;200", "file:///nowhere/camera.xml", ""}) {
-    std::string text = url;
-    text.resize(1024);
-    for (std::uint32_t i = 0; i < text.size(); i += 4) {
-      std::uint32_t word = 0;
-      std::memcpy(&word, text.data() + i, sizeof word);
-      camera.write(0x200 + i, __builtin_bswap32(word));
-    }
-    expectRefused(AllOf(HasSubstr("the camera"), Not(HasSubstr("does not answer"))));
   }
 }
 

@@ -1,5 +1,6 @@
 // Cameras that send something else than was agreed upon: their pictures come through byte by byte, or what they send is
 // named. They send picture after picture until the test ends, so that no test depends on when one comes.
+#include "base/clock.h"
 #include "tests/support/deadline.h"
 #include "tests/unit/capture/own_network.h"
 #include "tests/unit/capture/quirks.h"
@@ -110,19 +111,12 @@ TEST_P(Rounded, TheStreamIsOpenedForThePacketsThatCome) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Cameras, Rounded,
-                         testing::Values(Rounding{16, 0, 1500}, Rounding{16, 1464, 1500}, Rounding{64, 1464, 1500},
-                                         Rounding{1024, 0, 1500}, Rounding{1024, 1464, 1500}, Rounding{1024, 9000, 0}),
+                         testing::Values(Rounding{16, 0, 1500}, Rounding{1024, 1464, 1500}, Rounding{1024, 9000, 0}),
                          [](const auto& one) {
                            return "to" + std::to_string(one.param.to_bytes) + "payload" +
                                   std::to_string(one.param.payloadBeyond_bytes) + "packets" +
                                   std::to_string(one.param.packetSize_bytes);
                          });
-
-TEST_F(OddStreams, PacketsOfSeveralLengthsAreNamed) {
-  sender_.alternates = true;
-  stream();
-  EXPECT_THAT(refusal(), HasSubstr("camera.packet_size_bytes"));
-}
 
 /// As of a camera that waits for its trigger: nothing comes while it is opened.
 TEST_F(OddStreams, ShortPacketsAreNoticedWhenTheFirstFramesCome) {
@@ -179,14 +173,9 @@ TEST_F(OddStreams, ThePictureInChunkDataIsUsed) {
   stream([](GvTransmitter::Picture& one) {
     one.payloadType = 4;
     one.format = 0;
-    const auto append = [&](std::uint64_t value, int size) {
-      for (int i = size - 1; i >= 0; --i) one.bytes.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
-    };
-    append(1, 4);
-    append(kPicture_bytes, 4);
-    append(std::bit_cast<std::uint64_t>(kExposure_us), 8);
-    append(0x1001, 4);
-    append(8, 4);
+    append(one.bytes, 1, 4);
+    append(one.bytes, kPicture_bytes, 4);
+    appendChunk(one.bytes, 0x1001, std::bit_cast<std::uint64_t>(kExposure_us), 8);
   });
   ASSERT_NO_FATAL_FAILURE(open());
   expectPictures();
@@ -197,35 +186,33 @@ TEST_F(OddStreams, ThePictureInChunkDataIsUsed) {
 }
 
 // ---------------------------------------------------------------- refusals
+
 /// A picture that cannot be used, and a part of what the operator reads.
 struct Unusable {
   const char* name;
-  void (*change)(GvTransmitter::Picture&);
+  GvTransmitter::Picture like;
   const char* why;
 };
-
-template <std::uint16_t type, std::uint8_t dataKind>
-void ofType(GvTransmitter::Picture& one) {
-  one.payloadType = type;
-  one.dataKind = dataKind;
-}
 
 class UnusablePicture : public OddStreams, public testing::WithParamInterface<Unusable> {};
 
 TEST_P(UnusablePicture, IsNamedWithWhatEndsIt) {
-  stream(GetParam().change);
+  stream([](GvTransmitter::Picture& one) {
+    one.payloadType = GetParam().like.payloadType;
+    one.dataKind = GetParam().like.dataKind;
+    one.paddingX = GetParam().like.paddingX;
+    one.height -= GetParam().like.height;
+  });
   EXPECT_THAT(refusal(), HasSubstr(GetParam().why));
 }
 
 INSTANTIATE_TEST_SUITE_P(Cameras, UnusablePicture,
-                         testing::Values(Unusable{"PaddingThatDoesNotCome", [](auto& one) { one.paddingX = 8; },
-                                                  "8 bytes behind each row"},
-                                         Unusable{"AnotherSize", [](auto& one) { one.height = 47; }, "64 x 47 pixels"},
-                                         Unusable{"RawData", ofType<2, 3>, "payload type 2"},
-                                         Unusable{"Jpeg", ofType<6, 3>, "ImageCompressionMode"},
-                                         Unusable{"MultiPart", ofType<10, 7>, "ComponentSelector"},
-                                         Unusable{"GenDc", ofType<11, 8>, "GenDCStreamingMode"},
-                                         Unusable{"MakersOwn", ofType<0x8001, 6>, "0x8001"}),
+                         testing::Values(Unusable{"PaddingThatDoesNotCome", {.paddingX = 8}, "8 bytes behind each row"},
+                                         Unusable{"AnotherSize", {.height = 1}, "64 x 47 pixels"},
+                                         Unusable{"Jpeg", {.payloadType = 6}, "ImageCompressionMode"},
+                                         Unusable{"MultiPart", {.payloadType = 10, .dataKind = 7}, "ComponentSelector"},
+                                         Unusable{"GenDc", {.payloadType = 11, .dataKind = 8}, "GenDCStreamingMode"},
+                                         Unusable{"MakersOwn", {.payloadType = 0x8001, .dataKind = 6}, "0x8001"}),
                          [](const auto& one) { return one.param.name; });
 
 }  // namespace

@@ -1,12 +1,11 @@
 // A camera of the test's on the wire, and what tractiond makes of it.
 #pragma once
 
-#include "base/clock.h"
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/camera.h"
-#include "tests/support/places.h"
 #include "tests/support/seed.h"
 #include "tests/unit/capture/gv_transmitter.h"
+#include "tests/unit/capture/quirky.h"
 
 #include <gtest/gtest.h>
 
@@ -25,16 +24,20 @@ inline constexpr int kWidth = 64, kHeight = 48;
 inline constexpr std::uint32_t kRgb8Code = 0x02180014;
 inline constexpr std::size_t kPicture_bytes = std::size_t{kWidth} * kHeight * 3;
 
-/// What a camera's clock shows of a picture that is taken at `real_ns`.
-using Clock = std::uint64_t (*)(std::uint64_t real_ns, std::mt19937_64& random);
-
-inline std::uint64_t noClock(std::uint64_t, std::mt19937_64&) {
-  return 0;
+/// Appends a big-endian number.
+inline void append(std::vector<std::uint8_t>& bytes, std::uint64_t value, int size) {
+  for (int shift = 8 * (size - 1); shift >= 0; shift -= 8) bytes.push_back(static_cast<std::uint8_t>(value >> shift));
+}
+/// Appends a chunk with one number.
+inline void appendChunk(std::vector<std::uint8_t>& bytes, std::uint32_t id, std::uint64_t value, int size) {
+  append(bytes, value, size);
+  append(bytes, id, 4);
+  append(bytes, static_cast<std::uint64_t>(size), 4);
 }
 
 class Quirks : public testing::Test {
  protected:
-  explicit Quirks(const std::string& description = test::source("tests/unit/capture/descriptions/quirky.xml"))
+  explicit Quirks(const std::string& description = quirkyFile())
       : sender_(description) {
     options_.id = "127.0.0.1";
     options_.wait = false;
@@ -61,11 +64,11 @@ class Quirks : public testing::Test {
   }
   /// While the driver waits for its first whole frame, pictures must flow. They are none of those that are counted,
   /// which come after them as any camera's do.
-  void openStreaming(Clock clock = noClock) {
+  void openStreaming() {
     std::atomic<bool> open{false};
     std::thread prelude([&] {
       for (; !open; std::this_thread::sleep_for(std::chrono::milliseconds(10))) {
-        if (sender_.streaming()) sender_.send(taken(clock, 0));
+        if (sender_.streaming()) sender_.send(taken(0));
       }
     });
     this->open();
@@ -74,8 +77,6 @@ class Quirks : public testing::Test {
     Frame frame;  // what is left of the prelude
     while (camera_ && camera_->next(frame, std::chrono::milliseconds(50)) != Next::kTimeout)
       if (frame.token != nullptr) camera_->recycle(frame);
-    preludeReceived_ = ledger_.received.get();
-    preludeLosses_ = ledger_.losses();
   }
   /// Every line so far, from whichever thread.
   std::vector<std::string> said() {
@@ -92,10 +93,9 @@ class Quirks : public testing::Test {
       camera_->recycle(frame);
     }
   }
-  /// The camera's next.
-  test::GvTransmitter::Picture taken(Clock clock, std::uint64_t number) {
+  /// The camera's next, without a time.
+  test::GvTransmitter::Picture taken(std::uint64_t number) {
     test::GvTransmitter::Picture one = picture(nextId_, number);
-    one.device_ticks = clock(static_cast<std::uint64_t>(monotonicNow()), random_);
     nextId_ = nextId_ == 65'535 ? 1 : static_cast<std::uint16_t>(nextId_ + 1);
     return one;
   }
@@ -117,7 +117,6 @@ class Quirks : public testing::Test {
   std::unique_ptr<Camera> camera_;
   int width_ = kWidth, height_ = kHeight;
   std::uint16_t nextId_ = 60'000;
-  std::uint64_t preludeReceived_ = 0, preludeLosses_ = 0;
 };
 
 }  // namespace tractiond::capture

@@ -1,5 +1,6 @@
 // A link that loses one packet in a hundred, and a camera that pauses within its frames: how many come whole, and how
 // much later.
+#include "base/clock.h"
 #include "tests/support/seed.h"
 #include "tests/unit/capture/quirks.h"
 

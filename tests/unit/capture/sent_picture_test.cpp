@@ -92,20 +92,9 @@ TEST(PacketSurvey, ReadsALeaderAndTheLengthOfAFramesPackets) {
   survey.see(packet(3, 7, 3, Bytes(2560)), 2000);
   EXPECT_EQ(survey.block_bytes(), 8960U);
   survey.see(packet(3, 7, 2, Bytes(8960)), 2000);  // sent again
-  EXPECT_FALSE(survey.isUneven());
   EXPECT_FALSE(survey.isOver());
   survey.see(packet(2, 7, 4, Bytes(8)), 2000);
   EXPECT_TRUE(survey.isOver());
-}
-
-TEST(PacketSurvey, PacketsOfSeveralLengthsAreUneven) {
-  PacketSurvey survey;
-  survey.see(packet(1, 7, 0, leader()), 2000);
-  survey.see(packet(3, 7, 1, Bytes(1000)), 2000);
-  survey.see(packet(3, 7, 2, Bytes(500)), 2000);
-  EXPECT_FALSE(survey.isUneven());
-  survey.see(packet(3, 7, 3, Bytes(1000)), 2000);
-  EXPECT_TRUE(survey.isUneven());
 }
 
 // ---------------------------------------------------------------- sizes to ask for
