@@ -31,11 +31,11 @@ AroundPatches::AroundPatches(const Factors& factors, const Atoms& atoms, const M
     , roughness_(roughness)
     , spread_(atoms)
     , extra_(factors, atoms, kMostFreed)
-    , smooth_(static_cast<std::size_t>(atoms.count()))
+    , smooth_(atoms.count())
     , rough_(smooth_.size())
     , whole_(smooth_.size())
-    , noise_(static_cast<std::size_t>(mostOf(options)))
-    , share_(static_cast<std::size_t>(atoms.pointCount()))
+    , noise_(mostOf(options))
+    , share_(atoms.pointCount())
     , movedShare_(share_.size())
     , here_(3 * share_.size()) {
   resize(moments_, atoms.count());
@@ -78,7 +78,7 @@ void AroundPatches::setExtra(const Displacements& left, const RoundPatches& patc
     }
     spread_.divide(patch.place, true, share_);
     const auto couple = [&](int unknown) -> Eigen::Map<Vector3d> {
-      return Vector3d::Map(extra_.pointForces_N(unknown).data() + 3 * (share_.size() + static_cast<std::size_t>(k)));
+      return Vector3d::Map(extra_.pointForces_N(unknown).data() + 3 * (share_.size() + k));
     };
     for (int i = 0; i < kPatchLoads; ++i) {
       const PatchLoad unit = freed_.unit(k, i) * PatchLoad::Unit(i);
@@ -123,7 +123,7 @@ bool AroundPatches::findEvident(const Displacements& left, AtomProducts& product
     seen = &moments_;
   }
   for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
-    smooth_[static_cast<std::size_t>(chosen.atoms[i])] = chosen.gamma_N2[i];
+    smooth_[chosen.atoms[i]] = chosen.gamma_N2[i];
   }
   return true;
 }
@@ -161,11 +161,11 @@ bool AroundPatches::roughen(const Displacements& left, AtomProducts& products) {
     selection_.choose(whole_, most, false, left.noise_px, chosen);
     // Of two variances each has its own directions.
     for (std::size_t c = 0; c < chosen.atoms.size(); ++c) {
-      chosen.gamma_N2[c] = smooth_[static_cast<std::size_t>(chosen.atoms[c])];
+      chosen.gamma_N2[c] = smooth_[chosen.atoms[c]];
     }
     prior_.direct(chosen, true);
     for (std::size_t c = 0; c < chosen.atoms.size(); ++c) {
-      const double own = square(kRoughness[i]) * rough_[static_cast<std::size_t>(chosen.atoms[c])];
+      const double own = square(kRoughness[i]) * rough_[chosen.atoms[c]];
       chosen.covariance_N2[c] += own * omega;
       chosen.gamma_N2[c] += own;
     }
@@ -179,9 +179,9 @@ FoundPatch AroundPatches::found(int patch) {
   double most = logEvidence(0), sum = 0.0;
   for (int i = 1; i < kCount; ++i) most = std::max(most, logEvidence(i));
   std::array<double, kRoughness.size()> share{};
-  for (int i = 0; i < kCount; ++i) sum += share[static_cast<std::size_t>(i)] = std::exp(logEvidence(i) - most);
+  for (int i = 0; i < kCount; ++i) sum += share[i] = std::exp(logEvidence(i) - most);
   PatchChange mean = PatchChange::Zero();
-  for (int i = 0; i < kCount; ++i) mean += share[static_cast<std::size_t>(i)] / sum * change(i, patch);
+  for (int i = 0; i < kCount; ++i) mean += share[i] / sum * change(i, patch);
 
   FoundPatch found;
   found.patch = freed_.changed(patch, mean);
@@ -192,8 +192,8 @@ FoundPatch AroundPatches::found(int patch) {
     for (int r = 0; r < kPerPatch; ++r) {
       for (int c = 0; c < kPerPatch; ++c) {
         const auto at = static_cast<std::size_t>(freed_.index(patch, r) * count + freed_.index(patch, c));
-        found.covariance(r, c) += share[static_cast<std::size_t>(i)] / sum *
-                                  (freed_.unit(patch, r) * freed_.unit(patch, c) * covariance_[at] + away[r] * away[c]);
+        found.covariance(r, c) +=
+            share[i] / sum * (freed_.unit(patch, r) * freed_.unit(patch, c) * covariance_[at] + away[r] * away[c]);
       }
     }
   }
@@ -226,7 +226,7 @@ void AroundPatches::pointForces_N(int i, std::span<double> forces) {
     for (std::size_t p = 0; p < share_.size(); ++p) {
       Vector3d::Map(forces.data() + 3 * p) += spread_.force(found.load, share_, p);
     }
-    Vector3d::Map(forces.data() + 3 * (share_.size() + static_cast<std::size_t>(k))) = spread_.couple(found.load);
+    Vector3d::Map(forces.data() + 3 * (share_.size() + k)) = spread_.couple(found.load);
   }
 }
 

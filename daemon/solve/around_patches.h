@@ -39,7 +39,7 @@ class AroundPatches {
 
   /// Returns the posterior of the atoms and, as extra unknowns, of the changes of the patches. Valid until the next
   /// solve().
-  Posterior& posterior(int i) { return solutions_[static_cast<std::size_t>(i)].posterior; }
+  Posterior& posterior(int i) { return solutions_[i].posterior; }
   /// Returns the log evidence, reduced for the free places of the patches and for the choice of roughness, but not for
   /// the fitted prior of its atoms. To be compared with Posterior::logEvidence() of the field alone, less kOptimism for
   /// each degree of freedom.
@@ -89,7 +89,7 @@ class AroundPatches {
   std::vector<double> noise_;               // of the chosen atoms
   std::vector<double> share_, movedShare_;  // P
   std::vector<double> here_;                // 3P: forces of a patch
-  std::array<double, static_cast<std::size_t>(kMostFreed* kMostFreed)> covariance_{};
+  std::array<double, kMostFreed * kMostFreed> covariance_{};
 };
 
 }  // namespace tractiond::solve

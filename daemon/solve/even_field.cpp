@@ -47,16 +47,16 @@ EvenField::EvenField(const Factors& factors, const Atoms& atoms, const ModelOpti
     , near_(atoms, kNear * atoms.pitch_m)
     , around_(atoms, kAround * atoms.pitch_m)
     , extra_(factors, atoms, kUnknowns)
-    , part_(static_cast<std::size_t>(atoms.pointCount()))
+    , part_(atoms.pointCount())
     , force_(atoms.pointCount())
     , pressure_(atoms.pointCount())
     , level_(atoms.pointCount())
     , footprint_(atoms.pointCount())
     , smaller_(atoms.pointCount())
     , larger_(atoms.pointCount())
-    , even_(3 * static_cast<std::size_t>(atoms.pointCount()))
-    , forces_(3 * static_cast<std::size_t>(atoms.count()))
-    , column_(static_cast<std::size_t>(factors.influence.stride())) {
+    , even_(3 * atoms.pointCount())
+    , forces_(3 * atoms.count())
+    , column_(factors.influence.stride()) {
   open_.reserve(part_.size());
   for (std::size_t i = 0; i < kRoughness.size(); ++i) {
     solutions_.push_back({{}, Posterior(factors, atoms, mostOf(options), kUnknowns)});
@@ -134,8 +134,8 @@ void EvenField::keepLargestPart() {
   for (int first = 0; first < atoms_.pointCount(); ++first) {
     double sum = 0.0;
     const auto take = [&](int point) {
-      if (part_[static_cast<std::size_t>(point)] >= 0 || footprint_[point] == 0.0) return;
-      part_[static_cast<std::size_t>(point)] = first;
+      if (part_[point] >= 0 || footprint_[point] == 0.0) return;
+      part_[point] = first;
       sum += footprint_[point];
       open_.push_back(point);
     };
@@ -150,7 +150,7 @@ void EvenField::keepLargestPart() {
     largest = first;
   }
   for (int point = 0; point < atoms_.pointCount(); ++point) {
-    const auto isOf = [&](int other) { return part_[static_cast<std::size_t>(other)] == largest; };
+    const auto isOf = [&](int other) { return part_[other] == largest; };
     bool isNear = false;
     eachAround(point, [&](int other) { isNear = isNear || isOf(other); });
     if (!isOf(point)) footprint_[point] = smaller_[point] = 0.0;
@@ -162,14 +162,14 @@ void EvenField::setUnknowns(const Displacements& picture) {
   extra_.begin(kUnknowns);
   for (int unknown = 0; unknown < kUnknowns; ++unknown) {
     const bool isPressure = unknown < 3;
-    const std::size_t axis = static_cast<std::size_t>(unknown) % 3;
+    const std::size_t axis = unknown % 3;
     const auto forces = extra_.pointForces_N(unknown);
     rows_.clear();
     coefficients_.clear();
     for (Index p = 0; p < footprint_.size(); ++p) {
       const double force = isPressure ? kFreePressure * footprint_[p] : 0.5 * (larger_[p] - smaller_[p]);
       if (force == 0.0) continue;
-      forces[3 * static_cast<std::size_t>(p) + axis] = force;
+      forces[3 * p + axis] = force;
       rows_.push_back(static_cast<int>(3 * p) + static_cast<int>(axis));
       coefficients_.push_back(static_cast<float>(force));
       const Vector3d unit = Vector3d::Unit(static_cast<Index>(axis));
@@ -186,20 +186,19 @@ void EvenField::setUnknowns(const Displacements& picture) {
 
 /// Solves with roughness `i`.
 bool EvenField::fit(const Displacements& picture, AtomProducts& products, int i) {
-  auto& [chosen, posterior] = solutions_[static_cast<std::size_t>(i)];
+  auto& [chosen, posterior] = solutions_[i];
   for (Index p = 0; p < footprint_.size(); ++p) Vector3d::Map(even_.data() + 3 * p) = Vector3d(0, 0, footprint_[p]);
-  selection_.choose(roughness_.of(even_, kRoughness[static_cast<std::size_t>(i)]), mostOf(options_), false,
-                    picture.noise_px, chosen);
+  selection_.choose(roughness_.of(even_, kRoughness[i]), mostOf(options_), false, picture.noise_px, chosen);
   chosen.covariance_N2.clear();
   for (const double gamma : chosen.gamma_N2) chosen.covariance_N2.emplace_back(gamma * omega_);
   return posterior.fit(picture, products, chosen, &extra_);
 }
 
 double EvenField::worth(int i) {
-  auto& [chosen, posterior] = solutions_[static_cast<std::size_t>(i)];
+  auto& [chosen, posterior] = solutions_[i];
   double degrees = kUnknowns;
   for (const double each : posterior.known()) degrees += each;
-  std::array<double, static_cast<std::size_t>(kUnknowns * kUnknowns)> covariance{};
+  std::array<double, kUnknowns * kUnknowns> covariance{};
   posterior.extraCovariance(covariance);
   for (std::size_t k = 0; k < kUnknowns; ++k) degrees -= covariance[(kUnknowns + 1) * k];
   return posterior.logEvidence() - kOptimism * std::max(degrees, fieldDegrees_) -
@@ -210,9 +209,9 @@ void EvenField::pointForces_N(int i, std::span<double> forces) {
   posterior(i).allForces_N(forces_);
   addUp(atoms_, forces_, forces);
   for (int unknown = 0; unknown < kUnknowns; ++unknown) {
-    const double times = posterior(i).extra()[static_cast<std::size_t>(unknown)];
+    const double times = posterior(i).extra()[unknown];
     const auto unit = std::as_const(extra_).pointForces_N(unknown);
-    for (std::size_t f = static_cast<std::size_t>(unknown) % 3; f < forces.size(); f += 3) forces[f] += times * unit[f];
+    for (std::size_t f = unknown % 3; f < forces.size(); f += 3) forces[f] += times * unit[f];
   }
 }
 

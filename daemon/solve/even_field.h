@@ -38,10 +38,10 @@ class EvenField {
   // Results of solve() with the roughness kRoughness[i], i < count().
 
   /// Returns the posterior of the atoms and, as extra unknowns, of u and v. Valid until the next solve().
-  Posterior& posterior(int i) { return solutions_[static_cast<std::size_t>(i)].posterior; }
+  Posterior& posterior(int i) { return solutions_[i].posterior; }
   /// Returns the log evidence, reduced for the choice of roughness and by kOptimism for each degree of freedom, but
   /// for no fewer than the forces have that the footprint was drawn from.
-  double logEvidence(int i) const { return logEvidence_[static_cast<std::size_t>(i)]; }
+  double logEvidence(int i) const { return logEvidence_[i]; }
   /// Computes the forces of the points (3P [N]).
   void pointForces_N(int i, std::span<double> forces);
 

@@ -63,7 +63,7 @@ double detectionThreshold(double falseAlarms, int atoms) {
 
 void makeEvident(const SurestForce& force, AtomMoments& moments) {
   Eigen::Vector3d::Map(moments.mean_N.data() + 3 * static_cast<Index>(force.atom)) = force.force_N;
-  moments.noise_N2[static_cast<std::size_t>(force.atom)] = 0.0;
+  moments.noise_N2[force.atom] = 0.0;
 }
 
 Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOptions& options,
@@ -91,7 +91,7 @@ Evidence::Evidence(const Factors& factors, const Atoms& atoms, const ModelOption
     const Eigen::ArrayXd logarithms = total.log();
     std::partial_sum(logarithms.begin(), logarithms.end(), tables.logarithms.col(i).data());
     tables.unexplained.col(i) = total.inverse();
-    tables.used.push_back(tables.ends[static_cast<std::size_t>(lastVisible(factors, tables, ratio, visible_))]);
+    tables.used.push_back(tables.ends[lastVisible(factors, tables, ratio, visible_)]);
   }
   tabulate(factors, atoms, tables);
   tables.motionOf = (factors.motionGram + square(options.noise_px) * Eigen::Matrix4d::Identity()).inverse();
@@ -111,11 +111,11 @@ Evidence::Evidence(const Evidence& other)
 
 /// Sizes what one picture needs.
 void Evidence::makeRoom() {
-  matched_.resize(3 * static_cast<std::size_t>(atoms_.count()));
-  everyPoint_.resize(static_cast<std::size_t>(factors_.right.rows()));
+  matched_.resize(3 * atoms_.count());
+  everyPoint_.resize(factors_.right.rows());
   std::iota(everyPoint_.begin(), everyPoint_.end(), 0);
-  power_.resize(static_cast<std::size_t>(factors_.rank()));
-  filtered_ = LineArray<double>(static_cast<std::size_t>(factors_.right.stride()));
+  power_.resize(factors_.rank());
+  filtered_ = LineArray<double>(factors_.right.stride());
   pointMean_.resize(everyPoint_.size());
   coefficients_.resize(everyPoint_.size());
 }
@@ -127,14 +127,14 @@ void Evidence::tabulate(const Factors& factors, const Atoms& atoms, Tables& tabl
   // Weights of the modes: of known, of the noise of each ratio, and of tables.alone.
   Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(rank, 2 * kRatios + 1);
   for (int i = 0; i < kRatios; ++i) {
-    const int used = tables.used[static_cast<std::size_t>(i)];
+    const int used = tables.used[i];
     const Eigen::ArrayXd gain = 1.0 - tables.unexplained.col(i).head(used).array();
     weights.col(i).head(used) = gain;
     weights.col(kRatios + i).head(used) = gain.square() / s2.head(used);
   }
   weights.col(2 * kRatios).head(strong) = s2.head(strong);
   tables.known.resize(atoms.count(), kRatios);
-  tables.precision.assign(kRatios, std::vector<Block>(static_cast<std::size_t>(atoms.count())));
+  tables.precision.assign(kRatios, std::vector<Block>(atoms.count()));
   constexpr Index kTogether = 64, kProducts = 6;  // atoms; products of the components of an atom's row of V
   Eigen::MatrixXd row(3, rank), products = Eigen::MatrixXd::Zero(rank, kProducts * kTogether);
   Eigen::MatrixXd sums(products.cols(), weights.cols());
@@ -159,7 +159,7 @@ void Evidence::tabulate(const Factors& factors, const Atoms& atoms, Tables& tabl
     };
     for (int i = 0; i < kRatios; ++i) {
       tables.known(a, i) = block(i).trace();
-      tables.precision[static_cast<std::size_t>(i)][static_cast<std::size_t>(a)] = inverseOf(block(kRatios + i));
+      tables.precision[i][a] = inverseOf(block(kRatios + i));
     }
     tables.alone.push_back(inverseOf(block(2 * kRatios)));
   }
@@ -168,9 +168,7 @@ void Evidence::tabulate(const Factors& factors, const Atoms& atoms, Tables& tabl
 /// Returns the last group of modes in which forces of that size are visible.
 int Evidence::lastVisible(const Factors& factors, const Tables& tables, double ratio, double visible) {
   std::size_t group = 0;
-  const auto isVisible = [&](int mode) {
-    return factors.singularValues[static_cast<std::size_t>(mode)] * ratio >= visible;
-  };
+  const auto isVisible = [&](int mode) { return factors.singularValues[mode] * ratio >= visible; };
   while (group + 1 < tables.ends.size() && isVisible(tables.ends[group])) ++group;
   return static_cast<int>(group);
 }
@@ -236,7 +234,7 @@ SurestForce Evidence::confirmed(const SurestForce& surest, double noise_px, doub
 /// Returns the force of one atom that explains most, by matched_.
 SurestForce Evidence::aloneWith(int atom, double noise_px) const {
   const auto matched = Eigen::Vector3d::Map(matched_.data() + 3 * static_cast<Index>(atom));
-  const Eigen::Vector3d force = tables_->alone[static_cast<std::size_t>(atom)] * matched;
+  const Eigen::Vector3d force = tables_->alone[atom] * matched;
   return {matched.dot(force) / square(noise_px), atom, force};
 }
 

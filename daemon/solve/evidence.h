@@ -31,8 +31,7 @@ inline double squaredMean(const AtomMoments& moments, int atom) {
 
 /// Returns e of an atom [N^2]: |mean|^2 - surety^2 noise / 3, but at least 0.
 inline double evident(const AtomMoments& moments, int atom, double surety) {
-  return std::max(0.0, squaredMean(moments, atom) -
-                           surety * surety * moments.noise_N2[static_cast<std::size_t>(atom)] / 3.0);
+  return std::max(0.0, squaredMean(moments, atom) - surety * surety * moments.noise_N2[atom] / 3.0);
 }
 
 /// The force that alone explains a picture best: of one atom, by least squares.

@@ -113,7 +113,7 @@ tl::expected<void, Error> amongModes(const MatrixXd& points, const Atoms& atoms,
 bool multiplyInfluence(const MatrixXd& strays, const Stopping& stopping, Factors& factors) {
   constexpr Index kTogether = 128;  // atoms
   const Index count = factors.atomCount();
-  factors.gram.resize(static_cast<std::size_t>(9 * count * (count + 1) / 2));
+  factors.gram.resize(9 * count * (count + 1) / 2);
   factors.motionCoupling.resize(Eigen::NoChange, 3 * count);
   for (Index first = 0; first < count; first += kTogether) {
     if (isStopped(stopping)) return false;

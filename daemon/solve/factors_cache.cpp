@@ -47,9 +47,7 @@ void prune(const fs::path& saved, const Remark& remark) {
 
 /// Feeds everything of the sensor that the numbers depend on.
 void addSensor(const sensor::Sensor& sensor, Hasher& hasher) {
-  const auto vector = [&hasher](const auto& v) {
-    hasher.range(std::span(v.data(), static_cast<std::size_t>(v.size())));
-  };
+  const auto vector = [&hasher](const auto& v) { hasher.range(std::span(v.data(), v.size())); };
   hasher.value(sensor.gel.youngsModulus);
   hasher.value(sensor.gel.poissonRatio);
   vector(sensor.gel.size);

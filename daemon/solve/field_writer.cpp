@@ -47,7 +47,7 @@ FieldWriter::FieldWriter(const Factors& factors, const Atoms& atoms, const senso
     , contacts_(atoms, sensor, systematic_)
     , creep_(sensor)
     , used_(factors.coordinateCount() / 2, options)
-    , picture_(static_cast<std::size_t>(factors.coordinateCount()))
+    , picture_(factors.coordinateCount())
     , nodeForce_(3 * rules_.nodes().size())
     , nodeDeviation_(nodeForce_.size()) {
   Eigen::Map<Eigen::Matrix<double, 6, 6>>(unseen_.data()) = unseen(detectionLimit_N);
@@ -134,7 +134,7 @@ bool FieldWriter::addDrift(TractionField& field) const {
   errors.setZero();
   int left = 0;
   for (int i = 0; i < field.contactCount; ++i) {
-    Contact contact = field.contacts[static_cast<std::size_t>(i)];
+    Contact contact = field.contacts[i];
     const Eigen::Vector3d at(contact.position_m[0], contact.position_m[1], contact.positionZ_m);
     const CreepErrors::Shares shares = creep_.about(at);
     const Vector6 own = wrenchOf(contact), wrench = toPoint(-at) * own;
@@ -145,7 +145,7 @@ bool FieldWriter::addDrift(TractionField& field) const {
     if (std::hypot(shares.norm(), std::sqrt(warmth)) * kRemembered > 1.0) continue;
     addErrors(own * shares.transpose(), contact.systematic);
     Matrix6::Map(contact.systematic.data()) += byHeat;
-    field.contacts[static_cast<std::size_t>(left++)] = contact;
+    field.contacts[left++] = contact;
   }
   addErrors(errors + beside * creep_.ofAll().transpose(), field.systematic);
   const int removed = std::exchange(field.contactCount, left) - left;

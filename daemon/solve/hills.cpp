@@ -30,9 +30,9 @@ constexpr double kHalfWidth = 1.6;
 
 Hills::Hills(PlaceGrid grid, int mostPlaces)
     : grid_(std::move(grid))
-    , indexAt_(static_cast<std::size_t>(grid_.columns) * static_cast<std::size_t>(grid_.rows), -1)
-    , functionals_(3UL * kColumns * static_cast<std::size_t>(mostPlaces))
-    , isUsed_(static_cast<std::size_t>(mostPlaces)) {
+    , indexAt_(grid_.columns * grid_.rows, -1)
+    , functionals_(3UL * kColumns * mostPlaces)
+    , isUsed_(mostPlaces) {
   for (auto* each : {&order_, &hill_, &peak_, &parent_, &members_, &used_}) each->reserve(isUsed_.size());
   magnitude_.reserve(isUsed_.size());
   apart_.reserve(isUsed_.size());
@@ -75,7 +75,7 @@ double Hills::strip(const SolvedForces& forces, int from, const Eigen::Vector2d&
 
 /// Returns the coefficients of a place in the functionals, x, y, z after each other, and notes that they are used.
 double* Hills::functionalsOf(int index) {
-  unsigned char& isUsed = isUsed_[static_cast<std::size_t>(index)];
+  unsigned char& isUsed = isUsed_[index];
   if (isUsed == 0) used_.push_back(index);
   isUsed = 1;
   return functionals_.data() + std::ptrdiff_t{3 * kColumns} * index;
@@ -84,7 +84,7 @@ double* Hills::functionalsOf(int index) {
 void Hills::clearFunctionals() {
   for (const int index : used_) {
     std::fill_n(functionals_.data() + std::ptrdiff_t{3 * kColumns} * index, 3 * kColumns, 0.0);
-    isUsed_[static_cast<std::size_t>(index)] = 0;
+    isUsed_[index] = 0;
   }
   used_.clear();
 }
@@ -164,7 +164,7 @@ void Hills::divide(const SolvedForces& forces) {
   }
   std::sort(order_.begin(), order_.end(), [this](int a, int b) { return magnitude_[a] > magnitude_[b]; });
 
-  hill_.assign(static_cast<std::size_t>(count), -1);
+  hill_.assign(count, -1);
   peak_.clear();
   parent_.clear();
   apart_.clear();

@@ -42,13 +42,13 @@ LinearModel::LinearModel(const Factors& factors, const Atoms& atoms, const Model
     , mixture_(atoms, kMost)
     , spread_(atoms)
     , shearSpread_(factors, atoms)
-    , displacement_(static_cast<std::size_t>(factors.influence.stride()))
+    , displacement_(factors.influence.stride())
     , straight_(displacement_.size())
-    , shown_(static_cast<std::size_t>(factors.coordinateCount()))
+    , shown_(factors.coordinateCount())
     , completed_(shown_.size())
     , coefficients_(shown_.size())
-    , atomForces_(3 * static_cast<std::size_t>(atoms.count()))
-    , share_(static_cast<std::size_t>(atoms.pointCount())) {
+    , atomForces_(3 * atoms.count())
+    , share_(atoms.pointCount()) {
   for (int i = 0; i < kMost; ++i)
     parts_.emplace_back(LinearPosterior(factors, atoms, options.mostOfAnyRound(), kMostFreed));
   for (auto* each : {&missingThen_, &missing_, &added_}) each->reserve(completed_.size());
@@ -62,16 +62,16 @@ bool LinearModel::make(Model& model, const Estimate& estimate, LinearScratch& sc
   patches_ = {};
   count_ = model.mixture().count();
   assert(count_ <= std::ssize(order));
-  for (int i = 0; i < count_; ++i) order[static_cast<std::size_t>(i)] = i;
+  for (int i = 0; i < count_; ++i) order[i] = i;
   std::sort(order.begin(), order.begin() + count_,
             [&](int a, int b) { return model.mixture().share(a) > model.mixture().share(b); });
   const auto isLittle = [&](int i) { return model.mixture().share(i) < kLittle; };
   count_ = static_cast<int>(std::find_if(order.begin(), order.begin() + count_, isLittle) - order.begin());
   count_ = std::min(count_, kMost);
   for (int i = 0; i < count_; ++i) {
-    const int number = order[static_cast<std::size_t>(i)];
+    const int number = order[i];
     const Model::Solved& solved = model.solved(number);
-    Part& part = parts_[static_cast<std::size_t>(i)];
+    Part& part = parts_[i];
     const std::array<double, 6> wrench = model.mixture().wrench(number);
     part.penalty = solved.penalty;
     part.isPatched = solved.patches != nullptr;
@@ -87,8 +87,7 @@ bool LinearModel::make(Model& model, const Estimate& estimate, LinearScratch& sc
     if (i == 0) test_.make(part.posterior, solved.posterior->extraUnknowns(), curvesOf(part));
   }
   for (int k = 0; k < estimate.patchCount; ++k) {
-    contact_[static_cast<std::size_t>(k)] =
-        estimate.patchShare > 0.5 ? estimate.patches[static_cast<std::size_t>(k)].contact : k;
+    contact_[k] = estimate.patchShare > 0.5 ? estimate.patches[k].contact : k;
   }
   degrees_ = estimate.degrees;
   atomCount_ = estimate.atoms;
@@ -120,14 +119,14 @@ bool LinearModel::answer(std::span<const float> displacement_px, std::span<const
   std::copy(displacement_px.begin(), displacement_px.end(), displacement_.data());
   std::copy(displacement_px.begin(), displacement_px.end(), shown_.begin());
   for (std::size_t i = 0; i < missing.size(); ++i) {
-    shown_[static_cast<std::size_t>(missing[i])] = static_cast<float>(shown.completed()[i]);
+    shown_[missing[i]] = static_cast<float>(shown.completed()[i]);
   }
   takePicture(missing);
   test_.begin(shown.matched());
   if (!solveFirst(noise_px) || !holds()) return false;
   findSpreadRatios(noise_px);
   mixture_.clear();
-  for (Part& part : std::span(parts_).first(static_cast<std::size_t>(count_))) {
+  for (Part& part : std::span(parts_).first(count_)) {
     if (&part != parts_.data() && !solve(part, noise_px)) return false;
     LinearPosterior& posterior = part.posterior;
     addForces(part, mixture_.add(posterior, posterior.logEvidence() - part.penalty, wrenchOf(part)));
@@ -148,7 +147,7 @@ void LinearModel::findSpreadRatios(double noise_px) {
     const auto number = static_cast<std::size_t>(k);
     now[number] = patchNow(part, k, grown[number]);
   }
-  const auto patches = std::span(now).first(static_cast<std::size_t>(patches_.count()));
+  const auto patches = std::span(now).first(patches_.count());
   for (std::size_t k = 0; k < patches.size(); ++k) {
     spreadRatio_[k] = shearSpread_.find(part.posterior, patches_, patches, static_cast<int>(k), grown[k],
                                         straight_.data(), noise_px, added_);
@@ -180,7 +179,7 @@ void LinearModel::publish(Estimate& estimate) {
   estimate.rounds = rounds_;
   estimate.evenShare = estimate.patchShare = 0.0;
   for (int i = 0; i < count_; ++i) {
-    const Part& part = parts_[static_cast<std::size_t>(i)];
+    const Part& part = parts_[i];
     if (part.isEven) estimate.evenShare += mixture_.share(i);
     if (part.isPatched) estimate.patchShare += mixture_.share(i);
   }
@@ -240,7 +239,7 @@ bool LinearModel::solveFirst(double noise_px) {
   part.posterior.complete(missingThen_, added_, completed_);
   for (std::size_t i = 0; i < missing_.size(); ++i) {
     const int coordinate = missing_[i];
-    double change = completed_[static_cast<std::size_t>(coordinate)] - shown_[static_cast<std::size_t>(coordinate)];
+    double change = completed_[coordinate] - shown_[coordinate];
     for (std::size_t c = 0; c < times(part).size(); ++c) {
       change += times_[c] * curves_.row(static_cast<int>(c))[coordinate];
     }
@@ -284,8 +283,7 @@ void LinearModel::addForces(const Part& part, std::span<double> forces) {
     for (std::size_t p = 0; p < share_.size(); ++p) {
       Eigen::Vector3d::Map(forces.data() + 3 * p) += spread_.force(patch.load, share_, p);
     }
-    Eigen::Vector3d::Map(forces.data() + 3 * (share_.size() + static_cast<std::size_t>(k))) =
-        spread_.couple(patch.load);
+    Eigen::Vector3d::Map(forces.data() + 3 * (share_.size() + k)) = spread_.couple(patch.load);
   }
 }
 
@@ -306,9 +304,9 @@ void LinearModel::findPatches(Estimate& estimate) {
   if (estimate.patchShare == 0.0) return;
   estimate.patchCount = patches_.count();
   for (int k = 0; k < patches_.count(); ++k) {
-    FoundPatch& found = estimate.patches[static_cast<std::size_t>(k)] = {};
-    found.spreadRatio = spreadRatio_[static_cast<std::size_t>(k)];
-    found.contact = estimate.patchShare > 0.5 ? contact_[static_cast<std::size_t>(k)] : 0;
+    FoundPatch& found = estimate.patches[k] = {};
+    found.spreadRatio = spreadRatio_[k];
+    found.contact = estimate.patchShare > 0.5 ? contact_[k] : 0;
     PatchChange mean = PatchChange::Zero();
     const auto asVector = [](const RoundPatch& patch) {
       PatchChange all;
@@ -317,7 +315,7 @@ void LinearModel::findPatches(Estimate& estimate) {
     };
     const auto each = [&](auto use) {
       for (int i = 0; i < count_; ++i) {
-        Part& part = parts_[static_cast<std::size_t>(i)];
+        Part& part = parts_[i];
         const double share = mixture_.share(i) / estimate.patchShare;
         double grown = 0.0;
         if (!part.isPatched || share == 0.0) continue;
@@ -327,7 +325,7 @@ void LinearModel::findPatches(Estimate& estimate) {
     };
     each([&](Part&, double share, const PatchChange& patch, double) { mean += share * patch; });
     std::array<int, kPerPatch> unknowns{};
-    for (int i = 0; i < kPerPatch; ++i) unknowns[static_cast<std::size_t>(i)] = patches_.index(k, i);
+    for (int i = 0; i < kPerPatch; ++i) unknowns[i] = patches_.index(k, i);
     each([&](Part& part, double share, const PatchChange& patch, double grown) {
       Eigen::Matrix<double, kPerPatch, kPerPatch, Eigen::RowMajor> within;
       part.posterior.extraCovariance(unknowns, {within.data(), static_cast<std::size_t>(within.size())});

@@ -59,9 +59,7 @@ class LinearModel {
   };
 
   const RowMatrix& curvesOf(const Part& part) const { return part.isPatched ? curves_ : noCurves_; }
-  std::span<const double> times(const Part& part) const {
-    return std::span(times_).first(static_cast<std::size_t>(curvesOf(part).rows()));
-  }
+  std::span<const double> times(const Part& part) const { return std::span(times_).first(curvesOf(part).rows()); }
   bool solveFirst(double noise_px);
   bool holds() const;
   void findSpreadRatios(double noise_px);

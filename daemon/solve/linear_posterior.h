@@ -104,7 +104,7 @@ class LinearPosterior final : public Candidate {
   double noise_px() const { return noise_px_; }
   std::span<const int> atoms() const { return atoms_; }
   /// Returns the root of the prior of the i-th of atoms().
-  const Block& root(int i) const { return roots_[static_cast<std::size_t>(i)]; }
+  const Block& root(int i) const { return roots_[i]; }
   struct Sharing {
     std::span<const int> atoms;      ///< indices in atoms()
     std::span<const double> shares;  ///< of the force of each

@@ -36,12 +36,11 @@ Reading byNodesAround(int node, const sensor::Sensor& sensor, const RowMatrix& i
   const Eigen::Index forces = 3 * static_cast<Eigen::Index>(near.size());
   Eigen::MatrixXd seen(coordinates, forces + kMotions), wrenches = Eigen::MatrixXd::Zero(6, forces + kMotions);
   for (Eigen::Index i = 0; i < forces; ++i) {
-    const float* const row = influence.row(
-        3 * pointOf[static_cast<std::size_t>(near[static_cast<std::size_t>(i / 3)])] + static_cast<int>(i % 3));
+    const float* const row = influence.row(3 * pointOf[near[i / 3]] + static_cast<int>(i % 3));
     seen.col(i) = kNodeForce_N * Eigen::VectorXf::Map(row, coordinates).cast<double>();
   }
   for (Eigen::Index i = 0; 3 * i < forces; ++i) {
-    wrenches.middleCols<3>(3 * i) = kNodeForce_N * unitWrenches(nodes.col(near[static_cast<std::size_t>(i)]));
+    wrenches.middleCols<3>(3 * i) = kNodeForce_N * unitWrenches(nodes.col(near[i]));
   }
   seen.rightCols<kMotions>() = motion;
   Eigen::MatrixXd normal = seen.transpose() * seen;
@@ -64,7 +63,7 @@ class PatchReader {
       , selection_(factors, options)
       , roughness_(factors, atoms, options)
       , spread_(atoms)
-      , columns_(static_cast<std::size_t>(kPatchLoads * influence_.stride())) {}
+      , columns_(kPatchLoads * influence_.stride()) {}
 
   Readings readings(const Eigen::Vector3d& at) { return {read(at, 0), read(at, 1), read(at, 2)}; }
 
@@ -84,7 +83,7 @@ class PatchReader {
     const Block root = Eigen::LLT<Block>(directions(along, options_.turning)).matrixL();
     for (std::size_t i = 0; i < rough.size(); ++i) {
       const auto column = kOwn + kMotions + 3 * static_cast<Eigen::Index>(i);
-      const double deviation = kRoughness * std::sqrt(gamma_[static_cast<std::size_t>(rough[i])]);
+      const double deviation = kRoughness * std::sqrt(gamma_[rough[i]]);
       Eigen::Matrix<double, Eigen::Dynamic, 3> unit(seen.rows(), 3);
       for (int k = 0; k < 3; ++k) {
         unit.col(k) = Eigen::VectorXf::Map(factors_.influence.row(3 * rough[i] + k), seen.rows()).cast<double>();
@@ -130,10 +129,10 @@ class PatchReader {
 
   /// Sets gamma_ to q_a^2 / 3 of the patch, and returns the atoms that its roughness makes visible.
   std::vector<int> roughen(const Eigen::Vector3d& at, int axis) {
-    std::vector<double> share(static_cast<std::size_t>(atoms_.pointCount())), forces(3 * share.size(), 0.0);
+    std::vector<double> share(atoms_.pointCount()), forces(3 * share.size(), 0.0);
     spread_.divide({at.x(), at.y(), 0.0}, false, share);
     for (std::size_t p = 0; p < share.size(); ++p) {
-      forces[3 * p + static_cast<std::size_t>(axis)] = factors_.force_N * share[p];
+      forces[3 * p + axis] = factors_.force_N * share[p];
     }
     gamma_ = roughness_.ofPatches(forces);
     std::vector<double> visible(gamma_.begin(), gamma_.end());
@@ -172,7 +171,7 @@ Reading wholeFaceReading(const Factors& factors, const Atoms& atoms, double nois
     wrenches += (unit * modes).transpose();
   }
   for (Eigen::Index k = 0; k < wrenches.rows(); ++k) {
-    const double s = factors.singularValues[static_cast<std::size_t>(k)];
+    const double s = factors.singularValues[k];
     wrenches.row(k) *= s / (square(s) + square(lambda));
   }
   Reading reading(6, factors.coordinateCount());
@@ -194,10 +193,10 @@ std::vector<Readings> contactReadings(const sensor::Sensor& sensor, const Factor
     for (const int node : nodes) readings.push_back(reader.readings(positions.col(node)));
     return readings;
   }
-  std::vector<int> pointOf(static_cast<std::size_t>(sensor.nodes.count()));
+  std::vector<int> pointOf(sensor.nodes.count());
   for (int p = 0; p < atoms.pointCount(); ++p) {
-    const int node = atoms.nodes[static_cast<std::size_t>(p)];
-    if (node >= 0) pointOf[static_cast<std::size_t>(node)] = p;
+    const int node = atoms.nodes[p];
+    if (node >= 0) pointOf[node] = p;
   }
   for (const int node : nodes) {
     const Reading reading = byNodesAround(node, sensor, factors.influence, pointOf, motion, options.noise_px);

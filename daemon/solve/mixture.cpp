@@ -20,10 +20,10 @@ constexpr double kLittle = 1e-3;
 
 Mixture::Mixture(const Atoms& atoms, int most)
     : atoms_(atoms)
-    , parts_(static_cast<std::size_t>(most))
-    , mean_(3 * static_cast<std::size_t>(atoms.pointCount() + kCouples))
+    , parts_(most)
+    , mean_(3 * (atoms.pointCount() + kCouples))
     , away_(mean_.size())
-    , deviation_(3 * static_cast<std::size_t>(atoms.nodeCount()))
+    , deviation_(3 * atoms.nodeCount())
     , nodeAway_(deviation_.size()) {
   for (Part& part : parts_) part.force_N.resize(mean_.size());
 }
@@ -35,7 +35,7 @@ void Mixture::clear() {
 
 std::span<double> Mixture::add(Candidate& candidate, double worth, const std::array<double, 6>& wrench) {
   assert(count_ < static_cast<int>(parts_.size()));
-  Part& part = parts_[static_cast<std::size_t>(count_++)];
+  Part& part = parts_[count_++];
   part.candidate = &candidate;
   part.worth = worth;
   part.wrench = wrench;
@@ -44,7 +44,7 @@ std::span<double> Mixture::add(Candidate& candidate, double worth, const std::ar
 
 template <typename Use>
 void Mixture::eachThatCounts(Use use) {
-  for (Part& part : std::span(parts_).first(static_cast<std::size_t>(count_))) {
+  for (Part& part : std::span(parts_).first(count_)) {
     if (part.share > 0.0) use(part);
   }
 }
@@ -55,7 +55,7 @@ double Mixture::mostWorth() const {
 }
 
 void Mixture::weigh() {
-  const auto parts = std::span(parts_).first(static_cast<std::size_t>(count_));
+  const auto parts = std::span(parts_).first(count_);
   const double most = mostWorth();
   double sum = 0.0;
   for (Part& part : parts) {
@@ -131,7 +131,7 @@ void Mixture::covariance(std::span<const double> weights, std::span<const int> p
     std::array<double, kColumns> away{};
     part.candidate->covariance(weights, points, within);
     for (const int point : points) {
-      const auto first = 3 * static_cast<std::size_t>(point);
+      const auto first = 3 * point;
       std::array<double, 3> deviation;
       for (std::size_t axis = 0; axis < 3; ++axis) deviation[axis] = part.force_N[first + axis] - mean_[first + axis];
       addForces(kFirst, deviation.data(), weights.data() + kColumns * first, away.data());

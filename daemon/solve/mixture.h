@@ -33,9 +33,9 @@ class Mixture {
 
   int count() const { return count_; }  ///< Returns the number of candidates.
   /// Returns the share of the i-th candidate, 0 to 1.
-  double share(int i) const { return parts_[static_cast<std::size_t>(i)].share; }
+  double share(int i) const { return parts_[i].share; }
   /// Returns the wrench of the i-th candidate [N, N m].
-  const std::array<double, 6>& wrench(int i) const { return parts_[static_cast<std::size_t>(i)].wrench; }
+  const std::array<double, 6>& wrench(int i) const { return parts_[i].wrench; }
   /// Returns the mean forces of the points, 3P; set by weigh() and clear().
   std::span<const double> pointForces_N() const { return std::span(mean_).first(mean_.size() - 3 * kCouples); }
   /// Returns the mean couples, as pointForces_N().

@@ -53,10 +53,10 @@ Model::Model(const Factors& factors, const Atoms& atoms, const ModelOptions& opt
     , products_(factors, std::min(kKept * options.mostOfAnyRound(), atoms.count()))
     , posterior_(factors, atoms, options.mostOfAnyRound())
     , mixture_(atoms, 1 + kEven + kPatched)
-    , displacement_(static_cast<std::size_t>(factors.influence.stride()))
-    , first_(static_cast<std::size_t>(atoms.count()))
-    , noise_(static_cast<std::size_t>(options.mostOfAnyRound()))
-    , pointForce_(3 * static_cast<std::size_t>(atoms.pointCount()))
+    , displacement_(factors.influence.stride())
+    , first_(atoms.count())
+    , noise_(options.mostOfAnyRound())
+    , pointForce_(3 * atoms.pointCount())
     , left_(factors.singularValues.size())
     , evidentForce_(pointForce_.size()) {
   assert(factors.atomCount() == atoms.count() && factors.pointCount() == atoms.pointCount());
@@ -74,7 +74,7 @@ Model::Model(const sensor::Sensor& sensor, const Factors& factors, const Atoms& 
   patched_.emplace(
       Patched{EvenField(factors, atoms, options_, selection_, roughness_), RoundPatches(sensor, atoms, factors),
               AroundPatches(factors, atoms, options_, prior_, selection_, roughness_), LineArray<double>(stride),
-              LineArray<double>(stride), std::vector<float>(static_cast<std::size_t>(factors.coordinateCount()))});
+              LineArray<double>(stride), std::vector<float>(factors.coordinateCount())});
 }
 
 void Model::solve(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
@@ -328,7 +328,7 @@ void Model::publish(Estimate& estimate) {
   estimate.patchCount = patched_->around.freed().count();
   estimate.patchShare = shareOf(patchedParts_);
   for (int k = 0; k < estimate.patchCount; ++k) {
-    FoundPatch& found = estimate.patches[static_cast<std::size_t>(k)];
+    FoundPatch& found = estimate.patches[k];
     found = patched_->around.found(k);
     if (estimate.patchShare > 0.5) found.contact = patched_->patches.contactOf(k);
   }

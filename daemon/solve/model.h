@@ -75,7 +75,7 @@ class Model {
   /// Returns what the estimate is the mean of, with its covariances; empty unless the outcome was kFound.
   Mixture& mixture() { return mixture_; }
   /// Returns what the i-th candidate of the mixture was solved from.
-  const Solved& solved(int i) const { return solved_[static_cast<std::size_t>(i)]; }
+  const Solved& solved(int i) const { return solved_[i]; }
   /// Returns what looks at a picture first.
   const Modes& modes() const { return modes_; }
   /// Returns the products of the picture's atoms.

@@ -53,10 +53,10 @@ auto forceOf(const Estimate& estimate, Index point) {
 
 ModelContacts::Found::Found(const Atoms& atoms)
     : atoms_(atoms)
-    , forces_(3 * static_cast<std::size_t>(atoms.pointCount()))
-    , weights_(3UL * kColumns * static_cast<std::size_t>(atoms.pointCount() + kCouples)) {
-  places_.reserve(static_cast<std::size_t>(atoms.pointCount()));
-  points_.reserve(static_cast<std::size_t>(atoms.pointCount() + kCouples));
+    , forces_(3 * atoms.pointCount())
+    , weights_(3UL * kColumns * (atoms.pointCount() + kCouples)) {
+  places_.reserve(atoms.pointCount());
+  points_.reserve(atoms.pointCount() + kCouples);
 }
 
 void ModelContacts::Found::take(const Estimate& estimate, Mixture& mixture, std::span<const unsigned char> has) {
@@ -71,7 +71,7 @@ void ModelContacts::Found::take(const Estimate& estimate, Mixture& mixture, std:
   const bool isAll = estimate.patchShare <= 0.5 && !places_.empty();  // else what lies beside the patches
   whole_ = isAll ? &estimate.covariance : nullptr;
   const int patches = isAll ? estimate.patchCount : 0;
-  couples_ = std::span(estimate.couple_Nm).first(3 * static_cast<std::size_t>(patches));
+  couples_ = std::span(estimate.couple_Nm).first(3 * patches);
   for (std::size_t k = 0; k < couplesAt().size(); ++k) couplesAt_[k] = nearest(estimate.patches[k].patch.place);
 }
 
@@ -100,7 +100,7 @@ void ModelContacts::Found::weighPoints(const double* functionals, std::span<cons
   points_.clear();
   for (const int i : of) {
     const auto count = static_cast<int>(places_.size());
-    const int point = i < count ? places_[static_cast<std::size_t>(i)] : atoms_.pointCount() + i - count;
+    const int point = i < count ? places_[i] : atoms_.pointCount() + i - count;
     std::copy_n(functionals + kNumbers * i, kNumbers, weights_.data() + kNumbers * point);
     points_.push_back(point);
   }
@@ -112,12 +112,12 @@ ModelContacts::ModelContacts(const Atoms& atoms, const sensor::Sensor& sensor, c
     , spread_(atoms)
     , found_(atoms)
     , hills_(gridOf(atoms, sensor), atoms.pointCount() + kCouples)
-    , has_(static_cast<std::size_t>(atoms.pointCount()))
+    , has_(atoms.pointCount())
     , share_(has_.size())
     , nearest_(has_.size())
     , part_(has_.size())
     , forces_(3 * has_.size())
-    , nodeForces_(3 * static_cast<std::size_t>(atoms.nodeCount()))
+    , nodeForces_(3 * atoms.nodeCount())
     , weights_(3 * kColumns * (has_.size() + kCouples)) {
   for (auto& each : ofPatch_) each.resize(forces_.size());
   points_.reserve(has_.size() + kCouples);
@@ -177,34 +177,33 @@ int ModelContacts::listPatches(const Estimate& estimate, Mixture& mixture, doubl
   int patchedCount = 0;
   int count = listBeside(estimate, mixture, least_N, contacts);
   for (int k = 0; k < estimate.patchCount; ++k) {
-    if (estimate.patches[static_cast<std::size_t>(k)].contact == k) {
-      patched[static_cast<std::size_t>(patchedCount++)] = describe(estimate, mixture, k);
+    if (estimate.patches[k].contact == k) {
+      patched[patchedCount++] = describe(estimate, mixture, k);
     }
   }
-  const auto ofPatches = std::span(patched).first(static_cast<std::size_t>(patchedCount));
+  const auto ofPatches = std::span(patched).first(patchedCount);
   Hills::sort(ofPatches);
   for (const Contact& contact : ofPatches) {
     const bool first = &contact == ofPatches.data();
-    if (first || Hills::surety(contact) > Hills::kLeast_deviations)
-      contacts[static_cast<std::size_t>(count++)] = contact;
+    if (first || Hills::surety(contact) > Hills::kLeast_deviations) contacts[count++] = contact;
   }
-  Hills::sort(std::span(contacts).first(static_cast<std::size_t>(count)));
+  Hills::sort(std::span(contacts).first(count));
   return count;
 }
 
 /// Finds the patches' forces at the points, the patch that each point is nearest to, and those that lie beside all.
 void ModelContacts::share(const Estimate& estimate) {
   for (int k = 0; k < estimate.patchCount; ++k) {
-    const RoundPatch& patch = estimate.patches[static_cast<std::size_t>(k)].patch;
+    const RoundPatch& patch = estimate.patches[k].patch;
     spread_.divide(patch.place, true, share_);
-    double* const forces = ofPatch_[static_cast<std::size_t>(k)].data();
+    double* const forces = ofPatch_[k].data();
     for (std::size_t p = 0; p < share_.size(); ++p)
       Vector3d::Map(forces + 3 * p) = spread_.force(patch.load, share_, p);
   }
   for (std::size_t p = 0; p < has_.size(); ++p) {
     double least = std::numeric_limits<double>::infinity();
     for (int k = 0; k < estimate.patchCount; ++k) {
-      const PatchPlace& place = estimate.patches[static_cast<std::size_t>(k)].patch.place;
+      const PatchPlace& place = estimate.patches[k].patch.place;
       const Vector2d away = atoms_.points.col(static_cast<Index>(p)).head<2>() - Vector2d(place.x_m, place.y_m);
       const double fromEdge = away.norm() - 2.0 * std::sqrt(std::max(place.spread_m2, 0.0));
       if (fromEdge >= least) continue;
@@ -233,9 +232,9 @@ int ModelContacts::listBeside(const Estimate& estimate, Mixture& mixture, double
     if (!hills_.stands(hill)) continue;
     const auto contact = describeHill(hill, Hills::kLeast_deviations, least_N);
     if (!contact) continue;
-    contacts[static_cast<std::size_t>(count++)] = *contact;
+    contacts[count++] = *contact;
     for (std::size_t i = 0; i < found_.places().size(); ++i) {
-      if (hills_.hillOf(static_cast<int>(i)) == hill) has_[static_cast<std::size_t>(found_.places()[i])] = 1;
+      if (hills_.hillOf(static_cast<int>(i)) == hill) has_[found_.places()[i]] = 1;
     }
   }
   return count;
@@ -243,7 +242,7 @@ int ModelContacts::listBeside(const Estimate& estimate, Mixture& mixture, double
 
 /// Finds the parts that a contact of patches has in the forces of the points, and these forces. Returns their sum.
 Vector3d ModelContacts::gather(const Estimate& estimate, int contact) {
-  const auto patches = std::span(estimate.patches).first(static_cast<std::size_t>(estimate.patchCount));
+  const auto patches = std::span(estimate.patches).first(estimate.patchCount);
   double nearest_N = 0.0;
   for (const FoundPatch& each : patches) nearest_N += kShareOfNearest * each.patch.load.head<3>().norm();
   Vector3d sum = Vector3d::Zero();
@@ -276,7 +275,7 @@ Contact ModelContacts::describe(const Estimate& estimate, Mixture& mixture, int 
   }
   bool isAll = std::count(has_.begin(), has_.end(), 1) == 0;
   for (int k = 0; k < estimate.patchCount; ++k) {
-    if (estimate.patches[static_cast<std::size_t>(k)].contact == contact)
+    if (estimate.patches[k].contact == contact)
       moment += Vector3d::Map(estimate.couple_Nm.data() + std::ptrdiff_t{3} * k);
     else
       isAll = false;
@@ -290,8 +289,7 @@ Contact ModelContacts::describe(const Estimate& estimate, Mixture& mixture, int 
     std::array<double, kColumns * kColumns> covariances{};
     mixture.covariance(weights_, points_, covariances);
     noise = firstSix(covariances);
-    for (Index i = 0; i < 2; ++i)
-      ofAllDeviation[i] = std::sqrt(covariances[(kColumns + 1) * static_cast<std::size_t>(6 + i)]);
+    for (Index i = 0; i < 2; ++i) ofAllDeviation[i] = std::sqrt(covariances[(kColumns + 1) * (6 + i)]);
   }
   Contact result;
   if (presses()) {  // about its centre, the moment across the normal is by the shift of the centre alone
@@ -327,7 +325,7 @@ Vector2d ModelContacts::setFunctionals(const Estimate& estimate, int contact, co
     }
   }
   for (int k = 0; k < estimate.patchCount; ++k) {
-    if (estimate.patches[static_cast<std::size_t>(k)].contact != contact) continue;
+    if (estimate.patches[k].contact != contact) continue;
     points_.push_back(atoms_.pointCount() + k);
     double* const weights = weights_.data() + std::ptrdiff_t{3 * kColumns} * points_.back();
     std::fill_n(weights, 3 * kColumns, 0.0);
@@ -340,7 +338,7 @@ Vector2d ModelContacts::setFunctionals(const Estimate& estimate, int contact, co
 /// their places scatter. Each counts as round, and apart from the others and from what is found besides.
 void ModelContacts::setShape(const Estimate& estimate, int contact, const Vector3d& along, Contact& result) {
   const auto each = [&](auto use) {
-    for (const FoundPatch& found : std::span(estimate.patches).first(static_cast<std::size_t>(estimate.patchCount))) {
+    for (const FoundPatch& found : std::span(estimate.patches).first(estimate.patchCount)) {
       if (found.contact != contact) continue;
       const auto& [place, load] = found.patch;
       const double spread = std::max(place.spread_m2, std::sqrt(found.covariance(6, 6)));
@@ -386,7 +384,7 @@ void ModelContacts::setShape(const Estimate& estimate, int contact, const Vector
 void ModelContacts::setRound(const Estimate& estimate, int contact, Contact& result) {
   const FoundPatch* only = nullptr;
   for (int k = 0; k < estimate.patchCount; ++k) {
-    const FoundPatch& found = estimate.patches[static_cast<std::size_t>(k)];
+    const FoundPatch& found = estimate.patches[k];
     if (found.contact != contact) continue;
     if (only != nullptr) return;
     only = &found;

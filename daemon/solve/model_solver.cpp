@@ -36,11 +36,11 @@ ModelSolver::ModelSolver(const Factors& factors, const Atoms& atoms, const senso
     , detectionLimit_N_(detectionLimit_N ? *detectionLimit_N : detectionLimits(sensor))
     , writer_(factors, atoms, sensor, options, detectionLimit_N_)
     , answerWriter_(factors, atoms, sensor, options, detectionLimit_N_)
-    , displacement_(static_cast<std::size_t>(factors.influence.stride()))
+    , displacement_(factors.influence.stride())
     , noProducts_(factors, 1)
     , motionAlone_(factors, atoms, 1)
     , empty_(atoms, 1) {
-  for (Estimate* each : {&estimate_, &answer_}) each->force_N.resize(3 * static_cast<std::size_t>(atoms.pointCount()));
+  for (Estimate* each : {&estimate_, &answer_}) each->force_N.resize(3 * atoms.pointCount());
   for (int i = 0; i < kModels; ++i) {
     learnt_.push_back(std::make_shared<Learnt>(Learnt{LinearModel(factors, atoms, options_, modes_.strong()), {}}));
   }
@@ -115,9 +115,9 @@ double ModelSolver::detectionLimit(int axis, double error) {
   std::mt19937_64 generator(1);
   std::normal_distribution<double> normal(0.0, options_.noise_px);
   std::vector<double> limits;
-  std::vector<double> noise(static_cast<std::size_t>(factors_.coordinateCount()));
+  std::vector<double> noise(factors_.coordinateCount());
   std::vector<float> picture(noise.size());
-  std::vector<double> exactly(static_cast<std::size_t>(factors_.influence.stride()));
+  std::vector<double> exactly(factors_.influence.stride());
   for (const int point : nineOf(atoms_.points, atoms_.columns, atoms_.rows)) {
     const float* const unit = factors_.influence.row(3 * point + axis);
     for (double& each : noise) each = normal(generator);

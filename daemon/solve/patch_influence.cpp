@@ -149,7 +149,7 @@ PatchInfluence::PatchInfluence(const sensor::Sensor& sensor, const Atoms& atoms,
       const auto row = static_cast<Eigen::Index>(axis);
       exactly_.marker[axis][at] = markers(row, m);
       for (Eigen::Index i = 0; i < 2; ++i) {
-        exactly_.slope[3 * static_cast<std::size_t>(i) + axis][at] = scale * jacobian(i, row);
+        exactly_.slope[3 * i + axis][at] = scale * jacobian(i, row);
       }
     }
   }
@@ -159,14 +159,14 @@ PatchInfluence::PatchInfluence(const sensor::Sensor& sensor, const Atoms& atoms,
   for (std::size_t i = 0; i < exactly_.marker.size(); ++i) round(exactly_.marker[i], rounded_.marker[i]);
   for (std::size_t i = 0; i < exactly_.slope.size(); ++i) round(exactly_.slope[i], rounded_.slope[i]);
   sensor::elastic::inParallel(atoms.pointCount(), [&](Eigen::Index point) {
-    std::vector<double> column(static_cast<std::size_t>(stride()));
+    std::vector<double> column(stride());
     for (int axis = 0; axis < 3; ++axis) {
       std::fill(column.begin(), column.end(), 0.0);
       const Source source{atoms.points(0, point), atoms.points(1, point), Eigen::Vector3d::Unit(axis)};
       addHalfSpace({&source, 1}, column.data());
       const int i = 3 * static_cast<int>(point) + axis;
       for (int j = 0; j < rest_.columns(); ++j) {
-        rest_.row(i)[j] = static_cast<float>(factors.influence.row(i)[j] - column[static_cast<std::size_t>(j)]);
+        rest_.row(i)[j] = static_cast<float>(factors.influence.row(i)[j] - column[j]);
       }
     }
   });
@@ -225,7 +225,7 @@ void PatchInfluence::addRest(const PatchPlace& place, std::span<const Source> so
     const auto at = static_cast<std::size_t>(axis);
     low[at] = std::clamp(static_cast<int>(std::floor(inGrid(place.x_m, place.y_m, axis))) - 2, 0, counts[at] - kWindow);
   }
-  std::array<Eigen::Vector3d, static_cast<std::size_t>(kWindow * kWindow)> window;
+  std::array<Eigen::Vector3d, kWindow * kWindow> window;
   window.fill(Eigen::Vector3d::Zero());
   for (const Source& source : sources) {
     std::array<int, 2> first{};
@@ -252,7 +252,7 @@ void PatchInfluence::addRest(const PatchPlace& place, std::span<const Source> so
   for (int i = 0; i < kWindow * kWindow; ++i) {
     const int point = (low[1] + i / kWindow) * atoms_.columns + low[0] + i % kWindow;
     for (int axis = 0; axis < 3; ++axis) {
-      const double coefficient = window[static_cast<std::size_t>(i)][axis];
+      const double coefficient = window[i][axis];
       if (coefficient == 0.0) continue;
       rows[used] = 3 * point + axis;
       coefficients[used++] = static_cast<float>(coefficient);

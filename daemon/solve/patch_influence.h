@@ -54,7 +54,7 @@ class PatchInfluence {
   };
   static constexpr int kRing = 6, kSources = 2 * kRing + 1, kWindow = 6;
 
-  using Sources = std::array<Source, static_cast<std::size_t>(kSources)>;
+  using Sources = std::array<Source, kSources>;
 
   /// Of the markers, padded: places, and slopes of the pixel over 4 pi G [px/m / Pa].
   template <typename Number>

@@ -53,8 +53,7 @@ double squaredAlong(std::span<const double> share, double from) {
 
 PatchSpread::PatchSpread(const Atoms& atoms)
     : atoms_(atoms)
-    , along_{std::vector<double>(static_cast<std::size_t>(atoms.columns)),
-             std::vector<double>(static_cast<std::size_t>(atoms.rows))} {}
+    , along_{std::vector<double>(atoms.columns), std::vector<double>(atoms.rows)} {}
 
 void PatchSpread::divide(const PatchPlace& place, bool centred, std::span<double> share) {
   const double pitch2 = square(atoms_.pitch_m);

@@ -25,19 +25,19 @@ Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most, int m
     : factors_(factors)
     , atoms_(atoms)
     , stride_((3 * most + mostExtra + kMotions + kColumns - 1) / kColumns * kColumns)
-    , tightness_(static_cast<std::size_t>(most))
+    , tightness_(most)
     , index_(tightness_.size())
-    , right_(static_cast<std::size_t>(stride_))
+    , right_(stride_)
     , x_(right_.size())
     , matrix_(packed(stride_), Pages::kSmall)
     , scratch_(kColumns * right_.size())
     , panels_(right_.size() * right_.size(), Pages::kSmall)
     , inverse_(right_.size() * right_.size(), Pages::kSmall)
-    , known_(static_cast<std::size_t>(most))
-    , indexOf_(static_cast<std::size_t>(atoms.count()), -1)
-    , covering_(static_cast<std::size_t>(most + mostExtra))
+    , known_(most)
+    , indexOf_(atoms.count(), -1)
+    , covering_(most + mostExtra)
     , share_(covering_.size())
-    , together_(static_cast<std::size_t>(square(stride_ / kColumns))) {}
+    , together_(square(stride_ / kColumns)) {}
 
 bool Posterior::fit(const Displacements& picture, AtomProducts& products, const Chosen& chosen, ExtraUnknowns* extra) {
   chosen_ = &chosen;

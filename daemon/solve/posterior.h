@@ -79,9 +79,7 @@ class Posterior final : public Candidate {
   int firstMotion() const { return firstExtra() + static_cast<int>(extraCount()); }
   int unknowns() const { return firstMotion() + kMotions; }
   /// Returns the number of elements of a packed lower triangle.
-  static std::size_t packed(int size) {
-    return static_cast<std::size_t>(size) * (static_cast<std::size_t>(size) + 1) / 2;
-  }
+  static std::size_t packed(int size) { return size * (static_cast<std::size_t>(size) + 1) / 2; }
   double* row(int unknown) { return matrix_.data() + static_cast<std::ptrdiff_t>(unknown) * (unknown + 1) / 2; }
   bool invertPriors();
   void multiplyDisplacement(const Displacements& picture, const AtomProducts& products);

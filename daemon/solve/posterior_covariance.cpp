@@ -81,7 +81,7 @@ void Posterior::invertTogether() {
   }
   for (int panel = 2; kColumns * panel < unknowns(); ++panel) {
     for (int other = 0; other < panel - 1; ++other) {
-      if (together_[static_cast<std::size_t>(panel * panels + other)] != 0) invert(panel, other);
+      if (together_[panel * panels + other] != 0) invert(panel, other);
     }
   }
 }

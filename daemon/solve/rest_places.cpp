@@ -49,7 +49,7 @@ std::array<double, kAlong> polynomialShares(double at, int count) {
     for (int j = 0; j < count; ++j) {
       if (j != i) share *= (at - j) / (i - j);
     }
-    shares[static_cast<std::size_t>(i)] = share;
+    shares[i] = share;
   }
   return shares;
 }
@@ -58,7 +58,7 @@ std::array<double, kAlong> polynomialShares(double at, int count) {
 Eigen::SparseMatrix<double, Eigen::RowMajor> interpolation(const sensor::Sensor& sensor) {
   const Index markers = sensor.markerCount();
   std::vector<Eigen::Triplet<double>> shares;
-  shares.reserve(static_cast<std::size_t>(2 * kAlong * kAlong * markers));
+  shares.reserve(2 * kAlong * kAlong * markers);
   Index first = 0;
   for (const sensor::MarkerLayer& layer : sensor.layers) {
     const std::array<int, 2> count = {layer.columns, layer.rows};
@@ -75,7 +75,7 @@ Eigen::SparseMatrix<double, Eigen::RowMajor> interpolation(const sensor::Sensor&
       for (int y = 0; y < along[1]; ++y) {
         for (int x = 0; x < along[0]; ++x) {
           const Index from = first + Index{low[1] + y} * layer.columns + low[0] + x;
-          const double product = share[1][static_cast<std::size_t>(y)] * share[0][static_cast<std::size_t>(x)];
+          const double product = share[1][y] * share[0][x];
           for (int row = 0; row < 2; ++row) shares.emplace_back(2 * (first + own) + row, 2 * from + row, product);
         }
       }
@@ -118,7 +118,7 @@ RestPlaces restPlaces(const sensor::Sensor& sensor, std::span<const float> place
     Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
     Eigen::Vector4d right = Eigen::Vector4d::Zero();
     for (Index m = 0; m < markers.cols(); ++m) {
-      if (counts[static_cast<std::size_t>(m)] == 0) continue;
+      if (counts[m] == 0) continue;
       const auto slope = byMotion.middleRows<2>(2 * m);
       const Vector2d pixel = Eigen::Vector2f::Map(place_px.data() + 2 * m).cast<double>();
       normal += slope.transpose() * slope;

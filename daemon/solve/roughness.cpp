@@ -58,10 +58,10 @@ void Spread::average(const VectorXd& from, VectorXd& to) {
 Roughness::Roughness(const Factors& factors, const Atoms& atoms, const ModelOptions& options)
     : atoms_(atoms)
     , rho_(options.roughness)
-    , pointForce_(3 * static_cast<std::size_t>(atoms.pointCount()))
+    , pointForce_(3 * atoms.pointCount())
     , force_(atoms.pointCount())
     , pressure_(atoms.pointCount())
-    , gamma_(static_cast<std::size_t>(atoms.count()))
+    , gamma_(atoms.count())
     , unseen_(gamma_.size()) {
   for (const Level& level : atoms.levels) {
     addTo(groups_, level, level.reach_m);

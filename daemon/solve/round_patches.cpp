@@ -41,14 +41,14 @@ RoundPatches::RoundPatches(const sensor::Sensor& sensor, const Atoms& atoms, con
     , spread_(atoms, atoms.pitch_m)
     , force_(atoms.pointCount())
     , height_(atoms.pointCount())
-    , motion_(static_cast<std::size_t>(kMotions * influence_.stride()))
-    , here_(static_cast<std::size_t>(influence_.stride()))
-    , spot_(static_cast<std::size_t>(kPatchLoads * influence_.stride())) {
-  maxima_.reserve(static_cast<std::size_t>(atoms.pointCount()));
+    , motion_(kMotions * influence_.stride())
+    , here_(influence_.stride())
+    , spot_(kPatchLoads * influence_.stride()) {
+  maxima_.reserve(atoms.pointCount());
   for (Fit* fit : {&now_, &next_, &kept_, &pair_}) {
-    fit->columns = LineArray<double>(static_cast<std::size_t>(kPatchLoads * kMost * influence_.stride()));
-    fit->left = LineArray<double>(static_cast<std::size_t>(influence_.stride()));
-    fit->slopes = LineArray<double>(static_cast<std::size_t>(kPatchPlaces * kMost * influence_.stride()));
+    fit->columns = LineArray<double>(kPatchLoads * kMost * influence_.stride());
+    fit->left = LineArray<double>(influence_.stride());
+    fit->slopes = LineArray<double>(kPatchPlaces * kMost * influence_.stride());
   }
 }
 
@@ -75,7 +75,7 @@ bool RoundPatches::findOne(const Displacements& picture, const Vector3d& start, 
 /// Returns whether no patch but this one is too broad.
 bool RoundPatches::areNarrowBut(int patch) const {
   for (int k = 0; k < count_; ++k) {
-    const double spread_m2 = now_.patches[static_cast<std::size_t>(k)].place.spread_m2;
+    const double spread_m2 = now_.patches[k].place.spread_m2;
     if (k != patch && spread_m2 >= kWidest * square(atoms_.pitch_m)) return false;
   }
   return true;
@@ -107,7 +107,7 @@ bool RoundPatches::findMaxima(std::span<const double> forces_N) {
   for (const int point : maxima_) {
     if (height_[point] < kStrong * highest) break;
     if (count_ == kMost) return false;
-    now_.patches[static_cast<std::size_t>(count_++)].place = startAt(atoms_.points.col(point));
+    now_.patches[count_++].place = startAt(atoms_.points.col(point));
   }
   if (count_ == 1) now_.patches[0].place = startAt(atoms_.points * force_ / force_.sum());
   return true;
@@ -148,7 +148,7 @@ void RoundPatches::addLikely(const Displacements& picture, double enough) {
     const double without = logEvidence();
     std::swap(now_, kept_);
     now_.patches = kept_.patches;
-    now_.patches[static_cast<std::size_t>(count_++)].place = startAt(atoms_.points.col(point));
+    now_.patches[count_++].place = startAt(atoms_.points.col(point));
     if (descend(picture, mostMisfit(without)) && logEvidence() > without && areNarrow()) continue;
     std::swap(now_, kept_);
     --count_;
@@ -168,9 +168,8 @@ void RoundPatches::split(const Displacements& picture, double enough) {
     now_.patches = kept_.patches;
     const int other = count_++;
     for (const auto& [end, side] : {std::pair{k, -1.0}, {other, 1.0}}) {
-      const PatchPlace& from = kept_.patches[static_cast<std::size_t>(k)].place;
-      now_.patches[static_cast<std::size_t>(end)].place =
-          startAt({from.x_m + side * half.x(), from.y_m + side * half.y(), 0.0});
+      const PatchPlace& from = kept_.patches[k].place;
+      now_.patches[end].place = startAt({from.x_m + side * half.x(), from.y_m + side * half.y(), 0.0});
     }
     const bool isLikelier = descend(picture, mostMisfit(whole)) && logEvidence() > whole;
     if (isLikelier && areNarrow() && areTwoContacts(picture, k, other)) continue;
@@ -181,7 +180,7 @@ void RoundPatches::split(const Displacements& picture, double enough) {
 
 /// Returns half of the way between two points that make the field around a patch as long as it is; 0: it is not long.
 Vector2d RoundPatches::halfLength(int patch) const {
-  const PatchPlace& place = patches()[static_cast<std::size_t>(patch)].place;
+  const PatchPlace& place = patches()[patch].place;
   const auto near = [&](Index p) {
     const Vector2d away = atoms_.points.col(p).head<2>() - Vector2d(place.x_m, place.y_m);
     return away.norm() < kAround * atoms_.pitch_m;
@@ -208,11 +207,11 @@ Vector2d RoundPatches::halfLength(int patch) const {
 
 /// Returns whether two patches are two contacts: they do not overlap, nor are they one straight contact.
 bool RoundPatches::areTwoContacts(const Displacements& picture, int a, int b) {
-  const PatchPlace &p = patches()[static_cast<std::size_t>(a)].place, &q = patches()[static_cast<std::size_t>(b)].place;
+  const PatchPlace &p = patches()[a].place, &q = patches()[b].place;
   const double distance = std::hypot(p.x_m - q.x_m, p.y_m - q.y_m);
   if (distance < radius(p) + radius(q)) return false;
   if (distance > kNear * atoms_.pitch_m) return true;
-  bool& known = areTwo_[static_cast<std::size_t>(kMost * a + b)];
+  bool& known = areTwo_[kMost * a + b];
   return known = known || !isBar(picture, a, b);
 }
 
@@ -220,7 +219,7 @@ bool RoundPatches::areTwoContacts(const Displacements& picture, int a, int b) {
 bool RoundPatches::isBar(const Displacements& picture, int a, int b) {
   std::swap(now_, pair_);
   now_.patches = pair_.patches;
-  PatchPlace &p = now_.patches[static_cast<std::size_t>(a)].place, &q = now_.patches[static_cast<std::size_t>(b)].place;
+  PatchPlace &p = now_.patches[a].place, &q = now_.patches[b].place;
   const auto stretch = [](double& from, double& to) {
     const double middle = 0.5 * (from + to), half = 0.5 * kBarLength * (to - from);
     from = middle - half;
@@ -237,7 +236,7 @@ bool RoundPatches::isBar(const Displacements& picture, int a, int b) {
 }
 
 void RoundPatches::join(const Displacements& picture) {
-  for (int k = 0; k < count_; ++k) contact_[static_cast<std::size_t>(k)] = k;
+  for (int k = 0; k < count_; ++k) contact_[k] = k;
   for (int b = 1; b < count_; ++b) {
     for (int a = 0; a < b; ++a) {
       const int one = contactOf(a), other = contactOf(b);

@@ -67,7 +67,7 @@ class RoundPatches {
   /// Returns the minimum of the expression at the top of this file.
   double misfit() const { return now_.misfit; }
   /// Returns the first patch of the contact that a patch is part of, by the last join(), which must follow find().
-  int contactOf(int patch) const { return contact_[static_cast<std::size_t>(patch)]; }
+  int contactOf(int patch) const { return contact_[patch]; }
   /// Returns the displacements by a unit of a patch's load (0 to 2: force [px/N]; 3: torsion [px/(N m)]): 2M, padded, 0
   /// where missing.
   const double* column(int patch, int load) const { return column(now_, kPatchLoads * patch + load); }
@@ -165,7 +165,7 @@ class RoundPatches {
   int count_ = 0;
   std::array<int, 2> bar_ = {-1, -1};  // patches that are the ends of one straight contact
   std::array<int, kMost> contact_{};
-  std::array<bool, static_cast<std::size_t>(kMost* kMost)> areTwo_{};  // a before b: known not to be a bar
+  std::array<bool, kMost * kMost> areTwo_{};  // a before b: known not to be a bar
   Fit now_, next_, kept_, pair_;
   LineArray<double> motion_;  // kMotions columns, 0 where missing
   LineArray<double> here_, spot_;

@@ -99,7 +99,7 @@ int RoundPatches::leastEvident() const {
   int least = 0;
   double fewest = std::numeric_limits<double>::infinity();
   for (int k = 0; k < count_; ++k) {
-    const PatchLoad& load = now_.patches[static_cast<std::size_t>(k)].load;
+    const PatchLoad& load = now_.patches[k].load;
     const Eigen::Matrix<double, kPatchLoads, kPatchLoads> own =
         covariance.block<kPatchLoads, kPatchLoads>(kPatchLoads * k, kPatchLoads * k);
     const double squares = load.dot(own.llt().solve(load));
@@ -118,7 +118,7 @@ double RoundPatches::logEvidence() const {
   Vector own = Vector::Ones(now_.normal.rows());    // what the equations lack of their inverse squares
   own.segment<kMotions>(loads()).setZero();
   for (int k = 0; k < count_; ++k) {
-    const double force = kFreeLoad * now_.patches[static_cast<std::size_t>(k)].load.head<3>().norm();
+    const double force = kFreeLoad * now_.patches[k].load.head<3>().norm();
     prior.segment<kPatchLoads>(kPatchLoads * k) << force, force, force, atoms_.pitch_m * force;
     prior.segment<kPatchPlaces>(linear() + kPatchPlaces * k) << kFreePlace, kFreePlace, kSpreadDeviation;
     own[linear() + kPatchPlaces * k + 2] = 0.0;
@@ -139,7 +139,7 @@ void RoundPatches::layColumns(const Displacements& picture, Fit& fit) {
   const std::ptrdiff_t stride = influence_.stride();
   for (int k = 0; k < count_; ++k) {
     if (isEnd(k)) continue;
-    influence_.columns(fit.patches[static_cast<std::size_t>(k)].place, fit.columns.data() + kPatchLoads * stride * k);
+    influence_.columns(fit.patches[k].place, fit.columns.data() + kPatchLoads * stride * k);
   }
   if (bar_[0] >= 0) layBar(fit);
   for (int i = 0; i < loads(); ++i) clear(picture.missing, fit.columns.data() + stride * i);
@@ -152,9 +152,7 @@ void RoundPatches::layBar(Fit& fit) {
   std::fill_n(first, size, 0.0);
   std::fill_n(last, size, 0.0);
   for (std::size_t i = 0; i < kBarPlace.size(); ++i) {
-    influence_.columns(between(fit.patches[static_cast<std::size_t>(from)].place,
-                               fit.patches[static_cast<std::size_t>(to)].place, kBarPlace[i]),
-                       spot_.data());
+    influence_.columns(between(fit.patches[from].place, fit.patches[to].place, kBarPlace[i]), spot_.data());
     const double share = 2.0 * kBarWeight[i] * (1.0 - kBarPlace[i]), other = 2.0 * kBarWeight[i] * kBarPlace[i];
     for (std::ptrdiff_t j = 0; j < size; ++j) {
       first[j] += share * spot_.data()[j];
@@ -170,15 +168,15 @@ bool RoundPatches::solveLoads(const Displacements& picture, Fit& fit) {
   layColumns(picture, fit);
   // Loads, motion, the picture.
   std::array<const double*, kMostLinear + 1> columns{};
-  for (int i = 0; i < loads(); ++i) columns[static_cast<std::size_t>(i)] = column(fit, i);
-  for (int m = 0; m < kMotions; ++m) columns[static_cast<std::size_t>(loads() + m)] = motionColumn(m);
-  columns[static_cast<std::size_t>(size)] = picture.displacement_px;
-  std::array<double, static_cast<std::size_t>((kMostLinear + 1) * (kMostLinear + 1))> products;
+  for (int i = 0; i < loads(); ++i) columns[i] = column(fit, i);
+  for (int m = 0; m < kMotions; ++m) columns[loads() + m] = motionColumn(m);
+  columns[size] = picture.displacement_px;
+  std::array<double, (kMostLinear + 1) * (kMostLinear + 1)> products;
   multiplyPairs({columns.data(), static_cast<std::size_t>(size) + 1}, 0, stride, products.data(), size + 1);
   fit.linear.resize(size, size);
   Vector right(size);
   for (int i = 0; i < size; ++i) {
-    const auto product = [&](int a, int b) { return products[static_cast<std::size_t>((size + 1) * a + b)] / n2; };
+    const auto product = [&](int a, int b) { return products[(size + 1) * a + b] / n2; };
     for (int j = 0; j <= i; ++j) fit.linear(i, j) = product(i, j);
     right[i] = product(size, i);
     if (i >= loads()) fit.linear(i, i) += 1.0;
@@ -190,17 +188,17 @@ bool RoundPatches::solveLoads(const Displacements& picture, Fit& fit) {
   double* const left = fit.left.data();
   std::copy_n(picture.displacement_px, coordinates, left);
   for (int i = 0; i < size; ++i) {
-    const double* const from = columns[static_cast<std::size_t>(i)];
+    const double* const from = columns[i];
     for (int j = 0; j < coordinates; ++j) left[j] -= solution[i] * from[j];
   }
   fit.misfit = dotProduct(left, left, coordinates) / n2;
   for (int k = 0; k < count_; ++k) {
-    RoundPatch& patch = fit.patches[static_cast<std::size_t>(k)];
+    RoundPatch& patch = fit.patches[k];
     patch.load = solution.segment<kPatchLoads>(kPatchLoads * k);
     fit.misfit += square((patch.place.spread_m2 / square(atoms_.pitch_m) - kSpread) / kSpreadDeviation);
   }
   for (int m = 0; m < kMotions; ++m) {
-    fit.motion[static_cast<std::size_t>(m)] = solution[loads() + m];
+    fit.motion[m] = solution[loads() + m];
     fit.misfit += square(solution[loads() + m]);
   }
   return std::isfinite(fit.misfit);
@@ -228,11 +226,11 @@ void RoundPatches::differentiate(const Displacements& picture) {
   // Loads, motion, what is left, the places.
   const int places = kPatchPlaces * count_, size = linear() + places, left = linear(), stride = size + 1;
   std::array<const double*, kMostUnknowns + 1> columns{};
-  for (int i = 0; i < loads(); ++i) columns[static_cast<std::size_t>(i)] = column(now_, i);
-  for (int m = 0; m < kMotions; ++m) columns[static_cast<std::size_t>(loads() + m)] = motionColumn(m);
-  columns[static_cast<std::size_t>(left)] = now_.left.data();
-  for (int i = 0; i < places; ++i) columns[static_cast<std::size_t>(left + 1 + i)] = slopeColumn(now_, i);
-  std::array<double, static_cast<std::size_t>((kMostUnknowns + 1) * (kMostUnknowns + 1))> products;
+  for (int i = 0; i < loads(); ++i) columns[i] = column(now_, i);
+  for (int m = 0; m < kMotions; ++m) columns[loads() + m] = motionColumn(m);
+  columns[left] = now_.left.data();
+  for (int i = 0; i < places; ++i) columns[left + 1 + i] = slopeColumn(now_, i);
+  std::array<double, (kMostUnknowns + 1) * (kMostUnknowns + 1)> products;
   multiplyPairs({columns.data(), static_cast<std::size_t>(stride)}, left + 1, influence_.stride(), products.data(),
                 stride);
   // Places in pitches, spreads in pitches^2.
@@ -251,7 +249,7 @@ void RoundPatches::differentiate(const Displacements& picture) {
   }
   for (int k = 0; k < count_; ++k) {
     const int i = linear() + kPatchPlaces * k + 2;
-    const double spread = now_.patches[static_cast<std::size_t>(k)].place.spread_m2 / square(atoms_.pitch_m);
+    const double spread = now_.patches[k].place.spread_m2 / square(atoms_.pitch_m);
     now_.normal(i, i) += 1.0 / square(kSpreadDeviation);
     now_.right[i] -= (spread - kSpread) / square(kSpreadDeviation);
   }
@@ -280,7 +278,7 @@ void RoundPatches::differentiatePlace(RoundPatch patch, int i, double* slope) {
 }
 
 void RoundPatches::differentiateRound(int patch) {
-  const RoundPatch& here = now_.patches[static_cast<std::size_t>(patch)];
+  const RoundPatch& here = now_.patches[patch];
   displacement(here, here_.data());
   for (int i = 0; i < kPatchPlaces; ++i) differentiatePlace(here, i, slopeColumn(now_, kPatchPlaces * patch + i));
 }
@@ -290,8 +288,7 @@ void RoundPatches::differentiateBar() {
   const int coordinates = factors_.coordinateCount();
   const std::ptrdiff_t size = kPatchPlaces * std::ptrdiff_t{influence_.stride()};
   for (const int end : bar_) std::fill_n(slopeColumn(now_, kPatchPlaces * end), size, 0.0);
-  const RoundPatch &from = now_.patches[static_cast<std::size_t>(bar_[0])],
-                   &to = now_.patches[static_cast<std::size_t>(bar_[1])];
+  const RoundPatch &from = now_.patches[bar_[0]], &to = now_.patches[bar_[1]];
   for (std::size_t s = 0; s < kBarPlace.size(); ++s) {
     const double weight = 2.0 * kBarWeight[s], ofTo = kBarPlace[s], ofFrom = 1.0 - ofTo;
     const RoundPatch spot{between(from.place, to.place, ofTo), weight * (ofFrom * from.load + ofTo * to.load)};
@@ -312,9 +309,9 @@ void RoundPatches::shearSlope(int patch, int axis, double* column) const {
   // Mindlin's shear lacks that of a ball's contact of the radius of the area that sticks: the difference is exact where
   // this is kStick of the whole radius.
   constexpr double kStick = 0.67;
-  PatchPlace place = now_.patches[static_cast<std::size_t>(patch)].place;
+  PatchPlace place = now_.patches[patch].place;
   const double step = (1.0 - square(kStick)) * place.spread_m2;
-  LineArray<double> inside(static_cast<std::size_t>(influence_.stride()));
+  LineArray<double> inside(influence_.stride());
   influence_.halfSpace(place, PatchLoad::Unit(axis), column);
   place.spread_m2 -= step;
   influence_.halfSpace(place, PatchLoad::Unit(axis), inside.data());
@@ -325,9 +322,9 @@ void RoundPatches::curves(int patch, double* columns) const {
   // Differences over half a pitch and a whole one, of a half-space: what the block adds is smooth.
   constexpr double kApart = 0.5;
   const std::ptrdiff_t size = influence_.stride();
-  const RoundPatch& here = now_.patches[static_cast<std::size_t>(patch)];
+  const RoundPatch& here = now_.patches[patch];
   std::fill_n(columns, kPowers * size, 0.0);
-  LineArray<double> shifted(static_cast<std::size_t>(size));
+  LineArray<double> shifted(size);
   const auto add = [&](int x, int y, const std::array<double, kPowers>& factors) {
     PatchPlace place = here.place;
     place.x_m += kApart * x * atoms_.pitch_m;
@@ -369,7 +366,7 @@ bool RoundPatches::holdsAtWidest(const Vector& step) {
   bool holds = false;
   for (int k = 0; k < count_; ++k) {
     const int i = linear() + kPatchPlaces * k + 2;
-    const bool isWidest = now_.patches[static_cast<std::size_t>(k)].place.spread_m2 >= kWidest * square(atoms_.pitch_m);
+    const bool isWidest = now_.patches[k].place.spread_m2 >= kWidest * square(atoms_.pitch_m);
     if (!isWidest || !(step[i] > 0.0)) continue;  // nor if it is not finite
     damped_.row(i).setZero();
     damped_.col(i).setZero();
@@ -401,8 +398,7 @@ void RoundPatches::leave(double* left_px, double* still_px) const {
   std::copy_n(now_.left.data(), influence_.stride(), left_px);
   for (int m = 0; m < kMotions; ++m) {
     const double* const from = motion_.data() + m * std::ptrdiff_t{influence_.stride()};
-    for (int j = 0; j < factors_.coordinateCount(); ++j)
-      left_px[j] += now_.motion[static_cast<std::size_t>(m)] * from[j];
+    for (int j = 0; j < factors_.coordinateCount(); ++j) left_px[j] += now_.motion[m] * from[j];
   }
 }
 

@@ -14,7 +14,7 @@ void Chosen::reserve(int most) {
 
 Selection::Selection(const Factors& factors, const ModelOptions& options)
     : floor_(options.floor)
-    , value_(static_cast<std::size_t>(factors.atomCount()))
+    , value_(factors.atomCount())
     , order_(value_.size()) {
   std::iota(order_.begin(), order_.end(), 0);
   for (int a = 0; a < factors.atomCount(); ++a) size_.push_back(factors.gramOf(a, a).trace() / 3.0);

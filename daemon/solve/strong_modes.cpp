@@ -40,7 +40,7 @@ StrongModes::StrongModes(const Factors& factors, const Atoms& atoms, const Model
       for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
         const float* const from = right.row(3 * static_cast<int>(it.row()) + axis);
         for (int k = 0; k < count; ++k) {
-          to[k] += static_cast<float>(it.value() * factors.singularValues[static_cast<std::size_t>(k)] * from[k]);
+          to[k] += static_cast<float>(it.value() * factors.singularValues[k] * from[k]);
         }
       }
       for (int other = 0; other <= axis; ++other) {

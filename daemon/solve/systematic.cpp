@@ -99,7 +99,7 @@ class ScatterSum {
     for (Eigen::Index i = 0; i < byDepth.rows(); i += 2) {
       Matrix63 misread;
       for (int axis = 0; axis < 3; ++axis) {
-        misread.col(axis) = readings[static_cast<std::size_t>(axis)].middleCols<2>(i) * byDepth.block<2, 1>(i, axis);
+        misread.col(axis) = readings[axis].middleCols<2>(i) * byDepth.block<2, 1>(i, axis);
       }
       const Eigen::Map<const Vector18> each(misread.data());
       sum_ += weight * each * each.transpose();
@@ -122,7 +122,7 @@ std::vector<double> contactScatter(const std::vector<Readings>& around, const Ei
                                    const sensor::Points& places) {
   ScatterSum sum;
   for (Eigen::Index i = 0; i < places.cols(); ++i) {
-    Readings about = around[static_cast<std::size_t>(i)];
+    Readings about = around[i];
     for (Reading& each : about) each = aboutPlace(each, places.col(i));
     sum.add(about, byDepth.middleCols<3>(3 * i), 1.0 / static_cast<double>(places.cols()));
   }
@@ -252,8 +252,7 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
     return error;
   };
   for (const Eigen::MatrixXd& stray : strays.all) {
-    Matrix6 contact = misread(
-        stray, [&](std::size_t i, int axis) -> const Reading& { return around[i][static_cast<std::size_t>(axis)]; });
+    Matrix6 contact = misread(stray, [&](std::size_t i, int axis) -> const Reading& { return around[i][axis]; });
     Matrix6 whole = misread(stray, [&](std::size_t, int) -> const Reading& { return wholeFace; });
     if (isWeighed(sensor)) {  // with a contact that pressed: Young's modulus has since what makes it read right
       whole -= contact(2, 2) * Matrix6::Identity();

@@ -13,7 +13,7 @@ constexpr double kDoubtful = 16.0;
 
 UsedMarkers::UsedMarkers(int markers, const SolveOptions& options)
     : options_(options)
-    , markers_(static_cast<std::size_t>(markers))
+    , markers_(markers)
     , row_(static_cast<std::size_t>(padded(2 * markers)), 0.0)
     , variance_(markers_) {
   missing_.reserve(2 * markers_);

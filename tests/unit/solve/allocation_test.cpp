@@ -141,7 +141,7 @@ TEST(LinearModel, AllocatesNothingWhenItAnswers) {
       Eigen::VectorXf there = moved;
       for (const int coordinate : without) there[coordinate] = 0.0F;
       const std::span picture(there.data(), static_cast<std::size_t>(there.size()));
-      LineArray<double> displacement(static_cast<std::size_t>(factors.influence.stride()));
+      LineArray<double> displacement(factors.influence.stride());
       std::copy(picture.begin(), picture.end(), displacement.data());
       const int then = allocations;
       modes.look({displacement.data(), without, 0.0, 2.0 * options.noise_px}, picture);

@@ -45,7 +45,7 @@ inline std::pair<RowMajor, std::vector<int>> functionals(const Atoms& atoms) {
 }
 
 inline std::vector<float> rounded(const VectorXd& displacement_px) {
-  std::vector<float> result(static_cast<std::size_t>(displacement_px.size()));
+  std::vector<float> result(displacement_px.size());
   Eigen::VectorXf::Map(result.data(), displacement_px.size()) = displacement_px.cast<float>();
   return result;
 }
@@ -72,8 +72,8 @@ class LinearBench : public PatchBench {
 
   bool answer(const VectorXd& picture, const std::vector<int>& missing = {}, double noise_px = kNoise_px) {
     std::vector<float> there = rounded(picture);
-    for (const int coordinate : missing) there[static_cast<std::size_t>(coordinate)] = 0.0F;
-    LineArray<double> displacement(static_cast<std::size_t>(factors().influence.stride()));
+    for (const int coordinate : missing) there[coordinate] = 0.0F;
+    LineArray<double> displacement(factors().influence.stride());
     std::copy(there.begin(), there.end(), displacement.data());
     modes_.look({displacement.data(), missing, 0.0, noise_px}, there);
     return linear_.answer(there, missing, noise_px, modes_, later_);

@@ -125,7 +125,7 @@ TEST(LinearModel, WeighsTheCandidatesOfItsOwnPictureAsTheSolveDid) {
       ASSERT_GT(now.count(), 2);
       double most = 0.0, least = std::numeric_limits<double>::infinity();
       for (int i = 0; i < now.count(); ++i) {
-        const auto& [share, penalty] = then[static_cast<std::size_t>(i)];
+        const auto& [share, penalty] = then[i];
         EXPECT_NEAR(std::log(now.share(i) / now.share(0)), std::log(share / then[0].first), 1.0) << i;
         most = std::max(most, penalty);
         least = std::min(least, penalty);

@@ -55,7 +55,7 @@ inline MatrixXd blockImage(const sensor::Sensor& sensor, const sensor::Points& s
 
 /// Returns the indices of all points.
 inline std::vector<int> everyPoint(int points) {
-  std::vector<int> indices(static_cast<std::size_t>(points));
+  std::vector<int> indices(points);
   std::iota(indices.begin(), indices.end(), 0);
   return indices;
 }

@@ -13,7 +13,7 @@ TEST(PatchInfluence, IsThatOfABall) {
   PatchBench bench(smallSensor());
   PatchInfluence influence(bench.sensor(), bench.atoms(), bench.factors());
   constexpr double kRadius_mm = 3.0, kX_mm = 2.2, kY_mm = -1.1;
-  std::vector<double> column(static_cast<std::size_t>(influence.stride()));
+  std::vector<double> column(influence.stride());
   influence.displacement({1e-3 * kX_mm, 1e-3 * kY_mm, 1e-6 * kRadius_mm * kRadius_mm / 5.0}, {0.3, 0.0, 1.0, 0.0},
                          column.data());
   // Hertz: the force within r is 1 - (1 - r^2 / a^2)^(3/2).
@@ -144,15 +144,15 @@ TEST(Patches, AreAsManyAsThePictureTells) {
   RoundPatches patches(bench.sensor(), bench.atoms(), bench.factors());
   const auto countOf = [&](const Load& load, std::initializer_list<Vector3d> maxima) {
     const VectorXd displacement = bench.picture(load, 7);
-    LineArray<double> picture(static_cast<std::size_t>(bench.factors().influence.stride()));
+    LineArray<double> picture(bench.factors().influence.stride());
     std::copy(displacement.begin(), displacement.end(), picture.data());
-    std::vector<double> forces(static_cast<std::size_t>(3 * bench.atoms().pointCount()));
+    std::vector<double> forces(3 * bench.atoms().pointCount());
     for (const Vector3d& each : maxima) {
       const VectorXd away =
           (bench.atoms().points.colwise() - 1e-3 * Vector3d(each.x(), each.y(), 0.0)).colwise().norm();
       Eigen::Index nearest = 0;
       away.minCoeff(&nearest);
-      forces[static_cast<std::size_t>(3 * nearest + 2)] = each.z();
+      forces[3 * nearest + 2] = each.z();
     }
     const bool found = patches.find({picture.data(), {}, displacement.squaredNorm(), kNoise_px}, forces, 1e9);
     return found ? static_cast<int>(patches.patches().size()) : 0;
@@ -235,7 +235,7 @@ TEST(Patches, PointsAddUpToTheForce) {
   EXPECT_LT((covariance.topLeftCorner(3, 3) - ofForces).norm(), 1e-9 * ofForces.norm());
   for (int i = 3; i < 5; ++i) EXPECT_NEAR(covariance(i, i), expected(i, i), 1e-3 * expected(i, i));
 
-  std::vector<double> deviations(static_cast<std::size_t>(3 * bench.atoms().nodeCount()));
+  std::vector<double> deviations(3 * bench.atoms().nodeCount());
   bench.model().mixture().nodeDeviations_N(deviations);
   const auto largest = std::max_element(deviations.begin(), deviations.end()) - deviations.begin();
   weights.setZero();
@@ -244,7 +244,7 @@ TEST(Patches, PointsAddUpToTheForce) {
   }
   ask();
   const double variance = covariance(0, 0);
-  EXPECT_NEAR(deviations[static_cast<std::size_t>(largest)], std::sqrt(variance), 1e-9 * std::sqrt(variance));
+  EXPECT_NEAR(deviations[largest], std::sqrt(variance), 1e-9 * std::sqrt(variance));
 }
 
 TEST(Patches, KeepNothingFromFrameToFrame) {

@@ -11,7 +11,7 @@ namespace {
 TEST(AtomProducts, AreTheSameAfterOthersWereForgotten) {
   Bench bench(smallSensor());
   const std::vector<int> missing = missingOf(smallSensor());
-  LineArray<double> displacement(static_cast<std::size_t>(bench.factors().influence.stride()));
+  LineArray<double> displacement(bench.factors().influence.stride());
   std::copy_n(bench.picture({{1, 2, kPress}}, 8).data(), bench.factors().coordinateCount(), displacement.data());
   for (const int i : missing) displacement.data()[i] = 0.0;
   const Displacements given{displacement.data(), missing, 1.0, kNoise_px};
@@ -57,7 +57,7 @@ TEST(Posterior, CountsExtraUnknowns) {
 
   VectorXd picture = bench.picture({{1, 2, kPress}}, 8) + 0.7 * columns.col(2) - 1.3 * columns.col(9);
   for (const int i : missing) picture[i] = 0.0;
-  LineArray<double> displacement(static_cast<std::size_t>(bench.factors().influence.stride()));
+  LineArray<double> displacement(bench.factors().influence.stride());
   std::copy_n(picture.data(), coordinates, displacement.data());
   const Displacements given{displacement.data(), missing, picture.squaredNorm(), kNoise_px};
   ExtraUnknowns extra(bench.factors(), bench.atoms(), 16);

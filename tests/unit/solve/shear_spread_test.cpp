@@ -34,7 +34,7 @@ class ShearSpreadTest : public PressTest {
   SpreadRatio found(const VectorXd& truth, const std::vector<int>& missing = {}) {
     make(truth + noise());
     const std::vector<float> picture = seenOf(truth + noise(), missing);
-    LineArray<double> displacement(static_cast<std::size_t>(paperFactors().influence.stride()));
+    LineArray<double> displacement(paperFactors().influence.stride());
     std::copy(picture.begin(), picture.end(), displacement.data());
     modes_.look({displacement.data(), missing, 0.0, kNoise_px}, picture);
     EXPECT_TRUE(linear_.answer(picture, missing, kNoise_px, modes_, estimate_));
@@ -50,9 +50,9 @@ class ShearSpreadTest : public PressTest {
 
  private:
   static std::vector<float> seenOf(const VectorXd& picture, const std::vector<int>& missing) {
-    std::vector<float> seen(static_cast<std::size_t>(picture.size()));
+    std::vector<float> seen(picture.size());
     Eigen::VectorXf::Map(seen.data(), picture.size()) = picture.cast<float>();
-    for (const int coordinate : missing) seen[static_cast<std::size_t>(coordinate)] = 0.0F;
+    for (const int coordinate : missing) seen[coordinate] = 0.0F;
     return seen;
   }
   void make(const VectorXd& picture) {

@@ -214,7 +214,7 @@ TEST(Systematic, ErrorsAreTakenAcrossAListOfNodesAsAcrossAGrid) {
   const sensor::Sensor sensor = thin();
   const sensor::Points grid = sensor::nodePositions(sensor);
   const auto ofGrid = nineOf(grid, sensor.nodes.columns, sensor.nodes.rows);
-  std::vector<int> order(static_cast<std::size_t>(grid.cols()));
+  std::vector<int> order(grid.cols());
   std::iota(order.begin(), order.end(), 0);
   std::shuffle(order.begin(), order.end(), std::mt19937(1));
   const sensor::Points list = grid(Eigen::all, order);

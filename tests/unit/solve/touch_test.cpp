@@ -193,13 +193,13 @@ TEST_F(TouchTest, TwoContactsAreToldApart) {
     const double angle = turn(random_), distance = trial % 2 == 0 ? 7e-3 : 11e-3;
     const Vector2d half = 0.5 * distance * Vector2d(std::cos(angle), std::sin(angle));
     const std::array<Press, 2> presses = {press(centre - half, 1.5e-3), press(centre + half, 2.0e-3)};
-    const auto& forces = cases[static_cast<std::size_t>(trial) % cases.size()];
+    const auto& forces = cases[trial % cases.size()];
     VectorXd image = VectorXd::Zero(influence().rows());
     for (std::size_t i = 0; i < 2; ++i) image += presses[i].image * forces[i] * kGramForce;
     for (int frame = 0; frame < 3; ++frame, ++all) {
       if (solve(image + noise()).contactCount != 2) continue;
       Vector3d sum = Vector3d::Zero();
-      for (int i = 0; i < 2; ++i) sum += Vector3d::Map(field_.contacts[static_cast<std::size_t>(i)].force_N.data());
+      for (int i = 0; i < 2; ++i) sum += Vector3d::Map(field_.contacts[i].force_N.data());
       EXPECT_LT((sum - resultant()).norm(), 1e-9);
       bool there = true;
       for (std::size_t i = 0; i < 2; ++i) {
@@ -287,7 +287,7 @@ TEST_F(TouchTest, TheTruthIsWithinTheStatedInterval) {
   for (int i = 0; i < 10; ++i) patches.push_back(press({place(random_), place(random_)}, i % 2 == 0 ? 1.5e-3 : 3e-3));
   int inside = 0, all = 0;
   for (int i = 0; i < 200; ++i) {
-    const Press& patch = patches[static_cast<std::size_t>(i) % patches.size()];
+    const Press& patch = patches[i % patches.size()];
     const Vector3d force = size(random_) * kGramForce * Vector3d(0.4 * share(random_), 0.4 * share(random_), 1.0);
     Eigen::Vector4d motion;
     for (double& m : motion) m = normal_(random_);
