@@ -15,17 +15,11 @@ using Eigen::Vector3d;
 /// Change of a place, in its prior deviation, that derivatives of the shares are computed from.
 constexpr double kSmall = 0.01;
 
-int mostOf(const ModelOptions& options) {
-  return *std::max_element(options.most[0].begin(), options.most[0].end());
-}
-
 }  // namespace
 
-AroundPatches::AroundPatches(const Factors& factors, const Atoms& atoms, const ModelOptions& options, Prior& prior,
-                             Selection& selection, Roughness& roughness)
-    : factors_(factors)
-    , atoms_(atoms)
-    , options_(options)
+AroundPatches::AroundPatches(const Factors& factors, const Atoms& atoms, Prior& prior, Selection& selection,
+                             Roughness& roughness)
+    : atoms_(atoms)
     , prior_(prior)
     , selection_(selection)
     , roughness_(roughness)
@@ -34,15 +28,10 @@ AroundPatches::AroundPatches(const Factors& factors, const Atoms& atoms, const M
     , smooth_(atoms.count())
     , rough_(smooth_.size())
     , whole_(smooth_.size())
-    , noise_(mostOf(options))
-    , share_(atoms.pointCount())
-    , movedShare_(share_.size())
-    , here_(3 * share_.size()) {
+    , noise_(kMostAtoms)
+    , here_(3 * (atoms.pointCount() + kCouples)) {
   resize(moments_, atoms.count());
-  for (std::size_t i = 0; i < kRoughness.size(); ++i) {
-    solutions_.push_back({{}, Posterior(factors, atoms, mostOf(options), kMostFreed)});
-  }
-  for (Solution& solution : solutions_) solution.chosen.reserve(mostOf(options));
+  for (std::size_t i = 0; i < kRoughness.size(); ++i) solutions_.emplace_back(factors, atoms, kMostAtoms, kMostFreed);
 }
 
 bool AroundPatches::solve(const Displacements& left, AtomProducts& products, const AtomMoments& start,
@@ -76,32 +65,20 @@ void AroundPatches::setExtra(const Displacements& left, const RoundPatches& patc
       }
       wrench *= freed_.unit(k, i);
     }
-    spread_.divide(patch.place, true, share_);
-    const auto couple = [&](int unknown) -> Eigen::Map<Vector3d> {
-      return Vector3d::Map(extra_.pointForces_N(unknown).data() + 3 * (share_.size() + k));
-    };
+    spread_.divide(patch.place, true);
     for (int i = 0; i < kPatchLoads; ++i) {
-      const PatchLoad unit = freed_.unit(k, i) * PatchLoad::Unit(i);
-      const auto forces = extra_.pointForces_N(freed_.index(k, i));
-      for (std::size_t p = 0; p < share_.size(); ++p) {
-        Vector3d::Map(forces.data() + 3 * p) = spread_.force(unit, share_, p);
-      }
-      couple(freed_.index(k, i)) = spread_.couple(unit);
+      spread_.add(freed_.unit(k, i) * PatchLoad::Unit(i), k, extra_.pointForces_N(freed_.index(k, i)));
     }
-    for (std::size_t p = 0; p < share_.size(); ++p)
-      Vector3d::Map(here_.data() + 3 * p) = spread_.force(patch.load, share_, p);
-    const Vector3d coupleHere = spread_.couple(patch.load);
+    here_.setZero();
+    spread_.add(patch.load, k, {here_.data(), static_cast<std::size_t>(here_.size())});
     for (int i = 0; i < kPatchPlaces; ++i) {  // by differences
-      const double small = kSmall * freed_.unit(k, kPatchLoads + i);
       PatchPlace moved = patch.place;
-      (i == 0 ? moved.x_m : i == 1 ? moved.y_m : moved.spread_m2) += small;
-      spread_.divide(moved, true, movedShare_);
+      element(moved, i) += kSmall * freed_.unit(k, kPatchLoads + i);
+      spread_.divide(moved, true);
       const auto forces = extra_.pointForces_N(freed_.index(k, kPatchLoads + i));
-      for (std::size_t p = 0; p < share_.size(); ++p) {
-        const Vector3d moved_N = spread_.force(patch.load, movedShare_, p);
-        Vector3d::Map(forces.data() + 3 * p) = (moved_N - Vector3d::Map(here_.data() + 3 * p)) / kSmall;
-      }
-      couple(freed_.index(k, kPatchLoads + i)) = (spread_.couple(patch.load) - coupleHere) / kSmall;
+      spread_.add(patch.load, k, forces);
+      auto change = Eigen::VectorXd::Map(forces.data(), here_.size());
+      change = (change - here_) / kSmall;
     }
   }
   extra_.multiply(left);
@@ -112,7 +89,7 @@ bool AroundPatches::findEvident(const Displacements& left, AtomProducts& product
   std::fill(smooth_.begin(), smooth_.end(), 0.0);
   const AtomMoments* seen = &start;
   Chosen& chosen = solutions_[0].chosen;
-  const auto& rounds = options_.most[0];
+  const auto& rounds = ModelConstants::kMost[0];
   for (std::size_t i = 0; i < rounds.size(); ++i) {
     if (!prior_.findGamma(*seen)) return true;
     selection_.choose(prior_.gamma_N2(), rounds[i], true, left.noise_px, chosen);
@@ -146,14 +123,13 @@ bool AroundPatches::roughen(const Displacements& left, AtomProducts& products) {
   for (const RoundPatch& patch : freed_.patches()) {
     const Vector3d force = patch.load.head<3>();
     along += force * force.transpose();
-    spread_.divide(patch.place, false, share_);
-    for (std::size_t p = 0; p < share_.size(); ++p) Vector3d::Map(forces.data() + 3 * p) += share_[p] * force;
+    const auto share = spread_.divide(patch.place, false);
+    for (std::size_t p = 0; p < share.size(); ++p) Vector3d::Map(forces.data() + 3 * p) += share[p] * force;
   }
-  const Block omega = directions(along, options_.turning);
+  const Block omega = directions(along);
   const bool isAlone = std::all_of(smooth_.begin(), smooth_.end(), [](double gamma) { return gamma == 0.0; });
-  int most = options_.most[0].back();
-  if (isAlone) most = std::min(most, options_.mostAlone * freed_.count());
-  const auto rough = roughness_.ofPatches({forces.data(), 3 * share_.size()});
+  const int most = isAlone ? std::min(kMostAtoms, ModelConstants::kMostAlone * freed_.count()) : kMostAtoms;
+  const auto rough = roughness_.ofPatches(std::span(forces).first(3 * atoms_.pointCount()));
   std::copy(rough.begin(), rough.end(), rough_.begin());
   for (std::size_t i = 0; i < kRoughness.size(); ++i) {
     auto& [chosen, posterior] = solutions_[i];
@@ -200,9 +176,8 @@ FoundPatch AroundPatches::found(int patch) {
   return found;
 }
 
-std::array<double, 6> AroundPatches::wrench(int i) {
-  std::array<double, 6> sum = posterior(i).wrench();
-  auto wrench = Eigen::Matrix<double, 6, 1>::Map(sum.data());
+Wrench AroundPatches::wrench(int i) {
+  Wrench wrench = posterior(i).wrench();
   for (int k = 0; k < freed_.count(); ++k) {
     const RoundPatch& patch = freed_.patch(k);
     const Vector3d at(patch.place.x_m, patch.place.y_m, 0.0), force = patch.load.head<3>();
@@ -214,7 +189,7 @@ std::array<double, 6> AroundPatches::wrench(int i) {
     const Vector3d away(other[kPatchLoads], other[kPatchLoads + 1], 0.0);
     wrench.tail<3>() += away.cross(Vector3d(other.head<3>()));
   }
-  return sum;
+  return wrench;
 }
 
 void AroundPatches::pointForces_N(int i, std::span<double> forces) {
@@ -222,11 +197,8 @@ void AroundPatches::pointForces_N(int i, std::span<double> forces) {
   addUp(atoms_, moments_.mean_N, forces);
   for (int k = 0; k < freed_.count(); ++k) {
     const RoundPatch found = freed_.changed(k, change(i, k));
-    spread_.divide(found.place, true, share_);
-    for (std::size_t p = 0; p < share_.size(); ++p) {
-      Vector3d::Map(forces.data() + 3 * p) += spread_.force(found.load, share_, p);
-    }
-    Vector3d::Map(forces.data() + 3 * (share_.size() + k)) = spread_.couple(found.load);
+    spread_.divide(found.place, true);
+    spread_.add(found.load, k, forces);
   }
 }
 

@@ -16,7 +16,8 @@ struct Displacements {
   const double* displacement_px = nullptr;  ///< 2M, padded; 0 where missing
   std::span<const int> missing;             ///< coordinates without a displacement
   double squares_px2 = 0.0;                 ///< sum of the squared displacements
-  double noise_px = 0.0;                    ///< n
+  double noise_px = 0.0;                    ///< n, above 0
+  std::span<const float> rounded_px;        ///< 2M: the same displacements, which the modes are read from
 };
 
 /// Thread-bound. Allocates only when made.

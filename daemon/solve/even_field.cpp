@@ -31,17 +31,11 @@ constexpr double kHopeless = 100.0;
 /// Pressure around a point beneath which nothing is, as a share of the largest.
 constexpr double kFaintest = 1e-9;
 
-int mostOf(const ModelOptions& options) {
-  return options.most[0].back();
-}
-
 }  // namespace
 
-EvenField::EvenField(const Factors& factors, const Atoms& atoms, const ModelOptions& options, Selection& selection,
-                     Roughness& roughness)
+EvenField::EvenField(const Factors& factors, const Atoms& atoms, Selection& selection, Roughness& roughness)
     : factors_(factors)
     , atoms_(atoms)
-    , options_(options)
     , selection_(selection)
     , roughness_(roughness)
     , near_(atoms, kNear * atoms.pitch_m)
@@ -58,10 +52,7 @@ EvenField::EvenField(const Factors& factors, const Atoms& atoms, const ModelOpti
     , forces_(3 * atoms.count())
     , column_(factors.influence.stride()) {
   open_.reserve(part_.size());
-  for (std::size_t i = 0; i < kRoughness.size(); ++i) {
-    solutions_.push_back({{}, Posterior(factors, atoms, mostOf(options), kUnknowns)});
-  }
-  for (Solution& solution : solutions_) solution.chosen.reserve(mostOf(options));
+  for (std::size_t i = 0; i < kRoughness.size(); ++i) solutions_.emplace_back(factors, atoms, kMostAtoms, kUnknowns);
   rows_.reserve(part_.size());
   coefficients_.reserve(part_.size());
 }
@@ -95,7 +86,7 @@ void EvenField::draw(std::span<const double> forces_N) {
     if (force_[p] > 0.0) along += force * force.transpose() / force_[p];
   }
   assert(along.trace() > 0.0);
-  omega_ = directions(along, options_.turning);
+  omega_ = directions(along);
   near_.average(force_, pressure_);
   around_.average(pressure_, level_);
   const double faintest = kFaintest * pressure_.maxCoeff();
@@ -112,17 +103,6 @@ void EvenField::drawFootprint(double edge, VectorXd& footprint) const {
   for (Index p = 0; p < footprint.size(); ++p) {
     const double above = pressure_[p] - (edge - kHalfWidth) * level_[p];
     footprint[p] = std::clamp(above / (2.0 * kHalfWidth), 0.0, level_[p]);
-  }
-}
-
-/// Calls use(point) for a point and those next to it.
-template <typename Use>
-void EvenField::eachAround(int point, Use use) const {
-  const int row = point / atoms_.columns, column = point % atoms_.columns;
-  for (int r = std::max(row - 1, 0); r <= std::min(row + 1, atoms_.rows - 1); ++r) {
-    for (int c = std::max(column - 1, 0); c <= std::min(column + 1, atoms_.columns - 1); ++c) {
-      use(r * atoms_.columns + c);
-    }
   }
 }
 
@@ -143,7 +123,7 @@ void EvenField::keepLargestPart() {
     while (!open_.empty()) {
       const int point = open_.back();
       open_.pop_back();
-      eachAround(point, take);
+      eachAround(point, atoms_.columns, atoms_.rows, take);
     }
     if (sum <= most) continue;
     most = sum;
@@ -152,7 +132,7 @@ void EvenField::keepLargestPart() {
   for (int point = 0; point < atoms_.pointCount(); ++point) {
     const auto isOf = [&](int other) { return part_[other] == largest; };
     bool isNear = false;
-    eachAround(point, [&](int other) { isNear = isNear || isOf(other); });
+    eachAround(point, atoms_.columns, atoms_.rows, [&](int other) { isNear = isNear || isOf(other); });
     if (!isOf(point)) footprint_[point] = smaller_[point] = 0.0;
     if (!isNear) larger_[point] = 0.0;
   }
@@ -188,7 +168,7 @@ void EvenField::setUnknowns(const Displacements& picture) {
 bool EvenField::fit(const Displacements& picture, AtomProducts& products, int i) {
   auto& [chosen, posterior] = solutions_[i];
   for (Index p = 0; p < footprint_.size(); ++p) Vector3d::Map(even_.data() + 3 * p) = Vector3d(0, 0, footprint_[p]);
-  selection_.choose(roughness_.of(even_, kRoughness[i]), mostOf(options_), false, picture.noise_px, chosen);
+  selection_.choose(roughness_.of(even_, kRoughness[i]), kMostAtoms, false, picture.noise_px, chosen);
   chosen.covariance_N2.clear();
   for (const double gamma : chosen.gamma_N2) chosen.covariance_N2.emplace_back(gamma * omega_);
   return posterior.fit(picture, products, chosen, &extra_);

@@ -26,7 +26,7 @@ void ExtraUnknowns::begin(int count) {
   assert(count <= static_cast<int>(wrench_.size()));
   count_ = count;
   std::fill_n(columns_.data(), static_cast<std::ptrdiff_t>(panels()) * kColumns * factors_.influence.stride(), 0.0);
-  std::fill_n(wrench_.begin(), count, Eigen::Matrix<double, 6, 1>::Zero());
+  std::fill_n(wrench_.begin(), count, Wrench::Zero());
   std::fill_n(pointForces_.begin(), count * ofPoints_, 0.0);
   std::fill(asked_.begin(), asked_.end(), static_cast<unsigned char>(0));
 }

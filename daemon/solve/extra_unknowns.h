@@ -5,6 +5,7 @@
 #pragma once
 
 #include "daemon/solve/atom_products.h"
+#include "daemon/solve/wrench.h"
 
 namespace tractiond::solve {
 
@@ -26,7 +27,7 @@ class ExtraUnknowns {
     return std::span(pointForces_).subspan(unknown * ofPoints_, ofPoints_);
   }
   /// Returns the effect on force and moment about the origin [N, N m], which the caller fills in.
-  Eigen::Matrix<double, 6, 1>& wrench(int unknown) { return wrench_[unknown]; }
+  Wrench& wrench(int unknown) { return wrench_[unknown]; }
 
   /// Computes the products among the unknowns, with the motion and with `picture`, and the nodes' forces. To be called
   /// once after begin(): productsWith() keeps what it has computed until the next begin().
@@ -35,7 +36,7 @@ class ExtraUnknowns {
   // For the posterior, after multiply().
 
   int count() const { return count_; }  ///< number of unknowns, as given to begin()
-  const Eigen::Matrix<double, 6, 1>& wrench(int unknown) const { return wrench_[unknown]; }
+  const Wrench& wrench(int unknown) const { return wrench_[unknown]; }
   std::span<const double> pointForces_N(int unknown) const {
     return std::span(pointForces_).subspan(unknown * ofPoints_, ofPoints_);
   }
@@ -68,7 +69,7 @@ class ExtraUnknowns {
   const int stride_;                      // the most unknowns and the picture, padded to panels
   int count_ = 0;
   LineArray<double> columns_, motion_;  // panels of kColumns columns, row after row
-  std::vector<Eigen::Matrix<double, 6, 1>> wrench_;
+  std::vector<Wrench> wrench_;
   std::vector<double> pointForces_;   // most x 3 (P + kCouples)
   std::vector<double> nodeForces_;    // most x 3N
   std::vector<double> gram_;          // stride x stride

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace tractiond::solve {
 namespace {
@@ -64,13 +63,12 @@ LinearPosterior::LinearPosterior(const Factors& factors, const Atoms& atoms, int
     , functionals_(mostUnknowns(most, mostExtra), kColumns)
     , seenColumns_(kColumns * kMostRank)
     , scratch_(kColumns * kMostRank)
-    , everyRow_(kMostRank)
+    , everyRow_(every(kMostRank))
     , coefficients_(kMostRank) {
   atoms_.reserve(most);
   used_.reserve(most);
   roots_.reserve(most);
   for (int k = 0; k < kMostRank; ++k) addedRows_.push_back(dense_.data() + std::ptrdiff_t{kMostAdded} * k);
-  std::iota(everyRow_.begin(), everyRow_.end(), 0);
 }
 
 bool LinearPosterior::make(const Posterior& posterior, AtomProducts& products, std::span<const int> missing,
@@ -99,14 +97,14 @@ bool LinearPosterior::make(const Posterior& posterior, AtomProducts& products, s
       triangle.triangularView<Eigen::Lower>().transpose().solve(vectors * lambda.cwiseSqrt().asDiagonal());
   layRows(posterior, combine, scratch);
   layMissing(missing);
-  layNodes();
+  layNodes(posterior);
   layWrench(posterior);
-  layShares();
+  layShares(posterior);
   layCurves(missing, curves);
   return true;
 }
 
-/// Takes atoms, roots of their priors, and what the extra unknowns do.
+/// Takes atoms and roots of their priors.
 bool LinearPosterior::takePrior(const Posterior& posterior) {
   for (const int atom : atoms_) indexOf_[atom] = -1;
   const Chosen& chosen = posterior.chosen();
@@ -118,15 +116,7 @@ bool LinearPosterior::takePrior(const Posterior& posterior) {
     if (root.info() != Eigen::Success) return false;
     roots_.emplace_back(root.matrixL());
   }
-  const ExtraUnknowns* const extra = posterior.extraUnknowns();
-  extraCount_ = extra == nullptr ? 0 : extra->count();
-  extraForces_.clear();
-  extraNodeForces_.clear();
-  for (int e = 0; e < extraCount_; ++e) {
-    const auto points = extra->pointForces_N(e), nodes = extra->nodeForces_N(e);
-    extraForces_.insert(extraForces_.end(), points.begin(), points.end());
-    extraNodeForces_.insert(extraNodeForces_.end(), nodes.begin(), nodes.end());
-  }
+  extraCount_ = posterior.extraUnknowns() == nullptr ? 0 : posterior.extraUnknowns()->count();
   return true;
 }
 
@@ -185,18 +175,17 @@ void LinearPosterior::layRows(const Posterior& posterior, const MatrixXd& combin
       const Eigen::Vector3f factors = root(unknown / 3).col(unknown % 3).cast<float>();
       std::fill(sum.begin(), sum.end(), 0.0);
       addRows(factors_.influence, rows, {factors.data(), 3}, sum.data());
-      std::transform(sum.begin(), sum.begin() + coordinates, to, [](double x) { return static_cast<float>(x); });
+      std::copy_n(sum.begin(), coordinates, to);
     }
   }
-  const std::span every(everyRow_.data(), static_cast<std::size_t>(pivots));
+  const std::span ofPivots(everyRow_.data(), static_cast<std::size_t>(pivots));
   for (int k = 0; k < rank_; ++k) {
     for (int p = 0; p < pivots; ++p) {
       coefficients_[p] = static_cast<float>(combine(p, k) / square(noise_px_));
     }
     std::fill(sum.begin(), sum.end(), 0.0);
-    addRows(scratch.seen, every, {coefficients_.data(), every.size()}, sum.data());
-    std::transform(sum.begin(), sum.begin() + coordinates, rows_.row(k),
-                   [](double x) { return static_cast<float>(x); });
+    addRows(scratch.seen, ofPivots, {coefficients_.data(), ofPivots.size()}, sum.data());
+    std::copy_n(sum.begin(), coordinates, rows_.row(k));
   }
 }
 
@@ -218,7 +207,7 @@ void LinearPosterior::layMissing(std::span<const int> missing) {
 }
 
 /// Computes what xi does to the forces of the nodes, and the variance of what it does not hold.
-void LinearPosterior::layNodes() {
+void LinearPosterior::layNodes(const Posterior& posterior) {
   const Index nodes = model_.ofNodes.rows();
   nodes_.assign(3 * nodes * padded(rank_), 0.0F);
   MatrixXd forces(rank_, 3), all(rank_, 3 * std::ssize(atoms_));  // of the atoms
@@ -235,7 +224,7 @@ void LinearPosterior::layNodes() {
       prior += square(it.value()) * root(i).rowwise().squaredNorm();
     }
     for (int e = 0; e < extraCount_; ++e) {
-      const Eigen::Vector3d unit = Eigen::Vector3d::Map(extraNodeForces_.data() + 3 * (e * nodes + node));
+      const Eigen::Vector3d unit = Eigen::Vector3d::Map(posterior.extraUnknowns()->nodeForces_N(e).data() + 3 * node);
       if (unit.isZero(0.0)) continue;
       prior += unit.cwiseAbs2();
       forces += q_.col(firstExtra() + e) * unit.transpose();
@@ -262,7 +251,7 @@ void LinearPosterior::layWrench(const Posterior& posterior) {
 }
 
 /// Lists which unknowns act on each point.
-void LinearPosterior::layShares() {
+void LinearPosterior::layShares(const Posterior& posterior) {
   const Index points = model_.ofPoints.rows();
   for (auto* each : {&sharing_, &extraUnknowns_}) each->clear();
   for (auto* each : {&shares_, &extraShares_}) each->clear();
@@ -275,7 +264,7 @@ void LinearPosterior::layShares() {
       shares_.push_back(it.value());
     }
     for (int e = 0; e < extraCount_; ++e) {
-      const auto unit = std::span(extraForces_).subspan(3 * static_cast<std::size_t>(points * e + point), 3);
+      const auto unit = std::as_const(*posterior.extraUnknowns()).pointForces_N(e).subspan(3 * point, 3);
       if (unit[0] == 0.0 && unit[1] == 0.0 && unit[2] == 0.0) continue;
       extraUnknowns_.push_back(e);
       extraShares_.insert(extraShares_.end(), unit.begin(), unit.end());
@@ -407,10 +396,8 @@ double LinearPosterior::forceOfXi_N() const {
   return (wrench_.topRows<3>() * Eigen::VectorXd::Map(xi_.data(), rank_)).norm();
 }
 
-std::array<double, 6> LinearPosterior::wrench() const {
-  std::array<double, 6> wrench{};
-  Eigen::Matrix<double, 6, 1>::Map(wrench.data()) = wrench_ * Eigen::VectorXd::Map(xi_.data(), rank_);
-  return wrench;
+Wrench LinearPosterior::wrench() const {
+  return wrench_ * Eigen::VectorXd::Map(xi_.data(), rank_);
 }
 
 void LinearPosterior::allForces_N(std::span<double> forces) const {
@@ -421,10 +408,11 @@ void LinearPosterior::allForces_N(std::span<double> forces) const {
 }
 
 void LinearPosterior::addExtraForces_N(std::span<double> forces) const {
-  const double* unit = extraForces_.data();
-  for (const double times : extra()) {
-    for (std::size_t i = 0; i < forces.size(); ++i) forces[i] += times * unit[i];
-    unit += 3 * model_.ofPoints.rows();
+  for (std::size_t point = 0; point + 1 < extraFirst_.size(); ++point) {
+    for (std::size_t i = extraFirst_[point]; i < extraFirst_[point + 1]; ++i) {
+      const double times = extra()[extraUnknowns_[i]];
+      for (int axis = 0; axis < 3; ++axis) forces[3 * point + axis] += times * extraShares_[3 * i + axis];
+    }
   }
 }
 

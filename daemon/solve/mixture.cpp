@@ -33,10 +33,11 @@ void Mixture::clear() {
   std::fill(mean_.begin(), mean_.end(), 0.0);
 }
 
-std::span<double> Mixture::add(Candidate& candidate, double worth, const std::array<double, 6>& wrench) {
+std::span<double> Mixture::add(Candidate& candidate, Kind kind, double worth, const Wrench& wrench) {
   assert(count_ < static_cast<int>(parts_.size()));
   Part& part = parts_[count_++];
   part.candidate = &candidate;
+  part.kind = kind;
   part.worth = worth;
   part.wrench = wrench;
   return part.force_N;
@@ -69,11 +70,15 @@ void Mixture::weigh() {
   });
 }
 
-std::array<double, 6> Mixture::wrench() const {
-  std::array<double, 6> mean{};
-  for (const Part& part : parts()) {
-    for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += part.share * part.wrench[i];
-  }
+double Mixture::shareOf(Kind kind) const {
+  double sum = 0.0;
+  for (const Part& part : parts()) sum += part.kind == kind ? part.share : 0.0;
+  return sum;
+}
+
+Wrench Mixture::wrench() const {
+  Wrench mean = Wrench::Zero();
+  for (const Part& part : parts()) mean += part.share * part.wrench;
   return mean;
 }
 
@@ -93,16 +98,12 @@ double Mixture::squaredResidual_px2() const {
 
 void Mixture::wrenchCovariance(std::array<double, 36>& covariance) {
   covariance.fill(0.0);
-  const std::array<double, 6> mean = wrench();
+  const Wrench mean = wrench();
   eachThatCounts([&](Part& part) {
     std::array<double, 36> within{};
     part.candidate->wrenchCovariance(within);
-    for (std::size_t i = 0; i < 6; ++i) {
-      for (std::size_t j = 0; j < 6; ++j) {
-        const double between = (part.wrench[i] - mean[i]) * (part.wrench[j] - mean[j]);
-        covariance[6 * i + j] += part.share * (within[6 * i + j] + between);
-      }
-    }
+    const Wrench away = part.wrench - mean;
+    Matrix6::Map(covariance.data()) += part.share * (Matrix6::Map(within.data()) + away * away.transpose());
   });
 }
 

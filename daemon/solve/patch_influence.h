@@ -21,6 +21,11 @@ struct PatchPlace {
   double spread_m2 = 0.0;
 };
 
+/// Returns the i-th number of a place: x, y, spread.
+inline double& element(PatchPlace& place, int i) {
+  return i == 0 ? place.x_m : i == 1 ? place.y_m : place.spread_m2;
+}
+
 /// Force x, y, z [N] and torsion about the centre of the patch [N m].
 using PatchLoad = Eigen::Vector4d;
 inline constexpr int kPatchLoads = 4, kPatchPlaces = 3;  ///< numbers of a PatchLoad, of a PatchPlace

@@ -58,7 +58,7 @@ class Posterior final : public Candidate {
   void extraCovariance(std::span<double> covariance);
 
   /// Returns force and moment of atoms and extra unknowns about the origin of the gel frame [N, N m].
-  std::array<double, 6> wrench() const;
+  Wrench wrench() const;
 
   // Implement Candidate; the wrench is wrench(). nodeDeviations_N() takes as long as fit().
   const std::array<double, kMotions>& motion() const override { return motion_; }
@@ -93,8 +93,6 @@ class Posterior final : public Candidate {
   // posterior_covariance.cpp
   void invertTogether();
   std::size_t cover(Eigen::Index node, int axis);
-  void setIndices();
-  void clearIndices();
   void multiplyInverse(int count, double* covariance);
 
   const Factors& factors_;
@@ -119,6 +117,17 @@ class Posterior final : public Candidate {
   std::vector<double> share_;            // of each of these in a force of the node
   std::vector<unsigned char> together_;  // of two panels, whether some of their unknowns act at the same node
   std::array<double, kMotions> motion_{};
+};
+
+/// A posterior with what it was solved for.
+struct ChosenPosterior {
+  /// Parameters as of Posterior().
+  ChosenPosterior(const Factors& factors, const Atoms& atoms, int most, int mostExtra)
+      : posterior(factors, atoms, most, mostExtra) {
+    chosen.reserve(most);
+  }
+  Chosen chosen;
+  Posterior posterior;
 };
 
 }  // namespace tractiond::solve

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 namespace tractiond::solve {
@@ -16,12 +15,6 @@ using Eigen::Index;
 /// Share of an atom's variance below which the posterior explains a direction of its force wholly: what is left there
 /// says nothing.
 constexpr double kExplained = 1e-3;
-
-std::vector<int> every(int count) {
-  std::vector<int> all(count);
-  std::iota(all.begin(), all.end(), 0);
-  return all;
-}
 
 Block inverseOf(const Block& covariance, double whole) {
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen;
@@ -156,8 +149,7 @@ void ResidualTest::add(std::span<const int> coordinates, std::span<const float> 
   if (coordinates.empty()) return;
   std::fill_n(sum_.data(), sum_.size(), 0.0);
   addColumns(strong_->left, coordinates, displacement_px, 0, kMotions + modes_, sum_.data());
-  std::transform(sum_.data() + kMotions, sum_.data() + kMotions + modes_, left_.data(),
-                 [](double each) { return static_cast<float>(each); });
+  std::copy_n(sum_.data() + kMotions, modes_, left_.data());
   multiplyFirst(strong_->rows, everyComponent_, modes_, left_.data(), added_.data());
   for (std::size_t i = 0; i < added_.size(); ++i) matched_[i] += added_[i];
 }

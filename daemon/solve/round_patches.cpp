@@ -72,11 +72,11 @@ bool RoundPatches::findOne(const Displacements& picture, const Vector3d& start, 
   return descend(picture, enough) && areNarrow() && now_.misfit <= enough;
 }
 
-/// Returns whether no patch but this one is too broad.
-bool RoundPatches::areNarrowBut(int patch) const {
+/// Returns whether no patch, but for one, is too broad.
+bool RoundPatches::areNarrow(int but) const {
   for (int k = 0; k < count_; ++k) {
     const double spread_m2 = now_.patches[k].place.spread_m2;
-    if (k != patch && spread_m2 >= kWidest * square(atoms_.pitch_m)) return false;
+    if (k != but && spread_m2 >= kWidest * square(atoms_.pitch_m)) return false;
   }
   return true;
 }
@@ -90,17 +90,11 @@ bool RoundPatches::findMaxima(std::span<const double> forces_N) {
   count_ = 0;
   maxima_.clear();
   if (!(highest > 0.0)) return false;
-  const auto isMaximum = [&](int column, int row) {
-    const double here = height_[row * atoms_.columns + column];
-    for (int r = std::max(row - 1, 0); r <= std::min(row + 1, atoms_.rows - 1); ++r) {
-      for (int c = std::max(column - 1, 0); c <= std::min(column + 1, atoms_.columns - 1); ++c) {
-        if (height_[r * atoms_.columns + c] > here) return false;
-      }
-    }
-    return here > 0.0;
-  };
   for (int point = 0; point < atoms_.pointCount(); ++point) {
-    if (isMaximum(point % atoms_.columns, point / atoms_.columns)) maxima_.push_back(point);
+    bool isMaximum = height_[point] > 0.0;
+    eachAround(point, atoms_.columns, atoms_.rows,
+               [&](int other) { isMaximum = isMaximum && height_[other] <= height_[point]; });
+    if (isMaximum) maxima_.push_back(point);
   }
   std::sort(maxima_.begin(), maxima_.end(),
             [this](int a, int b) { return height_[a] != height_[b] ? height_[a] > height_[b] : a < b; });
@@ -117,20 +111,31 @@ PatchPlace RoundPatches::startAt(const Vector3d& place) const {
   return {place.x(), place.y(), kSpread * square(atoms_.pitch_m)};
 }
 
+/// Fits other patches, which `change` makes from those that were found, kept_. Keeps them if they are more likely, and
+/// if `fits`.
+template <typename Change, typename Fits>
+bool RoundPatches::isLikelier(const Displacements& picture, Change change, Fits fits) {
+  const double before = logEvidence();
+  const int count = count_;
+  std::swap(now_, kept_);
+  now_.patches = kept_.patches;
+  change();
+  if (descend(picture, mostMisfit(before)) && logEvidence() > before && fits()) return true;
+  std::swap(now_, kept_);
+  count_ = count;
+  return false;
+}
+
 /// Fits again without the least evident patch, as long as that is more likely: the field has maxima of its own where
 /// the picture tells little, beyond the nodes for example.
 void RoundPatches::dropUnlikely(const Displacements& picture) {
   while (count_ > 1) {
-    const double with = logEvidence();
     const int least = leastEvident();
-    std::swap(now_, kept_);
-    now_.patches = kept_.patches;
-    std::copy(kept_.patches.begin() + least + 1, kept_.patches.begin() + count_, now_.patches.begin() + least);
-    --count_;
-    if (descend(picture, mostMisfit(with)) && logEvidence() > with) continue;
-    std::swap(now_, kept_);
-    ++count_;
-    return;
+    const auto drop = [&] {
+      std::copy(kept_.patches.begin() + least + 1, kept_.patches.begin() + count_, now_.patches.begin() + least);
+      --count_;
+    };
+    if (!isLikelier(picture, drop, [] { return true; })) return;
   }
 }
 
@@ -145,14 +150,8 @@ void RoundPatches::addLikely(const Displacements& picture, double enough) {
       return away.norm() < radius(patch.place) + kBeside * atoms_.pitch_m;
     });
     if (isNear) continue;
-    const double without = logEvidence();
-    std::swap(now_, kept_);
-    now_.patches = kept_.patches;
-    now_.patches[count_++].place = startAt(atoms_.points.col(point));
-    if (descend(picture, mostMisfit(without)) && logEvidence() > without && areNarrow()) continue;
-    std::swap(now_, kept_);
-    --count_;
-    ++inVain;
+    const auto add = [&] { now_.patches[count_++].place = startAt(atoms_.points.col(point)); };
+    if (!isLikelier(picture, add, [this] { return areNarrow(); })) ++inVain;
   }
 }
 
@@ -160,21 +159,16 @@ void RoundPatches::addLikely(const Displacements& picture, double enough) {
 /// Beside another broad patch it does not try: that would stay one.
 void RoundPatches::split(const Displacements& picture, double enough) {
   for (int k = 0; k < count_ && count_ < kMost && now_.misfit > enough; ++k) {
-    if (!areNarrowBut(k)) continue;
+    if (!areNarrow(k)) continue;
     const Vector2d half = halfLength(k);
     if (half.isZero(0.0)) continue;
-    const double whole = logEvidence();
-    std::swap(now_, kept_);
-    now_.patches = kept_.patches;
-    const int other = count_++;
-    for (const auto& [end, side] : {std::pair{k, -1.0}, {other, 1.0}}) {
+    const int other = count_;
+    const auto divide = [&] {
       const PatchPlace& from = kept_.patches[k].place;
-      now_.patches[end].place = startAt({from.x_m + side * half.x(), from.y_m + side * half.y(), 0.0});
-    }
-    const bool isLikelier = descend(picture, mostMisfit(whole)) && logEvidence() > whole;
-    if (isLikelier && areNarrow() && areTwoContacts(picture, k, other)) continue;
-    std::swap(now_, kept_);
-    --count_;
+      now_.patches[k].place = startAt({from.x_m - half.x(), from.y_m - half.y(), 0.0});
+      now_.patches[count_++].place = startAt({from.x_m + half.x(), from.y_m + half.y(), 0.0});
+    };
+    isLikelier(picture, divide, [&] { return areNarrow() && areTwoContacts(picture, k, other); });
   }
 }
 

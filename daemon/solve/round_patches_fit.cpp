@@ -31,11 +31,6 @@ constexpr double kSmall = 0.02;
 constexpr std::array kBarPlace = {0.0694318442, 0.3300094782, 0.6699905218, 0.9305681558};
 constexpr std::array kBarWeight = {0.1739274226, 0.3260725774, 0.3260725774, 0.1739274226};
 
-/// Element of a place [m, m^2].
-double& element(PatchPlace& place, int i) {
-  return i == 0 ? place.x_m : i == 1 ? place.y_m : place.spread_m2;
-}
-
 PatchPlace between(const PatchPlace& from, const PatchPlace& to, double at) {
   return {from.x_m + at * (to.x_m - from.x_m), from.y_m + at * (to.y_m - from.y_m),
           from.spread_m2 + at * (to.spread_m2 - from.spread_m2)};
@@ -43,21 +38,13 @@ PatchPlace between(const PatchPlace& from, const PatchPlace& to, double at) {
 
 }  // namespace
 
-const double* RoundPatches::column(const Fit& fit, int number) const {
-  return fit.columns.data() + number * std::ptrdiff_t{influence_.stride()};
-}
-
-const double* RoundPatches::motionColumn(int motion) const {
-  return motion_.data() + motion * std::ptrdiff_t{influence_.stride()};
-}
-
 void RoundPatches::clear(std::span<const int> missing, double* column) const {
   for (const int coordinate : missing) column[coordinate] = 0.0;
 }
 
 void RoundPatches::takeMotion(const Displacements& picture) {
   for (int m = 0; m < kMotions; ++m) {
-    double* const to = motion_.data() + m * std::ptrdiff_t{influence_.stride()};
+    double* const to = nth(motion_, m);
     std::copy_n(factors_.motion.row(m), factors_.coordinateCount(), to);
     clear(picture.missing, to);
   }
@@ -136,19 +123,17 @@ double RoundPatches::mostMisfit(double logEvidence) const {
 
 /// Computes what the patches do to the markers that are there.
 void RoundPatches::layColumns(const Displacements& picture, Fit& fit) {
-  const std::ptrdiff_t stride = influence_.stride();
   for (int k = 0; k < count_; ++k) {
-    if (isEnd(k)) continue;
-    influence_.columns(fit.patches[k].place, fit.columns.data() + kPatchLoads * stride * k);
+    if (!isEnd(k)) influence_.columns(fit.patches[k].place, nth(fit.columns, kPatchLoads * k));
   }
   if (bar_[0] >= 0) layBar(fit);
-  for (int i = 0; i < loads(); ++i) clear(picture.missing, fit.columns.data() + stride * i);
+  for (int i = 0; i < loads(); ++i) clear(picture.missing, nth(fit.columns, i));
 }
 
 void RoundPatches::layBar(Fit& fit) {
   const auto [from, to] = bar_;
-  const std::ptrdiff_t size = kPatchLoads * std::ptrdiff_t{influence_.stride()};
-  double *const first = fit.columns.data() + from * size, *const last = fit.columns.data() + to * size;
+  const std::ptrdiff_t size = std::ptrdiff_t{kPatchLoads} * influence_.stride();
+  double *const first = nth(fit.columns, kPatchLoads * from), *const last = nth(fit.columns, kPatchLoads * to);
   std::fill_n(first, size, 0.0);
   std::fill_n(last, size, 0.0);
   for (std::size_t i = 0; i < kBarPlace.size(); ++i) {
@@ -168,8 +153,8 @@ bool RoundPatches::solveLoads(const Displacements& picture, Fit& fit) {
   layColumns(picture, fit);
   // Loads, motion, the picture.
   std::array<const double*, kMostLinear + 1> columns{};
-  for (int i = 0; i < loads(); ++i) columns[i] = column(fit, i);
-  for (int m = 0; m < kMotions; ++m) columns[loads() + m] = motionColumn(m);
+  for (int i = 0; i < loads(); ++i) columns[i] = nth(fit.columns, i);
+  for (int m = 0; m < kMotions; ++m) columns[loads() + m] = nth(motion_, m);
   columns[size] = picture.displacement_px;
   std::array<double, (kMostLinear + 1) * (kMostLinear + 1)> products;
   multiplyPairs({columns.data(), static_cast<std::size_t>(size) + 1}, 0, stride, products.data(), size + 1);
@@ -210,7 +195,7 @@ void RoundPatches::laySlopes(const Displacements& picture) {
     if (!isEnd(k)) differentiateRound(k);
   }
   if (bar_[0] >= 0) differentiateBar();
-  for (int i = 0; i < kPatchPlaces * count_; ++i) clear(picture.missing, slopeColumn(now_, i));
+  for (int i = 0; i < kPatchPlaces * count_; ++i) clear(picture.missing, nth(now_.slopes, i));
 }
 
 bool RoundPatches::linearise(const Displacements& picture) {
@@ -226,10 +211,10 @@ void RoundPatches::differentiate(const Displacements& picture) {
   // Loads, motion, what is left, the places.
   const int places = kPatchPlaces * count_, size = linear() + places, left = linear(), stride = size + 1;
   std::array<const double*, kMostUnknowns + 1> columns{};
-  for (int i = 0; i < loads(); ++i) columns[i] = column(now_, i);
-  for (int m = 0; m < kMotions; ++m) columns[loads() + m] = motionColumn(m);
+  for (int i = 0; i < loads(); ++i) columns[i] = nth(now_.columns, i);
+  for (int m = 0; m < kMotions; ++m) columns[loads() + m] = nth(motion_, m);
   columns[left] = now_.left.data();
-  for (int i = 0; i < places; ++i) columns[left + 1 + i] = slopeColumn(now_, i);
+  for (int i = 0; i < places; ++i) columns[left + 1 + i] = nth(now_.slopes, i);
   std::array<double, (kMostUnknowns + 1) * (kMostUnknowns + 1)> products;
   multiplyPairs({columns.data(), static_cast<std::size_t>(stride)}, left + 1, influence_.stride(), products.data(),
                 stride);
@@ -280,14 +265,14 @@ void RoundPatches::differentiatePlace(RoundPatch patch, int i, double* slope) {
 void RoundPatches::differentiateRound(int patch) {
   const RoundPatch& here = now_.patches[patch];
   displacement(here, here_.data());
-  for (int i = 0; i < kPatchPlaces; ++i) differentiatePlace(here, i, slopeColumn(now_, kPatchPlaces * patch + i));
+  for (int i = 0; i < kPatchPlaces; ++i) differentiatePlace(here, i, nth(now_.slopes, kPatchPlaces * patch + i));
 }
 
 /// A point of a bar moves as its ends do, each by the share that it has in the point's place.
 void RoundPatches::differentiateBar() {
   const int coordinates = factors_.coordinateCount();
   const std::ptrdiff_t size = kPatchPlaces * std::ptrdiff_t{influence_.stride()};
-  for (const int end : bar_) std::fill_n(slopeColumn(now_, kPatchPlaces * end), size, 0.0);
+  for (const int end : bar_) std::fill_n(nth(now_.slopes, kPatchPlaces * end), size, 0.0);
   const RoundPatch &from = now_.patches[bar_[0]], &to = now_.patches[bar_[1]];
   for (std::size_t s = 0; s < kBarPlace.size(); ++s) {
     const double weight = 2.0 * kBarWeight[s], ofTo = kBarPlace[s], ofFrom = 1.0 - ofTo;
@@ -295,8 +280,8 @@ void RoundPatches::differentiateBar() {
     displacement(spot, here_.data());
     for (int i = 0; i < kPatchPlaces; ++i) {
       differentiatePlace(spot, i, spot_.data());
-      double *const first = slopeColumn(now_, kPatchPlaces * bar_[0] + i), *const last = slopeColumn(
-                                                                               now_, kPatchPlaces * bar_[1] + i);
+      double *const first = nth(now_.slopes, kPatchPlaces * bar_[0] + i), *const last = nth(now_.slopes,
+                                                                                            kPatchPlaces * bar_[1] + i);
       for (int j = 0; j < coordinates; ++j) {
         first[j] += ofFrom * spot_.data()[j];
         last[j] += ofTo * spot_.data()[j];
@@ -382,13 +367,12 @@ void RoundPatches::move(const Vector& step, std::array<RoundPatch, kMost>& to) c
   const double pitch = atoms_.pitch_m;
   const auto first = atoms_.points.leftCols<1>(), last = atoms_.points.rightCols<1>();
   for (int k = 0; k < count_; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    const double* const change = step.data() + linear() + std::ptrdiff_t{kPatchPlaces} * k;
-    const PatchPlace& from = now_.patches[i].place;
+    const double* const change = step.data() + linear() + kPatchPlaces * k;
+    const PatchPlace& from = now_.patches[k].place;
     const auto limited = [&](int axis, double most) { return std::clamp(change[axis], -most, most); };
-    to[i].place.x_m = std::clamp(from.x_m + pitch * limited(0, kFarthest), first(0), last(0));
-    to[i].place.y_m = std::clamp(from.y_m + pitch * limited(1, kFarthest), first(1), last(1));
-    to[i].place.spread_m2 = std::clamp(from.spread_m2 + square(pitch) * limited(2, kFarthestSpread),
+    to[k].place.x_m = std::clamp(from.x_m + pitch * limited(0, kFarthest), first(0), last(0));
+    to[k].place.y_m = std::clamp(from.y_m + pitch * limited(1, kFarthest), first(1), last(1));
+    to[k].place.spread_m2 = std::clamp(from.spread_m2 + square(pitch) * limited(2, kFarthestSpread),
                                        kNarrowest * square(pitch), kWidest * square(pitch));
   }
 }
@@ -397,7 +381,7 @@ void RoundPatches::leave(double* left_px, double* still_px) const {
   std::copy_n(now_.left.data(), influence_.stride(), still_px);
   std::copy_n(now_.left.data(), influence_.stride(), left_px);
   for (int m = 0; m < kMotions; ++m) {
-    const double* const from = motion_.data() + m * std::ptrdiff_t{influence_.stride()};
+    const double* const from = nth(motion_, m);
     for (int j = 0; j < factors_.coordinateCount(); ++j) left_px[j] += now_.motion[m] * from[j];
   }
 }

@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
     }
   }
   const sensor::Points markers = sensor::markerPositions(sensor->layers);
-  const sensor::elastic::BlockCorrection correction(sensor->gel, markers, {.clearance = clearance, .breaks = {}});
+  const sensor::elastic::BlockCorrection correction(sensor->gel, markers, {.clearance = clearance});
   std::ofstream out(job / "displacement.f64", std::ios::binary);
   for (std::size_t first = 0, end = 0; first < rows.size(); first = end) {
     while (end < rows.size() && rows[end][0] == rows[first][0]) ++end;

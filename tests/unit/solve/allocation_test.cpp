@@ -107,7 +107,7 @@ TEST(ModelSolver, AllocatesNothingWhateverIsMissing) {
   const Atoms atoms = makeAtoms(sensor);
   const Eigen::MatrixXd points = halfSpaceImage(sensor, atoms.points);
   const double scale_N = sensor.gel.youngsModulus * square(sensor.nodes.pitch);
-  const Factors factors = computeFactors(points, atoms, still(points.rows()), scale_N, modelOptions({})).value();
+  const Factors factors = computeFactors(points, atoms, still(points.rows()), scale_N, SolveOptions{}).value();
   ModelSolver solver(factors, atoms, sensor);
   expectNoAllocation(solver, sensor, halfSpaceImage(sensor, sensor::nodePositions(sensor.nodes)));
 }
@@ -115,37 +115,33 @@ TEST(ModelSolver, AllocatesNothingWhateverIsMissing) {
 TEST(LinearModel, AllocatesNothingWhenItAnswers) {
   const sensor::Sensor sensor = smallSensor();
   const Atoms atoms = makeAtoms(sensor);
-  ModelOptions options;
-  options.mechanics = sensor::elastic::Model::kHalfSpace;
+  SolveOptions options;
+  options.model = sensor::elastic::Model::kHalfSpace;
   const Factors factors = computeFactors(sensor, atoms, options).value();
   Model model(sensor, factors, atoms, options);
   Modes modes(factors, atoms, options);
-  LinearModel linear(factors, atoms, options, modes.strong());
+  LinearModel linear(factors, atoms, modes.strong());
   LinearScratch scratch;
   const SystematicPart systematic(factors, sensor);
   ModelContacts listing(atoms, sensor, systematic);
   std::array<Contact, kMaxContacts> contacts;
   Estimate estimate;
-  estimate.force_N.resize(3 * static_cast<std::size_t>(atoms.pointCount()));
-  const Eigen::VectorXf pressed =
-      (halfSpaceImage(sensor, Eigen::Vector3d(1e-3, 2e-3, 0.0)) * Eigen::Vector3d(0.1, 0.0, 1.0)).cast<float>();
+  estimate.force_N.resize(3 * atoms.pointCount());
+  const Eigen::VectorXd pressed =
+      halfSpaceImage(sensor, Eigen::Vector3d(1e-3, 2e-3, 0.0)) * Eigen::Vector3d(0.1, 0.0, 1.0);
   const Eigen::MatrixXd even = halfSpaceImage(sensor, sensor::nodePositions(sensor.nodes));
-  const Eigen::VectorXf broad = (even * Eigen::VectorXd::Constant(even.cols(), 0.05)).cast<float>();
-  const std::vector<int> missing = {2, 3, 10, 11, 100, 101};
-  std::vector<double> deviations(3 * static_cast<std::size_t>(atoms.nodeCount()));
-  for (const Eigen::VectorXf& moved : {pressed, broad}) {
-    model.solve({moved.data(), static_cast<std::size_t>(moved.size())}, {}, options.noise_px, estimate);
+  const Eigen::VectorXd broad = even * Eigen::VectorXd::Constant(even.cols(), 0.05);
+  std::vector<double> deviations(3 * atoms.nodeCount());
+  for (const Eigen::VectorXd& moved : {pressed, broad}) {
+    const Picture before(factors, moved, {}, options.noise_px);
+    model.solve(before, estimate);
     ASSERT_EQ(estimate.outcome, Estimate::Outcome::kFound);
     ASSERT_TRUE(linear.make(model, estimate, scratch));
-    for (const std::span<const int> without : {std::span<const int>(), std::span<const int>(missing)}) {
-      Eigen::VectorXf there = moved;
-      for (const int coordinate : without) there[coordinate] = 0.0F;
-      const std::span picture(there.data(), static_cast<std::size_t>(there.size()));
-      LineArray<double> displacement(factors.influence.stride());
-      std::copy(picture.begin(), picture.end(), displacement.data());
+    for (const std::vector<int>& missing : {std::vector<int>{}, {2, 3, 10, 11, 100, 101}}) {
+      const Picture picture(factors, moved, missing, 2.0 * options.noise_px);
       const int then = allocations;
-      modes.look({displacement.data(), without, 0.0, 2.0 * options.noise_px}, picture);
-      const bool holds = linear.answer(picture, without, 2.0 * options.noise_px, modes, estimate);
+      modes.look(picture);
+      const bool holds = linear.answer(picture, modes, estimate);
       const int answered = allocations;
       linear.mixture().nodeDeviations_N(deviations);
       const int deviated = allocations;

@@ -14,7 +14,7 @@ TEST(AtomProducts, AreTheSameAfterOthersWereForgotten) {
   LineArray<double> displacement(bench.factors().influence.stride());
   std::copy_n(bench.picture({{1, 2, kPress}}, 8).data(), bench.factors().coordinateCount(), displacement.data());
   for (const int i : missing) displacement.data()[i] = 0.0;
-  const Displacements given{displacement.data(), missing, 1.0, kNoise_px};
+  const Displacements given{displacement.data(), missing, 1.0, kNoise_px, {}};
   AtomProducts few(bench.factors(), 4), all(bench.factors(), 10);
   few.begin(given);
   all.begin(given);
@@ -59,7 +59,7 @@ TEST(Posterior, CountsExtraUnknowns) {
   for (const int i : missing) picture[i] = 0.0;
   LineArray<double> displacement(bench.factors().influence.stride());
   std::copy_n(picture.data(), coordinates, displacement.data());
-  const Displacements given{displacement.data(), missing, picture.squaredNorm(), kNoise_px};
+  const Displacements given{displacement.data(), missing, picture.squaredNorm(), kNoise_px, {}};
   ExtraUnknowns extra(bench.factors(), bench.atoms(), 16);
   extra.begin(kExtra);
   for (int i = 0; i < kExtra; ++i) {
@@ -127,8 +127,7 @@ TEST(Posterior, CountsExtraUnknowns) {
   Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor> weights =
       MatrixXd::NullaryExpr(points, kColumns, [&] { return normal(generator); });
   MatrixXd ofFunctionals(kColumns, kColumns);
-  posterior.covariance({weights.data(), static_cast<std::size_t>(weights.size())},
-                       everyPoint(static_cast<int>(points) / 3),
+  posterior.covariance({weights.data(), static_cast<std::size_t>(weights.size())}, every(static_cast<int>(points) / 3),
                        {ofFunctionals.data(), static_cast<std::size_t>(ofFunctionals.size())});
   const MatrixXd ofPoints = to * sigma * to.transpose(), functionals = weights.transpose() * ofPoints * weights;
   EXPECT_LT((ofFunctionals - functionals).norm(), 1e-4 * functionals.norm());

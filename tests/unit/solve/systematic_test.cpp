@@ -43,7 +43,7 @@ const Atoms& thinAtoms() {
 
 const Factors& thinFactors() {
   static const Factors factors = [] {
-    Factors made = computeFactors(thin(), thinAtoms(), modelOptions({})).value();
+    Factors made = computeFactors(thin(), thinAtoms(), SolveOptions{}).value();
     made.systematicErrors = systematicErrors(thin(), {}, made, thinAtoms(), straysOf(thin(), {}));
     return made;
   }();
@@ -81,9 +81,8 @@ Eigen::MatrixXd wrenches(const sensor::Points& at) {
 
 /// What a sensor's picture shows of unit forces at these, 2M x 27 [px/N].
 Eigen::MatrixXd seen(const sensor::Sensor& sensor) {
-  return sensor::elastic::toImage(sensor, sensor::elastic::displacementMatrix(sensor.gel, Model::kBlock,
-                                                                              sensor::markerPositions(sensor), places(),
-                                                                              {.degree = 6, .breaks = {}}));
+  return sensor::elastic::toImage(sensor, sensor::elastic::displacementMatrix(
+                                              sensor.gel, Model::kBlock, sensor::markerPositions(sensor), places(), 6));
 }
 
 Vector6 reading(FieldSolver& solver, const Eigen::VectorXd& image) {
@@ -174,16 +173,23 @@ TEST(Systematic, WeightsTakeUpWhatMisreadsAPress) {
   EXPECT_FALSE(isWeighed(sensor));
 }
 
+/// A body that is a block with this gel. \param times Young's modulus that its influence is of, over the gel's
+sensor::Body bodyOf(const sensor::Sensor& sensor, double times = 1.0) {
+  return {.file = "block.npz",
+          .youngsModulus = times * sensor.gel.youngsModulus,
+          .influence = sensor::elastic::displacementMatrix(sensor, Model::kBlock) / times,
+          .nodes = sensor::nodePositions(sensor),
+          .normals = sensor::nodeNormals(sensor),
+          .areas = sensor::nodeAreas(sensor),
+          .markers = sensor::markerPositions(sensor),
+          .errors = {}};
+}
+
 TEST(Systematic, ABodyHasTheCamerasErrorsAlone) {
   sensor::Sensor sensor = thin();
   sensor.uncertainty.poissonRatio = sensor.uncertainty.thickness = sensor.uncertainty.layerDepth = 0.0;
   const SystematicErrors exact = errorsOf(sensor);
-  auto body = std::make_shared<sensor::Body>();
-  body->youngsModulus = 2.0 * sensor.gel.youngsModulus;
-  body->markers = sensor::markerPositions(sensor);
-  body->nodes = sensor::nodePositions(sensor);
-  body->influence = 0.5 * sensor::elastic::displacementMatrix(sensor, Model::kBlock);
-  sensor.body = body;
+  sensor.body = std::make_shared<sensor::Body>(bodyOf(sensor, 2.0));
   const SystematicErrors errors = errorsOf(sensor);
   ASSERT_EQ(errors.contact.size(), 36U * kPoisson);
   for (int number = 0; number < kPoisson; ++number) {
@@ -193,17 +199,11 @@ TEST(Systematic, ABodyHasTheCamerasErrorsAlone) {
 }
 
 TEST(Systematic, ABodysOwnErrorsAreTakenForWhatTheyDo) {
-  sensor::Sensor sensor = thin();
-  const sensor::Gel gel = sensor.gel;
-  auto body = std::make_shared<sensor::Body>();
-  body->youngsModulus = sensor.gel.youngsModulus;
-  body->markers = sensor::markerPositions(sensor);
-  body->nodes = sensor::nodePositions(sensor);
-  body->influence = sensor::elastic::displacementMatrix(sensor, Model::kBlock);
-  sensor.gel.size.z() += sensor.uncertainty.thickness;
-  body->errors = {sensor::elastic::displacementMatrix(sensor, Model::kBlock) - body->influence};
-  sensor.gel = gel;
-  sensor.body = body;
+  sensor::Sensor sensor = thin(), thicker = sensor;
+  thicker.gel.size.z() += sensor.uncertainty.thickness;
+  sensor::Body body = bodyOf(sensor);
+  body.errors = {bodyOf(thicker).influence - body.influence};
+  sensor.body = std::make_shared<sensor::Body>(std::move(body));
   const SystematicErrors errors = errorsOf(sensor);
   ASSERT_EQ(errors.contact.size(), 36U * (kPoisson + 1));
   const Matrix6 block = error(thinErrors().contact, kThickness);
@@ -225,11 +225,14 @@ TEST(Systematic, ErrorsAreTakenAcrossAListOfNodesAsAcrossAGrid) {
 }
 
 TEST(Systematic, StiffnessScalesTheWholeWrench) {
-  sensor::Uncertainty uncertainty;
-  uncertainty.model = 0.0;
-  uncertainty.youngsModulus = 0.02;
+  sensor::Sensor sensor = thin();
+  sensor.uncertainty.model = 0.0;
+  sensor.uncertainty.youngsModulus = 0.02;
+  const Factors exact;
+  std::vector<double> forces(3 * sensor.nodes.count());
+  forces[2] = 1.0;
   const std::array<double, 6> wrench = {1.0, -2.0, 3.0, 0.01, 0.02, -0.03};
-  const WrenchCovariance covariance = systematicCovariance(wrench, {0.01, 0.02, 0.0}, uncertainty, 3e-3, {}, 0.0);
+  const WrenchCovariance covariance = SystematicPart(exact, sensor).covariance(wrench, forces);
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j < 6; ++j) EXPECT_NEAR(covariance[6 * i + j], 4e-4 * wrench[i] * wrench[j], 1e-12);
   }
