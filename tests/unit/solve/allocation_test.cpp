@@ -1,26 +1,22 @@
-// Counts every call of operator new in this program, and of malloc, which Eigen's matrices come from, where no
-// sanitizer has it.
+// Counts the calls of operator new, and of malloc, which Eigen's matrices come from, where no sanitizer has it.
 #include "daemon/solve/linear_model.h"
 #include "daemon/solve/model_contacts.h"
 #include "daemon/solve/model_solver.h"
+#include "tests/support/allocations.h"
 #include "tests/unit/solve/sensors.h"
 
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cstdint>
 #include <cstdlib>
-#include <memory>
-#include <new>
 
 namespace {
 
-std::atomic<int> allocations{0};
+std::atomic<std::uint64_t> mallocs{0};
 
-void* allocate(std::size_t size, std::size_t alignment = alignof(std::max_align_t)) {
-  ++allocations;
-  const std::size_t rounded = (size + alignment - 1) / alignment * alignment;
-  if (void* memory = std::aligned_alloc(alignment, rounded > 0 ? rounded : alignment)) return memory;
-  throw std::bad_alloc();
+std::uint64_t allocations() {
+  return tractiond::support::allocations() + mallocs;
 }
 
 }  // namespace
@@ -28,38 +24,10 @@ void* allocate(std::size_t size, std::size_t alignment = alignof(std::max_align_
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 extern "C" void* __libc_malloc(std::size_t size);  // NOLINT(*-reserved-identifier): glibc's own
 extern "C" void* malloc(std::size_t size) noexcept {
-  ++allocations;
+  ++mallocs;
   return __libc_malloc(size);
 }
 #endif
-
-void* operator new(std::size_t size) {
-  return allocate(size);
-}
-void* operator new[](std::size_t size) {
-  return allocate(size);
-}
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  return allocate(size, static_cast<std::size_t>(alignment));
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::align_val_t) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
-}
 
 namespace tractiond::solve::allocation_test {
 namespace {
@@ -91,10 +59,10 @@ void expectNoAllocation(FieldSolver& solver, const sensor::Sensor& sensor, const
   for (int i = 0; i < capacity / 2; ++i) loseMarker(someOfOne, 2 * i);
 
   const MarkerField* const fields[] = {&whole, &some, &others, &most, &whole, &two, &someOfTwo, &one, &someOfOne};
-  const int before = allocations;
+  const auto before = allocations();
   for (const MarkerField* field : fields) {
     solver.solve(*field, forces);
-    EXPECT_EQ(allocations, before);
+    EXPECT_EQ(allocations(), before);
     EXPECT_EQ(forces.valid, field != &most);
     if (field == &two || field == &someOfTwo) {
       EXPECT_EQ(forces.contactCount, 2);
@@ -139,14 +107,14 @@ TEST(LinearModel, AllocatesNothingWhenItAnswers) {
     ASSERT_TRUE(linear.make(model, estimate, scratch));
     for (const std::vector<int>& missing : {std::vector<int>{}, {2, 3, 10, 11, 100, 101}}) {
       const Picture picture(factors, moved, missing, 2.0 * options.noise_px);
-      const int then = allocations;
+      const auto then = allocations();
       modes.look(picture);
       const bool holds = linear.answer(picture, modes, estimate);
-      const int answered = allocations;
+      const auto answered = allocations();
       linear.mixture().nodeDeviations_N(deviations);
-      const int deviated = allocations;
+      const auto deviated = allocations();
       listing.list(estimate, linear.mixture(), 0.01, contacts);
-      const int listed = allocations;
+      const auto listed = allocations();
       EXPECT_TRUE(holds);
       EXPECT_EQ(answered, then);
       EXPECT_EQ(deviated, answered);

@@ -11,8 +11,6 @@
 namespace tractiond::solve {
 namespace {
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
 using Contacts = std::span<const Contact>;
 
 /// A sensor with errors of its own, and the list of its contacts.
@@ -56,28 +54,27 @@ Vector3d pointOf(const Contact& contact) {
 }
 
 /// Force and moment about a point [m], from those about the origin.
-Vector6 about(const Vector3d& point, Vector6 wrench) {
+Wrench about(const Vector3d& point, Wrench wrench) {
   wrench.tail<3>() -= point.cross(Vector3d(wrench.head<3>()));
   return wrench;
 }
 
-/// The same of a covariance, column by column.
+/// The same of a covariance.
 Matrix6 covarianceAbout(const Vector3d& point, const Matrix6& covariance) {
-  Matrix6 half, whole;
-  for (Index i = 0; i < 6; ++i) half.col(i) = about(point, covariance.col(i));
-  for (Index i = 0; i < 6; ++i) whole.row(i) = about(point, half.row(i).transpose()).transpose();
-  return whole;
+  Matrix6 move;
+  for (Index i = 0; i < 6; ++i) move.col(i) = about(point, Wrench::Unit(i));
+  return move * covariance * move.transpose();
 }
 
 /// What is stated less what acts, in standard deviations of the noise.
-Vector6 errorOf(const Contact& contact, const Load& load) {
-  const Vector6 error = wrenchOf(contact) - about(pointOf(contact), wrenchOf(load));
+Wrench errorOf(const Contact& contact, const Load& load) {
+  const Wrench error = wrenchOf(contact) - about(pointOf(contact), wrenchOf(load));
   return error.array() / Matrix6::Map(contact.noise.data()).diagonal().array().sqrt();
 }
 
 /// What the contacts leave of the wrench.
-Vector6 restOf(const Estimate& estimate, Contacts contacts) {
-  Vector6 rest = wrenchOf(estimate);
+Wrench restOf(const Estimate& estimate, Contacts contacts) {
+  Wrench rest = wrenchOf(estimate);
   for (const Contact& each : contacts) rest -= about(-pointOf(each), wrenchOf(each));
   return rest;
 }
@@ -137,7 +134,7 @@ TEST(Contacts, AddUpToTheResultant) {
       SCOPED_TRACE(testing::Message() << name << (isLinear ? ", by an earlier model" : ""));
       const VectorXd picture = contacts.bench().picture(isLinear ? moved(load, 0.3, -0.2, 1.2) : load, ++seed);
       const Contacts found = isLinear ? contacts.answer(picture) : contacts.solve(picture, estimate);
-      const Vector6 rest = restOf(isLinear ? contacts.bench().later() : estimate, found);
+      const Wrench rest = restOf(isLinear ? contacts.bench().later() : estimate, found);
       EXPECT_LT(rest.head<3>().norm(), 1e-9);
       EXPECT_LT(rest.tail<3>().norm(), 1e-11);
     }

@@ -88,9 +88,13 @@ TEST_F(FieldSolverTest, WhatIsSaidOfAMissingMarkerDoesNotMatter) {
   EXPECT_EQ(solved(field), expected);
 }
 
-TEST_F(FieldSolverTest, TooManyMissingMarkersGiveNoField) {
+TEST_F(FieldSolverTest, FewMarkersGiveNoField) {
   MarkerField field = loaded(influence_, random_);
   const MarkerField whole = field;
+  field.flags = kFewMarkers;  // the tracker gives it up
+  solver_->solve(field, forces_);
+  expectNothing(kFewMarkers);
+  field.flags = 0;
   loseAtRandom(field, sensor_.markerCount() / 4, random_);
   solved(field);
   loseAtRandom(field, 1, random_);
@@ -98,13 +102,6 @@ TEST_F(FieldSolverTest, TooManyMissingMarkersGiveNoField) {
   solver_->solve(field, forces_);
   expectNothing(kDiscontinuity | kFewMarkers);
   solved(whole);
-}
-
-TEST_F(FieldSolverTest, AFieldTheTrackerGivesUpIsNotSolved) {
-  MarkerField field = loaded(influence_, random_);
-  field.flags = kFewMarkers;
-  solver_->solve(field, forces_);
-  expectNothing(kFewMarkers);
 }
 
 TEST_F(FieldSolverTest, PoisonGivesNoFieldAndDoesNotLast) {
@@ -202,17 +199,6 @@ TEST_F(FieldSolverTest, WithoutAPressThereIsNoCentre) {
   }
 }
 
-TEST_F(FieldSolverTest, CentreOfPressureIsWhereAPressIs) {
-  VectorXd press = VectorXd::Zero(influence_.cols());
-  const int node = 2 * sensor_.nodes.columns + 4;
-  press[3 * node + 2] = 2.0;
-  solved(fieldOf(influence_ * press));
-  ASSERT_TRUE(forces_.centreOfPressureValid);
-  const Eigen::Vector3d position = sensor_.nodes.position(4, 2);
-  EXPECT_NEAR(forces_.centreOfPressure_m[0], position.x(), 1e-4);
-  EXPECT_NEAR(forces_.centreOfPressure_m[1], position.y(), 1e-4);
-}
-
 TEST_F(FieldSolverTest, TheFieldCarriesWhatItWasSolvedFrom) {
   MarkerField field = loaded(influence_, random_);
   field.info.frameNumber = 42;
@@ -269,6 +255,7 @@ TEST_F(FieldSolverTest, WhatActsBeyondTheNodesIsPublishedAtTheNearest) {
   EXPECT_LT((Eigen::Vector3d::Map(forces_.resultant_N.data()) - force).norm(), 0.05 * force.norm());
   ASSERT_TRUE(forces_.centreOfPressureValid);
   EXPECT_NEAR(forces_.centreOfPressure_m[0], at.x(), 0.5e-3);
+  EXPECT_NEAR(forces_.centreOfPressure_m[1], at.y(), 0.5e-3);
   EXPECT_LT(forces_.centreOfPressure_m[0], sensor_.nodes.position(0, 0).x() - 0.5e-3);
   ASSERT_GE(forces_.contactCount, 1);
   EXPECT_NEAR(forces_.contacts[0].position_m[0], at.x(), 0.5e-3);

@@ -1,4 +1,5 @@
 // What the model of contacts solves and completes, against the formulae written densely.
+#include "daemon/solve/wrench.h"
 #include "tests/unit/solve/model_bench.h"
 
 #include <gtest/gtest.h>
@@ -76,11 +77,11 @@ TEST(Posterior, CountsExtraUnknowns) {
 
   // Everything in covariance form.
   const Eigen::Index atoms = 3 * static_cast<Eigen::Index>(chosen.atoms.size()), size = atoms + kExtra + kMotions;
-  const MatrixXd every = bench.atomInfluence(), shape = bench.atoms().shape;
+  const MatrixXd influence = bench.atomInfluence(), shape = bench.atoms().shape;
   MatrixXd B(coordinates, size), prior = MatrixXd::Identity(size, size), to = MatrixXd::Zero(points, size);
   for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
     const Eigen::Index at = 3 * static_cast<Eigen::Index>(i);
-    B.middleCols<3>(at) = every.middleCols<3>(3 * chosen.atoms[i]);
+    B.middleCols<3>(at) = influence.middleCols<3>(3 * chosen.atoms[i]);
     prior.block<3, 3>(at, at) = chosen.covariance_N2[i];
     for (Eigen::Index p = 0; p < shape.rows(); ++p) {
       to.block<3, 3>(3 * p, at).diagonal().setConstant(shape(p, chosen.atoms[i]));
@@ -110,12 +111,9 @@ TEST(Posterior, CountsExtraUnknowns) {
   const MatrixXd expected = sigma.block(atoms, atoms, kExtra, kExtra);
   EXPECT_LT((covariance - expected).norm(), 1e-4 * expected.norm());
 
-  MatrixXd wrenches(6, size);
-  wrenches.setZero();
-  for (Eigen::Index i = 0; i < points; ++i) {
-    const Vector3d unit = Vector3d::Unit(i % 3), at = bench.atoms().points.col(i / 3);
-    wrenches.topRows<3>() += unit * to.row(i);
-    wrenches.bottomRows<3>() += at.cross(unit) * to.row(i);
+  MatrixXd wrenches = MatrixXd::Zero(6, size);
+  for (int p = 0; p < bench.atoms().pointCount(); ++p) {
+    wrenches += unitWrenches(bench.atoms().points.col(p)) * to.middleRows<3>(3 * p);
   }
   wrenches.middleCols(atoms, kExtra) = toWrench;
   std::array<double, 36> found{};
@@ -148,7 +146,7 @@ TEST(Amplitudes, CompleteWhatIsMissing) {
   Eigen::VectorXf there = picture.cast<float>();
   for (const int i : missing) there[i] = 0.0F;
   const double force_N = 0.02;
-  const auto strong = std::make_shared<const StrongModes>(bench.factors(), bench.atoms(), everyMode());
+  const auto strong = std::make_shared<const StrongModes>(bench.factors(), bench.atoms(), everyMode().noise_px);
   Amplitudes amplitudes(bench.factors(), strong);
   const int rank = bench.factors().rank();
   amplitudes.begin({there.data(), static_cast<std::size_t>(there.size())}, missing);

@@ -1,6 +1,7 @@
 // What another camera or another block than the gel file's misreads: predicted by the errors, and measured by solving.
 #include "daemon/solve/model_solver.h"
 #include "daemon/solve/systematic.h"
+#include "daemon/solve/wrench.h"
 #include "sensor/elastic/influence.h"
 #include "sensor/elastic/loads.h"
 #include "tests/unit/solve/sensors.h"
@@ -19,8 +20,6 @@
 namespace tractiond::solve::systematic_test {
 namespace {
 
-using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
 using sensor::elastic::Model;
 
 constexpr double kForce_N = 1.62;  // E pitch^2, which the errors are computed for
@@ -71,11 +70,7 @@ sensor::Points places() {
 /// 6 x 27: the wrench of unit forces at these.
 Eigen::MatrixXd wrenches(const sensor::Points& at) {
   Eigen::MatrixXd wrenches(6, 3 * at.cols());
-  for (Eigen::Index i = 0; i < at.cols(); ++i)
-    for (int axis = 0; axis < 3; ++axis) {
-      const Eigen::Vector3d force = Eigen::Vector3d::Unit(axis);
-      wrenches.col(3 * i + axis) << force, at.col(i).cross(force);
-    }
+  for (Eigen::Index i = 0; i < at.cols(); ++i) wrenches.middleCols<3>(3 * i) = unitWrenches(at.col(i));
   return wrenches;
 }
 
@@ -85,16 +80,14 @@ Eigen::MatrixXd seen(const sensor::Sensor& sensor) {
                                               sensor.gel, Model::kBlock, sensor::markerPositions(sensor), places(), 6));
 }
 
-Vector6 reading(FieldSolver& solver, const Eigen::VectorXd& image) {
+Wrench reading(FieldSolver& solver, const Eigen::VectorXd& image) {
   const auto variance_px2 = static_cast<float>(SolveOptions{}.noise_px * SolveOptions{}.noise_px);
   MarkerField markers = fieldOf(image);
   std::ranges::fill(markers.variance_px2, variance_px2);
   TractionField field;
   field.resize(thin().markerCount(), thin().nodes.count());
   solver.solve(markers, field);
-  Vector6 wrench;
-  wrench << Eigen::Vector3d::Map(field.resultant_N.data()), Eigen::Vector3d::Map(field.moment_Nm.data());
-  return wrench;
+  return wrenchOf(field);
 }
 
 /// Of sensors that are each one deviation off, by number.
@@ -231,7 +224,7 @@ TEST(Systematic, StiffnessScalesTheWholeWrench) {
   const Factors exact;
   std::vector<double> forces(3 * sensor.nodes.count());
   forces[2] = 1.0;
-  const std::array<double, 6> wrench = {1.0, -2.0, 3.0, 0.01, 0.02, -0.03};
+  const Wrench wrench(1.0, -2.0, 3.0, 0.01, 0.02, -0.03);
   const WrenchCovariance covariance = SystematicPart(exact, sensor).covariance(wrench, forces);
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j < 6; ++j) EXPECT_NEAR(covariance[6 * i + j], 4e-4 * wrench[i] * wrench[j], 1e-12);
