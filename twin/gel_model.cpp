@@ -55,10 +55,7 @@ void append(std::vector<double>& key, const Eigen::Ref<const Eigen::MatrixXd>& n
 
 Eigen::MatrixXd blockCorrection(const sensor::Gel& gel, const sensor::Points& markers, const sensor::Points& sources,
                                 const std::filesystem::path& cache, const sensor::elastic::Progress& progress) {
-  sensor::elastic::BlockOptions options;
-  for (int axis = 0; axis < 2; ++axis) {
-    options.clearance = std::min(options.clearance, 0.5 * gel.size[axis] - sources.row(axis).cwiseAbs().maxCoeff());
-  }
+  const sensor::elastic::BlockOptions options{.clearance = sensor::elastic::clearanceOf(gel, sources)};
   std::vector<double> key = {kCacheVersion, gel.youngsModulus, gel.poissonRatio, double(options.degree),
                              options.clearance};
   append(key, gel.size);

@@ -145,7 +145,7 @@ struct Surface::Work {
     std::optional<Eigen::MatrixXd> matrix;
     if (!directory.empty()) matrix = sensor::elastic::loadMatrix(directory, numbers);
     if (!matrix) {
-      matrix = sensor::elastic::surfaceMatrix(gel, pointsOf(key), key.pitch_m, {}, [&](double done) {
+      matrix = sensor::elastic::surfaceMatrix(gel, pointsOf(key), key.pitch_m, [&](double done) {
         if (stop.stop_requested()) throw Stopped();
         share.store(std::min(static_cast<float>(done), 0.99F), std::memory_order_release);
       });

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <numeric>
 #include <utility>
 
 namespace tractiond::solve {
@@ -17,18 +16,16 @@ constexpr double kPrecise = 1e-4;
 Amplitudes::Amplitudes(const Factors& factors, std::shared_ptr<const StrongModes> strong)
     : factors_(factors)
     , strong_(std::move(strong))
-    , there_(static_cast<std::size_t>(factors.left.stride()))
+    , there_(factors.left.stride())
     , all_(there_.size())
     , filtered_(there_.size())
     , gain_(there_.size(), 0.0)
-    , everyCoordinate_(static_cast<std::size_t>(factors.coordinateCount()))
+    , everyCoordinate_(every(factors.coordinateCount()))
     , coefficients_(everyCoordinate_.size())
     , completed_(everyCoordinate_.size())
     , residual_(everyCoordinate_.size())
     , direction_(everyCoordinate_.size())
-    , image_(everyCoordinate_.size()) {
-  std::iota(everyCoordinate_.begin(), everyCoordinate_.end(), 0);
-}
+    , image_(everyCoordinate_.size()) {}
 
 std::span<const double> Amplitudes::values() const {
   return {all_.data() + kMotions, static_cast<std::size_t>(std::max(columns_ - kMotions, 0))};

@@ -15,34 +15,23 @@ using Eigen::Vector3d;
 /// Change of a place, in its prior deviation, that derivatives of the shares are computed from.
 constexpr double kSmall = 0.01;
 
-int mostOf(const ModelOptions& options) {
-  return *std::max_element(options.most[0].begin(), options.most[0].end());
-}
-
 }  // namespace
 
-AroundPatches::AroundPatches(const Factors& factors, const Atoms& atoms, const ModelOptions& options, Prior& prior,
-                             Selection& selection, Roughness& roughness)
-    : factors_(factors)
-    , atoms_(atoms)
-    , options_(options)
+AroundPatches::AroundPatches(const Factors& factors, const Atoms& atoms, Prior& prior, Selection& selection,
+                             Roughness& roughness)
+    : atoms_(atoms)
     , prior_(prior)
     , selection_(selection)
     , roughness_(roughness)
     , spread_(atoms)
     , extra_(factors, atoms, kMostFreed)
-    , smooth_(static_cast<std::size_t>(atoms.count()))
+    , smooth_(atoms.count())
     , rough_(smooth_.size())
     , whole_(smooth_.size())
-    , noise_(static_cast<std::size_t>(mostOf(options)))
-    , share_(static_cast<std::size_t>(atoms.pointCount()))
-    , movedShare_(share_.size())
-    , here_(3 * share_.size()) {
+    , noise_(kMostAtoms)
+    , here_(3 * (atoms.pointCount() + kCouples)) {
   resize(moments_, atoms.count());
-  for (std::size_t i = 0; i < kRoughness.size(); ++i) {
-    solutions_.push_back({{}, Posterior(factors, atoms, mostOf(options), kMostFreed)});
-  }
-  for (Solution& solution : solutions_) solution.chosen.reserve(mostOf(options));
+  for (std::size_t i = 0; i < kRoughness.size(); ++i) solutions_.emplace_back(factors, atoms, kMostAtoms, kMostFreed);
 }
 
 bool AroundPatches::solve(const Displacements& left, AtomProducts& products, const AtomMoments& start,
@@ -76,32 +65,20 @@ void AroundPatches::setExtra(const Displacements& left, const RoundPatches& patc
       }
       wrench *= freed_.unit(k, i);
     }
-    spread_.divide(patch.place, true, share_);
-    const auto couple = [&](int unknown) -> Eigen::Map<Vector3d> {
-      return Vector3d::Map(extra_.pointForces_N(unknown).data() + 3 * (share_.size() + static_cast<std::size_t>(k)));
-    };
+    spread_.divide(patch.place, true);
     for (int i = 0; i < kPatchLoads; ++i) {
-      const PatchLoad unit = freed_.unit(k, i) * PatchLoad::Unit(i);
-      const auto forces = extra_.pointForces_N(freed_.index(k, i));
-      for (std::size_t p = 0; p < share_.size(); ++p) {
-        Vector3d::Map(forces.data() + 3 * p) = spread_.force(unit, share_, p);
-      }
-      couple(freed_.index(k, i)) = spread_.couple(unit);
+      spread_.add(freed_.unit(k, i) * PatchLoad::Unit(i), k, extra_.pointForces_N(freed_.index(k, i)));
     }
-    for (std::size_t p = 0; p < share_.size(); ++p)
-      Vector3d::Map(here_.data() + 3 * p) = spread_.force(patch.load, share_, p);
-    const Vector3d coupleHere = spread_.couple(patch.load);
+    here_.setZero();
+    spread_.add(patch.load, k, {here_.data(), static_cast<std::size_t>(here_.size())});
     for (int i = 0; i < kPatchPlaces; ++i) {  // by differences
-      const double small = kSmall * freed_.unit(k, kPatchLoads + i);
       PatchPlace moved = patch.place;
-      (i == 0 ? moved.x_m : i == 1 ? moved.y_m : moved.spread_m2) += small;
-      spread_.divide(moved, true, movedShare_);
+      element(moved, i) += kSmall * freed_.unit(k, kPatchLoads + i);
+      spread_.divide(moved, true);
       const auto forces = extra_.pointForces_N(freed_.index(k, kPatchLoads + i));
-      for (std::size_t p = 0; p < share_.size(); ++p) {
-        const Vector3d moved_N = spread_.force(patch.load, movedShare_, p);
-        Vector3d::Map(forces.data() + 3 * p) = (moved_N - Vector3d::Map(here_.data() + 3 * p)) / kSmall;
-      }
-      couple(freed_.index(k, kPatchLoads + i)) = (spread_.couple(patch.load) - coupleHere) / kSmall;
+      spread_.add(patch.load, k, forces);
+      auto change = Eigen::VectorXd::Map(forces.data(), here_.size());
+      change = (change - here_) / kSmall;
     }
   }
   extra_.multiply(left);
@@ -112,7 +89,7 @@ bool AroundPatches::findEvident(const Displacements& left, AtomProducts& product
   std::fill(smooth_.begin(), smooth_.end(), 0.0);
   const AtomMoments* seen = &start;
   Chosen& chosen = solutions_[0].chosen;
-  const auto& rounds = options_.most[0];
+  const auto& rounds = ModelConstants::kMost[0];
   for (std::size_t i = 0; i < rounds.size(); ++i) {
     if (!prior_.findGamma(*seen)) return true;
     selection_.choose(prior_.gamma_N2(), rounds[i], true, left.noise_px, chosen);
@@ -123,7 +100,7 @@ bool AroundPatches::findEvident(const Displacements& left, AtomProducts& product
     seen = &moments_;
   }
   for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
-    smooth_[static_cast<std::size_t>(chosen.atoms[i])] = chosen.gamma_N2[i];
+    smooth_[chosen.atoms[i]] = chosen.gamma_N2[i];
   }
   return true;
 }
@@ -146,14 +123,13 @@ bool AroundPatches::roughen(const Displacements& left, AtomProducts& products) {
   for (const RoundPatch& patch : freed_.patches()) {
     const Vector3d force = patch.load.head<3>();
     along += force * force.transpose();
-    spread_.divide(patch.place, false, share_);
-    for (std::size_t p = 0; p < share_.size(); ++p) Vector3d::Map(forces.data() + 3 * p) += share_[p] * force;
+    const auto share = spread_.divide(patch.place, false);
+    for (std::size_t p = 0; p < share.size(); ++p) Vector3d::Map(forces.data() + 3 * p) += share[p] * force;
   }
-  const Block omega = directions(along, options_.turning);
+  const Block omega = directions(along);
   const bool isAlone = std::all_of(smooth_.begin(), smooth_.end(), [](double gamma) { return gamma == 0.0; });
-  int most = options_.most[0].back();
-  if (isAlone) most = std::min(most, options_.mostAlone * freed_.count());
-  const auto rough = roughness_.ofPatches({forces.data(), 3 * share_.size()});
+  const int most = isAlone ? std::min(kMostAtoms, ModelConstants::kMostAlone * freed_.count()) : kMostAtoms;
+  const auto rough = roughness_.ofPatches(std::span(forces).first(3 * atoms_.pointCount()));
   std::copy(rough.begin(), rough.end(), rough_.begin());
   for (std::size_t i = 0; i < kRoughness.size(); ++i) {
     auto& [chosen, posterior] = solutions_[i];
@@ -161,11 +137,11 @@ bool AroundPatches::roughen(const Displacements& left, AtomProducts& products) {
     selection_.choose(whole_, most, false, left.noise_px, chosen);
     // Of two variances each has its own directions.
     for (std::size_t c = 0; c < chosen.atoms.size(); ++c) {
-      chosen.gamma_N2[c] = smooth_[static_cast<std::size_t>(chosen.atoms[c])];
+      chosen.gamma_N2[c] = smooth_[chosen.atoms[c]];
     }
     prior_.direct(chosen, true);
     for (std::size_t c = 0; c < chosen.atoms.size(); ++c) {
-      const double own = square(kRoughness[i]) * rough_[static_cast<std::size_t>(chosen.atoms[c])];
+      const double own = square(kRoughness[i]) * rough_[chosen.atoms[c]];
       chosen.covariance_N2[c] += own * omega;
       chosen.gamma_N2[c] += own;
     }
@@ -179,9 +155,9 @@ FoundPatch AroundPatches::found(int patch) {
   double most = logEvidence(0), sum = 0.0;
   for (int i = 1; i < kCount; ++i) most = std::max(most, logEvidence(i));
   std::array<double, kRoughness.size()> share{};
-  for (int i = 0; i < kCount; ++i) sum += share[static_cast<std::size_t>(i)] = std::exp(logEvidence(i) - most);
+  for (int i = 0; i < kCount; ++i) sum += share[i] = std::exp(logEvidence(i) - most);
   PatchChange mean = PatchChange::Zero();
-  for (int i = 0; i < kCount; ++i) mean += share[static_cast<std::size_t>(i)] / sum * change(i, patch);
+  for (int i = 0; i < kCount; ++i) mean += share[i] / sum * change(i, patch);
 
   FoundPatch found;
   found.patch = freed_.changed(patch, mean);
@@ -192,17 +168,16 @@ FoundPatch AroundPatches::found(int patch) {
     for (int r = 0; r < kPerPatch; ++r) {
       for (int c = 0; c < kPerPatch; ++c) {
         const auto at = static_cast<std::size_t>(freed_.index(patch, r) * count + freed_.index(patch, c));
-        found.covariance(r, c) += share[static_cast<std::size_t>(i)] / sum *
-                                  (freed_.unit(patch, r) * freed_.unit(patch, c) * covariance_[at] + away[r] * away[c]);
+        found.covariance(r, c) +=
+            share[i] / sum * (freed_.unit(patch, r) * freed_.unit(patch, c) * covariance_[at] + away[r] * away[c]);
       }
     }
   }
   return found;
 }
 
-std::array<double, 6> AroundPatches::wrench(int i) {
-  std::array<double, 6> sum = posterior(i).wrench();
-  auto wrench = Eigen::Matrix<double, 6, 1>::Map(sum.data());
+Wrench AroundPatches::wrench(int i) {
+  Wrench wrench = posterior(i).wrench();
   for (int k = 0; k < freed_.count(); ++k) {
     const RoundPatch& patch = freed_.patch(k);
     const Vector3d at(patch.place.x_m, patch.place.y_m, 0.0), force = patch.load.head<3>();
@@ -214,7 +189,7 @@ std::array<double, 6> AroundPatches::wrench(int i) {
     const Vector3d away(other[kPatchLoads], other[kPatchLoads + 1], 0.0);
     wrench.tail<3>() += away.cross(Vector3d(other.head<3>()));
   }
-  return sum;
+  return wrench;
 }
 
 void AroundPatches::pointForces_N(int i, std::span<double> forces) {
@@ -222,11 +197,8 @@ void AroundPatches::pointForces_N(int i, std::span<double> forces) {
   addUp(atoms_, moments_.mean_N, forces);
   for (int k = 0; k < freed_.count(); ++k) {
     const RoundPatch found = freed_.changed(k, change(i, k));
-    spread_.divide(found.place, true, share_);
-    for (std::size_t p = 0; p < share_.size(); ++p) {
-      Vector3d::Map(forces.data() + 3 * p) += spread_.force(found.load, share_, p);
-    }
-    Vector3d::Map(forces.data() + 3 * (share_.size() + static_cast<std::size_t>(k))) = spread_.couple(found.load);
+    spread_.divide(found.place, true);
+    spread_.add(found.load, k, forces);
   }
 }
 

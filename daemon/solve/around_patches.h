@@ -23,12 +23,11 @@ class AroundPatches {
  public:
   static_assert(kCouples == RoundPatches::kMost);
 
-  /// Values of rho (ModelOptions::roughness) of the patches that are tried; equally probable a priori.
+  /// Values of rho (ModelConstants::kRoughness) of the patches that are tried; equally probable a priori.
   static constexpr std::array kRoughness = {0.1, 0.2, 0.4, 0.8};
 
   /// All references must outlive it.
-  AroundPatches(const Factors& factors, const Atoms& atoms, const ModelOptions& options, Prior& prior,
-                Selection& selection, Roughness& roughness);
+  AroundPatches(const Factors& factors, const Atoms& atoms, Prior& prior, Selection& selection, Roughness& roughness);
 
   /// Solves for the field. Returns false if equations could not be solved; the results then have no meaning. \param
   /// left RoundPatches::leave() with the motion \param products with the same missing coordinates \param start moments
@@ -39,13 +38,13 @@ class AroundPatches {
 
   /// Returns the posterior of the atoms and, as extra unknowns, of the changes of the patches. Valid until the next
   /// solve().
-  Posterior& posterior(int i) { return solutions_[static_cast<std::size_t>(i)].posterior; }
+  Posterior& posterior(int i) { return solutions_[i].posterior; }
   /// Returns the log evidence, reduced for the free places of the patches and for the choice of roughness, but not for
   /// the fitted prior of its atoms. To be compared with Posterior::logEvidence() of the field alone, less kOptimism for
   /// each degree of freedom.
   double logEvidence(int i) { return posterior(i).logEvidence() - occam_; }
   /// Returns force and moment of atoms and patches about the origin of the gel frame [N, N m].
-  std::array<double, 6> wrench(int i);
+  Wrench wrench(int i);
   /// Computes the forces of the points and the couples (3 (P + kCouples)). The force of a patch is spread over the
   /// points beneath it, so that their centroid is its place.
   void pointForces_N(int i, std::span<double> forces);
@@ -57,11 +56,6 @@ class AroundPatches {
   FoundPatch found(int patch);
 
  private:
-  struct Solution {
-    Chosen chosen;
-    Posterior posterior;
-  };
-
   void setExtra(const Displacements& left, const RoundPatches& patches);
   /// Does the rounds on what is `left` and sets smooth_, all 0 if no atom is evident. Returns false if equations could
   /// not be solved.
@@ -70,26 +64,25 @@ class AroundPatches {
   void keep(const AtomMoments& start);
   PatchChange change(int i, int patch) { return freed_.change(patch, posterior(i).extra()); }
 
-  const Factors& factors_;
+  static constexpr int kMostAtoms = ModelConstants::kMost[0].back();
+
   const Atoms& atoms_;
-  const ModelOptions options_;
   Prior& prior_;
   Selection& selection_;
   Roughness& roughness_;
-  std::vector<Solution> solutions_;  // of each roughness; the first one's are those of the rounds, too
+  std::vector<ChosenPosterior> solutions_;  // of each roughness; the first one's are those of the rounds, too
   PatchSpread spread_;
   ExtraUnknowns extra_;
   // Of one frame.
   FreedPatches freed_;
   double occam_ = 0.0;
   AtomMoments moments_;
-  std::vector<double> smooth_;              // A: gamma of the atoms of the last round
-  std::vector<double> rough_;               // A: gamma of the patches at rho = 1
-  std::vector<double> whole_;               // A: gamma of both
-  std::vector<double> noise_;               // of the chosen atoms
-  std::vector<double> share_, movedShare_;  // P
-  std::vector<double> here_;                // 3P: forces of a patch
-  std::array<double, static_cast<std::size_t>(kMostFreed* kMostFreed)> covariance_{};
+  std::vector<double> smooth_;  // A: gamma of the atoms of the last round
+  std::vector<double> rough_;   // A: gamma of the patches at rho = 1
+  std::vector<double> whole_;   // A: gamma of both
+  std::vector<double> noise_;   // of the chosen atoms
+  Eigen::VectorXd here_;        // 3 (P + kCouples): forces of a patch
+  std::array<double, kMostFreed * kMostFreed> covariance_{};
 };
 
 }  // namespace tractiond::solve

@@ -14,11 +14,11 @@ constexpr int kLastOfBlock = 8;  // element
 AtomProducts::AtomProducts(const Factors& factors, int most)
     : factors_(factors)
     , stride_((kMotions + 3 * most + kColumns - 1) / kColumns * kColumns)
-    , index_(static_cast<std::size_t>(factors.atomCount()), -1)
-    , products_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(stride_), Pages::kSmall)
-    , missing_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(factors.coordinateCount()), Pages::kSmall)
-    , withPicture_(static_cast<std::size_t>(stride_)) {
-  atoms_.reserve(static_cast<std::size_t>(most));
+    , index_(factors.atomCount(), -1)
+    , products_(stride_ * stride_, Pages::kSmall)
+    , missing_(stride_ * factors.coordinateCount(), Pages::kSmall)
+    , withPicture_(stride_) {
+  atoms_.reserve(most);
 }
 
 void AtomProducts::begin(const Displacements& picture) {
@@ -28,7 +28,7 @@ void AtomProducts::begin(const Displacements& picture) {
 
 /// Keeps nothing but the motion.
 void AtomProducts::forget() {
-  for (const int atom : atoms_) index_[static_cast<std::size_t>(atom)] = -1;
+  for (const int atom : atoms_) index_[atom] = -1;
   atoms_.clear();
   constexpr std::array<int, kMotions> kRows = {0, 1, 2, 3};
   multiplyRows(factors_.motion, kRows, picture_->displacement_px, withPicture_.data());
@@ -57,7 +57,7 @@ void AtomProducts::add(std::span<const int> atoms) {
 void AtomProducts::addAtom(int atom) {
   const int first = size_;
   assert(first + 3 <= stride_);
-  index_[static_cast<std::size_t>(atom)] = first;
+  index_[atom] = first;
   atoms_.push_back(atom);
   size_ += 3;
   const std::array<int, 3> rows = {3 * atom, 3 * atom + 1, 3 * atom + 2};
@@ -88,7 +88,7 @@ void AtomProducts::addAtom(int atom) {
   const std::span<const int> missing = picture_->missing;
   for (int axis = 0; axis < 3; ++axis) {
     const int at = first + axis;
-    const float* const from = factors_.influence.row(rows[static_cast<std::size_t>(axis)]);
+    const float* const from = factors_.influence.row(rows[axis]);
     double* const to = panel(at / kColumns) + at % kColumns;
     for (std::size_t k = 0; k < missing.size(); ++k) to[kColumns * static_cast<std::ptrdiff_t>(k)] = from[missing[k]];
   }
@@ -105,7 +105,7 @@ void AtomProducts::takeOut(int first) {
       for (int i = std::max(kColumns * p, first); i < std::min(kColumns * (p + 1), size_); ++i) {
         for (int j = kColumns * q; j < std::min(kColumns * (q + 1), i + 1); ++j) {
           double& product = products_.data()[static_cast<std::ptrdiff_t>(i) * stride_ + j];
-          product -= products[static_cast<std::size_t>(kColumns * (i % kColumns) + j % kColumns)];
+          product -= products[kColumns * (i % kColumns) + j % kColumns];
           products_.data()[static_cast<std::ptrdiff_t>(j) * stride_ + i] = product;
         }
       }

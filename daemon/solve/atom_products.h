@@ -16,7 +16,8 @@ struct Displacements {
   const double* displacement_px = nullptr;  ///< 2M, padded; 0 where missing
   std::span<const int> missing;             ///< coordinates without a displacement
   double squares_px2 = 0.0;                 ///< sum of the squared displacements
-  double noise_px = 0.0;                    ///< n
+  double noise_px = 0.0;                    ///< n, above 0
+  std::span<const float> rounded_px;        ///< 2M: the same displacements, which the modes are read from
 };
 
 /// Thread-bound. Allocates only when made.
@@ -34,12 +35,12 @@ class AtomProducts {
 
   /// Returns the index of the first of the three components of an atom that was added; -1 if there are no products of
   /// it. The next add() may change it. The components of the motion have the indices 0 .. kMotions - 1.
-  int indexOf(int atom) const { return index_[static_cast<std::size_t>(atom)]; }
+  int indexOf(int atom) const { return index_[atom]; }
   /// Returns the products of a component with all others, by their indices [px^2/N^2; with the motion px^2/N, px^2].
   /// Valid until the next add() or begin().
   const double* row(int index) const { return products_.data() + static_cast<std::ptrdiff_t>(index) * stride_; }
   /// Returns the product of a component with the displacements [px^2/N; of the motion px^2].
-  double withPicture(int index) const { return withPicture_[static_cast<std::size_t>(index)]; }
+  double withPicture(int index) const { return withPicture_[index]; }
 
  private:
   void forget();

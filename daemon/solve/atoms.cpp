@@ -229,7 +229,7 @@ std::array<int, 9> nineOf(const sensor::Points& places, int columns, int rows) {
       quarter * (places.topRows<2>().colwise() - middle).cwiseAbs2().rowwise().mean().cwiseSqrt();
   std::array<int, 9> nine{};
   for (int i = 0; i < 9; ++i) {
-    int& place = nine[static_cast<std::size_t>(i)];
+    int& place = nine[i];
     if (std::min(columns, rows) >= 4) {
       place = (1 + i / 3) * rows / 4 * columns + (1 + i % 3) * columns / 4;
       continue;

@@ -6,11 +6,15 @@
 
 #include <Eigen/SparseCore>
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <vector>
 
 namespace tractiond::solve {
+
+/// Number of motions of the whole picture: shift along u and v, scale and roll.
+inline constexpr int kMotions = 4;
 
 /// Number of couples that forces may have besides those of the points, three components each [N m]: of each round patch
 /// what its wrench has more than its forces at the points, a moment where these do not reach its place. They are
@@ -62,6 +66,15 @@ Atoms makeAtoms(const sensor::Sensor& sensor);
 /// not a grid of at least 4 x 4, those that seen along z are next to where a grid as wide has these.
 /// \param places 3 x n, n > 0
 std::array<int, 9> nineOf(const sensor::Points& places, int columns, int rows);
+
+/// Calls use(point) for a point of a grid, row after row, and for those next to it.
+template <typename Use>
+void eachAround(int point, int columns, int rows, Use use) {
+  const int row = point / columns, column = point % columns;
+  for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows - 1); ++r) {
+    for (int c = std::max(column - 1, 0); c <= std::min(column + 1, columns - 1); ++c) use(r * columns + c);
+  }
+}
 
 /// Computes the forces of the points (3P [N]: x, y, z of each point) from the forces of the atoms (3A [N], likewise).
 void addUp(const Atoms& atoms, std::span<const double> forces, std::span<double> pointForces);

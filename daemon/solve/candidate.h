@@ -1,7 +1,7 @@
 // Interface of what a Mixture weighs: forces that may have caused a picture, with their covariance.
 #pragma once
 
-#include "daemon/solve/motion_weight.h"
+#include "daemon/solve/atoms.h"
 
 #include <algorithm>
 #include <array>

@@ -77,7 +77,7 @@ CreepErrors::Shares CreepErrors::about(const Eigen::Vector3d& at) const {
       const std::size_t i = kAxes * marker + axis;
       row[kSlow] = double{markers_->elastic_px[i]};
       for (Eigen::Index k = 0; k < terms; ++k)
-        row[kSlow + 1 + k] = double{markers_->creepErrors_px[static_cast<std::size_t>(k) * coordinates + i]};
+        row[kSlow + 1 + k] = double{markers_->creepErrors_px[k * coordinates + i]};
       products[axis] += by * row.head<kSlow + 1>() * row.transpose();
     }
   }

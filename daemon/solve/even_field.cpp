@@ -31,37 +31,28 @@ constexpr double kHopeless = 100.0;
 /// Pressure around a point beneath which nothing is, as a share of the largest.
 constexpr double kFaintest = 1e-9;
 
-int mostOf(const ModelOptions& options) {
-  return options.most[0].back();
-}
-
 }  // namespace
 
-EvenField::EvenField(const Factors& factors, const Atoms& atoms, const ModelOptions& options, Selection& selection,
-                     Roughness& roughness)
+EvenField::EvenField(const Factors& factors, const Atoms& atoms, Selection& selection, Roughness& roughness)
     : factors_(factors)
     , atoms_(atoms)
-    , options_(options)
     , selection_(selection)
     , roughness_(roughness)
     , near_(atoms, kNear * atoms.pitch_m)
     , around_(atoms, kAround * atoms.pitch_m)
     , extra_(factors, atoms, kUnknowns)
-    , part_(static_cast<std::size_t>(atoms.pointCount()))
+    , part_(atoms.pointCount())
     , force_(atoms.pointCount())
     , pressure_(atoms.pointCount())
     , level_(atoms.pointCount())
     , footprint_(atoms.pointCount())
     , smaller_(atoms.pointCount())
     , larger_(atoms.pointCount())
-    , even_(3 * static_cast<std::size_t>(atoms.pointCount()))
-    , forces_(3 * static_cast<std::size_t>(atoms.count()))
-    , column_(static_cast<std::size_t>(factors.influence.stride())) {
+    , even_(3 * atoms.pointCount())
+    , forces_(3 * atoms.count())
+    , column_(factors.influence.stride()) {
   open_.reserve(part_.size());
-  for (std::size_t i = 0; i < kRoughness.size(); ++i) {
-    solutions_.push_back({{}, Posterior(factors, atoms, mostOf(options), kUnknowns)});
-  }
-  for (Solution& solution : solutions_) solution.chosen.reserve(mostOf(options));
+  for (std::size_t i = 0; i < kRoughness.size(); ++i) solutions_.emplace_back(factors, atoms, kMostAtoms, kUnknowns);
   rows_.reserve(part_.size());
   coefficients_.reserve(part_.size());
 }
@@ -95,7 +86,7 @@ void EvenField::draw(std::span<const double> forces_N) {
     if (force_[p] > 0.0) along += force * force.transpose() / force_[p];
   }
   assert(along.trace() > 0.0);
-  omega_ = directions(along, options_.turning);
+  omega_ = directions(along);
   near_.average(force_, pressure_);
   around_.average(pressure_, level_);
   const double faintest = kFaintest * pressure_.maxCoeff();
@@ -115,17 +106,6 @@ void EvenField::drawFootprint(double edge, VectorXd& footprint) const {
   }
 }
 
-/// Calls use(point) for a point and those next to it.
-template <typename Use>
-void EvenField::eachAround(int point, Use use) const {
-  const int row = point / atoms_.columns, column = point % atoms_.columns;
-  for (int r = std::max(row - 1, 0); r <= std::min(row + 1, atoms_.rows - 1); ++r) {
-    for (int c = std::max(column - 1, 0); c <= std::min(column + 1, atoms_.columns - 1); ++c) {
-      use(r * atoms_.columns + c);
-    }
-  }
-}
-
 /// Keeps the connected part of the footprint with the most force; of the larger one the points next to it, too.
 void EvenField::keepLargestPart() {
   std::fill(part_.begin(), part_.end(), -1);
@@ -134,8 +114,8 @@ void EvenField::keepLargestPart() {
   for (int first = 0; first < atoms_.pointCount(); ++first) {
     double sum = 0.0;
     const auto take = [&](int point) {
-      if (part_[static_cast<std::size_t>(point)] >= 0 || footprint_[point] == 0.0) return;
-      part_[static_cast<std::size_t>(point)] = first;
+      if (part_[point] >= 0 || footprint_[point] == 0.0) return;
+      part_[point] = first;
       sum += footprint_[point];
       open_.push_back(point);
     };
@@ -143,16 +123,16 @@ void EvenField::keepLargestPart() {
     while (!open_.empty()) {
       const int point = open_.back();
       open_.pop_back();
-      eachAround(point, take);
+      eachAround(point, atoms_.columns, atoms_.rows, take);
     }
     if (sum <= most) continue;
     most = sum;
     largest = first;
   }
   for (int point = 0; point < atoms_.pointCount(); ++point) {
-    const auto isOf = [&](int other) { return part_[static_cast<std::size_t>(other)] == largest; };
+    const auto isOf = [&](int other) { return part_[other] == largest; };
     bool isNear = false;
-    eachAround(point, [&](int other) { isNear = isNear || isOf(other); });
+    eachAround(point, atoms_.columns, atoms_.rows, [&](int other) { isNear = isNear || isOf(other); });
     if (!isOf(point)) footprint_[point] = smaller_[point] = 0.0;
     if (!isNear) larger_[point] = 0.0;
   }
@@ -162,14 +142,14 @@ void EvenField::setUnknowns(const Displacements& picture) {
   extra_.begin(kUnknowns);
   for (int unknown = 0; unknown < kUnknowns; ++unknown) {
     const bool isPressure = unknown < 3;
-    const std::size_t axis = static_cast<std::size_t>(unknown) % 3;
+    const std::size_t axis = unknown % 3;
     const auto forces = extra_.pointForces_N(unknown);
     rows_.clear();
     coefficients_.clear();
     for (Index p = 0; p < footprint_.size(); ++p) {
       const double force = isPressure ? kFreePressure * footprint_[p] : 0.5 * (larger_[p] - smaller_[p]);
       if (force == 0.0) continue;
-      forces[3 * static_cast<std::size_t>(p) + axis] = force;
+      forces[3 * p + axis] = force;
       rows_.push_back(static_cast<int>(3 * p) + static_cast<int>(axis));
       coefficients_.push_back(static_cast<float>(force));
       const Vector3d unit = Vector3d::Unit(static_cast<Index>(axis));
@@ -186,20 +166,19 @@ void EvenField::setUnknowns(const Displacements& picture) {
 
 /// Solves with roughness `i`.
 bool EvenField::fit(const Displacements& picture, AtomProducts& products, int i) {
-  auto& [chosen, posterior] = solutions_[static_cast<std::size_t>(i)];
+  auto& [chosen, posterior] = solutions_[i];
   for (Index p = 0; p < footprint_.size(); ++p) Vector3d::Map(even_.data() + 3 * p) = Vector3d(0, 0, footprint_[p]);
-  selection_.choose(roughness_.of(even_, kRoughness[static_cast<std::size_t>(i)]), mostOf(options_), false,
-                    picture.noise_px, chosen);
+  selection_.choose(roughness_.of(even_, kRoughness[i]), kMostAtoms, false, picture.noise_px, chosen);
   chosen.covariance_N2.clear();
   for (const double gamma : chosen.gamma_N2) chosen.covariance_N2.emplace_back(gamma * omega_);
   return posterior.fit(picture, products, chosen, &extra_);
 }
 
 double EvenField::worth(int i) {
-  auto& [chosen, posterior] = solutions_[static_cast<std::size_t>(i)];
+  auto& [chosen, posterior] = solutions_[i];
   double degrees = kUnknowns;
   for (const double each : posterior.known()) degrees += each;
-  std::array<double, static_cast<std::size_t>(kUnknowns * kUnknowns)> covariance{};
+  std::array<double, kUnknowns * kUnknowns> covariance{};
   posterior.extraCovariance(covariance);
   for (std::size_t k = 0; k < kUnknowns; ++k) degrees -= covariance[(kUnknowns + 1) * k];
   return posterior.logEvidence() - kOptimism * std::max(degrees, fieldDegrees_) -
@@ -210,9 +189,9 @@ void EvenField::pointForces_N(int i, std::span<double> forces) {
   posterior(i).allForces_N(forces_);
   addUp(atoms_, forces_, forces);
   for (int unknown = 0; unknown < kUnknowns; ++unknown) {
-    const double times = posterior(i).extra()[static_cast<std::size_t>(unknown)];
+    const double times = posterior(i).extra()[unknown];
     const auto unit = std::as_const(extra_).pointForces_N(unknown);
-    for (std::size_t f = static_cast<std::size_t>(unknown) % 3; f < forces.size(); f += 3) forces[f] += times * unit[f];
+    for (std::size_t f = unknown % 3; f < forces.size(); f += 3) forces[f] += times * unit[f];
   }
 }
 

@@ -19,12 +19,11 @@ namespace tractiond::solve {
 /// Thread-bound. Allocates only when made.
 class EvenField {
  public:
-  /// Values of rho (ModelOptions::roughness) that are tried; equally probable a priori.
+  /// Values of rho (ModelConstants::kRoughness) that are tried; equally probable a priori.
   static constexpr std::array kRoughness = {0.2, 0.4, 0.8};
 
-  /// All references but `options` must outlive it. The points must be a grid.
-  EvenField(const Factors& factors, const Atoms& atoms, const ModelOptions& options, Selection& selection,
-            Roughness& roughness);
+  /// All references must outlive it. The points must be a grid.
+  EvenField(const Factors& factors, const Atoms& atoms, Selection& selection, Roughness& roughness);
 
   /// Solves for the field. Returns false if equations could not be solved, or if the first solution is far less likely
   /// than `least`; the results then have no meaning. \param products of the picture \param forces_N of the points
@@ -38,36 +37,28 @@ class EvenField {
   // Results of solve() with the roughness kRoughness[i], i < count().
 
   /// Returns the posterior of the atoms and, as extra unknowns, of u and v. Valid until the next solve().
-  Posterior& posterior(int i) { return solutions_[static_cast<std::size_t>(i)].posterior; }
+  Posterior& posterior(int i) { return solutions_[i].posterior; }
   /// Returns the log evidence, reduced for the choice of roughness and by kOptimism for each degree of freedom, but
   /// for no fewer than the forces have that the footprint was drawn from.
-  double logEvidence(int i) const { return logEvidence_[static_cast<std::size_t>(i)]; }
+  double logEvidence(int i) const { return logEvidence_[i]; }
   /// Computes the forces of the points (3P [N]).
   void pointForces_N(int i, std::span<double> forces);
 
  private:
-  static constexpr int kUnknowns = 6;
-  struct Solution {
-    Chosen chosen;
-    Posterior posterior;
-  };
-
+  static constexpr int kUnknowns = 6, kMostAtoms = ModelConstants::kMost[0].back();
   void draw(std::span<const double> forces_N);
   void drawFootprint(double edge, Eigen::VectorXd& footprint) const;
   void keepLargestPart();
-  template <typename Use>
-  void eachAround(int point, Use use) const;
   void setUnknowns(const Displacements& picture);
   bool fit(const Displacements& picture, AtomProducts& products, int i);
   double worth(int i);
 
   const Factors& factors_;
   const Atoms& atoms_;
-  const ModelOptions options_;
   Selection& selection_;
   Roughness& roughness_;
   Spread near_, around_;
-  std::vector<Solution> solutions_;  // of each roughness
+  std::vector<ChosenPosterior> solutions_;  // of each roughness
   ExtraUnknowns extra_;
   // Of one frame.
   int count_ = 0;

@@ -9,25 +9,25 @@ namespace tractiond::solve {
 ExtraUnknowns::ExtraUnknowns(const Factors& factors, const Atoms& atoms, int most)
     : factors_(factors)
     , atoms_(atoms)
-    , ofPoints_(3 * static_cast<std::size_t>(factors.pointCount() + kCouples))
-    , ofNodes_(3 * static_cast<std::size_t>(atoms.nodeCount()))
+    , ofPoints_(3 * (factors.pointCount() + kCouples))
+    , ofNodes_(3 * atoms.nodeCount())
     , stride_((most + kColumns) / kColumns * kColumns)
-    , columns_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(factors.influence.stride()))
-    , motion_(static_cast<std::size_t>(kColumns) * static_cast<std::size_t>(factors.influence.stride()))
-    , wrench_(static_cast<std::size_t>(most))
-    , pointForces_(static_cast<std::size_t>(most) * ofPoints_)
-    , nodeForces_(static_cast<std::size_t>(most) * ofNodes_)
-    , gram_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(stride_))
-    , withMotion_(static_cast<std::size_t>(stride_) * kColumns)
-    , withAtoms_(static_cast<std::size_t>(factors.influence.rows()) * static_cast<std::size_t>(stride_))
-    , asked_(static_cast<std::size_t>(factors.atomCount())) {}
+    , columns_(stride_ * factors.influence.stride())
+    , motion_(kColumns * factors.influence.stride())
+    , wrench_(most)
+    , pointForces_(most * ofPoints_)
+    , nodeForces_(most * ofNodes_)
+    , gram_(stride_ * stride_)
+    , withMotion_(stride_ * kColumns)
+    , withAtoms_(factors.influence.rows() * stride_)
+    , asked_(factors.atomCount()) {}
 
 void ExtraUnknowns::begin(int count) {
   assert(count <= static_cast<int>(wrench_.size()));
   count_ = count;
   std::fill_n(columns_.data(), static_cast<std::ptrdiff_t>(panels()) * kColumns * factors_.influence.stride(), 0.0);
-  std::fill_n(wrench_.begin(), count, Eigen::Matrix<double, 6, 1>::Zero());
-  std::fill_n(pointForces_.begin(), static_cast<std::size_t>(count) * ofPoints_, 0.0);
+  std::fill_n(wrench_.begin(), count, Wrench::Zero());
+  std::fill_n(pointForces_.begin(), count * ofPoints_, 0.0);
   std::fill(asked_.begin(), asked_.end(), static_cast<unsigned char>(0));
 }
 
@@ -43,8 +43,7 @@ void ExtraUnknowns::multiply(const Displacements& picture) {
     for (int m = 0; m < kMotions; ++m) motion_.data()[kColumns * j + m] = factors_.motion.row(m)[j];
   }
   for (int i = 0; i < count_; ++i) {
-    addAtNodes(atoms_, pointForces_N(i),
-               std::span(nodeForces_).subspan(ofNodes_ * static_cast<std::size_t>(i), ofNodes_));
+    addAtNodes(atoms_, pointForces_N(i), std::span(nodeForces_).subspan(ofNodes_ * i, ofNodes_));
   }
   std::array<double, kColumns * kColumns> products;
   for (int p = 0; p < panels(); ++p) {
@@ -54,7 +53,7 @@ void ExtraUnknowns::multiply(const Displacements& picture) {
       for (int i = 0; i < kColumns; ++i) {
         for (int j = 0; j < kColumns; ++j) {
           const int a = kColumns * p + i, b = kColumns * q + j;
-          gram_[index(a, b)] = gram_[index(b, a)] = products[static_cast<std::size_t>(kColumns * i + j)];
+          gram_[index(a, b)] = gram_[index(b, a)] = products[kColumns * i + j];
         }
       }
     }
@@ -68,8 +67,8 @@ void ExtraUnknowns::displacement(int unknown, float* to) const {
 
 const double* ExtraUnknowns::productsWith(int atom) {
   double* const products = withAtoms_.data() + index(3 * atom, 0);
-  if (asked_[static_cast<std::size_t>(atom)] == 0) {
-    asked_[static_cast<std::size_t>(atom)] = 1;
+  if (asked_[atom] == 0) {
+    asked_[atom] = 1;
     const std::array<int, 3> rows = {3 * atom, 3 * atom + 1, 3 * atom + 2};
     for (int p = 0; p < panels(); ++p) {
       multiplyRowsByColumns(factors_.influence, rows, panel(p), products + kColumns * p, stride_);

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "daemon/solve/atom_products.h"
+#include "daemon/solve/wrench.h"
 
 namespace tractiond::solve {
 
@@ -23,10 +24,10 @@ class ExtraUnknowns {
   void setDisplacement(int unknown, const double* displacement_px, double factor);
   /// Returns the effect on the forces of the points and on the couples (3 (P + kCouples)), which the caller fills in.
   std::span<double> pointForces_N(int unknown) {
-    return std::span(pointForces_).subspan(static_cast<std::size_t>(unknown) * ofPoints_, ofPoints_);
+    return std::span(pointForces_).subspan(unknown * ofPoints_, ofPoints_);
   }
   /// Returns the effect on force and moment about the origin [N, N m], which the caller fills in.
-  Eigen::Matrix<double, 6, 1>& wrench(int unknown) { return wrench_[static_cast<std::size_t>(unknown)]; }
+  Wrench& wrench(int unknown) { return wrench_[unknown]; }
 
   /// Computes the products among the unknowns, with the motion and with `picture`, and the nodes' forces. To be called
   /// once after begin(): productsWith() keeps what it has computed until the next begin().
@@ -35,13 +36,13 @@ class ExtraUnknowns {
   // For the posterior, after multiply().
 
   int count() const { return count_; }  ///< number of unknowns, as given to begin()
-  const Eigen::Matrix<double, 6, 1>& wrench(int unknown) const { return wrench_[static_cast<std::size_t>(unknown)]; }
+  const Wrench& wrench(int unknown) const { return wrench_[unknown]; }
   std::span<const double> pointForces_N(int unknown) const {
-    return std::span(pointForces_).subspan(static_cast<std::size_t>(unknown) * ofPoints_, ofPoints_);
+    return std::span(pointForces_).subspan(unknown * ofPoints_, ofPoints_);
   }
   /// Returns the effect on the forces of the points that are published at each node (3N).
   std::span<const double> nodeForces_N(int unknown) const {
-    return std::span(nodeForces_).subspan(static_cast<std::size_t>(unknown) * ofNodes_, ofNodes_);
+    return std::span(nodeForces_).subspan(unknown * ofNodes_, ofNodes_);
   }
   /// Returns the products of an atom's components with the unknowns, then with the picture: 3 rows of stride().
   /// Computes them at the first call for the atom.
@@ -52,14 +53,12 @@ class ExtraUnknowns {
   /// Returns the product of the displacements of two unknowns [px^2].
   double product(int a, int b) const { return gram_[index(a, b)]; }
   /// Returns the product of an unknown with one of the kMotions columns of P Q^1/2 [px^2].
-  double withMotion(int unknown, int motion) const {
-    return withMotion_[kColumns * static_cast<std::size_t>(unknown) + motion];
-  }
+  double withMotion(int unknown, int motion) const { return withMotion_[kColumns * unknown + motion]; }
   /// Returns the product of an unknown with the picture [px^2], which is one more column, with the index count().
   double withDisplacement(int unknown) const { return product(unknown, count_); }
 
  private:
-  std::size_t index(int a, int b) const { return static_cast<std::size_t>(a) * static_cast<std::size_t>(stride_) + b; }
+  std::size_t index(int a, int b) const { return a * stride_ + b; }
   int panels() const { return (count_ + kColumns) / kColumns; }
   std::ptrdiff_t panelAt(int number) const { return std::ptrdiff_t{kColumns} * number * factors_.influence.stride(); }
   double* panel(int number) { return columns_.data() + panelAt(number); }
@@ -70,7 +69,7 @@ class ExtraUnknowns {
   const int stride_;                      // the most unknowns and the picture, padded to panels
   int count_ = 0;
   LineArray<double> columns_, motion_;  // panels of kColumns columns, row after row
-  std::vector<Eigen::Matrix<double, 6, 1>> wrench_;
+  std::vector<Wrench> wrench_;
   std::vector<double> pointForces_;   // most x 3 (P + kCouples)
   std::vector<double> nodeForces_;    // most x 3N
   std::vector<double> gram_;          // stride x stride

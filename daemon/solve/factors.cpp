@@ -8,6 +8,8 @@
 #include "sensor/elastic/linear_algebra.h"
 #include "sensor/elastic/parallel.h"
 
+#include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -27,6 +29,26 @@ constexpr double kSmallest = 1e-6;
 void round(MatrixXd& matrix) {
   for (double& each : matrix.reshaped()) each = static_cast<float>(each);
 }
+
+/// The weight of displacements where the whole picture may move, W = (1 + P Q P' / n^2)^-1 = 1 - R D R'.
+struct MotionWeight {
+  MatrixXd axes;  ///< R, 2M x 4: the left singular vectors of P Q^1/2 / n; 0 for a motion that does not happen
+  Eigen::Vector4d squares;  ///< of the singular values
+
+  MotionWeight(const MotionPrior& motion, double noise_px)
+      : axes(motion.modes * (motion.variances.cwiseSqrt() / noise_px).asDiagonal()) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> moved(axes.transpose() * axes);
+    squares = moved.eigenvalues().cwiseMax(0.0);
+    const Eigen::Vector4d reciprocal = (squares.array() > 0.0).select(squares.array().max(1e-300).rsqrt(), 0.0);
+    axes = axes * (moved.eigenvectors() * reciprocal.asDiagonal());
+  }
+
+  /// Multiplies W^1/2 by a matrix of 2M rows, in place.
+  void apply(MatrixXd& matrix) const {
+    const Eigen::Vector4d share = 1.0 - (1.0 + squares.array()).rsqrt();
+    matrix -= axes * share.asDiagonal() * (axes.transpose() * matrix);
+  }
+};
 
 /// Influence of the wide atoms, those that come after the points, from that of the points.
 MatrixXd ofWideAtoms(const MatrixXd& influence, const Atoms& atoms) {
@@ -60,27 +82,19 @@ MatrixXd columnsOf(const RowMatrix& rows, Index first, Index end) {
   return columns;
 }
 
-/// Replaces a symmetric matrix by its eigenvectors with values above `least`, which rise.
-tl::expected<void, Error> decompose(double least, MatrixXd& matrix, VectorXd& values) {
-  if (sensor::elastic::eigenvectorsAbove(least, matrix, values)) return {};
-  return tl::unexpected(Error{EX_SOFTWARE, "the influence matrix's eigenvectors were not found", "", ""});
-}
-
-/// The left singular vectors of A, and the squares of the singular values above `least`, rising. \param points,
-/// \param wide of A
-tl::expected<void, Error> allModes(const MatrixXd& points, const MatrixXd& wide, double least, const Stopping& stopping,
-                                   MatrixXd& vectors, VectorXd& squares) {
+/// The left singular vectors of A, and the squares of the singular values above `least`, rising. False: they were not
+/// found. \param points, \param wide of A
+bool allModes(const MatrixXd& points, const MatrixXd& wide, double least, MatrixXd& vectors, VectorXd& squares) {
   vectors.resize(points.rows(), points.rows());
   sensor::elastic::multiplyBySelf(1.0, points, Op::kPlain, 0.0, vectors);
   sensor::elastic::multiplyBySelf(1.0, wide, Op::kPlain, 1.0, vectors);
-  if (isStopped(stopping)) return givenUp();
-  return decompose(least, vectors, squares);
+  return sensor::elastic::eigenvectorsAbove(least, vectors, squares);
 }
 
 /// The same among the combinations of the right singular vectors V of `near`, by the Gram matrix V'A'A V, which has as
 /// few rows as there are modes. \param points of A
-tl::expected<void, Error> amongModes(const MatrixXd& points, const Atoms& atoms, const Factors& near, double least,
-                                     const Stopping& stopping, MatrixXd& vectors, VectorXd& squares) {
+bool amongModes(const MatrixXd& points, const Atoms& atoms, const Factors& near, double least, MatrixXd& vectors,
+                VectorXd& squares) {
   // The forces of the modes on the points, those on wide atoms shared among the points.
   MatrixXd modes(near.rank(), points.cols()), ofAtom(3, near.rank());
   for (Index i = 0; i < modes.cols(); ++i) {
@@ -93,30 +107,25 @@ tl::expected<void, Error> amongModes(const MatrixXd& points, const Atoms& atoms,
       modes.middleCols<3>(3 * it.row()) += it.value() * columns;
     }
   }
-  if (isStopped(stopping)) return givenUp();
   MatrixXd images(points.rows(), near.rank()), rotation(near.rank(), near.rank());
   sensor::elastic::multiply(1.0, points, Op::kPlain, modes, Op::kTransposed, 0.0, images);
   modes.resize(0, 0);
-  if (isStopped(stopping)) return givenUp();
   sensor::elastic::multiplyBySelf(1.0, images, Op::kTransposed, 0.0, rotation);
-  if (isStopped(stopping)) return givenUp();
-  if (auto found = decompose(least, rotation, squares); !found) return found;
-  if (isStopped(stopping)) return givenUp();
+  if (!sensor::elastic::eigenvectorsAbove(least, rotation, squares)) return false;
   vectors.resize(points.rows(), rotation.cols());
   sensor::elastic::multiply(1.0, images, Op::kPlain, rotation, Op::kPlain, 0.0, vectors);
   vectors *= squares.cwiseSqrt().cwiseInverse().asDiagonal();
-  return {};
+  return true;
 }
 
 /// Computes Factors::gram and motionCoupling, some atoms at a time: all of them as matrices of doubles would take
-/// more memory than the factors. Returns false if it was stopped. \param strays P Q^1/2
-bool multiplyInfluence(const MatrixXd& strays, const Stopping& stopping, Factors& factors) {
+/// more memory than the factors. \param strays P Q^1/2
+void multiplyInfluence(const MatrixXd& strays, Factors& factors) {
   constexpr Index kTogether = 128;  // atoms
   const Index count = factors.atomCount();
-  factors.gram.resize(static_cast<std::size_t>(9 * count * (count + 1) / 2));
+  factors.gram.resize(9 * count * (count + 1) / 2);
   factors.motionCoupling.resize(Eigen::NoChange, 3 * count);
   for (Index first = 0; first < count; first += kTogether) {
-    if (isStopped(stopping)) return false;
     const Index end = std::min(first + kTogether, count);
     const MatrixXd own = columnsOf(factors.influence, 3 * first, 3 * end);
     factors.motionCoupling.middleCols(3 * first, own.cols()) = strays.transpose() * own;
@@ -133,14 +142,13 @@ bool multiplyInfluence(const MatrixXd& strays, const Stopping& stopping, Factors
       }
     });
   }
-  return true;
 }
 
 }  // namespace
 
 tl::expected<Factors, Error> computeFactors(MatrixXd influence, const Atoms& atoms, const MotionPrior& motion,
-                                            double force_N, const ModelOptions& options, const Factors* near,
-                                            const Stopping& stopping, const std::function<void()>& decomposing) {
+                                            double force_N, const SolveOptions& options, const Factors* near,
+                                            const std::function<void()>& decomposing) {
   assert(influence.cols() == 3 * atoms.pointCount() && motion.modes.rows() == influence.rows());
   assert(options.noise_px > 0.0 && force_N > 0.0);
   if (!influence.allFinite() || influence.isZero(0.0)) {
@@ -149,28 +157,29 @@ tl::expected<Factors, Error> computeFactors(MatrixXd influence, const Atoms& ato
   }
   Factors factors;
   factors.force_N = force_N;
+  if (near != nullptr) {
+    factors.systematicErrors = near->systematicErrors;
+    factors.computed_ns = near->computed_ns;
+  }
   MatrixXd wide = ofWideAtoms(influence, atoms);
   MatrixXd strays = motion.modes * motion.variances.cwiseSqrt().asDiagonal();
-  if (isStopped(stopping)) return givenUp();
   factors.influence = influenceRows(influence, wide);
   factors.motion = toRows(strays.transpose());
-  if (isStopped(stopping)) return givenUp();
   round(strays);
-  if (!multiplyInfluence(strays, stopping, factors) || isStopped(stopping)) return givenUp();
+  multiplyInfluence(strays, factors);
   factors.motionGram = strays.transpose() * strays;
 
   const MotionWeight weight(motion, options.noise_px);
   weight.apply(influence);
   if (near == nullptr) weight.apply(wide);
-  if (isStopped(stopping)) return givenUp();
   if (decomposing) decomposing();
   MatrixXd vectors;
   VectorXd squares;  // rising
   const double least = square(options.faintest * options.noise_px / force_N);
-  const auto decomposed = near != nullptr ? amongModes(influence, atoms, *near, least, stopping, vectors, squares)
-                                          : allModes(influence, wide, least, stopping, vectors, squares);
-  if (!decomposed) return tl::unexpected(decomposed.error());
-  if (isStopped(stopping)) return givenUp();
+  if (!(near != nullptr ? amongModes(influence, atoms, *near, least, vectors, squares)
+                        : allModes(influence, wide, least, vectors, squares))) {
+    return tl::unexpected(Error{EX_SOFTWARE, "the influence matrix's eigenvectors were not found", "", ""});
+  }
   for (Index i = squares.size() - 1; i >= 0 && squares[i] > square(kSmallest) * squares[squares.size() - 1]; --i) {
     factors.singularValues.push_back(std::sqrt(squares[i]));
   }
@@ -185,30 +194,29 @@ tl::expected<Factors, Error> computeFactors(MatrixXd influence, const Atoms& ato
   // V = (W^1/2 H)' U S^-1 of the points.
   MatrixXd right(influence.cols(), rank);
   sensor::elastic::multiply(1.0, influence, Op::kTransposed, left, Op::kPlain, 0.0, right);
-  if (isStopped(stopping)) return givenUp();
   factors.right = toRows(right * s.cwiseInverse().asDiagonal());
   weight.apply(left);
   MatrixXd both(left.rows(), kMotions + rank);
-  both << weight.axes(), left;
+  both << weight.axes, left;
   factors.left = toRows(both);
-  factors.motionGain = weight.gain();
+  factors.motionGain = weight.squares.array() / (1.0 + weight.squares.array());
   return factors;
 }
 
 tl::expected<Factors, Error> computeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
-                                            const ModelOptions& options, const Steps& steps) {
+                                            const SolveOptions& options, const Steps& steps) {
   using sensor::elastic::displacementMatrix;
   const auto begin = [&](Step step, double done) {
     if (steps) steps(step, done);
   };
   const auto progress = [&](double done) { begin(Step::kInfluence, done); };
   MatrixXd influence = sensor::elastic::toImage(
-      sensor, sensor.body ? displacementMatrix(sensor, options.mechanics, progress)
-                          : displacementMatrix(sensor.gel, options.mechanics, sensor::markerPositions(sensor),
-                                               atoms.points, {}, progress));
+      sensor, sensor.body ? displacementMatrix(sensor, options.model, progress)
+                          : displacementMatrix(sensor.gel, options.model, sensor::markerPositions(sensor), atoms.points,
+                                               sensor::elastic::kBlockDegree, progress));
   begin(Step::kProducts, 0.0);
   return computeFactors(std::move(influence), atoms, motionPrior(sensor),
-                        sensor.gel.youngsModulus * square(sensor.nodes.pitch), options, nullptr, {},
+                        sensor.gel.youngsModulus * square(sensor.nodes.pitch), options, nullptr,
                         [&] { begin(Step::kModes, 0.0); });
 }
 

@@ -9,9 +9,8 @@
 #include "daemon/records/marker_field.h"
 #include "daemon/solve/atoms.h"
 #include "daemon/solve/kernels.h"
-#include "daemon/solve/model_options.h"
-#include "daemon/solve/motion_weight.h"
-#include "daemon/solve/stopping.h"
+#include "daemon/solve/model_constants.h"
+#include "daemon/solve/options.h"
 
 #include <tl/expected.hpp>
 
@@ -20,6 +19,12 @@
 #include <vector>
 
 namespace tractiond::solve {
+
+/// How the whole picture may move.
+struct MotionPrior {
+  Eigen::MatrixXd modes;      ///< P, 2M x 4: displacements by a unit of each motion [px/px, px/px, px, px/rad]
+  Eigen::Vector4d variances;  ///< diagonal of Q [px^2, px^2, 1, rad^2]; 0: that motion does not happen
+};
 
 /// A matrix over the three components of one force, or of two forces.
 using Block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
@@ -74,19 +79,17 @@ struct Factors {
 };
 
 /// Computes the factors in seconds, on all cores and with about twice the memory of the factors. Leaves
-/// `id`, `computed_ns` and `systematicErrors` to the caller. Fails if the matrix is not finite or all zero, or if all
-/// singular values are below ModelOptions::faintest (EX_CONFIG), if its eigenvectors are not found (EX_SOFTWARE), or
-/// with givenUp(). force_N and ModelOptions::noise_px must be above 0, and the sizes must fit (asserted). The
-/// arguments need not outlive the result.
+/// `id`, `computed_ns` and `systematicErrors` to the caller, but takes the latter two over from `near`. Fails if the
+/// matrix is not finite or all zero, or if all singular values are below SolveOptions::faintest (EX_CONFIG), or if its
+/// eigenvectors are not found (EX_SOFTWARE). force_N and SolveOptions::noise_px must be above 0, and the sizes must fit
+/// (asserted). The arguments need not outlive the result.
 /// \param influence of the points, 2M x 3P [px/N]; freed as soon as it is no longer needed
 /// \param force_N as in Factors
 /// \param near factors of nearly the same influence: the modes are then combinations of its modes, which takes a third
 /// of the time; null: none
-/// \param stopping called between the steps; the longest step takes a seventh of the time with `near`
 /// \param decomposing called before the modes are computed, which takes most of the time; may be empty
 tl::expected<Factors, Error> computeFactors(Eigen::MatrixXd influence, const Atoms& atoms, const MotionPrior& motion,
-                                            double force_N, const ModelOptions& options, const Factors* near = nullptr,
-                                            const Stopping& stopping = {},
+                                            double force_N, const SolveOptions& options, const Factors* near = nullptr,
                                             const std::function<void()>& decomposing = {});
 
 /// Steps that a new gel takes, in their order.
@@ -98,7 +101,7 @@ using Steps = std::function<void(Step step, double done)>;
 /// Computes the influence of the points by the sensor's mechanics, and the factors as above, with the same errors.
 /// \param steps told of kInfluence to kModes
 tl::expected<Factors, Error> computeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
-                                            const ModelOptions& options, const Steps& steps = {});
+                                            const SolveOptions& options, const Steps& steps = {});
 
 /// Computes the rows of V of an atom, 3 x r: the mean of those of its points, by their shares. `rows` has that size.
 void modesOfAtom(const Factors& factors, const Atoms& atoms, int atom, Eigen::MatrixXd& rows);

@@ -25,31 +25,25 @@ constexpr std::uint32_t kFactorsVersion = 4;
 
 constexpr std::size_t kKeptOthers = 3;
 constexpr const char* kExtension = ".factors";
-constexpr const char* kFormerExtension = ".inverse";  // of earlier versions, which nothing reads any more
-constexpr const char* kUnfinished = ".unfinished";    // replaceWholeFile() adds it while it writes
+constexpr const char* kUnfinished = ".unfinished";  // replaceWholeFile() adds it while it writes
 
-/// Deletes what an interrupted save left behind, all caches but `saved` and the newest others, and former ones.
+/// Deletes what an interrupted save left behind, and all caches but `saved` and the newest others.
 void prune(const fs::path& saved, const Remark& remark) {
   std::error_code error;
   std::vector<std::pair<fs::file_time_type, fs::path>> files;
-  std::vector<fs::path> former;
   for (const fs::path& path : entriesOf(saved.parent_path())) {
     if (path.extension() == kExtension && path != saved) files.emplace_back(fs::last_write_time(path, error), path);
     if (path.extension() == kUnfinished && path.stem().extension() == kExtension) fs::remove(path, error);
-    if (path.extension() == kFormerExtension) former.push_back(path);
   }
   std::sort(files.rbegin(), files.rend());
-  for (std::size_t i = kKeptOthers; i < files.size(); ++i) former.push_back(files[i].second);
-  for (const fs::path& path : former) {
-    if (fs::remove(path, error)) remark("deleted the old cache " + path.string());
+  for (std::size_t i = kKeptOthers; i < files.size(); ++i) {
+    if (fs::remove(files[i].second, error)) remark("deleted the old cache " + files[i].second.string());
   }
 }
 
 /// Feeds everything of the sensor that the numbers depend on.
 void addSensor(const sensor::Sensor& sensor, Hasher& hasher) {
-  const auto vector = [&hasher](const auto& v) {
-    hasher.range(std::span(v.data(), static_cast<std::size_t>(v.size())));
-  };
+  const auto vector = [&hasher](const auto& v) { hasher.range(std::span(v.data(), v.size())); };
   hasher.value(sensor.gel.youngsModulus);
   hasher.value(sensor.gel.poissonRatio);
   vector(sensor.gel.size);
@@ -91,18 +85,13 @@ void addSensor(const sensor::Sensor& sensor, Hasher& hasher) {
   if (sensor.uncertainty.markerDepth != 0.0) hasher.value(sensor.uncertainty.markerDepth);
 }
 
-}  // namespace
-
-namespace {
-
 Id factorsId(const sensor::Sensor& sensor, const SolveOptions& options) {
-  const ModelOptions model = modelOptions(options);
   Hasher hasher;
   hasher.text("factors");
   hasher.value(kFactorsVersion);
-  hasher.value(model.mechanics);
-  hasher.value(model.noise_px);
-  hasher.value(model.faintest);
+  hasher.value(options.model);
+  hasher.value(options.noise_px);
+  hasher.value(options.faintest);
   addSensor(sensor, hasher);
   return hasher.digest();
 }
@@ -138,7 +127,7 @@ tl::expected<Factors, Error> loadOrComputeFactors(const sensor::Sensor& sensor, 
     say("computing the factors: " + cached.error());
   }
   std::future<Strays> strays;  // while one core finds the eigenvectors
-  auto factors = computeFactors(sensor, atoms, modelOptions(options), [&](Step step, double done) {
+  auto factors = computeFactors(sensor, atoms, options, [&](Step step, double done) {
     if (step == Step::kModes) strays = std::async(straysOf, std::cref(sensor), std::cref(options));
     if (steps) steps(step, done);
   });

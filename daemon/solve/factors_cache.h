@@ -21,12 +21,11 @@ Id calibrationId(const sensor::Sensor& sensor, const SolveOptions& options);
 /// not be written, what was deleted.
 using Remark = std::function<void(const std::string&)>;
 
-/// Returns the factors of the sensor's makeAtoms() with modelOptions(options): those of the cache file if it is whole
+/// Returns the factors of the sensor's makeAtoms(): those of the cache file if it is whole
 /// and has the right id; else computes and caches them. If the state directory cannot be read or written, it calls
 /// `remark` and computes. Creates the directory. After a save it deletes, in the directory, all but the newest cache
-/// files, unfinished ones, and the inverses (*.inverse) of earlier versions; so no other process may save there at the
-/// same time. Fails as computeFactors(). \param atoms makeAtoms(sensor) \param steps told of kInfluence to
-/// kSystematicErrors; not called if the cache is used
+/// files, and unfinished ones; so no other process may save there at the same time. Fails as computeFactors(). \param
+/// atoms makeAtoms(sensor) \param steps told of kInfluence to kSystematicErrors; not called if the cache is used
 tl::expected<Factors, Error> loadOrComputeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
                                                   const SolveOptions& options,
                                                   const std::filesystem::path& stateDirectory, const Steps& steps = {},

@@ -43,7 +43,7 @@ constexpr std::size_t kCheckedHeader = offsetof(Header, checksum);
 
 template <typename Matrix>
 auto all(Matrix& matrix) {
-  return std::span(matrix.data(), static_cast<std::size_t>(matrix.size()));
+  return std::span(matrix.data(), matrix.size());
 }
 
 /// Calls `use` with each array's memory in the file's order.
@@ -76,7 +76,7 @@ Hash128 checksum(const Header& header, const Factors& factors) {
 /// Sizes the arrays as the header says, for so many atoms.
 void resize(Factors& factors, const Header& header, int atomCount) {
   const auto atoms = static_cast<std::size_t>(atomCount);
-  factors.singularValues.resize(static_cast<std::size_t>(header.rank));
+  factors.singularValues.resize(header.rank);
   factors.left = RowMatrix(header.coordinateCount, header.rank + kMotions);
   factors.right = RowMatrix(header.forceCount, header.rank);
   factors.influence = RowMatrix(3 * atomCount, header.coordinateCount);

@@ -1,7 +1,6 @@
 #include "daemon/solve/field_writer.h"
 
 #include "daemon/solve/mechanics_noise.h"
-#include "daemon/solve/wrench.h"
 
 #include <algorithm>
 #include <cassert>
@@ -16,14 +15,6 @@ namespace {
 constexpr double kRemembered = 3.0, kSeen = 5.0;
 /// Standard deviation of a false force by heat from which on an untouched field says so: 0.5 gf.
 constexpr double kHeatForce_N = 5e-3;
-
-using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-
-Vector6 wrenchOf(const Contact& contact) {
-  return (Vector6() << Eigen::Vector3d::Map(contact.force_N.data()), Eigen::Vector3d::Map(contact.moment_Nm.data()))
-      .finished();
-}
 
 /// Adds the covariance by errors of one deviation each, the columns.
 template <typename Errors>
@@ -47,14 +38,14 @@ FieldWriter::FieldWriter(const Factors& factors, const Atoms& atoms, const senso
     , contacts_(atoms, sensor, systematic_)
     , creep_(sensor)
     , used_(factors.coordinateCount() / 2, options)
-    , picture_(static_cast<std::size_t>(factors.coordinateCount()))
     , nodeForce_(3 * rules_.nodes().size())
     , nodeDeviation_(nodeForce_.size()) {
   Eigen::Map<Eigen::Matrix<double, 6, 6>>(unseen_.data()) = unseen(detectionLimit_N);
 }
 
 bool FieldWriter::begin(const MarkerField& markers, TractionField& field) {
-  assert(2 * markers.valid.size() == picture_.size() && markers.displacement_px.size() == picture_.size());
+  assert(markers.valid.size() == used_.variance_px2().size() &&
+         markers.displacement_px.size() == 2 * markers.valid.size());
   assert(field.markers.valid.size() == markers.valid.size() && field.force_N.size() == nodeForce_.size());
   field.markers = markers;
   field.flags = markers.flags;
@@ -64,13 +55,15 @@ bool FieldWriter::begin(const MarkerField& markers, TractionField& field) {
     field.flags |= kFewMarkers;
     return false;
   }
-  std::copy_n(used_.row_px().begin(), picture_.size(), picture_.begin());
   creep_.take(field.markers);
   return true;
 }
 
-double FieldWriter::noise_px() const {
-  return std::hypot(noiseWithMechanics_px(std::span(picture_), used_.noise_px(), mechanicsError_), creep_.noise_px());
+Displacements FieldWriter::picture() const {
+  const double* const row_px = used_.row_px().data();
+  const double noise_px = noiseWithMechanics_px(used_.rounded_px(), used_.noise_px(), mechanicsError_);
+  return {row_px, used_.missing(), dotProduct(row_px, row_px, factors_.coordinateCount()),
+          std::hypot(noise_px, creep_.noise_px()), used_.rounded_px()};
 }
 
 void FieldWriter::write(const Estimate& estimate, Mixture& mixture, TractionField& field) {
@@ -128,16 +121,15 @@ bool FieldWriter::addDrift(TractionField& field) const {
   const auto heat_K = double{field.markers.heatDeviation_K};
   if (creep_.displacement_px() <= 0.0 && heat_K <= 0.0) return true;
   const Matrix6 byHeat = square(heat_K) * Matrix6::Map(factors_.systematicErrors.contactHeat.data());
-  const std::array<double, 6> all = solve::wrenchOf(field);
-  Vector6 beside = Vector6::Map(all.data());
+  Wrench beside = wrenchOf(field);
   Eigen::Matrix<double, 6, CreepErrors::kMost> errors;
   errors.setZero();
   int left = 0;
   for (int i = 0; i < field.contactCount; ++i) {
-    Contact contact = field.contacts[static_cast<std::size_t>(i)];
+    Contact contact = field.contacts[i];
     const Eigen::Vector3d at(contact.position_m[0], contact.position_m[1], contact.positionZ_m);
     const CreepErrors::Shares shares = creep_.about(at);
-    const Vector6 own = wrenchOf(contact), wrench = toPoint(-at) * own;
+    const Wrench own = wrenchOf(contact), wrench = toPoint(-at) * own;
     errors += wrench * shares.transpose();
     beside -= wrench;
     const Eigen::Vector3d force = own.head<3>();
@@ -145,7 +137,7 @@ bool FieldWriter::addDrift(TractionField& field) const {
     if (std::hypot(shares.norm(), std::sqrt(warmth)) * kRemembered > 1.0) continue;
     addErrors(own * shares.transpose(), contact.systematic);
     Matrix6::Map(contact.systematic.data()) += byHeat;
-    field.contacts[static_cast<std::size_t>(left++)] = contact;
+    field.contacts[left++] = contact;
   }
   addErrors(errors + beside * creep_.ofAll().transpose(), field.systematic);
   const int removed = std::exchange(field.contactCount, left) - left;
@@ -154,12 +146,7 @@ bool FieldWriter::addDrift(TractionField& field) const {
 }
 
 void FieldWriter::publishForces(const Estimate& estimate, Mixture& mixture, TractionField& field) {
-  std::fill(nodeForce_.begin(), nodeForce_.end(), 0.0);
-  for (int p = 0; p < atoms_.pointCount(); ++p) {
-    const Eigen::Vector3d force = Eigen::Vector3d::Map(estimate.force_N.data() + 3 * static_cast<std::ptrdiff_t>(p));
-    const int node = atoms_.nodeOf(p);
-    Eigen::Vector3d::Map(nodeForce_.data() + 3 * static_cast<std::ptrdiff_t>(node)) += force;
-  }
+  addAtNodes(atoms_, estimate.force_N, nodeForce_);
   if (strain_.outOfRange(nodeForce_)) field.flags |= kOutOfRange;
   mixture.nodeDeviations_N(nodeDeviation_);
   for (std::size_t i = 0; i < nodeForce_.size(); ++i) {

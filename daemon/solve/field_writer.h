@@ -24,11 +24,9 @@ class FieldWriter {
 
   // After a begin() that returned true:
 
-  /// Returns the chosen markers, and their displacements (2M [px], 0 where missing).
+  /// Returns the chosen markers, and their displacements, whose noise includes that of the mechanics and of the creep.
   const UsedMarkers& used() const { return used_; }
-  std::span<const float> picture() const { return picture_; }
-  /// Returns the standard deviation of a coordinate, that of the mechanics and of the creep included [px].
-  double noise_px() const;
+  Displacements picture() const;
 
   /// Completes the field. If the estimate has failed, or a number is not finite, the field is not valid and says so.
   /// \param mixture that the estimate is the mean of
@@ -54,7 +52,6 @@ class FieldWriter {
   // Of one frame.
   CreepErrors creep_;
   UsedMarkers used_;
-  std::vector<float> picture_;                     ///< 2M [px]
   std::vector<double> nodeForce_, nodeDeviation_;  ///< 3N
 };
 

@@ -34,7 +34,7 @@ class FreedPatches {
 
   int count() const { return count_; }
   std::span<const RoundPatch> patches() const { return {patches_.data(), static_cast<std::size_t>(count_)}; }
-  const RoundPatch& patch(int k) const { return patches_[static_cast<std::size_t>(k)]; }  ///< as fitted
+  const RoundPatch& patch(int k) const { return patches_[k]; }  ///< as fitted
 
   /// Returns the index of the unknown of patch `k` that changes its load (i < kPatchLoads) or its place.
   int index(int k, int i) const {
@@ -52,7 +52,7 @@ class FreedPatches {
   PatchChange change(int k, std::span<const double> unknowns) const {
     return PatchChange::NullaryExpr([&](Eigen::Index i) {
       const int number = static_cast<int>(i);
-      return unit(k, number) * unknowns[static_cast<std::size_t>(index(k, number))];
+      return unit(k, number) * unknowns[index(k, number)];
     });
   }
 

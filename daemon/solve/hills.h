@@ -1,12 +1,8 @@
-// Divides solved forces into hills, each a contact.
+// Divides the forces of an estimate into hills, each a contact.
 #pragma once
 
 #include "daemon/records/traction_field.h"
-#include "daemon/solve/atoms.h"
-#include "daemon/solve/kernels.h"
-#include "sensor/gel.h"
-
-#include <Eigen/Core>
+#include "daemon/solve/model.h"
 
 #include <array>
 #include <optional>
@@ -16,35 +12,6 @@
 
 namespace tractiond::solve {
 
-/// Forces at some places of a grid and couples there, with their covariance.
-class SolvedForces {
- public:
-  virtual std::span<const int> places() const = 0;         ///< indices in the grid, each once
-  virtual std::span<const double> forces_N() const = 0;    ///< x, y, z of each place
-  virtual std::span<const int> couplesAt() const = 0;      ///< indices in places(), at most kCouples
-  virtual std::span<const double> couples_Nm() const = 0;  ///< x, y, z of each couple
-  /// Computes the covariance of kColumns linear functionals of forces_N() and couples_Nm(), row after row. \param
-  /// functionals kColumns coefficients for each element of forces_N(), then of couples_Nm() \param of indices in
-  /// places(), or in couplesAt() after them, each once: only their coefficients are read, all others count as 0
-  virtual void covariances(const double* functionals, std::span<const int> of,
-                           std::array<double, kColumns * kColumns>& result) const = 0;
-  /// Computes lower bounds of the diagonal, in a small part of the time of covariances(). Arguments as there.
-  virtual void leastVariances(const double* functionals, std::span<const int> of,
-                              std::array<double, kColumns>& variances) const = 0;
-  /// Returns the covariance of the wrench of all forces and couples about the origin; null: not known.
-  virtual const WrenchCovariance* wrenchCovariance() const = 0;
-
- protected:
-  ~SolvedForces() = default;
-};
-
-/// A grid of places on the surface, row after row.
-struct PlaceGrid {
-  int columns = 0, rows = 0;          ///< numbers of places along x and y
-  sensor::Points positions, normals;  ///< [m], gel frame; unit vectors
-  Eigen::VectorXd areas;              ///< area that each place stands for [m^2]
-};
-
 /// Returns the first 6 x 6 elements of a matrix of kColumns x kColumns.
 WrenchCovariance firstSix(std::span<const double> covariances);
 
@@ -53,21 +20,26 @@ WrenchCovariance firstSix(std::span<const double> covariances);
 void setWrench(const Eigen::Vector3d& force, const Eigen::Vector3d& moment, const WrenchCovariance& noise,
                const Eigen::Vector3d& at, Contact& contact);
 
-/// A hill is a region of the grid around a local maximum of the magnitude of the forces. Hills are merged where the
+/// A hill is a region of the points around a local maximum of the magnitude of the forces. Hills are merged where the
 /// valley between their peaks is not deep enough to be certain. Thread-bound. Allocates only when made.
 class Hills {
  public:
   /// Least force of a contact, in its standard deviations.
   static constexpr double kLeast_deviations = 5.0;
 
-  /// \param mostPlaces largest number of SolvedForces::places(), with couples
-  Hills(PlaceGrid grid, int mostPlaces);
+  /// `atoms` must outlive it; `sensor` is used by the constructor only. The points of a body count as a grid, as its
+  /// nodes are.
+  Hills(const Atoms& atoms, const sensor::Sensor& sensor);
 
-  /// Divides the forces into hills; without forces there are none.
-  void divide(const SolvedForces& forces);
+  /// Takes the forces of the points that have one and are marked in `has` (P, 0 or 1), and, where patches are not
+  /// likelier than the field alone, the couples of the patches. \param mixture that the estimate is the mean of; both
+  /// must outlive the calls below
+  void take(const Estimate& estimate, Mixture& mixture, std::span<const unsigned char> has);
 
+  /// Divides these forces into hills; without forces there are none.
+  void divide();
   /// Makes one hill of all forces, of which there must be at least one.
-  void unite(const SolvedForces& forces);
+  void unite();
 
   // Results of the last divide() or unite().
 
@@ -75,13 +47,12 @@ class Hills {
   int count() const { return static_cast<int>(peak_.size()); }
   /// Returns whether the hill was not merged into another one.
   bool stands(int hill) const { return parent_[hill] == hill; }
-  /// Returns the hill that a place belongs to, after merging. \param index in SolvedForces::places()
-  int hillOf(int index) const;
+  /// Computes the forces of the points that belong to a hill, merged ones included; 0 elsewhere (3P [N]).
+  void forcesOf(int hill, std::span<double> forces) const;
 
   /// Returns the hill as a contact, in the gel frame, without Contact::systematic; nothing if its force is below a
-  /// surety() or a magnitude. \param hill below count(), one that stands() \param solved at the same places as when
-  /// they were divided; their values may differ
-  std::optional<Contact> describe(const SolvedForces& solved, int hill, double least_deviations, double least_N);
+  /// surety() or a magnitude. \param hill below count(), one that stands()
+  std::optional<Contact> describe(int hill, double least_deviations, double least_N);
 
   /// Returns the force of a contact in standard deviations, along the axis on which that is largest.
   static double surety(const Contact& contact);
@@ -90,29 +61,43 @@ class Hills {
   static void sort(std::span<Contact> contacts);
 
  private:
-  void measure(const SolvedForces& forces);
-  bool isFaint(const SolvedForces& solved, int hill, const Eigen::Vector3d& force, double least_deviations);
-  void setWrenches(const SolvedForces& solved, int hill);
-  WrenchCovariance wrenchNoise(const SolvedForces& solved, int hill);
-  template <typename Use>
-  void around(int place, int i, Use use) const;
-  double strip(const SolvedForces& forces, int from, const Eigen::Vector2d& along, double at,
-               const Eigen::Vector3d& direction, double factor, int column);
-  bool isValleyBetween(const SolvedForces& forces, int lower, int higher);
-  double* functionalsOf(int index);
+  auto force(int index) const { return Eigen::Vector3d::Map(forces_.data() + 3 * index); }
+  auto position(int index) const { return atoms_.points.col(places_[index]); }
+  int hillOf(int index) const;
+  int nearest(const PatchPlace& place) const;
+  bool isFaint(int hill, const Eigen::Vector3d& whole, double least_deviations);
+  void setWrenches(int hill);
+  WrenchCovariance wrenchNoise(int hill);
+  std::array<double, kColumns * kColumns> covariances();
+  std::array<double, kColumns> leastVariances();
+  double strip(int from, const Eigen::Vector2d& along, double at, const Eigen::Vector3d& direction, double factor,
+               int column);
+  bool isValleyBetween(int lower, int higher);
+  double* functionalsOf(int point);
   void clearFunctionals();
 
-  const PlaceGrid grid_;
-  std::vector<int> indexAt_;                ///< of every place of the grid: its index in places(); -1: none
-  std::vector<double> magnitude_;           ///< of the forces
+  const Atoms& atoms_;
+  const int columns_, rows_;
+  sensor::Points normals_;  ///< of the points
+  Eigen::VectorXd areas_;   ///< area that each point stands for [m^2]
+  // Of one frame.
+  Mixture* mixture_ = nullptr;
+  const WrenchCovariance* whole_ = nullptr;  ///< covariance of the wrench of all that was taken; null: not known
+  std::vector<int> places_;                  ///< points that have a force
+  std::vector<double> forces_, magnitude_;   ///< of each
+  std::span<const double> couples_;
+  std::array<int, kCouples> couplesAt_{};   ///< index in places_ where each acts
+  std::vector<int> indexAt_;                ///< of every point: its index in places_; -1: none
   std::vector<int> order_, hill_;           ///< of the places: strongest first; the hill each belongs to
   std::vector<int> peak_, parent_;          ///< of each hill: its highest place; itself, or the hill it was merged into
   std::vector<int> members_;                ///< of one hill
   std::vector<std::pair<int, int>> apart_;  ///< hills, the lower one first, with a valley between their peaks
   std::vector<std::pair<double, double>> valleys_;  ///< fall between two peaks, and where on the line between them
-  LineArray<double> functionals_;                   ///< of the places in used_; 0 elsewhere
-  std::vector<int> used_;                           ///< indices in places()
-  std::vector<unsigned char> isUsed_;               ///< of every index
+  /// Functionals of the forces of the points and of the couples, 3 (P + kCouples) x kColumns, row after row; 0 but for
+  /// those in used_, which isUsed_ marks.
+  LineArray<double> functionals_;
+  std::vector<int> used_;
+  std::vector<unsigned char> isUsed_;
 };
 
 }  // namespace tractiond::solve

@@ -101,7 +101,7 @@ template class LineArray<float>;
 RowMatrix::RowMatrix(int rows, int columns, Pages pages)
     : rows_(rows)
     , columns_(columns)
-    , data_(static_cast<std::size_t>(rows) * static_cast<std::size_t>(padded(columns)), pages) {}
+    , data_(rows * static_cast<std::size_t>(padded(columns)), pages) {}
 
 void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum) {
   addColumns(matrix, rows, coefficients, 0, matrix.columns(), sum);
@@ -178,10 +178,10 @@ void multiplyPairs(std::span<const double* const> columns, int first, int size, 
   for (int i = first; i < count; i += kLeft) {
     const int last = std::min(i + kLeft, count) - 1;
     const double* left[kLeft];
-    for (int k = 0; k < kLeft; ++k) left[k] = columns[static_cast<std::size_t>(std::min(i + k, last))];
+    for (int k = 0; k < kLeft; ++k) left[k] = columns[std::min(i + k, last)];
     for (int j = 0; j <= last; j += kRight) {
       const double* right[kRight];
-      for (int k = 0; k < kRight; ++k) right[k] = columns[static_cast<std::size_t>(std::min(j + k, last))];
+      for (int k = 0; k < kRight; ++k) right[k] = columns[std::min(j + k, last)];
       Doubles sums[kLeft][kRight] = {}, a, b[kRight];
       for (std::ptrdiff_t at = 0; at < size; at += kDoubles) {
 #pragma GCC unroll 4
@@ -209,7 +209,7 @@ void addShares(std::span<const int> indices, std::span<const int> blockOf, const
   Doubles parts[kBlockParts], sum;
   for (int p = 0; p < kBlockParts; ++p) load(block + kDoubles * p, parts[p]);
   for (std::size_t k = 0; k < indices.size(); ++k) {
-    double* const to = blocks + std::ptrdiff_t{kBlock} * blockOf[static_cast<std::size_t>(indices[k])];
+    double* const to = blocks + std::ptrdiff_t{kBlock} * blockOf[indices[k]];
     for (int p = 0; p < kBlockParts; ++p) {
       load(to + kDoubles * p, sum);
       store(sum + shares[k] * parts[p], to + kDoubles * p);
@@ -282,7 +282,7 @@ void multiplyRowsByColumns(const RowMatrix& matrix, std::span<const int> rows, c
     for (int first = 0; first < size; first += kPiece) {
       const int length = std::min(kPiece, size - first);
       for (int i = 0; i < kShared; ++i) {
-        const float* const row = matrix.row(rows[static_cast<std::size_t>(k + std::min(i, count - 1))]) + first;
+        const float* const row = matrix.row(rows[k + std::min(i, count - 1)]) + first;
         Doubles numbers;
         for (int j = 0; j < padded(length); j += kDoubles) {
           widen(row + j, numbers);

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -28,6 +29,12 @@ class LineArray {
  public:
   LineArray() = default;
   explicit LineArray(std::size_t size, Pages pages = Pages::kLarge);  ///< \param size number of elements; not padded
+  LineArray(const LineArray& other)
+      : LineArray(other.size_) {
+    std::copy_n(other.data(), size_, data());
+  }
+  LineArray(LineArray&&) noexcept = default;
+  LineArray& operator=(LineArray&&) noexcept = default;
   std::size_t size() const { return size_; }
   Number* data() { return data_.get(); }
   const Number* data() const { return data_.get(); }
@@ -48,6 +55,8 @@ class RowMatrix {
   RowMatrix() = default;
   /// Allocates the matrix; all elements are 0.
   RowMatrix(int rows, int columns, Pages pages = Pages::kLarge);
+  RowMatrix(RowMatrix&&) noexcept = default;  // not copied: most are large
+  RowMatrix& operator=(RowMatrix&&) noexcept = default;
 
   int rows() const { return rows_; }
   int columns() const { return columns_; }
@@ -77,6 +86,13 @@ RowMatrix toRows(const Source& source) {
     }
   }
   return rows;
+}
+
+/// Returns the indices 0 .. count - 1.
+inline std::vector<int> every(int count) {
+  std::vector<int> all(count);
+  std::iota(all.begin(), all.end(), 0);
+  return all;
 }
 
 /// Computes sum += sum over k of coefficients[k] * matrix.row(rows[k]). `rows` and `coefficients` have the same number

@@ -15,8 +15,8 @@ constexpr double kLargestStrain = 0.25;
 
 LargeStrain::LargeStrain(const sensor::Points& nodes, double depth_m, double youngsModulus_Pa)
     : strain_(static_cast<int>(nodes.cols()), static_cast<int>(nodes.cols()))
-    , below_(static_cast<std::size_t>(strain_.stride())) {
-  loaded_.reserve(static_cast<std::size_t>(nodes.cols()));
+    , below_(strain_.stride()) {
+  loaded_.reserve(nodes.cols());
   force_N_.reserve(loaded_.capacity());
   const double scale = 1.5 * std::numbers::inv_pi / youngsModulus_Pa * std::pow(depth_m, 3);
   for (int n = 0; n < strain_.rows(); ++n) {

@@ -33,24 +33,22 @@ constexpr double kLeastLoad = 0.1;
 
 }  // namespace
 
-LinearModel::LinearModel(const Factors& factors, const Atoms& atoms, const ModelOptions& options,
-                         std::shared_ptr<const StrongModes> modes)
+LinearModel::LinearModel(const Factors& factors, const Atoms& atoms, std::shared_ptr<const StrongModes> modes)
     : factors_(factors)
     , atoms_(atoms)
-    , test_(std::move(modes), LinearPosterior::mostUnknowns(options.mostOfAnyRound(), kMostFreed),
+    , test_(std::move(modes), LinearPosterior::mostUnknowns(ModelConstants::kMostOfAnyRound, kMostFreed),
             RoundPatches::kMost * RoundPatches::kPowers)
     , mixture_(atoms, kMost)
     , spread_(atoms)
     , shearSpread_(factors, atoms)
-    , displacement_(static_cast<std::size_t>(factors.influence.stride()))
+    , displacement_(factors.influence.stride())
     , straight_(displacement_.size())
-    , shown_(static_cast<std::size_t>(factors.coordinateCount()))
+    , shown_(factors.coordinateCount())
     , completed_(shown_.size())
     , coefficients_(shown_.size())
-    , atomForces_(3 * static_cast<std::size_t>(atoms.count()))
-    , share_(static_cast<std::size_t>(atoms.pointCount())) {
+    , atomForces_(3 * atoms.count()) {
   for (int i = 0; i < kMost; ++i)
-    parts_.emplace_back(LinearPosterior(factors, atoms, options.mostOfAnyRound(), kMostFreed));
+    parts_.emplace_back(LinearPosterior(factors, atoms, ModelConstants::kMostOfAnyRound, kMostFreed));
   for (auto* each : {&missingThen_, &missing_, &added_}) each->reserve(completed_.size());
 }
 
@@ -62,41 +60,35 @@ bool LinearModel::make(Model& model, const Estimate& estimate, LinearScratch& sc
   patches_ = {};
   count_ = model.mixture().count();
   assert(count_ <= std::ssize(order));
-  for (int i = 0; i < count_; ++i) order[static_cast<std::size_t>(i)] = i;
+  for (int i = 0; i < count_; ++i) order[i] = i;
   std::sort(order.begin(), order.begin() + count_,
             [&](int a, int b) { return model.mixture().share(a) > model.mixture().share(b); });
   const auto isLittle = [&](int i) { return model.mixture().share(i) < kLittle; };
   count_ = static_cast<int>(std::find_if(order.begin(), order.begin() + count_, isLittle) - order.begin());
   count_ = std::min(count_, kMost);
   for (int i = 0; i < count_; ++i) {
-    const int number = order[static_cast<std::size_t>(i)];
+    const int number = order[i];
     const Model::Solved& solved = model.solved(number);
-    Part& part = parts_[static_cast<std::size_t>(i)];
-    const std::array<double, 6> wrench = model.mixture().wrench(number);
+    Part& part = parts_[i];
+    const Wrench wrench = model.mixture().wrench(number);
     part.penalty = solved.penalty;
-    part.isPatched = solved.patches != nullptr;
-    part.isEven = solved.posterior->extraUnknowns() != nullptr && !part.isPatched;
-    if (part.isPatched && patches_.count() == 0) {
-      patches_ = *solved.patches;
+    part.kind = model.mixture().kind(number);
+    if (part.isPatched() && patches_.count() == 0) {
+      patches_ = model.freed();
       takeCurves(model.patches());
     }
     if (!part.posterior.make(*solved.posterior, model.products(), missingThen_,
                              std::hypot(wrench[0], wrench[1], wrench[2]), curvesOf(part), scratch))
       return false;
-    if (i == 0 && part.isPatched) shearSpread_.make(part.posterior, patches_, model.patches(), missingThen_);
+    if (i == 0 && part.isPatched()) shearSpread_.make(part.posterior, patches_, model.patches(), missingThen_);
     if (i == 0) test_.make(part.posterior, solved.posterior->extraUnknowns(), curvesOf(part));
   }
   for (int k = 0; k < estimate.patchCount; ++k) {
-    contact_[static_cast<std::size_t>(k)] =
-        estimate.patchShare > 0.5 ? estimate.patches[static_cast<std::size_t>(k)].contact : k;
+    contact_[k] = estimate.patchShare > 0.5 ? estimate.patches[k].contact : k;
   }
-  degrees_ = estimate.degrees;
   atomCount_ = estimate.atoms;
   rounds_ = estimate.rounds;
-  std::copy_n(picture.displacement_px, shown_.size(), displacement_.data());
-  std::transform(displacement_.data(), displacement_.data() + shown_.size(), shown_.begin(),
-                 [](double each) { return static_cast<float>(each); });
-  takePicture(missingThen_);
+  takePicture(picture);
   test_.begin(shown_);
   if (!solveFirst(picture.noise_px)) return false;
   own_ = doubt_;
@@ -105,32 +97,27 @@ bool LinearModel::make(Model& model, const Estimate& estimate, LinearScratch& sc
 
 /// Takes what the patches displace beyond their slopes.
 void LinearModel::takeCurves(const RoundPatches& patches) {
-  const auto stride = static_cast<std::size_t>(factors_.influence.stride());
-  LineArray<double> curves(RoundPatches::kPowers * stride);
+  LineArray<double> curves(RoundPatches::kPowers * factors_.influence.stride());
   curves_ = RowMatrix(RoundPatches::kPowers * patches_.count(), factors_.coordinateCount());
   for (int k = 0; k < patches_.count(); ++k) {
     patches.curves(k, curves.data());
-    std::transform(curves.data(), curves.data() + curves.size(), curves_.row(RoundPatches::kPowers * k),
-                   [](double each) { return static_cast<float>(each); });
+    std::copy_n(curves.data(), curves.size(), curves_.row(RoundPatches::kPowers * k));
   }
 }
 
-bool LinearModel::answer(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
-                         const Modes& shown, Estimate& estimate) {
-  std::copy(displacement_px.begin(), displacement_px.end(), displacement_.data());
-  std::copy(displacement_px.begin(), displacement_px.end(), shown_.begin());
-  for (std::size_t i = 0; i < missing.size(); ++i) {
-    shown_[static_cast<std::size_t>(missing[i])] = static_cast<float>(shown.completed()[i]);
+bool LinearModel::answer(const Displacements& picture, const Modes& shown, Estimate& estimate) {
+  takePicture(picture);
+  for (std::size_t i = 0; i < picture.missing.size(); ++i) {
+    shown_[picture.missing[i]] = static_cast<float>(shown.completed()[i]);
   }
-  takePicture(missing);
   test_.begin(shown.matched());
-  if (!solveFirst(noise_px) || !holds()) return false;
-  findSpreadRatios(noise_px);
+  if (!solveFirst(picture.noise_px) || !holds()) return false;
+  findSpreadRatios(picture.noise_px);
   mixture_.clear();
-  for (Part& part : std::span(parts_).first(static_cast<std::size_t>(count_))) {
-    if (&part != parts_.data() && !solve(part, noise_px)) return false;
+  for (Part& part : parts()) {
+    if (&part != parts_.data() && !solve(part, picture.noise_px)) return false;
     LinearPosterior& posterior = part.posterior;
-    addForces(part, mixture_.add(posterior, posterior.logEvidence() - part.penalty, wrenchOf(part)));
+    addForces(part, mixture_.add(posterior, part.kind, posterior.logEvidence() - part.penalty, wrenchOf(part)));
   }
   mixture_.weigh();
   publish(estimate);
@@ -141,17 +128,14 @@ bool LinearModel::answer(std::span<const float> displacement_px, std::span<const
 void LinearModel::findSpreadRatios(double noise_px) {
   spreadRatio_ = {};
   const Part& part = parts_.front();
-  if (!part.isPatched) return;
+  if (!part.isPatched()) return;
   std::array<RoundPatch, RoundPatches::kMost> now;
   std::array<double, RoundPatches::kMost> grown{};
+  for (int k = 0; k < patches_.count(); ++k) now[k] = patchNow(part, k, grown[k]);
+  const auto patches = std::span(now).first(patches_.count());
   for (int k = 0; k < patches_.count(); ++k) {
-    const auto number = static_cast<std::size_t>(k);
-    now[number] = patchNow(part, k, grown[number]);
-  }
-  const auto patches = std::span(now).first(static_cast<std::size_t>(patches_.count()));
-  for (std::size_t k = 0; k < patches.size(); ++k) {
-    spreadRatio_[k] = shearSpread_.find(part.posterior, patches_, patches, static_cast<int>(k), grown[k],
-                                        straight_.data(), noise_px, added_);
+    spreadRatio_[k] =
+        shearSpread_.find(part.posterior, patches_, patches, k, grown[k], straight_.data(), noise_px, added_);
   }
 }
 
@@ -162,8 +146,11 @@ bool LinearModel::holds() const {
          doubt_.shift <= kMostShift;
 }
 
-/// Leaves out of displacement_ what one of the two pictures misses.
-void LinearModel::takePicture(std::span<const int> missing) {
+/// Takes a picture; leaves out of displacement_ what one of the two pictures misses.
+void LinearModel::takePicture(const Displacements& picture) {
+  std::copy_n(picture.displacement_px, shown_.size(), displacement_.data());
+  std::copy(picture.rounded_px.begin(), picture.rounded_px.end(), shown_.begin());
+  const auto missing = picture.missing;
   missing_.clear();
   added_.clear();
   std::set_union(missing.begin(), missing.end(), missingThen_.begin(), missingThen_.end(),
@@ -175,15 +162,8 @@ void LinearModel::takePicture(std::span<const int> missing) {
 
 void LinearModel::publish(Estimate& estimate) {
   takeMeans(mixture_, estimate);
-  estimate.degrees = degrees_;
   estimate.atoms = atomCount_;
   estimate.rounds = rounds_;
-  estimate.evenShare = estimate.patchShare = 0.0;
-  for (int i = 0; i < count_; ++i) {
-    const Part& part = parts_[static_cast<std::size_t>(i)];
-    if (part.isEven) estimate.evenShare += mixture_.share(i);
-    if (part.isPatched) estimate.patchShare += mixture_.share(i);
-  }
   findPatches(estimate);
 }
 
@@ -194,7 +174,7 @@ bool LinearModel::solve(Part& part, double noise_px) {
   if (!part.posterior.read(displacement_.data(), noise_px, added_, curvesOf(part))) return false;
   for (int time = 0;; ++time) {
     if (!part.posterior.solve(times(part))) return false;
-    if (!part.isPatched || time == kMostTimes) break;
+    if (!part.isPatched() || time == kMostTimes) break;
     auto next = times_;
     if (straighten(part, next) < kStraight || shift_ > kMostShift) break;
     times_ = next;
@@ -240,7 +220,7 @@ bool LinearModel::solveFirst(double noise_px) {
   part.posterior.complete(missingThen_, added_, completed_);
   for (std::size_t i = 0; i < missing_.size(); ++i) {
     const int coordinate = missing_[i];
-    double change = completed_[static_cast<std::size_t>(coordinate)] - shown_[static_cast<std::size_t>(coordinate)];
+    double change = completed_[coordinate] - shown_[coordinate];
     for (std::size_t c = 0; c < times(part).size(); ++c) {
       change += times_[c] * curves_.row(static_cast<int>(c))[coordinate];
     }
@@ -257,14 +237,14 @@ bool LinearModel::solveFirst(double noise_px) {
 }
 
 /// Returns the wrench. That of the posterior is linear: with a patch moves the load of then, not that of now.
-std::array<double, 6> LinearModel::wrenchOf(const Part& part) const {
-  std::array<double, 6> sum = part.posterior.wrench();
-  for (int k = 0; part.isPatched && k < patches_.count(); ++k) {
+Wrench LinearModel::wrenchOf(const Part& part) const {
+  Wrench sum = part.posterior.wrench();
+  for (int k = 0; part.isPatched() && k < patches_.count(); ++k) {
     double grown = 0.0;
     const RoundPatch now = patchNow(part, k, grown);
     const auto& [place, load] = patches_.patch(k);
     const Eigen::Vector3d away(now.place.x_m - place.x_m, now.place.y_m - place.y_m, 0.0);
-    Eigen::Vector3d::Map(sum.data() + 3) += away.cross(Eigen::Vector3d((now.load - grown * load).head<3>()));
+    sum.tail<3>() += away.cross(Eigen::Vector3d((now.load - grown * load).head<3>()));
   }
   return sum;
 }
@@ -273,19 +253,15 @@ std::array<double, 6> LinearModel::wrenchOf(const Part& part) const {
 void LinearModel::addForces(const Part& part, std::span<double> forces) {
   part.posterior.allForces_N(atomForces_);
   addUp(atoms_, atomForces_, forces);
-  if (!part.isPatched) {
+  if (!part.isPatched()) {
     part.posterior.addExtraForces_N(forces);
     return;
   }
   for (int k = 0; k < patches_.count(); ++k) {
     double grown = 0.0;
     const RoundPatch patch = patchNow(part, k, grown);
-    spread_.divide(patch.place, true, share_);
-    for (std::size_t p = 0; p < share_.size(); ++p) {
-      Eigen::Vector3d::Map(forces.data() + 3 * p) += spread_.force(patch.load, share_, p);
-    }
-    Eigen::Vector3d::Map(forces.data() + 3 * (share_.size() + static_cast<std::size_t>(k))) =
-        spread_.couple(patch.load);
+    spread_.divide(patch.place, true);
+    spread_.add(patch.load, k, forces);
   }
 }
 
@@ -306,9 +282,9 @@ void LinearModel::findPatches(Estimate& estimate) {
   if (estimate.patchShare == 0.0) return;
   estimate.patchCount = patches_.count();
   for (int k = 0; k < patches_.count(); ++k) {
-    FoundPatch& found = estimate.patches[static_cast<std::size_t>(k)] = {};
-    found.spreadRatio = spreadRatio_[static_cast<std::size_t>(k)];
-    found.contact = estimate.patchShare > 0.5 ? contact_[static_cast<std::size_t>(k)] : 0;
+    FoundPatch& found = estimate.patches[k] = {};
+    found.spreadRatio = spreadRatio_[k];
+    found.contact = estimate.patchShare > 0.5 ? contact_[k] : 0;
     PatchChange mean = PatchChange::Zero();
     const auto asVector = [](const RoundPatch& patch) {
       PatchChange all;
@@ -317,17 +293,17 @@ void LinearModel::findPatches(Estimate& estimate) {
     };
     const auto each = [&](auto use) {
       for (int i = 0; i < count_; ++i) {
-        Part& part = parts_[static_cast<std::size_t>(i)];
+        Part& part = parts_[i];
         const double share = mixture_.share(i) / estimate.patchShare;
         double grown = 0.0;
-        if (!part.isPatched || share == 0.0) continue;
+        if (!part.isPatched() || share == 0.0) continue;
         const RoundPatch patch = patchNow(part, k, grown);
         use(part, share, asVector(patch), grown);
       }
     };
     each([&](Part&, double share, const PatchChange& patch, double) { mean += share * patch; });
     std::array<int, kPerPatch> unknowns{};
-    for (int i = 0; i < kPerPatch; ++i) unknowns[static_cast<std::size_t>(i)] = patches_.index(k, i);
+    for (int i = 0; i < kPerPatch; ++i) unknowns[i] = patches_.index(k, i);
     each([&](Part& part, double share, const PatchChange& patch, double grown) {
       Eigen::Matrix<double, kPerPatch, kPerPatch, Eigen::RowMajor> within;
       part.posterior.extraCovariance(unknowns, {within.data(), static_cast<std::size_t>(within.size())});

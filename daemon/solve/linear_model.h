@@ -27,20 +27,16 @@ class LinearModel {
     double force = 1.0;   ///< as a multiple of that which the model was made with
   };
 
-  /// `factors` and `atoms` must outlive it. \param options those of the models that it is made from
-  /// \param modes of the same factors and atoms
-  LinearModel(const Factors& factors, const Atoms& atoms, const ModelOptions& options,
-              std::shared_ptr<const StrongModes> modes);
+  /// `factors` and `atoms` must outlive it. \param modes of the same factors and atoms
+  LinearModel(const Factors& factors, const Atoms& atoms, std::shared_ptr<const StrongModes> modes);
 
   /// Makes it from the last solve() of a model, with the outcome kFound. Returns false if it was not possible. The
   /// arguments need not outlive the call.
   bool make(Model& model, const Estimate& estimate, LinearScratch& scratch);
 
-  /// Answers a picture. Returns whether the model holds for it; otherwise the results have no meaning. \param estimate
-  /// and the other arguments as in Model::solve(); degrees, atoms and rounds are those of the model \param shown looked
-  /// at this picture last
-  bool answer(std::span<const float> displacement_px, std::span<const int> missing, double noise_px, const Modes& shown,
-              Estimate& estimate);
+  /// Answers a picture. Returns whether the model holds for it; otherwise the results have no meaning. \param shown
+  /// looked at this picture last \param estimate as in Model::solve(); atoms and rounds are those of the model
+  bool answer(const Displacements& picture, const Modes& shown, Estimate& estimate);
 
   // Results of the last answer().
 
@@ -55,13 +51,13 @@ class LinearModel {
         : posterior(std::move(made)) {}
     LinearPosterior posterior;
     double penalty = 0.0;  // Model::Solved::penalty
-    bool isPatched = false, isEven = false;
+    Mixture::Kind kind = Mixture::Kind::kField;
+    bool isPatched() const { return kind == Mixture::Kind::kPatched; }
   };
 
-  const RowMatrix& curvesOf(const Part& part) const { return part.isPatched ? curves_ : noCurves_; }
-  std::span<const double> times(const Part& part) const {
-    return std::span(times_).first(static_cast<std::size_t>(curvesOf(part).rows()));
-  }
+  const RowMatrix& curvesOf(const Part& part) const { return part.isPatched() ? curves_ : noCurves_; }
+  std::span<const double> times(const Part& part) const { return std::span(times_).first(curvesOf(part).rows()); }
+  std::span<Part> parts() { return std::span(parts_).first(count_); }
   bool solveFirst(double noise_px);
   bool holds() const;
   void findSpreadRatios(double noise_px);
@@ -70,8 +66,8 @@ class LinearModel {
   double straighten(const Part& part, std::span<double> times);
   double squaresWithoutCurves(const Part& part);
   void takeCurves(const RoundPatches& patches);
-  void takePicture(std::span<const int> missing);
-  std::array<double, 6> wrenchOf(const Part& part) const;
+  void takePicture(const Displacements& picture);
+  Wrench wrenchOf(const Part& part) const;
   void addForces(const Part& part, std::span<double> forces);
   RoundPatch patchNow(const Part& part, int patch, double& grown) const;
   void findPatches(Estimate& estimate);
@@ -90,7 +86,6 @@ class LinearModel {
   RowMatrix noCurves_;
   std::array<int, RoundPatches::kMost> contact_{};
   std::vector<int> missingThen_;
-  double degrees_ = 0.0;
   int atomCount_ = 0, rounds_ = 0;
   Doubt own_;
   // Of the last answer.
@@ -102,7 +97,7 @@ class LinearModel {
   std::vector<float> shown_, completed_;  // with what detection, and what the model, make of what is missing
   std::vector<float> coefficients_;
   std::vector<int> missing_, added_;  // of both pictures; of this one alone
-  std::vector<double> atomForces_, share_;
+  std::vector<double> atomForces_;
 };
 
 }  // namespace tractiond::solve

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace tractiond::solve {
 namespace {
@@ -47,30 +46,29 @@ int decompose(const MatrixXd& a, double least, MatrixXd& root, std::vector<int>&
 LinearPosterior::LinearPosterior(const Factors& factors, const Atoms& atoms, int most, int mostExtra)
     : factors_(factors)
     , model_(atoms)
-    , indexOf_(static_cast<std::size_t>(atoms.count()), -1)
+    , indexOf_(atoms.count(), -1)
     , lambda_(kMostRank)
     , rows_(kMostRank, factors.coordinateCount(), Pages::kSmall)
-    , nodesUnseen_(3 * static_cast<std::size_t>(atoms.nodeCount()))
+    , nodesUnseen_(3 * atoms.nodeCount())
     , read_(kMostRank)
     , y_(kMostRank)
     , xi_(kMostRank)
     , firstXi_(kMostRank)
-    , theta_(static_cast<std::size_t>(mostUnknowns(most, mostExtra)))
+    , theta_(mostUnknowns(most, mostExtra))
     , precision_(kMostRank)
-    , dense_(static_cast<std::size_t>(kMostRank) * (kMostAdded + kMostRank + (kMostRank + 1) / 2 + 1), Pages::kSmall)
+    , dense_(kMostRank * (kMostAdded + kMostRank + (kMostRank + 1) / 2 + 1), Pages::kSmall)
     , taken_(dense_.data() + std::ptrdiff_t{kMostRank} * kMostAdded)
     , root_(taken_ + std::ptrdiff_t{kMostRank} * kMostRank)
-    , blockOf_(static_cast<std::size_t>(most), -1)
+    , blockOf_(most, -1)
     , functionals_(mostUnknowns(most, mostExtra), kColumns)
-    , seenColumns_(static_cast<std::size_t>(kColumns) * kMostRank)
-    , scratch_(static_cast<std::size_t>(kColumns) * kMostRank)
-    , everyRow_(kMostRank)
+    , seenColumns_(kColumns * kMostRank)
+    , scratch_(kColumns * kMostRank)
+    , everyRow_(every(kMostRank))
     , coefficients_(kMostRank) {
-  atoms_.reserve(static_cast<std::size_t>(most));
-  used_.reserve(static_cast<std::size_t>(most));
-  roots_.reserve(static_cast<std::size_t>(most));
+  atoms_.reserve(most);
+  used_.reserve(most);
+  roots_.reserve(most);
   for (int k = 0; k < kMostRank; ++k) addedRows_.push_back(dense_.data() + std::ptrdiff_t{kMostAdded} * k);
-  std::iota(everyRow_.begin(), everyRow_.end(), 0);
 }
 
 bool LinearPosterior::make(const Posterior& posterior, AtomProducts& products, std::span<const int> missing,
@@ -94,39 +92,31 @@ bool LinearPosterior::make(const Posterior& posterior, AtomProducts& products, s
   q_ = (root * (vectors * lambda.cwiseSqrt().cwiseInverse().asDiagonal())).transpose();
   // B R Q = (columns at the pivots) C, the rest being combinations of these.
   MatrixXd triangle(pivots, pivots);
-  for (int i = 0; i < pivots; ++i) triangle.row(i) = root.row(scratch.pivots[static_cast<std::size_t>(i)]);
+  for (int i = 0; i < pivots; ++i) triangle.row(i) = root.row(scratch.pivots[i]);
   const MatrixXd combine =
       triangle.triangularView<Eigen::Lower>().transpose().solve(vectors * lambda.cwiseSqrt().asDiagonal());
   layRows(posterior, combine, scratch);
   layMissing(missing);
-  layNodes();
+  layNodes(posterior);
   layWrench(posterior);
-  layShares();
+  layShares(posterior);
   layCurves(missing, curves);
   return true;
 }
 
-/// Takes atoms, roots of their priors, and what the extra unknowns do.
+/// Takes atoms and roots of their priors.
 bool LinearPosterior::takePrior(const Posterior& posterior) {
-  for (const int atom : atoms_) indexOf_[static_cast<std::size_t>(atom)] = -1;
+  for (const int atom : atoms_) indexOf_[atom] = -1;
   const Chosen& chosen = posterior.chosen();
   atoms_ = chosen.atoms;
   roots_.clear();
   for (std::size_t i = 0; i < atoms_.size(); ++i) {
-    indexOf_[static_cast<std::size_t>(atoms_[i])] = static_cast<int>(i);
+    indexOf_[atoms_[i]] = static_cast<int>(i);
     const Eigen::LLT<Block> root(chosen.covariance_N2[i]);
     if (root.info() != Eigen::Success) return false;
     roots_.emplace_back(root.matrixL());
   }
-  const ExtraUnknowns* const extra = posterior.extraUnknowns();
-  extraCount_ = extra == nullptr ? 0 : extra->count();
-  extraForces_.clear();
-  extraNodeForces_.clear();
-  for (int e = 0; e < extraCount_; ++e) {
-    const auto points = extra->pointForces_N(e), nodes = extra->nodeForces_N(e);
-    extraForces_.insert(extraForces_.end(), points.begin(), points.end());
-    extraNodeForces_.insert(extraNodeForces_.end(), nodes.begin(), nodes.end());
-  }
+  extraCount_ = posterior.extraUnknowns() == nullptr ? 0 : posterior.extraUnknowns()->count();
   return true;
 }
 
@@ -137,9 +127,9 @@ void LinearPosterior::assemble(const Posterior& posterior, const AtomProducts& p
   ExtraUnknowns* const extra = posterior.extraUnknowns();
   gram.resize(unknowns(), unknowns());
   for (int i = 0; i < count; ++i) {
-    const int index = products.indexOf(atoms_[static_cast<std::size_t>(i)]);
+    const int index = products.indexOf(atoms_[i]);
     for (int j = 0; j <= i; ++j) {
-      const int other = products.indexOf(atoms_[static_cast<std::size_t>(j)]);
+      const int other = products.indexOf(atoms_[j]);
       Block block;
       for (int r = 0; r < 3; ++r) {
         for (int c = 0; c < 3; ++c) block(r, c) = products.row(index + r)[other + c];
@@ -152,8 +142,7 @@ void LinearPosterior::assemble(const Posterior& posterior, const AtomProducts& p
     if (extra == nullptr) continue;
     const auto with =
         Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>, 0, Eigen::OuterStride<>>(
-            extra->productsWith(atoms_[static_cast<std::size_t>(i)]), 3, extraCount_,
-            Eigen::OuterStride<>(extra->stride()));
+            extra->productsWith(atoms_[i]), 3, extraCount_, Eigen::OuterStride<>(extra->stride()));
     gram.block(extraFirst, 3 * Index{i}, extraCount_, 3) = with.transpose() * root(i);
   }
   for (int e = 0; e < extraCount_; ++e) {
@@ -172,32 +161,31 @@ void LinearPosterior::layRows(const Posterior& posterior, const MatrixXd& combin
   const auto pivots = static_cast<int>(scratch.pivots.size());
   const int coordinates = factors_.coordinateCount();
   if (scratch.seen.rows() == 0) scratch.seen = RowMatrix(kMostRank, coordinates, Pages::kSmall);
-  std::vector<double> sum(static_cast<std::size_t>(rows_.stride()));
+  std::vector<double> sum(rows_.stride());
   for (int p = 0; p < pivots; ++p) {
-    const int unknown = scratch.pivots[static_cast<std::size_t>(p)];
+    const int unknown = scratch.pivots[p];
     float* const to = scratch.seen.row(p);
     if (unknown >= firstMotion()) {
       std::copy_n(factors_.motion.row(unknown - firstMotion()), coordinates, to);
     } else if (unknown >= firstExtra()) {
       posterior.extraUnknowns()->displacement(unknown - firstExtra(), to);
     } else {
-      const int atom = atoms_[static_cast<std::size_t>(unknown / 3)];
+      const int atom = atoms_[unknown / 3];
       const std::array<int, 3> rows = {3 * atom, 3 * atom + 1, 3 * atom + 2};
       const Eigen::Vector3f factors = root(unknown / 3).col(unknown % 3).cast<float>();
       std::fill(sum.begin(), sum.end(), 0.0);
       addRows(factors_.influence, rows, {factors.data(), 3}, sum.data());
-      std::transform(sum.begin(), sum.begin() + coordinates, to, [](double x) { return static_cast<float>(x); });
+      std::copy_n(sum.begin(), coordinates, to);
     }
   }
-  const std::span every(everyRow_.data(), static_cast<std::size_t>(pivots));
+  const std::span ofPivots(everyRow_.data(), static_cast<std::size_t>(pivots));
   for (int k = 0; k < rank_; ++k) {
     for (int p = 0; p < pivots; ++p) {
-      coefficients_[static_cast<std::size_t>(p)] = static_cast<float>(combine(p, k) / square(noise_px_));
+      coefficients_[p] = static_cast<float>(combine(p, k) / square(noise_px_));
     }
     std::fill(sum.begin(), sum.end(), 0.0);
-    addRows(scratch.seen, every, {coefficients_.data(), every.size()}, sum.data());
-    std::transform(sum.begin(), sum.begin() + coordinates, rows_.row(k),
-                   [](double x) { return static_cast<float>(x); });
+    addRows(scratch.seen, ofPivots, {coefficients_.data(), ofPivots.size()}, sum.data());
+    std::copy_n(sum.begin(), coordinates, rows_.row(k));
   }
 }
 
@@ -205,9 +193,9 @@ void LinearPosterior::layRows(const Posterior& posterior, const MatrixXd& combin
 void LinearPosterior::layMissing(std::span<const int> missing) {
   MatrixXd columns = MatrixXd::Zero(std::ssize(missing), unknowns());
   for (Index row = 0; row < columns.rows(); ++row) {
-    const int coordinate = missing[static_cast<std::size_t>(row)];
+    const int coordinate = missing[row];
     for (int i = 0; i < std::ssize(atoms_); ++i) {
-      const int component = 3 * atoms_[static_cast<std::size_t>(i)];
+      const int component = 3 * atoms_[i];
       const Eigen::RowVector3d unit(factors_.influence.row(component)[coordinate],
                                     factors_.influence.row(component + 1)[coordinate],
                                     factors_.influence.row(component + 2)[coordinate]);
@@ -219,9 +207,9 @@ void LinearPosterior::layMissing(std::span<const int> missing) {
 }
 
 /// Computes what xi does to the forces of the nodes, and the variance of what it does not hold.
-void LinearPosterior::layNodes() {
+void LinearPosterior::layNodes(const Posterior& posterior) {
   const Index nodes = model_.ofNodes.rows();
-  nodes_.assign(static_cast<std::size_t>(3 * nodes * padded(rank_)), 0.0F);
+  nodes_.assign(3 * nodes * padded(rank_), 0.0F);
   MatrixXd forces(rank_, 3), all(rank_, 3 * std::ssize(atoms_));  // of the atoms
   for (int i = 0; i < std::ssize(atoms_); ++i) {
     all.middleCols<3>(3 * Index{i}) = q_.middleCols<3>(3 * Index{i}) * root(i).transpose();
@@ -230,13 +218,13 @@ void LinearPosterior::layNodes() {
     Eigen::Vector3d prior = Eigen::Vector3d::Zero();
     forces.setZero();
     for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(model_.ofNodes, node); it; ++it) {
-      const int i = indexOf_[static_cast<std::size_t>(it.col())];
+      const int i = indexOf_[it.col()];
       if (i < 0) continue;
       forces += it.value() * all.middleCols<3>(3 * Index{i});
       prior += square(it.value()) * root(i).rowwise().squaredNorm();
     }
     for (int e = 0; e < extraCount_; ++e) {
-      const Eigen::Vector3d unit = Eigen::Vector3d::Map(extraNodeForces_.data() + 3 * (e * nodes + node));
+      const Eigen::Vector3d unit = Eigen::Vector3d::Map(posterior.extraUnknowns()->nodeForces_N(e).data() + 3 * node);
       if (unit.isZero(0.0)) continue;
       prior += unit.cwiseAbs2();
       forces += q_.col(firstExtra() + e) * unit.transpose();
@@ -244,7 +232,7 @@ void LinearPosterior::layNodes() {
     for (Index axis = 0; axis < 3; ++axis) {
       const Index row = 3 * node + axis;
       Eigen::VectorXf::Map(nodes_.data() + padded(rank_) * row, rank_) = forces.col(axis).cast<float>();
-      nodesUnseen_[static_cast<std::size_t>(row)] = std::max(0.0, prior[axis] - forces.col(axis).squaredNorm());
+      nodesUnseen_[row] = std::max(0.0, prior[axis] - forces.col(axis).squaredNorm());
     }
   }
 }
@@ -253,8 +241,7 @@ void LinearPosterior::layWrench(const Posterior& posterior) {
   Eigen::Matrix<double, 6, Eigen::Dynamic> ofUnknowns(6, unknowns());
   ofUnknowns.setZero();
   for (int i = 0; i < std::ssize(atoms_); ++i) {
-    ofUnknowns.middleCols<3>(3 * Index{i}) =
-        model_.wrench.middleCols<3>(3 * Index{atoms_[static_cast<std::size_t>(i)]}) * root(i);
+    ofUnknowns.middleCols<3>(3 * Index{i}) = model_.wrench.middleCols<3>(3 * Index{atoms_[i]}) * root(i);
   }
   for (int e = 0; e < extraCount_; ++e) {
     ofUnknowns.col(firstExtra() + e) = std::as_const(*posterior.extraUnknowns()).wrench(e);
@@ -264,20 +251,20 @@ void LinearPosterior::layWrench(const Posterior& posterior) {
 }
 
 /// Lists which unknowns act on each point.
-void LinearPosterior::layShares() {
+void LinearPosterior::layShares(const Posterior& posterior) {
   const Index points = model_.ofPoints.rows();
   for (auto* each : {&sharing_, &extraUnknowns_}) each->clear();
   for (auto* each : {&shares_, &extraShares_}) each->clear();
   for (auto* each : {&sharingFirst_, &extraFirst_}) each->assign(1, 0);
   for (Index point = 0; point < points; ++point) {
     for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(model_.ofPoints, point); it; ++it) {
-      const int i = indexOf_[static_cast<std::size_t>(it.col())];
+      const int i = indexOf_[it.col()];
       if (i < 0) continue;
       sharing_.push_back(i);
       shares_.push_back(it.value());
     }
     for (int e = 0; e < extraCount_; ++e) {
-      const auto unit = std::span(extraForces_).subspan(3 * static_cast<std::size_t>(points * e + point), 3);
+      const auto unit = std::as_const(*posterior.extraUnknowns()).pointForces_N(e).subspan(3 * point, 3);
       if (unit[0] == 0.0 && unit[1] == 0.0 && unit[2] == 0.0) continue;
       extraUnknowns_.push_back(e);
       extraShares_.insert(extraShares_.end(), unit.begin(), unit.end());
@@ -291,10 +278,10 @@ void LinearPosterior::layShares() {
 void LinearPosterior::layCurves(std::span<const int> missing, const RowMatrix& curves) {
   curves_.resize(rank_, curves.rows());
   curvesNow_.resize(rank_, curves.rows());
-  std::vector<double> curve(static_cast<std::size_t>(rows_.stride()));
+  std::vector<double> curve(rows_.stride());
   for (int c = 0; c < curves.rows(); ++c) {
     std::copy_n(curves.row(c), curve.size(), curve.begin());
-    for (const int coordinate : missing) curve[static_cast<std::size_t>(coordinate)] = 0.0;
+    for (const int coordinate : missing) curve[coordinate] = 0.0;
     multiplyRows(rows_, {everyRow_.data(), static_cast<std::size_t>(rank_)}, curve.data(), curves_.col(c).data());
   }
 }
@@ -365,12 +352,12 @@ void LinearPosterior::takeOut(std::span<const int> added) {
 /// Solves for xi with a scale of the prior. Also computes the log determinant of s^2 (Lambda + 1 / s^2).
 bool LinearPosterior::solveWith(double scale) {
   logDeterminant_ = 0.0;
-  for (std::size_t k = 0; k < static_cast<std::size_t>(rank_); ++k) {
+  for (int k = 0; k < rank_; ++k) {
     precision_[k] = ratio_ * lambda_[k] + 1.0 / square(scale);
     xi_[k] = y_[k];
   }
   if (!isDense_) {
-    for (std::size_t k = 0; k < static_cast<std::size_t>(rank_); ++k) {
+    for (int k = 0; k < rank_; ++k) {
       xi_[k] /= precision_[k];
       logDeterminant_ += std::log(square(scale) * precision_[k]);
     }
@@ -379,7 +366,7 @@ bool LinearPosterior::solveWith(double scale) {
   double* to = root_;
   for (int i = 0; i < rank_; ++i) {
     for (int j = 0; j <= i; ++j) *to++ = -ratio_ * taken_[std::ptrdiff_t{kMostRank} * i + j];
-    to[-1] += precision_[static_cast<std::size_t>(i)];
+    to[-1] += precision_[i];
   }
   if (!factoriseLower(factor(), rank_, scratch_.data())) return false;
   solveLower(factor(), rank_, xi_.data());
@@ -394,7 +381,7 @@ double LinearPosterior::likeliestScale() const {
   for (int step = 0; step <= kMostSteps; ++step) {
     const double octaves = static_cast<double>(step) / kSteps, squared = std::exp2(2.0 * octaves);
     double sum = -square(octaves);
-    for (std::size_t k = 0; k < static_cast<std::size_t>(rank_); ++k) {
+    for (int k = 0; k < rank_; ++k) {
       const double lambda = ratio_ * lambda_[k], y = xi_[k] * (lambda + 1.0);
       sum += square(y) / (lambda + 1.0 / squared) - std::log(1.0 + squared * lambda);
     }
@@ -409,10 +396,8 @@ double LinearPosterior::forceOfXi_N() const {
   return (wrench_.topRows<3>() * Eigen::VectorXd::Map(xi_.data(), rank_)).norm();
 }
 
-std::array<double, 6> LinearPosterior::wrench() const {
-  std::array<double, 6> wrench{};
-  Eigen::Matrix<double, 6, 1>::Map(wrench.data()) = wrench_ * Eigen::VectorXd::Map(xi_.data(), rank_);
-  return wrench;
+Wrench LinearPosterior::wrench() const {
+  return wrench_ * Eigen::VectorXd::Map(xi_.data(), rank_);
 }
 
 void LinearPosterior::allForces_N(std::span<double> forces) const {
@@ -423,23 +408,24 @@ void LinearPosterior::allForces_N(std::span<double> forces) const {
 }
 
 void LinearPosterior::addExtraForces_N(std::span<double> forces) const {
-  const double* unit = extraForces_.data();
-  for (const double times : extra()) {
-    for (std::size_t i = 0; i < forces.size(); ++i) forces[i] += times * unit[i];
-    unit += 3 * model_.ofPoints.rows();
+  for (std::size_t point = 0; point + 1 < extraFirst_.size(); ++point) {
+    for (std::size_t i = extraFirst_[point]; i < extraFirst_[point + 1]; ++i) {
+      const double times = extra()[extraUnknowns_[i]];
+      for (int axis = 0; axis < 3; ++axis) forces[3 * point + axis] += times * extraShares_[3 * i + axis];
+    }
   }
 }
 
 void LinearPosterior::complete(std::span<const int> missing, std::span<const int> added,
                                std::span<float> displacement_px) const {
-  const auto at = [&](int coordinate) -> float& { return displacement_px[static_cast<std::size_t>(coordinate)]; };
+  const auto at = [&](int coordinate) -> float& { return displacement_px[coordinate]; };
   const auto xi = Eigen::VectorXd::Map(xi_.data(), rank_);
   for (Index i = 0; i < std::ssize(missing); ++i) {
-    at(missing[static_cast<std::size_t>(i)]) = static_cast<float>(noise_px_ * seenWhereMissing_.row(i).dot(xi));
+    at(missing[i]) = static_cast<float>(noise_px_ * seenWhereMissing_.row(i).dot(xi));
   }
   for (const int coordinate : added) {
     double sum = 0.0;
-    for (int k = 0; k < rank_; ++k) sum += double{rows_.row(k)[coordinate]} * xi_[static_cast<std::size_t>(k)];
+    for (int k = 0; k < rank_; ++k) sum += double{rows_.row(k)[coordinate]} * xi_[k];
     at(coordinate) = static_cast<float>(square(noise_px_) * sum);
   }
 }
@@ -449,8 +435,7 @@ void LinearPosterior::readColumn(const double* column_px, std::span<double> ofXi
 }
 
 void LinearPosterior::subtractAt(int coordinate, double displacement_px, std::span<double> ofXi) const {
-  for (int k = 0; k < rank_; ++k)
-    ofXi[static_cast<std::size_t>(k)] -= displacement_px * double{rows_.row(k)[coordinate]};
+  for (int k = 0; k < rank_; ++k) ofXi[k] -= displacement_px * double{rows_.row(k)[coordinate]};
 }
 
 void LinearPosterior::multiplyCovariance(std::span<double> ofXi) const {
@@ -459,7 +444,7 @@ void LinearPosterior::multiplyCovariance(std::span<double> ofXi) const {
     solveLowerTransposed(factor(), rank_, ofXi.data());
     return;
   }
-  for (std::size_t k = 0; k < static_cast<std::size_t>(rank_); ++k) ofXi[k] /= precision_[k];
+  for (int k = 0; k < rank_; ++k) ofXi[k] /= precision_[k];
 }
 
 }  // namespace tractiond::solve

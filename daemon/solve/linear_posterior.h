@@ -72,7 +72,7 @@ class LinearPosterior final : public Candidate {
   /// Returns the force of the i-th of atoms() [N]; of weigh().
   Eigen::Vector3d atomForce_N(std::size_t i) const { return roots_[i] * Eigen::Vector3d::Map(theta_.data() + 3 * i); }
   /// Returns force and moment about the origin [N, N m].
-  std::array<double, 6> wrench() const;
+  Wrench wrench() const;
   /// Computes the forces of all atoms (3A [N]).
   void allForces_N(std::span<double> forces) const;
   /// Adds the forces of the points and the couples by the extra unknowns (3 (P + kCouples)).
@@ -104,7 +104,7 @@ class LinearPosterior final : public Candidate {
   double noise_px() const { return noise_px_; }
   std::span<const int> atoms() const { return atoms_; }
   /// Returns the root of the prior of the i-th of atoms().
-  const Block& root(int i) const { return roots_[static_cast<std::size_t>(i)]; }
+  const Block& root(int i) const { return roots_[i]; }
   struct Sharing {
     std::span<const int> atoms;      ///< indices in atoms()
     std::span<const double> shares;  ///< of the force of each
@@ -129,9 +129,9 @@ class LinearPosterior final : public Candidate {
   void assemble(const Posterior& posterior, const AtomProducts& products, Eigen::MatrixXd& gram) const;
   void layRows(const Posterior& posterior, const Eigen::MatrixXd& combine, LinearScratch& scratch);
   void layMissing(std::span<const int> missing);
-  void layNodes();
+  void layNodes(const Posterior& posterior);
   void layWrench(const Posterior& posterior);
-  void layShares();
+  void layShares(const Posterior& posterior);
   void layCurves(std::span<const int> missing, const RowMatrix& curves);
   void takeOut(std::span<const int> added);
   bool solveWith(double scale);
@@ -159,7 +159,6 @@ class LinearPosterior final : public Candidate {
   int rank_ = 0, extraCount_ = 0;
   std::vector<int> atoms_, indexOf_;  // indexOf_: A, of each atom in atoms_, or -1
   std::vector<Block> roots_;
-  std::vector<double> extraForces_, extraNodeForces_;  // extra x 3 (P + kCouples), x 3N
   // Point after point, and couple after couple: which atoms act there, by their indices in atoms_, with which share of
   // their force; which extra unknowns, with which force. Those of a point begin at sharingFirst_ and extraFirst_.
   std::vector<int> sharing_, extraUnknowns_;

@@ -21,7 +21,7 @@ void LinearPosterior::whiten(double* columns) const {
     return;
   }
   for (int k = 0; k < rank_; ++k) {
-    const double factor = 1.0 / std::sqrt(precision_[static_cast<std::size_t>(k)]);
+    const double factor = 1.0 / std::sqrt(precision_[k]);
     for (int c = 0; c < kColumns; ++c) *columns++ *= factor;
   }
 }
@@ -31,12 +31,11 @@ void LinearPosterior::wrenchCovariance(std::array<double, 36>& covariance) {
   std::fill_n(columns, kColumns * rank_, 0.0);
   for (int k = 0; k < rank_; ++k) std::copy_n(wrench_.col(k).data(), 6, columns + std::ptrdiff_t{kColumns} * k);
   whiten(columns);
-  std::array<double, static_cast<std::size_t>(kColumns * kColumns)> products;
+  std::array<double, kColumns * kColumns> products;
   multiplyColumns(columns, columns, rank_, products.data());
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j < 6; ++j) {
-      covariance[static_cast<std::size_t>(6 * i + j)] =
-          products[static_cast<std::size_t>(kColumns * i + j)] + square(scale_) * wrenchUnseen_(i, j);
+      covariance[6 * i + j] = products[kColumns * i + j] + square(scale_) * wrenchUnseen_(i, j);
     }
   }
 }
@@ -46,8 +45,7 @@ void LinearPosterior::nodeDeviations_N(std::span<double> deviations) {
     denseNodeVariances(deviations);
   } else {
     std::fill_n(coefficients_.begin(), padded(rank_), 0.0F);
-    for (std::size_t k = 0; k < static_cast<std::size_t>(rank_); ++k)
-      coefficients_[k] = static_cast<float>(1.0 / precision_[k]);
+    for (int k = 0; k < rank_; ++k) coefficients_[k] = static_cast<float>(1.0 / precision_[k]);
     sumSquares(nodes_, rank_, coefficients_.data(), deviations.data());
   }
   for (std::size_t i = 0; i < deviations.size(); ++i) {
@@ -68,7 +66,7 @@ void LinearPosterior::denseNodeVariances(std::span<double> variances) {
     }
     whiten(columns);
     for (int i = first; i < end; ++i) {
-      double& sum = variances[static_cast<std::size_t>(i)] = 0.0;
+      double& sum = variances[i] = 0.0;
       for (int k = 0; k < rank_; ++k) sum += square(columns[std::ptrdiff_t{kColumns} * k + i - first]);
     }
   }
@@ -88,7 +86,7 @@ void LinearPosterior::leastVariances(std::span<const double> weights, std::span<
   showFunctionals(rank);
   std::fill(variances.begin(), variances.end(), 0.0);
   for (int k = 0; k < rank; ++k) {
-    const double factor = 1.0 / precision_[static_cast<std::size_t>(k)];
+    const double factor = 1.0 / precision_[k];
     for (std::size_t c = 0; c < variances.size(); ++c)
       variances[c] +=
           factor * square(seenColumns_.data()[std::ptrdiff_t{kColumns} * k + static_cast<std::ptrdiff_t>(c)]);
@@ -120,14 +118,14 @@ void LinearPosterior::extraCovariance(std::span<const int> unknowns, std::span<d
 
 /// Starts with functionals of nothing.
 void LinearPosterior::beginFunctionals() {
-  for (const int atom : used_) blockOf_[static_cast<std::size_t>(atom)] = -1;
+  for (const int atom : used_) blockOf_[atom] = -1;
   used_.clear();
   functionals_.topRows(extraCount_).setZero();
 }
 
 /// Makes room for an atom in the functionals.
 void LinearPosterior::use(int atom) {
-  int& block = blockOf_[static_cast<std::size_t>(atom)];
+  int& block = blockOf_[atom];
   if (block >= 0) return;
   block = static_cast<int>(used_.size());
   used_.push_back(atom);
@@ -140,8 +138,7 @@ void LinearPosterior::showFunctionals(int rank) {
   const auto rows = extraCount_ + 3 * static_cast<int>(used_.size());
   for (int row = 0; row < rows; ++row) {
     const int ofAtoms = row - extraCount_;
-    const int unknown =
-        ofAtoms < 0 ? firstExtra() + row : 3 * used_[static_cast<std::size_t>(ofAtoms / 3)] + ofAtoms % 3;
+    const int unknown = ofAtoms < 0 ? firstExtra() + row : 3 * used_[ofAtoms / 3] + ofAtoms % 3;
     addProducts(q_.col(unknown).data(), functionals_.row(row).data(), rank, seenColumns_.data());
   }
 }
@@ -151,7 +148,7 @@ void LinearPosterior::functionalCovariance(int count, double* covariance) {
   showFunctionals(rank_);
   auto seen = decltype(functionals_)::Map(seenColumns_.data(), rank_, kColumns);
   const auto rows = extraCount_ + 3 * static_cast<int>(used_.size());
-  using Products = std::array<double, static_cast<std::size_t>(kColumns * kColumns)>;
+  using Products = std::array<double, kColumns * kColumns>;
   Products prior, across, within;
   multiplyColumns(functionals_.data(), functionals_.data(), rows, prior.data());
   multiplyColumns(seen.data(), seen.data(), rank_, across.data());

@@ -36,12 +36,11 @@ Reading byNodesAround(int node, const sensor::Sensor& sensor, const RowMatrix& i
   const Eigen::Index forces = 3 * static_cast<Eigen::Index>(near.size());
   Eigen::MatrixXd seen(coordinates, forces + kMotions), wrenches = Eigen::MatrixXd::Zero(6, forces + kMotions);
   for (Eigen::Index i = 0; i < forces; ++i) {
-    const float* const row = influence.row(
-        3 * pointOf[static_cast<std::size_t>(near[static_cast<std::size_t>(i / 3)])] + static_cast<int>(i % 3));
+    const float* const row = influence.row(3 * pointOf[near[i / 3]] + static_cast<int>(i % 3));
     seen.col(i) = kNodeForce_N * Eigen::VectorXf::Map(row, coordinates).cast<double>();
   }
   for (Eigen::Index i = 0; 3 * i < forces; ++i) {
-    wrenches.middleCols<3>(3 * i) = kNodeForce_N * unitWrenches(nodes.col(near[static_cast<std::size_t>(i)]));
+    wrenches.middleCols<3>(3 * i) = kNodeForce_N * unitWrenches(nodes.col(near[i]));
   }
   seen.rightCols<kMotions>() = motion;
   Eigen::MatrixXd normal = seen.transpose() * seen;
@@ -50,111 +49,92 @@ Reading byNodesAround(int node, const sensor::Sensor& sensor, const RowMatrix& i
 }
 
 /// Reads a round contact.
-class PatchReader {
- public:
-  /// All references must outlive it. `motion`: P Q^1/2
-  PatchReader(const sensor::Sensor& sensor, const Factors& factors, const Atoms& atoms, const ModelOptions& options,
-              const Eigen::MatrixXd& motion, double mechanicsError)
-      : factors_(factors)
-      , atoms_(atoms)
-      , options_(options)
-      , motion_(motion)
-      , mechanicsError_(mechanicsError)
-      , influence_(sensor, atoms, factors)
-      , selection_(factors, options)
-      , roughness_(factors, atoms, options)
-      , spread_(atoms)
-      , columns_(static_cast<std::size_t>(kPatchLoads * influence_.stride())) {}
-
-  Readings readings(const Eigen::Vector3d& at) { return {read(at, 0), read(at, 1), read(at, 2)}; }
-
- private:
+struct PatchReader {
   static constexpr int kOwn = kPatchLoads + kPatchPlaces;
   static constexpr double kRoughness = AroundPatches::kRoughness.front();  // of a contact that is one round patch
   static constexpr double kSmall = 0.02;                                   // difference for derivatives [deviations]
 
+  const Factors& factors;
+  const Atoms& atoms;
+  const double noise_px, mechanicsError;
+  const Eigen::MatrixXd& motion;  ///< P Q^1/2
+  PatchInfluence influence;
+  Selection selection{factors};
+  Roughness roughness{factors, atoms};
+  PatchSpread spread{atoms};
+  std::vector<double> columns = std::vector<double>(kPatchLoads * influence.stride());
+  std::span<const double> gamma{};
+
+  Readings readings(const Eigen::Vector3d& at) { return {read(at, 0), read(at, 1), read(at, 2)}; }
+
   Reading read(const Eigen::Vector3d& at, int axis) {
     const std::vector<int> rough = roughen(at, axis);
     const Eigen::Index size = kOwn + kMotions + 3 * static_cast<Eigen::Index>(rough.size());
-    Eigen::MatrixXd seen(motion_.rows(), size), wrenches = Eigen::MatrixXd::Zero(6, size);
-    const double noise_px = setPatch(at, axis, seen, wrenches);
-    seen.middleCols<kMotions>(kOwn) = motion_;
+    Eigen::MatrixXd seen(motion.rows(), size), wrenches = Eigen::MatrixXd::Zero(6, size);
+    const double noise = setPatch(at, axis, seen, wrenches);
+    seen.middleCols<kMotions>(kOwn) = motion;
     Block along = Block::Zero();
     along(axis, axis) = 1.0;
-    const Block root = Eigen::LLT<Block>(directions(along, options_.turning)).matrixL();
+    const Block root = Eigen::LLT<Block>(directions(along)).matrixL();
     for (std::size_t i = 0; i < rough.size(); ++i) {
       const auto column = kOwn + kMotions + 3 * static_cast<Eigen::Index>(i);
-      const double deviation = kRoughness * std::sqrt(gamma_[static_cast<std::size_t>(rough[i])]);
+      const double deviation = kRoughness * std::sqrt(gamma[rough[i]]);
       Eigen::Matrix<double, Eigen::Dynamic, 3> unit(seen.rows(), 3);
       for (int k = 0; k < 3; ++k) {
-        unit.col(k) = Eigen::VectorXf::Map(factors_.influence.row(3 * rough[i] + k), seen.rows()).cast<double>();
+        unit.col(k) = Eigen::VectorXf::Map(factors.influence.row(3 * rough[i] + k), seen.rows()).cast<double>();
       }
       seen.middleCols<3>(column) = deviation * unit * root;
-      wrenches.middleCols<3>(column) = deviation * atoms_.wrench.middleCols<3>(3 * Eigen::Index{rough[i]}) * root;
+      wrenches.middleCols<3>(column) = deviation * atoms.wrench.middleCols<3>(3 * Eigen::Index{rough[i]}) * root;
     }
     Eigen::MatrixXd normal = seen.transpose() * seen;
-    normal.diagonal().array() += square(noise_px);
+    normal.diagonal().array() += square(noise);
     return wrenches * normal.llt().solve(seen.transpose());
   }
 
   /// Sets the columns of loads, place and spread of a point-like patch under a force of Factors::force_N. Returns the
   /// noise with the mechanics' under that force.
   double setPatch(const Eigen::Vector3d& at, int axis, Eigen::MatrixXd& seen, Eigen::MatrixXd& wrenches) {
-    const double force = factors_.force_N, pitch = atoms_.pitch_m, loose = RoundPatches::kFreeLoad * force;
+    const double force = factors.force_N, pitch = atoms.pitch_m, loose = RoundPatches::kFreeLoad * force;
     const PatchPlace place{at.x(), at.y(), 0.0};
     PatchLoad load = PatchLoad::Zero();
     load[axis] = force;
-    influence_.columns(place, columns_.data());
+    influence.columns(place, columns.data());
     const auto column = [&](int i) {
-      return Eigen::VectorXd::Map(columns_.data() + i * influence_.stride(), seen.rows());
+      return Eigen::VectorXd::Map(columns.data() + i * influence.stride(), seen.rows());
     };
     for (int i = 0; i < kPatchLoads; ++i) seen.col(i) = (i < 3 ? loose : pitch * loose) * column(i);
     wrenches.leftCols<3>() = loose * unitWrenches(at);
     wrenches(5, 3) = pitch * loose;
-    influence_.displacement(place, load, columns_.data());
+    influence.displacement(place, load, columns.data());
     const Eigen::VectorXd here = column(0);
     for (int i = 0; i < kPatchPlaces; ++i) {
       const double unit = i < 2 ? RoundPatches::kFreePlace * pitch : RoundPatches::kSpreadDeviation * square(pitch);
       PatchPlace moved = place;
-      (i == 0 ? moved.x_m : i == 1 ? moved.y_m : moved.spread_m2) += kSmall * unit;
-      influence_.displacement(moved, load, columns_.data());
+      element(moved, i) += kSmall * unit;
+      influence.displacement(moved, load, columns.data());
       seen.col(kPatchLoads + i) = (column(0) - here) / kSmall;
       if (i < 2) {
         wrenches.col(kPatchLoads + i).tail<3>() =
             unit * Eigen::Vector3d::Unit(i).cross(Eigen::Vector3d(load.head<3>()));
       }
     }
-    return noiseWithMechanics_px(std::span<const double>(here.data(), static_cast<std::size_t>(here.size())),
-                                 options_.noise_px, mechanicsError_);
+    return noiseWithMechanics_px(std::span(here.data(), here.size()), noise_px, mechanicsError);
   }
 
-  /// Sets gamma_ to q_a^2 / 3 of the patch, and returns the atoms that its roughness makes visible.
+  /// Sets gamma to q_a^2 / 3 of the patch, and returns the atoms that its roughness makes visible.
   std::vector<int> roughen(const Eigen::Vector3d& at, int axis) {
-    std::vector<double> share(static_cast<std::size_t>(atoms_.pointCount())), forces(3 * share.size(), 0.0);
-    spread_.divide({at.x(), at.y(), 0.0}, false, share);
-    for (std::size_t p = 0; p < share.size(); ++p) {
-      forces[3 * p + static_cast<std::size_t>(axis)] = factors_.force_N * share[p];
-    }
-    gamma_ = roughness_.ofPatches(forces);
-    std::vector<double> visible(gamma_.begin(), gamma_.end());
+    const auto share = spread.divide({at.x(), at.y(), 0.0}, false);
+    std::vector<double> forces(3 * share.size());
+    for (std::size_t p = 0; p < share.size(); ++p) forces[3 * p + axis] = factors.force_N * share[p];
+    gamma = roughness.ofPatches(forces);
+    std::vector<double> visible(gamma.begin(), gamma.end());
     for (double& each : visible) each *= square(kRoughness);
     Chosen chosen;
-    chosen.reserve(options_.most[0].back());
-    selection_.choose(visible, options_.most[0].back(), false, options_.noise_px, chosen);
+    constexpr int kMost = ModelConstants::kMost[0].back();
+    chosen.reserve(kMost);
+    selection.choose(visible, kMost, false, noise_px, chosen);
     return chosen.atoms;
   }
-
-  const Factors& factors_;
-  const Atoms& atoms_;
-  const ModelOptions& options_;
-  const Eigen::MatrixXd& motion_;
-  const double mechanicsError_;
-  PatchInfluence influence_;
-  Selection selection_;
-  Roughness roughness_;
-  PatchSpread spread_;
-  std::vector<double> columns_;
-  std::span<const double> gamma_;
 };
 
 }  // namespace
@@ -164,15 +144,11 @@ Reading wholeFaceReading(const Factors& factors, const Atoms& atoms, double nois
   const double lambda = noise_px / kAtomForce_N;
   Eigen::MatrixXd wrenches = Eigen::MatrixXd::Zero(factors.rank(), 6), modes(3, factors.rank());
   for (int a = 0; a < atoms.count(); ++a) {
-    Eigen::Matrix<double, 6, 3> unit = Eigen::Matrix<double, 6, 3>::Zero();
-    for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
-      unit += it.value() * unitWrenches(atoms.points.col(it.row()));
-    }
     modesOfAtom(factors, atoms, a, modes);
-    wrenches += (unit * modes).transpose();
+    wrenches += (atoms.wrench.middleCols<3>(3 * a) * modes).transpose();
   }
   for (Eigen::Index k = 0; k < wrenches.rows(); ++k) {
-    const double s = factors.singularValues[static_cast<std::size_t>(k)];
+    const double s = factors.singularValues[k];
     wrenches.row(k) *= s / (square(s) + square(lambda));
   }
   Reading reading(6, factors.coordinateCount());
@@ -184,23 +160,22 @@ Reading wholeFaceReading(const Factors& factors, const Atoms& atoms, double nois
 }
 
 std::vector<Readings> contactReadings(const sensor::Sensor& sensor, const Factors& factors, const Atoms& atoms,
-                                      const ModelOptions& options, double mechanicsError,
-                                      const std::vector<int>& nodes) {
+                                      double noise_px, double mechanicsError, const std::vector<int>& nodes) {
   const Eigen::MatrixXd motion = transposed(factors.motion);
   std::vector<Readings> readings;
   if (PatchInfluence::possible(atoms)) {
     const sensor::Points positions = sensor::nodePositions(sensor);
-    PatchReader reader(sensor, factors, atoms, options, motion, mechanicsError);
+    PatchReader reader{factors, atoms, noise_px, mechanicsError, motion, PatchInfluence(sensor, atoms, factors)};
     for (const int node : nodes) readings.push_back(reader.readings(positions.col(node)));
     return readings;
   }
-  std::vector<int> pointOf(static_cast<std::size_t>(sensor.nodes.count()));
+  std::vector<int> pointOf(sensor.nodes.count());
   for (int p = 0; p < atoms.pointCount(); ++p) {
-    const int node = atoms.nodes[static_cast<std::size_t>(p)];
-    if (node >= 0) pointOf[static_cast<std::size_t>(node)] = p;
+    const int node = atoms.nodes[p];
+    if (node >= 0) pointOf[node] = p;
   }
   for (const int node : nodes) {
-    const Reading reading = byNodesAround(node, sensor, factors.influence, pointOf, motion, options.noise_px);
+    const Reading reading = byNodesAround(node, sensor, factors.influence, pointOf, motion, noise_px);
     readings.push_back({reading, reading, reading});
   }
   return readings;

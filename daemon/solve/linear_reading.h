@@ -3,7 +3,6 @@
 
 #include "daemon/solve/atoms.h"
 #include "daemon/solve/factors.h"
-#include "daemon/solve/model_options.h"
 #include "sensor/sensor.h"
 
 #include <Eigen/Core>
@@ -27,7 +26,6 @@ Reading wholeFaceReading(const Factors& factors, const Atoms& atoms, double nois
 /// the patch (docs/mathematics.md, 4.4); elsewhere by the nodes within three places in the grid, alike for all three
 /// axes. Takes some 0.1 s for a node. Reentrant. \param mechanicsError as in SystematicErrors
 std::vector<Readings> contactReadings(const sensor::Sensor& sensor, const Factors& factors, const Atoms& atoms,
-                                      const ModelOptions& options, double mechanicsError,
-                                      const std::vector<int>& nodes);
+                                      double noise_px, double mechanicsError, const std::vector<int>& nodes);
 
 }  // namespace tractiond::solve

@@ -59,12 +59,16 @@ bool followsRest(const sensor::Sensor& sensor) {
   return !sensor.body;
 }
 
-tl::expected<SolverAtRest, Error>
-makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options, const std::filesystem::path& stateDirectory,
-                 std::span<const float> place_px, std::span<const std::uint8_t> present,
-                 const std::array<double, 2>& detectionLimit_N, const Remark& remark, const Stopping& stopping) {
+tl::expected<SolverAtRest, Error> makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options,
+                                                   const std::filesystem::path& stateDirectory,
+                                                   std::span<const float> place_px,
+                                                   std::span<const std::uint8_t> present,
+                                                   const std::array<double, 2>& detectionLimit_N, const Remark& remark,
+                                                   const std::function<bool()>& stopping) {
   assert(followsRest(sensor));
-  if (isStopped(stopping)) return givenUp();
+  const tl::unexpected givenUp(Error{.what = "given up, as the daemon stops"});
+  const auto isStopped = [&] { return stopping && stopping(); };
+  if (isStopped()) return givenUp;
   const KeptMemory kept;
   SolverAtRest made{.solver = {}, .places = restPlaces(sensor, place_px, present)};
   sensor::Sensor measured = sensor;
@@ -73,18 +77,19 @@ makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options, cons
   {
     auto drawn = loadOrComputeFactors(sensor, own.atoms, options, stateDirectory, {}, remark);
     if (!drawn) return tl::unexpected(drawn.error());
-    if (isStopped(stopping)) return givenUp();
+    if (isStopped()) return givenUp;
     // Frees what is not used any more, to take less memory at a time.
     drawn->gram = {};
     drawn->left = {};
-    auto influence = influenceAtPlaces(measured, own.atoms, *drawn, stopping);
-    if (!influence) return tl::unexpected(influence.error());
+    Eigen::MatrixXd influence = influenceAtPlaces(measured, own.atoms, *drawn);
+    if (isStopped()) return givenUp;
     drawn->influence = {};
-    auto factors = factorsAtPlaces(measured, own.atoms, *std::move(influence), *drawn, modelOptions(options), stopping);
+    auto factors =
+        computeFactors(std::move(influence), own.atoms, motionPrior(measured), drawn->force_N, options, &*drawn);
     if (!factors) return tl::unexpected(factors.error());
     own.factors = *std::move(factors);
   }
-  if (isStopped(stopping)) return givenUp();
+  if (isStopped()) return givenUp;
   made.solver = std::make_unique<OwningModelSolver>(std::move(own), measured, options, detectionLimit_N);
   return made;
 }

@@ -32,15 +32,14 @@ struct SolverAtRest {
 
 /// Makes the solver for the places of the markers that a zero shows, from the factors that makeSolver() has cached in
 /// the state directory. Takes some seconds. followsRest() must be true (asserted). Calls `stopping` between its
-/// steps, the longest of which takes a sixth of the time, unless the factors are not cached: computing those is one
-/// step of many seconds. Fails with givenUp() or as makeSolver(). The arguments need not outlive the solver. \param
-/// place_px, present as in RestPose \param detectionLimit_N of the solver for the places of the gel file: it is taken
-/// over, as it changes little
-tl::expected<SolverAtRest, Error> makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options,
-                                                   const std::filesystem::path& stateDirectory,
-                                                   std::span<const float> place_px,
-                                                   std::span<const std::uint8_t> present,
-                                                   const std::array<double, 2>& detectionLimit_N,
-                                                   const Remark& remark = {}, const Stopping& stopping = {});
+/// steps, of a second or two, or of many where the factors are not cached; if it returns true, takes no further step
+/// and fails with EX_SOFTWARE. Fails as makeSolver(). The arguments need not outlive the solver. \param place_px,
+/// present as in RestPose \param detectionLimit_N of the solver for the places of the gel file: it is taken over, as it
+/// changes little
+tl::expected<SolverAtRest, Error>
+makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options, const std::filesystem::path& stateDirectory,
+                 std::span<const float> place_px, std::span<const std::uint8_t> present,
+                 const std::array<double, 2>& detectionLimit_N, const Remark& remark = {},
+                 const std::function<bool()>& stopping = {});
 
 }  // namespace tractiond::solve

@@ -20,10 +20,10 @@ constexpr double kLittle = 1e-3;
 
 Mixture::Mixture(const Atoms& atoms, int most)
     : atoms_(atoms)
-    , parts_(static_cast<std::size_t>(most))
-    , mean_(3 * static_cast<std::size_t>(atoms.pointCount() + kCouples))
+    , parts_(most)
+    , mean_(3 * (atoms.pointCount() + kCouples))
     , away_(mean_.size())
-    , deviation_(3 * static_cast<std::size_t>(atoms.nodeCount()))
+    , deviation_(3 * atoms.nodeCount())
     , nodeAway_(deviation_.size()) {
   for (Part& part : parts_) part.force_N.resize(mean_.size());
 }
@@ -33,10 +33,11 @@ void Mixture::clear() {
   std::fill(mean_.begin(), mean_.end(), 0.0);
 }
 
-std::span<double> Mixture::add(Candidate& candidate, double worth, const std::array<double, 6>& wrench) {
+std::span<double> Mixture::add(Candidate& candidate, Kind kind, double worth, const Wrench& wrench) {
   assert(count_ < static_cast<int>(parts_.size()));
-  Part& part = parts_[static_cast<std::size_t>(count_++)];
+  Part& part = parts_[count_++];
   part.candidate = &candidate;
+  part.kind = kind;
   part.worth = worth;
   part.wrench = wrench;
   return part.force_N;
@@ -44,7 +45,7 @@ std::span<double> Mixture::add(Candidate& candidate, double worth, const std::ar
 
 template <typename Use>
 void Mixture::eachThatCounts(Use use) {
-  for (Part& part : std::span(parts_).first(static_cast<std::size_t>(count_))) {
+  for (Part& part : std::span(parts_).first(count_)) {
     if (part.share > 0.0) use(part);
   }
 }
@@ -55,7 +56,7 @@ double Mixture::mostWorth() const {
 }
 
 void Mixture::weigh() {
-  const auto parts = std::span(parts_).first(static_cast<std::size_t>(count_));
+  const auto parts = std::span(parts_).first(count_);
   const double most = mostWorth();
   double sum = 0.0;
   for (Part& part : parts) {
@@ -69,11 +70,15 @@ void Mixture::weigh() {
   });
 }
 
-std::array<double, 6> Mixture::wrench() const {
-  std::array<double, 6> mean{};
-  for (const Part& part : parts()) {
-    for (std::size_t i = 0; i < mean.size(); ++i) mean[i] += part.share * part.wrench[i];
-  }
+double Mixture::shareOf(Kind kind) const {
+  double sum = 0.0;
+  for (const Part& part : parts()) sum += part.kind == kind ? part.share : 0.0;
+  return sum;
+}
+
+Wrench Mixture::wrench() const {
+  Wrench mean = Wrench::Zero();
+  for (const Part& part : parts()) mean += part.share * part.wrench;
   return mean;
 }
 
@@ -93,16 +98,12 @@ double Mixture::squaredResidual_px2() const {
 
 void Mixture::wrenchCovariance(std::array<double, 36>& covariance) {
   covariance.fill(0.0);
-  const std::array<double, 6> mean = wrench();
+  const Wrench mean = wrench();
   eachThatCounts([&](Part& part) {
     std::array<double, 36> within{};
     part.candidate->wrenchCovariance(within);
-    for (std::size_t i = 0; i < 6; ++i) {
-      for (std::size_t j = 0; j < 6; ++j) {
-        const double between = (part.wrench[i] - mean[i]) * (part.wrench[j] - mean[j]);
-        covariance[6 * i + j] += part.share * (within[6 * i + j] + between);
-      }
-    }
+    const Wrench away = part.wrench - mean;
+    Matrix6::Map(covariance.data()) += part.share * (Matrix6::Map(within.data()) + away * away.transpose());
   });
 }
 
@@ -131,7 +132,7 @@ void Mixture::covariance(std::span<const double> weights, std::span<const int> p
     std::array<double, kColumns> away{};
     part.candidate->covariance(weights, points, within);
     for (const int point : points) {
-      const auto first = 3 * static_cast<std::size_t>(point);
+      const auto first = 3 * point;
       std::array<double, 3> deviation;
       for (std::size_t axis = 0; axis < 3; ++axis) deviation[axis] = part.force_N[first + axis] - mean_[first + axis];
       addForces(kFirst, deviation.data(), weights.data() + kColumns * first, away.data());

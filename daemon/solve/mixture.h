@@ -4,6 +4,7 @@
 
 #include "daemon/solve/atoms.h"
 #include "daemon/solve/candidate.h"
+#include "daemon/solve/wrench.h"
 
 #include <array>
 #include <vector>
@@ -13,6 +14,13 @@ namespace tractiond::solve {
 /// Thread-bound. Allocates only when made.
 class Mixture {
  public:
+  /// What a candidate explains a picture by.
+  enum class Kind {
+    kField,    ///< the field of atoms alone
+    kEven,     ///< an even contact
+    kPatched,  ///< round patches and the field around them
+  };
+
   /// Makes room for `most` candidates. `atoms` must outlive it.
   Mixture(const Atoms& atoms, int most);
 
@@ -22,7 +30,7 @@ class Mixture {
   /// Adds a candidate, which must live, with its results, until the next clear(). Returns the array of its points'
   /// forces and couples (3 (P + kCouples)), which the caller must fill before weigh(). Must not be called more than
   /// `most` times (asserted). \param worth log evidence \param wrench of the candidate [N, N m]
-  std::span<double> add(Candidate& candidate, double worth, const std::array<double, 6>& wrench);
+  std::span<double> add(Candidate& candidate, Kind kind, double worth, const Wrench& wrench);
 
   /// Returns the largest `worth` of all candidates; there must be one.
   double mostWorth() const;
@@ -33,14 +41,16 @@ class Mixture {
 
   int count() const { return count_; }  ///< Returns the number of candidates.
   /// Returns the share of the i-th candidate, 0 to 1.
-  double share(int i) const { return parts_[static_cast<std::size_t>(i)].share; }
+  double share(int i) const { return parts_[i].share; }
+  Kind kind(int i) const { return parts_[i].kind; }
+  double shareOf(Kind kind) const;  ///< Returns the sum of the shares of a kind.
   /// Returns the wrench of the i-th candidate [N, N m].
-  const std::array<double, 6>& wrench(int i) const { return parts_[static_cast<std::size_t>(i)].wrench; }
+  const Wrench& wrench(int i) const { return parts_[i].wrench; }
   /// Returns the mean forces of the points, 3P; set by weigh() and clear().
   std::span<const double> pointForces_N() const { return std::span(mean_).first(mean_.size() - 3 * kCouples); }
   /// Returns the mean couples, as pointForces_N().
   std::span<const double> couples_Nm() const { return std::span(mean_).last(3 * kCouples); }
-  std::array<double, 6> wrench() const;         ///< Returns the mean force and moment about the origin [N, N m].
+  Wrench wrench() const;                        ///< Returns the mean force and moment about the origin [N, N m].
   std::array<double, kMotions> motion() const;  ///< Returns the mean motion, in deviations of its prior.
   double squaredResidual_px2() const;           ///< Returns the mean of the squared residuals [px^2].
   /// Computes the covariance of wrench(), row after row [N^2, N^2 m, N^2 m^2].
@@ -57,8 +67,9 @@ class Mixture {
  private:
   struct Part {
     Candidate* candidate = nullptr;
+    Kind kind = Kind::kField;
     double worth = 0.0, share = 0.0;
-    std::array<double, 6> wrench{};
+    Wrench wrench = Wrench::Zero();
     std::vector<double> force_N;  // 3 (P + kCouples)
   };
 

@@ -21,6 +21,9 @@ constexpr double kStrong = 180.0;
 /// Standard deviations above their expectation that the squared deviations beside a patch may have as noise.
 constexpr double kNoise = 2.5;
 
+/// The most atoms of a round.
+constexpr int kMost = ModelConstants::kMostOfAnyRound;
+
 /// The products that are kept of a frame's atoms are those of so many rounds with the most atoms.
 constexpr int kKept = 3;
 
@@ -40,120 +43,109 @@ void takeMeans(Mixture& mixture, Estimate& estimate) {
   mixture.wrenchCovariance(estimate.covariance);
   estimate.motion = mixture.motion();
   estimate.squaredResidual_px2 = mixture.squaredResidual_px2();
+  estimate.evenShare = mixture.shareOf(Mixture::Kind::kEven);
+  estimate.patchShare = mixture.shareOf(Mixture::Kind::kPatched);
 }
 
-Model::Model(const Factors& factors, const Atoms& atoms, const ModelOptions& options)
+void explainByMotion(const Displacements& picture, AtomProducts& products, Posterior& posterior, Estimate& estimate) {
+  static const Chosen kNone;
+  estimate.outcome = Estimate::Outcome::kFailed;
+  if (!posterior.fit(picture, products, kNone)) return;
+  estimate.outcome = Estimate::Outcome::kNothing;
+  estimate.motion = posterior.motion();
+  estimate.squaredResidual_px2 = posterior.squaredResidual_px2();
+}
+
+Model::Model(const Factors& factors, const Atoms& atoms, const SolveOptions& options)
     : factors_(factors)
     , atoms_(atoms)
-    , options_(options)
     , modes_(factors, atoms, options)
-    , prior_(atoms, options)
-    , selection_(factors, options)
-    , roughness_(factors, atoms, options)
-    , products_(factors, std::min(kKept * options.mostOfAnyRound(), atoms.count()))
-    , posterior_(factors, atoms, options.mostOfAnyRound())
+    , prior_(atoms)
+    , selection_(factors)
+    , roughness_(factors, atoms)
+    , products_(factors, std::min(kKept * kMost, atoms.count()))
+    , posterior_(factors, atoms, kMost)
     , mixture_(atoms, 1 + kEven + kPatched)
-    , displacement_(static_cast<std::size_t>(factors.influence.stride()))
-    , first_(static_cast<std::size_t>(atoms.count()))
-    , noise_(static_cast<std::size_t>(options.mostOfAnyRound()))
-    , pointForce_(3 * static_cast<std::size_t>(atoms.pointCount()))
-    , left_(factors.singularValues.size())
+    , first_(atoms.count())
+    , noise_(kMost)
+    , pointForce_(3 * atoms.pointCount())
     , evidentForce_(pointForce_.size()) {
   assert(factors.atomCount() == atoms.count() && factors.pointCount() == atoms.pointCount());
   resize(moments_, atoms.count());
   resize(rest_, atoms.count());
   solved_.reserve(1 + kEven + kPatched);
-  chosen_.reserve(options.mostOfAnyRound());
-  smooth_.reserve(options.mostOfAnyRound());
+  chosen_.reserve(kMost);
+  smooth_.reserve(kMost);
 }
 
-Model::Model(const sensor::Sensor& sensor, const Factors& factors, const Atoms& atoms, const ModelOptions& options)
+Model::Model(const sensor::Sensor& sensor, const Factors& factors, const Atoms& atoms, const SolveOptions& options)
     : Model(factors, atoms, options) {
   if (!PatchInfluence::possible(atoms)) return;
   const auto stride = static_cast<std::size_t>(factors.influence.stride());
-  patched_.emplace(
-      Patched{EvenField(factors, atoms, options_, selection_, roughness_), RoundPatches(sensor, atoms, factors),
-              AroundPatches(factors, atoms, options_, prior_, selection_, roughness_), LineArray<double>(stride),
-              LineArray<double>(stride), std::vector<float>(static_cast<std::size_t>(factors.coordinateCount()))});
+  patched_.emplace(Patched{EvenField(factors, atoms, selection_, roughness_), RoundPatches(sensor, atoms, factors),
+                           AroundPatches(factors, atoms, prior_, selection_, roughness_), LineArray<double>(stride),
+                           LineArray<double>(stride), std::vector<float>(factors.coordinateCount())});
 }
 
-void Model::solve(std::span<const float> displacement_px, std::span<const int> missing, double noise_px,
-                  Estimate& estimate, std::span<const float> variance_px2) noexcept {
-  std::copy(displacement_px.begin(), displacement_px.end(), displacement_.data());
-  const auto coordinates = static_cast<int>(displacement_px.size());
-  picture_ = {displacement_.data(), missing, dotProduct(displacement_.data(), displacement_.data(), coordinates),
-              noise_px};
-  const Displacements& picture = picture_;
+void Model::solve(const Displacements& picture, Estimate& estimate, std::span<const float> variance_px2) noexcept {
+  picture_ = picture;
   clear(estimate);
   mixture_.clear();
   solved_.clear();
-  patchedParts_ = evenParts_ = {};
-  products_.begin(picture);
-  switch (std::isfinite(picture.squares_px2) ? findCandidates(picture, displacement_px, variance_px2, estimate.rounds)
-                                             : Found::kFailed) {
-  case Found::kFailed:
-    estimate.outcome = Estimate::Outcome::kFailed;
-    return;
-  case Found::kNothing:
-    publishNothing(picture, estimate);
-    return;
-  case Found::kForces:
-    break;
-  }
-  mixture_.weigh();
-  if (shareOf(patchedParts_) > 0.5) patched_->patches.join(picture);
-  publish(estimate);
+  products_.begin(picture_);
+  estimate.outcome =
+      std::isfinite(picture.squares_px2) ? findCandidates(variance_px2, estimate.rounds) : Outcome::kFailed;
+  if (estimate.outcome == Outcome::kNothing) explainByMotion(picture_, products_, posterior_, estimate);
+  if (estimate.outcome == Outcome::kFound) publish(estimate);
 }
 
 /// Fills the mixture.
-Model::Found Model::findCandidates(const Displacements& picture, std::span<const float> displacement_px,
-                                   std::span<const float> variance_px2, int& rounds) {
-  if (!modes_.detect(picture, displacement_px, variance_px2)) return Found::kNothing;
-  if (patched_ && findOnePatch(picture, displacement_px)) {
+Estimate::Outcome Model::findCandidates(std::span<const float> variance_px2, int& rounds) {
+  if (!modes_.detect(picture_, variance_px2)) return Outcome::kNothing;
+  if (patched_ && findOnePatch()) {
     addPatches();
-    return Found::kForces;
+    return Outcome::kFound;
   }
-  const Found found = findField(picture, rounds);
-  if (found != Found::kForces) return found;
+  const Outcome found = findField(rounds);
+  if (found != Outcome::kFound) return found;
   addField();
   if (!patched_) return found;
-  const double enough = posterior_.squaredResidual_px2() / square(picture.noise_px) + degrees_;
-  const bool hasPatches = findPatches(picture);
+  const double enough = posterior_.squaredResidual_px2() / square(picture_.noise_px) + degrees_;
+  const bool hasPatches = findPatches();
   if (hasPatches) addPatches();
   // Where patches explain the picture nothing else needs to.
-  if (!hasPatches || patched_->patches.misfit() > enough) addEvenField(picture);
+  if (!hasPatches || patched_->patches.misfit() > enough) addEvenField();
   return found;
 }
 
 /// Does the rounds; those of the second search, too, if the residual shows more.
-Model::Found Model::findField(const Displacements& picture, int& rounds) {
+Estimate::Outcome Model::findField(int& rounds) {
   modes_.start(moments_);
   first_ = moments_.known;
-  for (std::size_t time = 0; time < options_.most.size(); ++time) {
-    const auto& most = options_.most[time];
+  for (const auto& most : ModelConstants::kMost) {
     for (std::size_t i = 0; i < most.size(); ++i) {
-      const Found found = round(picture, most[i], i + 1 == most.size());
+      const Outcome found = round(most[i], i + 1 == most.size());
       ++rounds;
-      if (found != Found::kForces) return found;
+      if (found != Outcome::kFound) return found;
     }
-    if (time + 1 == options_.most.size() || !detectInResidual(picture)) break;
+    if (&most == &ModelConstants::kMost.back() || !detectInResidual()) break;
   }
-  return Found::kForces;
+  return Outcome::kFound;
 }
 
 /// Does one round: prior, selection, posterior. Its moments are what the next round begins with.
-Model::Found Model::round(const Displacements& picture, int most, bool last) {
-  if (!choose(picture, most)) {
+Estimate::Outcome Model::round(int most, bool last) {
+  if (!choose(most)) {
     std::fill(moments_.mean_N.begin(), moments_.mean_N.end(), 0.0);
     std::fill(moments_.noise_N2.begin(), moments_.noise_N2.end(), 0.0);
     makeEvident(modes_.surest(), moments_);
-    if (!choose(picture, most)) return Found::kNothing;
+    if (!choose(most)) return Outcome::kNothing;
   }
   if (last) {
-    if (!roughen(picture, most)) return Found::kFailed;
+    if (!roughen(most)) return Outcome::kFailed;
   } else {
     prior_.direct(chosen_, false);
-    if (!posterior_.fit(picture, products_, chosen_)) return Found::kFailed;
+    if (!posterior_.fit(picture_, products_, chosen_)) return Outcome::kFailed;
   }
   // Atoms without a force stay what the picture would tell of them: else the others' prior has no end.
   keepMean();
@@ -161,19 +153,19 @@ Model::Found Model::round(const Displacements& picture, int most, bool last) {
   moments_.known = first_;
   if (!last) posterior_.noise_N2(noise_);  // after the last one detectInResidual() may ask for it
   degrees_ = posterior_.keep(noise_, moments_);
-  return Found::kForces;
+  return Outcome::kFound;
 }
 
 /// Chooses atoms by the moments. Returns false if there are none.
-bool Model::choose(const Displacements& picture, int most) {
+bool Model::choose(int most) {
   if (!prior_.findGamma(moments_)) return false;
-  selection_.choose(prior_.gamma_N2(), most, true, picture.noise_px, chosen_);
+  selection_.choose(prior_.gamma_N2(), most, true, picture_.noise_px, chosen_);
   return !chosen_.atoms.empty();
 }
 
 /// Adds the roughness and solves, twice: the second time from the forces of the first, and what may be unseen around
 /// them as well.
-bool Model::roughen(const Displacements& picture, int most) {
+bool Model::roughen(int most) {
   std::swap(smooth_, chosen_);
   for (int time = 0; time < kRoughenings; ++time) {
     if (time > 0) {
@@ -181,11 +173,11 @@ bool Model::roughen(const Displacements& picture, int most) {
       addUp(atoms_, moments_.mean_N, evidentForce_);
       prior_.findEvident(moments_);
     }
-    const double unseen_px = time == 0 ? 0.0 : options_.unseen * picture.noise_px;
+    const double unseen_px = time == 0 ? 0.0 : ModelConstants::kUnseen * picture_.noise_px;
     const auto gamma = roughness_.add(moments_.mean_N, smooth_, unseen_px);
-    selection_.choose(gamma, most, false, picture.noise_px, chosen_);
+    selection_.choose(gamma, most, false, picture_.noise_px, chosen_);
     prior_.direct(chosen_, true);
-    if (!posterior_.fit(picture, products_, chosen_)) return false;
+    if (!posterior_.fit(picture_, products_, chosen_)) return false;
   }
   return true;
 }
@@ -196,19 +188,13 @@ void Model::keepMean() {
 }
 
 /// Returns whether the residual exceeds the noise and shows an atom; then adds its moments to those that were found.
-bool Model::detectInResidual(const Displacements& picture) {
-  const auto coordinates = static_cast<double>(factors_.coordinateCount() - std::ssize(picture.missing));
+bool Model::detectInResidual() {
+  const auto coordinates = static_cast<double>(factors_.coordinateCount() - std::ssize(picture_.missing));
   const double expected =
-      square(picture.noise_px) * (coordinates - degrees_ + options_.gate * std::sqrt(2.0 * coordinates));
+      square(picture_.noise_px) * (coordinates - degrees_ + ModelConstants::kGate * std::sqrt(2.0 * coordinates));
   if (posterior_.squaredResidual_px2() < expected) return false;
   addUp(atoms_, moments_.mean_N, pointForce_);
-  const auto amplitudes = modes_.amplitudes();
-  std::copy(amplitudes.begin(), amplitudes.end(), left_.begin());
-  const std::span left(left_.data(), amplitudes.size());
-  modes_.evidence().subtract(pointForce_, left);
-  const SurestForce surest = modes_.evidence().surest(left, picture.noise_px);
-  if (surest.squaredDeviations < square(options_.surety)) return false;
-  modes_.evidence().start(left, picture.noise_px, surest, rest_);
+  if (!modes_.startBeside(pointForce_, rest_)) return false;
 
   first_ = rest_.known;
   posterior_.noise_N2(noise_);
@@ -218,85 +204,81 @@ bool Model::detectInResidual(const Displacements& picture) {
 }
 
 /// Adds a candidate to the mixture. Returns the array of its points' forces.
-std::span<double> Model::add(Posterior& posterior, double logEvidence, const std::array<double, 6>& wrench,
-                             const FreedPatches* patches) {
-  solved_.push_back({&posterior, posterior.logEvidence() - logEvidence, patches});
-  return mixture_.add(posterior, logEvidence, wrench);
+std::span<double> Model::add(Posterior& posterior, Mixture::Kind kind, double logEvidence, const Wrench& wrench) {
+  solved_.push_back({&posterior, posterior.logEvidence() - logEvidence});
+  return mixture_.add(posterior, kind, logEvidence, wrench);
 }
 
 void Model::addField() {
-  addUp(atoms_, moments_.mean_N, add(posterior_, posterior_.logEvidence() - kOptimism * degrees_, posterior_.wrench()));
+  const double logEvidence = posterior_.logEvidence() - kOptimism * degrees_;
+  addUp(atoms_, moments_.mean_N, add(posterior_, Mixture::Kind::kField, logEvidence, posterior_.wrench()));
 }
 
 /// Looks for one patch that explains a strong contact alone, and solves the field around it. False: it does not, or
 /// there is none; look() has then been done again if need be.
-bool Model::findOnePatch(const Displacements& picture, std::span<const float> displacement_px) {
+bool Model::findOnePatch() {
   if (modes_.surest().squaredDeviations < square(kStrong)) return false;
-  const auto coordinates = static_cast<double>(factors_.coordinateCount() - std::ssize(picture.missing));
+  const auto coordinates = static_cast<double>(factors_.coordinateCount() - std::ssize(picture_.missing));
   const double enough = coordinates + kNoise * std::sqrt(2.0 * coordinates);
-  if (!patched_->patches.findOne(picture, atoms_.places.col(modes_.surest().atom), enough)) return false;
-  if (!leavePatches(picture)) return false;
+  if (!patched_->patches.findOne(picture_, atoms_.places.col(modes_.surest().atom), enough)) return false;
+  if (!leavePatches()) return false;
   resize(rest_, atoms_.count());
-  if (modes_.look(picture, patched_->stillRounded).squaredDeviations < square(options_.surety) &&
-      solveAroundPatches(picture))
-    return true;
-  modes_.look(picture, displacement_px);
+  if (lookBesidePatches().squaredDeviations < square(ModelConstants::kSurety) && solveAroundPatches()) return true;
+  modes_.look(picture_);
   return false;
 }
 
 /// Fits patches to the picture, and the field around them. False: there are none, or they leave so much more than the
 /// field that they cannot be right.
-bool Model::findPatches(const Displacements& picture) {
-  const double residual = posterior_.squaredResidual_px2() / square(picture.noise_px);
+bool Model::findPatches() {
+  const double residual = posterior_.squaredResidual_px2() / square(picture_.noise_px);
   RoundPatches& patches = patched_->patches;
-  if (!patches.find(picture, evidentForce_, residual + degrees_)) return false;
+  if (!patches.find(picture_, evidentForce_, residual + degrees_)) return false;
   if (!(patches.misfit() - residual < kHopeless)) return false;
-  if (!leavePatches(picture)) return false;
-  if (modes_.look(picture, patched_->stillRounded).squaredDeviations < square(options_.surety)) {
+  if (!leavePatches()) return false;
+  if (lookBesidePatches().squaredDeviations < square(ModelConstants::kSurety)) {
     resize(rest_, atoms_.count());
   } else {
     modes_.start(rest_);
   }
-  return solveAroundPatches(picture);
+  return solveAroundPatches();
 }
 
 /// Sets what the patches leave. False: the equations could not be solved.
-bool Model::leavePatches(const Displacements& picture) {
+bool Model::leavePatches() {
   auto& [even, patches, around, left, still, rounded] = *patched_;
-  if (!patches.linearise(picture)) return false;
+  if (!patches.linearise(picture_)) return false;
   patches.leave(left.data(), still.data());
   std::copy_n(still.data(), rounded.size(), rounded.begin());
   return true;
 }
 
+/// Looks at what the patches leave, without the picture's motion.
+const SurestForce& Model::lookBesidePatches() {
+  return modes_.look({patched_->still.data(), picture_.missing, 0.0, picture_.noise_px, patched_->stillRounded});
+}
+
 /// Solves the field around the patches, which begins with rest_.
-bool Model::solveAroundPatches(const Displacements& picture) {
+bool Model::solveAroundPatches() {
   auto& [even, patches, around, left, still, rounded] = *patched_;
-  const double squares = dotProduct(left.data(), left.data(), static_cast<int>(rounded.size()));
-  return around.solve({left.data(), picture.missing, squares, picture.noise_px}, products_, rest_, patches);
+  const double squares = dotProduct(left.data(), left.data(), factors_.coordinateCount());
+  return around.solve({left.data(), picture_.missing, squares, picture_.noise_px, {}}, products_, rest_, patches);
 }
 
 /// Solves for an even contact.
-void Model::addEvenField(const Displacements& picture) {
+void Model::addEvenField() {
   EvenField& even = patched_->even;
-  if (!even.solve(picture, products_, evidentForce_, degrees_, mixture_.mostWorth())) return;
-  evenParts_ = {mixture_.count(), mixture_.count() + even.count()};
+  if (!even.solve(picture_, products_, evidentForce_, degrees_, mixture_.mostWorth())) return;
   for (int i = 0; i < even.count(); ++i) {
-    even.pointForces_N(i, add(even.posterior(i), even.logEvidence(i), even.posterior(i).wrench()));
+    even.pointForces_N(i,
+                       add(even.posterior(i), Mixture::Kind::kEven, even.logEvidence(i), even.posterior(i).wrench()));
   }
-}
-
-double Model::shareOf(const Parts& parts) const {
-  double sum = 0.0;
-  for (int i = parts.first; i < parts.end; ++i) sum += mixture_.share(i);
-  return sum;
 }
 
 void Model::addPatches() {
   AroundPatches& around = patched_->around;
-  patchedParts_ = {mixture_.count(), mixture_.count() + kPatched};
   for (int i = 0; i < kPatched; ++i) {
-    around.pointForces_N(i, add(around.posterior(i), around.logEvidence(i), around.wrench(i), &around.freed()));
+    around.pointForces_N(i, add(around.posterior(i), Mixture::Kind::kPatched, around.logEvidence(i), around.wrench(i)));
   }
 }
 
@@ -307,30 +289,17 @@ void Model::clear(Estimate& estimate) {
   estimate.force_N = std::move(forces);
 }
 
-void Model::publishNothing(const Displacements& picture, Estimate& estimate) {
-  chosen_.atoms.clear();
-  chosen_.gamma_N2.clear();
-  chosen_.covariance_N2.clear();
-  if (!posterior_.fit(picture, products_, chosen_)) {
-    estimate.outcome = Estimate::Outcome::kFailed;
-    return;
-  }
-  estimate.motion = posterior_.motion();
-  estimate.squaredResidual_px2 = posterior_.squaredResidual_px2();
-}
-
 void Model::publish(Estimate& estimate) {
+  mixture_.weigh();
   takeMeans(mixture_, estimate);
-  estimate.degrees = degrees_;
   estimate.atoms = static_cast<int>(chosen_.atoms.size());
-  estimate.evenShare = shareOf(evenParts_);
-  if (patchedParts_.end == 0) return;
-  estimate.patchCount = patched_->around.freed().count();
-  estimate.patchShare = shareOf(patchedParts_);
+  if (estimate.patchShare == 0.0) return;
+  const bool areLikely = estimate.patchShare > 0.5;
+  if (areLikely) patched_->patches.join(picture_);
+  estimate.patchCount = freed().count();
   for (int k = 0; k < estimate.patchCount; ++k) {
-    FoundPatch& found = estimate.patches[static_cast<std::size_t>(k)];
-    found = patched_->around.found(k);
-    if (estimate.patchShare > 0.5) found.contact = patched_->patches.contactOf(k);
+    estimate.patches[k] = patched_->around.found(k);
+    if (areLikely) estimate.patches[k].contact = patched_->patches.contactOf(k);
   }
 }
 

@@ -7,7 +7,6 @@
 #pragma once
 
 #include "daemon/solve/hills.h"
-#include "daemon/solve/model.h"
 #include "daemon/solve/systematic.h"
 
 #include <optional>
@@ -28,39 +27,6 @@ class ModelContacts {
  private:
   static constexpr int kMost = RoundPatches::kMost;
 
-  /// Forces of some points, with the couples of the patches that are not contacts of their own.
-  class Found final : public SolvedForces {
-   public:
-    explicit Found(const Atoms& atoms);
-    /// Takes the points that have a force and are marked in `has` (P, 0 or 1). \param mixture as in list(), which must
-    /// outlive the calls of covariances()
-    void take(const Estimate& estimate, Mixture& mixture, std::span<const unsigned char> has);
-    // Implement SolvedForces.
-    std::span<const int> places() const override { return places_; }
-    std::span<const double> forces_N() const override { return {forces_.data(), 3 * places_.size()}; }
-    std::span<const int> couplesAt() const override { return {couplesAt_.data(), couples_.size() / 3}; }
-    std::span<const double> couples_Nm() const override { return couples_; }
-    void covariances(const double* functionals, std::span<const int> of,
-                     std::array<double, kColumns * kColumns>& result) const override;
-    void leastVariances(const double* functionals, std::span<const int> of,
-                        std::array<double, kColumns>& variances) const override;
-    const WrenchCovariance* wrenchCovariance() const override { return whole_; }
-
-   private:
-    int nearest(const PatchPlace& place) const;
-    void weighPoints(const double* functionals, std::span<const int> of) const;
-
-    const Atoms& atoms_;
-    Mixture* mixture_ = nullptr;
-    std::vector<int> places_;
-    std::array<int, kCouples> couplesAt_{};
-    std::span<const double> couples_;
-    const WrenchCovariance* whole_ = nullptr;
-    std::vector<double> forces_;
-    mutable std::vector<double> weights_;  ///< 3 (P + kCouples) x kColumns, of points_
-    mutable std::vector<int> points_;
-  };
-
   int listHills(std::array<Contact, kMaxContacts>& contacts);
   int listPatches(const Estimate& estimate, Mixture& mixture, double least_N,
                   std::array<Contact, kMaxContacts>& contacts);
@@ -78,12 +44,10 @@ class ModelContacts {
   const Atoms& atoms_;
   const SystematicPart& systematic_;
   PatchSpread spread_;
-  Found found_;
   Hills hills_;
   // Of one frame.
   std::vector<unsigned char> has_;                  // P: points whose forces make contacts of their own
-  std::vector<double> share_;                       // P
-  std::array<std::vector<double>, kMost> ofPatch_;  // 3P: forces of each patch at the points
+  std::array<std::vector<double>, kMost> ofPatch_;  // 3 (P + kCouples): forces of each patch
   std::vector<int> nearest_;                        // P: patch
   std::vector<double> part_, forces_;               // P, 3P: of one contact
   std::vector<double> nodeForces_;                  // 3N: likewise

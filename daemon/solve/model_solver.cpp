@@ -30,19 +30,18 @@ ModelSolver::ModelSolver(const Factors& factors, const Atoms& atoms, const senso
                          const SolveOptions& options, const std::optional<std::array<double, 2>>& detectionLimit_N)
     : factors_(factors)
     , atoms_(atoms)
-    , options_(modelOptions(options))
-    , model_(sensor, factors, atoms, options_)
+    , noise_px_(options.noise_px)
+    , model_(sensor, factors, atoms, options)
     , modes_(model_.modes())
     , detectionLimit_N_(detectionLimit_N ? *detectionLimit_N : detectionLimits(sensor))
     , writer_(factors, atoms, sensor, options, detectionLimit_N_)
     , answerWriter_(factors, atoms, sensor, options, detectionLimit_N_)
-    , displacement_(static_cast<std::size_t>(factors.influence.stride()))
     , noProducts_(factors, 1)
     , motionAlone_(factors, atoms, 1)
     , empty_(atoms, 1) {
-  for (Estimate* each : {&estimate_, &answer_}) each->force_N.resize(3 * static_cast<std::size_t>(atoms.pointCount()));
+  for (Estimate* each : {&estimate_, &answer_}) each->force_N.resize(3 * atoms.pointCount());
   for (int i = 0; i < kModels; ++i) {
-    learnt_.push_back(std::make_shared<Learnt>(Learnt{LinearModel(factors, atoms, options_, modes_.strong()), {}}));
+    learnt_.push_back(std::make_shared<Learnt>(Learnt{LinearModel(factors, atoms, modes_.strong()), {}}));
   }
 }
 
@@ -50,8 +49,7 @@ void ModelSolver::solve(const MarkerField& markers, TractionField& field) noexce
   solved_ = {markers.info, markers.zero};
   estimate_.outcome = Estimate::Outcome::kFailed;
   if (!writer_.begin(markers, field)) return;
-  model_.solve(writer_.picture(), writer_.used().missing(), writer_.noise_px(), estimate_,
-               writer_.used().variance_px2());
+  model_.solve(writer_.picture(), estimate_, writer_.used().variance_px2());
   writer_.write(estimate_, model_.mixture(), field);
   if (field.valid) field.solution = Solution::kFull;
 }
@@ -68,20 +66,15 @@ bool ModelSolver::learn() {
 bool ModelSolver::answer(const MarkerField& markers, TractionField& field) noexcept {
   wantsModel_ = true;
   if (!answerWriter_.begin(markers, field)) return true;
-  const auto displacement_px = answerWriter_.picture();
-  const auto missing = answerWriter_.used().missing();
-  std::copy(displacement_px.begin(), displacement_px.end(), displacement_.data());
-  const Displacements picture{displacement_.data(), missing,
-                              dotProduct(displacement_.data(), displacement_.data(), factors_.coordinateCount()),
-                              answerWriter_.noise_px()};
+  const Displacements picture = answerWriter_.picture();
   if (!std::isfinite(picture.squares_px2)) return false;
-  if (!modes_.detect(picture, displacement_px, answerWriter_.used().variance_px2())) {
+  if (!modes_.detect(picture, answerWriter_.used().variance_px2())) {
     answerNothing(picture, field);
     return true;
   }
   newest_.swap(inForce_);
   if (!inForce_ || !inForce_->of.isInForce(markers)) return false;
-  if (!inForce_->model.answer(displacement_px, missing, picture.noise_px, modes_, answer_)) return false;
+  if (!inForce_->model.answer(picture, modes_, answer_)) return false;
   answerWriter_.write(answer_, inForce_->model.mixture(), field);
   if (!field.valid) return false;
   field.solution = Solution::kLinear;
@@ -96,10 +89,7 @@ bool ModelSolver::answer(const MarkerField& markers, TractionField& field) noexc
 void ModelSolver::answerNothing(const Displacements& picture, TractionField& field) {
   Model::clear(answer_);
   noProducts_.begin(picture);
-  answer_.outcome =
-      motionAlone_.fit(picture, noProducts_, none_) ? Estimate::Outcome::kNothing : Estimate::Outcome::kFailed;
-  answer_.motion = motionAlone_.motion();
-  answer_.squaredResidual_px2 = motionAlone_.squaredResidual_px2();
+  explainByMotion(picture, noProducts_, motionAlone_, answer_);
   answerWriter_.write(answer_, empty_, field);
   if (field.valid) field.solution = Solution::kFull;
 }
@@ -113,20 +103,20 @@ std::array<double, 2> ModelSolver::detectionLimits(const sensor::Sensor& sensor)
 double ModelSolver::detectionLimit(int axis, double error) {
   constexpr int kHalvings = 5;
   std::mt19937_64 generator(1);
-  std::normal_distribution<double> normal(0.0, options_.noise_px);
+  std::normal_distribution<double> normal(0.0, noise_px_);
   std::vector<double> limits;
-  std::vector<double> noise(static_cast<std::size_t>(factors_.coordinateCount()));
+  std::vector<double> noise(factors_.coordinateCount());
   std::vector<float> picture(noise.size());
-  std::vector<double> exactly(static_cast<std::size_t>(factors_.influence.stride()));
+  std::vector<double> exactly(factors_.influence.stride());
   for (const int point : nineOf(atoms_.points, atoms_.columns, atoms_.rows)) {
     const float* const unit = factors_.influence.row(3 * point + axis);
     for (double& each : noise) each = normal(generator);
     const auto finds = [&](double force_N) {
       for (std::size_t k = 0; k < noise.size(); ++k) picture[k] = static_cast<float>(force_N * unit[k] + noise[k]);
       std::copy(picture.begin(), picture.end(), exactly.begin());
-      const double noise_px = noiseWithMechanics_px(std::span<const float>(picture), options_.noise_px, error);
+      const double noise_px = noiseWithMechanics_px(std::span<const float>(picture), noise_px_, error);
       const double squares = dotProduct(exactly.data(), exactly.data(), factors_.coordinateCount());
-      return modes_.detect({exactly.data(), {}, squares, noise_px}, picture, {});
+      return modes_.detect({exactly.data(), {}, squares, noise_px, picture}, {});
     };
     double high = kFirst * factors_.force_N;
     bool isFound = false;

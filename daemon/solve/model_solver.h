@@ -46,7 +46,7 @@ class ModelSolver : public FieldSolver {
 
   const Factors& factors_;
   const Atoms& atoms_;
-  const ModelOptions options_;
+  const double noise_px_;  ///< as calibrated
   Model model_;
   Modes modes_;                                   ///< of answer()
   const std::array<double, 2> detectionLimit_N_;  ///< found with the two above
@@ -62,10 +62,8 @@ class ModelSolver : public FieldSolver {
   bool wantsModel_ = true;
   FieldWriter answerWriter_;
   Estimate answer_;
-  LineArray<double> displacement_;
   AtomProducts noProducts_;  ///< of no atoms: those of the motion alone
   Posterior motionAlone_;
-  Chosen none_;
   Mixture empty_;
 };
 

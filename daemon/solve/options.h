@@ -12,10 +12,17 @@ struct SolveOptions {
   /// Standard deviation of a marker's centre in one frame [px], as calibrated; the frame's own scales the uncertainty.
   double noise_px = 0.018;
 
+  /// Modes with smaller singular values are left out [n / (E pitch^2)], n being noise_px. 32 makes a frame up to a
+  /// quarter faster and misreads some contacts and palms.
+  double faintest = 4.0;
+
   /// Frames that show a touch although nothing touches, by the noise of the markers alone [1/h].
   double falseAlarmsPerHour = 10.0;
   /// Rate of the frames that this refers to: of the camera, as configured. Fixed, so that a replay finds the same.
   double frameRate_Hz = 60.0;
+
+  /// Returns the share of the frames without a touch that show one.
+  double falseAlarms() const { return falseAlarmsPerHour / (3600.0 * frameRate_Hz); }
 
   /// Share of the markers that may be missing; beyond, the field is not valid. Isolated gaps of the zero are not among
   /// these markers (MarkerField::isolatedGaps).

@@ -137,20 +137,16 @@ PatchInfluence::PatchInfluence(const sensor::Sensor& sensor, const Atoms& atoms,
   assert(possible(atoms));
   const sensor::Points markers = sensor::markerPositions(sensor);
   assert(2 * markers.cols() == factors.coordinateCount());
-  const auto size = static_cast<std::size_t>(paddedMarkers(static_cast<int>(markers.cols())));
+  const int size = paddedMarkers(static_cast<int>(markers.cols()));
   for (auto& each : exactly_.marker) each.assign(size, 1.0);
   for (auto& each : exactly_.slope) each.assign(size, 0.0);
   const double scale = (1.0 + poissonRatio_) / (2.0 * std::numbers::pi * sensor.gel.youngsModulus);  // 1 / 4 pi G
   const sensor::Projection projection(sensor.camera, sensor.gel.size.z());
   for (Eigen::Index m = 0; m < markers.cols(); ++m) {
-    const auto at = static_cast<std::size_t>(m);
     const Eigen::Matrix<double, 2, 3> jacobian = projection.jacobian(markers.col(m));
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto row = static_cast<Eigen::Index>(axis);
-      exactly_.marker[axis][at] = markers(row, m);
-      for (Eigen::Index i = 0; i < 2; ++i) {
-        exactly_.slope[3 * static_cast<std::size_t>(i) + axis][at] = scale * jacobian(i, row);
-      }
+    for (int axis = 0; axis < 3; ++axis) {
+      exactly_.marker[axis][m] = markers(axis, m);
+      for (int i = 0; i < 2; ++i) exactly_.slope[3 * i + axis][m] = scale * jacobian(i, axis);
     }
   }
   const auto round = [](const std::vector<double>& from, std::vector<float>& to) {
@@ -159,14 +155,14 @@ PatchInfluence::PatchInfluence(const sensor::Sensor& sensor, const Atoms& atoms,
   for (std::size_t i = 0; i < exactly_.marker.size(); ++i) round(exactly_.marker[i], rounded_.marker[i]);
   for (std::size_t i = 0; i < exactly_.slope.size(); ++i) round(exactly_.slope[i], rounded_.slope[i]);
   sensor::elastic::inParallel(atoms.pointCount(), [&](Eigen::Index point) {
-    std::vector<double> column(static_cast<std::size_t>(stride()));
+    std::vector<double> column(stride());
     for (int axis = 0; axis < 3; ++axis) {
       std::fill(column.begin(), column.end(), 0.0);
       const Source source{atoms.points(0, point), atoms.points(1, point), Eigen::Vector3d::Unit(axis)};
       addHalfSpace({&source, 1}, column.data());
       const int i = 3 * static_cast<int>(point) + axis;
       for (int j = 0; j < rest_.columns(); ++j) {
-        rest_.row(i)[j] = static_cast<float>(factors.influence.row(i)[j] - column[static_cast<std::size_t>(j)]);
+        rest_.row(i)[j] = static_cast<float>(factors.influence.row(i)[j] - column[j]);
       }
     }
   });
@@ -222,26 +218,23 @@ void PatchInfluence::addRest(const PatchPlace& place, std::span<const Source> so
   const auto inGrid = [&](double x, double y, int axis) { return ((axis == 0 ? x : y) - origin[axis]) / pitch; };
   std::array<int, 2> low{};
   for (int axis = 0; axis < 2; ++axis) {
-    const auto at = static_cast<std::size_t>(axis);
-    low[at] = std::clamp(static_cast<int>(std::floor(inGrid(place.x_m, place.y_m, axis))) - 2, 0, counts[at] - kWindow);
+    const int at = static_cast<int>(std::floor(inGrid(place.x_m, place.y_m, axis)));
+    low[axis] = std::clamp(at - 2, 0, counts[axis] - kWindow);
   }
-  std::array<Eigen::Vector3d, static_cast<std::size_t>(kWindow * kWindow)> window;
+  std::array<Eigen::Vector3d, kWindow * kWindow> window;
   window.fill(Eigen::Vector3d::Zero());
   for (const Source& source : sources) {
     std::array<int, 2> first{};
     std::array<std::array<double, 4>, 2> share{};
     for (int axis = 0; axis < 2; ++axis) {
-      const auto i = static_cast<std::size_t>(axis);
       const double at = inGrid(source.x_m, source.y_m, axis);
-      first[i] = std::clamp(static_cast<int>(std::floor(at)) - 1, low[i], low[i] + kWindow - 4);
-      share[i] = cubicShares(at - first[i]);
-      first[i] -= low[i];
+      first[axis] = std::clamp(static_cast<int>(std::floor(at)) - 1, low[axis], low[axis] + kWindow - 4);
+      share[axis] = cubicShares(at - first[axis]);
+      first[axis] -= low[axis];
     }
-    for (std::size_t row = 0; row < 4; ++row) {
-      for (std::size_t c = 0; c < 4; ++c) {
-        const std::size_t at =
-            (static_cast<std::size_t>(first[1]) + row) * kWindow + static_cast<std::size_t>(first[0]) + c;
-        window[at] += share[1][row] * share[0][c] * source.force_N;
+    for (int row = 0; row < 4; ++row) {
+      for (int c = 0; c < 4; ++c) {
+        window[(first[1] + row) * kWindow + first[0] + c] += share[1][row] * share[0][c] * source.force_N;
       }
     }
   }
@@ -252,7 +245,7 @@ void PatchInfluence::addRest(const PatchPlace& place, std::span<const Source> so
   for (int i = 0; i < kWindow * kWindow; ++i) {
     const int point = (low[1] + i / kWindow) * atoms_.columns + low[0] + i % kWindow;
     for (int axis = 0; axis < 3; ++axis) {
-      const double coefficient = window[static_cast<std::size_t>(i)][axis];
+      const double coefficient = window[i][axis];
       if (coefficient == 0.0) continue;
       rows[used] = 3 * point + axis;
       coefficients[used++] = static_cast<float>(coefficient);

@@ -21,6 +21,11 @@ struct PatchPlace {
   double spread_m2 = 0.0;
 };
 
+/// Returns the i-th number of a place: x, y, spread.
+inline double& element(PatchPlace& place, int i) {
+  return i == 0 ? place.x_m : i == 1 ? place.y_m : place.spread_m2;
+}
+
 /// Force x, y, z [N] and torsion about the centre of the patch [N m].
 using PatchLoad = Eigen::Vector4d;
 inline constexpr int kPatchLoads = 4, kPatchPlaces = 3;  ///< numbers of a PatchLoad, of a PatchPlace
@@ -54,7 +59,7 @@ class PatchInfluence {
   };
   static constexpr int kRing = 6, kSources = 2 * kRing + 1, kWindow = 6;
 
-  using Sources = std::array<Source, static_cast<std::size_t>(kSources)>;
+  using Sources = std::array<Source, kSources>;
 
   /// Of the markers, padded: places, and slopes of the pixel over 4 pi G [px/m / Pa].
   template <typename Number>

@@ -53,10 +53,9 @@ double squaredAlong(std::span<const double> share, double from) {
 
 PatchSpread::PatchSpread(const Atoms& atoms)
     : atoms_(atoms)
-    , along_{std::vector<double>(static_cast<std::size_t>(atoms.columns)),
-             std::vector<double>(static_cast<std::size_t>(atoms.rows))} {}
+    , along_{std::vector<double>(atoms.columns), std::vector<double>(atoms.rows)} {}
 
-void PatchSpread::divide(const PatchPlace& place, bool centred, std::span<double> share) {
+std::span<const double> PatchSpread::divide(const PatchPlace& place, bool centred) {
   const double pitch2 = square(atoms_.pitch_m);
   const double variance = std::max(place.spread_m2 / pitch2, kLeastSpread) + kBlur;
   const Eigen::Vector2d at = (Eigen::Vector2d(place.x_m, place.y_m) - atoms_.points.col(0).head<2>()) / atoms_.pitch_m;
@@ -64,18 +63,23 @@ void PatchSpread::divide(const PatchPlace& place, bool centred, std::span<double
   spreadAlong(std::clamp(at.x(), 0.0, atoms_.columns - 1.0), variance, centred, across);
   spreadAlong(std::clamp(at.y(), 0.0, atoms_.rows - 1.0), variance, centred, up);
   for (std::size_t p = 0, row = 0; row < up.size(); ++row) {
-    for (const double each : across) share[p++] = each * up[row];
+    for (const double each : across) share_[p++] = each * up[row];
   }
   const Eigen::Vector2d centroid(centroidAlong(across), centroidAlong(up));
   centroid_m_ = atoms_.points.col(0).head<2>() + atoms_.pitch_m * centroid;
   off_.head<2>() = Eigen::Vector2d(place.x_m, place.y_m) - centroid_m_;
   spread_m2_ = pitch2 * (squaredAlong(across, centroid.x()) + squaredAlong(up, centroid.y()));
+  return share_;
 }
 
-Eigen::Vector3d PatchSpread::force(const PatchLoad& load, std::span<const double> share, std::size_t point) const {
-  const Eigen::Vector2d arm = atoms_.points.col(static_cast<Eigen::Index>(point)).head<2>() - centroid_m_;
+void PatchSpread::add(const PatchLoad& load, int number, std::span<double> forces) const {
   const double torsion = load[3] / spread_m2_;
-  return share[point] * (load.head<3>() + torsion * Eigen::Vector3d(-arm.y(), arm.x(), 0.0));
+  for (std::size_t p = 0; p < share_.size(); ++p) {
+    const Eigen::Vector2d arm = atoms_.points.col(p).head<2>() - centroid_m_;
+    Eigen::Vector3d::Map(forces.data() + 3 * p) +=
+        share_[p] * (load.head<3>() + torsion * Eigen::Vector3d(-arm.y(), arm.x(), 0.0));
+  }
+  Eigen::Vector3d::Map(forces.data() + 3 * (share_.size() + number)) = off_.cross(load.head<3>());
 }
 
 }  // namespace tractiond::solve

@@ -17,20 +17,21 @@ class PatchSpread {
   /// `atoms` must outlive it; their points must be a grid.
   explicit PatchSpread(const Atoms& atoms);
 
-  /// Computes the shares of the points (P) in the force of a patch; their sum is 1. \param centred true: the centroid
-  /// of the shares is the place of the patch. A place beyond the grid of points counts as the nearest one on its border
-  void divide(const PatchPlace& place, bool centred, std::span<double> share);
+  /// Computes and returns the shares of the points (P) in the force of a patch; their sum is 1. \param centred true:
+  /// the centroid of the shares is the place of the patch. A place beyond the grid of points counts as the nearest one
+  /// on its border
+  std::span<const double> divide(const PatchPlace& place, bool centred);
 
-  /// Returns the force of a patch at a point, at the place of the last divide(), which made `share`. Torsion is forces
-  /// around the centroid of the shares, which grow with the distance from it; their sum is 0.
-  Eigen::Vector3d force(const PatchLoad& load, std::span<const double> share, std::size_t point) const;
-  /// Returns what the wrench of the patch has more than these forces, a couple [N m]: the moment by what their centroid
-  /// is off.
-  Eigen::Vector3d couple(const PatchLoad& load) const { return off_.cross(load.head<3>()); }
+  /// Adds the forces of a patch, at the place of the last divide(), to those of the points, and sets its couple: what
+  /// its wrench has more than these forces, the moment by what the centroid of the shares is off. Torsion is forces
+  /// around that centroid, which grow with the distance from it; their sum is 0. \param number of the couple \param
+  /// forces of points and couples (3 (P + kCouples))
+  void add(const PatchLoad& load, int number, std::span<double> forces) const;
 
  private:
   const Atoms& atoms_;
   std::array<std::vector<double>, 2> along_;  // of the columns and rows of points
+  std::vector<double> share_;                 // P
   // Of the last place: its way from the centroid of the shares, this centroid, and the mean squared distance of the
   // shares from it.
   Eigen::Vector3d off_ = Eigen::Vector3d::Zero();

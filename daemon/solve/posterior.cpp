@@ -25,19 +25,19 @@ Posterior::Posterior(const Factors& factors, const Atoms& atoms, int most, int m
     : factors_(factors)
     , atoms_(atoms)
     , stride_((3 * most + mostExtra + kMotions + kColumns - 1) / kColumns * kColumns)
-    , tightness_(static_cast<std::size_t>(most))
+    , tightness_(most)
     , index_(tightness_.size())
-    , right_(static_cast<std::size_t>(stride_))
+    , right_(stride_)
     , x_(right_.size())
     , matrix_(packed(stride_), Pages::kSmall)
     , scratch_(kColumns * right_.size())
     , panels_(right_.size() * right_.size(), Pages::kSmall)
     , inverse_(right_.size() * right_.size(), Pages::kSmall)
-    , known_(static_cast<std::size_t>(most))
-    , indexOf_(static_cast<std::size_t>(atoms.count()), -1)
-    , covering_(static_cast<std::size_t>(most + mostExtra))
+    , known_(most)
+    , indexOf_(atoms.count(), -1)
+    , covering_(most + mostExtra)
     , share_(covering_.size())
-    , together_(static_cast<std::size_t>(square(stride_ / kColumns))) {}
+    , together_(right_.size() / kColumns * (right_.size() / kColumns)) {}
 
 bool Posterior::fit(const Displacements& picture, AtomProducts& products, const Chosen& chosen, ExtraUnknowns* extra) {
   chosen_ = &chosen;
@@ -45,6 +45,8 @@ bool Posterior::fit(const Displacements& picture, AtomProducts& products, const 
   diagonalInverted_ = false;
   assert(unknowns() <= stride_ && picture.noise_px > 0.0);
   noise_px_ = picture.noise_px;
+  std::fill(indexOf_.begin(), indexOf_.end(), -1);
+  for (std::size_t i = 0; i < chosen.atoms.size(); ++i) indexOf_[chosen.atoms[i]] = static_cast<int>(i);
   const int size = unknowns();
   if (!invertPriors()) return false;
   products.add(chosen.atoms);
@@ -229,17 +231,15 @@ double Posterior::keep(std::span<const double> noise, AtomMoments& moments) {
   return degrees;
 }
 
-std::array<double, 6> Posterior::wrench() const {
-  Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
+Wrench Posterior::wrench() const {
+  Wrench sum = Wrench::Zero();
   for (std::size_t i = 0; i < chosen_->atoms.size(); ++i) {
     sum += atoms_.wrench.middleCols<3>(3 * static_cast<Index>(chosen_->atoms[i])) * Vector3d::Map(x_.data() + 3 * i);
   }
   for (std::size_t i = 0; i < extraCount(); ++i) {
     sum += extra()[i] * std::as_const(*extra_).wrench(static_cast<int>(i));
   }
-  std::array<double, 6> wrench{};
-  std::copy_n(sum.data(), 6, wrench.begin());
-  return wrench;
+  return sum;
 }
 
 }  // namespace tractiond::solve

@@ -58,7 +58,7 @@ class Posterior final : public Candidate {
   void extraCovariance(std::span<double> covariance);
 
   /// Returns force and moment of atoms and extra unknowns about the origin of the gel frame [N, N m].
-  std::array<double, 6> wrench() const;
+  Wrench wrench() const;
 
   // Implement Candidate; the wrench is wrench(). nodeDeviations_N() takes as long as fit().
   const std::array<double, kMotions>& motion() const override { return motion_; }
@@ -79,9 +79,7 @@ class Posterior final : public Candidate {
   int firstMotion() const { return firstExtra() + static_cast<int>(extraCount()); }
   int unknowns() const { return firstMotion() + kMotions; }
   /// Returns the number of elements of a packed lower triangle.
-  static std::size_t packed(int size) {
-    return static_cast<std::size_t>(size) * (static_cast<std::size_t>(size) + 1) / 2;
-  }
+  static std::size_t packed(int size) { return size * (static_cast<std::size_t>(size) + 1) / 2; }
   double* row(int unknown) { return matrix_.data() + static_cast<std::ptrdiff_t>(unknown) * (unknown + 1) / 2; }
   bool invertPriors();
   void multiplyDisplacement(const Displacements& picture, const AtomProducts& products);
@@ -95,8 +93,6 @@ class Posterior final : public Candidate {
   // posterior_covariance.cpp
   void invertTogether();
   std::size_t cover(Eigen::Index node, int axis);
-  void setIndices();
-  void clearIndices();
   void multiplyInverse(int count, double* covariance);
 
   const Factors& factors_;
@@ -121,6 +117,17 @@ class Posterior final : public Candidate {
   std::vector<double> share_;            // of each of these in a force of the node
   std::vector<unsigned char> together_;  // of two panels, whether some of their unknowns act at the same node
   std::array<double, kMotions> motion_{};
+};
+
+/// A posterior with what it was solved for.
+struct ChosenPosterior {
+  /// Parameters as of Posterior().
+  ChosenPosterior(const Factors& factors, const Atoms& atoms, int most, int mostExtra)
+      : posterior(factors, atoms, most, mostExtra) {
+    chosen.reserve(most);
+  }
+  Chosen chosen;
+  Posterior posterior;
 };
 
 }  // namespace tractiond::solve

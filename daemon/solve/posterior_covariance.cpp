@@ -13,7 +13,6 @@ using ByRows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 void Posterior::nodeDeviations_N(std::span<double> deviations) {
   assert(static_cast<Index>(deviations.size()) == 3 * atoms_.ofNodes.rows());
-  setIndices();
   invertTogether();
   for (Index node = 0; node < atoms_.ofNodes.rows(); ++node) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -28,17 +27,6 @@ void Posterior::nodeDeviations_N(std::span<double> deviations) {
       deviations[3 * node + axis] = noise_px_ * std::sqrt(std::max(variance, 0.0));
     }
   }
-  clearIndices();
-}
-
-/// Fills indexOf_, which clearIndices() empties.
-void Posterior::setIndices() {
-  const auto& chosen = chosen_->atoms;
-  for (std::size_t i = 0; i < chosen.size(); ++i) indexOf_[chosen[i]] = static_cast<int>(i);
-}
-
-void Posterior::clearIndices() {
-  for (const int atom : chosen_->atoms) indexOf_[atom] = -1;
 }
 
 /// Finds the unknowns that act at a node along an axis, and their shares; for the axes in turn, as atoms act alike
@@ -81,7 +69,7 @@ void Posterior::invertTogether() {
   }
   for (int panel = 2; kColumns * panel < unknowns(); ++panel) {
     for (int other = 0; other < panel - 1; ++other) {
-      if (together_[static_cast<std::size_t>(panel * panels + other)] != 0) invert(panel, other);
+      if (together_[panel * panels + other] != 0) invert(panel, other);
     }
   }
 }
@@ -90,7 +78,6 @@ void Posterior::covariance(std::span<const double> weights, std::span<const int>
   assert(static_cast<Index>(weights.size()) >= 3 * kColumns * atoms_.points.cols());
   double* const columns = scratch_.data();
   std::fill_n(columns, kColumns * unknowns(), 0.0);
-  setIndices();
   for (const Index point : points) {
     const double* const of = weights.data() + 3 * kColumns * point;
     const auto add = [&](double* to, double factor, int axis) {
@@ -108,7 +95,6 @@ void Posterior::covariance(std::span<const double> weights, std::span<const int>
       }
     }
   }
-  clearIndices();
   multiplyInverse(kColumns, covariance.data());
 }
 

@@ -14,12 +14,11 @@ constexpr double kNothing = 1e-12;
 
 }  // namespace
 
-Prior::Prior(const Atoms& atoms, const ModelOptions& options)
-    : options_(options)
-    , near_(atoms.count(), atoms.count())
+Prior::Prior(const Atoms& atoms)
+    : near_(atoms.count(), atoms.count())
     , alike_(atoms.count(), atoms.count())
-    , wideColumn_(static_cast<std::size_t>(atoms.count()), -1)
-    , evident_(static_cast<std::size_t>(atoms.count()))
+    , wideColumn_(atoms.count(), -1)
+    , evident_(atoms.count())
     , gathered_(evident_.size())
     , knownNear_(evident_.size())
     , gamma_(evident_.size()) {
@@ -43,7 +42,7 @@ Prior::Prior(const Atoms& atoms, const ModelOptions& options)
     for (int a = level.first; a < level.end; ++a) {
       for (int b = level.first; b < level.end; ++b) {
         const double r2 = (atoms.places.col(a) - atoms.places.col(b)).squaredNorm();
-        const double k = std::exp(-r2 / (2.0 * square(options.coupling * level.spacing_m)));
+        const double k = std::exp(-r2 / (2.0 * square(ModelConstants::kCoupling * level.spacing_m)));
         if (k > kNothing) entries.emplace_back(a, b, k);
       }
     }
@@ -55,7 +54,7 @@ bool Prior::findEvident(const AtomMoments& moments) {
   shown_.clear();
   pulling_.clear();
   for (int a = 0; a < static_cast<int>(evident_.size()); ++a) {
-    evident_[a] = evident(moments, a, options_.surety);
+    evident_[a] = evident(moments, a, ModelConstants::kSurety);
     if (evident_[a] == 0.0) continue;
     const auto mean = Eigen::Vector3d::Map(moments.mean_N.data() + 3 * static_cast<Index>(a));
     shown_.push_back(a);
@@ -85,7 +84,7 @@ void Prior::direct(Chosen& chosen, bool wide) const {
     const float* const alike = isWide ? wide_.col(wideColumn_[atom]).data() : alike_.col(atom).data();
     Block together = Block::Zero();
     for (std::size_t b = 0; b < shown_.size(); ++b) together += static_cast<double>(alike[shown_[b]]) * pulling_[b];
-    const Block omega = together.trace() > 0.0 ? directions(together, options_.turning) : Block(Block::Identity());
+    const Block omega = together.trace() > 0.0 ? directions(together) : Block(Block::Identity());
     chosen.covariance_N2.emplace_back(chosen.gamma_N2[i] * omega);
   }
 }

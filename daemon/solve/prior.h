@@ -2,25 +2,26 @@
 // that follows the picture.
 #pragma once
 
-#include "daemon/solve/evidence.h"
+#include "daemon/solve/atom_moments.h"
 #include "daemon/solve/selection.h"
 
 #include <vector>
 
 namespace tractiond::solve {
 
-/// Returns Omega, the covariance of an atom's force with the trace 3: `along`, scaled, with the weight 1 - `turning`,
-/// and the identity with the weight `turning`. The trace of `along` must be above 0.
-inline Block directions(const Block& along, double turning) {
+/// Returns Omega, the covariance of an atom's force with the trace 3: `along`, scaled, with the weight 1 - epsilon,
+/// and the identity with the weight epsilon (ModelConstants::kTurning). The trace of `along` must be above 0.
+inline Block directions(const Block& along) {
+  constexpr double kTurning = ModelConstants::kTurning;
   const Block isotropic = Block::Identity();
-  return (1.0 - turning) * 3.0 / along.trace() * along + turning * isotropic;
+  return (1.0 - kTurning) * 3.0 / along.trace() * along + kTurning * isotropic;
 }
 
 /// Thread-bound. Allocates only when made.
 class Prior {
  public:
   /// Copies what it needs of `atoms`.
-  Prior(const Atoms& atoms, const ModelOptions& options);
+  explicit Prior(const Atoms& atoms);
 
   /// Computes e_a = max(0, |mean_a|^2 - z^2 noise_a / 3) of all atoms, for direct(). Returns whether any is above 0.
   bool findEvident(const AtomMoments& moments);
@@ -39,7 +40,6 @@ class Prior {
   void direct(Chosen& chosen, bool wide) const;
 
  private:
-  const ModelOptions options_;
   Eigen::SparseMatrix<double, Eigen::RowMajor> near_;  // k, A x A
   Eigen::MatrixXf alike_;                              // exp(-r^2 / 2 l^2), A x A
   Eigen::MatrixXf wide_;         // the same of those atoms alone whose l_a is more than the depth, A x W

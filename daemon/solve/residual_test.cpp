@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 namespace tractiond::solve {
@@ -16,12 +15,6 @@ using Eigen::Index;
 /// Share of an atom's variance below which the posterior explains a direction of its force wholly: what is left there
 /// says nothing.
 constexpr double kExplained = 1e-3;
-
-std::vector<int> every(int count) {
-  std::vector<int> all(static_cast<std::size_t>(count));
-  std::iota(all.begin(), all.end(), 0);
-  return all;
-}
 
 Block inverseOf(const Block& covariance, double whole) {
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen;
@@ -43,11 +36,11 @@ ResidualTest::ResidualTest(std::shared_ptr<const StrongModes> modes, int mostUnk
     , everyComponent_(every(strong_->rows.rows()))
     , precision_(strong_->alone.size())
     , modesOfUnknowns_(modes_, mostUnknowns + mostCurves)
-    , columns_(static_cast<std::size_t>(kColumns * std::max(modesOfUnknowns_.stride(), padded(modes_))))
-    , sum_(static_cast<std::size_t>(padded(kMotions + modes_)))
-    , left_(static_cast<std::size_t>(padded(modes_)))
-    , found_(static_cast<std::size_t>(padded(LinearPosterior::kMostRank + mostCurves)))
-    , products_(static_cast<std::size_t>(kColumns) * everyComponent_.size())
+    , columns_(kColumns * std::max(modesOfUnknowns_.stride(), padded(modes_)))
+    , sum_(padded(kMotions + modes_))
+    , left_(padded(modes_))
+    , found_(padded(LinearPosterior::kMostRank + mostCurves))
+    , products_(kColumns * everyComponent_.size())
     , matched_(everyComponent_.size())
     , added_(everyComponent_.size())
     , coefficients_(everyCoordinate_.size()) {}
@@ -58,7 +51,7 @@ void ResidualTest::make(const LinearPosterior& posterior, const ExtraUnknowns* e
   Eigen::MatrixXd seen = seenBy(posterior, curves.rows());
   // As if the coordinates that are missing were there: M holds them, too.
   root_ = posterior.seenWhereMissing().transpose() * posterior.seenWhereMissing();
-  for (int k = 0; k < rank; ++k) root_(k, k) += 1.0 + posterior.lambda()[static_cast<std::size_t>(k)];
+  for (int k = 0; k < rank; ++k) root_(k, k) += 1.0 + posterior.lambda()[k];
   root_ = root_.llt().matrixL();
   root_.triangularView<Eigen::Lower>().solveInPlace(seen.topRows(rank));
   explain(seen, rank);
@@ -70,7 +63,7 @@ void ResidualTest::layUnknowns(const LinearPosterior& posterior, const ExtraUnkn
   const int firstCurve = posterior.firstExtra() + posterior.extraCount();
   std::fill(modesOfUnknowns_.all().begin(), modesOfUnknowns_.all().end(), 0.0F);
   for (int i = 0; i < count; ++i) {
-    const int atom = posterior.atoms()[static_cast<std::size_t>(i)];
+    const int atom = posterior.atoms()[i];
     for (int axis = 0; axis < 3; ++axis) {
       const float* const from = strong_->rows.row(3 * atom + axis);
       for (int k = 0; k <= axis; ++k) {
@@ -108,7 +101,7 @@ Eigen::MatrixXd ResidualTest::seenBy(const LinearPosterior& posterior, int curve
     }
     multiplyRowsByColumns(modesOfUnknowns_, everyMode_, columns_.data(), products_.data(), kColumns);
     for (int m = 0; m < modes_; ++m) {
-      for (int k = first; k < end; ++k) seen(k, m) = products_[static_cast<std::size_t>(kColumns * m + k - first)];
+      for (int k = first; k < end; ++k) seen(k, m) = products_[kColumns * m + k - first];
     }
   }
   return seen;
@@ -128,7 +121,7 @@ void ResidualTest::explain(const Eigen::MatrixXd& seen, int rank) {
     multiplyRowsByColumns(strong_->rows, everyComponent_, columns_.data(), products_.data(), kColumns);
     for (int row = 0; row < explained_.rows(); ++row) {
       for (int k = first; k < end; ++k) {
-        explained_.row(row)[k] = static_cast<float>(products_[static_cast<std::size_t>(kColumns * row + k - first)]);
+        explained_.row(row)[k] = static_cast<float>(products_[kColumns * row + k - first]);
       }
     }
     for (std::size_t a = 0; a < precision_.size(); ++a) {
@@ -156,8 +149,7 @@ void ResidualTest::add(std::span<const int> coordinates, std::span<const float> 
   if (coordinates.empty()) return;
   std::fill_n(sum_.data(), sum_.size(), 0.0);
   addColumns(strong_->left, coordinates, displacement_px, 0, kMotions + modes_, sum_.data());
-  std::transform(sum_.data() + kMotions, sum_.data() + kMotions + modes_, left_.data(),
-                 [](double each) { return static_cast<float>(each); });
+  std::copy_n(sum_.data() + kMotions, modes_, left_.data());
   multiplyFirst(strong_->rows, everyComponent_, modes_, left_.data(), added_.data());
   for (std::size_t i = 0; i < added_.size(); ++i) matched_[i] += added_[i];
 }

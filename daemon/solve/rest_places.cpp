@@ -1,6 +1,7 @@
 #include "daemon/solve/rest_places.h"
 
 #include "sensor/elastic/parallel.h"
+#include "sensor/elastic/quadrature.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -8,7 +9,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <utility>
 
 namespace tractiond::solve {
 namespace {
@@ -16,6 +16,7 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
+using Eigen::VectorXd;
 
 /// A marker that seems to lie farther from its place than this share of its layer's pitch is taken for another one or
 /// dirt. Of those of 0.3 mm of scatter one in 250 lies beyond a third: with the grid's place it spoils a contact.
@@ -41,41 +42,29 @@ Vector2d backProjected(const sensor::Projection& project, Eigen::Vector3d place,
   return place.head<2>();
 }
 
-/// Shares of `count` <= kAlong points side by side in the polynomial through them at `at` between them.
-std::array<double, kAlong> polynomialShares(double at, int count) {
-  std::array<double, kAlong> shares{};
-  for (int i = 0; i < count; ++i) {
-    double share = 1.0;
-    for (int j = 0; j < count; ++j) {
-      if (j != i) share *= (at - j) / (i - j);
-    }
-    shares[static_cast<std::size_t>(i)] = share;
-  }
-  return shares;
-}
-
 /// From values at the markers of the grids to those at the scattered places, 2M x 2M: u and v alike.
 Eigen::SparseMatrix<double, Eigen::RowMajor> interpolation(const sensor::Sensor& sensor) {
   const Index markers = sensor.markerCount();
   std::vector<Eigen::Triplet<double>> shares;
-  shares.reserve(static_cast<std::size_t>(2 * kAlong * kAlong * markers));
+  shares.reserve(2 * kAlong * kAlong * markers);
   Index first = 0;
   for (const sensor::MarkerLayer& layer : sensor.layers) {
     const std::array<int, 2> count = {layer.columns, layer.rows};
     for (int own = 0; own < layer.count(); ++own) {
       const std::array<int, 2> place = {own % layer.columns, own / layer.columns};
       std::array<int, 2> low{}, along{};
-      std::array<std::array<double, kAlong>, 2> share{};
-      for (std::size_t axis = 0; axis < 2; ++axis) {
-        const double at = place[axis] + sensor.scatter(static_cast<Index>(axis), first + own) / layer.pitch;
+      std::array<MatrixXd, 2> share;  // of the polynomial through these markers
+      for (int axis = 0; axis < 2; ++axis) {
+        const double at = place[axis] + sensor.scatter(axis, first + own) / layer.pitch;
         along[axis] = std::min(kAlong, count[axis]);
         low[axis] = std::clamp(static_cast<int>(std::floor(at)) - kAlong / 2 + 1, 0, count[axis] - along[axis]);
-        share[axis] = polynomialShares(at - low[axis], along[axis]);
+        share[axis] = sensor::elastic::lagrange(VectorXd::LinSpaced(along[axis], 0.0, along[axis] - 1.0),
+                                                VectorXd::Constant(1, at - low[axis]));
       }
       for (int y = 0; y < along[1]; ++y) {
         for (int x = 0; x < along[0]; ++x) {
           const Index from = first + Index{low[1] + y} * layer.columns + low[0] + x;
-          const double product = share[1][static_cast<std::size_t>(y)] * share[0][static_cast<std::size_t>(x)];
+          const double product = share[1](y) * share[0](x);
           for (int row = 0; row < 2; ++row) shares.emplace_back(2 * (first + own) + row, 2 * from + row, product);
         }
       }
@@ -118,7 +107,7 @@ RestPlaces restPlaces(const sensor::Sensor& sensor, std::span<const float> place
     Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
     Eigen::Vector4d right = Eigen::Vector4d::Zero();
     for (Index m = 0; m < markers.cols(); ++m) {
-      if (counts[static_cast<std::size_t>(m)] == 0) continue;
+      if (counts[m] == 0) continue;
       const auto slope = byMotion.middleRows<2>(2 * m);
       const Vector2d pixel = Eigen::Vector2f::Map(place_px.data() + 2 * m).cast<double>();
       normal += slope.transpose() * slope;
@@ -150,8 +139,7 @@ RestPlaces restPlaces(const sensor::Sensor& sensor, std::span<const float> place
   return places;
 }
 
-tl::expected<MatrixXd, Error> influenceAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& drawn,
-                                                const Stopping& stopping) {
+MatrixXd influenceAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& drawn) {
   assert(!sensor.body && sensor.scatter.cols() == sensor.markerCount());
   constexpr Index kTogether = 128, kMarkers = 64;  // points, markers together
   sensor::Sensor straight = sensor;
@@ -159,14 +147,12 @@ tl::expected<MatrixXd, Error> influenceAtPlaces(const sensor::Sensor& sensor, co
   const auto scattered = interpolation(sensor);
   MatrixXd influence(2 * Index{sensor.markerCount()}, 3 * static_cast<Index>(atoms.pointCount()));
   for (Index first = 0; first < atoms.points.cols(); first += kTogether) {
-    if (isStopped(stopping)) return givenUp();
     const sensor::Points points = atoms.points.middleCols(first, std::min(kTogether, atoms.points.cols() - first));
     RowMajorMatrix rest = -halfSpace(straight, points);
     for (Index i = 0; i < rest.cols(); ++i) {
       const float* const row = drawn.influence.row(static_cast<int>(3 * first + i));
       rest.col(i) += Eigen::VectorXf::Map(row, rest.rows()).cast<double>();
     }
-    if (isStopped(stopping)) return givenUp();
     influence.middleCols(3 * first, rest.cols()) = halfSpace(sensor, points);
     sensor::elastic::inParallel((sensor.markerCount() + kMarkers - 1) / kMarkers, [&](Index part) {
       const Index row = 2 * kMarkers * part, rows = std::min(2 * kMarkers, scattered.rows() - row);
@@ -174,18 +160,6 @@ tl::expected<MatrixXd, Error> influenceAtPlaces(const sensor::Sensor& sensor, co
     });
   }
   return influence;
-}
-
-tl::expected<Factors, Error> factorsAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms, MatrixXd influence,
-                                             const Factors& drawn, const ModelOptions& options,
-                                             const Stopping& stopping) {
-  if (isStopped(stopping)) return givenUp();
-  auto factors =
-      computeFactors(std::move(influence), atoms, motionPrior(sensor), drawn.force_N, options, &drawn, stopping);
-  if (!factors) return factors;
-  factors->systematicErrors = drawn.systematicErrors;
-  factors->computed_ns = drawn.computed_ns;
-  return factors;
 }
 
 }  // namespace tractiond::solve

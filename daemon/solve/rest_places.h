@@ -28,16 +28,8 @@ RestPlaces restPlaces(const sensor::Sensor& sensor, std::span<const float> place
 
 /// Computes the influence of a block's points on its markers at the places of sensor.scatter, 2M x 3P [px/N], from
 /// `drawn`, the factors of the same sensor without scatter. A half-space's displacements are exact; what the block adds
-/// is smooth, and is interpolated between the markers of a layer. Fails only if `stopping` ends it (givenUp()).
+/// is smooth, and is interpolated between the markers of a layer.
 /// `sensor.scatter` must not be empty.
-tl::expected<Eigen::MatrixXd, Error> influenceAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms,
-                                                       const Factors& drawn, const Stopping& stopping = {});
-
-/// Computes the factors of a block whose markers are at the places of sensor.scatter. Takes over systematicErrors,
-/// force_N and computed_ns of `drawn`, as above, and reads its modes, but not its influence; `id` is all zero. Takes a
-/// second or two. Fails as computeFactors(). \param influence result of influenceAtPlaces()
-tl::expected<Factors, Error> factorsAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms,
-                                             Eigen::MatrixXd influence, const Factors& drawn,
-                                             const ModelOptions& options, const Stopping& stopping = {});
+Eigen::MatrixXd influenceAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms, const Factors& drawn);
 
 }  // namespace tractiond::solve

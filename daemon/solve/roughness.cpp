@@ -55,18 +55,17 @@ void Spread::average(const VectorXd& from, VectorXd& to) {
   MatrixXd::Map(to.data(), across_.rows(), along_.rows()).noalias() = product_.lazyProduct(along_.transpose());
 }
 
-Roughness::Roughness(const Factors& factors, const Atoms& atoms, const ModelOptions& options)
+Roughness::Roughness(const Factors& factors, const Atoms& atoms)
     : atoms_(atoms)
-    , rho_(options.roughness)
-    , pointForce_(3 * static_cast<std::size_t>(atoms.pointCount()))
+    , pointForce_(3 * atoms.pointCount())
     , force_(atoms.pointCount())
     , pressure_(atoms.pointCount())
-    , gamma_(static_cast<std::size_t>(atoms.count()))
+    , gamma_(atoms.count())
     , unseen_(gamma_.size()) {
   for (const Level& level : atoms.levels) {
     addTo(groups_, level, level.reach_m);
     const bool isOfPoints = level.first == 0 && atoms.levels.size() > 1;  // a body has no others
-    if (!isOfPoints) addTo(around_, level, std::hypot(level.reach_m, options.around * atoms.pitch_m));
+    if (!isOfPoints) addTo(around_, level, std::hypot(level.reach_m, ModelConstants::kAround * atoms.pitch_m));
     for (int a = level.first; a < level.end; ++a) {
       const bool isBeyond = a < atoms.pointCount() && atoms.nodes[a] < 0;
       isTold_.push_back(level.ambiguous || isBeyond ? 0 : 1);
@@ -85,7 +84,7 @@ void Roughness::addTo(std::vector<Group>& groups, const Level& level, double rea
 
 std::span<const double> Roughness::add(std::span<const double> mean_N, const Chosen& chosen, double unseen_px) {
   addUp(atoms_, mean_N, pointForce_);
-  of(pointForce_, rho_);
+  of(pointForce_, ModelConstants::kRoughness);
   if (unseen_px > 0.0) {
     beneath(pointForce_, true, around_, unseen_);
     const double square_px2 = square(unseen_px);

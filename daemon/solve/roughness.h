@@ -25,7 +25,7 @@ class Spread {
 class Roughness {
  public:
   /// `atoms` must outlive it; `factors` is used in the constructor only.
-  Roughness(const Factors& factors, const Atoms& atoms, const ModelOptions& options);
+  Roughness(const Factors& factors, const Atoms& atoms);
 
   // The results are valid until the next call of any of these functions. q_a is the force that an atom has under the
   // harmonic mean of the pressure beneath it; it is about 0 for an atom that is broader than the contact. The forces
@@ -33,7 +33,7 @@ class Roughness {
 
   /// Returns gamma of all atoms (A [N^2]): that of the chosen ones, plus (rho_a q_a)^2 / 3 for every atom, plus, for
   /// the atoms that are larger than points (of a body, for all), what may be unseen: the same with rho = 1, of the
-  /// pressure averaged over ModelOptions::around more, but no more than is expected to displace the markers, all
+  /// pressure averaged over ModelConstants::kAround more, but no more than is expected to displace the markers, all
   /// together, by `unseen_px`. A point beyond the nodes has at least the pressure of the nearest node, as a contact may
   /// continue there. \param mean_N forces of all atoms, 3A
   std::span<const double> add(std::span<const double> mean_N, const Chosen& chosen, double unseen_px);
@@ -60,14 +60,13 @@ class Roughness {
 
   const Atoms& atoms_;
   std::vector<Group> groups_, around_;  // of all levels; of the levels that may be unseen
-  const double rho_;
-  std::vector<unsigned char> isTold_;  // A: whether the picture tells what it has
-  std::vector<double> largest_;        // of each atom, its largest share of a point
-  std::vector<double> pointForce_;     // 3P
-  Eigen::VectorXd force_, pressure_;   // P, magnitudes; then 1 / pressure
-  std::vector<double> gamma_;          // A
-  std::vector<double> unseen_;         // A: likewise, of around_; of other levels 0
-  std::vector<double> mostUnseen_;     // A: its largest, for unseen_px = 1
+  std::vector<unsigned char> isTold_;   // A: whether the picture tells what it has
+  std::vector<double> largest_;         // of each atom, its largest share of a point
+  std::vector<double> pointForce_;      // 3P
+  Eigen::VectorXd force_, pressure_;    // P, magnitudes; then 1 / pressure
+  std::vector<double> gamma_;           // A
+  std::vector<double> unseen_;          // A: likewise, of around_; of other levels 0
+  std::vector<double> mostUnseen_;      // A: its largest, for unseen_px = 1
 };
 
 }  // namespace tractiond::solve

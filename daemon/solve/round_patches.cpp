@@ -41,14 +41,14 @@ RoundPatches::RoundPatches(const sensor::Sensor& sensor, const Atoms& atoms, con
     , spread_(atoms, atoms.pitch_m)
     , force_(atoms.pointCount())
     , height_(atoms.pointCount())
-    , motion_(static_cast<std::size_t>(kMotions * influence_.stride()))
-    , here_(static_cast<std::size_t>(influence_.stride()))
-    , spot_(static_cast<std::size_t>(kPatchLoads * influence_.stride())) {
-  maxima_.reserve(static_cast<std::size_t>(atoms.pointCount()));
+    , motion_(kMotions * influence_.stride())
+    , here_(influence_.stride())
+    , spot_(kPatchLoads * influence_.stride()) {
+  maxima_.reserve(atoms.pointCount());
   for (Fit* fit : {&now_, &next_, &kept_, &pair_}) {
-    fit->columns = LineArray<double>(static_cast<std::size_t>(kPatchLoads * kMost * influence_.stride()));
-    fit->left = LineArray<double>(static_cast<std::size_t>(influence_.stride()));
-    fit->slopes = LineArray<double>(static_cast<std::size_t>(kPatchPlaces * kMost * influence_.stride()));
+    fit->columns = LineArray<double>(kPatchLoads * kMost * influence_.stride());
+    fit->left = LineArray<double>(influence_.stride());
+    fit->slopes = LineArray<double>(kPatchPlaces * kMost * influence_.stride());
   }
 }
 
@@ -72,11 +72,11 @@ bool RoundPatches::findOne(const Displacements& picture, const Vector3d& start, 
   return descend(picture, enough) && areNarrow() && now_.misfit <= enough;
 }
 
-/// Returns whether no patch but this one is too broad.
-bool RoundPatches::areNarrowBut(int patch) const {
+/// Returns whether no patch, but for one, is too broad.
+bool RoundPatches::areNarrow(int but) const {
   for (int k = 0; k < count_; ++k) {
-    const double spread_m2 = now_.patches[static_cast<std::size_t>(k)].place.spread_m2;
-    if (k != patch && spread_m2 >= kWidest * square(atoms_.pitch_m)) return false;
+    const double spread_m2 = now_.patches[k].place.spread_m2;
+    if (k != but && spread_m2 >= kWidest * square(atoms_.pitch_m)) return false;
   }
   return true;
 }
@@ -90,24 +90,18 @@ bool RoundPatches::findMaxima(std::span<const double> forces_N) {
   count_ = 0;
   maxima_.clear();
   if (!(highest > 0.0)) return false;
-  const auto isMaximum = [&](int column, int row) {
-    const double here = height_[row * atoms_.columns + column];
-    for (int r = std::max(row - 1, 0); r <= std::min(row + 1, atoms_.rows - 1); ++r) {
-      for (int c = std::max(column - 1, 0); c <= std::min(column + 1, atoms_.columns - 1); ++c) {
-        if (height_[r * atoms_.columns + c] > here) return false;
-      }
-    }
-    return here > 0.0;
-  };
   for (int point = 0; point < atoms_.pointCount(); ++point) {
-    if (isMaximum(point % atoms_.columns, point / atoms_.columns)) maxima_.push_back(point);
+    bool isMaximum = height_[point] > 0.0;
+    eachAround(point, atoms_.columns, atoms_.rows,
+               [&](int other) { isMaximum = isMaximum && height_[other] <= height_[point]; });
+    if (isMaximum) maxima_.push_back(point);
   }
   std::sort(maxima_.begin(), maxima_.end(),
             [this](int a, int b) { return height_[a] != height_[b] ? height_[a] > height_[b] : a < b; });
   for (const int point : maxima_) {
     if (height_[point] < kStrong * highest) break;
     if (count_ == kMost) return false;
-    now_.patches[static_cast<std::size_t>(count_++)].place = startAt(atoms_.points.col(point));
+    now_.patches[count_++].place = startAt(atoms_.points.col(point));
   }
   if (count_ == 1) now_.patches[0].place = startAt(atoms_.points * force_ / force_.sum());
   return true;
@@ -117,20 +111,31 @@ PatchPlace RoundPatches::startAt(const Vector3d& place) const {
   return {place.x(), place.y(), kSpread * square(atoms_.pitch_m)};
 }
 
+/// Fits other patches, which `change` makes from those that were found, kept_. Keeps them if they are more likely, and
+/// if `fits`.
+template <typename Change, typename Fits>
+bool RoundPatches::isLikelier(const Displacements& picture, Change change, Fits fits) {
+  const double before = logEvidence();
+  const int count = count_;
+  std::swap(now_, kept_);
+  now_.patches = kept_.patches;
+  change();
+  if (descend(picture, mostMisfit(before)) && logEvidence() > before && fits()) return true;
+  std::swap(now_, kept_);
+  count_ = count;
+  return false;
+}
+
 /// Fits again without the least evident patch, as long as that is more likely: the field has maxima of its own where
 /// the picture tells little, beyond the nodes for example.
 void RoundPatches::dropUnlikely(const Displacements& picture) {
   while (count_ > 1) {
-    const double with = logEvidence();
     const int least = leastEvident();
-    std::swap(now_, kept_);
-    now_.patches = kept_.patches;
-    std::copy(kept_.patches.begin() + least + 1, kept_.patches.begin() + count_, now_.patches.begin() + least);
-    --count_;
-    if (descend(picture, mostMisfit(with)) && logEvidence() > with) continue;
-    std::swap(now_, kept_);
-    ++count_;
-    return;
+    const auto drop = [&] {
+      std::copy(kept_.patches.begin() + least + 1, kept_.patches.begin() + count_, now_.patches.begin() + least);
+      --count_;
+    };
+    if (!isLikelier(picture, drop, [] { return true; })) return;
   }
 }
 
@@ -145,14 +150,8 @@ void RoundPatches::addLikely(const Displacements& picture, double enough) {
       return away.norm() < radius(patch.place) + kBeside * atoms_.pitch_m;
     });
     if (isNear) continue;
-    const double without = logEvidence();
-    std::swap(now_, kept_);
-    now_.patches = kept_.patches;
-    now_.patches[static_cast<std::size_t>(count_++)].place = startAt(atoms_.points.col(point));
-    if (descend(picture, mostMisfit(without)) && logEvidence() > without && areNarrow()) continue;
-    std::swap(now_, kept_);
-    --count_;
-    ++inVain;
+    const auto add = [&] { now_.patches[count_++].place = startAt(atoms_.points.col(point)); };
+    if (!isLikelier(picture, add, [this] { return areNarrow(); })) ++inVain;
   }
 }
 
@@ -160,28 +159,22 @@ void RoundPatches::addLikely(const Displacements& picture, double enough) {
 /// Beside another broad patch it does not try: that would stay one.
 void RoundPatches::split(const Displacements& picture, double enough) {
   for (int k = 0; k < count_ && count_ < kMost && now_.misfit > enough; ++k) {
-    if (!areNarrowBut(k)) continue;
+    if (!areNarrow(k)) continue;
     const Vector2d half = halfLength(k);
     if (half.isZero(0.0)) continue;
-    const double whole = logEvidence();
-    std::swap(now_, kept_);
-    now_.patches = kept_.patches;
-    const int other = count_++;
-    for (const auto& [end, side] : {std::pair{k, -1.0}, {other, 1.0}}) {
-      const PatchPlace& from = kept_.patches[static_cast<std::size_t>(k)].place;
-      now_.patches[static_cast<std::size_t>(end)].place =
-          startAt({from.x_m + side * half.x(), from.y_m + side * half.y(), 0.0});
-    }
-    const bool isLikelier = descend(picture, mostMisfit(whole)) && logEvidence() > whole;
-    if (isLikelier && areNarrow() && areTwoContacts(picture, k, other)) continue;
-    std::swap(now_, kept_);
-    --count_;
+    const int other = count_;
+    const auto divide = [&] {
+      const PatchPlace& from = kept_.patches[k].place;
+      now_.patches[k].place = startAt({from.x_m - half.x(), from.y_m - half.y(), 0.0});
+      now_.patches[count_++].place = startAt({from.x_m + half.x(), from.y_m + half.y(), 0.0});
+    };
+    isLikelier(picture, divide, [&] { return areNarrow() && areTwoContacts(picture, k, other); });
   }
 }
 
 /// Returns half of the way between two points that make the field around a patch as long as it is; 0: it is not long.
 Vector2d RoundPatches::halfLength(int patch) const {
-  const PatchPlace& place = patches()[static_cast<std::size_t>(patch)].place;
+  const PatchPlace& place = patches()[patch].place;
   const auto near = [&](Index p) {
     const Vector2d away = atoms_.points.col(p).head<2>() - Vector2d(place.x_m, place.y_m);
     return away.norm() < kAround * atoms_.pitch_m;
@@ -208,11 +201,11 @@ Vector2d RoundPatches::halfLength(int patch) const {
 
 /// Returns whether two patches are two contacts: they do not overlap, nor are they one straight contact.
 bool RoundPatches::areTwoContacts(const Displacements& picture, int a, int b) {
-  const PatchPlace &p = patches()[static_cast<std::size_t>(a)].place, &q = patches()[static_cast<std::size_t>(b)].place;
+  const PatchPlace &p = patches()[a].place, &q = patches()[b].place;
   const double distance = std::hypot(p.x_m - q.x_m, p.y_m - q.y_m);
   if (distance < radius(p) + radius(q)) return false;
   if (distance > kNear * atoms_.pitch_m) return true;
-  bool& known = areTwo_[static_cast<std::size_t>(kMost * a + b)];
+  bool& known = areTwo_[kMost * a + b];
   return known = known || !isBar(picture, a, b);
 }
 
@@ -220,7 +213,7 @@ bool RoundPatches::areTwoContacts(const Displacements& picture, int a, int b) {
 bool RoundPatches::isBar(const Displacements& picture, int a, int b) {
   std::swap(now_, pair_);
   now_.patches = pair_.patches;
-  PatchPlace &p = now_.patches[static_cast<std::size_t>(a)].place, &q = now_.patches[static_cast<std::size_t>(b)].place;
+  PatchPlace &p = now_.patches[a].place, &q = now_.patches[b].place;
   const auto stretch = [](double& from, double& to) {
     const double middle = 0.5 * (from + to), half = 0.5 * kBarLength * (to - from);
     from = middle - half;
@@ -237,7 +230,7 @@ bool RoundPatches::isBar(const Displacements& picture, int a, int b) {
 }
 
 void RoundPatches::join(const Displacements& picture) {
-  for (int k = 0; k < count_; ++k) contact_[static_cast<std::size_t>(k)] = k;
+  for (int k = 0; k < count_; ++k) contact_[k] = k;
   for (int b = 1; b < count_; ++b) {
     for (int a = 0; a < b; ++a) {
       const int one = contactOf(a), other = contactOf(b);

@@ -67,16 +67,16 @@ class RoundPatches {
   /// Returns the minimum of the expression at the top of this file.
   double misfit() const { return now_.misfit; }
   /// Returns the first patch of the contact that a patch is part of, by the last join(), which must follow find().
-  int contactOf(int patch) const { return contact_[static_cast<std::size_t>(patch)]; }
+  int contactOf(int patch) const { return contact_[patch]; }
   /// Returns the displacements by a unit of a patch's load (0 to 2: force [px/N]; 3: torsion [px/(N m)]): 2M, padded, 0
   /// where missing.
-  const double* column(int patch, int load) const { return column(now_, kPatchLoads * patch + load); }
+  const double* column(int patch, int load) const { return nth(now_.columns, kPatchLoads * patch + load); }
   /// Ends the fit, and computes slope(). `picture` as in find() and findOne(), which make do with slopes of a
   /// half-space. Returns false if the equations could not be solved; the results then have no meaning.
   bool linearise(const Displacements& picture);
   /// Returns the derivatives of the displacements by a patch's place (0: x, 1: y [px/m]; 2: spread [px/m^2]): 2M,
   /// padded, 0 where missing. After linearise().
-  const double* slope(int patch, int place) const { return slopeColumn(now_, kPatchPlaces * patch + place); }
+  const double* slope(int patch, int place) const { return nth(now_.slopes, kPatchPlaces * patch + place); }
 
   /// Powers of a shift: x^2, xy, y^2, x^3, x^2 y, x y^2, y^3.
   static constexpr int kPowers = 7;
@@ -113,9 +113,10 @@ class RoundPatches {
   };
 
   bool findMaxima(std::span<const double> forces_N);
-  bool areNarrow() const { return areNarrowBut(-1); }
-  bool areNarrowBut(int patch) const;
+  bool areNarrow(int but = -1) const;
   PatchPlace startAt(const Eigen::Vector3d& place) const;
+  template <typename Change, typename Fits>
+  bool isLikelier(const Displacements& picture, Change change, Fits fits);
   void dropUnlikely(const Displacements& picture);
   void addLikely(const Displacements& picture, double enough);
   void split(const Displacements& picture, double enough);
@@ -147,13 +148,9 @@ class RoundPatches {
   void clear(std::span<const int> missing, double* column) const;
   int loads() const { return kPatchLoads * count_; }
   int linear() const { return loads() + kMotions; }
-  const double* column(const Fit& fit, int number) const;
-  const double* motionColumn(int motion) const;
-  double* slopeColumn(Fit& fit, int number) const {
-    return fit.slopes.data() + number * std::ptrdiff_t{influence_.stride()};
-  }
-  const double* slopeColumn(const Fit& fit, int number) const {
-    return fit.slopes.data() + number * std::ptrdiff_t{influence_.stride()};
+  double* nth(LineArray<double>& columns, int number) const { return columns.data() + number * influence_.stride(); }
+  const double* nth(const LineArray<double>& columns, int number) const {
+    return columns.data() + number * influence_.stride();
   }
 
   const Atoms& atoms_;
@@ -165,7 +162,7 @@ class RoundPatches {
   int count_ = 0;
   std::array<int, 2> bar_ = {-1, -1};  // patches that are the ends of one straight contact
   std::array<int, kMost> contact_{};
-  std::array<bool, static_cast<std::size_t>(kMost* kMost)> areTwo_{};  // a before b: known not to be a bar
+  std::array<bool, kMost * kMost> areTwo_{};  // a before b: known not to be a bar
   Fit now_, next_, kept_, pair_;
   LineArray<double> motion_;  // kMotions columns, 0 where missing
   LineArray<double> here_, spot_;

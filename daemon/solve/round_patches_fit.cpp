@@ -31,11 +31,6 @@ constexpr double kSmall = 0.02;
 constexpr std::array kBarPlace = {0.0694318442, 0.3300094782, 0.6699905218, 0.9305681558};
 constexpr std::array kBarWeight = {0.1739274226, 0.3260725774, 0.3260725774, 0.1739274226};
 
-/// Element of a place [m, m^2].
-double& element(PatchPlace& place, int i) {
-  return i == 0 ? place.x_m : i == 1 ? place.y_m : place.spread_m2;
-}
-
 PatchPlace between(const PatchPlace& from, const PatchPlace& to, double at) {
   return {from.x_m + at * (to.x_m - from.x_m), from.y_m + at * (to.y_m - from.y_m),
           from.spread_m2 + at * (to.spread_m2 - from.spread_m2)};
@@ -43,21 +38,13 @@ PatchPlace between(const PatchPlace& from, const PatchPlace& to, double at) {
 
 }  // namespace
 
-const double* RoundPatches::column(const Fit& fit, int number) const {
-  return fit.columns.data() + number * std::ptrdiff_t{influence_.stride()};
-}
-
-const double* RoundPatches::motionColumn(int motion) const {
-  return motion_.data() + motion * std::ptrdiff_t{influence_.stride()};
-}
-
 void RoundPatches::clear(std::span<const int> missing, double* column) const {
   for (const int coordinate : missing) column[coordinate] = 0.0;
 }
 
 void RoundPatches::takeMotion(const Displacements& picture) {
   for (int m = 0; m < kMotions; ++m) {
-    double* const to = motion_.data() + m * std::ptrdiff_t{influence_.stride()};
+    double* const to = nth(motion_, m);
     std::copy_n(factors_.motion.row(m), factors_.coordinateCount(), to);
     clear(picture.missing, to);
   }
@@ -99,7 +86,7 @@ int RoundPatches::leastEvident() const {
   int least = 0;
   double fewest = std::numeric_limits<double>::infinity();
   for (int k = 0; k < count_; ++k) {
-    const PatchLoad& load = now_.patches[static_cast<std::size_t>(k)].load;
+    const PatchLoad& load = now_.patches[k].load;
     const Eigen::Matrix<double, kPatchLoads, kPatchLoads> own =
         covariance.block<kPatchLoads, kPatchLoads>(kPatchLoads * k, kPatchLoads * k);
     const double squares = load.dot(own.llt().solve(load));
@@ -118,7 +105,7 @@ double RoundPatches::logEvidence() const {
   Vector own = Vector::Ones(now_.normal.rows());    // what the equations lack of their inverse squares
   own.segment<kMotions>(loads()).setZero();
   for (int k = 0; k < count_; ++k) {
-    const double force = kFreeLoad * now_.patches[static_cast<std::size_t>(k)].load.head<3>().norm();
+    const double force = kFreeLoad * now_.patches[k].load.head<3>().norm();
     prior.segment<kPatchLoads>(kPatchLoads * k) << force, force, force, atoms_.pitch_m * force;
     prior.segment<kPatchPlaces>(linear() + kPatchPlaces * k) << kFreePlace, kFreePlace, kSpreadDeviation;
     own[linear() + kPatchPlaces * k + 2] = 0.0;
@@ -136,25 +123,21 @@ double RoundPatches::mostMisfit(double logEvidence) const {
 
 /// Computes what the patches do to the markers that are there.
 void RoundPatches::layColumns(const Displacements& picture, Fit& fit) {
-  const std::ptrdiff_t stride = influence_.stride();
   for (int k = 0; k < count_; ++k) {
-    if (isEnd(k)) continue;
-    influence_.columns(fit.patches[static_cast<std::size_t>(k)].place, fit.columns.data() + kPatchLoads * stride * k);
+    if (!isEnd(k)) influence_.columns(fit.patches[k].place, nth(fit.columns, kPatchLoads * k));
   }
   if (bar_[0] >= 0) layBar(fit);
-  for (int i = 0; i < loads(); ++i) clear(picture.missing, fit.columns.data() + stride * i);
+  for (int i = 0; i < loads(); ++i) clear(picture.missing, nth(fit.columns, i));
 }
 
 void RoundPatches::layBar(Fit& fit) {
   const auto [from, to] = bar_;
-  const std::ptrdiff_t size = kPatchLoads * std::ptrdiff_t{influence_.stride()};
-  double *const first = fit.columns.data() + from * size, *const last = fit.columns.data() + to * size;
+  const std::ptrdiff_t size = std::ptrdiff_t{kPatchLoads} * influence_.stride();
+  double *const first = nth(fit.columns, kPatchLoads * from), *const last = nth(fit.columns, kPatchLoads * to);
   std::fill_n(first, size, 0.0);
   std::fill_n(last, size, 0.0);
   for (std::size_t i = 0; i < kBarPlace.size(); ++i) {
-    influence_.columns(between(fit.patches[static_cast<std::size_t>(from)].place,
-                               fit.patches[static_cast<std::size_t>(to)].place, kBarPlace[i]),
-                       spot_.data());
+    influence_.columns(between(fit.patches[from].place, fit.patches[to].place, kBarPlace[i]), spot_.data());
     const double share = 2.0 * kBarWeight[i] * (1.0 - kBarPlace[i]), other = 2.0 * kBarWeight[i] * kBarPlace[i];
     for (std::ptrdiff_t j = 0; j < size; ++j) {
       first[j] += share * spot_.data()[j];
@@ -170,15 +153,15 @@ bool RoundPatches::solveLoads(const Displacements& picture, Fit& fit) {
   layColumns(picture, fit);
   // Loads, motion, the picture.
   std::array<const double*, kMostLinear + 1> columns{};
-  for (int i = 0; i < loads(); ++i) columns[static_cast<std::size_t>(i)] = column(fit, i);
-  for (int m = 0; m < kMotions; ++m) columns[static_cast<std::size_t>(loads() + m)] = motionColumn(m);
-  columns[static_cast<std::size_t>(size)] = picture.displacement_px;
-  std::array<double, static_cast<std::size_t>((kMostLinear + 1) * (kMostLinear + 1))> products;
+  for (int i = 0; i < loads(); ++i) columns[i] = nth(fit.columns, i);
+  for (int m = 0; m < kMotions; ++m) columns[loads() + m] = nth(motion_, m);
+  columns[size] = picture.displacement_px;
+  std::array<double, (kMostLinear + 1) * (kMostLinear + 1)> products;
   multiplyPairs({columns.data(), static_cast<std::size_t>(size) + 1}, 0, stride, products.data(), size + 1);
   fit.linear.resize(size, size);
   Vector right(size);
   for (int i = 0; i < size; ++i) {
-    const auto product = [&](int a, int b) { return products[static_cast<std::size_t>((size + 1) * a + b)] / n2; };
+    const auto product = [&](int a, int b) { return products[(size + 1) * a + b] / n2; };
     for (int j = 0; j <= i; ++j) fit.linear(i, j) = product(i, j);
     right[i] = product(size, i);
     if (i >= loads()) fit.linear(i, i) += 1.0;
@@ -190,17 +173,17 @@ bool RoundPatches::solveLoads(const Displacements& picture, Fit& fit) {
   double* const left = fit.left.data();
   std::copy_n(picture.displacement_px, coordinates, left);
   for (int i = 0; i < size; ++i) {
-    const double* const from = columns[static_cast<std::size_t>(i)];
+    const double* const from = columns[i];
     for (int j = 0; j < coordinates; ++j) left[j] -= solution[i] * from[j];
   }
   fit.misfit = dotProduct(left, left, coordinates) / n2;
   for (int k = 0; k < count_; ++k) {
-    RoundPatch& patch = fit.patches[static_cast<std::size_t>(k)];
+    RoundPatch& patch = fit.patches[k];
     patch.load = solution.segment<kPatchLoads>(kPatchLoads * k);
     fit.misfit += square((patch.place.spread_m2 / square(atoms_.pitch_m) - kSpread) / kSpreadDeviation);
   }
   for (int m = 0; m < kMotions; ++m) {
-    fit.motion[static_cast<std::size_t>(m)] = solution[loads() + m];
+    fit.motion[m] = solution[loads() + m];
     fit.misfit += square(solution[loads() + m]);
   }
   return std::isfinite(fit.misfit);
@@ -212,7 +195,7 @@ void RoundPatches::laySlopes(const Displacements& picture) {
     if (!isEnd(k)) differentiateRound(k);
   }
   if (bar_[0] >= 0) differentiateBar();
-  for (int i = 0; i < kPatchPlaces * count_; ++i) clear(picture.missing, slopeColumn(now_, i));
+  for (int i = 0; i < kPatchPlaces * count_; ++i) clear(picture.missing, nth(now_.slopes, i));
 }
 
 bool RoundPatches::linearise(const Displacements& picture) {
@@ -228,11 +211,11 @@ void RoundPatches::differentiate(const Displacements& picture) {
   // Loads, motion, what is left, the places.
   const int places = kPatchPlaces * count_, size = linear() + places, left = linear(), stride = size + 1;
   std::array<const double*, kMostUnknowns + 1> columns{};
-  for (int i = 0; i < loads(); ++i) columns[static_cast<std::size_t>(i)] = column(now_, i);
-  for (int m = 0; m < kMotions; ++m) columns[static_cast<std::size_t>(loads() + m)] = motionColumn(m);
-  columns[static_cast<std::size_t>(left)] = now_.left.data();
-  for (int i = 0; i < places; ++i) columns[static_cast<std::size_t>(left + 1 + i)] = slopeColumn(now_, i);
-  std::array<double, static_cast<std::size_t>((kMostUnknowns + 1) * (kMostUnknowns + 1))> products;
+  for (int i = 0; i < loads(); ++i) columns[i] = nth(now_.columns, i);
+  for (int m = 0; m < kMotions; ++m) columns[loads() + m] = nth(motion_, m);
+  columns[left] = now_.left.data();
+  for (int i = 0; i < places; ++i) columns[left + 1 + i] = nth(now_.slopes, i);
+  std::array<double, (kMostUnknowns + 1) * (kMostUnknowns + 1)> products;
   multiplyPairs({columns.data(), static_cast<std::size_t>(stride)}, left + 1, influence_.stride(), products.data(),
                 stride);
   // Places in pitches, spreads in pitches^2.
@@ -251,7 +234,7 @@ void RoundPatches::differentiate(const Displacements& picture) {
   }
   for (int k = 0; k < count_; ++k) {
     const int i = linear() + kPatchPlaces * k + 2;
-    const double spread = now_.patches[static_cast<std::size_t>(k)].place.spread_m2 / square(atoms_.pitch_m);
+    const double spread = now_.patches[k].place.spread_m2 / square(atoms_.pitch_m);
     now_.normal(i, i) += 1.0 / square(kSpreadDeviation);
     now_.right[i] -= (spread - kSpread) / square(kSpreadDeviation);
   }
@@ -280,26 +263,25 @@ void RoundPatches::differentiatePlace(RoundPatch patch, int i, double* slope) {
 }
 
 void RoundPatches::differentiateRound(int patch) {
-  const RoundPatch& here = now_.patches[static_cast<std::size_t>(patch)];
+  const RoundPatch& here = now_.patches[patch];
   displacement(here, here_.data());
-  for (int i = 0; i < kPatchPlaces; ++i) differentiatePlace(here, i, slopeColumn(now_, kPatchPlaces * patch + i));
+  for (int i = 0; i < kPatchPlaces; ++i) differentiatePlace(here, i, nth(now_.slopes, kPatchPlaces * patch + i));
 }
 
 /// A point of a bar moves as its ends do, each by the share that it has in the point's place.
 void RoundPatches::differentiateBar() {
   const int coordinates = factors_.coordinateCount();
   const std::ptrdiff_t size = kPatchPlaces * std::ptrdiff_t{influence_.stride()};
-  for (const int end : bar_) std::fill_n(slopeColumn(now_, kPatchPlaces * end), size, 0.0);
-  const RoundPatch &from = now_.patches[static_cast<std::size_t>(bar_[0])],
-                   &to = now_.patches[static_cast<std::size_t>(bar_[1])];
+  for (const int end : bar_) std::fill_n(nth(now_.slopes, kPatchPlaces * end), size, 0.0);
+  const RoundPatch &from = now_.patches[bar_[0]], &to = now_.patches[bar_[1]];
   for (std::size_t s = 0; s < kBarPlace.size(); ++s) {
     const double weight = 2.0 * kBarWeight[s], ofTo = kBarPlace[s], ofFrom = 1.0 - ofTo;
     const RoundPatch spot{between(from.place, to.place, ofTo), weight * (ofFrom * from.load + ofTo * to.load)};
     displacement(spot, here_.data());
     for (int i = 0; i < kPatchPlaces; ++i) {
       differentiatePlace(spot, i, spot_.data());
-      double *const first = slopeColumn(now_, kPatchPlaces * bar_[0] + i), *const last = slopeColumn(
-                                                                               now_, kPatchPlaces * bar_[1] + i);
+      double *const first = nth(now_.slopes, kPatchPlaces * bar_[0] + i), *const last = nth(now_.slopes,
+                                                                                            kPatchPlaces * bar_[1] + i);
       for (int j = 0; j < coordinates; ++j) {
         first[j] += ofFrom * spot_.data()[j];
         last[j] += ofTo * spot_.data()[j];
@@ -312,9 +294,9 @@ void RoundPatches::shearSlope(int patch, int axis, double* column) const {
   // Mindlin's shear lacks that of a ball's contact of the radius of the area that sticks: the difference is exact where
   // this is kStick of the whole radius.
   constexpr double kStick = 0.67;
-  PatchPlace place = now_.patches[static_cast<std::size_t>(patch)].place;
+  PatchPlace place = now_.patches[patch].place;
   const double step = (1.0 - square(kStick)) * place.spread_m2;
-  LineArray<double> inside(static_cast<std::size_t>(influence_.stride()));
+  LineArray<double> inside(influence_.stride());
   influence_.halfSpace(place, PatchLoad::Unit(axis), column);
   place.spread_m2 -= step;
   influence_.halfSpace(place, PatchLoad::Unit(axis), inside.data());
@@ -325,9 +307,9 @@ void RoundPatches::curves(int patch, double* columns) const {
   // Differences over half a pitch and a whole one, of a half-space: what the block adds is smooth.
   constexpr double kApart = 0.5;
   const std::ptrdiff_t size = influence_.stride();
-  const RoundPatch& here = now_.patches[static_cast<std::size_t>(patch)];
+  const RoundPatch& here = now_.patches[patch];
   std::fill_n(columns, kPowers * size, 0.0);
-  LineArray<double> shifted(static_cast<std::size_t>(size));
+  LineArray<double> shifted(size);
   const auto add = [&](int x, int y, const std::array<double, kPowers>& factors) {
     PatchPlace place = here.place;
     place.x_m += kApart * x * atoms_.pitch_m;
@@ -369,7 +351,7 @@ bool RoundPatches::holdsAtWidest(const Vector& step) {
   bool holds = false;
   for (int k = 0; k < count_; ++k) {
     const int i = linear() + kPatchPlaces * k + 2;
-    const bool isWidest = now_.patches[static_cast<std::size_t>(k)].place.spread_m2 >= kWidest * square(atoms_.pitch_m);
+    const bool isWidest = now_.patches[k].place.spread_m2 >= kWidest * square(atoms_.pitch_m);
     if (!isWidest || !(step[i] > 0.0)) continue;  // nor if it is not finite
     damped_.row(i).setZero();
     damped_.col(i).setZero();
@@ -385,13 +367,12 @@ void RoundPatches::move(const Vector& step, std::array<RoundPatch, kMost>& to) c
   const double pitch = atoms_.pitch_m;
   const auto first = atoms_.points.leftCols<1>(), last = atoms_.points.rightCols<1>();
   for (int k = 0; k < count_; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    const double* const change = step.data() + linear() + std::ptrdiff_t{kPatchPlaces} * k;
-    const PatchPlace& from = now_.patches[i].place;
+    const double* const change = step.data() + linear() + kPatchPlaces * k;
+    const PatchPlace& from = now_.patches[k].place;
     const auto limited = [&](int axis, double most) { return std::clamp(change[axis], -most, most); };
-    to[i].place.x_m = std::clamp(from.x_m + pitch * limited(0, kFarthest), first(0), last(0));
-    to[i].place.y_m = std::clamp(from.y_m + pitch * limited(1, kFarthest), first(1), last(1));
-    to[i].place.spread_m2 = std::clamp(from.spread_m2 + square(pitch) * limited(2, kFarthestSpread),
+    to[k].place.x_m = std::clamp(from.x_m + pitch * limited(0, kFarthest), first(0), last(0));
+    to[k].place.y_m = std::clamp(from.y_m + pitch * limited(1, kFarthest), first(1), last(1));
+    to[k].place.spread_m2 = std::clamp(from.spread_m2 + square(pitch) * limited(2, kFarthestSpread),
                                        kNarrowest * square(pitch), kWidest * square(pitch));
   }
 }
@@ -400,9 +381,8 @@ void RoundPatches::leave(double* left_px, double* still_px) const {
   std::copy_n(now_.left.data(), influence_.stride(), still_px);
   std::copy_n(now_.left.data(), influence_.stride(), left_px);
   for (int m = 0; m < kMotions; ++m) {
-    const double* const from = motion_.data() + m * std::ptrdiff_t{influence_.stride()};
-    for (int j = 0; j < factors_.coordinateCount(); ++j)
-      left_px[j] += now_.motion[static_cast<std::size_t>(m)] * from[j];
+    const double* const from = nth(motion_, m);
+    for (int j = 0; j < factors_.coordinateCount(); ++j) left_px[j] += now_.motion[m] * from[j];
   }
 }
 

@@ -1,7 +1,6 @@
 #include "daemon/solve/selection.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace tractiond::solve {
 
@@ -12,11 +11,9 @@ void Chosen::reserve(int most) {
   covariance_N2.reserve(count);
 }
 
-Selection::Selection(const Factors& factors, const ModelOptions& options)
-    : floor_(options.floor)
-    , value_(static_cast<std::size_t>(factors.atomCount()))
-    , order_(value_.size()) {
-  std::iota(order_.begin(), order_.end(), 0);
+Selection::Selection(const Factors& factors)
+    : value_(factors.atomCount())
+    , order_(every(factors.atomCount())) {
   for (int a = 0; a < factors.atomCount(); ++a) size_.push_back(factors.gramOf(a, a).trace() / 3.0);
 }
 
@@ -32,7 +29,7 @@ void Selection::choose(std::span<const double> gamma_N2, int most, bool entering
   chosen.gamma_N2.clear();
   for (std::size_t i = 0; i < count; ++i) {
     const double left = value_[order_[i]] - next;
-    if (left <= floor_ * square(noise_px)) continue;
+    if (left <= ModelConstants::kFloor * square(noise_px)) continue;
     chosen.atoms.push_back(order_[i]);
     chosen.gamma_N2.push_back(left / size_[order_[i]]);
   }

@@ -22,17 +22,16 @@ struct Chosen {
 class Selection {
  public:
   /// Copies what it needs of `factors`.
-  Selection(const Factors& factors, const ModelOptions& options);
+  explicit Selection(const Factors& factors);
 
   /// Chooses atoms by their values gamma |H|^2 / 3 [px^2]: at most `most`, the largest ones, of those that exceed
-  /// ModelOptions::floor times noise_px^2. Fills in their indices and gamma; leaves the covariances, which then belong
-  /// to other atoms, unchanged. There may be no atom. \param gamma_N2 of all atoms (A) \param entering
-  /// true: subtracts the value of the next atom, also from gamma, so that an atom enters with the variance 0 and no
-  /// force jumps
+  /// ModelConstants::kFloor times noise_px^2. Fills in their indices and gamma; leaves the covariances, which then
+  /// belong to other atoms, unchanged. There may be no atom. \param gamma_N2 of all atoms (A) \param entering true:
+  /// subtracts the value of the next atom, also from gamma, so that an atom enters with the variance 0 and no force
+  /// jumps
   void choose(std::span<const double> gamma_N2, int most, bool entering, double noise_px, Chosen& chosen);
 
  private:
-  const double floor_;                // [n^2]
   std::vector<double> size_, value_;  // of each atom |H|^2 / 3 [px^2/N^2], and gamma times it
   std::vector<int> order_;
 };

@@ -18,10 +18,10 @@ ShearSpread::ShearSpread(const Factors& factors, const Atoms& atoms)
     , coordinates_(factors.coordinateCount())
     , ofXi_(LinearPosterior::kMostRank)
     , shared_(LinearPosterior::kMostRank)
-    , away_m2_(static_cast<std::size_t>(atoms.pointCount()))
-    , shares_(static_cast<std::size_t>(atoms.count())) {
+    , away_m2_(atoms.pointCount())
+    , shares_(atoms.count()) {
   for (Slopes& each : slopes_) {
-    for (auto& column : each.px_m2) column = LineArray<double>(static_cast<std::size_t>(factors.influence.stride()));
+    for (auto& column : each.px_m2) column = LineArray<double>(factors.influence.stride());
     for (auto& column : each.ofXi) column.resize(LinearPosterior::kMostRank);
   }
 }
@@ -29,7 +29,7 @@ ShearSpread::ShearSpread(const Factors& factors, const Atoms& atoms)
 void ShearSpread::make(const LinearPosterior& posterior, const FreedPatches& patches, const RoundPatches& fit,
                        std::span<const int> missing) {
   for (int k = 0; k < patches.count(); ++k) {
-    Slopes& slopes = slopes_[static_cast<std::size_t>(k)];
+    Slopes& slopes = slopes_[k];
     for (std::size_t axis = 0; axis < 2; ++axis) {
       double* const column = slopes.px_m2[axis].data();
       fit.shearSlope(k, static_cast<int>(axis), column);
@@ -46,7 +46,7 @@ void ShearSpread::make(const LinearPosterior& posterior, const FreedPatches& pat
 /// Computes e. Leaves in shared_ by how much xi is less for a unit of it.
 ShearSpread::Excess ShearSpread::excess(const LinearPosterior& posterior, int patch, const RoundPatch& now,
                                         const double* displacement_px, double noise_px, std::span<const int> added) {
-  const Slopes& slopes = slopes_[static_cast<std::size_t>(patch)];
+  const Slopes& slopes = slopes_[patch];
   const auto rank = static_cast<Index>(posterior.rank());
   const Eigen::Vector2d shear = now.load.head<2>();
   auto ofXi = VectorXd::Map(ofXi_.data(), rank);
@@ -54,8 +54,7 @@ ShearSpread::Excess ShearSpread::excess(const LinearPosterior& posterior, int pa
       shear.x() * VectorXd::Map(slopes.ofXi[0].data(), rank) + shear.y() * VectorXd::Map(slopes.ofXi[1].data(), rank);
   double squares = shear.dot(slopes.products * shear), along = 0.0;
   for (Index axis = 0; axis < 2; ++axis) {
-    along +=
-        shear[axis] * dotProduct(slopes.px_m2[static_cast<std::size_t>(axis)].data(), displacement_px, coordinates_);
+    along += shear[axis] * dotProduct(slopes.px_m2[axis].data(), displacement_px, coordinates_);
   }
   for (const int coordinate : added) {
     const double there =
@@ -77,7 +76,7 @@ void ShearSpread::weighPoints(std::span<const RoundPatch> now, int patch) {
   const auto squaredDistance = [&](Eigen::Index point, const RoundPatch& from) {
     return square(atoms_.points(0, point) - from.place.x_m) + square(atoms_.points(1, point) - from.place.y_m);
   };
-  const RoundPatch& here = now[static_cast<std::size_t>(patch)];
+  const RoundPatch& here = now[patch];
   const double reach_m = std::sqrt(5.0 * here.place.spread_m2) + kBeside * atoms_.pitch_m;
   for (std::size_t p = 0; p < away_m2_.size(); ++p) {
     const auto point = static_cast<Eigen::Index>(p);
@@ -92,10 +91,9 @@ void ShearSpread::weighPoints(std::span<const RoundPatch> now, int patch) {
 SpreadRatio ShearSpread::find(const LinearPosterior& posterior, const FreedPatches& freed,
                               std::span<const RoundPatch> now, int patch, double grown, const double* displacement_px,
                               double noise_px, std::span<const int> added) {
-  const auto& [place, load] = now[static_cast<std::size_t>(patch)];
+  const auto& [place, load] = now[patch];
   if (!(place.spread_m2 > 0.0)) return {};
-  const auto [e_m2, variance_m4] =
-      excess(posterior, patch, now[static_cast<std::size_t>(patch)], displacement_px, noise_px, added);
+  const auto [e_m2, variance_m4] = excess(posterior, patch, now[patch], displacement_px, noise_px, added);
   if (!(variance_m4 > 0.0)) return {};
   weighPoints(now, patch);
   // Sum, and half the second moment, of shear and pressure: of the patch, and of the atoms at it.
@@ -109,7 +107,7 @@ SpreadRatio ShearSpread::find(const LinearPosterior& posterior, const FreedPatch
     if (away_m2_[p] < 0.0) continue;
     const auto [atoms, ofPoint] = posterior.sharing(p);
     for (std::size_t k = 0; k < atoms.size(); ++k) {
-      auto& [sum, moment] = shares[static_cast<std::size_t>(atoms[k])];
+      auto& [sum, moment] = shares[atoms[k]];
       sum += ofPoint[k];
       moment += ofPoint[k] * away_m2_[p];
     }

@@ -53,7 +53,7 @@ class ShearSpread {
 
   const Atoms& atoms_;
   const int coordinates_;
-  std::array<Slopes, static_cast<std::size_t>(RoundPatches::kMost)> slopes_;
+  std::array<Slopes, RoundPatches::kMost> slopes_;
   std::vector<double> ofXi_, shared_;
   std::vector<double> away_m2_;  ///< of each point of the patch's contact half its squared distance; else -1
   std::vector<std::array<double, 2>> shares_;  ///< of each atom: the share at the contact, its second moment

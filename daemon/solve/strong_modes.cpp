@@ -6,9 +6,9 @@
 namespace tractiond::solve {
 namespace {
 
-int strongest(const Factors& factors, const ModelOptions& options) {
-  for (const double least : options.groups) {
-    const int count = modesAbove(least, factors, options);
+int strongest(const Factors& factors, double noise_px) {
+  for (const double least : ModelConstants::kGroups) {
+    const int count = modesAbove(least, factors, noise_px);
     if (count > 0) return count;
   }
   return factors.rank();
@@ -22,14 +22,14 @@ RowMatrix firstColumns(const RowMatrix& matrix, int columns) {
 
 }  // namespace
 
-int modesAbove(double least, const Factors& factors, const ModelOptions& options) {
-  const auto isStrong = [&](double s) { return s > least * options.noise_px / factors.force_N; };
+int modesAbove(double least, const Factors& factors, double noise_px) {
+  const auto isStrong = [&](double s) { return s > least * noise_px / factors.force_N; };
   const auto end = std::partition_point(factors.singularValues.begin(), factors.singularValues.end(), isStrong);
   return static_cast<int>(end - factors.singularValues.begin());
 }
 
-StrongModes::StrongModes(const Factors& factors, const Atoms& atoms, const ModelOptions& options)
-    : count(strongest(factors, options))
+StrongModes::StrongModes(const Factors& factors, const Atoms& atoms, double noise_px)
+    : count(strongest(factors, noise_px))
     , left(firstColumns(factors.left, kMotions + count))
     , right(firstColumns(factors.right, count))
     , rows(3 * atoms.count(), count) {
@@ -40,7 +40,7 @@ StrongModes::StrongModes(const Factors& factors, const Atoms& atoms, const Model
       for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, a); it; ++it) {
         const float* const from = right.row(3 * static_cast<int>(it.row()) + axis);
         for (int k = 0; k < count; ++k) {
-          to[k] += static_cast<float>(it.value() * factors.singularValues[static_cast<std::size_t>(k)] * from[k]);
+          to[k] += static_cast<float>(it.value() * factors.singularValues[k] * from[k]);
         }
       }
       for (int other = 0; other <= axis; ++other) {

@@ -8,11 +8,11 @@
 
 namespace tractiond::solve {
 
-/// The modes of the first group (ModelOptions::groups): what they show of a picture, and of each atom. Immutable once
-/// made; any thread may read it.
+/// The modes of the first group (ModelConstants::kGroups): what they show of a picture, and of each atom. Immutable
+/// once made; any thread may read it.
 struct StrongModes {
-  /// The arguments need not outlive it.
-  StrongModes(const Factors& factors, const Atoms& atoms, const ModelOptions& options);
+  /// The arguments need not outlive it. \param noise_px n, as calibrated
+  StrongModes(const Factors& factors, const Atoms& atoms, double noise_px);
 
   int count;                 ///< of the modes
   RowMatrix left;            ///< the first columns of Factors::left, 2M x (4 + count), with what fills their last line
@@ -22,6 +22,6 @@ struct StrongModes {
 };
 
 /// Returns how many singular values are above `least` [n / (E pitch^2)].
-int modesAbove(double least, const Factors& factors, const ModelOptions& options);
+int modesAbove(double least, const Factors& factors, double noise_px);
 
 }  // namespace tractiond::solve

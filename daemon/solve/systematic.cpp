@@ -12,8 +12,6 @@
 namespace tractiond::solve {
 namespace {
 
-using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix63 = Eigen::Matrix<double, 6, 3, Eigen::RowMajor>;
 using Vector18 = Eigen::Matrix<double, 18, 1>;
 using Matrix18 = Eigen::Matrix<double, 18, 18>;
@@ -91,42 +89,37 @@ Reading aboutPlace(const Reading& reading, const Eigen::Vector3d& at) {
   return result;
 }
 
-/// Adds up what each marker's own depth misreads. `reading`: about the place of the force; `byDepth`: what a deviation
-/// of depth adds to the displacements under unit forces there, 2M x 3 [px/N].
-class ScatterSum {
- public:
-  void add(const Readings& readings, const Eigen::Ref<const Eigen::MatrixXd>& byDepth, double weight) {
-    for (Eigen::Index i = 0; i < byDepth.rows(); i += 2) {
-      Matrix63 misread;
-      for (int axis = 0; axis < 3; ++axis) {
-        misread.col(axis) = readings[static_cast<std::size_t>(axis)].middleCols<2>(i) * byDepth.block<2, 1>(i, axis);
-      }
-      const Eigen::Map<const Vector18> each(misread.data());
-      sum_ += weight * each * each.transpose();
+/// Adds what each marker's own depth misreads, with a weight. \param readings about the place of the force \param
+/// byDepth what a deviation of depth adds to the displacements under unit forces there, 2M x 3 [px/N]
+void addScatter(const Readings& readings, const Eigen::Ref<const Eigen::MatrixXd>& byDepth, double weight,
+                Matrix18& sum) {
+  for (Eigen::Index i = 0; i < byDepth.rows(); i += 2) {
+    Matrix63 misread;
+    for (int axis = 0; axis < 3; ++axis) {
+      misread.col(axis) = readings[axis].middleCols<2>(i) * byDepth.block<2, 1>(i, axis);
     }
+    const Eigen::Map<const Vector18> each(misread.data());
+    sum += weight * each * each.transpose();
   }
+}
 
-  /// Returns 6 x 3 matrices, row after row, of which each marker's are random combinations.
-  std::vector<double> principal() const {
-    const Eigen::SelfAdjointEigenSolver<Matrix18> eigen(sum_);
-    const Matrix18 scaled = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
-    return {scaled.data(), scaled.data() + scaled.size()};
-  }
-
- private:
-  Matrix18 sum_ = Matrix18::Zero();
-};
+/// Returns 6 x 3 matrices, row after row, of which each marker's are random combinations.
+std::vector<double> principal(const Matrix18& sum) {
+  const Eigen::SelfAdjointEigenSolver<Matrix18> eigen(sum);
+  const Matrix18 scaled = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  return {scaled.data(), scaled.data() + scaled.size()};
+}
 
 /// Of a contact about any of the nine places; `around` and `byDepth`: of each.
 std::vector<double> contactScatter(const std::vector<Readings>& around, const Eigen::MatrixXd& byDepth,
                                    const sensor::Points& places) {
-  ScatterSum sum;
+  Matrix18 sum = Matrix18::Zero();
   for (Eigen::Index i = 0; i < places.cols(); ++i) {
-    Readings about = around[static_cast<std::size_t>(i)];
+    Readings about = around[i];
     for (Reading& each : about) each = aboutPlace(each, places.col(i));
-    sum.add(about, byDepth.middleCols<3>(3 * i), 1.0 / static_cast<double>(places.cols()));
+    addScatter(about, byDepth.middleCols<3>(3 * i), 1.0 / static_cast<double>(places.cols()), sum);
   }
-  return sum.principal();
+  return principal(sum);
 }
 
 /// Of a force that all nine places share.
@@ -134,22 +127,22 @@ std::vector<double> wholeFaceScatter(const Reading& wholeFace, const Eigen::Matr
                                      const sensor::Points& places) {
   Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(byDepth.rows(), 3);
   for (Eigen::Index i = 0; i < places.cols(); ++i) mean += byDepth.middleCols<3>(3 * i);
-  ScatterSum sum;
+  Matrix18 sum = Matrix18::Zero();
   const Reading about = aboutPlace(wholeFace, places.rowwise().mean());
-  sum.add({about, about, about}, mean / static_cast<double>(places.cols()), 1.0);
-  return sum.principal();
+  addScatter({about, about, about}, mean / static_cast<double>(places.cols()), 1.0, sum);
+  return principal(sum);
 }
 
 /// Covariance of a wrench by the arrays of SystematicErrors for a contact, or for the whole face.
-Matrix6 covarianceBy(std::span<const double> shared, std::span<const double> scatter, const Vector6& wrench,
+Matrix6 covarianceBy(std::span<const double> shared, std::span<const double> scatter, const Wrench& wrench,
                      const Eigen::Vector3d& at) {
   Matrix6 covariance = Matrix6::Zero();
   for (std::size_t k = 0; k < shared.size(); k += Matrix6::SizeAtCompileTime) {
-    const Vector6 error = Matrix6::Map(shared.data() + k) * wrench;
+    const Wrench error = Matrix6::Map(shared.data() + k) * wrench;
     covariance += error * error.transpose();
   }
   for (std::size_t k = 0; k < scatter.size(); k += Matrix63::SizeAtCompileTime) {
-    Vector6 error = Matrix63::Map(scatter.data() + k) * wrench.head<3>();
+    Wrench error = Matrix63::Map(scatter.data() + k) * wrench.head<3>();
     error.tail<3>() += at.cross(error.head<3>());
     covariance += error * error.transpose();
   }
@@ -172,8 +165,7 @@ Strays straysOf(const sensor::Sensor& sensor, const SolveOptions& options) {
   Strays strays = ofNineNodes(sensor);
   // Displacements by unit forces at the nodes [m/N].
   const auto displacement = [&](const sensor::Gel& gel, const sensor::Points& at) {
-    return sensor::elastic::displacementMatrix(gel, options.model, at, strays.places,
-                                               {.degree = kDegree, .breaks = {}});
+    return sensor::elastic::displacementMatrix(gel, options.model, at, strays.places, kDegree);
   };
   sensor::Sensor shallower = sensor;
   for (sensor::MarkerLayer& layer : shallower.layers) layer.depth *= 1.0 - kSmall;  // the base may be next to one
@@ -236,7 +228,7 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
   Reading wholeFace;
   sensor::elastic::inParallel(2, [&](Eigen::Index which) {
     if (which == 0) {
-      around = contactReadings(sensor, factors, atoms, modelOptions(options), errors.displacement, strays.nodes);
+      around = contactReadings(sensor, factors, atoms, options.noise_px, errors.displacement, strays.nodes);
     } else {
       wholeFace = wholeFaceReading(factors, atoms, options.noise_px);
     }
@@ -252,8 +244,7 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
     return error;
   };
   for (const Eigen::MatrixXd& stray : strays.all) {
-    Matrix6 contact = misread(
-        stray, [&](std::size_t i, int axis) -> const Reading& { return around[i][static_cast<std::size_t>(axis)]; });
+    Matrix6 contact = misread(stray, [&](std::size_t i, int axis) -> const Reading& { return around[i][axis]; });
     Matrix6 whole = misread(stray, [&](std::size_t, int) -> const Reading& { return wholeFace; });
     if (isWeighed(sensor)) {  // with a contact that pressed: Young's modulus has since what makes it read right
       whole -= contact(2, 2) * Matrix6::Identity();
@@ -265,11 +256,11 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
   Matrix6 byContact = Matrix6::Zero();
   for (std::size_t i = 0; i < around.size(); ++i) {
     for (const Reading& reading : around[i]) {
-      const Vector6 error = aboutPlace(reading, strays.places.col(static_cast<Eigen::Index>(i))) * strays.heat;
+      const Wrench error = aboutPlace(reading, strays.places.col(static_cast<Eigen::Index>(i))) * strays.heat;
       byContact += error * error.transpose() / static_cast<double>(3 * around.size());
     }
   }
-  const Vector6 onWhole = wholeFace * strays.heat;
+  const Wrench onWhole = wholeFace * strays.heat;
   Matrix6::Map(errors.contactHeat.data()) = byContact;
   Matrix6::Map(errors.wholeFaceHeat.data()) = onWhole * onWhole.transpose();
   if (strays.scatter.size() != 0) {
@@ -279,36 +270,13 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
   return errors;
 }
 
-WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const Eigen::Vector3d& at,
-                                      const sensor::Uncertainty& uncertainty, double pitch_m,
-                                      const SystematicErrors& errors, double whole, double heat_K) {
-  const Vector6 w = Vector6::Map(wrench.data());
-  const double force = w.head<3>().squaredNorm(), moment = w.tail<3>().squaredNorm();
-  Matrix6 covariance = (uncertainty.youngsModulus * uncertainty.youngsModulus) * w * w.transpose();
-  // What else the mechanics err by has any direction, and misplaces the force by a like share of a node's pitch.
-  const double model = uncertainty.model * uncertainty.model;
-  covariance.diagonal().head<3>().array() += model * force;
-  covariance.diagonal().tail<3>().array() += model * (moment + pitch_m * pitch_m * force);
-  if (whole < 1.0) covariance += (1.0 - whole) * covarianceBy(errors.contact, errors.contactScatter, w, at);
-  if (whole > 0.0) covariance += whole * covarianceBy(errors.wholeFace, errors.wholeFaceScatter, w, at);
-  if (heat_K > 0.0) {
-    const Matrix6 contact = toPoint(-at) * Matrix6::Map(errors.contactHeat.data()) * toPoint(-at).transpose();
-    // The whole face is misread a hundred times as much: by its share of the force, not of the variance.
-    covariance +=
-        square(heat_K) * ((1.0 - whole) * contact + square(whole) * Matrix6::Map(errors.wholeFaceHeat.data()));
-  }
-  WrenchCovariance result;
-  Eigen::Map<Matrix6>(result.data()) = covariance;
-  return result;
-}
-
 SystematicPart::SystematicPart(const Factors& factors, const sensor::Sensor& sensor)
     : errors_(factors.systematicErrors)
     , uncertainty_(sensor.uncertainty)
     , nodes_(sensor::nodePositions(sensor))
     , pitch_m_(sensor.nodes.pitch) {}
 
-WrenchCovariance SystematicPart::covariance(const std::array<double, 6>& wrench, std::span<const double> nodeForces_N,
+WrenchCovariance SystematicPart::covariance(const Wrench& wrench, std::span<const double> nodeForces_N,
                                             double heat_K) const {
   double sum = 0.0, squares = 0.0;
   Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
@@ -320,7 +288,24 @@ WrenchCovariance SystematicPart::covariance(const std::array<double, 6>& wrench,
   }
   if (squares == 0.0) return {};
   const double whole = square(sum) / squares / static_cast<double>(nodes_.cols());
-  return systematicCovariance(wrench, centroid / sum, uncertainty_, pitch_m_, errors_, whole, heat_K);
+  const Eigen::Vector3d at = centroid / sum;
+  const double force = wrench.head<3>().squaredNorm(), moment = wrench.tail<3>().squaredNorm();
+  Matrix6 covariance = (uncertainty_.youngsModulus * uncertainty_.youngsModulus) * wrench * wrench.transpose();
+  // What else the mechanics err by has any direction, and misplaces the force by a like share of a node's pitch.
+  const double model = uncertainty_.model * uncertainty_.model;
+  covariance.diagonal().head<3>().array() += model * force;
+  covariance.diagonal().tail<3>().array() += model * (moment + pitch_m_ * pitch_m_ * force);
+  if (whole < 1.0) covariance += (1.0 - whole) * covarianceBy(errors_.contact, errors_.contactScatter, wrench, at);
+  if (whole > 0.0) covariance += whole * covarianceBy(errors_.wholeFace, errors_.wholeFaceScatter, wrench, at);
+  if (heat_K > 0.0) {
+    const Matrix6 contact = toPoint(-at) * Matrix6::Map(errors_.contactHeat.data()) * toPoint(-at).transpose();
+    // The whole face is misread a hundred times as much: by its share of the force, not of the variance.
+    covariance +=
+        square(heat_K) * ((1.0 - whole) * contact + square(whole) * Matrix6::Map(errors_.wholeFaceHeat.data()));
+  }
+  WrenchCovariance result;
+  Eigen::Map<Matrix6>(result.data()) = covariance;
+  return result;
 }
 
 }  // namespace tractiond::solve

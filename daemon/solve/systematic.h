@@ -1,8 +1,8 @@
 // Computes the part of a force's uncertainty that is the same in every frame.
 #pragma once
 
-#include "daemon/records/traction_field.h"
 #include "daemon/solve/factors.h"
+#include "daemon/solve/wrench.h"
 #include "sensor/sensor.h"
 
 #include <vector>
@@ -33,26 +33,18 @@ SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptio
 /// compensated by it.
 bool isWeighed(const sensor::Sensor& sensor);
 
-/// Returns the covariance of a wrench [N, N m] about the origin, (Fx .. Mz), 6 x 6, row after row, by the errors of
-/// Young's modulus, of the mechanics, and by `errors`. \param at place of the force [m], gel frame \param whole share
-/// of SystematicErrors::wholeFace, 0 to 1; the rest is that of SystematicErrors::contact \param heat_K standard
-/// deviation of the gel's temperature
-WrenchCovariance systematicCovariance(const std::array<double, 6>& wrench, const Eigen::Vector3d& at,
-                                      const sensor::Uncertainty& uncertainty, double pitch_m,
-                                      const SystematicErrors& errors, double whole, double heat_K = 0.0);
-
 /// The systematic part of the covariance of forces on the nodes. Immutable once made.
 class SystematicPart {
  public:
   /// `factors` must outlive it.
   SystematicPart(const Factors& factors, const sensor::Sensor& sensor);
 
-  /// Returns systematicCovariance() of forces on the nodes (3N [N]), 0 if all are 0. What is pressed in one place is
-  /// misread as the nodes around it misread it, what acts on all nodes as these; between the two by the share of the
-  /// face that an even pressure as concentrated would cover. \param wrench of the forces about the origin [N, N m]
-  /// \param heat_K as for systematicCovariance()
-  WrenchCovariance covariance(const std::array<double, 6>& wrench, std::span<const double> nodeForces_N,
-                              double heat_K = 0.0) const;
+  /// Returns the covariance of the wrench of forces on the nodes (3N [N]) about the origin, (Fx .. Mz), 6 x 6, row
+  /// after row, by the errors of Young's modulus, of the mechanics, and by SystematicErrors; 0 if all forces are 0.
+  /// What is pressed in one place is misread as the nodes around it misread it, what acts on all nodes as these;
+  /// between the two by the share of the face that an even pressure as concentrated would cover. \param wrench of the
+  /// forces about the origin [N, N m] \param heat_K standard deviation of the gel's temperature
+  WrenchCovariance covariance(const Wrench& wrench, std::span<const double> nodeForces_N, double heat_K = 0.0) const;
 
  private:
   const SystematicErrors& errors_;

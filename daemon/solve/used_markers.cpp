@@ -13,8 +13,9 @@ constexpr double kDoubtful = 16.0;
 
 UsedMarkers::UsedMarkers(int markers, const SolveOptions& options)
     : options_(options)
-    , markers_(static_cast<std::size_t>(markers))
+    , markers_(markers)
     , row_(static_cast<std::size_t>(padded(2 * markers)), 0.0)
+    , rounded_(2 * markers_)
     , variance_(markers_) {
   missing_.reserve(2 * markers_);
 }
@@ -34,6 +35,7 @@ bool UsedMarkers::choose(const MarkerField& markers) {
   missing_.clear();
   squares_ = 0.0;
   std::fill(row_.begin(), row_.end(), 0.0);
+  std::fill(rounded_.begin(), rounded_.end(), 0.0F);
   for (std::size_t i = 0; i < markers_; ++i) {
     const bool isUsed = markers.valid[i] != 0 && markers.variance_px2[i] <= limit;
     variance_[i] = isUsed ? markers.variance_px2[i] : 0.0F;
@@ -45,7 +47,7 @@ bool UsedMarkers::choose(const MarkerField& markers) {
       }
       const float displacement = markers.byForces_px()[coordinate];
       ++count_;
-      row_[coordinate] = displacement;
+      row_[coordinate] = rounded_[coordinate] = displacement;
       squares_ += square(displacement);
     }
   }

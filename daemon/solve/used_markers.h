@@ -22,9 +22,10 @@ class UsedMarkers {
   bool choose(const MarkerField& markers);
 
   // Results of the last choose(). Coordinate 2 m is u of marker m, 2 m + 1 is v.
-  int count() const { return count_; }                       ///< number of used coordinates, two of each marker
-  std::span<const int> missing() const { return missing_; }  ///< the other coordinates, ascending
-  std::span<const double> row_px() const { return row_; }    ///< displacements, 2M padded; 0 if missing
+  int count() const { return count_; }                            ///< number of used coordinates, two of each marker
+  std::span<const int> missing() const { return missing_; }       ///< the other coordinates, ascending
+  std::span<const double> row_px() const { return row_; }         ///< displacements, 2M padded; 0 if missing
+  std::span<const float> rounded_px() const { return rounded_; }  ///< the same, 2M
   std::span<const float> variance_px2() const {
     return variance_;
   }                                                ///< M, of a coordinate of each marker; 0 if missing
@@ -39,7 +40,7 @@ class UsedMarkers {
   int count_ = 0;
   std::vector<int> missing_;
   std::vector<double> row_;
-  std::vector<float> variance_;
+  std::vector<float> rounded_, variance_;
   double squares_ = 0.0, noise_px_ = 0.0;
 };
 

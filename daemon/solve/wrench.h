@@ -10,6 +10,9 @@
 
 namespace tractiond::solve {
 
+using Wrench = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+
 /// Returns the wrenches of unit forces at a point [m] along the three axes, 6 x 3 [N, N m per N].
 inline Eigen::Matrix<double, 6, 3> unitWrenches(const Eigen::Vector3d& at) {
   Eigen::Matrix<double, 6, 3> wrenches;
@@ -39,18 +42,23 @@ inline Eigen::Matrix<double, 6, 6> toPoint(const Eigen::Vector3d& at) {
 
 /// Returns the covariance of a wrench about a point [m] from that about the origin.
 inline WrenchCovariance covarianceAt(const Eigen::Vector3d& at, const WrenchCovariance& aboutOrigin) {
-  using Matrix = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
   WrenchCovariance result;
   const Eigen::Matrix<double, 6, 6> move = toPoint(at);
-  Matrix::Map(result.data()) = move * Matrix::Map(aboutOrigin.data()) * move.transpose();
+  Matrix6::Map(result.data()) = move * Matrix6::Map(aboutOrigin.data()) * move.transpose();
   return result;
 }
 
+/// Returns force and moment of a contact about its point [N, N m].
+inline Wrench wrenchOf(const Contact& contact) {
+  Wrench wrench;
+  wrench << Eigen::Vector3d::Map(contact.force_N.data()), Eigen::Vector3d::Map(contact.moment_Nm.data());
+  return wrench;
+}
+
 /// Returns resultant and moment of a field [N, N m].
-inline std::array<double, 6> wrenchOf(const TractionField& field) {
-  std::array<double, 6> wrench{};
-  std::copy_n(field.resultant_N.begin(), 3, wrench.begin());
-  std::copy_n(field.moment_Nm.begin(), 3, wrench.begin() + 3);
+inline Wrench wrenchOf(const TractionField& field) {
+  Wrench wrench;
+  wrench << Eigen::Vector3d::Map(field.resultant_N.data()), Eigen::Vector3d::Map(field.moment_Nm.data());
   return wrench;
 }
 

@@ -66,9 +66,10 @@ struct Boundary {
 
 using PerClass = std::array<MatrixXd, kClasses>;
 
-// Chooses the element boundaries. The correction varies over lengths of about the thickness and is weakly singular
-// where the base meets the sides: one small element lies at each side, the elements inside are not much longer than the
-// thickness, and a block that is thick relative to its width also has a small element above the base.
+// Chooses the element boundaries of the quarter block along x, y and the depth, from 0 to 1, as fractions of half the
+// width, half the height and the thickness. The correction varies over lengths of about the thickness and is weakly
+// singular where the base meets the sides: one small element lies at each side, the elements inside are not much longer
+// than the thickness, and a block that is thick relative to its width also has a small element above the base.
 std::array<std::vector<double>, 3> chooseBreaks(const Vector3d& size, double clearance) {
   constexpr double kGradedBelow = 8e-3;  // [m]
   constexpr double kEdge = 0.8;          // begin of the small elements
@@ -86,14 +87,11 @@ std::array<std::vector<double>, 3> chooseBreaks(const Vector3d& size, double cle
   return breaks;
 }
 
-std::array<std::vector<double>, 3> planesOf(const Gel& gel, const BlockOptions& options) {
+std::array<std::vector<double>, 3> planesOf(const Gel& gel, double clearance) {
   const Vector3d size(0.5 * gel.size.x(), 0.5 * gel.size.y(), gel.size.z());
-  std::array<std::vector<double>, 3> planes = chooseBreaks(size, options.clearance);
-  for (int d = 0; d < 3; ++d) {
-    if (!options.breaks[d].empty()) planes[d] = options.breaks[d];
-    assert(planes[d].size() >= 2 && planes[d].front() == 0.0 && planes[d].back() == 1.0);
+  std::array<std::vector<double>, 3> planes = chooseBreaks(size, clearance);
+  for (int d = 0; d < 3; ++d)
     for (double& plane : planes[d]) plane *= size[d];
-  }
   return planes;
 }
 
@@ -355,7 +353,7 @@ BlockCorrection::Data::Data(const Gel& gel, const Points& points, const BlockOpt
     : youngsModulus(gel.youngsModulus)
     , poissonRatio(gel.poissonRatio)
     , targets(fold(points))
-    , mesh(options.degree, planesOf(gel, options))
+    , mesh(options.degree, planesOf(gel, options.clearance))
     , whole{{0, 0, 0}, {mesh.cells(0) - 1, mesh.cells(1) - 1, mesh.cells(2) - 1}}
     , boundary(makeBoundary(mesh))
     , elements(makeElements(mesh, whole, gel, targets.distinct, columns)) {
@@ -509,13 +507,16 @@ Points BlockCorrection::displacement(const Points& sources, const Eigen::Matrix3
   return result;
 }
 
-MatrixXd blockDisplacement(const Gel& gel, const Points& targets, const Points& sources, const BlockOptions& options,
+double clearanceOf(const Gel& gel, const Points& sources) {
+  double clearance = BlockOptions{}.clearance;
+  for (int d = 0; d < 2; ++d) clearance = std::min(clearance, 0.5 * gel.size[d] - sources.row(d).cwiseAbs().maxCoeff());
+  return clearance;
+}
+
+MatrixXd blockDisplacement(const Gel& gel, const Points& targets, const Points& sources, int degree,
                            const Progress& progress) {
-  BlockOptions fitted = options;
-  for (int d = 0; d < 2; ++d)
-    fitted.clearance = std::min(fitted.clearance, 0.5 * gel.size[d] - sources.row(d).cwiseAbs().maxCoeff());
-  fitted.solveForSources |= sources.cols() < targets.cols();
-  MatrixXd u = BlockCorrection(gel, targets, fitted, progress).matrix(sources);
+  const BlockOptions options{degree, clearanceOf(gel, sources), sources.cols() < targets.cols()};
+  MatrixXd u = BlockCorrection(gel, targets, options, progress).matrix(sources);
   inParallel(sources.cols(), [&](Index s) {
     for (Index t = 0; t < targets.cols(); ++t)
       u.block<3, 3>(3 * t, 3 * s) +=

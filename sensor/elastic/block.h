@@ -7,22 +7,23 @@
 
 #include "sensor/gel.h"
 
-#include <array>
 #include <functional>
 #include <memory>
-#include <vector>
 
 namespace sensor::elastic {
 
+/// Degree of the elements' polynomials, unless less precision is enough.
+inline constexpr int kBlockDegree = 8;
+
 struct BlockOptions {
-  int degree = 8;            ///< degree of the elements' polynomials, at least 2
-  double clearance = 15e-3;  ///< smallest distance of a force from a side [m]; below 8 mm the mesh is graded
-  /// Element boundaries of the quarter block along x, y and the depth, from 0 to 1, as fractions of half the width,
-  /// half the height and the thickness; ascending. Empty: chosen from the gel's proportions and the clearance.
-  std::array<std::vector<double>, 3> breaks;
+  int degree = kBlockDegree;  ///< at least 2
+  double clearance = 15e-3;   ///< smallest distance of a force from a side [m]; below 8 mm the mesh is graded
   /// The work is done for each call's sources, not for the targets: less work for fewer sources than targets.
   bool solveForSources = false;
 };
+
+/// Returns the clearance of sources (3 x S, gel frame [m]), at most the default.
+double clearanceOf(const Gel& gel, const Points& sources);
 
 /// Called on the calling thread with the completed fraction, in (0, 1], ascending. May be empty. May throw,
 /// which ends the computation.
@@ -32,8 +33,8 @@ using Progress = std::function<void(double)>;
 /// machine's cores. Immutable afterwards and reentrant.
 class BlockCorrection {
  public:
-  /// Takes seconds. The arguments need not outlive the object. Asserts that BlockOptions::breaks begin with 0 and end
-  /// with 1, that the degree is at least 2, and Poisson's ratio below 0.5. \param targets 3 x T, gel frame [m], in the
+  /// Takes seconds. The arguments need not outlive the object. Asserts that the degree is at least 2, and
+  /// Poisson's ratio below 0.5. \param targets 3 x T, gel frame [m], in the
   /// block (not checked)
   BlockCorrection(const Gel& gel, const Points& targets, const BlockOptions& options = {},
                   const Progress& progress = {});
@@ -56,9 +57,9 @@ class BlockCorrection {
 };
 
 /// Returns the half-space field plus the correction, 3T x 3S [m/N], laid out as BlockCorrection::matrix(). No target
-/// may coincide with a source: the result is not finite there. Takes seconds; less for few sources. Lowers
-/// options.clearance to the sources' distance from the sides.
+/// may coincide with a source: the result is not finite there. Takes seconds; less for few sources. \param
+/// degree BlockOptions::degree
 Eigen::MatrixXd blockDisplacement(const Gel& gel, const Points& targets, const Points& sources,
-                                  const BlockOptions& options = {}, const Progress& progress = {});
+                                  int degree = kBlockDegree, const Progress& progress = {});
 
 }  // namespace sensor::elastic

@@ -5,9 +5,9 @@
 
 namespace sensor::elastic {
 
-Eigen::MatrixXd displacementMatrix(const Gel& gel, Model model, const Points& markers, const Points& nodes,
-                                   const BlockOptions& options, const Progress& progress) {
-  if (model == Model::kBlock) return blockDisplacement(gel, markers, nodes, options, progress);
+Eigen::MatrixXd displacementMatrix(const Gel& gel, Model model, const Points& markers, const Points& nodes, int degree,
+                                   const Progress& progress) {
+  if (model == Model::kBlock) return blockDisplacement(gel, markers, nodes, degree, progress);
   Eigen::MatrixXd displacement(3 * markers.cols(), 3 * nodes.cols());
   inParallel(nodes.cols(), [&](Eigen::Index n) {
     for (Eigen::Index m = 0; m < markers.cols(); ++m)
@@ -20,7 +20,8 @@ Eigen::MatrixXd displacementMatrix(const Gel& gel, Model model, const Points& ma
 
 Eigen::MatrixXd displacementMatrix(const Sensor& sensor, Model model, const Progress& progress) {
   if (!sensor.body) {
-    return displacementMatrix(sensor.gel, model, markerPositions(sensor), nodePositions(sensor), {}, progress);
+    return displacementMatrix(sensor.gel, model, markerPositions(sensor), nodePositions(sensor), kBlockDegree,
+                              progress);
   }
   if (progress) progress(1.0);
   return sensor.body->influence * (sensor.body->youngsModulus / sensor.gel.youngsModulus);
@@ -39,10 +40,6 @@ Eigen::MatrixXd toImage(const Sensor& sensor, const Eigen::MatrixXd& displacemen
     }
   });
   return image;
-}
-
-Eigen::MatrixXd influenceMatrix(const Sensor& sensor, Model model, const Progress& progress) {
-  return toImage(sensor, displacementMatrix(sensor, model, progress));
 }
 
 Eigen::MatrixXd pictureMotionMatrix(const Sensor& sensor) {

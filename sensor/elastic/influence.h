@@ -14,9 +14,9 @@ enum class Model { kBlock, kHalfSpace };
 /// of marker m, columns 3n.. the unit forces along x, y, z at node n. Takes seconds for a block. No marker may coincide
 /// with a node (not checked): the result is not finite there. \param markers 3 x M, gel frame [m]
 /// \param nodes 3 x N, gel frame [m], z = 0
-/// \param options of a block only
+/// \param degree BlockOptions::degree, of a block only
 Eigen::MatrixXd displacementMatrix(const Gel& gel, Model model, const Points& markers, const Points& nodes,
-                                   const BlockOptions& options = {}, const Progress& progress = {});
+                                   int degree = kBlockDegree, const Progress& progress = {});
 
 /// Returns the same for a sensor's markers and nodes. For a sensor with a body: the body's matrix, scaled to the gel's
 /// Young's modulus, whatever `model` is.
@@ -26,10 +26,6 @@ Eigen::MatrixXd displacementMatrix(const Sensor& sensor, Model model, const Prog
 /// projection at the marker's rest position times the marker's three rows. \param displacement 3 M x columns [m/N];
 /// with [m] the result is in [px]; its rows must be those of the sensor's markers (not checked)
 Eigen::MatrixXd toImage(const Sensor& sensor, const Eigen::MatrixXd& displacement);
-
-/// Returns the influence matrix H, 2 M x 3 N [px/N]: rows 2m, 2m+1 are (u, v) of marker m, columns 3n..3n+2 the forces
-/// (x, y, z) of node n: displacementMatrix() of the sensor, then toImage().
-Eigen::MatrixXd influenceMatrix(const Sensor& sensor, Model model, const Progress& progress = {});
 
 /// Returns the motion of the markers' pixels per motion of the whole picture, 2 M x 4: shift along u and v [px/px],
 /// scale [px per 1] and roll from u towards v [px/rad], the last two about the principal point.

@@ -1,12 +1,11 @@
 #include "sensor/elastic/matrix_cache.h"
 
-#include <unistd.h>
+#include "base/whole_file.h"
 
 #include <array>
 #include <cstdint>
-#include <fstream>
+#include <cstring>
 #include <span>
-#include <string>
 
 namespace sensor::elastic {
 
@@ -14,13 +13,12 @@ namespace {
 
 constexpr std::uint64_t kMagic = 0x316e697774636172;  // contains the version of the format
 
-template <typename Number>
-std::span<const std::byte> bytes(std::span<const Number> numbers) {
-  return std::as_bytes(numbers);
+std::span<const char> bytes(const double* numbers, std::size_t count) {
+  return {reinterpret_cast<const char*>(numbers), sizeof(double) * count};
 }
 
-std::uint64_t fowlerNollVo(std::span<const std::byte> data, std::uint64_t hash = 0xcbf29ce484222325U) {
-  for (const std::byte byte : data) hash = (hash ^ static_cast<std::uint64_t>(byte)) * 0x100000001b3U;
+std::uint64_t fowlerNollVo(std::span<const char> data, std::uint64_t hash = 0xcbf29ce484222325U) {
+  for (const char byte : data) hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3U;
   return hash;
 }
 
@@ -28,70 +26,42 @@ struct Head {
   std::uint64_t magic = kMagic, keySize = 0, rows = 0, columns = 0, hash = 0;
 };
 
-std::filesystem::path pathOf(const std::filesystem::path& directory, const std::vector<double>& key) {
+std::filesystem::path pathOf(const std::filesystem::path& directory, std::span<const char> key) {
   std::array<char, 40> name{};
-  std::snprintf(name.data(), name.size(), "gel-%016llx.matrix",
-                static_cast<unsigned long long>(fowlerNollVo(bytes(std::span(key)))));
+  std::snprintf(name.data(), name.size(), "gel-%016llx.matrix", static_cast<unsigned long long>(fowlerNollVo(key)));
   return directory / name.data();
-}
-
-std::uint64_t hashOf(const std::vector<double>& key, const Eigen::MatrixXd& matrix) {
-  return fowlerNollVo(bytes(std::span(matrix.data(), static_cast<std::size_t>(matrix.size()))),
-                      fowlerNollVo(bytes(std::span(key))));
-}
-
-void read(std::istream& stream, void* to, std::size_t size) {
-  stream.read(static_cast<char*>(to), static_cast<std::streamsize>(size));
-}
-
-void write(std::ostream& stream, const void* from, std::size_t size) {
-  stream.write(static_cast<const char*>(from), static_cast<std::streamsize>(size));
 }
 
 }  // namespace
 
 std::optional<Eigen::MatrixXd> loadMatrix(const std::filesystem::path& directory, const std::vector<double>& key) {
-  const std::filesystem::path path = pathOf(directory, key);
-  std::error_code error;
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  std::ifstream stream(path, std::ios::binary);
+  const auto keyBytes = bytes(key.data(), key.size());
+  const auto content = tractiond::readWholeFile(pathOf(directory, keyBytes));
   Head head;
-  read(stream, &head, sizeof head);
-  if (error || !stream || head.magic != kMagic || head.keySize != key.size()) return std::nullopt;
+  if (!content || content->size() < sizeof head + keyBytes.size()) return std::nullopt;
+  std::memcpy(&head, content->data(), sizeof head);
   constexpr std::uint64_t kMost = 1U << 20U;
-  if (head.rows > kMost || head.columns > kMost ||
-      size != sizeof head + sizeof(double) * (key.size() + head.rows * head.columns)) {
+  const std::span whole(*content), numbers = whole.subspan(sizeof head + keyBytes.size());
+  if (head.magic != kMagic || head.keySize != key.size() || head.rows > kMost || head.columns > kMost ||
+      numbers.size() != sizeof(double) * head.rows * head.columns ||
+      std::memcmp(&whole[sizeof head], keyBytes.data(), keyBytes.size()) != 0 ||
+      head.hash != fowlerNollVo(whole.subspan(sizeof head))) {
     return std::nullopt;
   }
-  std::vector<double> storedKey(key.size());
   Eigen::MatrixXd matrix(head.rows, head.columns);
-  read(stream, storedKey.data(), sizeof(double) * key.size());
-  read(stream, matrix.data(), sizeof(double) * static_cast<std::size_t>(matrix.size()));
-  if (!stream || storedKey != key || head.hash != hashOf(key, matrix)) return std::nullopt;
+  std::memcpy(matrix.data(), numbers.data(), numbers.size());
   return matrix;
 }
 
 bool saveMatrix(const std::filesystem::path& directory, const std::vector<double>& key, const Eigen::MatrixXd& matrix) {
-  const std::filesystem::path path = pathOf(directory, key);
-  std::filesystem::path draft = path;
-  draft += "." + std::to_string(getpid());
+  const auto keyBytes = bytes(key.data(), key.size()), numbers = bytes(matrix.data(), matrix.size());
+  const Head head{kMagic, key.size(), static_cast<std::uint64_t>(matrix.rows()),
+                  static_cast<std::uint64_t>(matrix.cols()), fowlerNollVo(numbers, fowlerNollVo(keyBytes))};
   std::error_code error;
   std::filesystem::create_directories(directory, error);
-  {
-    std::ofstream stream(draft, std::ios::binary);
-    const Head head{kMagic, key.size(), static_cast<std::uint64_t>(matrix.rows()),
-                    static_cast<std::uint64_t>(matrix.cols()), hashOf(key, matrix)};
-    write(stream, &head, sizeof head);
-    write(stream, key.data(), sizeof(double) * key.size());
-    write(stream, matrix.data(), sizeof(double) * static_cast<std::size_t>(matrix.size()));
-    stream.close();
-    if (!stream) error = std::make_error_code(std::errc::io_error);
-  }
-  if (!error) std::filesystem::rename(draft, path, error);
-  if (!error) return true;
-  std::error_code ignored;
-  std::filesystem::remove(draft, ignored);
-  return false;
+  const std::array pieces = {std::span<const char>(reinterpret_cast<const char*>(&head), sizeof head), keyBytes,
+                             numbers};
+  return !tractiond::replaceWholeFile(pathOf(directory, keyBytes), pieces);
 }
 
 }  // namespace sensor::elastic

@@ -58,13 +58,9 @@ Eigen::Matrix3d halfSpaceSquare(const Eigen::Vector2d& offset, double side, doub
   return u / (4.0 * std::numbers::pi * shear * side * side);
 }
 
-Eigen::MatrixXd surfaceMatrix(const Gel& gel, const Points& nodes, double pitch, const BlockOptions& options,
-                              const Progress& progress) {
-  BlockOptions fitted = options;
-  for (int d = 0; d < 2; ++d) {
-    fitted.clearance = std::min(fitted.clearance, 0.5 * gel.size[d] - nodes.row(d).cwiseAbs().maxCoeff());
-  }
-  Eigen::MatrixXd u = BlockCorrection(gel, nodes, fitted, progress).matrix(nodes);
+Eigen::MatrixXd surfaceMatrix(const Gel& gel, const Points& nodes, double pitch, const Progress& progress) {
+  const BlockOptions options{.clearance = clearanceOf(gel, nodes)};
+  Eigen::MatrixXd u = BlockCorrection(gel, nodes, options, progress).matrix(nodes);
   for (Eigen::Index s = 0; s < nodes.cols(); ++s) {
     for (Eigen::Index t = 0; t < nodes.cols(); ++t) {
       const Eigen::Vector2d offset = (nodes.col(t) - nodes.col(s)).head<2>();

@@ -16,10 +16,8 @@ Eigen::Matrix3d halfSpaceSquare(const Eigen::Vector2d& offset, double side, doub
 /// Returns the displacement of a block's surface per unit force, 3 N x 3 N [m/N]: rows 3t.. are the displacement at
 /// node t, columns 3s.. the unit forces at node s, spread over squares of side `pitch` [m]. Base bonded, sides free.
 /// The correction w is that of point forces; it differs from that of squares, at the sides and the base, by less than
-/// (pitch / distance)^2 / 12. Takes seconds. Reentrant. An exception of `progress` ends it and is passed on. Lowers
-/// options.clearance to the nodes' distance from the sides. \param nodes 3 x N, gel frame [m], z = 0, at least one (not
-/// checked)
-Eigen::MatrixXd surfaceMatrix(const Gel& gel, const Points& nodes, double pitch, const BlockOptions& options = {},
-                              const Progress& progress = {});
+/// (pitch / distance)^2 / 12. Takes seconds. Reentrant. An exception of `progress` ends it and is passed on. \param
+/// nodes 3 x N, gel frame [m], z = 0, at least one (not checked)
+Eigen::MatrixXd surfaceMatrix(const Gel& gel, const Points& nodes, double pitch, const Progress& progress = {});
 
 }  // namespace sensor::elastic

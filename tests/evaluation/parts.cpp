@@ -60,7 +60,7 @@ void mechanics(const path& job, const std::string& gel) {
       clearance = std::min(clearance, 0.5 * sensor.gel.size[axis] - std::abs(row[static_cast<std::size_t>(axis) + 1]));
   }
   const sensor::Points markers = sensor::markerPositions(sensor.layers);
-  const sensor::elastic::BlockCorrection correction(sensor.gel, markers, {.clearance = clearance, .breaks = {}});
+  const sensor::elastic::BlockCorrection correction(sensor.gel, markers, {.clearance = clearance});
   std::vector<double> all;
   for (std::size_t first = 0, end = 0; first < rows.size(); first = end) {
     while (end < rows.size() && rows[end][0] == rows[first][0]) ++end;

@@ -17,7 +17,8 @@ Gel::Gel() {
   sensor.nodes.rows = 6;
   options.model = sensor::elastic::Model::kHalfSpace;
   places = track::nominalPlaces(sensor);
-  const Eigen::MatrixXd exact = sensor::elastic::influenceMatrix(sensor, options.model);
+  const Eigen::MatrixXd exact =
+      sensor::elastic::toImage(sensor, sensor::elastic::displacementMatrix(sensor, options.model));
   Eigen::VectorXd force = Eigen::VectorXd::Zero(exact.cols());
   for (const int node : {16, 17, 23, 24}) force[3 * node + 2] = 0.25;
   press = exact * force;

@@ -105,14 +105,12 @@ void runCounted(WhenFull whenFull) {
   const sensor::Sensor sensor = coarseSensor();
   const test::Pictures pictures = draw(sensor);
   const solve::Atoms atoms = solve::makeAtoms(sensor);
-  solve::ModelOptions model;
-  model.mechanics = sensor::elastic::Model::kHalfSpace;
-  const auto factors = solve::computeFactors(sensor, atoms, model);
+  solve::SolveOptions solving;
+  solving.model = sensor::elastic::Model::kHalfSpace;
+  const auto factors = solve::computeFactors(sensor, atoms, solving);
   ASSERT_TRUE(factors) << factors.error().message();
   Ledger ledger;
   track::Tracker tracker(sensor, {});
-  solve::SolveOptions solving;
-  solving.model = model.mechanics;
   solve::ModelSolver solver(*factors, atoms, sensor, solving);
   publish::Description description;
   description.identity.sensor = "gel";

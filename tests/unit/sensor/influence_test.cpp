@@ -22,7 +22,7 @@ constexpr Index kMarkerRight = 1 * 5 + 3, kMarkerUp = 2 * 5 + 2, kMiddleNode = 1
 
 TEST(Influence, PressingDrivesMarkersApartAndDraggingTakesThemAlong) {
   for (const Model model : {Model::kBlock, Model::kHalfSpace}) {
-    const MatrixXd influence = influenceMatrix(smallSensor(), model);
+    const MatrixXd influence = toImage(smallSensor(), displacementMatrix(smallSensor(), model));
     ASSERT_EQ(influence.rows(), 2 * 15);
     ASSERT_EQ(influence.cols(), 3 * 3);
     const auto pixels = [&](Index marker, int axis) {
@@ -38,7 +38,7 @@ TEST(Influence, PressingDrivesMarkersApartAndDraggingTakesThemAlong) {
 TEST(Influence, IsTheProjectionOfTheDisplacement) {
   const Sensor sensor = smallSensor();
   const Points markers = markerPositions(sensor.layers);
-  const MatrixXd influence = influenceMatrix(sensor, Model::kBlock);
+  const MatrixXd influence = toImage(sensor, displacementMatrix(sensor, Model::kBlock));
   const MatrixXd displacement = blockDisplacement(sensor.gel, markers, nodePositions(sensor.nodes));
   const Projection project(sensor.camera, sensor.gel.size.z());
   constexpr double kForce = 1e-3;  // [N], so small that the projection is linear
@@ -53,7 +53,7 @@ TEST(Influence, IsTheProjectionOfTheDisplacement) {
 
 TEST(Influence, ProgressEndsAtOne) {
   double last = 0.0;
-  influenceMatrix(smallSensor(), Model::kBlock, [&](double done) {
+  displacementMatrix(smallSensor(), Model::kBlock, [&](double done) {
     EXPECT_GE(done, last);
     last = done;
   });

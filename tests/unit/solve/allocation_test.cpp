@@ -1,26 +1,22 @@
-// Counts every call of operator new in this program, and of malloc, which Eigen's matrices come from, where no
-// sanitizer has it.
+// Counts the calls of operator new, and of malloc, which Eigen's matrices come from, where no sanitizer has it.
 #include "daemon/solve/linear_model.h"
 #include "daemon/solve/model_contacts.h"
 #include "daemon/solve/model_solver.h"
+#include "tests/support/allocations.h"
 #include "tests/unit/solve/sensors.h"
 
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cstdint>
 #include <cstdlib>
-#include <memory>
-#include <new>
 
 namespace {
 
-std::atomic<int> allocations{0};
+std::atomic<std::uint64_t> mallocs{0};
 
-void* allocate(std::size_t size, std::size_t alignment = alignof(std::max_align_t)) {
-  ++allocations;
-  const std::size_t rounded = (size + alignment - 1) / alignment * alignment;
-  if (void* memory = std::aligned_alloc(alignment, rounded > 0 ? rounded : alignment)) return memory;
-  throw std::bad_alloc();
+std::uint64_t allocations() {
+  return tractiond::support::allocations() + mallocs;
 }
 
 }  // namespace
@@ -28,38 +24,10 @@ void* allocate(std::size_t size, std::size_t alignment = alignof(std::max_align_
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 extern "C" void* __libc_malloc(std::size_t size);  // NOLINT(*-reserved-identifier): glibc's own
 extern "C" void* malloc(std::size_t size) noexcept {
-  ++allocations;
+  ++mallocs;
   return __libc_malloc(size);
 }
 #endif
-
-void* operator new(std::size_t size) {
-  return allocate(size);
-}
-void* operator new[](std::size_t size) {
-  return allocate(size);
-}
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  return allocate(size, static_cast<std::size_t>(alignment));
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-void operator delete[](void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::align_val_t) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
-}
 
 namespace tractiond::solve::allocation_test {
 namespace {
@@ -91,10 +59,10 @@ void expectNoAllocation(FieldSolver& solver, const sensor::Sensor& sensor, const
   for (int i = 0; i < capacity / 2; ++i) loseMarker(someOfOne, 2 * i);
 
   const MarkerField* const fields[] = {&whole, &some, &others, &most, &whole, &two, &someOfTwo, &one, &someOfOne};
-  const int before = allocations;
+  const auto before = allocations();
   for (const MarkerField* field : fields) {
     solver.solve(*field, forces);
-    EXPECT_EQ(allocations, before);
+    EXPECT_EQ(allocations(), before);
     EXPECT_EQ(forces.valid, field != &most);
     if (field == &two || field == &someOfTwo) {
       EXPECT_EQ(forces.contactCount, 2);
@@ -107,7 +75,7 @@ TEST(ModelSolver, AllocatesNothingWhateverIsMissing) {
   const Atoms atoms = makeAtoms(sensor);
   const Eigen::MatrixXd points = halfSpaceImage(sensor, atoms.points);
   const double scale_N = sensor.gel.youngsModulus * square(sensor.nodes.pitch);
-  const Factors factors = computeFactors(points, atoms, still(points.rows()), scale_N, modelOptions({})).value();
+  const Factors factors = computeFactors(points, atoms, still(points.rows()), scale_N, SolveOptions{}).value();
   ModelSolver solver(factors, atoms, sensor);
   expectNoAllocation(solver, sensor, halfSpaceImage(sensor, sensor::nodePositions(sensor.nodes)));
 }
@@ -115,42 +83,38 @@ TEST(ModelSolver, AllocatesNothingWhateverIsMissing) {
 TEST(LinearModel, AllocatesNothingWhenItAnswers) {
   const sensor::Sensor sensor = smallSensor();
   const Atoms atoms = makeAtoms(sensor);
-  ModelOptions options;
-  options.mechanics = sensor::elastic::Model::kHalfSpace;
+  SolveOptions options;
+  options.model = sensor::elastic::Model::kHalfSpace;
   const Factors factors = computeFactors(sensor, atoms, options).value();
   Model model(sensor, factors, atoms, options);
   Modes modes(factors, atoms, options);
-  LinearModel linear(factors, atoms, options, modes.strong());
+  LinearModel linear(factors, atoms, modes.strong());
   LinearScratch scratch;
   const SystematicPart systematic(factors, sensor);
   ModelContacts listing(atoms, sensor, systematic);
   std::array<Contact, kMaxContacts> contacts;
   Estimate estimate;
-  estimate.force_N.resize(3 * static_cast<std::size_t>(atoms.pointCount()));
-  const Eigen::VectorXf pressed =
-      (halfSpaceImage(sensor, Eigen::Vector3d(1e-3, 2e-3, 0.0)) * Eigen::Vector3d(0.1, 0.0, 1.0)).cast<float>();
+  estimate.force_N.resize(3 * atoms.pointCount());
+  const Eigen::VectorXd pressed =
+      halfSpaceImage(sensor, Eigen::Vector3d(1e-3, 2e-3, 0.0)) * Eigen::Vector3d(0.1, 0.0, 1.0);
   const Eigen::MatrixXd even = halfSpaceImage(sensor, sensor::nodePositions(sensor.nodes));
-  const Eigen::VectorXf broad = (even * Eigen::VectorXd::Constant(even.cols(), 0.05)).cast<float>();
-  const std::vector<int> missing = {2, 3, 10, 11, 100, 101};
-  std::vector<double> deviations(3 * static_cast<std::size_t>(atoms.nodeCount()));
-  for (const Eigen::VectorXf& moved : {pressed, broad}) {
-    model.solve({moved.data(), static_cast<std::size_t>(moved.size())}, {}, options.noise_px, estimate);
+  const Eigen::VectorXd broad = even * Eigen::VectorXd::Constant(even.cols(), 0.05);
+  std::vector<double> deviations(3 * atoms.nodeCount());
+  for (const Eigen::VectorXd& moved : {pressed, broad}) {
+    const Picture before(factors, moved, {}, options.noise_px);
+    model.solve(before, estimate);
     ASSERT_EQ(estimate.outcome, Estimate::Outcome::kFound);
     ASSERT_TRUE(linear.make(model, estimate, scratch));
-    for (const std::span<const int> without : {std::span<const int>(), std::span<const int>(missing)}) {
-      Eigen::VectorXf there = moved;
-      for (const int coordinate : without) there[coordinate] = 0.0F;
-      const std::span picture(there.data(), static_cast<std::size_t>(there.size()));
-      LineArray<double> displacement(static_cast<std::size_t>(factors.influence.stride()));
-      std::copy(picture.begin(), picture.end(), displacement.data());
-      const int then = allocations;
-      modes.look({displacement.data(), without, 0.0, 2.0 * options.noise_px}, picture);
-      const bool holds = linear.answer(picture, without, 2.0 * options.noise_px, modes, estimate);
-      const int answered = allocations;
+    for (const std::vector<int>& missing : {std::vector<int>{}, {2, 3, 10, 11, 100, 101}}) {
+      const Picture picture(factors, moved, missing, 2.0 * options.noise_px);
+      const auto then = allocations();
+      modes.look(picture);
+      const bool holds = linear.answer(picture, modes, estimate);
+      const auto answered = allocations();
       linear.mixture().nodeDeviations_N(deviations);
-      const int deviated = allocations;
+      const auto deviated = allocations();
       listing.list(estimate, linear.mixture(), 0.01, contacts);
-      const int listed = allocations;
+      const auto listed = allocations();
       EXPECT_TRUE(holds);
       EXPECT_EQ(answered, then);
       EXPECT_EQ(deviated, answered);

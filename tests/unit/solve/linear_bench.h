@@ -2,7 +2,7 @@
 #pragma once
 
 #include "daemon/solve/linear_model.h"
-#include "tests/unit/solve/patch_bench.h"
+#include "tests/unit/solve/model_bench.h"
 
 #include <gtest/gtest.h>
 
@@ -44,50 +44,38 @@ inline std::pair<RowMajor, std::vector<int>> functionals(const Atoms& atoms) {
   return {weights, points};
 }
 
-inline std::vector<float> rounded(const VectorXd& displacement_px) {
-  std::vector<float> result(static_cast<std::size_t>(displacement_px.size()));
-  Eigen::VectorXf::Map(result.data(), displacement_px.size()) = displacement_px.cast<float>();
-  return result;
-}
-
 /// The forces that are known, their model and what it answers.
-class LinearBench : public PatchBench {
+class LinearBench : public Bench {
  public:
   /// \param hasPatches false: of the field alone
   explicit LinearBench(bool hasPatches = true)
-      : PatchBench(smallSensor())
+      : Bench(smallSensor(), everyMode(), blockImage, hasPatches)
       , modes_(factors(), atoms(), everyMode())
-      , linear_(factors(), atoms(), everyMode(), modes_.strong())
-      , hasPatches_(hasPatches) {
-    later_.force_N.resize(3 * static_cast<std::size_t>(atoms().pointCount()));
+      , linear_(factors(), atoms(), modes_.strong()) {
+    later_.force_N.resize(3 * atoms().pointCount());
   }
 
-  /// Solves a picture, and makes a linear model of it. `missing` must live until then.
+  /// Solves a picture, and makes a linear model of it.
   Estimate make(const VectorXd& picture, const std::vector<int>& missing = {}) {
-    Estimate estimate = Bench::solve(solved(), picture, missing);
+    Estimate estimate = solve(picture, missing);
     EXPECT_EQ(estimate.outcome, Estimate::Outcome::kFound);
-    EXPECT_TRUE(linear_.make(solved(), estimate, scratch_));
+    EXPECT_TRUE(linear_.make(model(), estimate, scratch_));
     return estimate;
   }
 
   bool answer(const VectorXd& picture, const std::vector<int>& missing = {}, double noise_px = kNoise_px) {
-    std::vector<float> there = rounded(picture);
-    for (const int coordinate : missing) there[static_cast<std::size_t>(coordinate)] = 0.0F;
-    LineArray<double> displacement(static_cast<std::size_t>(factors().influence.stride()));
-    std::copy(there.begin(), there.end(), displacement.data());
-    modes_.look({displacement.data(), missing, 0.0, noise_px}, there);
-    return linear_.answer(there, missing, noise_px, modes_, later_);
+    const Picture now(factors(), picture, missing, noise_px);
+    modes_.look(now);
+    return linear_.answer(now, modes_, later_);
   }
 
   const Estimate& later() const { return later_; }
   LinearModel& linear() { return linear_; }
-  Model& solved() { return hasPatches_ ? model() : Bench::model(); }
 
  private:
   Modes modes_;
   LinearModel linear_;
   LinearScratch scratch_;
-  bool hasPatches_;
   Estimate later_;
 };
 

@@ -4,7 +4,10 @@
 #include "daemon/solve/model.h"
 #include "tests/unit/solve/sensors.h"
 
-#include <numeric>
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -18,8 +21,8 @@ constexpr double kNoise_px = 0.0165;
 inline const Vector3d kPress = Vector3d::UnitZ(), kShear = Vector3d::UnitX(), kAcross = Vector3d::UnitY();
 
 /// Takes every mode, as formulae without a limit do.
-inline ModelOptions everyMode() {
-  ModelOptions options;
+inline SolveOptions everyMode() {
+  SolveOptions options;
   options.noise_px = kNoise_px;
   options.faintest = 0.0;
   return options;
@@ -53,24 +56,18 @@ inline MatrixXd blockImage(const sensor::Sensor& sensor, const sensor::Points& s
   return halfSpaceImage(sensor, sources) - 0.5 * halfSpaceImage(sensor, above);
 }
 
-/// Returns the indices of all points.
-inline std::vector<int> everyPoint(int points) {
-  std::vector<int> indices(static_cast<std::size_t>(points));
-  std::iota(indices.begin(), indices.end(), 0);
-  return indices;
-}
-
-/// A sensor on a half-space and its model without patches.
+/// A sensor and its model. \param image of the sensor's gel \param hasPatches whether the model has patches
 class Bench {
  public:
-  explicit Bench(const sensor::Sensor& sensor, const ModelOptions& options = everyMode(), Image* image = halfSpaceImage)
+  explicit Bench(const sensor::Sensor& sensor, const SolveOptions& options = everyMode(), Image* image = halfSpaceImage,
+                 bool hasPatches = false)
       : sensor_(sensor)
       , image_(image)
       , motion_{sensor::elastic::pictureMotionMatrix(sensor), Eigen::Vector4d(0.02, 0.02, 1e-4, 1e-4).cwiseAbs2()}
       , atoms_(makeAtoms(sensor))
       , influence_(image(sensor, atoms_.points))
       , factors_(computeFactors(influence_, atoms_, motion_, scale_N(), options).value())
-      , model_(factors_, atoms_, options) {}
+      , model_(hasPatches ? Model(sensor_, factors_, atoms_, options) : Model(factors_, atoms_, options)) {}
 
   /// Returns displacements with the picture's motion and noise, 2M [px].
   VectorXd picture(const Load& load, unsigned seed, double noise_px = kNoise_px) const {
@@ -86,16 +83,9 @@ class Bench {
   }
 
   Estimate solve(const VectorXd& displacement, const std::vector<int>& missing = {}, double noise_px = kNoise_px) {
-    return solve(model_, displacement, missing, noise_px);
-  }
-
-  Estimate solve(Model& model, const VectorXd& displacement, const std::vector<int>& missing,
-                 double noise_px = kNoise_px) const {
     Estimate estimate;
-    estimate.force_N.resize(3 * static_cast<std::size_t>(atoms_.pointCount()));
-    Eigen::VectorXf there = displacement.cast<float>();
-    for (const int coordinate : missing) there[coordinate] = 0.0F;
-    model.solve({there.data(), static_cast<std::size_t>(there.size())}, missing, noise_px, estimate);
+    estimate.force_N.resize(3 * atoms_.pointCount());
+    model_.solve(solved_.emplace(factors_, displacement, missing, noise_px), estimate);
     return estimate;
   }
 
@@ -134,6 +124,7 @@ class Bench {
   MatrixXd influence_;
   Factors factors_;
   Model model_;
+  std::optional<Picture> solved_;
 };
 
 inline VectorXd forcesOf(const Estimate& estimate) {
@@ -151,6 +142,46 @@ inline MatrixXd covarianceOf(const Estimate& estimate) {
 /// Returns the largest difference of two wrenches, in standard deviations of the first one.
 inline double differenceInDeviations(const Estimate& a, const VectorXd& wrench) {
   return ((wrenchOf(a) - wrench).array() / covarianceOf(a).diagonal().array().sqrt()).abs().maxCoeff();
+}
+
+/// A gel that is no half-space, and its model with patches.
+struct PatchBench : Bench {
+  PatchBench()
+      : Bench(smallSensor(), everyMode(), blockImage, true) {}
+};
+
+/// An even pressure on a disc, and a torsion.
+inline Load disc(double x_mm, double y_mm, double radius_mm, const Vector3d& force_N, double torsion_Nmm = 0.0) {
+  Load load;
+  constexpr int kRings = 6;
+  double count = 0.0, arms = 0.0;
+  for (int ring = 0; ring < kRings; ++ring) {
+    const double r = radius_mm * (ring + 0.5) / kRings;
+    for (int i = 0; i < 6 * (2 * ring + 1); ++i, count += 1.0) {
+      const double angle = 2.0 * 3.14159265358979323846 * i / (6 * (2 * ring + 1));
+      load.push_back({x_mm + r * std::cos(angle), y_mm + r * std::sin(angle), force_N});
+      arms += r * r;
+    }
+  }
+  for (PointForce& at : load) {
+    at.force = at.force / count + torsion_Nmm / arms * Vector3d(y_mm - at.y_mm, at.x_mm - x_mm, 0.0);
+  }
+  return load;
+}
+
+inline Load both(Load a, const Load& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+/// Returns force and moment about the origin [N, N m].
+inline VectorXd wrenchOf(const Load& load) {
+  VectorXd sum = VectorXd::Zero(6);
+  for (const PointForce& at : load) {
+    sum.head<3>() += at.force;
+    sum.tail<3>() += 1e-3 * Vector3d(at.x_mm, at.y_mm, 0.0).cross(at.force);
+  }
+  return sum;
 }
 
 /// Returns the coordinates, ascending, of every fifth marker of the upper layer and of a hole in both.

@@ -1,16 +1,10 @@
 // What the model of contacts finds; golden recordings hold its numbers.
-#include "sensor/influence_file.h"
 #include "tests/unit/solve/model_bench.h"
 
 #include <gtest/gtest.h>
 
-#include <limits>
-#include <random>
-
 namespace tractiond::solve {
 namespace {
-
-using Outcome = Estimate::Outcome;
 
 sensor::Sensor mediumSensor() {
   sensor::Sensor sensor;
@@ -65,25 +59,9 @@ TEST(Model, ForcesGrowWithTheStiffness) {
   EXPECT_LT((100.0 * covarianceOf(one) - covarianceOf(ten)).norm(), 1e-4 * covarianceOf(ten).norm());
 }
 
-/// On so small a gel atoms look alike, and noise passes for a force more often.
-TEST(Model, FindsNothingInNoise) {
-  Bench bench(smallSensor());
-  int nothing = 0;
-  for (unsigned seed = 1; seed <= 20; ++seed) {
-    const VectorXd displacement = bench.picture({}, seed);
-    const Estimate estimate = bench.solve(displacement);
-    if (estimate.outcome != Outcome::kNothing) continue;
-    ++nothing;
-    EXPECT_TRUE(forcesOf(estimate).isZero(0.0));
-    EXPECT_TRUE(wrenchOf(estimate).isZero(0.0));
-    EXPECT_TRUE(covarianceOf(estimate).isZero(0.0));
-  }
-  EXPECT_GE(nothing, 15);
-}
-
 TEST(Model, LeavingFaintModesOutDoesNotShow) {
-  ModelOptions options = everyMode();
-  options.faintest = ModelOptions().faintest;
+  SolveOptions options = everyMode();
+  options.faintest = SolveOptions().faintest;
   Bench every(mediumSensor()), strong(mediumSensor(), options);
   EXPECT_LT(strong.factors().rank(), every.factors().rank());
   for (const Load& load : {Load{{1, 2, kPress}}, Load{{-14, 9, 0.05 * kPress}}, square(3, 0, 9, 3)}) {
@@ -93,7 +71,7 @@ TEST(Model, LeavingFaintModesOutDoesNotShow) {
 }
 
 TEST(Model, FollowsTheFramesNoise) {
-  ModelOptions loud = everyMode();
+  SolveOptions loud = everyMode();
   loud.noise_px = 3.0 * kNoise_px;
   Bench calibrated(smallSensor()), noisy(smallSensor(), loud);
   const VectorXd displacement = noisy.picture({{1, 2, kPress}}, 9, loud.noise_px);
@@ -101,51 +79,6 @@ TEST(Model, FollowsTheFramesNoise) {
   const Estimate expected = noisy.solve(displacement, {}, loud.noise_px);
   EXPECT_LT(differenceInDeviations(estimate, wrenchOf(expected)), 0.3);
   EXPECT_NEAR(covarianceOf(estimate)(2, 2), covarianceOf(expected)(2, 2), 0.1 * covarianceOf(expected)(2, 2));
-}
-
-TEST(Model, FailsPlainlyWithoutNumbers) {
-  Bench bench(smallSensor());
-  VectorXd displacement = bench.picture({{1, 2, kPress}}, 1);
-  displacement[17] = std::numeric_limits<double>::quiet_NaN();
-  const Estimate estimate = bench.solve(displacement);
-  EXPECT_EQ(estimate.outcome, Outcome::kFailed);
-  EXPECT_TRUE(forcesOf(estimate).isZero(0.0));
-  EXPECT_EQ(bench.solve(bench.picture({{1, 2, kPress}}, 1)).outcome, Outcome::kFound);
-}
-
-TEST(Model, ReadsABodyByItsNodesAlone) {
-  sensor::Sensor sensor = smallSensor();
-  const sensor::Points nodes = sensor::nodePositions(sensor);
-  ASSERT_TRUE(sensor::setBody(
-      sensor, {.file = "flat.npz",
-               .youngsModulus = sensor.gel.youngsModulus,
-               .influence = sensor::elastic::displacementMatrix(sensor, sensor::elastic::Model::kHalfSpace),
-               .nodes = nodes,
-               .normals = sensor::nodeNormals(sensor),
-               .areas = sensor::nodeAreas(sensor),
-               .markers = sensor::markerPositions(sensor),
-               .errors = {}}));
-  const Atoms atoms = makeAtoms(sensor);
-  EXPECT_EQ(atoms.count(), sensor.nodes.count());
-  EXPECT_NEAR(atoms.depth_m, 6e-3, 0.5e-3);
-  ModelOptions options;
-  options.noise_px = kNoise_px;
-  const Factors factors = computeFactors(sensor, atoms, options).value();
-  Model model(sensor, factors, atoms, options);
-  Eigen::VectorXf displacement =
-      (halfSpaceImage(sensor, Vector3d(0.0, 1.5e-3, 0.0)) * Vector3d(0.1, 0.0, 1.0)).cast<float>();
-  std::mt19937_64 generator(4);
-  std::normal_distribution<float> normal(0.0F, static_cast<float>(kNoise_px));
-  for (float& d : displacement) d += normal(generator);
-  Estimate estimate;
-  estimate.force_N.resize(3 * static_cast<std::size_t>(atoms.pointCount()));
-  model.solve({displacement.data(), static_cast<std::size_t>(displacement.size())}, {}, kNoise_px, estimate);
-  ASSERT_EQ(estimate.outcome, Outcome::kFound);
-  EXPECT_EQ(estimate.patchCount, 0);  // its mechanics are known at the nodes alone
-  Eigen::Matrix<double, 6, 1> wrench;
-  wrench << 0.1, 0.0, 1.0, 1.5e-3, 0.0, -0.15e-3;
-  EXPECT_LT(differenceInDeviations(estimate, wrench), 3.0);
-  EXPECT_LT(std::sqrt(estimate.covariance[14]), 0.03);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // What the model of contacts solves and completes, against the formulae written densely.
+#include "daemon/solve/wrench.h"
 #include "tests/unit/solve/model_bench.h"
 
 #include <gtest/gtest.h>
@@ -11,10 +12,10 @@ namespace {
 TEST(AtomProducts, AreTheSameAfterOthersWereForgotten) {
   Bench bench(smallSensor());
   const std::vector<int> missing = missingOf(smallSensor());
-  LineArray<double> displacement(static_cast<std::size_t>(bench.factors().influence.stride()));
+  LineArray<double> displacement(bench.factors().influence.stride());
   std::copy_n(bench.picture({{1, 2, kPress}}, 8).data(), bench.factors().coordinateCount(), displacement.data());
   for (const int i : missing) displacement.data()[i] = 0.0;
-  const Displacements given{displacement.data(), missing, 1.0, kNoise_px};
+  const Displacements given{displacement.data(), missing, 1.0, kNoise_px, {}};
   AtomProducts few(bench.factors(), 4), all(bench.factors(), 10);
   few.begin(given);
   all.begin(given);
@@ -57,9 +58,9 @@ TEST(Posterior, CountsExtraUnknowns) {
 
   VectorXd picture = bench.picture({{1, 2, kPress}}, 8) + 0.7 * columns.col(2) - 1.3 * columns.col(9);
   for (const int i : missing) picture[i] = 0.0;
-  LineArray<double> displacement(static_cast<std::size_t>(bench.factors().influence.stride()));
+  LineArray<double> displacement(bench.factors().influence.stride());
   std::copy_n(picture.data(), coordinates, displacement.data());
-  const Displacements given{displacement.data(), missing, picture.squaredNorm(), kNoise_px};
+  const Displacements given{displacement.data(), missing, picture.squaredNorm(), kNoise_px, {}};
   ExtraUnknowns extra(bench.factors(), bench.atoms(), 16);
   extra.begin(kExtra);
   for (int i = 0; i < kExtra; ++i) {
@@ -76,11 +77,11 @@ TEST(Posterior, CountsExtraUnknowns) {
 
   // Everything in covariance form.
   const Eigen::Index atoms = 3 * static_cast<Eigen::Index>(chosen.atoms.size()), size = atoms + kExtra + kMotions;
-  const MatrixXd every = bench.atomInfluence(), shape = bench.atoms().shape;
+  const MatrixXd influence = bench.atomInfluence(), shape = bench.atoms().shape;
   MatrixXd B(coordinates, size), prior = MatrixXd::Identity(size, size), to = MatrixXd::Zero(points, size);
   for (std::size_t i = 0; i < chosen.atoms.size(); ++i) {
     const Eigen::Index at = 3 * static_cast<Eigen::Index>(i);
-    B.middleCols<3>(at) = every.middleCols<3>(3 * chosen.atoms[i]);
+    B.middleCols<3>(at) = influence.middleCols<3>(3 * chosen.atoms[i]);
     prior.block<3, 3>(at, at) = chosen.covariance_N2[i];
     for (Eigen::Index p = 0; p < shape.rows(); ++p) {
       to.block<3, 3>(3 * p, at).diagonal().setConstant(shape(p, chosen.atoms[i]));
@@ -110,12 +111,9 @@ TEST(Posterior, CountsExtraUnknowns) {
   const MatrixXd expected = sigma.block(atoms, atoms, kExtra, kExtra);
   EXPECT_LT((covariance - expected).norm(), 1e-4 * expected.norm());
 
-  MatrixXd wrenches(6, size);
-  wrenches.setZero();
-  for (Eigen::Index i = 0; i < points; ++i) {
-    const Vector3d unit = Vector3d::Unit(i % 3), at = bench.atoms().points.col(i / 3);
-    wrenches.topRows<3>() += unit * to.row(i);
-    wrenches.bottomRows<3>() += at.cross(unit) * to.row(i);
+  MatrixXd wrenches = MatrixXd::Zero(6, size);
+  for (int p = 0; p < bench.atoms().pointCount(); ++p) {
+    wrenches += unitWrenches(bench.atoms().points.col(p)) * to.middleRows<3>(3 * p);
   }
   wrenches.middleCols(atoms, kExtra) = toWrench;
   std::array<double, 36> found{};
@@ -127,8 +125,7 @@ TEST(Posterior, CountsExtraUnknowns) {
   Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor> weights =
       MatrixXd::NullaryExpr(points, kColumns, [&] { return normal(generator); });
   MatrixXd ofFunctionals(kColumns, kColumns);
-  posterior.covariance({weights.data(), static_cast<std::size_t>(weights.size())},
-                       everyPoint(static_cast<int>(points) / 3),
+  posterior.covariance({weights.data(), static_cast<std::size_t>(weights.size())}, every(static_cast<int>(points) / 3),
                        {ofFunctionals.data(), static_cast<std::size_t>(ofFunctionals.size())});
   const MatrixXd ofPoints = to * sigma * to.transpose(), functionals = weights.transpose() * ofPoints * weights;
   EXPECT_LT((ofFunctionals - functionals).norm(), 1e-4 * functionals.norm());
@@ -149,7 +146,7 @@ TEST(Amplitudes, CompleteWhatIsMissing) {
   Eigen::VectorXf there = picture.cast<float>();
   for (const int i : missing) there[i] = 0.0F;
   const double force_N = 0.02;
-  const auto strong = std::make_shared<const StrongModes>(bench.factors(), bench.atoms(), everyMode());
+  const auto strong = std::make_shared<const StrongModes>(bench.factors(), bench.atoms(), everyMode().noise_px);
   Amplitudes amplitudes(bench.factors(), strong);
   const int rank = bench.factors().rank();
   amplitudes.begin({there.data(), static_cast<std::size_t>(there.size())}, missing);

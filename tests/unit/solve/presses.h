@@ -42,7 +42,7 @@ inline const Atoms& paperAtoms() {
 
 inline Factors makePaperFactors() {
   return computeFactors(halfSpaceImage(paper(), paperAtoms().points), paperAtoms(), paperMotion(),
-                        paper().gel.youngsModulus * square(paper().nodes.pitch), modelOptions({}))
+                        paper().gel.youngsModulus * square(paper().nodes.pitch), SolveOptions{})
       .value();
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "daemon/records/marker_field.h"
-#include "daemon/solve/factors.h"
+#include "daemon/solve/atom_products.h"
 #include "sensor/elastic/half_space.h"
 #include "sensor/sensor.h"
 
@@ -35,6 +35,29 @@ inline Eigen::MatrixXd halfSpaceImage(const sensor::Sensor& sensor, const sensor
   }
   return image;
 }
+
+/// A picture as the parts of the solver take it: rounded to floats, 0 where missing.
+class Picture {
+ public:
+  Picture(const Factors& factors, const Eigen::VectorXd& displacement_px, std::vector<int> missing, double noise_px)
+      : missing_(std::move(missing))
+      , exact_(factors.influence.stride())
+      , rounded_px_(displacement_px.size()) {
+    Eigen::VectorXf::Map(rounded_px_.data(), displacement_px.size()) = displacement_px.cast<float>();
+    for (const int coordinate : missing_) rounded_px_[coordinate] = 0.0F;
+    std::copy(rounded_px_.begin(), rounded_px_.end(), exact_.data());
+    given_ = {exact_.data(), missing_, dotProduct(exact_.data(), exact_.data(), factors.coordinateCount()), noise_px,
+              rounded_px_};
+  }
+  Picture(const Picture&) = delete;
+  operator const Displacements&() const { return given_; }  // NOLINT(*-explicit-*): it is one
+
+ private:
+  const std::vector<int> missing_;
+  LineArray<double> exact_;
+  std::vector<float> rounded_px_;
+  Displacements given_;
+};
 
 /// Returns the prior of a picture that does not move. \param coordinates 2M
 inline MotionPrior still(Eigen::Index coordinates) {

@@ -27,17 +27,17 @@ class ShearSpreadTest : public PressTest {
   ShearSpreadTest()
       : model_(paper(), paperFactors(), paperAtoms(), options_)
       , modes_(paperFactors(), paperAtoms(), options_)
-      , linear_(paperFactors(), paperAtoms(), options_, modes_.strong()) {
+      , linear_(paperFactors(), paperAtoms(), modes_.strong()) {
     estimate_.force_N.resize(3 * static_cast<std::size_t>(paperAtoms().pointCount()));
   }
 
   SpreadRatio found(const VectorXd& truth, const std::vector<int>& missing = {}) {
-    make(truth + noise());
-    const std::vector<float> picture = seenOf(truth + noise(), missing);
-    LineArray<double> displacement(static_cast<std::size_t>(paperFactors().influence.stride()));
-    std::copy(picture.begin(), picture.end(), displacement.data());
-    modes_.look({displacement.data(), missing, 0.0, kNoise_px}, picture);
-    EXPECT_TRUE(linear_.answer(picture, missing, kNoise_px, modes_, estimate_));
+    const Picture then(paperFactors(), truth + noise(), {}, kNoise_px);
+    model_.solve(then, estimate_);
+    EXPECT_TRUE(linear_.make(model_, estimate_, scratch_));
+    const Picture now(paperFactors(), truth + noise(), missing, kNoise_px);
+    modes_.look(now);
+    EXPECT_TRUE(linear_.answer(now, modes_, estimate_));
     EXPECT_EQ(estimate_.patchCount, 1);
     return estimate_.patches[0].spreadRatio;
   }
@@ -49,18 +49,7 @@ class ShearSpreadTest : public PressTest {
   Vector2d place() { return {12e-3 * (uniform_(random_) - 0.5), 12e-3 * (uniform_(random_) - 0.5)}; }
 
  private:
-  static std::vector<float> seenOf(const VectorXd& picture, const std::vector<int>& missing) {
-    std::vector<float> seen(static_cast<std::size_t>(picture.size()));
-    Eigen::VectorXf::Map(seen.data(), picture.size()) = picture.cast<float>();
-    for (const int coordinate : missing) seen[static_cast<std::size_t>(coordinate)] = 0.0F;
-    return seen;
-  }
-  void make(const VectorXd& picture) {
-    model_.solve(seenOf(picture, {}), {}, kNoise_px, estimate_);
-    EXPECT_TRUE(linear_.make(model_, estimate_, scratch_));
-  }
-
-  const ModelOptions options_ = modelOptions({});
+  const SolveOptions options_ = SolveOptions{};
   Model model_;
   Modes modes_;
   LinearModel linear_;

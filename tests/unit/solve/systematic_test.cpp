@@ -1,6 +1,7 @@
 // What another camera or another block than the gel file's misreads: predicted by the errors, and measured by solving.
 #include "daemon/solve/model_solver.h"
 #include "daemon/solve/systematic.h"
+#include "daemon/solve/wrench.h"
 #include "sensor/elastic/influence.h"
 #include "sensor/elastic/loads.h"
 #include "tests/unit/solve/sensors.h"
@@ -19,8 +20,6 @@
 namespace tractiond::solve::systematic_test {
 namespace {
 
-using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
 using sensor::elastic::Model;
 
 constexpr double kForce_N = 1.62;  // E pitch^2, which the errors are computed for
@@ -43,7 +42,7 @@ const Atoms& thinAtoms() {
 
 const Factors& thinFactors() {
   static const Factors factors = [] {
-    Factors made = computeFactors(thin(), thinAtoms(), modelOptions({})).value();
+    Factors made = computeFactors(thin(), thinAtoms(), SolveOptions{}).value();
     made.systematicErrors = systematicErrors(thin(), {}, made, thinAtoms(), straysOf(thin(), {}));
     return made;
   }();
@@ -71,31 +70,24 @@ sensor::Points places() {
 /// 6 x 27: the wrench of unit forces at these.
 Eigen::MatrixXd wrenches(const sensor::Points& at) {
   Eigen::MatrixXd wrenches(6, 3 * at.cols());
-  for (Eigen::Index i = 0; i < at.cols(); ++i)
-    for (int axis = 0; axis < 3; ++axis) {
-      const Eigen::Vector3d force = Eigen::Vector3d::Unit(axis);
-      wrenches.col(3 * i + axis) << force, at.col(i).cross(force);
-    }
+  for (Eigen::Index i = 0; i < at.cols(); ++i) wrenches.middleCols<3>(3 * i) = unitWrenches(at.col(i));
   return wrenches;
 }
 
 /// What a sensor's picture shows of unit forces at these, 2M x 27 [px/N].
 Eigen::MatrixXd seen(const sensor::Sensor& sensor) {
-  return sensor::elastic::toImage(sensor, sensor::elastic::displacementMatrix(sensor.gel, Model::kBlock,
-                                                                              sensor::markerPositions(sensor), places(),
-                                                                              {.degree = 6, .breaks = {}}));
+  return sensor::elastic::toImage(sensor, sensor::elastic::displacementMatrix(
+                                              sensor.gel, Model::kBlock, sensor::markerPositions(sensor), places(), 6));
 }
 
-Vector6 reading(FieldSolver& solver, const Eigen::VectorXd& image) {
+Wrench reading(FieldSolver& solver, const Eigen::VectorXd& image) {
   const auto variance_px2 = static_cast<float>(SolveOptions{}.noise_px * SolveOptions{}.noise_px);
   MarkerField markers = fieldOf(image);
   std::ranges::fill(markers.variance_px2, variance_px2);
   TractionField field;
   field.resize(thin().markerCount(), thin().nodes.count());
   solver.solve(markers, field);
-  Vector6 wrench;
-  wrench << Eigen::Vector3d::Map(field.resultant_N.data()), Eigen::Vector3d::Map(field.moment_Nm.data());
-  return wrench;
+  return wrenchOf(field);
 }
 
 /// Of sensors that are each one deviation off, by number.
@@ -174,16 +166,23 @@ TEST(Systematic, WeightsTakeUpWhatMisreadsAPress) {
   EXPECT_FALSE(isWeighed(sensor));
 }
 
+/// A body that is a block with this gel. \param times Young's modulus that its influence is of, over the gel's
+sensor::Body bodyOf(const sensor::Sensor& sensor, double times = 1.0) {
+  return {.file = "block.npz",
+          .youngsModulus = times * sensor.gel.youngsModulus,
+          .influence = sensor::elastic::displacementMatrix(sensor, Model::kBlock) / times,
+          .nodes = sensor::nodePositions(sensor),
+          .normals = sensor::nodeNormals(sensor),
+          .areas = sensor::nodeAreas(sensor),
+          .markers = sensor::markerPositions(sensor),
+          .errors = {}};
+}
+
 TEST(Systematic, ABodyHasTheCamerasErrorsAlone) {
   sensor::Sensor sensor = thin();
   sensor.uncertainty.poissonRatio = sensor.uncertainty.thickness = sensor.uncertainty.layerDepth = 0.0;
   const SystematicErrors exact = errorsOf(sensor);
-  auto body = std::make_shared<sensor::Body>();
-  body->youngsModulus = 2.0 * sensor.gel.youngsModulus;
-  body->markers = sensor::markerPositions(sensor);
-  body->nodes = sensor::nodePositions(sensor);
-  body->influence = 0.5 * sensor::elastic::displacementMatrix(sensor, Model::kBlock);
-  sensor.body = body;
+  sensor.body = std::make_shared<sensor::Body>(bodyOf(sensor, 2.0));
   const SystematicErrors errors = errorsOf(sensor);
   ASSERT_EQ(errors.contact.size(), 36U * kPoisson);
   for (int number = 0; number < kPoisson; ++number) {
@@ -193,17 +192,11 @@ TEST(Systematic, ABodyHasTheCamerasErrorsAlone) {
 }
 
 TEST(Systematic, ABodysOwnErrorsAreTakenForWhatTheyDo) {
-  sensor::Sensor sensor = thin();
-  const sensor::Gel gel = sensor.gel;
-  auto body = std::make_shared<sensor::Body>();
-  body->youngsModulus = sensor.gel.youngsModulus;
-  body->markers = sensor::markerPositions(sensor);
-  body->nodes = sensor::nodePositions(sensor);
-  body->influence = sensor::elastic::displacementMatrix(sensor, Model::kBlock);
-  sensor.gel.size.z() += sensor.uncertainty.thickness;
-  body->errors = {sensor::elastic::displacementMatrix(sensor, Model::kBlock) - body->influence};
-  sensor.gel = gel;
-  sensor.body = body;
+  sensor::Sensor sensor = thin(), thicker = sensor;
+  thicker.gel.size.z() += sensor.uncertainty.thickness;
+  sensor::Body body = bodyOf(sensor);
+  body.errors = {bodyOf(thicker).influence - body.influence};
+  sensor.body = std::make_shared<sensor::Body>(std::move(body));
   const SystematicErrors errors = errorsOf(sensor);
   ASSERT_EQ(errors.contact.size(), 36U * (kPoisson + 1));
   const Matrix6 block = error(thinErrors().contact, kThickness);
@@ -214,7 +207,7 @@ TEST(Systematic, ErrorsAreTakenAcrossAListOfNodesAsAcrossAGrid) {
   const sensor::Sensor sensor = thin();
   const sensor::Points grid = sensor::nodePositions(sensor);
   const auto ofGrid = nineOf(grid, sensor.nodes.columns, sensor.nodes.rows);
-  std::vector<int> order(static_cast<std::size_t>(grid.cols()));
+  std::vector<int> order(grid.cols());
   std::iota(order.begin(), order.end(), 0);
   std::shuffle(order.begin(), order.end(), std::mt19937(1));
   const sensor::Points list = grid(Eigen::all, order);
@@ -225,11 +218,14 @@ TEST(Systematic, ErrorsAreTakenAcrossAListOfNodesAsAcrossAGrid) {
 }
 
 TEST(Systematic, StiffnessScalesTheWholeWrench) {
-  sensor::Uncertainty uncertainty;
-  uncertainty.model = 0.0;
-  uncertainty.youngsModulus = 0.02;
-  const std::array<double, 6> wrench = {1.0, -2.0, 3.0, 0.01, 0.02, -0.03};
-  const WrenchCovariance covariance = systematicCovariance(wrench, {0.01, 0.02, 0.0}, uncertainty, 3e-3, {}, 0.0);
+  sensor::Sensor sensor = thin();
+  sensor.uncertainty.model = 0.0;
+  sensor.uncertainty.youngsModulus = 0.02;
+  const Factors exact;
+  std::vector<double> forces(3 * sensor.nodes.count());
+  forces[2] = 1.0;
+  const Wrench wrench(1.0, -2.0, 3.0, 0.01, 0.02, -0.03);
+  const WrenchCovariance covariance = SystematicPart(exact, sensor).covariance(wrench, forces);
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j < 6; ++j) EXPECT_NEAR(covariance[6 * i + j], 4e-4 * wrench[i] * wrench[j], 1e-12);
   }
