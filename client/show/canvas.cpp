@@ -44,6 +44,24 @@ Colour24 mix(Colour24 from, Colour24 to, double share) {
   return {between(from.red, to.red), between(from.green, to.green), between(from.blue, to.blue)};
 }
 
+int columnsOf(std::string_view utf8) {
+  return static_cast<int>(std::count_if(utf8.begin(), utf8.end(), [](char c) { return (c & 0xc0) != 0x80; }));
+}
+
+std::vector<std::string> wrapped(std::string_view text, int width) {
+  std::vector<std::string> lines;
+  while (!text.empty()) {
+    const std::string_view word = text.substr(0, text.find(' '));
+    if (lines.empty() || columnsOf(lines.back()) + 1 + columnsOf(word) > width) {
+      lines.push_back(" " + std::string(word) + " ");
+    } else {
+      lines.back().append(word).append(" ");
+    }
+    text.remove_prefix(std::min(word.size() + 1, text.size()));
+  }
+  return lines;
+}
+
 Canvas::Canvas(int width, int height)
     : width_(std::max(width, 0))
     , height_(std::max(height, 0))

@@ -38,6 +38,13 @@ struct Style {
   bool operator==(const Style& other) const = default;
 };
 
+/// Returns the number of columns that a text takes.
+int columnsOf(std::string_view utf8);
+
+/// Breaks a text into lines, each with a space on either side; a longer word has a line of its own. \param width in
+/// columns, with the spaces
+std::vector<std::string> wrapped(std::string_view text, int width);
+
 /// A grid of characters, each one column wide. Columns and rows count from 0 at the top left corner. Whatever lies
 /// outside is clipped. Thread-bound.
 class Canvas {
