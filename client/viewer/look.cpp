@@ -108,10 +108,12 @@ std::vector<Spot> spotsAbove(const Plane& plane, float threshold, float sign) {
   return spots;
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+/// Returns the value below which a share of all are. \param values not empty
+template <typename Number>
+Number quantile(std::vector<Number> values, double share) {
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
 }
 
 /// Keeps the spots of the usual size and shape.
@@ -122,7 +124,7 @@ std::vector<Spot> alike(const std::vector<Spot>& spots) {
   }
   std::vector<Spot> kept;
   if (areas.size() < kFewest) return kept;
-  const double usual = median(areas);
+  const double usual = quantile(areas, 0.5);
   std::copy_if(spots.begin(), spots.end(), std::back_inserter(kept), [usual](const Spot& spot) {
     return spot.isRound() && spot.area < kMostAreas * usual && usual < kMostAreas * spot.area;
   });
@@ -142,7 +144,7 @@ double pitchOf(std::vector<Spot> spots) {
     for (std::size_t j = i; j-- > 0 && spots[i].v - spots[j].v < least;) compare(spots[j]);
     nearest.push_back(least);
   }
-  return median(nearest);
+  return quantile(nearest, 0.5);
 }
 
 /// Returns the median difference of neighbours in a row: mostly noise, as markers cover a small part of the picture.
@@ -151,9 +153,7 @@ float noiseOf(const Plane& plane) {
   for (std::size_t i = 0; i + 1 < plane.levels.size(); i += 2) {
     steps.push_back(std::abs(plane.levels[i + 1] - plane.levels[i]));
   }
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
+  return quantile(steps, 0.5);
 }
 
 /// Enters the markers of a channel if they stand out better than those that were entered before. \param best contrast
@@ -165,16 +165,15 @@ void seekMarkers(const Plane& contrast, std::size_t channel, bool darker, double
     if (sign * level > 0.0F) all.push_back(sign * level);
   }
   if (all.size() < 100) return;
-  const auto strongest = all.begin() + static_cast<std::ptrdiff_t>(0.995 * static_cast<double>(all.size()));
-  std::nth_element(all.begin(), strongest, all.end());
-  if (*strongest < std::max(kFaintest, best) || *strongest < kOverNoise * noiseOf(contrast)) return;
-  const std::vector<Spot> spots = alike(spotsAbove(contrast, 0.5F * *strongest, sign));
+  const float strongest = quantile(all, 0.995);
+  if (strongest < std::max(kFaintest, best) || strongest < kOverNoise * noiseOf(contrast)) return;
+  const std::vector<Spot> spots = alike(spotsAbove(contrast, 0.5F * strongest, sign));
   if (spots.size() < kFewest) return;
-  best = *strongest;
+  best = strongest;
   std::vector<double> areas;
   for (const Spot& spot : spots) areas.push_back(spot.area);
   look.markers = static_cast<int>(spots.size());
-  look.diameter_px = pixel * 2.0 * std::sqrt(median(areas) / std::numbers::pi);
+  look.diameter_px = pixel * 2.0 * std::sqrt(quantile(areas, 0.5) / std::numbers::pi);
   look.pitch_px = pixel * pitchOf(spots);
   look.channel = channel;
   look.darker = darker;
