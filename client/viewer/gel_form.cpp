@@ -1,6 +1,7 @@
 #include "client/viewer/gel_form.h"
 
 #include "client/show/page.h"
+#include "sensor/colour_name.h"
 #include "traction/error.h"
 
 #include <nlohmann/json.hpp>
@@ -18,10 +19,10 @@ constexpr std::size_t kMostLayers = 4;
 constexpr double kNominalFocal = 0.02;  // relative deviation of a focal length that a data sheet states
 
 sensor::Colour colourOf(const std::string& name) {
-  if (name == "blue") return sensor::Colour::kBlue;
-  if (name == "red") return sensor::Colour::kRed;
-  if (name == "green") return sensor::Colour::kGreen;
-  if (name == "grey") return sensor::Colour::kGrey;
+  using sensor::Colour;
+  for (const Colour colour : {Colour::kBlue, Colour::kRed, Colour::kGreen, Colour::kGrey}) {
+    if (name == nameOf(colour)) return colour;
+  }
   throw Error(ErrorCode::kRefused, "the colour of a layer is blue, red, green or grey");
 }
 

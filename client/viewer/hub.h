@@ -49,11 +49,6 @@ struct Hub {
 struct Show {
   std::shared_ptr<Session> session;
   std::unique_ptr<Playing> playing;  ///< null: the recording cannot be read, or the session has ended
-
-  /// Lets the playing end as soon as it can.
-  void stop() {
-    if (playing) playing->stop();
-  }
 };
 
 }  // namespace traction::view

@@ -88,7 +88,9 @@ class Server {
   }
 
   ~Server() {
-    for (const auto& show : shows_) show->stop();           // all before the first is waited for
+    for (const auto& show : shows_) {
+      if (show->playing) show->playing->stop();  // all before the first is waited for
+    }
     for (const auto& show : shows_) show->playing.reset();  // its thread uses the show
   }
   Server(const Server&) = delete;
@@ -126,10 +128,12 @@ class Server {
     if (request.method() != http::verb::get && request.method() != http::verb::head)
       return refuse(http::status::method_not_allowed, "Only GET and HEAD are supported.");
     if (beast::websocket::is_upgrade(request)) {
-      if (findHub(path) == nullptr && findRecording(path).empty())
-        return refuse(http::status::not_found, "No such sensor or recording.");
+      Hub* const hub = findHub(path);
+      const std::filesystem::path file = findRecording(path);
+      if (hub == nullptr && file.empty()) return refuse(http::status::not_found, "No such sensor or recording.");
       if (isFull()) return refuse(http::status::service_unavailable, "Too many viewers are connected.");
-      upgrade(request, take());
+      const SessionOptions wanted = parseSession(target.substr(std::min(path.size() + 1, target.size())));
+      hub != nullptr ? open(*hub, take(), request, wanted) : openRecording(file, take(), request, wanted);
       return std::nullopt;
     }
     if (path == "/sensors") return answerWith(request, "application/json", sensors());
@@ -143,18 +147,6 @@ class Server {
       return response;
     }
     return refuse(http::status::not_found, "Not found.");
-  }
-
-  void upgrade(const Request& request, tcp::socket&& socket) {
-    const std::string_view target(request.target().data(), request.target().size());
-    const std::size_t mark = target.find('?');
-    const std::string_view query = mark == std::string_view::npos ? std::string_view() : target.substr(mark + 1);
-    const std::string_view path = target.substr(0, mark);
-    if (Hub* hub = findHub(path)) {
-      open(*hub, std::move(socket), request, parseSession(query));
-    } else {
-      openRecording(findRecording(path), std::move(socket), request, parseSession(query));
-    }
   }
 
   std::string sensors() const {
@@ -282,7 +274,8 @@ class Server {
   void endShow(const Session* gone) {
     shows_.remove_if([&](const std::shared_ptr<Show>& each) {
       if (each->session.get() != gone) return false;
-      each->stop();
+      if (!each->playing) return true;
+      each->playing->stop();
       // On another thread, as the destructor waits for a surface that is being computed. Counts as a viewer until then.
       ++endingShows_;
       asio::post(reaper_, [this, ended = std::shared_ptr<Playing>(std::move(each->playing))]() mutable {
