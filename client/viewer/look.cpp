@@ -22,40 +22,30 @@ struct Plane {
   std::vector<float> levels;
 };
 
-Plane channelOf(const Snapshot& snapshot, std::size_t channel) {
-  Plane plane{static_cast<int>(snapshot.width), static_cast<int>(snapshot.height), {}};
-  plane.levels.resize(std::size_t{snapshot.width} * snapshot.height);
-  for (std::size_t i = 0; i < plane.levels.size(); ++i) {
-    plane.levels[i] = snapshot.levels[snapshot.channels * i + channel];
-  }
-  return plane;
-}
-
-/// Returns the difference to the mean of a box around each pixel, by sums over rows and columns.
-Plane contrastOf(const Plane& plane) {
-  const int radius = std::max(8, std::min(plane.width, plane.height) / 24);
-  const auto stride = static_cast<std::size_t>(plane.width) + 1;
-  std::vector<double> sums(stride * (static_cast<std::size_t>(plane.height) + 1));
+/// Returns the difference of a channel to the mean of a box around each pixel, by sums over rows and columns.
+Plane contrastOf(const Snapshot& snapshot, std::size_t channel) {
+  Plane contrast{static_cast<int>(snapshot.width), static_cast<int>(snapshot.height), {}};
+  const int radius = std::max(8, std::min(contrast.width, contrast.height) / 24);
+  const auto stride = std::size_t{snapshot.width} + 1;
+  std::vector<double> sums(stride * (std::size_t{snapshot.height} + 1));
   const auto sum = [&](int x, int y) -> double& {
     return sums[static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x)];
   };
-  const auto level = [&plane](int x, int y) {
-    return plane
-        .levels[static_cast<std::size_t>(y) * static_cast<std::size_t>(plane.width) + static_cast<std::size_t>(x)];
+  const auto level = [&](int x, int y) {
+    const auto pixel = static_cast<std::size_t>(y) * snapshot.width + static_cast<std::size_t>(x);
+    return static_cast<float>(snapshot.levels[snapshot.channels * pixel + channel]);
   };
-  for (int y = 0; y < plane.height; ++y) {
+  for (int y = 0; y < contrast.height; ++y) {
     double row = 0.0;
-    for (int x = 0; x < plane.width; ++x) sum(x + 1, y + 1) = sum(x + 1, y) + (row += level(x, y));
+    for (int x = 0; x < contrast.width; ++x) sum(x + 1, y + 1) = sum(x + 1, y) + (row += level(x, y));
   }
-  Plane contrast{plane.width, plane.height, std::vector<float>(plane.levels.size())};
-  std::size_t i = 0;
-  for (int y = 0; y < plane.height; ++y) {
-    const int top = std::max(0, y - radius), bottom = std::min(plane.height, y + radius + 1);
-    for (int x = 0; x < plane.width; ++x, ++i) {
-      const int left = std::max(0, x - radius), right = std::min(plane.width, x + radius + 1);
+  for (int y = 0; y < contrast.height; ++y) {
+    const int top = std::max(0, y - radius), bottom = std::min(contrast.height, y + radius + 1);
+    for (int x = 0; x < contrast.width; ++x) {
+      const int left = std::max(0, x - radius), right = std::min(contrast.width, x + radius + 1);
       const double mean = (sum(right, bottom) - sum(left, bottom) - sum(right, top) + sum(left, top)) /
                           (static_cast<double>(right - left) * (bottom - top));
-      contrast.levels[i] = plane.levels[i] - static_cast<float>(mean);
+      contrast.levels.push_back(level(x, y) - static_cast<float>(mean));
     }
   }
   return contrast;
@@ -216,7 +206,7 @@ Look lookAt(const Snapshot& snapshot) {
   look.sharpness = sharpnessOf(snapshot);
   float best = 0.0F;
   for (std::size_t channel = 0; channel < snapshot.channels; ++channel) {
-    const Plane contrast = contrastOf(channelOf(snapshot, channel));
+    const Plane contrast = contrastOf(snapshot, channel);
     for (const bool darker : {false, true}) seekMarkers(contrast, channel, darker, snapshot.reduced, best, look);
   }
   return look;
