@@ -30,18 +30,13 @@ std::optional<std::uint32_t> idOf(const Json& value) {
   return static_cast<std::uint32_t>(number);
 }
 
-std::optional<std::uint32_t> idOf(const Json& object, const char* key) {
-  const auto found = object.find(key);
-  return found == object.end() ? std::nullopt : idOf(*found);
-}
-
 ClientMessage parseSubscribe(const Json& message) {
   const auto list = message.find("subscriptions");
   if (list == message.end() || !list->is_array()) return Refused{"subscribe: 'subscriptions' is not an array"};
   Subscribe result;
   for (const Json& each : *list) {
     if (!each.is_object()) return Refused{"subscribe: a subscription is not an object"};
-    const auto id = idOf(each, "id"), channel = idOf(each, "channelId");
+    const auto id = idOf(each.value("id", Json())), channel = idOf(each.value("channelId", Json()));
     if (!id || !channel) return Refused{"subscribe: 'id' and 'channelId' must be integers from 0 to 2^32 - 1"};
     result.subscriptions.push_back({*id, *channel});
   }

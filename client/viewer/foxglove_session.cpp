@@ -133,7 +133,7 @@ void Session::offer(std::uint32_t channel, const Sample& sample) {
 
 bool Session::next() {
   if (!texts_.empty()) {
-    sending_ = Sending{.text = std::move(texts_.front()), .data = nullptr};
+    sending_ = Sending{.head = std::move(texts_.front()), .data = nullptr};
     texts_.pop_front();
     return true;
   }
@@ -142,7 +142,8 @@ bool Session::next() {
   order_.pop_front();
   Subscriber& subscriber = subscribers_.at(channel);
   const Sample& sample = subscriber.waiting.front();
-  sending_ = Sending{.text = {}, .header = dataHeader(subscriber.id, sample.logTime_ns), .data = sample.data};
+  const auto header = dataHeader(subscriber.id, sample.logTime_ns);
+  sending_ = Sending{.head = std::string(header.begin(), header.end()), .data = sample.data};
   subscriber.waiting.pop_front();
   if (!subscriber.waiting.empty()) order_.push_back(channel);
   return true;
@@ -157,14 +158,10 @@ void Session::pump() {
     self->ping();
     self->pump();
   };
-  const bool isText = sending_->data == nullptr;
-  stream_.text(isText);
-  if (isText) {
-    stream_.async_write(asio::buffer(sending_->text), written);
-  } else {
-    const std::array<asio::const_buffer, 2> parts = {asio::buffer(sending_->header), asio::buffer(*sending_->data)};
-    stream_.async_write(parts, written);
-  }
+  stream_.text(sending_->data == nullptr);
+  const std::array<asio::const_buffer, 2> parts = {
+      asio::buffer(sending_->head), sending_->data ? asio::buffer(*sending_->data) : asio::const_buffer()};
+  stream_.async_write(parts, written);
 }
 
 /// Asks the client to confirm what was sent, unless an earlier ping is not answered yet.

@@ -81,9 +81,8 @@ class Session : public std::enable_shared_from_this<Session> {
   std::deque<std::string> texts_;
 
   struct Sending {
-    std::string text;
-    std::array<char, kDataHeaderSize> header{};
-    std::shared_ptr<const std::string> data;  ///< empty: the text
+    std::string head;                         ///< a text, or what precedes the data
+    std::shared_ptr<const std::string> data;  ///< null: it is a text
   };
   std::optional<Sending> sending_;
   bool isOpen_ = false, isClosed_ = false;
