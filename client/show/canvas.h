@@ -95,8 +95,8 @@ class Dots {
   int width() const { return 2 * columns_; }  ///< in dots
   int height() const { return 4 * rows_; }    ///< in dots
   void set(int x, int y);                     ///< Sets a dot; y points down.
-  /// Sets the dots nearest to a line from (x0, y0) to (x1, y1), ends included, as far as they lie on
-  /// the page. Draws nothing if a number, or the line's length, is not finite.
+  /// Sets the dots nearest to a line from (x0, y0) to (x1, y1), ends included, as far as they lie on the page. Draws
+  /// nothing if a number is not finite. Takes as long as the line is, also where it lies outside.
   void line(double x0, double y0, double x1, double y1);
   /// Draws the characters that have dots onto the canvas, the top left one at (column, row).
   void paint(Canvas& canvas, int column, int row, const Style& style,
