@@ -20,7 +20,7 @@ Wanted parsed(std::string_view text) {
   return {};
 }
 
-TEST(FoxgloveProtocol, TheSpecificationsSubscribe) {
+TEST(FoxgloveProtocol, TheSpecificationsExamples) {
   const auto message = parsed<Subscribe>(R"({"op": "subscribe", "subscriptions": [{ "id": 0, "channelId": 3 },
                                                                        { "id": 4294967295, "channelId": 5, "x": {} }]})");
   ASSERT_EQ(message.subscriptions.size(), 2U);
@@ -29,11 +29,8 @@ TEST(FoxgloveProtocol, TheSpecificationsSubscribe) {
   EXPECT_EQ(message.subscriptions[1].id, 4294967295U);
   EXPECT_EQ(message.subscriptions[1].channel, 5U);
   EXPECT_TRUE(parsed<Subscribe>(R"({"subscriptions":[],"op":"subscribe"})").subscriptions.empty());
-}
-
-TEST(FoxgloveProtocol, TheSpecificationsUnsubscribe) {
-  const auto message = parsed<Unsubscribe>(R"({"op": "unsubscribe", "subscriptionIds": [0, 1]})");
-  EXPECT_EQ(message.ids, (std::vector<std::uint32_t>{0, 1}));
+  EXPECT_EQ(parsed<Unsubscribe>(R"({"op": "unsubscribe", "subscriptionIds": [0, 1]})").ids,
+            (std::vector<std::uint32_t>{0, 1}));
 }
 
 TEST(FoxgloveProtocol, MalformedMessagesAreRefusedWithAReason) {

@@ -11,7 +11,6 @@
 
 #include <functional>
 #include <map>
-#include <set>
 
 namespace traction::client::status_schema_test {
 namespace {
@@ -139,25 +138,6 @@ TEST(StatusSchema, EachFieldIsPrinted) {
     EXPECT_TRUE(one.top || !options.HasExtension(v1::top)) << path;
   });
   EXPECT_GT(granted.size(), 80U);
-}
-
-TEST(StatusSchema, EachMetricIsDeclaredAndUsed) {
-  std::set<std::string> declared, used;
-  const google::protobuf::FileOptions& options = statusDescriptor().file()->options();
-  for (int i = 0; i < options.ExtensionSize(v1::family); ++i) {
-    const v1::Family& family = options.GetExtension(v1::family, i);
-    EXPECT_TRUE(declared.insert(family.name()).second) << family.name();
-    EXPECT_NE(family.kind(), v1::Family::KIND_UNKNOWN) << family.name();
-    EXPECT_EQ(family.kind() == v1::Family::KIND_COUNTER, family.name().ends_with("_total")) << family.name();
-    EXPECT_NE(family.help(), "") << family.name();
-  }
-  const google::protobuf::FileDescriptor& file = *statusDescriptor().file();
-  for (int i = 0; i < file.message_type_count(); ++i) {
-    for (int k = 0; k < file.message_type(i)->field_count(); ++k)
-      used.insert(file.message_type(i)->field(k)->options().GetExtension(v1::metric).name());
-  }
-  used.erase("");
-  EXPECT_EQ(declared, used);
 }
 
 }  // namespace
