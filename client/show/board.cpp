@@ -19,9 +19,6 @@ constexpr int kLedger = 40;  ///< columns of the ledger
 
 using Count = unsigned long long;
 
-/// Getter of one stage.
-using Stage = const v1::Quantiles& (v1::Latencies::*)() const;
-
 enum class Tone { kPlain, kOld, kBad };
 
 struct Row {
@@ -82,142 +79,85 @@ std::string stateOf(const Watched& one, std::int64_t now_ns) {
                     one.scene.isStatusOld(now_ns));
 }
 
-/// Makes the rows about the field and the status; figures that are out of date are in brackets.
-class Numbers {
- public:
-  Numbers(const Scene& scene, std::int64_t now_ns)
-      : scene_(scene)
-      , now_ns_(now_ns)
-      , fieldIsOld_(!scene.trouble(now_ns).what.empty())
-      , statusIsOld_(scene.isStatusOld(now_ns)) {}
-
-  Row force() const {
-    if (!isValid()) return {"force", "-", Tone::kOld};
-    const Vector3& force = scene_.field->resultant_N;
-    return ofField("force", format("%+.3f %+.3f %+.3f N", force[0], force[1], force[2]));
-  }
-  Row total() const {
-    if (!isValid()) return {"total", "-", Tone::kOld};
-    const double total = length(scene_.field->resultant_N);
-    return ofField("total", format("%.3f N  %.0f gf", total, total / kGramForce_N));
-  }
-  Row residual() const {
-    if (!scene_.field) return {"residual", "-", Tone::kOld};
-    return ofField("residual", format("%.3f px", scene_.field->residual_px));
-  }
-  Row fields() const { return {"fields", format("%.1f /s come here", scene_.rate_hz(now_ns_)), Tone::kPlain}; }
-  Row frames() const {
-    return ofStatus("frames", [](const v1::Status& s) {
-      return format("%.1f in, %.1f out /s", s.rates().received_hz(), s.rates().published_hz());
-    });
-  }
-  Row stage(const char* name, Stage get) const {
-    return ofStatus(name, [&](const v1::Status& s) {
-      const v1::Quantiles& of = (s.latencies().*get)();
-      return format("%7.2f %7.2f %7.2f", of.p50_s() * 1e3, of.p99_s() * 1e3, of.max_s() * 1e3);
-    });
-  }
-  Row here() const {
-    const auto latency = scene_.latency(now_ns_);
-    if (!latency) {
-      return {"  to here", scene_.description && !scene_.description->sameHost ? "another host's clock" : "-",
-              Tone::kOld};
-    }
-    return ofField("  to here", format("%7.2f %7.2f", latency->p50_ms, latency->p99_ms));
-  }
-  Row markers() const {
-    return ofStatus("markers", [](const v1::Status& s) {
-      std::string text;
-      for (const v1::LayerStatus& layer : s.markers().layers()) {
-        text += (text.empty() ? "" : ", ") + wordOf("Colour", layer.colour()) +
-                format(" %u/%u", layer.found(), layer.expected());
-      }
-      return text.empty() ? std::string("-") : text;
-    });
-  }
-  Row found() const {
-    return ofStatus("markers", [](const v1::Status& s) {
-      unsigned found = 0, expected = 0;
-      for (const v1::LayerStatus& layer : s.markers().layers()) found += layer.found(), expected += layer.expected();
-      return format("%u/%u", found, expected);
-    });
-  }
-  Row latency() const {
-    return ofStatus("latency", [](const v1::Status& s) {
-      const v1::Quantiles& total = s.latencies().total();
-      return format("%.2f ms p50 %.2f p99 %.2f max", total.p50_s() * 1e3, total.p99_s() * 1e3, total.max_s() * 1e3);
-    });
-  }
-  Row drift() const {
-    return ofStatus("drift", [](const v1::Status& s) {
-      if (!s.has_rest_drift()) return std::string("-");
-      const v1::RestDrift& drift = s.rest_drift();
-      return format("%+.2f %+.2f px, %s ago", drift.shift_u_px(), drift.shift_v_px(), duration(drift.age_s()).c_str());
-    });
-  }
-  Row packets() const {
-    return ofStatus("packets", [](const v1::Status& s) {
-      std::string text;
-      for (const TopNumber& one : topNumbers(s, "packets"))
-        text += (text.empty() ? "" : " ") + std::to_string(one.number) + " " + one.word;
-      return text.empty() ? std::string("-") : text;
-    });
-  }
-  Row warmth() const {
-    return ofStatus("camera", [](const v1::Status& s) {
-      std::string text;
-      const v1::CameraLink& link = s.camera_link();
-      if (link.has_temperature()) text = format("%.1f °C", link.temperature());
-      if (!link.ptp().empty()) text += (text.empty() ? "PTP " : ", PTP ") + printable(link.ptp());
-      return text.empty() ? std::string("-") : text;
-    });
-  }
-  Row memory() const {
-    return ofStatus("memory", [](const v1::Status& s) {
-      return s.memory_bytes() == 0 ? std::string("-")
-                                   : format("%.1f MiB", static_cast<double>(s.memory_bytes()) / 1048576.0);
-    });
-  }
-  Row realTime() const {
-    return ofStatus("real time", [](const v1::Status& s) { return printable(grantedOf(s)); });
-  }
-  bool statusIsOld() const { return statusIsOld_; }
-
- private:
-  bool isValid() const { return scene_.field && scene_.field->valid; }
-  Row ofField(const char* label, const std::string& text) const {
-    return {label, inBrackets(text, fieldIsOld_), fieldIsOld_ ? Tone::kOld : Tone::kPlain};
-  }
-  template <typename Text>
-  Row ofStatus(const char* label, Text&& text) const {
-    if (!scene_.status) return {label, "-", Tone::kOld};
-    return {label, inBrackets(text(*scene_.status->message), statusIsOld_), statusIsOld_ ? Tone::kOld : Tone::kPlain};
-  }
-
-  const Scene& scene_;
-  std::int64_t now_ns_;
-  bool fieldIsOld_, statusIsOld_;
+/// The figures of an instrument; those that are out of date are in brackets.
+struct Figures {
+  Row force, total, fields, frames, track, solve, send, whole, here, markers, found, residual, drift, packets, camera,
+      memory, realTime, latency;
+  bool statusIsOld = false;
 };
 
-std::vector<Row> rowsOf(const Watched& one, std::int64_t now_ns) {
-  const Numbers numbers(one.scene, now_ns);
-  return {numbers.force(),
-          numbers.total(),
-          numbers.fields(),
-          numbers.frames(),
-          {"latency", "    p50     p99     max  ms", Tone::kOld},
-          numbers.stage("  track", &v1::Latencies::track),
-          numbers.stage("  solve", &v1::Latencies::solve),
-          numbers.stage("  send", &v1::Latencies::send),
-          numbers.stage("  total", &v1::Latencies::total),
-          numbers.here(),
-          numbers.markers(),
-          numbers.residual(),
-          numbers.drift(),
-          numbers.packets(),
-          numbers.warmth(),
-          numbers.memory(),
-          numbers.realTime()};
+Figures figuresOf(const Scene& scene, std::int64_t now_ns) {
+  Figures all;
+  all.statusIsOld = scene.isStatusOld(now_ns);
+  const bool fieldIsOld = !scene.trouble(now_ns).what.empty(), isValid = scene.field && scene.field->valid;
+  const auto row = [](const char* label, const std::string& text, bool isOld) {
+    return Row{label, inBrackets(text.empty() ? "-" : text, isOld), isOld ? Tone::kOld : Tone::kPlain};
+  };
+  for (auto [to, label] : {std::pair{&all.force, "force"}, {&all.total, "total"}, {&all.residual, "residual"}})
+    *to = {label, "-", Tone::kOld};
+  if (isValid) {
+    const Vector3& force = scene.field->resultant_N;
+    const double total = length(force);
+    all.force = row("force", format("%+.3f %+.3f %+.3f N", force[0], force[1], force[2]), fieldIsOld);
+    all.total = row("total", format("%.3f N  %.0f gf", total, total / kGramForce_N), fieldIsOld);
+  }
+  if (scene.field) all.residual = row("residual", format("%.3f px", scene.field->residual_px), fieldIsOld);
+  all.fields = {"fields", format("%.1f /s come here", scene.rate_hz(now_ns))};
+  if (const auto latency = scene.latency(now_ns)) {
+    all.here = row("  to here", format("%7.2f %7.2f", latency->p50_ms, latency->p99_ms), fieldIsOld);
+  } else {
+    const bool isElsewhere = scene.description && !scene.description->sameHost;
+    all.here = {"  to here", isElsewhere ? "another host's clock" : "-", Tone::kOld};
+  }
+
+  const v1::Status none;
+  const v1::Status& status = scene.status ? *scene.status->message : none;
+  const auto ofStatus = [&](const char* label, const std::string& text) {
+    return scene.status ? row(label, text, all.statusIsOld) : Row{label, "-", Tone::kOld};
+  };
+  const auto stage = [&](const char* label, const v1::Quantiles& of, const char* pattern = "%7.2f %7.2f %7.2f") {
+    return ofStatus(label, format(pattern, of.p50_s() * 1e3, of.p99_s() * 1e3, of.max_s() * 1e3));
+  };
+  const v1::Latencies& latencies = status.latencies();
+  all.frames =
+      ofStatus("frames", format("%.1f in, %.1f out /s", status.rates().received_hz(), status.rates().published_hz()));
+  all.track = stage("  track", latencies.track());
+  all.solve = stage("  solve", latencies.solve());
+  all.send = stage("  send", latencies.send());
+  all.whole = stage("  total", latencies.total());
+  all.latency = stage("latency", latencies.total(), "%.2f ms p50 %.2f p99 %.2f max");
+  std::string markers, packets, camera;
+  unsigned found = 0, expected = 0;
+  for (const v1::LayerStatus& layer : status.markers().layers()) {
+    markers += (markers.empty() ? "" : ", ") + wordOf("Colour", layer.colour()) +
+               format(" %u/%u", layer.found(), layer.expected());
+    found += layer.found();
+    expected += layer.expected();
+  }
+  all.markers = ofStatus("markers", markers);
+  all.found = ofStatus("markers", format("%u/%u", found, expected));
+  const v1::RestDrift& drift = status.rest_drift();
+  all.drift = ofStatus("drift", status.has_rest_drift() ? format("%+.2f %+.2f px, %s ago", drift.shift_u_px(),
+                                                                 drift.shift_v_px(), duration(drift.age_s()).c_str())
+                                                        : "");
+  for (const TopNumber& one : topNumbers(status, "packets"))
+    packets += (packets.empty() ? "" : " ") + std::to_string(one.number) + " " + one.word;
+  all.packets = ofStatus("packets", packets);
+  if (status.camera_link().has_temperature()) camera = format("%.1f °C", status.camera_link().temperature());
+  if (!status.camera_link().ptp().empty())
+    camera += (camera.empty() ? "PTP " : ", PTP ") + printable(status.camera_link().ptp());
+  all.camera = ofStatus("camera", camera);
+  const auto memory = static_cast<double>(status.memory_bytes());
+  all.memory = ofStatus("memory", memory > 0.0 ? format("%.1f MiB", memory / 1048576.0) : "");
+  all.realTime = ofStatus("real time", printable(grantedOf(status)));
+  return all;
+}
+
+std::vector<Row> rowsOf(const Figures& all) {
+  return {all.force,   all.total,    all.fields, all.frames,  {"latency", "    p50     p99     max  ms", Tone::kOld},
+          all.track,   all.solve,    all.send,   all.whole,   all.here,
+          all.markers, all.residual, all.drift,  all.packets, all.camera,
+          all.memory,  all.realTime};
 }
 
 /// Returns the row of the losses: "lost 12: 10 stale (2.5/s), 2 never arrived".
@@ -249,22 +189,16 @@ void drawHead(Canvas& canvas, int row, const Watched& one, bool isWell, std::int
 /// Draws the complaint in at most `most` rows. Returns the number of rows.
 int drawComplaint(Canvas& canvas, int row, const std::string& complaint, int most) {
   if (complaint.empty()) return canvas.text(1, row, "no flags", kDim), 1;
-  std::string line = "!";
-  int rows = 0;
-  for (std::string_view rest = complaint; !rest.empty();) {
-    const std::string_view word = rest.substr(0, rest.find(' '));
-    const bool fits = static_cast<int>(line.size() + 1 + word.size()) <= canvas.width() - 2;
-    if (!fits && rows + 1 == most) {
-      canvas.text(1, row + rows, line.substr(0, static_cast<std::size_t>(std::max(canvas.width() - 5, 0))) + " ...",
-                  kWarning);
-      return most;
-    }
-    if (!fits) canvas.text(1, row + rows++, std::exchange(line, " "), kWarning);
-    line.append(" ").append(word);
-    rest.remove_prefix(std::min(word.size() + 1, rest.size()));
+  const std::vector<std::string> lines = wrapped(complaint, canvas.width() - 2);
+  const auto rows = std::min(lines.size(), static_cast<std::size_t>(most));
+  canvas.text(1, row, "!", kWarning);
+  for (std::size_t i = 0; i < rows; ++i) {
+    const bool isCut = i + 1 == rows && rows < lines.size();
+    const std::string line =
+        isCut ? lines[i].substr(0, static_cast<std::size_t>(std::max(canvas.width() - 6, 0))) + "..." : lines[i];
+    canvas.text(2, row + static_cast<int>(i), line, kWarning);
   }
-  canvas.text(1, row + rows, line, kWarning);
-  return rows + 1;
+  return static_cast<int>(rows);
 }
 
 void drawLedger(Canvas& canvas, int column, int row, int bottom, const Scene& scene, bool isOld) {
@@ -300,17 +234,16 @@ void drawWhole(Canvas& canvas, int row, int bottom, const Watched& one, std::int
   const std::string wrong = complaint(one, now_ns);
   drawHead(canvas, row, one, wrong.empty(), now_ns);
   row += drawComplaint(canvas, row + 1, wrong, std::max(1, 1 + bottom - row - kWhole)) - 1;
-  const bool isBeside = canvas.width() >= 2 * kLedger - 1;
-  drawRows(canvas, row + 2, bottom, rowsOf(one, now_ns));
-  if (!isBeside) return;
+  const Figures figures = figuresOf(one.scene, now_ns);
+  drawRows(canvas, row + 2, bottom, rowsOf(figures));
+  if (canvas.width() < 2 * kLedger - 1) return;
   canvas.fill(canvas.width() - kLedger - 2, row + 2, kLedger + 2, bottom - row - 2, kPlain);
-  drawLedger(canvas, canvas.width() - kLedger - 1, row + 2, bottom, one.scene,
-             Numbers(one.scene, now_ns).statusIsOld());
+  drawLedger(canvas, canvas.width() - kLedger - 1, row + 2, bottom, one.scene, figures.statusIsOld);
 }
 
 void drawShort(Canvas& canvas, int row, const Watched& one, std::int64_t now_ns) {
   const std::string wrong = complaint(one, now_ns);
-  const Numbers numbers(one.scene, now_ns);
+  const Figures figures = figuresOf(one.scene, now_ns);
   drawHead(canvas, row, one, wrong.empty(), now_ns);
   drawComplaint(canvas, row + 1, wrong, 1);
   const auto put = [&](int at, std::initializer_list<Row> rows) {
@@ -321,9 +254,9 @@ void drawShort(Canvas& canvas, int row, const Watched& one, std::int64_t now_ns)
     }
   };
   put(row + 2,
-      {numbers.force(), {"rate", format("%.1f/s", one.scene.rate_hz(now_ns))}, numbers.residual(), numbers.memory()});
-  put(row + 3, {numbers.latency(), numbers.found()});
-  put(row + 4, {lossesInWords(one.scene, numbers.statusIsOld())});
+      {figures.force, {"rate", format("%.1f/s", one.scene.rate_hz(now_ns))}, figures.residual, figures.memory});
+  put(row + 3, {figures.latency, figures.found});
+  put(row + 4, {lossesInWords(one.scene, figures.statusIsOld)});
 }
 
 }  // namespace
@@ -350,10 +283,10 @@ Canvas drawBoard(const std::vector<Watched>& all, int width, int height, std::in
 }
 
 std::string boardLine(const Watched& one, std::int64_t now_ns) {
-  const Numbers numbers(one.scene, now_ns);
+  const Figures figures = figuresOf(one.scene, now_ns);
   std::string line = titleOf(one) + "  " + stateOf(one, now_ns);
-  for (const Row& row : {numbers.force(), Row{"rate", format("%.1f/s", one.scene.rate_hz(now_ns))}, numbers.latency(),
-                         numbers.found(), numbers.residual(), lossesInWords(one.scene, numbers.statusIsOld())}) {
+  for (const Row& row : {figures.force, Row{"rate", format("%.1f/s", one.scene.rate_hz(now_ns))}, figures.latency,
+                         figures.found, figures.residual, lossesInWords(one.scene, figures.statusIsOld)}) {
     line += "  " + row.label + " " + row.text;
   }
   const std::string wrong = complaint(one, now_ns);
@@ -368,10 +301,10 @@ std::string boardText(const Watched& one, std::int64_t now_ns) {
   const auto add = [&](const std::string& label, const std::string& rest) {
     text += "  " + label + std::string(label.size() < 24 ? 24 - label.size() : 1, ' ') + rest + "\n";
   };
-  for (const Row& row : rowsOf(one, now_ns)) add(row.label, row.text);
-  const bool isOld = Numbers(one.scene, now_ns).statusIsOld();
+  const Figures figures = figuresOf(one.scene, now_ns);
+  for (const Row& row : rowsOf(figures)) add(row.label, row.text);
   if (!one.scene.status) return text;
-  add(isOld ? "frames, not of now" : "frames", "      /s       total");
+  add(figures.statusIsOld ? "frames, not of now" : "frames", "      /s       total");
   for (const Account& each : accountsOf(one.scene)) {
     const std::string rate = each.rate_hz ? format("%.1f", *each.rate_hz) : "";
     add("  " + each.name, format("%8s %11llu", rate.c_str(), Count{each.total}));

@@ -44,6 +44,24 @@ Colour24 mix(Colour24 from, Colour24 to, double share) {
   return {between(from.red, to.red), between(from.green, to.green), between(from.blue, to.blue)};
 }
 
+int columnsOf(std::string_view utf8) {
+  return static_cast<int>(std::count_if(utf8.begin(), utf8.end(), [](char c) { return (c & 0xc0) != 0x80; }));
+}
+
+std::vector<std::string> wrapped(std::string_view text, int width) {
+  std::vector<std::string> lines;
+  while (!text.empty()) {
+    const std::string_view word = text.substr(0, text.find(' '));
+    if (lines.empty() || columnsOf(lines.back()) + 1 + columnsOf(word) > width) {
+      lines.push_back(" " + std::string(word) + " ");
+    } else {
+      lines.back().append(word).append(" ");
+    }
+    text.remove_prefix(std::min(word.size() + 1, text.size()));
+  }
+  return lines;
+}
+
 Canvas::Canvas(int width, int height)
     : width_(std::max(width, 0))
     , height_(std::max(height, 0))
@@ -140,26 +158,8 @@ void Dots::set(int x, int y) {
       kBits[static_cast<std::size_t>(x % 2)][static_cast<std::size_t>(y % 4)];
 }
 
-namespace {
-
-/// Cuts a line at the bounds -1 and `size` of its coordinate a. Returns false if it lies beyond one of them.
-bool cut(double& a0, double& b0, double& a1, double& b1, double size) {
-  if (std::max(a0, a1) < -1.0 || std::min(a0, a1) > size) return false;
-  const auto move = [size](double& a, double& b, double otherA, double otherB) {
-    const double bound = std::clamp(a, -1.0, size);
-    if (a != bound) b += (otherB - b) * ((bound - a) / (otherA - a));
-    a = bound;
-  };
-  move(a0, b0, a1, b1);
-  move(a1, b1, a0, b0);
-  return true;
-}
-
-}  // namespace
-
 void Dots::line(double x0, double y0, double x1, double y1) {
   if (!std::isfinite(x1 - x0) || !std::isfinite(y1 - y0)) return;
-  if (!cut(x0, y0, x1, y1, width()) || !cut(y0, x0, y1, x1, height())) return;
   const int steps = std::max(1, static_cast<int>(std::ceil(2.0 * std::max(std::abs(x1 - x0), std::abs(y1 - y0)))));
   for (int i = 0; i <= steps; ++i) {
     const double share = static_cast<double>(i) / steps;

@@ -38,6 +38,13 @@ struct Style {
   bool operator==(const Style& other) const = default;
 };
 
+/// Returns the number of columns that a text takes.
+int columnsOf(std::string_view utf8);
+
+/// Breaks a text into lines, each with a space on either side; a longer word has a line of its own. \param width in
+/// columns, with the spaces
+std::vector<std::string> wrapped(std::string_view text, int width);
+
 /// A grid of characters, each one column wide. Columns and rows count from 0 at the top left corner. Whatever lies
 /// outside is clipped. Thread-bound.
 class Canvas {
@@ -88,8 +95,8 @@ class Dots {
   int width() const { return 2 * columns_; }  ///< in dots
   int height() const { return 4 * rows_; }    ///< in dots
   void set(int x, int y);                     ///< Sets a dot; y points down.
-  /// Sets the dots nearest to a line from (x0, y0) to (x1, y1), ends included, as far as they lie on
-  /// the page. Draws nothing if a number, or the line's length, is not finite.
+  /// Sets the dots nearest to a line from (x0, y0) to (x1, y1), ends included, as far as they lie on the page. Draws
+  /// nothing if a number is not finite. Takes as long as the line is, also where it lies outside.
   void line(double x0, double y0, double x1, double y1);
   /// Draws the characters that have dots onto the canvas, the top left one at (column, row).
   void paint(Canvas& canvas, int column, int row, const Style& style,

@@ -40,13 +40,38 @@ void set(::foxglove::Color& colour, double red, double green, double blue, doubl
   colour.set_a(alpha);
 }
 
+/// Sets x, y and z of a point, a vector or a quaternion.
+template <typename Any>
+void setXyz(Any& to, const Vector3& from) {
+  to.set_x(from[0]);
+  to.set_y(from[1]);
+  to.set_z(from[2]);
+}
+
 /// Sets the position, and no rotation.
 void set(::foxglove::Pose& pose, const Vector3& place) {
-  auto& at = *pose.mutable_position();
-  at.set_x(place[0]);
-  at.set_y(place[1]);
-  at.set_z(place[2]);
+  setXyz(*pose.mutable_position(), place);
   pose.mutable_orientation()->set_w(1.0);
+}
+
+/// Adds an entity without a part. \param sensor whose frame it is in
+::foxglove::SceneEntity& addEntity(::foxglove::SceneUpdate& to, const char* id, const std::string& sensor,
+                                   std::uint64_t time_ns) {
+  ::foxglove::SceneEntity& entity = *to.add_entities();
+  set(*entity.mutable_timestamp(), time_ns);
+  entity.set_frame_id(sensor);
+  entity.set_id(id);
+  return entity;
+}
+
+/// Adds a text that faces the viewer.
+void addText(::foxglove::SceneEntity& to, const Vector3& place, const Vector3& colour, const std::string& text) {
+  auto& label = *to.add_texts();
+  set(*label.mutable_pose(), place);
+  label.set_billboard(true);
+  label.set_font_size(3e-3);
+  set(*label.mutable_color(), colour[0], colour[1], colour[2], 1.0);
+  label.set_text(text);
 }
 
 /// Sets an arrow whose head is where the force acts, so that a press stands above the surface. An arrow points along x
@@ -62,11 +87,9 @@ void set(::foxglove::ArrowPrimitive& arrow, const Vector3& head, const Vector3& 
   set(*arrow.mutable_pose(), tail);
   Vector3 half{unit[0] + 1.0, unit[1], unit[2]};
   if (norm(half) < 1e-9) half = {0.0, 1.0, 0.0};  // the force points along -x
-  auto& turn = *arrow.mutable_pose()->mutable_orientation();
-  turn.set_x(half[0] / norm(half));
-  turn.set_y(half[1] / norm(half));
-  turn.set_z(half[2] / norm(half));
-  turn.set_w(0.0);
+  const double halfSize = norm(half);
+  setXyz(*arrow.mutable_pose()->mutable_orientation(), {half[0] / halfSize, half[1] / halfSize, half[2] / halfSize});
+  arrow.mutable_pose()->mutable_orientation()->set_w(0.0);
   const double headLength = std::min(2.0 * width_m, length);
   arrow.set_head_length(headLength);
   arrow.set_head_diameter(2.0 * width_m);
@@ -78,25 +101,6 @@ void set(::foxglove::ArrowPrimitive& arrow, const Vector3& head, const Vector3& 
   } else {
     set(*arrow.mutable_color(), 0.95, 0.55, 0.1, opacity);
   }
-}
-
-/// Returns the nodes' positions, gel frame; empty if the description has another number of nodes.
-std::vector<Vector3> placesOf(const Description& description, std::size_t nodes) {
-  std::vector<Vector3> places;
-  if (description.body) {
-    for (const auto& at : description.body->nodePositions_m) places.push_back({at[0], at[1], at[2]});
-  } else {
-    const Grid& grid = description.nodes;
-    if (std::uint64_t{grid.rows} * grid.columns != nodes) return {};
-    for (std::uint32_t row = 0; row < grid.rows; ++row) {
-      for (std::uint32_t column = 0; column < grid.columns; ++column) {
-        const Vector2 at = grid.position_m(column, row);
-        places.push_back({at[0], at[1], 0.0});
-      }
-    }
-  }
-  if (places.size() != nodes) places.clear();
-  return places;
 }
 
 template <typename Message>
@@ -173,8 +177,8 @@ std::vector<Drawn> Drawing::draw(const Message& message, std::uint64_t time_ns, 
   } else if (const auto* field = std::get_if<Field>(&message)) {
     if ((wanted & kLog) != 0) log(*field, time_ns, all);
     if ((wanted & (kScene | kGrid)) == 0 || !description_) return all;
-    const std::vector<Vector3> places = placesOf(*description_, field->force_N.size());
-    if (places.empty()) return all;
+    const std::vector<Vector3> places = nodePositions_m(*description_);
+    if (places.size() != field->force_N.size()) return all;
     if ((wanted & kScene) != 0) drawScene(*field, places, time_ns, all);
     if ((wanted & kGrid) != 0 && !description_->body)
       all.push_back(gridOf(sensor_, description_->nodes, *field, time_ns));
@@ -192,16 +196,10 @@ std::vector<Drawn> Drawing::draw(const Message& message, std::uint64_t time_ns, 
 void Drawing::drawScene(const Description& description, std::uint64_t time_ns, std::vector<Drawn>& to) const {
   if (!description.hasGel() || description.body) return;
   ::foxglove::SceneUpdate update;
-  auto& entity = *update.add_entities();
-  set(*entity.mutable_timestamp(), time_ns);
-  entity.set_frame_id(sensor_);
-  entity.set_id("gel");
-  auto& block = *entity.add_cubes();
+  auto& block = *addEntity(update, "gel", sensor_, time_ns).add_cubes();
   const Vector3& size = description.gel.size_m;
   set(*block.mutable_pose(), {0.0, 0.0, size[2] / 2});
-  block.mutable_size()->set_x(size[0]);
-  block.mutable_size()->set_y(size[1]);
-  block.mutable_size()->set_z(size[2]);
+  setXyz(*block.mutable_size(), size);
   set(*block.mutable_color(), 0.5, 0.7, 0.9, 0.15);
   to.push_back(drawn("scene", "foxglove.SceneUpdate", update));
 }
@@ -210,10 +208,7 @@ void Drawing::drawScene(const Field& field, const std::vector<Vector3>& places, 
                         std::vector<Drawn>& to) const {
   const bool doubted = field.header.flags != 0;
   ::foxglove::SceneUpdate update;
-  auto& forces = *update.add_entities();
-  set(*forces.mutable_timestamp(), time_ns);
-  forces.set_frame_id(sensor_);
-  forces.set_id("forces");
+  auto& forces = addEntity(update, "forces", sensor_, time_ns);
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Vector3 force{field.force_N[i][0], field.force_N[i][1], field.force_N[i][2]};
     const double deviation = i < field.nodeDeviation_N.size() ? norm(field.nodeDeviation_N[i]) : 0.0;
@@ -221,25 +216,18 @@ void Drawing::drawScene(const Field& field, const std::vector<Vector3>& places, 
     const double surety = deviation > 0.0 ? norm(force) / (kSure * deviation) : 1.0;
     set(*forces.add_arrows(), places[i], force, kNode_m_per_N, 0.4e-3, surety, doubted);
   }
-  auto& contacts = *update.add_entities();
-  set(*contacts.mutable_timestamp(), time_ns);
-  contacts.set_frame_id(sensor_);
-  contacts.set_id("contacts");
+  auto& contacts = addEntity(update, "contacts", sensor_, time_ns);
   for (const Contact& contact : field.contacts) {
     if (norm(contact.force_N) < 1e-9) continue;
     const Vector3 at{contact.position_m[0], contact.position_m[1], 0.0};
     set(*contacts.add_arrows(), at, contact.force_N, kContact_m_per_N, 1.2e-3, 1.0, doubted);
-    auto& label = *contacts.add_texts();
     const double top = -kContact_m_per_N * std::max(contact.force_N[2], 0.0) - 4e-3;
-    set(*label.mutable_pose(), {at[0], at[1], top});
-    label.set_billboard(true);
-    label.set_font_size(3e-3);
-    set(*label.mutable_color(), 0.95, 0.55, 0.1, 1.0);
     double variance = 0.0;  // of the force's size, times the size squared
     for (std::size_t i = 0; i < 3; ++i) variance += std::pow(contact.force_N[i] * contact.forceDeviation_N[i], 2);
     const double size = norm(contact.force_N);
     // A contact states the deviations that noise causes, the resultant all of them.
-    label.set_text(format("%.3f N +- %.2g (noise)", size, 2.0 * std::sqrt(variance) / size));
+    addText(contacts, {at[0], at[1], top}, {0.95, 0.55, 0.1},
+            format("%.3f N +- %.2g (noise)", size, 2.0 * std::sqrt(variance) / size));
   }
   to.push_back(drawn("scene", "foxglove.SceneUpdate", update));
 }
@@ -252,15 +240,11 @@ void Drawing::drawScene(const Contacts& contacts, std::uint64_t time_ns, std::ve
       {{0.6, 0.6, 0.6}, {0.3, 0.75, 0.45}, {0.95, 0.75, 0.1}, {0.9, 0.2, 0.15}}};
   constexpr double kAbove_m = -0.5e-3;  // outside of the gel
   ::foxglove::SceneUpdate update;
-  auto& entity = *update.add_entities();
-  set(*entity.mutable_timestamp(), time_ns);
-  entity.set_frame_id(sensor_);
-  entity.set_id("touch");
+  auto& entity = addEntity(update, "touch", sensor_, time_ns);
   entity.mutable_lifetime()->set_seconds(1);
   for (const TrackedContact& contact : contacts.contacts) {
     if (!isSeen(contact)) continue;
-    const auto& [red, green, blue] =
-        kColours.at(static_cast<std::size_t>(contact.slip ? contact.slip->state : SlipState{}));
+    const Vector3& colour = kColours.at(static_cast<std::size_t>(contact.slip ? contact.slip->state : SlipState{}));
     const auto& [x, y] = contact.position_m;
     const double across = contact.halfAxes_m[0] > 0.0 ? contact.halfAxes_m[0] : contact.radius_m;
     const double along = contact.halfAxes_m[1] > 0.0 ? contact.halfAxes_m[1] : contact.radius_m;
@@ -269,21 +253,15 @@ void Drawing::drawScene(const Contacts& contacts, std::uint64_t time_ns, std::ve
     ellipse.set_type(::foxglove::LinePrimitive::LINE_LOOP);
     ellipse.mutable_pose()->mutable_orientation()->set_w(1.0);
     ellipse.set_thickness(0.6e-3);
-    set(*ellipse.mutable_color(), red, green, blue, 1.0);
+    set(*ellipse.mutable_color(), colour[0], colour[1], colour[2], 1.0);
     for (int i = 0; i < kPoints; ++i) {
       const double angle = 2.0 * std::numbers::pi * i / kPoints;
       const double u = across * std::cos(angle), v = along * std::sin(angle);
-      auto& point = *ellipse.add_points();
-      point.set_x(x + cosine * u - sine * v);
-      point.set_y(y + sine * u + cosine * v);
-      point.set_z(contact.positionZ_m + kAbove_m);
+      setXyz(*ellipse.add_points(),
+             {x + cosine * u - sine * v, y + sine * u + cosine * v, contact.positionZ_m + kAbove_m});
     }
-    auto& label = *entity.add_texts();
-    set(*label.mutable_pose(), {x, y + across + 3e-3, contact.positionZ_m + kAbove_m});
-    label.set_billboard(true);
-    label.set_font_size(3e-3);
-    set(*label.mutable_color(), red, green, blue, 1.0);
-    label.set_text(std::to_string(contact.id) + ": stick ratio " + stickRatio(contact));
+    addText(entity, {x, y + across + 3e-3, contact.positionZ_m + kAbove_m}, colour,
+            std::to_string(contact.id) + ": stick ratio " + stickRatio(contact));
   }
   to.push_back(drawn("scene", "foxglove.SceneUpdate", update));
 }

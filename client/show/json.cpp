@@ -276,14 +276,6 @@ std::string toJson(const Message& message) {
   return std::visit([](const auto& any) { return object(any); }, message);
 }
 
-std::string toJson(const Status& status) {
-  return object(status);
-}
-
-std::string toJson(const Description& description) {
-  return object(description);
-}
-
 std::string toJson(const ZeroResult& result) {
   Json json;
   json.open('{');

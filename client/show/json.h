@@ -14,8 +14,6 @@ namespace traction::client {
 // These return a JSON object without a line end. Numbers that are not finite become null. A Status must have a message.
 // A ZeroResult is written without rest positions.
 std::string toJson(const Message& message);
-std::string toJson(const Status& status);
-std::string toJson(const Description& description);
 std::string toJson(const ZeroResult& result);
 /// The figures are one object, by their names. \param step name of the step, part of the object
 std::string toJson(const std::string& step, const CalibrationReport& report);

@@ -11,11 +11,12 @@
 #include <map>
 #include <sstream>
 #include <string_view>
-#include <type_traits>
 #include <utility>
 
 namespace traction::client {
 namespace {
+
+const std::string kExact = "%.17g";
 
 std::string escaped(const std::string& text) {
   std::string result;
@@ -28,17 +29,6 @@ std::string escaped(const std::string& text) {
 
 std::string headOf(const std::string& name, std::string_view kind, const std::string& help) {
   return "# HELP traction_" + name + " " + help + "\n# TYPE traction_" + name + " " + std::string(kind) + "\n";
-}
-
-std::string numberOf(const Scalar& value) {
-  return std::visit(
-      [](const auto& number) -> std::string {
-        using Number = std::decay_t<decltype(number)>;
-        if constexpr (std::is_same_v<Number, double>) return formatted(number, "%.17g");
-        if constexpr (std::is_integral_v<Number>) return std::to_string(number);
-        return {};
-      },
-      value);
 }
 
 /// The samples of one instance, by metric.
@@ -80,7 +70,7 @@ class Samples {
     if ((field.has_optional_keyword() || metric.unknown_if_zero()) && !isSet(message, field)) return;
     const Scalar value = scalarOf(message, field);
     if (field.cpp_type() != FieldDescriptor::CPPTYPE_ENUM)
-      return add(metric.name(), labelsOf(message, field, metric, index), numberOf(value));
+      return add(metric.name(), labelsOf(message, field, metric, index), textOf(value, kExact));
     for (int i = 0; i < field.enum_type()->value_count(); ++i) {
       const std::string word = wordOf(*field.enum_type(), field.enum_type()->value(i)->number());
       add(metric.name(), labelsOf(message, field, metric, index, word),
@@ -111,7 +101,7 @@ class Samples {
       add(metric, all.append(",le=\"").append(bound).append("\""), std::to_string(below), "_bucket");
     }
     if (histogram.count().empty()) return;
-    add(metric, labels, numberOf(histogram.sum_s()), "_sum");
+    add(metric, labels, formatted(histogram.sum_s(), kExact), "_sum");
     add(metric, labels, std::to_string(below), "_count");
   }
 

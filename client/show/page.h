@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
+#include <ctime>
 #include <string>
 #include <string_view>
 
@@ -57,6 +58,16 @@ inline std::string spread(double deviation, int decimals) {
   const double width = 2.0 * deviation;
   const bool isSeen = width == 0.0 || width >= 0.5 * std::pow(10.0, -decimals);
   return isSeen ? format("±%.*f", decimals, width) : format("±%.1g", width);
+}
+
+/// Returns the present time in UTC, as strftime() writes it.
+inline std::string utcNow(const char* pattern) {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::array<char, 40> text{};
+  std::strftime(text.data(), text.size(), pattern, &utc);
+  return text.data();
 }
 
 /// Returns the number, in brackets if it is out of date, which works without colours.

@@ -71,26 +71,6 @@ std::vector<Vector3> resample(const Field& field, int fromColumns, int fromRows,
   return cells;
 }
 
-/// Returns the width of a text on the page.
-int columnsOf(std::string_view utf8) {
-  return static_cast<int>(std::count_if(utf8.begin(), utf8.end(), [](char c) { return (c & 0xc0) != 0x80; }));
-}
-
-/// Breaks a text into lines, each with a space on either side.
-std::vector<std::string> wrapped(std::string_view text, int width) {
-  std::vector<std::string> lines;
-  while (!text.empty()) {
-    const std::string_view word = text.substr(0, text.find(' '));
-    if (lines.empty() || columnsOf(lines.back()) + 1 + columnsOf(word) > width) {
-      lines.push_back(" " + std::string(word) + " ");
-    } else {
-      lines.back().append(word).append(" ");
-    }
-    text.remove_prefix(std::min(word.size() + 1, text.size()));
-  }
-  return lines;
-}
-
 /// Writes a text in the middle of a rectangle. Returns false, and writes nothing, if it does not fit.
 bool centred(Canvas& canvas, int column, int row, int width, int height, std::string_view text, const Style& style) {
   const std::vector<std::string> lines = wrapped(text, width);

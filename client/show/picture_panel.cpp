@@ -55,45 +55,36 @@ std::string zeroAge(const Scene& scene) {
 }
 
 /// Writes numbers below each other, most important first, and omits what does not fit.
-class Panel {
- public:
-  Panel(Canvas& canvas, int column, int row, int width, int bottom)
-      : canvas_(canvas)
-      , column_(column)
-      , row_(row)
-      , width_(width)
-      , bottom_(bottom) {}
+struct Panel {
+  Canvas& canvas;
+  int column, row, width, bottom;
 
-  int left() const { return bottom_ - row_; }
-  void skip() { ++row_; }
+  int left() const { return bottom - row; }
+  void skip() { ++row; }
 
   void heading(const std::string& text, const Style& style = kAccent) {
-    if (left() > 0) canvas_.text(column_, row_++, text, style);
+    if (left() > 0) canvas.text(column, row++, text, style);
   }
   /// Writes "name   number unit".
   void line(const char* name, const std::string& number, const std::string& unit, const Style& style = kPlain) {
     if (left() <= 0) return;
     constexpr int kNumberEnd = 17;
-    canvas_.text(column_, row_, name, kDim);
-    const int start = column_ + std::max(9, kNumberEnd - static_cast<int>(number.size()));
-    canvas_.text(canvas_.text(start, row_, number, style) + 1, row_, unit, kDim);
-    ++row_;
+    canvas.text(column, row, name, kDim);
+    const int start = column + std::max(9, kNumberEnd - static_cast<int>(number.size()));
+    canvas.text(canvas.text(start, row, number, style) + 1, row, unit, kDim);
+    ++row;
   }
 
   /// Draws shear and history side by side, with captions above: 6 rows.
   void pictures(const Vector3& resultant_N, const std::deque<double>& history) {
     constexpr int kHistory = 13;
-    canvas_.text(column_, row_, "shear", kDim);
-    drawDial(canvas_, column_, row_ + 1, resultant_N);
+    canvas.text(column, row, "shear", kDim);
+    drawDial(canvas, column, row + 1, resultant_N);
     const double full_N =
-        drawHistory(canvas_, history, column_ + kHistory, row_ + 1, std::clamp(width_ - kHistory - 1, 0, 40), 5);
-    canvas_.text(column_ + kHistory, row_, format("total, up to %g N", full_N), kDim);
-    row_ += 6;
+        drawHistory(canvas, history, column + kHistory, row + 1, std::clamp(width - kHistory - 1, 0, 40), 5);
+    canvas.text(column + kHistory, row, format("total, up to %g N", full_N), kDim);
+    row += 6;
   }
-
- private:
-  Canvas& canvas_;
-  int column_, row_, width_, bottom_;
 };
 
 /// Rows of the figures of the link, and of the pictures.
@@ -214,7 +205,7 @@ void drawLink(Panel& panel, const Scene& scene, std::int64_t now_ns) {
 
 void drawPanel(Canvas& canvas, const Rectangle& place, const Scene& scene, std::int64_t now_ns,
                const std::string& untold) {
-  Panel panel(canvas, place.column, place.row, place.width, place.row + place.height);
+  Panel panel{canvas, place.column, place.row, place.width, place.row + place.height};
   drawForce(panel, scene, now_ns, untold);
   drawLink(panel, scene, now_ns);
 }

@@ -1,5 +1,6 @@
 #include "client/show/reflection.h"
 
+#include "client/show/page.h"
 #include "proto/traction/v1/descriptors.h"
 
 #include <google/protobuf/descriptor.pb.h>
@@ -9,8 +10,9 @@
 #include <array>
 #include <cctype>
 #include <charconv>
-#include <cmath>
+#include <cstdio>
 #include <stdexcept>
+#include <type_traits>
 
 namespace traction::client {
 
@@ -146,23 +148,26 @@ bool isAbsent(const Reflected& message, const FieldDescriptor& field) {
   return field.options().GetExtension(v1::null_if_absent) && !message.GetReflection()->HasField(message, &field);
 }
 
-std::string formatted(double number, std::string_view pattern) {
+std::string formatted(double number, const std::string& pattern) {
   std::array<char, 400> text{};
-  char* const begin = text.data();
-  char* const end = begin + text.size();
-  if (pattern.empty()) return {begin, std::to_chars(begin, end, number).ptr};
-  pattern.remove_prefix(1);  // %
-  const bool hasSign = pattern.front() == '+';
-  pattern.remove_prefix(hasSign ? 2 : 1);  // and the point
-  int precision = 0;
-  std::from_chars(pattern.data(), pattern.data() + pattern.size(), precision);
-  const auto format = pattern.back() == 'f'   ? std::chars_format::fixed
-                      : pattern.back() == 'e' ? std::chars_format::scientific
-                                              : std::chars_format::general;
-  const std::string digits(begin, std::to_chars(begin, end, number, format, precision).ptr);
-  const bool isNegative = digits.front() == '-';
-  const bool isZero = isNegative && digits.find_first_not_of("-0.") == std::string::npos;
-  return (hasSign && (!isNegative || isZero) ? "+" : "") + digits.substr(isZero ? 1 : 0);
+  if (pattern.empty()) return {text.data(), std::to_chars(text.begin(), text.end(), number).ptr};
+  std::snprintf(text.data(), text.size(), pattern.c_str(), number);
+  return withoutNegativeZeros(text.data(), pattern.starts_with("%+"));
+}
+
+std::string textOf(const Scalar& value, const std::string& pattern, double factor) {
+  return std::visit(
+      [&](const auto& one) -> std::string {
+        using One = std::decay_t<decltype(one)>;
+        if constexpr (std::is_same_v<One, std::string>) {
+          return one;
+        } else if constexpr (std::is_same_v<One, double>) {
+          return formatted(one * factor, pattern);
+        } else {
+          return std::to_string(one);
+        }
+      },
+      value);
 }
 
 std::vector<TopNumber> topNumbers(const v1::Status& status, std::string_view row) {

@@ -47,10 +47,12 @@ bool isSet(const Reflected& message, const FieldDescriptor& field);
 /// Returns whether a field has the option null_if_absent and its message is absent; false for all other fields.
 bool isAbsent(const Reflected& message, const FieldDescriptor& field);
 
-/// Returns the number as printf does in the locale C. \param pattern "%.2f", "%+.2f" or the like: any number of digits
-/// up to 80, which must be there, and f, e or g; not checked. Empty: the shortest text that reads back as the same
-/// number
-std::string formatted(double number, std::string_view pattern);
+/// Returns the number as printf does, without a negative zero. \param pattern "%.2f", "%+.2f" or the like, not checked.
+/// Empty: the shortest text that reads back as the same number
+std::string formatted(double number, const std::string& pattern);
+
+/// Returns a value as text. \param pattern of formatted() for a double, which is multiplied by `factor` before
+std::string textOf(const Scalar& value, const std::string& pattern, double factor = 1.0);
 
 // NOLINTBEGIN(misc-no-recursion): as deep as the messages of the schema
 /// Calls visit(message, index) within the call: for a field that is an array of messages, for each element in order,

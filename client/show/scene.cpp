@@ -37,6 +37,23 @@ double length(const Vector3& vector) {
   return std::hypot(vector[0], vector[1], vector[2]);
 }
 
+std::vector<Vector3> nodePositions_m(const Description& description) {
+  std::vector<Vector3> places;
+  if (description.body) {
+    for (const auto& [x, y, z] : description.body->nodePositions_m) places.push_back({x, y, z});
+    return places;
+  }
+  const Grid& grid = description.nodes;
+  if (std::uint64_t{grid.rows} * grid.columns > 1'000'000) return places;
+  for (std::uint32_t row = 0; row < grid.rows; ++row) {
+    for (std::uint32_t column = 0; column < grid.columns; ++column) {
+      const Vector2 at = grid.position_m(column, row);
+      places.push_back({at[0], at[1], 0.0});
+    }
+  }
+  return places;
+}
+
 double age_s(const TrackedContact& contact) {
   return seconds(contact.seen_ns - contact.begun_ns);
 }

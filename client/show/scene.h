@@ -90,6 +90,10 @@ class Scene {
 /// Returns the Euclidean norm, in the unit of the vector.
 double length(const Vector3& vector);
 
+/// Returns the nodes' positions in the gel frame [m], in the order of Field::force_N; none if its grid has
+/// more than a million.
+std::vector<Vector3> nodePositions_m(const Description& description);
+
 /// Returns the age of a contact when it was last seen [s].
 double age_s(const TrackedContact& contact);
 /// Returns whether force and velocity of a contact are known.

@@ -53,17 +53,6 @@ std::uint64_t sumOf(const Reflected& message, std::string_view metric) {
   return sum;
 }
 
-std::string textOf(const Scalar& value, std::string_view pattern, double factor) {
-  if (const auto* number = std::get_if<double>(&value)) return formatted(*number * factor, pattern);
-  if (const auto* text = std::get_if<std::string>(&value)) return *text;
-  return std::visit(
-      [](const auto& any) -> std::string {
-        if constexpr (std::is_integral_v<std::decay_t<decltype(any)>>) return std::to_string(any);
-        return {};
-      },
-      value);
-}
-
 /// One line of the status: its text, and whether a field in it is set.
 class Filled {
  public:
@@ -106,7 +95,7 @@ class Filled {
       text_ += std::to_string(sumOf(scope_, name));
       return;
     }
-    text_ += textOf(scalarOf(*message, *field), pattern, factor);
+    text_ += textOf(scalarOf(*message, *field), std::string(pattern), factor);
     (bracket_ ? bracketIsSet_ : isSet_) |= client::isSet(*message, *field);
   }
 

@@ -26,14 +26,6 @@ tl::unexpected<int> failed(const std::string& what) {
   return tl::unexpected<int>(EX_USAGE);
 }
 
-/// Returns why a server may not listen at an address; empty if it may.
-std::string refusal(const ListenAddress& at, bool insecure) {
-  if (isLoopback(at.address) || insecure) return {};
-  return "'" + at.address +
-         "' can be reached from other hosts, without keys and encryption; --insecure permits it. An SSH tunnel to the "
-         "loopback does not need it";
-}
-
 /// The command line as it was given.
 struct CommandLine {
   std::vector<std::string> instances, streams, controls;
@@ -100,8 +92,10 @@ tl::expected<ListenAddress, int> listenAt(const char* option, const std::string&
   const std::string address = resolved(at->address);
   if (address.empty()) return failed(std::string(option) + ": '" + at->address + "' is no address and no known name");
   at->address = address;
-  if (const std::string why = refusal(*at, insecure); !why.empty()) return failed(std::string(option) + ": " + why);
-  return *at;
+  if (isLoopback(address) || insecure) return *at;
+  return failed(std::string(option) + ": '" + address +
+                "' can be reached from other hosts, without keys and encryption; --insecure permits it. An SSH tunnel "
+                "to the loopback does not need it");
 }
 
 tl::expected<std::vector<SourceOptions>, int> sourcesOf(const CommandLine& line) {

@@ -1,5 +1,6 @@
 #include "client/viewer/forwarder.h"
 
+#include "client/viewer/jpeg.h"
 #include "client/viewer/places.h"
 
 #include <array>
@@ -44,7 +45,7 @@ void Forwarder::passPlaces(const Description& description) {
 }
 
 void Forwarder::passPicture(const Preview& preview) {
-  const std::string_view jpeg = jpeg_.encode(preview);
+  const std::string jpeg = jpegOf(preview);
   if (jpeg.empty()) return;
   std::array<char, 200> place{};
   std::snprintf(place.data(), place.size(),

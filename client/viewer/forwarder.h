@@ -2,7 +2,6 @@
 #pragma once
 
 #include "client/viewer/frame.h"
-#include "client/viewer/jpeg.h"
 #include "client/viewer/surface.h"
 
 #include <atomic>
@@ -19,7 +18,7 @@ class Forwarder {
 
   /// Delivers the message as published; then kPlaces of a description, kSurface of a field and kPicture of a preview.
   /// Delivers kPreview, kSurface and kPicture only once they are wanted, and the latter two only if they can be
-  /// computed (Surface::displacement(), JpegEncoder::encode()); all other kinds always. Calls `deliver` on this thread,
+  /// computed (Surface::displacement(), jpegOf()); all other kinds always. Calls `deliver` on this thread,
   /// before it returns. \param raw topic and bytes of `message`
   void pass(const Message& message, const Raw& raw);
 
@@ -36,7 +35,6 @@ class Forwarder {
   Deliver deliver_;
   std::optional<Description> description_;  ///< the last one, which surface_ does not know yet
   Surface surface_;
-  JpegEncoder jpeg_;
   std::atomic<unsigned> wanted_{0};
 };
 

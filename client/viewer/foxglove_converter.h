@@ -15,20 +15,14 @@
 
 namespace traction::view::foxglove {
 
-/// One channel each of a sensor; or-ed. The first six are the messages as published, as in Topics.
+/// One channel each of a sensor; or-ed: Topics, of the messages as published, and Drawings, times kDrawn.
 enum Kinds : unsigned {
-  kFields = kField,
-  kMarkerLists = kMarkers,
-  kDescriptions = kDescription,
-  kStatuses = kStatus,
-  kPreviews = kPreview,
-  kContactLists = kContacts,
-  kScenes = 64,
-  kGrids = 128,
-  kPictures = 256,
-  kLogs = 512,
-  kOfPreviews = kPreviews | kPictures,  ///< the daemon makes previews only while they are subscribed to
-  kAllKinds = 1023,
+  kDrawn = 256,
+  kScenes = kDrawn * client::foxglove::kScene,
+  kGrids = kDrawn * client::foxglove::kGrid,
+  kPictures = kDrawn * client::foxglove::kPicture,
+  kLogs = kDrawn * client::foxglove::kLog,
+  kOfPreviews = kPreview | kPictures,  ///< the daemon makes previews only while they are subscribed to
 };
 
 struct ChannelType {
@@ -36,17 +30,16 @@ struct ChannelType {
   std::string_view name;        ///< last part of the topic
   std::string_view schemaName;  ///< of a Protobuf message
 };
-inline constexpr std::array<ChannelType, 10> kChannelTypes = {
-    {{kFields, "field", "traction.v1.Field"},
-     {kMarkerLists, "markers", "traction.v1.Markers"},
-     {kDescriptions, "description", "traction.v1.Description"},
-     {kStatuses, "status", "traction.v1.Status"},
-     {kPreviews, "preview", "traction.v1.Preview"},
-     {kContactLists, "contacts", "traction.v1.Contacts"},
-     {kScenes, "scene", "foxglove.SceneUpdate"},
-     {kGrids, "grid", "foxglove.Grid"},
-     {kPictures, "picture", "foxglove.RawImage"},
-     {kLogs, "log", "foxglove.Log"}}};
+inline constexpr std::array<ChannelType, 10> kChannelTypes = {{{kField, "field", "traction.v1.Field"},
+                                                               {kMarkers, "markers", "traction.v1.Markers"},
+                                                               {kDescription, "description", "traction.v1.Description"},
+                                                               {kStatus, "status", "traction.v1.Status"},
+                                                               {kPreview, "preview", "traction.v1.Preview"},
+                                                               {kContacts, "contacts", "traction.v1.Contacts"},
+                                                               {kScenes, "scene", "foxglove.SceneUpdate"},
+                                                               {kGrids, "grid", "foxglove.Grid"},
+                                                               {kPictures, "picture", "foxglove.RawImage"},
+                                                               {kLogs, "log", "foxglove.Log"}}};
 
 /// Returns the topic of a sensor's channel: "traction/v1/SENSOR/field/", "foxglove/SENSOR/scene". The name is not
 /// checked.
@@ -82,7 +75,7 @@ class Converter {
 
   /// Calls `deliver` on this thread, before it returns, with each sample of the message that is to be made: the message
   /// as published, and its drawings. Must be called with every message, as Drawing::draw(). Ignores a message whose
-  /// sensor has an invalid name; draws for the first 64 sensors only.
+  /// sensor has an invalid name, or is not among the first 64.
   /// \param raw topic and bytes of `message`
   void pass(const Message& message, const Raw& raw);
 

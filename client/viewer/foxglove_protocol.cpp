@@ -2,9 +2,12 @@
 
 #include "client/show/base64.h"
 
+#include <boost/beast/http/rfc7230.hpp>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <bit>
+#include <cstring>
 #include <limits>
 #include <optional>
 
@@ -14,24 +17,11 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::array<std::string_view, 2> kSubprotocols = {"foxglove.sdk.v1", "foxglove.websocket.v1"};
-
 /// Web apps; Lichtblick's is hosted on GitHub's pages. Desktop apps load their page from a file or by a scheme of their
 /// own, which a web page cannot have.
 constexpr std::array<std::string_view, 3> kOrigins = {"https://app.foxglove.dev", "https://studio.foxglove.dev",
                                                       "https://lichtblick-suite.github.io"};
 constexpr std::array<std::string_view, 4> kAppSchemes = {"file://", "app://", "foxglove://", "lichtblick://"};
-
-/// Operations that need a capability, which serverInfo does not declare.
-constexpr std::array<std::string_view, 9> kNotOffered = {"advertise",
-                                                         "unadvertise",
-                                                         "getParameters",
-                                                         "setParameters",
-                                                         "subscribeParameterUpdates",
-                                                         "unsubscribeParameterUpdates",
-                                                         "subscribeConnectionGraph",
-                                                         "unsubscribeConnectionGraph",
-                                                         "fetchAsset"};
 
 std::optional<std::uint32_t> idOf(const Json& value) {
   if (!value.is_number_unsigned()) return std::nullopt;
@@ -40,24 +30,13 @@ std::optional<std::uint32_t> idOf(const Json& value) {
   return static_cast<std::uint32_t>(number);
 }
 
-std::optional<std::uint32_t> idOf(const Json& object, const char* key) {
-  const auto found = object.find(key);
-  return found == object.end() ? std::nullopt : idOf(*found);
-}
-
-/// Returns the first characters of a client's text, for an error message.
-std::string quoted(const std::string& text) {
-  constexpr std::size_t kLongest = 40;
-  return "'" + text.substr(0, kLongest) + "'";
-}
-
 ClientMessage parseSubscribe(const Json& message) {
   const auto list = message.find("subscriptions");
   if (list == message.end() || !list->is_array()) return Refused{"subscribe: 'subscriptions' is not an array"};
   Subscribe result;
   for (const Json& each : *list) {
     if (!each.is_object()) return Refused{"subscribe: a subscription is not an object"};
-    const auto id = idOf(each, "id"), channel = idOf(each, "channelId");
+    const auto id = idOf(each.value("id", Json())), channel = idOf(each.value("channelId", Json()));
     if (!id || !channel) return Refused{"subscribe: 'id' and 'channelId' must be integers from 0 to 2^32 - 1"};
     result.subscriptions.push_back({*id, *channel});
   }
@@ -81,10 +60,6 @@ std::string dump(const Json& value) {
   return value.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-void append(char*& to, std::uint64_t value, std::size_t bytes) {
-  for (std::size_t i = 0; i < bytes; ++i) *to++ = static_cast<char>(value >> (8 * i) & 255);
-}
-
 }  // namespace
 
 ClientMessage parseText(std::string_view text) {
@@ -95,16 +70,7 @@ ClientMessage parseText(std::string_view text) {
   const auto& name = op->get_ref<const std::string&>();
   if (name == "subscribe") return parseSubscribe(message);
   if (name == "unsubscribe") return parseUnsubscribe(message);
-  if (std::find(kNotOffered.begin(), kNotOffered.end(), name) != kNotOffered.end()) {
-    return Refused{"'" + name + "' needs a capability that this server does not offer: it only publishes"};
-  }
-  return Refused{"unknown op " + quoted(name)};
-}
-
-Refused parseBinary(std::string_view bytes) {
-  if (bytes.empty()) return {"the binary message is empty"};
-  return {"binary op " + std::to_string(static_cast<unsigned char>(bytes.front())) +
-          " needs a capability that this server does not offer: it only publishes"};
+  return Refused{"unknown op '" + name.substr(0, 40) + "': this server only publishes"};
 }
 
 std::string serverInfo(const std::string& name, const std::string& session) {
@@ -124,32 +90,24 @@ std::string advertise(const std::vector<Channel>& channels) {
   return dump({{"op", "advertise"}, {"channels", list}});
 }
 
-std::string status(Level level, const std::string& message, const std::string& id) {
-  Json result = {{"op", "status"}, {"level", static_cast<int>(level)}, {"message", message}};
+std::string errorStatus(const std::string& message, const std::string& id) {
+  Json result = {{"op", "status"}, {"level", 2}, {"message", message}};
   if (!id.empty()) result["id"] = id;
   return dump(result);
 }
 
 std::array<char, kDataHeaderSize> dataHeader(std::uint32_t subscription, std::uint64_t logTime_ns) {
-  constexpr std::uint64_t kMessageData = 1;
-  std::array<char, kDataHeaderSize> header{};
-  char* to = header.data();
-  append(to, kMessageData, 1);
-  append(to, subscription, sizeof subscription);
-  append(to, logTime_ns, sizeof logTime_ns);
+  static_assert(std::endian::native == std::endian::little);
+  std::array<char, kDataHeaderSize> header{1};
+  std::memcpy(header.data() + 1, &subscription, sizeof subscription);
+  std::memcpy(header.data() + 5, &logTime_ns, sizeof logTime_ns);
   return header;
 }
 
 std::string_view chooseSubprotocol(std::string_view offered) {
-  constexpr std::string_view kBlanks = " \t";
-  for (const std::string_view mine : kSubprotocols) {
-    for (std::string_view rest = offered; !rest.empty();) {
-      std::string_view one = rest.substr(0, rest.find(','));
-      rest.remove_prefix(std::min(one.size() + 1, rest.size()));
-      one.remove_prefix(std::min(one.find_first_not_of(kBlanks), one.size()));
-      one = one.substr(0, one.find_last_not_of(kBlanks) + 1);
-      if (one == mine) return mine;
-    }
+  boost::beast::http::token_list list(boost::beast::string_view(offered.data(), offered.size()));
+  for (const char* mine : {"foxglove.sdk.v1", "foxglove.websocket.v1"}) {
+    if (list.exists(mine)) return mine;
   }
   return {};
 }

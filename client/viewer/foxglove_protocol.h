@@ -42,12 +42,8 @@ using ClientMessage = std::variant<Subscribe, Unsubscribe, Refused>;
 /// Parses a text message. Never fails: what cannot be understood or is not offered is Refused, as a whole. Whether the
 /// ids exist is not checked. Reentrant.
 ClientMessage parseText(std::string_view text);
-/// Parses a binary message. All of them need capabilities that are not offered, so the result states only why.
-Refused parseBinary(std::string_view bytes);
 
 // Sent by the server.
-
-enum class Level { kInfo = 0, kWarning = 1, kError = 2 };
 
 /// Returns the text message serverInfo, the first one of a connection. \param session identifies this start of the
 /// program; channel ids keep their meaning as long as it stays the same \param name shown to users; escaped, and what
@@ -55,9 +51,9 @@ enum class Level { kInfo = 0, kWarning = 1, kError = 2 };
 std::string serverInfo(const std::string& name, const std::string& session);
 /// Returns the text message that advertises the channels, whose messages are Protobuf.
 std::string advertise(const std::vector<Channel>& channels);
-/// Returns the text message that shows `message` to the client's user. \param id if it is not empty, a later status
-/// with the same id replaces this one
-std::string status(Level level, const std::string& message, const std::string& id = "");
+/// Returns the text message that shows `message` to the client's user, as an error. \param id if it is not empty, a
+/// later status with the same id replaces this one
+std::string errorStatus(const std::string& message, const std::string& id = "");
 
 inline constexpr std::size_t kDataHeaderSize = 13;
 /// Returns the bytes of the binary message MessageData that precede the payload: 1, then both numbers, little endian.

@@ -18,13 +18,10 @@ using beast::error_code;
 
 /// Bytes of a client's message. 500 subscriptions in one message are 20,000.
 constexpr std::size_t kLongestMessage = 32 * 1024;
-/// No message of a client is read while this many texts wait to be sent to it.
+/// A client's errors are not told it while this many texts wait.
 constexpr std::size_t kMostTexts = 32;
-/// A client for which this many texts wait is closed.
-constexpr std::size_t kMostQueuedTexts = 1000;
 /// Lines of a log that wait for a slow client; the oldest are dropped.
 constexpr std::size_t kMostLines = 64;
-constexpr std::size_t kMostSubscriptions = 1000;  ///< of one client
 
 }  // namespace
 
@@ -56,10 +53,7 @@ void Session::start(const Request& request, std::string_view subprotocol, std::d
 }
 
 void Session::read() {
-  if (isReading_ || isClosed_ || texts_.size() >= kMostTexts) return;
-  isReading_ = true;
   stream_.async_read(incoming_, [self = shared_from_this()](error_code error, std::size_t) {
-    self->isReading_ = false;
     if (error) return self->close();
     self->take(beast::buffers_to_string(self->incoming_.data()), self->stream_.got_text());
     self->incoming_.clear();
@@ -68,7 +62,7 @@ void Session::read() {
 }
 
 void Session::take(const std::string& message, bool isText) {
-  if (!isText) return refuse(parseBinary(message).why);
+  if (!isText) return refuse("binary messages need a capability that this server does not offer: it only publishes");
   const ClientMessage parsed = parseText(message);
   if (const auto* wanted = std::get_if<Subscribe>(&parsed)) subscribe(*wanted);
   if (const auto* wanted = std::get_if<Unsubscribe>(&parsed)) unsubscribe(*wanted);
@@ -84,9 +78,6 @@ void Session::subscribe(const Subscribe& wanted) {
       refuse(name + ": the id is already used by another subscription");
     } else if (subscribers_.contains(channel)) {
       refuse(name + ": there is a subscription to this channel already");
-    } else if (subscribers_.size() >= kMostSubscriptions) {
-      refuse(name + ": there are " + std::to_string(kMostSubscriptions) +
-             " subscriptions already, the most of a client");
     } else {
       subscribers_[channel].id = id;
       const std::string why = handlers_.subscribed(*this, channel);
@@ -114,11 +105,10 @@ void Session::unsubscribe(const Unsubscribe& wanted) {
 
 /// Reports why a message was refused. One message can hold many errors; those that do not fit are omitted.
 void Session::refuse(const std::string& why) {
-  if (texts_.size() < kMostTexts) tell(status(Level::kError, why));
+  if (texts_.size() < kMostTexts) tell(errorStatus(why));
 }
 
 void Session::tell(std::string message) {
-  if (texts_.size() >= kMostQueuedTexts) return close();
   texts_.push_back(std::move(message));
   pump();
 }
@@ -143,7 +133,7 @@ void Session::offer(std::uint32_t channel, const Sample& sample) {
 
 bool Session::next() {
   if (!texts_.empty()) {
-    sending_ = Sending{.text = std::move(texts_.front()), .data = nullptr};
+    sending_ = Sending{.head = std::move(texts_.front()), .data = nullptr};
     texts_.pop_front();
     return true;
   }
@@ -152,31 +142,26 @@ bool Session::next() {
   order_.pop_front();
   Subscriber& subscriber = subscribers_.at(channel);
   const Sample& sample = subscriber.waiting.front();
-  sending_ = Sending{.text = {}, .header = dataHeader(subscriber.id, sample.logTime_ns), .data = sample.data};
+  const auto header = dataHeader(subscriber.id, sample.logTime_ns);
+  sending_ = Sending{.head = std::string(header.begin(), header.end()), .data = sample.data};
   subscriber.waiting.pop_front();
   if (!subscriber.waiting.empty()) order_.push_back(channel);
   return true;
 }
 
 void Session::pump() {
-  if (!isOpen_ || isClosed_ || sending_) return;
-  if (!next()) return;
+  if (!isOpen_ || isClosed_ || sending_ || !next()) return;
   const auto written = [self = shared_from_this()](error_code error, std::size_t bytes) {
     self->sending_.reset();
     if (error) return self->close();
     self->sent_ += bytes;
     self->ping();
-    self->read();
     self->pump();
   };
-  const bool isText = sending_->data == nullptr;
-  stream_.text(isText);
-  if (isText) {
-    stream_.async_write(asio::buffer(sending_->text), written);
-  } else {
-    const std::array<asio::const_buffer, 2> parts = {asio::buffer(sending_->header), asio::buffer(*sending_->data)};
-    stream_.async_write(parts, written);
-  }
+  stream_.text(sending_->data == nullptr);
+  const std::array<asio::const_buffer, 2> parts = {
+      asio::buffer(sending_->head), sending_->data ? asio::buffer(*sending_->data) : asio::const_buffer()};
+  stream_.async_write(parts, written);
 }
 
 /// Asks the client to confirm what was sent, unless an earlier ping is not answered yet.

@@ -34,7 +34,7 @@ class Session : public std::enable_shared_from_this<Session> {
     std::function<std::string(Session& session, std::uint32_t channel)> subscribed;
     /// Called for each subscription that ends, also when the connection closes.
     std::function<void(std::uint32_t channel)> unsubscribed;
-    /// Called once, when the connection has closed: also within tell() and close().
+    /// Called once, when the connection has closed: also within close().
     std::function<void(const Session* session)> closed;
   };
 
@@ -47,8 +47,7 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Accepts the handshake, and then reads and sends. Returns at once. Must be called once. \param request that asked
   /// for the WebSocket \param subprotocol of chooseSubprotocol() \param greeting text messages that are sent first
   void start(const Request& request, std::string_view subprotocol, std::deque<std::string> greeting);
-  /// Queues a text message, which is sent before all samples that wait, and after start()'s greeting. Closes the
-  /// connection instead if 1,000 wait already. Has no effect once it is closed.
+  /// Queues a text message, which is sent before all samples that wait, and after start()'s greeting.
   void tell(std::string message);
   /// Queues a sample, as the class comment says, for a client that is subscribed to the channel; has no effect
   /// otherwise.
@@ -82,12 +81,11 @@ class Session : public std::enable_shared_from_this<Session> {
   std::deque<std::string> texts_;
 
   struct Sending {
-    std::string text;
-    std::array<char, kDataHeaderSize> header{};
-    std::shared_ptr<const std::string> data;  ///< empty: the text
+    std::string head;                         ///< a text, or what precedes the data
+    std::shared_ptr<const std::string> data;  ///< null: it is a text
   };
   std::optional<Sending> sending_;
-  bool isOpen_ = false, isClosed_ = false, isReading_ = false;
+  bool isOpen_ = false, isClosed_ = false;
   std::uint64_t sent_ = 0, answered_ = 0;  ///< bytes; answered: up to the last ping that was answered
   std::uint64_t pinged_ = 0;               ///< bytes up to the last ping
   bool isPinging_ = false;                 ///< the last ping is being written

@@ -17,28 +17,11 @@ unsigned kindOf(const Message& message) {
   return kKinds.at(message.index());
 }
 
-const char* nameOf(ErrorCode code) {
-  switch (code) {
-  case ErrorCode::kBadEndpoint:
-    return "bad_endpoint";
-  case ErrorCode::kNoAnswer:
-    return "no_answer";
-  case ErrorCode::kVersion:
-    return "version";
-  case ErrorCode::kMalformed:
-    return "malformed";
-  case ErrorCode::kRefused:
-    return "refused";
-  case ErrorCode::kBadKeys:
-    return "bad_keys";
-  case ErrorCode::kNotAllowed:
-    return "not_allowed";
-  }
-  return "";
-}
-
-Frame errorFrame(const Error& error) {
-  return makeFrame("error", std::string(nameOf(error.code())) + ' ' + error.what());
+Frame errorFrame(const Error& error, const std::string& id) {
+  constexpr std::array kNames = {"bad_endpoint", "no_answer", "version",    "malformed",
+                                 "refused",      "bad_keys",  "not_allowed"};  // as in ErrorCode
+  return makeFrame(id.empty() ? "error" : "error/" + id,
+                   std::string(kNames.at(static_cast<std::size_t>(error.code()))) + ' ' + error.what());
 }
 
 }  // namespace traction::view

@@ -34,10 +34,9 @@ inline constexpr unsigned kKindCount = 15;
 /// Returns the kind of a published message: its one bit of Topics.
 unsigned kindOf(const Message& message);
 
-/// Returns the name of an error code that clients in other languages use (docs/clients.md): "no_answer".
-const char* nameOf(ErrorCode code);
-/// Returns a frame of kErrors, with the error's code and sentence.
-Frame errorFrame(const Error& error);
+/// Returns a frame with the error's code, as clients in other languages name it (docs/clients.md), and sentence. \param
+/// id of the question that it answers; empty: of none
+Frame errorFrame(const Error& error, const std::string& id = "");
 
 /// Called on the thread of the part that delivers. \param kind one bit of Topics or Kinds
 using Deliver = std::function<void(unsigned kind, const Frame& frame)>;

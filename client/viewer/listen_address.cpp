@@ -1,79 +1,45 @@
 #include "client/viewer/listen_address.h"
 
-#include <arpa/inet.h>
-#include <netdb.h>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
-#include <cstdlib>
+#include <regex>
 
 namespace traction::view {
 
-namespace {
-
-std::optional<std::uint16_t> parsePort(std::string_view digits) {
-  std::uint16_t port = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
-  if (digits.empty() || error != std::errc() || end != digits.data() + digits.size()) return std::nullopt;
-  return port;
-}
-
-/// Returns an address in network byte order: 4 or 16 bytes; empty if the text is not an IP address.
-std::string bytesOf(const std::string& address) {
-  std::string bytes(sizeof(in6_addr), '\0');
-  if (inet_pton(AF_INET6, address.c_str(), bytes.data()) == 1) return bytes;
-  bytes.resize(sizeof(in_addr));
-  return inet_pton(AF_INET, address.c_str(), bytes.data()) == 1 ? bytes : std::string();
-}
-
-}  // namespace
+using boost::asio::ip::tcp;
+using boost::system::error_code;
 
 std::optional<ListenAddress> parseListenAddress(const std::string& text, const ListenAddress& defaults) {
+  static const std::regex kForms(R"((\d+)|(?:\[([^\]]+)\]|([^:]+))(?::(\d+))?|(.*:.*:.*))");
+  std::smatch match;
+  if (!std::regex_match(text, match, kForms)) return std::nullopt;
   ListenAddress result = defaults;
-  const auto setPort = [&](std::string_view digits) {
-    const auto port = parsePort(digits);
-    result.port = port.value_or(0);
-    return port.has_value();
-  };
-  if (text.find_first_not_of("0123456789") == std::string::npos) {
-    return setPort(text) ? std::optional(result) : std::nullopt;
-  }
-  const std::size_t colon = text.rfind(':');
-  const bool hasPort = colon != std::string::npos && (text.find(':') == colon || (colon > 0 && text[colon - 1] == ']'));
-  result.address = text.substr(0, hasPort ? colon : std::string::npos);
-  if (result.address.size() > 2 && result.address.front() == '[' && result.address.back() == ']') {
-    result.address = result.address.substr(1, result.address.size() - 2);
-  }
-  if (hasPort && !setPort(std::string_view(text).substr(colon + 1))) return std::nullopt;
+  if (!match[1].matched) result.address = match[2].str() + match[3].str() + match[5].str();
+  const std::string port = match[1].str() + match[4].str();
+  if (!port.empty() && std::from_chars(port.data(), port.data() + port.size(), result.port).ec != std::errc())
+    return std::nullopt;
   return result;
 }
 
 std::string resolved(const std::string& address) {
-  if (!bytesOf(address).empty()) return address;
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  addrinfo* found = nullptr;
-  if (address.empty() || getaddrinfo(address.c_str(), nullptr, &hints, &found) != 0) return {};
-  std::string first;
-  for (const int family : {AF_INET, AF_INET6}) {
-    for (const addrinfo* one = found; one != nullptr && first.empty(); one = one->ai_next) {
-      std::array<char, NI_MAXHOST> text{};
-      if (one->ai_family == family &&
-          getnameinfo(one->ai_addr, one->ai_addrlen, text.data(), text.size(), nullptr, 0, NI_NUMERICHOST) == 0)
-        first = text.data();
-    }
-  }
-  freeaddrinfo(found);
-  return first;
+  boost::asio::io_context context;
+  error_code error;
+  const auto found = tcp::resolver(context).resolve(address, "", error);
+  std::vector<boost::asio::ip::address> all;
+  for (const auto& one : found) all.push_back(one.endpoint().address());
+  if (address.empty() || all.empty()) return {};
+  return std::min_element(all.begin(), all.end(),
+                          [](const auto& one, const auto& other) { return one.is_v4() > other.is_v4(); })
+      ->to_string();
 }
 
 bool isLoopback(const std::string& address) {
-  const std::string bytes = bytesOf(address);
-  constexpr char kLoopbackNet = 127;
-  if (bytes.size() == sizeof(in_addr)) return bytes.front() == kLoopbackNet;
-  constexpr std::string_view kLoopback("\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\1", sizeof(in6_addr));
-  return bytes == kLoopback;
+  error_code error;
+  const auto parsed = boost::asio::ip::make_address(address, error);
+  return !error && parsed.is_loopback();
 }
 
 bool isAllowedHost(std::string_view host, const std::vector<std::string>& names) {
@@ -83,8 +49,9 @@ bool isAllowedHost(std::string_view host, const std::vector<std::string>& names)
   } else {
     host = host.substr(0, host.find(':'));
   }
-  return !bytesOf(std::string(host)).empty() || host == "localhost" ||
-         std::find(names.begin(), names.end(), host) != names.end();
+  error_code error;
+  boost::asio::ip::make_address(std::string(host), error);
+  return !error || host == "localhost" || std::find(names.begin(), names.end(), host) != names.end();
 }
 
 }  // namespace traction::view

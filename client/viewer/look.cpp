@@ -22,40 +22,30 @@ struct Plane {
   std::vector<float> levels;
 };
 
-Plane channelOf(const Snapshot& snapshot, std::size_t channel) {
-  Plane plane{static_cast<int>(snapshot.width), static_cast<int>(snapshot.height), {}};
-  plane.levels.resize(std::size_t{snapshot.width} * snapshot.height);
-  for (std::size_t i = 0; i < plane.levels.size(); ++i) {
-    plane.levels[i] = snapshot.levels[snapshot.channels * i + channel];
-  }
-  return plane;
-}
-
-/// Returns the difference to the mean of a box around each pixel, by sums over rows and columns.
-Plane contrastOf(const Plane& plane) {
-  const int radius = std::max(8, std::min(plane.width, plane.height) / 24);
-  const auto stride = static_cast<std::size_t>(plane.width) + 1;
-  std::vector<double> sums(stride * (static_cast<std::size_t>(plane.height) + 1));
+/// Returns the difference of a channel to the mean of a box around each pixel, by sums over rows and columns.
+Plane contrastOf(const Snapshot& snapshot, std::size_t channel) {
+  Plane contrast{static_cast<int>(snapshot.width), static_cast<int>(snapshot.height), {}};
+  const int radius = std::max(8, std::min(contrast.width, contrast.height) / 24);
+  const auto stride = std::size_t{snapshot.width} + 1;
+  std::vector<double> sums(stride * (std::size_t{snapshot.height} + 1));
   const auto sum = [&](int x, int y) -> double& {
     return sums[static_cast<std::size_t>(y) * stride + static_cast<std::size_t>(x)];
   };
-  const auto level = [&plane](int x, int y) {
-    return plane
-        .levels[static_cast<std::size_t>(y) * static_cast<std::size_t>(plane.width) + static_cast<std::size_t>(x)];
+  const auto level = [&](int x, int y) {
+    const auto pixel = static_cast<std::size_t>(y) * snapshot.width + static_cast<std::size_t>(x);
+    return static_cast<float>(snapshot.levels[snapshot.channels * pixel + channel]);
   };
-  for (int y = 0; y < plane.height; ++y) {
+  for (int y = 0; y < contrast.height; ++y) {
     double row = 0.0;
-    for (int x = 0; x < plane.width; ++x) sum(x + 1, y + 1) = sum(x + 1, y) + (row += level(x, y));
+    for (int x = 0; x < contrast.width; ++x) sum(x + 1, y + 1) = sum(x + 1, y) + (row += level(x, y));
   }
-  Plane contrast{plane.width, plane.height, std::vector<float>(plane.levels.size())};
-  std::size_t i = 0;
-  for (int y = 0; y < plane.height; ++y) {
-    const int top = std::max(0, y - radius), bottom = std::min(plane.height, y + radius + 1);
-    for (int x = 0; x < plane.width; ++x, ++i) {
-      const int left = std::max(0, x - radius), right = std::min(plane.width, x + radius + 1);
+  for (int y = 0; y < contrast.height; ++y) {
+    const int top = std::max(0, y - radius), bottom = std::min(contrast.height, y + radius + 1);
+    for (int x = 0; x < contrast.width; ++x) {
+      const int left = std::max(0, x - radius), right = std::min(contrast.width, x + radius + 1);
       const double mean = (sum(right, bottom) - sum(left, bottom) - sum(right, top) + sum(left, top)) /
                           (static_cast<double>(right - left) * (bottom - top));
-      contrast.levels[i] = plane.levels[i] - static_cast<float>(mean);
+      contrast.levels.push_back(level(x, y) - static_cast<float>(mean));
     }
   }
   return contrast;
@@ -108,10 +98,12 @@ std::vector<Spot> spotsAbove(const Plane& plane, float threshold, float sign) {
   return spots;
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+/// Returns the value below which a share of all are. \param values not empty
+template <typename Number>
+Number quantile(std::vector<Number> values, double share) {
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
 }
 
 /// Keeps the spots of the usual size and shape.
@@ -122,7 +114,7 @@ std::vector<Spot> alike(const std::vector<Spot>& spots) {
   }
   std::vector<Spot> kept;
   if (areas.size() < kFewest) return kept;
-  const double usual = median(areas);
+  const double usual = quantile(areas, 0.5);
   std::copy_if(spots.begin(), spots.end(), std::back_inserter(kept), [usual](const Spot& spot) {
     return spot.isRound() && spot.area < kMostAreas * usual && usual < kMostAreas * spot.area;
   });
@@ -142,7 +134,7 @@ double pitchOf(std::vector<Spot> spots) {
     for (std::size_t j = i; j-- > 0 && spots[i].v - spots[j].v < least;) compare(spots[j]);
     nearest.push_back(least);
   }
-  return median(nearest);
+  return quantile(nearest, 0.5);
 }
 
 /// Returns the median difference of neighbours in a row: mostly noise, as markers cover a small part of the picture.
@@ -151,9 +143,7 @@ float noiseOf(const Plane& plane) {
   for (std::size_t i = 0; i + 1 < plane.levels.size(); i += 2) {
     steps.push_back(std::abs(plane.levels[i + 1] - plane.levels[i]));
   }
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
+  return quantile(steps, 0.5);
 }
 
 /// Enters the markers of a channel if they stand out better than those that were entered before. \param best contrast
@@ -165,16 +155,15 @@ void seekMarkers(const Plane& contrast, std::size_t channel, bool darker, double
     if (sign * level > 0.0F) all.push_back(sign * level);
   }
   if (all.size() < 100) return;
-  const auto strongest = all.begin() + static_cast<std::ptrdiff_t>(0.995 * static_cast<double>(all.size()));
-  std::nth_element(all.begin(), strongest, all.end());
-  if (*strongest < std::max(kFaintest, best) || *strongest < kOverNoise * noiseOf(contrast)) return;
-  const std::vector<Spot> spots = alike(spotsAbove(contrast, 0.5F * *strongest, sign));
+  const float strongest = quantile(all, 0.995);
+  if (strongest < std::max(kFaintest, best) || strongest < kOverNoise * noiseOf(contrast)) return;
+  const std::vector<Spot> spots = alike(spotsAbove(contrast, 0.5F * strongest, sign));
   if (spots.size() < kFewest) return;
-  best = *strongest;
+  best = strongest;
   std::vector<double> areas;
   for (const Spot& spot : spots) areas.push_back(spot.area);
   look.markers = static_cast<int>(spots.size());
-  look.diameter_px = pixel * 2.0 * std::sqrt(median(areas) / std::numbers::pi);
+  look.diameter_px = pixel * 2.0 * std::sqrt(quantile(areas, 0.5) / std::numbers::pi);
   look.pitch_px = pixel * pitchOf(spots);
   look.channel = channel;
   look.darker = darker;
@@ -217,7 +206,7 @@ Look lookAt(const Snapshot& snapshot) {
   look.sharpness = sharpnessOf(snapshot);
   float best = 0.0F;
   for (std::size_t channel = 0; channel < snapshot.channels; ++channel) {
-    const Plane contrast = contrastOf(channelOf(snapshot, channel));
+    const Plane contrast = contrastOf(snapshot, channel);
     for (const bool darker : {false, true}) seekMarkers(contrast, channel, darker, snapshot.reduced, best, look);
   }
   return look;

@@ -1,5 +1,6 @@
 #include "client/viewer/places.h"
 
+#include "client/show/scene.h"
 #include "sensor/projection.h"
 
 namespace traction::view {
@@ -26,11 +27,7 @@ std::vector<float> nodePlaces_px(const Description& description) {
   }
   const double thickness = description.gel.size_m[2];
   // A description may hold any values: a projection from within the gel has no meaning.
-  constexpr std::uint32_t kMost = 1000;
-  const Grid& grid = description.nodes;
-  if (!sensor::isBehindWindow(camera, thickness) || !(from.focal_px > 0.0) || !(from.aspect > 0.0) ||
-      grid.columns > kMost || grid.rows > kMost)
-    return {};
+  if (!sensor::isBehindWindow(camera, thickness) || !(from.focal_px > 0.0) || !(from.aspect > 0.0)) return {};
 
   const sensor::Projection project(camera, thickness);
   sensor::Camera plain = camera;  // for nodes that curved surfaces hide
@@ -39,22 +36,12 @@ std::vector<float> nodePlaces_px(const Description& description) {
   plain.windowThickness = 0.0;
   const sensor::Projection straight(plain, thickness);
   std::vector<float> places;
-  const auto add = [&](const Eigen::Vector3d& point) {
+  for (const Vector3& node : client::nodePositions_m(description)) {
+    const auto point = Eigen::Vector3d::Map(node.data());
     Eigen::Vector2d place = project(point);
     if (!place.allFinite()) place = straight(point);
     places.push_back(static_cast<float>(place.x()));
     places.push_back(static_cast<float>(place.y()));
-  };
-  if (description.body) {
-    for (const auto& [x, y, z] : description.body->nodePositions_m) add({x, y, z});
-    return places;
-  }
-  places.reserve(std::size_t{2} * grid.columns * grid.rows);
-  for (std::uint32_t row = 0; row < grid.rows; ++row) {
-    for (std::uint32_t column = 0; column < grid.columns; ++column) {
-      const Vector2 place = grid.position_m(column, row);
-      add({place[0], place[1], 0.0});
-    }
   }
   return places;
 }

@@ -21,24 +21,15 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kReportEvery = 200ms;
 /// Time within which a recording has a message of each topic, except the description.
 constexpr std::uint64_t kBefore_ns = 1'500'000'000;
+constexpr double kLongest_s = 3e7;  // between two messages
 
 /// Returns the sensor's part of a topic, "traction/v1/NAME/"; empty if it is no topic of a sensor.
-std::string prefixOf(std::string_view topic) {
+std::string prefixOf(const std::string& topic) {
   constexpr std::string_view kRoot = "traction/v1/";
-  if (!topic.starts_with(kRoot)) return {};
-  const std::size_t end = topic.find('/', kRoot.size());
-  return end == std::string_view::npos ? std::string() : std::string(topic.substr(0, end + 1));
+  return topic.starts_with(kRoot) ? topic.substr(0, topic.find('/', kRoot.size()) + 1) : std::string();
 }
 
 }  // namespace
-
-std::chrono::nanoseconds timeToPlay(std::uint64_t after_ns, double speed) {
-  constexpr std::chrono::nanoseconds kLongest = 24h * 365;
-  if (!(speed > 0.0)) return kLongest;  // also NaN
-  const double time_ns = static_cast<double>(after_ns) / speed;
-  const bool isShort = time_ns < static_cast<double>(kLongest.count());
-  return isShort ? std::chrono::nanoseconds(static_cast<std::int64_t>(time_ns)) : kLongest;
-}
 
 Playing::Playing(const std::filesystem::path& file, Deliver deliver)
     : reader_(client::orThrow(recording::Reader::open(file)))
@@ -58,7 +49,7 @@ void Playing::stop() {
 void Playing::play(double from_s, double speed) {
   {
     const std::lock_guard lock(mutex_);
-    request_ = Request{std::isnan(from_s) ? 0.0 : from_s, std::isfinite(speed) ? speed : 0.0};
+    request_ = Request{from_s, speed};
   }
   changed_.notify_all();
 }
@@ -129,8 +120,9 @@ void Playing::show(const std::stop_token& stop, const Request& request) {
           return;
         }
         if (!hasArrived) arrive();
-        if (request.speed <= 0.0) throw Interrupted();
-        waitUntil(stop, begin + timeToPlay(message.logTime_ns - from_ns, request.speed));
+        if (request.speed == 0.0) throw Interrupted();
+        const double due_s = 1e-9 * static_cast<double>(message.logTime_ns - from_ns) / request.speed;
+        waitUntil(stop, begin + std::chrono::nanoseconds(std::llround(1e9 * std::min(due_s, kLongest_s))));
         pass(channel.topic, message.data);
         if (Clock::now() - reported < kReportEvery) return;
         reported = Clock::now();

@@ -16,10 +16,6 @@
 
 namespace traction::view {
 
-/// Returns after which time of playing a message is due: `after_ns` / `speed`, at most a year; a year where speed is
-/// not above 0. \param after_ns time in the recording since the moment from which it is played
-std::chrono::nanoseconds timeToPlay(std::uint64_t after_ns, double speed);
-
 /// Plays the messages of the recording's first sensor, from the beginning and at the pace of the recording, until
 /// play() is called. At the end it waits for play(). Delivers kTime with the position about five times a second, and
 /// kErrors for messages that cannot be decoded.
@@ -34,10 +30,10 @@ class Playing {
   Playing(const Playing&) = delete;
   Playing& operator=(const Playing&) = delete;
 
-  /// Continues at `from_s` after the beginning [s], limited to the recording, at `speed` times its pace; at a speed
-  /// that is not above 0 or not finite it shows that moment and pauses. Returns at once; takes effect before the next
-  /// message, but after the first reading of the recording. A later call replaces a request that has not begun.
-  /// Thread-safe, also within `deliver`. \param from_s NaN: the beginning
+  /// Continues at `from_s` after the beginning [s], limited to the recording, at `speed` times its pace; at speed 0 it
+  /// shows that moment and pauses. Returns at once; takes effect before the next message, but after the first reading
+  /// of the recording. A later call replaces a request that has not begun. Thread-safe, also within `deliver`. \param
+  /// from_s, speed finite, speed not below 0
   void play(double from_s, double speed);
 
   /// Lets the thread end as soon as it can, so that the destructor waits for less. Thread-safe.

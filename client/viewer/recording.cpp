@@ -1,12 +1,11 @@
 #include "client/viewer/recording.h"
 
 #include "client/files/file_error.h"
+#include "client/show/page.h"
 
 #include <pthread.h>
 
 #include <algorithm>
-#include <array>
-#include <ctime>
 
 namespace traction::view {
 
@@ -45,12 +44,7 @@ std::string recordingName(const std::string& sensor) {
   std::string name = sensor;
   std::replace_if(
       name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0 && c != '-' && c != '_'; }, '-');
-  const std::time_t now = std::time(nullptr);
-  tm utc{};
-  gmtime_r(&now, &utc);
-  std::array<char, 40> text{};
-  std::strftime(text.data(), text.size(), "-%Y-%m-%dT%H-%M-%S.mcap", &utc);
-  return name + text.data();
+  return name + client::utcNow("-%Y-%m-%dT%H-%M-%S.mcap");
 }
 
 Recording::Recording(const SubscriberOptions& options, const std::filesystem::path& file)
@@ -64,10 +58,9 @@ Recording::State Recording::state() const {
   return state_;
 }
 
-Recording::State Recording::finish() {
+void Recording::finish() {
   thread_.request_stop();
   if (thread_.joinable()) thread_.join();
-  return state();
 }
 
 void Recording::run(const std::stop_token& stop) {

@@ -48,9 +48,9 @@ class Recording {
   /// Returns the file's name, without its directory.
   const std::string& name() const { return name_; }
 
-  /// Ends the recording, waits for the disk, removes the file if it has no message, and returns the final state.
-  /// Further calls return it again. Not thread-safe.
-  State finish();
+  /// Ends the recording, waits for the disk, and removes the file if it has no message; state() is then final. Further
+  /// calls have no effect. Not thread-safe.
+  void finish();
 
  private:
   void run(const std::stop_token& stop);

@@ -7,7 +7,6 @@
 #include "client/viewer/http_listener.h"
 #include "client/viewer/hub.h"
 #include "client/viewer/page.h"
-#include "client/viewer/refusals.h"
 #include "client/viewer/setup.h"
 
 #include <boost/asio/post.hpp>
@@ -19,7 +18,7 @@
 #include <atomic>
 #include <charconv>
 #include <csignal>
-#include <system_error>
+#include <map>
 
 namespace traction::view {
 
@@ -38,10 +37,7 @@ constexpr auto kLinger = 10s;
 /// Questions to one sensor that wait for an answer; further ones are refused.
 constexpr int kQuestions = 8;
 
-/// Permits scripts, pictures, styles and connections of this server alone, and no frame around the page.
-constexpr const char* kPolicy =
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; media-src blob:; "
-    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+constexpr std::size_t kMostViewers = 64;  // WebSockets of the page at a time
 
 /// Paths of the setup's files begin with this.
 constexpr std::string_view kSetupFiles = "/setup/";
@@ -71,14 +67,18 @@ class Server {
  public:
   Server(const ServerOptions& options, const std::vector<SourceOptions>& sources)
       : options_(options)
-      , listener_(context_, {options.listen, "--listen", options.connections},
+      , listener_(context_, options.listen, "--listen", options.names,
                   [this](const Request& request, const auto& take) { return handle(request, take); }) {
-    if (options.foxglove) foxglove_.emplace(context_, *options.foxglove, options.names, sources);
     for (const SourceOptions& each : sources) {
-      hubs_.push_back(std::make_unique<Hub>(context_));
+      hubs_.push_back(std::make_unique<Hub>());
       Hub& hub = *hubs_.back();
       hub.options = each;
       if (each.control) hub.control.emplace(*each.control);
+      hub.forwarder = std::make_unique<Forwarder>(deliverTo(hub));
+    }
+    if (options.foxglove) {
+      foxglove_.emplace(context_, *options.foxglove, options.names, hubs_,
+                        [this](Hub& hub, unsigned topics) { receive(hub, topics); });
     }
     if (!options.setup.empty()) {
       std::error_code unknown;
@@ -88,7 +88,9 @@ class Server {
   }
 
   ~Server() {
-    for (const auto& show : shows_) show->stop();           // all before the first is waited for
+    for (const auto& show : shows_) {
+      if (show->playing) show->playing->stop();  // all before the first is waited for
+    }
     for (const auto& show : shows_) show->playing.reset();  // its thread uses the show
   }
   Server(const Server&) = delete;
@@ -113,78 +115,38 @@ class Server {
   std::optional<Response> handle(const Request& request, const std::function<tcp::socket()>& take) {
     const std::string_view target(request.target().data(), request.target().size());
     const std::string_view path = target.substr(0, target.find('?'));
-    Response response{http::status::ok, request.version()};
-    response.keep_alive(request.keep_alive());
-    response.set("X-Content-Type-Options", "nosniff");
-    response.set("Cross-Origin-Resource-Policy", "same-origin");
-    response.set("Cross-Origin-Opener-Policy", "same-origin");
-    response.set("Referrer-Policy", "no-referrer");
-    response.set("Content-Security-Policy", kPolicy);
-    response.set(http::field::cache_control, "no-cache");
-    const auto refuse = [&](http::status status, const std::string& why) {
-      response.result(status);
-      response.set(http::field::content_type, "text/plain; charset=utf-8");
-      response.body() = why + "\n";
-    };
-    const auto host = request[http::field::host];
-    const auto origin = request[http::field::origin];
-    if (!isAllowedHost({host.data(), host.size()}, options_.names)) {
-      refusals_.print(unknownHost({host.data(), host.size()}));
-      refuse(http::status::misdirected_request, "Unknown host name; traction-view --name HOST allows it.");
-    } else if (!origin.empty() && origin != "http://" + std::string(host) && origin != "https://" + std::string(host)) {
-      const std::string why = otherOrigin({origin.data(), origin.size()}, {host.data(), host.size()});
-      refusals_.print(why);
-      refuse(http::status::forbidden, why + ".");
-    } else if (request.method() != http::verb::get && request.method() != http::verb::head) {
-      refuse(http::status::method_not_allowed, "Only GET and HEAD are supported.");
-    } else if (beast::websocket::is_upgrade(request)) {
-      const bool unknown = findHub(path) == nullptr && findRecording(path).empty();
-      if (!unknown && !isFull()) {
-        upgrade(request, take());
-        return std::nullopt;
-      }
-      refuse(unknown ? http::status::not_found : http::status::service_unavailable,
-             unknown ? "No such sensor or recording." : "Too many viewers are connected.");
-    } else if (path == "/sensors") {
-      response.set(http::field::content_type, "application/json");
-      response.body() = sensors();
-    } else if (path == "/recordings" && hasRecordings()) {
-      response.set(http::field::content_type, "application/json");
-      response.body() = recordings();
-    } else if (setup_ && path.starts_with(kSetupFiles)) {
+    const auto refuse = [&](http::status status, const std::string& why) { return refusalOf(request, status, why); };
+    const std::string host(headerOf(request, http::field::host)), origin(headerOf(request, http::field::origin));
+    if (!origin.empty() && origin != "http://" + host && origin != "https://" + host) {
+      const std::string why =
+          "refused a request of a page of '" + origin.substr(0, 200) + "' to the host '" + host.substr(0, 200) +
+          "' (headers Origin and Host): they must be the same. A proxy must pass on the Host that the browser sent, "
+          "with its port (nginx: proxy_set_header Host $http_host)";
+      printRefusal(why);
+      return refuse(http::status::forbidden, why + ".");
+    }
+    if (request.method() != http::verb::get && request.method() != http::verb::head)
+      return refuse(http::status::method_not_allowed, "Only GET and HEAD are supported.");
+    if (beast::websocket::is_upgrade(request)) {
+      Hub* const hub = findHub(path);
+      const std::filesystem::path file = findRecording(path);
+      if (hub == nullptr && file.empty()) return refuse(http::status::not_found, "No such sensor or recording.");
+      if (isFull()) return refuse(http::status::service_unavailable, "Too many viewers are connected.");
+      const SessionOptions wanted = parseSession(target.substr(std::min(path.size() + 1, target.size())));
+      hub != nullptr ? open(*hub, take(), request, wanted) : openRecording(file, take(), request, wanted);
+      return std::nullopt;
+    }
+    if (path == "/sensors") return answerWith(request, "application/json", sensors());
+    if (path == "/recordings" && hasRecordings()) return answerWith(request, "application/json", recordings());
+    if (setup_ && path.starts_with(kSetupFiles)) {
       SetupFile file = setup_->file(path.substr(kSetupFiles.size()));
-      if (file.content.empty()) {
-        refuse(http::status::not_found, "Not found.");
-      } else {
-        response.set(http::field::content_type, file.type);
-        response.body() = std::move(file.content);
-      }
+      if (!file.content.empty()) return answerWith(request, file.type, std::move(file.content));
     } else if (const PageFile* file = findPageFile(path)) {
-      response.set(http::field::content_type, boost::string_view(file->type.data(), file->type.size()));
+      Response response = answerWith(request, file->type, std::string(file->gzip));
       response.set(http::field::content_encoding, "gzip");
-      response.body() = std::string(file->gzip);
-    } else {
-      refuse(http::status::not_found, "Not found.");
+      return response;
     }
-    if (request.method() == http::verb::head) {
-      response.content_length(response.body().size());
-      response.body().clear();
-    } else {
-      response.prepare_payload();
-    }
-    return response;
-  }
-
-  void upgrade(const Request& request, tcp::socket&& socket) {
-    const std::string_view target(request.target().data(), request.target().size());
-    const std::size_t mark = target.find('?');
-    const std::string_view query = mark == std::string_view::npos ? std::string_view() : target.substr(mark + 1);
-    const std::string_view path = target.substr(0, mark);
-    if (Hub* hub = findHub(path)) {
-      open(*hub, std::move(socket), request, parseSession(query));
-    } else {
-      openRecording(findRecording(path), std::move(socket), request, parseSession(query));
-    }
+    return refuse(http::status::not_found, "Not found.");
   }
 
   std::string sensors() const {
@@ -217,7 +179,7 @@ class Server {
   bool isFull() const {
     std::size_t viewers = 0;
     for (const auto& hub : hubs_) viewers += hub->sessions.size();
-    return viewers + shows_.size() + endingShows_ >= options_.viewers;
+    return viewers + shows_.size() + endingShows_ >= kMostViewers;
   }
 
   bool hasRecordings() const { return !options_.recordings.empty(); }
@@ -244,14 +206,14 @@ class Server {
 
   void openRecording(const std::filesystem::path& file, tcp::socket&& socket, const Request& request,
                      const SessionOptions& wanted) {
-    auto show = std::make_shared<Show>(context_);
+    auto show = std::make_shared<Show>();
     const std::weak_ptr<Show> seen = show;
     show->session = std::make_shared<Session>(
         std::move(socket), wanted,
         Session::Handlers{
             .ask =
                 [](Session& from, const std::string& id, const std::string&) {
-                  from.answer(makeFrame("error/" + id, "refused a recording cannot be asked"));
+                  from.answer(errorFrame(Error(ErrorCode::kRefused, "a recording cannot be asked"), id));
                 },
             .play =
                 [seen](double from_s, double speed) {
@@ -259,9 +221,10 @@ class Server {
                   if (still && still->playing) still->playing->play(from_s, speed);
                 },
             .gone = [this](const Session* gone) { asio::post(context_, [this, gone] { endShow(gone); }); }});
-    const auto deliver = [seen](unsigned kind, const Frame& frame) {
-      const auto still = seen.lock();
-      if (still) still->backlog.post([still, kind, frame] { still->session->offer(kind, frame); });
+    const auto deliver = [this, seen](unsigned kind, const Frame& frame) {
+      asio::post(context_, [seen, kind, frame] {
+        if (const auto still = seen.lock()) still->session->offer(kind, frame);
+      });
     };
     shows_.push_back(show);
     show->session->start(request);
@@ -269,10 +232,7 @@ class Server {
       show->playing = std::make_unique<Playing>(file, deliver);
       show->playing->want(wanted.kinds);
     } catch (const client::FileError& error) {
-      show->session->offer(kErrors, makeFrame("error", std::string("malformed ") + error.what()));
-    } catch (const std::system_error& error) {  // no thread for it; the others go on
-      show->session->offer(kErrors,
-                           makeFrame("error", std::string("refused no thread can be started for it: ") + error.what()));
+      show->session->offer(kErrors, errorFrame(Error(ErrorCode::kMalformed, error.what())));
     }
   }
 
@@ -288,14 +248,9 @@ class Server {
                                     [&](const std::shared_ptr<Session>& each) { return each.get() == gone; });
                               }});
     hub.sessions.push_back(session);
-    hub.used = Clock::now();
     const unsigned previews = (wanted.kinds & (unsigned{kPreview} | kPicture)) != 0 ? unsigned{kPreview} : 0U;
-    const unsigned more = previews | (wanted.kinds & kOfTouch);
-    const bool wantsMore = (more & ~hub.options.subscription.topics) != 0;
-    hub.options.subscription.topics |= more;
-    if (!hub.source || wantsMore) start(hub);
-    hub.wanted |= wanted.kinds;
-    if (hub.source) hub.forwarder->want(hub.wanted);
+    receive(hub, kAllTopics | previews | (wanted.kinds & kOfTouch));
+    hub.forwarder->want(wanted.kinds);
     for (const auto& [kind, frame] : hub.last) session->offer(kind, frame);
     session->start(request);
   }
@@ -304,12 +259,11 @@ class Server {
     timer_.expires_after(1s);
     timer_.async_wait([this](error_code) {
       for (const auto& hub : hubs_) {
-        if (!hub->sessions.empty()) hub->used = Clock::now();
+        if (!hub->sessions.empty() || (foxglove_ && foxglove_->hasClients())) hub->used = Clock::now();
         tellRecording(*hub);
         if (hub->source && Clock::now() - hub->used > kLinger) {
           hub->source.reset();
           hub->options.subscription.topics = kAllTopics;  // the daemon makes previews only while they are subscribed to
-          hub->wanted = 0;
           hub->last.clear();
         }
       }
@@ -320,7 +274,8 @@ class Server {
   void endShow(const Session* gone) {
     shows_.remove_if([&](const std::shared_ptr<Show>& each) {
       if (each->session.get() != gone) return false;
-      each->stop();
+      if (!each->playing) return true;
+      each->playing->stop();
       // On another thread, as the destructor waits for a surface that is being computed. Counts as a viewer until then.
       ++endingShows_;
       asio::post(reaper_, [this, ended = std::shared_ptr<Playing>(std::move(each->playing))]() mutable {
@@ -341,13 +296,21 @@ class Server {
     hub.last.erase(kRecorder);
   }
 
-  void start(Hub& hub) {
-    const auto deliver = [&hub](unsigned kind, const Frame& frame) {
-      hub.backlog.post([&hub, kind, frame] { hub.deliver(kind, frame); });
+  /// Returns what passes frames from the thread of the hub's source.
+  Deliver deliverTo(Hub& hub) {
+    return [this, &hub](unsigned kind, const Frame& frame) {
+      asio::post(context_, [&hub, kind, frame] { hub.deliver(kind, frame); });
     };
-    hub.source.reset();  // waits for the thread that uses the two
-    hub.forwarder = std::make_unique<Forwarder>(deliver);
-    hub.health = std::make_unique<HealthFeed>(deliver);
+  }
+
+  /// Has a hub receive these topics (or-ed) at least, until it has not been used for a while.
+  void receive(Hub& hub, unsigned topics) {
+    hub.used = Clock::now();
+    unsigned& subscribed = hub.options.subscription.topics;
+    if (hub.source && (topics & ~subscribed) == 0) return;
+    subscribed |= topics;
+    hub.source.reset();  // waits for the thread that uses the others
+    hub.health = std::make_unique<HealthFeed>(deliverTo(hub));
     try {
       hub.source = std::make_unique<Source>(
           hub.options.subscription,
@@ -356,106 +319,113 @@ class Server {
                   [&hub](const Message& message, const Raw& raw) {
                     hub.forwarder->pass(message, raw);
                     hub.health->take(message);
+                    if (hub.converter) hub.converter->pass(message, raw);
                   },
               .turn = [&hub](bool isConnected) { hub.health->turn(isConnected, client::nanoseconds(Clock::now())); },
               .fail =
-                  [deliver](const Error& error, const Raw& raw) {
+                  [this, &hub](const Error& error, const Raw& raw) {
                     // Forwards a message that this program cannot decode, as the client may be able to.
-                    deliver(kErrors, raw.bytes.empty() ? errorFrame(error) : makeFrame(raw.topic, raw.bytes));
+                    const Frame frame = raw.bytes.empty() ? errorFrame(error) : makeFrame(raw.topic, raw.bytes);
+                    asio::post(context_, [this, &hub, frame, error] { fail(hub, frame, error); });
                   }});
     } catch (const Error& error) {
-      hub.deliver(kErrors, errorFrame(error));
+      fail(hub, errorFrame(error), error);
     }
+  }
+
+  void fail(Hub& hub, const Frame& frame, const Error& error) {
+    hub.deliver(kErrors, frame);
+    if (foxglove_) foxglove_->tellError(hub, error.what());
+  }
+
+  /// Has another thread work, as that may wait; then calls `done`, and answers with the frame that `work` has returned,
+  /// or with the Error that it has thrown.
+  void answerLater(asio::thread_pool& pool, Session& from, const std::string& id, const std::function<Frame()>& work,
+                   const std::function<void()>& done) {
+    asio::post(pool, [this, id, work, done, session = from.weak_from_this()] {
+      Frame frame;
+      try {
+        frame = work();
+      } catch (const Error& error) {
+        frame = errorFrame(error, id);
+      }
+      asio::post(context_, [done, frame, session] {
+        done();
+        if (const auto still = session.lock()) still->answer(frame);
+      });
+    });
   }
 
   /// Answers "record" and "stop".
   void askRecorder(Hub& hub, Session& from, const std::string& id, bool begins) {
-    const auto refuse = [&](const std::string& why) { from.answer(makeFrame("error/" + id, why)); };
-    if (!hasRecordings()) return refuse("refused this viewer has no directory for recordings (--recordings)");
-    if (options_.readOnly) return refuse("not_allowed this viewer only reads (--read-only)");
-    if (begins == (hub.recording != nullptr)) {
-      return refuse(begins ? "refused it is being recorded: " + hub.recording->name()
-                           : "refused nothing is being recorded");
+    if (!hasRecordings()) refuse("this viewer has no directory for recordings (--recordings)");
+    expectControl();
+    if (begins && hub.recording) refuse("it is being recorded: " + hub.recording->name());
+    if (!begins && !hub.recording) refuse("nothing is being recorded");
+    if (begins) {
+      const std::filesystem::path file = std::filesystem::path(options_.recordings) / recordingName(hub.options.name);
+      hub.recording = std::make_shared<Recording>(hub.options.subscription, file);
+      from.answer(makeFrame("done/" + id, hub.recording->name()));
+      return tellRecording(hub);
     }
-    try {
-      if (begins) {
-        const std::filesystem::path file = std::filesystem::path(options_.recordings) / recordingName(hub.options.name);
-        hub.recording = std::make_shared<Recording>(hub.options.subscription, file);
-        from.answer(makeFrame("done/" + id, hub.recording->name()));
-        return tellRecording(hub);
-      }
-    } catch (const client::FileError& error) {
-      return refuse(std::string("refused ") + error.what());
-    } catch (const Error& error) {
-      return refuse(std::string(nameOf(error.code())) + ' ' + error.what());
-    }
-    asio::post(hub.asker,
-               [this, &hub, id, ended = std::exchange(hub.recording, nullptr), session = from.weak_from_this()] {
-                 const Recording::State last = ended->finish();  // waits for the disk
-                 asio::post(context_, [&hub, id, last, name = ended->name(), session] {
-                   hub.deliver(kRecorder, recorderFrame("", "", last.error.value_or("")));
-                   hub.last.erase(kRecorder);
-                   if (const auto still = session.lock())
-                     still->answer(makeFrame("done/" + id, name + ": " + last.account));
-                 });
-               });
+    const std::shared_ptr<Recording> ended = std::exchange(hub.recording, nullptr);
+    answerLater(
+        hub.asker, from, id,
+        [ended, id] {
+          ended->finish();  // waits for the disk
+          return makeFrame("done/" + id, ended->name() + ": " + ended->state().account);
+        },
+        [&hub, ended] {
+          hub.deliver(kRecorder, recorderFrame("", "", ended->state().error.value_or("")));
+          hub.last.erase(kRecorder);
+        });
   }
 
-  /// Answers a step of a setup on a thread of its own, one at a time: it may take minutes.
+  /// Answers a step of a setup, one at a time: it may take minutes.
   void askSetup(Session& from, const std::string& id, const std::string& request) {
-    const auto refuse = [&](const std::string& why) { from.answer(makeFrame("error/" + id, why)); };
-    if (!setup_) return refuse("refused this viewer offers no setup (--setup FOLDER)");
+    if (!setup_) refuse("this viewer offers no setup (--setup FOLDER)");
     if (request.empty()) return from.answer(makeFrame("done/" + id, setup_->state()));
-    if (std::exchange(isSettingUp_, true)) return refuse("refused another step is being carried out; wait for its end");
-    asio::post(setter_, [this, id, request, session = from.weak_from_this()] {
-      Frame frame;
-      try {
-        frame = makeFrame("done/" + id, setup_->carryOut(request));
-      } catch (const Error& error) {
-        frame = makeFrame("error/" + id, std::string(nameOf(error.code())) + ' ' + error.what());
-      }
-      asio::post(context_, [this, frame, session] {
-        isSettingUp_ = false;
-        if (const auto still = session.lock()) still->answer(frame);
-      });
-    });
+    if (std::exchange(isSettingUp_, true)) refuse("another step is being carried out; wait for its end");
+    answerLater(
+        setter_, from, id, [this, id, request] { return makeFrame("done/" + id, setup_->carryOut(request)); },
+        [this] { isSettingUp_ = false; });
   }
 
-  /// Answers a question on the sensor's own thread, as an answer may take seconds.
-  void ask(Hub& hub, Session& from, const std::string& id, const std::string& word) {
-    constexpr std::array<std::pair<std::string_view, Question>, 4> kQuestionNames = {
-        {{"status", Question::kStatus},
-         {"describe", Question::kDescription},
-         {"zero", Question::kZero},
-         {"undo", Question::kUndoZero}}};
-    const auto* found =
-        std::find_if(kQuestionNames.begin(), kQuestionNames.end(), [&](const auto& one) { return one.first == word; });
-    if (word == "record" || word == "stop") return askRecorder(hub, from, id, word == "record");
-    constexpr std::string_view kSetup = "setup";
-    if (word.starts_with(kSetup)) return askSetup(from, id, word.substr(std::min(word.size(), kSetup.size() + 1)));
-    const bool changes = word == "zero" || word == "undo";
-    const auto refuse = [&](const std::string& why) { from.answer(makeFrame("error/" + id, why)); };
-    if (found == kQuestionNames.end()) return refuse("refused there is no such question");
-    if (!hub.control) return refuse("no_answer no endpoint for requests is known (traction-view --control)");
-    if (changes && options_.readOnly) return refuse("not_allowed this viewer only reads (--read-only)");
-    if (hub.questions >= kQuestions) return refuse("refused too many requests are waiting; try again");
+  /// Passes a question to the daemon.
+  void askDaemon(Hub& hub, Session& from, const std::string& id, const std::string& word) {
+    static const std::map<std::string_view, Question> kNames = {{"status", Question::kStatus},
+                                                                {"describe", Question::kDescription},
+                                                                {"zero", Question::kZero},
+                                                                {"undo", Question::kUndoZero}};
+    const auto found = kNames.find(word);
+    if (found == kNames.end()) refuse("there is no such question");
+    if (!hub.control) throw Error(ErrorCode::kNoAnswer, "no endpoint for requests is known (traction-view --control)");
+    if (word == "zero" || word == "undo") expectControl();
+    if (hub.questions >= kQuestions) refuse("too many requests are waiting; try again");
     ++hub.questions;
-    asio::post(hub.asker, [this, &hub, id, question = found->second, session = from.weak_from_this()] {
-      Frame frame;
-      try {
-        frame = makeFrame("reply/" + id, hub.control->pass(question));
-      } catch (const Error& error) {
-        frame = makeFrame("error/" + id, std::string(nameOf(error.code())) + ' ' + error.what());
-      }
-      asio::post(context_, [&hub, frame, session] {
-        --hub.questions;
-        if (const auto still = session.lock()) still->answer(frame);
-      });
-    });
+    answerLater(
+        hub.asker, from, id,
+        [&hub, id, question = found->second] { return makeFrame("reply/" + id, hub.control->pass(question)); },
+        [&hub] { --hub.questions; });
+  }
+
+  void ask(Hub& hub, Session& from, const std::string& id, const std::string& word) try {
+    constexpr std::string_view kSetup = "setup";
+    if (word == "record" || word == "stop") return askRecorder(hub, from, id, word == "record");
+    if (word.starts_with(kSetup)) return askSetup(from, id, word.substr(std::min(word.size(), kSetup.size() + 1)));
+    askDaemon(hub, from, id, word);
+  } catch (const client::FileError& error) {
+    from.answer(errorFrame(Error(ErrorCode::kRefused, error.what()), id));
+  } catch (const Error& error) {
+    from.answer(errorFrame(error, id));
+  }
+
+  [[noreturn]] static void refuse(const std::string& why) { throw Error(ErrorCode::kRefused, why); }
+  void expectControl() const {
+    if (options_.readOnly) throw Error(ErrorCode::kNotAllowed, "this viewer only reads (--read-only)");
   }
 
   ServerOptions options_;
-  Refusals refusals_;
   asio::io_context context_{1};
   asio::steady_timer timer_{context_};
   HttpListener listener_;

@@ -18,8 +18,6 @@ inline constexpr std::uint16_t kFoxglovePort = 8765;
 struct FoxgloveOptions {
   ListenAddress listen{.port = kFoxglovePort};
   std::vector<std::string> origins;  ///< allowed besides those of Foxglove's and Lichtblick's own apps
-  unsigned connections = 64;         ///< HTTP connections at a time; a new one beyond this closes the oldest
-  unsigned clients = 16;             ///< WebSockets at a time
 };
 
 struct ServerOptions {
@@ -28,8 +26,6 @@ struct ServerOptions {
   bool readOnly = false;                    ///< refuses requests for a zero and for recordings
   std::string setup;                        ///< folder of a guided setup of the one sensor; empty: none is offered
   std::string recordings;                   ///< directory of recordings to play and to add to; empty: none
-  unsigned connections = 256;               ///< HTTP connections at a time; a new one beyond this closes the oldest
-  unsigned viewers = 64;                    ///< WebSockets of the page at a time
   std::optional<FoxgloveOptions> foxglove;  ///< empty: no Foxglove server
 };
 

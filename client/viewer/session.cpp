@@ -24,20 +24,18 @@ constexpr std::size_t kAnswers = 16;
 /// Highest speed of a recording, in multiples of its pace.
 constexpr double kFastest = 64.0;
 
-unsigned kindNamed(std::string_view name) {
-  if (name == "field") return kField;
-  if (name == "markers") return kMarkers;
-  if (name == "description") return kDescription;
-  if (name == "status") return kStatus;
-  if (name == "preview") return kPreview;
-  if (name == "contacts") return kContacts;
-  if (name == "grasp") return kGrasp;
-  if (name == "picture") return kPicture;
-  if (name == "places") return kPlaces;
-  if (name == "surface") return kSurface;
-  if (name == "health") return kHealth;
-  return 0;
-}
+/// Kinds that a client can ask for, by their names.
+constexpr std::array<std::pair<std::string_view, unsigned>, 11> kNames = {{{"field", kField},
+                                                                           {"markers", kMarkers},
+                                                                           {"description", kDescription},
+                                                                           {"status", kStatus},
+                                                                           {"preview", kPreview},
+                                                                           {"contacts", kContacts},
+                                                                           {"grasp", kGrasp},
+                                                                           {"picture", kPicture},
+                                                                           {"places", kPlaces},
+                                                                           {"surface", kSurface},
+                                                                           {"health", kHealth}}};
 
 /// Calls `visit` for each part between separators.
 template <typename Visit>
@@ -58,7 +56,9 @@ SessionOptions parseSession(std::string_view query) {
     constexpr std::string_view kTopics = "topics=";
     if (part.substr(0, kTopics.size()) != kTopics) return;
     options.kinds = kErrors | kTime | kRecorder;
-    split(part.substr(kTopics.size()), ',', [&](std::string_view name) { options.kinds |= kindNamed(name); });
+    split(part.substr(kTopics.size()), ',', [&](std::string_view name) {
+      for (const auto& [known, kind] : kNames) options.kinds |= known == name ? kind : 0U;
+    });
   });
   return options;
 }

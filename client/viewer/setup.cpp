@@ -8,19 +8,17 @@
 #include "client/show/page.h"
 #include "client/show/png_file.h"
 #include "client/viewer/gel_form.h"
+#include "client/viewer/jpeg.h"
 #include "client/viewer/look.h"
 #include "sensor/gel_file.h"
 
 #include <sysexits.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
-#include <ctime>
 #include <map>
-#include <optional>
+#include <regex>
 #include <sstream>
 #include <utility>
 
@@ -47,37 +45,10 @@ constexpr auto kLensPatience = 5min;
   throw Error(ErrorCode::kRefused, why);
 }
 
-std::string now() {
-  const std::time_t time = std::time(nullptr);
-  std::tm parts{};
-  gmtime_r(&time, &parts);
-  std::array<char, 32> text{};
-  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
-  return text.data();
-}
-
-std::string text(const Json& from, const char* name, std::size_t most = 64) {
-  const auto found = from.find(name);
-  if (found == from.end() || !found->is_string()) return {};
-  auto value = found->get<std::string>();
-  if (value.size() > most) refuse(std::string(name) + " is too long");
-  return value;
-}
-
-double number(const Json& from, const char* name, double low, double high, std::optional<double> otherwise = {}) {
-  const auto found = from.find(name);
-  if (found == from.end() && otherwise) return *otherwise;
-  const double value = found != from.end() && found->is_number() ? found->get<double>() : NAN;
-  if (value >= low && value <= high) return value;
-  char limits[96];
-  std::snprintf(limits, sizeof limits, "%s is to be a number from %g to %g", name, low, high);
-  refuse(limits);
-}
-
 /// Returns the squares of a board as traction-lens takes them: "10x7".
 std::string squaresOf(const Json& request) {
-  return std::to_string(std::lround(number(request, "columns", 4, 100))) + "x" +
-         std::to_string(std::lround(number(request, "rows", 4, 100)));
+  return std::to_string(std::lround(numberIn(request, "columns", 4, 100))) + "x" +
+         std::to_string(std::lround(numberIn(request, "rows", 4, 100)));
 }
 
 bool flag(const Json& from, const char* name) {
@@ -85,40 +56,21 @@ bool flag(const Json& from, const char* name) {
   return found != from.end() && found->is_boolean() && found->get<bool>();
 }
 
-std::string shortest(double value) {
-  std::array<char, 32> digits{};
-  std::snprintf(digits.data(), digits.size(), "%.6g", value);
-  return digits.data();
-}
-
 /// Returns the MIME type of a name that may be one of the folder's files; empty for every other name.
 std::string typeOf(std::string_view name) {
-  static const std::map<std::string_view, std::string> kTypes = {
-      {".png", "image/png"}, {".svg", "image/svg+xml"}, {".toml", "text/plain; charset=utf-8"}};
-  const bool isPlain = std::all_of(name.begin(), name.end(), [](unsigned char byte) {
-    return (byte >= 'a' && byte <= 'z') || (byte >= '0' && byte <= '9') || byte == '-' || byte == '.';
-  });
-  const std::size_t dot = name.rfind('.');
-  if (!isPlain || dot == std::string_view::npos || dot == 0 || name.size() > 32) return {};
-  const auto type = kTypes.find(name.substr(dot));
-  return type == kTypes.end() ? std::string() : type->second;
-}
-
-std::vector<std::string> linesOf(const std::string& from) {
-  std::vector<std::string> lines;
-  for (std::size_t begin = 0; begin < from.size();) {
-    const std::size_t end = std::min(from.find('\n', begin), from.size());
-    if (end > begin) lines.push_back(from.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return lines;
+  static const std::map<std::string, std::string> kTypes = {
+      {"png", "image/png"}, {"svg", "image/svg+xml"}, {"toml", "text/plain; charset=utf-8"}};
+  static const std::regex kName("[a-z0-9-]{1,24}\\.(png|svg|toml)");
+  std::cmatch match;
+  return std::regex_match(name.begin(), name.end(), match, kName) ? kTypes.at(match[1]) : std::string();
 }
 
 /// Reads what traction-lens prints: lines of a name, a number, perhaps "+-" and its deviation, a unit; and notes.
 Json readReport(const std::string& output) {
   Json figures = Json::array(), notes = Json::array();
-  for (const std::string& line : linesOf(output)) {
-    if (line.starts_with("Written: ") || line.ends_with(":")) continue;
+  std::istringstream lines(output);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty() || line.starts_with("Written: ") || line.ends_with(":")) continue;
     std::istringstream words(line);
     std::string name, unit;
     double value = 0.0;
@@ -190,10 +142,16 @@ void Setup::write(const std::string& name, const std::string& content) const {
 }
 
 void Setup::keep(const std::string& step, Json result) {
-  result["date"] = now();
+  result["date"] = client::utcNow("%Y-%m-%dT%H:%M:%SZ");
   const std::lock_guard lock(mutex_);
   steps_[step] = std::move(result);
   write(kState, steps_.dump(1) + "\n");
+}
+
+/// Returns what was kept of a step.
+Json Setup::kept(const char* step, const Json& otherwise) const {
+  const std::lock_guard lock(mutex_);
+  return steps_.value(step, otherwise);
 }
 
 std::string Setup::state() const {
@@ -222,24 +180,17 @@ SetupFile Setup::file(std::string_view name) const {
 
 std::string Setup::carryOut(std::string_view request) {
   using Step = Json (Setup::*)(const Json&);
-  static const std::map<std::string_view, Step> kSteps = {
-      {"camera", &Setup::camera},   {"forget", &Setup::removeBoard}, {"lens", &Setup::fitLens},
-      {"board", &Setup::takeBoard}, {"gel", &Setup::describeGel},    {"pose", &Setup::findPose},
-      {"adopt", &Setup::adopt},     {"zero", &Setup::zero},          {"measure", &Setup::measure}};
-  static const std::map<std::string_view, Json (Setup::*)()> kPlain = {{"look", &Setup::look},
-                                                                       {"sheet", &Setup::printSheets}};
+  static const std::map<std::string, Step> kSteps = {
+      {"camera", &Setup::camera}, {"look", &Setup::look},          {"board", &Setup::takeBoard},
+      {"lens", &Setup::fitLens},  {"forget", &Setup::removeBoard}, {"gel", &Setup::describeGel},
+      {"pose", &Setup::findPose}, {"sheet", &Setup::printSheets},  {"adopt", &Setup::adopt},
+      {"zero", &Setup::zero},     {"measure", &Setup::measure}};
   const Json asked = Json::parse(request, nullptr, false);
   if (!asked.is_object()) refuse("this is no request of a setup");
-  const std::string name = text(asked, "do");
+  const auto step = kSteps.find(textIn(asked, "do"));
+  if (step == kSteps.end()) refuse("there is no such step of a setup");
   try {
-    Json result;
-    if (const auto step = kSteps.find(name); step != kSteps.end())
-      result = (this->*step->second)(asked);
-    else if (const auto plain = kPlain.find(name); plain != kPlain.end())
-      result = (this->*plain->second)();
-    else
-      refuse("there is no step '" + name + "' of a setup");
-    return result.dump(-1, ' ', false, Json::error_handler_t::replace);
+    return (this->*step->second)(asked).dump(-1, ' ', false, Json::error_handler_t::replace);
   } catch (const client::OutputError& error) {
     refuse(error.what());
   } catch (const Json::exception&) {  // edited by hand
@@ -249,33 +200,26 @@ std::string Setup::carryOut(std::string_view request) {
 
 Json Setup::camera(const Json& request) {
   CameraStep step;
-  step.name = text(request, "name");
-  step.value = text(request, "value");
-  step.matching = text(request, "matching");
+  step.name = textIn(request, "name");
+  step.value = textIn(request, "value");
+  step.matching = textIn(request, "matching");
   step.kind = step.name.empty() ? CameraStep::Kind::kList : CameraStep::Kind::kWrite;
   Json report = Json::parse(client::toJson(control_.camera(step)));
   if (step.kind == CameraStep::Kind::kList) return report;
-  Json settings;
-  {
-    const std::lock_guard lock(mutex_);
-    settings = steps_.value("settings", Json::object());
-  }
+  Json settings = kept("settings", Json::object());
   settings[step.name] = step.value;
   keep("settings", settings);
   return report;
 }
 
-Json Setup::look() {
+Json Setup::look(const Json&) {
   const Snapshot snapshot = control_.snapshot();
   Json result = numbersOf(lookAt(snapshot));
-  const Preview picture = [&snapshot] {
-    Preview preview;
-    preview.width = snapshot.width;
-    preview.height = snapshot.height;
-    preview.channels = snapshot.channels;
-    preview.pixels = snapshot.levels;
-    return preview;
-  }();
+  Preview picture;
+  picture.width = snapshot.width;
+  picture.height = snapshot.height;
+  picture.channels = snapshot.channels;
+  picture.pixels = snapshot.levels;
   result["width_px"] = snapshot.width * snapshot.reduced;
   result["height_px"] = snapshot.height * snapshot.reduced;
   result["reduced"] = snapshot.reduced;
@@ -287,7 +231,7 @@ Json Setup::look() {
   result["serial"] = description.camera.serial;
   {
     const std::lock_guard lock(mutex_);
-    look_ = encoder_.encode(picture);
+    look_ = jpegOf(picture);
   }
   keep("camera", result);
   return result;
@@ -316,32 +260,26 @@ Json Setup::takeBoard(const Json& request) {
     std::from_chars(digits.data(), digits.data() + digits.size(), next);
     ++next;
   }
-  std::array<char, 32> name{};
-  std::snprintf(name.data(), name.size(), "board-%03d.png", next);
-  client::writePng(path(name.data()), snapshot.width, snapshot.height, snapshot.channels, snapshot.levels.data());
+  const std::string name = client::format("board-%03d.png", next);
+  client::writePng(path(name), snapshot.width, snapshot.height, snapshot.channels, snapshot.levels.data());
   Json seen;
   try {
-    seen = runLens({"board", path(name.data()), "--squares", squares});
+    seen = runLens({"board", path(name), "--squares", squares});
   } catch (const Error&) {
-    forget({name.data()});
+    forget({name});
     throw;
   }
-  Json outlines;
-  {
-    const std::lock_guard lock(mutex_);
-    outlines = steps_.value("outlines", Json::object());
-  }
-  Json outline = Json::array();
+  Json outlines = kept("outlines", Json::object()), outline = Json::array();
   for (const Json& figure : seen["figures"]) {
     if (figure["name"].get<std::string>().starts_with("corner")) outline.push_back(figure["value"]);
   }
-  outlines[name.data()] = outline;
+  outlines[name] = outline;
   keep("outlines", outlines);
-  return {{"name", name.data()}, {"boards", boards()}, {"outlines", outlines}};
+  return {{"name", name}, {"boards", boards()}, {"outlines", outlines}};
 }
 
 Json Setup::removeBoard(const Json& request) {
-  const std::string name = text(request, "name");
+  const std::string name = textIn(request, "name");
   const std::vector<std::string> taken = boards();
   if (std::find(taken.begin(), taken.end(), name) == taken.end()) refuse("there is no picture " + name);
   forget({name});
@@ -362,7 +300,8 @@ Json Setup::runLens(const std::vector<std::string>& arguments) const {
   if (end.how != How::kExit) refuse("traction-lens did not come to an end");
   if (end.code == 0) return readReport(plain(end.output));
   std::string complaints;
-  for (std::string line : linesOf(plain(end.errors))) {
+  std::istringstream lines(plain(end.errors));
+  for (std::string line; std::getline(lines, line);) {
     constexpr std::string_view kProgram = "traction-lens: ";
     if (line.starts_with(kProgram)) line.erase(0, kProgram.size());
     complaints += (complaints.empty() ? "" : "\n") + line;
@@ -371,13 +310,13 @@ Json Setup::runLens(const std::vector<std::string>& arguments) const {
 }
 
 Json Setup::fitLens(const Json& request) {
-  const double across = number(request, "square_mm", 0.1, 1000),
-               along = number(request, "square_v_mm", 0.1, 1000, across);
+  const double across = numberIn(request, "square_mm", 0.1, 1000),
+               along = numberIn(request, "square_v_mm", 0.1, 1000, across);
   std::vector<std::string> arguments = {
       "calibrate",   "--force",
       "--output",    path(kLens),
       "--squares",   squaresOf(request),
-      "--square-mm", shortest(across) + (along == across ? "" : "x" + shortest(along))};
+      "--square-mm", client::format("%.6g", across) + (along == across ? "" : "x" + client::format("%.6g", along))};
   for (const std::string& name : boards()) arguments.push_back(path(name));
   Json result = runLens(arguments);
   result["pictures"] = boards().size();
@@ -404,7 +343,7 @@ Json Setup::describeGel(const Json& request) {
   return {{"lens_measured", isMeasured}};
 }
 
-Json Setup::printSheets() {
+Json Setup::printSheets(const Json&) {
   if (!has(kPlan)) refuse("describe the gel first");
   runLens({"sheet", "--gel", path(kPlan), "--output-dir", folder_.string()});
   return Json::parse(state())["files"];
@@ -412,7 +351,7 @@ Json Setup::printSheets() {
 
 Json Setup::findPose(const Json& request) {
   if (!has(kPlan)) refuse("describe the gel first");
-  const double accepted_px = number(request, "accept_residual_px", 0.5, 100, 0.5);
+  const double accepted_px = numberIn(request, "accept_residual_px", 0.5, 100, 0.5);
   const Snapshot snapshot = fullPicture();
   client::writePng(path(kRest), snapshot.width, snapshot.height, snapshot.channels, snapshot.levels.data());
   forget({kMarked});
@@ -425,7 +364,7 @@ Json Setup::findPose(const Json& request) {
   };
   const std::string posed = "posed.toml";  // of this try
   std::vector<std::string> arguments = {"pose", path(kRest), "--gel", path(kPlan), "--output", path(posed)};
-  if (accepted_px > 0.5) arguments.insert(arguments.end(), {"--accept-residual", shortest(accepted_px)});
+  if (accepted_px > 0.5) arguments.insert(arguments.end(), {"--accept-residual", client::format("%.6g", accepted_px)});
   forget({posed});
   Json result;
   try {
@@ -468,25 +407,21 @@ Json Setup::measure(const Json& request) {
                                                      {"weight", Kind::kWeight},     {"stiffness", Kind::kStiffness},
                                                      {"creep", Kind::kCreep},       {"recovery", Kind::kRecovery},
                                                      {"finish", Kind::kFinish}};
-  const std::string name = text(request, "step");
+  const std::string name = textIn(request, "step");
   const auto kind = kKinds.find(name);
   if (kind == kKinds.end()) refuse("there is no step '" + name + "' of a calibration");
   CalibrationStep step;
   step.kind = kind->second;
-  step.seconds = number(request, "seconds", 0, 3600, 0.0);
+  step.seconds = numberIn(request, "seconds", 0, 3600, 0.0);
   step.anyway = flag(request, "anyway");
   step.first = flag(request, "first");
-  step.name = text(request, "name");
-  if (step.kind == Kind::kWeight) step.weight_N = client::kGramForce_N * number(request, "gf", 0.1, 1e6);
+  step.name = textIn(request, "name");
+  if (step.kind == Kind::kWeight) step.weight_N = client::kGramForce_N * numberIn(request, "gf", 0.1, 1e6);
   const CalibrationReport report = control_.calibrate(step);
   Json result = Json::parse(client::toJson(name, report));
   if (step.kind == Kind::kFinish) write(kCalibrated, report.gelFile);
   if (step.kind == Kind::kWeight) {
-    Json weights = Json::array();
-    {
-      const std::lock_guard lock(mutex_);
-      if (!step.first && steps_.contains("weights")) weights = steps_["weights"]["read"];
-    }
+    Json weights = step.first ? Json::array() : kept("weights", {{"read", Json::array()}})["read"];
     result["gf"] = step.weight_N / client::kGramForce_N;
     weights.push_back(result);
     keep("weights", {{"read", weights}});

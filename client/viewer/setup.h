@@ -2,7 +2,6 @@
 // files in one folder, so that each step can be left and taken up again.
 #pragma once
 
-#include "client/viewer/jpeg.h"
 #include "traction/control.h"
 
 #include <nlohmann/json.hpp>
@@ -44,12 +43,12 @@ class Setup {
   using Json = nlohmann::ordered_json;
 
   Json camera(const Json& request);
-  Json look();
+  Json look(const Json& request);
   Json takeBoard(const Json& request);
   Json removeBoard(const Json& request);
   Json fitLens(const Json& request);
   Json describeGel(const Json& request);
-  Json printSheets();
+  Json printSheets(const Json& request);
   Json findPose(const Json& request);
   Json adopt(const Json& request);
   Json zero(const Json& request);
@@ -66,10 +65,10 @@ class Setup {
   /// \throws Error kRefused with all its complaints, a line each
   Json runLens(const std::vector<std::string>& arguments) const;
   void keep(const std::string& step, Json result);
+  Json kept(const char* step, const Json& otherwise) const;
 
   const std::filesystem::path folder_, lens_;
   const Control control_;
-  JpegEncoder encoder_;
   mutable std::mutex mutex_;
   Json steps_ = Json::object();  ///< guarded by mutex_
   std::string look_;             ///< JPEG, guarded by mutex_

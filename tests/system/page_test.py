@@ -57,7 +57,7 @@ class Page(TestCase):
         twin = self.rig.twin(file)
         daemon = self.rig.daemon()
         browser = self.browser(self.view(daemon))
-        browser.wait_for("window.traction?.model?.arrows && traction.model.vectors && traction.model.surface_share === 1 && traction.model.description.zero")
+        browser.wait_for("window.traction?.model?.arrows && traction.model.vectors && traction.model.description.zero")
         pictures = os.environ.get("TRACTION_PICTURES")
         samples, deadline = {}, time.monotonic() + 6 * period_s * PATIENCE
         while len(samples) < len(loads) and time.monotonic() < deadline:
@@ -72,8 +72,7 @@ class Page(TestCase):
                       rest: Array.from(model.description.zero.rest_position_px), layers: model.description.layers,
                       nodes: model.description.nodes, places: Array.from(model.places_px),
                       vectors: {...model.vectors, sequence: Number(model.vectors.sequence)},
-                      force: Array.from(model.field.force_N), at: Array.from(model.positions_mm),
-                      gel: model.description.gel, moved: Array.from(model.displacement_mm)};
+                      force: Array.from(model.field.force_N), at: Array.from(model.positions_mm)};
             })()""")
             known = {record["camera_frame_id"]: record for record in map(json.loads, (
                 line for line in twin.truth_file.read_text().splitlines(keepends=True) if line.endswith("}\n")))}
@@ -87,7 +86,6 @@ class Page(TestCase):
         self.assertEqual(set(samples), set(loads))
         for kind, (seen, truth) in samples.items():
             self.check_arrows(kind, seen, truth)
-            self.check_surface(kind, seen, truth)
         # Registered: a node lies in the picture among the markers above and below it, by their grid.
         self.check_registered(seen)
 
@@ -122,37 +120,6 @@ class Page(TestCase):
                 if kind == "twist":
                     print(f"\n  they turn by {torque:.2f} N mm, the truth is {1e3 * contact['torque_Nm']:.2f}", end=" ")
                     self.assertAlmostEqual(torque / (1e3 * contact["torque_Nm"]), 1, delta=0.25)
-
-    def check_surface(self, kind, seen, truth):
-        """From one to three pitches beyond the contacts' rims, as Hertz and Boussinesq have it for a half space, less what
-        the block's base and sides hold, by CalculiX."""
-        at, depth = np.reshape(seen["at"], (-1, 3))[:, :2], np.reshape(seen["moved"], (-1, 3))[:, 2]
-        modulus = 1e-6 * seen["gel"]["youngs_modulus_Pa"] / (1 - seen["gel"]["poisson_ratio"] ** 2)  # N/mm^2
-        pitch = 1e3 * seen["nodes"]["pitch_m"]
-
-        def half_space(contact):
-            force, radius = contact["force_N"][2], 1e3 * contact["radius_m"]
-            away = np.linalg.norm(at - 1e3 * np.array(contact["position_m"][:2]), axis=1)
-            far = np.maximum(away / radius, 1)
-            pressed = 0.75 * force / (np.pi * radius * modulus)
-            return away, pressed * ((2 - far**2) * np.arcsin(1 / far) + np.sqrt(far**2 - 1))
-
-        with np.load(SOURCE / "tests/evaluation/data/40_0.49_surface.npz") as file:
-            _, x, y, radius, *force = file["contacts"][0, 0]
-            block = 1e3 * file["scale"][0] * file["displacement"][0, 1152:1728, 2]  # of the same nodes
-        away, less = half_space({"position_m": (x, y), "radius_m": radius, "force_N": force})
-        order = np.argsort(away)
-        held = [away[order], ((less - block) / force[2])[order]]
-        expected, beyond = np.zeros(len(at)), np.full(len(at), np.inf)
-        for contact in truth["contacts"]:
-            away, moved = half_space(contact)
-            expected += moved - contact["force_N"][2] * np.interp(away, *held)
-            beyond = np.minimum(beyond, away - 1e3 * contact["radius_m"])
-        near = (beyond > pitch) & (beyond < 3 * pitch)
-        off = (depth - expected)[near].mean() / expected[near].mean()
-        print(f"\n  {kind}: the surface beside the contacts is {depth[near].mean():.3f} mm deep, {100 * off:+.1f} % of what is "
-              "expected", end=" ")
-        self.assertLess(abs(off), 0.1)
 
     def check_registered(self, seen):
         """The nodes' places and the markers' own, as two maps from gel to picture: they differ by the depth alone."""
@@ -346,7 +313,7 @@ class Page(TestCase):
         """In the middle of a ball's contact, by Hertz, less what the block's base and sides hold: not that of even squares."""
         seen = browser.evaluate("({depth_mm: traction.model.surface.deepest_mm, gel: traction.model.description.gel})")
         hertz_mm = 750 * pressed_N * (1 - seen["gel"]["poisson_ratio"] ** 2) / (radius_m * seen["gel"]["youngs_modulus_Pa"])
-        expected_mm = hertz_mm - 0.053 * pressed_N  # mm/N, by CalculiX: beside a contact's rim, of the data of check_surface()
+        expected_mm = hertz_mm - 0.053 * pressed_N  # mm/N, by CalculiX: beside a contact's rim, at a contact of 10 mm
         print(f"\n  {seen['depth_mm']:.3f} mm deep, {expected_mm:.3f} is expected", end=" ")
         self.assertAlmostEqual(seen["depth_mm"] / expected_mm, 1, delta=0.05)
 

@@ -239,12 +239,10 @@ class Setup(TestCase):
         self.assertEqual(self.status(plain, "/setup/plan.toml"), 404)
 
         view = self.view(daemon, "--setup", folder)
-        self.assertEqual(RawWebSocket(self.rig, self.draw, view.port, "/stream/0", origin="http://example.org").status, 403)
         self.connect(view)
         (self.rig.folder / "secret.toml").write_text("secret")
         self.step(do="gel", form=FORM)
         self.assertEqual(self.status(view, "/setup/plan.toml"), 200)
-        self.assertEqual(self.status(view, "/setup/plan.toml", host="example.org"), 421)
         for name in ("../secret.toml", "..%2fsecret.toml", "setup.json", "absent.png", ".toml", "", "%2e%2e/secret.toml"):
             self.assertEqual(self.status(view, f"/setup/{name}"), 404, name)
         for request in ({"do": "forget", "name": "../secret.toml"}, {"do": "no such step"}, {"do": "measure", "step": "no such step"},
@@ -292,10 +290,10 @@ class Setup(TestCase):
         plan = (self.rig.folder / "setup" / "plan.toml").read_text()
         self.assertAlmostEqual(float(re.search(r"focal_px = ([\d.]+)", plan)[1]), figures["focal_px"]["value"], delta=0.01)
 
-    def status(self, view, path, host=None):
+    def status(self, view, path):
         """Of an HTTP request, whose path no library mends."""
         with socket.create_connection(("127.0.0.1", view.port), timeout=HUNG_S) as connection:
-            connection.sendall(f"GET {path} HTTP/1.1\r\nHost: {host or f'127.0.0.1:{view.port}'}\r\nConnection: close\r\n\r\n".encode())
+            connection.sendall(f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1:{view.port}\r\nConnection: close\r\n\r\n".encode())
             return int(connection.recv(64).split()[1])
 
     def get(self, view, name):

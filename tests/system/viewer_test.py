@@ -72,16 +72,6 @@ class Viewer(TestCase):
         named = self.view(None, "--name", "box.example.org")
         self.assertIsInstance(self.upgrade(named, host="box.example.org"), RawWebSocket)
 
-    def test_without_a_gel_the_cameras_picture_comes_and_no_field(self):
-        self.rig.twin("idle", "--format", "Mono8")
-        view = self.view(self.rig.daemon('[sensor]\ngel_file = "none"\n'))
-        connection = self.upgrade(view, path="/stream/0?mode=stream&topics=field,description,status,preview,places")
-        topics = set()
-        while not topics >= {b"description", b"status", b"preview", b"places"}:
-            topics.add(self.receive(connection)[0].rstrip(b"/").rsplit(b"/", 1)[-1])
-        self.assertNotIn(b"field", topics)
-        self.assertIsInstance(self.upgrade(view), RawWebSocket)  # it goes on
-
     def check_jpeg(self, pixel_format, components):
         self.rig.twin("idle", "--format", pixel_format)
         view = self.view(self.rig.daemon('[sensor]\ngel_file = "none"\n'))

@@ -1,8 +1,6 @@
-#include "client/show/board.h"
 #include "client/show/health.h"
 #include "client/show/metrics.h"
-#include "client/show/picture.h"
-#include "traction/v1/status.pb.h"
+#include "tests/unit/client/instrument.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +9,6 @@
 
 namespace traction::client::health_test {
 namespace {
-
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
 v1::Status measuring() {
   v1::Status status;
@@ -68,41 +64,36 @@ TEST(Health, IsThatOfTheWorstProblemOfAStatusAlsoAsAMetric) {
 }
 
 TEST(Health, WatchAndTopShowTheSameProblems) {
-  Watched one;
-  one.name = "left";
-  Scene& scene = one.scene;
-  scene.setConnected(true, kSecond_ns);
-  const auto add = [&](std::uint32_t flags, bool valid, std::int64_t at_ns) {
-    Field field;
-    field.valid = valid;
-    field.header.flags = flags;
-    field.header.arrived_ns = at_ns;
-    scene.add(field);
-  };
-  const auto message = std::make_shared<v1::Status>(measuring());
-  message->mutable_markers()->set_remark("something hides blue markers");
-  message->mutable_scheduling()->set_asked_lock(true);
-  Status status{{}, message};
-  status.header.arrived_ns = 2 * kSecond_ns;
-  scene.add(status);
-  const std::int64_t now_ns = 3 * kSecond_ns;
-  add(kTorn, true, now_ns - kSecond_ns);
-  add(0, true, now_ns);  // of late one was torn
+  test::Instrument one;
+  one.status = measuring();
+  one.status.mutable_markers()->set_remark("something hides blue markers");
+  one.status.mutable_scheduling()->set_asked_lock(true);
+  one.sendStatus();
+  one.flags = kTorn;
+  one.field();
+  one.flags = 0;
+  one.after(1.0).field();  // of late one was torn
   const auto bothShow = [&](const std::string& text) {
-    EXPECT_NE(summary(scene, now_ns).find(text), std::string::npos) << text << " in " << summary(scene, now_ns);
-    EXPECT_NE(boardLine(one, now_ns).find(text), std::string::npos) << text << " in " << boardLine(one, now_ns);
+    EXPECT_TRUE(test::has(one.line(), text)) << text << " in " << one.line();
+    const std::string line = boardLine(one.watched, one.now);
+    EXPECT_TRUE(test::has(line, text)) << text << " in " << line;
   };
-  EXPECT_EQ(healthOf(problems(scene, now_ns)), Health::kDoubtful);
+  const auto health = [&] { return healthOf(problems(one.watched.scene, one.now)); };
+  EXPECT_EQ(health(), Health::kDoubtful);
   for (const char* text : {"picture torn", "something hides blue markers", "real time is not granted: memory"})
     bothShow(text);
 
-  add(kFewMarkers, false, now_ns);
-  EXPECT_EQ(healthOf(problems(scene, now_ns)), Health::kNoForces);
+  one.flags = kFewMarkers;
+  one.field(Field());
+  EXPECT_EQ(health(), Health::kNoForces);
   bothShow("too few markers are seen");
-  message->set_invalid_why("12 of 400 markers");
+  one.status.set_invalid_why("12 of 400 markers");
+  one.sendStatus();
   bothShow("12 of 400 markers");
-  message->set_camera(v1::CAMERA_STATE_LOST);
-  EXPECT_EQ(healthOf(problems(scene, now_ns + 5 * kSecond_ns)), Health::kNoFields);
+  one.status.set_camera(v1::CAMERA_STATE_LOST);
+  one.sendStatus();
+  one.after(5.0);
+  EXPECT_EQ(health(), Health::kNoFields);
 }
 
 }  // namespace

@@ -1,23 +1,23 @@
 #include "client/show/json.h"
 #include "client/show/page.h"
-#include "client/show/picture.h"
-#include "traction/v1/status.pb.h"
+#include "tests/unit/client/instrument.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
+#include <string>
+#include <vector>
 
 namespace traction::client::picture_test {
 namespace {
 
-constexpr int kColumns = 24;
-constexpr int kRows = 24;
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
+using test::fieldOf;
+using test::has;
+using test::Instrument;
+using test::kSecond_ns;
 
-std::vector<std::string> linesOf(const Canvas& canvas) {
+std::vector<std::string> linesOf(std::string text) {
   std::vector<std::string> lines;
-  std::string text = canvas.plain();
   for (std::size_t end; (end = text.find('\n')) != std::string::npos; text.erase(0, end + 1)) {
     lines.push_back(text.substr(0, end));
   }
@@ -34,79 +34,13 @@ int columnOf(const std::string& line, const std::string& glyph) {
   return at == std::string::npos ? -1 : characters(line.substr(0, at));
 }
 
-Field fieldOf(int column, int row, std::array<float, 3> force) {
-  Field field;
-  field.valid = true;
-  field.force_N.assign(std::size_t{kColumns} * kRows, {0.0F, 0.0F, 0.0F});
-  field.nodeValid.assign(field.force_N.size(), 1);
-  field.force_N[static_cast<std::size_t>(row * kColumns + column)] = force;
-  field.resultant_N = {force[0], force[1], force[2]};
-  return field;
+/// A second of fields, and a description.
+Instrument described() {
+  Instrument one;
+  one.describe();
+  for (int i = 0; i < 60; ++i) one.after(1.0 / 60.0).field();
+  return one;
 }
-
-Scene sceneOf(const Field& field, bool sameHost = true) {
-  Description description;
-  description.sameHost = sameHost;
-  description.nodes = {kColumns, kRows, 3e-3, {}};
-  Scene scene;
-  Field arrived = field;
-  arrived.header.arrived_ns = kSecond_ns;
-  scene.add(description);
-  scene.add(arrived);
-  return scene;
-}
-
-std::vector<std::string> drawn(const Scene& scene, int width, int height) {
-  Scale scale;
-  return linesOf(draw(scene, width, height, scale, kSecond_ns, "ipc:///run/tractiond/default/stream"));
-}
-
-/// A field, then what a test does with time.
-class Later {
- public:
-  Later() {
-    scene.setConnected(true, 0);
-    for (int i = 0; i < 60; ++i) {
-      now += kSecond_ns / 60;
-      frame();
-    }
-  }
-  void frame() { scene.add(at(fieldOf(3, 4, {0.1F, 0.2F, 3.0F}))); }
-  void status(v1::CameraState camera, double received_hz = 60.0, const std::string& why = "") {
-    v1::Status status;
-    status.set_camera_why(why);
-    status.set_camera(camera);
-    status.mutable_rates()->set_received_hz(received_hz);
-    scene.add(at(Status{{}, std::make_shared<v1::Status>(status)}));
-  }
-  void describe() {
-    Description description;
-    description.nodes = {kColumns, kRows, 3e-3, {}};
-    scene.add(at(description));
-  }
-  Later& after(double seconds) {
-    now += std::llround(seconds * 1e9);
-    return *this;
-  }
-  std::string what() const { return scene.trouble(now).what; }
-  std::string page(int width = 100, int height = 30) const {
-    Scale scale;
-    return draw(scene, width, height, scale, now, "").plain();
-  }
-  std::string line() const { return summary(scene, now); }
-
-  Scene scene;
-  std::int64_t now = kSecond_ns;
-  Id boot{1};
-
- private:
-  template <typename Any>
-  Any at(Any message) const {
-    message.header.arrived_ns = now;
-    message.header.boot = boot;
-    return message;
-  }
-};
 
 TEST(Picture, ArrowPointsAlongTheForceAtItsNode) {
   struct Case {
@@ -117,17 +51,20 @@ TEST(Picture, ArrowPointsAlongTheForceAtItsNode) {
   for (const Case& c : {Case{0, 0, {1.0F, 0.0F, 0.0F}, "⇒"}, Case{23, 0, {0.0F, 1.0F, 0.0F}, "⇑"},
                         Case{0, 23, {-1.0F, 0.0F, 0.0F}, "⇐"}, Case{23, 23, {0.0F, -1.0F, 0.0F}, "⇓"},
                         Case{5, 17, {0.7F, 0.7F, 0.0F}, "⇗"}, Case{6, 3, {-0.7F, -0.7F, 0.0F}, "⇙"}}) {
-    const auto lines = drawn(sceneOf(fieldOf(c.column, c.row, c.force)), 100, 30);
+    Instrument one;
+    one.describe();
+    one.field(fieldOf(c.column, c.row, c.force));
+    const auto lines = linesOf(one.picture());
     // The bar and the frame's top stand above the highest row, the frame's left side before the first column.
     EXPECT_EQ(columnOf(lines.at(static_cast<std::size_t>(2 + 23 - c.row)), c.arrow), 1 + 2 * c.column) << c.arrow;
   }
 }
 
 TEST(Picture, EverySizeIsFilledAndNothingStandsOutside) {
-  const Scene scene = sceneOf(fieldOf(3, 4, {0.1F, 0.2F, 3.0F}));
+  const Instrument one = described();
   for (const auto& [width, height] :
        {std::pair{20, 8}, {40, 12}, {44, 40}, {80, 24}, {100, 30}, {250, 80}, {1, 1}, {0, 0}}) {
-    const auto lines = drawn(scene, width, height);
+    const auto lines = linesOf(one.picture(width, height));
     EXPECT_EQ(lines.size(), static_cast<std::size_t>(height));
     for (const std::string& line : lines) EXPECT_EQ(characters(line), width);
   }
@@ -135,80 +72,77 @@ TEST(Picture, EverySizeIsFilledAndNothingStandsOutside) {
 
 // Independent of the reason, which may be known later.
 TEST(Stale, NumbersLookSoWithinHalfASecond) {
-  Later later;
-  later.describe();
-  EXPECT_NE(later.after(0.3).page().find(" +3.000 "), std::string::npos);
-  EXPECT_NE(later.line().find("force +0.100 +0.200 +3.000 N"), std::string::npos);
-  later.after(0.2);
+  Instrument one = described();
+  EXPECT_TRUE(has(one.after(0.3).picture(), " +3.750 "));
+  EXPECT_TRUE(has(one.line(), "force +0.250 -0.500 +3.750 N"));
+  one.after(0.2);
   for (const auto& [width, height] : {std::pair{100, 30}, {80, 24}, {44, 40}}) {
-    const std::string page = later.page(width, height);
-    EXPECT_EQ(page.find(" +3.000 "), std::string::npos) << page;
-    EXPECT_NE(page.find("(+3.000)"), std::string::npos) << page;
-    EXPECT_NE(page.find("FORCE 0.5 s AGO"), std::string::npos) << page;
-    EXPECT_NE(page.find("no field for"), std::string::npos) << page;
+    const std::string page = one.picture(width, height);
+    EXPECT_FALSE(has(page, " +3.750 ")) << page;
+    for (const char* text : {"(+3.750)", "FORCE 0.5 s AGO", "no field for"}) EXPECT_TRUE(has(page, text)) << page;
   }
-  EXPECT_NE(later.page(20, 8).find("no field"), std::string::npos) << later.page(20, 8);
-  EXPECT_EQ(later.line().find("3.000"), std::string::npos) << later.line();
-  EXPECT_NE(later.line().find("no force: no field for 0.5 s"), std::string::npos) << later.line();
-  later.frame();
-  EXPECT_EQ(later.what(), "");
-  EXPECT_EQ(later.page().find("AGO"), std::string::npos);
+  EXPECT_TRUE(has(one.picture(20, 8), "no field")) << one.picture(20, 8);
+  EXPECT_FALSE(has(one.line(), "3.750")) << one.line();
+  EXPECT_TRUE(has(one.line(), "no force: no field for 0.5 s")) << one.line();
+  one.field();
+  EXPECT_EQ(one.trouble(), "");
+  EXPECT_FALSE(has(one.picture(), "AGO"));
 }
 
 TEST(Stale, ReasonIsTheCamerasOrTheDaemons) {
-  Later later;
-  EXPECT_EQ(later.after(0.3).what(), "");
-  later.after(0.3).status(v1::CAMERA_STATE_LOST, 0.0);
-  EXPECT_EQ(later.what(), "the camera is lost");
-  later.status(v1::CAMERA_STATE_LOST, 0.0, "it fell silent");
-  EXPECT_EQ(later.what(), "the camera is lost: it fell silent");
-  later.after(1.0).status(v1::CAMERA_STATE_STREAMING, 0.0);
-  EXPECT_EQ(later.what(), "the camera sends no frames");
-  later.after(1.0).status(v1::CAMERA_STATE_STREAMING, 60.0);
-  EXPECT_EQ(later.what(), "no field is made of the frames");
-  later.after(3.0);
-  EXPECT_EQ(later.what(), "tractiond is silent");
-  later.scene.setConnected(false, later.now);
-  EXPECT_EQ(later.what(), "tractiond is gone");
-  EXPECT_NE(later.after(10.0).page().find("tractiond is gone, no field for 16 s"), std::string::npos) << later.page();
+  Instrument one = described();
+  EXPECT_EQ(one.after(0.3).trouble(), "");
+  one.after(0.3).camera(v1::CAMERA_STATE_LOST, 0.0);
+  EXPECT_EQ(one.trouble(), "the camera is lost");
+  one.camera(v1::CAMERA_STATE_LOST, 0.0, "it fell silent");
+  EXPECT_EQ(one.trouble(), "the camera is lost: it fell silent");
+  one.after(1.0).camera(v1::CAMERA_STATE_STREAMING, 0.0);
+  EXPECT_EQ(one.trouble(), "the camera sends no frames");
+  one.after(1.0).camera(v1::CAMERA_STATE_STREAMING);
+  EXPECT_EQ(one.trouble(), "no field is made of the frames");
+  EXPECT_EQ(one.after(3.0).trouble(), "tractiond is silent");
+  one.watched.scene.setConnected(false, one.now);
+  EXPECT_EQ(one.trouble(), "tractiond is gone");
+  EXPECT_TRUE(has(one.after(10.0).picture(), "tractiond is gone, no field for 16 s")) << one.picture();
 }
 
 TEST(Stale, NothingOfAnEarlierStartIsShown) {
-  Later later;
-  later.describe();
-  later.scene.setConnected(false, later.after(0.6).now);
-  EXPECT_EQ(later.what(), "tractiond is gone");
-  EXPECT_NE(later.page().find("(+3.000)"), std::string::npos);
-  later.boot = Id{2};
-  later.scene.setConnected(true, later.after(5.0).now);
-  EXPECT_EQ(later.after(1.5).what(), "tractiond is starting") << "it is not silent who has not spoken yet";
-  later.after(0.1).status(v1::CAMERA_STATE_WAITING, 0.0);
-  EXPECT_EQ(later.what(), "tractiond was restarted: tractiond waits for a camera");
-  EXPECT_EQ(later.page().find("3.000"), std::string::npos) << later.page();
-  EXPECT_NE(later.after(3.0).line().find("for 3.0 s"), std::string::npos) << later.line();
-  later.frame();
-  EXPECT_EQ(later.what(), "");
-  EXPECT_NE(later.line().find("! tractiond restarted"), std::string::npos) << later.line();
-  later.after(20.0).frame();
-  EXPECT_EQ(later.line().find("restarted"), std::string::npos) << later.line();
+  Instrument one = described();
+  Scene& scene = one.watched.scene;
+  scene.setConnected(false, one.after(0.6).now);
+  EXPECT_EQ(one.trouble(), "tractiond is gone");
+  EXPECT_TRUE(has(one.picture(), "(+3.750)"));
+  one.boot = Id{2};
+  scene.setConnected(true, one.after(5.0).now);
+  EXPECT_EQ(one.after(1.5).trouble(), "tractiond is starting") << "it is not silent who has not spoken yet";
+  one.after(0.1).camera(v1::CAMERA_STATE_WAITING, 0.0);
+  EXPECT_EQ(one.trouble(), "tractiond was restarted: tractiond waits for a camera");
+  EXPECT_FALSE(has(one.picture(), "3.750")) << one.picture();
+  EXPECT_TRUE(has(one.after(3.0).line(), "for 3.0 s")) << one.line();
+  one.field();
+  EXPECT_EQ(one.trouble(), "");
+  EXPECT_TRUE(has(one.line(), "! tractiond restarted")) << one.line();
+  one.after(20.0).field();
+  EXPECT_FALSE(has(one.line(), "restarted")) << one.line();
 }
 
 TEST(Stale, SlowCameraIsNotCalledSoBetweenItsFrames) {
-  Later later;
-  for (int i = 0; i < 5; ++i) later.after(0.9).frame();
-  EXPECT_EQ(later.after(0.9).what(), "");
-  EXPECT_EQ(later.after(2.0).what(), "tractiond is silent");
+  Instrument one = described();
+  for (int i = 0; i < 5; ++i) one.after(0.9).field();
+  EXPECT_EQ(one.after(0.9).trouble(), "");
+  EXPECT_EQ(one.after(2.0).trouble(), "tractiond is silent");
 }
 
 TEST(Picture, ZeroHasNoMinusAndIsNoDeviation) {
   Field field = fieldOf(0, 0, {-0.0001F, 0.0F, -0.2F});
   field.resultantCovariance_N2.noise = {1e-10, 0, 0, 0, 1e-4, 0, 0, 0, 0};
-  std::string page;
-  for (const std::string& line : drawn(sceneOf(field), 100, 30)) page += line + '\n';
-  EXPECT_EQ(page.find("-0.00"), std::string::npos) << page;
-  for (const char* text : {"+0.000 ±2e-05 N", "+0.000 ±0.020 N", "-0.200 N  into"}) {
-    EXPECT_NE(page.find(text), std::string::npos) << text << '\n' << page;
-  }
+  Instrument one;
+  one.describe();
+  one.field(field);
+  const std::string page = one.picture();
+  EXPECT_FALSE(has(page, "-0.00")) << page;
+  for (const char* text : {"+0.000 ±2e-05 N", "+0.000 ±0.020 N", "-0.200 N  into"})
+    EXPECT_TRUE(has(page, text)) << text << '\n' << page;
   EXPECT_EQ(format("%+.1f %+.1f %d", -0.04, -0.06, -100), "+0.0 -0.1 -100");
   EXPECT_EQ(format("%.1f at 2026-00", -0.04), "0.0 at 2026-00");
 }
@@ -216,39 +150,36 @@ TEST(Picture, ZeroHasNoMinusAndIsNoDeviation) {
 TEST(Picture, InvalidFieldSaysWhy) {
   Field field = fieldOf(3, 4, {0.1F, 0.2F, 3.0F});
   field.valid = false;
-  field.header.flags = kGelMismatch;
-  Scene scene = sceneOf(field);
-  EXPECT_NE(summary(scene, kSecond_ns).find("no force: the gel file does not fit the picture"), std::string::npos);
-  const auto message = std::make_shared<v1::Status>();
-  message->set_invalid_why("7 of 24 markers\x1b are found");
-  scene.status = Status{{}, message};
-  EXPECT_NE(summary(scene, kSecond_ns).find("no force: 7 of 24 markers? are found"), std::string::npos)
-      << summary(scene, kSecond_ns);
+  Instrument one;
+  one.flags = kGelMismatch;
+  one.field(field);
+  EXPECT_TRUE(has(one.line(), "no force: the gel file does not fit the picture")) << one.line();
+  one.status.set_invalid_why("7 of 24 markers\x1b are found");
+  one.sendStatus();
+  EXPECT_TRUE(has(one.line(), "no force: 7 of 24 markers? are found")) << one.line();
 }
 
 TEST(Picture, ContactsAreShownWhileTractionTouchRuns) {
-  Later later;
-  later.describe();
-  later.frame();
+  Instrument one = described();
+  one.field();
   Contacts contacts;
-  contacts.header.boot[0] = 77;  // of a daemon before
-  contacts.header.arrived_ns = later.now;
-  TrackedContact contact;
+  TrackedContact& contact = contacts.contacts.emplace_back();
   contact.id = 4711;
   contact.phase = ContactPhase::kMove;
   contact.seen_ns = 2'300'000'000;
   contact.force_N = {0.0, 0.3, 0.4};
-  contacts.contacts.push_back(contact);
-  later.scene.add(contacts);
-  EXPECT_NE(later.page().find("   4711    0.500  unknown   2.3 s"), std::string::npos) << later.page();
-  EXPECT_NE(later.line().find("contact 4711 2.3 s 0.500 N stick unknown"), std::string::npos) << later.line();
-  EXPECT_EQ(later.what(), "") << "the field is the present one's";
-  contacts.contacts[0].slip.emplace().state = SlipState::kIncipient;
-  contacts.contacts[0].slip->stickRatio.estimate = 0.62;
-  later.scene.add(contacts);
-  EXPECT_NE(later.page().find("   4711    0.500     0.62   2.3 s"), std::string::npos) << later.page();
-  later.after(1.1).frame();
-  EXPECT_EQ(later.page().find("4711"), std::string::npos);
+  one.boot = Id{77};  // of a daemon before
+  one.send(contacts);
+  EXPECT_TRUE(has(one.picture(), "   4711    0.500  unknown   2.3 s")) << one.picture();
+  EXPECT_TRUE(has(one.line(), "contact 4711 2.3 s 0.500 N stick unknown")) << one.line();
+  EXPECT_EQ(one.trouble(), "") << "the field is the present one's";
+  contact.slip.emplace().state = SlipState::kIncipient;
+  contact.slip->stickRatio.estimate = 0.62;
+  one.send(contacts);
+  EXPECT_TRUE(has(one.picture(), "   4711    0.500     0.62   2.3 s")) << one.picture();
+  one.boot = Id{1};
+  one.after(1.1).field();
+  EXPECT_FALSE(has(one.picture(), "4711"));
 }
 
 TEST(Scale, RisesAtOnceAndFallsLate) {
@@ -261,24 +192,22 @@ TEST(Scale, RisesAtOnceAndFallsLate) {
 }
 
 TEST(Scene, RateAndLatencyAreOfTheLastTwoSeconds) {
-  Scene scene = sceneOf(fieldOf(0, 0, {}));
+  Instrument one;
+  one.describe();
   for (int i = 1; i <= 300; ++i) {
     Field field;
-    field.header.arrived_ns = kSecond_ns + i * kSecond_ns / 100;
-    field.header.received_ns = field.header.arrived_ns - (i > 280 ? 5'000'000 : 1'000'000);
-    scene.add(field);
+    field.header.received_ns = one.after(0.01).now - (i > 280 ? 5'000'000 : 1'000'000);
+    one.field(field);
   }
-  const std::int64_t now = 4 * kSecond_ns;
-  EXPECT_NEAR(scene.rate_hz(now), 100.0, 0.01);
-  ASSERT_TRUE(scene.latency(now));
-  EXPECT_DOUBLE_EQ(scene.latency(now)->p50_ms, 1.0);
-  EXPECT_DOUBLE_EQ(scene.latency(now)->p99_ms, 5.0);
-  EXPECT_LT(scene.rate_hz(now + kSecond_ns), 60.0);
-  EXPECT_EQ(scene.rate_hz(now + 3 * kSecond_ns), 0.0);
-}
-
-TEST(Scene, AnotherHostsClockGivesNoLatency) {
-  EXPECT_FALSE(sceneOf(fieldOf(0, 0, {}), false).latency(kSecond_ns));
+  const Scene& scene = one.watched.scene;
+  EXPECT_NEAR(scene.rate_hz(one.now), 100.0, 0.01);
+  ASSERT_TRUE(scene.latency(one.now));
+  EXPECT_DOUBLE_EQ(scene.latency(one.now)->p50_ms, 1.0);
+  EXPECT_DOUBLE_EQ(scene.latency(one.now)->p99_ms, 5.0);
+  EXPECT_LT(scene.rate_hz(one.now + kSecond_ns), 60.0);
+  EXPECT_EQ(scene.rate_hz(one.now + 3 * kSecond_ns), 0.0);
+  one.describe(false);
+  EXPECT_FALSE(scene.latency(one.now)) << "of another host's clock";
 }
 
 TEST(Json, TextIsEscapedAndNumbersAreExact) {

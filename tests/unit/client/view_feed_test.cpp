@@ -1,5 +1,4 @@
 #include "client/viewer/places.h"
-#include "client/viewer/playing.h"
 #include "client/viewer/surface.h"
 #include "tests/support/deadline.h"
 #include "tests/support/temporary_folder.h"
@@ -9,23 +8,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <limits>
 #include <thread>
 
 namespace traction::view {
 namespace {
-
-using namespace std::chrono_literals;
-
-TEST(Playing, TimeOfAMomentIsLimited) {
-  constexpr std::uint64_t kSecond = 1'000'000'000;
-  EXPECT_EQ(timeToPlay(3 * kSecond, 2.0), 1500ms);
-  EXPECT_EQ(timeToPlay(0, 1e-300), 0s);
-  for (const double speed : {1e-10, 5e-324, 0.0, -1.0, std::nan("")}) EXPECT_EQ(timeToPlay(kSecond, speed), 24h * 365);
-  for (const double speed : {0.0, -0.0, -1.0, std::nan("")}) EXPECT_EQ(timeToPlay(0, speed), 24h * 365);
-  EXPECT_EQ(timeToPlay(std::numeric_limits<std::uint64_t>::max(), 1.0), 24h * 365);
-  EXPECT_EQ(timeToPlay(kSecond, std::numeric_limits<double>::infinity()), 0s);
-}
 
 /// Arrows are drawn from all of them: one that is no number would hide the others.
 TEST(Places, AreNumbersWhereACurvedWindowHidesNodes) {

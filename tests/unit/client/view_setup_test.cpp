@@ -68,26 +68,17 @@ TEST(Look, PixelsAreTheCamerasWhereThePictureWasReduced) {
 }
 
 TEST(Look, SeesNoMarkersInNoiseAnEmptyPictureOrAFewSpots) {
-  EXPECT_EQ(lookAt(picture(
-                       3, [](int, int, std::size_t) { return 80.0; }, 6.0))
-                .markers,
-            0);
-  EXPECT_EQ(lookAt(picture(
-                       1, [](int, int, std::size_t) { return 80.0; }, 0.0))
-                .markers,
-            0);
-  EXPECT_EQ(lookAt(picture(1, [](int u, int v, std::size_t) { return 80.0 + 90.0 * disc(u, v, 110.0, 4.0); })).markers,
-            0);
-  EXPECT_EQ(lookAt(Snapshot()).markers, 0);
+  const auto grey = [](int, int, std::size_t) { return 80.0; };
+  const auto few = [](int u, int v, std::size_t) { return 80.0 + 90.0 * disc(u, v, 110.0, 4.0); };
+  for (const Snapshot& none : {picture(3, grey, 6.0), picture(1, grey, 0.0), picture(1, few), Snapshot()})
+    EXPECT_EQ(lookAt(none).markers, 0);
 }
 
 TEST(Look, IsSharpestInFocus) {
   double before = INFINITY;
   for (const double blur : {1.0, 2.0, 4.0, 8.0}) {
-    const double sharpness =
-        lookAt(picture(
-                   1, [&](int u, int v, std::size_t) { return 40.0 + 120.0 * disc(u, v, 40.0, 9.0, blur); }, 0.5))
-            .sharpness;
+    const auto spots = [blur](int u, int v, std::size_t) { return 40.0 + 120.0 * disc(u, v, 40.0, 9.0, blur); };
+    const double sharpness = lookAt(picture(1, spots, 0.5)).sharpness;
     EXPECT_LT(sharpness, before) << blur;
     before = sharpness;
   }

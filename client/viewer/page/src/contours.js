@@ -2,8 +2,8 @@
 // has them; and which nodes stick and slip.
 import {Ground, fit, say} from "./canvas.js";
 import {show, spread} from "./numbers.js";
-import {addMeanTraction, addTraction, deviationAt, forcesBeside} from "./round.js";
-import {Scale, newtons, pascals} from "./scale.js";
+import {addMeanTraction, deviationAt, forcesBeside} from "./round.js";
+import {Scale, between, newtons, pascals} from "./scale.js";
 import {drawStickSlip, gradient} from "./stick_slip.js";
 import {rampAt, theme} from "./theme.js";
 import {drawTouching} from "./touching.js";
@@ -16,8 +16,7 @@ const mostDots = 24;  // for nodes, along a side
 const faded = 0.3;  // of the last touch
 const finest = 93;  // points along a side, at most, of what is drawn
 const coarsest_px = 2.5;  // between points: closer than this nobody sees
-const unseen = 0.004;  // of the full scale
-const around = 2, grain = 4;  // nodes around what is touched that are drawn as well; of which the part's edges are multiples
+const unseen = 8e-4;  // [kPa]
 const touched = 0.05;  // of the strongest: what is to be in view
 const room = 2, narrowest = 10, widest = 0.75;  // nodes around it; nodes along a side at least; share of the face from which on all of it is seen
 const shrunk = 0.7;  // of the side that is seen: smaller than this it is enlarged
@@ -25,7 +24,6 @@ const settle_ms = 120, most_ms = 200, arrived = 0.01;  // as the camera of scene
 const label_px = 10, gap_px = 2;  // of a number on a line
 const disc_px = 7;  // of a node that sticks or slips, from its middle
 const farthest_px = 200;  // of a number from the middle of its contact
-const turn_ms = 400;  // between looks for a better place
 const angles = [0.75, 1, 0.5, 1.25, 0.25, 0, 1.5, 1.75].map((turn) => turn * Math.PI);  // in which numbers may stand, v being down
 const components = {both: [0, 1, 2], pressure: [2], shear: [0, 1]};
 /** What is drawn of a traction x, y, z. */
@@ -72,23 +70,11 @@ export class Spline {
   }
 }
 
-/** The spline's value at a place of the grid, [columns, rows] from the first number. */
-function splineAt(given, columns, rows, x, y, stride = 1, offset = 0) {
-  const c = Math.floor(x), r = Math.floor(y), across = weights(x - c), up = weights(y - r);
-  const within = (at, count) => Math.min(Math.max(at, 0), count - 1);
-  let sum = 0;
-  for (let j = 0; j < 4; ++j) {
-    for (let i = 0; i < 4; ++i) sum += up[j] * across[i] * given[(within(r + j - 1, rows) * columns + within(c + i - 1, columns)) * stride + offset];
-  }
-  return sum;
-}
-
 export class Contours {
   /** what is drawn: "both", "pressure" or "shear" */
   quantity = "both";
   #pointer = null;
-  #turns = [];  // of each contact: the angle at which its numbers stand
-  #turned_ms = 0;
+  #turns = [];  // of each contact: which of the angles its numbers stand at
   #wanted = null;  // what is to be seen of the grid: [column, row, columns, rows]
   #seen = null;    // what is seen
   #looked_ms = 0;
@@ -116,14 +102,13 @@ export class Contours {
     const {columns, rows} = model;
     const right = margin.right + (width > wide_px ? second_px : 0);
     const nodes = model.pressures_kPa(this.quantity), rounds = model.rounds;
-    const [fromColumn, fromRow, across, upwards] = this.#look(model, nodes);
+    const seen = this.#look(model, nodes), [fromColumn, fromRow, across, upwards] = seen;
     const zoom = Math.max(1, Math.min((width - margin.left - right) / across, (height - margin.top - margin.bottom) / upwards));  // [px] of a node distance
     const edge = {left: Math.round((width - zoom * across - right + margin.left) / 2), top: margin.top};
     Object.assign(edge, {right: edge.left + zoom * across, low: edge.top + zoom * upwards});
     const left = edge.left - zoom * fromColumn, low = edge.low + zoom * fromRow;  // of the first node
-    const field = {nodes, rounds, beside_kPa: rounds.length > 0 ? this.#beside(model, rounds) : null};
-    const part = this.#partOf(model, field, zoom);
-    const values = part ? this.#values(model, field, part) : null;
+    const part = this.#partOf(model, nodes, seen, zoom);
+    const values = part ? this.#values(model, nodes, rounds, part) : null;
     let largest = 0;
     for (const one of values ?? []) if (one > largest) largest = one;
     const full = this.scale.update(largest);
@@ -147,7 +132,7 @@ export class Contours {
       this.#lines(context, values, part, full, zoom);
     }
     context.globalAlpha = 1;
-    const place = (point) => this.#place(model, point);
+    const place = (point) => model.gridPlace(point);
     model.stick_slip = drawStickSlip(context, model, place);
     this.legend.hidden = model.stick_slip.length === 0;
     const taken = drawTouching(context, model, place);
@@ -162,7 +147,7 @@ export class Contours {
     }
     context.restore();
     const numbers = part && !model.isGhost ? this.#numbers(context, model, values, part, full, {left, low, zoom, edge}, taken) : [];
-    this.#underPointer(context, model, field, left, low, zoom, edge);
+    this.#underPointer(context, model, values, part, {left, low, zoom, edge});
     model.contours = {full_kPa: full, largest_kPa: largest, numbers, levels_kPa: Array.from({length: levels}, (_, i) => ((i + 1) * full) / (levels + 1))};
     say(this.label, model.ghostWords + (largest > 0 ? `most ${pascals(largest)}${rounds.length > 0 ? " by the contact's model" : ""}` :
       `nothing touches; a node is seen from ${newtons(model.description.solver.detection_limit_normal_N)}`));
@@ -192,33 +177,12 @@ export class Contours {
     return this.#seen;
   }
 
-  /** Tractions at the nodes [kPa], x, y, z of each, without those of the round contacts. */
-  #beside(model, rounds) {
-    return forcesBeside(rounds, model).map((force) => (1e3 * force) / model.mean_area_mm2);
-  }
-
-  /** The part of the grid that is drawn, as fine as can be seen; null: nothing is to be seen. */
-  #partOf(model, {nodes, rounds}, zoom) {
-    const {columns, rows} = model;
-    let strongest = this.scale.least;
-    for (const one of nodes) if (one > strongest) strongest = one;
-    const first = [columns, rows], last = [-1, -1];
-    const add = (at, axis) => {
-      first[axis] = Math.min(first[axis], at);
-      last[axis] = Math.max(last[axis], at);
-    };
-    for (let i = 0; i < nodes.length; ++i) {
-      if (Math.abs(nodes[i]) < unseen * strongest) continue;
-      add(i % columns, 0);
-      add(Math.floor(i / columns), 1);
-    }
-    for (const {at, radius} of rounds) {
-      for (const side of [-1, 1]) this.#place(model, at.map((one) => 1e-3 * (one + side * radius))).forEach(add);
-    }
-    if (last[0] < 0) return null;
-    const [[column, columnsSeen], [row, rowsSeen]] = [columns, rows].map((count, axis) => {
-      const from = Math.max(0, grain * Math.floor((first[axis] - around) / grain));
-      return [from, Math.min(count - 1, grain * Math.ceil((last[axis] + around) / grain)) - from + 1];
+  /** The part of the grid that is seen, as fine as can be seen; null: nothing is to be seen. */
+  #partOf(model, nodes, [fromColumn, fromRow, across, upwards], zoom) {
+    if (nodes.every((one) => Math.abs(one) < unseen)) return null;
+    const [[column, columnsSeen], [row, rowsSeen]] = [[fromColumn, across, model.columns], [fromRow, upwards, model.rows]].map(([from, size, count]) => {
+      const first = Math.max(0, Math.floor(from));
+      return [first, Math.min(count - 1, Math.ceil(from + size)) - first + 1];
     });
     const times = Math.max(1, Math.min(Math.floor((finest - 1) / (Math.max(columnsSeen, rowsSeen) - 1)), Math.ceil(zoom / coarsest_px)));
     if (this.splines?.[0].columns !== columnsSeen || this.splines[0].rows !== rowsSeen || this.splines[0].times !== times) {
@@ -233,9 +197,10 @@ export class Contours {
   }
 
   /** What is drawn, at each point of the part [kPa]. */
-  #values(model, {nodes, rounds, beside_kPa}, {column, row, times, wide, high}) {
+  #values(model, nodes, rounds, {column, row, times, wide, high}) {
     const [first] = this.splines, start = row * model.columns + column;
-    if (!beside_kPa) return first.update(nodes, 1, start, model.columns);
+    if (rounds.length === 0) return first.update(nodes, 1, start, model.columns);
+    const beside_kPa = forcesBeside(rounds, model).map((force) => (1e3 * force) / model.mean_area_mm2);
     for (const axis of components[this.quantity]) this.splines[axis].update(beside_kPa, 3, 3 * start + axis, model.columns);
     const [x_kPa, y_kPa, z_kPa] = this.splines.map(({values}) => values), sum = [0, 0, 0], make = made[this.quantity];
     const values = this.whole?.length === x_kPa.length ? this.whole : (this.whole = new Float32Array(x_kPa.length));
@@ -318,18 +283,22 @@ export class Contours {
     if (area_mm2 > 0) context.fillText("a node", left + bar_px + 58, top + tall - 1);
   }
 
-  #underPointer(context, model, field, left, low, zoom, edge) {
+  /** What is drawn at a place of the grid [kPa]; 0: nothing is. */
+  #valueAt(values, part, x, y) {
+    if (!part) return 0;
+    const {column, row, times, wide, high} = part, c = (x - column) * times, r = (y - row) * times;
+    return c >= 0 && r >= 0 && c < wide && r < high ? between(values, wide, high, c, r) : 0;
+  }
+
+  #underPointer(context, model, values, part, {left, low, zoom, edge}) {
     model.pointed = null;
     if (!this.#pointer) return;
-    const {columns, rows} = model, [u, v] = this.#pointer, x = (u - left) / zoom, y = (low - v) / zoom;
+    const [u, v] = this.#pointer, x = (u - left) / zoom, y = (low - v) / zoom;
     if (!(u >= edge.left && v >= edge.top && u <= edge.right && v <= edge.low)) return;
     const [at_mm, pitch_mm] = this.#placed(model, x, y), make = made[this.quantity];
-    const {nodes, rounds, beside_kPa} = field, node = Math.round(y) * columns + Math.round(x), deviation = model.shown.node_deviation_N;
-    const sum = [0, 1, 2].map((axis) => (beside_kPa ? splineAt(beside_kPa, columns, rows, x, y, 3, axis) : 0));
-    const over = rounds.filter((contact) => Math.hypot(at_mm[0] - contact.at[0], at_mm[1] - contact.at[1]) < contact.radius + contact.deviations.radius);
-    for (const contact of over) addTraction(contact, ...at_mm, sum);
-    const at = beside_kPa ? make(sum) : splineAt(nodes, columns, rows, x, y);
-    const kPa = this.quantity === "pressure" ? at : Math.max(0, at);  // a spline may go below what it goes through
+    const node = Math.round(y) * model.columns + Math.round(x), deviation = model.shown.node_deviation_N;
+    const over = model.rounds.filter((contact) => Math.hypot(at_mm[0] - contact.at[0], at_mm[1] - contact.at[1]) < contact.radius + contact.deviations.radius);
+    const at = this.#valueAt(values, part, x, y), kPa = this.quantity === "pressure" ? at : Math.max(0, at);  // a spline may go below what it goes through
     const ofNode = deviation.length > 0 ? (1e3 * deviation[3 * node + (this.quantity === "shear" ? 0 : 2)]) / model.area_mm2(node) : 0;
     const deviation_kPa = over.length > 0 ? Math.hypot(...over.map((contact) => deviationAt(contact, ...at_mm, make))) : ofNode;
     const digits = kPa < 10 ? 2 : 1;
@@ -351,27 +320,12 @@ export class Contours {
     context.fillText(text, from + 6, top + 11);
   }
 
-  /** A point of the gel frame [m], as column and row. */
-  #place({columns, rows, description: {nodes: {pitch_m, centre_m}}}, [x_m, y_m]) {
-    return [(x_m - centre_m[0]) / pitch_m + (columns - 1) / 2, (y_m - centre_m[1]) / pitch_m + (rows - 1) / 2];
-  }
-
   #paint(values, full) {
-    const {image: {data}, bands} = this, steps = levels + 1;
+    const steps = levels + 1, pixels = new Uint32Array(this.image.data.buffer);
     for (let i = 0; i < values.length; ++i) {
-      const t = values[i] / full;
-      const band = Math.min(Math.max(Math.floor(t * steps), 0), steps - 1);
-      bands[i] = band;
-      const opacity = 14 * t - 0.12;
-      if (opacity <= 0) {
-        data[4 * i + 3] = 0;
-        continue;
-      }
-      const colour = this.colours[band];
-      data[4 * i] = colour[0];
-      data[4 * i + 1] = colour[1];
-      data[4 * i + 2] = colour[2];
-      data[4 * i + 3] = 255 * Math.min(1, opacity);
+      const t = values[i] / full, band = Math.min(Math.max(Math.floor(t * steps), 0), steps - 1), [red, green, blue] = this.colours[band];
+      this.bands[i] = band;
+      pixels[i] = ((255 * Math.min(Math.max(14 * t - 0.12, 0), 1)) << 24) | (blue << 16) | (green << 8) | red;
     }
     this.picture.getContext("2d").putImageData(this.image, 0, 0);
   }
@@ -415,12 +369,7 @@ export class Contours {
     const texts = Array.from({length: steps}, (_, k) => pascals((k * full) / steps, full).split(" ")[0]);
     this.widths = this.widthsOf === texts[1] ? this.widths : texts.map((text) => context.measureText(text).width + 2 * gap_px);
     this.widthsOf = texts[1];
-    const valueAt = (u, v) => {
-      const x = ((u - left) / zoom - column) * times, y = ((low - v) / zoom - row) * times, c = Math.floor(x), r = Math.floor(y);
-      if (!(c >= 0 && r >= 0 && c + 1 < wide && r + 1 < high)) return 0;
-      const i = r * wide + c, f = x - c, g = y - r;
-      return (1 - g) * ((1 - f) * values[i] + f * values[i + 1]) + g * ((1 - f) * values[i + wide] + f * values[i + wide + 1]);
-    };
+    const valueAt = (u, v) => this.#valueAt(values, part, (u - left) / zoom, (low - v) / zoom);
     /** Where the values fall below the levels on a ray. */
     const falls = (u, v, angle) => {
       const found = [];
@@ -456,23 +405,14 @@ export class Contours {
       for (let i = 1; i < values.length; ++i) if (values[i] > values[best]) best = i;
       return [column + (best % wide) / times, row + Math.floor(best / wide) / times];
     };
-    const middles = model.description.body ? [strongest()] : model.shown.contacts.map(({position_m}) => this.#place(model, position_m));
-    const now = performance.now(), isTime = now - this.#turned_ms > turn_ms;
-    if (isTime) this.#turned_ms = now;
+    const middles = model.description.body ? [strongest()] : model.shown.contacts.map(({position_m}) => model.gridPlace(position_m));
     context.textAlign = "center";
     context.textBaseline = "middle";
     middles.forEach(([x, y], i) => {
-      const along = (angle) => fitted(falls(left + zoom * x, low - zoom * y, angle));
-      let ray = along(this.#turns[i] ?? angles[0]);
-      if (isTime || this.#turns[i] === undefined) {  // else they stay where they are
-        for (const angle of angles) {
-          const other = along(angle);
-          if (other.length <= ray.length + (this.#turns[i] === undefined ? 0 : 1)) continue;
-          [ray, this.#turns[i]] = [other, angle];
-        }
-        this.#turns[i] ??= angles[0];
-      }
-      for (const {k, u, v, box} of ray) {
+      const rays = angles.map((angle) => fitted(falls(left + zoom * x, low - zoom * y, angle))), counts = rays.map((ray) => ray.length);
+      const most = counts.indexOf(Math.max(...counts)), before = this.#turns[i] ?? most;
+      this.#turns[i] = counts[most] > counts[before] + 1 ? most : before;  // they stay where they are
+      for (const {k, u, v, box} of rays[this.#turns[i]]) {
         const [red, green, blue] = this.colours[k];
         context.fillStyle = `rgb(${red} ${green} ${blue})`;
         context.fillRect(box[0], box[1], box[2] - box[0], box[3] - box[1]);

@@ -5,7 +5,7 @@ import {BufferAttribute, BufferGeometry, Color, ConeGeometry, CylinderGeometry, 
 
 import {Axes} from "./axes.js";
 import {isSlow, say} from "./canvas.js";
-import {Scale, newtons} from "./scale.js";
+import {Scale, between, newtons} from "./scale.js";
 import {Stage, sunlight} from "./scene.js";
 import {Skin} from "./skin.js";
 import {sharesOf, slipColourAt} from "./stick_slip.js";
@@ -86,8 +86,8 @@ export class Flow {
     this.axes.visible = !model.description.body;
     this.axes.update(this.skin.extent, this.stage);
     model.vectors = {sequence: model.field.header.sequence, ...this.#arrows(model, grid, full)};
-    model.flow = this.#flow(grid, full);
     this.lines.visible = !model.isGhost && !model.description.body;  // a body's shear lies in no plane
+    if (this.lines.visible) this.#flow(grid, full);
     this.stage.follow(this.box ?? this.axes.extent, leastSeen * grid.pitch_mm);
     say(this.label, model.ghostWords + (grid.largest_N > 0 ? `full arrow ${newtons(full)}` : "nothing touches"));
     this.stage.render();
@@ -156,32 +156,20 @@ export class Flow {
     const reach = Math.ceil(2.5 * blur);
     const weight = Array.from({length: 2 * reach + 1}, (_, k) => Math.exp((-0.5 * (k - reach) ** 2) / blur ** 2));
     const sum = weight.reduce((a, b) => a + b);
-    if (this.half?.length !== 2 * columns * rows) {
-      this.half = new Float32Array(2 * columns * rows);
-      this.smooth = new Float32Array(2 * columns * rows);
-    }
-    this.half.fill(0);
-    this.smooth.fill(0);
-    // What is zero, most of it, spreads nothing.
-    for (let i = 0; i < columns * rows; ++i) {
-      const fx = force[3 * i] / sum, fy = force[3 * i + 1] / sum;
-      if (fx === 0 && fy === 0) continue;
-      const column = i % columns;
-      for (let k = Math.max(-reach, -column); k <= Math.min(reach, columns - 1 - column); ++k) {
-        this.half[2 * (i + k)] += weight[k + reach] * fx;
-        this.half[2 * (i + k) + 1] += weight[k + reach] * fy;
+    const spread = (from, stride, to) => {  // along rows, then along columns; what is zero, most of it, spreads nothing
+      for (let i = 0; i < columns * rows; ++i) {
+        const fx = from[stride * i] / sum, fy = from[stride * i + 1] / sum;
+        if (fx === 0 && fy === 0) continue;
+        const [at, count, step] = stride === 3 ? [i % columns, columns, 1] : [Math.floor(i / columns), rows, columns];
+        for (let k = Math.max(-reach, -at); k <= Math.min(reach, count - 1 - at); ++k) {
+          to[2 * (i + k * step)] += weight[k + reach] * fx;
+          to[2 * (i + k * step) + 1] += weight[k + reach] * fy;
+        }
       }
-    }
+      return to;
+    };
+    this.smooth = spread(spread(force, 3, new Float32Array(2 * columns * rows)), 2, new Float32Array(2 * columns * rows));
     let largest = 0;
-    for (let i = 0; i < columns * rows; ++i) {
-      const fx = this.half[2 * i] / sum, fy = this.half[2 * i + 1] / sum;
-      if (fx === 0 && fy === 0) continue;
-      const row = Math.floor(i / columns);
-      for (let k = Math.max(-reach, -row); k <= Math.min(reach, rows - 1 - row); ++k) {
-        this.smooth[2 * (i + k * columns)] += weight[k + reach] * fx;
-        this.smooth[2 * (i + k * columns) + 1] += weight[k + reach] * fy;
-      }
-    }
     for (let i = 0; i < this.smooth.length; i += 2) largest = Math.max(largest, this.smooth[i] ** 2 + this.smooth[i + 1] ** 2);
     return Math.sqrt(largest);
   }
@@ -201,34 +189,23 @@ export class Flow {
 
   /** Lines along the forces' part in the surface, from seeds between the nodes, both ways (Runge and Kutta's midpoint). */
   #flow(grid, full) {
-    const {columns, rows, positions_mm: at} = grid;
+    const {columns, rows, pitch_mm, positions_mm: at} = grid;
     const strongest = this.#smooth(grid), force = this.smooth;
     const position = this.lines.geometry.getAttribute("position"), colour = this.lines.geometry.getAttribute("color");
-    let count = 0, lines = 0, turns = 0, curl = 0;
+    let count = 0;
     const sample = (c, r, out) => {
-      const c0 = Math.min(c | 0, columns - 2), r0 = Math.min(r | 0, rows - 2), f = c - c0, g = r - r0;
-      const i = 2 * (r0 * columns + c0), j = i + 2 * columns;
-      const p = (1 - f) * (1 - g), q = f * (1 - g), s = (1 - f) * g, t = f * g;
-      out[0] = p * force[i] + q * force[i + 2] + s * force[j] + t * force[j + 2];
-      out[1] = p * force[i + 1] + q * force[i + 3] + s * force[j + 1] + t * force[j + 3];
+      for (let k = 0; k < 2; ++k) out[k] = between(force, columns, rows, c, r, 2, k);
       return Math.sqrt(out[0] * out[0] + out[1] * out[1]);
-    };
-    const locate = (c, r, out) => {
-      const c0 = Math.min(c | 0, columns - 2), r0 = Math.min(r | 0, rows - 2), f = c - c0, g = r - r0;
-      const i = 3 * (r0 * columns + c0), j = i + 3 * columns;
-      for (let k = 0; k < 3; ++k) {
-        out[2 + k] = (1 - g) * ((1 - f) * at[i + k] + f * at[i + 3 + k]) + g * ((1 - f) * at[j + k] + f * at[j + 3 + k]);
-      }
     };
     const inside = (c, r) => c >= 0 && r >= 0 && c <= columns - 1 && r <= rows - 1;
     const strong = Math.max(strongest * least, 4e-3 * full), bright = Math.max(strongest, 0.05 * full);
     const shade = theme.isLight ? [0.64, 0.23, 0.07] : [1, 0.78, 0.45];
-    const here = [0, 0, 0, 0, 0], there = [0, 0, 0, 0, 0];
+    const here = [0, 0], there = [0, 0];
     const most = position.count - 2, places = position.array, shades = colour.array;
-    const put = (i, from, alpha) => {
-      places[3 * i] = from[2];
-      places[3 * i + 1] = from[3];
-      places[3 * i + 2] = from[4] - 0.3;
+    const put = (i, c, r, alpha) => {
+      places[3 * i] = at[0] + c * pitch_mm;
+      places[3 * i + 1] = at[1] + r * pitch_mm;
+      places[3 * i + 2] = -0.3;
       shades[4 * i] = shade[0];
       shades[4 * i + 1] = shade[1];
       shades[4 * i + 2] = shade[2];
@@ -242,9 +219,7 @@ export class Flow {
           let c = first[0] + ((sx + 0.5) * wide) / across, r = first[1] + ((sy + 0.5) * high) / upwards;
           let size = sample(c, r, here);
           if (size < strong) break;
-          locate(c, r, here);
-          put(count, here, Math.min(1, 0.2 + (1.4 * size) / bright));
-          ++lines;
+          put(count, c, r, Math.min(1, 0.2 + (1.4 * size) / bright));
           for (let step = 0; step < steps && count < most; ++step) {
             const hc = c + (0.5 * stride * way * here[0]) / size, hr = r + (0.5 * stride * way * here[1]) / size;
             if (!inside(hc, hr)) break;
@@ -254,17 +229,14 @@ export class Flow {
             if (!inside(nc, nr)) break;
             const next = sample(nc, nr, there);
             if (next < strong) break;
-            locate(nc, nr, there);
-            curl += Math.abs(here[0] * there[1] - here[1] * there[0]) / (size * next);
-            ++turns;
             if (step % together === together - 1) {  // from where the line was put last
               const alpha = Math.min(1, 0.2 + (1.4 * next) / bright) * (1 - (step + 1) / steps);
-              put(count + 1, there, alpha);
-              put(count + 2, there, alpha);
+              put(count + 1, nc, nr, alpha);
+              put(count + 2, nc, nr, alpha);
               count += 2;
             }
             c = nc, r = nr, size = next;
-            for (let k = 0; k < 5; ++k) here[k] = there[k];
+            [here[0], here[1]] = there;
           }
         }
       }
@@ -275,6 +247,5 @@ export class Flow {
       attribute.needsUpdate = true;
     }
     this.lines.geometry.setDrawRange(0, count);
-    return {lines, segments: count / 2, bend_rad: turns ? curl / turns : 0};
   }
 }

@@ -5,8 +5,7 @@ import {roundContacts} from "./round.js";
 
 const touch_ms = 1500;  // after a message of traction-touch, which sends one for each field
 const sameTouch_ms = 500;  // without a contact, within one touch
-const mostRecent = 4;  // fields that wait for their surface
-const alone_ms = 300;  // after which a surface is drawn without its field
+const none = [];
 const mostArrows = isSlow ? 25 : 50;  // along a side
 
 /** Of one sensor. Positions in mm, gel frame, unless a name says pixels. */
@@ -15,7 +14,6 @@ export class Model {
     this.name = name;
     this.description = null;
     this.field = null;
-    this.markers = null;
     this.status = null;
     this.contacts = null;  // the last message of traction-touch
     this.isConnected = false;
@@ -26,10 +24,6 @@ export class Model {
     this.places_px = new Float32Array();  // of nodes in the camera's picture
     this.positions_mm = new Float32Array();  // x, y, z of nodes
     this.displacement_mm = new Float32Array();  // of the touched surface at the nodes: x, y, z
-    this.displacement_of = null;  // the field that it is of; null: not here
-    this.recent = [];
-    this.waiting = null;  // the last surface whose field has not come
-    this.moved_ms = -Infinity;
     this.surface_share = 0;  // of the gel's computation; below 1 the surface moves as a half space does
     this.columns = 0;
     this.rows = 0;
@@ -73,9 +67,6 @@ export class Model {
     this.field = field;
     ++this.fields;
     if (field.valid) this.valid = field;
-    this.recent.push(field);
-    if (this.recent.length > mostRecent) this.recent.shift();
-    if (this.waiting?.sequence === field.header.sequence) this.#move(this.waiting, field);
     if (field.valid && isTouch(field)) {
       const force_N = Math.hypot(...field.resultant_N);
       if (!this.#isSameTouch || force_N >= this.peak.force_N) this.peak = {field, force_N};
@@ -111,7 +102,6 @@ export class Model {
   }
 
   takeMarkers(markers) {
-    this.markers = markers;
     const rest = this.description?.zero?.rest_position_px;
     if (!rest || rest.length !== markers.displacement_px.length) return;
     if (this.markers_px.length !== rest.length) this.markers_px = new Float32Array(rest.length);
@@ -120,21 +110,10 @@ export class Model {
     }
   }
 
-  /** With its field, whose round contacts it needs: either may come first, or be skipped. */
-  takeSurface(message) {
-    const field = this.recent.find(({header}) => header.sequence === message.sequence);
-    if (field) return this.#move(message, field);
-    if (this.waiting && performance.now() - this.moved_ms > alone_ms) this.#move(this.waiting, null);
-    this.waiting = message;
-  }
-
-  #move({displacement_mm, share}, field) {
-    this.waiting = null;
-    this.moved_ms = performance.now();
+  takeSurface({displacement_mm, share}) {
     this.surface_share = share;
     if (this.field?.valid === false && this.isTouched) return;  // without forces for a moment
     this.displacement_mm = displacement_mm;
-    this.displacement_of = field;
   }
 
   takeContacts(message) {
@@ -183,15 +162,21 @@ export class Model {
     return values;
   }
 
+  /** A point of the gel frame [m], as column and row. */
+  gridPlace([x_m, y_m]) {
+    const {pitch_m, centre_m} = this.description.nodes;
+    return [(x_m - centre_m[0]) / pitch_m + (this.columns - 1) / 2, (y_m - centre_m[1]) / pitch_m + (this.rows - 1) / 2];
+  }
+
   /** Contacts of what is shown that their own model describes between the nodes. */
   get rounds() {
     if (this.roundsOf !== this.shown) [this.roundsOf, this.roundsMade] = [this.shown, roundContacts(this.shown, this.description)];
     return this.roundsMade;
   }
 
-  /** Those of the field that displacement_mm is of. */
+  /** Those that displacement_mm is of: the same, or hardly other ones, of a field some milliseconds before or after. */
   get roundsMoved() {
-    return this.displacement_of === this.shown ? this.rounds : this.displacement_of ? roundContacts(this.displacement_of, this.description) : [];
+    return this.field === null || this.isGhost ? none : this.rounds;
   }
 
   /** What arrows are drawn of: the nodes; of more than can be told apart the sums over square blocks of them, in the

@@ -1,7 +1,7 @@
 // View b: what the camera sees, brighter than it is, and over it how the markers have moved, the forces along the surface as
 // arrows, and the pressure as discs.
-import {Scale, newtons} from "./scale.js";
-import {Ground, fit, isSlow, ratio, say} from "./canvas.js";
+import {Scale, between, newtons} from "./scale.js";
+import {Ground, fit, isSlow, say} from "./canvas.js";
 import {theme} from "./theme.js";
 import {drawTouching} from "./touching.js";
 
@@ -103,48 +103,33 @@ export class Overhead {
         brighter > 1.05 && `light × ${brighter.toFixed(1)}`].filter(Boolean).join(", "));
     }
     if (model.places_px.length === 2 * model.columns * model.rows && model.columns > 1 && model.rows > 1) {
-      drawTouching(context, model, (point) => placeIn(model, point), model.preview ? "#e3eaec" : theme.text);
+      drawTouching(context, model, (point) => {
+        const at = model.gridPlace(point);
+        return [0, 1].map((axis) => between(model.places_px, model.columns, model.rows, ...at, 2, axis));
+      }, model.preview ? "#e3eaec" : theme.text);
     }
     context.restore();
   }
 
-  /** Discs, pixel by pixel: a thousand of them cost less than as many arcs, or pictures of one. */
   #markers(context, model, zoom) {
     const {camera, layers, zero} = model.description;
     const places = model.markers_px.length ? model.markers_px : zero?.rest_position_px ?? [];
-    const dense = zoom * ratio();
-    const wide = Math.ceil(dense * camera.width_px), high = Math.ceil(dense * camera.height_px);
-    if (this.picture?.width !== wide || this.picture?.height !== high) {
-      this.picture = Object.assign(document.createElement("canvas"), {width: wide, height: high});
-      this.image = new ImageData(wide, high);
-    }
-    const {data} = this.image;
-    data.fill(0);
     const focal_px = camera.focal_px * Math.sqrt(camera.aspect);
+    context.globalAlpha = 0.6;
     let i = 0;
     for (const layer of layers) {
       const end = Math.min(i + 2 * layer.columns * layer.rows, places.length);
-      const height_m = Math.max(1e-3, camera.position_m[2] - layer.depth_m);
-      const radius = Math.max(1, (0.5 * dense * layer.diameter_m * focal_px) / height_m);
-      const colour = parseInt(({blue: theme.blue, red: theme.red}[layer.colour] ?? theme.quiet).slice(1), 16);
+      const radius = Math.max(1 / zoom, (0.5 * layer.diameter_m * focal_px) / Math.max(1e-3, camera.position_m[2] - layer.depth_m));
+      context.fillStyle = {blue: theme.blue, red: theme.red}[layer.colour] ?? theme.quiet;
+      context.beginPath();
       for (; i < end; i += 2) {
-        const u = dense * (places[i] + 0.5) - 0.5, v = dense * (places[i + 1] + 0.5) - 0.5;
-        if (!(u >= 0 && v >= 0 && u < wide && v < high)) continue;  // NaN: not seen
-        for (let y = Math.max(0, Math.ceil(v - radius - 1)); y <= Math.min(high - 1, v + radius + 1); ++y) {
-          for (let x = Math.max(0, Math.ceil(u - radius - 1)); x <= Math.min(wide - 1, u + radius + 1); ++x) {
-            const cover = radius + 0.5 - Math.sqrt((x - u) ** 2 + (y - v) ** 2);
-            if (cover <= 0) continue;
-            const at = 4 * (y * wide + x);
-            data[at] = colour >> 16;
-            data[at + 1] = (colour >> 8) & 255;
-            data[at + 2] = colour & 255;
-            data[at + 3] = 153 * Math.min(1, cover);
-          }
-        }
+        if (Number.isNaN(places[i])) continue;  // not seen
+        context.moveTo(places[i] + radius, places[i + 1]);
+        context.arc(places[i], places[i + 1], radius, 0, 7);
       }
+      context.fill();
     }
-    this.picture.getContext("2d").putImageData(this.image, 0, 0);
-    context.drawImage(this.picture, -0.5, -0.5, wide / dense, high / dense);
+    context.globalAlpha = 1;
   }
 
   /** Arrows by which the markers have moved, in steps of 1, 2, 5 times as long. @returns that factor; 0: none has moved */
@@ -214,15 +199,6 @@ function arrow(context, x, y, dx, dy, most, least = 0) {
     context.moveTo(x + dx, y + dy);
     context.lineTo(x + dx - head * (dx - side * dy), y + dy - head * (dy + side * dx));
   }
-}
-
-/** Where a point of the touched surface [m] lies in the picture [px]: between the nodes around it, or beyond those at the edge. */
-function placeIn({description: {nodes: {pitch_m, centre_m}}, columns, rows, places_px: places}, [x_m, y_m]) {
-  const x = (x_m - centre_m[0]) / pitch_m + (columns - 1) / 2, y = (y_m - centre_m[1]) / pitch_m + (rows - 1) / 2;
-  const column = Math.min(Math.max(Math.floor(x), 0), columns - 2), row = Math.min(Math.max(Math.floor(y), 0), rows - 2);
-  const s = x - column, t = y - row, i = row * columns + column;
-  return [0, 1].map((axis) => (1 - t) * ((1 - s) * places[2 * i + axis] + s * places[2 * (i + 1) + axis]) +
-    t * ((1 - s) * places[2 * (i + columns) + axis] + s * places[2 * (i + columns + 1) + axis]));
 }
 
 /** Unit vectors of the gel's x and y in the picture, of a mean node distance [px]. */

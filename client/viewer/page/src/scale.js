@@ -1,4 +1,4 @@
-// How long an arrow is: steps of 1, 2, 5, that change seldom.
+// How long an arrow is: steps of 1, 2, 5, that change seldom; and values between those of a grid.
 
 const steps = [1, 2, 5];
 const fade_ms = 2300;  // until what was large counts half
@@ -32,4 +32,11 @@ export function newtons(value) {
 export function pascals(kPa, of = kPa) {
   const [unit, times] = of >= 1000 ? ["MPa", 1e-3] : of >= 1 ? ["kPa", 1] : ["Pa", 1e3];
   return `${Number((times * kPa).toPrecision(2))} ${unit}`;
+}
+
+/** The value at a place of a grid, [column, row], between those around it, or beyond those at its edge. @param size of each of `values` */
+export function between(values, columns, rows, x, y, size = 1, axis = 0) {
+  const c = Math.min(Math.max(Math.floor(x), 0), columns - 2), r = Math.min(Math.max(Math.floor(y), 0), rows - 2), s = x - c, t = y - r;
+  const i = size * (r * columns + c) + axis, j = i + size * columns;
+  return (1 - t) * ((1 - s) * values[i] + s * values[i + size]) + t * ((1 - s) * values[j] + s * values[j + size]);
 }

@@ -12,7 +12,6 @@ const finest = isSlow ? 47 : 93;  // points along a side, at most
 const ambient = 0.54, diffuse = 0.54, gloss = 0.16, shininess = 48;
 const mostLines = 12;  // of the grid along a side
 const mostSideways = 3;  // times that motion along the surface is drawn larger
-const flat = 3.5e-4;  // of the longer side: what a square may be off the plane of its corners and be drawn as two triangles
 
 /** Of the nodes: of a body's they are not in a plane. */
 export function extentOf(positions_mm) {
@@ -22,16 +21,6 @@ export function extentOf(positions_mm) {
     max[i % 3] = Math.max(max[i % 3], positions_mm[i]);
   }
   return {min, max};
-}
-
-/** Whether the points of a square are farther than `most` above or below the plane, if it is one, of its corners. */
-function isBent(position, [x0, y0, x1, y1], wide, most) {
-  const at = (x, y) => position[3 * (y * wide + x) + 2], low = at(x0, y0), east = at(x1, y0), north = at(x0, y1), far = at(x1, y1);
-  for (let y = y0; y <= y1; ++y) {
-    const t = (y - y0) / (y1 - y0), left = low + t * (north - low), right = east + t * (far - east);
-    for (let x = x0; x <= x1; ++x) if (Math.abs(at(x, y) - left - ((x - x0) / (x1 - x0)) * (right - left)) > most) return true;
-  }
-  return false;
 }
 
 export class Skin extends Group {
@@ -69,36 +58,21 @@ export class Skin extends Group {
     for (const name of ["position", "color"]) {
       geometry.setAttribute(name, new BufferAttribute(new Float32Array(3 * wide * high), 3).setUsage(DynamicDrawUsage));
     }
-    // The grid's squares, each as fine as it is known, and coarse: what the processor draws costs by the triangle.
-    this.squares = [];
     const step = Math.ceil(Math.max(wide, high) / (finest + 1));  // of more nodes than can be told apart, every second, say
     const every = step * Math.ceil((Math.ceil(Math.max(columns, rows) / mostLines) * this.times) / step);
-    const indexOf = ([x, y]) => Math.min(y, high - 1) * wide + Math.min(x, wide - 1);
-    const mesh = (x0, y0, x1, y1, by) => {
-      const faces = [], lines = [];
-      for (let y = y0; y < y1; y += by) {
-        for (let x = x0; x < x1; x += by) {
-          const right = Math.min(x + by, x1), up = Math.min(y + by, y1);
-          const [i, east, north, far] = [[x, y], [right, y], [x, up], [right, up]].map(indexOf);
-          faces.push(i, north, east, east, north, far);
-          if (y === y0) lines.push(i, east);
-          if (x === x0) lines.push(i, north);
-        }
-      }
-      return {faces, lines};
-    };
-    for (let y = 0; y < high - 1; y += every) {
-      for (let x = 0; x < wide - 1; x += every) {
-        const box = [x, y, Math.min(x + every, wide - 1), Math.min(y + every, high - 1)];
-        this.squares.push({box, fine: mesh(...box, step), coarse: mesh(...box, every), isFine: null});
+    const faces = [], lines = [];
+    for (let y = 0; y < high - 1; y += step) {
+      for (let x = 0; x < wide - 1; x += step) {
+        const right = Math.min(x + step, wide - 1), up = Math.min(y + step, high - 1);
+        const [i, east, north, far] = [[x, y], [right, y], [x, up], [right, up]].map(([column, row]) => row * wide + column);
+        faces.push(i, north, east, east, north, far);
+        if (y % every === 0) lines.push(i, east);
+        if (x % every === 0) lines.push(i, north);
       }
     }
-    this.side = Math.max(...[0, 1].map((axis) => this.extent.max[axis] - this.extent.min[axis]));
-    const indices = (name) => new BufferAttribute(new (wide * high > 65535 ? Uint32Array : Uint16Array)(
-      this.squares.reduce((sum, {fine}) => sum + fine[name].length, 0)), 1).setUsage(DynamicDrawUsage);
-    geometry.setIndex(indices("faces"));
+    geometry.setIndex(faces);
     grid.setAttribute("position", geometry.getAttribute("position"));
-    grid.setIndex(indices("lines"));
+    grid.setIndex(lines);
     for (const old of this.children) old.geometry.dispose();
     this.clear();
     this.mesh = new Mesh(geometry, this.material);
@@ -146,38 +120,14 @@ export class Skin extends Group {
       }
     }
     for (const name of ["position", "color"]) this.mesh.geometry.getAttribute(name).needsUpdate = true;
-    this.#refine(position, ofBody !== null);
-  }
-
-  /** Draws the squares that are not flat as fine as they are known. */
-  #refine(position, isBody) {
-    const {wide} = this.tints, most = flat * this.side;
-    let isNew = false;
-    for (const square of this.squares) {
-      const isFine = isBody || isBent(position, square.box, wide, most);
-      isNew ||= isFine !== square.isFine;
-      square.isFine = isFine;
-    }
-    if (!isNew) return;
-    for (const [{geometry}, name] of [[this.mesh, "faces"], [this.ruled, "lines"]]) {
-      let count = 0;
-      for (const {isFine, fine, coarse} of this.squares) {
-        const these = (isFine ? fine : coarse)[name];
-        geometry.index.array.set(these, count);
-        count += these.length;
-      }
-      geometry.index.needsUpdate = true;
-      geometry.setDrawRange(0, count);
-    }
   }
 
   /** How deep each point is [mm]: beneath a round contact as a ball's pressure has it, not as squares around the nodes have. */
   inwards(model) {
     this.#prepare(model);
-    const spline = this.splines[2], {displacement_mm, displacement_of} = model;
-    if (displacement_mm.length !== model.positions_mm.length || (this.madeOf === displacement_mm && this.madeWith === displacement_of)) return spline.values;
-    [this.madeOf, this.madeWith] = [displacement_mm, displacement_of];
-    const rounds = model.roundsMoved;
+    const spline = this.splines[2], {displacement_mm} = model, rounds = model.roundsMoved;
+    if (displacement_mm.length !== model.positions_mm.length || (this.madeOf === displacement_mm && this.madeWith === rounds)) return spline.values;
+    [this.madeOf, this.madeWith] = [displacement_mm, rounds];
     if (rounds.length === 0) return spline.update(model.displacement_mm, 3, 2);
     const values = spline.update(this.pressed.beside(rounds, model)), [x, y] = this.base;
     for (const contact of rounds) for (let i = 0; i < values.length; ++i) values[i] += this.pressed.under(contact, x[i], y[i]);

@@ -45,7 +45,7 @@ export class Surface {
     axes.visible = !description.body;
     axes.update(skin.extent, stage, {value_mm: full, drawn_mm: exaggeration * full});
     stage.follow(axes.extent);
-    model.surface = {deepest_mm: deepest, exaggeration, columns: skin.tints.wide, rows: skin.tints.high};
+    model.surface = {deepest_mm: deepest};
     say(this.label, words);
     stage.render();
   }

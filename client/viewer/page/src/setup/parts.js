@@ -19,24 +19,26 @@ export function draw(name, attributes = {}, ...children) {
   return made;
 }
 
+const field = (label, title, ...value) => make("label", {class: "field", title}, make("span", {}, label), make("span", {class: "value"}, ...value));
+
 /** A labelled number. @param take called with each number that is typed; NaN: it is none */
 export function numberField(label, unit, value, take, {min, max, step = "any", title} = {}) {
   const input = make("input", {type: "number", inputmode: "decimal", min, max, step, value: value ?? "",
     oninput: () => take(input.value === "" ? NaN : Number(input.value))});
-  return make("label", {class: "field", title}, make("span", {}, label), make("span", {class: "value"}, input, make("small", {}, unit)));
+  return field(label, title, input, make("small", {}, unit));
 }
 
 /** A labelled text. */
 export function textField(label, unit, value, take, attributes = {}) {
   const input = make("input", {value, oninput: () => take(input.value), ...attributes});
-  return make("label", {class: "field"}, make("span", {}, label), make("span", {class: "value"}, input, make("small", {}, unit)));
+  return field(label, undefined, input, make("small", {}, unit));
 }
 
 /** A labelled choice. @param choices {value: words} */
 export function choiceField(label, choices, value, take, title) {
   const select = make("select", {onchange: () => take(select.value)},
     Object.entries(choices).map(([key, words]) => make("option", {value: key, selected: key === value}, words)));
-  return make("label", {class: "field", title}, make("span", {}, label), make("span", {class: "value"}, select));
+  return field(label, title, select);
 }
 
 /** One line of judgement. @param grade "good", "warn" or "bad" */
