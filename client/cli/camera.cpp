@@ -167,18 +167,6 @@ void print(const CameraReport& report, bool json) {
   if (!lines.empty()) printLine(lines.substr(0, lines.size() - 1));
 }
 
-/// Parses "ExposureTime=4000" into a step that writes, split at the first '='. Returns nothing if there is no '=', or
-/// nothing before it; the value may be empty.
-std::optional<CameraStep> parseWrite(const std::string& text) {
-  const std::size_t sign = text.find('=');
-  if (sign == 0 || sign == std::string::npos) return std::nullopt;
-  CameraStep step;
-  step.kind = CameraStep::Kind::kWrite;
-  step.name = text.substr(0, sign);
-  step.value = text.substr(sign + 1);
-  return step;
-}
-
 /// Carries out the steps in order and prints their reports together, as a table or one line of JSON; of a feature that
 /// several report, only the last state. Without features and remarks, the text is "done", or that no feature matches.
 /// If a step fails, later steps are not sent: the reports of the steps before it are printed, and its error is thrown
@@ -231,21 +219,18 @@ struct CameraLine {
 
 int run(const CameraLine& given, const ControlOptions& control) {
   if (given.camera->get_subcommands().empty()) return cameraSummary(control, given.json), EX_OK;
-  for (const auto& [command, example] :
-       {std::pair{given.get, "ExposureTime"}, {given.set, "ExposureTime=4000"}, {given.run, "UserSetLoad"}}) {
-    if (!command->parsed() || !given.words.empty()) continue;
-    return fail(EX_USAGE,
-                "missing feature name, for example: tractionctl camera " + command->get_name() + " " + example);
-  }
   std::vector<CameraStep> steps;
   for (const std::string& word : given.words) {
     CameraStep step;
     step.kind = given.get->parsed() ? CameraStep::Kind::kRead : CameraStep::Kind::kExecute;
     step.name = word;
     if (given.set->parsed()) {
-      const auto write = parseWrite(word);
-      if (!write) return fail(EX_USAGE, "'" + word + "' is not NAME=VALUE, for example: ExposureTime=4000");
-      step = *write;
+      const std::size_t sign = word.find('=');
+      if (sign == 0 || sign == std::string::npos)
+        return fail(EX_USAGE, "'" + word + "' is not NAME=VALUE, for example: ExposureTime=4000");
+      step.kind = CameraStep::Kind::kWrite;
+      step.name = word.substr(0, sign);
+      step.value = word.substr(sign + 1);
     }
     steps.push_back(step);
   }
@@ -283,10 +268,12 @@ void addCamera(Commands& commands) {
   options->list
       ->add_option("--category", options->categories, "category, for example AnalogControl; may be given several times")
       ->type_name("NAME");
-  options->get->add_option("names", options->words, "features, for example: ExposureTime BalanceRatio[Red]");
-  options->set->add_option("changes", options->words,
-                           "values, written one after another, for example: ExposureTime=4000");
-  options->run->add_option("names", options->words, "commands, run one after another");
+  options->get->add_option("names", options->words, "features, for example: ExposureTime BalanceRatio[Red]")
+      ->required();
+  options->set
+      ->add_option("changes", options->words, "values, written one after another, for example: ExposureTime=4000")
+      ->required();
+  options->run->add_option("names", options->words, "commands, run one after another")->required();
   for (CLI::App* one : camera.get_subcommands([](const CLI::App*) { return true; }))
     one->add_flag("--json", options->json, "as JSON");
 }

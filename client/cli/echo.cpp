@@ -1,10 +1,10 @@
 #include "client/cli/commands.h"
 #include "client/cli/exit_codes.h"
 #include "client/cli/notes.h"
-#include "client/cli/parsing.h"
 #include "client/show/json.h"
 #include "client/show/output.h"
 #include "client/show/terminal.h"
+#include "manual/number.h"
 #include "traction/subscriber.h"
 
 #include <sysexits.h>
@@ -97,7 +97,7 @@ void addEcho(Commands& commands) {
       ->capture_default_str();
   command.add_option("--count", options->count, "number of messages; without it: until Ctrl-C")
       ->type_name("NUMBER")
-      ->check(integer("a number of messages, as in 100"));
+      ->check(manual::number(0.0, 1e15, "a number of messages, as in 100"));
   command.add_flag("--latest", options->latest,
                    "only the newest field, from the endpoint 'latest': a slow reader misses those between");
 }

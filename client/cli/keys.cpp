@@ -2,8 +2,6 @@
 #include "base/network/keys.h"
 
 #include "client/cli/commands.h"
-#include "client/cli/exit_codes.h"
-#include "client/cli/parsing.h"
 #include "client/files/file_error.h"
 #include "client/files/keys.h"
 #include "client/show/json_writer.h"
@@ -31,7 +29,7 @@ void checkName(const std::string& name) {
 }
 
 /// Quotes a key for a shell: Z85 has no single quote, but many characters that a shell interprets.
-std::string quoted(const std::string& key) {
+std::string shellQuoted(const std::string& key) {
   return "'" + key + "'";
 }
 
@@ -47,20 +45,6 @@ files::KeyDirectory directoryOf(const fs::path& path) {
   return directory;
 }
 
-/// Checks that a key of this name has an effect once it is in the directory. \throws FileError otherwise
-void checkRoom(const files::KeyDirectory& known, const fs::path& directory, const std::string& name) {
-  std::error_code ignored;
-  if (!fs::exists(directory, ignored)) return;
-  std::size_t count = known.keys().size();
-  for (const tractiond::Error& fault : known.faults()) {
-    if (fault.where == directory.string()) throw FileError(fault.exitCode, fault.message());
-    ++count;  // each other one is of one file
-  }
-  if (count < files::kMostKeys || fs::exists(directory / (name + ".key"), ignored)) return;
-  throw FileError(EX_CONFIG, std::to_string(count) + " keys are in " + directory.string() +
-                                 ", and with more none is taken; tractionctl keys revoke NAME removes one");
-}
-
 // All functions below throw FileError: EX_USAGE for an invalid name or key; EX_NOINPUT if a file does not exist or
 // cannot be read; EX_CONFIG if its content is not valid; EX_CANTCREAT if it cannot be written; EX_NOPERM without the
 // permission, or if a secret file can be read by others. Those that print do so on standard output, and throw
@@ -71,17 +55,17 @@ void checkRoom(const files::KeyDirectory& known, const fs::path& directory, cons
 /// allows its public key under `name` on the gateway's machine. \throws FileError EX_CANTCREAT also if the file exists
 void newKey(const std::string& name, const fs::path& file) {
   checkName(name);
-  const auto keys = files::newKeyPair();
+  auto keys = files::newKeyPair();
+  while (keys.publicKey.starts_with('-')) keys = files::newKeyPair();  // `keys allow` would take it for an option
   orThrow(files::saveKeyPair(file, keys));
-  printLine("sudo tractionctl keys allow " + name + " " + quoted(keys.publicKey));
+  printLine("sudo tractionctl keys allow " + name + " " + shellQuoted(keys.publicKey));
 }
 
 /// Allows a key under a name: to read, or with `control` also to send requests. Replaces an earlier key of this name;
 /// the gateway then ends all connections, and the clients that are still allowed connect again. Creates the gateway's
 /// own key pair if there is none. Prints the command with which a client connects. \throws FileError, and allows
 /// nothing: also EX_DATAERR if the key is allowed under another name, EX_NOPERM if every user can write into the
-/// directory, EX_CONFIG if it would have more than 1,000 keys; and if the gateway's own key pair cannot be read or is
-/// faulty
+/// directory; and if the gateway's own key pair cannot be read or is faulty
 void allowKey(const fs::path& directory, const std::string& name, const std::string& key, bool control) {
   checkName(name);
   if (!files::isKey(key)) {
@@ -92,13 +76,16 @@ void allowKey(const fs::path& directory, const std::string& name, const std::str
     throw FileError(EX_DATAERR, "this key is \"" + same->name + "\"'s; tractionctl keys revoke " + same->name +
                                     " takes it from there");
   }
-  checkRoom(known, directory, name);
-  const fs::path own = files::serverKeyFile(directory);
   std::error_code ignored;
+  for (const tractiond::Error& fault : known.faults()) {  // of the directory: the key would have no effect
+    if (fault.where == directory.string() && fs::exists(directory, ignored))
+      throw FileError(fault.exitCode, fault.message());
+  }
+  const fs::path own = files::serverKeyFile(directory);
   if (!fs::exists(fs::symlink_status(own, ignored))) orThrow(files::saveServerKey(directory, files::newKeyPair()));
   const auto server = orThrow(files::loadKeyPair(own));  // where it is faulty, no client can connect
   orThrow(files::allow(directory, {name, key, control ? files::Permission::kControl : files::Permission::kRead}));
-  printLine("tractionctl watch --host " + hostName() + " --server-key " + quoted(server.publicKey));
+  printLine("tractionctl watch --host " + hostName() + " --server-key " + shellQuoted(server.publicKey));
 }
 
 /// Deletes the file of the key with this name; the gateway then closes its connections. Prints nothing.
@@ -122,11 +109,11 @@ void listKeys(const fs::path& directory, bool json) {
     }
     printLine(text.close(']').close('}').take());
   } else {
-    if (server) printLine("this box's key is " + quoted(server->publicKey));
+    if (server) printLine("this box's key is " + shellQuoted(server->publicKey));
     for (const auto& one : known.keys()) {
       const std::string word(wordOf(one.permission));
       printLine(one.name + std::string(25 - one.name.size(), ' ') + word + std::string(8 - word.size(), ' ') +
-                quoted(one.key));
+                shellQuoted(one.key));
     }
   }
   if (!known.faults().empty()) throw FileError(known.faults()[0].exitCode, known.faults()[0].message());
@@ -134,16 +121,13 @@ void listKeys(const fs::path& directory, bool json) {
 }
 
 struct KeysLine {
-  CLI::App *keys = nullptr, *create = nullptr, *allow = nullptr, *revoke = nullptr, *list = nullptr;
+  CLI::App *create = nullptr, *allow = nullptr, *revoke = nullptr, *list = nullptr;
   std::string name, key;
   std::filesystem::path directory = tractiond::network::kKeyDirectory;
   bool control = false, json = false;
 };
 
 int run(const KeysLine& given, const std::filesystem::path& file) {
-  if (given.keys->get_subcommands().empty()) {
-    return fail(EX_USAGE, "missing command, one of " + namesOf(*given.keys) + "; see tractionctl keys --help");
-  }
   if (given.create->parsed()) newKey(given.name, file.empty() ? usualKeyFile() : std::filesystem::absolute(file));
   if (given.allow->parsed()) allowKey(given.directory, given.name, given.key, given.control);
   if (given.revoke->parsed()) revokeKey(given.directory, given.name);
@@ -157,7 +141,6 @@ void addKeys(Commands& commands) {
   const auto options = std::make_shared<KeysLine>();
   CLI::App& keys = commands.add("keys", "Manages the keys of the clients of a traction-gateway",
                                 [options](const Target& target) { return run(*options, target.keyFile()); });
-  options->keys = &keys;
   options->create = keys.add_subcommand(
       "new", "Creates your key pair, and prints the command that allows it on the gateway's machine");
   options->allow =
@@ -166,7 +149,7 @@ void addKeys(Commands& commands) {
       keys.add_subcommand("revoke", "On the gateway's machine: revokes a client key and closes its connections");
   options->list = keys.add_subcommand(
       "list", "On the gateway's machine: prints its own key, and the allowed keys with their permissions");
-  keys.require_subcommand(0, 1);
+  keys.require_subcommand(1);
   for (CLI::App* one : {options->create, options->allow, options->revoke})
     one->add_option("name", options->name, "name of a person or a program")->required();
   options->allow->add_option("key", options->key, "public key, in single quotes")->required();
