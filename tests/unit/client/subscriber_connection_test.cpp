@@ -1,12 +1,15 @@
 // Subscribers whose publisher is another one, goes, comes back, or never was there.
+#include "tests/support/deadline.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/unit/client/subscriber_bench.h"
+#include "traction/subscriber.h"
 #include "traction/v1/field.pb.h"
 
+#include <gtest/gtest.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
+#include <zmq.hpp>
 
 #include <filesystem>
 #include <memory>
@@ -17,7 +20,22 @@
 namespace traction::subscriber_test {
 namespace {
 
+using namespace std::chrono_literals;
+using tractiond::test::eventually;
+using tractiond::test::kHung;
 using tractiond::test::kHung_ms;
+
+std::chrono::nanoseconds testClock{0};  // NOLINT: the clock of a program is one, too
+
+/// Options of a subscriber whose time is `testClock`.
+SubscriberOptions at(const std::string& endpoint, unsigned topics = kAllTopics, Mode mode = Mode::kStream) {
+  SubscriberOptions options;
+  options.endpoint = endpoint;
+  options.topics = topics;
+  options.mode = mode;
+  options.monotonicClock = [] { return std::int64_t{testClock.count()}; };
+  return options;
+}
 
 /// Returns a socket that listens at a path.
 int listenAt(const std::string& path) {
@@ -93,7 +111,7 @@ TEST_F(SocketTest, SubscriptionThatThePublisherLostIsSentAgainUntilAMessageArriv
     };
     expectSubscriptions(1);
     for (int expected = 2; expected < 5; ++expected) {
-      TestClock::advance(1s);
+      testClock += 1s;
       expectSubscriptions(expected);
     }
     publisher.set(zmq::sockopt::subscribe, mode == Mode::kLatest ? "\x09" : "");
@@ -101,7 +119,7 @@ TEST_F(SocketTest, SubscriptionThatThePublisherLostIsSentAgainUntilAMessageArriv
     publisher.send(zmq::buffer(field.SerializeAsString()));
     EXPECT_TRUE(subscriber.receive(kHung));
     for (int i = 0; i < 20; ++i) {
-      TestClock::advance(1s);
+      testClock += 1s;
       turn();
     }
     EXPECT_EQ(subscriptions, 4);
@@ -168,45 +186,6 @@ TEST_F(SocketTest, LatestIsTheNewestHoweverManyWait) {
   EXPECT_EQ(subscriber.lost(), 0U);
 }
 
-/// Publishes for as long as it lives.
-std::jthread publishing(tractiond::publish::Publisher& publisher, const tractiond::TractionField& field) {
-  return std::jthread([&](const std::stop_token& stop) {
-    for (; !stop.stop_requested(); std::this_thread::sleep_for(5ms)) {
-      TestClock::advance(5ms);
-      publisher.serve(-1, 0ms);
-      publisher.publish(field);
-    }
-  });
-}
-
-TEST_F(SubscriberTest, StreamReadFromTheLatestEndpointIsToldInsteadOfWaitedFor) {
-  Subscriber subscriber(at(latest_, kField));
-  const auto fields = publishing(*publisher_, field_);
-  try {
-    subscriber.receive(kHung);
-    ADD_FAILURE() << "no error";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::kBadEndpoint);
-    for (const std::string& word : {latest_, std::string("'stream'"), std::string("'latest'")}) {
-      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
-    }
-  }
-}
-
-TEST(Subscriber, BadEndpointsAndNamesAreRefused) {
-  for (const std::string endpoint : {"nonsense", "tcp://", "http://localhost"}) {
-    EXPECT_THROW(Subscriber{at(endpoint)}, Error) << endpoint;
-  }
-  SubscriberOptions options;
-  options.instance = "../etc";
-  try {
-    const Subscriber subscriber(options);
-    ADD_FAILURE();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ErrorCode::kBadEndpoint);
-  }
-}
-
 TEST(Subscriber, SocketsInADirectoryThatAnotherUserControlsAreRefused) {
   namespace fs = std::filesystem;
   const tractiond::test::TemporaryFolder temporary;
@@ -257,7 +236,7 @@ TEST_F(SocketTest, WhatCameBeforeTheEndOfADaemonIsReadAfterIt) {
   const int listener = listenAt(path_);
   pollfd comes{listener, POLLIN, 0};
   ASSERT_EQ(poll(&comes, 1, kHung_ms), 1);  // ZeroMQ tries the endpoint again by itself
-  TestClock::advance(300ms);                // longer than an endpoint is left alone that was given up
+  testClock += 300ms;                       // longer than an endpoint is left alone that was given up
   for (int i = 2; i <= kFields; ++i) ASSERT_TRUE(subscriber.receive(0ms)) << i;
   close(listener);
 }
