@@ -7,6 +7,7 @@ import subprocess
 import threading
 import unittest
 
+import zmq
 from deadline import HUNG_S
 from publisher import Publisher
 from traction.v1 import messages
@@ -53,6 +54,13 @@ class Case(unittest.TestCase):
         publisher = Publisher(reply, **options)
         self.addCleanup(publisher.close)
         return ["--connect", publisher.endpoint(publisher.stream), "--control", publisher.endpoint(publisher.control)]
+
+    def socket(self, kind=zmq.XPUB, endpoint="tcp://127.0.0.1:*"):
+        """A socket of a publisher that is none of ours, and its endpoint."""
+        socket = self.enterContext(self.enterContext(zmq.Context()).socket(kind))
+        socket.linger = 0
+        socket.bind(endpoint)
+        return socket, Publisher.endpoint(socket)
 
     def start(self, *words, **options):
         """Starts tractionctl, which is killed when the test ends, or when it hangs."""

@@ -12,7 +12,7 @@ import unittest
 
 import seed
 import zmq
-from ctl import PROGRAM, USAGE, Case, ctl
+from ctl import USAGE, Case, ctl
 from deadline import HUNG_S
 from publisher import Publisher
 from traction.v1 import messages
@@ -33,50 +33,43 @@ class Echo(Case):
         self.assertEqual([field["sequence"] - first["sequence"] for field in fields], [0, 1, 2])
 
     def test_where_there_is_no_gel_echo_says_why_no_field_comes(self):
-        with zmq.Context() as context, context.socket(zmq.XPUB) as stream:
-            port = stream.bind_to_random_port("tcp://127.0.0.1")
-            description = messages.Description()
-            description.header.sensor = "gel"
-            description.header.boot = bytes(range(16))
-            description.camera.width_px = 333
-            child = subprocess.Popen([PROGRAM, "echo", "--connect", f"tcp://127.0.0.1:{port}"], stdout=subprocess.PIPE,
-                                     stderr=subprocess.PIPE, text=True, start_new_session=True)
-            self.addCleanup(self.end, child)
-            self.assertTrue(stream.poll(1000 * HUNG_S), "nobody subscribes")
-            stream.send_multipart([b"traction/v1/gel/description/", description.SerializeToString(), b"0.0"])
-            self.assertEqual(child.stderr.readline(), "tractionctl: no gel: nothing is measured; set sensor.gel_file\n")
-            child.send_signal(signal.SIGINT)
-            out, _ = child.communicate(timeout=HUNG_S)
-            self.assertEqual((child.returncode, out), (0, ""))  # the description itself was not asked for
+        stream, endpoint = self.socket()
+        description = messages.Description()
+        description.header.sensor = "gel"
+        description.header.boot = bytes(range(16))
+        description.camera.width_px = 333
+        child = self.start("echo", "--connect", endpoint, stdout=subprocess.PIPE)
+        self.assertTrue(stream.poll(1000 * HUNG_S), "nobody subscribes")
+        stream.send_multipart([b"traction/v1/gel/description/", description.SerializeToString(), b"0.0"])
+        self.assertEqual(child.stderr.readline(), "tractionctl: no gel: nothing is measured; set sensor.gel_file\n")
+        child.send_signal(signal.SIGINT)
+        out, _ = child.communicate(timeout=HUNG_S)
+        self.assertEqual((child.returncode, out), (0, ""))  # the description itself was not asked for
 
     def test_closed_pipe_ends_echo_also_where_nothing_is_published(self):
         draw = seed.chance(self.id())
-        with zmq.Context() as context, context.socket(zmq.XPUB) as silent:
-            silent.bind("tcp://127.0.0.1:*")
-            for endpoints in (self.publisher(), ["--connect", Publisher.endpoint(silent)]):
-                with self.subTest(endpoints):
-                    reader, writer = os.pipe()
-                    child = self.start("echo", *endpoints, stdout=writer)
-                    os.close(writer)
-                    time.sleep(draw.uniform(0, 0.3))
-                    os.close(reader)
-                    self.ends(child, "(connected, but nothing of this topic comes .*\ntractionctl: )?"  # where it took 3 s to come here
-                                     "standard output has no reader any more; [0-9]+ messages printed")
+        for endpoints in (self.publisher(), ["--connect", self.socket()[1]]):
+            with self.subTest(endpoints):
+                reader, writer = os.pipe()
+                child = self.start("echo", *endpoints, stdout=writer)
+                os.close(writer)
+                time.sleep(draw.uniform(0, 0.3))
+                os.close(reader)
+                self.ends(child, "(connected, but nothing of this topic comes .*\ntractionctl: )?"  # where it took 3 s to come here
+                                 "standard output has no reader any more; [0-9]+ messages printed")
 
     def test_what_is_lost_is_counted_where_it_is_missing(self):
-        with zmq.Context() as context, context.socket(zmq.XPUB) as stream:
-            stream.linger = 0
-            stream.bind("tcp://127.0.0.1:*")
-            child = self.start("echo", "--connect", Publisher.endpoint(stream), stdout=subprocess.PIPE)
-            self.assertTrue(stream.poll(1000 * HUNG_S), "nobody subscribes")
-            field = messages.Field(timestamp=1.0)
-            field.header.boot = bytes(range(16))
-            for number in (4, 5, 8, 20):
-                field.header.sequence = number
-                stream.send_multipart([b"traction/v1/gel/field/", field.SerializeToString(), b"0.0"])
-            printed = [json.loads(child.stdout.readline())["sequence"] for _ in range(4)]
-            child.send_signal(signal.SIGINT)
-            _, err = child.communicate(timeout=HUNG_S)
+        stream, endpoint = self.socket()
+        child = self.start("echo", "--connect", endpoint, stdout=subprocess.PIPE)
+        self.assertTrue(stream.poll(1000 * HUNG_S), "nobody subscribes")
+        field = messages.Field(timestamp=1.0)
+        field.header.boot = bytes(range(16))
+        for number in (4, 5, 8, 20):
+            field.header.sequence = number
+            stream.send_multipart([b"traction/v1/gel/field/", field.SerializeToString(), b"0.0"])
+        printed = [json.loads(child.stdout.readline())["sequence"] for _ in range(4)]
+        child.send_signal(signal.SIGINT)
+        _, err = child.communicate(timeout=HUNG_S)
         self.assertEqual((child.returncode, printed), (0, [4, 5, 8, 20]))
         *notes, account = err.splitlines()
         self.assertEqual(account, "tractionctl: 4 messages printed, 13 lost")
@@ -118,16 +111,8 @@ class Echo(Case):
         self.assertEqual(child.wait(HUNG_S), 0)
 
     def test_daemon_that_goes_and_comes_back_is_told(self):
-        context = self.enterContext(zmq.Context())
-
-        def open_at(endpoint):
-            socket = self.enterContext(context.socket(zmq.XPUB))
-            socket.linger = 0
-            socket.bind(endpoint)
-            return socket
-
         endpoint = "ipc://" + str(pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="traction-")), "stream"))
-        first = open_at(endpoint)
+        first, _ = self.socket(endpoint=endpoint)
         child = self.start("echo", "--connect", endpoint, stdout=subprocess.PIPE)
         self.assertTrue(first.poll(1000 * HUNG_S))
         field = messages.Field(timestamp=1.0)
@@ -137,7 +122,7 @@ class Echo(Case):
         child.stdout.readline()
         first.close()
         self.assertEqual(child.stderr.readline(), "tractionctl: tractiond is gone; waiting for it\n")
-        second = open_at(endpoint)
+        second, _ = self.socket(endpoint=endpoint)
         self.assertTrue(second.poll(1000 * HUNG_S))
         self.assertEqual(child.stderr.readline(), "tractionctl: tractiond is back\n")
         field.header.boot = bytes(range(1, 17))

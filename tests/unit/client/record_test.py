@@ -22,12 +22,7 @@ DATA, NO_INPUT, UNAVAILABLE, CANNOT_CREATE = 65, 66, 69, 73
 
 class Record(Case):
     def setUp(self):
-        self.folder = pathlib.Path(self.enter_folder())
-
-    def enter_folder(self):
-        folder = tempfile.TemporaryDirectory(prefix="traction-")
-        self.addCleanup(folder.cleanup)
-        return folder.name
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="traction-")))
 
     def record(self, name="a.mcap", size=300_000, ending=signal.SIGINT, **options):
         """Records until the file has that size."""

@@ -13,7 +13,6 @@ import unittest
 import zmq
 from ctl import NO_CAMERA, OUTPUT, PROTOCOL, UNAVAILABLE, USAGE, Case, answer, ctl
 from deadline import HUNG_S
-from publisher import Publisher
 from traction.v1 import messages
 
 
@@ -151,34 +150,27 @@ class Tractionctl(Case):
     def test_who_is_there_but_takes_no_requests_is_told(self):
         _, stream, *_ = self.publisher()
         self.fails(UNAVAILABLE, "takes no requests; is it the endpoint 'control'", "status", "--control", stream)
-        with zmq.Context() as context, context.socket(zmq.REP) as silent:
-            silent.bind("tcp://127.0.0.1:*")
-            self.fails(UNAVAILABLE, "has not answered within 3 s", "status", "--control", Publisher.endpoint(silent))
+        self.fails(UNAVAILABLE, "has not answered within 3 s", "status", "--control", self.socket(zmq.REP)[1])
 
     def test_other_version_is_a_protocol_error(self):
         self.fails(PROTOCOL, "version 2", "status", *self.publisher(lambda _: messages.Reply(version=2)))
         for command in ("watch", "echo"):
-            with zmq.Context() as context, context.socket(zmq.XPUB) as socket:
-                socket.linger = 0
-                socket.bind("tcp://127.0.0.1:*")
-                child = self.start(command, "--connect", Publisher.endpoint(socket))
-                self.assertTrue(socket.poll(1000 * HUNG_S))  # it has subscribed
-                socket.send_multipart([b"traction/v2/gel/field/", b"", b"0.0"])
-                _, err = child.communicate(timeout=HUNG_S)
+            stream, endpoint = self.socket()
+            child = self.start(command, "--connect", endpoint)
+            self.assertTrue(stream.poll(1000 * HUNG_S))  # it has subscribed
+            stream.send_multipart([b"traction/v2/gel/field/", b"", b"0.0"])
+            _, err = child.communicate(timeout=HUNG_S)
             self.assertEqual(child.returncode, PROTOCOL)
             self.assertRegex(err, r"\Atractionctl: .*traction/v2.*\n\Z")
 
     def test_wrong_words_are_a_usage_error_that_names_them(self):
         calibrate, weights = ["calibrate", "noise"], ["calibrate", "weights"]
         for pattern, *words in (
-                ("a command is needed",), ("'nonsense' is not one of watch, top, echo, .*; see tractionctl --help", "nonsense"),
-                ("tractionctl status does not understand '--topic'; see tractionctl status --help", "status", "--topic", "x"),
-                ("tractionctl zero does not understand 'now'", "zero", "now"),
-                ("--instance needs a value; see tractionctl --help", "--instance"),
-                ("--seconds needs a value; see tractionctl watch --help", "watch", "--seconds"),
-                *((f"--count: '{count}'", "echo", f"--count={count}") for count in ("x", "1.5", "-1", "99999999999999999999")),
+                ("a command is needed",), ("not expected: nonsense; see tractionctl --help", "nonsense"),
+                ("not expected: .*--topic", "status", "--topic", "x"), ("not expected: now", "zero", "now"),
+                ("--instance: 1 required INSTANCE missing", "--instance"),
+                *((f"--count: '{count}'", "echo", f"--count={count}") for count in ("x", "-1", "99999999999999999999")),
                 ("--name: 'a b'", *calibrate, "--name", "a b"), ("--topic", "echo", "--topic", "nonsense"),
-                ("snapshot writes PNG files: name it a.b/aim.x.png", "snapshot", "a.b/aim.x.TIFF"),
                 ("nonsense", "calibrate", "nonsense"), ("--weights", "calibrate"),
                 *((f"'{one}' is not a list of weights", *weights, f"--weights={one}")
                   for one in ("100", "100lb", "0gf", "-5N", "nan N", "5N,", "1001kN", "1e300kgf")),
