@@ -69,21 +69,11 @@ std::string rangeOf(const CameraFeature& feature) {
   return words;
 }
 
-bool isAsConfigured(const CameraFeature& feature) {
-  return feature.configured.empty() || isSame(feature.value, feature.configured);
-}
-
-bool isAsAtFirst(const CameraFeature& feature) {
-  return feature.first.empty() || isSame(feature.value, feature.first);
-}
-
-bool isChanged(const CameraFeature& feature) {
-  return !isAsConfigured(feature) || !isAsAtFirst(feature);
-}
-
+/// Returns how the value differs from the configuration, or from before the session's first write; empty: not at all.
 std::string changeOf(const CameraFeature& feature) {
-  if (!isAsConfigured(feature)) return "config: " + printable(feature.configured);
-  return isAsAtFirst(feature) ? "" : "was: " + printable(feature.first);
+  const auto differs = [&](const std::string& from) { return !from.empty() && !isSame(feature.value, from); };
+  if (differs(feature.configured)) return "config: " + printable(feature.configured);
+  return differs(feature.first) ? "was: " + printable(feature.first) : "";
 }
 
 std::string nameOf(const CameraFeature& feature) {
@@ -104,7 +94,7 @@ std::string block(const CameraFeature& feature) {
   const auto line = [&](const char* name, const std::string& value) {
     if (!value.empty()) lines += "  " + padded(name, 12) + printable(value) + "\n";
   };
-  lines += (isChanged(feature) ? "* " : "") + nameOf(feature) + " = " + valueOf(feature) + "\n";
+  lines += (changeOf(feature).empty() ? "" : "* ") + nameOf(feature) + " = " + valueOf(feature) + "\n";
   line("is", feature.description);
   line("range", feature.entries.empty() ? rangeOf(feature) : "");
   line("entries", feature.entries.empty() ? "" : rangeOf(feature));
@@ -147,7 +137,7 @@ std::string table(const CameraReport& report) {
       category = feature.category;
       lines += (lines.empty() ? "" : "\n") + printable(category) + "\n";
     }
-    std::string line = isChanged(feature) ? "* " : "  ";
+    std::string line = changeOf(feature).empty() ? "  " : "* ";
     line += padded(nameOf(feature), nameWidth) + "  " + padded(valueOf(feature), valueWidth) + "  " + accessOf(feature);
     for (const std::string& more : {changeOf(feature), rangeOf(feature)}) {
       if (!more.empty()) line += "  " + more;

@@ -7,30 +7,18 @@
 
 #include <sysexits.h>
 
+#include <array>
+#include <cstddef>
 #include <iostream>
 
 namespace traction::client {
 
 namespace {
 
-int exitCodeOf(ErrorCode code) {
-  switch (code) {
-  case ErrorCode::kBadEndpoint:
-    return EX_USAGE;
-  case ErrorCode::kNoAnswer:
-    return EX_UNAVAILABLE;
-  case ErrorCode::kVersion:
-  case ErrorCode::kMalformed:
-    return EX_PROTOCOL;
-  case ErrorCode::kRefused:
-    return EX_TEMPFAIL;
-  case ErrorCode::kBadKeys:
-    return EX_CONFIG;
-  case ErrorCode::kNotAllowed:
-    return EX_NOPERM;
-  }
-  return EX_SOFTWARE;
-}
+/// By ErrorCode.
+constexpr std::array kOfErrors = {EX_USAGE,    EX_UNAVAILABLE, EX_PROTOCOL, EX_PROTOCOL,
+                                  EX_TEMPFAIL, EX_CONFIG,      EX_NOPERM};
+static_assert(kOfErrors.size() == static_cast<std::size_t>(ErrorCode::kNotAllowed) + 1);
 
 }  // namespace
 
@@ -57,7 +45,8 @@ int fail(int exitCode, const std::string& what) {
 int fail(const std::exception& error) {
   if (const auto* file = dynamic_cast<const FileError*>(&error)) return fail(file->exitCode(), error.what());
   if (dynamic_cast<const NoField*>(&error) != nullptr) return fail(EX_NOINPUT, error.what());
-  if (const auto* ours = dynamic_cast<const Error*>(&error)) return fail(exitCodeOf(ours->code()), error.what());
+  if (const auto* ours = dynamic_cast<const Error*>(&error))
+    return fail(kOfErrors.at(static_cast<std::size_t>(ours->code())), error.what());
   if (dynamic_cast<const OutputError*>(&error) != nullptr) return fail(EX_IOERR, error.what());
   return fail(EX_SOFTWARE, error.what());
 }

@@ -3,25 +3,16 @@
 #include "client/src/printable.h"
 
 #include <algorithm>
-#include <cctype>
+#include <array>
+#include <cstddef>
 
 namespace traction::doctor {
 
 namespace {
 
-const char* wordOf(Verdict verdict) {
-  switch (verdict) {
-  case Verdict::kOk:
-    return "OK";
-  case Verdict::kUnknown:
-    return "?";
-  case Verdict::kWarn:
-    return "WARN";
-  case Verdict::kFail:
-    break;
-  }
-  return "FAIL";
-}
+// As Verdict has them.
+constexpr std::array kWords = {"OK", "?", "WARN", "FAIL"};
+constexpr std::array kJsonWords = {"ok", "unknown", "warn", "fail"};
 
 }  // namespace
 
@@ -34,7 +25,7 @@ std::string reportText(const std::vector<Finding>& findings) {
   for (const Finding& one : findings) widest = std::max(widest, nameOf(one).size());
   std::string text;
   for (const Finding& one : findings) {
-    std::string word = wordOf(one.verdict), name = nameOf(one);
+    std::string word = kWords.at(static_cast<std::size_t>(one.verdict)), name = nameOf(one);
     word.resize(kVerdictWidth, ' ');
     name.resize(widest + 2, ' ');
     text.append(word).append(name).append(printable(one.found)).append(1, '\n');
@@ -47,9 +38,8 @@ std::string reportJson(const std::vector<Finding>& findings) {
   client::Json json;
   json.open('{').key("checks").open('[');
   for (const Finding& one : findings) {
-    std::string word = one.verdict == Verdict::kUnknown ? "unknown" : wordOf(one.verdict);
-    std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::tolower(c); });
-    json.open('{').key("check").string(one.check).key("instance").string(one.instance).key("verdict").string(word);
+    json.open('{').key("check").string(one.check).key("instance").string(one.instance).key("verdict");
+    json.string(kJsonWords.at(static_cast<std::size_t>(one.verdict)));
     json.key("found").string(printable(one.found)).key("mend").string(printable(one.mend)).close('}');
   }
   return json.close(']').key("exit_code").number(exitCodeOf(findings)).close('}').take();

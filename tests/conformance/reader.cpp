@@ -4,29 +4,15 @@
 #include "traction/control.h"
 #include "traction/subscriber.h"
 
+#include <array>
+#include <cstddef>
 #include <iostream>
 
 namespace {
 
-const char* nameOf(traction::ErrorCode code) {
-  switch (code) {
-  case traction::ErrorCode::kBadEndpoint:
-    return "bad_endpoint";
-  case traction::ErrorCode::kNoAnswer:
-    return "no_answer";
-  case traction::ErrorCode::kVersion:
-    return "version";
-  case traction::ErrorCode::kMalformed:
-    return "malformed";
-  case traction::ErrorCode::kRefused:
-    return "refused";
-  case traction::ErrorCode::kBadKeys:
-    return "bad_keys";
-  case traction::ErrorCode::kNotAllowed:
-    return "not_allowed";
-  }
-  return "";
-}
+/// By ErrorCode.
+constexpr std::array kNames = {"bad_endpoint", "no_answer", "version",    "malformed",
+                               "refused",      "bad_keys",  "not_allowed"};
 
 /// What came of `read`, which returns JSON.
 template <typename Read>
@@ -34,7 +20,7 @@ std::string told(Read&& read) {
   try {
     return "\"message\":" + read();
   } catch (const traction::Error& error) {
-    return std::string("\"error\":\"") + nameOf(error.code()) + '"';
+    return std::string("\"error\":\"") + kNames.at(static_cast<std::size_t>(error.code())) + '"';
   }
 }
 
