@@ -247,15 +247,5 @@ TEST(Doctor, JsonHoldsWhateverWasRead) {
                   R"("mend":"do"}],"exit_code":2})");
 }
 
-TEST(Doctor, ProgramsAreRunToTheirEnd) {
-  const Box box;
-  const auto ran = box.run({"sh", "-c", "echo out; echo err >&2; yes | head -c 300000; exit 7"});
-  ASSERT_TRUE(ran);
-  EXPECT_EQ(ran->exitCode, 7);
-  EXPECT_EQ(ran->output.size(), 300'004U);
-  EXPECT_EQ(ran->complaint, "err\n");
-  EXPECT_FALSE(box.run({"/nowhere/program"}));
-}
-
 }  // namespace
 }  // namespace traction::doctor::doctor_test

@@ -12,10 +12,8 @@
 #include <zmq.hpp>
 
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <thread>
-#include <vector>
 
 namespace traction::subscriber_test {
 namespace {
@@ -49,41 +47,33 @@ int listenAt(const std::string& path) {
   return listener;
 }
 
-/// A publisher of whatever it is told to publish, and its subscriber.
-class Forger {
- public:
-  /// The end of a forger waits until all is with the system that it has sent.
-  explicit Forger(const std::string& endpoint) {
-    socket_.bind(endpoint);
-    subscriber_ = std::make_unique<Subscriber>(at(socket_.get(zmq::sockopt::last_endpoint)));
-    zmq::message_t subscription;
-    [[maybe_unused]] const auto received = socket_.recv(subscription);
-  }
-
-  void send(const std::vector<std::string>& parts) {
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-      socket_.send(zmq::buffer(parts[i]), i + 1 < parts.size() ? zmq::send_flags::sndmore : zmq::send_flags::none);
-    }
-  }
-  void field(std::uint64_t sequence) {
-    v1::Field field;
-    field.mutable_header()->set_sequence(sequence);
-    field.mutable_header()->set_boot(std::string(16, 'b'));
-    send({"traction/v1/gel/field/", field.SerializeAsString(), "0.0"});
-  }
-  Subscriber& subscriber() { return *subscriber_; }
-
- private:
-  zmq::context_t context_;
-  zmq::socket_t socket_{context_, zmq::socket_type::xpub};
-  std::unique_ptr<Subscriber> subscriber_;
-};
+v1::Field numbered(std::uint64_t sequence) {
+  v1::Field field;
+  field.set_timestamp(1.0);
+  field.mutable_header()->set_sequence(sequence);
+  return field;
+}
 
 /// A folder for a socket, whose name nobody else can take meanwhile as they could a port.
 class SocketTest : public testing::Test {
  protected:
+  /// Binds the publisher, and returns a subscriber that it knows of.
+  Subscriber subscribed(Mode mode) {
+    publisher_.set(zmq::sockopt::sndhwm, 0);
+    publisher_.bind(endpoint_);
+    Subscriber subscriber(at(endpoint_, kField, mode));
+    zmq::message_t subscription;
+    EXPECT_TRUE(publisher_.recv(subscription));
+    return subscriber;
+  }
+  void send(const std::string& part, bool isLast = true) {
+    publisher_.send(zmq::buffer(part), isLast ? zmq::send_flags::none : zmq::send_flags::sndmore);
+  }
+
   const tractiond::test::TemporaryFolder folder_;
   const std::string path_ = folder_.path() / "stream", endpoint_ = "ipc://" + path_;
+  zmq::context_t context_;
+  zmq::socket_t publisher_{context_, zmq::socket_type::xpub};
 };
 
 TEST_F(SocketTest, SubscriptionThatThePublisherLostIsSentAgainUntilAMessageArrives) {
@@ -126,52 +116,27 @@ TEST_F(SocketTest, SubscriptionThatThePublisherLostIsSentAgainUntilAMessageArriv
   }
 }
 
-v1::Field numbered(std::uint64_t sequence) {
-  v1::Field field;
-  field.set_timestamp(1.0);
-  field.mutable_header()->set_sequence(sequence);
-  return field;
-}
-
 // ZeroMQ 4.3.4 aborts the process when a message in parts reaches a socket with ZMQ_CONFLATE.
 TEST_F(SocketTest, LatestOfManyPartsIsMalformedAndTheNextOneIsRead) {
-  zmq::context_t context;
-  zmq::socket_t publisher(context, zmq::socket_type::xpub);
-  publisher.set(zmq::sockopt::linger, 0);
-  publisher.bind(endpoint_);
-  Subscriber subscriber(at(endpoint_, kField, Mode::kLatest));
-  zmq::message_t subscription;
-  ASSERT_TRUE(publisher.recv(subscription));
-  const std::string field = numbered(1).SerializeAsString();
-  for (int i = 0; i < 300; ++i) {
-    publisher.send(zmq::buffer(field), i < 299 ? zmq::send_flags::sndmore : zmq::send_flags::none);
-  }
+  Subscriber subscriber = subscribed(Mode::kLatest);
+  for (int i = 0; i < 300; ++i) send(numbered(1).SerializeAsString(), i == 299);
   try {
     subscriber.receive(kHung);
     ADD_FAILURE() << "no error";
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::kMalformed) << error.what();
   }
-  publisher.send(zmq::buffer(numbered(2).SerializeAsString()), zmq::send_flags::none);
+  send(numbered(2).SerializeAsString());
   const auto message = subscriber.receive(kHung);
   ASSERT_TRUE(message);
   EXPECT_EQ(std::get<Field>(*message).header.sequence, 2U);
 }
 
 TEST_F(SocketTest, LatestIsTheNewestHoweverManyWait) {
-  zmq::context_t context;
-  zmq::socket_t publisher(context, zmq::socket_type::xpub);
-  publisher.set(zmq::sockopt::linger, 0);
-  publisher.set(zmq::sockopt::sndhwm, 0);
-  publisher.bind(endpoint_);
-  Subscriber subscriber(at(endpoint_, kField, Mode::kLatest));
-  zmq::message_t subscription;
-  ASSERT_TRUE(publisher.recv(subscription));
+  Subscriber subscriber = subscribed(Mode::kLatest);
   std::uint64_t sent = 0;
   for (const int waiting : {1, 2, 499, 1000, 5000}) {  // the last more than the queue holds
-    for (int i = 0; i < waiting; ++i) {
-      publisher.send(zmq::buffer(numbered(++sent).SerializeAsString()), zmq::send_flags::none);
-    }
+    for (int i = 0; i < waiting; ++i) send(numbered(++sent).SerializeAsString());
     std::uint64_t received = 0;
     int receipts = 0;
     for (; received != sent; ++receipts) {
@@ -224,11 +189,14 @@ TEST(Subscriber, SocketsInADirectoryThatAnotherUserControlsAreRefused) {
 
 TEST_F(SocketTest, WhatCameBeforeTheEndOfADaemonIsReadAfterIt) {
   constexpr int kFields = 100;
-  auto forger = std::make_unique<Forger>(endpoint_);
-  Subscriber subscriber = std::move(forger->subscriber());
-  for (int i = 1; i <= kFields; ++i) forger->field(static_cast<std::uint64_t>(i));
+  Subscriber subscriber = subscribed(Mode::kStream);
+  for (int i = 1; i <= kFields; ++i) {
+    send("traction/v1/gel/field/", false);
+    send(numbered(static_cast<std::uint64_t>(i)).SerializeAsString());
+  }
   ASSERT_TRUE(subscriber.receive(kHung));
-  forger.reset();
+  publisher_.close();
+  context_.close();  // waits until all is with the system that was sent
   ASSERT_TRUE(eventually([&] {
     std::this_thread::sleep_for(1ms);
     return !subscriber.isConnected();

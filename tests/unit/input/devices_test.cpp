@@ -93,19 +93,6 @@ TEST(TouchDevice, HasASlotForEachTouchWithItsPressInGramsUntilAllAreLifted) {
   EXPECT_EQ(reader.keys[BTN_TOUCH], 0);
 }
 
-TEST(TouchDevice, ReportsNoMoreThanItsSlots) {
-  Reader reader;
-  TouchDevice device(reader.device(), {}, {});
-  std::vector<Touch> many;
-  for (std::uint64_t id = 1; id <= 15; ++id) many.push_back(touchOf(id, 0.0, 0.0));
-  device.write(fieldOf(many));
-  reader.read();
-  EXPECT_EQ(reader.slots.size(), 10U);
-  device.write(Touches{});
-  reader.read();
-  EXPECT_TRUE(reader.slots.empty());
-}
-
 TEST(PenDevice, HasPressureAndLeansAgainstTheShearUntilItIsLifted) {
   Reader reader;
   PenDevice device(reader.device(), {}, {.fullPress_N = 4.0});
