@@ -141,7 +141,7 @@ ContactTracker::Step ContactTracker::step(const Track& track, const Observation&
 }
 
 void ContactTracker::match(const Field& field) {
-  const int observations = static_cast<int>(std::min<std::size_t>(field.contacts.size(), kMaxObservations));
+  const int observations = static_cast<int>(field.contacts.size());
   const int known = static_cast<int>(tracks_.size());
   // Beyond the known contacts each observation has a column in which it is a contact that begins.
   Eigen::MatrixXd cost = Eigen::MatrixXd::Constant(observations, known + observations, kEndAndBegin);

@@ -27,9 +27,6 @@ inline double seconds(std::int64_t from_ns, std::int64_t to_ns) {
   return 1e-9 * (static_cast<double>(to_ns) - static_cast<double>(from_ns));
 }
 
-/// Largest number of contacts in a field; further ones are not read.
-inline constexpr int kMaxObservations = 8;
-
 struct Field {
   std::int64_t time_ns = 0;  ///< of capture, or else of arrival; CLOCK_MONOTONIC of the daemon's host
   bool valid = false;        ///< false: nothing is known of this frame

@@ -174,13 +174,6 @@ TEST(Tracker, DoubtIsThatOfTheFieldInWhichAContactWasSeen) {
   EXPECT_FALSE(bench.see({at(0, 0)}).front().doubted);
 }
 
-TEST(Tracker, NoMoreThanTheLargestNumberIsRead) {
-  Bench bench;
-  std::vector<Observation> many;
-  for (int i = 0; i < 100; ++i) many.push_back(at(20 * i, 0));
-  EXPECT_EQ(bench.see(many).size(), std::size_t{kMaxObservations});
-}
-
 TEST(Tracker, VelocityIsUnknownAtFirstThenThatOfTheMotion) {
   Bench bench;
   const Contact first = bench.see({at(0, 0)}).front();

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <optional>
 #include <random>
 #include <utility>
@@ -14,28 +13,9 @@
 namespace touch {
 namespace {
 
-/// Mindlin's shear at a distance from the centre, of a contact of radius 1.
-double shear(double r, double stickRatio) {
-  const double all = std::sqrt(std::fmax(0.0, 1.0 - r * r));
-  const double inside = r < stickRatio ? std::sqrt(stickRatio * stickRatio - r * r) : 0.0;
-  return all - inside;
-}
-
-/// Integral over the disc of the shear times a power of the distance.
-double moment(double stickRatio, int power) {
-  constexpr int kSteps = 20'000;
-  double sum = 0.0;
-  for (int i = 0; i < kSteps; ++i) {
-    const double r = (i + 0.5) / kSteps;
-    sum += shear(r, stickRatio) * std::pow(r, power + 1) / kSteps;
-  }
-  return sum;
-}
-
 TEST(PartialSlip, ShearIsSpreadAsMindlinsTractionsAre) {
-  const double pressure = moment(0.0, 2) / moment(0.0, 0);
   for (const double stickRatio : {0.0, 0.3, 0.67, 0.9})
-    EXPECT_NEAR(spreadRatio(stickRatio), moment(stickRatio, 2) / moment(stickRatio, 0) / pressure, 1e-4);
+    EXPECT_NEAR(spreadRatio(stickRatio), (1.0 - std::pow(stickRatio, 5)) / (1.0 - std::pow(stickRatio, 3)), 1e-12);
   EXPECT_DOUBLE_EQ(spreadRatio(1.0), 5.0 / 3.0);
 }
 
@@ -257,30 +237,6 @@ TEST(PartialSlip, SpreadOfTheShearSaysNothingUnderTorque) {
   contact.shearSpreadRatio = 1.0;
   contact.shearSpreadRatioDeviation = 0.03;
   EXPECT_EQ(atRest(contact).value().model, SlipModel::kBound);
-}
-
-/// Stick ratio of a ball under a share of the torque at which it slips (Lubkin 1951). The torque at a stick ratio c is
-/// 4 / pi mu P a (c^3 I(c) + 3 Integral of s^2 I(s) from c to 1), with I(s) = K - E of the modulus sqrt(1 - s^2).
-double lubkin(double share) {
-  constexpr int kSteps = 20'000;
-  double beyond = 0.0;
-  for (int i = kSteps - 1; i > 0; --i) {
-    const double s = (i + 0.5) / kSteps, modulus = std::sqrt(1.0 - s * s);
-    const double difference = std::comp_ellint_1(modulus) - std::comp_ellint_2(modulus);
-    beyond += 3.0 * s * s * difference / kSteps;
-    const double torque = 4.0 / std::numbers::pi * (s * s * s * difference + beyond);
-    if (torque >= share * 3.0 * std::numbers::pi / 16.0) return s;
-  }
-  return 0.0;
-}
-
-TEST(PartialSlip, TorqueSlipsTheRimOfABallAlmostAsShearDoes) {
-  Frames frames;
-  for (int i = 0; i < 10; ++i) frames.see(borne(0.0, 2.0), {}, 0.2);
-  for (const double share : {0.3, 0.6, 0.8}) {
-    const Slip slip = frames.see(borne(0.0, share * 2.0)).value();
-    EXPECT_NEAR(slip.stickRatio.estimate, lubkin(share), 0.045) << share;
-  }
 }
 
 TEST(PartialSlip, IntervalsCover) {

@@ -98,7 +98,7 @@ void expectPairsInRandomSequences(int sequences) {
     Field field{static_cast<std::int64_t>(random()), true, false, {}, {}};
     std::vector<Observation> world;
     for (int frame = 0; frame < 60; ++frame) {
-      if (chance(unrest) && world.size() < kMaxObservations) world.push_back(fresh());
+      if (chance(unrest) && world.size() < 8) world.push_back(fresh());
       if (chance(unrest) && !world.empty()) world.erase(world.begin() + random() % world.size());
       for (Observation& one : world) {
         for (double& place : one.position_m) place += between(-0.005, 0.005);
