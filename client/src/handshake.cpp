@@ -27,8 +27,7 @@ void useKeys(zmq::socket_t& socket, const Keys& keys) {
 }
 
 std::optional<Error> Handshake::process(std::uint16_t event, std::uint32_t value) {
-  // About 0.5 s; or 5 s, because a tractiond may still replace another listener.
-  const int mostFailures = hasKeys_ ? 5 : 25;
+  constexpr int kMostFailures = 5;  // about 0.5 s
   switch (event) {
   case ZMQ_EVENT_HANDSHAKE_SUCCEEDED:
     succeeded_ = true;
@@ -46,13 +45,13 @@ std::optional<Error> Handshake::process(std::uint16_t event, std::uint32_t value
                                              : "the gateway at " + endpoint_ + " asks for a key, and none is given");
   case ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL:
     // Also happens when a gateway restarts or has too many connections, so a client that was admitted before waits.
-    if (succeeded_ || ++failures_ < mostFailures) return std::nullopt;
+    // Without keys, the mismatch tells what is wrong.
+    if (succeeded_ || !hasKeys_ || ++failures_ < kMostFailures) return std::nullopt;
     failures_ = 0;
     return Error(ErrorCode::kNotAllowed,
-                 "who is at " + endpoint_ + " ends each connection: " +
-                     (hasKeys_ ? "the server key is not this gateway's, or too many are connected; on its box, "
-                                 "tractionctl keys list tells its key"
-                               : "a gateway asks for a key, and none is given; anything else is no tractiond"));
+                 "who is at " + endpoint_ +
+                     " ends each connection: the server key is not this gateway's, or too many are connected; on its "
+                     "box, tractionctl keys list tells its key");
   default:
     return std::nullopt;
   }

@@ -30,8 +30,8 @@ class Handshake {
 
   /// Processes the next monitor event; ignores kinds other than kHandshakeEvents. \param value of the event
   /// \return kNotAllowed, once it is certain that no connection is possible: at once if the peer refuses the key or has
-  /// another security mechanism, or after 5 (25 without keys) connections that end without a reason before the first
-  /// success; that count then begins anew. Nothing otherwise, as after other protocol failures.
+  /// another security mechanism, or with keys after 5 connections that end without a reason before the first success;
+  /// that count then begins anew. Nothing otherwise, as after other protocol failures.
   std::optional<Error> process(std::uint16_t event, std::uint32_t value);
 
  private:

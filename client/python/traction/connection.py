@@ -23,7 +23,6 @@ _HANDSHAKE = (zmq.EVENT_HANDSHAKE_SUCCEEDED | zmq.EVENT_HANDSHAKE_FAILED_NO_DETA
               | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL | zmq.EVENT_HANDSHAKE_FAILED_AUTH)
 _MECHANISM_MISMATCH = 0x11000002  # ZMQ_PROTOCOL_ERROR_ZMTP_MECHANISM_MISMATCH
 _MOST_FAILURES = 5  # some 0.5 s
-_MOST_WITHOUT_KEYS = 25  # some 5 s: a tractiond may replace a peer of another kind
 
 _number = itertools.count()
 
@@ -47,15 +46,14 @@ class Handshake:
             # The peer detects the mismatch, too. If it ends the connection first, this event does not occur.
             return NotAllowed(f"who is at {self._endpoint} knows no keys; is it a gateway?" if self._has_keys else
                               f"the gateway at {self._endpoint} asks for a key, and none is given")
-        elif event == zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL and not self._succeeded:
-            # A gateway that restarts or has too many connections does this, too: a client that was connected waits.
+        elif event == zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL and self._has_keys and not self._succeeded:
+            # A gateway that restarts or has too many connections does this, too: a client that was connected waits. Without
+            # keys, the mismatch tells what is wrong.
             self._failures += 1
-            if self._failures >= (_MOST_FAILURES if self._has_keys else _MOST_WITHOUT_KEYS):
+            if self._failures >= _MOST_FAILURES:
                 self._failures = 0
-                return NotAllowed(f"who is at {self._endpoint} ends each connection: " + (
-                    "the server key is not this gateway's, or too many are connected; on its box, tractionctl keys list "
-                    "tells its key" if self._has_keys else
-                    "a gateway asks for a key, and none is given; anything else is no tractiond"))
+                return NotAllowed(f"who is at {self._endpoint} ends each connection: the server key is not this gateway's, or too "
+                                  "many are connected; on its box, tractionctl keys list tells its key")
         return None
 
 
