@@ -8,8 +8,10 @@
 #include <sysexits.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <functional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -50,6 +52,13 @@ class Commands {
   CLI::App& app_;
   std::vector<Command> commands_;
 };
+
+/// Returns the path of a program beside this one; without it, its name, by which PATH has it.
+inline std::string programBeside(const std::string& name) {
+  std::error_code unknown;
+  const auto beside = std::filesystem::read_symlink("/proc/self/exe", unknown).replace_filename(name);
+  return std::filesystem::exists(beside, unknown) ? beside.string() : name;
+}
 
 // Each function adds the command of its name, with its options, to the command line; the comment says what the command
 // does. Called once each, before the command line is parsed.

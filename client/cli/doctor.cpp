@@ -2,23 +2,16 @@
 #include "client/doctor/checks.h"
 #include "client/show/output.h"
 
-#include <filesystem>
 #include <memory>
+#include <string>
 
 namespace traction::client {
 
 namespace {
 
-/// Returns the program tractiond beside this one; without it, "tractiond", which is looked for in PATH.
-std::string daemonProgram() {
-  std::error_code unknown;
-  const auto own = std::filesystem::read_symlink("/proc/self/exe", unknown).replace_filename("tractiond");
-  return std::filesystem::exists(own, unknown) ? own.string() : "tractiond";
-}
-
 /// Examines this machine. Returns doctor::exitCodeOf(). \param instance the only one to examine; empty: all
 int run(const std::string& instance, bool json) {
-  const auto findings = doctor::examine(doctor::Box(), daemonProgram(), instance);
+  const auto findings = doctor::examine(doctor::Box(), programBeside("tractiond"), instance);
   std::string text = json ? doctor::reportJson(findings) : doctor::reportText(findings);
   if (text.back() == '\n') text.pop_back();
   printLine(text);

@@ -39,25 +39,10 @@ constexpr auto kAnswer = 500ms;  ///< until a traction-touch that runs is connec
 /// A traction-touch that this process has started. Its log goes to standard error.
 class OwnTouch {
  public:
-  /// Takes the program beside this one, else that of PATH. It ends with this process, too. \throws Error kNoAnswer
-  OwnTouch(const std::string& instance, const std::filesystem::path& runtime)
-      : OwnTouch(programBeside(), instance, runtime) {}
-  ~OwnTouch() {
-    kill(child_, SIGTERM);
-    waitpid(child_, nullptr, 0);
-  }
-  OwnTouch(const OwnTouch&) = delete;
-  OwnTouch& operator=(const OwnTouch&) = delete;
-
- private:
-  static std::string programBeside() {
-    std::error_code none;
-    const auto beside = std::filesystem::read_symlink("/proc/self/exe", none).parent_path() / "traction-touch";
-    return std::filesystem::exists(beside, none) ? beside.string() : "traction-touch";
-  }
-
-  OwnTouch(const std::string& program, const std::string& instance, const std::filesystem::path& runtime)
-      : child_(fork()) {
+  /// It ends with this process, too. \throws Error kNoAnswer
+  OwnTouch(const std::string& instance, const std::filesystem::path& runtime) {
+    const std::string program = programBeside("traction-touch");
+    child_ = fork();
     if (child_ < 0) throw Error(ErrorCode::kNoAnswer, "no process can be started for traction-touch");
     if (child_ > 0) return;
     // Only what is safe while other threads of the parent may hold locks.
@@ -68,8 +53,15 @@ class OwnTouch {
     if (write(STDERR_FILENO, kMissing.data(), kMissing.size()) < 0) _exit(EX_OSERR);
     _exit(EX_UNAVAILABLE);
   }
+  ~OwnTouch() {
+    kill(child_, SIGTERM);
+    waitpid(child_, nullptr, 0);
+  }
+  OwnTouch(const OwnTouch&) = delete;
+  OwnTouch& operator=(const OwnTouch&) = delete;
 
-  pid_t child_;
+ private:
+  pid_t child_ = -1;
 };
 
 /// Returns one line about a contact: its id, what it does, its age, and what is known of it.
