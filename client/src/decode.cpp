@@ -14,15 +14,6 @@ namespace traction {
 
 namespace {
 
-static_assert(static_cast<int>(kZeroUnverified) == pb::FLAG_ZERO_UNVERIFIED);
-static_assert(static_cast<int>(kFewMarkers) == pb::FLAG_FEW_MARKERS);
-static_assert(static_cast<int>(kDiscontinuity) == pb::FLAG_DISCONTINUITY);
-static_assert(static_cast<int>(kReacquiring) == pb::FLAG_REACQUIRING);
-static_assert(static_cast<int>(kTorn) == pb::FLAG_TORN);
-static_assert(static_cast<int>(kDoubtedOrigin) == pb::FLAG_DOUBTED_ORIGIN);
-static_assert(static_cast<int>(kNotSolved) == pb::FLAG_NOT_SOLVED);
-static_assert(static_cast<int>(kRecovering) == pb::FLAG_RECOVERING);
-
 /// Returns whether a number, or each number in nested ranges, is finite; true for everything else.
 template <typename Member>
 bool isFinite(const Member& member) {
