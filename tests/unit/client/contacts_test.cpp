@@ -98,6 +98,7 @@ TEST(Follower, StatesTheWrenchOfTheField) {
   sensor.press(-0.02, 1.0);
   double number = 0.0;
   for (Contact& contact : sensor.field.contacts) {
+    contact.force_N[0] = 0.5;
     contact.moment_Nm = {++number, ++number, ++number};
     contact.positionZ_m = ++number;
     for (Covariance* each :
@@ -135,29 +136,13 @@ TEST(Follower, StatesTheWrenchOfTheField) {
     EXPECT_EQ(seen[i].orientation_rad, is.orientation_rad);
     EXPECT_EQ(seen[i].orientationDeviation_rad, is.orientationDeviation_rad);
     EXPECT_GT(seen[i].angularVelocityDeviation_rad_s, 0.0);
+    EXPECT_EQ(seen[i].slip.value().model, SlipModel::kBound);
   }
   sensor.field.valid = false;
   const TrackedContact unknown = told()[0];
   EXPECT_EQ(unknown.moment_Nm, Vector3{});
   EXPECT_EQ(unknown.forceCovariance_N2.noise, Matrix3{});
   EXPECT_EQ(unknown.halfAxes_m, sensor.field.contacts[0].halfAxes_m) << "as last seen";
-}
-
-TEST(Follower, SaysByWhatTheFrictionIsKnown) {
-  clock_ns = 1'000'000'000;
-  Follower touch = follower();
-  Sensor sensor;
-  sensor.press(0.0);
-  Contact& contact = sensor.field.contacts[0];
-  contact.force_N[0] = 1.0;
-  EXPECT_EQ(taken(touch, sensor).contacts(0).slip().model(), v1::SLIP_MODEL_BOUND);
-  for (int frame = 0; frame < 30; ++frame) {
-    contact.position_m[0] += 1e-4;
-    taken(touch, sensor);
-  }
-  const v1::Contacts slid = taken(touch, sensor);
-  EXPECT_EQ(slid.contacts(0).slip().model(), v1::SLIP_MODEL_SLIDING);
-  EXPECT_NEAR(slid.contacts(0).slip().friction().estimate(), 0.5, 0.02);
 }
 
 TEST(Field, StatesTheShearOfANodeOverItsNormalForce) {

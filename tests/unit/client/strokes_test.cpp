@@ -41,17 +41,6 @@ TEST(Alphabet, HasLettersDigitsSpaceAndDelete) {
   EXPECT_TRUE(letters.contains(std::string(kDigits)) && digits.contains(std::string(kLetters)));
 }
 
-TEST(Alphabet, IsTheSameWhenItIsWrittenAndRead) {
-  const auto again = parseAlphabet(textOf(shipped()), "again.toml");
-  ASSERT_TRUE(again) << again.error().message();
-  ASSERT_EQ(again->size(), shipped().size());
-  for (std::size_t i = 0; i < again->size(); ++i) {
-    EXPECT_EQ((*again)[i].symbol, shipped()[i].symbol);
-    EXPECT_EQ((*again)[i].mode, shipped()[i].mode);
-    EXPECT_EQ((*again)[i].stroke, shipped()[i].stroke);
-  }
-}
-
 TEST(Alphabet, RefusesWhatIsNoStroke) {
   for (const char* text :
        {"", "[[stroke]]\npoints = [0, 0, 1, 1]\n", "[[stroke]]\nsymbol = \"a\"\npoints = [0, 0, 1]\n",
@@ -117,12 +106,6 @@ TEST(StrokeReader, WritesNothingOfATapOrADoubtfulStroke) {
   StrokeReader narrow(shipped(), {.mostDistance = 100.0});
   EXPECT_EQ(readingOf(narrow, between).kind, Kind::kDoubtful) << "unlike all";
   EXPECT_EQ(readingOf(narrow, strokeOf("u")).symbol, "u");
-}
-
-TEST(StrokeReader, LearnsWhatIsTaught) {
-  const Template taught{.mode = std::string(kLetters), .symbol = "hello ", .stroke = strokeOf("w")};
-  StrokeReader other(parseAlphabet(textOf({taught}), "own.toml").value());
-  EXPECT_EQ(readingOf(other, strokeOf("w")).symbol, "hello ");
 }
 
 }  // namespace
