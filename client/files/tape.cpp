@@ -1,5 +1,6 @@
 #include "client/files/tape.h"
 
+#include "base/clock.h"
 #include "client/files/file_error.h"
 #include "client/files/message_header.h"
 #include "proto/traction/v1/descriptors.h"
@@ -7,20 +8,12 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <system_error>
 
 namespace traction::client {
 
 namespace {
-
-/// Returns a clock's time [ns].
-std::int64_t timeOf(clockid_t clock) {
-  timespec now{};
-  clock_gettime(clock, &now);
-  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
-}
 
 /// Returns the name of the message's type in the schemas.
 std::string typeOf(const Message& message) {
@@ -34,7 +27,7 @@ std::string typeOf(const Message& message) {
 Tape::Tape(const std::string& path)
     : path_(path)
     , file_(orThrow(recording::NewFile::create(path)))
-    , epoch_ns_(timeOf(CLOCK_REALTIME) - timeOf(CLOCK_MONOTONIC)) {
+    , epoch_ns_(tractiond::realNow() - tractiond::monotonicNow()) {
   check(writer_.flush());
 }
 
@@ -96,7 +89,7 @@ std::string Tape::account() const {
 }
 
 std::uint64_t Tape::logNow() const {
-  return static_cast<std::uint64_t>(epoch_ns_ + timeOf(CLOCK_MONOTONIC));
+  return static_cast<std::uint64_t>(epoch_ns_ + tractiond::monotonicNow());
 }
 
 }  // namespace traction::client

@@ -1,5 +1,6 @@
 #include "traction/subscriber.h"
 
+#include "base/clock.h"
 #include "client/src/deadline.h"
 #include "client/src/decode.h"
 #include "client/src/handshake.h"
@@ -10,7 +11,6 @@
 #include <zmq.hpp>
 
 #include <algorithm>
-#include <ctime>
 #include <map>
 #include <set>
 #include <utility>
@@ -51,12 +51,6 @@ constexpr int kMostPassed = 100 * kLatestQueue;
 
 constexpr const char* kMonitor = "inproc://monitor";
 
-std::int64_t monotonicNow() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
-}
-
 unsigned topicNamed(std::string_view kind) {
   if (kind == "field") return kField;
   if (kind == "markers") return kMarkers;
@@ -90,7 +84,7 @@ std::optional<Message> decode(const Raw& raw) {
 struct Subscriber::Impl {
   explicit Impl(const SubscriberOptions& given)
       : options(given) {
-    if (options.monotonicClock == nullptr) options.monotonicClock = monotonicNow;
+    if (options.monotonicClock == nullptr) options.monotonicClock = tractiond::monotonicNow;
     const bool latest = options.mode == Mode::kLatest;
     // The stream subscribes to everything, so that a daemon of another version or a wrong endpoint is detected instead
     // of waited for. Latest subscribes to the first byte of a field, and receives nothing of a stream. It skips older

@@ -3,9 +3,10 @@
 #include "proto/traction/v1/endpoints.h"
 #include "traction/description.h"
 
+#include <sys/random.h>
+
 #include <algorithm>
 #include <chrono>
-#include <random>
 #include <variant>
 
 namespace traction::contacts {
@@ -17,10 +18,8 @@ constexpr std::int64_t kUnheard_ns = 3'000'000'000;  ///< without a field until 
 }  // namespace
 
 Id randomId() {
-  std::random_device device;
-  std::uniform_int_distribution<int> byte(0, 255);
   Id id{};
-  std::generate(id.begin(), id.end(), [&] { return static_cast<std::uint8_t>(byte(device)); });
+  [[maybe_unused]] const int failed = getentropy(id.data(), id.size());  // 16 bytes are always available
   return id;
 }
 
