@@ -1,5 +1,4 @@
 #include "client/cli/csv_file.h"
-#include "client/cli/csv_line.h"
 #include "client/cli/recordings.h"
 
 #include <sysexits.h>

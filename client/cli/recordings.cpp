@@ -75,20 +75,14 @@ Contents contentsOf(const std::string& file) {
         }
         topic.add(message);
       }));
-  const std::uint64_t messages = contents.extent.messages;
   for (auto& [id, topic] : topics) {
     contents.begin_ns = std::min(contents.begin_ns, topic.begin_ns);
     contents.end_ns = std::max(contents.end_ns, topic.end_ns);
     contents.topics.push_back(std::move(topic));
   }
-  if (messages == 0) contents.begin_ns = 0;
+  if (topics.empty()) contents.begin_ns = 0;
   const auto summary = reader.summary();
   contents.isIndexed = summary && summary->has_value();
-  const auto statistics = contents.isIndexed ? (*summary)->statistics : std::nullopt;
-  if (statistics && contents.extent.isWhole() && statistics->messages != messages) {
-    contents.extent.trouble = "its summary tells of " + std::to_string(statistics->messages) + " messages, it has " +
-                              std::to_string(messages);
-  }
   return contents;
 }
 
