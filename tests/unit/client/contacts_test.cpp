@@ -1,5 +1,4 @@
 // Fields in, contacts out, and what arrives of them at a subscriber.
-#include "client/src/paired_contacts.h"
 #include "client/touch/follower.h"
 #include "client/touch/publisher.h"
 #include "tests/support/deadline.h"
@@ -9,8 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 
@@ -205,46 +202,20 @@ TEST(Follower, EndsContactsWhereNoFieldComesOrAnotherZeroHolds) {
   EXPECT_EQ(follower.endAll().contacts(0).phase(), v1::CONTACT_PHASE_END);
 }
 
-/// A publisher of contacts, and a subscriber whose time is this file's.
-class SubscriberContacts : public testing::Test {
- protected:
-  void open() {
-    auto opened = Publisher::open({"tcp://127.0.0.1:*"});
-    ASSERT_TRUE(opened) << opened.error().message();
-    publisher_ = *std::move(opened);
-    SubscriberOptions options;
-    options.endpoint = publisher_->endpoints().front();
-    options.topics = kContacts;
-    options.monotonicClock = [] { return clock_ns; };
-    subscriber_.emplace(options);
-  }
-
-  /// Sends contacts of pressed fields until some arrive.
-  Contacts await(Follower& follower) {
-    std::optional<Message> message;
-    EXPECT_TRUE(tractiond::test::eventually([&] {
-      publisher_->send(taken(follower, sensor_));
-      message = subscriber_->receive(20ms);
-      return message.has_value();
-    }));
-    return std::get<Contacts>(message.value());
-  }
-
-  Sensor sensor_;
-  std::unique_ptr<Publisher> publisher_;
-  std::optional<Subscriber> subscriber_;
-};
-
-TEST_F(SubscriberContacts, ThatWaitedAreNoSilence) {
-  ASSERT_NO_FATAL_FAILURE(open());
+TEST(Subscriber, ContactsThatWaitedAreNoSilence) {
+  const auto publisher = Publisher::open({"tcp://127.0.0.1:*"}).value();
+  Subscriber subscriber(
+      {.endpoint = publisher->endpoints().front(), .topics = kContacts, .monotonicClock = [] { return clock_ns; }});
   Follower follower = contacts::follower();
-  sensor_.press(0.01);
-  await(follower);
+  Sensor sensor;
+  sensor.press(0.01);
+  bool hasBegun = false;
   EXPECT_TRUE(tractiond::test::eventually([&] {
-    publisher_->send(taken(follower, sensor_));
-    clock_ns += 10'000'000'000;  // the reader was busy; an end comes where the message has not arrived yet
-    const auto message = subscriber_->receive(1ms);
-    return message && std::get<Contacts>(*message).contacts.at(0).phase == ContactPhase::kMove;
+    publisher->send(taken(follower, sensor));
+    if (hasBegun) clock_ns += 10'000'000'000;  // the reader is busy; an end comes where the message has not arrived yet
+    const auto message = subscriber.receive(hasBegun ? 1ms : 20ms);
+    if (!message) return false;
+    return std::exchange(hasBegun, true) && std::get<Contacts>(*message).contacts.at(0).phase == ContactPhase::kMove;
   }));
 }
 
