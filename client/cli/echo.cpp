@@ -36,11 +36,10 @@ void echo(const SubscriberOptions& options, unsigned topics, long count) {
                                             : "see tractionctl status",
               "standard output is read too slowly, or this machine is too busy",
               (topics & ~kOfTouch) == 0 && options.endpoint.empty() ? "traction-touch" : "tractiond");
-  Count printed = 0, unprinted = 0;
+  Count printed = 0;
   const auto account = [&] {
     std::string text = std::to_string(printed) + " messages printed";
     if (subscriber.lost() != 0) text += ", " + std::to_string(subscriber.lost()) + " lost";
-    if (unprinted != 0) text += ", " + std::to_string(unprinted) + " that waited not printed";
     return text;
   };
   rememberSignals();
@@ -55,17 +54,13 @@ void echo(const SubscriberOptions& options, unsigned topics, long count) {
       notes.noteConnection(subscriber.isConnected(), Notes::Clock::now());
       expectReader();
       if (!message) continue;
-      if (printLine(toJson(*message))) {
-        ++printed;
-        continue;
-      }
-      // The reader stalls.
-      for (unprinted = 1; subscriber.receive(0ms);) ++unprinted;  // a description among them counts, too
+      if (!printLine(toJson(*message))) break;  // a signal came while the reader stalls
+      ++printed;
     }
   } catch (const OutputError& error) {
     throw OutputError(std::string(error.what()) + "; " + account());
   }
-  if (subscriber.lost() + unprinted != 0) std::fprintf(stderr, "tractionctl: %s\n", account().c_str());
+  if (subscriber.lost() != 0) std::fprintf(stderr, "tractionctl: %s\n", account().c_str());
 }
 
 struct EchoLine {
