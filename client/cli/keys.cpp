@@ -29,7 +29,7 @@ void checkName(const std::string& name) {
 }
 
 /// Quotes a key for a shell: Z85 has no single quote, but many characters that a shell interprets.
-std::string quoted(const std::string& key) {
+std::string shellQuoted(const std::string& key) {
   return "'" + key + "'";
 }
 
@@ -58,7 +58,7 @@ void newKey(const std::string& name, const fs::path& file) {
   auto keys = files::newKeyPair();
   while (keys.publicKey.starts_with('-')) keys = files::newKeyPair();  // `keys allow` would take it for an option
   orThrow(files::saveKeyPair(file, keys));
-  printLine("sudo tractionctl keys allow " + name + " " + quoted(keys.publicKey));
+  printLine("sudo tractionctl keys allow " + name + " " + shellQuoted(keys.publicKey));
 }
 
 /// Allows a key under a name: to read, or with `control` also to send requests. Replaces an earlier key of this name;
@@ -85,7 +85,7 @@ void allowKey(const fs::path& directory, const std::string& name, const std::str
   if (!fs::exists(fs::symlink_status(own, ignored))) orThrow(files::saveServerKey(directory, files::newKeyPair()));
   const auto server = orThrow(files::loadKeyPair(own));  // where it is faulty, no client can connect
   orThrow(files::allow(directory, {name, key, control ? files::Permission::kControl : files::Permission::kRead}));
-  printLine("tractionctl watch --host " + hostName() + " --server-key " + quoted(server.publicKey));
+  printLine("tractionctl watch --host " + hostName() + " --server-key " + shellQuoted(server.publicKey));
 }
 
 /// Deletes the file of the key with this name; the gateway then closes its connections. Prints nothing.
@@ -109,11 +109,11 @@ void listKeys(const fs::path& directory, bool json) {
     }
     printLine(text.close(']').close('}').take());
   } else {
-    if (server) printLine("this box's key is " + quoted(server->publicKey));
+    if (server) printLine("this box's key is " + shellQuoted(server->publicKey));
     for (const auto& one : known.keys()) {
       const std::string word(wordOf(one.permission));
       printLine(one.name + std::string(25 - one.name.size(), ' ') + word + std::string(8 - word.size(), ' ') +
-                quoted(one.key));
+                shellQuoted(one.key));
     }
   }
   if (!known.faults().empty()) throw FileError(known.faults()[0].exitCode, known.faults()[0].message());
