@@ -51,13 +51,7 @@ class Gateway(steady.TestCase):
         return messages.Reply.FromString(peer.recv()) if peer.poll(seconds * 1000) else None
 
     def silent(self, gateway, keys, name="stream", seconds=1.5):
-        peer = zmq.Context.instance().socket(zmq.SUB)
-        self.addCleanup(peer.close, 0)
-        if keys:
-            peer.curve_serverkey, peer.curve_publickey, peer.curve_secretkey = (key.encode() for key in keys)
-        peer.connect(gateway.endpoint[name])
-        peer.subscribe("")
-        return not peer.poll(seconds * 1000)
+        return rig.Subscriber(self.bench, gateway.endpoint[name], keys=keys).receive(seconds) is None
 
     def test_round_trip_with_keys(self):
         ada = self.key("ada", "--control")
