@@ -82,8 +82,8 @@ class Independent(unittest.TestCase):
             centre = np.mean([(field.centre_of_pressure_m.x, field.centre_of_pressure_m.y) for field in fields], axis=0)
             self.assertLess(np.linalg.norm(centre - load.place), tolerance_m, f"{centre} for {load.place}")
 
-    def check(self, loads, camera, pixel_format, model, tolerance_px, *tolerances, names=None):
-        measured = self.measure(loads, names or loads(), camera, pixel_format, model)
+    def check(self, loads, camera, pixel_format, model, tolerance_px, *tolerances):
+        measured = self.measure(loads, loads(), camera, pixel_format, model)
         for name, (fields, markers) in measured.items():
             with self.subTest(name):
                 self.assertEqual((len(fields), len(markers)), (HOLD + 1, HOLD + 1))  # the last of the ramp is the whole load
