@@ -103,7 +103,7 @@ class Replay(replays.Replays, steady.TestCase):
         golden = rig.SOURCE / "tests/golden/press.mcap"
         begin = time.monotonic()
         process = self.bench.start(rig.BIN / "tractiond", "--replay", golden, "--replay-rate", "0.5",
-                              "--state", self.bench.folder / "state", "--runtime", self.bench.folder / "run")
+                                   "--state", self.bench.folder / "state", "--runtime", self.bench.folder / "run")
         process.wait_for("replaying .*stream", 120)
         subscriber = rig.Subscriber(self.bench, f"ipc://{self.bench.folder}/run/stream")
         last = subscriber.collect(1, seconds=60)[0]
@@ -117,7 +117,7 @@ class Replay(replays.Replays, steady.TestCase):
         self.bench.twin("press", "--rate", "20", truth=False)
         path = self.bench.folder / "full.mcap"
         daemon = self.bench.daemon("", "--record", path,
-                              before=("sh", "-c", f"ulimit -f {limit_MB * 2000}; trap '' XFSZ; exec \"$@\"", "sh"))
+                                   before=("sh", "-c", f"ulimit -f {limit_MB * 2000}; trap '' XFSZ; exec \"$@\"", "sh"))
         fields = self.bench.subscribe(daemon)
         daemon.wait_for("nothing more is recorded: .*the recording has stopped with", 60)
         fields.collect(20)
