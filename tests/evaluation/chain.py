@@ -47,11 +47,11 @@ def gel_text(
     )
 
 
-def one_layer_text(colour="grey", contrast="darker", depth=6, centre_mm=0):
-    """The paper's gel with one layer, of markers of another look."""
+def one_layer_text(depth, centre_mm):
+    """The paper's gel with one layer, of black dots."""
     text = gel_text()
     text = text[: text.index('[[layers]]\ncolour = "red"')] + text[text.index("[camera]") :]
-    return text.replace('colour = "blue"', f'colour = "{colour}"\ncontrast = "{contrast}"').replace(
+    return text.replace('colour = "blue"', 'colour = "grey"\ncontrast = "darker"').replace(
         "depth_mm = 6", f"depth_mm = {depth}\ncentre_mm = [{centre_mm}, {centre_mm}]"
     )
 

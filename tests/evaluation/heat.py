@@ -67,7 +67,7 @@ class Day:
             at += held
         self.patterns, self.amounts = np.array(patterns), np.column_stack(amounts)
 
-    def read(self, follows=True):
+    def read(self):
         return chain.run(
             self.patterns,
             amount=self.amounts,
@@ -75,7 +75,6 @@ class Day:
             time=self.time_s,
             gel=creep.calibrated(self.terms, self.seed % 10**6),
             state=chain.state_directory("creep"),
-            solve="" if follows else "[track]\nzero_tracking = false",
             given=0.02,
             brief=True,
             seed=self.seed % 10**6,

@@ -237,13 +237,10 @@ def magnitude(area, generator, least=3, most=750):
     return GF * np.exp(generator.uniform(np.log(least), np.log(max(most, least))))
 
 
-def single(shape, generator, beyond=False, force=None, mixture=None, where=None):
-    """One contact. `force`: its size [N]; `where`: its place (2, m) rather than a random one."""
+def single(shape, generator, beyond=False, force=None, mixture=None):
+    """One contact. `force`: its size [N]."""
     points, pressure, area, text = sampled(shape, generator)
-    if where is not None:
-        points = points + np.reshape(where, (2, 1))
-    else:
-        points = place_beyond(points, pressure, generator) if beyond else place_inside(points, generator)
+    points = place_beyond(points, pressure, generator) if beyond else place_inside(points, generator)
     unit, how = tractions(points, pressure, generator, mixture or ("friction" if shape in PALMS else None))
     if force is None:
         force = magnitude(area, generator, *((100, 1500) if shape in PALMS else ()))
@@ -257,12 +254,12 @@ def single(shape, generator, beyond=False, force=None, mixture=None, where=None)
     return Load(family, text, points, force * unit, pressure, [slice(0, points.shape[1])], where)
 
 
-def together(contacts, family="several"):
+def together(contacts):
     """Contacts as one load."""
     ends = np.cumsum([0] + [one.points.shape[1] for one in contacts])
     points = np.hstack([one.points for one in contacts])
     return Load(
-        family,
+        "several",
         " + ".join(one.text for one in contacts),
         points,
         np.hstack([one.forces for one in contacts]),
@@ -345,22 +342,22 @@ def thinned(load):
     return points, np.stack([np.bincount(cells, axis) for axis in load.forces])
 
 
-def pixels(markers, displacement, camera=CAMERA):
+def pixels(markers, displacement):
     """How far markers (3 x M, m) move in the picture, ... x M x 2 [px]: as sensor/projection.cpp for a pinhole."""
 
     def seen(at):
-        return camera[0] * np.stack([at[..., 0], -at[..., 1]], -1) / (camera[1] - at[..., 2:])
+        return CAMERA[0] * np.stack([at[..., 0], -at[..., 1]], -1) / (CAMERA[1] - at[..., 2:])
 
     return seen(markers.T + displacement) - seen(markers.T)
 
 
-def bound(load, markers, answers, camera=CAMERA):
+def bound(load, markers, answers):
     """Cramer-Rao bound of the resultant force's error, root mean square of its length [N], in a single picture, for one
     who knows the shape: contacts by their own pressures (patterns(), whose displacements are `answers`, K x M x 3), how
     strong they are unknown, and the picture's motion, known as well as the gel file says."""
     small = 1e-3  # the projection bends a little: its slope at rest
-    columns = pixels(markers, small * answers, camera) / small
-    rest = camera[0] * np.stack([markers[0], -markers[1]], 1) / (camera[1] - markers[2])[:, None]
+    columns = pixels(markers, small * answers) / small
+    rest = CAMERA[0] * np.stack([markers[0], -markers[1]], 1) / (CAMERA[1] - markers[2])[:, None]
     ones = np.ones(len(rest))
     motion = [np.outer(ones, [1, 0]), np.outer(ones, [0, 1]), rest, np.stack([-rest[:, 1], rest[:, 0]], 1)]
     columns = np.concatenate([columns, motion]).reshape(len(answers) + 4, -1)

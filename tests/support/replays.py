@@ -11,18 +11,20 @@ import traction  # noqa: E402
 
 
 class Replays:
-    """A part of a TestCase."""
+    """A part of a rig.TestCase."""
 
-    def replay(self, bench, path, *options, code=0, name="again"):
-        again = bench.folder / f"{name}.mcap"
+    def replay(self, path, *options, code=0, name="again"):
+        again = self.bench.folder / f"{name}.mcap"
         again.unlink(missing_ok=True)
-        state = bench.folder / "default" / "state"
-        process = bench.start(rig.BIN / "tractiond", "--replay", path, "--replay-rate", "0", "--record", again,
-                              "--state", state, "--runtime", bench.folder / "replay-run", *options)
+        state = self.bench.folder / "default" / "state"
+        rig.lend_factors(state)
+        process = self.bench.start(rig.BIN / "tractiond", "--replay", path, "--replay-rate", "0", "--record", again,
+                              "--state", state, "--runtime", self.bench.folder / "replay-run", *options)
         self.assertEqual(process.join(), code, process.output())
+        rig.keep_factors(state)
         return again, process
 
-    def arrays(self, bench, path):
+    def arrays(self, path):
         """What a recording has of each field, by its name."""
         fields = [(each, each.message) for each in traction.recording(path) if isinstance(each.message, traction.Field)]
         columns = {"capture_time_ns": [each.publish_time_ns for each, _ in fields]}

@@ -20,10 +20,10 @@ class Faults(steady.TestCase):
         self.draw = seed.chance(self.id())
         self.published = []
 
-    def begin(self, *options, config=""):
+    def begin(self, *options):
         self.twin = self.bench.twin("idle", *options, ready=False)
         # The address sanitizer keeps what is freed, up to 256 MB without this: its memory would tell nothing.
-        self.daemon = self.bench.daemon(config, env={"ASAN_OPTIONS": "quarantine_size_mb=8"})
+        self.daemon = self.bench.daemon(env={"ASAN_OPTIONS": "quarantine_size_mb=8"})
         self.subscriber = self.bench.subscribe(self.daemon)
         self.stream(30)
 

@@ -25,7 +25,7 @@ def mean_force(fields):
     return np.mean([rig.vector(field.resultant_N) for field in fields], axis=0)
 
 
-class Forces(unittest.TestCase):
+class Forces(rig.TestCase):
     """Ten seconds of each scenario, at any speed."""
 
     SECONDS = 10
@@ -45,9 +45,8 @@ class Forces(unittest.TestCase):
         self.assertGreater(loaded, 0)
 
     def check(self, scenario, pixel_format="RGB8", gel=None):
-        with rig.Rig() as bench:
-            film, truth = bench.film(scenario, self.SECONDS, pixel_format=pixel_format, config=(
-                f'[sensor]\ngel_file = "{rig.SOURCE / "config/gels" / gel}"\n' if gel else ""))
+        film, truth = self.bench.film(scenario, self.SECONDS, pixel_format=pixel_format, config=(
+            f'[sensor]\ngel_file = "{rig.SOURCE / "config/gels" / gel}"\n' if gel else ""))
         numbers = [field.header.frame_number for field in film.fields]
         self.assertLessEqual(numbers[0], 3 * rig.Rig.FILM_HZ + 1)
         self.assertEqual(numbers, list(range(numbers[0], self.SECONDS * rig.Rig.FILM_HZ + 1)))
@@ -67,13 +66,12 @@ class Forces(unittest.TestCase):
 
     def test_a_film_that_ends_before_the_verdict_is_measured_to_its_end(self):
         """Its last pictures wait for the zero and its solver, as all others do."""
-        with rig.Rig() as bench:
-            film = bench.folder / "pictures"
-            twin = bench.start(rig.BIN / "traction-twin", "idle", "--cache", rig.cache_directory(), "--images", film, "--seconds", 0.6)
-            self.assertEqual(twin.join(), 0, twin.output())
-            daemon = bench.daemon('[camera]\nwidth_px = 640\nheight_px = 480\npixel_format = "RGB8"\n', "--images", film,
-                                  camera=None, ready=False)
-            self.assertEqual(daemon.join(), 0, daemon.output())
+        film = self.bench.folder / "pictures"
+        twin = self.bench.start(rig.BIN / "traction-twin", "idle", "--cache", rig.cache_directory(), "--images", film, "--seconds", 0.6)
+        self.assertEqual(twin.join(), 0, twin.output())
+        daemon = self.bench.daemon('[camera]\nwidth_px = 640\nheight_px = 480\npixel_format = "RGB8"\n', "--images", film,
+                                   camera=None, ready=False)
+        self.assertEqual(daemon.join(), 0, daemon.output())
         self.assertIn("the model takes the places of 1152 markers from the zero", daemon.output())
         self.assertIn("stopped: 36 frames received, 6 published, 30 for the zero, 0 lost", daemon.output())
 

@@ -38,26 +38,20 @@ class Gateway(steady.TestCase):
         own = pair()
         return (self.bench.allow(name, own[0], *options), *own)
 
-    def ask(self, gateway, keys, kind="status", seconds=5, **fields):
-        """The reply, or None."""
+    def ask(self, gateway, keys, seconds=5):
+        """The reply to a request for the status, or None."""
         peer = zmq.Context.instance().socket(zmq.REQ)
         self.addCleanup(peer.close, 0)
         if keys:
             peer.curve_serverkey, peer.curve_publickey, peer.curve_secretkey = (key.encode() for key in keys)
         peer.connect(gateway.endpoint["control"])
-        request = messages.Request(version=1, **fields)
-        getattr(request, kind).SetInParent()
+        request = messages.Request(version=1)
+        request.status.SetInParent()
         peer.send(request.SerializeToString())
         return messages.Reply.FromString(peer.recv()) if peer.poll(seconds * 1000) else None
 
     def silent(self, gateway, keys, name="stream", seconds=1.5):
-        peer = zmq.Context.instance().socket(zmq.SUB)
-        self.addCleanup(peer.close, 0)
-        if keys:
-            peer.curve_serverkey, peer.curve_publickey, peer.curve_secretkey = (key.encode() for key in keys)
-        peer.connect(gateway.endpoint[name])
-        peer.subscribe("")
-        return not peer.poll(seconds * 1000)
+        return rig.Subscriber(self.bench, gateway.endpoint[name], keys=keys).receive(seconds) is None
 
     def test_round_trip_with_keys(self):
         ada = self.key("ada", "--control")
@@ -234,7 +228,7 @@ class Start(steady.TestCase):
 class Commands(steady.TestCase):
     def test_from_nothing_to_a_remote_view(self):
         """As docs/gateway.md has it, with the lines that the programs print."""
-        bench = self.enterContext(rig.Rig())
+        bench = self.bench
         bench.twin("idle", truth=False)
         daemon = bench.daemon()
         home = {"XDG_CONFIG_HOME": str(bench.folder / "laptop")}

@@ -17,7 +17,7 @@ SCENARIOS = sorted(path for path in (rig.SOURCE / "twin/scenarios").glob("*.toml
 FEW = {"calibrate", "large_displacement", "twist", "two_contacts"}
 
 
-class Golden(replays.Replays, unittest.TestCase):
+class Golden(replays.Replays, rig.TestCase):
     def test_a_few_scenarios_give_their_fields(self):
         self.check(path for path in SCENARIOS if path.stem in FEW)
 
@@ -28,13 +28,10 @@ class Golden(replays.Replays, unittest.TestCase):
     def check(self, scenarios):
         """Within a hundredth of their deviation, and that within a hundredth of itself. tests/golden/make.py makes those that are missing."""
         for scenario in scenarios:
-            with self.subTest(scenario.stem), rig.Rig() as bench:
-                state = bench.folder / "default" / "state"
-                rig.lend_factors(state)
+            with self.subTest(scenario.stem):
                 path = rig.SOURCE / "tests/golden" / f"{scenario.stem}.mcap"
-                again, _ = self.replay(bench, path)
-                rig.keep_factors(state)
-                expected, found = self.arrays(bench, path), self.arrays(bench, again)
+                again, _ = self.replay(path)
+                expected, found = self.arrays(path), self.arrays(again)
                 np.testing.assert_array_equal(found["frame_number"], expected["frame_number"])
                 fits = scenario.stem != "calibrate"  # whose gel is not what the daemon is told
                 np.testing.assert_array_equal(expected["valid"], fits)
@@ -62,22 +59,18 @@ class Golden(replays.Replays, unittest.TestCase):
 
     def test_a_recording_of_an_earlier_version(self):
         """Of a daemon that solved by a contact step: its configuration has keys that are no more, its fields are near."""
-        with rig.Rig() as bench:
-            state = bench.folder / "default" / "state"
-            rig.lend_factors(state)
-            path = rig.SOURCE / "tests/golden/earlier/press.mcap"
-            again, process = self.replay(bench, path)
-            rig.keep_factors(state)
-            self.assertIn("which computed with other numbers", process.output())
-            expected, found = self.arrays(bench, path), self.arrays(bench, again)
-            common, before, now = np.intersect1d(expected["frame_number"], found["frame_number"], return_indices=True)
-            self.assertGreater(len(common), 0)
-            self.assertTrue(found["valid"][now].all())
-            off = np.linalg.norm(found["resultant_N"][now] - expected["resultant_N"][before], axis=1)
-            force = np.linalg.norm(expected["resultant_N"][before], axis=1)
-            self.assertGreater(force.min(), 0.5)
-            print(f"\n  {len(common)} fields, {force.mean():.2f} N: {100 * (off / force).max():.2f} % off", end=" ", flush=True)
-            self.assertLess((off / force).max(), 0.02)
+        path = rig.SOURCE / "tests/golden/earlier/press.mcap"
+        again, process = self.replay(path)
+        self.assertIn("which computed with other numbers", process.output())
+        expected, found = self.arrays(path), self.arrays(again)
+        common, before, now = np.intersect1d(expected["frame_number"], found["frame_number"], return_indices=True)
+        self.assertGreater(len(common), 0)
+        self.assertTrue(found["valid"][now].all())
+        off = np.linalg.norm(found["resultant_N"][now] - expected["resultant_N"][before], axis=1)
+        force = np.linalg.norm(expected["resultant_N"][before], axis=1)
+        self.assertGreater(force.min(), 0.5)
+        print(f"\n  {len(common)} fields, {force.mean():.2f} N: {100 * (off / force).max():.2f} % off", end=" ", flush=True)
+        self.assertLess((off / force).max(), 0.02)
 
 
 if __name__ == "__main__":

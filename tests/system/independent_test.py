@@ -44,7 +44,7 @@ def levels(loads, name, share, camera):
     return independent.picture(camera, camera.project(independent.MARKERS + moved))
 
 
-class Independent(unittest.TestCase):
+class Independent(rig.TestCase):
     def measure(self, loads, names, camera, pixel_format, model):
         """Returns for each load what was published while it was whole: ([Field], [Markers])."""
         up = [(step + 1) / RAMP for step in range(RAMP)]
@@ -52,15 +52,14 @@ class Independent(unittest.TestCase):
         plan += [(name, share) for name in names for share in up + HOLD * [1] + up[-2::-1] + [0]]
         noise = np.random.default_rng(1)
 
-        with rig.Rig() as bench:
-            pictures, gel = bench.folder / "pictures.raw", bench.folder / "gel.toml"
-            gel.write_text(camera.gel_file())
-            with open(pictures, "wb") as file:
-                for name, share in plan:
-                    file.write(independent.frame(levels(loads, name, share, camera), pixel_format, noise))
-            with open(pictures, "rb") as source:
-                film = bench.feed(source, len(plan), REST, f'[sensor]\ngel_file = "{gel}"\n[solve]\nmodel = "{model}"\n',
-                                  pixel_format)
+        pictures, gel = self.bench.folder / "pictures.raw", self.bench.folder / "gel.toml"
+        gel.write_text(camera.gel_file())
+        with open(pictures, "wb") as file:
+            for name, share in plan:
+                file.write(independent.frame(levels(loads, name, share, camera), pixel_format, noise))
+        with open(pictures, "rb") as source:
+            film = self.bench.feed(source, len(plan), REST, f'[sensor]\ngel_file = "{gel}"\n[solve]\nmodel = "{model}"\n',
+                                   pixel_format)
         return {name: [[message for message in messages if plan[message.header.camera_frame_id - 1] == (name, 1)]
                        for messages in (film.fields, film.markers)] for name in names}
 
@@ -82,8 +81,8 @@ class Independent(unittest.TestCase):
             centre = np.mean([(field.centre_of_pressure_m.x, field.centre_of_pressure_m.y) for field in fields], axis=0)
             self.assertLess(np.linalg.norm(centre - load.place), tolerance_m, f"{centre} for {load.place}")
 
-    def check(self, loads, camera, pixel_format, model, tolerance_px, *tolerances, names=None):
-        measured = self.measure(loads, names or loads(), camera, pixel_format, model)
+    def check(self, loads, camera, pixel_format, model, tolerance_px, *tolerances):
+        measured = self.measure(loads, loads(), camera, pixel_format, model)
         for name, (fields, markers) in measured.items():
             with self.subTest(name):
                 self.assertEqual((len(fields), len(markers)), (HOLD + 1, HOLD + 1))  # the last of the ramp is the whole load

@@ -51,10 +51,10 @@ class NoGel(rig.TestCase):
         self.assertEqual(received, shown + lost)
         return lost
 
-    def with_pictures(self, *options, config=NO_GEL, **more):
+    def with_pictures(self, *options, **more):
         pictures = projector.Projector(self.bench, [PICTURE])
         camera = f'[camera]\nwidth_px = {WIDTH}\nheight_px = {HEIGHT}\npixel_format = "Mono8"\n'
-        return self.bench.daemon(config + camera, "--images", pictures.pipe, *options, camera=None, **more)
+        return self.bench.daemon(NO_GEL + camera, "--images", pictures.pipe, *options, camera=None, **more)
 
     def test_pictures_of_any_size_are_seen_and_each_frame_is_accounted_for(self):
         daemon = self.with_pictures()

@@ -33,33 +33,32 @@ class Subscribers(steady.TestCase):
                 for read_ns, topic, payload in found if b"/field/" in topic]
 
     def check(self, pause, most_MiB):
-        with rig.Rig() as bench:
-            bench.twin("idle", truth=False)
-            self.daemon = bench.daemon()
-            self.readers = [bench.subscribe(self.daemon) for _ in range(READING)]
-            self.latencies_ms(22)  # until what the start took has been returned
-            before_MiB, with_MiB, after_MiB, before_ms, during_ms = self.daemon.memory_MiB(), [], [], [], []
-            for _ in range(TIMES):
-                before_ms.append(np.quantile(self.latencies_ms(8), 0.99))
-                frozen = []
-                for _ in range(FROZEN):
-                    frozen.append(zmtp.Peer(self.daemon.endpoint["stream"], "SUB"))
-                    frozen[-1].send(zmtp.frame(b"\x01"))  # subscribes to everything, and reads nothing
-                    self.latencies_ms(pause())
-                during_ms.append(np.quantile(self.latencies_ms(8), 0.99))
-                with_MiB.append(self.daemon.memory_MiB() - before_MiB)
-                for one in frozen:
-                    one.close()
-                self.latencies_ms(12)  # memory is returned every ten seconds
-                after_MiB.append(self.daemon.memory_MiB() - before_MiB)
-            ratios = sorted(during / before for during, before in zip(during_ms, before_ms))
-            print(f"\n  p99 of the others {np.median(before_ms):.2f} -> {np.median(during_ms):.2f} ms, times "
-                  f"{' '.join(f'{ratio:.2f}' for ratio in ratios)}; memory {before_MiB:.1f} MiB, {max(with_MiB):+.1f} with "
-                  f"them, {max(after_MiB):+.1f} after them ", end="", flush=True)
-            self.assertLess(np.median(during_ms), FRAME_MS, "a field is read before the next one comes")
-            self.assertLess(max(with_MiB), most_MiB)
-            self.assertLess(max(after_MiB), 4)
-            self.assertEqual(self.daemon.stop(), 0, self.daemon.output())
+        self.bench.twin("idle", truth=False)
+        self.daemon = self.bench.daemon()
+        self.readers = [self.bench.subscribe(self.daemon) for _ in range(READING)]
+        self.latencies_ms(22)  # until what the start took has been returned
+        before_MiB, with_MiB, after_MiB, before_ms, during_ms = self.daemon.memory_MiB(), [], [], [], []
+        for _ in range(TIMES):
+            before_ms.append(np.quantile(self.latencies_ms(8), 0.99))
+            frozen = []
+            for _ in range(FROZEN):
+                frozen.append(zmtp.Peer(self.daemon.endpoint["stream"], "SUB"))
+                frozen[-1].send(zmtp.frame(b"\x01"))  # subscribes to everything, and reads nothing
+                self.latencies_ms(pause())
+            during_ms.append(np.quantile(self.latencies_ms(8), 0.99))
+            with_MiB.append(self.daemon.memory_MiB() - before_MiB)
+            for one in frozen:
+                one.close()
+            self.latencies_ms(12)  # memory is returned every ten seconds
+            after_MiB.append(self.daemon.memory_MiB() - before_MiB)
+        ratios = sorted(during / before for during, before in zip(during_ms, before_ms))
+        print(f"\n  p99 of the others {np.median(before_ms):.2f} -> {np.median(during_ms):.2f} ms, times "
+              f"{' '.join(f'{ratio:.2f}' for ratio in ratios)}; memory {before_MiB:.1f} MiB, {max(with_MiB):+.1f} with "
+              f"them, {max(after_MiB):+.1f} after them ", end="", flush=True)
+        self.assertLess(np.median(during_ms), FRAME_MS, "a field is read before the next one comes")
+        self.assertLess(max(with_MiB), most_MiB)
+        self.assertLess(max(after_MiB), 4)
+        self.assertEqual(self.daemon.stop(), 0, self.daemon.output())
 
     def test_frozen_at_once(self):
         self.check(lambda: 0.0, 16)

@@ -21,13 +21,13 @@ class Viewer(TestCase):
         super().setUp()
         self.draw = seed.chance(self.id())
 
-    def exchange(self, view, request, size=65536):
+    def exchange(self, view, request):
         with socket.create_connection(("127.0.0.1", view.port), timeout=20 * PATIENCE) as connection:
             answer = b""
             with contextlib.suppress(OSError):
                 connection.sendall(request)
                 connection.shutdown(socket.SHUT_WR)
-                while chunk := connection.recv(size):
+                while chunk := connection.recv(65536):
                     answer += chunk
         return answer
 
