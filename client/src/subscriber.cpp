@@ -46,6 +46,10 @@ constexpr std::int64_t kLargestPart_bytes = 128 << 20;  // a picture of 40 milli
 
 /// Messages that wait in kLatest, of which all but the newest are passed over.
 constexpr int kLatestQueue = 1000;
+/// Silence after which nothing waits in the network: what waits there comes as fast as it is read.
+constexpr auto kQuiet = 5ms;
+/// Longest time until that silence: a publisher may never be silent for so long.
+constexpr auto kCatchUp = 50ms;
 /// Messages passed over at once: a publisher may be faster than it is read.
 constexpr int kMostPassed = 100 * kLatestQueue;
 
@@ -253,11 +257,17 @@ struct Subscriber::Impl {
     return true;
   }
 
-  /// Reads on to the newest message that has arrived. After a stall that filled the queue, newer ones may still wait in
-  /// the network: the next call reads these.
+  /// Reads on to the newest message. Behind a queue that was full, newer ones wait in the network: they are read until
+  /// none comes for kQuiet. A queue may be full at half of its size, as ZeroMQ counts what was read in steps of that.
   bool readNewest() {
     if (!readParts()) return false;
-    for (int passed = 0; passed < kMostPassed && readParts();) ++passed;
+    int passed = 0;
+    for (const Clock::time_point begin = Clock::now();;) {
+      while (passed < kMostPassed && readParts()) ++passed;
+      if (2 * passed < kLatestQueue || passed >= kMostPassed || Clock::now() - begin > kCatchUp) break;
+      zmq_pollitem_t item = {socket.handle(), 0, ZMQ_POLLIN, 0};
+      if (zmq_poll(&item, 1, kQuiet.count()) <= 0) break;
+    }
     return true;
   }
 

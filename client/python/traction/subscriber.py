@@ -21,6 +21,8 @@ from .messages import Field
 _FIELD_BEGINS = b"\x09"
 
 _LATEST_QUEUE = 1000  # messages that wait in Mode.LATEST, of which all but the newest are passed over
+_QUIET_MS = 5  # silence after which nothing waits in the network: what waits there comes as fast as it is read
+_CATCH_UP_S = 0.05  # until that silence at most: a publisher may never be silent for so long
 _MOST_PASSED = 100 * _LATEST_QUEUE  # a publisher may be faster than it is read
 
 
@@ -91,15 +93,21 @@ class Base:
 
     def _newest(self) -> list[bytes] | None:
         """Returns the newest message that has arrived. ZMQ_CONFLATE would do the same, but ZeroMQ 4.3.4 aborts the process
-        if a message in parts reaches such a socket. After a stall that filled the queue, newer ones may still wait in the
-        network: the next call reads these."""
+        if a message in parts reaches such a socket. Behind a queue that was full, newer ones wait in the network: they
+        are read until none comes for _QUIET_MS. A queue may be full at half of its size, as ZeroMQ counts what was read
+        in steps of that."""
         newest = self._connection.receive()
-        # poll() is cheaper than a receive() that finds nothing, as after each message of a reader that keeps up.
-        for _ in range(_MOST_PASSED):
-            if newest is None or not self._connection.socket.poll(0):
-                break
-            newest = self._connection.receive() or newest
-        return newest
+        if newest is None:
+            return None
+        passed, end = 0, time.monotonic() + _CATCH_UP_S
+        while True:
+            # poll() is cheaper than a receive() that finds nothing, as after each message of a reader that keeps up.
+            while passed < _MOST_PASSED and self._connection.socket.poll(0):
+                newest, passed = self._connection.receive() or newest, passed + 1
+            if 2 * passed < _LATEST_QUEUE or passed >= _MOST_PASSED or time.monotonic() > end:
+                return newest
+            if not self._connection.socket.poll(_QUIET_MS):
+                return newest
 
     def _wait_ms(self, end: float) -> int:
         """Returns the time to wait for an event, at most until `end` of time.monotonic() [s]. -1: no limit."""
