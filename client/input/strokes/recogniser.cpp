@@ -12,9 +12,6 @@ using Point = std::array<double, 2>;
 /// Steps between the points from which two clouds are matched: about the root of their number.
 constexpr std::size_t kStep = 6;
 
-/// Larger side of a cloud, which is the unit of distances.
-constexpr double kSide = 31.5;
-
 double squared(const Point& a, const Point& b) {
   const double x = a[0] - b[0], y = a[1] - b[1];
   return x * x + y * y;
@@ -47,6 +44,8 @@ Recogniser::Cloud Recogniser::cloudOf(const Stroke& stroke) {
     passed += step;
   }
   for (; next < kPoints; ++next) cloud.points[next] = stroke.back();
+  // The mean of the points is in the middle of the cells. The larger side is half of theirs, so that all points are in
+  // cells.
   Point least = cloud.points[0], most = least, mean{};
   for (const Point& point : cloud.points) {
     for (std::size_t k : {0U, 1U}) {
@@ -55,9 +54,15 @@ Recogniser::Cloud Recogniser::cloudOf(const Stroke& stroke) {
       mean[k] += point[k] / kPoints;
     }
   }
-  const double scale = kSide / std::max(most[0] - least[0], most[1] - least[1]);
+  const double scale = 0.5 * (kCells - 1) / std::max(most[0] - least[0], most[1] - least[1]);
   for (Point& point : cloud.points) {
-    for (std::size_t k : {0U, 1U}) point[k] = scale * (point[k] - mean[k]);
+    for (std::size_t k : {0U, 1U}) point[k] = 0.5 * (kCells - 1) + scale * (point[k] - mean[k]);
+  }
+  for (std::size_t cell = 0; cell < cloud.nearest.size(); ++cell) {
+    const Point place = {static_cast<double>(cell % kCells), static_cast<double>(cell / kCells)};
+    const auto nearest =
+        std::ranges::min_element(cloud.points, {}, [&](const Point& each) { return squared(each, place); });
+    cloud.nearest[cell] = static_cast<std::uint8_t>(nearest - cloud.points.begin());
   }
   return cloud;
 }
@@ -86,10 +91,29 @@ double Recogniser::distance(const Cloud& from, const Cloud& to, std::size_t star
   return sum;
 }
 
+/// Returns what distance() is at least, from each start, but for the size of a cell: as if no point were taken.
+std::array<double, 6> Recogniser::lowerBounds(const Cloud& from, const Cloud& to) {
+  std::array<double, kPoints> until{};  // sum of the distances up to each point
+  std::array<double, 6> bounds{};
+  double sum = 0.0;
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    const auto cell = [&](std::size_t k) { return static_cast<std::size_t>(std::round(from.points[i][k])); };
+    const double here = squared(from.points[i], to.points[to.nearest[cell(1) * kCells + cell(0)]]);
+    bounds[0] += static_cast<double>(kPoints - i) * here;
+    until[i] = sum += here;
+  }
+  for (std::size_t i = 1; i < bounds.size(); ++i) {
+    const std::size_t start = i * kStep;
+    bounds[i] = bounds[0] + static_cast<double>(start) * sum - static_cast<double>(kPoints) * until[start - 1];
+  }
+  return bounds;
+}
+
 double Recogniser::match(const Cloud& one, const Cloud& other, double worst) {
-  for (std::size_t start = 0; start < kPoints; start += kStep) {
-    worst = std::min(worst, distance(one, other, start, worst));
-    worst = std::min(worst, distance(other, one, start, worst));
+  const auto bounds = lowerBounds(one, other), opposite = lowerBounds(other, one);
+  for (std::size_t i = 0; i < bounds.size(); ++i) {
+    if (bounds[i] < worst) worst = std::min(worst, distance(one, other, i * kStep, worst));
+    if (opposite[i] < worst) worst = std::min(worst, distance(other, one, i * kStep, worst));
   }
   return worst;
 }

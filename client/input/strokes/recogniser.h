@@ -1,10 +1,12 @@
-// Tells which of the known strokes one is most like, by $P (Vatavu, Anthony, Wobbrock 2012): each is a cloud of 32
+// Tells which of the known strokes one is most like, by $Q (Vatavu, Anthony, Wobbrock 2018): each is a cloud of 32
 // points, of any size and place, and of no direction. Two clouds are matched greedily, from several starts, which end
-// as soon as they are worse than what is known.
+// as soon as they are worse than what is known; a table of the nearest point of each cell bounds them from below before
+// that.
 #pragma once
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -32,8 +34,11 @@ class Recogniser {
 
  private:
   static constexpr std::size_t kPoints = 32;
+  static constexpr std::size_t kCells = 64;
   struct Cloud {
-    std::array<std::array<double, 2>, kPoints> points{};  ///< about their mean
+    std::array<std::array<double, 2>, kPoints> points{};  ///< 0 to kCells - 1
+    /// Index of the point nearest to each cell, row by row.
+    std::array<std::uint8_t, kCells * kCells> nearest{};
     bool isPoint = true;
   };
   struct Known {
@@ -44,6 +49,7 @@ class Recogniser {
   static Cloud cloudOf(const Stroke& stroke);
   static double match(const Cloud& one, const Cloud& other, double worst);
   static double distance(const Cloud& from, const Cloud& to, std::size_t start, double worst);
+  static std::array<double, 6> lowerBounds(const Cloud& from, const Cloud& to);
 
   std::vector<Known> known_;
 };
