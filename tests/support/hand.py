@@ -25,7 +25,7 @@ GRAVITY = 9.80665
 def grasp(bench, scenario, opening_mm, jerk_m_s2, seed=0):
     """Returns the controller's exit code, what it printed, the true states of the hand, one a frame, and its grasps: what
     was said (traction.Grasp) and the true force and moment."""
-    environment = {"XDG_RUNTIME_DIR": str(bench.folder)}
+    environment = {"XDG_RUNTIME_DIR": str(bench.folder), "PYTHONPATH": str(rig.SOURCE / "client" / "python")}
     commands = f"ipc://{bench.folder / 'commands'}"
     twin = bench.twin(scenario, "--commands", commands, "--lockstep", "--seed", seed)
     sides = {"left": "127.0.0.1", "right": "127.0.0.2"}
@@ -45,7 +45,8 @@ def grasp(bench, scenario, opening_mm, jerk_m_s2, seed=0):
                        "--runtime", bench.folder / "traction-touch" / "gripper", env=environment)
     hand.wait_for("listening")
     grasps = Grasps(f"ipc://{bench.folder / 'traction-touch' / 'gripper' / 'stream'}")
-    gripper = bench.start(rig.BIN / "gripper", *sides, commands, opening_mm, jerk_m_s2, env=environment)
+    gripper = bench.start(sys.executable, rig.SOURCE / "client/examples/gripper/gripper.py", *sides, commands, opening_mm,
+                          jerk_m_s2, env=environment)
     code = gripper.join(600)
     said = grasps.end()
     for process in (hand, *touches, *daemons, twin):
