@@ -23,6 +23,8 @@ using namespace std::chrono_literals;
 /// A connection without a request for this long is closed.
 constexpr auto kHttpPatience = 10s;
 constexpr std::uint32_t kLongestHeader = 8192;
+/// Connections at a time that are no WebSocket; further ones are closed at once, and leave descriptors for the sensors.
+constexpr long kMostConnections = 256;
 
 /// Permits scripts, pictures, styles and connections of this server alone, and no frame around the page.
 constexpr const char* kPolicy =
@@ -32,8 +34,9 @@ constexpr const char* kPolicy =
 /// A connection before it becomes a WebSocket: reads one request after another. Thread-bound.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
-  HttpConnection(const HttpListener& listener, tcp::socket&& socket)
+  HttpConnection(const HttpListener& listener, tcp::socket&& socket, std::shared_ptr<const void> counted)
       : listener_(listener)
+      , counted_(std::move(counted))
       , stream_(std::move(socket)) {}
 
   void read() {
@@ -62,6 +65,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   }
 
   const HttpListener& listener_;
+  std::shared_ptr<const void> counted_;
   beast::tcp_stream stream_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::string_body>> parser_;
@@ -126,7 +130,8 @@ void HttpListener::start() {
   acceptor_.async_accept([this](error_code error, tcp::socket socket) {
     if (!error) {
       socket.set_option(tcp::no_delay(true), error);
-      std::make_shared<HttpConnection>(*this, std::move(socket))->read();
+      if (connections_.use_count() <= kMostConnections)
+        std::make_shared<HttpConnection>(*this, std::move(socket), connections_)->read();
       return start();
     }
     // For example, no file descriptor is left: connections that end soon will release some.

@@ -10,6 +10,7 @@
 
 #include <chrono>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -71,6 +72,8 @@ class HttpListener {
   Handler handler_;
   boost::asio::ip::tcp::acceptor acceptor_;
   boost::asio::steady_timer retry_;
+  std::shared_ptr<const void> connections_ =
+      std::make_shared<char>();  ///< each holds a copy, by which they are counted
 };
 
 }  // namespace traction::view

@@ -1,15 +1,19 @@
 // Strategy. Aravis lists and opens; what it is vague about is asked again: which of the listed it is, whether we
 // control it, and why it cannot be opened.
 #include "base/clock.h"
+#include "base/directory.h"
 #include "daemon/capture/aravis.h"
 #include "daemon/capture/camera_list.h"
 #include "daemon/capture/inspection.h"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -177,6 +181,38 @@ std::string shareAdvice(int cameras, double link_bytes_per_s, int packet_bytes) 
          std::to_string(packet_bytes) + " bytes";
 }
 
+std::vector<CameraSight> closedUsbCameras(const std::vector<CameraSight>& listed, const std::filesystem::path& sys,
+                                          const std::filesystem::path& dev) {
+  std::map<std::filesystem::path, CameraSight> found;  // by the file of the device
+  for (const std::filesystem::path& interface : entriesOf(sys / "bus/usb/devices")) {
+    // An interface, "1-2:1.0", of its device, "1-2". Class EF, subclass 05: USB3 Vision.
+    const std::string name = interface.filename();
+    if (firstLine(interface / "bInterfaceClass") != "ef" || firstLine(interface / "bInterfaceSubClass") != "05")
+      continue;
+    const std::filesystem::path device = interface.parent_path() / name.substr(0, name.find(':'));
+    std::array<char, 16> place{};
+    std::snprintf(place.data(), place.size(), "%03d/%03d", std::atoi(firstLine(device / "busnum").c_str()),
+                  std::atoi(firstLine(device / "devnum").c_str()));
+    const std::filesystem::path node = dev / "bus/usb" / place.data();
+    const bool isPermitted = access(node.c_str(), R_OK | W_OK) == 0;
+    const std::string serial = firstLine(device / "serial");
+    const bool isListed = std::ranges::any_of(listed, [&](const auto& one) { return one.name.serial == serial; });
+    if (isListed && isPermitted) continue;
+    CameraSight& sight = found[node];
+    sight.name.vendor = firstLine(device / "manufacturer");
+    sight.name.model = firstLine(device / "product");
+    sight.name.serial = serial;
+    sight.name.protocol = "USB3Vision";
+    sight.name.physicalId = node;
+    sight.obstacle = isPermitted ? "Aravis does not see it" : "there is no permission to open " + node.string();
+    sight.remedy = isPermitted ? "unplug it and plug it in again"
+                               : "install the udev rules and join the group tractiond, then plug it in again";
+  }
+  std::vector<CameraSight> closed;
+  for (auto& [node, sight] : found) closed.push_back(std::move(sight));
+  return closed;
+}
+
 std::vector<CameraSight> inspectCameras(const std::string& inspector, bool withFake) {
   std::vector<CameraSight> all;
   std::map<std::string, std::vector<std::size_t>> onInterface;  // which of them
@@ -208,6 +244,7 @@ std::vector<CameraSight> inspectCameras(const std::string& inspector, bool withF
     for (const std::size_t one : sharers)
       if (!advice.empty()) all[one].notes.push_back(advice);
   }
+  for (CameraSight& usb : closedUsbCameras(all)) all.push_back(std::move(usb));
   return all;
 }
 

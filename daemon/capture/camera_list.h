@@ -3,6 +3,7 @@
 
 #include "daemon/capture/camera_info.h"
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,7 @@ std::vector<CameraName> listCameras(bool withFake = false);
 /// What to check where no camera answers.
 constexpr const char* kWhatToCheck =
     "see that it has power and a link light, that an interface of this host has an address in its network, and that no "
-    "firewall drops UDP port 3956; for one on USB see tractionctl doctor";
+    "firewall drops UDP port 3956";
 
 struct CameraSight {
   CameraName name;
@@ -24,10 +25,17 @@ struct CameraSight {
   std::vector<std::string> notes;  ///< warnings, one sentence each
 };
 
-/// Returns the cameras of listCameras(). Opens each for a moment to find its obstacle. Notes shareAdvice() for network
-/// cameras at one interface. Blocks for seconds. \param inspector CameraOptions::inspector \param withFake as for
-/// listCameras()
+/// Returns the cameras of listCameras() and closedUsbCameras(). Opens each for a moment to find its obstacle. Notes
+/// shareAdvice() for network cameras at one interface. Blocks for seconds. \param inspector CameraOptions::inspector
+/// \param withFake as for listCameras()
 std::vector<CameraSight> inspectCameras(const std::string& inspector, bool withFake);
+
+/// Returns the USB3 Vision cameras in the kernel's tables that this process may not open, or that are not among
+/// `listed` by their serial number, each with obstacle and remedy. \param sys other than /sys, \param dev other than
+/// /dev in tests
+std::vector<CameraSight> closedUsbCameras(const std::vector<CameraSight>& listed,
+                                          const std::filesystem::path& sys = "/sys",
+                                          const std::filesystem::path& dev = "/dev");
 
 /// Describes how several cameras can share a link, with the keys of the configuration to set: each camera's equal part
 /// of 90 % of the rate, or the delay after a packet in which each of the others can send one. Returns an empty text for
