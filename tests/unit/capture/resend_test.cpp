@@ -5,9 +5,10 @@
 #include "tests/unit/capture/quirks.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdio>
-#include <map>
+#include <vector>
 
 namespace tractiond::capture::resend_test {
 namespace {
@@ -46,8 +47,7 @@ class Resend : public Quirks {
   std::uint64_t random() { return paceRandom_(); }
 
   Outcome stream(double loss) {
-    std::map<std::uint64_t, std::int64_t> sent_ns;
-    std::mutex mutex;
+    std::vector<std::atomic<std::int64_t>> sent_ns(65'536);  // by the frame's id
     sender_.loss = loss;
     std::atomic<bool> over{false};
     std::thread camera([&] {
@@ -55,12 +55,8 @@ class Resend : public Quirks {
       for (int i = 0; i < kFrames; ++i) {
         test::GvTransmitter::Picture one = picture(nextId_, nextId_);
         one.device_ticks = static_cast<std::uint64_t>(monotonicNow());
-        const std::uint64_t id = nextId_++;
         sender_.send(one);
-        {
-          const std::lock_guard lock(mutex);
-          sent_ns[id] = monotonicNow();
-        }
+        sent_ns[nextId_++] = monotonicNow();
         due_ns += 16'666'667;
         std::this_thread::sleep_for(std::chrono::nanoseconds(due_ns - monotonicNow()));
       }
@@ -73,14 +69,9 @@ class Resend : public Quirks {
       const Next next = this->next(frame, milliseconds(200));
       if (next == Next::kTimeout && last) break;
       if (next != Next::kFrame) continue;
-      const std::int64_t now_ns = monotonicNow();
-      std::int64_t then_ns = now_ns;
-      {
-        const std::lock_guard lock(mutex);
-        if (const auto found = sent_ns.find(frame.info.cameraFrameId); found != sent_ns.end()) then_ns = found->second;
-      }
+      const std::int64_t then_ns = sent_ns[frame.info.cameraFrameId], now_ns = monotonicNow();
       ++outcome.whole;
-      outcome.late_ms.push_back(static_cast<double>(now_ns - then_ns) * 1e-6);
+      outcome.late_ms.push_back(then_ns == 0 ? 0.0 : static_cast<double>(now_ns - then_ns) * 1e-6);
       camera_->recycle(frame);
     }
     camera.join();
