@@ -185,7 +185,7 @@ TEST_F(FieldSolverTest, CentreOfPressureIsWhereAPressIs) {
   press[3 * node + 2] = 2.0;
   solved(fieldOf(influence_ * press));
   ASSERT_TRUE(forces_.centreOfPressureValid);
-  const Eigen::Vector3d position = sensor_.nodes.position(4, 2);
+  const Eigen::Vector3d position = sensor::nodePositions(sensor_.nodes).col(2 * sensor_.nodes.columns + 4);
   EXPECT_NEAR(forces_.centreOfPressure_m[0], position.x(), 1e-4);
   EXPECT_NEAR(forces_.centreOfPressure_m[1], position.y(), 1e-4);
 }
@@ -246,7 +246,7 @@ TEST_F(FieldSolverTest, WhatActsBeyondTheNodesIsPublishedAtTheNearest) {
   EXPECT_LT((Eigen::Vector3d::Map(forces_.resultant_N.data()) - force).norm(), 0.05 * force.norm());
   ASSERT_TRUE(forces_.centreOfPressureValid);
   EXPECT_NEAR(forces_.centreOfPressure_m[0], at.x(), 0.5e-3);
-  EXPECT_LT(forces_.centreOfPressure_m[0], sensor_.nodes.position(0, 0).x() - 0.5e-3);
+  EXPECT_LT(forces_.centreOfPressure_m[0], sensor::nodePositions(sensor_.nodes)(0, 0) - 0.5e-3);
   ASSERT_GE(forces_.contactCount, 1);
   EXPECT_NEAR(forces_.contacts[0].position_m[0], at.x(), 0.5e-3);
 }
