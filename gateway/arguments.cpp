@@ -1,6 +1,5 @@
 #include "gateway/arguments.h"
 
-#include "manual/describe.h"
 #include "manual/parse.h"
 #include "proto/traction/v1/endpoints.h"
 
@@ -39,7 +38,6 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   app.add_flag("--print-config", arguments.printConfig, "print the configuration with every key, and exit");
   app.set_version_flag("--version", std::string("traction-gateway " TRACTIOND_VERSION));
   app.footer(kExitCodes);
-  manual::describable(app);
   if (const auto parsed = manual::parse(app, argc, argv); !parsed) return tl::unexpected(parsed.error());
   return arguments;
 }

@@ -1,6 +1,8 @@
 // Parses the command line of a program.
 #pragma once
 
+#include "manual/describe.h"
+
 #include <CLI/CLI.hpp>
 #include <sysexits.h>
 #include <tl/expected.hpp>
@@ -9,9 +11,10 @@
 
 namespace manual {
 
-/// Parses the command line. On failure returns an exit code: 0 after printing help or the version on standard output,
-/// EX_USAGE after printing an error on standard error.
+/// Parses the command line, which has describable()'s flag as well. On failure returns an exit code: 0 after printing
+/// help or the version on standard output, EX_USAGE after printing an error on standard error.
 inline tl::expected<void, int> parse(CLI::App& app, int argc, char** argv) try {
+  describable(app);
   app.parse(argc, argv);
   return {};
 } catch (const CLI::ParseError& stop) {

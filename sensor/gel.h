@@ -38,8 +38,6 @@ struct MarkerLayer {
   bool darker = false;  ///< true: markers are darker than their surroundings in the light of `colour`
 
   int count() const { return columns * rows; }  ///< Returns the number of markers.
-  /// Returns the centre of a marker, gel frame [m]. Column and row count from 0; they are not checked.
-  Eigen::Vector3d position(int column, int row) const;
 };
 
 /// The grid of force nodes on the touched surface z = 0. Index: row * columns + column, as for markers.
@@ -50,8 +48,6 @@ struct NodeGrid {
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< of the grid, gel frame [m]
 
   int count() const { return columns * rows; }  ///< Returns the number of nodes.
-  /// Returns the place of a node, gel frame [m], z = 0. Column and row count from 0; they are not checked.
-  Eigen::Vector3d position(int column, int row) const;
 };
 
 /// Returns the centres of all markers, 3 x M, gel frame [m], in the order used everywhere: layer after layer, each in

@@ -1,5 +1,6 @@
 #include "sensor/gel_file.h"
 
+#include "sensor/colour_name.h"
 #include "sensor/influence_file.h"
 
 #include <Eigen/Eigenvalues>
@@ -19,6 +20,12 @@ using tractiond::quoted;
 
 constexpr int kVersion = 1;
 constexpr double kMillimetres = 1e3;  // per metre
+
+void require(TomlTable& table, std::initializer_list<std::string_view> keys) {
+  for (const std::string_view key : keys) {
+    if (!table.has(key)) table.fail(key, "is missing");
+  }
+}
 
 /// Rejects keys whose values the influence file supplies.
 void refuse(TomlTable& table, std::initializer_list<std::string_view> keys) {
@@ -40,11 +47,8 @@ Eigen::Vector2d halfExtent(int columns, int rows, double pitch) {
   return 0.5 * pitch * Eigen::Vector2d(columns - 1, rows - 1);
 }
 
-/// A part that does not fit the gel: the key at fault and the reason.
-struct Misfit {
-  const char* key;
-  std::string what;
-};
+/// Of a part that does not fit the gel: the key at fault and the reason.
+using Misfit = std::pair<const char*, const char*>;
 
 bool reachesOutside(const Gel& gel, const Eigen::Vector2d& centre, const Eigen::Vector2d& half) {
   return ((centre.cwiseAbs() + half - 0.5 * gel.size.head<2>()).array() > 1e-9).any();
@@ -78,8 +82,8 @@ template <typename Part>
 void check(const Part& part, const Gel& gel, TomlTable& root, const char* name, TomlTable* table) {
   const std::optional<Misfit> found = misfit(part, gel);
   if (!found) return;
-  if (table) return table->fail(found->key, found->what);
-  root.fail(name, "is missing, and the paper's " + std::string(found->key) + " " + found->what);
+  if (table) return table->fail(found->first, found->second);
+  root.fail(name, "is missing, and the paper's " + std::string(found->first) + " " + found->second);
 }
 
 void readMaterial(TomlTable& table, bool body, Gel& gel) {
@@ -92,44 +96,33 @@ void readMaterial(TomlTable& table, bool body, Gel& gel) {
   table.read("height_mm", gel.size.y(), {0.1, 1e4, kMillimetres});
 }
 
-constexpr std::array<std::pair<const char*, Colour>, 4> kColours{
-    {{"blue", Colour::kBlue}, {"red", Colour::kRed}, {"green", Colour::kGreen}, {"grey", Colour::kGrey}}};
-constexpr std::array<std::pair<const char*, bool>, 2> kContrasts{{{"brighter", false}, {"darker", true}}};
-
-template <typename Words, typename Value>
-void readWord(TomlTable& table, const char* key, const Words& words, Value& value) {
-  std::string read, known;
-  table.read(key, read);
-  for (const auto& [word, meaning] : words) {
-    if (read == word) {
-      value = meaning;
+void readColour(TomlTable& table, Colour& colour) {
+  std::string name = nameOf(colour), known;
+  table.read("colour", name);
+  for (const Colour each : {Colour::kBlue, Colour::kRed, Colour::kGreen, Colour::kGrey}) {
+    known += (known.empty() ? "" : ", ") + quoted(nameOf(each));
+    if (name == nameOf(each)) {
+      colour = each;
       return;
     }
-    known += std::string(known.empty() ? "" : ", ") + '"' + word + '"';
   }
-  if (table.has(key)) table.fail(key, "must be one of " + known);
-}
-
-template <typename Words, typename Value>
-std::string wordFor(const Words& words, Value value) {
-  for (const auto& [word, meaning] : words) {
-    if (meaning == value) return '"' + std::string(word) + '"';
-  }
-  return "";
+  table.fail("colour", "must be one of " + known);
 }
 
 MarkerLayer readLayer(TomlTable& table, bool body) {
   MarkerLayer layer;
-  for (const std::string_view key : {"colour", "depth_mm"}) {
-    if (!table.has(key) && !(body && key == "depth_mm")) table.fail(key, "is missing");
-  }
-  readWord(table, "colour", kColours, layer.colour);
-  readWord(table, "contrast", kContrasts, layer.darker);
+  require(table, {"colour"});
+  readColour(table, layer.colour);
+  std::string contrast = "brighter";
+  table.read("contrast", contrast);
+  layer.darker = contrast == "darker";
+  if (!layer.darker && contrast != "brighter") table.fail("contrast", R"(must be one of "brighter", "darker")");
   readGrid(table, body, layer.columns, layer.rows, layer.pitch, layer.centre);
   table.read("diameter_mm", layer.diameter, {0.01, 1000, kMillimetres});
   if (body) {
     refuse(table, {"depth_mm"});
   } else {
+    require(table, {"depth_mm"});
     table.read("depth_mm", layer.depth, {0.0, 1e4, kMillimetres});
   }
   return layer;
@@ -140,9 +133,7 @@ std::vector<RefractingSurface> readSurfaces(std::vector<TomlTable> tables) {
   const auto lowest = [](const RefractingSurface& surface) { return surface.centre.z() - surface.radii.z(); };
   for (TomlTable& table : tables) {
     RefractingSurface surface;
-    for (const char* key : {"centre_mm", "index"}) {
-      if (!table.has(key)) table.fail(key, "is missing");
-    }
+    require(table, {"centre_mm", "index"});
     table.read("centre_mm", std::span(surface.centre.data(), 3), {-1e4, 1e4, kMillimetres});
     table.read("radii_mm", std::span(surface.radii.data(), 3), {0.01, 1e4, kMillimetres});
     table.read("index", surface.index, {1.0, 3.0});
@@ -207,9 +198,7 @@ std::vector<CreepTerm> readCreep(std::vector<TomlTable> tables) {
   std::vector<CreepTerm> terms;
   for (TomlTable& table : tables) {
     CreepTerm& term = terms.emplace_back();
-    for (const char* key : {"share", "time_s", "deviation"}) {
-      if (!table.has(key)) table.fail(key, "is missing");
-    }
+    require(table, {"share", "time_s", "deviation"});
     table.read("share", term.share, {0.0, 1.0});
     table.read("time_s", term.time_s, {1e-3, 1e6});
     table.read("deviation", term.deviation, {0.0, 1.0});
@@ -229,9 +218,7 @@ std::vector<CreepTerm> readCreep(std::vector<TomlTable> tables) {
 
 Calibration readCalibration(TomlTable& table) {
   Calibration calibration;
-  for (const std::string_view key : {"camera", "date", "hash"}) {
-    if (!table.has(key)) table.fail(key, "is missing: without it the file is no calibrated one");
-  }
+  require(table, {"camera", "date", "hash"});
   table.read("camera", calibration.camera);
   table.read("date", calibration.date);
   table.read("geometry", calibration.geometry);
@@ -398,8 +385,8 @@ std::string bodyText(const Sensor& sensor) {
   }
   text += line("thickness_mm", number(gel.size.z() * kMillimetres));
   for (const MarkerLayer& layer : sensor.layers) {
-    text += "\n[[layers]]\n" + line("colour", wordFor(kColours, layer.colour)) +
-            (layer.darker ? line("contrast", wordFor(kContrasts, true)) : "") + grid(layer) +
+    text += "\n[[layers]]\n" + line("colour", quoted(nameOf(layer.colour))) +
+            (layer.darker ? line("contrast", quoted("darker")) : "") + grid(layer) +
             (body ? "" : line("depth_mm", number(layer.depth * kMillimetres))) +
             line("diameter_mm", number(layer.diameter * kMillimetres));
   }

@@ -26,106 +26,100 @@ std::string shapeText(const std::vector<std::size_t>& shape) {
   return '(' + text + (shape.size() == 1 ? ",)" : ")");
 }
 
-FileError wrongShape(const NumpyFile& file, const std::string& name, const NumpyArray& array,
-                     const std::vector<std::size_t>& expected) {
-  return file.fault(name, "has the shape " + shapeText(array.shape) + " and not " + shapeText(expected));
+/// Fails if an array has another shape.
+void checkShape(NumpyFile& file, const std::string& name, const NumpyArray& array,
+                const std::vector<std::size_t>& expected) {
+  if (array.shape == expected) return;
+  file.fail(name, "has the shape " + shapeText(array.shape) + " and not " + shapeText(expected));
 }
 
-/// Reads an array of points. \param count number of rows; 0: any number
-tl::expected<Points, FileError> points(const NumpyFile& file, const std::string& name, std::size_t count) {
-  const auto array = file.numbers(name);
-  if (!array) return tl::unexpected(array.error());
-  if (array->shape.size() != 2 || array->shape[1] != 3) {
-    return tl::unexpected(file.fault(name, "has the shape " + shapeText(array->shape) + " and not (any number, 3)"));
+// These read the arrays. What they return after a fault has no meaning, but the size that the counts ask for.
+
+/// \param count number of rows; 0: any number
+Points points(NumpyFile& file, const std::string& name, std::size_t count) {
+  NumpyArray array = file.numbers(name);
+  if (array.shape.size() != 2 || array.shape[1] != 3) {
+    file.fail(name, "has the shape " + shapeText(array.shape) + " and not (any number, 3)");
+  } else if (count != 0) {
+    checkShape(file, name, array, {count, 3});
   }
-  if (count != 0 && array->shape[0] != count) return tl::unexpected(wrongShape(file, name, *array, {count, 3}));
-  return Points(Points::Map(array->values.data(), 3, static_cast<Eigen::Index>(array->shape[0])));
+  array.values.resize(count != 0 ? 3 * count : array.values.size() / 3 * 3);
+  return Points::Map(array.values.data(), 3, static_cast<Eigen::Index>(array.values.size() / 3));
 }
 
-tl::expected<void, FileError> checkWords(const NumpyFile& file) {
-  const auto format = file.text("format");
-  if (!format) return tl::unexpected(format.error());
-  if (*format != kFormat) {
-    const bool newer = format->starts_with(kFormatFamily);
-    return tl::unexpected(file.fault("format", "is \"" + *format + "\"" +
-                                                   (newer ? ", and this program knows " : " and not ") + '"' + kFormat +
-                                                   '"' + (newer ? ": update it" : "")));
+void checkWords(NumpyFile& file) {
+  const std::string format = file.text("format");
+  if (format != kFormat) {
+    const bool newer = format.starts_with(kFormatFamily);
+    file.fail("format", "is \"" + format + "\"" + (newer ? ", and this program knows " : " and not ") + '"' + kFormat +
+                            '"' + (newer ? ": update it" : ""));
   }
-  const auto units = file.text("units");
-  if (!units) return tl::unexpected(units.error());
-  if (*units != kUnits) {
-    return tl::unexpected(file.fault("units", "is \"" + *units + "\" and not \"SI\" (metres, newtons, pascals)"));
-  }
-  return {};
+  const std::string units = file.text("units");
+  if (units != kUnits) file.fail("units", "is \"" + units + "\" and not \"SI\" (metres, newtons, pascals)");
 }
 
-tl::expected<double, FileError> stiffness(const NumpyFile& file) {
-  const auto array = file.numbers("youngs_modulus");
-  if (!array) return tl::unexpected(array.error());
-  if (array->values.size() != 1) return tl::unexpected(file.fault("youngs_modulus", "is not a single number"));
-  if (!(array->values[0] > 0.0)) return tl::unexpected(file.fault("youngs_modulus", "is not above 0"));
-  return array->values[0];
+double stiffness(NumpyFile& file) {
+  const NumpyArray array = file.numbers("youngs_modulus");
+  if (array.values.size() != 1) file.fail("youngs_modulus", "is not a single number");
+  const double modulus = array.values.empty() ? 0.0 : array.values[0];
+  if (!(modulus > 0.0)) file.fail("youngs_modulus", "is not above 0");
+  return modulus;
 }
 
-tl::expected<Points, FileError> normals(const NumpyFile& file, std::size_t count) {
-  auto found = points(file, "node_normals", count);
-  if (!found) return found;
-  for (Eigen::Index n = 0; n < found->cols(); ++n) {
-    const double length = found->col(n).norm();
+Points normals(NumpyFile& file, std::size_t count) {
+  Points found = points(file, "node_normals", count);
+  for (Eigen::Index n = 0; n < found.cols(); ++n) {
+    const double length = found.col(n).norm();
     if (std::abs(length - 1.0) > kUnitLength) {
-      return tl::unexpected(file.fault("node_normals[" + std::to_string(n) + "]",
-                                       "has the length " + std::to_string(length) + " and not 1"));
+      file.fail("node_normals[" + std::to_string(n) + "]", "has the length " + std::to_string(length) + " and not 1");
     }
-    found->col(n) /= length;
+    found.col(n) /= length;
   }
-  if (found->row(2).mean() <= 0.0) {
-    return tl::unexpected(file.fault("node_normals", "point out of the body: they must point into it (z > 0)"));
+  const bool isInward = found.cols() > 0 && found.row(2).mean() > 0.0;
+  if (!isInward) {
+    file.fail("node_normals", "point out of the body: they must point into it (z > 0)");
   }
   return found;
 }
 
-tl::expected<Eigen::VectorXd, FileError> areas(const NumpyFile& file, std::size_t count) {
-  const auto array = file.numbers("node_areas");
-  if (!array) return tl::unexpected(array.error());
-  if (array->shape != std::vector{count}) return tl::unexpected(wrongShape(file, "node_areas", *array, {count}));
+Eigen::VectorXd areas(NumpyFile& file, std::size_t count) {
+  NumpyArray array = file.numbers("node_areas");
+  checkShape(file, "node_areas", array, {count});
+  array.values.resize(count);
   for (std::size_t n = 0; n < count; ++n) {
-    if (array->values[n] > 0.0) continue;
-    return tl::unexpected(file.fault("node_areas[" + std::to_string(n) + "]", "is not above 0"));
+    if (!(array.values[n] > 0.0)) file.fail("node_areas[" + std::to_string(n) + "]", "is not above 0");
   }
-  return Eigen::VectorXd(Eigen::VectorXd::Map(array->values.data(), static_cast<Eigen::Index>(count)));
+  return Eigen::VectorXd::Map(array.values.data(), static_cast<Eigen::Index>(count));
 }
 
-tl::expected<Eigen::MatrixXd, FileError> influence(const NumpyFile& file, std::size_t markers, std::size_t nodes) {
-  const auto array = file.numbers("influence");
-  if (!array) return tl::unexpected(array.error());
+Eigen::MatrixXd influence(NumpyFile& file, std::size_t markers, std::size_t nodes) {
+  const NumpyArray array = file.numbers("influence");
   const std::vector<std::size_t> flat = {3 * markers, 3 * nodes}, whole = {markers, 3, nodes, 3};
-  if (array->shape != flat && array->shape != whole) {
-    return tl::unexpected(file.fault("influence", "has the shape " + shapeText(array->shape) + " and not " +
-                                                      shapeText(whole) + " or " + shapeText(flat) +
-                                                      ", as marker_positions and node_positions ask for"));
+  if (array.shape != flat && array.shape != whole) {
+    file.fail("influence", "has the shape " + shapeText(array.shape) + " and not " + shapeText(whole) + " or " +
+                               shapeText(flat) + ", as marker_positions and node_positions ask for");
+    return {};
   }
-  if (std::all_of(array->values.begin(), array->values.end(), [](double x) { return x == 0.0; })) {
-    return tl::unexpected(file.fault("influence", "is all zero"));
+  if (std::all_of(array.values.begin(), array.values.end(), [](double x) { return x == 0.0; })) {
+    file.fail("influence", "is all zero");
   }
-  return Eigen::MatrixXd(
-      RowMajor::Map(array->values.data(), static_cast<Eigen::Index>(flat[0]), static_cast<Eigen::Index>(flat[1])));
+  return RowMajor::Map(array.values.data(), static_cast<Eigen::Index>(flat[0]), static_cast<Eigen::Index>(flat[1]));
 }
 
 /// Reads the changes of the influence; none if the file has no such array.
-tl::expected<std::vector<Eigen::MatrixXd>, FileError> influenceErrors(const NumpyFile& file, std::size_t markers,
-                                                                      std::size_t nodes) {
+std::vector<Eigen::MatrixXd> influenceErrors(NumpyFile& file, std::size_t markers, std::size_t nodes) {
   constexpr const char* kName = "influence_errors";
   std::vector<Eigen::MatrixXd> errors;
   if (!file.has(kName)) return errors;
-  const auto array = file.numbers(kName);
-  if (!array) return tl::unexpected(array.error());
-  const std::size_t count = array->shape.empty() ? 0 : array->shape.front();
+  const NumpyArray array = file.numbers(kName);
+  const std::size_t count = array.shape.empty() ? 0 : array.shape.front();
   const std::vector<std::size_t> expected = {count, markers, 3, nodes, 3};
-  if (array->shape != expected) return tl::unexpected(wrongShape(file, kName, *array, expected));
+  checkShape(file, kName, array, expected);
+  if (array.shape != expected) return errors;
   const auto rows = static_cast<Eigen::Index>(3 * markers), columns = static_cast<Eigen::Index>(3 * nodes);
   for (std::size_t k = 0; k < count; ++k) {
     errors.emplace_back(
-        RowMajor::Map(array->values.data() + static_cast<Eigen::Index>(k) * rows * columns, rows, columns));
+        RowMajor::Map(array.values.data() + static_cast<Eigen::Index>(k) * rows * columns, rows, columns));
   }
   return errors;
 }
@@ -150,19 +144,18 @@ double compliance(const Body& body) {
 }
 
 /// Fails if the matrix has the wrong sign or unit.
-tl::expected<void, FileError> checkCompliance(const NumpyFile& file, const Body& body) {
+void checkCompliance(NumpyFile& file, const Body& body) {
   constexpr double kLeast = 1e-3, kMost = 100.0;
   const double found = compliance(body);
   if (found <= 0.0) {
-    return tl::unexpected(file.fault("influence", "moves the markers against the force: it must hold the displacements "
-                                                  "by forces on the body, both in the gel frame"));
+    file.fail("influence", "moves the markers against the force: it must hold the displacements by forces on the body, "
+                           "both in the gel frame");
   }
-  if (found >= kLeast && found <= kMost) return {};
+  if (found >= kLeast && found <= kMost) return;
   std::array<char, 32> factor{};
   std::snprintf(factor.data(), factor.size(), "%.0e", found);
-  return tl::unexpected(file.fault("influence", std::string("moves the markers by ") + factor.data() +
-                                                    " of force / (youngs_modulus distance), and no body does: it must "
-                                                    "hold metres per newton"));
+  file.fail("influence", std::string("moves the markers by ") + factor.data() +
+                             " of force / (youngs_modulus distance), and no body does: it must hold metres per newton");
 }
 
 /// Returns the mean distance of neighbours in the grid [m].
@@ -185,34 +178,23 @@ double meanPitch(const Points& points, Eigen::Index first, int columns, int rows
 }  // namespace
 
 tl::expected<Body, FileError> loadBody(const std::string& path) {
-  const auto file = NumpyFile::load(path);
+  auto file = NumpyFile::load(path);
   if (!file) return tl::unexpected(file.error());
-  if (auto sound = checkWords(*file); !sound) return tl::unexpected(sound.error());
-  const auto modulus = stiffness(*file);
-  if (!modulus) return tl::unexpected(modulus.error());
-  auto nodes = points(*file, "node_positions", 0);
-  if (!nodes) return tl::unexpected(nodes.error());
-  auto markers = points(*file, "marker_positions", 0);
-  if (!markers) return tl::unexpected(markers.error());
-  const auto nodeCount = static_cast<std::size_t>(nodes->cols()),
-             markerCount = static_cast<std::size_t>(markers->cols());
-  auto inward = normals(*file, nodeCount);
-  if (!inward) return tl::unexpected(inward.error());
-  auto surface = areas(*file, nodeCount);
-  if (!surface) return tl::unexpected(surface.error());
-  auto matrix = influence(*file, markerCount, nodeCount);
-  if (!matrix) return tl::unexpected(matrix.error());
-  auto errors = influenceErrors(*file, markerCount, nodeCount);
-  if (!errors) return tl::unexpected(errors.error());
-  Body body{.file = path,
-            .youngsModulus = *modulus,
-            .influence = *std::move(matrix),
-            .nodes = *std::move(nodes),
-            .normals = *std::move(inward),
-            .areas = *std::move(surface),
-            .markers = *std::move(markers),
-            .errors = *std::move(errors)};
-  if (auto sound = checkCompliance(*file, body); !sound) return tl::unexpected(sound.error());
+  Body body;
+  body.file = path;
+  checkWords(*file);
+  body.youngsModulus = stiffness(*file);
+  body.nodes = points(*file, "node_positions", 0);
+  body.markers = points(*file, "marker_positions", 0);
+  const auto nodes = static_cast<std::size_t>(body.nodes.cols()),
+             markers = static_cast<std::size_t>(body.markers.cols());
+  body.normals = normals(*file, nodes);
+  body.areas = areas(*file, nodes);
+  body.influence = influence(*file, markers, nodes);
+  body.errors = influenceErrors(*file, markers, nodes);
+  if (auto sound = file->finish(); !sound) return tl::unexpected(sound.error());
+  checkCompliance(*file, body);
+  if (auto sound = file->finish(); !sound) return tl::unexpected(sound.error());
   return body;
 }
 

@@ -3,17 +3,16 @@
 // every offset and size is checked before it is used.
 #include "sensor/numpy_file.h"
 
+#include "base/whole_file.h"
+
 #include <zlib.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <optional>
 #include <string_view>
 #include <system_error>
@@ -26,9 +25,9 @@ namespace {
 using Bytes = std::span<const char>;
 
 constexpr std::uint32_t kLocalMember = 0x04034b50, kDirectoryMember = 0x02014b50, kDirectoryEnd = 0x06054b50;
-constexpr std::size_t kLocalSize = 30, kDirectorySize = 46, kEndSize = 22, kLongestComment = 0xffff;
+constexpr std::size_t kLocalSize = 30, kDirectorySize = 46, kEndSize = 22;
 constexpr std::uint32_t kElsewhere = 0xffffffff;  // marks a size or offset beyond 4 GiB, which an extension would hold
-constexpr std::uintmax_t kLargestFile = kElsewhere;
+constexpr std::size_t kLargestFile = kElsewhere;
 constexpr const char* kContradiction = "has a shape that its size contradicts";
 
 /// Reads a little-endian number.
@@ -43,15 +42,6 @@ T number(Bytes bytes, std::size_t at) {
 
 bool holds(Bytes bytes, std::size_t at, std::size_t size) {
   return at <= bytes.size() && size <= bytes.size() - at;
-}
-
-std::optional<std::size_t> findDirectoryEnd(Bytes bytes) {
-  if (bytes.size() < kEndSize) return std::nullopt;
-  const std::size_t last = bytes.size() - kEndSize;
-  for (std::size_t back = 0; back <= std::min(last, kLongestComment); ++back) {
-    if (number<std::uint32_t>(bytes, last - back) == kDirectoryEnd) return last - back;
-  }
-  return std::nullopt;
 }
 
 /// Returns the text between `begin` and `end` after "'key':" in a dictionary.
@@ -117,86 +107,80 @@ NumpyFile::NumpyFile(std::string path, std::vector<char> bytes)
     : path_(std::move(path))
     , bytes_(std::move(bytes)) {}
 
-FileError NumpyFile::fault(const std::string& name, const std::string& what) const {
-  return {.where = path_, .what = (name.empty() ? "" : name + " ") + what, .isData = true};
+void NumpyFile::fail(const std::string& name, const std::string& what) {
+  if (!fault_) fault_ = FileError{.where = path_, .what = (name.empty() ? "" : name + " ") + what, .isData = true};
+}
+
+tl::expected<void, FileError> NumpyFile::finish() const {
+  if (fault_) return tl::unexpected(*fault_);
+  return {};
 }
 
 tl::expected<NumpyFile, FileError> NumpyFile::load(const std::string& path) {
-  const auto unreadable = [&path](const std::string& what) {
-    return tl::unexpected(FileError{.where = path, .what = what, .unreadable = true});
-  };
-  std::error_code error;
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (error) return unreadable(error.message());
-  NumpyFile file(path, {});
-  if (size > kLargestFile) return tl::unexpected(file.fault("", "is larger than 4 GiB"));
-  std::ifstream stream(path, std::ios::binary);
-  file.bytes_.resize(static_cast<std::size_t>(size));
-  if (!stream.read(file.bytes_.data(), static_cast<std::streamsize>(size))) {
-    if (stream.eof()) return unreadable("ends early: it was changed while it was read, or its size is not true");
-    return unreadable(std::error_code(errno, std::generic_category()).message());
+  auto bytes = tractiond::readWholeFile(path, kLargestFile);
+  if (!bytes && bytes.error() != std::errc::file_too_large) {
+    return tl::unexpected(FileError{.where = path, .what = bytes.error().message(), .unreadable = true});
   }
-  if (auto done = file.readDirectory(); !done) return tl::unexpected(done.error());
+  NumpyFile file(path, std::move(bytes).value_or(std::vector<char>()));
+  if (!bytes) file.fail("", "is larger than 4 GiB");
+  file.readDirectory();
+  if (file.fault_) return tl::unexpected(*file.fault_);
   return file;
 }
 
-tl::expected<void, FileError> NumpyFile::readDirectory() {
+void NumpyFile::readDirectory() {
   const Bytes bytes(bytes_);
-  const auto bad = [this](const std::string& what) { return tl::unexpected(fault("", what)); };
-  const std::optional<std::size_t> end = findDirectoryEnd(bytes);
-  if (!end) return bad("is no NumPy archive (.npz), or is cut short");
-  const auto count = number<std::uint16_t>(bytes, *end + 10);
-  std::size_t at = number<std::uint32_t>(bytes, *end + 16);
+  const std::size_t end = bytes.size() - std::min(bytes.size(), kEndSize);  // NumPy writes no comment behind it
+  if (!holds(bytes, end, kEndSize) || number<std::uint32_t>(bytes, end) != kDirectoryEnd) {
+    return fail("", "is no NumPy archive (.npz), or is cut short");
+  }
+  const auto count = number<std::uint16_t>(bytes, end + 10);
+  std::size_t at = number<std::uint32_t>(bytes, end + 16);
   for (int i = 0; i < count; ++i) {
     if (!holds(bytes, at, kDirectorySize) || number<std::uint32_t>(bytes, at) != kDirectoryMember) {
-      return bad("is damaged: its directory is no directory");
+      return fail("", "is damaged: its directory is no directory");
     }
-    const auto flags = number<std::uint16_t>(bytes, at + 8), method = number<std::uint16_t>(bytes, at + 10);
+    const auto method = number<std::uint16_t>(bytes, at + 10);
     const auto checksum = number<std::uint32_t>(bytes, at + 16);
     const auto size = number<std::uint32_t>(bytes, at + 24), local = number<std::uint32_t>(bytes, at + 42);
     const std::size_t nameSize = number<std::uint16_t>(bytes, at + 28);
     const std::size_t behind = nameSize + number<std::uint16_t>(bytes, at + 30) + number<std::uint16_t>(bytes, at + 32);
-    if (!holds(bytes, at + kDirectorySize, behind)) return bad("is damaged: its directory is cut short");
+    if (!holds(bytes, at + kDirectorySize, behind)) return fail("", "is damaged: its directory is cut short");
     std::string name(bytes.data() + at + kDirectorySize, nameSize);
     at += kDirectorySize + behind;
     if (name.ends_with(".npy")) name.resize(name.size() - 4);
 
-    if ((flags & 1) != 0) return tl::unexpected(fault(name, "is encrypted"));
-    if (method != 0) {
-      return tl::unexpected(fault(name, "is compressed: write the file with numpy.savez, not savez_compressed"));
-    }
-    if (size == kElsewhere || local == kElsewhere) return tl::unexpected(fault(name, "is larger than 4 GiB"));
+    if (method != 0) return fail(name, "is compressed: write the file with numpy.savez, not savez_compressed");
+    if (size == kElsewhere || local == kElsewhere) return fail(name, "is larger than 4 GiB");
     if (!holds(bytes, local, kLocalSize) || number<std::uint32_t>(bytes, local) != kLocalMember) {
-      return tl::unexpected(fault(name, "is not where the file's directory says: the file is damaged"));
+      return fail(name, "is not where the file's directory says: the file is damaged");
     }
     const std::size_t begin =
         local + kLocalSize + number<std::uint16_t>(bytes, local + 26) + number<std::uint16_t>(bytes, local + 28);
-    if (!holds(bytes, begin, size))
-      return tl::unexpected(fault(name, "reaches beyond the file's end: it is cut short"));
+    if (!holds(bytes, begin, size)) return fail(name, "reaches beyond the file's end: it is cut short");
     const Bytes content = bytes.subspan(begin, size);
     if (crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size()) != checksum) {
-      return tl::unexpected(fault(name, "has a wrong checksum: the file is damaged"));
+      return fail(name, "has a wrong checksum: the file is damaged");
     }
-    if (!members_.emplace(name, content).second) return tl::unexpected(fault(name, "is there twice"));
+    if (!members_.emplace(name, content).second) return fail(name, "is there twice");
   }
-  return {};
 }
 
-tl::expected<NumpyFile::Member, FileError> NumpyFile::member(const std::string& name) const {
+std::optional<NumpyFile::Member> NumpyFile::member(const std::string& name) {
   const auto found = members_.find(name);
-  if (found == members_.end()) return tl::unexpected(fault(name, "is missing"));
-  const auto bad = [&](const std::string& what) { return tl::unexpected(fault(name, what)); };
+  const auto bad = [&](const std::string& what) {
+    fail(name, what);
+    return std::nullopt;
+  };
+  if (found == members_.end()) return bad("is missing");
   const Bytes bytes = found->second;
   constexpr std::string_view kMagic = "\x93NUMPY";
   constexpr std::size_t kVersionEnd = 8;
   if (!holds(bytes, 0, kVersionEnd + 4) || std::string_view(bytes.data(), kMagic.size()) != kMagic) {
     return bad("is no NumPy array");
   }
-  const int version = number<std::uint8_t>(bytes, 6);
-  if (version < 1 || version > 3) return bad("is of an unknown version of NumPy's format");
-  const std::size_t begin = kVersionEnd + (version == 1 ? 2 : 4);
-  const std::size_t size =
-      version == 1 ? number<std::uint16_t>(bytes, kVersionEnd) : number<std::uint32_t>(bytes, kVersionEnd);
+  if (bytes[6] != 1) return bad("is of an unknown version of NumPy's format");
+  const std::size_t begin = kVersionEnd + 2, size = number<std::uint16_t>(bytes, kVersionEnd);
   if (!holds(bytes, begin, size)) return bad("is cut short in its header");
 
   const std::string_view dictionary(bytes.data() + begin, size);
@@ -223,9 +207,9 @@ tl::expected<NumpyFile::Member, FileError> NumpyFile::member(const std::string& 
   return member;
 }
 
-tl::expected<NumpyArray, FileError> NumpyFile::numbers(const std::string& name) const {
-  auto found = member(name);
-  if (!found) return tl::unexpected(found.error());
+NumpyArray NumpyFile::numbers(const std::string& name) {
+  const auto found = member(name);
+  if (!found) return {};
   NumpyArray array{.shape = found->shape, .values = std::vector<double>(found->count)};
   const auto read = [&](auto example) {
     for (std::size_t i = 0; i < found->count; ++i) {
@@ -239,28 +223,26 @@ tl::expected<NumpyArray, FileError> NumpyFile::numbers(const std::string& name) 
   } else if (found->type == "<f4") {
     read(float{});
   } else {
-    return tl::unexpected(fault(name, "is of type " + found->type + ": float64 or float32, little endian, is read"));
+    fail(name, "is of type " + found->type + ": float64 or float32, little endian, is read");
   }
   for (std::size_t i = 0; i < array.values.size(); ++i) {
     if (std::isfinite(array.values[i])) continue;
-    return tl::unexpected(
-        fault(name + indices(i, array.shape), std::isnan(array.values[i]) ? "is NaN" : "is infinite"));
+    fail(name + indices(i, array.shape), std::isnan(array.values[i]) ? "is NaN" : "is infinite");
+    break;
   }
   return array;
 }
 
-tl::expected<std::string, FileError> NumpyFile::text(const std::string& name) const {
-  auto found = member(name);
-  if (!found) return tl::unexpected(found.error());
-  const auto bad = tl::unexpected(fault(name, "is no string"));
-  if (found->type.size() < 2 || found->count != 1 || (found->type[1] != 'U' && found->type[1] != 'S')) return bad;
-  const std::size_t step = found->type[1] == 'U' ? 4 : 1;
-  if (step == 4 && found->type[0] != '<') return bad;
+std::string NumpyFile::text(const std::string& name) {
   std::string text;
-  for (std::size_t i = 0; i < found->data.size(); i += step) {
-    const auto code = step == 4 ? number<std::uint32_t>(found->data, i) : number<std::uint8_t>(found->data, i);
+  const auto found = member(name);
+  if (!found) return text;
+  const bool isString = found->type.starts_with("<U") && found->count == 1;
+  if (!isString) fail(name, "is no string");
+  for (std::size_t i = 0; isString && i < found->data.size(); i += 4) {
+    const auto code = number<std::uint32_t>(found->data, i);
     if (code == 0) break;
-    if (code >= 0x7f) return bad;
+    if (code >= 0x7f) fail(name, "is no string");
     text += static_cast<char>(code);
   }
   return text;

@@ -37,10 +37,10 @@ struct Uncertainty {
 /// A term of the gel's creep, a Prony series: under a load that stays, the compliance grows by
 /// share (1 - exp(-t / time_s)).
 struct CreepTerm {
-  double share = 0.0;               ///< of the compliance at once
-  double time_s = 1.0;              ///< [s]
-  double deviation = 0.0;           ///< standard deviation of the share
-  std::vector<double> correlation;  ///< of the share's error with those of the terms before this one
+  double share = 0.0;                    ///< of the compliance at once
+  double time_s = 1.0;                   ///< [s]
+  double deviation = 0.0;                ///< standard deviation of the share
+  std::vector<double> correlation = {};  ///< of the share's error with those of the terms before this one
   bool operator==(const CreepTerm&) const = default;
 };
 

@@ -5,7 +5,7 @@
 
 namespace twin {
 
-Creep::Creep(std::vector<CreepTerm> terms, Eigen::Index markers)
+Creep::Creep(std::vector<sensor::CreepTerm> terms, Eigen::Index markers)
     : terms_(std::move(terms))
     , follow_(terms_.size(), sensor::Points::Zero(3, markers))
     , last_(sensor::Points::Zero(3, markers))
@@ -16,7 +16,7 @@ void Creep::advance(double time_s, const sensor::Points& elastic) {
   if (step > 0.0) {
     sum_.setZero();
     for (std::size_t i = 0; i < terms_.size(); ++i) {
-      const double steps = step / terms_[i].time, left = std::exp(-steps);
+      const double steps = step / terms_[i].time_s, left = std::exp(-steps);
       const double mean = -std::expm1(-steps) / steps;  // mean of the decay over the step
       follow_[i] = left * follow_[i] + (mean - left) * last_ + (1.0 - mean) * elastic;
       sum_ += terms_[i].share * follow_[i];

@@ -1,24 +1,18 @@
 // Creep: the gel yields further while it is loaded, and recovers with a delay.
 #pragma once
 
-#include "sensor/gel.h"
+#include "sensor/sensor.h"
 
 #include <vector>
 
 namespace twin {
 
-/// A term of the compliance's Prony series: the response to a load grows by share (1 - exp(-t / time)).
-struct CreepTerm {
-  double share = 0.0;  ///< relative to the instantaneous response
-  double time = 1.0;   ///< [s]
-};
-
-/// Linear viscoelasticity with a constant Poisson's ratio. Each term adds share * h to the elastic displacement u, with
-/// dh/dt = (u - h) / time. Thread-bound.
+/// Linear viscoelasticity with a constant Poisson's ratio. Each term of the creep adds share * h to the elastic
+/// displacement u, with dh/dt = (u - h) / time_s. Thread-bound.
 class Creep {
  public:
   /// \param markers number of markers
-  Creep(std::vector<CreepTerm> terms, Eigen::Index markers);
+  Creep(std::vector<sensor::CreepTerm> terms, Eigen::Index markers);
 
   /// Returns whether there are no terms, so that now() stays zero.
   bool isNone() const { return terms_.empty(); }
@@ -32,7 +26,7 @@ class Creep {
   const sensor::Points& now() const { return sum_; }
 
  private:
-  std::vector<CreepTerm> terms_;
+  std::vector<sensor::CreepTerm> terms_;
   std::vector<sensor::Points> follow_;  ///< h of each term
   sensor::Points last_, sum_;
   double lastTime_s_ = 0.0;

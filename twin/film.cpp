@@ -1,22 +1,20 @@
 #include "twin/film.h"
 
-#include <sysexits.h>
+#include "base/whole_file.h"
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 
 namespace twin {
 
+using tractiond::Error;
+
 namespace {
 
 constexpr double kTurn = 6.283185307179586;
-
-template <typename Event>
-bool isNow(const Event& event, double phase_s) {
-  return phase_s >= event.from_s && phase_s < event.to_s;
-}
+constexpr double kSmallest = 1e-6;                 // [N] smaller pressures of a hand are left out
+constexpr std::uint32_t kOtherNoise = 0x5bd1e995;  // between the seeds of the fingers
 
 void project(const sensor::Projection& projection, const sensor::Points& points, Eigen::Matrix2Xd& pixels) {
   for (Eigen::Index i = 0; i < points.cols(); ++i) pixels.col(i) = projection(points.col(i));
@@ -24,11 +22,10 @@ void project(const sensor::Projection& projection, const sensor::Points& points,
 
 }  // namespace
 
-GelFilm::GelFilm(const Scenario& scenario, std::uint32_t seed, const std::filesystem::path& cache,
-                 const sensor::elastic::Progress& progress)
+GelFilm::GelFilm(const Scenario& scenario, std::uint32_t seed, const std::filesystem::path& cache)
     : scenario_(scenario)
     , seed_(seed)
-    , model_(scenario.sensor, scenario.sensor.body ? std::vector<Contact>{} : scenario.contacts, cache, progress)
+    , model_(scenario.sensor, scenario.sensor.body ? std::vector<Contact>{} : scenario.contacts, cache)
     , project_(scenario.sensor.camera, scenario.sensor.gel.size.z())
     , rest_(sensor::markerPositions(scenario.sensor))
     , rest_px_(2, rest_.cols())
@@ -36,13 +33,6 @@ GelFilm::GelFilm(const Scenario& scenario, std::uint32_t seed, const std::filesy
   if (scenario.sensor.body) body_.emplace(scenario.sensor);
   project(project_, rest_, rest_px_);
   markers_px_ = rest_px_;
-}
-
-std::vector<ContactState> GelFilm::statesAt(double phase_s) const {
-  if (held_) return *held_;
-  std::vector<ContactState> states;
-  for (const Contact& contact : scenario_.contacts) states.push_back(contact.at(phase_s));
-  return states;
 }
 
 sensor::Points GelFilm::displacement(std::span<const ContactState> states) {
@@ -71,27 +61,19 @@ void GelFilm::tell(std::span<const ContactState> states, Truth& truth) const {
   }
 }
 
-const Eigen::Matrix2Xd& GelFilm::markersAt(double phase_s) {
-  const std::vector<ContactState> states = statesAt(phase_s);
-  const double rise_K = scenario_.warmth.at(phase_s);
-  if (states == states_ && rise_K == rise_K_ && creep_.isNone()) return markers_px_;
+void GelFilm::moveMarkers(const std::vector<ContactState>& states, double rise_K) {
+  if (states == states_ && rise_K == rise_K_ && creep_.isNone()) return;
   states_ = states;
   rise_K_ = rise_K;
   sensor::Points points = rest_ + displacement(states);
   if (!creep_.isNone()) points += creep_.now();
-  if (rise_K == 0.0) {
-    project(project_, points, markers_px_);
-    return markers_px_;
-  }
   const Warmth& warmth = scenario_.warmth;
   const Eigen::Vector3d base(0.0, 0.0, scenario_.sensor.gel.size.z());
-  points += warmth.expansion * rise_K * (rest_.colwise() - base);
+  if (rise_K != 0.0) points += warmth.expansion * rise_K * (rest_.colwise() - base);
   project(project_, points, markers_px_);
+  if (rise_K == 0.0) return;
   const Eigen::Vector4d motion(warmth.shift_px.x(), warmth.shift_px.y(), warmth.scale, warmth.roll);
-  for (Eigen::Index i = 0; i < markers_px_.cols(); ++i) {
-    markers_px_.col(i) += project_.motionOf(markers_px_.col(i)) * (rise_K * motion);
-  }
-  return markers_px_;
+  for (auto marker : markers_px_.colwise()) marker += project_.motionOf(marker) * (rise_K * motion);
 }
 
 void GelFilm::draw(Picture& picture, Truth& truth) {
@@ -99,66 +81,70 @@ void GelFilm::draw(Picture& picture, Truth& truth) {
   truth = Truth{};
   truth.time_s = picture.time_s;
   truth.rise_K = scenario_.warmth.at(phase_s);
-  const std::vector<ContactState> states = statesAt(phase_s);
+  std::vector<ContactState> states = held_;
+  if (states.empty()) {
+    for (const Contact& contact : scenario_.contacts) states.push_back(contact.at(phase_s));
+  }
   tell(states, truth);
   if (!creep_.isNone()) creep_.advance(picture.time_s, displacement(states));
   for (const Absence& absence : scenario_.absences) {
-    if (isNow(absence, phase_s)) {
-      truth.missing.insert(truth.missing.end(), absence.markers.begin(), absence.markers.end());
-    }
+    if (phase_s < absence.from_s || phase_s >= absence.to_s) continue;
+    truth.missing.insert(truth.missing.end(), absence.markers.begin(), absence.markers.end());
   }
-
-  Optics optics = scenario_.optics;
-  for (const Defocus& defocus : scenario_.defocuses) {
-    if (isNow(defocus, phase_s)) optics.blur_px = defocus.blur_px;
-  }
-  Renderer& renderer =
-      renderers_.try_emplace(std::pair(picture.format, optics.blur_px), scenario_.sensor, optics, picture.format)
-          .first->second;
-  const double brightness = 1.0 + optics.drift * std::sin(kTurn * picture.time_s / optics.driftPeriod);
-  const auto drawAt = [&](double moment_s, std::vector<std::uint8_t>& pixels) {
-    drawn_px_ = markersAt(moment_s);
-    for (const int marker : truth.missing) drawn_px_.col(marker).setConstant(std::numeric_limits<double>::quiet_NaN());
-    pixels.resize(renderer.pictureSize());
-    renderer.render(drawn_px_, seed_ + static_cast<std::uint32_t>(picture.number), pixels, brightness);
-  };
-  drawAt(phase_s, picture.pixels);
+  moveMarkers(states, truth.rise_K);
   truth.displacement_px = markers_px_ - rest_px_;
+  drawn_px_ = markers_px_;
+  for (const int marker : truth.missing) drawn_px_.col(marker).setConstant(std::numeric_limits<double>::quiet_NaN());
 
-  const auto height = static_cast<std::ptrdiff_t>(scenario_.sensor.camera.height);
-  const std::ptrdiff_t stride = static_cast<std::ptrdiff_t>(picture.pixels.size()) / height;
-  for (const Tear& tear : scenario_.tears) {
-    if (!isNow(tear, phase_s)) continue;
-    truth.torn = true;
-    if (tear.lag_s > 0.0) {
-      drawAt(std::max(phase_s - tear.lag_s, 0.0), older_);
-      std::copy(older_.begin() + tear.row * stride, older_.end(), picture.pixels.begin() + tear.row * stride);
-    }
-    const std::ptrdiff_t shift = tear.shift_px * (stride / scenario_.sensor.camera.width);
-    for (std::ptrdiff_t row = tear.row; row < height; ++row) {
-      const auto first = picture.pixels.begin() + row * stride;
-      std::rotate(first, first + (stride - shift) % stride, first + stride);
-    }
-  }
+  const Optics& optics = scenario_.optics;
+  Renderer& renderer = renderers_.try_emplace(picture.format, scenario_.sensor, optics, picture.format).first->second;
+  picture.pixels.resize(renderer.pictureSize());
+  renderer.render(drawn_px_, seed_ + static_cast<std::uint32_t>(picture.number), picture.pixels,
+                  1.0 + optics.drift * std::sin(kTurn * picture.time_s / optics.driftPeriod));
 }
 
-tl::expected<std::unique_ptr<RawFilm>, Failure> RawFilm::open(const std::filesystem::path& file, Format format,
-                                                              std::size_t pictureSize) {
-  std::error_code error;
-  const std::uintmax_t size = std::filesystem::file_size(file, error);
-  std::ifstream stream(file, std::ios::binary);
-  if (error || !stream) return tl::unexpected(Failure{EX_NOINPUT, file.string() + " cannot be read"});
-  if (size == 0 || pictureSize == 0 || size % pictureSize != 0) {
-    return tl::unexpected(Failure{EX_DATAERR, file.string() + " has " + std::to_string(size) +
-                                                  " bytes, which is no multiple of a picture's " +
-                                                  std::to_string(pictureSize)});
+HandFilm::HandFilm(const Scenario& scenario, std::uint32_t seed, const std::filesystem::path& cache)
+    : hand_(*scenario.hand, scenario.sensor.gel)
+    , films_(2, GelFilm(scenario, seed, cache)) {
+  films_.back().reseed(seed ^ kOtherNoise);
+}
+
+void HandFilm::draw(int finger, Picture& picture, Truth& truth) {
+  const RoundContact& contact = hand_.contact(finger);
+  const Eigen::Matrix3Xd parts = contact.parts();
+  std::vector<ContactState> states(static_cast<std::size_t>(parts.cols()));
+  ContactState whole{.position = hand_.position(finger)};
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const Eigen::Vector3d force = parts.col(static_cast<Eigen::Index>(i));
+    if (force.cwiseAbs().maxCoeff() < kSmallest) continue;
+    states[i] = {.position = whole.position, .force = force};
+    whole.force += force;
+  }
+  GelFilm& film = films_[static_cast<std::size_t>(finger)];
+  film.hold(std::move(states));
+  film.draw(picture, truth);
+  truth.contacts.clear();
+  if (whole.isLoaded()) {
+    truth.contacts.push_back({Contact::Shape::kHertz, contact.radius(), whole, contact.stickRatio(), {}});
+  }
+  truth.finger = finger;
+  truth.hand = hand_.state();
+}
+
+tl::expected<std::unique_ptr<RawFilm>, Error> RawFilm::open(const std::filesystem::path& file, Format format,
+                                                            std::size_t pictureSize) {
+  auto pixels = tractiond::readWholeFile(file);
+  if (!pixels) return tl::unexpected(Error{EX_NOINPUT, "cannot be read: " + pixels.error().message(), file});
+  if (pixels->empty() || pictureSize == 0 || pixels->size() % pictureSize != 0) {
+    return tl::unexpected(Error{EX_DATAERR,
+                                "has " + std::to_string(pixels->size()) +
+                                    " bytes, which is no multiple of a picture's " + std::to_string(pictureSize),
+                                file});
   }
   auto film = std::make_unique<RawFilm>();
   film->format_ = format;
   film->pictureSize_ = pictureSize;
-  film->pixels_.resize(size);
-  stream.read(reinterpret_cast<char*>(film->pixels_.data()), static_cast<std::streamsize>(size));
-  if (!stream) return tl::unexpected(Failure{EX_IOERR, file.string() + " cannot be read to its end"});
+  film->pixels_ = *std::move(pixels);
   return film;
 }
 

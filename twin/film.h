@@ -1,8 +1,9 @@
 // Draws the pictures of the twin's camera frame by frame.
 #pragma once
 
+#include "base/error.h"
 #include "twin/body_model.h"
-#include "twin/failure.h"
+#include "twin/creep.h"
 #include "twin/gel_model.h"
 #include "twin/gv_camera.h"
 #include "twin/renderer.h"
@@ -32,7 +33,6 @@ struct Truth {
   std::vector<Load> contacts;        ///< contacts that carry a load
   std::vector<int> missing;          ///< indices of markers that are not drawn, in no order; one may occur twice
   double rise_K = 0.0;               ///< temperature above that of the first zero
-  bool torn = false;                 ///< part of the picture is from an earlier time or shifted
   Eigen::Matrix2Xd displacement_px;  ///< of all markers, drawn or not; 2 x markers, (u, v)
   std::optional<int> finger;         ///< of a hand: 0 or 1; `hand` is then set
   Hand::State hand;
@@ -51,9 +51,8 @@ class Film {
 /// Draws a scenario with the gel's mechanics.
 class GelFilm : public Film {
  public:
-  /// Copies the scenario. Takes seconds; for `cache` and `progress` see GelModel. \param seed changes the noise
-  GelFilm(const Scenario& scenario, std::uint32_t seed, const std::filesystem::path& cache,
-          const sensor::elastic::Progress& progress = {});
+  /// Copies the scenario. Takes seconds; for `cache` see GelModel. \param seed changes the noise
+  GelFilm(const Scenario& scenario, std::uint32_t seed, const std::filesystem::path& cache);
 
   /// Implements Film::draw. Resizes picture.pixels. The scenario repeats after Scenario::period_s; creep and the drift
   /// of the light go on, so picture.time_s must not fall.
@@ -64,13 +63,12 @@ class GelFilm : public Film {
   void reseed(std::uint32_t seed) { seed_ = seed; }
 
  private:
-  std::vector<ContactState> statesAt(double phase_s) const;
   /// Returns the displacements of all markers, 3 x markers [m].
   sensor::Points displacement(std::span<const ContactState> states);
   /// Writes the contacts and their resultant.
   void tell(std::span<const ContactState> states, Truth& truth) const;
-  /// Returns the pixels of all markers, 2 x markers, at a time within the period.
-  const Eigen::Matrix2Xd& markersAt(double phase_s);
+  /// Sets markers_px_.
+  void moveMarkers(const std::vector<ContactState>& states, double rise_K);
 
   Scenario scenario_;
   std::uint32_t seed_;
@@ -79,21 +77,36 @@ class GelFilm : public Film {
   sensor::Projection project_;
   sensor::Points rest_;
   Eigen::Matrix2Xd rest_px_, markers_px_, drawn_px_;
-  std::optional<std::vector<ContactState>> held_;
-  std::vector<ContactState> states_;
+  std::vector<ContactState> held_;    ///< in place of those of the scenario, unless empty
+  std::vector<ContactState> states_;  ///< of markers_px_
   Creep creep_;
-  double rise_K_ = 0.0;                                      ///< temperature of markers_px_
-  std::vector<std::uint8_t> older_;                          ///< earlier picture of which a torn picture shows a part
-  std::map<std::pair<Format, double>, Renderer> renderers_;  ///< per format and blur
+  double rise_K_ = 0.0;  ///< temperature of markers_px_
+  std::map<Format, Renderer> renderers_;
+};
+
+/// A hand, and what the camera of each of its fingers sees. Thread-bound.
+class HandFilm {
+ public:
+  /// Copies the scenario, which must have a hand. For `seed` and `cache` see GelFilm.
+  HandFilm(const Scenario& scenario, std::uint32_t seed, const std::filesystem::path& cache);
+
+  Hand& hand() { return hand_; }
+
+  /// Draws what a finger's camera sees now, and overwrites `truth`. As Film::draw(), but for the contacts.
+  void draw(int finger, Picture& picture, Truth& truth);
+
+ private:
+  Hand hand_;
+  std::vector<GelFilm> films_;  ///< one a finger, with the same mechanics
 };
 
 /// Serves raw pictures from a file in a loop. They have the scenario's size and format.
 class RawFilm : public Film {
  public:
-  /// Reads the whole file into memory. Errors: EX_NOINPUT if it cannot be opened, EX_DATAERR if it is empty or its size
-  /// is not a multiple of `pictureSize` [bytes], EX_IOERR if it cannot be read to its end.
-  static tl::expected<std::unique_ptr<RawFilm>, Failure> open(const std::filesystem::path& file, Format format,
-                                                              std::size_t pictureSize);
+  /// Reads the whole file into memory. Errors: EX_NOINPUT if it cannot be read, EX_DATAERR if it is empty or its size
+  /// is not a multiple of `pictureSize` [bytes].
+  static tl::expected<std::unique_ptr<RawFilm>, tractiond::Error> open(const std::filesystem::path& file, Format format,
+                                                                       std::size_t pictureSize);
 
   /// Copies the bytes of picture number picture.number modulo the number of pictures into picture.pixels, which is
   /// resized to `pictureSize` of open(). In another format than that of open(), sets the pixels to zero and keeps their
@@ -102,7 +115,7 @@ class RawFilm : public Film {
 
  private:
   Format format_ = Format::kRgb8;
-  std::vector<std::uint8_t> pixels_;
+  std::vector<char> pixels_;
   std::size_t pictureSize_ = 0;
 };
 

@@ -43,11 +43,12 @@ constexpr std::array<FormatTraits, kFormatCount> kFormats{{
 }};
 // clang-format on
 
-constexpr auto kAll = [] {
-  std::array<Format, kFormatCount> all{};
-  for (std::size_t i = 0; i < kFormatCount; ++i) all[i] = static_cast<Format>(i);
-  return all;
-}();
+template <typename Is>
+std::optional<Format> find(Is is) {
+  const auto* found = std::find_if(kFormats.begin(), kFormats.end(), is);
+  if (found == kFormats.end()) return std::nullopt;
+  return static_cast<Format>(found - kFormats.begin());
+}
 
 }  // namespace
 
@@ -61,14 +62,12 @@ std::string formatNames() {
   return names;
 }
 
-const Format* formatByName(const std::string& name) {
-  const auto* found = std::find_if(kAll.begin(), kAll.end(), [&](Format f) { return name == traitsOf(f).name; });
-  return found == kAll.end() ? nullptr : found;
+std::optional<Format> formatByName(const std::string& name) {
+  return find([&](const FormatTraits& traits) { return name == traits.name; });
 }
 
-const Format* formatByCode(std::uint32_t code) {
-  const auto* found = std::find_if(kAll.begin(), kAll.end(), [&](Format f) { return code == traitsOf(f).code; });
-  return found == kAll.end() ? nullptr : found;
+std::optional<Format> formatByCode(std::uint32_t code) {
+  return find([&](const FormatTraits& traits) { return code == traits.code; });
 }
 
 bool isBayer(Format format) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -63,9 +64,9 @@ const FormatTraits& traitsOf(Format format);
 
 /// Returns all names as one text: "RGB8, BGR8, ..."
 std::string formatNames();
-/// Return the format with this name (exact case) or GenICam code, in static storage; null if there is none.
-const Format* formatByName(const std::string& name);
-const Format* formatByCode(std::uint32_t code);
+/// Return the format with this name (exact case) or GenICam code; nothing if there is none.
+std::optional<Format> formatByName(const std::string& name);
+std::optional<Format> formatByCode(std::uint32_t code);
 
 /// Returns whether the format is a Bayer mosaic.
 bool isBayer(Format format);

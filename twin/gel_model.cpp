@@ -1,6 +1,6 @@
 #include "twin/gel_model.h"
 
-#include "sensor/elastic/loads.h"
+#include "sensor/elastic/half_space.h"
 #include "sensor/elastic/matrix_cache.h"
 #include "sensor/elastic/quadrature.h"
 
@@ -12,9 +12,14 @@ namespace twin {
 
 namespace {
 
+using sensor::elastic::PatchQuadrature;
+
 constexpr double kCacheVersion = 1.0;  // version of the cached correction
 constexpr double kNodeSpacing = 5e-3;  // [m] adds one interpolation node
 constexpr int kFewestNodes = 5;
+// Step of the four-point Lagrange interpolation. The field varies over the depth of the markers, some millimetres, so
+// the error is (step / depth)^4 / 40.
+constexpr double kTableStep = 0.4e-3;  // [m]
 
 /// Returns Chebyshev points of the interval.
 Eigen::VectorXd interpolationNodes(double from, double to) {
@@ -54,7 +59,7 @@ void append(std::vector<double>& key, const Eigen::Ref<const Eigen::MatrixXd>& n
 }
 
 Eigen::MatrixXd blockCorrection(const sensor::Gel& gel, const sensor::Points& markers, const sensor::Points& sources,
-                                const std::filesystem::path& cache, const sensor::elastic::Progress& progress) {
+                                const std::filesystem::path& cache) {
   const sensor::elastic::BlockOptions options{.clearance = sensor::elastic::clearanceOf(gel, sources)};
   std::vector<double> key = {kCacheVersion, gel.youngsModulus, gel.poissonRatio, double(options.degree),
                              options.clearance};
@@ -64,15 +69,59 @@ Eigen::MatrixXd blockCorrection(const sensor::Gel& gel, const sensor::Points& ma
   if (!cache.empty()) {
     if (auto known = sensor::elastic::loadMatrix(cache, key)) return *std::move(known);
   }
-  const Eigen::MatrixXd correction = sensor::elastic::BlockCorrection(gel, markers, options, progress).matrix(sources);
+  const Eigen::MatrixXd correction = sensor::elastic::BlockCorrection(gel, markers, options).matrix(sources);
   if (!cache.empty()) sensor::elastic::saveMatrix(cache, key, correction);
   return correction;
 }
 
+UnitResponse sum(const sensor::Gel& gel, const PatchQuadrature& pressed, const PatchQuadrature& turned,
+                 const Eigen::Vector3d& point) {
+  UnitResponse response = UnitResponse::Zero();
+  for (Eigen::Index i = 0; i < pressed.points.cols(); ++i) {
+    const Eigen::Matrix3d field =
+        sensor::elastic::halfSpaceDisplacement(point - pressed.points.col(i), gel.youngsModulus, gel.poissonRatio);
+    response.leftCols<3>() += pressed.forces(2, i) * field;
+  }
+  for (Eigen::Index i = 0; i < turned.points.cols(); ++i) {
+    response.col(3) +=
+        sensor::elastic::halfSpaceDisplacement(point - turned.points.col(i), gel.youngsModulus, gel.poissonRatio) *
+        turned.forces.col(i);
+  }
+  return response;
+}
+
 }  // namespace
 
+PatchField::PatchField(const sensor::Gel& gel, const PatchQuadrature& pressed, const PatchQuadrature& turned,
+                       const std::vector<double>& depths, double farthest) {
+  const int last = static_cast<int>(std::ceil(farthest / kTableStep)) + 2;
+  for (const double depth : depths) {
+    std::vector<UnitResponse>& table = tables_.emplace_back();
+    // Starts one step on the other side, so that the first interval has a neighbour on both sides.
+    for (int i = -1; i <= last; ++i) table.push_back(sum(gel, pressed, turned, {i * kTableStep, 0.0, depth}));
+  }
+}
+
+UnitResponse PatchField::at(std::size_t depth, const Eigen::Vector2d& offset) const {
+  const std::vector<UnitResponse>& table = tables_[depth];
+  const double distance = offset.norm();
+  const double place = distance / kTableStep;
+  const auto index = std::min(static_cast<std::size_t>(place), table.size() - 4);
+  const double t = place - static_cast<double>(index);  // 0 at table[index + 1]
+  const UnitResponse onAxis =
+      (-t * (t - 1) * (t - 2) / 6) * table[index] + ((t + 1) * (t - 1) * (t - 2) / 2) * table[index + 1] +
+      (-(t + 1) * t * (t - 2) / 2) * table[index + 2] + ((t + 1) * t * (t - 1) / 6) * table[index + 3];
+  const Eigen::Vector2d direction = distance > 0.0 ? Eigen::Vector2d(offset / distance) : Eigen::Vector2d(1.0, 0.0);
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() << direction.x(), -direction.y(), direction.y(), direction.x();
+  UnitResponse response;
+  response.leftCols<3>() = turn * onAxis.leftCols<3>() * turn.transpose();
+  response.col(3) = turn * onAxis.col(3);
+  return response;
+}
+
 GelModel::GelModel(const sensor::Sensor& sensor, const std::vector<Contact>& contacts,
-                   const std::filesystem::path& cache, const sensor::elastic::Progress& progress)
+                   const std::filesystem::path& cache)
     : markers_(sensor::markerPositions(sensor.layers))
     , displacement_(sensor::Points::Zero(3, markers_.cols())) {
   std::vector<double> depths;
@@ -98,7 +147,7 @@ GelModel::GelModel(const sensor::Sensor& sensor, const std::vector<Contact>& con
     share.head(pressed.points.cols()) = pressed.forces.row(2);
     Eigen::Matrix2Xd turning = Eigen::Matrix2Xd::Zero(2, points.cols());
     turning.rightCols(turned.points.cols()) = turned.forces.topRows<2>();
-    patches_.push_back({PatchField(sensor.gel, contact.shape, contact.radius, depths, farthest), points, share, turning,
+    patches_.push_back({PatchField(sensor.gel, pressed, turned, depths, farthest), points, share, turning,
                         interpolationNodes(left, right), interpolationNodes(low, high),
                         isNew ? 3 * static_cast<Eigen::Index>(sources.size()) : patches_[before].firstColumn});
     if (!isNew) continue;
@@ -108,7 +157,7 @@ GelModel::GelModel(const sensor::Sensor& sensor, const std::vector<Contact>& con
   }
   if (sources.empty()) return;
   const sensor::Points nodes = Eigen::Map<const sensor::Points>(sources.front().data(), 3, sources.size());
-  correction_ = blockCorrection(sensor.gel, markers_, nodes, cache, progress);
+  correction_ = blockCorrection(sensor.gel, markers_, nodes, cache);
   loads_.resize(correction_.cols());
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sensor/elastic/block.h"
-#include "twin/patch_field.h"
+#include "sensor/elastic/loads.h"
 #include "twin/scenario.h"
 
 #include <filesystem>
@@ -12,6 +12,28 @@
 
 namespace twin {
 
+/// Displacement per unit load: columns are 1 N along x, y, z [m/N] and 1 N m about z [m/(N m)].
+using UnitResponse = Eigen::Matrix<double, 3, 4>;
+
+/// The field of the half-space under a patch of one shape and size, at fixed depths: fast enough for every marker of
+/// every frame. A patch is round, so its response rotates with the direction to the point, and a table over the
+/// distance suffices. Immutable after construction and reentrant.
+class PatchField {
+ public:
+  /// \param pressed, turned the patch at the origin, under 1 N along z and under 1 N m
+  /// \param depths z of the points to be evaluated [m]
+  /// \param farthest largest distance of these points from the patch's axis [m]
+  PatchField(const sensor::Gel& gel, const sensor::elastic::PatchQuadrature& pressed,
+             const sensor::elastic::PatchQuadrature& turned, const std::vector<double>& depths, double farthest);
+
+  /// Returns the response at depths[depth], at `offset` (x, y) [m] from the patch's centre, to 1e-5 of the peak.
+  /// Offsets longer than `farthest` are not checked.
+  UnitResponse at(std::size_t depth, const Eigen::Vector2d& offset) const;
+
+ private:
+  std::vector<std::vector<UnitResponse>> tables_;  ///< per depth: responses on the x axis at multiples of a fixed step
+};
+
 /// u = half-space field of each continuous patch + correction of the block. The correction varies slowly with the
 /// position of the load, so it is computed at Chebyshev points of the region that a contact visits, and interpolated.
 /// Contacts that visit the same places share these points. Thread-bound.
@@ -20,8 +42,7 @@ class GelModel {
   /// Computes the correction, which takes seconds on all cores, or reads it from a directory. The
   /// arguments need not outlive the object. \param contacts must each have at least one state \param cache directory in
   /// which corrections are kept, which is created; empty: none. A failure to read or write it is ignored
-  GelModel(const sensor::Sensor& sensor, const std::vector<Contact>& contacts, const std::filesystem::path& cache = {},
-           const sensor::elastic::Progress& progress = {});
+  GelModel(const sensor::Sensor& sensor, const std::vector<Contact>& contacts, const std::filesystem::path& cache = {});
 
   /// Returns the displacements of all markers, 3 x markers [m], with contact i in states[i]. The states must
   /// be as many as the contacts, each within the region that its contact visits. Valid until the next call.

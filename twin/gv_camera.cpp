@@ -5,28 +5,17 @@
 
 #include "base/aravis_versions.h"
 
-#include <arpa/inet.h>
 #include <arv.h>
-#include <ifaddrs.h>
-#include <net/if.h>
-#include <sys/socket.h>
-#include <sysexits.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <condition_variable>
 #include <cstring>
 #include <ctime>
-#include <deque>
-#include <mutex>
 
 namespace twin {
 
 namespace {
 
-constexpr int kControlPort = 3956;
 constexpr const char* kVendor = "Traction";
 constexpr const char* kModel = "Twin";
 
@@ -42,238 +31,161 @@ void writeText(ArvFakeCamera* camera, const TextRegister& where, const char* tex
   arv_fake_camera_write_memory(camera, where.address, where.size, padded.data());
 }
 
-bool hasInterface(const in_addr& address) {
-  ifaddrs* all = nullptr;
-  if (getifaddrs(&all) != 0) return false;
-  bool found = false;
-  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
-    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET || (one->ifa_flags & IFF_UP) == 0) continue;
-    found = found || reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr.s_addr == address.s_addr;
-  }
-  freeifaddrs(all);
-  return found;
-}
-
-/// Returns the reason why the camera cannot start, which Aravis does not report.
-std::optional<Failure> whyNot(const std::string& address) {
-  sockaddr_in wanted{};
-  wanted.sin_family = AF_INET;
-  wanted.sin_port = htons(kControlPort);
-  if (inet_pton(AF_INET, address.c_str(), &wanted.sin_addr) != 1) {
-    return Failure{EX_USAGE, "'" + address + "' is not an IPv4 address"};
-  }
-  // Every address of 127.0.0.0/8 can be bound, but Aravis requires an interface with exactly this address.
-  if (!hasInterface(wanted.sin_addr)) {
-    return Failure{EX_UNAVAILABLE, "no interface that is up has the address " + address + "; 'ip address add " +
-                                       address + "/8 dev lo' gives it to the loopback"};
-  }
-  const int socketFd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  const bool isFree = socketFd >= 0 && bind(socketFd, reinterpret_cast<const sockaddr*>(&wanted), sizeof wanted) == 0;
-  const int error = errno;
-  if (socketFd >= 0) close(socketFd);
-  if (isFree) return std::nullopt;
-  const std::string place = address + ":" + std::to_string(kControlPort);
-  if (error == EADDRINUSE) {
-    return Failure{EX_UNAVAILABLE, place + " is in use: another camera or twin runs on this address; choose another "
-                                           "with --address (127.0.0.2 ...)"};
-  }
-  return Failure{EX_OSERR, "cannot listen on " + place + ": " + std::strerror(error)};
+std::int64_t now_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
 }  // namespace
 
-class GvCamera::Impl {
- public:
-  explicit Impl(const GvCameraOptions& options)
-      : width_(options.width)
-      , height_(options.height)
-      , format_(options.format)
-      , serial_(options.address)
-      , period_us_(static_cast<std::uint32_t>(std::lround(1e6 / options.rate_hz))) {
-    std::replace(serial_.begin(), serial_.end(), '.', '-');
-    id_ = std::string(kVendor) + "-" + serial_;
-    const std::lock_guard lock(mutex_);  // Aravis's thread starts at once, but first calls fill() after this function
-    camera_ = ARV_GV_FAKE_CAMERA(g_object_new(ARV_TYPE_GV_FAKE_CAMERA, "interface-name", options.address.c_str(),
-                                              "serial-number", serial_.c_str(), "gvsp-lost-ratio", options.lostRatio,
-                                              nullptr));
-    ArvFakeCamera* fake = arv_gv_fake_camera_get_fake_camera(camera_);
-    writeText(fake, kVendorRegister, kVendor);
-    writeText(fake, kModelRegister, kModel);
-    const auto set = [fake](guint32 address, auto value) {
-      arv_fake_camera_write_register(fake, address, static_cast<guint32>(value));
-    };
-    set(ARV_FAKE_CAMERA_REGISTER_SENSOR_WIDTH, width_);
-    set(ARV_FAKE_CAMERA_REGISTER_SENSOR_HEIGHT, height_);
-    set(ARV_FAKE_CAMERA_REGISTER_WIDTH, width_);
-    set(ARV_FAKE_CAMERA_REGISTER_HEIGHT, height_);
-    set(ARV_FAKE_CAMERA_REGISTER_PIXEL_FORMAT, traitsOf(format_).code);
-    set(ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US, period_us_);
-    tractiond::aravis::setFillPattern(fake, &Impl::onFill, this);
-  }
+tl::expected<std::unique_ptr<GvCamera>, tractiond::Error> GvCamera::open(const GvCameraOptions& options) {
+  std::unique_ptr<GvCamera> camera(new GvCamera(options));
+  if (arv_gv_fake_camera_is_running(ARV_GV_FAKE_CAMERA(camera->camera_)) != 0) return camera;
+  // Aravis does not say why; every address of 127.0.0.0/8 can be bound, but it requires an interface with exactly this
+  // one.
+  return tl::unexpected(tractiond::Error{
+      .exitCode = EX_UNAVAILABLE,
+      .what = "no camera starts on " + options.address,
+      .remedy =
+          "it must be an IPv4 address of an interface that is up ('ip address add " + options.address +
+          "/8 dev lo' gives it to the loopback), and port 3956 free on it (another twin takes --address 127.0.0.2, "
+          "say) and on 255.255.255.255"});
+}
 
-  ~Impl() {
-    {
-      const std::lock_guard lock(mutex_);
-      isClosing_ = true;
-    }
-    changed_.notify_all();
-    close();
-  }
+GvCamera::GvCamera(const GvCameraOptions& options)
+    : width_(options.width)
+    , height_(options.height)
+    , format_(options.format)
+    , period_us_(static_cast<std::uint32_t>(std::lround(1e6 / options.rate_hz))) {
+  std::string serial = options.address;
+  std::replace(serial.begin(), serial.end(), '.', '-');
+  id_ = std::string(kVendor) + "-" + serial;
+  const std::lock_guard lock(mutex_);  // Aravis's thread starts at once, but first calls fill() after this function
+  camera_ = g_object_new(ARV_TYPE_GV_FAKE_CAMERA, "interface-name", options.address.c_str(), "serial-number",
+                         serial.c_str(), "gvsp-lost-ratio", options.lostRatio, nullptr);
+  ArvFakeCamera* fake = arv_gv_fake_camera_get_fake_camera(ARV_GV_FAKE_CAMERA(camera_));
+  writeText(fake, kVendorRegister, kVendor);
+  writeText(fake, kModelRegister, kModel);
+  const auto set = [fake](guint32 address, auto value) {
+    arv_fake_camera_write_register(fake, address, static_cast<guint32>(value));
+  };
+  set(ARV_FAKE_CAMERA_REGISTER_SENSOR_WIDTH, width_);
+  set(ARV_FAKE_CAMERA_REGISTER_SENSOR_HEIGHT, height_);
+  set(ARV_FAKE_CAMERA_REGISTER_WIDTH, width_);
+  set(ARV_FAKE_CAMERA_REGISTER_HEIGHT, height_);
+  set(ARV_FAKE_CAMERA_REGISTER_PIXEL_FORMAT, traitsOf(format_).code);
+  set(ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US, period_us_);
+  tractiond::aravis::setFillPattern(
+      fake,
+      [](ArvBuffer* buffer, void* self, guint32 /*exposure_us*/, guint32 /*gain*/, ArvPixelFormat format) {
+        static_cast<GvCamera*>(self)->fill(buffer, format);
+      },
+      this);
+}
 
-  Impl(const Impl&) = delete;
-  Impl& operator=(const Impl&) = delete;
-
-  void close() {
-    if (camera_ != nullptr) g_object_unref(camera_);  // joins Aravis's thread, which uses the camera until then
-    camera_ = nullptr;
-  }
-
-  bool isRunning() const { return arv_gv_fake_camera_is_running(camera_) != 0; }
-  const std::string& id() const { return id_; }
-
-  Format format() const {
+GvCamera::~GvCamera() {
+  {
     const std::lock_guard lock(mutex_);
-    return format_;
+    isClosing_ = true;
   }
-
-  double framePeriod_s() const {
-    const std::lock_guard lock(mutex_);
-    return period_us_ * 1e-6;
-  }
-
-  void queue(Picture& picture) {
-    {
-      const std::lock_guard lock(mutex_);
-      picture.stamp.reset();
-      // A picture drawn before the client chose another format cannot be sent.
-      (picture.format == format_ ? queued_ : returned_).push_back(&picture);
-    }
-    changed_.notify_all();
-  }
-
-  Picture* takeBack(std::chrono::milliseconds timeout) {
-    std::unique_lock lock(mutex_);
-    if (!changed_.wait_for(lock, timeout, [this] { return !returned_.empty(); })) return nullptr;
-    Picture* picture = returned_.front();
-    returned_.pop_front();
-    return picture;
-  }
-
- private:
-  static void onFill(ArvBuffer* buffer, void* self, guint32 /*exposure_us*/, guint32 /*gain*/, ArvPixelFormat format) {
-    static_cast<Impl*>(self)->fill(buffer, format);
-  }
-
-  // Runs on Aravis's thread.
-  void fill(ArvBuffer* buffer, ArvPixelFormat pixelFormat) {
-    // Aravis supplies the memory, but reports its size as zero at this point.
-    std::size_t unknown = 0;
-    auto* to = static_cast<std::uint8_t*>(const_cast<void*>(arv_buffer_get_data(buffer, &unknown)));
-    const Format* format = formatByCode(pixelFormat);
-    const int width = arv_buffer_get_image_width(buffer), height = arv_buffer_get_image_height(buffer);
-    if (format == nullptr) {
-      const auto bits = ARV_PIXEL_FORMAT_BIT_PER_PIXEL(pixelFormat);
-      std::memset(to, 0, static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * bits / 8);
-      return;
-    }
-    const Picture* picture = waitFor(*format);
-    if (!picture) return;
-    copyRegion(*picture, arv_buffer_get_image_x(buffer), arv_buffer_get_image_y(buffer), width, height, to);
-    sent({arv_buffer_get_frame_id(buffer), static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer)), now_ns()});
-  }
-
-  /// Returns the next picture, which stays in the queue; null when the camera closes.
-  const Picture* waitFor(Format format) {
-    std::unique_lock lock(mutex_);
-    guint32 period_us = 0;
-    arv_fake_camera_read_register(arv_gv_fake_camera_get_fake_camera(camera_),
-                                  ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US, &period_us);
-    if (period_us > 0) period_us_ = period_us;
-    if (format != format_) {
-      format_ = format;
-      returned_.insert(returned_.end(), queued_.begin(), queued_.end());
-      queued_.clear();
-      changed_.notify_all();
-    }
-    changed_.wait(lock, [this] { return isClosing_ || !queued_.empty(); });
-    return isClosing_ ? nullptr : queued_.front();
-  }
-
-  void sent(const Stamp& stamp) {
-    {
-      const std::lock_guard lock(mutex_);
-      queued_.front()->stamp = stamp;
-      returned_.push_back(queued_.front());
-      queued_.pop_front();
-    }
-    changed_.notify_all();
-  }
-
-  /// Copies the region of interest that the client has chosen, in whole bytes.
-  void copyRegion(const Picture& picture, int x, int y, int width, int height, std::uint8_t* to) const {
-    if (x == 0 && y == 0 && width == width_ && height == height_) {  // rows may begin within bytes
-      std::memcpy(to, picture.pixels.data(), picture.pixels.size());
-      return;
-    }
-    const int columns = std::clamp(width_ - x, 0, width), rows = std::clamp(height_ - y, 0, height);
-    const auto bytes = [&](int pixels) { return twin::pictureSize(picture.format, pixels, 1); };
-    const std::size_t stride = bytes(width_), rowSize = bytes(width), copied = bytes(columns);
-    for (int row = 0; row < height; ++row, to += rowSize) {
-      const std::size_t from = row < rows ? static_cast<std::size_t>(y + row) * stride + bytes(x) : 0;
-      const std::size_t size = row < rows ? copied : 0;
-      std::memcpy(to, picture.pixels.data() + from, size);
-      std::memset(to + size, 0, rowSize - size);
-    }
-  }
-
-  static std::int64_t now_ns() {
-    timespec now{};
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
-  }
-
-  const int width_, height_;
-  ArvGvFakeCamera* camera_ = nullptr;
-
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  bool isClosing_ = false;
-  Format format_;
-  std::string serial_, id_;
-  std::uint32_t period_us_;
-  std::deque<Picture*> queued_, returned_;
-};
-
-tl::expected<std::unique_ptr<GvCamera>, Failure> GvCamera::open(const GvCameraOptions& options) {
-  if (auto failure = whyNot(options.address)) return tl::unexpected(*std::move(failure));
-  auto impl = std::make_unique<Impl>(options);
-  if (!impl->isRunning()) {
-    return tl::unexpected(Failure{EX_UNAVAILABLE, "the camera does not start on " + options.address +
-                                                      ": port 3956 must be free on it and on 255.255.255.255"});
-  }
-  return std::unique_ptr<GvCamera>(new GvCamera(std::move(impl)));
+  changed_.notify_all();
+  close();
 }
 
-GvCamera::GvCamera(std::unique_ptr<Impl> impl)
-    : impl_(std::move(impl)) {}
-GvCamera::~GvCamera() = default;
-void GvCamera::queue(Picture& picture) {
-  impl_->queue(picture);
-}
-Picture* GvCamera::takeBack(std::chrono::milliseconds timeout) {
-  return impl_->takeBack(timeout);
-}
 void GvCamera::close() {
-  impl_->close();
+  if (camera_ != nullptr) g_object_unref(camera_);  // joins Aravis's thread, which uses the camera until then
+  camera_ = nullptr;
 }
+
 Format GvCamera::format() const {
-  return impl_->format();
+  const std::lock_guard lock(mutex_);
+  return format_;
 }
+
 double GvCamera::framePeriod_s() const {
-  return impl_->framePeriod_s();
+  const std::lock_guard lock(mutex_);
+  return period_us_ * 1e-6;
 }
-const std::string& GvCamera::id() const {
-  return impl_->id();
+
+void GvCamera::queue(Picture& picture) {
+  {
+    const std::lock_guard lock(mutex_);
+    picture.stamp.reset();
+    // A picture drawn before the client chose another format cannot be sent.
+    (picture.format == format_ ? queued_ : returned_).push_back(&picture);
+  }
+  changed_.notify_all();
+}
+
+Picture* GvCamera::takeBack(std::chrono::milliseconds timeout) {
+  std::unique_lock lock(mutex_);
+  if (!changed_.wait_for(lock, timeout, [this] { return !returned_.empty(); })) return nullptr;
+  Picture* picture = returned_.front();
+  returned_.pop_front();
+  return picture;
+}
+
+void GvCamera::fill(void* given, std::uint32_t pixelFormat) {
+  ArvBuffer* const buffer = ARV_BUFFER(given);
+  // Aravis supplies the memory, but reports its size as zero at this point.
+  std::size_t unknown = 0;
+  auto* to = static_cast<std::uint8_t*>(const_cast<void*>(arv_buffer_get_data(buffer, &unknown)));
+  const std::optional<Format> format = formatByCode(pixelFormat);
+  const int width = arv_buffer_get_image_width(buffer), height = arv_buffer_get_image_height(buffer);
+  if (!format) {
+    const auto bits = ARV_PIXEL_FORMAT_BIT_PER_PIXEL(pixelFormat);
+    std::memset(to, 0, static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * bits / 8);
+    return;
+  }
+  const Picture* picture = waitFor(*format);
+  if (!picture) return;
+  copyRegion(*picture, arv_buffer_get_image_x(buffer), arv_buffer_get_image_y(buffer), width, height, to);
+  sent({arv_buffer_get_frame_id(buffer), static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer)), now_ns()});
+}
+
+/// Returns the next picture, which stays in the queue; null when the camera closes.
+const Picture* GvCamera::waitFor(Format format) {
+  std::unique_lock lock(mutex_);
+  guint32 period_us = 0;
+  arv_fake_camera_read_register(arv_gv_fake_camera_get_fake_camera(ARV_GV_FAKE_CAMERA(camera_)),
+                                ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US, &period_us);
+  if (period_us > 0) period_us_ = period_us;
+  if (format != format_) {
+    format_ = format;
+    returned_.insert(returned_.end(), queued_.begin(), queued_.end());
+    queued_.clear();
+    changed_.notify_all();
+  }
+  changed_.wait(lock, [this] { return isClosing_ || !queued_.empty(); });
+  return isClosing_ ? nullptr : queued_.front();
+}
+
+void GvCamera::sent(const Stamp& stamp) {
+  {
+    const std::lock_guard lock(mutex_);
+    queued_.front()->stamp = stamp;
+    returned_.push_back(queued_.front());
+    queued_.pop_front();
+  }
+  changed_.notify_all();
+}
+
+/// Copies the region of interest that the client has chosen, in whole bytes.
+void GvCamera::copyRegion(const Picture& picture, int x, int y, int width, int height, std::uint8_t* to) const {
+  if (x == 0 && y == 0 && width == width_ && height == height_) {  // rows may begin within bytes
+    std::memcpy(to, picture.pixels.data(), picture.pixels.size());
+    return;
+  }
+  const int columns = std::clamp(width_ - x, 0, width), rows = std::clamp(height_ - y, 0, height);
+  const auto bytes = [&](int pixels) { return twin::pictureSize(picture.format, pixels, 1); };
+  const std::size_t stride = bytes(width_), rowSize = bytes(width), copied = bytes(columns);
+  for (int row = 0; row < height; ++row, to += rowSize) {
+    const std::size_t from = row < rows ? static_cast<std::size_t>(y + row) * stride + bytes(x) : 0;
+    const std::size_t size = row < rows ? copied : 0;
+    std::memcpy(to, picture.pixels.data() + from, size);
+    std::memset(to + size, 0, rowSize - size);
+  }
 }
 
 }  // namespace twin

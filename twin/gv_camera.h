@@ -1,14 +1,17 @@
 // A GigE Vision camera on a local address that sends given pictures.
 #pragma once
 
-#include "twin/failure.h"
+#include "base/error.h"
 #include "twin/format.h"
 
 #include <tl/expected.hpp>
 
 #include <chrono>
+#include <condition_variable>
 #include <cstdint>
+#include <deque>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -45,11 +48,13 @@ struct GvCameraOptions {
 /// for close().
 class GvCamera {
  public:
-  /// Starts the camera. Errors: EX_USAGE for an invalid address, EX_UNAVAILABLE if no interface that is up has exactly
-  /// this address or port 3956 is in use on it or on 255.255.255.255, EX_OSERR if the port cannot be bound.
-  static tl::expected<std::unique_ptr<GvCamera>, Failure> open(const GvCameraOptions& options);
+  /// Starts the camera. Error: EX_UNAVAILABLE if no interface that is up has exactly this address, or port 3956 is in
+  /// use on it or on 255.255.255.255.
+  static tl::expected<std::unique_ptr<GvCamera>, tractiond::Error> open(const GvCameraOptions& options);
   /// Blocks until Aravis's thread has ended. Pictures that are still queued are not touched any more.
   ~GvCamera();
+  GvCamera(const GvCamera&) = delete;
+  GvCamera& operator=(const GvCamera&) = delete;
 
   /// Queues the next picture to send and resets its stamp; a picture of another format than format() is discarded. Does
   /// not wait. The caller keeps ownership and must not touch it until takeBack() returns it.
@@ -65,13 +70,28 @@ class GvCamera {
 
   /// Returns the format that queued pictures must have: the client's choice at the last picture, else the options'.
   Format format() const;
-  double framePeriod_s() const;   ///< Returns the client's choice at the last picture, else 1 / rate_hz.
-  const std::string& id() const;  ///< Returns "VENDOR-SERIAL", by which a client finds this camera.
+  double framePeriod_s() const;                  ///< Returns the client's choice at the last picture, else 1 / rate_hz.
+  const std::string& id() const { return id_; }  ///< Returns "VENDOR-SERIAL", by which a client finds this camera.
 
  private:
-  class Impl;
-  explicit GvCamera(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;
+  explicit GvCamera(const GvCameraOptions& options);
+
+  // Run on Aravis's thread.
+  void fill(void* buffer, std::uint32_t pixelFormat);  ///< \param buffer of Aravis
+  const Picture* waitFor(Format format);
+  void sent(const Stamp& stamp);
+  void copyRegion(const Picture& picture, int x, int y, int width, int height, std::uint8_t* to) const;
+
+  const int width_, height_;
+  void* camera_ = nullptr;  ///< of Aravis
+  std::string id_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  bool isClosing_ = false;
+  Format format_;
+  std::uint32_t period_us_;
+  std::deque<Picture*> queued_, returned_;
 };
 
 }  // namespace twin

@@ -1,23 +1,23 @@
-#include "twin/hand_output.h"
-
+// The hand as a controller meets it: two cameras to look through, and an endpoint that takes commands.
 #include "twin/gv_camera.h"
+#include "twin/output.h"
 
-#include <sysexits.h>
 #include <zmq.hpp>
 
 #include <array>
 #include <atomic>
-#include <charconv>
 #include <chrono>
 #include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <thread>
 #include <utility>
 
 namespace twin {
+
+using tractiond::Error;
+
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -28,51 +28,30 @@ struct Command {
   double opening = 0.0, height = 0.0;  ///< [m]
 };
 
-std::optional<Command> parse(std::string_view text) {
+std::optional<Command> parse(const std::string& text) {
   Command command;
-  const char* const end = text.data() + text.size();
-  const auto first = std::from_chars(text.data(), end, command.opening);
-  if (first.ec != std::errc() || first.ptr == end || *first.ptr != ' ') return std::nullopt;
-  const auto second = std::from_chars(first.ptr + 1, end, command.height);
-  if (second.ec != std::errc() || second.ptr != end) return std::nullopt;
+  char more = 0;
   const auto isPlace = [](double place_m) { return place_m >= 0.0 && place_m <= kFarthest_m; };  // false for NaN
-  if (!isPlace(command.opening) || !isPlace(command.height)) return std::nullopt;
+  const bool isWhole = std::sscanf(text.c_str(), "%lf %lf%c", &command.opening, &command.height, &more) == 2;
+  if (!isWhole || !isPlace(command.opening) || !isPlace(command.height)) return std::nullopt;
   return command;
 }
 
-class Commands {
- public:
-  static tl::expected<std::unique_ptr<Commands>, Failure> open(const std::string& endpoint) {
-    auto commands = std::make_unique<Commands>();
-    try {
-      commands->socket_.bind(endpoint);
-    } catch (const zmq::error_t& error) {
-      const int code = error.num() == EADDRINUSE ? EX_UNAVAILABLE : EX_USAGE;
-      return tl::unexpected(Failure{code, "cannot take commands on " + endpoint + ": " + error.what()});
+/// Returns the oldest command that has come; nothing if none comes in time.
+std::optional<Command> nextCommand(zmq::socket_t& socket, std::chrono::milliseconds timeout) {
+  try {
+    zmq::message_t message;
+    socket.set(zmq::sockopt::rcvtimeo, static_cast<int>(timeout.count()));
+    if (!socket.recv(message)) return std::nullopt;
+    const auto command = parse(message.to_string());
+    if (!command) {
+      std::fputs("traction-twin: a command is two numbers, opening and height in metres, such as 0.042 0.01\n", stderr);
     }
-    return commands;
+    return command;
+  } catch (const zmq::error_t&) {
+    return std::nullopt;  // interrupted by a signal: the twin is about to end
   }
-
-  /// Returns the oldest command that has come; nothing if none comes in time.
-  std::optional<Command> next(std::chrono::milliseconds timeout) {
-    try {
-      zmq::message_t message;
-      socket_.set(zmq::sockopt::rcvtimeo, static_cast<int>(timeout.count()));
-      if (!socket_.recv(message)) return std::nullopt;
-      const auto command = parse(message.to_string_view());
-      if (!command)
-        std::fprintf(stderr,
-                     "traction-twin: a command is two numbers, opening and height in metres, such as 0.042 0.01\n");
-      return command;
-    } catch (const zmq::error_t&) {
-      return std::nullopt;  // interrupted by a signal: the twin is about to end
-    }
-  }
-
- private:
-  zmq::context_t context_{1};
-  zmq::socket_t socket_{context_, zmq::socket_type::pull};
-};
+}
 
 constexpr std::chrono::milliseconds kWait(50), kNoWait(0);
 
@@ -161,10 +140,16 @@ class Fingers {
 
 }  // namespace
 
-tl::expected<void, Failure> serveHand(const Options& options, const Scenario& scenario, HandFilm& film,
-                                      TruthWriter& truth, const std::atomic<bool>& isStopping) {
-  auto commands = Commands::open(options.commands);
-  if (!commands) return tl::unexpected(commands.error());
+tl::expected<void, Error> serveHand(const Options& options, const Scenario& scenario, HandFilm& film,
+                                    TruthWriter& truth, const std::atomic<bool>& isStopping) {
+  zmq::context_t context;
+  zmq::socket_t commands(context, zmq::socket_type::pull);
+  try {
+    commands.bind(options.commands);
+  } catch (const zmq::error_t& error) {
+    return tl::unexpected(Error{error.num() == EADDRINUSE ? EX_UNAVAILABLE : EX_USAGE,
+                                std::string("takes no commands: ") + error.what(), options.commands});
+  }
   const sensor::Camera& size = scenario.sensor.camera;
   const std::array<std::string, 2> addresses = {options.address, options.secondAddress};
   std::array<Finger, 2> opened;
@@ -188,10 +173,10 @@ tl::expected<void, Failure> serveHand(const Options& options, const Scenario& sc
     if (!fingers.areSent()) continue;
     const bool waits = options.lockstep && commanded;
     if (!waits) std::this_thread::sleep_for(std::chrono::duration<double>(fingers.period_s() / 2));
-    std::optional<Command> command = (*commands)->next(waits ? kWait : kNoWait);
-    while (waits && !command && !isOver()) command = (*commands)->next(kWait);
+    std::optional<Command> command = nextCommand(commands, waits ? kWait : kNoWait);
+    while (waits && !command && !isOver()) command = nextCommand(commands, kWait);
     if (!options.lockstep) {
-      while (const auto newer = (*commands)->next(kNoWait)) command = newer;
+      while (const auto newer = nextCommand(commands, kNoWait)) command = newer;
     }
     if (command) {
       commanded = true;

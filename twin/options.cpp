@@ -1,14 +1,13 @@
 #include "twin/options.h"
 
 #include "base/directory.h"
-#include "manual/describe.h"
 #include "manual/number.h"
+#include "manual/parse.h"
 
 #include <CLI/CLI.hpp>
-#include <sysexits.h>
 
 #include <algorithm>
-#include <sstream>
+#include <iostream>
 
 namespace twin {
 
@@ -20,9 +19,8 @@ constexpr const char* kExitCodes = R"(Exit codes (sysexits.h):
   65  the file of raw pictures is not of the scenario's size and format
   66  a file cannot be read
   69  an address is in use, or not this machine's
-  71  the operating system refuses something
   73  a file cannot be created
-  74  a file cannot be read to its end, or written
+  74  a file cannot be written
   78  the scenario is wrong)";
 
 /// Returns share/tractiond/scenarios beside the program's bin directory, in the build as in an installation.
@@ -66,8 +64,8 @@ void addOptions(CLI::App& app, Options& options, std::string& format) {
   app.add_option("--rate", options.rate_hz, "Frames per second, in place of the scenario's")
       ->check(manual::number(1.0, 1000.0));
   app.add_option("--seed", options.seed, "Of the noise")->capture_default_str();
-  app.add_option("--truth", options.truth.file, "File for what is true in each frame, JSON lines")->type_name("FILE");
-  app.add_flag("--truth-markers", options.truth.markers, "With the displacement of every marker [px]");
+  app.add_option("--truth", options.truth, "File for what is true in each frame, JSON lines")->type_name("FILE");
+  app.add_flag("--truth-markers", options.truthMarkers, "With the displacement of every marker [px]");
   auto* const lostRatio = app.add_option("--lost-ratio", options.lostRatio, "Share of the stream's packets to lose");
   lostRatio->check(manual::number(0.0, 1.0));
   app.add_option("--seconds", options.seconds,
@@ -89,38 +87,30 @@ void addOptions(CLI::App& app, Options& options, std::string& format) {
 
 }  // namespace
 
-tl::expected<Options, Failure> parseCommandLine(int argc, const char* const* argv) {
+tl::expected<Options, int> parseCommandLine(int argc, char** argv) {
   Options options;
   std::string format;
   CLI::App app("A gel and a GigE Vision camera that do not exist: serves a scenario's pictures.", "traction-twin");
-  manual::describable(app);
   app.footer([] { return "Shipped scenarios: " + shippedNames() + "\n\n" + kExitCodes; });
   app.set_version_flag("--version", "traction-twin " TRACTION_VERSION);
   addOptions(app, options, format);
-  try {
-    app.parse(argc, argv);
-    // Checked here, so that an unknown word is reported first.
-    if (options.scenario.empty()) throw CLI::RequiredError("a scenario, such as " + shippedNames() + ",");
-  } catch (const CLI::ParseError& error) {
-    std::ostringstream out;
-    const bool isHelp = error.get_exit_code() == 0;
-    if (isHelp) {
-      app.exit(error, out, out);
-      return tl::unexpected(Failure{EX_OK, out.str()});
-    }
-    return tl::unexpected(Failure{EX_USAGE, std::string(error.what()) + "; see traction-twin --help"});
+  if (const auto parsed = manual::parse(app, argc, argv); !parsed) return tl::unexpected(parsed.error());
+  if (options.scenario.empty()) {  // checked here, so that an unknown word is reported first
+    std::cerr << "traction-twin: a scenario, such as " << shippedNames() << ", is required; see traction-twin --help\n";
+    return tl::unexpected(EX_USAGE);
   }
-  if (!format.empty()) options.format = *formatByName(format);
+  options.format = formatByName(format);
   return options;
 }
 
-tl::expected<std::filesystem::path, Failure> findScenario(const std::string& scenario) {
+tl::expected<std::filesystem::path, tractiond::Error> findScenario(const std::string& scenario) {
   const bool isName =
       std::all_of(scenario.begin(), scenario.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; });
   if (!isName) return scenario;
   std::filesystem::path shipped = scenarioDirectory() / (scenario + ".toml");
   if (std::filesystem::exists(shipped)) return shipped;
-  return tl::unexpected(Failure{EX_NOINPUT, "no scenario is called '" + scenario + "'; shipped are " + shippedNames()});
+  return tl::unexpected(
+      tractiond::Error{EX_NOINPUT, "no scenario is called '" + scenario + "'; shipped are " + shippedNames()});
 }
 
 }  // namespace twin

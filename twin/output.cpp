@@ -1,15 +1,23 @@
 #include "twin/output.h"
 
 #include "twin/gv_camera.h"
-#include "twin/picture_writer.h"
 #include "twin/scene_time.h"
+
+#include <fcntl.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
+#include <span>
 #include <thread>
 
 namespace twin {
+
+using tractiond::Error;
+
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -30,8 +38,8 @@ void waitForPause(const Stamp& sent, double period_s) {
 
 }  // namespace
 
-tl::expected<void, Failure> serve(const Options& options, const Scenario& scenario, Film& film, TruthWriter& truth,
-                                  const std::atomic<bool>& isStopping) {
+tl::expected<void, Error> serve(const Options& options, const Scenario& scenario, Film& film, TruthWriter& truth,
+                                const std::atomic<bool>& isStopping) {
   const sensor::Camera& size = scenario.sensor.camera;
   auto camera =
       GvCamera::open({options.address, size.width, size.height, scenario.format, scenario.rate_hz, options.lostRatio});
@@ -86,22 +94,31 @@ tl::expected<void, Failure> serve(const Options& options, const Scenario& scenar
   return {};
 }
 
-tl::expected<void, Failure> writePictures(const Options& options, const Scenario& scenario, Film& film,
-                                          TruthWriter& truth, const std::atomic<bool>& isStopping) {
-  auto writer = PictureWriter::open(options.images, isStopping);
+tl::expected<void, Error> writePictures(const Options& options, const Scenario& scenario, Film& film,
+                                        TruthWriter& truth, const std::atomic<bool>& isStopping) {
+  // A signal ends open() of a pipe without a reader, and write() to a pipe that is full.
   if (isStopping) return {};
-  if (!writer) return tl::unexpected(writer.error());
-  const sensor::Camera& size = scenario.sensor.camera;
+  const bool isStandard = options.images == "-";
+  const int file =
+      isStandard ? STDOUT_FILENO : open(options.images.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  const auto failed = [&](int exitCode) {
+    const std::string where = isStandard ? "standard output" : options.images;
+    return tl::unexpected(Error{exitCode, std::string("pictures cannot be written: ") + std::strerror(errno), where});
+  };
   Shot shot;
   Picture& picture = shot.picture;
   picture.format = scenario.format;
-  picture.pixels.resize(pictureSize(picture.format, size.width, size.height));
+  if (file < 0 && !isStopping) return failed(EX_CANTCREAT);
   for (; !isStopping; ++picture.number) {
     picture.time_s = static_cast<double>(picture.number) / scenario.rate_hz;
     if (options.seconds != 0.0 && picture.time_s >= options.seconds) break;
     film.draw(picture, shot.truth);
     truth.write(shot.truth, {.cameraFrameId = picture.number + 1, .device_ns = 0, .monotonic_ns = 0});
-    if (auto written = (*writer)->write(picture.pixels); !written) return written;
+    for (std::span<const std::uint8_t> left = picture.pixels; !left.empty() && !isStopping;) {
+      const ssize_t written = write(file, left.data(), left.size());
+      if (written < 0 && errno != EINTR) return failed(EX_IOERR);
+      left = left.subspan(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
+    }
   }
   return {};
 }

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <random>
 
@@ -125,31 +126,19 @@ void Renderer::drawBackground(const Optics& optics) {
 
 void Renderer::makeLayers(const sensor::Sensor& sensor, const Optics& optics) {
   const sensor::Projection project(sensor.camera, sensor.gel.size.z());
-  int firstMarker = 0;
-  double largest = 0.0;
-  for (const sensor::MarkerLayer& layer : sensor.layers) firstMarker += layer.count();
-  diameters_.assign(static_cast<std::size_t>(firstMarker), 1.0);
+  diameters_.assign(static_cast<std::size_t>(sensor.markerCount()), 1.0);
   contrasts_ = diameters_;
   drawVariety(optics.variety);
   stretch_ = {1.0 / std::sqrt(sensor.camera.aspect), std::sqrt(sensor.camera.aspect)};
   longest_ = stretch_.maxCoeff() * (ownShapes_ ? kMostShare * (1.0 + elongation_) : 1.0);
   if (sensor.body) foreshorten(sensor, project);
-  firstMarker = 0;
+  int firstMarker = 0, widest = 0;
   for (const sensor::MarkerLayer& layer : sensor.layers) {
-    const double radius = faceOnRadius(layer, project);
-    layers_.push_back(makeLayer(layer, firstMarker, radius, optics));
+    layers_.push_back(makeLayer(layer, firstMarker, faceOnRadius(layer, project), optics));
     firstMarker += layer.count();
-    largest = std::max(largest, longest_ * radius);
+    widest = std::max(widest, layers_.back().patch);
   }
-  int widest = 0;
-  for (const Layer& layer : layers_) widest = std::max(widest, layer.patch);
   patch_.resize(static_cast<std::size_t>(widest) * static_cast<std::size_t>(widest));
-
-  cell_px_ = std::max(8.0, 2.0 * largest);
-  cellColumns_ = static_cast<int>(width_ / cell_px_) + 3;
-  cellRows_ = static_cast<int>(height_ / cell_px_) + 3;
-  firstInCell_.resize(static_cast<std::size_t>(cellColumns_ * cellRows_));
-  nextInCell_.resize(static_cast<std::size_t>(firstMarker));
 }
 
 void Renderer::makeNoise() {
@@ -175,19 +164,16 @@ std::vector<Strip> Renderer::stretched(std::vector<Strip> region) const {
 
 Renderer::Layer Renderer::makeLayer(const sensor::MarkerLayer& layer, int firstMarker, double radius_px,
                                     const Optics& optics) const {
-  Layer made{firstMarker, layer.count(), layer.depth, radius_px, {}, 0, false, {}};
+  Layer made{firstMarker, layer.count(), layer.depth, radius_px, {}, 0, {}};
   const bool inAll = layer.colour == sensor::Colour::kGrey || traitsOf(format_).order == FormatTraits::Order::kGrey;
   const float sign = layer.darker ? -1.0F : 1.0F;
   made.weight.fill(sign * (inAll ? 1.0F : static_cast<float>(optics.crossTalk)));
   if (!inAll) made.weight[channelOf(layer.colour)] = sign;
 
-  const double reach = longest_ * radius_px + blur_.reach(), half = std::ceil(reach);
-  const int picture = std::max(width_, height_);
-  made.coversPicture = 2.0 * half + 2.0 > std::max(picture, kLargestStamp);
-  made.patch = made.coversPicture ? picture : 2 * static_cast<int>(half) + 2;
-  if (ownShapes_ || made.coversPicture) return made;
+  const double reach = longest_ * radius_px + blur_.reach();
+  made.patch = 2 * static_cast<int>(std::ceil(reach)) + 2;
   const int stamp = (2 * static_cast<int>(reach) + 2 + kLanes - 1) / kLanes * kLanes;
-  if (stamp > kLargestStamp) return made;
+  if (ownShapes_ || stamp > kLargestStamp) return made;
   made.patch = stamp;
   made.stamps = makeStamps(radius_px, stamp);
   return made;
@@ -209,13 +195,11 @@ std::vector<float> Renderer::makeStamps(double radius_px, int patch) const {
 }
 
 Eigen::Vector2i Renderer::corner(const Layer& layer, const Eigen::Vector2d& centre) const {
-  if (layer.coversPicture) return Eigen::Vector2i::Zero();
   return centre.array().floor().matrix().cast<int>().array() - (layer.patch / 2 - 1);
 }
 
 bool Renderer::isInSight(const Layer& layer, const Eigen::Vector2d& centre) const {
-  const double margin =
-      layer.coversPicture ? longest_ * layer.radius_px + blur_.reach() : 0.5 * static_cast<double>(layer.patch);
+  const double margin = 0.5 * layer.patch;
   return centre.x() > -margin && centre.x() < width_ + margin && centre.y() > -margin && centre.y() < height_ + margin;
 }
 
@@ -238,7 +222,7 @@ void Renderer::prepareDust(const std::vector<Speck>& dust) {
 
 void Renderer::render(const Eigen::Matrix2Xd& markers_px, std::uint32_t seed, std::span<std::uint8_t> picture,
                       double brightness) {
-  assert(picture.size() == pictureSize() && markers_px.cols() == static_cast<Eigen::Index>(nextInCell_.size()));
+  assert(picture.size() == pictureSize() && markers_px.cols() == std::ssize(diameters_));
   std::copy(background_.begin(), background_.end(), light_.begin());
   for (const Layer& layer : layers_) {
     for (int i = layer.firstMarker; i < layer.firstMarker + layer.count; ++i) {
@@ -386,40 +370,19 @@ void Renderer::addPiece(const Layer& layer, int left, int v, int count, const fl
   for (int i = 0; i < count; ++i) line[i] = limited(line[i] + added[i]);
 }
 
-void Renderer::sortIntoCells(const Eigen::Matrix2Xd& markers_px) {
-  std::fill(firstInCell_.begin(), firstInCell_.end(), -1);
-  for (Eigen::Index marker = 0; marker < markers_px.cols(); ++marker) {
-    const Eigen::Vector2d centre = (markers_px.col(marker) / cell_px_).array() + 1.0;
-    if (!(centre.x() >= 0 && centre.x() < cellColumns_ && centre.y() >= 0 && centre.y() < cellRows_)) continue;
-    int& first = firstInCell_[static_cast<int>(centre.y()) * cellColumns_ + static_cast<int>(centre.x())];
-    nextInCell_[marker] = first;
-    first = static_cast<int>(marker);
-  }
-}
-
 void Renderer::hideBehindNearer(const Eigen::Matrix2Xd& markers_px) {
-  sortIntoCells(markers_px);
-  const auto visit = [&](const Layer& layer, int marker, int cell) {
-    for (int other = firstInCell_[cell]; other >= 0; other = nextInCell_[other]) {
+  for (const Layer& layer : layers_) {
+    for (int marker = layer.firstMarker; marker < layer.firstMarker + layer.count; ++marker) {
+      const Eigen::Vector2d centre = markers_px.col(marker);
+      if (!isInSight(layer, centre)) continue;
       for (const Layer& nearer : layers_) {
-        if (nearer.depth <= layer.depth || other < nearer.firstMarker || other >= nearer.firstMarker + nearer.count)
-          continue;
-        const double distance = (markers_px.col(other) - markers_px.col(marker)).cwiseQuotient(stretch_).norm();
-        if (distance < radiusOf(layer, marker) + radiusOf(nearer, other)) {
-          hide(layer, marker, markers_px.col(marker), radiusOf(nearer, other), markers_px.col(other));
-        }
-      }
-    }
-  };
-  for (int row = 0; row < cellRows_; ++row) {
-    for (int column = 0; column < cellColumns_; ++column) {
-      for (int marker = firstInCell_[row * cellColumns_ + column]; marker >= 0; marker = nextInCell_[marker]) {
-        const Layer& layer = *std::find_if(layers_.begin(), layers_.end(), [&](const Layer& candidate) {
-          return marker < candidate.firstMarker + candidate.count;
-        });
-        for (int y = std::max(0, row - 1); y <= std::min(cellRows_ - 1, row + 1); ++y) {
-          for (int x = std::max(0, column - 1); x <= std::min(cellColumns_ - 1, column + 1); ++x) {
-            visit(layer, marker, y * cellColumns_ + x);
+        if (nearer.depth <= layer.depth) continue;
+        for (int other = nearer.firstMarker; other < nearer.firstMarker + nearer.count; ++other) {
+          const double reach = radiusOf(layer, marker) + radiusOf(nearer, other);
+          const Eigen::Vector2d apart = markers_px.col(other) - centre;
+          if (!(std::abs(apart.x()) < reach * stretch_.x())) continue;
+          if (apart.cwiseQuotient(stretch_).norm() < reach) {
+            hide(layer, marker, centre, radiusOf(nearer, other), markers_px.col(other));
           }
         }
       }

@@ -53,8 +53,6 @@ class Renderer {
     double depth, radius_px;
     std::array<float, 3> weight;  ///< per channel red, green, blue
     int patch;                    ///< side of the square in which a marker is drawn [px]
-    /// The square is the whole picture (its larger side), and does not move with the marker.
-    bool coversPicture;
     /// The blurred marker for each phase of its centre between two pixels; empty: each is drawn by itself.
     std::vector<float> stamps;
   };
@@ -83,7 +81,6 @@ class Renderer {
             const Eigen::Vector2d& nearer_px);
   void add(const Layer& layer, int left, int top, int row, const float* brightness);
   void addPiece(const Layer& layer, int left, int v, int count, const float* brightness);
-  void sortIntoCells(const Eigen::Matrix2Xd& markers_px);
   void prepareDust(const std::vector<Speck>& dust);
   void dim(double brightness);
   template <int kDown, int kUp, typename Sample>
@@ -116,11 +113,6 @@ class Renderer {
   std::vector<float> patch_;
   std::vector<Shade> shades_;        ///< of all dust
   std::vector<std::uint16_t> deep_;  ///< samples of more than 8 bits
-
-  // Markers sorted into square cells of the picture and of one cell more on each side, to find overlaps.
-  double cell_px_;
-  int cellColumns_, cellRows_;
-  std::vector<int> firstInCell_, nextInCell_;
 };
 
 }  // namespace twin

@@ -22,7 +22,7 @@ constexpr double kMillimetres = 1e3;  // per metre
 void readStream(TomlTable& table, Scenario& scenario) {
   std::string name = traitsOf(scenario.format).name;
   table.read("pixel_format", name);
-  if (const Format* format = formatByName(name)) {
+  if (const auto format = formatByName(name)) {
     scenario.format = *format;
   } else {
     table.fail("pixel_format", "must be one of " + formatNames());
@@ -60,33 +60,6 @@ void readOptics(TomlTable& table, Optics& optics) {
     entry.read("radius_px", speck.radius_px, {0.2, 10});
     optics.dust.push_back(speck);
   }
-}
-
-/// Reads the time within the period during which an event holds; always by default.
-template <typename Event>
-void readWhile(TomlTable& table, Event& event) {
-  event.from_s = 0.0;
-  event.to_s = 1e9;
-  table.read("from_s", event.from_s, {0, 1e6});
-  table.read("to_s", event.to_s, {0, 1e6});
-  if (event.to_s <= event.from_s) table.fail("to_s", "must be after from_s");
-}
-
-Defocus readDefocus(TomlTable& table, const Optics& optics) {
-  Defocus defocus{optics.blur_px, 0.0, 0.0};
-  table.read("blur_px", defocus.blur_px, {0, 5});
-  readWhile(table, defocus);
-  return defocus;
-}
-
-Tear readTear(TomlTable& table, const sensor::Camera& camera) {
-  Tear tear{};
-  tear.row = camera.height / 2;
-  table.read("row", tear.row, {0, camera.height - 1.0});
-  table.read("lag_s", tear.lag_s, {0, 1e6});
-  table.read("shift_px", tear.shift_px, {1.0 - camera.width, camera.width - 1.0});
-  readWhile(table, tear);
-  return tear;
 }
 
 /// Reads a quantity at each key time. A single value holds for all times.
@@ -141,13 +114,13 @@ Contact readContact(TomlTable& table, const sensor::Gel& gel, const std::optiona
   return contact;
 }
 
-CreepTerm readCreep(TomlTable& table) {
-  CreepTerm term;
+sensor::CreepTerm readCreep(TomlTable& table) {
+  sensor::CreepTerm term;
   for (const char* key : {"share", "time_s"}) {
     if (!table.has(key)) table.fail(key, "is missing");
   }
   table.read("share", term.share, {0, 10});
-  table.read("time_s", term.time, {1e-3, 1e6});
+  table.read("time_s", term.time_s, {1e-3, 1e6});
   return term;
 }
 
@@ -161,8 +134,10 @@ void readWarmth(TomlTable& table, Warmth& warmth) {
 }
 
 Absence readAbsence(TomlTable& table, int markerCount) {
-  Absence absence{};
-  readWhile(table, absence);
+  Absence absence{.markers = {}, .from_s = 0.0, .to_s = 1e9};
+  table.read("from_s", absence.from_s, {0, 1e6});
+  table.read("to_s", absence.to_s, {0, 1e6});
+  if (absence.to_s <= absence.from_s) table.fail("to_s", "must be after from_s");
   if (table.has("markers") == table.has("fraction")) table.fail("markers", "or fraction must be given, and not both");
   std::vector<double> markers;
   table.read("markers", markers, {0.0, markerCount - 1.0});
@@ -237,6 +212,16 @@ void readHand(TomlTable& root, Scenario& scenario) {
   }
 }
 
+/// Returns the last of the times that is not after `time_s`, the first if there is none, and the share of the way from
+/// it to the next; 0 outside of the times.
+std::pair<std::size_t, double> placeIn(const std::vector<double>& times, double time_s) {
+  const auto after = std::upper_bound(times.begin(), times.end(), time_s);
+  if (after == times.begin()) return {0, 0.0};
+  const auto index = static_cast<std::size_t>(after - times.begin()) - 1;
+  if (after == times.end()) return {index, 0.0};
+  return {index, (time_s - times[index]) / (times[index + 1] - times[index])};
+}
+
 /// Reads a gel file for the pictures: what it knows of its creep is what the gel does, unless the scenario says.
 tl::expected<void, FileError> takeGel(const std::string& path, Scenario& scenario) {
   auto sensor = sensor::loadGel(path);
@@ -251,7 +236,7 @@ tl::expected<void, FileError> takeGel(const std::string& path, Scenario& scenari
     return tl::unexpected(error);
   }
   scenario.sensor = *std::move(sensor);
-  for (const sensor::CreepTerm& term : scenario.sensor.creep) scenario.creep.push_back({term.share, term.time_s});
+  scenario.creep = scenario.sensor.creep;
   return {};
 }
 
@@ -297,12 +282,6 @@ tl::expected<Scenario, FileError> read(tl::expected<TomlTable, FileError> root, 
   for (TomlTable& table : root->tables("missing")) {
     scenario.absences.push_back(readAbsence(table, scenario.sensor.markerCount()));
   }
-  for (TomlTable& table : root->tables("defocus")) {
-    scenario.defocuses.push_back(readDefocus(table, scenario.optics));
-  }
-  for (TomlTable& table : root->tables("tears")) {
-    scenario.tears.push_back(readTear(table, scenario.sensor.camera));
-  }
   readHand(*root, scenario);
   root->read("period_s", scenario.period_s, {0.1, 1e6});
   if (auto done = root->finish(); !done) return tl::unexpected(done.error());
@@ -312,25 +291,18 @@ tl::expected<Scenario, FileError> read(tl::expected<TomlTable, FileError> root, 
 }  // namespace
 
 ContactState Contact::at(double time_s) const {
-  const auto after = std::upper_bound(times.begin(), times.end(), time_s);
   if (states.empty()) return {};
-  if (after == times.begin()) return states.front();
-  if (after == times.end()) return states.back();
-  const auto next = static_cast<std::size_t>(after - times.begin());
-  const ContactState &a = states[next - 1], &b = states[next];
-  const double f = (time_s - times[next - 1]) / (times[next] - times[next - 1]);
+  const auto [index, f] = placeIn(times, time_s);
+  const ContactState& a = states[index];
+  if (f == 0.0) return a;
+  const ContactState& b = states[index + 1];
   return {a.position + f * (b.position - a.position), a.force + f * (b.force - a.force),
           a.torque + f * (b.torque - a.torque)};
 }
 
 double Warmth::at(double time_s) const {
-  const auto after = std::upper_bound(times.begin(), times.end(), time_s);
-  if (rise.empty()) return 0.0;
-  if (after == times.begin()) return rise.front();
-  if (after == times.end()) return rise.back();
-  const auto next = static_cast<std::size_t>(after - times.begin());
-  const double share = (time_s - times[next - 1]) / (times[next] - times[next - 1]);
-  return rise[next - 1] + share * (rise[next] - rise[next - 1]);
+  const auto [index, f] = placeIn(times, time_s);
+  return f == 0.0 ? rise[index] : rise[index] + f * (rise[index + 1] - rise[index]);
 }
 
 void Resultant::add(const ContactState& contact) {

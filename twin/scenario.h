@@ -3,7 +3,6 @@
 
 #include "base/toml_table.h"
 #include "sensor/sensor.h"
-#include "twin/creep.h"
 #include "twin/format.h"
 #include "twin/hand.h"
 #include "twin/optics.h"
@@ -50,20 +49,6 @@ struct Absence {
   double from_s, to_s;       ///< scenario times; `to_s` is excluded
 };
 
-/// A lens that is out of focus for some time.
-struct Defocus {
-  double blur_px;       ///< replaces Optics::blur_px
-  double from_s, to_s;  ///< as in Absence
-};
-
-/// Inconsistent pictures: rows from `row` on are from an earlier time, or shifted.
-struct Tear {
-  int row = 240;                    ///< first row, counted from 0
-  double lag_s = 0.0;               ///< by how much the rows are older; not older than the start of the period
-  int shift_px = 0;                 ///< to the right; columns that leave the picture reappear on the left
-  double from_s = 0.0, to_s = 0.0;  ///< as in Absence
-};
-
 /// Temperature of the gel and its mount over time.
 struct Warmth {
   std::vector<double> times = {0.0};  ///< [s], ascending
@@ -73,7 +58,7 @@ struct Warmth {
   double scale = 0.0;                                  ///< change of the picture's size about the principal point [1/K]
   double roll = 0.0;  ///< of the picture about the principal point, u towards v [rad/K]
 
-  /// Returns the rise at a time [K]: linear between the times, constant before and after; 0 if there are no times.
+  /// Returns the rise at a time [K]: linear between the times, constant before and after.
   double at(double time_s) const;
 };
 
@@ -84,11 +69,9 @@ struct Scenario {
   Optics optics;
   double period_s = 1.0;  ///< the scenario repeats after this time
   std::vector<Contact> contacts;
-  std::vector<CreepTerm> creep;
+  std::vector<sensor::CreepTerm> creep;  ///< of which shares and times count
   Warmth warmth;
   std::vector<Absence> absences;
-  std::vector<Defocus> defocuses;
-  std::vector<Tear> tears;
   /// A gripper; `contacts` are then the pressures of RoundContact::radii() on one finger, at the ends of their reach.
   std::optional<HandOptions> hand;
 };

@@ -1,7 +1,5 @@
 #include "twin/truth_writer.h"
 
-#include <sysexits.h>
-
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -58,28 +56,24 @@ std::string toJson(const Truth& truth, const Stamp& stamp, bool withMarkers) {
   }
   text += R"(],"missing":)" + list(truth.missing, "%.0f");
   if (truth.rise_K != 0.0) text += R"(,"rise_K":)" + number(truth.rise_K);
-  if (truth.torn) text += R"(,"torn":true)";
   if (truth.finger) text += R"(,"finger":)" + std::to_string(*truth.finger) + R"(,"hand":)" + toJson(truth.hand);
   if (withMarkers) text += R"(,"displacement_px":)" + list(truth.displacement_px.reshaped(), "%.4f");
   return text + "}";
 }
 
-tl::expected<std::unique_ptr<TruthWriter>, Failure> TruthWriter::open(const TruthOptions& options) {
-  auto writer = std::unique_ptr<TruthWriter>(new TruthWriter);
-  writer->markers_ = options.markers;
-  if (!options.file.empty()) {
-    writer->file_.reset(std::fopen(options.file.c_str(), "w"));
-    if (!writer->file_) {
-      return tl::unexpected(
-          Failure{EX_CANTCREAT, "cannot write the truth to " + options.file.string() + ": " + std::strerror(errno)});
-    }
-  }
-  return writer;
+tl::expected<TruthWriter, tractiond::Error> TruthWriter::open(const std::filesystem::path& file, bool withMarkers) {
+  TruthWriter writer;
+  writer.withMarkers_ = withMarkers;
+  if (file.empty()) return writer;
+  writer.file_.reset(std::fopen(file.c_str(), "w"));
+  if (writer.file_) return writer;
+  return tl::unexpected(
+      tractiond::Error{EX_CANTCREAT, std::string("cannot be written: ") + std::strerror(errno), file});
 }
 
 void TruthWriter::write(const Truth& truth, const Stamp& stamp) {
   if (!file_) return;
-  std::fprintf(file_.get(), "%s\n", toJson(truth, stamp, markers_).c_str());
+  std::fprintf(file_.get(), "%s\n", toJson(truth, stamp, withMarkers_).c_str());
   std::fflush(file_.get());
 }
 

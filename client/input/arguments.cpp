@@ -1,7 +1,6 @@
 #include "client/input/arguments.h"
 
 #include "client/touch/source.h"
-#include "manual/describe.h"
 #include "manual/parse.h"
 
 #include <CLI/CLI.hpp>
@@ -43,7 +42,6 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   contacts::addSource(app, words, "name of a tractiond on this machine", nullptr);
   app.set_version_flag("--version", "traction-input " TRACTION_VERSION);
   app.footer(kExitCodes);
-  manual::describable(app);
   if (const auto parsed = manual::parse(app, argc, argv); !parsed) return tl::unexpected(parsed.error());
   if (arguments.profile.empty() && arguments.taught.empty()) {
     std::cerr << "traction-input: --profile is missing, or --teach; see traction-input --help\n";

@@ -1,7 +1,6 @@
 #include "client/touch/arguments.h"
 
 #include "client/touch/source.h"
-#include "manual/describe.h"
 #include "manual/parse.h"
 
 #include <CLI/CLI.hpp>
@@ -37,7 +36,6 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   app.add_option("--runtime", arguments.runtime, "directory of the sockets")->type_name("DIR");
   app.set_version_flag("--version", "traction-touch " TRACTION_VERSION);
   app.footer(kExitCodes);
-  manual::describable(app);
   if (const auto parsed = manual::parse(app, argc, argv); !parsed) return tl::unexpected(parsed.error());
   arguments.source = sourceOf(words);
   return arguments;

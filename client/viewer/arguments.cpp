@@ -1,7 +1,6 @@
 #include "client/viewer/arguments.h"
 
 #include "client/files/keys.h"
-#include "manual/describe.h"
 #include "manual/parse.h"
 #include "proto/traction/v1/endpoints.h"
 
@@ -137,7 +136,6 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   CLI::App app("Shows what tractiond measures in a browser.", "traction-view");
   app.set_version_flag("--version", "traction-view " TRACTION_VERSION);
   app.footer(kExitCodes);
-  manual::describable(app);
   addSources(app, line);
   addServer(app, line);
   if (const auto parsed = manual::parse(app, argc, argv); !parsed) return tl::unexpected(parsed.error());

@@ -1,6 +1,5 @@
 #include "daemon/app/arguments.h"
 
-#include "manual/describe.h"
 #include "manual/number.h"
 #include "manual/parse.h"
 
@@ -64,7 +63,6 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
       ->check(manual::number(0.0, 1e6));
   app.set_version_flag("--version", std::string("tractiond " TRACTIOND_VERSION));
   app.footer(kExitCodes);
-  manual::describable(app);
   if (const auto parsed = manual::parse(app, argc, argv); !parsed) return tl::unexpected(parsed.error());
   arguments.replay.ownGel = !places.config.empty();
   return arguments;

@@ -259,8 +259,8 @@ void run(const Options& options) {
   const Job job(options, seen.markerCount());
 
   std::unique_ptr<solve::FieldSolver> solver = expect(solve::makeSolver(sensor, config.solve, options.state)).solver;
-  const twin::Format* format = twin::formatByName(options.format);
-  if (format == nullptr) fail("no format " + options.format + ", but " + twin::formatNames());
+  const auto format = twin::formatByName(options.format);
+  if (!format) fail("no format " + options.format + ", but " + twin::formatNames());
   Eye eye(seen, options.optics, options.seed, *format);
   if (!job.scatter.empty()) eye.scatter(Eigen::Map<const sensor::Points>(job.scatter.data(), 3, job.markers));
   const Eigen::Matrix2Xd rest = eye.project(eye.rest(), {});

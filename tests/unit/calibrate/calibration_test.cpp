@@ -263,7 +263,7 @@ class CreepingGel : public CalibrationTest {
     return result && !*result ? result->error() : "nothing was refused";
   }
 
-  twin::Creep creep_{{{.share = 0.02, .time = 1.0}, {.share = 0.03, .time = 10.0}}, 1};
+  twin::Creep creep_{{{.share = 0.02, .time_s = 1.0}, {.share = 0.03, .time_s = 10.0}}, 1};
   double time_s_ = 0.0;
 };
 

@@ -10,7 +10,7 @@ namespace tractiond::calibrate {
 namespace {
 
 /// Amounts by which a load displaces a gel that creeps as the twin's does: put on at 2 s, and taken away.
-std::vector<LoadReading> readings(const std::vector<twin::CreepTerm>& terms, double held_s, double released_s,
+std::vector<LoadReading> readings(const std::vector<sensor::CreepTerm>& terms, double held_s, double released_s,
                                   double noise = 0.0, unsigned seed = 1) {
   constexpr double kInterval_s = 1.0 / 60, kOn_s = 2.0, kWay_s = 0.2;
   std::mt19937 generator(seed);
@@ -44,7 +44,7 @@ double grown(const std::vector<sensor::CreepTerm>& terms, double time_s) {
 
 TEST(CreepFit, AGelThatCreepsAtOtherTimesIsFollowedAsLongAsTheLoadStayed) {
   const auto found =
-      fitCreep(readings({{.share = 0.02, .time = 1.0}, {.share = 0.03, .time = 20.0}}, 60.0, 60.0), 60.0);
+      fitCreep(readings({{.share = 0.02, .time_s = 1.0}, {.share = 0.03, .time_s = 20.0}}, 60.0, 60.0), 60.0);
   ASSERT_TRUE(found);
   for (const double time_s : {0.5, 1.0, 3.0, 10.0, 60.0}) {
     const double is = -0.02 * std::expm1(-time_s) - 0.03 * std::expm1(-time_s / 20.0);
@@ -61,7 +61,7 @@ TEST(CreepFit, NoCreepIsFoundWhereThereIsNone) {
 }
 
 TEST(CreepFit, WhatTheLoadWasTooShortForIsUncertain) {
-  const auto found = fitCreep(readings({{.share = 0.03, .time = 20.0}}, 60.0, 60.0, 1e-3), 60.0);
+  const auto found = fitCreep(readings({{.share = 0.03, .time_s = 20.0}}, 60.0, 60.0, 1e-3), 60.0);
   ASSERT_TRUE(found);
   sensor::Sensor sensor;
   sensor.creep = found->terms;

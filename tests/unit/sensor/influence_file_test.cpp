@@ -161,7 +161,7 @@ TEST_F(InfluenceFile, EveryFaultIsNamed) {
        "influence has a shape that its size contradicts"},
       {"influence", npz::array(">f8", "12, 18", npz::bytesOf(counted(216))), "influence is of type >f8"},
       {"influence", "nonsense", "influence is no NumPy array"},
-      {"influence", std::string("\x93NUMPY\x02\x00\xff\xff\xff\xff{", 13), "influence is cut short in its header"},
+      {"influence", std::string("\x93NUMPY\x01\x00\xff\xff{  ", 13), "influence is cut short in its header"},
       {"node_positions", npz::numbers("3, 6", counted(18)),
        "node_positions has the shape (3, 6) and not (any number, 3)"},
       {"node_normals", npz::numbers("6, 3", normals), "node_normals[2] has the length"},

@@ -43,29 +43,6 @@ TEST(Projection, PaperScaleAndHandedness) {
   EXPECT_GT(project({10e-3, 0, 8e-3}).x(), project({10e-3, 0, 6e-3}).x());
 }
 
-TEST(Projection, RotationTurnsThePicture) {
-  // A camera turned by +angle about its optical axis, Z: the picture turns with the rotation vector's sense, from u to
-  // v.
-  Camera camera;
-  camera.rotation = {0, 0, 0.1};
-  const Eigen::Vector2d pixel = Projection(camera, kThickness)({10e-3, 0, 7e-3}) - camera.principal_px;
-  EXPECT_NEAR(std::atan2(pixel.y(), pixel.x()), 0.1, 1e-12);
-  // About X by +angle: what was on the axis moves to -v.
-  camera.rotation = {0.1, 0, 0};
-  EXPECT_NEAR(Projection(camera, kThickness)({0, 0, 7e-3}).y(), 239.5 - 960 * std::tan(0.1), 1e-9);
-}
-
-TEST(Projection, RadialDistortionScalesTheDistanceFromThePrincipalPoint) {
-  Camera camera;
-  camera.k1 = -0.2;
-  camera.k2 = 0.5;
-  const Eigen::Vector3d point(30e-3, -20e-3, 7e-3);
-  const Eigen::Vector2d straight = Projection(Camera{}, kThickness)(point) - camera.principal_px;
-  const Eigen::Vector2d distorted = Projection(camera, kThickness)(point) - camera.principal_px;
-  const double r2 = (0.03 * 0.03 + 0.02 * 0.02) / (0.15 * 0.15);
-  EXPECT_TRUE(distorted.isApprox((1 - 0.2 * r2 + 0.5 * r2 * r2) * straight, 1e-12));
-}
-
 TEST(Projection, RefractionObeysSnell) {
   const Camera camera = awkwardCamera();
   const Projection project(camera, kThickness);
@@ -195,18 +172,6 @@ TEST(Projection, WhatCurvedWindowsHideIsNoNumber) {
   EXPECT_FALSE(project({0, 0, 5e-3}).allFinite()) << "in the bone";
   EXPECT_FALSE(project({9e-3, 0, 11e-3}).allFinite()) << "above the half that is towards lower z";
   EXPECT_FALSE(project({0, 0, 20e-3}).allFinite()) << "behind the camera";
-}
-
-TEST(Projection, AspectScalesVAfterTheDistortion) {
-  Camera camera = awkwardCamera();
-  const Projection square(camera, kThickness);
-  camera.aspect = 1.035;
-  const Projection project(camera, kThickness);
-  for (const Eigen::Vector3d& point : somePoints()) {
-    const Eigen::Vector2d expected = square(point) - camera.principal_px, found = project(point) - camera.principal_px;
-    EXPECT_NEAR(found.x(), expected.x(), 1e-12);
-    EXPECT_NEAR(found.y(), 1.035 * expected.y(), 1e-12);
-  }
 }
 
 /// The picture's motion is that of a camera that turns, of a longer lens, of a sensor that is shifted.

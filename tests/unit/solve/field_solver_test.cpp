@@ -256,7 +256,7 @@ TEST_F(FieldSolverTest, WhatActsBeyondTheNodesIsPublishedAtTheNearest) {
   ASSERT_TRUE(forces_.centreOfPressureValid);
   EXPECT_NEAR(forces_.centreOfPressure_m[0], at.x(), 0.5e-3);
   EXPECT_NEAR(forces_.centreOfPressure_m[1], at.y(), 0.5e-3);
-  EXPECT_LT(forces_.centreOfPressure_m[0], sensor_.nodes.position(0, 0).x() - 0.5e-3);
+  EXPECT_LT(forces_.centreOfPressure_m[0], sensor::nodePositions(sensor_.nodes)(0, 0) - 0.5e-3);
   ASSERT_GE(forces_.contactCount, 1);
   EXPECT_NEAR(forces_.contacts[0].position_m[0], at.x(), 0.5e-3);
 }

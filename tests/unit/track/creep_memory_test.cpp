@@ -30,7 +30,7 @@ class Gel {
   }
 
  private:
-  twin::Creep creep_{{{.share = 0.02, .time = 1.0}, {.share = 0.03, .time = 20.0}}, 1};
+  twin::Creep creep_{{{.share = 0.02, .time_s = 1.0}, {.share = 0.03, .time_s = 20.0}}, 1};
 };
 
 TEST(CreepMemory, TakesOffWhatEarlierLoadsStillDisplaceWheneverFramesCome) {

@@ -14,7 +14,7 @@ sensor::Points one(double value) {
 TEST(Creep, ARampIsFollowedExactlyWhateverTheSteps) {
   constexpr double kTau = 2.0;
   for (const double step : {0.5, 0.1, 0.01}) {
-    Creep creep({{.share = 0.3, .time = kTau}}, 1);
+    Creep creep({{.share = 0.3, .time_s = kTau}}, 1);
     const int steps = static_cast<int>(std::lround(4.0 / step));
     for (int i = 0; i <= steps; ++i) creep.advance(i * step, one(i * step));
     // dh/dt = (t - h) / tau: h = t - tau (1 - exp(-t / tau)).
@@ -24,7 +24,7 @@ TEST(Creep, ARampIsFollowedExactlyWhateverTheSteps) {
 }
 
 TEST(Creep, TermsAddUpAndGoBackAfterTheLoad) {
-  Creep creep({{.share = 0.1, .time = 0.5}, {.share = 0.05, .time = 5.0}}, 1);
+  Creep creep({{.share = 0.1, .time_s = 0.5}, {.share = 0.05, .time_s = 5.0}}, 1);
   creep.advance(0.0, one(0.0));
   creep.advance(1e-9, one(1.0));
   EXPECT_NEAR(creep.now()(2, 0), 0.0, 1e-8);

@@ -42,7 +42,6 @@ torque_n_mm = [0, 4, 0]
   EXPECT_EQ(contact.radius, 4e-3);
   EXPECT_FALSE(contact.at(1.0).isLoaded());
   EXPECT_FALSE(twin::Contact{}.at(1.0).isLoaded());
-  EXPECT_EQ((twin::Warmth{.times = {}, .rise = {}}.at(1.0)), 0.0);
   const twin::ContactState middle = contact.at(2.25);
   EXPECT_NEAR(middle.position.x(), 2.5e-3, 1e-15);
   EXPECT_NEAR(middle.position.y(), -3e-3, 1e-15);
@@ -63,7 +62,7 @@ TEST(Scenario, ResultantIsAboutTheOrigin) {
 TEST(Scenario, OfAGelThatCreepsNobodyIsAskedHowWellThatIsKnown) {
   const Scenario scenario = parsed("[[creep]]\nshare = 0.02\ntime_s = 3\n");
   ASSERT_EQ(scenario.creep.size(), 1U);
-  EXPECT_EQ(scenario.creep[0].time, 3.0);
+  EXPECT_EQ(scenario.creep[0].time_s, 3.0);
 }
 
 TEST(Scenario, AbsencesAreListedOrDrawn) {
