@@ -12,7 +12,8 @@ namespace lens {
 
 /// Reads a PNG, TIFF or JPEG picture as 8 bits, grey or BGR, without applying a JPEG's orientation. Deeper samples are
 /// scaled so that the brightest becomes 255. The error names the file: EX_NOINPUT if it cannot be read, EX_DATAERR if
-/// it is damaged, has a side above 16384 px, or is not of the expected size. Damage inside a JPEG or TIFF may stay
+/// it is damaged, of another type, has a side above 16384 px or would need more than 512 MiB of memory, or is not of
+/// the expected size, all of which its header tells before anything is decoded. Damage inside a JPEG or TIFF may stay
 /// undetected. Turns off OpenCV's log in this process. Reentrant. \param expected that of the gel file's camera; empty:
 /// any
 tl::expected<cv::Mat, tractiond::Error> readPicture(const std::string& path, cv::Size expected = {});

@@ -233,6 +233,13 @@ TEST_F(CalibrateCommand, RefusesABoardOfAnotherSize) {
   }
 }
 
+TEST_F(CalibrateCommand, RefusesInnerCornersForSquares) {
+  options.board = {8, 5, 10e-3};
+  const Done done = calibrate(options);
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().size(), options.pictures.size());  // each by its name
+}
+
 TEST_F(CalibrateCommand, RefusesABlurredPicture) {
   constexpr double kBlur_px = 4.0;
   cv::Mat picture;
@@ -295,6 +302,15 @@ TEST_F(CalibrateCommand, NamesEveryPictureThatDoesNotServe) {
   EXPECT_EQ(done.error()[1].where, options.pictures[5]);
   EXPECT_EQ(done.error()[1].exitCode, EX_NOINPUT);
   EXPECT_EQ(content(options.output), "what was there");
+}
+
+TEST_F(CalibrateCommand, RefusesAGelFileOfAnotherCamera) {
+  options.gel = path("in.toml");
+  sensor::Sensor other;
+  other.camera.width = 1280;
+  other.camera.height = 1024;
+  write(options.gel, sensor::gelText(other));
+  expectRefused(options.gel, "has a camera of 1280 x 1024 px");
 }
 
 TEST_F(CalibrateCommand, SaysWhenItCannotWrite) {
