@@ -77,7 +77,8 @@ def read(path):
             _number(table, name, "diameter_mm", 0.01, 100)
             _number(table, name, "scatter_mm", 0, 100, 0)
             _number(table, name, "least_mm", 0, 100, 0)
-            _number(table, name, "seed", 0, 2**53, 0)
+            if _number(table, name, "seed", 0, 2**53, 0) != math.floor(table.get("seed", 0)):
+                raise Problem(f"{name}seed is {table['seed']!r}: it must be a whole number")
             if not isinstance(table.get("any_order", False), bool):
                 raise Problem(f"{name}any_order is {table['any_order']!r}: it must be true or false")
             _list(table, name, "positions_mm", (table["columns"] * table["rows"], 3))
@@ -125,7 +126,7 @@ def _number(table, name, key, least, most, default=None):
     value = table.get(key, default)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not least <= value <= most:
         raise Problem(f"{name}{key} is {value!r}: it must be a number from {least:g} to {most:g}")
-    if key in ("columns", "rows", "seed") and value != math.floor(value):
+    if key in ("columns", "rows") and value != math.floor(value):
         raise Problem(f"{name}{key} is {value!r}: it must be a whole number")
     return value
 

@@ -54,9 +54,9 @@ def compute(task, folder, say):
         box = body.box()
         pitch = min(table["pitch_mm"] for table in [task["nodes"], *task["layers"]] if "pitch_mm" in table)
         say("surface", False)
-        triangles = corners, free, bonded, _ = body.surface(max(pitch / 3, (box[1] - box[0]).max() / 150))
+        corners, free, bonded, between = body.surface(max(pitch / 3, (box[1] - box[0]).max() / 150))
         surface = placement.Surface(corners, free)
-        nodes = *_, points, weights = placement.nodes(surface, task["nodes"])
+        nodes, normals, areas, points, weights = placement.nodes(surface, task["nodes"])
         markers, inward, names = placement.markers(surface, task["layers"])
         placement.check_inside(markers, names, corners, free, bonded)
         placement.check_seen(markers, inward, names, task["camera"])
@@ -64,12 +64,25 @@ def compute(task, folder, say):
         errors = _errors(body, task, size / FINER**2, markers, points, weights, say)
 
     def progress(part):
-        say(f"influence of {weights.shape[0]} nodes on {len(markers)} markers: {100 * part:.0f} %", True)
+        say(f"influence of {len(nodes)} nodes on {len(markers)} markers: {100 * part:.0f} %", True)
 
     influence = gel.influence(markers, points, weights, progress)
-    young, thickness = task["material"]["youngs_modulus_pa"], float(box[1, 2])
     return Fingertip(
-        *nodes, markers, influence * 1e3 / young, errors * 1e3 / young, thickness, 100 * error, size, *triangles
+        nodes,
+        normals,
+        areas,
+        points,
+        weights,
+        markers,
+        influence * 1e3 / task["material"]["youngs_modulus_pa"],
+        errors * 1e3 / task["material"]["youngs_modulus_pa"],
+        float(box[1, 2]),
+        100 * error,
+        size,
+        corners,
+        free,
+        bonded,
+        between,
     )
 
 

@@ -80,7 +80,10 @@ class Body:
         """Triangles of this size [mm]: corners (V x 3), and of the free and of the bonded faces corner numbers (T x 3),
         in an order by which their normals point out of the gel; those between materials in any order."""
         self._mesh(2, lambda points: np.full(len(points), size))
-        corners, index = triangles.nodes()
+        numbers, places, _ = gmsh.model.mesh.getNodes()
+        index = np.zeros(int(numbers.max()) + 1, int)
+        index[numbers.astype(int)] = np.arange(len(numbers))
+        corners = places.reshape(-1, 3)
 
         def numbered(faces):
             parts = [gmsh.model.mesh.getElementsByType(2, face)[1].astype(int) for face in sorted(faces)]
@@ -116,13 +119,9 @@ class Body:
                 failed = problem
             else:
                 gmsh.model.mesh.setOrder(2)
-                jacobians = gmsh.model.mesh.getJacobians(TETRAHEDRON, WITHIN)[1]
-                if len(jacobians) and jacobians.min() > 0:
+                if gmsh.model.mesh.getJacobians(TETRAHEDRON, WITHIN)[1].min() > 0:
                     return
-                failed = Problem(
-                    "gmsh cannot mesh the gel: its surface passes through itself, or a skin, or another part, is too thin for "
-                    "its curvature"
-                )
+                failed = Problem("gmsh cannot mesh the gel: a skin, or another part, is too thin for its curvature")
             most *= SMALLER
         raise failed
 
@@ -181,7 +180,9 @@ class Bricks:
     nodes of its bricks (from 0, in the order of CalculiX), and whether a node is bonded (P)."""
 
     def __init__(self, parts, bonded):
-        places, index = triangles.nodes()
+        numbers, places, _ = gmsh.model.mesh.getNodes()
+        index = np.zeros(int(numbers.max()) + 1, int)
+        index[numbers.astype(int)] = np.arange(len(numbers))
 
         def elements(kind, tags, count):
             found = [gmsh.model.mesh.getElementsByType(kind, tag) for tag in tags]
@@ -190,11 +191,11 @@ class Bricks:
 
         cut = CUT.reshape(-1, 4)
         shape = gmsh.model.mesh.getBasisFunctions(TETRAHEDRON, (cut[:, 1:] / 24).ravel(), "Lagrange")[1].reshape(-1, 10)
-        mark = np.random.default_rng(0).integers(2**60, size=len(places))  # sums of these tell nodes of bricks apart
+        mark = np.random.default_rng(0).integers(2**60, size=len(numbers))  # sums of these tell nodes of bricks apart
         found = [elements(TETRAHEDRON, part, 10) for part in parts]
         self.tags, whole = map(np.concatenate, zip(*found))
         keys, first, same = np.unique(mark[whole[:, :4]] @ cut.T, return_index=True, return_inverse=True)
-        self.positions = np.einsum("kn,tnc->tkc", shape, places[whole]).reshape(-1, 3)[first]
+        self.positions = np.einsum("kn,tnc->tkc", shape, places.reshape(-1, 3)[whole]).reshape(-1, 3)[first]
         self.nodes = same.reshape(-1, 20)
         self.parts = np.split(self.nodes, 4 * np.cumsum([len(tags) for tags, _ in found])[:-1])
         on_face = cut[cut[:, 3] == 0, :3]

@@ -5,6 +5,7 @@ import math
 
 import gmsh
 import numpy as np
+import scipy.spatial
 
 from .problem import Problem
 
@@ -13,30 +14,25 @@ SAMPLED = 300  # nodes of a face that are held against the bone
 NEAR = 2e-3  # of the bone's largest extent: a gel this near to it is bonded
 
 
-def nodes():
-    """Of gmsh's current mesh: the places of its nodes (P x 3), and for each number of a node its row there."""
-    numbers, places, _ = gmsh.model.mesh.getNodes()
-    rows = np.zeros(int(numbers.max()) + 1, int)
-    rows[numbers.astype(int)] = np.arange(len(numbers))
-    return places.reshape(-1, 3), rows
-
-
 def read(path, key):
     """Returns corners (V x 3) and triangles (T x 3, in the file's order)."""
     gmsh.model.add(key)
     try:
         gmsh.merge(str(path))
+        numbers, places, _ = gmsh.model.mesh.getNodes()
         triangles = gmsh.model.mesh.getElementsByType(2)[1].astype(int)
-        places, rows = nodes() if len(triangles) else (None, None)
     except Exception as error:  # gmsh raises this class
         raise Problem(f"{key}: {path} cannot be read: {error}") from None
     finally:
         gmsh.model.remove()
     if not len(triangles):
         raise Problem(f"{key}: {path} has no triangles: is it an STL file?")
+    index = np.zeros(int(numbers.max()) + 1, int)
+    index[numbers.astype(int)] = np.arange(len(numbers))
+    places = places.reshape(-1, 3)
     extent = np.ptp(places, axis=0).max()
     _, first, same = np.unique(np.round(places / extent, 7), axis=0, return_index=True, return_inverse=True)
-    return places[first], same.ravel()[rows[triangles]].reshape(-1, 3)
+    return places[first], same.ravel()[index[triangles]].reshape(-1, 3)
 
 
 def oriented(corners, triangles):
@@ -78,11 +74,40 @@ def oriented(corners, triangles):
 
 
 def check(corners, triangles, key):
-    """Raises a Problem for triangles without an area, or that leave holes."""
+    """Raises a Problem for triangles that leave holes or pass through each other."""
     for number, triangle in enumerate(triangles.tolist()):
         if len(set(triangle)) < 3:
             raise Problem(f"{key}: face {number} has no area: heal the mesh in the CAD program")
     oriented(corners, triangles)
+    pair = crossing(corners, triangles)
+    if pair:
+        place = ", ".join(f"{value:.3g}" for value in corners[triangles[pair[0]]].mean(0))
+        raise Problem(f"{key}: faces {pair[0]} and {pair[1]} pass through each other near ({place}) mm: heal the mesh")
+
+
+def crossing(corners, triangles):
+    """Returns the numbers of two triangles of which one's edge passes through the other, or None."""
+    middles = corners[triangles].mean(1)
+    reach = np.linalg.norm(corners[triangles] - middles[:, None], axis=2).max(1)
+    tree = scipy.spatial.cKDTree(middles)
+    for some in np.array_split(np.arange(len(triangles)), len(triangles) // 256 + 1):
+        near = tree.query_ball_point(middles[some], reach[some] + reach.max())
+        one, other = np.repeat(some, list(map(len, near))), np.concatenate(near).astype(int)
+        apart = np.linalg.norm(middles[one] - middles[other], axis=1) < reach[one] + reach[other]
+        apart &= (triangles[one][:, :, None] != triangles[other][:, None]).all((1, 2))
+        one, other = one[apart], other[apart]
+        a, b, c = corners[triangles[other]].transpose(1, 0, 2)
+        normal = np.cross(b - a, c - a)
+        for side in range(3):
+            start, end = corners[triangles[one, side]], corners[triangles[one, (side + 1) % 3]]
+            before, after = (((point - a) * normal).sum(1) for point in (start, end))
+            through = np.flatnonzero(before * after < 0)
+            part = (before[through] / (before - after)[through])[:, None]
+            point = start[through] + part * (end - start)[through]
+            hit = through[_sides(point, a[through], b[through], c[through], normal[through]) > 0]
+            if len(hit):
+                return int(one[hit[0]]), int(other[hit[0]])
+    return None
 
 
 def _sides(point, a, b, c, normal):

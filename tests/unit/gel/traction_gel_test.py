@@ -243,7 +243,7 @@ class Fingertip(unittest.TestCase):
         off = np.linalg.norm(found - built_in, axis=1).max(0) / np.linalg.norm(built_in, axis=1).max(0)
         self.assertLess(off.max(), 0.06)
 
-    def test_what_is_wrong_with_triangles_is_told(self):
+    def test_what_is_wrong_with_triangles_is_told_with_the_face(self):
         def without(parts):
             return np.delete(parts, 100, axis=0)
 
@@ -254,12 +254,12 @@ class Fingertip(unittest.TestCase):
             return 1e-3 * parts
 
         for change, said in ((without, r"not closed: 1 faces meet at .* mm, and not 2; one is face \d+"),
-                             (crossed, "its surface passes through itself"),
+                             (crossed, r"faces \d+ and \d+ pass through each other near \("),
                              (in_metres, "metres and millimetres were confused")):
             self.write_stl(1.5, change)
             shape = {"gel_file": "gel.stl", "bone_file": "bone.stl"}
-            with self.subTest(said), self.assertRaisesRegex(Problem, said), mesh.Body(shape, self.folder) as body:
-                body.elements(3, np.zeros((1, 3)))
+            with self.subTest(said), self.assertRaisesRegex(Problem, said), mesh.Body(shape, self.folder):
+                pass
 
     def test_an_error_of_the_bones_place_is_what_another_bone_does(self):
         found = small()
