@@ -180,7 +180,7 @@ bool Follower::acquire() {
 }
 
 void Follower::follow() {
-  torn_ = false;
+  const bool wasTorn = std::exchange(torn_, false);
   previous_ = place_;
   wasValid_ = valid_;
   for (int i = 0; i < markers_; ++i) {
@@ -190,7 +190,10 @@ void Follower::follow() {
   for (const Layer& layer : layers_) {
     for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
       if (valid_[i] || !wanted(i)) continue;
-      if (velocity_[i].squared() > 1.0F) fitAt(layer, i, previous_[i]);  // it may have stopped
+      if (velocity_[i].squared() > 1.0F && fitAt(layer, i, previous_[i])) continue;  // it may have stopped
+      // Markers that the torn frame displaced are again where the last intact frame had them.
+      if (wasTorn && wasValid_[i] && tears_.referenceValid()[i])
+        fitAt(layer, i, reference_.place_px[i] + tears_.reference_px()[i]);
     }
   }
   if (std::exchange(newAppearance_, false)) {

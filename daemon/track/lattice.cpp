@@ -162,6 +162,27 @@ void Trust::keepLargestPiece(std::span<const Vector> displacement, std::span<std
   for (int node = 0; node < lattice_.count(); ++node) {
     if (piece_[node] != largest) valid[lattice_.first + node] = 0;
   }
+  dropContradicting(displacement, valid);
+}
+
+/// Drops both of two neighbours that contradict each other within a piece, which other nodes connect: which of them is
+/// wrong is not known.
+void Trust::dropContradicting(std::span<const Vector> displacement, std::span<std::uint8_t> valid) {
+  std::fill(piece_.begin(), piece_.end(), 0);
+  for (int row = 0; row < lattice_.rows; ++row) {
+    for (int column = 0; column < lattice_.columns; ++column) {
+      const int node = lattice_.at(column, row);
+      const auto compare = [&](int other) {
+        if (!valid[node] || !valid[other] || !contradicts(displacement, node, other)) return;
+        piece_[node - lattice_.first] = piece_[other - lattice_.first] = 1;
+      };
+      if (column + 1 < lattice_.columns) compare(node + 1);
+      if (row + 1 < lattice_.rows) compare(node + lattice_.columns);
+    }
+  }
+  for (int node = 0; node < lattice_.count(); ++node) {
+    if (piece_[node] == 1) valid[lattice_.first + node] = 0;
+  }
 }
 
 }  // namespace tractiond::track

@@ -102,7 +102,7 @@ class Trust {
   /// Sets `valid` to 0 where the displacement contradicts its surroundings. Always:
   /// outliers of their row and column, which differ from the mean of the neighbours on both sides by more than a
   /// quarter of the spacing. Then, if `thorough`, or if neighbours still contradict each other: all but the largest
-  /// connected piece. Considers only this lattice's nodes.
+  /// connected piece, and both of two neighbours in it that contradict each other. Considers only this lattice's nodes.
   /// \param thorough true: looks for separate pieces even if no neighbours contradict each other \param displacement,
   /// valid by marker of all layers
   void prune(std::span<const Vector> displacement, std::span<std::uint8_t> valid, bool thorough);
@@ -114,6 +114,7 @@ class Trust {
   bool anyContradiction(std::span<const Vector> displacement, std::span<const std::uint8_t> valid) const;
   void dropOutliers(std::span<const Vector> displacement, std::span<std::uint8_t> valid);
   void keepLargestPiece(std::span<const Vector> displacement, std::span<std::uint8_t> valid);
+  void dropContradicting(std::span<const Vector> displacement, std::span<std::uint8_t> valid);
 
   Lattice lattice_;
   float limit2_;            ///< px^2

@@ -25,6 +25,11 @@ class TearFinder {
   /// Forgets the reference, after a gap: the next frame is not compared, and not torn.
   void forget() { known_ = false; }
 
+  // Return the displacements [px] in the last frame that was not torn, and which of them are valid, by marker. The
+  // spans stay in place; before the first frame they have no meaning.
+  std::span<const Vector> reference_px() const { return reference_; }
+  std::span<const std::uint8_t> referenceValid() const { return referenceValid_; }
+
  private:
   enum class Step : std::uint8_t { kUnknown, kNone, kFaint, kClear, kPlain };
 

@@ -126,6 +126,18 @@ TEST(Trust, ASwappedPatchIsDroppedWholeAndNothingElse) {
   }
 }
 
+TEST(Trust, BothSidesOfAStepWithinAPieceAreDropped) {
+  Grid grid;
+  grid.fill([](int column, int row) {  // rows from 11 on are 12 px off in the middle, and connected at the sides
+    const auto x = static_cast<float>(column) - 11.0F, y = static_cast<float>(row) - 11.0F;
+    return Vector{row < 11 ? 0.0F : 12.0F * std::exp(-x * x / 20.0F - y / 4.0F), 0.0F};
+  });
+  Trust trust(grid.lattice, kSpacing);
+  trust.prune(grid.field, grid.valid, true);
+  for (const int row : {10, 11}) EXPECT_FALSE(grid.valid[grid.lattice.at(11, row)]) << row;
+  for (const int row : {9, 13}) EXPECT_TRUE(grid.valid[grid.lattice.at(11, row)]) << row;
+}
+
 TEST(Trust, WhatIsCutOffIsNotTrustedWhenLookedAtThoroughly) {
   Grid grid;
   for (int row = 0; row < 24; ++row) {
