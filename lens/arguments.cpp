@@ -165,7 +165,6 @@ tl::expected<Command, int> parseArguments(int argc, char** argv) {
   app.set_version_flag("--version", "traction-lens " TRACTION_VERSION);
   app.require_subcommand(0, 1);  // checked below, so that an unknown word is reported first
   app.footer(kExitCodes);
-  manual::describable(app);
 
   CalibrateLine calibration, finding;
   PoseOptions posing;

@@ -3,7 +3,6 @@
 #include "client/cli/commands.h"
 #include "client/cli/exit_codes.h"
 #include "client/show/output.h"
-#include "manual/describe.h"
 #include "manual/parse.h"
 
 namespace {
@@ -23,7 +22,6 @@ int main(int argc, char** argv) try {
   app.require_subcommand(0, 1);  // Commands reports a missing command: the parser would, before a wrong word
   app.fallthrough();
   app.footer(kExitCodes);
-  manual::describable(app);
   const Target target(app);
   Commands commands(app);
   for (const auto add : kCommands) add(commands);
