@@ -1,12 +1,11 @@
 #include "lens/arguments.h"
 
-#include "manual/describe.h"
 #include "manual/number.h"
 #include "manual/parse.h"
 
 #include <CLI/CLI.hpp>
 
-#include <charconv>
+#include <cstdio>
 #include <iostream>
 #include <optional>
 
@@ -28,27 +27,21 @@ constexpr const char* kCalibrateHelp =
 
 /// Parses "9x6".
 std::optional<std::pair<int, int>> parseSquares(const std::string& text) {
-  const char* const end = text.data() + text.size();
   int columns = 0, rows = 0;
-  const auto [sign, badColumns] = std::from_chars(text.data(), end, columns);
-  if (badColumns != std::errc() || sign == end || *sign != 'x') return std::nullopt;
-  const auto [last, badRows] = std::from_chars(sign + 1, end, rows);
-  if (badRows != std::errc() || last != end) return std::nullopt;
-  if (columns < 4 || rows < 4 || columns > 100 || rows > 100) return std::nullopt;
+  char more = 0;
+  const bool isSize = std::sscanf(text.c_str(), "%dx%d%c", &columns, &rows, &more) == 2;
+  if (!isSize || columns < 4 || rows < 4 || columns > 100 || rows > 100) return std::nullopt;
   return std::pair(columns, rows);
 }
 
 /// Parses "10" or "10.2x10" [mm].
 std::optional<std::pair<double, double>> parseSquare(const std::string& text) {
-  const char* const end = text.data() + text.size();
   const auto isLength = [](double side) { return side >= 0.1 && side <= 1000.0; };
   double across = 0.0, along = 0.0;
-  auto [sign, bad] = std::from_chars(text.data(), end, across);
-  if (bad != std::errc() || !isLength(across)) return std::nullopt;
-  if (sign == end) return std::pair(across, across);
-  if (*sign != 'x') return std::nullopt;
-  const auto [last, badToo] = std::from_chars(sign + 1, end, along);
-  if (badToo != std::errc() || last != end || !isLength(along)) return std::nullopt;
+  char sign = 'x', more = 0;
+  const int read = std::sscanf(text.c_str(), "%lf%c%lf%c", &across, &sign, &along, &more);
+  if (read == 1) along = across;
+  if ((read != 1 && read != 3) || sign != 'x' || !isLength(across) || !isLength(along)) return std::nullopt;
   return std::pair(across, along);
 }
 
@@ -96,12 +89,20 @@ struct CalibrateLine {
 
 // Each adds a subcommand, whose options must outlive the command line.
 
+void addFile(CLI::App& command, const char* name, std::string& file, const char* help) {
+  command.add_option(name, file, help)->type_name("FILE")->required();
+}
+
+void addSquares(CLI::App& command, CalibrateLine& line) {
+  command.add_option("--squares", line.squares, "of the board along its sides, black and white, as in 9x6")
+      ->type_name("COLUMNSxROWS")
+      ->required();
+}
+
 CLI::App& addCalibrate(CLI::App& app, CalibrateLine& line) {
   auto* calibrate = app.add_subcommand("calibrate", kCalibrateHelp);
   calibrate->add_option("PICTURES", line.options.pictures, "PNG, TIFF or JPEG")->type_name("FILE")->required();
-  calibrate->add_option("--squares", line.squares, "of the board along its sides, black and white, as in 9x6")
-      ->type_name("COLUMNSxROWS")
-      ->required();
+  addSquares(*calibrate, line);
   calibrate
       ->add_option("--square-mm", line.square,
                    "side of a square; or, as ten squares measured along both sides give them, those along the rows and "
@@ -110,26 +111,24 @@ CLI::App& addCalibrate(CLI::App& app, CalibrateLine& line) {
       ->required();
   calibrate->add_option("--gel", line.options.gel, "gel file to write the lens into; without: the paper's sensor")
       ->type_name("FILE");
-  calibrate->add_option("--output", line.options.output, "gel file to be written")->type_name("FILE")->required();
+  addFile(*calibrate, "--output", line.options.output, "gel file to be written");
   calibrate->add_flag("--force", line.options.force, "replaces an existing file");
   return *calibrate;
 }
 
 CLI::App& addBoard(CLI::App& app, CalibrateLine& line) {
   auto* board = app.add_subcommand("board", "Finds the chessboard in one picture, and tells where and how sharp it is");
-  board->add_option("PICTURE", line.picture, "PNG, TIFF or JPEG")->type_name("FILE")->required();
-  board->add_option("--squares", line.squares, "of the board along its sides, black and white, as in 9x6")
-      ->type_name("COLUMNSxROWS")
-      ->required();
+  addFile(*board, "PICTURE", line.picture, "PNG, TIFF or JPEG");
+  addSquares(*board, line);
   return *board;
 }
 
 CLI::App& addPose(CLI::App& app, PoseOptions& options) {
   auto* pose = app.add_subcommand(
       "pose", "Finds where the camera is, from one picture of the untouched gel, however far off the gel file has it");
-  pose->add_option("PICTURE", options.picture, "PNG, TIFF or JPEG")->type_name("FILE")->required();
-  pose->add_option("--gel", options.gel, "gel file with the lens and the layers")->type_name("FILE")->required();
-  pose->add_option("--output", options.output, "gel file to be written")->type_name("FILE")->required();
+  addFile(*pose, "PICTURE", options.picture, "PNG, TIFF or JPEG");
+  addFile(*pose, "--gel", options.gel, "gel file with the lens and the layers");
+  addFile(*pose, "--output", options.output, "gel file to be written");
   pose->add_option("--accept-residual", options.acceptResidual_px,
                    "writes the pose where up to so many pixels are left of the markers' places (rms), with a warning "
                    "above 0.5; without: 0.5")
@@ -143,9 +142,9 @@ CLI::App& addPose(CLI::App& app, PoseOptions& options) {
 
 CLI::App& addMark(CLI::App& app, PictureOptions& options) {
   auto* mark = app.add_subcommand("mark", "Draws the markers that are found in a picture of the untouched gel");
-  mark->add_option("PICTURE", options.picture, "PNG, TIFF or JPEG")->type_name("FILE")->required();
-  mark->add_option("--gel", options.gel, "gel file")->type_name("FILE")->required();
-  mark->add_option("--output", options.output, "PNG to be written")->type_name("FILE")->required();
+  addFile(*mark, "PICTURE", options.picture, "PNG, TIFF or JPEG");
+  addFile(*mark, "--gel", options.gel, "gel file");
+  addFile(*mark, "--output", options.output, "PNG to be written");
   return *mark;
 }
 

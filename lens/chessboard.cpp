@@ -64,21 +64,17 @@ CornerGrid boardIn(const cv::Mat& grey, cv::Size expected) {
 /// Returns false if it has another size.
 bool arrange(CornerGrid& grid, cv::Size size) {
   if (!isOfSize(grid, size)) return false;
-  if (grid.size != size) {
-    CornerGrid turned{size, {}};
+  const auto reorder = [&](auto from) {
+    CornerGrid ordered{size, {}};
     for (int y = 0; y < size.height; ++y) {
-      for (int x = 0; x < size.width; ++x) turned.places.push_back(grid.at(y, x));
+      for (int x = 0; x < size.width; ++x) ordered.places.push_back(from(x, y));
     }
-    grid = std::move(turned);
-  }
+    grid = std::move(ordered);
+  };
+  if (grid.size != size) reorder([&](int x, int y) { return grid.at(y, x); });
   const cv::Point2f along = grid.at(1, 0) - grid.at(0, 0), across = grid.at(0, 1) - grid.at(0, 0);
-  if (along.cross(across) < 0.0) {  // rows run the other way
-    CornerGrid mirrored{size, {}};
-    for (int y = size.height - 1; y >= 0; --y) {
-      for (int x = 0; x < size.width; ++x) mirrored.places.push_back(grid.at(x, y));
-    }
-    grid = std::move(mirrored);
-  }
+  const bool isMirrored = along.cross(across) < 0.0;  // rows run the other way
+  if (isMirrored) reorder([&](int x, int y) { return grid.at(x, size.height - 1 - y); });
   const cv::Point2f first = grid.places.front(), last = grid.places.back();
   if (first.x + first.y > last.x + last.y) std::ranges::reverse(grid.places);
   return true;
@@ -98,13 +94,12 @@ std::string otherBoard(const CornerGrid& seen, const Board& board) {
          ": count the squares along the sides, black and white, not the corners between them";
 }
 
-double smallestSquare(const Places& places, cv::Size size) {
+double smallestSquare(const CornerGrid& grid) {
   double least = std::numeric_limits<double>::infinity();
-  for (int y = 0; y < size.height; ++y) {
-    for (int x = 0; x < size.width; ++x) {
-      const cv::Point2f here = places[static_cast<std::size_t>(y * size.width + x)];
-      if (x > 0) least = std::min(least, cv::norm(here - places[static_cast<std::size_t>(y * size.width + x - 1)]));
-      if (y > 0) least = std::min(least, cv::norm(here - places[static_cast<std::size_t>((y - 1) * size.width + x)]));
+  for (int y = 0; y < grid.size.height; ++y) {
+    for (int x = 0; x < grid.size.width; ++x) {
+      if (x > 0) least = std::min(least, cv::norm(grid.at(x, y) - grid.at(x - 1, y)));
+      if (y > 0) least = std::min(least, cv::norm(grid.at(x, y) - grid.at(x, y - 1)));
     }
   }
   return least;
@@ -126,7 +121,7 @@ tl::expected<Corners, std::string> findCorners(const cv::Mat& grey, const Board&
   if (!arrange(grid, size)) return tl::unexpected(otherBoard(grid, board));
   Places& places = grid.places;
   Corners corners;
-  corners.smallestSquare_px = smallestSquare(places, size);
+  corners.smallestSquare_px = smallestSquare(grid);
   const cv::Scalar across = cv::estimateChessboardSharpness(grey, size, places, 0.8F, false);
   const cv::Scalar down = cv::estimateChessboardSharpness(grey, size, places, 0.8F, true);
   corners.edgeWidth_px = std::max(across[0], down[0]);

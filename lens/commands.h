@@ -69,7 +69,7 @@ Done mark(const PictureOptions& options);
 struct SheetsOptions {
   std::string gel;        ///< gel file; empty: the paper's sensor
   std::string directory;  ///< created if it does not exist; empty: the current one
-  bool mirrored = false;  ///< as SheetOptions::mirrored
+  bool mirrored = false;  ///< as of sheet()
 };
 
 /// Writes the sheets to print: layer1.svg, layer2.svg ..., one after another. Errors: those of loadGel(); EX_CANTCREAT,

@@ -6,6 +6,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -108,7 +109,11 @@ double cornerRadius2(const sensor::Camera& camera) {
 
 }  // namespace
 
-Geometry firstPose(const sensor::Sensor& sensor, const RestMarkers& markers, const FirstPoseOptions& options) {
+Geometry firstPose(const sensor::Sensor& sensor, const RestMarkers& markers) {
+  constexpr double kClear_px = 0.1;  // no further start is tried once the residual is at most this
+  // Relative distortions at the picture's corners that further starts assume instead of the sensor's, with k2 = 0.
+  constexpr std::array kDistortions = {-0.06, -0.12, -0.18, -0.25, 0.06};
+  constexpr double kTilt_rad = 0.2;  // by which each start is also tilted towards four sides
   Geometry best;
   best.outcome = Geometry::Outcome::kDiverged;
   const auto fitFrom = [&](const sensor::Camera& start) {
@@ -116,20 +121,20 @@ Geometry firstPose(const sensor::Sensor& sensor, const RestMarkers& markers, con
     if (isBetter(fit, best)) best = fit;
   };
   const auto isClear = [&] {
-    return best.outcome == Geometry::Outcome::kConverged && std::sqrt(misfit(best)) <= options.clear_px;
+    return best.outcome == Geometry::Outcome::kConverged && std::sqrt(misfit(best)) <= kClear_px;
   };
   sensor::Sensor guess = sensor;
   const auto fitAround = [&] {
     const auto start = solvePose(guess, markers);
     if (!start) return;
     fitFrom(*start);
-    for (int side = 0; options.tilt > 0.0 && side < 4 && !isClear(); ++side) {
-      const double by = side % 2 == 0 ? options.tilt : -options.tilt;
+    for (int side = 0; side < 4 && !isClear(); ++side) {
+      const double by = side % 2 == 0 ? kTilt_rad : -kTilt_rad;
       fitFrom(tilted(*start, side < 2 ? Eigen::Vector3d(by, 0, 0) : Eigen::Vector3d(0, by, 0)));
     }
   };
   fitAround();
-  for (const double distortion : options.distortions) {
+  for (const double distortion : kDistortions) {
     if (isClear()) break;
     guess.camera.k1 = distortion / cornerRadius2(sensor.camera);
     guess.camera.k2 = 0.0;

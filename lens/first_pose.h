@@ -6,7 +6,6 @@
 #include "lens/rest_markers.h"
 
 #include <optional>
-#include <vector>
 
 namespace lens {
 
@@ -16,21 +15,13 @@ namespace lens {
 /// not used. Reentrant.
 std::optional<sensor::Camera> solvePose(const sensor::Sensor& sensor, const RestMarkers& markers);
 
-struct FirstPoseOptions {
-  double clear_px = 0.1;  ///< no further start is tried once the residual is at most this
-  /// Relative distortions at the picture's corners that further starts assume instead of the sensor's, with k2 = 0.
-  std::vector<double> distortions = {-0.06, -0.12, -0.18, -0.25, 0.06};
-  double tilt = 0.2;  ///< angle by which each start is also tilted towards four sides [rad]; 0: it is not
-};
-
 /// Refines the pose of solvePose() with refraction, and with lens and pattern free within the gel file's uncertainties.
 /// A few dots in one plane that do not lie exactly as described have several minima, because distortion, tilt and
 /// principal point can compensate each other. The fit is therefore made from several fixed starts. Returns the fit with
 /// the smallest residual, in which outliers count at their limit. All starts take 0.1 to 0.5 s for 70 to 80 dots.
 /// Outcome kDiverged: no fit converged, no start was found, or fewer than GeometryOptions::fewest markers are present;
 /// the rest has no meaning then. Never kFewMarkers. Reentrant.
-tractiond::calibrate::Geometry firstPose(const sensor::Sensor& sensor, const RestMarkers& markers,
-                                         const FirstPoseOptions& options = {});
+tractiond::calibrate::Geometry firstPose(const sensor::Sensor& sensor, const RestMarkers& markers);
 
 /// Returns the markers with their columns and rows counted from where a pose fits them best, at most four further to
 /// each side. Where a picture does not show the grid's rims, the pose that the sensor has decides on the labels, and a

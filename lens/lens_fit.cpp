@@ -284,10 +284,6 @@ std::optional<int> oddView(const std::vector<Corners>& views, const Board& board
   return static_cast<int>(odd);
 }
 
-}  // namespace
-
-namespace {
-
 /// A fit in which the board's squares have their own sides.
 struct Oblong {
   Board board;
@@ -322,16 +318,10 @@ double better(const Information& first, const Information& second, std::size_t v
   return mean / std::sqrt(squares / (count - 1.0) / count);
 }
 
-/// What explains the views, with its fit; and what was tried.
-struct Explained {
-  Scale scale = Scale::kAsExpected;
-  Board board;
-  Model model;
-  double otherAspect = 1.0, tall = 1.0, tallDeviation = 0.0;
-};
-
-Explained explain(const std::vector<Corners>& views, const Board& board, cv::Size size, const LensFitOptions& options) {
-  Explained found{.board = board, .model = best(views, board, size, options.aspect)};
+/// Returns what explains the views, and sets in `fit` what that is, and what was tried.
+Oblong explain(const std::vector<Corners>& views, const Board& board, cv::Size size, const LensFitOptions& options,
+               LensFit& fit) {
+  Oblong found{board, best(views, board, size, options.aspect)};
   const auto isOther = [&](double value, double expected, double deviation) {
     const double off = std::abs(value - expected);
     return std::isfinite(deviation) &&
@@ -340,33 +330,33 @@ Explained explain(const std::vector<Corners>& views, const Board& board, cv::Siz
   Model pixels = best(views, board, size, kAny);
   if (!pixels.isFinite()) return found;
   const Information ofPixels(pixels, views, board);
-  found.otherAspect = pixels.aspect();
+  fit.otherAspect = pixels.aspect();
   const bool otherPixels = isOther(pixels.aspect(), options.aspect, ofPixels.deviations()[kExtra]);
   std::optional<Oblong> other;
   const bool isSquare = board.columns == board.rows;  // it may lie either way
   if (!options.boardIsMeasured && !isSquare) other = oblong(views, board, size, options.aspect);
   if (!other || !other->model.isFinite()) {
-    if (otherPixels) found.scale = isSquare && !options.boardIsMeasured ? Scale::kEither : Scale::kPixels;
-    if (found.scale == Scale::kPixels) found.model = std::move(pixels);
+    if (otherPixels) fit.scale = isSquare && !options.boardIsMeasured ? Scale::kEither : Scale::kPixels;
+    if (fit.scale == Scale::kPixels) found.model = std::move(pixels);
     return found;
   }
   const Information ofBoard(other->model, Extra::kBoard, views, other->board);
-  found.tall = other->board.tall;
-  found.tallDeviation = ofBoard.deviations()[kExtra];
-  const bool otherBoard = isOther(found.tall, board.tall, found.tallDeviation);
+  fit.tall = other->board.tall;
+  fit.tallDeviation = ofBoard.deviations()[kExtra];
+  const bool otherBoard = isOther(fit.tall, board.tall, fit.tallDeviation);
   if (!otherPixels && !otherBoard) return found;
   const double boardIsBetter = better(ofPixels, ofBoard, views.size(), options.farBetter);
   if (boardIsBetter > options.better) {
     if (!otherBoard) return found;
-    found.scale = Scale::kBoard;
-    found.board = other->board;
-    found.model = std::move(other->model);
-  } else if (boardIsBetter < -options.better) {
+    fit.scale = Scale::kBoard;
+    return *std::move(other);
+  }
+  if (boardIsBetter < -options.better) {
     if (!otherPixels) return found;
-    found.scale = Scale::kPixels;
+    fit.scale = Scale::kPixels;
     found.model = std::move(pixels);
   } else {
-    found.scale = Scale::kEither;
+    fit.scale = Scale::kEither;
   }
   return found;
 }
@@ -377,19 +367,12 @@ LensFit fitLens(const std::vector<Corners>& views, const Board& asGiven, int wid
                 const LensFitOptions& options) {
   LensFit fit;
   const cv::Size size(width_px, height_px);
-  const Explained explained = explain(views, asGiven, size, options);
-  const Model& model = explained.model;
-  const Board& board = explained.board;
-  if (!model.isFinite()) return fit;
-  fit.scale = explained.scale;
-  fit.otherAspect = explained.otherAspect;
-  fit.tall = explained.tall;
-  fit.tallDeviation = explained.tallDeviation;
-
+  const auto [board, model] = explain(views, asGiven, size, options, fit);
+  if (!model.isFinite()) return {};
   const Information information(model,
-                                model.ownAspect                    ? Extra::kAspect
-                                : explained.scale == Scale::kBoard ? Extra::kBoard
-                                                                   : Extra::kNone,
+                                model.ownAspect              ? Extra::kAspect
+                                : fit.scale == Scale::kBoard ? Extra::kBoard
+                                                             : Extra::kNone,
                                 views, board);
   for (const cv::Mat& rotation : model.rotations) fit.tilt.push_back(tiltOf(rotation));
   fit.viewResidual_px = information.residuals_px;

@@ -4,6 +4,7 @@
 #include "daemon/track/nominal.h"
 #include "daemon/track/spot_search.h"
 #include "daemon/track/tracker.h"
+#include "lens/commands.h"
 #include "lens/dot_match.h"
 
 #include <Eigen/Geometry>
@@ -17,25 +18,15 @@ namespace lens {
 
 namespace {
 
-constexpr int kZeroFrames = 4;  // the same picture, this many times
-constexpr int kPatience = 100;  // frames: the tracker pauses between searches of the whole picture
-
-tl::unexpected<tractiond::Error> refuse(std::string what, std::string remedy) {
-  return tl::unexpected(
-      tractiond::Error{.exitCode = EX_DATAERR, .what = std::move(what), .where = "", .remedy = std::move(remedy)});
-}
-
-}  // namespace
-
-int RestMarkers::count() const {
-  return static_cast<int>(std::ranges::count(present, 1));
-}
-
-namespace {
-
 using namespace tractiond;
 
-constexpr double kMost = 0.9;  // share of the markers, at which no other start is tried
+constexpr int kZeroFrames = 4;  // the same picture, this many times
+constexpr int kPatience = 100;  // frames: the tracker pauses between searches of the whole picture
+constexpr double kMost = 0.9;   // share of the markers, at which no other start is tried
+
+tl::unexpected<Error> refuse(std::string what, std::string remedy) {
+  return tl::unexpected(fault("", std::move(what), std::move(remedy)));
+}
 
 /// Returns a camera from which the layer's grid has the place, direction and spacing that the picture shows, with the
 /// sensor's lens and no tilt.
@@ -100,6 +91,10 @@ tl::expected<void, Error> searchable(const sensor::Sensor& start, PixelFormat fo
 }
 
 }  // namespace
+
+int RestMarkers::count() const {
+  return static_cast<int>(std::ranges::count(present, 1));
+}
 
 tl::expected<RestMarkers, Error> findMarkers(const cv::Mat& picture, const sensor::Sensor& sensor) {
   assert(picture.cols == sensor.camera.width && picture.rows == sensor.camera.height);

@@ -1,5 +1,7 @@
 #include "lens/sheet.h"
 
+#include "sensor/colour_name.h"
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -34,11 +36,6 @@ std::string format(const char* pattern, Numbers... numbers) {
   return text.data();
 }
 
-const char* nameOf(sensor::Colour colour) {
-  constexpr std::array kNames = {"blue", "red", "green", "grey"};
-  return kNames.at(static_cast<std::size_t>(colour));
-}
-
 std::string line(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
   return format("<line x1=\"%.6g\" y1=\"%.6g\" x2=\"%.6g\" y2=\"%.6g\"/>\n", from.x(), from.y(), to.x(), to.y());
 }
@@ -57,19 +54,19 @@ Eigen::Vector2d pageSize(const sensor::Sensor& sensor) {
   return {std::max(page.x(), kNarrowest), page.y() + kMargin};
 }
 
-std::string sheet(const sensor::Sensor& sensor, std::size_t index, const SheetOptions& options) {
+std::string sheet(const sensor::Sensor& sensor, std::size_t index, bool mirrored) {
   const sensor::MarkerLayer& layer = sensor.layers[index];
   const Eigen::Vector2d page = kMillimetres * pageSize(sensor), half = kMillimetres * halfField(sensor);
   // In SVG y points down. The lower strip holds ruler and text.
   const Eigen::Vector2d origin(0.5 * page.x(), 0.5 * (page.y() - kMillimetres * kMargin));
-  const double side = options.mirrored ? -1.0 : 1.0;
+  const double side = mirrored ? -1.0 : 1.0;
 
   std::string text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
   text += format("<svg xmlns=\"http://www.w3.org/2000/svg\" version=\"1.1\" width=\"%.6gmm\" height=\"%.6gmm\" "
                  "viewBox=\"0 0 %.6g %.6g\">\n",
                  page.x(), page.y(), page.x(), page.y());
   text += format("<title>Layer %zu of %zu, %s: %d x %d markers%s</title>\n", index + 1, sensor.layers.size(),
-                 nameOf(layer.colour), layer.columns, layer.rows, options.mirrored ? ", mirrored" : "");
+                 nameOf(layer.colour), layer.columns, layer.rows, mirrored ? ", mirrored" : "");
   text += "<g id=\"registration\" fill=\"none\" stroke=\"black\" stroke-width=\"0.1\">\n";
   const double beyond = kMillimetres * (kMargin - kCross) - 1.0;
   for (const double x : {-1.0, 1.0}) {
@@ -89,8 +86,7 @@ std::string sheet(const sensor::Sensor& sensor, std::size_t index, const SheetOp
     text += line({left + mm, base}, {left + mm, base - (mm % 10 == 0 ? 3.0 : mm % 5 == 0 ? 2.0 : 1.0)});
   }
   text += format("<text x=\"%.6g\" y=\"%.6g\" stroke=\"none\">50 mm; layer %zu, %s, %.6g mm deep%s</text>\n", left,
-                 base + 5.0, index + 1, nameOf(layer.colour), kMillimetres * layer.depth,
-                 options.mirrored ? "; mirrored" : "");
+                 base + 5.0, index + 1, nameOf(layer.colour), kMillimetres * layer.depth, mirrored ? "; mirrored" : "");
   text += format("</g>\n<g id=\"markers\" fill=\"%s\">\n", layer.darker ? "black" : nameOf(layer.colour));
   Eigen::Index first = 0;
   for (std::size_t i = 0; i < index; ++i) first += sensor.layers[i].count();

@@ -17,16 +17,7 @@ TEST_F(GelPictureCommands, PoseIsFoundWhereTheScalesDiffer) {
     truth.camera.rotation = within(0.01);
     writeGelFile(aspect);
     ASSERT_TRUE(writePicture(options.picture, photograph()));
-    std::filesystem::remove(options.output);
-    const Done done = pose(options);
-    ASSERT_TRUE(done) << done.error()[0].message();
-    const auto found = sensor::loadGel(options.output);
-    ASSERT_TRUE(found) << found.error().what;
-    EXPECT_EQ(found->camera.aspect, aspect);
-    for (int i = 0; i < 3; ++i) {
-      EXPECT_NEAR(found->camera.position[i], truth.camera.position[i], 5 * found->uncertainty.position[i]);
-      EXPECT_NEAR(found->camera.rotation[i], truth.camera.rotation[i], 5 * found->uncertainty.rotation[i]);
-    }
+    expectPosed();
   }
 }
 

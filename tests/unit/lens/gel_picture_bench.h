@@ -2,6 +2,7 @@
 #pragma once
 
 #include "lens/commands.h"
+#include "lens/rest_markers.h"
 #include "sensor/gel_file.h"
 #include "tests/support/seed.h"
 #include "tests/unit/lens/workplace.h"
@@ -68,7 +69,32 @@ class GelPictureCommands : public Workplace {
     return picture;
   }
 
-  void writeGelFile(double aspect);
+  /// Writes a gel file of the camera's true lens, and a pose that is not its own.
+  void writeGelFile(double aspect) {
+    sensor::Sensor file = truth;
+    file.camera.position = Eigen::Vector3d(0, 0, 157e-3) + within(kOff);
+    file.camera.rotation = within(kTurned);
+    file.camera.aspect = aspect;
+    write(options.gel, sensor::gelText(file));
+  }
+
+  /// Has the pose found by picture and gel file, and holds it against the truth, within five stated deviations,
+  /// of which that of the position is below `mostDeviation` [m].
+  void expectPosed(double mostDeviation = 2e-3) {
+    std::filesystem::remove(options.output);
+    const Done done = pose(options);
+    ASSERT_TRUE(done) << done.error()[0].message();
+    const auto found = sensor::loadGel(options.output);
+    ASSERT_TRUE(found) << found.error().what;
+    EXPECT_EQ(found->camera.aspect, truth.camera.aspect);
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_NEAR(found->camera.position[i], truth.camera.position[i], 5 * found->uncertainty.position[i]);
+      EXPECT_NEAR(found->camera.rotation[i], truth.camera.rotation[i], 5 * found->uncertainty.rotation[i]);
+    }
+    EXPECT_LT(found->uncertainty.position.norm(), mostDeviation);
+    EXPECT_LT(found->uncertainty.rotation.norm(), 0.02);
+  }
+
   RestMarkers noisyMarkers(double noise_px);
 
   std::mt19937 generator{tractiond::test::seed()};
@@ -77,15 +103,6 @@ class GelPictureCommands : public Workplace {
   Eigen::Matrix2Xd places;  ///< px
   PoseOptions options;
 };
-
-/// Writes a gel file of the camera's true lens, and a pose that is not its own.
-inline void GelPictureCommands::writeGelFile(double aspect) {
-  sensor::Sensor file = truth;
-  file.camera.position = Eigen::Vector3d(0, 0, 157e-3) + within(kOff);
-  file.camera.rotation = within(kTurned);
-  file.camera.aspect = aspect;
-  write(options.gel, sensor::gelText(file));
-}
 
 /// Places of all markers with noise, as a tracker finds them in one picture.
 inline RestMarkers GelPictureCommands::noisyMarkers(double noise_px) {
