@@ -53,7 +53,8 @@ double squaredAlong(std::span<const double> share, double from) {
 
 PatchSpread::PatchSpread(const Atoms& atoms)
     : atoms_(atoms)
-    , along_{std::vector<double>(atoms.columns), std::vector<double>(atoms.rows)} {}
+    , along_{std::vector<double>(atoms.columns), std::vector<double>(atoms.rows)}
+    , share_(static_cast<std::size_t>(atoms.pointCount())) {}
 
 std::span<const double> PatchSpread::divide(const PatchPlace& place, bool centred) {
   const double pitch2 = square(atoms_.pitch_m);
