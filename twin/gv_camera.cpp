@@ -5,7 +5,11 @@
 
 #include "base/aravis_versions.h"
 
+#include <arpa/inet.h>
 #include <arv.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -31,6 +35,20 @@ void writeText(ArvFakeCamera* camera, const TextRegister& where, const char* tex
   arv_fake_camera_write_memory(camera, where.address, where.size, padded.data());
 }
 
+/// Returns whether the camera could listen: Aravis starts beside another one on the same address, and takes its
+/// packets.
+bool canListen(const std::string& address) {
+  constexpr std::uint16_t kControlPort = 3956;
+  sockaddr_in wanted{};
+  wanted.sin_family = AF_INET;
+  wanted.sin_port = htons(kControlPort);
+  if (inet_pton(AF_INET, address.c_str(), &wanted.sin_addr) != 1) return false;
+  const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  const bool can = probe >= 0 && bind(probe, reinterpret_cast<const sockaddr*>(&wanted), sizeof wanted) == 0;
+  if (probe >= 0) close(probe);
+  return can;
+}
+
 std::int64_t now_ns() {
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
@@ -40,8 +58,10 @@ std::int64_t now_ns() {
 }  // namespace
 
 tl::expected<std::unique_ptr<GvCamera>, tractiond::Error> GvCamera::open(const GvCameraOptions& options) {
-  std::unique_ptr<GvCamera> camera(new GvCamera(options));
-  if (arv_gv_fake_camera_is_running(ARV_GV_FAKE_CAMERA(camera->camera_)) != 0) return camera;
+  if (canListen(options.address)) {
+    std::unique_ptr<GvCamera> camera(new GvCamera(options));
+    if (arv_gv_fake_camera_is_running(ARV_GV_FAKE_CAMERA(camera->camera_)) != 0) return camera;
+  }
   // Aravis does not say why; every address of 127.0.0.0/8 can be bound, but it requires an interface with exactly this
   // one.
   return tl::unexpected(tractiond::Error{

@@ -105,8 +105,7 @@ float CentreErrors::strainAt(const Lattice& lattice, int marker, std::span<const
 
 void CentreErrors::weigh(const Lattice& lattice, int pixels, std::span<const Centre> centres,
                          std::span<const Vector> displacement, std::span<const float> restAmplitude,
-                         std::span<const std::uint8_t> frames, const FitDeformed& fitDeformed,
-                         std::span<std::uint8_t> valid) {
+                         std::span<const std::uint8_t> frames, DeformedFits& deformed, std::span<std::uint8_t> valid) {
   int deformedFits = 0;
   const float heeded = kHeeded * std::sqrt(2.0F / static_cast<float>(pixels - 7));
   for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
@@ -122,7 +121,8 @@ void CentreErrors::weigh(const Lattice& lattice, int pixels, std::span<const Cen
       excess = std::max((centre.misfit - shape * shape) / noise2 - 1.0F, 0.0F);
       // Large strained discs have a larger misfit. Dust and tears do not look like an ellipse.
       const float explained = atRest * atRest + (1.0F + 0.5F * heeded) * noise2;
-      if (excess > heeded && strain > kLeastStrain && deformedFits++ < kMostDeformedFits && fitDeformed(i, explained)) {
+      if (excess > heeded && strain > kLeastStrain && deformedFits++ < kMostDeformedFits &&
+          deformed.adopt(i, explained)) {
         excess = 0.0F;
       }
     }

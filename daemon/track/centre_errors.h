@@ -6,7 +6,6 @@
 #include "daemon/track/lattice.h"
 
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -45,17 +44,23 @@ class CentreErrors {
   /// centre one that was found
   bool isMarker(int marker, const Centre& centre) const;
 
-  /// Fits the disc of a marker as an ellipse of any size. If the misfit is at most the second number, makes the centre
-  /// of that fit the marker's, and returns true. A lambda of two references allocates nothing as such a function.
-  using FitDeformed = std::function<bool(int, float)>;
+  /// Fits the disc of a marker as an ellipse of any size.
+  class DeformedFits {
+   public:
+    /// Makes the centre of such a fit the marker's and returns true, if its misfit is at most `mostMisfit`.
+    virtual bool adopt(int marker, float mostMisfit) = 0;
+
+   protected:
+    ~DeformedFits() = default;
+  };
 
   /// Computes the variances of a layer's valid centres. A marker whose shape does not fit its strain (dust at its edge,
   /// the fringe of a reflection, white pixels) is displaced by that: its variance is increased or, if the misfit is too
   /// large, `valid` is set to 0.
   /// \param pixels used samples of the template \param frames for which the marker was followed, up to 2 kMemory - 1
-  /// \param fitDeformed is called for strained markers, at most 64
+  /// \param deformed is asked for strained markers, at most 64
   void weigh(const Lattice& lattice, int pixels, std::span<const Centre> centres, std::span<const Vector> displacement,
-             std::span<const float> restAmplitude, std::span<const std::uint8_t> frames, const FitDeformed& fitDeformed,
+             std::span<const float> restAmplitude, std::span<const std::uint8_t> frames, DeformedFits& deformed,
              std::span<std::uint8_t> valid);
   /// Returns the variance of each of a centre's two coordinates, as weigh() computed it last; by marker. The span stays
   /// in place. That of a marker that is not valid has no meaning.

@@ -206,10 +206,18 @@ void Follower::follow() {
 void Follower::finishFrame(bool thorough) {
   recover();
   markOverlaps();
+  struct Fits final : CentreErrors::DeformedFits {
+    Fits(Follower& own, const Layer& its)
+        : follower(own)
+        , layer(its) {}
+    bool adopt(int marker, float mostMisfit) override { return follower.adoptDeformed(layer, marker, mostMisfit); }
+    Follower& follower;
+    const Layer& layer;
+  };
   for (Layer& layer : layers_) {
-    const auto fitDeformed = [this, &layer](int marker, float most) { return adoptDeformed(layer, marker, most); };
+    Fits deformed(*this, layer);
     errors_.weigh(layer.lattice, appearanceOf(layer).markers.front().used(), centres_, displacement_,
-                  reference_.amplitude, slopeFrames_, fitDeformed, valid_);
+                  reference_.amplitude, slopeFrames_, deformed, valid_);
   }
   for (int i = 0; i < markers_; ++i) stepped_[i] = stepped_[i] && valid_[i];
   torn_ = tears_.torn(displacement_, errors_.variance_px2(), valid_) || torn_;

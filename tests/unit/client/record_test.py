@@ -125,7 +125,7 @@ class Record(Case):
         self.assertTrue(self.info(path)["closed"])
 
     def test_a_disk_that_fills_stops_the_recording_and_says_so(self):
-        script = ('mount -t tmpfs -o size=400k none . && cd "$PWD" && "$1" record a.mcap $2 $3; code=$?; '
+        script = ('mount -t tmpfs -o size=1500k none . && cd "$PWD" && "$1" record a.mcap $2 $3; code=$?; '
                   '"$1" info a.mcap --json; exit $code')
         child = subprocess.run(["unshare", "--user", "--map-root-user", "--mount", "sh", "-c", script, "sh", PROGRAM,
                                 *self.publisher()[:2]], cwd=self.folder, capture_output=True, text=True, timeout=HUNG_S)

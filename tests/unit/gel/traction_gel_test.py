@@ -238,6 +238,11 @@ class Fingertip(unittest.TestCase):
             sides = [corners[faces[:, 1:]] - corners[faces[:, :1]] for faces in surfaces]
             areas.append([np.linalg.norm(np.cross(side[:, 0], side[:, 1]), axis=1).sum() / 2 for side in sides])
         np.testing.assert_allclose(*areas, rtol=0.01)  # free, bonded
+
+    @suite.minutes
+    def test_triangles_move_as_the_built_in_shape(self):
+        self.write_stl(0.7)
+        stl = {"gel_file": "gel.stl", "bone_file": "bone.stl"}
         found = influence.compute(fingertip(error_percent=3) | {"shape": stl}, self.folder, quiet).influence
         built_in = small().influence
         off = np.linalg.norm(found - built_in, axis=1).max(0) / np.linalg.norm(built_in, axis=1).max(0)
@@ -261,6 +266,7 @@ class Fingertip(unittest.TestCase):
             with self.subTest(said), self.assertRaisesRegex(Problem, said), mesh.Body(shape, self.folder):
                 pass
 
+    @suite.minutes
     def test_an_error_of_the_bones_place_is_what_another_bone_does(self):
         found = small()
         self.assertEqual(len(found.errors), 1)

@@ -233,13 +233,6 @@ TEST_F(CalibrateCommand, RefusesABoardOfAnotherSize) {
   }
 }
 
-TEST_F(CalibrateCommand, RefusesInnerCornersForSquares) {
-  options.board = {8, 5, 10e-3};
-  const Done done = calibrate(options);
-  ASSERT_FALSE(done);
-  EXPECT_EQ(done.error().size(), options.pictures.size());  // each by its name
-}
-
 TEST_F(CalibrateCommand, RefusesABlurredPicture) {
   constexpr double kBlur_px = 4.0;
   cv::Mat picture;
