@@ -40,7 +40,8 @@ inline void startReceiving(ArvStream* stream) {
 #endif
 }
 
-/// Lets `fill` paint the pictures of a fake camera. `data` must outlive the camera.
+/// Makes a fake camera call fill(buffer, data, exposure_us, gain, format) for each picture, on Aravis's thread. `data`
+/// must outlive the camera.
 inline void setFillPattern(ArvFakeCamera* camera, ArvFakeCameraFillPattern fill, void* data) {
 #if ARAVIS_CHECK_VERSION(0, 9, 1)
   arv_fake_camera_set_fill_pattern(camera, fill, data, nullptr);

@@ -12,7 +12,7 @@ namespace tractiond::calibrate {
 /// The contact that explains the markers' displacements best, with the Young's modulus of the gel file.
 struct ContactReading {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();       ///< on the gel, gel frame, z into the gel [N]
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< [N^2], by the scatter of the residual
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< [N^2], by the variances, or the scatter if larger
   Eigen::Vector3d place = Eigen::Vector3d::Zero();       ///< of its centre on the touched surface, gel frame [m]
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();     ///< of the surface there, into the gel
   double radius = 0.0;                                   ///< of a Hertz contact that is as broad [m]
@@ -30,7 +30,8 @@ struct Observed {
   double coordinates = 0;                             ///< number of those that are not ignored
 };
 
-/// Parameters are those of ContactFit. Reentrant.
+/// Converts displacements and their variances, as ContactFit takes them, into the equations of a weighted fit. Ignores
+/// a marker that is not valid or whose variance is not above 0. \param seen gives camera and picture motion. Reentrant.
 Observed observe(const sensor::Sensor& seen, const Displacements& displacements, std::span<const float> variance_px2);
 
 /// Fits one round contact on a block or a body: no regularisation, so that its force carries no bias.

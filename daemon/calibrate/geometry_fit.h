@@ -46,7 +46,8 @@ struct Geometry {
 /// Estimates camera and pattern, maximum a posteriori, by Gauss-Newton. Minimises over both
 ///   sum over markers |seen - project(camera, pattern)|^2 / s^2 + sum (pattern error / its deviation)^2
 ///     + sum over focal length, principal point, k1, k2 ((number - file's) / (file's deviation))^2,
-/// where s is the scatter of the residual. In a nearly flat pattern only the parallax of the layers separates focal
+/// where s is the scatter of the residual. If GeometryOptions::aspect is above 0, the aspect is fitted too, with that
+/// deviation. In a nearly flat pattern only the parallax of the layers separates focal
 /// length from distance and principal point from lateral position, and it is as uncertain as the layers' depths. So the
 /// file's focal length and its deviation matter, and the covariance states what remains unknown. Reentrant.
 /// \param start gel, pattern and camera of the file; the iteration begins with its camera

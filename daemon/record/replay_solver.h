@@ -23,7 +23,9 @@ class ReplaySolver {
   /// their order, those that are not to be solved left out.
   void solve(const std::shared_ptr<solve::FieldSolver>& solver, const MarkerField& markers, TractionField& field);
 
-  /// Returns how many frames were solved otherwise than then, as the frame of their model is not in the recording.
+  /// Returns how many frames the recording solved by a model, but this object in full: the model's frame is missing, or
+  /// lies too far back, or the model could not be made or did not answer. Does not count those of which nothing was
+  /// noted.
   std::uint64_t others() const { return others_; }
 
  private:

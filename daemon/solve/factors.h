@@ -103,7 +103,8 @@ using Steps = std::function<void(Step step, double done)>;
 tl::expected<Factors, Error> computeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
                                             const SolveOptions& options, const Steps& steps = {});
 
-/// Computes the rows of V of an atom, 3 x r: the mean of those of its points, by their shares. `rows` has that size.
+/// Computes the rows of V of an atom, 3 x r: the mean of those of its points, by their shares.
+/// \param rows must have that size; it is not resized
 void modesOfAtom(const Factors& factors, const Atoms& atoms, int atom, Eigen::MatrixXd& rows);
 
 /// Returns P and Q of a sensor's pictures.

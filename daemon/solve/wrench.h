@@ -32,8 +32,8 @@ inline void writeWrenches(const Eigen::Vector3d& at, double factor, double* rows
   }
 }
 
-/// Returns what makes of a wrench about the origin that about a point [m]. The same point with the other sign takes it
-/// back.
+/// Returns the matrix that converts a wrench about the origin into the wrench about a point [m]; that of the point with
+/// the other sign is its inverse.
 inline Eigen::Matrix<double, 6, 6> toPoint(const Eigen::Vector3d& at) {
   Eigen::Matrix<double, 6, 6> matrix = Eigen::Matrix<double, 6, 6>::Identity();
   matrix.leftCols<3>() = unitWrenches(-at);

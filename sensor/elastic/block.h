@@ -56,9 +56,9 @@ class BlockCorrection {
   std::unique_ptr<const Data> data_;
 };
 
-/// Returns the half-space field plus the correction, 3T x 3S [m/N], laid out as BlockCorrection::matrix(). No target
-/// may coincide with a source: the result is not finite there. Takes seconds; less for few sources. \param
-/// degree BlockOptions::degree
+/// Returns the half-space field plus the correction, 3T x 3S [m/N], laid out as BlockCorrection::matrix(). Sources may
+/// be as near to a side as they like: uses clearanceOf(sources). No target may coincide with a source: the result is
+/// not finite there. Takes seconds; less for few sources. \param degree BlockOptions::degree
 Eigen::MatrixXd blockDisplacement(const Gel& gel, const Points& targets, const Points& sources,
                                   int degree = kBlockDegree, const Progress& progress = {});
 

@@ -17,8 +17,9 @@ inline std::atomic<int> spareProcessors = static_cast<int>(std::max(std::thread:
 
 /// Calls task(i) once for each i from 0 to count - 1, on as many threads as there are processors, the calling one among
 /// them, and returns when all are done; on fewer where other calls have them, or the system gives no more. A task may
-/// call it, too, and may throw on the calling thread only, which ends when the others have done the rest. The tasks
-/// must not write to the same memory.
+/// call it, too. An exception of a task on the calling thread is passed on after the other threads have done the
+/// remaining tasks, which are left undone if there are none; on another thread it ends the program. The tasks must not
+/// write to the same memory.
 template <typename Task>
 void inParallel(Eigen::Index count, const Task& task) {
   std::atomic<Eigen::Index> next = 0;

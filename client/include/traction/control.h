@@ -126,7 +126,8 @@ class TRACTION_EXPORT Control {
  public:
   /// Finds the endpoint, once for all requests: `options.endpoint`, or the socket of `options.instance` if that is
   /// empty. Neither connects nor checks endpoint and keys: the requests do. \param options are copied \throws Error
-  /// kBadEndpoint if the instance's name is needed and invalid
+  /// kBadEndpoint if the endpoint is empty and the instance's name is invalid, or another user may control the
+  /// directory of its sockets
   explicit Control(const ControlOptions& options = {});
 
   Status status() const;            ///< Returns the status that the daemon published last.
