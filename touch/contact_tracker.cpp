@@ -47,7 +47,7 @@ double square(double x) {
 }
 
 double radius(const Observation& of) {
-  return std::sqrt(of.area_m2 / std::numbers::pi);
+  return std::sqrt(std::max(of.area_m2, 0.0) / std::numbers::pi);
 }
 
 double variance(double deviation) {
@@ -141,7 +141,8 @@ ContactTracker::Step ContactTracker::step(const Track& track, const Observation&
 }
 
 void ContactTracker::match(const Field& field) {
-  const int observations = static_cast<int>(field.contacts.size());
+  constexpr std::size_t kMostObservations = 8;  // as many as a field lists; a foreign one may list any number
+  const int observations = static_cast<int>(std::min(field.contacts.size(), kMostObservations));
   const int known = static_cast<int>(tracks_.size());
   // Beyond the known contacts each observation has a column in which it is a contact that begins.
   Eigen::MatrixXd cost = Eigen::MatrixXd::Constant(observations, known + observations, kEndAndBegin);

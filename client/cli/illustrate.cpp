@@ -23,8 +23,16 @@ namespace {
 class Illustrated {
  public:
   Illustrated(const std::string& path, const std::string& sensor)
-      : sensor_(sensor)
+      : path_(path)
+      , sensor_(sensor)
       , file_(opened(path)) {}
+  /// Removes the file unless finish() has ended it.
+  ~Illustrated() {
+    std::error_code unknown;
+    if (!isDone_) std::filesystem::remove(path_, unknown);
+  }
+  Illustrated(const Illustrated&) = delete;
+  Illustrated& operator=(const Illustrated&) = delete;
 
   void add(const recording::Channel& channel, const recording::Schema* schema, const recording::Message& record) {
     auto copy = record;
@@ -49,7 +57,10 @@ class Illustrated {
       ++drawn_;
     }
   }
-  void finish() { orThrow(writer_.close()); }
+  void finish() {
+    orThrow(writer_.close());
+    isDone_ = true;
+  }
   std::uint64_t drawn() const { return drawn_; }
   /// Returns the messages that were copied and could not be drawn.
   const Skipped& skipped() const { return skipped_; }
@@ -70,7 +81,8 @@ class Illustrated {
     return channels_[topic] = writer_.channel(type, topic, encoding, metadata);
   }
 
-  std::string sensor_;
+  std::string path_, sensor_;
+  bool isDone_ = false;
   recording::NewFile file_;
   recording::Writer writer_{file_, {.syncChunks = false, .library = "tractionctl"}};
   std::map<std::string, std::uint16_t> schemas_, channels_;
@@ -92,7 +104,6 @@ void illustrate(const std::string& from, const std::string& to, const std::strin
                               const recording::Message& record) { made.add(channel, schema, record); }));
   const std::string trouble = troubleOf(extent, made.skipped());
   if (made.drawn() == 0) {
-    std::filesystem::remove(to, unknown);
     throw FileError(made.skipped().exitCode(), from + " has nothing to draw" + (sensor.empty() ? "" : " of " + sensor) +
                                                    (trouble.empty() ? "" : "; " + trouble));
   }

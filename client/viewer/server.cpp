@@ -19,6 +19,7 @@
 #include <charconv>
 #include <csignal>
 #include <map>
+#include <system_error>
 
 namespace traction::view {
 
@@ -233,6 +234,9 @@ class Server {
       show->playing->want(wanted.kinds);
     } catch (const client::FileError& error) {
       show->session->offer(kErrors, errorFrame(Error(ErrorCode::kMalformed, error.what())));
+    } catch (const std::system_error& error) {  // no thread for it; the others go on
+      show->session->offer(kErrors, errorFrame(Error(ErrorCode::kRefused,
+                                                     std::string("no thread can be started for it: ") + error.what())));
     }
   }
 
@@ -263,6 +267,7 @@ class Server {
         tellRecording(*hub);
         if (hub->source && Clock::now() - hub->used > kLinger) {
           hub->source.reset();
+          hub->forwarder = std::make_unique<Forwarder>(deliverTo(*hub));  // surface and pictures are wanted no more
           hub->options.subscription.topics = kAllTopics;  // the daemon makes previews only while they are subscribed to
           hub->last.clear();
         }

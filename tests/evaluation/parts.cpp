@@ -14,9 +14,9 @@
 //                     deviation 2, force 3 [N], deviation 3, area [m^2], deviation, spread ratio, deviation, torque
 //                     [N m], variance, half axes 2 [m], deviation 2, orientation [rad], deviation. Contacts of one time
 //                     are a field; one without normal force says that there is none. Sequences follow each other, and
-//                     have nothing to do with each other. Writes slip.f64: fields x 9, of the contact that is pressed
+//                     have nothing to do with each other. Writes slip.f64: fields x 10, of the contact that is pressed
 //                     most: state (-1: not known, or a lower bound alone), stick ratio 3, friction 3 (estimate, low,
-//                     high), probability of incipient slip, force that would hold
+//                     high), probability of incipient slip, force that would hold, model
 #include "sensor/elastic/block.h"
 #include "sensor/elastic/half_space.h"
 #include "sensor/elastic/surface.h"
@@ -143,7 +143,7 @@ touch::Observation observationOf(const Row& row) {
   return seen;
 }
 
-std::array<double, 9> judge(const std::vector<touch::Contact>& contacts) {
+std::array<double, 10> judge(const std::vector<touch::Contact>& contacts) {
   const auto most = std::ranges::max_element(contacts, {}, [](const touch::Contact& one) { return one.force_N[2]; });
   const touch::Slip slip = most == contacts.end() ? touch::Slip{} : most->slip.value_or(touch::Slip{});
   const bool isKnown = slip.model == touch::SlipModel::kBall || slip.model == touch::SlipModel::kSliding;
@@ -155,7 +155,8 @@ std::array<double, 9> judge(const std::vector<touch::Contact>& contacts) {
           slip.friction.low,
           slip.friction.high,
           slip.incipient,
-          slip.holdingForce_N};
+          slip.holdingForce_N,
+          static_cast<double>(slip.model)};
 }
 
 void slip(const path& job) {

@@ -17,7 +17,7 @@ from unseen import ALL_KNOWN
 
 PULLED, SLID = 30, 36  # frames
 SPEED = 2e-3, 10e-3  # of the probe's middle [m/s]
-SLIDES = 2  # touch::SlipModel
+SLIDES = 3  # traction::SlipModel
 SLIPPING = 3  # touch::SlipState
 
 

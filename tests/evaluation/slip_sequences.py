@@ -81,11 +81,11 @@ class Pull:
 
 
 def judged(sequences):
-    """What touch says of sequences of observations (rows x 23, one a contact; see parts.cpp): a list of fields x 9."""
+    """What touch says of sequences of observations (rows x 23, one a contact; see parts.cpp): a list of fields x 10."""
     rows = [np.c_[np.full(len(one), number), one] for number, one in enumerate(sequences)]
     with chain.job(observations=np.concatenate(rows)) as job:
         chain.call("parts", "slip", job)
-        found = np.fromfile(job / "slip.f64").reshape(-1, 9)
+        found = np.fromfile(job / "slip.f64").reshape(-1, 10)
     return np.split(found, np.cumsum([len(np.unique(one[:, 0])) for one in sequences])[:-1])
 
 
