@@ -19,11 +19,11 @@ using tractiond::FileError;
 /// An array in C order: the last index varies fastest.
 struct NumpyArray {
   std::vector<std::size_t> shape;  ///< extents, each at least 1; empty for a single number
-  std::vector<double> values;      ///< as many as the product of the extents; none after a fault
+  std::vector<double> values;      ///< as many as the product of the extents; of no meaning after a fault
 };
 
 /// An archive in memory, with the CRC-32 of every member checked. The first fault of a file is kept, and finish()
-/// returns it; what is read after it is empty. Thread-bound.
+/// returns it; what is read after it has no meaning. Thread-bound.
 class NumpyFile {
  public:
   /// Reads an archive. Fails if the file cannot be read, is not an archive, or is truncated, damaged, compressed or

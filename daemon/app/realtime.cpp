@@ -39,8 +39,7 @@ std::string nameOf(int threadId) {
 }
 
 tl::unexpected<std::string> noList(const std::string& list) {
-  return tl::unexpected(
-      fmt::format("= \"{}\" is no list of processors like 0-2,5, each below {}", list, CPU_SETSIZE));
+  return tl::unexpected(fmt::format("= \"{}\" is no list of processors like 0-2,5, each below {}", list, CPU_SETSIZE));
 }
 
 }  // namespace
@@ -120,7 +119,12 @@ void Realtime::leave() {
 }
 
 void Realtime::read(traction::v1::Scheduling& status) {
-  const std::lock_guard lock(mutex_);
+  const std::unique_lock lock(mutex_, std::try_to_lock);
+  if (lock) fill(status);
+}
+
+/// Must be called with the mutex locked.
+void Realtime::fill(traction::v1::Scheduling& status) const {
   status.set_asked_priority(static_cast<std::uint32_t>(options_.priority));
   status.set_asked_cpus(cpusText(cpus_));
   status.set_asked_lock(options_.lockMemory);
@@ -140,7 +144,10 @@ void Realtime::read(traction::v1::Scheduling& status) {
 void Realtime::report() {
   if (options_.priority == 0 && options_.cpus.empty() && !options_.lockMemory) return;
   traction::v1::Scheduling status;
-  read(status);
+  {
+    const std::lock_guard lock(mutex_);
+    fill(status);
+  }
   std::string threads;
   bool allHave = true, allThere = true;
   const std::string wanted = cpusText(cpus_);

@@ -52,7 +52,7 @@ class Realtime final : public capture::ThreadWatch {
   void adopt(int threadId);
 
   /// Sets in `status` what was requested and what is in force now for the registered threads, without those that have
-  /// ended.
+  /// ended. Leaves it as it is while another thread is registered: the caller may be one that must not wait.
   void read(traction::v1::Scheduling& status);
 
   /// Logs one line about what was granted, and a warning with its remedy for each thing that was not. Logs nothing if
@@ -61,6 +61,7 @@ class Realtime final : public capture::ThreadWatch {
 
  private:
   void include(int threadId, int priority);
+  void fill(traction::v1::Scheduling& status) const;
 
   const RealtimeOptions options_;
   const cpu_set_t cpus_;

@@ -258,11 +258,22 @@ tl::expected<std::string, Error> writeFeature(ArvDevice* device, const Feature& 
 
 std::optional<Feature> standingAt(ArvDevice* device, const char* name) {
   ArvGcNode* node = arv_device_get_feature(device, name);
-  if (node == nullptr || ARV_IS_GC_COMMAND(node) ||
+  if (node == nullptr || !ARV_IS_GC_FEATURE_NODE(node) || ARV_IS_GC_COMMAND(node) || !hasFeature(device, name) ||
       arv_device_get_feature_access_mode(device, name) == ARV_GC_ACCESS_MODE_RO)
     return {};
-  const std::string value = readFeature(device, name);
-  return value.empty() ? std::nullopt : std::optional(Feature{name, value});
+  Failure failure;
+  Feature feature{name, {}};
+  if (ARV_IS_GC_BOOLEAN(node))
+    feature.value = arv_device_get_boolean_feature_value(device, name, failure.into()) != FALSE;
+  else if (ARV_IS_GC_ENUMERATION(node) || ARV_IS_GC_STRING(node))
+    feature.value = text(arv_device_get_string_feature_value(device, name, failure.into()));
+  else if (ARV_IS_GC_INTEGER(node))
+    feature.value = std::int64_t{arv_device_get_integer_feature_value(device, name, failure.into())};
+  else if (ARV_IS_GC_FLOAT(node))
+    feature.value = arv_device_get_float_feature_value(device, name, failure.into());
+  else
+    return {};
+  return failure ? std::nullopt : std::optional(feature);
 }
 
 std::string firstFeature(ArvDevice* device, std::initializer_list<const char*> names) {
@@ -286,8 +297,13 @@ Quantity gainOf(ArvDevice* device) {
 }
 
 std::optional<double> readQuantity(ArvDevice* device, const Quantity& quantity) {
-  const auto value = parsedAs<double>(readFeature(device, quantity.feature));
-  return value ? std::optional(*value / quantity.perUnit) : std::nullopt;
+  if (quantity.feature.empty()) return {};
+  const char* name = quantity.feature.c_str();
+  Failure failure;
+  const bool whole = ARV_IS_GC_INTEGER(arv_device_get_feature(device, name));
+  const double value = whole ? static_cast<double>(arv_device_get_integer_feature_value(device, name, failure.into()))
+                             : arv_device_get_float_feature_value(device, name, failure.into());
+  return failure ? std::optional<double>() : value / quantity.perUnit;
 }
 
 std::string readFeature(ArvDevice* device, const std::string& name) {

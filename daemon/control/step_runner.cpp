@@ -13,12 +13,15 @@ StepRunner::StepRunner(const ProcedureParts& parts, const ProcedureOptions& opti
     , calibration_(parts.sensor, options.zeroFrames) {}
 
 void StepRunner::begin(const CalibrationStep& step, const std::optional<RestPose>& zero, const std::string& camera) {
-  if (work_) {
-    work_->isAwaited = false;
-    return answer(tl::unexpected<std::string>("the step before is still being computed; ask again in a while"));
-  }
-  run([this, step, zero, camera] {
-    return calibration_.begin(step, zero ? &*zero : nullptr, camera, options_.directory);
+  Begin begin{step, zero, camera};
+  if (!work_) return start(std::move(begin));
+  work_->isAwaited = false;
+  waiting_ = std::move(begin);
+}
+
+void StepRunner::start(Begin begin) {
+  run([this, begin = std::move(begin)] {
+    return calibration_.begin(begin.step, begin.zero ? &*begin.zero : nullptr, begin.camera, options_.directory);
   });
 }
 
@@ -28,7 +31,10 @@ void StepRunner::run(StepWork work) {
 }
 
 void StepRunner::drop(const std::string& reason) {
-  if (work_) {
+  if (waiting_) {
+    waiting_.reset();
+    answer(tl::unexpected(reason));
+  } else if (work_) {
     work_->dropReason = reason;
   } else if (calibration_.running()) {
     calibration_.drop();
@@ -53,6 +59,7 @@ void StepRunner::turn() {
   } else if (!ended.dropReason.empty()) {
     drop(ended.dropReason);
   }
+  if (waiting_) start(*std::exchange(waiting_, std::nullopt));
 }
 
 void StepRunner::answer(const calibrate::Result& result) {

@@ -18,7 +18,7 @@ class StepRunner {
   StepRunner(const ProcedureParts& parts, const ProcedureOptions& options);
 
   /// Begins a step; returns at once, and may answer before. It replaces a step that looks at frames, which is dropped
-  /// without an answer. While work is under way it is refused, and the step of that work gets no answer. Parameters are
+  /// without an answer. While work is under way it waits for the end of that, whose step gets no answer. Parameters are
   /// those of calibrate::Calibration::begin(); all are copied.
   void begin(const CalibrationStep& step, const std::optional<RestPose>& zero, const std::string& camera);
 
@@ -44,6 +44,13 @@ class StepRunner {
     std::string dropReason = {};  ///< the answer if the step would look at frames; empty: it may
   };
 
+  struct Begin {
+    CalibrationStep step;
+    std::optional<RestPose> zero;
+    std::string camera;
+  };
+
+  void start(Begin begin);
   void run(StepWork work);
   void answer(const calibrate::Result& result);
 
@@ -51,6 +58,7 @@ class StepRunner {
   const ProcedureOptions options_;
   calibrate::Calibration calibration_;  ///< used by the other thread while work_ is under way
   std::optional<UnderWay> work_;
+  std::optional<Begin> waiting_;  ///< for the end of work_
 };
 
 }  // namespace tractiond::control

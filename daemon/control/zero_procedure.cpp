@@ -98,7 +98,7 @@ void ZeroProcedure::adoptFirst(const GelReport& report, const std::string& doubt
     handOver();  // the tracker may use an earlier first zero
     if (!std::holds_alternative<Idle>(state_)) answer(taken_, doubt);
   }
-  firstWritten_ = parts_.host.keep(taken_, nullptr);
+  ownWritten_ = parts_.host.keep(taken_, nullptr);
 }
 
 void ZeroProcedure::logTaken(const std::string& doubt, const std::string& moved) const {
@@ -121,11 +121,11 @@ void ZeroProcedure::keep(Keeping keeping) {
   heedWritten();
 }
 
-/// Puts the requested zero in force when it is on the disk, or refuses it. Logs that the first one could not be
-/// written.
+/// Puts the requested zero in force when it is on the disk, or refuses it. Logs that the one in force could not
+/// be written.
 void ZeroProcedure::heedWritten() {
-  if (isDone(firstWritten_)) {
-    if (const Written written = firstWritten_.get(); !written)
+  if (isDone(ownWritten_)) {
+    if (const Written written = ownWritten_.get(); !written)
       spdlog::error("the zero in force could not be written: {}", written.error().message());
   }
   const auto* const keeping = std::get_if<Keeping>(&state_);
@@ -133,6 +133,8 @@ void ZeroProcedure::heedWritten() {
   auto kept = std::get<Keeping>(std::exchange(state_, Idle{}));
   if (const Written written = kept.written.get(); !written) {
     const std::string why = written.error().message();
+    // A write that fails late leaves the refused zero on the disk, from where the next start would restore it.
+    ownWritten_ = parts_.host.keep(*zero_, before_ ? &*before_ : nullptr);
     if (!request_.undo) return refuseTaken("it could not be written: " + why);
     return answer(tl::unexpected("previous zero not restored, because it could not be written: " + why));
   }

@@ -129,9 +129,9 @@ class ZeroProcedure {
   bool fits_ = true;          ///< the gel file fits zero_
   bool isHandedOver_ = true;  ///< to the tracker; false: tried again in the next turn
   std::variant<Idle, Taking, Keeping> state_;
-  std::future<Written> firstWritten_;  ///< write of the first zero, which is in force already
-  ZeroRequest request_;                ///< the newest
-  RestPose taken_;                     ///< by the tracker
+  std::future<Written> ownWritten_;  ///< write of a zero that is in force already
+  ZeroRequest request_;              ///< the newest
+  RestPose taken_;                   ///< by the tracker
 };
 
 }  // namespace tractiond::control

@@ -140,7 +140,7 @@ bool Follower::acquire() {
     Layer& layer = layers_[i];
     Appearance::Layer& appearance = appearanceOf(layer);
     if (appearance.markers.empty()) appearance.markers = {roughTemplate(layer.plane, appearance.radius_px)};
-    const MarkerTemplate& marker = appearance.markers.front();
+    const MarkerTemplate& marker = reference_.appearance.isKnown ? appearance.markers.front() : roughOf(layer);
     const auto found = workspace_->detector.find(layer.plane, layer.otherPlane, marker);
     options.border_px = std::max(options.border_px, Detector::border_px(layer.plane, marker));
     layer.spots.assign(found.begin(), found.end());

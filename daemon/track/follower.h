@@ -47,6 +47,8 @@ class Follower {
     Plane plane = {}, otherPlane = {};  ///< of this picture
     std::vector<Spot> spots = {};       ///< found when the whole picture was searched last
     LatticeSeen seen = {};              ///< when the markers were labelled last
+    MarkerTemplate rough = {};          ///< for spots whose blur is not known yet
+    float roughScale = 0.0F;            ///< scale of the plane that `rough` is for; 0: none yet
   };
 
   /// The sensor must be trackable(). `workspace` must outlive the follower and its copies. \param zeroFrames number of
@@ -136,6 +138,7 @@ class Follower {
   void markOverlaps();
   void guessLost();
 
+  const MarkerTemplate& roughOf(Layer& layer);
   void learnSize(const Layer& layer, std::span<const std::uint8_t> seen);
   void learnAppearance(std::span<const std::uint8_t> seen);
   void placeUnlabelled();

@@ -5,7 +5,6 @@
 #include "daemon/track/rest_pose.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <utility>
 
@@ -42,6 +41,14 @@ void Follower::learnAnew() {
   reference_.appearance.isKnown = false;
   seeksAll_ = true;
   acquireIn_ = 0;
+}
+
+const MarkerTemplate& Follower::roughOf(Layer& layer) {
+  if (layer.roughScale != layer.plane.scale) {
+    layer.rough = roughTemplate(layer.plane, appearanceOf(layer).radius_px);
+    layer.roughScale = layer.plane.scale;
+  }
+  return layer.rough;
 }
 
 /// Scales the radius with the pattern: the camera may be nearer or farther than described.

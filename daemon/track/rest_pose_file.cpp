@@ -4,6 +4,7 @@
 #include "base/files.h"
 #include "base/hash.h"
 #include "base/whole_file.h"
+#include "daemon/track/rest_pose.h"
 
 #include <algorithm>
 #include <cstring>
@@ -139,6 +140,8 @@ tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem:
       header.markers != static_cast<std::uint32_t>(sensor.markerCount())) {
     return refuse(EX_DATAERR, "belongs to other marker layers or another picture format");
   }
+  if (bytes->size() != sizeof header + body + header.camera + header.asker + sizeof checksum)
+    return refuse(EX_DATAERR, "is damaged: its length does not fit");
   const std::string owner(bytes->data() + sizeof header + body, header.camera);
   if (owner != camera) {
     return tl::make_unexpected(
@@ -146,8 +149,9 @@ tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem:
               "use that camera (camera.id); or delete the file and, with the gel untouched, start and take a zero "
               "(tractionctl zero)"});
   }
-
-  return poseOf(header, bytes->data() + sizeof header);
+  RestPose pose = poseOf(header, bytes->data() + sizeof header);
+  if (!isSane(pose) || idOf(pose) != pose.id) return refuse(EX_DATAERR, "is damaged: its numbers make no sense");
+  return pose;
 }
 
 tl::expected<void, Error> saveRestPose(const std::filesystem::path& path, const RestPose& pose,
