@@ -11,10 +11,8 @@
 
 #include <malloc.h>
 #include <spdlog/spdlog.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <fstream>
 #include <utility>
 
 namespace tractiond {
@@ -32,13 +30,6 @@ std::string account(const Ledger& ledger) {
   const std::uint64_t zero = ledger.noRestPose.get();
   return fmt::format("{} frames received, {} published, {} for the zero, {} lost", ledger.received.get(),
                      ledger.published.get(), zero, ledger.losses() - zero);
-}
-
-/// Returns the resident memory [bytes].
-std::uint64_t residentMemory() {
-  std::uint64_t all = 0, resident = 0;  // pages
-  std::ifstream("/proc/self/statm") >> all >> resident;
-  return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
 }  // namespace
@@ -288,7 +279,7 @@ void Instrument::measure(traction::v1::Status& status) {
   turns.set_publish(turns_.publish.get());
   turns.set_control(turns_.control.get());
   status.set_log_lines_lost(log_ ? log_->lost() : 0);
-  status.set_memory_bytes(residentMemory());
+  status.set_memory_bytes(memorySize("VmRSS:"));
   if (processing_) processing_->measure(status);
 }
 

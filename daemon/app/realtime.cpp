@@ -4,14 +4,17 @@
 #include "base/service/time_slice.h"
 #include "traction/v1/status.pb.h"
 
+#include <fcntl.h>
 #include <spdlog/spdlog.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <regex>
@@ -21,15 +24,6 @@
 
 namespace tractiond {
 namespace {
-
-/// Returns VmLck of /proc/self/status [bytes].
-std::uint64_t lockedMemory() {
-  std::ifstream file("/proc/self/status");
-  std::uint64_t size_KiB = 0;
-  for (std::string word; file >> word && word != "VmLck:";) continue;
-  file >> size_KiB;
-  return size_KiB * 1024;
-}
 
 /// Returns the name of a thread; empty if it has ended.
 std::string nameOf(int threadId) {
@@ -43,6 +37,17 @@ tl::unexpected<std::string> noList(const std::string& list) {
 }
 
 }  // namespace
+
+std::uint64_t memorySize(std::string_view key) {
+  std::array<char, 4096> text{};
+  const int file = ::open("/proc/self/status", O_RDONLY | O_CLOEXEC);
+  if (file < 0) return 0;
+  const ssize_t size = ::read(file, text.data(), text.size() - 1);
+  ::close(file);
+  const std::size_t found =
+      std::string_view(text.data(), static_cast<std::size_t>(std::max<ssize_t>(size, 0))).find(key);
+  return found == std::string_view::npos ? 0 : std::strtoull(&text[found + key.size()], nullptr, 10) * 1024;
+}
 
 tl::expected<cpu_set_t, std::string> parseCpus(const std::string& list) {
   static const std::regex kItem(R"(([0-9]{1,4})(-([0-9]{1,4}))?)");
@@ -128,7 +133,7 @@ void Realtime::fill(traction::v1::Scheduling& status) const {
   status.set_asked_priority(static_cast<std::uint32_t>(options_.priority));
   status.set_asked_cpus(cpusText(cpus_));
   status.set_asked_lock(options_.lockMemory);
-  status.set_locked_bytes(options_.lockMemory ? lockedMemory() : 0);
+  status.set_locked_bytes(options_.lockMemory ? memorySize("VmLck:") : 0);
   status.clear_threads();
   for (const auto& [id, name] : threads_) {
     sched_param param{};

@@ -10,6 +10,7 @@
 #include <map>
 #include <mutex>
 #include <string>
+#include <string_view>
 
 namespace traction::v1 {
 class Scheduling;
@@ -28,6 +29,8 @@ struct RealtimeOptions {
 /// whether they exist is not checked. An empty list has no processor. Fails with the rest of a sentence that begins
 /// with the key: `= "..." is no list ...`.
 tl::expected<cpu_set_t, std::string> parseCpus(const std::string& list);
+/// Returns a size in /proc/self/status, by its key: "VmRSS:" [bytes]; 0 if there is none. Allocates nothing.
+std::uint64_t memorySize(std::string_view key);
 /// Returns processors in the kernel's list format, "0-2,5"; empty for none.
 std::string cpusText(const cpu_set_t& cpus);
 
