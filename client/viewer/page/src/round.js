@@ -70,10 +70,10 @@ function sharesAlong(at, variance, count) {
 }
 
 /** Calls use(node, share) for each node that the field gave a part of a contact's force. */
-function eachShare({at, radius}, model, use) {
-  const {columns, rows} = model, pitch = 1e3 * model.description.nodes.pitch_m, place = model.gridPlace(at.map((one) => 1e-3 * one));
-  const variance = Math.max((0.2 * radius ** 2) / pitch ** 2, leastSpread) + blur;
-  const [across, up] = [columns, rows].map((count, axis) => sharesAlong(Math.min(Math.max(place[axis], -beyond), count - 1 + beyond), variance, count));
+function eachShare({at, radius}, {columns, rows, description: {nodes: {pitch_m, centre_m}}}, use) {
+  const pitch = 1e3 * pitch_m, variance = Math.max((0.2 * radius ** 2) / pitch ** 2, leastSpread) + blur;
+  const [across, up] = [columns, rows].map((count, axis) => sharesAlong(
+    Math.min(Math.max((at[axis] - 1e3 * centre_m[axis]) / pitch + (count - 1) / 2, -beyond), count - 1 + beyond), variance, count));
   for (let row = 0; row < rows; ++row) {
     for (let column = 0; column < columns; ++column) {
       const share = across[column] * up[row];
