@@ -355,6 +355,27 @@ class Page(TestCase):
             browser.ask(picture=f"{pictures}/body.png")
         self.assertEqual(browser.ask(requests=True)["faults"], [])
 
+    def test_nothing_of_another_sensor_or_of_before_is_shown_as_of_now(self):
+        self.rig.twin("press")
+        daemon = self.rig.daemon()
+        browser = self.browser(self.view(daemon, "--instance", "absent"))
+        browser.wait_for("document.querySelectorAll('#sensors button').length === 2")
+        absent, present = (f"document.querySelectorAll('#sensors button')[{i}].click()" for i in range(2))
+        browser.evaluate(present)
+        browser.wait_for("traction.model.isTouched && document.querySelector('#magnitude').textContent !== '–'")
+        browser.evaluate("document.querySelector('#pause').click()")
+        browser.evaluate(absent)
+        browser.wait_for("document.querySelector('#magnitude').textContent === '–'")
+        browser.wait_for("traction.model.drawn > 0")
+        self.assertEqual(browser.evaluate("""[...document.querySelectorAll(".view .scale")].map((label) => label.textContent)"""), 4 * [""])
+        self.assertFalse(browser.evaluate("traction.views.a.stage.gel.visible || traction.views.d.stage.gel.visible"))
+        browser.evaluate(present)
+        browser.wait_for("document.querySelector('#magnitude').textContent !== '–'")
+        daemon.kill()
+        browser.wait_for("document.body.classList.contains('stale')")
+        browser.wait_for("[...document.querySelectorAll('#sensors small')].every((force) => force.textContent === '–')")
+        self.assertEqual(browser.ask(requests=True)["faults"], [])
+
     def test_a_phone_shows_all_views(self):
         self.rig.twin("idle")
         browser = self.browser(self.view(self.rig.daemon()), width=390, height=844)

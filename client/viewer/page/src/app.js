@@ -54,13 +54,16 @@ class Sensor {
         if (model.zeroId && String(message.zero?.id) !== model.zeroId) this.history.mark("zero");
         model.takeDescription(message);
         break;
-      case "status": model.status = message; break;
+      case "status": model.takeStatus(message); break;
       case "surface": model.takeSurface(message); break;
       case "picture": views.b.show(message, model); return;  // draws when it is decoded
       case "places": model.takePlaces(message); break;
       case "time": model.time = message; break;
       case "recorder": model.recorder = message; break;
-      case "health": model.health = message; break;
+      case "health":
+        model.health = message;
+        if (model.isStale) this.history.interrupt();
+        break;
       default: return;
     }
     if (this === chosen) isNew = true;
@@ -84,6 +87,8 @@ let owed = null;  // where the processor draws, the two views in three dimension
 
 function choose(sensor) {
   chosen = sensor;
+  isHeld = false;
+  $("pause").setAttribute("aria-pressed", "false");
   window.traction.model = sensor.model;
   for (const button of $("sensors").children) button.setAttribute("aria-current", String(button.sensor === sensor));
   for (const id of ["zero", "undo"]) $(id).hidden = !sensor.control;
@@ -278,7 +283,7 @@ async function start() {
       button.describe = () => {
         const {field} = sensor.model;
         say(label, field?.header.sensor && sensor.name.includes("://") ? field.header.sensor : sensor.name);
-        say(force, field?.valid ? `${Math.hypot(...field.resultant_N).toFixed(2)} N` : "–");
+        say(force, field?.valid && !sensor.model.isStale ? `${Math.hypot(...field.resultant_N).toFixed(2)} N` : "–");
       };
       return button;
     }));

@@ -49,6 +49,12 @@ export function fit(canvas) {
   return {context, width, height};
 }
 
+/** Leaves the card, where there is nothing to draw. @param fitted of fit() */
+export function blank({context, width, height}) {
+  context.fillStyle = theme.card;
+  context.fillRect(0, 0, width, height);
+}
+
 /** What lies below all else in a canvas and seldom changes: drawn once, and put there as it is. */
 export class Ground {
   #canvas = document.createElement("canvas");

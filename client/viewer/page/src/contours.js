@@ -1,6 +1,6 @@
 // View c: pressure, shear or both, as filled contours of a spline surface through the nodes, small round contacts as their model
 // has them; and which nodes stick and slip.
-import {Ground, fit, say} from "./canvas.js";
+import {Ground, blank, fit, say} from "./canvas.js";
 import {show, spread} from "./numbers.js";
 import {addMeanTraction, deviationAt, forcesBeside} from "./round.js";
 import {Scale, between, newtons, pascals} from "./scale.js";
@@ -97,7 +97,8 @@ export class Contours {
 
   draw(model) {
     const fitted = fit(this.canvas);
-    if (!fitted || !model.isComplete || model.columns < 2 || model.rows < 2) return;
+    if (!fitted) return;
+    if (!model.isComplete || model.columns < 2 || model.rows < 2) return blank(fitted), say(this.label, "");
     const {context, width, height} = fitted;
     const {columns, rows} = model;
     const right = margin.right + (width > wide_px ? second_px : 0);

@@ -75,7 +75,9 @@ export class Flow {
   }
 
   draw(model) {
-    if (!this.stage.renderer || !model.isComplete || model.columns < 2 || model.rows < 2) return this.stage.render();
+    const {gel} = this.stage;
+    gel.visible = model.isComplete && model.columns > 1 && model.rows > 1;
+    if (!this.stage.renderer || !gel.visible) return say(this.label, ""), this.stage.render();
     const grid = model.arrowGrid;
     this.#prepare(grid);
     const full = this.scale.update(grid.largest_N), {displacement_mm: moved} = model;

@@ -5,6 +5,7 @@ import {roundContacts} from "./round.js";
 
 const touch_ms = 1500;  // after a message of traction-touch, which sends one for each field
 const sameTouch_ms = 500;  // without a contact, within one touch
+const stale_ms = 3000;  // of a status
 const none = [];
 const mostArrows = isSlow ? 25 : 50;  // along a side
 
@@ -75,6 +76,11 @@ export class Model {
     this.#time(field.header);
   }
 
+  /** No fields come, so that what is shown is not of now. */
+  get isStale() {
+    return !this.isConnected || this.health?.health === "no_fields";
+  }
+
   get #isSameTouch() {
     return this.peak !== null && performance.now() - this.peak.seen_ms < sameTouch_ms;
   }
@@ -114,6 +120,16 @@ export class Model {
     this.surface_share = share;
     if (this.field?.valid === false && this.isTouched) return;  // without forces for a moment
     this.displacement_mm = displacement_mm;
+  }
+
+  takeStatus(status) {
+    this.status = status;
+    this.status_ms = performance.now();
+  }
+
+  /** The status, unless it is of before: one comes each second. */
+  get newStatus() {
+    return this.time || performance.now() - this.status_ms < stale_ms ? this.status : null;
   }
 
   takeContacts(message) {
@@ -170,7 +186,7 @@ export class Model {
 
   /** Contacts of what is shown that their own model describes between the nodes. */
   get rounds() {
-    if (this.roundsOf !== this.shown) [this.roundsOf, this.roundsMade] = [this.shown, roundContacts(this.shown, this.description)];
+    if (this.roundsOf !== this.shown) [this.roundsOf, this.roundsMade] = [this.shown, roundContacts(this.shown, this.description, this.roundsMade)];
     return this.roundsMade;
   }
 

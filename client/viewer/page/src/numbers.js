@@ -7,7 +7,7 @@ export const flagWords = {};  // by their names, from the server
 const lamps = {measuring: "good", doubtful: "warn", no_forces: "bad", no_fields: "warn"};
 const cameraWords = {unknown: "not opened yet", waiting: "waiting for it", streaming: "streaming", lost: "lost, looking for it",
   connecting: "connecting"};
-// Numbers of the ledger that are no losses, or are told elsewhere; all others are shown.
+// Numbers of the ledger that are no losses, or are shown elsewhere; all others are shown.
 const notLost = [ "received", "published", "in_flight", "no_rest_pose", "no_gel", "reconnects", "doubted", "invalid" ];
 const lossWords = {
   wrong_size : "of wrong size",
@@ -66,6 +66,7 @@ function doubtsOf(model) {
 
 export function showState(model) {
   const [colour, words] = stateOf(model);
+  document.body.classList.toggle("stale", model.isStale && model.field !== null);
   $("state").firstElementChild.className = `lamp ${colour}`;
   set($("state-text"), words);
 }
@@ -79,11 +80,10 @@ export function showZero({description}) {
 }
 
 export function showForce(model) {
-  const {field} = model;
-  if (!field) return;
-  const [force, moment] = [field.resultant_N, field.moment_Nm.map((one) => 1e3 * one)];
-  set($("magnitude"), field.valid ? show(Math.hypot(...force), 3) : "–");
-  const each = [deviations(field.resultant_covariance_N2), deviations(field.moment_covariance_N2m2).map((one) => 1e3 * one)];
+  const {field} = model, isValid = Boolean(field?.valid);
+  const [force, moment] = isValid ? [field.resultant_N, field.moment_Nm.map((one) => 1e3 * one)] : [[], []];
+  set($("magnitude"), isValid ? show(Math.hypot(...force), 3) : "–");
+  const each = isValid ? [deviations(field.resultant_covariance_N2), deviations(field.moment_covariance_N2m2).map((one) => 1e3 * one)] : [[], []];
   const lines = rows($("components"), 3, () => element("tr", "<th scope=row></th><td></td><td></td>"));
   ["x", "y", "z"].forEach((axis, i) => {
     lines[i].className = axis;
@@ -91,8 +91,8 @@ export function showForce(model) {
     set(head, axis);
     [[first, force[i], each[0][i], 3], [second, moment[i], each[1][i], 2]].forEach(([cell, value, deviation, digits]) => {
       if (!cell.firstChild) cell.innerHTML = "<span></span> <small></small>";
-      set(cell.firstChild, field.valid ? show(value, digits) : "–");
-      set(cell.lastChild, field.valid ? spread(deviation, digits) : "");
+      set(cell.firstChild, isValid ? show(value, digits) : "–");
+      set(cell.lastChild, isValid ? spread(deviation, digits) : "");
     });
   });
 }
@@ -109,7 +109,7 @@ export function showContacts(model) {
   if (contacts.length === 0) {
     const [only] = rows($("contacts"), 1, () => element("li"));
     only.className = "empty";
-    set(only, model.field?.method === "whole_face" ? "one large contact: the whole face" : "no contact");
+    set(only, model.field === null ? "–" : model.field.method === "whole_face" ? "one large contact: the whole face" : "no contact");
     return;
   }
   const lines = rows($("contacts"), contacts.length, () => element("li"));
@@ -124,16 +124,16 @@ export function showContacts(model) {
 }
 
 export function showFacts(model) {
-  const {status, field, description} = model;
+  const {field, description, isStale, newStatus: status} = model;
   const lost = Object.entries(status?.ledger ?? {}).filter(([name, number]) => number > 0n && !notLost.includes(name));
   const number = lost.reduce((sum, [, one]) => sum + one, 0n), all = number + (status?.ledger.published ?? 0n);
   const causes = lost.sort(([, a], [, b]) => Number(b - a)).map(([name, one]) => `${one} ${lossWords[name] ?? name.replaceAll("_", " ")}`);
   const facts = {
     sensor : field?.header.sensor || model.name,
     camera : status ? cameraWords[status.camera] : "–",
-    rate : model.rate_hz ? `${model.rate_hz.toFixed(1)} /s${model.passed_over ? `, ${model.passed_over} skipped` : ""}`
+    rate : model.rate_hz && !isStale ? `${model.rate_hz.toFixed(1)} /s${model.passed_over ? `, ${model.passed_over} skipped` : ""}`
                                                                               : "–",
-    latency : model.latency_ms === null ? "–" : `${model.latency_ms.toFixed(1)} ms`,
+    latency : model.latency_ms === null || isStale ? "–" : `${model.latency_ms.toFixed(1)} ms`,
     "in the daemon" : status ? `${(1e3 * status.latencies.total.p50_s).toFixed(1)} ms, 99 %: ${
                                    (1e3 * status.latencies.total.p99_s).toFixed(1)}`
                              : "–",

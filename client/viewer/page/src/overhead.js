@@ -1,7 +1,7 @@
 // View b: what the camera sees, brighter than it is, and over it how the markers have moved, the forces along the surface as
 // arrows, and the pressure as discs.
 import {Scale, between, newtons} from "./scale.js";
-import {Ground, fit, isSlow, say} from "./canvas.js";
+import {Ground, blank, fit, isSlow, say} from "./canvas.js";
 import {theme} from "./theme.js";
 import {drawTouching} from "./touching.js";
 
@@ -66,7 +66,8 @@ export class Overhead {
   draw(model) {
     const fitted = fit(this.canvas);
     const camera = model.description?.camera;
-    if (!fitted || !camera?.width_px) return;
+    if (!fitted) return;
+    if (!camera?.width_px) return blank(fitted), say(this.label, "");
     const {context, width, height} = fitted;
     const zoom = Math.min(width / camera.width_px, height / camera.height_px);
     const left = Math.round((width - zoom * camera.width_px) / 2), top = Math.round((height - zoom * camera.height_px) / 2);
@@ -94,14 +95,16 @@ export class Overhead {
     toPicture(context);
     if (!model.preview) this.#markers(context, model, zoom);
     const motion = this.#motion(context, model, zoom);
+    let words = "";
     if (model.isComplete && model.places_px.length === 2 * model.columns * model.rows) {
       context.globalAlpha = model.isGhost ? 0.35 : 1;
       model.arrows = this.#forces(context, model.arrowGrid, zoom, theme.isLight && !model.preview);
       context.globalAlpha = 1;
       const {brighter} = model.preview ?? {};
-      say(this.label, model.ghostWords + [`full arrow ${newtons(model.arrows.full_N)}`, motion && `motion × ${motion}`,
-        brighter > 1.05 && `light × ${brighter.toFixed(1)}`].filter(Boolean).join(", "));
+      words = model.ghostWords + [`full arrow ${newtons(model.arrows.full_N)}`, motion && `motion × ${motion}`,
+        brighter > 1.05 && `light × ${brighter.toFixed(1)}`].filter(Boolean).join(", ");
     }
+    say(this.label, words);
     if (model.places_px.length === 2 * model.columns * model.rows && model.columns > 1 && model.rows > 1) {
       drawTouching(context, model, (point) => {
         const at = model.gridPlace(point);

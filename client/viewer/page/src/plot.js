@@ -33,6 +33,14 @@ export class History {
     this.marks.push({at_s: performance.now() / 1e3, text});
   }
 
+  /** Joins what was and what comes by no line. */
+  interrupt() {
+    for (const rows of Object.values(this.rows)) {
+      if (rows[1].at(-1) == null) continue;
+      rows.forEach((row, i) => row.push(i === 0 ? performance.now() / 1e3 : null));
+    }
+  }
+
   add(field) {
     const contacts = field.valid ? field.contacts.length : this.contacts, flags = field.header.flags;
     if (this.contacts !== undefined && (contacts > 0) !== (this.contacts > 0)) this.mark(contacts > 0 ? "contact" : "free");
@@ -162,8 +170,7 @@ export class Plot {
 
   draw(history) {
     const rows = history.rows[this.kind];
-    this.now = rows[0].at(-1);
-    if (this.now === undefined) return;
+    this.now = rows[0].at(-1) ?? 0;
     this.marks = history.marks;
     this.plot.setData(rows, false);
     const [min, max] = this.part ?? [this.now - this.span_s, this.now];

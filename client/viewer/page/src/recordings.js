@@ -103,8 +103,8 @@ export class RecordButton {
 
   show() {
     const {file, account, error} = this.sensor.model.recorder ?? {};
-    if (error && error !== this.told) this.notice(error);
-    this.told = error;
+    if (error && error !== this.noticed) this.notice(error);
+    this.noticed = error;
     this.element.setAttribute("aria-pressed", String(Boolean(file) && !error));
     this.element.title = file ? `${file}: ${account} (R)` : "Records all that comes, in a file beside traction-view (R)";
   }

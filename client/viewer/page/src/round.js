@@ -4,12 +4,13 @@ const leastSpread = 0.02, blur = 0.08;  // of a patch among the nodes [node dist
 const beyond = 2;  // points outside the outermost nodes, whose forces these have
 const steps = 20, precise = 1e-6, leastSlope = 0.1;
 const fine = 4;  // places along a side of such a square
-const vague = 0.25;  // of the radius: a deviation from which on it is not known
+const vague = 0.25, stillKnown = 0.4;  // of the radius: a deviation from which on it is not known, and where it was known before
 
-/** The round contacts of a field. Of a body there are none. */
-export function roundContacts({contacts}, {body}) {
-  return body ? [] : contacts.filter(({hertz_radius_m: radius, hertz_radius_deviation_m: deviation}) =>
-    radius > 0 && deviation < vague * radius).map((contact) => ({
+/** The round contacts of a field. Of a body there are none. @param before those of an earlier field, of which none flickers */
+export function roundContacts({contacts}, {body}, before = []) {
+  const most = ([x_m, y_m]) => (before.some(({at: [x, y], radius}) => Math.hypot(1e3 * x_m - x, 1e3 * y_m - y) < radius) ? stillKnown : vague);
+  return body ? [] : contacts.filter(({hertz_radius_m: radius, hertz_radius_deviation_m: deviation, position_m}) =>
+    radius > 0 && deviation < most(position_m) * radius).map((contact) => ({
     at: contact.position_m.map((one) => 1e3 * one), radius: 1e3 * contact.hertz_radius_m, force: contact.force_N, torque: 1e3 * contact.moment_Nm[2],
     deviations: {at: contact.position_deviation_m.map((one) => 1e3 * one), radius: 1e3 * contact.hertz_radius_deviation_m, force: contact.force_deviation_N},
   }));

@@ -26,7 +26,7 @@ function frictionOf(contact) {
 function shareOf({force_N, node_deviation_N}, node, friction) {
   const [x, y, normal] = force_N.subarray(3 * node, 3 * node + 3);
   const [ofX, ofY, ofNormal] = node_deviation_N.subarray(3 * node, 3 * node + 3);
-  if (!friction || !(normal > sure * ofNormal)) return null;  // where deviations are not told, too
+  if (!friction || !(normal > sure * ofNormal)) return null;  // where deviations are not stated, too
   const shear = Math.hypot(x, y), ratio = shear / normal, share = ratio / friction.estimate;
   const across = shear > 0 ? Math.hypot(x * ofX, y * ofY) / shear : Math.max(ofX, ofY);
   const deviation = Math.hypot(across / normal, ratio * ofNormal / normal, share * friction.deviation) / friction.estimate;

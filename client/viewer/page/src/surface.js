@@ -22,7 +22,8 @@ export class Surface {
 
   draw(model) {
     const {stage, skin, axes} = this, {description} = model;
-    if (!stage.renderer || !description || model.columns < 2 || model.rows < 2) return stage.render();
+    stage.gel.visible = description !== null && model.columns > 1 && model.rows > 1;
+    if (!stage.renderer || !stage.gel.visible) return say(this.label, ""), stage.render();
     const moved = model.displacement_mm, isMoved = moved.length === model.positions_mm.length;
     let deepest = 0, largest = 0;
     for (const inwards of isMoved ? skin.inwards(model) : []) {

@@ -83,8 +83,8 @@ export const camera = {
     const knob = (feature) => {
       const write = make("button", {onclick: async () => {
         const value = field.querySelector("input").value;
-        const told = await setup.run(write, {do: "camera", name: feature.name, value: String(value)}, trouble);
-        if (told) field.querySelector("input").value = told.features[0]?.value ?? value;
+        const reply = await setup.run(write, {do: "camera", name: feature.name, value: String(value)}, trouble);
+        if (reply) field.querySelector("input").value = reply.features[0]?.value ?? value;
       }}, "Set");
       const field = numberField(feature.name, feature.unit, feature.value, () => {}, {min: feature.minimum, max: feature.maximum, title: feature.description});
       return make("div", {class: "knob"}, field, write);

@@ -50,8 +50,8 @@ export const gel = {
       changed();
     };
     const save = make("button", {class: "main", onclick: async () => {
-      const told = await setup.run(save, {do: "gel", form}, trouble);
-      if (!told) return;
+      const reply = await setup.run(save, {do: "gel", form}, trouble);
+      if (!reply) return;
       setup.took("gel", {form});
       const names = await setup.run(save, {do: "sheet"}, trouble);
       if (names) setup.state.files = names, links();

@@ -54,8 +54,8 @@ export const lens = {
       count.textContent = `${names.length} of ${wanted} pictures`;
       gallery.replaceChildren(...names.map((name) => make("figure", {}, make("img", {src: `setup/${name}`, alt: name, loading: "lazy"}),
         make("button", {"aria-label": `Remove ${name}`, title: "Remove this picture", onclick: async (event) => {
-          const told = await setup.run(event.currentTarget, {do: "forget", name}, trouble);
-          if (told) fill(told.boards);
+          const reply = await setup.run(event.currentTarget, {do: "forget", name}, trouble);
+          if (reply) fill(reply.boards);
         }}, "×"), make("figcaption", {}, name.replace(/\D/g, "")))));
       fit.disabled = names.length < 5;
       covered();
@@ -70,16 +70,16 @@ export const lens = {
     const live = setup.livePicture();
     const watch = new Watch(setup.sensor.model);
     const take = make("button", {class: "main", onclick: async () => {
-      const told = await setup.run(take, {do: "board", columns: board.columns, rows: board.rows}, trouble);
+      const reply = await setup.run(take, {do: "board", columns: board.columns, rows: board.rows}, trouble);
       watch.took();
-      if (told) Object.assign(outlines, told.outlines), fill(told.boards);
+      if (reply) Object.assign(outlines, reply.outlines), fill(reply.boards);
     }}, "Take a picture");
     const byItself = make("input", {type: "checkbox"});
     const show = ({figures, notes, pictures, date} = {}) => result.replaceChildren(...(figures ? [make("h3", {}, `The lens, of ${pictures} pictures`),
       figureTable(figures), noteList(notes), make("p", {class: "quiet"}, setup.when(date))] : []));
     const fit = make("button", {class: "main", onclick: async () => {
-      const told = await setup.run(fit, {do: "lens", ...board}, trouble);
-      if (told) setup.took("lens", told), show(told);
+      const reply = await setup.run(fit, {do: "lens", ...board}, trouble);
+      if (reply) show(setup.took("lens", reply));
     }}, "Compute the lens");
     const number = (label, unit, key) => numberField(label, unit, board[key], (value) => { board[key] = value; });
     box.append(

@@ -32,10 +32,9 @@ export const pose = {
       ].filter(Boolean));
     };
     const find = make("button", {class: "main", onclick: async () => {
-      const told = await setup.run(find, {do: "pose", accept_residual_px: accepted_px}, trouble);
-      if (!told) return;
-      if (told.figures) setup.took("pose", told);
-      show(told);
+      const reply = await setup.run(find, {do: "pose", accept_residual_px: accepted_px}, trouble);
+      if (!reply) return;
+      show(reply.figures ? setup.took("pose", reply) : reply);
     }}, "Take a picture and find the markers");
     box.append(make("p", {}, "Mount gel and camera. Nothing may touch the gel."), live.element, make("p", {}, find), trouble, result);
     if (setup.state.steps.pose) show(setup.state.steps.pose);

@@ -106,9 +106,11 @@ export class Setup {
   }
 
   /** What a step has found, as traction-view has kept it. */
+  /** @returns the result with its date */
   took(step, result) {
     this.state.steps[step] = {...result, date: new Date().toISOString()};
     this.#mark();
+    return this.state.steps[step];
   }
 
   /** Waits until the daemon measures with the gel that was adopted. */
@@ -116,6 +118,9 @@ export class Setup {
     const {model} = this.sensor, begin = performance.now();
     const before = String(model.description?.header.boot ?? "");
     if (button) button.disabled = true;
+    const {className} = trouble, role = trouble.getAttribute("role");
+    trouble.className = "quiet";
+    trouble.setAttribute("role", "status");
     for (let fields = Infinity; performance.now() - begin < longest_ms;) {
       await new Promise((resolve) => setTimeout(resolve, 300));
       const isNew = Boolean(model.description?.layers?.length) && String(model.description.header.boot) !== before;
@@ -124,6 +129,8 @@ export class Setup {
       trouble.textContent = `The daemon starts again with this gel (${Math.round((performance.now() - begin) / 1e3)} s) … ${model.health?.problems?.[0] ?? ""}`;
     }
     trouble.textContent = "";
+    trouble.className = className;
+    trouble.setAttribute("role", role);
     if (button) button.disabled = false;
     this.state = await this.ask(null);
     // A setting of the camera lasts until it is opened again.

@@ -23,8 +23,8 @@ export const zero = {
         verdict("good", `noise of a pixel ${digits(noise_levels, noise_levels / 20)} levels`), remark && verdict("warn", remark)),
       make("p", {class: "quiet"}, setup.when(date)));
     const take = (anyway) => make("button", {class: anyway ? "" : "main", onclick: async (event) => {
-      const told = await setup.run(event.currentTarget, {do: "zero", anyway}, trouble);
-      if (told) setup.took("zero", told), show(told), trouble.replaceChildren();
+      const reply = await setup.run(event.currentTarget, {do: "zero", anyway}, trouble);
+      if (reply) show(setup.took("zero", reply)), trouble.replaceChildren();
       else if (!anyway && /touch/.test(trouble.textContent)) trouble.append(" ", take(true));
     }}, anyway ? "Nothing touches it: take it anyway" : "Take the zero");
     const live = setup.livePicture();
@@ -74,8 +74,8 @@ export const weights = {
       async rest() {
         for (const [step, words] of [["geometry", "Nothing may touch the gel: the pose is measured …"], ["noise", "Leave the gel untouched: its noise is measured …"]]) {
           say(words);
-          const told = await setup.ask({do: "measure", step});
-          setup.took(step, told);
+          const reply = await setup.ask({do: "measure", step});
+          setup.took(step, reply);
           showResult();
         }
       },
@@ -89,11 +89,11 @@ export const weights = {
         const read = [];
         for (const [i, gf] of number().entries()) {
           say(`Put `, make("b", {}, `${gf} gf`), ` near the middle of the gel, and let go. ${i + 1} of ${number().length}.`);
-          const told = await setup.ask({do: "measure", step: "weight", gf, first: i === 0, seconds: patience_s});
-          read.push({...told, gf});
+          const reply = await setup.ask({do: "measure", step: "weight", gf, first: i === 0, seconds: patience_s});
+          read.push({...reply, gf});
           setup.took("weights", {read});
           showTable(read);
-          say(`${gf} gf read as ${told.figures.reading_gf.value.toFixed(1)} gf. `, make("b", {}, "Take it away."));
+          say(`${gf} gf read as ${reply.figures.reading_gf.value.toFixed(1)} gf. `, make("b", {}, "Take it away."));
           if (!await until(() => Math.abs(force_gf()) < gone * gf)) return;
         }
         say("The stiffness is computed …");
