@@ -17,6 +17,7 @@
 #include <cmath>
 #include <filesystem>
 #include <span>
+#include <tuple>
 
 namespace traction {
 
@@ -140,7 +141,17 @@ pb::Reply ask(const ControlOptions& options, const pb::Request& request, pb::Rep
 
 Control::Control(const ControlOptions& options)
     : options_(options) {
-  if (options_.endpoint.empty()) options_.endpoint = locate(options_.instance).back().control;
+  std::ignore = endpoint();  // throws what a request would
+}
+
+std::string Control::endpoint() const {
+  return options_.endpoint.empty() ? locate(options_.instance).back().control : options_.endpoint;
+}
+
+ControlOptions Control::located() const {
+  ControlOptions options = options_;
+  options.endpoint = endpoint();
+  return options;
 }
 
 Status Control::status() const {
@@ -154,7 +165,7 @@ Description Control::description() const {
 ZeroResult Control::zero(const ZeroOptions& options) const {
   pb::Request request;
   request.mutable_zero()->set_anyway(options.anyway);
-  return resultOf(ask(options_, request, pb::Reply::kZero, zeroTakes()).zero());
+  return resultOf(ask(located(), request, pb::Reply::kZero, zeroTakes()).zero());
 }
 
 ZeroResult Control::undoZero() const {
@@ -173,9 +184,9 @@ std::string Control::pass(Question question) const {
   case Question::kZero:
   case Question::kUndoZero:
     request.mutable_zero()->set_undo(question == Question::kUndoZero);
-    return send(options_, request, zeroTakes());
+    return send(located(), request, zeroTakes());
   }
-  return send(options_, request, options_.timeout);
+  return send(located(), request, options_.timeout);
 }
 
 /// Returns how long a zero takes at most: a daemon may average over thousands of frames, and its disk may be slow.
@@ -192,7 +203,7 @@ std::chrono::milliseconds Control::zeroTakes() const {
 Snapshot Control::snapshot() const {
   pb::Request request;
   request.mutable_snapshot();
-  return snapshotOf(ask(options_, request, pb::Reply::kSnapshot, options_.zeroTimeout).snapshot());
+  return snapshotOf(ask(located(), request, pb::Reply::kSnapshot, options_.zeroTimeout).snapshot());
 }
 
 CalibrationReport Control::calibrate(const CalibrationStep& step) const {
@@ -202,19 +213,19 @@ CalibrationReport Control::calibrate(const CalibrationStep& step) const {
   pb::Request request;
   *request.mutable_calibrate() = requestOf(step);
   const auto timeout = std::chrono::duration_cast<std::chrono::milliseconds>(std::min(time, kLongestWait));
-  return reportOf(ask(options_, request, pb::Reply::kCalibrate, timeout).calibrate());
+  return reportOf(ask(located(), request, pb::Reply::kCalibrate, timeout).calibrate());
 }
 
 void Control::adopt(const std::string& gelFile) const {
   pb::Request request;
   request.mutable_adopt()->set_gel_file(gelFile);
-  ask(options_, request, pb::Reply::kAdopt, options_.workTimeout);
+  ask(located(), request, pb::Reply::kAdopt, options_.workTimeout);
 }
 
 CameraReport Control::camera(const CameraStep& step) const {
   pb::Request request;
   *request.mutable_camera() = requestOf(step);
-  return reportOf(ask(options_, request, pb::Reply::kCamera, options_.workTimeout).camera());
+  return reportOf(ask(located(), request, pb::Reply::kCamera, options_.workTimeout).camera());
 }
 
 }  // namespace traction

@@ -157,12 +157,14 @@ class TRACTION_EXPORT Control {
   /// kNotAllowed
   std::string pass(Question question) const;
 
-  /// Returns the endpoint that requests go to, for messages. Valid as long as the object.
-  const std::string& endpoint() const { return options_.endpoint; }
+  /// Returns the endpoint that a request goes to now: of an instance, whose daemon may start later, it is looked up
+  /// anew. \throws Error kBadEndpoint
+  std::string endpoint() const;
 
  private:
   /// Returns how long to wait for a zero: as long as the daemon says that it takes, and 2 s, but zeroTimeout at least.
   std::chrono::milliseconds zeroTakes() const;
+  ControlOptions located() const;
 
   ControlOptions options_;
 };

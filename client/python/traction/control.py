@@ -19,7 +19,7 @@ from .status import Status
 from .wire import message, parse
 
 _VERSION = 1
-_LONGEST_ZERO_S = 1e6  # whoever says more is not believed
+_LONGEST_ZERO_S = 1e6  # a longer one in a reply is not believed
 _ON_THE_WAY_S = 2.0
 
 
@@ -42,8 +42,14 @@ class Control:
                  timeout: float = 3.0, zero_timeout: float = 15.0) -> None:
         """`endpoint`, ZeroMQ's, "tcp://HOST:9884", else where the `instance` is on this machine; `timeout` [s] for an
         answer, `zero_timeout` [s] for a zero at least: longer where the daemon's status says so. Raises BadEndpoint."""
-        self.endpoint = endpoint or locate(instance)[-1].control
+        self._instance, self._endpoint = instance, endpoint
+        self.endpoint  # raises what a request would
         self._keys, self._timeout, self._zero_timeout = keys, timeout, zero_timeout
+
+    @property
+    def endpoint(self) -> str:
+        """To which a request goes now: of an instance, whose daemon may start later, it is looked up anew."""
+        return self._endpoint or locate(self._instance)[-1].control
 
     def __enter__(self) -> Self:
         return self

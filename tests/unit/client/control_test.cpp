@@ -1,6 +1,7 @@
 // The client library's requests where the daemon takes long, or goes. What it makes of answers: tests/conformance.
 
 #include "tests/support/deadline.h"
+#include "tests/support/temporary_folder.h"
 #include "traction/control.h"
 #include "traction/v1/control.pb.h"
 
@@ -10,6 +11,8 @@
 
 #include <atomic>
 #include <csignal>
+#include <cstdlib>
+#include <filesystem>
 #include <limits>
 #include <string>
 #include <thread>
@@ -32,6 +35,19 @@ TEST(Control, AStepWhoseTimeIsNotFiniteIsRefused) {
       EXPECT_EQ(error.code(), ErrorCode::kRefused);
     }
   }
+}
+
+TEST(Control, ADaemonThatStartsLaterIsFound) {
+  const tractiond::test::TemporaryFolder folder;
+  setenv("XDG_RUNTIME_DIR", folder.path().c_str(), 1);
+  const Control control({.instance = "left"});
+  const std::filesystem::path at = folder.path() / "tractiond/left";
+  std::filesystem::create_directories(at);
+  zmq::context_t context;
+  zmq::socket_t stream(context, zmq::socket_type::pub);
+  stream.bind("ipc://" + (at / "stream").string());
+  EXPECT_EQ(control.endpoint(), "ipc://" + (at / "control").string());
+  unsetenv("XDG_RUNTIME_DIR");
 }
 
 TEST(Control, AZeroIsWaitedForAsLongAsTheDaemonSaysThatItMayTake) {

@@ -145,8 +145,10 @@ class Subscriber(Case):
         self.assertEqual([one.latest for one in locate("left")], [f"ipc://{at}/latest", "ipc:///run/tractiond/left/latest"])
         if not pathlib.Path("/run/tractiond/default").exists():
             self.assertEqual(locate(), [TCP])
+        control = traction.Control("left")  # before its daemon starts
         at.mkdir(parents=True)
         publisher, _ = self.bind(endpoint=f"ipc://{at}/stream")
+        self.assertEqual(control.endpoint, f"ipc://{at}/control")
         self.assertEqual([one.control for one in locate("left")], [f"ipc://{at}/control"])
         subscriber = self.enterContext(traction.Subscriber("left"))
         self.assertTrue(publisher.poll(1000 * HUNG_S))
