@@ -118,7 +118,7 @@ std::string squareExample(const Board& board, double tall) {
 }
 
 void checkFit(const std::vector<View>& views, const LensFit& fit, const Board& board, Faults& faults) {
-  // From the front alone no lens is told, and what is left of a picture says nothing of it.
+  // From the front alone no lens is determined, and what is left of a picture says nothing of it.
   const bool isFrontal = fit.outcome != LensFit::Outcome::kDone &&
                          std::ranges::count_if(fit.tilt, [](double tilt) { return tilt >= kTilted; }) < 2;
   if ((fit.oddView && !isFrontal) || fit.residual_px > kNoOneLens_px) {

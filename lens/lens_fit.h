@@ -18,7 +18,7 @@ struct LensFitOptions {
   /// same two limits.
   bool boardIsMeasured = false;
   double better = 2.5;     ///< deviations by which one of the two causes must explain the views better, or ...
-  double farBetter = 2.0;  ///< ... factor of the sum of squares; else it is not told which one it is
+  double farBetter = 2.0;  ///< ... factor of the sum of squares; else it is not known which one it is
   /// A view is odd if its residual exceeds that of the other views, fitted without it, by this factor, ...
   double odd = 3.0;
   /// ... and this limit [px]. Smaller residuals come from noise, light or blur, which may differ several times between
@@ -31,7 +31,7 @@ enum class Scale {
   kAsExpected,  ///< square squares and the expected aspect explain them
   kPixels,      ///< another aspect explains them
   kBoard,       ///< oblong squares explain them
-  kEither       ///< one of the two, but which is not told; the lens is that of the expected aspect
+  kEither       ///< one of the two, but which is not known; the lens is that of the expected aspect
 };
 
 struct LensFit {

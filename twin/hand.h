@@ -1,4 +1,4 @@
-// A gripper of two fingers and an object on a table: what a controller that closes, lifts and holds would meet.
+// A gripper of two fingers and an object on a table: what a controller that closes, lifts and holds would see.
 //
 // Frame of the hand: x from the first finger to the second, z up, the origin at the middle of the gels' touched
 // surfaces. On both gels y is up; x is to the left of who looks at the gel's touched surface from the object. The

@@ -1,4 +1,4 @@
-// The hand as a controller meets it: two cameras to look through, and an endpoint that takes commands.
+// The hand as a controller sees it: two cameras to look through, and an endpoint that takes commands.
 #include "twin/gv_camera.h"
 #include "twin/output.h"
 

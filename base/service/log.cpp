@@ -32,7 +32,7 @@ std::string prefix(std::string_view program, spdlog::level::level_enum level) {
   return logsToJournal() ? kPriorities.at(static_cast<std::size_t>(level)) : std::string(program) + ": ";
 }
 
-/// Starts spdlog's thread. It is never joined, because it waits for the reader, who may stand still when the process
+/// Starts spdlog's thread. It is never joined, because it waits for the reader, which may stand still when the process
 /// ends.
 std::shared_ptr<thread_pool> startThread() {
   constexpr std::size_t kLines = 1024;
@@ -58,9 +58,9 @@ class Log::Sink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
 
  private:
   void sink_it_(const spdlog::details::log_msg& message) override {
-    if (const std::size_t lost = thread_->overrun_counter(); lost != told_) {
+    if (const std::size_t lost = thread_->overrun_counter(); lost != reported_) {
       put(logLine(program_, spdlog::level::warn,
-                  std::to_string(lost - std::exchange(told_, lost)) +
+                  std::to_string(lost - std::exchange(reported_, lost)) +
                       " lines of this log are lost: the reader was too slow"));
     }
     put(logLine(program_, message.level, {message.payload.data(), message.payload.size()}));
@@ -86,7 +86,7 @@ class Log::Sink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
   const std::string program_;
   const int descriptor_;
   const std::shared_ptr<thread_pool> thread_;
-  std::size_t told_ = 0;
+  std::size_t reported_ = 0;
   std::atomic<std::uint64_t> unwritten_{0};
   Event flushed_;
 };

@@ -84,7 +84,7 @@ class ServiceLoop {
   /// Tells systemd that the service is ready. The hooks must outlive this.
   explicit ServiceLoop(const ServiceHooks& hooks);
 
-  /// Heeds the serviceRequests(): begins a reload, and applies what one has read. Tells systemd the status once a
+  /// Handles the serviceRequests(): begins a reload, and applies what one has read. Tells systemd the status once a
   /// second. Feeds the watchdog if the library threads are alive, and every loop has made a turn since the last call in
   /// which all had; at first since the construction if each had made one by then, else since its start. Does not wait.
   /// Returns false, and tells systemd, if the service is to stop, has ended by itself, or starts again.
@@ -105,7 +105,7 @@ class ServiceLoop {
   std::vector<std::uint64_t> seen_;           ///< turns of the loops when all had advanced last
   std::unique_ptr<BackgroundThread> reader_;  ///< while a reload is read
   std::future<std::function<void()>> apply_;  ///< what it has read
-  std::int64_t told_ns_;                      ///< when the status was told last
+  std::int64_t reported_ns_;                  ///< when the status was reported last
 };
 
 /// Notifies systemd that the service is ready, feeds the watchdog while all of it advances, and reloads on

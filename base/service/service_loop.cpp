@@ -37,7 +37,7 @@ ServiceLoop::ServiceLoop(const ServiceHooks& hooks)
     : hooks_(hooks)
     , patience_(feedingPeriod())
     , seen_(hooks.loops.size())
-    , told_ns_(hooks.monotonicClock()) {
+    , reported_ns_(hooks.monotonicClock()) {
   haveAllAdvanced();
   systemd::notify("READY=1\nSTATUS=" + hooks_.statusLine());
 }
@@ -80,8 +80,8 @@ bool ServiceLoop::turn() {
   }
   endReload();
   if (!isReloading() && requests.reload.wait(milliseconds(0))) beginReload();
-  if (const std::int64_t now_ns = hooks_.monotonicClock(); now_ns - told_ns_ >= kStatus_ns) {
-    told_ns_ = now_ns;
+  if (const std::int64_t now_ns = hooks_.monotonicClock(); now_ns - reported_ns_ >= kStatus_ns) {
+    reported_ns_ = now_ns;
     systemd::notify("STATUS=" + hooks_.statusLine());
   }
   const bool areOthersAlive = !hooks_.others || hooks_.others();

@@ -48,6 +48,7 @@ class Illustrated {
     const std::string& sensor = headerOf(*message).sensor;
     if (!sensor_.empty() && sensor != sensor_) return;
     auto& drawing = drawings_.try_emplace(sensor, sensor).first->second;
+    copy.sequence = 0;  // messages of several topics are drawn in one channel
     for (const foxglove::Drawn& drawn : drawing.draw(*message, record.publishTime_ns)) {
       const recording::Schema theirs{0, std::string(drawn.schema), "protobuf", std::string(foxglove::descriptors())};
       copy.channel =

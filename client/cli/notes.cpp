@@ -50,10 +50,10 @@ void Notes::hear(const Message& message, Clock::time_point now) {
   heard_ = wasConnected_ = isConnected_ = true;
   const Header& header = headerOf(message);
   if (boot_ && *boot_ != header.boot) say("tractiond was started anew");
-  if (boot_ != header.boot) toldNoGel_ = false;
+  if (boot_ != header.boot) saidNoGel_ = false;
   boot_ = header.boot;
   const auto* const description = std::get_if<Description>(&message);
-  if (description && !description->hasGel() && !std::exchange(toldNoGel_, true))
+  if (description && !description->hasGel() && !std::exchange(saidNoGel_, true))
     say("no gel: nothing is measured; set sensor.gel_file");
   sequence_ = header.sequence;
   noteLosses(now);
@@ -61,10 +61,10 @@ void Notes::hear(const Message& message, Clock::time_point now) {
 
 void Notes::noteLosses(Clock::time_point now) {
   const std::uint64_t lost = subscriber_.lost();
-  if (lost == told_ || (told_ != 0 && now - toldAt_ < kBetweenNotes)) return;
-  say(std::to_string(lost - told_) + " messages lost before number " + std::to_string(sequence_) + ": " + onLoss_);
-  told_ = lost;
-  toldAt_ = now;
+  if (lost == reported_ || (reported_ != 0 && now - reportedAt_ < kBetweenNotes)) return;
+  say(std::to_string(lost - reported_) + " messages lost before number " + std::to_string(sequence_) + ": " + onLoss_);
+  reported_ = lost;
+  reportedAt_ = now;
 }
 
 }  // namespace traction::client

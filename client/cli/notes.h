@@ -39,11 +39,11 @@ class Notes {
   const Subscriber& subscriber_;
   std::string onSilence_, onLoss_, program_;
   bool isConnected_ = false, wasConnected_ = false, heard_ = false;
-  bool toldNoGel_ = false;  ///< since the last restart of the daemon
+  bool saidNoGel_ = false;  ///< since the last restart of the daemon
   std::optional<Id> boot_;
   std::uint64_t sequence_ = 0;
-  std::uint64_t told_ = 0;  ///< losses reported so far
-  Clock::time_point start_ = Clock::now(), toldAt_;
+  std::uint64_t reported_ = 0;  ///< losses reported so far
+  Clock::time_point start_ = Clock::now(), reportedAt_;
 };
 
 }  // namespace traction::client

@@ -145,8 +145,8 @@ void touch(const SubscriberOptions& options, double seconds) {
               options.endpoint.empty() ? "traction-touch" : "tractiond");
   const Clock::time_point start = Clock::now();
   std::map<std::uint64_t, Clock::time_point> printed;  // id -> when
-  std::string told = "?";                              // why a grasp was not valid
-  Clock::time_point toldAt;
+  std::string reported = "?";                          // why a grasp was not valid
+  Clock::time_point reportedAt;
   for (; !stopRequested() && std::chrono::duration<double>(Clock::now() - start).count() < seconds; message.reset()) {
     if (!message) message = subscriber.receive(kStep);
     const Clock::time_point now = Clock::now();
@@ -156,9 +156,9 @@ void touch(const SubscriberOptions& options, double seconds) {
     if (!message) continue;
     if (const auto* grasp = std::get_if<Grasp>(&*message)) {
       std::string state = grasp->valid ? "" : lineOf(*grasp);
-      if (state == told && now - toldAt < 1s) continue;
-      told = std::move(state);
-      toldAt = now;
+      if (state == reported && now - reportedAt < 1s) continue;
+      reported = std::move(state);
+      reportedAt = now;
       if (!printLine(lineOf(*grasp))) return;
       continue;
     }

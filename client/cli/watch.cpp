@@ -57,15 +57,15 @@ void watch(const SubscriberOptions& options, double seconds) {
     });
   } else {
     if (const std::string hint = viewHint(); !hint.empty()) std::fprintf(stderr, "tractionctl: %s\n", hint.c_str());
-    std::optional<std::string> told;  // the trouble in the last line
+    std::optional<std::string> printed;  // the trouble in the last line
     Clock::time_point due;
     last = loop(receiver, seconds, kPicture, [&](const Scene& scene, Clock::time_point now, Clock::duration left) {
       expectReader();
       const std::string trouble = scene.trouble(nanoseconds(now)).what;
-      const bool isNews = told && *told != trouble;  // is printed at once
-      if ((told || scene.connected()) && (isNews || now >= due)) {
+      const bool isNews = printed && *printed != trouble;  // is printed at once
+      if ((printed || scene.connected()) && (isNews || now >= due)) {
         due = now + 1s;
-        told = trouble;
+        printed = trouble;
         if (!printLine(summary(scene, nanoseconds(now)))) return false;
       }
       std::this_thread::sleep_for(left);

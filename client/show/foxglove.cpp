@@ -77,7 +77,7 @@ void addText(::foxglove::SceneEntity& to, const Vector3& place, const Vector3& c
 /// Sets an arrow whose head is where the force acts, so that a press stands above the surface. An arrow points along x
 /// before it is rotated; the rotation is by 180 degrees about the bisector of x and the force.
 void set(::foxglove::ArrowPrimitive& arrow, const Vector3& head, const Vector3& force_N, double m_per_N, double width_m,
-         double surety, bool doubted) {
+         double significance, bool doubted) {
   const double size = norm(force_N), length = m_per_N * size;
   Vector3 unit{}, tail{};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -95,7 +95,7 @@ void set(::foxglove::ArrowPrimitive& arrow, const Vector3& head, const Vector3& 
   arrow.set_head_diameter(2.0 * width_m);
   arrow.set_shaft_length(length - headLength);
   arrow.set_shaft_diameter(width_m);
-  const double opacity = std::clamp(surety, 0.2, 1.0);
+  const double opacity = std::clamp(significance, 0.2, 1.0);
   if (doubted) {
     set(*arrow.mutable_color(), 0.6, 0.6, 0.6, opacity);
   } else {
@@ -213,8 +213,8 @@ void Drawing::drawScene(const Field& field, const std::vector<Vector3>& places, 
     const Vector3 force{field.force_N[i][0], field.force_N[i][1], field.force_N[i][2]};
     const double deviation = i < field.nodeDeviation_N.size() ? norm(field.nodeDeviation_N[i]) : 0.0;
     if (norm(force) < 1e-9) continue;
-    const double surety = deviation > 0.0 ? norm(force) / (kSure * deviation) : 1.0;
-    set(*forces.add_arrows(), places[i], force, kNode_m_per_N, 0.4e-3, surety, doubted);
+    const double significance = deviation > 0.0 ? norm(force) / (kSure * deviation) : 1.0;
+    set(*forces.add_arrows(), places[i], force, kNode_m_per_N, 0.4e-3, significance, doubted);
   }
   auto& contacts = addEntity(update, "contacts", sensor_, time_ns);
   for (const Contact& contact : field.contacts) {

@@ -15,10 +15,10 @@ void add(std::vector<Problem>& all, Health health, const std::string& what) {
   all.push_back({health, printable(what)});
 }
 
-/// Adds the problems that only a status reports. \param told problem that has been added already
-void addDoubts(const v1::Status& status, const std::string& told, std::vector<Problem>& all) {
+/// Adds the problems that only a status reports. \param reported problem that has been added already
+void addDoubts(const v1::Status& status, const std::string& reported, std::vector<Problem>& all) {
   const std::string& remark = status.markers().remark();
-  if (!remark.empty() && remark != told) add(all, Health::kDoubtful, remark);
+  if (!remark.empty() && remark != reported) add(all, Health::kDoubtful, remark);
   if (const std::string refused = refusedOf(status); !refused.empty())
     add(all, Health::kDoubtful, "real time is not granted: " + refused);
 }
@@ -26,8 +26,10 @@ void addDoubts(const v1::Status& status, const std::string& told, std::vector<Pr
 /// Returns why the newest field has no valid forces.
 std::string whyInvalid(const Scene& scene) {
   if (scene.status && !(*scene.status)->invalid_why().empty()) return (*scene.status)->invalid_why();
-  return (scene.field->header.flags & kGelMismatch) != 0 ? "the gel file does not fit the picture"
-                                                         : "too few markers are seen";
+  const unsigned flags = scene.field->header.flags;
+  return (flags & kGelMismatch) != 0 ? "the gel file does not fit the picture"
+         : (flags & kNotSolved) != 0 ? "not solved in time"
+                                     : "too few markers are seen";
 }
 
 }  // namespace

@@ -156,9 +156,9 @@ std::string Scene::reason(std::int64_t now_ns) const {
   }
   if (now_ns - lastArrival_ns > kSilence_ns) return "tractiond is silent";
   if (!status) return field ? kNoField : "tractiond is starting";
-  const v1::Status& told = *status->message;
-  const std::string why = told.camera_why().empty() ? "" : ": " + told.camera_why();
-  switch (told.camera()) {
+  const v1::Status& reported = *status->message;
+  const std::string why = reported.camera_why().empty() ? "" : ": " + reported.camera_why();
+  switch (reported.camera()) {
   case v1::CAMERA_STATE_WAITING:
     return "tractiond waits for a camera" + why;
   case v1::CAMERA_STATE_LOST:
@@ -172,8 +172,8 @@ std::string Scene::reason(std::int64_t now_ns) const {
   }
   // A status describes the second before it, in which fields may still have come.
   if (field && statusArrival_ns_ < fieldArrival_ns_ + 1'000'000'000) return kNoField;
-  if (isWithoutGel(told)) return told.markers().remark();
-  if (told.rates().received_hz() == 0.0) return "the camera sends no frames" + why;
+  if (isWithoutGel(reported)) return reported.markers().remark();
+  if (reported.rates().received_hz() == 0.0) return "the camera sends no frames" + why;
   return field ? "no field is made of the frames" : "finding the markers and their rest pose";
 }
 

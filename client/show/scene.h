@@ -44,7 +44,7 @@ class Scene {
   std::uint64_t lost = 0;              ///< lost on the way, by Subscriber::lost()
   std::int64_t lastArrival_ns = 0;
   std::int64_t restarted_ns = 0;                 ///< when a restart of the daemon was noticed; 0: never
-  bool connected() const { return connected_; }  ///< Returns what setConnected() was told last.
+  bool connected() const { return connected_; }  ///< Returns what setConnected() was given last.
 
   /// Returns whether the status is out of date: there is none, no publisher is connected, it is older than 1.45 s, or
   /// fields that arrived when it was sent have stopped.
@@ -108,7 +108,7 @@ struct FlagText {
 };
 /// Most important first.
 inline constexpr std::array<FlagText, 11> kFlagTexts = {{
-    {kDoubtedOrigin, "doubted_origin", "perhaps not the camera's picture: its packets came twice or early"},
+    {kDoubtedOrigin, "doubted_origin", "perhaps not the camera's picture: its packets came twice"},
     {kZeroUnverified, "zero_unverified", "zero not verified"},
     {kFewMarkers, "few_markers", "too few markers"},
     {kReacquiring, "reacquiring", "markers labelled anew"},
@@ -117,7 +117,7 @@ inline constexpr std::array<FlagText, 11> kFlagTexts = {{
     {kGelMismatch, "gel_mismatch", "not the gel of the gel file: see tractionctl status"},
     {kNotSolved, "not_solved", "not solved in time"},
     {kOutOfRange, "out_of_range", "beyond the range of known uncertainty"},
-    {kRecovering, "recovering", "the gel recovers from earlier loads"},
+    {kRecovering, "recovering", "the gel recovers from earlier loads or heat"},
     {kDiscontinuity, "discontinuity", "frames were lost before this one"},
 }};
 

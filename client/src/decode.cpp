@@ -36,12 +36,12 @@ bool isThisHost(const std::string& host) {
   std::string text;
   std::getline(std::ifstream("/proc/sys/kernel/random/boot_id"), text);
   text.erase(std::remove(text.begin(), text.end(), '-'), text.end());
-  std::string told;
+  std::string digits;
   for (const unsigned char byte : host) {
-    told += "0123456789abcdef"[byte >> 4];
-    told += "0123456789abcdef"[byte & 15];
+    digits += "0123456789abcdef"[byte >> 4];
+    digits += "0123456789abcdef"[byte & 15];
   }
-  return !text.empty() && text == told;
+  return !text.empty() && text == digits;
 }
 
 // Take a value of the protocol, of the kinds that fields() has. \throws Error kMalformed

@@ -61,8 +61,8 @@ void Relay::pass(const Field& field) {
 
 bool Relay::isTimeToTell() {
   const std::int64_t now_ns = now();
-  if (now_ns - told_ns_ < kTell_ns) return false;
-  told_ns_ = now_ns;
+  if (now_ns - reported_ns_ < kTell_ns) return false;
+  reported_ns_ = now_ns;
   return true;
 }
 

@@ -59,8 +59,8 @@ class Relay {
   Follower follower_;
   std::string sensor_;  ///< of the last field
   bool isSilent_ = false;
-  std::uint64_t lost_ = 0;  ///< fields that the log has told of
-  std::int64_t started_ns_ = now(), told_ns_ = 0;
+  std::uint64_t lost_ = 0;  ///< lost fields that are in the log
+  std::int64_t started_ns_ = now(), reported_ns_ = 0;
 };
 
 inline constexpr std::int64_t kTurn_ns = 100'000'000;  ///< longest time between two turns of the service

@@ -49,13 +49,13 @@ int failed(const std::string& program, const tractiond::Error& error) {
 }
 
 int failed(const std::string& program, const std::exception& error) {
-  tractiond::Error told{.exitCode = EX_OSERR, .what = error.what()};
-  if (const auto* file = dynamic_cast<const client::FileError*>(&error)) told.exitCode = file->exitCode();
+  tractiond::Error reported{.exitCode = EX_OSERR, .what = error.what()};
+  if (const auto* file = dynamic_cast<const client::FileError*>(&error)) reported.exitCode = file->exitCode();
   if (const auto* ours = dynamic_cast<const Error*>(&error))
-    told.exitCode = ours->code() == ErrorCode::kBadKeys ? EX_CONFIG : EX_USAGE;
+    reported.exitCode = ours->code() == ErrorCode::kBadKeys ? EX_CONFIG : EX_USAGE;
   if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr)
-    told = {.exitCode = EX_OSERR, .what = "there is no memory left", .remedy = "see MemoryMax= of the service"};
-  return failed(program, told);
+    reported = {.exitCode = EX_OSERR, .what = "there is no memory left", .remedy = "see MemoryMax= of the service"};
+  return failed(program, reported);
 }
 
 }  // namespace traction::contacts

@@ -18,7 +18,7 @@ using asio::ip::tcp;
 using foxglove::Sample;
 using namespace std::chrono_literals;
 
-/// An endpoint's last error is told to new clients, and not repeated to the others, for this long.
+/// An endpoint's last error is sent to new clients, and not repeated to the others, for this long.
 constexpr auto kErrorLasts = 10s;
 constexpr std::size_t kMostClients = 16;
 

@@ -52,7 +52,7 @@ class FoxgloveServer {
   struct Feed {
     Hub* hub = nullptr;
     std::set<std::string> sensors;  ///< that are advertised, or refused
-    std::string error;              ///< told last; empty: none
+    std::string error;              ///< sent last; empty: none
     Clock::time_point failed;       ///< when there was an error last
   };
   struct ChannelState {

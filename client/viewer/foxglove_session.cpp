@@ -18,7 +18,7 @@ using beast::error_code;
 
 /// Bytes of a client's message. 500 subscriptions in one message are 20,000.
 constexpr std::size_t kLongestMessage = 32 * 1024;
-/// A client's errors are not told it while this many texts wait.
+/// A client's errors are not sent to it while this many texts wait.
 constexpr std::size_t kMostTexts = 32;
 /// Lines of a log that wait for a slow client; the oldest are dropped.
 constexpr std::size_t kMostLines = 64;

@@ -18,10 +18,10 @@ void HealthFeed::turn(bool isConnected, std::int64_t now_ns) {
   json.open('{').key("health").string(client::nameOf(client::healthOf(problems))).key("problems").open('[');
   for (const client::Problem& one : problems) json.string(one.what);
   std::string text = json.close(']').close('}').take();
-  if (text == told_) return;
-  told_ = std::move(text);
+  if (text == sent_) return;
+  sent_ = std::move(text);
   toldAt_ns_ = now_ns;
-  deliver_(kHealth, makeFrame("view/health", told_));
+  deliver_(kHealth, makeFrame("view/health", sent_));
 }
 
 }  // namespace traction::view

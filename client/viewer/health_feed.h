@@ -16,7 +16,7 @@ class HealthFeed {
   explicit HealthFeed(Deliver deliver)
       : deliver_(std::move(deliver)) {}
 
-  /// Adds a message of the sensor to the state from which its health is told. Ignores markers and previews.
+  /// Adds a message of the sensor to the state from which its health is judged. Ignores markers and previews.
   void take(const Message& message);
 
   /// Delivers kHealth at the first call, and then if something has changed, at most four times a second. Must be called
@@ -28,7 +28,7 @@ class HealthFeed {
  private:
   Deliver deliver_;
   client::Scene scene_;
-  std::string told_;
+  std::string sent_;
   std::int64_t toldAt_ns_ = 0;
 };
 

@@ -27,7 +27,7 @@ namespace traction::view {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;  // figures in the order in which they were told
+using Json = nlohmann::ordered_json;  // figures in the order in which they were reported
 using namespace std::chrono_literals;
 
 constexpr const char* kState = "setup.json";

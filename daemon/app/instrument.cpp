@@ -137,7 +137,7 @@ tl::expected<void, Error> Instrument::openCamera() {
   auto camera = capture::Camera::open(
       driver(),
       {.wait = options.wait && !piped, .silenceTimeout_ms = options.silenceTimeout_ms, .buffers = options.buffers},
-      ledger_, say, [this](const auto& info) { return processing_->welcome(info); });
+      ledger_, say, [this](const auto& info) { return processing_->acceptCamera(info); });
   if (!camera) return tl::unexpected(camera.error());
   camera_ = *std::move(camera);
   return {};
@@ -159,7 +159,7 @@ tl::expected<void, Error> Instrument::start() {
 ServiceHooks Instrument::hooks() {
   return {.loops = loopsOf(turns_),
           // A film ends when its last picture is measured, which may wait for the zero's verdict and solver: requests
-          // are answered and stop signals heeded meanwhile.
+          // are answered and stop signals handled meanwhile.
           .ended = [this] { return pipeline_->ended() && (config_.camera.images.empty() || balanced(ledger_)); },
           .statusLine = [this] { return statusLine(); },
           .others = [this] { return !camera_->isForsaken(); },
@@ -251,8 +251,8 @@ void Instrument::meetCamera() {
   const auto info = camera_->info();
   if (!info || info->session == describedSession_) return;
   describedSession_ = info->session;
-  processing_->meet(*info);
-  if (previewer_) previewer_->meet(info->shape.size);
+  processing_->beginSession(*info);
+  if (previewer_) previewer_->setFrameSize(info->shape.size);
   description_.cameraVendor = info->name.vendor;
   description_.cameraModel = info->name.model;
   description_.cameraSerial = info->name.serial;

@@ -98,7 +98,7 @@ PipelineOptions Measurement::pipelineOptions() const {
           .records = recorder_ != nullptr};
 }
 
-tl::expected<void, Error> Measurement::welcome(const capture::CameraInfo& info) {
+tl::expected<void, Error> Measurement::acceptCamera(const capture::CameraInfo& info) {
   if (auto fits = checkCamera(sensor_, info, around_.config.sensor.gelFile); !fits) return fits;
   const std::string id = calibrate::cameraId(info.name.vendor, info.name.serial);
   if (info.session > 1) {  // the zero of the previous session is in force
@@ -215,12 +215,12 @@ void Measurement::measure(traction::v1::Status& status) {
   to.set_age_s(std::max(static_cast<double>(monotonicNow() - drift.seen_ns) * 1e-9, 0.0));
 }
 
-void Measurement::meet(const capture::CameraInfo& info) {
+void Measurement::beginSession(const capture::CameraInfo& info) {
   format_ = info.format;
-  gelWatch_->meet(info.shape.size, info.waits());
+  gelWatch_->setCamera(info.shape.size, info.waits());
   procedures_->setWaits(info.waits());
-  if (std::exchange(hasMet_, true)) return;
-  procedures_->welcome(cameraId_, info.frameRate_Hz, restored_, earlier_);
+  if (std::exchange(hasSession_, true)) return;
+  procedures_->restore(cameraId_, info.frameRate_Hz, restored_, earlier_);
 }
 
 void Measurement::turn() {
@@ -230,7 +230,7 @@ void Measurement::turn() {
 }
 
 void Measurement::describe(const RestPose& zero) {
-  if (restSolver_) restSolver_->heed(zero);
+  if (restSolver_) restSolver_->request(zero);
   around_.description.zero = zero;
   around_.publisher.describe(around_.description);
 }

@@ -43,7 +43,7 @@ class Measurement : public Processing, private control::ProcedureHost {
   /// also restores the zero, which must belong to this camera, and begins the recording. EX_CONFIG: the camera, its
   /// picture or its format does not fit the gel file. EX_UNAVAILABLE: it is not the camera of the first session.
   /// EX_NOINPUT, EX_DATAERR: the zero cannot be read, is damaged, or belongs to another sensor, picture or camera.
-  tl::expected<void, Error> welcome(const capture::CameraInfo& info) override;
+  tl::expected<void, Error> acceptCamera(const capture::CameraInfo& info) override;
   /// Finds the markers, and copies the frame for a snapshot and the recording. Returns false while there is no rest
   /// pose, or the first one has not been compared with the gel file. Pictures from a file wait for that comparison, and
   /// for the solver for the zero's places, unless the pipeline is stopping.
@@ -57,7 +57,7 @@ class Measurement : public Processing, private control::ProcedureHost {
   /// Sets the fields of the status that concern markers, zero and drift, and why fields are not valid.
   void measure(traction::v1::Status& status) override;
   /// Notes the pixel format; in the first session also begins the procedures of the zero.
-  void meet(const capture::CameraInfo& info) override;
+  void beginSession(const capture::CameraInfo& info) override;
   // Begin a request, which is answered through Surroundings::replies.
   void beginZero(const ZeroRequest& request) override { procedures_->zero().begin(request); }
   void beginStep(const CalibrationStep& step) override { procedures_->beginStep(step); }
@@ -88,7 +88,7 @@ class Measurement : public Processing, private control::ProcedureHost {
   bool isFilm_;  // the pictures come from a file, and every one is measured
   sensor::Sensor sensor_;
   std::string cameraId_;                        // as restored_
-  std::optional<RestPose> restored_, earlier_;  // written before the control thread meets the camera, read after
+  std::optional<RestPose> restored_, earlier_;  // written before the control thread knows the camera, read after
   std::unique_ptr<track::Tracker> tracker_;
   track::CreepMemory creep_;                  // used by the tracking thread alone
   calibrate::ZeroTracking zeroTracking_;      // as creep_
@@ -108,7 +108,7 @@ class Measurement : public Processing, private control::ProcedureHost {
   // Used by the control thread alone.
   std::unique_ptr<control::Procedures> procedures_;
   std::unique_ptr<control::GelWatch> gelWatch_;
-  bool hasMet_ = false;  // meet() was called
+  bool hasSession_ = false;  // beginSession() was called
   PixelFormat format_ = PixelFormat::kRgb8;
 
   // Used by the publishing thread alone.

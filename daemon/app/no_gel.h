@@ -24,12 +24,12 @@ class NoGel : public Processing {
   // returns false; turn() answers requests for snapshots; beginZero() and beginStep() refuse; measure() sets the remark
   // kWhy. The functions with an empty body do nothing.
   PipelineOptions pipelineOptions() const override { return {.notTracked = &Ledger::noGel}; }
-  tl::expected<void, Error> welcome(const capture::CameraInfo& /*info*/) override { return {}; }
+  tl::expected<void, Error> acceptCamera(const capture::CameraInfo& /*info*/) override { return {}; }
   bool track(const Frame& frame, MarkerField& markers) override;
   void solve(const MarkerField& /*markers*/, TractionField& /*field*/) override {}
   void takeField(const TractionField& /*field*/) override {}
   void measure(traction::v1::Status& status) override;
-  void meet(const capture::CameraInfo& info) override { snapshots_.meet(info.shape.size, info.waits()); }
+  void beginSession(const capture::CameraInfo& info) override { snapshots_.setCamera(info.shape.size, info.waits()); }
   void beginZero(const ZeroRequest& request) override;
   void beginStep(const CalibrationStep& step) override;
   void askSnapshot() override { snapshots_.ask(); }

@@ -31,7 +31,7 @@ class Previewer {
       , options_(options) {}
 
   /// Takes over how many bytes a frame of the camera has, so that there is memory for the first one. Thread-safe.
-  void meet(std::size_t frame_bytes) { frame_bytes_.store(frame_bytes, std::memory_order_relaxed); }
+  void setFrameSize(std::size_t frame_bytes) { frame_bytes_.store(frame_bytes, std::memory_order_relaxed); }
 
   /// Copies the frame if turn() has asked for one, and wakes turn(). A frame that is larger than the memory is left
   /// out; turn() then enlarges it for a later one. For the tracking thread, after the frame was tracked. Allocates

@@ -42,7 +42,7 @@ class Processing : public control::Requests {
   /// Checks the camera of a session, which lasts from its opening to its loss or the next opening; called for each
   /// session before its first frame. An error in the first session ends the instrument, which exits with its code;
   /// after one in a later session the camera is opened again. May wait for a disk.
-  virtual tl::expected<void, Error> welcome(const capture::CameraInfo& info) = 0;
+  virtual tl::expected<void, Error> acceptCamera(const capture::CameraInfo& info) = 0;
 
   // tr-track, tr-solve, tr-publish, each on its own thread; see Stages. They lock nothing, and allocate nothing after
   // the first frames, except measure().
@@ -59,8 +59,8 @@ class Processing : public control::Requests {
 
   // tr-control
 
-  /// Called once for each session of the camera, after welcome().
-  virtual void meet(const capture::CameraInfo& info) = 0;
+  /// Called once for each session of the camera, after acceptCamera().
+  virtual void beginSession(const capture::CameraInfo& info) = 0;
   // Requests, whose functions implementations override: a zero that is taken or comes into force ends a step that looks
   // at frames, with an error; a step other than kStiffness and kFinish ends an open request for a zero, with an error
   // unless its zero has been taken.

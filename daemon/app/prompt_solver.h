@@ -39,8 +39,8 @@ class PromptSolver {
 
   /// Computes the field of a frame. If the newest model does not hold for it, waits for its own solution; if that takes
   /// too long, the field is not valid and has the flag kNotSolved. For the solving thread. Allocates nothing.
-  /// \param solver its caller, or who has given it to it, frees it: as long as there is a copy of the pointer here, it
-  /// must keep one, too
+  /// \param solver must also be held by the caller, or by its owner, as long as there is a copy of the pointer here: it
+  /// is never freed on this thread
   void solve(const std::shared_ptr<solve::FieldSolver>& solver, const MarkerField& markers, TractionField& field);
 
   /// Waits at most `timeout` for a frame, solves it and makes a model. For the thread that makes models.

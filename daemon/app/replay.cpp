@@ -85,7 +85,7 @@ class Replay {
   PlacedSolver solverOf(const publish::TrackedFrame& frame);
   bool comparesZeros() const;
   bool compare(const RestPose& zero);
-  void heedZero(TrackerInputs& inputs);
+  void handleZero(TrackerInputs& inputs);
   [[noreturn]] void fail(Error error) const;
 
   Config config_;
@@ -297,7 +297,7 @@ bool Replay::compare(const RestPose& zero) {
 }
 
 /// Repeats the recorded decisions on zeros, for the zeros that are taken here.
-void Replay::heedZero(TrackerInputs& inputs) {
+void Replay::handleZero(TrackerInputs& inputs) {
   if (isProposed_ && (beginning_->adoptsAtOnce || (inputs.adopted && inputs.zero.taken_ns == taken_.taken_ns))) {
     taken_.requestedBy = inputs.adopted ? inputs.zero.requestedBy : "";
     inputs.adopted = true;
@@ -351,7 +351,7 @@ void Replay::picture(std::string_view bytes) {
   number_ = frame_.number;
   TrackerInputs& inputs = frame_.inputs;
   if (inputs.adopted) require(inputs.zero);
-  heedZero(inputs);
+  handleZero(inputs);
   tracker_->repeat(inputs);
   const bool tracked = tracker_->track(frame, markers_) == track::Outcome::kTracked;
   if (inputs.adopted) describe(inputs.zero);

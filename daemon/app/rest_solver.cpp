@@ -22,7 +22,7 @@ RestSolver::~RestSolver() {
   if (making_.valid()) making_.wait();
 }
 
-void RestSolver::heed(const RestPose& zero) {
+void RestSolver::request(const RestPose& zero) {
   next_ = zero;
   turn();
 }
@@ -30,35 +30,36 @@ void RestSolver::heed(const RestPose& zero) {
 void RestSolver::turn() {
   if (making_.valid()) {
     if (making_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
-    Told told = making_.get();
-    if (!told) {
+    Result result = making_.get();
+    if (!result) {
       spdlog::warn("warning: the markers' places in the zero are not used, but those that were in use before: {}",
-                   told.error().message());
+                   result.error().message());
     } else {
       spdlog::info("the model takes the places of {} markers from the zero, {:.3f} mm (rms) beside those of the gel "
                    "file; {} are missing and {} too far away, for which it takes those of the gel file",
-                   told->places.measured, 1e3 * told->places.rms_m, told->places.missing, told->places.implausible);
-      kept_.push_back(std::move(told->solver));
+                   result->places.measured, 1e3 * result->places.rms_m, result->places.missing,
+                   result->places.implausible);
+      kept_.push_back(std::move(result->solver));
     }
   }
-  // Who alone has a solver has the last of it: no other thread could get it anew.
+  // Frees each solver whose only copy is here: no other thread can copy it any more.
   std::erase_if(kept_, [](const auto& solver) { return solver.use_count() == 1; });
   if (!next_) return;
   making_ = worker_.start([this, zero = *std::exchange(next_, std::nullopt)] { return make(zero); });
 }
 
-RestSolver::Told RestSolver::make(const RestPose& zero) {
+RestSolver::Result RestSolver::make(const RestPose& zero) {
   auto made = solve::makeSolverAtRest(
       sensor_, options_, stateDirectory_, zero.position_px, zero.present, detectionLimit_N_,
       [](const std::string& remark) { spdlog::warn("warning: {}", remark); },
       [this] { return stopping_.load(std::memory_order_relaxed); });
-  Told told = made.map([](solve::SolverAtRest& at) { return Made{std::move(at.solver), at.places}; });
-  if (told) {
-    const PlacedSolver placed{told->solver, zero.id};
+  Result result = made.map([](solve::SolverAtRest& at) { return Made{std::move(at.solver), at.places}; });
+  if (result) {
+    const PlacedSolver placed{result->solver, zero.id};
     while (!ready_.put(placed)) std::this_thread::yield();  // the other thread is taking it: some instructions
   }
   done_.fetch_add(1, std::memory_order_release);
-  return told;
+  return result;
 }
 
 void RestSolver::advanceZero(Id& zero) {

@@ -34,7 +34,7 @@ class RestSolver {
   /// replaces one that waits. Markers that the zero lacks, or whose place in it is not plausible, keep the place of the
   /// gel file. Must only be called if solve::followsRest() is true for the sensor. Does not wait; copies the zero;
   /// calls turn(), which may log.
-  void heed(const RestPose& zero);
+  void request(const RestPose& zero);
 
   /// Gives up the solver that is being made, at its next step, and those that come later; does not wait. Thread-safe.
   void stop() { stopping_.store(true, std::memory_order_relaxed); }
@@ -51,7 +51,7 @@ class RestSolver {
   /// taken one solver, the next one waits. For the tracking thread.
   void advanceZero(Id& zero);
 
-  /// Replaces `solver` by that for the frames that advanceZero() has told this zero for, if it waits. For the solving
+  /// Replaces `solver` by that for the frames that advanceZero() has set this zero for, if it waits. For the solving
   /// thread, before each frame.
   void take(PlacedSolver& solver, const Id& zero);
 
@@ -67,8 +67,8 @@ class RestSolver {
     std::shared_ptr<solve::FieldSolver> solver;
     solve::RestPlaces places;
   };
-  using Told = tl::expected<Made, Error>;
-  Told make(const RestPose& zero);
+  using Result = tl::expected<Made, Error>;
+  Result make(const RestPose& zero);
 
   const sensor::Sensor sensor_;
   const solve::SolveOptions options_;
@@ -81,7 +81,7 @@ class RestSolver {
   Loan<PlacedSolver> handed_;                              // from the tracking to the solving thread
   std::atomic<std::uint64_t> done_ = 0;
   std::optional<RestPose> next_;
-  std::future<Told> making_;
+  std::future<Result> making_;
 };
 
 }  // namespace tractiond

@@ -59,8 +59,8 @@ tl::unexpected<std::string> refused(const std::string& sentence) {
   return tl::unexpected(sentence);
 }
 
-/// Returns which markers are valid, and not much less exact than most: the scatter of all, by which a motion is told,
-/// says nothing of those that the rim of a body shows foreshortened.
+/// Returns which markers are valid, and not much less exact than most: the scatter of all, by which a motion is
+/// recognized, says nothing of those that the rim of a body shows foreshortened.
 std::vector<std::uint8_t> exactMarkers(const MarkerField& field) {
   constexpr float kMost = 4.0F;  // times the median variance
   std::vector<float> variances;

@@ -12,8 +12,8 @@ namespace tractiond::calibrate {
 namespace {
 
 /// Times of the terms, as parts of the time for which the load stays. They are so close that two terms of any times
-/// between them are followed to 0.3 % of the load in the worst case, 0.07 % in the mean. What is faster cannot be told
-/// from how a weight comes to rest; the last one stands for what a longer load would show.
+/// between them are followed to 0.3 % of the load in the worst case, 0.07 % in the mean. What is faster cannot be
+/// distinguished from how a weight comes to rest; the last one stands for what a longer load would show.
 constexpr std::array kTimes = {1.0 / 60, 1.0 / 15, 1.0 / 4, 2.0, 20.0};
 constexpr int kTerms = kTimes.size();
 constexpr double kPrior = 0.05;  // deviation of each share before anything is measured

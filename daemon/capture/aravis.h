@@ -116,8 +116,8 @@ tl::expected<Ref<ArvCamera>, Error> findCamera(const CameraOptions& options, con
 /// Does as findCamera(). For a GigE Vision camera, then also guards its control channel, takes control, and stops an
 /// acquisition that an earlier client left running. EX_TEMPFAIL: another client holds it and has not left within 8 s of
 /// the call (a camera keeps to a dead client for 3 s by default), or a stop was requested meanwhile. EX_OSERR: the
-/// guard failed. \param opening `stop` ends both waits early, `say` is told of another client \param guard made before
-/// this call
+/// guard failed. \param opening `stop` ends both waits early, `say` is called with a sentence about another client
+/// \param guard made before this call
 tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, const Opening& opening,
                                                   ControlGuard& guard);
 

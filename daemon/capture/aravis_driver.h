@@ -14,7 +14,7 @@
 
 namespace tractiond::capture {
 
-/// Is told of Aravis's receiving thread, on that thread.
+/// Is called with Aravis's receiving thread, on that thread.
 class ThreadWatch {
  public:
   virtual void enter() = 0;  ///< Called when the thread begins.

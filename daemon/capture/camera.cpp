@@ -35,8 +35,8 @@ std::uint64_t contentOf(const std::uint8_t* data, std::size_t size) {
 }  // namespace
 
 tl::expected<std::unique_ptr<Camera>, Error> Camera::open(OpenDriver driver, const CameraRules& rules, Ledger& ledger,
-                                                          Say say, Welcome welcome) {
-  auto camera = withoutThread(std::move(driver), rules, ledger, std::move(say), std::move(welcome));
+                                                          Say say, CheckCamera check) {
+  auto camera = withoutThread(std::move(driver), rules, ledger, std::move(say), std::move(check));
   camera->keeperThread_ = std::thread([shared = camera->keeper_] {
     pthread_setname_np(pthread_self(), "camera-keeper");
     shared->run();
@@ -46,9 +46,9 @@ tl::expected<std::unique_ptr<Camera>, Error> Camera::open(OpenDriver driver, con
 }
 
 std::unique_ptr<Camera> Camera::withoutThread(OpenDriver driver, const CameraRules& rules, Ledger& ledger, Say say,
-                                              Welcome welcome) {
-  return std::unique_ptr<Camera>(new Camera(
-      rules, ledger, std::make_shared<Keeper>(std::move(driver), rules, std::move(say), std::move(welcome))));
+                                              CheckCamera check) {
+  return std::unique_ptr<Camera>(
+      new Camera(rules, ledger, std::make_shared<Keeper>(std::move(driver), rules, std::move(say), std::move(check))));
 }
 
 Camera::Camera(const CameraRules& rules, Ledger& ledger, std::shared_ptr<Keeper> keeper)

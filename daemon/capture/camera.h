@@ -27,17 +27,17 @@ class Camera : public FrameSource {
  public:
   /// Opens a camera and returns when the first try has ended: with the camera, or while it is still awaited
   /// (CameraRules::wait). Blocks as long as that try, seconds if the camera hangs. Fails with the error of the first
-  /// try: see OpenDriver, or that of `welcome`. The ledger must outlive the camera. `say` and `welcome` are called on
+  /// try: see OpenDriver, or that of `check`. The ledger must outlive the camera. `say` and `check` are called on
   /// the keeper's thread, also after open(), but not after the camera has been destroyed; both may be empty.
   static tl::expected<std::unique_ptr<Camera>, Error> open(OpenDriver driver, const CameraRules& rules, Ledger& ledger,
-                                                           Say say = {}, Welcome welcome = {});
+                                                           Say say = {}, CheckCamera check = {});
   /// Creates a camera without the keeper's thread, for a caller that calls keeperTurn() itself. Does not open it yet.
   static std::unique_ptr<Camera> withoutThread(OpenDriver driver, const CameraRules& rules, Ledger& ledger,
-                                               Say say = {}, Welcome welcome = {});
+                                               Say say = {}, CheckCamera check = {});
   /// Takes one turn of the keeper, for a camera of withoutThread(). Returns when the next turn is due, by
   /// CameraRules::clock [ns]; Keeper::kNever: the keeper has ended. See Keeper::turn().
   std::int64_t keeperTurn() { return keeper_->turn(); }
-  /// Takes at most half a second, whatever the camera does, and as long as a `say` or `welcome` that is being called.
+  /// Takes at most half a second, whatever the camera does, and as long as a `say` or `check` that is being called.
   /// Every frame must have been recycled.
   ~Camera() override;
 

@@ -16,7 +16,7 @@ namespace {
 constexpr std::int64_t kWindow_ns = 1'000'000'000;
 /// Camera crystals stay below 100 ppm; NTP slews up to 500 ppm.
 constexpr double kLargestDrift = 500e-6;
-/// Before a drift can be told from the jitter.
+/// Before a drift can be distinguished from the jitter.
 constexpr std::size_t kWindowsForDrift = 4;
 /// GigE Vision stamps are often of a microsecond.
 constexpr std::int64_t kResolution_ns = 1000;

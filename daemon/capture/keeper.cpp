@@ -38,12 +38,12 @@ std::string summary(const CameraInfo& camera) {
 
 }  // namespace
 
-Keeper::Keeper(OpenDriver open, const CameraRules& rules, Say say, Welcome welcome)
+Keeper::Keeper(OpenDriver open, const CameraRules& rules, Say say, CheckCamera check)
     : rules_(rules)
     , clock_(rules.clock)
     , open_(std::move(open))
     , say_(std::move(say))
-    , welcome_(std::move(welcome)) {
+    , check_(std::move(check)) {
   begin(rules_.slowest);
 }
 
@@ -62,7 +62,7 @@ std::int64_t Keeper::turn() {
   case Phase::kSearching:
     return isStopping ? finish() : search();
   case Phase::kOpened:
-    return isStopping ? finish() : heedOpening();
+    return isStopping ? finish() : handleOpening();
   case Phase::kPausing:
     return isStopping ? finish() : pause();
   case Phase::kStreaming:
@@ -90,14 +90,14 @@ std::int64_t Keeper::search() {
   return kAtOnce;
 }
 
-std::int64_t Keeper::heedOpening() {
+std::int64_t Keeper::handleOpening() {
   auto opened = *std::exchange(opened_, std::nullopt);
-  if (!opened) return heedProblem(opened.error());
+  if (!opened) return handleProblem(opened.error());
   auto seen = std::make_shared<CameraInfo>((*opened)->info());
   if (const auto problem = examine(*seen)) {
     (*opened)->undo();
     opened->reset();
-    return heedProblem(*problem);
+    return handleProblem(*problem);
   }
   driver_ = *std::move(opened);
   calls_ = std::make_unique<BackgroundThread>("camera-calls", wake_);
@@ -112,9 +112,9 @@ std::optional<Error> Keeper::examine(CameraInfo& seen) {
   if (before_ != nullptr && seen.shape != before_->shape)
     return Error{.exitCode = EX_CONFIG, .what = "camera " + seen.name.id + " came back with another picture"};
   const std::lock_guard lock(hooksMutex_);
-  if (!welcome_) return std::nullopt;
-  const auto welcomed = welcome_(seen);
-  return welcomed ? std::nullopt : std::optional(welcomed.error());
+  if (!check_) return std::nullopt;
+  const auto checked = check_(seen);
+  return checked ? std::nullopt : std::optional(checked.error());
 }
 
 std::int64_t Keeper::offer(std::shared_ptr<const CameraInfo> seen) {
@@ -139,7 +139,7 @@ std::int64_t Keeper::offer(std::shared_ptr<const CameraInfo> seen) {
   return kAtOnce;
 }
 
-std::int64_t Keeper::heedProblem(const Error& problem) {
+std::int64_t Keeper::handleProblem(const Error& problem) {
   if (former_ && problem.exitCode != EX_UNAVAILABLE && problem.exitCode != EX_TEMPFAIL) {
     tell(LogLevel::kWarning,
          "the camera does not take what is new in the configuration, and is opened as before: " + problem.message());
@@ -200,7 +200,7 @@ std::int64_t Keeper::callAside(std::optional<CameraStep> step) {
 /// While the camera streams: answers questions, checks the link.
 std::int64_t Keeper::accompany() {
   begin(rules_.slowest);
-  heedAnswers();
+  handleAnswers();
   if (!lent_) return lose();
   if (stop_.stop_requested()) return clock_() + kLinkCheck.count();  // the capture thread gives it back in its own time
   doubtedThen_ns_ = doubted_;
@@ -222,8 +222,8 @@ std::int64_t Keeper::accompany() {
   return nextCheck_ns_;
 }
 
-/// Heeds what the driver answered last.
-void Keeper::heedAnswers() {
+/// Handles what the driver answered last.
+void Keeper::handleAnswers() {
   if (doubtSaid_) {
     doubtWhy_ = *std::exchange(doubtSaid_, std::nullopt);
     doubted_ = -1;  // with what was asked in the meantime
@@ -397,7 +397,7 @@ void Keeper::stop() {
   {
     const std::lock_guard lock(hooksMutex_);
     say_ = {};
-    welcome_ = {};
+    check_ = {};
   }
   const std::lock_guard lock(mutex_);
   lent_ = false;

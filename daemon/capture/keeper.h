@@ -37,7 +37,7 @@ struct CameraRules {
 /// After an error the camera is restored (Driver::undo()) and closed: in the first session that ends the source
 /// (EX_UNAVAILABLE only without CameraRules::wait); in a later one, and while the camera is awaited, the keeper logs
 /// the error and tries the camera again.
-using Welcome = std::function<tl::expected<void, Error>(const CameraInfo&)>;
+using CheckCamera = std::function<tl::expected<void, Error>(const CameraInfo&)>;
 
 /// Why a driver is given back. kReopened: reopen() was called. kOtherPictures: its pictures differ in size or format
 /// from those agreed upon. kNotControlled: Popped::kGone. kBroken: Popped::kBroken. kNoAnswer: the camera failed the
@@ -51,8 +51,8 @@ class Keeper {
 
   /// Does not open the camera. The first turn() is due within CameraRules::slowest (isForsaken()). \param open opens
   /// the camera; called on the keeper's thread for each try, which it may block \param say called on it with each line
-  /// for the log; may be empty \param welcome may be empty
-  Keeper(OpenDriver open, const CameraRules& rules, Say say, Welcome welcome);
+  /// for the log; may be empty \param check may be empty
+  Keeper(OpenDriver open, const CameraRules& rules, Say say, CheckCamera check);
 
   // --- the keeper's thread
 
@@ -87,7 +87,7 @@ class Keeper {
   const Error* end() const;
 
   // --- any thread. The functions of the same names of Camera (camera.h) call these. Only awaitFirstTry(),
-  // stop() and awaitEnd() may wait for the driver or for a Welcome.
+  // stop() and awaitEnd() may wait for the driver or for a CheckCamera.
 
   std::shared_ptr<const CameraInfo> info() const;  ///< Returns the newest session; nullptr if there was none.
   CameraState state() const { return state_; }     ///< Returns the camera's state.
@@ -111,7 +111,7 @@ class Keeper {
   /// the keeper; succeeds while the camera is still awaited.
   tl::expected<void, Error> awaitFirstTry();
   /// Requests the end of the keeper, and takes the driver from the capture thread, which must not use it any more.
-  /// Neither `say` nor `welcome` is called after it returns; waits for one that is being called.
+  /// Neither `say` nor `check` is called after it returns; waits for one that is being called.
   void stop();
   /// Waits at most `patience` for the end of the keeper. Returns whether it has ended: run() returns, or is about to.
   bool awaitEnd(std::chrono::milliseconds patience);
@@ -126,8 +126,8 @@ class Keeper {
   };
 
   std::int64_t search();
-  std::int64_t heedOpening();
-  std::int64_t heedProblem(const Error& problem);
+  std::int64_t handleOpening();
+  std::int64_t handleProblem(const Error& problem);
   std::optional<Error> examine(CameraInfo& seen);
   std::int64_t offer(std::shared_ptr<const CameraInfo> seen);
   std::int64_t pause();
@@ -138,7 +138,7 @@ class Keeper {
   std::int64_t callAside(std::optional<CameraStep> step);
   /// Handles what the last liveness check said, which ends it, and what the call of callAside() returned, if that has
   /// ended. Does not wait for the driver; may call `say`.
-  void heedAnswers();
+  void handleAnswers();
   std::int64_t lose();
   void close(std::chrono::milliseconds patience);
   std::int64_t finish();
@@ -164,11 +164,11 @@ class Keeper {
   int attempt_ = 0;
   std::int64_t nextTry_ns_ = 0, nextCheck_ns_ = 0;
   std::string told_;
-  std::optional<tl::expected<std::unique_ptr<Driver>, Error>> opened_;  ///< not heeded yet
+  std::optional<tl::expected<std::unique_ptr<Driver>, Error>> opened_;  ///< not handled yet
   std::shared_ptr<Driver> driver_;                                      ///< shared with the calls
   std::unique_ptr<BackgroundThread> calls_;  ///< of the driver; what hangs is left behind with it
-  std::shared_ptr<Answers> answers_;         ///< not heeded yet, perhaps not there yet; nullptr: no call
-  std::optional<std::string> doubtSaid_;     ///< not heeded yet
+  std::shared_ptr<Answers> answers_;         ///< not handled yet, perhaps not there yet; nullptr: no call
+  std::optional<std::string> doubtSaid_;     ///< not handled yet
   std::int64_t doubtedThen_ns_ = -1;         ///< arrival of the last liveness check
   std::string doubtWhy_;
   CameraVitals newest_;
@@ -190,7 +190,7 @@ class Keeper {
 
   std::mutex hooksMutex_;  ///< held while one of the next two is called; taken by the keeper and stop() alone
   Say say_;                ///< empty after stop()
-  Welcome welcome_;        ///< empty after stop()
+  CheckCamera check_;      ///< empty after stop()
 
   mutable std::mutex mutex_;  ///< never held while anything is waited for
   std::condition_variable changed_;

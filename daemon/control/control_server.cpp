@@ -18,7 +18,7 @@ constexpr int kRequestsPerTurn = 64;
 }  // namespace
 
 struct ControlServer::Impl {
-  /// Back to who asked.
+  /// Back to the client.
   struct Route {
     std::string peer;
     std::string beyond;  ///< behind a peer that passes requests on; empty: the peer itself

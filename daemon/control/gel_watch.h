@@ -31,8 +31,8 @@ class GelWatch final : public GelComparison {
   /// Requests a snapshot of the next picture. A later turn() answers: with the snapshot, which is valid during the
   /// answer, or with a sentence if no frame came within 3 s. One request at a time.
   void askSnapshot() { snapshots_.ask(); }
-  /// Takes over the camera of a new session: Snapshots::meet().
-  void meet(std::size_t frame_bytes, std::string waits) { snapshots_.meet(frame_bytes, std::move(waits)); }
+  /// Takes over the camera of a new session: Snapshots::setCamera().
+  void setCamera(std::size_t frame_bytes, std::string waits) { snapshots_.setCamera(frame_bytes, std::move(waits)); }
 
   /// Does what is due: answers snapshots, updates the status, and logs why markers or a first zero are missing. Must be
   /// called in each turn of the control loop. Does not wait, but an examination of a picture takes up to a second.

@@ -20,7 +20,7 @@ Procedures::Procedures(const ProcedureParts& parts, const ProcedureOptions& opti
   parts_.markers.take(markers_);
 }
 
-void Procedures::welcome(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored,
+void Procedures::restore(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored,
                          const std::optional<RestPose>& before) {
   camera_ = cameraId;
   if (rate_Hz_ == 0.0) rate_Hz_ = rate_Hz;
@@ -30,7 +30,7 @@ void Procedures::welcome(const std::string& cameraId, double rate_Hz, const std:
   } else {
     spdlog::info("no zero is kept: the first {} still frames are taken for it", options_.zeroFrames);
   }
-  zero_.welcome(restored, before);
+  zero_.restore(restored, before);
 }
 
 void Procedures::beginStep(const CalibrationStep& step) {

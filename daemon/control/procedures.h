@@ -22,11 +22,11 @@ class Procedures {
   /// that mailbox, on any thread.
   Procedures(const ProcedureParts& parts, const ProcedureOptions& options);
 
-  /// Takes over the camera and the zeros of an earlier run; see ZeroProcedure::welcome(). Must be called once, when the
+  /// Takes over the camera and the zeros of an earlier run; see ZeroProcedure::restore(). Must be called once, when the
   /// camera has been opened for the first time. \param cameraId calibrate::cameraId() \param rate_Hz of its frames,
   /// until it is measured; 0: not known \param restored the zero of an earlier run, if there is one \param before the
   /// zero that it replaced, if there is one
-  void welcome(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored,
+  void restore(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored,
                const std::optional<RestPose>& before = {});
 
   /// Sets what the camera of a new session waits for (CameraInfo::waits()), for answers that no frames come.

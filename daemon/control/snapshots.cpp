@@ -9,7 +9,7 @@ Snapshots::Snapshots(Replies* replies, std::vector<sensor::MarkerLayer> layers, 
     , layers_(std::move(layers))
     , clock_(clock) {}
 
-void Snapshots::meet(std::size_t frame_bytes, std::string waits) {
+void Snapshots::setCamera(std::size_t frame_bytes, std::string waits) {
   frame_bytes_ = frame_bytes;
   waits_ = std::move(waits);
 }

@@ -28,7 +28,7 @@ class Snapshots {
 
   /// Takes over what the camera of a new session sends: bytes of a frame, for which memory is reserved before a copy is
   /// wanted, and what it waits for before it sends (CameraInfo::waits()), for answers that there is none.
-  void meet(std::size_t frame_bytes, std::string waits);
+  void setCamera(std::size_t frame_bytes, std::string waits);
 
   /// Requests a copy of the next frame, which is given to Replies::answerSnapshot(). One request at a time.
   void ask() { askedAt_ns_ = clock_(); }

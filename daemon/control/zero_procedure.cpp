@@ -26,7 +26,7 @@ bool isDone(const std::future<ZeroProcedure::Written>& write) {
 
 }  // namespace
 
-void ZeroProcedure::welcome(const std::optional<RestPose>& restored, const std::optional<RestPose>& before) {
+void ZeroProcedure::restore(const std::optional<RestPose>& restored, const std::optional<RestPose>& before) {
   zero_ = restored;
   before_ = before;
   if (!zero_) return;
@@ -56,8 +56,8 @@ void ZeroProcedure::refuse(const std::string& reason) {
 
 void ZeroProcedure::turn() {
   if (!isHandedOver_) handOver();
-  heedWritten();
-  if (!std::holds_alternative<Keeping>(state_) && parts_.tracker.takeRestPose(taken_)) heedTaken();
+  handleWritten();
+  if (!std::holds_alternative<Keeping>(state_) && parts_.tracker.takeRestPose(taken_)) handleTaken();
   if (auto* const taking = std::get_if<Taking>(&state_)) watchTaking(*taking);
 }
 
@@ -68,7 +68,7 @@ void ZeroProcedure::undo() {
 
 /// Handles a zero that the tracker has taken. The first one is in force already; a requested one comes into force when
 /// it has been written.
-void ZeroProcedure::heedTaken() {
+void ZeroProcedure::handleTaken() {
   const auto* const taking = std::get_if<Taking>(&state_);
   if (zero_ && !(taking && taken_.requested)) return handOver();  // its request has been answered with an error
   dropStep();
@@ -118,12 +118,12 @@ void ZeroProcedure::refuseTaken(const std::string& reason) {
 void ZeroProcedure::keep(Keeping keeping) {
   keeping.written = parts_.host.keep(keeping.zero, &*zero_);
   state_ = std::move(keeping);
-  heedWritten();
+  handleWritten();
 }
 
 /// Puts the requested zero in force when it is on the disk, or refuses it. Logs that the one in force could not
 /// be written.
-void ZeroProcedure::heedWritten() {
+void ZeroProcedure::handleWritten() {
   if (isDone(ownWritten_)) {
     if (const Written written = ownWritten_.get(); !written)
       spdlog::error("the zero in force could not be written: {}", written.error().message());

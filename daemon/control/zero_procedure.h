@@ -47,7 +47,7 @@ class ZeroProcedure {
   /// If there is a restored zero, compares it with the gel file, warns in the log if it seems wrong, and publishes the
   /// description. \param restored the zero of the earlier run, if there is one \param before the zero that it replaced,
   /// if there is one: an undo restores it
-  void welcome(const std::optional<RestPose>& restored, const std::optional<RestPose>& before);
+  void restore(const std::optional<RestPose>& restored, const std::optional<RestPose>& before);
 
   /// Handles a request. Must not be called while another request is open. Refuses an undo within this call if there is
   /// no previous zero; else
@@ -73,7 +73,7 @@ class ZeroProcedure {
   void setWaits(const std::string& waits) { waits_ = waits; }
   const std::string& waits() const { return waits_; }
 
-  /// Returns the zero in force, if there is one. It may change in begin(), welcome() and turn().
+  /// Returns the zero in force, if there is one. It may change in begin(), restore() and turn().
   const std::optional<RestPose>& inForce() const { return zero_; }
 
   /// Returns the time within which a request that comes now is answered [s], also if that is the answer of one that is
@@ -102,12 +102,12 @@ class ZeroProcedure {
   };
 
   void undo();
-  void heedTaken();
+  void handleTaken();
   void adoptFirst(const GelReport& report, const std::string& doubt);
   void logTaken(const std::string& doubt, const std::string& moved) const;
   void refuseTaken(const std::string& reason);
   void keep(Keeping keeping);
-  void heedWritten();
+  void handleWritten();
   void putInForce(const RestPose& zero, const GelReport& report);
   void takeReport(const RestPose& zero, const GelReport& report);
   void handOver();

@@ -1,4 +1,4 @@
-// Interface of the publisher for those who need its newest messages.
+// Interface of the publisher through which its newest messages are read.
 #pragma once
 
 #include <string>

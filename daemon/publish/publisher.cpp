@@ -30,7 +30,7 @@ constexpr std::int64_t kLargestSubscription = 64;
 /// Subscriptions looked at in one turn, so that a flood of them does not keep a field waiting.
 constexpr int kSubscriptionsPerTurn = 256;
 
-/// Previews that wait for slow subscribers, of all together: who reads too slowly fills no memory.
+/// Previews that wait for slow subscribers, of all together: one that reads too slowly fills no memory.
 constexpr int kWaitingPreviews = 64;
 
 enum Topic : std::size_t { kField, kMarkers, kDescription, kStatus, kPreview, kTopicCount };

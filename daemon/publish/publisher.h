@@ -55,7 +55,7 @@ class Publisher final : public NewestMessages {
   open(const PublishOptions& options, const Description& description, const Ledger& ledger, Measure measure);
   ~Publisher();  ///< Closes the sockets and removes their files.
 
-  /// Sends a field (stream and latest) and its markers (stream). Then heeds subscriptions, and sends what is due of
+  /// Sends a field (stream and latest) and its markers (stream). Then handles subscriptions, and sends what is due of
   /// description, status and previews. Never waits: a slow subscriber loses messages.
   void publish(const TractionField& field);
 

@@ -195,7 +195,7 @@ std::string finish(pb::Reply& reply) {
 }  // namespace
 
 tl::expected<Asked, std::string> decodeRequest(std::string_view bytes) {
-  // Else Protobuf writes a line on standard error for each string that is no UTF-8, and waits for who reads it.
+  // Else Protobuf writes a line on standard error for each string that is no UTF-8, and waits for its reader.
   [[maybe_unused]] static const auto before = google::protobuf::SetLogHandler(nullptr);
   pb::Request request;
   if (!request.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
@@ -233,25 +233,25 @@ std::string encodeZeroReply(const RestPose& zero, std::string_view remark) {
 
 std::string encodeCalibrationReply(const CalibrationReport& report) {
   pb::Reply reply;
-  pb::CalibrateReply& told = *reply.mutable_calibrate();
+  pb::CalibrateReply& all = *reply.mutable_calibrate();
   for (const CalibrationReport::Figure& from : report.figures) {
-    pb::Figure& to = *told.add_figures();
+    pb::Figure& to = *all.add_figures();
     to.set_name(from.name);
     to.set_value(from.value);
     to.set_deviation(from.deviation);
   }
-  for (const std::string& remark : report.remarks) told.add_remarks(remark);
-  told.set_path(report.path);
-  told.set_gel_file(report.gelFile);
+  for (const std::string& remark : report.remarks) all.add_remarks(remark);
+  all.set_path(report.path);
+  all.set_gel_file(report.gelFile);
   return finish(reply);
 }
 
 std::string encodeCameraReply(const CameraReport& report) {
   pb::Reply reply;
-  pb::CameraReply& told = *reply.mutable_camera();
-  for (const CameraFeature& feature : report.features) encode(feature, *told.add_features());
-  for (const std::string& remark : report.remarks) told.add_remarks(remark);
-  told.set_camera(report.camera);
+  pb::CameraReply& to = *reply.mutable_camera();
+  for (const CameraFeature& feature : report.features) encode(feature, *to.add_features());
+  for (const std::string& remark : report.remarks) to.add_remarks(remark);
+  to.set_camera(report.camera);
   return finish(reply);
 }
 

@@ -27,9 +27,9 @@ inline double squaredMean(const AtomMoments& moments, int atom) {
   return Eigen::Vector3d::Map(moments.mean_N.data() + 3 * atom).squaredNorm();
 }
 
-/// Returns e of an atom [N^2]: |mean|^2 - surety^2 noise / 3, but at least 0.
-inline double evident(const AtomMoments& moments, int atom, double surety) {
-  return std::max(0.0, squaredMean(moments, atom) - surety * surety * moments.noise_N2[atom] / 3.0);
+/// Returns e of an atom [N^2]: |mean|^2 - significance^2 noise / 3, but at least 0.
+inline double evident(const AtomMoments& moments, int atom, double significance) {
+  return std::max(0.0, squaredMean(moments, atom) - significance * significance * moments.noise_N2[atom] / 3.0);
 }
 
 }  // namespace tractiond::solve

@@ -99,7 +99,7 @@ enum class Step { kInfluence, kProducts, kModes, kSystematicErrors, kDetectionLi
 using Steps = std::function<void(Step step, double done)>;
 
 /// Computes the influence of the points by the sensor's mechanics, and the factors as above, with the same errors.
-/// \param steps told of kInfluence to kModes
+/// \param steps called for kInfluence to kModes
 tl::expected<Factors, Error> computeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
                                             const SolveOptions& options, const Steps& steps = {});
 

@@ -55,7 +55,7 @@ void addSensor(const sensor::Sensor& sensor, Hasher& hasher) {
     for (const Eigen::MatrixXd& each : sensor.body->errors) vector(each);
     hasher.value(sensor.nodes.columns);
   }
-  if (sensor.body || sensor.nodes.count() == 1) hasher.value(sensor.nodes.pitch);  // else told by the places
+  if (sensor.body || sensor.nodes.count() == 1) hasher.value(sensor.nodes.pitch);  // else given by the places
   const sensor::Camera& camera = sensor.camera;
   hasher.value(camera.focal_px);
   vector(camera.principal_px);

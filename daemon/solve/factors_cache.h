@@ -25,7 +25,7 @@ using Remark = std::function<void(const std::string&)>;
 /// and has the right id; else computes and caches them. If the state directory cannot be read or written, it calls
 /// `remark` and computes. Creates the directory. After a save it deletes, in the directory, all but the newest cache
 /// files, and unfinished ones; so no other process may save there at the same time. Fails as computeFactors(). \param
-/// atoms makeAtoms(sensor) \param steps told of kInfluence to kSystematicErrors; not called if the cache is used
+/// atoms makeAtoms(sensor) \param steps called for kInfluence to kSystematicErrors; not called if the cache is used
 tl::expected<Factors, Error> loadOrComputeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
                                                   const SolveOptions& options,
                                                   const std::filesystem::path& stateDirectory, const Steps& steps = {},

@@ -253,7 +253,7 @@ std::optional<Contact> Hills::describe(int hill, double least_deviations, double
   }
   const WrenchCovariance noise = wrenchNoise(hill);
   setWrench(whole, moment, noise, Eigen::Vector3d::Zero(), contact);
-  if (surety(contact) < least_deviations) return std::nullopt;
+  if (significance(contact) < least_deviations) return std::nullopt;
 
   // The centre of what presses, or, where nothing does, of all forces along their sum.
   const Eigen::Vector3d deviations(std::sqrt(noise[0]), std::sqrt(noise[7]), std::sqrt(noise[14]));
@@ -294,7 +294,7 @@ std::optional<Contact> Hills::describe(int hill, double least_deviations, double
   return contact;
 }
 
-/// Returns whether the force of members_ is below a surety() even by the least that its variances can be.
+/// Returns whether the force of members_ is below a significance() even by the least that its variances can be.
 bool Hills::isFaint(int hill, const Eigen::Vector3d& whole, double least_deviations) {
   if (least_deviations == 0.0) return false;
   setWrenches(hill);
@@ -336,7 +336,7 @@ void setWrench(const Eigen::Vector3d& force, const Eigen::Vector3d& moment, cons
   for (std::size_t i = 0; i < 3; ++i) contact.forceDeviation_N[i] = std::sqrt(contact.noise[7 * i]);
 }
 
-double Hills::surety(const Contact& contact) {
+double Hills::significance(const Contact& contact) {
   double deviations = 0.0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     deviations = std::max(deviations, std::abs(contact.force_N[axis]) / contact.forceDeviation_N[axis]);

@@ -51,11 +51,11 @@ class Hills {
   void forcesOf(int hill, std::span<double> forces) const;
 
   /// Returns the hill as a contact, in the gel frame, without Contact::systematic; nothing if its force is below a
-  /// surety() or a magnitude. \param hill below count(), one that stands()
+  /// significance() or a magnitude. \param hill below count(), one that stands()
   std::optional<Contact> describe(int hill, double least_deviations, double least_N);
 
   /// Returns the force of a contact in standard deviations, along the axis on which that is largest.
-  static double surety(const Contact& contact);
+  static double significance(const Contact& contact);
 
   /// Sorts contacts by the magnitude of their forces, strongest first.
   static void sort(std::span<Contact> contacts);

@@ -16,10 +16,10 @@ namespace {
 /// A candidate with a smaller share is left out.
 constexpr double kLittle = 1e-3;
 
-/// The model holds if the surest force that it leaves has fewer deviations than kSurest, or kOwnSurest times those that
-/// it left in its own picture; the same of the misfit, with kOwnMisfit more; and if its prior need not grow beyond
-/// kMostScale: a place that is no longer right shows there alone.
-constexpr double kSurest = 5.0, kOwnSurest = 1.25;
+/// The model holds if the most significant force that it leaves has fewer deviations than kSignificant, or
+/// kOwnSignificant times those that it left in its own picture; the same of the misfit, with kOwnMisfit more; and if
+/// its prior need not grow beyond kMostScale: a place that is no longer right shows there alone.
+constexpr double kSignificant = 5.0, kOwnSignificant = 1.25;
 constexpr double kMisfit = 4.0, kOwnMisfit = 4.0;
 constexpr double kMostScale = 2.0;
 /// Farthest shift of a patch for which its curves hold [pitches].
@@ -28,7 +28,7 @@ constexpr double kMostShift = 1.2;
 constexpr double kStraight = 0.01;
 constexpr int kMostTimes = 4;
 
-/// The least share of a patch's former load by which changes of its place are told.
+/// The least share of a patch's former load by which changes of its place are recognized.
 constexpr double kLeastLoad = 0.1;
 
 }  // namespace
@@ -141,7 +141,7 @@ void LinearModel::findSpreadRatios(double noise_px) {
 
 /// Returns whether nothing speaks against the model.
 bool LinearModel::holds() const {
-  return doubt_.surest < std::max(kSurest, kOwnSurest * own_.surest) &&
+  return doubt_.significance < std::max(kSignificant, kOwnSignificant * own_.significance) &&
          doubt_.misfit < std::max(kMisfit, own_.misfit + kOwnMisfit) && doubt_.scale <= kMostScale &&
          doubt_.shift <= kMostShift;
 }
@@ -228,7 +228,7 @@ bool LinearModel::solveFirst(double noise_px) {
   }
   test_.add(missing_, std::span(coefficients_).first(missing_.size()));
   const auto degrees = static_cast<double>(std::ssize(completed_) - std::ssize(missing_));
-  doubt_.surest = test_.surest(part.posterior, times(part), noise_px);
+  doubt_.significance = test_.significance(part.posterior, times(part), noise_px);
   doubt_.misfit = (part.posterior.misfit() - degrees) / std::sqrt(2.0 * degrees);
   doubt_.scale = part.posterior.scale();
   doubt_.shift = shift_;

@@ -20,11 +20,11 @@ class LinearModel {
  public:
   /// What speaks against a model.
   struct Doubt {
-    double surest = 0.0;  ///< deviations of the surest force that it leaves in the picture
-    double misfit = 0.0;  ///< deviations of chi^2 of the picture from its expectation
-    double scale = 1.0;   ///< by which its prior had to grow
-    double shift = 0.0;   ///< of the patch that has moved farthest [pitches]
-    double force = 1.0;   ///< as a multiple of that which the model was made with
+    double significance = 0.0;  ///< deviations of the most significant force that it leaves in the picture
+    double misfit = 0.0;        ///< deviations of chi^2 of the picture from its expectation
+    double scale = 1.0;         ///< by which its prior had to grow
+    double shift = 0.0;         ///< of the patch that has moved farthest [pitches]
+    double force = 1.0;         ///< as a multiple of that which the model was made with
   };
 
   /// `factors` and `atoms` must outlive it. \param modes of the same factors and atoms

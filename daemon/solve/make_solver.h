@@ -16,7 +16,7 @@ struct MadeSolver {
 
 /// Makes the solver. Reads its factors from the state directory, or computes them in seconds and caches them there.
 /// Fails if they cannot be computed (EX_CONFIG or EX_SOFTWARE, as loadOrComputeFactors()). The arguments need not
-/// outlive the solver. \param steps told of kDetectionLimit, too, after the others \param remark see factors_cache.h
+/// outlive the solver. \param steps called for kDetectionLimit, too, after the others \param remark see factors_cache.h
 tl::expected<MadeSolver, Error> makeSolver(const sensor::Sensor& sensor, const SolveOptions& options,
                                            const std::filesystem::path& stateDirectory, const Steps& steps = {},
                                            const Remark& remark = {});

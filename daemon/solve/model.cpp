@@ -13,9 +13,9 @@ constexpr int kRoughenings = 2;
 /// Squared deviations that patches leave more than the field, beyond which they are not looked at.
 constexpr double kHopeless = 2000.0;
 
-/// Deviations of the surest force from which on one patch that leaves nothing but noise is all there is to consider. Of
-/// 1,800 frames of the evaluation's families 180 have such a patch; none of their fields alone comes nearer to it than
-/// e^-18. From 120 deviations on it was e^-5.
+/// Deviations of the most significant force from which on one patch that leaves nothing but noise is all there is to
+/// consider. Of 1,800 frames of the evaluation's families 180 have such a patch; none of their fields alone comes
+/// nearer to it than e^-18. From 120 deviations on it was e^-5.
 constexpr double kStrong = 180.0;
 
 /// Standard deviations above their expectation that the squared deviations beside a patch may have as noise.
@@ -138,7 +138,7 @@ Estimate::Outcome Model::round(int most, bool last) {
   if (!choose(most)) {
     std::fill(moments_.mean_N.begin(), moments_.mean_N.end(), 0.0);
     std::fill(moments_.noise_N2.begin(), moments_.noise_N2.end(), 0.0);
-    makeEvident(modes_.surest(), moments_);
+    makeEvident(modes_.best(), moments_);
     if (!choose(most)) return Outcome::kNothing;
   }
   if (last) {
@@ -217,13 +217,14 @@ void Model::addField() {
 /// Looks for one patch that explains a strong contact alone, and solves the field around it. False: it does not, or
 /// there is none; look() has then been done again if need be.
 bool Model::findOnePatch() {
-  if (modes_.surest().squaredDeviations < square(kStrong)) return false;
+  if (modes_.best().squaredDeviations < square(kStrong)) return false;
   const auto coordinates = static_cast<double>(factors_.coordinateCount() - std::ssize(picture_.missing));
   const double enough = coordinates + kNoise * std::sqrt(2.0 * coordinates);
-  if (!patched_->patches.findOne(picture_, atoms_.places.col(modes_.surest().atom), enough)) return false;
+  if (!patched_->patches.findOne(picture_, atoms_.places.col(modes_.best().atom), enough)) return false;
   if (!leavePatches()) return false;
   resize(rest_, atoms_.count());
-  if (lookBesidePatches().squaredDeviations < square(ModelConstants::kSurety) && solveAroundPatches()) return true;
+  if (lookBesidePatches().squaredDeviations < square(ModelConstants::kSignificance) && solveAroundPatches())
+    return true;
   modes_.look(picture_);
   return false;
 }
@@ -236,7 +237,7 @@ bool Model::findPatches() {
   if (!patches.find(picture_, evidentForce_, residual + degrees_)) return false;
   if (!(patches.misfit() - residual < kHopeless)) return false;
   if (!leavePatches()) return false;
-  if (lookBesidePatches().squaredDeviations < square(ModelConstants::kSurety)) {
+  if (lookBesidePatches().squaredDeviations < square(ModelConstants::kSignificance)) {
     resize(rest_, atoms_.count());
   } else {
     modes_.start(rest_);
@@ -254,7 +255,7 @@ bool Model::leavePatches() {
 }
 
 /// Looks at what the patches leave, without the picture's motion.
-const SurestForce& Model::lookBesidePatches() {
+const BestForce& Model::lookBesidePatches() {
   return modes_.look({patched_->still.data(), picture_.missing, 0.0, picture_.noise_px, patched_->stillRounded});
 }
 

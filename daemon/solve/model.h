@@ -108,7 +108,7 @@ class Model {
   bool findOnePatch();
   bool findPatches();
   bool leavePatches();
-  const SurestForce& lookBesidePatches();
+  const BestForce& lookBesidePatches();
   bool solveAroundPatches();
   std::span<double> add(Posterior& posterior, Mixture::Kind kind, double logEvidence, const Wrench& wrench);
   void addEvenField();

@@ -15,11 +15,11 @@ struct ModelConstants {
   /// group to be read.
   static constexpr double kVisible = 0.1;
 
-  /// z: deviations of its noise above which an atom's force is evident; also SurestForce's deviations above which what
+  /// z: deviations of its noise above which an atom's force is evident; also BestForce's deviations above which what
   /// is left of a picture shows more contacts.
-  static constexpr double kSurety = 4.0;
+  static constexpr double kSignificance = 4.0;
 
-  /// SurestForce's deviations from which on its atom is evident, if the picture hardly distinguishes it from others.
+  /// BestForce's deviations from which on its atom is evident, if the picture hardly distinguishes it from others.
   static constexpr double kBroad = 4.8;
 
   /// beta: reach over which neighbouring atoms of a level share their prior variance [distances of neighbours].

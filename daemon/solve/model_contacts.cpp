@@ -56,7 +56,7 @@ int ModelContacts::list(const Estimate& estimate, Mixture& mixture, double least
   return 1;
 }
 
-/// Lists the hill of the highest peak, and those with a surety above Hills::kLeast_deviations; of more than
+/// Lists the hill of the highest peak, and those with a significance above Hills::kLeast_deviations; of more than
 /// kMaxContacts, those of the highest peaks.
 int ModelContacts::listHills(std::array<Contact, kMaxContacts>& contacts) {
   hills_.divide();
@@ -102,7 +102,7 @@ int ModelContacts::listPatches(const Estimate& estimate, Mixture& mixture, doubl
   Hills::sort(ofPatches);
   for (const Contact& contact : ofPatches) {
     const bool first = &contact == ofPatches.data();
-    if (first || Hills::surety(contact) > Hills::kLeast_deviations) contacts[count++] = contact;
+    if (first || Hills::significance(contact) > Hills::kLeast_deviations) contacts[count++] = contact;
   }
   Hills::sort(std::span(contacts).first(count));
   return count;

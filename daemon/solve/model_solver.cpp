@@ -16,8 +16,8 @@ constexpr int kDoublings = 15;
 static_assert(kFirst * (1 << kDoublings) == kLargestDetectable);
 
 /// A model is to be renewed after so many frames, or if a patch has moved so far [pitches], the prior has grown or the
-/// force has shrunk so much, or the surest force that is left has so many deviations: well before it no longer holds,
-/// or while what has gone leaves more room than it should.
+/// force has shrunk so much, or the most significant force that is left has so many deviations: well before it no
+/// longer holds, or while what has gone leaves more room than it should.
 constexpr std::uint64_t kFresh = 3;
 constexpr double kNear = 0.15, kGrown = 1.1, kSure = 4.5;
 
@@ -81,7 +81,7 @@ bool ModelSolver::answer(const MarkerField& markers, TractionField& field) noexc
   field.modelFrame = inForce_->of.info.frameNumber;
   const LinearModel::Doubt& doubt = inForce_->model.doubt();
   wantsModel_ = markers.info.frameNumber - field.modelFrame >= kFresh || doubt.shift > kNear || doubt.scale > kGrown ||
-                doubt.force < 1.0 / kGrown || doubt.surest > kSure;
+                doubt.force < 1.0 / kGrown || doubt.significance > kSure;
   return true;
 }
 

@@ -54,7 +54,7 @@ class ModelSolver : public FieldSolver {
   Estimate estimate_;
   FieldWriter writer_;
   ModelFrame solved_;                            ///< frame of the last solve()
-  std::vector<std::shared_ptr<Learnt>> learnt_;  ///< all that exist; who alone has one may fill it
+  std::vector<std::shared_ptr<Learnt>> learnt_;  ///< all that exist; the holder of the only copy may fill it
   LinearScratch scratch_;
   Mailbox<std::shared_ptr<Learnt>> newest_;
   // Of answer().

@@ -57,7 +57,7 @@ double detectionThreshold(double falseAlarms, int atoms) {
   return low;
 }
 
-void makeEvident(const SurestForce& force, AtomMoments& moments) {
+void makeEvident(const BestForce& force, AtomMoments& moments) {
   Eigen::Vector3d::Map(moments.mean_N.data() + 3 * static_cast<Index>(force.atom)) = force.force_N;
   moments.noise_N2[force.atom] = 0.0;
 }
@@ -153,29 +153,29 @@ int Modes::lastVisible(const Factors& factors, const Tables& tables, double rati
   return static_cast<int>(group);
 }
 
-const SurestForce& Modes::look(const Displacements& picture) {
+const BestForce& Modes::look(const Displacements& picture) {
   noise_px_ = picture.noise_px;
   isMissing_ = !picture.missing.empty();
   amplitudes_.begin(picture.rounded_px, picture.missing);
   readMore(0.0);
   complete();
-  return surest_ = surestOf(amplitudes_.values());
+  return best_ = bestOf(amplitudes_.values());
 }
 
 bool Modes::detect(const Displacements& picture, std::span<const float> variance_px2) {
   look(picture);
   confirm(variance_px2);
-  return surest_.squaredDeviations >= square(detection_);
+  return best_.squaredDeviations >= square(detection_);
 }
 
 void Modes::start(AtomMoments& moments) {
-  const double least_N = leastTypical_N(surest_);
+  const double least_N = leastTypical_N(best_);
   while (readMore(least_N)) {
     while (readMore(least_N)) {
     }
     complete();
   }
-  startWith(amplitudes_.values(), surest_, moments);
+  startWith(amplitudes_.values(), best_, moments);
 }
 
 bool Modes::startBeside(std::span<const double> forces_N, AtomMoments& moments) {
@@ -186,9 +186,9 @@ bool Modes::startBeside(std::span<const double> forces_N, AtomMoments& moments) 
   addColumns(right(modes), everyPoint_, coefficients_, 0, modes, filtered_.data());
   for (int k = 0; k < modes; ++k) left_[k] = amplitudes[k] - factors_.singularValues[k] * filtered_.data()[k];
   const auto left = std::span(left_).first(modes);
-  const SurestForce surest = surestOf(left);
-  if (surest.squaredDeviations < square(ModelConstants::kSurety)) return false;
-  startWith(left, surest, moments);
+  const BestForce best = bestOf(left);
+  if (best.squaredDeviations < square(ModelConstants::kSignificance)) return false;
+  startWith(left, best, moments);
   return true;
 }
 
@@ -228,28 +228,29 @@ int Modes::likeliest(std::span<const double> amplitudes, double least_N) {
   return best;
 }
 
-/// Finds the surest force, by the modes of the first group.
-SurestForce Modes::surestOf(std::span<const double> amplitudes) {
+/// Finds the most significant force, by the modes of the first group.
+BestForce Modes::bestOf(std::span<const double> amplitudes) {
   const int used = tables_->ends.front();
   assert(std::ssize(amplitudes) >= used);
   for (int k = 0; k < used; ++k) filtered_.data()[k] = factors_.singularValues[k] * amplitudes[k];
   addUpModes(used, matched_);
-  SurestForce surest;
+  BestForce best;
   for (int a = 0; a < atoms_.count(); ++a) {
-    const SurestForce alone = aloneWith(a);
-    if (alone.squaredDeviations > surest.squaredDeviations) surest = alone;
+    const BestForce alone = aloneWith(a);
+    if (alone.squaredDeviations > best.squaredDeviations) best = alone;
   }
-  return surest;
+  return best;
 }
 
-/// Replaces the surest force, if it is sure enough, by the one that is surest by the noise of the markers that show it.
+/// Replaces the most significant force, if it is sure enough, by the one that is most significant by the noise of the
+/// markers that show it.
 void Modes::confirm(std::span<const float> variance_px2) {
-  SurestForce& found = surest_;
+  BestForce& found = best_;
   if (found.squaredDeviations < square(detection_) || variance_px2.empty()) return;
   // That of a touch passes at once; the others are asked where it does not.
   found.squaredDeviations /= noiseWhereShown(found, variance_px2);
   for (int a = 0; a < atoms_.count() && found.squaredDeviations < square(detection_); ++a) {
-    SurestForce alone = aloneWith(a);
+    BestForce alone = aloneWith(a);
     if (alone.squaredDeviations < square(detection_)) continue;
     alone.squaredDeviations /= noiseWhereShown(alone, variance_px2);
     if (alone.squaredDeviations > found.squaredDeviations) found = alone;
@@ -257,7 +258,7 @@ void Modes::confirm(std::span<const float> variance_px2) {
 }
 
 /// Returns the force of one atom that explains most, by matched_.
-SurestForce Modes::aloneWith(int atom) const {
+BestForce Modes::aloneWith(int atom) const {
   const auto matched = Eigen::Vector3d::Map(matched_.data() + 3 * static_cast<Index>(atom));
   const Eigen::Vector3d force = tables_->alone[atom] * matched;
   return {matched.dot(force) / square(noise_px_), atom, force};
@@ -265,7 +266,7 @@ SurestForce Modes::aloneWith(int atom) const {
 
 /// Returns the mean of the markers' variances, weighted by the squared displacements that the force causes beside
 /// motion of the picture, over their plain mean; 1 if there is none.
-double Modes::noiseWhereShown(const SurestForce& force, std::span<const float> variance_px2) const {
+double Modes::noiseWhereShown(const BestForce& force, std::span<const float> variance_px2) const {
   const Index first = 3 * static_cast<Index>(force.atom);
   const Eigen::Vector4d motion = tables_->motionOf * (factors_.motionCoupling.middleCols<3>(first) * force.force_N);
   const std::array<const float*, 3> influence = {factors_.influence.row(3 * force.atom),
@@ -290,7 +291,7 @@ double Modes::noiseWhereShown(const SurestForce& force, std::span<const float> v
 }
 
 /// Returns the least typical force of a picture that shows this one [N].
-double Modes::leastTypical_N(const SurestForce& force) const {
+double Modes::leastTypical_N(const BestForce& force) const {
   return force.force_N.norm() / std::sqrt(static_cast<double>(everyPoint_.size()));
 }
 
@@ -313,8 +314,8 @@ void Modes::addUpModes(int used, std::vector<double>& sums) {
 }
 
 /// Computes the moments of all atoms from amplitudes, of which as many are read as are needed.
-void Modes::startWith(std::span<const double> amplitudes, const SurestForce& surest, AtomMoments& moments) {
-  const int best = likeliest(amplitudes, leastTypical_N(surest)),
+void Modes::startWith(std::span<const double> amplitudes, const BestForce& force, AtomMoments& moments) {
+  const int best = likeliest(amplitudes, leastTypical_N(force)),
             used = std::min(tables_->used[best], static_cast<int>(amplitudes.size()));
   for (int k = 0; k < used; ++k) {
     filtered_.data()[k] = (1.0 - tables_->unexplained(k, best)) / factors_.singularValues[k] * amplitudes[k];
@@ -326,8 +327,8 @@ void Modes::startWith(std::span<const double> amplitudes, const SurestForce& sur
     const double precision = mean.dot(tables_->precision[best][a] * mean);
     moments.noise_N2[a] = precision > 0.0 ? 3.0 * square(noise_px_) * mean.squaredNorm() / precision : 0.0;
   }
-  const bool isSure = surest.squaredDeviations >= square(ModelConstants::kBroad);
-  if (isSure && atoms_.isAmbiguous(surest.atom)) makeEvident(surest, moments);
+  const bool isSure = force.squaredDeviations >= square(ModelConstants::kBroad);
+  if (isSure && atoms_.isAmbiguous(force.atom)) makeEvident(force, moments);
 }
 
 }  // namespace tractiond::solve

@@ -18,18 +18,18 @@
 namespace tractiond::solve {
 
 /// The force that alone explains a picture best: of one atom, by least squares.
-struct SurestForce {
+struct BestForce {
   double squaredDeviations = 0.0;  ///< by how much it reduces the squared residual [n^2]; chi^2 of 3 degrees by noise
   int atom = 0;
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
 };
 
-/// Returns the deviations of SurestForce that noise reaches in a share `falseAlarms` of the pictures; 0 if it is 1 or
+/// Returns the deviations of BestForce that noise reaches in a share `falseAlarms` of the pictures; 0 if it is 1 or
 /// more. A quarter of the `atoms` counts as independent (docs/mathematics.md, 4.2).
 double detectionThreshold(double falseAlarms, int atoms);
 
 /// Replaces the moments of an atom by a force that is evident: it has no noise.
-void makeEvident(const SurestForce& force, AtomMoments& moments);
+void makeEvident(const BestForce& force, AtomMoments& moments);
 
 /// Thread-bound. Allocates only when made.
 class Modes {
@@ -39,7 +39,7 @@ class Modes {
 
   /// Reads the strongest modes of a picture and completes what is missing. Returns the force that alone explains it
   /// best. What `picture` borrows must live until the next look().
-  const SurestForce& look(const Displacements& picture);
+  const BestForce& look(const Displacements& picture);
   /// Does what look() does, and returns whether anything touches. The force must be as sure by the noise of the markers
   /// that show it: the equations weigh all markers alike, and where the light is uneven, the noise of the dark ones
   /// alone would pass for a touch. \param variance_px2 M, of a coordinate of each marker, 0 if missing; empty: all are
@@ -48,15 +48,15 @@ class Modes {
 
   /// Reads all modes in which that picture's forces are visible, and computes the moments of all atoms, all alike, with
   /// the prior of the likeliest tau: of fixed values, 28 % apart, from 6e-6 to 1.6 times Factors::force_N, in
-  /// proportion to noise_px / SolveOptions::noise_px, but at least the magnitude of the surest force / sqrt(3P). If the
-  /// surest atom is ambiguous, and as sure as ModelConstants::kBroad, it is made evident: a broad contact is divided
-  /// among so many atoms that few of them are, or none.
+  /// proportion to noise_px / SolveOptions::noise_px, but at least the magnitude of the most significant force /
+  /// sqrt(3P). If the most significant atom is ambiguous, and as sure as ModelConstants::kBroad, it is made evident: a
+  /// broad contact is divided among so many atoms that few of them are, or none.
   void start(AtomMoments& moments);
   /// Does the same with what forces of the points (3P) leave of the modes that were read, if that shows an atom by
-  /// ModelConstants::kSurety. Returns whether it does.
+  /// ModelConstants::kSignificance. Returns whether it does.
   bool startBeside(std::span<const double> forces_N, AtomMoments& moments);
 
-  const SurestForce& surest() const { return surest_; }  ///< of the last look() or detect()
+  const BestForce& best() const { return best_; }  ///< of the last look() or detect()
   /// Returns what it showed of each atom: V_a' S c, c its amplitudes (3A [px^2/N]).
   std::span<const double> matched() const { return matched_; }
   /// Returns the displacements with which its missing coordinates were completed, in their order [px].
@@ -80,13 +80,13 @@ class Modes {
 
   bool readMore(double least_N);
   void complete();
-  SurestForce surestOf(std::span<const double> amplitudes);
-  SurestForce aloneWith(int atom) const;
+  BestForce bestOf(std::span<const double> amplitudes);
+  BestForce aloneWith(int atom) const;
   void confirm(std::span<const float> variance_px2);
-  double noiseWhereShown(const SurestForce& force, std::span<const float> variance_px2) const;
-  double leastTypical_N(const SurestForce& force) const;
+  double noiseWhereShown(const BestForce& force, std::span<const float> variance_px2) const;
+  double leastTypical_N(const BestForce& force) const;
   int likeliest(std::span<const double> amplitudes, double least_N);
-  void startWith(std::span<const double> amplitudes, const SurestForce& surest, AtomMoments& moments);
+  void startWith(std::span<const double> amplitudes, const BestForce& force, AtomMoments& moments);
   const RowMatrix& right(int modes) const;
   void addUpModes(int used, std::vector<double>& sums);
   static int lastVisible(const Factors& factors, const Tables& tables, double ratio);
@@ -94,12 +94,12 @@ class Modes {
 
   const Factors& factors_;
   const Atoms& atoms_;
-  const double detection_;  ///< deviations of the surest force below which nothing touches
+  const double detection_;  ///< deviations of the most significant force below which nothing touches
   const std::shared_ptr<const StrongModes> strong_;
   std::shared_ptr<const Tables> tables_;
   // Of one picture.
   Amplitudes amplitudes_;
-  SurestForce surest_;
+  BestForce best_;
   double noise_px_ = 0.0;
   bool isMissing_ = false;           // some coordinates are
   std::vector<double> matched_;      // 3A: H_a' W d

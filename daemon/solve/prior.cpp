@@ -54,7 +54,7 @@ bool Prior::findEvident(const AtomMoments& moments) {
   shown_.clear();
   pulling_.clear();
   for (int a = 0; a < static_cast<int>(evident_.size()); ++a) {
-    evident_[a] = evident(moments, a, ModelConstants::kSurety);
+    evident_[a] = evident(moments, a, ModelConstants::kSignificance);
     if (evident_[a] == 0.0) continue;
     const auto mean = Eigen::Vector3d::Map(moments.mean_N.data() + 3 * static_cast<Index>(a));
     shown_.push_back(a);

@@ -154,7 +154,7 @@ void ResidualTest::add(std::span<const int> coordinates, std::span<const float> 
   for (std::size_t i = 0; i < added_.size(); ++i) matched_[i] += added_[i];
 }
 
-double ResidualTest::surest(const LinearPosterior& posterior, std::span<const double> times, double noise_px) {
+double ResidualTest::significance(const LinearPosterior& posterior, std::span<const double> times, double noise_px) {
   const int rank = posterior.rank();
   const auto xi = Eigen::VectorXd::Map(posterior.firstXi().data(), rank);
   auto found = Eigen::VectorXf::Map(found_.data(), explained_.stride());

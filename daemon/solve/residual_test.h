@@ -1,5 +1,5 @@
-// Tests whether a picture shows a force that a linear posterior does not hold: the surest force of any atom in what it
-// leaves of the strongest modes.
+// Tests whether a picture shows a force that a linear posterior does not hold: the most significant force of any atom
+// in what it leaves of the strongest modes.
 //
 //   r = c - M xi             c: the picture's amplitudes, M: those of xi
 //   b_a = (S V_a)' r / n     matched to an atom; if the posterior holds, its covariance is
@@ -34,9 +34,10 @@ class ResidualTest {
   void begin(std::span<const float> displacement_px);
   /// Adds displacements to the picture. \param displacement_px of these coordinates
   void add(std::span<const int> coordinates, std::span<const float> displacement_px);
-  /// Returns the deviations of the surest force that is left by the posterior's last answer at s = 1, 0 or more. The
-  /// picture must have what the posterior makes of it where it is missing. \param times as given to the posterior
-  double surest(const LinearPosterior& posterior, std::span<const double> times, double noise_px);
+  /// Returns the deviations of the most significant force that is left by the posterior's last answer at s = 1, 0 or
+  /// more. The picture must have what the posterior makes of it where it is missing. \param times as given to the
+  /// posterior
+  double significance(const LinearPosterior& posterior, std::span<const double> times, double noise_px);
 
  private:
   void layUnknowns(const LinearPosterior& posterior, const ExtraUnknowns* extra, const RowMatrix& curves);

@@ -18,7 +18,7 @@ constexpr float kMostOwnShape = 2.0F;  // largest shape of a marker, relative to
 // squared error of the centre is 1 + 6 x times that by noise alone (measured with dust of 0.4 to 3 px at all places).
 // The excess is used where noise alone would hardly cause it; a marker with too large an excess is rejected.
 constexpr float kOddPerStrain = 0.25F, kLeastStrain = 0.03F, kMostStrain = 0.45F;
-constexpr float kErrorPerExcess = 6.0F, kHeeded = 3.0F, kMostExcess = 2.0F;
+constexpr float kErrorPerExcess = 6.0F, kSignificant = 3.0F, kMostExcess = 2.0F;
 constexpr int kMostDeformedFits = 64;  // fits of deformed discs per frame and layer, as they take time
 constexpr float kLeastNoise2 = 0.25F;  // share of the variance at rest: lower limit for dark markers
 
@@ -107,7 +107,7 @@ void CentreErrors::weigh(const Lattice& lattice, int pixels, std::span<const Cen
                          std::span<const Vector> displacement, std::span<const float> restAmplitude,
                          std::span<const std::uint8_t> frames, DeformedFits& deformed, std::span<std::uint8_t> valid) {
   int deformedFits = 0;
-  const float heeded = kHeeded * std::sqrt(2.0F / static_cast<float>(pixels - 7));
+  const float significant = kSignificant * std::sqrt(2.0F / static_cast<float>(pixels - 7));
   for (int i = lattice.first; i < lattice.first + lattice.count(); ++i) {
     if (!valid[i]) continue;
     const Centre& centre = centres[i];
@@ -115,21 +115,21 @@ void CentreErrors::weigh(const Lattice& lattice, int pixels, std::span<const Cen
         std::max(noise_ * noise_ + shotNoise_ * (centre.level - light_), kLeastNoise2 * noise_ * noise_);
     float shape = shapeOf(i) * centre.amplitude;
     float excess = (centre.misfit - shape * shape) / noise2 - 1.0F;
-    if (excess > heeded) {
+    if (excess > significant) {
       const float atRest = shape, strain = strainAt(lattice, i, displacement, valid);
       shape += kOddPerStrain * strain * centre.amplitude;
       excess = std::max((centre.misfit - shape * shape) / noise2 - 1.0F, 0.0F);
       // Large strained discs have a larger misfit. Dust and tears do not look like an ellipse.
-      const float explained = atRest * atRest + (1.0F + 0.5F * heeded) * noise2;
-      if (excess > heeded && strain > kLeastStrain && deformedFits++ < kMostDeformedFits &&
+      const float explained = atRest * atRest + (1.0F + 0.5F * significant) * noise2;
+      if (excess > significant && strain > kLeastStrain && deformedFits++ < kMostDeformedFits &&
           deformed.adopt(i, explained)) {
         excess = 0.0F;
       }
     }
     // Uses the excess of this frame if it is significant, else the mean over the frames.
     excess_[i] += weightOf(frames[i] + 1) * (excess - excess_[i]);
-    if (excess < heeded) {
-      excess = excess_[i] * std::sqrt(static_cast<float>(frames[i] + 1)) > heeded ? excess_[i] : 0.0F;
+    if (excess < significant) {
+      excess = excess_[i] * std::sqrt(static_cast<float>(frames[i] + 1)) > significant ? excess_[i] : 0.0F;
     }
     if (excess > kMostExcess) {
       valid[i] = 0;

@@ -118,7 +118,7 @@ void Follower::fitGuesses() {
                count = static_cast<std::size_t>(layer.lattice.count());
     fit(layer, std::span(guesses_).subspan(first, count), std::span(centres_).subspan(first, count));
     for (int i = layer.lattice.first; i < layer.lattice.first + layer.lattice.count(); ++i) {
-      heedSlope(layer, i, centres_[i]);
+      noteSlope(layer, i, centres_[i]);
       accept(i, centres_[i], {guesses_[i].u, guesses_[i].v});
     }
   }
@@ -250,7 +250,7 @@ Guess Follower::guessAt(int marker, Vector place) const {
 
 /// Corrects the centre for a reflection beside the marker, which would shift it. The slope of the surroundings is known
 /// from the frames before; if this window has a different one, that is used, with less precision.
-void Follower::heedSlope(const Layer& layer, int marker, Centre& centre) {
+void Follower::noteSlope(const Layer& layer, int marker, Centre& centre) {
   if (!centre.found) return;
   const Vector seen{centre.slopeU, centre.slopeV};
   const float frames = slopeFrames_[marker];
@@ -296,7 +296,7 @@ bool Follower::fitAt(const Layer& layer, int marker, Vector place) {
   const Guess guess = guessAt(marker, place);
   Centre centre;
   fit(layer, {&guess, 1}, {&centre, 1});
-  heedSlope(layer, marker, centre);
+  noteSlope(layer, marker, centre);
   return accept(marker, centre, place);
 }
 

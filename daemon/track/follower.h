@@ -132,7 +132,7 @@ class Follower {
   bool fitAt(const Layer& layer, int marker, Vector place);
   bool adoptDeformed(const Layer& layer, int marker, float mostMisfit);
   Guess guessAt(int marker, Vector place) const;
-  void heedSlope(const Layer& layer, int marker, Centre& centre);
+  void noteSlope(const Layer& layer, int marker, Centre& centre);
   void learnSlopes();
   bool accept(int marker, const Centre& centre, Vector expected);
   void markOverlaps();

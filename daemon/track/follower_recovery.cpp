@@ -133,7 +133,7 @@ void Follower::markOverlaps() {
   const float backReach = reachOf(back) + kOverlapMotion_px, frontReach = reachOf(front) + kOverlapMotion_px;
   const float hides = static_cast<float>(appearanceOf(front).radius_px + appearanceOf(back).radius_px) + kBlurredRim_px;
   const float farthest = std::max(backWindow + frontReach, frontWindow + backReach);
-  const auto meets = [](float window, float reach, float du, float dv) {
+  const auto overlaps = [](float window, float reach, float du, float dv) {
     const float u = std::max(std::abs(du) - window, 0.0F), v = std::max(std::abs(dv) - window, 0.0F);
     return u * u + v * v < reach * reach;
   };
@@ -141,8 +141,8 @@ void Follower::markOverlaps() {
     mixed_[i] = 0;
     workspace_->grid.near(place_[i].u, place_[i].v, farthest, [&](int other) {
       const Vector offset = place_[other] - place_[i];
-      if (meets(backWindow, frontReach, offset.u, offset.v)) mixed_[i] = 1;
-      if (meets(frontWindow, backReach, offset.u, offset.v)) mixed_[other] = 1;
+      if (overlaps(backWindow, frontReach, offset.u, offset.v)) mixed_[i] = 1;
+      if (overlaps(frontWindow, backReach, offset.u, offset.v)) mixed_[other] = 1;
       if (offset.squared() < hides * hides) valid_[i] = stepped_[i] = 0;
     });
   }

@@ -34,7 +34,7 @@ class Labeller {
   /// largest group has at most half as many spots as it has markers, or if fewer than options.least of its markers are
   /// labelled in the end. There is no other error: sizes are not checked.
   /// \param spots per layer, in the order of the lattices: those of its colour, in any order, and at most as many as
-  /// the constructor was told
+  /// the constructor was given
   /// \param reference_px expected places, by marker of all layers; also of those that the picture does not show
   /// \param place_px by marker of all layers: the place of each labelled one; the others stay as they are
   /// \param labelled likewise; 1: labelled, 0: not

@@ -44,12 +44,12 @@ Tracker::Tracker(const sensor::Sensor& sensor, const TrackOptions& options)
 Outcome Tracker::track(const Frame& frame, MarkerField& field) {
   inputs_.clear();
   workspace_.planes.read(frame);
-  heedDecision();
-  heedRequest();
+  noteDecision();
+  noteRequest();
   const bool relabelled = follower_.findMarkers(frame.info.discontinuity);
   if (taking_ && takingRequested_) candidate_.findMarkers(frame.info.discontinuity);
   reportSight();
-  heedVerdict();
+  noteVerdict();
   write(frame.info, relabelled, field);
   const bool tracked = follower_.reference().isZero && (!options_.awaitsGelCheck || verdict_.zero == zero_);
   takeZero(frame.info);

@@ -99,14 +99,14 @@ class Tracker final : public ZeroTracker {
   void write(const FrameInfo& info, bool relabelled, MarkerField& field);
 
   // The zero.
-  void heedRequest();
+  void noteRequest();
   void beginZero(bool requested);
   void takeZero(const FrameInfo& info);
   bool report(ZeroState state);
   void finishPose(const FrameInfo& info);
   void install(const RestPose& pose);
-  void heedDecision();
-  void heedVerdict();
+  void noteDecision();
+  void noteVerdict();
 
   const Follower& source() const { return takingRequested_ ? candidate_ : follower_; }
 

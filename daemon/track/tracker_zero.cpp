@@ -24,7 +24,7 @@ bool Tracker::cancelZero() {
 }
 
 /// Begins the zero that was requested; ends the one whose request was cancelled. Called before the frame is tracked.
-void Tracker::heedRequest() {
+void Tracker::noteRequest() {
   if (taking_ && takingRequested_ && zeroState_.load(std::memory_order_relaxed) != ZeroState::kTaking) {
     taking_ = false;
     inputs_.zeroEnded = true;
@@ -132,7 +132,7 @@ void Tracker::install(const RestPose& pose) {
 }
 
 /// Carries out a call of putInForce().
-void Tracker::heedDecision() {
+void Tracker::noteDecision() {
   if (!decisions_.take(decision_)) return;
   const RestPose& pose = decision_.zero;
   inputs_.adopted = inputs_.compared = true;
@@ -147,7 +147,7 @@ void Tracker::heedDecision() {
   }
 }
 
-void Tracker::heedVerdict() {
+void Tracker::noteVerdict() {
   if (!verdicts_.take(heard_) && !newVerdict_) return;
   newVerdict_ = false;
   if (heard_.zero != zero_) return;

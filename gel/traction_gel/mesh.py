@@ -30,7 +30,7 @@ CELLS = 48  # of the grid on which sizes are given to gmsh, along the longest si
 
 @contextlib.contextmanager
 def session():
-    """gmsh with an empty model, which says nothing and sizes elements by what it is told."""
+    """gmsh with an empty model, which says nothing and sizes elements by what it is given."""
     gmsh.initialize([], False)
     try:
         signal.signal(signal.SIGINT, signal.default_int_handler)  # newer versions of gmsh let it end the process

@@ -12,7 +12,7 @@ Askers::Askers(Zeros& zeros, const Starvation& starvation, Journal& journal)
     , starvation_(starvation)
     , journal_(journal) {}
 
-bool Askers::heedZero(double within_s, const ZeroRequest& request) {
+bool Askers::noteZero(double within_s, const ZeroRequest& request) {
   const std::int64_t until_ns = within_s > 0.0 ? now() + static_cast<std::int64_t>(1e9 * within_s) + 500 * kMs : kNever;
   journal_.say(request.undo ? "asked: undo" : request.anyway ? "asked: zero, anyway" : "asked: zero");
   if (std::exchange(zeroAsked_, true)) {
@@ -21,7 +21,7 @@ bool Askers::heedZero(double within_s, const ZeroRequest& request) {
     return false;
   }
   request_ = request;
-  zeros_.heedAsked(request.undo);
+  zeros_.noteAsked(request.undo);
   askedWith_ = zeros_.inForce();
   expected_ = zeros_.previous();
   zeroUntil_ns_ = until_ns;
@@ -29,7 +29,7 @@ bool Askers::heedZero(double within_s, const ZeroRequest& request) {
   return true;
 }
 
-void Askers::heedZeroAnswer(const tl::expected<RestPose, std::string>& answer) {
+void Askers::noteZeroAnswer(const tl::expected<RestPose, std::string>& answer) {
   journal_.say("answer: " + (answer ? "zero " + nameOf(answer->id) : answer.error()));
   journal_.law(std::exchange(zeroAsked_, false), "each request gets one answer", "an answer to nobody");
   ++journal_.result.answers;
@@ -49,7 +49,7 @@ void Askers::heedZeroAnswer(const tl::expected<RestPose, std::string>& answer) {
   }
 }
 
-void Askers::heedStep(const CalibrationStep& step, std::int64_t within_ns) {
+void Askers::noteStep(const CalibrationStep& step, std::int64_t within_ns) {
   stepAsked_ = true;  // who asked before is answered by the control server
   stepUntil_ns_ = now() + within_ns;
   stepAskedStarved_ns_ = starvation_.total_ns();
@@ -58,7 +58,7 @@ void Askers::heedStep(const CalibrationStep& step, std::int64_t within_ns) {
                    : "asked: the calibrated gel file");
 }
 
-void Askers::heedStepAnswer(const calibrate::Result& answer) {
+void Askers::noteStepAnswer(const calibrate::Result& answer) {
   journal_.say("answer: " + (answer ? std::string("the step is done") : answer.error()));
   journal_.law(std::exchange(stepAsked_, false), "each request gets one answer",
                "an answer to a step that nobody asked for");

@@ -18,11 +18,11 @@ class Askers {
   /// Notes a request for a zero, or an undo. \return whether it is to begin; a later one of the same kind shares the
   /// answer to the one that is open, and another is refused \param within_s time within which the answer must come, as
   /// the status states; 0: none
-  bool heedZero(double within_s, const ZeroRequest& request);
+  bool noteZero(double within_s, const ZeroRequest& request);
   /// Notes a request for a calibration step. \param within_ns time within which the answer must come
-  void heedStep(const CalibrationStep& step, std::int64_t within_ns);
-  void heedZeroAnswer(const tl::expected<RestPose, std::string>& answer);
-  void heedStepAnswer(const calibrate::Result& answer);
+  void noteStep(const CalibrationStep& step, std::int64_t within_ns);
+  void noteZeroAnswer(const tl::expected<RestPose, std::string>& answer);
+  void noteStepAnswer(const calibrate::Result& answer);
   /// Law: no client has waited too long for its answer. Throws Broken.
   void check() const;
   /// Ends all requests without an answer, as the daemon was killed.

@@ -30,7 +30,7 @@ void Camera::disconnect() {
   queue_.clear();
 }
 
-void Camera::heed(const Happening& one) {
+void Camera::apply(const Happening& one) {
   switch (one.event) {
   case Event::kOtherPictures:
     hasOtherPictures_ = true;

@@ -41,7 +41,7 @@ class Camera {
   void disconnect();
 
   /// Applies an event to the camera.
-  void heed(const Happening& one);
+  void apply(const Happening& one);
   /// Takes the pictures that are due.
   void turn();
   /// Returns when turn() has something to do; kNever: it has not.

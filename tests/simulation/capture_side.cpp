@@ -32,7 +32,7 @@ std::int64_t CaptureSide::keeperTurn() {
   const int before = connection_.opened;
   spent_ns() = 0;
   keeperBegan_ns_ = now();
-  refused_ = connection_.refused;  // at a try that is over: this turn heeds it
+  refused_ = connection_.refused;  // at a try that is over: this turn handles it
   const std::int64_t next_ns = camera_->keeperTurn();
   keeperIsBusyUntil_ns_ = now() + spent_ns();
   if (connection_.opened != before) {
@@ -82,7 +82,7 @@ void CaptureSide::checkState() const {
                [&] { return fmt::format("state {}, {} open", static_cast<int>(state), connection_.open); });
 }
 
-/// Why there is no camera is told once for each time that it is lost.
+/// Why there is no camera is reported once for each time that it is lost.
 void CaptureSide::checkTold() {
   const CameraState state = camera_->state();
   if (state == CameraState::kStreaming) told_.clear();

@@ -15,7 +15,7 @@ void Fields::begin() {
   last_ = {};
 }
 
-void Fields::heed(const TractionField& field, const Truth& truth) {
+void Fields::check(const TractionField& field, const Truth& truth) {
   published_ns_ = now();
   checkAge(field.markers.info);
   checkZero(field.markers.zero);
@@ -49,8 +49,8 @@ void Fields::checkAge(const Truth& truth) const {
 /// The camera took pictures in between.
 void Fields::checkGap(const TractionField& field, const Truth& truth) const {
   if (lastTruth_.number == 0) return;
-  const bool isTold = (field.flags & kDiscontinuity) != 0;
-  journal_.law(truth.taken <= lastTruth_.taken + 1 || isTold, "a gap is told", [&] {
+  const bool isFlagged = (field.flags & kDiscontinuity) != 0;
+  journal_.law(truth.taken <= lastTruth_.taken + 1 || isFlagged, "a gap is flagged", [&] {
     return fmt::format("{} pictures before picture {}", truth.taken - lastTruth_.taken - 1, truth.number);
   });
 }

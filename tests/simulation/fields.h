@@ -19,7 +19,7 @@ class Fields {
 
   /// Starts anew, as a daemon begins to publish.
   void begin();
-  void heed(const TractionField& field, const Truth& truth);
+  void check(const TractionField& field, const Truth& truth);
 
   /// Notes that fields may be missing until then.
   void disturb(std::int64_t until_ns) { disturbedUntil_ns_ = std::max(disturbedUntil_ns_, until_ns); }

@@ -32,10 +32,10 @@ class Later {
   }
   const Piece& newest() const { return pieces_.back(); }
 
-  /// Ends what is due, after `heed` has seen its outcome.
-  void turn(const std::function<void(const T&)>& heed = [](const T&) {}) {
+  /// Ends what is due, after `visit` has seen its outcome.
+  void turn(const std::function<void(const T&)>& visit = [](const T&) {}) {
     for (; !pieces_.empty() && pieces_.front().at_ns <= now(); pieces_.pop_front()) {
-      heed(pieces_.front().outcome);
+      visit(pieces_.front().outcome);
       pieces_.front().done.set_value(std::move(pieces_.front().outcome));
     }
   }

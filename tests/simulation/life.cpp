@@ -35,11 +35,12 @@ Life::Life(const Around& around)
   if (restored_.zero) tracker_.restore(*restored_.zero);
 }
 
-/// What the control thread does before its turn: it welcomes the first camera, as Instrument does.
+/// What the control thread does before its turn: it restores the zeros when the first camera is open, as Instrument
+/// does.
 void Life::meetCamera() {
   if (hasMet_ || !camera_.hasOpened()) return;
   hasMet_ = true;
-  procedures_.welcome(kCamera, 60.0, restored_.zero, restored_.before);
+  procedures_.restore(kCamera, 60.0, restored_.zero, restored_.before);
 }
 
 void Life::solve(const MarkerField& markers, TractionField& field) {
@@ -51,7 +52,7 @@ void Life::solve(const MarkerField& markers, TractionField& field) {
 
 void Life::publish(const TractionField& field) {
   if (!field.valid) ledger_.invalid.add();
-  around_.fields.heed(field, truths_[field.markers.info.frameNumber % kNumbers]);
+  around_.fields.check(field, truths_[field.markers.info.frameNumber % kNumbers]);
   worked_ = true;
 }
 
@@ -70,7 +71,7 @@ void Life::takeOver(const tl::expected<Reread, Error>& read) {
 
 bool Life::takeRestPose(RestPose& pose) {
   const bool isThere = tracker_.takeRestPose(pose);
-  if (isThere) around_.zeros.heedTaken(pose, tracker_.finishedPress_N());
+  if (isThere) around_.zeros.noteTaken(pose, tracker_.finishedPress_N());
   return isThere;
 }
 
@@ -107,7 +108,7 @@ void Life::begin(const Happening& one) {
   }
   const ZeroRequest request{.anyway = one.event == Event::kZeroAnyway, .undo = one.event == Event::kUndo};
   ++around_.journal.result.zerosAsked;
-  if (around_.askers.heedZero(zeroWithin_s(), request)) procedures_.zero().begin(request);
+  if (around_.askers.noteZero(zeroWithin_s(), request)) procedures_.zero().begin(request);
 }
 
 capture::Next Life::next(Frame& frame, std::chrono::milliseconds timeout) {
@@ -148,7 +149,7 @@ bool Life::turn(Stage stage) {
   } else if (!solveThread_.go()) {
     return false;
   }
-  supervisor_.heedTurn(index);
+  supervisor_.noteTurn(index);
   return worked_;
 }
 
@@ -191,7 +192,7 @@ void Life::checkEvictions(bool inBurst, bool solvesBurst) {
 }
 
 void Life::beginStep(const CalibrationStep& step) {
-  around_.askers.heedStep(step, stepWithin_ns(step));
+  around_.askers.noteStep(step, stepWithin_ns(step));
   procedures_.beginStep(step);
 }
 

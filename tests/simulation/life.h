@@ -115,9 +115,9 @@ class Life : public capture::FrameSource,
     return around_.stepWork.begin(work);
   }
   void answerZero(const tl::expected<RestPose, std::string>& result, const std::string& /*remark*/) override {
-    around_.askers.heedZeroAnswer(result);
+    around_.askers.noteZeroAnswer(result);
   }
-  void answerCalibration(const calibrate::Result& result) override { around_.askers.heedStepAnswer(result); }
+  void answerCalibration(const calibrate::Result& result) override { around_.askers.noteStepAnswer(result); }
   void answerSnapshot(const tl::expected<const Snapshot*, std::string>& /*result*/,
                       const std::vector<sensor::MarkerLayer>& /*layers*/) override {}
 

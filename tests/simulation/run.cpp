@@ -46,7 +46,7 @@ Disk::Condition Run::diskAt(std::int64_t at) const {
 
 void Run::happen(const Happening& one) {
   ongoing_.begin(one);
-  camera_.heed(one);
+  camera_.apply(one);
   disturb(one);
   switch (one.event) {
   case Event::kTimeSet:
@@ -239,7 +239,7 @@ void Run::control() {
   if (!wasAsked && life_->camera().isAsked()) keep();  // the keeper is woken
   journal_.law(disk_.waitedFor() == waited_ns_, "the control thread waits for no disk",
                [&] { return fmt::format("{} ms", (disk_.waitedFor() - waited_ns_) / kMs); });
-  zeros_.heedTurn();
+  zeros_.noteTurn();
   controlAt_ns_ = now() + (life_->procedures().hurried() ? 3 : chance_.between(20, 100)) * kMs;
   askers_.check();
   fields_.checkFlow();

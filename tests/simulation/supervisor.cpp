@@ -79,15 +79,15 @@ void Supervisor::hear(const std::string& text) {
   const auto is = [&text](const char* begin) { return text.starts_with(begin); };
   if (is("WATCHDOG=1")) isFed_ = true;
   if (is("RELOADING=1")) askedReload_ns_.reset();
-  const Told before = told_;
-  if (is("READY=1")) told_ = Told::kReady;
-  if (is("RELOADING=1")) told_ = Told::kReloading;
-  if (is("STOPPING=1")) told_ = Told::kStopping;
-  const bool isRight = before == Told::kStopping           ? false
-                       : is("READY=1")                     ? before != Told::kReady
-                       : is("RELOADING=1") || is("STATUS") ? before != Told::kNothing
+  const Notified before = notified_;
+  if (is("READY=1")) notified_ = Notified::kReady;
+  if (is("RELOADING=1")) notified_ = Notified::kReloading;
+  if (is("STOPPING=1")) notified_ = Notified::kStopping;
+  const bool isRight = before == Notified::kStopping       ? false
+                       : is("READY=1")                     ? before != Notified::kReady
+                       : is("RELOADING=1") || is("STATUS") ? before != Notified::kNothing
                                                            : true;
-  journal_.law(isRight, "systemd is told of start, reload and stop in their order", text);
+  journal_.law(isRight, "systemd is notified of start, reload and stop in their order", text);
 }
 
 bool Supervisor::turn() {
@@ -100,7 +100,7 @@ bool Supervisor::turn() {
   journal_.law(spent_ns() == 0 && disk()->waitedFor() == waited_ns, "who feeds the watchdog waits for nothing",
                [&] { return fmt::format("{} ms", (spent_ns() + disk()->waitedFor() - waited_ns) / kMs); });
   if (hasEnded_) return true;
-  journal_.law(!askedStop_ns_, "a stop is heeded at once", "it goes on");
+  journal_.law(!askedStop_ns_, "a stop ends it at once", "it goes on");
   checkFeeding();
   checkReload();
   return true;
@@ -118,8 +118,8 @@ void Supervisor::checkFeeding() {
 }
 
 void Supervisor::checkReload() const {
-  journal_.law(loop_.isReloading() || told_ == Told::kReady, "systemd knows that the service is ready",
-               [&] { return fmt::format("told {}", static_cast<int>(told_)); });
+  journal_.law(loop_.isReloading() || notified_ == Notified::kReady, "systemd knows that the service is ready",
+               [&] { return fmt::format("notified {}", static_cast<int>(notified_)); });
   if (loop_.isReloading()) {
     const std::int64_t over_ns = now() - person_.readUntil_ns();
     journal_.law(over_ns <= kSoon_ns, "a reload ends in time",

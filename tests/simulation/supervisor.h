@@ -24,7 +24,7 @@ class Supervisor {
   ~Supervisor();
 
   /// Notes that a stage has taken a turn: the world's own account.
-  void heedTurn(std::size_t stage) { hasTurned_[stage] = true; }
+  void noteTurn(std::size_t stage) { hasTurned_[stage] = true; }
   /// Send SIGHUP (askReload()) or SIGTERM (askStop()).
   void askReload();
   void askStop();
@@ -46,7 +46,7 @@ class Supervisor {
   void hear(const std::string& text);
 
  private:
-  enum class Told { kNothing, kReady, kReloading, kStopping };
+  enum class Notified { kNothing, kReady, kReloading, kStopping };
 
   const ServiceHooks& attend(const ServiceHooks& hooks);
   void checkFeeding();
@@ -57,11 +57,11 @@ class Supervisor {
   const Operator& person_;
   Journal& journal_;
   const Starvation& starvation_;
-  Told told_ = Told::kNothing;
+  Notified notified_ = Notified::kNothing;
   bool isFed_ = false;  ///< in this turn
   std::array<bool, kStages> hasTurned_{};
   std::int64_t next_ns_, fed_ns_;
-  std::optional<std::int64_t> askedReload_ns_, askedStop_ns_;  ///< not heeded yet
+  std::optional<std::int64_t> askedReload_ns_, askedStop_ns_;  ///< not handled yet
   bool hasEnded_ = false;
   ServiceLoop loop_;
 };

@@ -39,7 +39,7 @@ void Zeros::turn() {
   });
 }
 
-void Zeros::heedTurn() {
+void Zeros::noteTurn() {
   if (keeping_.isIdle() && !hasFailed_) unsure_.clear();
 }
 

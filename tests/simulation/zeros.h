@@ -46,17 +46,17 @@ class Zeros {
   /// Returns when all writing has ended.
   std::int64_t idle_ns() const { return keeping_.idle_ns(); }
   /// Notes that the control thread has taken a turn.
-  void heedTurn();
+  void noteTurn();
   /// Drops all writing, as the daemon was killed.
   void die() {
     keeping_.die();
     compared_.clear();
   }
   /// Notes that a zero has been taken while something pressed with that force.
-  void heedTaken(const RestPose& pose, double press_N) { presses_N_[pose.id] = press_N; }
+  void noteTaken(const RestPose& pose, double press_N) { presses_N_[pose.id] = press_N; }
   double pressOf_N(const Id& id) const { return presses_N_.at(id); }
   /// Notes whether the last request was an undo.
-  void heedAsked(bool undo) { hasUndone_ = undo; }
+  void noteAsked(bool undo) { hasUndone_ = undo; }
 
   const std::optional<Id>& inForce() const { return inForce_; }
   const std::optional<Id>& previous() const { return previous_; }

@@ -21,7 +21,7 @@ from traction import ros2
 from traction.ros2.definitions import schema
 from traction.ros2.mcap import McapWriter
 
-WAIT_S = 0.2  # after which it looks whether it was told to end
+WAIT_S = 0.2  # after which it looks whether it was asked to end
 
 # Of a recorded QoS profile, by the enumerations in rmw/types.h, in which 0 leaves the choice to the middleware.
 UNSPECIFIED = {"sec": 0, "nsec": 0}

@@ -31,11 +31,12 @@ enum Flag : std::uint32_t {
   kUnexplained = 32,    ///< the picture shows displacements that no forces on the surface can cause
   kOutOfRange = 64,     ///< the forces exceed the range in which the uncertainty is known
   kGelMismatch = 128,   ///< the rest picture contradicts the gel file; the field is not valid
-  /// Packets arrived twice, early, or in addition to the camera's own: the picture may come from another sender.
+  /// Packets of the picture arrived twice: they may be another sender's.
   kDoubtedOrigin = 256,
   /// No model of an earlier frame holds, and its own solution did not come in time; the field is not valid.
   kNotSolved = 512,
-  /// The gel has yet to recover from earlier loads: a force as small as what is not known of that is not told.
+  /// The gel has yet to recover from earlier loads, or heat may have bent it: a force as small as what is not known of
+  /// that is not stated.
   kRecovering = 1024,
 };
 
@@ -147,7 +148,8 @@ struct Header {
 /// The forces of one frame.
 struct Field {
   Header header;
-  bool valid = false;  ///< false: too few markers, a contradicted gel file, or a numeric failure; all below is 0
+  bool valid = false;  ///< false: too few markers, no solution in time, a contradicted gel file or a numeric failure;
+                       ///< all below is 0
   std::vector<std::array<float, 3>> force_N;  ///< per node of Description::nodes, gel frame
   std::vector<std::uint8_t> nodeValid;        ///< per node; 0: not valid, its force is 0
   Vector3 resultant_N{};                      ///< sum of the forces, gel frame
@@ -171,7 +173,7 @@ struct Field {
 
 /// Shear of a node over its normal force, and the standard deviation that noise alone causes. Where a ball slips it is
 /// the friction, where it sticks less. Returns none where the normal force is below three deviations, or those are not
-/// told.
+/// stated.
 struct ShearRatio {
   double ratio = 0.0, deviation = 0.0;
 };

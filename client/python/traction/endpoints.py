@@ -1,4 +1,4 @@
-"""Where an instance of tractiond, or of traction-touch, is met from here: as proto/traction/v1/endpoints.h has it."""
+"""Where an instance of tractiond, or of traction-touch, is reached from here: as proto/traction/v1/endpoints.h has it."""
 
 import contextlib
 import os

@@ -106,8 +106,8 @@ class Intake:
         return None
 
     def wanted_too(self, parts: list[bytes]) -> bytes | None:
-        """What to subscribe to, now that this is known: the daemon makes previews for who names them, and their topic has
-        the name of the sensor in it."""
+        """What to subscribe to, now that this is known: the daemon makes previews for subscribers that name them, and their
+        topic has the name of the sensor in it."""
         if self._mode is Mode.LATEST or Topics.PREVIEW not in self._topics:
             return None
         match = _OF_SENSOR.match(parts[0])

@@ -1,4 +1,4 @@
-"""Keys, for a tractiond that is met through a traction-gateway: docs/gateway.md."""
+"""Keys, for a tractiond that is reached through a traction-gateway: docs/gateway.md."""
 
 import os
 import stat

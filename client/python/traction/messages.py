@@ -28,7 +28,7 @@ class Flag(enum.IntFlag):
     GEL_MISMATCH = 128  # the rest picture contradicts the gel file: the field is not valid
     DOUBTED_ORIGIN = 256  # packets came twice: they may be another sender's
     NOT_SOLVED = 512  # no model of an earlier frame holds, and this one was not solved in time: the field is not valid
-    RECOVERING = 1024  # the gel has yet to recover from earlier loads: a force as small as what is not known of that is not told
+    RECOVERING = 1024  # the gel has yet to recover from earlier loads: a force as small as what is not known of that is not stated
 
 
 class CaptureBound(enum.Enum):
@@ -173,7 +173,7 @@ class Field:
 
     def shear_ratio(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Shear over normal force of each node, and the standard deviation that noise alone causes; NaN where the normal force
-        is below three deviations, or those are not told. Where a ball slips it is the friction, where it sticks less. (nodes,)"""
+        is below three deviations, or those are not stated. Where a ball slips it is the friction, where it sticks less. (nodes,)"""
         known = len(self.node_deviation_N) == len(self.force_N)
         force, deviation = self.force_N.astype(float), self.node_deviation_N.astype(float) if known else np.full(self.force_N.shape, np.inf)
         pressed = force[:, 2] > 3 * deviation[:, 2]

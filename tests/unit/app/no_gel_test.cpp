@@ -90,7 +90,7 @@ TEST_F(SnapshotsTest, AreRefusedWhereNoFrameComesAndServeThoseWhoAskLater) {
 }
 
 TEST_F(SnapshotsTest, OfATriggeredCameraTakeOneFrameOrSayWhatItWaitsFor) {
-  snapshots_.meet(bytes_.size(), "it waits for triggers");
+  snapshots_.setCamera(bytes_.size(), "it waits for triggers");
   snapshots_.ask();
   snapshots_.turn();
   arrive();

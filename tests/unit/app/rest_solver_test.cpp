@@ -64,7 +64,7 @@ class RestSolverTest : public testing::Test {
 
 TEST_F(RestSolverTest, EachZeroGivesASolverOnce) {
   PlacedSolver solver{drawn_};
-  rest_->heed(zero());
+  rest_->request(zero());
   settle();
   EXPECT_EQ(rest_->done(), 1U);
   pass(solver);
@@ -74,7 +74,7 @@ TEST_F(RestSolverTest, EachZeroGivesASolverOnce) {
   EXPECT_EQ(first->detectionLimit_N(), drawn_->detectionLimit_N());
   pass(solver);
   EXPECT_EQ(solver.solver, first);
-  rest_->heed(zero(2));
+  rest_->request(zero(2));
   settle();
   EXPECT_EQ(rest_->done(), 2U);
   pass(solver);
@@ -86,7 +86,7 @@ TEST_F(RestSolverTest, EachZeroGivesASolverOnce) {
 TEST_F(RestSolverTest, AReplacedSolverIsFreed) {
   PlacedSolver solver{std::move(drawn_)};
   const std::weak_ptr<solve::FieldSolver> drawn = solver.solver;
-  rest_->heed(zero());
+  rest_->request(zero());
   settle();
   pass(solver);
   EXPECT_FALSE(drawn.expired()) << "not by the solving thread";
@@ -101,7 +101,7 @@ TEST_F(RestSolverTest, TheZeroIsSeenWithItsSolver) {
   Id seen{};
   rest_->advanceZero(seen);
   EXPECT_EQ(seen, Id{});
-  rest_->heed(zero(3));
+  rest_->request(zero(3));
   settle();
   rest_->advanceZero(seen);
   EXPECT_EQ(seen, zero(3).id);
@@ -115,10 +115,10 @@ TEST_F(RestSolverTest, TheZeroIsSeenWithItsSolver) {
 TEST_F(RestSolverTest, ASolverIsNotOvertaken) {
   PlacedSolver solver{drawn_};
   Id seen{};
-  rest_->heed(zero(1));
+  rest_->request(zero(1));
   settle();
   rest_->advanceZero(seen);
-  rest_->heed(zero(2));
+  rest_->request(zero(2));
   settle();
   rest_->advanceZero(seen);
   EXPECT_EQ(seen, zero(1).id);
@@ -136,7 +136,7 @@ TEST_F(RestSolverTest, AStopGivesUpTheSolverThatIsBeingMade) {
   PlacedSolver solver{drawn_};
   std::promise<void> begin;
   worker_.run([begun = begin.get_future().share()] { begun.wait(); });
-  rest_->heed(zero());
+  rest_->request(zero());
   rest_->stop();
   begin.set_value();
   settle();

@@ -131,7 +131,7 @@ class OddCamera : public testing::Test {
         },
         [this](const CameraInfo& info) -> tl::expected<void, Error> {
           const std::lock_guard lock(script_.mutex);
-          welcomed_.push_back(info.session);
+          sessions_.push_back(info.session);
           return {};
         });
     ASSERT_TRUE(camera) << camera.error().message();
@@ -154,19 +154,19 @@ class OddCamera : public testing::Test {
     const std::lock_guard lock(script_.mutex);
     return said_;
   }
-  std::vector<unsigned> welcomed() {
+  std::vector<unsigned> checked() {
     const std::lock_guard lock(script_.mutex);
-    return welcomed_;
+    return sessions_;
   }
 
   Script script_;
   Ledger ledger_;
   std::vector<std::string> said_;
-  std::vector<unsigned> welcomed_;
+  std::vector<unsigned> sessions_;
   std::unique_ptr<Camera> camera_;
 };
 
-TEST_F(OddCamera, OpensAgainInTheSameWayAndWelcomesEachSession) {
+TEST_F(OddCamera, OpensAgainInTheSameWayAndChecksEachSession) {
   open();
   Frame frame;
   tell({Popped::kBuffer, Popped::kGone, Popped::kBuffer});
@@ -174,7 +174,7 @@ TEST_F(OddCamera, OpensAgainInTheSameWayAndWelcomesEachSession) {
   Frame later;
   ASSERT_EQ(nextOtherThan(Next::kTimeout, later), Next::kFrame);
   EXPECT_EQ(script_.sessions, 2);
-  EXPECT_EQ(welcomed(), (std::vector<unsigned>{1, 2}));
+  EXPECT_EQ(checked(), (std::vector<unsigned>{1, 2}));
   EXPECT_EQ(camera_->info()->session, 2U);
   EXPECT_EQ(ledger_.reconnects.get(), 1U);
   camera_->recycle(frame);  // of the session that is gone

@@ -28,7 +28,7 @@ TEST(Procedures, AFinishedZeroIsComparedDescribedKeptAndAnswered) {
 
 TEST(Procedures, ARestoredZeroIsComparedAndDescribedAndNotKeptAgain) {
   ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", 0.0, bench.pose(7, true));
+  bench.procedures.restore("Camera-1", 0.0, bench.pose(7, true));
   EXPECT_EQ(bench.comparisons, 1);
   ASSERT_TRUE(bench.described);
   EXPECT_EQ(bench.described->id[0], 7);
@@ -46,7 +46,7 @@ RestPose pressed(const ProceduresBench& bench, std::uint8_t id, float peak_px) {
 
 TEST(Procedures, AZeroWhileTheGelRecoversIsRefusedUnlessItIsWantedAnyway) {
   ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
+  bench.procedures.restore("Camera-1", 0.0, bench.pose(1, true));
   const auto zero = [&](float remembered_px, bool anyway) {
     MarkerField field;
     field.resize(bench.sensor.markerCount());
@@ -74,7 +74,7 @@ TEST(Procedures, AZeroWhileTheGelRecoversIsRefusedUnlessItIsWantedAnyway) {
 
 TEST(Procedures, AZeroInWhichSomethingTouchesIsRefusedUnlessItIsWantedAnyway) {
   ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
+  bench.procedures.restore("Camera-1", 0.0, bench.pose(1, true));
   bench.procedures.zero().begin({.asker = "10.0.0.7"});
   bench.tracker.finish(pressed(bench, 2, 0.3F));
   bench.turn();
@@ -99,7 +99,7 @@ TEST(Procedures, AZeroInWhichSomethingTouchesIsRefusedUnlessItIsWantedAnyway) {
 
 TEST(Procedures, WhatHeatDoesIsNoTouch) {
   ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
+  bench.procedures.restore("Camera-1", 0.0, bench.pose(1, true));
   bench.procedures.zero().begin({});
   bench.tracker.finish(pressed(bench, 2, 0.015F));
   bench.turn();
@@ -137,7 +137,7 @@ TEST(Procedures, ATrackersRefusalIsTheAnswer) {
 
 TEST(Procedures, WhileAStepWorksTheControlLoopGoesOn) {
   ProceduresBench bench;
-  bench.procedures.welcome("Camera-1", 0.0, bench.pose(1, true));
+  bench.procedures.restore("Camera-1", 0.0, bench.pose(1, true));
   bench.workTakesLong = true;
   CalibrationStep stiffness;
   stiffness.kind = CalibrationStep::Kind::kStiffness;
