@@ -287,6 +287,7 @@ class Fingertip(unittest.TestCase):
         np.testing.assert_allclose(found.errors[0], change, atol=0.15 * abs(change).max())
         self.assertGreater(abs(change).max(), 0.02 * abs(found.influence).max())
 
+    @suite.minutes  # and not every Debian has CalculiX
     @unittest.skipUnless(shutil.which("ccx"), "needs calculix-ccx")
     def test_calculix_confirms_a_gel_with_a_skin_and_no_wrong_one(self):
         skin = SKIN | {"skin_mm": 1}
