@@ -1,7 +1,7 @@
 // What the page shows, as plain numbers: window.traction.model. Tests read it.
 
 import {isSlow} from "./canvas.js";
-import {roundContacts} from "./round.js";
+import {gridPlace, roundContacts} from "./round.js";
 
 const touch_ms = 1500;  // after a message of traction-touch, which sends one for each field
 const sameTouch_ms = 500;  // without a contact, within one touch
@@ -16,6 +16,7 @@ export class Model {
     this.description = null;
     this.field = null;
     this.status = null;
+    this.status_ms = -Infinity;  // when it came
     this.contacts = null;  // the last message of traction-touch
     this.isConnected = false;
     this.error = "";
@@ -179,9 +180,8 @@ export class Model {
   }
 
   /** A point of the gel frame [m], as column and row. */
-  gridPlace([x_m, y_m]) {
-    const {pitch_m, centre_m} = this.description.nodes;
-    return [(x_m - centre_m[0]) / pitch_m + (this.columns - 1) / 2, (y_m - centre_m[1]) / pitch_m + (this.rows - 1) / 2];
+  gridPlace(point_m) {
+    return gridPlace(this, point_m);
   }
 
   /** Contacts of what is shown that their own model describes between the nodes. */

@@ -6,7 +6,12 @@ const steps = 20, precise = 1e-6, leastSlope = 0.1;
 const fine = 4;  // places along a side of such a square
 const vague = 0.25, stillKnown = 0.4;  // of the radius: a deviation from which on it is not known, and where it was known before
 
-/** The round contacts of a field. Of a body there are none. @param before those of an earlier field, of which none flickers */
+/** A point of the gel frame [m], as column and row. */
+export function gridPlace({columns, rows, description: {nodes: {pitch_m, centre_m}}}, [x_m, y_m]) {
+  return [(x_m - centre_m[0]) / pitch_m + (columns - 1) / 2, (y_m - centre_m[1]) / pitch_m + (rows - 1) / 2];
+}
+
+/** The round contacts of a field. Of a body there are none. @param before those of an earlier field, which stay a little longer than they come */
 export function roundContacts({contacts}, {body}, before = []) {
   const most = ([x_m, y_m]) => (before.some(({at: [x, y], radius}) => Math.hypot(1e3 * x_m - x, 1e3 * y_m - y) < radius) ? stillKnown : vague);
   return body ? [] : contacts.filter(({hertz_radius_m: radius, hertz_radius_deviation_m: deviation, position_m}) =>
@@ -71,10 +76,10 @@ function sharesAlong(at, variance, count) {
 }
 
 /** Calls use(node, share) for each node that the field gave a part of a contact's force. */
-function eachShare({at, radius}, {columns, rows, description: {nodes: {pitch_m, centre_m}}}, use) {
-  const pitch = 1e3 * pitch_m, variance = Math.max((0.2 * radius ** 2) / pitch ** 2, leastSpread) + blur;
-  const [across, up] = [columns, rows].map((count, axis) => sharesAlong(
-    Math.min(Math.max((at[axis] - 1e3 * centre_m[axis]) / pitch + (count - 1) / 2, -beyond), count - 1 + beyond), variance, count));
+function eachShare({at, radius}, model, use) {
+  const {columns, rows} = model, pitch = 1e3 * model.description.nodes.pitch_m, place = gridPlace(model, at.map((one) => 1e-3 * one));
+  const variance = Math.max((0.2 * radius ** 2) / pitch ** 2, leastSpread) + blur;
+  const [across, up] = [columns, rows].map((count, axis) => sharesAlong(Math.min(Math.max(place[axis], -beyond), count - 1 + beyond), variance, count));
   for (let row = 0; row < rows; ++row) {
     for (let column = 0; column < columns; ++column) {
       const share = across[column] * up[row];

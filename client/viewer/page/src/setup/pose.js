@@ -7,7 +7,7 @@ export const pose = {
   isDone: ({steps}) => Boolean(steps.tried),
 
   show(box, setup) {
-    const result = make("div"), trouble = make("p", {class: "fault", role: "alert"});
+    const result = make("div"), trouble = make("p", {class: "fault", role: "alert"}), status = make("p", {class: "quiet", role: "status"});
     const live = setup.livePicture();
     let accepted_px = 0.5;
     const marked = (seen) => seen && make("figure", {class: "marked"}, make("img", {src: `setup/marked.png?${Date.now()}`, class: "picture", alt: "The picture with a ring around each marker found and a cross where one is missing"}),
@@ -19,7 +19,7 @@ export const pose = {
       const use = isFit && make("button", {class: "main", onclick: async () => {
         if (await setup.run(use, {do: "adopt"}, trouble)) {
           setup.took("tried", {});
-          await setup.awaitGel(use, trouble);
+          await setup.awaitGel(use, status);
         }
       }}, "Measure with this gel");
       result.replaceChildren(...[
@@ -27,7 +27,7 @@ export const pose = {
         fault && make("p", {class: "fault"}, fault),
         make("div", {class: "pair"}, make("div", {}, marked(picture), noteList(words)), make("div", {}, isFit && figureTable(figures), noteList(notes))),
         fault && /residual|px are left/.test(fault) && make("div", {class: "fields"}, numberField("Accept a residual of up to", "px", accepted_px, (value) => { accepted_px = value; }, {min: 0.5, max: 100})),
-        use && make("p", {}, use, " ", make("span", {class: "quiet"}, "The daemon keeps this gel file and starts again with it; a new gel takes half a minute.")),
+        use && make("p", {}, use, " ", make("span", {class: "quiet"}, "The daemon keeps this gel file and starts again with it; a new gel takes some seconds.")),
         date && make("p", {class: "quiet"}, setup.when(date)),
       ].filter(Boolean));
     };
@@ -36,7 +36,7 @@ export const pose = {
       if (!reply) return;
       show(reply.figures ? setup.took("pose", reply) : reply);
     }}, "Take a picture and find the markers");
-    box.append(make("p", {}, "Mount gel and camera. Nothing may touch the gel."), live.element, make("p", {}, find), trouble, result);
+    box.append(make("p", {}, "Mount gel and camera. Nothing may touch the gel."), live.element, make("p", {}, find), trouble, status, result);
     if (setup.state.steps.pose) show(setup.state.steps.pose);
     return live.end;
   },

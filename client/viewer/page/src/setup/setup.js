@@ -113,24 +113,19 @@ export class Setup {
     return this.state.steps[step];
   }
 
-  /** Waits until the daemon measures with the gel that was adopted. */
-  async awaitGel(button, trouble) {
+  /** Waits until the daemon measures with the gel that was adopted. @param status element that says how long it has waited */
+  async awaitGel(button, status) {
     const {model} = this.sensor, begin = performance.now();
     const before = String(model.description?.header.boot ?? "");
     if (button) button.disabled = true;
-    const {className} = trouble, role = trouble.getAttribute("role");
-    trouble.className = "quiet";
-    trouble.setAttribute("role", "status");
     for (let fields = Infinity; performance.now() - begin < longest_ms;) {
       await new Promise((resolve) => setTimeout(resolve, 300));
       const isNew = Boolean(model.description?.layers?.length) && String(model.description.header.boot) !== before;
       if (isNew && fields === Infinity) ({fields} = model);
       if (model.fields > fields) break;
-      trouble.textContent = `The daemon starts again with this gel (${Math.round((performance.now() - begin) / 1e3)} s) … ${model.health?.problems?.[0] ?? ""}`;
+      status.textContent = `The daemon starts again with this gel (${Math.round((performance.now() - begin) / 1e3)} s) … ${model.health?.problems?.[0] ?? ""}`;
     }
-    trouble.textContent = "";
-    trouble.className = className;
-    trouble.setAttribute("role", role);
+    status.textContent = "";
     if (button) button.disabled = false;
     this.state = await this.ask(null);
     // A setting of the camera lasts until it is opened again.

@@ -106,7 +106,7 @@ export const weights = {
         say("The calibrated gel file is put in force …");
         await setup.ask({do: "adopt", calibrated: true});
         setup.took("adopted", {});
-        await setup.awaitGel(null, trouble);
+        await setup.awaitGel(null, instruction);
         say("Done: the daemon measures with the calibrated gel. The report is the last step.");
         setup.state = await setup.ask(null);
       },
