@@ -158,7 +158,8 @@ void addKeys(Commands& commands) {
   keys.require_subcommand(1);
   for (CLI::App* one : {options->create, options->allow, options->revoke})
     one->add_option("name", options->name, "name of a person or a program")->required();
-  options->allow->add_option("key", options->key, "public key, in single quotes")->required();
+  options->allow->add_option("key", options->key, "public key, in single quotes; behind -- if it begins with -")
+      ->required();
   options->allow->add_flag("--control", options->control,
                            "also allows zero, calibrate and camera, instead of reading only");
   options->list->add_flag("--json", options->json, "as JSON");

@@ -295,7 +295,7 @@ class Rig(contextlib.ExitStack):
 
     def allow(self, name, key, *options):
         """tractionctl keys allow; the box's public key."""
-        code, text = self.ctl("keys", "allow", name, key, "--directory", self.folder / "keys", *options)
+        code, text = self.ctl("keys", "allow", name, "--directory", self.folder / "keys", *options, "--", key)  # may begin with -
         assert code == 0, text
         return (self.folder / "keys" / "gateway.secret").read_text().split('public = "')[1].split('"')[0]
 

@@ -64,7 +64,7 @@ class Keys(Case):
                    "--key", self.own)  # never without encryption
         self.fails(USAGE, "no name for a key", "keys", "new", "../ada", "--key", self.own + "2")
         self.fails(USAGE, "no name for a key", "keys", "allow", "a b", key, *self.box)
-        self.fails(USAGE, "is not a key: 40 letters of Z85; .*single quotes", "keys", "allow", "bob", key[1:], *self.box)
+        self.fails(USAGE, "is not a key: 40 letters of Z85; .*single quotes", "keys", "allow", "bob", key[:-1], *self.box)
         self.fails(DATA, 'this key is "ada"\'s', "keys", "allow", "bob", key, *self.box)
         self.fails(NO_INPUT, 'no client "bob" is allowed', "keys", "revoke", "bob", *self.box)
         self.fails(USAGE, "A subcommand is required", "keys")
