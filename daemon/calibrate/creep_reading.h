@@ -28,8 +28,8 @@ class CreepReading {
 
   using Result = tl::expected<Creep, std::string>;  ///< the error is a sentence for the operator
 
-  /// Waits for a load, on an untouched gel. The sensor must outlive this. \param held_s for which the load is to stay,
-  /// and the gel to recover [s]
+  /// Waits for a load, on an untouched gel. The sensor must outlive this.
+  /// \param held_s for which the load is to stay, and the gel to recover [s]
   CreepReading(const sensor::Sensor& sensor, double held_s);
 
   /// Adds a frame. Returns what the gel's creep is when the load has stayed for its time, and again when it has been
@@ -39,7 +39,7 @@ class CreepReading {
 
   /// Returns whether the load has stayed for its time.
   bool hasHeld() const { return hasHeld_; }
-  double held_s() const { return held_s_; }  ///< as in the constructor
+  double held_s() const { return held_s_; }  ///< Returns what was given to the constructor.
 
  private:
   struct Sample {

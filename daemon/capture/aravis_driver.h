@@ -14,11 +14,11 @@
 
 namespace tractiond::capture {
 
-/// Is called with Aravis's receiving thread, on that thread.
+/// Notes when Aravis's receiving thread begins and ends. Both functions are called on that thread.
 class ThreadWatch {
  public:
-  virtual void enter() = 0;  ///< Called when the thread begins.
-  virtual void leave() = 0;  ///< Called when it ends.
+  virtual void enter() = 0;  ///< Is called when the thread begins.
+  virtual void leave() = 0;  ///< Is called when the thread ends.
 
  protected:
   ~ThreadWatch() = default;

@@ -11,24 +11,27 @@ namespace tractiond::solve {
 class CreepErrors {
  public:
   static constexpr int kMost = sensor::kMostCreepTerms;
-  /// By which share forces are wrong by one deviation of each of the errors, which are independent.
+  /// Relative errors of forces, one for each error of a creep term: how far it is off if that error is one standard
+  /// deviation. The errors are independent.
   using Shares = Eigen::Matrix<double, kMost, 1>;
 
   /// Copies what it needs of the sensor.
   explicit CreepErrors(const sensor::Sensor& sensor);
 
-  /// Takes a frame, which must outlive the calls below.
+  /// Computes all results for a frame, which must outlive the calls below. They are 0 for a gel without known creep.
   void take(const MarkerField& markers);
 
-  /// Returns the shares of all forces together.
+  /// Returns the relative errors of the resultant.
   const Shares& ofAll() const { return ofAll_; }
-  /// Returns those of the forces about a place [m], by the markers there, less what is quadratic across these: forces
-  /// elsewhere displace that.
+  /// Returns the relative errors of the forces near a place, from the displacements of the markers around it. Subtracts
+  /// a quadratic surface from these first, as forces elsewhere displace them that way.
+  /// \param at place, gel frame [m]
   Shares about(const Eigen::Vector3d& at) const;
-  /// Returns the standard deviation of a coordinate by the rest of the errors, where it is seen [px], as
-  /// noiseWithMechanics_px().
+  /// Returns the noise that the errors add to a displacement [px]: the standard deviation of what is not in proportion
+  /// to the displacements of now, weighted towards markers that move most (noiseWithMechanics_px()).
   double noise_px() const { return noise_px_; }
-  /// Returns the standard deviation of all displacements together [px].
+  /// Returns the root of the sum, over all coordinates and all errors, of the squared displacements that one standard
+  /// deviation of an error causes [px].
   double displacement_px() const { return markers_->creepError_px; }
 
  private:

@@ -26,13 +26,16 @@ class EvenField {
   EvenField(const Factors& factors, const Atoms& atoms, Selection& selection, Roughness& roughness);
 
   /// Solves for the field. Returns false if equations could not be solved, or if the first solution is far less likely
-  /// than `least`; the results then have no meaning. \param products of the picture \param forces_N of the points
-  /// (3P), from which the footprint is drawn; not all 0 (asserted) \param degrees of freedom that were used for them
+  /// than `least`; the results then have no meaning.
+  /// \param products of the picture
+  /// \param forces_N of the points (3P), from which the footprint is drawn; not all 0 (asserted)
+  /// \param degrees of freedom that were used for them
   /// \param least log evidence of what explains the picture otherwise
   bool solve(const Displacements& picture, AtomProducts& products, std::span<const double> forces_N, double degrees,
              double least);
 
-  int count() const { return count_; }  ///< number of the kRoughness that solve() has solved for, the first ones
+  /// Returns the number of values of kRoughness that solve() has solved for; they are the first ones.
+  int count() const { return count_; }
 
   // Results of solve() with the roughness kRoughness[i], i < count().
 

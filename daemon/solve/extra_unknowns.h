@@ -35,7 +35,8 @@ class ExtraUnknowns {
 
   // For the posterior, after multiply().
 
-  int count() const { return count_; }  ///< number of unknowns, as given to begin()
+  int count() const { return count_; }  ///< Returns the number of unknowns, as given to begin().
+  /// Returns what the caller has filled in before.
   const Wrench& wrench(int unknown) const { return wrench_[unknown]; }
   std::span<const double> pointForces_N(int unknown) const {
     return std::span(pointForces_).subspan(unknown * ofPoints_, ofPoints_);

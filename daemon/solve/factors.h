@@ -66,10 +66,10 @@ struct Factors {
   Eigen::Matrix4d motionGram;                                      ///< (P Q^1/2)' P Q^1/2 [px^2]
   SystematicErrors systematicErrors;
 
-  int coordinateCount() const { return left.rows(); }     ///< 2M
-  int rank() const { return right.columns(); }            ///< r
-  int pointCount() const { return right.rows() / 3; }     ///< P
-  int atomCount() const { return influence.rows() / 3; }  ///< A
+  int coordinateCount() const { return left.rows(); }     ///< Returns 2M.
+  int rank() const { return right.columns(); }            ///< Returns r.
+  int pointCount() const { return right.rows() / 3; }     ///< Returns P.
+  int atomCount() const { return influence.rows() / 3; }  ///< Returns A.
 
   /// Returns H'H of two atoms, a >= b [px^2/N^2].
   Eigen::Map<const Block> gramOf(int a, int b) const {
@@ -94,8 +94,8 @@ tl::expected<Factors, Error> computeFactors(Eigen::MatrixXd influence, const Ato
 
 /// Steps that a new gel takes, in their order.
 enum class Step { kInfluence, kProducts, kModes, kSystematicErrors, kDetectionLimit };
-/// Called on the computing thread when a step begins, and while it lasts where its share is known. \param done of the
-/// step, from 0 to 1
+/// Called on the computing thread when a step begins, and while it lasts where its share is known.
+/// \param done of the step, from 0 to 1
 using Steps = std::function<void(Step step, double done)>;
 
 /// Computes the influence of the points by the sensor's mechanics, and the factors as above, with the same errors.

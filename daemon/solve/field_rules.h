@@ -17,7 +17,8 @@ class FieldRules {
   /// Copies what it needs; neither argument need outlive it.
   FieldRules(const sensor::Sensor& sensor, const SolveOptions& options);
 
-  const std::vector<std::array<double, 3>>& nodes() const { return nodes_; }  ///< places, gel frame [m]
+  /// Returns the places of the nodes, gel frame [m].
+  const std::vector<std::array<double, 3>>& nodes() const { return nodes_; }
 
   /// Makes the field not valid, with no contacts and Method::kNone, and sets the numbers that a solver computes to 0.
   /// Leaves its markers and flags unchanged.
@@ -27,8 +28,8 @@ class FieldRules {
   /// standard deviations by noise and SolveOptions::minPressForCentre_N; else only marks it as not valid.
   void centre(TractionField& field) const;
 
-  /// Sets the residual; sets the flag kUnexplained if noise and model errors do not explain it. \param
-  /// squaredResidual_px2 sum over the coordinates of the used markers; below 0 counts as 0
+  /// Sets the residual; sets the flag kUnexplained if noise and model errors do not explain it.
+  /// \param squaredResidual_px2 sum over the coordinates of the used markers; below 0 counts as 0
   /// \param markers whose last choose() returned true
   static void explain(double squaredResidual_px2, const UsedMarkers& markers, TractionField& field);
 

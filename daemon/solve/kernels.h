@@ -28,7 +28,10 @@ template <typename Number>
 class LineArray {
  public:
   LineArray() = default;
-  explicit LineArray(std::size_t size, Pages pages = Pages::kLarge);  ///< \param size number of elements; not padded
+  /// Allocates the array, all zeros.
+  /// \throws std::bad_alloc
+  /// \param size number of elements; not padded
+  explicit LineArray(std::size_t size, Pages pages = Pages::kLarge);
   LineArray(const LineArray& other)
       : LineArray(other.size_) {
     std::copy_n(other.data(), size_, data());
@@ -60,7 +63,7 @@ class RowMatrix {
 
   int rows() const { return rows_; }
   int columns() const { return columns_; }
-  int stride() const { return padded(columns_); }  ///< floats from one row to the next
+  int stride() const { return padded(columns_); }  ///< Returns the number of floats from one row to the next.
   /// Returns a row: stride() floats on a line's boundary. The index is not checked.
   float* row(int index) { return data_.data() + static_cast<std::ptrdiff_t>(index) * stride(); }
   const float* row(int index) const { return data_.data() + static_cast<std::ptrdiff_t>(index) * stride(); }
@@ -95,39 +98,48 @@ inline std::vector<int> every(int count) {
   return all;
 }
 
-/// Computes sum += sum over k of coefficients[k] * matrix.row(rows[k]). `rows` and `coefficients` have the same number
-/// of elements. \param sum matrix.stride() elements; fastest on a line's boundary
+/// Computes sum += sum over k of coefficients[k] * matrix.row(rows[k]).
+/// \param coefficients as many as `rows`
+/// \param sum matrix.stride() elements; fastest on a line's boundary
 void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, double* sum);
-/// Computes the same for the columns first .. end - 1, and for what fills their last line. \param first a multiple of
-/// kLineFloats \param sum as above: its first element belongs to column 0
+/// Does what addRows() does for the columns first .. end - 1 alone, and for the padding up to the end of their last
+/// line.
+/// \param first a multiple of kLineFloats
+/// \param sum as in addRows(): its first element belongs to column 0
 void addColumns(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, int first,
                 int end, double* sum);
 
-/// Computes products[k] = matrix.row(rows[k]) . vector in double precision. \param vector matrix.stride() elements, all
-/// finite
+/// Computes products[k] = matrix.row(rows[k]) . vector in double precision.
+/// \param vector matrix.stride() elements, all finite
+/// \param products as many as `rows`
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const double* vector, double* products);
 
-/// Computes the same with the first `columns` columns, in single precision. \param vector padded with zeros to a
-/// multiple of kLineFloats; fastest on a line's boundary
+/// Does what multiplyRows() does with the first `columns` columns alone, in single precision.
+/// \param vector padded with zeros to a multiple of kLineFloats; fastest on a line's boundary
 void multiplyFirst(const RowMatrix& matrix, std::span<const int> rows, int columns, const float* vector,
                    double* products);
-/// Computes the same in double precision. \param vector padded with zeros to a multiple of kLineFloats
+/// Does the same in double precision.
+/// \param vector padded with zeros to a multiple of kLineFloats
 void multiplyFirst(const RowMatrix& matrix, std::span<const int> rows, int columns, const double* vector,
                    double* products);
 
-/// Computes sums[k] = sum over j of weights[j] times the square of element j of row k. \param rows each padded with
-/// zeros to a multiple of kLineFloats, as `weights`
+/// Computes sums[k] = sum over j of weights[j] times the square of element j of row k.
+/// \param rows row after row, each padded with zeros to a multiple of kLineFloats
+/// \param columns elements of a row before the padding
+/// \param weights padded as a row
 void sumSquares(std::span<const float> rows, int columns, const float* weights, double* sums);
 
 // `lower` is the lower triangle of a symmetric matrix A of `size` rows, or its Cholesky factor L, A = L L'. It is
 // packed: row i starts at i (i + 1) / 2. The factor has the reciprocals of its diagonal elements in their place.
 
 /// Replaces A by L. Returns false if A is not positive definite or contains a NaN; `lower` then has no meaning. Does
-/// not detect an infinite element on the diagonal. \param scratch kColumns * size elements
+/// not detect an infinite element on the diagonal.
+/// \param scratch kColumns * size elements
 bool factoriseLower(std::span<double> lower, int size, double* scratch);
 
 /// Computes the columns first .. first + kColumns - 1 of L^-1; columns beyond the last one become 0. Leaves the rows
-/// before `first` unchanged. \param columns size x kColumns, row after row
+/// before `first` unchanged.
+/// \param columns size x kColumns, row after row
 void inverseColumns(std::span<const double> lower, int first, int size, double* columns);
 
 inline double square(double x) {
@@ -137,42 +149,54 @@ inline double square(double x) {
 /// Returns the scalar product of two vectors of `size` elements.
 double dotProduct(const double* a, const double* b, int size);
 
-/// Computes products[stride * i + j] = column i . column j for all columns i from `first` on and all j <= i. \param
-/// size elements of a column, a multiple of 4
+/// Computes products[stride * i + j] = column i . column j for all columns i from `first` on and all j <= i.
+/// \param size elements of a column, a multiple of 4
 void multiplyPairs(std::span<const double* const> columns, int first, int size, double* products, int stride);
 
-/// Solves L y = b in place. \param vector b, then y; `size` elements
+/// Solves L y = b in place.
+/// \param vector b, then y; `size` elements
 void solveLower(std::span<const double> lower, int size, double* vector);
 
 /// Number of columns that are processed together.
 inline constexpr int kColumns = 8;
-/// Solves L Y = B in place for kColumns right-hand sides. \param first number of the first rows of B that are 0, as
-/// those of Y are then \param columns B, then Y: size x kColumns, row after row; fastest on a line's boundary
+/// Solves L Y = B in place for kColumns right-hand sides.
+/// \param first number of rows at the top of B that are 0; those of Y are 0 then
+/// \param columns B, then Y: size x kColumns, row after row; fastest on a line's boundary
 void solveLowerColumns(std::span<const double> lower, int first, int size, double* columns);
 
-/// Computes products[stride * k + c] = matrix.row(rows[k]) . column c. \param columns matrix.columns() x kColumns, row
-/// after row
+/// Computes products[stride * k + c] = matrix.row(rows[k]) . column c.
+/// \param columns matrix.columns() x kColumns, row after row
 void multiplyRowsByColumns(const RowMatrix& matrix, std::span<const int> rows, const double* columns, double* products,
                            int stride);
 
-// Blocks of 3 x kColumns, row after row.
+// A block below is a matrix of 3 x kColumns, row after row: three rows for the components of a force.
 
-/// Computes blocks[blockOf[indices[k]]] += shares[k] * block.
+/// Computes blocks[blockOf[indices[k]]] += shares[k] * block for each k.
+/// \param shares as many as `indices`
+/// \param blocks block after block
 void addShares(std::span<const int> indices, std::span<const int> blockOf, const double* shares, const double* block,
                double* blocks);
-/// Computes rows[indices[k]] += forces[k]' block. \param forces of 3 elements \param rows of kColumns elements
+/// Computes rows[indices[k]] += forces[k]' * block for each k: what a force adds to kColumns weighted sums.
+/// \param forces vectors of 3 elements, as many as `indices`, one after another
+/// \param rows row after row, kColumns elements each
 void addForces(std::span<const int> indices, const double* forces, const double* block, double* rows);
-/// Replaces blocks[i] by L' blocks[i], where L is the root of index indices[i]. \param roots lower triangular 3 x 3,
-/// row after row
+/// Replaces blocks[k] by L' blocks[k] for each k, where L = roots[indices[k]].
+/// \param roots lower triangular 3 x 3 matrices, row after row, one after another
+/// \param blocks as many as `indices`, block after block
 void multiplyBlocks(std::span<const int> indices, const double* roots, double* blocks);
 
-/// Computes columns += column * row. \param row kColumns elements \param columns size x kColumns, row after row
+/// Computes columns += column * row.
+/// \param column `size` elements
+/// \param row kColumns elements
+/// \param columns size x kColumns, row after row
 void addProducts(const double* column, const double* row, int size, double* columns);
 
-/// Computes A'B of two matrices, size x kColumns, row after row. \param products kColumns x kColumns, row after row
+/// Computes A'B of two matrices, size x kColumns, row after row.
+/// \param products kColumns x kColumns, row after row
 void multiplyColumns(const double* a, const double* b, int size, double* products);
 
-/// Solves L' x = y in place. \param vector y, then x; `size` elements
+/// Solves L' x = y in place.
+/// \param vector y, then x; `size` elements
 void solveLowerTransposed(std::span<const double> lower, int size, double* vector);
 
 }  // namespace tractiond::solve

@@ -1,7 +1,8 @@
 // The posterior of one candidate as a linear function of the picture, made from that of an earlier picture: the same
 // atoms and priors, the same patches as points of linearisation, other displacements.
 //
-//   d = B R theta + noise,  theta ~ N(0, s^2)     R: root of the prior; of an atom that of gamma Omega, elsewhere 1
+//   d = B R theta + noise,  theta ~ N(0, s^2)     d: displacements [px], noise: n [px] in each, B: as in posterior.h
+//                                                 R: root of the prior; of an atom that of gamma Omega, elsewhere 1
 //   R B'B R / n^2 = Q Lambda Q' + little          what the picture sees of theta: xi = Q' theta
 //   y = (B R Q)' d / n^2                          all that it says of xi
 //   xi ~ N(y / (Lambda + 1 / s^2), 1 / (Lambda + 1 / s^2));  across Q the prior stays: N(0, s^2)
@@ -9,6 +10,10 @@
 // The patches' loads are free about 0 here, their places about those of the earlier picture. s >= 1 lets the prior grow
 // with the load: it is the larger of its likeliest value and of the ratio of the forces now and then. Coordinates that
 // are missing now, but were not then, are taken out of Lambda.
+//
+// theta has 3 elements for each atom, then the extra unknowns (the loads and places of the patches), then the kMotions
+// of the picture, each in units of its prior deviation. A displacement is a "coordinate": 2M of them, u and v of each
+// marker. "Then" is the picture of make(), "now" that of the last read().
 #pragma once
 
 #include "daemon/solve/candidate.h"
@@ -27,69 +32,99 @@ struct LinearScratch {
   RowMatrix seen;  ///< columns of B R at the pivots, row after row
 };
 
-/// Thread-bound; make() and answer() may be called by different threads, one after the other.
+/// Thread-bound. make() may be called by another thread than the functions that answer a picture, one after the other.
 class LinearPosterior final : public Candidate {
  public:
   static constexpr int kMostRank = 320;  ///< the most elements of xi
-  /// Returns the most unknowns, for the most atoms and extra unknowns of a posterior.
+  /// Returns the largest number of elements of theta.
+  /// \param most atoms of a posterior
+  /// \param mostExtra extra unknowns of a posterior
   static int mostUnknowns(int most, int mostExtra) { return 3 * most + mostExtra + kMotions; }
 
-  /// `factors` and `atoms` must outlive it. \param most atoms, \param mostExtra extra unknowns of a posterior
+  /// Allocates for the largest posterior. `factors` and `atoms` must outlive it.
+  /// \param most atoms of a posterior
+  /// \param mostExtra extra unknowns of a posterior
   LinearPosterior(const Factors& factors, const Atoms& atoms, int most, int mostExtra);
 
-  /// Makes it from the last fit() of a posterior, which need not outlive the call. Returns false if it was not
-  /// possible. \param products of the posterior's picture, \param missing its coordinates without a displacement \param
-  /// force_N magnitude of the force that was found, in proportion to which the prior may grow \param curves
-  /// displacements that solve() may take off [px]: 2M columns
+  /// Makes it from the last fit() of a posterior, which need not outlive the call. Returns false if a prior covariance
+  /// is not positive definite or an eigenvalue is not found; it must not answer a picture then.
+  /// \param products of the posterior's picture; missing products of its atoms are added
+  /// \param missing coordinates without a displacement
+  /// \param force_N magnitude of the force that was found, in proportion to which the prior may grow
+  /// \param curves displacements that solve() may subtract [px]: a row of 2M for each
+  /// \param scratch grows to the size that is needed
   bool make(const Posterior& posterior, AtomProducts& products, std::span<const int> missing, double force_N,
             const RowMatrix& curves, LinearScratch& scratch);
 
   // A picture is answered by read(), solve() with one or more guesses of the curves, and weigh().
 
-  /// Starts on a picture. Returns false if it misses too much. \param displacement_px 2M, padded, 0 where any of the
-  /// two pictures misses them \param added coordinates that it misses and that of make() did not \param curves as in
-  /// make()
+  /// Starts on a picture. Returns false if more than 512 coordinates were added.
+  /// \param displacement_px 2M, padded; 0 where it is missing now or was then
+  /// \param noise_px standard deviation of each coordinate now
+  /// \param added coordinates that are missing now and were not then
+  /// \param curves the same as in make()
   bool read(const double* displacement_px, double noise_px, std::span<const int> added, const RowMatrix& curves);
-  /// Computes scale(), xi() and extra() of the picture less so much of each curve. Returns false if the equations could
-  /// not be solved; the results then have no meaning. \param times as many as there were curves in make()
+  /// Subtracts the curves from the picture and solves for xi. Computes the first group of results below. Returns false
+  /// if the equations could not be solved; the results then have no meaning.
+  /// \param times how much of each curve is subtracted, one number for each
   bool solve(std::span<const double> times);
-  /// Computes the other results. \param squares_px2 of what solve() solved
+  /// Computes the second group of results below. Must be called after solve().
+  /// \param squares_px2 sum of the squared displacements of the picture that solve() has solved for, without the curves
   void weigh(double squares_px2);
 
-  // Results of the last solve() and weigh().
+  // Results of the last solve().
 
-  double logEvidence() const { return logEvidence_; }        ///< as Posterior::logEvidence(), of the same picture
-  double misfit() const { return misfit_; }                  ///< chi^2 of the picture, if the model holds
-  double scale() const { return scale_; }                    ///< s
-  double grown() const { return forceOfXi_N() / force_N_; }  ///< the force, as a multiple of that in make()
+  /// Returns s, the factor by which the prior deviations have grown, 1 or more.
+  double scale() const { return scale_; }
+  /// Returns the magnitude of the resultant, as a multiple of `force_N` in make().
+  double grown() const { return forceOfXi_N() / force_N_; }
+  /// Returns xi, rank() elements.
   std::span<const double> xi() const { return {xi_.data(), static_cast<std::size_t>(rank_)}; }
-  /// Returns xi at s = 1.
+  /// Returns what xi would be with s = 1.
   std::span<const double> firstXi() const { return {firstXi_.data(), static_cast<std::size_t>(rank_)}; }
-  /// Returns the values of the extra unknowns.
+  /// Returns the values of the extra unknowns, in their order [prior deviations].
   std::span<const double> extra() const {
     return {theta_.data() + firstExtra(), static_cast<std::size_t>(extraCount_)};
   }
-  /// Returns the force of the i-th of atoms() [N]; of weigh().
+
+  // Results of the last weigh().
+
+  /// Returns the log evidence, with that of s. It may be compared with the log evidences of other candidates of the
+  /// same picture (Posterior::logEvidence()).
+  double logEvidence() const { return logEvidence_; }
+  /// Returns d' C^-1 d, where C is the covariance that model and noise expect of the displacements. If the model holds,
+  /// this is chi^2 with as many degrees of freedom as coordinates are not missing.
+  double misfit() const { return misfit_; }
+  /// Returns the force of the i-th of atoms() [N].
   Eigen::Vector3d atomForce_N(std::size_t i) const { return roots_[i] * Eigen::Vector3d::Map(theta_.data() + 3 * i); }
-  /// Returns force and moment about the origin [N, N m].
-  Wrench wrench() const;
-  /// Computes the forces of all atoms (3A [N]).
+  /// Computes the forces of all atoms, 3A [N]: 0 for those that are not in atoms().
   void allForces_N(std::span<double> forces) const;
-  /// Adds the forces of the points and the couples by the extra unknowns (3 (P + kCouples)).
+  /// Returns force and moment about the origin [N, N m], of patches at the places of then. Needs solve() alone, as do
+  /// the functions below.
+  Wrench wrench() const;
+  /// Adds the part of the extra unknowns to the forces of the points [N] and to the couples [N m]: 3 (P + kCouples).
   void addExtraForces_N(std::span<double> forces) const;
-  /// Computes the covariance of some extra unknowns, row after row. \param unknowns at most kColumns of them
+  /// Computes the covariance of some extra unknowns, row after row; its unit is 1, that of their prior.
+  /// \param unknowns indices from 0 of at most kColumns of them
+  /// \param covariance as many rows and columns as `unknowns` has elements
   void extraCovariance(std::span<const int> unknowns, std::span<double> covariance);
-  /// Computes what displacements v show of xi, (B R Q)' v / n^2 with the noise of make(). \param column_px 2M, padded
+  /// Computes (B R Q)' v / n^2, by which displacements v change y, with n of make().
+  /// \param column_px v, 2M, padded
+  /// \param ofXi rank() elements
   void readColumn(const double* column_px, std::span<double> ofXi) const;
-  /// Subtracts what a displacement at one coordinate shows.
+  /// Subtracts from the result of readColumn() the part of one coordinate.
+  /// \param displacement_px v at this coordinate
   void subtractAt(int coordinate, double displacement_px, std::span<double> ofXi) const;
-  /// Multiplies by the covariance of the last answer's xi, in place.
+  /// Multiplies a vector by the covariance of xi after the last solve(), in place.
+  /// \param ofXi rank() elements
   void multiplyCovariance(std::span<double> ofXi) const;
-  /// Fills in what was found at the coordinates that are missing: make()'s `missing`, where the extra unknowns do not
-  /// act, and those `added`. \param displacement_px 2M
+  /// Fills in the displacements that the last answer predicts where the picture has none.
+  /// \param missing as in make(); the part of the extra unknowns is left out there
+  /// \param added as in read()
+  /// \param displacement_px 2M; other elements remain unchanged
   void complete(std::span<const int> missing, std::span<const int> added, std::span<float> displacement_px) const;
 
-  // Implement Candidate.
+  // These implement Candidate, with the results of the last weigh().
   const std::array<double, kMotions>& motion() const override { return motion_; }
   double squaredResidual_px2() const override { return squaredResidual_; }
   void wrenchCovariance(std::array<double, 36>& covariance) override;
@@ -98,28 +133,35 @@ class LinearPosterior final : public Candidate {
   void leastVariances(std::span<const double> weights, std::span<const int> points,
                       std::span<double> variances) override;
 
-  // What it was made of.
+  // What make() has made. Unchanged by answers.
 
-  int rank() const { return rank_; }  ///< number of elements of xi
+  /// Returns the number of elements of xi.
+  int rank() const { return rank_; }
+  /// Returns n, the standard deviation of each coordinate then.
   double noise_px() const { return noise_px_; }
+  /// Returns the indices of the atoms that act, of all A.
   std::span<const int> atoms() const { return atoms_; }
-  /// Returns the root of the prior of the i-th of atoms().
+  /// Returns the lower triangular root of the prior covariance of the i-th of atoms() [N].
   const Block& root(int i) const { return roots_[i]; }
   struct Sharing {
     std::span<const int> atoms;      ///< indices in atoms()
     std::span<const double> shares;  ///< of the force of each
   };
-  /// Returns which atoms act at a point.
+  /// Returns which atoms act at a point, or at a couple, which is numbered after the points.
   Sharing sharing(std::size_t point) const {
     const std::size_t first = sharingFirst_[point], count = sharingFirst_[point + 1] - first;
     return {{sharing_.data() + first, count}, {shares_.data() + first, count}};
   }
+  /// Returns the index of the first extra unknown in theta.
   int firstExtra() const { return 3 * static_cast<int>(atoms_.size()); }
+  /// Returns the number of extra unknowns; 0 if the posterior had none.
   int extraCount() const { return extraCount_; }
+  /// Returns the diagonal of Lambda, rank() elements, ascending.
   std::span<const double> lambda() const { return {lambda_.data(), static_cast<std::size_t>(rank_)}; }
-  /// Returns B R Q / n at the missing coordinates of make(), a row for each.
+  /// Returns B R Q / n at the missing coordinates of make(), a row of rank() elements for each, without the part of the
+  /// extra unknowns.
   const Eigen::MatrixXd& seenWhereMissing() const { return seenWhereMissing_; }
-  /// Returns Q', rank() x unknowns: those of the atoms, the extra ones and the motion.
+  /// Returns Q', rank() x elements of theta: xi = Q' theta, and the mean of theta is Q xi.
   const Eigen::MatrixXd& unknownsOfXi() const { return q_; }
 
  private:

@@ -42,8 +42,8 @@ class Modes {
   const BestForce& look(const Displacements& picture);
   /// Does what look() does, and returns whether anything touches. The force must be as sure by the noise of the markers
   /// that show it: the equations weigh all markers alike, and where the light is uneven, the noise of the dark ones
-  /// alone would pass for a touch. \param variance_px2 M, of a coordinate of each marker, 0 if missing; empty: all are
-  /// alike
+  /// alone would pass for a touch.
+  /// \param variance_px2 M, of a coordinate of each marker, 0 if missing; empty: all are alike
   bool detect(const Displacements& picture, std::span<const float> variance_px2);
 
   /// Reads all modes in which that picture's forces are visible, and computes the moments of all atoms, all alike, with
@@ -56,11 +56,12 @@ class Modes {
   /// ModelConstants::kSignificance. Returns whether it does.
   bool startBeside(std::span<const double> forces_N, AtomMoments& moments);
 
-  const BestForce& best() const { return best_; }  ///< of the last look() or detect()
-  /// Returns what it showed of each atom: V_a' S c, c its amplitudes (3A [px^2/N]).
+  const BestForce& best() const { return best_; }  ///< Returns the result of the last look() or detect().
+  /// Returns what the picture of that call showed of each atom: V_a' S c, c the picture's amplitudes (3A [px^2/N]).
   std::span<const double> matched() const { return matched_; }
   /// Returns the displacements with which its missing coordinates were completed, in their order [px].
   std::span<const double> completed() const { return amplitudes_.completed(); }
+  /// Returns the tables of the strongest modes, which may be shared.
   const std::shared_ptr<const StrongModes>& strong() const { return strong_; }
 
  private:

@@ -24,14 +24,17 @@ inline constexpr double kOptimism = 1.0;
 /// Thread-bound. Allocates only when made.
 class Posterior final : public Candidate {
  public:
-  /// `factors` and `atoms` must outlive it. \param most atoms that fit() takes \param mostExtra extra unknowns
+  /// `factors` and `atoms` must outlive it.
+  /// \param most atoms that fit() takes
+  /// \param mostExtra extra unknowns
   Posterior(const Factors& factors, const Atoms& atoms, int most, int mostExtra = 0);
 
   /// Computes the posterior. Returns false if the equations could not be solved, or a covariance of `chosen` is not
   /// positive definite; the results then have no meaning. The displacements must be finite, which is not checked.
-  /// `chosen` and `extra` must live until the next fit(). \param products of a picture with the same missing
-  /// coordinates; without `extra`, of this picture. Missing products of chosen atoms are added \param extra after
-  /// ExtraUnknowns::multiply() with this picture; null: none
+  /// `chosen` and `extra` must live until the next fit().
+  /// \param products of a picture with the same missing coordinates; without `extra`, of this picture. Missing products
+  /// of chosen atoms are added
+  /// \param extra after ExtraUnknowns::multiply() with this picture; null: none
   bool fit(const Displacements& picture, AtomProducts& products, const Chosen& chosen, ExtraUnknowns* extra = nullptr);
 
   // Results of the last fit().
@@ -44,10 +47,10 @@ class Posterior final : public Candidate {
   std::span<const double> known();
   /// Returns the values of the extra unknowns.
   std::span<const double> extra() const { return {x_.data() + 3 * chosen_->atoms.size(), extraCount()}; }
-  double logEvidence() const { return logEvidence_; }  ///< log evidence, as above
+  double logEvidence() const { return logEvidence_; }  ///< Returns the log evidence, as above.
 
-  /// Computes noise_a of the chosen atoms, in their order [N^2]; takes as long as fit(). \param noise at least as
-  /// many elements; the rest stays unchanged
+  /// Computes noise_a of the chosen atoms, in their order [N^2]; takes as long as fit().
+  /// \param noise at least as many elements; the rest stays unchanged
   void noise_N2(std::span<double> noise);
 
   /// Copies the results of the chosen atoms, and `noise` (noise_N2()), into the moments of all atoms; those of other
@@ -60,7 +63,7 @@ class Posterior final : public Candidate {
   /// Returns force and moment of atoms and extra unknowns about the origin of the gel frame [N, N m].
   Wrench wrench() const;
 
-  // Implement Candidate; the wrench is wrench(). nodeDeviations_N() takes as long as fit().
+  // These implement Candidate; the wrench is wrench(). nodeDeviations_N() takes as long as fit().
   const std::array<double, kMotions>& motion() const override { return motion_; }
   double squaredResidual_px2() const override { return squaredResidual_; }
   void wrenchCovariance(std::array<double, 36>& covariance) override;
@@ -69,9 +72,9 @@ class Posterior final : public Candidate {
 
   // What the last fit() was given.
 
-  const Chosen& chosen() const { return *chosen_; }
-  ExtraUnknowns* extraUnknowns() const { return extra_; }  ///< null: none
-  double noise_px() const { return noise_px_; }            ///< n
+  const Chosen& chosen() const { return *chosen_; }        ///< Returns the chosen atoms and their priors.
+  ExtraUnknowns* extraUnknowns() const { return extra_; }  ///< Returns the extra unknowns; null: none.
+  double noise_px() const { return noise_px_; }            ///< Returns n.
 
  private:
   std::size_t extraCount() const { return extra_ == nullptr ? 0 : static_cast<std::size_t>(extra_->count()); }

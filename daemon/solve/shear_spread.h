@@ -24,15 +24,26 @@ namespace tractiond::solve {
 /// Thread-bound; make() and find() may be called by different threads, one after the other.
 class ShearSpread {
  public:
-  ShearSpread(const Factors& factors, const Atoms& atoms);  ///< of the posteriors; they must outlive it
+  /// Allocates for the posteriors of these factors and atoms. `atoms` must outlive it.
+  ShearSpread(const Factors& factors, const Atoms& atoms);
 
-  /// Prepares for the patches of a posterior. \param fit of these patches \param missing coordinates of its picture
+  /// Prepares for the patches of a posterior. The arguments need not outlive the call.
+  /// \param patches those that the posterior frees
+  /// \param fit that has found these patches
+  /// \param missing coordinates without a displacement in the picture of LinearPosterior::make()
   void make(const LinearPosterior& posterior, const FreedPatches& patches, const RoundPatches& fit,
             std::span<const int> missing);
 
-  /// Returns the ratio of a patch. \param freed what the posterior frees of the patches \param now the patches by its
-  /// last answer \param grown as by LinearModel::patchNow() of this one \param displacement_px of the picture without
-  /// the curves, 0 where missing \param added as given to LinearPosterior::read()
+  /// Returns R of a patch with its standard deviation. The ratio is unknown (deviation 0) if the patch is a
+  /// point, its shear or its pressure is not above 0, or the result is not finite.
+  /// \param posterior that of make(), after weigh() of this picture
+  /// \param freed as `patches` in make()
+  /// \param now places and loads of all patches by this answer
+  /// \param patch index in `now`
+  /// \param grown load of this patch now, as a multiple of that in make()
+  /// \param displacement_px of the picture without the curves, 2M, padded; 0 where missing
+  /// \param noise_px as given to LinearPosterior::read()
+  /// \param added as given to LinearPosterior::read()
   SpreadRatio find(const LinearPosterior& posterior, const FreedPatches& freed, std::span<const RoundPatch> now,
                    int patch, double grown, const double* displacement_px, double noise_px, std::span<const int> added);
 

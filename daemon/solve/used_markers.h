@@ -21,15 +21,21 @@ class UsedMarkers {
   /// enough of them, by SolveOptions::fewestMarkers(); if not, the results below have no meaning.
   bool choose(const MarkerField& markers);
 
-  // Results of the last choose(). Coordinate 2 m is u of marker m, 2 m + 1 is v.
-  int count() const { return count_; }                            ///< number of used coordinates, two of each marker
-  std::span<const int> missing() const { return missing_; }       ///< the other coordinates, ascending
-  std::span<const double> row_px() const { return row_; }         ///< displacements, 2M padded; 0 if missing
-  std::span<const float> rounded_px() const { return rounded_; }  ///< the same, 2M
-  std::span<const float> variance_px2() const {
-    return variance_;
-  }                                                ///< M, of a coordinate of each marker; 0 if missing
-  double squares_px2() const { return squares_; }  ///< sum of the squared displacements
+  // Results of the last choose(). Coordinate 2 m is u of marker m, 2 m + 1 is v. Displacements are
+  // MarkerField::byForces_px().
+
+  /// Returns the number of used coordinates, two of each marker.
+  int count() const { return count_; }
+  /// Returns the coordinates that are not used, ascending.
+  std::span<const int> missing() const { return missing_; }
+  /// Returns the displacements, 2M, padded; 0 if missing.
+  std::span<const double> row_px() const { return row_; }
+  /// Returns the displacements, 2M, as floats; 0 if missing.
+  std::span<const float> rounded_px() const { return rounded_; }
+  /// Returns the variance of a coordinate of each marker, M; 0 if missing.
+  std::span<const float> variance_px2() const { return variance_; }
+  /// Returns the sum of the squared displacements.
+  double squares_px2() const { return squares_; }
   /// Returns the standard deviation of a coordinate in this frame, by the used markers' mean variance; the calibrated
   /// one if that is 0.
   double noise_px() const { return noise_px_; }

@@ -51,8 +51,8 @@ class Follower {
     float roughScale = 0.0F;            ///< scale of the plane that `rough` is for; 0: none yet
   };
 
-  /// The sensor must be trackable(). `workspace` must outlive the follower and its copies. \param zeroFrames number of
-  /// frames that a rest pose averages
+  /// The sensor must be trackable(). `workspace` must outlive the follower and its copies.
+  /// \param zeroFrames number of frames that a rest pose averages
   Follower(const sensor::Sensor& sensor, int zeroFrames, FollowerWorkspace& workspace);
 
   /// Makes `pose` the reference and recomputes the displacements from it; the markers' places are kept. Copies all of
@@ -60,37 +60,39 @@ class Follower {
   /// markers as the sensor.
   void adopt(const RestPose& pose);
 
-  /// Takes over the layers' cross-talk of a pose that was taken in an earlier run; nothing else of it.
+  /// Copies the cross-talk of the layers from a pose that was taken in an earlier run, and nothing else of it.
   void setCrossTalk(const RestPose& pose);
 
-  /// Exchanges the appearance of the markers with `other`; allocates nothing. Forgets the learned deviations from
-  /// discs; the next findMarkers() learns them again.
+  /// Swaps the appearance of the markers with `other`, by which the appearance that one follower has learned is handed
+  /// to another without allocating. Forgets the learned shapes; the next findMarkers() learns them again.
+  /// \param other of a follower of the same sensor; may be empty if this follower is not used until it is assigned
   void exchangeAppearance(Appearance& other);
 
   /// Makes findMarkers() learn the appearance, with cross-talk and each marker's own shape, from the next picture in
   /// which markers are found. From now on also seeks the markers that the reference lacks.
   void learnAnew();
 
-  /// Learns from the markers found in the last picture how far markers typically are from discs
-  /// (CentreErrors::learnShape()), by which spots that are no markers are rejected later.
+  /// Learns from the markers found in the last picture how much they differ from discs. Spots that differ more are
+  /// rejected later (CentreErrors::learnShape()).
   void learnShape() { errors_.learnShape(centres_, valid_); }
 
-  /// Finds the markers in the workspace's picture, which must have been read. \param discontinuity true: the picture
-  /// may be far from the one before, so the whole of it is searched at once; that is also done while following() is
-  /// false or fewer than 60 % of the reference's markers are found, but after a search that found few only in the
-  /// fourth picture
-  /// \return whether the markers were labelled anew
+  /// Finds the markers in the workspace's picture, which must have been read. Searches near the places of the picture
+  /// before. Searches the whole picture instead if following() is false, or if fewer than 60 % of the reference's
+  /// markers are found near their places; after a search that found few it waits three pictures before the next.
+  /// Returns whether the markers were labelled anew.
+  /// \param discontinuity true: the picture may be far from the one before, and the whole of it is searched at once
   bool findMarkers(bool discontinuity);
 
   // Results of the last findMarkers(), by marker in the order of sensor::markerPositions. The spans stay in place. Only
   // place_px() and valid() have a meaning for markers that are not valid.
 
-  /// Returns the places; for a lost marker the place that its neighbours suggest; before the first labelling
-  /// nominal_px().
+  /// Returns the places [px]. For a lost marker it is the place that its neighbours suggest; before the first labelling
+  /// all are nominal_px().
   std::span<const Vector> place_px() const { return place_; }
-  /// Returns the displacements from the reference's places; from the first labelled picture before there is a zero.
+  /// Returns the displacements from the reference's places [px]; before there is a zero, from the first labelled
+  /// picture.
   std::span<const Vector> displacement_px() const { return displacement_; }
-  /// Returns the variance of each of a displacement's two coordinates.
+  /// Returns the variance of each of a displacement's two coordinates [px^2].
   std::span<const float> variance_px2() const { return errors_.variance_px2(); }
   /// Returns the result of the fit of each marker's template.
   std::span<const Centre> centres() const { return centres_; }
@@ -113,7 +115,8 @@ class Follower {
   /// Returns the smallest distance between neighbours of a layer [px], by the description.
   float spacing_px() const { return spacing_px_; }
 
-  /// Returns the part of `all`, which is by marker, that belongs to a layer.
+  /// Returns the elements of a layer.
+  /// \param all one element for each marker, in the order of sensor::markerPositions
   template <typename T>
   static std::span<const T> ofLayer(std::span<const T> all, const Layer& layer) {
     return all.subspan(static_cast<std::size_t>(layer.lattice.first), static_cast<std::size_t>(layer.lattice.count()));
