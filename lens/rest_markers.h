@@ -25,12 +25,15 @@ struct RestMarkers {
   int count() const;
 };
 
-/// Finds the markers of an untouched gel. The sensor's pose is tried first; if that shows fewer than nine tenths of the
-/// markers, the distance, place and roll at which the picture's own grid of spots would look as it does, or, where spots form no
-/// grid, at which most markers lie on one. The error
-/// (EX_DATAERR) states the reason and the remedy, without the picture's name: markers that the tracker cannot find in
-/// such a picture, or too few of them in their order, with the daemon's diagnosis. Neither argument need outlive the
-/// result. Reentrant. \param picture 8 bits, grey or BGR, of the size of the sensor's camera (asserted)
+/// Finds the markers of an untouched gel. Tries the sensor's pose first. If fewer than nine tenths of the markers are
+/// found from there, also tries a pose that is estimated from the picture: from the spacing, place and roll of the grid
+/// of spots that it shows, or, if the spots form no grid, by matchDots(). Returns the result with more markers, which
+/// may lack some.
+///
+/// Fails with EX_DATAERR if too few markers are found in their order from each pose, or if the tracker cannot find such
+/// markers in any picture. The error states the reason, with the daemon's diagnosis, and the remedy, without the
+/// picture's name. Reentrant.
+/// \param picture 8 bits, grey or BGR, of the size of the sensor's camera (asserted)
 tl::expected<RestMarkers, tractiond::Error> findMarkers(const cv::Mat& picture, const sensor::Sensor& sensor);
 
 }  // namespace lens

@@ -23,37 +23,43 @@
 
 namespace traction::client {
 
-/// A line of comma-separated values.
+/// Builds a line of comma-separated values. The functions add() append values and return this line.
 class CsvLine {
  public:
+  /// Appends a text as it is: a comma or a quote in it is not escaped. The first one must not be empty.
   CsvLine& add(std::string_view word) {
     if (!text_.empty()) text_ += ',';
     text_ += word;
     return *this;
   }
-  /// Writes the fewest digits that give the number again, in any locale.
+  /// Appends a number with the fewest digits that give it again, in any locale.
   template <typename Number>
   requires std::is_arithmetic_v<Number> CsvLine& add(Number number) {
     std::array<char, 32> digits{};
     const char* const end = std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr;
     return add(std::string_view(digits.data(), static_cast<std::size_t>(end - digits.data())));
   }
+  /// Appends each component as a value of its own.
   template <std::size_t kSize>
   CsvLine& add(const std::array<double, kSize>& vector) {
     for (const double each : vector) add(each);
     return *this;
   }
+  /// Returns the line with its line end, and leaves an empty one.
   std::string take() { return std::move(text_) + "\n"; }
 
  private:
   std::string text_;
 };
 
-/// Writes a CSV file, which replaces `to`, and is deleted without finish(). Thread-bound. \throws FileError as
-/// exportFields()
+/// Writes a CSV file from the fields of a recording. It replaces `to`, and is deleted if finish() was not called or has
+/// failed before the file was complete. Thread-bound.
+/// \throws FileError as exportFields()
 class CsvFile {
  public:
+  /// Opens the recording `from`, and creates `to` with the first line.
   /// \param sensor whose fields are written; empty: those of all
+  /// \param columns first line, with its line end
   CsvFile(const std::string& from, const std::string& to, const std::string& sensor, std::string_view columns)
       : from_(from)
       , to_(to)
@@ -71,7 +77,7 @@ class CsvFile {
   CsvFile(const CsvFile&) = delete;
   CsvFile& operator=(const CsvFile&) = delete;
 
-  /// Calls `put(record, field)` for each field that can be decoded.
+  /// Reads the recording and calls `put(record, field)` for each field of the sensor that can be decoded.
   template <typename Put>
   void forEachField(Put&& put) {
     extent_ = orThrow(reader_.read(
@@ -89,10 +95,13 @@ class CsvFile {
           }
         }));
   }
+  /// Writes lines, with their line ends.
   void write(const std::string& lines) { file_ << lines; }
-  const std::set<std::string>& sensors() const { return sensors_; }  ///< Returns those that had fields.
+  const std::set<std::string>& sensors() const { return sensors_; }  ///< Returns the sensors that had fields.
 
-  /// Closes the file. \throws FileError also after that, if fields were left out
+  /// Closes the file.
+  /// \throws FileError if there are no fields or the file cannot be written; also if fields were left out, but then the
+  /// file is complete and remains
   void finish() {
     const std::string trouble = troubleOf(extent_, skipped_);
     if (fields_ == 0 && !sensors_.empty()) {

@@ -19,7 +19,8 @@ struct AxesOptions {
 /// Largest count of an axis: that of a 3-D mouse.
 inline constexpr int kMostCounts = 350;
 
-/// Returns the counts of the six components of a wrench.
+/// Converts force and moment into counts of a 3-D mouse, in the same order: the part of each component beyond its dead
+/// zone, times the gain, rounded, and limited to kMostCounts.
 std::array<std::int32_t, 6> axesOf(const Wrench& wrench, const AxesOptions& options);
 
 struct ZoomOptions {
@@ -27,16 +28,18 @@ struct ZoomOptions {
   double gain = 1e-5;          ///< notches of a wheel per second, for each Pa/m beyond the dead zone
 };
 
-/// Returns what is beyond the dead zone, and beyond three deviations.
+/// Returns the part of a value beyond the dead zone or three of its deviations, whichever is larger, with its sign; 0
+/// within them. All are in one unit.
 double beyond(double value, double deviation, double deadZone);
 
-/// The dilation of the whole field as a wheel that turns the faster the more it is spread. Thread-bound.
+/// Turns the dilation of the whole field into a wheel, which turns the faster the more the gel is spread. Thread-bound.
 class Zoom {
  public:
   explicit Zoom(const ZoomOptions& options)
       : options_(options) {}
 
-  /// Returns the notches that the wheel turns in a field; above 0, away from the user.
+  /// Returns the number of whole notches by which the wheel turns in a field; above 0: away from the user. Keeps the
+  /// rest for the next field. Returns 0 in the first field with touches, and if the field is not valid.
   int step(const Touches& touches);
 
  private:
@@ -56,7 +59,8 @@ struct Similarity {
 /// Thread-bound.
 class Gesture {
  public:
-  /// Returns the motion so far; that of the last gesture, until two touches begin another.
+  /// Adds the motion since the field before. Returns the motion of the gesture so far, which remains that of the last
+  /// one until two touches begin another. Ignores a field in which one of the touches is not seen.
   const Similarity& follow(const Touches& touches);
 
  private:

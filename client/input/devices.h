@@ -1,5 +1,6 @@
 // Touches as events of input devices: a mouse, a touch screen (multitouch protocol B), a pen and a wheel
-// that zooms.
+// that zooms. Each class has ability(), which returns what its device must be able to do, for EventDevice::make(); and
+// write() of Output, which sends the events of one field.
 #pragma once
 
 #include "client/input/affine.h"
@@ -14,6 +15,7 @@
 
 namespace traction::input {
 
+/// Moves a mouse and clicks by the touch that began first (Pointer).
 class PointerDevice : public Output {
  public:
   static EventDevice::Ability ability();
@@ -32,8 +34,8 @@ struct TouchOptions {
   double fullPress_N = 20.0;  ///< largest press that is reported
 };
 
-/// Pressure is in grams, with resolution 1; places and sizes are in hundredths of a millimetre. Further touches than
-/// there are slots are not reported.
+/// Reports up to 10 touches to a touch screen; further ones are not reported. Pressure is in grams, with resolution 1;
+/// places and sizes are in hundredths of a millimetre, from the upper left corner of the area.
 class TouchDevice : public Output {
  public:
   static EventDevice::Ability ability(const Area& area, const TouchOptions& options);
@@ -61,7 +63,8 @@ struct PenOptions {
   double fullPress_N = 10.0;  ///< press that is reported as the largest
 };
 
-/// The touch that began first as a pen, which leans as the force does. It is near while it touches only.
+/// Reports the touch that began first as a pen, until it is lifted. The pen's axis is along the force: shear to the
+/// left makes it lean to the right. It is in range only while it touches.
 class PenDevice : public Output {
  public:
   static EventDevice::Ability ability(const Area& area);
@@ -81,7 +84,7 @@ class PenDevice : public Output {
   std::uint64_t id_ = 0;  ///< of the touch that is the pen; 0: none
 };
 
-/// A wheel with the key Ctrl held, by which programs zoom.
+/// Turns a wheel while it holds the key Ctrl, by which programs zoom (Zoom).
 class ZoomDevice : public Output {
  public:
   static EventDevice::Ability ability();
@@ -96,8 +99,8 @@ class ZoomDevice : public Output {
   Zoom zoom_;
 };
 
-/// One touch is a pointer, several are touches: each goes to one of two devices. From the second touch on until all are
-/// lifted, it is the other one.
+/// Sends a single touch to a pointer, and several touches to a touch screen. From the second touch on, until all are
+/// lifted, the touch screen has them all, and the pointer has none.
 class OneOrSeveral : public Output {
  public:
   OneOrSeveral(PointerDevice one, TouchDevice several)

@@ -38,8 +38,9 @@ class EventDevice {
   EventDevice(EventDevice&& other) noexcept
       : descriptor_(std::exchange(other.descriptor_, -1)) {}
 
+  /// Adds an event to the next report; type and code are those of linux/input-event-codes.h.
   void add(std::uint16_t type, std::uint16_t code, int value);
-  /// Writes the events that were added since the last report, if there are any.
+  /// Writes the events that were added since the last report, if there are any. Logs a warning if they are lost.
   void report();
 
  private:

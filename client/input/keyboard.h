@@ -29,8 +29,9 @@ struct TextOptions {
 /// there are several touches, and in what is drawn when the sensor is lost, there is nothing of these.
 class Keyboard : public Output {
  public:
+  /// Returns what the device must be able to do, for EventDevice::make().
   static EventDevice::Ability ability();
-  /// Returns the key that types a symbol; 0: there is none.
+  /// Returns the key code (linux/input-event-codes.h) that types a symbol; 0: there is none.
   static std::uint16_t keyOf(std::string_view symbol);
   /// Returns whether an alphabet may have a symbol.
   static bool canType(std::string_view symbol);

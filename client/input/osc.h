@@ -22,6 +22,7 @@ class OscMessage {
   explicit OscMessage(std::string address)
       : address_(std::move(address)) {}
 
+  // These append an argument and return this message.
   OscMessage& add(std::int32_t number);
   OscMessage& add(std::string_view text);
   /// Adds numbers as floats.
@@ -29,6 +30,7 @@ class OscMessage {
   /// Adds a time [ns since 1970].
   OscMessage& addTime(std::int64_t real_ns);
 
+  /// Returns the encoded message.
   std::string bytes() const;
 
  private:
@@ -43,13 +45,15 @@ std::string bundleOf(const std::vector<OscMessage>& messages);
 /// Sends datagrams to one address. What nobody receives is lost.
 class Datagrams {
  public:
-  /// \param address "HOST:PORT", or "[HOST]:PORT" for IPv6. EX_CONFIG: it is none; EX_OSERR: no socket can be made
+  /// Makes a socket and resolves the address, which may wait for a name server. EX_CONFIG: the address is not valid;
+  /// EX_OSERR: no socket can be made.
+  /// \param address "HOST:PORT", or "[HOST]:PORT" for IPv6
   static tl::expected<Datagrams, tractiond::Error> open(const std::string& address);
   ~Datagrams();
   Datagrams(Datagrams&& other) noexcept
       : descriptor_(std::exchange(other.descriptor_, -1)) {}
 
-  /// Does not wait.
+  /// Sends one datagram. Does not wait; a datagram that cannot be sent is lost.
   void send(std::string_view bytes) const;
 
  private:
@@ -65,7 +69,7 @@ struct OscOptions {
   double gradientDeadZone_Pa_m = 5e5;
 };
 
-/// For each field a bundle of PREFIX/touch for each touch, PREFIX/lift for each that ended, PREFIX/wrench,
+/// Sends for each field a bundle of PREFIX/touch for each touch, PREFIX/lift for each that ended, PREFIX/wrench,
 /// PREFIX/affine and PREFIX/gesture (docs/input.md).
 class OscOutput : public Output {
  public:

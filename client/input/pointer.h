@@ -30,12 +30,13 @@ struct PointerStep {
   std::vector<Change> changes;  ///< in this order; each button that goes down goes up once
 };
 
-/// Follows the touch that began first. Thread-bound.
+/// Makes a pointer of one touch: of those in a field, the one that began first. Thread-bound.
 class Pointer {
  public:
   explicit Pointer(const PointerOptions& options)
       : options_(options) {}
 
+  /// Returns what pointer and buttons do in a field.
   PointerStep step(const Touches& touches);
 
  private:

@@ -18,19 +18,21 @@ struct PressOptions {
 
 enum class Press : std::uint8_t { kTap, kHard, kTurnLeft, kTurnRight };
 
-/// Thread-bound.
+/// Recognises presses and turns of one touch from the fields with it. Thread-bound.
 class Presses {
  public:
-  /// \param leastExtent_m a touch that moves as far is a stroke: its torque is no turn
+  /// \param leastExtent_m distance from its begin from which on a touch is a stroke, whose torque is no turn
   Presses(const PressOptions& options, double leastExtent_m)
       : options_(options)
       , leastExtent_m_(leastExtent_m) {}
 
-  /// Takes the touch as it is now; the first one begins it. Returns the turn that begins here.
+  /// Takes the touch of a field; the first call after end() or cancel() begins it. Returns the turn that begins in this
+  /// field, if any.
   std::optional<Press> move(const Touch& touch, std::int64_t time_ns);
   /// Returns whether the touch has turned: then it is no stroke.
   bool hasTurned() const { return hasTurned_; }
-  /// Ends a touch that was no stroke. Returns the press that it was.
+  /// Ends the touch. Returns the tap or hard press that it was; nothing if it was softer than a tap, lasted longer than
+  /// PressOptions::most_ns, or has turned, or if there is none. The result has no meaning for a stroke.
   std::optional<Press> end();
   /// Forgets the touch.
   void cancel() { isTouched_ = false; }

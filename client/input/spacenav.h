@@ -15,15 +15,15 @@
 
 namespace traction::input {
 
-/// Where libspnav looks if SPNAV_SOCKET and /etc/spnavrc name no other place, for root; that of another user is in
-/// $XDG_RUNTIME_DIR.
+/// Returns the path of the socket where libspnav looks if SPNAV_SOCKET and /etc/spnavrc name no other; that of a user
+/// other than root is in $XDG_RUNTIME_DIR.
 std::filesystem::path spacenavSocket();
 
 /// Serves version 0 of the protocol: events of eight numbers of 32 bits each. Thread-bound.
 class Spacenav : public Output {
  public:
-  /// Errors: EX_UNAVAILABLE if a program, such as spacenavd, listens there; as tractiond::network::checkEndpoint();
-  /// EX_CANTCREAT if the socket cannot be made.
+  /// Makes the socket. Errors: EX_UNAVAILABLE if a program, such as spacenavd, listens there; as
+  /// tractiond::network::checkEndpoint(); EX_CANTCREAT if the socket cannot be made.
   static tl::expected<std::unique_ptr<Spacenav>, tractiond::Error> open(const std::filesystem::path& path,
                                                                         const AxesOptions& options);
   ~Spacenav() override;

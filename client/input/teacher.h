@@ -11,9 +11,12 @@
 
 namespace traction::input {
 
-/// Prints what the touch that began first draws, when it is lifted, as a [[stroke]] of a symbol.
+/// Prints what the touch that began first draws, when it is lifted, as a [[stroke]] of a symbol. A tap, and a stroke at
+/// whose end the sensor was lost, print nothing.
 class Teacher : public Output {
  public:
+  /// \param symbol that the printed strokes write
+  /// \param areDigits true: the strokes are those of the mode kDigits, else of kLetters
   /// \param out must outlive this
   Teacher(std::string symbol, bool areDigits, std::ostream& out)
       : taught_{.mode = std::string(areDigits ? kDigits : kLetters), .symbol = std::move(symbol), .stroke = {}}

@@ -48,8 +48,8 @@ struct Touches {
   Gradient gradient{};         ///< of the whole gel; 0 without touches, as last seen where not valid
 };
 
-/// Returns the time from one field to the next [s], for what moves at a speed. A longer time than 0.1 s counts as this:
-/// where fields were lost, forces are not known.
+/// Returns the time from one field to the next [s], at most 0.1 s: where fields were lost, forces are not known, and
+/// what moves at a speed should not jump.
 double stepOf(std::int64_t before_ns, std::int64_t now_ns);
 
 /// Turns contacts into the user's frame. Thread-bound.
@@ -59,8 +59,10 @@ class View {
   explicit View(double turn_rad)
       : turn_rad_(turn_rad) {}
 
-  /// Returns what touches the gel, valid until the next call. \param field that the contacts are of; null: none came
-  /// \param nodes of the field; null: they are not known
+  /// Returns what touches the gel, valid until the next call.
+  /// \param contacts by ContactTracker::update() of this field
+  /// \param field that the contacts are of; null: none came
+  /// \param nodes of the field; null: they are not known, and the gradient is 0
   const Touches& take(const std::vector<touch::Contact>& contacts, const Field* field, std::int64_t time_ns,
                       const Grid* nodes = nullptr);
 
@@ -77,9 +79,10 @@ class Output {
  public:
   virtual ~Output() = default;
 
-  /// Where a touch is no longer listed, it is lifted.
+  /// Writes the touches of one field. Called for each field in order. A touch that is no longer listed was lifted or,
+  /// if the field is not valid, lost.
   virtual void write(const Touches& touches) = 0;
-  /// Is called at least ten times a second, whether or not something is written.
+  /// Does work that is due without a field. Called at least ten times a second.
   virtual void turn() {}
 };
 

@@ -38,11 +38,15 @@ struct Motion {
 };
 using Motions = std::map<std::uint64_t, Motion>;  ///< by the touch's id
 
-/// Returns how touches move. \param before what it returned for the field before
+/// Returns how touches move.
+/// \param before what it returned for the field before
 Motions motionsOf(const Touches& touches, const Motions& before, const Area& area, double fullPress_N);
 
-/// Returns the messages of a bundle. \param motions of all touches \param frame number of the bundle, from 1
+/// Returns the messages of a bundle of TUIO 1.1.
+/// \param motions of all touches
+/// \param frame number of the bundle, from 1
 std::vector<OscMessage> tuio11(const Touches& touches, const Motions& motions, const Area& area, std::int32_t frame);
+/// Returns the messages of a bundle of TUIO 2.0. The parameters are those of tuio11().
 /// \param real_ns time of the frame [ns since 1970]
 std::vector<OscMessage> tuio20(const Touches& touches, const Motions& motions, const Area& area, std::int32_t frame,
                                std::int64_t real_ns);

@@ -41,19 +41,21 @@ struct Style {
 /// Returns the number of columns that a text takes.
 int columnsOf(std::string_view utf8);
 
-/// Breaks a text into lines, each with a space on either side; a longer word has a line of its own. \param width in
-/// columns, with the spaces
+/// Breaks a text into lines, each with a space on either side; a longer word has a line of its own.
+/// \param width in columns, with the spaces
 std::vector<std::string> wrapped(std::string_view text, int width);
 
 /// A grid of characters, each one column wide. Columns and rows count from 0 at the top left corner. Whatever lies
 /// outside is clipped. Thread-bound.
 class Canvas {
  public:
-  /// Makes a page of blanks. \param width columns \param height rows; negative ones count as 0
+  /// Makes a page of blanks.
+  /// \param width columns
+  /// \param height rows; negative ones count as 0
   Canvas(int width, int height);
 
-  int width() const { return width_; }    ///< in columns
-  int height() const { return height_; }  ///< in rows
+  int width() const { return width_; }    ///< Returns the number of columns.
+  int height() const { return height_; }  ///< Returns the number of rows.
 
   enum class Paper {
     kOfStyle,
@@ -65,8 +67,8 @@ class Canvas {
   int text(int column, int row, std::string_view utf8, const Style& style = {}, Paper paper = Paper::kOfStyle);
   /// Fills a rectangle with spaces.
   void fill(int column, int row, int width, int height, const Style& style);
-  /// Draws the border of a rectangle with rounded corners; the inside stays as it is. \param width, height must be at
-  /// least 2: this is not checked
+  /// Draws the border of a rectangle with rounded corners; the inside stays as it is.
+  /// \param width, height must be at least 2: this is not checked
   void frame(int column, int row, int width, int height, const Style& style);
 
   /// Returns the page as a terminal needs it, from the top left corner: UTF-8 with escape sequences, without line ends.
@@ -92,8 +94,8 @@ class Dots {
   /// \param columns, rows size in characters; negative ones count as 0
   Dots(int columns, int rows);
 
-  int width() const { return 2 * columns_; }  ///< in dots
-  int height() const { return 4 * rows_; }    ///< in dots
+  int width() const { return 2 * columns_; }  ///< Returns the width in dots.
+  int height() const { return 4 * rows_; }    ///< Returns the height in dots.
   void set(int x, int y);                     ///< Sets a dot; y points down.
   /// Sets the dots nearest to a line from (x0, y0) to (x1, y1), ends included, as far as they lie on the page. Draws
   /// nothing if a number is not finite. Takes as long as the line is, also where it lies outside.

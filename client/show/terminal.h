@@ -12,8 +12,9 @@ namespace traction::client {
 /// Returns whether standard output is a terminal on which a page can be drawn, by TERM: it is set, and not "dumb".
 bool isTerminal();
 
-/// Returns a sentence, without a full stop, why a terminal has no live view and that one line a second is printed
-/// instead, which the caller must do; empty if it has one, or if standard output is not a terminal.
+/// Returns the reason why a live view cannot be drawn on the terminal, for a message to the operator; empty if it can,
+/// or if standard output is not a terminal. It is a sentence without a full stop, which also says that one line a
+/// second is printed instead: the caller must do that.
 std::string viewHint();
 
 /// Owns the screen and the keyboard. Only one object may exist at a time.
@@ -38,7 +39,8 @@ class Terminal {
   /// Returns false if it is gone.
   bool show(const Canvas& canvas) const;
   /// Waits for a key and returns its byte. Returns 0 after the timeout and on a signal; if standard input is not a
-  /// terminal, after the timeout; if it has ended, at once. \param timeout negative: no limit
+  /// terminal, after the timeout; if it has ended, at once.
+  /// \param timeout negative: no limit
   char waitForKey(std::chrono::milliseconds timeout) const;
 
  private:

@@ -37,10 +37,10 @@ class Grip {
       , target_{opening_m, 0.0}
       , start_m_(opening_m) {}
 
-  Phase phase() const { return phase_; }
-  double friction() const { return friction_; }       ///< that was found; 0: none yet
-  double weight_N() const { return 2 * carried_N_; }  ///< of the thing
-  double wanted_N() const { return wanted_N_; }       ///< normal force of each finger
+  Phase phase() const { return phase_; }              ///< Returns what the gripper does now.
+  double friction() const { return friction_; }       ///< Returns the friction that was found; 0: none yet.
+  double weight_N() const { return 2 * carried_N_; }  ///< Returns the weight of the thing.
+  double wanted_N() const { return wanted_N_; }       ///< Returns the normal force that each finger is to have.
 
   /// Takes what both fingers feel, `dt_s` after the last time, and returns where to go.
   Target step(const Finger& a, const Finger& b, double dt_s) {

@@ -43,7 +43,7 @@ class StrokeReader {
 
   /// Takes where the contact is now, or its shear: x to the right, y up. The first one begins a stroke.
   void move(const std::array<double, 2>& to) { stroke_.push_back(to); }
-  /// Ends the stroke. Returns nothing if none has begun.
+  /// Ends the stroke and returns what it was. Returns nothing if none has begun.
   std::optional<Reading> end();
   /// Forgets the stroke: the contact was lost, or is no stroke.
   void cancel() { stroke_.clear(); }
