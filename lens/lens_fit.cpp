@@ -375,9 +375,13 @@ LensFit fitLens(const std::vector<Corners>& views, const Board& asGiven, int wid
                                                              : Extra::kNone,
                                 views, board);
   for (const cv::Mat& rotation : model.rotations) fit.tilt.push_back(tiltOf(rotation));
-  fit.viewResidual_px = information.residuals_px;
-  fit.residual_px = information.residual_px();
-  fit.oddView = oddView(views, board, size, model.ownAspect ? kAny : options.aspect, information, options);
+  // Where the aspect that is held may be wrong, what it leaves of a view says nothing of that view.
+  const bool isEither = fit.scale == Scale::kEither;
+  const Model free = isEither ? best(views, board, size, kAny) : model;
+  const Information left = isEither ? Information(free, Extra::kAspect, views, board) : information;
+  fit.viewResidual_px = left.residuals_px;
+  fit.residual_px = left.residual_px();
+  fit.oddView = oddView(views, board, size, isEither || model.ownAspect ? kAny : options.aspect, left, options);
   fit.camera.width = width_px;
   fit.camera.height = height_px;
   fit.camera.focal_px = model.focal_px();

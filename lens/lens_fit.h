@@ -69,7 +69,7 @@ struct LensFit {
 /// Outcome: kDegenerate if the views do not determine the focal length or fewer than two are tilted by 10 degrees; the
 /// other results are set all the same. kDiverged if no fit was found; all others are then those of LensFit{}. An odd
 /// view is sought among four or more. Reentrant. \param views of this board, all in pictures of width_px x height_px
-LensFit fitLens(const std::vector<Corners>& views, const Board& board, int width_px, int height_px,
+LensFit fitLens(const std::vector<Corners>& views, const Board& asGiven, int width_px, int height_px,
                 const LensFitOptions& options = {});
 
 }  // namespace lens

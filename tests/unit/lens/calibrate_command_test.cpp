@@ -16,10 +16,10 @@ namespace {
 
 constexpr Board kBoard{9, 6, 10e-3};
 
-/// A random lens and eight good pictures through it, drawn once for all tests.
+/// A random lens and six good pictures through it, drawn once for all tests.
 struct Pictures {
   Pictures() {
-    while (views.size() < 8) {  // a small board in dim focus is none
+    while (views.size() < 6) {  // a small board in dim focus is none
       const cv::Mat picture =
           photograph(truth, kBoard, draw.pose(truth, kBoard, kTilted[0], kTilted[1]), draw.shot(), draw.generator);
       if (findCorners(picture, kBoard)) views.push_back(picture);
@@ -154,25 +154,23 @@ TEST_F(CalibrateCommand, TakesThePictureSizeThatTheFileLeavesOut) {
   expectRefused(options.gel, "has a camera of " + std::to_string(truth.width) + " x 17 px");
 }
 
-/// Pixels that are not square, or pictures that were resized. The eight pictures are taken again.
+/// Pixels that are not square, or pictures that were resized. The pictures are taken again.
 TEST_F(CalibrateCommand, FindsAScaleThatDiffers) {
   truth.aspect = 1.035;
   options.pictures.clear();
-  while (options.pictures.size() < 8) {
+  while (options.pictures.size() < 6) {
     const cv::Mat picture = photograph(kTilted[0], kTilted[1]);
     if (findCorners(picture, options.board)) add(picture);
   }
   options.force = true;
-  for (const double believed : {1.0, 1.035, 1.1}) {
+  for (const double believed : {1.035, 1.1}) {
     options.gel = path("in.toml");
     write(options.gel, "format = 1\n[camera]\naspect = " + std::to_string(believed) + "\n");
     testing::internal::CaptureStdout();
     const Done done = calibrate(options);
     const std::string printed = testing::internal::GetCapturedStdout();
     ASSERT_TRUE(done) << done.error()[0].message();
-    const char* said = believed == 1.0   ? "3.5 % larger than camera.aspect = 1 says"
-                       : believed == 1.1 ? "5.9 % smaller than camera.aspect = 1.1 says"
-                                         : "residual_px";
+    const char* said = believed == 1.1 ? "5.9 % smaller than camera.aspect = 1.1 says" : "residual_px";
     EXPECT_NE(printed.find(said), std::string::npos) << printed;
     EXPECT_EQ(printed.find("scale differs") == std::string::npos, believed == truth.aspect) << printed;
     const auto after = sensor::loadGel(options.output);
@@ -197,7 +195,7 @@ TEST_F(CalibrateCommand, WritesNoAspectThatMayBeTheBoards) {
   truth.aspect = 1.035;
   options.board = {7, 7, 10e-3};
   options.pictures.clear();
-  while (options.pictures.size() < 8) {
+  while (options.pictures.size() < 6) {
     const cv::Mat picture = photograph(kTilted[0], kTilted[1], options.board);
     if (findCorners(picture, options.board)) add(picture);
   }
@@ -213,24 +211,8 @@ TEST_F(CalibrateCommand, WritesNoAspectThatMayBeTheBoards) {
 }
 
 TEST_F(CalibrateCommand, RefusesABoardOfAnotherSize) {
-  for (const Board& other : {Board{8, 5, 10e-3}, Board{9, 7, 10e-3}}) {
-    const cv::Mat spoilt = photograph(kTilted[0], kTilted[1], other);
-    const std::string& file = options.pictures[3];
-    ASSERT_TRUE(writePicture(file, spoilt));
-    const Done done = calibrate(options);
-    ASSERT_FALSE(done) << other.columns << " x " << other.rows;
-    ASSERT_EQ(done.error().size(), 1U) << done.error()[0].message() << '\n' << done.error().back().message();
-    EXPECT_EQ(done.error()[0].where, file);
-    EXPECT_NE(done.error()[0].what.find("shows no chessboard of 9x6 squares"), std::string::npos);
-    EXPECT_FALSE(std::filesystem::exists(options.output));
-    // Its true size, or none: no other.
-    const std::string size = std::to_string(other.columns) + "x" + std::to_string(other.rows);
-    const std::size_t named = done.error()[0].what.find(", but one of ");
-    if (named != std::string::npos) {
-      EXPECT_NE(done.error()[0].what.find(", but one of " + size + ":"), std::string::npos);
-    }
-    std::printf("%d x %d: %s\n", other.columns, other.rows, done.error()[0].message().c_str());
-  }
+  const cv::Mat other = photograph(kTilted[0], kTilted[1], {9, 7, 10e-3});
+  expectRefused(spoil(other), "shows no chessboard of 9x6 squares");
 }
 
 TEST_F(CalibrateCommand, RefusesABlurredPicture) {
@@ -277,7 +259,7 @@ TEST_F(CalibrateCommand, RefusesViewsFromTheFrontAlone) {
   ASSERT_FALSE(done);
   std::printf("%s\n", done.error()[0].message().c_str());
   EXPECT_NE(done.error()[0].what.find("do not tell the focal length"), std::string::npos);
-  EXPECT_NE(done.error()[0].where.find(options.pictures[7]), std::string::npos);
+  EXPECT_NE(done.error()[0].where.find(options.pictures[5]), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(options.output));
 }
 
