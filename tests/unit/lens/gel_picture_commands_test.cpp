@@ -21,6 +21,7 @@ TEST_F(GelPictureCommands, PoseIsFoundFromAWrongOne) {
 
 /// No lens and no pose moves each marker another way.
 TEST_F(GelPictureCommands, APoseThatFitsBadlyIsWrittenIfAskedFor) {
+  for (sensor::MarkerLayer& layer : truth.layers) layer.columns = layer.rows = 12;
   truth.camera.position = {0, 0, 165e-3};
   printed_px = 1.0;
   ASSERT_TRUE(writePicture(options.picture, photograph()));
@@ -49,9 +50,6 @@ TEST_F(GelPictureCommands, APoseThatFitsBadlyIsWrittenIfAskedFor) {
   const auto found = sensor::loadGel(options.output);
   ASSERT_TRUE(found) << found.error().what;
   EXPECT_LT((found->camera.position - truth.camera.position).norm(), 5e-3);
-  std::filesystem::remove(options.output);
-  options.acceptResidual_px = 0.9 * left_px;
-  EXPECT_FALSE(pose(options));
 }
 
 /// A ring is seen if it differs much from what it surrounds and lies beside the marker's disc, be that small or large.
@@ -116,14 +114,12 @@ TEST_F(GelPictureCommands, WhatShowsNoGelIsRefused) {
   cv::Mat picture = photograph();
   const auto refuse = [&](const cv::Mat& spoilt, const std::string& what) {
     ASSERT_TRUE(writePicture(options.picture, spoilt));
-    for (const bool isPose : {true, false}) {
-      const Done done = isPose ? pose(options) : mark(options);
-      ASSERT_FALSE(done) << what;
-      EXPECT_EQ(done.error()[0].where, options.picture);
-      EXPECT_NE(done.error()[0].what.find(what), std::string::npos) << done.error()[0].message();
-      EXPECT_EQ(done.error()[0].exitCode, EX_DATAERR);
-      EXPECT_FALSE(std::filesystem::exists(options.output));
-    }
+    const Done done = pose(options);
+    ASSERT_FALSE(done) << what;
+    EXPECT_EQ(done.error()[0].where, options.picture);
+    EXPECT_NE(done.error()[0].what.find(what), std::string::npos) << done.error()[0].message();
+    EXPECT_EQ(done.error()[0].exitCode, EX_DATAERR);
+    EXPECT_FALSE(std::filesystem::exists(options.output));
   };
   refuse(cv::Mat(picture.size(), CV_8UC3, cv::Scalar(20, 20, 20)), "shows too few markers");
   cv::Mat noise(picture.size(), CV_8UC3);

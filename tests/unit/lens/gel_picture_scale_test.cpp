@@ -59,21 +59,18 @@ TEST_F(OwnGel, PoseIsFoundForACameraThatIsTurnedAndBeside) {
 TEST_F(OwnGel, OtherColumnsAndRowsAreRefusedUnlessForced) {
   ASSERT_TRUE(writePicture(options.picture, photographGrey()));
   for (const auto& [columns, rows] : {std::pair(19, 20), std::pair(20, 21)}) {
-    for (const double distance : {104e-3, 157e-3}) {
-      sensor::Sensor file = truth;
-      file.layers[0].columns = columns;
-      file.layers[0].rows = rows;
-      file.camera.position.z() = distance;
-      write(options.gel, sensor::gelText(file));
-      options.force = false;
-      const Done done = pose(options);
-      ASSERT_FALSE(done) << columns << " x " << rows;
-      const std::string has =
-          "the file has " + std::to_string(columns) + " x " + std::to_string(rows) + " grey markers";
-      EXPECT_NE(done.error()[0].what.find(has), std::string::npos) << done.error()[0].message();
-      EXPECT_NE(done.error()[0].what.find("the picture shows 20 x 20"), std::string::npos) << done.error()[0].message();
-      EXPECT_FALSE(std::filesystem::exists(options.output));
-    }
+    sensor::Sensor file = truth;
+    file.layers[0].columns = columns;
+    file.layers[0].rows = rows;
+    file.camera.position.z() = 157e-3;
+    write(options.gel, sensor::gelText(file));
+    options.force = false;
+    const Done done = pose(options);
+    ASSERT_FALSE(done) << columns << " x " << rows;
+    const std::string has = "the file has " + std::to_string(columns) + " x " + std::to_string(rows) + " grey markers";
+    EXPECT_NE(done.error()[0].what.find(has), std::string::npos) << done.error()[0].message();
+    EXPECT_NE(done.error()[0].what.find("the picture shows 20 x 20"), std::string::npos) << done.error()[0].message();
+    EXPECT_FALSE(std::filesystem::exists(options.output));
   }
   options.force = true;
   testing::internal::CaptureStdout();

@@ -104,13 +104,10 @@ TEST_F(PoseOfABody, IsFoundByDotsWithoutAGrid) {
   }
   ASSERT_TRUE(sensor::setBody(file, std::move(dots)));
   truth = file;
-  for (int trial = 0; trial < 2; ++trial) {
-    truth.camera = file.camera;
-    truth.camera.position += within(1.5e-3);
-    truth.camera.rotation = within(0.06);
-    expectPose(photograph(), file, 0.3e-3, 3e-3);
-    EXPECT_GT(found_, 190);
-  }
+  truth.camera.position += within(1.5e-3);
+  truth.camera.rotation = within(0.06);
+  expectPose(photograph(), file, 0.3e-3, 3e-3);
+  EXPECT_GT(found_, 190);
 }
 
 /// A camera in a fingertip's hollow bone, between whose surfaces and the gel light is refracted twice.
@@ -121,12 +118,9 @@ TEST_F(PoseOfABody, IsFoundThroughACurvedWindow) {
   file.camera.gelIndex = 1.41;
   file.camera.surfaces = {{{0, 0, 10e-3}, {6e-3, 6e-3, 6e-3}, 1.5}, {{0, 0, 10e-3}, {4.5e-3, 4.5e-3, 4.5e-3}, 1.0}};
   truth = file;
-  for (int trial = 0; trial < 2; ++trial) {
-    truth.camera = file.camera;
-    truth.camera.position += within(0.4e-3);
-    truth.camera.rotation = within(0.04);
-    expectPose(photograph(), file, 0.1e-3, 5e-3);
-  }
+  truth.camera.position += within(0.4e-3);
+  truth.camera.rotation = within(0.04);
+  expectPose(photograph(), file, 0.1e-3, 5e-3);
 }
 
 /// Few dots of one plane behind a lens with strong barrel distortion that the file knows nothing of. Their pitch in y

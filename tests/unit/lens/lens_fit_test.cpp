@@ -46,7 +46,7 @@ TEST(Corners, AreExactToThousandthsOfAPixel) {
   const Board board{10, 7, 10e-3};
   double squares = 0.0, worst_px = 0.0;
   int coordinates = 0;
-  for (int i = 0; i < 20; ++i) {
+  for (int i = 0; i < 8; ++i) {
     const TrueCamera truth = draw.camera();
     const BoardPose pose = draw.pose(truth, board, kTilted[0], kTilted[1]);
     const Shot shot{20.0, 220.0, draw.between(0.5, 1.1), 0.3};
@@ -142,7 +142,7 @@ class OblongBoard : public testing::TestWithParam<double> {
 
 TEST_P(OblongBoard, IsNeverTakenForOtherPixels) {
   std::array<int, 4> told{};
-  for (int i = 0; i < 6; ++i) {
+  for (int i = 0; i < 4; ++i) {
     const TrueCamera truth = draw.camera();
     const bool turned = i % 2 == 1;
     const auto views = seenCorners(draw, truth, printed, kError_px, turned);
@@ -170,7 +170,7 @@ TEST_P(OblongBoard, IsNeverTakenForOtherPixels) {
 
 TEST_P(OblongBoard, IsNotWhatOtherPixelsAreTakenFor) {
   std::array<int, 4> told{};
-  for (int i = 0; i < 6; ++i) {
+  for (int i = 0; i < 4; ++i) {
     TrueCamera truth = draw.camera();
     truth.aspect = 1.0 / GetParam();
     const bool turned = i % 2 == 1;

@@ -26,7 +26,7 @@ sensor::Sensor cap(double radius) {
 }
 
 TEST(BentLayers, AreTrackedAsFlatOnesAre) {
-  for (const double radius : {1.0, 0.2, 0.1, 0.06}) {
+  for (const double radius : {0.2, 0.06}) {
     Scene scene({}, twin::Format::kRgb8, cap(radius));
     // The camera is not quite where it should be; all markers stay in the picture.
     scene.rest = (0.98 * scene.rest).colwise() + Eigen::Vector2d(9.0, 3.0);
