@@ -23,17 +23,5 @@ TEST(Creep, ARampIsFollowedExactlyWhateverTheSteps) {
   }
 }
 
-TEST(Creep, TermsAddUpAndGoBackAfterTheLoad) {
-  Creep creep({{.share = 0.1, .time_s = 0.5}, {.share = 0.05, .time_s = 5.0}}, 1);
-  creep.advance(0.0, one(0.0));
-  creep.advance(1e-9, one(1.0));
-  EXPECT_NEAR(creep.now()(2, 0), 0.0, 1e-8);
-  for (int i = 1; i <= 1000; ++i) creep.advance(i * 0.1, one(1.0));
-  EXPECT_NEAR(creep.now()(2, 0), 0.15, 1e-8);
-  creep.advance(100.0 + 1e-9, one(0.0));
-  creep.advance(105.0 + 1e-9, one(0.0));
-  EXPECT_NEAR(creep.now()(2, 0), 0.1 * std::exp(-10.0) + 0.05 * std::exp(-1.0), 1e-6);
-}
-
 }  // namespace
 }  // namespace twin

@@ -72,23 +72,6 @@ TEST(GelModel, DisplacementIsThatOfDirectComputationAlsoBetweenTheInterpolationN
   EXPECT_LT(peak(model.displacement(states) - exact), 2e-4 * peak(exact));
 }
 
-TEST(GelModel, ContactsAddUpAndNothingMovesWithoutThem) {
-  sensor::Sensor sensor;
-  for (sensor::MarkerLayer& layer : sensor.layers) layer.columns = layer.rows = 2;
-  Contact contact{Contact::Shape::kHertz, 3e-3, {0}, {{{2e-3, 1e-3}, {0, 0, 0}, 0}}};
-  twin::GelModel model(sensor, {contact, contact});
-  const ContactState idle{{2e-3, 1e-3}, {0, 0, 0}, 0}, pressed{{2e-3, 1e-3}, {0.1, 0, 1}, 1e-3};
-  const auto displacement = [&](const ContactState& a, const ContactState& b) -> Points {
-    const ContactState states[] = {a, b};
-    return model.displacement(states);
-  };
-  EXPECT_EQ(peak(displacement(idle, idle)), 0.0);
-  const Points one = displacement(pressed, idle);
-  EXPECT_GT(peak(one), 0.0);
-  EXPECT_LT(peak(displacement(pressed, pressed) - 2 * one), 1e-12 * peak(one));
-  EXPECT_EQ(peak(displacement(idle, idle)), 0.0);
-}
-
 TEST(GelModel, CacheGivesTheSameAndIsNotTrustedWhenDamaged) {
   const auto directory = std::filesystem::path(testing::TempDir()) / ("twin-cache-" + std::to_string(getpid()));
   const std::vector<double> key = {1, 2, 3}, otherKey = {1, 2, 4};
@@ -106,9 +89,6 @@ TEST(GelModel, CacheGivesTheSameAndIsNotTrustedWhenDamaged) {
     stream.seekp(static_cast<std::streamoff>(size) - 3);
     stream.put('x');
   }
-  EXPECT_FALSE(sensor::elastic::loadMatrix(directory, key).has_value());
-  ASSERT_TRUE(sensor::elastic::saveMatrix(directory, key, matrix));
-  std::filesystem::resize_file(file, size - 8);
   EXPECT_FALSE(sensor::elastic::loadMatrix(directory, key).has_value());
   std::filesystem::resize_file(file, 10);
   EXPECT_FALSE(sensor::elastic::loadMatrix(directory, key).has_value());

@@ -155,13 +155,6 @@ TEST(Hand, BreaksWhatIsPressedTooHard) {
   EXPECT_TRUE(closed(options, 2.1).state().broken);
 }
 
-TEST(Hand, SoftObjectNeedsASmallerOpening) {
-  HandOptions options = egg();
-  const double hard = closed(options, 1.0).state().opening;
-  options.stiffness = 2e3;
-  EXPECT_NEAR(closed(options, 1.0).state().opening, hard - 2 * 1.0 / 2e3, 2e-5);
-}
-
 // A hand that holds with a margin of 1.5 loses the object where the disturbance takes more than that.
 TEST(Hand, DisturbancesCountFromTheLift) {
   const auto slides = [](const Disturbance& disturbance) {

@@ -145,21 +145,6 @@ TEST(Renderer, EveryFormatHoldsTheSamePicture) {
   }
 }
 
-TEST(Renderer, LightFallsOffAsDescribed) {
-  sensor::Sensor sensor;
-  sensor.layers.clear();
-  Optics optics = quiet();
-  optics.background = 100.0;
-  optics.lightSlope = {0.1, -0.2};
-  optics.lightFalloff = 0.3;
-  Renderer renderer(sensor, optics, Format::kBayerRG8);
-  const auto picture = draw(renderer, Eigen::Matrix2Xd(2, 0));
-  EXPECT_NEAR(picture[0], 100 * (1 - 0.1 + 0.2 - 0.3), 0.51);
-  EXPECT_NEAR(picture[639], 100 * (1 + 0.1 + 0.2 - 0.3), 0.51);
-  EXPECT_NEAR(picture[479 * 640], 100 * (1 - 0.1 - 0.2 - 0.3), 0.51);
-  EXPECT_NEAR(picture[240 * 640 + 320], 100, 0.6);
-}
-
 TEST(Renderer, ReadNoiseHasTheDeviationAskedForAndIsIndependent) {
   sensor::Sensor sensor;
   sensor.layers.clear();
@@ -201,32 +186,6 @@ TEST(Renderer, ShotNoiseGrowsWithTheLight) {
     for (const std::uint8_t level : picture) squares += (level - background) * (level - background);
     EXPECT_NEAR(squares / static_cast<double>(picture.size()), 1.0 + 0.1 * background + 1.0 / 12.0,
                 0.03 * (1.0 + 0.1 * background));
-  }
-}
-
-TEST(Renderer, HighlightsAreAddedAndDustDarkensAsDescribed) {
-  sensor::Sensor sensor;
-  sensor.layers.clear();
-  Optics optics = quiet();
-  optics.background = 50.0;
-  optics.highlights = {{{100.0, 200.0}, 10.0, 300.0}};
-  optics.dust = {{{300.0, 50.0}, 4.0}};
-  for (const auto format : {Format::kRgb8, Format::kBayerRG8}) {
-    Renderer renderer(sensor, optics, format);
-    std::vector<std::uint8_t> picture(renderer.pictureSize());
-    const auto at = [&](std::size_t u, std::size_t v) {
-      return int{picture[(v * 640 + u) * (format == Format::kRgb8 ? 3 : 1)]};
-    };
-    for (const double brightness : {1.0, 0.8}) {
-      renderer.render(Eigen::Matrix2Xd(2, 0), 0, picture, brightness);
-      EXPECT_EQ(at(100, 200), 255);
-      EXPECT_NEAR(at(120, 200), brightness * (50 + 300 * std::exp(-2.0)), 1);
-      EXPECT_NEAR(at(100, 185), brightness * (50 + 300 * std::exp(-1.125)), 1);
-      EXPECT_NEAR(at(400, 300), brightness * 50, 1);
-      EXPECT_EQ(at(300, 50), 0);
-      EXPECT_NEAR(at(304, 50), brightness * 25, 3);
-      EXPECT_NEAR(at(308, 50), brightness * 50, 1);
-    }
   }
 }
 

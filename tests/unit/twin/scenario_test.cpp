@@ -65,15 +65,6 @@ TEST(Scenario, OfAGelThatCreepsNobodyIsAskedHowWellThatIsKnown) {
   EXPECT_EQ(scenario.creep[0].time_s, 3.0);
 }
 
-TEST(Scenario, AbsencesAreListedOrDrawn) {
-  const Scenario scenario =
-      parsed("[[missing]]\nfraction = 0.1\n[[missing]]\nmarkers = [3, 1151]\nfrom_s = 2\nto_s = 4\n");
-  ASSERT_EQ(scenario.absences.size(), 2U);
-  EXPECT_EQ(scenario.absences[0].markers.size(), 115U);
-  EXPECT_EQ(scenario.absences[1].markers, (std::vector<int>{3, 1151}));
-  EXPECT_EQ(scenario.absences[1].from_s, 2.0);
-}
-
 TEST(Scenario, MistakesAreNamedWithFileAndLine) {
   const struct {
     const char *text, *where, *what;
