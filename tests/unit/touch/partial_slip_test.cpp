@@ -239,25 +239,5 @@ TEST(PartialSlip, SpreadOfTheShearSaysNothingUnderTorque) {
   EXPECT_EQ(atRest(contact).value().model, SlipModel::kBound);
 }
 
-TEST(PartialSlip, IntervalsCover) {
-  std::mt19937 random(tractiond::test::seed());
-  std::normal_distribution<double> normal;
-  std::uniform_real_distribution<double> uniform;
-  int friction = 0, stick = 0;
-  constexpr int kRuns = 2000;
-  for (int run = 0; run < kRuns; ++run) {
-    const double truth = 0.2 * std::exp(std::log(5.0) * uniform(random)), share = 0.4 + 0.6 * uniform(random);
-    Observation contact = sheared(share, truth, 0.05);
-    contact.shearSpreadRatio += contact.shearSpreadRatioDeviation * normal(random);
-    for (const std::size_t i : {0, 2}) contact.force_N[i] += contact.forceDeviation_N[i] * normal(random);
-    const Slip slip = atRest(contact).value();
-    const double ratio = std::cbrt(1.0 - share);
-    friction += slip.friction.low <= truth && truth <= slip.friction.high;
-    stick += slip.stickRatio.low <= ratio && ratio <= slip.stickRatio.high;
-  }
-  EXPECT_GT(friction, 0.93 * kRuns);
-  EXPECT_GT(stick, 0.93 * kRuns);
-}
-
 }  // namespace
 }  // namespace touch

@@ -247,29 +247,6 @@ TEST(Tracker, AContactThatIsOverlookedIsNotTakenForTheOther) {
   EXPECT_EQ(dance(10, 0.0, 0.03).swaps, 0);
 }
 
-TEST(TrackerStatistics, AngularVelocitiesAreWithinTheirIntervals) {
-  std::mt19937 random(tractiond::test::seed());
-  std::normal_distribution<double> normal;
-  constexpr double kTurning_1_s = 4.0 * std::numbers::pi;
-  for (const double deviation : {0.01, 0.05, 0.2}) {  // of a bar that turns to and fro by a right angle twice a second
-    ContactTracker tracker;
-    int covered = 0, fields = 0;
-    for (; fields < 36'000; ++fields) {
-      const double angle = kTurning_1_s * fields / 60.0, reach = std::numbers::pi / 4;
-      Observation bar{{}, {1e-5, 1e-5}, {0.0, 0.0, 1.0}, {}, 3e-5, 1e-6};
-      bar.orientation_rad =
-          std::remainder(1.2 + reach * std::sin(angle) + deviation * normal(random), std::numbers::pi);
-      bar.orientationDeviation_rad = deviation;
-      const Contact contact = tracker.update({fields * kInterval_ns + 1, true, false, {}, {bar}}).front();
-      const double off = contact.angularVelocity_rad_s - kTurning_1_s * reach * std::cos(angle);
-      covered += std::abs(off) <= 1.96 * contact.angularVelocityDeviation_rad_s;
-    }
-    std::printf("orientation known to %.2f rad: %.1f %% of the angular velocities within 95 %% intervals\n", deviation,
-                100.0 * covered / fields);
-    EXPECT_GT(covered, 0.95 * fields);
-  }
-}
-
 TEST(TrackerStatistics, VelocitiesAreWithinTheirIntervals) {
   const Dance whole = dance(10, 0.0, 0.0);
   EXPECT_GT(whole.covered, 0.93 * whole.velocities);
