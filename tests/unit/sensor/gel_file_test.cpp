@@ -99,15 +99,6 @@ TEST(GelFile, SurfacesAreWrittenAndRead) {
   EXPECT_EQ(sensor::gelText(parseGel(text, "written").value()), text);
 }
 
-TEST(GelFile, BlackDotsAreOneLayerThatTakesLightAway) {
-  const auto read = sensor::loadGel(tractiond::test::source("config/gels/black_dots.toml"));
-  ASSERT_TRUE(read.has_value()) << read.error().where << read.error().what;
-  ASSERT_EQ(read->layers.size(), 1U);
-  EXPECT_EQ(read->layers[0].colour, sensor::Colour::kGrey);
-  EXPECT_TRUE(read->layers[0].darker);
-  EXPECT_EQ(read->markerCount(), 576);
-}
-
 TEST(GelFile, UnknownKeyIsNamedWithLineAndNearestKey) {
   const std::string text = changed("poisson_ratio", "poison_ratio");
   const FileError error = fault(text);

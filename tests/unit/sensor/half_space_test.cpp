@@ -1,45 +1,52 @@
 #include "sensor/elastic/half_space.h"
 #include "sensor/elastic/quadrature.h"
-#include "tests/unit/sensor/elasticity.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <numbers>
+#include <vector>
 
 namespace sensor::elastic {
 namespace {
 
-constexpr double kYoung = 0.18e6;
 const std::vector<double> kPoissonRatios = {0.3, 0.45, 0.49, 0.4999};
 const std::vector<Eigen::Vector3d> kOffsets = {
     {2e-3, 1e-3, 3e-3}, {-4e-3, 3e-3, 6e-3}, {0.0, 0.0, 5e-3}, {7e-3, -9e-3, 1e-3}, {-30e-3, 20e-3, 8e-3}};
 
-Field field(double poisson) {
-  return [poisson](const Eigen::Vector3d& x) { return halfSpaceDisplacement(x, kYoung, poisson); };
+/// Returns the derivative of a function of a distance along some axis, by fourth-order differences.
+template <typename Function>
+auto slope(const Function& at, double step) {
+  return ((8.0 * (at(step) - at(-step)) - (at(2 * step) - at(-2 * step))) / (12.0 * step)).eval();
 }
 
+/// kappa lap(u) + grad(div u) = 0 under each of the three unit forces, by differences, in parts of the largest term.
 TEST(HalfSpace, SatisfiesNaviersEquation) {
   for (const double poisson : kPoissonRatios)
     for (const Eigen::Vector3d& x : kOffsets) {
-      const double step = 3e-3 * x.norm();
-      Eigen::Matrix3d gradientOfDivergence;
+      const double step = 3e-3 * x.norm(), kappa = 1.0 - 2.0 * poisson;
+      const auto field = [&](const Eigen::Vector3d& at) { return halfSpaceDisplacement(at, 0.18e6, poisson); };
+      const auto divergence = [&](const Eigen::Vector3d& at) {
+        Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+        for (int a = 0; a < 3; ++a)
+          sum += slope([&](double by) { return field(at + by * Eigen::Vector3d::Unit(a)); }, step).row(a);
+        return sum;
+      };
+      Eigen::Matrix3d laplacian = Eigen::Matrix3d::Zero(), gradient;
+      double size = 0.0;
       for (int a = 0; a < 3; ++a) {
         const Eigen::Vector3d d = step * Eigen::Vector3d::Unit(a);
-        const auto at = [&](int i) { return divergence(field(poisson), x + i * d, step); };
-        gradientOfDivergence.row(a) = (8.0 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12.0 * step);
+        const Eigen::Matrix3d second =
+            (16.0 * (field(x + d) + field(x - d)) - (field(x + 2 * d) + field(x - 2 * d)) - 30.0 * field(x)) /
+            (12.0 * step * step);
+        laplacian += second;
+        gradient.row(a) = slope([&](double by) { return divergence(x + by * Eigen::Vector3d::Unit(a)); }, step);
+        size = std::max(size, kappa * second.colwise().norm().maxCoeff());
       }
-      EXPECT_LT(navierResidual(field(poisson), x, step, poisson, gradientOfDivergence), 1e-5)
+      size = std::max(size, gradient.colwise().norm().maxCoeff());
+      EXPECT_LT((kappa * laplacian + gradient).colwise().norm().maxCoeff(), 1e-5 * size)
           << poisson << " " << x.transpose();
-    }
-}
-
-TEST(HalfSpace, StressIsHookesLawOnTheDisplacement) {
-  for (const double poisson : kPoissonRatios)
-    for (const Eigen::Vector3d& x : kOffsets) {
-      const auto exact = halfSpaceStress(x, poisson);
-      const auto numeric = stressByDifferences(field(poisson), x, 1e-3 * x.norm(), kYoung, poisson);
-      for (int j = 0; j < 3; ++j)
-        EXPECT_LT((exact[j] - numeric[j]).norm(), 1e-8 / x.squaredNorm()) << poisson << " " << x.transpose();
     }
 }
 
