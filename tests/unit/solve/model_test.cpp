@@ -13,41 +13,6 @@ sensor::Sensor mediumSensor() {
   return sensor;
 }
 
-TEST(Atoms, OfThePapersGel) {
-  const sensor::Sensor sensor;
-  const Atoms atoms = makeAtoms(sensor);
-  EXPECT_EQ(atoms.pointCount(), 28 * 28);
-  EXPECT_EQ(atoms.count(), 28 * 28 + 13 * 13 + 7 * 7 + 3 * 3 + 1 + 3 * 4 * 3);
-  ASSERT_EQ(atoms.levels.size(), 6U);
-  EXPECT_EQ(atoms.levels[0].end, atoms.pointCount());
-  EXPECT_EQ(atoms.levels[5].end, atoms.count());
-  EXPECT_DOUBLE_EQ(atoms.levels[3].reach_m, 3e-3);
-  EXPECT_DOUBLE_EQ(atoms.levels[4].reach_m, 9e-3);
-  EXPECT_FALSE(atoms.levels[2].ambiguous);
-  EXPECT_TRUE(atoms.levels[3].ambiguous);
-  EXPECT_DOUBLE_EQ(atoms.levels[2].spacing_m, 12e-3);
-  EXPECT_DOUBLE_EQ(atoms.depth_m, 6e-3);
-  const sensor::Points nodes = sensor::nodePositions(sensor);
-  int beyond = 0;
-  for (int p = 0; p < atoms.pointCount(); ++p) {
-    const auto squares = (nodes.colwise() - atoms.points.col(p)).colwise().squaredNorm();
-    EXPECT_NEAR((atoms.points.col(atoms.nearest[p]) - atoms.points.col(p)).squaredNorm(), squares.minCoeff(), 1e-12);
-    if (atoms.nodes[p] < 0) {
-      ++beyond;
-    } else {
-      EXPECT_EQ(atoms.nearest[p], p);
-      EXPECT_LT((atoms.points.col(p) - nodes.col(atoms.nodes[p])).norm(), 1e-12);
-    }
-  }
-  EXPECT_EQ(beyond, 28 * 28 - 24 * 24);
-  const MatrixXd shape = atoms.shape;
-  EXPECT_LT((shape.colwise().sum().array() - 1.0).abs().maxCoeff(), 1e-12);
-  for (int p = 0; p < atoms.pointCount(); ++p) {
-    if (atoms.nodes[p] >= 0) continue;
-    EXPECT_EQ(shape.row(p).segment(atoms.pointCount(), atoms.levels[4].end - atoms.pointCount()).sum(), 0.0);
-  }
-}
-
 TEST(Model, ForcesGrowWithTheStiffness) {
   sensor::Sensor soft = smallSensor(), stiff = soft;
   stiff.gel.youngsModulus *= 10.0;

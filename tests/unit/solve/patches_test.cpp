@@ -187,37 +187,6 @@ TEST(Patches, PointsAddUpToTheForce) {
     moment += Vector3d(bench.atoms().points.col(p)).cross(forcesOf(estimate).segment<3>(3 * p));
   }
   EXPECT_LT((moment - wrenchOf(estimate).tail<3>()).head<2>().norm(), 1e-9);
-
-  // So do their covariances; a moment of the points has that of the patch's place.
-  const Eigen::Index forces = 3 * bench.atoms().pointCount();
-  using Weights = Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor>;
-  Weights weights = Weights::Zero(forces, kColumns);
-  for (Eigen::Index i = 0; i < forces; ++i) {
-    const Vector3d unit = Vector3d::Unit(i % 3), at = bench.atoms().points.col(i / 3);
-    weights.row(i).head<5>() << unit.transpose(), at.cross(unit).head<2>().transpose();
-  }
-  MatrixXd covariance(kColumns, kColumns);
-  const auto ask = [&] {
-    bench.model().mixture().covariance({weights.data(), static_cast<std::size_t>(weights.size())},
-                                       every(bench.atoms().pointCount()),
-                                       {covariance.data(), static_cast<std::size_t>(covariance.size())});
-  };
-  ask();
-  const MatrixXd expected = covarianceOf(estimate);
-  const MatrixXd ofForces = expected.topLeftCorner(3, 3);
-  EXPECT_LT((covariance.topLeftCorner(3, 3) - ofForces).norm(), 1e-9 * ofForces.norm());
-  for (int i = 3; i < 5; ++i) EXPECT_NEAR(covariance(i, i), expected(i, i), 1e-3 * expected(i, i));
-
-  std::vector<double> deviations(3 * bench.atoms().nodeCount());
-  bench.model().mixture().nodeDeviations_N(deviations);
-  const auto largest = std::max_element(deviations.begin(), deviations.end()) - deviations.begin();
-  weights.setZero();
-  for (int p = 0; p < bench.atoms().pointCount(); ++p) {
-    if (bench.atoms().nodeOf(p) == largest / 3) weights(3 * p + largest % 3, 0) = 1.0;
-  }
-  ask();
-  const double variance = covariance(0, 0);
-  EXPECT_NEAR(deviations[largest], std::sqrt(variance), 1e-9 * std::sqrt(variance));
 }
 
 TEST(Patches, KeepNothingFromFrameToFrame) {

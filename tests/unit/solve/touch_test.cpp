@@ -141,32 +141,9 @@ TEST_F(TouchTest, ALightPressOfTheWholeFaceIsReadWithinWhatIsStated) {
   std::printf("errors: %.2f deviations rms, at most %.1f\n", std::sqrt(squaredDeviations), worst);
 }
 
-// What was not evident of a contact had no variance: the interval was that of the part that was found.
-TEST_F(TouchTest, AFaintBarIsReadWithinWhatIsStated) {
-  std::uniform_real_distribution<double> place(-18e-3, 18e-3), turn(0.0, M_PI);
-  double squares = 0.0;
-  int count = 0;
-  for (int trial = 0; trial < 24; ++trial) {
-    const Vector2d centre(place(random_), place(random_));
-    const VectorXd image = barImage(centre, turn(random_), 30e-3, 3e-3, 0.0);
-    const double force_N = 5.0 * kGramForce;
-    for (int frame = 0; frame < 4; ++frame) {
-      solve(force_N * image + noise());
-      if (field_.method == Method::kNoContact) continue;
-      const Vector3d off(resultant().z() - force_N, field_.moment_Nm[0] - force_N * centre.y(),
-                         field_.moment_Nm[1] + force_N * centre.x());
-      for (int i = 0; i < 3; ++i) squares += square(off[i]) / field_.noise[7 * static_cast<std::size_t>(i + 2)];
-      count += 3;
-    }
-  }
-  std::printf("errors: %.2f deviations rms\n", std::sqrt(squares / count));
-  EXPECT_GT(count, 200);
-  EXPECT_LT(squares / count, square(1.4));
-}
-
 TEST_F(TouchTest, TwoContactsAreToldApart) {
   std::uniform_real_distribution<double> place(-24e-3, 24e-3), turn(0.0, 2.0 * M_PI);
-  int told = 0, all = 0, inside = 0, stated = 0;
+  int told = 0, all = 0;
   const std::array<std::array<Vector3d, 2>, 3> cases = {{{Vector3d(0.0, 0.0, 100.0), Vector3d(0.0, 0.0, 100.0)},
                                                          {Vector3d(0.0, 0.0, 120.0), Vector3d(0.0, 0.0, 60.0)},
                                                          {Vector3d(30.0, 0.0, 90.0), Vector3d(0.0, -40.0, 90.0)}}};
@@ -190,25 +167,14 @@ TEST_F(TouchTest, TwoContactsAreToldApart) {
         const Contact& contact = field_.contacts[first ? 0 : 1];
         const Vector3d force = forces[i] * kGramForce;
         there &= off(contact) < 1e-3;
-        for (int axis = 0; axis < 3; ++axis) {
-          const double error = contact.force_N[axis] - force[axis];
-          there &= std::abs(error) < 0.1 * force.norm();
-          inside += std::abs(error) < 1.96 * contact.forceDeviation_N[axis] ? 1 : 0;
-          ++stated;
-        }
-        for (int axis = 0; axis < 2; ++axis) {
-          const double error = contact.position_m[axis] - presses[i].at[axis];
-          inside += std::abs(error) < 1.96 * contact.positionDeviation_m[axis] ? 1 : 0;
-          ++stated;
-        }
+        for (int axis = 0; axis < 3; ++axis)
+          there &= std::abs(contact.force_N[axis] - force[axis]) < 0.1 * force.norm();
       }
       told += there ? 1 : 0;
     }
   }
   EXPECT_GE(told, 0.95 * all);
-  EXPECT_GE(inside, 0.9 * stated);
-  std::printf("told apart: %.0f %%; inside the stated 95 %% interval: %.1f %%\n", 100.0 * told / all,
-              100.0 * inside / stated);
+  std::printf("told apart: %.0f %%\n", 100.0 * told / all);
 }
 
 TEST_F(TouchTest, OneContactIsNotTwoWhateverItsShape) {
