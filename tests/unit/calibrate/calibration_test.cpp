@@ -1,8 +1,5 @@
 #include "daemon/calibrate/calibration.h"
-#include "sensor/elastic/half_space.h"
-#include "sensor/elastic/loads.h"
 #include "sensor/gel_file.h"
-#include "tests/support/fingertip.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/calibrate/frames.h"
 #include "tests/unit/calibrate/markers.h"
@@ -176,68 +173,6 @@ TEST(BodyCalibration, TheHashIsOfTheInfluencesContent) {
   body.influence(1, 2) = 1e-9;
   sensor.body = std::make_shared<const sensor::Body>(body);
   EXPECT_NE(calibrationHash(sensor), hash);
-}
-
-/// A fingertip that is stiffer than its file says, behind a camera that is where the file has it.
-class FingertipCalibration : public testing::Test {
- protected:
-  /// A contact where the flat grid has (x, y) [m], in the flat mechanics themselves: no nodes are between.
-  Eigen::VectorXd pressed(double x, double y, const Eigen::Vector3d& force) const {
-    const sensor::Points flat = sensor::markerPositions(test::flatTip());
-    const auto patch = sensor::elastic::hertz({x, y}, 2e-3, Eigen::Vector3d::UnitZ());
-    const sensor::Projection project(sensor_.camera, sensor_.gel.size.z());
-    Eigen::VectorXd moved(2 * flat.cols());
-    for (Eigen::Index m = 0; m < flat.cols(); ++m) {
-      Eigen::Vector3d u = Eigen::Vector3d::Zero();
-      for (Eigen::Index i = 0; i < patch.points.cols(); ++i) {
-        u += patch.forces(2, i) *
-             (sensor::elastic::halfSpaceDisplacement(flat.col(m) - patch.points.col(i), kStiffer * file_Pa(),
-                                                     sensor_.gel.poissonRatio) *
-              force);
-      }
-      moved.segment<2>(2 * m) = project.jacobian(sensor_.body->markers.col(m)) * u;
-    }
-    return moved;
-  }
-
-  /// Reads a force of which this part is known along a direction; of no direction: all of it.
-  CalibrationReport weigh(const Eigen::VectorXd& moved, double known_N, const std::array<double, 3>& direction = {}) {
-    RestPose zero;
-    zero.present.assign(static_cast<std::size_t>(sensor_.markerCount()), 1);
-    CalibrationStep step;
-    step.kind = Kind::kWeight;
-    step.weight_N = known_N;
-    step.direction = direction;
-    EXPECT_FALSE(calibration_.begin(step, &zero, "Camera-1", ""));
-    std::optional<Result> read;
-    for (int i = 0; i < 400 && !read; ++i) read = calibration_.add(frames_.next(moved));
-    EXPECT_TRUE(read && *read) << (read ? read->error() : "nothing");
-    return read && *read ? **read : CalibrationReport{};
-  }
-
-  double file_Pa() const { return sensor_.gel.youngsModulus; }
-
-  static constexpr double kStiffer = 1.25;
-  const sensor::Sensor sensor_ = test::fingertip();
-  Frames frames_{sensor_};
-  Calibration calibration_{sensor_};
-};
-
-TEST_F(FingertipCalibration, ForcesInAnyPlaceAndDirectionGiveTheModulus) {
-  const Eigen::Vector3d oblique(0.3, -0.2, 0.8), along = Eigen::Vector3d(-0.4, 0.1, 0.9).normalized();
-  weigh(pressed(0.2e-3, 0.1e-3, {0.0, 0.0, 0.6}), 0.6);
-  weigh(pressed(4e-3, 3e-3, oblique), oblique.norm());
-  weigh(pressed(-3e-3, 4.6e-3, oblique), oblique.dot(along), {along.x(), along.y(), along.z()});
-  CalibrationStep step;
-  step.kind = Kind::kStiffness;
-  const auto result = calibration_.begin(step, nullptr, "Camera-1", "");
-  ASSERT_TRUE(result && *result) << (result ? result->error() : "nothing");
-  const CalibrationReport::Figure& found = (*result)->figures.front();
-  std::printf("%.4f of the modulus +- %.4f, linearity %.4f\n", found.value / (kStiffer * file_Pa()),
-              found.deviation / found.value, (*result)->figures[1].value);
-  EXPECT_NEAR(found.value, kStiffer * file_Pa(), 0.01 * found.value);
-  EXPECT_NEAR(found.value, kStiffer * file_Pa(), 2 * found.deviation);
-  EXPECT_LT((*result)->figures[1].value, 0.01);
 }
 
 /// A gel that yields by 2 % within seconds and by 3 % within ten, under a load that comes and goes.
