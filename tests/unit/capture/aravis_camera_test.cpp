@@ -119,11 +119,6 @@ TEST_F(AravisCameraTest, ChoosesAFormatWhereItsOwnCannotBeRead) {
   EXPECT_THAT(camera_->info()->settings, Contains(HasSubstr("8 (chosen")));
 }
 
-TEST_F(AravisCameraTest, NamesWhatTheCameraOffersInsteadOfAFormat) {
-  options_.pixelFormat = "BGR8";
-  expectRefused(EX_CONFIG, {"BGR8", "it offers", "BayerGB8"});
-}
-
 // ---------------------------------------------------------------- packets
 
 TEST_F(AravisCameraTest, NegotiatesAndProvesThePacketSize) {

@@ -133,24 +133,6 @@ TEST(CaptureClock, NeverGoesBackNorAheadOfTheArrivalWhateverTheCamerasClockDoes)
   }
 }
 
-TEST(CaptureClock, TakesTheHostsWhereTheCameraHasNone) {
-  std::mt19937 random(1);
-  CaptureClock clock;
-  std::int64_t taken_ns = 5'000'000'000, last_ns = 0;
-  for (int i = 0; i < 1000; ++i) {
-    taken_ns += kPeriod_ns;
-    Arrival arrival;
-    arrival.host_ns = taken_ns + kShortestDelay_ns + static_cast<std::int64_t>(random() % 2'000'000);
-    const auto moment = clock.add(arrival, newFrame(false, i == 0), true);
-    ASSERT_GE(moment.captured_ns, last_ns);
-    ASSERT_LE(std::abs(moment.captured_ns - taken_ns - kShortestDelay_ns), moment.error_ns) << i;
-    if (i > 200) {
-      ASSERT_LT(moment.error_ns, kPeriod_ns);
-    }
-    last_ns = moment.captured_ns;
-  }
-}
-
 TEST(CaptureClock, OwnsUpToFramesThatWaitedInAQueue) {
   CaptureClock clock;
   std::int64_t taken_ns = 5'000'000'000;
@@ -209,33 +191,6 @@ TEST(CaptureClock, FirstFramesOfATimelineDoNotKnowTheShortestDelay) {
     }
   }
   EXPECT_LE(missed, 50) << "of 5000";
-}
-
-TEST(CaptureClock, ACameraThatCanBeAskedIsDatedFromBothSides) {
-  // What the raw clock is ahead, with which the camera's is compared.
-  constexpr std::int64_t kDelay_ns = 5'000'000, kJitter_ns = 1'000'000, kRaw_ns = 3'600'000'000'000;
-  std::mt19937 random(1);
-  CaptureClock clock;
-  ClockFit fit;
-  std::int64_t taken_ns = 5'000'000'000;
-  for (int i = 0; i < 200; ++i) {
-    const std::int64_t asked_ns = taken_ns + static_cast<std::int64_t>(random() % kJitter_ns);
-    fit.add({asked_ns, asked_ns + kRaw_ns - 20'000, asked_ns + kRaw_ns + 20'000});
-    clock.learn(fit);
-    taken_ns += kPeriod_ns;
-    Arrival arrival;
-    arrival.device_ns = taken_ns;
-    arrival.host_ns = taken_ns + kDelay_ns + static_cast<std::int64_t>(random() % kJitter_ns);
-    arrival.raw_ns = arrival.host_ns + kRaw_ns;
-    const bool timed = i % 50 != 49;
-    const auto moment = clock.add(arrival, newFrame(timed, !timed || i % 50 == 0), true);
-    if (i < 10) continue;
-    EXPECT_EQ(moment.bound, timed ? CaptureBound::kBoth : CaptureBound::kLatest) << i;
-    EXPECT_LE(taken_ns, moment.captured_ns + moment.error_ns) << i;
-    if (!timed) continue;
-    EXPECT_GE(taken_ns, moment.captured_ns - moment.error_ns) << i;
-    EXPECT_LT(moment.error_ns, 100'000) << i;
-  }
 }
 
 }  // namespace

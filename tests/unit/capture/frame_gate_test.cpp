@@ -55,15 +55,6 @@ TEST_F(FrameGateTest, CountsWhatNeverArrivedApartFromWhatArrivedBroken) {
   EXPECT_EQ(ledger_.missing.get(), 3U);
 }
 
-TEST_F(FrameGateTest, KnowsAFrameByItsIdAndTimeWhereTheClockIsGood) {
-  SimulatedCamera camera(100);
-  stream(camera, 10);
-  Arrival frame = camera.take();
-  EXPECT_EQ(judge(frame).verdict, Verdict::kNew);
-  for (frame.content = 1; frame.content <= 10; ++frame.content) EXPECT_EQ(judge(frame).verdict, Verdict::kStale);
-  EXPECT_FALSE(judge(camera.take()).doubted) << "no packet came twice";
-}
-
 TEST_F(FrameGateTest, DoubtsThePictureOfWhichPacketsCameTwice) {
   SimulatedCamera camera(1);
   stream(camera, 100);
@@ -74,13 +65,6 @@ TEST_F(FrameGateTest, DoubtsThePictureOfWhichPacketsCameTwice) {
   EXPECT_TRUE(judge(camera.take()).doubted) << "the packets may be of this one";
   EXPECT_FALSE(judge(camera.take()).doubted);
   EXPECT_EQ(ledger_.doubted.get(), 1U);
-}
-
-TEST_F(FrameGateTest, KnowsThePeriodFromTheSecondFrameOn) {
-  SimulatedCamera camera(100);
-  stream(camera, 2);
-  camera.count(camera.nextId() + 5);
-  EXPECT_EQ(judge(camera.take()).verdict, Verdict::kImplausible);
 }
 
 TEST_F(FrameGateTest, LosesNothingToOneForgedFutureId) {
@@ -170,18 +154,6 @@ TEST_F(FrameGateTest, ATriggerMayPauseAndHurry) {
   for (int i = 0; i < 2000; ++i) {
     ASSERT_EQ(judge(camera.take()).verdict, Verdict::kNew) << i;
     camera.pass(static_cast<std::int64_t>(pause(random) * 5e8));
-  }
-}
-
-TEST_F(FrameGateTest, TellsWhichFramesTheCamerasClockDates) {
-  for (const bool hasClock : {true, false}) {
-    FrameGate gate(kShape, {});
-    SimulatedCamera camera(100);
-    for (int i = 0; i < 20; ++i) {
-      Arrival arrival = camera.take();
-      if (!hasClock) arrival.device_ns = 0;
-      EXPECT_EQ(gate.judge(arrival).timed, hasClock) << i;
-    }
   }
 }
 

@@ -18,7 +18,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// A camera at a port of its own, which answers one question.
+/// A camera at a port of its own.
 class AnswersSearch : public testing::Test {
  protected:
   AnswersSearch() {
@@ -32,51 +32,34 @@ class AnswersSearch : public testing::Test {
   }
   ~AnswersSearch() override { close(socket_); }
 
-  /// Loses so many questions, and answers the next, after junk drawn at random.
-  std::jthread answer(int lost) {
-    return std::jthread([this, lost] {
+  /// Searches, and answers the question by these packets.
+  bool isFound(milliseconds timeout, const std::vector<std::vector<char>>& packets) {
+    const std::jthread camera([&] {
       std::array<std::uint8_t, 600> question{};
       sockaddr_in from{};
       socklen_t size = sizeof from;
-      for (int i = 0; i <= lost; ++i)
-        EXPECT_EQ(recvfrom(socket_, question.data(), question.size(), 0, reinterpret_cast<sockaddr*>(&from), &size), 8);
-      EXPECT_EQ(question[0], 0x42);
+      EXPECT_EQ(recvfrom(socket_, question.data(), question.size(), 0, reinterpret_cast<sockaddr*>(&from), &size), 8);
       EXPECT_EQ(question[3], 0x02);
-      const auto send = [&](const std::vector<char>& packet) {
-        sendto(socket_, packet.data(), packet.size(), 0, reinterpret_cast<sockaddr*>(&from), size);
-      };
-      for (auto i = random_() % 5; i > 0; --i) {
-        std::vector<char> junk(random_() % 600);
-        for (char& one : junk) one = static_cast<char>(random_());
-        if (junk.size() > 3) junk[3] = 4;
-        send(junk);
-      }
-      std::vector<char> discovery(256);
-      discovery[3] = 0x03;
-      send({discovery.begin(), discovery.begin() + static_cast<std::ptrdiff_t>(random_() % 256)});  // cut short
-      if (answers_) send(discovery);
+      for (const std::vector<char>& each : packets)
+        sendto(socket_, each.data(), each.size(), 0, reinterpret_cast<sockaddr*>(&from), size);
     });
+    return answersSearch("127.0.0.1", timeout, port_);
   }
 
-  std::mt19937 random_{test::seed()};
+ private:
   int socket_ = socket(AF_INET, SOCK_DGRAM, 0);
   std::uint16_t port_ = 0;
-  bool answers_ = true;
 };
 
 TEST_F(AnswersSearch, KnowsTheCamerasAnswerWhateverElseComes) {
-  {
-    const std::jthread camera = answer(0);
-    EXPECT_TRUE(answersSearch("127.0.0.1", test::kHung, port_));
-  }
-  answers_ = false;
-  const std::jthread camera = answer(0);
-  EXPECT_FALSE(answersSearch("127.0.0.1", milliseconds(40), port_)) << "what came is no answer";
-}
-
-TEST_F(AnswersSearch, AsksOnceMoreInHalfOfTheTime) {
-  const std::jthread camera = answer(1);
-  EXPECT_TRUE(answersSearch("127.0.0.1", milliseconds(4000), port_));
+  std::mt19937 random(test::seed());
+  std::vector<char> answer(256), other(600);
+  answer[3] = 0x03;
+  for (char& each : other) each = static_cast<char>(random());
+  other[3] = 4;
+  const std::vector<char> cut(answer.begin(), answer.begin() + static_cast<std::ptrdiff_t>(random() % 256));
+  EXPECT_TRUE(isFound(test::kHung, {other, cut, answer}));
+  EXPECT_FALSE(isFound(milliseconds(40), {other, cut})) << "what came is no answer";
 }
 
 }  // namespace

@@ -36,7 +36,6 @@ struct Script {
   std::int64_t (*clock)() = monotonicNow;
   std::atomic<bool> callsHang{false}, isCalled{false};  // serve() and link(), as Aravis's do of a dead camera
   std::uint64_t id = 0;
-  FrameExtras extras;
 };
 
 class ScriptedDriver : public Driver {
@@ -65,7 +64,6 @@ class ScriptedDriver : public Driver {
         .complete = true, .shape = info_.shape, .id = ++script_.id, .device_ns = 0, .host_ns = script_.clock()};
     picture_[0] = static_cast<std::uint8_t>(script_.id);
     buffer.data = picture_.data();
-    buffer.extras = script_.extras;
     buffer.handle = &script_;
     return Popped::kBuffer;
   }
@@ -186,21 +184,6 @@ TEST_F(OddCamera, OpensAgainInTheSameWayAndChecksEachSession) {
   EXPECT_EQ(script_.alive, 0);
 }
 
-TEST_F(OddCamera, FramesTellWhatTheyWereTakenWith) {
-  script_.info.exposure_s = 0.004;
-  open();
-  Frame frame;
-  for (const double told_s : {0.0, 0.002}) {
-    script_.extras = {.exposure_s = told_s, .gain = 3.0};
-    tell({Popped::kBuffer});
-    ASSERT_EQ(nextOtherThan(Next::kTimeout, frame), Next::kFrame);
-    EXPECT_EQ(frame.info.exposure_s, told_s > 0.0 ? told_s : 0.004);
-    EXPECT_EQ(frame.info.extras.gain, 3.0);
-    EXPECT_EQ(frame.info.times.capturedBound, CaptureBound::kLatest);
-    camera_->recycle(frame);
-  }
-}
-
 TEST_F(OddCamera, AnswersQuestionsWhileItStreamsAndSaysWhyItCannot) {
   open();
   Frame frame;
@@ -227,19 +210,6 @@ TEST_F(OddCamera, AnswersQuestionsWhileItStreamsAndSaysWhyItCannot) {
   while (!camera_->takeVitals(vitals)) std::this_thread::yield();
   EXPECT_EQ(vitals.state, CameraState::kLost);
   EXPECT_FALSE(vitals.why.view().empty());
-}
-
-TEST_F(OddCamera, EndsWithTheErrorOfAFirstCameraThatCannotBeUsed) {
-  script_.refusal = Error{.exitCode = EX_UNAVAILABLE, .what = "no camera answers"};
-  open({.wait = true, .silenceTimeout_ms = 0});
-  EXPECT_EQ(camera_->state(), CameraState::kWaiting);
-  {
-    const std::lock_guard lock(script_.mutex);
-    script_.refusal = Error{.exitCode = EX_CONFIG, .what = "it refuses Gain"};
-  }
-  Frame frame;
-  EXPECT_EQ(nextOtherThan(Next::kTimeout, frame), Next::kEnd);
-  EXPECT_EQ(camera_->error().what, "it refuses Gain");
 }
 
 TEST_F(OddCamera, MayBeSilentWhileItWaitsForItsTrigger) {
