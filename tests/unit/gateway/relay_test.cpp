@@ -5,7 +5,6 @@
 #include "tests/support/captured_log.h"
 #include "tests/support/deadline.h"
 #include "tests/support/temporary_folder.h"
-#include "traction/v1/control.pb.h"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +15,6 @@
 namespace tractiond::gateway::relay_test {
 namespace {
 
-namespace pb = traction::v1;
 using namespace std::chrono_literals;
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
@@ -30,22 +28,18 @@ class RelayTest : public testing::Test {
     time_ns = 100 * kSecond_ns;
     std::filesystem::create_directories(folder_);
     const traction::Endpoints endpoints = traction::ipcEndpoints(folder_);
-    for (zmq::socket_t* socket : {&stream_, &latest_, &control_, &peer_}) socket->set(zmq::sockopt::linger, 0);
+    for (zmq::socket_t* socket : {&stream_, &latest_}) socket->set(zmq::sockopt::linger, 0);
     stream_.set(zmq::sockopt::sndhwm, 0);
     stream_.bind(endpoints.stream);
     latest_.set(zmq::sockopt::xpub_verbose, true);  // each subscription can be read
     latest_.bind(endpoints.latest);
-    control_.bind(endpoints.control);
     Config config;
     config.insecure = true;
     config.stream = config.latest = config.control = config.preview = {"tcp://127.0.0.1:*"};
     config.highWaterMark = 100'000;  // nothing is lost, however slowly a thread of ZeroMQ gets on
-    config.limits.requestsPerSecond = 5;
-    config.limits.requestsPerSecondEach = 3;
     auto opened = Relay::open(config, folder_, [] { return time_ns.load(); });
     if (!opened) throw std::runtime_error(opened.error().message());
     relay_ = *std::move(opened);
-    peer_.connect(relay_->bound(kControl).at(0));
   }
   ~RelayTest() override { relay_.reset(); }
 
@@ -67,30 +61,6 @@ class RelayTest : public testing::Test {
       parts.push_back(part.to_string());
     } while (part.more());
     return parts;
-  }
-
-  void sendRequest() {
-    pb::Request request;
-    request.set_version(1);
-    request.mutable_status();
-    peer_.send(zmq::str_buffer(""), zmq::send_flags::sndmore);
-    peer_.send(zmq::buffer(request.SerializeAsString()));
-  }
-
-  /// Asks for the status. Returns why not; empty: it has come to the instrument.
-  std::string ask() {
-    sendRequest();
-    std::string why = "nothing came";
-    turnUntil([&] {
-      if (!take(control_).empty()) return why.clear(), true;
-      const auto parts = take(peer_);
-      if (parts.size() != 2) return false;
-      pb::Reply reply;
-      EXPECT_TRUE(reply.ParseFromString(parts[1]));
-      why = reply.error();
-      return true;
-    });
-    return why;
   }
 
   void publish(const std::string& topic, const std::string& payload) {
@@ -154,8 +124,7 @@ class RelayTest : public testing::Test {
   const test::CapturedLog log_;
   int fields_ = 0;
   zmq::context_t context_;
-  zmq::socket_t stream_{context_, zmq::socket_type::xpub}, latest_{context_, zmq::socket_type::xpub},
-      control_{context_, zmq::socket_type::router}, peer_{context_, zmq::socket_type::dealer};
+  zmq::socket_t stream_{context_, zmq::socket_type::xpub}, latest_{context_, zmq::socket_type::xpub};
   std::unique_ptr<Relay> relay_;
 };
 
@@ -175,18 +144,6 @@ TEST_F(RelayTest, PassesTheContactsOfTheTractionTouchBesideTheInstrument) {
     return !parts.empty();
   });
   EXPECT_EQ(parts, (std::vector<std::string>{"traction/v1/gel/contacts/", "contacts", "1.0"}));
-}
-
-TEST_F(RelayTest, RequestsBeyondTheLimitAreRefusedUntilTheSecondIsOver) {
-  while (ask() == "no instrument is there; is tractiond running?") time_ns += kSecond_ns;  // not yet
-  time_ns += kSecond_ns;
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(ask(), "");
-  EXPECT_EQ(ask(), "too many requests: more than 3 in a second");
-  time_ns += kSecond_ns - 1;
-  EXPECT_EQ(ask(), "too many requests: more than 3 in a second");
-  time_ns += 1;
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(ask(), "");
-  EXPECT_EQ(ask(), "too many requests: more than 3 in a second");
 }
 
 TEST_F(RelayTest, NewSubscribersAreToldTheDescriptionAtMostTenTimesASecond) {
