@@ -34,7 +34,7 @@ inline std::string lz4(std::string_view bytes) {
 struct Foreign {
   std::function<void(Chunk& chunk, std::string& records)> onChunk = {};  ///< may change it; `records` are its records
   bool declaresInChunks = false;  ///< what Writer declares before a chunk is in it instead
-  bool hasSummary = true, hasStatistics = true;
+  bool hasSummary = true;
 };
 
 /// Rewrites what Writer wrote. Indexes lead nowhere afterwards.
@@ -62,8 +62,7 @@ inline std::string rewritten(std::string_view bytes, const Foreign& how) {
       put(made, chunk);
     } else if (isDeclaration && how.declaresInChunks && !isSummary) {
       declared += record;
-    } else if ((isSummary && !how.hasSummary && opcode != Opcode::kFooter) ||
-               (opcode == Opcode::kStatistics && !how.hasStatistics) || opcode == Opcode::kSummaryOffset) {
+    } else if ((isSummary && !how.hasSummary && opcode != Opcode::kFooter) || opcode == Opcode::kSummaryOffset) {
       // left out
     } else {
       made += record;

@@ -125,22 +125,6 @@ TEST(Reader, ChunksThatOtherProgramsCompressedAreRead) {
   }
 }
 
-TEST(Reader, ARecordingNeedsNoSummaryAndNoStatistics) {
-  const RandomMessages messages(tractiond::test::seed());
-  Memory memory;
-  ASSERT_TRUE(messages.writeTo(memory));
-  for (const bool hasSummary : {true, false}) {
-    const std::string bytes = rewritten(memory.bytes, {.hasSummary = hasSummary, .hasStatistics = false});
-    const Read result = read(bytes);
-    EXPECT_TRUE(result.messages == messages.all);
-    EXPECT_TRUE(result.extent.closed && result.extent.isWhole()) << result.extent.trouble;
-    const fuzz::MemoryFile file(bytes);
-    const auto summary = Reader::open(file.path())->summary().value();
-    EXPECT_EQ(summary.has_value(), hasSummary);
-    EXPECT_FALSE(summary && summary->statistics);
-  }
-}
-
 TEST(Reader, SaysWhatIsNoRecording) {
   const auto failure = [](std::string_view bytes) {
     const fuzz::MemoryFile file(bytes);

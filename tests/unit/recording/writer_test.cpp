@@ -12,21 +12,6 @@
 namespace recording::writer_test {
 namespace {
 
-TEST(Writer, WhatIsWrittenIsRead) {
-  for (unsigned i = 0; i < 20; ++i) {
-    const RandomMessages messages(tractiond::test::seed() + i);
-    Memory memory;
-    ASSERT_TRUE(messages.writeTo(memory));
-    EXPECT_EQ(memory.synced, memory.bytes.size());
-    const Read result = read(memory.bytes);
-    EXPECT_TRUE(result.messages == messages.all);
-    EXPECT_TRUE(result.extent.closed);
-    EXPECT_EQ(result.extent.trouble, "");
-    EXPECT_EQ(result.extent.library, "a test");
-    EXPECT_EQ(result.extent.whole_bytes, memory.bytes.size());
-  }
-}
-
 TEST(Writer, ItsIndexLeadsToEveryMessage) {
   const RandomMessages messages(tractiond::test::seed());
   Memory memory;
