@@ -140,14 +140,6 @@ class ControlTest : public testing::Test, Requests, publish::NewestMessages {
   std::unique_ptr<ControlServer> server_;
 };
 
-TEST_F(ControlTest, StatusAndDescriptionAreWhatTheHandlersSay) {
-  const pb::Reply status = ask(statusRequest());
-  EXPECT_EQ(status.version(), 1U);
-  EXPECT_EQ(status.status().uptime_s(), 12.0);
-  const pb::Reply description = ask(request([](pb::Request& r) { r.mutable_description(); }));
-  EXPECT_EQ(description.description().software_version(), "0.1.0");
-}
-
 TEST_F(ControlTest, ZeroIsAnsweredWhenItIsTakenForAllWhoAsked) {
   auto one = askingForAZero(), two = connect(zmq::socket_type::dealer);
   send(two, zeroRequest());
@@ -218,12 +210,6 @@ TEST_F(ControlTest, NoPeerWritesTheLog) {
   testing::internal::CaptureStderr();
   EXPECT_FALSE(ask(bytes).error().empty());
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
-}
-
-TEST_F(ControlTest, FailedZeroSaysWhy) {
-  auto socket = askingForAZero();
-  server_->answerZero(tl::make_unexpected(std::string("only 12 of 1152 markers were found")));
-  EXPECT_EQ(await(socket).error(), "only 12 of 1152 markers were found");
 }
 
 TEST_F(ControlTest, PictureIsForAllWhoAsked) {

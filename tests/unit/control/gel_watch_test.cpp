@@ -81,30 +81,6 @@ TEST(GelWatch, ColumnsThatAreNotThereContradictTheGelFile) {
   EXPECT_FALSE(bench.report.fits());
 }
 
-TEST(GelWatch, TellsWhatIsFoundOfTheMarkers) {
-  Bench bench;
-  bench.hideColumns(2);
-  bench.takeZero();
-  traction::v1::MarkerStatus status;
-  ASSERT_TRUE(bench.status.swap(status));
-  ASSERT_EQ(status.layers_size(), static_cast<int>(bench.scene.sensor.layers.size()));
-  EXPECT_EQ(status.layers(0).colour(), traction::v1::COLOUR_BLUE);
-  EXPECT_EQ(status.layers(0).expected(), 576U);
-  EXPECT_EQ(status.layers(0).columns(), 22U);
-  EXPECT_EQ(status.layers(0).rows(), 24U);
-  EXPECT_THAT(status.remark(), testing::StartsWith("the gel file does not fit the picture: "));
-  ASSERT_EQ(status.findings_size(), static_cast<int>(bench.report.findings.size()));
-  for (int i = 0; i < status.findings_size(); ++i) {
-    const GelReport::Finding& finding = bench.report.findings[static_cast<std::size_t>(i)];
-    EXPECT_EQ(status.findings(i).name(), finding.name);
-    EXPECT_EQ(status.findings(i).expected(), finding.expected);
-    EXPECT_EQ(status.findings(i).seen(), finding.seen);
-    EXPECT_EQ(status.findings(i).deviation(), finding.deviation);
-    EXPECT_EQ(status.findings(i).contradicts(), finding.contradicts);
-  }
-  EXPECT_FALSE(bench.status.swap(status)) << "it was taken";
-}
-
 TEST(GelWatch, TellsWhyThereIsNoFirstZero) {
   Bench bench;
   traction::v1::MarkerStatus status;
