@@ -4,17 +4,12 @@
 
 #include <gtest/gtest.h>
 #include <pthread.h>
-#include <sys/mman.h>
-#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#include <cstdlib>
-#include <iostream>
 #include <latch>
 #include <map>
 #include <set>
-#include <sstream>
 #include <thread>
 
 namespace tractiond::realtime_test {
@@ -53,39 +48,8 @@ std::map<std::string, traction::v1::ThreadScheduling> threadsOf(Realtime& realti
   return threads;
 }
 
-/// What this process may, asked of the kernel itself, in a thread that ends.
-bool isGranted(int priority) {
-  bool granted = false;
-  std::thread([&] {
-    sched_param param{};
-    param.sched_priority = priority;
-    granted = sched_setscheduler(0, SCHED_FIFO, &param) == 0;
-  }).join();
-  return granted;
-}
-
-void forbid(int resource) {
-  const rlimit nothing{};
-  setrlimit(static_cast<__rlimit_resource>(resource), &nothing);
-}
-
-/// In a process of its own, as it is, or in a user namespace where nothing is allowed; a failure of `body` is one here.
-template <typename Body>
-void inProcess(bool allowed, Body body) {
-  const auto run = [&] {
-    if (!allowed) {
-      if (unshare(CLONE_NEWUSER) != 0 && geteuid() == 0 && setuid(65534) != 0) std::_Exit(2);
-      forbid(RLIMIT_RTPRIO);
-    }
-    body();
-    std::cerr << testing::Message() << (testing::Test::HasFailure() ? "failed" : "passed");
-    std::fflush(stdout);
-    std::_Exit(0);
-  };
-  EXPECT_EXIT(run(), testing::ExitedWithCode(0), "passed");
-}
-
-/// A thread that enters, and stays until it is told to go.
+/// A thread that enters, and stays until the test is over. What the kernel grants of a priority, and of locked memory:
+/// tests/system/realtime_test.py.
 class Member {
  public:
   Member(Realtime& realtime, const char* name)
@@ -94,60 +58,16 @@ class Member {
         realtime.enter();
         entered_.count_down();
         leave_.wait();
-        std::thread([this] { childPolicy = sched_getscheduler(0); }).join();
         realtime.leave();
       }) {
     entered_.wait();
   }
-  ~Member() { end(); }
-  void end() {
-    if (!thread_.joinable()) return;
-    leave_.count_down();
-    thread_.join();
-  }
-  int childPolicy = -1;  ///< of a thread that it starts, after the end
+  ~Member() { leave_.count_down(); }
 
  private:
   std::latch entered_{1}, leave_{1};
-  std::thread thread_;
+  std::jthread thread_;
 };
-
-void checkPriority(int priority) {
-  const bool granted = isGranted(priority);
-  std::cout << "  priority " << priority << (granted ? " is granted\n" : " is refused\n");
-  Realtime realtime({.priority = priority});
-  const test::CapturedLog log;
-  Member one(realtime, "one"), two(realtime, "two");
-  std::latch started(1), over(1);
-  std::thread sender([&] {
-    pthread_setname_np(pthread_self(), "sender");
-    started.count_down();
-    over.wait();
-  });
-  started.wait();
-  realtime.adopt(threadCalled("sender"));
-  auto threads = threadsOf(realtime);
-  EXPECT_EQ(threads.size(), 3U);
-  for (const char* name : {"one", "two"})
-    EXPECT_EQ(static_cast<int>(threads[name].priority()), granted ? priority : 0) << name;
-  EXPECT_EQ(static_cast<int>(threads["sender"].priority()), granted ? std::max(priority - 1, 1) : 0);
-  EXPECT_EQ(sched_getscheduler(0), SCHED_OTHER);
-  realtime.report();
-  EXPECT_EQ(log.text().find("warning: realtime.priority = " + std::to_string(priority)) != std::string::npos, !granted)
-      << log.text();
-  EXPECT_NE(log.text().find("two " + std::to_string(granted ? priority : 0) + " on "), std::string::npos) << log.text();
-  two.end();
-  EXPECT_EQ(two.childPolicy, SCHED_OTHER);
-  EXPECT_EQ(threadsOf(realtime).size(), 2U);
-  over.count_down();
-  sender.join();
-}
-
-TEST(Realtime, PriorityIsWhatTheKernelGrants) {
-  for (const int priority : {1, 60, 98}) {
-    for (const bool allowed : {true, false}) inProcess(allowed, [&] { checkPriority(priority); });
-  }
-}
 
 TEST(Realtime, ProcessorsAreThoseThatThereAre) {
   cpu_set_t own;
@@ -171,41 +91,6 @@ TEST(Realtime, ProcessorsAreThoseThatThereAre) {
     EXPECT_EQ(log.text().empty(), asked.empty()) << log.text();
   }
 }
-
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // which pass mlockall() over
-std::uint64_t lockedMemory(Realtime& realtime) {
-  traction::v1::Scheduling status;
-  realtime.read(status);
-  EXPECT_TRUE(status.asked_lock());
-  return status.locked_bytes();
-}
-
-TEST(Realtime, MemoryIsLockedWhereItMayBeAndOnlyWithoutALimit) {
-  for (const bool allowed : {true, false}) {
-    for (const rlim_t limit : {rlim_t{0}, rlim_t{1} << 20, rlim_t{1} << 40}) {
-      inProcess(allowed, [&] {
-        const rlimit set{limit, limit};
-        setrlimit(RLIMIT_MEMLOCK, &set);  // which may only make it smaller
-        rlimit before{};
-        getrlimit(RLIMIT_MEMLOCK, &before);
-        Realtime realtime({.lockMemory = true});
-        realtime.lockMemory();
-        const std::uint64_t locked = lockedMemory(realtime);
-        std::cout << "  " << (locked >> 20) << " MiB locked with a limit of " << before.rlim_cur << "\n";
-        if (!allowed) {
-          EXPECT_EQ(locked, 0U);
-        }
-        rlimit after{};
-        getrlimit(RLIMIT_MEMLOCK, &after);
-        EXPECT_EQ(after.rlim_cur, before.rlim_cur);
-        // More is still to be had, and locked as well.
-        EXPECT_NE(mmap(nullptr, 64U << 20, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0), MAP_FAILED);
-        EXPECT_EQ(lockedMemory(realtime) > locked, locked > 0);
-      });
-    }
-  }
-}
-#endif
 
 /// As in sched_getattr(2).
 struct Attributes {

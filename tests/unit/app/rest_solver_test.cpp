@@ -95,22 +95,6 @@ TEST_F(RestSolverTest, AReplacedSolverIsFreed) {
   EXPECT_NE(solver.solver, nullptr);
 }
 
-/// The thread that sees the zero decides which frame is the first.
-TEST_F(RestSolverTest, TheZeroIsSeenWithItsSolver) {
-  PlacedSolver solver{drawn_};
-  Id seen{};
-  rest_->advanceZero(seen);
-  EXPECT_EQ(seen, Id{});
-  rest_->request(zero(3));
-  settle();
-  rest_->advanceZero(seen);
-  EXPECT_EQ(seen, zero(3).id);
-  rest_->take(solver, Id{});
-  EXPECT_EQ(solver.solver, drawn_) << "for a frame from before";
-  rest_->take(solver, seen);
-  EXPECT_EQ(solver.zero, seen);
-}
-
 /// Frames that one zero was told for are solved by its solver, though another one is ready.
 TEST_F(RestSolverTest, ASolverIsNotOvertaken) {
   PlacedSolver solver{drawn_};
