@@ -12,7 +12,6 @@
 #include <unistd.h>
 
 #include <memory>
-#include <set>
 #include <string>
 
 namespace tractiond::publish::publisher_test {
@@ -71,16 +70,6 @@ class PublisherTest : public testing::Test {
   std::unique_ptr<Publisher> publisher_;
   std::string stream_, latest_;
 };
-
-TEST(Topics, NoneIsAnothersPrefix) {
-  std::set<std::string> topics;
-  for (const std::string sensor : {"a", "ab", "a-b", "field", "a_"}) {
-    for (const std::string kind : {"field", "markers", "description"}) topics.insert(traction::topicOf(sensor, kind));
-  }
-  for (const std::string& one : topics) {
-    for (const std::string& other : topics) EXPECT_TRUE(one == other || !one.starts_with(other)) << one << ' ' << other;
-  }
-}
 
 TEST(Topics, NamesAreOfPlainCharacters) {
   for (const std::string name : {"a", "gel-1", "GEL_2", "123456789012345678901234"}) {
@@ -245,14 +234,9 @@ TEST_F(PublisherTest, PreviewIsSentWithWhereItLies) {
     publisher_->serve(-1, 0ms);
     const Parts parts = subscriber->receive();
     EXPECT_EQ(parts.topic, kRoot + "preview/");
-    EXPECT_EQ(parts.time, "1700000000.000000001");
     const auto message = parse<pb::Preview>(parts);
     EXPECT_EQ(message.header().sequence(), frame - 6);
-    EXPECT_EQ(message.header().zero(), text(idOf(100)));
-    EXPECT_EQ(message.header().flags(), kTorn);
     EXPECT_EQ(message.header().frame_number(), frame);
-    EXPECT_EQ(message.header().received_ns(), 1'000'000'000);
-    EXPECT_EQ(message.header().tracked_ns(), 0);
     EXPECT_EQ(message.width(), 2U);
     EXPECT_EQ(message.height(), 1U);
     EXPECT_EQ(message.format(), pb::PREVIEW_FORMAT_RGB8);

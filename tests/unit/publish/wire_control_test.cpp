@@ -8,74 +8,73 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace tractiond::publish::wire_control_test {
 namespace {
 
 namespace pb = traction::v1;
 
-TEST(WireControl, StepsOfACalibrationAreTold) {
-  using Kind = CalibrationStep::Kind;
+/// Returns the step that a request is read as; none where it is refused.
+std::optional<CalibrationStep> stepOf(const pb::CalibrateRequest& calibrate) {
   pb::Request request;
   request.set_version(1);
-  CalibrationStep step;
-  const auto decoded = [&]() -> tl::expected<Request, std::string> {
-    return decodeRequest(request.SerializeAsString()).map([&](const Asked& asked) {
-      step = asked.calibration;
-      return asked.request;
-    });
-  };
-  request.mutable_calibrate()->mutable_geometry()->set_anyway(true);
-  EXPECT_EQ(decoded().value(), Request::kCalibrate);
-  EXPECT_EQ(step.kind, Kind::kGeometry);
-  EXPECT_TRUE(step.anyway);
-  request.mutable_calibrate()->mutable_noise()->set_duration_s(7.0);
-  EXPECT_EQ(decoded().value(), Request::kCalibrate);
-  EXPECT_EQ(step.kind, Kind::kNoise);
-  EXPECT_EQ(step.seconds, 7.0);
-  EXPECT_FALSE(step.anyway);
+  *request.mutable_calibrate() = calibrate;
+  const auto asked = decodeRequest(request.SerializeAsString());
+  if (!asked) return std::nullopt;
+  EXPECT_EQ(asked->request, Request::kCalibrate);
+  return asked->calibration;
+}
+
+TEST(WireControl, StepsOfACalibrationAreTold) {
+  using Kind = CalibrationStep::Kind;
+  pb::CalibrateRequest calibrate;
+  EXPECT_FALSE(stepOf(calibrate));
+  calibrate.mutable_geometry()->set_anyway(true);
+  EXPECT_EQ(stepOf(calibrate)->kind, Kind::kGeometry);
+  EXPECT_TRUE(stepOf(calibrate)->anyway);
+  calibrate.mutable_noise()->set_duration_s(7.0);
+  EXPECT_EQ(stepOf(calibrate)->kind, Kind::kNoise);
+  EXPECT_EQ(stepOf(calibrate)->seconds, 7.0);
+  EXPECT_FALSE(stepOf(calibrate)->anyway);
+  calibrate.mutable_creep()->set_duration_s(120.0);
+  EXPECT_EQ(stepOf(calibrate)->kind, Kind::kCreep);
+  EXPECT_EQ(stepOf(calibrate)->seconds, 120.0);
+  calibrate.mutable_stiffness();
+  EXPECT_EQ(stepOf(calibrate)->kind, Kind::kStiffness);
+  calibrate.mutable_recovery();
+  EXPECT_EQ(stepOf(calibrate)->kind, Kind::kRecovery);
+  calibrate.mutable_finish()->set_name("left");
+  EXPECT_EQ(stepOf(calibrate)->kind, Kind::kFinish);
+  EXPECT_EQ(stepOf(calibrate)->name, "left");
+  pb::CalibrateWeight& weight = *calibrate.mutable_weight();
+  weight.set_weight_n(0.5);
+  weight.set_first(true);
+  EXPECT_EQ(stepOf(calibrate)->kind, Kind::kWeight);
+  EXPECT_EQ(stepOf(calibrate)->weight_N, 0.5);
+  EXPECT_TRUE(stepOf(calibrate)->first);
+  EXPECT_EQ(stepOf(calibrate)->direction, (std::array{0.0, 0.0, 0.0}));
+  weight.mutable_direction()->set_x(-0.5);
+  weight.mutable_direction()->set_z(2.0);
+  EXPECT_EQ(stepOf(calibrate)->direction, (std::array{-0.5, 0.0, 2.0}));
+}
+
+TEST(WireControl, ImpossibleStepsOfACalibrationAreRefused) {
+  pb::CalibrateRequest calibrate;
   for (const double seconds : {-5.0, 1e300, std::numeric_limits<double>::quiet_NaN(), HUGE_VAL}) {
-    request.mutable_calibrate()->mutable_noise()->set_duration_s(seconds);
-    EXPECT_FALSE(decoded()) << seconds;
-    request.mutable_calibrate()->mutable_weight()->set_patience_s(seconds);
-    EXPECT_FALSE(decoded()) << seconds;
-    request.mutable_calibrate()->mutable_creep()->set_duration_s(seconds);
-    EXPECT_FALSE(decoded()) << seconds;
+    calibrate.mutable_noise()->set_duration_s(seconds);
+    EXPECT_FALSE(stepOf(calibrate)) << seconds;
+    calibrate.mutable_weight()->set_patience_s(seconds);
+    EXPECT_FALSE(stepOf(calibrate)) << seconds;
+    calibrate.mutable_creep()->set_duration_s(seconds);
+    EXPECT_FALSE(stepOf(calibrate)) << seconds;
   }
-  request.mutable_calibrate()->mutable_weight()->set_patience_s(0.0);
-  request.mutable_calibrate()->mutable_weight()->set_weight_n(0.5);
-  request.mutable_calibrate()->mutable_weight()->set_first(true);
-  EXPECT_EQ(decoded().value(), Request::kCalibrate);
-  EXPECT_EQ(step.kind, Kind::kWeight);
-  EXPECT_EQ(step.weight_N, 0.5);
-  EXPECT_TRUE(step.first);
-  EXPECT_EQ(step.direction, (std::array{0.0, 0.0, 0.0}));
-  pb::Vector3& direction = *request.mutable_calibrate()->mutable_weight()->mutable_direction();
-  EXPECT_FALSE(decoded());
-  direction.set_x(-0.5);
+  pb::Vector3& direction = *calibrate.mutable_weight()->mutable_direction();
+  EXPECT_FALSE(stepOf(calibrate));
   direction.set_z(HUGE_VAL);
-  EXPECT_FALSE(decoded());
-  direction.set_z(2.0);
-  EXPECT_EQ(decoded().value(), Request::kCalibrate);
-  EXPECT_EQ(step.direction, (std::array{-0.5, 0.0, 2.0}));
-  request.mutable_calibrate()->mutable_stiffness();
-  EXPECT_EQ(decoded().value(), Request::kCalibrate);
-  EXPECT_EQ(step.kind, Kind::kStiffness);
-  request.mutable_calibrate()->mutable_creep()->set_duration_s(120.0);
-  EXPECT_EQ(decoded().value(), Request::kCalibrate);
-  EXPECT_EQ(step.kind, Kind::kCreep);
-  EXPECT_EQ(step.seconds, 120.0);
-  request.mutable_calibrate()->mutable_recovery();
-  EXPECT_EQ(decoded().value(), Request::kCalibrate);
-  EXPECT_EQ(step.kind, Kind::kRecovery);
-  request.mutable_calibrate()->mutable_finish()->set_name("left");
-  EXPECT_EQ(decoded().value(), Request::kCalibrate);
-  EXPECT_EQ(step.kind, Kind::kFinish);
-  EXPECT_EQ(step.name, "left");
-  request.mutable_calibrate()->mutable_finish()->set_name("../left");
-  EXPECT_FALSE(decoded());
-  request.mutable_calibrate()->clear_step();
-  EXPECT_FALSE(decoded());
+  EXPECT_FALSE(stepOf(calibrate));
+  calibrate.mutable_finish()->set_name("../left");
+  EXPECT_FALSE(stepOf(calibrate));
 }
 
 TEST(WireControl, ImpossibleRequestsForTheCameraAreRefused) {
@@ -142,42 +141,6 @@ TEST(WireControl, ASnapshotHasThePictureAndItsMarkers) {
   EXPECT_EQ(told.place_px_size(), static_cast<int>(2 * count));
   EXPECT_EQ(told.spot_px(1), 2.0F);
   EXPECT_EQ(told.spot_layer()[0], 1);
-}
-
-TEST(WireControl, RepliesHoldWhatWasSent) {
-  pb::Status sent;
-  sent.mutable_header()->set_sequence(41);
-  sent.mutable_ledger()->set_published(7);
-  const std::string status = sent.SerializeAsString();
-  pb::Reply reply;
-  ASSERT_TRUE(reply.ParseFromString(encodeReply(Request::kStatus, status)));
-  EXPECT_EQ(reply.version(), 1U);
-  EXPECT_TRUE(reply.error().empty());
-  EXPECT_EQ(reply.status().SerializeAsString(), status);
-
-  ASSERT_TRUE(reply.ParseFromString(encodeZeroReply(restPose(), "touched")));
-  EXPECT_EQ(reply.zero().zero().id(), text(idOf(50)));
-  EXPECT_EQ(reply.zero().markers_present(), 1U);
-  EXPECT_EQ(reply.zero().markers_expected(), 2U);
-  EXPECT_EQ(reply.zero().noise_levels(), 2.5);
-  EXPECT_EQ(reply.zero().remark(), "touched");
-
-  const CalibrationReport report{
-      .figures = {{"focal_px", 960.0, 2.0}}, .remarks = {"one"}, .path = "/gel.toml", .gelFile = "format = 1"};
-  ASSERT_TRUE(reply.ParseFromString(encodeCalibrationReply(report)));
-  EXPECT_EQ(reply.calibrate().figures(0).name(), "focal_px");
-  EXPECT_EQ(reply.calibrate().figures(0).value(), 960.0);
-  EXPECT_EQ(reply.calibrate().figures(0).deviation(), 2.0);
-  EXPECT_EQ(reply.calibrate().remarks(0), "one");
-  EXPECT_EQ(reply.calibrate().path(), "/gel.toml");
-  EXPECT_EQ(reply.calibrate().gel_file(), "format = 1");
-
-  ASSERT_TRUE(reply.ParseFromString(encodeAdoptReply()));
-  EXPECT_EQ(reply.reply_case(), pb::Reply::kAdopt);
-
-  ASSERT_TRUE(reply.ParseFromString(encodeErrorReply("no frames")));
-  EXPECT_EQ(reply.error(), "no frames");
-  EXPECT_EQ(reply.reply_case(), pb::Reply::REPLY_NOT_SET);
 }
 
 }  // namespace

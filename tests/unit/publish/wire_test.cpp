@@ -206,26 +206,6 @@ TEST(Wire, StatusHoldsTheWholeLedgerAndItsSum) {
   EXPECT_EQ(account.invalid(), 14U);
 }
 
-TEST(Wire, DescriptionWithoutAGelHasTheCameraAndNothingThatIsMeasured) {
-  Description described = description();
-  described.sensor.reset();
-  described.width_px = 333;
-  described.height_px = 217;
-  DescriptionMessage description(described, {});
-  pb::Description message;
-  ASSERT_TRUE(message.ParseFromString(description.fill({}).SerializeAsString()));
-  EXPECT_FALSE(message.has_gel());
-  EXPECT_EQ(message.layers_size(), 0);
-  EXPECT_FALSE(message.has_nodes());
-  EXPECT_FALSE(message.has_solver());
-  EXPECT_FALSE(message.has_calibration());
-  EXPECT_EQ(message.camera().model(), "Eye");
-  EXPECT_EQ(message.camera().pixel_format(), "RGB8");
-  EXPECT_EQ(message.camera().width_px(), 333U);
-  EXPECT_EQ(message.camera().height_px(), 217U);
-  EXPECT_EQ(message.camera().focal_px(), 0.0);
-}
-
 TEST(Wire, DescriptionArrivesNumberByNumber) {
   Description described = description();
   described.zero = restPose();
