@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
-
 namespace tractiond::hash_test {
 namespace {
 
@@ -17,13 +15,6 @@ TEST(Hash, DependsOnWhereOneRangeEnds) {
   one.text("ab"), one.text("c");
   other.text("a"), other.text("bc");
   EXPECT_NE(one.digest(), other.digest());
-}
-
-TEST(Hash, InPiecesEqualsAtOnce) {
-  const std::array<double, 3> values = {1.0, 2.0, 3.0};
-  Hasher pieces;
-  for (const double value : values) pieces.value(value);
-  EXPECT_EQ(pieces.digest(), hash128(values.data(), sizeof values));
 }
 
 }  // namespace
