@@ -1,7 +1,6 @@
 // The hand file, and fields in, grasps out.
 #include "client/touch/grasper.h"
 #include "client/touch/hand_file.h"
-#include "tests/support/places.h"
 
 #include <gtest/gtest.h>
 #include <sysexits.h>
@@ -27,22 +26,6 @@ std::string errorOf(const std::string& text) {
   EXPECT_EQ(hand.error().exitCode, EX_CONFIG);
   EXPECT_EQ(hand.error().where.rfind("hand.toml", 0), 0U) << hand.error().where;
   return hand.error().what;
-}
-
-TEST(HandFile, TheExampleHasTheGripperOfTheTwin) {
-  const auto hand = loadHand(tractiond::test::source("config/hand.toml"));
-  ASSERT_TRUE(hand) << hand.error().message();
-  EXPECT_EQ(hand->name, "gripper");
-  ASSERT_EQ(hand->fingers.size(), 2U);
-  EXPECT_EQ(hand->fingers[0].instance, "left");
-  EXPECT_EQ(hand->fingers[1].link, "right_gel");
-  for (const double side : {-1.0, 1.0}) {  // twin/hand.h
-    const touch::Pose& pose = hand->fingers[side < 0.0 ? 0 : 1].pose;
-    EXPECT_LT((pose.rotation * Eigen::Vector3d::UnitX() - side * Eigen::Vector3d::UnitY()).norm(), 1e-9);
-    EXPECT_LT((pose.rotation * Eigen::Vector3d::UnitY() - Eigen::Vector3d::UnitZ()).norm(), 1e-9) << "y is up";
-    EXPECT_LT((pose.rotation * Eigen::Vector3d::UnitZ() - side * Eigen::Vector3d::UnitX()).norm(), 1e-9) << "pressing";
-    EXPECT_LT((pose.position_m - side * Eigen::Vector3d(0.022, 0.0, 0.0)).norm(), 1e-9);
-  }
 }
 
 TEST(HandFile, SaysWhatIsWrong) {
@@ -150,26 +133,6 @@ TEST(Grasper, StatesTheWrenchOfTheFieldsInTheFrameOfTheHand) {
 
   turned.header.capturedBound = CaptureBound::kLatest;
   EXPECT_EQ(fingers.take()->header().captured_bound(), v1::CAPTURE_BOUND_LATEST);
-}
-
-TEST(Grasper, SaysOfEachFingerWhyThereIsNoGrasp) {
-  Fingers fingers;
-  fingers.take();
-  ASSERT_NE(fingers.take(), nullptr);
-  fingers.fields[0].header.capturedBound = CaptureBound::kNone;
-  EXPECT_EQ(fingers.take(), nullptr);
-  const v1::Grasp& grasp = fingers.grasper.wait();
-  EXPECT_FALSE(grasp.valid());
-  EXPECT_EQ(grasp.fingers(0).state(), v1::FINGER_STATE_UNDATED);
-  EXPECT_EQ(grasp.fingers(1).state(), v1::FINGER_STATE_UNMATCHED);
-  EXPECT_EQ(grasp.fingers(0).sensor(), "one");
-  EXPECT_EQ(grasp.force_covariance_n2().noise_size(), 9);
-  EXPECT_EQ(grasp.header().captured_bound(), v1::CAPTURE_BOUND_NONE);
-  EXPECT_EQ(grasp.header().captured_ns(), 0);
-  EXPECT_EQ(grasp.header().sequence(), 3U);
-  EXPECT_EQ(grasp.timestamp(), 77e-9 * static_cast<double>(clock_ns));
-  clock_ns += 200'000'000;
-  EXPECT_EQ(fingers.grasper.wait().fingers(1).state(), v1::FINGER_STATE_MISSING);
 }
 
 }  // namespace

@@ -147,18 +147,6 @@ TEST(Picture, ZeroHasNoMinusAndIsNoDeviation) {
   EXPECT_EQ(format("%.1f at 2026-00", -0.04), "0.0 at 2026-00");
 }
 
-TEST(Picture, InvalidFieldSaysWhy) {
-  Field field = fieldOf(3, 4, {0.1F, 0.2F, 3.0F});
-  field.valid = false;
-  Instrument one;
-  one.flags = kGelMismatch;
-  one.field(field);
-  EXPECT_TRUE(has(one.line(), "no force: the gel file does not fit the picture")) << one.line();
-  one.status.set_invalid_why("7 of 24 markers\x1b are found");
-  one.sendStatus();
-  EXPECT_TRUE(has(one.line(), "no force: 7 of 24 markers? are found")) << one.line();
-}
-
 TEST(Picture, ContactsAreShownWhileTractionTouchRuns) {
   Instrument one = described();
   one.field();
@@ -180,15 +168,6 @@ TEST(Picture, ContactsAreShownWhileTractionTouchRuns) {
   one.boot = Id{1};
   one.after(1.1).field();
   EXPECT_FALSE(has(one.picture(), "4711"));
-}
-
-TEST(Scale, RisesAtOnceAndFallsLate) {
-  Scale scale;
-  EXPECT_DOUBLE_EQ(scale.update(0.0, 0.015, 0), 0.02);
-  EXPECT_DOUBLE_EQ(scale.update(0.13, 0.015, 0), 0.2);
-  EXPECT_DOUBLE_EQ(scale.update(0.2, 0.015, 0), 0.2);
-  EXPECT_DOUBLE_EQ(scale.update(0.03, 0.015, kSecond_ns), 0.2);
-  EXPECT_DOUBLE_EQ(scale.update(0.03, 0.015, 3 * kSecond_ns), 0.05);
 }
 
 TEST(Scene, RateAndLatencyAreOfTheLastTwoSeconds) {

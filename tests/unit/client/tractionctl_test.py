@@ -70,11 +70,6 @@ class Tractionctl(Case):
             code, out, _ = ctl("status", "--json", *endpoints)
             self.assertEqual((code, json.loads(out)["camera"]), (NO_CAMERA, name))
 
-    def test_zero_tells_what_was_taken(self):
-        code, out, _ = ctl("zero", *self.publisher())
-        self.assertEqual(code, 0)
-        self.assertRegex(out, r"zero taken: 1150 of 1152 markers")
-
     def test_calibrate_goes_through_all_steps(self):
         code, out, err = ctl("calibrate", "--weights", "100gf,0.2kgf, 5N", "--json", *self.publisher())
         self.assertEqual((code, err), (0, ""))

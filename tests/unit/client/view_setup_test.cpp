@@ -129,19 +129,6 @@ TEST(GelForm, BecomesAGelFileInItsUnits) {
   EXPECT_NEAR(read->uncertainty.focal, 0.02, 1e-12);
 }
 
-TEST(GelForm, LensThatWasMeasuredStays) {
-  sensor::Sensor lens;
-  lens.camera.focal_px = 1234.0;
-  lens.camera.k1 = -0.1;
-  lens.camera.width = 1000;
-  lens.uncertainty.focal = 1e-4;
-  const sensor::Sensor described = sensorOf(form(), lens, true);
-  EXPECT_EQ(described.camera.focal_px, 1234.0);
-  EXPECT_EQ(described.camera.k1, -0.1);
-  EXPECT_EQ(described.camera.width, 1000);
-  EXPECT_EQ(described.uncertainty.focal, 1e-4);
-}
-
 TEST(GelForm, WhatIsMissingOrOutOfRangeIsNamedWithItsRange) {
   Json wrong = form();
   wrong["thickness_mm"] = "12";
