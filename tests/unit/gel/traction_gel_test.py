@@ -1,6 +1,5 @@
 """traction-gel: its mechanics against the daemon's block, shapes against each other, and what it says to wrong input."""
 
-import functools
 import os
 import pathlib
 import shutil
@@ -52,23 +51,6 @@ def quiet(*_):
     pass
 
 
-@functools.cache
-def small():
-    """The influence of the small fingertip, and what an error of its bone's place changes in it."""
-    return influence.compute(fingertip(error_percent=3, deviations={"bone_mm": [0, 0, 0.2]}), ".", quiet)
-
-
-class Kelvin(unittest.TestCase):
-    def test_stress_is_that_of_the_displacement(self):
-        poisson, at, step = 0.4, np.array([[0.3, -0.5, 0.9]]), 1e-5
-        slope = np.stack([
-            (mechanics.kelvin(at + step * axis, 1, poisson) - mechanics.kelvin(at - step * axis, 1, poisson))[0] / (2 * step)
-            for axis in np.eye(3)], axis=1)  # component, direction, force
-        shear, bulk = 1 / (2 * (1 + poisson)), poisson / ((1 + poisson) * (1 - 2 * poisson))
-        stress = shear * (slope + slope.transpose(1, 0, 2)) + bulk * np.einsum("kka,ij->ija", slope, np.eye(3))
-        np.testing.assert_allclose(mechanics.kelvin_stress(at, poisson)[0], stress, atol=1e-7)
-
-
 class Block(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="traction-")))
@@ -102,9 +84,6 @@ class Block(unittest.TestCase):
         error, estimated = self.errors(block(3, 4) | {"materials": [alike | {"skin_mm": 3}, alike | {"skin_mm": 4}]})
         self.assertLess(error, estimated)  # the red markers are in the core, the blue ones in the second skin
 
-    @suite.minutes
-    def test_is_that_of_the_daemon_within_half_a_percent_of_the_peak(self):
-        self.assertLess(self.errors(block(8, 0.5))[0], 5e-3)
 
 
 class Fingertip(unittest.TestCase):
@@ -239,15 +218,6 @@ class Fingertip(unittest.TestCase):
             areas.append([np.linalg.norm(np.cross(side[:, 0], side[:, 1]), axis=1).sum() / 2 for side in sides])
         np.testing.assert_allclose(*areas, rtol=0.01)  # free, bonded
 
-    @suite.minutes
-    def test_triangles_move_as_the_built_in_shape(self):
-        self.write_stl(0.7)
-        stl = {"gel_file": "gel.stl", "bone_file": "bone.stl"}
-        found = influence.compute(fingertip(error_percent=3) | {"shape": stl}, self.folder, quiet).influence
-        built_in = small().influence
-        off = np.linalg.norm(found - built_in, axis=1).max(0) / np.linalg.norm(built_in, axis=1).max(0)
-        self.assertLess(off.max(), 0.06)
-
     def test_what_is_wrong_with_triangles_is_told_with_the_face(self):
         def without(parts):
             return np.delete(parts, 100, axis=0)
@@ -268,7 +238,7 @@ class Fingertip(unittest.TestCase):
 
     @suite.minutes
     def test_an_error_of_the_bones_place_is_what_another_bone_does(self):
-        found = small()
+        found = influence.compute(fingertip(error_percent=3, deviations={"bone_mm": [0, 0, 0.2]}), ".", quiet)
         self.assertEqual(len(found.errors), 1)
         # The middle of the hemisphere has a gel 0.2 mm thicker above its bone, as a hemisphere of 4.2 mm has it.
         thicker = influence.compute(fingertip(error_percent=3, shape={"gel_mm": 4.2}), ".", quiet).influence
