@@ -114,30 +114,6 @@ class Projected(TestCase):
 
 @suite.realtime
 class RealTime(TestCase):
-    def test_drift_is_published_and_not_mended(self):
-        self.bench.twin(self.file(
-            "scenario.toml", "format = 1\nperiod_s = 1000\n[warmth]\ntime_s = [4, 8]\nrise_k = [0, 1]\n"
-            "shift_px_per_k = [0.3, -0.2]\nroll_rad_per_k = 2e-4\n"), ready=False)
-        daemon = self.bench.daemon(f'[sensor]\ngel_file = "{self.file("nominal.toml", NOMINAL)}"\n')
-        statuses = self.bench.subscribe(daemon, "traction/v1/default/status/")
-        status = statuses.collect(None, "status", until=lambda status: status.rest_drift.shift_u_px > 0.295)[-1]
-        drift = status.rest_drift
-        print(f"\n  drift {drift.shift_u_px:.4f} {drift.shift_v_px:.4f} px, scale {drift.scale:.2e}, "
-              f"roll {drift.roll_rad:.2e}, rest {drift.rms_px:.4f} px")
-        self.assertAlmostEqual(drift.shift_v_px, -0.2, delta=0.01)
-        self.assertAlmostEqual(drift.roll_rad, 2e-4, delta=1e-5)
-        self.assertAlmostEqual(drift.scale, 3e-4 * (1 - 33 / 150), delta=1e-5)  # it also grows away from the camera
-        self.assertLess(drift.rms_px, 0.01)
-        self.assertLess(drift.age_s, 1 * rig.PATIENCE)
-        daemon.wait_for("has drifted from the zero")
-        code, output = self.ctl(daemon, "status")
-        self.assertIn("drifted by (+0.", output)
-        code, _ = self.ctl(daemon, "zero")
-        self.assertEqual(code, DONE)
-        daemon.wait_for(r"zero taken, as requested by .*; the picture is moved by \(\+0\.(29|30)")
-        after = statuses.collect(4, "status")[-1].rest_drift
-        self.assertLess(abs(after.shift_u_px), 0.01)
-
     def test_geometry_from_pictures_that_none_of_our_programs_drew(self):
         camera = independent.Camera(position_mm=(1.5, -1.0, 179.0), rotation_rad=(0.01, -0.012, 0.03), k1=-0.1,
                                     focal_px=961.0, gel_index=1.41, window_index=1.49, window_thickness_mm=10.0)

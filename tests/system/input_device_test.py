@@ -201,19 +201,11 @@ class InputDevice(rig.TestCase):
         self.use(profile)  # which the same clients read
         self.until(client, "add", version=2, id=1)
 
-    def test_what_is_wrong_is_refused_in_one_line(self):
-        for profile, code, said in (("[pointer]\nspeed = 3", 78, r"profile.toml:2: .*pointer\.speed"),
-                                    ('[osc]\naddress = "nowhere"', 78, "no address to send to.*HOST:PORT"),
-                                    ("", 78, "no output")):
-            device = self.use(profile)
-            self.assertEqual(device.join(), code, device.output())
-            self.assertEqual(len(device.lines), 1, device.output())
-            self.assertRegex(device.output(), said)
-        missing = self.bench.start(INPUT, "--profile", "harp")
-        self.assertEqual(missing.join(), 66, missing.output())
-        for name in ("mouse", "touch", "tablet", "strokes", "puck", "zoom", "music"):
-            checked = self.bench.start(INPUT, "--profile", name, "--check")
-            self.assertEqual(checked.join(), 0, checked.output())
+    def test_an_address_that_is_none_is_refused_in_one_line(self):
+        device = self.use('[osc]\naddress = "nowhere"')
+        self.assertEqual(device.join(), 78, device.output())
+        self.assertEqual(len(device.lines), 1, device.output())
+        self.assertRegex(device.output(), "no address to send to.*HOST:PORT")
 
     @unittest.skipIf(os.access("/dev/uinput", os.W_OK), "this user may make input devices")
     def test_without_uinput_it_says_what_to_do(self):
