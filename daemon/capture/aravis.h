@@ -154,7 +154,7 @@ std::string elementText(ArvGcNode* node, const char* element);
 /// Returns a feature's value as text (of an enumeration the entry's name); empty if the camera has no such feature or
 /// it cannot be read now.
 std::string readFeature(ArvDevice* device, const std::string& name);
-/// Carries out an operator's request to the camera, as CameraStep::Kind states, and reports the features that it
+/// Carries out an operator's request to the camera, as its message states, and reports the features that it
 /// concerned, as they are afterwards; for a command only a remark, for a trigger nothing. The error is a sentence:
 /// nothing matches, the camera refuses or does not answer, or the name of a feature to write begins like one that
 /// changes the picture's size, offset, format, binning or mirroring. "Feature[Choice]" sets the selector for as long as

@@ -11,6 +11,7 @@
 namespace tractiond::capture {
 namespace {
 
+namespace pb = traction::v1;
 using Answer = tl::expected<CameraReport, std::string>;
 
 std::string lower(std::string word) {
@@ -18,29 +19,29 @@ std::string lower(std::string word) {
   return word;
 }
 
-CameraFeature::Kind kindOf(ArvGcNode* node) {
-  if (ARV_IS_GC_COMMAND(node)) return CameraFeature::Kind::kCommand;
-  if (ARV_IS_GC_BOOLEAN(node)) return CameraFeature::Kind::kBoolean;
-  if (ARV_IS_GC_ENUMERATION(node)) return CameraFeature::Kind::kEnumeration;
-  if (ARV_IS_GC_INTEGER(node)) return CameraFeature::Kind::kInteger;
-  if (ARV_IS_GC_FLOAT(node)) return CameraFeature::Kind::kFloat;
-  if (ARV_IS_GC_STRING(node)) return CameraFeature::Kind::kString;
-  if (ARV_IS_GC_REGISTER_NODE(node)) return CameraFeature::Kind::kRegister;
-  return CameraFeature::Kind::kUnknown;
+pb::CameraFeatureKind kindOf(ArvGcNode* node) {
+  if (ARV_IS_GC_COMMAND(node)) return pb::CAMERA_FEATURE_KIND_COMMAND;
+  if (ARV_IS_GC_BOOLEAN(node)) return pb::CAMERA_FEATURE_KIND_BOOLEAN;
+  if (ARV_IS_GC_ENUMERATION(node)) return pb::CAMERA_FEATURE_KIND_ENUMERATION;
+  if (ARV_IS_GC_INTEGER(node)) return pb::CAMERA_FEATURE_KIND_INTEGER;
+  if (ARV_IS_GC_FLOAT(node)) return pb::CAMERA_FEATURE_KIND_FLOAT;
+  if (ARV_IS_GC_STRING(node)) return pb::CAMERA_FEATURE_KIND_STRING;
+  if (ARV_IS_GC_REGISTER_NODE(node)) return pb::CAMERA_FEATURE_KIND_REGISTER;
+  return pb::CAMERA_FEATURE_KIND_UNKNOWN;
 }
 
-CameraFeature::Access accessOf(ArvGcNode* node) {
+pb::CameraFeatureAccess accessOf(ArvGcNode* node) {
   auto* feature = ARV_GC_FEATURE_NODE(node);
   const bool locked = arv_gc_feature_node_is_locked(feature, nullptr) != FALSE;
   switch (arv_gc_feature_node_get_actual_access_mode(feature)) {
   case ARV_GC_ACCESS_MODE_RO:
-    return CameraFeature::Access::kRead;
+    return pb::CAMERA_FEATURE_ACCESS_READ;
   case ARV_GC_ACCESS_MODE_WO:
-    return locked ? CameraFeature::Access::kNone : CameraFeature::Access::kWrite;
+    return locked ? pb::CAMERA_FEATURE_ACCESS_NONE : pb::CAMERA_FEATURE_ACCESS_WRITE;
   case ARV_GC_ACCESS_MODE_RW:
-    return locked ? CameraFeature::Access::kRead : CameraFeature::Access::kReadWrite;
+    return locked ? pb::CAMERA_FEATURE_ACCESS_READ : pb::CAMERA_FEATURE_ACCESS_READ_WRITE;
   default:
-    return CameraFeature::Access::kNone;
+    return pb::CAMERA_FEATURE_ACCESS_NONE;
   }
 }
 
@@ -68,31 +69,31 @@ class Query {
       , device_(arv_camera_get_device(camera))
       , configured_(configured)
       , first_(first) {
-    report_.camera = text(arv_camera_get_vendor_name(camera, nullptr)) + "-" +
-                     text(arv_camera_get_device_serial_number(camera, nullptr));
+    report_.set_camera(text(arv_camera_get_vendor_name(camera, nullptr)) + "-" +
+                       text(arv_camera_get_device_serial_number(camera, nullptr)));
     collect("Root", "");
   }
 
-  Answer list(const CameraStep& step) {
-    const std::string wanted = lower(step.matching);
+  Answer list(const pb::CameraList& step) {
+    const std::string wanted = lower(step.matching());
     for (const Place& place : places_) {
       if (!wanted.empty() && lower(place.name).find(wanted) == std::string::npos) continue;
       const bool within =
-          step.categories.empty() ||
-          std::any_of(step.categories.begin(), step.categories.end(), [&](const std::string& category) {
+          step.categories().empty() ||
+          std::any_of(step.categories().begin(), step.categories().end(), [&](const std::string& category) {
             return ("/" + lower(place.category) + "/").find("/" + lower(category) + "/") != std::string::npos;
           });
       if (!within) continue;
       const auto leaf = place.category.substr(place.category.rfind('/') + 1);
-      report_.features.push_back(describe(place.name, leaf));
+      describe(place.name, leaf);
     }
-    if (report_.features.empty()) return tl::unexpected<std::string>("the camera has no feature that matches");
+    if (report_.features().empty()) return tl::unexpected<std::string>("the camera has no feature that matches");
     return report_;
   }
 
   Answer read(const std::string& name) {
     return with(name, [&](const std::string& feature) -> Answer {
-      report_.features.push_back(describe(feature));
+      describe(feature);
       return report_;
     });
   }
@@ -108,7 +109,7 @@ class Query {
       const auto written = writeFeature(device_, {feature, value});
       if (!written) return tl::unexpected(written.error().message());
       first_.emplace(feature, before);
-      report_.features.push_back(describe(feature));
+      describe(feature);
       return report_;
     });
   }
@@ -119,7 +120,7 @@ class Query {
         return tl::unexpected(feature + " is not a command: set it");
       const auto done = writeFeature(device_, {feature, true});
       if (!done) return tl::unexpected(done.error().message());
-      report_.remarks.push_back(*done);
+      report_.add_remarks(*done);
       return report_;
     });
   }
@@ -135,7 +136,7 @@ class Query {
       return tl::unexpected<std::string>("the camera has not balanced white within 5 s: are frames flowing?");
     for (const char* choice : {"Red", "Green", "Blue"}) {
       if (const Answer gain = read(std::string("BalanceRatio[") + choice + "]"); !gain)
-        report_.remarks.push_back(gain.error());
+        report_.add_remarks(gain.error());
     }
     return report_;
   }
@@ -192,45 +193,50 @@ class Query {
   }
 
   void limits(ArvGcNode* node, CameraFeature& feature) const {
-    const char* name = feature.name.c_str();
+    const char* name = feature.name().c_str();
     Failure failure;
-    if (feature.kind == CameraFeature::Kind::kInteger) {
+    if (feature.kind() == pb::CAMERA_FEATURE_KIND_INTEGER) {
       gint64 low = 0, high = 0;
       arv_device_get_integer_feature_bounds(device_, name, &low, &high, failure.into());
-      if (!failure) feature.minimum = static_cast<double>(low), feature.maximum = static_cast<double>(high);
+      if (!failure) {
+        feature.set_minimum(static_cast<double>(low));
+        feature.set_maximum(static_cast<double>(high));
+      }
       const gint64 step = arv_device_get_integer_feature_increment(device_, name, failure.into());
-      if (!failure && step > 1) feature.increment = static_cast<double>(step);
-      feature.unit = text(arv_gc_integer_get_unit(ARV_GC_INTEGER(node)));
-    } else if (feature.kind == CameraFeature::Kind::kFloat) {
+      if (!failure && step > 1) feature.set_increment(static_cast<double>(step));
+      feature.set_unit(text(arv_gc_integer_get_unit(ARV_GC_INTEGER(node))));
+    } else if (feature.kind() == pb::CAMERA_FEATURE_KIND_FLOAT) {
       double low = 0, high = 0;
       arv_device_get_float_feature_bounds(device_, name, &low, &high, failure.into());
-      if (!failure && low > -1e300) feature.minimum = low;
-      if (!failure && high < 1e300) feature.maximum = high;
-      feature.unit = text(arv_gc_float_get_unit(ARV_GC_FLOAT(node)));
-    } else if (feature.kind == CameraFeature::Kind::kEnumeration) {
-      feature.entries = offeredEntries(device_, name);
+      if (!failure && low > -1e300) feature.set_minimum(low);
+      if (!failure && high < 1e300) feature.set_maximum(high);
+      feature.set_unit(text(arv_gc_float_get_unit(ARV_GC_FLOAT(node))));
+    } else if (feature.kind() == pb::CAMERA_FEATURE_KIND_ENUMERATION) {
+      for (const std::string& entry : offeredEntries(device_, name)) feature.add_entries(entry);
     }
   }
 
-  CameraFeature describe(const std::string& name, const std::string& category = {}) {
-    CameraFeature feature{.name = name, .category = category};
+  /// Adds a feature to the report.
+  void describe(const std::string& name, const std::string& category = {}) {
+    CameraFeature& feature = *report_.add_features();
+    feature.set_name(name);
+    feature.set_category(category);
     ArvGcNode* node = arv_device_get_feature(device_, name.c_str());
-    if (node == nullptr || !ARV_IS_GC_FEATURE_NODE(node)) return feature;
+    if (node == nullptr || !ARV_IS_GC_FEATURE_NODE(node)) return;
     auto* gc = ARV_GC_FEATURE_NODE(node);
-    feature.kind = kindOf(node);
-    feature.description = text(arv_gc_feature_node_get_tooltip(gc));
-    if (feature.description.empty()) feature.description = text(arv_gc_feature_node_get_description(gc));
+    feature.set_kind(kindOf(node));
+    feature.set_description(text(arv_gc_feature_node_get_tooltip(gc)));
+    if (feature.description().empty()) feature.set_description(text(arv_gc_feature_node_get_description(gc)));
     Failure failure;
-    if (!arv_gc_feature_node_is_available(gc, failure.into())) return feature;
-    feature.access = accessOf(node);
-    if (feature.access != CameraFeature::Access::kWrite) feature.value = readFeature(device_, name);
+    if (!arv_gc_feature_node_is_available(gc, failure.into())) return;
+    feature.set_access(accessOf(node));
+    if (feature.access() != pb::CAMERA_FEATURE_ACCESS_WRITE) feature.set_value(readFeature(device_, name));
     limits(node, feature);
     for (const std::string& selector : selectorsOf(node))
-      feature.selected.push_back(selector + "=" + readFeature(device_, selector));
+      feature.add_selected(selector + "=" + readFeature(device_, selector));
     for (const Feature& one : configured_)
-      if (one.name == name) feature.configured = textOf(one);
-    if (const auto before = first_.find(name); before != first_.end()) feature.first = before->second;
-    return feature;
+      if (one.name == name) feature.set_configured(textOf(one));
+    if (const auto before = first_.find(name); before != first_.end()) feature.set_first(before->second);
   }
 
   /// Sets the selector for as long as `work` runs.
@@ -277,19 +283,21 @@ tl::expected<CameraReport, std::string> serveFeatures(ArvCamera* camera, const C
                                                       const std::vector<Feature>& configured,
                                                       std::map<std::string, std::string>& first) {
   Query query(camera, configured, first);
-  switch (step.kind) {
-  case CameraStep::Kind::kList:
-    return query.list(step);
-  case CameraStep::Kind::kRead:
-    return query.read(step.name);
-  case CameraStep::Kind::kWrite:
-    return query.write(step.name, step.value);
-  case CameraStep::Kind::kExecute:
-    return query.execute(step.name);
-  case CameraStep::Kind::kBalanceWhite:
+  switch (step.step_case()) {
+  case CameraStep::kList:
+    return query.list(step.list());
+  case CameraStep::kRead:
+    return query.read(step.read().name());
+  case CameraStep::kWrite:
+    return query.write(step.write().name(), step.write().value());
+  case CameraStep::kExecute:
+    return query.execute(step.execute().name());
+  case CameraStep::kBalanceWhite:
     return query.balanceWhite();
-  case CameraStep::Kind::kTrigger:
+  case CameraStep::kTrigger:
     return query.trigger();
+  case CameraStep::STEP_NOT_SET:
+    break;
   }
   return tl::unexpected<std::string>("this cannot be asked");
 }

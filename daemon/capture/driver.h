@@ -86,7 +86,7 @@ class Driver {
   /// May block.
   virtual CameraLink link(const CameraLink& /*before*/) { return {}; }
 
-  /// Carries out an operator's request while the camera streams, as CameraStep::Kind states. The error is a sentence:
+  /// Carries out an operator's request while the camera streams, as its message states. The error is a sentence:
   /// the camera refuses or does not answer. May block.
   virtual tl::expected<CameraReport, std::string> serve(const CameraStep& /*step*/) {
     return tl::unexpected<std::string>("this source of pictures has no features");

@@ -41,7 +41,7 @@ std::string encodeReply(Request request, std::string_view message);
 /// \param remark why the zero may be wrong; empty: no reason is known
 std::string encodeZeroReply(const RestPose& zero, std::string_view remark);
 std::string encodeCalibrationReply(const CalibrationReport& report);
-/// Leaves out limits that are not finite. \param report its texts must be UTF-8
+/// \param report its texts must be UTF-8
 std::string encodeCameraReply(const CameraReport& report);
 std::string encodeAdoptReply();
 /// Halves the picture until it has at most 16 MiB; the places of markers stay those in the full one. \param snapshot

@@ -49,7 +49,7 @@ bool CaptureSide::isHanging() const {
 }
 
 void CaptureSide::ask(const CameraStep& step) {
-  journal_.law(asked_ns_ == kNever, "the camera is asked one thing at a time", step.name);
+  journal_.law(asked_ns_ == kNever, "the camera is asked one thing at a time", step.read().name());
   journal_.say("asked: a feature of the camera");
   asked_ns_ = now();
   camera_->ask(step);

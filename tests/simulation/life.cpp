@@ -94,7 +94,11 @@ void Life::begin(const Happening& one) {
   CalibrationStep step;
   switch (one.event) {
   case Event::kQuestion:
-    if (!camera_.isAsked()) camera_.ask({.kind = CameraStep::Kind::kRead, .name = "Gain"});
+    if (!camera_.isAsked()) {
+      CameraStep question;
+      question.mutable_read()->set_name("Gain");
+      camera_.ask(question);
+    }
     return;
   case Event::kNoise:
     step.kind = CalibrationStep::Kind::kNoise;

@@ -12,7 +12,6 @@ namespace tractiond::capture::camera_query_test {
 namespace {
 
 using testing::HasSubstr;
-using Kind = CameraStep::Kind;
 
 class CameraQuery : public testing::Test {
  protected:
@@ -23,15 +22,16 @@ class CameraQuery : public testing::Test {
     camera_.reset(arv_camera_new_with_device(device_.get(), failure.into()));
     if (!camera_) throw std::runtime_error(failure.text());
   }
-  tl::expected<CameraReport, std::string> ask(Kind kind, const std::string& name = {}, const std::string& value = {}) {
-    CameraStep step;
-    step.kind = kind;
-    step.name = name;
-    step.value = value;
+  tl::expected<CameraReport, std::string> ask(const CameraStep& step) {
     return serveFeatures(camera_.get(), step, {}, first_);
   }
-  std::string refusal(Kind kind, const std::string& name = {}, const std::string& value = {}) {
-    const auto report = ask(kind, name, value);
+  tl::expected<CameraReport, std::string> write(const std::string& name, const std::string& value) {
+    CameraStep step;
+    step.mutable_write()->set_name(name);
+    step.mutable_write()->set_value(value);
+    return ask(step);
+  }
+  static std::string refusal(const tl::expected<CameraReport, std::string>& report) {
     return report ? "done" : report.error();
   }
 
@@ -48,31 +48,37 @@ TEST(CameraText, IsUtf8WhateverTheCameraSays) {
 }
 
 TEST_F(CameraQuery, WritesAndTellsWhatStoodBefore) {
-  const auto report = ask(Kind::kWrite, "ExposureTime", "500");
+  const auto report = write("ExposureTime", "500");
   ASSERT_TRUE(report) << report.error();
-  ASSERT_EQ(report->features.size(), 1U);
-  EXPECT_EQ(report->features[0].value, "500");
+  ASSERT_EQ(report->features_size(), 1);
+  EXPECT_EQ(report->features(0).value(), "500");
   EXPECT_EQ(first_.size(), 1U);
-  EXPECT_THAT(refusal(Kind::kWrite, "ExposureTime", "long"), HasSubstr("refuses ExposureTime = long: it is a number"));
-  EXPECT_THAT(refusal(Kind::kWrite, "Exposuretime", "500"), HasSubstr("it has ExposureTime"));
-  EXPECT_THAT(refusal(Kind::kWrite, "ExposureTme", "500"), HasSubstr("it has ExposureTime"));
-  EXPECT_THAT(refusal(Kind::kWrite, "Gan", "5"), HasSubstr("Gain"));
+  EXPECT_THAT(refusal(write("ExposureTime", "long")), HasSubstr("refuses ExposureTime = long: it is a number"));
+  EXPECT_THAT(refusal(write("Exposuretime", "500")), HasSubstr("it has ExposureTime"));
+  EXPECT_THAT(refusal(write("ExposureTme", "500")), HasSubstr("it has ExposureTime"));
+  EXPECT_THAT(refusal(write("Gan", "5")), HasSubstr("Gain"));
 }
 
 TEST_F(CameraQuery, ExecutesCommandsAlone) {
-  for (const char* feature : {"ExposureTime", "Width"})
-    EXPECT_EQ(refusal(Kind::kExecute, feature), std::string(feature) + " is not a command: set it");
+  for (const char* feature : {"ExposureTime", "Width"}) {
+    CameraStep step;
+    step.mutable_execute()->set_name(feature);
+    EXPECT_EQ(refusal(ask(step)), std::string(feature) + " is not a command: set it");
+  }
 }
 
 /// The driver would notice another picture, open the camera again, and put it back without a word.
 TEST_F(CameraQuery, DoesNotChangeThePictureThatMarkersAreFollowedIn) {
   for (const char* feature : {"Width", "Height", "OffsetX", "OffsetY", "PixelFormat"})
-    EXPECT_THAT(refusal(Kind::kWrite, feature, "256"), HasSubstr("set it in [camera] of the configuration")) << feature;
+    EXPECT_THAT(refusal(write(feature, "256")), HasSubstr("set it in [camera] of the configuration")) << feature;
 }
 
 TEST_F(CameraQuery, SaysWhatIsMissingForWhiteAndTriggers) {
-  EXPECT_THAT(refusal(Kind::kBalanceWhite), HasSubstr("it has no BalanceWhiteAuto; see tractionctl camera list"));
-  EXPECT_THAT(refusal(Kind::kTrigger), HasSubstr("set camera.trigger = \"software\""));
+  CameraStep step;
+  step.mutable_balance_white();
+  EXPECT_THAT(refusal(ask(step)), HasSubstr("it has no BalanceWhiteAuto; see tractionctl camera list"));
+  step.mutable_trigger();
+  EXPECT_THAT(refusal(ask(step)), HasSubstr("set camera.trigger = \"software\""));
 }
 
 }  // namespace

@@ -73,7 +73,9 @@ class ScriptedDriver : public Driver {
   }
   tl::expected<CameraReport, std::string> serve(const CameraStep& step) override {
     hang();
-    return CameraReport{.remarks = {step.name}};
+    CameraReport report;
+    report.add_remarks(step.read().name());
+    return report;
   }
   CameraLink link(const CameraLink& /*before*/) override {
     hang();
@@ -98,6 +100,7 @@ class OddCamera : public testing::Test {
   OddCamera() {
     script_.info.name.id = "Odd";
     script_.info.shape = {20, 30, 600, 1};
+    question_.mutable_read()->set_name("Gain");
   }
   ~OddCamera() override {
     camera_.reset();
@@ -157,6 +160,7 @@ class OddCamera : public testing::Test {
     return sessions_;
   }
 
+  CameraStep question_;
   Script script_;
   Ledger ledger_;
   std::vector<std::string> said_;
@@ -196,15 +200,15 @@ TEST_F(OddCamera, AnswersQuestionsWhileItStreamsAndSaysWhyItCannot) {
   tell({Popped::kBuffer});
   ASSERT_EQ(nextOtherThan(Next::kTimeout, frame), Next::kFrame);
   camera_->recycle(frame);
-  camera_->ask({.name = "Gain"});
-  EXPECT_EQ(answer()->remarks.at(0), "Gain");
+  camera_->ask(question_);
+  EXPECT_EQ(answer()->remarks(0), "Gain");
   {
     const std::lock_guard lock(script_.mutex);
     script_.refusal = Error{.exitCode = EX_UNAVAILABLE, .what = "no camera answers"};
   }
   tell({Popped::kGone});
   while (camera_->state() != CameraState::kLost) camera_->next(frame, milliseconds(5));
-  camera_->ask({.name = "Gain"});
+  camera_->ask(question_);
   EXPECT_FALSE(answer());
   CameraVitals vitals;
   while (!camera_->takeVitals(vitals)) std::this_thread::yield();
@@ -235,7 +239,7 @@ TEST_F(OddCamera, IsLostInTimeWhileACallOfItsDriverHangs) {
   ASSERT_EQ(nextOtherThan(Next::kTimeout, frame), Next::kFrame);
   camera_->recycle(frame);
   script_.callsHang = true;
-  camera_->ask({.name = "Gain"});
+  camera_->ask(question_);
   script_.isCalled.wait(false);
   EXPECT_TRUE(test::eventually([&] {
     camera_->next(frame, milliseconds(1));

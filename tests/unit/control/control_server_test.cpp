@@ -119,9 +119,14 @@ class ControlTest : public testing::Test, Requests, publish::NewestMessages {
   }
 
   /// A trigger is answered at once, everything else when the test says so.
+  static CameraReport reportOf(const std::string& camera) {
+    CameraReport report;
+    report.set_camera(camera);
+    return report;
+  }
   void camera(const CameraStep& step) {
     cameraSteps_.push_back(step);
-    if (step.kind == CameraStep::Kind::kTrigger) server_->answerCamera(CameraReport{.camera = "triggered"});
+    if (step.has_trigger()) server_->answerCamera(reportOf("triggered"));
   }
   static std::string read(const std::string& name) {
     pb::Request request;
@@ -271,10 +276,10 @@ TEST_F(ControlTest, CameraIsAskedOneThingAfterAnother) {
   EXPECT_EQ(await(others).status().uptime_s(), 12.0);         // and what was sent before has come
   EXPECT_EQ(ask(statusRequest()).status().uptime_s(), 12.0);  // nobody else waits
   EXPECT_EQ(cameraSteps_.size(), 2U);
-  server_->answerCamera(CameraReport{.camera = "one"});
+  server_->answerCamera(reportOf("one"));
   EXPECT_EQ(await(one).camera().camera(), "one");
   serveUntil([&] { return cameraSteps_.size() >= 3; });
-  EXPECT_EQ(cameraSteps_[2].name, "Two");
+  EXPECT_EQ(cameraSteps_[2].read().name(), "Two");
   server_->answerCamera(tl::make_unexpected(std::string("no such feature")));
   EXPECT_EQ(await(others).error(), "no such feature");
   EXPECT_EQ(await(others).camera().camera(), "triggered");

@@ -77,38 +77,13 @@ TEST(WireControl, ImpossibleStepsOfACalibrationAreRefused) {
   EXPECT_FALSE(stepOf(calibrate));
 }
 
-TEST(WireControl, ImpossibleRequestsForTheCameraAreRefused) {
+TEST(WireControl, ARequestForTheCameraWithoutAStepIsRefused) {
   pb::Request request;
   request.set_version(1);
-  const auto refused = [&] {
-    const auto asked = decodeRequest(request.SerializeAsString());
-    return !asked && !asked.error().empty();
-  };
   request.mutable_camera();
-  EXPECT_TRUE(refused());
-  for (const std::string& name :
-       {std::string(), std::string("Exposure Time"), std::string("Gain\n"), std::string("Gain["), std::string("Gain[]"),
-        std::string("Gain[Red]Blue"), std::string("[Red]"), std::string("Gain]"), std::string("Gain[[Red]]]"),
-        std::string("../Gain"), std::string("Gain\0", 5), std::string(129, 'a')}) {
-    request.mutable_camera()->mutable_read()->set_name(name);
-    EXPECT_TRUE(refused()) << name;
-    request.mutable_camera()->mutable_execute()->set_name(name);
-    EXPECT_TRUE(refused()) << name;
-    request.mutable_camera()->mutable_write()->set_name(name);
-    EXPECT_TRUE(refused()) << name;
-  }
+  EXPECT_FALSE(decodeRequest(request.SerializeAsString()));
   request.mutable_camera()->mutable_write()->set_name("Gain");
-  EXPECT_FALSE(refused());
-  for (const std::string& value : {std::string("1\n2"), std::string("\0", 1), std::string(1025, '1')}) {
-    request.mutable_camera()->mutable_write()->set_value(value);
-    EXPECT_TRUE(refused()) << value;
-  }
-  for (int i = 0; i < 65; ++i) request.mutable_camera()->mutable_list()->add_categories("Root");
-  EXPECT_TRUE(refused());
-  request.mutable_camera()->mutable_list()->clear_categories();
-  EXPECT_FALSE(refused());
-  request.mutable_camera()->mutable_list()->set_matching(std::string(129, 'a'));
-  EXPECT_TRUE(refused());
+  EXPECT_TRUE(decodeRequest(request.SerializeAsString()));
 }
 
 TEST(WireControl, ASnapshotHasThePictureAndItsMarkers) {
