@@ -17,23 +17,21 @@ constexpr std::uint64_t kLongest = kLargestChunk + (1 << 20);
 /// Largest summary that is read into memory: that of some days.
 constexpr std::uint64_t kLongestSummary = 1 << 28;
 
-/// Schemas and channels declared so far. A second declaration of an id is ignored.
-struct Declared {
-  std::map<std::uint16_t, Schema> schemas;
-  std::map<std::uint16_t, Channel> channels;
+bool isDeclaration(Opcode opcode) {
+  return opcode == Opcode::kSchema || opcode == Opcode::kChannel;
+}
 
-  /// Parses and adds a schema or a channel. Returns false if it is invalid.
-  bool add(Opcode opcode, std::string_view content) {
-    if (opcode == Opcode::kSchema) {
-      const auto schema = schemaOf(content);
-      if (schema && schema->id != 0) schemas.try_emplace(schema->id, *schema);  // 0 means none
-      return schema.has_value();
-    }
-    const auto channel = channelOf(content);
-    if (channel) channels.try_emplace(channel->id, *channel);
-    return channel.has_value();
+/// Parses and adds a schema or a channel. A second declaration of an id is ignored. Returns false if it is invalid.
+bool add(Declared& to, Opcode opcode, std::string_view content) {
+  if (opcode == Opcode::kSchema) {
+    const auto schema = schemaOf(content);
+    if (schema && schema->id != 0) to.schemas.try_emplace(schema->id, *schema);  // 0 means none
+    return schema.has_value();
   }
-};
+  const auto channel = channelOf(content);
+  if (channel) to.channels.try_emplace(channel->id, *channel);
+  return channel.has_value();
+}
 
 struct Head {
   Opcode opcode;
@@ -121,8 +119,7 @@ class Scan {
   }
 
   static bool isTaken(Opcode opcode) {
-    return opcode == Opcode::kHeader || opcode == Opcode::kSchema || opcode == Opcode::kChannel ||
-           opcode == Opcode::kMessage || opcode == Opcode::kChunk;
+    return isDeclaration(opcode) || opcode == Opcode::kHeader || opcode == Opcode::kMessage || opcode == Opcode::kChunk;
   }
 
   /// Interprets the record in bytes_ and visits its messages.
@@ -139,7 +136,7 @@ class Scan {
       isGood = message && isDeclared(message->channel);
       if (isGood) pass(*message);
     } else {
-      isGood = declared_.add(opcode, bytes_);
+      isGood = add(declared_, opcode, bytes_);
     }
     if (!isGood) extent_.trouble = "the record" + atByte(at) + " is damaged";
   }
@@ -180,7 +177,7 @@ class Scan {
   /// Returns whether all records of a chunk can be interpreted, and adds their declarations.
   bool isWhole(std::string_view records) {
     return each(records, [this](Opcode opcode, std::string_view content) {
-      if (opcode == Opcode::kSchema || opcode == Opcode::kChannel) return declared_.add(opcode, content);
+      if (isDeclaration(opcode)) return add(declared_, opcode, content);
       if (opcode != Opcode::kMessage) return true;
       const auto message = messageOf(content);
       return message && isDeclared(message->channel);
@@ -254,22 +251,6 @@ class Scan {
   std::string unpacked_;  ///< records of the chunk in bytes_, if they are compressed
 };
 
-/// Adds one record of the summary. Returns false if it is damaged.
-bool addToSummary(Summary& summary, Declared& declared, Opcode opcode, std::string_view content) {
-  if (opcode == Opcode::kSchema || opcode == Opcode::kChannel) return declared.add(opcode, content);
-  if (opcode == Opcode::kStatistics) {
-    const auto statistics = statisticsOf(content);
-    if (statistics) summary.statistics = *statistics;
-    return statistics.has_value();
-  }
-  if (opcode == Opcode::kChunkIndex) {
-    const auto index = chunkIndexOf(content);
-    if (index) summary.chunks.push_back(*index);
-    return index.has_value();
-  }
-  return true;
-}
-
 }  // namespace
 
 tl::expected<Reader, Error> Reader::open(const std::filesystem::path& path) {
@@ -297,7 +278,7 @@ tl::expected<Extent, Error> Reader::read(const Visit& visit, std::uint64_t since
   return Scan(*this, visit).run(since_ns);
 }
 
-tl::expected<std::optional<Summary>, Error> Reader::summary() const {
+tl::expected<std::optional<Declared>, Error> Reader::summary() const {
   const std::uint64_t end = file_.size();
   std::string bytes;
   if (end < kMagic.size() + kFooterBytes + kMagic.size()) return std::nullopt;
@@ -313,16 +294,13 @@ tl::expected<std::optional<Summary>, Error> Reader::summary() const {
   }
   if (footer->crc != 0 && crcOf(std::string_view(bytes).substr(0, bytes.size() - 4)) != footer->crc)
     return std::nullopt;
-  Summary summary;
-  Declared declared;
+  Declared summary;
   Input in(std::string_view(bytes).substr(0, bytes.size() - kFooterBytes));
   while (!in.empty()) {
     const Head head = headOf(in.bytes(kRecordHead));
     const std::string_view content = in.bytes(head.length);
-    if (!in.ok() || !addToSummary(summary, declared, head.opcode, content)) return std::nullopt;
+    if (!in.ok() || (isDeclaration(head.opcode) && !add(summary, head.opcode, content))) return std::nullopt;
   }
-  summary.schemas = std::move(declared.schemas);
-  summary.channels = std::move(declared.channels);
   return summary;
 }
 

@@ -23,12 +23,10 @@ struct Extent {
   bool isWhole() const { return trouble.empty(); }  ///< Returns whether nothing is wrong.
 };
 
-/// Summary section of a closed recording.
-struct Summary {
+/// What a recording declares, or its summary section alone.
+struct Declared {
   std::map<std::uint16_t, Schema> schemas;    ///< by id
   std::map<std::uint16_t, Channel> channels;  ///< by id
-  std::vector<ChunkIndex> chunks;             ///< in the order of the file
-  std::optional<Statistics> statistics;       ///< nothing if the summary has none
 };
 
 /// A recording opened for reading. Thread-bound. Bytes that are appended after open() are not read.
@@ -52,9 +50,9 @@ class Reader {
   /// does not count them; earlier messages of other chunks are visited. 0: skips none
   tl::expected<Extent, Error> read(const Visit& visit, std::uint64_t since_ns = 0) const;
 
-  /// Reads the summary, without the messages. Returns nothing, without an error, if the recording was not closed, has
-  /// no summary, or that is damaged or larger than 256 MiB. Error: EX_IOERR.
-  tl::expected<std::optional<Summary>, Error> summary() const;
+  /// Reads what the summary declares, without the messages. Returns nothing, without an error, if the recording was not
+  /// closed, has no summary, or that is damaged or larger than 256 MiB. Error: EX_IOERR.
+  tl::expected<std::optional<Declared>, Error> summary() const;
 
   const OldFile& file() const { return file_; }  ///< Returns the file that is read.
 

@@ -23,17 +23,6 @@ void putCounts(Output& out, const std::map<std::uint16_t, std::uint64_t>& counts
   for (const auto& [key, value] : counts) out.number(key).number(value);
 }
 
-std::map<std::uint16_t, std::uint64_t> takeCounts(Input& in) {
-  std::map<std::uint16_t, std::uint64_t> counts;
-  Input entries(in.text());
-  while (!entries.empty()) {
-    const auto key = entries.number<std::uint16_t>();
-    counts[key] = entries.number<std::uint64_t>();
-  }
-  if (!entries.ok()) in.bytes(UINT64_MAX);
-  return counts;
-}
-
 template <typename Record>
 std::optional<Record> ifWhole(const Input& in, Record record) {
   return in.ok() ? std::optional(std::move(record)) : std::nullopt;
@@ -173,36 +162,6 @@ std::optional<Chunk> chunkOf(std::string_view content) {
   chunk.compression = in.text();
   chunk.records = in.bytes(in.number<std::uint64_t>());
   return ifWhole(in, chunk);
-}
-
-std::optional<ChunkIndex> chunkIndexOf(std::string_view content) {
-  Input in(content);
-  ChunkIndex index;
-  index.begin_ns = in.number<std::uint64_t>();
-  index.end_ns = in.number<std::uint64_t>();
-  index.offset = in.number<std::uint64_t>();
-  index.length = in.number<std::uint64_t>();
-  index.indexOffsets = takeCounts(in);
-  index.indexLength = in.number<std::uint64_t>();
-  in.text();                   // repeats the chunk's
-  in.number<std::uint64_t>();  // compressed size
-  index.size = in.number<std::uint64_t>();
-  return ifWhole(in, std::move(index));
-}
-
-std::optional<Statistics> statisticsOf(std::string_view content) {
-  Input in(content);
-  Statistics statistics;
-  statistics.messages = in.number<std::uint64_t>();
-  statistics.schemas = in.number<std::uint16_t>();
-  statistics.channels = in.number<std::uint32_t>();
-  statistics.attachments = in.number<std::uint32_t>();
-  statistics.metadata = in.number<std::uint32_t>();
-  statistics.chunks = in.number<std::uint32_t>();
-  statistics.begin_ns = in.number<std::uint64_t>();
-  statistics.end_ns = in.number<std::uint64_t>();
-  statistics.counts = takeCounts(in);
-  return ifWhole(in, std::move(statistics));
 }
 
 std::optional<Footer> footerOf(std::string_view content) {

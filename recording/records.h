@@ -126,8 +126,6 @@ std::optional<Schema> schemaOf(std::string_view content);
 std::optional<Channel> channelOf(std::string_view content);
 std::optional<Message> messageOf(std::string_view content);
 std::optional<Chunk> chunkOf(std::string_view content);
-std::optional<ChunkIndex> chunkIndexOf(std::string_view content);
-std::optional<Statistics> statisticsOf(std::string_view content);
 std::optional<Footer> footerOf(std::string_view content);
 
 /// Returns the CRC-32 of zlib. \param begin CRC-32 of the bytes before, to continue it

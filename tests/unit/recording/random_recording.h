@@ -1,14 +1,17 @@
 // Recordings of random messages, in memory.
 #pragma once
 
+#include "recording/bytes.h"
 #include "recording/reader.h"
 #include "recording/writer.h"
 #include "tests/fuzz/target.h"
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <random>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <vector>
 
@@ -111,16 +114,52 @@ inline std::string recovered(std::string_view bytes) {
   return memory.bytes;
 }
 
-/// Of each chunk: where its record begins and ends. By no code of the reader's.
-inline std::vector<std::pair<std::size_t, std::size_t>> chunksOf(const std::string& bytes) {
-  std::vector<std::pair<std::size_t, std::size_t>> chunks;
+/// Calls use(opcode, begin, content) for each record outside of chunks. By no code of the reader's.
+template <typename Use>
+void forEachRecord(std::string_view bytes, const Use& use) {
   for (std::size_t at = 8; at + 9 <= bytes.size() - 8;) {
-    std::uint64_t length = 0;
-    for (int i = 7; i >= 0; --i) length = length << 8 | static_cast<unsigned char>(bytes[at + 1 + i]);
-    if (bytes[at] == 6) chunks.emplace_back(at, at + 9 + length);
+    Input head(bytes.substr(at, 9));
+    const auto opcode = static_cast<Opcode>(head.number<std::uint8_t>());
+    const auto length = head.number<std::uint64_t>();
+    use(opcode, at, bytes.substr(at + 9, length));
     at += 9 + length;
   }
+}
+
+/// Of each chunk: where its record begins and ends.
+inline std::vector<std::pair<std::size_t, std::size_t>> chunksOf(std::string_view bytes) {
+  std::vector<std::pair<std::size_t, std::size_t>> chunks;
+  forEachRecord(bytes, [&](Opcode opcode, std::size_t begin, std::string_view content) {
+    if (opcode == Opcode::kChunk) chunks.emplace_back(begin, begin + 9 + content.size());
+  });
   return chunks;
+}
+
+/// Takes a map of numbers.
+inline std::map<std::uint16_t, std::uint64_t> takeCounts(Input& in) {
+  std::map<std::uint16_t, std::uint64_t> counts;
+  for (Input entries(in.text()); !entries.empty();) {
+    const auto key = entries.number<std::uint16_t>();
+    counts[key] = entries.number<std::uint64_t>();
+  }
+  return counts;
+}
+
+/// The summary's index of each chunk.
+inline std::vector<ChunkIndex> indexesOf(std::string_view bytes) {
+  std::vector<ChunkIndex> indexes;
+  forEachRecord(bytes, [&](Opcode opcode, std::size_t /*begin*/, std::string_view content) {
+    if (opcode != Opcode::kChunkIndex) return;
+    Input in(content);
+    ChunkIndex& index = indexes.emplace_back();
+    for (auto* number : {&index.begin_ns, &index.end_ns, &index.offset, &index.length})
+      *number = in.number<std::uint64_t>();
+    index.indexOffsets = takeCounts(in);
+    index.indexLength = in.number<std::uint64_t>();
+    EXPECT_EQ(in.text(), "");
+    index.size = in.number<std::uint64_t>();
+  });
+  return indexes;
 }
 
 }  // namespace recording

@@ -14,11 +14,9 @@ namespace {
 
 /// Messages up to the end of each chunk.
 std::vector<std::size_t> messagesUpTo(const std::string& bytes) {
-  const fuzz::MemoryFile file(bytes);
-  const auto summary = Reader::open(file.path())->summary();
   std::vector<std::size_t> sums;
   std::size_t sum = 0;
-  for (const ChunkIndex& chunk : summary.value().value().chunks) {
+  for (const ChunkIndex& chunk : indexesOf(bytes)) {
     for (const auto& [channel, at] : chunk.indexOffsets) {
       std::size_t length = 0;
       for (int i = 3; i >= 0; --i) length = length << 8 | static_cast<unsigned char>(bytes[at + 11 + i]);
