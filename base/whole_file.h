@@ -29,6 +29,7 @@ class OpenFile {
   ~OpenFile() {
     if (file_ >= 0) files::close(file_);
   }
+  int get() const { return file_; }  ///< Returns the descriptor.
 
   /// Reads up to `count` bytes. Returns how many there were, 0 at the end of the file, or -1 with errno. A signal does
   /// not end it.

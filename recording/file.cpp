@@ -18,10 +18,6 @@ constexpr std::size_t kPiece = std::size_t{256} << 10;
 
 }  // namespace
 
-Descriptor::~Descriptor() {
-  if (fd_ >= 0) ::close(fd_);
-}
-
 tl::expected<NewFile, Error> NewFile::create(const std::filesystem::path& path) {
   const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0666);
   if (fd < 0) {
@@ -31,17 +27,12 @@ tl::expected<NewFile, Error> NewFile::create(const std::filesystem::path& path) 
     }
     return tl::unexpected(Error{EX_CANTCREAT, std::string("cannot be created: ") + std::strerror(errno), path});
   }
-  // Makes the file's name durable. File systems that cannot sync directories do not need it.
-  const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
-  if (const int directory = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); directory >= 0) {
-    static_cast<void>(fsync(directory));
-    ::close(directory);
-  }
+  static_cast<void>(tractiond::synchroniseNames(path.has_parent_path() ? path.parent_path() : "."));
   return NewFile(fd, path);
 }
 
-NewFile::NewFile(int fd, std::filesystem::path path)
-    : fd_(fd)
+NewFile::NewFile(int file, std::filesystem::path path)
+    : file_(file)
     , path_(std::move(path)) {}
 
 Error NewFile::failure(int error) const {
@@ -50,7 +41,7 @@ Error NewFile::failure(int error) const {
 
 tl::expected<void, Error> NewFile::append(std::string_view bytes, std::uint64_t reserve) {
   // File systems without fallocate report a lack of room only when writing.
-  const int fd = fd_.get();
+  const int fd = file_.get();
   if (fallocate(fd, FALLOC_FL_KEEP_SIZE, static_cast<off_t>(size_), static_cast<off_t>(bytes.size() + reserve)) != 0 &&
       (errno == ENOSPC || errno == EDQUOT)) {
     return tl::unexpected(failure(errno));
@@ -72,23 +63,24 @@ tl::expected<void, Error> NewFile::append(std::string_view bytes, std::uint64_t 
 
 tl::expected<void, Error> NewFile::sync() {
   // EINVAL: a pipe has nothing to sync.
-  if (fdatasync(fd_.get()) != 0 && errno != EINVAL) return tl::unexpected(failure(errno));
+  if (fdatasync(file_.get()) != 0 && errno != EINVAL) return tl::unexpected(failure(errno));
   return {};
 }
 
 tl::expected<OldFile, Error> OldFile::open(const std::filesystem::path& path) {
-  const auto fail = [&](const std::string& why) {
-    return tl::unexpected(Error{EX_NOINPUT, "cannot be read: " + why, path});
-  };
-  Descriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));  // a pipe would be waited for
-  if (fd.get() < 0) return fail(std::strerror(errno));
+  auto file = tractiond::openRegularFile(path);
+  if (!file) {
+    const bool isOther = file.error() == std::errc::not_supported;
+    return tl::unexpected(
+        Error{EX_NOINPUT, "cannot be read: " + (isOther ? "it is no file" : file.error().message()), path});
+  }
   struct stat status {};
-  if (fstat(fd.get(), &status) != 0 || !S_ISREG(status.st_mode)) return fail("it is no file");
-  return OldFile(std::move(fd), path, static_cast<std::uint64_t>(status.st_size));
+  fstat(file->get(), &status);
+  return OldFile(*std::move(file), path, static_cast<std::uint64_t>(status.st_size));
 }
 
-OldFile::OldFile(Descriptor fd, std::filesystem::path path, std::uint64_t size)
-    : fd_(std::move(fd))
+OldFile::OldFile(tractiond::OpenFile file, std::filesystem::path path, std::uint64_t size)
+    : file_(std::move(file))
     , path_(std::move(path))
     , size_(size) {}
 
@@ -104,7 +96,7 @@ tl::expected<void, Error> OldFile::read(std::uint64_t offset, std::uint64_t coun
     return failed("there is no memory for it");
   }
   for (std::size_t done = 0; done < to.size();) {
-    const ssize_t got = pread(fd_.get(), to.data() + done, to.size() - done, static_cast<off_t>(offset + done));
+    const ssize_t got = pread(file_.get(), to.data() + done, to.size() - done, static_cast<off_t>(offset + done));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return failed(got < 0 ? std::strerror(errno) : "it has become shorter");
     done += static_cast<std::size_t>(got);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/error.h"
+#include "base/whole_file.h"
 
 #include <tl/expected.hpp>
 
@@ -10,7 +11,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 
 namespace recording {
 
@@ -25,21 +25,6 @@ class Sink {
   virtual tl::expected<void, Error> append(std::string_view bytes, std::uint64_t reserve) = 0;
   /// Waits until everything that was appended survives a power failure.
   virtual tl::expected<void, Error> sync() = 0;
-};
-
-/// An open file, closed with its owner.
-class Descriptor {
- public:
-  explicit Descriptor(int fd)
-      : fd_(fd) {}
-  Descriptor(Descriptor&& other) noexcept
-      : fd_(std::exchange(other.fd_, -1)) {}
-  Descriptor& operator=(Descriptor&&) = delete;
-  ~Descriptor();
-  int get() const { return fd_; }
-
- private:
-  int fd_;
 };
 
 /// A new file. Thread-bound. append() and sync() fail with EX_IOERR, and wait for the disk.
@@ -57,10 +42,10 @@ class NewFile : public Sink {
   std::uint64_t size() const { return size_; }
 
  private:
-  NewFile(int fd, std::filesystem::path path);
+  NewFile(int file, std::filesystem::path path);
   Error failure(int error) const;
 
-  Descriptor fd_;
+  tractiond::OpenFile file_;
   std::filesystem::path path_;
   std::uint64_t size_ = 0;
 };
@@ -80,9 +65,9 @@ class OldFile {
   tl::expected<void, Error> read(std::uint64_t offset, std::uint64_t count, std::string& to) const;
 
  private:
-  OldFile(Descriptor fd, std::filesystem::path path, std::uint64_t size);
+  OldFile(tractiond::OpenFile file, std::filesystem::path path, std::uint64_t size);
 
-  Descriptor fd_;
+  tractiond::OpenFile file_;
   std::filesystem::path path_;
   std::uint64_t size_;
 };
