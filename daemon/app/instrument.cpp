@@ -270,7 +270,7 @@ void Instrument::measure(traction::v1::Status& status) {
   }
   // What a camera waits for matters while it sends nothing.
   const bool sends = cameraVitals_.state == CameraState::kStreaming && status.rates().received_hz() > 0.0;
-  status.mutable_camera_why()->assign(sends ? std::string_view() : cameraVitals_.why.view());
+  status.set_camera_why(sends ? std::string() : cameraVitals_.why);
   realtime_->read(*status.mutable_scheduling());
   traction::v1::Turns& turns = *status.mutable_turns();
   turns.set_capture(turns_.capture.get());

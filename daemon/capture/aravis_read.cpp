@@ -68,7 +68,7 @@ CameraLink readLink(ArvCamera* camera, ArvStream* stream, const ControlGuard& gu
     return {};
   };
   const auto number = [](const std::string& text) { return std::strtod(text.c_str(), nullptr); };
-  link.mutable_ptp()->assign(Line(firstOf({"PtpStatus", "GevIEEE1588Status"})).view());
+  link.set_ptp(firstOf({"PtpStatus", "GevIEEE1588Status"}));
   if (!link.ptp().empty() && !isLost()) {
     for (const char* latch : {"PtpDataSetLatch", "GevIEEE1588DataSetLatch"})
       if (hasFeature(device, latch)) arv_device_execute_command(device, latch, nullptr);

@@ -317,7 +317,7 @@ void Keeper::refuseQuestion(const std::string& why) {
 void Keeper::show(CameraState now, const std::string& why) {
   state_ = now;
   newest_.state = now;
-  if (!why.empty() || now == CameraState::kStreaming) newest_.why = Line(why);
+  if (!why.empty() || now == CameraState::kStreaming) newest_.why = why;
   vitals_.put(newest_);  // while the other side takes one, the next check brings it
 }
 

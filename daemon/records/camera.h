@@ -1,10 +1,10 @@
 // State of the camera and of the link to it, for the status.
 #pragma once
 
-#include "base/fixed_text.h"
 #include "traction/v1/status.pb.h"
 
 #include <cstdint>
+#include <string>
 
 namespace tractiond {
 
@@ -17,16 +17,12 @@ enum class CameraState : std::uint8_t {
   kConnecting = traction::v1::CAMERA_STATE_CONNECTING,  ///< found; it is being set up
 };
 
-/// A line of text for the operator, cut to 200 bytes between two characters of UTF-8. Does not check the text.
-using Line = FixedText<200>;
-
-/// Its texts must be valid UTF-8, which Line does not ensure. Text of a camera must be passed through Line, which
-/// bounds its length.
+/// Its texts must be valid UTF-8.
 using CameraLink = traction::v1::CameraLink;
 
 struct CameraVitals {
   CameraState state = CameraState::kUnknown;
-  Line why;  ///< why the camera does not stream, or what it waits for; empty: not known, or nothing
+  std::string why;  ///< why the camera does not stream, or what it waits for; empty: not known, or nothing
   CameraLink link;
 };
 

@@ -213,7 +213,7 @@ TEST_F(OddCamera, AnswersQuestionsWhileItStreamsAndSaysWhyItCannot) {
   CameraVitals vitals;
   while (!camera_->takeVitals(vitals)) std::this_thread::yield();
   EXPECT_EQ(vitals.state, CameraState::kLost);
-  EXPECT_FALSE(vitals.why.view().empty());
+  EXPECT_FALSE(vitals.why.empty());
 }
 
 TEST_F(OddCamera, MayBeSilentWhileItWaitsForItsTrigger) {
@@ -229,7 +229,7 @@ TEST_F(OddCamera, MayBeSilentWhileItWaitsForItsTrigger) {
   CameraVitals vitals;
   ASSERT_TRUE(test::eventually([&] { return camera_->takeVitals(vitals); }));
   EXPECT_EQ(vitals.state, CameraState::kStreaming);
-  EXPECT_THAT(std::string(vitals.why.view()), HasSubstr("waits for triggers (TriggerMode is On)"));
+  EXPECT_THAT(vitals.why, HasSubstr("waits for triggers (TriggerMode is On)"));
 }
 
 TEST_F(OddCamera, IsLostInTimeWhileACallOfItsDriverHangs) {

@@ -1,4 +1,3 @@
-#include "base/fixed_text.h"
 #include "daemon/publish/wire.h"
 #include "tests/unit/publish/support.h"
 #include "traction/v1/control.pb.h"
@@ -293,14 +292,6 @@ TEST(Wire, DescriptionWithoutAZeroHasNone) {
   ASSERT_TRUE(message.ParseFromString(description.fill(heading()).SerializeAsString()));
   EXPECT_FALSE(message.has_zero());
   EXPECT_TRUE(message.header().zero().empty());
-}
-
-TEST(FixedText, IsCutBetweenCharacters) {
-  FixedText<4> text;
-  text.assign("abc±");
-  EXPECT_EQ(text.view(), "abc");
-  text.assign("ab±");
-  EXPECT_EQ(text.view(), "ab±");
 }
 
 }  // namespace
