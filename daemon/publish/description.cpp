@@ -1,10 +1,10 @@
 #include "daemon/publish/description.h"
 
 #include <sys/random.h>
+#include <systemd/sd-id128.h>
 
+#include <algorithm>
 #include <cassert>
-#include <charconv>
-#include <fstream>
 
 namespace tractiond::publish {
 
@@ -17,11 +17,8 @@ Id randomId() {
 
 Id hostId() {
   Id id{};
-  std::string text;
-  std::getline(std::ifstream("/proc/sys/kernel/random/boot_id"), text);
-  std::erase(text, '-');
-  if (text.size() != 2 * id.size()) return id;
-  for (std::size_t i = 0; i < id.size(); ++i) std::from_chars(&text[2 * i], &text[2 * i] + 2, id[i], 16);
+  sd_id128_t boot{};
+  if (sd_id128_get_boot(&boot) == 0) std::ranges::copy(boot.bytes, id.begin());
   return id;
 }
 
