@@ -5,6 +5,8 @@
 #include "daemon/capture/camera_plan.h"
 #include "daemon/capture/inspection.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <iostream>
 #include <vector>
 
@@ -27,9 +29,7 @@ int planCamera(const std::string& file, const capture::CameraOptions& options) {
   const auto plan = capture::planCamera(file, options);
   if (!plan) return failed(plan.error());
   const auto list = [](const std::vector<std::string>& items) {
-    std::string text;
-    for (const std::string& item : items) text += (text.empty() ? "" : ", ") + item;
-    return text.empty() ? std::string("none") : text;
+    return items.empty() ? std::string("none") : fmt::format("{}", fmt::join(items, ", "));
   };
   const std::string format = plan->format.empty() ? "the camera's own, or else the first that it has" : plan->format;
   std::cout << plan->vendor << " " << plan->model << "\n  format    " << format << " of " << list(plan->formats)

@@ -3,12 +3,12 @@
 #include "base/clock.h"
 #include "daemon/capture/aravis.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <condition_variable>
-#include <cstdio>
 #include <memory>
 #include <mutex>
 #include <utility>
@@ -44,15 +44,11 @@ std::string text(const char* string) {
 }
 
 std::string number(double value) {
-  std::array<char, 32> digits{};
-  std::snprintf(digits.data(), digits.size(), "%.10g", value);
-  return digits.data();
+  return fmt::format("{:.10g}", value);
 }
 
 std::string joined(const std::vector<std::string>& items) {
-  std::string all;
-  for (const std::string& item : items) all += (all.empty() ? "" : ", ") + item;
-  return all;
+  return fmt::format("{}", fmt::join(items, ", "));
 }
 
 std::vector<std::string> taken(const char** names, guint count) {

@@ -4,11 +4,11 @@
 // the camera at: a camera that lost its power has forgotten it.
 #include "daemon/capture/aravis.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <array>
-#include <cinttypes>
 #include <cmath>
-#include <cstdio>
 #include <tuple>
 #include <utility>
 
@@ -16,9 +16,8 @@ namespace tractiond::capture {
 
 std::string formatInWords(const std::string& name, std::int64_t code) {
   if (pixelFormatByCode(static_cast<std::uint32_t>(code)) != nullptr) return name;
-  std::array<char, 24> digits{};
-  std::snprintf(digits.data(), digits.size(), "0x%08" PRIX64, code);
-  return name.empty() ? digits.data() : name + " (" + digits.data() + ")";
+  const std::string digits = fmt::format("0x{:08X}", static_cast<std::uint64_t>(code));
+  return name.empty() ? digits : name + " (" + digits + ")";
 }
 
 std::vector<std::string> offeredFormats(ArvCamera* camera) {

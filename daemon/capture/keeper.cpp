@@ -1,8 +1,8 @@
 #include "daemon/capture/keeper.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <utility>
 
 namespace tractiond::capture {
@@ -24,15 +24,14 @@ constexpr std::int64_t kAtOnce = 0;
 
 /// Describes camera, picture, rate, packets and receive buffer in one line for the log.
 std::string summary(const CameraInfo& camera) {
-  std::array<char, 64> rate{};
-  if (camera.frameRate_Hz > 0) std::snprintf(rate.data(), rate.size(), ", %.4g frames/s", camera.frameRate_Hz);
-  std::string line = "camera " + camera.name.id + ": " + std::to_string(camera.shape.width) + " x " +
-                     std::to_string(camera.shape.height) + " " + std::string(traitsOf(camera.format).name) +
-                     rate.data() + (camera.triggered ? ", on trigger" : "");
-  if (camera.packetSize_bytes > 0)
-    line += ", packets of " + std::to_string(camera.packetSize_bytes) + " bytes" +
-            (camera.packetSizeVerified ? "" : " (no frame seen yet)") + ", receive buffer " +
-            std::to_string(camera.receiveBuffer_bytes) + " bytes";
+  std::string line = fmt::format("camera {}: {} x {} {}", camera.name.id, camera.shape.width, camera.shape.height,
+                                 traitsOf(camera.format).name);
+  if (camera.frameRate_Hz > 0) line += fmt::format(", {:.4g} frames/s", camera.frameRate_Hz);
+  if (camera.triggered) line += ", on trigger";
+  if (camera.packetSize_bytes > 0) {
+    line += fmt::format(", packets of {} bytes{}, receive buffer {} bytes", camera.packetSize_bytes,
+                        camera.packetSizeVerified ? "" : " (no frame seen yet)", camera.receiveBuffer_bytes);
+  }
   return line;
 }
 

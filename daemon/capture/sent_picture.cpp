@@ -1,5 +1,7 @@
 #include "daemon/capture/sent_picture.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <array>
 
 namespace tractiond::capture {
@@ -34,15 +36,9 @@ const PayloadType* otherType(int code) {
   return code >= kMakersOwn ? &kOwn : &kUnknown;
 }
 
-std::string hex(std::uint32_t value, int digits) {
-  std::string text = "0x";
-  for (int shift = 4 * (digits - 1); shift >= 0; shift -= 4) text += "0123456789ABCDEF"[(value >> shift) & 15U];
-  return text;
-}
-
 std::string nameOf(std::uint32_t format) {
   const PixelFormatTraits* known = pixelFormatByCode(format);
-  return known == nullptr ? hex(format, 8) : std::string(known->name);
+  return known == nullptr ? fmt::format("0x{:08X}", format) : std::string(known->name);
 }
 
 std::string sides(int width, int height) {
@@ -71,9 +67,9 @@ std::optional<PictureLayout> layoutOf(const SentPicture& sent, const PictureShap
 
 std::string deviation(const SentPicture& sent, const PictureShape& agreed) {
   if (const PayloadType* other = otherType(sent.payloadType)) {
-    const auto code = static_cast<std::uint32_t>(sent.payloadType);
-    return "sends " + std::string(other->name) + " (payload type " +
-           (code >= kMakersOwn ? hex(code, 4) : std::to_string(code)) + "), which cannot be read";
+    const int code = sent.payloadType;
+    return fmt::format("sends {} (payload type {}), which cannot be read", other->name,
+                       code >= kMakersOwn ? fmt::format("0x{:04X}", code) : fmt::format("{}", code));
   }
   if (layoutOf(sent, agreed)) return {};
   const std::string picture = "a picture of " + sides(agreed.width, agreed.height) + " pixels in " +
