@@ -107,11 +107,6 @@ bool canOthersRead(const struct stat& of) {
   return (of.st_mode & (of.st_uid == 0 ? 037 : 077)) != 0;
 }
 
-/// Returns whether a later attempt may succeed.
-bool isPassing(int error) {
-  return error == EMFILE || error == ENFILE || error == ENOMEM;
-}
-
 }  // namespace
 
 std::string_view wordOf(Permission permission) {
@@ -216,7 +211,6 @@ bool KeyDirectory::refresh() {
     now.push_back(
         {name, static_cast<long>(of.st_ino), static_cast<long>(of.st_size), of.st_ctim.tv_sec, of.st_ctim.tv_nsec});
   }
-  if (isPassing(error.value())) return false;
   std::optional<Error> failure;
   struct stat own {};
   if (error) {
@@ -225,10 +219,6 @@ bool KeyDirectory::refresh() {
                     .where = path_.string()};
   } else if (stat(path_.c_str(), &own) == 0 && canOthersWrite(own)) {
     failure = openToOthers(path_, "directory of keys");
-  } else if (now.size() > kMostKeys) {
-    failure = Error{.exitCode = EX_CONFIG,
-                    .what = "more than " + std::to_string(kMostKeys) + " keys are in one directory, and none is taken",
-                    .where = path_.string()};
   }
   if (failure) now.clear();
   std::ranges::sort(now, {}, &Stamp::name);

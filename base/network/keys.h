@@ -16,7 +16,6 @@
 namespace tractiond::network {
 
 inline constexpr const char* kKeyDirectory = "/etc/tractiond/keys";
-inline constexpr std::size_t kMostKeys = 1000;  ///< files of keys in a directory; with more of them no key is allowed
 
 enum class Permission {
   kRead,     ///< may subscribe to stream and latest
@@ -87,9 +86,8 @@ class KeyDirectory {
 
   /// Reads the directory in the first call, and again if a file NAME.key has changed, appeared or gone, or could not be
   /// read. Returns whether the keys or the faults have changed. A faulty file allows no key, nor does one with the key
-  /// of a file before it in the order of names. No key is allowed if the directory cannot be read, can be written by
-  /// every user, or has more than kMostKeys. If it cannot be read for lack of file descriptors or memory, everything
-  /// stays as it was. Waits for the disk.
+  /// of a file before it in the order of names. No key is allowed if the directory cannot be read, or can be written by
+  /// every user. Waits for the disk.
   bool refresh();
 
   /// Returns the allowed keys, sorted by the names of their files. Valid until the next refresh().

@@ -65,8 +65,7 @@ void newKey(const std::string& name, const fs::path& file) {
 /// the gateway then ends all connections, and the clients that are still allowed connect again. Creates the gateway's
 /// own key pair if there is none. Prints the command with which a client connects. \throws FileError, and allows
 /// nothing: also EX_DATAERR if the key is allowed under another name, EX_NOPERM if every user can write into the
-/// directory, EX_CONFIG if it would have more than 1,000 keys; and if the gateway's own key pair cannot be read or is
-/// faulty
+/// directory; and if the gateway's own key pair cannot be read or is faulty
 void allowKey(const fs::path& directory, const std::string& name, const std::string& key, bool control) {
   checkName(name);
   if (!files::isKey(key)) {
@@ -81,11 +80,6 @@ void allowKey(const fs::path& directory, const std::string& name, const std::str
   for (const tractiond::Error& fault : known.faults()) {  // of the directory: the key would have no effect
     if (fault.where == directory.string() && fs::exists(directory, ignored))
       throw FileError(fault.exitCode, fault.message());
-  }
-  if (known.keys().size() + known.faults().size() >= files::kMostKeys &&
-      !fs::exists(directory / (name + ".key"), ignored)) {
-    throw FileError(EX_CONFIG, std::to_string(files::kMostKeys) + " keys are in " + directory.string() +
-                                   ", and with more none is taken; tractionctl keys revoke NAME removes one");
   }
   const fs::path own = files::serverKeyFile(directory);
   if (!fs::exists(fs::symlink_status(own, ignored))) orThrow(files::saveServerKey(directory, files::newKeyPair()));
