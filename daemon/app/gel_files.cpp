@@ -93,11 +93,14 @@ tl::expected<sensor::Sensor, Error> readAdopted(const std::string& text, const c
 }
 
 void describeSensor(publish::Description& description, const sensor::Sensor& sensor, const solve::SolveOptions& solve) {
-  description.sensor = sensor;
-  description.mechanics = sensor.body                                     ? "influence file"
-                          : solve.model == sensor::elastic::Model::kBlock ? "block"
-                                                                          : "half-space";
-  description.noise_px = solve.noise_px;
+  publish::describe(sensor, description.message);
+  traction::v1::Solver& solver = *description.message.mutable_solver();
+  solver.set_mechanics(sensor.body                                     ? "influence file"
+                       : solve.model == sensor::elastic::Model::kBlock ? "block"
+                                                                       : "half-space");
+  solver.set_noise_px(solve.noise_px);
+  const Id& id = description.identity.calibration;
+  description.message.mutable_calibration()->mutable_id()->assign(id.begin(), id.end());
 }
 
 tl::expected<void, Error> readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile,

@@ -33,8 +33,8 @@ tl::expected<void, Error> checkCamera(const sensor::Sensor& sensor, const captur
 /// file (EX_CONFIG, EX_DATAERR), or the checkCamera() of it fails.
 tl::expected<sensor::Sensor, Error> readAdopted(const std::string& text, const capture::CameraInfo& info);
 
-/// Sets the sensor, its mechanics and the noise of a description. Leaves `detectionLimit_N` and
-/// `calibrated_ns`, which only the solver that was made knows, as they are.
+/// Sets the sensor, its mechanics and the noise of a description, whose identity must be set. Leaves the detection
+/// limit and the time of the calibration, which only the solver that was made knows, as they are.
 void describeSensor(publish::Description& description, const sensor::Sensor& sensor, const solve::SolveOptions& solve);
 
 /// Copies the gel file and the influence file that it names, as they are on the disk, into `beginning`. Each is set

@@ -67,8 +67,8 @@ tl::expected<void, Error> Instrument::build(std::optional<sensor::Sensor> gel) {
   const Config& config = config_;
   description_.identity = {config.sensor.name, publish::randomId(),
                            gel ? solve::calibrationId(*gel, config.solve) : Id{}};
-  description_.softwareVersion = TRACTIOND_VERSION;
-  description_.host = publish::hostId();
+  description_.message.set_software_version(TRACTIOND_VERSION);
+  description_.message.set_host(publish::hostId());
   if (gel) describeSensor(description_, *gel, config.solve);
 
   if (auto opened = openSockets(); !opened) return opened;
@@ -253,12 +253,13 @@ void Instrument::meetCamera() {
   describedSession_ = info->session;
   processing_->beginSession(*info);
   if (previewer_) previewer_->setFrameSize(info->shape.size);
-  description_.cameraVendor = info->name.vendor;
-  description_.cameraModel = info->name.model;
-  description_.cameraSerial = info->name.serial;
-  description_.pixelFormat = traitsOf(info->format).name;
-  description_.width_px = info->shape.width;
-  description_.height_px = info->shape.height;
+  traction::v1::Camera& camera = *description_.message.mutable_camera();
+  camera.set_vendor(info->name.vendor);
+  camera.set_model(info->name.model);
+  camera.set_serial(info->name.serial);
+  camera.set_pixel_format(std::string(traitsOf(info->format).name));
+  camera.set_width_px(static_cast<std::uint32_t>(info->shape.width));
+  camera.set_height_px(static_cast<std::uint32_t>(info->shape.height));
   publisher_->describe(description_);
 }
 

@@ -2,6 +2,7 @@
 
 #include "daemon/app/gel_files.h"
 #include "daemon/control/zero_store.h"
+#include "daemon/publish/wire_parts.h"
 #include "daemon/solve/make_solver.h"
 #include "daemon/track/nominal.h"
 
@@ -61,7 +62,7 @@ tl::expected<void, Error> Measurement::build() {
                                 [](const std::string& remark) { spdlog::warn("warning: {}", remark); });
   if (!made) return tl::unexpected(made.error());
   solver_.solver = std::move(made->solver);
-  around_.description.calibrated_ns = made->computed_ns;
+  around_.description.message.mutable_calibration()->set_time_ns(made->computed_ns);
   if (solve::followsRest(sensor_)) {
     restSolver_ = std::make_unique<RestSolver>(sensor_, config.solve, around_.stateDirectory, solver_.solver, compute_);
   }
@@ -69,7 +70,7 @@ tl::expected<void, Error> Measurement::build() {
   tracking.awaitsGelCheck = true;  // forces are only computed from a zero that was compared with the gel file
   tracker_ = std::make_unique<track::Tracker>(sensor_, tracking);
   gelWatch_ = std::make_unique<control::GelWatch>(sensor_, *tracker_, newestMarkerStatus_, &around_.replies);
-  around_.description.detectionLimit_N = solver_.solver->detectionLimit_N();
+  publish::encode(solver_.solver->detectionLimit_N(), *around_.description.message.mutable_solver());
   around_.publisher.describe(around_.description);
   procedures_ = std::make_unique<control::Procedures>(
       control::ProcedureParts{.sensor = sensor_,
@@ -231,7 +232,7 @@ void Measurement::turn() {
 
 void Measurement::describe(const RestPose& zero) {
   if (restSolver_) restSolver_->request(zero);
-  around_.description.zero = zero;
+  publish::encode(zero, *around_.description.message.mutable_zero());
   around_.publisher.describe(around_.description);
 }
 

@@ -9,6 +9,7 @@
 #include "daemon/app/rest_solver.h"
 #include "daemon/calibrate/zero_tracking.h"
 #include "daemon/control/gel_watch.h"
+#include "daemon/publish/wire_parts.h"
 #include "daemon/record/recorder.h"
 #include "daemon/record/replay_solver.h"
 #include "daemon/records/field_gaps.h"
@@ -113,6 +114,7 @@ class Replay {
   TractionField field_;
   FieldGaps fieldGaps_;
   ReplaySolver solver_;
+  std::optional<Id> zero_;  ///< in force
   RestPose taken_;
   bool isProposed_ = false;  ///< taken_ was asked for, and is not in force
   std::uint64_t number_ = 0, pictures_ = 0, gaps_ = 0;
@@ -201,18 +203,19 @@ void Replay::checkPicture(const Frame& picture) const {
 
 /// Makes the solver, and completes the description by it.
 void Replay::makeSolver(const Frame& first) {
-  description_.softwareVersion = TRACTIOND_VERSION;
-  description_.host = publish::hostId();
   describeSensor(description_, sensor_, config_.solve);
-  description_.cameraVendor = beginning_->cameraVendor;
-  description_.cameraModel = beginning_->cameraModel;
-  description_.cameraSerial = beginning_->cameraSerial;
-  description_.pixelFormat = traitsOf(first.format).name;
+  traction::v1::Description& message = description_.message;
+  message.set_software_version(TRACTIOND_VERSION);
+  message.set_host(publish::hostId());
+  message.mutable_camera()->set_vendor(beginning_->cameraVendor);
+  message.mutable_camera()->set_model(beginning_->cameraModel);
+  message.mutable_camera()->set_serial(beginning_->cameraSerial);
+  message.mutable_camera()->set_pixel_format(std::string(traitsOf(first.format).name));
   auto made = orStop(solve::makeSolver(sensor_, config_.solve, places_.state, {},
                                        [](const std::string& remark) { spdlog::warn("warning: {}", remark); }));
   drawn_ = std::move(made.solver);
-  description_.calibrated_ns = made.computed_ns;
-  description_.detectionLimit_N = drawn_->detectionLimit_N();
+  message.mutable_calibration()->set_time_ns(made.computed_ns);
+  publish::encode(drawn_->detectionLimit_N(), *message.mutable_solver());
 }
 
 /// Begins a recording of the replay.
@@ -259,11 +262,12 @@ void Replay::require(const RestPose& pose) const {
 }
 
 void Replay::describe(const RestPose& pose) {
-  description_.zero = pose;
+  zero_ = pose.id;
+  publish::encode(pose, *description_.message.mutable_zero());
   publisher_->describe(description_);
   if (!solve::followsRest(sensor_)) return;
   auto atRest = orStop(solve::makeSolverAtRest(sensor_, config_.solve, places_.state, pose.position_px, pose.present,
-                                               description_.detectionLimit_N,
+                                               drawn_->detectionLimit_N(),
                                                [](const std::string& remark) { spdlog::warn("warning: {}", remark); }));
   atRest_.push_back({std::move(atRest.solver), pose.id});
 }
@@ -311,7 +315,7 @@ void Replay::handleZero(TrackerInputs& inputs) {
     inputs.compared = true;
     return;
   }
-  const bool isKnown = description_.zero && inputs.comparedZero == description_.zero->id;
+  const bool isKnown = inputs.comparedZero == zero_;
   if (!sameGel_ || (comparesZeros() && !isKnown)) inputs.compared = false;
 }
 
@@ -339,7 +343,7 @@ void Replay::picture(std::string_view bytes) {
   recordedReal.store(frame.info.times.receivedReal_ns, std::memory_order_relaxed);
   if (!isOpen_) open(frame);
   if (frame.width != sensor_.camera.width || frame.height != sensor_.camera.height ||
-      traitsOf(frame.format).name != description_.pixelFormat)
+      traitsOf(frame.format).name != description_.message.camera().pixel_format())
     fail({.exitCode = EX_DATAERR, .what = "its pictures are not all of one size and format"});
   pace(frame.info.times.received_ns);
   ledger_.received.add();
@@ -356,7 +360,7 @@ void Replay::picture(std::string_view bytes) {
   const bool tracked = tracker_->track(frame, markers_) == track::Outcome::kTracked;
   if (inputs.adopted) describe(inputs.zero);
   if (tracker_->takeRestPose(taken_)) {
-    isProposed_ = description_.zero.has_value();
+    isProposed_ = zero_.has_value();
     if (!isProposed_) {
       if (comparesZeros()) compare(taken_);
       describe(taken_);

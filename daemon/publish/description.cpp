@@ -3,8 +3,8 @@
 #include <sys/random.h>
 #include <systemd/sd-id128.h>
 
-#include <algorithm>
 #include <cassert>
+#include <iterator>
 
 namespace tractiond::publish {
 
@@ -15,11 +15,9 @@ Id randomId() {
   return id;
 }
 
-Id hostId() {
-  Id id{};
+std::string hostId() {
   sd_id128_t boot{};
-  if (sd_id128_get_boot(&boot) == 0) std::ranges::copy(boot.bytes, id.begin());
-  return id;
+  return sd_id128_get_boot(&boot) == 0 ? std::string(std::begin(boot.bytes), std::end(boot.bytes)) : "";
 }
 
 }  // namespace tractiond::publish

@@ -6,6 +6,7 @@
 #include "base/network/socket.h"
 #include "daemon/publish/durations.h"
 #include "daemon/publish/wire.h"
+#include "daemon/publish/wire_parts.h"
 #include "proto/traction/v1/endpoints.h"
 #include "traction/v1/status.pb.h"
 
@@ -115,7 +116,8 @@ struct Publisher::Impl {
     const Heading heading = headingOf(kDescription);
     lastDescription_ns = heading.sent_ns;
     descriptionDue = false;
-    zmq::message_t message = packed(description->fill(heading));
+    encode(heading, *description);
+    zmq::message_t message = packed(*description);
     send(kDescription, message, heading.sentReal_ns);
   }
 
@@ -222,8 +224,8 @@ struct Publisher::Impl {
   std::array<std::uint64_t, kTopicCount> sequences{};
   Heading last;  ///< of the last field
 
-  std::unique_ptr<DescriptionMessage> description;
-  std::atomic<DescriptionMessage*> offered{nullptr};  ///< by describe()
+  std::unique_ptr<traction::v1::Description> description;
+  std::atomic<traction::v1::Description*> offered{nullptr};  ///< by describe()
   bool descriptionDue = false;
   std::int64_t lastDescription_ns = 0;
 
@@ -324,14 +326,13 @@ void Publisher::serve(int fd, std::chrono::milliseconds timeout) {
 
 void Publisher::describe(const Description& description) {
   Impl& self = *impl_;
-  Description stated = description;
-  stated.identity = self.identity;
-  auto message =
-      std::make_unique<DescriptionMessage>(stated, std::vector<std::string>(self.topics.begin(), self.topics.end()));
-  const google::protobuf::MessageLite& filled = message->fill(self.headingNow());
+  auto message = std::make_unique<traction::v1::Description>(description.message);
+  encode(self.identity, *message->mutable_header());
+  for (const std::string& topic : self.topics) message->add_topics(topic);
+  encode(self.headingNow(), *message);
   {
     const std::lock_guard lock(self.lastMutex);
-    self.lastDescription = filled.SerializeAsString();
+    self.lastDescription = message->SerializeAsString();
   }
   // release: partner is the acquire in takeDescription(). What had not been taken yet is out of date.
   delete self.offered.exchange(message.release(), std::memory_order_acq_rel);

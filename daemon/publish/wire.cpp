@@ -177,12 +177,16 @@ void encode(const RestPose& from, pb::Zero& to) {
   to.set_requested_by(from.requestedBy);
 }
 
+void encode(const std::array<double, 2>& detectionLimit_N, pb::Solver& to) {
+  to.set_detection_limit_tangential_n(detectionLimit_N[0]);
+  to.set_detection_limit_normal_n(detectionLimit_N[1]);
+}
+
 pb::Colour wireColour(sensor::Colour colour) {
   return static_cast<pb::Colour>(static_cast<int>(colour) + pb::COLOUR_BLUE);
 }
 
-/// Sets what a description says of the gel, and of how forces are computed.
-void measured(const Description& description, const sensor::Sensor& sensor, pb::Description& message) {
+void describe(const sensor::Sensor& sensor, pb::Description& message) {
   message.mutable_gel()->set_youngs_modulus_pa(sensor.gel.youngsModulus);
   message.mutable_gel()->set_poisson_ratio(sensor.gel.poissonRatio);
   setVector(sensor.gel.size, *message.mutable_gel()->mutable_size_m());
@@ -192,42 +196,13 @@ void measured(const Description& description, const sensor::Sensor& sensor, pb::
   message.mutable_nodes()->set_pitch_m(sensor.nodes.pitch);
   setVector(sensor.nodes.centre, *message.mutable_nodes()->mutable_centre_m());
   set(sensor.camera, *message.mutable_camera());
-
-  message.mutable_solver()->set_mechanics(description.mechanics);
-  message.mutable_solver()->set_noise_px(description.noise_px);
-  message.mutable_solver()->set_detection_limit_tangential_n(description.detectionLimit_N[0]);
-  message.mutable_solver()->set_detection_limit_normal_n(description.detectionLimit_N[1]);
-  set(description.identity.calibration, *message.mutable_calibration()->mutable_id());
-  message.mutable_calibration()->set_time_ns(description.calibrated_ns);
-  if (description.zero) encode(*description.zero, *message.mutable_zero());
   if (sensor.body) set(*sensor.body, *message.mutable_body());
 }
 
-DescriptionMessage::DescriptionMessage(const Description& description, const std::vector<std::string>& topics)
-    : message_(std::make_unique<pb::Description>()) {
-  pb::Description& message = *message_;
-  encode(description.identity, *message.mutable_header());
-  message.set_software_version(description.softwareVersion);
-  set(description.host, *message.mutable_host());
-  for (const std::string& topic : topics) message.add_topics(topic);
-
-  pb::Camera& camera = *message.mutable_camera();
-  camera.set_width_px(static_cast<std::uint32_t>(description.width_px));
-  camera.set_height_px(static_cast<std::uint32_t>(description.height_px));
-  camera.set_vendor(description.cameraVendor);
-  camera.set_model(description.cameraModel);
-  camera.set_serial(description.cameraSerial);
-  camera.set_pixel_format(description.pixelFormat);
-  if (description.sensor) measured(description, *description.sensor, message);
-}
-
-DescriptionMessage::~DescriptionMessage() = default;
-
-const google::protobuf::MessageLite& DescriptionMessage::fill(const Heading& heading) {
-  message_->set_timestamp(seconds(heading.sentReal_ns));
-  encode(heading, *message_->mutable_header());
-  message_->mutable_header()->set_zero(message_->zero().id());
-  return *message_;
+void encode(const Heading& heading, pb::Description& message) {
+  message.set_timestamp(seconds(heading.sentReal_ns));
+  encode(heading, *message.mutable_header());
+  message.mutable_header()->set_zero(message.zero().id());
 }
 
 struct Wire::Messages {

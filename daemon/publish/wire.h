@@ -7,16 +7,13 @@
 #include "daemon/records/traction_field.h"
 
 #include <memory>
-#include <string>
-#include <vector>
 
 namespace google::protobuf {
 class MessageLite;
 }
 namespace traction::v1 {
-class Description;
 class Status;
-}  // namespace traction::v1
+}
 
 namespace tractiond::publish {
 
@@ -28,21 +25,6 @@ struct Heading {
   Id zero{};                     ///< of the zero in force
   std::int64_t sent_ns = 0;      ///< CLOCK_MONOTONIC
   std::int64_t sentReal_ns = 0;  ///< CLOCK_REALTIME
-};
-
-/// A description that is encoded once and sent many times. Thread-bound.
-class DescriptionMessage {
- public:
-  /// Encodes the description, except for the header that fill() sets; neither argument need outlive the call. \param
-  /// topics names of all topics of the stream, which the message lists
-  DescriptionMessage(const Description& description, const std::vector<std::string>& topics);
-  ~DescriptionMessage();
-
-  /// Sets the header; its zero is the description's, not the heading's. Returns the message.
-  const google::protobuf::MessageLite& fill(const Heading& heading);
-
- private:
-  std::unique_ptr<traction::v1::Description> message_;
 };
 
 /// Sets the fields of messages, one of each kind, in the same memory every time: nothing is allocated after the first

@@ -114,7 +114,7 @@ void runCounted(WhenFull whenFull) {
   solve::ModelSolver solver(*factors, atoms, sensor, solving);
   publish::Description description;
   description.identity.sensor = "gel";
-  description.sensor = sensor;
+  publish::describe(sensor, description.message);
   publish::PublishOptions publishOptions;
   publishOptions.stream = publishOptions.latest = {"tcp://127.0.0.1:*"};
   publishOptions.statusInterval = 20ms;      // so that some fall into the counted time

@@ -111,7 +111,7 @@ TEST_F(PublisherTest, NewDescriptionIsSentWithoutBeingAskedFor) {
   open();
   const auto subscriber = join(kRoot + "description/");
   Description changed = description();
-  changed.cameraSerial = "43";
+  changed.message.mutable_camera()->set_serial("43");
   changed.identity.sensor = "another";  // fixed for life
   publisher_->describe(changed);
   const Parts parts = pump(*subscriber);

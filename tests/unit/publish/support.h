@@ -81,17 +81,7 @@ inline TractionField traction(int markers, int nodes, std::uint64_t number = 1) 
 inline Description description() {
   Description description;
   description.identity = {"gel-1", idOf(10), idOf(20)};
-  description.softwareVersion = "0.1.0";
-  description.sensor.emplace();
-  description.sensor->layers[0].colour = sensor::Colour::kGreen;
-  description.sensor->layers[0].darker = true;
-  description.host = idOf(30);
-  description.cameraVendor = "Acme";
-  description.cameraModel = "Eye";
-  description.cameraSerial = "42";
-  description.pixelFormat = "RGB8";
-  description.mechanics = "block";
-  description.calibrated_ns = 1'600'000'000'000'000'000;
+  description.message.mutable_camera()->set_serial("42");
   return description;
 }
 
