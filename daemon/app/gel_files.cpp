@@ -99,8 +99,7 @@ void describeSensor(publish::Description& description, const sensor::Sensor& sen
                        : solve.model == sensor::elastic::Model::kBlock ? "block"
                                                                        : "half-space");
   solver.set_noise_px(solve.noise_px);
-  const Id& id = description.identity.calibration;
-  description.message.mutable_calibration()->mutable_id()->assign(id.begin(), id.end());
+  description.message.mutable_calibration()->set_id(publish::bytesOf(description.identity.calibration));
 }
 
 tl::expected<void, Error> readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile,
@@ -117,17 +116,18 @@ tl::expected<void, Error> readGelFiles(const sensor::Sensor& sensor, const std::
               .remedy = "put it back, and record again"});
     return std::string();
   };
-  beginning.gel = content(gelFile);
-  beginning.influence = sensor.body ? content(sensor.body->file) : "";
+  beginning.message.set_gel(content(gelFile));
+  beginning.message.set_influence(sensor.body ? content(sensor.body->file) : "");
   return done;
 }
 
 tl::expected<sensor::Sensor, Error> recordedSensor(const publish::Beginning& beginning, const std::string& recording,
                                                    const std::filesystem::path& scratch) {
-  if (beginning.gel.empty()) return sensor::Sensor();
-  const bool hasInfluence = !beginning.influence.empty();
-  if (hasInfluence) std::ofstream(scratch, std::ios::binary) << beginning.influence;
-  auto sensor = sensor::parseGel(beginning.gel, recording, hasInfluence ? scratch.string() : "");
+  const std::string& gel = beginning.message.gel();
+  if (gel.empty()) return sensor::Sensor();
+  const bool hasInfluence = !beginning.message.influence().empty();
+  if (hasInfluence) std::ofstream(scratch, std::ios::binary) << beginning.message.influence();
+  auto sensor = sensor::parseGel(gel, recording, hasInfluence ? scratch.string() : "");
   std::error_code ignored;
   std::filesystem::remove(scratch, ignored);
   if (sensor) return *std::move(sensor);

@@ -127,16 +127,14 @@ tl::expected<void, Error> Measurement::acceptCamera(const capture::CameraInfo& i
 }
 
 void Measurement::beginRecording(const capture::CameraInfo& info) {
-  publish::Beginning beginning{.sensor = around_.config.sensor.name,
-                               .softwareVersion = TRACTIOND_VERSION,
-                               .calibration = around_.description.identity.calibration,
-                               .configuration = recordedConfig_,
-                               .gel = {},
-                               .influence = {},
-                               .rest = restored_,
-                               .cameraVendor = info.name.vendor,
-                               .cameraModel = info.name.model,
-                               .cameraSerial = info.name.serial};
+  publish::Beginning beginning{.message = {}, .rest = restored_};
+  beginning.message.set_sensor(around_.config.sensor.name);
+  beginning.message.set_software_version(TRACTIOND_VERSION);
+  beginning.message.set_calibration(publish::bytesOf(around_.description.identity.calibration));
+  beginning.message.set_configuration(recordedConfig_);
+  beginning.message.set_camera_vendor(info.name.vendor);
+  beginning.message.set_camera_model(info.name.model);
+  beginning.message.set_camera_serial(info.name.serial);
   if (const auto read = readGelFiles(sensor_, around_.config.sensor.gelFile, beginning); !read)
     spdlog::warn("warning: {}", read.error().message());
   recorder_->begin(beginning);

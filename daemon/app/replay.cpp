@@ -138,7 +138,7 @@ void Replay::begin(std::string_view bytes) {
 /// Begins with the first picture: configuration, recording and picture must agree with each other.
 void Replay::open(const Frame& first) {
   config_ = completed(config_, places_);
-  config_.sensor.name = beginning_->sensor;
+  config_.sensor.name = beginning_->message.sensor();
   if (!traction::isValidName(config_.sensor.name)) fail({.exitCode = EX_DATAERR, .what = "its sensor has no name"});
   runtime_.emplace(orStop(OwnDirectory::claim(places_.runtime, "runtime directory")));
   chooseSensor();
@@ -170,10 +170,10 @@ void Replay::chooseSensor() {
   if (options_.ownGel) {
     sensor_ = orStop(loadSensor(config_.sensor.gelFile));
   } else {
-    auto recorded = parseRecordedConfig(beginning_->configuration, options_.file);
+    auto recorded = parseRecordedConfig(beginning_->message.configuration(), options_.file);
     if (!recorded) {
       fail({.exitCode = EX_DATAERR,
-            .what = "its configuration, of tractiond " + beginning_->softwareVersion +
+            .what = "its configuration, of tractiond " + beginning_->message.software_version() +
                     ", is not understood: " + recorded.error().what,
             .remedy = "give one with --config"});
     }
@@ -182,12 +182,12 @@ void Replay::chooseSensor() {
     sensor_ = orStop(recordedSensor(*beginning_, options_.file, places_.runtime / "replayed.influence"));
   }
   description_.identity = {config_.sensor.name, publish::randomId(), solve::calibrationId(sensor_, config_.solve)};
-  sameGel_ = description_.identity.calibration == beginning_->calibration;
+  sameGel_ = publish::bytesOf(description_.identity.calibration) == beginning_->message.calibration();
   if (!sameGel_ && !options_.ownGel) {
     spdlog::warn(
         "warning: {} was recorded by tractiond {}, which computed with other numbers from the same gel file: the "
         "fields are not those of then",
-        options_.file, beginning_->softwareVersion);
+        options_.file, beginning_->message.software_version());
   }
 }
 
@@ -207,9 +207,9 @@ void Replay::makeSolver(const Frame& first) {
   traction::v1::Description& message = description_.message;
   message.set_software_version(TRACTIOND_VERSION);
   message.set_host(publish::hostId());
-  message.mutable_camera()->set_vendor(beginning_->cameraVendor);
-  message.mutable_camera()->set_model(beginning_->cameraModel);
-  message.mutable_camera()->set_serial(beginning_->cameraSerial);
+  message.mutable_camera()->set_vendor(beginning_->message.camera_vendor());
+  message.mutable_camera()->set_model(beginning_->message.camera_model());
+  message.mutable_camera()->set_serial(beginning_->message.camera_serial());
   message.mutable_camera()->set_pixel_format(std::string(traitsOf(first.format).name));
   auto made = orStop(solve::makeSolver(sensor_, config_.solve, places_.state, {},
                                        [](const std::string& remark) { spdlog::warn("warning: {}", remark); }));
@@ -224,14 +224,14 @@ void Replay::openRecorder() {
       Recorder::open(config_.record, description_.identity, sensor_.markerCount(), sensor_.nodes.count(),
                      {.published = *publisher_, .monotonicClock = monotonicOfRecording, .realClock = realOfRecording}));
   publish::Beginning again = *beginning_;
-  again.softwareVersion = TRACTIOND_VERSION;
-  again.calibration = description_.identity.calibration;
+  again.message.set_software_version(TRACTIOND_VERSION);
+  again.message.set_calibration(publish::bytesOf(description_.identity.calibration));
   if (options_.ownGel) {
     Config used;
     used.track = config_.track;
     used.solve = config_.solve;
     used.camera.frameRate_Hz = config_.camera.frameRate_Hz;  // which solve.false_alarms_per_hour refers to
-    again.configuration = configText(used);
+    again.message.set_configuration(configText(used));
     if (const auto read = readGelFiles(sensor_, config_.sensor.gelFile, again); !read) throw Stopped{read.error()};
   }
   recorder_->begin(again);
@@ -276,7 +276,7 @@ void Replay::describe(const RestPose& pose) {
 /// here, that of the newest zero.
 PlacedSolver Replay::solverOf(const publish::TrackedFrame& frame) {
   auto one = atRest_.end();
-  if (beginning_->statesPlaces && sameGel_) {
+  if (beginning_->statesPlaces() && sameGel_) {
     if (frame.places == Id{}) return {drawn_, {}};
     one = std::ranges::find(atRest_, frame.places, &PlacedSolver::zero);
   }
@@ -302,7 +302,7 @@ bool Replay::compare(const RestPose& zero) {
 
 /// Repeats the recorded decisions on zeros, for the zeros that are taken here.
 void Replay::handleZero(TrackerInputs& inputs) {
-  if (isProposed_ && (beginning_->adoptsAtOnce || (inputs.adopted && inputs.zero.taken_ns == taken_.taken_ns))) {
+  if (isProposed_ && (beginning_->adoptsAtOnce() || (inputs.adopted && inputs.zero.taken_ns == taken_.taken_ns))) {
     taken_.requestedBy = inputs.adopted ? inputs.zero.requestedBy : "";
     inputs.adopted = true;
     inputs.zero = taken_;
@@ -310,7 +310,7 @@ void Replay::handleZero(TrackerInputs& inputs) {
   if (inputs.adopted) {
     isProposed_ = false;
     inputs.comparedZero = inputs.zero.id;
-    if (!comparesZeros() && !beginning_->adoptsAtOnce) return;
+    if (!comparesZeros() && !beginning_->adoptsAtOnce()) return;
     inputs.fits = compare(inputs.zero);
     inputs.compared = true;
     return;

@@ -23,6 +23,11 @@ struct Description {
   traction::v1::Description message;
 };
 
+/// Returns the bytes of an id, as messages have them.
+inline std::string bytesOf(const Id& id) {
+  return {id.begin(), id.end()};
+}
+
 /// Returns 128 random bits.
 Id randomId();
 

@@ -128,24 +128,17 @@ std::size_t bytesOf(const PixelFormatTraits& format, int width, int height, std:
 }  // namespace
 
 std::string encode(const Beginning& beginning) {
-  pb::Beginning message;
+  pb::Beginning message = beginning.message;
   message.set_version(kVersion);
-  message.set_sensor(beginning.sensor);
-  message.set_software_version(beginning.softwareVersion);
-  set(beginning.calibration, *message.mutable_calibration());
-  message.set_configuration(beginning.configuration);
-  message.set_gel(beginning.gel);
-  message.set_influence(beginning.influence);
+  message.clear_rest();
   if (beginning.rest) set(*beginning.rest, *message.mutable_rest());
-  message.set_camera_vendor(beginning.cameraVendor);
-  message.set_camera_model(beginning.cameraModel);
-  message.set_camera_serial(beginning.cameraSerial);
   return message.SerializeAsString();
 }
 
 tl::expected<Beginning, Error> decodeBeginning(std::string_view bytes) {
-  pb::Beginning message;
-  if (!message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())))
+  Beginning beginning;
+  const pb::Beginning& message = beginning.message;
+  if (!beginning.message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())))
     return damaged("what it says of its sensor is damaged");
   if (message.version() > kVersion) {
     return tl::unexpected(Error{.exitCode = EX_PROTOCOL,
@@ -153,20 +146,9 @@ tl::expected<Beginning, Error> decodeBeginning(std::string_view bytes) {
                                         ", and this program reads " + std::to_string(kVersion),
                                 .remedy = "replay it with a newer tractiond"});
   }
-  Beginning beginning;
   if (message.has_rest() && !get(message.rest(), beginning.rest.emplace()))
     return damaged("the zero that it begins with is damaged");
-  if (!get(message.calibration(), beginning.calibration)) return damaged("what it says of its sensor is damaged");
-  beginning.sensor = message.sensor();
-  beginning.adoptsAtOnce = message.version() < 2;
-  beginning.statesPlaces = message.version() >= 3;
-  beginning.softwareVersion = message.software_version();
-  beginning.configuration = message.configuration();
-  beginning.gel = message.gel();
-  beginning.influence = message.influence();
-  beginning.cameraVendor = message.camera_vendor();
-  beginning.cameraModel = message.camera_model();
-  beginning.cameraSerial = message.camera_serial();
+  if (message.calibration().size() != sizeof(Id)) return damaged("what it says of its sensor is damaged");
   return beginning;
 }
 

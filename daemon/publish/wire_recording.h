@@ -6,6 +6,7 @@
 #include "daemon/publish/description.h"
 #include "daemon/records/frame_copy.h"
 #include "daemon/records/tracker_inputs.h"
+#include "traction/v1/recording.pb.h"
 
 #include <tl/expected.hpp>
 
@@ -14,30 +15,20 @@
 #include <string>
 #include <string_view>
 
-namespace traction::v1 {
-class Picture;
-}
-
 namespace tractiond::publish {
 
-/// Everything that fields are computed from, except the pictures.
+/// Everything that fields are computed from, except the pictures: the message, and the zero in it as a record.
 struct Beginning {
-  std::string sensor;           ///< name
-  std::string softwareVersion;  ///< of the daemon
-  Id calibration{};             ///< hash of what the forces are computed from
-  std::string configuration;    ///< text of a file with every key
-  std::string gel;              ///< text of the gel file; empty: the built-in one
-  std::string influence;        ///< the influence file that it names; empty: none
+  traction::v1::Beginning message;  ///< `version` is set where it was decoded; `rest` has no meaning
   std::optional<RestPose> rest;
-  std::string cameraVendor, cameraModel, cameraSerial;
-  /// True for recordings of version 1: a requested zero came into force as soon as it had been taken.
-  bool adoptsAtOnce = false;
-  /// True for recordings from version 3 on: TrackedFrame::places is known.
-  bool statesPlaces = true;
+
+  /// Returns whether a requested zero came into force as soon as it had been taken.
+  bool adoptsAtOnce() const { return message.version() < 2; }
+  /// Returns whether TrackedFrame::places is known.
+  bool statesPlaces() const { return message.version() >= 3; }
 };
 
-/// Returns the bytes of a beginning. Always writes the newest version: `adoptsAtOnce` and `statesPlaces` are not
-/// written. Reentrant.
+/// Returns the bytes of a beginning, of the newest version. Reentrant.
 std::string encode(const Beginning& beginning);
 
 /// Decodes untrusted bytes. EX_DATAERR: damaged; EX_PROTOCOL: of a newer version. Checks that the sizes within the rest

@@ -20,8 +20,9 @@ RestPose pose() {
 
 std::vector<std::string> seeds() {
   publish::Beginning beginning;
-  beginning.sensor = "gel";
-  beginning.gel = "format = 1";
+  beginning.message.set_sensor("gel");
+  beginning.message.set_calibration(std::string(16, 'c'));
+  beginning.message.set_gel("format = 1");
   beginning.rest = pose();
   publish::TrackedFrame frame;
   frame.bytes.assign(8 * 4 * 3, 7);

@@ -172,13 +172,13 @@ TEST(GelFiles, OneThatCannotBeReadIsAnError) {
   publish::Beginning beginning;
   EXPECT_TRUE(readGelFiles({}, "", beginning)) << "the built-in one";
   EXPECT_TRUE(readGelFiles({}, gel, beginning));
-  EXPECT_EQ(beginning.gel, "format = 1\n");
+  EXPECT_EQ(beginning.message.gel(), "format = 1\n");
   std::filesystem::remove(gel);
   const auto read = readGelFiles({}, gel, beginning);
   ASSERT_FALSE(read);
   EXPECT_EQ(read.error().exitCode, EX_NOINPUT);
   EXPECT_EQ(read.error().where, gel);
-  EXPECT_EQ(beginning.gel, "");
+  EXPECT_EQ(beginning.message.gel(), "");
 }
 
 }  // namespace
