@@ -36,10 +36,6 @@ double step(double t, double sigma) {
 
 }  // namespace
 
-std::vector<Strip> discStrips(double radius) {
-  return ellipseStrips(radius, radius, 0.0);
-}
-
 std::vector<Strip> ellipseStrips(double a, double b, double angle) {
   // With y = height sin(t), the midpoint rule in t is exact for the area and converges fast for smooth kernels.
   const double height = std::hypot(a * std::sin(angle), b * std::cos(angle));

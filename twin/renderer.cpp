@@ -182,7 +182,7 @@ Renderer::Layer Renderer::makeLayer(const sensor::MarkerLayer& layer, int firstM
 std::vector<float> Renderer::makeStamps(double radius_px, int patch) const {
   const auto area = static_cast<std::size_t>(patch * patch);
   std::vector<float> stamps(area * (kPhases + 1) * (kPhases + 1));
-  const std::vector<Strip> disc = stretched(discStrips(radius_px));
+  const std::vector<Strip> disc = stretched(ellipseStrips(radius_px, radius_px, 0.0));
   const int before = patch / 2 - 1;
   std::span<float> rest = stamps;
   for (int down = 0; down <= kPhases; ++down) {
@@ -210,7 +210,8 @@ void Renderer::prepareDust(const std::vector<Speck>& dust) {
     const int left = static_cast<int>(std::lround(speck.centre_px.x())) - half;
     const int top = static_cast<int>(std::lround(speck.centre_px.y())) - half;
     std::vector<float> cover(static_cast<std::size_t>(size * size));
-    blur_.add(discStrips(speck.radius_px), left - speck.centre_px.x(), top - speck.centre_px.y(), size, 1.0, cover);
+    blur_.add(ellipseStrips(speck.radius_px, speck.radius_px, 0.0), left - speck.centre_px.x(),
+              top - speck.centre_px.y(), size, 1.0, cover);
     for (int i = 0; i < size * size; ++i) {
       const int u = left + i % size, v = top + i / size;
       if (cover[i] <= 0.0F || u < 0 || u >= width_ || v < 0 || v >= height_) continue;
