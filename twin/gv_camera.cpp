@@ -4,6 +4,7 @@
 #include "twin/gv_camera.h"
 
 #include "base/aravis_versions.h"
+#include "base/clock.h"
 
 #include <arpa/inet.h>
 #include <arv.h>
@@ -14,7 +15,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <ctime>
 
 namespace twin {
 
@@ -47,12 +47,6 @@ bool canListen(const std::string& address) {
   const bool can = probe >= 0 && bind(probe, reinterpret_cast<const sockaddr*>(&wanted), sizeof wanted) == 0;
   if (probe >= 0) close(probe);
   return can;
-}
-
-std::int64_t now_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
 }  // namespace
@@ -161,7 +155,8 @@ void GvCamera::fill(void* given, std::uint32_t pixelFormat) {
   const Picture* picture = waitFor(*format);
   if (!picture) return;
   copyRegion(*picture, arv_buffer_get_image_x(buffer), arv_buffer_get_image_y(buffer), width, height, to);
-  sent({arv_buffer_get_frame_id(buffer), static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer)), now_ns()});
+  sent({arv_buffer_get_frame_id(buffer), static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer)),
+        tractiond::monotonicNow()});
 }
 
 /// Returns the next picture, which stays in the queue; null when the camera closes.
