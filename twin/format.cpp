@@ -4,91 +4,60 @@
 #include <cassert>
 
 namespace twin {
-
 namespace {
 
-using Order = FormatTraits::Order;
-using Packing = FormatTraits::Packing;
+using tractiond::PixelColours;
 
-constexpr std::array<Channel, 4> kAlike = {kGreen, kGreen, kGreen, kGreen};
-constexpr std::array<Channel, 4> kRG = {kRed, kGreen, kGreen, kBlue}, kGR = {kGreen, kRed, kBlue, kGreen};
-constexpr std::array<Channel, 4> kGB = {kGreen, kBlue, kRed, kGreen}, kBG = {kBlue, kGreen, kGreen, kRed};
-
-// clang-format off
-constexpr std::array<FormatTraits, kFormatCount> kFormats{{
-    {"RGB8", 0x02180014, Order::kRgb, kAlike, 8, 8, Packing::kWhole},
-    {"BGR8", 0x02180015, Order::kBgr, kAlike, 8, 8, Packing::kWhole},
-    {"BayerRG8", 0x01080009, Order::kMosaic, kRG, 8, 8, Packing::kWhole},
-    {"BayerGR8", 0x01080008, Order::kMosaic, kGR, 8, 8, Packing::kWhole},
-    {"BayerGB8", 0x0108000A, Order::kMosaic, kGB, 8, 8, Packing::kWhole},
-    {"BayerBG8", 0x0108000B, Order::kMosaic, kBG, 8, 8, Packing::kWhole},
-    {"Mono8", 0x01080001, Order::kGrey, kAlike, 8, 8, Packing::kWhole},
-    {"Mono10", 0x01100003, Order::kGrey, kAlike, 10, 16, Packing::kWhole},
-    {"Mono10p", 0x010A0046, Order::kGrey, kAlike, 10, 10, Packing::kStream},
-    {"Mono10Packed", 0x010C0004, Order::kGrey, kAlike, 10, 12, Packing::kTriple},
-    {"Mono12", 0x01100005, Order::kGrey, kAlike, 12, 16, Packing::kWhole},
-    {"Mono12p", 0x010C0047, Order::kGrey, kAlike, 12, 12, Packing::kStream},
-    {"Mono12Packed", 0x010C0006, Order::kGrey, kAlike, 12, 12, Packing::kTriple},
-    {"Mono16", 0x01100007, Order::kGrey, kAlike, 16, 16, Packing::kWhole},
-    {"BayerRG10p", 0x010A0058, Order::kMosaic, kRG, 10, 10, Packing::kStream},
-    {"BayerRG12", 0x01100011, Order::kMosaic, kRG, 12, 16, Packing::kWhole},
-    {"BayerRG12p", 0x010C0059, Order::kMosaic, kRG, 12, 12, Packing::kStream},
-    {"BayerRG12Packed", 0x010C002B, Order::kMosaic, kRG, 12, 12, Packing::kTriple},
-    {"BayerGR12p", 0x010C0057, Order::kMosaic, kGR, 12, 12, Packing::kStream},
-    {"BayerGB16", 0x01100030, Order::kMosaic, kGB, 16, 16, Packing::kWhole},
-    {"RGB10p", 0x021E005C, Order::kRgb, kAlike, 10, 10, Packing::kStream},
-    {"RGB12", 0x0230001A, Order::kRgb, kAlike, 12, 16, Packing::kWhole},
-    {"RGB16", 0x02300033, Order::kRgb, kAlike, 16, 16, Packing::kWhole},
-    {"BGR12p", 0x02240049, Order::kBgr, kAlike, 12, 12, Packing::kStream},
-}};
-// clang-format on
-
-template <typename Is>
-std::optional<Format> find(Is is) {
-  const auto* found = std::find_if(kFormats.begin(), kFormats.end(), is);
-  if (found == kFormats.end()) return std::nullopt;
-  return static_cast<Format>(found - kFormats.begin());
-}
+constexpr std::array kFormats = {
+    Format::kRgb8,      Format::kBgr8,       Format::kBayerRG8,        Format::kBayerGR8,   Format::kBayerGB8,
+    Format::kBayerBG8,  Format::kMono8,      Format::kMono10,          Format::kMono10p,    Format::kMono10Packed,
+    Format::kMono12,    Format::kMono12p,    Format::kMono12Packed,    Format::kMono16,     Format::kBayerRG10p,
+    Format::kBayerRG12, Format::kBayerRG12p, Format::kBayerRG12Packed, Format::kBayerGR12p, Format::kBayerGB16,
+    Format::kRgb10p,    Format::kRgb12,      Format::kRgb16,           Format::kBgr12p,
+};
 
 }  // namespace
 
-const FormatTraits& traitsOf(Format format) {
-  return kFormats[static_cast<std::size_t>(format)];
+std::span<const Format> formats() {
+  return kFormats;
 }
 
 std::string formatNames() {
   std::string names;
-  for (const FormatTraits& format : kFormats) names += std::string(names.empty() ? "" : ", ") + format.name;
+  for (const Format format : kFormats) names.append(names.empty() ? "" : ", ").append(traitsOf(format).name);
   return names;
 }
 
 std::optional<Format> formatByName(const std::string& name) {
-  return find([&](const FormatTraits& traits) { return name == traits.name; });
+  const auto* found = std::ranges::find(kFormats, name, [](Format format) { return traitsOf(format).name; });
+  if (found == kFormats.end()) return std::nullopt;
+  return *found;
 }
 
-std::optional<Format> formatByCode(std::uint32_t code) {
-  return find([&](const FormatTraits& traits) { return code == traits.code; });
-}
-
-bool isBayer(Format format) {
-  return traitsOf(format).order == Order::kMosaic;
+std::array<Channel, 4> cellOf(Format format) {
+  switch (traitsOf(format).colours) {
+  case PixelColours::kBayerRG:
+    return {kRed, kGreen, kGreen, kBlue};
+  case PixelColours::kBayerGR:
+    return {kGreen, kRed, kBlue, kGreen};
+  case PixelColours::kBayerGB:
+    return {kGreen, kBlue, kRed, kGreen};
+  case PixelColours::kBayerBG:
+    return {kBlue, kGreen, kGreen, kRed};
+  default:
+    return {kGreen, kGreen, kGreen, kGreen};
+  }
 }
 
 std::size_t samplesPerPixel(Format format) {
-  const Order order = traitsOf(format).order;
-  return order == Order::kRgb || order == Order::kBgr ? 3 : 1;
-}
-
-std::size_t pictureSize(Format format, int width, int height) {
-  const std::size_t samples =
-      samplesPerPixel(format) * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  return (samples * static_cast<std::size_t>(traitsOf(format).bitsPerSample) + 7) / 8;
+  const PixelColours colours = traitsOf(format).colours;
+  return colours == PixelColours::kRgb || colours == PixelColours::kBgr ? 3 : 1;
 }
 
 void pack(Format format, std::span<const std::uint16_t> samples, std::span<std::uint8_t> bytes) {
-  const FormatTraits& traits = traitsOf(format);
+  const tractiond::PixelFormatTraits& traits = traitsOf(format);
   assert(traits.bits > 8);
-  if (traits.packing == Packing::kTriple) {
+  if (traits.packing == tractiond::PixelPacking::kTriple) {
     std::fill(bytes.begin(), bytes.end(), std::uint8_t{0});
     const int shared = traits.bits - 8, mask = (1 << shared) - 1;
     for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -99,12 +68,13 @@ void pack(Format format, std::span<const std::uint16_t> samples, std::span<std::
     return;
   }
   // Both other packings are bit streams that fill each byte from its lowest bit.
+  const int bitsPerSample = traits.bitsPerPixel / static_cast<int>(samplesPerPixel(format));
   std::uint32_t waiting = 0;
   int bits = 0;
   std::uint8_t* to = bytes.data();
   for (const std::uint16_t sample : samples) {
     waiting |= std::uint32_t{sample} << bits;
-    bits += traits.bitsPerSample;
+    bits += bitsPerSample;
     for (; bits >= 8; bits -= 8, waiting >>= 8) *to++ = static_cast<std::uint8_t>(waiting);
   }
   if (bits > 0) *to = static_cast<std::uint8_t>(waiting);

@@ -88,7 +88,7 @@ GvCamera::GvCamera(const GvCameraOptions& options)
   set(ARV_FAKE_CAMERA_REGISTER_SENSOR_HEIGHT, height_);
   set(ARV_FAKE_CAMERA_REGISTER_WIDTH, width_);
   set(ARV_FAKE_CAMERA_REGISTER_HEIGHT, height_);
-  set(ARV_FAKE_CAMERA_REGISTER_PIXEL_FORMAT, traitsOf(format_).code);
+  set(ARV_FAKE_CAMERA_REGISTER_PIXEL_FORMAT, traitsOf(format_).code());
   set(ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US, period_us_);
   tractiond::aravis::setFillPattern(
       fake,
@@ -145,14 +145,14 @@ void GvCamera::fill(void* given, std::uint32_t pixelFormat) {
   // Aravis supplies the memory, but reports its size as zero at this point.
   std::size_t unknown = 0;
   auto* to = static_cast<std::uint8_t*>(const_cast<void*>(arv_buffer_get_data(buffer, &unknown)));
-  const std::optional<Format> format = formatByCode(pixelFormat);
+  const Format format{pixelFormat};
   const int width = arv_buffer_get_image_width(buffer), height = arv_buffer_get_image_height(buffer);
-  if (!format) {
+  if (std::ranges::find(formats(), format) == formats().end()) {
     const auto bits = ARV_PIXEL_FORMAT_BIT_PER_PIXEL(pixelFormat);
     std::memset(to, 0, static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * bits / 8);
     return;
   }
-  const Picture* picture = waitFor(*format);
+  const Picture* picture = waitFor(format);
   if (!picture) return;
   copyRegion(*picture, arv_buffer_get_image_x(buffer), arv_buffer_get_image_y(buffer), width, height, to);
   sent({arv_buffer_get_frame_id(buffer), static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer)),
@@ -193,7 +193,7 @@ void GvCamera::copyRegion(const Picture& picture, int x, int y, int width, int h
     return;
   }
   const int columns = std::clamp(width_ - x, 0, width), rows = std::clamp(height_ - y, 0, height);
-  const auto bytes = [&](int pixels) { return twin::pictureSize(picture.format, pixels, 1); };
+  const auto bytes = [&](int pixels) { return traitsOf(picture.format).size(pixels, 1); };
   const std::size_t stride = bytes(width_), rowSize = bytes(width), copied = bytes(columns);
   for (int row = 0; row < height; ++row, to += rowSize) {
     const std::size_t from = row < rows ? static_cast<std::size_t>(y + row) * stride + bytes(x) : 0;

@@ -28,7 +28,7 @@ struct Stamp {
 /// A picture to send.
 struct Picture {
   Format format = Format::kRgb8;
-  std::vector<std::uint8_t> pixels;  ///< pictureSize() bytes for the camera's width and height: this is not checked
+  std::vector<std::uint8_t> pixels;  ///< as many as the camera's width and height need: this is not checked
   std::uint64_t number = 0;          ///< for the caller's use
   double time_s = 0.0;               ///< for the caller's use
   std::optional<Stamp> stamp;        ///< set when the picture was sent
@@ -44,8 +44,8 @@ struct GvCameraOptions {
 
 /// Serves pictures through Aravis's fake camera, which asks for a picture when one is due: on a thread of its own,
 /// while it answers no other packet. Pictures are therefore drawn ahead and only copied there. Without a client no
-/// picture is used; to a client that chooses a pixel format that is not in Format, zeros are sent. Thread-safe, except
-/// for close().
+/// picture is used; to a client that chooses a pixel format that is not one of formats(), zeros are sent. Thread-safe,
+/// except for close().
 class GvCamera {
  public:
   /// Starts the camera. Error: EX_UNAVAILABLE if no interface that is up has exactly this address, or port 3956 is in

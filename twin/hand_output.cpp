@@ -161,8 +161,8 @@ tl::expected<void, Error> serveHand(const Options& options, const Scenario& scen
   }
   Fingers fingers(std::move(opened), film, truth);
   std::printf("ready %s and %s %dx%d %s %g Hz, commands at %s\n", options.address.c_str(),
-              options.secondAddress.c_str(), size.width, size.height, traitsOf(scenario.format).name, scenario.rate_hz,
-              options.commands.c_str());
+              options.secondAddress.c_str(), size.width, size.height, traitsOf(scenario.format).name.data(),
+              scenario.rate_hz, options.commands.c_str());
   std::fflush(stdout);
 
   const auto end =

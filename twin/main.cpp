@@ -41,7 +41,7 @@ tl::expected<void, Error> run(const Options& options) {
   } else {
     const sensor::Camera& camera = scenario->sensor.camera;
     auto raw =
-        RawFilm::open(options.served, scenario->format, pictureSize(scenario->format, camera.width, camera.height));
+        RawFilm::open(options.served, scenario->format, traitsOf(scenario->format).size(camera.width, camera.height));
     if (!raw) return tl::unexpected(raw.error());
     film = *std::move(raw);
   }

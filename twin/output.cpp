@@ -50,7 +50,7 @@ tl::expected<void, Error> serve(const Options& options, const Scenario& scenario
   const auto shoot = [&](Shot& shot) {
     Picture& picture = shot.picture;
     picture.format = (*camera)->format();
-    picture.pixels.resize(pictureSize(picture.format, size.width, size.height));
+    picture.pixels.resize(traitsOf(picture.format).size(size.width, size.height));
     picture.number = next++;
     picture.time_s = time.next((*camera)->framePeriod_s());
     film.draw(picture, shot.truth);
@@ -60,7 +60,7 @@ tl::expected<void, Error> serve(const Options& options, const Scenario& scenario
   for (Shot& shot : shots) shoot(shot);
 
   std::printf("ready %s %dx%d %s %g Hz %s\n", options.address.c_str(), size.width, size.height,
-              traitsOf(scenario.format).name, scenario.rate_hz, (*camera)->id().c_str());
+              traitsOf(scenario.format).name.data(), scenario.rate_hz, (*camera)->id().c_str());
   std::fflush(stdout);
   const auto end =
       Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.seconds));

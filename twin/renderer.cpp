@@ -86,16 +86,19 @@ double position(int index, int size) {
 
 Renderer::Renderer(const sensor::Sensor& sensor, const Optics& optics, Format format)
     : format_(format)
+    , traits_(&traitsOf(format))
+    , samplesPerPixel_(samplesPerPixel(format))
+    , cell_(cellOf(format))
     , width_(sensor.camera.width)
     , height_(sensor.camera.height)
-    , columns_(static_cast<std::size_t>(width_) * samplesPerPixel(format))
+    , columns_(static_cast<std::size_t>(width_) * samplesPerPixel_)
     , blur_(optics.blur_px)
     , gain_(optics.contrast * kUnits)
     , shotNoise_(optics.shotNoise)
     , readNoise_(optics.readNoise) {
   drawBackground(optics);
   light_.resize(background_.size());
-  if (traitsOf(format).bits > 8) deep_.resize(background_.size());
+  if (traits_->bits > 8) deep_.resize(background_.size());
   prepareDust(optics.dust);
   makeLayers(sensor, optics);
   makeNoise();
@@ -113,7 +116,7 @@ void Renderer::drawBackground(const Optics& optics) {
   background_.reserve(columns_ * static_cast<std::size_t>(height_));
   for (int v = 0; v < height_; ++v) {
     for (std::size_t i = 0; i < columns_; ++i) {
-      const std::size_t u = i / samplesPerPixel(format_);
+      const std::size_t u = i / samplesPerPixel_;
       double level = optics.background * (lightDown_[v] + lightAcross_[u]);
       for (const Highlight& highlight : optics.highlights) {
         const Eigen::Vector2d from = Eigen::Vector2d(static_cast<double>(u), v) - highlight.centre_px;
@@ -165,7 +168,7 @@ std::vector<Strip> Renderer::stretched(std::vector<Strip> region) const {
 Renderer::Layer Renderer::makeLayer(const sensor::MarkerLayer& layer, int firstMarker, double radius_px,
                                     const Optics& optics) const {
   Layer made{firstMarker, layer.count(), layer.depth, radius_px, {}, 0, {}};
-  const bool inAll = layer.colour == sensor::Colour::kGrey || traitsOf(format_).order == FormatTraits::Order::kGrey;
+  const bool inAll = layer.colour == sensor::Colour::kGrey || traits_->colours == tractiond::PixelColours::kMono;
   const float sign = layer.darker ? -1.0F : 1.0F;
   made.weight.fill(sign * (inAll ? 1.0F : static_cast<float>(optics.crossTalk)));
   if (!inAll) made.weight[channelOf(layer.colour)] = sign;
@@ -204,7 +207,6 @@ bool Renderer::isInSight(const Layer& layer, const Eigen::Vector2d& centre) cons
 }
 
 void Renderer::prepareDust(const std::vector<Speck>& dust) {
-  const std::size_t perPixel = samplesPerPixel(format_);
   for (const Speck& speck : dust) {
     const int half = static_cast<int>(std::ceil(speck.radius_px + blur_.reach())), size = 2 * half + 1;
     const int left = static_cast<int>(std::lround(speck.centre_px.x())) - half;
@@ -215,8 +217,9 @@ void Renderer::prepareDust(const std::vector<Speck>& dust) {
     for (int i = 0; i < size * size; ++i) {
       const int u = left + i % size, v = top + i / size;
       if (cover[i] <= 0.0F || u < 0 || u >= width_ || v < 0 || v >= height_) continue;
-      const std::size_t first = static_cast<std::size_t>(v) * columns_ + static_cast<std::size_t>(u) * perPixel;
-      for (std::size_t k = 0; k < perPixel; ++k) shades_.push_back({first + k, 1.0F - std::min(cover[i], 1.0F)});
+      const std::size_t first = static_cast<std::size_t>(v) * columns_ + static_cast<std::size_t>(u) * samplesPerPixel_;
+      for (std::size_t k = 0; k < samplesPerPixel_; ++k)
+        shades_.push_back({first + k, 1.0F - std::min(cover[i], 1.0F)});
     }
   }
 }
@@ -237,7 +240,7 @@ void Renderer::render(const Eigen::Matrix2Xd& markers_px, std::uint32_t seed, st
   }
   hideBehindNearer(markers_px);
   dim(brightness);
-  switch (traitsOf(format_).bits) {
+  switch (traits_->bits) {
   case 8:
     return addNoise<6, 0>(seed, picture);
   case 10:
@@ -352,14 +355,13 @@ void Renderer::addPiece(const Layer& layer, int left, int v, int count, const fl
   const float* light = lightAcross_.data() + left;
   std::int16_t* line = light_.data() + static_cast<std::size_t>(v) * columns_;
   std::array<std::int16_t, 3 * kPiece> added;
-  if (samplesPerPixel(format_) == 1) {
-    const std::array<Channel, 4>& channels = traitsOf(format_).cell;
+  if (samplesPerPixel_ == 1) {
     const std::size_t cell = 2 * static_cast<std::size_t>(v % 2);
-    const std::array<float, 2> weight = {layer.weight[channels[cell]], layer.weight[channels[cell + 1]]};
+    const std::array<float, 2> weight = {layer.weight[cell_[cell]], layer.weight[cell_[cell + 1]]};
     for (int i = 0; i < count; ++i) added[i] = rounded(brightness[i] * (light[i] + down) * weight[(left + i) % 2]);
     line += left;
   } else {
-    const std::size_t first = traitsOf(format_).order == FormatTraits::Order::kBgr ? kBlue : kRed;
+    const std::size_t first = traits_->colours == tractiond::PixelColours::kBgr ? kBlue : kRed;
     const std::array<float, 3> weight = {layer.weight[first], layer.weight[kGreen], layer.weight[2 - first]};
     for (int i = 0; i < count; ++i) {
       const float value = brightness[i] * (light[i] + down);

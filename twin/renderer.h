@@ -31,7 +31,7 @@ class Renderer {
   Renderer(const sensor::Sensor& sensor, const Optics& optics, Format format);
 
   /// Returns the size of a picture [bytes].
-  std::size_t pictureSize() const { return twin::pictureSize(format_, width_, height_); }
+  std::size_t pictureSize() const { return traits_->size(width_, height_); }
 
   /// Draws a picture. Allocates nothing, except for markers with their own shapes or with a diameter above some 60 px.
   /// \param markers_px (u, v) in the order of sensor::markerPositions, 2 x markers; a marker that is not finite is not
@@ -92,6 +92,9 @@ class Renderer {
   };
 
   Format format_;
+  const tractiond::PixelFormatTraits* traits_;
+  std::size_t samplesPerPixel_;
+  std::array<Channel, 4> cell_;  ///< channels of a mosaic
   int width_, height_;
   std::size_t columns_;  ///< samples per row
   Blur blur_;

@@ -20,7 +20,7 @@ constexpr int kVersion = 1;
 constexpr double kMillimetres = 1e3;  // per metre
 
 void readStream(TomlTable& table, Scenario& scenario) {
-  std::string name = traitsOf(scenario.format).name;
+  std::string name(traitsOf(scenario.format).name);
   table.read("pixel_format", name);
   if (const auto format = formatByName(name)) {
     scenario.format = *format;

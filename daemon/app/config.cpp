@@ -1,6 +1,6 @@
 #include "daemon/app/config.h"
 
-#include "daemon/records/pixel_format.h"
+#include "base/pixel_format.h"
 #include "proto/traction/v1/endpoints.h"
 
 #include <filesystem>

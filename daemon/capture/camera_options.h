@@ -27,7 +27,7 @@ struct CameraOptions {
   std::vector<Feature> features = {};
 
   // Written then, in this order. Zero, empty, or -1 for an offset: not written, the camera keeps its value.
-  std::string pixelFormat = {};    ///< a name of records/pixel_format.h
+  std::string pixelFormat = {};    ///< a name of base/pixel_format.h
   int width = 0, height = 0;       ///< px
   int offsetX = -1, offsetY = -1;  ///< px
   double frameRate_Hz = 0.0;

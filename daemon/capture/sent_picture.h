@@ -3,7 +3,7 @@
 #pragma once
 
 #include "daemon/capture/camera_info.h"
-#include "daemon/records/pixel_format.h"
+#include "base/pixel_format.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // A picture as it travels from the camera to the tracker.
 #pragma once
 
-#include "daemon/records/pixel_format.h"
+#include "base/pixel_format.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/error.h"
-#include "daemon/records/pixel_format.h"
+#include "base/pixel_format.h"
 #include "daemon/track/lattice.h"
 #include "sensor/sensor.h"
 

@@ -1,7 +1,7 @@
 // Unpacks packed samples.
 #pragma once
 
-#include "daemon/records/pixel_format.h"
+#include "base/pixel_format.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -41,7 +41,7 @@ struct Film {
 void track(benchmark::State& state, twin::Format format, Motion motion) {
   sensor::Sensor sensor;
   // A camera without colours sees both layers if one of them is dark.
-  sensor.layers[1].darker = twin::traitsOf(format).order == twin::FormatTraits::Order::kGrey;
+  sensor.layers[1].darker = traitsOf(format).colours == tractiond::PixelColours::kMono;
   Film film(format, motion, sensor);
   Scene still(opticsOf(sensor), format, sensor);
   Tracking tracking(still);

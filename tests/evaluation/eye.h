@@ -125,7 +125,7 @@ class Eye {
     frame.size = picture_.size();
     frame.width = sensor_.camera.width;
     frame.height = sensor_.camera.height;
-    frame.format = static_cast<tractiond::PixelFormat>(twin::traitsOf(format_).code);
+    frame.format = format_;
     frame.stride = tractiond::traitsOf(frame.format).stride(frame.width);
     return frame;
   }

@@ -60,7 +60,7 @@ Comparison press(const sensor::Sensor& sensor, Format format, const twin::Optics
 
 void expectTracked(const sensor::Sensor& sensor, Format format, double most_px, const std::string& name) {
   ASSERT_TRUE(trackable(sensor)) << name;
-  ASSERT_TRUE(trackable(sensor, pixelFormatOf(format))) << name;
+  ASSERT_TRUE(trackable(sensor, format)) << name;
   const Comparison found = press(sensor, format, optics());
   std::printf("%-40s valid %d of %d, rms %.4f px, squared / promised %.2f\n", name.c_str(), found.valid,
               sensor.markerCount(), found.rms_px, found.ratio);
@@ -71,11 +71,10 @@ void expectTracked(const sensor::Sensor& sensor, Format format, double most_px, 
 }
 
 TEST(Formats, AllAreTrackedAsEightBitsAre) {
-  for (std::size_t i = 0; i < twin::kFormatCount; ++i) {
-    const auto format = static_cast<Format>(i);
-    const twin::FormatTraits& traits = twin::traitsOf(format);
-    const bool grey = traits.order == twin::FormatTraits::Order::kGrey;
-    expectTracked(grey ? gel({}) : sensor::Sensor{}, format, twin::isBayer(format) ? 0.05 : 0.025, traits.name);
+  for (const Format format : twin::formats()) {
+    const PixelFormatTraits& traits = traitsOf(format);
+    const bool grey = traits.colours == PixelColours::kMono;
+    expectTracked(grey ? gel({}) : sensor::Sensor{}, format, traits.isBayer() ? 0.05 : 0.025, std::string(traits.name));
   }
 }
 
@@ -85,8 +84,8 @@ TEST(MarkerStyles, AllAreTrackedInAnyLight) {
   for (const Format format : {Format::kMono8, Format::kBayerGR12p}) {
     for (const auto& [colour, word] : colours) {
       for (const bool darker : {false, true}) {
-        expectTracked(gel({colour, darker}), format, twin::isBayer(format) ? 0.05 : 0.025,
-                      std::string(twin::traitsOf(format).name) + ", " + (darker ? "darker " : "brighter ") + word);
+        expectTracked(gel({colour, darker}), format, traitsOf(format).isBayer() ? 0.05 : 0.025,
+                      std::string(traitsOf(format).name) + ", " + (darker ? "darker " : "brighter ") + word);
       }
     }
   }
@@ -96,15 +95,15 @@ TEST(MarkerStyles, TwoLayersAreToldApart) {
   const MarkerStyle blue{Colour::kBlue, false}, red{Colour::kRed, false}, green{Colour::kGreen, false};
   const MarkerStyle darkBlue{Colour::kBlue, true}, darkGreen{Colour::kGreen, true}, darkGrey{Colour::kGrey, true};
   for (const Format format : {Format::kRgb8, Format::kBayerGR12p}) {
-    const std::string name = twin::traitsOf(format).name;
-    const double most = twin::isBayer(format) ? 0.055 : 0.03;
+    const std::string name(traitsOf(format).name);
+    const double most = traitsOf(format).isBayer() ? 0.055 : 0.03;
     expectTracked(gel(green, red), format, most, name + ", green and red");
     expectTracked(gel(blue, green), format, most, name + ", blue and green");
     expectTracked(gel(darkBlue, darkGreen), format, most, name + ", darker: blue and green");
     expectTracked(gel(darkBlue, red), format, most, name + ", darker blue and brighter red");
   }
   for (const Format format : {Format::kMono8, Format::kMono12p}) {
-    expectTracked(gel({}, darkGrey), format, 0.025, std::string(twin::traitsOf(format).name) + ", brighter and darker");
+    expectTracked(gel({}, darkGrey), format, 0.025, std::string(traitsOf(format).name) + ", brighter and darker");
   }
 }
 
@@ -128,7 +127,7 @@ TEST(Formats, MoreBitsShowInTheNoise) {
   const auto noiseOf = [](Format format, double noise) {
     RestPose pose;
     EXPECT_GT(press(gel({}), format, optics(noise), &pose).valid, 500);
-    return double{pose.noise} / (traitsOf(pixelFormatOf(format)).full() / 255.0);  // in levels of 8 bits
+    return double{pose.noise} / (traitsOf(format).full() / 255.0);  // in levels of 8 bits
   };
   const double eight = noiseOf(Format::kMono8, 0.1), twelve = noiseOf(Format::kMono12p, 0.1);
   std::printf("noise of 0.1 levels: measured %.3f with 8 bits, %.3f with 12\n", eight, twelve);

@@ -26,11 +26,6 @@ struct Bump {
   }
 };
 
-/// Both name formats by GenICam's codes.
-inline PixelFormat pixelFormatOf(twin::Format format) {
-  return static_cast<PixelFormat>(twin::traitsOf(format).code);
-}
-
 /// The plane of a colour that the picture has as such.
 inline Plane planeOf(const Frame& frame, sensor::Colour colour) {
   const sensor::MarkerLayer layer{.colour = colour};
@@ -88,7 +83,7 @@ class Scene {
     frame_.size = picture_.size();
     frame_.width = sensor.camera.width;
     frame_.height = sensor.camera.height;
-    frame_.format = pixelFormatOf(format_);
+    frame_.format = format_;
     frame_.stride = traitsOf(frame_.format).stride(frame_.width);
     return frame_;
   }

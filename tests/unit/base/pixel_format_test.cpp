@@ -1,4 +1,4 @@
-#include "daemon/records/pixel_format.h"
+#include "base/pixel_format.h"
 
 #include <gtest/gtest.h>
 
