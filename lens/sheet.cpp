@@ -1,7 +1,5 @@
 #include "lens/sheet.h"
 
-#include "sensor/colour_name.h"
-
 #include <algorithm>
 #include <array>
 #include <cstdio>

@@ -1,5 +1,7 @@
 #include "sensor/gel.h"
 
+#include <array>
+
 namespace sensor {
 
 namespace {
@@ -18,6 +20,11 @@ Points positions(const Grid& grid, double depth) {
 }
 
 }  // namespace
+
+const char* nameOf(Colour colour) {
+  constexpr std::array kNames = {"blue", "red", "green", "grey"};
+  return kNames[static_cast<std::size_t>(colour)];
+}
 
 Points markerPositions(const std::vector<MarkerLayer>& layers) {
   Points points(3, 0);

@@ -17,6 +17,9 @@ using Points = Eigen::Matrix3Xd;
 /// Colour of the light in which markers stand out; kGrey: they stand out in all light.
 enum class Colour { kBlue, kRed, kGreen, kGrey };
 
+/// Returns the lower-case English name, such as "blue", as messages and gel files spell it. Never null.
+const char* nameOf(Colour colour);
+
 /// A linear elastic block. It is bonded to the window at z = size.z(); its four sides and the touched surface are free.
 struct Gel {
   double youngsModulus = 0.18e6;  ///< [Pa]

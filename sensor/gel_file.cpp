@@ -1,6 +1,5 @@
 #include "sensor/gel_file.h"
 
-#include "sensor/colour_name.h"
 #include "sensor/influence_file.h"
 
 #include <Eigen/Eigenvalues>

@@ -1,7 +1,6 @@
 #include "client/viewer/gel_form.h"
 
 #include "client/show/page.h"
-#include "sensor/colour_name.h"
 #include "traction/error.h"
 
 #include <nlohmann/json.hpp>

@@ -4,7 +4,6 @@
 
 #include "daemon/calibrate/aspect_check.h"
 #include "daemon/calibrate/geometry_fit.h"
-#include "sensor/colour_name.h"
 
 #include <Eigen/Geometry>
 #include <spdlog/fmt/fmt.h>

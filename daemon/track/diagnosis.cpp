@@ -4,7 +4,6 @@
 
 #include "daemon/track/nominal.h"
 #include "daemon/track/spot_search.h"
-#include "sensor/colour_name.h"
 
 #include <spdlog/fmt/fmt.h>
 
