@@ -16,29 +16,77 @@ namespace sensor {
 namespace {
 
 using tractiond::quoted;
+using tractiond::Range;
 
 constexpr int kVersion = 1;
 constexpr double kMillimetres = 1e3;  // per metre
 
-void require(TomlTable& table, std::initializer_list<std::string_view> keys) {
+/// Writes what a TomlTable reads, so that the keys of each table are listed once for both.
+class TextTable {
+ public:
+  /// \param text to which lines are added \param prefix of the keys
+  explicit TextTable(std::string& text, std::string prefix = "")
+      : text_(text)
+      , prefix_(std::move(prefix)) {}
+
+  void read(std::string_view key, const std::string& value) { line(key, quoted(value)); }
+  void read(std::string_view key, double value, const Range& range) { line(key, number(value * range.perUnit)); }
+  void read(std::string_view key, std::span<const double> values, const Range& range) {
+    std::string list;
+    for (const double value : values) list += (list.empty() ? "" : ", ") + number(value * range.perUnit);
+    line(key, "[" + list + "]");
+  }
+  bool has(std::string_view /*key*/) const { return false; }
+  void fail(std::string_view /*key*/, const std::string& /*what*/) {}
+
+ private:
+  static std::string number(double value) {
+    std::array<char, 40> buffer{};
+    std::snprintf(buffer.data(), buffer.size(), "%.15g", value);
+    return buffer.data();
+  }
+  void line(std::string_view key, const std::string& value) {
+    text_.append(prefix_).append(key).append(" = ").append(value).append("\n");
+  }
+
+  std::string& text_;
+  const std::string prefix_;
+};
+
+bool writes(const TomlTable& /*table*/) {
+  return false;
+}
+bool writes(const TextTable& /*table*/) {
+  return true;
+}
+
+/// Reads or writes a number whose key did not always exist: files that were calibrated before keep their hash, as it is
+/// left out where it is as `usual`.
+void newer(auto& table, std::string_view key, double& value, const Range& range, double usual) {
+  if (!writes(table) || value != usual) table.read(key, value, range);
+}
+
+void require(auto& table, std::initializer_list<std::string_view> keys) {
   for (const std::string_view key : keys) {
     if (!table.has(key)) table.fail(key, "is missing");
   }
 }
 
 /// Rejects keys whose values the influence file supplies.
-void refuse(TomlTable& table, std::initializer_list<std::string_view> keys) {
+void refuse(auto& table, std::initializer_list<std::string_view> keys) {
   for (const std::string_view key : keys) {
     if (table.has(key)) table.fail(key, "does not go with gel.influence_file, which says it");
   }
 }
 
-void readGrid(TomlTable& table, bool body, int& columns, int& rows, double& pitch, Eigen::Vector2d& centre) {
-  table.read("columns", columns, {1, 1000});
-  table.read("rows", rows, {1, 1000});
+// What follows reads a table, or writes it. Of a body the influence file says the rest.
+
+void grid(auto& table, bool body, auto& grid) {
+  table.read("columns", grid.columns, {1, 1000});
+  table.read("rows", grid.rows, {1, 1000});
   if (body) return refuse(table, {"pitch_mm", "centre_mm"});
-  table.read("pitch_mm", pitch, {0.01, 1000, kMillimetres});
-  table.read("centre_mm", std::span(centre.data(), 2), {-1000, 1000, kMillimetres});
+  table.read("pitch_mm", grid.pitch, {0.01, 1000, kMillimetres});
+  table.read("centre_mm", std::span(grid.centre.data(), 2), {-1000, 1000, kMillimetres});
 }
 
 /// Returns half the extent of a grid, from its first to its last point [m].
@@ -85,17 +133,19 @@ void check(const Part& part, const Gel& gel, TomlTable& root, const char* name, 
   root.fail(name, "is missing, and the paper's " + std::string(found->first) + " " + found->second);
 }
 
-void readMaterial(TomlTable& table, bool body, Gel& gel) {
-  table.read("youngs_modulus_pa", gel.youngsModulus, {1.0, 1e12});
+void material(auto& table, bool body, Gel& gel) {
+  if (body) {
+    refuse(table, {"poisson_ratio", "width_mm", "height_mm"});
+  } else {
+    table.read("poisson_ratio", gel.poissonRatio, {0.0, 1.0});
+    if (gel.poissonRatio >= 0.5) table.fail("poisson_ratio", "must be below 0.5: 0.5 is incompressible");
+    table.read("width_mm", gel.size.x(), {0.1, 1e4, kMillimetres});
+    table.read("height_mm", gel.size.y(), {0.1, 1e4, kMillimetres});
+  }
   table.read("thickness_mm", gel.size.z(), {0.1, 1e4, kMillimetres});
-  if (body) return refuse(table, {"poisson_ratio", "width_mm", "height_mm"});
-  table.read("poisson_ratio", gel.poissonRatio, {0.0, 1.0});
-  if (gel.poissonRatio >= 0.5) table.fail("poisson_ratio", "must be below 0.5: 0.5 is incompressible");
-  table.read("width_mm", gel.size.x(), {0.1, 1e4, kMillimetres});
-  table.read("height_mm", gel.size.y(), {0.1, 1e4, kMillimetres});
 }
 
-void readColour(TomlTable& table, Colour& colour) {
+void colour(auto& table, Colour& colour) {
   std::string name = nameOf(colour), known;
   table.read("colour", name);
   for (const Colour each : {Colour::kBlue, Colour::kRed, Colour::kGreen, Colour::kGrey}) {
@@ -108,23 +158,30 @@ void readColour(TomlTable& table, Colour& colour) {
   table.fail("colour", "must be one of " + known);
 }
 
-MarkerLayer readLayer(TomlTable& table, bool body) {
-  MarkerLayer layer;
+void markers(auto& table, bool body, MarkerLayer& layer) {
   require(table, {"colour"});
-  readColour(table, layer.colour);
-  std::string contrast = "brighter";
-  table.read("contrast", contrast);
+  colour(table, layer.colour);
+  std::string contrast = layer.darker ? "darker" : "brighter";
+  if (!writes(table) || layer.darker) table.read("contrast", contrast);
   layer.darker = contrast == "darker";
   if (!layer.darker && contrast != "brighter") table.fail("contrast", R"(must be one of "brighter", "darker")");
-  readGrid(table, body, layer.columns, layer.rows, layer.pitch, layer.centre);
-  table.read("diameter_mm", layer.diameter, {0.01, 1000, kMillimetres});
+  grid(table, body, layer);
   if (body) {
     refuse(table, {"depth_mm"});
   } else {
     require(table, {"depth_mm"});
     table.read("depth_mm", layer.depth, {0.0, 1e4, kMillimetres});
   }
-  return layer;
+  table.read("diameter_mm", layer.diameter, {0.01, 1000, kMillimetres});
+}
+
+void refraction(auto& table, RefractingSurface& surface) {
+  require(table, {"centre_mm", "index"});
+  table.read("centre_mm", std::span(surface.centre.data(), 3), {-1e4, 1e4, kMillimetres});
+  if (!writes(table) || !surface.isPlane()) {
+    table.read("radii_mm", std::span(surface.radii.data(), 3), {0.01, 1e4, kMillimetres});
+  }
+  table.read("index", surface.index, {1.0, 3.0});
 }
 
 std::vector<RefractingSurface> readSurfaces(std::vector<TomlTable> tables) {
@@ -132,10 +189,7 @@ std::vector<RefractingSurface> readSurfaces(std::vector<TomlTable> tables) {
   const auto lowest = [](const RefractingSurface& surface) { return surface.centre.z() - surface.radii.z(); };
   for (TomlTable& table : tables) {
     RefractingSurface surface;
-    require(table, {"centre_mm", "index"});
-    table.read("centre_mm", std::span(surface.centre.data(), 3), {-1e4, 1e4, kMillimetres});
-    table.read("radii_mm", std::span(surface.radii.data(), 3), {0.01, 1e4, kMillimetres});
-    table.read("index", surface.index, {1.0, 3.0});
+    refraction(table, surface);
     if (!surfaces.empty() && lowest(surface) <= lowest(surfaces.back()))
       table.fail("centre_mm",
                  "places it before the surface that is written before it: write them from the gel to the camera");
@@ -146,19 +200,27 @@ std::vector<RefractingSurface> readSurfaces(std::vector<TomlTable> tables) {
   return surfaces;
 }
 
-void readCamera(TomlTable& table, Camera& camera) {
+void pinhole(auto& table, Camera& camera) {
   table.read("width_px", camera.width, {8, 16384});
   table.read("height_px", camera.height, {8, 16384});
   table.read("focal_px", camera.focal_px, {1.0, 1e6});
-  table.read("aspect", camera.aspect, {0.5, 2.0});
+  newer(table, "aspect", camera.aspect, {0.5, 2.0}, 1.0);
   table.read("principal_px", std::span(camera.principal_px.data(), 2), {-1e5, 1e5});
   table.read("k1", camera.k1, {-10, 10});
   table.read("k2", camera.k2, {-10, 10});
   table.read("position_mm", std::span(camera.position.data(), 3), {-1e4, 1e4, kMillimetres});
   table.read("rotation_rad", std::span(camera.rotation.data(), 3), {-3.2, 3.2});
   table.read("gel_index", camera.gelIndex, {1.0, 3.0});
+}
+
+void window(auto& table, Camera& camera) {
   table.read("window_index", camera.windowIndex, {1.0, 3.0});
   table.read("window_thickness_mm", camera.windowThickness, {0.0, 1000, kMillimetres});
+}
+
+void readCamera(TomlTable& table, Camera& camera) {
+  pinhole(table, camera);
+  window(table, camera);
   camera.surfaces = readSurfaces(table.tables("surfaces"));
   for (const char* key : {"window_index", "window_thickness_mm"}) {
     if (!camera.surfaces.empty() && table.has(key))
@@ -166,7 +228,8 @@ void readCamera(TomlTable& table, Camera& camera) {
   }
 }
 
-void readUncertainty(TomlTable& table, bool body, Uncertainty& uncertainty) {
+void deviations(auto& table, bool body, Uncertainty& uncertainty) {
+  const Uncertainty usual;  // of a lens that was not measured
   table.read("youngs_modulus_relative", uncertainty.youngsModulus, {0.0, 1.0});
   if (body) {
     refuse(table, {"poisson_ratio", "thickness_mm", "layer_depth_mm", "marker_depth_mm", "marker_place_mm"});
@@ -174,34 +237,38 @@ void readUncertainty(TomlTable& table, bool body, Uncertainty& uncertainty) {
     table.read("poisson_ratio", uncertainty.poissonRatio, {0.0, 0.5});
     table.read("thickness_mm", uncertainty.thickness, {0.0, 1000, kMillimetres});
     table.read("layer_depth_mm", uncertainty.layerDepth, {0.0, 1000, kMillimetres});
-    table.read("marker_depth_mm", uncertainty.markerDepth, {0.0, 1000, kMillimetres});
-    table.read("marker_place_mm", uncertainty.markerPlace, {0.0, 1000, kMillimetres});
+    newer(table, "marker_depth_mm", uncertainty.markerDepth, {0.0, 1000, kMillimetres}, usual.markerDepth);
+    newer(table, "marker_place_mm", uncertainty.markerPlace, {0.0, 1000, kMillimetres}, usual.markerPlace);
   }
   table.read("model_relative", uncertainty.model, {0.0, 1.0});
   table.read("focal_relative", uncertainty.focal, {0.0, 1.0});
   table.read("position_mm", std::span(uncertainty.position.data(), 3), {0.0, 1000, kMillimetres});
   table.read("rotation_rad", std::span(uncertainty.rotation.data(), 3), {0.0, 1.0});
   table.read("focal_distance_correlation", uncertainty.focalDistance, {-1.0, 1.0});
-  table.read("principal_px", uncertainty.principal_px, {0.0, 1e3});
-  table.read("k1", uncertainty.k1, {0.0, 10.0});
-  table.read("k2", uncertainty.k2, {0.0, 10.0});
+  newer(table, "principal_px", uncertainty.principal_px, {0.0, 1e3}, usual.principal_px);
+  newer(table, "k1", uncertainty.k1, {0.0, 10.0}, usual.k1);
+  newer(table, "k2", uncertainty.k2, {0.0, 10.0}, usual.k2);
 }
 
-void readPictureMotion(TomlTable& table, PictureMotion& motion) {
+void motion(auto& table, PictureMotion& motion) {
   table.read("shift_px", motion.shift_px, {0.0, 100.0});
   table.read("scale", motion.scale, {0.0, 0.1});
   table.read("roll_rad", motion.roll, {0.0, 0.1});
+}
+
+void creep(auto& table, CreepTerm& term) {
+  require(table, {"share", "time_s", "deviation"});
+  table.read("share", term.share, {0.0, 1.0});
+  table.read("time_s", term.time_s, {1e-3, 1e6});
+  table.read("deviation", term.deviation, {0.0, 1.0});
+  if (!writes(table) || !term.correlation.empty()) table.read("correlation", term.correlation, {-1.0, 1.0});
 }
 
 std::vector<CreepTerm> readCreep(std::vector<TomlTable> tables) {
   std::vector<CreepTerm> terms;
   for (TomlTable& table : tables) {
     CreepTerm& term = terms.emplace_back();
-    require(table, {"share", "time_s", "deviation"});
-    table.read("share", term.share, {0.0, 1.0});
-    table.read("time_s", term.time_s, {1e-3, 1e6});
-    table.read("deviation", term.deviation, {0.0, 1.0});
-    table.read("correlation", term.correlation, {-1.0, 1.0});
+    creep(table, term);
     if (terms.size() > kMostCreepTerms)
       table.fail("share", "is of one term too many; at most " + std::to_string(kMostCreepTerms) + " are possible");
     if (terms.size() > 1 && term.time_s <= terms[terms.size() - 2].time_s)
@@ -215,9 +282,10 @@ std::vector<CreepTerm> readCreep(std::vector<TomlTable> tables) {
   return terms;
 }
 
-Calibration readCalibration(TomlTable& table) {
-  Calibration calibration;
+/// The hash comes first: a truncated file must not pass as an uncalibrated one.
+void calibration(auto& table, Calibration& calibration) {
   require(table, {"camera", "date", "hash"});
+  table.read("hash", calibration.hash);
   table.read("camera", calibration.camera);
   table.read("date", calibration.date);
   table.read("geometry", calibration.geometry);
@@ -228,32 +296,20 @@ Calibration readCalibration(TomlTable& table) {
   table.read("weights_n", calibration.weights, {0.0, 1e6});
   table.read("readings_n", calibration.readings, {0.0, 1e6});
   table.read("linearity", calibration.linearity, {0.0, 1e3});
-  table.read("hash", calibration.hash);
-  return calibration;
-}
-
-std::string number(double value) {
-  std::array<char, 40> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.15g", value);
-  return buffer.data();
-}
-
-template <typename Vector>
-std::string list(const Vector& values, double perUnit = 1.0) {
-  std::string text = "[";
-  for (const double value : values) text += (text.size() > 1 ? ", " : "") + number(value * perUnit);
-  return text + "]";
 }
 
 /// Reads all tables but those of creep. \param body true: an influence file supplies the mechanics and the positions of
 /// markers and nodes
 Sensor readSensor(TomlTable& root, bool body) {
   Sensor sensor;
-  if (auto table = root.table("gel")) readMaterial(*table, body, sensor.gel);
+  if (auto table = root.table("gel")) {
+    table->read("youngs_modulus_pa", sensor.gel.youngsModulus, {1.0, 1e12});
+    material(*table, body, sensor.gel);
+  }
   std::vector<TomlTable> layers = root.tables("layers");
   if (root.has("layers")) sensor.layers.clear();
   for (TomlTable& table : layers) {
-    sensor.layers.push_back(readLayer(table, body));
+    markers(table, body, sensor.layers.emplace_back());
     if (!body) check(sensor.layers.back(), sensor.gel, root, "layers", &table);
   }
   if (layers.empty()) {
@@ -263,14 +319,14 @@ Sensor readSensor(TomlTable& root, bool body) {
     }
   }
   auto nodes = root.table("nodes");
-  if (nodes) readGrid(*nodes, body, sensor.nodes.columns, sensor.nodes.rows, sensor.nodes.pitch, sensor.nodes.centre);
+  if (nodes) grid(*nodes, body, sensor.nodes);
   if (!body) check(sensor.nodes, sensor.gel, root, "nodes", nodes ? &*nodes : nullptr);
   auto camera = root.table("camera");
   if (camera) readCamera(*camera, sensor.camera);
   check(sensor.camera, sensor.gel, root, "camera", camera ? &*camera : nullptr);
-  if (auto table = root.table("uncertainty")) readUncertainty(*table, body, sensor.uncertainty);
-  if (auto table = root.table("picture_motion")) readPictureMotion(*table, sensor.pictureMotion);
-  if (auto table = root.table("calibration")) sensor.calibration = readCalibration(*table);
+  if (auto table = root.table("uncertainty")) deviations(*table, body, sensor.uncertainty);
+  if (auto table = root.table("picture_motion")) motion(*table, sensor.pictureMotion);
+  if (auto table = root.table("calibration")) calibration(*table, sensor.calibration.emplace());
   return sensor;
 }
 
@@ -348,113 +404,44 @@ tl::expected<Sensor, FileError> loadGel(const std::string& path) {
   return read(TomlTable::load(path), path);
 }
 
-namespace {
-
-std::string line(const std::string& key, const std::string& value) {
-  return key + " = " + value + "\n";
-}
-
-/// The calibration comes first, and its hash before everything else: a truncated file must not pass as an uncalibrated
-/// one.
-std::string calibrationText(const Calibration& made) {
-  const auto mark = [](const std::string& key, const std::string& value) { return line("calibration." + key, value); };
-  return mark("hash", quoted(made.hash)) + mark("camera", quoted(made.camera)) + mark("date", quoted(made.date)) +
-         mark("geometry", quoted(made.geometry)) + mark("residual_px", number(made.residual_px)) +
-         mark("noise", quoted(made.noise)) + mark("noise_px", number(made.noise_px)) +
-         mark("stiffness", quoted(made.stiffness)) + mark("weights_n", list(made.weights)) +
-         mark("readings_n", list(made.readings)) + mark("linearity", number(made.linearity)) + "\n";
-}
-
-/// Returns the sections gel, layers and nodes.
-std::string bodyText(const Sensor& sensor) {
-  const bool body = sensor.body != nullptr;
-  const auto grid = [&](const auto& of) {
-    return line("columns", std::to_string(of.columns)) + line("rows", std::to_string(of.rows)) +
-           (body
-                ? ""
-                : line("pitch_mm", number(of.pitch * kMillimetres)) + line("centre_mm", list(of.centre, kMillimetres)));
-  };
-  const Gel& gel = sensor.gel;
-  std::string text = "\n[gel]\n" + line("youngs_modulus_pa", number(gel.youngsModulus));
-  if (body) {
-    text += line("influence_file", quoted(std::filesystem::absolute(sensor.body->file)));
-  } else {
-    text += line("poisson_ratio", number(gel.poissonRatio)) + line("width_mm", number(gel.size.x() * kMillimetres)) +
-            line("height_mm", number(gel.size.y() * kMillimetres));
-  }
-  text += line("thickness_mm", number(gel.size.z() * kMillimetres));
-  for (const MarkerLayer& layer : sensor.layers) {
-    text += "\n[[layers]]\n" + line("colour", quoted(nameOf(layer.colour))) +
-            (layer.darker ? line("contrast", quoted("darker")) : "") + grid(layer) +
-            (body ? "" : line("depth_mm", number(layer.depth * kMillimetres))) +
-            line("diameter_mm", number(layer.diameter * kMillimetres));
-  }
-  return text + "\n[nodes]\n" + grid(sensor.nodes);
-}
-
-std::string cameraText(const Camera& camera) {
-  std::string text = "\n[camera]\n" + line("width_px", std::to_string(camera.width)) +
-                     line("height_px", std::to_string(camera.height)) + line("focal_px", number(camera.focal_px)) +
-                     // It is omitted if it is 1, so that files calibrated before the key existed keep their hash.
-                     (camera.aspect != 1.0 ? line("aspect", number(camera.aspect)) : "") +
-                     line("principal_px", list(camera.principal_px)) + line("k1", number(camera.k1)) +
-                     line("k2", number(camera.k2)) + line("position_mm", list(camera.position, kMillimetres)) +
-                     line("rotation_rad", list(camera.rotation)) + line("gel_index", number(camera.gelIndex));
-  if (camera.surfaces.empty()) {
-    text += line("window_index", number(camera.windowIndex)) +
-            line("window_thickness_mm", number(camera.windowThickness * kMillimetres));
-  }
-  for (const RefractingSurface& surface : camera.surfaces) {
-    text += "\n[[camera.surfaces]]\n" + line("centre_mm", list(surface.centre, kMillimetres)) +
-            (surface.isPlane() ? "" : line("radii_mm", list(surface.radii, kMillimetres))) +
-            line("index", number(surface.index));
-  }
-  return text;
-}
-
-/// Omits values that are as before their keys existed, so that files calibrated then keep their hash.
-std::string uncertaintyText(const Uncertainty& uncertainty, bool body) {
-  std::string text = "\n[uncertainty]\n" + line("youngs_modulus_relative", number(uncertainty.youngsModulus));
-  if (!body) {
-    text +=
-        line("poisson_ratio", number(uncertainty.poissonRatio)) +
-        line("thickness_mm", number(uncertainty.thickness * kMillimetres)) +
-        line("layer_depth_mm", number(uncertainty.layerDepth * kMillimetres)) +
-        (uncertainty.markerDepth != 0.0 ? line("marker_depth_mm", number(uncertainty.markerDepth * kMillimetres))
-                                        : "") +
-        (uncertainty.markerPlace != 0.0 ? line("marker_place_mm", number(uncertainty.markerPlace * kMillimetres)) : "");
-  }
-  text += line("model_relative", number(uncertainty.model)) + line("focal_relative", number(uncertainty.focal)) +
-          line("position_mm", list(uncertainty.position, kMillimetres)) +
-          line("rotation_rad", list(uncertainty.rotation)) +
-          line("focal_distance_correlation", number(uncertainty.focalDistance));
-  const Uncertainty unmeasured;  // of a lens that was not measured
-  if (uncertainty.principal_px != unmeasured.principal_px) {
-    text += line("principal_px", number(uncertainty.principal_px));
-  }
-  if (uncertainty.k1 != unmeasured.k1) text += line("k1", number(uncertainty.k1));
-  if (uncertainty.k2 != unmeasured.k2) text += line("k2", number(uncertainty.k2));
-  return text;
-}
-
-std::string creepText(const std::vector<CreepTerm>& terms) {
-  std::string text;
-  for (const CreepTerm& term : terms) {
-    text += "\n[[creep]]\n" + line("share", number(term.share)) + line("time_s", number(term.time_s)) +
-            line("deviation", number(term.deviation)) +
-            (term.correlation.empty() ? "" : line("correlation", list(term.correlation)));
-  }
-  return text;
-}
-
-}  // namespace
-
 std::string gelText(const Sensor& sensor) {
-  const PictureMotion& motion = sensor.pictureMotion;
-  return (sensor.calibration ? calibrationText(*sensor.calibration) : "") + line("format", std::to_string(kVersion)) +
-         bodyText(sensor) + cameraText(sensor.camera) + uncertaintyText(sensor.uncertainty, sensor.body != nullptr) +
-         "\n[picture_motion]\n" + line("shift_px", number(motion.shift_px)) + line("scale", number(motion.scale)) +
-         line("roll_rad", number(motion.roll)) + creepText(sensor.creep);
+  Sensor all = sensor;
+  const bool body = sensor.body != nullptr;
+  std::string text;
+  TextTable table(text);
+  const auto begin = [&text](const char* header) { text.append("\n").append(header).append("\n"); };
+  if (all.calibration) {  // before everything else, as its hash
+    TextTable made(text, "calibration.");
+    calibration(made, *all.calibration);
+    text += "\n";
+  }
+  table.read("format", kVersion, {});
+  begin("[gel]");
+  table.read("youngs_modulus_pa", all.gel.youngsModulus, {});
+  if (body) table.read("influence_file", std::filesystem::absolute(sensor.body->file).string());
+  material(table, body, all.gel);
+  for (MarkerLayer& layer : all.layers) {
+    begin("[[layers]]");
+    markers(table, body, layer);
+  }
+  begin("[nodes]");
+  grid(table, body, all.nodes);
+  begin("[camera]");
+  pinhole(table, all.camera);
+  if (all.camera.surfaces.empty()) window(table, all.camera);
+  for (RefractingSurface& surface : all.camera.surfaces) {
+    begin("[[camera.surfaces]]");
+    refraction(table, surface);
+  }
+  begin("[uncertainty]");
+  deviations(table, body, all.uncertainty);
+  begin("[picture_motion]");
+  motion(table, all.pictureMotion);
+  for (CreepTerm& term : all.creep) {
+    begin("[[creep]]");
+    creep(table, term);
+  }
+  return text;
 }
 
 }  // namespace sensor
