@@ -25,7 +25,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cassert>
 #include <cmath>
 #include <map>
 #include <thread>
@@ -340,13 +339,13 @@ struct BlockCorrection::Data {
 
   Data(const Gel& gel, const Points& points, const BlockOptions& options, const Progress& progress);
 
-  // Returns w at the distinct targets: a column per unit force at each source, or one column if `forces` are given.
-  PerClass respond(const Points& sources, const Eigen::Matrix3Xd* forces) const;
+  // Returns w at the distinct targets: a column per unit force at each source.
+  PerClass respond(const Points& sources) const;
 
  private:
   ClassSolver solver(unsigned parity) const { return {parity, mesh, whole, elements, boundary}; }
   MatrixXd compress(MatrixXd& data) const;
-  PerClass boundaryData(const Points& sources, const Eigen::Matrix3Xd* forces) const;
+  PerClass boundaryData(const Points& sources) const;
 };
 
 BlockCorrection::Data::Data(const Gel& gel, const Points& points, const BlockOptions& options, const Progress& progress)
@@ -370,12 +369,12 @@ BlockCorrection::Data::Data(const Gel& gel, const Points& points, const BlockOpt
 }
 
 // Returns minus the half-space field of the sources: displacements of the base's nodes, then loads on the sides' nodes.
-PerClass BlockCorrection::Data::boundaryData(const Points& sources, const Eigen::Matrix3Xd* forces) const {
-  const Index width = forces != nullptr ? 1 : 3 * sources.cols();
+PerClass BlockCorrection::Data::boundaryData(const Points& sources) const {
+  const Index width = 3 * sources.cols();
   const auto count = static_cast<Index>(boundary.samples.size());
   PerClass sampled;  // samples x (component * width + column)
   sampled.fill(MatrixXd::Zero(count, 3 * width));
-  const auto addSource = [&](Index s) {
+  inParallel(sources.cols(), [&](Index s) {
     for (Index i = 0; i < count; ++i) {
       const Sample& sample = boundary.samples[i];
       std::array<Matrix3d, kClasses> images;
@@ -394,20 +393,11 @@ PerClass BlockCorrection::Data::boundaryData(const Points& sources, const Eigen:
       for (unsigned parity = 0; parity < kClasses; ++parity) {
         Matrix3d mean = images[0];
         for (unsigned image = 1; image < kClasses; ++image) mean += character(parity, image) * images[image];
-        for (int c = 0; c < 3; ++c) {
-          if (forces != nullptr)
-            sampled[parity](i, c) += mean.row(c).dot(forces->col(s));
-          else
-            for (int j = 0; j < 3; ++j) sampled[parity](i, c * width + 3 * s + j) = mean(c, j);
-        }
+        for (int c = 0; c < 3; ++c)
+          for (int j = 0; j < 3; ++j) sampled[parity](i, c * width + 3 * s + j) = mean(c, j);
       }
     }
-  };
-  if (forces == nullptr) {
-    inParallel(sources.cols(), addSource);
-  } else {  // they share a column
-    for (Index s = 0; s < sources.cols(); ++s) addSource(s);
-  }
+  });
 
   PerClass data;
   inParallel(kClasses, [&](Index parity) {
@@ -448,8 +438,8 @@ MatrixXd BlockCorrection::Data::compress(MatrixXd& data) const {
   return shares;
 }
 
-PerClass BlockCorrection::Data::respond(const Points& sources, const Eigen::Matrix3Xd* forces) const {
-  PerClass data = boundaryData(sources, forces);
+PerClass BlockCorrection::Data::respond(const Points& sources) const {
+  PerClass data = boundaryData(sources);
   PerClass response;
   inParallel(kClasses, [&](Index parity) {
     if (!elements.at.empty()) {
@@ -467,14 +457,11 @@ PerClass BlockCorrection::Data::respond(const Points& sources, const Eigen::Matr
 
 BlockCorrection::BlockCorrection(const Gel& gel, const Points& targets, const BlockOptions& options,
                                  const Progress& progress)
-    : data_(std::make_unique<Data>(gel, targets, options, progress)) {}
-BlockCorrection::~BlockCorrection() = default;
-BlockCorrection::BlockCorrection(BlockCorrection&&) noexcept = default;
-BlockCorrection& BlockCorrection::operator=(BlockCorrection&&) noexcept = default;
+    : data_(std::make_shared<const Data>(gel, targets, options, progress)) {}
 
 MatrixXd BlockCorrection::matrix(const Points& sources) const {
   const Folded folded = fold(sources);
-  const PerClass response = data_->respond(folded.distinct, nullptr);
+  const PerClass response = data_->respond(folded.distinct);
   const Folded& targets = data_->targets;
   MatrixXd result(3 * static_cast<Index>(targets.index.size()), 3 * sources.cols());
   inParallel(sources.cols(), [&](Index s) {
@@ -491,19 +478,6 @@ MatrixXd BlockCorrection::matrix(const Points& sources) const {
         }
       }
   });
-  return result;
-}
-
-Points BlockCorrection::displacement(const Points& sources, const Eigen::Matrix3Xd& forces) const {
-  assert(sources.cols() == forces.cols());
-  const PerClass response = data_->respond(sources, &forces);
-  const Folded& targets = data_->targets;
-  Points result = Points::Zero(3, static_cast<Index>(targets.index.size()));
-  for (unsigned parity = 0; parity < kClasses; ++parity)
-    for (std::size_t t = 0; t < targets.index.size(); ++t)
-      for (int c = 0; c < 3; ++c)
-        result(c, static_cast<Index>(t)) += character(parity, targets.image[t]) * mirror(targets.image[t])[c] *
-                                            response[parity](data_->columns[targets.index[t]][c], 0);
   return result;
 }
 

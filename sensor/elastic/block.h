@@ -30,7 +30,7 @@ double clearanceOf(const Gel& gel, const Points& sources);
 using Progress = std::function<void(double)>;
 
 /// The correction w of one gel at fixed targets, for any forces. The constructor does most of the work, on all the
-/// machine's cores. Immutable afterwards and reentrant.
+/// machine's cores. Immutable afterwards and reentrant; copies share it.
 class BlockCorrection {
  public:
   /// Takes seconds. The arguments need not outlive the object. Asserts that the degree is at least 2, and
@@ -38,22 +38,15 @@ class BlockCorrection {
   /// block (not checked)
   BlockCorrection(const Gel& gel, const Points& targets, const BlockOptions& options = {},
                   const Progress& progress = {});
-  ~BlockCorrection();
-  BlockCorrection(BlockCorrection&&) noexcept;
-  BlockCorrection& operator=(BlockCorrection&&) noexcept;
 
   /// Returns w per unit force, 3T x 3S [m/N]: rows 3t.. are w at target t, columns 3s.. the unit forces along x, y, z
   /// at source s. \param sources 3 x S, gel frame [m], z = 0, no nearer to a side than BlockOptions::clearance: the
   /// result is inexact there (not checked)
   Eigen::MatrixXd matrix(const Points& sources) const;
 
-  /// Returns w under all forces together, 3 x T [m]. \param sources as in matrix()
-  /// \param forces 3 x S [N] (S is asserted)
-  Points displacement(const Points& sources, const Eigen::Matrix3Xd& forces) const;
-
  private:
   struct Data;
-  std::unique_ptr<const Data> data_;
+  std::shared_ptr<const Data> data_;
 };
 
 /// Returns the half-space field plus the correction, 3T x 3S [m/N], laid out as BlockCorrection::matrix(). Sources may

@@ -72,7 +72,12 @@ void mechanics(const path& job, const std::string& gel) {
       points.col(i) << x, y, 0.0;
       forces.col(i) << fx, fy, fz;
     }
-    sensor::Points displacement = correction.displacement(points, forces);
+    sensor::Points displacement = sensor::Points::Zero(3, markers.cols());
+    constexpr Eigen::Index kTogether = 64;  // points, as their matrix is large
+    for (Eigen::Index i = 0; i < count; i += kTogether) {
+      const Eigen::Index some = std::min(kTogether, count - i);
+      displacement.reshaped() += correction.matrix(points.middleCols(i, some)) * forces.middleCols(i, some).reshaped();
+    }
     for (Eigen::Index m = 0; m < markers.cols(); ++m) {
       for (Eigen::Index i = 0; i < count; ++i) {
         displacement.col(m) += sensor::elastic::halfSpaceDisplacement(

@@ -89,8 +89,8 @@ TEST(ContactFit, ReadsAFlatWeightOffTheCentreByATiltedCamera) {
   sensor.camera.position += Eigen::Vector3d(1e-3, 0.0, 1e-3);
   const sensor::Points markers = sensor::markerPositions(sensor.layers);
   const auto patch = sensor::elastic::disc({9e-3, -6e-3}, 8e-3, {0.3, 0.0, 2.0});
-  sensor::Points displacement =
-      sensor::elastic::BlockCorrection(sensor.gel, markers).displacement(patch.points, patch.forces);
+  const Eigen::MatrixXd correction = sensor::elastic::BlockCorrection(sensor.gel, markers).matrix(patch.points);
+  sensor::Points displacement = (correction * patch.forces.reshaped()).reshaped(3, markers.cols());
   for (Eigen::Index m = 0; m < markers.cols(); ++m) {
     for (Eigen::Index i = 0; i < patch.points.cols(); ++i) {
       displacement.col(m) += sensor::elastic::halfSpaceDisplacement(markers.col(m) - patch.points.col(i),

@@ -74,16 +74,6 @@ TEST(Block, TurnsWithItsAxes) {
     EXPECT_LT((at(v, t) - turn * at(u, t) * turn.transpose()).norm(), 1e-9 * at(u, t).norm());
 }
 
-TEST(Block, SumsForcesAsItsMatrixDoes) {
-  const Gel gel = block(100, 40, 0.49);
-  const Points sources = points({{3, 4, 0}, {-3, 4, 0}, {7, -11, 0}, {0, -2, 0}});
-  const Eigen::Matrix3Xd forces = Eigen::Matrix3Xd::Random(3, 4);
-  const BlockOptions options{.degree = 4};
-  const BlockCorrection correction(gel, points({{3, 4, 6}, {3, -4, 6}, {0, 0, 8}, {-20, 11, 8}}), options);
-  const Eigen::VectorXd expected = correction.matrix(sources) * forces.reshaped();
-  EXPECT_LT((correction.displacement(sources, forces).reshaped() - expected).norm(), 1e-12 * expected.norm());
-}
-
 TEST(Block, AgreesWithFiniteElements) {
   std::ifstream file(tractiond::test::source("tests/golden/block_reference.csv"));
   ASSERT_TRUE(file);
@@ -109,7 +99,7 @@ TEST(Block, AgreesWithFiniteElements) {
   for (const int load : {0, 1}) {
     const Vector3d force = load == 0 ? Vector3d::UnitZ() : Vector3d::UnitX();
     const PatchQuadrature patch = hertz({0.7e-3, 0.4e-3}, 2.5e-3, force);
-    const Points w = correction.displacement(patch.points, patch.forces);
+    const Points w = (correction.matrix(patch.points) * patch.forces.reshaped()).reshaped(3, targets.cols());
     double error = 0.0, peak = 0.0;
     for (Index t = 0; t < targets.cols(); ++t) {
       Vector3d u = w.col(t);

@@ -19,7 +19,7 @@ using twin::ContactState;
 /// The whole block's displacement under many points of a patch, without tables and interpolation.
 Points direct(const sensor::Gel& gel, const Points& markers, const sensor::elastic::BlockCorrection& correction,
               const PatchQuadrature& patch) {
-  Points sum = correction.displacement(patch.points, patch.forces);
+  Points sum = (correction.matrix(patch.points) * patch.forces.reshaped()).reshaped(3, markers.cols());
   for (Eigen::Index m = 0; m < markers.cols(); ++m) {
     for (Eigen::Index i = 0; i < patch.points.cols(); ++i) {
       sum.col(m) += sensor::elastic::halfSpaceDisplacement(markers.col(m) - patch.points.col(i), gel.youngsModulus,
