@@ -6,6 +6,7 @@
 
 #include "daemon/calibrate/scaled_equations.h"
 #include "sensor/elastic/half_space.h"
+#include "sensor/elastic/influence.h"
 #include "sensor/elastic/loads.h"
 
 #include <Eigen/Cholesky>
@@ -48,17 +49,13 @@ struct ContactFit::Trial {
 };
 
 Observed observe(const sensor::Sensor& seen, const Displacements& displacements, std::span<const float> variance_px2) {
-  const PictureMotionFit motionFit(seen);
   const auto markers = static_cast<Eigen::Index>(displacements.valid.size());
   Observed observed;
   observed.value_px.setZero(2 * markers);
   observed.weight.setZero(2 * markers);
-  observed.byMotion.resize(2 * markers, 4);
+  observed.byMotion = sensor::elastic::pictureMotionMatrix(seen);
   for (Eigen::Index m = 0; m < markers; ++m) {
     const auto marker = static_cast<std::size_t>(m);
-    for (int k = 0; k < 4; ++k) {
-      observed.byMotion.col(k).segment<2>(2 * m) = motionFit.at(static_cast<int>(m), Eigen::Vector4d::Unit(k));
-    }
     if (displacements.valid[marker] == 0 || !(variance_px2[marker] > 0.0F)) continue;
     observed.weight.segment<2>(2 * m).setConstant(1.0 / static_cast<double>(variance_px2[marker]));
     observed.value_px.segment<2>(2 * m) =

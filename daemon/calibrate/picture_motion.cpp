@@ -1,6 +1,7 @@
 #include "daemon/calibrate/picture_motion.h"
 
 #include "base/quantile.h"
+#include "sensor/elastic/influence.h"
 
 #include <Eigen/Cholesky>
 
@@ -21,14 +22,8 @@ constexpr double kMedianOfNine = 0.41;  // deviation of the median of nine value
 
 }  // namespace
 
-PictureMotionFit::PictureMotionFit(const sensor::Sensor& sensor) {
-  const sensor::Points markers = sensor::markerPositions(sensor);
-  const sensor::Projection project(sensor.camera, sensor.gel.size.z());
-  byMotion_.resize(2 * markers.cols(), 4);
-  for (Eigen::Index i = 0; i < markers.cols(); ++i) {
-    byMotion_.middleRows<2>(2 * i) = project.motionOf(project(markers.col(i)));
-  }
-}
+PictureMotionFit::PictureMotionFit(const sensor::Sensor& sensor)
+    : byMotion_(sensor::elastic::pictureMotionMatrix(sensor)) {}
 
 Eigen::Vector2d PictureMotionFit::at(int marker, const Eigen::Vector4d& motion) const {
   return byMotion_.middleRows<2>(2 * Eigen::Index{marker}) * motion;
