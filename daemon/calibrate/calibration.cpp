@@ -7,6 +7,7 @@
 #include "daemon/calibrate/zero_check.h"
 #include "sensor/gel_file.h"
 
+#include <spdlog/fmt/chrono.h>
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
@@ -39,17 +40,12 @@ constexpr double kCreeping = 0.005;  // growth of a load's displacement between 
 constexpr double kResidualOver = 2.0;
 constexpr double kResidualFloor_px = 0.02, kResidualFloorShare = 0.02;  // the latter of the largest displacement
 
-std::string utc(const char* format) {
-  const auto now = static_cast<std::time_t>(realNow() / 1'000'000'000);
-  std::tm parts{};
-  gmtime_r(&now, &parts);
-  std::array<char, 40> text{};
-  std::strftime(text.data(), text.size(), format, &parts);
-  return text.data();
+std::tm utc() {
+  return fmt::gmtime(static_cast<std::time_t>(realNow() / 1'000'000'000));
 }
 
 std::string date() {
-  return utc("%Y-%m-%dT%H:%M:%SZ");
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", utc());
 }
 
 constexpr const char* kWithCreep =
@@ -491,7 +487,7 @@ Result Calibration::finish(const std::string& name, const std::string& camera, c
   record.camera = camera;
   record.date = date();
   record.hash = calibrationHash(sensor);
-  const std::string stem = (name.empty() ? "gel" : name) + "-" + utc("%Y%m%dT%H%M%SZ");
+  const std::string stem = fmt::format("{}-{:%Y%m%dT%H%M%SZ}", name.empty() ? "gel" : name, utc());
   fs::path path = directory / (stem + ".toml");
   std::error_code ignored;
   for (int i = 2; fs::exists(path, ignored); ++i) path = directory / (stem + "-" + std::to_string(i) + ".toml");
