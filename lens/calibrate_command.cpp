@@ -1,3 +1,4 @@
+#include "base/quantile.h"
 #include "daemon/calibrate/aspect_check.h"
 #include "lens/commands.h"
 #include "lens/lens_fit.h"
@@ -71,17 +72,16 @@ void compare(const std::vector<View>& views, Faults& faults) {
   const auto [width, height] = usualSize(views);
   std::vector<double> widths_px;
   for (const View& view : views) widths_px.push_back(view.corners.edgeWidth_px);
-  const auto middle = widths_px.begin() + static_cast<std::ptrdiff_t>(widths_px.size() / 2);
-  std::ranges::nth_element(widths_px, middle);
+  const double middle_px = tractiond::quantile(widths_px);
   for (const View& view : views) {
     if (view.width != width || view.height != height) {
       faults.push_back(
           fault(*view.file, "has " + shape(view.width, view.height) + ", where the others have " + shape(width, height),
                 "another camera, or another region of it; all are to be of one camera as it will be used"));
-    } else if (view.corners.edgeWidth_px > kSmear * *middle) {
+    } else if (view.corners.edgeWidth_px > kSmear * middle_px) {
       faults.push_back(fault(*view.file,
                              "is blurred: edges are " + fixed(view.corners.edgeWidth_px, 1) + " px wide, " +
-                                 fixed(*middle, 1) + " px in the others",
+                                 fixed(middle_px, 1) + " px in the others",
                              "it was out of focus or moved; leave it out"));
     }
   }

@@ -1,5 +1,6 @@
 #include "sensor/influence_file.h"
 
+#include "base/quantile.h"
 #include "sensor/numpy_file.h"
 
 #include <algorithm>
@@ -138,9 +139,7 @@ double compliance(const Body& body) {
     }
   }
   if (all.empty()) return 1.0;
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-  std::nth_element(all.begin(), middle, all.end());
-  return *middle;
+  return tractiond::quantile(all);
 }
 
 /// Fails if the matrix has the wrong sign or unit.

@@ -1,5 +1,6 @@
 #include "daemon/solve/atoms.h"
 
+#include "base/quantile.h"
 #include "daemon/solve/wrench.h"
 
 #include <algorithm>
@@ -159,9 +160,7 @@ double markerDistance(const sensor::Body& body) {
   for (const auto& node : body.nodes.colwise()) {
     distances.push_back((body.markers.colwise() - node).colwise().norm().minCoeff());
   }
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle;
+  return quantile(distances);
 }
 
 }  // namespace

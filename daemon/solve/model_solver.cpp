@@ -1,5 +1,6 @@
 #include "daemon/solve/model_solver.h"
 
+#include "base/quantile.h"
 #include "daemon/solve/mechanics_noise.h"
 
 #include <algorithm>
@@ -133,8 +134,7 @@ double ModelSolver::detectionLimit(int axis, double error) {
     }
     limits.push_back(isFound ? high : std::numeric_limits<double>::infinity());
   }
-  std::nth_element(limits.begin(), limits.begin() + 4, limits.end());
-  return limits[4];
+  return quantile(limits);
 }
 
 }  // namespace tractiond::solve
