@@ -225,8 +225,8 @@ Done findBoard(const std::string& file, const Board& board) {
 }
 
 Done calibrate(const CalibrateOptions& options) {
-  auto file = loadCamera(options.gel);
-  if (!file) return tl::unexpected(file.error());
+  auto sensor = loadGel(options.gel);
+  if (!sensor) return tl::unexpected(sensor.error());
   if (const auto free = checkOutput(options.output, options.force); !free) return free;
   Faults faults;
   const std::vector<View> views = readViews(options, faults);
@@ -237,9 +237,9 @@ Done calibrate(const CalibrateOptions& options) {
                                        "at least " + std::to_string(kFewest) + ", better 15, each from another side")});
   }
   const auto [width, height] = usualSize(views);
-  sensor::Camera& camera = file->sensor.camera;
-  if (!file->hasWidth) camera.width = width;
-  if (!file->hasHeight) camera.height = height;
+  sensor::Camera& camera = sensor->camera;
+  if (!statesOfCamera(options.gel, "width_px")) camera.width = width;
+  if (!statesOfCamera(options.gel, "height_px")) camera.height = height;
   if (camera.width != width || camera.height != height) {
     return tl::unexpected(Faults{fault(
         options.gel, "has a camera of " + shape(camera.width, camera.height) + ", the pictures " + shape(width, height),
@@ -261,7 +261,7 @@ Done calibrate(const CalibrateOptions& options) {
   camera.principal_px = fit.camera.principal_px;
   camera.k1 = fit.camera.k1;
   camera.k2 = fit.camera.k2;
-  sensor::Uncertainty& uncertainty = file->sensor.uncertainty;
+  sensor::Uncertainty& uncertainty = sensor->uncertainty;
   // Includes the focal length along u and along v.
   uncertainty.focal =
       std::hypot(fit.focalDeviation_px / fit.camera.focal_px, fit.aspectDeviation.value_or(0.0) / fit.camera.aspect);
@@ -269,7 +269,7 @@ Done calibrate(const CalibrateOptions& options) {
   uncertainty.principal_px = fit.principalDeviation_px.maxCoeff();
   uncertainty.k1 = fit.k1Deviation;
   uncertainty.k2 = fit.k2Deviation;
-  return writeGel(options.output, std::move(file->sensor),
+  return writeGel(options.output, *std::move(sensor),
                   "The lens is from " + std::to_string(views.size()) + " pictures of a chessboard, by traction-lens.");
 }
 

@@ -80,13 +80,8 @@ Done writeSheets(const SheetsOptions& options);
 /// influence file.
 tl::expected<sensor::Sensor, Faults> loadGel(const std::string& path);
 
-/// A gel file, and whether it states the picture's size. Missing values are the paper's.
-struct CameraFile {
-  sensor::Sensor sensor;
-  bool hasWidth = false, hasHeight = false;
-};
-/// Reads a gel file as loadGel(), with its errors. For an empty path neither size is stated.
-tl::expected<CameraFile, Faults> loadCamera(const std::string& path);
+/// Returns whether a gel file states a key of its camera; an empty path states nothing.
+bool statesOfCamera(const std::string& gel, std::string_view key);
 
 /// Writes a gel file without a calibration, which no longer applies, and prints its path and, if there was one, that a
 /// calibration was left out. Error: EX_CANTCREAT. \param remark one line on the origin of the values

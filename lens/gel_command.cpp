@@ -25,18 +25,10 @@ tl::expected<sensor::Sensor, Faults> loadGel(const std::string& path) {
   return tl::unexpected(Faults{{.exitCode = code, .what = error.what, .where = error.where}});
 }
 
-tl::expected<CameraFile, Faults> loadCamera(const std::string& path) {
-  auto sensor = loadGel(path);
-  if (!sensor) return tl::unexpected(sensor.error());
-  CameraFile file{*std::move(sensor)};
-  if (path.empty()) return file;
-  if (auto root = tractiond::TomlTable::load(path)) {
-    if (const auto camera = root->table("camera")) {
-      file.hasWidth = camera->has("width_px");
-      file.hasHeight = camera->has("height_px");
-    }
-  }
-  return file;
+bool statesOfCamera(const std::string& gel, std::string_view key) {
+  auto root = tractiond::TomlTable::load(gel);
+  const auto camera = root ? root->table("camera") : std::nullopt;
+  return camera && camera->has(key);
 }
 
 Done checkOutput(const std::string& path, bool replace) {

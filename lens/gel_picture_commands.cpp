@@ -137,10 +137,7 @@ Done pose(const PoseOptions& options) {
   }
   sensor::Sensor posed = seen->sensor;
   posed.camera = found.camera;
-  posed.uncertainty.focal = found.uncertainty.focal;
-  posed.uncertainty.position = found.uncertainty.position;
-  posed.uncertainty.rotation = found.uncertainty.rotation;
-  posed.uncertainty.focalDistance = found.uncertainty.focalDistance;
+  posed.uncertainty = found.uncertainty;
   const std::string other = contradiction(posed, seen->markers);
   if (!other.empty() && !options.force) {
     return tl::unexpected(
