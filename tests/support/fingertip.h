@@ -32,17 +32,22 @@ inline sensor::Sensor flatTip(double markerPitch = 1e-3) {
   return sensor;
 }
 
+/// Returns a body with the grids of a sensor, as an influence file would say it.
+inline sensor::Body bodyOn(const sensor::Sensor& sensor, Eigen::MatrixXd influence) {
+  return {.file = "body.npz",
+          .youngsModulus = sensor.gel.youngsModulus,
+          .influence = std::move(influence),
+          .nodes = sensor::nodePositions(sensor),
+          .normals = sensor::nodeNormals(sensor),
+          .areas = sensor::nodeAreas(sensor),
+          .markers = sensor::markerPositions(sensor),
+          .errors = {}};
+}
+
 /// Returns a fingertip's grids. The influence is that of a half-space under the flat ones: smooth, and nothing more.
 inline sensor::Sensor fingertip(double markerPitch = 1e-3) {
   sensor::Sensor sensor = flatTip(markerPitch);
-  sensor::Body body{.file = "tip.npz",
-                    .youngsModulus = sensor.gel.youngsModulus,
-                    .influence = sensor::elastic::displacementMatrix(sensor, sensor::elastic::Model::kHalfSpace),
-                    .nodes = sensor::nodePositions(sensor),
-                    .normals = {},
-                    .areas = sensor::nodeAreas(sensor),
-                    .markers = sensor::markerPositions(sensor),
-                    .errors = {}};
+  sensor::Body body = bodyOn(sensor, displacementMatrix(sensor, sensor::elastic::Model::kHalfSpace));
   for (auto point : body.nodes.colwise()) point = onTip(point);
   for (auto point : body.markers.colwise()) point = onTip(point);
   body.normals = (Eigen::Vector3d(0, 0, kTipRadius).replicate(1, body.nodes.cols()) - body.nodes) / kTipRadius;

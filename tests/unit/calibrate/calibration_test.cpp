@@ -160,14 +160,7 @@ TEST_F(CalibrationTest, TheFileSaysWhatWasMeasuredAndIsVerified) {
 
 TEST(BodyCalibration, TheHashIsOfTheInfluencesContent) {
   sensor::Sensor sensor = coarse();
-  sensor::Body body{.file = "body.npz",
-                    .youngsModulus = 1e5,
-                    .influence = Eigen::MatrixXd::Identity(4, 4),
-                    .nodes = sensor::nodePositions(sensor),
-                    .normals = sensor::nodeNormals(sensor),
-                    .areas = sensor::nodeAreas(sensor),
-                    .markers = sensor::markerPositions(sensor),
-                    .errors = {}};
+  sensor::Body body = test::bodyOn(sensor, Eigen::MatrixXd::Identity(4, 4));
   sensor.body = std::make_shared<const sensor::Body>(body);
   const std::string hash = calibrationHash(sensor);
   body.influence(1, 2) = 1e-9;

@@ -3,6 +3,7 @@
 #include "daemon/solve/model_solver.h"
 #include "daemon/solve/systematic.h"
 #include "sensor/influence_file.h"
+#include "tests/support/fingertip.h"
 #include "tests/unit/solve/sensors.h"
 
 #include <Eigen/Geometry>
@@ -16,14 +17,7 @@ using sensor::elastic::Model;
 
 /// The half-space under the sensor's own grids, as an influence file would say it.
 sensor::Body flatBody(const sensor::Sensor& sensor) {
-  return {.file = "flat.npz",
-          .youngsModulus = sensor.gel.youngsModulus,
-          .influence = displacementMatrix(sensor, Model::kHalfSpace),
-          .nodes = sensor::nodePositions(sensor),
-          .normals = sensor::nodeNormals(sensor),
-          .areas = sensor::nodeAreas(sensor),
-          .markers = sensor::markerPositions(sensor),
-          .errors = {}};
+  return test::bodyOn(sensor, displacementMatrix(sensor, Model::kHalfSpace));
 }
 
 sensor::Sensor withBody(sensor::Sensor sensor, sensor::Body body) {

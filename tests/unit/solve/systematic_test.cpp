@@ -4,6 +4,7 @@
 #include "daemon/solve/wrench.h"
 #include "sensor/elastic/influence.h"
 #include "sensor/elastic/loads.h"
+#include "tests/support/fingertip.h"
 #include "tests/unit/solve/sensors.h"
 
 #include <Eigen/Dense>
@@ -166,23 +167,19 @@ TEST(Systematic, WeightsTakeUpWhatMisreadsAPress) {
   EXPECT_FALSE(isWeighed(sensor));
 }
 
-/// A body that is a block with this gel. \param times Young's modulus that its influence is of, over the gel's
-sensor::Body bodyOf(const sensor::Sensor& sensor, double times = 1.0) {
-  return {.file = "block.npz",
-          .youngsModulus = times * sensor.gel.youngsModulus,
-          .influence = sensor::elastic::displacementMatrix(sensor, Model::kBlock) / times,
-          .nodes = sensor::nodePositions(sensor),
-          .normals = sensor::nodeNormals(sensor),
-          .areas = sensor::nodeAreas(sensor),
-          .markers = sensor::markerPositions(sensor),
-          .errors = {}};
+/// A body that is a block with this gel.
+sensor::Body bodyOf(const sensor::Sensor& sensor) {
+  return test::bodyOn(sensor, sensor::elastic::displacementMatrix(sensor, Model::kBlock));
 }
 
 TEST(Systematic, ABodyHasTheCamerasErrorsAlone) {
   sensor::Sensor sensor = thin();
   sensor.uncertainty.poissonRatio = sensor.uncertainty.thickness = sensor.uncertainty.layerDepth = 0.0;
   const SystematicErrors exact = errorsOf(sensor);
-  sensor.body = std::make_shared<sensor::Body>(bodyOf(sensor, 2.0));
+  sensor::Body stiffer = bodyOf(sensor);
+  stiffer.youngsModulus *= 2.0;
+  stiffer.influence /= 2.0;
+  sensor.body = std::make_shared<sensor::Body>(stiffer);
   const SystematicErrors errors = errorsOf(sensor);
   ASSERT_EQ(errors.contact.size(), 36U * kPoisson);
   for (int number = 0; number < kPoisson; ++number) {
