@@ -53,7 +53,7 @@ void PromptSolver::solve(const std::shared_ptr<solve::FieldSolver>& solver, cons
     }
     const std::chrono::nanoseconds left(end_ns - monotonicNow());
     if (left <= 0ns) {
-      solve::FieldRules::clear(field);
+      solve::clear(field);
       field.flags = markers.flags | kNotSolved;
       break;
     }

@@ -39,7 +39,7 @@ void ReplaySolver::solve(const std::shared_ptr<solve::FieldSolver>& solver, cons
     solver->solve(markers, field);
   }
   if (how.isNotSolved) {
-    solve::FieldRules::clear(field);
+    solve::clear(field);
     field.flags = markers.flags | kNotSolved;
   }
   passed_.push_back({solver, markers});

@@ -15,13 +15,7 @@ constexpr double kCentre_deviations = 5.0;
 
 }  // namespace
 
-FieldRules::FieldRules(const sensor::Sensor& sensor, const SolveOptions& options)
-    : minPressForCentre_N_(options.minPressForCentre_N) {
-  const sensor::Points nodes = sensor::nodePositions(sensor);
-  for (Eigen::Index n = 0; n < nodes.cols(); ++n) nodes_.push_back({nodes(0, n), nodes(1, n), nodes(2, n)});
-}
-
-void FieldRules::clear(TractionField& field) {
+void clear(TractionField& field) {
   std::fill(field.force_N.begin(), field.force_N.end(), 0.0F);
   std::fill(field.deviation_N.begin(), field.deviation_N.end(), 0.0F);
   field.valid = false;
@@ -40,13 +34,13 @@ void FieldRules::clear(TractionField& field) {
   field.work = {};
 }
 
-void FieldRules::centre(TractionField& field) const {
+void centre(double least_N, TractionField& field) {
   const auto& [x, y, z] = field.resultant_N;
-  field.centreOfPressureValid = z > minPressForCentre_N_ && z > kCentre_deviations * std::sqrt(field.noise[14]);
+  field.centreOfPressureValid = z > least_N && z > kCentre_deviations * std::sqrt(field.noise[14]);
   if (field.centreOfPressureValid) field.centreOfPressure_m = {-field.moment_Nm[1] / z, field.moment_Nm[0] / z};
 }
 
-void FieldRules::explain(double squaredResidual_px2, const UsedMarkers& markers, TractionField& field) {
+void explain(double squaredResidual_px2, const UsedMarkers& markers, TractionField& field) {
   const auto count = static_cast<double>(markers.count());
   // Rounding can leave a perfect fit just below zero.
   const double square_px2 = std::max(squaredResidual_px2, 0.0) / count;
@@ -57,7 +51,7 @@ void FieldRules::explain(double squaredResidual_px2, const UsedMarkers& markers,
   }
 }
 
-bool FieldRules::finite(const TractionField& field) {
+bool finite(const TractionField& field) {
   const auto isFinite = [](const auto& numbers) {
     return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
   };

@@ -29,7 +29,7 @@ FieldWriter::FieldWriter(const Factors& factors, const Atoms& atoms, const senso
     : factors_(factors)
     , atoms_(atoms)
     , mechanicsError_(std::hypot(factors.systematicErrors.displacement, sensor.uncertainty.model))
-    , rules_(sensor, options)
+    , minPressForCentre_N_(options.minPressForCentre_N)
     , strain_(sensor::nodePositions(sensor), atoms.depth_m, sensor.gel.youngsModulus)
     , motion_(sensor.pictureMotion.shift_px, sensor.pictureMotion.shift_px, sensor.pictureMotion.scale,
               sensor.pictureMotion.roll)
@@ -38,9 +38,9 @@ FieldWriter::FieldWriter(const Factors& factors, const Atoms& atoms, const senso
     , contacts_(atoms, sensor, systematic_)
     , creep_(sensor)
     , used_(factors.coordinateCount() / 2, options)
-    , nodeForce_(3 * rules_.nodes().size())
+    , nodeForce_(3 * atoms.nodeCount())
     , nodeDeviation_(nodeForce_.size()) {
-  Eigen::Map<Eigen::Matrix<double, 6, 6>>(unseen_.data()) = unseen(detectionLimit_N);
+  Eigen::Map<Eigen::Matrix<double, 6, 6>>(unseen_.data()) = unseen(sensor::nodePositions(sensor), detectionLimit_N);
 }
 
 bool FieldWriter::begin(const MarkerField& markers, TractionField& field) {
@@ -49,7 +49,7 @@ bool FieldWriter::begin(const MarkerField& markers, TractionField& field) {
   assert(field.markers.valid.size() == markers.valid.size() && field.force_N.size() == nodeForce_.size());
   field.markers = markers;
   field.flags = markers.flags;
-  FieldRules::clear(field);
+  clear(field);
   if ((markers.flags & kGelMismatch) != 0) return false;  // numbers of another gel
   if ((markers.flags & kFewMarkers) != 0 || !used_.choose(markers)) {
     field.flags |= kFewMarkers;
@@ -69,8 +69,8 @@ Displacements FieldWriter::picture() const {
 void FieldWriter::write(const Estimate& estimate, Mixture& mixture, TractionField& field) {
   const std::uint32_t flags = field.flags;
   if (estimate.outcome != Estimate::Outcome::kFailed) publish(estimate, mixture, field);
-  if (estimate.outcome == Estimate::Outcome::kFailed || !FieldRules::finite(field)) {
-    FieldRules::clear(field);
+  if (estimate.outcome == Estimate::Outcome::kFailed || !finite(field)) {
+    clear(field);
     field.flags = flags;
     field.work.failed = true;
   }
@@ -94,14 +94,14 @@ void FieldWriter::publish(const Estimate& estimate, Mixture& mixture, TractionFi
   } else {
     publishNothing(field);
   }
-  FieldRules::explain(estimate.squaredResidual_px2, used_, field);
-  rules_.centre(field);
+  explain(estimate.squaredResidual_px2, used_, field);
+  centre(minPressForCentre_N_, field);
 }
 
 /// What lies below the limit is not seen, nor what the gel may remember, nor what heat may have moved.
 void FieldWriter::publishNothing(TractionField& field) {
   const auto motion = field.pictureMotion;
-  FieldRules::clear(field);
+  clear(field);
   field.valid = true;
   field.pictureMotion = motion;
   field.method = Method::kNoContact;
@@ -160,17 +160,17 @@ void FieldWriter::publishForces(const Estimate& estimate, Mixture& mixture, Trac
 
 /// Returns the covariance of the wrench of a force just below the limit, anywhere on the nodes. It stays finite where
 /// the limit is not: a force as large as the largest that was tried.
-Eigen::Matrix<double, 6, 6> FieldWriter::unseen(const std::array<double, 2>& detectionLimit_N) const {
+Eigen::Matrix<double, 6, 6> FieldWriter::unseen(const sensor::Points& nodes,
+                                                const std::array<double, 2>& detectionLimit_N) const {
   const auto finite_N = [this](double limit_N) {
     return std::isfinite(limit_N) ? limit_N : kLargestDetectable * factors_.force_N;
   };
   const double tangential_N = finite_N(detectionLimit_N[0]), normal_N = finite_N(detectionLimit_N[1]);
   const Eigen::Vector3d deviations = 0.5 * Eigen::Vector3d(tangential_N, tangential_N, normal_N);
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-  for (const std::array<double, 3>& node : rules_.nodes()) {
-    const Eigen::Matrix<double, 6, 3> wrenches =
-        unitWrenches(Eigen::Vector3d::Map(node.data())) * deviations.asDiagonal();
-    covariance += wrenches * wrenches.transpose() / static_cast<double>(rules_.nodes().size());
+  for (const auto& node : nodes.colwise()) {
+    const Eigen::Matrix<double, 6, 3> wrenches = unitWrenches(node) * deviations.asDiagonal();
+    covariance += wrenches * wrenches.transpose() / static_cast<double>(nodes.cols());
   }
   return covariance;
 }

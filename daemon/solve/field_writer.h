@@ -37,12 +37,12 @@ class FieldWriter {
   void publishForces(const Estimate& estimate, Mixture& mixture, TractionField& field);
   void publishNothing(TractionField& field);
   bool addDrift(TractionField& field) const;
-  Eigen::Matrix<double, 6, 6> unseen(const std::array<double, 2>& detectionLimit_N) const;
+  Eigen::Matrix<double, 6, 6> unseen(const sensor::Points& nodes, const std::array<double, 2>& detectionLimit_N) const;
 
   const Factors& factors_;
   const Atoms& atoms_;
   const double mechanicsError_;  ///< relative, of displacements
-  const FieldRules rules_;
+  const double minPressForCentre_N_;
   LargeStrain strain_;
   const Eigen::Vector4d motion_;  ///< standard deviations of its prior
   const double least_N_;          ///< least force of a contact without a patch

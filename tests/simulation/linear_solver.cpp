@@ -13,7 +13,7 @@ LinearSolver::LinearSolver(const Gel& gel)
 void LinearSolver::solve(const MarkerField& markers, TractionField& field) noexcept {
   field.markers = markers;
   field.flags = markers.flags;
-  solve::FieldRules::clear(field);
+  solve::clear(field);
   if ((markers.flags & kGelMismatch) != 0) return;
   if ((markers.flags & kFewMarkers) != 0 || !used_.choose(markers)) {
     field.flags |= kFewMarkers;

@@ -78,7 +78,7 @@ void SolveSide::checkNumbers(const MarkerField& markers, const TractionField& fi
   const bool isNotSolved = (field.flags & kNotSolved) != 0;
   journal_.law(!isNotSolved || expected_.method == Method::kContact, "only a contact may be left not solved", "");
   if (isNotSolved) {
-    solve::FieldRules::clear(expected_);
+    solve::clear(expected_);
     expected_.flags = markers.flags | kNotSolved;
   }
   const bool isRight = field.valid == expected_.valid && field.flags == expected_.flags &&

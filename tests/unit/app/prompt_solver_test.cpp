@@ -28,7 +28,7 @@ class Double : public solve::FieldSolver {
     return true;
   }
   bool answer(const MarkerField& markers, TractionField& field) noexcept override {
-    solve::FieldRules::clear(field);
+    solve::clear(field);
     field.markers = markers;
     field.flags = markers.flags;
     if (model == 0 || markers.info.frameNumber >= ends_) return false;
