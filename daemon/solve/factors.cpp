@@ -20,7 +20,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Eigen::VectorXf;
 using sensor::elastic::Op;
 
 /// Singular values below this share of the largest drown in the rounding of A A', whatever the options say.
@@ -66,20 +65,14 @@ MatrixXd ofWideAtoms(const MatrixXd& influence, const Atoms& atoms) {
 RowMatrix influenceRows(const MatrixXd& influence, const MatrixXd& wide) {
   const Index points = influence.cols();
   RowMatrix rows(static_cast<int>(points + wide.cols()), static_cast<int>(influence.rows()));
-  for (Index i = 0; i < rows.rows(); ++i) {
-    const auto from = i < points ? influence.col(i) : wide.col(i - points);
-    VectorXf::Map(rows.row(static_cast<int>(i)), rows.columns()) = from.cast<float>();
-  }
+  rows.view().topRows(points) = influence.transpose().cast<float>();
+  rows.view().bottomRows(wide.cols()) = wide.transpose().cast<float>();
   return rows;
 }
 
 /// Rows first .. end - 1 of H', as columns.
 MatrixXd columnsOf(const RowMatrix& rows, Index first, Index end) {
-  MatrixXd columns(rows.columns(), end - first);
-  for (Index i = first; i < end; ++i) {
-    columns.col(i - first) = VectorXf::Map(rows.row(static_cast<int>(i)), rows.columns()).cast<double>();
-  }
-  return columns;
+  return rows.view().middleRows(first, end - first).transpose().cast<double>();
 }
 
 /// The left singular vectors of A, and the squares of the singular values above `least`, rising. False: they were not
@@ -96,10 +89,7 @@ bool allModes(const MatrixXd& points, const MatrixXd& wide, double least, Matrix
 bool amongModes(const MatrixXd& points, const Atoms& atoms, const Factors& near, double least, MatrixXd& vectors,
                 VectorXd& squares) {
   // The forces of the modes on the points, those on wide atoms shared among the points.
-  MatrixXd modes(near.rank(), points.cols()), ofAtom(3, near.rank());
-  for (Index i = 0; i < modes.cols(); ++i) {
-    modes.col(i) = VectorXf::Map(near.right.row(static_cast<int>(i)), near.rank()).cast<double>();
-  }
+  MatrixXd modes = columnsOf(near.right, 0, points.cols()), ofAtom(3, near.rank());
   for (int a = atoms.pointCount(); a < atoms.count(); ++a) {
     modesOfAtom(near, atoms, a, ofAtom);
     const MatrixXd columns = ofAtom.transpose();
@@ -223,10 +213,7 @@ tl::expected<Factors, Error> computeFactors(const sensor::Sensor& sensor, const 
 void modesOfAtom(const Factors& factors, const Atoms& atoms, int atom, Eigen::MatrixXd& rows) {
   rows.setZero();
   for (Eigen::SparseMatrix<double>::InnerIterator it(atoms.shape, atom); it; ++it) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const float* const v = factors.right.row(3 * static_cast<int>(it.row()) + axis);
-      rows.row(axis) += it.value() * Eigen::RowVectorXf::Map(v, factors.rank()).cast<double>();
-    }
+    rows += it.value() * factors.right.view().middleRows<3>(3 * it.row()).cast<double>();
   }
 }
 

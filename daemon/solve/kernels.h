@@ -2,6 +2,8 @@
 // in memory order. "On a line's boundary" means that an address is a multiple of 64 bytes, the size of a cache line.
 #pragma once
 
+#include <Eigen/Core>
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -70,24 +72,22 @@ class RowMatrix {
   /// Returns all rows(), with what fills them: rows() * stride() floats.
   std::span<float> all() { return {data_.data(), data_.size()}; }
   std::span<const float> all() const { return {data_.data(), data_.size()}; }
+  /// Returns the matrix as Eigen's, without what fills its rows.
+  auto view() { return Eigen::Map<Numbers, 0, Eigen::OuterStride<>>(row(0), rows_, columns_, stride()); }
+  auto view() const { return Eigen::Map<const Numbers, 0, Eigen::OuterStride<>>(row(0), rows_, columns_, stride()); }
 
  private:
+  using Numbers = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
   int rows_ = 0, columns_ = 0;
   LineArray<float> data_;
 };
 
-/// Returns a matrix of doubles, such as Eigen's (rows(), cols(), (row, column)), rounded to floats.
+/// Returns a matrix or expression of Eigen's doubles, rounded to floats.
 template <typename Source>
 RowMatrix toRows(const Source& source) {
-  constexpr int kTogether = 16;  // so that a source that is stored column after column is read by the line
   RowMatrix rows(static_cast<int>(source.rows()), static_cast<int>(source.cols()));
-  for (int first = 0; first < rows.rows(); first += kTogether) {
-    for (int j = 0; j < rows.columns(); ++j) {
-      for (int i = first; i < std::min(first + kTogether, rows.rows()); ++i) {
-        rows.row(i)[j] = static_cast<float>(source(i, j));
-      }
-    }
-  }
+  rows.view() = source.template cast<float>();
   return rows;
 }
 

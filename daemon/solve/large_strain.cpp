@@ -21,7 +21,7 @@ LargeStrain::LargeStrain(const sensor::Points& nodes, double depth_m, double you
   const double scale = 1.5 * std::numbers::inv_pi / youngsModulus_Pa * std::pow(depth_m, 3);
   for (int n = 0; n < strain_.rows(); ++n) {
     const Eigen::ArrayXd squares = (nodes.colwise() - nodes.col(n)).colwise().squaredNorm().array() + depth_m * depth_m;
-    Eigen::VectorXf::Map(strain_.row(n), nodes.cols()) = (scale / (squares.square() * squares.sqrt())).cast<float>();
+    strain_.view().row(n) = (scale / (squares.square() * squares.sqrt())).cast<float>();
   }
 }
 

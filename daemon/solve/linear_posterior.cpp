@@ -195,10 +195,8 @@ void LinearPosterior::layMissing(std::span<const int> missing) {
   for (Index row = 0; row < columns.rows(); ++row) {
     const int coordinate = missing[row];
     for (int i = 0; i < std::ssize(atoms_); ++i) {
-      const int component = 3 * atoms_[i];
-      const Eigen::RowVector3d unit(factors_.influence.row(component)[coordinate],
-                                    factors_.influence.row(component + 1)[coordinate],
-                                    factors_.influence.row(component + 2)[coordinate]);
+      const Eigen::RowVector3d unit =
+          factors_.influence.view().block<3, 1>(3 * atoms_[i], coordinate).transpose().cast<double>();
       columns.block<1, 3>(row, 3 * Index{i}) = unit * root(i);
     }
     for (int m = 0; m < kMotions; ++m) columns(row, firstMotion() + m) = factors_.motion.row(m)[coordinate];

@@ -9,15 +9,6 @@
 namespace tractiond::solve {
 namespace {
 
-/// Returns P Q^1/2, 2M x 4.
-Eigen::MatrixXd transposed(const RowMatrix& motion) {
-  Eigen::MatrixXd result(motion.columns(), kMotions);
-  for (int k = 0; k < kMotions; ++k) {
-    result.col(k) = Eigen::VectorXf::Map(motion.row(k), motion.columns()).cast<double>();
-  }
-  return result;
-}
-
 /// Reads a contact by the nodes around it and the picture's motion. \param pointOf of each node, its point
 /// \param motion P Q^1/2
 Reading byNodesAround(int node, const sensor::Sensor& sensor, const RowMatrix& influence,
@@ -36,8 +27,7 @@ Reading byNodesAround(int node, const sensor::Sensor& sensor, const RowMatrix& i
   const Eigen::Index forces = 3 * static_cast<Eigen::Index>(near.size());
   Eigen::MatrixXd seen(coordinates, forces + kMotions), wrenches = Eigen::MatrixXd::Zero(6, forces + kMotions);
   for (Eigen::Index i = 0; i < forces; ++i) {
-    const float* const row = influence.row(3 * pointOf[near[i / 3]] + static_cast<int>(i % 3));
-    seen.col(i) = kNodeForce_N * Eigen::VectorXf::Map(row, coordinates).cast<double>();
+    seen.col(i) = kNodeForce_N * influence.view().row(3 * pointOf[near[i / 3]] + i % 3).transpose().cast<double>();
   }
   for (Eigen::Index i = 0; 3 * i < forces; ++i) {
     wrenches.middleCols<3>(3 * i) = kNodeForce_N * unitWrenches(nodes.col(near[i]));
@@ -79,10 +69,8 @@ struct PatchReader {
     for (std::size_t i = 0; i < rough.size(); ++i) {
       const auto column = kOwn + kMotions + 3 * static_cast<Eigen::Index>(i);
       const double deviation = kRoughness * std::sqrt(gamma[rough[i]]);
-      Eigen::Matrix<double, Eigen::Dynamic, 3> unit(seen.rows(), 3);
-      for (int k = 0; k < 3; ++k) {
-        unit.col(k) = Eigen::VectorXf::Map(factors.influence.row(3 * rough[i] + k), seen.rows()).cast<double>();
-      }
+      const Eigen::Matrix<double, Eigen::Dynamic, 3> unit =
+          factors.influence.view().middleRows<3>(3 * rough[i]).transpose().cast<double>();
       seen.middleCols<3>(column) = deviation * unit * root;
       wrenches.middleCols<3>(column) = deviation * atoms.wrench.middleCols<3>(3 * Eigen::Index{rough[i]}) * root;
     }
@@ -161,7 +149,7 @@ Reading wholeFaceReading(const Factors& factors, const Atoms& atoms, double nois
 
 std::vector<Readings> contactReadings(const sensor::Sensor& sensor, const Factors& factors, const Atoms& atoms,
                                       double noise_px, double mechanicsError, const std::vector<int>& nodes) {
-  const Eigen::MatrixXd motion = transposed(factors.motion);
+  const Eigen::MatrixXd motion = factors.motion.view().transpose().cast<double>();  // P Q^1/2
   std::vector<Readings> readings;
   if (PatchInfluence::possible(atoms)) {
     const sensor::Points positions = sensor::nodePositions(sensor);

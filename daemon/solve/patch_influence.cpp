@@ -161,9 +161,8 @@ PatchInfluence::PatchInfluence(const sensor::Sensor& sensor, const Atoms& atoms,
       const Source source{atoms.points(0, point), atoms.points(1, point), Eigen::Vector3d::Unit(axis)};
       addHalfSpace({&source, 1}, column.data());
       const int i = 3 * static_cast<int>(point) + axis;
-      for (int j = 0; j < rest_.columns(); ++j) {
-        rest_.row(i)[j] = static_cast<float>(factors.influence.row(i)[j] - column[j]);
-      }
+      const auto halfSpace = Eigen::RowVectorXd::Map(column.data(), rest_.columns());
+      rest_.view().row(i) = (factors.influence.view().row(i).cast<double>() - halfSpace).cast<float>();
     }
   });
 }

@@ -11,6 +11,7 @@ namespace tractiond::solve {
 namespace {
 
 using Eigen::Index;
+using Products = Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor>;  // of rows with columns
 
 /// Share of an atom's variance below which the posterior explains a direction of its force wholly: what is left there
 /// says nothing.
@@ -119,11 +120,8 @@ void ResidualTest::explain(const Eigen::MatrixXd& seen, int rank) {
       for (int k = first; k < end; ++k) columns_.data()[std::ptrdiff_t{kColumns} * m + k - first] = seen(k, m);
     }
     multiplyRowsByColumns(strong_->rows, everyComponent_, columns_.data(), products_.data(), kColumns);
-    for (int row = 0; row < explained_.rows(); ++row) {
-      for (int k = first; k < end; ++k) {
-        explained_.row(row)[k] = static_cast<float>(products_[kColumns * row + k - first]);
-      }
-    }
+    explained_.view().middleCols(first, end - first) =
+        Products::Map(products_.data(), explained_.rows(), kColumns).leftCols(end - first).cast<float>();
     for (std::size_t a = 0; a < precision_.size(); ++a) {
       const auto explained =
           Eigen::Map<const Eigen::Matrix<double, 3, kColumns, Eigen::RowMajor>>(products_.data() + 3 * kColumns * a)

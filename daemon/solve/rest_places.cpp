@@ -149,10 +149,7 @@ MatrixXd influenceAtPlaces(const sensor::Sensor& sensor, const Atoms& atoms, con
   for (Index first = 0; first < atoms.points.cols(); first += kTogether) {
     const sensor::Points points = atoms.points.middleCols(first, std::min(kTogether, atoms.points.cols() - first));
     RowMajorMatrix rest = -halfSpace(straight, points);
-    for (Index i = 0; i < rest.cols(); ++i) {
-      const float* const row = drawn.influence.row(static_cast<int>(3 * first + i));
-      rest.col(i) += Eigen::VectorXf::Map(row, rest.rows()).cast<double>();
-    }
+    rest += drawn.influence.view().middleRows(3 * first, rest.cols()).transpose().cast<double>();
     influence.middleCols(3 * first, rest.cols()) = halfSpace(sensor, points);
     sensor::elastic::inParallel((sensor.markerCount() + kMarkers - 1) / kMarkers, [&](Index part) {
       const Index row = 2 * kMarkers * part, rows = std::min(2 * kMarkers, scattered.rows() - row);
