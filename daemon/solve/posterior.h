@@ -39,8 +39,6 @@ class Posterior final : public Candidate {
 
   // Results of the last fit().
 
-  /// Returns the forces of the chosen atoms, in their order [N].
-  std::span<const double> forces_N() const { return {x_.data(), 3 * chosen_->atoms.size()}; }
   /// Computes the forces of all atoms (3A [N]): 0 for those that were not chosen.
   void allForces_N(std::span<double> forces) const;
   /// Returns known_a of the chosen atoms, in their order. Valid until the next known(), keep() or fit().

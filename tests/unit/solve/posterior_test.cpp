@@ -99,7 +99,10 @@ TEST(Posterior, CountsExtraUnknowns) {
   const MatrixXd sigma = prior - gain * seen * prior;
 
   EXPECT_LT((VectorXd::Map(posterior.extra().data(), kExtra) - mean.segment(atoms, kExtra)).norm(), 1e-4);
-  EXPECT_LT((VectorXd::Map(posterior.forces_N().data(), atoms) - mean.head(atoms)).norm(), 1e-5);
+  MatrixXd forces(3, shape.cols());
+  posterior.allForces_N({forces.data(), static_cast<std::size_t>(forces.size())});
+  const MatrixXd ofChosen = forces(Eigen::all, chosen.atoms);
+  EXPECT_LT((ofChosen.reshaped() - mean.head(atoms)).norm(), 1e-5);
   EXPECT_NEAR(posterior.squaredResidual_px2(), (d - seen * mean).squaredNorm(), 1e-5);
   const double logDeterminant = 2.0 * VectorXd(MatrixXd(factor.matrixL()).diagonal()).array().log().sum();
   const double evidence =
