@@ -1,9 +1,6 @@
 // What is known of the forces of all atoms between two rounds.
 #pragma once
 
-#include <Eigen/Core>
-
-#include <algorithm>
 #include <vector>
 
 namespace tractiond::solve {
@@ -20,16 +17,6 @@ inline void resize(AtomMoments& moments, int atoms) {
   moments.mean_N.assign(3 * atoms, 0.0);
   moments.known.assign(atoms, 0.0);
   moments.noise_N2.assign(atoms, 0.0);
-}
-
-/// Returns |mean|^2 of an atom [N^2].
-inline double squaredMean(const AtomMoments& moments, int atom) {
-  return Eigen::Vector3d::Map(moments.mean_N.data() + 3 * atom).squaredNorm();
-}
-
-/// Returns e of an atom [N^2]: |mean|^2 - significance^2 noise / 3, but at least 0.
-inline double evident(const AtomMoments& moments, int atom, double significance) {
-  return std::max(0.0, squaredMean(moments, atom) - significance * significance * moments.noise_N2[atom] / 3.0);
 }
 
 }  // namespace tractiond::solve

@@ -18,43 +18,10 @@ namespace {
 constexpr std::size_t kRows = 8;
 
 /// Fetches a short row, or what is read of one: the processor foresees long ones alone.
-template <typename Number>
-TRACTION_INLINE void prefetch(const Number* row, std::ptrdiff_t length) {
-  constexpr std::ptrdiff_t kLine = 64 / sizeof(Number), kShort = 20 * kLine;
+TRACTION_INLINE void prefetch(const float* row, std::ptrdiff_t length) {
+  constexpr std::ptrdiff_t kShort = 20 * kLineFloats;
   if (length > kShort) return;
-  for (std::ptrdiff_t j = 0; j < length; j += kLine) __builtin_prefetch(row + j);
-}
-
-/// sum += sum over k < count of coefficient(k) * row(k), rows of `stride` numbers.
-template <typename Row, typename Coefficient, typename Sum>
-TRACTION_INLINE void addWeighed(int stride, std::size_t count, Row row, Coefficient coefficient, Sum* sum) {
-  for (std::size_t k = 0; k < count; k += kRows) {
-    decltype(row(0)) from[kRows];
-    float c[kRows];
-    for (std::size_t i = 0; i < kRows; ++i) {
-      from[i] = row(std::min(k + i, count - 1));  // what fills the last group counts for nothing
-      c[i] = k + i < count ? coefficient(k + i) : 0.0F;
-      if (k + kRows + i < count) prefetch(row(k + kRows + i), stride);
-    }
-    for (std::ptrdiff_t j = 0; j < stride; j += kFloats) {
-      Floats numbers, sums[2] = {};  // two chains, so that the additions of one line do not all wait for each other
-#pragma GCC unroll 8
-      for (std::size_t i = 0; i < kRows; ++i) {
-        load(from[i] + j, numbers);
-        sums[i % 2] += c[i] * numbers;
-      }
-      add(sums[0] + sums[1], sum + j);
-    }
-  }
-}
-
-/// Scalar product of a row of `stride` numbers.
-TRACTION_INLINE double product(const float* row, const float* vector, std::ptrdiff_t stride) {
-  Floats sums;
-  sumProducts(row, vector, stride, sums);
-  double sum = 0.0;
-  for (int i = 0; i < kFloats; ++i) sum += static_cast<double>(sums[i]);
-  return sum;
+  for (std::ptrdiff_t j = 0; j < length; j += kLineFloats) __builtin_prefetch(row + j);
 }
 
 }  // namespace
@@ -110,9 +77,27 @@ void addRows(const RowMatrix& matrix, std::span<const int> rows, std::span<const
 TRACTION_VECTOR_CLONES
 void addColumns(const RowMatrix& matrix, std::span<const int> rows, std::span<const float> coefficients, int first,
                 int end, double* sum) {
+  const std::ptrdiff_t size = padded(end) - first;
   const auto row = [&](std::size_t k) { return matrix.row(rows[k]) + first; };
-  const auto coefficient = [&](std::size_t k) { return coefficients[k]; };
-  addWeighed(padded(end) - first, rows.size(), row, coefficient, sum + first);
+  const std::size_t count = rows.size();
+  for (std::size_t k = 0; k < count; k += kRows) {
+    const float* from[kRows];
+    float c[kRows];
+    for (std::size_t i = 0; i < kRows; ++i) {
+      from[i] = row(std::min(k + i, count - 1));  // what fills the last group counts for nothing
+      c[i] = k + i < count ? coefficients[k + i] : 0.0F;
+      if (k + kRows + i < count) prefetch(row(k + kRows + i), size);
+    }
+    for (std::ptrdiff_t j = 0; j < size; j += kFloats) {
+      Floats numbers, sums[2] = {};  // two chains, so that the additions of one line do not all wait for each other
+#pragma GCC unroll 8
+      for (std::size_t i = 0; i < kRows; ++i) {
+        load(from[i] + j, numbers);
+        sums[i % 2] += c[i] * numbers;
+      }
+      add(sums[0] + sums[1], sum + first + j);
+    }
+  }
 }
 
 void multiplyRows(const RowMatrix& matrix, std::span<const int> rows, const double* vector, double* products) {
@@ -124,7 +109,11 @@ void multiplyFirst(const RowMatrix& matrix, std::span<const int> rows, int colum
                    double* products) {
   for (std::size_t k = 0; k < rows.size(); ++k) {
     if (k + kRows < rows.size()) prefetch(matrix.row(rows[k + kRows]), padded(columns));
-    products[k] = product(matrix.row(rows[k]), vector, padded(columns));
+    Floats sums;
+    sumProducts(matrix.row(rows[k]), vector, std::ptrdiff_t{padded(columns)}, sums);
+    double sum = 0.0;
+    for (int i = 0; i < kFloats; ++i) sum += static_cast<double>(sums[i]);
+    products[k] = sum;
   }
 }
 

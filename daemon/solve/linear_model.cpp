@@ -47,8 +47,9 @@ LinearModel::LinearModel(const Factors& factors, const Atoms& atoms, std::shared
     , completed_(shown_.size())
     , coefficients_(shown_.size())
     , atomForces_(3 * atoms.count()) {
-  for (int i = 0; i < kMost; ++i)
-    parts_.emplace_back(LinearPosterior(factors, atoms, ModelConstants::kMostOfAnyRound, kMostFreed));
+  for (int i = 0; i < kMost; ++i) {
+    parts_.push_back({.posterior = LinearPosterior(factors, atoms, ModelConstants::kMostOfAnyRound, kMostFreed)});
+  }
   for (auto* each : {&missingThen_, &missing_, &added_}) each->reserve(completed_.size());
 }
 
@@ -120,7 +121,10 @@ bool LinearModel::answer(const Displacements& picture, const Modes& shown, Estim
     addForces(part, mixture_.add(posterior, part.kind, posterior.logEvidence() - part.penalty, wrenchOf(part)));
   }
   mixture_.weigh();
-  publish(estimate);
+  takeMeans(mixture_, estimate);
+  estimate.atoms = atomCount_;
+  estimate.rounds = rounds_;
+  findPatches(estimate);
   return true;
 }
 
@@ -158,13 +162,6 @@ void LinearModel::takePicture(const Displacements& picture) {
   std::set_difference(missing.begin(), missing.end(), missingThen_.begin(), missingThen_.end(),
                       std::back_inserter(added_));
   for (const int coordinate : missing_) displacement_.data()[coordinate] = 0.0;
-}
-
-void LinearModel::publish(Estimate& estimate) {
-  takeMeans(mixture_, estimate);
-  estimate.atoms = atomCount_;
-  estimate.rounds = rounds_;
-  findPatches(estimate);
 }
 
 /// Solves with one candidate. What its patches do is straightened for the shifts that it finds.

@@ -47,8 +47,6 @@ class LinearModel {
  private:
   static constexpr int kMost = 4;  // candidates
   struct Part {
-    explicit Part(LinearPosterior made)
-        : posterior(std::move(made)) {}
     LinearPosterior posterior;
     double penalty = 0.0;  // Model::Solved::penalty
     Mixture::Kind kind = Mixture::Kind::kField;
@@ -61,7 +59,6 @@ class LinearModel {
   bool solveFirst(double noise_px);
   bool holds() const;
   void findSpreadRatios(double noise_px);
-  void publish(Estimate& estimate);
   bool solve(Part& part, double noise_px);
   double straighten(const Part& part, std::span<double> times);
   double squaresWithoutCurves(const Part& part);

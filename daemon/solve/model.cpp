@@ -148,7 +148,7 @@ Estimate::Outcome Model::round(int most, bool last) {
     if (!posterior_.fit(picture_, products_, chosen_)) return Outcome::kFailed;
   }
   // Atoms without a force stay what the picture would tell of them: else the others' prior has no end.
-  keepMean();
+  posterior_.allForces_N(moments_.mean_N);
   std::fill(moments_.noise_N2.begin(), moments_.noise_N2.end(), 0.0);
   moments_.known = first_;
   if (!last) posterior_.noise_N2(noise_);  // after the last one detectInResidual() may ask for it
@@ -169,7 +169,7 @@ bool Model::roughen(int most) {
   std::swap(smooth_, chosen_);
   for (int time = 0; time < kRoughenings; ++time) {
     if (time > 0) {
-      keepMean();
+      posterior_.allForces_N(moments_.mean_N);
       addUp(atoms_, moments_.mean_N, evidentForce_);
       prior_.findEvident(moments_);
     }
@@ -180,11 +180,6 @@ bool Model::roughen(int most) {
     if (!posterior_.fit(picture_, products_, chosen_)) return false;
   }
   return true;
-}
-
-/// Takes the forces that were found, all others being 0.
-void Model::keepMean() {
-  posterior_.allForces_N(moments_.mean_N);
 }
 
 /// Returns whether the residual exceeds the noise and shows an atom; then adds its moments to those that were found.

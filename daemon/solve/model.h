@@ -102,7 +102,6 @@ class Model {
   Outcome round(int most, bool last);
   bool choose(int most);
   bool roughen(int most);
-  void keepMean();
   bool detectInResidual();
   void addField();
   bool findOnePatch();

@@ -54,9 +54,9 @@ bool Prior::findEvident(const AtomMoments& moments) {
   shown_.clear();
   pulling_.clear();
   for (int a = 0; a < static_cast<int>(evident_.size()); ++a) {
-    evident_[a] = evident(moments, a, ModelConstants::kSignificance);
-    if (evident_[a] == 0.0) continue;
     const auto mean = Eigen::Vector3d::Map(moments.mean_N.data() + 3 * static_cast<Index>(a));
+    evident_[a] = std::max(0.0, mean.squaredNorm() - square(ModelConstants::kSignificance) * moments.noise_N2[a] / 3.0);
+    if (evident_[a] == 0.0) continue;
     shown_.push_back(a);
     pulling_.emplace_back(evident_[a] / mean.squaredNorm() * mean * mean.transpose());
   }

@@ -44,13 +44,6 @@ TRACTION_INLINE void solveColumns(const double* lower, int first, int size, doub
   for (; i < size; ++i) solveRows<1>(lower, first, i, columns);
 }
 
-/// kColumns columns of the inverse, or as many as there are, from the row `first` on.
-TRACTION_INLINE void unitColumns(const double* lower, int first, int size, double* columns) {
-  std::fill(columns + kColumns * first, columns + kColumns * size, 0.0);
-  for (int k = 0; k < std::min(kColumns, size - first); ++k) columns[kColumns * (first + k) + k] = 1.0;
-  solveColumns(lower, first, size, columns);
-}
-
 }  // namespace
 
 TRACTION_VECTOR_CLONES
@@ -89,7 +82,9 @@ bool factoriseLower(std::span<double> lower, int size, double* scratch) {
 
 TRACTION_VECTOR_CLONES
 void inverseColumns(std::span<const double> lower, int first, int size, double* columns) {
-  unitColumns(lower.data(), first, size, columns);
+  std::fill(columns + kColumns * first, columns + kColumns * size, 0.0);
+  for (int k = 0; k < std::min(kColumns, size - first); ++k) columns[kColumns * (first + k) + k] = 1.0;
+  solveColumns(lower.data(), first, size, columns);
 }
 
 TRACTION_VECTOR_CLONES

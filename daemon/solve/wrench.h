@@ -23,13 +23,8 @@ inline Eigen::Matrix<double, 6, 3> unitWrenches(const Eigen::Vector3d& at) {
 /// Writes the wrenches of forces at a point [m] along the three axes: six numbers of the row of each. \param factor the
 /// forces [N]
 inline void writeWrenches(const Eigen::Vector3d& at, double factor, double* rows, std::ptrdiff_t stride) {
-  const Eigen::Vector3d arm = factor * at;
-  for (const std::array<double, 6>& row :
-       {std::array{factor, 0.0, 0.0, 0.0, arm.z(), -arm.y()}, std::array{0.0, factor, 0.0, -arm.z(), 0.0, arm.x()},
-        std::array{0.0, 0.0, factor, arm.y(), -arm.x(), 0.0}}) {
-    std::copy(row.begin(), row.end(), rows);
-    rows += stride;
-  }
+  using Rows = Eigen::Map<Eigen::Matrix<double, 3, 6, Eigen::RowMajor>, 0, Eigen::OuterStride<>>;
+  Rows(rows, 3, 6, Eigen::OuterStride<>(stride)) = factor * unitWrenches(at).transpose();
 }
 
 /// Returns the matrix that converts a wrench about the origin into the wrench about a point [m]; that of the point with
