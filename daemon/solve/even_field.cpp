@@ -1,7 +1,5 @@
 #include "daemon/solve/even_field.h"
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -152,9 +150,7 @@ void EvenField::setUnknowns(const Displacements& picture) {
       forces[3 * p + axis] = force;
       rows_.push_back(static_cast<int>(3 * p) + static_cast<int>(axis));
       coefficients_.push_back(static_cast<float>(force));
-      const Vector3d unit = Vector3d::Unit(static_cast<Index>(axis));
-      extra_.wrench(unknown).head<3>() += force * unit;
-      extra_.wrench(unknown).tail<3>() += force * Vector3d(atoms_.points.col(p)).cross(unit);
+      extra_.wrench(unknown) += force * unitWrenches(atoms_.points.col(p)).col(static_cast<Index>(axis));
     }
     std::fill_n(column_.data(), column_.size(), 0.0);
     addRows(factors_.influence, rows_, coefficients_, column_.data());
