@@ -1,15 +1,13 @@
 #include "client/doctor/box.h"
 
 #include "base/child.h"
+#include "base/whole_file.h"
 #include "traction/control.h"
 
-#include <fcntl.h>
 #include <sys/stat.h>
 #include <sys/timex.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <charconv>
 #include <iterator>
@@ -19,26 +17,21 @@ namespace traction::doctor {
 
 namespace fs = std::filesystem;
 
-Box::Reading Box::read(const std::string& path) const {
+tl::expected<std::string, std::error_code> Box::read(const std::string& path) const {
   constexpr std::size_t kMost = 1 << 20;
-  // Opening or reading a pipe or a device could block.
-  const int file = open(at(path).c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-  if (file < 0) return {.text = {}, .error = errno};
-  Reading reading;
-  std::array<char, 16384> part{};
-  ssize_t size = 0;
-  while (reading.text.size() < kMost && (size = ::read(file, part.data(), part.size())) > 0) {
-    reading.text.append(part.data(), static_cast<std::size_t>(size));
-  }
-  if (size < 0) reading.error = errno;
-  close(file);
-  return reading;
+  return tractiond::readWholeFile(at(path), kMost).map([](const std::vector<char>& bytes) {
+    return std::string(bytes.begin(), bytes.end());
+  });
+}
+
+std::vector<std::string> Box::lines(const std::string& path) const {
+  return linesOf(read(path).value_or(""));
 }
 
 std::optional<std::string> Box::line(const std::string& path) const {
-  const Reading reading = read(path);
-  if (!reading) return std::nullopt;
-  std::string first = reading.text.substr(0, reading.text.find('\n'));
+  const auto text = read(path);
+  if (!text) return std::nullopt;
+  std::string first = text->substr(0, text->find('\n'));
   const std::size_t start = first.find_first_not_of(" \t");
   return start == std::string::npos ? "" : first.substr(start, first.find_last_not_of(" \t\r") + 1 - start);
 }
@@ -51,15 +44,14 @@ std::optional<double> Box::number(const std::string& path) const {
   return error == std::errc() && end == text->data() + text->size() ? std::optional(value) : std::nullopt;
 }
 
-Box::Listing Box::list(const std::string& path) const {
-  Listing listing;
+std::vector<std::string> Box::list(const std::string& path) const {
+  std::vector<std::string> names;
   std::error_code failure;
   for (fs::directory_iterator each(at(path), failure), end; !failure && each != end; each.increment(failure)) {
-    listing.names.push_back(each->path().filename());
+    names.push_back(each->path().filename());
   }
-  std::sort(listing.names.begin(), listing.names.end());
-  listing.error = failure.value();
-  return listing;
+  std::sort(names.begin(), names.end());
+  return names;
 }
 
 Box::FileStatus Box::fileStatus(const std::string& path) const {
@@ -74,12 +66,12 @@ std::optional<bool> Box::keepsTime() const {
   return (asked.status & STA_UNSYNC) == 0;
 }
 
-Box::Answer Box::status(const std::string& instance) const try {
+tl::expected<traction::Status, std::string> Box::status(const std::string& instance) const try {
   ControlOptions options;
   options.instance = instance;
-  return {Control(options).status(), {}};
+  return Control(options).status();
 } catch (const Error& error) {
-  return {{}, error.what()};
+  return tl::unexpected<std::string>(error.what());
 }
 
 std::optional<Box::Ran> Box::run(const std::vector<std::string>& words) const {

@@ -4,10 +4,13 @@
 
 #include "traction/status.h"
 
+#include <tl/expected.hpp>
+
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 namespace traction::doctor {
@@ -24,25 +27,18 @@ class Box {
   Box(const Box&) = delete;
   Box& operator=(const Box&) = delete;
 
-  struct Reading {
-    std::string text;  ///< what was read before an error, if there is one
-    int error = 0;     ///< errno; 0: none; ENOENT: there is no such file
-    explicit operator bool() const { return error == 0; }
-  };
-  /// Reads a file, about 1 MiB of it at most; the rest is left out without an error. Does not wait for a pipe or a
-  /// device.
-  Reading read(const std::string& path) const;
-  /// Returns the first line without blanks (space, tab, final '\r') at its ends; empty if the file is; nothing if
-  /// read() has an error, even after some text.
+  /// Returns the text of a file of at most 1 MiB. Does not wait for a pipe or a device. Fails as
+  /// tractiond::readWholeFile().
+  tl::expected<std::string, std::error_code> read(const std::string& path) const;
+  /// Returns the lines of a file, as linesOf(); none if it cannot be read.
+  std::vector<std::string> lines(const std::string& path) const;
+  /// Returns the first line without blanks (space, tab, final '\r') at its ends; empty if the file is; nothing if it
+  /// cannot be read.
   std::optional<std::string> line(const std::string& path) const;
   /// Returns the number that the first line consists of; nothing if it is not a number, or cannot be read.
   std::optional<double> number(const std::string& path) const;
-  struct Listing {
-    std::vector<std::string> names;  ///< sorted; those that came before an error, if there is one
-    int error = 0;                   ///< errno; 0: none, and these are all
-  };
-  /// Returns the names in a directory.
-  Listing list(const std::string& path) const;
+  /// Returns the names in a directory, sorted; those that came before an error, if there is one.
+  std::vector<std::string> list(const std::string& path) const;
   /// Returns whether the path, with its symbolic links followed, exists and can be reached.
   bool exists(const std::string& path) const { return fileStatus(path).error == 0; }
 
@@ -62,13 +58,9 @@ class Box {
   /// \param words path or name of the program, then its arguments; not empty
   virtual std::optional<Ran> run(const std::vector<std::string>& words) const;
 
-  struct Answer {
-    std::optional<traction::Status> status;  ///< empty: it could not be had
-    std::string why;                         ///< why there is no status
-  };
   /// Asks the daemon of an instance for its status, on this machine whatever the root is. Waits up to 3 s for the
-  /// connection, and up to 3 s for the answer. Catches traction::Error, whose text is then `why`.
-  virtual Answer status(const std::string& instance) const;
+  /// connection, and up to 3 s for the answer. Fails with the text of the traction::Error.
+  virtual tl::expected<traction::Status, std::string> status(const std::string& instance) const;
 
   /// Returns whether the kernel reports the time of day as synchronised; nothing if it does not tell.
   virtual std::optional<bool> keepsTime() const;

@@ -3,9 +3,7 @@
 #include "proto/traction/v1/endpoints.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <set>
 
@@ -31,10 +29,10 @@ std::optional<Settings> settingsOf(const std::string& text) {
 
 void readSettings(const Patient& patient, Instance& instance) {
   std::vector<std::string> words = {patient.program, "--instance", instance.name, "--print-config"};
-  if (const Box::Reading file = patient.box.read(instance.file); file) {
+  if (const auto file = patient.box.read(instance.file); file) {
     words.insert(words.end(), {"--config", instance.file});
-  } else if (file.error != ENOENT) {
-    instance.whyUnknown = instance.file + ": " + std::strerror(file.error);
+  } else if (file.error() != std::errc::no_such_file_or_directory) {
+    instance.whyUnknown = instance.file + ": " + file.error().message();
     return;
   }
   const auto ran = patient.box.run(words);
@@ -53,18 +51,18 @@ std::set<std::string> instancesOf(const Box& box) {
   const auto add = [&](std::string name) {
     if (isValidName(name)) names.insert(std::move(name));
   };
-  for (const std::string& file : box.list(kFolder).names) {
+  for (const std::string& file : box.list(kFolder)) {
     const std::filesystem::path path(file);
     if (path.extension() == ".toml") add(path.stem());
   }
   const std::string unit = "tractiond@", kind = ".service";
-  for (const std::string& file : box.list("/etc/systemd/system/multi-user.target.wants").names) {
+  for (const std::string& file : box.list("/etc/systemd/system/multi-user.target.wants")) {
     if (file.rfind(unit, 0) == 0 && file.size() > unit.size() + kind.size())
       add(file.substr(unit.size(), file.size() - unit.size() - kind.size()));
   }
   for (const std::filesystem::path& example : runtimeDirectories(kDefaultInstance)) {
     const std::string folder = example.parent_path();
-    for (const std::string& name : box.list(folder).names) {
+    for (const std::string& name : box.list(folder)) {
       if (box.exists(std::string(folder).append("/").append(name).append("/control"))) add(name);
     }
   }
@@ -83,7 +81,7 @@ Patient admit(const Box& box, const std::string& program, const std::string& ins
 }
 
 std::optional<std::uint32_t> idOf(const Box& box, const std::string& file, const std::string& name) {
-  for (const std::string& line : linesOf(box.read(file).text)) {  // name:x:id:...
+  for (const std::string& line : box.lines(file)) {  // name:x:id:...
     if (line.rfind(name + ":", 0) != 0) continue;
     const std::size_t start = line.find(':', name.size() + 1);
     if (start != std::string::npos) return static_cast<std::uint32_t>(std::strtoul(&line[start + 1], nullptr, 10));

@@ -12,7 +12,7 @@ Finding checkGovernor(const Patient& patient) {
   const std::string folder = "/sys/devices/system/cpu";
   int processors = 0, slow = 0;
   std::string other;
-  for (const std::string& name : patient.box.list(folder).names) {
+  for (const std::string& name : patient.box.list(folder)) {
     if (name.rfind("cpu", 0) != 0 || name.find_first_of("0123456789") != 3) continue;
     std::string file = folder;
     const auto governor = patient.box.line(file.append("/").append(name).append("/cpufreq/scaling_governor"));
@@ -51,7 +51,7 @@ Finding checkUsbRule(const Patient& patient) {
 
 /// Returns the numbers behind a word of /proc/self/status.
 std::vector<std::string> ofOurselves(const Box& box, const std::string& word) {
-  for (const std::string& line : linesOf(box.read("/proc/self/status").text)) {
+  for (const std::string& line : box.lines("/proc/self/status")) {
     auto words = wordsOf(line);
     if (words.empty() || words[0] != word + ":") continue;
     words.erase(words.begin());

@@ -39,7 +39,7 @@ std::string interfaceTo(const Box& box, std::uint32_t address) {
   if ((ntohl(address) >> 24) == 127) return "lo";
   std::string interface;
   int longest = -1;
-  for (const std::string& line : linesOf(box.read("/proc/net/route").text)) {
+  for (const std::string& line : box.lines("/proc/net/route")) {
     const auto words = wordsOf(line);  // interface destination gateway flags count use metric mask
     if (words.size() < 8 || words[0] == "Iface") continue;
     const auto hex = [&](std::size_t i) {
@@ -57,7 +57,7 @@ std::string interfaceTo(const Box& box, std::uint32_t address) {
 /// Returns the interface that the camera is connected to; empty: not known.
 std::string interfaceOf(const Box& box, const std::string& cameraId) {
   if (const auto address = ipOf(cameraId)) return interfaceTo(box, *address);
-  for (const std::string& line : linesOf(box.read("/proc/net/arp").text)) {
+  for (const std::string& line : box.lines("/proc/net/arp")) {
     const auto words = wordsOf(line);  // address type flags MAC mask interface
     if (isMac(cameraId) && words.size() >= 6 && lower(words[3]) == lower(cameraId)) return words[5];
   }
@@ -114,7 +114,7 @@ Finding checkNetworkManager(const Box& box, const std::string& interface) {
   if (interface == "lo") return ok("the camera is on the loopback");
   const auto index = box.line("/sys/class/net/" + interface + "/ifindex");
   if (!index) return unknown("whether it manages " + interface);
-  const auto lines = linesOf(box.read("/run/NetworkManager/devices/" + *index).text);
+  const auto lines = box.lines("/run/NetworkManager/devices/" + *index);
   const bool manages = std::find(lines.begin(), lines.end(), "managed=true") != lines.end();
   if (!manages) return ok("does not run, or leaves " + interface + " alone");
   return warn("manages " + interface + ", and takes its address away when the cable was out",

@@ -4,8 +4,6 @@
 #include "client/show/health.h"
 #include "traction/v1/status.pb.h"
 
-#include <cerrno>
-#include <cstring>
 #include <map>
 
 namespace traction::doctor {
@@ -15,13 +13,13 @@ namespace {
 Finding checkConfiguration(const Patient& patient, const Instance& instance) {
   const std::string& file = instance.file;
   const Box::FileStatus status = patient.box.fileStatus(file);
-  const Box::Reading reading = patient.box.read(file);
-  if (reading.error == ENOENT) return ok("there is none: the defaults hold");
+  const auto text = patient.box.read(file);
+  if (!text && text.error() == std::errc::no_such_file_or_directory) return ok("there is none: the defaults hold");
   const auto user = idOf(patient.box, "/etc/passwd", "tractiond"), group = idOf(patient.box, "/etc/group", "tractiond");
   const bool readable = (status.mode & 004U) != 0 || (group && status.group == *group && (status.mode & 040U) != 0) ||
                         (user && status.user == *user && (status.mode & 0400U) != 0);
   if (status.error == 0 && !readable) return fail("the user tractiond may not read " + file, "sudo chmod 644 " + file);
-  if (!reading) return unknown(file + ": " + std::strerror(reading.error));
+  if (!text) return unknown(file + ": " + text.error().message());
   const auto ran = patient.box.run({patient.program, "--instance", instance.name, "--config", file, "--check-config"});
   if (!ran) return unknown(patient.program + " cannot be run");
   if (ran->exitCode == 0) return ok(file + " is right");
@@ -63,9 +61,9 @@ Finding checkUnit(const Patient& patient, const Instance& instance) {
 }
 
 Finding checkMeasurement(const Patient& patient, const Instance& instance) {
-  const Box::Answer answer = patient.box.status(instance.name);
-  if (!answer.status) return unknown(answer.why);
-  const std::vector<client::Problem> problems = client::problems(*answer.status->message);
+  const auto status = patient.box.status(instance.name);
+  if (!status) return unknown(status.error());
+  const std::vector<client::Problem> problems = client::problems(*status->message);
   const client::Health health = client::healthOf(problems);
   std::string found;
   for (const client::Problem& one : problems) found += (found.empty() ? "" : "; ") + sentence(one);

@@ -47,9 +47,9 @@ class FakeBox : public Box {
     return std::nullopt;
   }
 
-  Answer status(const std::string&) const override {
-    if (!published) return {{}, "no answer"};
-    return {Status{{}, std::make_shared<v1::Status>(*published)}, {}};
+  tl::expected<Status, std::string> status(const std::string&) const override {
+    if (!published) return tl::unexpected<std::string>("no answer");
+    return Status{{}, std::make_shared<v1::Status>(*published)};
   }
 
   std::optional<v1::Status> published;  ///< by the daemon of each instance; none: it does not answer
