@@ -55,22 +55,13 @@ constexpr int kMostPassed = 100 * kLatestQueue;
 
 constexpr const char* kMonitor = "inproc://monitor";
 
-unsigned topicNamed(std::string_view kind) {
-  if (kind == "field") return kField;
-  if (kind == "markers") return kMarkers;
-  if (kind == "description") return kDescription;
-  if (kind == "status") return kStatus;
-  if (kind == "preview") return kPreview;
-  if (kind == "contacts") return kContacts;
-  if (kind == "grasp") return kGrasp;
-  return 0;  // of a later daemon
-}
-
 /// Returns the topic bit of traction/v1/<sensor>/<kind>/; 0 for a kind that this version does not know.
 unsigned kindOf(std::string_view topic) {
   const std::size_t slash = topic.find('/', kTopicRoot.size());
   if (slash == std::string_view::npos || topic.back() != '/' || topic.size() < slash + 2) return 0;
-  return topicNamed(topic.substr(slash + 1, topic.size() - slash - 2));
+  const auto* kind =
+      std::find(kTopicKinds.begin(), kTopicKinds.end(), topic.substr(slash + 1, topic.size() - slash - 2));
+  return kind == kTopicKinds.end() ? 0U : 1U << (kind - kTopicKinds.begin());
 }
 
 }  // namespace

@@ -11,12 +11,6 @@ Frame makeFrame(std::string_view topic, std::string_view bytes) {
   return frame;
 }
 
-unsigned kindOf(const Message& message) {
-  constexpr std::array<unsigned, 7> kKinds = {kField,   kMarkers,  kDescription, kStatus,
-                                              kPreview, kContacts, kGrasp};  // as in Message
-  return kKinds.at(message.index());
-}
-
 Frame errorFrame(const Error& error, const std::string& id) {
   constexpr std::array kNames = {"bad_endpoint", "no_answer", "version",    "malformed",
                                  "refused",      "bad_keys",  "not_allowed"};  // as in ErrorCode

@@ -32,7 +32,9 @@ enum Kinds : unsigned {
 inline constexpr unsigned kKindCount = 15;
 
 /// Returns the kind of a published message: its one bit of Topics.
-unsigned kindOf(const Message& message);
+inline unsigned kindOf(const Message& message) {
+  return 1U << message.index();  // Topics has the order of Message
+}
 
 /// Returns a frame with the error's code, as clients in other languages name it (docs/clients.md), and sentence. \param
 /// id of the question that it answers; empty: of none

@@ -1,5 +1,7 @@
 #include "client/viewer/session.h"
 
+#include "proto/traction/v1/endpoints.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -24,18 +26,9 @@ constexpr std::size_t kAnswers = 16;
 /// Highest speed of a recording, in multiples of its pace.
 constexpr double kFastest = 64.0;
 
-/// Kinds that a client can ask for, by their names.
-constexpr std::array<std::pair<std::string_view, unsigned>, 11> kNames = {{{"field", kField},
-                                                                           {"markers", kMarkers},
-                                                                           {"description", kDescription},
-                                                                           {"status", kStatus},
-                                                                           {"preview", kPreview},
-                                                                           {"contacts", kContacts},
-                                                                           {"grasp", kGrasp},
-                                                                           {"picture", kPicture},
-                                                                           {"places", kPlaces},
-                                                                           {"surface", kSurface},
-                                                                           {"health", kHealth}}};
+/// Kinds that a client can ask for besides those of messages, by their names.
+constexpr std::array<std::pair<std::string_view, unsigned>, 4> kNames = {
+    {{"picture", kPicture}, {"places", kPlaces}, {"surface", kSurface}, {"health", kHealth}}};
 
 /// Calls `visit` for each part between separators.
 template <typename Visit>
@@ -58,6 +51,7 @@ SessionOptions parseSession(std::string_view query) {
     options.kinds = kErrors | kTime | kRecorder;
     split(part.substr(kTopics.size()), ',', [&](std::string_view name) {
       for (const auto& [known, kind] : kNames) options.kinds |= known == name ? kind : 0U;
+      for (std::size_t i = 0; i < kTopicKinds.size(); ++i) options.kinds |= kTopicKinds.at(i) == name ? 1U << i : 0U;
     });
   });
   return options;

@@ -4,6 +4,7 @@
 
 #include <unistd.h>
 
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
@@ -28,9 +29,12 @@ inline bool isValidName(std::string_view name) {
 /// Start of all topics of this version of the protocol.
 inline constexpr std::string_view kTopicRoot = "traction/v1/";
 
-/// Returns the topic "traction/v1/SENSOR/KIND/". `kind` is field, markers, description, status, preview or contacts;
-/// neither argument is checked. Because of the slash at the end no topic is the start of another one, which a
-/// subscription would also receive.
+/// Kinds of messages, as topics have them. Clients number them in this order.
+inline constexpr std::array<std::string_view, 7> kTopicKinds = {"field",   "markers",  "description", "status",
+                                                                "preview", "contacts", "grasp"};
+
+/// Returns the topic "traction/v1/SENSOR/KIND/". `kind` is one of kTopicKinds; neither argument is checked. Because of
+/// the slash at the end no topic is the start of another one, which a subscription would also receive.
 inline std::string topicOf(std::string_view sensor, std::string_view kind) {
   return std::string(kTopicRoot) + std::string(sensor) + "/" + std::string(kind) + "/";
 }
