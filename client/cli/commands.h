@@ -18,7 +18,7 @@
 namespace traction::client {
 
 /// Carries out a command, and blocks until it is done. Returns an exit code: of sysexits.h, or that of doctor.
-/// \throws Error, FileError, NoField or OutputError
+/// \throws Error, Failure or OutputError
 using Run = std::function<int(const Target& target)>;
 
 /// The commands, in the order in which --help lists them. Thread-bound.

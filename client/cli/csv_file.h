@@ -2,7 +2,7 @@
 #pragma once
 
 #include "client/cli/skipped.h"
-#include "client/files/file_error.h"
+#include "client/files/failure.h"
 #include "recording/reader.h"
 #include "traction/subscriber.h"
 
@@ -54,7 +54,7 @@ class CsvLine {
 
 /// Writes a CSV file from the fields of a recording. It replaces `to`, and is deleted if finish() was not called or has
 /// failed before the file was complete. Thread-bound.
-/// \throws FileError as exportFields()
+/// \throws Failure as exportFields()
 class CsvFile {
  public:
   /// Opens the recording `from`, and creates `to` with the first line.
@@ -66,7 +66,7 @@ class CsvFile {
       , sensor_(sensor)
       , reader_(orThrow(recording::Reader::open(from)))
       , file_(to) {
-    if (!file_) throw FileError(EX_CANTCREAT, to_ + " cannot be created: " + std::strerror(errno));
+    if (!file_) throw Failure(EX_CANTCREAT, to_ + " cannot be created: " + std::strerror(errno));
     file_ << columns;
   }
 
@@ -100,21 +100,21 @@ class CsvFile {
   const std::set<std::string>& sensors() const { return sensors_; }  ///< Returns the sensors that had fields.
 
   /// Closes the file.
-  /// \throws FileError if there are no fields or the file cannot be written; also if fields were left out, but then the
+  /// \throws Failure if there are no fields or the file cannot be written; also if fields were left out, but then the
   /// file is complete and remains
   void finish() {
     const std::string trouble = troubleOf(extent_, skipped_);
     if (fields_ == 0 && !sensors_.empty()) {
-      throw FileError(EX_DATAERR, from_ + " is of another sensor: it has fields of " + names() + ", not of " + sensor_);
+      throw Failure(EX_DATAERR, from_ + " is of another sensor: it has fields of " + names() + ", not of " + sensor_);
     }
     if (fields_ == 0)
-      throw FileError(skipped_.exitCode(), from_ + " has no fields" + (trouble.empty() ? "" : "; " + trouble));
+      throw Failure(skipped_.exitCode(), from_ + " has no fields" + (trouble.empty() ? "" : "; " + trouble));
     file_.close();
-    if (!file_) throw FileError(EX_IOERR, to_ + " cannot be written");
+    if (!file_) throw Failure(EX_IOERR, to_ + " cannot be written");
     isDone_ = true;
     if (trouble.empty()) return;
-    throw FileError(skipped_.exitCode(), from_ + ": " + trouble + "; " + to_ + " has the " + std::to_string(fields_) +
-                                             " fields that could be read");
+    throw Failure(skipped_.exitCode(), from_ + ": " + trouble + "; " + to_ + " has the " + std::to_string(fields_) +
+                                           " fields that could be read");
   }
   /// Returns the sensors' names: "left, right".
   std::string names() const {

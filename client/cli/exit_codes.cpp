@@ -1,7 +1,7 @@
 #include "client/cli/exit_codes.h"
 
 #include "client/cli/commands.h"
-#include "client/files/file_error.h"
+#include "client/files/failure.h"
 #include "client/show/output.h"
 #include "client/src/printable.h"
 
@@ -43,8 +43,7 @@ int fail(int exitCode, const std::string& what) {
 }
 
 int fail(const std::exception& error) {
-  if (const auto* file = dynamic_cast<const FileError*>(&error)) return fail(file->exitCode(), error.what());
-  if (dynamic_cast<const NoField*>(&error) != nullptr) return fail(EX_NOINPUT, error.what());
+  if (const auto* file = dynamic_cast<const Failure*>(&error)) return fail(file->exitCode(), error.what());
   if (const auto* ours = dynamic_cast<const Error*>(&error))
     return fail(kOfErrors.at(static_cast<std::size_t>(ours->code())), error.what());
   if (dynamic_cast<const OutputError*>(&error) != nullptr) return fail(EX_IOERR, error.what());

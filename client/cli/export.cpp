@@ -42,11 +42,11 @@ std::string lineOf(const recording::Message& record, const Field& field) {
 
 void exportFields(const std::string& from, const std::string& to, const std::string& sensor) {
   if (to.ends_with(".mcap")) return illustrate(from, to, sensor);
-  if (!to.ends_with(".csv")) throw FileError(EX_USAGE, "'" + to + "' ends neither with .csv nor with .mcap");
+  if (!to.ends_with(".csv")) throw Failure(EX_USAGE, "'" + to + "' ends neither with .csv nor with .mcap");
   CsvFile file(from, to, sensor, kColumns);
   file.forEachField([&](const recording::Message& record, const Field& field) { file.write(lineOf(record, field)); });
   if (sensor.empty() && file.sensors().size() > 1)
-    throw FileError(EX_USAGE, from + " has fields of " + file.names() + ": which? --sensor NAME");
+    throw Failure(EX_USAGE, from + " has fields of " + file.names() + ": which? --sensor NAME");
   file.finish();
 }
 

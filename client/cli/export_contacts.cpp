@@ -63,7 +63,7 @@ std::string lineOf(const recording::Message& record, const v1::Header& header, c
 }  // namespace
 
 void exportContacts(const std::string& from, const std::string& to, const std::string& sensor) {
-  if (!to.ends_with(".csv")) throw FileError(EX_USAGE, "'" + to + "' does not end with .csv, as contacts do");
+  if (!to.ends_with(".csv")) throw Failure(EX_USAGE, "'" + to + "' does not end with .csv, as contacts do");
   CsvFile file(from, to, sensor, kColumns);
   std::map<std::string, contacts::Follower> followers;  // by sensor
   recording::Message last;

@@ -1,6 +1,6 @@
 #include "client/cli/recordings.h"
 #include "client/cli/skipped.h"
-#include "client/files/file_error.h"
+#include "client/files/failure.h"
 #include "client/files/message_header.h"
 #include "client/show/foxglove.h"
 #include "recording/reader.h"
@@ -98,19 +98,19 @@ void illustrate(const std::string& from, const std::string& to, const std::strin
   const auto reader = orThrow(recording::Reader::open(from));
   std::error_code unknown;
   if (std::filesystem::equivalent(from, to, unknown))
-    throw FileError(EX_USAGE, to + " is what is to be exported: another name for what comes of it");
+    throw Failure(EX_USAGE, to + " is what is to be exported: another name for what comes of it");
   Illustrated made(to, sensor);
   const auto extent =
       orThrow(reader.read([&](const recording::Channel& channel, const recording::Schema* schema,
                               const recording::Message& record) { made.add(channel, schema, record); }));
   const std::string trouble = troubleOf(extent, made.skipped());
   if (made.drawn() == 0) {
-    throw FileError(made.skipped().exitCode(), from + " has nothing to draw" + (sensor.empty() ? "" : " of " + sensor) +
-                                                   (trouble.empty() ? "" : "; " + trouble));
+    throw Failure(made.skipped().exitCode(), from + " has nothing to draw" + (sensor.empty() ? "" : " of " + sensor) +
+                                                 (trouble.empty() ? "" : "; " + trouble));
   }
   made.finish();
   if (!trouble.empty())
-    throw FileError(made.skipped().exitCode(), from + ": " + trouble + "; " + to + " has what could be read");
+    throw Failure(made.skipped().exitCode(), from + ": " + trouble + "; " + to + " has what could be read");
 }
 
 }  // namespace traction::client

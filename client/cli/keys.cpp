@@ -2,7 +2,7 @@
 #include "base/network/keys.h"
 
 #include "client/cli/commands.h"
-#include "client/files/file_error.h"
+#include "client/files/failure.h"
 #include "client/files/keys.h"
 #include "client/show/json_writer.h"
 #include "client/show/output.h"
@@ -25,7 +25,7 @@ namespace files = tractiond::network;
 
 void checkName(const std::string& name) {
   if (isValidName(name)) return;
-  throw FileError(EX_USAGE, "'" + name + "' is no name for a key: 1 to 24 of A-Z a-z 0-9 _ - are");
+  throw Failure(EX_USAGE, "'" + name + "' is no name for a key: 1 to 24 of A-Z a-z 0-9 _ - are");
 }
 
 /// Quotes a key for a shell: Z85 has no single quote, but many characters that a shell interprets.
@@ -45,14 +45,14 @@ files::KeyDirectory directoryOf(const fs::path& path) {
   return directory;
 }
 
-// All functions below throw FileError: EX_USAGE for an invalid name or key; EX_NOINPUT if a file does not exist or
+// All functions below throw Failure: EX_USAGE for an invalid name or key; EX_NOINPUT if a file does not exist or
 // cannot be read; EX_CONFIG if its content is not valid; EX_CANTCREAT if it cannot be written; EX_NOPERM without the
 // permission, or if a secret file can be read by others. Those that print do so on standard output, and throw
 // OutputError if it cannot be written. `directory` is the gateway's directory of keys. A name is 1 to 24 of A-Z, a-z,
 // 0-9, _ and -; a key is 40 characters of Z85.
 
 /// Writes a new random key pair into a new file with mode 0600, and creates its directories. Prints the command that
-/// allows its public key under `name` on the gateway's machine. \throws FileError EX_CANTCREAT also if the file exists
+/// allows its public key under `name` on the gateway's machine. \throws Failure EX_CANTCREAT also if the file exists
 void newKey(const std::string& name, const fs::path& file) {
   checkName(name);
   auto keys = files::newKeyPair();
@@ -63,23 +63,23 @@ void newKey(const std::string& name, const fs::path& file) {
 
 /// Allows a key under a name: to read, or with `control` also to send requests. Replaces an earlier key of this name;
 /// the gateway then ends all connections, and the clients that are still allowed connect again. Creates the gateway's
-/// own key pair if there is none. Prints the command with which a client connects. \throws FileError, and allows
+/// own key pair if there is none. Prints the command with which a client connects. \throws Failure, and allows
 /// nothing: also EX_DATAERR if the key is allowed under another name, EX_NOPERM if every user can write into the
 /// directory; and if the gateway's own key pair cannot be read or is faulty
 void allowKey(const fs::path& directory, const std::string& name, const std::string& key, bool control) {
   checkName(name);
   if (!files::isKey(key)) {
-    throw FileError(EX_USAGE, "'" + key + "' is not a key: 40 letters of Z85; in a shell they stand in single quotes");
+    throw Failure(EX_USAGE, "'" + key + "' is not a key: 40 letters of Z85; in a shell they stand in single quotes");
   }
   const auto known = directoryOf(directory);
   if (const auto* same = known.find(key); same != nullptr && same->name != name) {
-    throw FileError(EX_DATAERR, "this key is \"" + same->name + "\"'s; tractionctl keys revoke " + same->name +
-                                    " takes it from there");
+    throw Failure(EX_DATAERR, "this key is \"" + same->name + "\"'s; tractionctl keys revoke " + same->name +
+                                  " takes it from there");
   }
   std::error_code ignored;
   for (const tractiond::Error& fault : known.faults()) {  // of the directory: the key would have no effect
     if (fault.where == directory.string() && fs::exists(directory, ignored))
-      throw FileError(fault.exitCode, fault.message());
+      throw Failure(fault.exitCode, fault.message());
   }
   const fs::path own = files::serverKeyFile(directory);
   if (!fs::exists(fs::symlink_status(own, ignored))) orThrow(files::saveServerKey(directory, files::newKeyPair()));
@@ -95,7 +95,7 @@ void revokeKey(const fs::path& directory, const std::string& name) {
 }
 
 /// Prints the gateway's public key, and the allowed keys with their permissions, as text or as one line of JSON.
-/// \throws FileError only after printing: the first faulty file, or else the reason why the gateway's key cannot be
+/// \throws Failure only after printing: the first faulty file, or else the reason why the gateway's key cannot be
 /// read
 void listKeys(const fs::path& directory, bool json) {
   const auto known = directoryOf(directory);
@@ -116,7 +116,7 @@ void listKeys(const fs::path& directory, bool json) {
                 shellQuoted(one.key));
     }
   }
-  if (!known.faults().empty()) throw FileError(known.faults()[0].exitCode, known.faults()[0].message());
+  if (!known.faults().empty()) throw Failure(known.faults()[0].exitCode, known.faults()[0].message());
   orThrow(server);
 }
 

@@ -2,7 +2,7 @@
 
 #include "client/cli/commands.h"
 #include "client/cli/parsing.h"
-#include "client/files/file_error.h"
+#include "client/files/failure.h"
 #include "client/show/json_writer.h"
 #include "client/show/output.h"
 #include "client/src/printable.h"
@@ -147,10 +147,10 @@ void info(const std::string& file, bool json) {
     printText(file, contents);
   }
   if (contents.extent.isWhole()) return;
-  throw FileError(EX_DATAERR, file + ": " + contents.extent.trouble +
-                                  (contents.extent.messages == 0
-                                       ? "; no message of it can be read"
-                                       : "; tractionctl recover makes a whole recording of what can be read"));
+  throw Failure(EX_DATAERR, file + ": " + contents.extent.trouble +
+                                (contents.extent.messages == 0
+                                     ? "; no message of it can be read"
+                                     : "; tractionctl recover makes a whole recording of what can be read"));
 }
 
 void recover(const std::string& from, const std::string& to) {
@@ -160,9 +160,9 @@ void recover(const std::string& from, const std::string& to) {
   if (!extent || extent->messages == 0) {
     std::error_code unknown;
     std::filesystem::remove(to, unknown);
-    if (!extent) throw FileError(extent.error().exitCode, extent.error().message());
-    throw FileError(EX_DATAERR, from + " has no message that can be read, and nothing was written" +
-                                    (extent->isWhole() ? "" : ": " + extent->trouble));
+    if (!extent) throw Failure(extent.error().exitCode, extent.error().message());
+    throw Failure(EX_DATAERR, from + " has no message that can be read, and nothing was written" +
+                                  (extent->isWhole() ? "" : ": " + extent->trouble));
   }
   std::string text = to + ": " + std::to_string(extent->chunks) + " chunks of " + from;
   if (extent->whole_bytes < reader.file().size()) {

@@ -1,6 +1,6 @@
 #include "base/network/socket.h"
 #include "client/cli/recordings.h"
-#include "client/files/file_error.h"
+#include "client/files/failure.h"
 #include "client/show/output.h"
 #include "client/show/terminal.h"
 #include "recording/reader.h"
@@ -115,7 +115,7 @@ void replay(const std::string& file, const std::string& endpoint, double speed) 
           repeater.send(channel.topic, message.data, 1e-9 * static_cast<double>(message.publishTime_ns));
         }));
     printLine(file + ": " + std::to_string(messages) + " messages sent");
-    if (!extent.isWhole()) throw FileError(EX_DATAERR, file + ": " + extent.trouble);
+    if (!extent.isWhole()) throw Failure(EX_DATAERR, file + ": " + extent.trouble);
   } catch (const Stopped&) {
     std::printf("%s: stopped after %llu messages\n", file.c_str(), static_cast<unsigned long long>(messages));
   }

@@ -2,6 +2,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/exit_codes.h"
 #include "client/doctor/checks.h"
+#include "client/files/failure.h"
 #include "client/show/health.h"
 #include "client/show/json.h"
 #include "client/show/metrics.h"
@@ -33,7 +34,8 @@ void skipRequest() {
     size += line.size();
 }
 
-/// Prints the status, as text or as one line of JSON. \throws NoField after printing it, if no field can be published
+/// Prints the status, as text or as one line of JSON. \throws Failure EX_NOINPUT after printing it, if no field can
+/// be published
 void status(const ControlOptions& options, bool json) {
   const Status status = Control(options).status();
   if (json) {
@@ -42,7 +44,8 @@ void status(const ControlOptions& options, bool json) {
     std::fputs(statusText(status).c_str(), stdout);
     flushOutput();
   }
-  if (const std::string why = whyNoField(*status.message); !why.empty()) throw NoField("no field can come: " + why);
+  if (const std::string why = whyNoField(*status.message); !why.empty())
+    throw Failure(EX_NOINPUT, "no field can come: " + why);
 }
 
 /// Prints the metrics of one instance, or of all on this machine if `one` is false. An instance that gives no status,

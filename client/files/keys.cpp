@@ -1,6 +1,6 @@
 #include "client/files/keys.h"
 
-#include "client/files/file_error.h"
+#include "client/files/failure.h"
 
 #include <sysexits.h>
 
@@ -26,14 +26,13 @@ Keys keysFor(const std::string& serverKey, const fs::path& file) {
   const fs::path from = file.empty() ? usualKeyFile() : file;
   if (file.empty() && serverKey.empty() && !fs::exists(from, ignored)) return {};
   if (file.empty() && !fs::exists(from, ignored)) {
-    throw FileError(EX_NOINPUT,
-                    "there is no key of yours in " + from.string() + "; tractionctl keys new NAME makes one");
+    throw Failure(EX_NOINPUT, "there is no key of yours in " + from.string() + "; tractionctl keys new NAME makes one");
   }
   Keys keys = loadKeys(from.string());
   if (!serverKey.empty()) keys.serverKey = serverKey;
   if (keys.serverKey.empty()) {  // otherwise the connection would be unencrypted, to any program that answers
-    throw FileError(EX_USAGE, "the box's key is missing: --server-key KEY, or a line server = \"KEY\" in " +
-                                  from.string() + "; a host that asks for none is reached by --connect and --control");
+    throw Failure(EX_USAGE, "the box's key is missing: --server-key KEY, or a line server = \"KEY\" in " +
+                                from.string() + "; a host that asks for none is reached by --connect and --control");
   }
   return keys;
 }

@@ -1,7 +1,7 @@
 #include "client/files/tape.h"
 
 #include "base/clock.h"
-#include "client/files/file_error.h"
+#include "client/files/failure.h"
 #include "client/files/message_header.h"
 #include "proto/traction/v1/descriptors.h"
 
@@ -45,7 +45,7 @@ void Tape::check(const tl::expected<void, recording::Error>& written) {
   std::string what = written.error().message() + "; the recording has stopped with " + account();
   if (!writer_.close()) what += ", without its end: tractionctl recover makes one that has it, on another disk";
   drop();
-  throw FileError(written.error().exitCode, what);
+  throw Failure(written.error().exitCode, what);
 }
 
 void Tape::add(const Message& message, const Raw& raw) {

@@ -10,7 +10,7 @@
 namespace traction::client {
 
 /// Writes one recording. Thread-bound. The constructor, add(), flushIfDue() and close() throw
-/// FileError (EX_CANTCREAT, EX_IOERR). The recording is then closed with what was written, and deleted if nothing
+/// Failure (EX_CANTCREAT, EX_IOERR). The recording is then closed with what was written, and deleted if nothing
 /// was; of the functions that throw, none may be called afterwards. Without close(), what is buffered is lost, and the
 /// file has no end.
 class Tape {

@@ -1,7 +1,7 @@
 #include "client/touch/source.h"
 
 #include "base/service/log.h"
-#include "client/files/file_error.h"
+#include "client/files/failure.h"
 #include "client/files/keys.h"
 #include "proto/traction/v1/endpoints.h"
 
@@ -50,7 +50,7 @@ int failed(const std::string& program, const tractiond::Error& error) {
 
 int failed(const std::string& program, const std::exception& error) {
   tractiond::Error reported{.exitCode = EX_OSERR, .what = error.what()};
-  if (const auto* file = dynamic_cast<const client::FileError*>(&error)) reported.exitCode = file->exitCode();
+  if (const auto* file = dynamic_cast<const client::Failure*>(&error)) reported.exitCode = file->exitCode();
   if (const auto* ours = dynamic_cast<const Error*>(&error))
     reported.exitCode = ours->code() == ErrorCode::kBadKeys ? EX_CONFIG : EX_USAGE;
   if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr)

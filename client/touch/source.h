@@ -22,7 +22,7 @@ struct SourceWords {
 void addSource(CLI::App& app, SourceWords& words, const std::string& instance, CLI::Option* excluded);
 
 /// Returns the options to subscribe to fields and descriptions with. Reads the file of the key, if one is needed.
-/// \throws Error, client::FileError
+/// \throws Error, client::Failure
 SubscriberOptions sourceOf(const SourceWords& words);
 
 /// Prints an error on standard error, and returns its exit code.

@@ -1,5 +1,7 @@
 #include "client/viewer/http_listener.h"
 
+#include "client/files/failure.h"
+
 #include <boost/beast/core.hpp>
 #include <sysexits.h>
 
@@ -114,15 +116,15 @@ HttpListener::HttpListener(asio::io_context& context, const ListenAddress& at, c
     , retry_(context) {
   error_code error;
   const auto address = asio::ip::make_address(at.address, error);
-  if (error) throw ServerError(EX_USAGE, "'" + at.address + "' is not an IP address");
+  if (error) throw client::Failure(EX_USAGE, "'" + at.address + "' is not an IP address");
   const tcp::endpoint endpoint(address, at.port);
   acceptor_.open(endpoint.protocol(), error);
   if (!error) acceptor_.set_option(asio::socket_base::reuse_address(true), error);
   if (!error) acceptor_.bind(endpoint, error);
   if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
   if (error) {
-    throw ServerError(EX_UNAVAILABLE, "cannot listen at " + at.address + ":" + std::to_string(at.port) + ": " +
-                                          error.message() + "; choose another port with " + option);
+    throw client::Failure(EX_UNAVAILABLE, "cannot listen at " + at.address + ":" + std::to_string(at.port) + ": " +
+                                              error.message() + "; choose another port with " + option);
   }
 }
 

@@ -1,26 +1,13 @@
-// Addresses that the viewer's servers listen at, and the hosts and errors that belong to them.
+// Addresses that the viewer's servers listen at, and the hosts that belong to them.
 #pragma once
 
 #include <cstdint>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace traction::view {
-
-/// An error that ends the program, with its exit code of sysexits.h.
-class ServerError : public std::runtime_error {
- public:
-  ServerError(int exitCode, const std::string& what)
-      : std::runtime_error(what)
-      , exitCode_(exitCode) {}
-  int exitCode() const { return exitCode_; }
-
- private:
-  int exitCode_;
-};
 
 struct ListenAddress {
   std::string address = "127.0.0.1";  ///< IPv4 or IPv6, without brackets

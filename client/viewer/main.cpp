@@ -1,5 +1,5 @@
 // traction-view: the viewer's bridge.
-#include "client/files/file_error.h"
+#include "client/files/failure.h"
 #include "client/show/output.h"
 #include "client/viewer/arguments.h"
 
@@ -25,9 +25,7 @@ int main(int argc, char** argv) try {
   view::serve(arguments->server, arguments->sources,
               [](const std::string& url) { std::cout << "traction-view: " << url << std::endl; });
   return EX_OK;
-} catch (const view::ServerError& error) {
-  return fail(error.exitCode(), error.what());
-} catch (const client::FileError& error) {
+} catch (const client::Failure& error) {
   return fail(error.exitCode(), error.what());
 } catch (const Error& error) {
   return fail(error.code() == ErrorCode::kBadKeys ? EX_CONFIG : EX_USAGE, error.what());

@@ -1,6 +1,6 @@
 #include "client/viewer/playing.h"
 
-#include "client/files/file_error.h"
+#include "client/files/failure.h"
 #include "client/show/json_writer.h"
 
 #include <pthread.h>

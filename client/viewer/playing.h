@@ -22,7 +22,7 @@ namespace traction::view {
 class Playing {
  public:
   /// Opens the file and starts the thread, which first reads the whole recording. \param deliver is called on the
-  /// player's own thread \throws client::FileError if the file cannot be read or is not a recording
+  /// player's own thread \throws client::Failure if the file cannot be read or is not a recording
   Playing(const std::filesystem::path& file, Deliver deliver);
   /// Waits for the thread until it has read its chunk, or some seconds where it computes a surface, and for a call of
   /// `deliver`.

@@ -1,6 +1,6 @@
 #include "client/viewer/recording.h"
 
-#include "client/files/file_error.h"
+#include "client/files/failure.h"
 #include "client/show/page.h"
 
 #include <pthread.h>
@@ -82,7 +82,7 @@ void Recording::run(const std::stop_token& stop) {
     tape_.close();
     tape_.drop();
     tell();
-  } catch (const client::FileError& error) {
+  } catch (const client::Failure& error) {
     tell(error.what());
   }
 }

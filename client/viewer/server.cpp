@@ -1,6 +1,6 @@
 #include "client/viewer/server.h"
 
-#include "client/files/file_error.h"
+#include "client/files/failure.h"
 #include "client/show/json_writer.h"
 #include "client/show/receiver.h"
 #include "client/viewer/foxglove_server.h"
@@ -232,7 +232,7 @@ class Server {
     try {
       show->playing = std::make_unique<Playing>(file, deliver);
       show->playing->want(wanted.kinds);
-    } catch (const client::FileError& error) {
+    } catch (const client::Failure& error) {
       show->session->offer(kErrors, errorFrame(Error(ErrorCode::kMalformed, error.what())));
     } catch (const std::system_error& error) {  // no thread for it; the others go on
       show->session->offer(kErrors, errorFrame(Error(ErrorCode::kRefused,
@@ -419,7 +419,7 @@ class Server {
     if (word == "record" || word == "stop") return askRecorder(hub, from, id, word == "record");
     if (word.starts_with(kSetup)) return askSetup(from, id, word.substr(std::min(word.size(), kSetup.size() + 1)));
     askDaemon(hub, from, id, word);
-  } catch (const client::FileError& error) {
+  } catch (const client::Failure& error) {
     from.answer(errorFrame(Error(ErrorCode::kRefused, error.what()), id));
   } catch (const Error& error) {
     from.answer(errorFrame(error, id));

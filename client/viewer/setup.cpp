@@ -2,7 +2,7 @@
 
 #include "base/child.h"
 #include "base/whole_file.h"
-#include "client/files/file_error.h"
+#include "client/files/failure.h"
 #include "client/show/json.h"
 #include "client/show/output.h"
 #include "client/show/page.h"
@@ -105,12 +105,12 @@ Setup::Setup(fs::path folder, const ControlOptions& control, fs::path lens)
     , control_(control) {
   std::error_code error;
   fs::create_directories(folder_, error);
-  if (error) throw client::FileError(EX_CANTCREAT, folder_.string() + " cannot be made: " + error.message());
+  if (error) throw client::Failure(EX_CANTCREAT, folder_.string() + " cannot be made: " + error.message());
   if (!has(kState)) return;
   const auto bytes = tractiond::readWholeFile(folder_ / kState, kMostBytes);
   if (bytes) steps_ = Json::parse(bytes->begin(), bytes->end(), nullptr, false);
   if (!bytes || !steps_.is_object()) {
-    throw client::FileError(EX_DATAERR, path(kState) + " is damaged: delete it to begin anew");
+    throw client::Failure(EX_DATAERR, path(kState) + " is damaged: delete it to begin anew");
   }
 }
 

@@ -25,7 +25,7 @@ struct SetupFile {
 class Setup {
  public:
   /// \param folder is created if it does not exist \param control of the daemon \param lens path of traction-lens
-  /// \throws client::FileError if the folder cannot be made or setup.json is damaged
+  /// \throws client::Failure if the folder cannot be made or setup.json is damaged
   Setup(std::filesystem::path folder, const ControlOptions& control, std::filesystem::path lens);
 
   /// Returns what there is, as JSON: {"folder", "steps": the content of setup.json, "boards": [name], "files": [name]}.
