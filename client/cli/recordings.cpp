@@ -5,6 +5,7 @@
 #include "client/files/failure.h"
 #include "client/show/json_writer.h"
 #include "client/show/output.h"
+#include "client/show/page.h"
 #include "client/src/printable.h"
 #include "manual/number.h"
 #include "recording/reader.h"
@@ -86,19 +87,12 @@ Contents contentsOf(const std::string& file) {
   return contents;
 }
 
-std::string utc(std::uint64_t time_ns) {
-  const auto seconds = static_cast<std::time_t>(time_ns / 1'000'000'000);
-  std::tm fields{};
-  std::array<char, 40> text{};
-  if (gmtime_r(&seconds, &fields) == nullptr) return "?";
-  std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M:%S UTC", &fields);
-  return text.data();
-}
-
 void printText(const std::string& file, const Contents& contents) {
   std::array<char, 300> line{};
+  const auto begin = static_cast<std::time_t>(contents.begin_ns / 1'000'000'000);
   std::snprintf(line.data(), line.size(), "%.1f MB, %.1f s from %s, %s", 1e-6 * static_cast<double>(contents.bytes),
-                1e-9 * static_cast<double>(contents.end_ns - contents.begin_ns), utc(contents.begin_ns).c_str(),
+                1e-9 * static_cast<double>(contents.end_ns - contents.begin_ns),
+                utc(begin, "%Y-%m-%d %H:%M:%S UTC").c_str(),
                 !contents.extent.closed ? "NOT CLOSED"
                 : contents.isIndexed    ? "closed"
                                         : "closed, without an index");

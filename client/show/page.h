@@ -60,13 +60,12 @@ inline std::string spread(double deviation, int decimals) {
   return isSeen ? format("±%.*f", decimals, width) : format("±%.1g", width);
 }
 
-/// Returns the present time in UTC, as strftime() writes it.
-inline std::string utcNow(const char* pattern) {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
+/// Returns a time in UTC, as strftime() writes it.
+inline std::string utc(std::time_t time, const char* pattern) {
+  std::tm fields{};
   std::array<char, 40> text{};
-  std::strftime(text.data(), text.size(), pattern, &utc);
+  gmtime_r(&time, &fields);
+  std::strftime(text.data(), text.size(), pattern, &fields);
   return text.data();
 }
 

@@ -44,7 +44,7 @@ std::string recordingName(const std::string& sensor) {
   std::string name = sensor;
   std::replace_if(
       name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0 && c != '-' && c != '_'; }, '-');
-  return name + client::utcNow("-%Y-%m-%dT%H-%M-%S.mcap");
+  return name + client::utc(std::time(nullptr), "-%Y-%m-%dT%H-%M-%S.mcap");
 }
 
 Recording::Recording(const SubscriberOptions& options, const std::filesystem::path& file)

@@ -142,7 +142,7 @@ void Setup::write(const std::string& name, const std::string& content) const {
 }
 
 void Setup::keep(const std::string& step, Json result) {
-  result["date"] = client::utcNow("%Y-%m-%dT%H:%M:%SZ");
+  result["date"] = client::utc(std::time(nullptr), "%Y-%m-%dT%H:%M:%SZ");
   const std::lock_guard lock(mutex_);
   steps_[step] = std::move(result);
   write(kState, steps_.dump(1) + "\n");
