@@ -1,24 +1,14 @@
 #include "client/cli/csv_file.h"
 #include "client/cli/recordings.h"
+#include "client/show/scene.h"
 
 #include <sysexits.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <string>
 
 namespace traction::client {
 
 namespace {
-
-/// Returns the standard deviations of the components [N], from a covariance [N^2].
-std::array<double, 3> deviationsOf(const Covariance& covariance) {
-  const auto deviation = [&](std::size_t axis) {
-    return std::sqrt(std::max(0.0, covariance.noise.at(4 * axis) + covariance.systematic.at(4 * axis)));
-  };
-  return {deviation(0), deviation(1), deviation(2)};
-}
 
 constexpr const char* kColumns =
     "log_time_ns,capture_time_ns,sequence,frame_number,camera_frame_id,valid,method,flags,"

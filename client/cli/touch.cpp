@@ -102,11 +102,9 @@ std::string lineOf(const Grasp& grasp) {
   std::string line = "hand " + grasp.header.sensor;
   if (grasp.valid) {
     const auto& [x, y, z] = grasp.force_N;
-    const auto deviation = [&](std::size_t axis) {
-      return std::sqrt(grasp.forceCovariance_N2.noise[4 * axis] + grasp.forceCovariance_N2.systematic[4 * axis]);
-    };
+    const auto [ofX, ofY, ofZ] = deviationsOf(grasp.forceCovariance_N2);
     line += format("  force %+.3f %+.3f %+.3f N", x, y, z);
-    line += format(" (deviations %.3f %.3f %.3f)", deviation(0), deviation(1), deviation(2));
+    line += format(" (deviations %.3f %.3f %.3f)", ofX, ofY, ofZ);
     line += format("  moment %+.2f %+.2f %+.2f mN m", 1e3 * grasp.moment_Nm[0], 1e3 * grasp.moment_Nm[1],
                    1e3 * grasp.moment_Nm[2]);
     return line;

@@ -124,11 +124,9 @@ void drawForce(Panel& panel, const Scene& scene, std::int64_t now_ns, const std:
   } else {
     panel.heading("FORCE ON THE GEL");
   }
-  const auto note = [&](int axis, const char* direction) {
-    const Covariance& covariance = field.resultantCovariance_N2;
-    const double variance = covariance.noise[4 * axis] + covariance.systematic[4 * axis];
-    return isKnown && variance > 0.0 ? spread(std::sqrt(variance), 3) + format(" N  %s", direction)
-                                     : format("N  %s", direction);
+  const auto note = [&](std::size_t axis, const char* direction) {
+    const double deviation = deviationsOf(field.resultantCovariance_N2).at(axis);
+    return isKnown && deviation > 0.0 ? spread(deviation, 3) + format(" N  %s", direction) : format("N  %s", direction);
   };
   panel.line("x", known(format("%+.3f", force[0])), note(0, "to the right"), strong);
   panel.line("y", known(format("%+.3f", force[1])), note(1, "up"), strong);

@@ -37,6 +37,13 @@ double length(const Vector3& vector) {
   return std::hypot(vector[0], vector[1], vector[2]);
 }
 
+Vector3 deviationsOf(const Covariance& covariance) {
+  const auto deviation = [&](std::size_t axis) {
+    return std::sqrt(std::max(0.0, covariance.noise.at(4 * axis) + covariance.systematic.at(4 * axis)));
+  };
+  return {deviation(0), deviation(1), deviation(2)};
+}
+
 std::vector<Vector3> nodePositions_m(const Description& description) {
   std::vector<Vector3> places;
   if (description.body) {

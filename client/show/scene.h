@@ -90,6 +90,9 @@ class Scene {
 /// Returns the Euclidean norm, in the unit of the vector.
 double length(const Vector3& vector);
 
+/// Returns the standard deviations of the components, of noise and systematic part together.
+Vector3 deviationsOf(const Covariance& covariance);
+
 /// Returns the nodes' positions in the gel frame [m], in the order of Field::force_N; none if its grid has
 /// more than a million.
 std::vector<Vector3> nodePositions_m(const Description& description);
