@@ -45,7 +45,7 @@ void Forwarder::passPlaces(const Description& description) {
 }
 
 void Forwarder::passPicture(const Preview& preview) {
-  const std::string jpeg = jpegOf(preview);
+  const std::string jpeg = jpegOf(preview.pixels, preview.width, preview.height, preview.channels);
   if (jpeg.empty()) return;
   std::array<char, 200> place{};
   std::snprintf(place.data(), place.size(),

@@ -146,10 +146,9 @@ float noiseOf(const Plane& plane) {
   return quantile(steps, 0.5);
 }
 
-/// Enters the markers of a channel if they stand out better than those that were entered before. \param best contrast
-/// of those
-void seekMarkers(const Plane& contrast, std::size_t channel, bool darker, double pixel, float& best, Look& look) {
-  const float sign = darker ? -1.0F : 1.0F;
+/// Enters the markers of a channel if they stand out better than those that were entered before. \param sign 1: they
+/// are brighter than what surrounds them, -1: darker \param best contrast of those before
+void seekMarkers(const Plane& contrast, float sign, double pixel, float& best, Look& look) {
   std::vector<float> all;
   for (const float level : contrast.levels) {
     if (sign * level > 0.0F) all.push_back(sign * level);
@@ -165,8 +164,6 @@ void seekMarkers(const Plane& contrast, std::size_t channel, bool darker, double
   look.markers = static_cast<int>(spots.size());
   look.diameter_px = pixel * 2.0 * std::sqrt(quantile(areas, 0.5) / std::numbers::pi);
   look.pitch_px = pixel * pitchOf(spots);
-  look.channel = channel;
-  look.darker = darker;
 }
 
 /// Returns differences of neighbours, and the levels' variance, over all channels.
@@ -207,7 +204,7 @@ Look lookAt(const Snapshot& snapshot) {
   float best = 0.0F;
   for (std::size_t channel = 0; channel < snapshot.channels; ++channel) {
     const Plane contrast = contrastOf(snapshot, channel);
-    for (const bool darker : {false, true}) seekMarkers(contrast, channel, darker, snapshot.reduced, best, look);
+    for (const float sign : {1.0F, -1.0F}) seekMarkers(contrast, sign, snapshot.reduced, best, look);
   }
   return look;
 }

@@ -17,11 +17,9 @@ struct Look {
   /// Mean squared difference of neighbouring pixels over the variance of all: largest where the picture is sharpest.
   /// Compares pictures of one scene only.
   double sharpness = 0.0;
-  int markers = 0;           ///< round spots of like size; 0: fewer than 16 are there, and the next four say nothing
+  int markers = 0;           ///< round spots of like size; 0: fewer than 16 are there, and the next two say nothing
   double diameter_px = 0.0;  ///< median, at half of their height
   double pitch_px = 0.0;     ///< median distance from one to the nearest, in the camera's pixels
-  std::size_t channel = 0;   ///< in which they stand out best
-  bool darker = false;       ///< than what surrounds them
 };
 
 /// Judges the picture; pixels are the camera's, also where it was reduced. Takes a tenth of a second for 5 million

@@ -94,7 +94,7 @@ Json readReport(const std::string& output) {
 Json numbersOf(const Look& look) {
   return {{"histogram", look.histogram}, {"clipped", look.clipped}, {"bright", look.bright},
           {"sharpness", look.sharpness}, {"markers", look.markers}, {"diameter_px", look.diameter_px},
-          {"pitch_px", look.pitch_px},   {"channel", look.channel}, {"darker", look.darker}};
+          {"pitch_px", look.pitch_px}};
 }
 
 }  // namespace
@@ -215,11 +215,6 @@ Json Setup::camera(const Json& request) {
 Json Setup::look(const Json&) {
   const Snapshot snapshot = control_.snapshot();
   Json result = numbersOf(lookAt(snapshot));
-  Preview picture;
-  picture.width = snapshot.width;
-  picture.height = snapshot.height;
-  picture.channels = snapshot.channels;
-  picture.pixels = snapshot.levels;
   result["width_px"] = snapshot.width * snapshot.reduced;
   result["height_px"] = snapshot.height * snapshot.reduced;
   result["reduced"] = snapshot.reduced;
@@ -231,7 +226,7 @@ Json Setup::look(const Json&) {
   result["serial"] = description.camera.serial;
   {
     const std::lock_guard lock(mutex_);
-    look_ = jpegOf(picture);
+    look_ = jpegOf(snapshot.levels, snapshot.width, snapshot.height, snapshot.channels);
   }
   keep("camera", result);
   return result;
