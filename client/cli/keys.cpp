@@ -55,8 +55,7 @@ files::KeyDirectory directoryOf(const fs::path& path) {
 /// allows its public key under `name` on the gateway's machine. \throws Failure EX_CANTCREAT also if the file exists
 void newKey(const std::string& name, const fs::path& file) {
   checkName(name);
-  auto keys = files::newKeyPair();
-  while (keys.publicKey.starts_with('-')) keys = files::newKeyPair();  // `keys allow` would take it for an option
+  const auto keys = files::newKeyPair();
   orThrow(files::saveKeyPair(file, keys));
   printLine("sudo tractionctl keys allow " + name + " " + shellQuoted(keys.publicKey));
 }
