@@ -134,17 +134,6 @@ std::string Canvas::render(Depth depth) const {
   return out + "\x1b[0m";
 }
 
-std::string Canvas::plain() const {
-  std::string out;
-  for (int row = 0; row < height_; ++row) {
-    for (int column = 0; column < width_; ++column) {
-      out += cells_[static_cast<std::size_t>(row * width_ + column)].glyph;
-    }
-    out += '\n';
-  }
-  return out;
-}
-
 Dots::Dots(int columns, int rows)
     : columns_(std::max(columns, 0))
     , rows_(std::max(rows, 0))

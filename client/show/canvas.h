@@ -73,8 +73,6 @@ class Canvas {
 
   /// Returns the page as a terminal needs it, from the top left corner: UTF-8 with escape sequences, without line ends.
   std::string render(Depth depth) const;
-  /// Returns only the characters, without colours, as UTF-8, one line per row, each with a line end.
-  std::string plain() const;
 
  private:
   struct Cell {

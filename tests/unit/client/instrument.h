@@ -27,6 +27,14 @@ inline Field fieldOf(int column, int row, std::array<float, 3> force) {
   return field;
 }
 
+/// Returns the characters of a page without colours, one line per row, each with a line end.
+inline std::string charactersOf(const Canvas& page) {
+  static const std::regex kRow("\x1b\\[[0-9]+;1H"), kOther("\x1b\\[[0-9;]*[Hm]");
+  const std::string rows = std::regex_replace(page.render(Depth::kNone), kRow, "\n");
+  const std::string text = std::regex_replace(rows, kOther, "") + "\n";
+  return text.substr(1);  // each row is behind an end of a line
+}
+
 class Instrument {
  public:
   Instrument() {
@@ -75,7 +83,9 @@ class Instrument {
     watched.scene.add(message);
   }
 
-  std::string board(int width = 80, int height = 24) const { return drawBoard({watched}, width, height, now).plain(); }
+  std::string board(int width = 80, int height = 24) const {
+    return charactersOf(drawBoard({watched}, width, height, now));
+  }
   std::string row(const std::string& label) const {
     const std::string text = boardText(watched, now);
     std::smatch match;
@@ -83,7 +93,7 @@ class Instrument {
   }
   std::string picture(int width = 100, int height = 30) const {
     Scale scale;
-    return draw(watched.scene, width, height, scale, now, "ipc:///run/tractiond/default/stream").plain();
+    return charactersOf(draw(watched.scene, width, height, scale, now, "ipc:///run/tractiond/default/stream"));
   }
   std::string line() const { return summary(watched.scene, now); }
   std::string trouble() const { return watched.scene.trouble(now).what; }
