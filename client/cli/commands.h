@@ -3,6 +3,7 @@
 
 #include "client/cli/exit_codes.h"
 #include "client/cli/target.h"
+#include "manual/number.h"
 
 #include <CLI/CLI.hpp>
 #include <sysexits.h>
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -58,6 +60,21 @@ inline std::string programBeside(const std::string& name) {
   std::error_code unknown;
   const auto beside = std::filesystem::read_symlink("/proc/self/exe", unknown).replace_filename(name);
   return std::filesystem::exists(beside, unknown) ? beside.string() : name;
+}
+
+/// Returns a check for a duration from 0 to 10^9 s.
+inline CLI::Validator timeSpan() {
+  return manual::number(0.0, 1e9, "a time from 0 to 1e9 s, as in 2.5");
+}
+
+/// Duration of a command that ends on a signal only [s].
+inline constexpr double kForever = std::numeric_limits<double>::infinity();
+
+/// Adds the option --seconds to a command that otherwise runs until a key or a signal ends it.
+inline void addSeconds(CLI::App& command, double& seconds) {
+  command.add_option("--seconds", seconds, "duration; without it: until q or Ctrl-C")
+      ->type_name("SECONDS")
+      ->check(timeSpan());
 }
 
 // Each function adds the command of its name, with its options, to the command line; the comment says what the command

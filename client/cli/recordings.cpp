@@ -1,7 +1,6 @@
 #include "client/cli/recordings.h"
 
 #include "client/cli/commands.h"
-#include "client/cli/parsing.h"
 #include "client/files/failure.h"
 #include "client/show/json_writer.h"
 #include "client/show/output.h"

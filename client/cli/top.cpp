@@ -1,7 +1,6 @@
 // Shows the state of instruments live.
 #include "client/cli/commands.h"
 #include "client/cli/notes.h"
-#include "client/cli/parsing.h"
 #include "client/doctor/checks.h"
 #include "client/show/board.h"
 #include "client/show/output.h"

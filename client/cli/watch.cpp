@@ -1,6 +1,5 @@
 #include "client/cli/commands.h"
 #include "client/cli/notes.h"
-#include "client/cli/parsing.h"
 #include "client/show/output.h"
 #include "client/show/picture.h"
 #include "client/show/receiver.h"
