@@ -17,7 +17,8 @@ namespace tractiond {
 /// owner's thread.
 class BackgroundThread {
  public:
-  /// Starts the thread. \param name at most 15 characters, of static storage: the thread reads it when it starts
+  /// Starts the thread.
+  /// \param name at most 15 characters, of static storage: the thread reads it when it starts
   /// \param idle null: none; otherwise signalled, by the thread, each time all the work is done
   /// \throws std::system_error if no thread can be started
   explicit BackgroundThread(const char* name, std::shared_ptr<Event> idle = {});

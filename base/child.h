@@ -30,8 +30,8 @@ struct ChildEnd {
 
 /// Runs the program with an empty standard input, and reads its output. Kills it after `patience`, when it prints more
 /// than `most_bytes`, or when a stop is requested. The child blocks the signals that a terminal or a service manager
-/// sends to parent and child together (SIGINT, SIGTERM, SIGHUP, SIGQUIT). Blocks until it has ended. Reentrant. \param
-/// arguments without the name of the program
+/// sends to parent and child together (SIGINT, SIGTERM, SIGHUP, SIGQUIT). Blocks until it has ended. Reentrant.
+/// \param arguments without the name of the program
 ChildEnd runChild(const std::vector<std::string>& arguments, const ChildOptions& options,
                   const std::stop_token& stop = {});
 

@@ -10,7 +10,8 @@ namespace tractiond {
 /// signal() may be called by any thread and by a signal handler; a signal given before wait() is not lost. Thread-safe.
 class Event {
  public:
-  /// Makes an event that is not signalled. \throws std::system_error if the process has no file descriptor left
+  /// Makes an event that is not signalled.
+  /// \throws std::system_error if the process has no file descriptor left
   Event();
   ~Event();
   Event(const Event&) = delete;
@@ -21,7 +22,8 @@ class Event {
 
   /// Waits for a signal and clears it: several signals count as one. Returns true if there was one, false after
   /// `timeout` or when a signal handler of the process has interrupted the wait. If several threads wait, one signal
-  /// may wake more than one of them. \param timeout 0: does not wait; negative: no limit
+  /// may wake more than one of them.
+  /// \param timeout 0: does not wait; negative: no limit
   bool wait(std::chrono::milliseconds timeout) noexcept;
 
   /// Clears the event, for callers that poll fd() themselves. Does not wait, and has no effect if nothing was

@@ -31,8 +31,8 @@ class Link {
   static_assert(kSlots >= 3, "one slot for each side and one on its way");
 
  public:
-  /// \param evicted counts evicted elements, on the producer's thread; must outlive the link \param blank copied into
-  /// each slot, to size it
+  /// \param evicted counts evicted elements, on the producer's thread; must outlive the link
+  /// \param blank copied into each slot, to size it
   /// \param reclaimed called with each slot that comes back, consumed, evicted or discarded, before it is used again:
   /// by reclaim(), acquire(), push() and discard()
   Link(

@@ -7,7 +7,8 @@
 
 namespace tractiond {
 
-/// Returns the value that this share of a range does not exceed, and reorders the range. \param values at least one
+/// Returns the value that this share of a range does not exceed, and reorders the range.
+/// \param values at least one
 /// \param share from 0 to below 1; 0.5: the median
 template <std::ranges::random_access_range Values>
 std::ranges::range_value_t<Values> quantile(Values&& values, double share = 0.5) {

@@ -35,7 +35,8 @@ struct Range {
 class TomlTable {
  public:
   /// Parses `text`, which need not outlive the call. Fails if it is not TOML, or if a key, or the text of a line, has
-  /// more than 100 parts between dots. Returns the root table. \param file names the file in errors
+  /// more than 100 parts between dots. Returns the root table.
+  /// \param file names the file in errors
   static tl::expected<TomlTable, FileError> parse(std::string_view text, const std::string& file);
   /// Parses the file at `path`, of at most 4 MiB. Fails as parse(), and with FileError::unreadable if it cannot be
   /// read.
@@ -66,10 +67,12 @@ class TomlTable {
   bool has(std::string_view key) const;
 
   /// Adds a fault that the caller found, at the line of a key, or of the table itself if it has no such key. Has no
-  /// effect if there is a fault already. \param what completes a sentence that begins with the key: "must be even"
+  /// effect if there is a fault already.
+  /// \param what completes a sentence that begins with the key: "must be even"
   void fail(std::string_view key, const std::string& what);
   /// Fails with the first fault; if there is none, with the first key of the whole file that was not read, an unknown
-  /// one. Must be called when all known keys have been read. \param isStrict false: unknown keys are no fault
+  /// one. Must be called when all known keys have been read.
+  /// \param isStrict false: unknown keys are no fault
   tl::expected<void, FileError> finish(bool isStrict = true);
 
  private:

@@ -86,9 +86,10 @@ inline std::error_code synchroniseNames(const std::filesystem::path& directory) 
 /// renames it to PATH and synchronises the directory. If only the last step fails, the file is replaced, but a loss of
 /// power may undo that. A file or link PATH.unfinished that exists is replaced, and removed after an error; if PATH is
 /// a symbolic link, the link is replaced. Waits for the disk. Returns the errno of the step that failed; an empty code
-/// on success. Two calls for the same path must not overlap. \param pieces of the content, one after the other \param
-/// mode permissions of the new file, from which the process's umask is subtracted; those of the replaced file are not
-/// kept, nor is its owner
+/// on success. Two calls for the same path must not overlap.
+/// \param pieces of the content, one after the other
+/// \param mode permissions of the new file, from which the process's umask is subtracted; those of the replaced file
+/// are not kept, nor is its owner
 inline std::error_code replaceWholeFile(const std::filesystem::path& path,
                                         std::span<const std::span<const char>> pieces, mode_t mode = 0644) {
   const std::filesystem::path unfinished = path.string() + ".unfinished";

@@ -43,7 +43,8 @@ std::string configText(const Config& config);
 
 // Read a configuration. Missing keys keep their defaults. Error EX_CONFIG for invalid content, also an unknown key.
 
-/// Reads `text` of any size; an error of the stream counts as its end. \param name of the file in errors
+/// Reads `text` of any size; an error of the stream counts as its end.
+/// \param name of the file in errors
 tl::expected<Config, Error> parseConfig(std::istream& text, const std::string& name);
 /// Reads a file as parseConfig() does. EX_NOINPUT if it cannot be read, or has more than 4 MiB.
 tl::expected<Config, Error> loadConfig(const std::string& path);

@@ -37,8 +37,8 @@ class Front {
   using Refused = std::function<void(const std::string& what)>;
 
   /// Opens and binds all sockets. Errors: EX_OSERR if ZeroMQ cannot start; those of network::bind(): EX_CONFIG,
-  /// EX_UNAVAILABLE if an address is in use or not of this machine, EX_NOPERM. \param mayEnter, refused called by
-  /// serve(), on its thread, only if connections need a key
+  /// EX_UNAVAILABLE if an address is in use or not of this machine, EX_NOPERM.
+  /// \param mayEnter, refused called by serve(), on its thread, only if connections need a key
   static tl::expected<std::unique_ptr<Front>, Error> open(const Options& options, MayEnter mayEnter, Refused refused);
   ~Front();
   Front(const Front&) = delete;

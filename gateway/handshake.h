@@ -28,7 +28,8 @@ struct HandshakeAnswer {
 /// Returns the answer to one request: admits a CURVE key that is allowed and has the permission of the domain, refuses
 /// all others. Reentrant.
 /// \param request version, request id, domain, address, routing id, mechanism, key (32 bytes); any other shape is
-/// refused \param mayEnter not called if the request has another shape or mechanism
+/// refused
+/// \param mayEnter not called if the request has another shape or mechanism
 HandshakeAnswer answerHandshake(std::vector<std::string> request, const MayEnter& mayEnter);
 
 }  // namespace tractiond::gateway

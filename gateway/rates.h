@@ -11,14 +11,16 @@ namespace tractiond::gateway {
 /// Limits requests per second, of all clients together and of each. Not thread-safe.
 class RequestLimit {
  public:
-  /// \param most requests per second of all clients together \param mostEach of one client
+  /// \param most requests per second of all clients together
+  /// \param mostEach of one client
   RequestLimit(int most, int mostEach)
       : most_(most)
       , mostEach_(mostEach) {}
 
   /// Counts a request of client `who`, unless it exceeds a limit. The counts begin anew with the first request that
-  /// comes a second or more after they began last. \param now_ns CLOCK_MONOTONIC \return 0: the request may pass;
-  /// otherwise the exceeded limit [requests/s], that of the client before that of all
+  /// comes a second or more after they began last.
+  /// \param now_ns CLOCK_MONOTONIC
+  /// \return 0: the request may pass; otherwise the exceeded limit [requests/s], that of the client before that of all
   int beyond(const std::string& who, std::int64_t now_ns) {
     constexpr std::int64_t kSecond_ns = 1'000'000'000;
     if (now_ns - since_ns_ >= kSecond_ns) {
@@ -44,7 +46,8 @@ class RequestLimit {
 class SeldomLine {
  public:
   /// Returns the line to log: `line`, with the number left out since the last one if there are some; empty if none is
-  /// due. \param now_ns CLOCK_MONOTONIC
+  /// due.
+  /// \param now_ns CLOCK_MONOTONIC
   std::string next(const std::string& line, std::int64_t now_ns) {
     constexpr std::int64_t kPause_ns = 5'000'000'000;
     if (said_ && now_ns - last_ns_ < kPause_ns) return ++unsaid_, "";

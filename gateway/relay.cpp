@@ -265,7 +265,8 @@ struct Relay::Impl {
     }
   }
 
-  /// Forwards a request. \return why it was not forwarded; empty: it was
+  /// Forwards a request.
+  /// \return why it was not forwarded; empty: it was
   std::string pass(std::string_view peer, zmq::message_t& request, std::int64_t now) {
     const std::string user = options.server ? property(request, "User-Id") : "",
                       address = property(request, "Peer-Address");

@@ -27,7 +27,8 @@ constexpr std::array kSearched_px = {640, 1000, 400};
 
 /// Searches a reduced copy for a board or a part of it. Returns positions in the picture itself. They are only a start:
 /// in about one of a hundred pictures OpenCV's search skips rows, takes corners on the border for inner ones, or
-/// diagonals for sides. \param least true: the grid found may be larger than `size`
+/// diagonals for sides.
+/// \param least true: the grid found may be larger than `size`
 CornerGrid search(const cv::Mat& grey, int width_px, cv::Size size, bool least) {
   const double scale = std::min(1.0, static_cast<double>(width_px) / grey.cols);
   cv::Mat small, found;

@@ -16,8 +16,9 @@ struct Board {
   double tall = 1.0;          ///< side of a square along y, relative to that along x
 
   int corners() const { return (columns - 1) * (rows - 1); }  ///< Returns the number of inner corners.
-  /// Returns the place of an inner corner on the board [m]. They are counted row by row; the first one is the origin,
-  /// x runs along a row, y across. \param index 0 to corners() - 1
+  /// Returns the place of an inner corner on the board [m]. They are counted row by row; the first one is the origin, x
+  /// runs along a row, y across.
+  /// \param index 0 to corners() - 1
   Eigen::Vector2d corner(int index) const;
 };
 
@@ -33,8 +34,8 @@ struct Corners {
 };
 
 /// Finds all inner corners of the board. On failure returns a sentence about what the picture shows instead, without
-/// its name: no board, a board of another size, too little contrast, or blur. \param grey one channel of 8 bits
-/// Reentrant.
+/// its name: no board, a board of another size, too little contrast, or blur.
+/// \param grey one channel of 8 bits Reentrant.
 tl::expected<Corners, std::string> findCorners(const cv::Mat& grey, const Board& board);
 
 }  // namespace lens

@@ -84,7 +84,8 @@ tl::expected<sensor::Sensor, Faults> loadGel(const std::string& path);
 bool statesOfCamera(const std::string& gel, std::string_view key);
 
 /// Writes a gel file without a calibration, which no longer applies, and prints its path and, if there was one, that a
-/// calibration was left out. Error: EX_CANTCREAT. \param remark one line on the origin of the values
+/// calibration was left out. Error: EX_CANTCREAT.
+/// \param remark one line on the origin of the values
 Done writeGel(const std::string& path, sensor::Sensor sensor, const std::string& remark);
 
 /// Fails with EX_CANTCREAT if there is a file at `path`, unless it may be replaced.

@@ -23,9 +23,9 @@ struct CornerGrid {
 /// similar contrast with alternating sign. Each next corner is expected where the distances of its neighbours, and
 /// their change, place it. It is accepted if the four squares around it have the right colours at the full contrast of
 /// its neighbour; on the border of a board the contrast is half. Returns an empty grid (size 0 x 0) unless the result,
-/// the largest if there are several, is a rectangle. \param grey one channel of 8 bits
-/// \param found need not be complete or right; may be empty
-/// Reentrant.
+/// the largest if there are several, is a rectangle.
+/// \param grey one channel of 8 bits
+/// \param found need not be complete or right; may be empty Reentrant.
 CornerGrid grown(const cv::Mat& grey, const CornerGrid& found);
 
 }  // namespace lens

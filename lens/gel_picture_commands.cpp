@@ -71,7 +71,8 @@ void print(const Geometry& found) {
 }
 
 /// Returns what the picture shows of the layers that the sensor has otherwise: columns, rows, and of a second layer its
-/// place and depth against the first. Empty: nothing. \param sensor with the pose that was found
+/// place and depth against the first. Empty: nothing.
+/// \param sensor with the pose that was found
 std::string contradiction(const sensor::Sensor& sensor, const RestMarkers& markers) {
   // Whoever accepts a residual accepts it here, too; and another aspect is reported already.
   constexpr bool kJudgesResidual = false;

@@ -50,7 +50,8 @@ std::vector<cv::Point3f> onBoard(const Board& board) {
   return points;
 }
 
-/// Fits the camera. \param guess start value of the focal length in picture widths; 0: from the views' homographies
+/// Fits the camera.
+/// \param guess start value of the focal length in picture widths; 0: from the views' homographies
 Model calibrated(const std::vector<Corners>& views, const Board& board, cv::Size size, double aspect, double guess) {
   std::vector<std::vector<cv::Point2f>> seen;
   for (const Corners& view : views) {

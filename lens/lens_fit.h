@@ -65,10 +65,11 @@ struct LensFit {
 ///
 /// Each standard deviation is the larger of two estimates: one from the residuals, with separate noise for each view,
 /// which holds if the errors of corners are independent; the other from the change of the lens without one view
-/// (jackknife), because in real pictures errors are correlated within a view.
-/// Outcome: kDegenerate if the views do not determine the focal length or fewer than two are tilted by 10 degrees; the
-/// other results are set all the same. kDiverged if no fit was found; all others are then those of LensFit{}. An odd
-/// view is sought among four or more. Reentrant. \param views of this board, all in pictures of width_px x height_px
+/// (jackknife), because in real pictures errors are correlated within a view. Outcome: kDegenerate if the views do not
+/// determine the focal length or fewer than two are tilted by 10 degrees; the other results are set all the same.
+/// kDiverged if no fit was found; all others are then those of LensFit{}. An odd view is sought among four or more.
+/// Reentrant.
+/// \param views of this board, all in pictures of width_px x height_px
 LensFit fitLens(const std::vector<Corners>& views, const Board& asGiven, int width_px, int height_px,
                 const LensFitOptions& options = {});
 

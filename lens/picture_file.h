@@ -14,8 +14,8 @@ namespace lens {
 /// scaled so that the brightest becomes 255. The error names the file: EX_NOINPUT if it cannot be read, EX_DATAERR if
 /// it is damaged, of another type, has a side above 16384 px or would need more than 512 MiB of memory, or is not of
 /// the expected size, all of which its header tells before anything is decoded. Damage inside a JPEG or TIFF may stay
-/// undetected. Turns off OpenCV's log in this process. Reentrant. \param expected that of the gel file's camera; empty:
-/// any
+/// undetected. Turns off OpenCV's log in this process. Reentrant.
+/// \param expected that of the gel file's camera; empty: any
 tl::expected<cv::Mat, tractiond::Error> readPicture(const std::string& path, cv::Size expected = {});
 
 /// Converts a BGR picture to grey, of the same depth. A grey picture is returned unchanged and shares its memory.

@@ -20,8 +20,10 @@ using tractiond::Error;
 class Sink {
  public:
   virtual ~Sink() = default;
-  /// Appends all bytes, or none if it fails. \param bytes need not outlive the call \param reserve number of bytes for
-  /// which room is to be kept behind them; 0 also gives back room that was kept before. A sink may ignore it.
+  /// Appends all bytes, or none if it fails.
+  /// \param bytes need not outlive the call
+  /// \param reserve number of bytes for which room is to be kept behind them; 0 also gives back room that was kept
+  /// before. A sink may ignore it.
   virtual tl::expected<void, Error> append(std::string_view bytes, std::uint64_t reserve) = 0;
   /// Waits until everything that was appended survives a power failure.
   virtual tl::expected<void, Error> sync() = 0;

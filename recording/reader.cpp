@@ -56,7 +56,8 @@ class Scan {
       , file_(reader.file())
       , visit_(visit) {}
 
-  /// Reads the recording. \param since_ns skips chunks that end before, if the summary supplies what they declare
+  /// Reads the recording.
+  /// \param since_ns skips chunks that end before, if the summary supplies what they declare
   tl::expected<Extent, Error> run(std::uint64_t since_ns) {
     if (since_ns > 0 && takeSummary()) since_ns_ = since_ns;
     if (failure_) return tl::unexpected(*failure_);

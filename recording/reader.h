@@ -38,7 +38,8 @@ class Reader {
   static tl::expected<Reader, Error> open(const std::filesystem::path& path);
 
   /// Called by read() for each message. The arguments are valid during the call only. What it throws ends the reading
-  /// and leaves read(). \param schema null: the channel has none, or its schema is missing
+  /// and leaves read().
+  /// \param schema null: the channel has none, or its schema is missing
   using Visit = std::function<void(const Channel& channel, const Schema* schema, const Message& message)>;
 
   /// Reads from the beginning to the end, to a cut, to a damaged record outside the chunks, or to a record of more than
@@ -65,7 +66,8 @@ class Reader {
 
 /// Copies every readable message, with its channel and schema, into a new, whole recording, and syncs it at the end.
 /// Attachments and metadata records are not copied. Returns how the reading went: damage of `from` is no error. Errors:
-/// EX_IOERR of reading, and those of `to`; `to` then has no end. \param to must be empty
+/// EX_IOERR of reading, and those of `to`; `to` then has no end.
+/// \param to must be empty
 tl::expected<Extent, Error> recover(const Reader& from, Sink& to);
 
 }  // namespace recording

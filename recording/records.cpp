@@ -8,7 +8,8 @@ namespace recording {
 
 namespace {
 
-/// Appends a record. \param fill writes the content to an Output
+/// Appends a record.
+/// \param fill writes the content to an Output
 template <typename Fill>
 void putRecord(std::string& to, Opcode opcode, const Fill& fill) {
   std::string content;

@@ -99,24 +99,28 @@ using IndexEntries = std::vector<std::pair<std::uint64_t, std::uint64_t>>;
 
 // These append a whole record, with opcode and length, to `to`. They check nothing. Texts must be shorter than 4 GiB.
 
-/// Appends the first record of a file, which follows kMagic. \param library name of the writing program
+/// Appends the first record of a file, which follows kMagic.
+/// \param library name of the writing program
 void putHeader(std::string& to, std::string_view library);
 void put(std::string& to, const Schema& schema);
 void put(std::string& to, const Channel& channel);
 void put(std::string& to, const Message& message);
 void put(std::string& to, const Chunk& chunk);
-/// States where the messages of a channel lie in the chunk before. \param entries by log time, ascending
+/// States where the messages of a channel lie in the chunk before.
+/// \param entries by log time, ascending
 void putMessageIndex(std::string& to, std::uint16_t channel, const IndexEntries& entries);
 void put(std::string& to, const ChunkIndex& index);
 void put(std::string& to, const Statistics& statistics);
-/// States where a group of records of one kind lies in the summary. \param opcode kind of the group's records
-/// \param start offset of the group in the file [bytes] \param length of the group [bytes]
+/// States where a group of records of one kind lies in the summary.
+/// \param opcode kind of the group's records
+/// \param start offset of the group in the file [bytes]
+/// \param length of the group [bytes]
 void putSummaryOffset(std::string& to, Opcode opcode, std::uint64_t start, std::uint64_t length);
 /// Ends the data section; states no CRC of it.
 void putDataEnd(std::string& to);
-/// Appends the last record of a file, which kMagic follows. \param summaryStart, offsetStart offsets in the file of the
-/// summary and of its offset section; 0: none \param summary bytes from the summary's begin to the footer, which the
-/// CRC covers
+/// Appends the last record of a file, which kMagic follows.
+/// \param summaryStart, offsetStart offsets in the file of the summary and of its offset section; 0: none
+/// \param summary bytes from the summary's begin to the footer, which the CRC covers
 void putFooter(std::string& to, std::uint64_t summaryStart, std::uint64_t offsetStart, std::string_view summary);
 
 // These parse a content (without opcode and length) from untrusted bytes. They ignore bytes after the last field known
@@ -128,7 +132,8 @@ std::optional<Message> messageOf(std::string_view content);
 std::optional<Chunk> chunkOf(std::string_view content);
 std::optional<Footer> footerOf(std::string_view content);
 
-/// Returns the CRC-32 of zlib. \param begin CRC-32 of the bytes before, to continue it
+/// Returns the CRC-32 of zlib.
+/// \param begin CRC-32 of the bytes before, to continue it
 std::uint32_t crcOf(std::string_view bytes, std::uint32_t begin = 0);
 
 }  // namespace recording

@@ -24,14 +24,15 @@ struct WriterOptions {
 /// lost, and the file has no end.
 class Writer {
  public:
-  /// Writes nothing yet. \param sink must be empty, and outlive the writer
+  /// Writes nothing yet.
+  /// \param sink must be empty, and outlive the writer
   Writer(Sink& sink, WriterOptions options);
 
   /// Declares a schema and returns its id for channel(), from 1. It is written before the next chunk. Names are not
   /// compared: each call declares another one, up to 65,535.
   std::uint16_t schema(std::string_view name, std::string_view encoding, std::string_view data);
-  /// Declares a channel and returns its id for Message::channel, from 1, up to 65,535. Topics are not compared. \param
-  /// schema id of schema(); 0: none
+  /// Declares a channel and returns its id for Message::channel, from 1, up to 65,535. Topics are not compared.
+  /// \param schema id of schema(); 0: none
   std::uint16_t channel(std::uint16_t schema, std::string_view topic, std::string_view encoding,
                         std::map<std::string, std::string> metadata = {});
 

@@ -24,7 +24,8 @@ constexpr double kMillimetres = 1e3;  // per metre
 /// Writes what a TomlTable reads, so that the keys of each table are listed once for both.
 class TextTable {
  public:
-  /// \param text to which lines are added \param prefix of the keys
+  /// \param text to which lines are added
+  /// \param prefix of the keys
   explicit TextTable(std::string& text, std::string prefix = "")
       : text_(text)
       , prefix_(std::move(prefix)) {}
@@ -298,8 +299,8 @@ void calibration(auto& table, Calibration& calibration) {
   table.read("linearity", calibration.linearity, {0.0, 1e3});
 }
 
-/// Reads all tables but those of creep. \param body true: an influence file supplies the mechanics and the positions of
-/// markers and nodes
+/// Reads all tables but those of creep.
+/// \param body true: an influence file supplies the mechanics and the positions of markers and nodes
 Sensor readSensor(TomlTable& root, bool body) {
   Sensor sensor;
   if (auto table = root.table("gel")) {

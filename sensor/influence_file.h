@@ -23,8 +23,8 @@ tl::expected<Body, FileError> loadBody(const std::string& path);
 /// Gives the sensor a body. Sets the pitch, centre and depth of each layer, and the centre of the nodes, to the body's
 /// means (the pitch of a single marker to 0), and the nodes' pitch to the square root of their mean area. Leaves
 /// Young's modulus and size of the gel unchanged. Fails (`isData`), without a change, if the body's number of markers
-/// or nodes differs from the sensor's, or the z of a marker is not smaller than the gel's thickness. \param sensor with
-/// the counts of layers and nodes
+/// or nodes differs from the sensor's, or the z of a marker is not smaller than the gel's thickness.
+/// \param sensor with the counts of layers and nodes
 tl::expected<void, FileError> setBody(Sensor& sensor, Body body);
 
 }  // namespace sensor

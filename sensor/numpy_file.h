@@ -41,8 +41,9 @@ class NumpyFile {
   /// Returns whether there is an array of this name.
   bool has(const std::string& name) const { return members_.contains(name); }
 
-  /// Returns a string (NumPy's type U, little endian) up to its first NUL. It is a fault if it is missing, not
-  /// a single string, or not ASCII. \param name as in numbers()
+  /// Returns a string (NumPy's type U, little endian) up to its first NUL. It is a fault if it is missing, not a single
+  /// string, or not ASCII.
+  /// \param name as in numbers()
   std::string text(const std::string& name);
 
   /// Adds a fault that the caller found: "name what". An empty name is left out.

@@ -35,13 +35,15 @@ struct Camera {
 Eigen::Matrix3d toCamera(const Camera& camera);
 void setToCamera(Camera& camera, const Eigen::Matrix3d& rotation);
 
-/// Returns whether the camera is behind everything that refracts, where a camera can be. \param gelThickness [m]
+/// Returns whether the camera is behind everything that refracts, where a camera can be.
+/// \param gelThickness [m]
 bool isBehindWindow(const Camera& camera, double gelThickness);
 
 /// Projects points through gel and windows; the camera is in air. Immutable and reentrant.
 class Projection {
  public:
-  /// Copies the camera's parameters; they are not checked. \param gelThickness z at which the gel ends [m]
+  /// Copies the camera's parameters; they are not checked.
+  /// \param gelThickness z at which the gel ends [m]
   Projection(const Camera& camera, double gelThickness);
 
   /// Projects a point of the gel frame [m] to pixels (u, v), which may lie outside the picture. The point must lie in

@@ -24,7 +24,8 @@ class CriticalPointTracker {
   static constexpr double kMemory_s = 0.1;
   static constexpr double kReach_m = 6e-3;
 
-  /// Takes what the next field shows. \param field says when it was, whether it is valid, and its basis
+  /// Takes what the next field shows.
+  /// \param field says when it was, whether it is valid, and its basis
   /// \param points of it, without ids and times of begin \returns the points with these, by increasing id; valid until
   /// the next call
   const std::vector<CriticalPoint>& update(const Field& field, const std::vector<CriticalPoint>& points);

@@ -193,7 +193,8 @@ class Basins {
     }
   }
 
-  /// Takes the next node. \param trianglesInside that a node has unless it is at the border
+  /// Takes the next node.
+  /// \param trianglesInside that a node has unless it is at the border
   void take(std::size_t node, double strength, std::size_t trianglesInside) {
     taken_[node] = true;
     std::size_t root = node;

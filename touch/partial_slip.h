@@ -55,8 +55,9 @@ struct Motion {
 class PartialSlip {
  public:
   /// Takes the next frame. Returns what is known of the friction now; nothing, which says nothing of slip, if load or
-  /// normal force is not sure. \param time_ns not before that of the last frame \param moved what was known of another
-  /// place is forgotten
+  /// normal force is not sure.
+  /// \param time_ns not before that of the last frame
+  /// \param moved what was known of another place is forgotten
   std::optional<Slip> see(const Observation& contact, std::int64_t time_ns, const Motion& moved);
 
  private:

@@ -12,7 +12,8 @@ struct Strip {
 };
 
 /// Returns an ellipse around (0, 0) as strips, top to bottom: at least 64, each at most 0.8 px high for half axes up to
-/// 10^5 px. Their total area is exactly the ellipse's. \param a, b half axes [px], above 0
+/// 10^5 px. Their total area is exactly the ellipse's.
+/// \param a, b half axes [px], above 0
 /// \param angle of the first half axis, from the x axis towards the y axis [rad]
 std::vector<Strip> ellipseStrips(double a, double b, double angle);
 

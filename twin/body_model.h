@@ -29,10 +29,12 @@ class BodyModel {
   /// within the nodes is moved into them.
   BodyLoad load(const Contact& contact, const ContactState& state) const;
 
-  /// Returns the displacements of all markers, 3 x markers [m]. \param nodeForces 3 x N [N]
+  /// Returns the displacements of all markers, 3 x markers [m].
+  /// \param nodeForces 3 x N [N]
   sensor::Points displacement(const sensor::Points& nodeForces) const;
 
-  /// Returns the moment about the origin of forces on the nodes [N m]. \param nodeForces as above
+  /// Returns the moment about the origin of forces on the nodes [N m].
+  /// \param nodeForces as above
   Eigen::Vector3d moment(const sensor::Points& nodeForces) const;
 
  private:

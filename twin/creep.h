@@ -18,7 +18,8 @@ class Creep {
   bool isNone() const { return terms_.empty(); }
 
   /// Advances to a time [s] that is not before the previous one. The first call sets the time, with h = 0. u is
-  /// interpolated linearly from the last call to this one. \param elastic displacement u at `time_s`, 3 x markers [m]
+  /// interpolated linearly from the last call to this one.
+  /// \param elastic displacement u at `time_s`, 3 x markers [m]
   void advance(double time_s, const sensor::Points& elastic);
 
   /// Returns the displacement to add at the last time, 3 x markers [m]; 0 before the second call of advance(). Valid

@@ -51,7 +51,8 @@ class Film {
 /// Draws a scenario with the gel's mechanics.
 class GelFilm : public Film {
  public:
-  /// Copies the scenario. Takes seconds; for `cache` see GelModel. \param seed changes the noise
+  /// Copies the scenario. Takes seconds; for `cache` see GelModel.
+  /// \param seed changes the noise
   GelFilm(const Scenario& scenario, std::uint32_t seed, const std::filesystem::path& cache);
 
   /// Implements Film::draw. Resizes picture.pixels. The scenario repeats after Scenario::period_s; creep and the drift

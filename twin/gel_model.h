@@ -39,9 +39,11 @@ class PatchField {
 /// Contacts that visit the same places share these points. Thread-bound.
 class GelModel {
  public:
-  /// Computes the correction, which takes seconds on all cores, or reads it from a directory. The
-  /// arguments need not outlive the object. \param contacts must each have at least one state \param cache directory in
-  /// which corrections are kept, which is created; empty: none. A failure to read or write it is ignored
+  /// Computes the correction, which takes seconds on all cores, or reads it from a directory. The arguments need not
+  /// outlive the object.
+  /// \param contacts must each have at least one state
+  /// \param cache directory in which corrections are kept, which is created; empty: none. A failure to read or write it
+  /// is ignored
   GelModel(const sensor::Sensor& sensor, const std::vector<Contact>& contacts, const std::filesystem::path& cache = {});
 
   /// Returns the displacements of all markers, 3 x markers [m], with contact i in states[i]. The states must

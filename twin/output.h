@@ -11,8 +11,8 @@ namespace twin {
 
 /// Serves pictures at the camera's pace to the client that controls the camera, until `isStopping` or the end of
 /// `options.seconds`, and blocks until then. Prints a line "ready ..." to standard output once clients can connect.
-/// Errors: those of GvCamera::open(). Records of `truth` are written for the pictures that were sent. \param options
-/// whose address, lostRatio and seconds are used: format and rate are the scenario's
+/// Errors: those of GvCamera::open(). Records of `truth` are written for the pictures that were sent.
+/// \param options whose address, lostRatio and seconds are used: format and rate are the scenario's
 tl::expected<void, tractiond::Error> serve(const Options& options, const Scenario& scenario, Film& film,
                                            TruthWriter& truth, const std::atomic<bool>& isStopping);
 

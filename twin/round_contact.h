@@ -24,8 +24,8 @@ class RoundContact {
  public:
   RoundContact(const sensor::Gel& gel, const Profile& profile, double friction);
 
-  /// Moves the object. \param approach depth to which it is pressed into the gel, without deformation [m]; at most 0:
-  /// it does not touch
+  /// Moves the object.
+  /// \param approach depth to which it is pressed into the gel, without deformation [m]; at most 0: it does not touch
   /// \param step of the object along the surface since the last call [m]
   /// \param duration of the step [s]
   void move(double approach, const Eigen::Vector2d& step, double duration);

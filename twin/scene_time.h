@@ -18,7 +18,8 @@ class SceneTime {
   }
 
   /// Reports that a picture was sent. If pictures are late by half a period or more in total, next() skips ahead by
-  /// that. A gap of more than 1.1 s counts as time without a client and does not. \param time_s of a steady clock [s]
+  /// that. A gap of more than 1.1 s counts as time without a client and does not.
+  /// \param time_s of a steady clock [s]
   void wasSent(double time_s, double period_s) {
     const double gap_s = sent_s_ ? time_s - *sent_s_ : period_s;
     sent_s_ = time_s;

@@ -18,8 +18,9 @@ namespace twin {
 /// Writes records to a file. Thread-bound.
 class TruthWriter {
  public:
-  /// Creates or empties the file. Error: EX_CANTCREAT. \param file empty: none is written \param withMarkers true:
-  /// includes displacement_px
+  /// Creates or empties the file. Error: EX_CANTCREAT.
+  /// \param file empty: none is written
+  /// \param withMarkers true: includes displacement_px
   static tl::expected<TruthWriter, tractiond::Error> open(const std::filesystem::path& file, bool withMarkers);
 
   /// Writes one record, and flushes the file. A record that cannot be written is lost without an error.
@@ -32,7 +33,8 @@ class TruthWriter {
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_{nullptr, &std::fclose};
 };
 
-/// Returns one record, without a line end. \param withMarkers true: includes displacement_px
+/// Returns one record, without a line end.
+/// \param withMarkers true: includes displacement_px
 std::string toJson(const Truth& truth, const Stamp& stamp, bool withMarkers);
 
 }  // namespace twin

@@ -60,8 +60,8 @@ tl::expected<KeyPair, Error> loadKeyPair(const std::filesystem::path& path);
 
 /// Writes a new file with mode 0600 and creates its directory and that one's parents. Errors: EX_CANTCREAT if the file
 /// exists or cannot be written, EX_NOPERM without the permission. As root, the file gets the group of its directory.
-/// The mode does not depend on the process's umask. Does not check the keys. Waits for the disk. \param path must state
-/// a directory: a bare file name fails with EX_CANTCREAT
+/// The mode does not depend on the process's umask. Does not check the keys. Waits for the disk.
+/// \param path must state a directory: a bare file name fails with EX_CANTCREAT
 tl::expected<void, Error> saveKeyPair(const std::filesystem::path& path, const KeyPair& keys);
 
 /// Writes the gateway's own key to serverKeyFile() as saveKeyPair() does, with the same errors. As root the mode is
@@ -69,12 +69,13 @@ tl::expected<void, Error> saveKeyPair(const std::filesystem::path& path, const K
 tl::expected<void, Error> saveServerKey(const std::filesystem::path& directory, const KeyPair& keys);
 
 /// Writes NAME.key with mode 0644 and creates the directory as saveServerKey() does; replaces an existing file as a
-/// whole. Errors and group are those of saveKeyPair(), except for an existing file. \param key must be valid: name and
-/// key are not checked
+/// whole. Errors and group are those of saveKeyPair(), except for an existing file.
+/// \param key must be valid: name and key are not checked
 tl::expected<void, Error> allow(const std::filesystem::path& directory, const AllowedKey& key);
 
 /// Deletes NAME.key; a gateway notices it by itself (KeyDirectory::refresh()). Errors: EX_NOINPUT if there is none;
-/// EX_NOPERM or EX_CANTCREAT if it cannot be deleted. \param name must be valid: it is not checked
+/// EX_NOPERM or EX_CANTCREAT if it cannot be deleted.
+/// \param name must be valid: it is not checked
 tl::expected<void, Error> revoke(const std::filesystem::path& directory, const std::string& name);
 
 /// The keys of a directory, as refresh() has read them last. Not thread-safe.

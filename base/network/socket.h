@@ -20,9 +20,10 @@ namespace tractiond::network {
 /// Sets the options that bound what a peer costs: a handshake takes 0.5 s at most, a TCP peer that reads nothing for 5
 /// s while data waits for it is disconnected, and one that vanished within 30 s. The number of messages from peers is
 /// not limited, as such a limit makes libzmq 4.3.4 abort (docs/protocol.md). Closing the socket's context then takes up
-/// to 0.1 s. Must be called before bind(), which an option set later would not affect. \throws zmq::error_t if the
-/// socket is not open \param highWaterMark messages queued for one slow peer; further ones are lost \param
-/// largestMessage bytes of one part from a peer; a peer that sends more is disconnected
+/// to 0.1 s. Must be called before bind(), which an option set later would not affect.
+/// \throws zmq::error_t if the socket is not open
+/// \param highWaterMark messages queued for one slow peer; further ones are lost
+/// \param largestMessage bytes of one part from a peer; a peer that sends more is disconnected
 void guard(zmq::socket_t& socket, int highWaterMark, std::int64_t largestMessage);
 
 /// Binds a ROUTER or a publisher to all endpoints (tcp://ADDRESS:PORT, ADDRESS also localhost, PORT * for any free one,
@@ -47,7 +48,8 @@ std::size_t receive(zmq::socket_t& socket, std::array<zmq::message_t, 4>& parts)
 
 /// Queues one part of a message, without waiting; `part` is then empty. Returns whether it was queued: false, and
 /// `part` stays as it is, if a DEALER has no peer or its queue is full. A ROUTER or publisher returns true, and drops
-/// the message for the peers concerned. \param more true: further parts follow
+/// the message for the peers concerned.
+/// \param more true: further parts follow
 bool put(zmq::socket_t& socket, zmq::message_t& part, bool more);
 
 /// Returns a property of a message, such as "Peer-Address"; empty if it has none of this name.

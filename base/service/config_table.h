@@ -70,8 +70,9 @@ Choice choiceOf(Value& value, std::vector<std::pair<std::string, Value>> meaning
 bool isOnThisHost(std::string_view endpoint);
 
 /// Returns the text of a configuration file with every key, its value, meaning and limits, after `introduction`. A key
-/// without a value is commented out. \param keys keys of one section must follow each other \param standards the same
-/// keys, in the same order, of a default configuration, whose values are stated as defaults
+/// without a value is commented out.
+/// \param keys keys of one section must follow each other
+/// \param standards the same keys, in the same order, of a default configuration, whose values are stated as defaults
 std::string tableText(const std::string& introduction, const std::vector<Key>& keys, const std::vector<Key>& standards);
 
 /// A key whose values differ in two configurations.
@@ -87,13 +88,14 @@ std::vector<Change> changesBetween(const std::vector<Key>& before, const std::ve
 /// What to do where the file of a program's configuration cannot be read.
 inline constexpr const char* kDefaultsHold = "without a configuration file the defaults hold";
 
-/// Converts an error in a file of TOML: EX_NOINPUT if the file cannot be read, else EX_CONFIG. \param unreadable what
-/// to do if it cannot be read
+/// Converts an error in a file of TOML: EX_NOINPUT if the file cannot be read, else EX_CONFIG.
+/// \param unreadable what to do if it cannot be read
 Error asError(const FileError& error, const std::string& unreadable = "");
 
 /// Reads every key of the table from a file into the values that the keys point to; missing keys keep their values, and
 /// Entries are added to those that there are. Fails with EX_CONFIG for the first fault, also for an unknown key or a
-/// Key::fault of a section that the file has; some values are then changed already. \param root root table of the file
+/// Key::fault of a section that the file has; some values are then changed already.
+/// \param root root table of the file
 /// \param isStrict false: unknown keys have no effect
 tl::expected<void, Error> readTable(TomlTable& root, const std::vector<Key>& keys, bool isStrict = true);
 

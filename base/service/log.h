@@ -24,9 +24,11 @@ std::string logLine(std::string_view program, spdlog::level::level_enum level, s
 /// how many.
 class Log {
  public:
-  /// Starts the thread, and replaces spdlog's default logger, which stays after the object. \throws spdlog::spdlog_ex
-  /// if no thread can be started \param level of the lines to write and above: "debug", "info", "warning", "error"; a
-  /// word that spdlog does not know: none \param descriptor must stay open until the process ends
+  /// Starts the thread, and replaces spdlog's default logger, which stays after the object.
+  /// \throws spdlog::spdlog_ex if no thread can be started
+  /// \param level of the lines to write and above: "debug", "info", "warning", "error"; a word that spdlog does not
+  /// know: none
+  /// \param descriptor must stay open until the process ends
   Log(const std::string& program, const std::string& level, int descriptor = STDERR_FILENO);
   Log(const Log&) = delete;
   Log& operator=(const Log&) = delete;

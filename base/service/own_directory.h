@@ -24,8 +24,8 @@ class OwnDirectory {
   /// Locks the directory and creates it, with its parents, if it is missing. Does not wait for the lock. EX_TEMPFAIL:
   /// another process holds it. EX_NOPERM: no permission to create, open or write it, or another user may control it:
   /// every user can write into it; or, below a directory like /tmp, it or its parent belongs to another user than this
-  /// one and root. EX_CANTCREAT: it cannot be created or opened for another reason. \param what name for the error, of
-  /// which the first word names the option that states it: "state directory"
+  /// one and root. EX_CANTCREAT: it cannot be created or opened for another reason.
+  /// \param what name for the error, of which the first word names the option that states it: "state directory"
   /// \param program for the error, too
   static tl::expected<OwnDirectory, Error> claim(const std::filesystem::path& path, const std::string& what,
                                                  const std::string& program = "tractiond");

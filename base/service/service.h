@@ -108,10 +108,11 @@ class ServiceLoop {
   std::int64_t reported_ns_;                  ///< when the status was reported last
 };
 
-/// Notifies systemd that the service is ready, feeds the watchdog while all of it advances, and reloads on
-/// SIGHUP. Returns on SIGTERM or SIGINT, or when the program has ended by itself, which it notices within a second.
-/// Without systemd it does the same, without notifications. Requires catchSignals(), whose signals it unblocks for the
-/// calling thread. \param hooks must outlive the call
+/// Notifies systemd that the service is ready, feeds the watchdog while all of it advances, and reloads on SIGHUP.
+/// Returns on SIGTERM or SIGINT, or when the program has ended by itself, which it notices within a second. Without
+/// systemd it does the same, without notifications. Requires catchSignals(), whose signals it unblocks for the calling
+/// thread.
+/// \param hooks must outlive the call
 void run(const ServiceHooks& hooks);
 
 }  // namespace tractiond

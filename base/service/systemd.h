@@ -7,7 +7,8 @@
 
 namespace tractiond::systemd {
 
-/// Tells systemd, if the program runs under it: sd_notify(3). \param text "READY=1", or several lines
+/// Tells systemd, if the program runs under it: sd_notify(3).
+/// \param text "READY=1", or several lines
 void notify(const std::string& text);
 
 /// Returns the time after which systemd ends a service that has not fed the watchdog (WatchdogSec=); 0: there is none.

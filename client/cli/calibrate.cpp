@@ -47,9 +47,9 @@ struct CalibrateOptions {
 /// standard output, with `json` only the reports, one line of JSON each. The step weights reads each weight, and then
 /// estimates the stiffness. Waits for Enter after each instruction if standard input is a terminal and `options.yes` is
 /// false; the instruction is then printed with `json` as well, on standard error. Blocks until they are done; a step
-/// that fails ends it, and keeps what the steps before it did. \throws Error as Control::calibrate() and
-/// Control::zero() if a step fails, kNoAnswer before the first instruction if no daemon answers; OutputError if
-/// standard output cannot be written
+/// that fails ends it, and keeps what the steps before it did.
+/// \throws Error as Control::calibrate() and Control::zero() if a step fails, kNoAnswer before the first instruction if
+/// no daemon answers; OutputError if standard output cannot be written
 class Guide {
  public:
   Guide(const ControlOptions& control, const CalibrateOptions& options)

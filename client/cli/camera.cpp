@@ -160,7 +160,8 @@ void print(const CameraReport& report, bool json) {
 /// Carries out the steps in order and prints their reports together, as a table or one line of JSON; of a feature that
 /// several report, only the last state. Without features and remarks, the text is "done", or that no feature matches.
 /// If a step fails, later steps are not sent: the reports of the steps before it are printed, and its error is thrown
-/// with the feature's name; the error of the first step is thrown as it is. \throws Error, OutputError
+/// with the feature's name; the error of the first step is thrown as it is.
+/// \throws Error, OutputError
 void camera(const ControlOptions& control, const std::vector<CameraStep>& steps, bool json) {
   const Control daemon(control);
   CameraReport report;
@@ -182,7 +183,8 @@ void camera(const ControlOptions& control, const std::vector<CameraStep>& steps,
 }
 
 /// Prints the features that the configuration sets or that were written, and the camera's temperatures: as a table
-/// below a line with the camera's name and its number of features, or as one line of JSON. \throws Error, OutputError
+/// below a line with the camera's name and its number of features, or as one line of JSON.
+/// \throws Error, OutputError
 void cameraSummary(const ControlOptions& control, bool json) {
   CameraReport report = Control(control).camera({});
   const std::size_t all = report.features.size();

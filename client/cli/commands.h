@@ -31,8 +31,10 @@ class Commands {
       : app_(app) {}
 
   /// Adds a command, and returns it for its options; the result lives as long as the command line. The variables that
-  /// the options fill must live as long as the command line. \param name must differ from those of the other commands
-  /// \param help one line for --help \param run called by run() if the command line names this command
+  /// the options fill must live as long as the command line.
+  /// \param name must differ from those of the other commands
+  /// \param help one line for --help
+  /// \param run called by run() if the command line names this command
   CLI::App& add(const std::string& name, const std::string& help, Run run) {
     commands_.push_back({app_.add_subcommand(name, help), std::move(run)});
     return *commands_.back().app;

@@ -9,7 +9,8 @@ namespace traction::client {
 
 namespace {
 
-/// Examines this machine. Returns doctor::exitCodeOf(). \param instance the only one to examine; empty: all
+/// Examines this machine. Returns doctor::exitCodeOf().
+/// \param instance the only one to examine; empty: all
 int run(const std::string& instance, bool json) {
   const auto findings = doctor::examine(doctor::Box(), programBeside("tractiond"), instance);
   std::string text = json ? doctor::reportJson(findings) : doctor::reportText(findings);

@@ -24,8 +24,9 @@ using Count = unsigned long long;
 constexpr auto kTurn = 100ms;
 
 /// Prints messages of the chosen topics as JSON lines. Returns after `count` messages (negative: no limit), or on a
-/// signal. Reports on standard error what Notes reports, and the messages lost in all at the end. \param topics or-ed
-/// Topics, instead of `options.topics` \throws Error kNoAnswer if no publisher is found in the first 3 s
+/// signal. Reports on standard error what Notes reports, and the messages lost in all at the end.
+/// \param topics or-ed Topics, instead of `options.topics`
+/// \throws Error kNoAnswer if no publisher is found in the first 3 s
 void echo(const SubscriberOptions& options, unsigned topics, long count) {
   SubscriberOptions wanted = options;
   const bool tellsWhy = (topics & (kField | kMarkers)) != 0;  // why none comes

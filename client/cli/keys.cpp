@@ -52,7 +52,8 @@ files::KeyDirectory directoryOf(const fs::path& path) {
 // 0-9, _ and -; a key is 40 characters of Z85.
 
 /// Writes a new random key pair into a new file with mode 0600, and creates its directories. Prints the command that
-/// allows its public key under `name` on the gateway's machine. \throws Failure EX_CANTCREAT also if the file exists
+/// allows its public key under `name` on the gateway's machine.
+/// \throws Failure EX_CANTCREAT also if the file exists
 void newKey(const std::string& name, const fs::path& file) {
   checkName(name);
   const auto keys = files::newKeyPair();
@@ -62,9 +63,9 @@ void newKey(const std::string& name, const fs::path& file) {
 
 /// Allows a key under a name: to read, or with `control` also to send requests. Replaces an earlier key of this name;
 /// the gateway then ends all connections, and the clients that are still allowed connect again. Creates the gateway's
-/// own key pair if there is none. Prints the command with which a client connects. \throws Failure, and allows
-/// nothing: also EX_DATAERR if the key is allowed under another name, EX_NOPERM if every user can write into the
-/// directory; and if the gateway's own key pair cannot be read or is faulty
+/// own key pair if there is none. Prints the command with which a client connects.
+/// \throws Failure, and allows nothing: also EX_DATAERR if the key is allowed under another name, EX_NOPERM if every
+/// user can write into the directory; and if the gateway's own key pair cannot be read or is faulty
 void allowKey(const fs::path& directory, const std::string& name, const std::string& key, bool control) {
   checkName(name);
   if (!files::isKey(key)) {

@@ -11,8 +11,9 @@
 
 namespace traction::client {
 
-/// Returns, but does not throw, the error kNoAnswer that no publisher was found. \param endpoints and \param program
-/// for the message
+/// Returns, but does not throw, the error kNoAnswer that no publisher was found.
+/// \param endpoints and
+/// \param program for the message
 Error noPublisher(const std::string& endpoints, const std::string& program = "tractiond");
 
 /// Reports connection, restarts, silence and losses of one subscriber. Not thread-safe.
@@ -20,14 +21,17 @@ class Notes {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// The 3 s of noteConnection() begin. \param program that publishes. \param subscriber must outlive the object \param
-  /// onSilence likely cause if a publisher sends nothing in these 3 s \param onLoss likely cause of losses; both are
-  /// parts of sentences for the operator
+  /// The 3 s of noteConnection() begin.
+  /// \param program that publishes.
+  /// \param subscriber must outlive the object
+  /// \param onSilence likely cause if a publisher sends nothing in these 3 s
+  /// \param onLoss likely cause of losses; both are parts of sentences for the operator
   Notes(const Subscriber& subscriber, std::string onSilence, std::string onLoss, std::string program = "tractiond");
 
   /// Prints on standard error that the connection is lost or back, that no message has come in the first 3 s although a
   /// publisher is connected (once), and losses, at most once per second. Must be called in every turn of the receiving
-  /// loop. \throws Error kNoAnswer if no publisher is found in the first 3 s
+  /// loop.
+  /// \throws Error kNoAnswer if no publisher is found in the first 3 s
   void noteConnection(bool isConnected, Clock::time_point now);
   /// Prints on standard error that the daemon was started again, that it has no gel file (once per start), and losses.
   /// Must be called with every message received.

@@ -34,7 +34,8 @@ struct Stopped {};
 /// Publishes recorded messages as tractiond publishes its stream.
 class Repeater {
  public:
-  /// Binds the ZeroMQ endpoint. Its end waits up to a second for slow readers. \throws Error kBadEndpoint
+  /// Binds the ZeroMQ endpoint. Its end waits up to a second for slow readers.
+  /// \throws Error kBadEndpoint
   explicit Repeater(const std::string& endpoint) {
     tractiond::network::guard(socket_, kHighWaterMark, kLargestSubscription);
     socket_.set(zmq::sockopt::linger, 1000);
@@ -50,7 +51,8 @@ class Repeater {
   bool isHeard() const { return isHeard_; }
 
   /// Waits until the time is due. For each subscription that begins meanwhile, publishes the last description of each
-  /// sensor again, which all subscribers of descriptions receive. \throws Stopped on a signal
+  /// sensor again, which all subscribers of descriptions receive.
+  /// \throws Stopped on a signal
   void listenUntil(Clock::time_point due) {
     for (;;) {
       if (stopRequested()) throw Stopped{};

@@ -34,8 +34,8 @@ void skipRequest() {
     size += line.size();
 }
 
-/// Prints the status, as text or as one line of JSON. \throws Failure EX_NOINPUT after printing it, if no field can
-/// be published
+/// Prints the status, as text or as one line of JSON.
+/// \throws Failure EX_NOINPUT after printing it, if no field can be published
 void status(const ControlOptions& options, bool json) {
   const Status status = Control(options).status();
   if (json) {
@@ -50,9 +50,10 @@ void status(const ControlOptions& options, bool json) {
 
 /// Prints the metrics of one instance, or of all on this machine if `one` is false. An instance that gives no status,
 /// for any reason, is reported as down, which is not an error. Asks one instance after another, and waits for each at
-/// most `options.timeout`, with `one` false 1 s, to connect and as long again for the answer. \param http true: waits
-/// for an HTTP request on standard input, reads it up to its empty line, and prints an answer with the metrics whatever
-/// it asks for; for a socket unit of systemd \throws OutputError
+/// most `options.timeout`, with `one` false 1 s, to connect and as long again for the answer.
+/// \param http true: waits for an HTTP request on standard input, reads it up to its empty line, and prints an answer
+/// with the metrics whatever it asks for; for a socket unit of systemd
+/// \throws OutputError
 void metrics(const ControlOptions& options, bool one, bool http) {
   constexpr std::chrono::milliseconds kPatience(1000);
   if (http) skipRequest();

@@ -15,7 +15,8 @@ namespace traction::client {
 /// Thread-bound.
 class Skipped {
  public:
-  /// Counts a message that cannot be decoded. \param sequence of its record
+  /// Counts a message that cannot be decoded.
+  /// \param sequence of its record
   void add(const Error& error, std::uint32_t sequence) {
     if (count_++ != 0) return;
     first_ = "number " + std::to_string(sequence) + ": " + error.what();

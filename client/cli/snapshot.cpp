@@ -159,9 +159,9 @@ std::string reducedInWords(const Snapshot& snapshot) {
          " times smaller than the camera's picture: no use for traction-lens)";
 }
 
-/// Writes the camera's next picture as a PNG file, which is replaced if it exists, and prints one line about it. \param
-/// marked true: draws the markers on it, or the spots found if no markers are labelled yet \throws OutputError also if
-/// the file cannot be written
+/// Writes the camera's next picture as a PNG file, which is replaced if it exists, and prints one line about it.
+/// \param marked true: draws the markers on it, or the spots found if no markers are labelled yet
+/// \throws OutputError also if the file cannot be written
 void snapshot(const ControlOptions& options, const std::string& path, bool marked) {
   const Snapshot snapshot = Control(options).snapshot();
   Drawing drawing(snapshot);

@@ -19,8 +19,8 @@ class Target {
   explicit Target(CLI::App& app);
 
   /// Returns the options for a subscription: at --connect; else at the gateway of --host, the next port if `latest`;
-  /// else at the instance. Reads the file of the client's key if --host, --key or --server-key is given. \param latest
-  /// only the newest field is wanted: Mode::kLatest
+  /// else at the instance. Reads the file of the client's key if --host, --key or --server-key is given.
+  /// \param latest only the newest field is wanted: Mode::kLatest
   /// \throws Error kBadEndpoint if --host is used and not HOST or HOST:PORT, and what keysFor() throws: with --host
   /// alone and no usualKeyFile() there is no error, and the connection has no keys
   SubscriberOptions subscription(bool latest = false) const;
@@ -36,7 +36,8 @@ class Target {
   const std::filesystem::path& keyFile() const { return keyFile_; }
 
  private:
-  /// Returns an endpoint of the gateway. \param offset of its port from that of the stream
+  /// Returns an endpoint of the gateway.
+  /// \param offset of its port from that of the stream
   std::string atGateway(int offset) const;
   Keys keys() const;
 

@@ -129,8 +129,10 @@ void printAll(const std::vector<Watched>& known, Clock::time_point now) {
 
 /// If isTerminal(), draws a page until q is pressed; otherwise prints one line per instrument and second. Returns also
 /// after `command.seconds` and on SIGINT, SIGTERM or SIGHUP, whose handlers it sets. An instrument that can no longer
-/// be received is shown with the reason. \param options for each subscription, except topics \param one without effect
-/// if endpoints are given; true: only the instance or endpoint of `options`; false: all instances of this machine
+/// be received is shown with the reason.
+/// \param options for each subscription, except topics
+/// \param one without effect if endpoints are given; true: only the instance or endpoint of `options`; false: all
+/// instances of this machine
 /// \throws Error kNoAnswer if there is no publisher at any endpoint in the first 3 s, kBadEndpoint, kBadKeys;
 /// OutputError
 void top(const SubscriberOptions& options, const TopCommand& command, bool one) {

@@ -38,7 +38,8 @@ constexpr auto kAnswer = 500ms;  ///< until a traction-touch that runs is connec
 /// A traction-touch that this process has started. Its log goes to standard error.
 class OwnTouch {
  public:
-  /// It ends with this process, too. \throws Error kNoAnswer
+  /// It ends with this process, too.
+  /// \throws Error kNoAnswer
   OwnTouch(const std::string& instance, const std::filesystem::path& runtime) {
     const std::string program = programBeside("traction-touch");
     child_ = fork();
@@ -117,8 +118,8 @@ std::string lineOf(const Grasp& grasp) {
 
 /// Prints a line for each contact that begins or ends, and one per second for each that lasts. Starts a traction-touch
 /// for the instance if none answers within half a second and `options.endpoint` is empty, and ends it. Returns after
-/// `seconds`, or on a signal. Reports on standard error what Notes reports. \throws Error kNoAnswer if no publisher is
-/// found in the first 3 s, or none can be started
+/// `seconds`, or on a signal. Reports on standard error what Notes reports.
+/// \throws Error kNoAnswer if no publisher is found in the first 3 s, or none can be started
 void touch(const SubscriberOptions& options, double seconds) {
   SubscriberOptions wanted = options;
   wanted.topics = kOfTouch;

@@ -34,9 +34,10 @@ Scene loop(Receiver& receiver, double seconds, Clock::duration step, Step&& show
   }
 }
 
-/// Runs the live view; unless isTerminal(), prints summary() once per second instead, and at once when the
-/// reason why there is no field changes. Returns after `seconds`, on a signal, or when the key q is pressed in the live
-/// view. Receives fields, descriptions and the status, whatever `options.topics` is. \param seconds kForever: no limit
+/// Runs the live view; unless isTerminal(), prints summary() once per second instead, and at once when the reason why
+/// there is no field changes. Returns after `seconds`, on a signal, or when the key q is pressed in the live view.
+/// Receives fields, descriptions and the status, whatever `options.topics` is.
+/// \param seconds kForever: no limit
 /// \throws Error kNoAnswer if no publisher is found in the first 3 s; later it waits for the daemon's return
 void watch(const SubscriberOptions& options, double seconds) {
   SubscriberOptions wanted = options;

@@ -70,8 +70,9 @@ struct Patient {
 std::set<std::string> instancesOf(const Box& box);
 
 /// Collects the instances with their settings. Runs `program` once for each instance, and waits for it, 10 s at most.
-/// What cannot be found out is left empty: it has no errors. The box must outlive the result. \param program path of
-/// tractiond \param instance the only one to examine; empty: instancesOf()
+/// What cannot be found out is left empty: it has no errors. The box must outlive the result.
+/// \param program path of tractiond
+/// \param instance the only one to examine; empty: instancesOf()
 Patient admit(const Box& box, const std::string& program, const std::string& instance);
 
 /// Returns the id of a user or group from a file like /etc/passwd or /etc/group; nothing if the name is not in it or
@@ -99,8 +100,10 @@ void checkNetwork(const Patient& patient, const Instance& instance, std::vector<
 void checkService(const Patient& patient, const Instance& instance, std::vector<Finding>& findings);
 
 /// Carries out all checks, those of the machine first, then those of each instance, in order of their names, and sets
-/// Finding::instance of the latter. Blocks until they are done. \param box need not outlive the result \param program
-/// path of tractiond \param instance the only one to examine; empty: all, as for admit()
+/// Finding::instance of the latter. Blocks until they are done.
+/// \param box need not outlive the result
+/// \param program path of tractiond
+/// \param instance the only one to examine; empty: all, as for admit()
 std::vector<Finding> examine(const Box& box, const std::string& program, const std::string& instance);
 
 /// Returns the report as text: one line per finding, in their order, with the verdict (OK, ?, WARN, FAIL), the

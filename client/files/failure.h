@@ -22,7 +22,8 @@ class Failure : public std::runtime_error {
   int exitCode_;
 };
 
-/// Returns the value. \throws Failure with exit code and message of the error, if there is none
+/// Returns the value.
+/// \throws Failure with exit code and message of the error, if there is none
 template <typename Value, typename Reason>
 Value orThrow(tl::expected<Value, Reason> outcome) {
   if (!outcome) throw Failure(outcome.error().exitCode, outcome.error().message());

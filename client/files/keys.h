@@ -13,7 +13,8 @@ namespace traction::client {
 std::filesystem::path usualKeyFile();
 
 /// Returns the client's keys for a connection to a gateway; empty keys if neither argument is given and usualKeyFile()
-/// does not exist. Prints nothing. \param serverKey public key of the gateway; empty: that of the file
+/// does not exist. Prints nothing.
+/// \param serverKey public key of the gateway; empty: that of the file
 /// \param file empty: usualKeyFile()
 /// \throws Error kBadKeys if the file cannot be read or is not valid; Failure: EX_NOINPUT if usualKeyFile() is needed
 /// and does not exist, EX_USAGE if neither argument nor file has the gateway's key

@@ -20,7 +20,8 @@ class Tape {
 
   /// Adds a copy of a message with its sequence number; may write those before it, and wait for the disk. Log time:
   /// when it arrived. Publish time: captureTime_ns(), or the log time if that is not known and for descriptions and
-  /// statuses. Leaves out the library's own ends of contacts, which have no topic. \param message of a Subscriber
+  /// statuses. Leaves out the library's own ends of contacts, which have no topic.
+  /// \param message of a Subscriber
   /// \param raw topic and bytes of `message`
   void add(const Message& message, const Raw& raw);
   /// Writes the buffered messages if the oldest is 0.15 s old, and waits for the disk; does nothing otherwise. Must be

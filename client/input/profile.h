@@ -40,7 +40,8 @@ struct Profile {
 /// Returns the folder of what is shipped: share/tractiond/input beside the directory of this program.
 std::filesystem::path shippedFolder();
 
-/// Parses the text of a profile. EX_CONFIG: it is wrong. \param name of the file in errors
+/// Parses the text of a profile. EX_CONFIG: it is wrong.
+/// \param name of the file in errors
 tl::expected<Profile, tractiond::Error> parseProfile(std::string_view text, const std::string& name);
 /// Parses a file, or a shipped profile: NAME.toml in shippedFolder(). EX_NOINPUT: it cannot be read. Otherwise as
 /// parseProfile().

@@ -54,7 +54,8 @@ void set(::foxglove::Pose& pose, const Vector3& place) {
   pose.mutable_orientation()->set_w(1.0);
 }
 
-/// Adds an entity without a part. \param sensor whose frame it is in
+/// Adds an entity without a part.
+/// \param sensor whose frame it is in
 ::foxglove::SceneEntity& addEntity(::foxglove::SceneUpdate& to, const char* id, const std::string& sensor,
                                    std::uint64_t time_ns) {
   ::foxglove::SceneEntity& entity = *to.add_entities();

@@ -47,7 +47,9 @@ class Drawing {
   /// of the sensor, even if `wanted` omits its drawings: forces are drawn with the last description, and not without
   /// one of the same number of nodes; the log has a line when a flag appears, fields become invalid or the camera's
   /// state changes, and begins with what is so when kLog is wanted after a call without it. A body (influence file) has
-  /// neither grid nor gel. \param time_ns timestamp of the drawings [ns since 1970] \param wanted or-ed Drawings
+  /// neither grid nor gel.
+  /// \param time_ns timestamp of the drawings [ns since 1970]
+  /// \param wanted or-ed Drawings
   std::vector<Drawn> draw(const Message& message, std::uint64_t time_ns, unsigned wanted = kAllDrawings);
 
  private:

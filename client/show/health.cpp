@@ -15,7 +15,8 @@ void add(std::vector<Problem>& all, Health health, const std::string& what) {
   all.push_back({health, printable(what)});
 }
 
-/// Adds the problems that only a status reports. \param reported problem that has been added already
+/// Adds the problems that only a status reports.
+/// \param reported problem that has been added already
 void addDoubts(const v1::Status& status, const std::string& reported, std::vector<Problem>& all) {
   const std::string& remark = status.markers().remark();
   if (!remark.empty() && remark != reported) add(all, Health::kDoubtful, remark);

@@ -36,7 +36,8 @@ std::vector<Problem> problems(const v1::Status& status);
 
 /// Returns everything that is wrong now, most important first, by the messages that have come; empty: nothing.
 /// kNoFields: Scene::trouble(). kNoForces: the newest field is not valid. kDoubtful: a restart of the daemon in the
-/// last 10 s, recent flags, and what is doubtful in the last status. \param now_ns CLOCK_MONOTONIC
+/// last 10 s, recent flags, and what is doubtful in the last status.
+/// \param now_ns CLOCK_MONOTONIC
 std::vector<Problem> problems(const Scene& scene, std::int64_t now_ns);
 
 /// Returns the health of an instrument with these problems: the worst of theirs, kMeasuring if there are none.

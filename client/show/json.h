@@ -15,7 +15,8 @@ namespace traction::client {
 // A ZeroResult is written without rest positions.
 std::string toJson(const Message& message);
 std::string toJson(const ZeroResult& result);
-/// The figures are one object, by their names. \param step name of the step, part of the object
+/// The figures are one object, by their names.
+/// \param step name of the step, part of the object
 std::string toJson(const std::string& step, const CalibrationReport& report);
 
 /// Each value is a number, true, false or text, by the kind of the feature; null if there is none.

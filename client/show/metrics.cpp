@@ -42,7 +42,8 @@ class Samples {
   }
 
   // NOLINTBEGIN(misc-no-recursion): as deep as the messages of the schema
-  /// Adds the samples of a message's fields. \param index in its array; -1: it is in none
+  /// Adds the samples of a message's fields.
+  /// \param index in its array; -1: it is in none
   void add(const Reflected& message, int index = -1) {
     for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
       const FieldDescriptor& field = *message.GetDescriptor()->field(i);
@@ -105,7 +106,8 @@ class Samples {
     add(metric, labels, std::to_string(below), "_count");
   }
 
-  /// Returns the labels as they are printed. \param word of the enum's value that this sample is of
+  /// Returns the labels as they are printed.
+  /// \param word of the enum's value that this sample is of
   static std::string labelsOf(const Reflected& message, const FieldDescriptor& field, const v1::Metric& metric,
                               int index, const std::string& word = "") {
     const auto valueOf = [&](const std::string& rule) -> std::string {

@@ -18,14 +18,17 @@ void rememberOutputErrors();
 
 /// Flushes stdio, writes a line and its line end at once, and waits for a slow reader without a limit. Returns true
 /// when all is written; false if rememberSignals() has recorded a signal, perhaps before the call, which it notices
-/// within 0.1 s: the line is then incomplete or missing. \throws OutputError
+/// within 0.1 s: the line is then incomplete or missing.
+/// \throws OutputError
 bool printLine(std::string_view text);
 
 /// Checks that standard output, if it is a pipe or socket, still has a reader, also when there is nothing to print.
-/// Does not wait. \throws OutputError if it has none
+/// Does not wait.
+/// \throws OutputError if it has none
 void expectReader();
 
-/// Flushes stdio's standard output. \throws OutputError also if an earlier write to it failed
+/// Flushes stdio's standard output.
+/// \throws OutputError also if an earlier write to it failed
 void flushOutput();
 
 }  // namespace traction::client

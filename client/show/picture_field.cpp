@@ -15,7 +15,8 @@ namespace {
 constexpr double kSmallestStrain = 0.1;  ///< pressure on a node below which noise would be drawn, of Young's modulus
 constexpr double kFaint = 0.08;          ///< smaller shear is drawn as a dot, of the scale
 
-/// Returns the shade of a normal force. \param share -1: the strongest pull, 1: the strongest press
+/// Returns the shade of a normal force.
+/// \param share -1: the strongest pull, 1: the strongest press
 Colour24 shade(double share) {
   constexpr std::array<Colour24, 6> kPress = {
       {{22, 24, 36}, {66, 20, 96}, {150, 36, 98}, {222, 80, 50}, {250, 175, 50}, {255, 248, 180}}};
@@ -34,7 +35,8 @@ Colour24 faded(Colour24 colour) {
   return {grey, grey, grey};
 }
 
-/// Returns the arrow for a force (x right, y up). \param share of the scale, 0 to 1
+/// Returns the arrow for a force (x right, y up).
+/// \param share of the scale, 0 to 1
 const char* arrow(double x, double y, double share) {
   constexpr std::array<const char*, 8> kLight = {"→", "↗", "↑", "↖", "←", "↙", "↓", "↘"};
   constexpr std::array<const char*, 8> kHeavy = {"⇒", "⇗", "⇑", "⇖", "⇐", "⇙", "⇓", "⇘"};

@@ -6,8 +6,10 @@
 
 namespace traction::client {
 
-/// Writes a PNG file, which is replaced if it exists. \param channels 1: grey, 3: red, green, blue \param levels height
-/// x width x channels, row by row \throws OutputError if it cannot be written
+/// Writes a PNG file, which is replaced if it exists.
+/// \param channels 1: grey, 3: red, green, blue
+/// \param levels height x width x channels, row by row
+/// \throws OutputError if it cannot be written
 void writePng(const std::string& path, std::uint32_t width, std::uint32_t height, std::uint32_t channels,
               const std::uint8_t* levels);
 

@@ -19,7 +19,8 @@ std::int64_t nanoseconds(Clock::time_point time);
 /// Receives messages on a thread of its own during its lifetime, and collects them in a scene.
 class Receiver {
  public:
-  /// Starts the thread. Does not wait for a publisher. \throws Error kBadEndpoint, kBadKeys
+  /// Starts the thread. Does not wait for a publisher.
+  /// \throws Error kBadEndpoint, kBadKeys
   explicit Receiver(const SubscriberOptions& options);
   /// Waits for the thread, some 50 ms at most.
   ~Receiver();

@@ -27,8 +27,9 @@ const google::protobuf::Descriptor& statusDescriptor();
 /// Value of a field that is no message. Enums are words: "streaming" for CAMERA_STATE_STREAMING.
 using Scalar = std::variant<double, std::uint64_t, std::int64_t, bool, std::string>;
 
-/// Returns the value of a field that is no message; floats as double, 32-bit integers as 64-bit ones. \param index of
-/// the element in an array, not checked; -1: the field is no array \throws std::logic_error if the field is a message
+/// Returns the value of a field that is no message; floats as double, 32-bit integers as 64-bit ones.
+/// \param index of the element in an array, not checked; -1: the field is no array
+/// \throws std::logic_error if the field is a message
 Scalar scalarOf(const Reflected& message, const FieldDescriptor& field, int index = -1);
 
 /// Returns the word of an enum's value; that of 0 if the value is not known, as from a later daemon.
@@ -47,11 +48,12 @@ bool isSet(const Reflected& message, const FieldDescriptor& field);
 /// Returns whether a field has the option null_if_absent and its message is absent; false for all other fields.
 bool isAbsent(const Reflected& message, const FieldDescriptor& field);
 
-/// Returns the number as printf does, without a negative zero. \param pattern "%.2f", "%+.2f" or the like, not checked.
-/// Empty: the shortest text that reads back as the same number
+/// Returns the number as printf does, without a negative zero.
+/// \param pattern "%.2f", "%+.2f" or the like, not checked. Empty: the shortest text that reads back as the same number
 std::string formatted(double number, const std::string& pattern);
 
-/// Returns a value as text. \param pattern of formatted() for a double, which is multiplied by `factor` before
+/// Returns a value as text.
+/// \param pattern of formatted() for a double, which is multiplied by `factor` before
 std::string textOf(const Scalar& value, const std::string& pattern, double factor = 1.0);
 
 // NOLINTBEGIN(misc-no-recursion): as deep as the messages of the schema
@@ -76,8 +78,8 @@ struct TopNumber {
   bool isCounter = false;                   ///< true: only increases, so that a rate can be stated
 };
 
-/// Returns the numbers of a row, in the order in which they are shown. \param row "frames" or "packets"; none for any
-/// other
+/// Returns the numbers of a row, in the order in which they are shown.
+/// \param row "frames" or "packets"; none for any other
 std::vector<TopNumber> topNumbers(const v1::Status& status, std::string_view row);
 
 }  // namespace traction::client

@@ -25,8 +25,8 @@ class Scene {
     double since_s = 0.0;  ///< duration; if there has been a field, its age
   };
   /// Returns why there is no current field; an empty `what` if there is one, valid or not. A field is current for three
-  /// times the usual time between two, but for 0.4 s at least and 3 s at most. \param now_ns CLOCK_MONOTONIC, as in the
-  /// functions below
+  /// times the usual time between two, but for 0.4 s at least and 3 s at most.
+  /// \param now_ns CLOCK_MONOTONIC, as in the functions below
   Trouble trouble(std::int64_t now_ns) const;
   /// Returns what trouble() has returned as a sentence: "the camera is lost, no field for 12.3 s". Its `what` must not
   /// be empty.
@@ -124,7 +124,8 @@ inline constexpr std::array<FlagText, 11> kFlagTexts = {{
     {kDiscontinuity, "discontinuity", "frames were lost before this one"},
 }};
 
-/// Returns one text per set flag, most important first; unknown bits have none. \param flags or-ed Flag
+/// Returns one text per set flag, most important first; unknown bits have none.
+/// \param flags or-ed Flag
 std::vector<std::string> words(std::uint32_t flags);
 
 /// Returns a duration, 0 or more, as text: "2.3 s", "12 s", "5 min", "3 h", "4 days".

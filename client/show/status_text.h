@@ -8,7 +8,8 @@
 namespace traction::client {
 
 /// Returns lines that end with a newline, with '?' for what is not printable: one about sensor, camera and uptime, then
-/// what the options in proto/traction/v1/status.proto say. \param status its message must not be null
+/// what the options in proto/traction/v1/status.proto say.
+/// \param status its message must not be null
 std::string statusText(const Status& status);
 
 /// Returns what the kernel has granted for real time: "priority 19 to 20 on 2-3, memory locked"; "off" if nothing.

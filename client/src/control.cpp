@@ -61,7 +61,8 @@ bool await(std::span<zmq_pollitem_t> items, std::chrono::steady_clock::time_poin
   }
 }
 
-/// Waits until the handshake with a peer succeeds, for at most options.timeout. \throws Error kNoAnswer, kNotAllowed
+/// Waits until the handshake with a peer succeeds, for at most options.timeout.
+/// \throws Error kNoAnswer, kNotAllowed
 void expectPeer(zmq::socket_t& monitor, const ControlOptions& options) {
   const auto end = endAfter(options.timeout);
   bool isSomebody = false;
@@ -81,7 +82,8 @@ void expectPeer(zmq::socket_t& monitor, const ControlOptions& options) {
                   : "nothing answers at " + options.endpoint + "; is tractiond running?");
 }
 
-/// Waits for the reply. \throws Error kNoAnswer if it does not arrive in time or the peer disconnects first
+/// Waits for the reply.
+/// \throws Error kNoAnswer if it does not arrive in time or the peer disconnects first
 std::string awaitReply(zmq::socket_t& socket, zmq::socket_t& monitor, const std::string& endpoint,
                        std::chrono::milliseconds timeout) {
   const auto end = endAfter(timeout);
@@ -103,7 +105,8 @@ std::string awaitReply(zmq::socket_t& socket, zmq::socket_t& monitor, const std:
 
 constexpr std::int64_t kLargestReply_bytes = 128 << 20;  // a picture of 40 million pixels of 24 bits
 
-/// Connects, sends a request and returns the reply's bytes. \param timeout for the reply, once connected
+/// Connects, sends a request and returns the reply's bytes.
+/// \param timeout for the reply, once connected
 std::string send(const ControlOptions& options, pb::Request message, std::chrono::milliseconds timeout) try {
   message.set_version(kControlVersion);
   const std::string request = message.SerializeAsString();

@@ -19,8 +19,8 @@ inline constexpr std::uint32_t kControlVersion = 1;
 pb::CalibrateRequest requestOf(const CalibrationStep& step);
 pb::CameraRequest requestOf(const CameraStep& step);
 
-/// Parses a reply and checks that it answers `expected`. \throws Error kMalformed, kVersion, and kRefused with the
-/// daemon's reason
+/// Parses a reply and checks that it answers `expected`.
+/// \throws Error kMalformed, kVersion, and kRefused with the daemon's reason
 pb::Reply replyOf(std::string_view bytes, pb::Reply::ReplyCase expected);
 
 // Convert replies. They check shapes, not that numbers are finite, except those of a zero. \throws Error kMalformed

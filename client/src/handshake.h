@@ -16,19 +16,21 @@ namespace traction {
 inline constexpr int kHandshakeEvents = ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
                                         ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
 
-/// Sets the keys on a socket that is not connected yet. Does nothing without a server key. \throws Error kBadKeys if
-/// one of the three is not 40 characters of Z85
+/// Sets the keys on a socket that is not connected yet. Does nothing without a server key.
+/// \throws Error kBadKeys if one of the three is not 40 characters of Z85
 void useKeys(zmq::socket_t& socket, const Keys& keys);
 
 /// Tells from a socket's monitor events why a connection fails. Not thread-safe.
 class Handshake {
  public:
-  /// \param endpoint is named in errors \param hasKeys whether useKeys() has set keys
+  /// \param endpoint is named in errors
+  /// \param hasKeys whether useKeys() has set keys
   Handshake(std::string endpoint, bool hasKeys)
       : endpoint_(std::move(endpoint))
       , hasKeys_(hasKeys) {}
 
-  /// Processes the next monitor event; ignores kinds other than kHandshakeEvents. \param value of the event
+  /// Processes the next monitor event; ignores kinds other than kHandshakeEvents.
+  /// \param value of the event
   /// \return kNotAllowed, once it is certain that no connection is possible: at once if the peer refuses the key or has
   /// another security mechanism, or with keys after 5 connections that end without a reason before the first success;
   /// that count then begins anew. Nothing otherwise, as after other protocol failures.

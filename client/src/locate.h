@@ -10,8 +10,9 @@ namespace traction {
 /// answers is not known. If its sockets exist in a runtime directory and may be opened, these are the only ones.
 /// Otherwise, for the default instance: TCP for publishing, and the last runtime directory's socket for control; for
 /// others: the sockets of all directories in which it may start, of which /tmp/tractiond-UID is made so that it is no
-/// other user's. \throws Error kBadEndpoint if `instance` is not a valid name, or if another user may control the
-/// directory of the sockets
+/// other user's.
+/// \throws Error kBadEndpoint if `instance` is not a valid name, or if another user may control the directory of the
+/// sockets
 /// \param program kDaemon, or kTouch, which has a stream only
 std::vector<Endpoints> locate(const std::string& instance, std::string_view program = kDaemon);
 

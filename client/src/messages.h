@@ -29,7 +29,8 @@ Parsed parse(std::string_view bytes) {
 }
 
 /// Converts an enum of the protocol to that of the library, which has the same numbers. One that only a later daemon
-/// knows becomes that of 0: none, or unknown. \param last of the library's enumerators
+/// knows becomes that of 0: none, or unknown.
+/// \param last of the library's enumerators
 template <typename Own, typename Wire>
 Own enumOf(Wire from, Own last) {
   return from < 0 || static_cast<int>(from) > static_cast<int>(last) ? Own{} : static_cast<Own>(from);

@@ -183,8 +183,8 @@ struct Subscriber::Impl {
   }
 
   /// Waits for the next message, in kLatest for the newest, and reads its parts: [topic][payload][time], or [payload]
-  /// in kLatest. Returns false if there is none, also, with `isSilent`, as soon as traction-touch is silent. \throws
-  /// Error kNotAllowed
+  /// in kLatest. Returns false if there is none, also, with `isSilent`, as soon as traction-touch is silent.
+  /// \throws Error kNotAllowed
   bool next(std::chrono::milliseconds timeout) {
     const Clock::time_point end = endAfter(timeout);
     isSilent = false;

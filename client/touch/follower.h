@@ -36,8 +36,9 @@ class Follower {
 
   // The messages that these return are valid until the next call.
 
-  /// Returns the contacts of a field. \param field with Header::arrived_ns \param bytes of its message, of which the
-  /// header is copied
+  /// Returns the contacts of a field.
+  /// \param field with Header::arrived_ns
+  /// \param bytes of its message, of which the header is copied
   const v1::Contacts& take(const Field& field, std::string_view bytes);
 
   /// Returns whether contacts have begun and not ended.
@@ -50,7 +51,8 @@ class Follower {
   /// Returns when the last field arrived [ns]; 0: none did.
   std::int64_t arrived_ns() const { return arrived_ns_; }
   /// Returns the contacts where no field has come since: unknown, and ended after kSilence_ns. A field must have been
-  /// taken. \param now_ns on the clock of Header::arrived_ns
+  /// taken.
+  /// \param now_ns on the clock of Header::arrived_ns
   const v1::Contacts& wait(std::int64_t now_ns);
   /// Returns the ends of all contacts. A field must have been taken.
   const v1::Contacts& endAll();

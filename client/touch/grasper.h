@@ -25,8 +25,8 @@ class Grasper {
 
   // The messages that these return are valid until the next call.
 
-  /// Takes a field of a finger. Returns the grasp, if it is complete with this field; else null. \param field with
-  /// Header::arrived_ns
+  /// Takes a field of a finger. Returns the grasp, if it is complete with this field; else null.
+  /// \param field with Header::arrived_ns
   const v1::Grasp* take(std::size_t finger, const Field& field);
   /// Returns what is known of the fingers, none of whose fields were captured together for a while.
   const v1::Grasp& wait();

@@ -24,7 +24,8 @@ struct HandFile {
 
 inline constexpr std::size_t kMostFingers = 16;
 
-/// Parses the text of a hand file. EX_CONFIG: it is wrong. \param name of the file in errors
+/// Parses the text of a hand file. EX_CONFIG: it is wrong.
+/// \param name of the file in errors
 tl::expected<HandFile, tractiond::Error> parseHand(std::string_view text, const std::string& name);
 /// Parses a file. EX_NOINPUT: it cannot be read. Otherwise as parseHand().
 tl::expected<HandFile, tractiond::Error> loadHand(const std::string& path);

@@ -17,7 +17,8 @@ namespace traction::contacts {
 /// What one turn of the program's only loop does. Thread-bound.
 class HandRelay {
  public:
-  /// \param boot of the messages \throws Error as Subscriber does
+  /// \param boot of the messages
+  /// \throws Error as Subscriber does
   HandRelay(const HandFile& hand, const Id& boot, Publisher& publisher);
 
   /// Waits some time for fields, and publishes the grasps that they complete; or, where none was complete for

@@ -22,8 +22,10 @@ class RelayOutput {
  public:
   virtual ~RelayOutput() = default;
 
-  /// \param follower of these contacts \param contacts the same as a message \param field that they are of; null: none
-  /// came in time, or all end here, as the sensor is another or the program stops
+  /// \param follower of these contacts
+  /// \param contacts the same as a message
+  /// \param field that they are of; null: none came in time, or all end here, as the sensor is another or the program
+  /// stops
   virtual void take(const Follower& follower, const v1::Contacts& contacts, const Field* field) = 0;
   /// Is called at least ten times a second, whether or not fields come.
   virtual void turn() {}

@@ -17,7 +17,8 @@ struct SourceWords {
   std::string keyFile, serverKey;
 };
 
-/// Adds --instance, --connect, --key and --server-key, which fill `words`. \param instance help of --instance
+/// Adds --instance, --connect, --key and --server-key, which fill `words`.
+/// \param instance help of --instance
 /// \param excluded option that excludes the first two; null: none
 void addSource(CLI::App& app, SourceWords& words, const std::string& instance, CLI::Option* excluded);
 

@@ -18,8 +18,9 @@ class Forwarder {
 
   /// Delivers the message as published; then kPlaces of a description, kSurface of a field and kPicture of a preview.
   /// Delivers kPreview, kSurface and kPicture only once they are wanted, and the latter two only if they can be
-  /// computed (Surface::displacement(), jpegOf()); all other kinds always. Calls `deliver` on this thread,
-  /// before it returns. \param raw topic and bytes of `message`
+  /// computed (Surface::displacement(), jpegOf()); all other kinds always. Calls `deliver` on this thread, before it
+  /// returns.
+  /// \param raw topic and bytes of `message`
   void pass(const Message& message, const Raw& raw);
 
   /// Adds kinds (or-ed) to those that are wanted; none can be taken back. Matters for kPreview, kSurface and kPicture

@@ -45,19 +45,20 @@ ClientMessage parseText(std::string_view text);
 
 // Sent by the server.
 
-/// Returns the text message serverInfo, the first one of a connection. \param session identifies this start of the
-/// program; channel ids keep their meaning as long as it stays the same \param name shown to users; escaped, and what
-/// is not UTF-8 is replaced
+/// Returns the text message serverInfo, the first one of a connection.
+/// \param session identifies this start of the program; channel ids keep their meaning as long as it stays the same
+/// \param name shown to users; escaped, and what is not UTF-8 is replaced
 std::string serverInfo(const std::string& name, const std::string& session);
 /// Returns the text message that advertises the channels, whose messages are Protobuf.
 std::string advertise(const std::vector<Channel>& channels);
-/// Returns the text message that shows `message` to the client's user, as an error. \param id if it is not empty, a
-/// later status with the same id replaces this one
+/// Returns the text message that shows `message` to the client's user, as an error.
+/// \param id if it is not empty, a later status with the same id replaces this one
 std::string errorStatus(const std::string& message, const std::string& id = "");
 
 inline constexpr std::size_t kDataHeaderSize = 13;
 /// Returns the bytes of the binary message MessageData that precede the payload: 1, then both numbers, little endian.
-/// \param subscription Subscription::id of the client that receives them \param logTime_ns ns since 1970
+/// \param subscription Subscription::id of the client that receives them
+/// \param logTime_ns ns since 1970
 std::array<char, kDataHeaderSize> dataHeader(std::uint32_t subscription, std::uint64_t logTime_ns);
 
 // The handshake.

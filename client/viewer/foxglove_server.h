@@ -28,9 +28,11 @@ class FoxgloveServer {
   /// Has a sensor received, with these topics (or-ed) at least.
   using Need = std::function<void(Hub& hub, unsigned topics)>;
 
-  /// Binds and listens; accepts no connection before start(). Gives each hub its converter. \param context must outlive
-  /// the server, and must no longer run when it is destroyed \param hostNames names of this host that requests may use
-  /// besides IP addresses and localhost \param hubs must not move \throws client::Failure if the address cannot be used
+  /// Binds and listens; accepts no connection before start(). Gives each hub its converter.
+  /// \param context must outlive the server, and must no longer run when it is destroyed
+  /// \param hostNames names of this host that requests may use besides IP addresses and localhost
+  /// \param hubs must not move
+  /// \throws client::Failure if the address cannot be used
   FoxgloveServer(boost::asio::io_context& context, const FoxgloveOptions& options,
                  const std::vector<std::string>& hostNames, const std::vector<std::unique_ptr<Hub>>& hubs, Need need);
   FoxgloveServer(const FoxgloveServer&) = delete;

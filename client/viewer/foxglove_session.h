@@ -41,11 +41,14 @@ class Session : public std::enable_shared_from_this<Session> {
   static constexpr std::size_t kWindow = 512 * 1024;  ///< [bytes]
 
   /// Must be owned by a std::shared_ptr, which the session shares from start() until the connection is closed.
-  /// \param socket of a connection whose HTTP request has been read \param handlers called on the context's thread
+  /// \param socket of a connection whose HTTP request has been read
+  /// \param handlers called on the context's thread
   Session(boost::asio::ip::tcp::socket&& socket, Handlers handlers);
 
-  /// Accepts the handshake, and then reads and sends. Returns at once. Must be called once. \param request that asked
-  /// for the WebSocket \param subprotocol of chooseSubprotocol() \param greeting text messages that are sent first
+  /// Accepts the handshake, and then reads and sends. Returns at once. Must be called once.
+  /// \param request that asked for the WebSocket
+  /// \param subprotocol of chooseSubprotocol()
+  /// \param greeting text messages that are sent first
   void start(const Request& request, std::string_view subprotocol, std::deque<std::string> greeting);
   /// Queues a text message, which is sent before all samples that wait, and after start()'s greeting.
   void tell(std::string message);

@@ -36,11 +36,12 @@ inline unsigned kindOf(const Message& message) {
   return 1U << message.index();  // Topics has the order of Message
 }
 
-/// Returns a frame with the error's code, as clients in other languages name it (docs/clients.md), and sentence. \param
-/// id of the question that it answers; empty: of none
+/// Returns a frame with the error's code, as clients in other languages name it (docs/clients.md), and sentence.
+/// \param id of the question that it answers; empty: of none
 Frame errorFrame(const Error& error, const std::string& id = "");
 
-/// Called on the thread of the part that delivers. \param kind one bit of Topics or Kinds
+/// Called on the thread of the part that delivers.
+/// \param kind one bit of Topics or Kinds
 using Deliver = std::function<void(unsigned kind, const Frame& frame)>;
 
 }  // namespace traction::view

@@ -10,11 +10,14 @@
 
 namespace traction::view {
 
-/// Returns a number of what the page has sent. \param otherwise what a number that is missing is \param of begin of the
-/// error's sentence \throws Error kRefused with its name and range if it is missing or out of range
+/// Returns a number of what the page has sent.
+/// \param otherwise what a number that is missing is
+/// \param of begin of the error's sentence
+/// \throws Error kRefused with its name and range if it is missing or out of range
 double numberIn(const nlohmann::ordered_json& from, const char* name, double low, double high,
                 std::optional<double> otherwise = {}, const std::string& of = "");
-/// Returns a text of what the page has sent; empty: there is none. \throws Error kRefused if it has more than 64 bytes
+/// Returns a text of what the page has sent; empty: there is none.
+/// \throws Error kRefused if it has more than 64 bytes
 std::string textIn(const nlohmann::ordered_json& from, const char* name);
 
 /// Returns `from` with what the form says of the gel, its layers and the window; the nodes lie over the first layer.

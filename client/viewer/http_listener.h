@@ -51,10 +51,10 @@ class HttpListener {
                                                         const std::function<boost::asio::ip::tcp::socket()>& take)>;
 
   /// Binds and listens; accepts no connection before start(). Refuses requests to other hosts than isAllowedHost().
-  /// \param context must outlive the listener, and must no longer run when it is destroyed \param option of the command
-  /// line that sets `at`, for error messages \param hostNames names of this host that requests may use besides IP
-  /// addresses and localhost \throws client::Failure: EX_USAGE if the address is not an IP address, EX_UNAVAILABLE if
-  /// it cannot be used
+  /// \param context must outlive the listener, and must no longer run when it is destroyed
+  /// \param option of the command line that sets `at`, for error messages
+  /// \param hostNames names of this host that requests may use besides IP addresses and localhost
+  /// \throws client::Failure: EX_USAGE if the address is not an IP address, EX_UNAVAILABLE if it cannot be used
   HttpListener(boost::asio::io_context& context, const ListenAddress& at, const std::string& option,
                std::vector<std::string> hostNames, Handler handler);
 

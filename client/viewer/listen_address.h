@@ -15,8 +15,8 @@ struct ListenAddress {
 };
 
 /// Parses ADDRESS:PORT, ADDRESS, PORT or [IPV6]:PORT; the part that is left out with its colon is taken from
-/// `defaults`. Whether ADDRESS is an IP address is not checked. \return empty if the text has none of these forms, or
-/// its port is not a number from 0 to 65535
+/// `defaults`. Whether ADDRESS is an IP address is not checked.
+/// \return empty if the text has none of these forms, or its port is not a number from 0 to 65535
 std::optional<ListenAddress> parseListenAddress(const std::string& text, const ListenAddress& defaults);
 
 /// Returns the IP address that a name stands for, an IPv4 one before an IPv6 one; an IP address itself; empty for a

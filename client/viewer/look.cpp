@@ -98,7 +98,8 @@ std::vector<Spot> spotsAbove(const Plane& plane, float threshold, float sign) {
   return spots;
 }
 
-/// Returns the value below which a share of all are. \param values not empty
+/// Returns the value below which a share of all are.
+/// \param values not empty
 template <typename Number>
 Number quantile(std::vector<Number> values, double share) {
   const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
@@ -146,8 +147,9 @@ float noiseOf(const Plane& plane) {
   return quantile(steps, 0.5);
 }
 
-/// Enters the markers of a channel if they stand out better than those that were entered before. \param sign 1: they
-/// are brighter than what surrounds them, -1: darker \param best contrast of those before
+/// Enters the markers of a channel if they stand out better than those that were entered before.
+/// \param sign 1: they are brighter than what surrounds them, -1: darker
+/// \param best contrast of those before
 void seekMarkers(const Plane& contrast, float sign, double pixel, float& best, Look& look) {
   std::vector<float> all;
   for (const float level : contrast.levels) {

@@ -21,8 +21,9 @@ namespace traction::view {
 /// kErrors for messages that cannot be decoded.
 class Playing {
  public:
-  /// Opens the file and starts the thread, which first reads the whole recording. \param deliver is called on the
-  /// player's own thread \throws client::Failure if the file cannot be read or is not a recording
+  /// Opens the file and starts the thread, which first reads the whole recording.
+  /// \param deliver is called on the player's own thread
+  /// \throws client::Failure if the file cannot be read or is not a recording
   Playing(const std::filesystem::path& file, Deliver deliver);
   /// Waits for the thread until it has read its chunk, or some seconds where it computes a surface, and for a call of
   /// `deliver`.
@@ -32,8 +33,8 @@ class Playing {
 
   /// Continues at `from_s` after the beginning [s], limited to the recording, at `speed` times its pace; at speed 0 it
   /// shows that moment and pauses. Returns at once; takes effect before the next message, but after the first reading
-  /// of the recording. A later call replaces a request that has not begun. Thread-safe, also within `deliver`. \param
-  /// from_s, speed finite, speed not below 0
+  /// of the recording. A later call replaces a request that has not begun. Thread-safe, also within `deliver`.
+  /// \param from_s, speed finite, speed not below 0
   void play(double from_s, double speed);
 
   /// Lets the thread end as soon as it can, so that the destructor waits for less. Thread-safe.

@@ -30,8 +30,9 @@ std::string recordingName(const std::string& sensor);
 class Recording {
  public:
   /// Creates the file, which must not exist yet, and starts; does not wait for the daemon. Ignores the errors of
-  /// Subscriber::receive(): messages that cannot be decoded are left out. \param options whose topics and queue are
-  /// ignored \throws client::Failure, Error kBadEndpoint, kBadKeys
+  /// Subscriber::receive(): messages that cannot be decoded are left out.
+  /// \param options whose topics and queue are ignored
+  /// \throws client::Failure, Error kBadEndpoint, kBadKeys
   Recording(const SubscriberOptions& options, const std::filesystem::path& file);
   /// Calls finish().
   ~Recording() { finish(); }

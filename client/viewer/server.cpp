@@ -57,7 +57,8 @@ std::string unescaped(std::string_view path) {
   return text;
 }
 
-/// Returns the state of a recording. \param file its name; empty: none is being made
+/// Returns the state of a recording.
+/// \param file its name; empty: none is being made
 Frame recorderFrame(const std::string& file, const std::string& account, const std::string& error) {
   client::Json json;
   json.open('{').key("file").string(file).key("account").string(account).key("error").string(error).close('}');

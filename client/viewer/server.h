@@ -31,8 +31,8 @@ struct ServerOptions {
 
 /// Serves until SIGINT or SIGTERM, on the calling thread. Recordings that are being made are then finished.
 /// \throws client::Failure if an address cannot be used, Error kBadEndpoint if an instance's name is invalid
-/// \param sources one per sensor \param ready is called with each URL that is served, when all are, before requests are
-/// answered
+/// \param sources one per sensor
+/// \param ready is called with each URL that is served, when all are, before requests are answered
 void serve(const ServerOptions& options, const std::vector<SourceOptions>& sources,
            const std::function<void(const std::string& url)>& ready);
 

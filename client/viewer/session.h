@@ -34,23 +34,28 @@ class Session : public std::enable_shared_from_this<Session> {
  public:
   /// All must be set.
   struct Handlers {
-    /// Called for "ask ID QUESTION". \param id 1 to 16 digits, which the answer repeats
+    /// Called for "ask ID QUESTION".
+    /// \param id 1 to 16 digits, which the answer repeats
     std::function<void(Session& from, const std::string& id, const std::string& question)> ask;
-    /// Called for "play SECONDS SPEED". \param from_s finite \param speed from 0 to 64
+    /// Called for "play SECONDS SPEED".
+    /// \param from_s finite
+    /// \param speed from 0 to 64
     std::function<void(double from_s, double speed)> play;
     /// Called once, when the connection has closed: also within answer().
     std::function<void(const Session* session)> gone;
   };
 
   /// Must be owned by a std::shared_ptr, which the session shares from start() until the connection is closed.
-  /// \param socket of a connection whose HTTP request has been read \param handlers called on the server's thread
+  /// \param socket of a connection whose HTTP request has been read
+  /// \param handlers called on the server's thread
   Session(boost::asio::ip::tcp::socket&& socket, const SessionOptions& options, Handlers handlers);
 
-  /// Accepts the handshake and starts to read and send. Returns at once. Must be called once. \param request that asked
-  /// for the WebSocket
+  /// Accepts the handshake and starts to read and send. Returns at once. Must be called once.
+  /// \param request that asked for the WebSocket
   void start(const Request& request);
   /// Queues the frame as SessionOptions::newest says, if the client wants its kind; has no effect otherwise. In both
-  /// modes it waits for the handshake and while another frame is being written. \param kind one bit of Topics or Kinds
+  /// modes it waits for the handshake and while another frame is being written.
+  /// \param kind one bit of Topics or Kinds
   void offer(unsigned kind, const Frame& frame);
   /// Queues the frame, before all that wait except earlier answers. Closes the connection instead if 16 answers wait:
   /// the client does not read.

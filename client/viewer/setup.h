@@ -24,19 +24,22 @@ struct SetupFile {
 /// functions may be called by any thread meanwhile.
 class Setup {
  public:
-  /// \param folder is created if it does not exist \param control of the daemon \param lens path of traction-lens
+  /// \param folder is created if it does not exist
+  /// \param control of the daemon
+  /// \param lens path of traction-lens
   /// \throws client::Failure if the folder cannot be made or setup.json is damaged
   Setup(std::filesystem::path folder, const ControlOptions& control, std::filesystem::path lens);
 
   /// Returns what there is, as JSON: {"folder", "steps": the content of setup.json, "boards": [name], "files": [name]}.
   std::string state() const;
 
-  /// Carries out one step, which may take minutes, and returns its result as JSON. \param request untrusted:
-  /// {"do": step, ...}; docs/viewer.md lists them \throws Error kRefused with a sentence for the operator, and those of
-  /// Control
+  /// Carries out one step, which may take minutes, and returns its result as JSON.
+  /// \param request untrusted: {"do": step, ...}; docs/viewer.md lists them
+  /// \throws Error kRefused with a sentence for the operator, and those of Control
   std::string carryOut(std::string_view request);
 
-  /// Returns a file of the folder, or the last picture ("look.jpg"). \param name untrusted
+  /// Returns a file of the folder, or the last picture ("look.jpg").
+  /// \param name untrusted
   SetupFile file(std::string_view name) const;
 
  private:

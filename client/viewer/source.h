@@ -24,14 +24,17 @@ class Source {
   struct Handlers {
     /// Called with each message; both arguments are valid during the call only.
     std::function<void(const Message& message, const Raw& raw)> pass;
-    /// Called after each message and each error, and at least every 0.1 s. \param isConnected to the publisher
+    /// Called after each message and each error, and at least every 0.1 s.
+    /// \param isConnected to the publisher
     std::function<void(bool isConnected)> turn = [](bool) {};
-    /// Called with each error of Subscriber::receive(), after which receiving goes on. \param raw for kMalformed, the
-    /// message that could not be decoded, valid during the call only; empty for all other errors
+    /// Called with each error of Subscriber::receive(), after which receiving goes on.
+    /// \param raw for kMalformed, the message that could not be decoded, valid during the call only; empty for all
+    /// other errors
     std::function<void(const Error& error, const Raw& raw)> fail;
   };
 
-  /// Starts the thread. Does not wait for a publisher. \throws Error kBadEndpoint, kBadKeys
+  /// Starts the thread. Does not wait for a publisher.
+  /// \throws Error kBadEndpoint, kBadKeys
   Source(const SubscriberOptions& options, Handlers handlers);
   /// Waits for the thread: 0.1 s at most, and as long as a handler takes.
   ~Source();

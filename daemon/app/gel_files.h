@@ -25,7 +25,8 @@ tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile);
 tl::expected<std::optional<sensor::Sensor>, Error> loadGel(const std::string& gelFile);
 
 /// Fails with EX_CONFIG if the camera's pictures cannot be those of a sensor: by their size or format, or because its
-/// calibration is another camera's. \param gelFile names it in the error
+/// calibration is another camera's.
+/// \param gelFile names it in the error
 tl::expected<void, Error> checkCamera(const sensor::Sensor& sensor, const capture::CameraInfo& info,
                                       const std::string& gelFile);
 
@@ -39,12 +40,14 @@ void describeSensor(publish::Description& description, const sensor::Sensor& sen
 
 /// Copies the gel file and the influence file that it names, as they are on the disk, into `beginning`. Each is set
 /// empty if there is none (as for the built-in gel) or it cannot be read, which is an error (EX_NOINPUT): a recording
-/// that lacks its gel file is replayed with the built-in gel. Waits for the disk. \param sensor of that gel file
+/// that lacks its gel file is replayed with the built-in gel. Waits for the disk.
+/// \param sensor of that gel file
 tl::expected<void, Error> readGelFiles(const sensor::Sensor& sensor, const std::string& gelFile,
                                        publish::Beginning& beginning);
 
 /// Returns the sensor of the gel file that a recording holds; the built-in one if it holds none. EX_DATAERR: that file
-/// is damaged. \param scratch path at which the influence file of the recording is kept during the call
+/// is damaged.
+/// \param scratch path at which the influence file of the recording is kept during the call
 tl::expected<sensor::Sensor, Error> recordedSensor(const publish::Beginning& beginning, const std::string& recording,
                                                    const std::filesystem::path& scratch);
 

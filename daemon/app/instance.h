@@ -28,7 +28,8 @@ tl::expected<Places, Error> located(Places places);
 /// Fills in the instance's own endpoints where the configuration leaves them empty: ipc sockets in its runtime
 /// directory, and for the instance "default" also TCP on the loopback interface, except for control. An empty name of
 /// the sensor becomes the instance's. Replaces kAdoptedGelFile by the gel file that is kept in the state directory, or
-/// by kNoGelFile if there is none yet. Reentrant. \param places located()
+/// by kNoGelFile if there is none yet. Reentrant.
+/// \param places located()
 Config completed(Config config, const Places& places);
 
 }  // namespace tractiond

@@ -32,8 +32,10 @@ class Instrument final : Stages {
   /// EX_USAGE: a recording without a gel. EX_CONFIG: the gel file, an endpoint or a setting of the camera is wrong.
   /// EX_NOINPUT, EX_DATAERR: a file cannot be read, or is damaged or of another sensor. EX_TEMPFAIL: a directory or the
   /// camera is in use. EX_UNAVAILABLE: there is no such camera, or an address is in use. EX_CANTCREAT, EX_NOPERM,
-  /// EX_OSERR: a file, directory or socket cannot be made. EX_SOFTWARE: the solver cannot be made. \param config not
-  /// completed() yet; copied \param places located() \param log states the number of lost log lines; may be empty
+  /// EX_OSERR: a file, directory or socket cannot be made. EX_SOFTWARE: the solver cannot be made.
+  /// \param config not completed() yet; copied
+  /// \param places located()
+  /// \param log states the number of lost log lines; may be empty
   static tl::expected<std::unique_ptr<Instrument>, Error> make(const Config& config, const Places& places,
                                                                std::shared_ptr<const Log> log = {});
   /// Stops the pipeline if stop() was not called (a recording then has no end), and waits for a zero that is being

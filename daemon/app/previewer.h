@@ -35,7 +35,8 @@ class Previewer {
 
   /// Copies the frame if turn() has asked for one, and wakes turn(). A frame that is larger than the memory is left
   /// out; turn() then enlarges it for a later one. For the tracking thread, after the frame was tracked. Allocates
-  /// nothing. \param markers of the frame; nullptr: it has not been tracked
+  /// nothing.
+  /// \param markers of the frame; nullptr: it has not been tracked
   void takeFrame(const Frame& frame, const MarkerField* markers);
 
   /// Hands a frame that was copied, reduced, to the publisher, and asks takeFrame() for the next one when that is due.

@@ -34,7 +34,8 @@ class FrameInterval {
 /// The two threads neither lock nor wait for each other, except as solve() says.
 class PromptSolver {
  public:
-  /// \param markers, \param nodes numbers of them in the records
+  /// \param markers,
+  /// \param nodes numbers of them in the records
   PromptSolver(const PromptOptions& options, int markers, int nodes);
 
   /// Computes the field of a frame. If the newest model does not hold for it, waits for its own solution; if that takes

@@ -37,7 +37,8 @@ std::string cpusText(const cpu_set_t& cpus);
 /// Settings of this process. Thread-safe.
 class Realtime final : public capture::ThreadWatch {
  public:
-  /// Applies nothing yet. \param options with `cpus` that parseCpus() accepts; others throw tl::bad_expected_access
+  /// Applies nothing yet.
+  /// \param options with `cpus` that parseCpus() accepts; others throw tl::bad_expected_access
   explicit Realtime(RealtimeOptions options);
 
   /// Locks memory from now on, if the options request it; report() tells of a failure. Needs CAP_IPC_LOCK or no limit

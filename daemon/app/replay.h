@@ -24,7 +24,9 @@ struct ReplayOptions {
 /// version. EX_CONFIG: it is of another sensor than the gel file's. Also errors of the gel file (loadSensor()), of the
 /// solver (solve::makeSolver()), of the runtime directory (OwnDirectory::claim()), of the sockets
 /// (publish::Publisher::open()) and of a new recording (Recorder). Blocks, and replaces the handlers of SIGINT and
-/// SIGTERM; after either it succeeds. \param config not completed() \param places located()
+/// SIGTERM; after either it succeeds.
+/// \param config not completed()
+/// \param places located()
 tl::expected<void, Error> replay(const Config& config, const Places& places, const ReplayOptions& options);
 
 }  // namespace tractiond

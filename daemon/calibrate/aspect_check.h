@@ -34,10 +34,12 @@ struct AspectSeen {
 /// Fits pose, lens and pattern to the markers' places (fitGeometry) with a free aspect and, if that is not the file's,
 /// also with the file's, and compares the two. A tilt, another focal length, distance or distortion do not count as
 /// another aspect: both fits are free to take them up. Where few markers of one layer are seen at a slant, a longer
-/// lens and another aspect look alike, and `differs` is false. Takes a tenth of a second. Reentrant. \param start the
-/// file's lens and aspect, and a pose from which the fits start \param place_px 2 M, as in RestPose \param first the
-/// aspect that the search starts from \param present M; 0: the marker is ignored \return nothing where no aspect
-/// explains the places within half a pixel, or too few markers are present
+/// lens and another aspect look alike, and `differs` is false. Takes a tenth of a second. Reentrant.
+/// \param start the file's lens and aspect, and a pose from which the fits start
+/// \param place_px 2 M, as in RestPose
+/// \param first the aspect that the search starts from
+/// \param present M; 0: the marker is ignored
+/// \return nothing where no aspect explains the places within half a pixel, or too few markers are present
 std::optional<AspectSeen> seenAspect(const sensor::Sensor& start, double first, std::span<const float> place_px,
                                      std::span<const std::uint8_t> present, const AspectCheckOptions& options = {});
 

@@ -22,15 +22,16 @@ class BodySurface {
     Eigen::Vector3d normal;  ///< there, into the body
   };
 
-  /// Divides a contact of one traction's direction, with Hertz's pressure, among the nodes. \param shape coordinates of
-  /// its centre on the surface, radius [m], as bounded() returns them
+  /// Divides a contact of one traction's direction, with Hertz's pressure, among the nodes.
+  /// \param shape coordinates of its centre on the surface, radius [m], as bounded() returns them
   Patch patch(const Eigen::Vector3d& shape) const;
 
   /// Returns the shape nearest to this one that lies within the nodes, and is not smaller than a force on one node is
   /// spread over.
   Eigen::Vector3d bounded(const Eigen::Vector3d& shape) const;
 
-  /// Returns the coordinates of the node that is seen nearest to a place along z. \param place x, y, gel frame [m]
+  /// Returns the coordinates of the node that is seen nearest to a place along z.
+  /// \param place x, y, gel frame [m]
   Eigen::Vector2d nearest(const Eigen::Vector2d& place) const;
 
   double pitch() const { return pitch_; }  ///< Returns the mean distance of the nodes [m].

@@ -32,8 +32,8 @@ class Calibration {
  public:
   static constexpr double kGrace_s = 15.0;  ///< in which a step that has run its time may collect enough frames
 
-  /// The sensor in force must outlive this. \param zeroFrames frames that the zero was averaged over: its error is in
-  /// all displacements; above 0
+  /// The sensor in force must outlive this.
+  /// \param zeroFrames frames that the zero was averaged over: its error is in all displacements; above 0
   explicit Calibration(const sensor::Sensor& inForce, int zeroFrames = 30);
   ~Calibration();
 
@@ -43,9 +43,10 @@ class Calibration {
   /// an error if there is no zero (except for kStiffness and kFinish), nothing to evaluate or write, something seems to
   /// touch and `anyway` is false, the fit fails or the weights contradict each other, a weight is not above 0 or above
   /// 1e6 N or put on a body with fewer than BodySurface::kFewest columns or rows of nodes, the file cannot be written,
-  /// or kRecovery does not follow kCreep. A new geometry or creep discards the weights read before. \param zero in
-  /// force; nullptr: none yet; need not outlive the call \param camera see cameraId(); empty: kFinish fails \param
-  /// directory for the gel file, which never replaces another
+  /// or kRecovery does not follow kCreep. A new geometry or creep discards the weights read before.
+  /// \param zero in force; nullptr: none yet; need not outlive the call
+  /// \param camera see cameraId(); empty: kFinish fails
+  /// \param directory for the gel file, which never replaces another
   std::optional<Result> begin(const CalibrationStep& step, const RestPose* zero, const std::string& camera,
                               const std::filesystem::path& directory);
 
@@ -104,7 +105,8 @@ class Calibration {
 std::string calibrationHash(const sensor::Sensor& sensor);
 
 /// Fails with EX_CONFIG if a calibrated sensor's hash does not fit its contents: the file was changed by hand. Succeeds
-/// for a sensor that is not calibrated. \param path for the error
+/// for a sensor that is not calibrated.
+/// \param path for the error
 tl::expected<void, Error> verifyCalibration(const sensor::Sensor& sensor, const std::string& path);
 
 /// Returns the name of a camera in gel files, "VENDOR-SERIAL"; '_' replaces characters that TOML would have to escape.

@@ -31,7 +31,8 @@ struct Observed {
 };
 
 /// Converts displacements and their variances, as ContactFit takes them, into the equations of a weighted fit. Ignores
-/// a marker that is not valid or whose variance is not above 0. \param seen gives camera and picture motion. Reentrant.
+/// a marker that is not valid or whose variance is not above 0.
+/// \param seen gives camera and picture motion. Reentrant.
 Observed observe(const sensor::Sensor& seen, const Displacements& displacements, std::span<const float> variance_px2);
 
 /// Fits one round contact on a block or a body: no regularisation, so that its force carries no bias.
@@ -46,23 +47,24 @@ class ContactFit {
   explicit ContactFit(const sensor::Sensor& sensor);
 
   /// Fits the contact, with a radius limited to 0.5 to 15 mm and within the sides of a block; for a body see
-  /// BodySurface::bounded(). Returns nothing if fewer
-  /// than ten markers are valid and not ignored, or the fit fails. A poor fit is returned: then residual_px is far
-  /// above expected_px. \param seen the sensor with the camera through which the displacements are seen, and the
-  /// deviations of the picture's motion \param variance_px2 M, variance of each of a marker's coordinates; not above 0:
-  /// the marker is ignored
+  /// BodySurface::bounded(). Returns nothing if fewer than ten markers are valid and not ignored, or the fit fails. A
+  /// poor fit is returned: then residual_px is far above expected_px.
+  /// \param seen the sensor with the camera through which the displacements are seen, and the deviations of the
+  /// picture's motion
+  /// \param variance_px2 M, variance of each of a marker's coordinates; not above 0: the marker is ignored
   std::optional<ContactReading> operator()(const sensor::Sensor& seen, const Displacements& displacements,
                                            std::span<const float> variance_px2) const;
 
   /// Returns the displacements of all markers by unit forces along x, y, z on a contact, without motion of the picture,
-  /// 2 M x 3 [px/N]. \param shape x, y, radius [m]; of a body as for BodySurface::patch()
+  /// 2 M x 3 [px/N].
+  /// \param shape x, y, radius [m]; of a body as for BodySurface::patch()
   /// \param deeper depth of the markers of a block beyond that of the gel file [m]
   Eigen::MatrixXd fields(const sensor::Camera& camera, const Eigen::Vector3d& shape, double deeper = 0.0) const {
     return unitFields(sensor::Projection(camera, sensor_.gel.size.z()), shape, false, deeper);
   }
 
-  /// Returns the change of fields() by one standard deviation of a quantity of the body. \param number index into
-  /// sensor::Body::errors
+  /// Returns the change of fields() by one standard deviation of a quantity of the body.
+  /// \param number index into sensor::Body::errors
   Eigen::MatrixXd fieldErrors(const sensor::Camera& camera, const Eigen::Vector3d& shape, std::size_t number) const;
 
  private:
@@ -73,7 +75,8 @@ class ContactFit {
   Trial first(const sensor::Projection& projection, const Observed& observed, const Eigen::Vector2d& about) const;
   Normal about(const sensor::Projection& projection, const Observed& observed, const Trial& trial) const;
   Eigen::Vector3d bounded(const Eigen::Vector3d& shape) const;
-  /// As fields(). \param roughly true: computes the correction for the block's sides and base as that of a point force
+  /// As fields().
+  /// \param roughly true: computes the correction for the block's sides and base as that of a point force
   Eigen::MatrixXd unitFields(const sensor::Projection& projection, const Eigen::Vector3d& shape, bool roughly,
                              double deeper = 0.0) const;
   /// Returns the same of a body whose influence is this one.

@@ -27,9 +27,10 @@ struct CreepFit {
 };
 
 /// Estimates the shares of terms. Readings while the load is put on or taken away state the load there; it must be over
-/// within three seconds, and must not change later. \param readings in order: untouched, loaded, released, or the
-/// former two \param held_s for which the load is to stay [s] \return nothing if the load does not come to rest or
-/// changes
+/// within three seconds, and must not change later.
+/// \param readings in order: untouched, loaded, released, or the former two
+/// \param held_s for which the load is to stay [s]
+/// \return nothing if the load does not come to rest or changes
 std::optional<CreepFit> fitCreep(const std::vector<LoadReading>& readings, double held_s);
 
 }  // namespace tractiond::calibrate

@@ -14,8 +14,11 @@ namespace tractiond::calibrate {
 /// them with the sensor's and its [uncertainty]. If a large residual remains, tries another aspect (seenAspect); if
 /// that explains the places, the report has its finding and those of `seen` alone. If no camera of any aspect explains
 /// the places, or too few markers are present or agree, it has those of `seen` alone, and a remark. Takes tens of
-/// milliseconds. Reentrant. \param place_px 2 M, as in RestPose \param present M; 0: the marker is ignored \param seen
-/// one per layer; empty: not known \param judgesResidual false: any residual is accepted, and no other aspect is tried
+/// milliseconds. Reentrant.
+/// \param place_px 2 M, as in RestPose
+/// \param present M; 0: the marker is ignored
+/// \param seen one per layer; empty: not known
+/// \param judgesResidual false: any residual is accepted, and no other aspect is tried
 GelReport checkGel(const sensor::Sensor& sensor, std::span<const float> place_px, std::span<const std::uint8_t> present,
                    std::span<const LatticeSeen> seen, bool judgesResidual = true);
 

@@ -34,8 +34,9 @@ class PictureMotionFit {
   /// Estimates the motion by least squares over the valid markers; returns nothing if fewer than ten are valid.
   std::optional<PictureMotion> operator()(const Displacements& displacements) const;
 
-  /// Returns the displacement (u, v) of a marker at rest under such a motion [px]. \param marker index in the order of
-  /// sensor::markerPositions \param motion PictureMotion::value
+  /// Returns the displacement (u, v) of a marker at rest under such a motion [px].
+  /// \param marker index in the order of sensor::markerPositions
+  /// \param motion PictureMotion::value
   Eigen::Vector2d at(int marker, const Eigen::Vector4d& motion) const;
 
   /// Returns the displacements without such a motion, 2 M, of all markers.

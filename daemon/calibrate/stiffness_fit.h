@@ -23,12 +23,13 @@ struct Stiffness {
   std::string contradiction;   ///< sentence for the operator; empty: the weights agree
 };
 
-/// Estimates E. The force that is read is proportional to the assumed modulus, so each weight gives
-/// E = assumed * weight / reading; the result is the weighted mean of the logarithms. The weights may come in any
-/// order; `contradiction` names weights that contradict each other. It also names a
-/// weight whose reading is not above 0; modulus, deviation and linearity are then 0, and ofEach ends before that
-/// weight. Reentrant. \param weights at least one (asserted), each above 0 \param assumed Young's modulus of the
-/// readings [Pa] \param model relative deviation by which the mechanics err otherwise in each place
+/// Estimates E. The force that is read is proportional to the assumed modulus, so each weight gives E = assumed *
+/// weight / reading; the result is the weighted mean of the logarithms. The weights may come in any order;
+/// `contradiction` names weights that contradict each other. It also names a weight whose reading is not above 0;
+/// modulus, deviation and linearity are then 0, and ofEach ends before that weight. Reentrant.
+/// \param weights at least one (asserted), each above 0
+/// \param assumed Young's modulus of the readings [Pa]
+/// \param model relative deviation by which the mechanics err otherwise in each place
 Stiffness fitStiffness(const std::vector<WeighedForce>& weights, double assumed, double model = 0.0);
 
 }  // namespace tractiond::calibrate

@@ -31,15 +31,16 @@ class ThicknessCheck {
   ThicknessCheck(const sensor::Sensor& sensor, const ContactFit& fit);
 
   /// Estimates the thickness; parameters are those of ContactFit. Returns nothing if the displacements do not determine
-  /// it at all, and for a body; else see `deviation`. \param reading that of ContactFit for the same displacements
+  /// it at all, and for a body; else see `deviation`.
+  /// \param reading that of ContactFit for the same displacements
   std::optional<ThicknessReading> operator()(const sensor::Sensor& seen, const Displacements& displacements,
                                              std::span<const float> variance_px2, const ContactReading& reading) const;
 
   /// Returns the relative deviation of a Young's modulus that this weight gives, by what is uncertain of thickness,
   /// Poisson's ratio and depths of a block, or of a body's sensor::Body::errors, of the camera and the mechanics: the
   /// modulus takes up how these misread the weight, so that later presses are read right, but it is not the material's.
-  /// Requires that `reading.along` is set and that the force along it is not 0. \param seen gives the deviations of
-  /// thickness, camera and mechanics; the constructor's sensor gives the others
+  /// Requires that `reading.along` is set and that the force along it is not 0.
+  /// \param seen gives the deviations of thickness, camera and mechanics; the constructor's sensor gives the others
   double absorbed(const sensor::Sensor& seen, const Displacements& displacements, std::span<const float> variance_px2,
                   const ContactReading& reading) const;
 

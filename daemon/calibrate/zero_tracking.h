@@ -37,8 +37,8 @@ class ZeroTracking {
   /// \param follows false: the drift is measured, and not taken off
   explicit ZeroTracking(const sensor::Sensor& sensor, bool follows = true);
 
-  /// Says that the next frame's zero is of an earlier run: nobody knows how warm it was then. \param taken_ns
-  /// RestPose::taken_ns
+  /// Says that the next frame's zero is of an earlier run: nobody knows how warm it was then.
+  /// \param taken_ns RestPose::taken_ns
   void resume(std::int64_t taken_ns) { resumed_ns_ = taken_ns; }
 
   // Both are to be called for each frame, with track::CreepMemory::advance() between them.

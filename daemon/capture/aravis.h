@@ -64,7 +64,9 @@ class Failure {
   GError* error_ = nullptr;
 };
 
-/// Makes an error without a place (Error::where). \param exitCode of sysexits.h \param remedy may be empty
+/// Makes an error without a place (Error::where).
+/// \param exitCode of sysexits.h
+/// \param remedy may be empty
 tl::unexpected<Error> failed(int exitCode, std::string what, std::string remedy = {});
 
 /// Copies a string that may come from a camera, with U+FFFD in place of what is not UTF-8; nullptr becomes an empty
@@ -74,7 +76,8 @@ std::string text(const char* string);
 std::string number(double value);
 std::string joined(const std::vector<std::string>& items);  ///< Joins texts with ", ".
 /// Copies the `count` strings of an array that Aravis has returned, each as text() does, and frees the array, but not
-/// the strings, which Aravis owns. \param names nullptr: no strings
+/// the strings, which Aravis owns.
+/// \param names nullptr: no strings
 std::vector<std::string> taken(const char** names, guint count);
 
 /// Waits until a time of CLOCK_MONOTONIC [ns]; not at all if that has passed. Returns early when a stop is requested.
@@ -116,7 +119,8 @@ tl::expected<Ref<ArvCamera>, Error> findCamera(const CameraOptions& options, con
 /// Does as findCamera(). For a GigE Vision camera, then also guards its control channel, takes control, and stops an
 /// acquisition that an earlier client left running. EX_TEMPFAIL: another client holds it and has not left within 8 s of
 /// the call (a camera keeps to a dead client for 3 s by default), or a stop was requested meanwhile. EX_OSERR: the
-/// guard failed. \param opening `stop` ends both waits early, `say` is called with a sentence about another client
+/// guard failed.
+/// \param opening `stop` ends both waits early, `say` is called with a sentence about another client
 /// \param guard made before this call
 tl::expected<Ref<ArvCamera>, Error> connectCamera(const CameraOptions& options, const Opening& opening,
                                                   ControlGuard& guard);
@@ -154,13 +158,13 @@ std::string elementText(ArvGcNode* node, const char* element);
 /// Returns a feature's value as text (of an enumeration the entry's name); empty if the camera has no such feature or
 /// it cannot be read now.
 std::string readFeature(ArvDevice* device, const std::string& name);
-/// Carries out an operator's request to the camera, as its message states, and reports the features that it
-/// concerned, as they are afterwards; for a command only a remark, for a trigger nothing. The error is a sentence:
-/// nothing matches, the camera refuses or does not answer, or the name of a feature to write begins like one that
-/// changes the picture's size, offset, format, binning or mirroring. "Feature[Choice]" sets the selector for as long as
-/// the request lasts. Waits up to 10 s for a command, 5 s for the white balance.
-/// \param configured what the configuration sets; is reported beside the values \param first values before the first
-/// write of this session, by name; receives that of a feature written now
+/// Carries out an operator's request to the camera, as its message states, and reports the features that it concerned,
+/// as they are afterwards; for a command only a remark, for a trigger nothing. The error is a sentence: nothing
+/// matches, the camera refuses or does not answer, or the name of a feature to write begins like one that changes the
+/// picture's size, offset, format, binning or mirroring. "Feature[Choice]" sets the selector for as long as the request
+/// lasts. Waits up to 10 s for a command, 5 s for the white balance.
+/// \param configured what the configuration sets; is reported beside the values
+/// \param first values before the first write of this session, by name; receives that of a feature written now
 tl::expected<CameraReport, std::string> serveFeatures(ArvCamera* camera, const CameraStep& step,
                                                       const std::vector<Feature>& configured,
                                                       std::map<std::string, std::string>& first);
@@ -182,15 +186,18 @@ std::optional<double> readQuantity(ArvDevice* device, const Quantity& quantity);
 /// Makes every setting in the order of CameraOptions, until one fails. If they name no pixel format and this program
 /// cannot read the present one, sets the best that it can read (bestFirst()). Adds the values read back to
 /// info.settings and deviations of more than 1 % to info.warnings; sets info.triggered if a trigger is on, also on
-/// failure. EX_CONFIG: the camera refuses or lacks a setting; EX_UNAVAILABLE: it does not answer. \param before rate,
-/// exposure and gain of the session before, restored where the configuration sets none; a camera that refuses them is a
-/// warning; nullptr: no session before \param undo features are added to it, also on failure; written in reverse order
-/// they restore the camera, except what commands have done
+/// failure. EX_CONFIG: the camera refuses or lacks a setting; EX_UNAVAILABLE: it does not answer.
+/// \param before rate, exposure and gain of the session before, restored where the configuration sets none; a camera
+/// that refuses them is a warning; nullptr: no session before
+/// \param undo features are added to it, also on failure; written in reverse order they restore the camera, except what
+/// commands have done
 tl::expected<void, Error> applySettings(ArvCamera* camera, const CameraOptions& options, const Standing* before,
                                         CameraInfo& info, std::vector<Feature>& undo);
 
 /// Describes a pixel format: `name` if this program can read the format, else "NAME (0x0108000B)", or the code alone if
-/// the name is empty. \param name as the camera spells it \param code of the PFNC
+/// the name is empty.
+/// \param name as the camera spells it
+/// \param code of the PFNC
 std::string formatInWords(const std::string& name, std::int64_t code);
 /// Returns formatInWords() of each format that the camera offers now.
 std::vector<std::string> offeredFormats(ArvCamera* camera);
@@ -258,16 +265,18 @@ int setReceiveBuffer(ArvStream* stream, int size_bytes);
 /// packet. Fails with EX_OSERR.
 tl::expected<void, Error> guardStream(ArvStream* stream, const StreamShape& shape);
 /// Reads the stream's own packets, past the filter, until one frame has ended or `patience` is over: that frame is lost
-/// to Aravis. Not for a stream that is lent. Attaches the filter for `shape` again. Fails as guardStream(). \param
-/// shape as of guardStream()
+/// to Aravis. Not for a stream that is lent. Attaches the filter for `shape` again. Fails as guardStream().
+/// \param shape as of guardStream()
 tl::expected<PacketSurvey, Error> surveyStream(ArvStream* stream, const StreamShape& shape,
                                                std::chrono::milliseconds patience);
 /// Returns the number of packets that the kernel has dropped since a GigE Vision stream was opened: not the camera's,
 /// or the receive buffer was full. 0 if it is not known.
 std::uint64_t packetsRefused(ArvStream* stream);
 
-/// Asks a GigE Vision camera for what its packets look like. A port that it does not report is 0. \param
-/// packetSize_bytes with headers \param payload_bytes of the largest frame, with chunk data \param picture_bytes of it
+/// Asks a GigE Vision camera for what its packets look like. A port that it does not report is 0.
+/// \param packetSize_bytes with headers
+/// \param payload_bytes of the largest frame, with chunk data
+/// \param picture_bytes of it
 StreamShape streamShape(ArvCamera* camera, int packetSize_bytes, std::size_t payload_bytes, std::size_t picture_bytes);
 
 /// Returns a warning with its remedy if the kernel gives USB devices less memory than `needed_bytes`, that of all

@@ -290,8 +290,9 @@ StreamShape AravisDriver::shapeOfStream() const {
 }
 
 /// Starts the stream. Aravis takes the size of a block from the register when the stream is created; a camera that
-/// sends less than it is asked for is asked for as much as before, so that it does not send still less. \param
-/// packetSize_bytes to ask for; 0: not a network camera \param filled_bytes size of the packets that come then
+/// sends less than it is asked for is asked for as much as before, so that it does not send still less.
+/// \param packetSize_bytes to ask for; 0: not a network camera
+/// \param filled_bytes size of the packets that come then
 tl::expected<void, Error> AravisDriver::startStream(int packetSize_bytes, int filled_bytes) {
   ArvCamera* camera = camera_.get();
   if (stream_) arv_camera_stop_acquisition(camera, nullptr);

@@ -79,8 +79,8 @@ int streamSocket(ArvStream* stream) {
   return -1;
 }
 
-/// Puts it on, and throws away what came before it did. EX_OSERR: the socket takes none. \param descriptor -1: it was
-/// not found
+/// Puts it on, and throws away what came before it did. EX_OSERR: the socket takes none.
+/// \param descriptor -1: it was not found
 tl::expected<void, Error> attach(int descriptor, std::vector<sock_filter> code) {
   const sock_fprog program{static_cast<unsigned short>(code.size()), code.data()};
   if (setsockopt(descriptor, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program) != 0)

@@ -9,8 +9,8 @@
 
 namespace tractiond::capture {
 
-/// Returns all cameras that answer; empty: none does. Blocks for about a second. \param withFake puts Aravis's
-/// in-process test camera first; false hides it from this whole process
+/// Returns all cameras that answer; empty: none does. Blocks for about a second.
+/// \param withFake puts Aravis's in-process test camera first; false hides it from this whole process
 std::vector<CameraName> listCameras(bool withFake = false);
 
 /// What to check where no camera answers.
@@ -26,21 +26,23 @@ struct CameraSight {
 };
 
 /// Returns the cameras of listCameras() and closedUsbCameras(). Opens each for a moment to find its obstacle. Notes
-/// shareAdvice() for network cameras at one interface. Blocks for seconds. \param inspector CameraOptions::inspector
+/// shareAdvice() for network cameras at one interface. Blocks for seconds.
+/// \param inspector CameraOptions::inspector
 /// \param withFake as for listCameras()
 std::vector<CameraSight> inspectCameras(const std::string& inspector, bool withFake);
 
 /// Returns the USB3 Vision cameras in the kernel's tables that this process may not open, or that are not among
-/// `listed` by their serial number, each with obstacle and remedy. \param sys other than /sys, \param dev other than
-/// /dev in tests
+/// `listed` by their serial number, each with obstacle and remedy.
+/// \param sys other than /sys,
+/// \param dev other than /dev in tests
 std::vector<CameraSight> closedUsbCameras(const std::vector<CameraSight>& listed,
                                           const std::filesystem::path& sys = "/sys",
                                           const std::filesystem::path& dev = "/dev");
 
 /// Describes how several cameras can share a link, with the keys of the configuration to set: each camera's equal part
 /// of 90 % of the rate, or the delay after a packet in which each of the others can send one. Returns an empty text for
-/// fewer than two cameras, or if the rate of the link is 0 (not known). \param packet_bytes size of a packet with
-/// headers
+/// fewer than two cameras, or if the rate of the link is 0 (not known).
+/// \param packet_bytes size of a packet with headers
 std::string shareAdvice(int cameras, double link_bytes_per_s, int packet_bytes);
 
 }  // namespace tractiond::capture

@@ -33,11 +33,13 @@ struct Chunks {
 };
 
 /// Reads a buffer's chunks from its end: each is data, id and length. Ignores chunks without a field. Allocates
-/// nothing. Reentrant. \param picture least size of the picture [bytes] \param bigEndian byte order of ids and lengths:
-/// true for GigE Vision, false for USB3 Vision \param chunks receives the values that were found; the others stay as
-/// they are \return size of the picture at the buffer's start [bytes], at least `picture`, and `picture` itself if
-/// nothing lies behind it; nothing if the buffer is shorter than that or what lies behind it is not chunk data:
-/// `chunks` may then have received values all the same
+/// nothing. Reentrant.
+/// \param picture least size of the picture [bytes]
+/// \param bigEndian byte order of ids and lengths: true for GigE Vision, false for USB3 Vision
+/// \param chunks receives the values that were found; the others stay as they are
+/// \return size of the picture at the buffer's start [bytes], at least `picture`, and `picture` itself if nothing lies
+/// behind it; nothing if the buffer is shorter than that or what lies behind it is not chunk data: `chunks` may then
+/// have received values all the same
 std::optional<std::size_t> readChunks(std::span<const std::uint8_t> buffer, std::size_t picture, bool bigEndian,
                                       std::span<const ChunkField> fields, Chunks& chunks);
 

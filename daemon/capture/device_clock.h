@@ -30,8 +30,9 @@ class DeviceClock {
   };
 
   /// Adds a frame and returns when it was taken, with the bound kLatest. Must be called for every new frame in turn.
-  /// \param device_ns its time stamp, any value \param host_ns its arrival, which never falls \param step increase of
-  /// its id since the frame before
+  /// \param device_ns its time stamp, any value
+  /// \param host_ns its arrival, which never falls
+  /// \param step increase of its id since the frame before
   Moment add(std::int64_t device_ns, std::int64_t host_ns, std::uint64_t step = 1);
 
   /// Returns the resolution of the stamps [ns]: their differences from an even pace are multiples of it; 0: not known.
@@ -73,7 +74,8 @@ class CaptureClock {
   void learn(const ClockFit& fit) { fit_ = fit; }
 
   /// Adds a frame and returns when it was taken, on CLOCK_MONOTONIC. Must be called for every new frame in turn.
-  /// \param judgement with kNew \param awaited the frame came while pop() waited: nothing was queued before it
+  /// \param judgement with kNew
+  /// \param awaited the frame came while pop() waited: nothing was queued before it
   DeviceClock::Moment add(Arrival arrival, const Judgement& judgement, bool awaited);
 
  private:

@@ -53,7 +53,8 @@ class Driver {
   /// then give it back; else its content has no meaning. Allocates nothing, takes no lock of this program, logs
   /// nothing.
   virtual Popped pop(Buffer& buffer, std::chrono::milliseconds timeout) = 0;
-  /// Gives a buffer back for reuse; each must be given back once, in any order. \param handle Buffer::handle
+  /// Gives a buffer back for reuse; each must be given back once, in any order.
+  /// \param handle Buffer::handle
   virtual void giveBack(void* handle) = 0;
 
   /// Copies the newest readings of the camera's clock into `fit`. Returns false, and leaves `fit` as it is, if there

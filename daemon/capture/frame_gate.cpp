@@ -51,8 +51,8 @@ std::int64_t advance(std::uint64_t last, std::uint64_t id) {
   return round <= static_cast<std::int64_t>(kLast16BitId / 2) ? round : round - static_cast<std::int64_t>(kLast16BitId);
 }
 
-/// Returns by how much an id may advance in `elapsed_ns` (by either clock, at least 0), at least 1. \param period_ns of
-/// the frames; 0: not known
+/// Returns by how much an id may advance in `elapsed_ns` (by either clock, at least 0), at least 1.
+/// \param period_ns of the frames; 0: not known
 std::uint64_t largestStep(std::int64_t period_ns, std::int64_t elapsed_ns) {
   const std::int64_t period = std::max(period_ns, kShortestPeriod_ns);
   const std::int64_t most = elapsed_ns > INT64_MAX - kStampJitter_ns ? INT64_MAX : elapsed_ns + kStampJitter_ns;

@@ -54,8 +54,8 @@ class FrameGate {
     std::size_t memory = 256;
   };
 
-  /// \param agreed shape that a picture must have, else it is kWrongSize or kWrongFormat \param options `memory` at
-  /// least 1
+  /// \param agreed shape that a picture must have, else it is kWrongSize or kWrongFormat
+  /// \param options `memory` at least 1
   FrameGate(const PictureShape& agreed, const Options& options)
       : agreed_(agreed)
       , options_(options)

@@ -30,13 +30,15 @@ std::string misdeed(const ChildEnd& end);
 
 /// Opens the camera, evaluates its description and all its features without the camera, and prints Inspection::text to
 /// standard output. For the child process: lowers its limits for good, see limitChild(). Returns the outcome as a
-/// number; a harmful description may end the process instead. \param id as Aravis takes it
+/// number; a harmful description may end the process instead.
+/// \param id as Aravis takes it
 int printInspection(const std::string& id);
 
 /// Lets a child process (`options.program --inspect ID`) run printInspection(), and returns its result; kFault if the
 /// child does not start, is killed by the limits of `options` or by a stop, ends by a signal, or says nothing. The text
 /// has at most 500 characters, all of them printable ASCII, as the description may have taken over the child. Blocks
-/// until the child has ended. Reentrant. \param id as Aravis takes it
+/// until the child has ended. Reentrant.
+/// \param id as Aravis takes it
 Inspection inspectInChild(const std::string& id, const ChildOptions& options, const std::stop_token& stop = {});
 
 }  // namespace tractiond::capture

@@ -49,9 +49,10 @@ class Keeper {
  public:
   static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 
-  /// Does not open the camera. The first turn() is due within CameraRules::slowest (isForsaken()). \param open opens
-  /// the camera; called on the keeper's thread for each try, which it may block \param say called on it with each line
-  /// for the log; may be empty \param check may be empty
+  /// Does not open the camera. The first turn() is due within CameraRules::slowest (isForsaken()).
+  /// \param open opens the camera; called on the keeper's thread for each try, which it may block
+  /// \param say called on it with each line for the log; may be empty
+  /// \param check may be empty
   Keeper(OpenDriver open, const CameraRules& rules, Say say, CheckCamera check);
 
   // --- the keeper's thread
@@ -72,7 +73,8 @@ class Keeper {
   /// Returns the session of the driver that was borrowed last.
   unsigned session() const { return session_; }
   /// Returns the driver to the keeper, which then closes it and opens the camera again. The caller must not use it any
-  /// more. \param why for the log, and the error of a request that has no answer yet
+  /// more.
+  /// \param why for the log, and the error of a request that has no answer yet
   void giveBack(Loss why);
   /// Requests a liveness check of the camera (Driver::doubt()), as nothing has arrived since `arrival_ns`, by
   /// CameraRules::clock. A request during a check is dropped.

@@ -13,7 +13,9 @@ namespace tractiond::capture {
 /// Reads the first frame whose leader comes, to its end. Thread-bound.
 class PacketSurvey {
  public:
-  /// Reads a packet. \param packet with the GVSP header; any bytes \param fromPort of the sender
+  /// Reads a packet.
+  /// \param packet with the GVSP header; any bytes
+  /// \param fromPort of the sender
   void see(std::span<const std::uint8_t> packet, std::uint16_t fromPort);
 
   /// Returns whether a leader came and was long enough for its payload type; the rest is valid only then.

@@ -18,8 +18,8 @@ namespace tractiond::control {
 /// Bound to the control thread, except for takeFrame().
 class GelWatch final : public GelComparison {
  public:
-  /// Sensor, tracker and status must outlive this. \param status receives what is to be published; where the other
-  /// thread is taking it, the next turn() puts it there
+  /// Sensor, tracker and status must outlive this.
+  /// \param status receives what is to be published; where the other thread is taking it, the next turn() puts it there
   /// \param replies gets the answer to askSnapshot() within turn(); outlives this; nullptr: that is not called
   GelWatch(const sensor::Sensor& sensor, track::Tracker& tracker, Mailbox<traction::v1::MarkerStatus>& status,
            Replies* replies);

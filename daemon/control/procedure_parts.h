@@ -31,8 +31,8 @@ class ProcedureHost {
   /// Publishes the description with the zero in force, and makes a solver for it.
   virtual void describe(const RestPose& zero) = 0;
   /// Starts to write a zero into the state directory, and the previous one if there is one, on another thread. The
-  /// future is ready when both are on the disk, or with the error. \param before nullptr: there is none. Neither need
-  /// outlive the call.
+  /// future is ready when both are on the disk, or with the error.
+  /// \param before nullptr: there is none. Neither need outlive the call.
   virtual std::future<tl::expected<void, Error>> keep(const RestPose& zero, const RestPose* before) = 0;
   /// Starts work on another thread, one piece at a time.
   virtual std::future<std::optional<calibrate::Result>> start(StepWork work) = 0;

@@ -23,9 +23,11 @@ class Procedures {
   Procedures(const ProcedureParts& parts, const ProcedureOptions& options);
 
   /// Takes over the camera and the zeros of an earlier run; see ZeroProcedure::restore(). Must be called once, when the
-  /// camera has been opened for the first time. \param cameraId calibrate::cameraId() \param rate_Hz of its frames,
-  /// until it is measured; 0: not known \param restored the zero of an earlier run, if there is one \param before the
-  /// zero that it replaced, if there is one
+  /// camera has been opened for the first time.
+  /// \param cameraId calibrate::cameraId()
+  /// \param rate_Hz of its frames, until it is measured; 0: not known
+  /// \param restored the zero of an earlier run, if there is one
+  /// \param before the zero that it replaced, if there is one
   void restore(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored,
                const std::optional<RestPose>& before = {});
 

@@ -14,7 +14,8 @@
 
 namespace tractiond::control {
 
-/// Returns why a request fails if no frames come. \param waits what the camera waits for; may be empty
+/// Returns why a request fails if no frames come.
+/// \param waits what the camera waits for; may be empty
 inline std::string noFrames(const std::string& waits) {
   return "no frames come from the camera" + (waits.empty() ? "" : ": " + waits);
 }

@@ -39,7 +39,8 @@ class Snapshots {
   const Snapshot* take();
 
   /// Asks the tracking thread for a copy of the next frame if a request is open or `isWanted`; answers a request that
-  /// has waited for 3 s with an error. Does not wait. \param isWanted the caller itself wants what take() returns
+  /// has waited for 3 s with an error. Does not wait.
+  /// \param isWanted the caller itself wants what take() returns
   void turn(bool isWanted = false);
 
   // For the tracking thread.

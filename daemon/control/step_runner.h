@@ -23,7 +23,8 @@ class StepRunner {
   void begin(const CalibrationStep& step, const std::optional<RestPose>& zero, const std::string& camera);
 
   /// Ends a step that looks at frames, or is going to, with this error. A step that ends without frames is answered as
-  /// usual. Has no effect without a step. \param reason sentence for the client
+  /// usual. Has no effect without a step.
+  /// \param reason sentence for the client
   void drop(const std::string& reason);
 
   /// Gives a frame to the calibration; answers the step if it ends with that. A frame that comes while work is under

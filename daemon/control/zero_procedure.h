@@ -32,10 +32,10 @@ class ZeroProcedure {
  public:
   using Written = tl::expected<void, Error>;
 
-  /// \param newest markers, in which the gel may recover from earlier loads; outlives this \param steps outlives this.
-  /// A step that looks at frames is ended when the tracker has taken a zero that may come into force, before the
-  /// comparison, and before an undo takes effect; not for the restored zero, nor again when a zero that was taken comes
-  /// into force
+  /// \param newest markers, in which the gel may recover from earlier loads; outlives this
+  /// \param steps outlives this. A step that looks at frames is ended when the tracker has taken a zero that may come
+  /// into force, before the comparison, and before an undo takes effect; not for the restored zero, nor again when a
+  /// zero that was taken comes into force
   ZeroProcedure(const ProcedureParts& parts, const ProcedureOptions& options, const MarkerField& newest,
                 StepRunner& steps)
       : parts_(parts)
@@ -45,8 +45,9 @@ class ZeroProcedure {
 
   /// Takes over the zeros of an earlier run. Must be called once, when the camera has been opened for the first time.
   /// If there is a restored zero, compares it with the gel file, warns in the log if it seems wrong, and publishes the
-  /// description. \param restored the zero of the earlier run, if there is one \param before the zero that it replaced,
-  /// if there is one: an undo restores it
+  /// description.
+  /// \param restored the zero of the earlier run, if there is one
+  /// \param before the zero that it replaced, if there is one: an undo restores it
   void restore(const std::optional<RestPose>& restored, const std::optional<RestPose>& before);
 
   /// Handles a request. Must not be called while another request is open. Refuses an undo within this call if there is
@@ -58,8 +59,8 @@ class ZeroProcedure {
   void begin(const ZeroRequest& request);
 
   /// Answers the open request with this error and gives its zero up, unless the tracker has taken it already, or it is
-  /// being written: that is then answered as usual. Has no effect without an open request. \param reason sentence for
-  /// the client
+  /// being written: that is then answered as usual. Has no effect without an open request.
+  /// \param reason sentence for the client
   void refuse(const std::string& reason);
 
   /// Does what is due: handles a zero that was taken or written, and ends a request whose zero takes too long to take.

@@ -56,7 +56,8 @@ zmq::message_t timeText(std::int64_t ns) {
 
 struct Publisher::Impl {
   /// Frees an encoded preview, which ZeroMQ reads where it is. Called by ZeroMQ's thread when nobody waits for it any
-  /// more. \param waiting waitingPreviews
+  /// more.
+  /// \param waiting waitingPreviews
   static void freePreview(void* bytes, void* waiting) {
     delete[] static_cast<std::uint8_t*>(bytes);
     static_cast<std::atomic<int>*>(waiting)->fetch_sub(1, std::memory_order_relaxed);  // a count: it orders nothing

@@ -49,8 +49,9 @@ class Publisher final : public NewestMessages {
   /// description need not; its sensor's name must be valid (traction::isValidName()), as loadConfig(), located() and
   /// replay() see to it: another one is a bug, and no error. EX_CONFIG: an endpoint is malformed. EX_UNAVAILABLE: it is
   /// in use, or not an address of this machine. EX_CANTCREAT, EX_NOPERM: its file cannot be made. EX_OSERR: ZeroMQ
-  /// cannot start. \param measure called on the publishing thread before each status, and once within open(); must not
-  /// wait; may be empty
+  /// cannot start.
+  /// \param measure called on the publishing thread before each status, and once within open(); must not wait; may be
+  /// empty
   static tl::expected<std::unique_ptr<Publisher>, Error>
   open(const PublishOptions& options, const Description& description, const Ledger& ledger, Measure measure);
   ~Publisher();  ///< Closes the sockets and removes their files.

@@ -100,7 +100,8 @@ void set(const sensor::Body& from, pb::Body& to) {
   set(from.markers, *to.mutable_marker_positions_m());
 }
 
-/// The block of a wrench's covariances that begins at (row, column). \param of a field or a contact
+/// The block of a wrench's covariances that begins at (row, column).
+/// \param of a field or a contact
 template <typename Wrench>
 void set(const Wrench& of, int row, int column, pb::Covariance& to) {
   to.clear_noise();

@@ -35,8 +35,9 @@ tl::expected<Asked, std::string> decodeRequest(std::string_view bytes);
 
 // These return the bytes of a reply.
 
-/// \param request kStatus or kDescription \param message the Status or Description as it was sent; bytes that cannot be
-/// decoded give a reply with an error, no bytes an empty message
+/// \param request kStatus or kDescription
+/// \param message the Status or Description as it was sent; bytes that cannot be decoded give a reply with an error, no
+/// bytes an empty message
 std::string encodeReply(Request request, std::string_view message);
 /// \param remark why the zero may be wrong; empty: no reason is known
 std::string encodeZeroReply(const RestPose& zero, std::string_view remark);
@@ -44,8 +45,9 @@ std::string encodeCalibrationReply(const CalibrationReport& report);
 /// \param report its texts must be UTF-8
 std::string encodeCameraReply(const CameraReport& report);
 std::string encodeAdoptReply();
-/// Halves the picture until it has at most 16 MiB; the places of markers stay those in the full one. \param snapshot
-/// must fit (FrameCopy::fits) \param layers layers of its markers; empty: there are none
+/// Halves the picture until it has at most 16 MiB; the places of markers stay those in the full one.
+/// \param snapshot must fit (FrameCopy::fits)
+/// \param layers layers of its markers; empty: there are none
 std::string encodeSnapshotReply(const Snapshot& snapshot, const std::vector<sensor::MarkerLayer>& layers);
 /// \param error sentence for the client
 std::string encodeErrorReply(std::string_view error);

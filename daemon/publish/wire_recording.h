@@ -49,8 +49,8 @@ class PictureMessage {
   explicit PictureMessage(const Identity& identity);
   ~PictureMessage();
 
-  /// Returns the bytes of a picture, valid until the next call. `frame` must fit (FrameCopy::fits). \param packed true:
-  /// compresses the pixels without loss, unless zlib has no memory
+  /// Returns the bytes of a picture, valid until the next call. `frame` must fit (FrameCopy::fits).
+  /// \param packed true: compresses the pixels without loss, unless zlib has no memory
   const std::string& encode(const TrackedFrame& frame, bool packed);
 
  private:

@@ -42,8 +42,9 @@ struct RecordLinks {
 /// full, ends the recording, which is logged. No other thread waits.
 class Recorder {
  public:
-  /// Creates the file. EX_CANTCREAT, also if the file exists. \param identity part of every message; copied \param
-  /// markers, nodes number of markers and nodes of all frames and fields
+  /// Creates the file. EX_CANTCREAT, also if the file exists.
+  /// \param identity part of every message; copied
+  /// \param markers, nodes number of markers and nodes of all frames and fields
   static tl::expected<std::unique_ptr<Recorder>, Error>
   open(const RecordOptions& options, const publish::Identity& identity, int markers, int nodes, RecordLinks links);
   /// Removes a file that has neither a picture nor a field. Does not call close(), without which a file has no end.
@@ -55,7 +56,8 @@ class Recorder {
 
   /// Queues a copy of a frame, unless RecordOptions::rate_Hz leaves it out or the queue is full; the inputs are then
   /// recorded with the next one. Must be called for each tracked frame. For the tracking thread, after the frame was
-  /// tracked. Allocates in the first frames only. \param places MarkerField::places
+  /// tracked. Allocates in the first frames only.
+  /// \param places MarkerField::places
   void takeFrame(const Frame& frame, const TrackerInputs& inputs, const Id& places);
 
   /// Queues a copy of a field; drops it if the queue is full. For the publishing thread. Allocates nothing.

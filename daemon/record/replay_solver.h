@@ -16,7 +16,8 @@ namespace tractiond {
 /// Thread-bound.
 class ReplaySolver {
  public:
-  /// Notes how a recorded field was solved. What cannot be read is left out. \param bytes of the message
+  /// Notes how a recorded field was solved. What cannot be read is left out.
+  /// \param bytes of the message
   void note(std::string_view bytes);
 
   /// Solves a frame of the recording; those of which nothing was noted by a model of their own. Frames must come in

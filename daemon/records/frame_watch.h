@@ -16,7 +16,8 @@ class FrameWatch {
       , at_ns_(now_ns) {}
 
   /// Returns for how long the counter has not advanced, by the times of the calls [ns]; 0 if it has advanced since the
-  /// call before, or the construction. \param frames the same counter in each call
+  /// call before, or the construction.
+  /// \param frames the same counter in each call
   std::int64_t idle_ns(const Counter& frames, std::int64_t now_ns) {
     if (frames_ != frames.get()) *this = {frames, now_ns};
     return now_ns - at_ns_;

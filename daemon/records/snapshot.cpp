@@ -76,7 +76,8 @@ class PlainRows {
 
   int channels() const { return traits_.colours == PixelColours::kMono ? 1 : 3; }
 
-  /// Computes row y. \param to width x channels
+  /// Computes row y.
+  /// \param to width x channels
   void read(int y, std::uint8_t* to) const {
     const std::uint8_t* const bytes = plainBytes(y);
     if (bytes && (traits_.colours == PixelColours::kMono || traits_.colours == PixelColours::kRgb)) {

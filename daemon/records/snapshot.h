@@ -41,8 +41,8 @@ PlainPicture plainPicture(const Frame& frame);
 
 /// Writes plainPicture() reduced by `factor` to `to`: means of factor x factor pixels; incomplete blocks at the right
 /// and the bottom are dropped. Width and height are those of the frame, divided by `factor` and rounded down. Reuses
-/// the memory of `to`, and allocates that of two rows. Reentrant. \param factor from 1 to the smaller side of the frame
-/// (asserted)
+/// the memory of `to`, and allocates that of two rows. Reentrant.
+/// \param factor from 1 to the smaller side of the frame (asserted)
 void reduce(const Frame& frame, int factor, PlainPicture& to);
 
 }  // namespace tractiond

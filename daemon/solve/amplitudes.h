@@ -26,8 +26,9 @@ class Amplitudes {
   /// Completes the displacements of the missing coordinates, so that they have no residual after a fit of forces of the
   /// typical size `force_N` and of the picture's motion: d_m = K_mm d_m + K_mv d_v, where K maps displacements to their
   /// fit by the modes that were read. Uses conjugate gradients, starting from the displacements of the last call, so
-  /// that it can be called again with a better `force_N`. Changes values(). Must be called after read(). \param force_N
-  /// [N] \param noise_px standard deviation of a coordinate
+  /// that it can be called again with a better `force_N`. Changes values(). Must be called after read().
+  /// \param force_N [N]
+  /// \param noise_px standard deviation of a coordinate
   void complete(double force_N, double noise_px);
 
   /// Returns the displacements of the missing coordinates, in their order [px]: 0 until complete() is called.

@@ -29,9 +29,10 @@ class AroundPatches {
   /// All references must outlive it.
   AroundPatches(const Factors& factors, const Atoms& atoms, Prior& prior, Selection& selection, Roughness& roughness);
 
-  /// Solves for the field. Returns false if equations could not be solved; the results then have no meaning. \param
-  /// left RoundPatches::leave() with the motion \param products with the same missing coordinates \param start moments
-  /// of the atoms by the modes of RoundPatches::leave() without the motion
+  /// Solves for the field. Returns false if equations could not be solved; the results then have no meaning.
+  /// \param left RoundPatches::leave() with the motion
+  /// \param products with the same missing coordinates
+  /// \param start moments of the atoms by the modes of RoundPatches::leave() without the motion
   bool solve(const Displacements& left, AtomProducts& products, const AtomMoments& start, const RoundPatches& patches);
 
   // Results of solve() with the roughness kRoughness[i].
@@ -51,8 +52,8 @@ class AroundPatches {
 
   /// Returns the patches of the last solve(), and what frees them.
   const FreedPatches& freed() const { return freed_; }
-  /// Returns a patch with its mean over all roughnesses, weighted by their evidence. \param patch below
-  /// freed().count()
+  /// Returns a patch with its mean over all roughnesses, weighted by their evidence.
+  /// \param patch below freed().count()
   FoundPatch found(int patch);
 
  private:

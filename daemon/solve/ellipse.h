@@ -10,7 +10,8 @@ namespace tractiond::solve {
 
 /// Second moments of forces about their centre, by their principal axes.
 struct Ellipse {
-  /// \param all moments [m^2] \param least value of each [m^2], above 0: what is narrower cannot be resolved
+  /// \param all moments [m^2]
+  /// \param least value of each [m^2], above 0: what is narrower cannot be resolved
   Ellipse(const Eigen::Matrix2d& all, double least);
 
   Eigen::Vector2d moments;  ///< the larger one first

@@ -76,7 +76,9 @@ MatrixXd columnsOf(const RowMatrix& rows, Index first, Index end) {
 }
 
 /// The left singular vectors of A, and the squares of the singular values above `least`, rising. False: they were not
-/// found. \param points, \param wide of A
+/// found.
+/// \param points,
+/// \param wide of A
 bool allModes(const MatrixXd& points, const MatrixXd& wide, double least, MatrixXd& vectors, VectorXd& squares) {
   vectors.resize(points.rows(), points.rows());
   sensor::elastic::multiplyBySelf(1.0, points, Op::kPlain, 0.0, vectors);
@@ -85,7 +87,8 @@ bool allModes(const MatrixXd& points, const MatrixXd& wide, double least, Matrix
 }
 
 /// The same among the combinations of the right singular vectors V of `near`, by the Gram matrix V'A'A V, which has as
-/// few rows as there are modes. \param points of A
+/// few rows as there are modes.
+/// \param points of A
 bool amongModes(const MatrixXd& points, const Atoms& atoms, const Factors& near, double least, MatrixXd& vectors,
                 VectorXd& squares) {
   // The forces of the modes on the points, those on wide atoms shared among the points.
@@ -108,8 +111,9 @@ bool amongModes(const MatrixXd& points, const Atoms& atoms, const Factors& near,
   return true;
 }
 
-/// Computes Factors::gram and motionCoupling, some atoms at a time: all of them as matrices of doubles would take
-/// more memory than the factors. \param strays P Q^1/2
+/// Computes Factors::gram and motionCoupling, some atoms at a time: all of them as matrices of doubles would take more
+/// memory than the factors.
+/// \param strays P Q^1/2
 void multiplyInfluence(const MatrixXd& strays, Factors& factors) {
   constexpr Index kTogether = 128;  // atoms
   const Index count = factors.atomCount();

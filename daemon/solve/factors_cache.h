@@ -21,11 +21,12 @@ Id calibrationId(const sensor::Sensor& sensor, const SolveOptions& options);
 /// not be written, what was deleted.
 using Remark = std::function<void(const std::string&)>;
 
-/// Returns the factors of the sensor's makeAtoms(): those of the cache file if it is whole
-/// and has the right id; else computes and caches them. If the state directory cannot be read or written, it calls
-/// `remark` and computes. Creates the directory. After a save it deletes, in the directory, all but the newest cache
-/// files, and unfinished ones; so no other process may save there at the same time. Fails as computeFactors(). \param
-/// atoms makeAtoms(sensor) \param steps called for kInfluence to kSystematicErrors; not called if the cache is used
+/// Returns the factors of the sensor's makeAtoms(): those of the cache file if it is whole and has the right id; else
+/// computes and caches them. If the state directory cannot be read or written, it calls `remark` and computes. Creates
+/// the directory. After a save it deletes, in the directory, all but the newest cache files, and unfinished ones; so no
+/// other process may save there at the same time. Fails as computeFactors().
+/// \param atoms makeAtoms(sensor)
+/// \param steps called for kInfluence to kSystematicErrors; not called if the cache is used
 tl::expected<Factors, Error> loadOrComputeFactors(const sensor::Sensor& sensor, const Atoms& atoms,
                                                   const SolveOptions& options,
                                                   const std::filesystem::path& stateDirectory, const Steps& steps = {},

@@ -9,8 +9,8 @@
 namespace tractiond::solve {
 
 /// Loads the factors of `atoms`, which need not outlive them. Fails with path and reason if the file cannot be read, is
-/// not whole (by its checksum), is of another version of the format, or is not of this id and size. \param
-/// coordinateCount 2M
+/// not whole (by its checksum), is of another version of the format, or is not of this id and size.
+/// \param coordinateCount 2M
 tl::expected<Factors, std::string> loadFactors(const std::filesystem::path& path, const Id& id, int coordinateCount,
                                                const Atoms& atoms);
 

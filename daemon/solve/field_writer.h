@@ -14,7 +14,8 @@ inline constexpr double kLargestDetectable = 16.384;
 /// Thread-bound. Allocates only when made.
 class FieldWriter {
  public:
-  /// `factors` and `atoms` must outlive it. \param detectionLimit_N along the surface, and into it; may be infinite
+  /// `factors` and `atoms` must outlive it.
+  /// \param detectionLimit_N along the surface, and into it; may be infinite
   FieldWriter(const Factors& factors, const Atoms& atoms, const sensor::Sensor& sensor, const SolveOptions& options,
               const std::array<double, 2>& detectionLimit_N);
 

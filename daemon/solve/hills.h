@@ -15,8 +15,10 @@ namespace tractiond::solve {
 /// Returns the first 6 x 6 elements of a matrix of kColumns x kColumns.
 WrenchCovariance firstSix(std::span<const double> covariances);
 
-/// Sets force, moment and position of a contact, and Contact::noise. \param moment about the origin, \param noise of
-/// both, likewise \param at the position
+/// Sets force, moment and position of a contact, and Contact::noise.
+/// \param moment about the origin,
+/// \param noise of both, likewise
+/// \param at the position
 void setWrench(const Eigen::Vector3d& force, const Eigen::Vector3d& moment, const WrenchCovariance& noise,
                const Eigen::Vector3d& at, Contact& contact);
 
@@ -32,8 +34,8 @@ class Hills {
   Hills(const Atoms& atoms, const sensor::Sensor& sensor);
 
   /// Takes the forces of the points that have one and are marked in `has` (P, 0 or 1), and, where patches are not
-  /// likelier than the field alone, the couples of the patches. \param mixture that the estimate is the mean of; both
-  /// must outlive the calls below
+  /// likelier than the field alone, the couples of the patches.
+  /// \param mixture that the estimate is the mean of; both must outlive the calls below
   void take(const Estimate& estimate, Mixture& mixture, std::span<const unsigned char> has);
 
   /// Divides these forces into hills; without forces there are none.
@@ -51,7 +53,8 @@ class Hills {
   void forcesOf(int hill, std::span<double> forces) const;
 
   /// Returns the hill as a contact, in the gel frame, without Contact::systematic; nothing if its force is below a
-  /// significance() or a magnitude. \param hill below count(), one that stands()
+  /// significance() or a magnitude.
+  /// \param hill below count(), one that stands()
   std::optional<Contact> describe(int hill, double least_deviations, double least_N);
 
   /// Returns the force of a contact in standard deviations, along the axis on which that is largest.

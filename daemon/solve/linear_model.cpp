@@ -262,8 +262,8 @@ void LinearModel::addForces(const Part& part, std::span<double> forces) {
   }
 }
 
-/// Returns a patch as a candidate has it. \param grown its load as a multiple of that then: the unknown of a place
-/// is its change times this
+/// Returns a patch as a candidate has it.
+/// \param grown its load as a multiple of that then: the unknown of a place is its change times this
 RoundPatch LinearModel::patchNow(const Part& part, int patch, double& grown) const {
   PatchChange change = patches_.change(patch, part.posterior.extra());
   const PatchLoad then = patches_.patch(patch).load;

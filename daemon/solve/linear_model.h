@@ -27,15 +27,17 @@ class LinearModel {
     double force = 1.0;         ///< as a multiple of that which the model was made with
   };
 
-  /// `factors` and `atoms` must outlive it. \param modes of the same factors and atoms
+  /// `factors` and `atoms` must outlive it.
+  /// \param modes of the same factors and atoms
   LinearModel(const Factors& factors, const Atoms& atoms, std::shared_ptr<const StrongModes> modes);
 
   /// Makes it from the last solve() of a model, with the outcome kFound. Returns false if it was not possible. The
   /// arguments need not outlive the call.
   bool make(Model& model, const Estimate& estimate, LinearScratch& scratch);
 
-  /// Answers a picture. Returns whether the model holds for it; otherwise the results have no meaning. \param shown
-  /// looked at this picture last \param estimate as in Model::solve(); atoms and rounds are those of the model
+  /// Answers a picture. Returns whether the model holds for it; otherwise the results have no meaning.
+  /// \param shown looked at this picture last
+  /// \param estimate as in Model::solve(); atoms and rounds are those of the model
   bool answer(const Displacements& picture, const Modes& shown, Estimate& estimate);
 
   // Results of the last answer().

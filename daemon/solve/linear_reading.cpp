@@ -9,7 +9,8 @@
 namespace tractiond::solve {
 namespace {
 
-/// Reads a contact by the nodes around it and the picture's motion. \param pointOf of each node, its point
+/// Reads a contact by the nodes around it and the picture's motion.
+/// \param pointOf of each node, its point
 /// \param motion P Q^1/2
 Reading byNodesAround(int node, const sensor::Sensor& sensor, const RowMatrix& influence,
                       const std::vector<int>& pointOf, const Eigen::MatrixXd& motion, double noise_px) {

@@ -24,7 +24,8 @@ Reading wholeFaceReading(const Factors& factors, const Atoms& atoms, double nois
 /// Returns how a small contact at each of `nodes` is read under a force of Factors::force_N. Where patches are possible
 /// it is read as one round patch: its loads, place and spread, its roughness, and the picture's motion, linear about
 /// the patch (docs/mathematics.md, 4.4); elsewhere by the nodes within three places in the grid, alike for all three
-/// axes. Takes some 0.1 s for a node. Reentrant. \param mechanicsError as in SystematicErrors
+/// axes. Takes some 0.1 s for a node. Reentrant.
+/// \param mechanicsError as in SystematicErrors
 std::vector<Readings> contactReadings(const sensor::Sensor& sensor, const Factors& factors, const Atoms& atoms,
                                       double noise_px, double mechanicsError, const std::vector<int>& nodes);
 

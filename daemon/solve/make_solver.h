@@ -16,7 +16,9 @@ struct MadeSolver {
 
 /// Makes the solver. Reads its factors from the state directory, or computes them in seconds and caches them there.
 /// Fails if they cannot be computed (EX_CONFIG or EX_SOFTWARE, as loadOrComputeFactors()). The arguments need not
-/// outlive the solver. \param steps called for kDetectionLimit, too, after the others \param remark see factors_cache.h
+/// outlive the solver.
+/// \param steps called for kDetectionLimit, too, after the others
+/// \param remark see factors_cache.h
 tl::expected<MadeSolver, Error> makeSolver(const sensor::Sensor& sensor, const SolveOptions& options,
                                            const std::filesystem::path& stateDirectory, const Steps& steps = {},
                                            const Remark& remark = {});
@@ -31,11 +33,11 @@ struct SolverAtRest {
 };
 
 /// Makes the solver for the places of the markers that a zero shows, from the factors that makeSolver() has cached in
-/// the state directory. Takes some seconds. followsRest() must be true (asserted). Calls `stopping` between its
-/// steps, of a second or two, or of many where the factors are not cached; if it returns true, takes no further step
-/// and fails with EX_SOFTWARE. Fails as makeSolver(). The arguments need not outlive the solver. \param place_px,
-/// present as in RestPose \param detectionLimit_N of the solver for the places of the gel file: it is taken over, as it
-/// changes little
+/// the state directory. Takes some seconds. followsRest() must be true (asserted). Calls `stopping` between its steps,
+/// of a second or two, or of many where the factors are not cached; if it returns true, takes no further step and fails
+/// with EX_SOFTWARE. Fails as makeSolver(). The arguments need not outlive the solver.
+/// \param place_px, present as in RestPose
+/// \param detectionLimit_N of the solver for the places of the gel file: it is taken over, as it changes little
 tl::expected<SolverAtRest, Error>
 makeSolverAtRest(const sensor::Sensor& sensor, const SolveOptions& options, const std::filesystem::path& stateDirectory,
                  std::span<const float> place_px, std::span<const std::uint8_t> present,

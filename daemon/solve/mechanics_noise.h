@@ -7,7 +7,9 @@
 namespace tractiond::solve {
 
 /// Returns the standard deviation of a coordinate by its own noise and by an error of the mechanics where the contact
-/// is seen: sqrt(n^2 + e^2 sum d^4 / sum d^2) [px]. \param displacement_px d \param noise_px n
+/// is seen: sqrt(n^2 + e^2 sum d^4 / sum d^2) [px].
+/// \param displacement_px d
+/// \param noise_px n
 /// \param mechanicsError e, relative error of the displacements
 template <typename Number>
 double noiseWithMechanics_px(std::span<const Number> displacement_px, double noise_px, double mechanicsError) {

@@ -40,7 +40,8 @@ struct Estimate {
 /// Sets what an estimate takes from the mixture that it is the mean of; its other numbers stay as they are.
 void takeMeans(Mixture& mixture, Estimate& estimate);
 
-/// Sets what an estimate, which must be clear, says of a picture that nothing touches. \param products of the picture
+/// Sets what an estimate, which must be clear, says of a picture that nothing touches.
+/// \param products of the picture
 void explainByMotion(const Displacements& picture, AtomProducts& products, Posterior& posterior, Estimate& estimate);
 
 /// Thread-bound. Allocates only when made.

@@ -20,8 +20,9 @@ class ModelContacts {
   ModelContacts(const Atoms& atoms, const sensor::Sensor& sensor, const SystematicPart& systematic);
 
   /// Lists the contacts of an estimate, strongest first. Returns their number, 0 to kMaxContacts; 0 if the outcome is
-  /// not kFound. \param mixture that the estimate is the mean of \param least_N beside patches, least force of a
-  /// contact without a patch
+  /// not kFound.
+  /// \param mixture that the estimate is the mean of
+  /// \param least_N beside patches, least force of a contact without a patch
   int list(const Estimate& estimate, Mixture& mixture, double least_N, std::array<Contact, kMaxContacts>& contacts);
 
  private:

@@ -17,7 +17,8 @@ namespace tractiond::solve {
 
 class ModelSolver : public FieldSolver {
  public:
-  /// `factors` and `atoms` must outlive the solver. \param sensor that they were computed for; need not outlive it
+  /// `factors` and `atoms` must outlive the solver.
+  /// \param sensor that they were computed for; need not outlive it
   /// \param detectionLimit_N result of detectionLimit_N(); without it the constructor computes it
   ModelSolver(const Factors& factors, const Atoms& atoms, const sensor::Sensor& sensor,
               const SolveOptions& options = {}, const std::optional<std::array<double, 2>>& detectionLimit_N = {});

@@ -27,8 +27,9 @@ struct SolveOptions {
   /// Share of the markers that may be missing; beyond, the field is not valid. Isolated gaps of the zero are not among
   /// these markers (MarkerField::isolatedGaps).
   double maxMissingFraction = 0.25;
-  /// Returns the least number of markers that gives a field. \param markers M, all of the sensor \param isolatedGaps as
-  /// MarkerField::isolatedGaps
+  /// Returns the least number of markers that gives a field.
+  /// \param markers M, all of the sensor
+  /// \param isolatedGaps as MarkerField::isolatedGaps
   int fewestMarkers(int markers, int isolatedGaps) const {
     const int expected = markers - isolatedGaps;
     return expected - static_cast<int>(maxMissingFraction * expected);

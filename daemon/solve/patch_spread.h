@@ -17,15 +17,16 @@ class PatchSpread {
   /// `atoms` must outlive it; their points must be a grid.
   explicit PatchSpread(const Atoms& atoms);
 
-  /// Computes and returns the shares of the points (P) in the force of a patch; their sum is 1. \param centred true:
-  /// the centroid of the shares is the place of the patch. A place beyond the grid of points counts as the nearest one
-  /// on its border
+  /// Computes and returns the shares of the points (P) in the force of a patch; their sum is 1.
+  /// \param centred true: the centroid of the shares is the place of the patch. A place beyond the grid of points
+  /// counts as the nearest one on its border
   std::span<const double> divide(const PatchPlace& place, bool centred);
 
   /// Adds the forces of a patch, at the place of the last divide(), to those of the points, and sets its couple: what
   /// its wrench has more than these forces, the moment by what the centroid of the shares is off. Torsion is forces
-  /// around that centroid, which grow with the distance from it; their sum is 0. \param number of the couple \param
-  /// forces of points and couples (3 (P + kCouples))
+  /// around that centroid, which grow with the distance from it; their sum is 0.
+  /// \param number of the couple
+  /// \param forces of points and couples (3 (P + kCouples))
   void add(const PatchLoad& load, int number, std::span<double> forces) const;
 
  private:

@@ -36,7 +36,8 @@ class Prior {
   /// Sets the covariances of the chosen atoms to gamma_a Omega_a, with gamma_a of `chosen`, not of gamma_N2(): Omega_a
   /// = (1 - epsilon) 3 C / tr C + epsilon, C = sum_b exp(-r^2 / 2 l_a^2) e_b / |mean_b|^2 mean_b mean_b', by the last
   /// findEvident() or findGamma(); 1 if C is 0. The covariance is 0 where gamma_a is 0. l_a is the depth of the
-  /// markers. \param wide true: l_a is at least half the distance between the atoms of the level
+  /// markers.
+  /// \param wide true: l_a is at least half the distance between the atoms of the level
   void direct(Chosen& chosen, bool wide) const;
 
  private:

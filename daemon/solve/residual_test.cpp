@@ -108,7 +108,8 @@ Eigen::MatrixXd ResidualTest::seenBy(const LinearPosterior& posterior, int curve
   return seen;
 }
 
-/// Computes what is explained of the atoms, and how surely each is then known. \param seen of seenBy(), whitened
+/// Computes what is explained of the atoms, and how surely each is then known.
+/// \param seen of seenBy(), whitened
 void ResidualTest::explain(const Eigen::MatrixXd& seen, int rank) {
   const int all = static_cast<int>(seen.rows());
   precision_ = strong_->alone;

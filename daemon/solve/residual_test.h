@@ -20,23 +20,26 @@ namespace tractiond::solve {
 /// Thread-bound, as LinearPosterior.
 class ResidualTest {
  public:
-  /// \param mostUnknowns of a posterior \param mostCurves of a posterior
+  /// \param mostUnknowns of a posterior
+  /// \param mostCurves of a posterior
   ResidualTest(std::shared_ptr<const StrongModes> modes, int mostUnknowns, int mostCurves);
 
-  /// Prepares the test of a posterior. \param extra its extra unknowns, as it was made of; null: none \param curves
-  /// that it was made with
+  /// Prepares the test of a posterior.
+  /// \param extra its extra unknowns, as it was made of; null: none
+  /// \param curves that it was made with
   void make(const LinearPosterior& posterior, const ExtraUnknowns* extra, const RowMatrix& curves);
 
-  /// Starts on a picture of which all is known that it shows of each atom. \param matched n b_a without the posterior,
-  /// 3A [px^2/N]
+  /// Starts on a picture of which all is known that it shows of each atom.
+  /// \param matched n b_a without the posterior, 3A [px^2/N]
   void begin(std::span<const double> matched);
   /// Starts on a picture (2M).
   void begin(std::span<const float> displacement_px);
-  /// Adds displacements to the picture. \param displacement_px of these coordinates
+  /// Adds displacements to the picture.
+  /// \param displacement_px of these coordinates
   void add(std::span<const int> coordinates, std::span<const float> displacement_px);
   /// Returns the deviations of the most significant force that is left by the posterior's last answer at s = 1, 0 or
-  /// more. The picture must have what the posterior makes of it where it is missing. \param times as given to the
-  /// posterior
+  /// more. The picture must have what the posterior makes of it where it is missing.
+  /// \param times as given to the posterior
   double significance(const LinearPosterior& posterior, std::span<const double> times, double noise_px);
 
  private:

@@ -21,8 +21,10 @@ struct RestPlaces {
 
 /// Measures the places by the sensor's camera. Shift, scale and roll of the whole picture against the gel file are
 /// taken for motion of the camera, and are not part of the scatter; with fewer than ten markers they are not estimated.
-/// Sensor::scatter is not used. Cannot fail. Reentrant; milliseconds. \param sensor a block (asserted) \param place_px
-/// 2M, as in RestPose \param present M (asserted), 0 or 1
+/// Sensor::scatter is not used. Cannot fail. Reentrant; milliseconds.
+/// \param sensor a block (asserted)
+/// \param place_px 2M, as in RestPose
+/// \param present M (asserted), 0 or 1
 RestPlaces restPlaces(const sensor::Sensor& sensor, std::span<const float> place_px,
                       std::span<const std::uint8_t> present);
 

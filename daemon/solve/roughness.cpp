@@ -105,8 +105,8 @@ std::span<const double> Roughness::ofPatches(std::span<const double> pointForces
   return gamma_;
 }
 
-/// Computes gamma of the groups' atoms for rho = 1. \param continues whether points beyond the nodes have at least the
-/// pressure of the nearest node
+/// Computes gamma of the groups' atoms for rho = 1.
+/// \param continues whether points beyond the nodes have at least the pressure of the nearest node
 void Roughness::beneath(std::span<const double> pointForces_N, bool continues, std::vector<Group>& groups,
                         std::span<double> gamma) {
   for (Index p = 0; p < force_.size(); ++p) force_[p] = Eigen::Vector3d::Map(pointForces_N.data() + 3 * p).norm();

@@ -9,10 +9,12 @@ namespace tractiond::solve {
 /// Averages numbers of points over a distance, with the weights exp(-r^2 / 2 reach^2), whose sum is 1 at every point.
 class Spread {
  public:
-  /// Uses `atoms` in the constructor only. \param reach_m above 0
+  /// Uses `atoms` in the constructor only.
+  /// \param reach_m above 0
   Spread(const Atoms& atoms, double reach_m);
 
-  /// Computes the averages. \param from, to P numbers each, which must not overlap
+  /// Computes the averages.
+  /// \param from, to P numbers each, which must not overlap
   void average(const Eigen::VectorXd& from, Eigen::VectorXd& to);
 
  private:
@@ -35,7 +37,8 @@ class Roughness {
   /// the atoms that are larger than points (of a body, for all), what may be unseen: the same with rho = 1, of the
   /// pressure averaged over ModelConstants::kAround more, but no more than is expected to displace the markers, all
   /// together, by `unseen_px`. A point beyond the nodes has at least the pressure of the nearest node, as a contact may
-  /// continue there. \param mean_N forces of all atoms, 3A
+  /// continue there.
+  /// \param mean_N forces of all atoms, 3A
   std::span<const double> add(std::span<const double> mean_N, const Chosen& chosen, double unseen_px);
 
   /// Returns (rho_a q_a)^2 / 3 of all atoms (A [N^2]) under the forces of the points (3P), continued as above. rho_a is

@@ -53,7 +53,8 @@ class RoundPatches {
   bool find(const Displacements& picture, std::span<const double> forces_N, double enough);
 
   /// Finds the patch, if one explains the picture. Returns false if it is too broad, or its misfit() above `enough`;
-  /// the results then have no meaning. \param start where the fit starts [m]
+  /// the results then have no meaning.
+  /// \param start where the fit starts [m]
   bool findOne(const Displacements& picture, const Eigen::Vector3d& start, double enough);
 
   /// Determines which patches are parts of one contact: those that overlap, and those that one straight contact
@@ -81,14 +82,16 @@ class RoundPatches {
   /// Powers of a shift: x^2, xy, y^2, x^3, x^2 y, x y^2, y^3.
   static constexpr int kPowers = 7;
   /// Computes what a patch displaces beyond slope() after a shift of its place: as the factors of these powers of the
-  /// shift in pitches, for up to one pitch. \param columns kPowers columns of 2M, padded [px]
+  /// shift in pitches, for up to one pitch.
+  /// \param columns kPowers columns of 2M, padded [px]
   void curves(int patch, double* columns) const;
 
   /// Computes how the displacements by a unit of a patch's shear change with its spread [px/(N m^2)]: 2M, padded.
   /// \param axis 0: along x, 1: along y
   void shearSlope(int patch, int axis, double* column) const;
 
-  /// Subtracts the patches from the displacements. \param left_px remainder, which includes the picture's motion
+  /// Subtracts the patches from the displacements.
+  /// \param left_px remainder, which includes the picture's motion
   /// \param still_px the same without the motion. Both 2M, padded.
   void leave(double* left_px, double* still_px) const;
 

@@ -26,9 +26,10 @@ class Selection {
 
   /// Chooses atoms by their values gamma |H|^2 / 3 [px^2]: at most `most`, the largest ones, of those that exceed
   /// ModelConstants::kFloor times noise_px^2. Fills in their indices and gamma; leaves the covariances, which then
-  /// belong to other atoms, unchanged. There may be no atom. \param gamma_N2 of all atoms (A) \param entering true:
-  /// subtracts the value of the next atom, also from gamma, so that an atom enters with the variance 0 and no force
-  /// jumps
+  /// belong to other atoms, unchanged. There may be no atom.
+  /// \param gamma_N2 of all atoms (A)
+  /// \param entering true: subtracts the value of the next atom, also from gamma, so that an atom enters with the
+  /// variance 0 and no force jumps
   void choose(std::span<const double> gamma_N2, int most, bool entering, double noise_px, Chosen& chosen);
 
  private:

@@ -11,7 +11,8 @@ namespace tractiond::solve {
 /// The modes of the first group (ModelConstants::kGroups): what they show of a picture, and of each atom. Immutable
 /// once made; any thread may read it.
 struct StrongModes {
-  /// The arguments need not outlive it. \param noise_px n, as calibrated
+  /// The arguments need not outlive it.
+  /// \param noise_px n, as calibrated
   StrongModes(const Factors& factors, const Atoms& atoms, double noise_px);
 
   int count;                 ///< of the modes

@@ -89,8 +89,9 @@ Reading aboutPlace(const Reading& reading, const Eigen::Vector3d& at) {
   return result;
 }
 
-/// Adds what each marker's own depth misreads, with a weight. \param readings about the place of the force \param
-/// byDepth what a deviation of depth adds to the displacements under unit forces there, 2M x 3 [px/N]
+/// Adds what each marker's own depth misreads, with a weight.
+/// \param readings about the place of the force
+/// \param byDepth what a deviation of depth adds to the displacements under unit forces there, 2M x 3 [px/N]
 void addScatter(const Readings& readings, const Eigen::Ref<const Eigen::MatrixXd>& byDepth, double weight,
                 Matrix18& sum) {
   for (Eigen::Index i = 0; i < byDepth.rows(); i += 2) {

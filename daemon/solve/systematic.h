@@ -24,7 +24,8 @@ struct Strays {
 /// Computes the strays of a sensor. Takes most of a second for a block. Reentrant.
 Strays straysOf(const sensor::Sensor& sensor, const SolveOptions& options);
 
-/// Computes Factors::systematicErrors of the factors of the sensor's atoms. Reentrant. \param strays of the sensor
+/// Computes Factors::systematicErrors of the factors of the sensor's atoms. Reentrant.
+/// \param strays of the sensor
 SystematicErrors systematicErrors(const sensor::Sensor& sensor, const SolveOptions& options, const Factors& factors,
                                   const Atoms& atoms, const Strays& strays);
 
@@ -42,8 +43,9 @@ class SystematicPart {
   /// Returns the covariance of the wrench of forces on the nodes (3N [N]) about the origin, (Fx .. Mz), 6 x 6, row
   /// after row, by the errors of Young's modulus, of the mechanics, and by SystematicErrors; 0 if all forces are 0.
   /// What is pressed in one place is misread as the nodes around it misread it, what acts on all nodes as these;
-  /// between the two by the share of the face that an even pressure as concentrated would cover. \param wrench of the
-  /// forces about the origin [N, N m] \param heat_K standard deviation of the gel's temperature
+  /// between the two by the share of the face that an even pressure as concentrated would cover.
+  /// \param wrench of the forces about the origin [N, N m]
+  /// \param heat_K standard deviation of the gel's temperature
   WrenchCovariance covariance(const Wrench& wrench, std::span<const double> nodeForces_N, double heat_K = 0.0) const;
 
  private:

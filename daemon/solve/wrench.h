@@ -20,8 +20,8 @@ inline Eigen::Matrix<double, 6, 3> unitWrenches(const Eigen::Vector3d& at) {
   return wrenches;
 }
 
-/// Writes the wrenches of forces at a point [m] along the three axes: six numbers of the row of each. \param factor the
-/// forces [N]
+/// Writes the wrenches of forces at a point [m] along the three axes: six numbers of the row of each.
+/// \param factor the forces [N]
 inline void writeWrenches(const Eigen::Vector3d& at, double factor, double* rows, std::ptrdiff_t stride) {
   using Rows = Eigen::Map<Eigen::Matrix<double, 3, 6, Eigen::RowMajor>, 0, Eigen::OuterStride<>>;
   Rows(rows, 3, 6, Eigen::OuterStride<>(stride)) = factor * unitWrenches(at).transpose();

@@ -25,8 +25,8 @@ struct Appearance {
 /// discs that differ from each other and from the layer's radius, by 0.6 to 1.6 times and more; and that radius. The
 /// typical one is of the median size; the others are 0.38 to 1.8 times as large, in steps of 5 %. Where no disc is
 /// found, or its size is far from most (dust), the typical one is used. Takes up to a second where sizes differ much.
-/// \param seen by place, 1: a disc was seen; these determine the median, and some of them the blur \return which
-/// template fits each place
+/// \param seen by place, 1: a disc was seen; these determine the median, and some of them the blur
+/// \return which template fits each place
 std::vector<std::uint8_t> fitSizes(const Plane& plane, Appearance::Layer& layer, std::span<const Guess> places,
                                    std::span<const std::uint8_t> seen);
 
@@ -35,8 +35,9 @@ std::vector<std::uint8_t> fitSizes(const Plane& plane, Appearance::Layer& layer,
 MarkerTemplate roughTemplate(const Plane& plane, double radius_px);
 
 /// Estimates the share of a marker's amplitude in `own` that appears in `other` at the same place. Returns the median
-/// over the places where a marker is found, limited to 0 to 0.9; 0 if none is found. Allocates. \param own, other
-/// planes of the same picture \param places guessed places of the markers of `own`
+/// over the places where a marker is found, limited to 0 to 0.9; 0 if none is found. Allocates.
+/// \param own, other planes of the same picture
+/// \param places guessed places of the markers of `own`
 float crossTalkInto(const Plane& own, const Plane& other, const MarkerTemplate& marker, std::span<const Guess> places);
 
 }  // namespace tractiond::track

@@ -39,7 +39,8 @@ struct CrossTalk {
 
 /// Fits one centre per guess, each with the template that its `size` names. If the plane's markers are dark, amplitudes
 /// and slopes are those of its negative. A marker is found from about its own radius away. At the picture's border
-/// fitClippedCentre() continues. Reentrant; allocates nothing. \param crossTalk used for guesses that are `mixed`
+/// fitClippedCentre() continues. Reentrant; allocates nothing.
+/// \param crossTalk used for guesses that are `mixed`
 /// \param centres as many as guesses; all are written
 void fitCentres(const Plane& plane, std::span<const MarkerTemplate> markers, const CrossTalk& crossTalk,
                 std::span<const Guess> guesses, std::span<Centre> centres);

@@ -28,7 +28,8 @@ inline std::int64_t momentOf(const FrameTimes& times) {
 /// Thread-bound. Allocates only when made, and at its first frame.
 class CreepMemory {
  public:
-  /// \param terms of the gel's creep; without any it does nothing \param markers M
+  /// \param terms of the gel's creep; without any it does nothing
+  /// \param markers M
   CreepMemory(const std::vector<sensor::CreepTerm>& terms, int markers);
   CreepMemory(const CreepMemory&) = delete;
   CreepMemory& operator=(const CreepMemory&) = delete;
@@ -42,8 +43,9 @@ class CreepMemory {
   /// kRecovering until three times its longest time have passed.
   void doubt() { isDoubted_ = true; }
 
-  /// Continues from what is known otherwise, instead of a gel at rest. \param elastic_px u, 2 M \param follows_px h of
-  /// each term, 2 M x terms
+  /// Continues from what is known otherwise, instead of a gel at rest.
+  /// \param elastic_px u, 2 M
+  /// \param follows_px h of each term, 2 M x terms
   void resume(const Id& zero, std::int64_t time_ns, const Eigen::VectorXd& elastic_px,
               const Eigen::MatrixXd& follows_px);
 

@@ -15,7 +15,8 @@ inline float clippedMargin(const MarkerTemplate& marker) {
 /// Fits a centre as fitCentres() does, from those samples of the window that the picture has. Sets `found`, which must
 /// be false before, if the steps settle, the amplitude is at least that of the guess, and the whole disc is in the
 /// picture. Takes 10 to 40 us per step, a hundred times as long as a centre whose window is whole. Reentrant; allocates
-/// nothing. \param centre start of the search, and its result; the variance grows with the missing share of the window
+/// nothing.
+/// \param centre start of the search, and its result; the variance grows with the missing share of the window
 void fitClippedCentre(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk, const Guess& guess,
                       Centre& centre);
 
@@ -25,8 +26,9 @@ float clippedAmplitudeAt(const Plane& plane, const MarkerTemplate& marker, float
 
 /// Fits a centre as fitCentres() does, but the disc may be larger or smaller than the template's, and an ellipse.
 /// Returns false and leaves `centre` as it is if the steps do not settle, the amplitude falls below that of the guess,
-/// or a part of the disc is outside the picture. Takes 20 to 100 us. Reentrant; allocates nothing. \param centre start
-/// of the search; receives place, amplitude, misfit, and the variance with all slopes unknown (slopeShare 0)
+/// or a part of the disc is outside the picture. Takes 20 to 100 us. Reentrant; allocates nothing.
+/// \param centre start of the search; receives place, amplitude, misfit, and the variance with all slopes unknown
+/// (slopeShare 0)
 bool fitDeformedCentre(const Plane& plane, const MarkerTemplate& marker, const CrossTalk& crossTalk, const Guess& guess,
                        Centre& centre);
 

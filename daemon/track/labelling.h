@@ -19,7 +19,8 @@ struct LabelOptions {
 /// Thread-bound. Allocates only in the constructor.
 class Labeller {
  public:
-  /// \param lattices of the sensor's layers (latticesOf()) \param width_px, height_px size of the pictures
+  /// \param lattices of the sensor's layers (latticesOf())
+  /// \param width_px, height_px size of the pictures
   /// \param spots largest number of spots per layer
   Labeller(const std::vector<Lattice>& lattices, int width_px, int height_px, int spots);
 

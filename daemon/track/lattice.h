@@ -33,11 +33,13 @@ struct Lattice {
 
 /// Returns `seen`, extended to the number of columns and rows from the first to the last of which at least half of the
 /// markers are `there`: they may have been hidden when the picture was labelled. Never fewer than `seen`. Reentrant;
-/// allocates nothing. \param there by marker of all layers, 1: it is seen
+/// allocates nothing.
+/// \param there by marker of all layers, 1: it is seen
 LatticeSeen extentWith(const LatticeSeen& seen, const Lattice& lattice, std::span<const std::uint8_t> there);
 
 /// Returns the number of markers that are not `there` although at least four of the eight nodes around each of them
-/// are, so that their neighbours make up for them. Reentrant; allocates nothing. \param there by marker of all layers
+/// are, so that their neighbours make up for them. Reentrant; allocates nothing.
+/// \param there by marker of all layers
 int isolatedGaps(const Lattice& lattice, std::span<const std::uint8_t> there);
 
 /// Returns the lattices of the sensor's layers, in their order; the indices are those of sensor::markerPositions.
@@ -99,12 +101,12 @@ class Trust {
   /// \param spacing_px distance between neighbours of the lattice in the untouched gel
   Trust(const Lattice& lattice, float spacing_px);
 
-  /// Sets `valid` to 0 where the displacement contradicts its surroundings. Always:
-  /// outliers of their row and column, which differ from the mean of the neighbours on both sides by more than a
-  /// quarter of the spacing. Then, if `thorough`, or if neighbours still contradict each other: all but the largest
-  /// connected piece, and both of two neighbours in it that contradict each other. Considers only this lattice's nodes.
-  /// \param thorough true: looks for separate pieces even if no neighbours contradict each other \param displacement,
-  /// valid by marker of all layers
+  /// Sets `valid` to 0 where the displacement contradicts its surroundings. Always: outliers of their row and column,
+  /// which differ from the mean of the neighbours on both sides by more than a quarter of the spacing. Then, if
+  /// `thorough`, or if neighbours still contradict each other: all but the largest connected piece, and both of two
+  /// neighbours in it that contradict each other. Considers only this lattice's nodes.
+  /// \param thorough true: looks for separate pieces even if no neighbours contradict each other
+  /// \param displacement, valid by marker of all layers
   void prune(std::span<const Vector> displacement, std::span<std::uint8_t> valid, bool thorough);
 
  private:

@@ -41,8 +41,10 @@ class MarkerTemplate {
   /// Makes a template without a window, which must not be used for a fit.
   MarkerTemplate() = default;
 
-  /// Computes the tables: allocates. \param radius above 0; cut to largestRadius() \param blur standard deviation of
-  /// the Gaussian, the sample's own width included, above 0; a wide one does not widen the window beyond kMaxHalf
+  /// Computes the tables: allocates.
+  /// \param radius above 0; cut to largestRadius()
+  /// \param blur standard deviation of the Gaussian, the sample's own width included, above 0; a wide one does not
+  /// widen the window beyond kMaxHalf
   MarkerTemplate(double radius, double blur);
 
   /// Returns the largest radius that a template can have [samples].
@@ -59,11 +61,12 @@ class MarkerTemplate {
   static constexpr int rowLength(int half) { return half == 3 ? 8 : 2 * half; }
   /// Returns the number of samples, with padding, of a window of this half width.
   static constexpr int paddedSamples(int half) { return (4 * half * half + kLanes - 1) / kLanes * kLanes; }
-  /// Returns the phase of a centre; valid as long as this. \param index (8ths of a sample down) * kPhases + (8ths of a
-  /// sample across), each from 0 to kPhases - 1
+  /// Returns the phase of a centre; valid as long as this.
+  /// \param index (8ths of a sample down) * kPhases + (8ths of a sample across), each from 0 to kPhases - 1
   const Phase& phase(int index) const { return phases_[index]; }
   /// Returns the weights of a phase: kRows rows of samples() numbers, each the window row by row; the padding is 0.
-  /// Valid as long as this. \param index as for phase()
+  /// Valid as long as this.
+  /// \param index as for phase()
   const float* weights(int index) const { return weights_.front().lane + index * kRows * samples(); }
 
   /// Returns T at distance r, not below 0 [samples]: 1 within a large disc; 0 far outside the window.
@@ -77,8 +80,8 @@ class MarkerTemplate {
   /// the two directions in which an ellipse is elongated.
   Eigen::Matrix<double, 1, 3> deformationsAt(double x, double y) const;
 
-  /// Returns the phase of a window, without `cover`. \param triangle upper triangular QR factor of functionsAt() over
-  /// the window
+  /// Returns the phase of a window, without `cover`.
+  /// \param triangle upper triangular QR factor of functionsAt() over the window
   static Phase phaseOf(const Triangle& triangle);
 
  private:

@@ -32,8 +32,9 @@ std::vector<Vector> nominalPlaces(const sensor::Sensor& sensor);
 double markerRadius(const sensor::Sensor& sensor, const sensor::MarkerLayer& layer);
 
 /// Returns the smallest of the lattices' mean distances between neighbours [px], of those in their first row and of
-/// those in their first column: they differ where the pixels are not square or the camera is tilted. \param places_px
-/// by marker of all layers \param lattices at least one, of two columns and two rows or more
+/// those in their first column: they differ where the pixels are not square or the camera is tilted.
+/// \param places_px by marker of all layers
+/// \param lattices at least one, of two columns and two rows or more
 float smallestSpacing(std::span<const Vector> places_px, std::span<const Lattice> lattices);
 
 }  // namespace tractiond::track

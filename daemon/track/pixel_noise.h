@@ -22,8 +22,9 @@ class PixelNoise {
   /// markers' centres and at bare gel with those of the frame before: the picture is flat there, so that a small motion
   /// does not count as noise. Ignores pixels that are nearly black or saturated here or in the frame before; of
   /// centres, or of bare gel, all pixels of a layer if fewer than 30 remain.
-  /// \param first index of the layer's first marker \param place_px, valid of this layer's markers \param between
-  /// offset from a marker to bare gel [px]
+  /// \param first index of the layer's first marker
+  /// \param place_px, valid of this layer's markers
+  /// \param between offset from a marker to bare gel [px]
   void add(const Plane& plane, int first, std::span<const Vector> place_px, Vector between,
            std::span<const std::uint8_t> valid);
 

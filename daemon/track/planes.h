@@ -22,8 +22,8 @@ class Planes {
   /// \param layers one or two, for which trackable() succeeds; copied
   explicit Planes(std::span<const sensor::MarkerLayer> layers);
 
-  /// Makes the planes of a picture. They are valid until the next call, and no longer than the frame's memory. \param
-  /// frame of any size and format that trackable() accepts
+  /// Makes the planes of a picture. They are valid until the next call, and no longer than the frame's memory.
+  /// \param frame of any size and format that trackable() accepts
   void read(const Frame& frame);
 
   /// Returns the plane in which the layer's markers stand out.

@@ -10,8 +10,9 @@ namespace tractiond::track {
 /// Thread-bound. Allocates only in the constructor; add() takes at most `capacity` points, each once until clear().
 class PointGrid {
  public:
-  /// \param width_px, height_px size of the picture \param cell_px side of a cell \param capacity largest number of
-  /// points
+  /// \param width_px, height_px size of the picture
+  /// \param cell_px side of a cell
+  /// \param capacity largest number of points
   PointGrid(int width_px, int height_px, float cell_px, int capacity)
       : cell_(cell_px)
       , columns_(static_cast<int>(static_cast<float>(width_px) / cell_px) + 1)

@@ -26,15 +26,15 @@ Id restPoseOwner(const sensor::Sensor& sensor, PixelFormat format);
 
 /// Reads a rest pose; returns nothing, without an error, if there is no file. EX_NOINPUT: the file cannot be read.
 /// EX_DATAERR: it is cut short, damaged, of another version, or of another sensor, picture or camera; a new zero is
-/// needed then. Of a file of the version before, RestPose::oddity is empty. Waits for the disk. \param camera its name
-/// (calibrate::cameraId()), at most 4096 bytes
+/// needed then. Of a file of the version before, RestPose::oddity is empty. Waits for the disk.
+/// \param camera its name (calibrate::cameraId()), at most 4096 bytes
 tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem::path& path,
                                                           const sensor::Sensor& sensor, PixelFormat format,
                                                           const std::string& camera);
 
-/// Writes a rest pose as a whole or not at all, replacing an existing file; it is on the disk when this returns.
-/// Waits for the disk. Creates the directory if it is missing. Fails with EX_CANTCREAT. \param camera as for
-/// loadRestPose(); the rest of a longer name is cut off, and the file then fits no camera
+/// Writes a rest pose as a whole or not at all, replacing an existing file; it is on the disk when this returns. Waits
+/// for the disk. Creates the directory if it is missing. Fails with EX_CANTCREAT.
+/// \param camera as for loadRestPose(); the rest of a longer name is cut off, and the file then fits no camera
 tl::expected<void, Error> saveRestPose(const std::filesystem::path& path, const RestPose& pose,
                                        const sensor::Sensor& sensor, PixelFormat format, const std::string& camera);
 

@@ -22,7 +22,8 @@ LayerChannels channelsOf(const sensor::MarkerLayer& layer, const PlainPicture& p
 /// Searches one picture for spots again and again. Thread-bound.
 class SpotSearch {
  public:
-  /// \param markers expected number of markers \param picture must outlive the object
+  /// \param markers expected number of markers
+  /// \param picture must outlive the object
   SpotSearch(int markers, const PlainPicture& picture);
 
   /// Returns the spots of this radius that stand out more in channel `own` than in `other`. Valid until the next call.
@@ -47,7 +48,8 @@ struct SeenGrid {
 /// Finds the grid of a layer's markers by their appearance alone: for spots of each radius that can be tracked,
 /// measures distance and direction of the nearest neighbours, and returns the grid with the most spots; nothing if
 /// there are fewer than a third of the layer's markers. Neither pitch, diameter, depth nor the camera's pose of the
-/// sensor are used. \param index of the layer
+/// sensor are used.
+/// \param index of the layer
 std::optional<SeenGrid> seenGrid(const sensor::Sensor& sensor, std::size_t index, const PlainPicture& picture);
 
 }  // namespace tractiond::track

@@ -18,7 +18,8 @@ class TearFinder {
   /// displacements of all layers step by more than their noise and more than 0.1 px (a step of half a pixel is always
   /// found, smaller ones mostly), or the rows on one side have vanished. A frame that is not torn becomes the reference
   /// for the next one; the first one has none and is not torn. After three torn frames in a row the next frame counts
-  /// as not torn. \param displacement_px, variance_px2, valid by marker, of all layers
+  /// as not torn.
+  /// \param displacement_px, variance_px2, valid by marker, of all layers
   bool torn(std::span<const Vector> displacement_px, std::span<const float> variance_px2,
             std::span<const std::uint8_t> valid);
 

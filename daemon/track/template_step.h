@@ -40,8 +40,9 @@ TRACTION_INLINE TemplateStep stepOf(const MarkerTemplate::Phase& phase, const Wi
   return step;
 }
 
-/// Sets what is known of a centre that was found, but its place. \param noise variance of the samples, relative to that
-/// of plain ones \param misfit, mean of the window's samples
+/// Sets what is known of a centre that was found, but its place.
+/// \param noise variance of the samples, relative to that of plain ones
+/// \param misfit, mean of the window's samples
 TRACTION_INLINE void describeFound(const Plane& plane, const MarkerTemplate::Phase& phase, const WindowProducts& p,
                                    float noise, float misfit, float mean, Centre& centre) {
   const float perVariance = noise * plane.scale * plane.scale / (centre.amplitude * centre.amplitude);

@@ -54,8 +54,9 @@ class Tracker final : public ZeroTracker {
   void restore(const RestPose& pose);
 
   /// Finds the markers in a frame and fills `field`, whatever it returns, with their displacements from the zero in
-  /// force and the flags. Without a zero no marker of the field is valid. Takes the zero that is under way. \param
-  /// frame of the size of the sensor's camera \param field resize()d for all markers
+  /// force and the flags. Without a zero no marker of the field is valid. Takes the zero that is under way.
+  /// \param frame of the size of the sensor's camera
+  /// \param field resize()d for all markers
   Outcome track(const Frame& frame, MarkerField& field);
 
   // These implement ZeroTracker.

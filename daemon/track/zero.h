@@ -34,9 +34,9 @@ const char* describe(ZeroState state);
 /// Thread-bound. Allocates only in the constructor.
 class ZeroTaker {
  public:
-  /// \param markers number of markers of all layers \param frames number N of frames to average, at least 2 (less
-  /// counts as 2) \param minValidFraction share of the markers that must be valid in each frame, else add() returns
-  /// kTooFew
+  /// \param markers number of markers of all layers
+  /// \param frames number N of frames to average, at least 2 (less counts as 2)
+  /// \param minValidFraction share of the markers that must be valid in each frame, else add() returns kTooFew
   ZeroTaker(int markers, int frames, double minValidFraction);
 
   /// Forgets the frames added so far. Must be called before the first add() after a result other than kTaking.

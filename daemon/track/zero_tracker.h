@@ -29,8 +29,9 @@ class ZeroTracker {
   /// Puts a zero in force from the next frame on: the one that takeRestPose() returned last, or an earlier one. The
   /// former is verified, and the markers' appearance changes with it. The one that was in force before this one is
   /// verified if it was then; any other zero only by agreeing frames, if it was requested. Called with the zero that is
-  /// in force, it rejects the one that was taken since. Of several calls before a frame the last counts. \param fits as
-  /// in Tracker::setGelFits() \return false: nothing has changed, as track() is reading the last call; try again later
+  /// in force, it rejects the one that was taken since. Of several calls before a frame the last counts.
+  /// \param fits as in Tracker::setGelFits()
+  /// \return false: nothing has changed, as track() is reading the last call; try again later
   virtual bool putInForce(const RestPose& pose, bool fits) = 0;
 
  protected:

@@ -33,15 +33,16 @@ using Progress = std::function<void(double)>;
 /// machine's cores. Immutable afterwards and reentrant; copies share it.
 class BlockCorrection {
  public:
-  /// Takes seconds. The arguments need not outlive the object. Asserts that the degree is at least 2, and
-  /// Poisson's ratio below 0.5. \param targets 3 x T, gel frame [m], in the
-  /// block (not checked)
+  /// Takes seconds. The arguments need not outlive the object. Asserts that the degree is at least 2, and Poisson's
+  /// ratio below 0.5.
+  /// \param targets 3 x T, gel frame [m], in the block (not checked)
   BlockCorrection(const Gel& gel, const Points& targets, const BlockOptions& options = {},
                   const Progress& progress = {});
 
   /// Returns w per unit force, 3T x 3S [m/N]: rows 3t.. are w at target t, columns 3s.. the unit forces along x, y, z
-  /// at source s. \param sources 3 x S, gel frame [m], z = 0, no nearer to a side than BlockOptions::clearance: the
-  /// result is inexact there (not checked)
+  /// at source s.
+  /// \param sources 3 x S, gel frame [m], z = 0, no nearer to a side than BlockOptions::clearance: the result is
+  /// inexact there (not checked)
   Eigen::MatrixXd matrix(const Points& sources) const;
 
  private:
@@ -51,7 +52,8 @@ class BlockCorrection {
 
 /// Returns the half-space field plus the correction, 3T x 3S [m/N], laid out as BlockCorrection::matrix(). Sources may
 /// be as near to a side as they like: uses clearanceOf(sources). No target may coincide with a source: the result is
-/// not finite there. Takes seconds; less for few sources. \param degree BlockOptions::degree
+/// not finite there. Takes seconds; less for few sources.
+/// \param degree BlockOptions::degree
 Eigen::MatrixXd blockDisplacement(const Gel& gel, const Points& targets, const Points& sources,
                                   int degree = kBlockDegree, const Progress& progress = {});
 

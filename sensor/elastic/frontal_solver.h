@@ -30,7 +30,8 @@ class FrontalSolver {
   Front eliminate(const std::vector<Front>& parts, const std::function<bool(int)>& isDone);
 
   /// Returns the solution of all eliminated unknowns, unknownCount x columns; rows of other unknowns are zero. Discards
-  /// the factors. \param columns number of columns of the whole right-hand side
+  /// the factors.
+  /// \param columns number of columns of the whole right-hand side
   Eigen::MatrixXd solve(Eigen::Index columns);
 
  private:

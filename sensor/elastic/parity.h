@@ -20,7 +20,9 @@ double character(unsigned parity, unsigned image);
 Eigen::Vector3d mirror(unsigned image);
 
 /// Returns whether a component is zero on the plane across `axis`: of an even field the component across the plane, of
-/// an odd field the two others. \param axis 0: plane x = 0; 1: plane y = 0 \param component 0 to 2
+/// an odd field the two others.
+/// \param axis 0: plane x = 0; 1: plane y = 0
+/// \param component 0 to 2
 bool vanishes(unsigned parity, int axis, int component);
 
 /// Points mirrored into the quarter x, y >= 0.

@@ -24,13 +24,16 @@ struct CondensedElement {
   std::array<Eigen::MatrixXd, 8> factor, coupling;
 
   /// Returns the matrix that gives the displacement at points: rows are the shell's unknowns, column c * points + t is
-  /// component c at point t. \param unit 3 x points in the element's coordinates [0, 1]^3
+  /// component c at point t.
+  /// \param unit 3 x points in the element's coordinates [0, 1]^3
   Eigen::MatrixXd interpolation(const Points& unit) const;
 };
 
 /// Returns the condensed element. The term in the divergence is integrated with (degree - 1)^3 Gauss points, which
-/// prevents locking as Poisson's ratio approaches 1/2; all other terms are integrated exactly. Reentrant. \param degree
-/// >= 2 (asserted, as poissonRatio < 0.5) \param size edge lengths [m] \param youngsModulus [Pa]
+/// prevents locking as Poisson's ratio approaches 1/2; all other terms are integrated exactly. Reentrant.
+/// \param degree >= 2 (asserted, as poissonRatio < 0.5)
+/// \param size edge lengths [m]
+/// \param youngsModulus [Pa]
 CondensedElement condensedElement(int degree, const Eigen::Vector3d& size, double youngsModulus, double poissonRatio);
 
 }  // namespace sensor::elastic

@@ -58,7 +58,8 @@ struct Options {
 /// Columns of numbers, a file for each name, a row a frame.
 class Columns {
  public:
-  /// \param prefix of all names \param most numbers of a row that is written
+  /// \param prefix of all names
+  /// \param most numbers of a row that is written
   explicit Columns(std::filesystem::path folder, std::string prefix, std::size_t most)
       : folder_(std::move(folder))
       , prefix_(std::move(prefix))

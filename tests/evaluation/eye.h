@@ -148,7 +148,8 @@ class Eye {
 };
 
 /// Returns a tracker that has taken a zero from unloaded frames. Ends the program as fail() if it takes none.
-/// \param field overwritten \param zero if not null, set to the zero
+/// \param field overwritten
+/// \param zero if not null, set to the zero
 inline std::unique_ptr<tractiond::track::Tracker> trackerAtRest(const sensor::Sensor& sensor,
                                                                 const tractiond::track::TrackOptions& options, Eye& eye,
                                                                 MarkerField& field, RestPose* zero = nullptr) {

@@ -15,11 +15,13 @@ class Askers {
   /// All references must outlive it.
   Askers(Zeros& zeros, const Starvation& starvation, Journal& journal);
 
-  /// Notes a request for a zero, or an undo. \return whether it is to begin; a later one of the same kind shares the
-  /// answer to the one that is open, and another is refused \param within_s time within which the answer must come, as
-  /// the status states; 0: none
+  /// Notes a request for a zero, or an undo.
+  /// \return whether it is to begin; a later one of the same kind shares the answer to the one that is open, and
+  /// another is refused
+  /// \param within_s time within which the answer must come, as the status states; 0: none
   bool noteZero(double within_s, const ZeroRequest& request);
-  /// Notes a request for a calibration step. \param within_ns time within which the answer must come
+  /// Notes a request for a calibration step.
+  /// \param within_ns time within which the answer must come
   void noteStep(const CalibrationStep& step, std::int64_t within_ns);
   void noteZeroAnswer(const tl::expected<RestPose, std::string>& answer);
   void noteStepAnswer(const calibrate::Result& answer);

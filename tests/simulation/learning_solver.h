@@ -12,7 +12,8 @@ namespace tractiond::simulation {
 /// A model is the frame that it was made of. What it answers is what LinearSolver finds.
 class LearningSolver : public solve::FieldSolver {
  public:
-  /// The gel must outlive it. \param work lets the time pass that a solution takes, or a model
+  /// The gel must outlive it.
+  /// \param work lets the time pass that a solution takes, or a model
   LearningSolver(const Gel& gel, std::function<void()> work);
 
   // Implement FieldSolver. answer() completes the field also where it returns false: who takes it breaks a law.

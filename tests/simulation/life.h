@@ -45,8 +45,8 @@ class Life : public capture::FrameSource,
   /// Restores what is on the disk.
   explicit Life(const Around& around);
 
-  /// Takes one turn of a stage, or goes on with that of the solving stage if it waits. \return whether there was
-  /// something to do, and it is done
+  /// Takes one turn of a stage, or goes on with that of the solving stage if it waits.
+  /// \return whether there was something to do, and it is done
   bool turn(Stage stage);
   /// Returns until when a stage waits in the middle of its turn; 0: it does not.
   std::int64_t waitsUntil_ns(Stage stage) const {
@@ -62,7 +62,8 @@ class Life : public capture::FrameSource,
   /// received = published + named losses, but for what is in flight.
   void checkBalance(std::uint64_t inFlight) const;
   /// Laws: links evict nothing unless a stage had no processor for longer than they bridge, or frames came in a burst;
-  /// that before the solver bridges no stall. \param solvesBurst frames of a burst may still wait for the solver
+  /// that before the solver bridges no stall.
+  /// \param solvesBurst frames of a burst may still wait for the solver
   void checkEvictions(bool inBurst, bool solvesBurst);
 
   /// Asks for what happens to be asked for. The next turn of the control thread begins it; as by the control server,

@@ -38,7 +38,8 @@ class Operator {
   /// Returns how long the last reload reads.
   std::int64_t readUntil_ns() const { return readUntil_ns_; }
 
-  /// Law: a reload takes all of a configuration or nothing. \param opened options that the camera was opened with last
+  /// Law: a reload takes all of a configuration or nothing.
+  /// \param opened options that the camera was opened with last
   void check(const capture::CameraOptions& opened);
 
  private:

@@ -19,7 +19,8 @@ class Tracker {
   explicit Tracker(const Gel& gel)
       : gel_(gel) {}
 
-  /// Writes the markers of a picture. \return false: there is no zero in force for which setGelFits() was called
+  /// Writes the markers of a picture.
+  /// \return false: there is no zero in force for which setGelFits() was called
   bool track(const Picture& picture, MarkerField& field);
 
   void request() { state_ = track::ZeroState::kRequested; }

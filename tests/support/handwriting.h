@@ -24,7 +24,8 @@ class Writer {
       , slant_(strangeness > 0.0 ? normal(0.12) : 0.0)
       , aspect_(strangeness > 0.0 ? std::exp(normal(0.12)) : 1.0) {}
 
-  /// Returns places of the finger [mm], 60 a second. \param shown of the symbol, any size
+  /// Returns places of the finger [mm], 60 a second.
+  /// \param shown of the symbol, any size
   input::Stroke draw(const std::string& symbol, const input::Stroke& shown) {
     input::Stroke shape = even(shown);
     auto& own = shapes_[symbol];

@@ -56,7 +56,8 @@ class MemoryDriver : public capture::Driver {
 };
 
 /// Returns a function that opens a driver for the pictures, which must outlive it. Ids count from 1; time stamps are
-/// the host's, but always increase. \param loops how often the pictures are delivered; 0: without end
+/// the host's, but always increase.
+/// \param loops how often the pictures are delivered; 0: without end
 inline capture::OpenDriver fromMemory(const Pictures& pictures, std::uint64_t loops) {
   return [&pictures, loops](const capture::Opening&) -> tl::expected<std::unique_ptr<capture::Driver>, Error> {
     return std::make_unique<MemoryDriver>(pictures, loops);

@@ -26,8 +26,10 @@ std::string bytesOf(const std::vector<T>& values) {
   return bytes;
 }
 
-/// Returns the content of a .npy file. \param type such as "<f8" \param shape such as "3, 4" or "3,"; empty: a single
-/// element \param data bytes of the elements; nothing is checked
+/// Returns the content of a .npy file.
+/// \param type such as "<f8"
+/// \param shape such as "3, 4" or "3,"; empty: a single element
+/// \param data bytes of the elements; nothing is checked
 inline std::string array(const std::string& type, const std::string& shape, const std::string& data,
                          bool fortran = false) {
   const std::string dictionary =
@@ -40,7 +42,8 @@ inline std::string numbers(const std::string& shape, const std::vector<double>& 
   return array("<f8", shape, bytesOf(values));
 }
 
-/// Returns the .npy content of a string without dimensions, in UTF-32. \param text ASCII
+/// Returns the .npy content of a string without dimensions, in UTF-32.
+/// \param text ASCII
 inline std::string text(const std::string& text) {
   std::string data;
   for (const char c : text) data += c + std::string(3, '\0');

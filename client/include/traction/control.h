@@ -125,9 +125,10 @@ enum class Question { kStatus, kDescription, kZero, kUndoZero };
 class TRACTION_EXPORT Control {
  public:
   /// Finds the endpoint, once for all requests: `options.endpoint`, or the socket of `options.instance` if that is
-  /// empty. Neither connects nor checks endpoint and keys: the requests do. \param options are copied \throws Error
-  /// kBadEndpoint if the endpoint is empty and the instance's name is invalid, or another user may control the
-  /// directory of its sockets
+  /// empty. Neither connects nor checks endpoint and keys: the requests do.
+  /// \param options are copied
+  /// \throws Error kBadEndpoint if the endpoint is empty and the instance's name is invalid, or another user may
+  /// control the directory of its sockets
   explicit Control(const ControlOptions& options = {});
 
   Status status() const;            ///< Returns the status that the daemon published last.
@@ -148,17 +149,18 @@ class TRACTION_EXPORT Control {
 
   /// Puts a gel file in force: the daemon keeps it in its state directory, and starts again with it after the answer;
   /// for a gel that is new to it, it answers again when it has computed its factors. Error kRefused also unless the
-  /// daemon's sensor.gel_file is "adopted", and if the gel file is wrong or not of its camera. \param gelFile its text,
-  /// at most 60 kB
+  /// daemon's sensor.gel_file is "adopted", and if the gel file is wrong or not of its camera.
+  /// \param gelFile its text, at most 60 kB
   void adopt(const std::string& gelFile) const;
 
   /// Sends a request and returns its answer undecoded: the Protobuf bytes of a traction.v1.Reply, which may hold the
-  /// daemon's error and is not checked. For gateways and exporters. \throws Error kBadEndpoint, kNoAnswer, kBadKeys,
-  /// kNotAllowed
+  /// daemon's error and is not checked. For gateways and exporters.
+  /// \throws Error kBadEndpoint, kNoAnswer, kBadKeys, kNotAllowed
   std::string pass(Question question) const;
 
   /// Returns the endpoint that a request goes to now: of an instance, whose daemon may start later, it is looked up
-  /// anew. \throws Error kBadEndpoint
+  /// anew.
+  /// \throws Error kBadEndpoint
   std::string endpoint() const;
 
  private:

@@ -20,7 +20,8 @@ enum class ErrorCode {
 /// Thrown by the functions of this library, where their comments state it; what() is a sentence for the operator.
 class TRACTION_EXPORT Error : public std::runtime_error {
  public:
-  /// \param code kind of the error, for programs \param what a sentence for the operator
+  /// \param code kind of the error, for programs
+  /// \param what a sentence for the operator
   Error(ErrorCode code, const std::string& what)
       : std::runtime_error(what)
       , code_(code) {}

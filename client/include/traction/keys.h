@@ -15,8 +15,9 @@ struct Keys {
 };
 
 /// Reads a key pair from a file that `tractionctl keys new` wrote, and the server key, which stays empty if the file
-/// has none. Reentrant. \throws Error kBadKeys if the file cannot be read, is not valid, its keys are not a pair, or
-/// its mode lets others than its owner read, write or execute it (the group of a file of root may read it)
+/// has none. Reentrant.
+/// \throws Error kBadKeys if the file cannot be read, is not valid, its keys are not a pair, or its mode lets others
+/// than its owner read, write or execute it (the group of a file of root may read it)
 TRACTION_EXPORT Keys loadKeys(const std::string& path);
 
 }  // namespace traction

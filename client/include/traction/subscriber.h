@@ -62,8 +62,9 @@ struct Raw {
 };
 
 /// Decodes a message of Mode::kStream. Returns nothing for a topic that this version does not know. Header::arrived_ns
-/// is 0. The result does not refer to `raw`. Reentrant. \throws Error kVersion if the topic is not one of this protocol
-/// version, kMalformed if the bytes are not a valid message of the topic
+/// is 0. The result does not refer to `raw`. Reentrant.
+/// \throws Error kVersion if the topic is not one of this protocol version, kMalformed if the bytes are not a valid
+/// message of the topic
 TRACTION_EXPORT std::optional<Message> decode(const Raw& raw);
 
 /// Subscriber of one instance. Not thread-safe: only one thread may use it at a time. It connects, and connects again,
@@ -74,7 +75,8 @@ TRACTION_EXPORT std::optional<Message> decode(const Raw& raw);
 /// in a message of the library's own, for which raw() is empty, after a second without a message of traction-touch.
 class TRACTION_EXPORT Subscriber {
  public:
-  /// Starts to connect and returns at once, whether or not the daemon runs. \param options are copied
+  /// Starts to connect and returns at once, whether or not the daemon runs.
+  /// \param options are copied
   /// \throws Error kBadEndpoint if the endpoint or the instance's name is invalid, kBadKeys if a key is, kNoAnswer if
   /// no file descriptors or memory are left for ZeroMQ
   explicit Subscriber(const SubscriberOptions& options = {});
@@ -86,7 +88,8 @@ class TRACTION_EXPORT Subscriber {
 
   /// Waits for the next message. Returns nothing if none arrives within `timeout`, or if a signal interrupts the wait.
   /// In Mode::kStream the daemon sends a new subscriber the description at once. After an error it may be called again,
-  /// and goes on with the next message. \param timeout above 10^12 ms: 10^12 ms; 0 or negative: does not wait
+  /// and goes on with the next message.
+  /// \param timeout above 10^12 ms: 10^12 ms; 0 or negative: does not wait
   /// \throws Error kVersion, kMalformed, kNotAllowed; kBadEndpoint for the endpoint of Mode::kLatest; kNoAnswer if no
   /// memory is left for ZeroMQ
   std::optional<Message> receive(std::chrono::milliseconds timeout);

@@ -28,7 +28,8 @@ struct Template {
 
 using Alphabet = std::vector<Template>;
 
-/// Parses the text of a file. EX_CONFIG: it is wrong. \param name of the file in errors
+/// Parses the text of a file. EX_CONFIG: it is wrong.
+/// \param name of the file in errors
 tl::expected<Alphabet, tractiond::Error> parseAlphabet(std::string_view text, const std::string& name);
 /// Parses a file. EX_NOINPUT: it cannot be read.
 tl::expected<Alphabet, tractiond::Error> loadAlphabet(const std::filesystem::path& path);

@@ -36,7 +36,8 @@ class OddStreams : public Quirks {
     return bytes;
   }
 
-  /// Sends pictures from now on. \param change what is odd about them
+  /// Sends pictures from now on.
+  /// \param change what is odd about them
   void stream(std::function<void(GvTransmitter::Picture&)> change = {}) {
     stop();
     ending_ = false;

@@ -27,7 +27,8 @@ struct Bench {
     }
   }
 
-  /// Shoots until there is a zero. \return what the watch says of it
+  /// Shoots until there is a zero.
+  /// \return what the watch says of it
   std::string takeZero() {
     RestPose pose;
     for (int i = 0; i < 80; ++i) {

@@ -35,7 +35,8 @@ class KeyboardTest : public testing::Test {
     }
     FAIL() << "no stroke for " << symbol;
   }
-  /// Presses in one place, without lifting the touch. \param torque_Nm at a time [s]
+  /// Presses in one place, without lifting the touch.
+  /// \param torque_Nm at a time [s]
   void press(
       std::uint64_t id, double seconds, double press_N,
       const std::function<double(double)>& torque_Nm = [](double) { return 0.0; }) {

@@ -68,8 +68,8 @@ TEST(Corners, AreExactToThousandthsOfAPixel) {
   EXPECT_LE(worst_px, 0.02);
 }
 
-/// Corners of boards seen at random, each wrong by `error_px` (one deviation, each coordinate). \param turned whether
-/// every other board is turned by 90 degrees
+/// Corners of boards seen at random, each wrong by `error_px` (one deviation, each coordinate).
+/// \param turned whether every other board is turned by 90 degrees
 std::vector<Corners> seenCorners(Draw& draw, const TrueCamera& truth, const Board& board, double error_px,
                                  bool turned = false) {
   std::vector<Corners> views(kPictures);

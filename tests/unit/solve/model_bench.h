@@ -56,7 +56,9 @@ inline MatrixXd blockImage(const sensor::Sensor& sensor, const sensor::Points& s
   return halfSpaceImage(sensor, sources) - 0.5 * halfSpaceImage(sensor, above);
 }
 
-/// A sensor and its model. \param image of the sensor's gel \param hasPatches whether the model has patches
+/// A sensor and its model.
+/// \param image of the sensor's gel
+/// \param hasPatches whether the model has patches
 class Bench {
  public:
   explicit Bench(const sensor::Sensor& sensor, const SolveOptions& options = everyMode(), Image* image = halfSpaceImage,

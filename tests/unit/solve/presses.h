@@ -75,7 +75,8 @@ inline Press press(const Vector2d& at, const sensor::elastic::PatchQuadrature& p
   return result;
 }
 
-/// Returns the press of a ball: 1 N along each axis in turn. \param radius of the contact [m]
+/// Returns the press of a ball: 1 N along each axis in turn.
+/// \param radius of the contact [m]
 inline Press press(const Vector2d& at, double radius) {
   return press(at, sensor::elastic::hertz(at, radius, Vector3d::UnitZ()));
 }

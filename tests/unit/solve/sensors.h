@@ -59,7 +59,8 @@ class Picture {
   Displacements given_;
 };
 
-/// Returns the prior of a picture that does not move. \param coordinates 2M
+/// Returns the prior of a picture that does not move.
+/// \param coordinates 2M
 inline MotionPrior still(Eigen::Index coordinates) {
   return {Eigen::MatrixXd::Zero(coordinates, kMotions), Eigen::Vector4d::Zero()};
 }

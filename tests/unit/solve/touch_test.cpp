@@ -7,8 +7,8 @@ namespace {
 
 using TouchTest = PressTest;
 
-/// Returns what 1 N into the gel does to the picture, spread over a bar. \param tapering 0: evenly; 1: to nothing at
-/// one end
+/// Returns what 1 N into the gel does to the picture, spread over a bar.
+/// \param tapering 0: evenly; 1: to nothing at one end
 VectorXd barImage(const Vector2d& centre, double angle, double length_m, double width_m, double tapering) {
   constexpr int kAlong = 14, kAcross = 7;
   sensor::Points points(3, kAlong * kAcross);

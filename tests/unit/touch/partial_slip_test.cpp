@@ -145,7 +145,8 @@ TEST(PartialSlip, WhatWasKnownOfAnotherPlaceIsForgotten) {
   EXPECT_NEAR(frames.see(there, 2).value().friction.estimate, 0.3, 0.04);
 }
 
-/// A contact of 4 N, round with even pressure, no ball. \param torque_N torque over its lever
+/// A contact of 4 N, round with even pressure, no ball.
+/// \param torque_N torque over its lever
 Observation borne(double shear_N, double torque_N = 0.0) {
   Observation contact;
   contact.force_N = {shear_N, 0.0, 4.0};
