@@ -7,7 +7,11 @@
 #include <opencv2/imgproc.hpp>
 #include <zlib.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
