@@ -1,5 +1,6 @@
 #include "daemon/calibrate/calibration.h"
 #include "sensor/gel_file.h"
+#include "tests/support/fingertip.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/calibrate/frames.h"
 #include "tests/unit/calibrate/markers.h"

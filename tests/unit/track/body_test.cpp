@@ -1,5 +1,6 @@
 // Markers of a body whose layers are bent: the tracker knows them by their grids and by where they should be.
 #include "sensor/influence_file.h"
+#include "tests/support/fingertip.h"
 #include "tests/unit/track/scene.h"
 
 #include <gtest/gtest.h>
@@ -10,13 +11,7 @@ namespace {
 /// The paper's markers below a spherical cap, at equal distances along it. Its mechanics do not matter here.
 sensor::Sensor cap(double radius) {
   sensor::Sensor sensor;
-  sensor::Body body{.file = "cap.npz",
-                    .youngsModulus = 1.0,
-                    .influence = {},
-                    .nodes = sensor::nodePositions(sensor),
-                    .normals = sensor::nodeNormals(sensor),
-                    .areas = sensor::nodeAreas(sensor),
-                    .markers = sensor::markerPositions(sensor)};
+  sensor::Body body = test::bodyOn(sensor, {});
   for (Eigen::Index i = 0; i < body.markers.cols(); ++i) {
     const double a = body.markers(0, i) / radius, b = body.markers(1, i) / radius, r = radius - body.markers(2, i);
     body.markers.col(i) << r * std::sin(a) * std::cos(b), r * std::sin(b), radius - r * std::cos(a) * std::cos(b);
