@@ -214,7 +214,7 @@ Done writeInteger(ArvDevice* device, const Feature& feature) {
 Done writeFloat(ArvDevice* device, const Feature& feature) {
   const double* exact = std::get_if<double>(&feature.value);  // its text is rounded
   const auto value = exact != nullptr ? *exact : parsedAs<double>(textOf(feature));
-  if (!value) return refuse(feature, "it is a number");
+  if (!value || !std::isfinite(*value)) return refuse(feature, "it is a number");
   const char* name = feature.name.c_str();
   Failure failure;
   double low = 0, high = 0;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <functional>
 #include <map>
 #include <set>
@@ -208,8 +209,8 @@ class Query {
     } else if (feature.kind() == pb::CAMERA_FEATURE_KIND_FLOAT) {
       double low = 0, high = 0;
       arv_device_get_float_feature_bounds(device_, name, &low, &high, failure.into());
-      if (!failure && low > -1e300) feature.set_minimum(low);
-      if (!failure && high < 1e300) feature.set_maximum(high);
+      if (!failure && std::abs(low) < 1e300) feature.set_minimum(low);
+      if (!failure && std::abs(high) < 1e300) feature.set_maximum(high);
       feature.set_unit(text(arv_gc_float_get_unit(ARV_GC_FLOAT(node))));
     } else if (feature.kind() == pb::CAMERA_FEATURE_KIND_ENUMERATION) {
       for (const std::string& entry : offeredEntries(device_, name)) feature.add_entries(entry);

@@ -53,7 +53,8 @@ TEST_F(CameraQuery, WritesAndTellsWhatStoodBefore) {
   ASSERT_EQ(report->features_size(), 1);
   EXPECT_EQ(report->features(0).value(), "500");
   EXPECT_EQ(first_.size(), 1U);
-  EXPECT_THAT(refusal(write("ExposureTime", "long")), HasSubstr("refuses ExposureTime = long: it is a number"));
+  for (const std::string word : {"long", "nan", "inf"})
+    EXPECT_THAT(refusal(write("ExposureTime", word)), HasSubstr("refuses ExposureTime = " + word + ": it is a number"));
   EXPECT_THAT(refusal(write("Exposuretime", "500")), HasSubstr("it has ExposureTime"));
   EXPECT_THAT(refusal(write("ExposureTme", "500")), HasSubstr("it has ExposureTime"));
   EXPECT_THAT(refusal(write("Gan", "5")), HasSubstr("Gain"));
