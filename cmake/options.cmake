@@ -47,8 +47,8 @@ if(TRACTION_FUZZ)
   add_compile_options(-fsanitize=fuzzer-no-link)
 endif()
 
-# The warnings hold for our own code only; foreign headers come in as SYSTEM. They are errors in the preset `strict` alone,
-# which the gate builds: another compiler's warnings prevent nobody from building.
+# The warnings hold for our own code only; foreign headers come in as SYSTEM. They are errors only where continuous
+# integration builds the packages (.ci/run): another compiler's warnings prevent nobody from building.
 add_library(traction_warnings INTERFACE)
 target_compile_options(traction_warnings INTERFACE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion
                                                    -Wnon-virtual-dtor -Wold-style-cast -Woverloaded-virtual)

@@ -51,14 +51,19 @@ tl::expected<void, Error> NewFile::append(std::string_view bytes, std::uint64_t 
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) {
       const int error = written < 0 ? errno : ENOSPC;
-      static_cast<void>(ftruncate(fd, static_cast<off_t>(size_)));  // removes the part that was written
+      truncate();
       return tl::unexpected(failure(error));
     }
     left.remove_prefix(static_cast<std::size_t>(written));
   }
   size_ += bytes.size();
-  if (reserve == 0) static_cast<void>(ftruncate(fd, static_cast<off_t>(size_)));  // releases the reserved room
+  if (reserve == 0) truncate();
   return {};
+}
+
+void NewFile::truncate() {
+  // Readers stop before a part of a record, and a file's reserved room is no error.
+  [[maybe_unused]] const int failed = ::ftruncate(file_.get(), static_cast<off_t>(size_));
 }
 
 tl::expected<void, Error> NewFile::sync() {

@@ -46,6 +46,8 @@ class NewFile : public Sink {
  private:
   NewFile(int file, std::filesystem::path path);
   Error failure(int error) const;
+  /// Removes what a failed append() wrote, and gives back reserved room; best effort.
+  void truncate();
 
   tractiond::OpenFile file_;
   std::filesystem::path path_;

@@ -7,6 +7,7 @@
 #include "daemon/calibrate/zero_check.h"
 #include "sensor/gel_file.h"
 
+#include <Eigen/Geometry>
 #include <spdlog/fmt/chrono.h>
 #include <spdlog/fmt/fmt.h>
 
