@@ -4,6 +4,7 @@
 
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -48,8 +49,12 @@ tl::expected<std::unique_ptr<Spacenav>, tractiond::Error> Spacenav::open(const s
   address.sun_family = AF_UNIX;
   std::ranges::copy(path.string(), address.sun_path);
   unlink(path.c_str());  // of a program that was killed
-  if (bind(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
-      listen(descriptor, 8) != 0) {
+  // All users may connect to root's socket, as to spacenavd's; bind() makes the file, so that no other is changed.
+  const mode_t mask = umask(0111);
+  if (geteuid() != 0) umask(mask);
+  const bool isBound = bind(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  umask(mask);
+  if (!isBound || listen(descriptor, 8) != 0) {
     const auto error = failed(path, EX_CANTCREAT);
     close(descriptor);
     return tl::unexpected(error);

@@ -22,8 +22,8 @@ std::filesystem::path spacenavSocket();
 /// Serves version 0 of the protocol: events of eight numbers of 32 bits each. Thread-bound.
 class Spacenav : public Output {
  public:
-  /// Makes the socket. Errors: EX_UNAVAILABLE if a program, such as spacenavd, listens there; as
-  /// tractiond::network::checkEndpoint(); EX_CANTCREAT if the socket cannot be made.
+  /// Makes the socket; root's admits the programs of all users. Errors: EX_UNAVAILABLE if a program, such as spacenavd,
+  /// listens there; as tractiond::network::checkEndpoint(); EX_CANTCREAT if the socket cannot be made.
   static tl::expected<std::unique_ptr<Spacenav>, tractiond::Error> open(const std::filesystem::path& path,
                                                                         const AxesOptions& options);
   ~Spacenav() override;

@@ -147,6 +147,11 @@ class InputDevice(rig.TestCase):
         self.enterContext(unittest.mock.patch.dict("os.environ", SPNAV_SOCKET=str(path)))
         device = self.use(f'[spacenav]\nsocket = "{path}"\ncounts_per_N = 100')
         device.wait_for("listening at")
+        mode = path.stat().st_mode & 0o777
+        print(f"\n  the socket of 3-D mice, made by {'root' if os.geteuid() == 0 else 'a user'}: mode {mode:o}; right: 666 of root, of all programs, "
+              "as spacenavd's", end=" ")
+        if os.geteuid() == 0:
+            self.assertEqual(mode, 0o666)
         spnav = ctypes.CDLL("libspnav.so.0")
         for _ in range(2):  # the second time while it is pressed
             self.assertEqual(spnav.spnav_open(), 0)
