@@ -96,8 +96,15 @@ tl::expected<Datagrams, tractiond::Error> Datagrams::open(const std::string& add
   const int error = getaddrinfo(host.c_str(), address.c_str() + colon + 1, &hints, &found);
   if (error != 0) return wrong(gai_strerror(error));
   const std::unique_ptr<addrinfo, void (*)(addrinfo*)> owner(found, freeaddrinfo);
-  Datagrams datagrams(socket(found->ai_family, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  if (datagrams.descriptor_ < 0 || connect(datagrams.descriptor_, found->ai_addr, found->ai_addrlen) != 0)
+  // Most programs listen for IPv4 only, and the first address of localhost may be ::1.
+  const addrinfo* to = found;
+  while (to != nullptr && to->ai_family != AF_INET) to = to->ai_next;
+  if (to == nullptr) to = found;
+  Datagrams datagrams(socket(to->ai_family, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  constexpr int kAdmitted = 1;  // else broadcast addresses are refused
+  if (datagrams.descriptor_ < 0 ||
+      setsockopt(datagrams.descriptor_, SOL_SOCKET, SO_BROADCAST, &kAdmitted, sizeof kAdmitted) != 0 ||
+      connect(datagrams.descriptor_, to->ai_addr, to->ai_addrlen) != 0)
     return tl::unexpected(
         tractiond::Error{EX_OSERR, "datagrams cannot be sent to " + address + ": " + std::strerror(errno), "", ""});
   return datagrams;

@@ -47,7 +47,8 @@ class Datagrams {
  public:
   /// Makes a socket and resolves the address, which may wait for a name server. EX_CONFIG: the address is not valid;
   /// EX_OSERR: no socket can be made.
-  /// \param address "HOST:PORT", or "[HOST]:PORT" for IPv6
+  /// \param address "HOST:PORT", or "[HOST]:PORT" for IPv6; of a name that has addresses of both, the first of IPv4.
+  /// May be a broadcast address
   static tl::expected<Datagrams, tractiond::Error> open(const std::string& address);
   ~Datagrams();
   Datagrams(Datagrams&& other) noexcept

@@ -142,6 +142,17 @@ class InputDevice(rig.TestCase):
         self.assertEqual(device.stop(), 0, device.output())
         dump.wait_for(r"/gel/lift i 3$")
 
+    @unittest.skipIf(os.geteuid() != 0, "this user may not change /etc/hosts for a program")
+    def test_localhost_is_where_programs_listen_though_hosts_has_the_other_address_first(self):
+        dump, port = self.dump()
+        hosts, profile = self.bench.folder / "hosts", self.bench.folder / "profile.toml"
+        hosts.write_text("::1 localhost ip6-localhost\n127.0.0.1 localhost\n")
+        profile.write_text(f'[osc]\naddress = "localhost:{port}"')
+        self.bench.start("unshare", "--mount", "sh", "-c", 'mount --bind "$0" /etc/hosts && exec "$@"', hosts,
+                         INPUT, "--profile", profile, "--connect", self.gel.endpoint)
+        self.gel.contacts = [(10.0, -5.0, (0.25, 0.5, 2.0))]
+        print(f"\n  OSC to localhost, of ::1 and 127.0.0.1: {dump.wait_for('/traction/touch ')[-60:]!r}; right: the touch", end=" ")
+
     def test_a_program_on_libspnav_reads_the_wrench_as_six_axes(self):
         path = self.bench.folder / "spnav.sock"
         self.enterContext(unittest.mock.patch.dict("os.environ", SPNAV_SOCKET=str(path)))

@@ -3,9 +3,18 @@
 #include "client/input/tuio.h"
 #include "tests/unit/input/touches.h"
 
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <array>
+#include <cstdio>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace traction::input::test {
 namespace {
@@ -13,6 +22,44 @@ namespace {
 std::string operator""_bytes(const char* text, std::size_t size) {
   return {text, size};
 }
+
+/// A program that listens at all addresses of IPv4 of this machine.
+class Receiver {
+ public:
+  Receiver() {
+    sockaddr_in any{};
+    any.sin_family = AF_INET;
+    socklen_t size = sizeof any;
+    EXPECT_EQ(bind(socket_, reinterpret_cast<const sockaddr*>(&any), size), 0);
+    EXPECT_EQ(getsockname(socket_, reinterpret_cast<sockaddr*>(&any), &size), 0);
+    port_ = ":" + std::to_string(ntohs(any.sin_port));
+  }
+  Receiver(const Receiver&) = delete;
+  ~Receiver() { close(socket_); }
+
+  Datagrams from(const std::string& host) const {
+    auto datagrams = Datagrams::open(host + port_);
+    EXPECT_TRUE(datagrams) << datagrams.error().what;
+    return *std::move(datagrams);
+  }
+
+  /// Returns all datagrams that came.
+  std::vector<std::string> all() const {
+    from("127.0.0.1").send("end");
+    std::vector<std::string> datagrams;
+    for (std::array<char, 2000> bytes{};;) {
+      pollfd came{.fd = socket_, .events = POLLIN, .revents = 0};
+      if (poll(&came, 1, 60'000) != 1) return datagrams.emplace_back("silence"), datagrams;
+      const ssize_t size = recv(socket_, bytes.data(), bytes.size(), 0);
+      datagrams.emplace_back(bytes.data(), static_cast<std::size_t>(size));
+      if (datagrams.back() == "end") return datagrams.pop_back(), datagrams;
+    }
+  }
+
+ private:
+  int socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  std::string port_;
+};
 
 TEST(Osc, EncodesTheExamplesOfTheSpecification) {
   EXPECT_EQ(OscMessage("/oscillator/4/frequency").add({440.0}).bytes(),
@@ -31,6 +78,14 @@ TEST(Osc, RefusesWhatIsNoAddressToSendTo) {
     EXPECT_EQ(datagrams.error().exitCode, EX_CONFIG);
   }
   EXPECT_TRUE(Datagrams::open("[::1]:3333") || Datagrams::open("127.0.0.1:3333"));
+}
+
+TEST(Osc, ReachesWhoListensForIPv4AtANameAndAtABroadcastAddress) {
+  const Receiver receiver;
+  for (const char* const host : {"localhost", "127.255.255.255"}) receiver.from(host).send(host);
+  const std::vector<std::string> came = receiver.all();
+  std::printf("  sent to localhost and to a broadcast address: %zu datagrams came; right: 2\n", came.size());
+  EXPECT_EQ(came, (std::vector<std::string>{"localhost", "127.255.255.255"}));
 }
 
 TEST(Tuio, PlacesAreFractionsFromTheUpperLeftCorner) {
