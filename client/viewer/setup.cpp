@@ -15,8 +15,12 @@
 #include <sysexits.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
+#include <cstring>
 #include <map>
 #include <regex>
 #include <sstream>
@@ -37,6 +41,8 @@ constexpr const char* kPosed = "gel.toml";              // with the camera's pos
 constexpr const char* kCalibrated = "calibrated.toml";  // as the daemon has written it
 constexpr const char* kRest = "rest.png";
 constexpr const char* kMarked = "marked.png";
+constexpr std::array kFiles = {kPlan,   kLens,        kPosed,       kCalibrated,  kRest,
+                               kMarked, "layer1.svg", "layer2.svg", "layer3.svg", "layer4.svg"};
 constexpr std::size_t kMostBoards = 60;
 constexpr std::size_t kMostBytes = 64 << 20;  // of a file for the page
 constexpr auto kLensPatience = 5min;
@@ -106,7 +112,14 @@ Setup::Setup(fs::path folder, const ControlOptions& control, fs::path lens)
   std::error_code error;
   fs::create_directories(folder_, error);
   if (error) throw client::Failure(EX_CANTCREAT, folder_.string() + " cannot be made: " + error.message());
-  if (!has(kState)) return;
+  if (!has(kState)) {
+    for (const char* name : kFiles) {
+      if (has(name))
+        throw client::Failure(EX_CANTCREAT,
+                              path(name) + " is not of a setup, which would replace it: name another folder");
+    }
+    return;
+  }
   const auto bytes = tractiond::readWholeFile(folder_ / kState, kMostBytes);
   if (bytes) steps_ = Json::parse(bytes->begin(), bytes->end(), nullptr, false);
   if (!bytes || !steps_.is_object()) {
@@ -156,8 +169,7 @@ Json Setup::kept(const char* step, const Json& otherwise) const {
 
 std::string Setup::state() const {
   Json files = Json::array();
-  for (const char* name :
-       {kPlan, kLens, kPosed, kCalibrated, kRest, kMarked, "layer1.svg", "layer2.svg", "layer3.svg", "layer4.svg"}) {
+  for (const char* name : kFiles) {
     if (has(name)) files.push_back(name);
   }
   std::error_code ignored;
@@ -243,24 +255,33 @@ Snapshot Setup::fullPicture() const {
   return snapshot;
 }
 
+/// Makes an empty file of a new name, numbered from the largest of `taken`, which may have names of any other kind.
+std::string Setup::newBoard(const std::vector<std::string>& taken) const {
+  long largest = 0;
+  for (const std::string& name : taken) {
+    long number = 0;  // stays 0 without digits
+    std::from_chars(name.data() + std::string_view("board-").size(), name.data() + name.size(), number);
+    largest = std::max(largest, number);
+  }
+  for (;;) {
+    const std::string name = client::format("board-%03ld.png", ++largest);
+    if (std::FILE* const file = std::fopen(path(name).c_str(), "wxe")) return std::fclose(file), name;
+    if (errno != EEXIST) refuse(path(name) + " cannot be written: " + std::strerror(errno));
+  }
+}
+
 /// Takes a picture of the board, and keeps it if it shows the board as a whole.
 Json Setup::takeBoard(const Json& request) {
   const std::string squares = squaresOf(request);
   const std::vector<std::string> taken = boards();
   if (taken.size() >= kMostBoards) refuse("there are " + std::to_string(kMostBoards) + " pictures: remove some");
   const Snapshot snapshot = fullPicture();
-  int next = 1;
-  if (!taken.empty()) {
-    const std::string digits = taken.back().substr(std::string_view("board-").size());
-    std::from_chars(digits.data(), digits.data() + digits.size(), next);
-    ++next;
-  }
-  const std::string name = client::format("board-%03d.png", next);
-  client::writePng(path(name), snapshot.width, snapshot.height, snapshot.channels, snapshot.levels.data());
+  const std::string name = newBoard(taken);
   Json seen;
   try {
+    client::writePng(path(name), snapshot.width, snapshot.height, snapshot.channels, snapshot.levels.data());
     seen = runLens({"board", path(name), "--squares", squares});
-  } catch (const Error&) {
+  } catch (...) {
     forget({name});
     throw;
   }

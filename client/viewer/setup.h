@@ -62,6 +62,7 @@ class Setup {
   bool has(const std::string& name) const;
   void forget(const std::vector<std::string>& names) const;
   std::vector<std::string> boards() const;
+  std::string newBoard(const std::vector<std::string>& taken) const;
   void write(const std::string& name, const std::string& content) const;
   std::string plain(std::string text) const;
   /// Runs traction-lens. Returns {"figures": [{"name", "value", "deviation", "unit"}], "notes": [text]}.

@@ -226,10 +226,14 @@ class Setup(TestCase):
 
     def test_who_may_not_control_sets_nothing_up(self):
         folder = self.rig.folder / "setup"
-        for options in (("--read-only",), ("--instance", "left", "--instance", "right"), ("--connect", "tcp://127.0.0.1:1")):
-            process = self.rig.start(rig.BIN / "traction-view", "--setup", folder, *options)
-            self.assertEqual(process.join(), 64, process.output())
-            self.assertIn("--setup", process.output())
+        own = self.rig.folder / "own"
+        own.mkdir()
+        (own / "gel.toml").write_text("made by hand")
+        for where, code, options in ((folder, 64, ("--read-only",)), (folder, 64, ("--instance", "left", "--instance", "right")),
+                                     (folder, 64, ("--connect", "tcp://127.0.0.1:1")), (own, 73, ())):
+            process = self.rig.start(rig.BIN / "traction-view", "--setup", where, *options)
+            self.assertEqual(process.join(), code, process.output())
+            self.assertIn("--setup" if code == 64 else "own/gel.toml is not of a setup, which would replace it", process.output())
         self.twin = None
         self.rig.twin("idle")
         daemon = self.rig.daemon()
@@ -280,6 +284,20 @@ class Setup(TestCase):
                 self.assertEqual(len(told["outlines"][told["name"]]), 8)
         boards = self.ask()["boards"]
         self.assertEqual(len(boards), taken, "what shows no board is not kept")
+        folder = self.rig.folder / "setup"
+        (folder / "board-left.png").write_bytes(b"the user's own")
+        before = {path.name: path.read_bytes() for path in folder.glob("board-*.png")}
+        new = []
+        while len(new) < 2:
+            told = self.ask({"do": "board"} | squares)
+            new += [told["name"]] if isinstance(told, dict) else []
+        for name, content in before.items():
+            self.assertEqual((folder / name).read_bytes(), content, name)
+        print(f"\n  two pictures beside board-left.png and {boards[-1]}: {', '.join(new)}; right: the next two numbers", end=" ")
+        largest = int(boards[-1][len("board-"):-len(".png")])
+        self.assertEqual(new, [f"board-{largest + i:03}.png" for i in (1, 2)])
+        for name in ("board-left.png", *new):
+            self.step(do="forget", name=name)
         self.assertEqual(self.step(do="forget", name=boards[0])["boards"], boards[1:])
         lens = self.step(do="lens", **squares, square_mm=10)
         figures = {figure["name"]: figure for figure in lens["figures"]}
