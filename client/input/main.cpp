@@ -1,4 +1,5 @@
 // traction-input: parses the arguments, runs, and returns the exit code.
+#include "base/clock.h"
 #include "base/error.h"
 #include "base/service/log.h"
 #include "base/service/service.h"
@@ -13,6 +14,7 @@
 #include <spdlog/spdlog.h>
 #include <sysexits.h>
 
+#include <cstdint>
 #include <exception>
 #include <iostream>
 #include <memory>
@@ -36,8 +38,9 @@ class Outputs : public contacts::RelayOutput {
                                         field != nullptr ? follower.nodesOf(*field) : nullptr);
     for (const auto& output : outputs_) output->write(touches);
   }
-  void turn() override {
-    for (const auto& output : outputs_) output->turn();
+  void turn() override { turn(tractiond::monotonicNow()); }
+  void turn(std::int64_t now_ns) {
+    for (const auto& output : outputs_) output->turn(now_ns);
   }
 
  private:
@@ -66,6 +69,8 @@ int serve(const Arguments& arguments) {
   Outputs all(profile->turn_rad, *std::move(outputs));
   contacts::Relay relay(arguments.source, all);
   contacts::runRelay(relay);
+  // No later datagram would tell of the last ends.
+  for (const int times : {1, 2}) all.turn(tractiond::monotonicNow() + times * kRepeat_ns);
   return EX_OK;
 }
 

@@ -131,10 +131,33 @@ void OscOutput::write(const Touches& touches) {
                                  touch.shear_N[1], touch.press_N, 1e3 * touch.torque_Nm, 1e3 * touch.radius_m}));
   }
   for (const std::uint64_t id : before) {
-    if (std::find(open_.begin(), open_.end(), id) == open_.end())
-      messages.push_back(OscMessage(prefix_ + "/lift").add(static_cast<std::int32_t>(id)));
+    if (std::find(open_.begin(), open_.end(), id) != open_.end()) continue;
+    messages.push_back(liftOf(id));
+    lifted_[id] = kRepeats;
   }
-  if (messages.empty()) return;
+  if (!messages.empty()) send(std::move(messages), touches);
+}
+
+void OscOutput::turn(std::int64_t now_ns) {
+  if (now_ns - told_ns_ < kRepeat_ns) return;
+  told_ns_ = now_ns;
+  std::vector<OscMessage> messages;
+  for (auto& [id, times] : lifted_) {
+    messages.push_back(liftOf(id));
+    --times;
+  }
+  std::erase_if(lifted_, [](const auto& lift) { return lift.second == 0; });
+  if (open_.empty())
+    send(std::move(messages), {});
+  else if (!messages.empty())
+    datagrams_.send(bundleOf(messages));
+}
+
+OscMessage OscOutput::liftOf(std::uint64_t id) const {
+  return std::move(OscMessage(prefix_ + "/lift").add(static_cast<std::int32_t>(id)));
+}
+
+void OscOutput::send(std::vector<OscMessage> messages, const Touches& touches) {
   const Wrench& wrench = touches.wrench;
   messages.push_back(OscMessage(prefix_ + "/wrench")
                          .add({wrench[0], wrench[1], wrench[2], 1e3 * wrench[3], 1e3 * wrench[4], 1e3 * wrench[5]}));

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <initializer_list>
+#include <map>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -71,7 +72,8 @@ struct OscOptions {
 };
 
 /// Sends for each field a bundle of PREFIX/touch for each touch, PREFIX/lift for each that ended, PREFIX/wrench,
-/// PREFIX/affine and PREFIX/gesture (docs/input.md).
+/// PREFIX/affine and PREFIX/gesture (docs/input.md); without touches such a bundle each second. As datagrams may be
+/// lost, each PREFIX/lift is sent kRepeats times more, once a second.
 class OscOutput : public Output {
  public:
   OscOutput(Datagrams datagrams, const OscOptions& options)
@@ -79,14 +81,23 @@ class OscOutput : public Output {
       , prefix_(options.prefix)
       , gradientDeadZone_Pa_m_(options.gradientDeadZone_Pa_m) {}
 
+  static constexpr int kRepeats = 5;
+
   void write(const Touches& touches) override;
+  void turn(std::int64_t now_ns) override;
 
  private:
+  /// Sends what is known of the whole gel behind these messages.
+  void send(std::vector<OscMessage> messages, const Touches& touches);
+  OscMessage liftOf(std::uint64_t id) const;
+
   Datagrams datagrams_;
   std::string prefix_;
   double gradientDeadZone_Pa_m_;
   Gesture gesture_;
-  std::vector<std::uint64_t> open_;  ///< ids of the touches of the last field
+  std::vector<std::uint64_t> open_;      ///< ids of the touches of the last field
+  std::map<std::uint64_t, int> lifted_;  ///< how often the end of a touch is to be sent again
+  std::int64_t told_ns_ = 0;             ///< turn() that last sent, or had nothing to send
 };
 
 }  // namespace traction::input

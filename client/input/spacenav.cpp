@@ -87,7 +87,7 @@ void Spacenav::write(const Touches& touches) {
   });
 }
 
-void Spacenav::turn() {
+void Spacenav::turn(std::int64_t) {
   for (int client; (client = accept4(descriptor_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)) >= 0;)
     clients_.push_back({.descriptor = client});
   std::erase_if(clients_, [&](Client& client) {

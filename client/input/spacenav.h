@@ -32,7 +32,7 @@ class Spacenav : public Output {
   /// Sends the axes while one is not 0, and once when all are.
   void write(const Touches& touches) override;
   /// Admits new clients, and sends what a client could not take before.
-  void turn() override;
+  void turn(std::int64_t now_ns) override;
 
  private:
   using Axes = std::array<std::int32_t, 6>;

@@ -74,6 +74,9 @@ class View {
   Touches touches_;
 };
 
+/// Time after which datagrams that tell of an end are sent again, as they may have been lost [ns].
+inline constexpr std::int64_t kRepeat_ns = 1'000'000'000;
+
 /// Writes what touches the gel in the form that other programs read. Thread-bound.
 class Output {
  public:
@@ -83,7 +86,8 @@ class Output {
   /// if the field is not valid, lost.
   virtual void write(const Touches& touches) = 0;
   /// Does work that is due without a field. Called at least ten times a second.
-  virtual void turn() {}
+  /// \param now_ns of a clock that is not set; increases
+  virtual void turn(std::int64_t now_ns) { static_cast<void>(now_ns); }
 };
 
 }  // namespace traction::input

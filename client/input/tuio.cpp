@@ -99,9 +99,19 @@ void TuioOutput::write(const Touches& touches) {
   if (touches.touches.empty() && !isTouched_) return;
   isTouched_ = !touches.touches.empty();
   motions_ = motionsOf(touches, motions_, area_, fullPress_N_);
-  ++frame_;
-  datagrams_.send(bundleOf(version_ == Version::k11 ? tuio11(touches, motions_, area_, frame_)
-                                                    : tuio20(touches, motions_, area_, frame_, tractiond::realNow())));
+  send(touches, ++frame_);
+}
+
+void TuioOutput::turn(std::int64_t now_ns) {
+  if (!isTouched_ && now_ns - told_ns_ < kRepeat_ns) return;
+  told_ns_ = now_ns;
+  // Version 2.0 has frame 0 for what is repeated, but not all receivers take it (tuio-client 0.1.0).
+  if (!isTouched_) send({}, version_ == Version::k11 ? -1 : ++frame_);
+}
+
+void TuioOutput::send(const Touches& touches, std::int32_t frame) const {
+  datagrams_.send(bundleOf(version_ == Version::k11 ? tuio11(touches, motions_, area_, frame)
+                                                    : tuio20(touches, motions_, area_, frame, tractiond::realNow())));
 }
 
 }  // namespace traction::input

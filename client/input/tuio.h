@@ -44,14 +44,15 @@ Motions motionsOf(const Touches& touches, const Motions& before, const Area& are
 
 /// Returns the messages of a bundle of TUIO 1.1.
 /// \param motions of all touches
-/// \param frame number of the bundle, from 1
+/// \param frame number of the bundle, from 1; -1: it repeats what was told, and receivers do not ask whether it is late
 std::vector<OscMessage> tuio11(const Touches& touches, const Motions& motions, const Area& area, std::int32_t frame);
-/// Returns the messages of a bundle of TUIO 2.0. The parameters are those of tuio11().
+/// Returns the messages of a bundle of TUIO 2.0. The parameters are those of tuio11(), but each frame has a number.
 /// \param real_ns time of the frame [ns since 1970]
 std::vector<OscMessage> tuio20(const Touches& touches, const Motions& motions, const Area& area, std::int32_t frame,
                                std::int64_t real_ns);
 
-/// Sends a bundle for each field while something touches the gel, and once after it.
+/// Sends a bundle for each field while something touches the gel, one after it, and one each second from then on: the
+/// receiver takes a touch for lifted when a bundle does not list it, and datagrams may be lost.
 class TuioOutput : public Output {
  public:
   enum class Version : std::uint8_t { k11, k20 };
@@ -59,8 +60,11 @@ class TuioOutput : public Output {
   TuioOutput(Datagrams datagrams, Version version, const Area& area, double fullPress_N);
 
   void write(const Touches& touches) override;
+  void turn(std::int64_t now_ns) override;
 
  private:
+  void send(const Touches& touches, std::int32_t frame) const;
+
   Datagrams datagrams_;
   Version version_;
   Area area_;
@@ -68,6 +72,7 @@ class TuioOutput : public Output {
   Motions motions_;
   std::int32_t frame_;  ///< number of the last bundle
   bool isTouched_ = false;
+  std::int64_t told_ns_ = 0;  ///< turn() after which it was last told what touches
 };
 
 }  // namespace traction::input

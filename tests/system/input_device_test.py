@@ -193,10 +193,32 @@ class InputDevice(rig.TestCase):
                 time.sleep(1e-3)
         self.fail(f"{seen} is not {wanted}")
 
+    def lossy(self, port):
+        """The port of a relay that loses, of each version of TUIO, the first bundle without a touch behind some with touches."""
+        relay = self.enterContext(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+        relay.bind(("127.0.0.1", 0))
+        touched = set()
+
+        def run():
+            while bundle := relay.recv(4096):
+                version = b"/tuio2/" in bundle
+                if b"set\0" in bundle or b"/tuio2/ptr" in bundle:
+                    touched.add(version)
+                elif version in touched:
+                    touched.remove(version)
+                    continue
+                relay.sendto(bundle, ("127.0.0.1", port))
+
+        thread = threading.Thread(target=run)
+        thread.start()
+        self.addCleanup(thread.join)
+        self.addCleanup(relay.sendto, b"", relay.getsockname())
+        return relay.getsockname()[1]
+
     @suite.npm
-    def test_clients_of_both_versions_of_tuio_follow_two_touches(self):
+    def test_clients_of_both_versions_of_tuio_follow_two_touches_though_each_lift_is_lost_once(self):
         client = self.bench.start("node", TUIO / "client.js")
-        port = json.loads(client.wait_for("port"))["port"]
+        port = self.lossy(json.loads(client.wait_for("port"))["port"])
         client.lines.clear()
         profile = "".join(f'[{name}]\naddress = "127.0.0.1:{port}"\n' for name in ("tuio", "tuio2"))
         device = self.use(profile)
@@ -209,7 +231,9 @@ class InputDevice(rig.TestCase):
         self.gel.contacts.pop(0)
         self.until(client, "remove", version=1, id=1)
         self.gel.silent = True
+        begin = time.monotonic()
         self.until(client, "remove", version=2, id=2)
+        print(f"\n  a lift whose datagram was lost: the client of TUIO 2.0 knows after {time.monotonic() - begin:.1f} s; right: some 1 s", end=" ")
         self.gel.silent = False
         self.until(client, "add", version=2, id=3)
         self.assertEqual(device.stop(), 0, device.output())

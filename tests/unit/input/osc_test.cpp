@@ -88,6 +88,55 @@ TEST(Osc, ReachesWhoListensForIPv4AtANameAndAtABroadcastAddress) {
   EXPECT_EQ(came, (std::vector<std::string>{"localhost", "127.255.255.255"}));
 }
 
+TEST(Osc, RepeatsForSomeSecondsThatATouchWasLiftedAndAlwaysThatNoneIsThere) {
+  const Receiver receiver;
+  OscOutput output(receiver.from("127.0.0.1"), {.address = "", .prefix = "/gel", .gradientDeadZone_Pa_m = 0.0});
+  const auto told = [&](const std::string& bytes) {  // how many datagrams have these bytes
+    const auto datagrams = receiver.all();
+    return std::count_if(datagrams.begin(), datagrams.end(),
+                         [&](const std::string& one) { return one.find(bytes) != std::string::npos; });
+  };
+  output.write(fieldOf({touchOf(1, 0.0, 0.0), touchOf(2, 0.01, 0.0)}));
+  output.write(fieldOf({touchOf(2, 0.01, 0.0)}, 2 * kFrame_ns));
+  EXPECT_EQ(told(OscMessage("/gel/lift").add(1).bytes()), 1);
+  for (int turn = 1; turn <= 100; ++turn) output.turn(kRepeat_ns + turn * kRepeat_ns / 10);
+  const auto again = told(OscMessage("/gel/lift").add(1).bytes());
+  std::printf("  OSC, 10 s after a touch of two was lifted: told %td times again; right: 5\n", again);
+  EXPECT_EQ(again, OscOutput::kRepeats);
+  output.write(fieldOf({}, 3 * kFrame_ns));
+  EXPECT_EQ(told(OscMessage("/gel/lift").add(2).bytes()), 1);
+  for (int turn = 1; turn <= 100; ++turn) output.turn(11 * kRepeat_ns + turn * kRepeat_ns / 10);
+  EXPECT_EQ(told(OscMessage("/gel/wrench").add({0.0, 0.0, 0.0, 0.0, 0.0, 0.0}).bytes()), 10);
+}
+
+TEST(Tuio, RepeatsOnceASecondThatNothingTouches) {
+  for (const auto version : {TuioOutput::Version::k11, TuioOutput::Version::k20}) {
+    const bool isFirst = version == TuioOutput::Version::k11;
+    const Receiver receiver;
+    TuioOutput output(receiver.from("127.0.0.1"), version, {}, 10.0);
+    std::int64_t now_ns = 0;
+    const auto seconds = [&](int count) {
+      for (int turn = 0; turn < 10 * count; ++turn) output.turn(now_ns += kRepeat_ns / 10);
+      return receiver.all();
+    };
+    output.write(fieldOf({touchOf(1, 0.0, 0.0)}));
+    EXPECT_EQ(seconds(3).size(), 1U) << "fields tell of the touch";
+    output.write(fieldOf({}, 2 * kFrame_ns));
+    const std::vector<std::string> told = seconds(3);
+    std::printf("  TUIO %s, 3 s after the last lift: told %zu times; right: 4\n", isFirst ? "1.1" : "2.0", told.size());
+    ASSERT_EQ(told.size(), 4U);
+    const std::string alive = (isFirst ? OscMessage("/tuio/2Dcur").add("alive") : OscMessage("/tuio2/alv")).bytes();
+    for (const std::string& each : told) EXPECT_NE(each.find(alive), std::string::npos);
+    // Receivers ignore frames below those of before, but not -1.
+    const std::string again = OscMessage("/tuio/2Dcur").add("fseq").add(-1).bytes();
+    const auto frameOf = [](const std::string& bundle) { return bundle.substr(bundle.find(",itis") + 8, 4); };
+    for (std::size_t i = 1; i < told.size(); ++i) {
+      if (isFirst) EXPECT_NE(told[i].find(again), std::string::npos);
+      if (!isFirst) EXPECT_GT(frameOf(told[i]), frameOf(told[i - 1]));
+    }
+  }
+}
+
 TEST(Tuio, PlacesAreFractionsFromTheUpperLeftCorner) {
   const Area area{{0.06, 0.03}};
   EXPECT_EQ(area.fractions({-0.03, 0.015}), (std::array{0.0, 0.0}));
