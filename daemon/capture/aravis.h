@@ -138,8 +138,9 @@ std::string textOf(const Feature& feature);
 std::vector<std::string> offeredEntries(ArvDevice* device, const char* name);
 /// Writes one feature, also one whose value is given as text, and reads it back, or executes a command and waits up to
 /// 10 s until it is done. Returns the line for CameraInfo::settings: "Name = value" as read back, with "(asked: value)"
-/// if the camera has rounded a number, or "Name executed". EX_CONFIG: the camera lacks the feature or refuses, or a
-/// text or switch reads back differently; the error states what is allowed. EX_UNAVAILABLE: no answer, or the command
+/// if the camera has rounded a number, or "Name executed". EX_CONFIG: the camera lacks the feature or refuses, a
+/// text or switch reads back differently, or a number is still the one from before, by more than rounding; the error
+/// states what is allowed. EX_UNAVAILABLE: no answer, or the command
 /// is not done after 10 s.
 tl::expected<std::string, Error> writeFeature(ArvDevice* device, const Feature& feature);
 /// Returns a feature with its present value as text, which restores it when written. Returns nothing for a command, and
@@ -210,7 +211,7 @@ void bestFirst(std::vector<const PixelFormatTraits*>& formats);
 /// and gain into info.standing (not those that the camera controls automatically), frameRate_Hz and exposure_s.
 /// info.triggered must be set: the rate of a triggered camera is 0. What the camera does not tell of the latter is left
 /// open without an error. EX_CONFIG: this program cannot read the format. EX_UNAVAILABLE: the camera does not tell
-/// format or size, or claims a side of more than 65535 pixels.
+/// format or size, or claims a side that cannot be (not 1 to 65535 px).
 tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info);
 
 /// Reads packet counters of a GigE Vision stream, which are added to those of `before`, PTP and temperature. Values
@@ -246,8 +247,10 @@ class AskedClock {
 
 // ---- aravis_network.cpp
 
-/// Returns the interface in whose network an IPv4 address lies; empty: in none.
-std::string interfaceTowards(const std::string& address);
+/// Returns the interfaces in whose networks an IPv4 address lies.
+std::vector<std::string> interfacesTowards(const std::string& address);
+/// Returns a sentence with the remedy if there are several of them; else an empty text.
+std::string ambiguity(const std::string& address);
 
 /// Returns the packet sizes to try in turn [bytes with headers]: the largest that interface and camera carry, at most
 /// 9000, or 1500 if the interface's MTU is not known; then 1500 and 576, as far as they are smaller; each made even

@@ -209,6 +209,7 @@ tl::expected<void, Error> AravisDriver::start() {
     return startStream(0, 0);
   }
 
+  if (std::string shared = ambiguity(info_.name.address); !shared.empty()) info_.warnings.push_back(std::move(shared));
   // It would pass by the filter.
   arv_camera_gv_set_stream_options(camera, ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
   arv_camera_gv_set_packet_size_adjustment(camera, ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);

@@ -44,7 +44,7 @@ bool matches(const CameraName& name, const std::string& id) {
 
 /// The error of a network camera that this host cannot reach: its address is in none of the networks of this host.
 std::optional<Error> unreachable(const std::string& address) {
-  if (!isAddress(address) || !interfaceTowards(address).empty()) return std::nullopt;
+  if (!isAddress(address) || !interfacesTowards(address).empty()) return std::nullopt;
   return Error{.exitCode = EX_UNAVAILABLE,
                .what = "its address " + address + " is in no network of this host",
                .remedy = "give it one with \"arv-tool-0.8 network\" or the maker's tool (persistent or forced IP), or "
@@ -132,7 +132,8 @@ tl::expected<Ref<ArvCamera>, Error> findCamera(const CameraOptions& options, con
   const auto silent = [&](const std::string& why) {
     if (const auto elsewhere = unreachable(*id))
       return failed(EX_UNAVAILABLE, camera + " cannot be reached: " + elsewhere->what, elsewhere->remedy);
-    return failed(EX_UNAVAILABLE, camera + " does not answer", why);
+    const std::string ambiguous = ambiguity(*id);
+    return failed(EX_UNAVAILABLE, camera + " does not answer", ambiguous.empty() ? why : why + "; " + ambiguous);
   };
   if (!options.inspector.empty() && !options.fakeInterface) {
     const Inspection inspection = inspectInChild(*id, {.program = options.inspector}, stop);
@@ -232,8 +233,10 @@ std::vector<CameraSight> inspectCameras(const std::string& inspector, bool withF
       if (const std::string warning = usbMemoryWarning(payload * std::size_t{10}); !warning.empty())
         sight.notes.push_back(warning);
     }
-    if (name.protocol == "GigEVision" && sight.obstacle.empty())
-      onInterface[interfaceTowards(name.address)].push_back(all.size());
+    const std::vector<std::string> towards = interfacesTowards(name.address);
+    if (name.protocol == "GigEVision" && sight.obstacle.empty() && !towards.empty())
+      onInterface[towards.back()].push_back(all.size());
+    if (towards.size() > 1) sight.notes.push_back(ambiguity(name.address));
     all.push_back(std::move(sight));
   }
   for (const auto& [interface, sharers] : onInterface) {

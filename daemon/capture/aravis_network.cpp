@@ -34,7 +34,8 @@ std::uint32_t ipv4Of(GSocketAddress* address) {
 int mtuOf(ArvGvDevice* device) {
   char* address = g_inet_address_to_string(
       g_inet_socket_address_get_address(G_INET_SOCKET_ADDRESS(arv_gv_device_get_device_address(device))));
-  const std::string interface = interfaceTowards(address);
+  const std::vector<std::string> towards = interfacesTowards(address);
+  const std::string interface = towards.empty() ? std::string() : towards.back();
   g_free(address);
   ifreq request{};
   interface.copy(request.ifr_name, IFNAMSIZ - 1);
@@ -104,19 +105,28 @@ std::uint32_t dropsOf(int descriptor) {
 
 }  // namespace
 
-std::string interfaceTowards(const std::string& address) {
+std::vector<std::string> interfacesTowards(const std::string& address) {
   in_addr camera{};
   ifaddrs* all = nullptr;
-  std::string found;
+  std::vector<std::string> found;
   if (inet_pton(AF_INET, address.c_str(), &camera) != 1 || getifaddrs(&all) != 0) return found;
   for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
     if (one->ifa_addr == nullptr || one->ifa_netmask == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
     const auto own = reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr.s_addr;
     const auto mask = reinterpret_cast<const sockaddr_in*>(one->ifa_netmask)->sin_addr.s_addr;
-    if ((own & mask) == (camera.s_addr & mask)) found = one->ifa_name;
+    const std::string name = one->ifa_name, card = name.substr(0, name.find(':'));  // without the label of an alias
+    if ((own & mask) == (camera.s_addr & mask) && std::ranges::find(found, card) == found.end()) found.push_back(card);
   }
   freeifaddrs(all);
   return found;
+}
+
+std::string ambiguity(const std::string& address) {
+  const std::vector<std::string> towards = interfacesTowards(address);
+  if (towards.size() < 2) return {};
+  return "the interfaces " + joined(towards) + " are all in the network of " + address +
+         ", and this host sends to it through one of them, which need not be the one that the camera is connected to: "
+         "give each interface, and the cameras behind it, a network of its own, or disconnect the others";
 }
 
 /// Aravis sets the size with the first packet only, and that frame would be lost already. Returns what was granted.

@@ -109,6 +109,12 @@ class Query {
       const std::string before = readFeature(device_, feature);
       const auto written = writeFeature(device_, {feature, value});
       if (!written) return tl::unexpected(written.error().message());
+      if (const bool isRounded = written->find(" (asked: ") != std::string::npos; isRounded) {
+        report_.add_remarks("the camera rounds: " + *written);
+        if (readFeature(device_, feature) == before)
+          return tl::unexpected("nothing has changed: the camera still says " + *written +
+                                "; it may round to steps, or refuse the value in its present state");
+      }
       first_.emplace(feature, before);
       describe(feature);
       return report_;

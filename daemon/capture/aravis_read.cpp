@@ -2,6 +2,8 @@
 #include "daemon/capture/aravis.h"
 
 #include <cstdlib>
+#include <tuple>
+#include <utility>
 
 namespace tractiond::capture {
 namespace {
@@ -10,6 +12,32 @@ namespace {
 bool isAutomatic(ArvDevice* device, const char* automatic) {
   const std::string choice = readFeature(device, automatic);
   return !choice.empty() && choice != "Off";
+}
+
+constexpr gint64 kMostSide_px = 65535;
+
+bool isSide(gint64 side) {
+  return side > 0 && side <= kMostSide_px;
+}
+
+/// Reads Width or Height, and says what is wrong with one that cannot be.
+tl::expected<int, Error> readSide(ArvDevice* device, const char* name) {
+  Failure failure;
+  const gint64 side = arv_device_get_integer_feature_value(device, name, failure.into());
+  if (failure)
+    return failed(EX_UNAVAILABLE, "the camera does not tell the size of its picture: " + std::string(name),
+                  failure.text());
+  if (isSide(side)) return static_cast<int>(side);
+  gint64 low = 0, high = 0;
+  arv_device_get_integer_feature_bounds(device, name, &low, &high, failure.into());
+  if (failure || !isSide(low) || !isSide(high)) std::tie(low, high) = std::pair<gint64, gint64>(1, kMostSide_px);
+  const std::uint32_t turned = __builtin_bswap32(static_cast<std::uint32_t>(side));
+  return failed(EX_UNAVAILABLE,
+                "the camera says " + std::string(name) + " = " + std::to_string(side) + " pixels, possible are " +
+                    std::to_string(low) + " to " + std::to_string(high),
+                isSide(turned) ? "with its bytes in the other order it is " + std::to_string(turned) +
+                                     ": its description states a wrong byte order; update its firmware"
+                               : "set it with the maker's tool, or update its firmware");
 }
 
 }  // namespace
@@ -25,18 +53,17 @@ tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info) {
     return failed(EX_CONFIG,
                   "the camera sends " + own + ", which cannot be read" +
                       (offered.empty() ? "" : "; of what it offers none can: " + joined(offered)),
-                  "formats that can be read: " + std::string(kPixelFormatsInWords));
+                  pixelFormatByCode(__builtin_bswap32(code)) != nullptr
+                      ? "with its bytes in the other order it is " +
+                            std::string(pixelFormatByCode(__builtin_bswap32(code))->name) +
+                            ": its description states a wrong byte order; update its firmware"
+                      : "formats that can be read: " + std::string(kPixelFormatsInWords));
   }
   info.format = known->format;
-  gint x = 0, y = 0, width = 0, height = 0;
-  arv_camera_get_region(camera, &x, &y, &width, &height, failure.into());
-  if (failure || width <= 0 || height <= 0)
-    return failed(EX_UNAVAILABLE, "the camera does not tell the size of its picture", failure.text());
-  if (width > 65535 || height > 65535)
-    return failed(EX_UNAVAILABLE, "the camera claims a picture of " + std::to_string(width) + " x " +
-                                      std::to_string(height) + " pixels");
-  info.shape = {width, height, known->size(width, height), code};
   ArvDevice* device = arv_camera_get_device(camera);
+  const auto width = readSide(device, "Width"), height = readSide(device, "Height");
+  if (!width || !height) return tl::unexpected((width ? height : width).error());
+  info.shape = {*width, *height, known->size(*width, *height), code};
   if (arv_camera_is_frame_rate_available(camera, nullptr) && !isAutomatic(device, "AcquisitionFrameRateAuto")) {
     const double rate_Hz = arv_camera_get_frame_rate(camera, failure.into());
     if (!failure && rate_Hz > 0) info.standing.frameRate_Hz = rate_Hz;

@@ -57,12 +57,12 @@ class Setter {
     if (result) result = setRegion(options);
     if (result && options.frameRate_Hz > 0) result = setRate(options.frameRate_Hz);
     if (result && options.exposure_us > 0) {
-      switchOff("ExposureAuto");
-      result = setQuantity("exposure_us", "us", exposureOf(device_), options.exposure_us);
+      result = switchOff("ExposureAuto");
+      if (result) result = setQuantity("exposure_us", "us", exposureOf(device_), options.exposure_us);
     }
     if (result && options.gain) {
-      switchOff("GainAuto");
-      result = setQuantity("gain", "", gainOf(device_), *options.gain);
+      result = switchOff("GainAuto");
+      if (result) result = setQuantity("gain", "", gainOf(device_), *options.gain);
     }
     if (result) result = setTrigger(options);
     if (result && !options.strobeLine.empty()) result = setStrobe(options.strobeLine);
@@ -197,9 +197,9 @@ class Setter {
   }
 
   /// A value that the camera changes by itself is none that was set.
-  void switchOff(const char* automatic) {
-    if (!hasFeature(device_, automatic) || readFeature(device_, automatic) == "Off") return;
-    if (auto line = write({automatic, std::string("Off")})) info_.settings.push_back(*line);
+  Result switchOff(const char* automatic) {
+    if (!hasFeature(device_, automatic) || readFeature(device_, automatic) == "Off") return {};
+    return set({automatic, std::string("Off")});
   }
 
   /// Calls `use` with each trigger selected in turn, with its name, or once with an empty name if triggers have none.
@@ -237,9 +237,10 @@ class Setter {
     const double got = failure ? 0.0 : arv_camera_get_frame_rate(camera_, failure.into());
     if (auto done = report("frame_rate_hz", "frames/s", rate_Hz, got, failure); !done) return done;
     for (const std::string& trigger : on) {
-      if (!trigger.empty()) arv_device_set_string_feature_value(device_, "TriggerSelector", trigger.c_str(), nullptr);
-      if (auto line = writeFeature(device_, {"TriggerMode", std::string("On")}); !line)
-        return tl::unexpected(line.error());
+      for (const Feature& feature : {Feature{"TriggerSelector", trigger}, Feature{"TriggerMode", std::string("On")}}) {
+        if (feature.name == "TriggerSelector" && trigger.empty()) continue;
+        if (auto line = writeFeature(device_, feature); !line) return tl::unexpected(line.error());
+      }
     }
     if (!selected.empty()) arv_device_set_string_feature_value(device_, "TriggerSelector", selected.c_str(), nullptr);
     return {};
@@ -267,6 +268,9 @@ class Setter {
       return failed(failure.exitCode(),
                     (failure.noAnswer() ? "the camera does not answer to " : "the camera refuses ") + what +
                         failure.text());
+    if (const std::vector<std::string> on = triggersOn(); on.empty() != (options.trigger == "off"))
+      return failed(EX_CONFIG, "the camera acknowledged " + what + "its TriggerMode is still " +
+                                   (on.empty() ? "Off" : "On" + (on.front().empty() ? "" : " for " + joined(on))));
     info_.settings.push_back("trigger = " + options.trigger);
     if (options.trigger != "off" && options.frameRate_Hz > 0) {
       // Setting a trigger lifts the limit of the rate: it still bounds how fast triggers are followed.
@@ -334,6 +338,9 @@ class Setter {
     for (const std::string& chunk : chunks) list += (list.empty() ? "" : ",") + chunk;
     arv_camera_set_chunks(camera_, list.c_str(), failure.into());
     if (failure) return failed(failure.exitCode(), "the camera refuses " + what + failure.text());
+    for (const std::string& chunk : chunks)
+      if (!arv_camera_get_chunk_state(camera_, chunk.c_str(), nullptr))
+        return failed(EX_CONFIG, "the camera acknowledged " + what + chunk + " is still not enabled");
     info_.settings.push_back("chunks = " + joined(chunks));
     return {};
   }

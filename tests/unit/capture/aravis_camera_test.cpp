@@ -119,7 +119,34 @@ TEST_F(AravisCameraTest, ChoosesAFormatWhereItsOwnCannotBeRead) {
   EXPECT_THAT(camera_->info()->settings, Contains(HasSubstr("8 (chosen")));
 }
 
+TEST_F(AravisCameraTest, NamesTheSideThatCannotBeAndWhatMayBe) {
+  for (const auto& [side, says] : {std::pair(0U, "says Height = 0 pixels, possible are 1 to "),
+                                   std::pair(__builtin_bswap32(480U), "in the other order it is 480"),
+                                   std::pair(70'000U, "says Height = 70000 pixels")}) {
+    fake_.write(ARV_FAKE_CAMERA_REGISTER_HEIGHT, side);
+    expectRefused(EX_UNAVAILABLE, {says});
+  }
+  std::cout << "  a Height of 0, of the other byte order, of 70000: the refusal names it and what is possible; "
+               "right: a refusal that names them\n";
+}
+
 // ---------------------------------------------------------------- packets
+
+TEST_F(AravisCameraTest, WarnsOfTwoInterfacesInItsNetwork) {
+  ASSERT_EQ(std::system("ip link add nic1 type veth peer nic2 && ip address add 10.9.0.1/24 dev nic1 && "
+                        "ip address add 10.9.0.2/24 dev nic2 && ip link set nic1 up && ip link set nic2 up"),
+            0);
+  const FakeCamera there(FakeCamera::Options{.address = "10.9.0.2", .serial = "GV02"});
+  options_.id = "10.9.0.2";
+  ASSERT_NO_FATAL_FAILURE(open());
+  EXPECT_THAT(camera_->info()->warnings, Contains(HasSubstr("are all in the network of 10.9.0.2")));
+  camera_.reset();
+  options_.id = "10.9.0.77";
+  expectRefused(EX_UNAVAILABLE, {"10.9.0.77", "does not answer", "nic1", "nic2", "are all in the network"});
+  std::cout
+      << "  two interfaces in one network: both are named, with and without an answer of the camera; right: named\n";
+  EXPECT_EQ(std::system("ip link delete nic1"), 0);
+}
 
 TEST_F(AravisCameraTest, NegotiatesAndProvesThePacketSize) {
   ASSERT_NO_FATAL_FAILURE(open());

@@ -142,7 +142,7 @@ void GvTransmitter::serve() {
       break;
     case 0x82: {
       const std::uint32_t address = take(&in[8], 4), value = take(&in[12], 4);
-      write(address, value);
+      if (address != ignoresAt) write(address, value);
       if (address == kClockControl && (value & 2U) != 0) {
         const std::uint64_t latched = ticks();
         write(kClockValue, static_cast<std::uint32_t>(latched >> 32));
@@ -166,7 +166,8 @@ void GvTransmitter::serve() {
     }
     case 0x86: {
       const std::uint32_t address = take(&in[8], 4);
-      arv_fake_camera_write_memory(camera_, address, static_cast<std::uint32_t>(got - 12), &in[12]);
+      if (address != ignoresAt)
+        arv_fake_camera_write_memory(camera_, address, static_cast<std::uint32_t>(got - 12), &in[12]);
       put(answer, 0, 2);
       put(answer, static_cast<std::uint64_t>(got - 12), 2);
       break;

@@ -66,6 +66,8 @@ class GvTransmitter {
   std::atomic<std::uint32_t> hangsAt{0};
   /// It denies writes to this register. 0: to none.
   std::atomic<std::uint32_t> locksAt{0};
+  /// It acknowledges writes to this register, and does not make them. 0: it makes all.
+  std::atomic<std::uint32_t> ignoresAt{0};
 
  private:
   using Packets = std::vector<std::vector<std::uint8_t>>;

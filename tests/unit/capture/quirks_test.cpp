@@ -158,6 +158,45 @@ TEST_F(Quirks, ACameraThatForgotIsSetAsItWas) {
   EXPECT_THAT(said(), Contains(HasSubstr("came back with gain = 0; set to 12 again")));
 }
 
+/// Denied, or acknowledged and not made: while it streams, and when it is opened.
+TEST_F(Quirks, AWriteThatChangesNothingIsNoSuccess) {
+  sender_.write(0x1f8, 500);  // 5 ms
+  sender_.write(0x110, 12);
+  ASSERT_NO_FATAL_FAILURE(openStreaming());
+  const auto set = [this](const char* name, const char* value) {
+    CameraStep step;
+    step.mutable_write()->set_name(name);
+    step.mutable_write()->set_value(value);
+    camera_->ask(step);
+    for (Frame frame;;) {
+      if (const auto answer = camera_->takeAnswer()) return *answer ? std::string("done") : answer->error();
+      if (camera_->next(frame, milliseconds(5)) == Next::kFrame) camera_->recycle(frame);
+    }
+  };
+  EXPECT_EQ(set("Gain", "11"), "done");
+  for (auto* const fault : {&sender_.locksAt, &sender_.ignoresAt}) {
+    *fault = 0x110;
+    const std::string gain = set("Gain", "10");
+    EXPECT_THAT(gain, HasSubstr(fault == &sender_.locksAt ? "access-denied" : "still says")) << gain;
+    EXPECT_THAT(gain, HasSubstr("Gain = 1"));
+    *fault = 0x1f8;
+    const std::string exposure = set("ExposureTime", "2000");
+    EXPECT_THAT(exposure, HasSubstr("refuses ExposureTime = 2000")) << exposure;
+    *fault = 0;
+  }
+  std::cout
+      << "  the camera denies a write while it streams, or acknowledges it and does nothing: a refusal that says so; "
+         "right: a refusal\n";
+  camera_.reset();
+  options_.exposure_us = 2000;
+  sender_.ignoresAt = 0x1f8;
+  const Error error = openFails();
+  EXPECT_EQ(error.exitCode, EX_CONFIG);
+  EXPECT_THAT(error.message(),
+              HasSubstr("camera.exposure_us = 2000: the camera refuses ExposureTime = 2000: it acknowledged "
+                        "the value, and still says 5000"));
+}
+
 TEST_F(Quirks, NoAnswerIsNoRefusal) {
   options_.features = {{"Gain", std::int64_t{31}}, {"BalanceRatio", std::int64_t{5}}};
   for (const std::uint32_t address : {0x110U, 0x210U}) {
