@@ -2,11 +2,12 @@
 
 import pathlib
 import sys
+import traceback
 
 from . import command_line
 from .problem import Problem
 
-DATA_ERROR, NO_INPUT, CANNOT_CREATE, INTERRUPTED = 65, 66, 73, 130
+DATA_ERROR, NO_INPUT, FAILED, CANNOT_CREATE, INTERRUPTED = 65, 66, 70, 73, 130
 
 
 class Reporter:
@@ -69,6 +70,13 @@ def main(version, arguments=None):
         code, text = CANNOT_CREATE, str(error)
     except KeyboardInterrupt:
         code, text = INTERRUPTED, "interrupted; nothing was written"
+    except Exception as error:  # of gmsh, GetFEM, CHOLMOD: their own classes
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"{type(error).__name__} in {pathlib.Path(place.filename).name}, line {place.lineno}"
+        code, text = FAILED, (
+            f"unexpected: {' '.join(str(error).split())} ({where}); nothing was written. Does the shape have parts much thinner "
+            "than its markers are deep? If not, please report it, with the description and its files"
+        )
     say.close()
     print(f"{command_line.NAME}: {text}", file=sys.stderr)
     return code

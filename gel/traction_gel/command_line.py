@@ -11,6 +11,7 @@ EXITS = {
     64: "the command line is wrong",
     65: "the description is wrong, asks for an error that cannot be reached, or --check finds a larger one or no CalculiX",
     66: "the description cannot be read",
+    70: "something unexpected failed, in a library for example; the message says what and where",
     73: "a file cannot be created",
     130: "interrupted; nothing was written",
 }

@@ -9,6 +9,7 @@ import tomllib
 import numpy as np
 
 from .picture import draw
+from .placement import LEAST_PERCENT
 from .problem import Problem
 from .shapes import refracting_surfaces
 
@@ -20,8 +21,8 @@ LISTS = {"layers": "layer", "creep": "term", "materials": "material"}
 KEYS = {
     "": {"format", "error_percent", "shape", "material", "layers", "nodes", "camera", "uncertainty", "picture_motion",
          "creep", "deviations", "materials", "mould", "bone"},
-    "shape": {"kind", "gel_file", "bone_file", "bonded_box_mm", "diameter_mm", "length_mm", "gel_mm", "width_mm", "height_mm",
-              "thickness_mm"},
+    "shape": {"kind", "gel_file", "bone_file", "bonded_box_mm", "bonded_percent", "cavities", "diameter_mm", "length_mm", "gel_mm", "width_mm",
+              "height_mm", "thickness_mm"},
     "material": {"youngs_modulus_pa", "poisson_ratio"},
     "materials": {"youngs_modulus_pa", "poisson_ratio", "skin_mm", "gel_file"},
     "layers": {"colour", "contrast", "columns", "rows", "pitch_mm", "centre_mm", "depth_mm", "diameter_mm", "scatter_mm",
@@ -77,14 +78,19 @@ def read(path):
             _number(table, name, "diameter_mm", 0.01, 100)
             _number(table, name, "scatter_mm", 0, 100, 0)
             _number(table, name, "least_mm", 0, 100, 0)
-            if _number(table, name, "seed", 0, 2**53, 0) != math.floor(table.get("seed", 0)):
-                raise Problem(f"{name}seed is {table['seed']!r}: it must be a whole number")
+            _number(table, name, "seed", 0, 2**53, 0)
             if not isinstance(table.get("any_order", False), bool):
                 raise Problem(f"{name}any_order is {table['any_order']!r}: it must be true or false")
             _list(table, name, "positions_mm", (table["columns"] * table["rows"], 3))
             if "positions_mm" not in table:
                 _number(table, name, "depth_mm", 0.05, 1000)
+    for name, table in [("shape.", task["shape"])] + [(f"materials[{k}].", each) for k, each in enumerate(others)]:
+        for key in table.keys() & {"gel_file", "bone_file"}:
+            if not isinstance(table[key], str):
+                raise Problem(f"{name}{key} is {table[key]!r}: it must be the name of a file, in quotes")
     _list(task["shape"], "shape.", "bonded_box_mm", (2, 3))
+    _number(task["shape"], "shape.", "bonded_percent", 0, 100, LEAST_PERCENT)
+    _number(task["shape"], "shape.", "cavities", 0, 1000, 0)
     _list(task.get("deviations", {}), "deviations.", "bone_mm", (3,))
     _list(task.get("deviations", {}), "deviations.", "youngs_modulus_relative", (len(others),))
     task["mould"] = MOULD | task.get("mould", {})
@@ -126,7 +132,7 @@ def _number(table, name, key, least, most, default=None):
     value = table.get(key, default)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not least <= value <= most:
         raise Problem(f"{name}{key} is {value!r}: it must be a number from {least:g} to {most:g}")
-    if key in ("columns", "rows") and value != math.floor(value):
+    if key in ("columns", "rows", "seed", "cavities") and value != math.floor(value):
         raise Problem(f"{name}{key} is {value!r}: it must be a whole number")
     return value
 

@@ -6,12 +6,13 @@ import numpy as np
 import scipy.sparse
 import scipy.spatial
 
-from . import mechanics, placement
+from . import mechanics, placement, triangles
 from .mesh import Body
 from .problem import Problem
 
 FINER = 0.75  # the elements' size from one mesh to the next
 MOST_UNKNOWNS = 450_000  # 12 GB
+UNKNOWNS = 15  # of a tetrahedron, 13.5 in the limit
 PLAIN = 3  # decision 61: at most 2.7 on a block
 SAMPLED = 8  # nodes whose influence is compared between meshes
 
@@ -55,12 +56,15 @@ def compute(task, folder, say):
         pitch = min(table["pitch_mm"] for table in [task["nodes"], *task["layers"]] if "pitch_mm" in table)
         say("surface", False)
         corners, free, bonded, between = body.surface(max(pitch / 3, (box[1] - box[0]).max() / 150))
+        asked = task["shape"].get("bonded_percent", placement.LEAST_PERCENT)
+        placement.check_bonded(corners, free, body.sides, bonded, between, asked, say)
         surface = placement.Surface(corners, free)
         nodes, normals, areas, points, weights = placement.nodes(surface, task["nodes"])
         markers, inward, names = placement.markers(surface, task["layers"])
         placement.check_inside(markers, names, corners, free, bonded)
         placement.check_seen(markers, inward, names, task["camera"])
-        gel, error, size = _refined(body, task, markers, points, weights, say)
+        shallowest = triangles.distances(markers, corners[free]).min()
+        gel, error, size = _refined(body, task, markers, points, weights, shallowest, say)
         errors = _errors(body, task, size / FINER**2, markers, points, weights, say)
 
     def progress(part):
@@ -86,15 +90,21 @@ def compute(task, folder, say):
     )
 
 
-def _refined(body, task, markers, points, weights, say):
-    """Returns the gel on the coarsest mesh whose estimated error is small enough, that error, and the mesh's size."""
+def _refined(body, task, markers, points, weights, shallowest, say):
+    """Returns the gel on the coarsest mesh whose estimated error is small enough, that error, and the mesh's size.
+
+    \\param shallowest depth of a marker below the touched surface
+    """
     fine = np.concatenate([points, markers])
     depth = scipy.spatial.cKDTree(points).query(markers)[0]
     size, before = max(depth.min(), 0.2 * np.median(depth)), None
     sampled = np.unique(np.linspace(0, weights.shape[0] - 1, SAMPLED).astype(int))
     few = markers[_nearest(markers, points, weights[sampled])]
+    least = min(size, shallowest * np.cbrt(task["error_percent"]))  # the error falls with the size's cube
+    _check_count(body.expected(least, fine, 20 * MOST_UNKNOWNS / UNKNOWNS), least, shallowest)
     while True:
         mesh = body.elements(size, fine)
+        _check_count(mesh.nbcvs(), size, shallowest)  # thin parts need smaller elements than asked for
         gel = mechanics.Gel(mesh, materials(task))
         now = gel.influence(few, points, weights[sampled]).reshape(len(few), 3, -1)
         error = np.inf if before is None else estimated_error(before, now, gel.left_to_elements(few))
@@ -108,6 +118,16 @@ def _refined(body, task, markers, points, weights, say):
                 "mesh would need too much memory. Raise error_percent, or place markers deeper"
             )
         before, size = now, size * FINER
+
+
+def _check_count(elements, size, shallowest):
+    """Raises a Problem for more elements than memory has room for, expected or made."""
+    if UNKNOWNS * elements > 2 * MOST_UNKNOWNS:
+        raise Problem(
+            f"a marker is {shallowest:.3g} mm below the touched surface, which asks for elements of {size:.3g} mm: at least "
+            f"{elements:.0f} of them, and there is memory for {2 * MOST_UNKNOWNS // UNKNOWNS}. Place markers deeper, raise "
+            "error_percent, and leave out parts much thinner than that. Are all lengths in millimetres?"
+        )
 
 
 def materials(task, more=()):

@@ -25,22 +25,28 @@ WITHIN = WITHIN[WITHIN.sum(1) <= 1].ravel()
 # A brick's, in CalculiX's order.
 EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
 TO_CALCULIX = [*range(8), 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15]  # from gmsh's order of a brick's nodes
+OCTANTS = np.array([*itertools.product((-1, 1), repeat=3)])
+REGULAR = 1 / (6 * 2**0.5)  # volume of a tetrahedron with edges of 1
 CELLS = 48  # of the grid on which sizes are given to gmsh, along the longest side
 
 
 @contextlib.contextmanager
 def session():
     """gmsh with an empty model, which says nothing and sizes elements by what it is given."""
-    gmsh.initialize([], False)
+    _initialize()
     try:
-        signal.signal(signal.SIGINT, signal.default_int_handler)  # newer versions of gmsh let it end the process
-        gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
-        for name in ("ExtendFromBoundary", "FromPoints", "FromCurvature"):
-            gmsh.option.setNumber(f"Mesh.CharacteristicLength{name}", 0)
         yield
     finally:
         gmsh.finalize()
+
+
+def _initialize():
+    gmsh.initialize([], False)
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # newer versions of gmsh let it end the process
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+    for name in ("ExtendFromBoundary", "FromPoints", "FromCurvature"):
+        gmsh.option.setNumber(f"Mesh.CharacteristicLength{name}", 0)
 
 
 class Body:
@@ -59,7 +65,7 @@ class Body:
     def _build(self):
         """Makes the model anew, which is all that takes every mesh away: triangles of a file are geometry and mesh."""
         gmsh.clear()
-        self.parts, self.bonded = shapes.build(self.shape, self.materials, self.folder)
+        self.parts, self.bonded, self.bone = shapes.build(self.shape, self.materials, self.folder)
         self.volumes = sum(self.parts, [])
         self.faces = shapes.faces(self.volumes)
         self.between = set().union(*map(shapes.faces, self.parts)) - self.faces
@@ -73,12 +79,13 @@ class Body:
 
     def box(self):
         """Least and largest coordinates of the gel: 2 x 3."""
-        boxes = np.array([gmsh.model.getBoundingBox(3, tag) for tag in self.volumes])
-        return np.array([boxes[:, :3].min(0), boxes[:, 3:].max(0)])
+        return shapes.extent(3, self.volumes)
 
     def surface(self, size):
         """Triangles of this size [mm]: corners (V x 3), and of the free and of the bonded faces corner numbers (T x 3),
-        in an order by which their normals point out of the gel; those between materials in any order."""
+        in an order by which their normals point out of the gel; those between materials in any order. `sides` has the
+        material of each free triangle, and the triangles of the bone that are not bonded, in any order; `filled` is the part of
+        the gel's box that is gel."""
         self._mesh(2, lambda points: np.full(len(points), size))
         numbers, places, _ = gmsh.model.mesh.getNodes()
         index = np.zeros(int(numbers.max()) + 1, int)
@@ -89,9 +96,27 @@ class Body:
             parts = [gmsh.model.mesh.getElementsByType(2, face)[1].astype(int) for face in sorted(faces)]
             return index[np.concatenate([np.zeros(0, int), *parts])].reshape(-1, 3)
 
-        free, bonded, between = map(numbered, (self.faces - self.bonded, self.bonded, self.between))
+        each = [numbered(shapes.faces(part) & self.faces - self.bonded) for part in self.parts]
+        free, bonded, between = np.concatenate(each), numbered(self.bonded), numbered(self.between)
         whole = triangles.oriented(corners, np.concatenate([free, bonded]))
+        a, b, c = corners[whole].transpose(1, 0, 2)
+        self.filled = (a * np.cross(b, c)).sum() / 6 / np.ptp(self.box(), axis=0).prod()
+        self.sides = np.repeat(np.arange(len(each)), list(map(len, each))), numbered(self.bone)
         return corners, whole[: len(free)], whole[len(free) :], between
+
+    def expected(self, size, fine, most):
+        """Returns about how many tetrahedra elements() would make after surface(), or more than `most`, without making them:
+        cubes in the gel's box are halved until they are as small as the elements there."""
+        low, high = self.box()
+        edge, tree, count = float((high - low).max()), scipy.spatial.cKDTree(fine), 0.0
+        middles = (low + high)[None] / 2
+        while 0 < len(middles) and count + len(middles) <= most:
+            wanted = size + GROWTH * tree.query(middles)[0]
+            small = edge <= wanted
+            count += ((edge / wanted[small]) ** 3).sum() * self.filled / REGULAR
+            edge, middles = edge / 2, (middles[~small, None] + edge / 4 * OCTANTS).reshape(-1, 3)
+            middles = middles[((middles > low - edge / 2) & (middles < high + edge / 2)).all(1)]
+        return count + len(middles)
 
     def elements(self, size, fine):
         """Tetrahedra with curved sides, as a mesh of GetFEM; of this size at the points `fine` (P x 3) and growing with
@@ -121,7 +146,7 @@ class Body:
                 gmsh.model.mesh.setOrder(2)
                 if gmsh.model.mesh.getJacobians(TETRAHEDRON, WITHIN)[1].min() > 0:
                     return
-                failed = Problem("gmsh cannot mesh the gel: a skin, or another part, is too thin for its curvature")
+                failed = Problem("gmsh cannot mesh the gel: a skin, a cavity or another part is too small for its curvature")
             most *= SMALLER
         raise failed
 
@@ -155,9 +180,9 @@ class Body:
             try:
                 gmsh.model.mesh.generate(dimension)
             except Exception as error:  # gmsh raises this class
+                gmsh.finalize()
+                _initialize()  # else gmsh 4.8 meshes nothing any more, and says nothing
                 raise Problem(f"gmsh cannot mesh the gel: {error}. Does its surface intersect itself?") from None
-            finally:
-                gmsh.model.mesh.field.remove(field)
 
 
 def _cut():
@@ -210,7 +235,7 @@ class Bricks:
             target = np.array([1 - sum(local), *local])
             brick = int(target.argmax())
             inside = np.zeros(3)  # of the brick
-            for _ in range(8):  # Newton
+            for _ in range(6):  # Newton
                 slope = gmsh.model.mesh.getBasisFunctions(BRICK, inside, "GradLagrange")[1].reshape(20, 3)[TO_CALCULIX]
                 shape = gmsh.model.mesh.getBasisFunctions(BRICK, inside, "Lagrange")[1][TO_CALCULIX]
                 corners = CUT[brick] / 24

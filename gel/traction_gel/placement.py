@@ -1,16 +1,24 @@
 """Where nodes and markers are: grids that are wrapped on the touched surface, or on one below it. Lengths in mm."""
 
 import collections
+import math
 
 import numpy as np
 import scipy.optimize
 import scipy.sparse
 
+from . import triangles
 from .problem import Problem
 
 RAYS = 360  # azimuths in which the surface is walked; between them it is interpolated
 SAMPLES = 4  # along each side of a node's area
+SMALL = 0.02  # of the gel's extent: markers all nearer to the origin are in another unit
 TRIES = 60  # to place a random marker
+LOOKS = 4000  # points of the free surface, from which it is seen what they look at
+BESIDE = 0.1  # of a triangle's edge, by which it may be inside a curved surface
+BESIDE_ITSELF_MM = 1e-5
+GAP_MM = 1  # between materials: farther apart, one is a step of the other's surface
+LEAST_PERCENT = 99.8  # in contact: a hole of 0.15 % below the tip changes influences by 0.8 % of the peak, of 0.6 % by 5 %
 AXIS = np.array([1.3e-5, 0.7e-5])  # x, y of the axis [mm]: beside a corner of the triangles that may lie at 0
 
 
@@ -149,6 +157,12 @@ def markers(surface, layers):
         count = layer["columns"] * layer["rows"]
         if "positions_mm" in layer:
             found = np.array(layer["positions_mm"], float)
+            reach, extent = abs(found).max(), np.ptp(surface.corners, axis=0).max()
+            if reach < SMALL * extent:
+                raise Problem(
+                    f"layers[{number}].positions_mm reach {reach:.3g} mm from the origin, and the gel is {extent:.3g} mm large: "
+                    "they seem to be in metres; write millimetres"
+                )
             if layer.get("any_order", False):
                 found = found[arranged(found[:, :2], layer["columns"], layer["rows"])]
             normals = np.full((count, 3), np.nan)
@@ -195,20 +209,9 @@ def arranged(plane, columns, rows):
     return scipy.optimize.linear_sum_assignment(((places[:, None] - plane) ** 2).sum(2))[1]
 
 
-def turns(points, corners, triangles):
-    """How often a closed surface goes around each point: 1 inside, 0 outside (the sum of solid angles)."""
-    total = np.zeros(len(points))
-    for number, point in enumerate(points):
-        a, b, c = (corners[triangles] - point).transpose(1, 0, 2)
-        la, lb, lc = (np.linalg.norm(each, axis=1) for each in (a, b, c))
-        below = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
-        total[number] = np.arctan2((a * np.cross(b, c)).sum(1), below).sum() / (2 * np.pi)
-    return total
-
-
 def check_inside(points, names, corners, free, bonded):
     """Raises a Problem for the first marker that is not in the gel."""
-    inside = abs(turns(points, corners, np.concatenate([free, bonded]))) > 0.5
+    inside = abs(triangles.turns(points, corners, np.concatenate([free, bonded]))) > 0.5
     for number in np.flatnonzero(~inside):
         to_free, to_bonded = (
             np.linalg.norm(corners[np.unique(faces)] - points[number], axis=1).min() for faces in (free, bonded)
@@ -216,6 +219,52 @@ def check_inside(points, names, corners, free, bonded):
         where = "inside the bone, or behind the base" if to_bonded < to_free else "outside the gel"
         place = ", ".join(f"{value:.3g}" for value in points[number])
         raise Problem(f"{names[number]} at ({place}) mm is {where}")
+
+
+def check_bonded(corners, free, sides, bonded, between, least_percent, say):
+    """Says how much of the gel's surface is bonded. Raises a Problem if much of what looks at the bone, or less than GAP_MM away
+    at another material, is not in contact with it.
+
+    \\param sides the material of each free triangle, and the bone's triangles (Body.sides)
+    \\param least_percent that must be bonded of what looks at the bone
+    """
+    material, bone = sides
+
+    def area(faces):
+        a, b, c = corners[faces].transpose(1, 0, 2)
+        return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+    sums = np.cumsum(area(free))
+    each = sums[-1] / LOOKS
+    chosen = np.searchsorted(sums, (np.arange(LOOKS) + 0.5) * each)
+    a, b, c = corners[free[chosen]].transpose(1, 0, 2)
+    start, way = (a + b + c) / 3, np.cross(b - a, c - a)
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    to_bone, _ = triangles.first_hits(start, way, corners, bone, -BESIDE * np.sqrt(area(bone)))  # chords of curved surfaces
+    look = np.flatnonzero((len(between) > 0) | (to_bone < np.inf))
+    gel, to_gel, hit = np.concatenate([free, bonded]), np.full(LOOKS, np.inf), np.full(LOOKS, -1)
+    to_gel[look], hit[look] = triangles.first_hits(start[look], way[look], corners, gel, np.full(len(gel), BESIDE_ITSELF_MM))
+    apart = (hit >= 0) & (hit < len(free)) & (to_gel < GAP_MM)
+    apart[apart] = material[hit[apart]] != material[chosen[apart]]
+    for far, gap, touching, what, whom, least_share, count in (
+        (to_bone, to_bone < to_gel, bonded, "of the gel are bonded", "the bone", least_percent, 1),
+        (to_gel, apart, between, "of materials are in contact", "another one", LEAST_PERCENT, 2),
+    ):
+        touch, open_mm2 = area(touching).sum(), gap.sum() * each / count
+        if not touch and not open_mm2:
+            continue
+        share = 100 * touch / (touch + open_mm2)
+        found = f"{touch:.4g} mm² {what}, {share:.1f} % of what looks at {whom}"
+        if gap.any():
+            widest = np.flatnonzero(gap)[far[gap].argmax()]
+            place = ", ".join(f"{value:.3g}" for value in start[widest])
+            found += f"; gaps are up to {max(far[widest], 0):.3g} mm wide, there at ({place}) mm"
+        say(found, False)
+        if share < least_share:
+            raise Problem(
+                f"{found}. Let the gel and what it sticks to overlap in the CAD program: what is in both belongs to the bone, or to "
+                f"the later material; or, if a gap to the bone is meant, write shape.bonded_percent = {math.floor(share)}"
+            )
 
 
 def check_seen(points, inward, names, camera):

@@ -13,11 +13,12 @@ from . import triangles
 from .problem import Problem
 
 UNIT_LIMITS_MM = (2, 500)  # of the largest extent of a gel
+UNITS = {"metres": 1000, "inches": 25.4, "centimetres": 10, "micrometres": 0.001}  # in mm, by which a file is held to be wrong
 
 
 def build(shape, materials, folder):
-    """Makes the volumes of the gel in the current model. Returns those of each material, the table [material] first, and
-    the bonded faces (tags).
+    """Makes the volumes of the gel in the current model. Returns those of each material, the table [material] first, the
+    bonded faces, and the other faces of the bone (tags).
 
     \\param shape the table [shape] of the input
     \\param materials the tables [[materials]]: each a skin or the solids of a file
@@ -29,21 +30,58 @@ def build(shape, materials, folder):
             why = f"[shape] has {'a' if given == 'gel_file' else 'no'} gel_file"
             raise Problem(f"materials[{number}] must have {given}, and not {other}: {why}")
     if "gel_file" in shape:
-        volumes, bonded = _from_files(shape, [material["gel_file"] for material in materials], folder)
+        volumes, bonded, bone = _from_files(shape, [material["gel_file"] for material in materials], folder)
     else:
         depths = np.cumsum([0.0, *(material["skin_mm"] for material in materials)])
         form = built_in(shape)
         form.check_skins(depths)
         gels = [form.solid(depth) for depth in depths]
-        volumes, bonded = _with_bone(gels, form.solid(form.inside)) if form.has_bone else _at_base(gels)
+        volumes, bonded, bone = _with_bone(gels, form.solid(form.inside)) if form.has_bone else _at_base(gels)
         volumes = volumes[-1:] + volumes[:-1]  # the core is the last from outside
-    _check_extent(sum(volumes, []))
-    parts = [faces(each) for each in volumes]
-    for number, part in enumerate(parts):
-        if len(parts) > 1 and not part & set().union(*(other for other in parts if other is not part)):
-            name = f"materials[{number - 1}]" if number else "[material]"
-            raise Problem(f"{name} touches no other material: its faces must lie on theirs, without a gap")
-    return volumes, bonded
+    gmsh.model.occ.synchronize()
+    _check_unit(np.ptp(extent(3, sum(volumes, [])), axis=0).max())
+    _check_pieces(volumes, bonded, shape.get("cavities", 0))
+    return volumes, bonded, bone
+
+
+def _pieces(dimension, tags):
+    """Groups entities (tags) of which each touches another of its group in what bounds them. The largest group is the first."""
+    pieces = []
+    for tag in tags:
+        piece, sides = {tag}, set(gmsh.model.getAdjacencies(dimension, tag)[1].tolist())
+        for other in [other for other in pieces if other[1] & sides]:
+            pieces.remove(other)
+            piece, sides = piece | other[0], sides | other[1]
+        pieces.append((piece, sides))
+    pieces = [(piece, extent(dimension, piece)) for piece, _ in pieces]
+    return sorted(pieces, key=lambda each: -np.ptp(each[1], axis=0).max())
+
+
+def extent(dimension, tags):
+    """Least and largest coordinates of entities: 2 x 3."""
+    boxes = np.array([gmsh.model.getBoundingBox(dimension, tag) for tag in tags])
+    return np.array([boxes[:, :3].min(0), boxes[:, 3:].max(0)])
+
+
+def _check_pieces(volumes, bonded, cavities):
+    """Raises a Problem for a gel of several bodies, or with closed cavities that no bone fills and nobody named."""
+    bodies = _pieces(3, sum(volumes, []))
+    if len(bodies) > 1:
+        names = ["[material]", *(f"materials[{number}]" for number in range(len(volumes) - 1))]
+        found = "; ".join(
+            f"{', '.join(name for name, part in zip(names, volumes) if body & set(part))}, {triangles.extent_and_place(box)}"
+            for body, box in bodies
+        )
+        raise Problem(
+            f"the gel is {len(bodies)} bodies of which one touches no other: {found}. Delete what is not the gel, or close the gap"
+        )
+    empty = [box for shell, box in _pieces(2, faces(sum(volumes, [])))[1:] if not shell & bonded]
+    if len(empty) != cavities:
+        found = "; ".join(map(triangles.extent_and_place, empty)) or "none"
+        raise Problem(
+            f"the gel has {len(empty)} closed cavities without a bone, and shape.cavities says {cavities}: {found}. Fill them, give "
+            f"the bone, or write shape.cavities = {len(empty)} if they are meant"
+        )
 
 
 def _length(shape, key):
@@ -61,6 +99,10 @@ def faces(volumes):
 def _divided(bodies):
     """Cuts bodies, each a list of (3, tag), where they overlap: what is in several belongs to the last. They share the
     faces where they touch. Returns the volumes of each (tags)."""
+    for number, later in [*enumerate(bodies)][:0:-1]:  # cut, so that no thin layer of both is left between them
+        for earlier in range(number):
+            if bodies[earlier] and later:
+                bodies[earlier] = gmsh.model.occ.cut(bodies[earlier], later, removeTool=False)[0]
     solids = sum(bodies, [])
     parts = gmsh.model.occ.fragment(solids[:1], solids[1:])[1] if solids[1:] else [solids]
     gmsh.model.occ.synchronize()
@@ -70,24 +112,24 @@ def _divided(bodies):
 
 
 def _with_bone(gels, bone):
-    """Cuts the bone out of the gel's bodies. The faces that they share with it are bonded."""
+    """Cuts the bone out of the gel's bodies. The faces that they share with it are bonded. Its other faces stay."""
     *volumes, bones = _divided([*gels, bone])
     for number, each in enumerate(volumes):
         if not each:
             raise Problem(
                 f"nothing is left of part {number} of the gel: bone and other materials fill it. Is shape.bone_file the gel's?"
             )
-    bonded = faces(sum(volumes, [])) & faces(bones)
+    outside, bone = faces(sum(volumes, [])), faces(bones)
     gmsh.model.occ.remove([(3, tag) for tag in bones])
     gmsh.model.occ.synchronize()
-    return volumes, bonded
+    return volumes, outside & bone, bone - outside
 
 
 def _at_base(gels):
     """Bonds the plane faces farthest along z."""
     volumes = _divided(gels)
     begins = {face: gmsh.model.getBoundingBox(2, face)[2] for face in faces(sum(volumes, []))}
-    return volumes, {face for face, begin in begins.items() if begin > max(begins.values()) - 1e-3}
+    return volumes, {face for face, begin in begins.items() if begin > max(begins.values()) - 1e-3}, set()
 
 
 class BuiltIn(NamedTuple):
@@ -201,16 +243,31 @@ def refracting_surfaces(task):
 
 def _solids(path, key):
     """Reads the solids of a STEP or BREP file."""
-    if path.suffix.lower() not in (".step", ".stp", ".brep"):
-        raise Problem(f"{key}: {path} is none of .step, .brep, .stl: export the body as .step")
     try:
-        parts = gmsh.model.occ.importShapes(str(path), highestDimOnly=False)
+        with open(path, "rb") as file:
+            head = file.read(4096)
+    except OSError as error:
+        raise Problem(f"{key}: {path} cannot be read: {error.strerror}") from None
+    marks = {b"ISO-10303-21": "step", b"CASCADE Topology": "brep", b"DBRep_DrawableShape": "brep"}
+    kind = next((marks[mark] for mark in marks if mark in head), None)
+    if not kind:
+        raise Problem(f"{key}: {path} holds neither STEP, BREP nor STL: export the body as .step")
+    try:
+        parts = gmsh.model.occ.importShapes(str(path), highestDimOnly=False, format=kind)
     except Exception as error:  # gmsh raises this class and ValueError
         raise Problem(f"{key}: {path} cannot be read: {error}") from None
     solids = [part for part in parts if part[0] == 3]
+    gmsh.model.occ.synchronize()
     if not solids:
-        gmsh.model.occ.synchronize()
         raise Problem(f"{key}: {path} has faces that enclose no volume: {_hole()}")
+    loose = {tag for dimension, tag in parts if dimension == 2} - faces([tag for _, tag in solids])
+    if loose:
+        raise Problem(f"{key}: {path} has {len(loose)} faces that bound no solid, one of {_place(2, min(loose))}: close or delete them")
+    found = "; ".join(_place(*part) for part in solids)
+    if min(gmsh.model.occ.getMass(*part) for part in solids) <= 0:
+        raise Problem(f"{key}: {path} has a solid that is inside out ({found}): turn its faces in the CAD program")
+    if len(solids) > 1 and key == "shape.gel_file":
+        raise Problem(f"{key}: {path} has {len(solids)} solids, and not 1: {found}. Export the gel alone, joined to one solid")
     return solids
 
 
@@ -219,9 +276,7 @@ def _hole():
     for _, edge in gmsh.model.getEntities(1):
         faces = gmsh.model.getAdjacencies(1, edge)[0]
         if len(faces) == 1:
-            box = gmsh.model.getBoundingBox(1, edge)
-            middle = ", ".join(f"{(a + b) / 2:.3g}" for a, b in zip(box, box[3:]))
-            return f"there is a hole at face {faces[0]}, by its edge at ({middle}) mm. Close it in the CAD program"
+            return f"there is a hole at face {faces[0]}, by its edge of {_place(1, edge)}. Close it in the CAD program"
     return "export a solid body"
 
 
@@ -231,9 +286,11 @@ def _from_triangles(paths):
     corners, numbers = parts["shape.gel_file"]
     _check_unit(np.ptp(corners, axis=0).max())
     triangles.check(corners, numbers, "shape.gel_file")
-    volume = triangles.volume(paths["shape.gel_file"])
-    bone = parts.get("shape.bone_file")
-    return [[volume]], triangles.touching(faces([volume]), *bone) if bone else set()
+    volume = triangles.volume(corners, numbers)
+    if "shape.bone_file" not in parts:
+        return [[volume]], set(), set()
+    bone = parts["shape.bone_file"]
+    return [[volume]], triangles.touching(faces([volume]), *bone), {triangles.discrete(*bone)}
 
 
 def _from_solids(paths):
@@ -252,7 +309,7 @@ def _from_files(shape, others, folder):
     kinds = {path.suffix.lower() == ".stl" for path in paths.values()}
     if len(kinds) > 1 or others and True in kinds:
         raise Problem("gel_file and bone_file must all be .step or .brep, or both .stl and without [[materials]]")
-    volumes, bonded = (_from_triangles if kinds.pop() else _from_solids)(paths)
+    volumes, bonded, bone = (_from_triangles if kinds.pop() else _from_solids)(paths)
     outside = faces(sum(volumes, []))
     if "bonded_box_mm" in shape:
         low, high = shape["bonded_box_mm"]
@@ -260,27 +317,21 @@ def _from_files(shape, others, folder):
     if not bonded:
         raise Problem(
             "no part of the gel is bonded: its faces touch neither shape.bone_file nor lie in shape.bonded_box_mm. "
-            "The faces are " + "; ".join(map(_describe, sorted(outside)))
+            "The faces are " + "; ".join(f"{face}, {_place(2, face)}" for face in sorted(outside))
         )
-    return volumes, bonded
+    return volumes, bonded, bone
 
 
-def _describe(face):
-    box = [round(value, 1) for value in gmsh.model.getBoundingBox(2, face)]
-    return f"{face} from {box[:3]} to {box[3:]} mm"
-
-
-def _check_extent(volumes):
-    gmsh.model.occ.synchronize()
-    boxes = [gmsh.model.getBoundingBox(3, tag) for tag in volumes]
-    largest = max(max(b - a for a, b in zip(box, box[3:])) for box in boxes)
-    _check_unit(largest)
+def _place(dimension, tag):
+    return triangles.extent_and_place(extent(dimension, [tag]))
 
 
 def _check_unit(largest):
     low, high = UNIT_LIMITS_MM
     if not low <= largest <= high:
+        units = [f"{name} ({largest * scale:.3g} mm)" for name, scale in UNITS.items() if low <= largest * scale <= high]
         raise Problem(
             f"the gel is {largest:.3g} mm large, and gels have {low} to {high}: metres and millimetres were confused. "
-            "STEP files are read in their own unit, others as millimetres; export in millimetres"
+            f"Its numbers may be {' or '.join(units) or 'of another body'}. STEP files are read in their own unit, others as "
+            "millimetres; export in millimetres"
         )

@@ -2,6 +2,8 @@
 
 import collections
 import math
+import pathlib
+import re
 
 import gmsh
 import numpy as np
@@ -15,28 +17,30 @@ NEAR = 2e-3  # of the bone's largest extent: a gel this near to it is bonded
 
 
 def read(path, key):
-    """Returns corners (V x 3) and triangles (T x 3, in the file's order)."""
-    gmsh.model.add(key)
+    """Returns corners (V x 3) and triangles (T x 3, in the file's order) of an STL file, binary or text."""
     try:
-        gmsh.merge(str(path))
-        numbers, places, _ = gmsh.model.mesh.getNodes()
-        triangles = gmsh.model.mesh.getElementsByType(2)[1].astype(int)
-    except Exception as error:  # gmsh raises this class
-        raise Problem(f"{key}: {path} cannot be read: {error}") from None
-    finally:
-        gmsh.model.remove()
-    if not len(triangles):
-        raise Problem(f"{key}: {path} has no triangles: is it an STL file?")
-    index = np.zeros(int(numbers.max()) + 1, int)
-    index[numbers.astype(int)] = np.arange(len(numbers))
-    places = places.reshape(-1, 3)
-    extent = np.ptp(places, axis=0).max()
+        data = pathlib.Path(path).read_bytes()
+    except OSError as error:
+        raise Problem(f"{key}: {path} cannot be read: {error.strerror}") from None
+    count = int.from_bytes(data[80:84], "little")
+    if count and len(data) == 84 + 50 * count:
+        places = np.frombuffer(data, [("normal", "<f4", 3), ("corners", "<f4", 9), ("more", "<u2")], offset=84)["corners"]
+    else:
+        try:
+            places = np.array(re.findall(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)", data), float)
+        except ValueError:
+            places = np.full(1, np.nan)
+    if not places.size or places.size % 9 or not np.isfinite(places).all():
+        raise Problem(f"{key}: {path} has no triangles, or is cut short: is it an STL file? Export it again")
+    places = places.reshape(-1, 3).astype(float)
+    extent = np.ptp(places, axis=0).max() or 1
     _, first, same = np.unique(np.round(places / extent, 7), axis=0, return_index=True, return_inverse=True)
-    return places[first], same.ravel()[index[triangles]].reshape(-1, 3)
+    return places[first], same.reshape(-1, 3)
 
 
-def oriented(corners, triangles):
-    """Turns the triangles of a closed surface so that their normals point out of the body. Raises a Problem at a hole."""
+def _shells(corners, triangles):
+    """Turns the triangles of each closed surface like its first. Returns them, the number of each one's surface, and what
+    each surface encloses, negative where its normals point inwards. Raises a Problem at a hole."""
     result = triangles.copy()
     beside = collections.defaultdict(list)
     for number, triangle in enumerate(triangles.tolist()):
@@ -53,7 +57,7 @@ def oriented(corners, triangles):
     for start in range(len(triangles)):
         if shell[start] >= 0:
             continue
-        shell[start], waiting = start, [start]
+        shell[start], waiting = shell.max() + 1, [start]
         while waiting:
             number = waiting.pop()
             triangle = result[number].tolist()
@@ -61,13 +65,18 @@ def oriented(corners, triangles):
                 for other in beside[min(one, two), max(one, two)]:
                     if shell[other] >= 0:
                         continue
-                    shell[other] = start
+                    shell[other] = shell[start]
                     waiting.append(other)
                     there = result[other].tolist()
                     if (one, two) in zip(there, there[1:] + there[:1]):  # the same way round: turned
                         result[other] = result[other][::-1]
     a, b, c = corners[result].transpose(1, 0, 2)
-    volumes = np.bincount(shell, (a * np.cross(b, c)).sum(1) / 6)
+    return result, shell, np.bincount(shell, (a * np.cross(b, c)).sum(1) / 6)
+
+
+def oriented(corners, triangles):
+    """Turns the triangles of a closed surface so that their normals point out of the body. Raises a Problem at a hole."""
+    result, shell, volumes = _shells(corners, triangles)
     outermost = abs(volumes).argmax()
     outward = (volumes > 0) == (np.arange(len(volumes)) == outermost)  # a cavity's volume counts as negative
     return np.where(outward[shell][:, None], result, result[:, ::-1])
@@ -78,11 +87,38 @@ def check(corners, triangles, key):
     for number, triangle in enumerate(triangles.tolist()):
         if len(set(triangle)) < 3:
             raise Problem(f"{key}: face {number} has no area: heal the mesh in the CAD program")
-    oriented(corners, triangles)
+    turned, shell, volumes = _shells(corners, triangles)
     pair = crossing(corners, triangles)
     if pair:
         place = ", ".join(f"{value:.3g}" for value in corners[triangles[pair[0]]].mean(0))
         raise Problem(f"{key}: faces {pair[0]} and {pair[1]} pass through each other near ({place}) mm: heal the mesh")
+    if len(volumes) == 1:
+        return
+    outer, *others = abs(volumes).argsort()[::-1]
+    kinds = []
+    for number in (outer, *others):
+        part, inside = shell == number, turns(corners[triangles[shell == number][0, :1]], corners, turned[shell == outer])
+        if (turned[part] != triangles[part]).any():
+            kinds.append("triangles turned both ways")
+        elif number == outer:
+            kinds.append("the gel")
+        elif volumes[number] * volumes[outer] > 0:
+            kinds.append("another body")
+        else:
+            kinds.append("a cavity" if abs(inside[0]) > 0.5 else "a cavity outside the gel")
+    if set(kinds) != {"the gel", "a cavity"}:
+        places = (extent_and_place(corners[triangles[shell == number]].reshape(-1, 3)) for number in (outer, *others))
+        raise Problem(
+            f"{key} has {len(kinds)} closed surfaces: {'; '.join(map(', '.join, zip(kinds, places)))}. Export the gel alone, joined "
+            "to one solid; the normals of a cavity point into it, all others out of the gel"
+        )
+
+
+def extent_and_place(points):
+    """Describes where points (P x 3) are."""
+    low, high = points.min(0), points.max(0)
+    size, middle = ([f"{value:.3g}" for value in np.round(each, 3) + 0.0] for each in (high - low, (low + high) / 2))
+    return f"{' x '.join(size)} mm about ({', '.join(middle)})"
 
 
 def crossing(corners, triangles):
@@ -115,11 +151,19 @@ def _sides(point, a, b, c, normal):
     return np.min([(np.cross(q - p, point - p) * normal).sum(1) for p, q in ((a, b), (b, c), (c, a))], 0)
 
 
-def volume(path):
-    """Makes faces and volume of the file's triangles in the current model. Returns the volume's tag."""
+def discrete(corners, triangles):
+    """Makes a face of triangles in the current model, which gmsh does not mesh anew. Returns its tag."""
+    face = gmsh.model.addDiscreteEntity(2)
+    first = int(max(gmsh.model.mesh.getNodes()[0], default=0)) + 1
+    gmsh.model.mesh.addNodes(2, face, np.arange(first, first + len(corners)), corners.ravel())
+    gmsh.model.mesh.addElementsByType(face, 2, [], (triangles + first).ravel())
+    return face
+
+
+def volume(corners, triangles):
+    """Makes faces and volume of triangles in the current model. Returns the volume's tag."""
     gmsh.option.setNumber("Mesh.SecondOrderLinear", 1)  # gmsh 4.8 finds no middles of edges on such faces
-    gmsh.merge(str(path))
-    gmsh.model.mesh.removeDuplicateNodes()
+    discrete(corners, triangles)
     gmsh.model.mesh.classifySurfaces(math.radians(SMOOTH_DEGREES), True, True, math.pi)
     gmsh.model.mesh.createGeometry()
     loop = gmsh.model.geo.addSurfaceLoop([tag for _, tag in gmsh.model.getEntities(2)])
@@ -138,6 +182,44 @@ def touching(faces, corners, triangles):
         if all(_distance(place, parts) < NEAR * extent for place in places[:: len(places) // SAMPLED + 1]):
             found.add(face)
     return found
+
+
+def turns(points, corners, triangles):
+    """How often a closed surface goes around each point: 1 inside, 0 outside (the sum of solid angles)."""
+    total = np.zeros(len(points))
+    for number, point in enumerate(points):
+        a, b, c = (corners[triangles] - point).transpose(1, 0, 2)
+        la, lb, lc = (np.linalg.norm(each, axis=1) for each in (a, b, c))
+        below = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
+        total[number] = np.arctan2((a * np.cross(b, c)).sum(1), below).sum() / (2 * np.pi)
+    return total
+
+
+def first_hits(starts, directions, corners, triangles, least):
+    """Returns how far each ray goes to the first triangle, and its number: infinity and -1 where there is none.
+
+    \\param least smallest distance that counts, of each triangle
+    """
+    middles = corners[triangles].mean(1)
+    reach = np.linalg.norm(corners[triangles] - middles[:, None], axis=2).max(1)
+    distance, hit = np.full(len(starts), np.inf), np.full(len(starts), -1)
+    for ray, (start, way) in enumerate(zip(starts, directions)):
+        offset = middles - start
+        near = np.flatnonzero((offset**2).sum(1) - (offset @ way) ** 2 < 1.001 * reach**2)
+        a, b, c = corners[triangles[near]].transpose(1, 0, 2)
+        normal = np.cross(b - a, c - a)
+        slope = normal @ way
+        far = ((a - start) * normal).sum(1) / np.where(slope == 0, np.nan, slope)
+        met = (far > least[near]) & (_sides(start + far[:, None] * way, a, b, c, normal) >= 0)
+        if met.any():
+            distance[ray], hit[ray] = far[met].min(), near[met][far[met].argmin()]
+    return distance, hit
+
+
+def distances(points, parts):
+    """Of points (P x 3) from the nearest of triangles (T x 3 x 3) of about one size."""
+    near = scipy.spatial.cKDTree(parts.mean(1)).query(points, min(20, len(parts)))[1]
+    return np.array([_distance(point, parts[each]) for point, each in zip(points, near)])
 
 
 def _distance(point, parts):

@@ -1,7 +1,12 @@
 """traction-gel: its mechanics against the daemon's block, shapes against each other, and what it says to wrong input."""
 
+import contextlib
+import io
+import itertools
+import math
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -16,12 +21,13 @@ import numpy as np
 import scipy.sparse
 import scipy.spatial
 import suite
-from traction_gel import check, files, influence, mechanics, mesh, mould, placement, triangles
+from traction_gel import check, cli, files, influence, mechanics, mesh, mould, placement, triangles
 from traction_gel.problem import Problem
 
 BIN = pathlib.Path(os.environ["TRACTION_BUILD"]) / "bin"
 SHIPPED = pathlib.Path(__file__).resolve().parents[3] / "gel" / "fingertip.toml"
 YOUNG = 180000
+OCTAHEDRON = np.array([np.diag(signs)[:: np.prod(signs)] for signs in itertools.product((1, -1), repeat=3)], float)  # 8 triangles
 SKIN = {"skin_mm": 0.5, "youngs_modulus_pa": 5 * YOUNG, "poisson_ratio": 0.45}
 
 
@@ -135,19 +141,34 @@ class Fingertip(unittest.TestCase):
             plain = gel.influence(part, points, weights)
             np.testing.assert_allclose(plain, by_nodes[: len(part)], atol=0.04 * abs(by_nodes).max())
 
-    def test_files_of_cad_are_the_built_in_shape(self):
-        gmsh.initialize([], False)
-        gmsh.option.setNumber("General.Terminal", 0)
-        occ = gmsh.model.occ
-        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
-        for name, radius in (("gel", 10), ("core", 9), ("bone", 6), ("far", 1)):
-            whole, _ = occ.fuse([(3, occ.addSphere(0, 0, 10, radius))], [(3, occ.addCylinder(0, 0, 10, 0, 0, 18, radius))])
-            occ.intersect(whole, [(3, occ.addBox(-20, -20, -1, 40, 40, 19))])
-            occ.translate(occ.getEntities(3), 0, 0, 40 * (name == "far"))
+    def write_step(self, name, *parts):
+        """\\param parts of each: the radius of a hemisphere on a cylinder, and how far it is moved along x and z; or a function
+        that makes other solids"""
+        with mesh.session():
+            occ = gmsh.model.occ
+            for part in parts:
+                if callable(part):
+                    part(occ)
+                    continue
+                radius, x, z = part
+                whole, _ = occ.fuse([(3, occ.addSphere(0, 0, 10, radius))], [(3, occ.addCylinder(0, 0, 10, 0, 0, 18, radius))])
+                solid, _ = occ.intersect(whole, [(3, occ.addBox(-20, -20, -1, 40, 40, 19 - z))])
+                occ.translate(solid, x, 0, z)
             occ.synchronize()
-            gmsh.write(str(self.folder / f"{name}.step"))
-            gmsh.clear()
-        gmsh.finalize()
+            with mould.silent():
+                gmsh.write(str(self.folder / f"{name}.step"))
+
+    def contact(self, shape, materials=()):
+        """Makes the gel's surface. Returns what is said of its contact with the bone and between materials."""
+        said = []
+        with mesh.Body(shape, self.folder, materials) as body:
+            corners, free, bonded, between = body.surface(0.8)
+            placement.check_bonded(corners, free, body.sides, bonded, between, shape.get("bonded_percent", 99.8), lambda text, again: said.append(text))
+        return said
+
+    def test_files_of_cad_are_the_built_in_shape(self):
+        for name, radius in (("gel", 10), ("core", 9), ("bone", 6), ("far", 1)):
+            self.write_step(name, (radius, 0, 40 * (name == "far")))
         files_of_cad = {"gel_file": "gel.step", "bone_file": "bone.step"}
         for cad, built_in in (([], []), ([{"gel_file": "core.step"}], [{"skin_mm": 1}])):
             areas = []
@@ -165,6 +186,94 @@ class Fingertip(unittest.TestCase):
         self.assertEqual(done.returncode, 65)
         self.assertIn("no part of the gel is bonded", done.stderr)
 
+    def test_a_second_solid_is_refused_with_its_size_and_place(self):
+        self.write_step("bone", (6, 0, 0))
+        gel, ball = (10, 0, 0), lambda *place: lambda occ: occ.addSphere(*place, 1)  # noqa: E731
+        for name, parts, said in (("assembly", (gel, (6, 0, 0)), r"has 2 solids, and not 1: .*12 x 12 x 14 mm about \(0, 0, 11\)"),
+                                  ("crumb", (gel, ball(30, 0, 12)), r"2 solids.*2 x 2 x 2 mm about \(30, 0, 12\)"),
+                                  ("overlap", (gel, ball(10, 0, 12)), r"2 solids.*2 x 2 x 2 mm about \(10, 0, 12\)"),
+                                  ("face", (gel, lambda occ: occ.addRectangle(20, 0, 0, 1, 1)), "1 faces that bound no solid")):
+            self.write_step(name, *parts)
+            with self.subTest(name), self.assertRaisesRegex(Problem, said):
+                self.contact({"gel_file": f"{name}.step", "bone_file": "bone.step"})
+            print(f"\n  a STEP file of the gel and another part ({name}): refused with its place; right: refused", end="")
+
+    def test_a_gap_to_the_bone_is_measured_and_refused(self):
+        print()
+        self.write_step("gel", lambda occ: occ.cut([(3, self.finger(occ, 10, 0))], [(3, self.finger(occ, 6, 0))]))
+        shape = {"gel_file": "gel.step", "bone_file": "bone.step"}
+        for gap in (0.01, 0.1, 0.5):
+            self.write_step("bone", lambda occ, gap=gap: self.finger(occ, 6, gap))
+            with self.assertRaises(Problem) as raised:
+                self.contact(shape)
+            found = re.match(r"(\S+) mm² .*, (\S+) % of what looks at the bone; gaps are up to (\S+) mm wide, there at \((.*)\)", str(raised.exception))
+            area, share, widest = map(float, found.groups()[:3])
+            print(f"  bone {gap:g} mm short of its cavity's floor: refused, {share:g} % in contact, gap {widest:.2g} mm; right: refused, 57 %")
+            self.assertAlmostEqual(area, 2 * np.pi * 6 * (8 - gap), delta=3)  # the cylinder's wall
+            self.assertAlmostEqual(share, 100 * (8 - gap) / 14, delta=1)
+            self.assertAlmostEqual(widest, gap, delta=0.02)
+        self.write_step("bone", (6, 0, 0))
+        self.assertRegex(self.contact(shape)[0], r"52\d.* mm² of the gel are bonded, 100\.0 %")
+        self.contact({"gel_file": "gel.step", "bone_file": "bone.step", "bonded_percent": 50})
+
+    @staticmethod
+    def finger(occ, radius, top):
+        """A hemisphere of which the lowest point is at z = 10 - radius + top, on a cylinder up to z = 18. Returns its tag."""
+        ball = occ.addSphere(0, 0, 10 + top, radius)
+        whole, _ = occ.fuse([(3, ball)], [(3, occ.addCylinder(0, 0, 10 + top, 0, 0, 20, radius))])
+        return occ.intersect(whole, [(3, occ.addBox(-20, -20, -1, 40, 40, 19))])[0][0][1]
+
+    def test_materials_overlap_by_any_thickness(self):
+        self.write_step("bone", (6, 0, 0))
+        self.write_step("skin", lambda occ: occ.cut([(3, self.finger(occ, 10, 0))], [(3, self.finger(occ, 9, 0))]))
+        shape, found = {"gel_file": "core.step", "bone_file": "bone.step"}, []
+        for more in (0, 0.01, 0.02, 0.05, 0.1):
+            self.write_step("core", (9 + more, 0, 0))
+            self.assertRegex(self.contact(shape, [{"gel_file": "skin.step"}])[1], "are in contact, 100.0 %")
+            with mesh.Body(shape, self.folder, [{"gel_file": "skin.step"}]) as body:
+                elements = body.elements(1.0, np.array([[0, 0, 2.0]]))
+                volumes = elements.convex_area()
+                found.append([volumes[elements.region(10 + part)[0]].sum() for part in (0, 1)])
+            print(f"\n  skin and core overlap by {more:g} mm: {found[-1][0]:.0f} and {found[-1][1]:.0f} mm³; right: 2205 and 1045", end="")
+        np.testing.assert_allclose(found, [[2205, 1045]] * 5, rtol=0.01)
+        self.write_step("core", (8.99, 0, 0))
+        with self.assertRaisesRegex(Problem, "2 bodies of which one touches no other"):
+            self.contact(shape, [{"gel_file": "skin.step"}])
+
+    def test_too_many_elements_are_refused_before_they_are_made(self):
+        task = fingertip()
+        places = np.random.default_rng(4).uniform([-3, -3, 1], [3, 3, 3], (50, 3))
+        with mesh.Body(task["shape"], ".") as body:
+            body.surface(1.0)
+            expected = body.expected(1.0, places, 1e6)
+            self.assertGreater(body.expected(0.01, places, 1e4), 1e4)
+            self.assertLess(abs(np.log2(expected / body.elements(1.0, places).nbcvs())), 1)
+        self.enterContext(unittest.mock.patch.object(mesh.Body, "elements", side_effect=AssertionError))
+        flat = [[x, y] for y in (-1, 0, 1, 2) for x in (-1, 0, 1, 2)]
+        shallow = [[x, y, 0.02 + 10 - math.sqrt(100 - x**2 - y**2)] for x, y in flat]
+        metres = [[1e-3 * x, 1e-3 * y, 2e-3] for x, y in flat]
+        for places, said in ((shallow, r"a marker is 0\.0[12]\d* mm below .* elements of 0\.0\d+ mm: at least \d+ of them"),
+                             (metres, "they seem to be in metres")):
+            layer = task["layers"][0] | {"columns": 4, "positions_mm": places}
+            with self.subTest(said), self.assertRaisesRegex(Problem, said) as raised:
+                influence.compute(task | {"layers": [layer]}, self.folder, quiet)
+            print(f"\n  markers {places[5][2]:g} mm deep at (0, 0): {str(raised.exception)[:90]}...; right: refused before meshing", end="")
+
+    def test_files_that_are_no_shape_are_not_run_and_end_in_a_sentence(self):
+        for name in ("gel.Stl", "gel.stl", "gel.step", "gel.STEP"):
+            (self.folder / name).write_text(f'System "touch {self.folder}/ran";\n')
+            done = self.run_program(fingertip() | {"shape": {"gel_file": name}})
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (65, 1), done.stderr)
+            self.assertIn(f"shape.gel_file: {self.folder / name}", done.stderr)
+        self.assertFalse((self.folder / "ran").exists())
+
+    def test_what_a_library_throws_ends_in_a_sentence(self):
+        errors = io.StringIO()
+        with unittest.mock.patch.object(influence, "compute", side_effect=ValueError("zero-size\narray")), \
+                contextlib.redirect_stderr(errors):
+            self.assertEqual(cli.main("1", ["mesh", str(self.write(fingertip()))]), 70)
+        self.assertRegex(errors.getvalue(), r"^traction-gel: unexpected: zero-size array \(ValueError in .*\n$")
+
     def test_wrong_input_is_refused_with_what_is_wrong(self):
         for tables, said in (
             ({"material": {"poisson_ratio": 0.5}}, "poisson_ratio"),
@@ -177,6 +286,8 @@ class Fingertip(unittest.TestCase):
             ({"materials": [SKIN | {"poisson_ratio": 0.5}]}, "materials[0].poisson_ratio"),
             ({"materials": [SKIN, SKIN | {"skin_mm": 3.6}]}, "materials[1].skin_mm"),
             ({"materials": [SKIN | {"gel_file": "skin.step"}]}, "materials[0] must have skin_mm"),
+            ({"shape": {"gel_file": 3}}, "shape.gel_file is 3"),
+            ({"shape": {"cavities": 0.5}}, "shape.cavities"),
             ({"deviations": {"youngs_modulus_relative": [0.1]}}, "deviations.youngs_modulus_relative"),
         ):
             with self.subTest(said), self.assertRaises(Problem) as raised:
@@ -228,13 +339,37 @@ class Fingertip(unittest.TestCase):
         def in_metres(parts):
             return 1e-3 * parts
 
-        for change, said in ((without, r"not closed: 1 faces meet at .* mm, and not 2; one is face \d+"),
+        def with_body(x, turned=slice(None), some=slice(None)):
+            def change(parts):
+                body = OCTAHEDRON + [x, 0, 12]
+                body[some] = body[some, turned]
+                return np.concatenate([parts, body])
+
+            return change
+
+        inwards = slice(None, None, -1)
+        for change, said in ((with_body(8), r"2 closed surfaces: the gel, 20 x .*; another body, 2 x 2 x 2 mm about \(8, 0, 12\)"),
+                             (with_body(30), r"another body, 2 x 2 x 2 mm about \(30, 0, 12\)"),
+                             (with_body(30, inwards), "a cavity outside the gel, 2 x"),
+                             (with_body(8, inwards, 3), "triangles turned both ways, 2 x"),
+                             (with_body(8, inwards), r"1 closed cavities without a bone, .* 2 x 2 x 2 mm about \(8, 0, 12\)"),
+                             (without, r"not closed: 1 faces meet at .* mm, and not 2; one is face \d+"),
                              (crossed, r"faces \d+ and \d+ pass through each other near \("),
                              (in_metres, "metres and millimetres were confused")):
             self.write_stl(1.5, change)
             shape = {"gel_file": "gel.stl", "bone_file": "bone.stl"}
             with self.subTest(said), self.assertRaisesRegex(Problem, said), mesh.Body(shape, self.folder):
                 pass
+            print(f"\n  STL: refused, {said.split('.*')[-1]}; right: refused", end="")
+
+    def test_a_cavity_that_is_named_is_one(self):
+        for count in (0, 1):
+            self.write_stl(1.5, lambda parts, count=count: np.concatenate([parts, *[1.5 * OCTAHEDRON[:, ::-1] + [8, 0, 12]] * count]))
+            with mesh.Body({"gel_file": "gel.stl", "bone_file": "bone.stl", "cavities": count}, self.folder) as body:
+                corners, free, bonded, _ = body.surface(1.0)
+                inside = triangles.turns(np.array([[8, 0, 12], [-8, 0, 12.0]]), corners, np.concatenate([free, bonded]))
+                np.testing.assert_allclose(inside, [1 - count, 1], atol=1e-6)
+                self.assertGreater(body.elements(1.0, np.array([[0, 0, 2.0]])).nbcvs(), 1000)
 
     @suite.minutes
     def test_an_error_of_the_bones_place_is_what_another_bone_does(self):
