@@ -134,6 +134,8 @@ CLI::App& addPose(CLI::App& app, PoseOptions& options) {
                    "above 0.5; without: 0.5")
       ->type_name("PX")
       ->check(manual::number(0.01, 100.0));
+  pose->add_flag("--same-lens", options.sameLens,
+                 "the gel file's lens was measured on another camera of the same model, and is on this one now");
   pose->add_flag("--force", options.force,
                  "replaces an existing file, and writes the pose although the picture shows other columns, rows or "
                  "layers than the gel file, with a warning");

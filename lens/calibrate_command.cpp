@@ -29,6 +29,7 @@ struct View {
   const std::string* file;
   int width, height;
   Corners corners;
+  std::string with;  ///< camera and picture, as measuredWith(); empty: not known
 };
 
 std::string shape(int width, int height) {
@@ -51,7 +52,7 @@ std::vector<View> readViews(const CalibrateOptions& options, Faults& faults) {
     }
     auto corners = findCorners(grey(*picture), options.board);
     if (corners) {
-      views.push_back({&file, picture->cols, picture->rows, *std::move(corners)});
+      views.push_back({&file, picture->cols, picture->rows, *std::move(corners), measuredWith(file).text()});
     } else {
       faults.push_back(fault(file, corners.error()));
     }
@@ -66,18 +67,28 @@ std::pair<int, int> usualSize(const std::vector<View>& views) {
   return std::ranges::max_element(counts, {}, [](const auto& entry) { return entry.second; })->first;
 }
 
-/// Adds a fault for each picture whose size or sharpness differs from that of the others.
+/// Returns what the first picture that says so was taken with; empty: none does.
+std::string firstCamera(const std::vector<View>& views) {
+  const auto found = std::ranges::find_if(views, [](const View& view) { return !view.with.empty(); });
+  return found == views.end() ? std::string() : found->with;
+}
+
+/// Adds a fault for each picture whose size, camera or sharpness differs from that of the others.
 void compare(const std::vector<View>& views, Faults& faults) {
   if (views.empty()) return;
   const auto [width, height] = usualSize(views);
   std::vector<double> widths_px;
   for (const View& view : views) widths_px.push_back(view.corners.edgeWidth_px);
   const double middle_px = tractiond::quantile(widths_px);
+  const std::string camera = firstCamera(views);
   for (const View& view : views) {
     if (view.width != width || view.height != height) {
       faults.push_back(
           fault(*view.file, "has " + shape(view.width, view.height) + ", where the others have " + shape(width, height),
                 "another camera, or another region of it; all are to be of one camera as it will be used"));
+    } else if (!view.with.empty() && view.with != camera) {
+      faults.push_back(fault(*view.file, "is of " + view.with + ", where others are of " + camera,
+                             "all are to be of one camera as it will be used"));
     } else if (view.corners.edgeWidth_px > kSmear * middle_px) {
       faults.push_back(fault(*view.file,
                              "is blurred: edges are " + fixed(view.corners.edgeWidth_px, 1) + " px wide, " +
@@ -255,6 +266,18 @@ Done calibrate(const CalibrateOptions& options) {
   checkFit(views, fit, options.board, faults);
   if (!faults.empty()) return tl::unexpected(faults);
   print(views, fit, options.board, fitOptions.aspect);
+  if (std::ranges::count(views, std::string(), &View::with) > 0) {
+    std::printf(
+        "  note: not all pictures say which camera took them, as those of tractionctl snapshot do: their size alone "
+        "was compared\n");
+  }
+  if (const std::string with = firstCamera(views); !with.empty()) {
+    if (!sensor->measuredWith.empty() && sensor->measuredWith != with) {
+      std::printf("  note: the gel file's pose was measured with %s: find it anew (traction-lens pose)\n",
+                  sensor->measuredWith.c_str());
+    }
+    sensor->measuredWith = with;
+  }
 
   camera.focal_px = fit.camera.focal_px;
   camera.aspect = fit.camera.aspect;

@@ -50,13 +50,17 @@ struct PoseOptions : PictureOptions {
   /// A pose with a larger residual is refused; a good pattern has hundredths of a pixel. One above 0.5 that is accepted
   /// causes a warning on standard output.
   double acceptResidual_px = 0.5;
+  /// The lens that the gel file has was measured on another camera, and is on the picture's now: its focal length and
+  /// principal point are taken as less well known.
+  bool sameLens = false;
   /// Writes a pose although the picture contradicts the gel file's layers, with a warning, and replaces a file.
   bool force = false;
 };
 
 /// Estimates the camera's pose from one picture of the untouched gel and writes a gel file with camera, lens and the
 /// uncertainty of pose and focal length; that of principal point, k1 and k2 stays the file's. Errors: those of
-/// loadGel() and readPicture(); EX_DATAERR if the markers are not found, are fewer than 50, no pose fits, the picture
+/// loadGel() and readPicture(); EX_DATAERR if the picture is of another camera than the lens, or of another cut of its
+/// picture, the markers are not found, are fewer than 50, no pose fits, the picture
 /// shows other columns, rows or layers, or the residual is too large, as with another aspect, which it then states;
 /// EX_CANTCREAT, also for a file that exists.
 Done pose(const PoseOptions& options);

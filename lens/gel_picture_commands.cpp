@@ -30,11 +30,45 @@ struct Seen {
   RestMarkers markers;
 };
 
-tl::expected<Seen, Faults> loadAndFindMarkers(const PictureOptions& options) {
+/// Binds the sensor to the picture's camera. Fails if its lens was measured with another one, or in another cut.
+Done bind(sensor::Sensor& sensor, const PoseOptions& options) {
+  const auto lens = sensor::MeasuredWith::parse(sensor.measuredWith), with = measuredWith(options.picture);
+  sensor::Uncertainty& known = sensor.uncertainty;
+  const sensor::Uncertainty usual;  // of a lens that was not measured
+  if (with.camera.empty()) {
+    std::printf(
+        "  note: %s does not say which camera took it, as tractionctl snapshot does: its size alone was compared\n",
+        options.picture.c_str());
+    return {};
+  }
+  sensor.measuredWith = with.text();
+  if (lens.camera.empty() && known.principal_px != usual.principal_px) {
+    std::printf("  note: %s does not say which camera's lens it has: it is taken for that of %s\n", options.gel.c_str(),
+                with.camera.c_str());
+  }
+  if (lens.holdsFor(with)) return {};
+  if (!options.sameLens || lens.picture != with.picture) {
+    return tl::unexpected(Faults{fault(
+        options.picture, "is of " + with.text() + ", the lens of " + options.gel + " was measured with " + lens.text(),
+        "use that camera with that picture; or measure the lens in this one (traction-lens calibrate); or add "
+        "--same-lens "
+        "if the same lens is now on another camera of that model")});
+  }
+  known.principal_px = std::max(known.principal_px, usual.principal_px);  // chips do not lie alike in their housings
+  known.focal = std::max(known.focal, usual.focal);
+  std::printf("  note: the lens was measured with %s: on %s it is taken as known to %.1f %% and %.0f px\n",
+              lens.camera.c_str(), with.camera.c_str(), 100.0 * known.focal, known.principal_px);
+  return {};
+}
+
+/// \param posing nullptr: nothing is measured
+tl::expected<Seen, Faults> loadAndFindMarkers(const PictureOptions& options, const PoseOptions* posing = nullptr) {
   auto sensor = loadGel(options.gel);
   if (!sensor) return tl::unexpected(sensor.error());
   auto picture = readPicture(options.picture, {sensor->camera.width, sensor->camera.height});
   if (!picture) return tl::unexpected(Faults{picture.error()});
+  if (const Done bound = posing == nullptr ? Done() : bind(*sensor, *posing); !bound)
+    return tl::unexpected(bound.error());
   auto markers = findMarkers(*picture, *sensor);
   if (!markers) {
     return tl::unexpected(Faults{fault(options.picture, markers.error().what, markers.error().remedy)});
@@ -116,7 +150,7 @@ void outlined(const cv::Scalar& colour, Draw&& draw) {
 
 Done pose(const PoseOptions& options) {
   if (const auto free = checkOutput(options.output, options.force); !free) return free;
-  auto seen = loadAndFindMarkers(options);
+  auto seen = loadAndFindMarkers(options, &options);
   if (!seen) return tl::unexpected(seen.error());
   constexpr int kFewest = tractiond::calibrate::GeometryOptions{}.fewest;
   if (const int count = seen->markers.count(); count < kFewest) {

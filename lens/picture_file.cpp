@@ -13,6 +13,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 namespace lens {
@@ -162,7 +163,9 @@ Header headerOf(std::string_view file) {
 
 /// Returns the fault of a PNG file, or an empty text if length, type, data and checksum of every chunk up to the last
 /// are right. Decoders tolerate some missing data and leave grey areas.
-std::string faultOfPng(std::string_view text) {
+/// \param each is called with type and data of each chunk
+template <typename Each>
+std::string faultOfPng(std::string_view text, Each each) {
   const Bytes bytes(text, true);
   std::size_t at = kPng.size();
   while (text.size() - at >= 12) {
@@ -171,6 +174,7 @@ std::string faultOfPng(std::string_view text) {
     const std::string_view covered = text.substr(at + 4, length + 4);
     const auto sum = crc32(0, reinterpret_cast<const Bytef*>(covered.data()), static_cast<uInt>(covered.size()));
     if (sum != *bytes.at(at + 8 + length, 4)) return "is damaged: a check sum of the PNG does not fit";
+    each(covered);
     at += length + 12;
     if (covered.starts_with("IEND")) return "";
   }
@@ -184,7 +188,7 @@ std::string faultOf(std::string_view text, const PictureHeader& header) {
     return "would need " + std::to_string(header.decoded_bytes >> 20) + " MiB of memory, and at most " +
            std::to_string(kMost_bytes >> 20) + " are used: save it with 8 bits per channel, or take a region";
   }
-  if (text.starts_with(kPng)) return faultOfPng(text);
+  if (text.starts_with(kPng)) return faultOfPng(text, [](std::string_view) {});
   if (text.starts_with(kJpeg) && !text.ends_with("\xff\xd9"sv)) {
     return "is cut off: the JPEG does not end as one does";
   }
@@ -230,6 +234,17 @@ tl::expected<cv::Mat, Error> readPicture(const std::string& path, cv::Size expec
     picture.convertTo(picture, CV_8U, most > 0.0 ? 255.0 / most : 1.0);
   }
   return picture;
+}
+
+sensor::MeasuredWith measuredWith(const std::string& path) {
+  constexpr std::string_view kKey = "tEXtmeasured_with\0"sv;
+  sensor::MeasuredWith found;
+  const auto bytes = tractiond::readWholeFile(path);
+  if (!bytes || !std::string_view(bytes->data(), bytes->size()).starts_with(kPng)) return found;
+  std::ignore = faultOfPng({bytes->data(), bytes->size()}, [&](std::string_view chunk) {
+    if (chunk.starts_with(kKey)) found = sensor::MeasuredWith::parse(std::string(chunk.substr(kKey.size())));
+  });
+  return found;
 }
 
 cv::Mat grey(const cv::Mat& picture) {

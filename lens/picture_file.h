@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/error.h"
+#include "sensor/measured_with.h"
 
 #include <opencv2/core.hpp>
 #include <tl/expected.hpp>
@@ -17,6 +18,10 @@ namespace lens {
 /// undetected. Turns off OpenCV's log in this process. Reentrant.
 /// \param expected that of the gel file's camera; empty: any
 tl::expected<cv::Mat, tractiond::Error> readPicture(const std::string& path, cv::Size expected = {});
+
+/// Returns what a picture of tractionctl or traction-view says of its camera; nothing is known of other pictures, and
+/// of files that cannot be read. Reentrant.
+sensor::MeasuredWith measuredWith(const std::string& path);
 
 /// Converts a BGR picture to grey, of the same depth. A grey picture is returned unchanged and shares its memory.
 cv::Mat grey(const cv::Mat& picture);

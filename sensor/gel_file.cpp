@@ -219,8 +219,9 @@ void window(auto& table, Camera& camera) {
   table.read("window_thickness_mm", camera.windowThickness, {0.0, 1000, kMillimetres});
 }
 
-void readCamera(TomlTable& table, Camera& camera) {
+void readCamera(TomlTable& table, Camera& camera, std::string& measuredWith) {
   pinhole(table, camera);
+  table.read("measured_with", measuredWith);
   window(table, camera);
   camera.surfaces = readSurfaces(table.tables("surfaces"));
   for (const char* key : {"window_index", "window_thickness_mm"}) {
@@ -323,7 +324,7 @@ Sensor readSensor(TomlTable& root, bool body) {
   if (nodes) grid(*nodes, body, sensor.nodes);
   if (!body) check(sensor.nodes, sensor.gel, root, "nodes", nodes ? &*nodes : nullptr);
   auto camera = root.table("camera");
-  if (camera) readCamera(*camera, sensor.camera);
+  if (camera) readCamera(*camera, sensor.camera, sensor.measuredWith);
   check(sensor.camera, sensor.gel, root, "camera", camera ? &*camera : nullptr);
   if (auto table = root.table("uncertainty")) deviations(*table, body, sensor.uncertainty);
   if (auto table = root.table("picture_motion")) motion(*table, sensor.pictureMotion);
@@ -429,6 +430,7 @@ std::string gelText(const Sensor& sensor) {
   grid(table, body, all.nodes);
   begin("[camera]");
   pinhole(table, all.camera);
+  if (!all.measuredWith.empty()) table.read("measured_with", all.measuredWith);
   if (all.camera.surfaces.empty()) window(table, all.camera);
   for (RefractingSurface& surface : all.camera.surfaces) {
     begin("[[camera.surfaces]]");

@@ -92,6 +92,7 @@ struct Sensor {
   Camera camera;
   Uncertainty uncertainty;
   PictureMotion pictureMotion;
+  std::string measuredWith;                ///< MeasuredWith::text() of lens and pose; empty: not known
   std::vector<CreepTerm> creep;            ///< empty: it is not known, and nothing is corrected for it
   std::optional<Calibration> calibration;  ///< empty: the parameters are as designed or estimated
   std::shared_ptr<const Body> body;  ///< null: the block; else `gel` supplies only Young's modulus and the thickness

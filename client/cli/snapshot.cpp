@@ -168,8 +168,8 @@ void snapshot(const ControlOptions& options, const std::string& path, bool marke
   if (marked) mark(drawing, snapshot);
   const bool grey = snapshot.channels == 1 && !marked;
 
-  writePng(path, snapshot.width, snapshot.height, grey ? 1 : 3,
-           grey ? snapshot.levels.data() : drawing.levels().data());
+  writePng(path, snapshot.width, snapshot.height, grey ? 1 : 3, grey ? snapshot.levels.data() : drawing.levels().data(),
+           snapshot.measuredWith);
   const auto count = [&](Snapshot::MarkerState state) {
     return std::count_if(snapshot.markers.begin(), snapshot.markers.end(),
                          [state](const auto& marker) { return marker.state == state; });

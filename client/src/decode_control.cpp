@@ -125,6 +125,7 @@ Snapshot snapshotOf(const pb::SnapshotReply& from) {
           "the picture has not the size that it says");
   snapshot.levels.assign(from.levels().begin(), from.levels().end());
   snapshot.pixelFormat = from.pixel_format();
+  snapshot.measuredWith = from.measured_with();
   snapshot.frameNumber = from.frame_number();
   snapshot.receivedReal_ns = from.received_real_ns();
   const auto colourAt = [&from](char layer) {

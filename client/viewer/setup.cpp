@@ -80,7 +80,7 @@ Json readReport(const std::string& output) {
     std::istringstream words(line);
     std::string name, unit;
     double value = 0.0;
-    if (!(words >> name >> value)) {
+    if (!(words >> name) || name == "note:" || !(words >> value)) {
       notes.push_back(line.substr(line.find_first_not_of(' ')));
       continue;
     }
@@ -279,7 +279,8 @@ Json Setup::takeBoard(const Json& request) {
   const std::string name = newBoard(taken);
   Json seen;
   try {
-    client::writePng(path(name), snapshot.width, snapshot.height, snapshot.channels, snapshot.levels.data());
+    client::writePng(path(name), snapshot.width, snapshot.height, snapshot.channels, snapshot.levels.data(),
+                     snapshot.measuredWith);
     seen = runLens({"board", path(name), "--squares", squares});
   } catch (...) {
     forget({name});
@@ -369,7 +370,8 @@ Json Setup::findPose(const Json& request) {
   if (!has(kPlan)) refuse("describe the gel first");
   const double accepted_px = numberIn(request, "accept_residual_px", 0.5, 100, 0.5);
   const Snapshot snapshot = fullPicture();
-  client::writePng(path(kRest), snapshot.width, snapshot.height, snapshot.channels, snapshot.levels.data());
+  client::writePng(path(kRest), snapshot.width, snapshot.height, snapshot.channels, snapshot.levels.data(),
+                   snapshot.measuredWith);
   forget({kMarked});
   const auto mark = [this](const char* gel) -> Json {
     try {
@@ -380,6 +382,7 @@ Json Setup::findPose(const Json& request) {
   };
   const std::string posed = "posed.toml";  // of this try
   std::vector<std::string> arguments = {"pose", path(kRest), "--gel", path(kPlan), "--output", path(posed)};
+  if (flag(request, "same_lens")) arguments.emplace_back("--same-lens");
   if (accepted_px > 0.5) arguments.insert(arguments.end(), {"--accept-residual", client::format("%.6g", accepted_px)});
   forget({posed});
   Json result;

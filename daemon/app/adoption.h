@@ -21,7 +21,7 @@ struct Adopted {
   std::string gelFile;  ///< its text
   sensor::Sensor sensor;
   PixelFormat format;
-  std::string camera;  ///< calibrate::cameraId()
+  std::string camera;  ///< sensor::MeasuredWith::text()
 };
 
 /// Bound to the control thread, except for isDue().

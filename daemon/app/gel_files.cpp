@@ -54,6 +54,11 @@ tl::expected<std::optional<sensor::Sensor>, Error> loadGel(const std::string& ge
   return loadSensor(gelFile).map([](sensor::Sensor sensor) { return std::optional(std::move(sensor)); });
 }
 
+sensor::MeasuredWith measuredWith(const capture::CameraInfo& info) {
+  return {.camera = sensor::cameraId(info.name.vendor, info.name.serial),
+          .picture = fmt::format("{} x {} px{}", info.shape.width, info.shape.height, info.cut)};
+}
+
 tl::expected<void, Error> checkCamera(const sensor::Sensor& sensor, const capture::CameraInfo& info,
                                       const std::string& gelFile) {
   const sensor::Camera& expected = sensor.camera;
@@ -67,13 +72,17 @@ tl::expected<void, Error> checkCamera(const sensor::Sensor& sensor, const captur
             "gel file, set sensor.gel_file = \"none\""});
   }
   if (auto possible = track::trackable(sensor, info.format); !possible) return possible;
-  const std::string id = calibrate::cameraId(info.name.vendor, info.name.serial);
-  if (!sensor.calibration || sensor.calibration->camera == id) return {};
+  // Files of before state the camera alone, and only if they are calibrated.
+  const auto measured = sensor::MeasuredWith::parse(
+      sensor.measuredWith.empty() && sensor.calibration ? sensor.calibration->camera : sensor.measuredWith);
+  if (measured.holdsFor(measuredWith(info))) return {};
   return tl::unexpected(Error{
       .exitCode = EX_CONFIG,
-      .what = fmt::format("the gel file was calibrated with camera {}, this is {}", sensor.calibration->camera, id),
+      .what = fmt::format("the gel file's camera was measured with {}, this is {}", measured.text(),
+                          measuredWith(info).text()),
       .where = gelFile,
-      .remedy = "calibrate with this camera, starting from a gel file without calibration"});
+      .remedy = "use that camera (camera.id) with that picture (camera.features), or measure lens and pose with this "
+                "one: docs/calibration.md, another camera"});
 }
 
 tl::expected<sensor::Sensor, Error> readAdopted(const std::string& text, const capture::CameraInfo& info) {

@@ -6,6 +6,7 @@
 #include "daemon/publish/description.h"
 #include "daemon/publish/wire_recording.h"
 #include "daemon/solve/options.h"
+#include "sensor/measured_with.h"
 #include "sensor/sensor.h"
 
 #include <tl/expected.hpp>
@@ -24,8 +25,11 @@ tl::expected<sensor::Sensor, Error> loadSensor(const std::string& gelFile);
 /// Does the same as loadSensor(), but returns nothing for kNoGelFile.
 tl::expected<std::optional<sensor::Sensor>, Error> loadGel(const std::string& gelFile);
 
+/// Returns what is measured with a camera from now on.
+sensor::MeasuredWith measuredWith(const capture::CameraInfo& info);
+
 /// Fails with EX_CONFIG if the camera's pictures cannot be those of a sensor: by their size or format, or because its
-/// calibration is another camera's.
+/// lens, pose or calibration was measured with another camera, or another cut of its picture.
 /// \param gelFile names it in the error
 tl::expected<void, Error> checkCamera(const sensor::Sensor& sensor, const capture::CameraInfo& info,
                                       const std::string& gelFile);

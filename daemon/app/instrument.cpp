@@ -3,7 +3,6 @@
 #include "daemon/app/gel_files.h"
 #include "daemon/app/measurement.h"
 #include "daemon/app/no_gel.h"
-#include "daemon/calibrate/calibration.h"
 #include "daemon/capture/aravis_driver.h"
 #include "daemon/capture/pipe_driver.h"
 #include "daemon/solve/make_solver.h"
@@ -233,7 +232,7 @@ void Instrument::adopt(const std::string& gelFile) {
   adoption_.begin(config_.sensor.adopted, {.gelFile = gelFile,
                                            .sensor = *std::move(sensor),
                                            .format = camera->format,
-                                           .camera = calibrate::cameraId(camera->name.vendor, camera->name.serial)});
+                                           .camera = measuredWith(*camera).text()});
 }
 
 /// Returns memory that is free, but not at the end of a heap, to the system: what waited for subscribers that have gone
@@ -252,6 +251,7 @@ void Instrument::meetCamera() {
   if (!info || info->session == describedSession_) return;
   describedSession_ = info->session;
   processing_->beginSession(*info);
+  controlServer_->setCamera(measuredWith(*info));
   if (previewer_) previewer_->setFrameSize(info->shape.size);
   traction::v1::Camera& camera = *description_.message.mutable_camera();
   camera.set_vendor(info->name.vendor);

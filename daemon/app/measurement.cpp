@@ -101,16 +101,23 @@ PipelineOptions Measurement::pipelineOptions() const {
 
 tl::expected<void, Error> Measurement::acceptCamera(const capture::CameraInfo& info) {
   if (auto fits = checkCamera(sensor_, info, around_.config.sensor.gelFile); !fits) return fits;
-  const std::string id = calibrate::cameraId(info.name.vendor, info.name.serial);
+  const sensor::MeasuredWith with = tractiond::measuredWith(info);
   if (info.session > 1) {  // the zero of the previous session is in force
-    if (id == cameraId_) return {};
-    return tl::unexpected(Error{.exitCode = EX_UNAVAILABLE,
-                                .what = fmt::format("camera {} is not {}, whose zero is in force", id, cameraId_),
-                                .remedy = "to use it, stop the daemon and set camera.id"});
+    if (measuredWith_.holdsFor(with)) return {};
+    return tl::unexpected(
+        Error{.exitCode = EX_UNAVAILABLE,
+              .what = fmt::format("camera {} is not {}, whose zero is in force", with.text(), measuredWith_.text()),
+              .remedy = "to use another camera, stop the daemon and set camera.id; another picture of "
+                        "the same camera is set by camera.features"});
   }
-  cameraId_ = id;
+  measuredWith_ = with;
+  if (sensor_.measuredWith.empty() && !around_.config.sensor.gelFile.empty()) {
+    spdlog::info(
+        "the gel file does not say with which camera and picture its lens and pose were measured, so others are not "
+        "noticed: tractionctl calibrate writes it, and traction-lens, from pictures of tractionctl snapshot");
+  }
   // Without the earlier zero, a load that presses at the start would be zeroed.
-  auto restored = control::restoreZero(around_.stateDirectory, {sensor_, info.format, id});
+  auto restored = control::restoreZero(around_.stateDirectory, {sensor_, info.format, with.text()});
   if (!restored) return tl::unexpected(restored.error());
   restored_ = *std::move(restored);
   if (restored_) {
@@ -118,7 +125,7 @@ tl::expected<void, Error> Measurement::acceptCamera(const capture::CameraInfo& i
     creep_.doubt();
     zeroTracking_.resume(restored_->taken_ns);
   }
-  auto earlier = control::loadEarlierZero(around_.stateDirectory, restored_, {sensor_, info.format, id});
+  auto earlier = control::loadEarlierZero(around_.stateDirectory, restored_, {sensor_, info.format, with.text()});
   // Needed for an undo only.
   if (!earlier) spdlog::warn("warning: the zero cannot be undone: {}", earlier.error().message());
   earlier_ = earlier.value_or(std::nullopt);
@@ -219,7 +226,7 @@ void Measurement::beginSession(const capture::CameraInfo& info) {
   gelWatch_->setCamera(info.shape.size, info.waits());
   procedures_->setWaits(info.waits());
   if (std::exchange(hasSession_, true)) return;
-  procedures_->restore(cameraId_, info.frameRate_Hz, restored_, earlier_);
+  procedures_->restore(measuredWith_.text(), info.frameRate_Hz, restored_, earlier_);
 }
 
 void Measurement::turn() {
@@ -237,7 +244,7 @@ void Measurement::describe(const RestPose& zero) {
 std::future<tl::expected<void, Error>> Measurement::keep(const RestPose& zero, const RestPose* before) {
   return disk_.start([this, zero, format = format_, earlier = before ? std::optional(*before) : std::nullopt] {
     return control::saveZeros(around_.stateDirectory, zero, earlier ? &*earlier : nullptr,
-                              {sensor_, format, cameraId_});
+                              {sensor_, format, measuredWith_.text()});
   });
 }
 

@@ -12,6 +12,7 @@
 #include "daemon/solve/field_solver.h"
 #include "daemon/track/creep_memory.h"
 #include "daemon/track/tracker.h"
+#include "sensor/measured_with.h"
 #include "sensor/sensor.h"
 
 #include <memory>
@@ -87,7 +88,7 @@ class Measurement : public Processing, private control::ProcedureHost {
   Surroundings around_;
   bool isFilm_;  // the pictures come from a file, and every one is measured
   sensor::Sensor sensor_;
-  std::string cameraId_;                        // as restored_
+  sensor::MeasuredWith measuredWith_;           // as restored_
   std::optional<RestPose> restored_, earlier_;  // written before the control thread knows the camera, read after
   std::unique_ptr<track::Tracker> tracker_;
   track::CreepMemory creep_;                  // used by the tracking thread alone

@@ -194,6 +194,15 @@ void Replay::chooseSensor() {
 /// Ends the replay unless the picture is one of the sensor's camera.
 void Replay::checkPicture(const Frame& picture) const {
   if (auto possible = track::trackable(sensor_, picture.format); !possible) fail(possible.error());
+  const auto& recorded = beginning_->message;
+  const sensor::MeasuredWith with{.camera = sensor::cameraId(recorded.camera_vendor(), recorded.camera_serial()),
+                                  .picture = ""};
+  if (options_.ownGel && !sensor::MeasuredWith::parse(sensor_.measuredWith).holdsFor(with)) {
+    fail(
+        {.exitCode = EX_CONFIG,
+         .what = fmt::format("is of camera {}, the gel file's was measured with {}", with.text(), sensor_.measuredWith),
+         .remedy = "replay it with a gel file of its own sensor"});
+  }
   if (picture.width == sensor_.camera.width && picture.height == sensor_.camera.height) return;
   fail({.exitCode = EX_CONFIG,
         .what = fmt::format("is of another sensor: its pictures are {} x {} pixels, the gel's {} x {}", picture.width,

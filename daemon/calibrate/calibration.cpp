@@ -6,6 +6,7 @@
 #include "base/whole_file.h"
 #include "daemon/calibrate/zero_check.h"
 #include "sensor/gel_file.h"
+#include "sensor/measured_with.h"
 
 #include <Eigen/Geometry>
 #include <spdlog/fmt/chrono.h>
@@ -485,7 +486,8 @@ Result Calibration::finish(const std::string& name, const std::string& camera, c
   if (camera.empty()) return refused("no camera has been seen yet");
   sensor::Sensor sensor = candidate_;
   sensor::Calibration& record = *sensor.calibration;
-  record.camera = camera;
+  sensor.measuredWith = camera;
+  record.camera = sensor::MeasuredWith::parse(camera).camera;
   record.date = date();
   record.hash = calibrationHash(sensor);
   const std::string stem = fmt::format("{}-{:%Y%m%dT%H%M%SZ}", name.empty() ? "gel" : name, utc());
@@ -535,14 +537,6 @@ tl::expected<void, Error> verifyCalibration(const sensor::Sensor& sensor, const 
             .what = "the gel file was changed after its calibration: its hash does not fit",
             .where = path,
             .remedy = "calibrate again, or delete its lines of calibration to vouch for it yourself"});
-}
-
-std::string cameraId(const std::string& vendor, const std::string& serial) {
-  std::string id = vendor + "-" + serial;
-  for (char& c : id) {
-    if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '_';
-  }
-  return id;
 }
 
 }  // namespace tractiond::calibrate

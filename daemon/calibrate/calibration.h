@@ -45,7 +45,7 @@ class Calibration {
   /// 1e6 N or put on a body with fewer than BodySurface::kFewest columns or rows of nodes, the file cannot be written,
   /// or kRecovery does not follow kCreep. A new geometry or creep discards the weights read before.
   /// \param zero in force; nullptr: none yet; need not outlive the call
-  /// \param camera see cameraId(); empty: kFinish fails
+  /// \param camera sensor::MeasuredWith::text(); empty: kFinish fails
   /// \param directory for the gel file, which never replaces another
   std::optional<Result> begin(const CalibrationStep& step, const RestPose* zero, const std::string& camera,
                               const std::filesystem::path& directory);
@@ -108,8 +108,5 @@ std::string calibrationHash(const sensor::Sensor& sensor);
 /// for a sensor that is not calibrated.
 /// \param path for the error
 tl::expected<void, Error> verifyCalibration(const sensor::Sensor& sensor, const std::string& path);
-
-/// Returns the name of a camera in gel files, "VENDOR-SERIAL"; '_' replaces characters that TOML would have to escape.
-std::string cameraId(const std::string& vendor, const std::string& serial);
 
 }  // namespace tractiond::calibrate

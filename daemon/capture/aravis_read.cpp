@@ -64,6 +64,14 @@ tl::expected<void, Error> readPicture(ArvCamera* camera, CameraInfo& info) {
   const auto width = readSide(device, "Width"), height = readSide(device, "Height");
   if (!width || !height) return tl::unexpected((width ? height : width).error());
   info.shape = {*width, *height, known->size(*width, *height), code};
+  info.cut.clear();
+  for (const char* name : {"OffsetX", "OffsetY", "BinningHorizontal", "BinningVertical", "DecimationHorizontal",
+                           "DecimationVertical", "ReverseX", "ReverseY"}) {
+    const std::string value = readFeature(device, name);
+    const bool isFactor = *name == 'B' || *name == 'D';
+    if (!value.empty() && value != "false" && value != "0" && !(isFactor && value == "1"))
+      info.cut += std::string(", ") + name + " = " + value;
+  }
   if (arv_camera_is_frame_rate_available(camera, nullptr) && !isAutomatic(device, "AcquisitionFrameRateAuto")) {
     const double rate_Hz = arv_camera_get_frame_rate(camera, failure.into());
     if (!failure && rate_Hz > 0) info.standing.frameRate_Hz = rate_Hz;

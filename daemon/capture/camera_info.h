@@ -38,6 +38,7 @@ struct CameraInfo {
   unsigned session = 0;  ///< from 1 on: how often it has been opened; 0 in Driver::info()
   PictureShape shape;
   PixelFormat format = PixelFormat::kRgb8;  ///< of its pictures
+  std::string cut;                          ///< what else shapes them, as read: ", OffsetX = 8, ReverseX = true"
   bool zeroIsAnId = false;                  ///< frames are counted from 0, as on USB
   bool triggered = false;                   ///< frames come when they are asked for: silence is no loss
   std::string trigger;                      ///< which triggers are on: "TriggerMode is On for FrameStart"

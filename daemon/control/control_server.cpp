@@ -112,6 +112,7 @@ struct ControlServer::Impl {
   std::optional<Route> calibrator;       ///< waits for the step that runs
   std::deque<CameraAsker> cameraAskers;  ///< the first is asked for, if any is
   bool cameraAsked = false;
+  sensor::MeasuredWith camera;         ///< of pictures
   std::optional<Route> adopter;        ///< waits until its gel file is kept
   std::optional<std::string> gelFile;  ///< that is to be adopted, until it is taken
   zmq::context_t context{1};  ///< its own: what peers send here does not keep the publisher's thread from sending
@@ -178,12 +179,16 @@ void ControlServer::answerCamera(const tl::expected<CameraReport, std::string>& 
   impl_->reply(peer, result ? publish::encodeCameraReply(*result) : publish::encodeErrorReply(result.error()));
 }
 
+void ControlServer::setCamera(sensor::MeasuredWith camera) {
+  impl_->camera = std::move(camera);
+}
+
 void ControlServer::answerSnapshot(const tl::expected<const Snapshot*, std::string>& result,
                                    const std::vector<sensor::MarkerLayer>& layers) {
   const auto askers = std::exchange(impl_->snapshotAskers, {});
   if (askers.empty()) return;
-  impl_->replyAll(askers,
-                  result ? publish::encodeSnapshotReply(**result, layers) : publish::encodeErrorReply(result.error()));
+  impl_->replyAll(askers, result ? publish::encodeSnapshotReply(**result, layers, impl_->camera)
+                                 : publish::encodeErrorReply(result.error()));
 }
 
 const std::vector<std::string>& ControlServer::endpoints() const {

@@ -5,6 +5,7 @@
 #include "daemon/control/requests.h"
 #include "daemon/publish/newest_messages.h"
 #include "daemon/records/camera_features.h"
+#include "sensor/measured_with.h"
 
 #include <tl/expected.hpp>
 
@@ -59,6 +60,9 @@ class ControlServer final : public Replies {
 
   /// Tells the client of the last takeGelFile() that its gel file is kept, or the error.
   void answerAdoption(const tl::expected<void, std::string>& result);
+
+  /// Sets what pictures state to be of, from now on.
+  void setCamera(sensor::MeasuredWith camera);
 
   /// Sends the picture, or the error, to all clients that wait for one. Encodes it within the call, and halves it until
   /// it has at most 16 MiB.

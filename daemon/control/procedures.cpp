@@ -20,9 +20,9 @@ Procedures::Procedures(const ProcedureParts& parts, const ProcedureOptions& opti
   parts_.markers.take(markers_);
 }
 
-void Procedures::restore(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored,
+void Procedures::restore(const std::string& camera, double rate_Hz, const std::optional<RestPose>& restored,
                          const std::optional<RestPose>& before) {
-  camera_ = cameraId;
+  camera_ = camera;
   if (rate_Hz_ == 0.0) rate_Hz_ = rate_Hz;
   zero_.setRate(rate_Hz_);
   if (restored) {

@@ -24,11 +24,11 @@ class Procedures {
 
   /// Takes over the camera and the zeros of an earlier run; see ZeroProcedure::restore(). Must be called once, when the
   /// camera has been opened for the first time.
-  /// \param cameraId calibrate::cameraId()
+  /// \param camera sensor::MeasuredWith::text()
   /// \param rate_Hz of its frames, until it is measured; 0: not known
   /// \param restored the zero of an earlier run, if there is one
   /// \param before the zero that it replaced, if there is one
-  void restore(const std::string& cameraId, double rate_Hz, const std::optional<RestPose>& restored,
+  void restore(const std::string& camera, double rate_Hz, const std::optional<RestPose>& restored,
                const std::optional<RestPose>& before = {});
 
   /// Sets what the camera of a new session waits for (CameraInfo::waits()), for answers that no frames come.

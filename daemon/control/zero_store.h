@@ -7,7 +7,8 @@
 
 namespace tractiond::control {
 
-/// The sensor, which must outlive it, the picture format and the camera (calibrate::cameraId()) that zeros belong to.
+/// The sensor, which must outlive it, the picture format and the camera (sensor::MeasuredWith::text()) that zeros
+/// belong to.
 struct ZeroOwner {
   const sensor::Sensor& sensor;
   PixelFormat format;

@@ -172,7 +172,8 @@ std::string encodeAdoptReply() {
   return finish(reply);
 }
 
-std::string encodeSnapshotReply(const Snapshot& snapshot, const std::vector<sensor::MarkerLayer>& layers) {
+std::string encodeSnapshotReply(const Snapshot& snapshot, const std::vector<sensor::MarkerLayer>& layers,
+                                sensor::MeasuredWith with) {
   pb::Reply reply;
   pb::SnapshotReply& to = *reply.mutable_snapshot();
   PlainPicture picture = plainPicture(snapshot.frame);
@@ -183,6 +184,8 @@ std::string encodeSnapshotReply(const Snapshot& snapshot, const std::vector<sens
   to.set_channels(static_cast<std::uint32_t>(picture.channels));
   to.set_levels(picture.levels.data(), picture.levels.size());
   to.set_reduced(static_cast<std::uint32_t>(reduced));
+  if (reduced > 1) with.picture += ", reduced by " + std::to_string(reduced);
+  to.set_measured_with(with.text());
   to.set_pixel_format(std::string(traitsOf(snapshot.frame.format).name));
   to.set_frame_number(snapshot.frame.info.frameNumber);
   to.set_received_real_ns(snapshot.frame.info.times.receivedReal_ns);

@@ -6,6 +6,7 @@
 #include "daemon/records/marker_field.h"
 #include "daemon/records/snapshot.h"
 #include "daemon/records/zero_request.h"
+#include "sensor/measured_with.h"
 #include "sensor/sensor.h"
 
 #include <tl/expected.hpp>
@@ -48,7 +49,9 @@ std::string encodeAdoptReply();
 /// Halves the picture until it has at most 16 MiB; the places of markers stay those in the full one.
 /// \param snapshot must fit (FrameCopy::fits)
 /// \param layers layers of its markers; empty: there are none
-std::string encodeSnapshotReply(const Snapshot& snapshot, const std::vector<sensor::MarkerLayer>& layers);
+/// \param with camera and full picture
+std::string encodeSnapshotReply(const Snapshot& snapshot, const std::vector<sensor::MarkerLayer>& layers,
+                                sensor::MeasuredWith with);
 /// \param error sentence for the client
 std::string encodeErrorReply(std::string_view error);
 

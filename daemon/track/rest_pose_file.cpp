@@ -5,6 +5,7 @@
 #include "base/hash.h"
 #include "base/whole_file.h"
 #include "daemon/track/rest_pose.h"
+#include "sensor/measured_with.h"
 
 #include <algorithm>
 #include <cstring>
@@ -143,11 +144,12 @@ tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem:
   if (bytes->size() != sizeof header + body + header.camera + header.asker + sizeof checksum)
     return refuse(EX_DATAERR, "is damaged: its length does not fit");
   const std::string owner(bytes->data() + sizeof header + body, header.camera);
-  if (owner != camera) {
+  const auto with = sensor::MeasuredWith::parse(camera);
+  if (owner.empty() || with.camera.empty() || !sensor::MeasuredWith::parse(owner).holdsFor(with)) {
     return tl::make_unexpected(
         Error{EX_DATAERR, "the rest pose was taken with camera " + owner + ", this is " + camera, path.string(),
-              "use that camera (camera.id); or delete the file and, with the gel untouched, start and take a zero "
-              "(tractionctl zero)"});
+              "use that camera (camera.id) with that picture (camera.features); or delete the file and, with the gel "
+              "untouched, start and take a zero (tractionctl zero)"});
   }
   RestPose pose = poseOf(header, bytes->data() + sizeof header);
   if (!isSane(pose) || idOf(pose) != pose.id) return refuse(EX_DATAERR, "is damaged: its numbers make no sense");

@@ -27,7 +27,8 @@ Id restPoseOwner(const sensor::Sensor& sensor, PixelFormat format);
 /// Reads a rest pose; returns nothing, without an error, if there is no file. EX_NOINPUT: the file cannot be read.
 /// EX_DATAERR: it is cut short, damaged, of another version, or of another sensor, picture or camera; a new zero is
 /// needed then. Of a file of the version before, RestPose::oddity is empty. Waits for the disk.
-/// \param camera its name (calibrate::cameraId()), at most 4096 bytes
+/// \param camera sensor::MeasuredWith::text(), at most 4096 bytes; a file of before names the camera without the
+/// picture
 tl::expected<std::optional<RestPose>, Error> loadRestPose(const std::filesystem::path& path,
                                                           const sensor::Sensor& sensor, PixelFormat format,
                                                           const std::string& camera);

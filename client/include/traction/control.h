@@ -94,6 +94,7 @@ struct Snapshot {
   std::uint32_t reduced = 1;
   std::vector<std::uint8_t> levels;  ///< height x width x channels, row by row
   std::string pixelFormat;           ///< pixel format that the camera sent
+  std::string measuredWith;          ///< camera and picture: "VENDOR-SERIAL (640 x 480 px, ReverseX = true)"
   std::uint64_t frameNumber = 0;     ///< Header::frameNumber of the frame
   /// When the frame came from the camera driver: CLOCK_REALTIME of the daemon's host [ns since 1970].
   std::int64_t receivedReal_ns = 0;

@@ -119,6 +119,15 @@ TEST(GelFiles, OnlyOneOfThisCameraThatReadsNoOtherFileIsAdopted) {
   EXPECT_NE(why("format = "), "");
   EXPECT_THAT(why(gel + "[gel]\ninfluence_file = \"/etc/shadow\"\n"), testing::HasSubstr("influence file"));
   EXPECT_THAT(why(gel + "[camera]\nwidth_px = 641\n"), testing::HasSubstr("the gel's is 641 x 480"));
+  const std::string bound = gel + "[camera]\nmeasured_with = \"Vendor-1 (640 x 480 px)\"\n";
+  EXPECT_EQ(why(bound), "");
+  camera.cut = ", BinningVertical = 2";
+  EXPECT_EQ(why(bound),
+            "the gel file's camera was measured with Vendor-1 (640 x 480 px), this is Vendor-1 (640 x 480 px, "
+            "BinningVertical = 2)");
+  EXPECT_EQ(why(gel + "[camera]\nmeasured_with = \"Vendor-1\"\n"), "") << "the picture is not known";
+  camera.name.serial = "2";
+  EXPECT_NE(why(bound), "");
   camera.format = PixelFormat::kMono8;
   EXPECT_NE(why(gel), "") << "two colours";
 }

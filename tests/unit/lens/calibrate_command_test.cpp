@@ -1,3 +1,4 @@
+#include "client/show/png_file.h"
 #include "lens/commands.h"
 #include "lens/picture_file.h"
 #include "sensor/gel_file.h"
@@ -109,6 +110,20 @@ TEST_F(CalibrateCommand, OneBoardIsToldWithItsOutline) {
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error()[0].exitCode, EX_DATAERR);
   EXPECT_EQ(none.error()[0].where, empty);
+}
+
+TEST_F(CalibrateCommand, PicturesOfTwoCamerasAreToldApart) {
+  const auto take = [](const std::string& file, const cv::Mat& view, const std::string& with) {
+    traction::client::writePng(file, static_cast<std::uint32_t>(view.cols), static_cast<std::uint32_t>(view.rows), 1,
+                               view.data, with);
+  };
+  const std::vector<cv::Mat>& views = Pictures::drawn().views;
+  for (std::size_t i = 0; i < views.size(); ++i) take(options.pictures[i], views[i], "Maker-A (640 x 480 px)");
+  take(options.pictures[1], views[1], "Maker-A (640 x 480 px, ReverseX = true)");
+  expectRefused(options.pictures[1], "is of Maker-A (640 x 480 px, ReverseX = true), where others are of Maker-A (640");
+  take(options.pictures[1], views[1], "");  // of another program: nothing is known of it
+  ASSERT_TRUE(calibrate(options));
+  EXPECT_EQ(sensor::loadGel(options.output)->measuredWith, "Maker-A (640 x 480 px)");
 }
 
 TEST_F(CalibrateCommand, WritesTheLensIntoTheGelFile) {

@@ -1,4 +1,5 @@
 // The pose from a picture of the gel, the marks in one, and pictures that show none.
+#include "client/show/png_file.h"
 #include "lens/picture_file.h"
 #include "tests/unit/lens/gel_picture_bench.h"
 
@@ -17,6 +18,48 @@ TEST_F(GelPictureCommands, PoseIsFoundFromAWrongOne) {
     ASSERT_TRUE(writePicture(options.picture, photograph()));
     expectPosed();
   }
+}
+
+TEST_F(GelPictureCommands, ALensOfAnotherCameraIsRefusedByName) {
+  const std::string a = "Maker-A (640 x 480 px)", b = "Maker-B (640 x 480 px)";
+  const auto take = [&](const std::string& with) {
+    cv::Mat rgb;
+    cv::cvtColor(photograph(), rgb, cv::COLOR_BGR2RGB);
+    traction::client::writePng(options.picture, 640, 480, 3, rgb.data, with);
+  };
+  const auto expectRefused = [&](const std::string& with) {
+    const Done done = pose(options);
+    ASSERT_FALSE(done);
+    EXPECT_EQ(done.error()[0].exitCode, EX_DATAERR);
+    EXPECT_EQ(done.error()[0].what, "is of " + with + ", the lens of " + options.gel + " was measured with " + a);
+    EXPECT_FALSE(std::filesystem::exists(options.output));
+    std::printf("  the lens of camera A, a picture of %s: %s; right: refused by name\n", with.c_str(),
+                done.error()[0].what.c_str());
+  };
+  const auto boundTo = [&] { return sensor::loadGel(options.output)->measuredWith; };
+  truth.measuredWith = a;
+  writeGelFile(1.0);
+  take(b);
+  expectRefused(b);
+  options.sameLens = true;
+  expectPosed();
+  EXPECT_EQ(boundTo(), b);
+  EXPECT_EQ(sensor::loadGel(options.output)->uncertainty.principal_px, 5.0);
+  std::filesystem::remove(options.output);
+  take("Maker-B (640 x 480 px, ReverseX = true)");  // no lens is the same there
+  expectRefused("Maker-B (640 x 480 px, ReverseX = true)");
+  options.sameLens = false;
+  take(a);
+  expectPosed();
+  EXPECT_EQ(boundTo(), a);
+  take("");  // of other programs
+  expectPosed();
+  EXPECT_EQ(boundTo(), a);
+  truth.measuredWith.clear();  // a file of before
+  writeGelFile(1.0);
+  take(b);
+  expectPosed();
+  EXPECT_EQ(boundTo(), b);
 }
 
 /// No lens and no pose moves each marker another way.

@@ -101,9 +101,10 @@ TEST(WireControl, ASnapshotHasThePictureAndItsMarkers) {
   snapshot.spot_px = {1.0F, 2.0F};
   snapshot.spotLayer = {1};
   pb::Reply reply;
-  ASSERT_TRUE(reply.ParseFromString(encodeSnapshotReply(snapshot, sensor.layers)));
+  ASSERT_TRUE(reply.ParseFromString(encodeSnapshotReply(snapshot, sensor.layers, {"Vendor-1", "8000 x 6000 px"})));
   const pb::SnapshotReply& told = reply.snapshot();
   EXPECT_EQ(told.reduced(), 2U);
+  EXPECT_EQ(told.measured_with(), "Vendor-1 (8000 x 6000 px, reduced by 2)");
   EXPECT_EQ(told.width(), 4000U);
   EXPECT_EQ(told.levels().size(), 4000U * 3000U);
   EXPECT_EQ(told.levels().back(), 7);

@@ -111,6 +111,20 @@ TEST_F(RestPoseFile, AnotherCamerasIsForeign) {
   }
 }
 
+TEST_F(RestPoseFile, AnotherCutOfTheCamerasPictureIsForeign) {
+  const std::string plain = "Camera-1 (640 x 480 px)", mirrored = "Camera-1 (640 x 480 px, ReverseX = true)";
+  const auto loadAs = [this](const std::string& camera) {
+    return loadRestPose(path_, sensor_, PixelFormat::kRgb8, camera);
+  };
+  ASSERT_TRUE(saveRestPose(path_, pose(), sensor_, PixelFormat::kRgb8, plain));
+  EXPECT_TRUE(loadAs(plain));
+  ASSERT_FALSE(loadAs(mirrored));
+  EXPECT_EQ(loadAs(mirrored).error().what, "the rest pose was taken with camera " + plain + ", this is " + mirrored);
+  std::printf("  a zero, then ReverseX: %s; right: refused by name\n", loadAs(mirrored).error().what.c_str());
+  save(pose());  // as versions before did
+  EXPECT_TRUE(loadAs(mirrored));
+}
+
 TEST_F(RestPoseFile, AnEarlierVersionWithoutOdditiesIsRead) {
   RestPose earlier = pose();
   earlier.oddity.clear();
