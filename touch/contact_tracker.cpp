@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace touch {
 namespace {
@@ -66,13 +67,26 @@ void withdraw(Contact& contact, ContactPhase phase) {
 
 }  // namespace
 
+double ContactTracker::memory_s() const {
+  return std::clamp(kPatientIntervals * intervals_.median(0.0), kLeastMemory_s, kMostMemory_s);
+}
+
+double ContactTracker::patience_s() const {
+  return std::max(kLeastPatience_s, 2.0 * memory_s());
+}
+
 const std::vector<Contact>& ContactTracker::update(const Field& field) {
   reported_.clear();
   const bool advances = field.valid ? field.time_ns > last_ns_ : field.time_ns >= last_ns_;
   const bool comparable = advances && (!field.valid || field.basis == basis_);
+  const EndCause cause = comparable                                    ? EndCause::kNotSeen
+                         : advances && field.basis.boot == basis_.boot ? EndCause::kZero
+                                                                       : EndCause::kStopped;
+  if (!comparable) intervals_.clear();
+  if (comparable && field.valid && last_ns_ != 0) intervals_.add(seconds(last_ns_, field.time_ns));
   std::erase_if(tracks_, [&](Track& track) {
-    if (comparable && seconds(track.contact.seen_ns, field.time_ns) <= kMemory_s) return false;
-    end(track);
+    if (comparable && seconds(track.contact.seen_ns, field.time_ns) <= patience_s()) return false;
+    end(track, cause);
     return true;
   });
   if (field.valid) {
@@ -82,19 +96,21 @@ const std::vector<Contact>& ContactTracker::update(const Field& field) {
   } else {
     for (Track& track : tracks_) withdraw(track.contact, ContactPhase::kUnknown);
   }
+  std::ranges::sort(reported_, {}, &Contact::id);
   for (const Track& track : tracks_) reported_.push_back(track.contact);
   return reported_;
 }
 
 const std::vector<Contact>& ContactTracker::endAll() {
   reported_.clear();
-  for (Track& track : tracks_) end(track);
+  for (Track& track : tracks_) end(track, EndCause::kStopped);
   tracks_.clear();
   return reported_;
 }
 
-void ContactTracker::end(Track& track) {
+void ContactTracker::end(Track& track, EndCause cause) {
   withdraw(track.contact, ContactPhase::kEnd);
+  track.contact.endCause = cause;
   reported_.push_back(track.contact);
 }
 
@@ -120,8 +136,9 @@ void ContactTracker::Axis::correct(double innovation, double variance) {
            (1.0 - gain) * covariance, velocityVariance - velocityGain * covariance};
 }
 
-ContactTracker::Step ContactTracker::step(const Track& track, const Observation& to, double dt) {
-  const double reach = std::max({kReach_m, track.contact.radius_m, radius(to)});
+ContactTracker::Step ContactTracker::step(const Track& track, const Observation& to, double dt) const {
+  const bool isLate = dt > memory_s();  // it may have gone anywhere: only where it was, it is the same
+  const double reach = std::max({isLate ? 0.0 : kReach_m, track.contact.radius_m, radius(to)});
   double moved = 0.0, jumped = kJump, distance2 = 0.0, noise = 0.0;
   for (int i = 0; i < 2; ++i) {
     const Axis& last = track.axes[i];
@@ -135,7 +152,7 @@ ContactTracker::Step ContactTracker::step(const Track& track, const Observation&
     noise = std::max(noise, last.positionVariance + observed);
   }
   const double distance = std::sqrt(distance2) - kDeviations * std::sqrt(noise);
-  if (track.absent || distance > kGreatestSpeed_m_s * dt) moved = kNever;
+  if (isLate || track.absent || distance > kGreatestSpeed_m_s * dt) moved = kNever;
   if (distance > reach) jumped = kNever;
   return {std::min({moved, jumped, kNever}), jumped < moved};
 }
@@ -161,7 +178,25 @@ void ContactTracker::match(const Field& field) {
       begin(field.contacts[row], field);
     }
   }
-  for (Track& track : tracks_) track.absent = track.contact.phase == ContactPhase::kAbsent;
+  std::erase_if(tracks_, [&](Track& track) {
+    const bool wasAbsent = track.absent;
+    track.absent = track.contact.phase == ContactPhase::kAbsent;
+    if (!track.absent) return false;
+    if (!wasAbsent) track.absence = isMerged(track) ? EndCause::kMerged : EndCause::kLifted;
+    if (!wasAbsent || seconds(track.contact.seen_ns, field.time_ns) <= memory_s()) return false;
+    end(track, track.absence);
+    return true;
+  });
+}
+
+/// Returns whether another contact, which now reaches to where this one was, has gained its force in this field.
+bool ContactTracker::isMerged(const Track& track) const {
+  return std::ranges::any_of(tracks_, [&](const Track& other) {
+    const std::array<double, 2>&at = track.contact.position_m, &there = other.contact.position_m;
+    const double reach = std::max(other.contact.radius_m, other.contact.halfAxes_m[0]) + track.contact.radius_m;
+    return other.contact.force_N[2] > 0.0 && other.gain_N > 0.5 * track.press_N &&
+           std::hypot(at[0] - there[0], at[1] - there[1]) < reach;
+  });
 }
 
 void ContactTracker::begin(const Observation& at, const Field& field) {
@@ -173,7 +208,7 @@ void ContactTracker::begin(const Observation& at, const Field& field) {
   see(track, at, field, ContactPhase::kBegin);
 }
 
-void ContactTracker::follow(Track& track, const Observation& to, const Field& field) {
+void ContactTracker::follow(Track& track, const Observation& to, const Field& field) const {
   const double dt = seconds(track.contact.seen_ns, field.time_ns);
   const bool jumped = step(track, to, dt).jumped;
   if (jumped) {
@@ -214,6 +249,7 @@ void ContactTracker::see(Track& track, const Observation& as, const Field& field
   contact.phase = phase;
   contact.doubted = field.doubted;
   contact.seen_ns = field.time_ns;
+  track.gain_N = as.force_N[2] - std::exchange(track.press_N, as.force_N[2]);
   contact.radius_m = radius(as);
   // d sqrt(A / pi) = dA / (2 pi r)
   contact.radiusDeviation_m =

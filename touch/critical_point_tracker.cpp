@@ -21,12 +21,12 @@ double cost(const CriticalPoint& from, const CriticalPoint& to) {
 
 }  // namespace
 
-const std::vector<CriticalPoint>& CriticalPointTracker::update(const Field& field,
-                                                               const std::vector<CriticalPoint>& points) {
+const std::vector<CriticalPoint>&
+CriticalPointTracker::update(const Field& field, const std::vector<CriticalPoint>& points, double memory_s) {
   seen_.clear();
   const bool advances = field.valid ? field.time_ns > last_ns_ : field.time_ns >= last_ns_;
   if (!advances || (field.valid && field.basis != basis_)) tracks_.clear();
-  std::erase_if(tracks_, [&](const Track& track) { return seconds(track.seen_ns, field.time_ns) > kMemory_s; });
+  std::erase_if(tracks_, [&](const Track& track) { return seconds(track.seen_ns, field.time_ns) > memory_s; });
   if (!field.valid) return seen_;
   basis_ = field.basis;
   last_ns_ = field.time_ns;

@@ -4,7 +4,7 @@
 //      to pair them, that with the least sum of squared distances is taken. Its kind may change: a vortex becomes a
 //      sink.
 //   2. One that a field does not show, or of which the field says nothing as it is not valid, has its id again if it is
-//      seen within kMemory_s.
+//      seen within `memory_s`.
 //   3. All are new where fields cannot be compared: time did not advance, or the basis changed.
 // Those that a field shows are listed, and no others: a point that is missing has ended, or is too weak. Ids increase
 // from 1 and are not used again.
@@ -21,14 +21,15 @@ namespace touch {
 /// Thread-bound.
 class CriticalPointTracker {
  public:
-  static constexpr double kMemory_s = 0.1;
   static constexpr double kReach_m = 6e-3;
 
   /// Takes what the next field shows.
   /// \param field says when it was, whether it is valid, and its basis
-  /// \param points of it, without ids and times of begin \returns the points with these, by increasing id; valid until
-  /// the next call
-  const std::vector<CriticalPoint>& update(const Field& field, const std::vector<CriticalPoint>& points);
+  /// \param points of it, without ids and times of begin
+  /// \param memory_s as ContactTracker::memory_s()
+  /// \returns the points with these, by increasing id; valid until the next call
+  const std::vector<CriticalPoint>& update(const Field& field, const std::vector<CriticalPoint>& points,
+                                           double memory_s);
 
  private:
   struct Track {

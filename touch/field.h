@@ -9,7 +9,7 @@
 
 namespace touch {
 
-using traction::ContactPhase, traction::Covariance, traction::Id;
+using traction::ContactPhase, traction::Covariance, traction::EndCause, traction::Id;
 
 /// What the numbers of a field are relative to. The contacts of two fields are comparable if it is the same in both.
 struct Basis {

@@ -91,23 +91,19 @@ void Hand::follow(Track& track, const FingerFrame& frame) {
     track.waiting.clear();
     track.intervals_ns.clear();
   } else if (isDated(frame) && isDated(before)) {
-    if (track.intervals_ns.size() == kIntervals) track.intervals_ns.erase(track.intervals_ns.begin());
-    track.intervals_ns.push_back(interval_ns /
-                                 static_cast<double>(frame.header.frameNumber - before.header.frameNumber));
+    track.intervals_ns.add(interval_ns / static_cast<double>(frame.header.frameNumber - before.header.frameNumber));
   }
 }
 
-double Hand::interval_ns(const Track& track) {
-  if (track.intervals_ns.empty()) return kInfinity;
-  std::vector<double> sorted = track.intervals_ns;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return *middle;
+std::int64_t Hand::silence_ns() const {
+  double longest_ns = 0.0;
+  for (const Track& track : tracks_) longest_ns = std::max(longest_ns, track.intervals_ns.median(0.0));
+  return static_cast<std::int64_t>(std::clamp(kPatientIntervals * longest_ns, kLeastSilence_ns, kMostSilence_ns));
 }
 
 std::vector<std::size_t> Hand::findSet() const {
   double shortest_ns = kInfinity;
-  for (const Track& track : tracks_) shortest_ns = std::min(shortest_ns, interval_ns(track));
+  for (const Track& track : tracks_) shortest_ns = std::min(shortest_ns, track.intervals_ns.median(kInfinity));
   if (shortest_ns == kInfinity) return {};
   std::vector<std::size_t> best, set(tracks_.size());
   double least_ns = kInfinity;
@@ -177,10 +173,10 @@ const Grasp& Hand::wait(std::int64_t now_ns) {
     Grasp::Finger& finger = grasp_.fingers[i];
     finger.frame = track.last;
     finger.frame.wrench = {};
-    finger.state = !track.isHeard || now_ns - track.heard_ns > kSilence_ns ? FingerState::kMissing
-                   : now_ns < track.ambiguousUntil_ns                      ? FingerState::kAmbiguous
-                   : !isDated(track.last)                                  ? FingerState::kUndated
-                                                                           : FingerState::kUnmatched;
+    finger.state = !track.isHeard || now_ns - track.heard_ns > silence_ns() ? FingerState::kMissing
+                   : now_ns < track.ambiguousUntil_ns                       ? FingerState::kAmbiguous
+                   : !isDated(track.last)                                   ? FingerState::kUndated
+                                                                            : FingerState::kUnmatched;
   }
   return grasp_;
 }

@@ -18,6 +18,7 @@
 #pragma once
 
 #include "touch/field.h"
+#include "touch/intervals.h"
 
 #include <Eigen/Core>
 
@@ -67,7 +68,8 @@ struct Grasp {
 /// Thread-bound.
 class Hand {
  public:
-  static constexpr std::int64_t kSilence_ns = 100'000'000;
+  /// Limits of silence_ns().
+  static constexpr double kLeastSilence_ns = 1e8, kMostSilence_ns = 5e8;
   /// How long a finger is ambiguous after it was seen to be.
   static constexpr std::int64_t kAmbiguity_ns = 1'000'000'000;
 
@@ -80,23 +82,24 @@ class Hand {
   const Grasp* take(std::size_t finger, const FingerFrame& frame, std::int64_t now_ns);
   /// Returns an invalid grasp, which says of each finger what is known of it.
   const Grasp& wait(std::int64_t now_ns);
+  /// Returns the time without a frame after which a finger is missing, which the slowest one decides.
+  std::int64_t silence_ns() const;
 
  private:
   struct Track {
     Wrench::Matrix6 toHand;
     std::vector<FingerFrame> waiting;  ///< not matched yet, at most kWaiting; oldest first
-    std::vector<double> intervals_ns;  ///< the last ones, at most kIntervals
-    FingerFrame last;                  ///< whatever it is
-    Id bootBefore{};                   ///< that from which the boot of `last` differs
-    std::int64_t heard_ns = 0;         ///< when it arrived
+    Intervals intervals_ns;
+    FingerFrame last;           ///< whatever it is
+    Id bootBefore{};            ///< that from which the boot of `last` differs
+    std::int64_t heard_ns = 0;  ///< when it arrived
     std::int64_t ambiguousUntil_ns = 0;
     bool isHeard = false;
   };
-  static constexpr std::size_t kWaiting = 8, kIntervals = 8;
+  static constexpr std::size_t kWaiting = 8;
 
   bool isAmbiguous(std::size_t finger, const FingerFrame& frame, std::int64_t now_ns);
   static void follow(Track& track, const FingerFrame& frame);
-  static double interval_ns(const Track& track);
   /// Returns the places of a set in each `waiting`; empty if there is none.
   std::vector<std::size_t> findSet() const;
   void join(const std::vector<std::size_t>& set);

@@ -23,7 +23,7 @@ constexpr std::string_view kColumns =
     "moment_x_Nm,moment_y_Nm,moment_z_Nm,moment_deviation_x_Nm,moment_deviation_y_Nm,moment_deviation_z_Nm,radius_m,"
     "half_axis_long_m,half_axis_short_m,orientation_rad,orientation_deviation_rad,velocity_x_m_s,velocity_y_m_s,"
     "angular_velocity_rad_s,angular_velocity_deviation_rad_s,slip,stick_ratio,stick_ratio_low,stick_ratio_high,"
-    "friction,friction_low,friction_high,margin_N,holding_force_N,slip_model\n";
+    "friction,friction_low,friction_high,margin_N,holding_force_N,slip_model,end_cause\n";
 
 std::array<double, 2> arrayOf(const v1::Vector2& vector) {
   return {vector.x(), vector.y()};
@@ -53,11 +53,15 @@ std::string lineOf(const recording::Message& record, const v1::Header& header, c
   line.add(deviationsOf(contact.moment_covariance_n2m2())).add(contact.radius_m()).add(arrayOf(contact.half_axes_m()));
   line.add(contact.orientation_rad()).add(contact.orientation_deviation_rad()).add(arrayOf(contact.velocity_m_s()));
   line.add(contact.angular_velocity_rad_s()).add(contact.angular_velocity_deviation_rad_s());
-  if (!contact.has_slip()) return line.add(",,,,,,,,,").take();  // not known
-  const v1::Slip& slip = contact.slip();
-  line.add(wordOf("SlipState", slip.state())).add(arrayOf(slip.stick_ratio()));
-  line.add(arrayOf(slip.friction())).add(slip.margin_n()).add(slip.holding_force_n());
-  return line.add(wordOf("SlipModel", slip.model())).take();
+  if (contact.has_slip()) {
+    const v1::Slip& slip = contact.slip();
+    line.add(wordOf("SlipState", slip.state())).add(arrayOf(slip.stick_ratio()));
+    line.add(arrayOf(slip.friction())).add(slip.margin_n()).add(slip.holding_force_n());
+    line.add(wordOf("SlipModel", slip.model()));
+  } else {
+    line.add(",,,,,,,,,");  // not known
+  }
+  return line.add(wordOf("EndCause", contact.end_cause())).take();
 }
 
 }  // namespace

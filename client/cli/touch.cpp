@@ -71,6 +71,9 @@ std::string lineOf(const TrackedContact& contact) {
   line.resize(std::max<std::size_t>(line.size(), 12), ' ');
   line += format(" %6.1f s  ", age_s(contact));
   line += kWords.at(static_cast<std::size_t>(contact.phase));
+  constexpr std::array kCauses = {
+      "", ": lifted", ": merged with another", ": not seen; it may last", ": another zero", ": stopped; it may last"};
+  if (contact.phase == ContactPhase::kEnd) line += kCauses.at(static_cast<std::size_t>(contact.endCause));
   line.resize(std::max<std::size_t>(line.size(), 30), ' ');
   line += format("  at %+6.2f %+6.2f mm", 1e3 * contact.position_m[0], 1e3 * contact.position_m[1]);
   if (isSeen(contact)) {

@@ -12,6 +12,9 @@ namespace {
 
 using std::numbers::pi;
 
+/// Time after which a touch is lifted of which nothing is known.
+constexpr double kLost_s = 0.1;
+
 /// Turns the gel frame by half a turn about its y, and then by `turn_rad` about the user's z.
 std::array<double, 3> turned(const std::array<double, 3>& inGel, double turn_rad) {
   const double x = -inGel[0], y = inGel[1];
@@ -36,7 +39,9 @@ const Touches& View::take(const std::vector<touch::Contact>& contacts, const Fie
   touches_.valid = field != nullptr && field->valid;
   const std::vector<Touch> before = std::exchange(touches_.touches, {});
   for (const touch::Contact& contact : contacts) {
-    if (contact.phase == ContactPhase::kEnd) continue;
+    // A contact may last though nothing is known of it, but nothing stays pressed by what is not known.
+    const bool isLost = contact.phase == ContactPhase::kUnknown && touch::seconds(contact.seen_ns, time_ns) > kLost_s;
+    if (contact.phase == ContactPhase::kEnd || isLost) continue;
     const auto known =
         std::find_if(before.begin(), before.end(), [&](const Touch& one) { return one.id == contact.id; });
     const bool seen = contact.phase == ContactPhase::kBegin || contact.phase == ContactPhase::kMove;

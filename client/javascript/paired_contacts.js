@@ -3,9 +3,9 @@
 const silence_ms = 1000;  // without a message of traction-touch its contacts end
 
 /** A contact's end, without what holds only while it is seen. */
-function endOf(contact) {
+function endOf(contact, end_cause) {
   const none = () => ({noise: new Float64Array(9), systematic: new Float64Array(9)});
-  return {...contact, phase: "end", force_N: [0, 0, 0], force_deviation_N: [0, 0, 0], velocity_m_s: [0, 0],
+  return {...contact, phase: "end", end_cause, force_N: [0, 0, 0], force_deviation_N: [0, 0, 0], velocity_m_s: [0, 0],
     velocity_deviation_m_s: [0, 0], slip: null, moment_Nm: [0, 0, 0], force_covariance_N2: none(),
     moment_covariance_N2m2: none(), force_moment_covariance_N2m: none(), angular_velocity_rad_s: 0,
     angular_velocity_deviation_rad_s: 0};
@@ -30,7 +30,7 @@ export class PairedContacts {
     const all = [];
     for (const [id, contact] of this.#open) {
       if (listed.has(id)) continue;
-      all.push(endOf(contact));
+      all.push(endOf(contact, isSameRun ? "not_seen" : "stopped"));
       this.#open.delete(id);
     }
     for (const contact of message.contacts) {
@@ -54,7 +54,7 @@ export class PairedContacts {
     const isSure = isSilent && this.#isSuspected;
     this.#isSuspected = isSilent && !isSure;
     if (!isSure) return null;
-    const contacts = [...this.#open.values()].map(endOf);
+    const contacts = [...this.#open.values()].map((contact) => endOf(contact, "not_seen"));
     this.#open.clear();
     return {...this.#last, header: {...this.#last.header}, valid: false, contacts, critical_points: []};
   }

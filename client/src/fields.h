@@ -35,6 +35,7 @@ inline constexpr std::tuple kEnums{
     WireEnum{"Colour", Colour::kGrey, pb::Colour_MAX},
     WireEnum{"ContactPhase", ContactPhase::kEnd, pb::ContactPhase_MAX},
     WireEnum{"CriticalPointKind", CriticalPointKind::kSaddle, pb::CriticalPointKind_MAX},
+    WireEnum{"EndCause", EndCause::kStopped, pb::EndCause_MAX},
     WireEnum{"FingerState", FingerState::kAmbiguous, pb::FingerState_MAX},
     WireEnum{"Method", Method::kBlend, pb::Method_MAX},
     WireEnum{"SlipModel", SlipModel::kSliding, pb::SlipModel_MAX},
@@ -206,6 +207,7 @@ void fields(auto& to, const pb::TrackedContact& from, auto&& each) {
   contactFields(to, from, each);
   each("angular_velocity_rad_s", to.angularVelocity_rad_s, from.angular_velocity_rad_s());
   each("angular_velocity_deviation_rad_s", to.angularVelocityDeviation_rad_s, from.angular_velocity_deviation_rad_s());
+  each("end_cause", to.endCause, from.end_cause());
 }
 
 void fields(auto& to, const pb::CriticalPoint& from, auto&& each) {

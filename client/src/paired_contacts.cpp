@@ -7,8 +7,9 @@ namespace traction {
 namespace {
 
 /// Returns the end of a contact, without what holds only while it is seen.
-TrackedContact endOf(TrackedContact contact) {
+TrackedContact endOf(TrackedContact contact, EndCause cause) {
   contact.phase = ContactPhase::kEnd;
+  contact.endCause = cause;
   contact.force_N = contact.forceDeviation_N = contact.moment_Nm = {};
   contact.forceCovariance_N2 = contact.momentCovariance_N2m2 = contact.forceMomentCovariance_N2m = {};
   contact.velocity_m_s = contact.velocityDeviation_m_s = {};
@@ -31,7 +32,7 @@ void PairedContacts::complete(Contacts& contacts) {
     if (goesOn) {
       open.push_back(each);
     } else {
-      all.push_back(endOf(each));
+      all.push_back(endOf(each, contacts.run == open_.run ? EndCause::kNotSeen : EndCause::kStopped));
     }
   }
   for (TrackedContact& each : contacts.contacts) {
@@ -54,7 +55,7 @@ void PairedContacts::complete(Contacts& contacts) {
 
 Contacts PairedContacts::endAll() {
   Contacts ends{open_.header, open_.run, false, {}, {}};
-  for (const TrackedContact& each : open_.contacts) ends.contacts.push_back(endOf(each));
+  for (const TrackedContact& each : open_.contacts) ends.contacts.push_back(endOf(each, EndCause::kNotSeen));
   open_.contacts.clear();
   return ends;
 }

@@ -31,7 +31,7 @@ constexpr auto kUnheard = 1s;
 constexpr std::int64_t kUnheard_ns = std::chrono::nanoseconds(kUnheard).count();
 
 /// Time without a message of traction-touch after which its contacts end. It sends one for each field, and while there
-/// are contacts at least every 0.2 s.
+/// are contacts at least two a second.
 constexpr std::int64_t kTouchSilence_ns = std::chrono::nanoseconds(1s).count();
 
 /// Beginning of every topic, of all protocol versions.

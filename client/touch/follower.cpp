@@ -3,6 +3,7 @@
 #include "proto/traction/v1/vectors.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -58,6 +59,7 @@ void encode(const touch::Contact& from, v1::TrackedContact& to) {
   setVector(from.halfAxesDeviation_m, *to.mutable_half_axes_deviation_m());
   to.set_orientation_rad(from.orientation_rad);
   to.set_orientation_deviation_rad(from.orientationDeviation_rad);
+  to.set_end_cause(static_cast<v1::EndCause>(from.endCause));
   to.set_angular_velocity_rad_s(from.angularVelocity_rad_s);
   to.set_angular_velocity_deviation_rad_s(from.angularVelocityDeviation_rad_s);
   if (!from.slip) return;
@@ -108,8 +110,13 @@ const v1::Contacts& Follower::take(const Field& field, std::string_view bytes) {
                                     .deviation_N = field.nodeDeviation_N});
     points.resize(std::min(points.size(), kMostPoints));
   }
-  return fill(tracker_.update(observed_), pointTracker_.update(observed_, points), field.valid,
+  const std::vector<touch::Contact>& contacts = tracker_.update(observed_);
+  return fill(contacts, pointTracker_.update(observed_, points, tracker_.memory_s()), field.valid,
               field.header.receivedReal_ns);
+}
+
+std::int64_t Follower::silence_ns() const {
+  return std::llround(1e9 * std::min(tracker_.memory_s(), 0.5));
 }
 
 const v1::Contacts& Follower::wait(std::int64_t now_ns) {

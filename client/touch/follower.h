@@ -23,9 +23,6 @@ class Follower {
     std::int64_t (*monotonicClock)() = tractiond::monotonicNow;  ///< [ns], of Header::sent_ns
     std::int64_t (*realClock)() = tractiond::realNow;            ///< [ns], of messages without a field
   };
-  /// Time without a field after which contacts end [ns]: that after which they end without being seen.
-  static constexpr std::int64_t kSilence_ns = 100'000'000;
-
   explicit Follower(const Options& options)
       : options_(options) {}
 
@@ -50,8 +47,11 @@ class Follower {
   std::int64_t time_ns() const { return time_ns_; }
   /// Returns when the last field arrived [ns]; 0: none did.
   std::int64_t arrived_ns() const { return arrived_ns_; }
-  /// Returns the contacts where no field has come since: unknown, and ended after kSilence_ns. A field must have been
-  /// taken.
+  /// Returns the time without a field after which it is late [ns], so that wait() is to be called: some intervals
+  /// between fields, and short enough for clients, which end contacts after a second without a message.
+  std::int64_t silence_ns() const;
+  /// Returns the contacts where no field has come since: unknown, and ended after ContactTracker::patience_s(). A field
+  /// must have been taken.
   /// \param now_ns on the clock of Header::arrived_ns
   const v1::Contacts& wait(std::int64_t now_ns);
   /// Returns the ends of all contacts. A field must have been taken.

@@ -30,6 +30,8 @@ class Grasper {
   const v1::Grasp* take(std::size_t finger, const Field& field);
   /// Returns what is known of the fingers, none of whose fields were captured together for a while.
   const v1::Grasp& wait();
+  /// Returns the time without a grasp after which wait() is to be called [ns].
+  std::int64_t silence_ns() const { return hand_.silence_ns(); }
 
  private:
   const v1::Grasp& fill(const touch::Grasp& grasp);

@@ -56,7 +56,7 @@ void HandRelay::turn() {
   }
   const auto longest = std::ranges::min_element(fingers_, {}, &Source::heard_ns);
   receive(static_cast<std::size_t>(longest - fingers_.begin()), kPatience);
-  if (tractiond::monotonicNow() - sent_ns_ > touch::Hand::kSilence_ns) send(grasper_.wait());
+  if (tractiond::monotonicNow() - sent_ns_ > grasper_.silence_ns()) send(grasper_.wait());
   tell();
 }
 

@@ -22,7 +22,7 @@ class HandRelay {
   HandRelay(const HandFile& hand, const Id& boot, Publisher& publisher);
 
   /// Waits some time for fields, and publishes the grasps that they complete; or, where none was complete for
-  /// touch::Hand::kSilence_ns, what is known of the fingers.
+  /// Grasper::silence_ns(), what is known of the fingers.
   void turn();
   void endAll() {}
 

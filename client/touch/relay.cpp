@@ -34,7 +34,8 @@ void Relay::turn() {
       else
         pass(std::get<Field>(*message));
     } else if (follower_.hasContacts() && now() >= silentAt()) {
-      output_.take(follower_, follower_.wait(now()), nullptr);
+      waited_ns_ = now();
+      output_.take(follower_, follower_.wait(waited_ns_), nullptr);
     }
   } catch (const Error& error) {
     if (isTimeToTell()) spdlog::warn("{}", error.what());

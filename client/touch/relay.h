@@ -9,6 +9,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 
@@ -40,7 +41,7 @@ class Relay {
       , output_(output)
       , follower_({.run = randomId()}) {}
 
-  /// Waits for a field, at most until contacts end without one, and passes its contacts on.
+  /// Waits for a field, at most until it is late where there are contacts, and passes its contacts on.
   void turn();
   /// Passes the ends of all contacts on.
   void endAll();
@@ -49,7 +50,9 @@ class Relay {
 
  private:
   static std::int64_t now() { return tractiond::monotonicNow(); }
-  std::int64_t silentAt() const { return follower_.arrived_ns() + Follower::kSilence_ns + 1'000'000; }
+  std::int64_t silentAt() const {
+    return std::max(follower_.arrived_ns(), waited_ns_) + follower_.silence_ns() + 1'000'000;
+  }
 
   void pass(const Field& field);
   bool isTimeToTell();
@@ -64,6 +67,7 @@ class Relay {
   std::uint64_t lost_ = 0;  ///< lost fields that are in the log
   std::int64_t started_ns_ = now(), reported_ns_ = 0;
 };
+  std::int64_t waited_ns_ = 0;  ///< when contacts were last told without a field
 
 inline constexpr std::int64_t kTurn_ns = 100'000'000;  ///< longest time between two turns of the service
 

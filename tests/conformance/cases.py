@@ -53,6 +53,7 @@ class Sender:
 UNSEEN = {"force_N", "force_deviation_N", "velocity_m_s", "velocity_deviation_m_s", "slip", "moment_Nm", "force_covariance_N2",
           "moment_covariance_N2m2", "force_moment_covariance_N2m", "angular_velocity_rad_s", "angular_velocity_deviation_rad_s"}
 BEGIN, MOVE, ABSENT, UNKNOWN, END = range(1, 6)
+NOT_SEEN, STOPPED = 3, 5  # end_cause
 
 
 def paired(one):
@@ -70,7 +71,9 @@ def paired(one):
         values.update(run=runs[run], contacts=[{**draw("TrackedContact", one.chance), "id": id, "phase": phase}
                                                for id, phase in sent.items()])
         drawn = {contact["id"]: contact for contact in values["contacts"]}
-        ends = {id: {name: value for name, value in contact.items() if name not in UNSEEN} for id, contact in last.items()}
+        cause = NOT_SEEN if run == 0 else STOPPED
+        ends = {id: {**{name: value for name, value in contact.items() if name not in UNSEEN}, "end_cause": cause}
+                for id, contact in last.items()}
         said = [{**(drawn.get(id) or ends[id]), "phase": phase} for id, phase in expected.items()]
         last |= drawn
         steps.append((one.parts("Contacts", encode("Contacts", values, one.chance)),
@@ -83,7 +86,7 @@ def silent(one):
     values = one.make("Contacts")
     contact = {**draw("TrackedContact", one.chance), "id": 1, "phase": BEGIN}
     values.update(contacts=[contact])
-    end = {**{name: value for name, value in contact.items() if name not in UNSEEN}, "phase": END}
+    end = {**{name: value for name, value in contact.items() if name not in UNSEEN}, "phase": END, "end_cause": NOT_SEEN}
     return one.parts("Contacts", encode("Contacts", values, one.chance)), *(
         echo("contacts", plain("Contacts", each)) for each in (values, {**values, "valid": False, "contacts": [end], "critical_points": []}))
 

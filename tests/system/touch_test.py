@@ -96,6 +96,19 @@ class Touch(rig.TestCase):
         account.until(lambda message: message.run != run and is_pressed(message))
         self.assertFalse([key for key in account.open if key[0] == run])
 
+    def test_a_press_that_is_not_seen_is_not_said_to_be_lifted(self):
+        self.bench.twin("hold")
+        daemon = self.bench.daemon()
+        account = self.follow(touch(self.bench, daemon).endpoint)
+        account.until(is_pressed)
+        daemon.child.send_signal(signal.SIGSTOP)  # as on a starved box: the thing is still held
+        ends = account.until(lambda _: not account.open)
+        daemon.child.send_signal(signal.SIGCONT)
+        causes = {contact.end_cause.name for contact in ends.contacts}
+        print(f"  the daemon stands still while a press is held: the contact ends as {causes}; right: NOT_SEEN, it may last")
+        self.assertEqual(causes, {"NOT_SEEN"})
+        account.until(is_pressed)
+
     def test_tractionctl_finds_it_or_starts_it(self):
         self.bench.twin("hold")
         daemon = self.bench.daemon()

@@ -49,8 +49,9 @@ class Side {
   std::uint64_t frame() const { return frame_; }
 
  private:
-  /// Takes the strongest contact.
+  /// Takes the strongest contact. Where nothing is known of them, the last frame's stays: it may be there still.
   void feel(const traction::Contacts& contacts) {
+    if (!contacts.valid) return;
     finger_ = {};
     felt_ = contacts.header.frameNumber;
     for (const traction::TrackedContact& contact : contacts.contacts) {
@@ -114,7 +115,9 @@ int main(int argc, char** argv) {
       target = gripper.step(left.finger(), right.finger(), std::min(dt_s, 0.05));
       blind = 0;
     } else if (++blind == 20) {
-      std::fprintf(stderr, "gripper: nothing valid comes from %s: stopped\n", argv[seen ? 2 : 1]);
+      std::fprintf(
+          stderr, "gripper: nothing valid comes from %s, so whether it is held is not known: stopped, and not opened\n",
+          argv[seen ? 2 : 1]);
       return 69;
     }
     char text[64];

@@ -23,7 +23,7 @@ class Side:
         """Waits for the next frame and its contacts; false if it does not come, or is not valid."""
         last, waits = self.frame, False
         while message := self.subscriber.receive(0.5):
-            if isinstance(message, traction.Contacts):
+            if isinstance(message, traction.Contacts) and message.valid:  # else nothing is known: it may be there still
                 self.felt, self.finger = message.header.frame_number, Finger()
                 for contact in message.contacts:
                     x, y, z = map(float, contact.force_N)
@@ -54,7 +54,7 @@ def main() -> str:
             grip.step(left.finger, right.finger, min((left.frame - last) / 60 if last else 0.0, 0.05))
             last, blind = left.frame, 0
         elif (blind := blind + 1) == 20:  # without either it stays as it is
-            return f"nothing valid comes from {sys.argv[2 if seen[0] else 1]}: stopped"
+            return f"nothing valid comes from {sys.argv[2 if seen[0] else 1]}, so whether it is held is not known: stopped, and not opened"
         commands.send_string(f"{grip.opening_m:.7f} {max(grip.height_m, 0.0):.7f}")
         if grip.phase is not said:
             said = grip.phase

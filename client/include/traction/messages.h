@@ -206,6 +206,16 @@ enum class ContactPhase : std::uint8_t {
   kEnd,      ///< the last time that this id is reported
 };
 
+/// How a TrackedContact ended. Only kLifted says that nothing is there.
+enum class EndCause : std::uint8_t {
+  kNone,     ///< it has not ended; or of a later or an early version
+  kLifted,   ///< fields that are valid went without it: lifted, or too faint
+  kMerged,   ///< as kLifted, but when it went another contact gained its force: it is part of that
+  kNotSeen,  ///< nothing is known of it: fields were not valid, or did not come, or messages were lost; it may last
+  kZero,     ///< another zero or gel file holds: what still touches has begun anew
+  kStopped,  ///< tractiond or traction-touch was stopped or started anew, or time went back; it may last
+};
+
 enum class SlipState : std::uint8_t {
   kUnknown,    ///< says nothing about slip: little of the friction is known
   kSticking,   ///< none of the others
@@ -268,6 +278,8 @@ struct TrackedContact {
 
   double angularVelocity_rad_s = 0.0;           ///< of the larger half axis, from x towards y
   double angularVelocityDeviation_rad_s = 0.0;  ///< 5 where it is not measured, as of a round contact
+
+  EndCause endCause = EndCause::kNone;  ///< in the phase end
 };
 
 enum class CriticalPointKind : std::uint8_t {
@@ -280,7 +292,8 @@ enum class CriticalPointKind : std::uint8_t {
 
 /// Where the shear on the gel vanishes, and around which it turns.
 struct CriticalPoint {
-  /// From 1, increasing; not used again in a run. It lasts while no field is without the point for 0.1 s.
+  /// From 1, increasing; not used again in a run. It lasts while no field is without the point for 0.1 s or three
+  /// intervals.
   std::uint64_t id = 0;
   CriticalPointKind kind = CriticalPointKind::kNone;
   std::int32_t index = 0;     ///< Poincare's: -1 of a saddle, 1 of the others
@@ -310,7 +323,7 @@ enum class FingerState : std::uint8_t {
   kNotValid,   ///< so it is, but its field is not valid
   kUnmatched,  ///< its frames come, but not at the time of the other fingers' frames
   kUndated,    ///< its frames come without a bound of their time of capture
-  kMissing,    ///< no frame of it came in the last 0.1 s
+  kMissing,    ///< no frame of it came in 0.1 s, or in three intervals of the slowest finger
   kAmbiguous,  ///< frames of two daemons came for it in the last second, or another finger has the same sensor
 };
 

@@ -22,7 +22,7 @@ from .errors import (BadEndpoint, BadKeys, Error, Malformed, NoAnswer, NotAllowe
                      Refused)
 from .intake import Mode, Topics  # noqa: E402
 from .keys import Keys, load_keys  # noqa: E402
-from .messages import (CaptureBound, Contact, ContactPhase, Contacts, Covariance, CriticalPoint, CriticalPointKind,  # noqa: E402
+from .messages import (CaptureBound, Contact, ContactPhase, Contacts, Covariance, CriticalPoint, CriticalPointKind, EndCause,  # noqa: E402
                        Field, Finger, FingerState, Flag, Grasp, Header, Interval, Markers, Method, PictureMotion, Preview, PreviewFormat, Slip,
                        SlipModel, SlipState, Solution, TrackedContact)
 from .recordings import Recorded, recording  # noqa: E402
@@ -33,7 +33,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "BadEndpoint", "BadKeys", "Body", "Calibration", "Camera", "CameraState", "CaptureBound", "Colour", "Contact",
-    "ContactPhase", "Contacts", "Control", "Covariance", "CriticalPoint", "CriticalPointKind", "Description", "Error", "Field", "Finger",
+    "ContactPhase", "Contacts", "Control", "Covariance", "CriticalPoint", "CriticalPointKind", "Description", "EndCause", "Error", "Field", "Finger",
     "FingerState", "Flag", "Gel", "Grasp", "Grid", "Header", "Interval", "Keys", "Ledger",
     "Malformed", "Markers", "MarkerLayer", "Message", "Method", "Mode", "NoAnswer", "NotAllowed", "OtherVersion",
     "PictureMotion", "Preview", "PreviewFormat", "Recorded", "RefractingSurface", "Refused", "Slip", "SlipModel", "SlipState", "Solution", "Solver", "Status", "Subscriber", "Topics",

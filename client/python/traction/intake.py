@@ -39,7 +39,7 @@ class Topics(enum.Flag):
 _WANTED = {one.name.lower().encode(): one for one in (Topics.FIELD, Topics.MARKERS, Topics.DESCRIPTION, Topics.STATUS,
                                                       Topics.PREVIEW, Topics.CONTACTS, Topics.GRASP) if one.name}
 # Without a message of traction-touch its contacts end. It sends one for each field, and while there are contacts at least
-# every 0.2 s.
+# two a second.
 _TOUCH_SILENCE_S = 1.0
 
 

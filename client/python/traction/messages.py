@@ -205,6 +205,17 @@ class ContactPhase(enum.Enum):
     END = 5  # the last time that this id is reported
 
 
+class EndCause(enum.Enum):
+    """How a TrackedContact ended. Only LIFTED says that nothing is there."""
+
+    NONE = 0  # it has not ended; or of a later or an early version
+    LIFTED = 1  # fields that are valid went without it: lifted, or too faint
+    MERGED = 2  # as LIFTED, but when it went another contact gained its force: it is part of that
+    NOT_SEEN = 3  # nothing is known of it: fields were not valid, or did not come, or messages were lost; it may last
+    ZERO = 4  # another zero or gel file holds: what still touches has begun anew
+    STOPPED = 5  # tractiond or traction-touch was stopped or started anew, or time went back; it may last
+
+
 class SlipState(enum.Enum):
     UNKNOWN = 0  # says nothing about slip: little of the friction is known
     STICKING = 1  # none of the others
@@ -276,6 +287,8 @@ class TrackedContact:
     angular_velocity_rad_s: float  # of the larger half axis, from x towards y
     angular_velocity_deviation_rad_s: float  # 5 where it is not measured, as of a round contact
 
+    end_cause: EndCause  # in the phase END, else NONE
+
 
 class CriticalPointKind(enum.Enum):
     NONE = 0  # of a later version
@@ -289,7 +302,7 @@ class CriticalPointKind(enum.Enum):
 class CriticalPoint:
     """Where the shear on the gel vanishes, and around which it turns."""
 
-    id: int  # from 1, increasing; not used again in a run; it lasts while no field is without the point for 0.1 s
+    id: int  # from 1, increasing; not used again in a run; it lasts while no field is without it for 0.1 s or 3 intervals
     kind: CriticalPointKind
     index: int  # Poincare's: -1 of a saddle, 1 of the others
     begun_ns: int  # of the frame in which it was seen first, as TrackedContact.begun_ns
@@ -319,7 +332,7 @@ class FingerState(enum.Enum):
     NOT_VALID = 2  # so it is, but its field is not valid
     UNMATCHED = 3  # its frames come, but not at the time of the other fingers' frames
     UNDATED = 4  # its frames come without a bound of their time of capture
-    MISSING = 5  # no frame of it came in the last 0.1 s
+    MISSING = 5  # no frame of it came in 0.1 s, or in three intervals of the slowest finger
     AMBIGUOUS = 6  # frames of two daemons came for it in the last second, or another finger has the same sensor
 
 

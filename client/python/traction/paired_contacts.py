@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from .messages import ContactPhase, Contacts, Covariance, TrackedContact
+from .messages import ContactPhase, Contacts, Covariance, EndCause, TrackedContact
 
 
-def _end_of(contact: TrackedContact) -> TrackedContact:
+def _end_of(contact: TrackedContact, cause: EndCause) -> TrackedContact:
     """The end of a contact, without what holds only while it is seen."""
     none = Covariance(np.zeros((3, 3)), np.zeros((3, 3)))
-    return replace(contact, phase=ContactPhase.END, force_N=np.zeros(3), force_deviation_N=np.zeros(3),
+    return replace(contact, phase=ContactPhase.END, end_cause=cause, force_N=np.zeros(3), force_deviation_N=np.zeros(3),
                    velocity_m_s=np.zeros(2), velocity_deviation_m_s=np.zeros(2), slip=None, moment_Nm=np.zeros(3),
                    force_covariance_N2=none, moment_covariance_N2m2=none, force_moment_covariance_N2m=none,
                    angular_velocity_rad_s=0.0, angular_velocity_deviation_rad_s=0.0)
@@ -33,7 +33,8 @@ class PairedContacts:
         others."""
         is_same_run = self._last is not None and self._last.run == contacts.run
         listed = {one.id for one in contacts.contacts} if is_same_run else set()
-        all = [_end_of(self._open.pop(id)) for id in sorted(self._open.keys() - listed)]
+        cause = EndCause.NOT_SEEN if is_same_run else EndCause.STOPPED
+        all = [_end_of(self._open.pop(id), cause) for id in sorted(self._open.keys() - listed)]
         for one in contacts.contacts:
             is_seen = one.phase in (ContactPhase.BEGIN, ContactPhase.MOVE)
             if one.id not in self._open and not is_seen:
@@ -50,7 +51,7 @@ class PairedContacts:
     def end_all(self, now_ns: int) -> Contacts:
         """A message with the ends of all that have begun; its header is that of the last message."""
         assert self._last is not None
-        ends = tuple(_end_of(one) for one in self._open.values())
+        ends = tuple(_end_of(one, EndCause.NOT_SEEN) for one in self._open.values())
         self._open.clear()
         return replace(self._last, header=replace(self._last.header, arrived_ns=now_ns), valid=False, contacts=ends,
                        critical_points=())

@@ -187,16 +187,19 @@ TEST(Follower, EndsContactsWhereNoFieldComesOrAnotherZeroHolds) {
   taken(follower, sensor);
   EXPECT_EQ(follower.wait(clock_ns + 50'000'000).contacts(0).phase(), v1::CONTACT_PHASE_UNKNOWN);
   EXPECT_EQ(taken(follower, sensor).contacts(0).phase(), v1::CONTACT_PHASE_MOVE);
-  const v1::Contacts silent = follower.wait(clock_ns + Follower::kSilence_ns + 1000);
+  EXPECT_EQ(follower.silence_ns(), 100'000'000);
+  EXPECT_EQ(follower.wait(clock_ns + 999'000'000).contacts(0).phase(), v1::CONTACT_PHASE_UNKNOWN);
+  const v1::Contacts silent = follower.wait(clock_ns + 1'000'001'000);
   EXPECT_FALSE(silent.valid());
   EXPECT_EQ(silent.contacts(0).phase(), v1::CONTACT_PHASE_END);
   EXPECT_FALSE(follower.hasContacts());
+  EXPECT_EQ(silent.contacts(0).end_cause(), v1::END_CAUSE_NOT_SEEN);
 
   EXPECT_EQ(taken(follower, sensor).contacts(0).id(), 2U);
   sensor.field.header.zero = idOf(9);
   const v1::Contacts other = taken(follower, sensor);
   ASSERT_EQ(other.contacts_size(), 2);
-  EXPECT_EQ(other.contacts(0).phase(), v1::CONTACT_PHASE_END);
+  EXPECT_EQ(other.contacts(0).end_cause(), v1::END_CAUSE_ZERO);
   EXPECT_EQ(other.contacts(1).phase(), v1::CONTACT_PHASE_BEGIN);
   EXPECT_EQ(other.contacts(1).id(), 3U);
   EXPECT_EQ(follower.endAll().contacts(0).phase(), v1::CONTACT_PHASE_END);

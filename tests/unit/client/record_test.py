@@ -18,6 +18,8 @@ from ctl import OUTPUT, PROGRAM, USAGE, Case, ctl  # noqa: E402
 from deadline import HUNG_S  # noqa: E402
 
 DATA, NO_INPUT, UNAVAILABLE, CANNOT_CREATE = 65, 66, 69, 73
+from traction.intake import Intake, Mode, Topics  # noqa: E402
+from traction.wire import message  # noqa: E402
 
 
 class Record(Case):
@@ -76,7 +78,8 @@ class Record(Case):
         self.assertEqual({*table["id"]}, {1})
         self.assertTrue((table["force_z_N"][:-1] == 3.5).all() and (table["moment_z_Nm"][:-1] == 0.25).all())
         self.assertEqual((table["force_z_N"][-1], table["moment_z_Nm"][-1], table["orientation_rad"][-1]), (0, 0, 0.5))
-        self.assertTrue(file.read_text().splitlines()[1].endswith(",,,,,,,,,,"), "slip is not known")
+        self.assertTrue(file.read_text().splitlines()[1].endswith(",,,,,,,,,,,none"), "slip is not known")
+        self.assertEqual(table["end_cause"][-1], "stopped")  # the recording ends
         self.assertEqual(ctl("export", path, self.folder / "touch.mcap", "--contacts")[0], USAGE)
         self.assertEqual(ctl("export", path, file, "--contacts", "--sensor", "other")[0], DATA)
 

@@ -42,6 +42,7 @@ TEST(View, ShowsTheGelFromTheSideOfItsUser) {
   EXPECT_FALSE(unknown.touches[0].seen);
   EXPECT_EQ(unknown.touches[0].press_N, 2.0);
   EXPECT_EQ(unknown.wrench[2], -2.0);
+  EXPECT_TRUE(view.take({contact}, nullptr, 200'000'000).touches.empty()) << "it may last, but presses no button";
   contact.phase = ContactPhase::kEnd;
   EXPECT_TRUE(view.take({contact}, nullptr, 7).touches.empty());
   EXPECT_EQ(view.take({}, nullptr, 8).wrench, Wrench{});

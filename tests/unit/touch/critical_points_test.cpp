@@ -143,7 +143,7 @@ struct PointBench {
   std::vector<std::uint64_t> see(const std::vector<CriticalPoint>& points, int frames = 1) {
     field.time_ns += 10'000'000 * frames;
     std::vector<std::uint64_t> ids;
-    for (const auto& each : tracker.update(field, points)) ids.push_back(each.id);
+    for (const auto& each : tracker.update(field, points, 0.1)) ids.push_back(each.id);
     return ids;
   }
 };

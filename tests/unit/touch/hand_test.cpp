@@ -196,6 +196,19 @@ TEST(Hand, AFingerThatStopsIsNamedAndNothingIsMadeOfTheOthers) {
   EXPECT_EQ(again->fingers[0].frame.header.captured_ns, again->fingers[1].frame.header.captured_ns);
 }
 
+TEST(Hand, AFingerOfASlowCameraIsNotMissingBetweenItsFrames) {
+  Bench bench({Pose{}, Pose{}});
+  for (int frame = 0; frame < 4; ++frame) {
+    for (FingerFrame& each : bench.frames) each.header.captured_ns += 100'000'000 - kFrame_ns;
+    bench.takeAll();
+  }
+  EXPECT_EQ(bench.hand.silence_ns(), 300'000'000);
+  bench.now_ns += 250'000'000;
+  EXPECT_EQ(stateAfterSilence(bench, 0), FingerState::kUnmatched);
+  bench.now_ns += 100'000'000;
+  EXPECT_EQ(stateAfterSilence(bench, 0), FingerState::kMissing);
+}
+
 TEST(Hand, AFieldThatIsNotValidMakesTheGraspInvalid) {
   Bench bench(std::vector<Pose>(2));
   ASSERT_TRUE(bench.begin()->valid);
