@@ -3,6 +3,7 @@
 
 #include "client/cli/skipped.h"
 #include "client/files/failure.h"
+#include "client/files/recorded_sources.h"
 #include "recording/reader.h"
 #include "traction/subscriber.h"
 
@@ -65,6 +66,7 @@ class CsvFile {
       , to_(to)
       , sensor_(sensor)
       , reader_(orThrow(recording::Reader::open(from)))
+      , sources_(sourcesOf(reader_))
       , file_(to) {
     if (!file_) throw Failure(EX_CANTCREAT, to_ + " cannot be created: " + std::strerror(errno));
     file_ << columns;
@@ -85,6 +87,7 @@ class CsvFile {
           if (!channel.topic.ends_with("/field/")) return;
           try {
             const auto message = decode(Raw{channel.topic, record.data});
+            if (sources_.isSecond(message.value())) return;
             const auto& field = std::get<Field>(message.value());
             sensors_.insert(field.header.sensor);
             if (!sensor_.empty() && field.header.sensor != sensor_) return;
@@ -100,10 +103,10 @@ class CsvFile {
   const std::set<std::string>& sensors() const { return sensors_; }  ///< Returns the sensors that had fields.
 
   /// Closes the file.
-  /// \throws Failure if there are no fields or the file cannot be written; also if fields were left out, but then the
-  /// file is complete and remains
+  /// \throws Failure if there are no fields or the file cannot be written; also if fields were left out, as damaged or
+  /// of a second source of the name, but then the file is complete and remains
   void finish() {
-    const std::string trouble = troubleOf(extent_, skipped_);
+    const std::string trouble = troubleOf(extent_, skipped_, sources_);
     if (fields_ == 0 && !sensors_.empty()) {
       throw Failure(EX_DATAERR, from_ + " is of another sensor: it has fields of " + names() + ", not of " + sensor_);
     }
@@ -126,6 +129,7 @@ class CsvFile {
  private:
   std::string from_, to_, sensor_;
   recording::Reader reader_;
+  Sources sources_;
   std::ofstream file_;
   recording::Extent extent_;
   Skipped skipped_;

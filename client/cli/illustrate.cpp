@@ -2,6 +2,7 @@
 #include "client/cli/skipped.h"
 #include "client/files/failure.h"
 #include "client/files/message_header.h"
+#include "client/files/recorded_sources.h"
 #include "client/show/foxglove.h"
 #include "recording/reader.h"
 #include "recording/writer.h"
@@ -22,9 +23,11 @@ namespace {
 /// Copies the messages, and adds the drawings for Foxglove behind each.
 class Illustrated {
  public:
-  Illustrated(const std::string& path, const std::string& sensor)
+  /// \param sources must outlive the object
+  Illustrated(const std::string& path, const std::string& sensor, const Sources& sources)
       : path_(path)
       , sensor_(sensor)
+      , sources_(sources)
       , file_(opened(path)) {}
   /// Removes the file unless finish() has ended it.
   ~Illustrated() {
@@ -44,7 +47,7 @@ class Illustrated {
     } catch (const Error& error) {
       skipped_.add(error, record.sequence);
     }
-    if (!message) return;
+    if (!message || sources_.isSecond(*message)) return;
     const std::string& sensor = headerOf(*message).sensor;
     if (!sensor_.empty() && sensor != sensor_) return;
     auto& drawing = drawings_.try_emplace(sensor, sensor).first->second;
@@ -83,6 +86,7 @@ class Illustrated {
   }
 
   std::string path_, sensor_;
+  const Sources& sources_;
   bool isDone_ = false;
   recording::NewFile file_;
   recording::Writer writer_{file_, {.syncChunks = false, .library = "tractionctl"}};
@@ -99,11 +103,12 @@ void illustrate(const std::string& from, const std::string& to, const std::strin
   std::error_code unknown;
   if (std::filesystem::equivalent(from, to, unknown))
     throw Failure(EX_USAGE, to + " is what is to be exported: another name for what comes of it");
-  Illustrated made(to, sensor);
+  const Sources sources = sourcesOf(reader);
+  Illustrated made(to, sensor, sources);
   const auto extent =
       orThrow(reader.read([&](const recording::Channel& channel, const recording::Schema* schema,
                               const recording::Message& record) { made.add(channel, schema, record); }));
-  const std::string trouble = troubleOf(extent, made.skipped());
+  const std::string trouble = troubleOf(extent, made.skipped(), sources);
   if (made.drawn() == 0) {
     throw Failure(made.skipped().exitCode(), from + " has nothing to draw" + (sensor.empty() ? "" : " of " + sensor) +
                                                  (trouble.empty() ? "" : "; " + trouble));

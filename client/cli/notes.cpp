@@ -43,6 +43,7 @@ void Notes::noteConnection(bool isConnected, Clock::time_point now) {
     heard_ = true;
     say("connected, but nothing of this topic comes from " + subscriber_.endpoint() + "; " + onSilence_);
   }
+  if (subscriber_.secondSource() != second_) say(second_ = subscriber_.secondSource());
   noteLosses(now);
 }
 

@@ -29,9 +29,8 @@ class Notes {
   Notes(const Subscriber& subscriber, std::string onSilence, std::string onLoss, std::string program = "tractiond");
 
   /// Prints on standard error that the connection is lost or back, that no message has come in the first 3 s although a
-  /// publisher is connected (once), and losses, at most once per second. Must be called in every turn of the receiving
-  /// loop.
-  /// \throws Error kNoAnswer if no publisher is found in the first 3 s
+  /// publisher is connected (once), a second source of one name (once), and losses, at most once per second. Must be
+  /// called in every turn of the receiving loop. \throws Error kNoAnswer if no publisher is found in the first 3 s
   void noteConnection(bool isConnected, Clock::time_point now);
   /// Prints on standard error that the daemon was started again, that it has no gel file (once per start), and losses.
   /// Must be called with every message received.
@@ -45,6 +44,7 @@ class Notes {
   bool isConnected_ = false, wasConnected_ = false, heard_ = false;
   bool saidNoGel_ = false;  ///< since the last restart of the daemon
   std::optional<Id> boot_;
+  std::string second_;  ///< as Subscriber::secondSource(), said
   std::uint64_t sequence_ = 0;
   std::uint64_t reported_ = 0;  ///< losses reported so far
   Clock::time_point start_ = Clock::now(), reportedAt_;

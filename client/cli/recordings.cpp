@@ -2,6 +2,7 @@
 
 #include "client/cli/commands.h"
 #include "client/files/failure.h"
+#include "client/files/recorded_sources.h"
 #include "client/show/json_writer.h"
 #include "client/show/output.h"
 #include "client/show/page.h"
@@ -57,15 +58,19 @@ struct Contents {
   std::uint64_t bytes = 0;
   std::vector<Topic> topics;
   std::uint64_t begin_ns = UINT64_MAX, end_ns = 0;
+  std::string secondSource;  ///< sentence about one, whose messages are not counted; empty: none
 };
 
 Contents contentsOf(const std::string& file) {
   const recording::Reader reader = orThrow(recording::Reader::open(file));
   Contents contents;
   contents.bytes = reader.file().size();
+  const Sources sources = sourcesOf(reader);
+  contents.secondSource = sources.trouble();
   std::map<std::uint16_t, Topic> topics;
   contents.extent = orThrow(reader.read(
       [&](const recording::Channel& channel, const recording::Schema* schema, const recording::Message& message) {
+        if (isSecond(sources, channel, message)) return;
         Topic& topic = topics[channel.id];
         if (topic.messages == 0) {
           topic.name = channel.topic;
@@ -97,6 +102,7 @@ void printText(const std::string& file, const Contents& contents) {
                                         : "closed, without an index");
   printLine(file + ": " + line.data());
   if (!contents.extent.library.empty()) printLine("written by " + printable(contents.extent.library));
+  if (!contents.secondSource.empty()) printLine(contents.secondSource);
   for (const Topic& topic : contents.topics) {
     std::snprintf(line.data(), line.size(), "  %-44s %9llu messages %8.2f Hz %6llu lost", printable(topic.name).c_str(),
                   static_cast<Count>(topic.messages), topic.rate_hz(), static_cast<Count>(topic.lost));
@@ -110,7 +116,7 @@ void printJson(const std::string& file, const Contents& contents) {
   Json json;
   json.open('{').key("file").string(file).key("bytes").number(contents.bytes);
   json.key("closed").boolean(contents.extent.closed).key("indexed").boolean(contents.isIndexed);
-  json.key("trouble").string(contents.extent.trouble);
+  json.key("trouble").string(contents.extent.trouble).key("second_source").string(contents.secondSource);
   json.key("whole_bytes").number(contents.extent.whole_bytes);
   json.key("chunks").number(contents.extent.chunks).key("damaged_chunks").number(contents.extent.badChunks);
   json.key("library").string(contents.extent.library);

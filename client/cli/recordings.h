@@ -30,7 +30,7 @@ void record(const SubscriberOptions& options, const std::string& file, double se
 void replay(const std::string& file, const std::string& endpoint, double speed);
 
 /// Reads the whole recording and prints a summary, as text or as one line of JSON: size, duration, and for each topic
-/// messages, rate and losses.
+/// messages, rate and losses, without those of a second source that has the name of another one, which it names.
 /// \throws Failure also after printing, if it is cut off or damaged
 void info(const std::string& file, bool json);
 

@@ -1,6 +1,7 @@
 // Counts the messages of a recording that an export leaves out.
 #pragma once
 
+#include "client/src/sources.h"
 #include "recording/reader.h"
 #include "traction/subscriber.h"
 
@@ -39,9 +40,11 @@ class Skipped {
 };
 
 /// Returns what keeps an export from being all of a recording, as text; empty: nothing.
-inline std::string troubleOf(const recording::Extent& extent, const Skipped& skipped) {
-  if (skipped.isEmpty()) return extent.trouble;
-  return extent.trouble + (extent.trouble.empty() ? "" : "; ") + skipped.text();
+inline std::string troubleOf(const recording::Extent& extent, const Skipped& skipped, const Sources& sources) {
+  std::string all;
+  for (const std::string& each : {extent.trouble, skipped.isEmpty() ? "" : skipped.text(), sources.trouble()})
+    all += (all.empty() || each.empty() ? "" : "; ") + each;
+  return all;
 }
 
 }  // namespace traction::client

@@ -7,6 +7,7 @@
 #include "client/src/locate.h"
 #include "client/src/paired_contacts.h"
 #include "client/src/printable.h"
+#include "client/src/sources.h"
 
 #include <zmq.hpp>
 
@@ -310,6 +311,10 @@ struct Subscriber::Impl {
     }
     Header& header = std::visit([](auto& any) -> Header& { return any.header; }, message);
     header.arrived_ns = now_ns;
+    const std::uint64_t returns = sources.returns();
+    if (!options.allSources && !sources.take(message, now_ns)) return std::nullopt;
+    if (sources.returns() != returns)
+      socket.set(zmq::sockopt::subscribe, subscription);  // the other's description came
     if (options.mode == Mode::kStream) countLosses(topic, header);
     if (auto* contacts = std::get_if<Contacts>(&message)) {
       Touch& touch = touches[topic];
@@ -334,6 +339,7 @@ struct Subscriber::Impl {
   std::set<std::string> sensors;                             ///< sensors whose previews are subscribed to
   std::map<std::string, std::pair<Id, std::uint64_t>> seen;  ///< topic -> boot id and sequence of its last message
   std::map<std::string, Touch> touches;                      ///< by topic
+  Sources sources;
   bool isSilent = false;  ///< next() found contacts of which nothing was heard for kTouchSilence_ns
   std::array<zmq::message_t, 3> parts;
   std::size_t count = 0;
@@ -378,6 +384,10 @@ std::optional<Message> Subscriber::receive(std::chrono::milliseconds timeout) tr
 Raw Subscriber::raw() const {
   if (impl_->options.mode == Mode::kLatest) return {{}, impl_->parts[0].to_string_view()};
   return {impl_->parts[0].to_string_view(), impl_->parts[1].to_string_view()};
+}
+
+const std::string& Subscriber::secondSource() const {
+  return impl_->sources.trouble();
 }
 
 std::uint64_t Subscriber::lost() const {

@@ -35,6 +35,7 @@ SubscriberOptions fieldsOf(const std::string& instance) {
   SubscriberOptions options;
   options.instance = instance;
   options.topics = kField;
+  options.allSources = true;  // the finger is ambiguous then
   return options;
 }
 

@@ -72,6 +72,7 @@ void Relay::tell() {
   isSilent_ = now() - std::max(started_ns_, follower_.arrived_ns()) > kUnheard_ns;
   if (isSilent_ && !wasSilent) spdlog::warn("no fields come from {}; see tractionctl status", subscriber_.endpoint());
   if (!isSilent_ && wasSilent) spdlog::info("fields come again");
+  if (subscriber_.secondSource() != second_) spdlog::warn("{}", second_ = subscriber_.secondSource());
   if (subscriber_.lost() != lost_ && isTimeToTell()) {
     spdlog::warn("{} fields were lost on the way, {} since the start: this machine is too busy",
                  subscriber_.lost() - lost_, subscriber_.lost());

@@ -63,11 +63,12 @@ class Relay {
   RelayOutput& output_;
   Follower follower_;
   std::string sensor_;  ///< of the last field
+  std::string second_;  ///< as Subscriber::secondSource(), in the log
   bool isSilent_ = false;
   std::uint64_t lost_ = 0;  ///< lost fields that are in the log
   std::int64_t started_ns_ = now(), reported_ns_ = 0;
-};
   std::int64_t waited_ns_ = 0;  ///< when contacts were last told without a field
+};
 
 inline constexpr std::int64_t kTurn_ns = 100'000'000;  ///< longest time between two turns of the service
 

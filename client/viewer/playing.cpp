@@ -1,6 +1,7 @@
 #include "client/viewer/playing.h"
 
 #include "client/files/failure.h"
+#include "client/files/recorded_sources.h"
 #include "client/show/json_writer.h"
 
 #include <pthread.h>
@@ -76,22 +77,26 @@ void Playing::run(const std::stop_token& stop) {
   }
 }
 
-bool Playing::isPlayed(const std::string& topic) const {
-  return !prefix_.empty() && topic.starts_with(prefix_);
+bool Playing::isPlayed(const recording::Channel& channel, const recording::Message& message) const {
+  return !prefix_.empty() && channel.topic.starts_with(prefix_) && !client::isSecond(sources_, channel, message);
 }
 
-/// Reads the whole recording once: its sensor, its extent, its descriptions.
+/// Reads the whole recording: its sensor, its extent, its descriptions.
 void Playing::survey(const std::stop_token& stop) {
+  sources_ = client::sourcesOf(reader_, [&] {
+    if (stop.stop_requested()) throw Interrupted();
+  });
   const auto extent =
       reader_.read([&](const recording::Channel& channel, const recording::Schema*, const recording::Message& message) {
         if (stop.stop_requested()) throw Interrupted();
         if (prefix_.empty()) prefix_ = prefixOf(channel.topic);
-        if (!isPlayed(channel.topic)) return;
+        if (!isPlayed(channel, message)) return;
         if (begin_ns_ == 0) begin_ns_ = message.logTime_ns;
         end_ns_ = std::max(end_ns_, message.logTime_ns);
         if (channel.topic == prefix_ + "description/") descriptions_[message.logTime_ns] = message.data;
       });
   trouble_ = extent ? extent->trouble : extent.error().message();
+  if (trouble_.empty()) trouble_ = sources_.trouble();
   if (prefix_.empty() && trouble_.empty()) trouble_ = "it has no messages of a sensor";
 }
 
@@ -113,7 +118,7 @@ void Playing::show(const std::stop_token& stop, const Request& request) {
   Clock::time_point reported = begin;
   const auto extent = reader_.read(
       [&](const recording::Channel& channel, const recording::Schema*, const recording::Message& message) {
-        if (!isPlayed(channel.topic)) return;
+        if (!isPlayed(channel, message)) return;
         if (message.logTime_ns <= from_ns) {
           waitUntil(stop, begin);
           if (from_ns - message.logTime_ns < kBefore_ns) standing[channel.topic] = message.data;

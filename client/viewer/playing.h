@@ -1,6 +1,7 @@
 // Plays a recording as if it were a sensor.
 #pragma once
 
+#include "client/src/sources.h"
 #include "client/viewer/forwarder.h"
 #include "recording/reader.h"
 
@@ -16,9 +17,9 @@
 
 namespace traction::view {
 
-/// Plays the messages of the recording's first sensor, from the beginning and at the pace of the recording, until
-/// play() is called. At the end it waits for play(). Delivers kTime with the position about five times a second, and
-/// kErrors for messages that cannot be decoded.
+/// Plays the messages of the recording's first sensor, of one source alone where two have its name, from the beginning
+/// and at the pace of the recording, until play() is called. At the end it waits for play(). Delivers kTime with the
+/// position about five times a second, and kErrors for messages that cannot be decoded.
 class Playing {
  public:
   /// Opens the file and starts the thread, which first reads the whole recording.
@@ -57,12 +58,13 @@ class Playing {
   void waitUntil(const std::stop_token& stop, std::chrono::steady_clock::time_point due);
   void pass(std::string_view topic, std::string_view bytes);
   void reportTime(double at_s, double speed);
-  bool isPlayed(const std::string& topic) const;
+  bool isPlayed(const recording::Channel& channel, const recording::Message& message) const;
 
   recording::Reader reader_;
   Deliver deliver_;
   Forwarder forwarder_;
   std::string prefix_;  ///< of the topics that are played
+  Sources sources_;
   std::uint64_t begin_ns_ = 0, end_ns_ = 0;
   std::map<std::uint64_t, std::string> descriptions_;  ///< by log time
   std::string trouble_;                                ///< what is wrong with the file; empty: nothing

@@ -24,6 +24,10 @@ void Source::listen(const std::stop_token& stop) {
       const bool isAboutMessage = error.code() == ErrorCode::kMalformed;
       handlers_.fail(error, isAboutMessage ? subscriber_.raw() : Raw{});
     }
+    if (subscriber_.secondSource() != second_) {
+      second_ = subscriber_.secondSource();
+      handlers_.fail(Error(ErrorCode::kMalformed, second_), {});
+    }
     handlers_.turn(subscriber_.isConnected());
   }
 }

@@ -45,6 +45,7 @@ class Source {
   void listen(const std::stop_token& stop);
 
   Subscriber subscriber_;
+  std::string second_;  ///< as Subscriber::secondSource(), told
   Handlers handlers_;
   std::jthread thread_;  // last, as it uses the others
 };

@@ -49,6 +49,8 @@ struct SubscriberOptions {
   /// to this host nevertheless, and take room in `queue`.
   unsigned topics = kAllTopics;
   int queue = 1000;  ///< messages stored for a slow reader, 0 or more; further ones are lost. For kStream; 0: no limit
+  /// Also messages of a second source that has the name of another one (Subscriber::secondSource()).
+  bool allSources = false;
 
   /// Returns CLOCK_MONOTONIC [ns]; null: this host's clock. For tests: it sets Header::arrived_ns and the time of
   /// reconnections. The timeout of receive() is in real time in any case.
@@ -102,6 +104,11 @@ class TRACTION_EXPORT Subscriber {
   /// of each received topic. Messages that receive() rejected count as well, restarts of the daemon do not; in
   /// Mode::kLatest it is always 0.
   std::uint64_t lost() const;
+
+  /// Returns a sentence that names two daemons that have one sensor.name, or two traction-touch, if there were such:
+  /// the one heard first is received, and the other, but for its first message, is left out while that sends. Else
+  /// empty.
+  const std::string& secondSource() const;
 
   /// Returns whether a publisher is connected, even if it has sent nothing yet; where contacts are received besides
   /// others, whether tractiond is. Does not wait. For the thread that uses the subscriber, although it is const.

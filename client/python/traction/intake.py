@@ -9,6 +9,7 @@ from .decode import Message, decode
 from .errors import BadEndpoint, Malformed, OtherVersion
 from .messages import Contacts
 from .paired_contacts import PairedContacts
+from .sources import Sources, identity_of
 
 _TOPICS = b"traction/"  # begins every topic, of whatever version
 _TOPIC_ROOT = b"traction/v1/"
@@ -58,6 +59,7 @@ class Intake:
         self._sensors: set[bytes] = set()  # whose previews were asked for
         self._boots: dict[str, bytes] = {}  # sensor -> its daemon's last start
         self._touches: dict[bytes, tuple[PairedContacts, float]] = {}  # topic -> contacts, time of its last message
+        self.sources = Sources()
         self.lost = 0
         self.restarts = 0
 
@@ -79,6 +81,8 @@ class Intake:
         message = decode(kind, payload)
         header = message.header
         header.arrived_ns = now
+        if not self.sources.take(*identity_of(message), now):
+            return None
         if self._boots.setdefault(header.sensor, header.boot) != header.boot:
             self._boots[header.sensor] = header.boot
             self.restarts += 1

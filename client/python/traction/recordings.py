@@ -2,6 +2,7 @@
 
 import re
 import struct
+import warnings
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,6 +11,8 @@ from typing import BinaryIO
 
 from .decode import KINDS, Message, decode
 from .errors import Malformed
+from .sources import Sources
+from .wire import parse
 
 _MAGIC = b"\x89MCAP0\r\n"
 _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 4, 5, 6, 15
@@ -28,7 +31,30 @@ class Recorded:
 def recording(path: str | PathLike[str]) -> Iterator[Recorded]:
     """Yields the messages of a recording in the order in which they were received; those of other topics are left out. Raises
     OSError, and Malformed for what is no recording, or compressed (`mcap decompress` makes one that is not), and where it is cut
-    off or damaged, after what stands before."""
+    off or damaged, after what stands before. Where two sources have one name, the second one's are left out, with a warning."""
+    sources = Sources()
+    try:
+        for kind, log_ns, _, payload in _messages(path):
+            if kind != "preview":
+                sources.take(*_identity(kind, payload), log_ns)
+    except (Malformed, OSError):  # which is said below
+        pass
+    if sources.trouble:
+        warnings.warn(f"{path}: {sources.trouble}", stacklevel=2)
+    for kind, log_ns, publish_ns, payload in _messages(path):
+        if not (sources.trouble and sources.is_second(*_identity(kind, payload))):
+            yield Recorded(log_ns, publish_ns, decode(kind, payload))
+
+
+def _identity(kind: str, payload: bytes) -> tuple[tuple[str, str], bytes]:
+    """As identity_of(), without the work of decode()."""
+    message = parse(KINDS[kind][0], payload)
+    of = KINDS[kind][0] if kind in ("contacts", "grasp") else ""
+    return (of, message.header.sensor), message.run if kind == "contacts" else message.header.boot
+
+
+def _messages(path: str | PathLike[str]) -> Iterator[tuple[str, int, int, bytes]]:
+    """Yields kind, log time, publish time and bytes of each."""
     with open(path, "rb") as file:
         if file.read(len(_MAGIC)) != _MAGIC:
             raise Malformed(f"{path} is no recording")
@@ -42,7 +68,7 @@ def recording(path: str | PathLike[str]) -> Iterator[Recorded]:
             elif operation == _MESSAGE:
                 number, log_ns, publish_ns = struct.unpack_from("<H4xQQ", content)
                 if number in kinds:
-                    yield Recorded(log_ns, publish_ns, decode(kinds[number], content[22:]))
+                    yield kinds[number], log_ns, publish_ns, content[22:]
 
 
 def _records(file: BinaryIO, path: str) -> Iterator[tuple[int, bytes]]:

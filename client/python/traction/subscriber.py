@@ -53,6 +53,7 @@ class Base:
         # instead of waited for.
         subscription = _FIELD_BEGINS if latest else b""
         self._touch = frozenset(one.encode() for one in touch) if endpoints else frozenset()
+        self._subscription = subscription
         self._connection = Connection(zmq.SUB, endpoints + touch, keys, options, subscription)
         self._intake = Intake(self.endpoint, mode, topics)
         self._timeout = timeout
@@ -67,6 +68,12 @@ class Base:
     def restarts(self) -> int:
         """Number of restarts of the daemon, by the `boot` of its messages."""
         return self._intake.restarts
+
+    @property
+    def second_source(self) -> str:
+        """A sentence that names two daemons that have one sensor.name, or two traction-touch, if there were such: the one heard
+        first is received, and the other, but for its first message, is left out while that sends. Else empty."""
+        return self._intake.sources.trouble
 
     @property
     def is_connected(self) -> bool:
@@ -86,7 +93,10 @@ class Base:
             more = self._intake.wanted_too(parts)
             if more is not None:
                 self._connection.socket.setsockopt(zmq.SUBSCRIBE, more)
+            returns = self._intake.sources.returns
             message = self._intake.take(parts)
+            if self._intake.sources.returns != returns:  # the other's description came
+                self._connection.socket.setsockopt(zmq.SUBSCRIBE, self._subscription)
             if message is not None:
                 return message
         return self._intake.end_silent()

@@ -1,4 +1,5 @@
 // Fields in, contacts out, and what arrives of them at a subscriber.
+#include "client/src/sources.h"
 #include "client/touch/follower.h"
 #include "client/touch/publisher.h"
 #include "tests/support/deadline.h"
@@ -192,8 +193,8 @@ TEST(Follower, EndsContactsWhereNoFieldComesOrAnotherZeroHolds) {
   const v1::Contacts silent = follower.wait(clock_ns + 1'000'001'000);
   EXPECT_FALSE(silent.valid());
   EXPECT_EQ(silent.contacts(0).phase(), v1::CONTACT_PHASE_END);
-  EXPECT_FALSE(follower.hasContacts());
   EXPECT_EQ(silent.contacts(0).end_cause(), v1::END_CAUSE_NOT_SEEN);
+  EXPECT_FALSE(follower.hasContacts());
 
   EXPECT_EQ(taken(follower, sensor).contacts(0).id(), 2U);
   sensor.field.header.zero = idOf(9);
@@ -202,7 +203,26 @@ TEST(Follower, EndsContactsWhereNoFieldComesOrAnotherZeroHolds) {
   EXPECT_EQ(other.contacts(0).end_cause(), v1::END_CAUSE_ZERO);
   EXPECT_EQ(other.contacts(1).phase(), v1::CONTACT_PHASE_BEGIN);
   EXPECT_EQ(other.contacts(1).id(), 3U);
-  EXPECT_EQ(follower.endAll().contacts(0).phase(), v1::CONTACT_PHASE_END);
+  EXPECT_EQ(follower.endAll().contacts(0).end_cause(), v1::END_CAUSE_STOPPED);
+}
+
+TEST(Sources, TheFirstOfAlternatingSourcesHasTheName) {
+  Sources sources;
+  const auto take = [&](std::uint8_t boot, std::int64_t now_ns = 0) {
+    Field field;
+    field.header.sensor = "gel";
+    field.header.boot = idOf(boot);
+    return sources.take(field, now_ns);
+  };
+  EXPECT_TRUE(take(1) && take(2) && take(2) && take(3)) << "restarts";
+  EXPECT_EQ(sources.trouble(), "");
+  EXPECT_TRUE(take(4) && take(5) && take(3)) << "three at once; the first comes again";
+  EXPECT_FALSE(take(4) || take(5));
+  EXPECT_TRUE(take(3));
+  EXPECT_NE(sources.trouble().find("'gel' at once (boot or run 03000000... and 04000000...)"), std::string::npos);
+  EXPECT_TRUE(take(4, Sources::kGone_ns)) << "the first has gone";
+  EXPECT_TRUE(take(3, Sources::kGone_ns)) << "and comes again";
+  EXPECT_FALSE(take(4, Sources::kGone_ns));
 }
 
 TEST(Subscriber, ContactsThatWaitedAreNoSilence) {

@@ -4,11 +4,13 @@ import json
 import pathlib
 import re
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
 import time
 import unittest
+import warnings
 
 import numpy as np
 
@@ -16,10 +18,49 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "client/pyt
 import traction  # noqa: E402
 from ctl import OUTPUT, PROGRAM, USAGE, Case, ctl  # noqa: E402
 from deadline import HUNG_S  # noqa: E402
-
-DATA, NO_INPUT, UNAVAILABLE, CANNOT_CREATE = 65, 66, 69, 73
 from traction.intake import Intake, Mode, Topics  # noqa: E402
 from traction.wire import message  # noqa: E402
+
+DATA, NO_INPUT, UNAVAILABLE, CANNOT_CREATE = 65, 66, 69, 73
+
+
+BOOTS = b"A" * 16, b"B" * 16
+TOPIC = b"traction/v1/gel/field/"
+
+
+def fields(order):
+    """Fields of two daemons with one sensor.name, 60 in a second; each sees one contact that is held, at a place of its own."""
+    counts = [0, 0]
+    for frame, which in enumerate(order):
+        counts[which] += 1
+        field = message("Field")(timestamp=1.0, valid=True)
+        header = field.header
+        header.sensor, header.boot, header.sequence = "gel", BOOTS[which], counts[which]
+        header.frame_number = counts[which]
+        header.captured_ns = 10**9 + frame * 16_666_667
+        field.resultant_N.z = 1.0 + which
+        contact = field.contacts.add(area_m2=3e-5)
+        contact.position_m.x, contact.force_N.z = 0.02 * which, 1.0 + which
+        contact.position_deviation_m.x = contact.position_deviation_m.y = 5e-5
+        yield field.SerializeToString()
+
+
+def write_recording(path, payloads):
+    """A recording of them, 60 in a second."""
+    def text(value):
+        return struct.pack("<I", len(value)) + value
+
+    def record(operation, content):
+        return struct.pack("<BQ", operation, len(content)) + content
+
+    schema = record(3, struct.pack("<H", 1) + text(b"traction.v1.Field") + text(b"") + text(b""))
+    channel = record(4, struct.pack("<HH", 1, 1) + text(TOPIC) + text(b"protobuf") + text(b""))
+    messages = b"".join(record(5, struct.pack("<HIQQ", 1, 0, 10**18 + at * 16_666_667, 10**18 + at * 16_666_667) + payload)
+                        for at, payload in enumerate(payloads))
+    magic = b"\x89MCAP0\r\n"
+    path.write_bytes(magic + record(1, text(b"") + text(b"")) + schema + channel + messages + record(15, bytes(4)) +
+                     record(2, bytes(20)) + magic)
+    return path
 
 
 class Record(Case):
@@ -82,6 +123,55 @@ class Record(Case):
         self.assertEqual(table["end_cause"][-1], "stopped")  # the recording ends
         self.assertEqual(ctl("export", path, self.folder / "touch.mcap", "--contacts")[0], USAGE)
         self.assertEqual(ctl("export", path, file, "--contacts", "--sensor", "other")[0], DATA)
+
+    def rows(self, path, code, *options):
+        """What export makes of a recording, and what it says."""
+        file = self.folder / "rows.csv"
+        returned, _, error = ctl("export", path, file, *options)
+        self.assertEqual(returned, code, error)
+        return np.genfromtxt(file, delimiter=",", names=True, dtype=None, encoding=None), error
+
+    def test_of_two_daemons_with_one_name_the_first_is_read_and_the_second_named(self):
+        said = "two sources are called 'gel' at once (boot or run 41414141... and 42424242...)"
+        path = write_recording(self.folder / "two.mcap", fields([0, 1] * 20))
+        table, error = self.rows(path, DATA)
+        self.assertIn(said, error)
+        self.assertEqual((len(table), {*table["force_z_N"]}), (20, {1.0}))
+        table, error = self.rows(path, DATA, "--contacts")
+        self.assertIn(said, error)
+        phases = [*table["phase"]]
+        print("  two daemons of one name in one recording, 20 fields each: a held contact begins "
+              f"{phases.count('begin')} times, {len(table) - 1} rows; right: 1 time, 20 rows, and the second is named")
+        self.assertEqual(phases, ["begin", *["move"] * 19, "end"])
+        info = self.info(path)
+        self.assertIn(said, info["second_source"])
+        self.assertEqual((info["topics"][0]["messages"], info["topics"][0]["restarts"]), (20, 0))
+        with warnings.catch_warnings(record=True) as warned:
+            warnings.simplefilter("always")
+            boots = [one.message.header.boot for one in traction.recording(path)]
+        self.assertEqual((boots, len(warned)), ([BOOTS[0]] * 20, 1))
+        self.assertIn(said, str(warned[0].message))
+
+        # Live, the first message of the second one is what a restart would be.
+        replay = self.start("replay", path, "--bind", "tcp://127.0.0.1:*", stdout=subprocess.PIPE)
+        endpoint = replay.stdout.readline().split()[-1]
+        code, out, error = ctl("echo", "--connect", endpoint, "--count", "21")
+        self.assertEqual(code, 0, error)
+        self.assertEqual([json.loads(line)["resultant_N"][2] for line in out.splitlines()], [1, 2, *[1] * 19])
+        self.assertEqual(error.count(said), 1, error)
+        intake = Intake("", Mode.STREAM, Topics.ALL)
+        taken = [intake.take([TOPIC, payload, b"1.0"]) for payload in fields([0, 1] * 20)]
+        self.assertEqual([one.header.boot for one in taken if one], [BOOTS[0], BOOTS[1], *[BOOTS[0]] * 19])
+        self.assertIn(said, intake.sources.trouble)
+
+    def test_a_daemon_that_is_started_anew_is_no_second_one(self):
+        path = write_recording(self.folder / "anew.mcap", fields([0] * 20 + [1] * 20))
+        table, error = self.rows(path, 0)
+        self.assertEqual((len(table), error), (40, ""))
+        table, error = self.rows(path, 0, "--contacts")
+        self.assertEqual([(row["id"], row["end_cause"]) for row in table if row["phase"] == "end"], [(1, "stopped"), (2, "stopped")])
+        self.assertEqual(self.info(path)["second_source"], "")
+        self.assertEqual(len([*traction.recording(path)]), 40)
 
     def test_exported_numbers_are_the_messages(self):
         path = self.record()

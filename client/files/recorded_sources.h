@@ -1,0 +1,42 @@
+// Finds two sources of one name in a recording.
+#pragma once
+
+#include "client/src/sources.h"
+#include "recording/reader.h"
+
+#include <string_view>
+
+namespace traction::client {
+
+/// Reads a recording once, for who sent what. What is wrong with the file says the reading that follows.
+/// \param atEach is called with each message, and may throw
+inline Sources sourcesOf(const recording::Reader& reader, const auto& atEach) {
+  Sources sources;
+  (void)reader.read([&](const recording::Channel& channel, const recording::Schema*, const recording::Message& record) {
+    atEach();
+    const std::string_view topic = channel.topic;
+    if (!topic.ends_with("/field/") && !topic.ends_with("/status/") && !topic.ends_with("/contacts/")) return;
+    try {
+      if (const auto message = decode(Raw{topic, record.data}))
+        sources.take(*message, static_cast<std::int64_t>(record.logTime_ns));
+    } catch (const Error&) {  // the reading that follows says so
+    }
+  });
+  return sources;
+}
+inline Sources sourcesOf(const recording::Reader& reader) {
+  return sourcesOf(reader, [] {});
+}
+
+/// Returns whether a message is of a source that is second under its name.
+inline bool isSecond(const Sources& sources, const recording::Channel& channel, const recording::Message& record) {
+  if (sources.trouble().empty()) return false;
+  try {
+    const auto message = decode(Raw{channel.topic, record.data});
+    return message && sources.isSecond(*message);
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+}  // namespace traction::client
