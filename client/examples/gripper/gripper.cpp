@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <memory>
 #include <string>
+#include <utility>
 
 namespace {
 
@@ -26,7 +27,8 @@ class Side {
     subscriber_ = traction::Subscriber(options);
   }
 
-  /// Waits for the next frame and its contacts. Returns false if it does not come, or is not valid.
+  /// Waits for the next frame and its contacts. Returns false if it does not come, is not valid, or is of another zero
+  /// or start of the daemon than before the touch: it then says nothing of what is held.
   bool next() {
     const std::uint64_t last = frame_;
     bool waits = false;  // for the contacts of that frame, which come before or after it
@@ -36,7 +38,9 @@ class Side {
       } else {
         const auto& field = std::get<traction::Field>(*message);
         frame_ = field.header.frameNumber;
-        if (!field.valid) return false;
+        if (!finger_.touches) basis_ = basisOf(field.header);
+        if (!field.valid || basisOf(field.header) != basis_)
+          return false;  // by another zero, what is held weighs nothing
         waits = !field.contacts.empty();
         if (!waits) finger_ = {};
       }
@@ -51,7 +55,7 @@ class Side {
  private:
   /// Takes the strongest contact. Where nothing is known of them, the last frame's stays: it may be there still.
   void feel(const traction::Contacts& contacts) {
-    if (!contacts.valid) return;
+    if (!contacts.valid || basisOf(contacts.header) != basis_) return;
     finger_ = {};
     felt_ = contacts.header.frameNumber;
     for (const traction::TrackedContact& contact : contacts.contacts) {
@@ -62,9 +66,13 @@ class Side {
     }
   }
 
+  using Basis = std::pair<traction::Id, traction::Id>;  ///< start of the daemon, and zero
+  static Basis basisOf(const traction::Header& header) { return {header.boot, header.zero}; }
+
   static constexpr double kTouch_N = 0.05;
   traction::Subscriber subscriber_;
   grip::Finger finger_;
+  Basis basis_;                         ///< of the last field without a touch
   std::uint64_t frame_ = 0, felt_ = 0;  ///< numbers of the last field, and of the last contacts
 };
 

@@ -18,12 +18,14 @@ class Side:
     def __init__(self, instance: str) -> None:
         self.subscriber = traction.Subscriber(instance, topics=traction.Topics.FIELD | traction.Topics.CONTACTS)
         self.finger, self.frame, self.felt = Finger(), 0, 0
+        self.basis = b"", b""  # start of the daemon and zero, of the last field without a touch
 
     def next(self) -> bool:
-        """Waits for the next frame and its contacts; false if it does not come, or is not valid."""
+        """Waits for the next frame and its contacts; false if it does not come, is not valid, or is of another zero."""
         last, waits = self.frame, False
         while message := self.subscriber.receive(0.5):
-            if isinstance(message, traction.Contacts) and message.valid:  # else nothing is known: it may be there still
+            basis = message.header.boot, message.header.zero
+            if isinstance(message, traction.Contacts) and message.valid and basis == self.basis:  # else nothing is known
                 self.felt, self.finger = message.header.frame_number, Finger()
                 for contact in message.contacts:
                     x, y, z = map(float, contact.force_N)
@@ -32,7 +34,9 @@ class Side:
                         self.finger = Finger(z, -x, -y, slides)
             elif isinstance(message, traction.Field):
                 self.frame = message.header.frame_number
-                if not message.valid:
+                if not self.finger.touches:
+                    self.basis = basis
+                if not message.valid or basis != self.basis:  # by another zero, what is held weighs nothing
                     return False
                 waits = bool(message.contacts)  # they come before or after it
                 if not waits:
