@@ -64,10 +64,12 @@ class Guide {
     if (wants("noise")) noise();
     if (!options_.steps.empty() && wants("creep")) creep();
     if (wants("weights")) weights();
-    if (wants("finish")) finish();
+    if (wants("finish")) measure("finish", {.kind = Kind::kFinish, .name = options_.name});
   }
 
  private:
+  using Kind = CalibrationStep::Kind;
+
   bool wants(const char* step) const {
     const auto& steps = options_.steps;
     return steps.empty() || std::find(steps.begin(), steps.end(), step) != steps.end();
@@ -93,11 +95,13 @@ class Guide {
     if (options_.json && asks_) std::fprintf(stderr, "%s\n", sentence.c_str());
   }
 
-  void report(const std::string& step, const CalibrationReport& report) const {
+  /// Carries out a step, and prints what it has measured.
+  void measure(const char* name, const CalibrationStep& step) const {
+    const CalibrationReport report = control_.calibrate(step);
+    if (step.kind == Kind::kFinish) say("Written: " + report.path);
     if (options_.json) {
-      std::printf("%s\n", toJson(step, report).c_str());
-      flushOutput();
-      return;
+      std::printf("%s\n", toJson(name, report).c_str());
+      return flushOutput();
     }
     for (const CalibrationReport::Figure& figure : report.figures) {
       std::printf("  %-32s %.7g", printable(figure.name).c_str(), figure.value);
@@ -115,40 +119,27 @@ class Guide {
       say("  zero taken: " + std::to_string(zero.markersPresent) + " of " + std::to_string(zero.markersExpected) +
           " markers");
     }
-    CalibrationStep step;
-    step.kind = CalibrationStep::Kind::kGeometry;
-    step.anyway = options_.anyway;
-    report("geometry", control_.calibrate(step));
+    measure("geometry", {.kind = Kind::kGeometry, .anyway = options_.anyway});
   }
 
   void noise() const {
     instruct("Noise: leave the gel untouched, with the machine around it as it is in use");
-    CalibrationStep step;
-    step.kind = CalibrationStep::Kind::kNoise;
-    if (!wants("weights")) step.seconds = options_.seconds;  // else it is the patience for the weights
-    step.anyway = options_.anyway;
-    report("noise", control_.calibrate(step));
+    const double seconds = wants("weights") ? 0.0 : options_.seconds;  // else it is the patience for the weights
+    measure("noise", {.kind = Kind::kNoise, .seconds = seconds, .anyway = options_.anyway});
   }
 
   void creep() const {
     instruct("Creep: leave the gel untouched until it has recovered from earlier loads");
-    CalibrationStep step;
-    step.kind = CalibrationStep::Kind::kCreep;
-    step.seconds = options_.hold_s;
     char time[40];
     std::snprintf(time, sizeof time, "%g s", options_.hold_s);
     announce(std::string("  wait for two seconds, put a weight on the gel quickly, and let it stand for ") + time);
-    report("creep", control_.calibrate(step));
+    measure("creep", {.kind = Kind::kCreep, .seconds = options_.hold_s});
     announce(std::string("  take it away now, quickly, and leave the gel untouched for ") + time);
-    step.kind = CalibrationStep::Kind::kRecovery;
-    report("recovery", control_.calibrate(step));
+    measure("recovery", {.kind = Kind::kRecovery, .seconds = options_.hold_s});
   }
 
   void weights() const {
-    CalibrationStep step;
-    step.kind = CalibrationStep::Kind::kWeight;
-    step.seconds = options_.seconds;
-    step.first = true;
+    CalibrationStep step{.kind = Kind::kWeight, .seconds = options_.seconds, .first = true};
     const char* const where = isBody_ ? "" : ", near its middle,";
     for (std::size_t i = 0; i < options_.weights_N.size(); ++i) {
       step.weight_N = options_.weights_N[i];
@@ -159,21 +150,11 @@ class Guide {
       std::snprintf(text, sizeof text, "Weights: put %.5g gf on the gel%s and let go of it",
                     step.weight_N / kGramForce_N, where);
       instruct(text);
-      report("weight", control_.calibrate(step));
+      measure("weight", step);
       step.first = false;
     }
-    step.kind = CalibrationStep::Kind::kStiffness;
-    report("stiffness", control_.calibrate(step));
+    measure("stiffness", {.kind = Kind::kStiffness});
     say("Take the weight off.");
-  }
-
-  void finish() const {
-    CalibrationStep step;
-    step.kind = CalibrationStep::Kind::kFinish;
-    step.name = options_.name;
-    const CalibrationReport done = control_.calibrate(step);
-    say("Written: " + done.path);
-    report("finish", done);
   }
 
   Control control_;

@@ -65,9 +65,9 @@ struct CalibrationStep {
   /// For kWeight: of the known force on the gel, gel frame, of any length. Only the part of what presses along it is
   /// the weight. All 0: z for a block, all of the force for another body.
   std::array<double, 3> direction{};
-  bool first = false;   ///< for kWeight: true discards the weights read before
-  bool anyway = false;  ///< for kGeometry, kNoise: true proceeds even if something seems to touch the gel
-  std::string name;     ///< for kFinish: beginning of the gel file's name, 1 to 24 of A-Z a-z 0-9 _ -; empty: gel
+  bool first = false;     ///< for kWeight: true discards the weights read before
+  bool anyway = false;    ///< for kGeometry, kNoise: true proceeds even if something seems to touch the gel
+  std::string name = {};  ///< for kFinish: beginning of the gel file's name, 1 to 24 of A-Z a-z 0-9 _ -; empty: gel
 };
 
 /// A picture of the camera and the markers found in it. Positions are pixels of the camera's full picture.
