@@ -306,10 +306,7 @@ tl::expected<std::optional<Declared>, Error> Reader::summary() const {
 }
 
 tl::expected<Extent, Error> recover(const Reader& from, Sink& to) {
-  WriterOptions options;
-  options.syncChunks = false;
-  options.library = "tractionctl recover";
-  Writer writer(to, options);
+  Writer writer(to, {.syncChunks = false, .library = "tractionctl recover"});
   std::map<const Schema*, std::uint16_t> schemas = {{nullptr, 0}};
   std::map<std::uint16_t, std::uint16_t> channels;
   tl::expected<void, Error> written;

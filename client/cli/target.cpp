@@ -36,11 +36,8 @@ SubscriberOptions Target::subscription(bool latest) const {
 }
 
 ControlOptions Target::control() const {
-  ControlOptions options;
-  options.instance = instance_;
-  options.endpoint = control_.empty() && !host_.empty() ? atGateway(2) : control_;
-  options.keys = keys();
-  return options;
+  return {
+      .instance = instance_, .endpoint = control_.empty() && !host_.empty() ? atGateway(2) : control_, .keys = keys()};
 }
 
 std::string Target::atGateway(int offset) const {
