@@ -53,13 +53,13 @@ Health healthOf(const std::vector<Problem>& problems) {
 std::vector<Problem> problems(const v1::Status& status) {
   std::vector<Problem> all;
   const std::string why = whyNoField(status);
-  const bool sends = status.rates().received_hz() > 0.0;
-  if (status.camera() == v1::CAMERA_STATE_STREAMING && !sends && (why.empty() || !status.camera_why().empty()))
-    add(all, Health::kNoFields,
-        "the camera sends no frames" + (status.camera_why().empty() ? "" : ": " + status.camera_why()));
+  const std::string silent = whyNoPicture(status);
+  const bool publishes = status.rates().published_hz() > 0.0;
+  if (!silent.empty() && silent != why && (why.empty() || !status.camera_why().empty()))
+    add(all, publishes && status.rates().received_hz() > 0.0 ? Health::kDoubtful : Health::kNoFields, silent);
   if (!why.empty()) {
     add(all, Health::kNoFields, why);
-  } else if (sends && status.rates().published_hz() == 0.0) {
+  } else if (silent.empty() && !publishes) {
     add(all, Health::kNoFields, "no field is made of the frames");
   }
   if (!status.invalid_why().empty()) add(all, Health::kNoForces, status.invalid_why());
@@ -110,7 +110,16 @@ std::string cameraSentence(const v1::Status& status) {
 
 std::string whyNoField(const v1::Status& status) {
   if (status.camera() != v1::CAMERA_STATE_STREAMING) return cameraSentence(status);
+  if (status.rates().received_hz() > 0.0 && status.rates().published_hz() == 0.0 && !status.camera_why().empty())
+    return whyNoPicture(status);
   return isWithoutGel(status) ? status.markers().remark() : "";
+}
+
+std::string whyNoPicture(const v1::Status& status) {
+  const bool sends = status.rates().received_hz() > 0.0;
+  if (status.camera() != v1::CAMERA_STATE_STREAMING || (sends && status.camera_why().empty())) return "";
+  return (sends ? "the camera sends nothing new" : "the camera sends no frames") +
+         (status.camera_why().empty() ? std::string() : ": " + status.camera_why());
 }
 
 std::string refusedOf(const v1::Status& status) {

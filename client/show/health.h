@@ -51,8 +51,11 @@ bool isWithoutGel(const v1::Status& status);
 /// Returns the state of the camera, with the reason: "camera lost, being looked for (it does not answer)".
 std::string cameraSentence(const v1::Status& status);
 
-/// Returns why the daemon cannot publish fields: its camera does not stream, or there is no gel file; empty: it can.
+/// Returns why the daemon cannot publish fields: its camera does not stream or repeats one picture, or there is no gel
+/// file; empty: it can.
 std::string whyNoField(const v1::Status& status);
+/// Returns that an open camera sends no frames, or none that are new, with the reason; empty: it sends, or is not open.
+std::string whyNoPicture(const v1::Status& status);
 
 /// Returns what was configured for real time and not granted: "priority 20, processors 2-3, memory"; empty: nothing.
 std::string refusedOf(const v1::Status& status);

@@ -180,7 +180,7 @@ std::string Scene::reason(std::int64_t now_ns) const {
   // A status describes the second before it, in which fields may still have come.
   if (field && statusArrival_ns_ < fieldArrival_ns_ + 1'000'000'000) return kNoField;
   if (isWithoutGel(reported)) return reported.markers().remark();
-  if (reported.rates().received_hz() == 0.0) return "the camera sends no frames" + why;
+  if (const std::string silent = whyNoPicture(reported); !silent.empty()) return silent;
   return field ? "no field is made of the frames" : "finding the markers and their rest pose";
 }
 

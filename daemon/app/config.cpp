@@ -147,6 +147,8 @@ std::vector<Key> keysOf(Config& config) {
           &camera.buffers, {9, 1000}},
       {"camera", "silence_timeout_ms", "ms", "Time without a frame after which the camera is lost; 0: only if the driver reports it.",
           &camera.silenceTimeout_ms, {0, 3'600'000}},
+      {"camera", "stills", "", "Use pictures that repeat to the byte, as of a still image; false: five in a row show a source that hangs.",
+          &camera.stills},
       {"camera", "fake_interface", "", "Allow the test camera inside the driver.",
           &camera.fakeInterface},
 

@@ -133,10 +133,13 @@ tl::expected<void, Error> Instrument::openCamera() {
       spdlog::info(line);
   };
   const bool piped = !options.images.empty();
-  auto camera = capture::Camera::open(
-      driver(),
-      {.wait = options.wait && !piped, .silenceTimeout_ms = options.silenceTimeout_ms, .buffers = options.buffers},
-      ledger_, say, [this](const auto& info) { return processing_->acceptCamera(info); });
+  auto camera =
+      capture::Camera::open(driver(),
+                            {.wait = options.wait && !piped,
+                             .silenceTimeout_ms = options.silenceTimeout_ms,
+                             .buffers = options.buffers,
+                             .stills = options.stills},
+                            ledger_, say, [this](const auto& info) { return processing_->acceptCamera(info); });
   if (!camera) return tl::unexpected(camera.error());
   camera_ = *std::move(camera);
   return {};
@@ -270,7 +273,8 @@ void Instrument::measure(traction::v1::Status& status) {
     wasOpen ? status.mutable_camera_link()->CopyFrom(cameraVitals_.link) : status.clear_camera_link();
   }
   // What a camera waits for matters while it sends nothing.
-  const bool sends = cameraVitals_.state == CameraState::kStreaming && status.rates().received_hz() > 0.0;
+  const bool sends =
+      cameraVitals_.state == CameraState::kStreaming && status.rates().received_hz() > 0.0 && !cameraVitals_.repeats;
   status.set_camera_why(sends ? std::string() : cameraVitals_.why);
   realtime_->read(*status.mutable_scheduling());
   traction::v1::Turns& turns = *status.mutable_turns();

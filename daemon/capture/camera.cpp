@@ -32,6 +32,16 @@ std::uint64_t contentOf(const std::uint8_t* data, std::size_t size) {
   return XXH3_64bits(sample.data(), sizeof sample);
 }
 
+/// Returns whether every sample of a picture is 0, or every sample the brightest: such a picture repeats without a
+/// fault, as behind a lens cap.
+bool isClipped(const std::uint8_t* data, std::size_t size, const PixelFormatTraits& format) {
+  std::uint16_t first = 0;
+  if (size < sizeof first) return false;
+  std::memcpy(&first, data, sizeof first);
+  const bool isBrightest = first == 0xffff || (format.packing == PixelPacking::kWhole && first == format.full());
+  return (first == 0 || isBrightest) && std::memcmp(data, data + sizeof first, size - sizeof first) == 0;
+}
+
 }  // namespace
 
 tl::expected<std::unique_ptr<Camera>, Error> Camera::open(OpenDriver driver, const CameraRules& rules, Ledger& ledger,
@@ -116,13 +126,23 @@ Next Camera::admit(Frame& frame, const Buffer& buffer) {
   longest_ns_ = std::max(arrival.host_ns - lastArrival_ns_, longest_ns_ - longest_ns_ / kForgotten);
   lastArrival_ns_ = arrival.host_ns;
   const std::int64_t real_ns = realNow();
-  if (arrival.complete && buffer.data != nullptr) arrival.content = contentOf(buffer.data, arrival.shape.size);
+  if (arrival.complete && buffer.data != nullptr) {
+    const std::size_t size = arrival.shape.size;
+    arrival.content = contentOf(buffer.data, size);
+    if (arrival.content == content_ && !rules_.stills &&
+        !isClipped(buffer.data, size, traitsOf(driver_->info().format)))
+      arrival.whole = XXH3_64bits(buffer.data, size);
+    content_ = arrival.content;
+  }
   const Judgement judgement = gate_->judge(arrival);
   count(judgement, ledger_);
-  if (judgement.verdict != Verdict::kNew) return Next::kRejected;
+  const bool repeats = judgement.verdict == Verdict::kRepeated;
+  if (judgement.verdict != Verdict::kNew && !repeats) return Next::kRejected;
+  keeper_->noteRepetition(repeats);
   lastWhole_ns_ = arrival.host_ns;
   if (driver_->takeClock(asked_)) clock_.learn(asked_);
   const DeviceClock::Moment captured = clock_.add(arrival, judgement, buffer.awaited);
+  if (repeats) return Next::kRejected;
   const CameraInfo& info = driver_->info();
   frame = Frame{};
   frame.info.cameraFrameId = arrival.id;

@@ -103,6 +103,7 @@ class Camera : public FrameSource {
   Driver* driver_ = nullptr;  ///< borrowed from the keeper; none while the keeper opens or closes the camera
   unsigned session_ = 0;
   Driver::Discard discard_ = nullptr;
+  std::uint64_t content_ = 0;  ///< Arrival::content of the last whole picture
   std::int64_t lastArrival_ns_ = 0, lastWhole_ns_ = 0, lastDoubt_ns_ = 0;
   std::int64_t longest_ns_ = 0;  ///< longest recent time between two arrivals
   bool ended_ = false;

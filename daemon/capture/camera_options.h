@@ -54,6 +54,8 @@ struct CameraOptions {
   int buffers = 10;
   /// Time without a frame after which the camera counts as lost. 0: only if it reports so (a trigger that may pause).
   int silenceTimeout_ms = 2'000;
+  /// Whether pictures that are equal to the byte are meant, as of a still that is shown again and again.
+  bool stills = false;
   /// Program that evaluates the camera's description in a process of its own first: tractiond's path. Empty: skip this.
   std::string inspector = {};
   /// Whether Aravis's in-process test camera may be opened.

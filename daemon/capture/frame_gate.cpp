@@ -21,6 +21,9 @@ namespace tractiond::capture {
 namespace {
 
 constexpr int kAgreeing = 3;
+/// Number of equal pictures in a row from which on they are not new: a source of a quarter of the camera's rate shows
+/// each of its pictures four times.
+constexpr int kRepeating = 5;
 /// Times between frames in the mean: of so many first ones each counts the same, as the very first may be any.
 constexpr int kMostPaces = 16;
 /// Frames without a fault until a camera's clock is believed again.
@@ -196,6 +199,17 @@ Judgement FrameGate::accept(const Track& next, std::uint64_t step, bool newTimel
 }
 
 Judgement FrameGate::judge(const Arrival& arrival) {
+  Judgement judgement = judgeOrder(arrival);
+  if (judgement.verdict != Verdict::kNew) return judgement;
+  const bool equals = arrival.whole != 0 && (whole_ == 0 || whole_ == arrival.whole);
+  equal_ = equals ? std::min(equal_ + 1, kRepeating) : 1;
+  whole_ = arrival.whole;
+  judgement.discontinuity |= std::exchange(isRepeated_, equal_ == kRepeating);
+  if (isRepeated_) judgement.verdict = Verdict::kRepeated;
+  return judgement;
+}
+
+Judgement FrameGate::judgeOrder(const Arrival& arrival) {
   thrown_ += arrival.thrown;
   duplicated_ |= arrival.duplicated;
   const auto refuse = [&](Verdict verdict) {
@@ -292,6 +306,10 @@ void count(const Judgement& judgement, Ledger& ledger) {
     break;
   case Verdict::kImplausible:
     ledger.implausible.add();
+    break;
+  case Verdict::kRepeated:
+    ledger.missing.add(judgement.missing);
+    ledger.repeated.add();
     break;
   }
 }

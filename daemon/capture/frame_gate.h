@@ -21,19 +21,22 @@ struct Arrival {
   std::int64_t device_ns = 0;  ///< the camera's time stamp; any value
   std::int64_t host_ns = 0;    ///< CLOCK_MONOTONIC when the buffer was taken from the driver; never falls
   std::int64_t raw_ns = 0;     ///< CLOCK_MONOTONIC_RAW at the same moment; 0: the driver has one clock
-  std::uint64_t content = 0;   ///< hash of the picture
-  std::uint64_t thrown = 0;    ///< packets that the driver has discarded since the buffer before, in frames' worth
-  bool duplicated = false;     ///< since the buffer before, packets arrived twice within one frame
+  std::uint64_t content = 0;   ///< hash of a sample of the picture
+  /// Hash of all of a picture whose `content` is that of the buffer before; 0: it differs, or may repeat.
+  std::uint64_t whole = 0;
+  std::uint64_t thrown = 0;  ///< packets that the driver has discarded since the buffer before, in frames' worth
+  bool duplicated = false;   ///< since the buffer before, packets arrived twice within one frame
 };
 
 /// kNew: a new and whole picture, the only one that is used. kIncomplete, kWrongSize, kWrongFormat: not whole, or not
 /// of the agreed shape, whatever its id. kStale: it was seen before, is older than the last new one, or has no id.
-/// kImplausible: its id or time does not continue the camera's.
-enum class Verdict { kNew, kIncomplete, kWrongSize, kWrongFormat, kStale, kImplausible };
+/// kImplausible: its id or time does not continue the camera's. kRepeated: they do, but the picture equals the four
+/// before it to the byte, which noise does not: a frozen source.
+enum class Verdict { kNew, kIncomplete, kWrongSize, kWrongFormat, kStale, kImplausible, kRepeated };
 
 struct Judgement {
   Verdict verdict = Verdict::kIncomplete;
-  // The rest is valid for kNew only.
+  // The rest is valid for kNew and kRepeated only.
   std::uint64_t frameNumber = 0;  ///< from 1; jumps where ids show that frames were rejected or never arrived
   std::uint64_t missing = 0;      ///< frames since the last new one that never arrived, or only at the driver
   bool discontinuity = false;     ///< the frame number jumped, or the ids or the camera's clock start afresh
@@ -64,7 +67,8 @@ class FrameGate {
   /// Judges the next buffer; must be called for every buffer in the order of arrival. Of the whole pictures of the
   /// agreed shape that were not seen before, the first is new, and so is each whose id and time continue the last new
   /// one. Others are held back as kStale or kImplausible, until three in a row continue each other and none that
-  /// continues the last new one has come meanwhile: the third is new, on a new timeline.
+  /// continues the last new one has come meanwhile: the third is new, on a new timeline. Of new ones that equal each
+  /// other (Arrival::whole), the fifth and all later ones are kRepeated.
   Judgement judge(const Arrival& arrival);
 
   /// Notes that the camera was opened again: the next whole picture of the agreed shape that was not seen before is new
@@ -99,6 +103,7 @@ class FrameGate {
   static std::int64_t frameTime(const Track& track);
   static std::int64_t longestMean(const Track& track);
   static std::int64_t elapsed(const Track& from, const Track& to);
+  Judgement judgeOrder(const Arrival& arrival);
   Judgement acceptNext(const Arrival& arrival, Fit fit);
   Judgement acceptCandidate(const Arrival& arrival);
   Judgement accept(const Track& next, std::uint64_t step, bool newTimeline, bool jumped);
@@ -120,10 +125,13 @@ class FrameGate {
   bool duplicated_ = false;           ///< likewise
   std::vector<Seen> history_;         ///< the last whole pictures, a ring
   std::size_t historyCount_ = 0;
+  std::uint64_t whole_ = 0;  ///< of the last picture in order; 0: it differed from the one before
+  int equal_ = 0;            ///< pictures in order that equal each other, with the last one
+  bool isRepeated_ = false;  ///< the last picture in order was
 };
 
-/// Counts one judgement in the ledger: as received, and by its verdict; for a new picture also Judgement::missing and
-/// `doubted`.
+/// Counts one judgement in the ledger: as received, and by its verdict; for one in order also Judgement::missing, for a
+/// new one `doubted`.
 void count(const Judgement& judgement, Ledger& ledger);
 
 }  // namespace tractiond::capture

@@ -19,6 +19,12 @@ constexpr nanoseconds kLinkCheck{500'000'000};
 constexpr nanoseconds kLate{1'000'000'000};
 /// Closing a dead camera takes seconds; the next try to open it does not wait for that.
 constexpr milliseconds kPatience{200};
+/// The log is told of repetitions no more often: a source may show each of its pictures several times.
+constexpr nanoseconds kRemark{60'000'000'000};
+constexpr const char* kRepeats =
+    "it sends one picture again and again, equal to the byte, which noise never is: the camera's encoder, or the "
+    "program "
+    "that supplies the pictures, hangs; restart it, or set camera.stills = true if still pictures are meant";
 /// The next turn is due.
 constexpr std::int64_t kAtOnce = 0;
 
@@ -201,6 +207,7 @@ std::int64_t Keeper::accompany() {
   begin(rules_.slowest);
   handleAnswers();
   if (!lent_) return lose();
+  showRepetition();
   if (stop_.stop_requested()) return clock_() + kLinkCheck.count();  // the capture thread gives it back in its own time
   doubtedThen_ns_ = doubted_;
   if (doubtedThen_ns_ != -1) {
@@ -318,6 +325,16 @@ void Keeper::show(CameraState now, const std::string& why) {
   newest_.state = now;
   if (!why.empty() || now == CameraState::kStreaming) newest_.why = why;
   vitals_.put(newest_);  // while the other side takes one, the next check brings it
+}
+
+void Keeper::showRepetition() {
+  const bool repeats = repeats_.load(std::memory_order_relaxed);
+  if (repeats == newest_.repeats) return;
+  newest_.repeats = repeats;
+  show(CameraState::kStreaming, repeats ? kRepeats : before_->waits());
+  if (!repeats || clock_() < nextRemark_ns_) return;
+  nextRemark_ns_ = clock_() + kRemark.count();
+  tell(LogLevel::kWarning, "camera " + before_->name.id + ": " + kRepeats);
 }
 
 void Keeper::tell(LogLevel level, const std::string& line) {

@@ -29,6 +29,7 @@ struct CameraRules {
   /// another size or format. Incomplete frames do not count as a loss. 0: only if the camera says so.
   int silenceTimeout_ms = 2000;
   int buffers = 10;                           ///< that the driver has; the frame gate remembers more pictures
+  bool stills = false;                        ///< whether pictures that repeat are meant, and used
   std::chrono::milliseconds slowest{30'000};  ///< time after which a call of the driver counts as hanging
   std::int64_t (*clock)() = monotonicNow;     ///< returns the time of arrivals [ns]; waits are in real time
 };
@@ -79,6 +80,8 @@ class Keeper {
   /// Requests a liveness check of the camera (Driver::doubt()), as nothing has arrived since `arrival_ns`, by
   /// CameraRules::clock. A request during a check is dropped.
   void doubt(std::int64_t arrival_ns);
+  /// Tells whether the newest picture is a repetition (Verdict::kRepeated); vitals and log say it within half a second.
+  void noteRepetition(bool repeats) { repeats_.store(repeats, std::memory_order_relaxed); }
   /// Returns whether the camera has failed the liveness check that doubt(arrival_ns) requested.
   bool isUnanswered(std::int64_t arrival_ns) const { return unanswered_ == arrival_ns; }
   /// Returns whether the camera is to be given back because of reopen(): true from reopen() until the keeper begins to
@@ -148,6 +151,7 @@ class Keeper {
   void renew();
   void refuseQuestion(const std::string& why);
   void show(CameraState now, const std::string& why);
+  void showRepetition();
   void tell(LogLevel level, const std::string& line);
   void tellOf(const CameraInfo& opened);
 
@@ -174,7 +178,8 @@ class Keeper {
   std::int64_t doubtedThen_ns_ = -1;         ///< arrival of the last liveness check
   std::string doubtWhy_;
   CameraVitals newest_;
-  CameraLink linkBefore_;  ///< of the sessions before
+  std::int64_t nextRemark_ns_ = 0;  ///< before then the log is not told again of repetitions
+  CameraLink linkBefore_;           ///< of the sessions before
 
   // Between the threads.
   std::atomic<Driver*> offered_{nullptr};
@@ -183,7 +188,8 @@ class Keeper {
   std::atomic<Loss> loss_{Loss::kReopened};
   std::atomic<std::int64_t> doubted_{-1};     ///< arrival [ns] of the requested liveness check; -1: none
   std::atomic<std::int64_t> unanswered_{-1};  ///< arrival [ns] of the last liveness check that failed; -1: none
-  std::atomic<std::int64_t> due_ns_{0};       ///< the keeper hangs if its next turn has not begun by then
+  std::atomic<bool> repeats_{false};
+  std::atomic<std::int64_t> due_ns_{0};  ///< the keeper hangs if its next turn has not begun by then
   std::atomic<CameraState> state_{CameraState::kUnknown};
   std::atomic<bool> refusedLast_{false};
   std::atomic<bool> renewing_{false};  ///< `openNext_` is set

@@ -130,10 +130,10 @@ struct Publisher::Impl {
       return interval_s > 0.0 ? count / interval_s : 0.0;
     };
     traction::v1::Status& status = wire.status();
-    if (measure) measure(status);
     status.set_uptime_s(static_cast<double>(heading.sent_ns - started_ns) * 1e-9);
     status.mutable_rates()->set_received_hz(rate(ledger.received.get(), receivedBefore));
     status.mutable_rates()->set_published_hz(rate(sequences[kField], publishedBefore));
+    if (measure) measure(status);  // which goes by the rates
     status.set_residual_px(residuals == 0 ? 0.0 : std::sqrt(residualSquares_px2 / static_cast<double>(residuals)));
     status.mutable_solving()->CopyFrom(solving);
     residuals = 0;

@@ -22,7 +22,8 @@ using CameraLink = traction::v1::CameraLink;
 
 struct CameraVitals {
   CameraState state = CameraState::kUnknown;
-  std::string why;  ///< why the camera does not stream, or what it waits for; empty: not known, or nothing
+  std::string why;       ///< why the camera does not stream, or what it waits for; empty: not known, or nothing
+  bool repeats = false;  ///< it streams, and sends one picture again and again, as `why` says
   CameraLink link;
 };
 

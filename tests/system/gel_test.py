@@ -2,6 +2,7 @@
 and the daemon says what it sees instead."""
 
 import json
+import os
 import pathlib
 import unittest
 
@@ -86,6 +87,29 @@ class Gel(rig.TestCase):
                 self.assertEqual(code, 0, output)
                 with Image.open(picture) as image:
                     self.assertEqual((image.size, image.mode), ((640, 480), "RGB"))
+
+    def test_a_source_that_repeats_its_last_picture_measures_nothing(self):
+        scene, = projector.scenes(self.bench, "idle", [(0, 1)])
+        pictures = projector.Projector(self.bench, scene)
+        daemon = self.bench.daemon(pictures.CONFIG + MECHANICS, "--images", pictures.pipe, camera=None)
+        fields = self.bench.subscribe(daemon, "traction/v1/default/field/")
+        fields.collect(1)
+        pictures.show(scene[:1])
+        daemon.wait_for("warning: camera images: it sends one picture again and again")
+        # In a status that tells it, a second without a field has passed.
+        code, output = self.status_where(daemon, lambda status: status["camera_why"] and status["rates"]["published_hz"] == 0)
+        self.assertEqual(code, os.EX_NOINPUT, output)
+        self.assertIn("the camera sends nothing new: it sends one picture again and again", output)
+        ledger = json.loads(output.splitlines()[0])["ledger"]
+        self.assertGreater(ledger["repeated"], 0)
+        code, output = self.status_where(daemon, lambda status: status["ledger"]["repeated"] > ledger["repeated"] + 60)
+        more = json.loads(output.splitlines()[0])["ledger"]["published"] - ledger["published"]
+        print(f"\n  a program repeats its last picture: {more} fields of {ledger['repeated']} repeated pictures and all that follow, and the "
+              "status says why; right: 0", end=" ", flush=True)
+        self.assertEqual(more, 0)
+        pictures.show(scene)
+        self.status_where(daemon, lambda status: not status["camera_why"] and status["ledger"]["published"] > ledger["published"])
+        self.assertEqual(daemon.stop(), 0, daemon.output())
 
     def test_a_snapshot_shows_the_picture_and_what_was_found_in_it(self):
         daemon = self.daemon()

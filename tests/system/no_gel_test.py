@@ -53,7 +53,7 @@ class NoGel(rig.TestCase):
 
     def with_pictures(self, *options, **more):
         pictures = projector.Projector(self.bench, [PICTURE])
-        camera = f'[camera]\nwidth_px = {WIDTH}\nheight_px = {HEIGHT}\npixel_format = "Mono8"\n'
+        camera = f'[camera]\nwidth_px = {WIDTH}\nheight_px = {HEIGHT}\npixel_format = "Mono8"\nstills = true\n'
         return self.bench.daemon(NO_GEL + camera, "--images", pictures.pipe, *options, camera=None, **more)
 
     def test_pictures_of_any_size_are_seen_and_each_frame_is_accounted_for(self):

@@ -23,6 +23,29 @@ TEST_F(FrameGateTest, TakesIdZeroFromUsbOnly) {
   for (int i = 0; i < 10; ++i) EXPECT_EQ(usb.judge(other.take()).verdict, Verdict::kNew);
 }
 
+TEST_F(FrameGateTest, TakesNoFifthPictureThatEqualsTheOnesBeforeUntilOneDiffers) {
+  SimulatedCamera camera(65'000);
+  std::uint64_t number = 0;
+  const auto take = [&](std::uint64_t whole, Verdict expected) {
+    Arrival arrival = camera.take();
+    arrival.whole = whole;
+    const Judgement judgement = judge(arrival);
+    EXPECT_EQ(judgement.verdict, expected);
+    EXPECT_EQ(judgement.frameNumber, ++number);
+    EXPECT_EQ(judgement.missing, 0U);
+    return judgement;
+  };
+  for (const std::uint64_t whole : {0, 7, 7, 7}) take(whole, Verdict::kNew);
+  constexpr std::uint64_t kFrozen = 40'000;  // longer than ids of 16 bits tell apart
+  for (std::uint64_t i = 0; i < kFrozen; ++i) take(7, Verdict::kRepeated);
+  EXPECT_TRUE(take(8, Verdict::kNew).discontinuity) << "only the sample is the same";
+  for (const std::uint64_t whole : {8, 8, 8}) EXPECT_FALSE(take(whole, Verdict::kNew).discontinuity);
+  take(8, Verdict::kRepeated);
+  EXPECT_TRUE(take(0, Verdict::kNew).discontinuity);
+  EXPECT_EQ(ledger_.repeated.get(), kFrozen + 1);
+  EXPECT_EQ(ledger_.losses(), kFrozen + 1);
+}
+
 TEST_F(FrameGateTest, CountsWhatNeverArrivedApartFromWhatArrivedBroken) {
   SimulatedCamera camera(1);
   stream(camera, 5);

@@ -36,6 +36,7 @@ struct Script {
   std::int64_t (*clock)() = monotonicNow;
   std::atomic<bool> callsHang{false}, isCalled{false};  // serve() and link(), as Aravis's do of a dead camera
   std::uint64_t id = 0;
+  bool isFrozen = false;  ///< shows one picture
 };
 
 class ScriptedDriver : public Driver {
@@ -62,7 +63,7 @@ class ScriptedDriver : public Driver {
     if (popped != Popped::kBuffer) return popped;
     buffer.arrival = {
         .complete = true, .shape = info_.shape, .id = ++script_.id, .device_ns = 0, .host_ns = script_.clock()};
-    picture_[0] = static_cast<std::uint8_t>(script_.id);
+    picture_[0] = static_cast<std::uint8_t>(script_.isFrozen ? 7 : script_.id);
     buffer.data = picture_.data();
     buffer.handle = &script_;
     return Popped::kBuffer;
@@ -230,6 +231,29 @@ TEST_F(OddCamera, MayBeSilentWhileItWaitsForItsTrigger) {
   ASSERT_TRUE(test::eventually([&] { return camera_->takeVitals(vitals); }));
   EXPECT_EQ(vitals.state, CameraState::kStreaming);
   EXPECT_THAT(vitals.why, HasSubstr("waits for triggers (TriggerMode is On)"));
+}
+
+TEST_F(OddCamera, SaysThatItsPicturesRepeatAndThatTheyDoNoMore) {
+  open();
+  Frame frame;
+  CameraVitals vitals;
+  const auto says = [&](bool frozen) {
+    {
+      const std::lock_guard lock(script_.mutex);
+      script_.isFrozen = frozen;
+    }
+    return test::eventually([&] {
+      tell({Popped::kBuffer});
+      if (camera_->next(frame, milliseconds(5)) == Next::kFrame) camera_->recycle(frame);
+      camera_->takeVitals(vitals);
+      return vitals.state == CameraState::kStreaming && vitals.repeats == frozen;
+    });
+  };
+  ASSERT_TRUE(says(true));
+  EXPECT_THAT(vitals.why, HasSubstr("camera.stills = true"));
+  EXPECT_THAT(said(), Contains(HasSubstr("camera Odd: it sends one picture again and again")));
+  ASSERT_TRUE(says(false));
+  EXPECT_EQ(vitals.why, "");
 }
 
 TEST_F(OddCamera, IsLostInTimeWhileACallOfItsDriverHangs) {

@@ -41,7 +41,7 @@ class PipeDriverTest : public testing::Test {
   /// Takes all pictures until the end, and returns their number.
   int takeAll() {
     int got = 0;
-    auto camera = Camera::open(fromPipe(options_), {.wait = false}, ledger_);
+    auto camera = Camera::open(fromPipe(options_), {.wait = false, .stills = options_.stills}, ledger_);
     EXPECT_TRUE(camera) << camera.error().message();
     Frame frame;
     for (Next next = Next::kTimeout; next != Next::kEnd;) {
@@ -89,6 +89,31 @@ TEST_F(PipeDriverTest, PictureUnderWayIsNotMixedWithOneThatIsGivenBack) {
   for (Frame& frame : held) (*camera)->recycle(frame);
   camera->reset();
   close(ends_[1]);
+}
+
+TEST_F(PipeDriverTest, OnePictureAgainAndAgainIsUsedOnlyWhereStillsAreMeant) {
+  std::vector<std::uint8_t> still(1200);
+  std::mt19937_64 random(test::seed());
+  for (std::uint8_t& byte : still) byte = static_cast<std::uint8_t>(random());
+  std::vector<std::uint8_t> other = still;
+  other[10] ^= 1U;  // outside of the places that are compared first
+  const std::vector<std::uint8_t> dark(1200, 0), bright(1200, 0xff), grey(1200, 90);
+  const auto show = [&](const std::vector<std::uint8_t>& picture, int times) {
+    for (int i = 0; i < times; ++i) ASSERT_EQ(write(ends_[1], picture.data(), picture.size()), 1200);
+  };
+  for (const bool stills : {false, true}) {
+    options_.stills = stills;
+    show(still, 9);
+    show(other, 3);
+    show(still, 1);
+    for (const auto& picture : {dark, bright, grey}) show(picture, 7);
+    close(ends_[1]);
+    EXPECT_EQ(takeAll(), stills ? 34 : 4 + 3 + 1 + 7 + 7 + 4);
+    EXPECT_EQ(ledger_.repeated.get(), 8U) << "a lens cap repeats without a fault";
+    close(ends_[0]);
+    ASSERT_EQ(pipe(ends_), 0);
+    options_.images = "/dev/fd/" + std::to_string(ends_[0]);
+  }
 }
 
 TEST_F(PipeDriverTest, NamesThePictureInWhichItEnds) {

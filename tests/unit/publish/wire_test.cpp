@@ -175,11 +175,11 @@ TEST(Wire, StatusHoldsTheWholeLedgerAndItsSum) {
   std::uint64_t n = 0;
   for (Counter* loss : {&ledger.incomplete, &ledger.wrongSize, &ledger.wrongFormat, &ledger.stale, &ledger.implausible,
                         &ledger.evictedBeforeTrack, &ledger.noRestPose, &ledger.evictedBeforeSolve,
-                        &ledger.evictedBeforePublish, &ledger.discardedAtStop, &ledger.noGel}) {
+                        &ledger.evictedBeforePublish, &ledger.discardedAtStop, &ledger.noGel, &ledger.repeated}) {
     loss->add(++n);
   }
   ledger.published.add(1000);
-  ledger.received.add(1000 + 66 + 3);
+  ledger.received.add(1000 + 78 + 3);
   ledger.missing.add(11);
   ledger.reconnects.add(12);
   ledger.doubted.add(13);
@@ -194,12 +194,13 @@ TEST(Wire, StatusHoldsTheWholeLedgerAndItsSum) {
   EXPECT_EQ(message.uptime_s(), 6.0);
   EXPECT_EQ(message.camera(), pb::CAMERA_STATE_STREAMING);
   const pb::Ledger& account = message.ledger();
-  EXPECT_EQ(account.received(), 1069U);
+  EXPECT_EQ(account.received(), 1081U);
   EXPECT_EQ(account.published(), 1000U);
   EXPECT_EQ(account.in_flight(), 3U);
   EXPECT_EQ(account.incomplete(), 1U);
   EXPECT_EQ(account.evicted_before_publish(), 9U);
   EXPECT_EQ(account.no_gel(), 11U);
+  EXPECT_EQ(account.repeated(), 12U);
   EXPECT_EQ(account.missing(), 11U);
   EXPECT_EQ(account.reconnects(), 12U);
   EXPECT_EQ(account.doubted(), 13U);
