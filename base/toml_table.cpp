@@ -106,6 +106,11 @@ TomlTable::TomlTable(std::shared_ptr<Document> document, const void* node, std::
 tl::expected<TomlTable, FileError> TomlTable::parse(std::string_view text, const std::string& file) {
   auto document = std::make_shared<Document>();
   document->file = file;
+  // Any ASCII character in UTF-16 has such a byte. The parser skips the byte order mark of UTF-8.
+  if (text.find('\0') != std::string_view::npos) {
+    return tl::unexpected(
+        FileError{file, "has bytes that are 0, as in UTF-16 (\"Unicode\" in old Notepads): save it as UTF-8"});
+  }
   if (const int line = lineOfEndlessKey(text); line > 0) {
     return tl::unexpected(FileError{file + ":" + std::to_string(line),
                                     "has a key of more than " + std::to_string(kMostParts) + " parts"});

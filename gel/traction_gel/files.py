@@ -37,8 +37,10 @@ KEYS = {
 def read(path):
     """Reads and checks an input file. Camera, uncertainty and picture motion are passed on: tractiond checks them."""
     try:
-        with open(path, "rb") as file:
-            task = tomllib.load(file)
+        text = pathlib.Path(path).read_bytes()
+        if b"\0" in text:
+            raise Problem(f'{path} has bytes that are 0, as in UTF-16 ("Unicode" in old Notepads): save it as UTF-8')
+        task = tomllib.loads(text.decode("utf-8-sig"))
     except OSError as error:
         raise Problem(f"{path} cannot be read: {error.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

@@ -34,7 +34,7 @@ def load_keys(path: str | os.PathLike[str], server_key: str = "") -> Keys:
     try:
         with open(path, "rb") as file:
             mode, owner = os.fstat(file.fileno()).st_mode, os.fstat(file.fileno()).st_uid
-            table: dict[str, Any] = tomllib.load(file)
+            table: dict[str, Any] = tomllib.loads(file.read().decode("utf-8-sig"))
     except (OSError, ValueError) as error:
         raise BadKeys(f"{path}: {error}") from None
     if stat.S_IMODE(mode) & (0o037 if owner == 0 else 0o077):  # root's file may be read by its group: the gateway's

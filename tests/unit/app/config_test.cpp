@@ -26,6 +26,20 @@ std::string errorOf(const std::string& text) {
   return config.error().message();
 }
 
+TEST(Config, OfAnyWindowsEditorIsReadOrRefusedByItsEncoding) {
+  const std::string text = "[sensor]\nname = \"left\"\n";
+  EXPECT_EQ(parsed("\xEF\xBB\xBF" + text)->sensor.name, "left");
+  std::string little, big;
+  for (const char c : text) {
+    little += {c, '\0'};
+    big += {'\0', c};
+  }
+  for (const std::string& wide : {"\xFF\xFE" + little, "\xFE\xFF" + big, little}) {
+    EXPECT_NE(errorOf(wide).find("as in UTF-16 (\"Unicode\" in old Notepads): save it as UTF-8"), std::string::npos)
+        << errorOf(wide);
+  }
+}
+
 TEST(Config, FalseAlarmsAreThoseAtTheCamerasRate) {
   EXPECT_EQ(parsed("")->solve.frameRate_Hz, 60.0);
   EXPECT_EQ(parsed("[camera]\nframe_rate_hz = 120\n")->solve.frameRate_Hz, 120.0);

@@ -274,6 +274,14 @@ class Fingertip(unittest.TestCase):
             self.assertEqual(cli.main("1", ["mesh", str(self.write(fingertip()))]), 70)
         self.assertRegex(errors.getvalue(), r"^traction-gel: unexpected: zero-size array \(ValueError in .*\n$")
 
+    def test_a_file_of_any_windows_editor_is_read_or_refused_by_its_encoding(self):
+        for text in (SHIPPED.read_text(encoding="utf-8").encode("utf-8-sig"), SHIPPED.read_bytes().replace(b"\n", b"\r\n")):
+            (self.folder / "marked.toml").write_bytes(text)
+            self.assertEqual(files.read(self.folder / "marked.toml")["shape"], files.read(SHIPPED)["shape"])
+        (self.folder / "wide.toml").write_bytes(SHIPPED.read_text(encoding="utf-8").encode("utf-16"))
+        with self.assertRaisesRegex(Problem, "wide.toml has bytes that are 0, as in UTF-16 .*: save it as UTF-8"):
+            files.read(self.folder / "wide.toml")
+
     def test_wrong_input_is_refused_with_what_is_wrong(self):
         for tables, said in (
             ({"material": {"poisson_ratio": 0.5}}, "poisson_ratio"),
