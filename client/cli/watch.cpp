@@ -1,5 +1,6 @@
 #include "client/cli/commands.h"
 #include "client/cli/notes.h"
+#include "client/show/health.h"
 #include "client/show/output.h"
 #include "client/show/picture.h"
 #include "client/show/receiver.h"
@@ -8,9 +9,12 @@
 
 #include <sysexits.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <thread>
+#include <utility>
+#include <vector>
 
 namespace traction::client {
 
@@ -35,8 +39,8 @@ Scene loop(Receiver& receiver, double seconds, Clock::duration step, Step&& show
 }
 
 /// Runs the live view; unless isTerminal(), prints summary() once per second instead, and at once when the reason why
-/// there is no field changes. Returns after `seconds`, on a signal, or when the key q is pressed in the live view.
-/// Receives fields, descriptions and the status, whatever `options.topics` is.
+/// there is no field changes; a note on the zero once, on standard error. Returns after `seconds`, on a signal, or when
+/// the key q is pressed in the live view. Receives fields, descriptions and the status, whatever `options.topics` is.
 /// \param seconds kForever: no limit
 /// \throws Error kNoAnswer if no publisher is found in the first 3 s; later it waits for the daemon's return
 void watch(const SubscriberOptions& options, double seconds) {
@@ -58,6 +62,7 @@ void watch(const SubscriberOptions& options, double seconds) {
   } else {
     if (const std::string hint = viewHint(); !hint.empty()) std::fprintf(stderr, "tractionctl: %s\n", hint.c_str());
     std::optional<std::string> printed;  // the trouble in the last line
+    bool hasNote = false;
     Clock::time_point due;
     last = loop(receiver, seconds, kPicture, [&](const Scene& scene, Clock::time_point now, Clock::duration left) {
       expectReader();
@@ -67,6 +72,12 @@ void watch(const SubscriberOptions& options, double seconds) {
         due = now + 1s;
         printed = trouble;
         if (!printLine(summary(scene, nanoseconds(now)))) return false;
+        const std::vector<Problem> all = problems(scene, nanoseconds(now));
+        const auto isNote = [](const Problem& one) { return one.health == Health::kMeasuring; };
+        const auto note = std::find_if(all.begin(), all.end(), isNote);
+        if (note != all.end() && !std::exchange(hasNote, true))
+          std::fprintf(stderr, "tractionctl: note: %s; with nothing on the gel, tractionctl zero takes one that is\n",
+                       note->what.c_str());
       }
       std::this_thread::sleep_for(left);
       return true;

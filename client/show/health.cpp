@@ -79,8 +79,10 @@ std::vector<Problem> problems(const Scene& scene, std::int64_t now_ns) {
   if (scene.restarted_ns != 0 && now_ns - scene.restarted_ns < kRestartIsNews_ns)
     add(all, Health::kDoubtful, "tractiond restarted");
   if (trouble.what.empty()) {
-    for (const std::string& flag : words(scene.recentFlags(now_ns)))
-      if (all.empty() || all.front().what != flag) add(all, Health::kDoubtful, flag);
+    for (const FlagText& flag : kFlagTexts) {
+      if ((scene.recentFlags(now_ns) & flag.flag) == 0 || (!all.empty() && all.front().what == flag.words)) continue;
+      add(all, flag.flag == kZeroUnverified ? Health::kMeasuring : Health::kDoubtful, flag.words);
+    }
   }
   if (scene.status) addDoubts(*scene.status->message, trouble.what, all);
   return all;

@@ -20,9 +20,9 @@ enum class Health {
 /// Returns "measuring", "doubtful", "no_forces" or "no_fields".
 const char* nameOf(Health health);
 
-/// Something that is wrong.
+/// Something that is wrong, or worth a note.
 struct Problem {
-  Health health = Health::kDoubtful;  ///< at best, as long as this is wrong
+  Health health = Health::kDoubtful;  ///< at best, as long as this is so; kMeasuring: worth a note, and not wrong
   std::string what;                   ///< printable: "the camera is lost, no field for 12.3 s"
 };
 
@@ -36,8 +36,8 @@ std::vector<Problem> problems(const v1::Status& status);
 
 /// Returns everything that is wrong now, most important first, by the messages that have come; empty: nothing.
 /// kNoFields: Scene::trouble(). kNoForces: the newest field is not valid. kDoubtful: a restart of the daemon in the
-/// last 10 s, recent flags, and what is doubtful in the last status.
-/// \param now_ns CLOCK_MONOTONIC
+/// last 10 s, recent flags, and what is doubtful in the last status. kMeasuring: the zero is not verified, as after
+/// each first start. \param now_ns CLOCK_MONOTONIC
 std::vector<Problem> problems(const Scene& scene, std::int64_t now_ns);
 
 /// Returns the health of an instrument with these problems: the worst of theirs, kMeasuring if there are none.

@@ -160,9 +160,10 @@ DrawnField drawField(Canvas& canvas, const Scene& scene, const Layout& layout, i
   int next = column + 2;
   const std::vector<Problem> wrong = problems(scene, now_ns);
   for (const Problem& one : wrong) {
-    if (one.health != Health::kDoubtful) continue;
+    const bool isNote = one.health == Health::kMeasuring;
+    if (!isNote && one.health != Health::kDoubtful) continue;
     if (next + columnsOf(one.what) + 5 > column + layout.width()) break;
-    next = canvas.text(next, row, " ! " + one.what + " ", kWarning);
+    next = canvas.text(next, row, (isNote ? " " : " ! ") + one.what + " ", isNote ? kDim : kWarning);
   }
   const int left = column + 1, top = row + 1;
   canvas.fill(left, top, layout.width() - 2, layout.height() - 2, {kPlain.ink, shade(0.0)});

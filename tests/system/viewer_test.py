@@ -184,7 +184,7 @@ class Viewer(TestCase):
         flags = json.load(urllib.request.urlopen(view.url + "sensors"))["flags"]
         self.assertEqual(flags["torn"], "picture torn")
         connection = self.upgrade(view, "/stream/0?topics=health")
-        for health, words in (("doubtful", "zero not verified"), ("no_fields", "the camera is lost")):
+        for health, words in (("measuring", "zero not verified"), ("no_fields", "the camera is lost")):
             told = {"health": "", "problems": []}
             while told["health"] != health or not any(one.startswith(words) for one in told["problems"]):
                 told = json.loads(self.heard(connection, "view/health"))

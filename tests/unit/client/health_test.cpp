@@ -102,5 +102,19 @@ TEST(Health, WatchAndTopShowTheSameProblems) {
   EXPECT_EQ(health(), Health::kNoFields);
 }
 
+// It is so after each first start: no line of a newcomer's first demo warns of it.
+TEST(Health, AZeroThatNobodyRequestedIsANoteAndNoWarning) {
+  test::Instrument one;
+  one.status = measuring();
+  one.sendStatus();
+  one.flags = kZeroUnverified;
+  one.field();
+  const std::vector<Problem> found = problems(one.watched.scene, one.now);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found.front().what, "zero not verified");
+  EXPECT_EQ(healthOf(found), Health::kMeasuring);
+  EXPECT_FALSE(test::has(one.line(), "!")) << one.line();
+}
+
 }  // namespace
 }  // namespace traction::client::health_test
