@@ -8,6 +8,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -93,12 +94,19 @@ void GelWatch::watchFirstZero(std::int64_t now_ns) {
   const MarkerSight::FirstZero& first = sight_.firstZero;
   const int needed = tracker_.zeroFrames();
   noZero_.clear();
-  if (first.frames <= kZeroWithin * needed) return;
   const bool isThere = sight_.layers[0].inZero > 0, isFirstLine = noZeroLoggedAt_ns_ == 0;
-  if (isThere && !isFirstLine) return;
   const track::ZeroState state = tracker_.zeroState();
+  const bool isUnsteady = state == track::ZeroState::kUnsteady && first.changedOver > 0 && !isThere;
+  if (first.frames <= kZeroWithin * needed && !isUnsteady) return;
+  if (isThere && !isFirstLine) return;
+  const bool isBrightness = std::abs(first.brighter) >= std::abs(first.moreContrast);
+  const float change = isBrightness ? first.brighter : first.moreContrast;
   const std::string why =
-      state == track::ZeroState::kTooFew || state == track::ZeroState::kTorn
+      isUnsteady ? fmt::format("waiting: {} still {} by {:.0f} % over {} pictures; lamp, exposure and gain must be "
+                               "steady",
+                               isBrightness ? "brightness" : "contrast", change > 0.0F ? "rises" : "falls",
+                               100.0F * std::abs(change), first.changedOver)
+      : state == track::ZeroState::kTooFew || state == track::ZeroState::kTorn
           ? track::describe(state)
           : fmt::format("at most {} pictures in a row were still, and {} are needed: keep the gel untouched and the "
                         "camera still, or lower track.zero_frames",

@@ -23,6 +23,9 @@ struct MarkerSight {
   struct FirstZero {
     int frames = 0;     ///< frames in which markers were found while there was no zero
     int mostStill = 0;  ///< most of them in a row without motion
+    // Of those that were given up last because their light had a trend.
+    float brighter = 0.0F, moreContrast = 0.0F;  ///< change over them, share of the mean
+    int changedOver = 0;                         ///< number of them
   };
   FirstZero firstZero;
 };

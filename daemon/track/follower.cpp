@@ -84,7 +84,7 @@ bool Follower::findMarkers(bool discontinuity) {
     layer.otherPlane = planes.other(layer.index);
   }
   errors_.setUnit(layers_.front().plane.unit);
-  if (seeksAll_ && !reference_.appearance.isKnown && following_) {
+  if (!reference_.appearance.isKnown && following_) {
     learnAppearance(std::vector<std::uint8_t>(valid_));
     errors_.forgetShape();
     newAppearance_ = true;
@@ -198,7 +198,7 @@ void Follower::follow() {
   }
   if (std::exchange(newAppearance_, false)) {
     errors_.learnShape(centres_, valid_);
-    if (seeksAll_) errors_.learnOwnShapes(centres_, valid_);
+    if (seeksAll_ || !reference_.isZero) errors_.learnOwnShapes(centres_, valid_);
   }
   finishFrame(false);
 }

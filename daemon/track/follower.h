@@ -69,7 +69,7 @@ class Follower {
   void exchangeAppearance(Appearance& other);
 
   /// Makes findMarkers() learn the appearance, with cross-talk and each marker's own shape, from the next picture in
-  /// which markers are found. From now on also seeks the markers that the reference lacks.
+  /// which markers are found. With a zero, from now on also seeks the markers that it lacks.
   void learnAnew();
 
   /// Learns from the markers found in the last picture how much they differ from discs. Spots that differ more are

@@ -39,7 +39,7 @@ void Follower::exchangeAppearance(Appearance& other) {
 
 void Follower::learnAnew() {
   reference_.appearance.isKnown = false;
-  seeksAll_ = true;
+  seeksAll_ = reference_.isZero;
   acquireIn_ = 0;
 }
 

@@ -35,7 +35,7 @@ enum class Outcome {
 
 /// Thread-bound, except for the functions marked thread-safe. track() allocates nothing, except in the first frame of a
 /// pixel format and in frames in which it learns the markers' appearance: the first in which markers are found, and the
-/// first after requestZero().
+/// first after requestZero(), or after frames that a zero gave up because of a trend in their light.
 ///
 /// A requested zero is a candidate: a second follower learns the appearance, and the zero is taken from its places,
 /// while the first one continues with the zero in force. A refused candidate leaves no trace.
@@ -126,8 +126,8 @@ class Tracker final : public ZeroTracker {
   ZeroTaker taker_;
   PixelNoise pixelNoise_;
   bool taking_ = false, takingRequested_ = false;
-  int tornWhileTaking_ = 0;
-  RestPose pose_;  ///< in the making, or waiting for the mailbox
+  int discarded_ = 0;  ///< frames of the zero that were torn, or came before a new begin
+  RestPose pose_;      ///< in the making, or waiting for the mailbox
   bool poseWaits_ = false;
   std::atomic<ZeroState> zeroState_{ZeroState::kNone};
   Mailbox<RestPose> finished_;

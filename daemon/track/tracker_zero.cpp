@@ -40,7 +40,7 @@ void Tracker::noteRequest() {
 void Tracker::beginZero(bool requested) {
   taking_ = true;
   takingRequested_ = requested;
-  tornWhileTaking_ = 0;
+  discarded_ = 0;
   taker_.start();
   pixelNoise_.start();
 }
@@ -60,7 +60,7 @@ void Tracker::takeZero(const FrameInfo& info) {
   MarkerSight::FirstZero& first = sight_.firstZero;
   if (isFirst) ++first.frames;
   if (follower.torn()) {
-    if (++tornWhileTaking_ > options_.zeroFrames) state = ZeroState::kTorn;
+    if (++discarded_ > options_.zeroFrames) state = ZeroState::kTorn;
   } else {
     for (const Follower::Layer& layer : follower.layers()) {
       pixelNoise_.add(layer.plane, layer.lattice.first, Follower::ofLayer(follower.place_px(), layer),
@@ -70,6 +70,21 @@ void Tracker::takeZero(const FrameInfo& info) {
   }
   if (isFirst) first.mostStill = std::max(first.mostStill, taker_.stillFrames());
   if (state == ZeroState::kTaking) return;
+  if (state == ZeroState::kUnsteady) {
+    // The appearance was learned in other light, too.
+    (takingRequested_ ? candidate_ : follower_).learnAnew();
+    discarded_ += taker_.frames();
+    if (isFirst) {
+      first.brighter = static_cast<float>(taker_.brightness().share());
+      first.moreContrast = static_cast<float>(taker_.contrast().share());
+      first.changedOver = taker_.frames();
+    }
+    if (takingRequested_ && discarded_ <= options_.zeroFrames) {
+      taker_.start();
+      pixelNoise_.start();
+      return;
+    }
+  }
   taking_ = false;
   if (std::exchange(forgo_, false)) cancelZero();
   const bool stillAsked = report(state);

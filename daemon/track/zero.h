@@ -1,4 +1,4 @@
-// Takes the rest pose: averages the markers over N frames if they keep still.
+// Takes the rest pose: averages the markers over N frames if they and their light keep still.
 #pragma once
 
 #include "daemon/records/marker_field.h"
@@ -20,6 +20,7 @@ enum class ZeroState {
   kMoving,       ///< refused: markers moved more than their noise while the frames were taken
   kTooFew,       ///< refused: too few markers were seen
   kTorn,         ///< refused: more than every second picture was torn
+  kUnsteady,     ///< refused: brightness or contrast of the markers had a trend
 };
 
 /// Returns whether the state is one of those that say "refused".
@@ -30,6 +31,19 @@ inline bool isRefusal(ZeroState state) {
 /// Returns why a zero is refused, as a sentence without a full stop, for log and client; a literal, which lives as long
 /// as the program. Of other states: empty.
 const char* describe(ZeroState state);
+
+/// Fits a straight line to a quantity of the frames. Thread-bound.
+class Trend {
+ public:
+  void add(double value);
+  /// Returns by which share of the mean the line rises over the frames added so far; 0 if that may be scatter. There
+  /// must be at least two.
+  double share() const;
+
+ private:
+  int count_ = 0;
+  double sum_ = 0.0, square_ = 0.0, product_ = 0.0;  ///< product: with the frame's number, from 0
+};
 
 /// Thread-bound. Allocates only in the constructor.
 class ZeroTaker {
@@ -43,12 +57,17 @@ class ZeroTaker {
   void start();
 
   /// Adds one frame. Returns kTaking until N were seen, then kTaken; or, as soon as it is known, kTooFew (this frame
-  /// has too few markers, and is not added), or kMoving from the tenth frame on, or the N-th if N is smaller: the next
-  /// try can then begin with the first still frame. Arrays are by marker of all layers.
+  /// has too few markers, and is not added), or kMoving or kUnsteady from the tenth frame on, or the N-th if N is
+  /// smaller: the next try can then begin with the first still frame. Arrays are by marker of all layers.
   ZeroState add(std::span<const Vector> place_px, std::span<const Centre> centres, std::span<const std::uint8_t> valid);
 
   /// Returns the number of frames since start(); after kMoving, of those before the markers moved.
   int stillFrames() const { return seen_ - (hasMoved_ ? 1 : 0); }
+  /// Returns the number of frames since start().
+  int frames() const { return seen_; }
+  /// Returns the trend of the markers' mean brightness at the rim, and of their mean contrast, since start().
+  const Trend& brightness() const { return brightness_; }
+  const Trend& contrast() const { return contrast_; }
 
   // Valid after kTaken.
 
@@ -79,6 +98,7 @@ class ZeroTaker {
   double minValidFraction_;
   int seen_ = 0;
   bool hasMoved_ = false;
+  Trend brightness_, contrast_;
   std::vector<Sums> sums_;
   std::vector<float> ratios_;
   std::vector<Vector> place_, field_;

@@ -9,10 +9,10 @@ namespace tractiond::track {
 /// All functions are thread-safe, for one thread each, and do not wait.
 class ZeroTracker {
  public:
-  /// Requests a new zero from the next frames, at most 2 zeroFrames. The old one stays in force meanwhile; with
-  /// TrackOptions::awaitsGelCheck until putInForce(). A requested zero that is being taken is begun again. The
-  /// appearance is learned anew for it, as the lens may have been refocused. Returns at once; zeroState() shows how it
-  /// goes.
+  /// Requests a new zero from the next frames, at most 2 zeroFrames: torn ones, and those before the light is steady,
+  /// are left out. The old one stays in force meanwhile; with TrackOptions::awaitsGelCheck until putInForce(). A
+  /// requested zero that is being taken is begun again. The appearance is learned anew for it, as the lens may have
+  /// been refocused. Returns at once; zeroState() shows how it goes.
   virtual void requestZero() = 0;
 
   /// Cancels a request. Returns false if there is none to cancel: the automatic first zero cannot be cancelled; nor can

@@ -177,6 +177,18 @@ def keep_factors(state):
         part.rename(kept)
 
 
+class Lit:
+    """A file of pictures in other light."""
+
+    def __init__(self, source, light):
+        self.source, self.light, self.number = source, light, -1
+
+    def read(self, size):
+        self.number += 1
+        picture = np.frombuffer(self.source.read(size), np.uint8) * self.light(self.number)
+        return np.rint(picture).clip(0, 255).astype(np.uint8).tobytes()
+
+
 BITS = {"RGB8": 24, "BayerRG8": 8, "BayerGR8": 8, "Mono8": 8, "Mono12p": 12}  # of a pixel
 Film = collections.namedtuple("Film", "fields markers description account")
 
@@ -256,9 +268,9 @@ class Rig(contextlib.ExitStack):
 
     FILM_HZ = 20  # a third of a camera's: each picture is drawn and solved
 
-    def film(self, scenario, seconds, *options, config="", pixel_format="RGB8"):
-        """Feeds a scenario's first seconds; its first load comes after four. Returns the Film and the truth of each frame, by
-        camera_frame_id.
+    def film(self, scenario, seconds, *options, config="", pixel_format="RGB8", light=None):
+        """Feeds a scenario's first seconds; its first load comes after four. `light`: brightness of the picture of a number, relative,
+        for formats of 8 bits. Returns the Film and the truth of each frame, by camera_frame_id.
         """
         truth_file = self.folder / "truth.jsonl"
         command = [BIN / "traction-twin", scenario, "--cache", cache_directory(), "--truth", truth_file, "--images", "-",
@@ -267,7 +279,7 @@ class Rig(contextlib.ExitStack):
                                 start_new_session=True)
         self.callback(twin.wait)
         self.callback(twin.kill)
-        film = self.feed(twin.stdout, round(seconds * self.FILM_HZ), 3 * self.FILM_HZ, config, pixel_format)
+        film = self.feed(Lit(twin.stdout, light) if light else twin.stdout, round(seconds * self.FILM_HZ), 3 * self.FILM_HZ, config, pixel_format)
         twin.send_signal(signal.SIGTERM)
         twin.stdout.close()
         twin.truth_file = truth_file

@@ -6,6 +6,8 @@ import numpy as np
 
 import rig
 
+TORN = 16  # FLAG_TORN
+
 
 def stretches_of(fields, truth, settle=5):
     """(true force, [measured]) for each stretch of constant load, without the first frames of it."""
@@ -23,6 +25,18 @@ def stretches_of(fields, truth, settle=5):
 
 def mean_force(fields):
     return np.mean([rig.vector(field.resultant_N) for field in fields], axis=0)
+
+
+class Light(rig.TestCase):
+    def test_the_lamp_comes_up_while_the_first_zero_is_taken(self):
+        film, _ = self.bench.film("idle", 8, light=lambda number: min(1, 0.3 + 0.7 * number / 25))
+        fields, first = film.fields, film.fields[0].header.camera_frame_id
+        touched, torn = (sum(bool(is_so(field)) for field in fields)
+                         for is_so in (lambda field: field.contacts, lambda field: field.header.flags & TORN))
+        print(f"\n  the light rises by 233 % over the first 25 pictures: the zero is in force from picture {first}, {touched} of "
+              f"{len(fields)} untouched fields list a contact, {torn} are torn; right: at most 61, 0 and 0", end=" ")
+        self.assertEqual((touched, torn), (0, 0))
+        self.assertLessEqual(first, 25 + 30 + 6)  # at most a try of ten pictures more than the lamp takes
 
 
 class Forces(rig.TestCase):

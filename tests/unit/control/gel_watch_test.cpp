@@ -57,6 +57,22 @@ struct Bench {
   GelReport report;  ///< on the zero that was taken last
 };
 
+TEST(GelWatch, TellsForWhatTheFirstZeroWaits) {
+  Bench bench;
+  for (int i = 0; i < 15; ++i) {
+    bench.tracking(bench.scene.shoot(false, 0.5 + 0.02 * i));
+    bench.watch.turn();
+  }
+  traction::v1::MarkerStatus status;
+  ASSERT_TRUE(bench.status.take(status));
+  EXPECT_THAT(status.remark(),
+              testing::MatchesRegex(".* waiting: brightness still rises by 3[0-9] % over 10 pictures; .*"));
+  bench.takeZero();
+  bench.shoot(1);
+  ASSERT_TRUE(bench.status.take(status));
+  EXPECT_EQ(status.remark(), "");
+}
+
 // What hides columns while the picture is labelled anew makes its fields invalid, and no later ones.
 TEST(GelWatch, HiddenColumnsDoNotContradictTheGelFile) {
   Bench bench;

@@ -109,6 +109,69 @@ TEST(Zero, AFirstStartTakesAsManyStillFramesAsAreNeededAndNoMore) {
   }
 }
 
+/// Brightness of the light `shots` pictures after it went on: a ramp of 25.
+double warming(int shots, double from) {
+  return from + (1.0 - from) * std::min(1.0, shots / 25.0);
+}
+
+// A zero of the ramp would be one of no light that comes again.
+TEST(Zero, AFirstOneWaitsUntilTheLightIsSteadyAndNoLonger) {
+  for (const double from : {0.2, 0.5, 0.8}) {
+    Scene scene;
+    Tracking tracking(scene);
+    int shots = 0, unsteady = 0;
+    while (shots < 100 && tracking(scene.shoot(false, warming(shots, from))) == Outcome::kNoRestPose) {
+      if (tracking.tracker.zeroState() == ZeroState::kUnsteady) unsteady = shots;
+      ++shots;
+    }
+    MarkerSight sight;
+    EXPECT_TRUE(tracking.tracker.takeSight(sight));
+    EXPECT_GT(sight.firstZero.brighter, 0.1F) << from;
+    EXPECT_GT(unsteady, 10) << from;
+    EXPECT_LE(shots, 25 + kZeroFrames + 10) << from << ": at most the try in which the ramp ends is given up";
+    RestPose pose;
+    ASSERT_TRUE(tracking.tracker.takeRestPose(pose)) << from;
+    Scene steady;
+    Tracking other(steady);
+    ASSERT_TRUE(other.start(steady));
+    RestPose right;
+    ASSERT_TRUE(other.tracker.takeRestPose(right));
+    EXPECT_NEAR(pose.light, right.light, 0.02 * right.light) << from;
+    shoot(scene, tracking, 10);
+    EXPECT_EQ(tracking.field.validCount, scene.markers()) << from;
+    EXPECT_NEAR(compare(scene, tracking.field).ratio, 1.0, 0.15) << from;
+  }
+}
+
+TEST(Zero, ARequestedOneWaitsForTheLightWithinItsTimeAndIsThenRefused) {
+  for (const bool ends : {true, false}) {
+    Scene scene;
+    Tracking tracking(scene);
+    ASSERT_TRUE(tracking.start(scene));
+    RestPose pose;
+    ASSERT_TRUE(tracking.tracker.takeRestPose(pose));
+    tracking.tracker.requestZero();
+    int shots = 0;
+    do {
+      tracking(scene.shoot(false, ends ? 1.0 + 0.2 * warming(shots + 15, 0.0) : 1.0 + 0.008 * shots));
+      ++shots;
+    } while (tracking.tracker.zeroState() == ZeroState::kTaking && shots < 200);
+    EXPECT_LE(shots, 2 * kZeroFrames);
+    EXPECT_EQ(tracking.tracker.zeroState(), ends ? ZeroState::kTaken : ZeroState::kUnsteady);
+    EXPECT_EQ(tracking.tracker.takeRestPose(pose), ends);
+  }
+}
+
+TEST(Zero, FlickerIsNoTrendAndDelaysNone) {
+  Scene scene;
+  Tracking tracking(scene);
+  int shots = 0;
+  while (shots < 100 && tracking(scene.shoot(false, 1.0 + 0.05 * std::sin(2.1 * shots))) == Outcome::kNoRestPose) {
+    ++shots;
+  }
+  EXPECT_LE(shots, kZeroFrames);
+}
+
 TEST(Zero, IsolatedGapsAreWrittenWithEachField) {
   Scene scene;
   scene.rest.col(100).setConstant(std::numeric_limits<double>::quiet_NaN());
