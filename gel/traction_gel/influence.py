@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse
 import scipy.spatial
 
-from . import mechanics, placement, triangles
+from . import geometry, mechanics, placement
 from .mesh import Body
 from .problem import Problem
 
@@ -63,7 +63,7 @@ def compute(task, folder, say):
         markers, inward, names = placement.markers(surface, task["layers"])
         placement.check_inside(markers, names, corners, free, bonded)
         placement.check_seen(markers, inward, names, task["camera"])
-        shallowest = triangles.distances(markers, corners[free]).min()
+        shallowest = geometry.distances(markers, corners[free]).min()
         gel, error, size = _refined(body, task, markers, points, weights, shallowest, say)
         errors = _errors(body, task, size / FINER**2, markers, points, weights, say)
 

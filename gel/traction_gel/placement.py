@@ -7,7 +7,7 @@ import numpy as np
 import scipy.optimize
 import scipy.sparse
 
-from . import triangles
+from . import geometry
 from .problem import Problem
 
 RAYS = 360  # azimuths in which the surface is walked; between them it is interpolated
@@ -211,7 +211,7 @@ def arranged(plane, columns, rows):
 
 def check_inside(points, names, corners, free, bonded):
     """Raises a Problem for the first marker that is not in the gel."""
-    inside = abs(triangles.turns(points, corners, np.concatenate([free, bonded]))) > 0.5
+    inside = abs(geometry.turns(points, corners, np.concatenate([free, bonded]))) > 0.5
     for number in np.flatnonzero(~inside):
         to_free, to_bonded = (
             np.linalg.norm(corners[np.unique(faces)] - points[number], axis=1).min() for faces in (free, bonded)
@@ -240,10 +240,10 @@ def check_bonded(corners, free, sides, bonded, between, least_percent, say):
     a, b, c = corners[free[chosen]].transpose(1, 0, 2)
     start, way = (a + b + c) / 3, np.cross(b - a, c - a)
     way /= np.linalg.norm(way, axis=1, keepdims=True)
-    to_bone, _ = triangles.first_hits(start, way, corners, bone, -BESIDE * np.sqrt(area(bone)))  # chords of curved surfaces
+    to_bone, _ = geometry.first_hits(start, way, corners, bone, -BESIDE * np.sqrt(area(bone)))  # chords of curved surfaces
     look = np.flatnonzero((len(between) > 0) | (to_bone < np.inf))
     gel, to_gel, hit = np.concatenate([free, bonded]), np.full(LOOKS, np.inf), np.full(LOOKS, -1)
-    to_gel[look], hit[look] = triangles.first_hits(start[look], way[look], corners, gel, np.full(len(gel), BESIDE_ITSELF_MM))
+    to_gel[look], hit[look] = geometry.first_hits(start[look], way[look], corners, gel, np.full(len(gel), BESIDE_ITSELF_MM))
     apart = (hit >= 0) & (hit < len(free)) & (to_gel < GAP_MM)
     apart[apart] = material[hit[apart]] != material[chosen[apart]]
     for far, gap, touching, what, whom, least_share, count in (

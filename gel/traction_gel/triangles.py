@@ -9,6 +9,7 @@ import gmsh
 import numpy as np
 import scipy.spatial
 
+from . import geometry
 from .problem import Problem
 
 SMOOTH_DEGREES = 40  # less between triangles: they are one face
@@ -97,7 +98,7 @@ def check(corners, triangles, key):
     outer, *others = abs(volumes).argsort()[::-1]
     kinds = []
     for number in (outer, *others):
-        part, inside = shell == number, turns(corners[triangles[shell == number][0, :1]], corners, turned[shell == outer])
+        part, inside = shell == number, geometry.turns(corners[triangles[shell == number][0, :1]], corners, turned[shell == outer])
         if (turned[part] != triangles[part]).any():
             kinds.append("triangles turned both ways")
         elif number == outer:
@@ -140,15 +141,10 @@ def crossing(corners, triangles):
             through = np.flatnonzero(before * after < 0)
             part = (before[through] / (before - after)[through])[:, None]
             point = start[through] + part * (end - start)[through]
-            hit = through[_sides(point, a[through], b[through], c[through], normal[through]) > 0]
+            hit = through[geometry.sides(point, a[through], b[through], c[through], normal[through]) > 0]
             if len(hit):
                 return int(one[hit[0]]), int(other[hit[0]])
     return None
-
-
-def _sides(point, a, b, c, normal):
-    """Above 0 where a point of a triangle's plane is in it."""
-    return np.min([(np.cross(q - p, point - p) * normal).sum(1) for p, q in ((a, b), (b, c), (c, a))], 0)
 
 
 def discrete(corners, triangles):
@@ -179,57 +175,6 @@ def touching(faces, corners, triangles):
     found = set()
     for face in faces:
         places = gmsh.model.mesh.getNodes(2, face, includeBoundary=True)[1].reshape(-1, 3)
-        if all(_distance(place, parts) < NEAR * extent for place in places[:: len(places) // SAMPLED + 1]):
+        if all(geometry.distance(place, parts) < NEAR * extent for place in places[:: len(places) // SAMPLED + 1]):
             found.add(face)
     return found
-
-
-def turns(points, corners, triangles):
-    """How often a closed surface goes around each point: 1 inside, 0 outside (the sum of solid angles)."""
-    total = np.zeros(len(points))
-    for number, point in enumerate(points):
-        a, b, c = (corners[triangles] - point).transpose(1, 0, 2)
-        la, lb, lc = (np.linalg.norm(each, axis=1) for each in (a, b, c))
-        below = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
-        total[number] = np.arctan2((a * np.cross(b, c)).sum(1), below).sum() / (2 * np.pi)
-    return total
-
-
-def first_hits(starts, directions, corners, triangles, least):
-    """Returns how far each ray goes to the first triangle, and its number: infinity and -1 where there is none.
-
-    \\param least smallest distance that counts, of each triangle
-    """
-    middles = corners[triangles].mean(1)
-    reach = np.linalg.norm(corners[triangles] - middles[:, None], axis=2).max(1)
-    distance, hit = np.full(len(starts), np.inf), np.full(len(starts), -1)
-    for ray, (start, way) in enumerate(zip(starts, directions)):
-        offset = middles - start
-        near = np.flatnonzero((offset**2).sum(1) - (offset @ way) ** 2 < 1.001 * reach**2)
-        a, b, c = corners[triangles[near]].transpose(1, 0, 2)
-        normal = np.cross(b - a, c - a)
-        slope = normal @ way
-        far = ((a - start) * normal).sum(1) / np.where(slope == 0, np.nan, slope)
-        met = (far > least[near]) & (_sides(start + far[:, None] * way, a, b, c, normal) >= 0)
-        if met.any():
-            distance[ray], hit[ray] = far[met].min(), near[met][far[met].argmin()]
-    return distance, hit
-
-
-def distances(points, parts):
-    """Of points (P x 3) from the nearest of triangles (T x 3 x 3) of about one size."""
-    near = scipy.spatial.cKDTree(parts.mean(1)).query(points, min(20, len(parts)))[1]
-    return np.array([_distance(point, parts[each]) for point, each in zip(points, near)])
-
-
-def _distance(point, parts):
-    """Of a point from the nearest of triangles (T x 3 x 3)."""
-    a, b, c = parts.transpose(1, 0, 2)
-    normal = np.cross(b - a, c - a)
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    inside = _sides(point, a, b, c, normal) >= 0
-    least = abs(((point - a) * normal).sum(1)[inside]).min(initial=np.inf)
-    for p, q in ((a, b), (b, c), (c, a)):
-        along = np.clip(((point - p) * (q - p)).sum(1) / ((q - p) ** 2).sum(1), 0, 1)
-        least = min(least, np.linalg.norm(point - p - along[:, None] * (q - p), axis=1).min())
-    return least

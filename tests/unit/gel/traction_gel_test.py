@@ -21,7 +21,7 @@ import numpy as np
 import scipy.sparse
 import scipy.spatial
 import suite
-from traction_gel import check, cli, files, influence, mechanics, mesh, mould, placement, triangles
+from traction_gel import check, cli, files, geometry, influence, mechanics, mesh, mould, placement, triangles
 from traction_gel.problem import Problem
 
 BIN = pathlib.Path(os.environ["TRACTION_BUILD"]) / "bin"
@@ -375,7 +375,7 @@ class Fingertip(unittest.TestCase):
             self.write_stl(1.5, lambda parts, count=count: np.concatenate([parts, *[1.5 * OCTAHEDRON[:, ::-1] + [8, 0, 12]] * count]))
             with mesh.Body({"gel_file": "gel.stl", "bone_file": "bone.stl", "cavities": count}, self.folder) as body:
                 corners, free, bonded, _ = body.surface(1.0)
-                inside = triangles.turns(np.array([[8, 0, 12], [-8, 0, 12.0]]), corners, np.concatenate([free, bonded]))
+                inside = geometry.turns(np.array([[8, 0, 12], [-8, 0, 12.0]]), corners, np.concatenate([free, bonded]))
                 np.testing.assert_allclose(inside, [1 - count, 1], atol=1e-6)
                 self.assertGreater(body.elements(1.0, np.array([[0, 0, 2.0]])).nbcvs(), 1000)
 
