@@ -1,5 +1,6 @@
 // The commands that use one picture of a mounted gel: pose and mark.
 #include "daemon/calibrate/gel_check.h"
+#include "daemon/calibrate/picture_look.h"
 #include "daemon/track/nominal.h"
 #include "lens/commands.h"
 #include "lens/first_pose.h"
@@ -104,16 +105,6 @@ void print(const Geometry& found) {
   }
 }
 
-/// Returns what the picture shows of the layers that the sensor has otherwise: columns, rows, and of a second layer its
-/// place and depth against the first. Empty: nothing.
-/// \param sensor with the pose that was found
-std::string contradiction(const sensor::Sensor& sensor, const RestMarkers& markers) {
-  // Whoever accepts a residual accepts it here, too; and another aspect is reported already.
-  constexpr bool kJudgesResidual = false;
-  return tractiond::calibrate::checkGel(sensor, markers.place_px, markers.present, markers.seen, kJudgesResidual)
-      .remark;
-}
-
 /// Prints what a picture cannot tell if the pose is far from the file's: which length is wrong.
 void printScale(const sensor::Sensor& file, const sensor::Camera& found) {
   constexpr double kFar = 0.02;
@@ -173,11 +164,15 @@ Done pose(const PoseOptions& options) {
   sensor::Sensor posed = seen->sensor;
   posed.camera = found.camera;
   posed.uncertainty = found.uncertainty;
-  const std::string other = contradiction(posed, seen->markers);
-  if (!other.empty() && !options.force) {
-    return tl::unexpected(
-        Faults{fault(options.picture, "shows another gel than the gel file: " + other,
-                     "--force writes the pose all the same; the daemon will doubt such a file, too")});
+  // Whoever accepts a residual accepts it here, too; and another aspect is reported already.
+  constexpr bool kJudgesResidual = false;
+  const tractiond::GelReport gel = tractiond::calibrate::checkGel(posed, seen->markers.place_px, seen->markers.present,
+                                                                  seen->markers.seen, kJudgesResidual);
+  const std::string& other = gel.remark;
+  if (gel.otherLook || (!gel.fits() && !options.force)) {
+    return tl::unexpected(Faults{
+        fault(options.picture, "shows another gel than the gel file: " + other,
+              gel.otherLook ? "" : "--force writes the pose all the same; the daemon will doubt such a file, too")});
   }
   if (!isGood) {
     char what[120], places[160] = "", remedy[400];
@@ -206,6 +201,12 @@ Done pose(const PoseOptions& options) {
   if (aspect) std::printf("  note: %s: %s\n", aspect->what().c_str(), aspect->remedy().c_str());
   if (!other.empty()) std::printf("  warning: the picture shows another gel than the gel file: %s\n", other.c_str());
   printScale(seen->sensor, found.camera);
+  if (tractiond::calibrate::mayBeMirrored(posed)) {
+    std::printf(
+        "  note: this gel may look the same in a mirrored picture, which mirrors forces: press near its corners, "
+        "clockwise as the camera sees them; if contacts do not go clockwise in tractionctl watch, too, from top "
+        "left to top right, change ReverseX in camera.features and measure the lens again\n");
+  }
   return writeGel(options.output, std::move(posed), "The camera's pose is from one rest picture, by traction-lens.");
 }
 

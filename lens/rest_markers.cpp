@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -29,20 +30,21 @@ tl::unexpected<Error> refuse(std::string what, std::string remedy) {
 }
 
 /// Returns a camera from which the layer's grid has the place, direction and spacing that the picture shows, with the
-/// sensor's lens and no tilt.
+/// sensor's lens and no tilt. Of the four directions of a square grid it is the one next to the file's.
 sensor::Camera facing(const sensor::Sensor& sensor, std::size_t index, const track::SeenGrid& grid) {
   const sensor::MarkerLayer& layer = sensor.layers[index];
   sensor::Camera camera = sensor.camera;
+  const double roll = grid.roll_rad + M_PI_2 * std::round((camera.rotation.z() - grid.roll_rad) / M_PI_2);
   const double seenDistance = camera.focal_px * layer.pitch / grid.spacing_px;
   const double apparentDepth =
       camera.windowThickness / camera.windowIndex + (sensor.gel.size.z() - layer.depth) / camera.gelIndex;
   const double surface = sensor.gel.size.z() + camera.windowThickness;
   camera.position.z() = surface + std::max(seenDistance - apparentDepth, 1e-3);
-  camera.rotation = {0.0, 0.0, grid.roll_rad};
+  camera.rotation = {0.0, 0.0, roll};
   const Eigen::Vector2d fromAxis = seenDistance / camera.focal_px *
                                    (Eigen::Vector2d(grid.middle_px.u, grid.middle_px.v) - camera.principal_px)
                                        .cwiseQuotient(Eigen::Vector2d(1.0, camera.aspect));
-  const Eigen::Vector2d straight = Eigen::Rotation2Dd(-grid.roll_rad) * fromAxis;
+  const Eigen::Vector2d straight = Eigen::Rotation2Dd(-roll) * fromAxis;
   camera.position.head<2>() = layer.centre - Eigen::Vector2d(straight.x(), -straight.y());
   return camera;
 }

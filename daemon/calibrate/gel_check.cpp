@@ -4,6 +4,7 @@
 
 #include "daemon/calibrate/aspect_check.h"
 #include "daemon/calibrate/geometry_fit.h"
+#include "daemon/calibrate/picture_look.h"
 
 #include <Eigen/Geometry>
 #include <spdlog/fmt/fmt.h>
@@ -68,8 +69,16 @@ class Findings {
     say(seen.what() + ": " + seen.remedy());
   }
 
-  void compareFit(const Geometry& fit, bool judgesResidual) {
-    layers(fit);
+  void compareFit(const Geometry& fit, std::span<const LatticeSeen> seen, bool judgesResidual) {
+    const BetweenLayers between = layers(fit);
+    if (!report_.remark.empty()) {
+      // To mend single numbers would then make a gel file that fits, and has mirrored forces.
+      const std::string look = otherLook(sensor_, seen, between);
+      if (!look.empty()) {
+        report_.otherLook = otherGrid_ = true;
+        report_.remark = look;
+      }
+    }
     pose(fit);
     const double stated = sensor_.uncertainty.markerPlace / sensor_.layers.front().pitch;
     const double limit = std::max(kLargestResidual, kStatedPlaces * stated) * spacing_px();
@@ -106,8 +115,8 @@ class Findings {
     return sensor_.camera.focal_px * sensor_.layers.front().pitch / (sensor_.camera.position.z() - meanDepth());
   }
 
-  void layers(const Geometry& fit) {
-    if (sensor_.layers.size() < 2) return;
+  BetweenLayers layers(const Geometry& fit) {
+    if (sensor_.layers.size() < 2) return {};
     const sensor::MarkerLayer &one = sensor_.layers[0], &other = sensor_.layers[1];
     const double depth = std::max(sensor_.uncertainty.layerDepth, kLeastDepth);
     // The ratio of the layers' scales gives the distance between them; it includes the errors of their pitches.
@@ -125,8 +134,13 @@ class Findings {
           exchanged ? "depth_mm of the two layers seems to be exchanged"
                     : "check depth_mm (and pitch_mm) of both layers"));
     }
+    BetweenLayers between;
+    between.difference.z() = 1e-3 * seen;
+    between.deviation.z() = 1e-3 * deviation;
     for (const int axis : {0, 1}) {
       const double offset = 1e3 * std::hypot(kOffset, fit.offsetDeviation[1 + axis]);
+      between.deviation[axis] = 1e-3 * offset;
+      between.difference[axis] = other.centre[axis] - one.centre[axis] + fit.offset[1 + axis];
       const double has = 1e3 * (other.centre[axis] - one.centre[axis]);
       if (add(axis == 0 ? "layer_offset_x_mm" : "layer_offset_y_mm", has, has + 1e3 * fit.offset[1 + axis], offset)) {
         say(fmt::format("the {} markers are {:+.2f} mm from the {} ones in {} by the file, {:+.2f} ± {:.2f} mm by the "
@@ -135,6 +149,7 @@ class Findings {
                         has + 1e3 * fit.offset[1 + axis], offset));
       }
     }
+    return between;
   }
 
   void pose(const Geometry& fit) {
@@ -174,7 +189,7 @@ class Findings {
     const double seenPitch = pitch * distance / (distance + seen.position.z() - file.position.z());
     const double ofPitch = pitch * ofDistance / distance;
     add("pitch_mm", pitch, seenPitch, ofPitch);
-    if (otherGrid_) return;  // the assignment of the rows, and therefore the pose, is a guess then
+    if (otherGrid_) return;  // the assignment of the rows, and therefore the pose, is a guess then, or the look another
     if (moved) {
       const Eigen::Matrix3d turn = sensor::toCamera(seen) * sensor::toCamera(file).transpose();
       const double angle = Eigen::AngleAxisd(turn).angle();
@@ -220,7 +235,7 @@ GelReport checkGel(const sensor::Sensor& sensor, std::span<const float> place_px
     }
   }
   if (isFound) {
-    findings.compareFit(fit, judgesResidual);
+    findings.compareFit(fit, seen, judgesResidual);
   } else {
     findings.say("no camera explains the markers' places: is the gel file that of another gel?");
   }

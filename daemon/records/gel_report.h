@@ -22,7 +22,8 @@ struct GelReport {
     bool contradicts = false;  ///< the difference is too large for the deviation, or the counts differ
   };
   std::vector<Finding> findings;
-  std::string remark;  ///< for the operator: what does not fit, and what to do; empty: everything fits
+  bool otherLook = false;  ///< the picture shows the file's gel turned, mirrored or with the layers' colours exchanged
+  std::string remark;      ///< for the operator: what does not fit, and what to do; empty: everything fits
 
   bool fits() const { return remark.empty(); }  ///< Returns whether the gel file fits.
   /// Returns `remark` as a sentence without a full stop, which adds that no forces are valid; empty if the gel file

@@ -41,7 +41,8 @@ class Gel(rig.TestCase):
 
     def test_wrong_numbers_in_the_gel_file_are_noticed_before_a_force_is_published(self):
         for name, gel, says in (("number", layers(columns=20, rows=20), r"the file has 20 x 20 blue markers"),
-                                ("depth", layers(red=9.6), r"3\.60 mm below")):
+                                ("depth", layers(red=9.6), r"3\.60 mm below"),
+                                ("mirrored", layers().replace("[1.5, 1.5]", "[-1.5, 1.5]"), r"mirrored left to right.*ReverseX")):
             with self.subTest(name), rig.Rig() as bench:
                 self.bench = bench
                 daemon = self.with_gel(gel + NODES)

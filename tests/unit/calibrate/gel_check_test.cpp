@@ -113,16 +113,20 @@ TEST(GelCheck, WrongNumbersOfTheLayersAreNoticed) {
   };
   static const auto pitch = pitched;
   Draw draw(1);
-  for (const Case& c :
-       {Case{"pitch_mm", "check pitch_mm", [](Layers& layers) { pitch(layers, 0.97); }},
-        {"pitch_mm", "check pitch_mm", [](Layers& layers) { pitch(layers, 1.03); }},
-        {"layer_distance_mm", "depth_mm", [](Layers& layers) { layers[0].depth *= 0.8; }},
-        {"layer_distance_mm", "depth_mm", [](Layers& layers) { layers[1].depth *= 1.2; }},
-        {"layer_distance_mm", "exchanged", [](Layers& layers) { std::swap(layers[0].depth, layers[1].depth); }},
-        {"layer_distance_mm", "depth_mm", [](Layers& layers) {
-           std::swap(layers[0].depth, layers[1].depth);
-           std::swap(layers[0].centre, layers[1].centre);
-         }}}) {
+  for (const Case& c : {Case{"pitch_mm", "check pitch_mm", [](Layers& layers) { pitch(layers, 0.97); }},
+                        {"pitch_mm", "check pitch_mm", [](Layers& layers) { pitch(layers, 1.03); }},
+                        {"layer_distance_mm", "depth_mm", [](Layers& layers) { layers[0].depth *= 0.8; }},
+                        {"layer_distance_mm", "depth_mm", [](Layers& layers) { layers[1].depth *= 1.2; }},
+                        {"layer_distance_mm", "depth_mm of the two layers seems to be exchanged",
+                         [](Layers& layers) { std::swap(layers[0].depth, layers[1].depth); }},
+                        {"layer_distance_mm", "exchange colour of the two [[layers]]",
+                         [](Layers& layers) {
+                           std::swap(layers[0].depth, layers[1].depth);
+                           std::swap(layers[0].centre, layers[1].centre);
+                         }},
+                        {"layer_offset_x_mm", "turned by 90° clockwise or mirrored left to right",
+                         [](Layers& layers) { layers[1].centre.x() *= -1.0; }},
+                        {"layer_offset_y_mm", "check centre_mm", [](Layers& layers) { layers[1].centre.y() = 0.0; }}}) {
     sensor::Sensor file;
     const sensor::Sensor truth = draw.trueSensor(file);
     c.spoil(file.layers);
