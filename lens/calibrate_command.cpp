@@ -15,7 +15,10 @@ namespace lens {
 
 namespace {
 
-constexpr std::size_t kFewest = 5;     // smallest number of pictures
+constexpr std::size_t kFewest = 5;  // smallest number of pictures
+// Corners of two pictures that are nearer to each other than this (root mean square) are one view, again: noise is a
+// tenth of a pixel or less, and a hand moves a board by much more.
+constexpr double kSameView_px = 1.0;
 constexpr double kSmear = 2.5;         // an edge this many times wider than the median's is out of focus or moved
 constexpr double kNoOneLens_px = 1.0;  // a larger residual over all pictures: they are not of one lens
 constexpr double kPoor_px = 0.25;      // a larger residual over all pictures: more than a good lens and board leave
@@ -98,6 +101,31 @@ void compare(const std::vector<View>& views, Faults& faults) {
   }
 }
 
+/// Leaves out each picture that shows the board where an earlier one does, and prints which. Counted twice, the errors
+/// of one view would be taken for those of two.
+void leaveOutEqual(std::vector<View>& views) {
+  std::vector<View> different;
+  for (View& view : views) {
+    const auto isSame = [&](const View& earlier) {
+      // Square boards may be listed from any corner.
+      double squares = 0.0;
+      for (const auto& place : view.corners.place_px.colwise()) {
+        squares += (earlier.corners.place_px.colwise() - place).colwise().squaredNorm().minCoeff();
+      }
+      return squares <= kSameView_px * kSameView_px * static_cast<double>(view.corners.place_px.cols());
+    };
+    const auto same = std::ranges::find_if(different, isSame);
+    if (same == different.end()) {
+      different.push_back(std::move(view));
+    } else {
+      std::printf("  note: %s is left out: it shows the board where %s does, so that its errors are the same; move the "
+                  "board between pictures\n",
+                  view.file->c_str(), same->file->c_str());
+    }
+  }
+  views = std::move(different);
+}
+
 /// Returns the distance of the farthest corner from the principal point, relative to that of the picture's farthest
 /// corner.
 double reach(const std::vector<View>& views, const sensor::Camera& camera) {
@@ -129,6 +157,23 @@ std::string squareExample(const Board& board, double tall) {
 }
 
 void checkFit(const std::vector<View>& views, const LensFit& fit, const Board& board, Faults& faults) {
+  const auto listed = [&](const auto& isListed) {
+    std::string files;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      if (isListed(i)) files += (files.empty() ? "" : ", ") + *views[i].file;
+    }
+    return files;
+  };
+  if (!fit.isFlipped.empty()) {
+    const char* how = fit.flip.y() > 0.0   ? "mirrored left to right"
+                      : fit.flip.x() > 0.0 ? "mirrored top to bottom"
+                                           : "turned by 180 degrees";
+    faults.push_back(fault(listed([&](std::size_t i) { return fit.isFlipped[i]; }),
+                           std::string("are ") + how + " against the others, as pictures",
+                           "turning the board does not do that, but a camera's or a program's setting does: leave out "
+                           "those that tractionctl snapshot would not show so"));
+    return;
+  }
   // From the front alone no lens is determined, and what is left of a picture says nothing of it.
   const bool isFrontal = fit.outcome != LensFit::Outcome::kDone &&
                          std::ranges::count_if(fit.tilt, [](double tilt) { return tilt >= kTilted; }) < 2;
@@ -141,8 +186,7 @@ void checkFit(const std::vector<View>& views, const LensFit& fit, const Board& b
                            "another lens or focus, a bent board, or moved while it was taken; leave it out"));
   }
   if (!faults.empty()) return;
-  std::string files;
-  for (const View& view : views) files += (files.empty() ? "" : ", ") + *view.file;
+  const std::string files = listed([](std::size_t) { return true; });
   const bool isEither = fit.scale == Scale::kEither;
   if (isEither) {
     faults.push_back(fault(files,
@@ -240,11 +284,12 @@ Done calibrate(const CalibrateOptions& options) {
   if (!sensor) return tl::unexpected(sensor.error());
   if (const auto free = checkOutput(options.output, options.force); !free) return free;
   Faults faults;
-  const std::vector<View> views = readViews(options, faults);
+  std::vector<View> views = readViews(options, faults);
   compare(views, faults);
   if (!faults.empty()) return tl::unexpected(faults);
+  leaveOutEqual(views);
   if (views.size() < kFewest) {
-    return tl::unexpected(Faults{fault("", std::to_string(views.size()) + " pictures are too few for a lens",
+    return tl::unexpected(Faults{fault("", std::to_string(views.size()) + " different pictures are too few for a lens",
                                        "at least " + std::to_string(kFewest) + ", better 15, each from another side")});
   }
   const auto [width, height] = usualSize(views);

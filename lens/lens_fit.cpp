@@ -20,6 +20,11 @@ constexpr double kGood_px = 1.0;  // a smaller residual shows that the right min
 constexpr double kLittle_px = 0.1;
 constexpr double kFrontal = 10.0 * CV_PI / 180.0;
 constexpr double kMostOblong = 0.1;  // a printer's or a copier's fault, relative
+// Deviations of noise by which flipping a view must explain it better, ...
+constexpr double kFlipped = 8.0;
+// ... and deviations of a single view's principal point by which that must be off the middle: choosing the better side
+// for each view makes up to 1.3 of none.
+constexpr double kFarFlipped = 4.0;
 constexpr int kBoardSteps = 8;
 constexpr double kBoardSettled = 1e-7;
 
@@ -125,6 +130,64 @@ class Information {
     for (const View& view : views_) pull += view.pull;
     const Figures scaled = scale.asDiagonal() * pull;
     return scale[kExtra] * factorOf(information_, scale).solve(scaled)[kExtra];
+  }
+
+  /// Returns which views to flip in the picture so that one lens explains all best, to second order in the lens: each
+  /// time the one that takes most squares. Empty: they take no more of each than noise may.
+  /// \param sign -1 along the coordinates that are flipped, else 1
+  std::vector<bool> flipped(const Eigen::Vector2d& sign, const Eigen::Vector2d& last_px) const {
+    // To flip a picture is to flip the principal point of its lens.
+    const Eigen::Vector2d principal_px(model_.matrix.at<double>(0, 2), model_.matrix.at<double>(1, 2));
+    const Figures none = Figures::Zero(figures_), one = Figures::Ones(figures_);
+    Figures side = one, shift = none;
+    side.segment<2>(1) = sign;
+    shift.segment<2>(1) = (0.5 * (Eigen::Vector2d::Ones() - sign)).cwiseProduct(last_px - 2.0 * principal_px);
+    std::vector<bool> flipped(views_.size(), false);
+    const auto squares = [&] {
+      Lens sum = Lens::Zero(figures_, figures_);
+      Figures pull = Figures::Zero(figures_);
+      double left = squares_;
+      for (std::size_t i = 0; i < views_.size(); ++i) {
+        const Figures by = flipped[i] ? shift : none, to = flipped[i] ? side : one;
+        sum += to.asDiagonal() * views_[i].ofLens * to.asDiagonal();
+        pull += to.asDiagonal() * (views_[i].pull - views_[i].ofLens * by);
+        left += by.dot(views_[i].ofLens * by - 2.0 * views_[i].pull);
+      }
+      const Figures scale = sum.diagonal().cwiseSqrt().cwiseInverse(), scaled = scale.asDiagonal() * pull;
+      return left - scaled.dot(factorOf(sum, scale).solve(scaled));
+    };
+    double least = squares_;
+    for (std::optional<std::size_t> best = 0; best;) {
+      best.reset();
+      for (std::size_t i = 0; i < views_.size(); ++i) {
+        flipped[i] = !flipped[i];
+        const double left = squares();
+        flipped[i] = !flipped[i];
+        if (left >= least) continue;
+        least = left;
+        best = i;
+      }
+      if (best) flipped[*best] = !flipped[*best];
+    }
+    const auto count = std::ranges::count(flipped, true), fewer = std::min(count, std::ssize(flipped) - count);
+    if (squares_ - least <= kFlipped * kFlipped * least / static_cast<double>(freedom()) * static_cast<double>(fewer)) {
+      return {};
+    }
+    if (fewer < count) flipped.flip();
+    return flipped;
+  }
+
+  /// Returns the variance of what a view says of each figure of the lens, relative to its information [px^2]: that of
+  /// the corners if their errors are independent, and more if they are correlated within views.
+  double varianceOfViews() const {
+    const Figures scale = information_.diagonal().cwiseSqrt().cwiseInverse();
+    const Eigen::LDLT<Lens> factor = factorOf(information_, scale);
+    double squares = 0.0;
+    for (const View& view : views_) {
+      const Figures scaled = scale.asDiagonal() * view.pull;
+      squares += scaled.dot(factor.solve(scaled));
+    }
+    return squares / static_cast<double>(figures_);
   }
 
   double squares() const { return squares_; }
@@ -319,6 +382,42 @@ double better(const Information& first, const Information& second, std::size_t v
   return mean / std::sqrt(squares / (count - 1.0) / count);
 }
 
+/// Sets which pictures are flipped against the others, if they are and it matters: the other lens is far from this one.
+void seekFlipped(const std::vector<Corners>& views, const Board& board, cv::Size size, const Information& all,
+                 LensFit& fit) {
+  const Eigen::Vector2d last_px(size.width - 1, size.height - 1);
+  double least = all.squares();
+  for (const Eigen::Vector2d& sign : {Eigen::Vector2d(-1, -1), Eigen::Vector2d(-1, 1), Eigen::Vector2d(1, -1)}) {
+    const std::vector<bool> isFlipped = all.flipped(sign, last_px);
+    if (isFlipped.empty()) continue;
+    std::vector<Corners> straight = views;
+    const Eigen::Vector2d middle_px = 0.5 * last_px;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      if (!isFlipped[i]) continue;
+      Eigen::Matrix2Xd& place_px = straight[i].place_px;
+      place_px = (sign.asDiagonal() * (place_px.colwise() - middle_px)).colwise() + middle_px;
+      // A board that is mirrored is listed from the other end of each row.
+      for (int row = 0; sign.prod() < 0.0 && row < board.rows - 1; ++row) {
+        auto places = place_px.middleCols(row * (board.columns - 1), board.columns - 1);
+        places = places.rowwise().reverse().eval();
+      }
+    }
+    const Model model = best(straight, board, size, kAny);
+    if (!model.isFinite()) continue;
+    const Information information(model, straight, board);
+    const Eigen::Vector2d principal_px(model.matrix.at<double>(0, 2), model.matrix.at<double>(1, 2)),
+        deviations = (principal_px - middle_px).cwiseQuotient(information.deviations().segment<2>(1));
+    const double far = kFarFlipped * std::sqrt(static_cast<double>(views.size())),
+                 byNoise = kFlipped * kFlipped * information.varianceOfViews() *
+                           static_cast<double>(std::ranges::count(isFlipped, true));
+    if (information.squares() >= std::min(least, all.squares() - byNoise)) continue;
+    if (!(((1.0 - sign.array()) * deviations.array().abs()).maxCoeff() > 2.0 * far)) continue;
+    least = information.squares();
+    fit.flip = sign;
+    fit.isFlipped = isFlipped;
+  }
+}
+
 /// Returns what explains the views, and sets in `fit` what that is, and what was tried.
 Oblong explain(const std::vector<Corners>& views, const Board& board, cv::Size size, const LensFitOptions& options,
                LensFit& fit) {
@@ -331,6 +430,7 @@ Oblong explain(const std::vector<Corners>& views, const Board& board, cv::Size s
   Model pixels = best(views, board, size, kAny);
   if (!pixels.isFinite()) return found;
   const Information ofPixels(pixels, views, board);
+  seekFlipped(views, board, size, ofPixels, fit);
   fit.otherAspect = pixels.aspect();
   const bool otherPixels = isOther(pixels.aspect(), options.aspect, ofPixels.deviations()[kExtra]);
   std::optional<Oblong> other;

@@ -52,6 +52,9 @@ struct LensFit {
   std::vector<double> viewResidual_px;  ///< per view
   std::vector<double> tilt;             ///< per view: angle between the board and the picture's plane [rad]
   std::optional<int> oddView;           ///< view that does not fit the others; all other results are then unreliable
+  /// Per view: its picture is flipped against those of more views; all other results are then unreliable. Empty: none.
+  std::vector<bool> isFlipped;
+  Eigen::Vector2d flip = Eigen::Vector2d::Ones();  ///< -1 along the coordinates of the picture that are flipped
 };
 
 /// Minimises the sum over views and corners of |seen - project(camera, pose, corner)|^2 over camera and poses, by
@@ -62,6 +65,11 @@ struct LensFit {
 /// expected aspect, both are estimated, and the one that explains the views better, by the differences of the views'
 /// squares (Vuong 1989), is used. Boards that all stand alike in the picture do not tell them apart, those turned by 90
 /// degrees do. A board with as many columns as rows may lie either way, and is taken for one of squares.
+///
+/// A picture that is turned by 180 degrees or mirrored has its principal point on the other side. Each view is tried
+/// so: if they explain the others much better, the views are of one camera, but of pictures that were stored in two
+/// ways. Accepted risk: a principal point that is closer to the picture's middle than four deviations of a single view
+/// is not told from its mirror image, and errs by no more than that.
 ///
 /// Each standard deviation is the larger of two estimates: one from the residuals, with separate noise for each view,
 /// which holds if the errors of corners are independent; the other from the change of the lens without one view

@@ -52,6 +52,15 @@ class CalibrateCommand : public Workplace {
     ASSERT_TRUE(writePicture(options.pictures.back(), picture));
   }
 
+  /// Replaces all pictures by six through the lens as it is now.
+  void takeAgain() {
+    options.pictures.clear();
+    while (options.pictures.size() < 6) {
+      const cv::Mat picture = photograph(kTilted[0], kTilted[1], options.board);
+      if (findCorners(picture, options.board)) add(picture);
+    }
+  }
+
   /// Width of the smallest square that is seen [px].
   double squareIn(const cv::Mat& picture) const {
     const auto corners = findCorners(picture, options.board);
@@ -172,11 +181,7 @@ TEST_F(CalibrateCommand, TakesThePictureSizeThatTheFileLeavesOut) {
 /// Pixels that are not square, or pictures that were resized. The pictures are taken again.
 TEST_F(CalibrateCommand, FindsAScaleThatDiffers) {
   truth.aspect = 1.035;
-  options.pictures.clear();
-  while (options.pictures.size() < 6) {
-    const cv::Mat picture = photograph(kTilted[0], kTilted[1]);
-    if (findCorners(picture, options.board)) add(picture);
-  }
+  takeAgain();
   options.force = true;
   for (const double believed : {1.035, 1.1}) {
     options.gel = path("in.toml");
@@ -209,11 +214,7 @@ TEST_F(CalibrateCommand, FindsAScaleThatDiffers) {
 TEST_F(CalibrateCommand, WritesNoAspectThatMayBeTheBoards) {
   truth.aspect = 1.035;
   options.board = {7, 7, 10e-3};
-  options.pictures.clear();
-  while (options.pictures.size() < 6) {
-    const cv::Mat picture = photograph(kTilted[0], kTilted[1], options.board);
-    if (findCorners(picture, options.board)) add(picture);
-  }
+  takeAgain();
   const Done done = calibrate(options);
   ASSERT_FALSE(done);
   EXPECT_NE(done.error()[0].what.find("do not tell whether the board's squares are oblong"), std::string::npos);
@@ -265,7 +266,52 @@ TEST_F(CalibrateCommand, RefusesAPictureThroughAnotherLens) {
 
 TEST_F(CalibrateCommand, RefusesTooFew) {
   options.pictures.resize(4);
-  expectRefused("", "4 pictures are too few");
+  expectRefused("", "4 different pictures are too few");
+}
+
+/// The same view again, with other noise, tells nothing new.
+TEST_F(CalibrateCommand, CountsEqualPicturesOnce) {
+  testing::internal::CaptureStdout();
+  ASSERT_TRUE(calibrate(options));
+  const sensor::Uncertainty once = sensor::loadGel(options.output)->uncertainty;
+  for (const cv::Mat& view : Pictures::drawn().views) {
+    add(view);
+    cv::Mat noise(view.size(), CV_8UC1), again;
+    cv::theRNG().state = draw.generator();
+    cv::randn(noise, cv::Scalar(4), cv::Scalar(1.5));
+    cv::add(view, noise, again);
+    add(again);
+  }
+  options.force = true;
+  const Done done = calibrate(options);
+  const std::string printed = testing::internal::GetCapturedStdout();
+  ASSERT_TRUE(done) << done.error()[0].message();
+  EXPECT_NE(printed.find("view17.png is left out: it shows the board where"), std::string::npos) << printed;
+  const sensor::Uncertainty thrice = sensor::loadGel(options.output)->uncertainty;
+  std::printf("  six board pictures given three times: principal point +- %.3f px; right: %.3f\n", thrice.principal_px,
+              once.principal_px);
+  EXPECT_EQ(thrice.principal_px, once.principal_px);
+  EXPECT_EQ(thrice.focal, once.focal);
+  options.pictures.erase(options.pictures.begin() + 4, options.pictures.begin() + 6);
+  options.pictures.erase(options.pictures.begin() + 8, options.pictures.end());
+  options.output = path("few.toml");
+  expectRefused("", "4 different pictures are too few");
+}
+
+TEST_F(CalibrateCommand, RefusesPicturesThatAreUpsideDown) {
+  truth.u0 = 0.5 * (truth.width - 1) + 0.04 * truth.width;
+  truth.k1 = truth.k2 = 0.0;
+  takeAgain();
+  for (std::size_t i = 0; i < 3; ++i) {
+    cv::Mat half = *readPicture(options.pictures[i]);
+    cv::rotate(half, half, cv::ROTATE_180);
+    ASSERT_TRUE(writePicture(options.pictures[i], half));
+  }
+  const Done done = calibrate(options);
+  ASSERT_FALSE(done);
+  std::printf("  half of the board pictures turned by 180°: %s; right: refused\n", done.error()[0].message().c_str());
+  EXPECT_NE(done.error()[0].what.find("are turned by 180 degrees against the others"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(options.output));
 }
 
 TEST_F(CalibrateCommand, RefusesViewsFromTheFrontAlone) {

@@ -92,6 +92,52 @@ std::vector<Corners> seenCorners(Draw& draw, const TrueCamera& truth, const Boar
   return views;
 }
 
+/// Half of the pictures stored upside down or mirrored: the lens of their mean is that of no camera.
+TEST(FlippedPictures, AreNamed) {
+  Draw draw(tractiond::test::seed());
+  const Board board{10, 7, 10e-3};
+  const TrueCamera truth{.u0 = 345.0, .v0 = 215.0, .k1 = -0.2, .k2 = 0.05};
+  const Eigen::Vector2d last_px(truth.width - 1, truth.height - 1);
+  for (const Eigen::Vector2d& sign : {Eigen::Vector2d(-1, -1), Eigen::Vector2d(-1, 1), Eigen::Vector2d(1, -1)}) {
+    for (const std::size_t many : {1, 5, 7}) {
+      std::vector<Corners> views = seenCorners(draw, truth, board, 0.05);
+      std::vector<bool> isFlipped(views.size(), false);
+      for (std::size_t i = 0; i < many; ++i) {
+        isFlipped[i] = true;
+        Eigen::Matrix2Xd& place_px = views[i].place_px;
+        place_px = (sign.asDiagonal() * place_px).colwise() + 0.5 * (last_px - sign.cwiseProduct(last_px));
+        for (int row = 0; sign.prod() < 0.0 && row < 6; ++row) {
+          place_px.middleCols(9 * row, 9) = place_px.middleCols(9 * row, 9).rowwise().reverse().eval();
+        }
+      }
+      const LensFit fit = fitLens(views, board, truth.width, truth.height);
+      EXPECT_EQ(fit.isFlipped, isFlipped) << sign.transpose() << ", " << many;
+      EXPECT_EQ(fit.flip, sign) << many;
+    }
+  }
+}
+
+/// A board that is turned by half, or listed from its other end, is a board in another pose.
+TEST(FlippedPictures, AreNotThoseOfATurnedBoard) {
+  Draw draw(tractiond::test::seed());
+  const Board board{10, 7, 10e-3};
+  for (int i = 0; i < 5; ++i) {
+    const TrueCamera truth = draw.camera();
+    std::vector<Corners> views = seenCorners(draw, truth, board, draw.between(0.02, 0.2));
+    views.resize(i == 0 ? 5 : views.size());
+    const LensFit before = fitLens(views, board, truth.width, truth.height);
+    EXPECT_TRUE(before.isFlipped.empty()) << i;
+    for (std::size_t k = 0; k < views.size(); k += 2) {
+      views[k].place_px = views[k].place_px.rowwise().reverse().eval();
+    }
+    const LensFit fit = fitLens(views, board, truth.width, truth.height);
+    EXPECT_TRUE(fit.isFlipped.empty()) << i;
+    EXPECT_NEAR(fit.camera.principal_px.x(), before.camera.principal_px.x(), 0.01);
+    EXPECT_NEAR(fit.principalDeviation_px.x(), before.principalDeviation_px.x(),
+                0.01 * before.principalDeviation_px.x());
+  }
+}
+
 TEST(ExactCorners, GiveTheLensExactly) {
   Draw draw(tractiond::test::seed());
   const Board board{10, 7, 10e-3};
@@ -254,6 +300,7 @@ TEST(CorrelatedErrors, AreInTheDeviations) {
     }
     const LensFit fit = fitLens(views, board, truth.width, truth.height);
     ASSERT_EQ(fit.outcome, LensFit::Outcome::kDone);
+    EXPECT_TRUE(fit.isFlipped.empty()) << i;
     coverage.add(pulls(fit, truth));
   }
   std::printf("mean square of error / deviation %.2f\n", coverage.meanSquare());
@@ -272,6 +319,7 @@ TEST(LensFit, DeviationsAreTrue) {
     const double error_px = draw.between(0.01, 0.1);
     const LensFit fit = fitLens(seenCorners(draw, truth, board, error_px), board, truth.width, truth.height);
     ASSERT_EQ(fit.outcome, LensFit::Outcome::kDone);
+    EXPECT_TRUE(fit.isFlipped.empty()) << i;
     coverage.add(pulls(fit, truth));
   }
   std::printf(
