@@ -47,6 +47,49 @@ def chessboard(tilt, turn, place_mm):
     return picture
 
 
+class OtherCamera(rig.TestCase):
+    def test_another_camera_or_cut_is_refused_by_name(self):
+        """Two twins, whose serial numbers are their addresses."""
+        one, other = (f"Traction-127-0-0-{n} (640 x 480 px" for n in (1, 2))
+        self.bench.twin("idle", truth=False)
+        self.bench.twin("idle", address="127.0.0.2", truth=False)
+        gel = self.bench.folder / "gel.toml"
+        bound = f'[sensor]\ngel_file = "{gel}"\n'
+        binned = 'features = [{ BinningVertical = 2 }]\n'
+
+        def ends(code, words, *config, **options):
+            daemon = self.bench.daemon(*config, ready=False, **options)
+            self.assertEqual(daemon.join(), code, daemon.output())
+            self.assertIn(words, daemon.output())
+
+        def pose(file, output):
+            lens = self.bench.start(rig.BIN / "traction-lens", "pose", file, "--output", output, "--gel",
+                                  gel if gel.exists() else rig.SOURCE / "config/gels/paper.toml")
+            return lens.join(), lens.output()
+
+        daemon = self.bench.daemon()
+        daemon.wait_for("zero taken, by itself")
+        code, output = self.ctl(daemon, "snapshot", self.bench.folder / "one.png")
+        self.assertEqual(code, 0, output)
+        daemon.stop()
+        code, output = pose(self.bench.folder / "one.png", gel)
+        self.assertEqual(code, 0, output)
+        self.assertIn(f'measured_with = "{one})"', gel.read_text())
+        daemon = self.bench.daemon(bound)  # all is right: nothing more is asked for, and the zero is used
+        daemon.wait_for("the zero is the one kept")
+        daemon.stop()
+        ends(65, f"the rest pose was taken with camera {one}), this is {one}, BinningVertical = 2)", binned)
+        ends(78, f"measured with {one}), this is {one}, BinningVertical = 2)", binned + bound)
+        ends(78, f"measured with {one}), this is {other})", bound, camera="127.0.0.2")
+        seen = self.bench.daemon('[sensor]\ngel_file = "none"\n', camera="127.0.0.2")
+        code, output = self.ctl(seen, "snapshot", self.bench.folder / "other.png")
+        self.assertEqual(code, 0, output)
+        code, output = pose(self.bench.folder / "other.png", self.bench.folder / "wrong.toml")
+        self.assertEqual(code, 65, output)
+        self.assertIn(f"is of {other}), the lens of {gel} was measured with {one})", output)
+        print("\n  camera A's gel file, zero and lens with camera B, and with BinningVertical = 2: each refused by name; right: none used", end=" ")
+
+
 class Setup(TestCase):
     def setUp(self):
         super().setUp()
@@ -156,47 +199,6 @@ class Setup(TestCase):
         self.assertAlmostEqual(field.resultant_N.z, 500 * rig.GRAM_FORCE, delta=0.03 * 500 * rig.GRAM_FORCE)
         self.assertAlmostEqual(json.loads(self.rig.ctl("--control", daemon.endpoint["control"], "describe")[1])["gel"]["youngs_modulus_Pa"],
                                stiffness["value"], delta=1e-3)
-
-    def test_another_camera_or_cut_is_refused_by_name(self):
-        """Two twins, whose serial numbers are their addresses."""
-        one, other = (f"Traction-127-0-0-{n} (640 x 480 px" for n in (1, 2))
-        self.rig.twin("idle", truth=False)
-        self.rig.twin("idle", address="127.0.0.2", truth=False)
-        gel = self.rig.folder / "gel.toml"
-        bound = f'[sensor]\ngel_file = "{gel}"\n'
-        binned = 'features = [{ BinningVertical = 2 }]\n'
-
-        def ends(code, words, *config, **options):
-            daemon = self.rig.daemon(*config, ready=False, **options)
-            self.assertEqual(daemon.join(), code, daemon.output())
-            self.assertIn(words, daemon.output())
-
-        def pose(file, output):
-            lens = self.rig.start(rig.BIN / "traction-lens", "pose", file, "--output", output, "--gel",
-                                  gel if gel.exists() else rig.SOURCE / "config/gels/paper.toml")
-            return lens.join(), lens.output()
-
-        daemon = self.rig.daemon()
-        daemon.wait_for("zero taken, by itself")
-        code, output = self.rig.ctl("--control", daemon.endpoint["control"], "snapshot", self.rig.folder / "one.png")
-        self.assertEqual(code, 0, output)
-        daemon.stop()
-        code, output = pose(self.rig.folder / "one.png", gel)
-        self.assertEqual(code, 0, output)
-        self.assertIn(f'measured_with = "{one})"', gel.read_text())
-        daemon = self.rig.daemon(bound)  # all is right: nothing more is asked for, and the zero is used
-        daemon.wait_for("the zero is the one kept")
-        daemon.stop()
-        ends(65, f"the rest pose was taken with camera {one}), this is {one}, BinningVertical = 2)", binned)
-        ends(78, f"measured with {one}), this is {one}, BinningVertical = 2)", binned + bound)
-        ends(78, f"measured with {one}), this is {other})", bound, camera="127.0.0.2")
-        seen = self.rig.daemon('[sensor]\ngel_file = "none"\n', camera="127.0.0.2")
-        code, output = self.rig.ctl("--control", seen.endpoint["control"], "snapshot", self.rig.folder / "other.png")
-        self.assertEqual(code, 0, output)
-        code, output = pose(self.rig.folder / "other.png", self.rig.folder / "wrong.toml")
-        self.assertEqual(code, 65, output)
-        self.assertIn(f"is of {other}), the lens of {gel} was measured with {one})", output)
-        print("\n  camera A's gel file, zero and lens with camera B, and with BinningVertical = 2: each refused by name; right: none used", end=" ")
 
     def test_the_page_leads_from_step_to_step(self):
         self.twin = None
