@@ -52,8 +52,7 @@ Done bind(sensor::Sensor& sensor, const PoseOptions& options) {
     return tl::unexpected(Faults{fault(
         options.picture, "is of " + with.text() + ", the lens of " + options.gel + " was measured with " + lens.text(),
         "use that camera with that picture; or measure the lens in this one (traction-lens calibrate); or add "
-        "--same-lens "
-        "if the same lens is now on another camera of that model")});
+        "--same-lens if the same lens is now on another camera of that model")});
   }
   known.principal_px = std::max(known.principal_px, usual.principal_px);  // chips do not lie alike in their housings
   known.focal = std::max(known.focal, usual.focal);

@@ -23,8 +23,7 @@ constexpr milliseconds kPatience{200};
 constexpr nanoseconds kRemark{60'000'000'000};
 constexpr const char* kRepeats =
     "it sends one picture again and again, equal to the byte, which noise never is: the camera's encoder, or the "
-    "program "
-    "that supplies the pictures, hangs; restart it, or set camera.stills = true if still pictures are meant";
+    "program that supplies the pictures, hangs; restart it, or set camera.stills = true if still pictures are meant";
 /// The next turn is due.
 constexpr std::int64_t kAtOnce = 0;
 
