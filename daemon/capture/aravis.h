@@ -138,9 +138,8 @@ std::string textOf(const Feature& feature);
 std::vector<std::string> offeredEntries(ArvDevice* device, const char* name);
 /// Writes one feature, also one whose value is given as text, and reads it back, or executes a command and waits up to
 /// 10 s until it is done. Returns the line for CameraInfo::settings: "Name = value" as read back, with "(asked: value)"
-/// if the camera has rounded a number, or "Name executed". EX_CONFIG: the camera lacks the feature or refuses, a
-/// text or switch reads back differently, or a number is still the one from before, by more than rounding; the error
-/// states what is allowed. EX_UNAVAILABLE: no answer, or the command
+/// if the camera has rounded a number, or "Name executed". EX_CONFIG: the camera lacks the feature or refuses, or a
+/// text or switch reads back differently; the error states what is allowed. EX_UNAVAILABLE: no answer, or the command
 /// is not done after 10 s.
 tl::expected<std::string, Error> writeFeature(ArvDevice* device, const Feature& feature);
 /// Returns a feature with its present value as text, which restores it when written. Returns nothing for a command, and

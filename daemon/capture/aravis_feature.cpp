@@ -131,15 +131,8 @@ Done readBack(const Feature& feature, const std::string& got, const Failure& fai
   return feature.name + " = " + got;
 }
 
-/// A camera that took nothing, although it acknowledged the write, still has the value from before. One that rounds may
-/// have it as well: by less than its increment, or by a part of what it was asked for.
-/// \param stood before the write
-/// \param step that the camera states; 0: none
-Done readBack(const Feature& feature, double asked, double got, double stood, double step, const Failure& failure) {
-  constexpr double kCoarsest = 0.1;
+Done readBack(const Feature& feature, double asked, double got, const Failure& failure) {
   if (failure) return refuse(feature, failure);
-  if (got == stood && std::abs(got - asked) > std::max(step, kCoarsest * std::abs(asked)))
-    return refuse(feature, "it acknowledged the value, and still says " + number(got));
   const bool rounded = std::abs(got - asked) > 1e-9 * std::abs(asked);
   return feature.name + " = " + number(got) + (rounded ? " (asked: " + number(asked) + ")" : "");
 }
@@ -207,17 +200,15 @@ Done writeInteger(ArvDevice* device, const Feature& feature) {
   arv_device_get_integer_feature_bounds(device, name, &low, &high, failure.into());
   if (!failure && (*value < low || *value > high))
     return refuse(feature, "it may be " + std::to_string(low) + " to " + std::to_string(high));
-  const gint64 step = arv_device_get_integer_feature_increment(device, name, nullptr);
-  const gint64 stood = arv_device_get_integer_feature_value(device, name, nullptr);
   arv_device_set_integer_feature_value(device, name, *value, failure.into());
   if (failure) {
+    const gint64 step = arv_device_get_integer_feature_increment(device, name, nullptr);
     if (!failure.noAnswer() && step > 1)
       return refuse(feature, failure.text(), "it goes in steps of " + std::to_string(step));
     return refuse(feature, failure);
   }
   const gint64 got = arv_device_get_integer_feature_value(device, name, failure.into());
-  return readBack(feature, static_cast<double>(*value), static_cast<double>(got), static_cast<double>(stood),
-                  static_cast<double>(step), failure);
+  return readBack(feature, static_cast<double>(*value), static_cast<double>(got), failure);
 }
 
 Done writeFloat(ArvDevice* device, const Feature& feature) {
@@ -230,12 +221,10 @@ Done writeFloat(ArvDevice* device, const Feature& feature) {
   arv_device_get_float_feature_bounds(device, name, &low, &high, failure.into());
   if (!failure && (*value < low || *value > high))
     return refuse(feature, "it may be " + number(low) + " to " + number(high));
-  const double step = arv_device_get_float_feature_increment(device, name, nullptr);
-  const double stood = arv_device_get_float_feature_value(device, name, nullptr);
   arv_device_set_float_feature_value(device, name, *value, failure.into());
   if (failure) return refuse(feature, failure);
   const double got = arv_device_get_float_feature_value(device, name, failure.into());
-  return readBack(feature, *value, got, stood, step, failure);
+  return readBack(feature, *value, got, failure);
 }
 
 }  // namespace

@@ -112,6 +112,7 @@ std::vector<std::string> interfacesTowards(const std::string& address) {
   if (inet_pton(AF_INET, address.c_str(), &camera) != 1 || getifaddrs(&all) != 0) return found;
   for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
     if (one->ifa_addr == nullptr || one->ifa_netmask == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
+    if ((one->ifa_flags & IFF_UP) == 0) continue;  // it has no route
     const auto own = reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr.s_addr;
     const auto mask = reinterpret_cast<const sockaddr_in*>(one->ifa_netmask)->sin_addr.s_addr;
     const std::string name = one->ifa_name, card = name.substr(0, name.find(':'));  // without the label of an alias

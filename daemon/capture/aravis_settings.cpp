@@ -57,12 +57,12 @@ class Setter {
     if (result) result = setRegion(options);
     if (result && options.frameRate_Hz > 0) result = setRate(options.frameRate_Hz);
     if (result && options.exposure_us > 0) {
-      result = switchOff("ExposureAuto");
-      if (result) result = setQuantity("exposure_us", "us", exposureOf(device_), options.exposure_us);
+      switchOff("ExposureAuto");
+      result = setQuantity("exposure_us", "us", exposureOf(device_), options.exposure_us);
     }
     if (result && options.gain) {
-      result = switchOff("GainAuto");
-      if (result) result = setQuantity("gain", "", gainOf(device_), *options.gain);
+      switchOff("GainAuto");
+      result = setQuantity("gain", "", gainOf(device_), *options.gain);
     }
     if (result) result = setTrigger(options);
     if (result && !options.strobeLine.empty()) result = setStrobe(options.strobeLine);
@@ -90,6 +90,8 @@ class Setter {
   Result set(const Feature& feature) {
     auto line = write(feature);
     if (!line) return tl::unexpected(line.error());
+    // Whether it rounds or ignores is not known: it may have rounded to the same value at an earlier start.
+    if (line->find(" (asked: ") != std::string::npos) info_.warnings.push_back("the camera made " + *line);
     info_.settings.push_back(*std::move(line));
     return {};
   }
@@ -196,10 +198,10 @@ class Setter {
     return report(key, unit, value, readQuantity(device_, quantity).value_or(value), Failure());
   }
 
-  /// A value that the camera changes by itself is none that was set.
-  Result switchOff(const char* automatic) {
-    if (!hasFeature(device_, automatic) || readFeature(device_, automatic) == "Off") return {};
-    return set({automatic, std::string("Off")});
+  /// A value that the camera changes by itself is none that was set: one that stays automatic is a warning.
+  void switchOff(const char* automatic) {
+    if (!hasFeature(device_, automatic) || readFeature(device_, automatic) == "Off") return;
+    if (auto done = set({automatic, std::string("Off")}); !done) info_.warnings.push_back(done.error().message());
   }
 
   /// Calls `use` with each trigger selected in turn, with its name, or once with an empty name if triggers have none.
@@ -339,7 +341,7 @@ class Setter {
     arv_camera_set_chunks(camera_, list.c_str(), failure.into());
     if (failure) return failed(failure.exitCode(), "the camera refuses " + what + failure.text());
     for (const std::string& chunk : chunks)
-      if (!arv_camera_get_chunk_state(camera_, chunk.c_str(), nullptr))
+      if (!arv_camera_get_chunk_state(camera_, chunk.c_str(), failure.into()) && !failure)
         return failed(EX_CONFIG, "the camera acknowledged " + what + chunk + " is still not enabled");
     info_.settings.push_back("chunks = " + joined(chunks));
     return {};

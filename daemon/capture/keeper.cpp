@@ -123,6 +123,8 @@ std::optional<Error> Keeper::examine(CameraInfo& seen) {
 
 std::int64_t Keeper::offer(std::shared_ptr<const CameraInfo> seen) {
   if (before_ && !renewed_) tell(LogLevel::kWarning, "camera " + before_->name.id + " is back");
+  noteRepetition(false);  // a source that still repeats is told anew
+  newest_.repeats = false;
   {
     const std::lock_guard lock(mutex_);
     info_ = before_ = std::move(seen);
