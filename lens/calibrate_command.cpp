@@ -316,13 +316,12 @@ Done calibrate(const CalibrateOptions& options) {
         "  note: not all pictures say which camera took them, as those of tractionctl snapshot do: their size alone "
         "was compared\n");
   }
-  if (const std::string with = firstCamera(views); !with.empty()) {
-    if (!sensor->measuredWith.empty() && sensor->measuredWith != with) {
-      std::printf("  note: the gel file's pose was measured with %s: find it anew (traction-lens pose)\n",
-                  sensor->measuredWith.c_str());
-    }
-    sensor->measuredWith = with;
+  const std::string with = firstCamera(views);  // empty: the lens may be another camera's than the file's was
+  if (!with.empty() && !sensor->measuredWith.empty() && sensor->measuredWith != with) {
+    std::printf("  note: the gel file's pose was measured with %s: find it anew (traction-lens pose)\n",
+                sensor->measuredWith.c_str());
   }
+  sensor->measuredWith = with;
 
   camera.focal_px = fit.camera.focal_px;
   camera.aspect = fit.camera.aspect;

@@ -33,6 +33,8 @@ struct Seen {
 
 /// Binds the sensor to the picture's camera. Fails if its lens was measured with another one, or in another cut.
 Done bind(sensor::Sensor& sensor, const PoseOptions& options) {
+  // Calibrated files of before state the camera alone.
+  if (sensor.measuredWith.empty() && sensor.calibration) sensor.measuredWith = sensor.calibration->camera;
   const auto lens = sensor::MeasuredWith::parse(sensor.measuredWith), with = measuredWith(options.picture);
   sensor::Uncertainty& known = sensor.uncertainty;
   const sensor::Uncertainty usual;  // of a lens that was not measured
@@ -48,7 +50,7 @@ Done bind(sensor::Sensor& sensor, const PoseOptions& options) {
                 with.camera.c_str());
   }
   if (lens.holdsFor(with)) return {};
-  if (!options.sameLens || lens.picture != with.picture) {
+  if (!options.sameLens || (!lens.picture.empty() && lens.picture != with.picture)) {
     return tl::unexpected(Faults{fault(
         options.picture, "is of " + with.text() + ", the lens of " + options.gel + " was measured with " + lens.text(),
         "use that camera with that picture; or measure the lens in this one (traction-lens calibrate); or add "

@@ -81,7 +81,11 @@ tl::expected<void, Error> checkCamera(const sensor::Sensor& sensor, const captur
       .what = fmt::format("the gel file's camera was measured with {}, this is {}", measured.text(),
                           measuredWith(info).text()),
       .where = gelFile,
-      .remedy = "use that camera (camera.id) with that picture (camera.features), or measure lens and pose with this "
+      .remedy =
+          info.name.serial.empty()
+              ? "if these pictures are that camera's, delete camera.measured_with and "
+                "the lines of calibration of the gel file"
+              : "use that camera (camera.id) with that picture (camera.features), or measure lens and pose with this "
                 "one: docs/calibration.md, another camera"});
 }
 

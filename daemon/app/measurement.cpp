@@ -111,7 +111,7 @@ tl::expected<void, Error> Measurement::acceptCamera(const capture::CameraInfo& i
                         "the same camera is set by camera.features"});
   }
   measuredWith_ = with;
-  if (sensor_.measuredWith.empty() && !around_.config.sensor.gelFile.empty()) {
+  if (sensor_.measuredWith.empty() && !sensor_.calibration && !around_.config.sensor.gelFile.empty()) {
     spdlog::info(
         "the gel file does not say with which camera and picture its lens and pose were measured, so others are not "
         "noticed: tractionctl calibrate writes it, and traction-lens, from pictures of tractionctl snapshot");

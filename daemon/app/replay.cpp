@@ -195,7 +195,10 @@ void Replay::chooseSensor() {
 void Replay::checkPicture(const Frame& picture) const {
   if (auto possible = track::trackable(sensor_, picture.format); !possible) fail(possible.error());
   const auto& recorded = beginning_->message;
-  const sensor::MeasuredWith with{.camera = sensor::cameraId(recorded.camera_vendor(), recorded.camera_serial()),
+  // Nothing is known of a film, or a camera without a number.
+  const sensor::MeasuredWith with{.camera = recorded.camera_serial().empty()
+                                                ? std::string()
+                                                : sensor::cameraId(recorded.camera_vendor(), recorded.camera_serial()),
                                   .picture = ""};
   if (options_.ownGel && !sensor::MeasuredWith::parse(sensor_.measuredWith).holdsFor(with)) {
     fail(
