@@ -125,6 +125,7 @@ void OscOutput::write(const Touches& touches) {
   const std::vector<std::uint64_t> before = std::exchange(open_, {});
   for (const Touch& touch : touches.touches) {
     open_.push_back(touch.id);
+    lifted_.erase(touch.id);  // it was lost, and is seen again
     messages.push_back(OscMessage(prefix_ + "/touch")
                            .add(static_cast<std::int32_t>(touch.id))
                            .add({1e3 * touch.position_m[0], 1e3 * touch.position_m[1], touch.shear_N[0],

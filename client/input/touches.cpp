@@ -41,11 +41,12 @@ const Touches& View::take(const std::vector<touch::Contact>& contacts, const Fie
   for (const touch::Contact& contact : contacts) {
     // A contact may last though nothing is known of it, but nothing stays pressed by what is not known.
     const bool isLost = contact.phase == ContactPhase::kUnknown && touch::seconds(contact.seen_ns, time_ns) > kLost_s;
-    if (contact.phase == ContactPhase::kEnd || isLost) continue;
     const auto known =
         std::find_if(before.begin(), before.end(), [&](const Touch& one) { return one.id == contact.id; });
     const bool seen = contact.phase == ContactPhase::kBegin || contact.phase == ContactPhase::kMove;
-    touches_.touches.push_back(seen || known == before.end() ? turned(contact) : *known);
+    // What was lifted as lost touches again when it is seen.
+    if (contact.phase == ContactPhase::kEnd || isLost || (!seen && known == before.end())) continue;
+    touches_.touches.push_back(seen ? turned(contact) : *known);
     touches_.touches.back().seen = seen;
   }
   if (touches_.touches.empty()) {

@@ -34,15 +34,17 @@ TEST(View, ShowsTheGelFromTheSideOfItsUser) {
   EXPECT_NEAR(touches.touches[0].orientation_rad, -0.5, 1e-12);
   EXPECT_EQ(touches.wrench, (Wrench{-0.3, 0.4, -2.0, -1e-3, 2e-3, -3e-3}));
 
-  contact.phase = ContactPhase::kUnknown;  // its forces are 0 then, and say nothing
-  contact.force_N = {};
   View turned(std::numbers::pi / 2);
   EXPECT_NEAR(turned.take({contact}, &field, 6).touches[0].position_m[0], -0.02, 1e-12);
+  contact.phase = ContactPhase::kUnknown;  // its forces are 0 then, and say nothing
+  contact.force_N = {};
   const Touches& unknown = view.take({contact}, nullptr, 6);
   EXPECT_FALSE(unknown.touches[0].seen);
   EXPECT_EQ(unknown.touches[0].press_N, 2.0);
   EXPECT_EQ(unknown.wrench[2], -2.0);
   EXPECT_TRUE(view.take({contact}, nullptr, 200'000'000).touches.empty()) << "it may last, but presses no button";
+  contact.phase = ContactPhase::kAbsent;
+  EXPECT_TRUE(view.take({contact}, &field, 210'000'000).touches.empty()) << "it was lifted meanwhile";
   contact.phase = ContactPhase::kEnd;
   EXPECT_TRUE(view.take({contact}, nullptr, 7).touches.empty());
   EXPECT_EQ(view.take({}, nullptr, 8).wrench, Wrench{});
