@@ -63,7 +63,9 @@ def compute(task, folder, say):
         markers, inward, names = placement.markers(surface, task["layers"])
         placement.check_inside(markers, names, corners, free, bonded)
         placement.check_seen(markers, inward, names, task["camera"])
-        shallowest = geometry.distances(markers, corners[free]).min()
+        # Side walls may be as near as they like: nothing touches them.
+        touched = scipy.spatial.cKDTree(points).query(corners[free].mean(axis=1))[0] < pitch
+        shallowest = geometry.distances(markers, corners[free[touched] if touched.any() else free]).min()
         gel, error, size = _refined(body, task, markers, points, weights, shallowest, say)
         errors = _errors(body, task, size / FINER**2, markers, points, weights, say)
 

@@ -99,10 +99,10 @@ def faces(volumes):
 def _divided(bodies):
     """Cuts bodies, each a list of (3, tag), where they overlap: what is in several belongs to the last. They share the
     faces where they touch. Returns the volumes of each (tags)."""
-    for number, later in [*enumerate(bodies)][:0:-1]:  # cut, so that no thin layer of both is left between them
-        for earlier in range(number):
-            if bodies[earlier] and later:
-                bodies[earlier] = gmsh.model.occ.cut(bodies[earlier], later, removeTool=False)[0]
+    for later in range(len(bodies) - 1, 0, -1):  # cut, so that no thin layer of both is left between them
+        for earlier in range(later):
+            if bodies[earlier] and bodies[later]:
+                bodies[earlier] = gmsh.model.occ.cut(bodies[earlier], bodies[later], removeTool=False)[0]
     solids = sum(bodies, [])
     parts = gmsh.model.occ.fragment(solids[:1], solids[1:])[1] if solids[1:] else [solids]
     gmsh.model.occ.synchronize()

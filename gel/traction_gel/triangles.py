@@ -24,11 +24,11 @@ def read(path, key):
     except OSError as error:
         raise Problem(f"{key}: {path} cannot be read: {error.strerror}") from None
     count = int.from_bytes(data[80:84], "little")
-    if count and len(data) == 84 + 50 * count:
-        places = np.frombuffer(data, [("normal", "<f4", 3), ("corners", "<f4", 9), ("more", "<u2")], offset=84)["corners"]
+    if count and len(data) >= 84 + 50 * count:  # a text would state more than any file has
+        places = np.frombuffer(data, [("normal", "<f4", 3), ("corners", "<f4", 9), ("more", "<u2")], count, 84)["corners"]
     else:
         try:
-            places = np.array(re.findall(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)", data), float)
+            places = np.array(re.findall(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)", data, re.I), float)
         except ValueError:
             places = np.full(1, np.nan)
     if not places.size or places.size % 9 or not np.isfinite(places).all():
