@@ -102,8 +102,8 @@ void GelWatch::watchFirstZero(std::int64_t now_ns) {
   const bool isBrightness = std::abs(first.brighter) >= std::abs(first.moreContrast);
   const float change = isBrightness ? first.brighter : first.moreContrast;
   const std::string why =
-      isUnsteady ? fmt::format("waiting: {} still {} by {:.0f} % over {} pictures; lamp, exposure and gain must be "
-                               "steady",
+      isUnsteady ? fmt::format("waiting: {} still {} by {:.0f} % over {} pictures; lamp, exposure and gain must "
+                               "be steady, and the exposure whole periods of the mains' light",
                                isBrightness ? "brightness" : "contrast", change > 0.0F ? "rises" : "falls",
                                100.0F * std::abs(change), first.changedOver)
       : state == track::ZeroState::kTooFew || state == track::ZeroState::kTorn

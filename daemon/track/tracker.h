@@ -126,8 +126,9 @@ class Tracker final : public ZeroTracker {
   ZeroTaker taker_;
   PixelNoise pixelNoise_;
   bool taking_ = false, takingRequested_ = false;
-  int discarded_ = 0;  ///< frames of the zero that were torn, or came before a new begin
-  RestPose pose_;      ///< in the making, or waiting for the mailbox
+  int discarded_ = 0;         ///< frames of the zero that were torn, or came before a new begin
+  bool wasUnsteady_ = false;  ///< the zero began anew
+  RestPose pose_;             ///< in the making, or waiting for the mailbox
   bool poseWaits_ = false;
   std::atomic<ZeroState> zeroState_{ZeroState::kNone};
   Mailbox<RestPose> finished_;

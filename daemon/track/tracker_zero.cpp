@@ -41,6 +41,7 @@ void Tracker::beginZero(bool requested) {
   taking_ = true;
   takingRequested_ = requested;
   discarded_ = 0;
+  wasUnsteady_ = false;
   taker_.start();
   pixelNoise_.start();
 }
@@ -60,7 +61,7 @@ void Tracker::takeZero(const FrameInfo& info) {
   MarkerSight::FirstZero& first = sight_.firstZero;
   if (isFirst) ++first.frames;
   if (follower.torn()) {
-    if (++discarded_ > options_.zeroFrames) state = ZeroState::kTorn;
+    if (++discarded_ > options_.zeroFrames) state = wasUnsteady_ ? ZeroState::kUnsteady : ZeroState::kTorn;
   } else {
     for (const Follower::Layer& layer : follower.layers()) {
       pixelNoise_.add(layer.plane, layer.lattice.first, Follower::ofLayer(follower.place_px(), layer),
@@ -73,6 +74,7 @@ void Tracker::takeZero(const FrameInfo& info) {
   if (state == ZeroState::kUnsteady) {
     // The appearance was learned in other light, too.
     (takingRequested_ ? candidate_ : follower_).learnAnew();
+    wasUnsteady_ = true;
     discarded_ += taker_.frames();
     if (isFirst) {
       first.brighter = static_cast<float>(taker_.brightness().share());

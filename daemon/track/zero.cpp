@@ -42,7 +42,7 @@ const char* describe(ZeroState state) {
            "overloaded?";
   case ZeroState::kUnsteady:
     return "zero refused: brightness or contrast of the markers still changed while it was taken; wait until lamp, "
-           "exposure and gain are steady";
+           "exposure and gain are steady, and take an exposure of whole periods of the mains' light (10 ms at 50 Hz)";
   default:
     return "";
   }
