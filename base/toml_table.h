@@ -35,8 +35,8 @@ struct Range {
 class TomlTable {
  public:
   /// Parses `text`, which need not outlive the call. Skips a byte order mark of UTF-8. Fails if it is not TOML in
-  /// UTF-8, or if a key, or the text of a line, has more than 100 parts between dots. Returns the root table. \param
-  /// file names the file in errors
+  /// UTF-8, or if a key, or the text of a line, has more than 100 parts between dots. Returns the root table.
+  /// \param file names the file in errors
   static tl::expected<TomlTable, FileError> parse(std::string_view text, const std::string& file);
   /// Parses the file at `path`, of at most 4 MiB. Fails as parse(), and with FileError::unreadable if it cannot be
   /// read.

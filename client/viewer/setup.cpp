@@ -123,7 +123,8 @@ Setup::Setup(fs::path folder, const ControlOptions& control, fs::path lens)
   const auto bytes = tractiond::readWholeFile(folder_ / kState, kMostBytes);
   if (bytes) steps_ = Json::parse(bytes->begin(), bytes->end(), nullptr, false);
   if (!bytes || !steps_.is_object()) {
-    throw client::Failure(EX_DATAERR, path(kState) + " is damaged: delete it to begin anew");
+    throw client::Failure(
+        EX_DATAERR, path(kState) + " is damaged: begin anew in another folder, into which board-*.png may be copied");
   }
 }
 
@@ -206,7 +207,7 @@ std::string Setup::carryOut(std::string_view request) {
   } catch (const client::OutputError& error) {
     refuse(error.what());
   } catch (const Json::exception&) {  // edited by hand
-    refuse(path(kState) + " is damaged: delete it to begin anew");
+    refuse(path(kState) + " is damaged: begin anew in another folder, into which board-*.png may be copied");
   }
 }
 

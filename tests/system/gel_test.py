@@ -98,7 +98,7 @@ class Gel(rig.TestCase):
         pictures.show(scene[:1])
         daemon.wait_for("warning: camera images: it sends one picture again and again")
         # In a status that tells it, a second without a field has passed.
-        code, output = self.status_where(daemon, lambda status: status["camera_why"] and status["rates"]["published_hz"] == 0)
+        code, output = self.status_where(daemon, lambda status: status["ledger"]["repeated"] and status["rates"]["published_hz"] == 0)
         self.assertEqual(code, os.EX_NOINPUT, output)
         self.assertIn("the camera sends nothing new: it sends one picture again and again", output)
         ledger = json.loads(output.splitlines()[0])["ledger"]

@@ -7,6 +7,7 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from os import PathLike
+from os.path import isfile
 from typing import BinaryIO
 
 from .decode import KINDS, Message, decode
@@ -34,7 +35,7 @@ def recording(path: str | PathLike[str]) -> Iterator[Recorded]:
     off or damaged, after what stands before. Where two sources have one name, the second one's are left out, with a warning."""
     sources = Sources()
     try:
-        for kind, log_ns, _, payload in _messages(path):
+        for kind, log_ns, _, payload in _messages(path) if isfile(path) else ():  # a pipe is read once
             if kind != "preview":
                 sources.take(*_identity(kind, payload), log_ns)
     except (Malformed, OSError):  # which is said below
