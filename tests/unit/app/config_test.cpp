@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <iterator>
 #include <sstream>
 
@@ -38,6 +39,7 @@ TEST(Config, OfAnyWindowsEditorIsReadOrRefusedByItsEncoding) {
     EXPECT_NE(errorOf(wide).find("as in UTF-16 (\"Unicode\" in old Notepads): save it as UTF-8"), std::string::npos)
         << errorOf(wide);
   }
+  std::cout << "  a configuration in UTF-16: " << errorOf(little) << "; right: refused by its encoding\n";
 }
 
 TEST(Config, FalseAlarmsAreThoseAtTheCamerasRate) {

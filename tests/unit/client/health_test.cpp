@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <iostream>
 #include <memory>
 
 namespace traction::client::health_test {
@@ -114,6 +115,7 @@ TEST(Health, AZeroThatNobodyRequestedIsANoteAndNoWarning) {
   EXPECT_EQ(found.front().what, "zero not verified");
   EXPECT_EQ(healthOf(found), Health::kMeasuring);
   EXPECT_FALSE(test::has(one.line(), "!")) << one.line();
+  std::cout << "  a zero that nobody requested: " << one.line() << "; right: a note, no warning\n";
 }
 
 }  // namespace
