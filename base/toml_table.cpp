@@ -29,17 +29,15 @@ double numberIn(const toml::node& node) {
   return integer != nullptr ? static_cast<double>(integer->get()) : node.as_floating_point()->get();
 }
 
-constexpr int kMostParts = 100;
+constexpr int kMostDots = 2000;
 
-/// Returns the line of a dotted key with more than kMostParts parts; 0 if there is none. The parser recurses once per
-/// part and would overflow its stack.
+/// Returns the first line with more than kMostDots dots, wherever they are; 0 if there is none. The parser recurses
+/// once per part of a dotted key, which is on one line, and would overflow its stack.
 int lineOfEndlessKey(std::string_view text) {
-  int line = 1, parts = 1;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (c == '\n') ++line;
-    if (std::string_view("\n=,[]{}#").find(c) != std::string_view::npos) parts = 1;
-    if (c == '.' && i + 1 < text.size() && text[i + 1] != '.' && ++parts > kMostParts) return line;
+  int line = 1, dots = 0;
+  for (const char c : text) {
+    if (c == '\n') ++line, dots = 0;
+    if (c == '.' && ++dots > kMostDots) return line;
   }
   return 0;
 }
@@ -112,8 +110,8 @@ tl::expected<TomlTable, FileError> TomlTable::parse(std::string_view text, const
         FileError{file, "has bytes that are 0, as in UTF-16 (\"Unicode\" in old Notepads): save it as UTF-8"});
   }
   if (const int line = lineOfEndlessKey(text); line > 0) {
-    return tl::unexpected(FileError{file + ":" + std::to_string(line),
-                                    "has a key of more than " + std::to_string(kMostParts) + " parts"});
+    return tl::unexpected(FileError{file + ":" + std::to_string(line), "has more than " + std::to_string(kMostDots) +
+                                                                           " dots: write fewer numbers on a line"});
   }
   try {
     document->root = toml::parse(text, file);

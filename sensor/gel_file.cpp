@@ -362,8 +362,9 @@ tl::expected<void, FileError> checkSeen(const Sensor& sensor, const std::string&
 }
 
 /// Reads a gel file and its influence file; the parameters are those of parseGel().
+/// \param alone whether an influence file is an error
 tl::expected<Sensor, FileError> read(tl::expected<TomlTable, FileError> root, const std::string& name,
-                                     const std::string& influence = {}) {
+                                     const std::string& influence = {}, bool alone = false) {
   if (!root) return tl::unexpected(root.error());
   int version = 0;
   if (!root->has("format")) root->fail("format", "is missing: a gel file starts with format = 1");
@@ -376,6 +377,8 @@ tl::expected<Sensor, FileError> read(tl::expected<TomlTable, FileError> root, co
   bool ownStiffness = false;
   if (auto table = root->table("gel")) {
     table->read("influence_file", influenceFile);
+    if (alone && !influenceFile.empty())
+      table->fail("influence_file", "must not be named by a gel file from elsewhere");
     ownStiffness = table->has("youngs_modulus_pa");
   }
   Sensor sensor = readSensor(*root, !influenceFile.empty());
@@ -400,6 +403,10 @@ Sensor readGel(TomlTable& root) {
 
 tl::expected<Sensor, FileError> parseGel(std::string_view text, const std::string& name, const std::string& influence) {
   return read(TomlTable::parse(text, name), name, influence);
+}
+
+tl::expected<Sensor, FileError> parseGelAlone(std::string_view text, const std::string& name) {
+  return read(TomlTable::parse(text, name), name, {}, true);
 }
 
 tl::expected<Sensor, FileError> loadGel(const std::string& path) {

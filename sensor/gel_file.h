@@ -23,6 +23,9 @@ using tractiond::TomlTable;
 /// \param influence path of the influence file to read instead of the named one; empty: the named one
 tl::expected<Sensor, FileError> parseGel(std::string_view text, const std::string& name,
                                          const std::string& influence = {});
+/// Does the same with a text that must not make this program read another file: one that names an influence file is an
+/// error.
+tl::expected<Sensor, FileError> parseGelAlone(std::string_view text, const std::string& name);
 /// Reads the gel file at `path`, of at most 4 MiB, as parseGel(). The error also has `unreadable` if the gel file
 /// cannot be read.
 tl::expected<Sensor, FileError> loadGel(const std::string& path);

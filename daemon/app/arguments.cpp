@@ -42,6 +42,7 @@ tl::expected<Arguments, int> parseArguments(int argc, char** argv) {
   app.add_option("--plan", arguments.description, "say what would be done with a camera of this GenICam file, and exit")
       ->type_name("FILE");
   app.add_option("--inspect", arguments.inspected)->group("");  // what tractiond asks of itself: not for people
+  app.add_option("--inspect-gel", arguments.inspectedGel)->group("");
   app.add_flag("--limited", arguments.limited)->group("");
   app.add_option("--images", arguments.images, "raw pictures from a file (-: standard input) instead of a camera")
       ->type_name("FILE");

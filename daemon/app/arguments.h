@@ -11,10 +11,11 @@ namespace tractiond {
 
 struct Arguments {
   Places places;
-  std::string inspected;    ///< not empty: this is a child process that evaluates the description of this camera
-  bool limited = false;     ///< true: this is the child process of --plan
-  std::string description;  ///< file of a camera's description for --plan; empty: none
-  std::string images;       ///< file of raw pictures, "-": standard input; empty: a camera
+  std::string inspected;     ///< not empty: this is a child process that evaluates the description of this camera
+  std::string inspectedGel;  ///< not empty: this is a child process that checks this gel file
+  bool limited = false;      ///< true: this is the child process of --plan
+  std::string description;   ///< file of a camera's description for --plan; empty: none
+  std::string images;        ///< file of raw pictures, "-": standard input; empty: a camera
   RecordOptions record;
   ReplayOptions replay;  ///< with an empty file nothing is replayed
   // true: does that, and exits.

@@ -1,8 +1,11 @@
 #include "daemon/app/gel_files.h"
 
+#include "base/child.h"
 #include "base/whole_file.h"
 #include "daemon/app/config.h"
 #include "daemon/calibrate/calibration.h"
+#include "daemon/capture/inspection.h"
+#include "daemon/solve/make_solver.h"
 #include "daemon/track/nominal.h"
 #include "sensor/gel_file.h"
 
@@ -10,6 +13,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -28,6 +32,26 @@ Error gelError(const FileError& error, const std::string& gelFile) {
     result.remedy = error.where == gelFile ? "sensor.gel_file names it" : "gel.influence_file names it";
   }
   return result;
+}
+
+constexpr const char* kForeign = "the gel file";
+
+/// Reads a gel file from elsewhere: it must make the daemon read no other file, and not fill its memory.
+tl::expected<sensor::Sensor, Error> readForeign(const std::string& text) {
+  auto sensor = sensor::parseGelAlone(text, kForeign);
+  if (!sensor) return tl::unexpected(gelError(sensor.error(), kForeign));
+  if (auto same = calibrate::verifyCalibration(*sensor, kForeign); !same) return tl::unexpected(same.error());
+  if (auto sound = track::trackable(*sensor); !sound) return tl::unexpected(sound.error());
+  constexpr double kMost_bytes = 1.5 * (1 << 30);  // three quarters of MemoryMax= of the service
+  if (const double needed_bytes = solve::neededMemory(*sensor); needed_bytes > kMost_bytes) {
+    return tl::unexpected(
+        Error{.exitCode = EX_CONFIG,
+              .what = fmt::format("{} markers and {} nodes need some {:.1f} GiB, at most {:.1f} are possible",
+                                  sensor->markerCount(), sensor->nodes.count(), needed_bytes / (1 << 30),
+                                  kMost_bytes / (1 << 30)),
+              .remedy = "measure fewer nodes"});
+  }
+  return *std::move(sensor);
 }
 
 }  // namespace
@@ -90,19 +114,29 @@ tl::expected<void, Error> checkCamera(const sensor::Sensor& sensor, const captur
 }
 
 tl::expected<sensor::Sensor, Error> readAdopted(const std::string& text, const capture::CameraInfo& info) {
-  constexpr const char* kName = "the gel file";
-  // A request does not make the daemon read other files.
-  if (text.find("influence_file") != std::string::npos) {
-    return tl::unexpected(Error{.exitCode = EX_CONFIG,
-                                .what = "a gel with an influence file cannot be adopted",
-                                .remedy = "name its gel file in sensor.gel_file"});
-  }
-  auto sensor = sensor::parseGel(text, kName);
-  if (!sensor) return tl::unexpected(gelError(sensor.error(), kName));
-  if (auto same = calibrate::verifyCalibration(*sensor, kName); !same) return tl::unexpected(same.error());
-  if (auto sound = track::trackable(*sensor); !sound) return tl::unexpected(sound.error());
-  if (auto fits = checkCamera(*sensor, info, kName); !fits) return tl::unexpected(fits.error());
-  return *std::move(sensor);
+  auto sensor = readForeign(text);
+  if (!sensor) return sensor;
+  if (auto fits = checkCamera(*sensor, info, kForeign); !fits) return tl::unexpected(fits.error());
+  return sensor;
+}
+
+tl::expected<void, Error> checkInChild(const std::filesystem::path& gelFile, const std::string& program) {
+  const auto wrong = [](const std::string& what) {
+    return tl::unexpected(Error{.exitCode = EX_CONFIG, .what = "the gel file " + what});
+  };
+  const ChildEnd end = runChild({"--inspect-gel", gelFile.string()}, {.program = program});
+  if (const std::string what = capture::misdeed(end); !what.empty()) return wrong(what);
+  if (end.code == EX_OK) return {};
+  return wrong(end.output.empty() ? "makes what reads it end without a word" : "is not sound: " + end.output);
+}
+
+int printGelCheck(const std::string& gelFile) {
+  capture::limitChild();
+  const auto bytes = readWholeFile(gelFile);
+  if (!bytes) return EX_NOINPUT;
+  const auto sensor = readForeign({bytes->begin(), bytes->end()});
+  if (!sensor) std::cout << sensor.error().message() << std::flush;
+  return sensor ? EX_OK : sensor.error().exitCode;
 }
 
 void describeSensor(publish::Description& description, const sensor::Sensor& sensor, const solve::SolveOptions& solve) {

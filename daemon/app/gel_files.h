@@ -34,9 +34,18 @@ sensor::MeasuredWith measuredWith(const capture::CameraInfo& info);
 tl::expected<void, Error> checkCamera(const sensor::Sensor& sensor, const capture::CameraInfo& info,
                                       const std::string& gelFile);
 
-/// Reads the text of a gel file that is to be put in force. Fails if it cannot be: it is wrong or names an influence
-/// file (EX_CONFIG, EX_DATAERR), or the checkCamera() of it fails.
+/// Reads the text of a gel file that is to be put in force. Fails (EX_CONFIG) if it cannot be: it is wrong or names an
+/// influence file, its solver would need more memory than the service has, or the checkCamera() of it fails.
 tl::expected<sensor::Sensor, Error> readAdopted(const std::string& text, const capture::CameraInfo& info);
+
+/// Lets a child process (`program --inspect-gel FILE`) do the same but checkCamera(): what somebody else wrote may
+/// crash or occupy what reads it. Fails with what the child says, or why it could not say anything. Blocks until it has
+/// ended, for 10 s at most.
+tl::expected<void, Error> checkInChild(const std::filesystem::path& gelFile, const std::string& program);
+
+/// Checks a gel file, and prints what is wrong with it to standard output. For that child process: lowers its limits
+/// for good. Returns an exit code; a gel file may end the process instead.
+int printGelCheck(const std::string& gelFile);
 
 /// Sets the sensor, its mechanics and the noise of a description, whose identity must be set. Leaves the detection
 /// limit and the time of the calibration, which only the solver that was made knows, as they are.

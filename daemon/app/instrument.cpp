@@ -43,7 +43,13 @@ Instrument::~Instrument() = default;
 
 tl::expected<std::unique_ptr<Instrument>, Error> Instrument::make(const Config& config, const Places& places,
                                                                   std::shared_ptr<const Log> log) {
-  const Config complete = completed(config, places);
+  auto state = OwnDirectory::claim(places.state, "state directory");
+  if (!state) return tl::unexpected(state.error());
+  Config complete = completed(config, places);
+  if (const std::string aside = countStart(complete.sensor.adopted); !aside.empty()) {
+    spdlog::error("{}", aside);
+    complete = completed(config, places);
+  }
   auto gel = loadGel(complete.sensor.gelFile);
   if (!gel) return tl::unexpected(gel.error());
   if (!*gel && !config.record.file.empty()) {
@@ -51,8 +57,6 @@ tl::expected<std::unique_ptr<Instrument>, Error> Instrument::make(const Config& 
                                 .what = "--record keeps what forces are computed from, and there is no gel",
                                 .remedy = "name a gel file in sensor.gel_file, or start without --record"});
   }
-  auto state = OwnDirectory::claim(places.state, "state directory");
-  if (!state) return tl::unexpected(state.error());
   auto runtime = OwnDirectory::claim(places.runtime, "runtime directory");
   if (!runtime) return tl::unexpected(runtime.error());
   std::unique_ptr<Instrument> instrument(new Instrument(complete, *std::move(state), *std::move(runtime)));
@@ -148,6 +152,7 @@ tl::expected<void, Error> Instrument::openCamera() {
 tl::expected<void, Error> Instrument::start() {
   realtime_->lockMemory();
   if (auto started = pipeline_->start(); !started) return started;
+  endTrial(config_.sensor.adopted);
   realtime_->report();
   const auto list = [](const std::vector<std::string>& endpoints) {
     return fmt::format("{}", fmt::join(endpoints, " "));
@@ -230,12 +235,7 @@ void Instrument::adopt(const std::string& gelFile) {
   if (!config_.record.file.empty()) return refuse("a recording is made of what this gel file computes (--record)");
   const auto camera = camera_->info();
   if (!camera) return refuse("no camera has been seen yet");
-  auto sensor = readAdopted(gelFile, *camera);
-  if (!sensor) return refuse(sensor.error().message());
-  adoption_.begin(config_.sensor.adopted, {.gelFile = gelFile,
-                                           .sensor = *std::move(sensor),
-                                           .format = camera->format,
-                                           .camera = measuredWith(*camera).text()});
+  adoption_.begin(config_.sensor.adopted, gelFile, *camera);
 }
 
 /// Returns memory that is free, but not at the end of a heap, to the system: what waited for subscribers that have gone

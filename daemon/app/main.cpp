@@ -29,6 +29,7 @@ int main(int argc, char** argv) try {
   const auto arguments = parseArguments(argc, argv);
   if (!arguments) return arguments.error();
   if (!arguments->inspected.empty()) return capture::printInspection(arguments->inspected);
+  if (!arguments->inspectedGel.empty()) return printGelCheck(arguments->inspectedGel);
   if (arguments->limited) capture::limitChild();
   const auto places = located(arguments->places);
   if (!places) return failed(places.error());

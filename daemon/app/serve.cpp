@@ -3,6 +3,7 @@
 #include "base/network/socket_file.h"
 #include "base/service/log.h"
 #include "base/service/service.h"
+#include "daemon/app/adoption.h"
 #include "daemon/app/config.h"
 #include "daemon/app/instrument.h"
 #include "daemon/app/reload.h"
@@ -60,6 +61,12 @@ int serve(const Arguments& arguments, const Config& config, const Places& places
     spdlog::error("{}", error.message());
     return error.exitCode;
   };
+  const auto again = [&] {
+    spdlog::info("starts again with the gel file that was adopted");
+    log->drain();
+    execv("/proc/self/exe", argv);  // the same process for systemd, and nothing of the old one's state
+    return failed({.exitCode = EX_OSERR, .what = "cannot start again", .remedy = "start it by hand"});
+  };
   std::error_code ignored;
   const bool recordsAnew = !config.record.file.empty() && !std::filesystem::exists(config.record.file, ignored);
   std::optional<StopWhileStarting> starting([&] {
@@ -71,14 +78,23 @@ int serve(const Arguments& arguments, const Config& config, const Places& places
     // The instrument may have made it, and would not be started with it again.
     if (recordsAnew && std::filesystem::is_empty(config.record.file, failure))
       std::filesystem::remove(config.record.file, failure);
+    forgetStart(complete.sensor.adopted);
     spdlog::info("stopped before it ran");
     log->drain();
     std::_Exit(EX_OK);
   });
   auto instrument = Instrument::make(config, places, log);
   starting.reset();
-  if (!instrument) return failed(instrument.error());
-  if (const auto started = (*instrument)->start(); !started) return failed(started.error());
+  const auto started = instrument ? (*instrument)->start() : tl::unexpected(instrument.error());
+  if (!started) {
+    const int code = failed(started.error());
+    if (instrument) (*instrument).reset();
+    const std::filesystem::path adopted = completed(config, places).sensor.adopted;
+    const bool isAbsent = code == EX_UNAVAILABLE || code == EX_TEMPFAIL;  // the camera, or its directory is in use
+    if (isAbsent) forgetStart(adopted);
+    // The service manager does not start it again after some codes.
+    return !isAbsent && isOnTrial(adopted) ? again() : code;
+  }
   ServiceHooks hooks = (*instrument)->hooks();
   hooks.reload = [&running = **instrument, arguments] {
     return [&running, read = readAgain(arguments)] { running.takeOver(read); };
@@ -88,10 +104,7 @@ int serve(const Arguments& arguments, const Config& config, const Places& places
   const auto stopped = (*instrument)->stop();
   if (startsAgain && stopped) {
     (*instrument).reset();  // gives camera, sockets and directories back
-    spdlog::info("starts again with the gel file that was adopted");
-    log->drain();
-    execv("/proc/self/exe", argv);  // the same process for systemd, and nothing of the old one's state
-    return failed({.exitCode = EX_OSERR, .what = "cannot start again", .remedy = "start it by hand"});
+    return again();
   }
   return stopped ? EX_OK : failed(stopped.error());
 }

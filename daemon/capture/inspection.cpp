@@ -105,10 +105,10 @@ std::string misdeed(const ChildEnd& end) {
   case How::kExit:
     return {};
   case How::kSignal:
-    if (end.code == SIGXCPU || end.code == SIGKILL) return "takes more time or memory than any camera's";
+    if (end.code == SIGXCPU || end.code == SIGKILL) return "takes more time or memory than is allowed";
     return "crashes what evaluates it (signal " + std::to_string(end.code) + ")";
   case How::kLate:
-    return "takes longer than any camera's";
+    return "takes longer than is allowed";
   case How::kTooMuch:
     return "makes what evaluates it talk without end";
   case How::kStopped:

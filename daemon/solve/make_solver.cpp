@@ -55,6 +55,13 @@ tl::expected<MadeSolver, Error> makeSolver(const sensor::Sensor& sensor, const S
       computed_ns};
 }
 
+double neededMemory(const sensor::Sensor& sensor) {
+  constexpr double kAnyway_bytes = 3e8, kOfNodes = 2.3, kOfMarkers = 3.3;  // the latter: matrices at a time
+  const double forces = 3.0 * sensor.nodes.count(), displacements = 2.0 * sensor.markerCount();
+  return kAnyway_bytes + sizeof(double) * (forces * displacements + kOfNodes * forces * forces +
+                                           kOfMarkers * displacements * displacements);
+}
+
 bool followsRest(const sensor::Sensor& sensor) {
   return !sensor.body;
 }

@@ -39,6 +39,27 @@ class Gel(rig.TestCase):
             self.assertEqual([field.resultant_N.x, field.resultant_N.y, field.resultant_N.z], [0, 0, 0])
             self.assertFalse(any(field.force_N))
 
+    def test_an_adopted_gel_that_does_not_run_is_taken_back(self):
+        """Whether a start ends by an exit code, after which the service manager would not start it again, or by a signal."""
+        good, adopted = "format = 1\n" + layers() + NODES, '[sensor]\ngel_file = "adopted"\n'
+        for name, bad in (("exit code", "format = 9\n"), ("signal", good.replace("= 12", "= 13"))):
+            state = self.bench.folder / f"state-{name[0]}"
+            state.mkdir(mode=0o700)
+            for file, text in (("adopted.toml", bad), ("adopted.toml.earlier", good), ("adopted.toml.starts", "")):
+                (state / file).write_text(text)
+            if name == "signal":
+                for _ in range(2):
+                    daemon = self.daemon(adopted, state=state, ready=False)
+                    daemon.wait_for("computing its factors")
+                    daemon.kill()
+            daemon = self.daemon(adopted, state=state)
+            said = daemon.wait_for("did not run in two starts.*the one before is in force again")
+            self.assertEqual((state / "adopted.toml").read_text(), good)
+            self.assertEqual((state / "adopted.toml.refused").read_text(), bad)
+            self.assertFalse((state / "adopted.toml.starts").exists())
+            self.assertEqual(daemon.stop(), 0)
+            print(f"\n  an adopted gel ends each start by {name}: {said}; right: the one before, without a person", end=" ")
+
     def test_wrong_numbers_in_the_gel_file_are_noticed_before_a_force_is_published(self):
         for name, gel, says in (("number", layers(columns=20, rows=20), r"the file has 20 x 20 blue markers"),
                                 ("depth", layers(red=9.6), r"3\.60 mm below"),

@@ -6,14 +6,19 @@
 #include "daemon/track/rest_pose.h"
 #include "daemon/track/rest_pose_file.h"
 #include "tests/support/deadline.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 #include "traction/v1/status.pb.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <spdlog/fmt/fmt.h>
 
+#include <array>
+#include <chrono>
 #include <cstdint>
 #include <fstream>
+#include <iostream>
 #include <iterator>
 #include <optional>
 #include <string>
@@ -103,13 +108,18 @@ TEST_F(SnapshotsTest, OfATriggeredCameraTakeOneFrameOrSayWhatItWaitsFor) {
 }
 
 /// A gel file that the daemon could not start with again is not kept.
-TEST(GelFiles, OnlyOneOfThisCameraThatReadsNoOtherFileIsAdopted) {
+capture::CameraInfo cameraOfTheGel() {
   capture::CameraInfo camera;
   camera.name.vendor = "Vendor";
   camera.name.serial = "1";
   camera.shape.width = 640;
   camera.shape.height = 480;
   camera.format = PixelFormat::kRgb8;
+  return camera;
+}
+
+TEST(GelFiles, OnlyOneOfThisCameraThatReadsNoOtherFileIsAdopted) {
+  capture::CameraInfo camera = cameraOfTheGel();
   const auto why = [&camera](const std::string& text) {
     const auto checked = readAdopted(text, camera);
     return checked ? std::string() : checked.error().what;
@@ -117,7 +127,6 @@ TEST(GelFiles, OnlyOneOfThisCameraThatReadsNoOtherFileIsAdopted) {
   const std::string gel = "format = 1\n";
   EXPECT_EQ(why(gel), "");
   EXPECT_NE(why("format = "), "");
-  EXPECT_THAT(why(gel + "[gel]\ninfluence_file = \"/etc/shadow\"\n"), testing::HasSubstr("influence file"));
   EXPECT_THAT(why(gel + "[camera]\nwidth_px = 641\n"), testing::HasSubstr("the gel's is 641 x 480"));
   const std::string bound = gel + "[camera]\nmeasured_with = \"Vendor-1 (640 x 480 px)\"\n";
   EXPECT_EQ(why(bound), "");
@@ -132,36 +141,49 @@ TEST(GelFiles, OnlyOneOfThisCameraThatReadsNoOtherFileIsAdopted) {
   EXPECT_NE(why(gel), "") << "two colours";
 }
 
+tl::expected<void, std::string> outcomeOf(Adoption& adoption) {
+  std::optional<tl::expected<void, std::string>> kept;
+  EXPECT_TRUE(test::eventually([&] {
+    std::this_thread::yield();
+    kept = adoption.turn();
+    return kept.has_value();
+  }));
+  return kept.value_or(tl::unexpected(std::string("neither kept nor refused")));
+}
+
+std::string textOf(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  return std::string(std::istreambuf_iterator<char>(stream), {});
+}
+
+std::string program() {
+  return test::built("bin/tractiond");
+}
+
 TEST(Adoption, IsDueWhenTheFileIsKeptAndTheAnswerHasHadItsTime) {
   const test::TemporaryFolder folder;
-  const auto outcome = [](Adoption& adoption) {
-    std::optional<tl::expected<void, std::string>> kept;
-    EXPECT_TRUE(test::eventually([&] {
-      std::this_thread::yield();
-      kept = adoption.turn();
-      return kept.has_value();
-    }));
-    return kept.value_or(tl::unexpected(std::string("neither kept nor refused")));
-  };
-  Adoption adoption;
+  Adoption adoption(program());
   EXPECT_EQ(adoption.turn(), std::nullopt);
-  const Adopted gel{.gelFile = "format = 1\n", .sensor = {}, .format = PixelFormat::kRgb8, .camera = "Vendor-1"};
-  adoption.begin(folder.path() / "absent/adopted.toml", gel);
-  EXPECT_THAT(outcome(adoption).error(), testing::HasSubstr("cannot be written"));
+  const capture::CameraInfo camera = cameraOfTheGel();
+  const std::string with = measuredWith(camera).text(), gel = "format = 1\n";
+  adoption.begin(folder.path() / "absent/adopted.toml", gel, camera);
+  EXPECT_THAT(outcomeOf(adoption).error(), testing::HasSubstr("cannot be written"));
   EXPECT_FALSE(adoption.isDue());
   const auto zero = track::restPosePath(folder.path()), earlier = track::earlierPosePath(folder.path());
+  const sensor::Sensor sensor;
   RestPose pose;
-  pose.position_px.resize(2 * static_cast<std::size_t>(gel.sensor.markerCount()));
-  pose.present.resize(static_cast<std::size_t>(gel.sensor.markerCount()));
+  pose.position_px.resize(2 * static_cast<std::size_t>(sensor.markerCount()));
+  pose.present.resize(static_cast<std::size_t>(sensor.markerCount()));
   pose.amplitude.resize(pose.present.size());
   pose.noise = 1.0F;
   pose.id = track::idOf(pose);
   sensor::Sensor other;
   other.layers[0].diameter *= 2.0;
-  ASSERT_TRUE(track::saveRestPose(zero, pose, gel.sensor, gel.format, gel.camera));
-  ASSERT_TRUE(track::saveRestPose(earlier, pose, other, gel.format, gel.camera));
-  adoption.begin(folder.path() / "adopted.toml", gel);
-  EXPECT_TRUE(outcome(adoption));
+  ASSERT_TRUE(track::saveRestPose(zero, pose, sensor, camera.format, with));
+  ASSERT_TRUE(track::saveRestPose(earlier, pose, other, camera.format, with));
+  adoption.begin(folder.path() / "adopted.toml", gel, camera);
+  const auto kept = outcomeOf(adoption);
+  EXPECT_TRUE(kept) << kept.error();
   EXPECT_EQ(adoption.turn(), std::nullopt);
   EXPECT_TRUE(std::filesystem::exists(zero)) << "of the same markers";
   EXPECT_FALSE(std::filesystem::exists(earlier)) << "of others";
@@ -169,8 +191,73 @@ TEST(Adoption, IsDueWhenTheFileIsKeptAndTheAnswerHasHadItsTime) {
     std::this_thread::yield();
     return adoption.isDue();
   }));
-  std::ifstream kept(folder.path() / "adopted.toml");
-  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(kept), {}), "format = 1\n");
+  EXPECT_EQ(textOf(folder.path() / "adopted.toml"), gel);
+}
+
+/// Whatever a gel file does to what reads it, it does to a child process.
+TEST(Adoption, RefusesWhatWouldEndOrFillTheDaemonOrReadAnotherFile) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path path = folder.path() / "adopted.toml";
+  std::string deep = "format = 1\n", surfaces = deep + "[camera]\nposition_mm = [0, 0, 9000]\n",
+              inline_ = deep + "a = ";
+  for (int i = 0; i < 16000; ++i) deep += "\"=\".a.";
+  for (int i = 0; i < 1000; ++i)
+    surfaces += "[[camera.surfaces]]\ncentre_mm = [0, 0, " + std::to_string(i + 50) + "]\nindex = 1\n";
+  for (int i = 0; i < 10000; ++i) inline_ += "{a=";
+  const std::string layer = "[[layers]]\ncolour = \"blue\"\ndepth_mm = 2\n";
+  const std::vector<std::array<std::string, 3>> attacks{
+      {"a key of 32,000 parts, quoted", deep + "a = 1\n", "more than 2000 dots"},
+      {"100 x 100 nodes", "format = 1\n[nodes]\ncolumns = 100\nrows = 100\npitch_mm = 0.4\n", "GiB"},
+      {"a million markers",
+       "format = 1\n" + layer + "columns = 1000\nrows = 1000\npitch_mm = 0.04\ndiameter_mm = 0.03\n", "the gel file"},
+      {"an escaped key", "format = 1\n[gel]\n\"influence\\u005ffile\" = \"/etc/shadow\"\n", "must not be named"},
+      {"an influence file", "format = 1\n[gel]\ninfluence_file = \"/dev/zero\"\n", "must not be named"},
+      {"1,000 surfaces", surfaces, "the gel file"},
+      {"10,000 inline tables", inline_ + "\n", "the gel file"},
+      {"no number", "format = 1\n[gel]\nyoungs_modulus_pa = nan\n", "the gel file"},
+  };
+  for (const auto& [name, text, why] : attacks) {
+    Adoption adoption(program());
+    const auto asked = std::chrono::steady_clock::now();
+    adoption.begin(path, text, cameraOfTheGel());
+    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - asked;
+    const auto kept = outcomeOf(adoption);
+    ASSERT_FALSE(kept) << name;
+    EXPECT_THAT(kept.error(), testing::HasSubstr(why)) << name;
+    EXPECT_FALSE(std::filesystem::exists(path)) << name;
+    std::cout << fmt::format("  adopt {}: {:.0f} ms of the control thread, {}; right: refused, the daemon lives\n",
+                             name, took.count(), kept.error());
+  }
+}
+
+/// A gel file that passed, and with which the daemon ends all the same.
+TEST(Adoption, IsTakenBackAfterTwoStartsThatDidNotRun) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path path = folder.path() / "adopted.toml";
+  const auto adopt = [&](const std::string& text) {
+    Adoption adoption(program());
+    adoption.begin(path, text, cameraOfTheGel());
+    const auto kept = outcomeOf(adoption);
+    EXPECT_TRUE(kept) << kept.error();
+  };
+  const std::string first = "format = 1\n", second = "format = 1\n# second\n", third = "format = 1\n# third\n";
+  adopt(first);
+  EXPECT_EQ(countStart(path), "");
+  forgetStart(path);  // no camera
+  EXPECT_EQ(countStart(path), "");
+  endTrial(path);
+  EXPECT_FALSE(isOnTrial(path));
+  for (int start = 0; start < 9; ++start) EXPECT_EQ(countStart(path), "") << "it has run";
+  for (const std::string& text : {second, third}) {
+    adopt(text);
+    EXPECT_EQ(textOf(earlierGel(path)), first) << "the last that has run";
+  }
+  EXPECT_EQ(countStart(path), "");
+  EXPECT_EQ(countStart(path), "");
+  EXPECT_THAT(countStart(path), testing::HasSubstr("the one before is in force again"));
+  EXPECT_EQ(textOf(path), first);
+  EXPECT_EQ(textOf(path.string() + ".refused"), third);
+  EXPECT_FALSE(isOnTrial(path));
 }
 
 /// A recording without it would be replayed with the built-in gel.
