@@ -1,6 +1,7 @@
 #include "base/service/log.h"
 
 #include "base/event.h"
+#include "base/printable.h"
 #include "base/service/service.h"
 
 #include <poll.h>
@@ -92,7 +93,7 @@ class Log::Sink : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
 };
 
 std::string logLine(std::string_view program, spdlog::level::level_enum level, std::string_view text) {
-  return prefix(program, level).append(text);
+  return prefix(program, level).append(traction::printable(text));
 }
 
 Log::Log(const std::string& program, const std::string& level, int descriptor) {

@@ -16,7 +16,7 @@ class logger;
 namespace tractiond {
 
 /// Returns `text` with its prefix: the priority for systemd's journal ("<3>") if logsToJournal(), else "program: ".
-/// Adds no line end.
+/// Adds no line end. The text is made printable().
 std::string logLine(std::string_view program, spdlog::level::level_enum level, std::string_view text);
 
 /// spdlog's default logger, whose lines, each a logLine(), a thread of spdlog's writes: no thread that logs waits for

@@ -1,10 +1,10 @@
 // Guides an operator, or a script, through the calibration of a sensor.
+#include "base/printable.h"
 #include "client/cli/commands.h"
 #include "client/cli/exit_codes.h"
 #include "client/show/json.h"
 #include "client/show/output.h"
 #include "client/show/page.h"
-#include "client/src/printable.h"
 #include "manual/number.h"
 #include "proto/traction/v1/endpoints.h"
 #include "traction/control.h"

@@ -1,9 +1,9 @@
 // Reads and changes the camera's features.
+#include "base/printable.h"
 #include "client/cli/commands.h"
 #include "client/cli/exit_codes.h"
 #include "client/show/json.h"
 #include "client/show/output.h"
-#include "client/src/printable.h"
 #include "traction/control.h"
 
 #include <sysexits.h>
@@ -154,7 +154,7 @@ void print(const CameraReport& report, bool json) {
   }
   std::string lines = table(report);
   for (const std::string& remark : report.remarks) lines += "note: " + printable(remark) + "\n";
-  if (!lines.empty()) printLine(lines.substr(0, lines.size() - 1));
+  if (!lines.empty()) printLines(lines.substr(0, lines.size() - 1));
 }
 
 /// Carries out the steps in order and prints their reports together, as a table or one line of JSON; of a feature that
@@ -196,7 +196,7 @@ void cameraSummary(const ControlOptions& control, bool json) {
   report.features.erase(std::remove_if(report.features.begin(), report.features.end(), isBoring),
                         report.features.end());
   if (json) return print(report, json);
-  printLine(printable(report.camera) + ": " + std::to_string(all) +
+  printLine(report.camera + ": " + std::to_string(all) +
             " features (tractionctl camera list); configured, changed or telling a temperature are");
   print(report, json);
 }

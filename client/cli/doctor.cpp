@@ -15,7 +15,7 @@ int run(const std::string& instance, bool json) {
   const auto findings = doctor::examine(doctor::Box(), programBeside("tractiond"), instance);
   std::string text = json ? doctor::reportJson(findings) : doctor::reportText(findings);
   if (text.back() == '\n') text.pop_back();
-  printLine(text);
+  printLines(text);
   return doctor::exitCodeOf(findings);
 }
 

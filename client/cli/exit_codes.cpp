@@ -1,9 +1,9 @@
 #include "client/cli/exit_codes.h"
 
+#include "base/printable.h"
 #include "client/cli/commands.h"
 #include "client/files/failure.h"
 #include "client/show/output.h"
-#include "client/src/printable.h"
 
 #include <sysexits.h>
 

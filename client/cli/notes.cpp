@@ -1,5 +1,6 @@
 #include "client/cli/notes.h"
 
+#include "base/printable.h"
 #include "client/files/message_header.h"
 
 #include <cstdio>
@@ -15,7 +16,7 @@ constexpr auto kPatience = 3s;      ///< for the connection and a first message
 constexpr auto kBetweenNotes = 1s;  ///< between two reports of losses
 
 void say(const std::string& what) {
-  std::fprintf(stderr, "tractionctl: %s\n", what.c_str());
+  std::fprintf(stderr, "tractionctl: %s\n", printable(what).c_str());
 }
 
 }  // namespace

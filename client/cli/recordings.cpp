@@ -1,12 +1,12 @@
 #include "client/cli/recordings.h"
 
+#include "base/printable.h"
 #include "client/cli/commands.h"
 #include "client/files/failure.h"
 #include "client/files/recorded_sources.h"
 #include "client/show/json_writer.h"
 #include "client/show/output.h"
 #include "client/show/page.h"
-#include "client/src/printable.h"
 #include "manual/number.h"
 #include "recording/reader.h"
 
@@ -101,7 +101,7 @@ void printText(const std::string& file, const Contents& contents) {
                 : contents.isIndexed    ? "closed"
                                         : "closed, without an index");
   printLine(file + ": " + line.data());
-  if (!contents.extent.library.empty()) printLine("written by " + printable(contents.extent.library));
+  if (!contents.extent.library.empty()) printLine("written by " + contents.extent.library);
   if (!contents.secondSource.empty()) printLine(contents.secondSource);
   for (const Topic& topic : contents.topics) {
     std::snprintf(line.data(), line.size(), "  %-44s %9llu messages %8.2f Hz %6llu lost", printable(topic.name).c_str(),

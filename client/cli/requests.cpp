@@ -1,4 +1,5 @@
 // status, metrics, describe, zero and trigger: one request each.
+#include "base/printable.h"
 #include "client/cli/commands.h"
 #include "client/cli/exit_codes.h"
 #include "client/doctor/checks.h"
@@ -8,7 +9,6 @@
 #include "client/show/metrics.h"
 #include "client/show/output.h"
 #include "client/show/status_text.h"
-#include "client/src/printable.h"
 #include "traction/control.h"
 
 #include <sysexits.h>
@@ -106,7 +106,7 @@ void zero(const ControlOptions& options, const ZeroCommand& command) {
 void trigger(const ControlOptions& control) {
   CameraStep step;
   step.kind = CameraStep::Kind::kTrigger;
-  for (const std::string& remark : Control(control).camera(step).remarks) printLine("note: " + printable(remark));
+  for (const std::string& remark : Control(control).camera(step).remarks) printLine("note: " + remark);
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 // Writes a picture of the camera as a PNG file, with rings around markers and spots.
+#include "base/printable.h"
 #include "client/cli/commands.h"
 #include "client/show/output.h"
 #include "client/show/png_file.h"
-#include "client/src/printable.h"
 #include "traction/control.h"
 
 #include <sysexits.h>

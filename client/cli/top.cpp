@@ -123,7 +123,7 @@ void printAll(const std::vector<Watched>& known, Clock::time_point now) {
   for (const Watched& one : known) {
     std::string text = boardText(one, nanoseconds(now));
     text.pop_back();  // the newline
-    if (!printLine(text)) return;
+    if (!printLines(text)) return;
   }
 }
 

@@ -1,6 +1,6 @@
 #include "client/doctor/checks.h"
 #include "client/show/json_writer.h"
-#include "client/src/printable.h"
+#include "base/printable.h"
 
 #include <algorithm>
 #include <array>

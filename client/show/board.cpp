@@ -4,7 +4,7 @@
 #include "client/show/page.h"
 #include "client/show/reflection.h"
 #include "client/show/status_text.h"
-#include "client/src/printable.h"
+#include "base/printable.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,6 +1,6 @@
 #include "client/show/canvas.h"
 
-#include "client/src/printable.h"
+#include "base/printable.h"
 
 #include <algorithm>
 #include <cmath>

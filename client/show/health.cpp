@@ -1,6 +1,6 @@
 #include "client/show/health.h"
 
-#include "client/src/printable.h"
+#include "base/printable.h"
 #include "traction/v1/status.pb.h"
 
 #include <algorithm>

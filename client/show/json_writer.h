@@ -1,10 +1,13 @@
 // Writes JSON incrementally (RFC 8259).
 #pragma once
 
+#include "base/printable.h"
+
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -46,7 +49,7 @@ class Json {
     text_ += value ? "true" : "false";
     return *this;
   }
-  /// Writes a text in quotes; quotes, backslashes and control characters are escaped.
+  /// Writes a text in quotes; quotes, backslashes and what isCommand() are escaped.
   Json& string(std::string_view value) {
     separate();
     quote(value);
@@ -112,18 +115,20 @@ class Json {
 
   void quote(std::string_view value) {
     text_ += '"';
-    for (const char c : value) {
-      if (c == '"' || c == '\\') {
-        text_ += '\\';
-        text_ += c;
-      } else if (static_cast<unsigned char>(c) < 0x20) {
-        constexpr std::string_view kHex = "0123456789abcdef";
-        text_ += "\\u00";
-        text_ += kHex[static_cast<unsigned char>(c) >> 4];
-        text_ += kHex[c & 15];
+    while (!value.empty()) {
+      const std::string_view glyph = value.substr(0, utf8Length(value[0]));
+      if (isCommand(glyph)) {
+        unsigned point = 0;
+        for (const char c : glyph)
+          point = point << 6 | (static_cast<unsigned char>(c) & (glyph.size() > 1 ? 0x3fU : 0x7fU));
+        if (glyph.size() == 3) point &= 0xffffU;
+        std::array<char, 8> code{};
+        text_.append(code.data(), static_cast<std::size_t>(std::snprintf(code.data(), code.size(), "\\u%04x", point)));
       } else {
-        text_ += c;
+        if (glyph == "\"" || glyph == "\\") text_ += '\\';
+        text_ += glyph;
       }
+      value.remove_prefix(glyph.size());
     }
     text_ += '"';
   }

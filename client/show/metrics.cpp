@@ -1,5 +1,6 @@
 #include "client/show/metrics.h"
 
+#include "base/printable.h"
 #include "client/show/health.h"
 #include "client/show/json.h"
 #include "client/show/reflection.h"
@@ -20,9 +21,9 @@ const std::string kExact = "%.17g";
 
 std::string escaped(const std::string& text) {
   std::string result;
-  for (const char letter : text) {
+  for (const char letter : printable(text)) {
     if (letter == '\\' || letter == '"') result += '\\';
-    result += letter == '\n' ? ' ' : letter;
+    result += letter;
   }
   return result;
 }

@@ -1,5 +1,6 @@
 #include "client/show/output.h"
 
+#include "base/printable.h"
 #include "client/show/terminal.h"
 
 #include <poll.h>
@@ -53,7 +54,12 @@ void rememberOutputErrors() {
 
 bool printLine(std::string_view text) {
   flushOutput();
-  return print(text) && print("\n");
+  return print(printable(text) + "\n");
+}
+
+bool printLines(std::string_view text) {
+  flushOutput();
+  return print(printable(text, true) + "\n");
 }
 
 void expectReader() {

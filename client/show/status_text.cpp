@@ -3,7 +3,7 @@
 #include "client/show/health.h"
 #include "client/show/json.h"
 #include "client/show/reflection.h"
-#include "client/src/printable.h"
+#include "base/printable.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 // Tells apart the programs that publish under one name.
 #pragma once
 
-#include "client/src/printable.h"
+#include "base/printable.h"
 #include "traction/subscriber.h"
 
 #include <algorithm>

@@ -6,7 +6,7 @@
 #include "client/src/handshake.h"
 #include "client/src/locate.h"
 #include "client/src/paired_contacts.h"
-#include "client/src/printable.h"
+#include "base/printable.h"
 #include "client/src/sources.h"
 
 #include <zmq.hpp>

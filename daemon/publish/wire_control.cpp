@@ -1,5 +1,6 @@
 #include "daemon/publish/wire_control.h"
 
+#include "base/printable.h"
 #include "daemon/publish/wire_parts.h"
 #include "proto/traction/v1/endpoints.h"
 #include "traction/v1/control.pb.h"
@@ -18,6 +19,7 @@ namespace {
 
 constexpr std::uint32_t kVersion = 1;
 constexpr std::size_t kLargestPicture = 16U << 20U;  // of a snapshot [bytes]
+constexpr std::size_t kLongestClient = 128;          // of a name for the log
 
 /// Of a step that looks for a while; 0: as long as is usual.
 bool isTime(double seconds) {
@@ -92,15 +94,6 @@ tl::expected<Asked, std::string> decodeKind(const pb::Request& request) {
   return tl::unexpected<std::string>("the request is empty or unknown to this version of tractiond");
 }
 
-/// From anywhere, for people: what a log or a terminal would take as a command is left out.
-std::string printable(std::string_view text) {
-  constexpr std::size_t kLongest = 128;
-  std::string result(text.substr(0, kLongest));
-  std::ranges::replace_if(
-      result, [](char c) { return c < 0x20 || c > 0x7e; }, '?');
-  return result;
-}
-
 std::string finish(pb::Reply& reply) {
   reply.set_version(kVersion);
   return reply.SerializeAsString();
@@ -120,7 +113,7 @@ tl::expected<Asked, std::string> decodeRequest(std::string_view bytes) {
                           std::to_string(kVersion));
   }
   auto asked = decodeKind(request);
-  if (asked) asked->onBehalfOf = printable(request.on_behalf_of());
+  if (asked) asked->onBehalfOf = traction::printable(request.on_behalf_of().substr(0, kLongestClient));
   return asked;
 }
 

@@ -1,4 +1,4 @@
-#include "client/src/printable.h"
+#include "base/printable.h"
 #include "tests/unit/client/instrument.h"
 
 #include <gtest/gtest.h>
