@@ -17,6 +17,8 @@ from .wire import parse
 
 _MAGIC = b"\x89MCAP0\r\n"
 _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 4, 5, 6, 15
+_LONGEST = 65 << 20  # bytes of a record, as in recording/reader.h
+_RECOVER = "tractionctl recover makes a whole recording of what can be read"
 _TOPIC = re.compile(rb"traction/v1/[^/]*/(.*)/")
 
 
@@ -59,40 +61,48 @@ def _messages(path: str | PathLike[str]) -> Iterator[tuple[str, int, int, bytes]
     with open(path, "rb") as file:
         if file.read(len(_MAGIC)) != _MAGIC:
             raise Malformed(f"{path} is no recording")
-        kinds: dict[int, str] = {}  # by channel
-        for operation, content in _records(file, str(path)):
-            if operation == _CHANNEL:
-                number, length = struct.unpack_from("<H2xI", content)
-                match = _TOPIC.fullmatch(content[8:8 + length])
-                if match and (kind := match[1].decode(errors="replace")) in KINDS:
-                    kinds[number] = kind
-            elif operation == _MESSAGE:
-                number, log_ns, publish_ns = struct.unpack_from("<H4xQQ", content)
-                if number in kinds:
-                    yield kinds[number], log_ns, publish_ns, content[22:]
+        topics: dict[int, bytes] = {}  # by channel
+        try:
+            for operation, content in _records(file, str(path)):
+                if operation == _CHANNEL:
+                    number, length = struct.unpack_from("<H2xI", content)
+                    topic = content[8:8 + length]
+                    if len(topic) < length or topics.setdefault(number, topic) != topic:
+                        raise struct.error
+                elif operation == _MESSAGE:
+                    number, log_ns, publish_ns = struct.unpack_from("<H4xQQ", content)
+                    match = _TOPIC.fullmatch(topics.get(number, b""))
+                    if match and (kind := match[1].decode(errors="replace")) in KINDS:
+                        yield kind, log_ns, publish_ns, content[22:]
+        except struct.error:
+            raise Malformed(f"{path} is damaged; {_RECOVER}") from None
 
 
 def _records(file: BinaryIO, path: str) -> Iterator[tuple[int, bytes]]:
-    """Yields the records up to the summary, those of chunks one by one."""
+    """Yields the records up to the summary, those of chunks one by one. Raises struct.error for what contradicts itself."""
     while len(head := file.read(9)) == 9:
         operation, length = struct.unpack("<BQ", head)
         if operation == _DATA_END:
             return
+        if length > _LONGEST:
+            raise struct.error
         content = file.read(length)
         if len(content) < length:
             break
         if operation != _CHUNK:
             yield operation, content
             continue
-        checksum, name = struct.unpack_from("<II", content, 24)
+        size, checksum, name = struct.unpack_from("<QII", content, 16)
         if name:
             raise Malformed(f"{path} is compressed; mcap decompress makes a recording that can be read")
         records = content[40:]
-        if checksum and checksum != zlib.crc32(records):
-            raise Malformed(f"{path} is damaged; tractionctl recover makes a whole recording of what can be read")
+        if len(records) != size or (checksum and checksum != zlib.crc32(records)):
+            raise struct.error
         at = 0
         while at < len(records):
             operation, length = struct.unpack_from("<BQ", records, at)
+            if length > len(records) - at - 9:
+                raise struct.error
             yield operation, records[at + 9:at + 9 + length]
             at += 9 + length
-    raise Malformed(f"{path} was not closed; tractionctl recover makes a whole recording of what can be read")
+    raise Malformed(f"{path} was not closed; {_RECOVER}")

@@ -1,6 +1,7 @@
 """tractionctl record, info, recover, export: what is published is in the file, and what is wrong with a file is said."""
 
 import json
+import os
 import pathlib
 import re
 import signal
@@ -13,6 +14,7 @@ import unittest
 import warnings
 
 import numpy as np
+import seed
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "client/python"))
 import traction  # noqa: E402
@@ -243,6 +245,43 @@ class Record(Case):
                 fields.append(one)
         self.assertEqual(len(fields), len((self.folder / "cut.csv").read_text().splitlines()) - 1)
         self.assertGreater(len(fields), 5)
+
+    def test_whatever_is_damaged_python_says_malformed(self):
+        """At any place by chance, and in the lengths, kinds and channels of records; TRACTION_DAMAGES: how many."""
+        count, whole = int(os.environ.get("TRACTION_DAMAGES", 400)), self.folder / "whole.mcap"
+        draw, path = seed.chance(self.id()), self.folder / "damaged.mcap"
+        sources = [write_recording(whole, fields([0] * 20)).read_bytes(), self.record(size=60_000).read_bytes()]
+        again = struct.pack("<HHI", 1, 1, 24) + b"traction/v1/gel/markers/" + struct.pack("<I", 8) + b"protobuf" + bytes(4)
+        told, silent = 0, 0
+        for number in range(count):
+            content = bytearray(draw.choice(sources))
+            at, length = draw.randrange(8, len(content) - 9), draw.choice([2**62, 2**63, 2**64 - 1, 0, 3, 70 << 20])
+            how = number % 6
+            if how == 0:
+                content[at] ^= 1 << draw.randrange(8)
+            elif how == 1:
+                del content[at:]
+            elif how == 2:
+                content[at:at] = struct.pack("<BQ", draw.randrange(16), length)
+            elif how == 3:  # the length of one of the first records
+                begin = 8
+                for _ in range(draw.randrange(6)):
+                    begin += 9 + struct.unpack_from("<Q", content, begin + 1)[0]
+                content[begin + 1:begin + 9] = struct.pack("<Q", length)
+            elif how == 4:
+                content[at:at + draw.randrange(99)] = draw.randbytes(draw.randrange(99))
+            else:
+                content[8:8] = struct.pack("<BQ", 4, len(again)) + again
+            path.write_bytes(content)
+            try:
+                with warnings.catch_warnings(action="ignore"):
+                    for one in traction.recording(path):
+                        self.assertNotEqual(len(getattr(one.message, "displacement_px", "-")), 0, "markers of nothing")
+                silent += 1
+            except traction.Malformed:
+                told += 1
+        self.assertGreater(told, count / 2)
+        print(f"  {count} damaged recordings in Python: {told} times Malformed, {silent} read to their end; right: nothing else", end=" ")
 
     def test_wrong_words_and_places_are_told(self):
         path = self.record(size=50_000)
