@@ -87,9 +87,9 @@ def read(path):
             if "positions_mm" not in table:
                 _number(table, name, "depth_mm", 0.05, 1000)
     for name, table in [("shape.", task["shape"])] + [(f"materials[{k}].", each) for k, each in enumerate(others)]:
-        for key in table.keys() & {"gel_file", "bone_file"}:
+        for key in table.keys() & {"kind", "gel_file", "bone_file"}:
             if not isinstance(table[key], str):
-                raise Problem(f"{name}{key} is {table[key]!r}: it must be the name of a file, in quotes")
+                raise Problem(f"{name}{key} is {table[key]!r}: it must be a name, in quotes")
     _list(task["shape"], "shape.", "bonded_box_mm", (2, 3))
     _number(task["shape"], "shape.", "bonded_percent", 0, 100, LEAST_PERCENT)
     _number(task["shape"], "shape.", "cavities", 0, 1000, 0)

@@ -260,12 +260,17 @@ class Fingertip(unittest.TestCase):
             print(f"\n  markers {places[5][2]:g} mm deep at (0, 0): {str(raised.exception)[:90]}...; right: refused before meshing", end="")
 
     def test_files_that_are_no_shape_are_not_run_and_end_in_a_sentence(self):
-        for name in ("gel.Stl", "gel.stl", "gel.step", "gel.STEP"):
-            (self.folder / name).write_text(f'System "touch {self.folder}/ran";\n')
-            done = self.run_program(fingertip() | {"shape": {"gel_file": name}})
-            self.assertEqual((done.returncode, done.stderr.count("\n")), (65, 1), done.stderr)
-            self.assertIn(f"shape.gel_file: {self.folder / name}", done.stderr)
+        names = "gel.Stl", "gel.stl", "gel.step", "gel.STEP", "gel.geo", "gel.Brep", "gel.msh", "gel.geo_unrolled", "gel.igs", "gel"
+        for name, head in itertools.product(names, ("", "ISO-10303-21;\n", "DBRep_DrawableShape\n", "solid\n")):
+            script = f'{head}System "touch {self.folder}/ran";\nSystemCall "touch {self.folder}/ran";\nMerge "script.geo";\n'
+            for file in (name, "script.geo"):
+                (self.folder / file).write_text(script)
+            with self.subTest(name, head=head), self.assertRaisesRegex(Problem, f"shape.gel_file: {self.folder / name}"):
+                influence.compute(fingertip() | {"shape": {"gel_file": name, "bone_file": name}}, self.folder, quiet)
+        done = self.run_program(fingertip() | {"shape": {"gel_file": names[0]}})
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (65, 1), done.stderr)
         self.assertFalse((self.folder / "ran").exists())
+        print(f"\n  {4 * len(names)} scripts under names of shapes: each refused by name, none has run; right: none runs", end=" ")
 
     def test_what_a_library_throws_ends_in_a_sentence(self):
         errors = io.StringIO()
@@ -295,6 +300,7 @@ class Fingertip(unittest.TestCase):
             ({"materials": [SKIN, SKIN | {"skin_mm": 3.6}]}, "materials[1].skin_mm"),
             ({"materials": [SKIN | {"gel_file": "skin.step"}]}, "materials[0] must have skin_mm"),
             ({"shape": {"gel_file": 3}}, "shape.gel_file is 3"),
+            ({"shape": {"kind": [1]}}, "shape.kind is [1]"),
             ({"shape": {"cavities": 0.5}}, "shape.cavities"),
             ({"deviations": {"youngs_modulus_relative": [0.1]}}, "deviations.youngs_modulus_relative"),
         ):
