@@ -3,6 +3,7 @@
 #include "base/spelling.h"
 #include "base/whole_file.h"
 
+#include <pthread.h>
 #include <toml++/toml.h>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
+#include <new>
 #include <utility>
 
 namespace tractiond {
@@ -29,17 +31,36 @@ double numberIn(const toml::node& node) {
   return integer != nullptr ? static_cast<double>(integer->get()) : node.as_floating_point()->get();
 }
 
-constexpr int kMostDots = 2000;
+constexpr int kDeepest = 100;
 
-/// Returns the first line with more than kMostDots dots, wherever they are; 0 if there is none. The parser recurses
-/// once per part of a dotted key, which is on one line, and would overflow its stack.
-int lineOfEndlessKey(std::string_view text) {
-  int line = 1, dots = 0;
-  for (const char c : text) {
-    if (c == '\n') ++line, dots = 0;
-    if (c == '.' && ++dots > kMostDots) return line;
+/// Returns the line of a node that is in more than kDeepest tables and lists; 0 if there is none.
+toml::source_index lineOfTooDeep(const toml::table& root) {
+  std::vector<std::pair<const toml::node*, int>> open{{&root, 0}};
+  while (!open.empty()) {
+    const auto [node, depth] = open.back();
+    open.pop_back();
+    if (depth > kDeepest) return node->source().begin.line;
+    if (const toml::table* table = node->as_table()) {
+      for (const auto& [key, inner] : *table) open.emplace_back(&inner, depth + 1);
+    } else if (const toml::array* array = node->as_array()) {
+      for (const toml::node& inner : *array) open.emplace_back(&inner, depth + 1);
+    }
   }
   return 0;
+}
+
+/// Calls `work`, which must not throw, on a thread with a stack of so many bytes, and waits for it. Returns false if
+/// there is none.
+template <typename Work>
+bool onStackOf(std::size_t bytes, Work work) {
+  pthread_attr_t attributes;
+  pthread_t thread{};
+  pthread_attr_init(&attributes);
+  const auto run = [](void* what) -> void* { return (*static_cast<Work*>(what))(), nullptr; };
+  const bool started = pthread_attr_setstacksize(&attributes, bytes) == 0 &&
+                       pthread_create(&thread, &attributes, run, &work) == 0 && pthread_join(thread, nullptr) == 0;
+  pthread_attr_destroy(&attributes);
+  return started;
 }
 
 std::string rangeText(const Range& range) {
@@ -109,15 +130,26 @@ tl::expected<TomlTable, FileError> TomlTable::parse(std::string_view text, const
     return tl::unexpected(
         FileError{file, "has bytes that are 0, as in UTF-16 (\"Unicode\" in old Notepads): save it as UTF-8"});
   }
-  if (const int line = lineOfEndlessKey(text); line > 0) {
-    return tl::unexpected(FileError{file + ":" + std::to_string(line), "has more than " + std::to_string(kMostDots) +
-                                                                           " dots: write fewer numbers on a line"});
-  }
-  try {
-    document->root = toml::parse(text, file);
-  } catch (const toml::parse_error& error) {
-    return tl::unexpected(FileError{file + ":" + std::to_string(error.source().begin.line), error.what()});
-  }
+  // The parser and the destructors of what it makes call themselves once per part of a key, and a text may have half as
+  // many as bytes: some 500 bytes of stack for each, which are reserved, and used by such a text only.
+  constexpr std::size_t kUsual_bytes = 1 << 20, kPerByte = 512;
+  std::optional<FileError> fault;
+  const bool parsed = onStackOf(kUsual_bytes + kPerByte * text.size(), [&] {
+    try {
+      document->root = toml::parse(text, file);
+      const auto line = lineOfTooDeep(document->root);
+      if (line == 0) return;
+      fault = {file + ":" + std::to_string(line),
+               "has more than " + std::to_string(kDeepest) + " tables in each other"};
+      document->root = {};
+    } catch (const toml::parse_error& error) {
+      fault = {file + ":" + std::to_string(error.source().begin.line), error.what()};
+    } catch (const std::bad_alloc&) {
+      fault = {file, "takes more memory to be read than there is"};
+    }
+  });
+  if (!parsed) fault = {file, "cannot be read: there is no memory for a thread"};
+  if (fault) return tl::unexpected(*std::move(fault));
   const void* root = &document->root;
   return TomlTable(std::move(document), root, "");
 }

@@ -185,6 +185,8 @@ void refraction(auto& table, RefractingSurface& surface) {
   table.read("index", surface.index, {1.0, 3.0});
 }
 
+constexpr std::size_t kMostSurfaces = 16;
+
 std::vector<RefractingSurface> readSurfaces(std::vector<TomlTable> tables) {
   std::vector<RefractingSurface> surfaces;
   const auto lowest = [](const RefractingSurface& surface) { return surface.centre.z() - surface.radii.z(); };
@@ -195,6 +197,10 @@ std::vector<RefractingSurface> readSurfaces(std::vector<TomlTable> tables) {
       table.fail("centre_mm",
                  "places it before the surface that is written before it: write them from the gel to the camera");
     surfaces.push_back(surface);
+    if (surfaces.size() > kMostSurfaces) {
+      table.fail("centre_mm", "is of one surface too many; at most " + std::to_string(kMostSurfaces) + " are possible");
+      break;
+    }
     if (surfaces.size() == tables.size() && surface.index != 1.0)
       table.fail("index", "of the last surface must be 1: the camera is in air");
   }
@@ -271,8 +277,10 @@ std::vector<CreepTerm> readCreep(std::vector<TomlTable> tables) {
   for (TomlTable& table : tables) {
     CreepTerm& term = terms.emplace_back();
     creep(table, term);
-    if (terms.size() > kMostCreepTerms)
+    if (terms.size() > kMostCreepTerms) {
       table.fail("share", "is of one term too many; at most " + std::to_string(kMostCreepTerms) + " are possible");
+      break;
+    }
     if (terms.size() > 1 && term.time_s <= terms[terms.size() - 2].time_s)
       table.fail("time_s", "must be above that of the term before");
     if (!term.correlation.empty() && term.correlation.size() != terms.size() - 1)

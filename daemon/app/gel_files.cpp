@@ -1,6 +1,7 @@
 #include "daemon/app/gel_files.h"
 
 #include "base/child.h"
+#include "base/printable.h"
 #include "base/whole_file.h"
 #include "daemon/app/config.h"
 #include "daemon/calibrate/calibration.h"
@@ -42,7 +43,7 @@ tl::expected<sensor::Sensor, Error> readForeign(const std::string& text) {
   if (!sensor) return tl::unexpected(gelError(sensor.error(), kForeign));
   if (auto same = calibrate::verifyCalibration(*sensor, kForeign); !same) return tl::unexpected(same.error());
   if (auto sound = track::trackable(*sensor); !sound) return tl::unexpected(sound.error());
-  constexpr double kMost_bytes = 1.5 * (1 << 30);  // three quarters of MemoryMax= of the service
+  constexpr double kMost_bytes = 1.6 * (1 << 30);  // four fifths of MemoryMax= of the service
   if (const double needed_bytes = solve::neededMemory(*sensor); needed_bytes > kMost_bytes) {
     return tl::unexpected(
         Error{.exitCode = EX_CONFIG,
@@ -121,13 +122,15 @@ tl::expected<sensor::Sensor, Error> readAdopted(const std::string& text, const c
 }
 
 tl::expected<void, Error> checkInChild(const std::filesystem::path& gelFile, const std::string& program) {
+  constexpr std::size_t kLongest = 500;
   const auto wrong = [](const std::string& what) {
     return tl::unexpected(Error{.exitCode = EX_CONFIG, .what = "the gel file " + what});
   };
   const ChildEnd end = runChild({"--inspect-gel", gelFile.string()}, {.program = program});
   if (const std::string what = capture::misdeed(end); !what.empty()) return wrong(what);
   if (end.code == EX_OK) return {};
-  return wrong(end.output.empty() ? "makes what reads it end without a word" : "is not sound: " + end.output);
+  return wrong(end.output.empty() ? "makes what reads it end without a word"
+                                  : "is not sound: " + traction::printable(end.output.substr(0, kLongest)));
 }
 
 int printGelCheck(const std::string& gelFile) {
@@ -174,7 +177,8 @@ tl::expected<sensor::Sensor, Error> recordedSensor(const publish::Beginning& beg
   if (gel.empty()) return sensor::Sensor();
   const bool hasInfluence = !beginning.message.influence().empty();
   if (hasInfluence) std::ofstream(scratch, std::ios::binary) << beginning.message.influence();
-  auto sensor = sensor::parseGel(gel, recording, hasInfluence ? scratch.string() : "");
+  auto sensor =
+      hasInfluence ? sensor::parseGel(gel, recording, scratch.string()) : sensor::parseGelAlone(gel, recording);
   std::error_code ignored;
   std::filesystem::remove(scratch, ignored);
   if (sensor) return *std::move(sensor);

@@ -56,10 +56,9 @@ tl::expected<MadeSolver, Error> makeSolver(const sensor::Sensor& sensor, const S
 }
 
 double neededMemory(const sensor::Sensor& sensor) {
-  constexpr double kAnyway_bytes = 3e8, kOfNodes = 2.3, kOfMarkers = 3.3;  // the latter: matrices at a time
-  const double forces = 3.0 * sensor.nodes.count(), displacements = 2.0 * sensor.markerCount();
-  return kAnyway_bytes + sizeof(double) * (forces * displacements + kOfNodes * forces * forces +
-                                           kOfMarkers * displacements * displacements);
+  constexpr double kAnyway_bytes = 250e6, kOfAtoms = 190.0, kOfMarkers = 95.0;
+  const double atoms = 1.35 * (sensor.nodes.columns + 4) * (sensor.nodes.rows + 4), markers = sensor.markerCount();
+  return kAnyway_bytes + kOfAtoms * atoms * atoms + kOfMarkers * markers * markers;
 }
 
 bool followsRest(const sensor::Sensor& sensor) {

@@ -23,8 +23,9 @@ tl::expected<MadeSolver, Error> makeSolver(const sensor::Sensor& sensor, const S
                                            const std::filesystem::path& stateDirectory, const Steps& steps = {},
                                            const Remark& remark = {});
 
-/// Returns how much memory the process takes while the solver of a gel without an influence file is made, which is when
-/// it takes most [bytes]. Rounded up from gels of 24 x 24 to 48 x 48 nodes and 1,152 to 3,200 markers.
+/// Returns how much memory the process takes while the solver of a gel without an influence file, and that for the
+/// places of a zero, are made [bytes]. Measured with 12 x 12 to 56 x 56 nodes and 288 to 3,200 markers: up to a quarter
+/// less.
 double neededMemory(const sensor::Sensor& sensor);
 
 /// Returns whether makeSolverAtRest() is possible: for a gel without an influence file.

@@ -204,9 +204,13 @@ TEST(Adoption, RefusesWhatWouldEndOrFillTheDaemonOrReadAnotherFile) {
   for (int i = 0; i < 1000; ++i)
     surfaces += "[[camera.surfaces]]\ncentre_mm = [0, 0, " + std::to_string(i + 50) + "]\nindex = 1\n";
   for (int i = 0; i < 10000; ++i) inline_ += "{a=";
+  std::string nested = "format = 1\n", parts = "a";
+  for (int i = 0; i < 2000; ++i) parts += ".a";
+  for (int i = 0; i < 14; ++i) nested += (i == 0 ? parts + "=[" : "{" + parts + "=[") + "\n";
+  for (int i = 0; i < 14; ++i) nested += i == 13 ? "]" : "]}";
   const std::string layer = "[[layers]]\ncolour = \"blue\"\ndepth_mm = 2\n";
   const std::vector<std::array<std::string, 3>> attacks{
-      {"a key of 32,000 parts, quoted", deep + "a = 1\n", "more than 2000 dots"},
+      {"a key of 32,000 parts, quoted", deep + "a = 1\n", "more than 100 tables"},
       {"100 x 100 nodes", "format = 1\n[nodes]\ncolumns = 100\nrows = 100\npitch_mm = 0.4\n", "GiB"},
       {"a million markers",
        "format = 1\n" + layer + "columns = 1000\nrows = 1000\npitch_mm = 0.04\ndiameter_mm = 0.03\n", "the gel file"},
@@ -214,6 +218,7 @@ TEST(Adoption, RefusesWhatWouldEndOrFillTheDaemonOrReadAnotherFile) {
       {"an influence file", "format = 1\n[gel]\ninfluence_file = \"/dev/zero\"\n", "must not be named"},
       {"1,000 surfaces", surfaces, "the gel file"},
       {"10,000 inline tables", inline_ + "\n", "the gel file"},
+      {"keys of 2,000 parts in lists", nested, "the gel file"},
       {"no number", "format = 1\n[gel]\nyoungs_modulus_pa = nan\n", "the gel file"},
   };
   for (const auto& [name, text, why] : attacks) {
